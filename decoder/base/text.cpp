@@ -1,0 +1,121 @@
+#include "decoder/base/text.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+
+namespace ecaudit {
+namespace {
+
+constexpr std::string_view kDigits = "0123456789abcdef";
+
+void AppendByte(std::string& out, std::uint8_t byte) {
+  out += kDigits[byte >> 4];
+  out += kDigits[byte & 0xF];
+}
+
+/// Length of the valid UTF-8 sequence at the start of `text`, 0 when there is none. Control characters count as none.
+std::size_t Utf8Length(std::string_view text) {
+  const auto at = [&](std::size_t i) { return i < text.size() ? static_cast<std::uint8_t>(text[i]) : 0U; };
+  const auto tail = [&](std::size_t i) { return (at(i) & 0xC0U) == 0x80U; };
+  const unsigned first = at(0);
+  if (first >= 0x20 && first < 0x7F) return 1;
+  if (first >= 0xC2 && first < 0xE0 && tail(1)) {
+    return (first == 0xC2 && at(1) < 0xA0) ? 0 : 2;  // U+0080-U+009F are control characters
+  }
+  if (first >= 0xE0 && first < 0xF0 && tail(1) && tail(2)) {
+    if (first == 0xE0 && at(1) < 0xA0) return 0;                                       // overlong
+    if (first == 0xED && at(1) >= 0xA0) return 0;                                      // surrogate
+    if (first == 0xE2 && at(1) == 0x80 && at(2) >= 0xAA && at(2) <= 0xAE) return 0;    // direction overrides
+    if (first == 0xE2 && at(1) == 0x81 && at(2) >= 0xA6 && at(2) <= 0xA9) return 0;    // direction isolates
+    return 3;
+  }
+  if (first >= 0xF0 && first < 0xF5 && tail(1) && tail(2) && tail(3)) {
+    if (first == 0xF0 && at(1) < 0x90) return 0;
+    if (first == 0xF4 && at(1) >= 0x90) return 0;
+    return 4;
+  }
+  return 0;
+}
+
+}  // namespace
+
+std::string Hex(std::uint64_t value, int digits) {
+  std::array<char, 16> buffer{};
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, 16).ptr;
+  const auto length = static_cast<int>(end - buffer.data());
+  std::string out = "0x";
+  for (int i = length; i < digits; ++i) out += '0';
+  out.append(buffer.data(), end);
+  return out;
+}
+
+void AppendHexBytes(std::string& out, ByteSpan bytes) {
+  for (const std::uint8_t byte : bytes) AppendByte(out, byte);
+}
+
+std::string HexBytes(ByteSpan bytes) {
+  std::string out;
+  out.reserve(bytes.size() * 2);
+  AppendHexBytes(out, bytes);
+  return out;
+}
+
+std::string ObjectName(std::uint16_t index, int subindex) {
+  constexpr std::string_view kUpper = "0123456789ABCDEF";
+  std::string out;
+  for (int shift = 12; shift >= 0; shift -= 4) out += kUpper[(index >> shift) & 0xF];
+  out += 'h';
+  if (subindex >= 0) out += ':' + std::to_string(subindex);
+  return out;
+}
+
+std::string Fixed(double value, int decimals) {
+  std::array<char, 400> buffer{};
+  const auto result =
+      std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::fixed, decimals);
+  return result.ec == std::errc() ? std::string(buffer.data(), result.ptr) : std::string("?");
+}
+
+std::string Grouped(std::uint64_t value) {
+  std::string digits = std::to_string(value);
+  for (std::ptrdiff_t i = static_cast<std::ptrdiff_t>(digits.size()) - 3; i > 0; i -= 3) {
+    digits.insert(static_cast<std::size_t>(i), ",");
+  }
+  return digits;
+}
+
+std::string Duration(std::int64_t ns) {
+  const double magnitude = std::abs(static_cast<double>(ns));
+  if (magnitude < 1e3) return std::to_string(ns) + " ns";
+  if (magnitude < 1e6) return Fixed(static_cast<double>(ns) / 1e3, 2) + " us";
+  if (magnitude < 1e9) return Fixed(static_cast<double>(ns) / 1e6, 3) + " ms";
+  return Fixed(static_cast<double>(ns) / 1e9, 3) + " s";
+}
+
+std::string Count(std::uint64_t n, std::string_view noun) {
+  std::string out = Grouped(n);
+  out += ' ';
+  out += noun;
+  if (n != 1) out += 's';
+  return out;
+}
+
+std::string Printable(std::string_view text) {
+  std::string out;
+  out.reserve(text.size());
+  while (!text.empty()) {
+    const std::size_t length = Utf8Length(text);
+    if (length == 0) {
+      out += "\\x";
+      AppendByte(out, static_cast<std::uint8_t>(text.front()));
+      text.remove_prefix(1);
+    } else {
+      out += text.substr(0, length);
+      text.remove_prefix(length);
+    }
+  }
+  return out;
+}
+
+}  // namespace ecaudit

@@ -1,0 +1,32 @@
+/// Text from numbers and untrusted bytes, in the notation of the field ("0x1001", "1018h:1").
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "decoder/base/bytes.h"
+
+namespace ecaudit {
+
+/// "0x0130": at least `digits` hexadecimal digits, lower case, zero filled.
+[[nodiscard]] std::string Hex(std::uint64_t value, int digits = 4);
+/// "0011aaff": two digits a byte, no separators.
+[[nodiscard]] std::string HexBytes(ByteSpan bytes);
+/// Appends what HexBytes() returns.
+void AppendHexBytes(std::string& out, ByteSpan bytes);
+/// "1C12h:1" as the manuals print an object; without ":1" when `subindex` is negative.
+[[nodiscard]] std::string ObjectName(std::uint16_t index, int subindex = -1);
+/// `value` with `decimals` digits after the point, for example Fixed(1.5, 3) = "1.500".
+[[nodiscard]] std::string Fixed(double value, int decimals);
+/// "1 234 567" is hard to grep; this is "1,234,567".
+[[nodiscard]] std::string Grouped(std::uint64_t value);
+/// A duration for reading: "12 ns", "3.45 us", "1.200 ms", "3.000 s".
+[[nodiscard]] std::string Duration(std::int64_t ns);
+/// 1 -> "1 frame", 2 -> "2 frames" (adds an s).
+[[nodiscard]] std::string Count(std::uint64_t n, std::string_view noun);
+/// `text` with control characters, and bytes that are not valid UTF-8, replaced by \xNN, so that a capture or file
+/// name can never control the reader's terminal.
+[[nodiscard]] std::string Printable(std::string_view text);
+
+}  // namespace ecaudit

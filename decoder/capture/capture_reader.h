@@ -1,0 +1,24 @@
+/// Opens capture files of any supported container as a FrameSource.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include "decoder/base/result.h"
+#include "decoder/capture/frame_source.h"
+
+namespace ecaudit::capture {
+
+/// Opens one capture: pcap (micro- and nanoseconds, both byte orders), pcapng, plain or gzip- or zstd-compressed.
+///
+/// @param path  a file, or "-" for standard input
+/// @return a source at the first packet; or one line saying why not ("no such file: x.pcap", "x.txt is not a capture").
+///         A file that is damaged behind its header opens, and reports the damage where it is reached.
+Result<std::unique_ptr<FrameSource>> OpenCapture(const std::string& path);
+
+/// Opens several files of one ring buffer as one capture, packets merged by time stamp and numbered anew from 1;
+/// packets without a stamp keep the place they have in their file.
+Result<std::unique_ptr<FrameSource>> OpenJoined(std::span<const std::string> paths);
+
+}  // namespace ecaudit::capture

@@ -1,0 +1,92 @@
+/// in: nothing.  out: CapturedFrame, one packet of a capture at a time.
+///
+/// FrameSource is the outside world of the decoder: a file (capture_reader.h), several files, or a test's frames.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "decoder/base/bytes.h"
+#include "decoder/base/ids.h"
+
+namespace ecaudit::capture {
+
+/// Link types that are decoded; numbers as in libpcap's DLT_/LINKTYPE_ list.
+enum class LinkType : std::uint16_t {
+  kEthernet = 1,
+  kLinuxCooked = 113,
+  kLinuxCooked2 = 276,
+};
+
+/// Direction that the capture file itself records (pcapng epb_flags, Linux cooked packet type); relative to the
+/// capturing machine, so it is evidence for outbound/returned and no proof.
+enum class PacketFlag : std::uint8_t { kNone, kInbound, kOutbound };
+
+/// One packet. `bytes` stays valid until the next call of FrameSource::Next().
+struct CapturedFrame {
+  FrameNo number = 0;                 ///< as Wireshark counts
+  TimeNs time = 0;                    ///< ns since 1970 UTC; 0 unless has_time
+  bool has_time = false;              ///< false where the file has no stamp for it (simple packet blocks)
+  std::uint16_t link_type = 1;        ///< a LinkType, or any other number, which is then not decoded
+  std::uint16_t interface_index = 0;  ///< pcapng interface, counted over all sections; 0 for pcap
+  PacketFlag flag = PacketFlag::kNone;
+  std::uint32_t original_length = 0;  ///< on the wire; more than bytes.size() when cut by the snap length
+  ByteSpan bytes;
+
+  [[nodiscard]] FrameRef ref() const { return {number, time, has_time}; }
+};
+
+struct Interface {
+  std::string name;                   ///< empty when the file gives none
+  std::uint16_t link_type = 1;
+  std::uint32_t snap_length = 0;      ///< 0: unlimited
+  std::int64_t resolution_ns = 1000;  ///< step of its time stamps; 1 where finer than a nanosecond
+  std::optional<std::uint64_t> dropped;  ///< by the capturing machine (interface statistics), if recorded
+};
+
+/// Where and why reading had to stop.
+struct Damage {
+  std::string message;        ///< "file ends inside packet 812", without a full stop
+  std::uint64_t offset = 0;   ///< byte offset in the (decompressed) file, where known
+  FrameNo after_frame = 0;    ///< last packet that was read
+};
+
+struct Comment {
+  FrameNo frame = 0;  ///< 0: of the whole file
+  std::string text;
+};
+
+/// What is known of the file; grows while it is read, final after the last frame.
+struct CaptureInfo {
+  std::string path;
+  std::string format;  ///< "pcap", "pcapng", with "+gzip" or "+zstd" behind it when compressed
+  std::vector<Interface> interfaces;
+  std::optional<Damage> damage;
+  std::vector<Comment> comments;  ///< at most 1,000, later ones are left out
+  std::uint64_t packets = 0;
+};
+
+enum class ReadStatus : std::uint8_t {
+  kFrame,    ///< `frame` is filled
+  kEnd,      ///< no more packets
+  kDamaged,  ///< the file is damaged here: info().damage says where; no more packets will come
+};
+
+class FrameSource {
+ public:
+  FrameSource() = default;
+  FrameSource(const FrameSource&) = delete;
+  FrameSource& operator=(const FrameSource&) = delete;
+  virtual ~FrameSource() = default;
+
+  /// Reads the next packet into `frame`, whose bytes stay valid until the next call.
+  [[nodiscard]] virtual ReadStatus Next(CapturedFrame& frame) noexcept = 0;
+  [[nodiscard]] virtual const CaptureInfo& info() const noexcept = 0;
+  /// Bytes of the file consumed so far and its size, for progress; 0 when unknown.
+  [[nodiscard]] virtual std::uint64_t bytes_read() const noexcept { return 0; }
+  [[nodiscard]] virtual std::uint64_t bytes_total() const noexcept { return 0; }
+};
+
+}  // namespace ecaudit::capture

@@ -1,0 +1,44 @@
+/// AL (application layer) states and the bit fields of AL Control 0x0120 and AL Status 0x0130 (esc-reference 5).
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace ecaudit::esc {
+
+enum class AlState : std::uint8_t {
+  INIT = 1,    ///< no mailbox, no process data
+  PREOP = 2,   ///< mailbox
+  BOOT = 3,    ///< firmware download through FoE only
+  SAFEOP = 4,  ///< mailbox and inputs, outputs safe
+  OP = 8,      ///< everything
+};
+
+[[nodiscard]] constexpr bool IsAlState(std::uint8_t value) {
+  return value == 1 || value == 2 || value == 3 || value == 4 || value == 8;
+}
+/// "INIT", "PREOP", ...; for other values "state 5".
+[[nodiscard]] std::string StateName(std::uint8_t value);
+/// "PREOP" for a defined state.
+[[nodiscard]] std::string_view StateName(AlState state);
+/// Reads what StateName() writes; 0 for any other text.
+[[nodiscard]] std::uint8_t StateFromName(std::string_view name);
+
+/// The low byte of AL Control or AL Status.
+struct AlWord {
+  std::uint16_t raw = 0;
+  [[nodiscard]] std::uint8_t state() const { return raw & 0x0FU; }
+  /// AL Control: acknowledge. AL Status: error indication.
+  [[nodiscard]] bool bit4() const { return (raw & 0x10U) != 0; }
+  /// AL Control: identification requested. AL Status: identification is in 0x0134.
+  [[nodiscard]] bool identification() const { return (raw & 0x20U) != 0; }
+};
+
+/// Name of a standard AL status code (ETG.1000.6 table 11, ETG.1020), "" when it has none.
+[[nodiscard]] std::string_view AlStatusCodeName(std::uint16_t code);
+
+/// "PREOP", "SAFEOP+ERR" as AL Status is usually written.
+[[nodiscard]] std::string StatusText(std::uint16_t al_status);
+
+}  // namespace ecaudit::esc

@@ -1,0 +1,151 @@
+/// in: CapturedFrame.  out: FrameView, the EtherCAT part of it cut into datagrams. Nothing is copied or allocated.
+///
+///   bytes: | Ethernet 14 | VLAN tags 4 each | IPv4 + UDP 28+ | EtherCAT header 2 | datagram | datagram | padding |
+///   datagram:      | cmd 1 | index 1 | address 4 | length+flags 2 | irq 2 | data n | wkc 2 |
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include "decoder/base/bytes.h"
+#include "decoder/base/ids.h"
+#include "decoder/capture/frame_source.h"
+#include "decoder/wire/command.h"
+
+namespace ecaudit::wire {
+
+/// Bytes before the data of a datagram, and of the working counter behind it.
+inline constexpr std::size_t kDatagramHeaderBytes = 10;
+inline constexpr std::size_t kWorkingCounterBytes = 2;
+
+/// One datagram; borrows the packet's bytes. All getters are plain loads: FrameView checked the lengths.
+class DatagramView {
+ public:
+  /// @param bytes header, data and working counter of exactly this datagram
+  DatagramView(ByteSpan bytes, std::uint8_t ordinal) : bytes_(bytes), ordinal_(ordinal) {}
+
+  [[nodiscard]] std::uint8_t ordinal() const { return ordinal_; }  ///< from 0 in the frame
+  [[nodiscard]] Command command() const { return static_cast<Command>(bytes_[0]); }
+  [[nodiscard]] std::uint8_t command_byte() const { return bytes_[0]; }
+  [[nodiscard]] std::uint8_t index() const { return bytes_[1]; }
+  [[nodiscard]] std::uint16_t adp() const { return LittleEndian<std::uint16_t>(bytes_, 2); }
+  [[nodiscard]] std::uint16_t ado() const { return LittleEndian<std::uint16_t>(bytes_, 4); }
+  [[nodiscard]] std::uint32_t logical_address() const { return LittleEndian<std::uint32_t>(bytes_, 2); }
+  [[nodiscard]] std::uint16_t length() const { return length_word() & 0x07FFU; }
+  [[nodiscard]] bool circulating() const { return (length_word() & 0x4000U) != 0; }
+  [[nodiscard]] bool more() const { return (length_word() & 0x8000U) != 0; }
+  [[nodiscard]] std::uint16_t irq() const { return LittleEndian<std::uint16_t>(bytes_, 8); }
+  [[nodiscard]] ByteSpan data() const { return bytes_.subspan(kDatagramHeaderBytes, bytes_.size() - 12); }
+  [[nodiscard]] std::uint16_t wkc() const { return LittleEndian<std::uint16_t>(bytes_, bytes_.size() - 2); }
+  [[nodiscard]] ByteSpan bytes() const { return bytes_; }
+
+ private:
+  [[nodiscard]] std::uint16_t length_word() const { return LittleEndian<std::uint16_t>(bytes_, 6); }
+
+  ByteSpan bytes_;
+  std::uint8_t ordinal_;
+};
+
+enum class FrameKind : std::uint8_t {
+  kOther,          ///< no EtherCAT, or an EtherCAT header type other than 1 (EAP, mailbox gateway, ...)
+  kEtherCat,       ///< all datagrams are consistent
+  kMalformed,      ///< EtherCAT, but inconsistent: see problem(); the datagrams before the problem are readable
+  kCut,            ///< cut by the snap length: the datagrams before the cut are readable
+  kDamagedOnWire,  ///< the probe (ESL record) saw a CRC or alignment error: not to be trusted
+};
+
+/// Why a frame is kMalformed.
+enum class FrameProblem : std::uint8_t {
+  kNone,
+  kNoHeader,          ///< no room for the two bytes of the EtherCAT header
+  kLengthBeyondFrame, ///< the EtherCAT length says more than the packet holds
+  kDatagramBeyondLength,  ///< a datagram's length reaches past the EtherCAT length
+  kMoreWithoutDatagram,   ///< the more flag is set on the last datagram that fits
+  kBytesAfterLast,        ///< the more flag is clear although the EtherCAT length covers more
+  kUnknownCommand,        ///< a command byte outside 0-14
+  kNoDatagram,            ///< EtherCAT length 0
+};
+
+/// One sentence part for each problem, for example "the EtherCAT length reaches past the end of the frame".
+[[nodiscard]] std::string_view Describe(FrameProblem problem);
+
+enum class Encapsulation : std::uint8_t { kEthernet, kUdp };
+
+/// What a Beckhoff ET2000/CU2508 probe adds to each frame (16 bytes before or behind it).
+struct EslRecord {
+  bool present = false;
+  bool crc_error = false;
+  bool alignment_error = false;
+  bool has_time = false;
+  std::uint8_t port = 0;      ///< 0-11; meaningful only when present
+  std::uint64_t time_ns = 0;  ///< clock of the probe
+};
+
+class FrameView {
+ public:
+  static constexpr std::size_t kMaxDatagrams = 170;  ///< 2047 / 12
+
+  /// Cuts `frame` into datagrams. Never fails: kind() says what it is.
+  /// The view borrows frame.bytes and is valid as long as they are.
+  static FrameView Parse(const capture::CapturedFrame& frame) noexcept;
+  static FrameView Parse(capture::CapturedFrame&&) = delete;
+
+  FrameView() = default;
+
+  [[nodiscard]] FrameKind kind() const { return kind_; }
+  [[nodiscard]] FrameProblem problem() const { return problem_; }
+  [[nodiscard]] const FrameRef& ref() const { return ref_; }
+  [[nodiscard]] std::uint16_t interface_index() const { return interface_index_; }
+  [[nodiscard]] capture::PacketFlag flag() const { return flag_; }
+  [[nodiscard]] Encapsulation encapsulation() const { return encapsulation_; }
+  [[nodiscard]] std::uint8_t vlan_tags() const { return vlan_tags_; }
+  /// Source MAC as a number, first byte on the wire in bits 47-40; 0 when the link type has none.
+  [[nodiscard]] std::uint64_t source_mac() const { return source_mac_; }
+  /// Locally-administered bit of the source MAC: every ESC sets it, so "has passed a slave" - unless the master's own
+  /// address has it.
+  [[nodiscard]] bool mac_bit() const { return (source_mac_ >> 41U & 1U) != 0; }
+  [[nodiscard]] const EslRecord& esl() const { return esl_; }
+  /// Type nibble of the EtherCAT header: 1 commands, 4 network variables, 5 mailbox gateway; 0 when there is no header.
+  [[nodiscard]] std::uint8_t ethercat_type() const { return ethercat_type_; }
+  [[nodiscard]] bool has_ethercat_header() const { return has_header_; }
+
+  [[nodiscard]] std::size_t size() const { return count_; }
+  [[nodiscard]] bool empty() const { return count_ == 0; }
+  [[nodiscard]] DatagramView operator[](std::size_t i) const {
+    return {bytes_.subspan(offsets_[i], static_cast<std::size_t>(offsets_[i + 1]) - offsets_[i]),
+            static_cast<std::uint8_t>(i)};
+  }
+  /// The datagrams as they stand in the packet, without EtherCAT header and padding.
+  [[nodiscard]] ByteSpan payload() const {
+    return count_ == 0 ? ByteSpan{} : bytes_.subspan(offsets_[0], static_cast<std::size_t>(offsets_[count_]) - offsets_[0]);
+  }
+  [[nodiscard]] ByteSpan bytes() const { return bytes_; }
+
+  /// The same view over a copy of the packet's bytes; `copy` must hold the same bytes.
+  [[nodiscard]] FrameView Rebased(ByteSpan copy) const {
+    FrameView view = *this;
+    view.bytes_ = copy;
+    return view;
+  }
+
+ private:
+  void ParseDatagrams(std::size_t offset, bool cut) noexcept;
+
+  ByteSpan bytes_;
+  FrameRef ref_;
+  std::uint64_t source_mac_ = 0;
+  EslRecord esl_;
+  FrameKind kind_ = FrameKind::kOther;
+  FrameProblem problem_ = FrameProblem::kNone;
+  Encapsulation encapsulation_ = Encapsulation::kEthernet;
+  capture::PacketFlag flag_ = capture::PacketFlag::kNone;
+  std::uint16_t interface_index_ = 0;
+  std::uint8_t vlan_tags_ = 0;
+  std::uint8_t ethercat_type_ = 0;
+  bool has_header_ = false;
+  std::uint8_t count_ = 0;
+  std::array<std::uint16_t, kMaxDatagrams + 1> offsets_;  // deliberately not zeroed: only [0, count_] is read
+};
+
+}  // namespace ecaudit::wire

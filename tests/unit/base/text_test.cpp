@@ -1,0 +1,42 @@
+#include "decoder/base/text.h"
+
+#include <gtest/gtest.h>
+
+namespace ecaudit {
+namespace {
+
+TEST(Text, HexPadsToTheNotationOfTheField) {
+  EXPECT_EQ(Hex(0x130), "0x0130");
+  EXPECT_EQ(Hex(0x1D, 2), "0x1d");
+  EXPECT_EQ(Hex(0x12345678), "0x12345678");
+}
+
+TEST(Text, ObjectsAreWrittenAsInTheManuals) {
+  EXPECT_EQ(ObjectName(0x1C12, 1), "1C12h:1");
+  EXPECT_EQ(ObjectName(0x6040), "6040h");
+}
+
+TEST(Text, DurationsPickTheirUnit) {
+  EXPECT_EQ(Duration(12), "12 ns");
+  EXPECT_EQ(Duration(3450), "3.45 us");
+  EXPECT_EQ(Duration(-1'200'000), "-1.200 ms");
+  EXPECT_EQ(Duration(3'000'000'000), "3.000 s");
+}
+
+TEST(Text, CountsAreGroupedAndPlural) {
+  EXPECT_EQ(Count(1, "frame"), "1 frame");
+  EXPECT_EQ(Count(1234567, "frame"), "1,234,567 frames");
+}
+
+TEST(Text, ControlSequencesNeverReachTheTerminal) {
+  EXPECT_EQ(Printable("EL2004"), "EL2004");
+  EXPECT_EQ(Printable("a\x1b[31mb\n"), "a\\x1b[31mb\\x0a");
+  EXPECT_EQ(Printable("gr\xc3\xbc\xc3\x9f"), "gr\xc3\xbc\xc3\x9f");
+  EXPECT_EQ(Printable("\xc2\x9b"), "\\xc2\\x9b");               // C1 control
+  EXPECT_EQ(Printable("\xe2\x80\xae"), "\\xe2\\x80\\xae");      // right-to-left override
+  EXPECT_EQ(Printable("\xff\xfe"), "\\xff\\xfe");
+  EXPECT_EQ(Printable("\xe2\x82"), "\\xe2\\x82");               // cut sequence
+}
+
+}  // namespace
+}  // namespace ecaudit
