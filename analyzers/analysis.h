@@ -1,0 +1,56 @@
+/// Runs one capture through decoder, slave models and rules.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "analyzers/core/analysis_result.h"
+#include "analyzers/core/rule_info.h"
+#include "decoder/base/result.h"
+#include "decoder/capture/frame_source.h"
+
+namespace ecaudit {
+
+/// What to do about one rule: a severity, or switched off.
+struct RuleSetting {
+  bool off = false;
+  Severity severity = Severity::kError;
+};
+
+/// A slave as the user names it: position ("0") or station address ("0x1001").
+struct SlaveSelector {
+  bool by_address = false;
+  std::uint16_t value = 0;
+};
+
+struct AnalysisOptions {
+  std::string default_profile;  ///< for every slave; empty: chosen by identity
+  std::vector<std::pair<SlaveSelector, std::string>> slave_profiles;
+  std::map<std::string, RuleSetting, std::less<>> rules;  ///< by rule id; rules not named keep their defaults
+  /// Only frames in [from, to] are analysed; seconds from the first frame or frame numbers.
+  std::optional<double> from_s, to_s;
+  std::optional<FrameNo> from_frame, to_frame;
+  /// Limits in ns that the catalogue calls configurable, by name: "al-timeout.preop", ...
+  std::map<std::string, std::int64_t, std::less<>> limits;
+  const std::atomic<bool>* stop = nullptr;          ///< set by a signal handler: ends early, capture.complete = false
+  std::function<void(std::uint64_t bytes_done, std::uint64_t bytes_total, std::uint64_t frames)> progress;  ///< now and then
+};
+
+/// Reads `source` to its end. Never fails: damage is a finding.
+/// Profile and rule names in `options` must exist (see FindRule(), device::BuiltinProfileNames()).
+AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& options);
+
+/// All rules of the catalogue, sorted by id.
+[[nodiscard]] const std::vector<const RuleInfo*>& RuleCatalogue();
+/// Null when there is no such rule.
+[[nodiscard]] const RuleInfo* FindRule(std::string_view id);
+
+}  // namespace ecaudit
