@@ -1,0 +1,48 @@
+/// out: BusTransaction, what was sent and what came back, and the sink that receives it.
+#pragma once
+
+#include <cstdint>
+
+#include "decoder/base/ids.h"
+#include "decoder/wire/frame_view.h"
+
+namespace ecaudit::bus {
+
+/// One frame's journey. The views are valid during the call that hands the transaction over.
+struct BusTransaction {
+  const wire::FrameView* sent = nullptr;      ///< null: the outbound copy is not in the capture
+  const wire::FrameView* returned = nullptr;  ///< null: only outbound frames are captured
+  /// Returns are not captured at all (outbound-only capture): accesses are assumed to be done.
+  bool assumed = false;
+
+  [[nodiscard]] const wire::FrameView& any() const { return returned != nullptr ? *returned : *sent; }
+  [[nodiscard]] std::size_t size() const { return any().size(); }
+  [[nodiscard]] FrameRef sent_ref() const { return sent != nullptr ? sent->ref() : FrameRef{}; }
+  [[nodiscard]] FrameRef returned_ref() const { return returned != nullptr ? returned->ref() : FrameRef{}; }
+};
+
+enum class Loss : std::uint8_t {
+  kOvertaken,  ///< later frames came back, this one did not
+  kSilence,    ///< nothing came back any more
+};
+
+/// Why a returned frame was set aside.
+enum class Unusable : std::uint8_t {
+  kMalformed,   ///< inconsistent lengths, or marked bad by the probe
+  kAltered,     ///< matches a frame under way but for fields that slaves never change: bits flipped on the wire
+};
+
+class BusSink {
+ public:
+  virtual ~BusSink() = default;
+  /// An outbound frame was seen; what it does is not known yet. Not called when `assumed` transactions follow at once.
+  virtual void OnSent(const wire::FrameView& frame) = 0;
+  virtual void OnTransaction(const BusTransaction& transaction) = 0;
+  /// `sent` will not be answered any more. Comes later than the frames that overtook it.
+  virtual void OnLost(const wire::FrameView& sent, Loss loss) = 0;
+  /// `returned` is byte for byte what frame `original` already brought back.
+  virtual void OnDuplicate(const wire::FrameView& returned, FrameNo original) = 0;
+  virtual void OnUnusable(const wire::FrameView& frame, Unusable reason, bool own_master) = 0;
+};
+
+}  // namespace ecaudit::bus

@@ -1,0 +1,199 @@
+#include "decoder/wire/frame_view.h"
+
+#include <algorithm>
+
+namespace ecaudit::wire {
+namespace {
+
+constexpr std::uint16_t kEtherTypeEtherCat = 0x88A4;
+constexpr std::uint16_t kEtherTypeIpv4 = 0x0800;
+constexpr std::uint16_t kUdpPortEtherCat = 34980;
+constexpr std::uint8_t kIpProtocolUdp = 17;
+constexpr std::size_t kEthernetHeader = 14;
+constexpr std::size_t kEslBytes = 16;
+
+bool IsVlanTag(std::uint16_t ethertype) { return ethertype == 0x8100 || ethertype == 0x88A8 || ethertype == 0x9100; }
+
+std::uint64_t Mac(ByteSpan bytes, std::size_t offset) {
+  return static_cast<std::uint64_t>(BigEndian<std::uint16_t>(bytes, offset)) << 32U |
+         BigEndian<std::uint32_t>(bytes, offset + 2);
+}
+
+/// The record starts with 01 01 05 10|11 00 00 (esc-reference 1.5).
+bool IsEslCookie(ByteSpan bytes, std::size_t offset) {
+  return Fits(bytes, offset, kEslBytes) && bytes[offset] == 0x01 && bytes[offset + 1] == 0x01 &&
+         bytes[offset + 2] == 0x05 && (bytes[offset + 3] == 0x10 || bytes[offset + 3] == 0x11) &&
+         bytes[offset + 4] == 0x00 && bytes[offset + 5] == 0x00;
+}
+
+EslRecord ReadEsl(ByteSpan record) {
+  struct PortBit {
+    std::uint16_t mask;
+    std::uint8_t port;
+  };
+  constexpr PortBit kPorts[] = {{0x0080, 0}, {0x0040, 1}, {0x0020, 2}, {0x0010, 3},  {0x0008, 4},  {0x0004, 5},
+                                {0x0002, 6}, {0x0001, 7}, {0x8000, 8}, {0x4000, 9}, {0x0400, 10}, {0x0200, 11}};
+  const auto flags = LittleEndian<std::uint16_t>(record, 6);
+  EslRecord esl;
+  esl.present = true;
+  esl.crc_error = (flags & 0x1000U) != 0;
+  esl.alignment_error = (flags & 0x0800U) != 0;
+  esl.has_time = (flags & 0x2000U) != 0;
+  esl.time_ns = LittleEndian<std::uint64_t>(record, 8);
+  for (const PortBit& bit : kPorts) {
+    if ((flags & bit.mask) != 0) {
+      esl.port = bit.port;
+      break;
+    }
+  }
+  return esl;
+}
+
+}  // namespace
+
+std::string_view Describe(FrameProblem problem) {
+  switch (problem) {
+    case FrameProblem::kNone: return "no problem";
+    case FrameProblem::kNoHeader: return "the frame ends before the EtherCAT header is complete";
+    case FrameProblem::kLengthBeyondFrame: return "the EtherCAT length reaches past the end of the frame";
+    case FrameProblem::kDatagramBeyondLength: return "a datagram reaches past the EtherCAT length";
+    case FrameProblem::kMoreWithoutDatagram: return "the more flag announces a datagram that does not follow";
+    case FrameProblem::kBytesAfterLast: return "the more flag is clear although the EtherCAT length covers more bytes";
+    case FrameProblem::kUnknownCommand: return "a datagram has a command that is not defined";
+    case FrameProblem::kNoDatagram: return "the EtherCAT length is too short for a datagram";
+  }
+  return "?";
+}
+
+FrameView FrameView::Parse(const capture::CapturedFrame& frame) noexcept {
+  FrameView view;
+  view.ref_ = frame.ref();
+  view.interface_index_ = frame.interface_index;
+  view.flag_ = frame.flag;
+  const bool cut = frame.bytes.size() < frame.original_length;
+  ByteSpan bytes = frame.bytes;
+
+  std::size_t offset = 0;  // of the EtherType that comes next
+  switch (static_cast<capture::LinkType>(frame.link_type)) {
+    case capture::LinkType::kEthernet:
+      if (IsEslCookie(bytes, 0)) {
+        view.esl_ = ReadEsl(bytes.first(kEslBytes));
+        bytes = bytes.subspan(kEslBytes);
+      } else if (!cut && bytes.size() >= kEslBytes && IsEslCookie(bytes, bytes.size() - kEslBytes)) {
+        view.esl_ = ReadEsl(bytes.last(kEslBytes));
+        bytes = bytes.first(bytes.size() - kEslBytes);
+      }
+      view.source_mac_ = Mac(bytes, 6);
+      offset = 12;
+      break;
+    case capture::LinkType::kLinuxCooked:
+      // packet type 2, ARPHRD 2, address length 2, address 8, protocol 2; packet type 4: sent by this machine
+      view.source_mac_ = Mac(bytes, 6);
+      if (view.flag_ == capture::PacketFlag::kNone && Fits(bytes, 0, 2)) {
+        view.flag_ = BigEndian<std::uint16_t>(bytes, 0) == 4 ? capture::PacketFlag::kOutbound
+                                                             : capture::PacketFlag::kInbound;
+      }
+      offset = 14;
+      break;
+    case capture::LinkType::kLinuxCooked2:
+      // protocol 2, reserved 2, interface 4, ARPHRD 2, packet type 1, address length 1, address 8
+      view.source_mac_ = Mac(bytes, 12);
+      if (view.flag_ == capture::PacketFlag::kNone && Fits(bytes, 10, 1)) {
+        view.flag_ = bytes[10] == 4 ? capture::PacketFlag::kOutbound : capture::PacketFlag::kInbound;
+      }
+      offset = 0;
+      break;
+    default: return view;
+  }
+  view.bytes_ = bytes;
+
+  auto ethertype = BigEndian<std::uint16_t>(bytes, offset);
+  offset += 2;
+  if (static_cast<capture::LinkType>(frame.link_type) == capture::LinkType::kLinuxCooked2) offset = 20;
+  while (IsVlanTag(ethertype) && view.vlan_tags_ < 4) {
+    ++view.vlan_tags_;
+    ethertype = BigEndian<std::uint16_t>(bytes, offset + 2);
+    offset += 4;
+  }
+
+  if (ethertype == kEtherTypeIpv4) {
+    if (!Fits(bytes, offset, 20) || bytes[offset] >> 4U != 4) return view;
+    const std::size_t header = static_cast<std::size_t>(bytes[offset] & 0x0FU) * 4;
+    const bool fragment = (BigEndian<std::uint16_t>(bytes, offset + 6) & 0x3FFFU) != 0;
+    if (header < 20 || fragment || bytes[offset + 9] != kIpProtocolUdp || !Fits(bytes, offset, header + 8)) {
+      return view;
+    }
+    const std::size_t udp = offset + header;
+    if (BigEndian<std::uint16_t>(bytes, udp) != kUdpPortEtherCat &&
+        BigEndian<std::uint16_t>(bytes, udp + 2) != kUdpPortEtherCat) {
+      return view;
+    }
+    view.encapsulation_ = Encapsulation::kUdp;
+    offset = udp + 8;
+  } else if (ethertype != kEtherTypeEtherCat) {
+    return view;
+  }
+
+  if (!Fits(bytes, offset, 2)) {
+    view.kind_ = cut ? FrameKind::kCut : FrameKind::kMalformed;
+    view.problem_ = cut ? FrameProblem::kNone : FrameProblem::kNoHeader;
+    return view;
+  }
+  view.ParseDatagrams(offset, cut);
+  if (view.esl_.crc_error || view.esl_.alignment_error) view.kind_ = FrameKind::kDamagedOnWire;
+  return view;
+}
+
+void FrameView::ParseDatagrams(std::size_t offset, bool cut) noexcept {
+  const auto header = LittleEndian<std::uint16_t>(bytes_, offset);
+  has_header_ = true;
+  ethercat_type_ = static_cast<std::uint8_t>(header >> 12U);
+  if (ethercat_type_ != 1) return;  // kOther: an ESC processes type 1 only
+
+  const std::size_t start = offset + 2;
+  const std::size_t announced_end = start + (header & 0x07FFU);
+  const auto fail = [&](FrameProblem problem) {
+    kind_ = FrameKind::kMalformed;
+    if (problem_ == FrameProblem::kNone) problem_ = problem;
+  };
+  kind_ = FrameKind::kEtherCat;
+  if (announced_end > bytes_.size()) {
+    if (cut) {
+      kind_ = FrameKind::kCut;
+    } else {
+      fail(FrameProblem::kLengthBeyondFrame);
+    }
+  }
+
+  // Datagrams are read as far as the bytes go, also in a malformed frame: `decode` shows them. Stages that draw
+  // conclusions look at kind() first.
+  std::size_t at = start;
+  bool more = true;
+  while (more && count_ < kMaxDatagrams) {
+    if (!Fits(bytes_, at, kDatagramHeaderBytes)) {
+      if (kind_ != FrameKind::kCut) {
+        fail(count_ == 0 ? FrameProblem::kNoDatagram : FrameProblem::kMoreWithoutDatagram);
+      }
+      break;
+    }
+    const auto length_word = LittleEndian<std::uint16_t>(bytes_, at + 6);
+    const std::size_t size = kDatagramHeaderBytes + (length_word & 0x07FFU) + kWorkingCounterBytes;
+    if (!Fits(bytes_, at, size)) {
+      if (kind_ != FrameKind::kCut) fail(FrameProblem::kDatagramBeyondLength);
+      break;
+    }
+    if (at + size > announced_end) {
+      fail(at >= announced_end ? (count_ == 0 ? FrameProblem::kNoDatagram : FrameProblem::kMoreWithoutDatagram)
+                               : FrameProblem::kDatagramBeyondLength);
+      if (at >= announced_end) break;  // padding is no datagram
+    }
+    if (!IsDefined(bytes_[at])) fail(FrameProblem::kUnknownCommand);
+    offsets_[count_++] = static_cast<std::uint16_t>(at);
+    more = (length_word & 0x8000U) != 0;
+    at += size;
+    offsets_[count_] = static_cast<std::uint16_t>(at);
+  }
+  if (kind_ == FrameKind::kEtherCat && !more && at < announced_end) fail(FrameProblem::kBytesAfterLast);
+}
+
+}  // namespace ecaudit::wire
