@@ -1,0 +1,93 @@
+/// Fields of pcapng blocks in the byte order of their section.
+///
+///   block: | type 4 | total length 4 | body, padded to 4 | total length 4 |
+///   option in a body: | code 2 | length 2 | value, padded to 4 |
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "decoder/base/bytes.h"
+
+namespace ecaudit::capture::pcapng {
+
+inline constexpr std::uint32_t kSectionHeader = 0x0A0D0D0A;  // the same in both byte orders
+inline constexpr std::uint32_t kInterfaceDescription = 1;
+inline constexpr std::uint32_t kObsoletePacket = 2;
+inline constexpr std::uint32_t kSimplePacket = 3;
+inline constexpr std::uint32_t kInterfaceStatistics = 5;
+inline constexpr std::uint32_t kEnhancedPacket = 6;
+
+inline constexpr std::uint32_t kByteOrderMagic = 0x1A2B3C4D;
+inline constexpr std::size_t kBlockHeaderBytes = 8;
+inline constexpr std::size_t kTrailerBytes = 4;
+inline constexpr std::size_t kMinBlockBytes = kBlockHeaderBytes + kTrailerBytes;
+/// No tool writes blocks anywhere near this; a larger length field is a broken one.
+inline constexpr std::uint32_t kMaxBlockBytes = 64U * 1024U * 1024U;
+
+inline constexpr std::uint16_t kOptEnd = 0;
+inline constexpr std::uint16_t kOptComment = 1;
+inline constexpr std::uint16_t kIfName = 2;
+inline constexpr std::uint16_t kIfTsResol = 9;
+inline constexpr std::uint16_t kIfTsOffset = 14;
+inline constexpr std::uint16_t kPacketFlags = 2;  // epb_flags and pack_flags
+inline constexpr std::uint16_t kEpbDropCount = 4;
+inline constexpr std::uint16_t kIsbIfDrop = 5;
+inline constexpr std::uint16_t kIsbOsDrop = 7;
+
+/// Lengths in pcapng count without padding, data lie padded to four bytes.
+[[nodiscard]] constexpr std::size_t Padded(std::size_t length) {
+  return (length + 3) & ~std::size_t{3};
+}
+
+struct ByteOrder {
+  bool big_endian = false;
+
+  [[nodiscard]] std::uint16_t U16(ByteSpan bytes, std::size_t offset) const {
+    return big_endian ? BigEndian<std::uint16_t>(bytes, offset) : LittleEndian<std::uint16_t>(bytes, offset);
+  }
+  [[nodiscard]] std::uint32_t U32(ByteSpan bytes, std::size_t offset) const {
+    return big_endian ? BigEndian<std::uint32_t>(bytes, offset) : LittleEndian<std::uint32_t>(bytes, offset);
+  }
+  [[nodiscard]] std::uint64_t U64(ByteSpan bytes, std::size_t offset) const {
+    return big_endian ? BigEndian<std::uint64_t>(bytes, offset) : LittleEndian<std::uint64_t>(bytes, offset);
+  }
+};
+
+struct Option {
+  std::uint16_t code = 0;
+  ByteSpan value;
+};
+
+/// Walks over the options at the end of a block's body.
+class OptionReader {
+ public:
+  OptionReader(ByteSpan options, ByteOrder order) : rest_(options), order_(order) {}
+
+  /// The next option; empty at the end, and at an option that reaches past the end, which makes broken() true.
+  std::optional<Option> Next() {
+    if (rest_.empty()) return std::nullopt;
+    if (rest_.size() < kHeaderBytes) return Broken();
+    const Option option{order_.U16(rest_, 0), Slice(rest_, kHeaderBytes, order_.U16(rest_, 2))};
+    if (option.code == kOptEnd) return std::nullopt;
+    if (option.value.size() != order_.U16(rest_, 2)) return Broken();
+    rest_ = Slice(rest_, kHeaderBytes + Padded(option.value.size()));
+    return option;
+  }
+  [[nodiscard]] bool broken() const { return broken_; }
+
+ private:
+  static constexpr std::size_t kHeaderBytes = 4;
+
+  std::nullopt_t Broken() {
+    broken_ = true;
+    rest_ = {};
+    return std::nullopt;
+  }
+
+  ByteSpan rest_;
+  ByteOrder order_;
+  bool broken_ = false;
+};
+
+}  // namespace ecaudit::capture::pcapng
