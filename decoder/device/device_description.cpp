@@ -1,0 +1,71 @@
+#include "decoder/device/device_description.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace ecaudit::device {
+
+bool AlStatusCode::AppliesTo(esc::AlState from, esc::AlState to) const {
+  if (any_transition) return true;
+  return std::any_of(transitions.begin(), transitions.end(),
+                     [&](const Transition& t) { return t.from == from && t.to == to; });
+}
+
+bool AlStatusCode::AppliesIn(esc::AlState state) const {
+  return std::find(states.begin(), states.end(), state) != states.end();
+}
+
+const AlTransition* AlDescription::Find(esc::AlState from, esc::AlState to) const {
+  const auto key = std::make_pair(from, to);
+  const auto it =
+      std::lower_bound(transitions.begin(), transitions.end(), key,
+                       [](const AlTransition& t, const auto& k) { return std::make_pair(t.from, t.to) < k; });
+  return it != transitions.end() && it->from == from && it->to == to ? &*it : nullptr;
+}
+
+const AlStatusCode* AlDescription::FindCode(std::uint16_t code) const {
+  const auto it = std::lower_bound(status_codes.begin(), status_codes.end(), code,
+                                   [](const AlStatusCode& entry, std::uint16_t wanted) { return entry.code < wanted; });
+  return it != status_codes.end() && it->code == code ? &*it : nullptr;
+}
+
+bool IdentityMatch::MatchesIdentity(std::uint32_t vendor, std::uint32_t product, std::uint32_t revision) const {
+  if (!vendor_id || *vendor_id != vendor) return false;
+  if (std::find(product_codes.begin(), product_codes.end(), product) == product_codes.end()) return false;
+  return (!revision_min || revision >= *revision_min) && (!revision_max || revision <= *revision_max);
+}
+
+bool IdentityMatch::MatchesModel(std::string_view model) const {
+  return std::any_of(models.begin(), models.end(),
+                     [&](const std::string& start) { return model.substr(0, start.size()) == start; });
+}
+
+const AlTransition* DeviceDescription::al_transition(esc::AlState from, esc::AlState to) const {
+  return al.Find(from, to);
+}
+
+bool DeviceDescription::AllowsAl(esc::AlState from, esc::AlState to) const {
+  if (from == to || to == esc::AlState::INIT) return true;
+  const AlTransition* row = al.Find(from, to);
+  return row != nullptr && row->allowed;
+}
+
+const AlStatusCode* DeviceDescription::al_status_code(std::uint16_t code) const {
+  return al.FindCode(code);
+}
+
+bool DeviceDescription::DocumentsAlStatusCode(std::uint16_t code) const {
+  if (!al.status_codes_complete) return true;
+  if (al.vendor_codes_from && code >= *al.vendor_codes_from) return true;
+  return al.FindCode(code) != nullptr;
+}
+
+const RegisterRight* DeviceDescription::register_right(EscAddress address) const {
+  auto it = std::upper_bound(registers.begin(), registers.end(), address,
+                             [](EscAddress wanted, const RegisterRight& r) { return wanted < r.address; });
+  if (it == registers.begin()) return nullptr;
+  --it;
+  return it->Covers(address) ? &*it : nullptr;
+}
+
+}  // namespace ecaudit::device

@@ -1,0 +1,59 @@
+/// What a drive is: the one type that built-in profiles, user profiles, ESI and ENI files are read into.
+///
+/// In: text of one of those. Out: facts with their source. Nothing here judges; a field that a source does not state
+/// stays empty or unset, and whoever needs it has to say so instead of guessing.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "decoder/device/al_description.h"
+#include "decoder/device/register_right.h"
+
+namespace ecaudit::device {
+
+/// By what a drive of this family is recognised. Nothing documented: nothing set, and the note says so.
+struct IdentityMatch {
+  std::optional<std::uint32_t> vendor_id;
+  std::vector<std::uint32_t> product_codes;
+  std::optional<std::uint32_t> revision_min;  ///< inclusive
+  std::optional<std::uint32_t> revision_max;  ///< inclusive
+  /// Beginnings of the model type string (EEPROM category 0x0800, object 1008h).
+  std::vector<std::string> models;
+  std::string note;
+  std::string source;
+
+  /// True when vendor and product code are documented and equal, and the revision is not excluded.
+  [[nodiscard]] bool MatchesIdentity(std::uint32_t vendor, std::uint32_t product, std::uint32_t revision) const;
+  /// True when `model` begins with one of `models` (case-sensitive).
+  [[nodiscard]] bool MatchesModel(std::string_view model) const;
+};
+
+class DeviceDescription {
+ public:
+  std::string id;        ///< name on the command line: "kollmorgen-akd-2010"
+  std::string extends;   ///< profile whose facts fill what this one does not state; empty: none
+  std::string title;     ///< for people: "Kollmorgen AKD"
+  std::string edition;   ///< date of the manual, "2010-10"; candidates are tried newest first
+  std::string document;  ///< key of the manual in docs/sources.md
+  std::string note;
+  IdentityMatch match;
+  AlDescription al;
+  std::vector<RegisterRight> registers;  ///< sorted by address, not overlapping
+
+  /// The row for a request of `to` in state `from`; null when the family's table lacks the pair.
+  [[nodiscard]] const AlTransition* al_transition(esc::AlState from, esc::AlState to) const;
+  /// May the master request `to` in state `from`? The current state and INIT may always be requested.
+  [[nodiscard]] bool AllowsAl(esc::AlState from, esc::AlState to) const;
+  /// The family's entry for an AL status code; null when its list lacks it.
+  [[nodiscard]] const AlStatusCode* al_status_code(std::uint16_t code) const;
+  /// False only when the family's list claims to be complete and lacks the code.
+  [[nodiscard]] bool DocumentsAlStatusCode(std::uint16_t code) const;
+  /// The register or buffer that `address` lies in; null when the family's manual does not mention it.
+  [[nodiscard]] const RegisterRight* register_right(EscAddress address) const;
+};
+
+}  // namespace ecaudit::device

@@ -1,0 +1,15 @@
+/// The files that are compiled into the program (Qt resources).
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace ecaudit::device {
+
+/// Names of the embedded profiles without ".json", alphabetical.
+[[nodiscard]] std::vector<std::string> EmbeddedProfileNames();
+/// The text of one; empty when there is none of that name.
+[[nodiscard]] std::string EmbeddedProfileText(std::string_view name);
+
+}  // namespace ecaudit::device

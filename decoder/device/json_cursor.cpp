@@ -1,0 +1,211 @@
+#include "decoder/device/json_cursor.h"
+
+#include <algorithm>
+#include <charconv>
+#include <set>
+
+#include "decoder/base/text.h"
+
+namespace ecaudit::device {
+namespace {
+
+constexpr std::size_t kMaxDepth = 32;
+
+/// Looks at the document before the real parse: the no-throw parse of the library gives no reason when it fails.
+class Inspector {
+ public:
+  using number_integer_t = nlohmann::json::number_integer_t;
+  using number_unsigned_t = nlohmann::json::number_unsigned_t;
+  using number_float_t = nlohmann::json::number_float_t;
+  using string_t = nlohmann::json::string_t;
+  using binary_t = nlohmann::json::binary_t;
+
+  [[nodiscard]] const std::optional<Error>& error() const { return error_; }
+
+  bool null() { return true; }
+  bool boolean(bool) { return true; }
+  bool number_integer(number_integer_t) { return true; }
+  bool number_unsigned(number_unsigned_t) { return true; }
+  bool number_float(number_float_t, const string_t&) { return true; }
+  bool string(string_t&) { return true; }
+  bool binary(binary_t&) { return true; }
+  bool start_object(std::size_t) {
+    keys_.emplace_back();
+    return Deeper();
+  }
+  bool end_object() {
+    keys_.pop_back();
+    --depth_;
+    return true;
+  }
+  bool start_array(std::size_t) { return Deeper(); }
+  bool end_array() {
+    --depth_;
+    return true;
+  }
+  bool key(string_t& name) {
+    if (keys_.back().insert(name).second) return true;
+    return Fail("key \"" + Printable(name) + "\" appears twice in one object");
+  }
+  bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception& exception) {
+    // "[json.exception.parse_error.101] parse error at line 1, column 2: ..."
+    std::string_view text = exception.what();
+    if (const auto end = text.find("] "); end != std::string_view::npos) text.remove_prefix(end + 2);
+    return Fail(Printable(text));
+  }
+
+ private:
+  bool Fail(std::string message) {
+    error_ = Error{std::move(message)};
+    return false;
+  }
+  bool Deeper() {
+    if (++depth_ <= kMaxDepth) return true;
+    return Fail("nested deeper than " + std::to_string(kMaxDepth) + " levels");
+  }
+
+  std::vector<std::set<std::string>> keys_;
+  std::size_t depth_ = 0;
+  std::optional<Error> error_;
+};
+
+std::string_view TypeName(const nlohmann::json& value) {
+  switch (value.type()) {
+    case nlohmann::json::value_t::null:
+      return "null";
+    case nlohmann::json::value_t::object:
+      return "an object";
+    case nlohmann::json::value_t::array:
+      return "an array";
+    case nlohmann::json::value_t::string:
+      return "text";
+    case nlohmann::json::value_t::boolean:
+      return "true or false";
+    default:
+      return "a number";
+  }
+}
+
+}  // namespace
+
+Result<nlohmann::json> ParseJson(std::string_view text) {
+  Inspector inspector;
+  if (!nlohmann::json::sax_parse(text, &inspector)) {
+    return inspector.error().value_or(Error{"not a JSON document"});
+  }
+  nlohmann::json document = nlohmann::json::parse(text, nullptr, false);
+  if (document.is_discarded()) return Error{"not a JSON document"};
+  return document;
+}
+
+std::string Cursor::Path() const {
+  std::string path;
+  AppendPath(path);
+  return path.empty() ? "document" : path;
+}
+
+void Cursor::AppendPath(std::string& out) const {
+  if (parent_ == nullptr) return;
+  parent_->AppendPath(out);
+  if (index_ != kNoIndex) {
+    out += "[" + std::to_string(index_) + "]";
+  } else {
+    if (!out.empty()) out += ".";
+    out += Printable(key_);
+  }
+}
+
+void Cursor::Fail(std::string_view what) const {
+  if (error_) return;
+  error_ = Error{Path() + ": " + std::string(what)};
+}
+
+void Cursor::FailType(std::string_view wanted) const {
+  Fail("expected " + std::string(wanted) + ", got " + std::string(TypeName(value_)));
+}
+
+ObjectReader::ObjectReader(const Cursor& cursor) : cursor_(cursor) {
+  known_.reserve(16);
+  if (!cursor.value().is_object()) cursor.FailType("an object");
+}
+
+bool ObjectReader::Has(std::string_view key) const {
+  return cursor_.value().is_object() && cursor_.value().find(key) != cursor_.value().end();
+}
+
+const nlohmann::json* ObjectReader::Member(std::string_view key) {
+  known_.push_back(key);
+  if (!cursor_.value().is_object()) return nullptr;
+  const auto it = cursor_.value().find(key);
+  return it == cursor_.value().end() ? nullptr : &*it;
+}
+
+void ObjectReader::Missing(std::string_view key) const {
+  cursor_.Fail("\"" + std::string(key) + "\" is missing");
+}
+
+void ObjectReader::Finish() const {
+  if (cursor_.failed() || !cursor_.value().is_object()) return;
+  for (const auto& [key, value] : cursor_.value().items()) {
+    if (std::find(known_.begin(), known_.end(), key) == known_.end()) {
+      return cursor_.Fail("unknown key \"" + Printable(key) + "\"");
+    }
+  }
+}
+
+void Read(const Cursor& cursor, bool& out) {
+  const auto* value = cursor.value().get_ptr<const nlohmann::json::boolean_t*>();
+  if (value == nullptr) return cursor.FailType("true or false");
+  out = *value;
+}
+
+void Read(const Cursor& cursor, std::string& out) {
+  const auto* value = cursor.value().get_ptr<const nlohmann::json::string_t*>();
+  if (value == nullptr) return cursor.FailType("text");
+  out = *value;
+}
+
+void Read(const Cursor& cursor, double& out) {
+  if (!cursor.value().is_number()) return cursor.FailType("a number");
+  if (const auto* real = cursor.value().get_ptr<const nlohmann::json::number_float_t*>()) {
+    out = *real;
+  } else if (const auto* natural = cursor.value().get_ptr<const nlohmann::json::number_unsigned_t*>()) {
+    out = static_cast<double>(*natural);
+  } else if (const auto* integer = cursor.value().get_ptr<const nlohmann::json::number_integer_t*>()) {
+    out = static_cast<double>(*integer);
+  }
+}
+
+std::int64_t ReadInteger(const Cursor& cursor, std::int64_t min, std::int64_t max) {
+  std::int64_t result = 0;
+  if (const auto* natural = cursor.value().get_ptr<const nlohmann::json::number_unsigned_t*>()) {
+    if (*natural > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) {
+      cursor.Fail("number too large");
+      return 0;
+    }
+    result = static_cast<std::int64_t>(*natural);
+  } else if (const auto* integer = cursor.value().get_ptr<const nlohmann::json::number_integer_t*>()) {
+    result = *integer;
+  } else if (const auto* text = cursor.value().get_ptr<const nlohmann::json::string_t*>()) {
+    const char* end = text->data() + text->size();
+    const bool prefixed = text->size() > 2 && (*text)[0] == '0' && (*text)[1] == 'x';
+    std::uint64_t value = 0;
+    const auto parsed =
+        prefixed ? std::from_chars(text->data() + 2, end, value, 16) : std::from_chars_result{nullptr, std::errc{}};
+    if (parsed.ptr != end || parsed.ec != std::errc{} || value > 0x7FFF'FFFF'FFFF'FFFFULL) {
+      cursor.Fail("\"" + Printable(*text) + "\" is not a number (expected 123 or \"0x7B\")");
+      return 0;
+    }
+    result = static_cast<std::int64_t>(value);
+  } else {
+    cursor.FailType("a number");
+    return 0;
+  }
+  if (result < min || result > max) {
+    cursor.Fail(std::to_string(result) + " is outside " + std::to_string(min) + " to " + std::to_string(max));
+    return 0;
+  }
+  return result;
+}
+
+}  // namespace ecaudit::device

@@ -1,0 +1,153 @@
+/// Checked walk through a JSON document that remembers where it is, so that an error names its place ("al.codes[3]").
+///
+/// Reading goes on after an error with the target unchanged; only the first error is kept.
+#pragma once
+
+#include <concepts>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "decoder/base/result.h"
+
+namespace ecaudit::device {
+
+/// Parses `text` with limits on depth, and errors by line and column; duplicate keys are errors.
+[[nodiscard]] Result<nlohmann::json> ParseJson(std::string_view text);
+
+/// One value and the way to it. Lives on the stack of the function that reads it; parents outlive children.
+class Cursor {
+ public:
+  /// The document itself. `error` receives the first error.
+  Cursor(const nlohmann::json& value, std::optional<Error>& error) : value_(value), error_(error) {}
+
+  [[nodiscard]] Cursor Key(std::string_view key, const nlohmann::json& value) const {
+    return Cursor(value, error_, this, key, kNoIndex);
+  }
+  [[nodiscard]] Cursor Index(std::size_t index, const nlohmann::json& value) const {
+    return Cursor(value, error_, this, {}, index);
+  }
+
+  [[nodiscard]] const nlohmann::json& value() const { return value_; }
+  [[nodiscard]] bool failed() const { return error_.has_value(); }
+  /// "al.transitions[3].from"; "document" for the whole.
+  [[nodiscard]] std::string Path() const;
+  /// Records "PATH: what" unless an earlier error is recorded.
+  void Fail(std::string_view what) const;
+  /// Fail("expected WANTED, got ACTUAL").
+  void FailType(std::string_view wanted) const;
+
+ private:
+  static constexpr std::size_t kNoIndex = std::numeric_limits<std::size_t>::max();
+
+  Cursor(const nlohmann::json& value, std::optional<Error>& error, const Cursor* parent, std::string_view key,
+         std::size_t index)
+      : value_(value), error_(error), parent_(parent), key_(key), index_(index) {}
+  void AppendPath(std::string& out) const;
+
+  const nlohmann::json& value_;
+  std::optional<Error>& error_;
+  const Cursor* parent_ = nullptr;
+  std::string_view key_;
+  std::size_t index_ = kNoIndex;
+};
+
+/// Reads the members of one object and complains about those nobody asked for.
+class ObjectReader {
+ public:
+  explicit ObjectReader(const Cursor& cursor);
+
+  /// The member must be there.
+  template <typename T>
+  void Require(std::string_view key, T& out) {
+    if (const nlohmann::json* member = Member(key)) {
+      Read(cursor_.Key(key, *member), out);
+    } else {
+      Missing(key);
+    }
+  }
+  /// The member may be missing; `out` then keeps its value.
+  template <typename T>
+  void Allow(std::string_view key, T& out) {
+    if (const nlohmann::json* member = Member(key)) Read(cursor_.Key(key, *member), out);
+  }
+  [[nodiscard]] bool Has(std::string_view key) const;
+  /// Fails with the name of a member that was neither required nor allowed.
+  void Finish() const;
+
+ private:
+  const nlohmann::json* Member(std::string_view key);
+  void Missing(std::string_view key) const;
+
+  const Cursor& cursor_;
+  std::vector<std::string_view> known_;
+};
+
+void Read(const Cursor& cursor, bool& out);
+void Read(const Cursor& cursor, std::string& out);
+void Read(const Cursor& cursor, double& out);
+/// A JSON number, or text with a hexadecimal number ("0x1A00"), in [min, max].
+[[nodiscard]] std::int64_t ReadInteger(const Cursor& cursor, std::int64_t min, std::int64_t max);
+
+template <typename T>
+requires(std::integral<T> && !std::same_as<T, bool>) void Read(const Cursor& cursor, T& out) {
+  static_assert(sizeof(T) < sizeof(std::int64_t) || std::is_signed_v<T>);
+  const std::int64_t value = ReadInteger(cursor, std::numeric_limits<T>::min(), std::numeric_limits<T>::max());
+  if (!cursor.failed()) out = static_cast<T>(value);
+}
+
+/// null leaves it empty.
+template <typename T>
+void Read(const Cursor& cursor, std::optional<T>& out) {
+  out.reset();
+  if (cursor.value().is_null()) return;
+  T value{};
+  Read(cursor, value);
+  if (!cursor.failed()) out = std::move(value);
+}
+
+template <typename T>
+void Read(const Cursor& cursor, std::vector<T>& out) {
+  out.clear();
+  if (!cursor.value().is_array()) return cursor.FailType("an array");
+  out.reserve(cursor.value().size());
+  std::size_t index = 0;
+  for (const nlohmann::json& element : cursor.value()) {
+    T value{};
+    Read(cursor.Index(index++, element), value);
+    if (cursor.failed()) return;
+    out.push_back(std::move(value));
+  }
+}
+
+/// Text that must be one of a fixed list of words.
+template <typename Enum>
+struct Word {
+  std::string_view text;
+  Enum value;
+};
+
+template <typename Enum, std::size_t kCount>
+void ReadWord(const Cursor& cursor, const Word<Enum> (&words)[kCount], Enum& out) {
+  std::string text;
+  Read(cursor, text);
+  if (cursor.failed()) return;
+  std::string all;
+  for (const Word<Enum>& word : words) {
+    if (word.text == text) {
+      out = word.value;
+      return;
+    }
+    if (!all.empty()) all += ", ";
+    all += word.text;
+  }
+  cursor.Fail("\"" + text + "\" is none of " + all);
+}
+
+}  // namespace ecaudit::device

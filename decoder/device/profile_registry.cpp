@@ -1,0 +1,199 @@
+#include "decoder/device/profile_registry.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include "decoder/base/text.h"
+#include "decoder/device/embedded_files.h"
+#include "decoder/device/profile_reader.h"
+
+namespace ecaudit::device {
+namespace {
+
+/// A profile of all objects of a large drive has about 300 kB.
+constexpr std::uintmax_t kMaxProfileBytes = 16U << 20U;
+
+struct Builtin {
+  std::once_flag once;
+  std::unique_ptr<const DeviceDescription> description;
+};
+
+std::map<std::string, Builtin, std::less<>>& Builtins() {
+  static std::map<std::string, Builtin, std::less<>> builtins = [] {
+    std::map<std::string, Builtin, std::less<>> made;
+    for (const std::string& name : EmbeddedProfileNames()) made[name];
+    return made;
+  }();
+  return builtins;
+}
+
+Result<std::string> ReadFile(const std::filesystem::path& path) {
+  const std::string name = Printable(path.string());
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (error || !std::filesystem::exists(status)) return Error{name + ": no such file"};
+  if (!std::filesystem::is_regular_file(status)) return Error{name + ": not a file"};
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (error) return Error{name + ": " + error.message()};
+  if (size > kMaxProfileBytes) return Error{name + ": larger than " + Grouped(kMaxProfileBytes) + " bytes"};
+  std::ifstream stream(path, std::ios::binary);
+  std::string text(static_cast<std::size_t>(size), '\0');
+  if (!stream || !stream.read(text.data(), static_cast<std::streamsize>(size))) {
+    return Error{name + ": cannot be read"};
+  }
+  return text;
+}
+
+Error At(const std::filesystem::path& path, const Error& error) {
+  return Error{Printable(path.string()) + ": " + error.message};
+}
+
+template <typename Profiles>
+void SortNewestFirst(Profiles& profiles) {
+  std::stable_sort(profiles.begin(), profiles.end(), [](const DeviceDescription* a, const DeviceDescription* b) {
+    return a->edition > b->edition;  // ISO dates sort as text
+  });
+}
+
+}  // namespace
+
+const std::vector<std::string>& BuiltinProfileNames() {
+  static const std::vector<std::string> names = EmbeddedProfileNames();
+  return names;
+}
+
+const DeviceDescription* BuiltinProfile(std::string_view name) {
+  const auto it = Builtins().find(name);
+  if (it == Builtins().end()) return nullptr;
+  Builtin& builtin = it->second;
+  std::call_once(builtin.once, [&] {
+    // Tests parse every built-in profile, so a failure cannot ship; an "extends" cycle would hang here.
+    Result<DeviceDescription> read = ReadProfile(EmbeddedProfileText(name), BuiltinProfile);
+    if (read) builtin.description = std::make_unique<const DeviceDescription>(std::move(*read));
+  });
+  return builtin.description.get();
+}
+
+std::string BuiltinProfileText(std::string_view name) {
+  return EmbeddedProfileText(name);
+}
+
+Result<DeviceDescription> LoadProfileFile(const std::string& path) {
+  Result<std::string> text = ReadFile(path);
+  if (!text) return text.error();
+  Result<DeviceDescription> profile = ReadProfile(*text);
+  if (!profile) return At(path, profile.error());
+  return profile;
+}
+
+Result<std::string> ProfileRegistry::AddFile(const std::string& path) {
+  Result<std::string> text = ReadFile(path);
+  if (!text) return text.error();
+  Result<DeviceDescription> profile = ReadProfile(*text, [this](std::string_view id) { return Find(id); });
+  if (!profile) return At(path, profile.error());
+  std::string id = profile->id;
+  own_[id] = std::make_unique<const DeviceDescription>(std::move(*profile));
+  return id;
+}
+
+Result<std::size_t> ProfileRegistry::AddDirectory(const std::string& path) {
+  struct Pending {
+    std::filesystem::path path;
+    std::string text;
+    std::string extends;
+  };
+  std::error_code error;
+  std::filesystem::directory_iterator entries(path, error);
+  if (error) return Error{Printable(path) + ": " + error.message()};
+
+  std::map<std::string, Pending, std::less<>> pending;
+  std::set<std::filesystem::path> files;  // sorted, so that errors do not depend on the file system
+  for (const std::filesystem::directory_iterator end; entries != end; entries.increment(error)) {
+    if (error) break;
+    if (entries->path().extension() == ".json") files.insert(entries->path());
+  }
+  if (error) return Error{Printable(path) + ": " + error.message()};
+  for (const std::filesystem::path& file : files) {
+    Result<std::string> text = ReadFile(file);
+    if (!text) return text.error();
+    Result<ProfileHead> head = ReadProfileHead(*text);
+    if (!head) return At(file, head.error());
+    const auto [it, added] = pending.try_emplace(head->id, Pending{file, *text, head->extends});
+    if (!added) {
+      return At(file, Error{"id \"" + Printable(head->id) + "\" is also that of " + it->second.path.string()});
+    }
+  }
+
+  std::map<std::string, std::unique_ptr<const DeviceDescription>, std::less<>> read;
+  const auto lookup = [&](std::string_view id) -> const DeviceDescription* {
+    const auto it = read.find(id);
+    return it != read.end() ? it->second.get() : Find(id);
+  };
+  while (read.size() < pending.size()) {
+    bool progress = false;
+    for (const auto& [id, file] : pending) {
+      // A file may extend the built-in profile that it hides, so "extends its own id" is no cycle.
+      const bool waits = file.extends != id && pending.contains(file.extends) && !read.contains(file.extends);
+      if (read.contains(id) || waits) continue;
+      Result<DeviceDescription> profile = ReadProfile(file.text, lookup);
+      if (!profile) return At(file.path, profile.error());
+      read[id] = std::make_unique<const DeviceDescription>(std::move(*profile));
+      progress = true;
+    }
+    if (progress) continue;
+    for (const auto& [id, file] : pending) {
+      if (!read.contains(id))
+        return At(file.path, Error{"extends: \"" + Printable(id) + "\" extends itself in a cycle"});
+    }
+  }
+  const std::size_t count = read.size();
+  for (auto& [id, description] : read) own_[id] = std::move(description);
+  return count;
+}
+
+const DeviceDescription* ProfileRegistry::Find(std::string_view id) const {
+  const auto it = own_.find(id);
+  return it != own_.end() ? it->second.get() : BuiltinProfile(id);
+}
+
+std::vector<std::string> ProfileRegistry::Names() const {
+  std::set<std::string> names(BuiltinProfileNames().begin(), BuiltinProfileNames().end());
+  for (const auto& [id, description] : own_) names.insert(id);
+  return {names.begin(), names.end()};
+}
+
+std::vector<const DeviceDescription*> ProfileRegistry::MatchIdentity(std::uint32_t vendor_id,
+                                                                     std::uint32_t product_code,
+                                                                     std::uint32_t revision) const {
+  std::vector<const DeviceDescription*> matches;
+  for (const std::string& name : Names()) {
+    const DeviceDescription* profile = Find(name);
+    if (profile != nullptr && profile->match.MatchesIdentity(vendor_id, product_code, revision)) {
+      matches.push_back(profile);
+    }
+  }
+  SortNewestFirst(matches);
+  return matches;
+}
+
+std::vector<const DeviceDescription*> ProfileRegistry::MatchModel(std::string_view model) const {
+  std::vector<const DeviceDescription*> matches;
+  for (const std::string& name : Names()) {
+    const DeviceDescription* profile = Find(name);
+    if (profile != nullptr && profile->match.MatchesModel(model)) matches.push_back(profile);
+  }
+  SortNewestFirst(matches);
+  return matches;
+}
+
+std::vector<const DeviceDescription*> MatchIdentity(std::uint32_t vendor_id, std::uint32_t product_code,
+                                                    std::uint32_t revision) {
+  return ProfileRegistry().MatchIdentity(vendor_id, product_code, revision);
+}
+
+}  // namespace ecaudit::device

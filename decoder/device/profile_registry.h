@@ -1,0 +1,53 @@
+/// The drive families that come with the program, and those a user adds.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "decoder/base/result.h"
+#include "decoder/device/device_description.h"
+
+namespace ecaudit::device {
+
+/// Names of the built-in profiles, in alphabetical order; "generic" is one of them.
+[[nodiscard]] const std::vector<std::string>& BuiltinProfileNames();
+/// A built-in profile, parsed at first use and kept; null when there is none of that name. Safe from several threads.
+[[nodiscard]] const DeviceDescription* BuiltinProfile(std::string_view name);
+/// The JSON text of a built-in profile as it was written; empty when there is none of that name.
+[[nodiscard]] std::string BuiltinProfileText(std::string_view name);
+
+/// Reads one profile file that may extend a built-in profile. Fails with "PATH: reason".
+[[nodiscard]] Result<DeviceDescription> LoadProfileFile(const std::string& path);
+
+/// Built-in profiles plus the user's. A user's profile hides a built-in one with the same id.
+class ProfileRegistry {
+ public:
+  /// Reads all *.json files of a folder, in any order; they may extend each other and built-in profiles.
+  /// Fails, adding none, on the first file that cannot be read, a cycle of "extends", or an id that two files share.
+  [[nodiscard]] Result<std::size_t> AddDirectory(const std::string& path);
+  /// Adds one file, that may extend what is already there; returns its id.
+  [[nodiscard]] Result<std::string> AddFile(const std::string& path);
+
+  /// Null when there is none of that name. The pointer stays valid as long as the registry.
+  [[nodiscard]] const DeviceDescription* Find(std::string_view id) const;
+  /// Alphabetical.
+  [[nodiscard]] std::vector<std::string> Names() const;
+  /// Profiles whose documented identity is this one, newest edition first; empty when nothing fits (use "generic").
+  [[nodiscard]] std::vector<const DeviceDescription*> MatchIdentity(std::uint32_t vendor_id, std::uint32_t product_code,
+                                                                    std::uint32_t revision) const;
+  /// Profiles whose list of models contains a beginning of `model` (EEPROM category 0x0800, object 1008h).
+  [[nodiscard]] std::vector<const DeviceDescription*> MatchModel(std::string_view model) const;
+
+ private:
+  std::map<std::string, std::unique_ptr<const DeviceDescription>, std::less<>> own_;
+};
+
+/// ProfileRegistry::MatchIdentity() over the built-in profiles only.
+[[nodiscard]] std::vector<const DeviceDescription*> MatchIdentity(std::uint32_t vendor_id, std::uint32_t product_code,
+                                                                  std::uint32_t revision);
+
+}  // namespace ecaudit::device

@@ -1,0 +1,139 @@
+#include "decoder/device/profile_reader.h"
+
+#include <string>
+#include <string_view>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "decoder/device/profile_registry.h"
+
+namespace ecaudit::device {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+/// A profile with `rest` after the obligatory head.
+std::string Profile(std::string_view rest) {
+  return R"({"schema": "ecaudit.profile/1", "id": "x", "title": "X", "document": "MKD")" + std::string(rest) + "}";
+}
+
+std::string ErrorOf(std::string_view json) {
+  const Result<DeviceDescription> profile = ReadProfile(json);
+  return profile ? "no error" : profile.error().message;
+}
+
+TEST(ProfileReader, ReadsTheHead) {
+  const auto profile = ReadProfile(Profile(R"(, "edition": "2020-10", "note": "n")"));
+  ASSERT_TRUE(profile) << profile.error().message;
+  EXPECT_EQ(profile->id, "x");
+  EXPECT_EQ(profile->title, "X");
+  EXPECT_EQ(profile->edition, "2020-10");
+  EXPECT_EQ(profile->document, "MKD");
+}
+
+TEST(ProfileReader, SyntaxErrorsNameLineAndColumn) {
+  EXPECT_THAT(ErrorOf("{\n  \"id\": }"), HasSubstr("line 2, column 9"));
+  EXPECT_THAT(ErrorOf(""), HasSubstr("line 1"));
+  EXPECT_THAT(ErrorOf("{} {}"), HasSubstr("line 1, column 4"));
+}
+
+TEST(ProfileReader, TruncationAnywhereIsAnError) {
+  const std::string whole = BuiltinProfileText("kollmorgen-akd-2010");
+  ASSERT_FALSE(whole.empty());
+  const std::size_t end = whole.find_last_of('}');
+  for (std::size_t length = 0; length <= end; length += 97) {
+    EXPECT_FALSE(ReadProfile(std::string_view(whole).substr(0, length))) << length;
+  }
+}
+
+TEST(ProfileReader, WrongTypesNameThePlace) {
+  EXPECT_EQ(ErrorOf("[]"), "document: expected an object, got an array");
+  EXPECT_EQ(ErrorOf(Profile(R"(, "registers": 3)")), "registers: expected an array, got a number");
+  EXPECT_EQ(ErrorOf(Profile(R"(, "registers": [{"address": true}])")),
+            "registers[0].address: expected a number, got true or false");
+  EXPECT_EQ(ErrorOf(Profile(R"(, "edition": 2010)")), "edition: expected text, got a number");
+  EXPECT_EQ(ErrorOf(Profile(R"(, "al": null)")), "al: expected an object, got null");
+}
+
+TEST(ProfileReader, NumbersAreCheckedAgainstTheirRange) {
+  const auto with = [](std::string_view address) {
+    return Profile(R"(, "registers": [{"address": )" + std::string(address) +
+                   R"(, "length": 2, "name": "n", "source": "MKD, 4.1"}])");
+  };
+  EXPECT_EQ(ErrorOf(with("288")), "no error");
+  EXPECT_EQ(ErrorOf(with("\"0x0120\"")), "no error");
+  EXPECT_EQ(ErrorOf(with("65536")), "registers[0].address: 65536 is outside 0 to 65535");
+  EXPECT_EQ(ErrorOf(with("-1")), "registers[0].address: -1 is outside 0 to 65535");
+  EXPECT_THAT(ErrorOf(with("\"0x\"")), StartsWith("registers[0].address: \"0x\" is not a number"));
+  EXPECT_THAT(ErrorOf(with("\"0x12g\"")), StartsWith("registers[0].address: \"0x12g\" is not a number"));
+  EXPECT_THAT(ErrorOf(with("\"120h\"")), StartsWith("registers[0].address: \"120h\" is not a number"));
+  EXPECT_THAT(ErrorOf(with("1e99")), StartsWith("registers[0].address: "));
+  EXPECT_THAT(ErrorOf(with("18446744073709551615")), StartsWith("registers[0].address: "));
+  EXPECT_THAT(ErrorOf(with("65535")), HasSubstr("ends inside 0x0000 to 0xFFFF"));
+}
+
+TEST(ProfileReader, MissingAndUnknownKeysAreNamed) {
+  EXPECT_EQ(ErrorOf("{}"), "document: \"schema\" is missing");
+  EXPECT_EQ(ErrorOf(Profile(R"(, "registerz": [])")), "document: unknown key \"registerz\"");
+  EXPECT_EQ(
+      ErrorOf(Profile(R"(, "registers": [{"address": 1, "length": 1, "name": "n", "acess": "r", "source": "s"}])")),
+      "registers[0]: unknown key \"acess\"");
+  EXPECT_EQ(ErrorOf(Profile(R"(, "registers": [{"address": 1, "length": 1, "name": "n"}])")),
+            "registers[0]: \"source\" is missing");
+  EXPECT_EQ(ErrorOf(Profile(R"(, "registers": [{"address": 1, "length": 1, "name": "n", "source": ""}])")),
+            "registers[0]: \"source\" is empty");
+}
+
+TEST(ProfileReader, AKeyThatAppearsTwiceIsNamed) {
+  EXPECT_EQ(ErrorOf(R"({"id": "a", "match": {}, "id": "b"})"), "key \"id\" appears twice in one object");
+}
+
+TEST(ProfileReader, WordsMustBeOnTheList) {
+  EXPECT_EQ(
+      ErrorOf(Profile(R"(, "registers": [{"address": 1, "length": 1, "name": "n", "ecat": "ro", "source": "s"}])")),
+      "registers[0].ecat: \"ro\" is none of unknown, -, r, w, rw");
+  EXPECT_EQ(ErrorOf(Profile(R"(, "al": {"transitions": [{"from": "SAVEOP"}]})")),
+            "al.transitions[0].from: \"SAVEOP\" is none of INIT, PREOP, BOOT, SAFEOP, OP");
+}
+
+TEST(ProfileReader, AnotherSchemaIsRefused) {
+  EXPECT_THAT(ErrorOf(R"({"schema": "ecaudit.profile/2", "id": "x"})"), HasSubstr("\"ecaudit.profile/2\""));
+}
+
+TEST(ProfileReader, DeepNestingIsRefused) {
+  EXPECT_THAT(ErrorOf(std::string(100000, '[')), HasSubstr("nested deeper than 32 levels"));
+}
+
+TEST(ProfileReader, RowsThatClashAreNamed) {
+  EXPECT_THAT(ErrorOf(Profile(R"(, "registers": [
+      {"address": "0x0120", "length": 2, "name": "a", "source": "s"},
+      {"address": "0x0121", "length": 1, "name": "b", "source": "s"}])")),
+              HasSubstr("registers 0x0120 and 0x0121 overlap"));
+  EXPECT_THAT(ErrorOf(Profile(R"(, "al": {"status_codes_complete": true, "source": "s", "transitions": [],
+      "status_codes": [{"code": 17, "name": "a", "source": "s"}, {"code": 17, "name": "b", "source": "s"}]})")),
+              HasSubstr("AL status code 0x0011 is listed twice"));
+}
+
+TEST(ProfileReader, WhatAProfileDoesNotSayComesFromTheOneItExtends) {
+  const auto profile = ReadProfile(Profile(R"(, "extends": "kollmorgen-mkd-c", "registers": [
+      {"address": "0x0134", "length": 2, "name": "mine", "ecat": "rw", "source": "X, 1"}])"));
+  ASSERT_TRUE(profile) << profile.error().message;
+  EXPECT_EQ(profile->extends, "kollmorgen-mkd-c");
+  EXPECT_FALSE(profile->match.vendor_id);  // the identity is never inherited
+  EXPECT_EQ(profile->al.status_codes.size(), 3U);
+  EXPECT_EQ(profile->register_right(0x0134)->name, "mine");
+  EXPECT_EQ(profile->register_right(0x0130)->name, "AL Status");
+}
+
+TEST(ProfileReader, ExtendingAnUnknownProfileIsAnError) {
+  EXPECT_EQ(ErrorOf(Profile(R"(, "extends": "acme")")), "extends: there is no profile \"acme\"");
+}
+
+TEST(ProfileReader, TextOfAProfileCannotControlTheTerminal) {
+  EXPECT_EQ(ErrorOf(Profile(R"(, "\u001b[2J": 1)")).find('\x1b'), std::string::npos);
+}
+
+}  // namespace
+}  // namespace ecaudit::device
