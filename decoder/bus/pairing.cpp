@@ -38,12 +38,14 @@ Pairing::Pairing(const DirectionLearner& directions, BusSink& sink)
 void Pairing::Push(const wire::FrameView& frame) noexcept {
   if (frame.kind() == wire::FrameKind::kOther) return;
   const Direction direction = directions_.Classify(frame);
+  if (direction != Direction::kByPair) sink_.OnFrame(frame, direction);
   if (direction == Direction::kForeign) {
     ++statistics_.foreign;
     if (frame.kind() == wire::FrameKind::kMalformed) sink_.OnUnusable(frame, Unusable::kMalformed, false);
     return;
   }
   if (frame.kind() == wire::FrameKind::kMalformed || frame.kind() == wire::FrameKind::kDamagedOnWire) {
+    if (direction == Direction::kByPair) sink_.OnFrame(frame, direction);
     if (direction == Direction::kOutbound) {
       ++statistics_.outbound;
       sink_.OnUnusable(frame, Unusable::kMalformed, true);
@@ -55,10 +57,17 @@ void Pairing::Push(const wire::FrameView& frame) noexcept {
   const std::uint64_t key = FrameKey(frame);
   switch (direction) {
     case Direction::kOutbound: PushOutbound(frame, key); break;
-    case Direction::kReturned: PushReturned(frame, key, false); break;
-    case Direction::kByPair:
-      if (!PushReturned(frame, key, true)) PushOutbound(frame, key);
+    case Direction::kReturned: PushReturned(frame, key); break;
+    case Direction::kByPair: {
+      const bool returned = FindOpen(frame, key) != nullptr;
+      sink_.OnFrame(frame, returned ? Direction::kReturned : Direction::kOutbound);
+      if (returned) {
+        PushReturned(frame, key);
+      } else {
+        PushOutbound(frame, key);
+      }
       break;
+    }
     case Direction::kForeign: break;
   }
 }
@@ -137,9 +146,8 @@ void Pairing::Answer(Slot& slot, FrameNo returned, std::uint64_t hash) noexcept 
   DropAnsweredTail();
 }
 
-bool Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, bool only_if_open) noexcept {
+void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key) noexcept {
   Slot* slot = FindOpen(frame, key);
-  if (slot == nullptr && only_if_open) return false;
   ++statistics_.returned;
   outbound_only_ = false;
   const std::uint64_t hash = HashBytes(frame.payload());
@@ -155,7 +163,7 @@ bool Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, bool
     }
     sink_.OnTransaction({&slot->view, &frame, false});
     Answer(*slot, frame.ref().number, hash);
-    return true;
+    return;
   }
   // Nothing under way fits: a second copy of something that already came back?
   const std::uint64_t oldest = head_ > kSlots ? head_ - kSlots : 0;
@@ -164,7 +172,7 @@ bool Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, bool
     if (answered.state == SlotState::kAnswered && answered.key == key && answered.returned_hash == hash) {
       ++statistics_.duplicated;
       sink_.OnDuplicate(frame, answered.returned);
-      return true;
+      return;
     }
   }
   // Or bits flipped in a field that slaves never change (the FCS is not in the capture).
@@ -172,11 +180,10 @@ bool Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, bool
     ++statistics_.altered;
     sink_.OnUnusable(frame, Unusable::kAltered, true);
     Answer(*alike, frame.ref().number, hash);
-    return true;
+    return;
   }
   ++statistics_.unmatched_returned;
   sink_.OnTransaction({nullptr, &frame, false});
-  return true;
 }
 
 void Pairing::PushUnusable(const wire::FrameView& frame) noexcept {

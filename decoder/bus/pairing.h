@@ -56,7 +56,7 @@ class Pairing {
   };
 
   void PushOutbound(const wire::FrameView& frame, std::uint64_t key) noexcept;
-  bool PushReturned(const wire::FrameView& frame, std::uint64_t key, bool only_if_open) noexcept;
+  void PushReturned(const wire::FrameView& frame, std::uint64_t key) noexcept;
   void PushUnusable(const wire::FrameView& frame) noexcept;
   [[nodiscard]] Slot* FindOpen(const wire::FrameView& frame, std::uint64_t key) noexcept;
   Slot* FindAlike(const wire::FrameView& frame) noexcept;

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "decoder/base/ids.h"
+#include "decoder/bus/direction.h"
 #include "decoder/wire/frame_view.h"
 
 namespace ecaudit::bus {
@@ -35,6 +36,8 @@ enum class Unusable : std::uint8_t {
 class BusSink {
  public:
   virtual ~BusSink() = default;
+  /// Every EtherCAT frame in file order, before what follows from it: for `decode` and for counting.
+  virtual void OnFrame(const wire::FrameView& frame, Direction direction) = 0;
   /// An outbound frame was seen; what it does is not known yet. Not called when `assumed` transactions follow at once.
   virtual void OnSent(const wire::FrameView& frame) = 0;
   virtual void OnTransaction(const BusTransaction& transaction) = 0;

@@ -1,0 +1,65 @@
+/// Who is on the bus: positions, station addresses and aliases, as the accesses teach them.
+///
+/// Unknown stays unknown: a slave met by its station address in a running bus has no position until a position-addressed
+/// access shows it. Reports number such slaves by ascending address and say so.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "decoder/base/ids.h"
+#include "decoder/base/known.h"
+
+namespace ecaudit::bus {
+
+struct SlaveAddress {
+  Known<SlavePos> position;
+  Known<StationAddress> station;  ///< stays as last known when a broadcast clears the addresses
+  bool station_valid = false;     ///< the slave answers to `station` now
+  Known<StationAddress> alias;
+};
+
+/// What AssignStation() found out.
+struct Assignment {
+  SlaveId slave = kNoSlave;
+  SlaveId other = kNoSlave;  ///< another slave that answers to the same address now; kNoSlave: none
+};
+
+class SlaveSet {
+ public:
+  /// More slaves than any segment has; later ones are not modelled, so that a hostile capture cannot exhaust memory.
+  static constexpr std::size_t kMaxSlaves = 4096;
+
+  SlaveSet() : by_station_(65536, kNoSlave) {}
+
+  [[nodiscard]] std::size_t size() const { return slaves_.size(); }
+  [[nodiscard]] const SlaveAddress& operator[](SlaveId id) const { return slaves_[id]; }
+
+  /// kNoSlave when not known (yet).
+  [[nodiscard]] SlaveId AtPosition(SlavePos position) const;
+  /// By configured station address, else by alias (register 0x0012 is compared too when the master enabled it).
+  [[nodiscard]] SlaveId AtStation(StationAddress address) const;
+
+  /// The slave there, added when it is new; kNoSlave when kMaxSlaves is reached.
+  SlaveId AddAtPosition(SlavePos position, FrameNo frame);
+  SlaveId AddAtStation(StationAddress address, FrameNo frame);
+
+  /// The slave at `position` has taken, or reported, the station address. A slave that was only known by that address
+  /// becomes the one at the position.
+  Assignment AssignStation(SlavePos position, StationAddress address, FrameNo frame);
+  /// The same for a slave that is already identified.
+  Assignment AssignStation(SlaveId id, StationAddress address, FrameNo frame);
+  void LearnAlias(SlaveId id, StationAddress alias, FrameNo frame);
+  /// A broadcast wrote the same address to all slaves (masters write 0 when they scan): nobody is told apart by it now.
+  void ClearStations(FrameNo frame);
+
+ private:
+  SlaveId Add();
+
+  std::vector<SlaveAddress> slaves_;
+  std::vector<SlaveId> by_position_;
+  std::vector<SlaveId> by_station_;
+};
+
+}  // namespace ecaudit::bus

@@ -1,0 +1,72 @@
+/// Joins the stages of the decoder: FrameSource -> FrameView -> Pairing -> Network -> Event. The only file of the
+/// decoder that knows all of them.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "decoder/bus/pairing.h"
+#include "decoder/capture/frame_source.h"
+#include "decoder/track/network.h"
+
+namespace ecaudit {
+
+/// Counted while reading; final when Run() has returned.
+struct PipelineStatistics {
+  std::uint64_t packets = 0;          ///< in the selected range
+  std::uint64_t ethercat_frames = 0;  ///< EtherCAT type 1, readable at least in part
+  std::uint64_t datagrams = 0;
+  std::uint64_t other_packets = 0;
+  std::uint64_t malformed_frames = 0;
+  std::uint64_t cut_frames = 0;
+  std::uint64_t crc_error_frames = 0;
+  std::uint64_t esl_frames = 0;       ///< frames with a probe's record
+  FrameRef first;                     ///< first packet, with a time stamp where there is one
+  FrameRef last;
+  std::uint64_t without_time = 0;
+  std::uint64_t backwards = 0;        ///< packets stamped earlier than their predecessor
+  std::int64_t time_step_ns = 0;      ///< greatest common divisor of the stamps: the step the clock really makes
+  bool stopped = false;               ///< ended early on request
+};
+
+struct PipelineOptions {
+  std::optional<double> from_s, to_s;            ///< seconds from the first packet
+  std::optional<FrameNo> from_frame, to_frame;   ///< inclusive
+  const std::atomic<bool>* stop = nullptr;
+  /// Called about every 65,536 packets: bytes done, bytes in total (0: unknown), packets.
+  std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress;
+};
+
+/// Hears every frame with its direction, before the events that follow from it; for `decode`.
+class FrameObserver {
+ public:
+  virtual ~FrameObserver() = default;
+  virtual void OnFrame(const wire::FrameView& frame, bus::Direction direction) = 0;
+};
+
+class Pipeline {
+ public:
+  /// @param events receives what happens; must outlive the pipeline
+  explicit Pipeline(track::EventSink& events, FrameObserver* frames = nullptr);
+  ~Pipeline();
+  Pipeline(const Pipeline&) = delete;
+  Pipeline& operator=(const Pipeline&) = delete;
+
+  /// Reads `source` to its end, its damage or options.stop. Memory does not grow with the length of the capture.
+  void Run(capture::FrameSource& source, const PipelineOptions& options = {});
+
+  [[nodiscard]] const PipelineStatistics& statistics() const;
+  [[nodiscard]] const bus::PairingStatistics& pairing() const;
+  [[nodiscard]] const bus::DirectionLearner& directions() const;
+  /// What is known of the slaves; valid during and after Run().
+  [[nodiscard]] const track::Network& network() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace ecaudit

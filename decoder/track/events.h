@@ -1,0 +1,163 @@
+/// out of decoder/: Event, facts about one slave or the bus. Nothing here is judged.
+///
+/// Each event names the frames it rests on. An EventSink overrides what it wants to hear; the spans and references in
+/// an event are valid during the call.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "decoder/base/ids.h"
+#include "decoder/base/known.h"
+#include "decoder/bus/transaction.h"
+#include "decoder/esc/al.h"
+#include "decoder/track/access.h"
+
+namespace ecaudit::track {
+
+/// A slave was met for the first time.
+struct SlaveFound {
+  SlaveId slave = kNoSlave;
+  FrameRef frame;
+};
+
+/// A slave took, or reported, its configured station address (0x0010).
+struct AddressAssigned {
+  SlaveId slave = kNoSlave;
+  FrameRef frame;
+  StationAddress address = 0;
+  SlaveId duplicate_of = kNoSlave;  ///< another slave at a known position that answers to the same address
+};
+
+/// The number of slaves that passed a frame on, counted by the position counter; emitted when it changes.
+struct SlaveCount {
+  std::uint16_t count = 0;
+  std::uint16_t previous = 0;  ///< meaningless when `first`
+  bool first = false;
+  FrameRef frame;
+};
+
+/// The master wrote AL Control (0x0120) of one slave.
+struct AlRequest {
+  SlaveId slave = kNoSlave;
+  FrameRef sent;
+  FrameRef returned;
+  esc::AlWord control;
+  Acceptance acceptance = Acceptance::kUnknown;
+  bool broadcast = false;
+
+  [[nodiscard]] const FrameRef& frame() const { return sent.seen() ? sent : returned; }
+};
+
+/// AL Status (0x0130) of one slave was read, alone or by a broadcast whose result tells it.
+struct AlStatusRead {
+  SlaveId slave = kNoSlave;
+  FrameRef frame;
+  esc::AlWord status;
+  std::optional<esc::AlWord> before;         ///< last status read, if any
+  std::optional<std::uint16_t> status_code;  ///< 0x0134, when the same access covered it
+  bool error_bit_known = true;               ///< false: from a broadcast that some slave answered with the error bit
+
+  [[nodiscard]] bool changed() const { return !before || before->raw != status.raw; }
+};
+
+/// AL Status Code (0x0134) of one slave was read.
+struct AlStatusCodeRead {
+  SlaveId slave = kNoSlave;
+  FrameRef frame;
+  std::uint16_t code = 0;
+};
+
+/// A broadcast read of AL Status contradicts what was known of this slave: its state is unknown from here on.
+struct AlStateForgotten {
+  SlaveId slave = kNoSlave;
+  FrameRef frame;
+};
+
+/// What the EEPROM (SII), object 1018h, ESI or ENI says a slave is.
+struct IdentityLearned {
+  enum class Source : std::uint8_t { kEeprom, kObject1018, kEsi, kEni };
+  SlaveId slave = kNoSlave;
+  FrameRef frame;
+  Source source = Source::kEeprom;
+  std::optional<std::uint32_t> vendor_id, product_code, revision, serial;
+};
+
+/// The EEPROM, object 1008h, ESI or ENI gave a slave its name (untrusted text).
+struct NameLearned {
+  SlaveId slave = kNoSlave;
+  FrameRef frame;
+  std::string name;
+};
+
+/// A datagram with a logical address came back (or was sent, in an outbound-only capture).
+struct LogicalAccess {
+  wire::Command command = wire::Command::LRW;
+  std::uint32_t address = 0;
+  FrameRef sent;
+  FrameRef returned;
+  ByteSpan sent_data;       ///< empty when the outbound copy is not captured
+  ByteSpan returned_data;   ///< empty when the return is not captured
+  std::uint16_t length = 0;
+  std::uint16_t wkc = 0;    ///< of the returned copy
+  bool assumed = false;     ///< outbound-only capture: wkc means nothing
+
+  [[nodiscard]] const FrameRef& frame() const { return returned.seen() ? returned : sent; }
+};
+
+/// A broadcast or configured-address datagram came back; the working counter is judged against what slaves do.
+struct Answered {
+  wire::Command command = wire::Command::NOP;
+  std::uint16_t adp = 0;      ///< as sent, as far as it is known
+  EscAddress address = 0;
+  std::uint16_t length = 0;
+  std::uint16_t wkc = 0;
+  SlaveId slave = kNoSlave;   ///< addressed slave; kNoSlave for broadcasts and addresses nobody was met at
+  FrameRef sent;
+  FrameRef returned;
+  ByteSpan sent_data;
+  ByteSpan returned_data;
+};
+
+struct FrameLost {
+  const wire::FrameView& sent;
+  bus::Loss loss;
+};
+
+struct FrameDuplicated {
+  const wire::FrameView& returned;
+  FrameNo original = 0;
+};
+
+struct FrameUnusable {
+  const wire::FrameView& frame;
+  bus::Unusable reason;
+  bool own_master = false;  ///< from a sender that is a master of this bus
+};
+
+/// Receives events in the order in which they became known.
+class EventSink {
+ public:
+  virtual ~EventSink() = default;
+  virtual void On(const SlaveFound&) {}
+  virtual void On(const AddressAssigned&) {}
+  virtual void On(const SlaveCount&) {}
+  virtual void On(const AlRequest&) {}
+  virtual void On(const AlStatusRead&) {}
+  virtual void On(const AlStatusCodeRead&) {}
+  virtual void On(const AlStateForgotten&) {}
+  virtual void On(const IdentityLearned&) {}
+  virtual void On(const NameLearned&) {}
+  virtual void On(const LogicalAccess&) {}
+  virtual void On(const Answered&) {}
+  virtual void On(const FrameLost&) {}
+  virtual void On(const FrameDuplicated&) {}
+  virtual void On(const FrameUnusable&) {}
+  /// Every access of the master to one slave's memory that is not process data, reads and writes alike.
+  virtual void OnAccess(const SlaveAccess&) {}
+  /// An outbound write that is still under way; the access itself follows when the frame comes back or is lost.
+  virtual void OnAlRequestSent(SlaveId, const FrameRef&, esc::AlWord) {}
+};
+
+}  // namespace ecaudit::track

@@ -1,0 +1,423 @@
+#include "decoder/track/network.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace ecaudit::track {
+namespace {
+
+constexpr EscAddress kStationAddress = 0x0010;
+constexpr EscAddress kStationAlias = 0x0012;
+constexpr EscAddress kAlControl = 0x0120;
+constexpr EscAddress kAlStatus = 0x0130;
+constexpr EscAddress kAlStatusCode = 0x0134;
+constexpr EscAddress kMappingFirst = 0x0600;
+constexpr EscAddress kMappingEnd = 0x0880;
+
+bool CoversByte(EscAddress address, std::size_t length, EscAddress byte) {
+  return address <= byte && static_cast<std::size_t>(byte - address) < length;
+}
+
+}  // namespace
+
+/// One datagram with both its copies.
+struct Network::Datagram {
+  const bus::BusTransaction& transaction;
+  std::size_t ordinal;
+  wire::DatagramView any;      // returned copy if captured, else the outbound one
+  bool has_sent;
+  bool has_returned;
+
+  [[nodiscard]] wire::Command command() const { return any.command(); }
+  [[nodiscard]] EscAddress address() const { return any.ado(); }
+  [[nodiscard]] wire::DatagramView sent() const { return (*transaction.sent)[ordinal]; }
+  [[nodiscard]] bool assumed() const { return transaction.assumed; }
+  [[nodiscard]] std::uint16_t wkc() const { return has_returned ? any.wkc() : std::uint16_t{0}; }
+  /// What the master wrote. Slaves leave the data of pure writes alone, so the returned copy will do.
+  [[nodiscard]] ByteSpan written() const {
+    if (!wire::Writes(command())) return {};
+    if (has_sent) return sent().data();
+    return wire::Reads(command()) ? ByteSpan{} : any.data();
+  }
+  [[nodiscard]] ByteSpan read() const { return wire::Reads(command()) && has_returned ? any.data() : ByteSpan{}; }
+
+  [[nodiscard]] SlaveAccess Access(SlaveId slave, Acceptance acceptance) const {
+    SlaveAccess access;
+    access.slave = slave;
+    access.sent = transaction.sent_ref();
+    access.returned = transaction.returned_ref();
+    access.command = command();
+    access.datagram = any.ordinal();
+    access.address = address();
+    access.written = written();
+    if (acceptance == Acceptance::kAccepted) access.read = read();
+    access.acceptance = acceptance;
+    access.broadcast = wire::IsBroadcast(command());
+    return access;
+  }
+};
+
+std::optional<esc::SyncManager> SlaveState::sync_manager(std::size_t n, Certainty at_least) const {
+  // Status and PDI control belong to the slave; unknown ones read as 0 and do not matter here.
+  const EscAddress at = esc::SyncManagerAddress(n);
+  if (registers.CertaintyOf(at, 5) < at_least || registers.CertaintyOf(static_cast<EscAddress>(at + 6), 1) < at_least) {
+    return std::nullopt;
+  }
+  std::array<std::uint8_t, esc::kSyncManagerBytes> bytes{};
+  registers.Read(at, bytes);
+  return esc::SyncManager::Decode(bytes);
+}
+
+std::optional<esc::Fmmu> SlaveState::fmmu(std::size_t n, Certainty at_least) const {
+  const EscAddress at = esc::FmmuAddress(n);
+  if (registers.CertaintyOf(at, 13) < at_least) return std::nullopt;
+  std::array<std::uint8_t, esc::kFmmuBytes> bytes{};
+  registers.Read(at, bytes);
+  return esc::Fmmu::Decode(bytes);
+}
+
+void Network::OnSent(const wire::FrameView& frame) {
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    const wire::DatagramView d = frame[i];
+    const wire::Command c = d.command();
+    if (wire::IsLogical(c) || !wire::Writes(c) || c == wire::Command::ARMW || c == wire::Command::FRMW ||
+        !CoversByte(d.ado(), d.length(), kAlControl)) {
+      continue;
+    }
+    const std::size_t at = static_cast<std::size_t>(kAlControl - d.ado());
+    const ByteSpan data = Slice(d.data(), at, 2);
+    const esc::AlWord control{data.size() == 2 ? LittleEndian<std::uint16_t>(data, 0) : data[0]};
+    if (wire::IsBroadcast(c)) {
+      for (std::size_t s = 0; s < slaves_.size(); ++s) {
+        events_.OnAlRequestSent(static_cast<SlaveId>(s), frame.ref(), control);
+      }
+    } else {
+      const SlaveId slave = wire::IsNodeAddressed(c)
+                                ? slaves_.AtStation(d.adp())
+                                : slaves_.AtPosition(static_cast<SlavePos>(0U - d.adp() + upstream_));
+      if (slave != kNoSlave) events_.OnAlRequestSent(slave, frame.ref(), control);
+    }
+  }
+}
+
+void Network::OnTransaction(const bus::BusTransaction& transaction) {
+  for (std::size_t i = 0; i < transaction.size(); ++i) {
+    const Datagram d{transaction, i, transaction.any()[i], transaction.sent != nullptr && i < transaction.sent->size(),
+                     transaction.returned != nullptr};
+    if (!wire::IsDefined(d.any.command_byte())) continue;
+    if (wire::IsLogical(d.command())) {
+      OnLogical(d);
+      continue;
+    }
+    if (d.has_returned && wire::IncrementsAdp(d.command())) CountSlaves(d);
+    if (wire::IsBroadcast(d.command())) {
+      OnBroadcast(d);
+    } else if (d.command() != wire::Command::NOP) {
+      OnAddressed(d);
+    }
+  }
+}
+
+void Network::CountSlaves(const Datagram& d) {
+  std::uint16_t count = 0;
+  if (wire::IsBroadcast(d.command())) {
+    // Masters send broadcasts with 0. An outbound copy that already counted some was tapped behind that many slaves.
+    const bool tapped_behind_slaves = d.has_sent && d.transaction.sent->mac_bit() && d.sent().adp() != 0;
+    if (tapped_behind_slaves) upstream_ = d.sent().adp();
+    count = static_cast<std::uint16_t>(d.any.adp() - (d.has_sent && !tapped_behind_slaves ? d.sent().adp() : 0));
+  } else if (d.has_sent) {
+    count = static_cast<std::uint16_t>(d.any.adp() - d.sent().adp() + upstream_);
+  } else {
+    return;
+  }
+  if (count > bus::SlaveSet::kMaxSlaves) return;  // a damaged or made-up counter
+  const std::uint16_t* before = slave_count_.if_known();
+  if (before != nullptr && *before == count) return;
+  const SlaveCount event{count, before != nullptr ? *before : std::uint16_t{0}, before == nullptr,
+                         d.transaction.returned_ref()};
+  slave_count_ = Known<std::uint16_t>::Observed(count, event.frame.number);
+  events_.On(event);
+}
+
+std::optional<SlavePos> Network::PositionOf(const Datagram& d) const {
+  if (d.has_sent) return static_cast<SlavePos>(0U - d.sent().adp() + upstream_);
+  // Only the returned copy: each slave added one, so the slave count leads back to what was sent.
+  if (const std::uint16_t* count = slave_count_.if_known()) return static_cast<SlavePos>(*count - d.any.adp());
+  return std::nullopt;
+}
+
+SlaveId Network::Resolve(const Datagram& d, bool add) {
+  if (wire::IsNodeAddressed(d.command())) {
+    const SlaveId known = slaves_.AtStation(d.any.adp());
+    // Address 0 is what all slaves have while a master renumbers them: it names nobody.
+    if (known != kNoSlave || !add || d.any.adp() == 0) return known;
+    const SlaveId id = slaves_.AddAtStation(d.any.adp(), d.transaction.any().ref().number);
+    Meet(id, d.transaction.any().ref());
+    return id;
+  }
+  const std::optional<SlavePos> position = PositionOf(d);
+  if (!position) return kNoSlave;
+  const SlaveId known = slaves_.AtPosition(*position);
+  if (known != kNoSlave || !add) return known;
+  if (CoversByte(d.address(), d.any.length(), kStationAddress + 1) && d.address() <= kStationAddress) {
+    // A slave that was met by this station address in the running bus: now its position shows.
+    const ByteSpan data = wire::Writes(d.command()) ? d.written() : d.read();
+    const auto address = LittleEndian<std::uint16_t>(data, static_cast<std::size_t>(kStationAddress - d.address()));
+    const SlaveId met = address != 0 ? slaves_.AtStation(address) : kNoSlave;
+    if (met != kNoSlave && slaves_[met].position.if_known() == nullptr) {
+      return slaves_.AssignStation(*position, address, d.transaction.any().ref().number).slave;
+    }
+  }
+  const std::uint16_t* count = slave_count_.if_known();
+  if (count != nullptr && *position >= *count) return kNoSlave;  // behind the last slave: nobody
+  const SlaveId id = slaves_.AddAtPosition(*position, d.transaction.any().ref().number);
+  Meet(id, d.transaction.any().ref());
+  return id;
+}
+
+void Network::Meet(SlaveId id, const FrameRef& frame) {
+  if (id == kNoSlave || id < states_.size()) return;
+  states_.resize(static_cast<std::size_t>(id) + 1);
+  events_.On(SlaveFound{id, frame});
+}
+
+void Network::OnLogical(const Datagram& d) {
+  LogicalAccess access;
+  access.command = d.command();
+  access.address = d.any.logical_address();
+  access.sent = d.transaction.sent_ref();
+  access.returned = d.transaction.returned_ref();
+  if (d.has_sent) access.sent_data = d.sent().data();
+  if (d.has_returned) access.returned_data = d.any.data();
+  access.length = d.any.length();
+  access.wkc = d.wkc();
+  access.assumed = d.assumed();
+  events_.On(access);
+}
+
+void Network::OnBroadcast(const Datagram& d) {
+  const std::uint16_t* count = slave_count_.if_known();
+  if (d.has_returned) {
+    events_.On(Answered{d.command(), d.has_sent ? d.sent().adp() : std::uint16_t{0}, d.address(), d.any.length(),
+                        d.wkc(), kNoSlave, d.transaction.sent_ref(), d.transaction.returned_ref(),
+                        d.has_sent ? d.sent().data() : ByteSpan{}, d.any.data()});
+  }
+  if (wire::Writes(d.command())) {
+    Acceptance acceptance = Acceptance::kUnknown;
+    if (d.assumed()) {
+      acceptance = Acceptance::kAssumed;
+    } else if (d.wkc() == 0) {
+      acceptance = Acceptance::kRefused;
+    } else if (count != nullptr && d.wkc() == *count * (d.command() == wire::Command::BRW ? 3 : 1)) {
+      acceptance = Acceptance::kAccepted;
+    }
+    for (std::size_t s = 0; s < slaves_.size(); ++s) Apply(d.Access(static_cast<SlaveId>(s), acceptance));
+    if (CoversByte(d.address(), d.any.length(), kStationAddress) && acceptance != Acceptance::kRefused) {
+      slaves_.ClearStations(d.transaction.any().ref().number);
+    }
+  }
+  if (d.command() == wire::Command::BRD && d.has_returned && d.wkc() != 0 &&
+      CoversByte(d.address(), d.any.length(), kAlStatus)) {
+    ReadAlStatusOfAll(d);
+  }
+}
+
+/// The result is the OR of all slaves. One state bit and everybody counted: all are in that state. A state that is not
+/// in the result is the state of nobody who counted.
+void Network::ReadAlStatusOfAll(const Datagram& d) {
+  const std::uint16_t* count = slave_count_.if_known();
+  if (count == nullptr || d.wkc() != *count) return;
+  if (d.has_sent) {
+    // Bits that the master sent set would be taken for answers.
+    const ByteSpan sent = d.sent().data();
+    if (std::any_of(sent.begin(), sent.end(), [](std::uint8_t b) { return b != 0; })) return;
+  }
+  const ByteSpan data = Slice(d.any.data(), static_cast<std::size_t>(kAlStatus - d.address()));
+  const std::uint8_t status = data[0];
+  const bool single = *count == 1;
+  const bool one_state = std::popcount(static_cast<unsigned>(status & 0x0FU)) == 1;
+  const FrameRef frame = d.transaction.returned_ref();
+  for (std::size_t s = 0; s < slaves_.size(); ++s) {
+    const auto id = static_cast<SlaveId>(s);
+    if (single) {
+      const auto code = data.size() >= 6 ? std::optional(LittleEndian<std::uint16_t>(data, 4)) : std::nullopt;
+      ApplyAlStatus(id, frame, data.size() >= 2 ? LittleEndian<std::uint16_t>(data, 0) : status, code, true);
+    } else if (one_state && (status & 0x10U) == 0) {
+      ApplyAlStatus(id, frame, status, std::nullopt, true);
+    } else if (one_state) {
+      const esc::AlWord* before = states_[id].al_status.if_known();
+      // The state is certain, whose error bit it is, is not.
+      if (before == nullptr || before->state() != (status & 0x0FU)) {
+        ApplyAlStatus(id, frame, status & 0x0FU, std::nullopt, false);
+      }
+    } else if (const esc::AlWord* before = states_[id].al_status.if_known();
+               before != nullptr && (before->state() & ~status & 0x0FU) != 0) {
+      states_[id].al_status.Forget(frame.number);
+      states_[id].al_status_code.Forget(frame.number);
+      events_.On(AlStateForgotten{id, frame});
+    }
+  }
+}
+
+void Network::OnAddressed(const Datagram& d) {
+  const wire::Command c = d.command();
+  // ARMW and FRMW read at the addressed slave and write at all others; who of them takes it, the counter cannot say.
+  const bool reads_here = wire::Reads(c);
+  const bool writes_here = wire::Writes(c) && c != wire::Command::ARMW && c != wire::Command::FRMW;
+  const std::uint16_t wkc = d.wkc();
+  const bool took_part = d.assumed() || wkc != 0;
+  const SlaveId slave = Resolve(d, took_part);
+  if (d.has_returned) {
+    events_.On(Answered{c, d.has_sent ? d.sent().adp() : d.any.adp(), d.address(), d.any.length(), wkc, slave,
+                        d.transaction.sent_ref(), d.transaction.returned_ref(),
+                        d.has_sent ? d.sent().data() : ByteSpan{}, d.any.data()});
+  }
+  if (slave == kNoSlave) return;
+
+  Acceptance acceptance = took_part ? Acceptance::kAccepted : Acceptance::kRefused;
+  if (d.assumed()) acceptance = Acceptance::kAssumed;
+  SlaveAccess access = d.Access(slave, acceptance);
+  if (!writes_here) access.written = {};
+  if (!reads_here) access.read = {};
+  if (d.has_returned && reads_here && writes_here && wkc != 3) {
+    // Read counts 1, write counts 2 (esc-reference 2.1).
+    if ((wkc & 1U) == 0) access.read = {};
+    if ((wkc & 2U) == 0) access.written = {};
+  }
+  if ((c == wire::Command::ARMW || c == wire::Command::FRMW) && d.has_returned && d.has_sent &&
+      access.acceptance == Acceptance::kAccepted) {
+    // The others may have counted without the reader: unchanged data prove nothing.
+    const ByteSpan sent = d.sent().data();
+    if (std::equal(sent.begin(), sent.end(), access.read.begin(), access.read.end())) return;
+  }
+  Apply(access);
+}
+
+void Network::Apply(const SlaveAccess& access) {
+  SlaveState& state = states_[access.slave];
+  const bool in_registers = access.address < esc::RegisterImage::kSize;
+  if (in_registers) {
+    const auto touches_mapping = [&](std::size_t length) {
+      return access.address < kMappingEnd && access.address + length > kMappingFirst;
+    };
+    const auto learn = [&](ByteSpan bytes, Certainty certainty) {
+      if (touches_mapping(bytes.size())) {
+        for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
+          const EscAddress at = esc::FmmuAddress(n);
+          if (access.address < at + esc::kFmmuBytes && access.address + bytes.size() > at) {
+            state.fmmu_since[n] = access.frame().number;
+          }
+        }
+        for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
+          const EscAddress at = esc::SyncManagerAddress(n);
+          if (access.address < at + esc::kSyncManagerBytes && access.address + bytes.size() > at) {
+            state.sync_manager_since[n] = access.frame().number;
+          }
+        }
+        ++state.mapping_version;
+      }
+      state.registers.Write(access.address, bytes, certainty);
+    };
+    if (!access.written.empty() && access.acceptance != Acceptance::kRefused) {
+      learn(access.written, access.acceptance == Acceptance::kAccepted  ? Certainty::kObserved
+                            : access.acceptance == Acceptance::kAssumed ? Certainty::kInferred
+                                                                        : Certainty::kUnknown);
+    }
+    if (!access.read.empty()) {
+      // Reads of the mapping area only count as a change when they tell something new.
+      if (!touches_mapping(access.read.size()) ||
+          state.registers.CertaintyOf(access.address, access.read.size()) != Certainty::kObserved) {
+        learn(access.read, Certainty::kObserved);
+      } else {
+        state.registers.Write(access.address, access.read, Certainty::kObserved);
+      }
+    }
+  }
+  events_.OnAccess(access);
+  if (!in_registers) return;
+
+  if (access.address <= kStationAlias + 1 && access.address + std::max(access.written.size(), access.read.size()) > kStationAddress) {
+    ApplyAddressing(access);
+  }
+  const std::size_t control_at = static_cast<std::size_t>(kAlControl - access.address);
+  if (CoversByte(access.address, access.written.size(), kAlControl)) {
+    const ByteSpan control = Slice(access.written, control_at, 2);
+    events_.On(AlRequest{access.slave, access.sent, access.returned,
+                         esc::AlWord{control.size() == 2 ? LittleEndian<std::uint16_t>(control, 0) : control[0]},
+                         access.acceptance, access.broadcast});
+  }
+  if (access.broadcast) return;
+  if (CoversByte(access.address, access.read.size(), kAlStatus)) {
+    const ByteSpan status = Slice(access.read, static_cast<std::size_t>(kAlStatus - access.address));
+    std::optional<std::uint16_t> code;
+    if (status.size() >= 6) code = LittleEndian<std::uint16_t>(status, 4);
+    ApplyAlStatus(access.slave, access.frame(), status.size() >= 2 ? LittleEndian<std::uint16_t>(status, 0) : status[0],
+                  code, true);
+  } else if (const ByteSpan code = access.Covered(access.read, kAlStatusCode, 2); !code.empty()) {
+    const auto value = LittleEndian<std::uint16_t>(code, 0);
+    state.al_status_code = Known<std::uint16_t>::Observed(value, access.frame().number);
+    events_.On(AlStatusCodeRead{access.slave, access.frame(), value});
+  }
+}
+
+void Network::ApplyAlStatus(SlaveId slave, const FrameRef& frame, std::uint16_t status,
+                            std::optional<std::uint16_t> code, bool error_bit_known) {
+  SlaveState& state = states_[slave];
+  AlStatusRead event{slave, frame, esc::AlWord{status}, std::nullopt, code, error_bit_known};
+  if (const esc::AlWord* before = state.al_status.if_known()) event.before = *before;
+  if (event.changed()) state.al_status = Known<esc::AlWord>::Observed(esc::AlWord{status}, frame.number);
+  if (code) state.al_status_code = Known<std::uint16_t>::Observed(*code, frame.number);
+  events_.On(event);
+}
+
+void Network::ApplyAddressing(const SlaveAccess& access) {
+  if (access.broadcast) return;
+  const FrameNo frame = access.frame().number;
+  const bool done = access.done();
+  const ByteSpan station_written = done ? access.Covered(access.written, kStationAddress, 2) : ByteSpan{};
+  const ByteSpan station_read = access.Covered(access.read, kStationAddress, 2);
+  const ByteSpan station = !station_written.empty() ? station_written : station_read;
+  if (!station.empty()) {
+    const auto address = LittleEndian<std::uint16_t>(station, 0);
+    const bus::SlaveAddress& known = slaves_[access.slave];
+    const StationAddress* before = known.station.if_known();
+    if (before == nullptr || *before != address || !known.station_valid) {
+      const SlavePos* position = known.position.if_known();
+      const bus::Assignment assigned = position != nullptr ? slaves_.AssignStation(*position, address, frame)
+                                                           : slaves_.AssignStation(access.slave, address, frame);
+      events_.On(AddressAssigned{access.slave, access.frame(), address, assigned.other});
+    }
+  }
+  if (const ByteSpan alias = access.Covered(access.read, kStationAlias, 2); !alias.empty()) {
+    slaves_.LearnAlias(access.slave, LittleEndian<std::uint16_t>(alias, 0), frame);
+  }
+}
+
+void Network::OnLost(const wire::FrameView& sent, bus::Loss loss) {
+  events_.On(FrameLost{sent, loss});
+  // Whether the slaves got it, nobody knows: what it wrote is unknown from here on.
+  const bus::BusTransaction transaction{&sent, nullptr, false};
+  for (std::size_t i = 0; i < sent.size(); ++i) {
+    const Datagram d{transaction, i, sent[i], true, false};
+    const wire::Command c = d.command();
+    if (!wire::IsDefined(d.any.command_byte()) || wire::IsLogical(c) || !wire::Writes(c) || c == wire::Command::ARMW ||
+        c == wire::Command::FRMW) {
+      continue;
+    }
+    if (wire::IsBroadcast(c)) {
+      for (std::size_t s = 0; s < slaves_.size(); ++s) Apply(d.Access(static_cast<SlaveId>(s), Acceptance::kUnknown));
+    } else if (const SlaveId slave = Resolve(d, false); slave != kNoSlave) {
+      Apply(d.Access(slave, Acceptance::kUnknown));
+    }
+  }
+}
+
+void Network::OnDuplicate(const wire::FrameView& returned, FrameNo original) {
+  events_.On(FrameDuplicated{returned, original});
+}
+
+void Network::OnUnusable(const wire::FrameView& frame, bus::Unusable reason, bool own_master) {
+  events_.On(FrameUnusable{frame, reason, own_master});
+}
+
+}  // namespace ecaudit::track

@@ -1,0 +1,57 @@
+/// in: BusTransaction.  out: Event (events.h) and one SlaveState a slave.
+///
+/// Resolves which slaves a datagram meant and which of them took part, keeps what each ESC is known to hold, and turns
+/// accesses into facts: requests, states, addresses, counts.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+
+#include "decoder/bus/slave_set.h"
+#include "decoder/bus/transaction.h"
+#include "decoder/track/events.h"
+#include "decoder/track/slave_state.h"
+
+namespace ecaudit::track {
+
+class Network final : public bus::BusSink {
+ public:
+  explicit Network(EventSink& events) : events_(events) {}
+
+  [[nodiscard]] const bus::SlaveSet& slaves() const { return slaves_; }
+  [[nodiscard]] const SlaveState& state(SlaveId id) const { return states_[id]; }
+  /// Slaves on the bus as the last frame with a position counter showed.
+  [[nodiscard]] const Known<std::uint16_t>& slave_count() const { return slave_count_; }
+
+  void OnFrame(const wire::FrameView&, bus::Direction) override {}
+  void OnSent(const wire::FrameView& frame) override;
+  void OnTransaction(const bus::BusTransaction& transaction) override;
+  void OnLost(const wire::FrameView& sent, bus::Loss loss) override;
+  void OnDuplicate(const wire::FrameView& returned, FrameNo original) override;
+  void OnUnusable(const wire::FrameView& frame, bus::Unusable reason, bool own_master) override;
+
+ private:
+  struct Datagram;  // both copies of one datagram
+
+  void OnBroadcast(const Datagram& d);
+  void OnAddressed(const Datagram& d);
+  void OnLogical(const Datagram& d);
+  void CountSlaves(const Datagram& d);
+  void ReadAlStatusOfAll(const Datagram& d);
+  [[nodiscard]] std::optional<SlavePos> PositionOf(const Datagram& d) const;
+  [[nodiscard]] SlaveId Resolve(const Datagram& d, bool add);
+  void Meet(SlaveId id, const FrameRef& frame);
+  void Apply(const SlaveAccess& access);
+  void ApplyAddressing(const SlaveAccess& access);
+  void ApplyAlStatus(SlaveId slave, const FrameRef& frame, std::uint16_t status, std::optional<std::uint16_t> code,
+                     bool error_bit_known);
+
+  EventSink& events_;
+  bus::SlaveSet slaves_;
+  std::deque<SlaveState> states_;  // grows without moving what rules refer to
+  Known<std::uint16_t> slave_count_;
+  std::uint16_t upstream_ = 0;     // slaves between the master and the tap
+};
+
+}  // namespace ecaudit::track

@@ -1,0 +1,32 @@
+/// What is known of one slave's ESC, from the accesses it took part in.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "decoder/base/known.h"
+#include "decoder/esc/al.h"
+#include "decoder/esc/fmmu.h"
+#include "decoder/esc/register_image.h"
+#include "decoder/esc/sync_manager.h"
+
+namespace ecaudit::track {
+
+struct SlaveState {
+  esc::RegisterImage registers;
+  Known<esc::AlWord> al_status;         ///< as last read
+  Known<std::uint16_t> al_status_code;  ///< as last read
+  /// Frame of the last write or read that told something about sync manager / FMMU n.
+  std::array<FrameNo, esc::kMaxSyncManagers> sync_manager_since{};
+  std::array<FrameNo, esc::kMaxFmmus> fmmu_since{};
+  /// Changes whenever a register from 0x0600 to 0x08FF may have changed, so that what is derived can be cached.
+  std::uint32_t mapping_version = 0;
+
+  /// Settings of sync manager n, if every byte that the master configures is known.
+  [[nodiscard]] std::optional<esc::SyncManager> sync_manager(std::size_t n, Certainty at_least) const;
+  /// Settings of FMMU n, likewise.
+  [[nodiscard]] std::optional<esc::Fmmu> fmmu(std::size_t n, Certainty at_least) const;
+};
+
+}  // namespace ecaudit::track
