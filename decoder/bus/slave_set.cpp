@@ -43,7 +43,7 @@ SlaveId SlaveSet::AddAtStation(StationAddress address, FrameNo frame) {
   return id;
 }
 
-Assignment SlaveSet::AssignStation(SlavePos position, StationAddress address, FrameNo frame) {
+Assignment SlaveSet::AssignAtPosition(SlavePos position, StationAddress address, FrameNo frame) {
   SlaveId id = AtPosition(position);
   if (id == kNoSlave) {
     const SlaveId met = by_station_[address];

@@ -47,7 +47,7 @@ class SlaveSet {
 
   /// The slave at `position` has taken, or reported, the station address. A slave that was only known by that address
   /// becomes the one at the position.
-  Assignment AssignStation(SlavePos position, StationAddress address, FrameNo frame);
+  Assignment AssignAtPosition(SlavePos position, StationAddress address, FrameNo frame);
   /// The same for a slave that is already identified.
   Assignment AssignStation(SlaveId id, StationAddress address, FrameNo frame);
   void LearnAlias(SlaveId id, StationAddress alias, FrameNo frame);

@@ -18,6 +18,12 @@ bool CoversByte(EscAddress address, std::size_t length, EscAddress byte) {
   return address <= byte && static_cast<std::size_t>(byte - address) < length;
 }
 
+/// The first 16 bit of `data`, or its only byte (old masters access AL registers with a length of 1); 0 when empty.
+std::uint16_t WordOrByte(ByteSpan data) {
+  if (data.size() >= 2) return LittleEndian<std::uint16_t>(data, 0);
+  return LittleEndian<std::uint8_t>(data, 0);
+}
+
 }  // namespace
 
 /// One datagram with both its copies.
@@ -86,7 +92,7 @@ void Network::OnSent(const wire::FrameView& frame) {
     }
     const std::size_t at = static_cast<std::size_t>(kAlControl - d.ado());
     const ByteSpan data = Slice(d.data(), at, 2);
-    const esc::AlWord control{data.size() == 2 ? LittleEndian<std::uint16_t>(data, 0) : data[0]};
+    const esc::AlWord control{WordOrByte(data)};
     if (wire::IsBroadcast(c)) {
       for (std::size_t s = 0; s < slaves_.size(); ++s) {
         events_.OnAlRequestSent(static_cast<SlaveId>(s), frame.ref(), control);
@@ -165,7 +171,7 @@ SlaveId Network::Resolve(const Datagram& d, bool add) {
     const auto address = LittleEndian<std::uint16_t>(data, static_cast<std::size_t>(kStationAddress - d.address()));
     const SlaveId met = address != 0 ? slaves_.AtStation(address) : kNoSlave;
     if (met != kNoSlave && slaves_[met].position.if_known() == nullptr) {
-      return slaves_.AssignStation(*position, address, d.transaction.any().ref().number).slave;
+      return slaves_.AssignAtPosition(*position, address, d.transaction.any().ref().number).slave;
     }
   }
   const std::uint16_t* count = slave_count_.if_known();
@@ -241,7 +247,7 @@ void Network::ReadAlStatusOfAll(const Datagram& d) {
     const auto id = static_cast<SlaveId>(s);
     if (single) {
       const auto code = data.size() >= 6 ? std::optional(LittleEndian<std::uint16_t>(data, 4)) : std::nullopt;
-      ApplyAlStatus(id, frame, data.size() >= 2 ? LittleEndian<std::uint16_t>(data, 0) : status, code, true);
+      ApplyAlStatus(id, frame, WordOrByte(data), code, true);
     } else if (one_state && (status & 0x10U) == 0) {
       ApplyAlStatus(id, frame, status, std::nullopt, true);
     } else if (one_state) {
@@ -343,7 +349,7 @@ void Network::Apply(const SlaveAccess& access) {
   if (CoversByte(access.address, access.written.size(), kAlControl)) {
     const ByteSpan control = Slice(access.written, control_at, 2);
     events_.On(AlRequest{access.slave, access.sent, access.returned,
-                         esc::AlWord{control.size() == 2 ? LittleEndian<std::uint16_t>(control, 0) : control[0]},
+                         esc::AlWord{WordOrByte(control)},
                          access.acceptance, access.broadcast});
   }
   if (access.broadcast) return;
@@ -351,7 +357,7 @@ void Network::Apply(const SlaveAccess& access) {
     const ByteSpan status = Slice(access.read, static_cast<std::size_t>(kAlStatus - access.address));
     std::optional<std::uint16_t> code;
     if (status.size() >= 6) code = LittleEndian<std::uint16_t>(status, 4);
-    ApplyAlStatus(access.slave, access.frame(), status.size() >= 2 ? LittleEndian<std::uint16_t>(status, 0) : status[0],
+    ApplyAlStatus(access.slave, access.frame(), WordOrByte(status),
                   code, true);
   } else if (const ByteSpan code = access.Covered(access.read, kAlStatusCode, 2); !code.empty()) {
     const auto value = LittleEndian<std::uint16_t>(code, 0);
@@ -383,7 +389,7 @@ void Network::ApplyAddressing(const SlaveAccess& access) {
     const StationAddress* before = known.station.if_known();
     if (before == nullptr || *before != address || !known.station_valid) {
       const SlavePos* position = known.position.if_known();
-      const bus::Assignment assigned = position != nullptr ? slaves_.AssignStation(*position, address, frame)
+      const bus::Assignment assigned = position != nullptr ? slaves_.AssignAtPosition(*position, address, frame)
                                                            : slaves_.AssignStation(access.slave, address, frame);
       events_.On(AddressAssigned{access.slave, access.frame(), address, assigned.other});
     }
