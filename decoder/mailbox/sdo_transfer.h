@@ -1,0 +1,79 @@
+/// Reassembles the SDO transfers of one slave.
+///
+/// In:   MailboxMessage (CoE, SDO) of both directions in wire order, repeated ones left out.
+/// Out:  SdoTransfer when it completes, is aborted or given up; SdoUnexpected for answers that belong to none.
+/// Keeps: one open transfer (a slave handles one at a time), at most kMaxStoredBytes of its data; more is counted.
+/// Unknown: a segment whose initiate was not captured yields a transfer with certainty unknown and no object. An answer
+///   without a captured request yields one with certainty inferred when nothing is known to have come before.
+/// Source: ETG.1000.6 5.6.2; esc-reference 8.4.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "decoder/mailbox/coe.h"
+#include "decoder/mailbox/events.h"
+#include "decoder/mailbox/sdo.h"
+
+namespace ecaudit::mailbox {
+
+class SdoTransferTracker {
+ public:
+  static constexpr std::size_t kMaxStoredBytes = 1U << 20U;
+
+  explicit SdoTransferTracker(SlaveId slave) : slave_(slave) {}
+
+  /// @param message  CoE message with service SDO request or response
+  void OnMessage(const MailboxMessage& message, MailboxSink& sink);
+  /// The slave answered the outstanding request with a mailbox error reply.
+  void OnMailboxError(std::uint16_t detail, const FrameRef& frame, MailboxSink& sink);
+  /// A mailbox read never returned: it may have taken an answer with it.
+  void OnReadLost();
+  /// Ends an open transfer and forgets what came before.
+  /// @param why  kCaptureEnd, kReset or kGap
+  void End(SdoOutcome why, MailboxSink& sink);
+
+  [[nodiscard]] bool open() const { return state_ != State::kIdle; }
+  /// Of the open transfer.
+  [[nodiscard]] const SdoTransfer& transfer() const { return transfer_; }
+
+ private:
+  enum class State : std::uint8_t {
+    kIdle,
+    kInitiated,    ///< initiate sent, answer outstanding
+    kBetween,      ///< next segment request outstanding
+    kSegmentSent,  ///< segment request sent, answer outstanding
+  };
+
+  void OnRequest(const MailboxMessage& message, const SdoMessage& sdo, MailboxSink& sink);
+  void OnSegmentRequest(const MailboxMessage& message, const SdoMessage& sdo, MailboxSink& sink);
+  void OnResponse(const MailboxMessage& message, const SdoMessage& sdo, MailboxSink& sink);
+  void OnMatchedResponse(const MailboxMessage& message, const SdoMessage& sdo, MailboxSink& sink);
+  void OnOrphanResponse(const MailboxMessage& message, const SdoMessage& sdo, MailboxSink& sink);
+  void OnInitiateResponse(const SdoMessage& sdo, MailboxSink& sink);
+  void OnSegmentResponse(const MailboxMessage& message, const SdoMessage& sdo, MailboxSink& sink);
+  void OnAbort(const MailboxMessage& message, const SdoMessage& sdo, MailboxSink& sink);
+  void CheckService(const MailboxMessage& message, const SdoMessage& sdo);
+  [[nodiscard]] bool Answers(const SdoMessage& sdo) const;
+  [[nodiscard]] bool SameObject(const SdoMessage& sdo) const;
+  void Unexpected(SdoUnexpected::Reason reason, const MailboxMessage& message, const SdoMessage& sdo,
+                  MailboxSink& sink);
+
+  void Begin(SdoService service);
+  [[nodiscard]] SdoOutcome Unfinished(SdoOutcome why) const;
+  void Append(ByteSpan data);
+  void ToggleError(const MailboxMessage& message);
+  void Close(SdoOutcome outcome, MailboxSink& sink);
+
+  SlaveId slave_;
+  State state_ = State::kIdle;
+  bool history_known_ = false;  ///< a request was seen, so that an answer without one is odd
+  bool next_toggle_ = false;    ///< of the next segment request
+  bool toggle_known_ = false;
+  bool last_segment_sent_ = false;
+  bool assumed_ = false;  ///< the open transfer's request is assumed: answers are not in the capture
+  SdoTransfer transfer_;
+  std::vector<std::uint8_t> data_;
+};
+
+}  // namespace ecaudit::mailbox

@@ -1,0 +1,117 @@
+/// Shared by the mailbox tests: byte strings, reference tables, messages and a sink that keeps what it is given.
+#pragma once
+
+#include <cstdint>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "decoder/mailbox/coe.h"
+#include "decoder/mailbox/events.h"
+#include "decoder/mailbox/header.h"
+
+namespace ecaudit::mailbox {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// "0a 00 1f" or "0a001f" to bytes.
+inline Bytes FromHex(std::string_view text) {
+  Bytes bytes;
+  int high = -1;
+  for (const char c : text) {
+    if (c == ' ' || c == '|') continue;
+    const int digit = c <= '9' ? c - '0' : (c | 0x20) - 'a' + 10;
+    if (high < 0) {
+      high = digit;
+    } else {
+      bytes.push_back(static_cast<std::uint8_t>(high * 16 + digit));
+      high = -1;
+    }
+  }
+  return bytes;
+}
+
+inline std::string Text(ByteSpan bytes) {
+  return {bytes.begin(), bytes.end()};
+}
+inline Bytes Copy(ByteSpan bytes) {
+  return {bytes.begin(), bytes.end()};
+}
+
+/// Rows of a reference table by column name; empty when the table is absent.
+inline std::vector<std::map<std::string, std::string>> ReadTable(const std::string& name) {
+  std::ifstream file(std::string(ECAUDIT_SHARED_DIR) + "/reference/" + name);
+  std::vector<std::map<std::string, std::string>> rows;
+  std::vector<std::string> columns;
+  std::string line;
+  while (std::getline(file, line)) {
+    std::vector<std::string> fields(1);
+    bool quoted = false;
+    for (const char c : line) {
+      if (c == '"') {
+        quoted = !quoted;
+      } else if (c == ',' && !quoted) {
+        fields.emplace_back();
+      } else {
+        fields.back() += c;
+      }
+    }
+    if (columns.empty()) {
+      columns = fields;
+      continue;
+    }
+    auto& row = rows.emplace_back();
+    for (std::size_t i = 0; i < columns.size() && i < fields.size(); ++i) row[columns[i]] = fields[i];
+  }
+  return rows;
+}
+
+inline std::string ReadReference(const std::string& name) {
+  std::ifstream file(std::string(ECAUDIT_SHARED_DIR) + "/reference/" + name);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+inline FrameRef Frame(FrameNo number) {
+  return {number, static_cast<TimeNs>(number) * 1000, true};
+}
+
+/// A CoE message as the tracker of a slave hands it on; `payload` must outlive it.
+inline MailboxMessage CoeMessage(Direction direction, FrameNo frame, ByteSpan payload) {
+  MailboxMessage message;
+  message.slave = 0;
+  message.direction = direction;
+  (direction == Direction::kOut ? message.sent : message.returned) = Frame(frame);
+  message.header.protocol = Protocol::kCoE;
+  message.header.length = static_cast<std::uint16_t>(payload.size());
+  message.payload = payload;
+  return message;
+}
+
+struct KeptTransfer : SdoTransfer {
+  explicit KeptTransfer(const SdoTransfer& t) : SdoTransfer(t), bytes(Copy(t.data)) { data = {}; }
+  Bytes bytes;
+};
+
+struct KeptMessage : MailboxMessage {
+  explicit KeptMessage(const MailboxMessage& m) : MailboxMessage(m), bytes(Copy(m.payload)) { payload = {}; }
+  Bytes bytes;
+};
+
+class Recorder : public MailboxSink {
+ public:
+  void On(const MailboxMessage& event) override { messages.emplace_back(event); }
+  void On(const SdoTransfer& event) override { transfers.emplace_back(event); }
+  void On(const SdoUnexpected& event) override { unexpected.push_back(event); }
+
+  std::vector<KeptMessage> messages;
+  std::vector<KeptTransfer> transfers;
+  std::vector<SdoUnexpected> unexpected;
+};
+
+}  // namespace ecaudit::mailbox
