@@ -27,7 +27,9 @@ class Fork final : public bus::BusSink {
   }
   void OnSent(const wire::FrameView& frame) override { network_.OnSent(frame); }
   void OnTransaction(const bus::BusTransaction& transaction) override { network_.OnTransaction(transaction); }
-  void OnLost(const wire::FrameView& sent, bus::Loss loss) override { network_.OnLost(sent, loss); }
+  void OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_by_other) override {
+    network_.OnLost(sent, loss, followed_by_other);
+  }
   void OnDuplicate(const wire::FrameView& returned, FrameNo original) override {
     network_.OnDuplicate(returned, original);
   }
@@ -108,7 +110,10 @@ class Pipeline::Impl {
     Count(frame);
     const wire::FrameView view = wire::FrameView::Parse(frame);
     switch (view.kind()) {
-      case wire::FrameKind::kOther: ++statistics_.other_packets; return;
+      case wire::FrameKind::kOther:
+        ++statistics_.other_packets;
+        pairing_->Push(view);
+        return;
       case wire::FrameKind::kMalformed: ++statistics_.malformed_frames; break;
       case wire::FrameKind::kCut: ++statistics_.cut_frames; break;
       case wire::FrameKind::kDamagedOnWire: ++statistics_.crc_error_frames; break;

@@ -26,6 +26,16 @@ std::uint64_t FrameKey(const wire::FrameView& frame) noexcept {
   return hash;
 }
 
+std::uint32_t FrameProgress(const wire::FrameView& frame) noexcept {
+  std::uint32_t progress = 0;
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    progress += frame[i].wkc();
+    // Broadcasts start at 0; position-addressed datagrams start anywhere, but the common offset does not matter.
+    if (wire::IncrementsAdp(frame[i].command())) progress += frame[i].adp();
+  }
+  return progress;
+}
+
 bool AnyWorkingCounter(const wire::FrameView& frame) noexcept {
   for (std::size_t i = 0; i < frame.size(); ++i) {
     if (frame[i].wkc() != 0) return true;
@@ -61,12 +71,15 @@ void DirectionLearner::Learn(const wire::FrameView& frame) noexcept {
   ++sender->bit_set;
   if (AnyWorkingCounter(frame)) ++sender->bit_set_counted;
   const std::uint64_t key = FrameKey(frame);
-  const auto open = std::find(sender->open.begin(), sender->open.end(), key);
+  const std::uint32_t progress = FrameProgress(frame);
+  const auto open = std::find_if(sender->open.begin(), sender->open.end(), [&](const Open& o) {
+    return o.key == key && (progress > o.progress || (progress == 0 && o.progress == 0));
+  });
   if (key != 0 && open != sender->open.end()) {
-    ++sender->pairs;
-    *open = 0;
+    if (progress > 0) ++sender->pairs;
+    *open = {};
   } else {
-    sender->open[sender->open_next] = key;
+    sender->open[sender->open_next] = {key, progress};
     sender->open_next = static_cast<std::uint8_t>((sender->open_next + 1U) % sender->open.size());
   }
 }
@@ -81,7 +94,7 @@ void DirectionLearner::Finish() noexcept {
       master_proven_ = master_proven_ || s.bit_set > 0;
       any_outbound = true;
       any_returned = any_returned || s.bit_set > 0;
-    } else if (s.bit_set > 1 && s.pairs * 5 >= s.bit_set * 2) {
+    } else if (s.bit_set > 1 && s.pairs * 4 >= s.bit_set) {
       // Two copies of (nearly) every frame. Flags of the capture file say which is which, where they do.
       s.reading = s.flag_in > 0 && s.flag_out > 0 ? Reading::kByFlag : Reading::kByPair;
       master_proven_ = true;

@@ -37,6 +37,10 @@ class DirectionLearner {
 
  private:
   enum class Reading : std::uint8_t { kUnused, kMacBit, kByFlag, kByPair, kAllReturned, kAllOutbound, kForeign };
+  struct Open {
+    std::uint64_t key = 0;
+    std::uint32_t progress = 0;
+  };
   struct Sender {
     std::uint64_t mac = 0;  ///< with bit 1 of the first byte cleared
     std::uint32_t bit_clear = 0;
@@ -46,7 +50,7 @@ class DirectionLearner {
     std::uint32_t flag_in = 0;
     std::uint32_t flag_out = 0;
     Reading reading = Reading::kUnused;
-    std::array<std::uint64_t, 32> open{};  ///< keys of frames not answered yet, a small ring
+    std::array<Open, 32> open{};        ///< frames not answered yet, a small ring
     std::uint8_t open_next = 0;
   };
 
@@ -63,6 +67,10 @@ class DirectionLearner {
 /// Identifies a frame by what slaves never change: commands, indices, lengths and addresses (without the position
 /// counter of position-addressed and broadcast commands). Equal for the outbound and returned copy of one frame.
 [[nodiscard]] std::uint64_t FrameKey(const wire::FrameView& frame) noexcept;
+
+/// How far a frame has come: working counters plus position counters. Grows on the way, so of two copies of one frame
+/// the one with the lower figure is the earlier one.
+[[nodiscard]] std::uint32_t FrameProgress(const wire::FrameView& frame) noexcept;
 
 /// True when a slave visibly acted on any datagram: a working counter above 0.
 [[nodiscard]] bool AnyWorkingCounter(const wire::FrameView& frame) noexcept;

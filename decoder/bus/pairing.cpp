@@ -36,7 +36,12 @@ Pairing::Pairing(const DirectionLearner& directions, BusSink& sink)
 }
 
 void Pairing::Push(const wire::FrameView& frame) noexcept {
-  if (frame.kind() == wire::FrameKind::kOther) return;
+  if (frame.kind() == wire::FrameKind::kOther) {
+    if (head_ != tail_ && At(head_ - 1).view.ref().number + 1 == frame.ref().number) {
+      At(head_ - 1).followed_by_other = true;
+    }
+    return;
+  }
   const Direction direction = directions_.Classify(frame);
   if (direction != Direction::kByPair) sink_.OnFrame(frame, direction);
   if (direction == Direction::kForeign) {
@@ -59,7 +64,11 @@ void Pairing::Push(const wire::FrameView& frame) noexcept {
     case Direction::kOutbound: PushOutbound(frame, key); break;
     case Direction::kReturned: PushReturned(frame, key); break;
     case Direction::kByPair: {
-      const bool returned = FindOpen(frame, key) != nullptr;
+      // Only what got further than the open frame can be its return; a mailbox poll that nobody answered is equal.
+      const Slot* open = FindOpen(frame, key);
+      const std::uint32_t progress = FrameProgress(frame);
+      const bool returned = open != nullptr && (progress > FrameProgress(open->view) ||
+                                                (progress == FrameProgress(open->view) && !AnyWorkingCounter(frame)));
       sink_.OnFrame(frame, returned ? Direction::kReturned : Direction::kOutbound);
       if (returned) {
         PushReturned(frame, key);
@@ -90,6 +99,7 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key) noex
   slot.state = SlotState::kOpen;
   slot.key = key;
   slot.overtaken = 0;
+  slot.followed_by_other = false;
   slot.bytes.assign(frame.bytes().begin(), frame.bytes().end());
   slot.view = frame.Rebased(slot.bytes);
   sink_.OnSent(slot.view);
@@ -196,7 +206,7 @@ void Pairing::PushUnusable(const wire::FrameView& frame) noexcept {
 void Pairing::Lose(Slot& slot, Loss loss) noexcept {
   slot.state = SlotState::kFree;
   ++statistics_.lost;
-  sink_.OnLost(slot.view, loss);
+  sink_.OnLost(slot.view, loss, slot.followed_by_other);
 }
 
 void Pairing::DropAnsweredTail() noexcept {

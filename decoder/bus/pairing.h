@@ -36,7 +36,7 @@ class Pairing {
 
   Pairing(const DirectionLearner& directions, BusSink& sink);
 
-  /// Takes one EtherCAT frame in file order.
+  /// Takes one packet in file order; those that are no EtherCAT frames only matter as neighbours of lost ones.
   void Push(const wire::FrameView& frame) noexcept;
   /// The capture ends: frames that were overtaken are lost, the others are under way.
   void Finish() noexcept;
@@ -49,6 +49,7 @@ class Pairing {
     SlotState state = SlotState::kFree;
     std::uint64_t key = 0;
     std::uint32_t overtaken = 0;
+    bool followed_by_other = false;  ///< the very next packet was no EtherCAT frame
     FrameNo returned = 0;
     std::uint64_t returned_hash = 0;
     wire::FrameView view;

@@ -42,7 +42,8 @@ class BusSink {
   virtual void OnSent(const wire::FrameView& frame) = 0;
   virtual void OnTransaction(const BusTransaction& transaction) = 0;
   /// `sent` will not be answered any more. Comes later than the frames that overtook it.
-  virtual void OnLost(const wire::FrameView& sent, Loss loss) = 0;
+  /// @param followed_by_other the packet right behind it in the capture was no EtherCAT frame
+  virtual void OnLost(const wire::FrameView& sent, Loss loss, bool followed_by_other) = 0;
   /// `returned` is byte for byte what frame `original` already brought back.
   virtual void OnDuplicate(const wire::FrameView& returned, FrameNo original) = 0;
   virtual void OnUnusable(const wire::FrameView& frame, Unusable reason, bool own_master) = 0;

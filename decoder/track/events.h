@@ -123,6 +123,7 @@ struct Answered {
 struct FrameLost {
   const wire::FrameView& sent;
   bus::Loss loss;
+  bool followed_by_other = false;  ///< the packet right behind it in the capture was no EtherCAT frame
 };
 
 struct FrameDuplicated {

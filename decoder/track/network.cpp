@@ -399,8 +399,8 @@ void Network::ApplyAddressing(const SlaveAccess& access) {
   }
 }
 
-void Network::OnLost(const wire::FrameView& sent, bus::Loss loss) {
-  events_.On(FrameLost{sent, loss});
+void Network::OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_by_other) {
+  events_.On(FrameLost{sent, loss, followed_by_other});
   // Whether the slaves got it, nobody knows: what it wrote is unknown from here on.
   const bus::BusTransaction transaction{&sent, nullptr, false};
   for (std::size_t i = 0; i < sent.size(); ++i) {

@@ -27,7 +27,7 @@ class Network final : public bus::BusSink {
   void OnFrame(const wire::FrameView&, bus::Direction) override {}
   void OnSent(const wire::FrameView& frame) override;
   void OnTransaction(const bus::BusTransaction& transaction) override;
-  void OnLost(const wire::FrameView& sent, bus::Loss loss) override;
+  void OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_by_other) override;
   void OnDuplicate(const wire::FrameView& returned, FrameNo original) override;
   void OnUnusable(const wire::FrameView& frame, bus::Unusable reason, bool own_master) override;
 
