@@ -1,5 +1,6 @@
 #include "decoder/track/sii_tracker.h"
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -7,7 +8,8 @@
 #include <gtest/gtest.h>
 
 #include "decoder/base/text.h"
-#include "tests/unit/esc/captured_accesses.h"
+#include "decoder/capture/capture_reader.h"
+#include "decoder/pipeline.h"
 
 namespace ecaudit::track {
 namespace {
@@ -312,33 +314,36 @@ TEST_F(SiiAssemblerTest, AccessesElsewhereAndOddOnes) {
 
 // ---- captures
 
-struct Captured {
+/// The EEPROM of the slave at one position, as the whole decoder sees a capture.
+struct Captured final : EventSink {
+  explicit Captured(SlavePos at) : position(at) {}
+  void OnAccess(const SlaveAccess& access) override {
+    const SlavePos* here = pipeline.network().slaves()[access.slave].position.if_known();
+    if (here != nullptr && *here == position) assembler.OnAccess(access, &log);
+  }
+
+  SlavePos position;
   SiiAssembler assembler;
   Log log;
+  Pipeline pipeline{*this};
 };
 
-/// Feeds the accesses to one slave; `station` for FPxx, `position` for APxx of a bus of `slaves`.
-Captured Replay(const std::string& name, std::uint16_t station, std::uint16_t position, std::uint16_t slaves) {
-  Captured result;
-  const auto of_slave = [=](wire::Command command, std::uint16_t adp) {
-    if (wire::IsBroadcast(command)) return true;
-    if (wire::IsNodeAddressed(command)) return adp == station;
-    return wire::IsPositionAddressed(command) && adp == static_cast<std::uint16_t>(slaves - position);
-  };
-  const bool read =
-      test::ForEachAccess(std::string(ECAUDIT_SHARED_DIR) + "/captures/" + name, of_slave,
-                          [&result](const SlaveAccess& access) { result.assembler.OnAccess(access, &result.log); });
-  if (!read) result.log.lines.clear();
-  result.assembler.Finish(&result.log);
-  return result;
+/// Nothing when the capture is not there.
+std::unique_ptr<Captured> Replay(const std::string& name, SlavePos position) {
+  auto source = capture::OpenCapture(std::string(ECAUDIT_SHARED_DIR) + "/captures/" + name);
+  if (!source) return nullptr;
+  auto captured = std::make_unique<Captured>(position);
+  captured->pipeline.Run(**source);
+  captured->assembler.Finish(&captured->log);
+  return captured;
 }
 
 // The identity is in the captures' README; the rest was read out of the frames with a separate script.
 TEST(SiiCaptures, RealAkd) {
-  const Captured akd = Replay("real/soem-sdinfo-akd.pcapng", 0x1001, 0, 1);
-  if (akd.log.lines.empty()) GTEST_SKIP() << "capture not found";
-  EXPECT_EQ(akd.assembler.image().KnownWords(), 52U);  // 26 reads of 4 bytes
-  const esc::SiiContents contents = ParseSii(akd.assembler.image());
+  const auto akd = Replay("real/soem-sdinfo-akd.pcapng", 0);
+  if (!akd) GTEST_SKIP() << "capture not found";
+  EXPECT_EQ(akd->assembler.image().KnownWords(), 52U);  // 26 reads of 4 bytes
+  const esc::SiiContents contents = ParseSii(akd->assembler.image());
   EXPECT_EQ(contents.header.vendor_id, 0x0000006AU);
   EXPECT_EQ(contents.header.product_code, 0x00414B44U);
   EXPECT_EQ(contents.header.revision, 2U);
@@ -359,15 +364,15 @@ TEST(SiiCaptures, RealAkd) {
   EXPECT_EQ(contents.categories[0].type, 0x0800);
   EXPECT_EQ(contents.categories[1].type, 0x0801);
   EXPECT_EQ(contents.categories[0].coverage, esc::SiiCategory::Coverage::kUnknown);
-  EXPECT_THAT(akd.log.lines, testing::Contains(testing::StartsWith("to PDI")));
-  EXPECT_THAT(akd.log.lines, testing::Not(testing::Contains(testing::StartsWith("error"))));
+  EXPECT_THAT(akd->log.lines, testing::Contains(testing::StartsWith("to PDI")));
+  EXPECT_THAT(akd->log.lines, testing::Not(testing::Contains(testing::StartsWith("error"))));
 }
 
 TEST(SiiCaptures, WholeEepromReadByAutoIncrement) {
-  const Captured lab = Replay("lab/soem-eepromtool-read.pcapng", 0, 0, 1);
-  if (lab.log.lines.empty()) GTEST_SKIP() << "capture not found";
-  EXPECT_EQ(lab.assembler.image().KnownWords(), 1024U);  // 512 reads of 4 bytes, all of 2 KiB
-  const esc::SiiContents contents = ParseSii(lab.assembler.image());
+  const auto lab = Replay("lab/soem-eepromtool-read.pcapng", 0);
+  if (!lab) GTEST_SKIP() << "capture not found";
+  EXPECT_EQ(lab->assembler.image().KnownWords(), 1024U);  // 512 reads of 4 bytes, all of 2 KiB
+  const esc::SiiContents contents = ParseSii(lab->assembler.image());
   EXPECT_EQ(contents.header.size_bytes, 2048U);
   EXPECT_EQ(contents.header.checksum_state, esc::SiiChecksumState::kRight);
   EXPECT_EQ(contents.header.vendor_id, 0x6AU);
@@ -393,9 +398,9 @@ TEST(SiiCaptures, WholeEepromReadByAutoIncrement) {
 
 // ethercrab reads 8 bytes at a time where the slave offers them.
 TEST(SiiCaptures, TerminalsReadEightBytesAtATime) {
-  const Captured el2828 = Replay("real/replay-dc.pcapng", 0x1001, 1, 3);
-  if (el2828.log.lines.empty()) GTEST_SKIP() << "capture not found";
-  const esc::SiiContents contents = ParseSii(el2828.assembler.image());
+  const auto el2828 = Replay("real/replay-dc.pcapng", 1);
+  if (!el2828) GTEST_SKIP() << "capture not found";
+  const esc::SiiContents contents = ParseSii(el2828->assembler.image());
   EXPECT_EQ(contents.header.vendor_id, 2U);
   EXPECT_EQ(contents.header.product_code, 0x0B0C3052U);
   EXPECT_EQ(contents.header.protocols, 0);
@@ -409,10 +414,10 @@ TEST(SiiCaptures, TerminalsReadEightBytesAtATime) {
 
 // KickCAT gives the command to all slaves at once with BWR 0x0502.
 TEST(SiiCaptures, BroadcastCommands) {
-  const Captured drive = Replay("lab/kickcat-ingenia-info.pcapng", 1001, 0, 1);
-  if (drive.log.lines.empty()) GTEST_SKIP() << "capture not found";
-  EXPECT_GE(drive.assembler.image().KnownWords(), 199U);
-  EXPECT_TRUE(ParseSii(drive.assembler.image()).header.vendor_id);
+  const auto drive = Replay("lab/kickcat-ingenia-info.pcapng", 0);
+  if (!drive) GTEST_SKIP() << "capture not found";
+  EXPECT_GE(drive->assembler.image().KnownWords(), 199U);
+  EXPECT_TRUE(ParseSii(drive->assembler.image()).header.vendor_id);
 }
 
 }  // namespace
