@@ -1,0 +1,36 @@
+/// Findings that are known and accepted: the baseline file. docs/configuration.md describes it for users.
+#pragma once
+
+#include <compare>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "analyzers/core/analysis_result.h"
+#include "cli/report/report.h"
+#include "decoder/base/result.h"
+
+namespace ecaudit::cli {
+
+/// What stays the same when the same fault is captured again: no frame numbers, times or counts.
+struct Fingerprint {
+  std::string rule;
+  std::optional<SlavePos> slave;  ///< position; nothing for the whole bus
+  std::string title;              ///< printable
+
+  auto operator<=>(const Fingerprint&) const = default;
+};
+
+[[nodiscard]] Fingerprint FingerprintOf(const Finding& finding, const AnalysisResult& result);
+
+using Baseline = std::set<Fingerprint>;
+
+[[nodiscard]] Result<Baseline> ReadBaseline(const std::string& path);
+/// The file that lists all findings of `report`, each once, sorted.
+[[nodiscard]] std::string WriteBaseline(const report::Report& report);
+
+/// Fills `known` of `capture`.
+void ApplyBaseline(const Baseline& baseline, report::CaptureReport& capture);
+
+}  // namespace ecaudit::cli

@@ -1,0 +1,202 @@
+#include "cli/capture_options.h"
+
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <system_error>
+
+#include "cli/config.h"
+#include "cli/suggest.h"
+#include "decoder/device/profile_registry.h"
+
+namespace ecaudit::cli {
+namespace {
+
+/// The whole of `text` as an unsigned number; nothing when it is none or too large for T.
+template <typename T>
+std::optional<T> ParseUnsigned(std::string_view text, int base) {
+  T value{};
+  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value, base);
+  if (text.empty() || code != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+std::string Quoted(std::string_view text) {
+  return "'" + std::string(text) + "'";
+}
+
+std::optional<Error> CheckProfile(std::string_view name) {
+  std::vector<std::string_view> names;
+  for (const std::string& known : device::BuiltinProfileNames()) {
+    if (known == name) return std::nullopt;
+    names.emplace_back(known);
+  }
+  return Error{"unknown profile " + Quoted(name) + Suggestion(name, names, "ecaudit profiles")};
+}
+
+/// Errors in a file name the file, those on the command line stand for themselves.
+Error In(const std::string& file, const Error& error) {
+  return file.empty() ? error : Error{file + ": " + error.message};
+}
+
+std::optional<Error> ApplyNames(const std::vector<std::string>& profiles, const std::vector<std::string>& rules,
+                                AnalysisOptions& analysis) {
+  for (const std::string& profile : profiles) {
+    if (auto error = AddProfile(profile, analysis)) return error;
+  }
+  for (const std::string& rule : rules) {
+    if (auto error = AddRuleSetting(rule, analysis)) return error;
+  }
+  return std::nullopt;
+}
+
+std::optional<Error> ApplyFailOn(const std::optional<std::string>& text, report::FailOn& fail_on) {
+  if (!text) return std::nullopt;
+  const auto parsed = report::ParseFailOn(*text);
+  if (!parsed) return Error{"--fail-on is " + Quoted(*text) + " but must be error, warning, info or never"};
+  fail_on = *parsed;
+  return std::nullopt;
+}
+
+/// The configuration file for `capture`, if there is one.
+Result<std::optional<Config>> ConfigFor(const CaptureOptions& options, const std::string& capture) {
+  const std::optional<std::string> path = options.config ? options.config : FindConfig(capture);
+  if (!path) return std::optional<Config>();
+  Result<Config> config = ReadConfig(*path);
+  if (!config) return config.error();
+  return std::optional<Config>(std::move(*config));
+}
+
+std::optional<Error> ApplyRange(const CaptureOptions& options, AnalysisOptions& analysis) {
+  if (options.from) {
+    if (auto error = ParseLimit("--from", *options.from, analysis.from_s, analysis.from_frame)) return error;
+  }
+  if (options.to) {
+    if (auto error = ParseLimit("--to", *options.to, analysis.to_s, analysis.to_frame)) return error;
+  }
+  if ((analysis.from_s && analysis.to_s && *analysis.from_s > *analysis.to_s) ||
+      (analysis.from_frame && analysis.to_frame && *analysis.from_frame > *analysis.to_frame)) {
+    return Error{"--from lies behind --to"};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+void CaptureOptions::Declare(OptionSet& options) {
+  options.Arguments("CAPTURE", captures, "pcap or pcapng files, also compressed by gzip or zstd; - is standard input");
+  options.Group("What to read");
+  options.Flag("--join", join, "the captures are one ring buffer: read them as one");
+  options.Values("--slave", "SLAVE", slaves, "report only this slave: position 0, or address 0x1001 (repeatable)");
+  options.Value("--from", "START", from, "begin here: seconds from the first frame, or frame number #760");
+  options.Value("--to", "END", to, "end here, inclusive");
+  options.Group("How to judge");
+  options.Values("--profile", "[SLAVE=]NAME", profiles, "drive family of all slaves or of one (repeatable)");
+  options.Value("--config", "FILE", config, "settings (default: .ecaudit.json beside the capture or above it)");
+}
+
+void GateOptions::Declare(OptionSet& options) {
+  options.Group("How to judge");
+  options.Value("--fail-on", "SEVERITY", fail_on,
+                "exit 1 from this severity on: error (default), warning, info, never");
+  options.Values("--rule", "ID=SEVERITY", rules, "error, warning, info, or off for one rule (repeatable)");
+  options.Value("--baseline", "FILE", baseline, "findings listed there are known and do not count");
+  options.Value("--write-baseline", "FILE", write_baseline, "list all findings of this run there");
+}
+
+Result<SlaveSelector> ParseSlave(std::string_view text) {
+  const bool by_address = text.starts_with("0x") || text.starts_with("0X");
+  const auto value =
+      by_address ? ParseUnsigned<std::uint16_t>(text.substr(2), 16) : ParseUnsigned<std::uint16_t>(text, 10);
+  if (!value) return Error{Quoted(text) + " is no slave: give a position such as 0, or an address such as 0x1001"};
+  return SlaveSelector{by_address, *value};
+}
+
+std::optional<Error> AddRuleSetting(std::string_view text, AnalysisOptions& analysis) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string_view::npos) {
+    return Error{"--rule is " + Quoted(text) + " but must be ID=SEVERITY, for example al-timeout=warning"};
+  }
+  const std::string_view id = text.substr(0, equals);
+  const std::string_view severity = text.substr(equals + 1);
+  if (FindRule(id) == nullptr) {
+    std::vector<std::string_view> ids;
+    for (const RuleInfo* rule : RuleCatalogue()) ids.push_back(rule->id);
+    return Error{"unknown rule " + Quoted(id) + Suggestion(id, ids, "ecaudit rules")};
+  }
+  RuleSetting setting;
+  setting.off = severity == "off";
+  bool known = setting.off;
+  for (const Severity s : {Severity::kInfo, Severity::kWarning, Severity::kError}) {
+    if (Name(s) != severity) continue;
+    setting.severity = s;
+    known = true;
+  }
+  if (!known) {
+    return Error{"unknown severity " + Quoted(severity) + " for rule " + std::string(id) +
+                 " (error, warning, info or off)"};
+  }
+  analysis.rules.insert_or_assign(std::string(id), setting);
+  return std::nullopt;
+}
+
+std::optional<Error> AddProfile(std::string_view text, AnalysisOptions& analysis) {
+  const std::size_t equals = text.find('=');
+  const std::string_view name = equals == std::string_view::npos ? text : text.substr(equals + 1);
+  if (auto error = CheckProfile(name)) return error;
+  if (equals == std::string_view::npos) {
+    analysis.default_profile = name;
+    return std::nullopt;
+  }
+  const Result<SlaveSelector> slave = ParseSlave(text.substr(0, equals));
+  if (!slave) return slave.error();
+  // A later setting replaces an earlier one: the command line is applied after the configuration file.
+  std::erase_if(analysis.slave_profiles, [&](const auto& entry) {
+    return entry.first.by_address == slave->by_address && entry.first.value == slave->value;
+  });
+  analysis.slave_profiles.emplace_back(*slave, name);
+  return std::nullopt;
+}
+
+std::optional<Error> ParseLimit(std::string_view option, std::string_view text, std::optional<double>& seconds,
+                                std::optional<FrameNo>& frame) {
+  if (text.starts_with('#')) {
+    frame = ParseUnsigned<FrameNo>(text.substr(1), 10);
+    if (frame && *frame > 0) return std::nullopt;
+  } else {
+    double value = 0;
+    const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (!text.empty() && code == std::errc() && end == text.data() + text.size() && std::isfinite(value) &&
+        value >= 0) {
+      seconds = value;
+      return std::nullopt;
+    }
+  }
+  return Error{std::string(option) + " is " + Quoted(text) +
+               " but must be seconds such as 1.5, or a frame number such as #760"};
+}
+
+Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOptions& gate, const std::string& capture) {
+  const Result<std::optional<Config>> found = ConfigFor(options, capture);
+  if (!found) return found.error();
+
+  Settings settings;
+  if (const std::optional<Config>& config = *found) {
+    settings.config = config->path;
+    if (auto error = ApplyNames(config->profiles, config->rules, settings.analysis)) return In(config->path, *error);
+    if (auto error = ApplyFailOn(config->fail_on, settings.fail_on)) return In(config->path, *error);
+    settings.baseline = config->baseline.value_or("");
+  }
+  if (auto error = ApplyNames(options.profiles, gate.rules, settings.analysis)) return *error;
+  if (auto error = ApplyFailOn(gate.fail_on, settings.fail_on)) return *error;
+  if (gate.baseline) settings.baseline = *gate.baseline;
+  if (auto error = ApplyRange(options, settings.analysis)) return *error;
+  for (const std::string& text : options.slaves) {
+    const Result<SlaveSelector> slave = ParseSlave(text);
+    if (!slave) return slave.error();
+    settings.slaves.push_back(*slave);
+  }
+  return settings;
+}
+
+}  // namespace ecaudit::cli

@@ -1,0 +1,64 @@
+/// What commands that judge captures have in common: their options, and what options and configuration file come to.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "analyzers/analysis.h"
+#include "cli/options.h"
+#include "cli/report/report.h"
+#include "decoder/base/result.h"
+
+namespace ecaudit::cli {
+
+/// Options as typed.
+struct CaptureOptions {
+  std::vector<std::string> captures;
+  bool join = false;
+  std::vector<std::string> profiles;
+  std::vector<std::string> slaves;
+  std::optional<std::string> from, to;
+  std::optional<std::string> config;
+
+  void Declare(OptionSet& options);
+};
+
+/// Options of the commands whose exit status tells what was found.
+struct GateOptions {
+  std::optional<std::string> fail_on;
+  std::vector<std::string> rules;
+  std::optional<std::string> baseline;
+  std::optional<std::string> write_baseline;
+
+  void Declare(OptionSet& options);
+};
+
+/// How one capture is analysed and judged.
+struct Settings {
+  AnalysisOptions analysis;
+  std::vector<SlaveSelector> slaves;  ///< empty: all
+  report::FailOn fail_on = report::FailOn::kError;
+  std::string config;    ///< path; empty: none
+  std::string baseline;  ///< path; empty: none
+};
+
+/// Joins what was typed with the configuration file that belongs to `capture` (--config, or found beside it). What was
+/// typed wins. All names are checked here; errors from the file begin with its path.
+[[nodiscard]] Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOptions& gate,
+                                               const std::string& capture);
+
+// The parts, for tests.
+
+/// "0" is a position, "0x1001" a station address.
+[[nodiscard]] Result<SlaveSelector> ParseSlave(std::string_view text);
+/// "al-timeout=warning", "sdo-abort=off".
+[[nodiscard]] std::optional<Error> AddRuleSetting(std::string_view text, AnalysisOptions& analysis);
+/// "generic", or "0x1001=generic".
+[[nodiscard]] std::optional<Error> AddProfile(std::string_view text, AnalysisOptions& analysis);
+/// "1.5" is seconds from the first frame, "#760" a frame number.
+[[nodiscard]] std::optional<Error> ParseLimit(std::string_view option, std::string_view text,
+                                              std::optional<double>& seconds, std::optional<FrameNo>& frame);
+
+}  // namespace ecaudit::cli

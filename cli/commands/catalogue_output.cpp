@@ -1,0 +1,66 @@
+#include "cli/commands/catalogue_output.h"
+
+#include <algorithm>
+#include <array>
+
+#include "analyzers/analysis.h"
+
+namespace ecaudit::cli {
+
+void CatalogueOutput::Declare(OptionSet& options) {
+  options.Value("--format", "FORMAT", format_, "text (default) or json");
+  options.Flag("--no-color", no_color_, "no colours (also: NO_COLOR=1; never in pipes)");
+}
+
+ExitStatus CatalogueOutput::Print(Console& console, const std::function<std::string(bool)>& text,
+                                  const std::function<std::string()>& json) const {
+  const std::string format = format_.value_or("text");
+  if (format != "text" && format != "json") {
+    console.Error("unknown format '" + format + "' (text, json)");
+    return ExitStatus::kUsage;
+  }
+  if (const auto error = console.Write(format == "json" ? json() : text(console.color() && !no_color_))) {
+    console.Error(error->message);
+    return ExitStatus::kUsage;
+  }
+  return ExitStatus::kClean;
+}
+
+std::vector<std::string_view> RuleGroups() {
+  // The order of the catalogue's chapters; a group that is new comes behind them.
+  constexpr std::array<std::string_view, 9> kChapters{"Capture",
+                                                      "Frame and bus",
+                                                      "AL state machine",
+                                                      "Sync managers and FMMUs",
+                                                      "Mailbox and CoE",
+                                                      "PDO mapping",
+                                                      "Drive profile (DS402)",
+                                                      "Synchronisation",
+                                                      "Latch"};
+  std::vector<std::string_view> groups;
+  const auto rules_of = [](std::string_view group) {
+    return std::any_of(RuleCatalogue().begin(), RuleCatalogue().end(),
+                       [group](const RuleInfo* rule) { return rule->group == group; });
+  };
+  for (const std::string_view chapter : kChapters) {
+    if (rules_of(chapter)) groups.push_back(chapter);
+  }
+  for (const RuleInfo* rule : RuleCatalogue()) {
+    if (std::find(groups.begin(), groups.end(), rule->group) == groups.end()) groups.push_back(rule->group);
+  }
+  return groups;
+}
+
+nlohmann::ordered_json RuleJson(const RuleInfo& rule) {
+  nlohmann::ordered_json json;
+  json["id"] = rule.id;
+  json["group"] = rule.group;
+  json["severity"] = Name(rule.severity);
+  json["title"] = rule.title;
+  json["needs"] = rule.needs;
+  json["source"] = rule.source;
+  json["doc"] = rule.doc;
+  return json;
+}
+
+}  // namespace ecaudit::cli

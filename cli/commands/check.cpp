@@ -1,0 +1,165 @@
+/// `ecaudit check`: the main job.
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "analyzers/analysis.h"
+#include "cli/baseline.h"
+#include "cli/capture_options.h"
+#include "cli/commands/command.h"
+#include "cli/output_file.h"
+#include "cli/progress.h"
+#include "cli/report_output.h"
+#include "cli/slave_filter.h"
+#include "cli/version.h"
+#include "decoder/capture/capture_reader.h"
+
+namespace ecaudit::cli {
+namespace {
+
+/// Set by the first Ctrl-C: the analysis ends early and what was found so far is reported.
+std::atomic<bool> stop_requested = false;
+
+void OnSignal(int signal_number) {
+  stop_requested = true;
+  std::signal(signal_number, SIG_DFL);  // the second one ends the program
+}
+
+/// One analysis: one capture, or all of them joined.
+struct Job {
+  std::vector<std::string> paths;
+  Settings settings;
+};
+
+class CheckCommand : public Command {
+ public:
+  [[nodiscard]] std::string_view name() const override { return "check"; }
+  [[nodiscard]] std::string_view usage() const override { return "check CAPTURE..."; }
+  [[nodiscard]] std::string_view summary() const override {
+    return "Decode captures, follow each slave, report what is wrong";
+  }
+
+  void Declare(OptionSet& options) override {
+    options_.Declare(options);
+    gate_.Declare(options);
+    output_.Declare(options);
+    options.Footer(
+        "\nExit status: 0 nothing at or above --fail-on, 1 findings, 2 wrong usage or unreadable input.\n"
+        "Example: ecaudit check --rule al-timeout=warning -o json=report.json trace.pcapng");
+  }
+
+  [[nodiscard]] ExitStatus Run(Console& console) override {
+    // Everything that can be wrong with the command line is found before the first capture is read.
+    if (const auto error = Prepare()) return Fail(console, *error);
+    const Result<ReportOutput> output = ReportOutput::Plan(output_, options_.captures);
+    if (!output) return Fail(console, output.error());
+    if (gate_.write_baseline) {
+      if (const auto error = CheckOutputPath(*gate_.write_baseline)) return Fail(console, *error);
+    }
+
+    stop_requested = false;
+    std::signal(SIGINT, OnSignal);
+    std::signal(SIGTERM, OnSignal);
+    report::Report report;
+    report.version = Version();
+    ExitStatus status = ExitStatus::kClean;
+    for (const Job& job : jobs_) status = Worst(status, RunJob(job, report, console));
+    if (report.captures.empty()) return status;
+
+    if (!selection_matched_) return Fail(console, Error{"no capture has the slave that --slave names"});
+    if (const auto error = output->Write(report, console)) status = Worst(status, Fail(console, *error));
+    if (gate_.write_baseline) {
+      if (const auto error = WriteOutputFile(*gate_.write_baseline, WriteBaseline(report))) {
+        status = Worst(status, Fail(console, *error));
+      }
+    }
+    return Worst(status, report::Summarise(report).fail ? ExitStatus::kFindings : ExitStatus::kClean);
+  }
+
+ private:
+  static ExitStatus Fail(Console& console, const Error& error) {
+    console.Error(error.message);
+    return ExitStatus::kUsage;
+  }
+
+  [[nodiscard]] std::optional<Error> Prepare() {
+    if (std::count(options_.captures.begin(), options_.captures.end(), "-") > 1) {
+      return Error{"standard input (-) can be read only once"};
+    }
+    if (options_.join) {
+      jobs_.push_back({options_.captures, {}});
+    } else {
+      for (const std::string& capture : options_.captures) jobs_.push_back({{capture}, {}});
+    }
+    for (Job& job : jobs_) {
+      Result<Settings> settings = ResolveSettings(options_, gate_, job.paths.front());
+      if (!settings) return settings.error();
+      job.settings = std::move(*settings);
+      const std::string& path = job.settings.baseline;
+      if (path.empty() || baselines_.contains(path)) continue;
+      Result<Baseline> baseline = ReadBaseline(path);
+      if (!baseline) return baseline.error();
+      baselines_.emplace(path, std::move(*baseline));
+    }
+    selection_matched_ = options_.slaves.empty();
+    return std::nullopt;
+  }
+
+  [[nodiscard]] ExitStatus RunJob(const Job& job, report::Report& report, Console& console) {
+    auto source = job.paths.size() > 1 ? capture::OpenJoined(job.paths) : capture::OpenCapture(job.paths.front());
+    if (!source) return Fail(console, source.error());
+
+    Progress progress(console, std::filesystem::path(job.paths.front()).filename().string());
+    AnalysisOptions analysis = job.settings.analysis;
+    analysis.stop = &stop_requested;
+    analysis.progress = [&progress](std::uint64_t done, std::uint64_t total, std::uint64_t frames) {
+      progress.Update(done, total, frames);
+    };
+    report::CaptureReport capture;
+    capture.result = Analyse(**source, analysis);
+    progress.Clear();
+
+    capture.fail_on = job.settings.fail_on;
+    capture.config = job.settings.config;
+    capture.baseline = job.settings.baseline;
+    const std::string& name = job.paths.front();
+    if (report::WithoutEtherCat(capture.result)) {
+      console.Warning(name + ": no EtherCAT frame among " + std::to_string(capture.result.capture.packets) +
+                      " packets");
+    } else if (KeepSlaves(job.settings.slaves, capture.result) > 0) {
+      selection_matched_ = true;
+    } else if (!job.settings.slaves.empty()) {
+      console.Warning(name + ": no slave that --slave names");
+    }
+    if (const auto baseline = baselines_.find(capture.baseline); baseline != baselines_.end()) {
+      ApplyBaseline(baseline->second, capture);
+    }
+    report.captures.push_back(std::move(capture));
+    if (stop_requested) {
+      return Fail(console, Error{name + ": interrupted, the report covers the first " +
+                                 std::to_string(report.captures.back().result.capture.packets) + " packets"});
+    }
+    return ExitStatus::kClean;
+  }
+
+  CaptureOptions options_;
+  GateOptions gate_;
+  OutputOptions output_;
+  std::vector<Job> jobs_;
+  std::map<std::string, Baseline> baselines_;  ///< by path
+  bool selection_matched_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeCheckCommand() {
+  return std::make_unique<CheckCommand>();
+}
+
+}  // namespace ecaudit::cli

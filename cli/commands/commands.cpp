@@ -1,0 +1,14 @@
+#include "cli/commands/command.h"
+
+namespace ecaudit::cli {
+
+std::vector<std::unique_ptr<Command>> AllCommands() {
+  std::vector<std::unique_ptr<Command>> commands;
+  commands.push_back(MakeCheckCommand());
+  commands.push_back(MakeRulesCommand());
+  commands.push_back(MakeExplainCommand());
+  commands.push_back(MakeProfilesCommand());
+  return commands;
+}
+
+}  // namespace ecaudit::cli

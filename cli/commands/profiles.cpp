@@ -1,0 +1,93 @@
+/// `ecaudit profiles [NAME]`: the drive families and what each one knows.
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "cli/commands/catalogue_output.h"
+#include "cli/commands/command.h"
+#include "cli/commands/profile_page.h"
+#include "cli/report/layout.h"
+#include "cli/suggest.h"
+#include "decoder/device/profile_registry.h"
+
+namespace ecaudit::cli {
+namespace {
+
+std::string ListText(bool color) {
+  std::size_t width = 0;
+  for (const std::string& name : device::BuiltinProfileNames()) width = std::max(width, name.size());
+  report::TextBuilder text(color);
+  for (const std::string& name : device::BuiltinProfileNames()) {
+    const device::DeviceDescription* profile = device::BuiltinProfile(name);
+    if (profile == nullptr) continue;
+    std::string padding(width - name.size() + 2, ' ');
+    std::string line = text.Styled(name, report::Style::kBold) + padding + report::OneLine(profile->title);
+    if (!profile->edition.empty()) line += " (manual of " + report::OneLine(profile->edition) + ")";
+    text.Line(line);
+  }
+  text.Line();
+  text.Line("ecaudit profiles NAME shows what a profile knows.");
+  return text.Take();
+}
+
+std::string ListJson() {
+  nlohmann::ordered_json json;
+  json["schema"] = "ecaudit.profiles/1";
+  json["profiles"] = nlohmann::ordered_json::array();
+  for (const std::string& name : device::BuiltinProfileNames()) {
+    const device::DeviceDescription* profile = device::BuiltinProfile(name);
+    if (profile == nullptr) continue;
+    nlohmann::ordered_json entry;
+    entry["id"] = profile->id;
+    entry["title"] = profile->title;
+    entry["edition"] = profile->edition;
+    entry["document"] = profile->document;
+    entry["extends"] = profile->extends;
+    json["profiles"].push_back(std::move(entry));
+  }
+  return json.dump(2) + "\n";
+}
+
+class ProfilesCommand : public Command {
+ public:
+  [[nodiscard]] std::string_view name() const override { return "profiles"; }
+  [[nodiscard]] std::string_view usage() const override { return "profiles [NAME]"; }
+  [[nodiscard]] std::string_view summary() const override {
+    return "List the drive families, or what one of them knows";
+  }
+
+  void Declare(OptionSet& options) override {
+    options.Argument("NAME", name_, "a profile; without it all are listed", false);
+    output_.Declare(options);
+  }
+
+  [[nodiscard]] ExitStatus Run(Console& console) override {
+    if (!name_) return output_.Print(console, ListText, ListJson);
+    const device::DeviceDescription* profile = device::BuiltinProfile(*name_);
+    if (profile == nullptr) {
+      const std::vector<std::string_view> names(device::BuiltinProfileNames().begin(),
+                                                device::BuiltinProfileNames().end());
+      console.Error("unknown profile '" + *name_ + "'" + Suggestion(*name_, names, "ecaudit profiles"));
+      return ExitStatus::kUsage;
+    }
+    return output_.Print(
+        console, [profile](bool color) { return ProfileText(*profile, color); },
+        [profile] { return ProfileJson(*profile); });
+  }
+
+ private:
+  std::optional<std::string> name_;
+  CatalogueOutput output_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeProfilesCommand() {
+  return std::make_unique<ProfilesCommand>();
+}
+
+}  // namespace ecaudit::cli

@@ -1,0 +1,68 @@
+/// `ecaudit rules`: the catalogue.
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json.hpp>
+
+#include "analyzers/analysis.h"
+#include "cli/commands/catalogue_output.h"
+#include "cli/commands/command.h"
+#include "cli/report/layout.h"
+
+namespace ecaudit::cli {
+namespace {
+
+using report::Style;
+
+std::string RulesText(bool color) {
+  std::size_t width = 0;
+  for (const RuleInfo* rule : RuleCatalogue()) width = std::max(width, rule->id.size());
+
+  report::TextBuilder text(color);
+  for (const std::string_view group : RuleGroups()) {
+    if (group != RuleGroups().front()) text.Line();
+    text.Line(text.Styled(group, Style::kBold));
+    for (const RuleInfo* rule : RuleCatalogue()) {
+      if (rule->group != group) continue;
+      std::string line(rule->id);
+      line.append(width - rule->id.size() + 2, ' ');
+      const std::string_view severity = Name(rule->severity);
+      line += text.Styled(severity, report::StyleOf(rule->severity));
+      line.append(std::string_view("warning").size() - severity.size() + 2, ' ');
+      line += rule->title;
+      text.Line(line, 2);
+    }
+  }
+  text.Line();
+  text.Line("ecaudit explain RULE says what a rule checks, why, and what to do.");
+  return text.Take();
+}
+
+std::string RulesJson() {
+  nlohmann::ordered_json json;
+  json["schema"] = "ecaudit.rules/1";
+  json["rules"] = nlohmann::ordered_json::array();
+  for (const RuleInfo* rule : RuleCatalogue()) json["rules"].push_back(RuleJson(*rule));
+  return json.dump(2) + "\n";
+}
+
+class RulesCommand : public Command {
+ public:
+  [[nodiscard]] std::string_view name() const override { return "rules"; }
+  [[nodiscard]] std::string_view usage() const override { return "rules"; }
+  [[nodiscard]] std::string_view summary() const override { return "List the rules that captures are checked against"; }
+  void Declare(OptionSet& options) override { output_.Declare(options); }
+  [[nodiscard]] ExitStatus Run(Console& console) override { return output_.Print(console, RulesText, RulesJson); }
+
+ private:
+  CatalogueOutput output_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeRulesCommand() {
+  return std::make_unique<RulesCommand>();
+}
+
+}  // namespace ecaudit::cli

@@ -1,0 +1,75 @@
+#include "cli/config.h"
+
+#include <array>
+#include <filesystem>
+#include <string_view>
+#include <system_error>
+
+#include "cli/json_file.h"
+#include "cli/suggest.h"
+
+namespace ecaudit::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+constexpr std::string_view kFileName = ".ecaudit.json";
+constexpr std::array<std::string_view, 5> kKeys{"profile", "slave_profiles", "rules", "fail_on", "baseline"};
+
+Error Wrong(const std::string& path, const std::string& what) {
+  return Error{path + ": " + what};
+}
+
+/// Reads {"KEY": "VALUE", ...} as "KEY=VALUE" lines.
+std::optional<Error> ReadAssignments(const Json& value, const std::string& name, const std::string& path,
+                                     std::vector<std::string>& out) {
+  if (!value.is_object()) return Wrong(path, "'" + name + "' must be an object");
+  for (const auto& [key, text] : value.items()) {
+    if (!text.is_string()) return Wrong(path, "'" + name + "': the value of '" + key + "' must be a string");
+    out.push_back(key + "=" + text.get_ref<const std::string&>());
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<Config> ReadConfig(const std::string& path) {
+  const Result<Json> document = ReadJsonFile(path);
+  if (!document) return document.error();
+  if (!document->is_object()) return Wrong(path, "the document must be an object");
+
+  Config config;
+  config.path = path;
+  for (const auto& [key, value] : document->items()) {
+    std::optional<Error> error;
+    if (key == "rules") {
+      error = ReadAssignments(value, key, path, config.rules);
+    } else if (key == "slave_profiles") {
+      error = ReadAssignments(value, key, path, config.profiles);
+    } else if (key == "profile" || key == "fail_on" || key == "baseline") {
+      if (!value.is_string()) return Wrong(path, "'" + key + "' must be a string");
+      const auto& text = value.get_ref<const std::string&>();
+      if (key == "profile") config.profiles.push_back(text);
+      if (key == "fail_on") config.fail_on = text;
+      if (key == "baseline") config.baseline = (fs::path(path).parent_path() / text).string();
+    } else {
+      return Wrong(path, "unknown key '" + key + "'" + Suggestion(key, kKeys, ""));
+    }
+    if (error) return *error;
+  }
+  return config;
+}
+
+std::optional<std::string> FindConfig(const std::string& capture) {
+  std::error_code code;
+  const fs::path start = capture == "-" ? fs::current_path(code) : fs::absolute(capture, code).parent_path();
+  if (code) return std::nullopt;
+  for (fs::path folder = start.lexically_normal();; folder = folder.parent_path()) {
+    const fs::path candidate = folder / kFileName;
+    if (fs::is_regular_file(candidate, code)) return candidate.string();
+    if (folder == folder.root_path() || folder.empty()) return std::nullopt;
+  }
+}
+
+}  // namespace ecaudit::cli

@@ -1,0 +1,28 @@
+/// The configuration file of a project, `.ecaudit.json`. docs/configuration.md describes it for users.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "decoder/base/result.h"
+
+namespace ecaudit::cli {
+
+/// What a file says, checked for its shape; the names in it are checked where options are (capture_options.h).
+struct Config {
+  std::string path;                     ///< of the file
+  std::vector<std::string> profiles;    ///< as --profile: "NAME" or "SLAVE=NAME"
+  std::vector<std::string> rules;       ///< as --rule: "ID=SEVERITY"
+  std::optional<std::string> fail_on;   ///< as --fail-on
+  std::optional<std::string> baseline;  ///< as --baseline; relative to the file's folder
+};
+
+/// Reads `path`. An unknown key or a value of the wrong type is an error: a typing mistake must not switch a check off.
+[[nodiscard]] Result<Config> ReadConfig(const std::string& path);
+
+/// The nearest `.ecaudit.json` beside `capture` or in a folder above it; for "-" from the current folder on.
+[[nodiscard]] std::optional<std::string> FindConfig(const std::string& capture);
+
+}  // namespace ecaudit::cli

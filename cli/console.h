@@ -1,0 +1,39 @@
+/// Standard output carries the result only, standard error everything else.
+#pragma once
+
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "decoder/base/result.h"
+
+namespace ecaudit::cli {
+
+class Console {
+ public:
+  /// @param out, err  streams that outlive the console
+  Console(std::FILE* out, std::FILE* err);
+
+  /// "ecaudit: MESSAGE" as one line on standard error; `message` may hold untrusted text.
+  void Error(std::string_view message);
+  /// "ecaudit: warning: MESSAGE"
+  void Warning(std::string_view message);
+
+  /// Writes `text` to standard output. A reader that has gone (closed pipe) is no error; a full disk is.
+  [[nodiscard]] std::optional<ecaudit::Error> Write(std::string_view text);
+
+  /// Colours are wanted on standard output: it is a terminal, and neither NO_COLOR nor TERM=dumb forbids them.
+  [[nodiscard]] bool color() const { return color_; }
+  /// Standard error is a terminal, so progress may be shown there.
+  [[nodiscard]] bool error_is_terminal() const { return error_is_terminal_; }
+  [[nodiscard]] std::FILE* error_stream() const { return err_; }
+
+ private:
+  std::FILE* out_;
+  std::FILE* err_;
+  bool color_;
+  bool error_is_terminal_;
+};
+
+}  // namespace ecaudit::cli

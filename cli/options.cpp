@@ -1,0 +1,135 @@
+#include "cli/options.h"
+
+#include <algorithm>
+
+#include <CLI/CLI.hpp>
+
+#include "cli/commands/command.h"
+#include "cli/suggest.h"
+
+namespace ecaudit::cli {
+
+struct OptionSet::Impl {
+  explicit Impl(std::string_view command, std::string_view summary)
+      : app(std::string(summary), "ecaudit " + std::string(command)), name(command) {
+    app.set_help_flag("-h,--help", "This page");
+    app.get_formatter()->column_width(30);
+    app.get_formatter()->label("Positionals", "Arguments");
+  }
+
+  void InGroup(CLI::Option* option) const {
+    if (!group.empty()) option->group(group);
+  }
+
+  [[nodiscard]] std::string Hint() const { return "ecaudit " + name + " --help"; }
+
+  /// One line for an argument that nothing takes.
+  [[nodiscard]] std::string Unexpected(const std::string& argument) const {
+    if (argument.size() < 2 || argument.front() != '-') {
+      return "unexpected argument '" + argument + "' (see '" + Hint() + "')";
+    }
+    std::vector<std::string> names{"--help"};
+    for (const CLI::Option* option : app.get_options()) {
+      for (const std::string& long_name : option->get_lnames()) names.push_back("--" + long_name);
+    }
+    const std::vector<std::string_view> views(names.begin(), names.end());
+    const std::string typed = argument.substr(0, argument.find('='));
+    return "unknown option '" + typed + "'" + Suggestion(typed, views, Hint());
+  }
+
+  CLI::App app;
+  std::string name;
+  std::string group;
+};
+
+OptionSet::OptionSet(std::string_view command, std::string_view summary)
+    : impl_(std::make_unique<Impl>(command, summary)) {}
+
+OptionSet::~OptionSet() = default;
+
+void OptionSet::Group(std::string heading) {
+  impl_->group = std::move(heading);
+}
+
+void OptionSet::Flag(const std::string& names, bool& target, const std::string& help) {
+  impl_->InGroup(impl_->app.add_flag(names, target, help));
+}
+
+void OptionSet::Value(const std::string& names, const std::string& value_name, std::optional<std::string>& target,
+                      const std::string& help) {
+  impl_->InGroup(impl_->app
+                     .add_option_function<std::string>(
+                         names, [&target](const std::string& value) { target = value; }, help)
+                     ->type_name(value_name)
+                     ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast));
+}
+
+void OptionSet::Values(const std::string& names, const std::string& value_name, std::vector<std::string>& target,
+                       const std::string& help) {
+  // Without allow_extra_args(false) the option would swallow the captures that follow its value.
+  impl_->InGroup(impl_->app.add_option(names, target, help)->type_name(value_name)->allow_extra_args(false));
+}
+
+void OptionSet::Argument(const std::string& name, std::optional<std::string>& target, const std::string& help,
+                         bool required) {
+  impl_->app
+      .add_option_function<std::string>(
+          name, [&target](const std::string& value) { target = value; }, help)
+      ->type_name("")
+      ->required(required);
+}
+
+void OptionSet::Arguments(const std::string& name, std::vector<std::string>& target, const std::string& help) {
+  impl_->app.add_option(name, target, help)->type_name("")->required();
+}
+
+void OptionSet::Footer(const std::string& text) {
+  impl_->app.footer(text);
+}
+
+OptionSet::Parsed OptionSet::Parse(const std::vector<std::string>& arguments) {
+  // CLI11 reports through exceptions; they end here. It takes the arguments last first.
+  std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());
+  try {
+    impl_->app.parse(reversed);
+    return {};
+  } catch (const CLI::CallForHelp&) {
+    return {Outcome::kHelp, impl_->app.help()};
+  } catch (const CLI::ExtrasError&) {
+    const std::vector<std::string> extras = impl_->app.remaining();
+    return {Outcome::kError,
+            extras.empty() ? "unexpected argument (see '" + impl_->Hint() + "')" : impl_->Unexpected(extras.front())};
+  } catch (const CLI::RequiredError& e) {
+    std::string what = e.what();  // "CAPTURE is required"
+    what = what.substr(0, what.find(' '));
+    return {Outcome::kError, "no " + what + " given (see '" + impl_->Hint() + "')"};
+  } catch (const CLI::ParseError& e) {
+    return {Outcome::kError, std::string(e.what()) + " (see '" + impl_->Hint() + "')"};
+  }
+}
+
+std::string ProgramHelp(const std::vector<std::unique_ptr<Command>>& commands) {
+  std::string text =
+      "ecaudit: reads captures of EtherCAT traffic, follows what each slave does, and reports what is wrong.\n"
+      "\n"
+      "Usage: ecaudit COMMAND [OPTIONS] ...\n"
+      "\n"
+      "Commands:\n";
+  std::size_t width = 0;
+  for (const auto& command : commands) width = std::max(width, command->usage().size());
+  for (const auto& command : commands) {
+    text += "  " + std::string(command->usage());
+    text.append(width - command->usage().size() + 3, ' ');
+    text += std::string(command->summary()) + "\n";
+  }
+  text +=
+      "\n"
+      "  ecaudit COMMAND --help     the options of a command\n"
+      "  ecaudit --version          the version of the program\n"
+      "\n"
+      "Exit status: 0 nothing at or above --fail-on, 1 findings, 2 wrong usage or unreadable input, 3 internal "
+      "error.\n";
+  return text;
+}
+
+}  // namespace ecaudit::cli

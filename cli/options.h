@@ -1,0 +1,55 @@
+/// Command lines. CLI11 is known to options.cpp only; commands declare what they take through OptionSet.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace ecaudit::cli {
+
+class Command;
+
+/// The options and arguments of one command. Targets must outlive parsing; they keep their value when not given.
+class OptionSet {
+ public:
+  explicit OptionSet(std::string_view command, std::string_view summary);
+  ~OptionSet();
+  OptionSet(const OptionSet&) = delete;
+  OptionSet& operator=(const OptionSet&) = delete;
+
+  /// Options declared from here on stand under this heading in the help.
+  void Group(std::string heading);
+  /// An option without value, for example "--join".
+  void Flag(const std::string& names, bool& target, const std::string& help);
+  /// An option with one value; the last one counts when it is given more than once.
+  void Value(const std::string& names, const std::string& value_name, std::optional<std::string>& target,
+             const std::string& help);
+  /// An option that may be given several times.
+  void Values(const std::string& names, const std::string& value_name, std::vector<std::string>& target,
+              const std::string& help);
+  /// One positional argument; `required` or not.
+  void Argument(const std::string& name, std::optional<std::string>& target, const std::string& help, bool required);
+  /// One or more positional arguments.
+  void Arguments(const std::string& name, std::vector<std::string>& target, const std::string& help);
+  /// Text below the options in the help.
+  void Footer(const std::string& text);
+
+  enum class Outcome { kParsed, kHelp, kError };
+  struct Parsed {
+    Outcome outcome = Outcome::kParsed;
+    std::string text;  ///< the help, or one line saying what is wrong
+  };
+  /// @param arguments  what follows the command's name
+  [[nodiscard]] Parsed Parse(const std::vector<std::string>& arguments);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The page of `ecaudit --help`.
+[[nodiscard]] std::string ProgramHelp(const std::vector<std::unique_ptr<Command>>& commands);
+
+}  // namespace ecaudit::cli

@@ -1,0 +1,130 @@
+#include "cli/output_file.h"
+
+#include <array>
+#include <cerrno>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <fcntl.h>
+#include <filesystem>
+#include <sys/stat.h>
+#include <system_error>
+#include <unistd.h>
+
+#include "decoder/capture/capture_reader.h"
+
+namespace ecaudit::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+Error CannotWrite(const std::string& path, int reason) {
+  return Error{"cannot write " + path + ": " + std::strerror(reason)};
+}
+
+/// First bytes of pcap (all byte orders and resolutions) and pcapng files, of gzip and of zstd.
+enum class Magic { kOther, kCapture, kCompressed };
+
+Magic ReadMagic(const std::string& path) {
+  std::array<std::uint8_t, 4> bytes{};
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (fd < 0) return Magic::kOther;
+  const ssize_t n = read(fd, bytes.data(), bytes.size());
+  close(fd);
+  if (n >= 2 && bytes[0] == 0x1F && bytes[1] == 0x8B) return Magic::kCompressed;
+  if (n < 4) return Magic::kOther;
+  const std::uint32_t big = static_cast<std::uint32_t>(bytes[0]) << 24U | static_cast<std::uint32_t>(bytes[1]) << 16U |
+                            static_cast<std::uint32_t>(bytes[2]) << 8U | bytes[3];
+  switch (big) {
+    case 0xA1B2C3D4:
+    case 0xD4C3B2A1:
+    case 0xA1B23C4D:
+    case 0x4D3CB2A1:
+    case 0xA1B2CD34:  // pcap with the fields of Kuznetzov's patch
+    case 0x34CDB2A1:
+    case 0x0A0D0D0A:  // pcapng
+      return Magic::kCapture;
+    case 0x28B52FFD:
+      return Magic::kCompressed;
+    default:
+      return Magic::kOther;
+  }
+}
+
+bool IsCapture(const std::string& path) {
+  switch (ReadMagic(path)) {
+    case Magic::kCapture:
+      return true;
+    case Magic::kCompressed:
+      return capture::OpenCapture(path).has_value();
+    case Magic::kOther:
+      break;
+  }
+  return false;
+}
+
+std::optional<Error> WriteAll(int fd, std::string_view content, const std::string& path) {
+  while (!content.empty()) {
+    const ssize_t n = write(fd, content.data(), content.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return CannotWrite(path, errno);
+    content.remove_prefix(static_cast<std::size_t>(n));
+  }
+  return std::nullopt;
+}
+
+/// Permissions a new file gets: as the old one had, else what the umask leaves.
+mode_t ModeFor(const struct stat* existing) {
+  if (existing != nullptr) return existing->st_mode & 0777U;
+  const mode_t mask = umask(0);
+  umask(mask);
+  return 0666U & ~mask;
+}
+
+}  // namespace
+
+std::optional<Error> CheckOutputPath(const std::string& path) {
+  if (path.empty()) return Error{"the name of an output file is empty"};
+  struct stat info {};
+  if (stat(path.c_str(), &info) == 0) {
+    if (S_ISDIR(info.st_mode)) return Error{"cannot write " + path + ": it is a directory"};
+    if (S_ISREG(info.st_mode) && IsCapture(path)) {
+      return Error{path + " is a capture and will not be overwritten; name another output file"};
+    }
+    return std::nullopt;
+  }
+  const fs::path folder = fs::path(path).parent_path();
+  std::error_code ignored;
+  if (!folder.empty() && !fs::is_directory(folder, ignored)) {
+    return Error{"cannot write " + path + ": there is no directory " + folder.string()};
+  }
+  return std::nullopt;
+}
+
+std::optional<Error> WriteOutputFile(const std::string& path, std::string_view content) {
+  struct stat info {};
+  const bool exists = stat(path.c_str(), &info) == 0;
+  if (exists && !S_ISREG(info.st_mode)) {
+    const int fd = open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    if (fd < 0) return CannotWrite(path, errno);
+    auto error = WriteAll(fd, content, path);
+    close(fd);
+    return error;
+  }
+
+  // The file itself, not a link to it, is replaced.
+  std::error_code ignored;
+  const fs::path resolved = exists ? fs::canonical(path, ignored) : fs::path(path);
+  const std::string target = resolved.empty() ? path : resolved.string();
+  std::string temporary = target + ".XXXXXX";
+  const int fd = mkostemp(temporary.data(), O_CLOEXEC);
+  if (fd < 0) return CannotWrite(path, errno);
+  auto error = WriteAll(fd, content, path);
+  if (!error && fchmod(fd, ModeFor(exists ? &info : nullptr)) != 0) error = CannotWrite(path, errno);
+  if (close(fd) != 0 && !error) error = CannotWrite(path, errno);
+  if (!error && rename(temporary.c_str(), target.c_str()) != 0) error = CannotWrite(path, errno);
+  if (error) unlink(temporary.c_str());
+  return error;
+}
+
+}  // namespace ecaudit::cli

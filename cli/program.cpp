@@ -1,0 +1,76 @@
+#include "cli/program.h"
+
+#include <csignal>
+#include <exception>
+#include <memory>
+#include <string_view>
+
+#include "cli/commands/command.h"
+#include "cli/console.h"
+#include "cli/exit_status.h"
+#include "cli/options.h"
+#include "cli/suggest.h"
+#include "cli/version.h"
+
+namespace ecaudit::cli {
+namespace {
+
+/// Prints a page on standard output.
+ExitStatus Print(Console& console, const std::string& page) {
+  if (const auto error = console.Write(page)) {
+    console.Error(error->message);
+    return ExitStatus::kUsage;
+  }
+  return ExitStatus::kClean;
+}
+
+ExitStatus WrongUsage(Console& console, const std::string& message) {
+  console.Error(message);
+  return ExitStatus::kUsage;
+}
+
+ExitStatus Dispatch(const std::vector<std::string>& arguments, Console& console) {
+  const std::vector<std::unique_ptr<Command>> commands = AllCommands();
+  if (arguments.empty()) return WrongUsage(console, "no command given (see 'ecaudit --help')");
+  const std::string& first = arguments.front();
+  if (first == "--help" || first == "-h") return Print(console, ProgramHelp(commands));
+  if (first == "--version") return Print(console, "ecaudit " + std::string(Version()) + "\n");
+  if (first.starts_with("-")) {
+    return WrongUsage(console, "a command comes first, found '" + first + "' (see 'ecaudit --help')");
+  }
+  std::vector<std::string_view> names;
+  for (const auto& command : commands) {
+    names.push_back(command->name());
+    if (command->name() != first) continue;
+    OptionSet options(command->name(), command->summary());
+    command->Declare(options);
+    const OptionSet::Parsed parsed = options.Parse({arguments.begin() + 1, arguments.end()});
+    switch (parsed.outcome) {
+      case OptionSet::Outcome::kHelp:
+        return Print(console, parsed.text);
+      case OptionSet::Outcome::kError:
+        return WrongUsage(console, parsed.text);
+      case OptionSet::Outcome::kParsed:
+        return command->Run(console);
+    }
+  }
+  return WrongUsage(console, "unknown command '" + first + "'" + Suggestion(first, names, "ecaudit --help"));
+}
+
+}  // namespace
+
+int RunProgram(const std::vector<std::string>& arguments, std::FILE* out, std::FILE* err) {
+  // A reader that closes the pipe early (head, less) must not kill us before the files of -o are written.
+  std::signal(SIGPIPE, SIG_IGN);
+  Console console(out, err);
+  try {
+    return static_cast<int>(Dispatch(arguments, console));
+  } catch (const std::exception& e) {
+    // We throw nothing ourselves: this is memory exhausted, or a bug.
+    console.Error(std::string("internal error: ") + e.what() +
+                  "; please report it with this line, the command and, if you may share it, the capture");
+  }
+  return static_cast<int>(ExitStatus::kInternal);
+}
+
+}  // namespace ecaudit::cli

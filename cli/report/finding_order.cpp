@@ -1,0 +1,78 @@
+#include "cli/report/finding_order.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace ecaudit::report {
+namespace {
+
+/// A forest of findings; every finding has at most one cause.
+class CauseForest {
+ public:
+  explicit CauseForest(const CaptureReport& capture) : findings_(capture.result.findings) {
+    const std::size_t n = findings_.size();
+    children_.resize(n);
+    worst_.resize(n);
+    for (std::size_t i = 0; i < n; ++i) worst_[i] = findings_[i].severity;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (capture.IsKnown(i)) continue;
+      const std::size_t cause = findings_[i].caused_by;
+      // A known cause is not shown with the others, so its consequence stands for itself.
+      if (cause < n && !capture.IsKnown(cause) && !LeadsTo(cause, i)) {
+        children_[cause].push_back(i);
+      } else {
+        roots_.push_back(i);
+      }
+    }
+  }
+
+  std::vector<OrderedFinding> Ordered() {
+    for (const std::size_t root : roots_) Worst(root);
+    Sort(roots_);
+    std::vector<OrderedFinding> out;
+    out.reserve(findings_.size());
+    for (const std::size_t root : roots_) Append(root, 0, out);
+    return out;
+  }
+
+ private:
+  /// True when following the causes from `from` arrives at `to`: attaching would close a circle.
+  [[nodiscard]] bool LeadsTo(std::size_t from, std::size_t to) const {
+    std::size_t at = from;
+    for (std::size_t steps = 0; at < findings_.size() && steps <= findings_.size(); ++steps) {
+      if (at == to) return true;
+      at = findings_[at].caused_by;
+    }
+    return at < findings_.size();
+  }
+
+  Severity Worst(std::size_t i) {
+    for (const std::size_t child : children_[i]) worst_[i] = std::max(worst_[i], Worst(child));
+    return worst_[i];
+  }
+
+  void Sort(std::vector<std::size_t>& indices) const {
+    std::sort(indices.begin(), indices.end(), [this](std::size_t a, std::size_t b) {
+      return std::tuple(worst_[b], findings_[a].first.number, a) < std::tuple(worst_[a], findings_[b].first.number, b);
+    });
+  }
+
+  void Append(std::size_t i, int depth, std::vector<OrderedFinding>& out) {
+    out.push_back({i, depth});
+    Sort(children_[i]);
+    for (const std::size_t child : children_[i]) Append(child, depth + 1, out);
+  }
+
+  const std::vector<Finding>& findings_;
+  std::vector<std::vector<std::size_t>> children_;
+  std::vector<Severity> worst_;
+  std::vector<std::size_t> roots_;
+};
+
+}  // namespace
+
+std::vector<OrderedFinding> OrderForReading(const CaptureReport& capture) {
+  return CauseForest(capture).Ordered();
+}
+
+}  // namespace ecaudit::report

@@ -1,0 +1,282 @@
+#include "cli/report/json_writer.h"
+
+#include <optional>
+#include <string_view>
+#include <type_traits>
+
+#include <nlohmann/json.hpp>
+
+#include "cli/report/times.h"
+#include "cli/report/wireshark_filter.h"
+#include "decoder/base/text.h"
+#include "decoder/esc/al.h"
+
+namespace ecaudit::report {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Printable text, line breaks kept.
+Json Text(std::string_view text) {
+  std::string out;
+  while (true) {
+    const std::size_t end = text.find('\n');
+    out += Printable(text.substr(0, end));
+    if (end == std::string_view::npos) return out;
+    out += '\n';
+    text.remove_prefix(end + 1);
+  }
+}
+
+Json TextOrNull(std::string_view text) {
+  return text.empty() ? Json(nullptr) : Text(text);
+}
+
+template <typename T>
+Json OrNull(const std::optional<T>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+Json FrameOrNull(FrameNo frame) {
+  return frame == 0 ? Json(nullptr) : Json(frame);
+}
+
+Json TimeOrNull(const FrameRef& frame) {
+  return frame.has_time ? Json(IsoTime(frame.time)) : Json(nullptr);
+}
+
+Json DirectionText(DirectionSeen direction) {
+  switch (direction) {
+    case DirectionSeen::kBoth:
+      return "both";
+    case DirectionSeen::kOutbound:
+      return "outbound";
+    case DirectionSeen::kReturned:
+      return "returned";
+    case DirectionSeen::kNone:
+      break;
+  }
+  return nullptr;
+}
+
+Json StateText(std::uint16_t al_word) {
+  return esc::StateName(esc::AlWord{al_word}.state());
+}
+
+/// Writes one capture's report; holds what every section needs.
+class CaptureWriter {
+ public:
+  explicit CaptureWriter(const CaptureReport& capture) : capture_(capture), result_(capture.result) {}
+
+  [[nodiscard]] Json Write() const {
+    Json json;
+    json["capture"] = Capture();
+    json["settings"] = Settings();
+    json["bus"] = Bus();
+    json["slaves"] = Json::array();
+    for (const SlaveSummary& slave : result_.slaves) json["slaves"].push_back(Slave(slave));
+    json["findings"] = Json::array();
+    for (std::size_t i = 0; i < result_.findings.size(); ++i) json["findings"].push_back(FindingJson(i));
+    json["not_evaluable"] = Json::array();
+    for (const NotEvaluable& entry : result_.not_evaluable) json["not_evaluable"].push_back(NotEvaluableJson(entry));
+    json["summary"] = SummaryJson(Summarise(capture_));
+    return json;
+  }
+
+  [[nodiscard]] static Json SummaryJson(const Summary& summary) {
+    return {{"errors", summary.errors},
+            {"warnings", summary.warnings},
+            {"infos", summary.infos},
+            {"known", summary.known},
+            {"verdict", summary.fail ? "fail" : "pass"}};
+  }
+
+ private:
+  [[nodiscard]] Json Seconds(const FrameRef& frame) const { return OrNull(SecondsSince(result_.capture.first, frame)); }
+
+  [[nodiscard]] Json Position(SlaveId id) const {
+    const SlaveSummary* slave = result_.slave(id);
+    return slave == nullptr ? Json(nullptr) : Json(slave->position);
+  }
+
+  [[nodiscard]] Json Capture() const {
+    const CaptureSummary& c = result_.capture;
+    Json json;
+    json["path"] = Text(c.file.path);
+    json["format"] = Text(c.file.format);
+    json["packets"] = c.packets;
+    json["ethercat_frames"] = c.ethercat_frames;
+    json["datagrams"] = c.datagrams;
+    json["outbound_frames"] = c.outbound_frames;
+    json["returned_frames"] = c.returned_frames;
+    json["unknown_direction_frames"] = c.unknown_direction_frames;
+    json["foreign_frames"] = c.foreign_frames;
+    json["other_packets"] = c.other_packets;
+    json["malformed_frames"] = c.malformed_frames;
+    json["cut_frames"] = c.cut_frames;
+    json["crc_error_frames"] = c.crc_error_frames;
+    json["first_time"] = TimeOrNull(c.first);
+    json["last_time"] = TimeOrNull(c.last);
+    json["duration_s"] = Seconds(c.last);
+    json["direction"] = DirectionText(c.direction);
+    json["timestamp_resolution_ns"] = c.timestamps.resolution_ns > 0 ? Json(c.timestamps.resolution_ns) : Json(nullptr);
+    json["timestamps"] = {{"backwards", c.timestamps.backwards},
+                          {"identical_pairs", c.timestamps.identical_pairs},
+                          {"pairs", c.timestamps.pairs},
+                          {"missing", c.timestamps.without}};
+    json["complete"] = c.complete;
+    json["damage"] = nullptr;
+    if (c.file.damage) {
+      json["damage"] = {{"message", Text(c.file.damage->message)},
+                        {"offset", c.file.damage->offset},
+                        {"after_frame", FrameOrNull(c.file.damage->after_frame)}};
+    }
+    json["interfaces"] = Json::array();
+    for (const capture::Interface& i : c.file.interfaces) {
+      json["interfaces"].push_back({{"name", TextOrNull(i.name)},
+                                    {"link_type", i.link_type},
+                                    {"snap_length", i.snap_length},
+                                    {"dropped", OrNull(i.dropped)}});
+    }
+    json["comments"] = Json::array();
+    for (const capture::Comment& comment : c.file.comments) {
+      json["comments"].push_back({{"frame", FrameOrNull(comment.frame)}, {"text", Text(comment.text)}});
+    }
+    return json;
+  }
+
+  [[nodiscard]] Json Settings() const {
+    return {{"fail_on", Name(capture_.fail_on)},
+            {"config", TextOrNull(capture_.config)},
+            {"baseline", TextOrNull(capture_.baseline)}};
+  }
+
+  [[nodiscard]] Json Bus() const {
+    const BusSummary& b = result_.bus;
+    const CycleSummary& c = b.cycle;
+    const auto measured = [&c](double value) { return c.cycles == 0 ? Json(nullptr) : Json(value); };
+    Json json;
+    json["slave_count"] = OrNull(b.slave_count);
+    json["cycle"] = {{"cycles", c.cycles},
+                     {"mean_us", measured(c.mean_us)},
+                     {"min_us", measured(c.min_us)},
+                     {"max_us", measured(c.max_us)},
+                     {"stddev_us", measured(c.stddev_us)},
+                     {"time_source", TextOrNull(c.time_source)}};
+    json["lost_frames"] = b.lost_frames;
+    json["duplicated_frames"] = b.duplicated_frames;
+    json["unanswered_at_end"] = b.unanswered_at_end;
+    return json;
+  }
+
+  [[nodiscard]] Json Slave(const SlaveSummary& s) const {
+    Json json;
+    json["position"] = s.position;
+    json["position_source"] = s.position_inferred ? "inferred" : "observed";
+    json["station_address"] = OrNull(s.station_address);
+    json["alias"] = OrNull(s.alias);
+    json["identity"] = {{"vendor_id", OrNull(s.identity.vendor_id)},
+                        {"product_code", OrNull(s.identity.product_code)},
+                        {"revision", OrNull(s.identity.revision)},
+                        {"serial", OrNull(s.identity.serial)},
+                        {"frame", FrameOrNull(s.identity.since)}};
+    json["name"] = TextOrNull(s.name);
+    json["profile"] = TextOrNull(s.profile);
+    json["profile_source"] = TextOrNull(s.profile_source);
+    json["al"] = Al(s);
+    return json;
+  }
+
+  [[nodiscard]] Json Al(const SlaveSummary& s) const {
+    Json json;
+    json["state"] = s.al_status ? StateText(*s.al_status) : Json(nullptr);
+    json["error"] = s.al_status ? Json(esc::AlWord{*s.al_status}.bit4()) : Json(nullptr);
+    json["status_code"] = OrNull(s.al_status_code);
+    json["history"] = Json::array();
+    for (const AlStep& step : s.al_history) json["history"].push_back(Step(step));
+    json["history_left_out"] = s.al_history_left_out;
+    return json;
+  }
+
+  [[nodiscard]] Json Step(const AlStep& step) const {
+    const bool request = step.kind == AlStep::Kind::kRequest;
+    Json json;
+    json["kind"] = request ? "request" : "state";
+    json["frame"] = FrameOrNull(step.frame.number);
+    json["time_s"] = Seconds(step.frame);
+    json["from"] = step.from == 0 ? Json(nullptr) : StateText(step.from);
+    json["to"] = StateText(step.to);
+    json["value"] = step.to;
+    json[request ? "acknowledge" : "error"] = esc::AlWord{step.to}.bit4();
+    if (request) json["refused_by_wkc"] = step.refused_by_wkc;
+    json["status_code"] = OrNull(step.status_code);
+    return json;
+  }
+
+  [[nodiscard]] static Json EvidenceValue(const Evidence& evidence) {
+    return std::visit(
+        [](const auto& value) {
+          if constexpr (std::is_same_v<std::decay_t<decltype(value)>, std::string>) {
+            return Text(value);
+          } else {
+            return Json(value);
+          }
+        },
+        evidence.value);
+  }
+
+  [[nodiscard]] static std::string FindingId(std::size_t index) { return "f" + std::to_string(index + 1); }
+
+  [[nodiscard]] Json FindingJson(std::size_t index) const {
+    const Finding& f = result_.findings[index];
+    const SlaveSummary* slave = result_.slave(f.slave);
+    Json json;
+    json["id"] = FindingId(index);
+    json["rule"] = f.rule;
+    json["severity"] = Name(f.severity);
+    json["title"] = Text(f.title);
+    json["message"] = Text(f.message);
+    json["slave"] = Position(f.slave);
+    json["station_address"] = slave == nullptr ? Json(nullptr) : OrNull(slave->station_address);
+    json["frame"] = FrameOrNull(f.first.number);
+    json["last_frame"] = FrameOrNull(f.last.number == 0 ? f.first.number : f.last.number);
+    json["count"] = f.count;
+    json["time"] = TimeOrNull(f.first);
+    json["time_s"] = Seconds(f.first);
+    json["related_frames"] = f.related_frames;
+    json["caused_by"] = f.caused_by < result_.findings.size() ? Json(FindingId(f.caused_by)) : Json(nullptr);
+    json["confidence"] = f.confidence == Confidence::kObserved ? "observed" : "inferred";
+    json["evidence"] = Json::object();
+    for (const Evidence& evidence : f.evidence) json["evidence"][Printable(evidence.name)] = EvidenceValue(evidence);
+    json["reference"] = {{"document", TextOrNull(f.reference.document)}, {"section", TextOrNull(f.reference.section)}};
+    json["wireshark_filter"] = TextOrNull(WiresharkFilter(f));
+    json["known"] = capture_.IsKnown(index);
+    return json;
+  }
+
+  [[nodiscard]] Json NotEvaluableJson(const NotEvaluable& entry) const {
+    return {{"rule", entry.rule},
+            {"slave", Position(entry.slave)},
+            {"reason", Text(entry.reason)},
+            {"first_frame", FrameOrNull(entry.first_frame)},
+            {"occasions", entry.occasions}};
+  }
+
+  const CaptureReport& capture_;
+  const AnalysisResult& result_;
+};
+
+}  // namespace
+
+std::string WriteJson(const Report& report) {
+  Json json;
+  json["schema"] = "ecaudit.report/1";
+  json["tool"] = {{"name", "ecaudit"}, {"version", report.version}};
+  json["reports"] = Json::array();
+  for (const CaptureReport& capture : report.captures) json["reports"].push_back(CaptureWriter(capture).Write());
+  json["summary"] = {{"captures", report.captures.size()}};
+  json["summary"].update(CaptureWriter::SummaryJson(Summarise(report)));
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace ecaudit::report

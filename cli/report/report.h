@@ -1,0 +1,54 @@
+/// What the writers receive: plain data, complete, without text formatting.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "analyzers/core/analysis_result.h"
+
+namespace ecaudit::report {
+
+/// The least severity that makes the verdict "fail".
+enum class FailOn : std::uint8_t { kInfo, kWarning, kError, kNever };
+
+[[nodiscard]] std::string_view Name(FailOn fail_on);
+/// Reads what Name() writes; nothing for any other text.
+[[nodiscard]] std::optional<FailOn> ParseFailOn(std::string_view text);
+
+/// One capture's result and how it is to be judged.
+struct CaptureReport {
+  AnalysisResult result;
+  /// Per finding of `result`: true when the baseline lists it. Empty: no baseline.
+  std::vector<bool> known;
+  FailOn fail_on = FailOn::kError;
+  std::string config;    ///< path of the configuration file used; empty when none
+  std::string baseline;  ///< path of the baseline used; empty when none
+
+  [[nodiscard]] bool IsKnown(std::size_t finding) const { return finding < known.size() && known[finding]; }
+};
+
+struct Report {
+  std::string version;  ///< of the program
+  std::vector<CaptureReport> captures;
+};
+
+/// Findings counted by severity. Known findings count only in `known`.
+struct Summary {
+  std::uint64_t errors = 0;
+  std::uint64_t warnings = 0;
+  std::uint64_t infos = 0;
+  std::uint64_t known = 0;
+  bool fail = false;  ///< a finding that is not known reaches fail_on
+};
+
+[[nodiscard]] Summary Summarise(const CaptureReport& capture);
+/// Sums over all captures; fails when one of them does.
+[[nodiscard]] Summary Summarise(const Report& report);
+
+/// True when there is nothing to judge: the capture holds no EtherCAT frame.
+[[nodiscard]] bool WithoutEtherCat(const AnalysisResult& result);
+
+}  // namespace ecaudit::report

@@ -1,0 +1,501 @@
+#include "cli/report/text_writer.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "cli/report/finding_order.h"
+#include "cli/report/layout.h"
+#include "cli/report/times.h"
+#include "cli/report/wireshark_filter.h"
+#include "decoder/base/text.h"
+#include "decoder/esc/al.h"
+
+namespace ecaudit::report {
+namespace {
+
+/// A story longer than this shows its beginning and its end.
+constexpr std::size_t kStoryHead = 6;
+constexpr std::size_t kStoryTail = 10;
+/// Findings shown in full; the others get two lines each.
+constexpr std::size_t kFindingsInFull = 25;
+/// Reasons shown under "Not judged".
+constexpr std::size_t kReasonsShown = 15;
+
+/// "0x00414b44", or "?" when unknown.
+std::string HexOr(const std::optional<std::uint32_t>& value) {
+  return value ? Hex(*value, 8) : "?";
+}
+
+std::string SecondsText(double seconds) {
+  return Fixed(seconds, 6) + " s";
+}
+
+std::string_view CaptureName(const AnalysisResult& result) {
+  return result.capture.file.path;
+}
+
+std::string EvidenceText(const Evidence& evidence) {
+  return std::visit(
+      [&](const auto& value) -> std::string {
+        using T = std::decay_t<decltype(value)>;
+        if constexpr (std::is_same_v<T, std::string>) {
+          return OneLine(value);
+        } else if constexpr (std::is_same_v<T, bool>) {
+          return value ? "yes" : "no";
+        } else if constexpr (std::is_same_v<T, double>) {
+          return Fixed(value, 3);
+        } else {
+          if (evidence.notation == Evidence::Notation::kHex && value >= 0)
+            return Hex(static_cast<std::uint64_t>(value));
+          return std::to_string(value);
+        }
+      },
+      evidence.value);
+}
+
+std::string StepText(const AlStep& step) {
+  if (step.kind == AlStep::Kind::kRequest) {
+    const esc::AlWord control{step.to};
+    std::string text = esc::StateName(control.state()) + " requested";
+    if (step.refused_by_wkc) text += " (not taken)";
+    return text;
+  }
+  std::string text = esc::StatusText(step.to);
+  if (step.status_code && *step.status_code != 0) text += " code " + Hex(*step.status_code);
+  return text;
+}
+
+/// "3", "0-2, 7".
+std::string Ranges(const std::set<unsigned>& sorted) {
+  const std::vector<unsigned> positions(sorted.begin(), sorted.end());
+  std::string text;
+  for (std::size_t i = 0; i < positions.size();) {
+    std::size_t end = i;
+    while (end + 1 < positions.size() && positions[end + 1] == positions[end] + 1) ++end;
+    if (!text.empty()) text += ", ";
+    text += std::to_string(positions[i]);
+    if (end > i) text += "-" + std::to_string(positions[end]);
+    i = end + 1;
+  }
+  return text;
+}
+
+std::string Counts(const Summary& s) {
+  std::string text = Count(s.errors, "error") + ", " + Count(s.warnings, "warning") + ", " + Count(s.infos, "info");
+  if (s.known > 0) text += ", " + Grouped(s.known) + " known from the baseline";
+  return text;
+}
+
+/// The text of one capture's report.
+class CaptureText {
+ public:
+  CaptureText(const CaptureReport& capture, const TextStyle& style)
+      : capture_(capture), result_(capture.result), text_(style.color) {}
+
+  std::string Write() {
+    FirstLines();
+    if (!WithoutEtherCat(result_)) {
+      Slaves();
+      Findings();
+      KnownFindings();
+      NotJudged();
+    }
+    CaptureFacts();
+    return text_.Take();
+  }
+
+ private:
+  void Heading(std::string_view heading) {
+    text_.Line();
+    text_.Line(text_.Styled(heading, Style::kBold));
+  }
+
+  void FirstLines() {
+    const std::string headline = Headline(capture_);
+    const std::size_t word = headline.find(' ');
+    const Summary summary = Summarise(capture_);
+    const Style style = summary.fail ? Style::kError : WithoutEtherCat(result_) ? Style::kWarning : Style::kGood;
+    text_.Line(text_.Styled(headline.substr(0, word), style) + headline.substr(word));
+    if (WithoutEtherCat(result_)) return;
+    std::string counts = Counts(summary);
+    if (!result_.not_evaluable.empty()) {
+      counts += "; " + Count(RulesNotJudged(), "rule") + " could not be judged everywhere (see below)";
+    }
+    text_.Line(counts);
+  }
+
+  [[nodiscard]] std::uint64_t RulesNotJudged() const {
+    std::vector<std::string_view> rules;
+    for (const NotEvaluable& entry : result_.not_evaluable) rules.push_back(entry.rule);
+    std::sort(rules.begin(), rules.end());
+    return static_cast<std::uint64_t>(std::unique(rules.begin(), rules.end()) - rules.begin());
+  }
+
+  // --- slaves ---------------------------------------------------------------------------------------------------
+
+  void Slaves() {
+    if (result_.slaves.empty()) return;
+    Heading("Slaves");
+    for (std::size_t i = 0; i < result_.slaves.size();) {
+      std::size_t end = i + 1;
+      while (end < result_.slaves.size() && AlikeAndQuiet(result_.slaves[i], result_.slaves[end])) ++end;
+      // Two alike slaves are quickly read; more are one story told many times.
+      if (end - i < 3) end = i + 1;
+      Slave(result_.slaves[i]);
+      if (end - i > 1) {
+        text_.Paragraph("slaves " + std::to_string(result_.slaves[i + 1].position) + "-" +
+                            std::to_string(result_.slaves[end - 1].position) +
+                            ": the same device, profile and steps, no findings",
+                        2, 5);
+      }
+      i = end;
+    }
+  }
+
+  [[nodiscard]] bool HasFinding(SlaveId id) const {
+    return std::any_of(result_.findings.begin(), result_.findings.end(),
+                       [id](const Finding& f) { return f.slave == id; });
+  }
+
+  /// Same device and the same sequence of states, and nothing to report about either.
+  [[nodiscard]] bool AlikeAndQuiet(const SlaveSummary& a, const SlaveSummary& b) const {
+    const auto same_step = [](const AlStep& x, const AlStep& y) {
+      return x.kind == y.kind && x.to == y.to && x.status_code == y.status_code;
+    };
+    return a.profile == b.profile && a.profile_source == b.profile_source && a.name == b.name &&
+           a.identity.vendor_id == b.identity.vendor_id && a.identity.product_code == b.identity.product_code &&
+           a.identity.revision == b.identity.revision && a.al_history_left_out == b.al_history_left_out &&
+           std::equal(a.al_history.begin(), a.al_history.end(), b.al_history.begin(), b.al_history.end(), same_step) &&
+           !HasFinding(a.id) && !HasFinding(b.id);
+  }
+
+  void Slave(const SlaveSummary& s) {
+    const Identity& id = s.identity;
+    std::string head = SlaveLabel(result_, s.id);
+    if (s.position_inferred) head += ", position inferred from the station address";
+    if (id.vendor_id || id.product_code) {
+      head += ": vendor " + HexOr(id.vendor_id) + ", product " + HexOr(id.product_code) + ", revision " +
+              HexOr(id.revision);
+      if (id.serial && *id.serial != 0) head += ", serial " + std::to_string(*id.serial);
+    } else {
+      head += ": identity not in the capture";
+    }
+    text_.Paragraph(head, 2, 5);
+    if (!s.profile.empty()) {
+      std::string profile = Printable(s.profile);
+      if (!s.profile_source.empty()) profile += " (" + OneLine(s.profile_source) + ")";
+      text_.Field("profile", profile, 5);
+    }
+    text_.Field("AL states", Story(s), 5);
+  }
+
+  /// "PREOP #400 at 0.399 s", not broken over lines.
+  [[nodiscard]] std::string StoryStep(const AlStep& step) const {
+    std::string text = StepText(step);
+    if (step.frame.seen()) {
+      text += " #" + std::to_string(step.frame.number);
+      const auto seconds = SecondsSince(result_.capture.first, step.frame);
+      if (seconds) text += " at " + Fixed(*seconds, 3) + " s";
+    }
+    std::replace(text.begin(), text.end(), ' ', kHardSpace);
+    return text;
+  }
+
+  [[nodiscard]] std::string Story(const SlaveSummary& s) const {
+    if (s.al_history.empty()) {
+      return s.al_status ? esc::StatusText(*s.al_status) + " throughout" : "never read in this capture";
+    }
+    const std::size_t n = s.al_history.size();
+    const bool shortened = n > kStoryHead + kStoryTail + 1;
+    std::string text;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (i > 0) text += " -> ";
+      if (shortened && i == kStoryHead) {
+        text += "[" + Count(n - kStoryHead - kStoryTail, "more step") + "] -> ";
+        i = n - kStoryTail;
+      }
+      text += StoryStep(s.al_history[i]);
+    }
+    if (s.al_history_left_out > 0) text += " -> [" + Count(s.al_history_left_out, "later step") + " not kept]";
+    return text;
+  }
+
+  // --- findings -------------------------------------------------------------------------------------------------
+
+  void Findings() {
+    const std::vector<OrderedFinding> order = OrderForReading(capture_);
+    if (order.empty()) return;
+    Heading("Findings");
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      const OrderedFinding& entry = order[i];
+      const std::size_t indent = 2 + 4 * static_cast<std::size_t>(std::min(entry.depth, 4));
+      if (i > 0 && i < kFindingsInFull) text_.Line();
+      if (i == kFindingsInFull) {
+        text_.Line();
+        text_.Line(
+            text_.Styled(Count(order.size() - i, "further finding") + " in short (--format json has all of each):",
+                         Style::kFaint),
+            2);
+      }
+      FindingHead(result_.findings[entry.index], entry.depth, indent);
+      if (i < kFindingsInFull) FindingBody(result_.findings[entry.index], indent + 4);
+    }
+  }
+
+  /// "error al-refused  slave 0 (AKD, 0x1001)  frame 760 at 1.950000 s" and the title below.
+  void FindingHead(const Finding& f, int depth, std::size_t indent) {
+    std::string head = text_.Styled(Name(f.severity), StyleOf(f.severity)) + " " +
+                       text_.Styled(std::string(f.rule), Style::kBold) + "  " + SlaveLabel(result_, f.slave) + "  " +
+                       Place(f);
+    if (depth > 0) head = "consequence: " + head;
+    text_.Line(head, indent);
+    text_.Paragraph(OneLine(f.title), indent + 4);
+  }
+
+  [[nodiscard]] std::string Place(const Finding& f) const {
+    if (!f.first.seen()) return "no single frame";
+    std::string text = "frame " + std::to_string(f.first.number);
+    if (const auto seconds = SecondsSince(result_.capture.first, f.first)) text += " at " + SecondsText(*seconds);
+    if (f.count > 1) {
+      text += ", " + Grouped(f.count) + " times";
+      if (f.last.number > f.first.number) text += " until frame " + std::to_string(f.last.number);
+    }
+    return text;
+  }
+
+  void FindingBody(const Finding& f, std::size_t indent) {
+    if (f.message != f.title) Message(f.message, indent);
+    std::string evidence;
+    for (const Evidence& e : f.evidence) {
+      if (!evidence.empty()) evidence += ", ";
+      evidence += OneLine(e.name) + " = " + EvidenceText(e);
+    }
+    text_.Field("evidence", evidence, indent);
+    std::string related;
+    for (const FrameNo frame : f.related_frames) related += (related.empty() ? "" : ", ") + std::to_string(frame);
+    text_.Field("see also", related.empty() ? "" : "frames " + related, indent);
+    if (f.confidence == Confidence::kInferred) {
+      text_.Field("certainty", "inferred: rests on an assumption, not only on observed bytes", indent);
+    }
+    std::string source = OneLine(f.reference.document);
+    if (!f.reference.section.empty()) source += (source.empty() ? "" : ", ") + OneLine(f.reference.section);
+    text_.Field("source", source, indent);
+    text_.Field("Wireshark", WiresharkFilter(f), indent);
+    text_.Field("more", "ecaudit explain " + std::string(f.rule), indent);
+  }
+
+  /// Line breaks of the message are kept; everything else untrusted is made printable.
+  void Message(std::string_view message, std::size_t indent) {
+    while (!message.empty()) {
+      const std::size_t end = std::min(message.find('\n'), message.size());
+      text_.Paragraph(OneLine(message.substr(0, end)), indent);
+      message.remove_prefix(std::min(end + 1, message.size()));
+    }
+  }
+
+  void KnownFindings() {
+    if (Summarise(capture_).known == 0) return;
+    Heading("Known from the baseline (not counted)");
+    for (std::size_t i = 0; i < result_.findings.size(); ++i) {
+      if (!capture_.IsKnown(i)) continue;
+      const Finding& f = result_.findings[i];
+      text_.Paragraph(std::string(Name(f.severity)) + " " + std::string(f.rule) + ", " + SlaveLabel(result_, f.slave) +
+                          ", " + Place(f) + ": " + OneLine(f.title),
+                      2, 6);
+    }
+  }
+
+  // --- what could not be judged -----------------------------------------------------------------------------------
+
+  void NotJudged() {
+    if (result_.not_evaluable.empty()) return;
+    Heading("Could not be judged");
+    // One line for each reason: the rules it silences, and for whom.
+    struct Group {
+      std::vector<std::string_view> rules;
+      std::set<unsigned> positions;  // empty: the whole bus
+    };
+    std::vector<std::pair<std::string, Group>> groups;
+    std::map<std::string, std::size_t, std::less<>> index;
+    for (const NotEvaluable& entry : result_.not_evaluable) {
+      const auto [at, is_new] = index.try_emplace(entry.reason, groups.size());
+      if (is_new) groups.emplace_back(entry.reason, Group{});
+      Group& group = groups[at->second].second;
+      if (std::find(group.rules.begin(), group.rules.end(), entry.rule) == group.rules.end()) {
+        group.rules.push_back(entry.rule);
+      }
+      if (const SlaveSummary* slave = result_.slave(entry.slave)) {
+        group.positions.insert(slave->position);
+      }
+    }
+    std::stable_sort(groups.begin(), groups.end(),
+                     [](const auto& a, const auto& b) { return a.second.rules.size() > b.second.rules.size(); });
+    for (std::size_t i = 0; i < groups.size(); ++i) {
+      if (i == kReasonsShown) {
+        text_.Line("and " + Count(groups.size() - i, "more reason") + " (--format json lists all)", 2);
+        break;
+      }
+      const auto& [reason, group] = groups[i];
+      std::string line = OneLine(reason);
+      const std::size_t slaves = group.positions.size();
+      if (slaves > 0 && slaves < result_.slaves.size()) {
+        line += (slaves == 1 ? " (slave " : " (slaves ") + Ranges(group.positions) + ")";
+      }
+      line += ": ";
+      for (std::size_t r = 0; r < group.rules.size(); ++r) line += (r > 0 ? ", " : "") + std::string(group.rules[r]);
+      text_.Paragraph(line, 2, 6);
+    }
+  }
+
+  // --- capture facts ----------------------------------------------------------------------------------------------
+
+  void CaptureFacts() {
+    const CaptureSummary& c = result_.capture;
+    Heading("Capture");
+    std::string frames = Count(c.packets, "packet") + " (" + Printable(c.file.format) + "), " +
+                         Count(c.ethercat_frames, "EtherCAT frame") + " (" + Grouped(c.outbound_frames) +
+                         " outbound, " + Grouped(c.returned_frames) + " returned";
+    if (c.unknown_direction_frames > 0) frames += ", " + Grouped(c.unknown_direction_frames) + " of unknown direction";
+    frames += ") with " + Count(c.datagrams, "datagram");
+    text_.Paragraph(frames, 2);
+    text_.Paragraph(TimeFacts(), 2);
+    if (!WithoutEtherCat(result_)) text_.Paragraph(BusFacts(), 2);
+    if (const std::string left_out = LeftOut(); !left_out.empty()) text_.Paragraph(left_out, 2);
+    if (c.file.damage) text_.Paragraph("damaged: " + OneLine(c.file.damage->message), 2);
+    if (!c.complete) text_.Paragraph("the report covers only the part of the capture that was read", 2);
+    if (!capture_.config.empty()) text_.Paragraph("settings from " + OneLine(capture_.config), 2);
+  }
+
+  [[nodiscard]] std::string TimeFacts() const {
+    const CaptureSummary& c = result_.capture;
+    if (!c.first.has_time) return "no time stamps";
+    std::string text = "from " + IsoTime(c.first.time);
+    if (const auto duration = SecondsSince(c.first, c.last)) text += ", " + SecondsText(*duration);
+    if (c.timestamps.resolution_ns > 0) text += ", time stamps in steps of " + Duration(c.timestamps.resolution_ns);
+    if (c.timestamps.backwards > 0) text += ", " + Grouped(c.timestamps.backwards) + " backwards";
+    if (c.timestamps.without > 0) text += ", " + Count(c.timestamps.without, "packet") + " without";
+    return text;
+  }
+
+  [[nodiscard]] std::string BusFacts() const {
+    const BusSummary& b = result_.bus;
+    std::string text;
+    switch (result_.capture.direction) {
+      case DirectionSeen::kBoth:
+        text = "both directions";
+        break;
+      case DirectionSeen::kOutbound:
+        text = "outbound frames only: answers of the slaves are not in the capture";
+        break;
+      case DirectionSeen::kReturned:
+        text = "returned frames only";
+        break;
+      case DirectionSeen::kNone:
+        text = "direction unknown";
+        break;
+    }
+    if (b.slave_count) text += ", " + Count(*b.slave_count, "slave");
+    text += ", " + Count(b.lost_frames, "frame") + " lost";
+    if (b.duplicated_frames > 0) text += ", " + Grouped(b.duplicated_frames) + " duplicated";
+    if (b.cycle.cycles > 0) {
+      text += ", " + Count(b.cycle.cycles, "cycle") + " of " + Fixed(b.cycle.mean_us, 1) + " us (" +
+              Fixed(b.cycle.min_us, 1) + " to " + Fixed(b.cycle.max_us, 1) + ", deviation " +
+              Fixed(b.cycle.stddev_us, 1) + "; by " + Printable(b.cycle.time_source) + " time)";
+    }
+    return text;
+  }
+
+  [[nodiscard]] std::string LeftOut() const {
+    const CaptureSummary& c = result_.capture;
+    std::string text;
+    const auto add = [&text](std::uint64_t n, std::string_view what) {
+      if (n == 0) return;
+      if (!text.empty()) text += ", ";
+      text += Grouped(n) + " " + std::string(what);
+    };
+    add(c.other_packets, "not EtherCAT commands");
+    add(c.foreign_frames, "EtherCAT of other senders");
+    add(c.malformed_frames, "malformed");
+    add(c.cut_frames, "cut by the snap length");
+    add(c.crc_error_frames, "with CRC errors");
+    return text.empty() ? text : "packets set aside: " + text;
+  }
+
+  const CaptureReport& capture_;
+  const AnalysisResult& result_;
+  TextBuilder text_;
+};
+
+/// "SAFEOP refused with AL status code 0x001d (frame 760)"
+std::string TitleAndFrame(const Finding& f) {
+  std::string text = OneLine(f.title);
+  if (f.first.seen()) text += " (frame " + std::to_string(f.first.number) + ")";
+  return text;
+}
+
+}  // namespace
+
+std::string SlaveLabel(const AnalysisResult& result, SlaveId id) {
+  const SlaveSummary* slave = result.slave(id);
+  if (slave == nullptr) return "bus";
+  std::string inside = OneLine(slave->name);
+  if (slave->station_address) inside += (inside.empty() ? "" : ", ") + Hex(*slave->station_address);
+  std::string label = "slave " + std::to_string(slave->position);
+  if (!inside.empty()) label += " (" + inside + ")";
+  return label;
+}
+
+std::string Headline(const CaptureReport& capture) {
+  const AnalysisResult& result = capture.result;
+  const Summary summary = Summarise(capture);
+  const std::string name = OneLine(CaptureName(result));
+  if (WithoutEtherCat(result)) {
+    const std::string packets = result.capture.packets == 0
+                                    ? std::string("the capture holds no packet")
+                                    : "no EtherCAT frame among " + Count(result.capture.packets, "packet");
+    return (summary.fail ? "FAIL " : "NOTHING-TO-CHECK ") + name + ": " + packets;
+  }
+  const std::string start = (summary.fail ? "FAIL " : "PASS ") + name + ": ";
+  const std::vector<OrderedFinding> order = OrderForReading(capture);
+  if (order.empty()) {
+    return start + "no " + (summary.known > 0 ? "new " : "") + "findings in " +
+           Count(result.capture.ethercat_frames, "EtherCAT frame") + " of " + Count(result.slaves.size(), "slave");
+  }
+  // The first tree holds the worst finding. Name its root, unless the root is the milder of the two.
+  const Finding& root = result.findings[order.front().index];
+  const Finding* worst = &root;
+  for (std::size_t i = 1; i < order.size() && order[i].depth > 0; ++i) {
+    const Finding& f = result.findings[order[i].index];
+    if (f.severity > worst->severity) worst = &f;
+  }
+  std::string line = start;
+  if (!summary.fail) line += std::string(Name(worst->severity)) + ": ";
+  line += SlaveLabel(result, worst->slave) + ": " + TitleAndFrame(*worst);
+  if (worst != &root) line += ", because: " + TitleAndFrame(root);
+  return line;
+}
+
+std::string WriteText(const Report& report, const TextStyle& style) {
+  std::string out;
+  for (const CaptureReport& capture : report.captures) {
+    if (!out.empty()) out += "\n";
+    out += CaptureText(capture, style).Write();
+  }
+  if (report.captures.size() > 1) {
+    const Summary sum = Summarise(report);
+    std::uint64_t failed = 0;
+    for (const CaptureReport& capture : report.captures) failed += Summarise(capture).fail ? 1U : 0U;
+    TextBuilder text(style.color);
+    text.Line();
+    text.Line(text.Styled(sum.fail ? "FAIL" : "PASS", sum.fail ? Style::kError : Style::kGood) + " " +
+              Count(report.captures.size(), "capture") + ", " + Grouped(failed) + " failed: " + Counts(sum));
+    out += text.Take();
+  }
+  return out;
+}
+
+}  // namespace ecaudit::report

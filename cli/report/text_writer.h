@@ -1,0 +1,23 @@
+/// The report for a person: what matters most in the first line, then slaves, findings, and what could not be judged.
+#pragma once
+
+#include <string>
+
+#include "cli/report/report.h"
+
+namespace ecaudit::report {
+
+struct TextStyle {
+  bool color = false;  ///< ANSI escape sequences; only for terminals
+};
+
+/// Lines end with "\n"; names and texts from the capture are made printable.
+[[nodiscard]] std::string WriteText(const Report& report, const TextStyle& style);
+
+/// "slave 0 (AKD, 0x1001)" with what is known of it; "bus" for kNoSlave. Printable.
+[[nodiscard]] std::string SlaveLabel(const AnalysisResult& result, SlaveId slave);
+
+/// One line, the verdict and its main reason: "FAIL a.pcapng: slave 0 (AKD, 0x1001): ... (frame 760)". Printable.
+[[nodiscard]] std::string Headline(const CaptureReport& capture);
+
+}  // namespace ecaudit::report

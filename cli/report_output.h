@@ -1,0 +1,44 @@
+/// Where reports go: standard output, and the files of -o.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "cli/console.h"
+#include "cli/options.h"
+#include "cli/report/formats.h"
+#include "cli/report/report.h"
+#include "decoder/base/result.h"
+
+namespace ecaudit::cli {
+
+struct OutputOptions {
+  std::optional<std::string> format;
+  std::vector<std::string> outputs;
+  bool no_color = false;
+
+  void Declare(OptionSet& options);
+};
+
+/// The outputs of one run. "-o PATH" takes the place of standard output, "-o FORMAT=PATH" comes in addition to it.
+class ReportOutput {
+ public:
+  /// Reads the options and asks whether every file can be written, before any work is done.
+  /// @param captures  what will be read; never written to
+  [[nodiscard]] static Result<ReportOutput> Plan(const OutputOptions& options, std::span<const std::string> captures);
+
+  /// Files first, standard output last, so that a closed pipe costs nothing.
+  [[nodiscard]] std::optional<Error> Write(const report::Report& report, Console& console) const;
+
+ private:
+  struct Target {
+    const report::Format* format = nullptr;
+    std::string path;  ///< "-": standard output
+  };
+  std::vector<Target> targets_;
+  bool no_color_ = false;
+};
+
+}  // namespace ecaudit::cli

@@ -1,0 +1,58 @@
+#include "cli/slave_filter.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+namespace ecaudit::cli {
+
+bool Selects(const SlaveSelector& selector, const SlaveSummary& slave) {
+  return selector.by_address ? slave.station_address == selector.value : slave.position == selector.value;
+}
+
+std::size_t KeepSlaves(std::span<const SlaveSelector> selectors, AnalysisResult& result) {
+  if (selectors.empty()) return result.slaves.size();
+  const auto selected = [&](SlaveId id) {
+    const SlaveSummary* slave = result.slave(id);
+    return slave == nullptr || std::any_of(selectors.begin(), selectors.end(),
+                                           [&](const SlaveSelector& selector) { return Selects(selector, *slave); });
+  };
+
+  std::vector<Finding>& findings = result.findings;
+  std::vector<bool> keep(findings.size());
+  for (std::size_t i = 0; i < findings.size(); ++i) {
+    if (!selected(findings[i].slave)) continue;
+    for (std::size_t at = i; at < findings.size() && !keep[at]; at = findings[at].caused_by) keep[at] = true;
+  }
+  std::vector<FindingIndex> new_index(findings.size(), kNoFinding);
+  FindingIndex kept = 0;
+  for (std::size_t i = 0; i < findings.size(); ++i) {
+    if (keep[i]) new_index[i] = kept++;
+  }
+  std::vector<Finding> kept_findings;
+  for (std::size_t i = 0; i < findings.size(); ++i) {
+    if (!keep[i]) continue;
+    Finding& finding = findings[i];
+    if (finding.caused_by < findings.size()) finding.caused_by = new_index[finding.caused_by];
+    kept_findings.push_back(std::move(finding));
+  }
+  findings = std::move(kept_findings);
+  std::erase_if(result.not_evaluable, [&](const NotEvaluable& entry) { return !selected(entry.slave); });
+
+  // Slaves that a kept cause belongs to stay, so that the finding keeps its position and name.
+  const auto cited = [&](SlaveId id) {
+    return std::any_of(findings.begin(), findings.end(), [id](const Finding& f) { return f.slave == id; });
+  };
+  std::size_t matching = 0;
+  std::vector<SlaveSummary> kept_slaves;
+  for (SlaveSummary& slave : result.slaves) {
+    const bool named = std::any_of(selectors.begin(), selectors.end(),
+                                   [&](const SlaveSelector& selector) { return Selects(selector, slave); });
+    if (named) ++matching;
+    if (named || cited(slave.id)) kept_slaves.push_back(std::move(slave));
+  }
+  result.slaves = std::move(kept_slaves);
+  return matching;
+}
+
+}  // namespace ecaudit::cli

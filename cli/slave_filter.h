@@ -1,0 +1,17 @@
+/// `--slave`: the part of a result that concerns chosen slaves.
+#pragma once
+
+#include <span>
+
+#include "analyzers/analysis.h"
+
+namespace ecaudit::cli {
+
+[[nodiscard]] bool Selects(const SlaveSelector& selector, const SlaveSummary& slave);
+
+/// Keeps the slaves that one of `selectors` names, and of findings and rules that could not be judged those of these
+/// slaves and of the whole bus, and the causes of kept findings. No selectors: keeps all.
+/// @return how many slaves are kept
+std::size_t KeepSlaves(std::span<const SlaveSelector> selectors, AnalysisResult& result);
+
+}  // namespace ecaudit::cli

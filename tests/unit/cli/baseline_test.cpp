@@ -1,0 +1,70 @@
+#include "cli/baseline.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/cli/sample_result.h"
+#include "tests/unit/cli/temp_dir.h"
+
+namespace ecaudit::cli {
+namespace {
+
+using test::Frame;
+using test::MakeFinding;
+using test::OneReport;
+using test::RefusedSafeop;
+using test::TempDir;
+
+TEST(Baseline, WhatIsWrittenIsKnownNextTime) {
+  const TempDir dir;
+  const std::string path = dir.Write("known.json", WriteBaseline(OneReport(RefusedSafeop())));
+  const auto baseline = ReadBaseline(path);
+  ASSERT_TRUE(baseline) << baseline.error().message;
+
+  // The same fault elsewhere in another capture, and a new one.
+  report::CaptureReport later = RefusedSafeop();
+  later.result.findings[0].first = Frame(12345);
+  later.result.findings[0].count = 1;
+  later.result.findings.push_back(MakeFinding("sdo-abort", Severity::kError, 7, 20));
+  ApplyBaseline(*baseline, later);
+  EXPECT_TRUE(later.IsKnown(0));
+  EXPECT_FALSE(later.IsKnown(1));
+}
+
+TEST(Baseline, AnotherSlaveOrCodeIsNew) {
+  const Baseline baseline{FingerprintOf(RefusedSafeop().result.findings[0], RefusedSafeop().result)};
+  report::CaptureReport other_slave = RefusedSafeop();
+  other_slave.result.slaves[0].position = 1;
+  ApplyBaseline(baseline, other_slave);
+  EXPECT_FALSE(other_slave.IsKnown(0));
+
+  report::CaptureReport other_code = RefusedSafeop();
+  other_code.result.findings[0].title = "SAFEOP refused with AL status code 0x001e";
+  ApplyBaseline(baseline, other_code);
+  EXPECT_FALSE(other_code.IsKnown(0));
+}
+
+TEST(Baseline, FindingsOfTheWholeBus) {
+  report::CaptureReport capture = RefusedSafeop();
+  capture.result.findings[0].slave = kNoSlave;
+  const TempDir dir;
+  const auto baseline = ReadBaseline(dir.Write("b.json", WriteBaseline(OneReport(capture))));
+  ASSERT_TRUE(baseline);
+  ApplyBaseline(*baseline, capture);
+  EXPECT_TRUE(capture.IsKnown(0));
+}
+
+TEST(Baseline, OtherFilesAreRefused) {
+  const TempDir dir;
+  for (const std::string_view content :
+       {"[]", "{}", R"({"schema": "ecaudit.report/1", "findings": []})", R"({"schema": "ecaudit.baseline/1"})",
+        R"({"schema": "ecaudit.baseline/1", "findings": [{"rule": "a", "slave": 0}]})",
+        R"({"schema": "ecaudit.baseline/1", "findings": [{"rule": "a", "slave": -1, "title": "t"}]})",
+        R"({"schema": "ecaudit.baseline/1", "findings": [{"rule": "a", "slave": 70000, "title": "t"}]})",
+        R"({"schema": "ecaudit.baseline/1", "findings": ["a"]})", R"({"schema": 1, "findings": []})"}) {
+    EXPECT_FALSE(ReadBaseline(dir.Write("b.json", content))) << content;
+  }
+  EXPECT_TRUE(ReadBaseline(dir.Write("b.json", R"({"schema": "ecaudit.baseline/1", "findings": []})")));
+}
+
+}  // namespace
+}  // namespace ecaudit::cli

@@ -1,0 +1,146 @@
+#include "cli/report/json_writer.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/unit/cli/sample_result.h"
+
+namespace ecaudit::report {
+namespace {
+
+using nlohmann::json;
+using test::Frame;
+using test::MakeFinding;
+using test::OneReport;
+using test::RefusedSafeop;
+
+json Written(CaptureReport capture) {
+  return json::parse(WriteJson(OneReport(std::move(capture))));
+}
+
+TEST(JsonWriter, NamesSchemaAndTool) {
+  const json document = Written(RefusedSafeop());
+  EXPECT_EQ(document["schema"], "ecaudit.report/1");
+  EXPECT_EQ(document["tool"], json({{"name", "ecaudit"}, {"version", "1.2.3"}}));
+}
+
+TEST(JsonWriter, CaptureSection) {
+  const json capture = Written(RefusedSafeop())["reports"][0]["capture"];
+  EXPECT_EQ(capture["path"], "akd.pcapng");
+  EXPECT_EQ(capture["packets"], 6762);
+  EXPECT_EQ(capture["direction"], "both");
+  EXPECT_EQ(capture["first_time"], "2019-05-01T12:00:00.000000000Z");
+  EXPECT_EQ(capture["last_time"], "2019-05-01T12:00:06.761000000Z");
+  EXPECT_DOUBLE_EQ(capture["duration_s"], 6.761);
+  EXPECT_EQ(capture["complete"], true);
+  EXPECT_EQ(capture["damage"], nullptr);
+}
+
+TEST(JsonWriter, FindingAsInTheContract) {
+  const json finding = Written(RefusedSafeop())["reports"][0]["findings"][0];
+  EXPECT_EQ(finding["id"], "f1");
+  EXPECT_EQ(finding["rule"], "al-refused");
+  EXPECT_EQ(finding["severity"], "error");
+  EXPECT_EQ(finding["slave"], 0);
+  EXPECT_EQ(finding["station_address"], 4097);
+  EXPECT_EQ(finding["frame"], 760);
+  EXPECT_EQ(finding["last_frame"], 6762);
+  EXPECT_EQ(finding["count"], 5999);
+  EXPECT_EQ(finding["time"], "2019-05-01T12:00:00.759000000Z");
+  EXPECT_DOUBLE_EQ(finding["time_s"], 0.759);
+  EXPECT_EQ(finding["related_frames"], json::array({743}));
+  EXPECT_EQ(finding["caused_by"], nullptr);
+  EXPECT_EQ(finding["confidence"], "observed");
+  EXPECT_EQ(finding["evidence"], json({{"al_status_code", 29},
+                                       {"polls", 5999},
+                                       {"acknowledged", false},
+                                       {"mean_ms", 1.5},
+                                       {"requested", "SAFEOP"}}));
+  EXPECT_EQ(finding["reference"], json({{"document", "AKD EtherCAT Communication"}, {"section", "4.3"}}));
+  EXPECT_EQ(finding["wireshark_filter"], "frame.number==760 || frame.number==6762 || frame.number==743");
+  EXPECT_EQ(finding["known"], false);
+}
+
+TEST(JsonWriter, CauseIsNamedById) {
+  CaptureReport capture = RefusedSafeop();
+  capture.result.findings.push_back(MakeFinding("al-timeout", Severity::kError, kNoSlave, 800, 0));
+  const json findings = Written(capture)["reports"][0]["findings"];
+  EXPECT_EQ(findings[1]["id"], "f2");
+  EXPECT_EQ(findings[1]["caused_by"], "f1");
+  EXPECT_EQ(findings[1]["slave"], nullptr);
+  EXPECT_EQ(findings[1]["station_address"], nullptr);
+}
+
+TEST(JsonWriter, SlaveWithHistory) {
+  const json slave = Written(RefusedSafeop())["reports"][0]["slaves"][0];
+  EXPECT_EQ(slave["position"], 0);
+  EXPECT_EQ(slave["position_source"], "observed");
+  EXPECT_EQ(slave["identity"]["product_code"], 0x00414B44);
+  EXPECT_EQ(slave["identity"]["serial"], nullptr);
+  EXPECT_EQ(slave["profile"], "kollmorgen-akd-2011");
+  EXPECT_EQ(slave["al"]["state"], "PREOP");
+  EXPECT_EQ(slave["al"]["error"], true);
+  EXPECT_EQ(slave["al"]["status_code"], 29);
+  const json history = slave["al"]["history"];
+  ASSERT_EQ(history.size(), 3U);
+  EXPECT_EQ(history[1]["kind"], "request");
+  EXPECT_EQ(history[1]["to"], "SAFEOP");
+  EXPECT_EQ(history[2]["frame"], 760);
+  EXPECT_EQ(history[2]["from"], "PREOP");
+  EXPECT_EQ(history[2]["to"], "PREOP");
+  EXPECT_EQ(history[2]["error"], true);
+  EXPECT_EQ(history[2]["status_code"], 29);
+  EXPECT_FALSE(slave.contains("dc")) << "a section that is not analysed is absent, not invented";
+}
+
+TEST(JsonWriter, NothingKnownIsNull) {
+  CaptureReport capture;
+  capture.result.slaves.push_back({});
+  const json report = Written(capture)["reports"][0];
+  EXPECT_EQ(report["capture"]["first_time"], nullptr);
+  EXPECT_EQ(report["capture"]["duration_s"], nullptr);
+  EXPECT_EQ(report["capture"]["direction"], nullptr);
+  EXPECT_EQ(report["capture"]["timestamp_resolution_ns"], nullptr);
+  EXPECT_EQ(report["bus"]["slave_count"], nullptr);
+  EXPECT_EQ(report["bus"]["cycle"]["mean_us"], nullptr);
+  EXPECT_EQ(report["slaves"][0]["station_address"], nullptr);
+  EXPECT_EQ(report["slaves"][0]["name"], nullptr);
+  EXPECT_EQ(report["slaves"][0]["al"]["state"], nullptr);
+  EXPECT_EQ(report["slaves"][0]["al"]["error"], nullptr);
+}
+
+TEST(JsonWriter, NotEvaluable) {
+  const json entries = Written(RefusedSafeop())["reports"][0]["not_evaluable"];
+  ASSERT_EQ(entries.size(), 2U);
+  EXPECT_EQ(entries[0]["rule"], "sync-lost");
+  EXPECT_EQ(entries[0]["slave"], 0);
+  EXPECT_EQ(entries[0]["reason"], "DC is not used");
+  EXPECT_EQ(entries[0]["first_frame"], nullptr);
+  EXPECT_EQ(entries[1]["slave"], nullptr);
+  EXPECT_EQ(entries[1]["first_frame"], 6000);
+}
+
+TEST(JsonWriter, SummaryLeavesKnownFindingsOut) {
+  CaptureReport capture = RefusedSafeop();
+  capture.known = {true};
+  const json document = Written(capture);
+  EXPECT_EQ(document["reports"][0]["summary"],
+            json({{"errors", 0}, {"warnings", 0}, {"infos", 0}, {"known", 1}, {"verdict", "pass"}}));
+  EXPECT_EQ(document["summary"]["captures"], 1);
+  EXPECT_EQ(document["summary"]["verdict"], "pass");
+  EXPECT_EQ(document["reports"][0]["findings"][0]["known"], true);
+}
+
+TEST(JsonWriter, UntrustedTextIsMadePrintable) {
+  CaptureReport capture = RefusedSafeop();
+  capture.result.slaves[0].name = "A\x1b[31mKD\xff";
+  capture.result.findings[0].message = "first line\nsecond\x07";
+  const std::string text = WriteJson(OneReport(capture));
+  for (const char c : text) EXPECT_TRUE(c == '\n' || static_cast<unsigned char>(c) >= 0x20);
+  const json document = json::parse(text);
+  EXPECT_EQ(document["reports"][0]["slaves"][0]["name"], "A\\x1b[31mKD\\xff");
+  EXPECT_EQ(document["reports"][0]["findings"][0]["message"], "first line\nsecond\\x07");
+}
+
+}  // namespace
+}  // namespace ecaudit::report

@@ -1,0 +1,208 @@
+#include "cli/report/text_writer.h"
+
+#include <algorithm>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cli/report/layout.h"
+#include "tests/unit/cli/sample_result.h"
+
+namespace ecaudit::report {
+namespace {
+
+using test::MakeFinding;
+using test::MakeSlave;
+using test::OneReport;
+using test::RefusedSafeop;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+std::string Written(const CaptureReport& capture) {
+  return WriteText(OneReport(capture), {});
+}
+
+std::vector<std::string> Lines(const std::string& text) {
+  std::istringstream stream(text);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+std::size_t LineWith(const std::vector<std::string>& lines, const std::string& part) {
+  const auto at = std::find_if(lines.begin(), lines.end(),
+                               [&](const std::string& line) { return line.find(part) != std::string::npos; });
+  return static_cast<std::size_t>(at - lines.begin());
+}
+
+TEST(TextWriter, FirstLineSaysWhatMattersMost) {
+  EXPECT_EQ(Headline(RefusedSafeop()),
+            "FAIL akd.pcapng: slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d (frame 760)");
+  EXPECT_THAT(Written(RefusedSafeop()), StartsWith(Headline(RefusedSafeop()) + "\n1 error, 0 warnings, 0 infos"));
+}
+
+TEST(TextWriter, HeadlineNamesTheCauseOfTheWorstFinding) {
+  CaptureReport capture = RefusedSafeop();
+  capture.result.findings[0].caused_by = 1;
+  capture.result.findings.push_back(MakeFinding("pdo-object-mapped-twice", Severity::kWarning, 7, 700));
+  EXPECT_EQ(Headline(capture),
+            "FAIL akd.pcapng: slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d (frame 760), because: "
+            "title of pdo-object-mapped-twice (frame 700)");
+}
+
+TEST(TextWriter, HeadlineNamesTheRootOfEqualFindings) {
+  CaptureReport capture = RefusedSafeop();
+  capture.result.findings[0].caused_by = 1;
+  capture.result.findings.push_back(MakeFinding("sm-process-config", Severity::kError, 7, 700));
+  EXPECT_EQ(Headline(capture), "FAIL akd.pcapng: slave 0 (AKD, 0x1001): title of sm-process-config (frame 700)");
+}
+
+TEST(TextWriter, CleanCapture) {
+  CaptureReport capture = RefusedSafeop();
+  capture.result.findings.clear();
+  EXPECT_EQ(Headline(capture), "PASS akd.pcapng: no findings in 6,759 EtherCAT frames of 1 slave");
+}
+
+TEST(TextWriter, WarningsPassButAreNamed) {
+  CaptureReport capture = RefusedSafeop();
+  capture.result.findings[0].severity = Severity::kWarning;
+  EXPECT_THAT(Headline(capture), StartsWith("PASS akd.pcapng: warning: slave 0 (AKD, 0x1001): SAFEOP refused"));
+}
+
+TEST(TextWriter, CaptureWithoutEtherCat) {
+  CaptureReport capture;
+  capture.result.capture.file.path = "http.pcap";
+  capture.result.capture.packets = 120;
+  const std::string text = Written(capture);
+  EXPECT_THAT(text, StartsWith("NOTHING-TO-CHECK http.pcap: no EtherCAT frame among 120 packets\n"));
+  EXPECT_THAT(text, Not(HasSubstr("PASS")));
+}
+
+TEST(TextWriter, ConsequencesStandIndentedUnderTheirCause) {
+  CaptureReport capture = RefusedSafeop();
+  capture.result.findings.push_back(MakeFinding("al-timeout", Severity::kError, 7, 9000, 0));
+  capture.result.findings.push_back(MakeFinding("emcy-received", Severity::kError, 7, 100));
+  const std::vector<std::string> lines = Lines(Written(capture));
+  const std::size_t emergency = LineWith(lines, "error emcy-received");
+  const std::size_t cause = LineWith(lines, "error al-refused");
+  const std::size_t consequence = LineWith(lines, "consequence: error al-timeout");
+  EXPECT_LT(emergency, cause) << "equal severity: by frame";
+  ASSERT_LT(cause, consequence);
+  ASSERT_LT(consequence, lines.size());
+  EXPECT_GT(lines[consequence].find_first_not_of(' '), lines[cause].find_first_not_of(' '));
+}
+
+TEST(TextWriter, FindingShowsEvidenceFilterAndSource) {
+  const std::string text = Written(RefusedSafeop());
+  EXPECT_THAT(text, HasSubstr("frame 760 at 0.759000 s, 5,999 times until frame 6762"));
+  EXPECT_THAT(text, HasSubstr("al_status_code = 0x001d, polls = 5999, acknowledged = no, mean_ms = 1.500, "
+                              "requested = SAFEOP"));
+  EXPECT_THAT(text, HasSubstr("frame.number==760 || frame.number==6762 || frame.number==743"));
+  EXPECT_THAT(text, HasSubstr("AKD EtherCAT Communication, 4.3"));
+  EXPECT_THAT(text, HasSubstr("ecaudit explain al-refused"));
+  EXPECT_THAT(text, HasSubstr("Check the output sync manager"));
+}
+
+TEST(TextWriter, SlaveStory) {
+  const std::string text = Written(RefusedSafeop());
+  EXPECT_THAT(text, HasSubstr("vendor 0x0000006a, product 0x00414b44, revision 0x00000002"));
+  EXPECT_THAT(text, HasSubstr("kollmorgen-akd-2011 (EEPROM identity)"));
+  EXPECT_THAT(text,
+              HasSubstr("PREOP #400 at 0.399 s -> SAFEOP requested #743 at 0.742 s -> PREOP+ERR code 0x001d #760"));
+}
+
+TEST(TextWriter, LongStoriesAreShortened) {
+  CaptureReport capture = RefusedSafeop();
+  std::vector<AlStep>& history = capture.result.slaves[0].al_history;
+  history.clear();
+  for (FrameNo frame = 1; frame <= 1000; ++frame)
+    history.push_back(test::MakeStep(AlStep::Kind::kState, frame, 0, 0x02));
+  const std::string text = Written(capture);
+  EXPECT_THAT(text, HasSubstr("PREOP #1 "));
+  EXPECT_THAT(text, HasSubstr("[984 more steps]"));
+  EXPECT_THAT(text, HasSubstr("PREOP #1000 "));
+  EXPECT_THAT(text, Not(HasSubstr("PREOP #500 ")));
+}
+
+TEST(TextWriter, AlikeQuietSlavesAreToldOnce) {
+  CaptureReport capture = RefusedSafeop();
+  for (SlaveId id = 100; id < 139; ++id) {
+    capture.result.slaves.push_back(
+        MakeSlave(id, static_cast<SlavePos>(id - 99), static_cast<StationAddress>(0x1002 + id - 100), "IO"));
+  }
+  const std::string text = Written(capture);
+  EXPECT_THAT(text, HasSubstr("slave 1 (IO, 0x1002)"));
+  EXPECT_THAT(text, HasSubstr("slaves 2-39: the same device"));
+  EXPECT_THAT(text, Not(HasSubstr("slave 17")));
+}
+
+TEST(TextWriter, KnownFindingsAreShownApart) {
+  CaptureReport capture = RefusedSafeop();
+  capture.known = {true};
+  const std::string text = Written(capture);
+  EXPECT_THAT(text, StartsWith("PASS akd.pcapng: no new findings"));
+  EXPECT_THAT(text, HasSubstr("Known from the baseline"));
+  EXPECT_THAT(text, HasSubstr("error al-refused, slave 0 (AKD, 0x1001)"));
+}
+
+TEST(TextWriter, UntrustedTextNeverReachesTheTerminal) {
+  CaptureReport capture = RefusedSafeop();
+  AnalysisResult& r = capture.result;
+  const std::string evil = "\x1b]0;owned\x07\xff\r\n";
+  r.capture.file.path = evil;
+  r.slaves[0].name = evil;
+  r.slaves[0].profile_source = evil;
+  r.findings[0].title = evil;
+  r.findings[0].message = evil;
+  r.findings[0].evidence.push_back({evil, evil, Evidence::Notation::kDecimal});
+  r.findings[0].reference = {evil, evil};
+  r.not_evaluable[0].reason = evil;
+  r.capture.file.damage = capture::Damage{evil, 0, 0};
+  for (const char c : Written(capture)) EXPECT_TRUE(c == '\n' || static_cast<unsigned char>(c) >= 0x20);
+}
+
+TEST(TextWriter, ColourOnlyWhenAsked) {
+  EXPECT_THAT(Written(RefusedSafeop()), Not(HasSubstr("\x1b")));
+  EXPECT_THAT(WriteText(OneReport(RefusedSafeop()), {.color = true}), StartsWith("\x1b[1;31mFAIL\x1b[0m akd.pcapng"));
+}
+
+TEST(TextWriter, ReasonsAreGrouped) {
+  CaptureReport capture = RefusedSafeop();
+  capture.result.not_evaluable.push_back({"sync-rate-deviation", 7, "DC is not used", 0, 1});
+  EXPECT_THAT(Written(capture), HasSubstr("  DC is not used: sync-lost, sync-rate-deviation\n"));
+}
+
+TEST(TextWriter, LinesFitAndLoseNoWord) {
+  CaptureReport capture = RefusedSafeop();
+  std::string message;
+  for (int i = 0; i < 100; ++i) message += "word" + std::to_string(i) + " ";
+  capture.result.findings[0].message = message;
+  const std::string text = Written(capture);
+  for (const std::string& line : Lines(text)) {
+    if (line.find("word") != std::string::npos) {
+      EXPECT_LE(Columns(line), kLineWidth) << line;
+    }
+  }
+  for (int i = 0; i < 100; ++i) EXPECT_THAT(text, HasSubstr("word" + std::to_string(i)));
+}
+
+TEST(TextWriter, SeveralCapturesEndWithASum) {
+  Report report = OneReport(RefusedSafeop());
+  report.captures.push_back(RefusedSafeop());
+  report.captures[1].result.findings.clear();
+  EXPECT_THAT(WriteText(report, {}), HasSubstr("\nFAIL 2 captures, 1 failed: 1 error, 0 warnings, 0 infos\n"));
+}
+
+TEST(TextWriter, DamageIsSaid) {
+  CaptureReport capture = RefusedSafeop();
+  capture.result.capture.complete = false;
+  capture.result.capture.file.damage = capture::Damage{"file ends inside packet 812", 4711, 811};
+  EXPECT_THAT(Written(capture), HasSubstr("damaged: file ends inside packet 812"));
+}
+
+}  // namespace
+}  // namespace ecaudit::report
