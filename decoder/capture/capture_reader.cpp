@@ -33,7 +33,7 @@ constexpr std::array kOtherFormats{
 };
 
 std::string WhyNot(ByteSpan head, const std::string& name) {
-  const std::string start = Printable(name) + " is not a capture: ";
+  const std::string start = DisplayName(name) + " is not a capture: ";
   for (const OtherFormat& format : kOtherFormats) {
     const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
     if (text.starts_with(format.magic)) return start + std::string(format.what);
@@ -42,6 +42,15 @@ std::string WhyNot(ByteSpan head, const std::string& name) {
 }
 
 }  // namespace
+
+std::string DisplayName(const std::string& name) {
+  return name == "-" ? "standard input" : Printable(name);
+}
+
+std::string StreamDamage(const InputStream& stream, FrameNo last_frame) {
+  if (last_frame == 0) return stream.error() + ", before the first packet";
+  return stream.error() + ", after packet " + std::to_string(last_frame);
+}
 
 std::string FormatName(const char* container, Compression compression) {
   std::string name = container;
@@ -52,8 +61,8 @@ std::string FormatName(const char* container, Compression compression) {
 
 Result<std::unique_ptr<FrameSource>> OpenCaptureStream(std::unique_ptr<InputStream> stream, const std::string& name) {
   const ByteSpan head = stream->Peek(8);
-  if (!stream->error().empty() && head.size() < 8) return Error{Printable(name) + ": " + stream->error()};
-  if (head.empty()) return Error{Printable(name) + " is empty, not a capture"};
+  if (!stream->error().empty() && head.size() < 8) return Error{DisplayName(name) + ": " + stream->error()};
+  if (head.empty()) return Error{DisplayName(name) + " is empty, not a capture"};
   if (Fits(head, 0, 4) && LittleEndian<std::uint32_t>(head, 0) == kSectionHeaderType) {
     return OpenPcapng(std::move(stream), name);
   }
@@ -69,7 +78,7 @@ Result<std::unique_ptr<FrameSource>> OpenCaptureFromMemory(ByteSpan bytes, const
 Result<std::unique_ptr<FrameSource>> OpenCapture(const std::string& path) {
   Result<std::unique_ptr<InputStream>> stream = InputStream::Open(path);
   if (!stream) return stream.error();
-  return OpenCaptureStream(std::move(*stream), path == "-" ? "standard input" : path);
+  return OpenCaptureStream(std::move(*stream), path);
 }
 
 }  // namespace ecaudit::capture

@@ -18,7 +18,8 @@ namespace ecaudit::capture {
 Result<std::unique_ptr<FrameSource>> OpenCapture(const std::string& path);
 
 /// Opens several files of one ring buffer as one capture, packets merged by time stamp and numbered anew from 1;
-/// packets without a stamp keep the place they have in their file.
+/// packets without a stamp keep the place they have in their file. joined_source.h says it exactly: equal stamps,
+/// interfaces, comments, and damage, which ends only the file that has it.
 Result<std::unique_ptr<FrameSource>> OpenJoined(std::span<const std::string> paths);
 
 }  // namespace ecaudit::capture

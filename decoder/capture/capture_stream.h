@@ -20,6 +20,12 @@ Result<std::unique_ptr<FrameSource>> OpenCaptureFromMemory(
     ByteSpan bytes, const std::string& name = "memory",
     std::uint64_t decompressed_limit = InputStream::kDefaultDecompressedLimit);
 
+/// `name` as messages show it: "standard input" for "-", without control characters.
+[[nodiscard]] std::string DisplayName(const std::string& name);
+
+/// What failed underneath, and where: "the gzip data end early, after packet 811".
+[[nodiscard]] std::string StreamDamage(const InputStream& stream, FrameNo last_frame);
+
 /// "pcap" or "pcapng", with "+gzip" or "+zstd" behind it.
 [[nodiscard]] std::string FormatName(const char* container, Compression compression);
 

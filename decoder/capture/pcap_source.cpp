@@ -110,7 +110,7 @@ class PcapSource final : public FrameSource {
     const std::string next = std::to_string(info_.packets + 1);
     const std::string_view reason = pcap_geterr(pcap_);
     if (!stream_->error().empty()) {
-      damage.message = stream_->error() + ", before the end of packet " + next;
+      damage.message = StreamDamage(*stream_, info_.packets);
     } else if (reason.starts_with("truncated")) {
       damage.message = "file ends inside packet " + next;
     } else {
@@ -138,7 +138,7 @@ bool IsPcap(ByteSpan head) {
 Result<std::unique_ptr<FrameSource>> OpenPcap(std::unique_ptr<InputStream> stream, const std::string& name) {
   auto source = std::make_unique<PcapSource>(std::move(stream), name);
   const std::string problem = source->Start();
-  if (!problem.empty()) return Error{Printable(name) + " is not a readable capture: " + problem};
+  if (!problem.empty()) return Error{DisplayName(name) + " is not a readable capture: " + problem};
   return std::unique_ptr<FrameSource>(std::move(source));
 }
 

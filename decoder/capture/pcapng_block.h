@@ -18,6 +18,22 @@ inline constexpr std::uint32_t kSimplePacket = 3;
 inline constexpr std::uint32_t kInterfaceStatistics = 5;
 inline constexpr std::uint32_t kEnhancedPacket = 6;
 
+/// Blocks that hold no packet, yet that Wireshark lists as a frame with a number of its own (found out with
+/// tshark 4.0): systemd journal entries, sysdig events, custom blocks.
+[[nodiscard]] constexpr bool IsNumberedRecord(std::uint32_t type) {
+  switch (type) {
+    case 0x00000009:  // systemd journal export
+    case 0x00000204:  // sysdig event, version 1
+    case 0x00000216:  // version 2
+    case 0x00000221:  // version 2, large
+    case 0x00000BAD:  // custom, may be copied
+    case 0x40000BAD:  // custom, not to be copied
+      return true;
+    default:
+      return false;
+  }
+}
+
 inline constexpr std::uint32_t kByteOrderMagic = 0x1A2B3C4D;
 inline constexpr std::size_t kBlockHeaderBytes = 8;
 inline constexpr std::size_t kTrailerBytes = 4;

@@ -94,11 +94,12 @@ class PcapngSource final : public FrameSource {
   BlockResult Damaged(std::string message);
   BlockResult EndsInside(const std::string& what);
   /// The packet that would come next: "packet 812".
-  std::string NextPacket() const { return "packet " + std::to_string(info_.packets + 1); }
+  std::string NextPacket() const { return "packet " + std::to_string(number_ + 1); }
 
   std::unique_ptr<InputStream> stream_;
   CaptureInfo info_;
   ReadStatus status_ = ReadStatus::kFrame;
+  FrameNo number_ = 0;  // of the last block that Wireshark would number
   ByteOrder order_;
   std::vector<InterfaceState> interfaces_;
   std::size_t section_start_ = 0;  // interface 0 of this section
@@ -142,7 +143,7 @@ BlockResult PcapngSource::ReadBlock(CapturedFrame& frame) {
   stream_->Consume(std::exchange(last_block_, 0));
   ByteSpan bytes = stream_->Peek(pcapng::kMinBlockBytes);
   if (bytes.empty() && stream_->error().empty()) return BlockResult::kEnd;
-  if (bytes.size() < pcapng::kMinBlockBytes) return EndsInside("the header of the block before " + NextPacket());
+  if (bytes.size() < pcapng::kMinBlockBytes) return EndsInside("a block header before " + NextPacket());
 
   const std::uint32_t type = order_.U32(bytes, 0);
   if (type == pcapng::kSectionHeader) {
@@ -176,6 +177,7 @@ BlockResult PcapngSource::ReadBlock(CapturedFrame& frame) {
     case pcapng::kInterfaceStatistics:
       return InterfaceStatistics(block);
     default:
+      if (pcapng::IsNumberedRecord(type)) ++number_;
       return BlockResult::kOther;
   }
 }
@@ -319,7 +321,8 @@ BlockResult PcapngSource::InterfaceStatistics(ByteSpan block) {
 
 void PcapngSource::FillFrame(std::size_t interface, std::uint32_t original_length, ByteSpan bytes,
                              CapturedFrame& frame) {
-  frame.number = ++info_.packets;
+  ++info_.packets;
+  frame.number = ++number_;
   frame.link_type = info_.interfaces[interface].link_type;
   frame.interface_index = static_cast<std::uint16_t>(interface);
   frame.flag = PacketFlag::kNone;
@@ -338,12 +341,12 @@ void PcapngSource::CountDropped(std::size_t interface) {
 
 BlockResult PcapngSource::Damaged(std::string message) {
   last_block_ = 0;
-  info_.damage = Damage{std::move(message), stream_->offset(), info_.packets};
+  info_.damage = Damage{std::move(message), stream_->offset(), number_};
   return BlockResult::kDamaged;
 }
 
 BlockResult PcapngSource::EndsInside(const std::string& what) {
-  return Damaged(stream_->error().empty() ? "file ends inside " + what : stream_->error() + ", inside " + what);
+  return Damaged(stream_->error().empty() ? "file ends inside " + what : StreamDamage(*stream_, number_));
 }
 
 }  // namespace
@@ -351,7 +354,7 @@ BlockResult PcapngSource::EndsInside(const std::string& what) {
 Result<std::unique_ptr<FrameSource>> OpenPcapng(std::unique_ptr<InputStream> stream, const std::string& name) {
   auto source = std::make_unique<PcapngSource>(std::move(stream), name);
   const std::string problem = source->Start();
-  if (!problem.empty()) return Error{Printable(name) + " is not a readable capture: " + problem};
+  if (!problem.empty()) return Error{DisplayName(name) + " is not a readable capture: " + problem};
   return std::unique_ptr<FrameSource>(std::move(source));
 }
 

@@ -17,7 +17,8 @@ namespace ecaudit::capture {
 /// Reads a pcapng file behind its block type 0x0A0D0D0A.
 ///
 /// Numbers: each enhanced, simple and obsolete packet block is one frame, whatever its link type, as Wireshark counts.
-/// Interfaces: numbered from 0 over all sections, in the order of their descriptions.
+/// Wireshark also numbers journal entries, sysdig events and custom blocks: they take their number but give no frame,
+/// so numbers may have gaps there. Interfaces: numbered from 0 over all sections, in the order of their descriptions.
 /// Dropped packets of an interface: the last statistics block's counters (if_drop + os_drop, which run from the start
 /// of the capture), or the sum of the packets' own drop counts (epb_dropcount, drops of obsolete packet blocks) if
 /// larger. Blocks of other types are passed over. A block that is inconsistent (length, trailing length, interface,

@@ -69,7 +69,10 @@ Bytes Gzip(ByteSpan bytes) {
 
 Bytes Zstd(ByteSpan bytes) {
   Bytes out(ZSTD_compressBound(bytes.size()));
-  const std::size_t size = ZSTD_compress(out.data(), out.size(), bytes.data(), bytes.size(), 1);
+  ZSTD_CCtx* context = ZSTD_createCCtx();
+  ZSTD_CCtx_setParameter(context, ZSTD_c_checksumFlag, 1);  // as the zstd program does
+  const std::size_t size = ZSTD_compress2(context, out.data(), out.size(), bytes.data(), bytes.size());
+  ZSTD_freeCCtx(context);
   EXPECT_EQ(ZSTD_isError(size), 0U);
   out.resize(size);
   return out;

@@ -193,7 +193,7 @@ TEST(SharedCaptures, DamagedFilesAreReadUpToTheDamage) {
       {"truncated-mid-packet.pcapng", {5000, "file ends inside packet 5001"}},
       {"truncated-mid-packet.pcap", {5000, "file ends inside packet 5001"}},
       {"truncated-record-header.pcap", {5000, "file ends inside packet 5001"}},
-      {"truncated-block-header.pcapng", {5000, "file ends inside the header of the block before packet 5001"}},
+      {"truncated-block-header.pcapng", {5000, "file ends inside a block header before packet 5001"}},
       {"garbage-blocklen-zero.pcapng", {3000, "packet 3001 has an impossible block length, 0 bytes"}},
       {"garbage-blocklen-huge.pcapng", {3000, "packet 3001 has an impossible block length, 4,294,967,280 bytes"}},
   };

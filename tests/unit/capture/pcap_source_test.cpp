@@ -1,0 +1,166 @@
+#include "decoder/capture/pcap_source.h"
+
+#include <gtest/gtest.h>
+
+#include "decoder/capture/capture_stream.h"
+#include "tests/unit/capture/pcapng_bytes.h"
+
+namespace ecaudit::capture {
+namespace {
+
+const Bytes kData{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14};
+constexpr std::uint32_t kMicroseconds = 0xA1B2C3D4;
+constexpr std::uint32_t kNanoseconds = 0xA1B23C4D;
+
+class PcapBytes {
+ public:
+  explicit PcapBytes(std::uint32_t magic, bool big_endian = false, std::uint32_t link_type = 1,
+                     std::uint32_t snap_length = 65535, std::uint16_t major = 2)
+      : order_(big_endian) {
+    bytes_ = PcapngBytes::Join(
+        {U32(magic), order_.U16(major), order_.U16(4), U32(0), U32(0), U32(snap_length), U32(link_type)});
+  }
+  PcapBytes& Packet(std::uint32_t seconds, std::uint32_t fraction, const Bytes& data, std::uint32_t original = 0) {
+    const auto length = static_cast<std::uint32_t>(data.size());
+    return Raw(
+        PcapngBytes::Join({U32(seconds), U32(fraction), U32(length), U32(original == 0 ? length : original), data}));
+  }
+  PcapBytes& Raw(const Bytes& bytes) {
+    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+    return *this;
+  }
+  [[nodiscard]] Bytes U32(std::uint32_t value) const { return order_.U32(value); }
+  [[nodiscard]] const Bytes& bytes() const { return bytes_; }
+
+ private:
+  PcapngBytes order_;
+  Bytes bytes_;
+};
+
+WholeCapture Read(const Bytes& file) {
+  return ReadAll(OpenCaptureFromMemory(file, "x"));
+}
+
+TEST(Pcap, MicroAndNanosecondsInBothByteOrders) {
+  for (const bool big_endian : {false, true}) {
+    for (const std::uint32_t magic : {kMicroseconds, kNanoseconds}) {
+      PcapBytes file(magic, big_endian, 113, 128);
+      file.Packet(1'795'230'943, 188'860, kData, 60).Packet(1'795'230'944, 0, kData);
+      const WholeCapture capture = Read(file.bytes());
+      ASSERT_EQ(capture.frames.size(), 2U) << capture.error << capture.damage();
+      const TimeNs step = magic == kNanoseconds ? 1 : 1000;
+      EXPECT_EQ(capture.frames[0].time, 1'795'230'943'000'000'000 + 188'860 * step);
+      EXPECT_TRUE(capture.frames[0].has_time);
+      EXPECT_EQ(capture.frames[0].number, 1U);
+      EXPECT_EQ(capture.frames[0].bytes, kData);
+      EXPECT_EQ(capture.frames[0].original_length, 60U);
+      EXPECT_EQ(capture.frames[0].link_type, 113);
+      EXPECT_EQ(capture.frames[1].number, 2U);
+      EXPECT_EQ(capture.end, ReadStatus::kEnd);
+      EXPECT_EQ(capture.info.format, "pcap");
+      ASSERT_EQ(capture.info.interfaces.size(), 1U);
+      EXPECT_EQ(capture.info.interfaces[0].link_type, 113);
+      EXPECT_EQ(capture.info.interfaces[0].snap_length, 128U);
+      EXPECT_EQ(capture.info.interfaces[0].resolution_ns, step);
+    }
+  }
+}
+
+TEST(Pcap, InterfaceIsKnownBeforeTheFirstPacket) {
+  const PcapBytes file(kNanoseconds);
+  const auto source = OpenCaptureFromMemory(file.bytes(), "x");
+  ASSERT_TRUE(source);
+  EXPECT_EQ((*source)->info().interfaces.size(), 1U);
+}
+
+TEST(Pcap, AnyLinkTypeIsPassedThroughWithTheNumberOfTheFile) {
+  // 101 is LINKTYPE_RAW, which libpcap itself renames to DLT_RAW (12); 4095 nobody knows; the top bits are the FCS
+  // length.
+  for (const std::uint32_t link_type : {1U, 101U, 276U, 4095U, 1U | 0x24000000U}) {
+    const WholeCapture capture = Read(PcapBytes(kMicroseconds, false, link_type).Packet(1, 1, kData).bytes());
+    ASSERT_EQ(capture.frames.size(), 1U) << link_type << capture.error;
+    EXPECT_EQ(capture.frames[0].link_type, link_type & 0xFFFFU);
+  }
+}
+
+TEST(Pcap, SecondsBeyond2038AreUnsigned) {
+  const WholeCapture capture = Read(PcapBytes(kNanoseconds).Packet(0xFFFFFFFF, 999'999'999, kData).bytes());
+  ASSERT_EQ(capture.frames.size(), 1U);
+  EXPECT_EQ(capture.frames[0].time, 4'294'967'295'999'999'999);
+}
+
+TEST(Pcap, NoPacketIsAnEmptyCapture) {
+  const WholeCapture capture = Read(PcapBytes(kMicroseconds).bytes());
+  EXPECT_EQ(capture.error, "");
+  EXPECT_TRUE(capture.frames.empty());
+  EXPECT_EQ(capture.end, ReadStatus::kEnd);
+}
+
+TEST(Pcap, CutAtAnyByteEndsInsideTheNextPacketOrAtTheEnd) {
+  const PcapBytes header(kMicroseconds);
+  PcapBytes file = header;
+  file.Packet(1, 1, kData).Packet(2, 2, kData).Packet(3, 3, kData);
+  const std::size_t header_size = header.bytes().size();
+  const std::size_t packet_size = 16 + kData.size();
+  for (std::size_t length = 0; length < file.bytes().size(); ++length) {
+    const WholeCapture capture =
+        Read(Bytes(file.bytes().begin(), file.bytes().begin() + static_cast<std::ptrdiff_t>(length)));
+    if (length < header_size) {
+      EXPECT_NE(capture.error, "") << length;
+      continue;
+    }
+    const std::size_t whole = (length - header_size) / packet_size;
+    ASSERT_EQ(capture.frames.size(), whole) << length;
+    if ((length - header_size) % packet_size == 0) {
+      EXPECT_EQ(capture.end, ReadStatus::kEnd) << length;
+      continue;
+    }
+    EXPECT_EQ(capture.damage(), "file ends inside packet " + std::to_string(whole + 1)) << length;
+    ASSERT_TRUE(capture.info.damage.has_value());
+    EXPECT_EQ(capture.info.damage->offset, header_size + whole * packet_size);
+    EXPECT_EQ(capture.info.damage->after_frame, whole);
+  }
+}
+
+TEST(Pcap, ImpossibleCapturedLengthIsDamageOfThatPacket) {
+  PcapBytes file(kMicroseconds);
+  file.Packet(1, 1, kData);
+  file.Raw(PcapngBytes::Join({file.U32(2), file.U32(2), file.U32(0xFFFFFFF0), file.U32(60)})).Raw(Bytes(100));
+  const WholeCapture capture = Read(file.bytes());
+  EXPECT_EQ(capture.frames.size(), 1U);
+  EXPECT_TRUE(capture.damage().starts_with("packet 2 is not valid (")) << capture.damage();
+}
+
+TEST(Pcap, BadFileHeadersDoNotOpen) {
+  PcapBytes good(kMicroseconds);
+  EXPECT_EQ(Read(Bytes(good.bytes().begin(), good.bytes().begin() + 23)).error,
+            "x is not a readable capture: file ends inside its pcap file header");
+  const std::string error = Read(PcapBytes(kMicroseconds, false, 1, 65535, 9).bytes()).error;
+  EXPECT_TRUE(error.starts_with("x is not a readable capture: ")) << error;
+  EXPECT_NE(error.find("version"), std::string::npos) << error;
+}
+
+TEST(Pcap, CompressedAndCutNamesTheCompression) {
+  PcapBytes file(kMicroseconds);
+  for (std::uint32_t i = 0; i < 5000; ++i) file.Packet(i, i * 77 % 1'000'000, kData);
+  const Bytes whole = Gzip(file.bytes());
+  const WholeCapture good = Read(whole);
+  EXPECT_EQ(good.frames.size(), 5000U);
+  EXPECT_EQ(good.end, ReadStatus::kEnd);
+  EXPECT_EQ(good.info.format, "pcap+gzip");
+  const WholeCapture cut = Read(Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(whole.size() / 2)));
+  EXPECT_GT(cut.frames.size(), 1000U);
+  EXPECT_LT(cut.frames.size(), 5000U);
+  EXPECT_EQ(cut.damage(), "the gzip data end early, after packet " + std::to_string(cut.frames.size()));
+}
+
+TEST(Pcap, WrongChecksumBehindTheLastPacketIsDamage) {
+  Bytes gzip = Gzip(PcapBytes(kMicroseconds).Packet(1, 1, kData).bytes());
+  gzip[gzip.size() - 6] ^= 1U;
+  const WholeCapture capture = Read(gzip);
+  EXPECT_EQ(capture.frames.size(), 1U);
+  EXPECT_EQ(capture.damage(), "the gzip data are damaged (incorrect data check), after packet 1");
+}
+
+}  // namespace
+}  // namespace ecaudit::capture
