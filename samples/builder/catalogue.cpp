@@ -1,0 +1,73 @@
+#include "samples/builder/catalogue.h"
+
+#include <utility>
+
+namespace ecaudit::samples {
+namespace {
+
+constexpr const char* kHead = R"(# Samples
+
+Small captures for trying `ecaudit`, for learning what its findings look like, and for its tests. None of them was
+recorded from a device: `samples/builder/` is a scripted EtherCAT master that plays against simulated slaves in virtual
+time, and writes every packet. The drive answers with the identity of a Kollmorgen AKD (vendor 0x6A, product 0x00414B44)
+and follows its public manual; its timing is invented.
+
+`ecaudit_make_samples samples` writes this file, `captures/` and `captures/expected.json` again, byte for byte the same.
+`expected.json` lists, for every capture, the findings of severity error and warning that a correct report holds, with the
+frame they are about (`sent` and `returned`: the two copies of the frame; 0 or absent where a copy is not in the file).
+
+To add a sample, see `builder/scenarios/scenario.h`.
+
+| capture | packets | what happens | a correct report |
+|---|---:|---|---|
+)";
+
+std::string Quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + "\"";
+}
+
+}  // namespace
+
+std::vector<MadeSample> MakeAll() {
+  std::vector<MadeSample> made;
+  for (const Scenario& scenario : AllScenarios()) made.push_back({&scenario, scenario.make()});
+  return made;
+}
+
+std::string ReadmeText(const std::vector<MadeSample>& made) {
+  std::string out = kHead;
+  for (const MadeSample& one : made) {
+    out += "| `" + one.file_name() + "` | " + std::to_string(one.sample.packets) + " | " + one.scenario->about + " | " +
+           one.scenario->report + " |\n";
+  }
+  return out;
+}
+
+std::string ExpectedJson(const std::vector<MadeSample>& made) {
+  std::string out = "{\n";
+  for (const MadeSample& one : made) {
+    out += (&one == made.data() ? "" : ",\n");
+    out += "  " + Quoted(one.file_name()) + ": {\n    \"packets\": " + std::to_string(one.sample.packets) +
+           ",\n    \"findings\": [";
+    bool first = true;
+    for (const Expectation& finding : one.sample.expected) {
+      out += first ? "\n" : ",\n";
+      first = false;
+      out += "      {\"rule\": " + Quoted(finding.rule) +
+             ", \"slave\": " + (finding.slave < 0 ? "null" : std::to_string(finding.slave));
+      if (finding.sent != 0) out += ", \"sent\": " + std::to_string(finding.sent);
+      if (finding.returned != 0) out += ", \"returned\": " + std::to_string(finding.returned);
+      if (!finding.why.empty()) out += ", \"why\": " + Quoted(finding.why);
+      out += "}";
+    }
+    out += first ? "]\n  }" : "\n    ]\n  }";
+  }
+  return out + "\n}\n";
+}
+
+}  // namespace ecaudit::samples

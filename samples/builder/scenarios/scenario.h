@@ -1,0 +1,84 @@
+/// What a scenario is made of, and the table of all of them.
+///
+/// To add a sample: write one function in scenarios/<topic>.cpp, declare it at the end of this file, add one line to
+/// the table in scenarios/table.cpp, run `ecaudit_make_samples samples`.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "samples/builder/devices.h"
+#include "samples/builder/recorder.h"
+#include "samples/builder/scripted_master.h"
+#include "samples/builder/simulated_bus.h"
+
+namespace ecaudit::samples {
+
+/// A finding that a correct report holds. Nothing but the expected findings may have severity error or warning.
+struct Expectation {
+  std::string rule{};
+  int slave = -1;        ///< position; -1: the whole bus
+  FrameNo sent = 0;      ///< the frame in question: outbound copy, 0 when it is not in the file
+  FrameNo returned = 0;  ///< returned copy, 0 when it is not in the file
+  std::string why{};
+};
+
+struct Sample {
+  std::string extension = "pcapng";
+  Bytes file{};
+  std::size_t packets = 0;
+  std::vector<Expectation> expected{};
+};
+
+/// A bus, a master and a capture of it. Power on is 2026-03-02 09:00:00 UTC.
+class Story {
+ public:
+  static constexpr TimeNs kPowerOn = 1'772'442'000'000'000'000;
+
+  explicit Story(MasterHabits habits = SoemHabits());
+
+  SimulatedSlave& Add(SlaveDescription description) { return bus.Add(std::move(description)); }
+  /// Notes a finding of a correct report at a frame of the master.
+  void Expect(std::string rule, int slave, const FrameIds& frame, std::string why = {});
+  /// Notes a finding that belongs to no single frame.
+  void Expect(std::string rule, int slave = -1, std::string why = {}) {
+    Expect(std::move(rule), slave, FrameIds{}, std::move(why));
+  }
+  [[nodiscard]] Sample Finish() const;
+
+  /// Process data of a drive with PDO 1701h: position command and control word in all further frames.
+  void Command(std::size_t position, std::uint16_t control, std::int32_t target = 0);
+  /// The master's way of enabling a drive in OP: shutdown, switch on, enable operation; and of switching it off.
+  void EnableDrive(std::size_t position);
+  void DisableDrive(std::size_t position, std::int32_t target = 0);
+  /// `cycles` cycles in which the position command goes from `from` to `to`.
+  void Move(std::size_t position, std::int32_t from, std::int32_t to, int cycles);
+
+  Recorder capture;
+  SimulatedBus bus;
+  ScriptedMaster master;
+
+ private:
+  struct Noted {
+    std::string rule;
+    int slave;
+    FrameIds frame;
+    std::string why;
+  };
+  std::vector<Noted> noted_;
+};
+
+struct Scenario {
+  const char* name;    ///< of the file, without extension
+  const char* about;   ///< what happens
+  const char* report;  ///< what a correct report says
+  Sample (*make)();
+};
+
+/// All scenarios, in the order of samples/README.md.
+[[nodiscard]] std::span<const Scenario> AllScenarios();
+
+// startup.cpp
+Sample CleanStartup();
+}  // namespace ecaudit::samples
