@@ -11,7 +11,6 @@ using enum Unit;
 // ---- fields. A register whose only content is a number has one field without a name.
 
 constexpr Field kNumber8[] = {{"", 0, 8, NUMBER, {}}};
-constexpr Field kNumber16[] = {{"", 0, 16, NUMBER, {}}};
 constexpr Field kHex8[] = {{"", 0, 8, HEX, {}}};
 constexpr Field kHex16[] = {{"", 0, 16, HEX, {}}};
 constexpr Field kHex64[] = {{"", 0, 64, HEX, {}}};
