@@ -38,7 +38,7 @@ void SiiAssembler::OnAccess(const SlaveAccess& access, SiiListener* listener) {
     EndWrite(access.frame(), false, listener);
     command_ = {};
   }
-  for (std::uint8_t i = 0; i < written_.size(); ++i) {
+  for (std::size_t i = 0; i < written_.size(); ++i) {
     if (Touches(access, access.written, static_cast<std::uint32_t>(kAddress + i), 1)) {
       written_known_ = static_cast<std::uint8_t>(written_known_ & ~(1U << i));
     }
@@ -135,7 +135,7 @@ void SiiAssembler::OnData(const SlaveAccess& access, bool fresh_status, SiiListe
 
 void SiiAssembler::OnWrite(const SlaveAccess& access, SiiListener* listener) {
   bool registers = false;
-  for (std::uint8_t i = 0; i < written_.size(); ++i) {
+  for (std::size_t i = 0; i < written_.size(); ++i) {
     const ByteSpan byte = access.Covered(access.written, static_cast<EscAddress>(kAddress + i), 1);
     if (byte.empty()) continue;
     written_[i] = byte[0];
