@@ -29,11 +29,10 @@ constexpr Field kPortDescriptor[] = {{"port 0", 0, 2, VALUE, kPortTypes},
                                      {"port 1", 2, 2, VALUE, kPortTypes},
                                      {"port 2", 4, 2, VALUE, kPortTypes},
                                      {"port 3", 6, 2, VALUE, kPortTypes}};
-constexpr ValueText kDcWidths[] = {{0, ""}, {1, "64 bit"}};
 constexpr Field kFeatures[] = {{"byte-wise FMMU only", 0, 1, FLAG, {}},
                                {"unused register access", 1, 1, FLAG, {}},
                                {"DC", 2, 1, FLAG, {}},
-                               {"DC", 3, 1, VALUE, kDcWidths},
+                               {"64-bit DC", 3, 1, FLAG, {}},
                                {"low-jitter EBUS", 4, 1, FLAG, {}},
                                {"enhanced link detection EBUS", 5, 1, FLAG, {}},
                                {"enhanced link detection MII", 6, 1, FLAG, {}},

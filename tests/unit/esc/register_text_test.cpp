@@ -30,7 +30,7 @@ TEST(DescribeRegister, InformationOfARealAkd) {
             "RAM Size: 4 KiB; Port Descriptor: port 0 MII, port 1 MII, port 2 none, port 3 none; "
             "Features: DC, FCS errors separate, enhanced SYNC activation");
   EXPECT_EQ(Read(0x0000, {0x77}), "Type: 0x77");
-  EXPECT_EQ(Read(0x0008, {0x08, 0x0E}), "Features: DC 64 bit, no LRW, no BRW/APRW/FPRW, fixed FMMU/SM configuration");
+  EXPECT_EQ(Read(0x0008, {0x08, 0x0E}), "Features: 64-bit DC, no LRW, no BRW/APRW/FPRW, fixed FMMU/SM configuration");
   EXPECT_EQ(Read(0x0008, {0x00, 0xF0}), "Features: reserved bits 0xf000");
 }
 
