@@ -8,13 +8,32 @@
 #include "cli/suggest.h"
 
 namespace ecaudit::cli {
+namespace {
+
+/// CLI11's help without the marks for repetition and duty, which our help texts say in words.
+class PlainFormatter : public CLI::Formatter {
+ public:
+  [[nodiscard]] std::string make_option_opts(const CLI::Option* option) const override {
+    return option->get_type_name().empty() ? "" : " " + option->get_type_name();
+  }
+};
+
+/// Runs of empty lines, which CLI11 puts between groups, become one.
+std::string WithoutDoubleBlanks(std::string text) {
+  for (std::size_t at = text.find("\n\n\n"); at != std::string::npos; at = text.find("\n\n\n", at)) text.erase(at, 1);
+  return text;
+}
+
+}  // namespace
 
 struct OptionSet::Impl {
   explicit Impl(std::string_view command, std::string_view summary)
       : app(std::string(summary), "ecaudit " + std::string(command)), name(command) {
     app.set_help_flag("-h,--help", "This page");
-    app.get_formatter()->column_width(30);
-    app.get_formatter()->label("Positionals", "Arguments");
+    const auto formatter = std::make_shared<PlainFormatter>();
+    formatter->column_width(30);
+    formatter->label("Positionals", "Arguments");
+    app.formatter(formatter);
   }
 
   void InGroup(CLI::Option* option) const {
@@ -94,7 +113,7 @@ OptionSet::Parsed OptionSet::Parse(const std::vector<std::string>& arguments) {
     impl_->app.parse(reversed);
     return {};
   } catch (const CLI::CallForHelp&) {
-    return {Outcome::kHelp, impl_->app.help()};
+    return {Outcome::kHelp, WithoutDoubleBlanks(impl_->app.help())};
   } catch (const CLI::ExtrasError&) {
     const std::vector<std::string> extras = impl_->app.remaining();
     return {Outcome::kError,
@@ -103,6 +122,10 @@ OptionSet::Parsed OptionSet::Parse(const std::vector<std::string>& arguments) {
     std::string what = e.what();  // "CAPTURE is required"
     what = what.substr(0, what.find(' '));
     return {Outcome::kError, "no " + what + " given (see '" + impl_->Hint() + "')"};
+  } catch (const CLI::ArgumentMismatch& e) {
+    std::string what = e.what();  // "--fail-on: 1 required SEVERITY missing"
+    what = what.substr(0, what.find(':'));
+    return {Outcome::kError, "option " + what + " needs a value (see '" + impl_->Hint() + "')"};
   } catch (const CLI::ParseError& e) {
     return {Outcome::kError, std::string(e.what()) + " (see '" + impl_->Hint() + "')"};
   }

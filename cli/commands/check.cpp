@@ -72,7 +72,10 @@ class CheckCommand : public Command {
     for (const Job& job : jobs_) status = Worst(status, RunJob(job, report, console));
     if (report.captures.empty()) return status;
 
-    if (!selection_matched_) return Fail(console, Error{"no capture has the slave that --slave names"});
+    // Captures without the slaves of --slave: wrong usage when that is all of them.
+    if (without_slave_.size() == report.captures.size())
+      return Fail(console, Error{WithoutSlave(without_slave_.front())});
+    for (const std::string& name : without_slave_) console.Warning(WithoutSlave(name));
     if (const auto error = output->Write(report, console)) status = Worst(status, Fail(console, *error));
     if (gate_.write_baseline) {
       if (const auto error = WriteOutputFile(*gate_.write_baseline, WriteBaseline(report))) {
@@ -86,6 +89,12 @@ class CheckCommand : public Command {
   static ExitStatus Fail(Console& console, const Error& error) {
     console.Error(error.message);
     return ExitStatus::kUsage;
+  }
+
+  [[nodiscard]] std::string WithoutSlave(const std::string& capture) const {
+    std::string slaves;
+    for (const std::string& slave : options_.slaves) slaves += (slaves.empty() ? "" : " or ") + slave;
+    return capture + " has no slave " + slaves;
   }
 
   [[nodiscard]] std::optional<Error> Prepare() {
@@ -107,7 +116,6 @@ class CheckCommand : public Command {
       if (!baseline) return baseline.error();
       baselines_.emplace(path, std::move(*baseline));
     }
-    selection_matched_ = options_.slaves.empty();
     return std::nullopt;
   }
 
@@ -132,10 +140,8 @@ class CheckCommand : public Command {
     if (report::WithoutEtherCat(capture.result)) {
       console.Warning(name + ": no EtherCAT frame among " + std::to_string(capture.result.capture.packets) +
                       " packets");
-    } else if (KeepSlaves(job.settings.slaves, capture.result) > 0) {
-      selection_matched_ = true;
-    } else if (!job.settings.slaves.empty()) {
-      console.Warning(name + ": no slave that --slave names");
+    } else if (KeepSlaves(job.settings.slaves, capture.result) == 0 && !job.settings.slaves.empty()) {
+      without_slave_.push_back(name);
     }
     if (const auto baseline = baselines_.find(capture.baseline); baseline != baselines_.end()) {
       ApplyBaseline(baseline->second, capture);
@@ -153,7 +159,7 @@ class CheckCommand : public Command {
   OutputOptions output_;
   std::vector<Job> jobs_;
   std::map<std::string, Baseline> baselines_;  ///< by path
-  bool selection_matched_ = false;
+  std::vector<std::string> without_slave_;     ///< captures that lack the slaves of --slave
 };
 
 }  // namespace

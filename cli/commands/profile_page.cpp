@@ -1,5 +1,6 @@
 #include "cli/commands/profile_page.h"
 
+#include <algorithm>
 #include <string_view>
 #include <vector>
 
@@ -56,11 +57,12 @@ std::string Codes(const std::vector<std::uint16_t>& codes) {
   return text;
 }
 
-/// Left-justified to `width` columns.
+/// Left-justified to `width` columns, and not broken when the line is wrapped.
 std::string Padded(std::string_view text, std::size_t width) {
   std::string out(text);
   const std::size_t columns = report::Columns(out);
   out.append(columns < width ? width - columns : 1, ' ');
+  std::replace(out.begin(), out.end(), ' ', report::kHardSpace);
   return out;
 }
 
@@ -88,7 +90,7 @@ void AppendTransitions(const device::AlDescription& al, report::TextBuilder& tex
     };
     add(t.action);
     if (!t.requirement.empty()) add("needs: " + t.requirement);
-    if (!t.refusal_codes.empty()) add("refused with " + Codes(t.refusal_codes));
+    if (!t.refusal_codes.empty()) add((t.allowed ? "may be refused with " : "with ") + Codes(t.refusal_codes));
     if (!t.tolerated_codes.empty()) add("also seen: " + Codes(t.tolerated_codes));
     add(t.note);
     line += about + " [" + OneLine(t.source) + ", " + std::string(Name(t.basis)) + "]";
@@ -102,7 +104,7 @@ void AppendStatusCodes(const device::AlDescription& al, report::TextBuilder& tex
   text.Line(text.Styled("AL status codes", Style::kBold) +
             (al.status_codes_complete ? " (the manual supports no others)" : " (others are possible)"));
   for (const device::AlStatusCode& code : al.status_codes) {
-    std::string line = Hex(code.code) + "  " + OneLine(code.name);
+    std::string line = Padded(Hex(code.code), 8) + OneLine(code.name);
     std::string where;
     for (const auto& [from, to] : code.transitions) where += (where.empty() ? "" : ", ") + Pair(from, to);
     for (const esc::AlState state : code.states) {

@@ -24,10 +24,8 @@ std::string ListText(bool color) {
   for (const std::string& name : device::BuiltinProfileNames()) {
     const device::DeviceDescription* profile = device::BuiltinProfile(name);
     if (profile == nullptr) continue;
-    std::string padding(width - name.size() + 2, ' ');
-    std::string line = text.Styled(name, report::Style::kBold) + padding + report::OneLine(profile->title);
-    if (!profile->edition.empty()) line += " (manual of " + report::OneLine(profile->edition) + ")";
-    text.Line(line);
+    const std::string padding(width - name.size() + 2, ' ');
+    text.Line(text.Styled(name, report::Style::kBold) + padding + report::OneLine(profile->title));
   }
   text.Line();
   text.Line("ecaudit profiles NAME shows what a profile knows.");
