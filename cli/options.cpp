@@ -107,6 +107,14 @@ void OptionSet::Footer(const std::string& text) {
 }
 
 OptionSet::Parsed OptionSet::Parse(const std::vector<std::string>& arguments) {
+  for (const std::string& argument : arguments) {
+    if (argument == "--") break;
+    // CLI11 would take the next argument for the value.
+    if (argument.starts_with("--") && argument.find('=') == argument.size() - 1) {
+      return {Outcome::kError,
+              "option " + argument.substr(0, argument.size() - 1) + " needs a value (see '" + impl_->Hint() + "')"};
+    }
+  }
   // CLI11 reports through exceptions; they end here. It takes the arguments last first.
   std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());
   try {

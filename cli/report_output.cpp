@@ -24,8 +24,12 @@ Result<const report::Format*> NamedFormat(std::string_view name) {
 }
 
 bool SameFile(const std::string& a, const std::string& b) {
+  namespace fs = std::filesystem;
   std::error_code ignored;
-  return a == b || std::filesystem::equivalent(a, b, ignored);
+  const auto resolved = [&ignored](const std::string& path) {
+    return fs::weakly_canonical(fs::absolute(path, ignored), ignored);
+  };
+  return a == b || fs::equivalent(a, b, ignored) || resolved(a) == resolved(b);
 }
 
 }  // namespace

@@ -1,0 +1,1 @@
+#include "decoder/wire/high.h"

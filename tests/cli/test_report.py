@@ -1,0 +1,402 @@
+"""Reports: formats, files, judgement."""
+import json
+import os
+import pathlib
+import pty
+import shutil
+import subprocess
+import unittest
+
+from support import PROGRAM, SCHEMA, SHARED, SOURCE, CliTest, healthy_capture
+
+try:
+    import jsonschema
+except ImportError:
+    jsonschema = None
+
+
+class Formats(CliTest):
+    def test_text_begins_with_the_verdict(self):
+        done = self.check(self.faulty, status=1)
+        first = done.out.splitlines()[0]
+        self.assertTrue(first.startswith(f"FAIL {self.faulty}: slave 0"), first)
+        self.assertRegex(first, r"\(frame \d+\)")
+        self.assertEqual(done.err, "")
+
+    def test_clean_text(self):
+        done = self.check(self.healthy, status=0)
+        self.assertTrue(done.out.startswith(f"PASS {self.healthy}: "), done.out)
+        self.assertEqual(done.err, "")
+
+    def test_json_is_one_document(self):
+        report = self.report(self.faulty, status=1)
+        self.assertEqual(report["schema"], "ecaudit.report/1")
+        findings = report["reports"][0]["findings"]
+        self.assertGreaterEqual(len(findings), 1)
+        self.assertEqual([f["id"] for f in findings], [f"f{i + 1}" for i in range(len(findings))])
+        refused = [f for f in findings if f["rule"] == "al-refused"]
+        self.assertEqual(len(refused), 1, findings)
+        self.assertEqual(refused[0]["slave"], 0)
+        self.assertEqual(refused[0]["station_address"], 0x1001)
+        self.assertEqual(refused[0]["evidence"].get("al_status_code", 0x11), 0x11)
+
+    def test_text_and_json_tell_the_same(self):
+        text = self.check(self.faulty, status=1).out
+        for finding in self.report(self.faulty, status=1)["reports"][0]["findings"]:
+            self.assertIn(f"{finding['severity']} {finding['rule']}", text)
+            self.assertIn(f"frame {finding['frame']}", text)
+
+    def test_two_runs_give_the_same_bytes(self):
+        self.assertEqual(self.check(self.faulty, "--format", "json", status=1).out,
+                         self.check(self.faulty, "--format", "json", status=1).out)
+
+    @unittest.skipIf(shutil.which("tshark") is None, "tshark is not installed")
+    def test_filters_are_valid_and_show_the_frames(self):
+        for finding in self.report(self.faulty, status=1)["reports"][0]["findings"]:
+            shown = subprocess.run(["tshark", "-r", self.faulty, "-Y", finding["wireshark_filter"], "-T", "fields",
+                                    "-e", "frame.number"], capture_output=True, text=True, check=True).stdout.split()
+            self.assertIn(str(finding["frame"]), shown)
+            for frame in finding["related_frames"]:
+                self.assertIn(str(frame), shown)
+
+
+class Outputs(CliTest):
+    def test_path_takes_the_place_of_standard_output(self):
+        done = self.check(self.faulty, "-o", "out.txt", status=1)
+        self.assertEqual(done.out, "")
+        self.assertTrue((self.dir / "out.txt").read_text().startswith("FAIL "))
+
+    def test_ending_names_the_format(self):
+        self.check(self.faulty, "-o", "out.json", status=1)
+        self.assertEqual(json.loads((self.dir / "out.json").read_text())["schema"], "ecaudit.report/1")
+
+    def test_format_beats_the_ending(self):
+        self.check(self.faulty, "--format", "text", "-o", "out.json", status=1)
+        self.assertTrue((self.dir / "out.json").read_text().startswith("FAIL "))
+
+    def test_named_formats_come_in_addition(self):
+        done = self.check(self.faulty, "-o", "json=a.json", "-o", "text=b.txt", status=1)
+        self.assertTrue(done.out.startswith("FAIL "))
+        self.assertEqual(json.loads((self.dir / "a.json").read_text())["schema"], "ecaudit.report/1")
+        self.assertEqual((self.dir / "b.txt").read_text(), done.out)
+
+    def test_dash_is_standard_output(self):
+        done = self.check(self.faulty, "-o", "json=-", status=1)
+        self.assertEqual(json.loads(done.out)["schema"], "ecaudit.report/1")
+
+    def test_options_may_follow_or_precede_the_capture(self):
+        self.check("-o", "json=a.json", self.faulty, status=1)
+        self.assertTrue((self.dir / "a.json").exists())
+
+    def test_an_earlier_report_is_replaced_without_leftovers(self):
+        self.check(self.faulty, "-o", "out.json", status=1)
+        before = sorted(p.name for p in self.dir.iterdir())
+        self.check(self.healthy, "-o", "out.json", status=0)
+        self.assertEqual(before, sorted(p.name for p in self.dir.iterdir()))
+        self.assertEqual(json.loads((self.dir / "out.json").read_text())["summary"]["verdict"], "pass")
+
+    def test_a_capture_is_never_overwritten(self):
+        content = pathlib.Path(self.healthy).read_bytes()
+        other = self.file("report.json", content)
+        for path in (self.healthy, other, os.path.join(self.dir, ".", "healthy.pcap")):
+            self.assertIn("will not be overwritten", self.one_error("check", "-o", path, self.faulty))
+            self.assertEqual(pathlib.Path(path).read_bytes(), content)
+        self.assertIn("will not be overwritten", self.one_error("check", "--write-baseline", other, self.faulty))
+
+    def test_same_file_twice(self):
+        self.assertIn("two reports", self.one_error("check", "-o", "text=a", "-o", "json=./a", self.faulty))
+
+    def test_missing_folder_and_directory_are_found_before_the_work(self):
+        self.assertIn("no directory", self.one_error("check", "-o", "no/such/report.json", self.faulty))
+        self.assertIn("is a directory", self.one_error("check", "-o", str(self.dir), self.faulty))
+
+    @unittest.skipUnless(os.path.exists("/dev/full"), "this system has no /dev/full")
+    def test_full_disk(self):
+        self.assertIn("No space left", self.one_error("check", "-o", "/dev/full", self.faulty))
+        with open("/dev/full", "wb") as full:
+            done = self.run_program("check", self.faulty, stdout=full)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("cannot write to standard output", done.err)
+
+    def test_closed_pipe_is_quiet_and_files_are_written(self):
+        read_end, write_end = os.pipe()
+        os.close(read_end)
+        done = self.run_program("check", "-o", "json=a.json", self.faulty, stdout=write_end)
+        os.close(write_end)
+        self.assertEqual(done.err, "")
+        self.assertEqual(done.returncode, 1)
+        self.assertTrue((self.dir / "a.json").exists())
+
+
+class Gate(CliTest):
+    def test_fail_on(self):
+        self.check(self.faulty, status=1)
+        self.check(self.faulty, "--fail-on", "error", status=1)
+        self.check(self.faulty, "--fail-on", "warning", status=1)
+        self.check(self.faulty, "--fail-on", "never", status=0)
+        self.check(self.healthy, "--fail-on", "warning", status=0)
+
+    def rules(self, *arguments, status):
+        findings = self.report(self.faulty, *arguments, status=status)["reports"][0]["findings"]
+        return {f["rule"]: f["severity"] for f in findings}
+
+    def test_rule_off(self):
+        before = self.rules(status=1)
+        self.assertIn("al-refused", before)
+        off = [f"--rule={rule}=off" for rule in before]
+        self.assertEqual(self.rules(*off, status=0), {})
+
+    def test_rule_severity(self):
+        found = self.rules(status=1)
+        softer = [f"--rule={rule}=warning" for rule in found]
+        after = self.rules(*softer, status=0)
+        self.assertEqual(set(after.values()), {"warning"})
+        self.rules(*softer, "--fail-on", "warning", status=1)
+
+    def test_the_last_setting_of_a_rule_counts(self):
+        self.assertNotIn("al-refused", self.rules("--rule=al-refused=error", "--rule=al-refused=off", status=1))
+
+    def test_slave(self):
+        by_position = self.report(self.faulty, "--slave", "0", status=1)
+        by_address = self.report(self.faulty, "--slave", "0x1001", status=1)
+        self.assertEqual(by_position, by_address)
+
+
+class Baseline(CliTest):
+    def test_known_findings_do_not_count(self):
+        self.check(self.faulty, "--write-baseline", "known.json", status=1)
+        baseline = json.loads((self.dir / "known.json").read_text())
+        self.assertEqual(baseline["schema"], "ecaudit.baseline/1")
+        report = self.report(self.faulty, "--baseline", "known.json", "--fail-on", "info", status=0)["reports"][0]
+        self.assertTrue(all(f["known"] for f in report["findings"]))
+        self.assertEqual(report["summary"]["known"], len(report["findings"]))
+        self.assertEqual(report["summary"]["errors"], 0)
+        text = self.check(self.faulty, "--baseline", "known.json", status=0).out
+        self.assertIn("known from the baseline", text)
+
+    def test_new_findings_count(self):
+        self.check(self.faulty, "--write-baseline", "known.json", status=1)
+        baseline = json.loads((self.dir / "known.json").read_text())
+        baseline["findings"] = [f for f in baseline["findings"] if f["rule"] != "al-refused"]
+        self.file("known.json", json.dumps(baseline))
+        self.check(self.faulty, "--baseline", "known.json", status=1)
+
+    def test_refreshing_keeps_known_findings(self):
+        self.check(self.faulty, "--write-baseline", "known.json", status=1)
+        before = (self.dir / "known.json").read_bytes()
+        self.check(self.faulty, "--baseline", "known.json", "--write-baseline", "known.json", status=0)
+        self.assertEqual((self.dir / "known.json").read_bytes(), before)
+
+    def test_missing_or_wrong_file(self):
+        self.assertIn("no such file", self.one_error("check", "--baseline", "none.json", self.faulty))
+        self.file("bad.json", "{")
+        self.assertIn("not valid JSON", self.one_error("check", "--baseline", "bad.json", self.faulty))
+        self.file("other.json", '{"schema": "ecaudit.report/1"}')
+        self.assertIn("is not a baseline", self.one_error("check", "--baseline", "other.json", self.faulty))
+
+
+class Config(CliTest):
+    def test_found_beside_the_capture_or_above(self):
+        self.file("project/.ecaudit.json", '{"fail_on": "never"}')
+        self.file("project/deep/er/x.pcap", pathlib.Path(self.faulty).read_bytes())
+        report = self.report("project/deep/er/x.pcap", status=0)["reports"][0]
+        self.assertEqual(report["settings"]["fail_on"], "never")
+        self.assertTrue(report["settings"]["config"].endswith("project/.ecaudit.json"))
+        self.assertIn("settings from", self.check("project/deep/er/x.pcap", status=0).out)
+
+    def test_each_capture_has_its_own(self):
+        self.file("a/.ecaudit.json", '{"fail_on": "never"}')
+        self.file("a/x.pcap", pathlib.Path(self.faulty).read_bytes())
+        report = self.report("a/x.pcap", self.faulty, status=1)["reports"]
+        self.assertEqual([r["summary"]["verdict"] for r in report], ["pass", "fail"])
+
+    def test_named(self):
+        self.file("c.json", '{"rules": {"al-refused": "off"}}')
+        rules = [f["rule"] for f in self.report("--config", "c.json", self.faulty, status=1)["reports"][0]["findings"]]
+        self.assertNotIn("al-refused", rules)
+
+    def test_command_line_wins(self):
+        self.file(".ecaudit.json", '{"fail_on": "never", "profile": "kollmorgen-mkd-n"}')
+        report = self.report(self.faulty, "--fail-on", "error", "--profile", "generic", status=1)["reports"][0]
+        self.assertEqual(report["slaves"][0]["profile"], "generic")
+
+    def test_profiles(self):
+        self.file(".ecaudit.json", '{"profile": "kollmorgen-mkd-n", "slave_profiles": {"0x1001": "pilz-pmcprotego-d"}}')
+        report = self.report(self.faulty, "--fail-on", "never", status=0)["reports"][0]
+        self.assertEqual(report["slaves"][0]["profile"], "pilz-pmcprotego-d")
+
+    def test_baseline_is_relative_to_the_file(self):
+        self.check(self.faulty, "--write-baseline", "known.json", status=1)
+        self.file(".ecaudit.json", '{"baseline": "known.json"}')
+        self.check(self.faulty, status=0, cwd="/")
+
+    def test_mistakes_are_errors(self):
+        for content, message in (('{"rule": {}}', "unknown key 'rule' (did you mean 'rules'?)"),
+                                 ('{"rules": {"nope": "off"}}', "unknown rule 'nope'"),
+                                 ('{"rules": {"al-refused": "loud"}}', "unknown severity 'loud'"),
+                                 ('{"profile": "akd"}', "unknown profile 'akd'"),
+                                 ('{"fail_on": "often"}', "--fail-on is 'often'"),
+                                 ('{"fail_on": 3}', "'fail_on' must be a string"),
+                                 ("{", "not valid JSON")):
+            self.file(".ecaudit.json", content)
+            error = self.one_error("check", self.healthy)
+            self.assertIn(".ecaudit.json", error)
+            self.assertIn(message, error)
+        self.assertIn("no such file", self.one_error("check", "--config", "none.json", self.healthy))
+
+
+class Catalogue(CliTest):
+    def rules(self):
+        return json.loads(self.run_program("rules", "--format", "json").out)["rules"]
+
+    def test_rules(self):
+        rules = self.rules()
+        self.assertIn("al-refused", [r["id"] for r in rules])
+        text = self.run_program("rules").out
+        for rule in rules:
+            self.assertRegex(text, rf"(?m)^  {rule['id']} +{rule['severity']} +\S")
+
+    def test_every_rule_explains_itself(self):
+        for rule in self.rules():
+            page = self.run_program("explain", rule["id"])
+            self.assertEqual(page.returncode, 0)
+            self.assertTrue(page.out.startswith(f"{rule['id']} ({rule['severity']})"), page.out)
+            self.assertEqual(json.loads(self.run_program("explain", rule["id"], "--format", "json").out), rule)
+
+    def test_unknown_rule(self):
+        self.assertEqual(self.one_error("explain", "al-refusd"), "unknown rule 'al-refusd' (did you mean 'al-refused'?)")
+        self.assertIn("no RULE given", self.one_error("explain"))
+
+    def test_unknown_format(self):
+        self.assertIn("unknown format 'xml'", self.one_error("rules", "--format", "xml"))
+
+    def test_findings_name_rules_of_the_catalogue(self):
+        ids = {r["id"] for r in self.rules()}
+        report = self.report(self.faulty, status=1)["reports"][0]
+        self.assertLessEqual({f["rule"] for f in report["findings"]}, ids)
+        self.assertLessEqual({n["rule"] for n in report["not_evaluable"]}, ids)
+
+
+class Profiles(CliTest):
+    NAMES = {"generic", "kollmorgen-akd-2010", "kollmorgen-akd-2011", "kollmorgen-mkd-c", "kollmorgen-mkd-n",
+             "pilz-pmcprotego-d"}
+
+    def test_list(self):
+        listed = json.loads(self.run_program("profiles", "--format", "json").out)["profiles"]
+        self.assertEqual({p["id"] for p in listed}, self.NAMES)
+        text = self.run_program("profiles").out
+        for name in self.NAMES:
+            self.assertRegex(text, rf"(?m)^{name} ")
+
+    def test_each(self):
+        for name in self.NAMES:
+            page = self.run_program("profiles", name)
+            self.assertEqual(page.returncode, 0)
+            self.assertTrue(page.out.startswith(f"{name}: "))
+            profile = json.loads(self.run_program("profiles", name, "--format", "json").out)
+            self.assertEqual(profile["id"], name)
+            self.assertEqual(len(profile["al"]["transitions"]), 25)
+
+    def test_unknown(self):
+        self.assertEqual(self.one_error("profiles", "genric"), "unknown profile 'genric' (did you mean 'generic'?)")
+
+
+class Terminal(CliTest):
+    def on_terminal(self, *arguments, **environment):
+        """What the program prints when its standard output is a terminal."""
+        leader, follower = pty.openpty()
+        env = {k: v for k, v in os.environ.items() if k != "NO_COLOR"} | {"TERM": "xterm"} | environment
+        with subprocess.Popen([PROGRAM, "check", self.faulty, *arguments], stdout=follower, stderr=subprocess.PIPE,
+                              stdin=subprocess.DEVNULL, env=env, cwd=self.dir) as child:
+            os.close(follower)
+            out = b""
+            try:
+                while chunk := os.read(leader, 65536):
+                    out += chunk
+            except OSError:  # Linux reports the closed end so
+                pass
+            os.close(leader)
+            child.stderr.read()
+        return out
+
+    def test_colours_on_a_terminal(self):
+        self.assertIn(b"\x1b[1;31mFAIL", self.on_terminal())
+
+    def test_colours_switched_off(self):
+        for arguments, environment in (((), {"NO_COLOR": "1"}), (("--no-color",), {}), ((), {"TERM": "dumb"})):
+            self.assertNotIn(b"\x1b", self.on_terminal(*arguments, **environment))
+
+    def test_empty_no_color_means_colours(self):
+        self.assertIn(b"\x1b[", self.on_terminal(NO_COLOR=""))
+
+    def test_no_colours_in_pipes_and_files(self):
+        self.assertNotIn("\x1b", self.check(self.faulty, status=1).out)
+        self.on_terminal("-o", "text=a.txt")
+        self.assertNotIn(b"\x1b", (self.dir / "a.txt").read_bytes())
+
+
+def strict(schema):
+    """The schema with every object closed, so that a field nobody documented is found."""
+    if isinstance(schema, dict):
+        closed = {key: strict(value) for key, value in schema.items()}
+        if "properties" in schema and schema.get("type") == "object":
+            closed.setdefault("additionalProperties", False)
+        return closed
+    return [strict(item) for item in schema] if isinstance(schema, list) else schema
+
+
+@unittest.skipIf(jsonschema is None, "python3-jsonschema is not installed")
+class Reports(CliTest):
+    """Every report over every capture at hand is valid, and its numbers agree with each other."""
+
+    def setUp(self):
+        super().setUp()
+        schema = json.loads(SCHEMA.read_text())
+        jsonschema.Draft202012Validator.check_schema(schema)
+        self.validators = [jsonschema.Draft202012Validator(schema), jsonschema.Draft202012Validator(strict(schema))]
+
+    def validate(self, path):
+        done = self.run_program("check", "--format", "json", path)
+        self.assertIn(done.returncode, (0, 1, 2), f"{path}: {done.err}")
+        if done.returncode == 2:
+            self.assertEqual(done.out, "", path)
+            self.assertEqual(done.err.count("\n"), 1, f"{path}: {done.err}")
+            return
+        document = json.loads(done.out)
+        for validator in self.validators:
+            errors = [f"{'/'.join(map(str, e.absolute_path))}: {e.message}" for e in validator.iter_errors(document)]
+            self.assertEqual(errors, [], path)
+        report = document["reports"][0]
+        findings = report["findings"]
+        for severity in ("error", "warning", "info"):
+            count = sum(f["severity"] == severity for f in findings)
+            self.assertEqual(report["summary"][severity + "s"], count, path)
+        self.assertEqual(done.returncode, 1 if report["summary"]["verdict"] == "fail" else 0, path)
+        ids = [f["id"] for f in findings]
+        positions = {s["position"] for s in report["slaves"]}
+        for finding in findings:
+            self.assertIn(finding["caused_by"], [None, *ids], path)
+            self.assertNotEqual(finding["caused_by"], finding["id"], path)
+            self.assertIn(finding["slave"], {None} | positions, path)
+            if finding["frame"] is not None:
+                self.assertLessEqual(finding["frame"], finding["last_frame"], path)
+                self.assertLessEqual(finding["last_frame"], report["capture"]["packets"], path)
+
+    def validate_all(self, folder):
+        captures = sorted(p for p in folder.rglob("*") if p.suffix in (".pcap", ".pcapng", ".gz", ".zst"))
+        if not captures:
+            self.skipTest(f"no captures in {folder}")
+        for path in captures:
+            with self.subTest(path.name):
+                self.validate(path)
+
+    def test_made_here(self):
+        self.validate(self.healthy)
+        self.validate(self.faulty)
+        self.validate(self.file("cut.pcap", healthy_capture()[:-7]))
+
+    def test_samples(self):
+        self.validate_all(SOURCE / "samples")
+
+    def test_shared_captures(self):
+        self.validate_all(SHARED / "captures")

@@ -1,0 +1,198 @@
+"""Command lines: help, version, mistakes."""
+import gzip
+import os
+import re
+import signal
+import subprocess
+import time
+import unittest
+
+from support import PROGRAM, CliTest, foreign_capture, healthy_capture
+
+
+class Usage(CliTest):
+    def test_version(self):
+        done = self.run_program("--version")
+        self.assertEqual(done.returncode, 0)
+        self.assertRegex(done.out, r"^ecaudit \d+\.\d+\.\d+\n$")
+
+    def test_help_lists_every_command_that_exists(self):
+        done = self.run_program("--help")
+        self.assertEqual(done.returncode, 0)
+        commands = re.findall(r"^  ([a-z]+)[ A-Z\[\].]*   ", done.out, re.M)
+        self.assertIn("check", commands)
+        for command in commands:
+            page = self.run_program(command, "--help")
+            self.assertEqual(page.returncode, 0, command)
+            self.assertIn(f"ecaudit {command}", page.out)
+            for line in page.out.splitlines():
+                self.assertLessEqual(len(line), 120, line)
+
+    def test_help_goes_to_standard_output_only(self):
+        self.assertEqual(self.run_program("check", "--help").err, "")
+
+    def test_no_command(self):
+        self.assertIn("ecaudit --help", self.one_error())
+
+    def test_unknown_command(self):
+        self.assertEqual(self.one_error("chek"), "unknown command 'chek' (did you mean 'check'?)")
+        self.assertIn("--help", self.one_error("wibble"))
+
+    def test_option_before_the_command(self):
+        self.assertIn("a command comes first", self.one_error("--format", "json"))
+
+    def test_unknown_option(self):
+        self.assertEqual(self.one_error("check", "--profil=generic", self.healthy),
+                         "unknown option '--profil' (did you mean '--profile'?)")
+
+    def test_missing_capture(self):
+        self.assertIn("no CAPTURE given", self.one_error("check"))
+
+    def test_option_without_its_value(self):
+        self.assertIn("option --fail-on needs a value", self.one_error("check", self.healthy, "--fail-on"))
+        self.assertIn("option --fail-on needs a value", self.one_error("check", "--fail-on=", self.healthy))
+
+    def test_capture_named_like_a_command(self):
+        self.file("rules", healthy_capture())
+        self.check("rules", status=0)
+
+    def test_capture_named_like_an_option(self):
+        self.file("-x.pcap", healthy_capture())
+        self.check("--", "-x.pcap", status=0)
+
+    def test_repeated_value_the_last_counts(self):
+        self.check("--fail-on", "error", "--fail-on", "never", self.faulty, status=0)
+
+
+class Messages(CliTest):
+    """Exit status 2 with exactly one clear line."""
+
+    def test_missing_file(self):
+        self.assertEqual(self.one_error("check", "nowhere.pcap"), "no such file: nowhere.pcap")
+
+    def test_directory(self):
+        self.assertIn("is a directory", self.one_error("check", str(self.dir)))
+
+    def test_empty_file(self):
+        self.assertIn("empty", self.one_error("check", self.file("empty.pcap", b"")))
+
+    def test_text_file(self):
+        self.assertIn("not a capture", self.one_error("check", self.file("notes.txt", "just text\n" * 100)))
+
+    def test_compressed_text_file(self):
+        self.assertIn("not a capture", self.one_error("check", self.file("notes.gz", gzip.compress(b"just text\n" * 99))))
+
+    @unittest.skipIf(os.geteuid() == 0, "permissions do not bind root")
+    def test_unreadable_file(self):
+        os.chmod(self.healthy, 0)
+        self.assertIn("ermission denied", self.one_error("check", self.healthy))
+
+    def test_unknown_profile(self):
+        self.assertEqual(self.one_error("check", "--profile", "foo", self.healthy),
+                         "unknown profile 'foo' (see 'ecaudit profiles')")
+        self.assertIn("did you mean 'kollmorgen-akd-201",
+                      self.one_error("check", "--profile", "0=kollmorgen-akd-201", self.healthy))
+
+    def test_unknown_rule(self):
+        self.assertEqual(self.one_error("check", "--rule", "sdo-abrt=off", self.healthy),
+                         "unknown rule 'sdo-abrt' (did you mean 'sdo-abort'?)")
+
+    def test_unknown_severity(self):
+        self.assertIn("unknown severity 'fatal'", self.one_error("check", "--rule", "sdo-abort=fatal", self.healthy))
+        self.assertIn("must be ID=SEVERITY", self.one_error("check", "--rule", "sdo-abort", self.healthy))
+        self.assertIn("must be error, warning, info or never", self.one_error("check", "--fail-on", "err", self.healthy))
+
+    def test_bad_slave(self):
+        for text in ("x", "-1", "0x", "70000", "0x12345", "1.5"):
+            self.assertIn("is no slave", self.one_error("check", f"--slave={text}", self.healthy))
+        self.assertIn("has no slave 7", self.one_error("check", "--slave", "7", self.healthy))
+
+    def test_bad_range(self):
+        for text in ("x", "-1", "#0", "#", "#1.5", "nan", "inf", "1e999"):
+            self.assertIn("--from is", self.one_error("check", f"--from={text}", self.healthy))
+        self.assertIn("--from lies behind --to", self.one_error("check", "--from", "5", "--to", "3", self.healthy))
+        self.assertIn("--from lies behind --to", self.one_error("check", "--from", "#5", "--to", "#3", self.healthy))
+
+    def test_unknown_format(self):
+        self.assertEqual(self.one_error("check", "--format", "jsn", self.healthy),
+                         "unknown format 'jsn' (did you mean 'json'?)")
+        self.assertIn("unknown format 'jsn'", self.one_error("check", "-o", "jsn=x.json", self.healthy))
+
+    def test_control_characters_do_not_reach_the_terminal(self):
+        self.assertNotIn("\x1b", self.one_error("check", "\x1b[31mred.pcap"))
+
+
+class Input(CliTest):
+    def test_standard_input(self):
+        done = self.run_program("check", "-", input=healthy_capture())
+        self.assertEqual(done.returncode, 0, done.err)
+
+    def test_standard_input_once(self):
+        self.assertIn("only once", self.one_error("check", "-", "-"))
+
+    def test_standard_input_without_capture(self):
+        done = self.run_program("check", "-", input=b"text, not packets")
+        self.assertEqual(done.returncode, 2)
+        self.assertEqual(done.err.count("\n"), 1, done.err)
+
+    def test_gzip_reads_alike(self):
+        packed = self.file("packed.pcap.gz", gzip.compress(healthy_capture()))
+        plain_report = self.report(self.healthy, status=0)["reports"][0]
+        packed_report = self.report(packed, status=0)["reports"][0]
+        for report in (plain_report, packed_report):
+            del report["capture"]["path"], report["capture"]["format"]
+        self.assertEqual(plain_report, packed_report)
+
+    def test_several_captures(self):
+        report = self.report(self.healthy, self.faulty, status=1)
+        self.assertEqual([r["summary"]["verdict"] for r in report["reports"]], ["pass", "fail"])
+        self.assertEqual(report["summary"]["captures"], 2)
+        self.assertEqual(report["summary"]["verdict"], "fail")
+
+    def test_an_unreadable_capture_does_not_hide_the_others(self):
+        done = self.check("--format", "json", "nowhere.pcap", self.faulty, status=2)
+        self.assertIn('"captures": 1', done.out)
+        self.assertEqual(done.err, "ecaudit: no such file: nowhere.pcap\n")
+
+    def test_joined_captures(self):
+        report = self.report("--join", self.healthy, self.faulty, status=1)
+        self.assertEqual(len(report["reports"]), 1)
+        packets = [self.report(c, "--fail-on", "never", status=0)["reports"][0]["capture"]["packets"]
+                   for c in (self.healthy, self.faulty)]
+        self.assertEqual(report["reports"][0]["capture"]["packets"], sum(packets))
+
+    def test_no_ethercat(self):
+        path = self.file("foreign.pcap", foreign_capture())
+        done = self.check(path, status=0)
+        self.assertTrue(done.out.startswith(f"NOTHING-TO-CHECK {path}: no EtherCAT frame among 3 packets\n"), done.out)
+        self.assertIn("no EtherCAT frame", done.err)
+        report = self.report(path, status=0)["reports"][0]
+        self.assertEqual(report["capture"]["packets"], 3)
+        self.assertEqual(report["capture"]["ethercat_frames"], 0)
+        self.assertEqual(report["slaves"], [])
+
+    def test_truncated_capture_is_read_up_to_the_damage(self):
+        path = self.file("cut.pcap", healthy_capture()[:-7])
+        report = self.report(path, "--fail-on", "never", status=0)["reports"][0]
+        self.assertFalse(report["capture"]["complete"])
+        self.assertIsNotNone(report["capture"]["damage"])
+        self.assertGreater(report["capture"]["ethercat_frames"], 0)
+
+    def test_range(self):
+        whole = self.report(self.healthy, status=0)["reports"][0]["capture"]["ethercat_frames"]
+        part = self.report(self.healthy, "--from", "#3", "--to", "#10", status=0)["reports"][0]["capture"]
+        self.assertLess(part["ethercat_frames"], whole)
+        self.assertEqual(part["ethercat_frames"], 8)
+
+    def test_interrupted(self):
+        # A pipe that stays open: the program waits for more packets until it is told to stop.
+        with subprocess.Popen([PROGRAM, "check", "-"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, cwd=self.dir) as child:
+            child.stdin.write(healthy_capture())
+            child.stdin.flush()
+            time.sleep(0.5)
+            child.send_signal(signal.SIGINT)
+            out, err = child.communicate(timeout=60)
+        self.assertEqual(child.returncode, 2, err)
+        self.assertIn(b"interrupted", err)
+        self.assertIn(b"the report covers only", out)
