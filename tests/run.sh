@@ -1,0 +1,33 @@
+#!/usr/bin/env bash
+# Builds everything twice, with sanitizers and optimised, and runs all tests in both builds.
+# Installs what is missing (Debian packages). Safe to run again; run from anywhere. Ends with ctest's summary.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+source .ci/packages.sh
+
+# tshark and jsonschema are second opinions: tests that need them are skipped, with a message, where they are missing.
+ensure_packages "${BUILD_PACKAGES[@]}" libgtest-dev libgmock-dev python3 python3-jsonschema tshark ccache clang-format
+
+export ASAN_OPTIONS=detect_leaks=1:strict_string_checks=1
+export UBSAN_OPTIONS=print_stacktrace=1
+jobs=$(nproc)
+
+# Configures, builds and tests one preset. Called where a failure must not end the script, so every step is chained.
+test_preset() {
+  local preset=$1
+  say "building with preset $preset (build/$preset)" &&
+    cmake --preset "$preset" -DECAUDIT_TESTS=ON &&
+    cmake --build --preset "$preset" -j "$jobs" &&
+    say "testing with preset $preset" &&
+    ctest --preset "$preset" -j "$jobs" --no-tests=error
+}
+
+failed=()
+say "checking the form of the sources"
+.ci/check.sh || failed+=("the form of the sources")
+test_preset asan || failed+=("the build with sanitizers")
+# Last, so that its summary closes the output.
+test_preset release || failed+=("the optimised build")
+
+for part in "${failed[@]}"; do say "FAILED: $part, see above" >&2; done
+[[ ${#failed[@]} -eq 0 ]]
