@@ -14,7 +14,8 @@ and follows its public manual; its timing is invented.
 
 `ecaudit_make_samples samples` writes this file, `captures/` and `captures/expected.json` again, byte for byte the same.
 `expected.json` lists, for every capture, the findings of severity error and warning that a correct report holds, with the
-frame they are about (`sent` and `returned`: the two copies of the frame; 0 or absent where a copy is not in the file).
+frame they are about (`sent` and `returned`: the numbers of its two copies, absent where a copy is not in the file), the
+number of repetitions folded into one finding (`count`), and whether a report may also leave it to its cause (`optional`).
 
 To add a sample, see `builder/scenarios/scenario.h`.
 
@@ -62,6 +63,8 @@ std::string ExpectedJson(const std::vector<MadeSample>& made) {
              ", \"slave\": " + (finding.slave < 0 ? "null" : std::to_string(finding.slave));
       if (finding.sent != 0) out += ", \"sent\": " + std::to_string(finding.sent);
       if (finding.returned != 0) out += ", \"returned\": " + std::to_string(finding.returned);
+      if (finding.count != 1) out += ", \"count\": " + std::to_string(finding.count);
+      if (finding.optional) out += ", \"optional\": true";
       if (!finding.why.empty()) out += ", \"why\": " + Quoted(finding.why);
       out += "}";
     }

@@ -99,6 +99,10 @@ void ScriptedMaster::SetUpProcessData(std::size_t position, std::optional<std::u
   Fpwr(station(position), reg::kSyncManager + 24, SyncManagerBytes(slave.inputs_start, image.input_bytes, 0x20));
 }
 
+void ScriptedMaster::DisableSyncManager(std::size_t position, int number) {
+  Fpwr(station(position), static_cast<std::uint16_t>(reg::kSyncManager + 8 * number), Bytes(8, 0));
+}
+
 void ScriptedMaster::MapProcessImage() {
   std::uint32_t next = 0;
   for (Image& image : image_) {

@@ -86,6 +86,10 @@ std::optional<std::vector<Datagram>> ScriptedMaster::SendOnce(const std::vector<
     --lose_next_;
     return std::nullopt;
   }
+  if (circulate_next_) {
+    circulate_next_ = false;
+    for (Datagram& d : result.frame.datagrams) d.circulating = true;
+  }
   ids.returned = recorder_.Frame(result.frame, result.at, true);
   if (double_next_) {
     double_next_ = false;
@@ -203,6 +207,7 @@ void ScriptedMaster::RunCycle() {
   NumberDatagrams(datagrams);
   if (change.lose) ++lose_next_;
   if (change.twice) double_next_ = true;
+  if (change.circulating) circulate_next_ = true;
   if (const std::optional<std::vector<Datagram>> back = SendOnce(datagrams, last_cyclic_)) {
     last_image_ = back->front().data;
     last_cyclic_wkc_ = back->front().wkc;

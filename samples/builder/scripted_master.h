@@ -72,8 +72,9 @@ struct SdoAnswer {
 struct CycleChange {
   TimeNs shift = 0;  ///< sent later (or earlier)
   bool skip = false;
-  bool lose = false;   ///< the returned copy never comes
-  bool twice = false;  ///< it comes twice
+  bool lose = false;         ///< the returned copy never comes
+  bool twice = false;        ///< it comes twice
+  bool circulating = false;  ///< it comes with the circulating bit set
 };
 
 struct CyclicTask {
@@ -118,6 +119,8 @@ class ScriptedMaster {
   /// SM2 and SM3 with the lengths of the default PDOs, or with those given.
   void SetUpProcessData(std::size_t position, std::optional<std::uint16_t> output_bytes = {},
                         std::optional<std::uint16_t> input_bytes = {});
+  /// Disables a sync manager, so that its settings can be written.
+  void DisableSyncManager(std::size_t position, int number);
   /// FMMUs of all slaves: outputs of all behind each other, then inputs.
   void MapProcessImage();
   /// Everything up to PREOP; up to SAFEOP (with mapped process image); up to OP (with running cyclic task).
@@ -196,6 +199,7 @@ class ScriptedMaster {
   std::uint8_t index_ = 0;
   int lose_next_ = 0;
   bool double_next_ = false;
+  bool circulate_next_ = false;
 
   std::map<std::size_t, std::uint8_t> mailbox_counter_;
   std::vector<Image> image_;

@@ -13,7 +13,6 @@ constexpr std::uint8_t kSafeop = 4;
 constexpr std::uint8_t kOp = 8;
 constexpr std::uint16_t kErrorBit = 0x0010;
 constexpr std::uint16_t kCodeInvalidChange = 0x0011;
-constexpr std::uint16_t kCodeUnknownState = 0x0012;
 constexpr std::uint16_t kCodeWatchdog = 0x001B;
 
 constexpr std::uint16_t kRxAssignment = 0x1C12;
@@ -88,7 +87,8 @@ void SimulatedSlave::HandleAlControl(TimeNs at, std::uint16_t control) {
 }
 
 std::uint16_t SimulatedSlave::CheckTransition(std::uint8_t from, std::uint8_t to) const {
-  if (to != kInit && to != kPreop && to != kBoot && to != kSafeop && to != kOp) return kCodeUnknownState;
+  if (to != kInit && to != kPreop && to != kBoot && to != kSafeop && to != kOp)
+    return description_.al.unknown_state_code;
   if (to == kInit) return 0;
   const bool allowed = (from == kInit && (to == kPreop || to == kBoot)) || (from == kPreop && to == kSafeop) ||
                        (from == kSafeop && (to == kPreop || to == kOp)) ||

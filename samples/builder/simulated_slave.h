@@ -34,8 +34,9 @@ struct AlBehaviour {
   TimeNs safeop_time = 3'000'000;
   TimeNs op_time = 2'000'000;
   TimeNs down_time = 600'000;
-  std::uint16_t mailbox_code = 0x0017;       ///< refusal of INIT to PREOP for a bad SM0 or SM1
-  std::uint16_t process_data_code = 0x0017;  ///< refusal of PREOP to SAFEOP for a bad SM2 or SM3
+  std::uint16_t unknown_state_code = 0x0011;  ///< the manual has no 0x0012
+  std::uint16_t mailbox_code = 0x0017;        ///< refusal of INIT to PREOP for a bad SM0 or SM1
+  std::uint16_t process_data_code = 0x0017;   ///< refusal of PREOP to SAFEOP for a bad SM2 or SM3
 };
 
 struct SlaveDescription {

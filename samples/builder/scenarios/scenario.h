@@ -4,6 +4,7 @@
 /// the table in scenarios/table.cpp, run `ecaudit_make_samples samples`.
 #pragma once
 
+#include <deque>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,13 +16,25 @@
 
 namespace ecaudit::samples {
 
-/// A finding that a correct report holds. Nothing but the expected findings may have severity error or warning.
+/// A finding that a correct report holds. Nothing but the expected findings may have severity error or warning;
+/// findings of severity info are listed only where they are the point of the sample.
 struct Expectation {
   std::string rule{};
-  int slave = -1;        ///< position; -1: the whole bus
-  FrameNo sent = 0;      ///< the frame in question: outbound copy, 0 when it is not in the file
-  FrameNo returned = 0;  ///< returned copy, 0 when it is not in the file
+  int slave = -1;         ///< position; -1: the whole bus
+  FrameNo sent = 0;       ///< the frame in question: outbound copy, 0 when it is not in the file
+  FrameNo returned = 0;   ///< returned copy, 0 when it is not in the file
+  int count = 1;          ///< repetitions folded into one finding
+  bool optional = false;  ///< a consequence that a report may name or fold into its cause
   std::string why{};
+
+  Expectation& Times(int n) {
+    count = n;
+    return *this;
+  }
+  Expectation& Optional() {
+    optional = true;
+    return *this;
+  }
 };
 
 struct Sample {
@@ -40,10 +53,10 @@ class Story {
 
   SimulatedSlave& Add(SlaveDescription description) { return bus.Add(std::move(description)); }
   /// Notes a finding of a correct report at a frame of the master.
-  void Expect(std::string rule, int slave, const FrameIds& frame, std::string why = {});
+  Expectation& Expect(std::string rule, int slave, const FrameIds& frame, std::string why = {});
   /// Notes a finding that belongs to no single frame.
-  void Expect(std::string rule, int slave = -1, std::string why = {}) {
-    Expect(std::move(rule), slave, FrameIds{}, std::move(why));
+  Expectation& Expect(std::string rule, int slave = -1, std::string why = {}) {
+    return Expect(std::move(rule), slave, FrameIds{}, std::move(why));
   }
   [[nodiscard]] Sample Finish() const;
 
@@ -61,12 +74,10 @@ class Story {
 
  private:
   struct Noted {
-    std::string rule;
-    int slave;
+    Expectation finding;
     FrameIds frame;
-    std::string why;
   };
-  std::vector<Noted> noted_;
+  std::deque<Noted> noted_;
 };
 
 struct Scenario {
@@ -81,4 +92,43 @@ struct Scenario {
 
 // startup.cpp
 Sample CleanStartup();
+Sample CleanMixedBus();
+Sample CleanTwinCatHabits();
+Sample MidRun();
+// al.cpp
+Sample InitToOpRefused();
+Sample RefusalNeverAcknowledged();
+Sample FallsOutOfOp();
+Sample TwoSlavesOneRefuses();
+Sample BadMailboxConfig();
+Sample AlTimeout();
+Sample WrongStatusCode();
+Sample UndocumentedStatusCode();
+Sample AcceptedIllegal();
+Sample InvalidRequest();
+Sample UnexpectedErrorUnread();
+// bus.cpp
+Sample LostFrames();
+Sample DuplicatedFrames();
+Sample Circulating();
+Sample WkcLinkBreak();
+Sample DuplicateAddress();
+Sample SlaveCountChanges();
+Sample LinkErrors();
+Sample ReadOnlyWrite();
+// capture.cpp
+Sample OutboundOnly();
+Sample ReturnedOnly();
+Sample Truncated();
+Sample SnapLength();
+Sample CoarseTimestamps();
+Sample PcapMicroseconds();
+Sample TwoInterfaces();
+Sample EslProbe();
+Sample VlanTagged();
+Sample UdpEncapsulated();
+Sample NoEtherCat();
+Sample ForeignTraffic();
+Sample Malformed();
+
 }  // namespace ecaudit::samples

@@ -6,8 +6,13 @@ namespace ecaudit::samples {
 
 Story::Story(MasterHabits habits) : bus(kPowerOn), master(bus, capture, kPowerOn + 500'000'000, std::move(habits)) {}
 
-void Story::Expect(std::string rule, int slave, const FrameIds& frame, std::string why) {
-  noted_.push_back({std::move(rule), slave, frame, std::move(why)});
+Expectation& Story::Expect(std::string rule, int slave, const FrameIds& frame, std::string why) {
+  Noted& noted = noted_.emplace_back();
+  noted.finding.rule = std::move(rule);
+  noted.finding.slave = slave;
+  noted.finding.why = std::move(why);
+  noted.frame = frame;
+  return noted.finding;
 }
 
 void Story::Command(std::size_t position, std::uint16_t control, std::int32_t target) {
@@ -43,12 +48,9 @@ Sample Story::Finish() const {
   sample.file = capture.Encode();
   sample.packets = capture.written();
   for (const Noted& noted : noted_) {
-    Expectation& one = sample.expected.emplace_back();
-    one.rule = noted.rule;
-    one.slave = noted.slave;
+    Expectation& one = sample.expected.emplace_back(noted.finding);
     one.sent = noted.frame.sent ? capture.Number(*noted.frame.sent) : 0;
     one.returned = noted.frame.returned ? capture.Number(*noted.frame.returned) : 0;
-    one.why = noted.why;
   }
   return sample;
 }

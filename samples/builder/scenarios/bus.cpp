@@ -1,0 +1,171 @@
+// What goes wrong on the cable and with addressing.
+#include "samples/builder/scenarios/scenario.h"
+
+namespace ecaudit::samples {
+namespace {
+
+constexpr TimeNs kMs = 1'000'000;
+
+void BringAllToOp(Story& story, CyclicTask task = {}) {
+  story.master.Scan();
+  story.master.BringToPreop();
+  story.master.BringToSafeop();
+  story.master.BringToOp(std::move(task));
+}
+
+FrameIds OneCycle(Story& story) {
+  story.master.Cycles(1);
+  return story.master.last_cyclic();
+}
+
+}  // namespace
+
+Sample LostFrames() {
+  Story story;
+  story.Add(AkdDrive());
+  BringAllToOp(story);
+  ScriptedMaster& master = story.master;
+  const int base = master.next_cycle();
+  for (const int lost : {20, 41, 42, 77}) master.ChangeCycle(base + lost, {.lose = true});
+  master.Cycles(20);
+  const FrameIds first = OneCycle(story);
+  master.Cycles(70);
+  master.ShutDown();
+  story.Expect("frame-lost", -1, first, "cycles 20, 41, 42 and 77 after reaching OP").Times(4);
+  return story.Finish();
+}
+
+Sample DuplicatedFrames() {
+  Story story;
+  story.Add(AkdDrive());
+  BringAllToOp(story);
+  ScriptedMaster& master = story.master;
+  const int base = master.next_cycle();
+  for (const int twice : {10, 25, 40}) master.ChangeCycle(base + twice, {.twice = true});
+  master.Cycles(10);
+  const FrameIds first = OneCycle(story);
+  master.Cycles(45);
+  master.ShutDown();
+  story.Expect("frame-duplicated", -1, first, "three frames come back twice").Times(3);
+  return story.Finish();
+}
+
+Sample Circulating() {
+  Story story;
+  story.Add(AkdDrive());
+  story.Add(AkdDrive());
+  BringAllToOp(story);
+  ScriptedMaster& master = story.master;
+  const int base = master.next_cycle();
+  for (int i = 20; i < 26; ++i) master.ChangeCycle(base + i, {.circulating = true});
+  master.Cycles(20);
+  const FrameIds first = OneCycle(story);
+  master.Cycles(30);
+  master.ShutDown();
+  story.Expect("frame-duplicated", -1, first, "the circulating bit is set in six returned frames").Times(6);
+  return story.Finish();
+}
+
+Sample WkcLinkBreak() {
+  Story story;
+  for (int i = 0; i < 3; ++i) story.Add(AkdDrive());
+  BringAllToOp(story, {.reads_al_status = true});
+  ScriptedMaster& master = story.master;
+  master.Cycles(30);
+  story.bus.BreakBehind(2);
+  const FrameIds broken = OneCycle(story);
+  master.Cycles(39);
+  story.bus.Heal();
+  const FrameIds healed = OneCycle(story);
+  master.Cycles(29);
+  master.ShutDown();
+  story.Expect("wkc-mismatch", 2, broken, "the working counter of the LRW falls from 9 to 6 for 40 cycles").Times(40);
+  story.Expect("bus-slave-count-changed", -1, broken, "two slaves answer instead of three");
+  story.Expect("bus-slave-count-changed", -1, healed, "three slaves again").Optional();
+  return story.Finish();
+}
+
+Sample DuplicateAddress() {
+  Story story;
+  story.Add(AkdDrive());
+  story.Add(AkdDrive());
+  ScriptedMaster& master = story.master;
+  master.Bwr(reg::kAlControl, LeBytes(std::uint16_t{0x11}));
+  master.Brd(reg::kInformation, 2);
+  master.Apwr(0, reg::kStationAddress, LeBytes(std::uint16_t{0x1001}));
+  const Answer second = master.Apwr(1, reg::kStationAddress, LeBytes(std::uint16_t{0x1001}));
+  const Answer both = master.Fprd(0x1001, reg::kAlStatus, 6);
+  story.Expect("bus-duplicate-address", 1, second.frame, "0x1001 is already the address of slave 0");
+  story.Expect("wkc-mismatch", -1, both.frame, "two slaves answer to one address").Optional();
+  master.Wait(5 * kMs);
+  master.Apwr(1, reg::kStationAddress, LeBytes(std::uint16_t{0x1002}));
+  master.Scan();
+  master.BringToPreop();
+  master.ShutDown();
+  return story.Finish();
+}
+
+Sample SlaveCountChanges() {
+  Story story;
+  for (int i = 0; i < 3; ++i) story.Add(AkdDrive());
+  ScriptedMaster& master = story.master;
+  master.Scan();
+  master.BringToPreop();
+  const auto watch = [&](int count) {
+    FrameIds first;
+    for (int i = 0; i < count; ++i) {
+      const Answer answer = master.Brd(reg::kAlStatus, 2);
+      if (i == 0) first = answer.frame;
+      master.Wait(10 * kMs);
+    }
+    return first;
+  };
+  watch(10);
+  story.bus.BreakBehind(1);
+  const FrameIds gone = watch(10);
+  story.Expect("bus-slave-count-changed", -1, gone, "one slave answers instead of three");
+  story.Expect("wkc-mismatch", -1, gone, "broadcasts count 1 instead of 3").Optional().Times(10);
+  return story.Finish();
+}
+
+Sample LinkErrors() {
+  Story story;
+  for (int i = 0; i < 3; ++i) story.Add(AkdDrive());
+  BringAllToOp(story);
+  ScriptedMaster& master = story.master;
+  const auto read_counters = [&] {
+    FrameIds of_second;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Answer answer = master.Fprd(master.station(i), reg::kRxErrors, 20);
+      if (i == 1) of_second = answer.frame;
+    }
+    return of_second;
+  };
+  read_counters();
+  master.Cycles(30);
+  read_counters();
+  story.bus.slave(1).esc().CountErrors(reg::kRxErrors + 2, 2);  // invalid frames at port 1
+  story.bus.slave(1).esc().CountErrors(reg::kRxErrors + 3, 5);  // RX errors at port 1
+  story.bus.slave(1).esc().CountErrors(reg::kLostLinks + 1, 1);
+  master.Cycles(30);
+  const FrameIds seen = read_counters();
+  master.Cycles(20);
+  master.ShutDown();
+  story.Expect("bus-link-errors", 1, seen, "port 1: 2 invalid frames, 5 RX errors, 1 lost link");
+  return story.Finish();
+}
+
+Sample ReadOnlyWrite() {
+  Story story;
+  story.Add(AkdDrive());
+  ScriptedMaster& master = story.master;
+  master.Scan();
+  master.BringToPreop();
+  const Answer refused = master.Fpwr(master.station(0), reg::kAlStatus, LeBytes(std::uint16_t{0x0004}));
+  story.Expect("register-read-only-write", 0, refused.frame, "AL Status 0x0130 is written by the drive only");
+  master.Poll(0, 2);
+  master.ShutDown();
+  return story.Finish();
+}
+
+}  // namespace ecaudit::samples
