@@ -68,4 +68,46 @@ const RegisterRight* DeviceDescription::register_right(EscAddress address) const
   return it->Covers(address) ? &*it : nullptr;
 }
 
+const DictionaryObject* DeviceDescription::object(std::uint16_t index, std::uint8_t subindex) const {
+  if (dictionary) {
+    if (const DictionaryObject* found = dictionary->Find(index, subindex)) return found;
+  }
+  return drive ? FindObject(drive->objects, index, subindex) : nullptr;
+}
+
+std::string_view DeviceDescription::object_name(std::uint16_t index, std::uint8_t subindex) const {
+  const DictionaryObject* found = object(index, subindex);
+  if (found != nullptr && !found->name.empty()) return found->name;
+  for (const PdoDirection direction : {PdoDirection::kRx, PdoDirection::kTx}) {
+    if (const CyclicObject* cyclic = pdo.FindCyclic(direction, index, subindex)) return cyclic->name;
+  }
+  return {};
+}
+
+Mappable DeviceDescription::MappableIn(PdoDirection direction, std::uint16_t index, std::uint8_t subindex) const {
+  if (pdo.FindCyclic(direction, index, subindex) != nullptr) return Mappable::kYes;
+  if (pdo.flexible) {
+    for (const Padding& padding : pdo.flexible->paddings) {
+      if (padding.direction == direction && padding.index == index && subindex >= padding.first_subindex &&
+          subindex <= padding.last_subindex) {
+        return Mappable::kYes;
+      }
+    }
+  }
+  const DictionaryObject* found = dictionary ? dictionary->Find(index, subindex) : nullptr;
+  if (found == nullptr) {
+    const bool complete = (dictionary && dictionary->complete) || pdo.cyclic_complete;
+    return complete ? Mappable::kNo : Mappable::kUnknown;
+  }
+  if (found->mappable == Mappable::kNo || found->mappable == Mappable::kUnknown) return found->mappable;
+  const bool other_way = (found->only && *found->only != direction) ||
+                         (direction == PdoDirection::kRx && found->access == Access::kRead) ||
+                         (direction == PdoDirection::kTx && found->access == Access::kWrite);
+  return other_way ? Mappable::kNo : found->mappable;
+}
+
+const EmergencyCode* DeviceDescription::emergency_code(std::uint16_t code) const {
+  return emergency ? emergency->Find(code) : nullptr;
+}
+
 }  // namespace ecaudit::device

@@ -11,7 +11,16 @@
 #include <vector>
 
 #include "decoder/device/al_description.h"
+#include "decoder/device/documented_facts.h"
+#include "decoder/device/drive_profile.h"
+#include "decoder/device/emergency_codes.h"
+#include "decoder/device/latch_description.h"
+#include "decoder/device/mailbox_description.h"
+#include "decoder/device/object_dictionary.h"
+#include "decoder/device/pdo_description.h"
+#include "decoder/device/register_bits.h"
 #include "decoder/device/register_right.h"
+#include "decoder/device/sync_description.h"
 
 namespace ecaudit::device {
 
@@ -42,7 +51,20 @@ class DeviceDescription {
   std::string note;
   IdentityMatch match;
   AlDescription al;
-  std::vector<RegisterRight> registers;  ///< sorted by address, not overlapping
+  std::vector<RegisterRight> registers;     ///< sorted by address, not overlapping
+  std::vector<RegisterBits> register_bits;  ///< AL control, AL status, AL status code
+  std::vector<RegisterBits> event_bits;     ///< AL event mask 0x0204 and AL event request 0x0220
+  std::optional<DriveProfile> drive;        ///< unset: no CiA 402 drive
+  PdoDescription pdo;
+  std::optional<ObjectDictionary> dictionary;  ///< unset: no dictionary documented
+  std::optional<EmergencyTable> emergency;
+  std::optional<LatchDescription> latch;
+  SyncDescription sync;
+  MailboxDescription mailbox;
+  std::vector<EepromFact> eeprom;
+  std::vector<FieldbusParameter> fieldbus_parameters;
+  std::vector<Limit> limits;
+  std::vector<Fact> facts;
 
   /// The row for a request of `to` in state `from`; null when the family's table lacks the pair.
   [[nodiscard]] const AlTransition* al_transition(esc::AlState from, esc::AlState to) const;
@@ -54,6 +76,14 @@ class DeviceDescription {
   [[nodiscard]] bool DocumentsAlStatusCode(std::uint16_t code) const;
   /// The register or buffer that `address` lies in; null when the family's manual does not mention it.
   [[nodiscard]] const RegisterRight* register_right(EscAddress address) const;
+  /// What an object is: from the dictionary, else from the standard objects of the drive profile, else null.
+  [[nodiscard]] const DictionaryObject* object(std::uint16_t index, std::uint8_t subindex) const;
+  /// A name for an object for people: "Control word"; also found in the list of cyclic objects. Empty when unknown.
+  [[nodiscard]] std::string_view object_name(std::uint16_t index, std::uint8_t subindex) const;
+  /// May the object be mapped in that direction? Asks the dictionary and the list of cyclic objects, which contradict
+  /// each other in places; either one's yes is a yes.
+  [[nodiscard]] Mappable MappableIn(PdoDirection direction, std::uint16_t index, std::uint8_t subindex) const;
+  [[nodiscard]] const EmergencyCode* emergency_code(std::uint16_t code) const;
 };
 
 }  // namespace ecaudit::device

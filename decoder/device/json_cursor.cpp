@@ -129,10 +129,6 @@ ObjectReader::ObjectReader(const Cursor& cursor) : cursor_(cursor) {
   if (!cursor.value().is_object()) cursor.FailType("an object");
 }
 
-bool ObjectReader::Has(std::string_view key) const {
-  return cursor_.value().is_object() && cursor_.value().find(key) != cursor_.value().end();
-}
-
 const nlohmann::json* ObjectReader::Member(std::string_view key) {
   known_.push_back(key);
   if (!cursor_.value().is_object()) return nullptr;

@@ -77,7 +77,11 @@ class ObjectReader {
   void Allow(std::string_view key, T& out) {
     if (const nlohmann::json* member = Member(key)) Read(cursor_.Key(key, *member), out);
   }
-  [[nodiscard]] bool Has(std::string_view key) const;
+  /// Hands the member, if it is there, to `read(cursor)`.
+  template <typename Function>
+  void AllowWith(std::string_view key, Function read) {
+    if (const nlohmann::json* member = Member(key)) read(cursor_.Key(key, *member));
+  }
   /// Fails with the name of a member that was neither required nor allowed.
   void Finish() const;
 

@@ -45,6 +45,11 @@ inline std::uint64_t Number(const std::string& text) {
   return std::stoull(text, nullptr, 0);
 }
 
+/// Some cells point to other tables by file name; profiles say the same in words.
+inline bool NamesATable(const std::string& cell) {
+  return cell.find(".csv") != std::string::npos || cell.find("seed") != std::string::npos;
+}
+
 /// "001 §4.3.3" as the profiles cite it: "MKD, 4.3.3".
 inline std::string Citation(const std::string& source) {
   std::string out;

@@ -1,0 +1,70 @@
+#include "decoder/device/drive_profile.h"
+
+#include <algorithm>
+#include <array>
+
+namespace ecaudit::device {
+
+std::string_view DriveStateName(DriveState state) {
+  static constexpr std::array<std::string_view, 8> kNames = {
+      "Not ready to switch on", "Switch on disabled", "Ready to switch on",    "Switched on",
+      "Operation enabled",      "Quick stop active",  "Fault reaction active", "Fault"};
+  const auto index = static_cast<std::size_t>(state);
+  return index < kNames.size() ? kNames[index] : std::string_view("?");
+}
+
+std::optional<DriveState> DriveProfile::StateOf(std::uint16_t status_word) const {
+  for (const DriveStateRow& row : states) {
+    if (row.printed.Matches(status_word)) return row.state;
+  }
+  // What a manual prints comes before what is accepted besides.
+  for (const DriveStateRow& row : states) {
+    for (const StatusPattern& pattern : row.also) {
+      if (pattern.Matches(status_word)) return row.state;
+    }
+  }
+  return std::nullopt;
+}
+
+std::uint32_t DriveProfile::CommandedAnywhere(std::uint16_t before, std::uint16_t after) const {
+  std::uint32_t numbers = 0;
+  for (const DriveCommand& command : commands) {
+    if (command.automatic || !command.Matches(before, after)) continue;
+    for (const std::uint8_t number : command.transitions) {
+      if (number < 32) numbers |= 1U << number;
+    }
+  }
+  return numbers;
+}
+
+std::uint32_t DriveProfile::Commanded(DriveState state, std::uint16_t before, std::uint16_t after) const {
+  std::uint32_t leaving = 0;
+  for (const DriveTransition& transition : transitions) {
+    if (transition.from == state && transition.number < 32) leaving |= 1U << transition.number;
+  }
+  return CommandedAnywhere(before, after) & leaving;
+}
+
+const DriveTransition* DriveProfile::Find(DriveState from, DriveState to) const {
+  for (const DriveTransition& transition : transitions) {
+    if (transition.to != to) continue;
+    const bool from_any_but_fault = !transition.from && transition.to == DriveState::kFaultReactionActive &&
+                                    from != DriveState::kFaultReactionActive && from != DriveState::kFault;
+    if (transition.from == from || from_any_but_fault) return &transition;
+  }
+  return nullptr;
+}
+
+const DriveTransition* DriveProfile::Find(std::uint8_t number) const {
+  const auto it = std::find_if(transitions.begin(), transitions.end(),
+                               [&](const DriveTransition& transition) { return transition.number == number; });
+  return it == transitions.end() ? nullptr : &*it;
+}
+
+const OperationMode* DriveProfile::FindMode(std::int8_t value) const {
+  const auto it =
+      std::find_if(modes.begin(), modes.end(), [&](const OperationMode& mode) { return mode.value == value; });
+  return it == modes.end() ? nullptr : &*it;
+}
+
+}  // namespace ecaudit::device

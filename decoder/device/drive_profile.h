@@ -1,0 +1,152 @@
+/// The drive state machine (CiA 402, by older name DS402) as a family's manual describes it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "decoder/device/al_description.h"
+#include "decoder/device/object_dictionary.h"
+
+namespace ecaudit::device {
+
+enum class DriveState : std::uint8_t {
+  kNotReadyToSwitchOn,
+  kSwitchOnDisabled,
+  kReadyToSwitchOn,
+  kSwitchedOn,
+  kOperationEnabled,
+  kQuickStopActive,
+  kFaultReactionActive,
+  kFault,
+};
+
+/// "Switched on"
+[[nodiscard]] std::string_view DriveStateName(DriveState state);
+
+/// A state is shown when (status word & mask) == value.
+struct StatusPattern {
+  std::uint16_t mask = 0;
+  std::uint16_t value = 0;
+  std::string note;
+  [[nodiscard]] bool Matches(std::uint16_t status_word) const { return (status_word & mask) == value; }
+};
+
+struct DriveStateRow {
+  DriveState state = DriveState::kNotReadyToSwitchOn;
+  StatusPattern printed;            ///< as in the manual
+  std::vector<StatusPattern> also;  ///< accepted besides, with the reason
+  std::string meaning;
+  std::string note;
+  std::string source;
+};
+
+/// One edge of the state diagram, by its CiA 402 number.
+struct DriveTransition {
+  std::uint8_t number = 0;
+  /// Unset for transition 0 (power-on) and 13 (from every state with a fault).
+  std::optional<DriveState> from;
+  DriveState to = DriveState::kNotReadyToSwitchOn;
+  bool automatic = false;  ///< the drive goes there by itself
+  bool optional = false;   ///< not every drive has it
+  Basis basis = Basis::kPrinted;
+  std::string note;
+  std::string source;
+};
+
+/// What the control word must look like to command transitions. Bits that the manual marks irrelevant are outside
+/// `mask`.
+struct DriveCommand {
+  std::string name;
+  std::vector<std::uint8_t> transitions;
+  bool automatic = false;     ///< listed in the manual, though the drive does it by itself
+  std::uint16_t mask = 0;     ///< bits that matter
+  std::uint16_t value = 0;    ///< their levels; after the edge, for bits that need one
+  std::uint16_t rising = 0;   ///< bits that must have been 0 before
+  std::uint16_t falling = 0;  ///< bits that must have been 1 before
+  std::string variant;        ///< "a", "b" where the manual has two rows for one transition
+  std::string printed;        ///< bits 7, 3, 2, 1, 0 as printed where read otherwise ("1XXXX"); else empty
+  std::string note;
+  std::string source;
+
+  /// @param before control word before the change, @param after control word now
+  [[nodiscard]] bool Matches(std::uint16_t before, std::uint16_t after) const {
+    return (after & mask) == value && (before & rising) == 0 && (before & falling) == falling;
+  }
+};
+
+/// What one edge of one control word bit does (Pilz).
+struct EdgeAction {
+  bool rising = false;
+  std::uint8_t bit = 0;
+  std::string action;
+  std::string condition;
+  std::string note;
+  std::string source;
+};
+
+/// One bit of the control word or status word.
+struct WordBit {
+  std::uint8_t bit = 0;
+  std::string name;
+  std::string meaning;
+  std::string note;
+  std::string source;
+};
+
+/// Control word bits 4 to 6 in one mode of operation.
+struct ModeBits {
+  std::int8_t mode = 0;
+  std::string name;
+  std::string bit4;
+  std::string bit5;
+  std::string bit6;
+  std::string note;
+  std::string source;
+};
+
+/// A value of 6060h.
+struct OperationMode {
+  std::int8_t value = 0;
+  std::string name;
+  std::optional<std::int32_t> opmode;          ///< DRV.OPMODE that goes with it
+  std::optional<std::int32_t> cmdsource;       ///< DRV.CMDSOURCE that goes with it
+  std::optional<std::int32_t> printed_opmode;  ///< where print is read otherwise
+  std::string note;
+  std::string source;
+};
+
+struct DriveProfile {
+  std::vector<DriveStateRow> states;  ///< in the order in which patterns are tried
+  std::vector<DriveTransition> transitions;
+  std::vector<DriveCommand> commands;
+  std::vector<EdgeAction> edge_actions;
+  std::vector<WordBit> control_bits;
+  std::vector<WordBit> status_bits;
+  std::vector<ModeBits> mode_bits;
+  std::vector<OperationMode> modes;
+  bool modes_complete = false;  ///< the manual lists all supported modes
+  /// AL states in which the drive acts on the control word and updates the status word; empty: not documented.
+  std::vector<esc::AlState> control_word_in;
+  std::vector<esc::AlState> status_word_in;
+  /// Objects of CiA 402 with their standard names and types, sorted by (index, subindex).
+  std::vector<DictionaryObject> objects;
+  std::string note;
+  std::string source;
+
+  /// The state a status word shows; nothing when it fits no pattern.
+  [[nodiscard]] std::optional<DriveState> StateOf(std::uint16_t status_word) const;
+  /// Bit n set: transition n leaves `state` and the change of the control word commands it. 0: nothing to do, which is
+  /// also what a control word that keeps the present state gives (see CommandedAnywhere()).
+  [[nodiscard]] std::uint32_t Commanded(DriveState state, std::uint16_t before, std::uint16_t after) const;
+  /// Bit n set: the control word commands transition n in the state that transition n leaves.
+  [[nodiscard]] std::uint32_t CommandedAnywhere(std::uint16_t before, std::uint16_t after) const;
+  /// A transition from one state to the other, or null. Transition 13 is found from every state but the fault states.
+  [[nodiscard]] const DriveTransition* Find(DriveState from, DriveState to) const;
+  [[nodiscard]] const DriveTransition* Find(std::uint8_t number) const;
+  [[nodiscard]] const OperationMode* FindMode(std::int8_t value) const;
+};
+
+}  // namespace ecaudit::device

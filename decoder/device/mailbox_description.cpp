@@ -1,0 +1,19 @@
+#include "decoder/device/mailbox_description.h"
+
+#include <algorithm>
+
+namespace ecaudit::device {
+
+const SyncManagerRule* MailboxDescription::FindSyncManager(std::uint8_t number) const {
+  const auto it = std::find_if(sync_managers.begin(), sync_managers.end(),
+                               [&](const SyncManagerRule& rule) { return rule.number == number; });
+  return it == sync_managers.end() ? nullptr : &*it;
+}
+
+const MailboxProtocol* MailboxDescription::FindProtocol(std::uint8_t type) const {
+  const auto it = std::find_if(protocols.begin(), protocols.end(),
+                               [&](const MailboxProtocol& protocol) { return protocol.type == type; });
+  return it == protocols.end() ? nullptr : &*it;
+}
+
+}  // namespace ecaudit::device

@@ -1,0 +1,149 @@
+/// Reads the section "drive" of a profile.
+#include <array>
+#include <utility>
+
+#include "decoder/base/text.h"
+#include "decoder/device/profile_sections.h"
+
+namespace ecaudit::device {
+namespace {
+
+/// Control word bits that the tables of commands have columns for.
+constexpr std::array<std::pair<std::string_view, std::uint8_t>, 5> kCommandBits = {
+    {{"bit7", 7}, {"bit3", 3}, {"bit2", 2}, {"bit1", 1}, {"bit0", 0}}};
+
+}  // namespace
+
+static void Read(const Cursor& cursor, DriveState& out) {
+  static constexpr Word<DriveState> kStates[] = {{"Not ready to switch on", DriveState::kNotReadyToSwitchOn},
+                                                 {"Switch on disabled", DriveState::kSwitchOnDisabled},
+                                                 {"Ready to switch on", DriveState::kReadyToSwitchOn},
+                                                 {"Switched on", DriveState::kSwitchedOn},
+                                                 {"Operation enabled", DriveState::kOperationEnabled},
+                                                 {"Quick stop active", DriveState::kQuickStopActive},
+                                                 {"Fault reaction active", DriveState::kFaultReactionActive},
+                                                 {"Fault", DriveState::kFault}};
+  ReadWord(cursor, kStates, out);
+}
+
+static void Read(const Cursor& cursor, StatusPattern& out) {
+  ObjectReader object(cursor);
+  object.Require("mask", out.mask);
+  object.Require("value", out.value);
+  object.Allow("note", out.note);
+  object.Finish();
+  if (!cursor.failed() && (out.value & ~out.mask) != 0) cursor.Fail("\"value\" has bits outside \"mask\"");
+}
+
+static void Read(const Cursor& cursor, DriveStateRow& out) {
+  ObjectReader object(cursor);
+  object.Require("state", out.state);
+  object.Require("mask", out.printed.mask);
+  object.Require("value", out.printed.value);
+  object.Allow("also", out.also);
+  object.Allow("meaning", out.meaning);
+  FinishRow(object, cursor, out.note, out.source);
+  if (!cursor.failed() && (out.printed.value & ~out.printed.mask) != 0) {
+    cursor.Fail("\"value\" has bits outside \"mask\"");
+  }
+}
+
+static void Read(const Cursor& cursor, DriveTransition& out) {
+  ObjectReader object(cursor);
+  object.Require("number", out.number);
+  object.Allow("from", out.from);
+  object.Require("to", out.to);
+  object.Allow("automatic", out.automatic);
+  object.Allow("optional", out.optional);
+  object.Require("basis", out.basis);
+  FinishRow(object, cursor, out.note, out.source);
+}
+
+/// "bit3": "P" and so on: X irrelevant, 0 and 1 levels, P rising edge, N falling edge.
+static void ReadLevel(const Cursor& cursor, std::uint8_t bit, DriveCommand& out) {
+  std::string text;
+  Read(cursor, text);
+  if (cursor.failed()) return;
+  const auto flag = static_cast<std::uint16_t>(1U << bit);
+  if (text == "X") return;
+  out.mask = static_cast<std::uint16_t>(out.mask | flag);
+  if (text == "1" || text == "P") out.value = static_cast<std::uint16_t>(out.value | flag);
+  if (text == "P") out.rising = static_cast<std::uint16_t>(out.rising | flag);
+  if (text == "N") out.falling = static_cast<std::uint16_t>(out.falling | flag);
+  if (text != "0" && text != "1" && text != "P" && text != "N") {
+    cursor.Fail("\"" + Printable(text) + "\" is none of X, 0, 1, P, N");
+  }
+}
+
+static void Read(const Cursor& cursor, DriveCommand& out) {
+  ObjectReader object(cursor);
+  object.Require("name", out.name);
+  object.Require("transitions", out.transitions);
+  object.Allow("automatic", out.automatic);
+  for (const auto& [key, bit] : kCommandBits) {
+    object.AllowWith(key, [&, number = bit](const Cursor& at) { ReadLevel(at, number, out); });
+  }
+  object.Allow("variant", out.variant);
+  object.Allow("printed", out.printed);
+  FinishRow(object, cursor, out.note, out.source);
+}
+
+static void Read(const Cursor& cursor, EdgeAction& out) {
+  ObjectReader object(cursor);
+  object.AllowWith("edge", [&](const Cursor& at) {
+    static constexpr Word<bool> kEdges[] = {{"rising", true}, {"falling", false}};
+    ReadWord(at, kEdges, out.rising);
+  });
+  object.Require("bit", out.bit);
+  object.Require("action", out.action);
+  object.Allow("condition", out.condition);
+  FinishRow(object, cursor, out.note, out.source);
+}
+
+static void Read(const Cursor& cursor, WordBit& out) {
+  ObjectReader object(cursor);
+  object.Require("bit", out.bit);
+  object.Require("name", out.name);
+  object.Allow("meaning", out.meaning);
+  FinishRow(object, cursor, out.note, out.source);
+}
+
+static void Read(const Cursor& cursor, ModeBits& out) {
+  ObjectReader object(cursor);
+  object.Require("mode", out.mode);
+  object.Require("name", out.name);
+  object.Allow("bit4", out.bit4);
+  object.Allow("bit5", out.bit5);
+  object.Allow("bit6", out.bit6);
+  FinishRow(object, cursor, out.note, out.source);
+}
+
+static void Read(const Cursor& cursor, OperationMode& out) {
+  ObjectReader object(cursor);
+  object.Require("value", out.value);
+  object.Require("name", out.name);
+  object.Allow("opmode", out.opmode);
+  object.Allow("cmdsource", out.cmdsource);
+  object.Allow("printed_opmode", out.printed_opmode);
+  FinishRow(object, cursor, out.note, out.source);
+}
+
+void Read(const Cursor& cursor, DriveProfile& out) {
+  ObjectReader object(cursor);
+  object.Allow("states", out.states);
+  object.Allow("transitions", out.transitions);
+  object.Allow("commands", out.commands);
+  object.Allow("edge_actions", out.edge_actions);
+  object.Allow("control_bits", out.control_bits);
+  object.Allow("status_bits", out.status_bits);
+  object.Allow("mode_bits", out.mode_bits);
+  object.Allow("modes", out.modes);
+  object.Allow("modes_complete", out.modes_complete);
+  object.Allow("control_word_in", out.control_word_in);
+  object.Allow("status_word_in", out.status_word_in);
+  object.Allow("objects", out.objects);
+  FinishRow(object, cursor, out.note, out.source);
+  SortObjects(out.objects);
+}
+
+}  // namespace ecaudit::device

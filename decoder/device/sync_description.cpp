@@ -1,0 +1,14 @@
+#include "decoder/device/sync_description.h"
+
+#include <algorithm>
+
+namespace ecaudit::device {
+
+const JitterLimit* SyncDescription::FindJitter(TimeNs cycle) const {
+  const auto it = std::find_if(jitter.begin(), jitter.end(), [&](const JitterLimit& limit) {
+    return (!limit.cycle_min || cycle >= *limit.cycle_min) && (!limit.cycle_max || cycle <= *limit.cycle_max);
+  });
+  return it == jitter.end() ? nullptr : &*it;
+}
+
+}  // namespace ecaudit::device

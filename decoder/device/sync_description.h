@@ -1,0 +1,67 @@
+/// How a family synchronises to the master, and what it tolerates.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "decoder/base/ids.h"
+#include "decoder/device/latch_description.h"
+#include "decoder/device/sourced.h"
+
+namespace ecaudit::device {
+
+/// Permitted jitter for a range of cycle times.
+struct JitterLimit {
+  std::optional<TimeNs> cycle_min;  ///< inclusive; unset: from 0
+  std::optional<TimeNs> cycle_max;  ///< inclusive; unset: without end
+  TimeNs jitter = 0;
+  /// True: the manual gives no figure for this range; a finding that rests on it is at most a warning.
+  bool undocumented = false;
+  std::string note;
+  std::string source;
+};
+
+/// A row of the manual in words.
+struct SyncParameter {
+  std::string parameter;
+  std::string object;  ///< "0x60C2:1", "ESC 0x09A0", or empty
+  std::string unit;
+  std::string meaning;
+  std::string default_value;
+  std::string limit;
+  std::string note;
+  std::string source;
+};
+
+struct SyncDescription {
+  Sourced<TimeNs> cycle_base;  ///< the cycle must be a multiple of this
+  Sourced<TimeNs> cycle_min;   ///< shortest cycle
+  /// The master sets the cycle by 60C2h; false: by the SYNC0 cycle register only.
+  Sourced<bool> cycle_by_60c2;
+  Sourced<std::uint32_t> pll_range_ppm;  ///< largest mean deviation of the cycle the drive can follow
+  Sourced<TimeNs> pll_step;              ///< largest correction per real-time task period
+  std::vector<JitterLimit> jitter;
+  /// Synchronisation is lost at this many consecutive events outside the permitted jitter.
+  Sourced<std::uint32_t> lost_after_jitter;
+  /// Synchronisation is lost when more process-data frames than this are missing while the drive is enabled.
+  Sourced<std::uint32_t> lost_after_missing;
+  std::vector<std::string> lost_faults;    ///< "F125"
+  std::vector<std::string> lost_warnings;  ///< "n17"
+  std::string source_with_dc;              ///< what the drive synchronises to with distributed clocks
+  std::string source_without_dc;           ///< and without
+  /// Objects of the window SYNCDIST - SYNCWND < SYNCACT < SYNCDIST + SYNCWND; unset: only ASCII parameters.
+  std::optional<ObjectAddress> sync_distance;
+  std::optional<ObjectAddress> sync_actual;
+  std::optional<ObjectAddress> sync_window;
+  std::optional<ObjectAddress> pll_threshold;
+  std::vector<SyncParameter> parameters;  ///< all rows of the manual
+  std::string note;
+  std::string source;
+
+  /// The limit for a cycle time, or null when the family documents none.
+  [[nodiscard]] const JitterLimit* FindJitter(TimeNs cycle) const;
+};
+
+}  // namespace ecaudit::device
