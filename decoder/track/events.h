@@ -13,6 +13,7 @@
 #include "decoder/bus/transaction.h"
 #include "decoder/esc/al.h"
 #include "decoder/track/access.h"
+#include "decoder/track/sii_tracker.h"
 
 namespace ecaudit::track {
 
@@ -149,6 +150,8 @@ class EventSink {
   virtual void On(const AlStatusCodeRead&) {}
   virtual void On(const AlStateForgotten&) {}
   virtual void On(const IdentityLearned&) {}
+  virtual void On(const EepromRead&) {}
+  virtual void On(const EepromWrite&) {}
   virtual void On(const NameLearned&) {}
   virtual void On(const LogicalAccess&) {}
   virtual void On(const Answered&) {}

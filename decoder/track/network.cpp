@@ -11,6 +11,8 @@ constexpr EscAddress kStationAlias = 0x0012;
 constexpr EscAddress kAlControl = 0x0120;
 constexpr EscAddress kAlStatus = 0x0130;
 constexpr EscAddress kAlStatusCode = 0x0134;
+constexpr EscAddress kEepromFirst = 0x0500;
+constexpr EscAddress kEepromEnd = 0x0510;
 constexpr EscAddress kMappingFirst = 0x0600;
 constexpr EscAddress kMappingEnd = 0x0880;
 
@@ -183,7 +185,9 @@ SlaveId Network::Resolve(const Datagram& d, bool add) {
 
 void Network::Meet(SlaveId id, const FrameRef& frame) {
   if (id == kNoSlave || id < states_.size()) return;
-  states_.resize(static_cast<std::size_t>(id) + 1);
+  states_.push_back(everyone_);
+  states_.back().sii = SiiAssembler(id);
+  ++mapping_version_;
   events_.On(SlaveFound{id, frame});
 }
 
@@ -216,6 +220,10 @@ void Network::OnBroadcast(const Datagram& d) {
       acceptance = Acceptance::kRefused;
     } else if (count != nullptr && d.wkc() == *count * (d.command() == wire::Command::BRW ? 3 : 1)) {
       acceptance = Acceptance::kAccepted;
+    }
+    const SlaveAccess to_all = d.Access(kNoSlave, acceptance);
+    if (to_all.address < esc::RegisterImage::kSize && acceptance != Acceptance::kRefused) {
+      Learn(everyone_, to_all, to_all.written, CertaintyOfWrite(to_all));
     }
     for (std::size_t s = 0; s < slaves_.size(); ++s) Apply(d.Access(static_cast<SlaveId>(s), acceptance));
     if (CoversByte(d.address(), d.any.length(), kStationAddress) && acceptance != Acceptance::kRefused) {
@@ -299,48 +307,55 @@ void Network::OnAddressed(const Datagram& d) {
   Apply(access);
 }
 
+Certainty Network::CertaintyOfWrite(const SlaveAccess& access) {
+  if (access.acceptance == Acceptance::kAccepted) return Certainty::kObserved;
+  if (access.acceptance == Acceptance::kAssumed) return Certainty::kInferred;
+  // Masters blank all FMMUs and sync managers by broadcast, also those that a slave does not have. Who did not take the
+  // zeros has no such unit: it maps nothing either way.
+  const bool blanks = access.broadcast && access.returned.seen() && access.address >= kMappingFirst &&
+                      access.address + access.written.size() <= kMappingEnd &&
+                      std::all_of(access.written.begin(), access.written.end(), [](std::uint8_t b) { return b == 0; });
+  return blanks ? Certainty::kInferred : Certainty::kUnknown;
+}
+
+void Network::Learn(SlaveState& state, const SlaveAccess& access, ByteSpan bytes, Certainty certainty) {
+  const bool is_read = bytes.data() == access.read.data();
+  const bool touches_mapping = access.address < kMappingEnd && access.address + bytes.size() > kMappingFirst;
+  // Reading the mapping area again changes nothing that could be derived from it.
+  if (touches_mapping &&
+      !(is_read && state.registers.CertaintyOf(access.address, bytes.size()) == Certainty::kObserved)) {
+    for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
+      const EscAddress at = esc::FmmuAddress(n);
+      if (access.address < at + esc::kFmmuBytes && access.address + bytes.size() > at) {
+        state.fmmu_since[n] = access.frame().number;
+      }
+    }
+    for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
+      const EscAddress at = esc::SyncManagerAddress(n);
+      if (access.address < at + esc::kSyncManagerBytes && access.address + bytes.size() > at) {
+        state.sync_manager_since[n] = access.frame().number;
+      }
+    }
+    ++state.mapping_version;
+    ++mapping_version_;
+  }
+  state.registers.Write(access.address, bytes, certainty);
+}
+
 void Network::Apply(const SlaveAccess& access) {
   SlaveState& state = states_[access.slave];
   const bool in_registers = access.address < esc::RegisterImage::kSize;
   if (in_registers) {
-    const auto touches_mapping = [&](std::size_t length) {
-      return access.address < kMappingEnd && access.address + length > kMappingFirst;
-    };
-    const auto learn = [&](ByteSpan bytes, Certainty certainty) {
-      if (touches_mapping(bytes.size())) {
-        for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
-          const EscAddress at = esc::FmmuAddress(n);
-          if (access.address < at + esc::kFmmuBytes && access.address + bytes.size() > at) {
-            state.fmmu_since[n] = access.frame().number;
-          }
-        }
-        for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
-          const EscAddress at = esc::SyncManagerAddress(n);
-          if (access.address < at + esc::kSyncManagerBytes && access.address + bytes.size() > at) {
-            state.sync_manager_since[n] = access.frame().number;
-          }
-        }
-        ++state.mapping_version;
-      }
-      state.registers.Write(access.address, bytes, certainty);
-    };
     if (!access.written.empty() && access.acceptance != Acceptance::kRefused) {
-      learn(access.written, access.acceptance == Acceptance::kAccepted  ? Certainty::kObserved
-                            : access.acceptance == Acceptance::kAssumed ? Certainty::kInferred
-                                                                        : Certainty::kUnknown);
+      Learn(state, access, access.written, CertaintyOfWrite(access));
     }
-    if (!access.read.empty()) {
-      // Reads of the mapping area only count as a change when they tell something new.
-      if (!touches_mapping(access.read.size()) ||
-          state.registers.CertaintyOf(access.address, access.read.size()) != Certainty::kObserved) {
-        learn(access.read, Certainty::kObserved);
-      } else {
-        state.registers.Write(access.address, access.read, Certainty::kObserved);
-      }
-    }
+    if (!access.read.empty()) Learn(state, access, access.read, Certainty::kObserved);
   }
   events_.OnAccess(access);
   if (!in_registers) return;
+  if (access.address < kEepromEnd && access.address + std::max(access.written.size(), access.read.size()) > kEepromFirst) {
+    state.sii.OnAccess(access, this);
+  }
 
   if (access.address <= kStationAlias + 1 && access.address + std::max(access.written.size(), access.read.size()) > kStationAddress) {
     ApplyAddressing(access);
@@ -398,6 +413,24 @@ void Network::ApplyAddressing(const SlaveAccess& access) {
     slaves_.LearnAlias(access.slave, LittleEndian<std::uint16_t>(alias, 0), frame);
   }
 }
+
+void Network::OnEepromRead(const EepromRead& event) {
+  events_.On(event);
+  // Words 8-15: vendor, product code, revision, serial number (esc-reference 11.1).
+  if (event.address >= 16 || event.address + event.words.size() <= 8) return;
+  const esc::SiiImage& image = states_[event.slave].sii.image();
+  IdentityLearned identity;
+  identity.slave = event.slave;
+  identity.frame = event.frame;
+  identity.source = IdentityLearned::Source::kEeprom;
+  identity.vendor_id = image.DoubleWord(8);
+  identity.product_code = image.DoubleWord(10);
+  identity.revision = image.DoubleWord(12);
+  identity.serial = image.DoubleWord(14);
+  if (identity.vendor_id || identity.product_code) events_.On(identity);
+}
+
+void Network::OnEepromWrite(const EepromWrite& event) { events_.On(event); }
 
 void Network::OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_by_other) {
   events_.On(FrameLost{sent, loss, followed_by_other});

@@ -15,7 +15,7 @@
 
 namespace ecaudit::track {
 
-class Network final : public bus::BusSink {
+class Network final : public bus::BusSink, private SiiListener {
  public:
   explicit Network(EventSink& events) : events_(events) {}
 
@@ -23,6 +23,9 @@ class Network final : public bus::BusSink {
   [[nodiscard]] const SlaveState& state(SlaveId id) const { return states_[id]; }
   /// Slaves on the bus as the last frame with a position counter showed.
   [[nodiscard]] const Known<std::uint16_t>& slave_count() const { return slave_count_; }
+
+  /// Changes whenever any sync manager or FMMU may have changed, or a slave was added.
+  [[nodiscard]] std::uint64_t mapping_version() const { return mapping_version_; }
 
   void OnFrame(const wire::FrameView&, bus::Direction) override {}
   void OnSent(const wire::FrameView& frame) override;
@@ -43,14 +46,20 @@ class Network final : public bus::BusSink {
   [[nodiscard]] SlaveId Resolve(const Datagram& d, bool add);
   void Meet(SlaveId id, const FrameRef& frame);
   void Apply(const SlaveAccess& access);
+  [[nodiscard]] static Certainty CertaintyOfWrite(const SlaveAccess& access);
+  void Learn(SlaveState& state, const SlaveAccess& access, ByteSpan bytes, Certainty certainty);
   void ApplyAddressing(const SlaveAccess& access);
+  void OnEepromRead(const EepromRead& event) override;
+  void OnEepromWrite(const EepromWrite& event) override;
   void ApplyAlStatus(SlaveId slave, const FrameRef& frame, std::uint16_t status, std::optional<std::uint16_t> code,
                      bool error_bit_known);
 
   EventSink& events_;
   bus::SlaveSet slaves_;
   std::deque<SlaveState> states_;  // grows without moving what rules refer to
+  SlaveState everyone_;             // what broadcasts wrote: a slave met later has taken it, too
   Known<std::uint16_t> slave_count_;
+  std::uint64_t mapping_version_ = 0;
   std::uint16_t upstream_ = 0;     // slaves between the master and the tap
 };
 

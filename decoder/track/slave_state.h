@@ -10,6 +10,7 @@
 #include "decoder/esc/fmmu.h"
 #include "decoder/esc/register_image.h"
 #include "decoder/esc/sync_manager.h"
+#include "decoder/track/sii_tracker.h"
 
 namespace ecaudit::track {
 
@@ -17,6 +18,7 @@ struct SlaveState {
   esc::RegisterImage registers;
   Known<esc::AlWord> al_status;         ///< as last read
   Known<std::uint16_t> al_status_code;  ///< as last read
+  SiiAssembler sii;                     ///< EEPROM as far as the master read it
   /// Frame of the last write or read that told something about sync manager / FMMU n.
   std::array<FrameNo, esc::kMaxSyncManagers> sync_manager_since{};
   std::array<FrameNo, esc::kMaxFmmus> fmmu_since{};

@@ -1,0 +1,158 @@
+#include "analyzers/analysis.h"
+
+#include <algorithm>
+#include <array>
+
+#include "analyzers/core/finding_store.h"
+#include "analyzers/core/rule.h"
+#include "analyzers/model/bus_model.h"
+#include "analyzers/stats/al_history.h"
+#include "analyzers/stats/summary.h"
+#include "decoder/pipeline.h"
+
+namespace ecaudit {
+namespace {
+
+/// Hands each event to the rules that subscribed to it, then to the model; and each model event to the rules.
+class Dispatcher final : public track::EventSink, public model::ModelSink {
+ public:
+  explicit Dispatcher(const std::vector<std::unique_ptr<Rule>>& rules, const FindingStore& store) {
+    for (const auto& rule : rules) {
+      if (store.IsOff(rule->info())) continue;
+      for (const Topic topic : rule->topics()) listeners_[static_cast<std::size_t>(topic)].push_back(rule.get());
+    }
+  }
+  void SetModel(model::BusModel& model) { model_ = &model; }
+  void SetHistory(AlHistory& history) { history_ = &history; }
+
+  void On(const track::SlaveFound& e) override {
+    model_->Apply(e);  // first: rules look the slave up
+    ToRules(Topic::kSlaveFound, e);
+  }
+  void On(const track::AddressAssigned& e) override { RulesThenModel(Topic::kAddressAssigned, e); }
+  void On(const track::IdentityLearned& e) override { RulesThenModel(Topic::kIdentityLearned, e); }
+  void On(const track::SlaveCount& e) override { ToRules(Topic::kSlaveCount, e); }
+  void On(const track::AlRequest& e) override {
+    history_->On(e);
+    RulesThenModel(Topic::kAlRequest, e);
+  }
+  void On(const track::AlStatusRead& e) override {
+    history_->On(e);
+    RulesThenModel(Topic::kAlStatusRead, e);
+  }
+  void On(const track::AlStatusCodeRead& e) override {
+    history_->On(e);
+    model_->Apply(e);
+  }
+  void On(const track::AlStateForgotten& e) override { RulesThenModel(Topic::kAlStateForgotten, e); }
+  void On(const track::LogicalAccess& e) override { ToRules(Topic::kLogicalAccess, e); }
+  void On(const track::Answered& e) override { ToRules(Topic::kAnswered, e); }
+  void On(const track::FrameLost& e) override { ToRules(Topic::kFrameLost, e); }
+  void On(const track::FrameDuplicated& e) override { ToRules(Topic::kFrameDuplicated, e); }
+  void On(const track::FrameUnusable& e) override { ToRules(Topic::kFrameUnusable, e); }
+  void OnAccess(const track::SlaveAccess& e) override {
+    for (Rule* rule : Listeners(Topic::kAccess)) rule->OnAccess(e);
+    model_->Apply(e);
+  }
+  void OnAlRequestSent(SlaveId slave, const FrameRef& frame, esc::AlWord control) override {
+    model_->ApplyAlRequestSent(slave, frame, control);
+  }
+
+  void On(const model::AlRequestJudged& e) override { ToRules(Topic::kAlRequestJudged, e); }
+  void On(const model::AlAnswered& e) override { ToRules(Topic::kAlAnswered, e); }
+  void On(const model::AlErrorRepeated& e) override { ToRules(Topic::kAlErrorRepeated, e); }
+  void On(const model::AlChangedByItself& e) override { ToRules(Topic::kAlChangedByItself, e); }
+  void On(const model::AlErrorCode& e) override { ToRules(Topic::kAlErrorCode, e); }
+  void On(const model::AlErrorCleared& e) override { ToRules(Topic::kAlErrorCleared, e); }
+  void On(const model::AlOverdue& e) override { ToRules(Topic::kAlOverdue, e); }
+
+ private:
+  [[nodiscard]] const std::vector<Rule*>& Listeners(Topic topic) const {
+    return listeners_[static_cast<std::size_t>(topic)];
+  }
+  template <typename E>
+  void ToRules(Topic topic, const E& event) {
+    for (Rule* rule : Listeners(topic)) rule->On(event);
+  }
+  template <typename E>
+  void RulesThenModel(Topic topic, const E& event) {
+    ToRules(topic, event);
+    model_->Apply(event);
+  }
+
+  std::array<std::vector<Rule*>, static_cast<std::size_t>(Topic::kCount)> listeners_;
+  model::BusModel* model_ = nullptr;
+  AlHistory* history_ = nullptr;
+};
+
+/// By first frame; a cause stands before what it causes, even where it was seen later. Indices in caused_by follow.
+void SortFindings(std::vector<Finding>& findings) {
+  std::vector<FindingIndex> order(findings.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<FindingIndex>(i);
+  const auto root = [&](FindingIndex i) {
+    for (int depth = 0; depth < 16 && findings[i].caused_by != kNoFinding; ++depth) i = findings[i].caused_by;
+    return i;
+  };
+  const auto depth_of = [&](FindingIndex i) {
+    int depth = 0;
+    while (depth < 16 && findings[i].caused_by != kNoFinding) {
+      i = findings[i].caused_by;
+      ++depth;
+    }
+    return depth;
+  };
+  std::stable_sort(order.begin(), order.end(), [&](FindingIndex a, FindingIndex b) {
+    const FindingIndex ra = root(a);
+    const FindingIndex rb = root(b);
+    if (ra != rb) {
+      return std::pair(findings[ra].first.number, ra) < std::pair(findings[rb].first.number, rb);
+    }
+    return std::tuple(depth_of(a), findings[a].first.number, a) < std::tuple(depth_of(b), findings[b].first.number, b);
+  });
+  std::vector<FindingIndex> new_index(findings.size());
+  for (std::size_t i = 0; i < order.size(); ++i) new_index[order[i]] = static_cast<FindingIndex>(i);
+  std::vector<Finding> sorted;
+  sorted.reserve(findings.size());
+  for (const FindingIndex i : order) {
+    sorted.push_back(std::move(findings[i]));
+    if (sorted.back().caused_by != kNoFinding) sorted.back().caused_by = new_index[sorted.back().caused_by];
+  }
+  findings = std::move(sorted);
+}
+
+}  // namespace
+
+AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& options) {
+  FindingStore store(options.rules);
+  const std::vector<std::unique_ptr<Rule>> rules = MakeAllRules();
+  Dispatcher dispatcher(rules, store);
+  Pipeline pipeline(dispatcher);
+  model::BusModel model(pipeline.network(), options, dispatcher);
+  AlHistory history;
+  dispatcher.SetModel(model);
+  dispatcher.SetHistory(history);
+  RuleContext context(store, model, options);
+  context.pipeline = &pipeline;
+  context.source = &source;
+  for (const auto& rule : rules) rule->Attach(context);
+
+  PipelineOptions pipeline_options;
+  pipeline_options.from_s = options.from_s;
+  pipeline_options.to_s = options.to_s;
+  pipeline_options.from_frame = options.from_frame;
+  pipeline_options.to_frame = options.to_frame;
+  pipeline_options.stop = options.stop;
+  pipeline_options.progress = options.progress;
+  pipeline.Run(source, pipeline_options);
+  for (const auto& rule : rules) {
+    if (!store.IsOff(rule->info())) rule->Finish();
+  }
+
+  AnalysisResult result = Summarise(source, pipeline, model, history);
+  result.findings = std::move(store.findings());
+  SortFindings(result.findings);
+  result.not_evaluable = store.not_evaluable();
+  return result;
+}
+
+}  // namespace ecaudit

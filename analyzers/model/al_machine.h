@@ -1,0 +1,88 @@
+/// in: AL requests and status reads of one slave.  out: AlRequestJudged, AlAnswered, ... (model_events.h).
+///
+/// Replays the AL state machine of the slave's family (esc-reference 5, the family's manual): which states it may be
+/// in, what it must answer to a request, and whether what was read agrees. Between two status reads the slave may be
+/// in several states: the one last read, and those that requests since then lead to.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "analyzers/model/model_events.h"
+#include "decoder/device/device_description.h"
+#include "decoder/track/events.h"
+
+namespace ecaudit::model {
+
+/// How long a slave may take (esc-reference 5.7, configurable).
+struct AlTimeouts {
+  std::int64_t to_preop_ns = 3'000'000'000;
+  std::int64_t to_safeop_or_op_ns = 10'000'000'000;
+  std::int64_t downwards_ns = 5'000'000'000;
+};
+
+class AlMachine {
+ public:
+  /// @param sink receives the conclusions; must outlive the machine
+  AlMachine(SlaveId slave, ModelSink& sink) : slave_(slave), sink_(sink) {}
+
+  /// The family's table to judge by; may change when the identity becomes known. Never null.
+  void SetFamily(const device::DeviceDescription& family) { family_ = &family; }
+  void SetTimeouts(const AlTimeouts& timeouts) { timeouts_ = timeouts; }
+  /// Register 0x0141 bit 0: such a slave echoes the acknowledge bit as error bit (esc-reference 5.3).
+  void SetDeviceEmulation(bool emulation) { emulation_ = emulation; }
+
+  void OnRequestSent(const FrameRef& frame, esc::AlWord control);
+  void OnRequest(const track::AlRequest& request);
+  void OnStatus(const track::AlStatusRead& read);
+  void OnStatusCode(const track::AlStatusCodeRead& read);
+  /// The state is not known any more (contradicting broadcast, slave gone).
+  void Forget(const FrameRef& frame);
+
+  /// States the slave may be in now; empty: unknown.
+  [[nodiscard]] StateSet possible() const { return possible_; }
+  /// True when the last thing known of the slave is that it is in `state`, without error and with no request open.
+  [[nodiscard]] bool SettledIn(esc::AlState state) const {
+    return possible_.single() == static_cast<std::uint8_t>(state) && error_ == Error::kNo && !open_;
+  }
+
+ private:
+  enum class Error : std::uint8_t { kUnknown, kNo, kYes };
+
+  [[nodiscard]] bool LegalFrom(std::uint8_t from, std::uint8_t target) const;
+  AlRequestRecord Judge(const track::AlRequest& request) const;
+  void Open(const AlRequestRecord& record);
+  [[nodiscard]] bool Explains(std::uint8_t state) const;
+  [[nodiscard]] bool IsEcho(const track::AlStatusRead& read) const;
+  void OnError(const track::AlStatusRead& read);
+  void OnNoError(const track::AlStatusRead& read);
+  void CheckOverdue(const track::AlStatusRead& read);
+  void ReportCode(const FrameRef& frame, std::uint16_t code);
+
+  SlaveId slave_;
+  ModelSink& sink_;
+  const device::DeviceDescription* family_ = nullptr;
+  AlTimeouts timeouts_;
+  std::optional<bool> emulation_;
+
+  StateSet possible_;
+  FrameNo since_ = 0;       ///< frame that showed the state last read
+  FrameNo last_seen_ = 0;   ///< last frame that confirmed it
+  std::uint8_t read_state_ = 0;  ///< state last read, 0 unknown
+  Error error_ = Error::kUnknown;
+  FrameNo error_since_ = 0;
+  bool echo_ = false;                  ///< the error bit shown is the echo of an acknowledge
+  bool error_reported_ = false;        ///< as kRefused or AlChangedByItself: its code is wanted
+  std::optional<std::uint16_t> error_code_;
+
+  std::optional<AlRequestRecord> open_;      ///< taken by the slave, not answered yet
+  std::array<AlRequestRecord, 3> earlier_{};  ///< taken before open_ and never seen answered: they may explain a state
+  std::size_t earlier_count_ = 0;
+  std::uint64_t polls_ = 0;                  ///< status reads since open_
+  bool overdue_reported_ = false;
+  bool acknowledged_ = false;                ///< open_ acknowledged an error that was set
+  StateSet sent_;                            ///< targets of requests that are on their way or whose fate is unknown
+};
+
+}  // namespace ecaudit::model

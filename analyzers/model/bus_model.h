@@ -1,0 +1,47 @@
+/// in: decoder events.  out: model events.  One SlaveModel a slave, and what is expected of the bus as a whole.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <string>
+
+#include "analyzers/analysis.h"
+#include "analyzers/model/logical_expectation.h"
+#include "analyzers/model/slave_model.h"
+#include "decoder/track/network.h"
+
+namespace ecaudit::model {
+
+class BusModel {
+ public:
+  /// @param sink receives model events; @param network, @param options must outlive the model
+  BusModel(const track::Network& network, const AnalysisOptions& options, ModelSink& sink);
+
+  [[nodiscard]] const track::Network& network() const { return network_; }
+  [[nodiscard]] std::size_t size() const { return slaves_.size(); }
+  [[nodiscard]] const SlaveModel& slave(SlaveId id) const { return slaves_[id]; }
+  /// What the working counter of this logical access must be.
+  [[nodiscard]] const LogicalExpectation& Expect(const track::LogicalAccess& access) const;
+
+  void Apply(const track::SlaveFound& event);
+  void Apply(const track::AddressAssigned& event);
+  void Apply(const track::IdentityLearned& event);
+  void Apply(const track::AlRequest& event);
+  void Apply(const track::AlStatusRead& event);
+  void Apply(const track::AlStatusCodeRead& event);
+  void Apply(const track::AlStateForgotten& event);
+  void Apply(const track::SlaveAccess& access);
+  void ApplyAlRequestSent(SlaveId slave, const FrameRef& frame, esc::AlWord control);
+
+ private:
+  void ChooseProfile(SlaveId id);
+
+  const track::Network& network_;
+  const AnalysisOptions& options_;
+  ModelSink& sink_;
+  AlTimeouts timeouts_;
+  std::deque<SlaveModel> slaves_;
+  mutable LogicalExpectations expectations_;
+};
+
+}  // namespace ecaudit::model

@@ -1,0 +1,87 @@
+#include "analyzers/model/logical_expectation.h"
+
+#include "analyzers/model/slave_model.h"
+
+namespace ecaudit::model {
+namespace {
+
+/// FMMUs that an ESC has: register 0x0004 where it was read, else all sixteen (writes to missing ones do not stick, but
+/// masters that blank them write zeros, which map nothing).
+std::size_t FmmuCount(const track::SlaveState& state) {
+  const auto count = state.registers.Value<std::uint8_t>(0x0004);
+  return count && *count <= esc::kMaxFmmus ? *count : esc::kMaxFmmus;
+}
+
+LogicalExpectation Compute(const track::Network& network, wire::Command command, std::uint32_t address,
+                           std::uint16_t length) {
+  LogicalExpectation result;
+  result.mapping_known = network.slaves().size() > 0;
+  const std::uint16_t* count = network.slave_count().if_known();
+  if (count == nullptr || *count > network.slaves().size()) result.mapping_known = false;
+  for (std::size_t s = 0; s < network.slaves().size(); ++s) {
+    const auto id = static_cast<SlaveId>(s);
+    const track::SlaveState& state = network.state(id);
+    LogicalShare share;
+    share.slave = id;
+    std::size_t known = 0;
+    for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
+      const auto fmmu = state.fmmu(n, Certainty::kInferred);
+      if (!fmmu) continue;
+      ++known;
+      if (!fmmu->active() || fmmu->Overlap(address, length).empty()) continue;
+      if (fmmu->reads() && command != wire::Command::LWR) {
+        share.inputs = true;
+        if (fmmu->physical_start >= 0x0F00) share.process_inputs = true;
+      }
+      if (fmmu->writes() && command != wire::Command::LRD) share.outputs = true;
+    }
+    // The FMMUs that were never touched since the capture began could map something; a master that configures
+    // a slave clears them first or uses them from 0 on.
+    if (known == 0 && FmmuCount(state) != 0) result.mapping_known = false;
+    if (!share.inputs && !share.outputs) continue;
+    result.shares.push_back(share);
+    result.full = static_cast<std::uint16_t>(result.full + WorthOf(share, command));
+  }
+  return result;
+}
+
+}  // namespace
+
+std::uint16_t WorthOf(const LogicalShare& share, wire::Command command) {
+  switch (command) {
+    case wire::Command::LRD: return share.inputs ? 1 : 0;
+    case wire::Command::LWR: return share.outputs ? 1 : 0;
+    default: return static_cast<std::uint16_t>((share.inputs ? 1 : 0) + (share.outputs ? 2 : 0));
+  }
+}
+
+const LogicalExpectation& LogicalExpectations::Find(const track::Network& network, wire::Command command,
+                                                    std::uint32_t address, std::uint16_t length) {
+  if (version_ != network.mapping_version()) {
+    for (Entry& entry : entries_) entry.used = false;
+    version_ = network.mapping_version();
+  }
+  const std::size_t hash = (address * 2654435761U >> 16U) + length * 7U + static_cast<std::size_t>(command);
+  Entry& entry = entries_[hash % kEntries];
+  if (!entry.used || entry.command != command || entry.address != address || entry.length != length) {
+    entry.expectation = Compute(network, command, address, length);
+    entry.command = command;
+    entry.address = address;
+    entry.length = length;
+    entry.used = true;
+  }
+  return entry.expectation;
+}
+
+CounterRange RangeOf(const LogicalExpectation& expectation, wire::Command command,
+                     const std::deque<SlaveModel>& slaves) {
+  CounterRange range;
+  for (const LogicalShare& share : expectation.shares) {
+    const std::uint16_t worth = WorthOf(share, command);
+    range.most = static_cast<std::uint16_t>(range.most + worth);
+    if (slaves[share.slave].al.SettledIn(esc::AlState::OP)) range.least = static_cast<std::uint16_t>(range.least + worth);
+  }
+  return range;
+}
+
+}  // namespace ecaudit::model

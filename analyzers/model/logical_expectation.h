@@ -1,0 +1,63 @@
+/// What the working counter of a datagram with a logical address must be: from the FMMUs, sync managers and AL state
+/// of every slave (esc-reference 2.1: +1 a slave that is read, +2 a slave that is written, once each).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <vector>
+
+#include "decoder/track/network.h"
+
+namespace ecaudit::model {
+
+struct SlaveModel;
+
+/// The part of one slave.
+struct LogicalShare {
+  SlaveId slave = kNoSlave;
+  bool inputs = false;         ///< an active read FMMU overlaps: +1
+  bool outputs = false;        ///< an active write FMMU overlaps: +2
+  bool process_inputs = false;   ///< the inputs are process data (not only a register, as the mailbox state trick maps)
+};
+
+struct LogicalExpectation {
+  bool mapping_known = false;      ///< every slave met has all its FMMUs known, so nobody is left out
+  std::vector<LogicalShare> shares;
+  std::uint16_t full = 0;          ///< when every slave takes part
+};
+
+/// The least and most that the slaves, in the states they may be in now, can count.
+struct CounterRange {
+  std::uint16_t least = 0;
+  std::uint16_t most = 0;
+};
+
+/// Caches one expectation a (command, address, length).
+class LogicalExpectations {
+ public:
+  const LogicalExpectation& Find(const track::Network& network, wire::Command command, std::uint32_t address,
+                                 std::uint16_t length);
+
+ private:
+  struct Entry {
+    bool used = false;
+    wire::Command command = wire::Command::NOP;
+    std::uint32_t address = 0;
+    std::uint16_t length = 0;
+    LogicalExpectation expectation;
+  };
+  static constexpr std::size_t kEntries = 64;
+
+  std::uint64_t version_ = 0;
+  std::array<Entry, kEntries> entries_;
+};
+
+/// How far the slaves' states allow to judge: a slave that is settled in OP counts in full, any other may count.
+[[nodiscard]] CounterRange RangeOf(const LogicalExpectation& expectation, wire::Command command,
+                                   const std::deque<SlaveModel>& slaves);
+
+/// Share of one slave in the working counter of `command`.
+[[nodiscard]] std::uint16_t WorthOf(const LogicalShare& share, wire::Command command);
+
+}  // namespace ecaudit::model

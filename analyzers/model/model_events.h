@@ -1,0 +1,135 @@
+/// out of model/: what the slave models conclude. Rules turn these into findings; nothing here is text.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "decoder/base/ids.h"
+#include "decoder/base/known.h"
+#include "decoder/device/al_description.h"
+#include "decoder/esc/al.h"
+#include "decoder/track/access.h"
+
+namespace ecaudit::model {
+
+/// A set of AL states, bit n for the state with value n; empty means nothing is known.
+class StateSet {
+ public:
+  constexpr StateSet() = default;
+  static constexpr StateSet Of(std::uint8_t state) { return StateSet(static_cast<std::uint16_t>(1U << (state & 0xFU))); }
+
+  [[nodiscard]] constexpr bool empty() const { return bits_ == 0; }
+  [[nodiscard]] constexpr bool contains(std::uint8_t state) const { return (bits_ >> (state & 0xFU) & 1U) != 0; }
+  /// The only member; 0 when there is none or more than one.
+  [[nodiscard]] constexpr std::uint8_t single() const {
+    if (bits_ == 0 || (bits_ & (bits_ - 1U)) != 0) return 0;
+    std::uint8_t state = 0;
+    while ((bits_ >> state & 1U) == 0) ++state;
+    return state;
+  }
+  constexpr void Add(std::uint8_t state) { bits_ = static_cast<std::uint16_t>(bits_ | 1U << (state & 0xFU)); }
+  constexpr void Add(StateSet other) { bits_ = static_cast<std::uint16_t>(bits_ | other.bits_); }
+  constexpr void Clear() { bits_ = 0; }
+
+ private:
+  explicit constexpr StateSet(std::uint16_t bits) : bits_(bits) {}
+  std::uint16_t bits_ = 0;
+};
+
+/// What the model expects of a request for an AL state.
+enum class AlVerdict : std::uint8_t {
+  kLegal,              ///< the family allows it from the state the slave is in
+  kIllegal,            ///< not allowed from any state the slave may be in
+  kInvalid,            ///< the requested value is no state
+  kNeedsAcknowledge,   ///< the error bit is set, the request does not acknowledge: the slave will ignore it
+  kUnknown,            ///< the slave's state is not known
+};
+
+/// One request as the machine remembers it.
+struct AlRequestRecord {
+  esc::AlWord control;
+  FrameRef frame;               ///< first time it was written
+  FrameRef last;                ///< last repetition
+  std::uint32_t repetitions = 0;
+  AlVerdict verdict = AlVerdict::kUnknown;
+  std::uint8_t from = 0;        ///< state before, 0 unless exactly one is possible
+  const device::AlTransition* transition = nullptr;  ///< the family's row, where from is known and the value is a state
+  bool assumed = false;         ///< outbound-only capture
+};
+
+struct AlRequestJudged {
+  SlaveId slave = kNoSlave;
+  AlRequestRecord request;
+  FrameNo from_since = 0;       ///< frame that showed the state before
+  FrameNo error_since = 0;      ///< kNeedsAcknowledge: frame that showed the error bit
+  bool broadcast = false;
+};
+
+struct AlAnswered {
+  enum class Outcome : std::uint8_t {
+    kReached,          ///< the requested state, no error
+    kRefused,          ///< the error bit
+    kAcceptedIllegal,  ///< the requested state although the family forbids the transition
+  };
+  SlaveId slave = kNoSlave;
+  Outcome outcome = Outcome::kReached;
+  AlRequestRecord request;
+  FrameRef frame;                      ///< the status read that shows it
+  esc::AlWord status;
+  std::optional<std::uint16_t> code;   ///< where the same read covered 0x0134
+  bool state_before_known = true;      ///< false: the error bit may be older than the request
+};
+
+/// AL Status still shows the error that was reported before.
+struct AlErrorRepeated {
+  SlaveId slave = kNoSlave;
+  FrameRef frame;
+};
+
+/// The state fell or the error bit appeared without a request that explains it.
+struct AlChangedByItself {
+  SlaveId slave = kNoSlave;
+  FrameRef frame;
+  esc::AlWord before;
+  esc::AlWord status;
+  FrameNo before_since = 0;            ///< last frame that showed the state before
+  std::optional<std::uint16_t> code;
+};
+
+/// The AL status code of an error reported before (kRefused or AlChangedByItself), read later.
+struct AlErrorCode {
+  SlaveId slave = kNoSlave;
+  FrameRef frame;
+  std::uint16_t code = 0;
+};
+
+/// The error bit is gone again.
+struct AlErrorCleared {
+  SlaveId slave = kNoSlave;
+  FrameRef frame;
+};
+
+/// Neither the state nor an error appeared within the limit although the master kept reading.
+struct AlOverdue {
+  SlaveId slave = kNoSlave;
+  AlRequestRecord request;
+  FrameRef frame;                      ///< the read that is past the limit
+  esc::AlWord status;
+  std::int64_t waited_ns = 0;
+  std::int64_t limit_ns = 0;
+  std::uint64_t polls = 0;
+};
+
+class ModelSink {
+ public:
+  virtual ~ModelSink() = default;
+  virtual void On(const AlRequestJudged&) {}
+  virtual void On(const AlAnswered&) {}
+  virtual void On(const AlErrorRepeated&) {}
+  virtual void On(const AlChangedByItself&) {}
+  virtual void On(const AlErrorCode&) {}
+  virtual void On(const AlErrorCleared&) {}
+  virtual void On(const AlOverdue&) {}
+};
+
+}  // namespace ecaudit::model

@@ -1,0 +1,67 @@
+#include "analyzers/core/al_text.h"
+#include "analyzers/core/rule.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr RuleInfo kInfo{
+    .id = "al-timeout",
+    .group = "AL state machine",
+    .severity = Severity::kError,
+    .title = "Neither the requested state nor an error appears in time",
+    .needs = "AL Status reads after the request, and time stamps",
+    .source = "ETG.1000.6, state change time-outs",
+    .doc = R"(
+## What it checks
+The time from a request that the slave took to the state or the error bit in AL Status. Limits: PREOP and BOOT 3 s,
+SAFEOP and OP 10 s, downwards 5 s.
+
+## Why it matters
+The slave neither follows nor says why. Firmware that hangs, a drive that waits for synchronisation or power, or a
+request that was never read by the slave's processor.
+
+## How it is decided
+AL Status is read and still shows the old state when the limit is over. A master that stops reading before the limit
+gives no finding. A request that the slave has to ignore (see al-error-not-acknowledged) is not waited for.
+
+## Example
+samples/captures/al-timeout.pcapng
+
+## What to do
+Look at the slave: display, LEDs, emergencies. Limits can be changed in the configuration file: al-timeout.preop,
+al-timeout.safeop-op, al-timeout.down (milliseconds).
+)"};
+
+class AlTimeout final : public Rule {
+ public:
+  using Rule::On;
+  AlTimeout() : Rule(kInfo) { Subscribe({Topic::kAlOverdue}); }
+
+  void On(const model::AlOverdue& e) override {
+    if (Repeat(e.slave, RequestKey(e.request), e.frame) != kNoFinding) return;
+    Finding finding;
+    finding.slave = e.slave;
+    finding.first = e.frame;
+    finding.title = esc::StateName(e.request.control.state()) + " not reached within " + Duration(e.limit_ns) +
+                    ", and no error";
+    finding.message = "The master requested " + RequestText(e.request) + " in frame " +
+                      std::to_string(e.request.frame.number) + RepetitionText(e.request) + " and read AL Status " +
+                      Count(e.polls, "time") + " since; after " + Duration(e.waited_ns) + " it still shows " +
+                      esc::StatusText(e.status.raw) +
+                      " without an error. Check the slave itself: is it running, does it wait for power, inputs or "
+                      "synchronisation?";
+    finding.evidence.push_back(Text("requested", esc::StateName(e.request.control.state())));
+    finding.evidence.push_back(HexNumber("al_status", e.status.raw));
+    finding.evidence.push_back(Real("waited_ms", static_cast<double>(e.waited_ns) / 1e6));
+    finding.evidence.push_back(Real("limit_ms", static_cast<double>(e.limit_ns) / 1e6));
+    finding.caused_by = context().ExplanationOf(e.slave, e.request.frame.number);
+    AddRelated(finding, e.request.frame.number);
+    Report(RequestKey(e.request), std::move(finding));
+  }
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<AlTimeout>};
+
+}  // namespace
+}  // namespace ecaudit

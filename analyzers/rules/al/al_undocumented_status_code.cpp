@@ -1,0 +1,72 @@
+#include "analyzers/core/al_text.h"
+#include "analyzers/core/rule.h"
+#include "analyzers/core/status_code_watcher.h"
+#include "analyzers/model/bus_model.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr RuleInfo kInfo{
+    .id = "al-undocumented-status-code",
+    .group = "AL state machine",
+    .severity = Severity::kWarning,
+    .title = "The slave gives an AL status code that its manual does not list",
+    .needs = "the AL status code, read while the error bit is set",
+    .source = "ETG.1000.6, AL Status Code register 0x0134",
+    .doc = R"(
+## What it checks
+AL status codes (0x0134) of refused requests and of errors that appear by themselves, against the list of supported
+codes in the manual of the drive family; for slaves without a family, against the standard's list.
+
+## Why it matters
+The manual does not help with such a code, and another edition of the firmware may be at work than the one described.
+The name shown comes from the standard.
+
+## How it is decided
+The error bit is set and the code is not in the family's list. A code that is left over from an earlier error (error bit
+clear) is not looked at. For slaves without a family codes from 0x8000 on are the vendor's own.
+
+## Example
+A real AKD answers 0x001D although its manual supports 0x0000, 0x0011 and 0x0017 only.
+
+## What to do
+Read the code by its standard meaning, and ask for the manual of the firmware in use.
+)"};
+
+class AlUndocumentedStatusCode final : public StatusCodeWatcher {
+ public:
+  AlUndocumentedStatusCode() : StatusCodeWatcher(kInfo) {}
+
+ private:
+  void OnCode(const Context& c) override {
+    const device::DeviceDescription& family = *context().bus.slave(c.slave).profile;
+    if (c.code == 0 || family.DocumentsAlStatusCode(c.code)) return;
+    if (Repeat(c.slave, c.code, c.frame) != kNoFinding) return;
+    Finding finding;
+    finding.slave = c.slave;
+    finding.first = c.frame;
+    const std::string_view name = esc::AlStatusCodeName(c.code);
+    finding.title = "AL status code " + Hex(c.code) + " is not in the manual of " + family.title;
+    finding.message = "The slave gives AL status code " + Hex(c.code) + ". The manual lists";
+    std::size_t listed = 0;
+    for (const device::AlStatusCode& entry : family.al.status_codes) {
+      if (listed++ == 8) {
+        finding.message += " ...";
+        break;
+      }
+      finding.message += (listed > 1 ? ", " : " ") + Hex(entry.code);
+    }
+    finding.message += name.empty() ? ". The standard has no name for it either."
+                                    : ". In the EtherCAT standard it means: " + std::string(name) + ".";
+    finding.evidence.push_back(HexNumber("al_status_code", c.code));
+    finding.evidence.push_back(Text("standard_name", std::string(name)));
+    finding.reference = {family.document, family.al.source};
+    Report(c.code, std::move(finding));
+  }
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<AlUndocumentedStatusCode>};
+
+}  // namespace
+}  // namespace ecaudit

@@ -1,0 +1,62 @@
+#include "analyzers/stats/al_history.h"
+
+namespace ecaudit {
+
+AlHistory::Story& AlHistory::Get(SlaveId slave) {
+  while (stories_.size() <= slave) stories_.emplace_back();
+  return stories_[slave];
+}
+
+const AlHistory::Story& AlHistory::of(SlaveId slave) const { return slave < stories_.size() ? stories_[slave] : none_; }
+
+void AlHistory::Add(Story& story, const AlStep& step) {
+  if (story.steps.size() < kMaxSteps) {
+    story.steps.push_back(step);
+  } else {
+    ++story.left_out;
+  }
+}
+
+void AlHistory::On(const track::AlRequest& request) {
+  Story& story = Get(request.slave);
+  AlStep step;
+  step.kind = AlStep::Kind::kRequest;
+  step.frame = request.frame();
+  step.from = story.status.value_or(0);
+  step.to = request.control.raw;
+  step.refused_by_wkc = request.acceptance == track::Acceptance::kRefused;
+  Add(story, step);
+}
+
+void AlHistory::On(const track::AlStatusRead& read) {
+  Story& story = Get(read.slave);
+  const bool changed = !story.status || *story.status != read.status.raw;
+  if (changed) {
+    AlStep step;
+    step.frame = read.frame;
+    step.from = story.status.value_or(0);
+    step.to = read.status.raw;
+    step.status_code = read.status_code;
+    Add(story, step);
+    story.status = read.status.raw;
+    if (!read.status_code) story.code.reset();
+  }
+  if (read.status_code) {
+    if (!story.steps.empty() && !story.steps.back().status_code && *read.status_code != 0 &&
+        story.steps.back().kind == AlStep::Kind::kState) {
+      story.steps.back().status_code = read.status_code;
+    }
+    story.code = read.status_code;
+  }
+}
+
+void AlHistory::On(const track::AlStatusCodeRead& read) {
+  Story& story = Get(read.slave);
+  if (!story.steps.empty() && !story.steps.back().status_code && read.code != 0 &&
+      story.steps.back().kind == AlStep::Kind::kState) {
+    story.steps.back().status_code = read.code;
+  }
+  story.code = read.code;
+}
+
+}  // namespace ecaudit

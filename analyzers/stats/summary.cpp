@@ -1,0 +1,108 @@
+#include "analyzers/stats/summary.h"
+
+#include <algorithm>
+
+#include "decoder/esc/sii.h"
+
+namespace ecaudit {
+namespace {
+
+CaptureSummary SummariseCapture(const capture::FrameSource& source, const Pipeline& pipeline) {
+  const PipelineStatistics& read = pipeline.statistics();
+  const bus::PairingStatistics& pairing = pipeline.pairing();
+  CaptureSummary summary;
+  summary.file = source.info();
+  summary.packets = read.packets;
+  summary.ethercat_frames = read.ethercat_frames;
+  summary.datagrams = read.datagrams;
+  summary.outbound_frames = pairing.outbound;
+  summary.returned_frames = pairing.returned;
+  summary.foreign_frames = pairing.foreign;
+  summary.other_packets = read.other_packets;
+  summary.malformed_frames = read.malformed_frames;
+  summary.cut_frames = read.cut_frames;
+  summary.crc_error_frames = read.crc_error_frames;
+  summary.first = read.first;
+  summary.last = read.last;
+  if (pairing.outbound > 0 && pairing.returned > 0) {
+    summary.direction = DirectionSeen::kBoth;
+  } else if (pairing.outbound > 0) {
+    summary.direction = DirectionSeen::kOutbound;
+  } else if (pairing.returned > 0) {
+    summary.direction = DirectionSeen::kReturned;
+  }
+  summary.timestamps.resolution_ns = read.time_step_ns;
+  summary.timestamps.backwards = read.backwards;
+  summary.timestamps.identical_pairs = pairing.identical_stamps;
+  summary.timestamps.pairs = pairing.paired;
+  summary.timestamps.without = read.without_time;
+  summary.complete = !read.stopped && !summary.file.damage;
+  return summary;
+}
+
+/// Slaves whose position the capture does not show get the free ones, by ascending station address.
+void NumberSlaves(std::vector<SlaveSummary>& slaves) {
+  std::sort(slaves.begin(), slaves.end(), [](const SlaveSummary& a, const SlaveSummary& b) {
+    if (a.position_inferred != b.position_inferred) return b.position_inferred;
+    if (!a.position_inferred) return a.position < b.position;
+    return a.station_address.value_or(0) < b.station_address.value_or(0);
+  });
+  SlavePos next = 0;
+  for (SlaveSummary& slave : slaves) {
+    if (!slave.position_inferred) continue;
+    const auto taken = [&](SlavePos position) {
+      return std::any_of(slaves.begin(), slaves.end(),
+                         [&](const SlaveSummary& s) { return !s.position_inferred && s.position == position; });
+    };
+    while (taken(next)) ++next;
+    slave.position = next++;
+  }
+  std::stable_sort(slaves.begin(), slaves.end(),
+                   [](const SlaveSummary& a, const SlaveSummary& b) { return a.position < b.position; });
+}
+
+SlaveSummary SummariseSlave(SlaveId id, const model::BusModel& model, const AlHistory& history) {
+  const track::Network& network = model.network();
+  const bus::SlaveAddress& address = network.slaves()[id];
+  const model::SlaveModel& slave = model.slave(id);
+  SlaveSummary summary;
+  summary.id = id;
+  summary.position_inferred = address.position.if_known() == nullptr;
+  summary.position = address.position.value_or(0);
+  if (const StationAddress* station = address.station.if_known()) summary.station_address = *station;
+  if (const StationAddress* alias = address.alias.if_known()) summary.alias = *alias;
+  summary.identity.vendor_id = slave.identity.vendor_id;
+  summary.identity.product_code = slave.identity.product_code;
+  summary.identity.revision = slave.identity.revision;
+  summary.identity.serial = slave.identity.serial;
+  summary.identity.since = slave.identity.frame.number;
+  const esc::SiiImage& image = network.state(id).sii.image();
+  if (image.KnownWords() > 0) summary.name = std::string(esc::ParseSii(image).Name());
+  summary.profile = slave.profile->id;
+  summary.profile_source = slave.profile_source;
+  const AlHistory::Story& story = history.of(id);
+  summary.al_status = story.status;
+  summary.al_status_code = story.code;
+  summary.al_history = story.steps;
+  summary.al_history_left_out = story.left_out;
+  return summary;
+}
+
+}  // namespace
+
+AnalysisResult Summarise(const capture::FrameSource& source, const Pipeline& pipeline, const model::BusModel& model,
+                         const AlHistory& history) {
+  AnalysisResult result;
+  result.capture = SummariseCapture(source, pipeline);
+  if (const std::uint16_t* count = pipeline.network().slave_count().if_known()) result.bus.slave_count = *count;
+  result.bus.lost_frames = pipeline.pairing().lost;
+  result.bus.duplicated_frames = pipeline.pairing().duplicated;
+  result.bus.unanswered_at_end = pipeline.pairing().under_way_at_end;
+  for (std::size_t s = 0; s < model.size(); ++s) {
+    result.slaves.push_back(SummariseSlave(static_cast<SlaveId>(s), model, history));
+  }
+  NumberSlaves(result.slaves);
+  return result;
+}
+
+}  // namespace ecaudit

@@ -1,0 +1,15 @@
+/// Puts what the stages counted into the plain data of a report.
+#pragma once
+
+#include "analyzers/core/analysis_result.h"
+#include "analyzers/model/bus_model.h"
+#include "analyzers/stats/al_history.h"
+#include "decoder/pipeline.h"
+
+namespace ecaudit {
+
+/// Everything of an AnalysisResult but findings.
+[[nodiscard]] AnalysisResult Summarise(const capture::FrameSource& source, const Pipeline& pipeline,
+                                       const model::BusModel& model, const AlHistory& history);
+
+}  // namespace ecaudit
