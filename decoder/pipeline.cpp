@@ -115,7 +115,11 @@ class Pipeline::Impl {
         pairing_->Push(view);
         return;
       case wire::FrameKind::kMalformed: ++statistics_.malformed_frames; break;
-      case wire::FrameKind::kCut: ++statistics_.cut_frames; break;
+      case wire::FrameKind::kCut:
+        ++statistics_.cut_frames;
+        if (!statistics_.first_cut.seen()) statistics_.first_cut = view.ref();
+        statistics_.last_cut = view.ref();
+        break;
       case wire::FrameKind::kDamagedOnWire: ++statistics_.crc_error_frames; break;
       case wire::FrameKind::kEtherCat: break;
     }

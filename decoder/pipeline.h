@@ -22,6 +22,8 @@ struct PipelineStatistics {
   std::uint64_t other_packets = 0;
   std::uint64_t malformed_frames = 0;
   std::uint64_t cut_frames = 0;
+  FrameRef first_cut;                 ///< first and last of the cut frames
+  FrameRef last_cut;
   std::uint64_t crc_error_frames = 0;
   std::uint64_t esl_frames = 0;       ///< frames with a probe's record
   FrameRef first;                     ///< first packet, with a time stamp where there is one

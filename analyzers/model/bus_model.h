@@ -23,6 +23,11 @@ class BusModel {
   /// What the working counter of this logical access must be.
   [[nodiscard]] const LogicalExpectation& Expect(const track::LogicalAccess& access) const;
 
+  /// The least and most it can be with the slaves in the states they may be in.
+  [[nodiscard]] CounterRange RangeFor(const LogicalExpectation& expectation, wire::Command command) const {
+    return RangeOf(expectation, command, slaves_);
+  }
+
   void Apply(const track::SlaveFound& event);
   void Apply(const track::AddressAssigned& event);
   void Apply(const track::IdentityLearned& event);

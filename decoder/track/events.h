@@ -114,6 +114,8 @@ struct Answered {
   EscAddress address = 0;
   std::uint16_t length = 0;
   std::uint16_t wkc = 0;
+  bool circulating = false;   ///< circulating bit of the returned copy
+  std::optional<std::uint16_t> slaves_passed;  ///< by the position counter of this very datagram, where it has one
   SlaveId slave = kNoSlave;   ///< addressed slave; kNoSlave for broadcasts and addresses nobody was met at
   FrameRef sent;
   FrameRef returned;

@@ -205,12 +205,29 @@ void Network::OnLogical(const Datagram& d) {
   events_.On(access);
 }
 
+Answered Network::AnswerOf(const Datagram& d, SlaveId slave) const {
+  Answered answer;
+  answer.command = d.command();
+  answer.adp = d.has_sent ? d.sent().adp() : wire::IsBroadcast(d.command()) ? std::uint16_t{0} : d.any.adp();
+  answer.address = d.address();
+  answer.length = d.any.length();
+  answer.wkc = d.wkc();
+  answer.circulating = d.any.circulating();
+  if (wire::IncrementsAdp(d.command())) {
+    if (const std::uint16_t* count = slave_count_.if_known()) answer.slaves_passed = *count;
+  }
+  answer.slave = slave;
+  answer.sent = d.transaction.sent_ref();
+  answer.returned = d.transaction.returned_ref();
+  if (d.has_sent) answer.sent_data = d.sent().data();
+  answer.returned_data = d.any.data();
+  return answer;
+}
+
 void Network::OnBroadcast(const Datagram& d) {
   const std::uint16_t* count = slave_count_.if_known();
   if (d.has_returned) {
-    events_.On(Answered{d.command(), d.has_sent ? d.sent().adp() : std::uint16_t{0}, d.address(), d.any.length(),
-                        d.wkc(), kNoSlave, d.transaction.sent_ref(), d.transaction.returned_ref(),
-                        d.has_sent ? d.sent().data() : ByteSpan{}, d.any.data()});
+    events_.On(AnswerOf(d, kNoSlave));
   }
   if (wire::Writes(d.command())) {
     Acceptance acceptance = Acceptance::kUnknown;
@@ -282,9 +299,7 @@ void Network::OnAddressed(const Datagram& d) {
   const bool took_part = d.assumed() || wkc != 0;
   const SlaveId slave = Resolve(d, took_part);
   if (d.has_returned) {
-    events_.On(Answered{c, d.has_sent ? d.sent().adp() : d.any.adp(), d.address(), d.any.length(), wkc, slave,
-                        d.transaction.sent_ref(), d.transaction.returned_ref(),
-                        d.has_sent ? d.sent().data() : ByteSpan{}, d.any.data()});
+    events_.On(AnswerOf(d, slave));
   }
   if (slave == kNoSlave) return;
 

@@ -37,6 +37,7 @@ class Network final : public bus::BusSink, private SiiListener {
  private:
   struct Datagram;  // both copies of one datagram
 
+  [[nodiscard]] Answered AnswerOf(const Datagram& d, SlaveId slave) const;
   void OnBroadcast(const Datagram& d);
   void OnAddressed(const Datagram& d);
   void OnLogical(const Datagram& d);

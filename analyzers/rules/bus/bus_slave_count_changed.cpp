@@ -1,0 +1,91 @@
+#include "analyzers/core/rule.h"
+#include "analyzers/model/bus_model.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr RuleInfo kInfo{
+    .id = "bus-slave-count-changed",
+    .group = "Frame and bus",
+    .severity = Severity::kError,
+    .title = "The number of slaves changes while the bus is in use",
+    .needs = "returned broadcasts or position-addressed datagrams",
+    .source = "ETG.1000.4, auto-increment and broadcast addressing",
+    .doc = R"(
+## What it checks
+Every slave adds one to the position counter of broadcasts and of position-addressed datagrams, whether or not it takes
+part. The difference between what was sent and what came back is the number of slaves on the wire.
+
+## Why it matters
+A slave lost power, a cable or a link; or one came back, in a state the master does not know of.
+
+## How it is decided
+From returned frames only. The bus is in use when process data have been exchanged (a logical datagram with a working
+counter above 0) since the last scan; changes during the scan, while the master opens and closes ports (0x0101) or
+before any process data, are not judged.
+
+## Example
+samples/captures/slave-count-changes.pcapng
+
+## What to do
+The slave behind the last one that still answers, or the cable to it, is the place to look. The message names both.
+)"};
+
+class BusSlaveCountChanged final : public Rule {
+ public:
+  using Rule::On;
+  BusSlaveCountChanged() : Rule(kInfo) { Subscribe({Topic::kSlaveCount, Topic::kLogicalAccess, Topic::kAccess}); }
+
+  void On(const track::LogicalAccess& e) override { in_use_ = in_use_ || (e.wkc > 0 && !e.assumed); }
+
+  void OnAccess(const track::SlaveAccess& e) override {
+    // DL control: opening and closing ports changes how many slaves a frame passes, on purpose.
+    const ByteSpan ports = e.Covered(e.written, 0x0101, 1);
+    if (!ports.empty() && e.acceptance != track::Acceptance::kRefused) in_use_ = false;
+  }
+
+  void On(const track::SlaveCount& e) override {
+    if (e.first || !in_use_) return;
+    const std::uint64_t key = static_cast<std::uint64_t>(e.previous) << 16U | e.count;
+    if (FindingIndex index = Repeat(kNoSlave, key, e.frame); index != kNoFinding) {
+      AddRelated(context().store[index], e.frame.number);
+      return;
+    }
+    Finding finding;
+    finding.first = e.frame;
+    finding.title = "Slaves on the bus: " + std::to_string(e.previous) + " before, " + std::to_string(e.count) + " now";
+    finding.message = "Frame " + std::to_string(e.frame.number) + " came back after " + Count(e.count, "slave") +
+                      ", frames before after " + Count(e.previous, "slave") + ". ";
+    if (e.count < e.previous) {
+      finding.message += "Missing: " + Missing(e) + ". ";
+      finding.message += e.count == 0 ? "Check the cable at the master and the first slave."
+                                      : "Check power and cable between position " + std::to_string(e.count - 1) +
+                                            " and position " + std::to_string(e.count) + ".";
+    } else {
+      finding.message += "What came back has to be started up again; its state is not known to the master.";
+    }
+    finding.evidence.push_back(Number("slaves_before", e.previous));
+    finding.evidence.push_back(Number("slaves_now", e.count));
+    Report(key, std::move(finding));
+  }
+
+ private:
+  [[nodiscard]] std::string Missing(const track::SlaveCount& e) const {
+    const bus::SlaveSet& slaves = context().bus.network().slaves();
+    std::string out;
+    for (std::uint32_t p = e.count; p < e.previous; ++p) {
+      if (p - e.count == 8) return out + ", ...";
+      const SlaveId id = slaves.AtPosition(static_cast<SlavePos>(p));
+      out += (out.empty() ? "" : ", ") + (id != kNoSlave ? context().Label(id) : "slave " + std::to_string(p));
+    }
+    return out;
+  }
+
+  bool in_use_ = false;
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<BusSlaveCountChanged>};
+
+}  // namespace
+}  // namespace ecaudit

@@ -1,0 +1,87 @@
+#include "analyzers/core/rule.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr RuleInfo kInfo{
+    .id = "frame-duplicated",
+    .group = "Frame and bus",
+    .severity = Severity::kWarning,
+    .title = "A frame came back twice, or circulates",
+    .needs = "outbound and returned frames",
+    .source = "Beckhoff ESC data sheet section I, circulating frames",
+    .doc = R"(
+## What it checks
+Returned frames that are byte for byte what came back before, with no outbound frame left that they could answer; and
+the circulating bit, which a slave sets when its port towards the master has no link.
+
+## Why it matters
+Slaves may have processed the frame twice, the ring is broken or cabled in the wrong order, or the capture set-up records
+packets twice.
+
+## How it is decided
+By content: repeats by the master have an outbound copy of their own and are not counted. A single circulating frame
+during a redundancy switch-over is no finding.
+
+## Example
+samples/captures/duplicated-frames.pcapng
+
+## What to do
+Check the port order of the slaves (the master belongs at port 0) and the capture set-up (mirror ports that see both
+directions of both ports).
+)"};
+
+class FrameDuplicated final : public Rule {
+ public:
+  using Rule::On;
+  FrameDuplicated() : Rule(kInfo) { Subscribe({Topic::kFrameDuplicated, Topic::kAnswered}); }
+
+  void On(const track::FrameDuplicated& e) override {
+    if (FindingIndex index = Repeat(kNoSlave, kTwice, e.returned.ref()); index != kNoFinding) {
+      AddRelated(context().store[index], e.returned.ref().number);
+      return;
+    }
+    Finding finding;
+    finding.first = e.returned.ref();
+    finding.title = "Frame came back twice";
+    finding.message = "Frame " + std::to_string(e.returned.ref().number) + " is byte for byte what frame " +
+                      std::to_string(e.original) +
+                      " already brought back, and no outbound frame is left that it could answer. Check whether the "
+                      "capture set-up records packets twice, and the port order of the slaves.";
+    finding.evidence.push_back(Number("original_frame", static_cast<std::int64_t>(e.original)));
+    AddRelated(finding, e.original);
+    Report(kTwice, std::move(finding));
+  }
+
+  void On(const track::Answered& e) override {
+    if (!e.circulating) return;
+    if (e.returned.number != last_circulating_) ++circulating_;
+    last_circulating_ = e.returned.number;
+    if (!first_circulating_.seen()) first_circulating_ = e.returned;
+    if (circulating_ < 2) return;
+    if (Repeat(kNoSlave, kCirculating, e.returned) != kNoFinding) return;
+    Finding finding;
+    finding.first = first_circulating_;
+    finding.last = e.returned;
+    finding.count = circulating_;
+    finding.title = "Frames circulate";
+    finding.message = "The circulating bit is set in returned datagrams from frame " +
+                      std::to_string(first_circulating_.number) +
+                      " on: a slave has no link at its port towards the master and loops frames back. Check for a broken "
+                      "ring and for slaves whose ports are swapped.";
+    Report(kCirculating, std::move(finding));
+  }
+
+ private:
+  static constexpr std::uint64_t kTwice = 1;
+  static constexpr std::uint64_t kCirculating = 2;
+  FrameRef first_circulating_;
+  FrameNo last_circulating_ = 0;
+  std::uint64_t circulating_ = 0;
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<FrameDuplicated>};
+
+}  // namespace
+}  // namespace ecaudit

@@ -1,0 +1,105 @@
+#include "analyzers/core/rule.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr RuleInfo kInfo{
+    .id = "frame-lost",
+    .group = "Frame and bus",
+    .severity = Severity::kError,
+    .title = "An outbound frame never came back",
+    .needs = "outbound and returned frames",
+    .source = "ETG.1000.4, frame processing: every frame returns to its master",
+    .doc = R"(
+## What it checks
+Whether each outbound frame comes back, as frames cannot overtake each other on the wire. All losses are one finding
+with their number and the first frames.
+
+## Why it matters
+A lost frame is a cycle without set points and actual values. The master sees a working counter of nothing, drives
+count missing frames and leave operation.
+
+## How it is decided
+By content and order, not by time: a frame is lost when frames sent later have come back, or when nothing comes back any
+more while the master goes on sending. Frames still under way at the end of the capture are not lost, and a frame that
+came back damaged is not lost either. Whether it was lost on the way out or back, a capture at the master cannot show.
+A capture machine that drops packets looks the same; where its file counts drops, the message says so.
+
+## Example
+samples/captures/lost-frames.pcapng
+
+## What to do
+Look for other traffic on the EtherCAT port (the message says when other packets follow the lost frames), loose
+connectors, and link errors at the slaves (0x0300-0x0313).
+)"};
+
+class FrameLost final : public Rule {
+ public:
+  using Rule::On;
+  FrameLost() : Rule(kInfo) { Subscribe({Topic::kFrameLost}); }
+
+  void On(const track::FrameLost& e) override {
+    ++total_;
+    if (e.followed_by_other) ++followed_by_other_;
+    if (e.loss == bus::Loss::kSilence) ++silent_;
+    const FrameRef& frame = e.sent.ref();
+    if (index_ == kNoFinding) {
+      Finding finding;
+      finding.first = frame;
+      index_ = Report(0, std::move(finding));
+      first_ = frame;
+    } else {
+      Finding& finding = context().store[index_];
+      ++finding.count;
+      if (frame.number > finding.last.number) finding.last = frame;
+    }
+    if (index_ != kNoFinding && frame.number != first_.number) AddRelated(context().store[index_], frame.number);
+  }
+
+  void Finish() override {
+    if (context().pipeline->pairing().returned == 0 && context().pipeline->pairing().outbound > 0) {
+      NotEvaluable(kNoSlave, "no returned frames in the capture");
+    }
+    if (context().pipeline->directions().returned_only()) {
+      NotEvaluable(kNoSlave, "no outbound frames in the capture");
+    }
+    if (index_ == kNoFinding) return;
+    Finding& finding = context().store[index_];
+    const std::uint64_t outbound = context().pipeline->pairing().outbound;
+    finding.title = Count(total_, "frame") + " of " + Grouped(outbound) + " never came back";
+    finding.message = Count(total_, "outbound frame") + " never came back although ";
+    finding.message += silent_ == total_ ? "the master went on sending" : "later ones did";
+    finding.message += ", the first is frame " + std::to_string(first_.number) + ". ";
+    if (followed_by_other_ > 0) {
+      finding.message += "Right behind " + (followed_by_other_ == total_ ? std::string("each of them")
+                                                                         : Grouped(followed_by_other_) + " of them") +
+                         " the capture has a packet of another protocol: keep other traffic off the EtherCAT port. ";
+    }
+    std::uint64_t dropped = 0;
+    for (const capture::Interface& i : context().source->info().interfaces) dropped += i.dropped.value_or(0);
+    if (dropped > 0) {
+      finding.message += "The capture file says that the capturing machine itself dropped " + Count(dropped, "packet") +
+                         "; these losses may be among them. ";
+      finding.evidence.push_back(Number("dropped_by_capture", static_cast<std::int64_t>(dropped)));
+    }
+    finding.message += "Check cables and connectors, and the error counters 0x0300-0x0313 of the slaves.";
+    finding.evidence.push_back(Number("lost_frames", static_cast<std::int64_t>(total_)));
+    finding.evidence.push_back(Number("outbound_frames", static_cast<std::int64_t>(outbound)));
+    if (followed_by_other_ > 0) {
+      finding.evidence.push_back(Number("followed_by_other_traffic", static_cast<std::int64_t>(followed_by_other_)));
+    }
+  }
+
+ private:
+  FindingIndex index_ = kNoFinding;
+  FrameRef first_;
+  std::uint64_t total_ = 0;
+  std::uint64_t followed_by_other_ = 0;
+  std::uint64_t silent_ = 0;
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<FrameLost>};
+
+}  // namespace
+}  // namespace ecaudit

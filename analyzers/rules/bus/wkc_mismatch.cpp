@@ -1,0 +1,262 @@
+#include <algorithm>
+#include <array>
+
+#include "analyzers/core/rule.h"
+#include "analyzers/model/bus_model.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr RuleInfo kInfo{
+    .id = "wkc-mismatch",
+    .group = "Frame and bus",
+    .severity = Severity::kError,
+    .title = "The working counter is not what the slaves should have counted",
+    .needs = "returned frames; for logical datagrams the FMMUs and AL states of all slaves",
+    .source = "ETG.1000.4, working counter",
+    .doc = R"(
+## What it checks
+Logical datagrams: each slave whose FMMUs overlap adds 1 when it is read and 2 when it is written (LRW; 1 each for LRD and
+LWR). Configured address: a register that every ESC has must be answered. Broadcast reads of such registers: every slave
+that the position counter shows must count.
+
+## Why it matters
+A slave that does not count has not taken its set points or not given its actual values in that cycle.
+
+## How it is decided
+Slaves settled in OP must count in full; slaves in another state, or with a request under way, may. Outside that range
+the rule fires and names the slaves whose share is missing where that is unambiguous. When FMMUs were not seen (the
+capture starts in operation) the value that was constant before serves as expectation: a drop below it, without any
+state request or configuration in between, is reported as inferred warning. Refusals that are normal (mailbox empty or
+full, registers an ESC does not implement, a second AL Control write) are not judged.
+
+## Example
+samples/captures/wkc-link-break.pcapng
+
+## What to do
+If slaves are named, look at their AL status and power. If the number of slaves changed, the cable behind the last one
+that answers is broken. A share of 2 missing from one slave means its outputs were not taken: its sync manager 2 is off.
+)"};
+
+class WkcMismatch final : public Rule {
+ public:
+  using Rule::On;
+  WkcMismatch() : Rule(kInfo) {
+    Subscribe({Topic::kLogicalAccess, Topic::kAnswered, Topic::kAlRequest, Topic::kSlaveFound});
+  }
+
+  void On(const track::LogicalAccess& e) override {
+    if (e.assumed || !e.returned.seen()) return;
+    const model::LogicalExpectation& expected = context().bus.Expect(e);
+    if (!expected.mapping_known) {
+      JudgeByHabit(e);
+      return;
+    }
+    const model::CounterRange range = context().bus.RangeFor(expected, e.command);
+    if (e.wkc >= range.least && e.wkc <= range.most) return;
+    const std::uint64_t key = Key(e) ^ static_cast<std::uint64_t>(e.wkc) << 48U;
+    if (Repeat(kNoSlave, key, e.frame()) != kNoFinding) return;
+    Finding finding;
+    finding.first = e.frame();
+    finding.title = std::string(wire::Name(e.command)) + " working counter " + std::to_string(e.wkc) + " instead of " +
+                    (range.least == range.most ? std::to_string(range.most)
+                                               : std::to_string(range.least) + " to " + std::to_string(range.most));
+    finding.message = std::string(wire::Name(e.command)) + " of " + Count(e.length, "byte") + " at logical address " +
+                      Hex(e.address, 8) + " came back with working counter " + std::to_string(e.wkc) + "; expected " +
+                      std::to_string(range.most) + " from " + Shares(expected, e.command) + ". " +
+                      Missing(expected, e, range);
+    finding.evidence.push_back(Number("working_counter", e.wkc));
+    finding.evidence.push_back(Number("expected_least", range.least));
+    finding.evidence.push_back(Number("expected_most", range.most));
+    finding.evidence.push_back(HexNumber("logical_address", e.address));
+    if (const SlaveId one = OnlyCandidate(expected, e, range); one != kNoSlave) finding.slave = one;
+    Report(key, std::move(finding));
+  }
+
+  void On(const track::Answered& e) override {
+    if (wire::IsBroadcast(e.command)) {
+      JudgeBroadcastRead(e);
+    } else {
+      JudgeAddressedRead(e);
+    }
+  }
+
+  // Whatever changes states or the mapping ends the habit.
+  void On(const track::AlRequest&) override { habits_ = {}; }
+  void On(const track::SlaveFound&) override { habits_ = {}; }
+
+  void Finish() override {
+    if (context().pipeline->pairing().returned == 0) {
+      NotEvaluable(kNoSlave, "no returned frames in the capture");
+      return;
+    }
+    // What a slave that left the bus or its state does not count any more is a consequence of that.
+    std::vector<Finding>& findings = context().store.findings();
+    for (Finding& own : findings) {
+      if (own.rule != kInfo.id || own.caused_by != kNoFinding) continue;
+      FindingIndex best = kNoFinding;
+      for (std::size_t i = 0; i < findings.size(); ++i) {
+        const Finding& f = findings[i];
+        if (f.rule != "bus-slave-count-changed" && f.rule != "al-unexpected-change" && f.rule != "bus-link-errors") continue;
+        if (f.first.number > own.last.number + 2000 || f.last.number + 20 < own.first.number) continue;
+        if (own.slave != kNoSlave && f.slave != kNoSlave && f.slave != own.slave) continue;
+        if (best == kNoFinding || Distance(f, own) < Distance(findings[best], own)) best = static_cast<FindingIndex>(i);
+      }
+      own.caused_by = best;
+    }
+  }
+
+ private:
+  /// Working counters of one kind of datagram while its expectation is not known.
+  struct Habit {
+    std::uint64_t key = 0;
+    std::uint16_t wkc = 0;
+    std::uint32_t times = 0;
+    FrameNo since = 0;
+  };
+  static constexpr std::uint32_t kTimesUntilHabit = 200;
+
+  static FrameNo Distance(const Finding& a, const Finding& b) {
+    return a.first.number > b.first.number ? a.first.number - b.first.number : b.first.number - a.first.number;
+  }
+  static std::uint64_t Key(const track::LogicalAccess& e) {
+    return static_cast<std::uint64_t>(e.address) << 16U ^ static_cast<std::uint64_t>(e.length) << 4U ^
+           static_cast<std::uint64_t>(e.command);
+  }
+
+  void JudgeByHabit(const track::LogicalAccess& e) {
+    if (!said_unknown_) {
+      said_unknown_ = true;
+      NotEvaluable(kNoSlave, "the FMMUs of all slaves are not in the capture; only drops below a constant value are seen",
+                   e.frame().number);
+    }
+    const std::uint64_t key = Key(e);
+    Habit& habit = habits_[key % habits_.size()];
+    if (habit.key != key) {
+      habit = {key, e.wkc, 1, e.frame().number};
+      return;
+    }
+    if (e.wkc == habit.wkc) {
+      ++habit.times;
+      return;
+    }
+    if (e.wkc > habit.wkc || habit.times < kTimesUntilHabit) {
+      habit = {key, e.wkc, 1, e.frame().number};
+      return;
+    }
+    const std::uint64_t fold = key ^ static_cast<std::uint64_t>(e.wkc) << 48U;
+    if (Repeat(kNoSlave, fold, e.frame()) != kNoFinding) return;
+    Finding finding;
+    finding.first = e.frame();
+    finding.confidence = Confidence::kInferred;
+    finding.title = std::string(wire::Name(e.command)) + " working counter " + std::to_string(e.wkc) + " instead of " +
+                    std::to_string(habit.wkc);
+    finding.message = std::string(wire::Name(e.command)) + " of " + Count(e.length, "byte") + " at logical address " +
+                      Hex(e.address, 8) + " came back with working counter " + std::to_string(e.wkc) + "; it was " +
+                      std::to_string(habit.wkc) + " in " + Count(habit.times, "frame") + " from frame " +
+                      std::to_string(habit.since) +
+                      " on, with no state request in between. The FMMUs were configured before the capture began, so "
+                      "which slave is missing cannot be told.";
+    finding.evidence.push_back(Number("working_counter", e.wkc));
+    finding.evidence.push_back(Number("before", habit.wkc));
+    AddRelated(finding, habit.since);
+    Report(fold, Severity::kWarning, std::move(finding));
+  }
+
+  void JudgeBroadcastRead(const track::Answered& e) {
+    if (e.command != wire::Command::BRD || !e.slaves_passed || !EveryEscAnswers(e.address, e.length)) return;
+    if (e.wkc == *e.slaves_passed) return;
+    const std::uint64_t key = 0x8000000000000000ULL | static_cast<std::uint64_t>(e.address) << 16U | e.wkc;
+    if (Repeat(kNoSlave, key, e.returned) != kNoFinding) return;
+    Finding finding;
+    finding.first = e.returned;
+    finding.title = "BRD of " + Hex(e.address) + ": " + std::to_string(e.wkc) + " of " +
+                    Count(*e.slaves_passed, "slave") + " answer";
+    finding.message = "The broadcast read of register " + Hex(e.address) + ", which every ESC has, passed " +
+                      Count(*e.slaves_passed, "slave") + " but the working counter is " + std::to_string(e.wkc) +
+                      ". A broadcast cannot show which slave did not answer; look for one that misses its own reads.";
+    finding.evidence.push_back(Number("working_counter", e.wkc));
+    finding.evidence.push_back(Number("expected", *e.slaves_passed));
+    Report(key, std::move(finding));
+  }
+
+  void JudgeAddressedRead(const track::Answered& e) {
+    if (e.command != wire::Command::FPRD || e.slave == kNoSlave || !EveryEscAnswers(e.address, e.length)) return;
+    if (e.wkc == 1) return;
+    const std::uint64_t key = 0x4000000000000000ULL | static_cast<std::uint64_t>(e.wkc);
+    if (Repeat(e.slave, key, e.returned) != kNoFinding) return;
+    Finding finding;
+    finding.slave = e.slave;
+    finding.first = e.returned;
+    if (e.wkc == 0) {
+      finding.title = "Slave does not answer at its station address " + Hex(e.adp);
+      finding.message = "FPRD of register " + Hex(e.address) + " at station address " + Hex(e.adp) +
+                        " came back with working counter 0 although a slave answered there before. It lost power or "
+                        "link, or its address (a restart clears it).";
+    } else {
+      finding.title = "Several slaves answer at station address " + Hex(e.adp);
+      finding.message = "FPRD of register " + Hex(e.address) + " came back with working counter " + std::to_string(e.wkc) +
+                        ": that many slaves have this station address, and their data are mixed.";
+    }
+    finding.evidence.push_back(Number("working_counter", e.wkc));
+    finding.evidence.push_back(Number("expected", 1));
+    finding.evidence.push_back(HexNumber("station_address", e.adp));
+    Report(key, std::move(finding));
+  }
+
+  /// Registers that no ESC lacks and that can always be read: type to features, station address, DL and AL status.
+  static bool EveryEscAnswers(EscAddress address, std::uint16_t length) {
+    return length > 0 && (address < 0x000A || address == 0x0010 || address == 0x0110 || address == 0x0130);
+  }
+
+  [[nodiscard]] std::string Shares(const model::LogicalExpectation& expected, wire::Command command) const {
+    std::string out;
+    std::size_t n = 0;
+    for (const model::LogicalShare& share : expected.shares) {
+      if (n++ == 6) return out + ", ...";
+      out += (out.empty() ? "" : ", ") + context().Label(share.slave) + " " +
+             std::to_string(model::WorthOf(share, command));
+    }
+    return out.empty() ? "no slave" : out;
+  }
+
+  /// The slave whose share is exactly what is missing, when only one is.
+  [[nodiscard]] SlaveId OnlyCandidate(const model::LogicalExpectation& expected, const track::LogicalAccess& e,
+                                      const model::CounterRange& range) const {
+    if (e.wkc >= range.most) return kNoSlave;
+    const int missing = range.most - e.wkc;
+    SlaveId found = kNoSlave;
+    for (const model::LogicalShare& share : expected.shares) {
+      const int worth = model::WorthOf(share, e.command);
+      const bool fits = worth == missing || (e.command == wire::Command::LRW && share.inputs && share.outputs && missing < worth);
+      if (!fits) continue;
+      if (found != kNoSlave) return kNoSlave;
+      found = share.slave;
+    }
+    return found;
+  }
+
+  [[nodiscard]] std::string Missing(const model::LogicalExpectation& expected, const track::LogicalAccess& e,
+                                    const model::CounterRange& range) const {
+    if (e.wkc > range.most) return "More slaves took part than have FMMUs for this address.";
+    const int missing = range.most - e.wkc;
+    if (const SlaveId one = OnlyCandidate(expected, e, range); one != kNoSlave) {
+      for (const model::LogicalShare& share : expected.shares) {
+        if (share.slave != one || model::WorthOf(share, e.command) == missing) continue;
+        return "The " + std::string(missing == 2 ? "outputs" : "inputs") + " of " + context().Label(one) +
+               " were not taken part with: look at its AL status and sync managers.";
+      }
+      return "What is missing is the share of " + context().Label(one) + ": look at its AL status, power and cable.";
+    }
+    return std::to_string(missing) + " missing; several slaves have a share that fits, so see which of them stop answering.";
+  }
+
+  std::array<Habit, 32> habits_{};
+  bool said_unknown_ = false;
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<WkcMismatch>};
+
+}  // namespace
+}  // namespace ecaudit

@@ -1,0 +1,55 @@
+#include "analyzers/core/rule.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr RuleInfo kInfo{
+    .id = "capture-one-direction",
+    .group = "Capture",
+    .severity = Severity::kInfo,
+    .title = "The capture holds only outbound or only returned frames",
+    .needs = "nothing",
+    .source = "esc-reference, outbound and returned frames",
+    .doc = R"(
+## What it checks
+Whether both copies of the frames are in the capture.
+
+## Why it matters
+Without returned frames nobody sees what the slaves answered: accesses are assumed to be done, findings are marked
+inferred, and rules that need an answer are not judged. Without outbound frames lost frames cannot be seen.
+
+## How it is decided
+From the source addresses, working counters and position counters of the first frames.
+
+## Example
+samples/captures/outbound-only.pcapng
+
+## What to do
+Capture at a place where both directions pass: on the master itself, or with a probe.
+)"};
+
+class CaptureOneDirection final : public Rule {
+ public:
+  CaptureOneDirection() : Rule(kInfo) {}
+  void Finish() override {
+    const bus::PairingStatistics& pairing = context().pipeline->pairing();
+    const bool outbound = pairing.outbound > 0;
+    const bool returned = pairing.returned > 0;
+    if (outbound == returned) return;
+    Finding finding;
+    finding.first = context().pipeline->statistics().first;
+    finding.last = context().pipeline->statistics().last;
+    finding.title = outbound ? "Only outbound frames were captured" : "Only returned frames were captured";
+    finding.message = outbound ? "No frame in this capture has passed the slaves. What they answered is not known: accesses "
+                                 "are assumed to be done, and rules that need an answer are not judged."
+                               : "No frame in this capture is on its way to the slaves. Answers are complete, but lost "
+                                 "frames cannot be seen.";
+    Report(0, std::move(finding));
+  }
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<CaptureOneDirection>};
+
+}  // namespace
+}  // namespace ecaudit

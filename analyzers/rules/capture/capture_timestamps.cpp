@@ -1,0 +1,72 @@
+#include "analyzers/core/rule.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr RuleInfo kInfo{
+    .id = "capture-timestamps",
+    .group = "Capture",
+    .severity = Severity::kInfo,
+    .title = "The time stamps of the capture are too poor for timing rules",
+    .needs = "time stamps",
+    .source = "pcap and pcapng file formats",
+    .doc = R"(
+## What it checks
+Stamps that go backwards, steps of 50 us and more, equal stamps for the outbound and returned copy of frames (a tenth of
+the pairs or more), and packets without stamps.
+
+## Why it matters
+Durations, cycle times and time-outs measured with such a clock are wrong. The distributed clock that the frames
+themselves carry is not affected.
+
+## How it is decided
+By counting. One microsecond steps, as most capture programs have, are fine.
+
+## Example
+samples/captures/coarse-timestamps.pcapng
+
+## What to do
+Capture on Linux, or with a probe that stamps in hardware.
+)"};
+
+class CaptureTimestamps final : public Rule {
+ public:
+  CaptureTimestamps() : Rule(kInfo) {}
+  void Finish() override {
+    const PipelineStatistics& read = context().pipeline->statistics();
+    const bus::PairingStatistics& pairing = context().pipeline->pairing();
+    if (read.ethercat_frames == 0) return;
+    std::string what;
+    Finding finding;
+    const auto add = [&](const std::string& text, const char* name, std::uint64_t value) {
+      what += (what.empty() ? "" : "; ") + text;
+      finding.evidence.push_back(Number(name, static_cast<std::int64_t>(value)));
+    };
+    if (read.without_time > 0) add(Count(read.without_time, "packet") + " without a time stamp", "without", read.without_time);
+    if (read.backwards > 0) {
+      add("stamps go backwards " + Count(read.backwards, "time"), "backwards", read.backwards);
+    }
+    if (pairing.identical_stamps * 10 >= pairing.paired && pairing.identical_stamps > 2) {
+      add(Grouped(pairing.identical_stamps) + " of " + Grouped(pairing.paired) +
+              " frames have the same stamp outbound and returned",
+          "identical_pairs", pairing.identical_stamps);
+    }
+    if (read.time_step_ns >= 50'000 && read.packets > 10) {
+      add("stamps are multiples of " + Duration(read.time_step_ns), "step_ns", static_cast<std::uint64_t>(read.time_step_ns));
+    }
+    if (what.empty()) return;
+    finding.first = read.first;
+    finding.last = read.last;
+    finding.title = "Time stamps are poor: " + what;
+    finding.message = "In this capture " + what +
+                      ". Durations and cycle times taken from the stamps are not reliable; rules that need them are not "
+                      "judged by them.";
+    Report(0, std::move(finding));
+  }
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<CaptureTimestamps>};
+
+}  // namespace
+}  // namespace ecaudit
