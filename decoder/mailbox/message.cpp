@@ -1,14 +1,15 @@
 #include <algorithm>
 
+#include "decoder/mailbox/aoe.h"
 #include "decoder/mailbox/coe.h"
+#include "decoder/mailbox/emergency.h"
 #include "decoder/mailbox/header.h"
 #include "decoder/mailbox/sdo.h"
+#include "decoder/mailbox/sdo_info.h"
+#include "decoder/mailbox/soe.h"
 
 namespace ecaudit::mailbox {
 namespace {
-
-constexpr std::size_t kEmergencyBytes = 8;
-constexpr std::size_t kSdoInfoHeaderBytes = 4;
 
 Problem CheckCoe(ByteSpan payload, Direction direction) {
   if (payload.size() < kCoeHeaderBytes) return Problem::kServiceTooShort;
@@ -64,7 +65,56 @@ Problem CheckService(Protocol protocol, ByteSpan payload, Direction direction) {
   return Problem::kUnknownType;
 }
 
+bool LooksLikeCoe(ByteSpan payload, Direction direction) {
+  const CoeHeader coe = ParseCoeHeader(payload);
+  if (coe.reserved != 0) return false;
+  const bool pdo = coe.service >= CoeService::kTxPdo && coe.service <= CoeService::kRxPdoRequest;
+  if (!pdo && coe.number != 0) return false;
+  switch (coe.service) {
+    case CoeService::kEmergency:
+    case CoeService::kSdoResponse:
+    case CoeService::kTxPdo:
+      return direction == Direction::kIn;
+    case CoeService::kRxPdo:
+    case CoeService::kTxPdoRequest:
+    case CoeService::kRxPdoRequest:
+      return direction == Direction::kOut;
+    case CoeService::kSdoRequest:
+    case CoeService::kSdoInformation:
+      return true;
+  }
+  return false;
+}
+
 }  // namespace
+
+bool LooksLikeMessage(ByteSpan bytes, Direction direction) {
+  const MessageView view = ParseMessage(bytes, 0, direction);
+  if (view.problem != Problem::kNone || view.header.channel != 0) return false;
+  const ByteSpan payload = view.payload;
+  switch (view.header.protocol) {
+    case Protocol::kError:
+      return direction == Direction::kIn && payload.size() == 4 && LittleEndian<std::uint16_t>(payload, 0) == 1;
+    case Protocol::kAoE: {
+      const AmsHeader ams = ParseAms(payload);
+      return ams.length == ams.data.size() && (ams.state_flags & 0x04U) != 0 && static_cast<unsigned>(ams.command) <= 9;
+    }
+    case Protocol::kEoE:
+      return (payload[1] & 0xF8U) == 0;
+    case Protocol::kCoE:
+      return LooksLikeCoe(payload, direction);
+    case Protocol::kFoE:
+      return payload[1] == 0;
+    case Protocol::kSoE: {
+      const auto operation = static_cast<SoeOperation>(payload[0] & 0x07U);
+      const bool request = operation == SoeOperation::kReadRequest || operation == SoeOperation::kWriteRequest;
+      return request == (direction == Direction::kOut);
+    }
+    case Protocol::kVoE:
+      return false;
+  }
+  return false;
+}
 
 MessageView ParseMessage(ByteSpan bytes, std::size_t mailbox_length, Direction direction) {
   MessageView view;

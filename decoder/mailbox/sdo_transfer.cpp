@@ -271,12 +271,17 @@ void SdoTransferTracker::OnMailboxError(std::uint16_t detail, const FrameRef& fr
   Close(SdoOutcome::kMailboxError, sink);
 }
 
-void SdoTransferTracker::OnReadLost() {
-  if (state_ == State::kInitiated || state_ == State::kSegmentSent) transfer_.answer_lost = true;
+void SdoTransferTracker::OnReadLost(FrameNo sent) {
+  if (awaiting_answer() && sent > transfer_.last.number) transfer_.answer_lost = true;
 }
 
-void SdoTransferTracker::End(SdoOutcome why, MailboxSink& sink) {
-  if (open()) Close(Unfinished(why), sink);
+void SdoTransferTracker::End(TransferEnd why, MailboxSink& sink) {
+  if (open()) {
+    Close(Unfinished(why == TransferEnd::kCaptureEnd ? SdoOutcome::kCaptureEnd
+                     : why == TransferEnd::kReset    ? SdoOutcome::kReset
+                                                     : SdoOutcome::kGap),
+          sink);
+  }
   history_known_ = false;
 }
 

@@ -27,13 +27,14 @@ class SdoTransferTracker {
   void OnMessage(const MailboxMessage& message, MailboxSink& sink);
   /// The slave answered the outstanding request with a mailbox error reply.
   void OnMailboxError(std::uint16_t detail, const FrameRef& frame, MailboxSink& sink);
-  /// A mailbox read never returned: it may have taken an answer with it.
-  void OnReadLost();
+  /// A mailbox read sent in frame `sent` never returned: it may have taken the outstanding answer with it. Comes late.
+  void OnReadLost(FrameNo sent);
   /// Ends an open transfer and forgets what came before.
-  /// @param why  kCaptureEnd, kReset or kGap
-  void End(SdoOutcome why, MailboxSink& sink);
+  void End(TransferEnd why, MailboxSink& sink);
 
   [[nodiscard]] bool open() const { return state_ != State::kIdle; }
+  /// The slave has to answer.
+  [[nodiscard]] bool awaiting_answer() const { return state_ == State::kInitiated || state_ == State::kSegmentSent; }
   /// Of the open transfer.
   [[nodiscard]] const SdoTransfer& transfer() const { return transfer_; }
 

@@ -99,19 +99,108 @@ struct KeptTransfer : SdoTransfer {
 };
 
 struct KeptMessage : MailboxMessage {
-  explicit KeptMessage(const MailboxMessage& m) : MailboxMessage(m), bytes(Copy(m.payload)) { payload = {}; }
+  explicit KeptMessage(const MailboxMessage& m) : MailboxMessage(m), bytes(Copy(m.payload)) { payload = behind = {}; }
+  Bytes bytes;
+};
+
+struct KeptInfo : SdoInfo {
+  explicit KeptInfo(const SdoInfo& i)
+      : SdoInfo(i),
+        objects(i.indices.begin(), i.indices.end()),
+        text(i.name),
+        initial(Copy(i.default_value)),
+        low(Copy(i.minimum)),
+        high(Copy(i.maximum)) {
+    indices = {};
+    name = {};
+    default_value = minimum = maximum = {};
+  }
+  std::vector<std::uint16_t> objects;
+  std::string text;
+  Bytes initial, low, high;
+};
+
+struct KeptFile : FoeTransfer {
+  explicit KeptFile(const FoeTransfer& f) : FoeTransfer(f), name(f.file_name), error(f.error_text) {
+    file_name = {};
+    error_text = {};
+  }
+  std::string name;
+  std::string error;
+};
+
+struct KeptEoeFrame : EoeFrame {
+  explicit KeptEoeFrame(const EoeFrame& f) : EoeFrame(f), bytes(Copy(f.data)) { data = {}; }
+  Bytes bytes;
+};
+
+struct KeptEoeControl : EoeControl {
+  explicit KeptEoeControl(const EoeControl& c) : EoeControl(c), dns_name(c.ip.dns_name.begin(), c.ip.dns_name.end()) {
+    ip.dns_name = {};
+  }
+  std::string dns_name;
+};
+
+struct KeptSoe : SoeMessage {
+  explicit KeptSoe(const SoeMessage& m) : SoeMessage(m), bytes(Copy(m.data)) { data = {}; }
+  Bytes bytes;
+};
+
+struct KeptAoe : AoeMessage {
+  explicit KeptAoe(const AoeMessage& m) : AoeMessage(m), bytes(Copy(m.parameters.data)) {
+    header.data = {};
+    parameters.data = {};
+  }
+  Bytes bytes;
+};
+
+struct KeptVoe : VoeMessage {
+  explicit KeptVoe(const VoeMessage& m) : VoeMessage(m), bytes(Copy(m.data)) { data = {}; }
+  Bytes bytes;
+};
+
+struct KeptPdo : CoePdo {
+  explicit KeptPdo(const CoePdo& p) : CoePdo(p), bytes(Copy(p.data)) { data = {}; }
   Bytes bytes;
 };
 
 class Recorder : public MailboxSink {
  public:
   void On(const MailboxMessage& event) override { messages.emplace_back(event); }
+  void On(const MailboxRefused& event) override { refused.push_back(event); }
+  void On(const MailboxReadLost& event) override { lost.push_back(event); }
+  void On(const MailboxRepeatRequest& event) override { repeats.push_back(event); }
+  void On(const MailboxUnanswered& event) override { unanswered.push_back(event); }
+  void On(const MailboxErrorReply& event) override { errors.push_back(event); }
   void On(const SdoTransfer& event) override { transfers.emplace_back(event); }
   void On(const SdoUnexpected& event) override { unexpected.push_back(event); }
+  void On(const SdoInfo& event) override { infos.emplace_back(event); }
+  void On(const Emergency& event) override { emergencies.push_back(event); }
+  void On(const CoePdo& event) override { pdos.emplace_back(event); }
+  void On(const EoeFrame& event) override { eoe.emplace_back(event); }
+  void On(const EoeControl& event) override { eoe_controls.emplace_back(event); }
+  void On(const FoeTransfer& event) override { files.emplace_back(event); }
+  void On(const SoeMessage& event) override { soe.emplace_back(event); }
+  void On(const AoeMessage& event) override { aoe.emplace_back(event); }
+  void On(const VoeMessage& event) override { voe.emplace_back(event); }
 
   std::vector<KeptMessage> messages;
+  std::vector<MailboxRefused> refused;
+  std::vector<MailboxReadLost> lost;
+  std::vector<MailboxRepeatRequest> repeats;
+  std::vector<MailboxUnanswered> unanswered;
+  std::vector<MailboxErrorReply> errors;
   std::vector<KeptTransfer> transfers;
   std::vector<SdoUnexpected> unexpected;
+  std::vector<KeptInfo> infos;
+  std::vector<Emergency> emergencies;
+  std::vector<KeptPdo> pdos;
+  std::vector<KeptEoeFrame> eoe;
+  std::vector<KeptEoeControl> eoe_controls;
+  std::vector<KeptFile> files;
+  std::vector<KeptSoe> soe;
+  std::vector<KeptAoe> aoe;
+  std::vector<KeptVoe> voe;
 };
 
 }  // namespace ecaudit::mailbox

@@ -217,7 +217,7 @@ TEST_F(SdoTransferTest, SupersededWithoutAnswer) {
   EXPECT_FALSE(Only().answered);
   EXPECT_EQ(Only().subindex, 1);
   EXPECT_FALSE(Only().duration.has_value());
-  tracker_.End(SdoOutcome::kCaptureEnd, sink_);
+  tracker_.End(TransferEnd::kCaptureEnd, sink_);
   ASSERT_EQ(sink_.transfers.size(), 2U);
   EXPECT_EQ(sink_.transfers[1].outcome, SdoOutcome::kCaptureEnd);
 }
@@ -297,7 +297,7 @@ TEST_F(SdoTransferTest, SegmentsWithoutInitiate) {
   EXPECT_EQ(Text(Only().bytes), "ABCDEFGHIJKLMN");
   EXPECT_FALSE(Only().size_mismatch);
   sink_.transfers.clear();
-  tracker_.End(SdoOutcome::kGap, sink_);
+  tracker_.End(TransferEnd::kGap, sink_);
   Out("0020 1141424344454647");
   In("0030 30");
   EXPECT_EQ(Only().service, SdoService::kDownload);
@@ -309,7 +309,7 @@ TEST_F(SdoTransferTest, LostReadInTheCaptureLeavesAGapInTheData) {
   Out("0020 40f02f0000000000");
   In("0030 41f02f000e000000");
   Out("0020 6000000000000000");
-  tracker_.OnReadLost();
+  tracker_.OnReadLost(4);
   Out("0020 7000000000000000");  // the master has it and goes on
   In("0030 1141424344454647");
   EXPECT_EQ(Only().outcome, SdoOutcome::kCompleted);

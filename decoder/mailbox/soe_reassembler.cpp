@@ -1,0 +1,58 @@
+#include "decoder/mailbox/soe_reassembler.h"
+
+#include <algorithm>
+
+namespace ecaudit::mailbox {
+
+void SoeReassembler::OnMessage(const MailboxMessage& message, const FrameRef& request, MailboxSink& sink) {
+  const SoeHeader header = ParseSoe(message.payload);
+  if (header.too_short) return;
+  if (open_ && (header.operation != message_.operation || header.drive != message_.drive)) End(sink);
+  if (!open_) {
+    message_ = SoeMessage();
+    message_.slave = message.slave;
+    message_.direction = message.direction;
+    message_.operation = header.operation;
+    message_.drive = header.drive;
+    message_.elements = header.elements;
+    message_.fragments = 0;
+    data_.clear();
+    open_ = true;
+  } else if (fragments_left_ != (header.incomplete ? header.idn_or_fragments_left : 0) + 1U) {
+    message_.fragment_error = true;
+  }
+  ++message_.fragments;
+  message_.frame = message.frame();
+  message_.request = request;
+  ByteSpan data = header.data;
+  if (header.error && !header.incomplete && data.size() >= 2) {
+    message_.error_code = LittleEndian<std::uint16_t>(data, data.size() - 2);
+    data = data.first(data.size() - 2);
+  }
+  message_.size += data.size();
+  const std::size_t room = kMaxStoredBytes - data_.size();
+  const ByteSpan stored = data.first(std::min(room, data.size()));
+  data_.insert(data_.end(), stored.begin(), stored.end());
+  if (header.incomplete) {
+    fragments_left_ = header.idn_or_fragments_left;
+    return;
+  }
+  message_.idn = header.idn_or_fragments_left;
+  Emit(sink);
+}
+
+void SoeReassembler::Emit(MailboxSink& sink) {
+  open_ = false;
+  message_.data = data_;
+  sink.On(message_);
+  message_.data = {};
+}
+
+void SoeReassembler::End(MailboxSink& sink) {
+  if (!open_) return;
+  message_.fragment_error = true;
+  message_.idn_known = false;
+  Emit(sink);
+}
+
+}  // namespace ecaudit::mailbox
