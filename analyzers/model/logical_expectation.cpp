@@ -31,7 +31,14 @@ LogicalExpectation Compute(const track::Network& network, wire::Command command,
       if (!fmmu->active() || fmmu->Overlap(address, length).empty()) continue;
       if (fmmu->reads() && command != wire::Command::LWR) {
         share.inputs = true;
-        if (fmmu->physical_start >= 0x0F00) share.process_inputs = true;
+        // Registers are mapped, too (the mailbox state): only process memory tells a slave by its data.
+        const esc::BitRange overlap = fmmu->Overlap(address, length);
+        const std::uint64_t first = (overlap.first + 7) / 8 - address;
+        const std::uint64_t end = overlap.end() / 8 - address;
+        if (fmmu->physical_start >= 0x0F00 && end > first && end - first > share.input_bytes) {
+          share.input_offset = static_cast<std::uint16_t>(first);
+          share.input_bytes = static_cast<std::uint16_t>(end - first);
+        }
       }
       if (fmmu->writes() && command != wire::Command::LRD) share.outputs = true;
     }

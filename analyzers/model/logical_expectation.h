@@ -16,9 +16,12 @@ struct SlaveModel;
 /// The part of one slave.
 struct LogicalShare {
   SlaveId slave = kNoSlave;
-  bool inputs = false;         ///< an active read FMMU overlaps: +1
-  bool outputs = false;        ///< an active write FMMU overlaps: +2
-  bool process_inputs = false;   ///< the inputs are process data (not only a register, as the mailbox state trick maps)
+  bool inputs = false;   ///< an active read FMMU overlaps: +1
+  bool outputs = false;  ///< an active write FMMU overlaps: +2
+  /// Bytes of the datagram that the slave's process data fill (whole bytes only; 0: none). A slave that takes part
+  /// writes its inputs over what the master sent there.
+  std::uint16_t input_offset = 0;
+  std::uint16_t input_bytes = 0;
 };
 
 struct LogicalExpectation {

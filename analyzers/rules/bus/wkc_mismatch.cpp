@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <array>
+#include <string>
+#include <vector>
 
 #include "analyzers/core/rule.h"
 #include "analyzers/model/bus_model.h"
@@ -56,6 +58,7 @@ class WkcMismatch final : public Rule {
     const model::CounterRange range = context().bus.RangeFor(expected, e.command);
     if (e.wkc >= range.least && e.wkc <= range.most) return;
     const std::uint64_t key = Key(e) ^ static_cast<std::uint64_t>(e.wkc) << 48U;
+    WatchInputs(key, expected, e);
     if (Repeat(kNoSlave, key, e.frame()) != kNoFinding) return;
     Finding finding;
     finding.first = e.frame();
@@ -64,14 +67,18 @@ class WkcMismatch final : public Rule {
                                                : std::to_string(range.least) + " to " + std::to_string(range.most));
     finding.message = std::string(wire::Name(e.command)) + " of " + Count(e.length, "byte") + " at logical address " +
                       Hex(e.address, 8) + " came back with working counter " + std::to_string(e.wkc) + "; expected " +
-                      std::to_string(range.most) + " from " + Shares(expected, e.command) + ". " +
-                      Missing(expected, e, range);
+                      std::to_string(range.most) + " from " + Shares(expected, e.command) + ". ";
     finding.evidence.push_back(Number("working_counter", e.wkc));
     finding.evidence.push_back(Number("expected_least", range.least));
     finding.evidence.push_back(Number("expected_most", range.most));
     finding.evidence.push_back(HexNumber("logical_address", e.address));
-    if (const SlaveId one = OnlyCandidate(expected, e, range); one != kNoSlave) finding.slave = one;
-    Report(key, std::move(finding));
+    const FindingIndex index = Report(key, std::move(finding));
+    for (Episode& episode : episodes_) {
+      if (episode.key != key) continue;
+      episode.finding = index;
+      episode.only_candidate = OnlyCandidate(expected, e, range);
+      episode.hint = Missing(expected, e, range);
+    }
   }
 
   void On(const track::Answered& e) override {
@@ -91,6 +98,7 @@ class WkcMismatch final : public Rule {
       NotEvaluable(kNoSlave, "no returned frames in the capture");
       return;
     }
+    for (const Episode& episode : episodes_) NameMissing(episode);
     // What a slave that left the bus or its state does not count any more is a consequence of that.
     std::vector<Finding>& findings = context().store.findings();
     for (Finding& own : findings) {
@@ -108,6 +116,20 @@ class WkcMismatch final : public Rule {
   }
 
  private:
+  /// One kind of mismatch: which slaves' inputs were refreshed while it lasted.
+  struct Episode {
+    std::uint64_t key = 0;
+    FindingIndex finding = kNoFinding;
+    SlaveId only_candidate = kNoSlave;
+    std::string hint;
+    std::uint64_t frames = 0;
+    struct Watched {
+      SlaveId slave = kNoSlave;
+      std::uint64_t refreshed = 0;  ///< frames in which the inputs differ from what the master sent there
+    };
+    std::vector<Watched> slaves;
+  };
+  static constexpr std::size_t kMaxEpisodes = 32;
   /// Working counters of one kind of datagram while its expectation is not known.
   struct Habit {
     std::uint64_t key = 0;
@@ -123,6 +145,52 @@ class WkcMismatch final : public Rule {
   static std::uint64_t Key(const track::LogicalAccess& e) {
     return static_cast<std::uint64_t>(e.address) << 16U ^ static_cast<std::uint64_t>(e.length) << 4U ^
            static_cast<std::uint64_t>(e.command);
+  }
+
+  void WatchInputs(std::uint64_t key, const model::LogicalExpectation& expected, const track::LogicalAccess& e) {
+    auto episode = std::find_if(episodes_.begin(), episodes_.end(), [&](const Episode& x) { return x.key == key; });
+    if (episode == episodes_.end()) {
+      if (episodes_.size() >= kMaxEpisodes) return;
+      Episode fresh;
+      fresh.key = key;
+      for (const model::LogicalShare& share : expected.shares) fresh.slaves.push_back({share.slave, 0});
+      episodes_.push_back(std::move(fresh));
+      episode = episodes_.end() - 1;
+    }
+    if (e.sent_data.empty() || episode->slaves.size() != expected.shares.size()) return;
+    ++episode->frames;
+    for (std::size_t i = 0; i < expected.shares.size(); ++i) {
+      const model::LogicalShare& share = expected.shares[i];
+      const ByteSpan sent = Slice(e.sent_data, share.input_offset, share.input_bytes);
+      const ByteSpan returned = Slice(e.returned_data, share.input_offset, share.input_bytes);
+      if (!std::equal(sent.begin(), sent.end(), returned.begin(), returned.end())) ++episode->slaves[i].refreshed;
+    }
+  }
+
+  /// Says which slave is missing: by its share, or because its inputs came back as they were sent while those of all
+  /// others were refreshed.
+  void NameMissing(const Episode& episode) const {
+    if (episode.finding == kNoFinding) return;
+    Finding& finding = context().store[episode.finding];
+    finding.message += episode.hint;
+    SlaveId missing = episode.only_candidate;
+    if (missing == kNoSlave && episode.frames >= 3) {
+      std::size_t silent = 0;
+      for (const Episode::Watched& w : episode.slaves) {
+        if (w.refreshed != 0) continue;
+        ++silent;
+        missing = w.slave;
+      }
+      if (silent != 1) return;
+      finding.message += " The inputs of " + context().Label(missing) +
+                         " came back as the master sent them in all of these frames, those of the other slaves were "
+                         "refreshed: it is " + context().Label(missing) +
+                         " that does not take part. Look at its power, the cable to it, and its AL status.";
+      finding.confidence = Confidence::kInferred;
+    }
+    if (missing == kNoSlave) return;
+    finding.slave = missing;
+    finding.evidence.push_back(Text("missing", context().Label(missing)));
   }
 
   void JudgeByHabit(const track::LogicalAccess& e) {
@@ -249,9 +317,10 @@ class WkcMismatch final : public Rule {
       }
       return "What is missing is the share of " + context().Label(one) + ": look at its AL status, power and cable.";
     }
-    return std::to_string(missing) + " missing; several slaves have a share that fits, so see which of them stop answering.";
+    return std::to_string(missing) + " missing; the shares of several slaves fit.";
   }
 
+  std::vector<Episode> episodes_;
   std::array<Habit, 32> habits_{};
   bool said_unknown_ = false;
 };
