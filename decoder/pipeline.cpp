@@ -74,6 +74,7 @@ class Pipeline::Impl {
     kept = {};
     while (!ended && Next(source, options, frame)) Push(frame);
     pairing_->Finish();
+    network_.Finish();
   }
 
   track::Network network_;

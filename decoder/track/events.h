@@ -12,6 +12,7 @@
 #include "decoder/base/known.h"
 #include "decoder/bus/transaction.h"
 #include "decoder/esc/al.h"
+#include "decoder/mailbox/events.h"
 #include "decoder/track/access.h"
 #include "decoder/track/sii_tracker.h"
 
@@ -140,10 +141,11 @@ struct FrameUnusable {
   bool own_master = false;  ///< from a sender that is a master of this bus
 };
 
-/// Receives events in the order in which they became known.
-class EventSink {
+/// Receives events in the order in which they became known; those of the mailboxes (mailbox/events.h) as well.
+class EventSink : public mailbox::MailboxSink {
  public:
-  virtual ~EventSink() = default;
+  using mailbox::MailboxSink::On;
+
   virtual void On(const SlaveFound&) {}
   virtual void On(const AddressAssigned&) {}
   virtual void On(const SlaveCount&) {}
@@ -154,6 +156,7 @@ class EventSink {
   virtual void On(const IdentityLearned&) {}
   virtual void On(const EepromRead&) {}
   virtual void On(const EepromWrite&) {}
+  virtual void On(const EepromError&) {}
   virtual void On(const NameLearned&) {}
   virtual void On(const LogicalAccess&) {}
   virtual void On(const Answered&) {}

@@ -187,6 +187,8 @@ void Network::Meet(SlaveId id, const FrameRef& frame) {
   if (id == kNoSlave || id < states_.size()) return;
   states_.push_back(everyone_);
   states_.back().sii = SiiAssembler(id);
+  mailboxes_.push_back(std::make_unique<MailboxTracker>(id, events_));
+  window_versions_.push_back(0);
   ++mapping_version_;
   events_.On(SlaveFound{id, frame});
 }
@@ -203,6 +205,8 @@ void Network::OnLogical(const Datagram& d) {
   access.wkc = d.wkc();
   access.assumed = d.assumed();
   events_.On(access);
+  if (mapped_version_ != mapping_version_) FindMappedMailboxes();
+  if (!mapped_mailboxes_.empty() && wire::Reads(d.command())) ReadMailboxesThroughFmmus(d);
 }
 
 Answered Network::AnswerOf(const Datagram& d, SlaveId slave) const {
@@ -367,6 +371,8 @@ void Network::Apply(const SlaveAccess& access) {
     if (!access.read.empty()) Learn(state, access, access.read, Certainty::kObserved);
   }
   events_.OnAccess(access);
+  if (window_versions_[access.slave] != state.mapping_version) UpdateMailboxWindow(access.slave, access.frame());
+  mailboxes_[access.slave]->OnAccess(access);
   if (!in_registers) return;
   if (access.address < kEepromEnd && access.address + std::max(access.written.size(), access.read.size()) > kEepromFirst) {
     state.sii.OnAccess(access, this);
@@ -381,6 +387,9 @@ void Network::Apply(const SlaveAccess& access) {
     events_.On(AlRequest{access.slave, access.sent, access.returned,
                          esc::AlWord{WordOrByte(control)},
                          access.acceptance, access.broadcast});
+    if (access.done() && esc::AlWord{WordOrByte(control)}.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) {
+      mailboxes_[access.slave]->Reset(access.frame());
+    }
   }
   if (access.broadcast) return;
   if (CoversByte(access.address, access.read.size(), kAlStatus)) {
@@ -401,7 +410,13 @@ void Network::ApplyAlStatus(SlaveId slave, const FrameRef& frame, std::uint16_t 
   SlaveState& state = states_[slave];
   AlStatusRead event{slave, frame, esc::AlWord{status}, std::nullopt, code, error_bit_known};
   if (const esc::AlWord* before = state.al_status.if_known()) event.before = *before;
-  if (event.changed()) state.al_status = Known<esc::AlWord>::Observed(esc::AlWord{status}, frame.number);
+  if (event.changed()) {
+    const bool other_state = event.before && event.before->state() != event.status.state();
+    if (other_state && event.status.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) {
+      mailboxes_[slave]->Reset(frame);
+    }
+    state.al_status = Known<esc::AlWord>::Observed(esc::AlWord{status}, frame.number);
+  }
   if (code) state.al_status_code = Known<std::uint16_t>::Observed(*code, frame.number);
   events_.On(event);
 }
@@ -446,6 +461,61 @@ void Network::OnEepromRead(const EepromRead& event) {
 }
 
 void Network::OnEepromWrite(const EepromWrite& event) { events_.On(event); }
+void Network::OnEepromError(const EepromError& event) { events_.On(event); }
+
+void Network::UpdateMailboxWindow(SlaveId slave, const FrameRef& frame) {
+  window_versions_[slave] = states_[slave].mapping_version;
+  mailboxes_[slave]->SetWindow(MailboxWindowOf(states_[slave]), frame);
+}
+
+void Network::FindMappedMailboxes() {
+  mapped_version_ = mapping_version_;
+  mapped_mailboxes_.clear();
+  for (std::size_t s = 0; s < states_.size(); ++s) {
+    const MailboxWindow window = MailboxWindowOf(states_[s]);
+    if (window.in_use != MailboxUse::kOn) continue;
+    for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
+      const auto fmmu = states_[s].fmmu(n, Certainty::kInferred);
+      if (fmmu && fmmu->active() && fmmu->reads() && fmmu->byte_aligned() &&
+          fmmu->physical_start < window.in_start + window.in_length &&
+          fmmu->physical_end() > window.in_start) {
+        mapped_mailboxes_.push_back({static_cast<SlaveId>(s), *fmmu});
+      }
+    }
+  }
+}
+
+/// A master may read mailboxes together with the process data. The working counter is shared, so whether this slave
+/// gave something shows only in the data: they differ from what was sent.
+void Network::ReadMailboxesThroughFmmus(const Datagram& d) {
+  for (const MappedMailbox& mapped : mapped_mailboxes_) {
+    const std::uint32_t first = d.any.logical_address();
+    const esc::BitRange overlap = mapped.fmmu.Overlap(first, d.any.length());
+    if (overlap.empty() || !d.has_sent || !d.has_returned) continue;
+    const auto offset = static_cast<std::size_t>(overlap.first / 8 - first);
+    const std::size_t length = static_cast<std::size_t>(overlap.count / 8);
+    const ByteSpan sent = Slice(d.sent().data(), offset, length);
+    const ByteSpan returned = Slice(d.any.data(), offset, length);
+    if (std::equal(sent.begin(), sent.end(), returned.begin(), returned.end())) continue;
+    SlaveAccess access;
+    access.slave = mapped.slave;
+    access.sent = d.transaction.sent_ref();
+    access.returned = d.transaction.returned_ref();
+    access.command = d.command();
+    access.datagram = d.any.ordinal();
+    access.address = static_cast<EscAddress>(mapped.fmmu.physical_start + (overlap.first / 8 - mapped.fmmu.logical_start));
+    access.read = returned;
+    access.acceptance = Acceptance::kAccepted;
+    Apply(access);
+  }
+}
+
+void Network::Finish() {
+  for (std::size_t s = 0; s < states_.size(); ++s) {
+    states_[s].sii.Finish(this);
+    mailboxes_[s]->Finish();
+  }
+}
 
 void Network::OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_by_other) {
   events_.On(FrameLost{sent, loss, followed_by_other});

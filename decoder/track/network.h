@@ -6,11 +6,14 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <optional>
+#include <vector>
 
 #include "decoder/bus/slave_set.h"
 #include "decoder/bus/transaction.h"
 #include "decoder/track/events.h"
+#include "decoder/track/mailbox_tracker.h"
 #include "decoder/track/slave_state.h"
 
 namespace ecaudit::track {
@@ -21,6 +24,7 @@ class Network final : public bus::BusSink, private SiiListener {
 
   [[nodiscard]] const bus::SlaveSet& slaves() const { return slaves_; }
   [[nodiscard]] const SlaveState& state(SlaveId id) const { return states_[id]; }
+  [[nodiscard]] const MailboxTracker& mailbox(SlaveId id) const { return *mailboxes_[id]; }
   /// Slaves on the bus as the last frame with a position counter showed.
   [[nodiscard]] const Known<std::uint16_t>& slave_count() const { return slave_count_; }
 
@@ -33,6 +37,8 @@ class Network final : public bus::BusSink, private SiiListener {
   void OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_by_other) override;
   void OnDuplicate(const wire::FrameView& returned, FrameNo original) override;
   void OnUnusable(const wire::FrameView& frame, bus::Unusable reason, bool own_master) override;
+  /// The capture has ended: what is open in mailboxes and EEPROM interfaces is handed out.
+  void Finish();
 
  private:
   struct Datagram;  // both copies of one datagram
@@ -52,6 +58,10 @@ class Network final : public bus::BusSink, private SiiListener {
   void ApplyAddressing(const SlaveAccess& access);
   void OnEepromRead(const EepromRead& event) override;
   void OnEepromWrite(const EepromWrite& event) override;
+  void OnEepromError(const EepromError& event) override;
+  void UpdateMailboxWindow(SlaveId slave, const FrameRef& frame);
+  void ReadMailboxesThroughFmmus(const Datagram& d);
+  void FindMappedMailboxes();
   void ApplyAlStatus(SlaveId slave, const FrameRef& frame, std::uint16_t status, std::optional<std::uint16_t> code,
                      bool error_bit_known);
 
@@ -61,6 +71,15 @@ class Network final : public bus::BusSink, private SiiListener {
   SlaveState everyone_;             // what broadcasts wrote: a slave met later has taken it, too
   Known<std::uint16_t> slave_count_;
   std::uint64_t mapping_version_ = 0;
+  std::vector<std::unique_ptr<MailboxTracker>> mailboxes_;
+  std::vector<std::uint32_t> window_versions_;  // mapping version that each mailbox window rests on
+  /// In mailboxes that some FMMU maps into the logical address space; nearly always none.
+  struct MappedMailbox {
+    SlaveId slave = kNoSlave;
+    esc::Fmmu fmmu;
+  };
+  std::vector<MappedMailbox> mapped_mailboxes_;
+  std::uint64_t mapped_version_ = 0;
   std::uint16_t upstream_ = 0;     // slaves between the master and the tap
 };
 
