@@ -29,15 +29,14 @@ class ObjectDictionary {
     return entries_[{index, subindex}] = std::move(entry);
   }
   template <typename T>
-  ObjectEntry& AddNumber(std::uint16_t index, std::uint8_t subindex, T value, bool writable, std::string name) {
+  ObjectEntry& AddNumber(std::uint16_t index, std::uint8_t subindex, T value, bool writable, const std::string& name) {
     constexpr std::uint16_t kTypes[] = {0, 5, 6, 0, 7};
     constexpr std::uint16_t kSigned[] = {0, 2, 3, 0, 4};
     const std::uint16_t type = std::is_signed_v<T> ? kSigned[sizeof(T)] : kTypes[sizeof(T)];
-    return Add(index, subindex, {.type = type, .value = LeBytes(value), .writable = writable, .name = std::move(name)});
+    return Add(index, subindex, {.type = type, .value = LeBytes(value), .writable = writable, .name = name});
   }
-  ObjectEntry& AddText(std::uint16_t index, const std::string& text, std::string name) {
-    return Add(index, 0,
-               {.type = 9, .value = Bytes(text.begin(), text.end()), .any_size = true, .name = std::move(name)});
+  ObjectEntry& AddText(std::uint16_t index, const std::string& text, const std::string& name) {
+    return Add(index, 0, {.type = 9, .value = Bytes(text.begin(), text.end()), .any_size = true, .name = name});
   }
 
   [[nodiscard]] ObjectEntry* Find(std::uint16_t index, std::uint8_t subindex) {

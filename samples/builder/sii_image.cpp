@@ -86,7 +86,8 @@ std::uint8_t SiiChecksum(ByteView first_14_bytes) {
   for (std::size_t i = 0; i < 14 && i < first_14_bytes.size(); ++i) {
     crc ^= first_14_bytes[i];
     for (int bit = 0; bit < 8; ++bit) {
-      crc = static_cast<std::uint8_t>((crc & 0x80U) != 0 ? (crc << 1U) ^ 0x07U : crc << 1U);
+      const unsigned shifted = crc * 2U;
+      crc = static_cast<std::uint8_t>(((crc & 0x80U) != 0 ? shifted ^ 0x07U : shifted) & 0xFFU);
     }
   }
   return crc;

@@ -19,7 +19,7 @@ using ByteView = std::span<const std::uint8_t>;
 /// Appends `value`, least significant byte first.
 template <typename T>
 void AppendLe(Bytes& out, T value) {
-  auto rest = static_cast<std::uint64_t>(value);
+  auto rest = std::uint64_t{static_cast<std::make_unsigned_t<T>>(value)};
   for (std::size_t i = 0; i < sizeof(T); ++i, rest >>= 8U) out.push_back(static_cast<std::uint8_t>(rest & 0xFFU));
 }
 

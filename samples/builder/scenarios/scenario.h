@@ -49,7 +49,7 @@ class Story {
  public:
   static constexpr TimeNs kPowerOn = 1'772'442'000'000'000'000;
 
-  explicit Story(MasterHabits habits = SoemHabits());
+  explicit Story(const MasterHabits& habits = SoemHabits());
 
   SimulatedSlave& Add(SlaveDescription description) { return bus.Add(std::move(description)); }
   /// Notes a finding of a correct report at a frame of the master.
