@@ -50,6 +50,13 @@ class Dispatcher final : public track::EventSink, public model::ModelSink {
   void On(const track::FrameLost& e) override { ToRules(Topic::kFrameLost, e); }
   void On(const track::FrameDuplicated& e) override { ToRules(Topic::kFrameDuplicated, e); }
   void On(const track::FrameUnusable& e) override { ToRules(Topic::kFrameUnusable, e); }
+  void On(const mailbox::MailboxMessage& e) override { ToRules(Topic::kMailboxMessage, e); }
+  void On(const mailbox::MailboxRefused& e) override { ToRules(Topic::kMailboxRefused, e); }
+  void On(const mailbox::MailboxUnanswered& e) override { ToRules(Topic::kMailboxUnanswered, e); }
+  void On(const mailbox::MailboxErrorReply& e) override { ToRules(Topic::kMailboxErrorReply, e); }
+  void On(const mailbox::SdoTransfer& e) override { ToRules(Topic::kSdoTransfer, e); }
+  void On(const mailbox::SdoUnexpected& e) override { ToRules(Topic::kSdoUnexpected, e); }
+  void On(const mailbox::Emergency& e) override { ToRules(Topic::kEmergency, e); }
   void OnAccess(const track::SlaveAccess& e) override {
     for (Rule* rule : Listeners(Topic::kAccess)) rule->OnAccess(e);
     model_->Apply(e);

@@ -28,6 +28,7 @@ class BusModel;
 enum class Topic : std::uint8_t {
   kSlaveFound, kAddressAssigned, kSlaveCount, kAlRequest, kAlStatusRead, kAlStateForgotten, kIdentityLearned,
   kLogicalAccess, kAnswered, kFrameLost, kFrameDuplicated, kFrameUnusable, kAccess,
+  kMailboxMessage, kMailboxRefused, kMailboxUnanswered, kMailboxErrorReply, kSdoTransfer, kSdoUnexpected, kEmergency,
   kAlRequestJudged, kAlAnswered, kAlErrorRepeated, kAlChangedByItself, kAlErrorCode, kAlErrorCleared, kAlOverdue,
   kCount
 };
