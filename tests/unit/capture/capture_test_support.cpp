@@ -62,9 +62,9 @@ Bytes Gzip(ByteSpan bytes) {
   state.next_out = out.data();
   state.avail_out = static_cast<uInt>(out.size());
   EXPECT_EQ(deflate(&state, Z_FINISH), Z_STREAM_END);
-  out.resize(out.size() - state.avail_out);
+  const Bytes compressed(out.data(), state.next_out);
   deflateEnd(&state);
-  return out;
+  return compressed;
 }
 
 Bytes Zstd(ByteSpan bytes) {
@@ -74,8 +74,7 @@ Bytes Zstd(ByteSpan bytes) {
   const std::size_t size = ZSTD_compress2(context, out.data(), out.size(), bytes.data(), bytes.size());
   ZSTD_freeCCtx(context);
   EXPECT_EQ(ZSTD_isError(size), 0U);
-  out.resize(size);
-  return out;
+  return {out.data(), out.data() + size};
 }
 
 TempFolder::TempFolder() {
