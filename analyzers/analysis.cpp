@@ -7,6 +7,7 @@
 #include "analyzers/core/rule.h"
 #include "analyzers/model/bus_model.h"
 #include "analyzers/stats/al_history.h"
+#include "analyzers/stats/cycle_statistics.h"
 #include "analyzers/stats/summary.h"
 #include "decoder/pipeline.h"
 
@@ -24,6 +25,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink {
   }
   void SetModel(model::BusModel& model) { model_ = &model; }
   void SetHistory(AlHistory& history) { history_ = &history; }
+  [[nodiscard]] CycleSummary cycle() const { return cycle_.Summary(); }
 
   void On(const track::SlaveFound& e) override {
     model_->Apply(e);  // first: rules look the slave up
@@ -45,7 +47,10 @@ class Dispatcher final : public track::EventSink, public model::ModelSink {
     model_->Apply(e);
   }
   void On(const track::AlStateForgotten& e) override { RulesThenModel(Topic::kAlStateForgotten, e); }
-  void On(const track::LogicalAccess& e) override { ToRules(Topic::kLogicalAccess, e); }
+  void On(const track::LogicalAccess& e) override {
+    cycle_.On(e);
+    ToRules(Topic::kLogicalAccess, e);
+  }
   void On(const track::Answered& e) override { ToRules(Topic::kAnswered, e); }
   void On(const track::FrameLost& e) override { ToRules(Topic::kFrameLost, e); }
   void On(const track::FrameDuplicated& e) override { ToRules(Topic::kFrameDuplicated, e); }
@@ -90,6 +95,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink {
   std::array<std::vector<Rule*>, static_cast<std::size_t>(Topic::kCount)> listeners_;
   model::BusModel* model_ = nullptr;
   AlHistory* history_ = nullptr;
+  CycleStatistics cycle_;
 };
 
 /// By first frame; a cause stands before what it causes, even where it was seen later. Indices in caused_by follow.
@@ -156,6 +162,7 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
   }
 
   AnalysisResult result = Summarise(source, pipeline, model, history);
+  result.bus.cycle = dispatcher.cycle();
   result.findings = std::move(store.findings());
   SortFindings(result.findings);
   result.not_evaluable = store.not_evaluable();

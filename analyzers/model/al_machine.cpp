@@ -98,7 +98,7 @@ void AlMachine::OnRequest(const track::AlRequest& request) {
   AlRequestJudged event;
   event.slave = slave_;
   event.request = record;
-  event.from_since = since_;
+  event.from_since = last_seen_ != 0 ? last_seen_ : since_;
   event.error_since = error_since_;
   event.broadcast = request.broadcast;
   sink_.On(event);
