@@ -13,9 +13,13 @@ time, and writes every packet. The drive answers with the identity of a Kollmorg
 and follows its public manual; its timing is invented.
 
 `ecaudit_make_samples samples` writes this file, `captures/` and `captures/expected.json` again, byte for byte the same.
-`expected.json` lists, for every capture, the findings of severity error and warning that a correct report holds, with the
-frame they are about (`sent` and `returned`: the numbers of its two copies, absent where a copy is not in the file), the
-number of repetitions folded into one finding (`count`), and whether a report may also leave it to its cause (`optional`).
+`expected.json` lists, for every capture, the findings of severity error and warning that a correct report holds:
+
+- `slave`: its position; null for the whole bus, or where the capture does not tell which slave it is,
+- `sent`, `returned`: the numbers of the two copies of the frame in question, absent where a copy is not in the file,
+- `until`: a finding may cite a later frame instead, up to this one,
+- `count`: repetitions folded into one finding, where that matters,
+- `optional`: a consequence, which a report may also leave to its cause.
 
 To add a sample, see `builder/scenarios/scenario.h`.
 
@@ -63,7 +67,8 @@ std::string ExpectedJson(const std::vector<MadeSample>& made) {
              ", \"slave\": " + (finding.slave < 0 ? "null" : std::to_string(finding.slave));
       if (finding.sent != 0) out += ", \"sent\": " + std::to_string(finding.sent);
       if (finding.returned != 0) out += ", \"returned\": " + std::to_string(finding.returned);
-      if (finding.count != 1) out += ", \"count\": " + std::to_string(finding.count);
+      if (finding.until != 0) out += ", \"until\": " + std::to_string(finding.until);
+      if (finding.count != 0) out += ", \"count\": " + std::to_string(finding.count);
       if (finding.optional) out += ", \"optional\": true";
       if (!finding.why.empty()) out += ", \"why\": " + Quoted(finding.why);
       out += "}";

@@ -151,7 +151,9 @@ void ScriptedMaster::BringToOp(CyclicTask task) {
 
 void ScriptedMaster::ShutDown() {
   for (const Al state : {Al::kSafeop, Al::kPreop, Al::kInit}) {
-    for (std::size_t i = 0; i < bus_.size(); ++i) ChangeState(i, state);
+    for (std::size_t i = 0; i < bus_.size(); ++i) {
+      if (bus_.slave(i).state() > static_cast<std::uint8_t>(state)) ChangeState(i, state);
+    }
     if (state == Al::kSafeop) StopCyclic();
   }
 }

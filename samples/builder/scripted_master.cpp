@@ -93,7 +93,7 @@ std::optional<std::vector<Datagram>> ScriptedMaster::SendOnce(const std::vector<
   ids.returned = recorder_.Frame(result.frame, result.at, true);
   if (double_next_) {
     double_next_ = false;
-    recorder_.Frame(result.frame, result.at + 12'000, true);
+    ids.again = recorder_.Frame(result.frame, result.at + 12'000, true);
     result.at += 12'000;
   }
   now_ = result.at;

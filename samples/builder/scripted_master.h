@@ -39,6 +39,7 @@ struct MasterHabits {
 struct FrameIds {
   std::optional<PacketId> sent{};
   std::optional<PacketId> returned{};
+  std::optional<PacketId> again{};  ///< a second returned copy
 };
 
 /// What came back for one datagram.
@@ -127,7 +128,7 @@ class ScriptedMaster {
   void BringToPreop();
   void BringToSafeop();
   void BringToOp(CyclicTask task = {});
-  /// Stops the cyclic task and leads all slaves down to INIT.
+  /// Leads all slaves from the state they are in down to INIT; the cyclic task stops in SAFEOP.
   void ShutDown();
 
   // --- AL

@@ -146,7 +146,8 @@ Sample AlTimeout() {
   master.Scan();
   master.SetUpMailbox(0);
   const AlAnswer silent = master.ChangeState(0, Al::kPreop, 3'600 * kMs);
-  story.Expect("al-timeout", 0, silent.request, "no PREOP and no error for 3.6 s of polling, limit 3 s");
+  story.Expect("al-timeout", 0, silent.request, "no PREOP and no error for 3.6 s of polling, limit 3 s")
+      .Until(silent.status_read);
   master.ChangeState(0, Al::kPreop);
   master.ChangeState(0, Al::kInit);
   return story.Finish();

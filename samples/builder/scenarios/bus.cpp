@@ -43,10 +43,10 @@ Sample DuplicatedFrames() {
   const int base = master.next_cycle();
   for (const int twice : {10, 25, 40}) master.ChangeCycle(base + twice, {.twice = true});
   master.Cycles(10);
-  const FrameIds first = OneCycle(story);
+  const FrameIds second_copy{.returned = OneCycle(story).again};
   master.Cycles(45);
   master.ShutDown();
-  story.Expect("frame-duplicated", -1, first, "three frames come back twice").Times(3);
+  story.Expect("frame-duplicated", -1, second_copy, "three frames come back twice").Times(3);
   return story.Finish();
 }
 
@@ -95,8 +95,8 @@ Sample DuplicateAddress() {
   master.Apwr(0, reg::kStationAddress, LeBytes(std::uint16_t{0x1001}));
   const Answer second = master.Apwr(1, reg::kStationAddress, LeBytes(std::uint16_t{0x1001}));
   const Answer both = master.Fprd(0x1001, reg::kAlStatus, 6);
-  story.Expect("bus-duplicate-address", 1, second.frame, "0x1001 is already the address of slave 0");
-  story.Expect("wkc-mismatch", -1, both.frame, "two slaves answer to one address").Optional();
+  story.Expect("bus-duplicate-address", 1, second.frame, "0x1001 is already the address of slave 0").Until(both.frame);
+  story.Expect("wkc-mismatch", 1, both.frame, "two slaves answer to one address").Optional();
   master.Wait(5 * kMs);
   master.Apwr(1, reg::kStationAddress, LeBytes(std::uint16_t{0x1002}));
   master.Scan();
@@ -108,23 +108,14 @@ Sample DuplicateAddress() {
 Sample SlaveCountChanges() {
   Story story;
   for (int i = 0; i < 3; ++i) story.Add(AkdDrive());
+  BringAllToOp(story, {.reads_al_status = true});
   ScriptedMaster& master = story.master;
-  master.Scan();
-  master.BringToPreop();
-  const auto watch = [&](int count) {
-    FrameIds first;
-    for (int i = 0; i < count; ++i) {
-      const Answer answer = master.Brd(reg::kAlStatus, 2);
-      if (i == 0) first = answer.frame;
-      master.Wait(10 * kMs);
-    }
-    return first;
-  };
-  watch(10);
+  master.Cycles(30);
   story.bus.BreakBehind(1);
-  const FrameIds gone = watch(10);
+  const FrameIds gone = OneCycle(story);
+  master.Cycles(29);
   story.Expect("bus-slave-count-changed", -1, gone, "one slave answers instead of three");
-  story.Expect("wkc-mismatch", -1, gone, "broadcasts count 1 instead of 3").Optional().Times(10);
+  story.Expect("wkc-mismatch", -1, gone, "the working counter of the LRW falls from 9 to 3");
   return story.Finish();
 }
 
@@ -151,7 +142,9 @@ Sample LinkErrors() {
   const FrameIds seen = read_counters();
   master.Cycles(20);
   master.ShutDown();
-  story.Expect("bus-link-errors", 1, seen, "port 1: 2 invalid frames, 5 RX errors, 1 lost link");
+  story.Expect("bus-link-errors", 1, seen, "port 1: 2 invalid frames");
+  story.Expect("bus-link-errors", 1, seen, "port 1: 5 RX errors").Optional();
+  story.Expect("bus-link-errors", 1, seen, "port 1: 1 lost link").Optional();
   return story.Finish();
 }
 

@@ -20,15 +20,21 @@ namespace ecaudit::samples {
 /// findings of severity info are listed only where they are the point of the sample.
 struct Expectation {
   std::string rule{};
-  int slave = -1;         ///< position; -1: the whole bus
+  int slave = -1;         ///< position; -1: the whole bus, or not to be told from the capture
   FrameNo sent = 0;       ///< the frame in question: outbound copy, 0 when it is not in the file
   FrameNo returned = 0;   ///< returned copy, 0 when it is not in the file
-  int count = 1;          ///< repetitions folded into one finding
+  FrameNo until = 0;      ///< the finding may also cite a later frame up to this one, which proves it
+  int count = 0;          ///< repetitions folded into one finding; 0: not said
   bool optional = false;  ///< a consequence that a report may name or fold into its cause
   std::string why{};
+  FrameIds until_frame{};  ///< what `until` is made from
 
   Expectation& Times(int n) {
     count = n;
+    return *this;
+  }
+  Expectation& Until(const FrameIds& frame) {
+    until_frame = frame;
     return *this;
   }
   Expectation& Optional() {

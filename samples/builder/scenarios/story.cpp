@@ -51,6 +51,7 @@ Sample Story::Finish() const {
     Expectation& one = sample.expected.emplace_back(noted.finding);
     one.sent = noted.frame.sent ? capture.Number(*noted.frame.sent) : 0;
     one.returned = noted.frame.returned ? capture.Number(*noted.frame.returned) : 0;
+    if (noted.finding.until_frame.returned) one.until = capture.Number(*noted.finding.until_frame.returned);
   }
   return sample;
 }
