@@ -14,6 +14,7 @@
 #include "decoder/device/documented_facts.h"
 #include "decoder/device/drive_profile.h"
 #include "decoder/device/emergency_codes.h"
+#include "decoder/device/esi_description.h"
 #include "decoder/device/latch_description.h"
 #include "decoder/device/mailbox_description.h"
 #include "decoder/device/object_dictionary.h"
@@ -65,6 +66,7 @@ class DeviceDescription {
   std::vector<FieldbusParameter> fieldbus_parameters;
   std::vector<Limit> limits;
   std::vector<Fact> facts;
+  std::optional<EsiDetails> esi;  ///< set when an ESI file took part
 
   /// The row for a request of `to` in state `from`; null when the family's table lacks the pair.
   [[nodiscard]] const AlTransition* al_transition(esc::AlState from, esc::AlState to) const;

@@ -1,0 +1,47 @@
+/// What only an ESI file states about a device.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "decoder/base/ids.h"
+
+namespace ecaudit::device {
+
+/// One synchronisation mode (Dc/OpMode).
+struct DcMode {
+  std::string name;
+  std::string description;
+  /// Low byte: register 0x0980, high byte: 0x0981.
+  std::uint32_t assign_activate = 0;
+  std::optional<TimeNs> cycle_sync0;  ///< 0 with a factor: the master's cycle times the factor
+  std::int32_t factor_sync0 = 0;
+  std::optional<TimeNs> shift_sync0;
+  std::optional<TimeNs> cycle_sync1;
+  std::int32_t factor_sync1 = 0;
+  std::optional<TimeNs> shift_sync1;
+};
+
+enum class FmmuUse : std::uint8_t { kOutputs, kInputs, kMailboxState, kOther };
+
+/// Longest times the device needs for a state change (Info/StateMachine/Timeout), nanoseconds.
+struct StateTimeouts {
+  std::optional<TimeNs> preop;
+  std::optional<TimeNs> safeop_op;
+  std::optional<TimeNs> back_to_init;
+  std::optional<TimeNs> back_to_safeop;
+};
+
+struct EsiDetails {
+  std::string vendor_name;
+  std::string type;                             ///< order code, the text of the element Type
+  std::string group;                            ///< GroupType
+  std::optional<std::uint32_t> profile_number;  ///< 402 for a drive
+  std::vector<FmmuUse> fmmus;                   ///< by FMMU number
+  std::vector<DcMode> dc_modes;
+  StateTimeouts timeouts;
+};
+
+}  // namespace ecaudit::device

@@ -1,0 +1,581 @@
+#include "decoder/device/esi_reader.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "decoder/base/text.h"
+#include "decoder/device/xml_cursor.h"
+
+namespace ecaudit::device {
+namespace {
+
+constexpr const char* kSource = "ESI, device description";
+/// Limits against files made to exhaust memory; the largest ESI files known stay far below.
+constexpr std::size_t kMaxDevices = 20'000;
+constexpr std::size_t kMaxRows = 4'000'000;  // PDO entries and dictionary rows of the whole file
+
+/// English text of an element that stands once per language.
+void ReadLocalName(XmlCursor& xml, std::string& out) {
+  const bool english = xml.Attribute("LcId") == "1033";
+  std::string text = xml.Text();
+  if (out.empty() || english) out = std::move(text);
+}
+
+struct Flags {
+  Access access = Access::kUnknown;
+  Mappable mappable = Mappable::kUnknown;
+  std::optional<PdoDirection> only;
+};
+
+/// <Flags><Access>ro</Access><PdoMapping>T</PdoMapping></Flags>
+Flags ReadFlags(XmlCursor& xml) {
+  Flags flags;
+  flags.mappable = Mappable::kNo;  // the schema's default
+  while (xml.NextChild()) {
+    if (xml.name() == "Access") {
+      const std::string text = xml.Text();
+      flags.access = text == "rw"   ? Access::kReadWrite
+                     : text == "wo" ? Access::kWrite
+                     : text == "ro" ? Access::kRead
+                                    : Access::kUnknown;
+    } else if (xml.name() == "PdoMapping") {
+      const std::string text = xml.Text();
+      const bool rx = text.find_first_of("Rr") != std::string::npos;
+      const bool tx = text.find_first_of("Tt") != std::string::npos;
+      if (rx || tx) flags.mappable = Mappable::kYes;
+      if (rx != tx) flags.only = rx ? PdoDirection::kRx : PdoDirection::kTx;
+    } else {
+      xml.Skip();
+    }
+  }
+  return flags;
+}
+
+/// A type of the dictionary: a record's subindices, or an array.
+struct EsiType {
+  struct Item {
+    std::optional<std::uint8_t> subindex;  ///< missing for the elements of an array
+    std::string name;
+    std::string type;
+    std::optional<Flags> flags;
+  };
+  std::vector<Item> items;
+  std::string base;  ///< element type of an array
+  std::uint32_t first = 1;
+  std::uint32_t elements = 0;
+};
+
+using EsiTypes = std::map<std::string, EsiType, std::less<>>;
+
+class EsiParser {
+ public:
+  explicit EsiParser(std::string_view text) : xml_(text) {}
+
+  Result<EsiFile> Parse() {
+    xml_.EnterRoot("EtherCATInfo");
+    while (xml_.NextChild()) {
+      if (xml_.name() == "Vendor") {
+        ReadVendor();
+      } else if (xml_.name() == "Descriptions") {
+        ReadDescriptions();
+      } else {
+        xml_.Skip();
+      }
+    }
+    if (xml_.failed()) return xml_.error();
+    for (DeviceDescription& device : file_.devices) {
+      device.match.vendor_id = file_.vendor_id;
+      if (device.esi) device.esi->vendor_name = file_.vendor_name;
+    }
+    return std::move(file_);
+  }
+
+ private:
+  void ReadVendor() {
+    while (xml_.NextChild()) {
+      if (xml_.name() == "Id") {
+        file_.vendor_id = xml_.Number<std::uint32_t>();
+      } else if (xml_.name() == "Name") {
+        ReadLocalName(xml_, file_.vendor_name);
+      } else {
+        xml_.Skip();
+      }
+    }
+  }
+
+  void ReadDescriptions() {
+    while (xml_.NextChild()) {
+      if (xml_.name() != "Devices") {
+        xml_.Skip();
+        continue;
+      }
+      while (xml_.NextChild()) {
+        if (xml_.name() == "Device") {
+          ReadDevice();
+        } else {
+          xml_.Skip();
+        }
+      }
+    }
+  }
+
+  void ReadDevice() {
+    if (file_.devices.size() >= kMaxDevices) return xml_.Fail("more than " + Grouped(kMaxDevices) + " devices");
+    DeviceDescription& device = file_.devices.emplace_back();
+    device.esi.emplace();
+    device.document = "ESI";
+    device.match.source = device.pdo.source = device.mailbox.source = kSource;
+    while (xml_.NextChild()) {
+      const std::string& name = xml_.name();
+      if (name == "Type") {
+        ReadType(device);
+      } else if (name == "Name") {
+        ReadLocalName(xml_, device.title);
+      } else if (name == "GroupType") {
+        device.esi->group = xml_.Text();
+      } else if (name == "Info") {
+        ReadInfo(device.esi->timeouts);
+      } else if (name == "Profile") {
+        ReadProfileElement(device);
+      } else if (name == "Fmmu") {
+        ReadFmmu(*device.esi);
+      } else if (name == "Sm") {
+        ReadSyncManager(device.mailbox);
+      } else if (name == "RxPdo") {
+        ReadPdo(PdoDirection::kRx, device.pdo);
+      } else if (name == "TxPdo") {
+        ReadPdo(PdoDirection::kTx, device.pdo);
+      } else if (name == "Mailbox") {
+        ReadMailbox(device.mailbox);
+      } else if (name == "Dc") {
+        ReadDc(*device.esi);
+      } else {
+        xml_.Skip();
+      }
+    }
+    std::stable_sort(device.pdo.fixed.begin(), device.pdo.fixed.end(),
+                     [](const PdoContent& a, const PdoContent& b) { return a.index < b.index; });
+    std::stable_sort(device.pdo.selectable.begin(), device.pdo.selectable.end(),
+                     [](const SelectablePdo& a, const SelectablePdo& b) { return a.index < b.index; });
+    device.pdo.selectable_complete = true;
+    if (device.dictionary) SortObjects(device.dictionary->objects);
+  }
+
+  void ReadType(DeviceDescription& device) {
+    if (const auto product = xml_.NumberAttribute<std::uint32_t>("ProductCode")) {
+      device.match.product_codes.push_back(*product);
+    }
+    if (const auto revision = xml_.NumberAttribute<std::uint32_t>("RevisionNo")) {
+      device.match.revision_min = device.match.revision_max = *revision;
+    }
+    device.esi->type = xml_.Text();
+    if (device.title.empty()) device.title = device.esi->type;
+  }
+
+  void ReadInfo(StateTimeouts& timeouts) {
+    while (xml_.NextChild()) {
+      if (xml_.name() != "StateMachine") {
+        xml_.Skip();
+        continue;
+      }
+      while (xml_.NextChild()) {
+        if (xml_.name() != "Timeout") {
+          xml_.Skip();
+          continue;
+        }
+        while (xml_.NextChild()) {
+          std::optional<TimeNs>* target = xml_.name() == "PreopTimeout"          ? &timeouts.preop
+                                          : xml_.name() == "SafeopOpTimeout"     ? &timeouts.safeop_op
+                                          : xml_.name() == "BackToInitTimeout"   ? &timeouts.back_to_init
+                                          : xml_.name() == "BackToSafeopTimeout" ? &timeouts.back_to_safeop
+                                                                                 : nullptr;
+          if (target == nullptr) {
+            xml_.Skip();
+          } else {
+            *target = TimeNs{xml_.Number<std::int32_t>()} * 1'000'000;  // milliseconds
+          }
+        }
+      }
+    }
+  }
+
+  void ReadFmmu(EsiDetails& esi) {
+    const std::string use = xml_.Text();
+    esi.fmmus.push_back(use == "Outputs"     ? FmmuUse::kOutputs
+                        : use == "Inputs"    ? FmmuUse::kInputs
+                        : use == "MBoxState" ? FmmuUse::kMailboxState
+                                             : FmmuUse::kOther);
+    if (esi.fmmus.size() > 256) xml_.Fail("more than 256 FMMUs");
+  }
+
+  void ReadSyncManager(MailboxDescription& mailbox) {
+    if (mailbox.sync_managers.size() >= 256) return xml_.Fail("more than 256 sync managers");
+    SyncManagerRule& rule = mailbox.sync_managers.emplace_back();
+    rule.number = static_cast<std::uint8_t>(mailbox.sync_managers.size() - 1);
+    rule.start = xml_.NumberAttribute<std::uint16_t>("StartAddress");
+    rule.max_length = xml_.NumberAttribute<std::uint32_t>("MaxSize");
+    rule.control = xml_.NumberAttribute<std::uint8_t>("ControlByte");
+    if (const auto size = xml_.NumberAttribute<std::uint32_t>("DefaultSize")) rule.lengths.push_back(*size);
+    const std::string use = xml_.Text();
+    rule.use = use == "MBoxOut"   ? SyncManagerUse::kMailboxOut
+               : use == "MBoxIn"  ? SyncManagerUse::kMailboxIn
+               : use == "Outputs" ? SyncManagerUse::kProcessOut
+               : use == "Inputs"  ? SyncManagerUse::kProcessIn
+                                  : SyncManagerUse::kUnused;
+    rule.mailbox_mode = rule.use == SyncManagerUse::kMailboxOut || rule.use == SyncManagerUse::kMailboxIn;
+    rule.master_writes = rule.use == SyncManagerUse::kMailboxOut || rule.use == SyncManagerUse::kProcessOut;
+    rule.source = kSource;
+  }
+
+  void ReadMailbox(MailboxDescription& mailbox) {
+    struct Protocol {
+      std::string_view element;
+      std::uint8_t type;
+      const char* name;
+    };
+    static constexpr Protocol kProtocols[] = {{"AoE", 1, "ADS over EtherCAT"},
+                                              {"EoE", 2, "Ethernet over EtherCAT"},
+                                              {"CoE", 3, "CAN application protocol over EtherCAT"},
+                                              {"FoE", 4, "File access over EtherCAT"},
+                                              {"SoE", 5, "Servo drive profile over EtherCAT"},
+                                              {"VoE", 15, "Vendor specific"}};
+    while (xml_.NextChild()) {
+      for (const Protocol& known : kProtocols) {
+        if (xml_.name() != known.element || mailbox.FindProtocol(known.type) != nullptr) continue;
+        MailboxProtocol& protocol = mailbox.protocols.emplace_back();
+        protocol.type = known.type;
+        protocol.name = known.name;
+        protocol.source = kSource;
+      }
+      if (xml_.name() == "CoE") {
+        mailbox.complete_access = xml_.Flag("CompleteAccess");
+        mailbox.sdo_information = xml_.Flag("SdoInfo");
+      }
+      xml_.Skip();
+    }
+  }
+
+  void ReadDc(EsiDetails& esi) {
+    while (xml_.NextChild()) {
+      if (xml_.name() != "OpMode") {
+        xml_.Skip();
+        continue;
+      }
+      if (esi.dc_modes.size() >= 1000) return xml_.Fail("more than 1,000 DC modes");
+      DcMode& mode = esi.dc_modes.emplace_back();
+      while (xml_.NextChild()) {
+        const std::string& name = xml_.name();
+        if (name == "Name") {
+          mode.name = xml_.Text();
+        } else if (name == "Desc") {
+          mode.description = xml_.Text();
+        } else if (name == "AssignActivate") {
+          mode.assign_activate = xml_.Number<std::uint32_t>();
+        } else if (name == "CycleTimeSync0") {
+          mode.factor_sync0 = xml_.NumberAttribute<std::int32_t>("Factor").value_or(0);
+          mode.cycle_sync0 = xml_.Number<std::int64_t>();
+        } else if (name == "ShiftTimeSync0") {
+          mode.shift_sync0 = xml_.Number<std::int64_t>();
+        } else if (name == "CycleTimeSync1") {
+          mode.factor_sync1 = xml_.NumberAttribute<std::int32_t>("Factor").value_or(0);
+          mode.cycle_sync1 = xml_.Number<std::int64_t>();
+        } else if (name == "ShiftTimeSync1") {
+          mode.shift_sync1 = xml_.Number<std::int64_t>();
+        } else {
+          xml_.Skip();
+        }
+      }
+    }
+  }
+
+  void ReadPdo(PdoDirection direction, PdoDescription& pdo) {
+    PdoContent content;
+    content.direction = direction;
+    content.fixed = xml_.Flag("Fixed");
+    content.mandatory = xml_.Flag("Mandatory");
+    content.sync_manager = xml_.NumberAttribute<std::uint8_t>("Sm");
+    content.source = kSource;
+    while (xml_.NextChild()) {
+      if (xml_.name() == "Index") {
+        content.index = xml_.Number<std::uint16_t>();
+      } else if (xml_.name() == "Name") {
+        ReadLocalName(xml_, content.name);
+      } else if (xml_.name() == "Exclude") {
+        content.excludes.push_back(xml_.Number<std::uint16_t>());
+        CountRow();
+      } else if (xml_.name() == "Entry") {
+        ReadPdoEntry(content);
+      } else {
+        xml_.Skip();
+      }
+    }
+    // A PDO that may be remapped freely can have no entries by default.
+    SelectablePdo selectable;
+    selectable.direction = direction;
+    selectable.index = content.index;
+    selectable.source = kSource;
+    pdo.selectable.push_back(std::move(selectable));
+    pdo.fixed.push_back(std::move(content));
+    CountRow();
+  }
+
+  void ReadPdoEntry(PdoContent& content) {
+    PdoEntry entry;
+    while (xml_.NextChild()) {
+      if (xml_.name() == "Index") {
+        entry.index = xml_.Number<std::uint16_t>();
+      } else if (xml_.name() == "SubIndex") {
+        entry.subindex = xml_.Number<std::uint8_t>();
+      } else if (xml_.name() == "BitLen") {
+        entry.bits = xml_.Number<std::uint16_t>();
+      } else if (xml_.name() == "Name") {
+        ReadLocalName(xml_, entry.name);
+      } else if (xml_.name() == "DataType") {
+        entry.type = DataTypeFromName(xml_.Text());
+      } else {
+        xml_.Skip();
+      }
+    }
+    content.entries.push_back(std::move(entry));
+    CountRow();
+  }
+
+  void ReadProfileElement(DeviceDescription& device) {
+    while (xml_.NextChild()) {
+      if (xml_.name() == "ProfileNo") {
+        device.esi->profile_number = xml_.Number<std::uint32_t>();
+      } else if (xml_.name() == "Dictionary") {
+        if (!device.dictionary) device.dictionary.emplace();
+        device.dictionary->source = kSource;
+        ReadDictionary(*device.dictionary);
+      } else {
+        xml_.Skip();
+      }
+    }
+  }
+
+  void ReadDictionary(ObjectDictionary& dictionary) {
+    EsiTypes types;
+    while (xml_.NextChild()) {
+      if (xml_.name() == "DataTypes") {
+        while (xml_.NextChild()) {
+          if (xml_.name() == "DataType") {
+            ReadDataType(types);
+          } else {
+            xml_.Skip();
+          }
+        }
+      } else if (xml_.name() == "Objects") {
+        while (xml_.NextChild()) {
+          if (xml_.name() == "Object") {
+            ReadObject(types, dictionary);
+          } else {
+            xml_.Skip();
+          }
+        }
+      } else {
+        xml_.Skip();
+      }
+    }
+  }
+
+  void ReadDataType(EsiTypes& types) {
+    EsiType type;
+    std::string name;
+    while (xml_.NextChild()) {
+      if (xml_.name() == "Name") {
+        name = xml_.Text();
+      } else if (xml_.name() == "BaseType") {
+        type.base = xml_.Text();
+      } else if (xml_.name() == "ArrayInfo") {
+        while (xml_.NextChild()) {
+          if (xml_.name() == "LBound") {
+            type.first = xml_.Number<std::uint32_t>();
+          } else if (xml_.name() == "Elements") {
+            type.elements = xml_.Number<std::uint32_t>();
+          } else {
+            xml_.Skip();
+          }
+        }
+      } else if (xml_.name() == "SubItem") {
+        type.items.push_back(ReadSubItem());
+        CountRow();
+      } else {
+        xml_.Skip();
+      }
+    }
+    CountRow();
+    types.insert_or_assign(std::move(name), std::move(type));
+  }
+
+  EsiType::Item ReadSubItem() {
+    EsiType::Item item;
+    while (xml_.NextChild()) {
+      if (xml_.name() == "SubIdx") {
+        item.subindex = xml_.Number<std::uint8_t>();
+      } else if (xml_.name() == "Name" || xml_.name() == "DisplayName") {
+        ReadLocalName(xml_, item.name);
+      } else if (xml_.name() == "Type") {
+        item.type = xml_.Text();
+      } else if (xml_.name() == "Flags") {
+        item.flags = ReadFlags(xml_);
+      } else {
+        xml_.Skip();
+      }
+    }
+    return item;
+  }
+
+  void ReadObject(const EsiTypes& types, ObjectDictionary& dictionary) {
+    DictionaryObject object;
+    object.source = kSource;
+    std::string type_name;
+    Flags flags;
+    while (xml_.NextChild()) {
+      if (xml_.name() == "Index") {
+        object.index = xml_.Number<std::uint16_t>();
+      } else if (xml_.name() == "Name") {
+        ReadLocalName(xml_, object.name);
+      } else if (xml_.name() == "Type") {
+        type_name = xml_.Text();
+      } else if (xml_.name() == "Flags") {
+        flags = ReadFlags(xml_);
+      } else {
+        xml_.Skip();
+      }
+    }
+    if (xml_.failed()) return;
+    const auto type = types.find(type_name);
+    if (type == types.end() || type->second.items.empty()) {
+      // A simple object; a declared type without subindices stands for its base type, or is a string of a fixed size.
+      AddRow(dictionary, object, type_name, type == types.end() ? nullptr : &type->second, flags);
+      return;
+    }
+    DictionaryObject head = object;
+    head.head = true;
+    const std::vector<EsiType::Item>& items = type->second.items;
+    const bool array = std::any_of(items.begin(), items.end(), [](const EsiType::Item& i) { return !i.subindex; });
+    head.types = {array ? DataType::kArray : DataType::kRecord};
+    dictionary.objects.push_back(std::move(head));
+    CountRow();
+    for (const EsiType::Item& item : items) {
+      DictionaryObject row = object;
+      row.name = item.name;
+      const auto inner = types.find(item.type);
+      if (item.subindex) {
+        row.subindex = row.last_subindex = *item.subindex;
+      } else if (inner != types.end() && inner->second.elements > 0) {
+        row.subindex = static_cast<std::uint8_t>(std::min<std::uint32_t>(inner->second.first, 255));
+        row.last_subindex = static_cast<std::uint8_t>(
+            std::min<std::uint64_t>(std::uint64_t{inner->second.first} + inner->second.elements - 1, 255));
+        row.name = object.name;
+      } else {
+        continue;  // no subindex, no array: nothing to find by SDO
+      }
+      AddRow(dictionary, std::move(row), item.type, inner == types.end() ? nullptr : &inner->second,
+             item.flags.value_or(flags));
+    }
+  }
+
+  void AddRow(ObjectDictionary& dictionary, DictionaryObject row, const std::string& type_name, const EsiType* declared,
+              const Flags& flags) {
+    DataType type = DataTypeFromName(type_name);
+    if (type == DataType::kUnknown && declared != nullptr) type = DataTypeFromName(declared->base);
+    if (type != DataType::kUnknown) row.types = {type};
+    row.access = flags.access;
+    row.mappable = flags.mappable;
+    row.only = flags.only;
+    dictionary.objects.push_back(std::move(row));
+    CountRow();
+  }
+
+  void CountRow() {
+    if (++rows_ > kMaxRows) xml_.Fail("more than " + Grouped(kMaxRows) + " objects and PDO entries");
+  }
+
+  XmlCursor xml_;
+  EsiFile file_;
+  std::size_t rows_ = 0;
+};
+
+}  // namespace
+
+const DeviceDescription* EsiFile::Find(std::uint32_t product_code, std::uint32_t revision) const {
+  const DeviceDescription* best = nullptr;
+  for (const DeviceDescription& device : devices) {
+    const auto& products = device.match.product_codes;
+    if (std::find(products.begin(), products.end(), product_code) == products.end()) continue;
+    if (device.match.revision_min == revision) return &device;
+    if (best == nullptr || device.match.revision_min.value_or(0) > best->match.revision_min.value_or(0)) best = &device;
+  }
+  return best;
+}
+
+Result<EsiFile> ReadEsi(std::string_view xml) {
+  return EsiParser(xml).Parse();
+}
+
+Result<EsiFile> LoadEsiFile(const std::string& path) {
+  Result<std::string> text = ReadXmlFile(path);
+  if (!text) return text.error();
+  Result<EsiFile> file = ReadEsi(*text);
+  if (!file) return Error{Printable(path) + ": " + file.error().message};
+  return file;
+}
+
+DeviceDescription WithEsi(DeviceDescription family, const DeviceDescription& esi) {
+  family.match = esi.match;
+  family.esi = esi.esi;
+  if (!esi.title.empty()) family.title = esi.title;
+
+  // PDO by PDO: the ESI of the device beats the manual of the family.
+  for (const PdoContent& content : esi.pdo.fixed) {
+    const auto at = std::lower_bound(family.pdo.fixed.begin(), family.pdo.fixed.end(), content.index,
+                                     [](const PdoContent& pdo, std::uint16_t index) { return pdo.index < index; });
+    if (at != family.pdo.fixed.end() && at->index == content.index) {
+      // An empty list in an ESI means "configurable", not "empty": keep what the manual knows.
+      if (!content.entries.empty()) *at = content;
+    } else {
+      family.pdo.fixed.insert(at, content);
+    }
+  }
+  for (const SelectablePdo& pdo : esi.pdo.selectable) {
+    if (!family.pdo.IsAssignable(pdo.direction, pdo.index)) family.pdo.selectable.push_back(pdo);
+  }
+  std::stable_sort(family.pdo.selectable.begin(), family.pdo.selectable.end(),
+                   [](const SelectablePdo& a, const SelectablePdo& b) { return a.index < b.index; });
+
+  if (esi.dictionary) {
+    ObjectDictionary merged = *esi.dictionary;
+    if (family.dictionary) {
+      for (DictionaryObject& object : merged.objects) {
+        const DictionaryObject* known = object.head ? family.dictionary->FindIndex(object.index)
+                                                    : family.dictionary->Find(object.index, object.subindex);
+        if (known == nullptr) continue;
+        if (object.name.empty()) object.name = known->name;
+        object.keyword = known->keyword;
+        object.scale = known->scale;
+        object.unit = known->unit;
+      }
+      // What only the family knows stays known.
+      std::vector<DictionaryObject> others;
+      for (const DictionaryObject& object : family.dictionary->objects) {
+        const bool replaced = object.head ? merged.FindIndex(object.index) != nullptr
+                                          : merged.Find(object.index, object.subindex) != nullptr;
+        if (!replaced) others.push_back(object);
+      }
+      merged.objects.insert(merged.objects.end(), others.begin(), others.end());
+      SortObjects(merged.objects);
+      merged.complete = false;
+    }
+    family.dictionary = std::move(merged);
+  }
+  if (!esi.mailbox.sync_managers.empty()) family.mailbox.sync_managers = esi.mailbox.sync_managers;
+  if (!esi.mailbox.protocols.empty()) family.mailbox.protocols = esi.mailbox.protocols;
+  family.mailbox.complete_access = esi.mailbox.complete_access;
+  family.mailbox.sdo_information = esi.mailbox.sdo_information;
+  return family;
+}
+
+}  // namespace ecaudit::device
