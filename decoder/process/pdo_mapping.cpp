@@ -1,0 +1,116 @@
+#include "decoder/process/pdo_mapping.h"
+
+#include "decoder/base/bytes.h"
+
+namespace ecaudit::process {
+namespace {
+
+/// Up to four bytes, little endian.
+std::uint32_t Value(ByteSpan bytes) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < bytes.size() && i < 4; ++i) value |= static_cast<std::uint32_t>(bytes[i]) << (8 * i);
+  return value;
+}
+
+}  // namespace
+
+std::optional<std::vector<std::uint32_t>> PdoObject::Contents() const {
+  const std::uint8_t* known_count = count.if_known();
+  if (known_count == nullptr) return std::nullopt;
+  std::vector<std::uint32_t> contents;
+  contents.reserve(*known_count);
+  for (unsigned i = 1; i <= *known_count; ++i) {
+    const auto value = values.find(static_cast<std::uint8_t>(i));
+    if (value == values.end()) return std::nullopt;
+    contents.push_back(value->second);
+  }
+  return contents;
+}
+
+bool PdoMapping::Apply(const mailbox::SdoTransfer& transfer) {
+  if (!transfer.has_object || !IsPdoObject(transfer.index) || transfer.data_gap || transfer.data.empty()) return false;
+  Certainty certainty = Certainty::kObserved;
+  if (transfer.outcome == mailbox::SdoOutcome::kNotCaptured && transfer.service == mailbox::SdoService::kDownload) {
+    certainty = Certainty::kInferred;
+  } else if (transfer.outcome != mailbox::SdoOutcome::kCompleted) {
+    return false;
+  }
+  const FrameNo frame = transfer.response.seen() ? transfer.response.number : transfer.request.number;
+  if (!transfer.complete_access) {
+    return Set(transfer.index, transfer.subindex, Value(transfer.data), certainty, frame);
+  }
+  // Complete access from subindex 0: the count takes two bytes, then the entries follow without gaps.
+  const std::size_t width = IsAssignment(transfer.index) ? 2 : 4;
+  ByteSpan rest = transfer.data;
+  bool changed = false;
+  if (transfer.subindex == 0) {
+    changed = Set(transfer.index, 0, rest[0], certainty, frame);
+    rest = Slice(rest, 2);
+  }
+  for (unsigned subindex = 1; subindex <= 255 && rest.size() >= width; ++subindex) {
+    changed |= Set(transfer.index, static_cast<std::uint8_t>(subindex), Value(rest.first(width)), certainty, frame);
+    rest = rest.subspan(width);
+  }
+  return changed;
+}
+
+bool PdoMapping::Set(std::uint16_t index, std::uint8_t subindex, std::uint32_t value, Certainty certainty,
+                     FrameNo frame) {
+  const auto known = [&](std::uint8_t v) {
+    return certainty == Certainty::kObserved ? Known<std::uint8_t>::Observed(v, frame)
+                                             : Known<std::uint8_t>::Inferred(v, frame);
+  };
+  if (values_ >= kMaxValues && objects_.find(index) == objects_.end()) return false;
+  PdoObject& object = objects_[index];
+  if (subindex == 0) {
+    const std::uint8_t* before = object.count.if_known();
+    const auto count = static_cast<std::uint8_t>(value);
+    const bool changed = before == nullptr || *before != count;
+    object.count = known(count);
+    if (!changed) return false;
+  } else {
+    const auto before = object.values.find(subindex);
+    if (before != object.values.end() && before->second == value) return false;
+    if (before == object.values.end()) {
+      if (values_ >= kMaxValues) return false;
+      ++values_;
+    }
+    object.values[subindex] = value;
+  }
+  object.since = frame;
+  ++version_;
+  return true;
+}
+
+void PdoMapping::Clear(FrameNo /*why*/) {
+  objects_.clear();
+  values_ = 0;
+  ++version_;
+}
+
+const PdoObject* PdoMapping::Find(std::uint16_t index) const {
+  const auto found = objects_.find(index);
+  return found == objects_.end() ? nullptr : &found->second;
+}
+
+std::optional<std::vector<std::uint16_t>> PdoMapping::Assigned(std::uint16_t assignment) const {
+  const PdoObject* object = Find(assignment);
+  const auto contents = object != nullptr ? object->Contents() : std::nullopt;
+  if (!contents) return std::nullopt;
+  std::vector<std::uint16_t> pdos;
+  pdos.reserve(contents->size());
+  for (const std::uint32_t value : *contents) pdos.push_back(static_cast<std::uint16_t>(value));
+  return pdos;
+}
+
+std::optional<std::vector<MappingEntry>> PdoMapping::Mapped(std::uint16_t pdo) const {
+  const PdoObject* object = Find(pdo);
+  const auto contents = object != nullptr ? object->Contents() : std::nullopt;
+  if (!contents) return std::nullopt;
+  std::vector<MappingEntry> entries;
+  entries.reserve(contents->size());
+  for (const std::uint32_t value : *contents) entries.push_back(MappingEntry::FromValue(value));
+  return entries;
+}
+
+}  // namespace ecaudit::process
