@@ -1,5 +1,6 @@
 #include "cli/baseline.h"
 
+#include <algorithm>
 #include <string_view>
 
 #include <nlohmann/json.hpp>
@@ -32,7 +33,30 @@ std::optional<Fingerprint> ReadEntry(const nlohmann::json& entry) {
 Fingerprint FingerprintOf(const Finding& finding, const AnalysisResult& result) {
   const SlaveSummary* slave = result.slave(finding.slave);
   return {std::string(finding.rule), slave == nullptr ? std::nullopt : std::optional(slave->position),
-          Printable(finding.title)};
+          WithoutCounts(Printable(finding.title))};
+}
+
+std::string WithoutCounts(std::string_view title) {
+  constexpr std::string_view kDigits = "0123456789";
+  constexpr std::string_view kInNumbers = "0123456789.,";
+  std::string out;
+  while (!title.empty()) {
+    const std::size_t spaces = std::min(title.find_first_not_of(' '), title.size());
+    out += title.substr(0, spaces);
+    title.remove_prefix(spaces);
+    const std::string_view word = title.substr(0, std::min(title.find(' '), title.size()));
+    title.remove_prefix(word.size());
+    const bool number = !word.empty() && kDigits.find(word.front()) != std::string_view::npos &&
+                        word.find_first_not_of(kInNumbers) == std::string_view::npos;
+    if (!number || out.ends_with("port ") || out.ends_with("state ")) {
+      out += word;
+      continue;
+    }
+    out += '#';
+    // Punctuation behind the number belongs to the sentence.
+    out += word.substr(word.find_last_of(kDigits) + 1);
+  }
+  return out;
 }
 
 Result<Baseline> ReadBaseline(const std::string& path) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "analyzers/core/analysis_result.h"
@@ -17,7 +18,7 @@ namespace ecaudit::cli {
 struct Fingerprint {
   std::string rule;
   std::optional<SlavePos> slave;  ///< position; nothing for the whole bus
-  std::string title;              ///< printable
+  std::string title;              ///< printable, counting numbers as '#'
 
   auto operator<=>(const Fingerprint&) const = default;
 };
@@ -29,6 +30,11 @@ using Baseline = std::set<Fingerprint>;
 [[nodiscard]] Result<Baseline> ReadBaseline(const std::string& path);
 /// The file that lists all findings of `report`, each once, sorted.
 [[nodiscard]] std::string WriteBaseline(const report::Report& report);
+
+/// `title` with each decimal number replaced by '#': "4 frames of 181 never came back" is the same fault as "7 frames
+/// of 900 ...". Kept are numbers that name something: behind "port" or "state", and those inside words ("0x001d",
+/// "SM2", "1C12h:1").
+[[nodiscard]] std::string WithoutCounts(std::string_view title);
 
 /// Fills `known` of `capture`.
 void ApplyBaseline(const Baseline& baseline, report::CaptureReport& capture);

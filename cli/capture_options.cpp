@@ -186,6 +186,7 @@ Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOption
     if (auto error = ApplyNames(config->profiles, config->rules, settings.analysis)) return In(config->path, *error);
     if (auto error = ApplyFailOn(config->fail_on, settings.fail_on)) return In(config->path, *error);
     settings.baseline = config->baseline.value_or("");
+    settings.analysis.limits = config->limits;
   }
   if (auto error = ApplyNames(options.profiles, gate.rules, settings.analysis)) return *error;
   if (auto error = ApplyFailOn(gate.fail_on, settings.fail_on)) return *error;

@@ -1,5 +1,6 @@
 #include "cli/config.h"
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <string_view>
@@ -15,7 +16,11 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 constexpr std::string_view kFileName = ".ecaudit.json";
-constexpr std::array<std::string_view, 5> kKeys{"profile", "slave_profiles", "rules", "fail_on", "baseline"};
+constexpr std::array<std::string_view, 6> kKeys{"profile", "slave_profiles", "rules", "fail_on", "baseline", "limits"};
+
+/// Limits that rules let a project change; each rule's page (`ecaudit explain`) tells its own.
+constexpr std::array<std::string_view, 3> kLimits{"al-timeout.preop", "al-timeout.safeop-op", "al-timeout.down"};
+constexpr double kLargestLimitMs = 1e9;  // 11 days
 
 Error Wrong(const std::string& path, const std::string& what) {
   return Error{path + ": " + what};
@@ -28,6 +33,22 @@ std::optional<Error> ReadAssignments(const Json& value, const std::string& name,
   for (const auto& [key, text] : value.items()) {
     if (!text.is_string()) return Wrong(path, "'" + name + "': the value of '" + key + "' must be a string");
     out.push_back(key + "=" + text.get_ref<const std::string&>());
+  }
+  return std::nullopt;
+}
+
+/// Reads {"NAME": milliseconds, ...}.
+std::optional<Error> ReadLimits(const Json& value, Config& config) {
+  if (!value.is_object()) return Wrong(config.path, "'limits' must be an object");
+  for (const auto& [name, limit] : value.items()) {
+    if (std::find(kLimits.begin(), kLimits.end(), name) == kLimits.end()) {
+      return Wrong(config.path, "unknown limit '" + name + "'" + Suggestion(name, kLimits, ""));
+    }
+    const double ms = limit.is_number() ? limit.get<double>() : 0.0;
+    if (!(ms > 0 && ms <= kLargestLimitMs)) {
+      return Wrong(config.path, "'limits': the value of '" + name + "' must be a number of milliseconds");
+    }
+    config.limits[name] = static_cast<std::int64_t>(ms * 1e6);
   }
   return std::nullopt;
 }
@@ -47,6 +68,8 @@ Result<Config> ReadConfig(const std::string& path) {
       error = ReadAssignments(value, key, path, config.rules);
     } else if (key == "slave_profiles") {
       error = ReadAssignments(value, key, path, config.profiles);
+    } else if (key == "limits") {
+      error = ReadLimits(value, config);
     } else if (key == "profile" || key == "fail_on" || key == "baseline") {
       if (!value.is_string()) return Wrong(path, "'" + key + "' must be a string");
       const auto& text = value.get_ref<const std::string&>();

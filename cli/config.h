@@ -1,9 +1,10 @@
 /// The configuration file of a project, `.ecaudit.json`. docs/configuration.md describes it for users.
 #pragma once
 
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "decoder/base/result.h"
@@ -12,11 +13,12 @@ namespace ecaudit::cli {
 
 /// What a file says, checked for its shape; the names in it are checked where options are (capture_options.h).
 struct Config {
-  std::string path;                     ///< of the file
-  std::vector<std::string> profiles;    ///< as --profile: "NAME" or "SLAVE=NAME"
-  std::vector<std::string> rules;       ///< as --rule: "ID=SEVERITY"
-  std::optional<std::string> fail_on;   ///< as --fail-on
-  std::optional<std::string> baseline;  ///< as --baseline; relative to the file's folder
+  std::string path;                                         ///< of the file
+  std::vector<std::string> profiles;                        ///< as --profile: "NAME" or "SLAVE=NAME"
+  std::vector<std::string> rules;                           ///< as --rule: "ID=SEVERITY"
+  std::optional<std::string> fail_on;                       ///< as --fail-on
+  std::optional<std::string> baseline;                      ///< as --baseline; relative to the file's folder
+  std::map<std::string, std::int64_t, std::less<>> limits;  ///< ns by name; the file has milliseconds
 };
 
 /// Reads `path`. An unknown key or a value of the wrong type is an error: a typing mistake must not switch a check off.

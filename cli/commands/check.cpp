@@ -146,8 +146,9 @@ class CheckCommand : public Command {
     if (const auto baseline = baselines_.find(capture.baseline); baseline != baselines_.end()) {
       ApplyBaseline(baseline->second, capture);
     }
+    const bool cut_short = stop_requested && !capture.result.capture.complete;
     report.captures.push_back(std::move(capture));
-    if (stop_requested) {
+    if (cut_short) {
       return Fail(console, Error{name + ": interrupted, the report covers the first " +
                                  std::to_string(report.captures.back().result.capture.packets) + " packets"});
     }

@@ -57,6 +57,14 @@ std::string EvidenceText(const Evidence& evidence) {
       evidence.value);
 }
 
+/// "AKD-2011, 4.3.4"; the section may begin with the document's name already.
+std::string ReferenceText(const Reference& reference) {
+  const std::string document = OneLine(reference.document);
+  const std::string section = OneLine(reference.section);
+  if (document.empty() || section.starts_with(document)) return section;
+  return section.empty() ? document : document + ", " + section;
+}
+
 std::string StepText(const AlStep& step) {
   if (step.kind == AlStep::Kind::kRequest) {
     const esc::AlWord control{step.to};
@@ -277,13 +285,12 @@ class CaptureText {
     text_.Field("evidence", evidence, indent);
     std::string related;
     for (const FrameNo frame : f.related_frames) related += (related.empty() ? "" : ", ") + std::to_string(frame);
-    text_.Field("see also", related.empty() ? "" : "frames " + related, indent);
+    const std::string_view noun = f.related_frames.size() == 1 ? "frame " : "frames ";
+    text_.Field("see also", related.empty() ? related : std::string(noun) + related, indent);
     if (f.confidence == Confidence::kInferred) {
       text_.Field("certainty", "inferred: rests on an assumption, not only on observed bytes", indent);
     }
-    std::string source = OneLine(f.reference.document);
-    if (!f.reference.section.empty()) source += (source.empty() ? "" : ", ") + OneLine(f.reference.section);
-    text_.Field("source", source, indent);
+    text_.Field("source", ReferenceText(f.reference), indent);
     text_.Field("Wireshark", WiresharkFilter(f), indent);
     text_.Field("more", "ecaudit explain " + std::string(f.rule), indent);
   }

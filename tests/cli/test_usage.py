@@ -4,6 +4,7 @@ import os
 import re
 import signal
 import subprocess
+import threading
 import time
 import unittest
 
@@ -94,12 +95,12 @@ class Messages(CliTest):
                       self.one_error("check", "--profile", "0=kollmorgen-akd-201", self.healthy))
 
     def test_unknown_rule(self):
-        self.assertEqual(self.one_error("check", "--rule", "sdo-abrt=off", self.healthy),
-                         "unknown rule 'sdo-abrt' (did you mean 'sdo-abort'?)")
+        self.assertEqual(self.one_error("check", "--rule", "al-refusd=off", self.healthy),
+                         "unknown rule 'al-refusd' (did you mean 'al-refused'?)")
 
     def test_unknown_severity(self):
-        self.assertIn("unknown severity 'fatal'", self.one_error("check", "--rule", "sdo-abort=fatal", self.healthy))
-        self.assertIn("must be ID=SEVERITY", self.one_error("check", "--rule", "sdo-abort", self.healthy))
+        self.assertIn("unknown severity 'fatal'", self.one_error("check", "--rule", "al-refused=fatal", self.healthy))
+        self.assertIn("must be ID=SEVERITY", self.one_error("check", "--rule", "al-refused", self.healthy))
         self.assertIn("must be error, warning, info or never", self.one_error("check", "--fail-on", "err", self.healthy))
 
     def test_bad_slave(self):
@@ -185,14 +186,30 @@ class Input(CliTest):
         self.assertEqual(part["ethercat_frames"], 8)
 
     def test_interrupted(self):
-        # A pipe that stays open: the program waits for more packets until it is told to stop.
+        # Packets without end, until the program is told to stop.
+        header, packets = healthy_capture()[:24], healthy_capture()[24:]
         with subprocess.Popen([PROGRAM, "check", "-"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                               stderr=subprocess.PIPE, cwd=self.dir) as child:
-            child.stdin.write(healthy_capture())
-            child.stdin.flush()
+
+            def feed():
+                try:
+                    child.stdin.write(header)
+                    while True:
+                        child.stdin.write(packets)
+                except BrokenPipeError:
+                    pass
+
+            feeder = threading.Thread(target=feed)
+            feeder.start()
             time.sleep(0.5)
             child.send_signal(signal.SIGINT)
-            out, err = child.communicate(timeout=60)
+            out, err = child.stdout.read(), child.stderr.read()
+            child.wait(timeout=60)
+            feeder.join(timeout=60)
+            try:
+                child.stdin.close()
+            except BrokenPipeError:
+                pass
         self.assertEqual(child.returncode, 2, err)
         self.assertIn(b"interrupted", err)
         self.assertIn(b"the report covers only", out)

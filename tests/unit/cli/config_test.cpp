@@ -13,12 +13,14 @@ TEST(Config, ReadsAllKeys) {
   const TempDir dir;
   const std::string path = dir.Write(".ecaudit.json", R"({
     "profile": "generic", "slave_profiles": {"0x1001": "kollmorgen-mkd-n"},
-    "rules": {"al-timeout": "warning", "sdo-abort": "off"}, "fail_on": "warning", "baseline": "known.json" })");
+    "rules": {"al-timeout": "warning", "sdo-abort": "off"}, "fail_on": "warning", "baseline": "known.json",
+    "limits": {"al-timeout.preop": 2500.5} })");
   const auto config = ReadConfig(path);
   ASSERT_TRUE(config) << config.error().message;
   EXPECT_EQ(config->profiles, (std::vector<std::string>{"generic", "0x1001=kollmorgen-mkd-n"}));
   EXPECT_EQ(config->rules, (std::vector<std::string>{"al-timeout=warning", "sdo-abort=off"}));
   EXPECT_EQ(config->fail_on, "warning");
+  EXPECT_EQ(config->limits.at("al-timeout.preop"), 2'500'500'000) << "nanoseconds";
   EXPECT_EQ(config->baseline, dir.Path("known.json")) << "relative to the file, not to the current folder";
 }
 
@@ -37,6 +39,12 @@ TEST(Config, SaysWhatIsWrong) {
   EXPECT_EQ(ErrorOf(R"({"rules": ["a"]})"), ": 'rules' must be an object");
   EXPECT_EQ(ErrorOf(R"({"rules": {"a": 1}})"), ": 'rules': the value of 'a' must be a string");
   EXPECT_EQ(ErrorOf(R"({"fail_on": 1})"), ": 'fail_on' must be a string");
+  EXPECT_EQ(ErrorOf(R"({"limits": {"al-timeout.preopp": 1}})"),
+            ": unknown limit 'al-timeout.preopp' (did you mean 'al-timeout.preop'?)");
+  for (const char* value : {"0", "-1", "1e99", "\"3 s\"", "null"}) {
+    EXPECT_EQ(ErrorOf(std::string(R"({"limits": {"al-timeout.preop": )") + value + "}}"),
+              ": 'limits': the value of 'al-timeout.preop' must be a number of milliseconds");
+  }
   EXPECT_EQ(ErrorOf("[]"), ": the document must be an object");
 }
 

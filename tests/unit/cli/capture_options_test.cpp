@@ -1,0 +1,91 @@
+#include "cli/capture_options.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/cli/temp_dir.h"
+
+namespace ecaudit::cli {
+namespace {
+
+using test::TempDir;
+
+TEST(CaptureOptions, SlaveByPositionOrAddress) {
+  const auto position = ParseSlave("12");
+  ASSERT_TRUE(position);
+  EXPECT_FALSE(position->by_address);
+  EXPECT_EQ(position->value, 12);
+  const auto address = ParseSlave("0x1001");
+  ASSERT_TRUE(address);
+  EXPECT_TRUE(address->by_address);
+  EXPECT_EQ(address->value, 0x1001);
+  for (const char* text : {"", "x", "0x", "-1", "65536", "0x10000", "1 ", "+1"}) EXPECT_FALSE(ParseSlave(text)) << text;
+}
+
+TEST(CaptureOptions, RuleSettings) {
+  AnalysisOptions analysis;
+  EXPECT_FALSE(AddRuleSetting("al-timeout=off", analysis));
+  EXPECT_TRUE(analysis.rules.at("al-timeout").off);
+  EXPECT_FALSE(AddRuleSetting("al-timeout=info", analysis));
+  EXPECT_FALSE(analysis.rules.at("al-timeout").off);
+  EXPECT_EQ(analysis.rules.at("al-timeout").severity, Severity::kInfo);
+  EXPECT_TRUE(AddRuleSetting("al-timeout", analysis));
+  EXPECT_TRUE(AddRuleSetting("al-timeout=", analysis));
+  EXPECT_TRUE(AddRuleSetting("=off", analysis));
+  EXPECT_TRUE(AddRuleSetting("no-such-rule=off", analysis));
+}
+
+TEST(CaptureOptions, LaterProfilesReplaceEarlierOnes) {
+  AnalysisOptions analysis;
+  EXPECT_FALSE(AddProfile("0x1001=generic", analysis));
+  EXPECT_FALSE(AddProfile("0=generic", analysis));
+  EXPECT_FALSE(AddProfile("0x1001=kollmorgen-mkd-n", analysis));
+  EXPECT_FALSE(AddProfile("pilz-pmcprotego-d", analysis));
+  EXPECT_EQ(analysis.default_profile, "pilz-pmcprotego-d");
+  ASSERT_EQ(analysis.slave_profiles.size(), 2U);
+  EXPECT_EQ(analysis.slave_profiles[1].second, "kollmorgen-mkd-n");
+  EXPECT_TRUE(AddProfile("x=generic", analysis));
+  EXPECT_TRUE(AddProfile("no-such-profile", analysis));
+}
+
+TEST(CaptureOptions, Limits) {
+  std::optional<double> seconds;
+  std::optional<FrameNo> frame;
+  EXPECT_FALSE(ParseLimit("--from", "1.25", seconds, frame));
+  EXPECT_EQ(seconds, 1.25);
+  EXPECT_EQ(frame, std::nullopt);
+  EXPECT_FALSE(ParseLimit("--from", "#760", seconds, frame));
+  EXPECT_EQ(frame, 760U);
+  for (const char* text : {"", "#", "#0", "#-1", "-1", "nan", "inf", "1s", "1,5"}) {
+    EXPECT_TRUE(ParseLimit("--from", text, seconds, frame)) << text;
+  }
+}
+
+TEST(CaptureOptions, CommandLineWinsOverTheFile) {
+  const TempDir dir;
+  dir.Write(".ecaudit.json", R"({"profile": "generic", "slave_profiles": {"0": "generic"}, "fail_on": "never",
+    "rules": {"al-timeout": "off", "al-refused": "info"}, "baseline": "b.json", "limits": {"al-timeout.down": 1}})");
+  CaptureOptions options;
+  GateOptions gate;
+  const auto from_file = ResolveSettings(options, gate, dir.Path("x.pcap"));
+  ASSERT_TRUE(from_file) << from_file.error().message;
+  EXPECT_EQ(from_file->fail_on, report::FailOn::kNever);
+  EXPECT_EQ(from_file->baseline, dir.Path("b.json"));
+  EXPECT_EQ(from_file->analysis.limits.at("al-timeout.down"), 1'000'000);
+
+  options.profiles = {"kollmorgen-mkd-n", "0=pilz-pmcprotego-d"};
+  gate.rules = {"al-timeout=error"};
+  gate.fail_on = "warning";
+  gate.baseline = "other.json";
+  const auto both = ResolveSettings(options, gate, dir.Path("x.pcap"));
+  ASSERT_TRUE(both) << both.error().message;
+  EXPECT_EQ(both->analysis.default_profile, "kollmorgen-mkd-n");
+  ASSERT_EQ(both->analysis.slave_profiles.size(), 1U);
+  EXPECT_EQ(both->analysis.slave_profiles[0].second, "pilz-pmcprotego-d");
+  EXPECT_FALSE(both->analysis.rules.at("al-timeout").off);
+  EXPECT_EQ(both->analysis.rules.at("al-refused").severity, Severity::kInfo);
+  EXPECT_EQ(both->fail_on, report::FailOn::kWarning);
+  EXPECT_EQ(both->baseline, "other.json");
+}
+
+}  // namespace
+}  // namespace ecaudit::cli
