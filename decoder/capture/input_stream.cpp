@@ -15,6 +15,7 @@ namespace ecaudit::capture {
 namespace {
 
 constexpr std::size_t kWindowBytes = 256 * 1024;
+constexpr std::size_t kDirectReadBytes = 16 * 1024;
 constexpr std::uint32_t kZstdMagic = 0xFD2FB528;
 constexpr std::uint32_t kZstdSkippableMagic = 0x184D2A50;  // and the 15 numbers above it
 
@@ -82,16 +83,20 @@ void InputStream::Fill(std::size_t count) {
   while (end_ < count && !ended_) {
     // Grows only behind bytes that really came: a length field alone cannot make it allocate.
     if (end_ == window_.size()) window_.resize(window_.size() * 2);
-    std::size_t got = reader_->Read(std::span(window_).subspan(end_), error_);
-    ended_ = got == 0 || !error_.empty();
-    if (compression_ != Compression::kNone && got > limit_ - produced_) {
-      got = static_cast<std::size_t>(limit_ - produced_);
-      error_ = "the compressed data expand to more than " + Grouped(limit_) + " bytes";
-      ended_ = true;
-    }
-    produced_ += got;
-    end_ += got;
+    end_ += Produce(std::span(window_).subspan(end_));
   }
+}
+
+std::size_t InputStream::Produce(std::span<std::uint8_t> out) {
+  std::size_t got = reader_->Read(out, error_);
+  ended_ = got == 0 || !error_.empty();
+  if (compression_ != Compression::kNone && got > limit_ - produced_) {
+    got = static_cast<std::size_t>(limit_ - produced_);
+    error_ = "the compressed data expand to more than " + Grouped(limit_) + " bytes";
+    ended_ = true;
+  }
+  produced_ += got;
+  return got;
 }
 
 bool InputStream::Skip(std::uint64_t count) {
@@ -106,6 +111,11 @@ bool InputStream::Skip(std::uint64_t count) {
 }
 
 std::size_t InputStream::Read(std::span<std::uint8_t> out) {
+  if (begin_ == end_ && !ended_ && out.size() >= kDirectReadBytes) {  // spares the copy through the window
+    const std::size_t count = Produce(out);
+    offset_ += count;
+    return count;
+  }
   const ByteSpan available = Peek(1);
   const std::size_t count = std::min(available.size(), out.size());
   std::copy_n(available.begin(), count, out.begin());

@@ -68,6 +68,8 @@ class InputStream {
  private:
   InputStream(std::unique_ptr<ByteReader> reader, std::uint64_t total, std::uint64_t decompressed_limit);
   void Fill(std::size_t count);
+  /// Takes the next bytes from the reader into `out`; 0 at the end or at a failure.
+  std::size_t Produce(std::span<std::uint8_t> out);
 
   std::unique_ptr<ByteReader> reader_;
   std::vector<std::uint8_t> window_;

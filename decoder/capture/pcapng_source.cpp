@@ -1,6 +1,7 @@
 #include "decoder/capture/pcapng_source.h"
 
 #include <algorithm>
+#include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -77,6 +78,8 @@ class PcapngSource final : public FrameSource {
   };
 
   BlockResult ReadBlock(CapturedFrame& frame);
+  /// Takes a block out of the stream that is not looked into, without holding all of it in memory.
+  BlockResult PassOver(std::uint32_t type, std::uint32_t length);
   BlockResult SectionHeader(ByteSpan block);
   BlockResult InterfaceDescription(ByteSpan block);
   BlockResult EnhancedPacket(ByteSpan block, CapturedFrame& frame);
@@ -91,8 +94,9 @@ class PcapngSource final : public FrameSource {
   void CountDropped(std::size_t interface);
   std::size_t interfaces_in_section() const { return interfaces_.size() - section_start_; }
 
-  BlockResult Damaged(std::string message);
-  BlockResult EndsInside(const std::string& what);
+  /// @param offset  of the damaged block; without it, where the stream stands
+  BlockResult Damaged(std::string message, std::optional<std::uint64_t> offset = std::nullopt);
+  BlockResult EndsInside(const std::string& what, std::optional<std::uint64_t> offset = std::nullopt);
   /// The packet that would come next: "packet 812".
   std::string NextPacket() const { return "packet " + std::to_string(number_ + 1); }
 
@@ -105,6 +109,23 @@ class PcapngSource final : public FrameSource {
   std::size_t section_start_ = 0;  // interface 0 of this section
   std::size_t last_block_ = 0;     // length of the block whose bytes are lent out, consumed by the next call
 };
+
+constexpr std::string_view kTwoLengths = " has two different block lengths";
+
+/// False for blocks that are passed over.
+bool IsRead(std::uint32_t type) {
+  switch (type) {
+    case pcapng::kSectionHeader:
+    case pcapng::kInterfaceDescription:
+    case pcapng::kEnhancedPacket:
+    case pcapng::kObsoletePacket:
+    case pcapng::kSimplePacket:
+    case pcapng::kInterfaceStatistics:
+      return true;
+    default:
+      return false;
+  }
+}
 
 std::string BlockName(std::uint32_t type, const std::string& next_packet) {
   switch (type) {
@@ -154,11 +175,12 @@ BlockResult PcapngSource::ReadBlock(CapturedFrame& frame) {
   if (length < MinimumBytes(type) || length % 4 != 0 || length > pcapng::kMaxBlockBytes) {
     return Damaged(BlockName(type, NextPacket()) + " has an impossible block length, " + Grouped(length) + " bytes");
   }
+  if (!IsRead(type)) return PassOver(type, length);
   if (bytes.size() < length) bytes = stream_->Peek(length);
   if (bytes.size() < length) return EndsInside(BlockName(type, NextPacket()));
   bytes = bytes.first(length);
   if (order_.U32(bytes, length - pcapng::kTrailerBytes) != length) {
-    return Damaged(BlockName(type, NextPacket()) + " has two different block lengths");
+    return Damaged(BlockName(type, NextPacket()) + std::string(kTwoLengths));
   }
   last_block_ = length;
 
@@ -174,12 +196,20 @@ BlockResult PcapngSource::ReadBlock(CapturedFrame& frame) {
       return SectionHeader(block);
     case pcapng::kInterfaceDescription:
       return InterfaceDescription(block);
-    case pcapng::kInterfaceStatistics:
-      return InterfaceStatistics(block);
     default:
-      if (pcapng::IsNumberedRecord(type)) ++number_;
-      return BlockResult::kOther;
+      return InterfaceStatistics(block);
   }
+}
+
+BlockResult PcapngSource::PassOver(std::uint32_t type, std::uint32_t length) {
+  const std::uint64_t start = stream_->offset();
+  const bool whole = stream_->Skip(length - pcapng::kTrailerBytes);
+  const ByteSpan trailer = stream_->Peek(pcapng::kTrailerBytes);
+  if (!whole || trailer.size() < pcapng::kTrailerBytes) return EndsInside(BlockName(type, NextPacket()), start);
+  if (order_.U32(trailer, 0) != length) return Damaged(BlockName(type, NextPacket()) + std::string(kTwoLengths), start);
+  stream_->Consume(pcapng::kTrailerBytes);
+  if (pcapng::IsNumberedRecord(type)) ++number_;
+  return BlockResult::kOther;
 }
 
 //  | type 4 | length 4 | byte-order magic 4 | major 2 | minor 2 | section length 8 | options |
@@ -339,14 +369,14 @@ void PcapngSource::CountDropped(std::size_t interface) {
   info_.interfaces[interface].dropped = std::max(state.dropped_by_packets, state.dropped_by_statistics);
 }
 
-BlockResult PcapngSource::Damaged(std::string message) {
+BlockResult PcapngSource::Damaged(std::string message, std::optional<std::uint64_t> offset) {
   last_block_ = 0;
-  info_.damage = Damage{std::move(message), stream_->offset(), number_};
+  info_.damage = Damage{std::move(message), offset.value_or(stream_->offset()), number_};
   return BlockResult::kDamaged;
 }
 
-BlockResult PcapngSource::EndsInside(const std::string& what) {
-  return Damaged(stream_->error().empty() ? "file ends inside " + what : StreamDamage(*stream_, number_));
+BlockResult PcapngSource::EndsInside(const std::string& what, std::optional<std::uint64_t> offset) {
+  return Damaged(stream_->error().empty() ? "file ends inside " + what : StreamDamage(*stream_, number_), offset);
 }
 
 }  // namespace

@@ -195,6 +195,33 @@ TEST(InputStream, SkipAndRead) {
   EXPECT_EQ(stream->Read(out), 0U);
 }
 
+TEST(InputStream, LargeReadsGiveTheSameBytesAsSmallOnes) {
+  const Bytes sample = Sample();
+  for (const Bytes& file : {sample, Gzip(sample), Zstd(sample)}) {
+    const auto stream = InputStream::FromMemory(file);
+    Bytes out;
+    Bytes part(100'000);
+    for (std::size_t size = 1;; size = size * 7 % part.size()) {  // both below and above the window's refill
+      const std::size_t got = stream->Read(std::span(part).first(size));
+      if (got == 0) break;
+      out.insert(out.end(), part.begin(), part.begin() + static_cast<std::ptrdiff_t>(got));
+      ASSERT_EQ(stream->offset(), out.size());
+    }
+    EXPECT_EQ(out, sample);
+    EXPECT_EQ(stream->error(), "");
+  }
+}
+
+TEST(InputStream, TheLimitHoldsForLargeReadsToo) {
+  const Bytes bomb = Gzip(Bytes(1'000'000));
+  const auto stream = InputStream::FromMemory(bomb, 300'000);
+  Bytes out(1'000'000);
+  std::size_t total = 0;
+  while (const std::size_t got = stream->Read(out)) total += got;
+  EXPECT_EQ(total, 300'000U);
+  EXPECT_EQ(stream->error(), "the compressed data expand to more than 300,000 bytes");
+}
+
 TEST(InputStream, CountsTheBytesOfTheFile) {
   const TempFolder folder;
   const Bytes compressed = Gzip(Sample());

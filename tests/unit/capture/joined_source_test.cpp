@@ -150,7 +150,7 @@ TEST_F(Joined, SeveralDamagedFilesAreAllNamed) {
   EXPECT_EQ(capture.info.damage->after_frame, 1U);
 
   std::vector<std::string> many;
-  for (int i = 0; i < 12; ++i) many.push_back(Write("m" + std::to_string(i), File('m', {1}).Raw(Bytes(9))));
+  for (char name = 'A'; name <= 'L'; ++name) many.push_back(Write(std::string(1, name), File('m', {1}).Raw(Bytes(9))));
   const std::string message = Join(many).damage();
   EXPECT_EQ(std::count(message.begin(), message.end(), ';'), 10);
   EXPECT_TRUE(message.ends_with("; and more files")) << message;
