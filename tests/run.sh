@@ -6,7 +6,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source .ci/packages.sh
 
 # tshark and jsonschema are second opinions: tests that need them are skipped, with a message, where they are missing.
-ensure_packages "${BUILD_PACKAGES[@]}" libgtest-dev libgmock-dev python3 python3-jsonschema tshark ccache clang-format
+ensure_packages "${BUILD_PACKAGES[@]}" libgtest-dev libgmock-dev python3 python3-jsonschema tshark ccache
 
 export ASAN_OPTIONS=detect_leaks=1:strict_string_checks=1
 export UBSAN_OPTIONS=print_stacktrace=1
@@ -23,8 +23,6 @@ test_preset() {
 }
 
 failed=()
-say "checking the form of the sources"
-.ci/check.sh || failed+=("the form of the sources")
 test_preset asan || failed+=("the build with sanitizers")
 # Last, so that its summary closes the output.
 test_preset release || failed+=("the optimised build")

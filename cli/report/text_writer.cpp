@@ -22,6 +22,8 @@ constexpr std::size_t kStoryHead = 6;
 constexpr std::size_t kStoryTail = 10;
 /// Findings shown in full; the others get two lines each.
 constexpr std::size_t kFindingsInFull = 25;
+/// Evidence up to this many columns stays on one line.
+constexpr std::size_t kKeptTogether = 50;
 /// Reasons shown under "Not judged".
 constexpr std::size_t kReasonsShown = 15;
 
@@ -76,6 +78,9 @@ std::string StepText(const AlStep& step) {
   if (step.status_code && *step.status_code != 0) text += " code " + Hex(*step.status_code);
   return text;
 }
+
+/// Between two steps of a story; a line may end behind it.
+const std::string kArrow = std::string(1, kHardSpace) + "-> ";
 
 /// "3", "0-2, 7".
 std::string Ranges(const std::set<unsigned>& sorted) {
@@ -174,9 +179,9 @@ class CaptureText {
     const auto same_step = [](const AlStep& x, const AlStep& y) {
       return x.kind == y.kind && x.to == y.to && x.status_code == y.status_code;
     };
-    return a.profile == b.profile && a.profile_source == b.profile_source && a.name == b.name &&
-           a.identity.vendor_id == b.identity.vendor_id && a.identity.product_code == b.identity.product_code &&
-           a.identity.revision == b.identity.revision && a.al_history_left_out == b.al_history_left_out &&
+    return a.profile == b.profile && a.name == b.name && a.identity.vendor_id == b.identity.vendor_id &&
+           a.identity.product_code == b.identity.product_code && a.identity.revision == b.identity.revision &&
+           a.al_history_left_out == b.al_history_left_out &&
            std::equal(a.al_history.begin(), a.al_history.end(), b.al_history.begin(), b.al_history.end(), same_step) &&
            !HasFinding(a.id) && !HasFinding(b.id);
   }
@@ -213,22 +218,36 @@ class CaptureText {
     return text;
   }
 
+  /// What to tell of `history`: a request that is followed by the requested state goes without saying.
+  [[nodiscard]] static std::vector<const AlStep*> TellingSteps(const std::vector<AlStep>& history) {
+    std::vector<const AlStep*> steps;
+    for (std::size_t i = 0; i < history.size(); ++i) {
+      const AlStep& step = history[i];
+      const bool request = step.kind == AlStep::Kind::kRequest;
+      const bool followed = request && i + 1 < history.size() && history[i + 1].kind == AlStep::Kind::kState &&
+                            history[i + 1].to == esc::AlWord{step.to}.state();
+      if (!followed) steps.push_back(&step);
+    }
+    return steps;
+  }
+
   [[nodiscard]] std::string Story(const SlaveSummary& s) const {
     if (s.al_history.empty()) {
       return s.al_status ? esc::StatusText(*s.al_status) + " throughout" : "never read in this capture";
     }
-    const std::size_t n = s.al_history.size();
+    const std::vector<const AlStep*> steps = TellingSteps(s.al_history);
+    const std::size_t n = steps.size();
     const bool shortened = n > kStoryHead + kStoryTail + 1;
     std::string text;
     for (std::size_t i = 0; i < n; ++i) {
-      if (i > 0) text += " -> ";
+      if (i > 0) text += kArrow;
       if (shortened && i == kStoryHead) {
-        text += "[" + Count(n - kStoryHead - kStoryTail, "more step") + "] -> ";
+        text += "[" + Count(n - kStoryHead - kStoryTail, "more step") + "]" + kArrow;
         i = n - kStoryTail;
       }
-      text += StoryStep(s.al_history[i]);
+      text += StoryStep(*steps[i]);
     }
-    if (s.al_history_left_out > 0) text += " -> [" + Count(s.al_history_left_out, "later step") + " not kept]";
+    if (s.al_history_left_out > 0) text += kArrow + "[" + Count(s.al_history_left_out, "later step") + " not kept]";
     return text;
   }
 
@@ -280,7 +299,9 @@ class CaptureText {
     std::string evidence;
     for (const Evidence& e : f.evidence) {
       if (!evidence.empty()) evidence += ", ";
-      evidence += OneLine(e.name) + " = " + EvidenceText(e);
+      std::string item = OneLine(e.name) + " = " + EvidenceText(e);
+      if (Columns(item) <= kKeptTogether) std::replace(item.begin(), item.end(), ' ', kHardSpace);
+      evidence += item;
     }
     text_.Field("evidence", evidence, indent);
     std::string related;

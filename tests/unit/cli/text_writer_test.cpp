@@ -115,6 +115,15 @@ TEST(TextWriter, SlaveStory) {
   EXPECT_THAT(text, HasSubstr(" PREOP+ERR code 0x001d #760 at 0.759 s\n"));
 }
 
+TEST(TextWriter, RequestsThatAreFollowedGoWithoutSaying) {
+  CaptureReport capture = RefusedSafeop();
+  capture.result.slaves[0].al_history = {
+      test::MakeStep(AlStep::Kind::kState, 10, 0, 1), test::MakeStep(AlStep::Kind::kRequest, 20, 1, 2),
+      test::MakeStep(AlStep::Kind::kState, 30, 1, 2), test::MakeStep(AlStep::Kind::kRequest, 40, 2, 4)};
+  EXPECT_THAT(Written(capture),
+              HasSubstr("AL states  INIT #10 at 0.009 s -> PREOP #30 at 0.029 s -> SAFEOP requested #40 at 0.039 s\n"));
+}
+
 TEST(TextWriter, LongStoriesAreShortened) {
   CaptureReport capture = RefusedSafeop();
   std::vector<AlStep>& history = capture.result.slaves[0].al_history;
