@@ -24,7 +24,11 @@ bool ColorForbidden() {
 }  // namespace
 
 Console::Console(std::FILE* out, std::FILE* err)
-    : out_(out), err_(err), color_(IsTerminal(out) && !ColorForbidden()), error_is_terminal_(IsTerminal(err)) {}
+    : out_(out),
+      err_(err),
+      color_(IsTerminal(out) && !ColorForbidden()),
+      output_is_terminal_(IsTerminal(out)),
+      error_is_terminal_(IsTerminal(err)) {}
 
 void Console::Error(std::string_view message) {
   const std::string line = "ecaudit: " + report::OneLine(message) + "\n";
@@ -41,7 +45,10 @@ std::optional<ecaudit::Error> Console::Write(std::string_view text) {
   if (written && std::fflush(out_) == 0) return std::nullopt;
   const int reason = errno;
   std::clearerr(out_);
-  if (reason == EPIPE) return std::nullopt;
+  if (reason == EPIPE) {
+    reader_gone_ = true;
+    return std::nullopt;
+  }
   return ecaudit::Error{std::string("cannot write to standard output: ") + std::strerror(reason)};
 }
 

@@ -23,8 +23,13 @@ class Console {
   /// Writes `text` to standard output. A reader that has gone (closed pipe) is no error; a full disk is.
   [[nodiscard]] std::optional<ecaudit::Error> Write(std::string_view text);
 
+  /// The reader of standard output has gone: what is written there from now on reaches nobody.
+  [[nodiscard]] bool reader_gone() const { return reader_gone_; }
+
   /// Colours are wanted on standard output: it is a terminal, and neither NO_COLOR nor TERM=dumb forbids them.
   [[nodiscard]] bool color() const { return color_; }
+  /// Standard output is a terminal: a person waits for each line.
+  [[nodiscard]] bool output_is_terminal() const { return output_is_terminal_; }
   /// Standard error is a terminal, so progress may be shown there.
   [[nodiscard]] bool error_is_terminal() const { return error_is_terminal_; }
   [[nodiscard]] std::FILE* error_stream() const { return err_; }
@@ -33,7 +38,9 @@ class Console {
   std::FILE* out_;
   std::FILE* err_;
   bool color_;
+  bool output_is_terminal_;
   bool error_is_terminal_;
+  bool reader_gone_ = false;
 };
 
 }  // namespace ecaudit::cli

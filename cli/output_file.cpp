@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
+#include <utility>
 
 #include "decoder/capture/capture_reader.h"
 
@@ -101,30 +102,79 @@ std::optional<Error> CheckOutputPath(const std::string& path) {
   return std::nullopt;
 }
 
-std::optional<Error> WriteOutputFile(const std::string& path, std::string_view content) {
+Result<OutputFile> OutputFile::Create(const std::string& path) {
+  OutputFile file;
+  file.path_ = path;
   struct stat info {};
   const bool exists = stat(path.c_str(), &info) == 0;
   if (exists && !S_ISREG(info.st_mode)) {
-    const int fd = open(path.c_str(), O_WRONLY | O_CLOEXEC);
-    if (fd < 0) return CannotWrite(path, errno);
-    auto error = WriteAll(fd, content, path);
-    close(fd);
-    return error;
+    file.fd_ = open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    if (file.fd_ < 0) return CannotWrite(path, errno);
+    return file;
   }
-
   // The file itself, not a link to it, is replaced.
   std::error_code ignored;
   const fs::path resolved = exists ? fs::canonical(path, ignored) : fs::path(path);
-  const std::string target = resolved.empty() ? path : resolved.string();
-  std::string temporary = target + ".XXXXXX";
-  const int fd = mkostemp(temporary.data(), O_CLOEXEC);
-  if (fd < 0) return CannotWrite(path, errno);
-  auto error = WriteAll(fd, content, path);
-  if (!error && fchmod(fd, ModeFor(exists ? &info : nullptr)) != 0) error = CannotWrite(path, errno);
-  if (close(fd) != 0 && !error) error = CannotWrite(path, errno);
-  if (!error && rename(temporary.c_str(), target.c_str()) != 0) error = CannotWrite(path, errno);
-  if (error) unlink(temporary.c_str());
+  file.target_ = resolved.empty() ? path : resolved.string();
+  file.mode_ = ModeFor(exists ? &info : nullptr);
+  std::string temporary = file.target_ + ".XXXXXX";
+  file.fd_ = mkostemp(temporary.data(), O_CLOEXEC);
+  if (file.fd_ < 0) return CannotWrite(path, errno);
+  file.temporary_ = std::move(temporary);
+  return file;
+}
+
+OutputFile::OutputFile(OutputFile&& other) noexcept {
+  *this = std::move(other);
+}
+
+OutputFile& OutputFile::operator=(OutputFile&& other) noexcept {
+  if (this == &other) return *this;
+  Discard();
+  fd_ = std::exchange(other.fd_, -1);
+  path_ = std::move(other.path_);
+  target_ = std::move(other.target_);
+  temporary_ = std::exchange(other.temporary_, {});
+  mode_ = other.mode_;
+  return *this;
+}
+
+OutputFile::~OutputFile() {
+  Discard();
+}
+
+void OutputFile::Discard() {
+  if (fd_ >= 0) close(fd_);
+  fd_ = -1;
+  if (!temporary_.empty()) unlink(temporary_.c_str());
+  temporary_.clear();
+}
+
+std::optional<Error> OutputFile::Write(std::string_view content) {
+  return WriteAll(fd_, content, path_);
+}
+
+std::optional<Error> OutputFile::Finish() {
+  std::optional<Error> error;
+  const bool direct = temporary_.empty();
+  if (!direct && fchmod(fd_, mode_) != 0) error = CannotWrite(path_, errno);
+  if (close(std::exchange(fd_, -1)) != 0 && !error) error = CannotWrite(path_, errno);
+  if (!direct && !error) {
+    if (rename(temporary_.c_str(), target_.c_str()) != 0) {
+      error = CannotWrite(path_, errno);
+    } else {
+      temporary_.clear();
+    }
+  }
+  Discard();
   return error;
+}
+
+std::optional<Error> WriteOutputFile(const std::string& path, std::string_view content) {
+  Result<OutputFile> file = OutputFile::Create(path);
+  if (!file) return file.error();
+  if (auto error = file->Write(content)) return error;
+  return file->Finish();
 }
 
 }  // namespace ecaudit::cli

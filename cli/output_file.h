@@ -1,4 +1,4 @@
-/// Reports into files: whole or not at all, and never over a capture.
+/// Results into files: whole or not at all, and never over a capture.
 #pragma once
 
 #include <optional>
@@ -14,8 +14,32 @@ namespace ecaudit::cli {
 /// @return what is in the way, or nothing
 [[nodiscard]] std::optional<Error> CheckOutputPath(const std::string& path);
 
-/// Writes `content` to a temporary file beside `path` and renames it, so that readers see the old report or the new
+/// A file written piece by piece to a temporary file beside `path`, so that readers see the old one or the whole new
 /// one. Links are followed; a device or pipe is written directly.
+class OutputFile {
+ public:
+  [[nodiscard]] static Result<OutputFile> Create(const std::string& path);
+  OutputFile(OutputFile&& other) noexcept;
+  OutputFile& operator=(OutputFile&& other) noexcept;
+  /// Takes an unfinished file away again.
+  ~OutputFile();
+
+  [[nodiscard]] std::optional<Error> Write(std::string_view content);
+  /// Puts the file in its place. Nothing may be written afterwards.
+  [[nodiscard]] std::optional<Error> Finish();
+
+ private:
+  OutputFile() = default;
+  void Discard();
+
+  int fd_ = -1;
+  std::string path_;       ///< as the user named it
+  std::string target_;     ///< what it stands for, links followed
+  std::string temporary_;  ///< empty: written directly
+  unsigned mode_ = 0;      ///< permissions
+};
+
+/// The same in one go.
 [[nodiscard]] std::optional<Error> WriteOutputFile(const std::string& path, std::string_view content);
 
 }  // namespace ecaudit::cli

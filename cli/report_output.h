@@ -7,22 +7,14 @@
 #include <vector>
 
 #include "cli/console.h"
-#include "cli/options.h"
+#include "cli/output_plan.h"
 #include "cli/report/formats.h"
 #include "cli/report/report.h"
 #include "decoder/base/result.h"
 
 namespace ecaudit::cli {
 
-struct OutputOptions {
-  std::optional<std::string> format;
-  std::vector<std::string> outputs;
-  bool no_color = false;
-
-  void Declare(OptionSet& options);
-};
-
-/// The outputs of one run. "-o PATH" takes the place of standard output, "-o FORMAT=PATH" comes in addition to it.
+/// The reports of one run.
 class ReportOutput {
  public:
   /// Reads the options and asks whether every file can be written, before any work is done.
@@ -33,11 +25,7 @@ class ReportOutput {
   [[nodiscard]] std::optional<Error> Write(const report::Report& report, Console& console) const;
 
  private:
-  struct Target {
-    const report::Format* format = nullptr;
-    std::string path;  ///< "-": standard output
-  };
-  std::vector<Target> targets_;
+  std::vector<OutputTarget> targets_;
   bool no_color_ = false;
 };
 

@@ -14,6 +14,7 @@
 #include "cli/capture_options.h"
 #include "cli/commands/command.h"
 #include "cli/output_file.h"
+#include "cli/output_plan.h"
 #include "cli/progress.h"
 #include "cli/report_output.h"
 #include "cli/slave_filter.h"
@@ -48,7 +49,7 @@ class CheckCommand : public Command {
   void Declare(OptionSet& options) override {
     options_.Declare(options);
     gate_.Declare(options);
-    output_.Declare(options);
+    output_.Declare(options, "text (default) or json");
     options.Footer(
         "\nExit status: 0 nothing at or above --fail-on, 1 findings, 2 wrong usage or unreadable input.\n"
         "Example: ecaudit check --rule al-timeout=warning -o json=report.json trace.pcapng");

@@ -22,18 +22,4 @@ std::span<const Format> Formats() {
   return kFormats;
 }
 
-const Format* FindFormat(std::string_view name) {
-  for (const Format& format : kFormats) {
-    if (format.name == name) return &format;
-  }
-  return nullptr;
-}
-
-const Format* FormatOfPath(std::string_view path) {
-  for (const Format& format : kFormats) {
-    if (path.ends_with(format.extension)) return &format;
-  }
-  return nullptr;
-}
-
 }  // namespace ecaudit::report

@@ -16,10 +16,7 @@ struct Format {
   std::string (*write)(const Report& report, const TextStyle& style);
 };
 
+/// The first one is the default.
 [[nodiscard]] std::span<const Format> Formats();
-/// Null when there is no such format.
-[[nodiscard]] const Format* FindFormat(std::string_view name);
-/// The format that the ending of `path` stands for; null when it stands for none.
-[[nodiscard]] const Format* FormatOfPath(std::string_view path);
 
 }  // namespace ecaudit::report

@@ -49,6 +49,10 @@ EslRecord ReadEsl(ByteSpan record) {
   return esl;
 }
 
+bool AllZero(ByteSpan bytes) {
+  return std::all_of(bytes.begin(), bytes.end(), [](std::uint8_t byte) { return byte == 0; });
+}
+
 }  // namespace
 
 std::string_view Describe(FrameProblem problem) {
@@ -165,8 +169,9 @@ void FrameView::ParseDatagrams(std::size_t offset, bool cut) noexcept {
     }
   }
 
-  // Datagrams are read as far as the bytes go, also in a malformed frame: `decode` shows them. Stages that draw
-  // conclusions look at kind() first.
+  // Datagrams are read as far as the more flags and the bytes go, also behind the EtherCAT length of a malformed frame:
+  // `decode` shows what Wireshark shows. Padding is no datagram, though. Stages that draw conclusions look at kind()
+  // first.
   std::size_t at = start;
   bool more = true;
   while (more && count_ < kMaxDatagrams) {
@@ -185,7 +190,7 @@ void FrameView::ParseDatagrams(std::size_t offset, bool cut) noexcept {
     if (at + size > announced_end) {
       fail(at >= announced_end ? (count_ == 0 ? FrameProblem::kNoDatagram : FrameProblem::kMoreWithoutDatagram)
                                : FrameProblem::kDatagramBeyondLength);
-      if (at >= announced_end) break;  // padding is no datagram
+      if (at >= announced_end && AllZero(bytes_.subspan(at, size))) break;
     }
     if (!IsDefined(bytes_[at])) fail(FrameProblem::kUnknownCommand);
     offsets_[count_++] = static_cast<std::uint16_t>(at);

@@ -12,7 +12,7 @@ SOURCE = pathlib.Path(os.environ.get("ECAUDIT_SOURCE_DIR", pathlib.Path(__file__
 SHARED = pathlib.Path(os.environ.get("ECAUDIT_SHARED_DIR", SOURCE.parent / "shared"))
 SCHEMA = SOURCE / "cli" / "report" / "ecaudit-report-1.schema.json"
 
-FPRD, FPWR, BRD, BWR, APWR = 4, 5, 7, 8, 2
+APRD, APWR, FPRD, FPWR, BRD, BWR, LRW = 1, 2, 4, 5, 7, 8, 12
 
 
 class Bus:
@@ -26,7 +26,7 @@ class Bus:
     def exchange(self, command, adp, ado, sent: bytes, returned: bytes, wkc: int):
         self.index = (self.index + 1) & 0xFF
         # Every slave sets bit 1 of the source address; addresses of position and broadcast grow by one a slave.
-        step = 1 if command in (BRD, BWR, APWR) else 0
+        step = 1 if command in (APRD, APWR, BRD, BWR) else 0
         self._packet(0x10, command, adp, ado, sent, 0)
         self.time_ns += 20_000
         self._packet(0x12, command, (adp + step) & 0xFFFF, ado, returned, wkc)

@@ -104,7 +104,7 @@ class Outputs(CliTest):
         self.assertIn("will not be overwritten", self.one_error("check", "--write-baseline", other, self.faulty))
 
     def test_same_file_twice(self):
-        self.assertIn("two reports", self.one_error("check", "-o", "text=a", "-o", "json=./a", self.faulty))
+        self.assertIn("two outputs", self.one_error("check", "-o", "text=a", "-o", "json=./a", self.faulty))
 
     def test_missing_folder_and_directory_are_found_before_the_work(self):
         self.assertIn("no directory", self.one_error("check", "-o", "no/such/report.json", self.faulty))

@@ -67,5 +67,32 @@ TEST(OutputFile, FullDisk) {
   EXPECT_EQ(error->message, "cannot write /dev/full: No space left on device");
 }
 
+TEST(OutputFile, PieceByPiece) {
+  const TempDir dir;
+  const std::string path = dir.Write("lines", "old");
+  {
+    Result<OutputFile> file = OutputFile::Create(path);
+    ASSERT_TRUE(file.has_value());
+    EXPECT_FALSE(file->Write("one\n"));
+    EXPECT_EQ(TempDir::Read(path), "old") << "readers see the old file until the new one is whole";
+    EXPECT_FALSE(file->Write("two\n"));
+    EXPECT_FALSE(file->Finish());
+  }
+  EXPECT_EQ(TempDir::Read(path), "one\ntwo\n");
+  EXPECT_EQ(dir.Entries(), 1U);
+}
+
+TEST(OutputFile, AnUnfinishedFileIsTakenAway) {
+  const TempDir dir;
+  {
+    Result<OutputFile> file = OutputFile::Create(dir.Path("new"));
+    ASSERT_TRUE(file.has_value());
+    EXPECT_FALSE(file->Write("half"));
+    OutputFile moved = std::move(*file);
+    EXPECT_FALSE(moved.Write("more"));
+  }
+  EXPECT_EQ(dir.Entries(), 0U);
+}
+
 }  // namespace
 }  // namespace ecaudit::cli

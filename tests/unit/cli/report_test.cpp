@@ -81,13 +81,5 @@ TEST(WiresharkFilter, NoFrame) {
   EXPECT_EQ(WiresharkFilter(Finding{}), "");
 }
 
-TEST(Formats, FoundByNameAndByEnding) {
-  ASSERT_NE(FindFormat("json"), nullptr);
-  EXPECT_EQ(FindFormat("jsn"), nullptr);
-  ASSERT_NE(FormatOfPath("out/report.json"), nullptr);
-  EXPECT_EQ(FormatOfPath("out/report.json")->name, "json");
-  EXPECT_EQ(FormatOfPath("report"), nullptr);
-}
-
 }  // namespace
 }  // namespace ecaudit::report

@@ -1,0 +1,135 @@
+/// `ecaudit decode`: every datagram of a capture, in file order.
+#include <memory>
+#include <string>
+
+#include "cli/commands/command.h"
+#include "cli/interrupt.h"
+#include "cli/stream/datagram_lines.h"
+#include "cli/stream/stream_run.h"
+
+namespace ecaudit::cli {
+namespace {
+
+class DatagramWriter final : public LineWriter, private FrameObserver {
+ public:
+  [[nodiscard]] track::EventSink& events() override { return no_events_; }
+  [[nodiscard]] FrameObserver* frames() override { return this; }
+  [[nodiscard]] bool stops_at_range_end() const override { return true; }
+
+  void Begin(const Pipeline& pipeline, const StreamContext& context) override {
+    pipeline_ = &pipeline;
+    context_ = &context;
+    for (LineTarget& target : context.targets) {
+      if (target.format != LineFormat::kText) continue;
+      target.output.buffer() += DatagramTextHeader(target.color);
+      target.output.EndLine();
+    }
+  }
+
+ private:
+  void OnFrame(const wire::FrameView& frame, bus::Direction direction) override {
+    const std::optional<std::int64_t> since_start = context_->source.SinceStart(frame.ref());
+    const auto seconds = since_start ? std::optional(static_cast<double>(*since_start) / 1e9) : std::nullopt;
+    if (!context_->range.Contains(frame.ref().number, seconds)) return;
+    for (std::size_t i = 0; i < frame.size(); ++i) {
+      DatagramRow row{frame, frame[i], direction, since_start, std::nullopt};
+      if (!Resolve(row)) continue;
+      for (LineTarget& target : context_->targets) Write(row, target);
+    }
+    if (context_->settings.slaves.empty() && frame.kind() != wire::FrameKind::kEtherCat) {
+      for (LineTarget& target : context_->targets) {
+        if (target.format != LineFormat::kText) continue;
+        const std::optional<std::string> problem = FrameProblemText(frame, since_start, target.color);
+        if (!problem) continue;
+        target.output.buffer() += *problem;
+        target.output.EndLine();
+      }
+    }
+    for (const LineTarget& target : context_->targets) {
+      if (!target.output.closed()) return;
+    }
+    InterruptFlag() = true;  // nobody reads on
+  }
+
+  void Write(const DatagramRow& row, LineTarget& target) {
+    if (target.format == LineFormat::kJsonLines) {
+      AppendDatagramJson(target.output.buffer(), row, names_);
+    } else {
+      AppendDatagramText(target.output.buffer(), row, target.color);
+    }
+    target.output.EndLine();
+  }
+
+  /// Finds the slave that is addressed.
+  /// @return false when --slave asks for others
+  bool Resolve(DatagramRow& row) const {
+    const wire::DatagramView& d = row.datagram;
+    const track::Network& network = pipeline_->network();
+    SlaveId slave = kNoSlave;
+    if (wire::IsNodeAddressed(d.command())) {
+      slave = network.slaves().AtStation(d.adp());
+      if (slave != kNoSlave) {
+        if (const SlavePos* position = network.slaves()[slave].position.if_known()) row.slave = *position;
+      }
+    } else if (wire::IsPositionAddressed(d.command())) {
+      row.slave = PositionOf(row);
+      if (row.slave) slave = network.slaves().AtPosition(*row.slave);
+    }
+    if (context_->settings.slaves.empty()) return true;
+    for (const SlaveSelector& selector : context_->settings.slaves) {
+      if (!selector.by_address && row.slave && *row.slave == selector.value) return true;
+      if (selector.by_address && wire::IsNodeAddressed(d.command()) && d.adp() == selector.value) return true;
+    }
+    return slave != kNoSlave && SelectsSlave(context_->settings.slaves, network, slave);
+  }
+
+  /// The position that a position-addressed datagram means: 0 minus the address sent. Each slave passed adds one.
+  [[nodiscard]] std::optional<SlavePos> PositionOf(const DatagramRow& row) const {
+    const std::uint16_t* count = pipeline_->network().slave_count().if_known();
+    const std::uint16_t adp = row.datagram.adp();
+    std::optional<SlavePos> position;
+    if (row.outbound()) {
+      position = static_cast<SlavePos>(0U - adp);
+    } else if (row.returned() && count != nullptr) {
+      position = static_cast<SlavePos>(*count - adp);
+    }
+    if (position && count != nullptr && *position >= *count) return std::nullopt;  // behind the last slave: nobody
+    return position;
+  }
+
+  track::EventSink no_events_;
+  const Pipeline* pipeline_ = nullptr;
+  const StreamContext* context_ = nullptr;
+  RegisterNames names_;
+};
+
+class DecodeCommand : public Command {
+ public:
+  [[nodiscard]] std::string_view name() const override { return "decode"; }
+  [[nodiscard]] std::string_view usage() const override { return "decode CAPTURE"; }
+  [[nodiscard]] std::string_view summary() const override { return "Show every datagram, one a line"; }
+
+  void Declare(OptionSet& options) override {
+    run_.Declare(options);
+    options.Footer(
+        "\nColumns: frame (and datagram in it), seconds from the first packet, -> sent or <- returned, command, slave\n"
+        "addressed, address, bytes, working counter, content. --slave leaves out broadcasts and process data.\n"
+        "Example: ecaudit decode --frames 740-760 trace.pcapng");
+  }
+
+  [[nodiscard]] ExitStatus Run(Console& console) override {
+    DatagramWriter writer;
+    return run_.Run(console, writer, name());
+  }
+
+ private:
+  StreamRun run_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeDecodeCommand() {
+  return std::make_unique<DecodeCommand>();
+}
+
+}  // namespace ecaudit::cli

@@ -1,0 +1,13 @@
+/// Ctrl-C and SIGTERM: the work ends early and what was done so far is delivered.
+#pragma once
+
+#include <atomic>
+
+namespace ecaudit::cli {
+
+/// Listens from now on; what came before is forgotten. The second signal ends the program.
+void ListenForInterrupt();
+/// Set by the first signal.
+[[nodiscard]] std::atomic<bool>& InterruptFlag();
+
+}  // namespace ecaudit::cli

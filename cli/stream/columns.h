@@ -1,0 +1,35 @@
+/// Columns of a text line, two spaces apart.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "cli/report/layout.h"
+
+namespace ecaudit::cli {
+
+/// "12.000000345"; "-" when unknown.
+[[nodiscard]] std::string SecondsText(std::optional<std::int64_t> ns);
+
+class Columns {
+ public:
+  /// Appends to `out`, which must outlive this. Text given to it is trusted.
+  Columns(std::string& out, bool color) : out_(out), color_(color) {}
+
+  /// Text that is wider than its column pushes the rest to the right.
+  Columns& Left(std::string_view text, std::size_t width, report::Style style = report::Style::kPlain);
+  Columns& Right(std::string_view text, std::size_t width, report::Style style = report::Style::kPlain);
+  /// Without padding behind it.
+  void Last(std::string_view text, report::Style style = report::Style::kPlain);
+
+ private:
+  void Gap();
+
+  std::string& out_;
+  bool color_;
+  bool first_ = true;
+};
+
+}  // namespace ecaudit::cli

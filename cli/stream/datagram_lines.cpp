@@ -1,0 +1,182 @@
+#include "cli/stream/datagram_lines.h"
+
+#include <string_view>
+
+#include "cli/stream/columns.h"
+#include "cli/stream/json_line.h"
+#include "decoder/base/text.h"
+#include "decoder/esc/datagram_text.h"
+#include "decoder/esc/register_map.h"
+#include "decoder/esc/register_text.h"
+
+namespace ecaudit::cli {
+namespace {
+
+constexpr std::size_t kShownBytes = 16;  // of data that no register describes
+
+std::string_view DirectionName(bus::Direction direction) {
+  switch (direction) {
+    case bus::Direction::kOutbound:
+      return "outbound";
+    case bus::Direction::kReturned:
+      return "returned";
+    case bus::Direction::kByPair:
+    case bus::Direction::kForeign:
+      break;
+  }
+  return "unknown";
+}
+
+bool HasEscAddress(const wire::DatagramView& d) {
+  return wire::IsDefined(d.command_byte()) && d.command() != wire::Command::NOP && !wire::IsLogical(d.command());
+}
+
+/// "FPRD"; a command that does not exist by its number.
+void AppendCommand(std::string& out, const wire::DatagramView& d) {
+  if (wire::IsDefined(d.command_byte())) {
+    out += wire::Name(d.command());
+  } else {
+    AppendNumber(out, d.command_byte());
+  }
+}
+
+std::string SlaveText(const DatagramRow& row) {
+  if (row.slave) return std::to_string(*row.slave);
+  const wire::DatagramView& d = row.datagram;
+  if (!HasEscAddress(d)) return "-";
+  return wire::IsBroadcast(d.command()) ? "all" : "?";
+}
+
+std::string AddressText(const wire::DatagramView& d) {
+  if (wire::IsLogical(d.command())) return Hex(d.logical_address(), 8);
+  return Hex(d.adp()) + ":" + Hex(d.ado());
+}
+
+std::string_view Arrow(const DatagramRow& row) {
+  return row.outbound() ? "->" : row.returned() ? "<-" : "--";
+}
+
+std::string ContentText(const DatagramRow& row) {
+  const wire::DatagramView& d = row.datagram;
+  if (!wire::IsDefined(d.command_byte())) return "command " + std::to_string(d.command_byte()) + " does not exist";
+  // Where the direction is unknown, a working counter says that slaves were passed.
+  std::string text = esc::DescribeDatagram(d, row.returned() || (!row.outbound() && d.wkc() != 0));
+  const bool raw = wire::IsLogical(d.command()) || (HasEscAddress(d) && d.ado() >= esc::kProcessRam);
+  const bool has_data = wire::Writes(d.command()) || !row.outbound();
+  if (raw && has_data && !d.data().empty()) {
+    text += ": " + HexBytes(Slice(d.data(), 0, kShownBytes));
+    if (d.data().size() > kShownBytes) text += "...";
+  }
+  if (d.circulating()) text += " (circulating)";
+  if (d.irq() != 0) text += " [events: " + esc::DescribeEvents(d.irq()) + "]";
+  return text;
+}
+
+/// A slave was addressed and nobody answered.
+bool Unanswered(const DatagramRow& row) {
+  return row.returned() && row.datagram.wkc() == 0 && row.datagram.command() != wire::Command::NOP;
+}
+
+}  // namespace
+
+const std::string& RegisterNames::Find(EscAddress address, std::uint16_t length) {
+  const std::uint32_t key = static_cast<std::uint32_t>(address) << 16U | length;
+  const auto found = names_.find(key);
+  if (found != names_.end()) return found->second;
+  if (names_.size() >= kMaxEntries) names_.clear();
+  return names_.emplace(key, esc::AccessName(address, length)).first->second;
+}
+
+void AppendDatagramJson(std::string& out, const DatagramRow& row, RegisterNames& names) {
+  const wire::DatagramView& d = row.datagram;
+  JsonLine line(out);
+  line.Number("frame", row.frame.ref().number);
+  line.Number("datagram", d.ordinal());
+  if (row.since_start_ns) {
+    AppendSeconds(line.Key("time_s"), *row.since_start_ns);
+  } else {
+    line.Null("time_s");
+  }
+  line.Text("direction", DirectionName(row.direction));
+  std::string& command = line.Key("command");
+  command += '"';
+  AppendCommand(command, d);
+  command += '"';
+  line.Number("index", d.index());
+  line.Number("adp", d.adp());
+  line.Number("ado", d.ado());
+  if (wire::IsLogical(d.command())) line.Number("logical", d.logical_address());
+  line.Number("length", d.length());
+  line.Number("irq", d.irq());
+  line.Number("wkc", d.wkc());
+  line.Bool("more", d.more());
+  line.Bool("circulating", d.circulating());
+  if (row.slave) {
+    line.Number("slave", *row.slave);
+  } else {
+    line.Null("slave");
+  }
+  static const std::string kNoName;
+  const std::string& name = HasEscAddress(d) ? names.Find(d.ado(), d.length()) : kNoName;
+  if (name.empty()) {
+    line.Null("register");
+  } else {
+    line.Text("register", name);
+  }
+  line.Bytes("data", d.data());
+  line.Close();
+}
+
+std::string DatagramTextHeader(bool color) {
+  std::string out;
+  Columns columns(out, color);
+  columns.Right("frame", 10, report::Style::kBold).Right("time s", 16, report::Style::kBold);
+  columns.Left("", 2).Left("cmd", 4, report::Style::kBold).Right("slave", 5, report::Style::kBold);
+  columns.Left("address", 13, report::Style::kBold).Right("bytes", 5, report::Style::kBold);
+  columns.Right("wkc", 5, report::Style::kBold).Last("content", report::Style::kBold);
+  return out;
+}
+
+void AppendDatagramText(std::string& out, const DatagramRow& row, bool color) {
+  const wire::DatagramView& d = row.datagram;
+  std::string frame = std::to_string(row.frame.ref().number);
+  if (row.frame.size() > 1) frame += "." + std::to_string(d.ordinal());
+  std::string command;
+  AppendCommand(command, d);
+  const report::Style faint = row.outbound() ? report::Style::kPlain : report::Style::kFaint;
+  Columns columns(out, color);
+  columns.Right(frame, 10).Right(SecondsText(row.since_start_ns), 16, report::Style::kFaint).Left(Arrow(row), 2, faint);
+  columns.Left(command, 4, report::Style::kInfo).Right(SlaveText(row), 5).Left(AddressText(d), 13);
+  columns.Right(std::to_string(d.length()), 5);
+  columns.Right(row.outbound() && d.wkc() == 0 ? "" : std::to_string(d.wkc()), 5,
+                Unanswered(row) ? report::Style::kWarning : report::Style::kPlain);
+  columns.Last(ContentText(row));
+}
+
+std::optional<std::string> FrameProblemText(const wire::FrameView& frame, std::optional<std::int64_t> since_start_ns,
+                                            bool color) {
+  std::string problem;
+  switch (frame.kind()) {
+    case wire::FrameKind::kOther:
+    case wire::FrameKind::kEtherCat:
+      return std::nullopt;
+    case wire::FrameKind::kMalformed:
+      problem = "malformed: " + std::string(wire::Describe(frame.problem()));
+      break;
+    case wire::FrameKind::kCut:
+      problem = "cut by the snap length: what lies behind it is not in the capture";
+      break;
+    case wire::FrameKind::kDamagedOnWire:
+      problem = "damaged on the wire: the probe saw a CRC or alignment error";
+      break;
+  }
+  std::string out;
+  Columns columns(out, color);
+  columns.Right(std::to_string(frame.ref().number), 10)
+      .Right(SecondsText(since_start_ns), 16, report::Style::kFaint)
+      .Left("!!", 2, report::Style::kError)
+      .Last(problem, report::Style::kError);
+  return out;
+}
+
+}  // namespace ecaudit::cli

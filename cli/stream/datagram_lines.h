@@ -1,0 +1,48 @@
+/// One line for each datagram, as JSON or for people.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <unordered_map>
+
+#include "decoder/base/ids.h"
+#include "decoder/bus/direction.h"
+#include "decoder/wire/frame_view.h"
+
+namespace ecaudit::cli {
+
+/// A datagram and what is known of it as of its frame.
+struct DatagramRow {
+  const wire::FrameView& frame;
+  wire::DatagramView datagram;
+  bus::Direction direction = bus::Direction::kForeign;
+  std::optional<std::int64_t> since_start_ns;  ///< from the first packet
+  std::optional<SlavePos> slave;               ///< the slave it addresses
+
+  [[nodiscard]] bool outbound() const { return direction == bus::Direction::kOutbound; }
+  [[nodiscard]] bool returned() const { return direction == bus::Direction::kReturned; }
+};
+
+/// Names of accesses; the same few come again and again.
+class RegisterNames {
+ public:
+  /// "" when there is none.
+  const std::string& Find(EscAddress address, std::uint16_t length);
+
+ private:
+  static constexpr std::size_t kMaxEntries = 4096;
+  std::unordered_map<std::uint32_t, std::string> names_;
+};
+
+/// Appends the object that contract and docs/json.md describe, without a line break.
+void AppendDatagramJson(std::string& out, const DatagramRow& row, RegisterNames& names);
+
+/// The line above all others.
+[[nodiscard]] std::string DatagramTextHeader(bool color);
+/// Appends frame, time, direction, command, slave, address, length, working counter and contents in columns.
+void AppendDatagramText(std::string& out, const DatagramRow& row, bool color);
+/// What is wrong with a frame, as a line of its own; nothing when it is sound.
+[[nodiscard]] std::optional<std::string> FrameProblemText(const wire::FrameView& frame,
+                                                          std::optional<std::int64_t> since_start_ns, bool color);
+
+}  // namespace ecaudit::cli

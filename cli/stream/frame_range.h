@@ -1,0 +1,58 @@
+/// `--frames`, `--from`, `--to` of the commands that write a line for each thing that happened.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "analyzers/analysis.h"
+#include "decoder/base/ids.h"
+#include "decoder/base/result.h"
+#include "decoder/capture/frame_source.h"
+
+namespace ecaudit::cli {
+
+/// Which frames are shown. The whole capture is followed all the same, so that what is known of the slaves does not
+/// depend on the range.
+struct FrameRange {
+  std::optional<double> from_s, to_s;  ///< seconds from the first packet, inclusive
+  std::optional<FrameNo> from_frame, to_frame;
+
+  /// @param seconds  from the first packet; absent where the packet has no time stamp (then a limit in seconds counts
+  ///                 as met)
+  [[nodiscard]] bool Contains(FrameNo frame, std::optional<double> seconds) const {
+    return !(from_frame && frame < *from_frame) && !(to_frame && frame > *to_frame) &&
+           !(seconds && from_s && *seconds < *from_s) && !(seconds && to_s && *seconds > *to_s);
+  }
+};
+
+/// What the options say: `frames` is "743", "743-800", "743-" or "-800"; it narrows --from and --to.
+[[nodiscard]] Result<FrameRange> ReadFrameRange(const AnalysisOptions& analysis,
+                                                const std::optional<std::string>& frames);
+
+/// A capture whose first time stamp is remembered: the origin of all times shown.
+class TimedSource final : public capture::FrameSource {
+ public:
+  explicit TimedSource(capture::FrameSource& source) : source_(source) {}
+
+  [[nodiscard]] capture::ReadStatus Next(capture::CapturedFrame& frame) noexcept override {
+    const capture::ReadStatus status = source_.Next(frame);
+    if (status == capture::ReadStatus::kFrame && !origin_ && frame.has_time) origin_ = frame.time;
+    return status;
+  }
+  [[nodiscard]] const capture::CaptureInfo& info() const noexcept override { return source_.info(); }
+  [[nodiscard]] std::uint64_t bytes_read() const noexcept override { return source_.bytes_read(); }
+  [[nodiscard]] std::uint64_t bytes_total() const noexcept override { return source_.bytes_total(); }
+
+  /// Nanoseconds from the first packet; absent without time stamps.
+  [[nodiscard]] std::optional<std::int64_t> SinceStart(const FrameRef& frame) const {
+    std::int64_t ns = 0;
+    if (!origin_ || !frame.has_time || __builtin_sub_overflow(frame.time, *origin_, &ns)) return std::nullopt;
+    return ns;
+  }
+
+ private:
+  capture::FrameSource& source_;
+  std::optional<TimeNs> origin_;
+};
+
+}  // namespace ecaudit::cli

@@ -1,0 +1,66 @@
+/// What `decode` and `events` share: one capture, its range, and lines that leave while it is read.
+#pragma once
+
+#include <atomic>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "cli/capture_options.h"
+#include "cli/console.h"
+#include "cli/exit_status.h"
+#include "cli/output_plan.h"
+#include "cli/stream/frame_range.h"
+#include "cli/stream/line_output.h"
+#include "decoder/pipeline.h"
+
+namespace ecaudit::cli {
+
+enum class LineFormat : std::uint8_t { kText, kJsonLines };
+
+/// One destination.
+struct LineTarget {
+  LineFormat format = LineFormat::kText;
+  bool color = false;
+  LineOutput output;
+};
+
+/// What was chosen, ready to run.
+struct StreamContext {
+  const TimedSource& source;
+  const Settings& settings;
+  const FrameRange& range;
+  std::span<LineTarget> targets;
+};
+
+/// Writes lines while a capture is read.
+class LineWriter {
+ public:
+  virtual ~LineWriter() = default;
+  [[nodiscard]] virtual track::EventSink& events() = 0;
+  [[nodiscard]] virtual FrameObserver* frames() { return nullptr; }
+  /// Before the first packet. `pipeline` and `context` outlive the writer's work.
+  virtual void Begin(const Pipeline& pipeline, const StreamContext& context) = 0;
+  /// Behind the last packet.
+  virtual void End() {}
+  /// True when nothing behind --to can change what is shown, so that reading may stop there.
+  [[nodiscard]] virtual bool stops_at_range_end() const = 0;
+};
+
+class StreamRun {
+ public:
+  void Declare(OptionSet& options);
+  /// Reads the capture and lets `writer` write. What goes wrong is said on `console`, once.
+  [[nodiscard]] ExitStatus Run(Console& console, LineWriter& writer, std::string_view command);
+
+ private:
+  CaptureOptions capture_;
+  OutputOptions output_;
+  std::optional<std::string> frames_;
+};
+
+/// Whether --slave asks for this slave; true when it was not given.
+[[nodiscard]] bool SelectsSlave(std::span<const SlaveSelector> selectors, const track::Network& network, SlaveId slave);
+
+}  // namespace ecaudit::cli
