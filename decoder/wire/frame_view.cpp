@@ -111,22 +111,26 @@ FrameView FrameView::Parse(const capture::CapturedFrame& frame) noexcept {
   }
   view.bytes_ = bytes;
 
+  const auto ends_before = [&](std::size_t end) { return cut && bytes.size() < end; };
+  view.cut_before_type_ = ends_before(offset + 2);
   auto ethertype = BigEndian<std::uint16_t>(bytes, offset);
   offset += 2;
   if (static_cast<capture::LinkType>(frame.link_type) == capture::LinkType::kLinuxCooked2) offset = 20;
   while (IsVlanTag(ethertype) && view.vlan_tags_ < 4) {
     ++view.vlan_tags_;
+    view.cut_before_type_ = ends_before(offset + 4);
     ethertype = BigEndian<std::uint16_t>(bytes, offset + 2);
     offset += 4;
   }
 
   if (ethertype == kEtherTypeIpv4) {
+    view.cut_before_type_ = ends_before(offset + 20);
     if (!Fits(bytes, offset, 20) || bytes[offset] >> 4U != 4) return view;
     const std::size_t header = static_cast<std::size_t>(bytes[offset] & 0x0FU) * 4;
     const bool fragment = (BigEndian<std::uint16_t>(bytes, offset + 6) & 0x3FFFU) != 0;
-    if (header < 20 || fragment || bytes[offset + 9] != kIpProtocolUdp || !Fits(bytes, offset, header + 8)) {
-      return view;
-    }
+    if (header < 20 || fragment || bytes[offset + 9] != kIpProtocolUdp) return view;
+    view.cut_before_type_ = ends_before(offset + header + 8);
+    if (!Fits(bytes, offset, header + 8)) return view;
     const std::size_t udp = offset + header;
     if (BigEndian<std::uint16_t>(bytes, udp) != kUdpPortEtherCat &&
         BigEndian<std::uint16_t>(bytes, udp + 2) != kUdpPortEtherCat) {
@@ -141,10 +145,11 @@ FrameView FrameView::Parse(const capture::CapturedFrame& frame) noexcept {
   if (!Fits(bytes, offset, 2)) {
     view.kind_ = cut ? FrameKind::kCut : FrameKind::kMalformed;
     view.problem_ = cut ? FrameProblem::kNone : FrameProblem::kNoHeader;
-    return view;
+  } else {
+    view.ParseDatagrams(offset, cut);
   }
-  view.ParseDatagrams(offset, cut);
-  if (view.esl_.crc_error || view.esl_.alignment_error) view.kind_ = FrameKind::kDamagedOnWire;
+  const bool damaged = view.esl_.crc_error || view.esl_.alignment_error;
+  if (damaged && view.kind_ != FrameKind::kOther) view.kind_ = FrameKind::kDamagedOnWire;
   return view;
 }
 
@@ -198,7 +203,9 @@ void FrameView::ParseDatagrams(std::size_t offset, bool cut) noexcept {
     at += size;
     offsets_[count_] = static_cast<std::uint16_t>(at);
   }
-  if (kind_ == FrameKind::kEtherCat && !more && at < announced_end) fail(FrameProblem::kBytesAfterLast);
+  if (kind_ != FrameKind::kEtherCat) return;
+  if (more) fail(FrameProblem::kMoreWithoutDatagram);  // as many datagrams as the length can cover
+  if (!more && at < announced_end) fail(FrameProblem::kBytesAfterLast);
 }
 
 }  // namespace ecaudit::wire

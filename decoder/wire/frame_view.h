@@ -109,6 +109,8 @@ class FrameView {
   /// Type nibble of the EtherCAT header: 1 commands, 4 network variables, 5 mailbox gateway; 0 when there is no header.
   [[nodiscard]] std::uint8_t ethercat_type() const { return ethercat_type_; }
   [[nodiscard]] bool has_ethercat_header() const { return has_header_; }
+  /// Cut by the snap length so early that nobody can say whether it is EtherCAT; kind() is kOther then.
+  [[nodiscard]] bool cut_before_type() const { return cut_before_type_; }
 
   [[nodiscard]] std::size_t size() const { return count_; }
   [[nodiscard]] bool empty() const { return count_ == 0; }
@@ -144,6 +146,7 @@ class FrameView {
   std::uint8_t vlan_tags_ = 0;
   std::uint8_t ethercat_type_ = 0;
   bool has_header_ = false;
+  bool cut_before_type_ = false;
   std::uint8_t count_ = 0;
   std::array<std::uint16_t, kMaxDatagrams + 1> offsets_;  // deliberately not zeroed: only [0, count_] is read
 };
