@@ -29,6 +29,8 @@ class SdoTransferTracker {
   void OnMailboxError(std::uint16_t detail, const FrameRef& frame, MailboxSink& sink);
   /// A mailbox read sent in frame `sent` never returned: it may have taken the outstanding answer with it. Comes late.
   void OnReadLost(FrameNo sent);
+  /// A request that is not in the capture seems to have reached the slave: the next answer may belong to it.
+  void ForgetHistory() { history_known_ = false; }
   /// Ends an open transfer and forgets what came before.
   void End(TransferEnd why, MailboxSink& sink);
 

@@ -287,7 +287,11 @@ void MailboxTracker::OnRefusedWrite(const SlaveAccess& access, ByteSpan bytes) {
   event.header = mailbox::ParseHeader(bytes);
   event.same_as_last = out_.has_last && HashOf(Whole(bytes)) == out_.last_hash;
   event.off = out_.use == MailboxUse::kOff;
-  if (const Pending* latest = LatestPending()) event.outstanding = latest->request;
+  if (const Pending* latest = LatestPending()) {
+    event.outstanding = latest->request;
+  } else {
+    sdo_.ForgetHistory();  // the mailbox is full, and not of anything that is known to be written
+  }
   sink_.On(event);
   // The mailbox is full of the first copy, so that one has arrived although its frame never returned.
   if (event.same_as_last && !event.off) Arrived(Certainty::kObserved);

@@ -223,6 +223,19 @@ TEST_F(MailboxTrackerTest, RequestWhoseFrameNeverReturned) {
   EXPECT_EQ(sink_.transfers[0].request.number, 12U);
 }
 
+TEST_F(MailboxTrackerTest, MailboxFullOfARequestThatIsKnownTooLate) {
+  Write(Padded(Coe(1, kUpload)));
+  Read(Padded(Coe(1, kAnswer)));
+  // Frame 16 with the next request never returned, which shows only later; its repetition finds the mailbox full.
+  frame_ = 16;
+  Write(Padded(Coe(2, "0020 4018100100000000")), kOut, Acceptance::kRefused);
+  Read(Padded(Coe(2, "0030 43181001 6a000000")));
+  EXPECT_TRUE(sink_.unexpected.empty());
+  ASSERT_EQ(sink_.transfers.size(), 2U);
+  EXPECT_EQ(sink_.transfers[1].certainty, Certainty::kInferred);
+  EXPECT_FALSE(sink_.transfers[1].request.seen());
+}
+
 TEST_F(MailboxTrackerTest, LostRequestRepeatedWithoutCounting) {
   Write(Padded(Coe(0, kUpload)), kOut, Acceptance::kUnknown);
   Write(Padded(Coe(0, kUpload)));
