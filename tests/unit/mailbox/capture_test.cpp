@@ -337,7 +337,7 @@ TEST(LabTransfers, CompleteAccess) {
 TEST(LabTransfers, Emergencies) {
   REQUIRE_CAPTURES();
   MailboxRun run(CapturePath("lab/mailbox-emergency.pcapng"));
-  // Both were injected, one of them was read before the capture ends (packet 292); see mailbox_messages_on_wire.
+  // Two were injected; the second found the mailbox full (rc=-11 in the truth) and never reached the wire.
   const json truth = ReadTruth("lab/mailbox-emergency");
   std::vector<std::uint64_t> packets;
   for (const json& m : truth["mailbox_messages_on_wire"]) {
