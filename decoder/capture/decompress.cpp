@@ -10,7 +10,7 @@
 namespace ecaudit::capture {
 namespace {
 
-constexpr std::size_t kInputBytes = 128 * 1024;
+constexpr std::size_t kInputBytes = std::size_t{128} * 1024;
 constexpr int kZstdWindowLogMax = 27;  // 128 MiB, the largest that the zstd program itself writes without --long
 
 /// Compressed bytes on their way into a decompressor.

@@ -14,8 +14,8 @@
 namespace ecaudit::capture {
 namespace {
 
-constexpr std::size_t kWindowBytes = 256 * 1024;
-constexpr std::size_t kDirectReadBytes = 16 * 1024;
+constexpr std::size_t kWindowBytes = std::size_t{256} * 1024;
+constexpr std::size_t kDirectReadBytes = std::size_t{16} * 1024;
 constexpr std::uint32_t kZstdMagic = 0xFD2FB528;
 constexpr std::uint32_t kZstdSkippableMagic = 0x184D2A50;  // and the 15 numbers above it
 

@@ -1,7 +1,9 @@
 #include "decoder/capture/pcap_source.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
+#include <span>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -18,9 +20,10 @@ constexpr std::uint32_t kMicroseconds = 0xA1B2C3D4;
 constexpr std::uint32_t kNanoseconds = 0xA1B23C4D;
 constexpr std::uint32_t kMicrosecondsLongRecords = 0xA1B2CD34;  // written by an old patched libpcap
 constexpr std::size_t kFileHeaderBytes = 24;
+constexpr std::size_t kSnapLengthOffset = 16;
 constexpr std::size_t kRecordHeaderBytes = 16;
 constexpr std::size_t kLongRecordHeaderBytes = 24;
-constexpr std::size_t kStdioBufferBytes = 64 * 1024;
+constexpr std::size_t kStdioBufferBytes = std::size_t{64} * 1024;
 
 constexpr std::array kMagics{kMicroseconds, kNanoseconds, kMicrosecondsLongRecords};
 
@@ -47,12 +50,18 @@ class PcapSource final : public FrameSource {
     };
     Interface interface;
     interface.resolution_ns = Magic(header) == kNanoseconds ? 1 : 1000;
-    interface.snap_length = field(16);
+    interface.snap_length = field(kSnapLengthOffset);
     interface.link_type =
         static_cast<std::uint16_t>(field(20) & 0xFFFFU);  // above it: length of the frame check sequence
     record_header_bytes_ = Magic(header) == kMicrosecondsLongRecords ? kLongRecordHeaderBytes : kRecordHeaderBytes;
 
-    FILE* file = fopencookie(stream_.get(), "rb", {&ReadCookie, nullptr, nullptr, nullptr});
+    // libpcap cuts packets to the snap length of the file header. Where a writer put in less than it captured, all of
+    // the packet is wanted nevertheless, as Wireshark shows it: libpcap gets a header without snap length.
+    std::copy(header.begin(), header.end(), header_.begin());
+    std::fill_n(header_.begin() + kSnapLengthOffset, sizeof(std::uint32_t), std::uint8_t{0});
+    stream_->Consume(kFileHeaderBytes);
+
+    FILE* file = fopencookie(this, "rb", {&ReadCookie, nullptr, nullptr, nullptr});
     if (file == nullptr) return "cannot open a stream";
     std::setvbuf(file, stdio_buffer_.data(), _IOFBF, stdio_buffer_.size());
     std::array<char, PCAP_ERRBUF_SIZE> message{};
@@ -96,9 +105,16 @@ class PcapSource final : public FrameSource {
 
  private:
   static ssize_t ReadCookie(void* cookie, char* buffer, std::size_t size) {
-    auto* stream = static_cast<InputStream*>(cookie);
-    const std::size_t count = stream->Read({reinterpret_cast<std::uint8_t*>(buffer), size});
-    return count == 0 && !stream->error().empty() ? -1 : static_cast<ssize_t>(count);
+    auto& source = *static_cast<PcapSource*>(cookie);
+    const std::span<std::uint8_t> out(reinterpret_cast<std::uint8_t*>(buffer), size);
+    const ByteSpan header = Slice(source.header_, source.header_read_, size);
+    if (!header.empty()) {
+      std::copy(header.begin(), header.end(), out.begin());
+      source.header_read_ += header.size();
+      return static_cast<ssize_t>(header.size());
+    }
+    const std::size_t count = source.stream_->Read(out);
+    return count == 0 && !source.stream_->error().empty() ? -1 : static_cast<ssize_t>(count);
   }
 
   ReadStatus Stop(int result) {
@@ -122,6 +138,8 @@ class PcapSource final : public FrameSource {
 
   std::unique_ptr<InputStream> stream_;
   std::vector<char> stdio_buffer_;
+  std::array<std::uint8_t, kFileHeaderBytes> header_{};  // what libpcap gets instead of the file's own
+  std::size_t header_read_ = 0;
   pcap_t* pcap_ = nullptr;
   CaptureInfo info_;
   ReadStatus status_ = ReadStatus::kFrame;

@@ -89,6 +89,15 @@ TEST(Pcap, SecondsBeyond2038AreUnsigned) {
   EXPECT_EQ(capture.frames[0].time, 4'294'967'295'999'999'999);
 }
 
+TEST(Pcap, PacketsBeyondTheSnapLengthOfTheFileAreWhole) {
+  for (const std::uint32_t snap_length : {0U, 8U, 0xFFFFFFFFU}) {
+    const WholeCapture capture = Read(PcapBytes(kMicroseconds, true, 1, snap_length).Packet(1, 1, kData).bytes());
+    ASSERT_EQ(capture.frames.size(), 1U) << snap_length << capture.error;
+    EXPECT_EQ(capture.frames[0].bytes, kData) << snap_length;
+    EXPECT_EQ(capture.info.interfaces[0].snap_length, snap_length);
+  }
+}
+
 TEST(Pcap, NoPacketIsAnEmptyCapture) {
   const WholeCapture capture = Read(PcapBytes(kMicroseconds).bytes());
   EXPECT_EQ(capture.error, "");
