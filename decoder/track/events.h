@@ -103,6 +103,7 @@ struct LogicalAccess {
   ByteSpan returned_data;   ///< empty when the return is not captured
   std::uint16_t length = 0;
   std::uint16_t wkc = 0;    ///< of the returned copy
+  bool circulating = false; ///< circulating bit of the returned copy
   bool assumed = false;     ///< outbound-only capture: wkc means nothing
 
   [[nodiscard]] const FrameRef& frame() const { return returned.seen() ? returned : sent; }

@@ -203,6 +203,7 @@ void Network::OnLogical(const Datagram& d) {
   if (d.has_returned) access.returned_data = d.any.data();
   access.length = d.any.length();
   access.wkc = d.wkc();
+  access.circulating = d.has_returned && d.any.circulating();
   access.assumed = d.assumed();
   events_.On(access);
   if (mapped_version_ != mapping_version_) FindMappedMailboxes();
@@ -524,10 +525,12 @@ void Network::OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_
   for (std::size_t i = 0; i < sent.size(); ++i) {
     const Datagram d{transaction, i, sent[i], true, false};
     const wire::Command c = d.command();
-    if (!wire::IsDefined(d.any.command_byte()) || wire::IsLogical(c) || !wire::Writes(c) || c == wire::Command::ARMW ||
+    if (!wire::IsDefined(d.any.command_byte()) || wire::IsLogical(c) || c == wire::Command::ARMW ||
         c == wire::Command::FRMW) {
       continue;
     }
+    // A lost read only matters where reading changes something: it may have emptied a mailbox.
+    if (!wire::Writes(c) && (wire::IsBroadcast(c) || d.address() < esc::RegisterImage::kSize)) continue;
     if (wire::IsBroadcast(c)) {
       for (std::size_t s = 0; s < slaves_.size(); ++s) Apply(d.Access(static_cast<SlaveId>(s), Acceptance::kUnknown));
     } else if (const SlaveId slave = Resolve(d, false); slave != kNoSlave) {

@@ -35,7 +35,7 @@ directions of both ports).
 class FrameDuplicated final : public Rule {
  public:
   using Rule::On;
-  FrameDuplicated() : Rule(kInfo) { Subscribe({Topic::kFrameDuplicated, Topic::kAnswered}); }
+  FrameDuplicated() : Rule(kInfo) { Subscribe({Topic::kFrameDuplicated, Topic::kAnswered, Topic::kLogicalAccess}); }
 
   void On(const track::FrameDuplicated& e) override {
     if (FindingIndex index = Repeat(kNoSlave, kTwice, e.returned.ref()); index != kNoFinding) {
@@ -55,15 +55,23 @@ class FrameDuplicated final : public Rule {
   }
 
   void On(const track::Answered& e) override {
-    if (!e.circulating) return;
-    if (e.returned.number != last_circulating_) ++circulating_;
-    last_circulating_ = e.returned.number;
-    if (!first_circulating_.seen()) first_circulating_ = e.returned;
+    if (e.circulating) OnCirculating(e.returned);
+  }
+  void On(const track::LogicalAccess& e) override {
+    if (e.circulating) OnCirculating(e.returned);
+  }
+
+ private:
+  void OnCirculating(const FrameRef& frame) {
+    if (frame.number == last_circulating_) return;  // several datagrams of one frame
+    ++circulating_;
+    last_circulating_ = frame.number;
+    if (!first_circulating_.seen()) first_circulating_ = frame;
     if (circulating_ < 2) return;
-    if (Repeat(kNoSlave, kCirculating, e.returned) != kNoFinding) return;
+    if (Repeat(kNoSlave, kCirculating, frame) != kNoFinding) return;
     Finding finding;
     finding.first = first_circulating_;
-    finding.last = e.returned;
+    finding.last = frame;
     finding.count = circulating_;
     finding.title = "Frames circulate";
     finding.message = "The circulating bit is set in returned datagrams from frame " +
@@ -73,7 +81,6 @@ class FrameDuplicated final : public Rule {
     Report(kCirculating, std::move(finding));
   }
 
- private:
   static constexpr std::uint64_t kTwice = 1;
   static constexpr std::uint64_t kCirculating = 2;
   FrameRef first_circulating_;
