@@ -106,7 +106,10 @@ class WkcMismatch final : public Rule {
       FindingIndex best = kNoFinding;
       for (std::size_t i = 0; i < findings.size(); ++i) {
         const Finding& f = findings[i];
-        if (f.rule != "bus-slave-count-changed" && f.rule != "al-unexpected-change" && f.rule != "bus-link-errors") continue;
+        if (f.rule != "bus-slave-count-changed" && f.rule != "al-unexpected-change" && f.rule != "bus-link-errors" &&
+            f.rule != "bus-duplicate-address") {
+          continue;
+        }
         if (f.first.number > own.last.number + 2000 || f.last.number + 20 < own.first.number) continue;
         if (own.slave != kNoSlave && f.slave != kNoSlave && f.slave != own.slave) continue;
         if (best == kNoFinding || Distance(f, own) < Distance(findings[best], own)) best = static_cast<FindingIndex>(i);
