@@ -11,6 +11,7 @@ constexpr std::uint16_t kUdpPortEtherCat = 34980;
 constexpr std::uint8_t kIpProtocolUdp = 17;
 constexpr std::size_t kEthernetHeader = 14;
 constexpr std::size_t kEslBytes = 16;
+constexpr std::size_t kMaxOffset = 0xFFFF;  ///< datagrams are kept by 16-bit offsets; no real frame comes near
 
 bool IsVlanTag(std::uint16_t ethertype) { return ethertype == 0x8100 || ethertype == 0x88A8 || ethertype == 0x9100; }
 
@@ -188,7 +189,7 @@ void FrameView::ParseDatagrams(std::size_t offset, bool cut) noexcept {
     }
     const auto length_word = LittleEndian<std::uint16_t>(bytes_, at + 6);
     const std::size_t size = kDatagramHeaderBytes + (length_word & 0x07FFU) + kWorkingCounterBytes;
-    if (!Fits(bytes_, at, size)) {
+    if (!Fits(bytes_, at, size) || at + size > kMaxOffset) {
       if (kind_ != FrameKind::kCut) fail(FrameProblem::kDatagramBeyondLength);
       break;
     }
