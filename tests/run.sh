@@ -10,6 +10,8 @@ ensure_packages "${BUILD_PACKAGES[@]}" libgtest-dev libgmock-dev python3 python3
 
 export ASAN_OPTIONS=detect_leaks=1:strict_string_checks=1
 export UBSAN_OPTIONS=print_stacktrace=1
+# Two checkouts of the same sources share what ccache has compiled.
+export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
 jobs=$(nproc)
 
 # Configures, builds and tests one preset. Called where a failure must not end the script, so every step is chained.
