@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
-#include <set>
+#include <utility>
 
 #include "decoder/base/text.h"
 
@@ -11,8 +11,9 @@ namespace {
 
 constexpr std::size_t kMaxDepth = 32;
 
-/// Looks at the document before the real parse: the no-throw parse of the library gives no reason when it fails.
-class Inspector {
+/// Builds the document in one pass. The library's own builder gives no reason when it fails without exceptions, takes
+/// the last of two equal keys, and nests without limit.
+class Builder {
  public:
   using number_integer_t = nlohmann::json::number_integer_t;
   using number_unsigned_t = nlohmann::json::number_unsigned_t;
@@ -20,32 +21,31 @@ class Inspector {
   using string_t = nlohmann::json::string_t;
   using binary_t = nlohmann::json::binary_t;
 
-  [[nodiscard]] const std::optional<Error>& error() const { return error_; }
+  /// @param stop_after  a key of the document; what follows its value is not read. Empty: read all.
+  explicit Builder(std::string_view stop_after) : stop_after_(stop_after) {}
 
-  bool null() { return true; }
-  bool boolean(bool) { return true; }
-  bool number_integer(number_integer_t) { return true; }
-  bool number_unsigned(number_unsigned_t) { return true; }
-  bool number_float(number_float_t, const string_t&) { return true; }
-  bool string(string_t&) { return true; }
-  bool binary(binary_t&) { return true; }
-  bool start_object(std::size_t) {
-    keys_.emplace_back();
-    return Deeper();
-  }
-  bool end_object() {
-    keys_.pop_back();
-    --depth_;
-    return true;
-  }
-  bool start_array(std::size_t) { return Deeper(); }
-  bool end_array() {
-    --depth_;
-    return true;
-  }
+  [[nodiscard]] const std::optional<Error>& error() const { return error_; }
+  [[nodiscard]] bool stopped() const { return stopped_; }
+  [[nodiscard]] nlohmann::json Take() { return std::move(root_); }
+
+  bool null() { return Add(nullptr); }
+  bool boolean(bool value) { return Add(value); }
+  bool number_integer(number_integer_t value) { return Add(value); }
+  bool number_unsigned(number_unsigned_t value) { return Add(value); }
+  bool number_float(number_float_t value, const string_t&) { return Add(value); }
+  bool string(string_t& value) { return Add(std::move(value)); }
+  bool binary(binary_t&) { return Fail("binary data"); }
+  bool start_object(std::size_t) { return Open(nlohmann::json::object()); }
+  bool start_array(std::size_t) { return Open(nlohmann::json::array()); }
+  bool end_object() { return Close(); }
+  bool end_array() { return Close(); }
   bool key(string_t& name) {
-    if (keys_.back().insert(name).second) return true;
-    return Fail("key \"" + Printable(name) + "\" appears twice in one object");
+    auto& members = open_.back()->get_ref<nlohmann::json::object_t&>();
+    const auto [at, added] = members.try_emplace(name, nullptr);
+    if (!added) return Fail("key \"" + Printable(name) + "\" appears twice in one object");
+    member_ = &at->second;
+    if (open_.size() == 1) stop_here_ = !stop_after_.empty() && name == stop_after_;
+    return true;
   }
   bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception& exception) {
     // "[json.exception.parse_error.101] parse error at line 1, column 2: ..."
@@ -59,13 +59,42 @@ class Inspector {
     error_ = Error{std::move(message)};
     return false;
   }
-  bool Deeper() {
-    if (++depth_ <= kMaxDepth) return true;
-    return Fail("nested deeper than " + std::to_string(kMaxDepth) + " levels");
+  /// Where the next value belongs.
+  nlohmann::json& Place() {
+    if (open_.empty()) return root_;
+    if (open_.back()->is_object()) return *member_;
+    auto& elements = open_.back()->get_ref<nlohmann::json::array_t&>();
+    return elements.emplace_back(nullptr);
+  }
+  template <typename Value>
+  bool Add(Value&& value) {
+    Place() = std::forward<Value>(value);
+    return Continue();
+  }
+  bool Open(nlohmann::json value) {
+    if (open_.size() >= kMaxDepth) return Fail("nested deeper than " + std::to_string(kMaxDepth) + " levels");
+    nlohmann::json& place = Place();
+    place = std::move(value);
+    // An element of an array may move when the array grows, but never while it is open itself.
+    open_.push_back(&place);
+    return true;
+  }
+  bool Close() {
+    open_.pop_back();
+    return Continue();
+  }
+  /// After each complete value.
+  bool Continue() {
+    stopped_ = stop_here_ && open_.size() == 1;
+    return !stopped_;
   }
 
-  std::vector<std::set<std::string>> keys_;
-  std::size_t depth_ = 0;
+  nlohmann::json root_;
+  std::vector<nlohmann::json*> open_;
+  nlohmann::json* member_ = nullptr;
+  std::string_view stop_after_;
+  bool stop_here_ = false;
+  bool stopped_ = false;
   std::optional<Error> error_;
 };
 
@@ -88,14 +117,12 @@ std::string_view TypeName(const nlohmann::json& value) {
 
 }  // namespace
 
-Result<nlohmann::json> ParseJson(std::string_view text) {
-  Inspector inspector;
-  if (!nlohmann::json::sax_parse(text, &inspector)) {
-    return inspector.error().value_or(Error{"not a JSON document"});
+Result<nlohmann::json> ParseJson(std::string_view text, std::string_view stop_after) {
+  Builder builder(stop_after);
+  if (!nlohmann::json::sax_parse(text, &builder) && !builder.stopped()) {
+    return builder.error().value_or(Error{"not a JSON document"});
   }
-  nlohmann::json document = nlohmann::json::parse(text, nullptr, false);
-  if (document.is_discarded()) return Error{"not a JSON document"};
-  return document;
+  return builder.Take();
 }
 
 std::string Cursor::Path() const {

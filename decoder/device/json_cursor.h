@@ -19,7 +19,9 @@
 namespace ecaudit::device {
 
 /// Parses `text` with limits on depth, and errors by line and column; duplicate keys are errors.
-[[nodiscard]] Result<nlohmann::json> ParseJson(std::string_view text);
+///
+/// @param stop_after  a key of the top-level object: reading ends behind its value, and what follows is not looked at
+[[nodiscard]] Result<nlohmann::json> ParseJson(std::string_view text, std::string_view stop_after = {});
 
 /// One value and the way to it. Lives on the stack of the function that reads it; parents outlive children.
 class Cursor {

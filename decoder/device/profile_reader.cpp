@@ -68,13 +68,15 @@ void ReadHead(ObjectReader& object, const Cursor& cursor, ProfileHead& head) {
 }  // namespace
 
 Result<ProfileHead> ReadProfileHead(std::string_view json) {
-  Result<nlohmann::json> document = ParseJson(json);
+  Result<nlohmann::json> document = ParseJson(json, "match");
   if (!document) return document.error();
   std::optional<Error> error;
   const Cursor cursor(*document, error);
   ObjectReader object(cursor);
   ProfileHead head;
   ReadHead(object, cursor, head);
+  object.Allow("edition", head.edition);
+  object.Allow("match", head.match);
   if (error) return *error;
   return head;
 }

@@ -23,11 +23,14 @@ using ProfileLookup = std::function<const DeviceDescription*(std::string_view id
 /// Same, extending built-in profiles.
 [[nodiscard]] Result<DeviceDescription> ReadProfile(std::string_view json);
 
-/// The id and "extends" of a profile without the rest, to order the profiles of a folder.
+/// What a profile says about itself, without the rest: to order the profiles of a folder, and to choose one.
 struct ProfileHead {
   std::string id;
   std::string extends;
+  std::string edition;
+  IdentityMatch match;
 };
+/// Reads no further than "match", which stands at the beginning of a profile; the rest may be damaged.
 [[nodiscard]] Result<ProfileHead> ReadProfileHead(std::string_view json);
 
 }  // namespace ecaudit::device

@@ -53,10 +53,22 @@ Error At(const std::filesystem::path& path, const Error& error) {
   return Error{Printable(path.string()) + ": " + error.message};
 }
 
+/// Heads of the built-in profiles: choosing one must not cost reading all of them.
+const std::vector<ProfileHead>& BuiltinHeads() {
+  static const std::vector<ProfileHead> heads = [] {
+    std::vector<ProfileHead> read;
+    for (const std::string& name : BuiltinProfileNames()) {
+      if (Result<ProfileHead> head = ReadProfileHead(EmbeddedProfileText(name))) read.push_back(std::move(*head));
+    }
+    return read;
+  }();
+  return heads;
+}
+
 template <typename Profiles>
 void SortNewestFirst(Profiles& profiles) {
   std::stable_sort(profiles.begin(), profiles.end(), [](const DeviceDescription* a, const DeviceDescription* b) {
-    return a->edition > b->edition;  // ISO dates sort as text
+    return a->edition != b->edition ? a->edition > b->edition : a->id < b->id;  // ISO dates sort as text
   });
 }
 
@@ -167,28 +179,28 @@ std::vector<std::string> ProfileRegistry::Names() const {
   return {names.begin(), names.end()};
 }
 
-std::vector<const DeviceDescription*> ProfileRegistry::MatchIdentity(std::uint32_t vendor_id,
-                                                                     std::uint32_t product_code,
-                                                                     std::uint32_t revision) const {
+template <typename Predicate>
+std::vector<const DeviceDescription*> ProfileRegistry::Match(Predicate fits) const {
   std::vector<const DeviceDescription*> matches;
-  for (const std::string& name : Names()) {
-    const DeviceDescription* profile = Find(name);
-    if (profile != nullptr && profile->match.MatchesIdentity(vendor_id, product_code, revision)) {
-      matches.push_back(profile);
-    }
+  for (const auto& [id, description] : own_) {
+    if (fits(description->match)) matches.push_back(description.get());
+  }
+  for (const ProfileHead& head : BuiltinHeads()) {
+    if (own_.contains(head.id) || !fits(head.match)) continue;
+    if (const DeviceDescription* profile = BuiltinProfile(head.id)) matches.push_back(profile);
   }
   SortNewestFirst(matches);
   return matches;
 }
 
+std::vector<const DeviceDescription*> ProfileRegistry::MatchIdentity(std::uint32_t vendor_id,
+                                                                     std::uint32_t product_code,
+                                                                     std::uint32_t revision) const {
+  return Match([&](const IdentityMatch& match) { return match.MatchesIdentity(vendor_id, product_code, revision); });
+}
+
 std::vector<const DeviceDescription*> ProfileRegistry::MatchModel(std::string_view model) const {
-  std::vector<const DeviceDescription*> matches;
-  for (const std::string& name : Names()) {
-    const DeviceDescription* profile = Find(name);
-    if (profile != nullptr && profile->match.MatchesModel(model)) matches.push_back(profile);
-  }
-  SortNewestFirst(matches);
-  return matches;
+  return Match([&](const IdentityMatch& match) { return match.MatchesModel(model); });
 }
 
 std::vector<const DeviceDescription*> MatchIdentity(std::uint32_t vendor_id, std::uint32_t product_code,

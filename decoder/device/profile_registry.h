@@ -43,6 +43,9 @@ class ProfileRegistry {
   [[nodiscard]] std::vector<const DeviceDescription*> MatchModel(std::string_view model) const;
 
  private:
+  template <typename Predicate>
+  [[nodiscard]] std::vector<const DeviceDescription*> Match(Predicate fits) const;
+
   std::map<std::string, std::unique_ptr<const DeviceDescription>, std::less<>> own_;
 };
 

@@ -140,6 +140,18 @@ TEST(ProfileReader, WhatAProfileDoesNotSayComesFromTheOneItExtends) {
   EXPECT_EQ(profile->register_right(0x0130)->name, "AL Status");
 }
 
+TEST(ProfileReader, TheHeadIsReadWithoutTheRest) {
+  const auto head = ReadProfileHead(R"({"schema": "ecaudit.profile/1", "id": "x", "extends": "y", "edition": "2020-10",
+      "match": {"vendor_id": 106, "source": "s"}, "al": {damaged)");
+  ASSERT_TRUE(head) << head.error().message;
+  EXPECT_EQ(head->id, "x");
+  EXPECT_EQ(head->extends, "y");
+  EXPECT_EQ(head->edition, "2020-10");
+  EXPECT_EQ(head->match.vendor_id, 106U);
+  // A key of the same name deeper inside does not end the reading.
+  EXPECT_FALSE(ReadProfileHead(R"({"schema": "ecaudit.profile/1", "id": "x", "al": {"match": 1}, "al")"));
+}
+
 TEST(ProfileReader, ExtendingAnUnknownProfileIsAnError) {
   EXPECT_EQ(ErrorOf(Profile(R"(, "extends": "acme")")), "extends: there is no profile \"acme\"");
 }

@@ -146,6 +146,15 @@ TEST(ProfileRegistry, AUserProfileHidesTheBuiltInOneAndMayExtendIt) {
   EXPECT_NE(BuiltinProfile("generic")->note, "mine");
 }
 
+TEST(ProfileRegistry, AUserProfileHidesTheIdentityOfTheBuiltInOne) {
+  const Folder folder;
+  folder.WriteProfile("kollmorgen-mkd-c", R"(, "extends": "kollmorgen-mkd-c")");
+  ProfileRegistry registry;
+  ASSERT_TRUE(registry.AddDirectory(folder.path()));
+  EXPECT_THAT(registry.MatchIdentity(0x6A, 0x02, 0x00020000), IsEmpty());
+  EXPECT_THAT(Ids(MatchIdentity(0x6A, 0x02, 0x00020000)), ElementsAre("kollmorgen-mkd-c"));
+}
+
 TEST(ProfileRegistry, CyclesAndSharedIdsAreErrors) {
   const Folder folder;
   folder.WriteProfile("a", R"(, "extends": "b")");
