@@ -8,7 +8,8 @@
 namespace ecaudit::cli {
 
 [[nodiscard]] std::string ProfileText(const device::DeviceDescription& profile, bool color);
-/// Schema "ecaudit.profile-page/1": all facts, with those of the profiles it extends, each with its source.
+/// Schema "ecaudit.profile-page/1": the profile's file, then those it extends, each as it was written. What one file
+/// does not state is taken from the next.
 [[nodiscard]] std::string ProfileJson(const device::DeviceDescription& profile);
 
 }  // namespace ecaudit::cli

@@ -96,10 +96,11 @@ void AppendPdos(const device::PdoDescription& pdo, TextBuilder& text) {
   }
   std::string free_pdos;
   for (const device::SelectablePdo& choice : pdo.selectable) {
-    if (pdo.FindFixed(choice.index) != nullptr || choice.example_only) continue;
+    if (pdo.FindFixed(choice.index) != nullptr) continue;
     free_pdos += (free_pdos.empty() ? "" : ", ") + ObjectName(choice.index) + " " + std::string(Name(choice.direction));
+    if (choice.example_only) free_pdos += " (in an example only)";
   }
-  if (!free_pdos.empty()) Row("also selectable", free_pdos, "", "", text);
+  if (!free_pdos.empty()) Row("selectable", free_pdos, "", "", text);
   for (const device::MappingRule& rule : pdo.rules) {
     Row("rule", OneLine(rule.rule) + (rule.value.empty() ? "" : ": " + OneLine(rule.value)), rule.note, rule.source,
         text);

@@ -37,6 +37,14 @@ std::size_t Columns(std::string_view text) {
       std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
 }
 
+std::string Padded(std::string_view text, std::size_t width) {
+  std::string out(text);
+  const std::size_t columns = Columns(out);
+  out.append(columns < width ? width - columns : 1, ' ');
+  std::replace(out.begin(), out.end(), ' ', kHardSpace);
+  return out;
+}
+
 std::string OneLine(std::string_view text) {
   std::string flat(text);
   std::replace_if(

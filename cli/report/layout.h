@@ -23,6 +23,9 @@ enum class Style : std::uint8_t { kPlain, kBold, kFaint, kError, kWarning, kInfo
 /// Characters a terminal shows for `text` (UTF-8; each code point counted as one column).
 [[nodiscard]] std::size_t Columns(std::string_view text);
 
+/// Left-justified to `width` columns, at least one space behind it; not broken when the line is wrapped.
+[[nodiscard]] std::string Padded(std::string_view text, std::size_t width);
+
 /// Untrusted text for one line: as Printable(), with line breaks and tabs as spaces.
 [[nodiscard]] std::string OneLine(std::string_view text);
 

@@ -295,7 +295,9 @@ class Profiles(CliTest):
             self.assertTrue(page.out.startswith(f"{name}: "))
             profile = json.loads(self.run_program("profiles", name, "--format", "json").out)
             self.assertEqual(profile["id"], name)
-            self.assertEqual(len(profile["al"]["transitions"]), 25)
+            self.assertEqual(profile["files"][0]["id"], name)
+            self.assertEqual(profile["files"][-1]["id"], "generic")
+            self.assertIn("INIT -> PREOP", page.out)
 
     def test_unknown(self):
         self.assertEqual(self.one_error("profiles", "genric"), "unknown profile 'genric' (did you mean 'generic'?)")
