@@ -6,6 +6,7 @@ std::vector<std::unique_ptr<Command>> AllCommands() {
   std::vector<std::unique_ptr<Command>> commands;
   commands.push_back(MakeCheckCommand());
   commands.push_back(MakeDecodeCommand());
+  commands.push_back(MakeEventsCommand());
   commands.push_back(MakeRulesCommand());
   commands.push_back(MakeExplainCommand());
   commands.push_back(MakeProfilesCommand());

@@ -1,0 +1,22 @@
+/// What the manuals of sister families say where a family's own manual is silent. Always an inference: families differ.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "decoder/device/device_description.h"
+
+namespace ecaudit::events {
+
+/// Families of the same maker (by vendor ID) that are the same kind of device: drives for a drive.
+[[nodiscard]] std::vector<const device::DeviceDescription*> Relatives(const device::DeviceDescription& profile);
+
+struct EmergencyInfo {
+  const device::EmergencyCode* code = nullptr;  ///< null: unknown
+  bool inferred = false;                        ///< from a sister family
+};
+/// The family's own entry for a CoE emergency code; where it only knows the class of the code, a sister family's entry
+/// for exactly this code, if there is one. `profile` may be null.
+[[nodiscard]] EmergencyInfo FindEmergency(const device::DeviceDescription* profile, std::uint16_t code);
+
+}  // namespace ecaudit::events

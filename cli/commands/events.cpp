@@ -1,0 +1,51 @@
+/// `ecaudit events`: what was reconstructed from the datagrams.
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/commands/command.h"
+#include "cli/stream/event_writer.h"
+#include "cli/stream/stream_run.h"
+
+namespace ecaudit::cli {
+namespace {
+
+class EventsCommand : public Command {
+ public:
+  [[nodiscard]] std::string_view name() const override { return "events"; }
+  [[nodiscard]] std::string_view usage() const override { return "events CAPTURE"; }
+  [[nodiscard]] std::string_view summary() const override {
+    return "Show what happened: states, register writes, mailboxes, SDO transfers";
+  }
+
+  void Declare(OptionSet& options) override {
+    run_.Declare(options);
+    options.Group("What to read");
+    options.Values("--type", "TYPE,...", types_, "only events of these types (repeatable)");
+    options.Footer("\nTypes: " + EventTypeList() +
+                   ".\nWithout --type the text leaves out register writes that al-request and eeprom lines "
+                   "tell.\nExample: ecaudit events --type sdo,emergency --slave 0 trace.pcapng");
+  }
+
+  [[nodiscard]] ExitStatus Run(Console& console) override {
+    const Result<EventTypes> types = EventTypes::Parse(types_);
+    if (!types) {
+      console.Error(types.error().message);
+      return ExitStatus::kUsage;
+    }
+    EventWriter writer(*types);
+    return run_.Run(console, writer, name());
+  }
+
+ private:
+  StreamRun run_;
+  std::vector<std::string> types_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeEventsCommand() {
+  return std::make_unique<EventsCommand>();
+}
+
+}  // namespace ecaudit::cli

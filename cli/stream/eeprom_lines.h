@@ -1,0 +1,49 @@
+/// EEPROM accesses as few lines: reads of neighbouring words become one, and when the master turns to other things, one
+/// line says what the words read so far contain.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "cli/stream/event_output.h"
+#include "decoder/track/sii_tracker.h"
+
+namespace ecaudit::cli {
+
+class EepromLines {
+ public:
+  explicit EepromLines(EventOutput& output) : output_(output) {}
+
+  void On(const track::EepromRead& event);
+  void On(const track::EepromWrite& event);
+  void On(const track::EepromError& event);
+  /// The master does something else with this slave: reading has ended for now.
+  void Pause(SlaveId slave);
+  void End();
+
+ private:
+  struct Slave {
+    FrameRef first, last;             ///< of the run under way
+    std::uint32_t address = 0;        ///< word address of its first word
+    std::vector<std::uint8_t> bytes;  ///< low byte first; empty: no run
+    FrameRef last_read;               ///< of all reads
+    std::uint32_t shown_words = 0;    ///< words known at the last contents line
+  };
+
+  Slave& At(SlaveId slave);
+  void Flush(SlaveId id, Slave& slave);
+  /// Ends runs that were not continued for a while.
+  void FlushIdle(FrameNo now);
+  void WriteContents(SlaveId id, Slave& slave);
+
+  EventOutput& output_;
+  std::deque<Slave> slaves_;
+  std::vector<SlaveId> open_;  ///< slaves with a run under way
+};
+
+/// What the words [first, first + count) are: "identity", "category general"; "" when unknown.
+[[nodiscard]] std::string EepromPartName(const esc::SiiImage& image, std::uint32_t first, std::uint32_t count);
+
+}  // namespace ecaudit::cli

@@ -1,0 +1,126 @@
+#include "cli/stream/event_output.h"
+
+#include "cli/interrupt.h"
+#include "cli/stream/columns.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit::cli {
+namespace {
+
+constexpr std::size_t kFrameColumns = 8;
+constexpr std::size_t kTimeColumns = 16;
+constexpr std::size_t kSlaveColumns = 6;
+constexpr std::size_t kTypeColumns = 14;
+
+}  // namespace
+
+bool EventOutput::Wants(EventType type, const FrameRef& frame, SlaveId slave) const {
+  if (!types_.Has(type)) return false;
+  if (slave != kNoSlave && !SelectsSlave(context_.settings.slaves, network(), slave)) return false;
+  const std::optional<std::int64_t> since = SinceStart(frame);
+  return context_.range.Contains(frame.number, since ? std::optional(static_cast<double>(*since) / 1e9) : std::nullopt);
+}
+
+void EventOutput::Begin() {
+  for (LineTarget& target : context_.targets) {
+    if (target.format != LineFormat::kText) continue;
+    const report::Style bold = report::Style::kBold;
+    Columns columns(target.output.buffer(), target.color);
+    columns.Right("frame", kFrameColumns, bold).Right("time s", kTimeColumns, bold).Right("slave", kSlaveColumns, bold);
+    columns.Left("event", kTypeColumns, bold).Last("what", bold);
+    target.output.EndLine();
+  }
+}
+
+void EventOutput::Write(const EventRow& row) {
+  std::string slave_text = "all";
+  if (row.slave_ != kNoSlave) {
+    const bus::SlaveAddress& address = network().slaves()[row.slave_];
+    const SlavePos* position = address.position.if_known();
+    const StationAddress* station = address.station.if_known();
+    slave_text = position != nullptr ? std::to_string(*position) : station != nullptr ? Hex(*station) : "?";
+  }
+  bool open = false;
+  for (LineTarget& target : context_.targets) {
+    std::string& out = target.output.buffer();
+    if (target.format == LineFormat::kJsonLines) {
+      out += json_;
+      target.output.EndLine();
+    } else if (types_.chosen() || !row.told_elsewhere) {
+      Columns columns(out, target.color);
+      columns.Right(std::to_string(row.frame_.number), kFrameColumns);
+      columns.Right(SecondsText(SinceStart(row.frame_)), kTimeColumns, report::Style::kFaint);
+      columns.Right(slave_text, kSlaveColumns).Left(Name(row.type_), kTypeColumns, report::Style::kInfo);
+      columns.Last(row.text, row.style);
+      target.output.EndLine();
+    }
+    open = open || !target.output.closed();
+  }
+  if (!open) InterruptFlag() = true;  // nobody reads on
+}
+
+namespace {
+
+std::string& Emptied(std::string& text) {
+  text.clear();
+  return text;
+}
+
+}  // namespace
+
+EventRow::EventRow(EventOutput& output, EventType type, const FrameRef& frame, SlaveId slave)
+    : json(Emptied(output.json_)), output_(output), type_(type), frame_(frame), slave_(slave) {
+  json.Text("event", Name(type));
+  Frame("frame", frame);
+  if (const std::optional<std::int64_t> since = output.SinceStart(frame)) {
+    AppendSeconds(json.Key("time_s"), *since);
+  } else {
+    json.Null("time_s");
+  }
+  const bus::SlaveAddress none;
+  const bus::SlaveAddress& address = slave != kNoSlave ? output.network().slaves()[slave] : none;
+  const auto known = [this](std::string_view key, const auto& value) {
+    if (const auto* number = value.if_known()) {
+      json.Number(key, *number);
+    } else {
+      json.Null(key);
+    }
+  };
+  known("slave", address.position);
+  known("station_address", address.station);
+}
+
+EventRow::~EventRow() {
+  json.Close();
+  output_.Write(*this);
+}
+
+void EventRow::Frame(std::string_view key, const FrameRef& frame) {
+  if (frame.seen()) {
+    json.Number(key, frame.number);
+  } else {
+    json.Null(key);
+  }
+}
+
+void EventRow::TextOrNull(std::string_view key, std::string_view value) {
+  if (value.empty()) {
+    json.Null(key);
+  } else {
+    json.Text(key, value);
+  }
+}
+
+void EventRow::Milliseconds(std::string_view key, std::optional<TimeNs> duration) {
+  if (duration) {
+    AppendJsonNumber(json.Key(key), static_cast<double>(*duration) / 1e6);
+  } else {
+    json.Null(key);
+  }
+}
+
+void EventRow::Note(std::string_view note) {
+  if (!note.empty()) text.append(" (").append(note).append(")");
+}
+
+}  // namespace ecaudit::cli

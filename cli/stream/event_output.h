@@ -1,0 +1,90 @@
+/// Where event lines are put together and leave: each event as JSON and as a line for people, in the formats asked for.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "cli/report/layout.h"
+#include "cli/stream/event_type.h"
+#include "cli/stream/json_line.h"
+#include "cli/stream/stream_run.h"
+#include "decoder/base/ids.h"
+
+namespace ecaudit::cli {
+
+class EventRow;
+
+class EventOutput {
+ public:
+  EventOutput(const Pipeline& pipeline, const StreamContext& context, EventTypes types)
+      : pipeline_(pipeline), context_(context), types_(types) {}
+
+  /// Whether an event of this type is shown at all; where it is not, making it can be left out.
+  [[nodiscard]] bool Wants(EventType type) const { return types_.Has(type); }
+  /// Whether this one is shown: type, frame and slave are asked for.
+  /// @param slave kNoSlave: the whole bus
+  [[nodiscard]] bool Wants(EventType type, const FrameRef& frame, SlaveId slave) const;
+
+  /// Writes the titles of the columns.
+  void Begin();
+
+  [[nodiscard]] const track::Network& network() const { return pipeline_.network(); }
+  [[nodiscard]] std::optional<std::int64_t> SinceStart(const FrameRef& frame) const {
+    return context_.source.SinceStart(frame);
+  }
+
+ private:
+  friend class EventRow;
+  void Write(const EventRow& row);
+
+  const Pipeline& pipeline_;
+  const StreamContext& context_;
+  EventTypes types_;
+  std::string json_;  ///< of the event under way
+};
+
+/// One event. Begins with the keys that all events have; the rest is added to json; written when it ends.
+class EventRow {
+ public:
+  /// Only one at a time.
+  EventRow(EventOutput& output, EventType type, const FrameRef& frame, SlaveId slave);
+  EventRow(const EventRow&) = delete;
+  EventRow& operator=(const EventRow&) = delete;
+  ~EventRow();
+
+  JsonLine json;
+  /// The line for people; printable text only.
+  std::string text;
+  report::Style style = report::Style::kPlain;
+  /// Another line tells the same to people; shown as text only where --type asks for this type.
+  bool told_elsewhere = false;
+
+  /// A frame number; null when that frame is not in the capture.
+  void Frame(std::string_view key, const FrameRef& frame);
+  /// Text, null when empty.
+  void TextOrNull(std::string_view key, std::string_view value);
+  template <typename T>
+  void NumberOrNull(std::string_view key, const std::optional<T>& value) {
+    if (value) {
+      json.Number(key, *value);
+    } else {
+      json.Null(key);
+    }
+  }
+  /// A duration in ns as milliseconds, null when unknown.
+  void Milliseconds(std::string_view key, std::optional<TimeNs> duration);
+  /// Adds " (TEXT)" to the line for people; nothing when `note` is empty.
+  void Note(std::string_view note);
+
+ private:
+  friend class EventOutput;
+
+  EventOutput& output_;
+  EventType type_;
+  FrameRef frame_;
+  SlaveId slave_;
+};
+
+}  // namespace ecaudit::cli

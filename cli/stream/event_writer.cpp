@@ -1,0 +1,229 @@
+/// Slaves, registers, states and EEPROM; mailboxes are in event_writer_mailbox.cpp.
+#include "cli/stream/event_writer.h"
+
+#include "analyzers/core/al_text.h"
+#include "decoder/base/text.h"
+#include "decoder/esc/register_map.h"
+#include "decoder/esc/register_text.h"
+
+namespace ecaudit::cli {
+namespace {
+
+constexpr EscAddress kAlControl = 0x0120;
+constexpr EscAddress kEepromFirst = 0x0502;
+constexpr EscAddress kEepromEnd = 0x0510;
+
+std::string_view Name(track::Acceptance acceptance) {
+  switch (acceptance) {
+    case track::Acceptance::kAccepted:
+      return "accepted";
+    case track::Acceptance::kRefused:
+      return "refused";
+    case track::Acceptance::kUnknown:
+      return "unknown";
+    case track::Acceptance::kAssumed:
+      return "assumed";
+  }
+  return "unknown";
+}
+
+std::string_view NoteOf(track::Acceptance acceptance) {
+  switch (acceptance) {
+    case track::Acceptance::kAccepted:
+    case track::Acceptance::kAssumed:
+      return "";
+    case track::Acceptance::kRefused:
+      return "not taken";
+    case track::Acceptance::kUnknown:
+      return "not known whether taken";
+  }
+  return "";
+}
+
+}  // namespace
+
+/// A write of the master to registers of one slave or of all.
+struct EventWriter::RegisterWrite {
+  SlaveId slave = kNoSlave;
+  FrameRef sent, returned;
+  wire::Command command = wire::Command::NOP;
+  EscAddress address = 0;
+  ByteSpan data;
+  track::Acceptance acceptance = track::Acceptance::kUnknown;
+
+  [[nodiscard]] const FrameRef& frame() const { return sent.seen() ? sent : returned; }
+};
+
+void EventWriter::Begin(const Pipeline& pipeline, const StreamContext& context) {
+  output_ = std::make_unique<EventOutput>(pipeline, context, types_);
+  eeprom_ = std::make_unique<EepromLines>(*output_);
+  model_options_ = context.settings.analysis;
+  model_ = std::make_unique<model::BusModel>(pipeline.network(), model_options_, no_model_events_);
+  output_->Begin();
+}
+
+void EventWriter::End() {
+  eeprom_->End();
+}
+
+const device::DeviceDescription* EventWriter::ProfileOf(SlaveId slave) const {
+  return slave < model_->size() ? model_->slave(slave).profile : nullptr;
+}
+
+EventWriter::SlaveNotes& EventWriter::NotesOf(SlaveId slave) {
+  while (notes_.size() <= slave) notes_.emplace_back();
+  return notes_[slave];
+}
+
+void EventWriter::On(const track::SlaveFound& event) {
+  model_->Apply(event);
+}
+void EventWriter::On(const track::AddressAssigned& event) {
+  model_->Apply(event);
+}
+void EventWriter::On(const track::IdentityLearned& event) {
+  model_->Apply(event);
+}
+
+void EventWriter::WriteRegister(const RegisterWrite& write) {
+  if (!output_->Wants(EventType::kRegisterWrite, write.frame(), write.slave)) return;
+  EventRow row(*output_, EventType::kRegisterWrite, write.frame(), write.slave);
+  row.json.Text("command", wire::Name(write.command));
+  row.json.Number("address", write.address);
+  row.TextOrNull("register", esc::AccessName(write.address, write.data.size()));
+  row.json.Number("length", write.data.size());
+  row.json.Bytes("data", write.data);
+  row.text = esc::DescribeAccess(write.address, write.data, esc::AccessKind::WRITE);
+  row.json.Text("value", row.text);
+  row.json.Text("acceptance", Name(write.acceptance));
+  row.json.Bool("broadcast", wire::IsBroadcast(write.command));
+  row.Frame("sent_frame", write.sent);
+  row.Frame("returned_frame", write.returned);
+  row.Note(NoteOf(write.acceptance));
+  if (write.acceptance == track::Acceptance::kRefused) row.style = report::Style::kWarning;
+  const bool al_control = write.address == kAlControl && write.data.size() <= 2;
+  const bool eeprom = write.address >= kEepromFirst && write.address + write.data.size() <= kEepromEnd;
+  row.told_elsewhere = write.slave != kNoSlave && (al_control || eeprom);
+}
+
+void EventWriter::OnAccess(const track::SlaveAccess& access) {
+  if (access.written.empty() || access.address >= esc::kProcessRam || !output_->Wants(EventType::kRegisterWrite)) {
+    return;
+  }
+  RegisterWrite write{access.slave,   access.sent,    access.returned,  access.command,
+                      access.address, access.written, access.acceptance};
+  if (access.broadcast) {
+    if (write.frame().number == broadcast_frame_ && access.datagram == broadcast_datagram_) return;
+    broadcast_frame_ = write.frame().number;
+    broadcast_datagram_ = access.datagram;
+    write.slave = kNoSlave;
+  }
+  WriteRegister(write);
+}
+
+/// While no slave is known yet, the accesses of broadcasts have no slave to belong to.
+void EventWriter::On(const track::Answered& event) {
+  if (!output_->Wants(EventType::kRegisterWrite) || output_->network().slaves().size() != 0 ||
+      !wire::IsBroadcast(event.command) || !wire::Writes(event.command) || event.address >= esc::kProcessRam) {
+    return;
+  }
+  const bool refused = event.wkc == 0;
+  const std::optional<std::uint16_t> count = event.slaves_passed;
+  const unsigned step = event.command == wire::Command::BRW ? 3U : 1U;
+  const bool all = count && event.wkc == *count * step;
+  WriteRegister({kNoSlave, event.sent, event.returned, event.command, event.address,
+                 event.sent.seen() ? event.sent_data : event.returned_data,
+                 refused ? track::Acceptance::kRefused
+                 : all   ? track::Acceptance::kAccepted
+                         : track::Acceptance::kUnknown});
+}
+
+void EventWriter::On(const track::AlRequest& event) {
+  model_->Apply(event);
+  if (event.control.state() != static_cast<std::uint8_t>(esc::AlState::INIT)) eeprom_->Pause(event.slave);
+  if (!output_->Wants(EventType::kAlRequest, event.frame(), event.slave)) return;
+  EventRow row(*output_, EventType::kAlRequest, event.frame(), event.slave);
+  const std::string state = esc::StateName(event.control.state());
+  row.json.Text("state", state);
+  row.json.Bool("acknowledge", event.control.bit4());
+  row.json.Number("control", event.control.raw);
+  row.json.Text("acceptance", Name(event.acceptance));
+  row.json.Bool("broadcast", event.broadcast);
+  row.Frame("sent_frame", event.sent);
+  row.Frame("returned_frame", event.returned);
+  row.text = state + " requested";
+  if (event.control.bit4()) row.text += ", error acknowledged";
+  if (event.broadcast) row.text += ", by broadcast";
+  row.Note(NoteOf(event.acceptance));
+  if (event.acceptance == track::Acceptance::kRefused) row.style = report::Style::kWarning;
+}
+
+void EventWriter::WriteAlState(SlaveId slave, const FrameRef& frame, esc::AlWord status,
+                               const std::optional<esc::AlWord>& before, std::optional<std::uint16_t> code,
+                               bool error_bit_known) {
+  if (!output_->Wants(EventType::kAlState, frame, slave)) return;
+  const device::DeviceDescription* profile = ProfileOf(slave);
+  const bool tells_code = code && (*code != 0 || status.bit4());
+  const std::string code_text = tells_code && profile != nullptr ? CodeText(*code, *profile) : "";
+  EventRow row(*output_, EventType::kAlState, frame, slave);
+  row.json.Text("state", esc::StateName(status.state()));
+  if (error_bit_known) {
+    row.json.Bool("error", status.bit4());
+  } else {
+    row.json.Null("error");
+  }
+  row.TextOrNull("from", before ? esc::StatusText(before->raw) : "");
+  row.json.Number("status", status.raw);
+  row.NumberOrNull("status_code", code);
+  row.TextOrNull("status_code_text", code_text);
+  const bool same = before && before->raw == status.raw;
+  row.text = (before && !same ? esc::StatusText(before->raw) + " -> " : "") + esc::StatusText(status.raw);
+  if (!code_text.empty()) row.text += ": " + code_text;
+  if (!error_bit_known) row.Note("error bit not known, read by broadcast");
+  if (status.bit4()) row.style = report::Style::kError;
+}
+
+void EventWriter::On(const track::AlStatusRead& event) {
+  model_->Apply(event);
+  if (!event.changed()) {
+    if (event.status_code) ShowStatusCode(event.slave, event.frame, *event.status_code);
+    return;
+  }
+  NotesOf(event.slave).shown_code = event.status_code;
+  WriteAlState(event.slave, event.frame, event.status, event.before, event.status_code, event.error_bit_known);
+}
+
+void EventWriter::On(const track::AlStatusCodeRead& event) {
+  model_->Apply(event);
+  ShowStatusCode(event.slave, event.frame, event.code);
+}
+
+void EventWriter::ShowStatusCode(SlaveId slave, const FrameRef& frame, std::uint16_t code) {
+  SlaveNotes& notes = NotesOf(slave);
+  const esc::AlWord* status = output_->network().state(slave).al_status.if_known();
+  const bool shown = notes.shown_code ? *notes.shown_code == code : code == 0;
+  if (shown || status == nullptr) return;
+  notes.shown_code = code;
+  WriteAlState(slave, frame, *status, *status, code, true);
+}
+
+void EventWriter::On(const track::AlStateForgotten& event) {
+  model_->Apply(event);
+  NotesOf(event.slave).shown_code.reset();
+  if (!output_->Wants(EventType::kAlState, event.frame, event.slave)) return;
+  EventRow row(*output_, EventType::kAlState, event.frame, event.slave);
+  for (const char* key : {"state", "error", "from", "status", "status_code", "status_code_text"}) row.json.Null(key);
+  row.text = "no longer known: a broadcast read contradicts it";
+}
+
+void EventWriter::On(const track::EepromRead& event) {
+  if (output_->Wants(EventType::kEeprom)) eeprom_->On(event);
+}
+void EventWriter::On(const track::EepromWrite& event) {
+  if (output_->Wants(EventType::kEeprom)) eeprom_->On(event);
+}
+void EventWriter::On(const track::EepromError& event) {
+  if (output_->Wants(EventType::kEeprom)) eeprom_->On(event);
+}
+
+}  // namespace ecaudit::cli

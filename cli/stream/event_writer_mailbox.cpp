@@ -1,0 +1,744 @@
+/// Mailbox messages and what they add up to.
+#include <array>
+#include <type_traits>
+#include <variant>
+
+#include "analyzers/events/object_value.h"
+#include "analyzers/events/relatives.h"
+#include "cli/stream/event_writer.h"
+#include "cli/stream/message_text.h"
+#include "decoder/base/text.h"
+#include "decoder/mailbox/eoe.h"
+#include "decoder/mailbox/error_reply.h"
+#include "decoder/mailbox/foe.h"
+#include "decoder/mailbox/sdo.h"
+#include "decoder/mailbox/sdo_info.h"
+
+namespace ecaudit::cli {
+namespace {
+
+using report::Style;
+
+constexpr std::size_t kShownBytes = 24;
+constexpr std::size_t kShownText = 160;
+constexpr std::size_t kSdoBytes = 10;  // CoE header, command, object, four bytes
+
+std::string_view Name(Certainty certainty) {
+  switch (certainty) {
+    case Certainty::kUnknown:
+      return "unknown";
+    case Certainty::kInferred:
+      return "inferred";
+    case Certainty::kObserved:
+      return "observed";
+  }
+  return "unknown";
+}
+
+std::string_view Name(mailbox::MailboxUnanswered::End end) {
+  switch (end) {
+    case mailbox::MailboxUnanswered::End::kNextRequest:
+      return "next-request";
+    case mailbox::MailboxUnanswered::End::kCaptureEnd:
+      return "capture-end";
+    case mailbox::MailboxUnanswered::End::kReset:
+      return "reset";
+    case mailbox::MailboxUnanswered::End::kGap:
+      return "gap";
+  }
+  return "gap";
+}
+
+/// How a file transfer or a request for SDO information ended; the same words for all protocols.
+template <typename Outcome>
+std::string_view OutcomeName(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::kCompleted:
+      return "completed";
+    case Outcome::kError:
+      return "error";
+    case Outcome::kMailboxError:
+      return "mailbox-error";
+    case Outcome::kSuperseded:
+      return "superseded";
+    case Outcome::kCaptureEnd:
+      return "capture-end";
+    case Outcome::kReset:
+      return "reset";
+    case Outcome::kGap:
+      return "gap";
+    case Outcome::kNotCaptured:
+      return "not-captured";
+  }
+  return "gap";
+}
+
+std::string_view OutcomeName(mailbox::SdoOutcome outcome) {
+  using mailbox::SdoOutcome;
+  switch (outcome) {
+    case SdoOutcome::kCompleted:
+      return "completed";
+    case SdoOutcome::kAborted:
+      return "aborted";
+    case SdoOutcome::kMailboxError:
+      return "mailbox-error";
+    case SdoOutcome::kSuperseded:
+      return "superseded";
+    case SdoOutcome::kCaptureEnd:
+      return "capture-end";
+    case SdoOutcome::kReset:
+      return "reset";
+    case SdoOutcome::kGap:
+      return "gap";
+    case SdoOutcome::kNotCaptured:
+      return "not-captured";
+  }
+  return "gap";
+}
+
+/// What a person is told about an outcome that is not plain success; "" for success.
+std::string OutcomeNote(std::string_view outcome, std::uint16_t mailbox_error) {
+  if (outcome == "mailbox-error") {
+    const std::string_view text = mailbox::MailboxErrorText(mailbox_error);
+    return "mailbox error " + Hex(mailbox_error) + (text.empty() ? "" : ", " + std::string(text));
+  }
+  if (outcome == "superseded") return "not finished when the next one began";
+  if (outcome == "capture-end") return "not finished when the capture ended";
+  if (outcome == "reset") return "not finished when the mailbox was switched off or reconfigured";
+  if (outcome == "gap") return "result unknown, frames are missing from the capture";
+  if (outcome == "not-captured") return "the answer is not in the capture";
+  return "";
+}
+
+std::string ShortHex(ByteSpan bytes) {
+  return HexBytes(Slice(bytes, 0, kShownBytes)) + (bytes.size() > kShownBytes ? "..." : "");
+}
+
+std::string Arrow(mailbox::Direction direction) {
+  return direction == mailbox::Direction::kOut ? "->" : "<-";
+}
+
+/// Long text is cut, at a character's beginning.
+std::string Shortened(const std::string& text) {
+  if (text.size() <= kShownText) return text;
+  std::size_t end = kShownText;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
+  return text.substr(0, end) + "...";
+}
+
+void AppendValue(std::string& out, const events::ObjectValue& value) {
+  if (!value.items.empty()) {
+    out += '[';
+    for (std::size_t i = 0; i < value.items.size(); ++i) {
+      if (i != 0) out += ',';
+      AppendValue(out, value.items[i]);
+    }
+    out += ']';
+    return;
+  }
+  std::visit(
+      [&out](const auto& v) {
+        using T = std::decay_t<decltype(v)>;
+        if constexpr (std::is_same_v<T, std::monostate>) {
+          out += "null";
+        } else if constexpr (std::is_same_v<T, bool>) {
+          out += v ? "true" : "false";
+        } else if constexpr (std::is_same_v<T, double>) {
+          AppendJsonNumber(out, v);
+        } else if constexpr (std::is_same_v<T, std::string>) {
+          AppendJsonString(out, v);
+        } else {
+          AppendNumber(out, v);
+        }
+      },
+      value.value);
+}
+
+/// Where a transfer deviates from ETG.1000.6 but is understood all the same.
+std::vector<std::string> Deviations(const mailbox::SdoTransfer& transfer, std::uint16_t long_answer) {
+  std::vector<std::string> list;
+  if (transfer.response_service_mismatch) list.emplace_back("answer under CoE service 2, SDO request");
+  if (transfer.request_service_mismatch) list.emplace_back("request under another CoE service than 2");
+  if (long_answer != 0) {
+    list.push_back("mailbox length " + std::to_string(long_answer) + " where the answer has " +
+                   std::to_string(kSdoBytes) + " bytes");
+  }
+  if (transfer.size_mismatch) {
+    list.push_back("size " + std::to_string(transfer.size) + " instead of the announced " +
+                   std::to_string(transfer.declared_size.value_or(0)));
+  }
+  if (transfer.excess != 0) list.push_back(Count(transfer.excess, "byte") + " behind the announced size");
+  if (transfer.toggle_errors != 0) list.push_back(Count(transfer.toggle_errors, "wrong toggle bit"));
+  if (transfer.displaced_abort_code) {
+    list.push_back("abort code " + Hex(*transfer.displaced_abort_code, 8) + " found four bytes behind its place");
+  }
+  if (transfer.data_gap) list.emplace_back("data are missing: a segment is not in the capture");
+  return list;
+}
+
+void StringList(JsonLine& json, std::string_view key, const std::vector<std::string>& list) {
+  std::string& out = json.Key(key);
+  out += '[';
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    if (i != 0) out += ',';
+    AppendJsonString(out, list[i]);
+  }
+  out += ']';
+}
+
+void RequestJson(EventRow& row, const mailbox::RequestSummary& request) {
+  row.TextOrNull("request", request.frame.seen() ? DescribeRequest(request) : "");
+  row.Frame("request_frame", request.frame);
+}
+
+}  // namespace
+
+void EventWriter::On(const mailbox::MailboxMessage& event) {
+  eeprom_->Pause(event.slave);
+  if (event.direction == mailbox::Direction::kIn && event.header.protocol == mailbox::Protocol::kCoE &&
+      event.header.length > kSdoBytes) {
+    // The manuals print the answer to a download with length 0x0E.
+    const mailbox::SdoMessage sdo = mailbox::ParseSdo(Slice(event.payload, mailbox::kCoeHeaderBytes), event.direction);
+    const mailbox::CoeService service = mailbox::ParseCoeHeader(event.payload).service;
+    const bool is_sdo = service == mailbox::CoeService::kSdoRequest || service == mailbox::CoeService::kSdoResponse;
+    const bool short_one = sdo.kind == mailbox::SdoKind::kDownloadInitiate || sdo.kind == mailbox::SdoKind::kAbort ||
+                           (sdo.kind == mailbox::SdoKind::kUploadInitiate && sdo.expedited);
+    if (is_sdo && short_one) {
+      SlaveNotes& notes = NotesOf(event.slave);
+      notes.long_answer = event.frame().number;
+      notes.long_answer_length = event.header.length;
+    }
+  }
+  if (!output_->Wants(EventType::kMailbox, event.frame(), event.slave)) return;
+  EventRow row(*output_, EventType::kMailbox, event.frame(), event.slave);
+  row.json.Text("kind", "message");
+  row.json.Text("direction", mailbox::Name(event.direction));
+  row.json.Text("protocol", mailbox::Name(event.header.protocol));
+  row.TextOrNull("service", ServiceName(event));
+  row.json.Number("length", event.header.length);
+  row.json.Number("address", event.header.address);
+  row.json.Number("channel", event.header.channel);
+  row.json.Number("priority", event.header.priority);
+  row.json.Number("counter", event.header.counter);
+  row.json.Bytes("data", event.payload);
+  row.TextOrNull("problem", mailbox::Describe(event.problem));
+  row.json.Bool("repeated", event.repeated);
+  row.json.Text("certainty", Name(event.certainty));
+  row.Frame("first_frame", event.first.seen() ? event.first : event.frame());
+  row.Frame("sent_frame", event.sent);
+  row.Frame("returned_frame", event.returned);
+  row.text = Arrow(event.direction) + " " + DescribeMessage(event);
+  row.json.Text("summary", std::string_view(row.text).substr(3));
+  if (event.header.counter != 0) row.text += ", counter " + std::to_string(event.header.counter);
+  row.Note(mailbox::Describe(event.problem));
+  if (event.repeated) row.Note("repeated");
+  if (event.mailbox_off) row.Note("the mailbox is switched off");
+  if (event.problem != mailbox::Problem::kNone || event.mailbox_off) row.style = Style::kWarning;
+}
+
+void EventWriter::On(const mailbox::MailboxRefused& event) {
+  if (!output_->Wants(EventType::kMailbox, event.frame(), event.slave)) return;
+  EventRow row(*output_, EventType::kMailbox, event.frame(), event.slave);
+  row.json.Text("kind", "refused");
+  row.json.Text("direction", "out");
+  row.json.Text("protocol", mailbox::Name(event.header.protocol));
+  row.json.Number("length", event.header.length);
+  row.json.Number("counter", event.header.counter);
+  row.json.Bool("repeated", event.same_as_last);
+  row.json.Bool("mailbox_off", event.off);
+  RequestJson(row, event.outstanding);
+  row.text = "-> " + mailbox::Name(event.header.protocol) + " message not taken: the mailbox is " +
+             (event.off ? "switched off" : "full");
+  if (event.same_as_last) row.Note("repetition of the last one");
+  row.style = Style::kWarning;
+}
+
+void EventWriter::On(const mailbox::MailboxReadLost& event) {
+  if (!output_->Wants(EventType::kMailbox, event.frame, event.slave)) return;
+  EventRow row(*output_, EventType::kMailbox, event.frame, event.slave);
+  row.json.Text("kind", "read-lost");
+  RequestJson(row, event.outstanding);
+  row.text = "a mailbox read never returned";
+  if (event.outstanding.frame.seen()) {
+    row.text += "; it may have taken the answer to " + DescribeRequest(event.outstanding);
+  }
+  row.style = Style::kWarning;
+}
+
+void EventWriter::On(const mailbox::MailboxRepeatRequest& event) {
+  if (!output_->Wants(EventType::kMailbox, event.frame, event.slave)) return;
+  const bool requested = event.kind == mailbox::MailboxRepeatRequest::Kind::kRequested;
+  EventRow row(*output_, EventType::kMailbox, event.frame, event.slave);
+  row.json.Text("kind", requested ? "repeat-request" : "repeat-acknowledge");
+  row.text = requested ? "the master asks for the last answer again" : "the slave has put the last answer back";
+}
+
+void EventWriter::On(const mailbox::MailboxUnanswered& event) {
+  if (!output_->Wants(EventType::kMailbox, event.request.frame, event.slave)) return;
+  EventRow row(*output_, EventType::kMailbox, event.request.frame, event.slave);
+  row.json.Text("kind", "unanswered");
+  RequestJson(row, event.request);
+  row.json.Text("ended_by", Name(event.end));
+  row.Frame("ended_frame", event.ended);
+  row.json.Number("polls", event.polls);
+  row.Frame("last_poll_frame", event.last_poll);
+  row.json.Bool("not_taken", event.not_taken);
+  row.json.Bool("read_lost", event.read_lost);
+  row.json.Text("certainty", Name(event.certainty));
+  row.text = DescribeRequest(event.request) + " got no answer, " + Count(event.polls, "poll") + " in vain";
+  if (event.not_taken) row.Note("the slave never took it");
+  if (event.read_lost) row.Note("a mailbox read was lost meanwhile");
+  row.style = Style::kWarning;
+}
+
+void EventWriter::On(const mailbox::MailboxErrorReply& event) {
+  if (!output_->Wants(EventType::kMailbox, event.frame, event.slave)) return;
+  const std::string_view meaning = mailbox::MailboxErrorText(event.detail);
+  EventRow row(*output_, EventType::kMailbox, event.frame, event.slave);
+  row.json.Text("kind", "error-reply");
+  row.json.Number("detail", event.detail);
+  row.TextOrNull("error", meaning);
+  RequestJson(row, event.request);
+  row.text = "error reply " + Hex(event.detail) + (meaning.empty() ? "" : " " + std::string(meaning));
+  if (event.request.frame.seen()) {
+    row.text +=
+        ", answers " + DescribeRequest(event.request) + " of frame " + std::to_string(event.request.frame.number);
+  }
+  row.style = Style::kWarning;
+}
+
+void EventWriter::On(const mailbox::SdoUnexpected& event) {
+  if (!output_->Wants(EventType::kMailbox, event.response, event.slave)) return;
+  EventRow row(*output_, EventType::kMailbox, event.response, event.slave);
+  row.json.Text("kind", "unexpected-sdo-response");
+  row.json.Text("reason", mailbox::Describe(event.reason));
+  row.json.Number("command", event.command);
+  if (event.has_object) {
+    row.json.Number("index", event.index);
+    row.json.Number("subindex", event.subindex);
+  } else {
+    row.json.Null("index");
+    row.json.Null("subindex");
+  }
+  row.Frame("request_frame", event.request);
+  row.text = "SDO answer" + (event.has_object ? " for " + ObjectName(event.index, event.subindex) : std::string()) +
+             " without its request: " + std::string(mailbox::Describe(event.reason));
+  row.style = Style::kWarning;
+}
+
+void EventWriter::On(const mailbox::SdoTransfer& event) {
+  const FrameRef& frame = event.response.seen() ? event.response : event.last.seen() ? event.last : event.request;
+  if (!output_->Wants(EventType::kSdo, frame, event.slave)) return;
+  const SlaveNotes& notes = NotesOf(event.slave);
+  const device::DeviceDescription* profile = ProfileOf(event.slave);
+  const bool aborted = event.outcome == mailbox::SdoOutcome::kAborted;
+  // An upload that was cut short has no value; what a download wanted to write is one all the same.
+  const bool has_value =
+      event.has_object && !event.data_gap && !event.data.empty() &&
+      (event.service == mailbox::SdoService::kDownload || event.outcome == mailbox::SdoOutcome::kCompleted);
+  events::ObjectInfo info;
+  events::ObjectValue value;
+  if (event.has_object) {
+    info = event.complete_access ? notes.names.FindWhole(profile, event.index)
+                                 : notes.names.Find(profile, event.index, event.subindex);
+    if (has_value) {
+      value = event.complete_access
+                  ? events::ReadCompleteAccess(notes.names, profile, event.index, event.subindex, event.data)
+                  : events::ReadValue(notes.names, profile, event.index, event.subindex, event.data);
+    }
+  }
+  const std::string_view abort_text = aborted ? mailbox::AbortCodeText(event.abort_code) : std::string_view();
+
+  EventRow row(*output_, EventType::kSdo, frame, event.slave);
+  const bool service_known = event.service != mailbox::SdoService::kUnknown;
+  row.TextOrNull("service", service_known ? mailbox::Name(event.service) : "");
+  row.TextOrNull("transfer", event.kind != mailbox::SdoTransferKind::kUnknown ? mailbox::Name(event.kind) : "");
+  row.json.Bool("complete_access", event.complete_access);
+  if (event.has_object) {
+    row.json.Number("index", event.index);
+    row.json.Number("subindex", event.subindex);
+  } else {
+    row.json.Null("index");
+    row.json.Null("subindex");
+  }
+  row.json.Bytes("data", event.data);
+  AppendValue(row.json.Key("value"), value);
+  row.TextOrNull("name", info.name);
+  row.NumberOrNull("abort_code", aborted ? std::optional(event.abort_code) : std::nullopt);
+  row.TextOrNull("abort_text", abort_text);
+  row.Frame("request_frame", event.request);
+  row.Frame("response_frame", event.response);
+  row.Milliseconds("duration_ms", event.duration);
+  // Beyond the contract.
+  row.json.Text("outcome", OutcomeName(event.outcome));
+  row.TextOrNull("text", value.text);
+  row.TextOrNull("type", info.type != mailbox::DataType::kUnknown ? mailbox::Name(info.type) : "");
+  row.TextOrNull("name_source", events::Name(info.name_source));
+  row.json.Number("size", event.size);
+  row.NumberOrNull("declared_size", event.declared_size);
+  row.json.Number("segments", event.segments);
+  row.TextOrNull("aborted_by", !aborted ? "" : event.aborted_by == mailbox::Direction::kOut ? "master" : "slave");
+  row.NumberOrNull("mailbox_error", event.outcome == mailbox::SdoOutcome::kMailboxError
+                                        ? std::optional(event.mailbox_error)
+                                        : std::nullopt);
+  const bool long_answer = event.response.seen() && event.response.number == notes.long_answer;
+  const std::vector<std::string> deviations =
+      Deviations(event, long_answer ? notes.long_answer_length : std::uint16_t{0});
+  StringList(row.json, "deviations", deviations);
+  row.json.Text("certainty", Name(event.certainty));
+
+  row.text = service_known ? std::string(mailbox::Name(event.service)) : "transfer";
+  row.text += event.has_object ? " " + (event.complete_access ? ObjectName(event.index) + " complete"
+                                                              : ObjectName(event.index, event.subindex))
+                               : " of an object whose request was not captured";
+  if (!info.name.empty()) row.text += " " + Printable(info.name);
+  if (info.name_source == events::NameSource::kInferred) row.text += " (inferred)";
+  if (has_value) {
+    row.text += " = " + Shortened(value.text);
+    if (event.size > 8) row.Note(Count(event.size, "byte"));
+  }
+  if (aborted) {
+    row.text += std::string(": aborted by the ") + (event.aborted_by == mailbox::Direction::kOut ? "master" : "slave") +
+                ", " + Hex(event.abort_code, 8) + (abort_text.empty() ? "" : " " + std::string(abort_text));
+    row.style = Style::kError;
+  } else if (const std::string note = OutcomeNote(OutcomeName(event.outcome), event.mailbox_error); !note.empty()) {
+    row.text += ": " + note;
+    row.style = Style::kWarning;
+  }
+  if (event.duration) row.text += ", " + Duration(*event.duration);
+  for (const std::string& deviation : deviations) row.text += " [" + deviation + "]";
+}
+
+void EventWriter::On(const mailbox::SdoInfo& event) {
+  using Kind = mailbox::SdoInfo::Kind;
+  SlaveNotes& notes = NotesOf(event.slave);
+  notes.names.Learn(event);
+  const FrameRef& frame = event.response.seen() ? event.response : event.request;
+  if (!output_->Wants(EventType::kSdoInfo, frame, event.slave)) return;
+  const bool completed = event.outcome == mailbox::SdoInfo::Outcome::kCompleted;
+  const bool failed = event.outcome == mailbox::SdoInfo::Outcome::kError;
+  const std::string_view abort_text = failed ? mailbox::AbortCodeText(event.abort_code) : std::string_view();
+  const std::string type_name = mailbox::Name(static_cast<mailbox::DataType>(event.data_type));
+  EventRow row(*output_, EventType::kSdoInfo, frame, event.slave);
+  switch (event.kind) {
+    case Kind::kList: {
+      row.json.Text("kind", "list");
+      row.json.Number("list_type", event.list_type);
+      std::string& out = row.json.Key(event.list_type == 0 ? "lengths" : "indices");
+      out += '[';
+      for (std::size_t i = 0; i < event.indices.size(); ++i) {
+        if (i != 0) out += ',';
+        AppendNumber(out, event.indices[i]);
+      }
+      out += ']';
+      row.text = "list of " + mailbox::ListTypeName(event.list_type);
+      if (completed && event.list_type != 0) {
+        row.text += ": " + Count(event.indices.size(), "object");
+        constexpr std::size_t kShown = 12;
+        for (std::size_t i = 0; i < event.indices.size() && i < kShown; ++i) {
+          row.text += (i == 0 ? ", " : " ") + ObjectName(event.indices[i]);
+        }
+        if (event.indices.size() > kShown) row.text += " ...";
+      } else if (completed) {
+        row.text += ":";
+        for (const std::uint16_t length : event.indices) row.text += " " + std::to_string(length);
+      }
+      break;
+    }
+    case Kind::kObject:
+      row.json.Text("kind", "object");
+      row.json.Number("index", event.index);
+      row.TextOrNull("name", event.name);
+      row.json.Number("data_type", event.data_type);
+      row.json.Text("type", type_name);
+      row.json.Number("object_code", event.object_code);
+      row.json.Number("max_subindex", event.max_subindex);
+      row.text = "object " + ObjectName(event.index);
+      if (completed) {
+        row.text += " " + Printable(event.name) + ": " + mailbox::ObjectCodeName(event.object_code) + ", " + type_name +
+                    ", subindices up to " + std::to_string(event.max_subindex);
+      }
+      break;
+    case Kind::kEntry:
+      row.json.Text("kind", "entry");
+      row.json.Number("index", event.index);
+      row.json.Number("subindex", event.subindex);
+      row.TextOrNull("name", event.name);
+      row.json.Number("data_type", event.data_type);
+      row.json.Text("type", type_name);
+      row.json.Number("bit_length", event.bit_length);
+      row.json.Number("access", event.access);
+      row.json.Text("access_text", mailbox::AccessText(event.access));
+      row.NumberOrNull("unit", event.unit);
+      row.json.Bytes("default_value", event.default_value);
+      row.json.Bytes("minimum", event.minimum);
+      row.json.Bytes("maximum", event.maximum);
+      row.text = "entry " + ObjectName(event.index, event.subindex);
+      if (completed) {
+        row.text += " " + Printable(event.name) + ": " + type_name + ", " + std::to_string(event.bit_length) +
+                    " bit, " + mailbox::AccessText(event.access);
+        const auto limit = [&](std::string_view name, ByteSpan bytes) {
+          if (bytes.empty()) return;
+          row.text += ", " + std::string(name) + " " +
+                      mailbox::FormatValue(static_cast<mailbox::DataType>(event.data_type), bytes);
+        };
+        limit("default", event.default_value);
+        limit("minimum", event.minimum);
+        limit("maximum", event.maximum);
+      }
+      break;
+    case Kind::kUnknown:
+      row.json.Null("kind");
+      row.text = "SDO information";
+      break;
+  }
+  row.NumberOrNull("abort_code", failed ? std::optional(event.abort_code) : std::nullopt);
+  row.TextOrNull("abort_text", abort_text);
+  row.json.Text("outcome", OutcomeName(event.outcome));
+  row.json.Number("fragments", event.fragments);
+  row.json.Bool("malformed", event.malformed || event.fragment_error);
+  row.Frame("request_frame", event.request);
+  row.Frame("response_frame", event.response);
+  row.Milliseconds("duration_ms", event.duration);
+  if (failed) {
+    row.text += ": error " + Hex(event.abort_code, 8) + (abort_text.empty() ? "" : " " + std::string(abort_text));
+    row.style = Style::kError;
+  } else if (const std::string note = OutcomeNote(OutcomeName(event.outcome), event.mailbox_error); !note.empty()) {
+    row.text += ": " + note;
+    row.style = Style::kWarning;
+  }
+  if (event.fragment_error) row.Note("fragments are missing");
+  if (event.malformed) row.Note("fixed fields are missing from the answer");
+}
+
+void EventWriter::On(const mailbox::Emergency& event) {
+  if (!output_->Wants(EventType::kEmergency, event.frame, event.slave)) return;
+  const device::DeviceDescription* profile = ProfileOf(event.slave);
+  const events::EmergencyInfo info = events::FindEmergency(profile, event.data.error_code);
+  const device::EmergencyCode* known = info.code;
+  EventRow row(*output_, EventType::kEmergency, event.frame, event.slave);
+  row.json.Number("code", event.data.error_code);
+  row.json.Number("register", event.data.error_register);
+  row.json.Bytes("data", event.data.data);
+  row.TextOrNull("text", known != nullptr ? known->text : "");
+  row.TextOrNull("id", known != nullptr ? known->id : "");
+  const bool fault = known == nullptr || known->kind == device::EmergencyKind::kFault;
+  const bool warning = known != nullptr && known->kind == device::EmergencyKind::kWarning;
+  row.json.Bool("inferred", info.inferred);
+  row.TextOrNull("kind", known == nullptr ? "" : fault ? "fault" : warning ? "warning" : "none");
+  row.text = Hex(event.data.error_code);
+  if (known != nullptr && !known->id.empty()) row.text += " " + known->id;
+  if (known != nullptr && !known->text.empty()) row.text += " " + known->text;
+  if (info.inferred) row.Note("inferred");
+  row.text += ", error register " + Hex(event.data.error_register, 2) + ", data " + HexBytes(event.data.data);
+  if (event.data.too_short) row.Note("too short");
+  row.style = event.data.error_code == 0 ? Style::kGood : warning ? Style::kWarning : Style::kError;
+}
+
+void EventWriter::On(const mailbox::EoeFrame& event) {
+  if (!output_->Wants(EventType::kEoe, event.last, event.slave)) return;
+  const mailbox::EthernetSummary& ethernet = event.summary;
+  EventRow row(*output_, EventType::kEoe, event.last, event.slave);
+  row.json.Text("kind", "frame");
+  row.json.Text("direction", mailbox::Name(event.direction));
+  row.json.Number("port", event.port);
+  row.json.Number("frame_number", event.frame_number);
+  row.json.Number("fragments", event.fragments);
+  row.json.Number("size", event.size);
+  row.json.Bytes("data", event.data);
+  row.TextOrNull("problem", mailbox::Describe(event.problem));
+  row.TextOrNull("destination", ethernet.valid ? mailbox::MacText(ethernet.destination) : "");
+  row.TextOrNull("source", ethernet.valid ? mailbox::MacText(ethernet.source) : "");
+  row.NumberOrNull("ether_type", ethernet.valid ? std::optional(ethernet.ether_type) : std::nullopt);
+  row.NumberOrNull("vlan", ethernet.vlan);
+  row.NumberOrNull("ip_protocol", ethernet.ip_protocol);
+  row.TextOrNull("source_ip", ethernet.source_ip ? mailbox::IpText(*ethernet.source_ip) : "");
+  row.TextOrNull("destination_ip", ethernet.destination_ip ? mailbox::IpText(*ethernet.destination_ip) : "");
+  row.NumberOrNull("source_port", ethernet.source_port);
+  row.NumberOrNull("destination_port", ethernet.destination_port);
+  row.NumberOrNull("timestamp", event.timestamp);
+  row.Frame("first_frame", event.first);
+  row.text = Arrow(event.direction) + " ";
+  if (!ethernet.valid) {
+    row.text += "Ethernet frame";
+  } else {
+    row.text += mailbox::EtherTypeName(ethernet.ether_type);
+    if (ethernet.ip_protocol) {
+      row.text += *ethernet.ip_protocol == 1    ? " ICMP"
+                  : *ethernet.ip_protocol == 6  ? " TCP"
+                  : *ethernet.ip_protocol == 17 ? " UDP"
+                                                : " protocol " + std::to_string(*ethernet.ip_protocol);
+    }
+    const auto end = [](const auto& ip, const auto& port, const auto& mac) {
+      return (ip ? mailbox::IpText(*ip) : mailbox::MacText(mac)) + (port ? ":" + std::to_string(*port) : "");
+    };
+    row.text += " " + end(ethernet.source_ip, ethernet.source_port, ethernet.source) + " -> " +
+                end(ethernet.destination_ip, ethernet.destination_port, ethernet.destination);
+  }
+  row.text += ", " + Count(event.size, "byte") + " in " + Count(event.fragments, "fragment");
+  row.Note(mailbox::Describe(event.problem));
+  if (event.problem != mailbox::EoeFrame::Problem::kNone) row.style = Style::kWarning;
+}
+
+void EventWriter::On(const mailbox::EoeControl& event) {
+  if (!output_->Wants(EventType::kEoe, event.frame, event.slave)) return;
+  const mailbox::EoeIpParameters& ip = event.ip;
+  const auto address = [](const std::optional<std::uint32_t>& value) {
+    return value ? mailbox::IpText(*value) : std::string();
+  };
+  EventRow row(*output_, EventType::kEoe, event.frame, event.slave);
+  row.json.Text("kind", mailbox::Name(event.type));
+  row.json.Text("direction", mailbox::Name(event.direction));
+  row.NumberOrNull("result", event.result);
+  row.TextOrNull("result_text", event.result ? mailbox::EoeResultText(*event.result) : "");
+  row.TextOrNull("mac", ip.mac ? mailbox::MacText(*ip.mac) : "");
+  row.TextOrNull("ip", address(ip.ip));
+  row.TextOrNull("subnet_mask", address(ip.subnet_mask));
+  row.TextOrNull("gateway", address(ip.gateway));
+  row.TextOrNull("dns_server", address(ip.dns_server));
+  row.TextOrNull("dns_name", std::string(ip.dns_name.begin(), ip.dns_name.end()));
+  row.NumberOrNull("timestamp", event.timestamp);
+  row.Frame("request_frame", event.request);
+  row.text = Arrow(event.direction) + " " + mailbox::Name(event.type);
+  const auto add = [&row](std::string_view name, const std::string& value) {
+    if (!value.empty()) row.text.append(", ").append(name).append(" ").append(value);
+  };
+  add("MAC", ip.mac ? mailbox::MacText(*ip.mac) : "");
+  add("IP", address(ip.ip));
+  add("mask", address(ip.subnet_mask));
+  add("gateway", address(ip.gateway));
+  add("DNS", address(ip.dns_server));
+  add("name", Printable(std::string(ip.dns_name.begin(), ip.dns_name.end())));
+  if (event.result) {
+    const std::string_view meaning = mailbox::EoeResultText(*event.result);
+    row.text += ": " + (meaning.empty() ? Hex(*event.result) : Hex(*event.result) + " " + std::string(meaning));
+    if (*event.result != 0) row.style = Style::kWarning;
+  }
+}
+
+void EventWriter::On(const mailbox::FoeTransfer& event) {
+  using Outcome = mailbox::FoeTransfer::Outcome;
+  const FrameRef& frame = event.last.seen() ? event.last : event.request;
+  if (!output_->Wants(EventType::kFoe, frame, event.slave)) return;
+  const bool failed = event.outcome == Outcome::kError;
+  EventRow row(*output_, EventType::kFoe, frame, event.slave);
+  row.json.Text("service", event.write ? "write" : "read");
+  row.TextOrNull("file_name", event.file_name);
+  row.json.Number("password", event.password);
+  row.json.Text("outcome", OutcomeName(event.outcome));
+  row.json.Number("size", event.bytes);
+  row.json.Number("packets", event.packets);
+  row.json.Number("repeated_packets", event.repeated_packets);
+  row.json.Number("busy", event.busy);
+  row.json.Number("packet_errors", event.packet_errors);
+  row.Frame("packet_error_frame", event.packet_error);
+  row.NumberOrNull("error_code", failed ? std::optional(event.error_code) : std::nullopt);
+  const std::string_view meaning = failed ? mailbox::FoeErrorText(event.error_code) : std::string_view();
+  row.TextOrNull("error_meaning", meaning);
+  row.TextOrNull("error_text", event.error_text);
+  row.TextOrNull("error_by", !failed ? "" : event.error_by == mailbox::Direction::kOut ? "master" : "slave");
+  row.NumberOrNull("mailbox_error",
+                   event.outcome == Outcome::kMailboxError ? std::optional(event.mailbox_error) : std::nullopt);
+  row.Frame("request_frame", event.request);
+  row.Frame("last_frame", event.last);
+  row.Milliseconds("duration_ms", event.duration);
+  row.json.Text("certainty", Name(event.certainty));
+  row.text = event.write ? "write" : "read";
+  row.text +=
+      event.file_name.empty() ? " of a file whose request was not captured" : " \"" + Printable(event.file_name) + "\"";
+  row.text += ", " + Count(event.bytes, "byte") + " in " + Count(event.packets, "packet");
+  if (event.repeated_packets != 0) row.text += ", " + Grouped(event.repeated_packets) + " repeated";
+  if (event.busy != 0) row.text += ", busy " + Count(event.busy, "time");
+  if (event.duration) row.text += ", " + Duration(*event.duration);
+  if (failed) {
+    row.text += std::string(": error of the ") + (event.error_by == mailbox::Direction::kOut ? "master " : "slave ") +
+                Hex(event.error_code, 8) + (meaning.empty() ? "" : " " + std::string(meaning)) +
+                (event.error_text.empty() ? "" : " \"" + Printable(event.error_text) + "\"");
+    row.style = Style::kError;
+  } else if (const std::string note = OutcomeNote(OutcomeName(event.outcome), event.mailbox_error); !note.empty()) {
+    row.text += ": " + note;
+    row.style = Style::kWarning;
+  }
+  if (event.packet_errors != 0) {
+    row.Note(Count(event.packet_errors, "packet number") + " out of order");
+    row.style = Style::kWarning;
+  }
+}
+
+void EventWriter::On(const mailbox::SoeMessage& event) {
+  if (!output_->Wants(EventType::kSoe, event.frame, event.slave)) return;
+  const std::string_view error = event.error_code ? mailbox::SoeErrorText(*event.error_code) : std::string_view();
+  EventRow row(*output_, EventType::kSoe, event.frame, event.slave);
+  row.json.Text("operation", mailbox::Name(event.operation));
+  row.json.Text("direction", mailbox::Name(event.direction));
+  row.json.Number("drive", event.drive);
+  row.NumberOrNull("idn", event.idn_known ? std::optional(event.idn) : std::nullopt);
+  row.TextOrNull("idn_name", event.idn_known ? mailbox::IdnName(event.idn) : "");
+  row.json.Number("elements", event.elements);
+  row.TextOrNull("element_names", mailbox::ElementNames(event.elements));
+  row.json.Bytes("data", event.data);
+  row.json.Number("size", event.size);
+  row.json.Number("fragments", event.fragments);
+  row.NumberOrNull("error_code", event.error_code);
+  row.TextOrNull("error_text", error);
+  row.Frame("request_frame", event.request);
+  row.text = Arrow(event.direction) + " " + mailbox::Name(event.operation) + " " +
+             (event.idn_known ? mailbox::IdnName(event.idn) : "of an unknown IDN") + ", drive " +
+             std::to_string(event.drive);
+  if (const std::string elements = mailbox::ElementNames(event.elements); !elements.empty()) {
+    row.text += ", " + elements;
+  }
+  if (!event.data.empty()) row.text += ": " + ShortHex(event.data);
+  if (event.error_code) {
+    row.text += ": error " + Hex(*event.error_code) + (error.empty() ? "" : " " + std::string(error));
+    row.style = Style::kError;
+  }
+  if (event.fragment_error) row.Note("fragments are missing");
+}
+
+void EventWriter::On(const mailbox::AoeMessage& event) {
+  if (!output_->Wants(EventType::kAoe, event.frame, event.slave)) return;
+  const mailbox::AdsParameters& ads = event.parameters;
+  EventRow row(*output_, EventType::kAoe, event.frame, event.slave);
+  row.json.Text("command", mailbox::Name(event.header.command));
+  row.json.Bool("response", event.header.response());
+  row.json.Text("direction", mailbox::Name(event.direction));
+  row.json.Text("target", mailbox::Text(event.header.target));
+  row.json.Number("target_port", event.header.target_port);
+  row.json.Text("source", mailbox::Text(event.header.source));
+  row.json.Number("source_port", event.header.source_port);
+  row.json.Number("invoke_id", event.header.invoke_id);
+  row.json.Number("error", event.header.error);
+  row.NumberOrNull("index_group", ads.index_group);
+  row.NumberOrNull("index_offset", ads.index_offset);
+  row.NumberOrNull("read_length", ads.read_length);
+  row.NumberOrNull("write_length", ads.write_length);
+  row.NumberOrNull("result", ads.result);
+  row.json.Bytes("data", ads.data);
+  row.Frame("request_frame", event.request);
+  row.text = Arrow(event.direction) + " " + mailbox::Name(event.header.command) +
+             (event.header.response() ? " response" : " request") + " " + mailbox::Text(event.header.source) + ":" +
+             std::to_string(event.header.source_port) + " -> " + mailbox::Text(event.header.target) + ":" +
+             std::to_string(event.header.target_port);
+  if (ads.index_group) row.text += ", group " + Hex(*ads.index_group, 8);
+  if (ads.index_offset) row.text += ", offset " + Hex(*ads.index_offset, 8);
+  if (!ads.data.empty()) row.text += ": " + ShortHex(ads.data);
+  const std::uint32_t error = event.header.error != 0 ? event.header.error : ads.result.value_or(0);
+  if (error != 0) {
+    row.text += ": error " + Hex(error, 8);
+    row.style = Style::kError;
+  }
+}
+
+void EventWriter::On(const mailbox::VoeMessage& event) {
+  if (!output_->Wants(EventType::kVoe, event.frame, event.slave)) return;
+  EventRow row(*output_, EventType::kVoe, event.frame, event.slave);
+  row.json.Text("direction", mailbox::Name(event.direction));
+  row.json.Number("vendor_id", event.vendor_id);
+  row.json.Number("vendor_type", event.vendor_type);
+  row.json.Bytes("data", event.data);
+  row.text = Arrow(event.direction) + " vendor " + Hex(event.vendor_id, 8) + ", type " +
+             std::to_string(event.vendor_type) + (event.data.empty() ? "" : ": " + ShortHex(event.data));
+}
+
+}  // namespace ecaudit::cli
