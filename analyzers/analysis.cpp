@@ -160,6 +160,7 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
   for (const auto& rule : rules) {
     if (!store.IsOff(rule->info())) rule->Finish();
   }
+  store.FoldNotEvaluable(model.size());
 
   AnalysisResult result = Summarise(source, pipeline, model, history);
   result.bus.cycle = dispatcher.cycle();

@@ -1,6 +1,7 @@
 #include "analyzers/core/al_text.h"
 
 #include "decoder/base/text.h"
+#include "decoder/device/profile_registry.h"
 #include "decoder/esc/al.h"
 
 namespace ecaudit {
@@ -10,6 +11,25 @@ std::string CodeText(std::uint16_t code, const device::DeviceDescription& family
   std::string name = entry != nullptr ? entry->name : std::string(esc::AlStatusCodeName(code));
   if (name.empty() && family.al.vendor_codes_from && code >= *family.al.vendor_codes_from) name = "vendor specific";
   return Hex(code) + (name.empty() ? "" : " (" + name + ")");
+}
+
+bool JudgedByStandard(const device::DeviceDescription& family) {
+  const device::DeviceDescription* generic = device::BuiltinProfile("generic");
+  return generic == nullptr || family.al.source == generic->al.source;
+}
+
+std::string LawText(const device::DeviceDescription& family) {
+  if (JudgedByStandard(family)) return "The EtherCAT standard";
+  return "The manual (" + family.title + ")";
+}
+
+std::string StatesText(model::StateSet states) {
+  std::string out;
+  for (const std::uint8_t state :
+       {std::uint8_t{1}, std::uint8_t{2}, std::uint8_t{3}, std::uint8_t{4}, std::uint8_t{8}}) {
+    if (states.contains(state)) out += (out.empty() ? "" : " or ") + esc::StateName(state);
+  }
+  return out.empty() ? "an unknown state" : out;
 }
 
 std::string TransitionText(const model::AlRequestRecord& request) {

@@ -11,6 +11,13 @@ namespace ecaudit {
 
 /// "0x001d invalid output configuration": the family's name for the code, else the standard's.
 [[nodiscard]] std::string CodeText(std::uint16_t code, const device::DeviceDescription& family);
+/// True when the profile brings no AL table of its own.
+[[nodiscard]] bool JudgedByStandard(const device::DeviceDescription& family);
+/// "The EtherCAT standard", "The manual of Kollmorgen AKD, manual ...": what the slave is judged by, to begin a
+/// sentence.
+[[nodiscard]] std::string LawText(const device::DeviceDescription& family);
+/// "INIT", "INIT or PREOP": the states a slave may be in; "an unknown state" for the empty set.
+[[nodiscard]] std::string StatesText(model::StateSet states);
 /// "PREOP to SAFEOP", or "SAFEOP" when the state before is not known.
 [[nodiscard]] std::string TransitionText(const model::AlRequestRecord& request);
 /// "SAFEOP (AL Control 0x0014)".

@@ -32,9 +32,12 @@ struct Evidence {
 };
 
 struct Reference {
-  std::string document;
-  std::string section;
+  std::string document;  ///< key in docs/sources.md: "AKD-2011"
+  std::string section;   ///< "4.3.4"
 };
+
+/// The first citation of a source as rules and profiles write it: "AKD-2011, 4.3.4; MKD, 4.3.4". Empty for "".
+[[nodiscard]] Reference ReferenceTo(std::string_view source);
 
 /// Index of a finding in AnalysisResult::findings; also used while the analysis runs.
 using FindingIndex = std::uint32_t;

@@ -37,11 +37,7 @@ FindingIndex FindingStore::Add(const RuleInfo& rule, std::uint64_t key, Severity
   const auto setting = settings_.find(rule.id);
   finding.severity = setting != settings_.end() ? setting->second.severity : severity;
   if (!finding.last.seen()) finding.last = finding.first;
-  if (finding.reference.document.empty()) {
-    const std::size_t comma = rule.source.find(", ");
-    finding.reference.document = std::string(rule.source.substr(0, comma));
-    if (comma != std::string_view::npos) finding.reference.section = std::string(rule.source.substr(comma + 2));
-  }
+  if (finding.reference.document.empty()) finding.reference = ReferenceTo(rule.source);
   const auto index = static_cast<FindingIndex>(findings_.size());
   by_key_[Key{&rule, finding.slave, key}] = index;
   ++number;
@@ -60,6 +56,31 @@ void FindingStore::AddNotEvaluable(const RuleInfo& rule, SlaveId slave, std::str
   }
   if (not_evaluable_.size() >= kMaxNotEvaluable) return;
   not_evaluable_.push_back({rule.id, slave, std::move(reason), frame, 1});
+}
+
+void FindingStore::FoldNotEvaluable(std::size_t slaves) {
+  if (slaves < 2) return;
+  std::vector<NotEvaluable> folded;
+  for (NotEvaluable& entry : not_evaluable_) {
+    const auto alike = [&](const NotEvaluable& other) {
+      return other.rule == entry.rule && other.reason == entry.reason && other.slave != kNoSlave;
+    };
+    const auto first = std::find_if(not_evaluable_.begin(), not_evaluable_.end(), alike);
+    const auto of_slaves = std::count_if(not_evaluable_.begin(), not_evaluable_.end(), alike);
+    if (entry.slave == kNoSlave || static_cast<std::size_t>(of_slaves) < slaves) {
+      folded.push_back(entry);
+    } else if (&*first == &entry) {
+      NotEvaluable all = entry;
+      all.slave = kNoSlave;
+      all.occasions = 0;
+      for (const NotEvaluable& other : not_evaluable_) {
+        if (alike(other)) all.occasions += other.occasions;
+        if (alike(other) && other.first_frame < all.first_frame) all.first_frame = other.first_frame;
+      }
+      folded.push_back(std::move(all));
+    }
+  }
+  not_evaluable_ = std::move(folded);
 }
 
 void AddRelated(Finding& finding, FrameNo frame) {

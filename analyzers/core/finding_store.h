@@ -41,6 +41,8 @@ class FindingStore {
   [[nodiscard]] std::vector<Finding>& findings() { return findings_; }
 
   void AddNotEvaluable(const RuleInfo& rule, SlaveId slave, std::string reason, FrameNo frame);
+  /// What holds for each of the `slaves` of the bus (two or more) for the same reason becomes one entry for the bus.
+  void FoldNotEvaluable(std::size_t slaves);
   [[nodiscard]] const std::vector<NotEvaluable>& not_evaluable() const { return not_evaluable_; }
 
  private:

@@ -27,7 +27,9 @@ std::vector<Entry> SortedEntries() {
 
 }  // namespace
 
-RuleRegistration::RuleRegistration(const RuleInfo& info, Factory factory) { Entries().push_back({&info, factory}); }
+RuleRegistration::RuleRegistration(const RuleInfo& info, Factory factory) {
+  Entries().push_back({&info, factory});
+}
 
 std::vector<std::unique_ptr<Rule>> MakeAllRules() {
   std::vector<std::unique_ptr<Rule>> rules;
@@ -49,6 +51,32 @@ const RuleInfo* FindRule(std::string_view id) {
     if (info->id == id) return info;
   }
   return nullptr;
+}
+
+bool Rule::SaidNothingReturned() {
+  const bus::PairingStatistics& pairing = context_->pipeline->pairing();
+  if (pairing.outbound == 0 || pairing.returned > 0) return false;
+  NotEvaluable(kNoSlave, "no returned frames in the capture");
+  return true;
+}
+
+bool Rule::SaidNothingSent() {
+  const bus::PairingStatistics& pairing = context_->pipeline->pairing();
+  if (pairing.returned == 0 || pairing.outbound > 0) return false;
+  NotEvaluable(kNoSlave, "no outbound frames in the capture");
+  return true;
+}
+
+void Rule::NotEvaluableWhere(const std::function<bool(const model::SlaveModel&)>& applies, const std::string& reason) {
+  for (std::size_t s = 0; s < context_->bus.size(); ++s) {
+    if (applies(context_->bus.slave(static_cast<SlaveId>(s)))) NotEvaluable(static_cast<SlaveId>(s), reason);
+  }
+}
+
+void Rule::SayWhereRequestsAreNotFollowed() {
+  if (SaidNothingReturned()) return;
+  NotEvaluableWhere([](const model::SlaveModel& s) { return s.al.requests() > 0 && s.al.reads_after_request() == 0; },
+                    "AL Status was not read after a request");
 }
 
 void RuleContext::ExplainRequest(SlaveId slave, FrameNo request, FindingIndex finding) {
@@ -87,6 +115,8 @@ Evidence HexNumber(std::string name, std::uint64_t value) {
 Evidence Text(std::string name, std::string value) {
   return {std::move(name), std::move(value), Evidence::Notation::kDecimal};
 }
-Evidence Real(std::string name, double value) { return {std::move(name), value, Evidence::Notation::kDecimal}; }
+Evidence Real(std::string name, double value) {
+  return {std::move(name), value, Evidence::Notation::kDecimal};
+}
 
 }  // namespace ecaudit

@@ -22,7 +22,8 @@ namespace ecaudit {
 
 namespace model {
 class BusModel;
-}
+struct SlaveModel;
+}  // namespace model
 
 /// What an event stream can be subscribed to. One entry an event type.
 enum class Topic : std::uint8_t {
@@ -93,6 +94,17 @@ class Rule : public track::EventSink, public model::ModelSink {
   void NotEvaluable(SlaveId slave, std::string reason, FrameNo frame = 0) {
     context_->store.AddNotEvaluable(info_, slave, std::move(reason), frame);
   }
+
+  // For Finish(): where a rule could not be judged in the whole capture.
+
+  /// True, and said, when nothing that the slaves answered is in the capture.
+  bool SaidNothingReturned();
+  /// True, and said, when no frame on its way to the slaves is in the capture.
+  bool SaidNothingSent();
+  /// Says `reason` for each slave that `applies` to.
+  void NotEvaluableWhere(const std::function<bool(const model::SlaveModel&)>& applies, const std::string& reason);
+  /// For rules about answers to AL requests: says where AL Status was never read after one.
+  void SayWhereRequestsAreNotFollowed();
 
  private:
   const RuleInfo& info_;

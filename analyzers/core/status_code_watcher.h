@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "analyzers/core/rule.h"
+#include "decoder/device/device_description.h"
 
 namespace ecaudit {
 
@@ -21,19 +22,22 @@ class StatusCodeWatcher : public Rule {
  protected:
   struct Context {
     SlaveId slave = kNoSlave;
-    FrameRef frame;           ///< the read that showed the code
+    FrameRef frame;  ///< the read that showed the code
     std::uint16_t code = 0;
-    std::uint8_t from = 0;    ///< state before, 0 when not known
-    std::uint8_t to = 0;      ///< requested state; 0: the error appeared without a request
+    std::uint8_t from = 0;  ///< state before, 0 when not known
+    std::uint8_t to = 0;    ///< requested state; 0: the error appeared without a request
   };
   /// A code was read for the first time since the error appeared.
   virtual void OnCode(const Context& c) = 0;
+  /// True when the manual does not list the code for this request, but the profile expects it of real firmware.
+  [[nodiscard]] static bool Tolerates(const device::DeviceDescription& family, const Context& c);
 
  private:
   void Hand(Context& c, const FrameRef& frame, std::uint16_t code);
-  Context& Remember(SlaveId slave, std::uint8_t from, std::uint8_t to);
+  Context& Remember(SlaveId slave, const FrameRef& frame, std::uint8_t from, std::uint8_t to);
+  void SayUnread(const Context& c);
 
-  std::vector<Context> last_;
+  std::vector<Context> last_;  // of each slave; frame number 0 once its code was read
 };
 
 }  // namespace ecaudit

@@ -14,12 +14,17 @@ constexpr std::uint8_t kOp = static_cast<std::uint8_t>(esc::AlState::OP);
 /// Height in the order INIT < PREOP < SAFEOP < OP; BOOT stands beside PREOP.
 int Height(std::uint8_t state) {
   switch (state) {
-    case kInit: return 0;
+    case kInit:
+      return 0;
     case kPreop:
-    case kBoot: return 1;
-    case kSafeop: return 2;
-    case kOp: return 3;
-    default: return -1;
+    case kBoot:
+      return 1;
+    case kSafeop:
+      return 2;
+    case kOp:
+      return 3;
+    default:
+      return -1;
   }
 }
 
@@ -34,8 +39,13 @@ StateSet StatesBetween(std::uint8_t from, std::uint8_t to) {
 }
 
 constexpr std::array<std::uint8_t, 5> kStates{kInit, kPreop, kBoot, kSafeop, kOp};
-/// When an acknowledged error stays for this many reads, it is a new one.
-constexpr std::uint64_t kReadsUntilErrorIsNew = 8;
+constexpr std::uint16_t kErrorBit = 0x10;
+/// An acknowledged error that stays this long is a new answer: slave stacks give up a state change after 200 ms unless
+/// told otherwise (esc-reference 5.7). Without time stamps reads are counted instead.
+constexpr std::int64_t kAcknowledgeNs = 200'000'000;
+constexpr std::uint64_t kAcknowledgeReads = 200;
+/// A request that was lost on its way does not explain what happens this much later.
+constexpr std::int64_t kPendingNs = 10'000'000'000;
 
 }  // namespace
 
@@ -47,7 +57,9 @@ AlRequestRecord AlMachine::Judge(const track::AlRequest& request) const {
   AlRequestRecord record;
   record.control = request.control;
   record.frame = record.last = request.frame();
-  record.from = possible_.single();
+  const StateSet possible = PossibleBefore(record.frame.number);
+  record.possible = possible;
+  record.from = possible.single();
   record.assumed = request.acceptance == track::Acceptance::kAssumed;
   const std::uint8_t target = request.control.state();
   if (!esc::IsAlState(target)) {
@@ -55,45 +67,111 @@ AlRequestRecord AlMachine::Judge(const track::AlRequest& request) const {
     return record;
   }
   if (record.from != 0) {
-    record.transition = family_->al_transition(static_cast<esc::AlState>(record.from), static_cast<esc::AlState>(target));
+    record.transition =
+        family_->al_transition(static_cast<esc::AlState>(record.from), static_cast<esc::AlState>(target));
   }
-  if (error_ == Error::kYes && target != kInit && !request.control.bit4()) {
+  if (error_ == Error::kYes && target != kInit && !request.control.bit4() &&
+      !MayHaveBeenAcknowledged(record.frame.number)) {
     record.verdict = AlVerdict::kNeedsAcknowledge;
     return record;
   }
-  if (possible_.empty()) {
+  if (possible.empty()) {
     record.verdict = target == kInit ? AlVerdict::kLegal : AlVerdict::kUnknown;
     return record;
   }
   record.verdict = AlVerdict::kIllegal;
   for (const std::uint8_t from : kStates) {
-    if (possible_.contains(from) && LegalFrom(from, target)) record.verdict = AlVerdict::kLegal;
+    if (possible.contains(from) && LegalFrom(from, target)) record.verdict = AlVerdict::kLegal;
   }
   return record;
 }
 
-void AlMachine::OnRequestSent(const FrameRef& /*frame*/, esc::AlWord control) {
-  if (esc::IsAlState(control.state())) sent_.Add(control.state());
+void AlMachine::AddPending(esc::AlWord control, const FrameRef& sent) {
+  if (!esc::IsAlState(control.state())) return;
+  if (pending_count_ == pending_.size()) {
+    std::move(pending_.begin() + 1, pending_.end(), pending_.begin());
+    --pending_count_;
+  }
+  pending_[pending_count_++] = {control, sent};
+}
+
+void AlMachine::RemovePending(FrameNo sent) {
+  const auto end = std::remove_if(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(pending_count_),
+                                  [&](const Pending& p) { return p.sent.number == sent; });
+  pending_count_ = static_cast<std::size_t>(end - pending_.begin());
+}
+
+void AlMachine::DropOldPending(const FrameRef& frame) {
+  const auto end = std::remove_if(
+      pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(pending_count_),
+      [&](const Pending& p) { return frame.has_time && p.sent.has_time && frame.time - p.sent.time > kPendingNs; });
+  pending_count_ = static_cast<std::size_t>(end - pending_.begin());
+}
+
+/// The slave shows what a request sent before frame `before` asked for: it, and those before it, explain nothing more.
+void AlMachine::DropPendingReached(std::uint8_t state, FrameNo before) {
+  std::size_t done = 0;
+  for (std::size_t i = 0; i < pending_count_; ++i) {
+    if (pending_[i].control.state() == state && pending_[i].sent.number < before) done = i + 1;
+  }
+  std::move(pending_.begin() + static_cast<std::ptrdiff_t>(done),
+            pending_.begin() + static_cast<std::ptrdiff_t>(pending_count_), pending_.begin());
+  pending_count_ -= done;
+}
+
+/// The slave has answered the request of that frame: those before it are over.
+void AlMachine::DropPendingBefore(FrameNo request) {
+  const auto end = std::remove_if(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(pending_count_),
+                                  [&](const Pending& p) { return p.sent.number < request; });
+  pending_count_ = static_cast<std::size_t>(end - pending_.begin());
+}
+
+/// True when a request without a known fate, sent since the error was last seen, acknowledges it.
+bool AlMachine::MayHaveBeenAcknowledged(FrameNo before) const {
+  for (std::size_t i = 0; i < pending_count_; ++i) {
+    const Pending& p = pending_[i];
+    if (p.sent.number >= before || p.sent.number < last_seen_) continue;
+    if (p.control.bit4() || p.control.state() == kInit) return true;
+  }
+  return false;
+}
+
+/// States the slave may be in when it takes the request of that frame: frames do not overtake each other, so requests
+/// sent before whose return is missing were lost or taken.
+StateSet AlMachine::PossibleBefore(FrameNo request) const {
+  StateSet possible = possible_;
+  if (possible.empty()) return possible;
+  for (std::size_t i = 0; i < pending_count_; ++i) {
+    if (pending_[i].sent.number >= request) continue;
+    const std::uint8_t target = pending_[i].control.state();
+    for (const std::uint8_t from : kStates) {
+      if (possible.contains(from)) possible.Add(StatesBetween(from, target));
+    }
+    possible.Add(target);
+  }
+  return possible;
+}
+
+void AlMachine::OnRequestSent(const FrameRef& frame, esc::AlWord control) {
+  AddPending(control, frame);
 }
 
 void AlMachine::OnRequest(const track::AlRequest& request) {
-  const std::uint8_t target = request.control.state();
-  if (request.acceptance != track::Acceptance::kUnknown) sent_.Clear();
-  if (request.acceptance == track::Acceptance::kRefused) return;  // the slave has not read the one before yet
+  const FrameNo number = request.frame().number;
   if (request.acceptance == track::Acceptance::kUnknown) {
-    // Lost, or taken by some of the slaves: from here on the slave may have followed it.
-    if (!esc::IsAlState(target)) return;
-    sent_.Add(target);
-    if (!possible_.empty()) {
-      for (const std::uint8_t from : kStates) {
-        if (possible_.contains(from)) possible_.Add(StatesBetween(from, target));
-      }
-      possible_.Add(target);
-    }
-    if (error_ == Error::kYes) error_ = Error::kUnknown;
+    // Lost (which shows late), or taken by some of the slaves: the slave may have followed it, from when it was sent.
+    if (control_since_ < number) control_.reset();
+    const auto end = pending_.begin() + static_cast<std::ptrdiff_t>(pending_count_);
+    const bool known = std::any_of(pending_.begin(), end, [&](const Pending& p) { return p.sent.number == number; });
+    if (!known && request.returned.seen()) AddPending(request.control, request.frame());
     return;
   }
+  RemovePending(number);
+  if (request.acceptance == track::Acceptance::kRefused) return;  // the slave has not read the one before yet
 
+  ++requests_;
+  control_ = request.control;
+  control_since_ = number;
   const AlRequestRecord record = Judge(request);
   AlRequestJudged event;
   event.slave = slave_;
@@ -108,7 +186,7 @@ void AlMachine::OnRequest(const track::AlRequest& request) {
 void AlMachine::Open(const AlRequestRecord& record) {
   const std::uint8_t target = record.control.state();
   if (record.verdict == AlVerdict::kNeedsAcknowledge) {
-    sent_.Add(target);  // the slave should ignore it; where it does not, this explains the change
+    AddPending(record.control, record.frame);
     return;
   }
   const bool repeats = open_ && open_->control.raw == record.control.raw && open_->verdict == record.verdict;
@@ -127,23 +205,22 @@ void AlMachine::Open(const AlRequestRecord& record) {
     polls_ = 0;
     overdue_reported_ = false;
   }
-  acknowledged_ = error_ == Error::kYes && (record.control.bit4() || target == kInit);
-  if (acknowledged_) error_ = Error::kUnknown;
+  if (error_ != Error::kNo && (record.control.bit4() || target == kInit)) {
+    acknowledged_ = true;
+    error_ = Error::kUnknown;
+  }
 
-  if (record.verdict == AlVerdict::kLegal || record.verdict == AlVerdict::kUnknown) {
-    if (!possible_.empty()) {
-      for (const std::uint8_t from : kStates) {
-        if (possible_.contains(from)) possible_.Add(StatesBetween(from, target));
-      }
-      possible_.Add(target);
-    } else if (record.assumed || target == kInit) {
-      // Outbound only: nobody will ever show the state, so the slave is taken to follow.
-      if (record.assumed) possible_.Add(target);
+  if (record.verdict != AlVerdict::kLegal && record.verdict != AlVerdict::kUnknown) return;
+  if (record.assumed) {
+    // Outbound only: nothing will ever show the state, so the slave is taken to follow.
+    possible_ = StateSet::Of(target);
+    read_state_ = 0;
+    since_ = record.frame.number;
+  } else if (!possible_.empty()) {
+    for (const std::uint8_t from : kStates) {
+      if (possible_.contains(from)) possible_.Add(StatesBetween(from, target));
     }
-    if (record.assumed) {
-      read_state_ = 0;
-      since_ = record.frame.number;
-    }
+    possible_.Add(target);
   }
 }
 
@@ -151,9 +228,9 @@ bool AlMachine::Explains(std::uint8_t state) const {
   const auto leads_to = [&](const AlRequestRecord& r) {
     return r.control.state() == state || StatesBetween(read_state_, r.control.state()).contains(state);
   };
-  if (sent_.contains(state)) return true;
-  for (const std::uint8_t target : kStates) {
-    if (sent_.contains(target) && StatesBetween(read_state_, target).contains(state)) return true;
+  for (std::size_t i = 0; i < pending_count_; ++i) {
+    const std::uint8_t target = pending_[i].control.state();
+    if (target == state || StatesBetween(read_state_, target).contains(state)) return true;
   }
   if (open_ && leads_to(*open_)) return true;
   for (std::size_t i = 0; i < earlier_count_; ++i) {
@@ -162,67 +239,128 @@ bool AlMachine::Explains(std::uint8_t state) const {
   return false;
 }
 
+/// A slave without a processor copies AL Control into AL Status bit by bit; its status code is always 0.
+void AlMachine::LearnEmulation(const track::AlStatusRead& read) {
+  if (own_status_ || emulation_.value_or(false)) return;
+  if (read.status.bit4() && read.status_code.value_or(0) != 0) own_status_ = true;
+  // Only a read that was sent after the slave took its last request tells something, and only if none is under way.
+  if (!control_ || pending_count_ != 0 || read.frame.number <= control_since_) return;
+  const bool same_state = read.status.state() == control_->state();
+  if (read.status.bit4() && !(same_state && control_->bit4())) own_status_ = true;
+  if (!read.status.bit4() && same_state && control_->bit4()) own_status_ = true;
+}
+
 bool AlMachine::IsEcho(const track::AlStatusRead& read) const {
-  if (emulation_ && !*emulation_) return false;
-  if (read.status_code && *read.status_code != 0 && !emulation_.value_or(false)) return false;
-  // A slave without a processor copies AL Control into AL Status bit by bit, and keeps it there.
+  if (emulation_) {
+    if (!*emulation_) return false;
+  } else if (own_status_) {
+    return false;
+  }
+  // A copy stays what it is until AL Control is written again.
   if (echo_ && read.status.state() == read_state_) return true;
-  return open_ && open_->control.bit4() && open_->control.state() == read.status.state();
+  for (std::size_t i = 0; i < pending_count_; ++i) {
+    const esc::AlWord control = pending_[i].control;
+    if (control.bit4() && control.state() == read.status.state()) return true;
+  }
+  return control_ && control_->bit4() && control_->state() == read.status.state();
+}
+
+/// True when the error bit may still be the one that the open request acknowledges: the slave takes its time.
+bool AlMachine::MayBeAcknowledgedError(const track::AlStatusRead& read) const {
+  if (!acknowledged_ || (read_state_ != 0 && read.status.state() != read_state_)) return false;
+  const std::uint16_t code = read.status_code.value_or(0);
+  if (code != 0 && error_code_ && code != *error_code_) return false;
+  if (read.frame.has_time && open_->frame.has_time) return read.frame.time - open_->frame.time < kAcknowledgeNs;
+  return polls_ <= kAcknowledgeReads;
 }
 
 void AlMachine::OnStatus(const track::AlStatusRead& read) {
-  ++polls_;
   const std::uint8_t state = read.status.state();
   if (!esc::IsAlState(state)) return;
+  ++polls_;
+  ++status_reads_;
+  if (requests_ > 0) ++reads_after_request_;
+  DropOldPending(read.frame);
   if (!read.error_bit_known) {
-    // A broadcast that some slave answered with the error bit: only the state counts.
-    if (state != read_state_) {
-      possible_ = StateSet::Of(state);
-      since_ = read.frame.number;
-      read_state_ = state;
-      error_ = Error::kUnknown;
-    }
+    OnStateOnly(read);
     return;
   }
+  LearnEmulation(read);
   if (read.status.bit4() && !IsEcho(read)) {
     echo_ = false;
     OnError(read);
   } else {
     echo_ = read.status.bit4();
     OnNoError(read);
+    DropPendingReached(state, read.frame.number);
   }
   if (read_state_ != state) since_ = read.frame.number;
   read_state_ = state;
   last_seen_ = read.frame.number;
+  MayBeIn(state);
+}
+
+/// The slave was seen in `state`; requests that are open or on their way may have led it elsewhere since.
+void AlMachine::MayBeIn(std::uint8_t state) {
   possible_ = StateSet::Of(state);
-  possible_.Add(sent_);
-  if (open_) {
-    const std::uint8_t target = open_->control.state();
-    if (open_->verdict == AlVerdict::kLegal || open_->verdict == AlVerdict::kUnknown) {
-      possible_.Add(target);
-      possible_.Add(StatesBetween(state, target));
-    }
-  } else {
-    earlier_count_ = 0;
+  for (std::size_t i = 0; i < pending_count_; ++i) {
+    possible_.Add(pending_[i].control.state());
+    possible_.Add(StatesBetween(state, pending_[i].control.state()));
   }
+  if (!open_) {
+    earlier_count_ = 0;
+    return;
+  }
+  const std::uint8_t target = open_->control.state();
+  if (open_->verdict == AlVerdict::kLegal || open_->verdict == AlVerdict::kUnknown) {
+    possible_.Add(target);
+    possible_.Add(StatesBetween(state, target));
+  }
+}
+
+/// A broadcast that some slave answered with the error bit: the state is certain, whose error it is, is not.
+void AlMachine::OnStateOnly(const track::AlStatusRead& read) {
+  const std::uint8_t state = read.status.state();
+  if (state == read_state_) return;
+  const bool fell =
+      read_state_ != 0 && error_ != Error::kUnknown && Height(state) < Height(read_state_) && !Explains(state);
+  if (fell) {
+    AlChangedByItself event;
+    event.slave = slave_;
+    event.frame = read.frame;
+    event.before = Before();
+    event.status = read.status;
+    event.before_since = last_seen_;
+    open_.reset();
+    error_code_.reset();
+    sink_.On(event);
+  }
+  error_reported_ = fell;  // the error bit, when a read of this slave shows it, belongs to this
+  error_ = Error::kUnknown;
+  MayBeIn(state);
+  since_ = last_seen_ = read.frame.number;
+  read_state_ = state;
+}
+
+esc::AlWord AlMachine::Before() const {
+  return esc::AlWord{static_cast<std::uint16_t>(read_state_ | (error_ == Error::kYes ? kErrorBit : 0U))};
 }
 
 void AlMachine::OnError(const track::AlStatusRead& read) {
   const std::uint8_t state = read.status.state();
-  const bool was_set = error_ == Error::kYes;
-  if (was_set && state == read_state_) {
+  const bool same_state = state == read_state_;
+  // A broadcast showed the state, and that some slave has an error: it is this one.
+  if (error_ == Error::kUnknown && error_reported_ && same_state && !acknowledged_) error_ = Error::kYes;
+  if (error_ == Error::kYes && same_state) {
     // An error known before. A request since then can only have been one that the slave ignores.
     if (error_reported_) {
-      sink_.On(AlErrorRepeated{slave_, read.frame});
+      sink_.On(AlErrorRepeated{slave_, read.frame, read.status});
       if (read.status_code) ReportCode(read.frame, *read.status_code);
     }
     return;
   }
   if (open_) {
-    if (acknowledged_ && state == read_state_ && polls_ <= kReadsUntilErrorIsNew) {
-      // The slave may not have seen the acknowledge yet.
-      return;
-    }
+    if (MayBeAcknowledgedError(read)) return;
     AlAnswered event;
     event.slave = slave_;
     event.outcome = AlAnswered::Outcome::kRefused;
@@ -234,36 +372,37 @@ void AlMachine::OnError(const track::AlStatusRead& read) {
     event.frame = read.frame;
     event.status = read.status;
     event.code = read.status_code;
-    event.state_before_known = error_ == Error::kNo || open_->control.bit4() || open_->control.state() == kInit;
+    event.state_before_known = error_ == Error::kNo || acknowledged_;
     error_ = Error::kYes;
     error_since_ = read.frame.number;
     error_reported_ = true;
     error_code_ = read.status_code;
+    acknowledged_ = false;
+    DropPendingBefore(open_->frame.number);
     open_.reset();
     sink_.On(event);
     return;
   }
-  const bool before_known = error_ == Error::kNo && read_state_ != 0;
-  const bool request_under_way = !sent_.empty();
+  // An error that was there before only counts again when the state falls further.
+  const bool before_known =
+      read_state_ != 0 &&
+      (error_ == Error::kNo || (error_ == Error::kYes && error_reported_ && Height(state) < Height(read_state_)));
+  const esc::AlWord before = Before();
   // The first thing seen of a slave may be the echo of an acknowledge; only a status code makes it an error for sure.
-  const bool certain = before_known || read.status_code.value_or(0) != 0;
+  const bool certain = before_known || error_ == Error::kYes || read.status_code.value_or(0) != 0;
   error_ = certain ? Error::kYes : Error::kUnknown;
   error_since_ = read.frame.number;
-  if (before_known && !request_under_way) {
-    AlChangedByItself event;
-    event.slave = slave_;
-    event.frame = read.frame;
-    event.before = esc::AlWord{read_state_};
-    event.status = read.status;
-    event.before_since = last_seen_;
-    event.code = read.status_code;
-    error_reported_ = true;
-    error_code_ = read.status_code;
-    sink_.On(event);
-  } else {
-    error_reported_ = false;
-    error_code_ = read.status_code;
-  }
+  error_code_ = read.status_code;
+  error_reported_ = before_known && pending_count_ == 0;
+  if (!error_reported_) return;
+  AlChangedByItself event;
+  event.slave = slave_;
+  event.frame = read.frame;
+  event.before = before;
+  event.status = read.status;
+  event.before_since = last_seen_;
+  event.code = read.status_code;
+  sink_.On(event);
 }
 
 void AlMachine::OnNoError(const track::AlStatusRead& read) {
@@ -271,21 +410,23 @@ void AlMachine::OnNoError(const track::AlStatusRead& read) {
   if (error_ == Error::kYes || (error_ == Error::kUnknown && error_reported_)) {
     sink_.On(AlErrorCleared{slave_, read.frame});
   }
+  const bool before_known = read_state_ != 0 && error_ != Error::kUnknown;
+  const esc::AlWord before = Before();
   error_reported_ = false;
   error_code_.reset();
-  const bool before_known = read_state_ != 0 && error_ != Error::kUnknown;
+  acknowledged_ = false;
   error_ = Error::kNo;
   if (open_ && open_->control.state() == state) {
     AlAnswered event;
     event.slave = slave_;
-    event.outcome = open_->verdict == AlVerdict::kIllegal ? AlAnswered::Outcome::kAcceptedIllegal
-                                                          : AlAnswered::Outcome::kReached;
+    event.outcome =
+        open_->verdict == AlVerdict::kIllegal ? AlAnswered::Outcome::kAcceptedIllegal : AlAnswered::Outcome::kReached;
     event.request = *open_;
     event.frame = read.frame;
     event.status = read.status;
     event.code = read.status_code;
+    DropPendingBefore(open_->frame.number);
     open_.reset();
-    acknowledged_ = false;
     sink_.On(event);
     return;
   }
@@ -300,10 +441,11 @@ void AlMachine::OnNoError(const track::AlStatusRead& read) {
     AlChangedByItself event;
     event.slave = slave_;
     event.frame = read.frame;
-    event.before = esc::AlWord{read_state_};
+    event.before = before;
     event.status = read.status;
     event.before_since = last_seen_;
     event.code = read.status_code;
+    open_.reset();  // what it asked for is not what is waited for any more
     sink_.On(event);
   }
 }
@@ -313,7 +455,7 @@ void AlMachine::CheckOverdue(const track::AlStatusRead& read) {
   const std::uint8_t target = open_->control.state();
   std::int64_t limit = timeouts_.to_safeop_or_op_ns;
   if (target == kPreop || target == kBoot) limit = timeouts_.to_preop_ns;
-  if (read_state_ != 0 && Height(target) < Height(read_state_)) limit = timeouts_.downwards_ns;
+  if (Height(target) < Height(read.status.state())) limit = timeouts_.downwards_ns;
   const std::int64_t waited = read.frame.time - open_->frame.time;
   if (waited <= limit) return;
   overdue_reported_ = true;
@@ -335,7 +477,9 @@ void AlMachine::ReportCode(const FrameRef& frame, std::uint16_t code) {
   sink_.On(AlErrorCode{slave_, frame, code});
 }
 
-void AlMachine::OnStatusCode(const track::AlStatusCodeRead& read) { ReportCode(read.frame, read.code); }
+void AlMachine::OnStatusCode(const track::AlStatusCodeRead& read) {
+  ReportCode(read.frame, read.code);
+}
 
 void AlMachine::Forget(const FrameRef& frame) {
   possible_.Clear();
@@ -344,9 +488,10 @@ void AlMachine::Forget(const FrameRef& frame) {
   error_ = Error::kUnknown;
   error_reported_ = false;
   echo_ = false;
+  acknowledged_ = false;
   open_.reset();
   earlier_count_ = 0;
-  sent_.Clear();
+  pending_count_ = 0;
 }
 
 }  // namespace ecaudit::model

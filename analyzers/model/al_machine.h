@@ -33,6 +33,7 @@ class AlMachine {
   /// Register 0x0141 bit 0: such a slave echoes the acknowledge bit as error bit (esc-reference 5.3).
   void SetDeviceEmulation(bool emulation) { emulation_ = emulation; }
 
+  /// A request leaves the master; whether the slave takes it, OnRequest() tells later.
   void OnRequestSent(const FrameRef& frame, esc::AlWord control);
   void OnRequest(const track::AlRequest& request);
   void OnStatus(const track::AlStatusRead& read);
@@ -44,8 +45,13 @@ class AlMachine {
   [[nodiscard]] StateSet possible() const { return possible_; }
   /// True when the last thing known of the slave is that it is in `state`, without error and with no request open.
   [[nodiscard]] bool SettledIn(esc::AlState state) const {
-    return possible_.single() == static_cast<std::uint8_t>(state) && error_ == Error::kNo && !open_;
+    return possible_.single() == static_cast<std::uint8_t>(state) && error_ == Error::kNo && !open_ &&
+           pending_count_ == 0;
   }
+  /// What the capture shows of this slave, for rules that say where they could not judge.
+  [[nodiscard]] std::uint64_t requests() const { return requests_; }  ///< taken by the slave
+  [[nodiscard]] std::uint64_t status_reads() const { return status_reads_; }
+  [[nodiscard]] std::uint64_t reads_after_request() const { return reads_after_request_; }
 
  private:
   enum class Error : std::uint8_t { kUnknown, kNo, kYes };
@@ -54,7 +60,19 @@ class AlMachine {
   AlRequestRecord Judge(const track::AlRequest& request) const;
   void Open(const AlRequestRecord& record);
   [[nodiscard]] bool Explains(std::uint8_t state) const;
+  void LearnEmulation(const track::AlStatusRead& read);
   [[nodiscard]] bool IsEcho(const track::AlStatusRead& read) const;
+  [[nodiscard]] bool MayBeAcknowledgedError(const track::AlStatusRead& read) const;
+  void AddPending(esc::AlWord control, const FrameRef& sent);
+  void RemovePending(FrameNo sent);
+  void DropOldPending(const FrameRef& frame);
+  void DropPendingReached(std::uint8_t state, FrameNo before);
+  void DropPendingBefore(FrameNo request);
+  [[nodiscard]] bool MayHaveBeenAcknowledged(FrameNo before) const;
+  [[nodiscard]] StateSet PossibleBefore(FrameNo request) const;
+  void OnStateOnly(const track::AlStatusRead& read);
+  [[nodiscard]] esc::AlWord Before() const;
+  void MayBeIn(std::uint8_t state);
   void OnError(const track::AlStatusRead& read);
   void OnNoError(const track::AlStatusRead& read);
   void CheckOverdue(const track::AlStatusRead& read);
@@ -65,24 +83,39 @@ class AlMachine {
   const device::DeviceDescription* family_ = nullptr;
   AlTimeouts timeouts_;
   std::optional<bool> emulation_;
+  bool own_status_ = false;  ///< AL Status showed what no mere copy of AL Control can: the slave has a processor
 
   StateSet possible_;
-  FrameNo since_ = 0;       ///< frame that showed the state last read
-  FrameNo last_seen_ = 0;   ///< last frame that confirmed it
+  FrameNo since_ = 0;            ///< frame that showed the state last read
+  FrameNo last_seen_ = 0;        ///< last frame that confirmed it
   std::uint8_t read_state_ = 0;  ///< state last read, 0 unknown
   Error error_ = Error::kUnknown;
   FrameNo error_since_ = 0;
-  bool echo_ = false;                  ///< the error bit shown is the echo of an acknowledge
-  bool error_reported_ = false;        ///< as kRefused or AlChangedByItself: its code is wanted
+  bool echo_ = false;            ///< the error bit shown is the echo of an acknowledge
+  bool error_reported_ = false;  ///< as kRefused or AlChangedByItself: its code is wanted
   std::optional<std::uint16_t> error_code_;
 
-  std::optional<AlRequestRecord> open_;      ///< taken by the slave, not answered yet
+  std::optional<AlRequestRecord> open_;       ///< taken by the slave, not answered yet
   std::array<AlRequestRecord, 3> earlier_{};  ///< taken before open_ and never seen answered: they may explain a state
   std::size_t earlier_count_ = 0;
-  std::uint64_t polls_ = 0;                  ///< status reads since open_
+  std::optional<esc::AlWord> control_;  ///< AL Control as the slave took it last
+  FrameNo control_since_ = 0;
+  std::uint64_t polls_ = 0;  ///< status reads since open_
   bool overdue_reported_ = false;
-  bool acknowledged_ = false;                ///< open_ acknowledged an error that was set
-  StateSet sent_;                            ///< targets of requests that are on their way or whose fate is unknown
+  bool acknowledged_ = false;  ///< an error that is or may be set was acknowledged, and not seen gone yet
+
+  /// A request whose fate is not known: it is on its way, was lost, or was taken by some of the slaves of a broadcast. Also
+  /// one that the slave should ignore, since it may explain what happens where the slave does not.
+  struct Pending {
+    esc::AlWord control;
+    FrameRef sent;
+  };
+  std::array<Pending, 8> pending_{};  ///< oldest first
+  std::size_t pending_count_ = 0;
+
+  std::uint64_t requests_ = 0;
+  std::uint64_t status_reads_ = 0;
+  std::uint64_t reads_after_request_ = 0;
 };
 
 }  // namespace ecaudit::model

@@ -53,6 +53,7 @@ struct AlRequestRecord {
   std::uint32_t repetitions = 0;
   AlVerdict verdict = AlVerdict::kUnknown;
   std::uint8_t from = 0;        ///< state before, 0 unless exactly one is possible
+  StateSet possible;            ///< states the slave may have been in; empty when nothing is known
   const device::AlTransition* transition = nullptr;  ///< the family's row, where from is known and the value is a state
   bool assumed = false;         ///< outbound-only capture
 };
@@ -84,6 +85,7 @@ struct AlAnswered {
 struct AlErrorRepeated {
   SlaveId slave = kNoSlave;
   FrameRef frame;
+  esc::AlWord status;
 };
 
 /// The state fell or the error bit appeared without a request that explains it.

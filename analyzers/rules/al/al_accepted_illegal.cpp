@@ -6,14 +6,13 @@
 namespace ecaudit {
 namespace {
 
-constexpr RuleInfo kInfo{
-    .id = "al-accepted-illegal",
-    .group = "AL state machine",
-    .severity = Severity::kWarning,
-    .title = "The slave performs a transition that its manual forbids",
-    .needs = "the AL state before and after the request",
-    .source = "ETG.1000.6, EtherCAT state machine",
-    .doc = R"(
+constexpr RuleInfo kInfo{.id = "al-accepted-illegal",
+                         .group = "AL state machine",
+                         .severity = Severity::kWarning,
+                         .title = "The slave performs a transition that its manual does not allow",
+                         .needs = "the AL state before and after the request",
+                         .source = "ETG1000.6, EtherCAT state machine",
+                         .doc = R"(
 ## What it checks
 Whether a slave reaches a requested state, without error bit, although the manual of its family (else the standard)
 does not allow the transition.
@@ -22,8 +21,8 @@ does not allow the transition.
 The start-up works with this firmware and will fail with another slave or version that follows its manual.
 
 ## How it is decided
-Both states were read from AL Status and only the illegal request lies between them. Where a read may have been missed
-in between (a lost frame), the rule is silent.
+Both states were read from AL Status and only the illegal request lies between them. Where a request was lost on its
+way, or several were made without a read between them, the rule is silent.
 
 ## Example
 samples/captures/accepted-illegal.pcapng
@@ -44,19 +43,23 @@ class AlAcceptedIllegal final : public Rule {
     Finding finding;
     finding.slave = e.slave;
     finding.first = e.frame;
-    finding.title = "Slave goes from " + TransitionText(e.request) + ", which its manual forbids";
+    finding.title = "Slave goes from " + TransitionText(e.request) + ", which its manual does not allow";
+    if (JudgedByStandard(family))
+      finding.title = "Slave goes from " + TransitionText(e.request) + ", which is not allowed";
     finding.message = "The master requested " + RequestText(e.request) + " in " + esc::StateName(e.request.from) +
-                      " (frame " + std::to_string(e.request.frame.number) + ") and the slave is in " +
-                      esc::StatusText(e.status.raw) + " from frame " + std::to_string(e.frame.number) + " on. " +
-                      family.title + " does not allow this transition, so other firmware will refuse it. Correct the "
-                      "order of the requests in the master.";
+                      " (frame " + std::to_string(e.request.frame.number) + "), and the slave is in " +
+                      esc::StateName(e.status.state()) + " in frame " + std::to_string(e.frame.number) + ". " +
+                      LawText(family) +
+                      " does not allow this transition, so another slave or firmware may refuse it. Correct the order "
+                      "of the requests in the master.";
     finding.evidence.push_back(Text("state_before", esc::StateName(e.request.from)));
     finding.evidence.push_back(HexNumber("al_status", e.status.raw));
     finding.caused_by = context().ExplanationOf(e.slave, e.request.frame.number);
-    if (e.request.transition != nullptr) finding.reference = {family.document, e.request.transition->source};
+    if (e.request.transition != nullptr) finding.reference = ReferenceTo(e.request.transition->source);
     AddRelated(finding, e.request.frame.number);
     Report(RequestKey(e.request), std::move(finding));
   }
+  void Finish() override { SayWhereRequestsAreNotFollowed(); }
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<AlAcceptedIllegal>};

@@ -5,14 +5,13 @@
 namespace ecaudit {
 namespace {
 
-constexpr RuleInfo kInfo{
-    .id = "al-error-not-acknowledged",
-    .group = "AL state machine",
-    .severity = Severity::kError,
-    .title = "A state is requested while the error bit is set, without acknowledging it",
-    .needs = "AL Status with the error bit before the request",
-    .source = "ETG.1000.6, AL Control register 0x0120 bit 4",
-    .doc = R"(
+constexpr RuleInfo kInfo{.id = "al-error-not-acknowledged",
+                         .group = "AL state machine",
+                         .severity = Severity::kError,
+                         .title = "A state is requested while the error bit is set, without acknowledging it",
+                         .needs = "AL Status with the error bit before the request",
+                         .source = "ETG1000.6, AL Control register 0x0120 bit 4",
+                         .doc = R"(
 ## What it checks
 Requests for a state other than INIT while AL Status shows the error bit: they must carry the acknowledge bit (bit 4 of
 AL Control). INIT acknowledges by itself.
@@ -39,6 +38,9 @@ class AlErrorNotAcknowledged final : public Rule {
 
   void On(const model::AlRequestJudged& e) override {
     const model::AlRequestRecord& request = e.request;
+    if (request.verdict == model::AlVerdict::kUnknown && !request.control.bit4()) {
+      NotEvaluable(e.slave, "AL Status was not read before the request", request.frame.number);
+    }
     if (request.verdict != model::AlVerdict::kNeedsAcknowledge) return;
     FindingIndex index = Repeat(e.slave, e.error_since, request.frame);
     if (index == kNoFinding) {
@@ -50,6 +52,7 @@ class AlErrorNotAcknowledged final : public Rule {
                         ", and the master writes " + RequestText(request) +
                         " without the acknowledge bit (bit 4). The slave ignores such a request and does not answer. "
                         "Read the AL status code, remove its cause, then set bit 4 of AL Control or request INIT.";
+      finding.confidence = request.assumed ? Confidence::kInferred : Confidence::kObserved;
       finding.evidence.push_back(HexNumber("al_control", request.control.raw));
       finding.evidence.push_back(Text("requested", esc::StateName(request.control.state())));
       finding.evidence.push_back(Number("error_bit_since_frame", static_cast<std::int64_t>(e.error_since)));
@@ -60,6 +63,7 @@ class AlErrorNotAcknowledged final : public Rule {
     }
     context().ExplainRequest(e.slave, request.frame.number, index);
   }
+  void Finish() override { SaidNothingReturned(); }
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<AlErrorNotAcknowledged>};

@@ -6,14 +6,13 @@
 namespace ecaudit {
 namespace {
 
-constexpr RuleInfo kInfo{
-    .id = "al-illegal-transition",
-    .group = "AL state machine",
-    .severity = Severity::kError,
-    .title = "The master requests a state that cannot be reached from the slave's state",
-    .needs = "the AL state of the slave before the request",
-    .source = "ETG.1000.6, EtherCAT state machine",
-    .doc = R"(
+constexpr RuleInfo kInfo{.id = "al-illegal-transition",
+                         .group = "AL state machine",
+                         .severity = Severity::kError,
+                         .title = "The master requests a state that cannot be reached from the slave's state",
+                         .needs = "the AL state of the slave before the request",
+                         .source = "ETG1000.6, EtherCAT state machine",
+                         .doc = R"(
 ## What it checks
 Each write of AL Control (0x0120) against the transitions that the manual of the drive family allows; for slaves without
 a family, those of the EtherCAT standard: INIT-PREOP-SAFEOP-OP upwards one step at a time, downwards also several at
@@ -58,24 +57,31 @@ class AlIllegalTransition final : public Rule {
     const model::AlRequestRecord& request = e.request;
     const device::DeviceDescription& family = *context().bus.slave(e.slave).profile;
     const std::string to = esc::StateName(request.control.state());
-    const std::string from = request.from != 0 ? esc::StateName(request.from) : "its state";
+    const std::string from = StatesText(request.possible);
+    const std::string frame = std::to_string(e.from_since);
     Finding finding;
     finding.slave = e.slave;
     finding.first = request.frame;
     finding.title = to + " requested in " + from + ": not allowed";
-    finding.message = "The master writes " + RequestText(request) + " while the slave is in " + from + " (AL Status in frame " +
-                      std::to_string(e.from_since) + "). ";
+    finding.message = "The master writes " + RequestText(request);
+    if (request.assumed) {
+      finding.message += "; if the slave followed the requests before, it is in " + from + " since frame " + frame +
+                         " (only outbound frames are captured). ";
+    } else if (request.from != 0) {
+      finding.message += " while the slave is in " + from + " (AL Status in frame " + frame + "). ";
+    } else {
+      finding.message +=
+          "; after AL Status in frame " + frame + " and the requests since then the slave is in " + from + ". ";
+    }
+    finding.message += LawText(family) + " does not allow this transition";
     if (const device::AlTransition* row = request.transition) {
-      finding.message += family.title + " does not allow this transition";
       if (!row->refusal_codes.empty()) {
         finding.message += "; the slave is to answer with the error bit and AL status code " +
                            CodeText(row->refusal_codes.front(), family);
       }
-      finding.message += ". ";
-      finding.reference = {family.document, row->source};
-      finding.evidence.push_back(Text("source", row->source));
+      finding.reference = ReferenceTo(row->source);
     }
-    finding.message += "Request the states in order and wait for each in AL Status.";
+    finding.message += ". Request the states in order and wait for each in AL Status.";
     finding.evidence.push_back(Text("state", from));
     finding.evidence.push_back(Text("requested", to));
     finding.evidence.push_back(HexNumber("al_control", request.control.raw));

@@ -5,14 +5,13 @@
 namespace ecaudit {
 namespace {
 
-constexpr RuleInfo kInfo{
-    .id = "al-invalid-request",
-    .group = "AL state machine",
-    .severity = Severity::kError,
-    .title = "The master requests a value that is no AL state",
-    .needs = "nothing",
-    .source = "ETG.1000.6, AL Control register 0x0120",
-    .doc = R"(
+constexpr RuleInfo kInfo{.id = "al-invalid-request",
+                         .group = "AL state machine",
+                         .severity = Severity::kError,
+                         .title = "The master requests a value that is no AL state",
+                         .needs = "nothing",
+                         .source = "ETG1000.6, AL Control register 0x0120",
+                         .doc = R"(
 ## What it checks
 Bits 3-0 of each write of AL Control (0x0120): 1 INIT, 2 PREOP, 3 BOOT, 4 SAFEOP, 8 OP; every other value is undefined.
 
@@ -20,7 +19,8 @@ Bits 3-0 of each write of AL Control (0x0120): 1 INIT, 2 PREOP, 3 BOOT, 4 SAFEOP
 The slave refuses it with AL status code 0x0012 and keeps its state.
 
 ## How it is decided
-From the written bytes alone. It is silent when the slave did not take the write (working counter 0).
+From the written bytes alone. It is silent when the slave did not take the write (working counter 0, or the frame never
+came back), and for a broadcast that writes 0, as masters blank registers at scan time.
 
 ## Example
 samples/captures/invalid-request.pcapng: AL Control 0x0005.
@@ -36,17 +36,19 @@ class AlInvalidRequest final : public Rule {
 
   void On(const model::AlRequestJudged& e) override {
     const model::AlRequestRecord& request = e.request;
-    if (request.verdict != model::AlVerdict::kInvalid) return;
+    if (request.verdict != model::AlVerdict::kInvalid || (e.broadcast && request.control.raw == 0)) return;
     FindingIndex index = Repeat(e.slave, request.control.state(), request.frame);
     if (index == kNoFinding) {
       Finding finding;
       finding.slave = e.slave;
       finding.first = request.frame;
-      finding.title = "AL Control " + Hex(request.control.raw) + " requests " + esc::StateName(request.control.state()) +
-                      ", which does not exist";
-      finding.message = "The master writes " + Hex(request.control.raw) +
-                        " to AL Control. Bits 3-0 must be 1 (INIT), 2 (PREOP), 3 (BOOT), 4 (SAFEOP) or 8 (OP); the "
-                        "slave is to refuse it with AL status code 0x0012. Correct the value in the master.";
+      finding.title = "AL Control " + Hex(request.control.raw) + " requests " +
+                      esc::StateName(request.control.state()) + ", which does not exist";
+      finding.message =
+          "The master writes " + Hex(request.control.raw) +
+          " to AL Control (0x0120). Bits 3-0 must be 1 (INIT), 2 (PREOP), 3 (BOOT), 4 (SAFEOP) or 8 (OP); "
+          "by the standard the slave keeps its state and refuses with AL status code 0x0012 (unknown "
+          "requested state). Correct the value in the master.";
       finding.evidence.push_back(HexNumber("al_control", request.control.raw));
       finding.confidence = request.assumed ? Confidence::kInferred : Confidence::kObserved;
       index = Report(request.control.state(), std::move(finding));

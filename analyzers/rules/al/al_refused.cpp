@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <map>
 #include <vector>
 
 #include "analyzers/core/al_text.h"
@@ -14,7 +16,7 @@ constexpr RuleInfo kInfo{
     .severity = Severity::kError,
     .title = "The slave answers a state request with the error bit",
     .needs = "AL Status after the request; the state before it, to tell the error from an older one",
-    .source = "ETG.1000.6, AL Status register 0x0130 and AL Status Code register 0x0134",
+    .source = "ETG1000.6, AL Status register 0x0130 and AL Status Code register 0x0134",
     .doc = R"(
 ## What it checks
 Whether a request for a state is answered by the error bit (bit 4 of AL Status 0x0130), and what the AL status code
@@ -24,8 +26,9 @@ Whether a request for a state is answered by the error bit (bit 4 of AL Status 0
 This is the moment at which a start-up stops: the drive did not follow its master, and the code is its reason.
 
 ## How it is decided
-The error bit appears after a request that the slave took, and was not set before. Slaves without a processor echo the
-acknowledge bit of the request; that is no error. Where the state before the request was never read, the error may be
+The error bit appears after a request that the slave took, and was not set before. After an acknowledge it has to appear
+with another code, or stay for 200 ms. Slaves without a processor echo the acknowledge bit of the request; that is no
+error. Where the state before the request was never read, the error may be
 older and the finding is marked inferred. Where the model knows why the slave had to refuse (an illegal transition, a
 wrong sync manager), caused_by names that finding.
 
@@ -46,102 +49,129 @@ class AlRefused final : public Rule {
   }
 
   void On(const model::AlAnswered& e) override {
-    if (e.slave >= open_.size()) open_.resize(static_cast<std::size_t>(e.slave) + 1);
-    open_[e.slave] = {};
+    if (e.slave >= open_.size()) open_.resize(static_cast<std::size_t>(e.slave) + 1, kNoFinding);
+    open_[e.slave] = kNoFinding;
     if (e.outcome != model::AlAnswered::Outcome::kRefused) return;
-    const std::uint64_t key = RequestKey(e.request) | static_cast<std::uint64_t>(e.status.raw) << 16U;
+    // The same refusal for another reason is another finding.
+    const FindingIndex cause = context().ExplanationOf(e.slave, e.request.frame.number);
+    const std::uint64_t key = RequestKey(e.request) | static_cast<std::uint64_t>(e.status.raw) << 16U |
+                              static_cast<std::uint64_t>(cause) << 32U;
     FindingIndex index = Repeat(e.slave, key, e.frame);
     if (index == kNoFinding) {
       Finding finding;
       finding.slave = e.slave;
       finding.first = e.frame;
       finding.confidence = e.state_before_known ? Confidence::kObserved : Confidence::kInferred;
-      finding.caused_by = context().ExplanationOf(e.slave, e.request.frame.number);
+      finding.caused_by = cause;
       AddRelated(finding, e.request.frame.number);
       index = Report(key, std::move(finding));
+      if (index == kNoFinding) return;
+      if (told_.emplace(index, Told{e, {}}).second) Describe(context().store[index], told_[index]);
     } else {
       AddRelated(context().store[index], e.request.frame.number);
     }
-    if (index == kNoFinding) return;
-    open_[e.slave] = {index, true, e};
-    Describe(context().store[index], e, e.code);
+    open_[e.slave] = index;
+    if (e.code) AddCode(index, e.frame, *e.code);
   }
 
   void On(const model::AlErrorRepeated& e) override {
-    if (Open* open = Find(e.slave)) {
-      Finding& finding = context().store[open->finding];
-      ++finding.count;
-      finding.last = e.frame;
-    }
+    const FindingIndex index = OpenOf(e.slave);
+    if (index == kNoFinding) return;
+    ++context().store[index].count;
+    context().store[index].last = e.frame;
   }
-
   void On(const model::AlErrorCode& e) override {
-    if (Open* open = Find(e.slave)) {
-      Finding& finding = context().store[open->finding];
-      Describe(finding, open->answer, e.code);
-      AddRelated(finding, e.frame.number);
-    }
+    if (const FindingIndex index = OpenOf(e.slave); index != kNoFinding) AddCode(index, e.frame, e.code);
   }
+  void On(const model::AlErrorCleared& e) override { Close(e.slave); }
+  void On(const model::AlChangedByItself& e) override { Close(e.slave); }
 
-  void On(const model::AlErrorCleared& e) override {
-    if (Open* open = Find(e.slave)) open->active = false;
-  }
-  void On(const model::AlChangedByItself& e) override {
-    if (Open* open = Find(e.slave)) open->active = false;
-  }
+  void Finish() override { SayWhereRequestsAreNotFollowed(); }
 
  private:
-  struct Open {
-    FindingIndex finding = kNoFinding;
-    bool active = false;
+  /// What the text of a finding tells: its first occasion, and the codes read since.
+  struct Told {
     model::AlAnswered answer;
+    std::vector<std::uint16_t> codes;
   };
+  static constexpr std::size_t kMaxCodes = 4;
 
-  Open* Find(SlaveId slave) {
-    return slave < open_.size() && open_[slave].active ? &open_[slave] : nullptr;
+  [[nodiscard]] FindingIndex OpenOf(SlaveId slave) const { return slave < open_.size() ? open_[slave] : kNoFinding; }
+  void Close(SlaveId slave) {
+    if (slave < open_.size()) open_[slave] = kNoFinding;
   }
 
-  void Describe(Finding& finding, const model::AlAnswered& e, std::optional<std::uint16_t> code) const {
+  void AddCode(FindingIndex index, const FrameRef& frame, std::uint16_t code) {
+    Told& told = told_[index];
+    if (std::find(told.codes.begin(), told.codes.end(), code) != told.codes.end()) return;
+    if (told.codes.size() == kMaxCodes) return;
+    told.codes.push_back(code);
+    Describe(context().store[index], told);
+    AddRelated(context().store[index], frame.number == context().store[index].first.number ? 0 : frame.number);
+  }
+
+  void Describe(Finding& finding, const Told& told) const {
+    const model::AlAnswered& e = told.answer;
     const device::DeviceDescription& family = *context().bus.slave(e.slave).profile;
     const std::string to = esc::StateName(e.request.control.state());
-    finding.title = to + " refused" + (e.request.from != 0 ? " in " + esc::StateName(e.request.from) : "");
-    finding.message = "The master requested " + RequestText(e.request) + " in frame " +
-                      std::to_string(e.request.frame.number) + RepetitionText(e.request) +
-                      "; from frame " + std::to_string(e.frame.number) + " on the slave shows " +
-                      esc::StatusText(e.status.raw) + " (AL Status " + Hex(e.status.raw) + "). ";
+    const std::string request_frame = std::to_string(e.request.frame.number);
+    const bool only_acknowledge = e.request.from == e.request.control.state() && e.request.control.bit4();
+    if (only_acknowledge) {
+      finding.title = "Error in " + to + " stays after its acknowledge";
+      finding.message = "The master acknowledged the error in " + to + " (AL Control " + Hex(e.request.control.raw) +
+                        ") in frame " + request_frame + RepetitionText(e.request) + "; in frame " +
+                        std::to_string(e.frame.number) + " the slave still shows ";
+    } else {
+      finding.title = (esc::IsAlState(e.request.control.state()) ? to : "Request of " + to) + " refused" +
+                      (e.request.from != 0 ? " in " + esc::StateName(e.request.from) : "");
+      finding.message = "The master requested " + RequestText(e.request) + " in frame " + request_frame +
+                        RepetitionText(e.request) + "; from frame " + std::to_string(e.frame.number) +
+                        " on the slave shows ";
+    }
+    finding.message += esc::StatusText(e.status.raw) + " (AL Status " + Hex(e.status.raw) + "). ";
     finding.evidence.clear();
     finding.evidence.push_back(Text("requested", to));
     if (e.request.from != 0) finding.evidence.push_back(Text("state_before", esc::StateName(e.request.from)));
     finding.evidence.push_back(HexNumber("al_status", e.status.raw));
-    if (code) {
-      finding.title += " with AL status code " + CodeText(*code, family);
-      finding.message += "AL status code " + CodeText(*code, family) + ". ";
-      finding.evidence.push_back(HexNumber("al_status_code", *code));
+    if (told.codes.empty()) {
+      finding.message += "The AL status code (0x0134) was not read, so the slave's reason is not in the capture. ";
     } else {
-      finding.message += "The master did not read the AL status code (0x0134), so the slave's reason is not in the capture. ";
+      finding.title += " with AL status code " + CodeText(told.codes.front(), family);
+      finding.message += "AL status code " + CodeText(told.codes.front(), family);
+      for (std::size_t i = 1; i < told.codes.size(); ++i)
+        finding.message += ", later " + CodeText(told.codes[i], family);
+      finding.message += ". ";
+      finding.evidence.push_back(HexNumber("al_status_code", told.codes.front()));
     }
     if (e.request.frame.has_time && e.frame.has_time) {
-      finding.evidence.push_back(Real("answered_after_ms",
-                                      static_cast<double>(e.frame.time - e.request.frame.time) / 1e6));
+      finding.evidence.push_back(
+          Real("answered_after_ms", static_cast<double>(e.frame.time - e.request.frame.time) / 1e6));
+    }
+    finding.reference = ReferenceTo(kInfo.source);
+    if (!told.codes.empty()) {
+      const device::AlStatusCode* entry = family.al_status_code(told.codes.front());
+      if (entry != nullptr && !entry->source.empty()) finding.reference = ReferenceTo(entry->source);
     }
     const device::AlTransition* row = e.request.transition;
     if (row != nullptr && e.request.verdict == model::AlVerdict::kLegal && !row->requirement.empty()) {
       finding.message += "For this transition the slave needs: " + row->requirement + ". ";
-      finding.reference = {family.document, row->source};
+      finding.reference = ReferenceTo(row->source);
     }
-    if (const device::AlStatusCode* entry = code ? family.al_status_code(*code) : nullptr;
-        entry != nullptr && !entry->source.empty() && finding.reference.document.empty()) {
-      finding.reference = {family.document, entry->source};
-    }
-    if (finding.caused_by == kNoFinding) {
-      finding.message += "Check what the code names, then acknowledge (bit 4 of AL Control) and request " + to + " again.";
+    if (finding.caused_by != kNoFinding) {
+      finding.message += "Correct the cause named first.";
+    } else {
+      finding.message += told.codes.empty() ? "Let the master read the code" : "Check what the code names";
+      finding.message += only_acknowledge ? ", then acknowledge again."
+                                          : ", then acknowledge (bit 4 of AL Control) and request " + to + " again.";
     }
     if (!e.state_before_known) {
-      finding.message += " AL Status was not read between the start of the capture and the request: the error may be older.";
+      finding.message +=
+          " AL Status was not read between the start of the capture and the request: the error may be older.";
     }
   }
 
-  std::vector<Open> open_;
+  std::vector<FindingIndex> open_;  // of each slave: whose repetitions and code are awaited
+  std::map<FindingIndex, Told> told_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<AlRefused>};

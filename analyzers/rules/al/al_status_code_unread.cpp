@@ -6,14 +6,13 @@
 namespace ecaudit {
 namespace {
 
-constexpr RuleInfo kInfo{
-    .id = "al-status-code-unread",
-    .group = "AL state machine",
-    .severity = Severity::kInfo,
-    .title = "The error bit was seen but the AL status code was never read",
-    .needs = "AL Status with the error bit",
-    .source = "ETG.1000.6, AL Status Code register 0x0134",
-    .doc = R"(
+constexpr RuleInfo kInfo{.id = "al-status-code-unread",
+                         .group = "AL state machine",
+                         .severity = Severity::kInfo,
+                         .title = "The error bit was seen but the AL status code was never read",
+                         .needs = "AL Status with the error bit",
+                         .source = "ETG1000.6, AL Status Code register 0x0134",
+                         .doc = R"(
 ## What it checks
 Whether the master reads 0x0134 between the appearance of the error bit and its end (or the end of the capture).
 
@@ -50,7 +49,19 @@ class AlStatusCodeUnread final : public Rule {
   }
   void On(const model::AlErrorCleared& e) override { Close(e.slave); }
   void Finish() override {
+    if (SaidNothingReturned()) return;
     for (std::size_t s = 0; s < open_.size(); ++s) Close(static_cast<SlaveId>(s));
+    std::vector<Finding>& findings = context().store.findings();
+    for (Finding& own : findings) {
+      if (own.rule != kInfo.id) continue;
+      for (std::size_t i = 0; i < findings.size(); ++i) {
+        const Finding& f = findings[i];
+        if (f.slave == own.slave && f.first.number <= own.first.number && own.first.number <= f.last.number &&
+            (f.rule == "al-refused" || f.rule == "al-unexpected-change")) {
+          own.caused_by = static_cast<FindingIndex>(i);
+        }
+      }
+    }
   }
 
  private:
@@ -68,8 +79,8 @@ class AlStatusCodeUnread final : public Rule {
     finding.first = frame;
     finding.title = "The master never read the AL status code of this error";
     finding.message = "AL Status shows the error bit from frame " + std::to_string(frame.number) +
-                      " on, and 0x0134 was not read before it was over. The slave's reason is not in the capture. Let "
-                      "the master read six bytes from 0x0130.";
+                      " on, and 0x0134 was not read until it was cleared or the capture ended. The slave's reason is "
+                      "not in the capture. Let the master read six bytes from 0x0130 instead of two.";
     Report(0, std::move(finding));
   }
 

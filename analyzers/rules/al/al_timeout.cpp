@@ -5,14 +5,13 @@
 namespace ecaudit {
 namespace {
 
-constexpr RuleInfo kInfo{
-    .id = "al-timeout",
-    .group = "AL state machine",
-    .severity = Severity::kError,
-    .title = "Neither the requested state nor an error appears in time",
-    .needs = "AL Status reads after the request, and time stamps",
-    .source = "ETG.1000.6, state change time-outs",
-    .doc = R"(
+constexpr RuleInfo kInfo{.id = "al-timeout",
+                         .group = "AL state machine",
+                         .severity = Severity::kError,
+                         .title = "Neither the requested state nor an error appears in time",
+                         .needs = "AL Status reads after the request, and time stamps",
+                         .source = "ETG2000, state machine time-outs",
+                         .doc = R"(
 ## What it checks
 The time from a request that the slave took to the state or the error bit in AL Status. Limits: PREOP and BOOT 3 s,
 SAFEOP and OP 10 s, downwards 5 s.
@@ -36,19 +35,19 @@ al-timeout.safeop-op, al-timeout.down (milliseconds).
 class AlTimeout final : public Rule {
  public:
   using Rule::On;
-  AlTimeout() : Rule(kInfo) { Subscribe({Topic::kAlOverdue}); }
+  AlTimeout() : Rule(kInfo) { Subscribe({Topic::kAlOverdue, Topic::kAlRequestJudged}); }
 
   void On(const model::AlOverdue& e) override {
     if (Repeat(e.slave, RequestKey(e.request), e.frame) != kNoFinding) return;
     Finding finding;
     finding.slave = e.slave;
     finding.first = e.frame;
-    finding.title = esc::StateName(e.request.control.state()) + " not reached within " + Duration(e.limit_ns) +
-                    ", and no error";
+    finding.title =
+        esc::StateName(e.request.control.state()) + " not reached within " + Duration(e.limit_ns) + ", and no error";
     finding.message = "The master requested " + RequestText(e.request) + " in frame " +
                       std::to_string(e.request.frame.number) + RepetitionText(e.request) + " and read AL Status " +
-                      Count(e.polls, "time") + " since; after " + Duration(e.waited_ns) + " it still shows " +
-                      esc::StatusText(e.status.raw) +
+                      Count(e.polls, "time") + " since; after " + Duration(e.waited_ns) + " (frame " +
+                      std::to_string(e.frame.number) + ") it still shows " + esc::StateName(e.status.state()) +
                       " without an error. Check the slave itself: is it running, does it wait for power, inputs or "
                       "synchronisation?";
     finding.evidence.push_back(Text("requested", esc::StateName(e.request.control.state())));
@@ -57,8 +56,17 @@ class AlTimeout final : public Rule {
     finding.evidence.push_back(Real("limit_ms", static_cast<double>(e.limit_ns) / 1e6));
     finding.caused_by = context().ExplanationOf(e.slave, e.request.frame.number);
     AddRelated(finding, e.request.frame.number);
+    if (e.request.transition != nullptr && !e.request.transition->performed) {
+      finding.message += " The manual lists this transition without saying what the slave does.";
+    }
     Report(RequestKey(e.request), std::move(finding));
   }
+  void On(const model::AlRequestJudged& e) override {
+    if (!e.request.frame.has_time) {
+      NotEvaluable(e.slave, "the request has no time stamp", e.request.frame.number);
+    }
+  }
+  void Finish() override { SayWhereRequestsAreNotFollowed(); }
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<AlTimeout>};

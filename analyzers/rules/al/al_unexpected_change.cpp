@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <map>
+#include <optional>
 #include <vector>
 
 #include "analyzers/core/al_text.h"
@@ -8,14 +11,13 @@
 namespace ecaudit {
 namespace {
 
-constexpr RuleInfo kInfo{
-    .id = "al-unexpected-change",
-    .group = "AL state machine",
-    .severity = Severity::kError,
-    .title = "The state falls, or the error bit appears, without a request",
-    .needs = "AL Status before and after",
-    .source = "ETG.1000.6, EtherCAT state machine",
-    .doc = R"(
+constexpr RuleInfo kInfo{.id = "al-unexpected-change",
+                         .group = "AL state machine",
+                         .severity = Severity::kError,
+                         .title = "The state falls, or the error bit appears, without a request",
+                         .needs = "AL Status before and after",
+                         .source = "ETG1000.6, EtherCAT state machine",
+                         .doc = R"(
 ## What it checks
 AL Status (0x0130) that shows a lower state than before, or the error bit, although the master asked for neither.
 
@@ -45,8 +47,8 @@ class AlUnexpectedChange final : public Rule {
   }
 
   void On(const model::AlChangedByItself& e) override {
-    if (e.slave >= open_.size()) open_.resize(static_cast<std::size_t>(e.slave) + 1);
-    open_[e.slave] = {};
+    if (e.slave >= open_.size()) open_.resize(static_cast<std::size_t>(e.slave) + 1, kNoFinding);
+    open_[e.slave] = kNoFinding;
     const std::uint64_t key = static_cast<std::uint64_t>(e.before.raw) << 16U | e.status.raw;
     FindingIndex index = Repeat(e.slave, key, e.frame);
     if (index == kNoFinding) {
@@ -56,60 +58,93 @@ class AlUnexpectedChange final : public Rule {
       AddRelated(finding, e.before_since);
       index = Report(key, std::move(finding));
       if (index == kNoFinding) return;
-      Describe(context().store[index], e, e.code);
+      if (told_.emplace(index, Told{e, {}}).second) Describe(context().store[index], told_[index]);
+    } else {
+      AddRelated(context().store[index], e.frame.number);
     }
-    open_[e.slave] = {index, e.status.bit4(), e};
+    open_[e.slave] = index;
+    if (e.code && e.status.bit4()) AddCode(index, e.frame, *e.code);
   }
   void On(const model::AlErrorRepeated& e) override {
-    if (Open* open = Find(e.slave)) context().store[open->finding].last = e.frame;
-  }
-  void On(const model::AlErrorCode& e) override {
-    if (Open* open = Find(e.slave)) {
-      Describe(context().store[open->finding], open->change, e.code);
-      AddRelated(context().store[open->finding], e.frame.number);
+    const FindingIndex index = OpenOf(e.slave);
+    if (index == kNoFinding) return;
+    ++context().store[index].count;
+    context().store[index].last = e.frame;
+    // A broadcast showed the state only; now this slave shows its error bit.
+    Told& told = told_[index];
+    if (told.change.status.state() == e.status.state() && !told.change.status.bit4()) {
+      told.change.status = e.status;
+      Describe(context().store[index], told);
     }
   }
-  void On(const model::AlErrorCleared& e) override {
-    if (Open* open = Find(e.slave)) open->active = false;
+  void On(const model::AlErrorCode& e) override {
+    if (const FindingIndex index = OpenOf(e.slave); index != kNoFinding) AddCode(index, e.frame, e.code);
   }
-  void On(const model::AlAnswered& e) override {
-    if (Open* open = Find(e.slave)) open->active = false;
+  void On(const model::AlErrorCleared& e) override { Close(e.slave); }
+  void On(const model::AlAnswered& e) override { Close(e.slave); }
+
+  void Finish() override {
+    if (SaidNothingReturned()) return;
+    NotEvaluableWhere([](const model::SlaveModel& s) { return s.al.status_reads() < 2; },
+                      "AL Status of the slave was not read twice");
   }
 
  private:
-  struct Open {
-    FindingIndex finding = kNoFinding;
-    bool active = false;
+  /// What the text of a finding tells: its first occasion, and the code read then or later.
+  struct Told {
     model::AlChangedByItself change;
+    std::optional<std::uint16_t> code;
   };
-  Open* Find(SlaveId slave) {
-    return slave < open_.size() && open_[slave].active ? &open_[slave] : nullptr;
+
+  [[nodiscard]] FindingIndex OpenOf(SlaveId slave) const { return slave < open_.size() ? open_[slave] : kNoFinding; }
+  void Close(SlaveId slave) {
+    if (slave < open_.size()) open_[slave] = kNoFinding;
   }
 
-  void Describe(Finding& finding, const model::AlChangedByItself& e, std::optional<std::uint16_t> code) const {
+  void AddCode(FindingIndex index, const FrameRef& frame, std::uint16_t code) {
+    Told& told = told_[index];
+    if (told.code) return;
+    told.code = code;
+    Describe(context().store[index], told);
+    AddRelated(context().store[index], frame.number == context().store[index].first.number ? 0 : frame.number);
+  }
+
+  void Describe(Finding& finding, const Told& told) const {
+    const model::AlChangedByItself& e = told.change;
     const device::DeviceDescription& family = *context().bus.slave(e.slave).profile;
     const std::string from = esc::StatusText(e.before.raw);
     const std::string to = esc::StatusText(e.status.raw);
     finding.title = "Slave left " + from + " for " + to + " by itself";
-    if (e.before.state() == e.status.state()) finding.title = "Error bit appeared in " + from;
+    if (e.before.state() == e.status.state()) finding.title = "Error bit appeared in " + from + " by itself";
     finding.message = "AL Status was " + from + " in frame " + std::to_string(e.before_since) + " and is " + to +
                       " in frame " + std::to_string(e.frame.number) + "; no request of the master asked for it. ";
     finding.evidence.clear();
     finding.evidence.push_back(HexNumber("al_status_before", e.before.raw));
     finding.evidence.push_back(HexNumber("al_status", e.status.raw));
-    if (code) {
-      finding.title += ", AL status code " + CodeText(*code, family);
-      finding.message += "AL status code " + CodeText(*code, family) + ". ";
-      finding.evidence.push_back(HexNumber("al_status_code", *code));
+    if (told.code) {
+      finding.title += ", AL status code " + CodeText(*told.code, family);
+      finding.message += "AL status code " + CodeText(*told.code, family) + ". ";
+      finding.evidence.push_back(HexNumber("al_status_code", *told.code));
+      for (const device::SpontaneousAlChange& known : family.al.spontaneous) {
+        if (static_cast<std::uint8_t>(known.from) != e.before.state() ||
+            static_cast<std::uint8_t>(known.to) != e.status.state() ||
+            std::find(known.codes.begin(), known.codes.end(), *told.code) == known.codes.end()) {
+          continue;
+        }
+        finding.message += LawText(family) + " gives as cause: " + known.cause + ". ";
+        finding.reference = ReferenceTo(known.source);
+        break;
+      }
     } else if (e.status.bit4()) {
-      finding.message += "The master did not read the AL status code (0x0134). ";
+      finding.message += "The AL status code (0x0134) was not read. ";
     } else {
-      finding.message += "Without the error bit this is typical of a restart of the slave or of another master. ";
+      finding.message += "Without the error bit this is typical of a restart of the slave, or of another master. ";
     }
     finding.message += "Look at what happened between these two frames.";
   }
 
-  std::vector<Open> open_;
+  std::vector<FindingIndex> open_;  // of each slave: whose repetitions and code are awaited
+  std::map<FindingIndex, Told> told_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<AlUnexpectedChange>};

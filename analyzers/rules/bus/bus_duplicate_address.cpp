@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "analyzers/core/rule.h"
@@ -8,14 +9,13 @@
 namespace ecaudit {
 namespace {
 
-constexpr RuleInfo kInfo{
-    .id = "bus-duplicate-address",
-    .group = "Frame and bus",
-    .severity = Severity::kError,
-    .title = "Two slaves have the same configured station address",
-    .needs = "position-addressed accesses to register 0x0010",
-    .source = "ETG.1000.4, configured station address register 0x0010",
-    .doc = R"(
+constexpr RuleInfo kInfo{.id = "bus-duplicate-address",
+                         .group = "Frame and bus",
+                         .severity = Severity::kError,
+                         .title = "Two slaves have the same configured station address",
+                         .needs = "position-addressed accesses to register 0x0010",
+                         .source = "ETG1000.4, configured station address register 0x0010",
+                         .doc = R"(
 ## What it checks
 Whether two slaves at different positions hold the same station address (0x0010) when the master begins to use it.
 
@@ -23,9 +23,11 @@ Whether two slaves at different positions hold the same station address (0x0010)
 Both slaves answer each access to that address: reads are mixed, writes reach the wrong drive as well.
 
 ## How it is decided
-The addresses are those that the slaves took (working counter) or reported. While a master gives out addresses anew, two
-slaves may share one for a moment: the rule waits until the address is used (an AL request or a mailbox access to it, or
-an access that two slaves answer). Writing 0 to all slaves is how masters clear addresses, and not a duplicate.
+The addresses are those that the slaves took (working counter) or reported. Two slaves that the master gave the same
+address in one scan are reported as soon as both answer to it. A slave that still holds an address of an earlier scan
+may share it for a moment while the master gives out addresses anew; then the rule waits until the address is used for
+an AL request, the mailbox, or process data flow. Writing 0 to all slaves is how masters clear addresses, and not a
+duplicate.
 
 ## Example
 samples/captures/duplicate-address.pcapng
@@ -37,37 +39,54 @@ Correct the addressing in the master; after hot-connecting a slave scan the bus 
 class BusDuplicateAddress final : public Rule {
  public:
   using Rule::On;
-  BusDuplicateAddress() : Rule(kInfo) { Subscribe({Topic::kAddressAssigned, Topic::kAnswered}); }
+  BusDuplicateAddress() : Rule(kInfo) {
+    Subscribe({Topic::kAddressAssigned, Topic::kAnswered, Topic::kAccess, Topic::kLogicalAccess});
+  }
+
+  void OnAccess(const track::SlaveAccess& e) override {
+    if (e.broadcast || !e.done() || e.Covered(e.written, kStationAddress, 2).empty()) return;
+    written_ = {e.slave, e.frame().number};
+  }
 
   void On(const track::AddressAssigned& e) override {
     std::erase_if(open_, [&](const Shared& s) { return s.slave == e.slave || s.other == e.slave; });
-    if (e.duplicate_of != kNoSlave && open_.size() < 64) open_.push_back({e.slave, e.duplicate_of, e.address, e.frame});
+    const bool by_master = written_ == std::pair(e.slave, e.frame.number);
+    if (e.slave >= scan_of_.size()) scan_of_.resize(static_cast<std::size_t>(e.slave) + 1, 0);
+    scan_of_[e.slave] = by_master ? scan_ : 0;
+    assigned_in_scan_ = true;
+    process_data_ = false;
+    if (e.duplicate_of == kNoSlave || open_.size() >= kMaxOpen) return;
+    const bool given_twice = by_master && e.duplicate_of < scan_of_.size() && scan_of_[e.duplicate_of] == scan_;
+    open_.push_back({e.slave, e.duplicate_of, e.address, e.frame, given_twice, false});
+  }
+
+  void On(const track::LogicalAccess& e) override {
+    if (e.wkc > 0 && !e.assumed) process_data_ = true;
   }
 
   void On(const track::Answered& e) override {
-    if (open_.empty() || !wire::IsNodeAddressed(e.command) || e.command == wire::Command::FRMW) return;
+    if (!wire::IsNodeAddressed(e.command) || e.command == wire::Command::FRMW) return;
+    const bool used = e.address >= 0x1000 ||
+                      (e.address <= kAlControl && e.address + e.length > kAlControl && wire::Writes(e.command));
     const auto shared = std::find_if(open_.begin(), open_.end(), [&](const Shared& s) { return s.address == e.adp; });
-    if (shared == open_.end()) return;
-    const bool both_answer = e.wkc > (e.command == wire::Command::FPRW ? 3 : 1);
-    const bool in_use = e.address >= 0x1000 || (e.address <= 0x0120 && e.address + e.length > 0x0120 &&
-                                                wire::Writes(e.command));
-    if (!both_answer && !in_use) return;
-    const std::uint64_t key = static_cast<std::uint64_t>(shared->address);
-    if (Repeat(shared->slave, key, e.returned) != kNoFinding) return;
-    Finding finding;
-    finding.slave = shared->slave;
-    finding.first = e.returned;
-    finding.title = "Station address " + Hex(shared->address) + " is used by two slaves";
-    finding.message = context().Label(shared->other) + " held station address " + Hex(shared->address) + " when " +
-                      context().Label(shared->slave) + " was given the same in frame " +
-                      std::to_string(shared->frame.number) + "; in frame " + std::to_string(e.returned.number) +
-                      " the master uses the address" +
-                      (both_answer ? " and both answer (working counter " + std::to_string(e.wkc) + ")" : "") +
-                      ". Give every slave an address of its own.";
-    finding.evidence.push_back(HexNumber("station_address", shared->address));
-    finding.evidence.push_back(Number("working_counter", e.wkc));
-    AddRelated(finding, shared->frame.number);
-    Report(key, std::move(finding));
+    if (shared != open_.end()) {
+      const bool both_answer = e.wkc > (e.command == wire::Command::FPRW ? 3 : 1);
+      if (used || (both_answer && (shared->given_twice || shared->told || process_data_)))
+        Tell(*shared, e, both_answer);
+    }
+    if (used && assigned_in_scan_) {
+      ++scan_;
+      assigned_in_scan_ = false;
+    }
+  }
+
+  void Finish() override {
+    if (SaidNothingReturned()) return;
+    const bus::SlaveSet& slaves = context().bus.network().slaves();
+    for (std::size_t s = 0; s < slaves.size(); ++s) {
+      if (slaves[static_cast<SlaveId>(s)].position.if_known() != nullptr) return;
+    }
+    if (slaves.size() > 0) NotEvaluable(kNoSlave, "no access shows which address a slave at which position has");
   }
 
  private:
@@ -76,8 +95,42 @@ class BusDuplicateAddress final : public Rule {
     SlaveId other = kNoSlave;
     StationAddress address = 0;
     FrameRef frame;
+    bool given_twice = false;  ///< by the master, in one scan
+    bool told = false;
   };
+
+  void Tell(Shared& shared, const track::Answered& e, bool both_answer) {
+    shared.told = true;
+    const std::uint64_t key = shared.address;
+    if (Repeat(shared.slave, key, e.returned) != kNoFinding) return;
+    Finding finding;
+    finding.slave = shared.slave;
+    finding.first = e.returned;
+    finding.title = "Station address " + Hex(shared.address) + " is used by two slaves";
+    std::string other = context().Label(shared.other);
+    other.front() = 'S';
+    finding.message = other + " held station address " + Hex(shared.address) + " when " +
+                      context().Label(shared.slave) + " was given the same in frame " +
+                      std::to_string(shared.frame.number) + "; in frame " + std::to_string(e.returned.number) +
+                      " the master uses the address" +
+                      (both_answer ? " and both answer (working counter " + std::to_string(e.wkc) + ")" : "") +
+                      ". Give every slave an address of its own.";
+    finding.evidence.push_back(HexNumber("station_address", shared.address));
+    finding.evidence.push_back(Number("working_counter", e.wkc));
+    AddRelated(finding, shared.frame.number);
+    Report(key, std::move(finding));
+  }
+
+  static constexpr EscAddress kStationAddress = 0x0010;
+  static constexpr EscAddress kAlControl = 0x0120;
+  static constexpr std::size_t kMaxOpen = 64;
+
   std::vector<Shared> open_;
+  std::pair<SlaveId, FrameNo> written_{kNoSlave, 0};  ///< last slave whose address the master wrote
+  std::uint32_t scan_ = 1;                            ///< counts on when the addresses given out are used
+  std::vector<std::uint32_t> scan_of_;                ///< in which scan a slave was given its address; 0: read only
+  bool assigned_in_scan_ = false;
+  bool process_data_ = false;  ///< flows since the last address was given out
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<BusDuplicateAddress>};

@@ -5,14 +5,13 @@
 namespace ecaudit {
 namespace {
 
-constexpr RuleInfo kInfo{
-    .id = "bus-slave-count-changed",
-    .group = "Frame and bus",
-    .severity = Severity::kError,
-    .title = "The number of slaves changes while the bus is in use",
-    .needs = "returned broadcasts or position-addressed datagrams",
-    .source = "ETG.1000.4, auto-increment and broadcast addressing",
-    .doc = R"(
+constexpr RuleInfo kInfo{.id = "bus-slave-count-changed",
+                         .group = "Frame and bus",
+                         .severity = Severity::kError,
+                         .title = "The number of slaves changes while the bus is in use",
+                         .needs = "returned broadcasts or position-addressed datagrams",
+                         .source = "ETG1000.4, auto-increment and broadcast addressing",
+                         .doc = R"(
 ## What it checks
 Every slave adds one to the position counter of broadcasts and of position-addressed datagrams, whether or not it takes
 part. The difference between what was sent and what came back is the number of slaves on the wire.
@@ -21,9 +20,9 @@ part. The difference between what was sent and what came back is the number of s
 A slave lost power, a cable or a link; or one came back, in a state the master does not know of.
 
 ## How it is decided
-From returned frames only. The bus is in use when process data have been exchanged (a logical datagram with a working
-counter above 0) since the last scan; changes during the scan, while the master opens and closes ports (0x0101) or
-before any process data, are not judged.
+From returned frames only. The bus is in use once a slave took a request for a state above INIT, or process data were
+exchanged (a logical datagram with a working counter above 0). It is not while the master scans: after it opened or
+closed ports (0x0101) or requested INIT by broadcast.
 
 ## Example
 samples/captures/slave-count-changes.pcapng
@@ -35,7 +34,9 @@ The slave behind the last one that still answers, or the cable to it, is the pla
 class BusSlaveCountChanged final : public Rule {
  public:
   using Rule::On;
-  BusSlaveCountChanged() : Rule(kInfo) { Subscribe({Topic::kSlaveCount, Topic::kLogicalAccess, Topic::kAccess}); }
+  BusSlaveCountChanged() : Rule(kInfo) {
+    Subscribe({Topic::kSlaveCount, Topic::kLogicalAccess, Topic::kAccess, Topic::kAlRequest});
+  }
 
   void On(const track::LogicalAccess& e) override { in_use_ = in_use_ || (e.wkc > 0 && !e.assumed); }
 
@@ -43,6 +44,15 @@ class BusSlaveCountChanged final : public Rule {
     // DL control: opening and closing ports changes how many slaves a frame passes, on purpose.
     const ByteSpan ports = e.Covered(e.written, 0x0101, 1);
     if (!ports.empty() && e.acceptance != track::Acceptance::kRefused) in_use_ = false;
+  }
+
+  void On(const track::AlRequest& e) override {
+    if (e.acceptance != track::Acceptance::kAccepted) return;
+    if (e.control.state() != static_cast<std::uint8_t>(esc::AlState::INIT)) {
+      in_use_ = true;
+    } else if (e.broadcast) {
+      in_use_ = false;
+    }
   }
 
   void On(const track::SlaveCount& e) override {
@@ -67,7 +77,16 @@ class BusSlaveCountChanged final : public Rule {
     }
     finding.evidence.push_back(Number("slaves_before", e.previous));
     finding.evidence.push_back(Number("slaves_now", e.count));
-    Report(key, std::move(finding));
+    if (e.count > e.previous) finding.caused_by = drop_;  // what left has come back
+    const FindingIndex index = Report(key, std::move(finding));
+    if (e.count < e.previous) drop_ = index;
+  }
+
+  void Finish() override {
+    if (SaidNothingReturned()) return;
+    if (context().pipeline->pairing().returned > 0 && context().bus.network().slave_count().if_known() == nullptr) {
+      NotEvaluable(kNoSlave, "no returned broadcast or position-addressed datagram shows the number of slaves");
+    }
   }
 
  private:
@@ -83,6 +102,7 @@ class BusSlaveCountChanged final : public Rule {
   }
 
   bool in_use_ = false;
+  FindingIndex drop_ = kNoFinding;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<BusSlaveCountChanged>};

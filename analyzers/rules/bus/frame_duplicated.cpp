@@ -4,21 +4,20 @@
 namespace ecaudit {
 namespace {
 
-constexpr RuleInfo kInfo{
-    .id = "frame-duplicated",
-    .group = "Frame and bus",
-    .severity = Severity::kWarning,
-    .title = "A frame came back twice, or circulates",
-    .needs = "outbound and returned frames",
-    .source = "Beckhoff ESC data sheet section I, circulating frames",
-    .doc = R"(
+constexpr RuleInfo kInfo{.id = "frame-duplicated",
+                         .group = "Frame and bus",
+                         .severity = Severity::kWarning,
+                         .title = "A frame came back twice, or circulates",
+                         .needs = "outbound and returned frames",
+                         .source = "ESC-1, circulating frames",
+                         .doc = R"(
 ## What it checks
 Returned frames that are byte for byte what came back before, with no outbound frame left that they could answer; and
 the circulating bit, which a slave sets when its port towards the master has no link.
 
 ## Why it matters
-Slaves may have processed the frame twice, the ring is broken or cabled in the wrong order, or the capture set-up records
-packets twice.
+Slaves may have processed the frame twice, the ring is broken or cabled in the wrong order, or the capture set-up
+records packets twice.
 
 ## How it is decided
 By content: repeats by the master have an outbound copy of their own and are not counted. A single circulating frame
@@ -51,7 +50,7 @@ class FrameDuplicated final : public Rule {
                       "capture set-up records packets twice, and the port order of the slaves.";
     finding.evidence.push_back(Number("original_frame", static_cast<std::int64_t>(e.original)));
     AddRelated(finding, e.original);
-    Report(kTwice, std::move(finding));
+    twice_ = Report(kTwice, std::move(finding));
   }
 
   void On(const track::Answered& e) override {
@@ -61,28 +60,39 @@ class FrameDuplicated final : public Rule {
     if (e.circulating) OnCirculating(e.returned);
   }
 
+  void Finish() override {
+    if (twice_ != kNoFinding && context().store[twice_].count > 1) {
+      context().store[twice_].title = Count(context().store[twice_].count, "frame") + " came back twice";
+    }
+    if (SaidNothingReturned()) return;
+    if (context().pipeline->pairing().outbound == 0 && context().pipeline->pairing().returned > 0) {
+      NotEvaluable(kNoSlave, "no outbound frames in the capture; only the circulating bit is judged");
+    }
+  }
+
  private:
-  void OnCirculating(const FrameRef& frame) {
-    if (frame.number == last_circulating_) return;  // several datagrams of one frame
+  void OnCirculating(const FrameRef& returned) {
+    if (returned.number == last_circulating_) return;  // another datagram of the same frame
+    last_circulating_ = returned.number;
     ++circulating_;
-    last_circulating_ = frame.number;
-    if (!first_circulating_.seen()) first_circulating_ = frame;
+    if (!first_circulating_.seen()) first_circulating_ = returned;
     if (circulating_ < 2) return;
-    if (Repeat(kNoSlave, kCirculating, frame) != kNoFinding) return;
+    if (Repeat(kNoSlave, kCirculating, returned) != kNoFinding) return;
     Finding finding;
     finding.first = first_circulating_;
-    finding.last = frame;
+    finding.last = returned;
     finding.count = circulating_;
     finding.title = "Frames circulate";
-    finding.message = "The circulating bit is set in returned datagrams from frame " +
-                      std::to_string(first_circulating_.number) +
-                      " on: a slave has no link at its port towards the master and loops frames back. Check for a broken "
-                      "ring and for slaves whose ports are swapped.";
+    finding.message =
+        "The circulating bit is set in returned datagrams from frame " + std::to_string(first_circulating_.number) +
+        " on: a slave has no link at its port towards the master and loops frames back. Check for a broken "
+        "ring and for slaves whose ports are swapped.";
     Report(kCirculating, std::move(finding));
   }
 
   static constexpr std::uint64_t kTwice = 1;
   static constexpr std::uint64_t kCirculating = 2;
+  FindingIndex twice_ = kNoFinding;
   FrameRef first_circulating_;
   FrameNo last_circulating_ = 0;
   std::uint64_t circulating_ = 0;

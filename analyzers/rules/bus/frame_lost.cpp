@@ -4,14 +4,13 @@
 namespace ecaudit {
 namespace {
 
-constexpr RuleInfo kInfo{
-    .id = "frame-lost",
-    .group = "Frame and bus",
-    .severity = Severity::kError,
-    .title = "An outbound frame never came back",
-    .needs = "outbound and returned frames",
-    .source = "ETG.1000.4, frame processing: every frame returns to its master",
-    .doc = R"(
+constexpr RuleInfo kInfo{.id = "frame-lost",
+                         .group = "Frame and bus",
+                         .severity = Severity::kError,
+                         .title = "An outbound frame never came back",
+                         .needs = "outbound and returned frames",
+                         .source = "ETG1000.4, frame processing: every frame returns to its master",
+                         .doc = R"(
 ## What it checks
 Whether each outbound frame comes back, as frames cannot overtake each other on the wire. All losses are one finding
 with their number and the first frames.
@@ -58,12 +57,7 @@ class FrameLost final : public Rule {
   }
 
   void Finish() override {
-    if (context().pipeline->pairing().returned == 0 && context().pipeline->pairing().outbound > 0) {
-      NotEvaluable(kNoSlave, "no returned frames in the capture");
-    }
-    if (context().pipeline->directions().returned_only()) {
-      NotEvaluable(kNoSlave, "no outbound frames in the capture");
-    }
+    if (SaidNothingReturned() || SaidNothingSent()) return;
     if (index_ == kNoFinding) return;
     Finding& finding = context().store[index_];
     const std::uint64_t outbound = context().pipeline->pairing().outbound;
@@ -72,9 +66,10 @@ class FrameLost final : public Rule {
     finding.message += silent_ == total_ ? "the master went on sending" : "later ones did";
     finding.message += ", the first is frame " + std::to_string(first_.number) + ". ";
     if (followed_by_other_ > 0) {
-      finding.message += "Right behind " + (followed_by_other_ == total_ ? std::string("each of them")
-                                                                         : Grouped(followed_by_other_) + " of them") +
-                         " the capture has a packet of another protocol: keep other traffic off the EtherCAT port. ";
+      finding.message +=
+          "Right behind " +
+          (followed_by_other_ == total_ ? std::string("each of them") : Grouped(followed_by_other_) + " of them") +
+          " the capture has a packet of another protocol: keep other traffic off the EtherCAT port. ";
     }
     std::uint64_t dropped = 0;
     for (const capture::Interface& i : context().source->info().interfaces) dropped += i.dropped.value_or(0);

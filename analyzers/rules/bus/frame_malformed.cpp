@@ -4,14 +4,13 @@
 namespace ecaudit {
 namespace {
 
-constexpr RuleInfo kInfo{
-    .id = "frame-malformed",
-    .group = "Frame and bus",
-    .severity = Severity::kError,
-    .title = "EtherCAT lengths, more flag or command do not fit the bytes of the frame",
-    .needs = "nothing",
-    .source = "ETG.1000.4, frame and datagram header",
-    .doc = R"(
+constexpr RuleInfo kInfo{.id = "frame-malformed",
+                         .group = "Frame and bus",
+                         .severity = Severity::kError,
+                         .title = "EtherCAT lengths, more flag or command do not fit the bytes of the frame",
+                         .needs = "nothing",
+                         .source = "ETG1000.4, frame and datagram header",
+                         .doc = R"(
 ## What it checks
 The length in the EtherCAT header, the length and more flag of each datagram, and the command, against the bytes that
 the packet holds.
@@ -52,6 +51,12 @@ class FrameMalformed final : public Rule {
     finding.evidence.push_back(Text("problem", std::string(Describe(e.frame.problem()))));
     finding.evidence.push_back(Number("readable_datagrams", static_cast<std::int64_t>(e.frame.size())));
     Report(key, std::move(finding));
+  }
+
+  void Finish() override {
+    const PipelineStatistics& read = context().pipeline->statistics();
+    if (read.cut_frames > 0)
+      NotEvaluable(kNoSlave, "frames that the snap length cut are not judged", read.first_cut.number);
   }
 };
 

@@ -5,14 +5,13 @@
 namespace ecaudit {
 namespace {
 
-constexpr RuleInfo kInfo{
-    .id = "register-read-only-write",
-    .group = "Frame and bus",
-    .severity = Severity::kError,
-    .title = "The master writes a register that is read-only for EtherCAT",
-    .needs = "the register table of the family's manual",
-    .source = "Beckhoff ESC data sheet section II, register access",
-    .doc = R"(
+constexpr RuleInfo kInfo{.id = "register-read-only-write",
+                         .group = "Frame and bus",
+                         .severity = Severity::kError,
+                         .title = "The master writes a register that is read-only for EtherCAT",
+                         .needs = "the register table of the family's manual",
+                         .source = "ESC-2, registers",
+                         .doc = R"(
 ## What it checks
 Writes to one slave that cover nothing but registers which the manual of its family marks read-only for EtherCAT.
 
@@ -42,7 +41,12 @@ class RegisterReadOnlyWrite final : public Rule {
     const device::RegisterRight* first = nullptr;
     for (std::size_t i = 0; i < e.written.size(); ++i) {
       const device::RegisterRight* right = family.register_right(static_cast<EscAddress>(e.address + i));
-      if (right == nullptr || !right->read_only() || right->buffer) return;
+      if (right == nullptr) {
+        NotEvaluable(e.slave, "the manual's register table does not say whether a register that was written may be",
+                     e.frame().number);
+        return;
+      }
+      if (!right->read_only() || right->buffer) return;
       if (first == nullptr) first = right;
     }
     const std::uint64_t key = e.address;
@@ -51,15 +55,16 @@ class RegisterReadOnlyWrite final : public Rule {
     finding.slave = e.slave;
     finding.first = e.frame();
     finding.title = "Write to read-only register " + Hex(e.address) + " (" + first->name + ")";
-    finding.message = "The master writes " + HexBytes(e.written.first(std::min<std::size_t>(e.written.size(), 16))) +
-                      " to " + Hex(e.address) + " (" + first->name + "), which " + family.title +
-                      " marks read-only for EtherCAT. The slave " +
-                      (e.acceptance == track::Acceptance::kRefused ? "did not take it (working counter 0). "
-                                                                   : "ignores the value. ") +
-                      "Remove the write, or write the register that was meant.";
+    finding.message =
+        "The master writes " + HexBytes(e.written.first(std::min<std::size_t>(e.written.size(), 16))) + " to " +
+        Hex(e.address) + " (" + first->name + "), which is read-only for the master (" + first->source + "). " +
+        (e.acceptance == track::Acceptance::kRefused    ? "The slave did not take it (working counter 0). "
+         : e.acceptance == track::Acceptance::kAccepted ? "The slave counted the access, but does not take the value. "
+                                                        : "The slave does not take the value. ") +
+        "Remove the write, or write the register that was meant.";
     finding.evidence.push_back(HexNumber("register", e.address));
     finding.evidence.push_back(Text("written", HexBytes(e.written.first(std::min<std::size_t>(e.written.size(), 64)))));
-    finding.reference = {family.document, first->source};
+    finding.reference = ReferenceTo(first->source);
     finding.confidence = e.acceptance == track::Acceptance::kAssumed ? Confidence::kInferred : Confidence::kObserved;
     Report(key, std::move(finding));
   }

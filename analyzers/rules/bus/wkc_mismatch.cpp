@@ -10,18 +10,17 @@
 namespace ecaudit {
 namespace {
 
-constexpr RuleInfo kInfo{
-    .id = "wkc-mismatch",
-    .group = "Frame and bus",
-    .severity = Severity::kError,
-    .title = "The working counter is not what the slaves should have counted",
-    .needs = "returned frames; for logical datagrams the FMMUs and AL states of all slaves",
-    .source = "ETG.1000.4, working counter",
-    .doc = R"(
+constexpr RuleInfo kInfo{.id = "wkc-mismatch",
+                         .group = "Frame and bus",
+                         .severity = Severity::kError,
+                         .title = "The working counter is not what the slaves should have counted",
+                         .needs = "returned frames; for logical datagrams the FMMUs and AL states of all slaves",
+                         .source = "ETG1000.4, working counter",
+                         .doc = R"(
 ## What it checks
-Logical datagrams: each slave whose FMMUs overlap adds 1 when it is read and 2 when it is written (LRW; 1 each for LRD and
-LWR). Configured address: a register that every ESC has must be answered. Broadcast reads of such registers: every slave
-that the position counter shows must count.
+Logical datagrams: each slave whose FMMUs overlap adds 1 when it is read and 2 when it is written (LRW; 1 each for LRD
+and LWR). Configured address: a register that every ESC has must be answered. Broadcast reads of such registers: every
+slave that the position counter shows must count.
 
 ## Why it matters
 A slave that does not count has not taken its set points or not given its actual values in that cycle.
@@ -31,7 +30,8 @@ Slaves settled in OP must count in full; slaves in another state, or with a requ
 the rule fires and names the slaves whose share is missing where that is unambiguous. When FMMUs were not seen (the
 capture starts in operation) the value that was constant before serves as expectation: a drop below it, without any
 state request or configuration in between, is reported as inferred warning. Refusals that are normal (mailbox empty or
-full, registers an ESC does not implement, a second AL Control write) are not judged.
+full, registers an ESC does not implement, a second AL Control write) are not judged, nor addresses that two slaves
+share for a moment while the master gives them out anew.
 
 ## Example
 samples/captures/wkc-link-break.pcapng
@@ -45,11 +45,13 @@ class WkcMismatch final : public Rule {
  public:
   using Rule::On;
   WkcMismatch() : Rule(kInfo) {
-    Subscribe({Topic::kLogicalAccess, Topic::kAnswered, Topic::kAlRequest, Topic::kSlaveFound});
+    Subscribe(
+        {Topic::kLogicalAccess, Topic::kAnswered, Topic::kAlRequest, Topic::kSlaveFound, Topic::kAddressAssigned});
   }
 
   void On(const track::LogicalAccess& e) override {
     if (e.assumed || !e.returned.seen()) return;
+    if (e.wkc > 0) numbering_ = false;
     const model::LogicalExpectation& expected = context().bus.Expect(e);
     if (!expected.mapping_known) {
       JudgeByHabit(e);
@@ -90,14 +92,15 @@ class WkcMismatch final : public Rule {
   }
 
   // Whatever changes states or the mapping ends the habit.
-  void On(const track::AlRequest&) override { habits_ = {}; }
+  void On(const track::AlRequest& e) override {
+    habits_ = {};
+    if (!e.broadcast) numbering_ = false;
+  }
+  void On(const track::AddressAssigned&) override { numbering_ = true; }
   void On(const track::SlaveFound&) override { habits_ = {}; }
 
   void Finish() override {
-    if (context().pipeline->pairing().returned == 0) {
-      NotEvaluable(kNoSlave, "no returned frames in the capture");
-      return;
-    }
+    if (SaidNothingReturned()) return;
     for (const Episode& episode : episodes_) NameMissing(episode);
     // What a slave that left the bus or its state does not count any more is a consequence of that.
     std::vector<Finding>& findings = context().store.findings();
@@ -187,7 +190,8 @@ class WkcMismatch final : public Rule {
       if (silent != 1) return;
       finding.message += " The inputs of " + context().Label(missing) +
                          " came back as the master sent them in all of these frames, those of the other slaves were "
-                         "refreshed: it is " + context().Label(missing) +
+                         "refreshed: it is " +
+                         context().Label(missing) +
                          " that does not take part. Look at its power, the cable to it, and its AL status.";
       finding.confidence = Confidence::kInferred;
     }
@@ -199,7 +203,8 @@ class WkcMismatch final : public Rule {
   void JudgeByHabit(const track::LogicalAccess& e) {
     if (!said_unknown_) {
       said_unknown_ = true;
-      NotEvaluable(kNoSlave, "the FMMUs of all slaves are not in the capture; only drops below a constant value are seen",
+      NotEvaluable(kNoSlave,
+                   "the FMMUs of all slaves are not in the capture; only drops below a constant value are seen",
                    e.frame().number);
     }
     const std::uint64_t key = Key(e);
@@ -254,7 +259,7 @@ class WkcMismatch final : public Rule {
 
   void JudgeAddressedRead(const track::Answered& e) {
     if (e.command != wire::Command::FPRD || e.slave == kNoSlave || !EveryEscAnswers(e.address, e.length)) return;
-    if (e.wkc == 1) return;
+    if (e.wkc == 1 || (e.wkc > 1 && numbering_)) return;
     const std::uint64_t key = 0x4000000000000000ULL | static_cast<std::uint64_t>(e.wkc);
     if (Repeat(e.slave, key, e.returned) != kNoFinding) return;
     Finding finding;
@@ -267,7 +272,8 @@ class WkcMismatch final : public Rule {
                         "link, or its address (a restart clears it).";
     } else {
       finding.title = "Several slaves answer at station address " + Hex(e.adp);
-      finding.message = "FPRD of register " + Hex(e.address) + " came back with working counter " + std::to_string(e.wkc) +
+      finding.message = "FPRD of register " + Hex(e.address) + " came back with working counter " +
+                        std::to_string(e.wkc) +
                         ": that many slaves have this station address, and their data are mixed.";
     }
     finding.evidence.push_back(Number("working_counter", e.wkc));
@@ -300,7 +306,8 @@ class WkcMismatch final : public Rule {
     SlaveId found = kNoSlave;
     for (const model::LogicalShare& share : expected.shares) {
       const int worth = model::WorthOf(share, e.command);
-      const bool fits = worth == missing || (e.command == wire::Command::LRW && share.inputs && share.outputs && missing < worth);
+      const bool fits =
+          worth == missing || (e.command == wire::Command::LRW && share.inputs && share.outputs && missing < worth);
       if (!fits) continue;
       if (found != kNoSlave) return kNoSlave;
       found = share.slave;
@@ -315,8 +322,10 @@ class WkcMismatch final : public Rule {
     if (const SlaveId one = OnlyCandidate(expected, e, range); one != kNoSlave) {
       for (const model::LogicalShare& share : expected.shares) {
         if (share.slave != one || model::WorthOf(share, e.command) == missing) continue;
-        return "The " + std::string(missing == 2 ? "outputs" : "inputs") + " of " + context().Label(one) +
-               " were not taken part with: look at its AL status and sync managers.";
+        return missing == 2 ? "Missing are the outputs of " + context().Label(one) +
+                                  ": it does not take them. Look at its AL status and sync manager 2."
+                            : "Missing are the inputs of " + context().Label(one) +
+                                  ": it does not give them. Look at its AL status and sync manager 3.";
       }
       return "What is missing is the share of " + context().Label(one) + ": look at its AL status, power and cable.";
     }
@@ -326,6 +335,7 @@ class WkcMismatch final : public Rule {
   std::vector<Episode> episodes_;
   std::array<Habit, 32> habits_{};
   bool said_unknown_ = false;
+  bool numbering_ = false;  ///< station addresses were given out and not used yet
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<WkcMismatch>};

@@ -4,14 +4,13 @@
 namespace ecaudit {
 namespace {
 
-constexpr RuleInfo kInfo{
-    .id = "capture-one-direction",
-    .group = "Capture",
-    .severity = Severity::kInfo,
-    .title = "The capture holds only outbound or only returned frames",
-    .needs = "nothing",
-    .source = "esc-reference, outbound and returned frames",
-    .doc = R"(
+constexpr RuleInfo kInfo{.id = "capture-one-direction",
+                         .group = "Capture",
+                         .severity = Severity::kInfo,
+                         .title = "The capture holds only outbound or only returned frames",
+                         .needs = "nothing",
+                         .source = "ESC-1, source address of frames that passed a slave",
+                         .doc = R"(
 ## What it checks
 Whether both copies of the frames are in the capture.
 
@@ -36,15 +35,17 @@ class CaptureOneDirection final : public Rule {
     const bus::PairingStatistics& pairing = context().pipeline->pairing();
     const bool outbound = pairing.outbound > 0;
     const bool returned = pairing.returned > 0;
+    if (!outbound && !returned) NotEvaluable(kNoSlave, "no EtherCAT frames in the capture");
     if (outbound == returned) return;
     Finding finding;
     finding.first = context().pipeline->statistics().first;
     finding.last = context().pipeline->statistics().last;
     finding.title = outbound ? "Only outbound frames were captured" : "Only returned frames were captured";
-    finding.message = outbound ? "No frame in this capture has passed the slaves. What they answered is not known: accesses "
-                                 "are assumed to be done, and rules that need an answer are not judged."
-                               : "No frame in this capture is on its way to the slaves. Answers are complete, but lost "
-                                 "frames cannot be seen.";
+    finding.message = outbound
+                          ? "No frame in this capture has passed the slaves. What they answered is not known: accesses "
+                            "are assumed to be done, and rules that need an answer are not judged."
+                          : "No frame in this capture is on its way to the slaves. Answers are complete, but lost "
+                            "frames cannot be seen.";
     Report(0, std::move(finding));
   }
 };

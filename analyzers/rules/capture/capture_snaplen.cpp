@@ -4,14 +4,13 @@
 namespace ecaudit {
 namespace {
 
-constexpr RuleInfo kInfo{
-    .id = "capture-snaplen",
-    .group = "Capture",
-    .severity = Severity::kWarning,
-    .title = "Packets were cut by the snap length",
-    .needs = "nothing",
-    .source = "pcap and pcapng file formats",
-    .doc = R"(
+constexpr RuleInfo kInfo{.id = "capture-snaplen",
+                         .group = "Capture",
+                         .severity = Severity::kWarning,
+                         .title = "Packets were cut by the snap length",
+                         .needs = "nothing",
+                         .source = "PCAPNG, packet blocks; PCAP, packet records",
+                         .doc = R"(
 ## What it checks
 EtherCAT packets that are longer on the wire than in the file.
 
@@ -39,9 +38,10 @@ class CaptureSnaplen final : public Rule {
     finding.last = read.last_cut;
     finding.count = read.cut_frames;
     finding.title = Count(read.cut_frames, "EtherCAT frame") + " cut by the snap length";
-    finding.message = Count(read.cut_frames, "EtherCAT frame") + " of " + Grouped(read.ethercat_frames) +
-                      " are longer on the wire than in the file. What lies behind the cut is treated as unknown. Capture "
-                      "again with an unlimited snap length (tcpdump -s 0).";
+    finding.message =
+        Count(read.cut_frames, "EtherCAT frame") + " of " + Grouped(read.ethercat_frames) +
+        " are longer on the wire than in the file. What lies behind the cut is treated as unknown. Capture "
+        "again with an unlimited snap length (tcpdump -s 0).";
     finding.evidence.push_back(Number("cut_frames", static_cast<std::int64_t>(read.cut_frames)));
     Report(0, std::move(finding));
   }

@@ -4,14 +4,13 @@
 namespace ecaudit {
 namespace {
 
-constexpr RuleInfo kInfo{
-    .id = "capture-timestamps",
-    .group = "Capture",
-    .severity = Severity::kInfo,
-    .title = "The time stamps of the capture are too poor for timing rules",
-    .needs = "time stamps",
-    .source = "pcap and pcapng file formats",
-    .doc = R"(
+constexpr RuleInfo kInfo{.id = "capture-timestamps",
+                         .group = "Capture",
+                         .severity = Severity::kInfo,
+                         .title = "The time stamps of the capture are too poor for timing rules",
+                         .needs = "time stamps",
+                         .source = "PCAPNG, packet blocks; PCAP, packet records",
+                         .doc = R"(
 ## What it checks
 Stamps that go backwards, steps of 50 us and more, equal stamps for the outbound and returned copy of frames (a tenth of
 the pairs or more), and packets without stamps.
@@ -36,14 +35,18 @@ class CaptureTimestamps final : public Rule {
   void Finish() override {
     const PipelineStatistics& read = context().pipeline->statistics();
     const bus::PairingStatistics& pairing = context().pipeline->pairing();
-    if (read.ethercat_frames == 0) return;
+    if (read.ethercat_frames == 0) {
+      NotEvaluable(kNoSlave, "no EtherCAT frames in the capture");
+      return;
+    }
     std::string what;
     Finding finding;
     const auto add = [&](const std::string& text, const char* name, std::uint64_t value) {
       what += (what.empty() ? "" : "; ") + text;
       finding.evidence.push_back(Number(name, static_cast<std::int64_t>(value)));
     };
-    if (read.without_time > 0) add(Count(read.without_time, "packet") + " without a time stamp", "without", read.without_time);
+    if (read.without_time > 0)
+      add(Count(read.without_time, "packet") + " without a time stamp", "without", read.without_time);
     if (read.backwards > 0) {
       add("stamps go backwards " + Count(read.backwards, "time"), "backwards", read.backwards);
     }
@@ -53,15 +56,16 @@ class CaptureTimestamps final : public Rule {
           "identical_pairs", pairing.identical_stamps);
     }
     if (read.time_step_ns >= 50'000 && read.packets > 10) {
-      add("stamps are multiples of " + Duration(read.time_step_ns), "step_ns", static_cast<std::uint64_t>(read.time_step_ns));
+      add("stamps are multiples of " + Duration(read.time_step_ns), "step_ns",
+          static_cast<std::uint64_t>(read.time_step_ns));
     }
     if (what.empty()) return;
     finding.first = read.first;
     finding.last = read.last;
     finding.title = "Time stamps are poor: " + what;
-    finding.message = "In this capture " + what +
-                      ". Durations and cycle times taken from the stamps are not reliable; rules that need them are not "
-                      "judged by them.";
+    finding.message = "Of " + Grouped(read.packets) + " packets: " + what +
+                      ". Cycle times and round trips taken from these stamps are not reliable. Capture with a machine "
+                      "or probe that stamps each packet when it passes.";
     Report(0, std::move(finding));
   }
 };

@@ -4,14 +4,13 @@
 namespace ecaudit {
 namespace {
 
-constexpr RuleInfo kInfo{
-    .id = "capture-truncated",
-    .group = "Capture",
-    .severity = Severity::kWarning,
-    .title = "The capture file is damaged or ends early",
-    .needs = "nothing",
-    .source = "pcap and pcapng file formats",
-    .doc = R"(
+constexpr RuleInfo kInfo{.id = "capture-truncated",
+                         .group = "Capture",
+                         .severity = Severity::kWarning,
+                         .title = "The capture file is damaged or ends early",
+                         .needs = "nothing",
+                         .source = "PCAPNG, packet blocks; PCAP, packet records",
+                         .doc = R"(
 ## What it checks
 Whether the file ends inside a packet or block, or a block is damaged.
 

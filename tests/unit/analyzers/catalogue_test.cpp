@@ -1,0 +1,198 @@
+// The catalogue itself: every rule is complete, documented, tested, and named as the public catalogue names it.
+//
+// docs/rules.md is written from the rules. To write it anew: ECAUDIT_WRITE_DOCS=1 ecaudit_unit_tests
+// --gtest_filter='Catalogue.*'
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include "analyzers/analysis.h"
+#include "cli/commands/catalogue_output.h"
+#include "decoder/device/source_documents.h"
+
+namespace ecaudit {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kRoot = ECAUDIT_SOURCE_DIR;
+
+std::string FileText(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+constexpr std::string_view kHeadings[] = {"What it checks", "Why it matters", "How it is decided", "Example",
+                                          "What to do"};
+
+/// Heading and text of each "## " part, in order.
+std::vector<std::pair<std::string, std::string>> Parts(std::string_view doc) {
+  std::vector<std::pair<std::string, std::string>> parts;
+  std::istringstream lines{std::string(doc)};
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("## ")) {
+      parts.emplace_back(line.substr(3), "");
+    } else if (!parts.empty() && !line.empty()) {
+      parts.back().second += line + "\n";
+    }
+  }
+  return parts;
+}
+
+TEST(Catalogue, EveryRuleFileIsRegisteredUnderItsName) {
+  std::set<std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(kRoot / "analyzers" / "rules")) {
+    if (entry.path().extension() == ".cpp") files.insert(entry.path().stem().string());
+  }
+  std::set<std::string> rules;
+  for (const RuleInfo* rule : RuleCatalogue()) {
+    std::string name(rule->id);
+    std::replace(name.begin(), name.end(), '-', '_');
+    EXPECT_TRUE(rules.insert(name).second) << rule->id << " is registered twice";
+  }
+  EXPECT_EQ(rules, files);
+  EXPECT_FALSE(rules.empty());
+}
+
+TEST(Catalogue, IsSortedAndFound) {
+  EXPECT_TRUE(std::is_sorted(RuleCatalogue().begin(), RuleCatalogue().end(),
+                             [](const RuleInfo* a, const RuleInfo* b) { return a->id < b->id; }));
+  for (const RuleInfo* rule : RuleCatalogue()) EXPECT_EQ(FindRule(rule->id), rule);
+  EXPECT_EQ(FindRule("no-such-rule"), nullptr);
+}
+
+TEST(Catalogue, EveryRuleIsDescribed) {
+  for (const RuleInfo* rule : RuleCatalogue()) {
+    SCOPED_TRACE(rule->id);
+    EXPECT_TRUE(std::regex_match(std::string(rule->id), std::regex("[a-z0-9]+(-[a-z0-9]+)+")));
+    EXPECT_FALSE(rule->group.empty());
+    EXPECT_FALSE(rule->needs.empty());
+    ASSERT_FALSE(rule->title.empty());
+    EXPECT_TRUE(rule->title.front() >= 'A' && rule->title.front() <= 'Z') << rule->title;
+    EXPECT_NE(rule->title.back(), '.') << rule->title;
+    EXPECT_LE(rule->title.size(), 100U) << rule->title;
+
+    const auto parts = Parts(rule->doc);
+    ASSERT_EQ(parts.size(), std::size(kHeadings));
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      EXPECT_EQ(parts[i].first, kHeadings[i]);
+      EXPECT_FALSE(parts[i].second.empty()) << parts[i].first << " is empty";
+    }
+    std::istringstream lines{std::string(rule->doc)};
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 120U) << line;
+  }
+}
+
+TEST(Catalogue, SourcesAreKnownDocuments) {
+  const std::string sources = FileText(kRoot / "docs" / "sources.md");
+  for (const RuleInfo* rule : RuleCatalogue()) {
+    SCOPED_TRACE(rule->id);
+    ASSERT_FALSE(rule->source.empty());
+    std::istringstream citations{std::string(rule->source)};
+    for (std::string citation; std::getline(citations, citation, ';');) {
+      citation.erase(0, citation.find_first_not_of(' '));
+      const device::Citation cited = device::FirstCitation(citation);
+      EXPECT_NE(device::FindSourceDocument(cited.key), nullptr) << cited.key;
+      EXPECT_FALSE(cited.section.empty()) << citation;
+      EXPECT_NE(sources.find("`" + std::string(cited.key) + "`"), std::string::npos)
+          << cited.key << " is not in docs/sources.md";
+    }
+  }
+}
+
+TEST(Catalogue, ExamplesExist) {
+  const std::regex sample("samples/captures/[a-z0-9-]+\\.pcap(ng)?");
+  for (const RuleInfo* rule : RuleCatalogue()) {
+    const std::string doc(rule->doc);
+    for (auto at = std::sregex_iterator(doc.begin(), doc.end(), sample); at != std::sregex_iterator(); ++at) {
+      EXPECT_TRUE(fs::exists(kRoot / at->str())) << rule->id << ": " << at->str();
+    }
+  }
+}
+
+TEST(Catalogue, EveryRuleHasItsTraces) {
+  for (const RuleInfo* rule : RuleCatalogue()) {
+    for (const std::string_view kind : {"violates", "complies", "unknown"}) {
+      const fs::path trace = kRoot / "tests" / "rules" / rule->id / (std::string(kind) + ".trace");
+      EXPECT_TRUE(fs::exists(trace)) << trace;
+      EXPECT_TRUE(fs::exists(fs::path(trace).replace_extension(".expected"))) << trace;
+    }
+  }
+  for (const auto& entry : fs::directory_iterator(kRoot / "tests" / "rules")) {
+    if (entry.is_directory()) {
+      EXPECT_NE(FindRule(entry.path().filename().string()), nullptr) << entry.path() << " is the folder of no rule";
+    }
+  }
+}
+
+TEST(Catalogue, AgreesWithThePublicOne) {
+  const std::string text = FileText(fs::path(ECAUDIT_SHARED_DIR) / "rules.md");
+  if (text.empty()) GTEST_SKIP() << "the public catalogue rules.md is absent";
+  std::map<std::string, std::string> severities;
+  const std::regex row("\\| `([a-z0-9-]+)` \\| ([EWI/]+) \\|");
+  for (auto at = std::sregex_iterator(text.begin(), text.end(), row); at != std::sregex_iterator(); ++at) {
+    severities[(*at)[1]] = (*at)[2];
+  }
+  ASSERT_GT(severities.size(), 50U);
+  for (const RuleInfo* rule : RuleCatalogue()) {
+    const auto found = severities.find(std::string(rule->id));
+    if (found == severities.end()) {
+      ADD_FAILURE() << rule->id << " is not in the public catalogue";
+      continue;
+    }
+    // Where a rule has two severities ("W/E"), the higher one is its default.
+    const bool error = found->second.find('E') != std::string::npos;
+    const bool warning = found->second.find('W') != std::string::npos;
+    const Severity wanted = error ? Severity::kError : warning ? Severity::kWarning : Severity::kInfo;
+    EXPECT_EQ(rule->severity, wanted) << rule->id;
+  }
+}
+
+/// The catalogue as Markdown.
+std::string RulesPage() {
+  std::string page =
+      "# Rules\n\n"
+      "What `ecaudit check` judges, chapter by chapter. `ecaudit explain RULE` prints the same text. This page is "
+      "written\n"
+      "from the rules themselves (`analyzers/rules/`); `docs/sources.md` says which documents the sources are.\n\n"
+      "A rule fires only on what the capture shows; where it lacks a fact it stays silent and the report says so. "
+      "Severities\n"
+      "are defaults: `--rule ID=off|info|warning|error` or \"rules\" in `.ecaudit.json` change them.\n";
+  for (const std::string_view group : cli::RuleGroups()) {
+    page += "\n## " + std::string(group) + "\n\n| rule | severity | fires when |\n|---|---|---|\n";
+    for (const RuleInfo* rule : RuleCatalogue()) {
+      if (rule->group != group) continue;
+      page += "| [`" + std::string(rule->id) + "`](#" + std::string(rule->id) + ") | " +
+              std::string(Name(rule->severity)) + " | " + std::string(rule->title) + " |\n";
+    }
+  }
+  for (const std::string_view group : cli::RuleGroups()) {
+    for (const RuleInfo* rule : RuleCatalogue()) {
+      if (rule->group != group) continue;
+      page += "\n## " + std::string(rule->id) + "\n\n" + std::string(rule->title) +
+              ". Default: " + std::string(Name(rule->severity)) + ".\n";
+      for (const auto& [heading, text] : Parts(rule->doc)) page += "\n### " + heading + "\n" + text;
+      page += "\nNeeds: " + std::string(rule->needs) + ". Source: " + std::string(rule->source) + ".\n";
+    }
+  }
+  return page;
+}
+
+TEST(Catalogue, PageOfTheRulesIsUpToDate) {
+  const fs::path path = kRoot / "docs" / "rules.md";
+  if (std::getenv("ECAUDIT_WRITE_DOCS") != nullptr) std::ofstream(path, std::ios::binary) << RulesPage();
+  EXPECT_TRUE(FileText(path) == RulesPage())
+      << path << " is not what the rules say today: run this test with ECAUDIT_WRITE_DOCS=1 and look at the difference";
+}
+
+}  // namespace
+}  // namespace ecaudit

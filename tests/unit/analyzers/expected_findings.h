@@ -1,0 +1,61 @@
+/// The text form of what an analysis must find, beside each .trace of tests/rules/, and the comparison with what it
+/// found.
+///
+/// One entry a line; `#` begins a comment:
+///
+///   error al-refused  slave=0  frame=answer.returned  count=3  caused_by=al-illegal-transition  related=ask
+///   warning capture-snaplen  slave=-  frame=7  confidence=inferred  says="cut"
+///   not-evaluable al-timeout  slave=0  "the request has no time stamp"
+///
+/// slave=N is the position, `-` the whole bus. A frame is a number, or the mark of a line of the trace (its outbound
+/// copy; NAME.returned: its returned copy). last= is checked where it is given; without count= it is 1, without
+/// caused_by= there is no cause, without confidence= it is observed. related= lists frames that must be among the
+/// related ones, says= a text that title and message together must contain.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "analyzers/core/analysis_result.h"
+#include "decoder/base/result.h"
+#include "tests/support/trace_builder.h"
+
+namespace ecaudit::test {
+
+struct ExpectedFinding {
+  std::string severity;
+  std::string rule;
+  std::optional<SlavePos> slave;
+  FrameNo frame = 0;
+  std::optional<FrameNo> last;
+  std::uint64_t count = 1;
+  std::string caused_by;  ///< rule of the cause, empty for none
+  std::string confidence = "observed";
+  std::vector<FrameNo> related;
+  std::vector<std::string> says;
+  std::string line;  ///< as written, for messages
+};
+
+struct ExpectedNotEvaluable {
+  std::string rule;
+  std::optional<SlavePos> slave;
+  std::string reason;
+};
+
+struct Expectations {
+  std::vector<ExpectedFinding> findings;
+  std::vector<ExpectedNotEvaluable> not_evaluable;
+};
+
+/// Reads the text form; marks are looked up in `trace`. The error names the line.
+[[nodiscard]] Result<Expectations> ParseExpectations(std::string_view text, const Trace& trace);
+
+/// What `finding` says in the text form, for messages.
+[[nodiscard]] std::string TextOf(const Finding& finding, const AnalysisResult& result);
+
+/// True when `finding` is what `expected` describes.
+[[nodiscard]] bool Matches(const ExpectedFinding& expected, const Finding& finding, const AnalysisResult& result);
+
+}  // namespace ecaudit::test
