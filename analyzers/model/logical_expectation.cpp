@@ -20,6 +20,7 @@ LogicalExpectation Compute(const track::Network& network, wire::Command command,
   if (count == nullptr || *count > network.slaves().size()) result.mapping_known = false;
   for (std::size_t s = 0; s < network.slaves().size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
+    if (network.slaves()[id].replaced) continue;
     const track::SlaveState& state = network.state(id);
     LogicalShare share;
     share.slave = id;

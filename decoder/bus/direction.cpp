@@ -5,11 +5,14 @@
 namespace ecaudit::bus {
 namespace {
 
-constexpr std::uint64_t kMacBit = std::uint64_t{1} << 41U;
-
 std::uint64_t Mix(std::uint64_t hash, std::uint64_t value) {
   hash ^= value + 0x9E3779B97F4A7C15ULL + (hash << 6U) + (hash >> 2U);
   return hash * 0xFF51AFD7ED558CCDULL;
+}
+
+/// Where a packet was captured: port of the probe and capture interface.
+std::uint32_t PortOf(const wire::FrameView& frame) {
+  return static_cast<std::uint32_t>(frame.interface_index()) << 8U | (frame.esl().present ? frame.esl().port + 1U : 0U);
 }
 
 }  // namespace
@@ -26,12 +29,13 @@ std::uint64_t FrameKey(const wire::FrameView& frame) noexcept {
   return hash;
 }
 
-std::uint32_t FrameProgress(const wire::FrameView& frame) noexcept {
-  std::uint32_t progress = 0;
+Progress ProgressOf(const wire::FrameView& frame) noexcept {
+  Progress progress;
   for (std::size_t i = 0; i < frame.size(); ++i) {
-    progress += frame[i].wkc();
-    // Broadcasts start at 0; position-addressed datagrams start anywhere, but the common offset does not matter.
-    if (wire::IncrementsAdp(frame[i].command())) progress += frame[i].adp();
+    progress.counted += frame[i].wkc();
+    if (wire::IncrementsAdp(frame[i].command())) {
+      progress.positions = static_cast<std::uint16_t>(progress.positions + frame[i].adp());
+    }
   }
   return progress;
 }
@@ -48,40 +52,51 @@ DirectionLearner::Sender* DirectionLearner::Find(std::uint64_t mac) noexcept {
 }
 
 const DirectionLearner::Sender* DirectionLearner::Find(std::uint64_t mac) const noexcept {
-  const std::uint64_t base = mac & ~kMacBit;
   const auto end = senders_.begin() + static_cast<std::ptrdiff_t>(count_);
-  const auto found = std::find_if(senders_.begin(), end, [&](const Sender& s) { return s.mac == base; });
+  const auto found = std::find_if(senders_.begin(), end, [&](const Sender& s) { return s.mac == mac; });
   return found == end ? nullptr : &*found;
 }
 
 void DirectionLearner::Learn(const wire::FrameView& frame) noexcept {
   if (frame.kind() != wire::FrameKind::kEtherCat && frame.kind() != wire::FrameKind::kCut) return;
-  Sender* sender = Find(frame.source_mac());
+  Sender* sender = Find(SenderOf(frame));
   if (sender == nullptr) {
     if (count_ == kMaxMasters) return;
     sender = &senders_[count_++];
-    sender->mac = frame.source_mac() & ~kMacBit;
+    sender->mac = SenderOf(frame);
   }
   if (frame.flag() == capture::PacketFlag::kInbound) ++sender->flag_in;
   if (frame.flag() == capture::PacketFlag::kOutbound) ++sender->flag_out;
-  if (!frame.mac_bit()) {
-    ++sender->bit_clear;
+  ++(frame.mac_bit() ? sender->bit_set : sender->bit_clear);
+  if (AnyWorkingCounter(frame)) ++sender->counted;
+  if (!frame.empty()) LearnPair(*sender, frame);
+}
+
+void DirectionLearner::LearnPair(Sender& sender, const wire::FrameView& frame) noexcept {
+  const std::uint64_t key = FrameKey(frame);
+  const Progress progress = ProgressOf(frame);
+  const std::uint32_t port = PortOf(frame);
+  const auto open = std::find_if(sender.open.begin(), sender.open.end(), [&](const Open& o) {
+    if (!o.used || o.key != key) return false;
+    // A mailbox poll that nobody answered comes back as it was sent.
+    const bool untouched = progress.counted == 0 && o.progress.counted == 0 && progress.positions == o.progress.positions;
+    return untouched || Further(progress, o.progress);
+  });
+  if (open == sender.open.end()) {
+    sender.open[sender.open_next] = {true, key, progress, port};
+    sender.open_next = static_cast<std::uint8_t>((sender.open_next + 1U) % sender.open.size());
     return;
   }
-  ++sender->bit_set;
-  if (AnyWorkingCounter(frame)) ++sender->bit_set_counted;
-  const std::uint64_t key = FrameKey(frame);
-  const std::uint32_t progress = FrameProgress(frame);
-  const auto open = std::find_if(sender->open.begin(), sender->open.end(), [&](const Open& o) {
-    return o.key == key && (progress > o.progress || (progress == 0 && o.progress == 0));
-  });
-  if (key != 0 && open != sender->open.end()) {
-    if (progress > 0) ++sender->pairs;
-    *open = {};
-  } else {
-    sender->open[sender->open_next] = {key, progress};
-    sender->open_next = static_cast<std::uint8_t>((sender->open_next + 1U) % sender->open.size());
+  if (Further(progress, open->progress)) {
+    if (sender.pairs == 0) {
+      sender.port_out = open->port;
+      sender.port_back = port;
+    }
+    ++sender.pairs;
+    if (open->port == sender.port_out && port == sender.port_back) ++sender.pairs_by_port;
+    if (open->progress.counted != 0) ++sender.pairs_counted;
   }
+  open->used = false;
 }
 
 void DirectionLearner::Finish() noexcept {
@@ -89,28 +104,33 @@ void DirectionLearner::Finish() noexcept {
   bool any_returned = false;
   for (std::size_t i = 0; i < count_; ++i) {
     Sender& s = senders_[i];
-    if (s.bit_clear > 0) {
+    if (s.bit_clear > 0 && s.bit_set > 0) {
       s.reading = Reading::kMacBit;
-      master_proven_ = master_proven_ || s.bit_set > 0;
-      any_outbound = true;
-      any_returned = any_returned || s.bit_set > 0;
-    } else if (s.bit_set > 1 && s.pairs * 4 >= s.bit_set) {
-      // Two copies of (nearly) every frame. Flags of the capture file say which is which, where they do.
-      s.reading = s.flag_in > 0 && s.flag_out > 0 ? Reading::kByFlag : Reading::kByPair;
-      master_proven_ = true;
-      any_outbound = any_returned = true;
+    } else if (s.frames() > 1 && s.pairs * 8 >= s.frames()) {
+      // Two copies of (nearly) every frame, and the bit does not tell them apart. Polls that nobody answers do not count.
+      if (s.port_out != s.port_back && s.pairs_by_port * 10 >= s.pairs * 9) {
+        s.reading = Reading::kByPort;
+      } else {
+        s.reading = s.flag_in > 0 && s.flag_out > 0 ? Reading::kByFlag : Reading::kByPair;
+      }
+    } else {
+      continue;
     }
+    s.answered = true;
+    master_proven_ = any_outbound = any_returned = true;
   }
   for (std::size_t i = 0; i < count_; ++i) {
     Sender& s = senders_[i];
-    if (s.reading != Reading::kUnused) continue;
-    if (s.bit_set_counted * 4 >= s.bit_set) {
+    if (s.answered) continue;
+    if (master_proven_) {
+      // The bus's master has both copies; who has only one is a guest.
+      s.reading = Reading::kForeign;
+    } else if (s.counted * 4 >= s.frames()) {
+      // Masters send working counters of 0.
       s.reading = Reading::kAllReturned;
       any_returned = true;
-    } else if (master_proven_ || any_outbound) {
-      s.reading = Reading::kForeign;
     } else {
-      s.reading = Reading::kAllOutbound;
+      s.reading = s.bit_clear > 0 ? Reading::kMacBit : Reading::kByPair;
       any_outbound = true;
     }
   }
@@ -119,23 +139,43 @@ void DirectionLearner::Finish() noexcept {
 }
 
 Direction DirectionLearner::Classify(const wire::FrameView& frame) const noexcept {
-  const Sender* sender = Find(frame.source_mac());
+  const Sender* sender = Find(SenderOf(frame));
   if (sender == nullptr) {
     // A sender that shows up later: without the bit it is a master, with it only pairing can tell.
-    return frame.mac_bit() ? (master_proven_ ? Direction::kForeign : Direction::kByPair) : Direction::kOutbound;
+    return frame.mac_bit() ? Direction::kByPair : Direction::kOutbound;
   }
+  const Direction by_bit = frame.mac_bit() ? Direction::kReturned : Direction::kOutbound;
+  // In the window all frames of this sender had the same bit. One that differs is a copy from another place.
+  const bool bit_differs = frame.mac_bit() != (sender->bit_set > 0);
   switch (sender->reading) {
-    case Reading::kUnused:
-    case Reading::kMacBit: return frame.mac_bit() ? Direction::kReturned : Direction::kOutbound;
+    case Reading::kMacBit: return by_bit;
+    case Reading::kByPort:
+      if (bit_differs) return by_bit;
+      if (PortOf(frame) == sender->port_out) return Direction::kOutbound;
+      return PortOf(frame) == sender->port_back ? Direction::kReturned : Direction::kByPair;
     case Reading::kByFlag:
+      if (bit_differs) return by_bit;
       if (frame.flag() == capture::PacketFlag::kOutbound) return Direction::kOutbound;
       return frame.flag() == capture::PacketFlag::kInbound ? Direction::kReturned : Direction::kByPair;
-    case Reading::kByPair: return frame.mac_bit() ? Direction::kByPair : Direction::kOutbound;
-    case Reading::kAllReturned: return frame.mac_bit() ? Direction::kReturned : Direction::kOutbound;
-    case Reading::kAllOutbound: return Direction::kOutbound;
+    case Reading::kByPair: return bit_differs ? by_bit : Direction::kByPair;
+    case Reading::kAllReturned: return bit_differs ? by_bit : Direction::kReturned;
     case Reading::kForeign: return Direction::kForeign;
   }
   return Direction::kForeign;
+}
+
+bool DirectionLearner::IsGuest(const wire::FrameView& frame) const noexcept {
+  return master_proven_ && Find(SenderOf(frame)) == nullptr;
+}
+
+bool DirectionLearner::Unanswered(const wire::FrameView& frame) const noexcept {
+  const Sender* sender = Find(SenderOf(frame));
+  return sender != nullptr && !sender->answered;
+}
+
+bool DirectionLearner::BehindSlaves(const wire::FrameView& frame) const noexcept {
+  const Sender* sender = Find(SenderOf(frame));
+  return sender != nullptr && sender->pairs > 0 && sender->pairs_counted * 4 >= sender->pairs;
 }
 
 }  // namespace ecaudit::bus

@@ -2,7 +2,8 @@
 ///
 /// Every ESC sets bit 1 of the first byte of the source MAC, so a set bit says "has passed a slave" - unless the
 /// master's own address has it (virtual NICs, KickCAT), or the tap sits between slaves. Then the copies are told apart
-/// by pairs: the copy with the lower position counter and working counter is the outbound one (esc-reference 3.1).
+/// by the port of a probe or the capture interface, by what the file says of the direction, or by pairs: of two copies
+/// the one with the lower position counter and working counter is the outbound one (esc-reference 3.1).
 #pragma once
 
 #include <array>
@@ -20,6 +21,20 @@ enum class Direction : std::uint8_t {
   kForeign,   ///< sent by somebody else than the bus's masters
 };
 
+/// How far a frame has come. Of two copies of one frame the one that has come less far is the earlier one.
+struct Progress {
+  std::uint16_t positions = 0;  ///< sum of the position counters modulo 65536; its start does not matter
+  std::uint32_t counted = 0;    ///< sum of the working counters
+};
+
+[[nodiscard]] Progress ProgressOf(const wire::FrameView& frame) noexcept;
+/// True when `later` has passed more slaves than `earlier`; both are of copies of one frame. The position counters
+/// decide where they moved (they do so also when nobody takes part), else the working counters.
+[[nodiscard]] constexpr bool Further(const Progress& later, const Progress& earlier) {
+  const auto moved = static_cast<std::int16_t>(static_cast<std::uint16_t>(later.positions - earlier.positions));
+  return moved != 0 ? moved > 0 : later.counted > earlier.counted;
+}
+
 class DirectionLearner {
  public:
   static constexpr std::size_t kMaxMasters = 16;
@@ -34,28 +49,44 @@ class DirectionLearner {
   [[nodiscard]] bool outbound_only() const { return outbound_only_; }
   /// True when the window held only frames that came back.
   [[nodiscard]] bool returned_only() const { return returned_only_; }
+  /// True for a sender that was not there in the window, on a bus whose master was.
+  [[nodiscard]] bool IsGuest(const wire::FrameView& frame) const noexcept;
+  /// True when frames of this sender are captured, and none that came back to it: what it sends is taken as done.
+  [[nodiscard]] bool Unanswered(const wire::FrameView& frame) const noexcept;
+  /// True when outbound copies of this sender have already been counted by slaves: the tap sits behind slaves.
+  [[nodiscard]] bool BehindSlaves(const wire::FrameView& frame) const noexcept;
 
  private:
-  enum class Reading : std::uint8_t { kUnused, kMacBit, kByFlag, kByPair, kAllReturned, kAllOutbound, kForeign };
+  enum class Reading : std::uint8_t { kMacBit, kByPort, kByFlag, kByPair, kAllReturned, kForeign };
   struct Open {
+    bool used = false;
     std::uint64_t key = 0;
-    std::uint32_t progress = 0;
+    Progress progress;
+    std::uint32_t port = 0;
   };
   struct Sender {
-    std::uint64_t mac = 0;  ///< with bit 1 of the first byte cleared
+    std::uint64_t mac = 0;              ///< with bit 1 of the first byte cleared
     std::uint32_t bit_clear = 0;
     std::uint32_t bit_set = 0;
-    std::uint32_t bit_set_counted = 0;  ///< bit set and a working counter above 0
-    std::uint32_t pairs = 0;            ///< bit set, and answers an open frame of the same sender
+    std::uint32_t counted = 0;          ///< frames with a working counter above 0
+    std::uint32_t pairs = 0;            ///< frames that have come further than an earlier copy
+    std::uint32_t pairs_by_port = 0;    ///< ... from port_out to port_back
+    std::uint32_t pairs_counted = 0;    ///< ... whose earlier copy had a working counter above 0
     std::uint32_t flag_in = 0;
     std::uint32_t flag_out = 0;
-    Reading reading = Reading::kUnused;
+    std::uint32_t port_out = 0;
+    std::uint32_t port_back = 0;
+    bool answered = false;              ///< some of its frames were seen coming back
+    Reading reading = Reading::kMacBit;
     std::array<Open, 32> open{};        ///< frames not answered yet, a small ring
     std::uint8_t open_next = 0;
+
+    [[nodiscard]] std::uint32_t frames() const { return bit_clear + bit_set; }
   };
 
   Sender* Find(std::uint64_t mac) noexcept;
   [[nodiscard]] const Sender* Find(std::uint64_t mac) const noexcept;
+  static void LearnPair(Sender& sender, const wire::FrameView& frame) noexcept;
 
   std::array<Sender, kMaxMasters> senders_{};
   std::size_t count_ = 0;
@@ -68,11 +99,12 @@ class DirectionLearner {
 /// counter of position-addressed and broadcast commands). Equal for the outbound and returned copy of one frame.
 [[nodiscard]] std::uint64_t FrameKey(const wire::FrameView& frame) noexcept;
 
-/// How far a frame has come: working counters plus position counters. Grows on the way, so of two copies of one frame
-/// the one with the lower figure is the earlier one.
-[[nodiscard]] std::uint32_t FrameProgress(const wire::FrameView& frame) noexcept;
-
 /// True when a slave visibly acted on any datagram: a working counter above 0.
 [[nodiscard]] bool AnyWorkingCounter(const wire::FrameView& frame) noexcept;
+
+/// Source address of a frame, the same before and after it passed slaves: without bit 1 of the first byte.
+[[nodiscard]] inline std::uint64_t SenderOf(const wire::FrameView& frame) {
+  return frame.source_mac() & ~(std::uint64_t{1} << 41U);
+}
 
 }  // namespace ecaudit::bus

@@ -1,6 +1,9 @@
 #include "decoder/bus/pairing.h"
 
 #include <algorithm>
+#include <bit>
+
+#include "decoder/base/time.h"
 
 namespace ecaudit::bus {
 namespace {
@@ -16,41 +19,62 @@ std::uint64_t HashBytes(ByteSpan bytes) {
   return hash;
 }
 
-/// Slaves never change what a pure write carries, so a returned write with other data answers another frame.
-bool SameWrittenData(const wire::FrameView& sent, const wire::FrameView& returned) {
-  for (std::size_t i = 0; i < sent.size(); ++i) {
-    const wire::Command c = sent[i].command();
+/// Everything that FrameKey() covers: the key alone could be made to collide.
+bool SameHeader(const wire::DatagramView& a, const wire::DatagramView& b) {
+  return a.command_byte() == b.command_byte() && a.index() == b.index() && a.length() == b.length() &&
+         a.ado() == b.ado() && (wire::IncrementsAdp(a.command()) || a.adp() == b.adp());
+}
+
+/// True when the first `count` datagrams of `returned` can be what became of those of `sent`. Slaves never change what
+/// a pure write carries, so a returned write with other data answers another frame.
+bool Answers(const wire::FrameView& sent, const wire::FrameView& returned, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const wire::DatagramView a = sent[i];
+    const wire::DatagramView b = returned[i];
+    if (!SameHeader(a, b)) return false;
+    const wire::Command c = a.command();
     if (wire::Reads(c) || !wire::Writes(c)) continue;
-    const ByteSpan a = sent[i].data();
-    const ByteSpan b = returned[i].data();
-    if (!std::equal(a.begin(), a.end(), b.begin(), b.end())) return false;
+    const ByteSpan x = a.data();
+    const ByteSpan y = b.data();
+    if (!std::equal(x.begin(), x.end(), y.begin(), y.end())) return false;
   }
   return true;
 }
 
+bool Answers(const wire::FrameView& sent, const wire::FrameView& returned) {
+  return sent.size() == returned.size() && Answers(sent, returned, sent.size());
+}
+
+/// The same but for one bit of the index: what a flipped bit makes of a frame.
+bool OnlyIndexFlipped(const wire::DatagramView& a, const wire::DatagramView& b) {
+  const auto flipped = static_cast<std::uint8_t>(a.index() ^ b.index());
+  return std::has_single_bit(flipped) && a.command_byte() == b.command_byte() && a.length() == b.length() &&
+         a.ado() == b.ado() && (wire::IncrementsAdp(a.command()) || a.adp() == b.adp());
+}
+
 }  // namespace
 
-Pairing::Pairing(const DirectionLearner& directions, BusSink& sink)
-    : directions_(directions), sink_(sink), outbound_only_(directions.outbound_only()) {
+Pairing::Pairing(const DirectionLearner& directions, BusSink& sink) : directions_(directions), sink_(sink) {
   for (Slot& slot : slots_) slot.bytes.reserve(1536);
 }
 
 void Pairing::Push(const wire::FrameView& frame) noexcept {
+  if (frame.ref().has_time) last_ = frame.ref();
   if (frame.kind() == wire::FrameKind::kOther) {
     if (head_ != tail_ && At(head_ - 1).view.ref().number + 1 == frame.ref().number) {
       At(head_ - 1).followed_by_other = true;
     }
+    if (frame.cut_before_type()) DoubtAll();
     return;
   }
   const Direction direction = directions_.Classify(frame);
-  if (direction != Direction::kByPair) sink_.OnFrame(frame, direction);
-  if (direction == Direction::kForeign) {
-    ++statistics_.foreign;
-    if (frame.kind() == wire::FrameKind::kMalformed) sink_.OnUnusable(frame, Unusable::kMalformed, false);
+  const bool readable = frame.kind() != wire::FrameKind::kMalformed && frame.kind() != wire::FrameKind::kDamagedOnWire;
+  if (direction == Direction::kForeign || (direction == Direction::kByPair && !readable && directions_.IsGuest(frame))) {
+    PushForeign(frame);
     return;
   }
-  if (frame.kind() == wire::FrameKind::kMalformed || frame.kind() == wire::FrameKind::kDamagedOnWire) {
-    if (direction == Direction::kByPair) sink_.OnFrame(frame, direction);
+  if (!readable) {
+    sink_.OnFrame(frame, direction);
     if (direction == Direction::kOutbound) {
       ++statistics_.outbound;
       sink_.OnUnusable(frame, Unusable::kMalformed, true);
@@ -59,32 +83,49 @@ void Pairing::Push(const wire::FrameView& frame) noexcept {
     }
     return;
   }
+  any_cut_ = any_cut_ || frame.kind() == wire::FrameKind::kCut;
   const std::uint64_t key = FrameKey(frame);
   switch (direction) {
-    case Direction::kOutbound: PushOutbound(frame, key); break;
-    case Direction::kReturned: PushReturned(frame, key); break;
-    case Direction::kByPair: {
-      // Only what got further than the open frame can be its return; a mailbox poll that nobody answered is equal.
-      const Slot* open = FindOpen(frame, key);
-      const std::uint32_t progress = FrameProgress(frame);
-      const bool returned = open != nullptr && (progress > FrameProgress(open->view) ||
-                                                (progress == FrameProgress(open->view) && !AnyWorkingCounter(frame)));
-      sink_.OnFrame(frame, returned ? Direction::kReturned : Direction::kOutbound);
-      if (returned) {
-        PushReturned(frame, key);
-      } else {
-        PushOutbound(frame, key);
-      }
+    case Direction::kOutbound:
+      sink_.OnFrame(frame, direction);
+      PushOutbound(frame, key, false);
       break;
-    }
+    case Direction::kReturned:
+      sink_.OnFrame(frame, direction);
+      PushReturned(frame, key, FindOpen(frame, key));
+      break;
+    case Direction::kByPair: PushByPair(frame, key); break;
     case Direction::kForeign: break;
   }
 }
 
-void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key) noexcept {
+void Pairing::PushForeign(const wire::FrameView& frame) noexcept {
+  sink_.OnFrame(frame, Direction::kForeign);
+  ++statistics_.foreign;
+  if (frame.kind() == wire::FrameKind::kMalformed) sink_.OnUnusable(frame, Unusable::kMalformed, false);
+}
+
+std::uint8_t Pairing::SenderIndex(const wire::FrameView& frame) noexcept {
+  const std::uint64_t mac = SenderOf(frame);
+  for (std::uint8_t i = 0; i < sender_count_; ++i) {
+    if (senders_[i].mac == mac) return i;
+  }
+  // More senders than any bus has: they share the last place.
+  if (sender_count_ == senders_.size()) return static_cast<std::uint8_t>(senders_.size() - 1);
+  senders_[sender_count_] = {mac, false, directions_.Unanswered(frame), false};
+  return sender_count_++;
+}
+
+void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool undecided) noexcept {
   ++statistics_.outbound;
-  if (outbound_only_) {
+  const std::uint8_t sender = SenderIndex(frame);
+  if (senders_[sender].assumed) {
     sink_.OnTransaction({&frame, nullptr, true});
+    return;
+  }
+  if (WasEarly(frame, key)) {
+    ++statistics_.paired;
+    --statistics_.unmatched_returned;
     return;
   }
   if (head_ - tail_ >= kSlots) {
@@ -97,12 +138,48 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key) noex
   }
   Slot& slot = At(head_++);
   slot.state = SlotState::kOpen;
-  slot.key = key;
-  slot.overtaken = 0;
+  slot.sender = sender;
   slot.followed_by_other = false;
-  slot.bytes.assign(frame.bytes().begin(), frame.bytes().end());
+  slot.undecided = undecided;
+  slot.overtaken = 0;
+  slot.key = key;
+  // Without what stands behind the datagrams, so that huge packets do not stay in memory.
+  const ByteSpan kept = frame.bytes().first(frame.used_bytes());
+  slot.bytes.assign(kept.begin(), kept.end());
   slot.view = frame.Rebased(slot.bytes);
   sink_.OnSent(slot.view);
+}
+
+/// Both copies of a sender's frames look alike: what has come further than a frame under way is its return.
+void Pairing::PushByPair(const wire::FrameView& frame, std::uint64_t key) noexcept {
+  const Progress progress = ProgressOf(frame);
+  Slot* further = nullptr;
+  Slot* untouched = nullptr;
+  for (std::uint64_t s = tail_; s != head_; ++s) {
+    Slot& slot = At(s);
+    if (slot.state != SlotState::kOpen || slot.key != key || !Answers(slot.view, frame)) continue;
+    const Progress sent = ProgressOf(slot.view);
+    if (Further(progress, sent)) {
+      if (further == nullptr || (further->overtaken > 0 && slot.overtaken == 0)) further = &slot;
+    } else if (progress.counted == 0 && sent.counted == 0 && progress.positions == sent.positions) {
+      if (untouched == nullptr) untouched = &slot;  // a poll that nobody answered
+    }
+  }
+  Slot* slot = further != nullptr ? further : untouched;
+  // Masters send working counters of 0; behind slaves the outbound copy has some, too.
+  const bool counted = progress.counted > 0 && !directions_.BehindSlaves(frame);
+  if (slot == nullptr && directions_.IsGuest(frame)) {
+    PushForeign(frame);
+    return;
+  }
+  if (slot == nullptr && !counted) {
+    sink_.OnFrame(frame, Direction::kOutbound);
+    // Before the first pair nobody knows whether a frame is on its way out or back.
+    PushOutbound(frame, key, !senders_[SenderIndex(frame)].answered);
+    return;
+  }
+  sink_.OnFrame(frame, Direction::kReturned);
+  PushReturned(frame, key, slot);
 }
 
 Pairing::Slot* Pairing::FindOpen(const wire::FrameView& frame, std::uint64_t key) noexcept {
@@ -110,61 +187,118 @@ Pairing::Slot* Pairing::FindOpen(const wire::FrameView& frame, std::uint64_t key
   Slot* newest = nullptr;
   for (std::uint64_t s = tail_; s != head_; ++s) {
     Slot& slot = At(s);
-    if (slot.state != SlotState::kOpen || slot.key != key || !SameWrittenData(slot.view, frame)) continue;
+    if (slot.state != SlotState::kOpen || slot.key != key || !Answers(slot.view, frame)) continue;
     // A frame that was overtaken is nearly always lost; it only answers when no other candidate exists.
     if (oldest == nullptr || (oldest->overtaken > 0 && slot.overtaken == 0)) oldest = &slot;
     newest = &slot;
   }
+  if (oldest == nullptr && any_cut_) return FindCut(frame);
   if (oldest == newest || oldest->overtaken > 0) return oldest;
   // The master repeated a frame: two equal ones are under way and one came back.
   const FrameRef& first = oldest->view.ref();
   const FrameRef& second = newest->view.ref();
   if (typical_round_trip_ns_ > 0 && first.has_time && second.has_time && frame.ref().has_time) {
-    const std::int64_t age_first = frame.ref().time - first.time;
-    const std::int64_t age_second = frame.ref().time - second.time;
-    if (age_first > 8 * typical_round_trip_ns_ && age_second * 4 > typical_round_trip_ns_) return newest;
+    const std::int64_t age_first = Elapsed(first.time, frame.ref().time);
+    const std::int64_t age_second = Elapsed(second.time, frame.ref().time);
+    if (age_first / 8 > typical_round_trip_ns_ && age_second > typical_round_trip_ns_ / 2) return newest;
   }
   return oldest;
 }
 
+/// Where one of the copies was cut by the snap length, the datagrams that both still hold must agree. A cut in the first
+/// datagram leaves the order.
+Pairing::Slot* Pairing::FindCut(const wire::FrameView& frame) noexcept {
+  for (std::uint64_t s = tail_; s != head_; ++s) {
+    Slot& slot = At(s);
+    if (slot.state != SlotState::kOpen || slot.overtaken > 0) continue;
+    if (slot.view.kind() != wire::FrameKind::kCut && frame.kind() != wire::FrameKind::kCut) continue;
+    const std::size_t common = std::min(slot.view.size(), frame.size());
+    if (!Answers(slot.view, frame, common)) continue;
+    if (common == 0) DoubtAll();  // a guess: none of those under way can be called lost any more
+    return &slot;
+  }
+  return nullptr;
+}
+
+/// Nobody can say what a packet was; it may have been the return of any frame under way.
+void Pairing::DoubtAll() noexcept {
+  for (std::uint64_t s = tail_; s != head_; ++s) At(s).undecided = true;
+}
+
 Pairing::Slot* Pairing::FindAlike(const wire::FrameView& frame) noexcept {
   if (frame.empty()) return nullptr;
+  Slot* flipped = nullptr;
   for (std::uint64_t s = tail_; s != head_; ++s) {
     Slot& slot = At(s);
     if (slot.state != SlotState::kOpen || slot.view.empty()) continue;
     const wire::DatagramView a = slot.view[0];
     const wire::DatagramView b = frame[0];
-    // One flipped bit leaves at least two of these three intact.
-    const int same = (a.index() == b.index() ? 1 : 0) + (a.command_byte() == b.command_byte() ? 1 : 0) +
-                     (a.length() == b.length() ? 1 : 0);
-    if (same >= 2 && a.index() == b.index()) return &slot;
-    if (same >= 2 && slot.view.size() == frame.size()) return &slot;
+    // One flipped bit leaves at least two of these three intact, and nearly always the index.
+    if (a.index() == b.index() && (a.command_byte() == b.command_byte() || a.length() == b.length())) return &slot;
+    if (flipped == nullptr && slot.overtaken == 0 && OnlyIndexFlipped(a, b)) flipped = &slot;
   }
-  return nullptr;
+  return flipped;
 }
 
-void Pairing::Answer(Slot& slot, FrameNo returned, std::uint64_t hash) noexcept {
+void Pairing::Answer(Slot& slot, const wire::FrameView& returned, std::uint64_t hash) noexcept {
   slot.state = SlotState::kAnswered;
-  slot.returned = returned;
+  slot.returned = returned.ref();
+  slot.returned_interface = returned.interface_index();
   slot.returned_hash = hash;
   ++statistics_.paired;
-  // Everything sent before it and still open has been overtaken.
+  Sender& sender = senders_[slot.sender];
+  sender.own_return_port = returned.interface_index() != slot.view.interface_index();
+  // Captures of two interfaces do not begin at the same moment: what was sent before may have come back unseen.
+  const bool first_on_other_port = !sender.answered && sender.own_return_port;
+  sender.answered = true;
+  // Everything this sender sent before and that is still open has been overtaken.
   for (std::uint64_t s = tail_; s != head_ && &At(s) != &slot; ++s) {
     Slot& other = At(s);
-    if (other.state == SlotState::kOpen && ++other.overtaken >= kOvertakenLimit) Lose(other, Loss::kOvertaken);
+    if (other.state != SlotState::kOpen || other.sender != slot.sender) continue;
+    if (first_on_other_port) other.undecided = true;
+    if (++other.overtaken >= kOvertakenLimit) Lose(other, Loss::kOvertaken);
   }
   DropAnsweredTail();
 }
 
-void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key) noexcept {
-  Slot* slot = FindOpen(frame, key);
+/// What came back a moment ago with the same bytes. A master with few indices sends equal frames again and again, so
+/// only what is close counts.
+const Pairing::Slot* Pairing::FindOriginal(const wire::FrameView& frame, std::uint64_t key, std::uint64_t hash) noexcept {
+  if (frame.kind() == wire::FrameKind::kCut) return nullptr;  // what is behind the cut may differ
+  const std::uint64_t oldest = head_ > kDuplicateFrames ? head_ - kDuplicateFrames : 0;
+  for (std::uint64_t s = head_; s != oldest; --s) {
+    const Slot& answered = At(s - 1);
+    if (answered.state != SlotState::kAnswered || answered.key != key || answered.returned_hash != hash) continue;
+    const FrameRef& before = answered.returned;
+    const bool late = before.has_time && frame.ref().has_time && Elapsed(before.time, frame.ref().time) > kDuplicateNs;
+    return late ? nullptr : &answered;
+  }
+  return nullptr;
+}
+
+/// True when the returned copy of this outbound frame stands before it in the file: two interfaces, each with its own
+/// buffer, are not always written in order.
+bool Pairing::WasEarly(const wire::FrameView& frame, std::uint64_t key) noexcept {
+  for (Early& early : early_) {
+    if (!early.used || early.key != key || early.interface_index == frame.interface_index()) continue;
+    if (!frame.ref().has_time || !early.ref.has_time) continue;
+    const std::int64_t round_trip = Elapsed(frame.ref().time, early.ref.time);
+    if (round_trip < 0 || round_trip > kDuplicateNs) continue;
+    early.used = false;
+    return true;
+  }
+  return false;
+}
+
+void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot* slot) noexcept {
   ++statistics_.returned;
-  outbound_only_ = false;
+  Sender& sender = senders_[SenderIndex(frame)];
+  sender.assumed = false;
   const std::uint64_t hash = HashBytes(frame.payload());
   if (slot != nullptr) {
     const FrameRef& sent = slot->view.ref();
     if (sent.has_time && frame.ref().has_time) {
-      const std::int64_t round_trip = frame.ref().time - sent.time;
+      const std::int64_t round_trip = Elapsed(sent.time, frame.ref().time);
       if (round_trip == 0) ++statistics_.identical_stamps;
       if (round_trip > 0 && slot->overtaken == 0) {
         typical_round_trip_ns_ =
@@ -172,27 +306,31 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key) noex
       }
     }
     sink_.OnTransaction({&slot->view, &frame, false});
-    Answer(*slot, frame.ref().number, hash);
+    Answer(*slot, frame, hash);
     return;
   }
   // Nothing under way fits: a second copy of something that already came back?
-  const std::uint64_t oldest = head_ > kSlots ? head_ - kSlots : 0;
-  for (std::uint64_t s = head_; s != oldest; --s) {
-    const Slot& answered = At(s - 1);
-    if (answered.state == SlotState::kAnswered && answered.key == key && answered.returned_hash == hash) {
-      ++statistics_.duplicated;
-      sink_.OnDuplicate(frame, answered.returned);
+  if (const Slot* original = FindOriginal(frame, key, hash); original != nullptr) {
+    if (original->returned_interface != frame.interface_index()) {
+      // A bridge or mirror port, or the second port of a redundant master that sends on what it got.
+      ++statistics_.captured_twice;
       return;
     }
+    ++statistics_.duplicated;
+    sink_.OnDuplicate(frame, original->returned.number);
+    return;
   }
   // Or bits flipped in a field that slaves never change (the FCS is not in the capture).
   if (Slot* alike = FindAlike(frame); alike != nullptr && !directions_.returned_only()) {
     ++statistics_.altered;
     sink_.OnUnusable(frame, Unusable::kAltered, true);
-    Answer(*alike, frame.ref().number, hash);
+    Answer(*alike, frame, hash);
     return;
   }
   ++statistics_.unmatched_returned;
+  early_[next_early_] = {key, frame.ref(), frame.interface_index(), true};
+  next_early_ = static_cast<std::uint8_t>((next_early_ + 1U) % early_.size());
+  sender.answered = true;
   sink_.OnTransaction({nullptr, &frame, false});
 }
 
@@ -200,11 +338,20 @@ void Pairing::PushUnusable(const wire::FrameView& frame) noexcept {
   ++statistics_.returned;
   sink_.OnUnusable(frame, Unusable::kMalformed, true);
   // It did come back, so the frame it answers is damaged but not lost.
-  if (Slot* alike = FindAlike(frame); alike != nullptr) Answer(*alike, frame.ref().number, 0);
+  if (Slot* alike = FindAlike(frame); alike != nullptr) {
+    Answer(*alike, frame, 0);
+  } else {
+    DoubtAll();
+  }
 }
 
 void Pairing::Lose(Slot& slot, Loss loss) noexcept {
   slot.state = SlotState::kFree;
+  if (slot.undecided || !senders_[slot.sender].answered) {
+    ++statistics_.undecided;
+    sink_.OnLost(slot.view, Loss::kUndecided, slot.followed_by_other);
+    return;
+  }
   ++statistics_.lost;
   sink_.OnLost(slot.view, loss, slot.followed_by_other);
 }
@@ -214,16 +361,34 @@ void Pairing::DropAnsweredTail() noexcept {
 }
 
 void Pairing::Finish() noexcept {
-  for (std::uint64_t s = tail_; s != head_; ++s) {
-    Slot& slot = At(s);
+  std::array<bool, kSlots> silent{};
+  std::array<std::uint32_t, 2 * DirectionLearner::kMaxMasters> sent_later{};
+  for (std::uint64_t s = head_; s != tail_; --s) {
+    const Slot& slot = At(s - 1);
+    if (slot.state != SlotState::kOpen) continue;
+    const std::uint32_t later = sent_later[slot.sender]++;
+    // Where the returns have an interface of their own, that one may have stopped a moment earlier.
+    if (slot.overtaken > 0 || senders_[slot.sender].own_return_port) continue;
+    silent[(s - 1) % kSlots] = IsSilent(slot.view.ref(), later);
+  }
+  for (; tail_ != head_; ++tail_) {
+    Slot& slot = At(tail_);
     if (slot.state != SlotState::kOpen) continue;
     if (slot.overtaken > 0) {
       Lose(slot, Loss::kOvertaken);
+    } else if (silent[tail_ % kSlots]) {
+      Lose(slot, Loss::kSilence);
     } else {
       ++statistics_.under_way_at_end;
     }
   }
-  tail_ = head_;
+}
+
+/// @param later how many frames the same sender sent after this one, none of which came back either
+bool Pairing::IsSilent(const FrameRef& sent, std::uint32_t later) const noexcept {
+  if (!sent.has_time || !last_.has_time) return later >= kSilentFrames;
+  const std::int64_t age = Elapsed(sent.time, last_.time);
+  return later >= kSilentFramesWithTime && age > kSilentNs && age / kSilentRoundTrips > typical_round_trip_ns_;
 }
 
 }  // namespace ecaudit::bus

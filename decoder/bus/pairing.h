@@ -3,6 +3,11 @@
 /// Pairs the returned copy of a frame with its outbound copy by content and order, never by time stamps alone: frames
 /// do not overtake each other on the wire. Only where a master repeated a frame (same key twice under way) do good
 /// time stamps decide which of the two came back.
+///
+/// A frame is called lost only where the capture shows that it must have come back: the same sender's later frames did,
+/// or it went on sending while nothing came back any more. Frames of a sender whose returns are not captured at all,
+/// frames from before the first return where each direction has its own interface, and frames of which a packet cut by
+/// the snap length may be the return, are undecided.
 #pragma once
 
 #include <array>
@@ -21,9 +26,11 @@ struct PairingStatistics {
   std::uint64_t paired = 0;
   std::uint64_t lost = 0;
   std::uint64_t duplicated = 0;
+  std::uint64_t captured_twice = 0;      ///< the same return on another interface: a matter of the capture, left out
   std::uint64_t unmatched_returned = 0;  ///< came back without an outbound copy in the capture
   std::uint64_t altered = 0;
   std::uint64_t foreign = 0;
+  std::uint64_t undecided = 0;           ///< no return seen, but it may have come back
   std::uint64_t under_way_at_end = 0;
   std::uint64_t identical_stamps = 0;    ///< pairs whose two copies have the same time stamp
 };
@@ -33,6 +40,15 @@ class Pairing {
   static constexpr std::size_t kSlots = 256;
   /// A frame is given up when this many frames sent later came back.
   static constexpr std::uint32_t kOvertakenLimit = 32;
+  /// At the end of the capture a frame is given up when it is older than this many round trips and this many ns, ...
+  static constexpr std::int64_t kSilentRoundTrips = 100;
+  static constexpr std::int64_t kSilentNs = 50'000'000;
+  /// ... and its sender has sent this many frames more (without time stamps: kSilentFrames).
+  static constexpr std::uint32_t kSilentFramesWithTime = 3;
+  static constexpr std::uint32_t kSilentFrames = 64;
+  /// A second copy counts as duplicate when so few frames lie between, and so little time.
+  static constexpr std::uint64_t kDuplicateFrames = 8;
+  static constexpr std::int64_t kDuplicateNs = 10'000'000;
 
   Pairing(const DirectionLearner& directions, BusSink& sink);
 
@@ -45,25 +61,49 @@ class Pairing {
 
  private:
   enum class SlotState : std::uint8_t { kFree, kOpen, kAnswered };
+  struct Sender {
+    std::uint64_t mac = 0;
+    bool answered = false;         ///< something came back to it
+    bool assumed = false;          ///< its returns are not captured: what it sends is taken as done
+    bool own_return_port = false;  ///< outbound and returned copies were captured on two interfaces
+  };
   struct Slot {
     SlotState state = SlotState::kFree;
-    std::uint64_t key = 0;
-    std::uint32_t overtaken = 0;
+    std::uint8_t sender = 0;
     bool followed_by_other = false;  ///< the very next packet was no EtherCAT frame
-    FrameNo returned = 0;
+    bool undecided = false;          ///< may have come back unseen
+    std::uint32_t overtaken = 0;
+    std::uint64_t key = 0;
+    FrameRef returned;
+    std::uint16_t returned_interface = 0;
     std::uint64_t returned_hash = 0;
     wire::FrameView view;
     std::vector<std::uint8_t> bytes;  ///< grows to the largest frame, then stays
   };
+  /// A returned copy that stands before its outbound one, where two interfaces were captured.
+  struct Early {
+    std::uint64_t key = 0;
+    FrameRef ref;
+    std::uint16_t interface_index = 0;
+    bool used = false;
+  };
 
-  void PushOutbound(const wire::FrameView& frame, std::uint64_t key) noexcept;
-  void PushReturned(const wire::FrameView& frame, std::uint64_t key) noexcept;
+  void PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool undecided) noexcept;
+  void PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot* slot) noexcept;
+  void PushByPair(const wire::FrameView& frame, std::uint64_t key) noexcept;
   void PushUnusable(const wire::FrameView& frame) noexcept;
+  void PushForeign(const wire::FrameView& frame) noexcept;
+  void DoubtAll() noexcept;
+  std::uint8_t SenderIndex(const wire::FrameView& frame) noexcept;
   [[nodiscard]] Slot* FindOpen(const wire::FrameView& frame, std::uint64_t key) noexcept;
-  Slot* FindAlike(const wire::FrameView& frame) noexcept;
-  void Answer(Slot& slot, FrameNo returned, std::uint64_t hash) noexcept;
+  [[nodiscard]] Slot* FindCut(const wire::FrameView& frame) noexcept;
+  [[nodiscard]] Slot* FindAlike(const wire::FrameView& frame) noexcept;
+  [[nodiscard]] const Slot* FindOriginal(const wire::FrameView& frame, std::uint64_t key, std::uint64_t hash) noexcept;
+  [[nodiscard]] bool WasEarly(const wire::FrameView& frame, std::uint64_t key) noexcept;
+  void Answer(Slot& slot, const wire::FrameView& returned, std::uint64_t hash) noexcept;
   void Lose(Slot& slot, Loss loss) noexcept;
   void DropAnsweredTail() noexcept;
+  [[nodiscard]] bool IsSilent(const FrameRef& sent, std::uint32_t later) const noexcept;
   Slot& At(std::uint64_t sequence) { return slots_[sequence % kSlots]; }
 
   const DirectionLearner& directions_;
@@ -71,8 +111,13 @@ class Pairing {
   std::array<Slot, kSlots> slots_;
   std::uint64_t head_ = 0;  ///< sequence number of the next slot to fill
   std::uint64_t tail_ = 0;  ///< oldest slot that may still be open
+  std::array<Sender, 2 * DirectionLearner::kMaxMasters> senders_{};
+  std::uint8_t sender_count_ = 0;
+  std::array<Early, 8> early_{};
+  std::uint8_t next_early_ = 0;
+  bool any_cut_ = false;
+  FrameRef last_;  ///< last packet with a time stamp
   std::int64_t typical_round_trip_ns_ = 0;  ///< running average over unambiguous pairs; 0 until there was one
-  bool outbound_only_;
   PairingStatistics statistics_;
 };
 

@@ -8,10 +8,10 @@ SlaveId SlaveSet::AtPosition(SlavePos position) const {
 
 SlaveId SlaveSet::AtStation(StationAddress address) const {
   if (by_station_[address] != kNoSlave) return by_station_[address];
-  if (address == 0) return kNoSlave;
+  if (address == 0 || aliases_enabled_ == 0) return kNoSlave;
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
     const StationAddress* alias = slaves_[i].alias.if_known();
-    if (alias != nullptr && *alias == address) return static_cast<SlaveId>(i);
+    if (slaves_[i].alias_enabled && alias != nullptr && *alias == address) return static_cast<SlaveId>(i);
   }
   return kNoSlave;
 }
@@ -27,10 +27,14 @@ SlaveId SlaveSet::AddAtPosition(SlavePos position, FrameNo frame) {
   if (position >= kMaxSlaves) return kNoSlave;
   const SlaveId id = Add();
   if (id == kNoSlave) return id;
+  PlaceAt(id, position, frame);
+  return id;
+}
+
+void SlaveSet::PlaceAt(SlaveId id, SlavePos position, FrameNo frame) {
   if (position >= by_position_.size()) by_position_.resize(static_cast<std::size_t>(position) + 1, kNoSlave);
   by_position_[position] = id;
   slaves_[id].position = Known<SlavePos>::Observed(position, frame);
-  return id;
 }
 
 SlaveId SlaveSet::AddAtStation(StationAddress address, FrameNo frame) {
@@ -48,9 +52,7 @@ Assignment SlaveSet::AssignAtPosition(SlavePos position, StationAddress address,
   if (id == kNoSlave) {
     const SlaveId met = by_station_[address];
     if (met != kNoSlave && slaves_[met].position.if_known() == nullptr && position < kMaxSlaves) {
-      if (position >= by_position_.size()) by_position_.resize(static_cast<std::size_t>(position) + 1, kNoSlave);
-      by_position_[position] = met;
-      slaves_[met].position = Known<SlavePos>::Observed(position, frame);
+      PlaceAt(met, position, frame);
       id = met;
     } else {
       id = AddAtPosition(position, frame);
@@ -63,9 +65,7 @@ Assignment SlaveSet::AssignStation(SlaveId id, StationAddress address, FrameNo f
   Assignment result{id, kNoSlave};
   SlaveAddress& slave = slaves_[id];
   const StationAddress* before = slave.station.if_known();
-  if (before != nullptr && slave.station_valid && *before != address && by_station_[*before] == id) {
-    by_station_[*before] = kNoSlave;
-  }
+  if (before != nullptr && slave.station_valid && *before != address) LeaveStation(id, *before);
   const SlaveId holder = by_station_[address];
   if (address != 0 && holder != kNoSlave && holder != id) {
     // A slave that was only ever met by this address may be this very one; with a position of its own it is another.
@@ -73,12 +73,32 @@ Assignment SlaveSet::AssignStation(SlaveId id, StationAddress address, FrameNo f
       result.other = holder;
     } else {
       slaves_[holder].station_valid = false;
+      slaves_[holder].replaced = slave.position.if_known() != nullptr;
     }
   }
   slave.station = Known<StationAddress>::Observed(address, frame);
   slave.station_valid = address != 0;
   if (address != 0) by_station_[address] = id;
   return result;
+}
+
+/// `id` does not answer to `address` any more; another slave that was given the same one still does.
+void SlaveSet::LeaveStation(SlaveId id, StationAddress address) {
+  if (by_station_[address] != id) return;
+  by_station_[address] = kNoSlave;
+  for (std::size_t i = 0; i < slaves_.size(); ++i) {
+    const StationAddress* station = slaves_[i].station.if_known();
+    if (i != id && slaves_[i].station_valid && station != nullptr && *station == address) {
+      by_station_[address] = static_cast<SlaveId>(i);
+    }
+  }
+}
+
+void SlaveSet::EnableAlias(SlaveId id, bool enabled) {
+  SlaveAddress& slave = slaves_[id];
+  if (slave.alias_enabled == enabled) return;
+  slave.alias_enabled = enabled;
+  enabled ? ++aliases_enabled_ : --aliases_enabled_;
 }
 
 void SlaveSet::LearnAlias(SlaveId id, StationAddress alias, FrameNo frame) {

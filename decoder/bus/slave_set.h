@@ -18,6 +18,10 @@ struct SlaveAddress {
   Known<StationAddress> station;  ///< stays as last known when a broadcast clears the addresses
   bool station_valid = false;     ///< the slave answers to `station` now
   Known<StationAddress> alias;
+  bool alias_enabled = false;     ///< the master lets it answer to `alias` too (0x0100 bit 24; off after power-on)
+  /// Met by its station address before positions showed; a slave at a known position has that address now. Both are
+  /// most likely one slave, so this one counts for nothing any more.
+  bool replaced = false;
 };
 
 /// What AssignStation() found out.
@@ -38,7 +42,7 @@ class SlaveSet {
 
   /// kNoSlave when not known (yet).
   [[nodiscard]] SlaveId AtPosition(SlavePos position) const;
-  /// By configured station address, else by alias (register 0x0012 is compared too when the master enabled it).
+  /// By configured station address, else by alias of a slave whose master enabled it.
   [[nodiscard]] SlaveId AtStation(StationAddress address) const;
 
   /// The slave there, added when it is new; kNoSlave when kMaxSlaves is reached.
@@ -51,15 +55,19 @@ class SlaveSet {
   /// The same for a slave that is already identified.
   Assignment AssignStation(SlaveId id, StationAddress address, FrameNo frame);
   void LearnAlias(SlaveId id, StationAddress alias, FrameNo frame);
+  void EnableAlias(SlaveId id, bool enabled);
   /// A broadcast wrote the same address to all slaves (masters write 0 when they scan): nobody is told apart by it now.
   void ClearStations(FrameNo frame);
 
  private:
   SlaveId Add();
+  void PlaceAt(SlaveId id, SlavePos position, FrameNo frame);
+  void LeaveStation(SlaveId id, StationAddress address);
 
   std::vector<SlaveAddress> slaves_;
   std::vector<SlaveId> by_position_;
   std::vector<SlaveId> by_station_;
+  std::size_t aliases_enabled_ = 0;
 };
 
 }  // namespace ecaudit::bus

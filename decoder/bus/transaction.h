@@ -25,6 +25,7 @@ struct BusTransaction {
 enum class Loss : std::uint8_t {
   kOvertaken,  ///< later frames came back, this one did not
   kSilence,    ///< nothing came back any more
+  kUndecided,  ///< no return seen, but the capture may just not hold it: what it wrote is unknown, and that is all
 };
 
 /// Why a returned frame was set aside.
@@ -41,7 +42,7 @@ class BusSink {
   /// An outbound frame was seen; what it does is not known yet. Not called when `assumed` transactions follow at once.
   virtual void OnSent(const wire::FrameView& frame) = 0;
   virtual void OnTransaction(const BusTransaction& transaction) = 0;
-  /// `sent` will not be answered any more. Comes later than the frames that overtook it.
+  /// No return of `sent` will come any more. Comes later than the frames that overtook it.
   /// @param followed_by_other the packet right behind it in the capture was no EtherCAT frame
   virtual void OnLost(const wire::FrameView& sent, Loss loss, bool followed_by_other) = 0;
   /// `returned` is byte for byte what frame `original` already brought back.

@@ -8,6 +8,7 @@ namespace {
 
 constexpr EscAddress kStationAddress = 0x0010;
 constexpr EscAddress kStationAlias = 0x0012;
+constexpr EscAddress kAliasEnable = 0x0103;  // bit 0 = bit 24 of DL control
 constexpr EscAddress kAlControl = 0x0120;
 constexpr EscAddress kAlStatus = 0x0130;
 constexpr EscAddress kAlStatusCode = 0x0134;
@@ -97,7 +98,7 @@ void Network::OnSent(const wire::FrameView& frame) {
     const esc::AlWord control{WordOrByte(data)};
     if (wire::IsBroadcast(c)) {
       for (std::size_t s = 0; s < slaves_.size(); ++s) {
-        events_.OnAlRequestSent(static_cast<SlaveId>(s), frame.ref(), control);
+        if (OnBus(static_cast<SlaveId>(s))) events_.OnAlRequestSent(static_cast<SlaveId>(s), frame.ref(), control);
       }
     } else {
       const SlaveId slave = wire::IsNodeAddressed(c)
@@ -127,6 +128,7 @@ void Network::OnTransaction(const bus::BusTransaction& transaction) {
 }
 
 void Network::CountSlaves(const Datagram& d) {
+  if (d.any.circulating()) return;  // it may have passed slaves twice
   std::uint16_t count = 0;
   if (wire::IsBroadcast(d.command())) {
     // Masters send broadcasts with 0. An outbound copy that already counted some was tapped behind that many slaves.
@@ -141,10 +143,38 @@ void Network::CountSlaves(const Datagram& d) {
   if (count > bus::SlaveSet::kMaxSlaves) return;  // a damaged or made-up counter
   const std::uint16_t* before = slave_count_.if_known();
   if (before != nullptr && *before == count) return;
-  const SlaveCount event{count, before != nullptr ? *before : std::uint16_t{0}, before == nullptr,
-                         d.transaction.returned_ref()};
+  const std::optional<std::uint16_t> before_count = before != nullptr ? std::optional(*before) : std::nullopt;
+  const SlaveCount event{count, before_count.value_or(0), !before_count, d.transaction.returned_ref()};
   slave_count_ = Known<std::uint16_t>::Observed(count, event.frame.number);
   events_.On(event);
+  if (before_count && count > *before_count) ForgetReturning(*before_count, event.frame);
+}
+
+/// Slaves that were away may come back after a power cycle, and new ones have taken no broadcast so far.
+void Network::ForgetReturning(std::uint16_t first_position, const FrameRef& frame) {
+  everyone_ = SlaveState();
+  for (std::size_t s = 0; s < slaves_.size(); ++s) {
+    const auto id = static_cast<SlaveId>(s);
+    const SlavePos* position = slaves_[id].position.if_known();
+    if (position == nullptr || *position < first_position) continue;
+    SlaveState& state = states_[id];
+    state.registers.Clear();
+    state.sii.Forget();
+    mailboxes_[id]->Forget(frame);
+    ++state.mapping_version;
+    ++mapping_version_;
+    state.al_status_code.Forget(frame.number);
+    if (state.al_status.if_known() == nullptr) continue;
+    state.al_status.Forget(frame.number);
+    events_.On(AlStateForgotten{id, frame});
+  }
+}
+
+bool Network::OnBus(SlaveId id) const {
+  if (slaves_[id].replaced) return false;
+  const SlavePos* position = slaves_[id].position.if_known();
+  const std::uint16_t* count = slave_count_.if_known();
+  return position == nullptr || count == nullptr || *position < *count;
 }
 
 std::optional<SlavePos> Network::PositionOf(const Datagram& d) const {
@@ -247,7 +277,9 @@ void Network::OnBroadcast(const Datagram& d) {
     if (to_all.address < esc::RegisterImage::kSize && acceptance != Acceptance::kRefused) {
       Learn(everyone_, to_all, to_all.written, CertaintyOfWrite(to_all));
     }
-    for (std::size_t s = 0; s < slaves_.size(); ++s) Apply(d.Access(static_cast<SlaveId>(s), acceptance));
+    for (std::size_t s = 0; s < slaves_.size(); ++s) {
+      if (OnBus(static_cast<SlaveId>(s))) Apply(d.Access(static_cast<SlaveId>(s), acceptance));
+    }
     if (CoversByte(d.address(), d.any.length(), kStationAddress) && acceptance != Acceptance::kRefused) {
       slaves_.ClearStations(d.transaction.any().ref().number);
     }
@@ -270,24 +302,30 @@ void Network::ReadAlStatusOfAll(const Datagram& d) {
   }
   const ByteSpan data = Slice(d.any.data(), static_cast<std::size_t>(kAlStatus - d.address()));
   const std::uint8_t status = data[0];
-  const bool single = *count == 1;
-  const bool one_state = std::popcount(static_cast<unsigned>(status & 0x0FU)) == 1;
+  const std::uint8_t seen = status & 0x0FU;
+  const bool one_state = std::has_single_bit(static_cast<unsigned>(seen));
+  const bool error = (status & 0x10U) != 0;
   const FrameRef frame = d.transaction.returned_ref();
+  SlaveId only = kNoSlave;  // the one slave on the bus, where its place or its being alone tells which that is
+  if (*count == 1) {
+    only = slaves_.AtPosition(0);
+    if (only == kNoSlave && slaves_.size() == 1) only = 0;
+  }
   for (std::size_t s = 0; s < slaves_.size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
-    if (single) {
+    if (!OnBus(id)) continue;
+    const esc::AlWord* before = states_[id].al_status.if_known();
+    if (id == only) {
       const auto code = data.size() >= 6 ? std::optional(LittleEndian<std::uint16_t>(data, 4)) : std::nullopt;
       ApplyAlStatus(id, frame, WordOrByte(data), code, true);
-    } else if (one_state && (status & 0x10U) == 0) {
-      ApplyAlStatus(id, frame, status, std::nullopt, true);
+    } else if (one_state && !error) {
+      // Bits above the error bit are an OR of all: they say nothing of this slave.
+      const bool same = before != nullptr && before->state() == seen && !before->bit4();
+      ApplyAlStatus(id, frame, same ? before->raw : seen, std::nullopt, true);
     } else if (one_state) {
-      const esc::AlWord* before = states_[id].al_status.if_known();
       // The state is certain, whose error bit it is, is not.
-      if (before == nullptr || before->state() != (status & 0x0FU)) {
-        ApplyAlStatus(id, frame, status & 0x0FU, std::nullopt, false);
-      }
-    } else if (const esc::AlWord* before = states_[id].al_status.if_known();
-               before != nullptr && (before->state() & ~status & 0x0FU) != 0) {
+      if (before == nullptr || before->state() != seen) ApplyAlStatus(id, frame, seen, std::nullopt, false);
+    } else if (before != nullptr && (before->state() & ~status & 0x0FU) != 0) {
       states_[id].al_status.Forget(frame.number);
       states_[id].al_status_code.Forget(frame.number);
       events_.On(AlStateForgotten{id, frame});
@@ -318,11 +356,17 @@ void Network::OnAddressed(const Datagram& d) {
     if ((wkc & 1U) == 0) access.read = {};
     if ((wkc & 2U) == 0) access.written = {};
   }
-  if ((c == wire::Command::ARMW || c == wire::Command::FRMW) && d.has_returned && d.has_sent &&
-      access.acceptance == Acceptance::kAccepted) {
-    // The others may have counted without the reader: unchanged data prove nothing.
-    const ByteSpan sent = d.sent().data();
-    if (std::equal(sent.begin(), sent.end(), access.read.begin(), access.read.end())) return;
+  const bool one_slave = c != wire::Command::ARMW && c != wire::Command::FRMW;
+  if (one_slave && wkc > (reads_here && writes_here ? 3 : 1)) {
+    // More than one slave answered, or the counter is damaged: what was read may come from another one.
+    access.read = {};
+  }
+  if (!one_slave && d.has_returned && access.acceptance == Acceptance::kAccepted) {
+    // The others may have counted without the reader. Changed data prove that it did, and so does a full count.
+    const std::uint16_t* count = slave_count_.if_known();
+    const ByteSpan sent = d.has_sent ? d.sent().data() : access.read;
+    const bool changed = !std::equal(sent.begin(), sent.end(), access.read.begin(), access.read.end());
+    if (!changed && (count == nullptr || wkc != *count)) return;
   }
   Apply(access);
 }
@@ -362,14 +406,30 @@ void Network::Learn(SlaveState& state, const SlaveAccess& access, ByteSpan bytes
   state.registers.Write(access.address, bytes, certainty);
 }
 
+bool Network::LearnedSince(FrameNo sent, SlaveId slave, EscAddress address, std::size_t length) const {
+  return std::any_of(recent_.begin(), recent_.end(), [&](const Recent& r) {
+    return r.slave == slave && r.sent > sent && r.address <= address &&
+           static_cast<std::size_t>(address - r.address) + length <= r.length;
+  });
+}
+
 void Network::Apply(const SlaveAccess& access) {
   SlaveState& state = states_[access.slave];
   const bool in_registers = access.address < esc::RegisterImage::kSize;
   if (in_registers) {
+    const std::size_t length = std::max(access.written.size(), access.read.size());
+    const FrameNo sent = (access.sent.seen() ? access.sent : access.returned).number;
     if (!access.written.empty() && access.acceptance != Acceptance::kRefused) {
-      Learn(state, access, access.written, CertaintyOfWrite(access));
+      // Losses show late: a repetition of the same write may have arrived since.
+      const bool late = access.acceptance == Acceptance::kUnknown && !access.returned.seen() &&
+                        LearnedSince(sent, access.slave, access.address, length);
+      if (!late) Learn(state, access, access.written, CertaintyOfWrite(access));
     }
     if (!access.read.empty()) Learn(state, access, access.read, Certainty::kObserved);
+    if (access.acceptance == Acceptance::kAccepted && length > 0) {
+      recent_[next_recent_] = {sent, access.slave, access.address, static_cast<std::uint16_t>(length)};
+      next_recent_ = (next_recent_ + 1) % recent_.size();
+    }
   }
   events_.OnAccess(access);
   if (window_versions_[access.slave] != state.mapping_version) UpdateMailboxWindow(access.slave, access.frame());
@@ -379,7 +439,7 @@ void Network::Apply(const SlaveAccess& access) {
     state.sii.OnAccess(access, this);
   }
 
-  if (access.address <= kStationAlias + 1 && access.address + std::max(access.written.size(), access.read.size()) > kStationAddress) {
+  if (access.address <= kAliasEnable && access.address + std::max(access.written.size(), access.read.size()) > kStationAddress) {
     ApplyAddressing(access);
   }
   const std::size_t control_at = static_cast<std::size_t>(kAlControl - access.address);
@@ -423,6 +483,11 @@ void Network::ApplyAlStatus(SlaveId slave, const FrameRef& frame, std::uint16_t 
 }
 
 void Network::ApplyAddressing(const SlaveAccess& access) {
+  const ByteSpan enable = !access.written.empty() ? access.Covered(access.done() ? access.written : ByteSpan{}, kAliasEnable, 1)
+                                                  : access.Covered(access.read, kAliasEnable, 1);
+  if (!enable.empty() && !(access.broadcast && access.written.empty())) {
+    slaves_.EnableAlias(access.slave, (enable[0] & 1U) != 0);
+  }
   if (access.broadcast) return;
   const FrameNo frame = access.frame().number;
   const bool done = access.done();
@@ -437,7 +502,8 @@ void Network::ApplyAddressing(const SlaveAccess& access) {
       const SlavePos* position = known.position.if_known();
       const bus::Assignment assigned = position != nullptr ? slaves_.AssignAtPosition(*position, address, frame)
                                                            : slaves_.AssignStation(access.slave, address, frame);
-      events_.On(AddressAssigned{access.slave, access.frame(), address, assigned.other});
+      const bool shared = assigned.other != kNoSlave && OnBus(assigned.other);
+      events_.On(AddressAssigned{access.slave, access.frame(), address, shared ? assigned.other : kNoSlave});
     }
   }
   if (const ByteSpan alias = access.Covered(access.read, kStationAlias, 2); !alias.empty()) {
@@ -519,7 +585,7 @@ void Network::Finish() {
 }
 
 void Network::OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_by_other) {
-  events_.On(FrameLost{sent, loss, followed_by_other});
+  if (loss != bus::Loss::kUndecided) events_.On(FrameLost{sent, loss, followed_by_other});
   // Whether the slaves got it, nobody knows: what it wrote is unknown from here on.
   const bus::BusTransaction transaction{&sent, nullptr, false};
   for (std::size_t i = 0; i < sent.size(); ++i) {
@@ -532,7 +598,9 @@ void Network::OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_
     // A lost read only matters where reading changes something: it may have emptied a mailbox.
     if (!wire::Writes(c) && (wire::IsBroadcast(c) || d.address() < esc::RegisterImage::kSize)) continue;
     if (wire::IsBroadcast(c)) {
-      for (std::size_t s = 0; s < slaves_.size(); ++s) Apply(d.Access(static_cast<SlaveId>(s), Acceptance::kUnknown));
+      for (std::size_t s = 0; s < slaves_.size(); ++s) {
+        if (OnBus(static_cast<SlaveId>(s))) Apply(d.Access(static_cast<SlaveId>(s), Acceptance::kUnknown));
+      }
     } else if (const SlaveId slave = Resolve(d, false); slave != kNoSlave) {
       Apply(d.Access(slave, Acceptance::kUnknown));
     }

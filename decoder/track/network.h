@@ -4,6 +4,7 @@
 /// accesses into facts: requests, states, addresses, counts.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -49,6 +50,10 @@ class Network final : public bus::BusSink, private SiiListener {
   void OnLogical(const Datagram& d);
   void CountSlaves(const Datagram& d);
   void ReadAlStatusOfAll(const Datagram& d);
+  /// False for a slave behind the last one that answers now, and for one that turned out to be another.
+  [[nodiscard]] bool OnBus(SlaveId id) const;
+  void ForgetReturning(std::uint16_t first_position, const FrameRef& frame);
+  [[nodiscard]] bool LearnedSince(FrameNo sent, SlaveId slave, EscAddress address, std::size_t length) const;
   [[nodiscard]] std::optional<SlavePos> PositionOf(const Datagram& d) const;
   [[nodiscard]] SlaveId Resolve(const Datagram& d, bool add);
   void Meet(SlaveId id, const FrameRef& frame);
@@ -81,6 +86,15 @@ class Network final : public bus::BusSink, private SiiListener {
   std::vector<MappedMailbox> mapped_mailboxes_;
   std::uint64_t mapped_version_ = 0;
   std::uint16_t upstream_ = 0;     // slaves between the master and the tap
+  /// What slaves took or gave lately: a frame whose loss shows later leaves that alone.
+  struct Recent {
+    FrameNo sent = 0;
+    SlaveId slave = kNoSlave;
+    EscAddress address = 0;
+    std::uint16_t length = 0;
+  };
+  std::array<Recent, 64> recent_{};
+  std::size_t next_recent_ = 0;
 };
 
 }  // namespace ecaudit::track

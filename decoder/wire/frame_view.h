@@ -123,8 +123,10 @@ class FrameView {
     return count_ == 0 ? ByteSpan{} : bytes_.subspan(offsets_[0], static_cast<std::size_t>(offsets_[count_]) - offsets_[0]);
   }
   [[nodiscard]] ByteSpan bytes() const { return bytes_; }
+  /// As many of bytes() as the view needs to read its datagrams: at most about 2,200.
+  [[nodiscard]] std::size_t used_bytes() const { return count_ == 0 ? 0 : offsets_[count_]; }
 
-  /// The same view over a copy of the packet's bytes; `copy` must hold the same bytes.
+  /// The same view over a copy of the packet's bytes; `copy` must hold the same bytes, at least used_bytes() of them.
   [[nodiscard]] FrameView Rebased(ByteSpan copy) const {
     FrameView view = *this;
     view.bytes_ = copy;

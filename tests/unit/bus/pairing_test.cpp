@@ -1,0 +1,484 @@
+#include "decoder/bus/pairing.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/bus/pairing_log.h"
+
+namespace ecaudit::bus::test {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+TEST(Pairing, OneAfterTheOther) {
+  const Paired result = PairUp(R"(
++0us BRD 0x0130 01 00
++1ms FPRD 0x1001:0x0130 01 00
++1ms FPWR 0x1001:0x0120 02 00 & FPRD 0x1001:0x0130 01 00
+)");
+  EXPECT_THAT(result.log.words, ElementsAre("1+2", "3+4", "5+6"));
+  EXPECT_THAT(result.log.sent, ElementsAre(1, 3, 5));
+  EXPECT_EQ(result.statistics.outbound, 3U);
+  EXPECT_EQ(result.statistics.returned, 3U);
+  EXPECT_EQ(result.statistics.paired, 3U);
+}
+
+TEST(Pairing, SeveralFramesUnderWay) {
+  const Paired result = PairUp(R"(
+@rtt 5ms
++0us LRW 0x1000 01 02 idx=1
++1ms LRW 0x2000 01 02 idx=1
++1ms LRW 0x1000 01 02 idx=2
++1ms FPRD 0x1001:0x0130 01 00 idx=3
+)");
+  EXPECT_THAT(result.log.words, ElementsAre("1+5", "2+6", "3+7", "4+8"));
+}
+
+TEST(Pairing, EqualFramesUnderWayComeBackInOrder) {
+  // TwinCAT scans with index 0xFF for every frame.
+  const Paired result = PairUp(R"(
+@rtt 5ms
++0us FPRD 0x1001:0x0130 01 00 idx=0xFF
++1ms FPRD 0x1001:0x0130 02 00 idx=0xFF
++1ms FPRD 0x1001:0x0130 04 00 idx=0xFF
+)");
+  EXPECT_THAT(result.log.words, ElementsAre("1+4", "2+5", "3+6"));
+}
+
+TEST(Pairing, MidRunBeginsWithAReturn) {
+  const Paired result = PairUp(R"(
++0us LRW 0x1000 01 02 idx=4 @returned-only
++1ms LRW 0x1000 01 02 idx=5
++1ms LRW 0x1000 01 02 idx=6
+)");
+  EXPECT_THAT(result.log.words, ElementsAre("+1", "2+3", "4+5"));
+  EXPECT_EQ(result.statistics.unmatched_returned, 1U);
+}
+
+TEST(Pairing, EqualTimeStamps) {
+  const Paired result = PairUp(R"(
+@rtt 0us
++0us FPRD 0x1001:0x0130 01 00
++1ms FPRD 0x1001:0x0130 01 00
++1ms FPRD 0x1001:0x0130 01 00 @lost
++1ms FPRD 0x1001:0x0130 01 00
+)");
+  EXPECT_THAT(result.log.words, ElementsAre("1+2", "3+4", "6+7", "lost 5"));
+  EXPECT_EQ(result.statistics.identical_stamps, 3U);
+}
+
+TEST(Pairing, NoTimeStamps) {
+  const Paired result = PairUp(R"(
+@no-time
++0us FPRD 0x1001:0x0130 01 00
++1ms FPRD 0x1001:0x0130 01 00 @lost
++1ms FPRD 0x1001:0x0130 01 00
+)");
+  EXPECT_THAT(result.log.words, ElementsAre("1+2", "4+5", "lost 3"));
+  EXPECT_EQ(result.statistics.identical_stamps, 0U);
+}
+
+TEST(Pairing, LostFramesAreNamed) {
+  Trace trace;
+  for (int i = 0; i < 200; ++i) {
+    auto& frame = trace.After(1000).Lrw(0x1000, Bytes(8, 0), Bytes(8, 1)).Index(static_cast<std::uint8_t>(i % 16));
+    if (i == 20 || i == 60 || i == 61) frame.Lost().Mark(std::to_string(i));
+  }
+  const Paired result = PairUp(trace);
+  EXPECT_EQ(result.statistics.lost, 3U);
+  EXPECT_THAT(result.log.Only("lost"),
+              ElementsAre("lost " + std::to_string(trace.Sent("20")), "lost " + std::to_string(trace.Sent("60")),
+                          "lost " + std::to_string(trace.Sent("61"))));
+  EXPECT_EQ(result.statistics.paired, 197U);
+}
+
+TEST(Pairing, IndexReusedAfterATimeOut) {
+  // The master gave up and uses index 3 for something else; the first never comes.
+  const Paired result = PairUp(R"(
++0us FPRD 0x1001:0x0130 01 00 idx=1
++1ms FPRD 0x1001:0x0130 01 00 idx=3 @lost
++4ms FPWR 0x1001:0x0120 02 00 idx=3
++1ms FPRD 0x1001:0x0130 01 00 idx=4
+)");
+  EXPECT_THAT(result.log.words, ElementsAre("1+2", "4+5", "6+7", "lost 3"));
+}
+
+TEST(Pairing, RetryFirstCopyLost) {
+  // SOEM repeats the identical frame after 2 ms; round trips are 30 us.
+  const Paired result = PairUp(R"(
++0us  FPRD 0x1001:0x0130 01 00 idx=1
++1ms  FPRD 0x1001:0x0130 01 00 idx=2 @lost
++2ms  FPRD 0x1001:0x0130 01 00 idx=2
++1ms  FPRD 0x1001:0x0130 01 00 idx=3
+)");
+  EXPECT_THAT(result.log.words, ElementsAre("1+2", "4+5", "6+7", "lost 3"));
+}
+
+TEST(Pairing, RetrySecondCopyLost) {
+  // The first was only late: it comes back 5 us after the second was sent.
+  const Paired result = PairUp(R"(
++0us    FPRD 0x1001:0x0130 01 00 idx=1
++1ms    FPRD 0x1001:0x0130 01 00 idx=2 rtt=2005us
++2ms    FPRD 0x1001:0x0130 01 00 idx=2 @lost
++1ms    FPRD 0x1001:0x0130 01 00 idx=3
+)");
+  EXPECT_THAT(result.log.words, ElementsAre("1+2", "3+5", "6+7", "lost 4"));
+}
+
+TEST(Pairing, RetryAndBothComeBack) {
+  const Paired result = PairUp(R"(
++0us    FPRD 0x1001:0x0130 01 00 idx=1
++1ms    FPRD 0x1001:0x0130 01 00 idx=2 rtt=2010us
++2ms    FPRD 0x1001:0x0130 01 00 idx=2 rtt=30us
++1ms    FPRD 0x1001:0x0130 01 00 idx=3
+)");
+  EXPECT_THAT(result.log.words, ElementsAre("1+2", "3+5", "4+6", "7+8"));
+  EXPECT_EQ(result.statistics.duplicated, 0U);
+}
+
+TEST(Pairing, RetryWithoutUsableStampsCountsOneLoss) {
+  for (const char* stamps : {"@no-time\n", "@resolution 10ms\n"}) {
+    const Paired result = PairUp(std::string(stamps) + R"(
++0us  FPRD 0x1001:0x0130 01 00 idx=1
++1ms  FPRD 0x1001:0x0130 01 00 idx=2 @lost
++2ms  FPRD 0x1001:0x0130 01 00 idx=2
++1ms  FPRD 0x1001:0x0130 01 00 idx=3
++1ms  FPRD 0x1001:0x0130 01 00 idx=4
+)");
+    EXPECT_EQ(result.statistics.lost, 1U) << stamps;
+    EXPECT_EQ(result.statistics.paired, 4U) << stamps;
+    EXPECT_EQ(result.statistics.duplicated, 0U) << stamps;
+  }
+}
+
+TEST(Pairing, LateReturnIsNotLost) {
+  const Paired result = PairUp(R"(
++0us LRW 0x1000 01 02 idx=1 rtt=2500us
++1ms LRW 0x1000 01 02 idx=2
++1ms LRW 0x1000 01 02 idx=3
++1ms LRW 0x1000 01 02 idx=4
+)");
+  EXPECT_THAT(result.log.words, ElementsAre("2+3", "4+5", "1+6", "7+8"));
+  EXPECT_EQ(result.statistics.lost, 0U);
+}
+
+TEST(Pairing, SwappedReturns) {
+  const Paired result = PairUp(R"(
++0us LRW 0x1000 01 02 idx=1 rtt=90us
++20us LRW 0x1000 01 02 idx=2 rtt=30us
++1ms LRW 0x1000 01 02 idx=3
+)");
+  EXPECT_THAT(result.log.words, ElementsAre("2+3", "1+4", "5+6"));
+}
+
+TEST(Pairing, Duplicates) {
+  const Paired result = PairUp(R"(
++0us LRW 0x1000 01 02 idx=1 @twice
++1ms LRW 0x1000 01 02 idx=2
+)");
+  EXPECT_THAT(result.log.words, ElementsAre("1+2", "dup 3 of 2", "4+5"));
+  EXPECT_EQ(result.statistics.duplicated, 1U);
+}
+
+TEST(Pairing, WhatWasDroppedByTheCaptureIsNoDuplicate) {
+  // The outbound copy of the third frame with index 1 is not in the file. Its return equals those before, as indices
+  // repeat and nothing moves.
+  Trace trace;
+  for (int i = 0; i < 64; ++i) {
+    auto& frame = trace.After(1000).Lrw(0x1000, Bytes(8, 0), Bytes(8, 1)).Index(static_cast<std::uint8_t>(i % 16));
+    if (i == 33) frame.ReturnedOnly();
+  }
+  const Paired result = PairUp(trace);
+  EXPECT_EQ(result.statistics.duplicated, 0U);
+  EXPECT_EQ(result.statistics.lost, 0U);
+  EXPECT_EQ(result.statistics.unmatched_returned, 1U);
+
+  // The same with a master that has only one index, polling once a second.
+  Trace slow;
+  for (int i = 0; i < 8; ++i) {
+    auto& frame = slow.After(1'000'000).Fprd(0x1001, 0x0130, {8, 0}).Index(0xFF);
+    if (i == 4) frame.ReturnedOnly();
+  }
+  const Paired polled = PairUp(slow);
+  EXPECT_EQ(polled.statistics.duplicated, 0U);
+  EXPECT_EQ(polled.statistics.lost, 0U);
+}
+
+/// A frame, its return with one byte changed at `offset`, and two healthy frames behind.
+Paired WithFlippedBit(std::size_t offset, unsigned bit) {
+  Trace trace;
+  trace.After(1000).Fprd(0x1001, 0x0130, {1, 0});
+  trace.After(1000).Fpwr(0x1001, 0x0800, Bytes(8, 0x55)).Mark("hit");
+  trace.After(1000).Fprd(0x1001, 0x0130, {1, 0});
+  trace.After(1000).Fprd(0x1001, 0x0130, {1, 0});
+  std::vector<Packet> packets = trace.Packets();
+  std::uint8_t& byte = packets[trace.Returned("hit") - 1].bytes[offset];
+  byte = static_cast<std::uint8_t>(byte ^ 1U << bit);
+  return PairUp(packets);
+}
+
+TEST(Pairing, OneFlippedBitInAReturnIsNoLoss) {
+  // Everything from the EtherCAT header to the working counter (offsets 14 to 35), any bit.
+  for (std::size_t offset = 14; offset < 16 + 20; ++offset) {
+    for (unsigned bit = 0; bit < 8; ++bit) {
+      if (offset == 15 && bit >= 4) continue;  // another EtherCAT type: nobody can know that it was a return
+      const Paired result = WithFlippedBit(offset, bit);
+      EXPECT_EQ(result.statistics.lost, 0U) << offset << "." << bit;
+      EXPECT_EQ(result.statistics.duplicated, 0U) << offset << "." << bit;
+      EXPECT_EQ(result.statistics.paired + result.statistics.undecided, 4U) << offset << "." << bit;
+    }
+  }
+}
+
+TEST(Pairing, AlteredReturnsAreNotFedOn) {
+  EXPECT_THAT(WithFlippedBit(17, 3).log.words, Contains("altered 4")) << "index";
+  EXPECT_THAT(WithFlippedBit(18, 0).log.words, Contains("altered 4")) << "station address";
+  EXPECT_THAT(WithFlippedBit(20, 3).log.words, Contains("altered 4")) << "register";
+  EXPECT_THAT(WithFlippedBit(30, 7).log.words, Contains("altered 4")) << "written data";
+  EXPECT_THAT(WithFlippedBit(22, 2).log.words, Contains("malformed 4")) << "length";
+}
+
+TEST(Pairing, OutboundMalformedFramesWaitForNothing) {
+  Trace trace;
+  trace.After(1000).Fprd(0x1001, 0x0130, {1, 0});
+  trace.After(1000).Fprd(0x1001, 0x0130, {1, 0}).Mark("bad");
+  trace.After(1000).Fprd(0x1001, 0x0130, {1, 0});
+  std::vector<Packet> packets = trace.Packets();
+  packets[2].bytes[22] = 0x60;
+  packets.erase(packets.begin() + 3);
+  const Paired result = PairUp(packets);
+  EXPECT_THAT(result.log.words, ElementsAre("1+2", "malformed 3", "4+5"));
+}
+
+TEST(Pairing, StillUnderWayAtTheEnd) {
+  const Paired result = PairUp(R"(
++0us FPRD 0x1001:0x0130 01 00
++1ms FPRD 0x1001:0x0130 01 00
++1ms FPRD 0x1001:0x0130 01 00 @lost
+)");
+  EXPECT_THAT(result.log.words, ElementsAre("1+2", "3+4"));
+  EXPECT_EQ(result.statistics.under_way_at_end, 1U);
+  EXPECT_EQ(result.statistics.lost, 0U);
+}
+
+TEST(Pairing, OvertakenOnceBeforeTheEndIsLost) {
+  const Paired result = PairUp(R"(
++0us FPRD 0x1001:0x0130 01 00
++1ms FPRD 0x1001:0x0130 01 00 @lost
++1ms FPRD 0x1001:0x0130 01 00
+)");
+  EXPECT_THAT(result.log.Only("lost"), ElementsAre("lost 3"));
+}
+
+Trace SilentFor(int frames, std::int64_t cycle_us) {
+  Trace trace;
+  for (int i = 0; i < 50; ++i) trace.After(cycle_us).Lrw(0x1000, Bytes(4, 0), Bytes(4, 1));
+  for (int i = 0; i < frames; ++i) trace.After(cycle_us).Lrw(0x1000, Bytes(4, 0), Bytes(4, 1)).Lost();
+  return trace;
+}
+
+TEST(Pairing, SilenceAtTheEnd) {
+  // The cable breaks 0.2 s before the capture ends: frames older than 50 ms and 100 round trips cannot be under way.
+  const Paired result = PairUp(SilentFor(200, 1000));
+  EXPECT_THAT(result.log.Only("lost"), IsEmpty());
+  EXPECT_EQ(result.log.Only("silent").size(), 149U);
+  EXPECT_EQ(result.log.Only("silent").front(), "silent 101");
+  EXPECT_EQ(result.statistics.under_way_at_end, 51U);
+}
+
+TEST(Pairing, SilenceLongerThanTheRing) {
+  const Paired result = PairUp(SilentFor(600, 1000));
+  EXPECT_EQ(result.statistics.lost, 549U);
+  EXPECT_EQ(result.log.Only("silent").size(), 549U);
+  EXPECT_EQ(result.statistics.lost + result.statistics.under_way_at_end, 600U);
+}
+
+TEST(Pairing, ShortSilenceAtTheEndProvesNothing) {
+  EXPECT_EQ(PairUp(SilentFor(40, 1000)).statistics.lost, 0U) << "40 ms";
+  EXPECT_EQ(PairUp(SilentFor(2, 100'000)).statistics.lost, 0U) << "two frames";
+}
+
+TEST(Pairing, SilenceAtTheEndWithoutTimeStamps) {
+  Trace trace;
+  trace.NoTime();
+  for (int i = 0; i < 10; ++i) trace.After(1000).Lrw(0x1000, Bytes(4, 0), Bytes(4, 1));
+  for (int i = 0; i < 100; ++i) trace.After(1000).Lrw(0x1000, Bytes(4, 0), Bytes(4, 1)).Lost();
+  const Paired result = PairUp(trace);
+  EXPECT_EQ(result.statistics.lost, 36U) << "those with 64 behind them";
+}
+
+TEST(Pairing, SilenceInTheMiddle) {
+  Trace trace = SilentFor(100, 1000);
+  for (int i = 0; i < 50; ++i) trace.After(1000).Lrw(0x1000, Bytes(4, 0), Bytes(4, 1));
+  const Paired result = PairUp(trace);
+  EXPECT_EQ(result.statistics.lost, 100U);
+  EXPECT_EQ(result.log.Only("lost").size(), 100U);
+}
+
+TEST(Pairing, ForeignPacketBehindALostFrameIsNoted) {
+  const Paired result = PairUp(R"(
++0us FPRD 0x1001:0x0130 01 00
++1ms FPRD 0x1001:0x0130 01 00 @lost
++1us OTHER
++1ms FPRD 0x1001:0x0130 01 00 @lost
++1ms FPRD 0x1001:0x0130 01 00
++1ms OTHER
+)");
+  EXPECT_THAT(result.log.Only("lost"), ElementsAre("lost 3!", "lost 5"));
+}
+
+TEST(Pairing, FramesOfAnotherMasterOvertakeNothing) {
+  // Two buses in one file: a slow answer on one is no loss because the other is quick.
+  Trace trace;
+  for (int i = 0; i < 4; ++i) {
+    trace.Mac({0x01, 0x01, 0x01, 0x01, 0x01, 0x01});
+    trace.After(1000).Fprd(0x1001, 0x0130, {1, 0}).Rtt(900'000);
+    trace.Mac({0x10, 0x10, 0x10, 0x10, 0x10, 0x10});
+    for (int k = 0; k < 80; ++k) trace.After(10).Lrw(0, Bytes(4, 0), Bytes(4, 0)).Rtt(5000);
+  }
+  trace.Mac({0x01, 0x01, 0x01, 0x01, 0x01, 0x01});
+  trace.After(1000).Fprd(0x1001, 0x0130, {1, 0}).Lost();  // under way when the capture ends
+  trace.Mac({0x10, 0x10, 0x10, 0x10, 0x10, 0x10});
+  trace.After(10).Lrw(0, Bytes(4, 0), Bytes(4, 0)).Rtt(5000);
+  const Paired result = PairUp(trace);
+  EXPECT_EQ(result.statistics.lost, 0U);
+  EXPECT_EQ(result.statistics.paired, 4U * 81U + 1U);
+  EXPECT_EQ(result.statistics.under_way_at_end, 1U);
+}
+
+// --- two interfaces -------------------------------------------------------------------------------------------------
+
+constexpr std::string_view kTwoInterfaces = R"(
+@two-interfaces
++0us FPRD 0x1001:0x0130 01 00 %s
++1ms FPRD 0x1001:0x0130 01 00 %s
++1ms FPRD 0x1001:0x0130 01 00
++1ms FPRD 0x1001:0x0130 01 00
+)";
+
+std::string With(std::string_view first, std::string_view second) {
+  std::string text(kTwoInterfaces);
+  text.replace(text.find("%s"), 2, first);
+  text.replace(text.find("%s"), 2, second);
+  return text;
+}
+
+TEST(Pairing, TheInterfaceOfTheReturnsStartsLater) {
+  const Paired result = PairUp(With("@lost", "@lost"));
+  EXPECT_EQ(result.statistics.lost, 0U);
+  EXPECT_EQ(result.statistics.undecided, 2U);
+  EXPECT_THAT(result.log.words, ElementsAre("3+4", "5+6", "undecided 1", "undecided 2"));
+}
+
+TEST(Pairing, TheInterfaceOfTheReturnsStartsEarlier) {
+  const Paired result = PairUp(With("@returned-only", "@returned-only"));
+  EXPECT_EQ(result.statistics.unmatched_returned, 2U);
+  EXPECT_EQ(result.statistics.lost, 0U);
+}
+
+TEST(Pairing, LossesInTheMiddleOfTwoInterfacesCount) {
+  const Paired result = PairUp(With("", "@lost"));
+  EXPECT_THAT(result.log.Only("lost"), ElementsAre("lost 3"));
+}
+
+TEST(Pairing, TheInterfaceOfTheReturnsStopsEarlier) {
+  Trace trace = *Trace::Parse("@two-interfaces\n+0us BRD 0x0130 01 00\n+1ms BRD 0x0130 01 00\n");
+  for (int i = 0; i < 100; ++i) trace.After(10'000).Lrw(0, Bytes(4, 0), Bytes(4, 0)).Lost();
+  EXPECT_EQ(PairUp(trace).statistics.lost, 0U);
+}
+
+TEST(Pairing, ReturnWrittenBeforeItsOutboundCopy) {
+  Trace trace = *Trace::Parse(R"(
+@two-interfaces
++0us FPRD 0x1001:0x0130 01 00
++1ms FPRD 0x1001:0x0130 01 00
++1ms FPRD 0x1001:0x0130 01 00
+)");
+  std::vector<Packet> packets = trace.Packets();
+  std::swap(packets[2], packets[3]);
+  const Paired result = PairUp(packets);
+  EXPECT_EQ(result.statistics.paired, 3U);
+  EXPECT_EQ(result.statistics.unmatched_returned, 0U);
+  EXPECT_EQ(result.statistics.lost, 0U);
+  EXPECT_THAT(result.log.words, ElementsAre("1+2", "+3", "5+6"));
+}
+
+// --- snap length ----------------------------------------------------------------------------------------------------
+
+Trace TwoDatagramsEach(std::size_t cut) {
+  Trace trace;
+  for (int i = 0; i < 40; ++i) {
+    auto& frame = trace.After(1000).Lrw(0x1000, Bytes(20, 0), Bytes(20, 1)).Fprd(0x1001, 0x0130, {8, 0});
+    if (cut != 0) frame.Cut(cut);
+    if (i == 20) frame.Lost().Mark("lost");
+  }
+  return trace;
+}
+
+TEST(Pairing, AnySnapLength) {
+  // First datagram: 16 to 48, second: to 62.
+  for (std::size_t cut = 1; cut < 62; ++cut) {
+    const Trace trace = TwoDatagramsEach(cut);
+    const Paired result = PairUp(trace);
+    if (cut < 14) {
+      EXPECT_EQ(result.statistics.outbound, 0U) << cut;
+    } else {
+      EXPECT_EQ(result.statistics.outbound, 40U) << cut;
+      EXPECT_EQ(result.statistics.paired, 39U) << cut;
+      EXPECT_EQ(result.statistics.duplicated, 0U) << cut;
+      // Without a readable datagram it cannot be told which one, but that one is missing still shows.
+      EXPECT_LE(result.statistics.lost, 1U) << cut;
+      if (cut >= 48) {
+        EXPECT_THAT(result.log.Only("lost"), ElementsAre("lost " + std::to_string(trace.Sent("lost"))));
+      }
+    }
+  }
+}
+
+TEST(Pairing, CopiesThatWereCutDifferently) {
+  for (std::size_t cut = 1; cut < 62; ++cut) {
+    for (const bool outbound : {false, true}) {
+      Trace trace;
+      for (int i = 0; i < 40; ++i) {
+        trace.After(1000).Lrw(0x1000, Bytes(20, 0), Bytes(20, 1)).Fprd(0x1001, 0x0130, {8, 0});
+      }
+      std::vector<Packet> packets = trace.Packets();
+      Packet& packet = packets[outbound ? 40 : 41];
+      packet.original_length = static_cast<std::uint32_t>(packet.bytes.size());
+      packet.bytes.resize(cut);
+      const Paired result = PairUp(packets);
+      EXPECT_EQ(result.statistics.lost, 0U) << cut << outbound;
+      EXPECT_EQ(result.statistics.altered, 0U) << cut << outbound;
+      EXPECT_EQ(result.statistics.duplicated, 0U) << cut << outbound;
+    }
+  }
+}
+
+// --- bounds ---------------------------------------------------------------------------------------------------------
+
+TEST(Pairing, HugePacketsArePairedToo) {
+  Trace trace;
+  trace.After(1000).Lrw(0, Bytes(1486, 0), Bytes(1486, 1));
+  trace.After(1000).Lrw(0, Bytes(1486, 0), Bytes(1486, 1));
+  std::vector<Packet> packets = trace.Packets();
+  for (Packet& packet : packets) packet.bytes.resize(200'000, 0xEE);
+  const Paired result = PairUp(packets);
+  EXPECT_THAT(result.log.words, ElementsAre("1+2", "3+4"));
+}
+
+TEST(Pairing, TimeStampsFromTheEndsOfTime) {
+  Trace trace;
+  for (int i = 0; i < 40; ++i) trace.After(1000).Fprd(0x1001, 0x0130, {1, 0}).Index(1);
+  trace.After(1000).Fprd(0x1001, 0x0130, {1, 0}).Index(1).Lost();
+  std::vector<Packet> packets = trace.Packets();
+  for (std::size_t i = 0; i < packets.size(); ++i) {
+    packets[i].time = i % 3 == 0 ? std::numeric_limits<TimeNs>::min() : std::numeric_limits<TimeNs>::max();
+  }
+  const Paired result = PairUp(packets);
+  EXPECT_EQ(result.statistics.paired, 40U);
+}
+
+}  // namespace
+}  // namespace ecaudit::bus::test
