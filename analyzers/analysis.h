@@ -40,8 +40,9 @@ struct AnalysisOptions {
   std::optional<FrameNo> from_frame, to_frame;
   /// Limits in ns that the catalogue calls configurable, by name: "al-timeout.preop", ...
   std::map<std::string, std::int64_t, std::less<>> limits;
-  const std::atomic<bool>* stop = nullptr;          ///< set by a signal handler: ends early, capture.complete = false
-  std::function<void(std::uint64_t bytes_done, std::uint64_t bytes_total, std::uint64_t frames)> progress;  ///< now and then
+  const std::atomic<bool>* stop = nullptr;  ///< set by a signal handler: ends early, capture.complete = false
+  std::function<void(std::uint64_t bytes_done, std::uint64_t bytes_total, std::uint64_t frames)>
+      progress;  ///< now and then
 };
 
 /// Reads `source` to its end. Never fails: damage is a finding.

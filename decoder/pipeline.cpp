@@ -115,14 +115,19 @@ class Pipeline::Impl {
         ++statistics_.other_packets;
         pairing_->Push(view);
         return;
-      case wire::FrameKind::kMalformed: ++statistics_.malformed_frames; break;
+      case wire::FrameKind::kMalformed:
+        ++statistics_.malformed_frames;
+        break;
       case wire::FrameKind::kCut:
         ++statistics_.cut_frames;
         if (!statistics_.first_cut.seen()) statistics_.first_cut = view.ref();
         statistics_.last_cut = view.ref();
         break;
-      case wire::FrameKind::kDamagedOnWire: ++statistics_.crc_error_frames; break;
-      case wire::FrameKind::kEtherCat: break;
+      case wire::FrameKind::kDamagedOnWire:
+        ++statistics_.crc_error_frames;
+        break;
+      case wire::FrameKind::kEtherCat:
+        break;
     }
     if (view.esl().present) ++statistics_.esl_frames;
     ++statistics_.ethercat_frames;
@@ -152,12 +157,20 @@ class Pipeline::Impl {
 
 Pipeline::Pipeline(track::EventSink& events, FrameObserver* frames) : impl_(std::make_unique<Impl>(events, frames)) {}
 Pipeline::~Pipeline() = default;
-void Pipeline::Run(capture::FrameSource& source, const PipelineOptions& options) { impl_->Run(source, options); }
-const PipelineStatistics& Pipeline::statistics() const { return impl_->statistics_; }
+void Pipeline::Run(capture::FrameSource& source, const PipelineOptions& options) {
+  impl_->Run(source, options);
+}
+const PipelineStatistics& Pipeline::statistics() const {
+  return impl_->statistics_;
+}
 const bus::PairingStatistics& Pipeline::pairing() const {
   return impl_->pairing_ ? impl_->pairing_->statistics() : impl_->no_pairing_;
 }
-const bus::DirectionLearner& Pipeline::directions() const { return impl_->directions_; }
-const track::Network& Pipeline::network() const { return impl_->network_; }
+const bus::DirectionLearner& Pipeline::directions() const {
+  return impl_->directions_;
+}
+const track::Network& Pipeline::network() const {
+  return impl_->network_;
+}
 
 }  // namespace ecaudit

@@ -22,21 +22,21 @@ struct PipelineStatistics {
   std::uint64_t other_packets = 0;
   std::uint64_t malformed_frames = 0;
   std::uint64_t cut_frames = 0;
-  FrameRef first_cut;                 ///< first and last of the cut frames
+  FrameRef first_cut;  ///< first and last of the cut frames
   FrameRef last_cut;
   std::uint64_t crc_error_frames = 0;
-  std::uint64_t esl_frames = 0;       ///< frames with a probe's record
-  FrameRef first;                     ///< first packet, with a time stamp where there is one
+  std::uint64_t esl_frames = 0;  ///< frames with a probe's record
+  FrameRef first;                ///< first packet, with a time stamp where there is one
   FrameRef last;
   std::uint64_t without_time = 0;
-  std::uint64_t backwards = 0;        ///< packets stamped earlier than their predecessor
-  std::int64_t time_step_ns = 0;      ///< greatest common divisor of the stamps: the step the clock really makes
-  bool stopped = false;               ///< ended early on request
+  std::uint64_t backwards = 0;    ///< packets stamped earlier than their predecessor
+  std::int64_t time_step_ns = 0;  ///< greatest common divisor of the stamps: the step the clock really makes
+  bool stopped = false;           ///< ended early on request
 };
 
 struct PipelineOptions {
-  std::optional<double> from_s, to_s;            ///< seconds from the first packet
-  std::optional<FrameNo> from_frame, to_frame;   ///< inclusive
+  std::optional<double> from_s, to_s;           ///< seconds from the first packet
+  std::optional<FrameNo> from_frame, to_frame;  ///< inclusive
   const std::atomic<bool>* stop = nullptr;
   /// Called about every 65,536 packets: bytes done, bytes in total (0: unknown), packets.
   std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress;

@@ -16,23 +16,23 @@ enum class DirectionSeen : std::uint8_t { kNone, kBoth, kOutbound, kReturned };
 
 /// How good the capture's own clock is.
 struct TimestampQuality {
-  std::int64_t resolution_ns = 0;      ///< step the stamps really use; 0 when there are none
-  std::uint64_t backwards = 0;         ///< packets stamped earlier than the packet before
-  std::uint64_t identical_pairs = 0;   ///< outbound and returned copy with the same stamp
+  std::int64_t resolution_ns = 0;     ///< step the stamps really use; 0 when there are none
+  std::uint64_t backwards = 0;        ///< packets stamped earlier than the packet before
+  std::uint64_t identical_pairs = 0;  ///< outbound and returned copy with the same stamp
   std::uint64_t pairs = 0;
-  std::uint64_t without = 0;           ///< packets without a stamp
+  std::uint64_t without = 0;  ///< packets without a stamp
 };
 
 struct CaptureSummary {
   capture::CaptureInfo file;
   std::uint64_t packets = 0;
-  std::uint64_t ethercat_frames = 0;   ///< frames of EtherCAT type 1, readable at least in part
+  std::uint64_t ethercat_frames = 0;  ///< frames of EtherCAT type 1, readable at least in part
   std::uint64_t datagrams = 0;
   std::uint64_t outbound_frames = 0;
   std::uint64_t returned_frames = 0;
   std::uint64_t unknown_direction_frames = 0;
-  std::uint64_t foreign_frames = 0;    ///< EtherCAT frames of senders that are not this bus's master
-  std::uint64_t other_packets = 0;     ///< no EtherCAT, or another EtherCAT type
+  std::uint64_t foreign_frames = 0;  ///< EtherCAT frames of senders that are not this bus's master
+  std::uint64_t other_packets = 0;   ///< no EtherCAT, or another EtherCAT type
   std::uint64_t malformed_frames = 0;
   std::uint64_t cut_frames = 0;        ///< cut by the snap length
   std::uint64_t crc_error_frames = 0;  ///< marked bad by the probe
@@ -40,13 +40,13 @@ struct CaptureSummary {
   FrameRef last;
   DirectionSeen direction = DirectionSeen::kNone;
   TimestampQuality timestamps;
-  bool complete = true;                ///< false: damaged file, or the analysis was stopped early
+  bool complete = true;  ///< false: damaged file, or the analysis was stopped early
 };
 
 struct CycleSummary {
-  std::uint64_t cycles = 0;     ///< intervals measured; 0: no cyclic process data
+  std::uint64_t cycles = 0;  ///< intervals measured; 0: no cyclic process data
   double mean_us = 0, min_us = 0, max_us = 0, stddev_us = 0;
-  std::string time_source;      ///< "dc", "capture", "esl"; empty when cycles is 0
+  std::string time_source;  ///< "dc", "capture", "esl"; empty when cycles is 0
 };
 
 struct BusSummary {
@@ -62,8 +62,8 @@ struct AlStep {
   enum class Kind : std::uint8_t { kRequest, kState };
   Kind kind = Kind::kState;
   FrameRef frame;
-  std::uint16_t from = 0;       ///< AL status before (bit 4 error), 0 when unknown
-  std::uint16_t to = 0;         ///< AL status, or AL control for a request
+  std::uint16_t from = 0;  ///< AL status before (bit 4 error), 0 when unknown
+  std::uint16_t to = 0;    ///< AL status, or AL control for a request
   std::optional<std::uint16_t> status_code;
   bool refused_by_wkc = false;  ///< request: no slave took it
 };
@@ -80,10 +80,10 @@ struct SlaveSummary {
   std::optional<StationAddress> station_address;
   std::optional<StationAddress> alias;
   Identity identity;
-  std::string name;            ///< from EEPROM, 1008h, ESI or ENI; empty when never seen (untrusted text)
-  std::string profile;         ///< "generic", "kollmorgen-akd-2011", ...
-  std::string profile_source;  ///< "EEPROM identity", "option --profile", "default", ... in words
-  std::optional<std::uint16_t> al_status;       ///< last observed AL Status
+  std::string name;                        ///< from EEPROM, 1008h, ESI or ENI; empty when never seen (untrusted text)
+  std::string profile;                     ///< "generic", "kollmorgen-akd-2011", ...
+  std::string profile_source;              ///< "EEPROM identity", "option --profile", "default", ... in words
+  std::optional<std::uint16_t> al_status;  ///< last observed AL Status
   std::optional<std::uint16_t> al_status_code;  ///< last observed AL Status Code
   std::vector<AlStep> al_history;               ///< bounded; later steps are counted in al_history_left_out
   std::uint64_t al_history_left_out = 0;

@@ -46,8 +46,8 @@ inline constexpr FindingIndex kNoFinding = 0xFFFFFFFF;
 struct Finding {
   std::string_view rule;  ///< id in the catalogue; the string lives as long as the program
   Severity severity = Severity::kInfo;
-  std::string title;    ///< one line without slave and frame: "SAFEOP refused with AL status code 0x001d"
-  std::string message;  ///< what happened, observed and expected values, what the manual says, what to do
+  std::string title;         ///< one line without slave and frame: "SAFEOP refused with AL status code 0x001d"
+  std::string message;       ///< what happened, observed and expected values, what the manual says, what to do
   SlaveId slave = kNoSlave;  ///< kNoSlave: the whole bus
   FrameRef first;            ///< the frame that shows it
   FrameRef last;             ///< last repetition, same as first when count is 1

@@ -27,10 +27,33 @@ struct SlaveModel;
 
 /// What an event stream can be subscribed to. One entry an event type.
 enum class Topic : std::uint8_t {
-  kSlaveFound, kAddressAssigned, kSlaveCount, kAlRequest, kAlStatusRead, kAlStateForgotten, kIdentityLearned,
-  kLogicalAccess, kAnswered, kFrameLost, kFrameDuplicated, kFrameUnusable, kAccess,
-  kMailboxMessage, kMailboxRefused, kMailboxUnanswered, kMailboxErrorReply, kSdoTransfer, kSdoUnexpected, kEmergency,
-  kAlRequestJudged, kAlAnswered, kAlErrorRepeated, kAlChangedByItself, kAlErrorCode, kAlErrorCleared, kAlOverdue,
+  kSlaveFound,
+  kAddressAssigned,
+  kSlaveCount,
+  kAlRequest,
+  kAlStatusRead,
+  kAlStateForgotten,
+  kIdentityLearned,
+  kLogicalAccess,
+  kAnswered,
+  kFrameLost,
+  kFrameDuplicated,
+  kFrameUnusable,
+  kAccess,
+  kMailboxMessage,
+  kMailboxRefused,
+  kMailboxUnanswered,
+  kMailboxErrorReply,
+  kSdoTransfer,
+  kSdoUnexpected,
+  kEmergency,
+  kAlRequestJudged,
+  kAlAnswered,
+  kAlErrorRepeated,
+  kAlChangedByItself,
+  kAlErrorCode,
+  kAlErrorCleared,
+  kAlOverdue,
   kCount
 };
 
@@ -43,7 +66,7 @@ class RuleContext {
   FindingStore& store;
   const model::BusModel& bus;
   const AnalysisOptions& options;
-  const Pipeline* pipeline = nullptr;             ///< statistics; complete in Rule::Finish()
+  const Pipeline* pipeline = nullptr;  ///< statistics; complete in Rule::Finish()
   const capture::FrameSource* source = nullptr;
 
   /// Names the finding that explains why the slave cannot do what the request in this frame asks for.
@@ -67,8 +90,8 @@ class RuleContext {
 
 class Rule : public track::EventSink, public model::ModelSink {
  public:
-  using track::EventSink::On;
   using model::ModelSink::On;
+  using track::EventSink::On;
 
   explicit Rule(const RuleInfo& info) : info_(info) {}
   Rule(const Rule&) = delete;
@@ -87,7 +110,9 @@ class Rule : public track::EventSink, public model::ModelSink {
   FindingIndex Repeat(SlaveId slave, std::uint64_t key, const FrameRef& frame) {
     return context_->store.Repeat(info_, slave, key, frame);
   }
-  FindingIndex Report(std::uint64_t key, Finding finding) { return context_->store.Add(info_, key, std::move(finding)); }
+  FindingIndex Report(std::uint64_t key, Finding finding) {
+    return context_->store.Add(info_, key, std::move(finding));
+  }
   FindingIndex Report(std::uint64_t key, Severity severity, Finding finding) {
     return context_->store.Add(info_, key, severity, std::move(finding));
   }

@@ -104,8 +104,8 @@ class AlMachine {
   bool overdue_reported_ = false;
   bool acknowledged_ = false;  ///< an error that is or may be set was acknowledged, and not seen gone yet
 
-  /// A request whose fate is not known: it is on its way, was lost, or was taken by some of the slaves of a broadcast. Also
-  /// one that the slave should ignore, since it may explain what happens where the slave does not.
+  /// A request whose fate is not known: it is on its way, was lost, or was taken by some of the slaves of a broadcast.
+  /// Also one that the slave should ignore, since it may explain what happens where the slave does not.
   struct Pending {
     esc::AlWord control;
     FrameRef sent;

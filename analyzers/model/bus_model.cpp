@@ -33,7 +33,9 @@ void BusModel::Apply(const track::SlaveFound& event) {
   ChooseProfile(event.slave);
 }
 
-void BusModel::Apply(const track::AddressAssigned& event) { ChooseProfile(event.slave); }
+void BusModel::Apply(const track::AddressAssigned& event) {
+  ChooseProfile(event.slave);
+}
 
 void BusModel::Apply(const track::IdentityLearned& event) {
   track::IdentityLearned& known = slaves_[event.slave].identity;
@@ -66,8 +68,7 @@ void BusModel::ChooseProfile(SlaveId id) {
                                               : position != nullptr && *position == selector.value;
     if (selected && use(device::BuiltinProfile(name), "option --profile for this slave")) return;
   }
-  if (!options_.default_profile.empty() &&
-      use(device::BuiltinProfile(options_.default_profile), "option --profile")) {
+  if (!options_.default_profile.empty() && use(device::BuiltinProfile(options_.default_profile), "option --profile")) {
     return;
   }
   const track::IdentityLearned& identity = slave.identity;
@@ -76,8 +77,8 @@ void BusModel::ChooseProfile(SlaveId id) {
         device::MatchIdentity(*identity.vendor_id, *identity.product_code, identity.revision.value_or(0));
     const char* where = identity.source == track::IdentityLearned::Source::kObject1018 ? "object 1018h" : "EEPROM";
     if (!candidates.empty()) {
-      std::string source = "identity in the " + std::string(where) + " (frame " +
-                           std::to_string(identity.frame.number) + ")";
+      std::string source =
+          "identity in the " + std::string(where) + " (frame " + std::to_string(identity.frame.number) + ")";
       if (candidates.size() > 1) source += ", newest of " + Count(candidates.size(), "edition");
       use(candidates.front(), std::move(source));
       return;
@@ -89,10 +90,18 @@ void BusModel::ChooseProfile(SlaveId id) {
   use(device::BuiltinProfile(kGeneric), "identity not in the capture: judged by the EtherCAT standard");
 }
 
-void BusModel::Apply(const track::AlRequest& event) { slaves_[event.slave].al.OnRequest(event); }
-void BusModel::Apply(const track::AlStatusRead& event) { slaves_[event.slave].al.OnStatus(event); }
-void BusModel::Apply(const track::AlStatusCodeRead& event) { slaves_[event.slave].al.OnStatusCode(event); }
-void BusModel::Apply(const track::AlStateForgotten& event) { slaves_[event.slave].al.Forget(event.frame); }
+void BusModel::Apply(const track::AlRequest& event) {
+  slaves_[event.slave].al.OnRequest(event);
+}
+void BusModel::Apply(const track::AlStatusRead& event) {
+  slaves_[event.slave].al.OnStatus(event);
+}
+void BusModel::Apply(const track::AlStatusCodeRead& event) {
+  slaves_[event.slave].al.OnStatusCode(event);
+}
+void BusModel::Apply(const track::AlStateForgotten& event) {
+  slaves_[event.slave].al.Forget(event.frame);
+}
 
 void BusModel::Apply(const track::SlaveAccess& access) {
   const ByteSpan configuration = access.Covered(access.read, kEscConfiguration, 1);

@@ -57,9 +57,12 @@ LogicalExpectation Compute(const track::Network& network, wire::Command command,
 
 std::uint16_t WorthOf(const LogicalShare& share, wire::Command command) {
   switch (command) {
-    case wire::Command::LRD: return share.inputs ? 1 : 0;
-    case wire::Command::LWR: return share.outputs ? 1 : 0;
-    default: return static_cast<std::uint16_t>((share.inputs ? 1 : 0) + (share.outputs ? 2 : 0));
+    case wire::Command::LRD:
+      return share.inputs ? 1 : 0;
+    case wire::Command::LWR:
+      return share.outputs ? 1 : 0;
+    default:
+      return static_cast<std::uint16_t>((share.inputs ? 1 : 0) + (share.outputs ? 2 : 0));
   }
 }
 
@@ -87,7 +90,8 @@ CounterRange RangeOf(const LogicalExpectation& expectation, wire::Command comman
   for (const LogicalShare& share : expectation.shares) {
     const std::uint16_t worth = WorthOf(share, command);
     range.most = static_cast<std::uint16_t>(range.most + worth);
-    if (slaves[share.slave].al.SettledIn(esc::AlState::OP)) range.least = static_cast<std::uint16_t>(range.least + worth);
+    if (slaves[share.slave].al.SettledIn(esc::AlState::OP))
+      range.least = static_cast<std::uint16_t>(range.least + worth);
   }
   return range;
 }

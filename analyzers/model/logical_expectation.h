@@ -25,9 +25,9 @@ struct LogicalShare {
 };
 
 struct LogicalExpectation {
-  bool mapping_known = false;      ///< every slave met has all its FMMUs known, so nobody is left out
+  bool mapping_known = false;  ///< every slave met has all its FMMUs known, so nobody is left out
   std::vector<LogicalShare> shares;
-  std::uint16_t full = 0;          ///< when every slave takes part
+  std::uint16_t full = 0;  ///< when every slave takes part
 };
 
 /// The least and most that the slaves, in the states they may be in now, can count.

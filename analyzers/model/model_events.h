@@ -16,7 +16,9 @@ namespace ecaudit::model {
 class StateSet {
  public:
   constexpr StateSet() = default;
-  static constexpr StateSet Of(std::uint8_t state) { return StateSet(static_cast<std::uint16_t>(1U << (state & 0xFU))); }
+  static constexpr StateSet Of(std::uint8_t state) {
+    return StateSet(static_cast<std::uint16_t>(1U << (state & 0xFU)));
+  }
 
   [[nodiscard]] constexpr bool empty() const { return bits_ == 0; }
   [[nodiscard]] constexpr bool contains(std::uint8_t state) const { return (bits_ >> (state & 0xFU) & 1U) != 0; }
@@ -38,31 +40,31 @@ class StateSet {
 
 /// What the model expects of a request for an AL state.
 enum class AlVerdict : std::uint8_t {
-  kLegal,              ///< the family allows it from the state the slave is in
-  kIllegal,            ///< not allowed from any state the slave may be in
-  kInvalid,            ///< the requested value is no state
-  kNeedsAcknowledge,   ///< the error bit is set, the request does not acknowledge: the slave will ignore it
-  kUnknown,            ///< the slave's state is not known
+  kLegal,             ///< the family allows it from the state the slave is in
+  kIllegal,           ///< not allowed from any state the slave may be in
+  kInvalid,           ///< the requested value is no state
+  kNeedsAcknowledge,  ///< the error bit is set, the request does not acknowledge: the slave will ignore it
+  kUnknown,           ///< the slave's state is not known
 };
 
 /// One request as the machine remembers it.
 struct AlRequestRecord {
   esc::AlWord control;
-  FrameRef frame;               ///< first time it was written
-  FrameRef last;                ///< last repetition
+  FrameRef frame;  ///< first time it was written
+  FrameRef last;   ///< last repetition
   std::uint32_t repetitions = 0;
   AlVerdict verdict = AlVerdict::kUnknown;
-  std::uint8_t from = 0;        ///< state before, 0 unless exactly one is possible
-  StateSet possible;            ///< states the slave may have been in; empty when nothing is known
+  std::uint8_t from = 0;                             ///< state before, 0 unless exactly one is possible
+  StateSet possible;                                 ///< states the slave may have been in; empty when nothing is known
   const device::AlTransition* transition = nullptr;  ///< the family's row, where from is known and the value is a state
-  bool assumed = false;         ///< outbound-only capture
+  bool assumed = false;                              ///< outbound-only capture
 };
 
 struct AlRequestJudged {
   SlaveId slave = kNoSlave;
   AlRequestRecord request;
-  FrameNo from_since = 0;       ///< frame that showed the state before
-  FrameNo error_since = 0;      ///< kNeedsAcknowledge: frame that showed the error bit
+  FrameNo from_since = 0;   ///< frame that showed the state before
+  FrameNo error_since = 0;  ///< kNeedsAcknowledge: frame that showed the error bit
   bool broadcast = false;
 };
 
@@ -75,10 +77,10 @@ struct AlAnswered {
   SlaveId slave = kNoSlave;
   Outcome outcome = Outcome::kReached;
   AlRequestRecord request;
-  FrameRef frame;                      ///< the status read that shows it
+  FrameRef frame;  ///< the status read that shows it
   esc::AlWord status;
-  std::optional<std::uint16_t> code;   ///< where the same read covered 0x0134
-  bool state_before_known = true;      ///< false: the error bit may be older than the request
+  std::optional<std::uint16_t> code;  ///< where the same read covered 0x0134
+  bool state_before_known = true;     ///< false: the error bit may be older than the request
 };
 
 /// AL Status still shows the error that was reported before.
@@ -94,7 +96,7 @@ struct AlChangedByItself {
   FrameRef frame;
   esc::AlWord before;
   esc::AlWord status;
-  FrameNo before_since = 0;            ///< last frame that showed the state before
+  FrameNo before_since = 0;  ///< last frame that showed the state before
   std::optional<std::uint16_t> code;
 };
 
@@ -115,7 +117,7 @@ struct AlErrorCleared {
 struct AlOverdue {
   SlaveId slave = kNoSlave;
   AlRequestRecord request;
-  FrameRef frame;                      ///< the read that is past the limit
+  FrameRef frame;  ///< the read that is past the limit
   esc::AlWord status;
   std::int64_t waited_ns = 0;
   std::int64_t limit_ns = 0;

@@ -7,7 +7,9 @@ AlHistory::Story& AlHistory::Get(SlaveId slave) {
   return stories_[slave];
 }
 
-const AlHistory::Story& AlHistory::of(SlaveId slave) const { return slave < stories_.size() ? stories_[slave] : none_; }
+const AlHistory::Story& AlHistory::of(SlaveId slave) const {
+  return slave < stories_.size() ? stories_[slave] : none_;
+}
 
 void AlHistory::Add(Story& story, const AlStep& step) {
   if (story.steps.size() < kMaxSteps) {

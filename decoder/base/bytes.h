@@ -1,4 +1,5 @@
-/// Checked access to untrusted bytes. All multi-byte fields of EtherCAT are little endian, those of Ethernet big endian.
+/// Checked access to untrusted bytes. All multi-byte fields of EtherCAT are little endian, those of Ethernet big
+/// endian.
 #pragma once
 
 #include <cstddef>

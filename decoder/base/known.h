@@ -36,8 +36,7 @@ class Known {
   }
 
  private:
-  Known(T value, Certainty certainty, FrameNo since)
-      : value_(std::move(value)), certainty_(certainty), since_(since) {}
+  Known(T value, Certainty certainty, FrameNo since) : value_(std::move(value)), certainty_(certainty), since_(since) {}
 
   T value_{};
   Certainty certainty_ = Certainty::kUnknown;

@@ -24,10 +24,10 @@ std::size_t Utf8Length(std::string_view text) {
     return (first == 0xC2 && at(1) < 0xA0) ? 0 : 2;  // U+0080-U+009F are control characters
   }
   if (first >= 0xE0 && first < 0xF0 && tail(1) && tail(2)) {
-    if (first == 0xE0 && at(1) < 0xA0) return 0;                                       // overlong
-    if (first == 0xED && at(1) >= 0xA0) return 0;                                      // surrogate
-    if (first == 0xE2 && at(1) == 0x80 && at(2) >= 0xAA && at(2) <= 0xAE) return 0;    // direction overrides
-    if (first == 0xE2 && at(1) == 0x81 && at(2) >= 0xA6 && at(2) <= 0xA9) return 0;    // direction isolates
+    if (first == 0xE0 && at(1) < 0xA0) return 0;                                     // overlong
+    if (first == 0xED && at(1) >= 0xA0) return 0;                                    // surrogate
+    if (first == 0xE2 && at(1) == 0x80 && at(2) >= 0xAA && at(2) <= 0xAE) return 0;  // direction overrides
+    if (first == 0xE2 && at(1) == 0x81 && at(2) >= 0xA6 && at(2) <= 0xA9) return 0;  // direction isolates
     return 3;
   }
   if (first >= 0xF0 && first < 0xF5 && tail(1) && tail(2) && tail(3)) {

@@ -23,8 +23,9 @@ std::uint64_t FrameKey(const wire::FrameView& frame) noexcept {
     const wire::DatagramView d = frame[i];
     std::uint64_t address = d.ado();
     if (!wire::IncrementsAdp(d.command())) address |= static_cast<std::uint64_t>(d.adp()) << 16U;
-    hash = Mix(hash, static_cast<std::uint64_t>(d.command_byte()) << 56U | static_cast<std::uint64_t>(d.index()) << 48U |
-                         static_cast<std::uint64_t>(d.length()) << 32U | address);
+    hash =
+        Mix(hash, static_cast<std::uint64_t>(d.command_byte()) << 56U | static_cast<std::uint64_t>(d.index()) << 48U |
+                      static_cast<std::uint64_t>(d.length()) << 32U | address);
   }
   return hash;
 }
@@ -79,7 +80,8 @@ void DirectionLearner::LearnPair(Sender& sender, const wire::FrameView& frame) n
   const auto open = std::find_if(sender.open.begin(), sender.open.end(), [&](const Open& o) {
     if (!o.used || o.key != key) return false;
     // A mailbox poll that nobody answered comes back as it was sent.
-    const bool untouched = progress.counted == 0 && o.progress.counted == 0 && progress.positions == o.progress.positions;
+    const bool untouched =
+        progress.counted == 0 && o.progress.counted == 0 && progress.positions == o.progress.positions;
     return untouched || Further(progress, o.progress);
   });
   if (open == sender.open.end()) {
@@ -107,7 +109,8 @@ void DirectionLearner::Finish() noexcept {
     if (s.bit_clear > 0 && s.bit_set > 0) {
       s.reading = Reading::kMacBit;
     } else if (s.frames() > 1 && s.pairs * 8 >= s.frames()) {
-      // Two copies of (nearly) every frame, and the bit does not tell them apart. Polls that nobody answers do not count.
+      // Two copies of (nearly) every frame, and the bit does not tell them apart. Polls that nobody answers do not
+      // count.
       if (s.port_out != s.port_back && s.pairs_by_port * 10 >= s.pairs * 9) {
         s.reading = Reading::kByPort;
       } else {
@@ -148,7 +151,8 @@ Direction DirectionLearner::Classify(const wire::FrameView& frame) const noexcep
   // In the window all frames of this sender had the same bit. One that differs is a copy from another place.
   const bool bit_differs = frame.mac_bit() != (sender->bit_set > 0);
   switch (sender->reading) {
-    case Reading::kMacBit: return by_bit;
+    case Reading::kMacBit:
+      return by_bit;
     case Reading::kByPort:
       if (bit_differs) return by_bit;
       if (PortOf(frame) == sender->port_out) return Direction::kOutbound;
@@ -157,9 +161,12 @@ Direction DirectionLearner::Classify(const wire::FrameView& frame) const noexcep
       if (bit_differs) return by_bit;
       if (frame.flag() == capture::PacketFlag::kOutbound) return Direction::kOutbound;
       return frame.flag() == capture::PacketFlag::kInbound ? Direction::kReturned : Direction::kByPair;
-    case Reading::kByPair: return bit_differs ? by_bit : Direction::kByPair;
-    case Reading::kAllReturned: return bit_differs ? by_bit : Direction::kReturned;
-    case Reading::kForeign: return Direction::kForeign;
+    case Reading::kByPair:
+      return bit_differs ? by_bit : Direction::kByPair;
+    case Reading::kAllReturned:
+      return bit_differs ? by_bit : Direction::kReturned;
+    case Reading::kForeign:
+      return Direction::kForeign;
   }
   return Direction::kForeign;
 }

@@ -65,20 +65,20 @@ class DirectionLearner {
     std::uint32_t port = 0;
   };
   struct Sender {
-    std::uint64_t mac = 0;              ///< with bit 1 of the first byte cleared
+    std::uint64_t mac = 0;  ///< with bit 1 of the first byte cleared
     std::uint32_t bit_clear = 0;
     std::uint32_t bit_set = 0;
-    std::uint32_t counted = 0;          ///< frames with a working counter above 0
-    std::uint32_t pairs = 0;            ///< frames that have come further than an earlier copy
-    std::uint32_t pairs_by_port = 0;    ///< ... from port_out to port_back
-    std::uint32_t pairs_counted = 0;    ///< ... whose earlier copy had a working counter above 0
+    std::uint32_t counted = 0;        ///< frames with a working counter above 0
+    std::uint32_t pairs = 0;          ///< frames that have come further than an earlier copy
+    std::uint32_t pairs_by_port = 0;  ///< ... from port_out to port_back
+    std::uint32_t pairs_counted = 0;  ///< ... whose earlier copy had a working counter above 0
     std::uint32_t flag_in = 0;
     std::uint32_t flag_out = 0;
     std::uint32_t port_out = 0;
     std::uint32_t port_back = 0;
-    bool answered = false;              ///< some of its frames were seen coming back
+    bool answered = false;  ///< some of its frames were seen coming back
     Reading reading = Reading::kMacBit;
-    std::array<Open, 32> open{};        ///< frames not answered yet, a small ring
+    std::array<Open, 32> open{};  ///< frames not answered yet, a small ring
     std::uint8_t open_next = 0;
 
     [[nodiscard]] std::uint32_t frames() const { return bit_clear + bit_set; }

@@ -69,7 +69,8 @@ void Pairing::Push(const wire::FrameView& frame) noexcept {
   }
   const Direction direction = directions_.Classify(frame);
   const bool readable = frame.kind() != wire::FrameKind::kMalformed && frame.kind() != wire::FrameKind::kDamagedOnWire;
-  if (direction == Direction::kForeign || (direction == Direction::kByPair && !readable && directions_.IsGuest(frame))) {
+  if (direction == Direction::kForeign ||
+      (direction == Direction::kByPair && !readable && directions_.IsGuest(frame))) {
     PushForeign(frame);
     return;
   }
@@ -94,8 +95,11 @@ void Pairing::Push(const wire::FrameView& frame) noexcept {
       sink_.OnFrame(frame, direction);
       PushReturned(frame, key, FindOpen(frame, key));
       break;
-    case Direction::kByPair: PushByPair(frame, key); break;
-    case Direction::kForeign: break;
+    case Direction::kByPair:
+      PushByPair(frame, key);
+      break;
+    case Direction::kForeign:
+      break;
   }
 }
 
@@ -205,8 +209,8 @@ Pairing::Slot* Pairing::FindOpen(const wire::FrameView& frame, std::uint64_t key
   return oldest;
 }
 
-/// Where one of the copies was cut by the snap length, the datagrams that both still hold must agree. A cut in the first
-/// datagram leaves the order.
+/// Where one of the copies was cut by the snap length, the datagrams that both still hold must agree. A cut in the
+/// first datagram leaves the order.
 Pairing::Slot* Pairing::FindCut(const wire::FrameView& frame) noexcept {
   for (std::uint64_t s = tail_; s != head_; ++s) {
     Slot& slot = At(s);
@@ -263,7 +267,8 @@ void Pairing::Answer(Slot& slot, const wire::FrameView& returned, std::uint64_t 
 
 /// What came back a moment ago with the same bytes. A master with few indices sends equal frames again and again, so
 /// only what is close counts.
-const Pairing::Slot* Pairing::FindOriginal(const wire::FrameView& frame, std::uint64_t key, std::uint64_t hash) noexcept {
+const Pairing::Slot* Pairing::FindOriginal(const wire::FrameView& frame, std::uint64_t key,
+                                           std::uint64_t hash) noexcept {
   if (frame.kind() == wire::FrameKind::kCut) return nullptr;  // what is behind the cut may differ
   const std::uint64_t oldest = head_ > kDuplicateFrames ? head_ - kDuplicateFrames : 0;
   for (std::uint64_t s = head_; s != oldest; --s) {
@@ -301,8 +306,9 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
       const std::int64_t round_trip = Elapsed(sent.time, frame.ref().time);
       if (round_trip == 0) ++statistics_.identical_stamps;
       if (round_trip > 0 && slot->overtaken == 0) {
-        typical_round_trip_ns_ =
-            typical_round_trip_ns_ == 0 ? round_trip : typical_round_trip_ns_ + (round_trip - typical_round_trip_ns_) / 16;
+        typical_round_trip_ns_ = typical_round_trip_ns_ == 0
+                                     ? round_trip
+                                     : typical_round_trip_ns_ + (round_trip - typical_round_trip_ns_) / 16;
       }
     }
     sink_.OnTransaction({&slot->view, &frame, false});

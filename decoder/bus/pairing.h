@@ -30,9 +30,9 @@ struct PairingStatistics {
   std::uint64_t unmatched_returned = 0;  ///< came back without an outbound copy in the capture
   std::uint64_t altered = 0;
   std::uint64_t foreign = 0;
-  std::uint64_t undecided = 0;           ///< no return seen, but it may have come back
+  std::uint64_t undecided = 0;  ///< no return seen, but it may have come back
   std::uint64_t under_way_at_end = 0;
-  std::uint64_t identical_stamps = 0;    ///< pairs whose two copies have the same time stamp
+  std::uint64_t identical_stamps = 0;  ///< pairs whose two copies have the same time stamp
 };
 
 class Pairing {
@@ -116,7 +116,7 @@ class Pairing {
   std::array<Early, 8> early_{};
   std::uint8_t next_early_ = 0;
   bool any_cut_ = false;
-  FrameRef last_;  ///< last packet with a time stamp
+  FrameRef last_;                           ///< last packet with a time stamp
   std::int64_t typical_round_trip_ns_ = 0;  ///< running average over unambiguous pairs; 0 until there was one
   PairingStatistics statistics_;
 };

@@ -1,7 +1,7 @@
 /// Who is on the bus: positions, station addresses and aliases, as the accesses teach them.
 ///
-/// Unknown stays unknown: a slave met by its station address in a running bus has no position until a position-addressed
-/// access shows it. Reports number such slaves by ascending address and say so.
+/// Unknown stays unknown: a slave met by its station address in a running bus has no position until a
+/// position-addressed access shows it. Reports number such slaves by ascending address and say so.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ struct SlaveAddress {
   Known<StationAddress> station;  ///< stays as last known when a broadcast clears the addresses
   bool station_valid = false;     ///< the slave answers to `station` now
   Known<StationAddress> alias;
-  bool alias_enabled = false;     ///< the master lets it answer to `alias` too (0x0100 bit 24; off after power-on)
+  bool alias_enabled = false;  ///< the master lets it answer to `alias` too (0x0100 bit 24; off after power-on)
   /// Met by its station address before positions showed; a slave at a known position has that address now. Both are
   /// most likely one slave, so this one counts for nothing any more.
   bool replaced = false;

@@ -30,8 +30,8 @@ enum class Loss : std::uint8_t {
 
 /// Why a returned frame was set aside.
 enum class Unusable : std::uint8_t {
-  kMalformed,   ///< inconsistent lengths, or marked bad by the probe
-  kAltered,     ///< matches a frame under way but for fields that slaves never change: bits flipped on the wire
+  kMalformed,  ///< inconsistent lengths, or marked bad by the probe
+  kAltered,    ///< matches a frame under way but for fields that slaves never change: bits flipped on the wire
 };
 
 class BusSink {

@@ -39,18 +39,18 @@ struct CapturedFrame {
 };
 
 struct Interface {
-  std::string name;                   ///< empty when the file gives none
+  std::string name;  ///< empty when the file gives none
   std::uint16_t link_type = 1;
-  std::uint32_t snap_length = 0;      ///< 0: unlimited
-  std::int64_t resolution_ns = 1000;  ///< step of its time stamps; 1 where finer than a nanosecond
+  std::uint32_t snap_length = 0;         ///< 0: unlimited
+  std::int64_t resolution_ns = 1000;     ///< step of its time stamps; 1 where finer than a nanosecond
   std::optional<std::uint64_t> dropped;  ///< by the capturing machine (interface statistics), if recorded
 };
 
 /// Where and why reading had to stop.
 struct Damage {
-  std::string message;        ///< "file ends inside packet 812", without a full stop
-  std::uint64_t offset = 0;   ///< byte offset in the (decompressed) file, where known
-  FrameNo after_frame = 0;    ///< last packet that was read
+  std::string message;       ///< "file ends inside packet 812", without a full stop
+  std::uint64_t offset = 0;  ///< byte offset in the (decompressed) file, where known
+  FrameNo after_frame = 0;   ///< last packet that was read
 };
 
 struct Comment {

@@ -82,11 +82,16 @@ static_assert(std::is_sorted(kCodes.begin(), kCodes.end(), [](auto& a, auto& b) 
 
 std::string_view StateName(AlState state) {
   switch (state) {
-    case AlState::INIT: return "INIT";
-    case AlState::PREOP: return "PREOP";
-    case AlState::BOOT: return "BOOT";
-    case AlState::SAFEOP: return "SAFEOP";
-    case AlState::OP: return "OP";
+    case AlState::INIT:
+      return "INIT";
+    case AlState::PREOP:
+      return "PREOP";
+    case AlState::BOOT:
+      return "BOOT";
+    case AlState::SAFEOP:
+      return "SAFEOP";
+    case AlState::OP:
+      return "OP";
   }
   return "?";
 }

@@ -38,7 +38,9 @@ std::string Nanoseconds(std::uint64_t ns) {
 }
 
 /// Sizes without digit groups, as they are compared with configuration files and manuals.
-std::string Bytes(std::uint64_t n) { return std::to_string(n) + (n == 1 ? " byte" : " bytes"); }
+std::string Bytes(std::uint64_t n) {
+  return std::to_string(n) + (n == 1 ? " byte" : " bytes");
+}
 
 std::string Bits(std::uint64_t value, unsigned width) {
   return Hex(value, static_cast<int>((width + 3) / 4));

@@ -23,12 +23,12 @@ struct SlaveAccess {
   FrameRef sent;      ///< the outbound copy; number 0 if it is not in the capture
   FrameRef returned;  ///< the returned copy; number 0 if it is not in the capture (yet)
   wire::Command command = wire::Command::NOP;
-  std::uint8_t datagram = 0;   ///< ordinal in the frame
-  EscAddress address = 0;      ///< first byte accessed
-  ByteSpan written;            ///< what the master wrote; empty for a pure read
-  ByteSpan read;               ///< what came back; empty for a pure write, a refused read, or when the return is missing
+  std::uint8_t datagram = 0;  ///< ordinal in the frame
+  EscAddress address = 0;     ///< first byte accessed
+  ByteSpan written;           ///< what the master wrote; empty for a pure read
+  ByteSpan read;              ///< what came back; empty for a pure write, a refused read, or when the return is missing
   Acceptance acceptance = Acceptance::kUnknown;
-  bool broadcast = false;      ///< read data are the OR over all slaves
+  bool broadcast = false;  ///< read data are the OR over all slaves
 
   /// The frame to cite: the returned copy where captured, else the outbound one.
   [[nodiscard]] const FrameRef& frame() const { return returned.seen() ? returned : sent; }

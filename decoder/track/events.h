@@ -99,12 +99,12 @@ struct LogicalAccess {
   std::uint32_t address = 0;
   FrameRef sent;
   FrameRef returned;
-  ByteSpan sent_data;       ///< empty when the outbound copy is not captured
-  ByteSpan returned_data;   ///< empty when the return is not captured
+  ByteSpan sent_data;      ///< empty when the outbound copy is not captured
+  ByteSpan returned_data;  ///< empty when the return is not captured
   std::uint16_t length = 0;
-  std::uint16_t wkc = 0;    ///< of the returned copy
-  bool circulating = false; ///< circulating bit of the returned copy
-  bool assumed = false;     ///< outbound-only capture: wkc means nothing
+  std::uint16_t wkc = 0;     ///< of the returned copy
+  bool circulating = false;  ///< circulating bit of the returned copy
+  bool assumed = false;      ///< outbound-only capture: wkc means nothing
 
   [[nodiscard]] const FrameRef& frame() const { return returned.seen() ? returned : sent; }
 };
@@ -112,13 +112,13 @@ struct LogicalAccess {
 /// A broadcast or configured-address datagram came back; the working counter is judged against what slaves do.
 struct Answered {
   wire::Command command = wire::Command::NOP;
-  std::uint16_t adp = 0;      ///< as sent, as far as it is known
+  std::uint16_t adp = 0;  ///< as sent, as far as it is known
   EscAddress address = 0;
   std::uint16_t length = 0;
   std::uint16_t wkc = 0;
-  bool circulating = false;   ///< circulating bit of the returned copy
+  bool circulating = false;                    ///< circulating bit of the returned copy
   std::optional<std::uint16_t> slaves_passed;  ///< by the position counter of this very datagram, where it has one
-  SlaveId slave = kNoSlave;   ///< addressed slave; kNoSlave for broadcasts and addresses nobody was met at
+  SlaveId slave = kNoSlave;  ///< addressed slave; kNoSlave for broadcasts and addresses nobody was met at
   FrameRef sent;
   FrameRef returned;
   ByteSpan sent_data;

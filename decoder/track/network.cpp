@@ -33,7 +33,7 @@ std::uint16_t WordOrByte(ByteSpan data) {
 struct Network::Datagram {
   const bus::BusTransaction& transaction;
   std::size_t ordinal;
-  wire::DatagramView any;      // returned copy if captured, else the outbound one
+  wire::DatagramView any;  // returned copy if captured, else the outbound one
   bool has_sent;
   bool has_returned;
 
@@ -435,18 +435,19 @@ void Network::Apply(const SlaveAccess& access) {
   if (window_versions_[access.slave] != state.mapping_version) UpdateMailboxWindow(access.slave, access.frame());
   mailboxes_[access.slave]->OnAccess(access);
   if (!in_registers) return;
-  if (access.address < kEepromEnd && access.address + std::max(access.written.size(), access.read.size()) > kEepromFirst) {
+  if (access.address < kEepromEnd &&
+      access.address + std::max(access.written.size(), access.read.size()) > kEepromFirst) {
     state.sii.OnAccess(access, this);
   }
 
-  if (access.address <= kAliasEnable && access.address + std::max(access.written.size(), access.read.size()) > kStationAddress) {
+  if (access.address <= kAliasEnable &&
+      access.address + std::max(access.written.size(), access.read.size()) > kStationAddress) {
     ApplyAddressing(access);
   }
   const std::size_t control_at = static_cast<std::size_t>(kAlControl - access.address);
   if (CoversByte(access.address, access.written.size(), kAlControl)) {
     const ByteSpan control = Slice(access.written, control_at, 2);
-    events_.On(AlRequest{access.slave, access.sent, access.returned,
-                         esc::AlWord{WordOrByte(control)},
+    events_.On(AlRequest{access.slave, access.sent, access.returned, esc::AlWord{WordOrByte(control)},
                          access.acceptance, access.broadcast});
     if (access.done() && esc::AlWord{WordOrByte(control)}.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) {
       mailboxes_[access.slave]->Reset(access.frame());
@@ -457,8 +458,7 @@ void Network::Apply(const SlaveAccess& access) {
     const ByteSpan status = Slice(access.read, static_cast<std::size_t>(kAlStatus - access.address));
     std::optional<std::uint16_t> code;
     if (status.size() >= 6) code = LittleEndian<std::uint16_t>(status, 4);
-    ApplyAlStatus(access.slave, access.frame(), WordOrByte(status),
-                  code, true);
+    ApplyAlStatus(access.slave, access.frame(), WordOrByte(status), code, true);
   } else if (const ByteSpan code = access.Covered(access.read, kAlStatusCode, 2); !code.empty()) {
     const auto value = LittleEndian<std::uint16_t>(code, 0);
     state.al_status_code = Known<std::uint16_t>::Observed(value, access.frame().number);
@@ -483,8 +483,9 @@ void Network::ApplyAlStatus(SlaveId slave, const FrameRef& frame, std::uint16_t 
 }
 
 void Network::ApplyAddressing(const SlaveAccess& access) {
-  const ByteSpan enable = !access.written.empty() ? access.Covered(access.done() ? access.written : ByteSpan{}, kAliasEnable, 1)
-                                                  : access.Covered(access.read, kAliasEnable, 1);
+  const ByteSpan enable = !access.written.empty()
+                              ? access.Covered(access.done() ? access.written : ByteSpan{}, kAliasEnable, 1)
+                              : access.Covered(access.read, kAliasEnable, 1);
   if (!enable.empty() && !(access.broadcast && access.written.empty())) {
     slaves_.EnableAlias(access.slave, (enable[0] & 1U) != 0);
   }
@@ -527,8 +528,12 @@ void Network::OnEepromRead(const EepromRead& event) {
   if (identity.vendor_id || identity.product_code) events_.On(identity);
 }
 
-void Network::OnEepromWrite(const EepromWrite& event) { events_.On(event); }
-void Network::OnEepromError(const EepromError& event) { events_.On(event); }
+void Network::OnEepromWrite(const EepromWrite& event) {
+  events_.On(event);
+}
+void Network::OnEepromError(const EepromError& event) {
+  events_.On(event);
+}
 
 void Network::UpdateMailboxWindow(SlaveId slave, const FrameRef& frame) {
   window_versions_[slave] = states_[slave].mapping_version;
@@ -544,8 +549,7 @@ void Network::FindMappedMailboxes() {
     for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
       const auto fmmu = states_[s].fmmu(n, Certainty::kInferred);
       if (fmmu && fmmu->active() && fmmu->reads() && fmmu->byte_aligned() &&
-          fmmu->physical_start < window.in_start + window.in_length &&
-          fmmu->physical_end() > window.in_start) {
+          fmmu->physical_start < window.in_start + window.in_length && fmmu->physical_end() > window.in_start) {
         mapped_mailboxes_.push_back({static_cast<SlaveId>(s), *fmmu});
       }
     }
@@ -570,7 +574,8 @@ void Network::ReadMailboxesThroughFmmus(const Datagram& d) {
     access.returned = d.transaction.returned_ref();
     access.command = d.command();
     access.datagram = d.any.ordinal();
-    access.address = static_cast<EscAddress>(mapped.fmmu.physical_start + (overlap.first / 8 - mapped.fmmu.logical_start));
+    access.address =
+        static_cast<EscAddress>(mapped.fmmu.physical_start + (overlap.first / 8 - mapped.fmmu.logical_start));
     access.read = returned;
     access.acceptance = Acceptance::kAccepted;
     Apply(access);

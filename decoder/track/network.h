@@ -73,7 +73,7 @@ class Network final : public bus::BusSink, private SiiListener {
   EventSink& events_;
   bus::SlaveSet slaves_;
   std::deque<SlaveState> states_;  // grows without moving what rules refer to
-  SlaveState everyone_;             // what broadcasts wrote: a slave met later has taken it, too
+  SlaveState everyone_;            // what broadcasts wrote: a slave met later has taken it, too
   Known<std::uint16_t> slave_count_;
   std::uint64_t mapping_version_ = 0;
   std::vector<std::unique_ptr<MailboxTracker>> mailboxes_;
@@ -85,7 +85,7 @@ class Network final : public bus::BusSink, private SiiListener {
   };
   std::vector<MappedMailbox> mapped_mailboxes_;
   std::uint64_t mapped_version_ = 0;
-  std::uint16_t upstream_ = 0;     // slaves between the master and the tap
+  std::uint16_t upstream_ = 0;  // slaves between the master and the tap
   /// What slaves took or gave lately: a frame whose loss shows later leaves that alone.
   struct Recent {
     FrameNo sent = 0;

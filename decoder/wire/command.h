@@ -26,7 +26,9 @@ enum class Command : std::uint8_t {
 
 inline constexpr std::uint8_t kCommandCount = 15;
 
-[[nodiscard]] constexpr bool IsDefined(std::uint8_t command) { return command < kCommandCount; }
+[[nodiscard]] constexpr bool IsDefined(std::uint8_t command) {
+  return command < kCommandCount;
+}
 [[nodiscard]] constexpr bool IsLogical(Command c) {
   return c == Command::LRD || c == Command::LWR || c == Command::LRW;
 }
@@ -40,7 +42,9 @@ inline constexpr std::uint8_t kCommandCount = 15;
   return c == Command::BRD || c == Command::BWR || c == Command::BRW;
 }
 /// Slaves add one to the address of these (the position counter), whether or not they act.
-[[nodiscard]] constexpr bool IncrementsAdp(Command c) { return IsPositionAddressed(c) || IsBroadcast(c); }
+[[nodiscard]] constexpr bool IncrementsAdp(Command c) {
+  return IsPositionAddressed(c) || IsBroadcast(c);
+}
 /// The addressed slave returns data.
 [[nodiscard]] constexpr bool Reads(Command c) {
   return c != Command::NOP && c != Command::APWR && c != Command::FPWR && c != Command::BWR && c != Command::LWR;

@@ -13,7 +13,9 @@ constexpr std::size_t kEthernetHeader = 14;
 constexpr std::size_t kEslBytes = 16;
 constexpr std::size_t kMaxOffset = 0xFFFF;  ///< datagrams are kept by 16-bit offsets; no real frame comes near
 
-bool IsVlanTag(std::uint16_t ethertype) { return ethertype == 0x8100 || ethertype == 0x88A8 || ethertype == 0x9100; }
+bool IsVlanTag(std::uint16_t ethertype) {
+  return ethertype == 0x8100 || ethertype == 0x88A8 || ethertype == 0x9100;
+}
 
 std::uint64_t Mac(ByteSpan bytes, std::size_t offset) {
   return static_cast<std::uint64_t>(BigEndian<std::uint16_t>(bytes, offset)) << 32U |
@@ -32,7 +34,7 @@ EslRecord ReadEsl(ByteSpan record) {
     std::uint16_t mask;
     std::uint8_t port;
   };
-  constexpr PortBit kPorts[] = {{0x0080, 0}, {0x0040, 1}, {0x0020, 2}, {0x0010, 3},  {0x0008, 4},  {0x0004, 5},
+  constexpr PortBit kPorts[] = {{0x0080, 0}, {0x0040, 1}, {0x0020, 2}, {0x0010, 3}, {0x0008, 4},  {0x0004, 5},
                                 {0x0002, 6}, {0x0001, 7}, {0x8000, 8}, {0x4000, 9}, {0x0400, 10}, {0x0200, 11}};
   const auto flags = LittleEndian<std::uint16_t>(record, 6);
   EslRecord esl;
@@ -58,14 +60,22 @@ bool AllZero(ByteSpan bytes) {
 
 std::string_view Describe(FrameProblem problem) {
   switch (problem) {
-    case FrameProblem::kNone: return "no problem";
-    case FrameProblem::kNoHeader: return "the frame ends before the EtherCAT header is complete";
-    case FrameProblem::kLengthBeyondFrame: return "the EtherCAT length reaches past the end of the frame";
-    case FrameProblem::kDatagramBeyondLength: return "a datagram reaches past the EtherCAT length";
-    case FrameProblem::kMoreWithoutDatagram: return "the more flag announces a datagram that does not follow";
-    case FrameProblem::kBytesAfterLast: return "the more flag is clear although the EtherCAT length covers more bytes";
-    case FrameProblem::kUnknownCommand: return "a datagram has a command that is not defined";
-    case FrameProblem::kNoDatagram: return "the EtherCAT length is too short for a datagram";
+    case FrameProblem::kNone:
+      return "no problem";
+    case FrameProblem::kNoHeader:
+      return "the frame ends before the EtherCAT header is complete";
+    case FrameProblem::kLengthBeyondFrame:
+      return "the EtherCAT length reaches past the end of the frame";
+    case FrameProblem::kDatagramBeyondLength:
+      return "a datagram reaches past the EtherCAT length";
+    case FrameProblem::kMoreWithoutDatagram:
+      return "the more flag announces a datagram that does not follow";
+    case FrameProblem::kBytesAfterLast:
+      return "the more flag is clear although the EtherCAT length covers more bytes";
+    case FrameProblem::kUnknownCommand:
+      return "a datagram has a command that is not defined";
+    case FrameProblem::kNoDatagram:
+      return "the EtherCAT length is too short for a datagram";
   }
   return "?";
 }
@@ -95,8 +105,8 @@ FrameView FrameView::Parse(const capture::CapturedFrame& frame) noexcept {
       // packet type 2, ARPHRD 2, address length 2, address 8, protocol 2; packet type 4: sent by this machine
       view.source_mac_ = Mac(bytes, 6);
       if (view.flag_ == capture::PacketFlag::kNone && Fits(bytes, 0, 2)) {
-        view.flag_ = BigEndian<std::uint16_t>(bytes, 0) == 4 ? capture::PacketFlag::kOutbound
-                                                             : capture::PacketFlag::kInbound;
+        view.flag_ =
+            BigEndian<std::uint16_t>(bytes, 0) == 4 ? capture::PacketFlag::kOutbound : capture::PacketFlag::kInbound;
       }
       offset = 14;
       break;
@@ -108,7 +118,8 @@ FrameView FrameView::Parse(const capture::CapturedFrame& frame) noexcept {
       }
       offset = 0;
       break;
-    default: return view;
+    default:
+      return view;
   }
   view.bytes_ = bytes;
 

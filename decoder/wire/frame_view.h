@@ -58,8 +58,8 @@ enum class FrameKind : std::uint8_t {
 /// Why a frame is kMalformed.
 enum class FrameProblem : std::uint8_t {
   kNone,
-  kNoHeader,          ///< no room for the two bytes of the EtherCAT header
-  kLengthBeyondFrame, ///< the EtherCAT length says more than the packet holds
+  kNoHeader,              ///< no room for the two bytes of the EtherCAT header
+  kLengthBeyondFrame,     ///< the EtherCAT length says more than the packet holds
   kDatagramBeyondLength,  ///< a datagram's length reaches past the EtherCAT length
   kMoreWithoutDatagram,   ///< the more flag is set on the last datagram that fits
   kBytesAfterLast,        ///< the more flag is clear although the EtherCAT length covers more
@@ -120,7 +120,8 @@ class FrameView {
   }
   /// The datagrams as they stand in the packet, without EtherCAT header and padding.
   [[nodiscard]] ByteSpan payload() const {
-    return count_ == 0 ? ByteSpan{} : bytes_.subspan(offsets_[0], static_cast<std::size_t>(offsets_[count_]) - offsets_[0]);
+    return count_ == 0 ? ByteSpan{}
+                       : bytes_.subspan(offsets_[0], static_cast<std::size_t>(offsets_[count_]) - offsets_[0]);
   }
   [[nodiscard]] ByteSpan bytes() const { return bytes_; }
   /// As many of bytes() as the view needs to read its datagrams: at most about 2,200.

@@ -1,9 +1,9 @@
 #include "decoder/base/bytes.h"
 
-#include <gtest/gtest.h>
-
 #include <array>
 #include <limits>
+
+#include <gtest/gtest.h>
 
 namespace ecaudit {
 namespace {

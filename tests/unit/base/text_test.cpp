@@ -32,10 +32,10 @@ TEST(Text, ControlSequencesNeverReachTheTerminal) {
   EXPECT_EQ(Printable("EL2004"), "EL2004");
   EXPECT_EQ(Printable("a\x1b[31mb\n"), "a\\x1b[31mb\\x0a");
   EXPECT_EQ(Printable("gr\xc3\xbc\xc3\x9f"), "gr\xc3\xbc\xc3\x9f");
-  EXPECT_EQ(Printable("\xc2\x9b"), "\\xc2\\x9b");               // C1 control
-  EXPECT_EQ(Printable("\xe2\x80\xae"), "\\xe2\\x80\\xae");      // right-to-left override
+  EXPECT_EQ(Printable("\xc2\x9b"), "\\xc2\\x9b");           // C1 control
+  EXPECT_EQ(Printable("\xe2\x80\xae"), "\\xe2\\x80\\xae");  // right-to-left override
   EXPECT_EQ(Printable("\xff\xfe"), "\\xff\\xfe");
-  EXPECT_EQ(Printable("\xe2\x82"), "\\xe2\\x82");               // cut sequence
+  EXPECT_EQ(Printable("\xe2\x82"), "\\xe2\\x82");  // cut sequence
 }
 
 }  // namespace

@@ -51,8 +51,7 @@ TEST(RegisterMap, RepeatedRegistersHaveNumbers) {
 }
 
 TEST(RegisterMap, ReservedAddressesAndProcessRam) {
-  for (const int listed :
-       {0x000A, 0x0014, 0x0022, 0x0132, 0x0314, 0x0444, 0x051C, 0x0700, 0x0880, 0x09D0, 0x0F7F}) {
+  for (const int listed : {0x000A, 0x0014, 0x0022, 0x0132, 0x0314, 0x0444, 0x051C, 0x0700, 0x0880, 0x09D0, 0x0F7F}) {
     const auto reserved = static_cast<EscAddress>(listed);
     EXPECT_EQ(RegisterName(reserved), "") << reserved;
     EXPECT_EQ(FindRegister(reserved), nullptr) << reserved;
