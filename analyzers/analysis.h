@@ -19,6 +19,8 @@
 
 namespace ecaudit {
 
+struct DeviceFiles;
+
 /// What to do about one rule: a severity, or switched off.
 struct RuleSetting {
   bool off = false;
@@ -34,6 +36,7 @@ struct SlaveSelector {
 struct AnalysisOptions {
   std::string default_profile;  ///< for every slave; empty: chosen by identity
   std::vector<std::pair<SlaveSelector, std::string>> slave_profiles;
+  std::shared_ptr<const DeviceFiles> files;               ///< ESI and ENI files (core/device_files.h); null: none
   std::map<std::string, RuleSetting, std::less<>> rules;  ///< by rule id; rules not named keep their defaults
   /// Only frames in [from, to] are analysed; seconds from the first frame or frame numbers.
   std::optional<double> from_s, to_s;

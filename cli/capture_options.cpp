@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "cli/config.h"
+#include "cli/device_files.h"
 #include "cli/suggest.h"
 #include "decoder/device/profile_registry.h"
 
@@ -92,6 +93,8 @@ void CaptureOptions::Declare(OptionSet& options) {
   options.Value("--to", "END", to, "end here, inclusive");
   options.Group("How to judge");
   options.Values("--profile", "[SLAVE=]NAME", profiles, "drive family of all slaves or of one (repeatable)");
+  options.Values("--esi", "FILE", esi, "EtherCAT slave information (XML): objects and PDOs of devices (repeatable)");
+  options.Value("--eni", "FILE", eni, "EtherCAT network information (XML): slaves, names and process image");
   options.Value("--config", "FILE", config, "settings (default: .ecaudit.json beside the capture or above it)");
 }
 
@@ -197,6 +200,12 @@ Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOption
     if (!slave) return slave.error();
     settings.slaves.push_back(*slave);
   }
+  if (options.files == nullptr) {
+    Result<std::shared_ptr<const DeviceFiles>> files = LoadDeviceFiles(options.esi, options.eni);
+    if (!files) return files.error();
+    options.files = std::move(*files);
+  }
+  settings.analysis.files = options.files;
   return settings;
 }
 

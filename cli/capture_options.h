@@ -1,6 +1,7 @@
 /// What commands that judge captures have in common: their options, and what options and configuration file come to.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -18,9 +19,13 @@ struct CaptureOptions {
   std::vector<std::string> captures;
   bool join = false;
   std::vector<std::string> profiles;
+  std::vector<std::string> esi;
+  std::optional<std::string> eni;
   std::vector<std::string> slaves;
   std::optional<std::string> from, to;
   std::optional<std::string> config;
+  /// What `esi` and `eni` name; kept by ResolveSettings() so that many captures read the files once.
+  mutable std::shared_ptr<const DeviceFiles> files;
 
   void Declare(OptionSet& options);
 };
@@ -45,7 +50,7 @@ struct Settings {
 };
 
 /// Joins what was typed with the configuration file that belongs to `capture` (--config, or found beside it). What was
-/// typed wins. All names are checked here; errors from the file begin with its path.
+/// typed wins. All names are checked here, ESI and ENI files are read; errors in a file begin with its path.
 [[nodiscard]] Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOptions& gate,
                                                const std::string& capture);
 

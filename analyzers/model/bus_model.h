@@ -7,6 +7,7 @@
 
 #include "analyzers/analysis.h"
 #include "analyzers/model/logical_expectation.h"
+#include "analyzers/model/profile_choice.h"
 #include "analyzers/model/slave_model.h"
 #include "decoder/track/network.h"
 
@@ -42,10 +43,11 @@ class BusModel {
   void ChooseProfile(SlaveId id);
 
   const track::Network& network_;
-  const AnalysisOptions& options_;
   ModelSink& sink_;
   AlTimeouts timeouts_;
+  ProfileChoice choice_;
   std::deque<SlaveModel> slaves_;
+  std::deque<track::IdentityLearned> seen_identities_;  ///< a slave: what the capture shows of its identity
   mutable LogicalExpectations expectations_;
 };
 

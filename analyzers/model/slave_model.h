@@ -5,6 +5,7 @@
 
 #include "analyzers/model/al_machine.h"
 #include "decoder/device/device_description.h"
+#include "decoder/device/eni_reader.h"
 #include "decoder/track/events.h"
 
 namespace ecaudit::model {
@@ -14,8 +15,9 @@ struct SlaveModel {
 
   const device::DeviceDescription* profile = nullptr;  ///< never null once the slave is met
   std::string profile_source;                          ///< how it was chosen, for people
-  bool profile_fixed = false;                          ///< named by the user: an identity does not change it
-  track::IdentityLearned identity;                     ///< what is known so far
+  track::IdentityLearned identity;                     ///< what is known so far; where the capture is silent, the ENI's
+  const device::EniSlave* eni = nullptr;               ///< what the ENI says of this slave; null: nothing
+  std::string name;                                    ///< from ENI or ESI, else empty (untrusted text)
   AlMachine al;
 };
 

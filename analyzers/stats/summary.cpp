@@ -76,8 +76,11 @@ SlaveSummary SummariseSlave(SlaveId id, const model::BusModel& model, const AlHi
   summary.identity.revision = slave.identity.revision;
   summary.identity.serial = slave.identity.serial;
   summary.identity.since = slave.identity.frame.number;
+  // What the project calls the slave tells people more than what its maker calls the product.
   const esc::SiiImage& image = network.state(id).sii.image();
-  if (image.KnownWords() > 0) summary.name = std::string(esc::ParseSii(image).Name());
+  if (slave.eni != nullptr) summary.name = slave.name;
+  if (summary.name.empty() && image.KnownWords() > 0) summary.name = std::string(esc::ParseSii(image).Name());
+  if (summary.name.empty()) summary.name = slave.name;
   summary.profile = slave.profile->id;
   summary.profile_source = slave.profile_source;
   const AlHistory::Story& story = history.of(id);

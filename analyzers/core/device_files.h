@@ -1,0 +1,27 @@
+/// What the user's files say of the devices on the bus (--esi, --eni). Read once, shared by all analyses of a run.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "decoder/device/eni_reader.h"
+#include "decoder/device/esi_reader.h"
+
+namespace ecaudit {
+
+struct DeviceFiles {
+  struct Esi {
+    std::string name;  ///< of the file, without folders, for people
+    device::EsiFile content;
+  };
+  struct Eni {
+    std::string name;
+    device::EniConfig content;
+  };
+
+  std::vector<Esi> esi;  ///< in the order of the command line
+  std::optional<Eni> eni;
+};
+
+}  // namespace ecaudit

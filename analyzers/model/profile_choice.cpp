@@ -1,0 +1,165 @@
+#include "analyzers/model/profile_choice.h"
+
+#include <set>
+
+#include "analyzers/model/slave_model.h"
+#include "decoder/base/text.h"
+#include "decoder/device/profile_registry.h"
+
+namespace ecaudit::model {
+namespace {
+
+using device::DeviceDescription;
+using track::IdentityLearned;
+
+constexpr std::string_view kGeneric = "generic";
+
+bool Selects(const SlaveSelector& selector, const bus::SlaveAddress& address) {
+  const StationAddress* station = address.station.if_known();
+  const SlavePos* position = address.position.if_known();
+  return selector.by_address ? station != nullptr && *station == selector.value
+                             : position != nullptr && *position == selector.value;
+}
+
+template <typename T>
+bool Differ(const std::optional<T>& a, const std::optional<T>& b) {
+  return a && b && *a != *b;
+}
+
+/// Another product than the one seen. Revisions and serial numbers change with a spare part.
+bool Contradicts(const device::EniSlave& eni, const IdentityLearned& seen) {
+  return Differ(eni.vendor_id, seen.vendor_id) || Differ(eni.product_code, seen.product_code);
+}
+
+std::string ProductText(std::optional<std::uint32_t> vendor, std::optional<std::uint32_t> product) {
+  return "vendor " + (vendor ? Hex(*vendor, 8) : "unknown") + ", product " + (product ? Hex(*product, 8) : "unknown");
+}
+
+std::string WhereSeen(const IdentityLearned& identity) {
+  if (identity.source == IdentityLearned::Source::kEni) return "the ENI";
+  const char* where = identity.source == IdentityLearned::Source::kObject1018 ? "object 1018h" : "the EEPROM";
+  return std::string(where) + " (frame " + std::to_string(identity.frame.number) + ")";
+}
+
+}  // namespace
+
+const device::EniSlave* ProfileChoice::FindEni(const bus::SlaveAddress& address) const {
+  if (!options_.files || !options_.files->eni) return nullptr;
+  const device::EniConfig& config = options_.files->eni->content;
+  if (const StationAddress* station = address.station.if_known()) {
+    if (const device::EniSlave* slave = config.FindByAddress(*station)) return slave;
+  }
+  const SlavePos* position = address.position.if_known();
+  return position != nullptr ? config.FindByPosition(*position) : nullptr;
+}
+
+ProfileChoice::EsiMatch ProfileChoice::FindEsi(const IdentityLearned& identity) const {
+  EsiMatch match;
+  if (!options_.files) return match;
+  if (identity.vendor_id && identity.product_code) {
+    for (const DeviceFiles::Esi& file : options_.files->esi) {
+      if (file.content.vendor_id != *identity.vendor_id) continue;
+      const DeviceDescription* device = file.content.Find(*identity.product_code, identity.revision.value_or(0));
+      if (device == nullptr) continue;
+      const bool same_revision = identity.revision && device->match.revision_min == identity.revision;
+      if (match.device == nullptr || same_revision) match = {device, &file.name, false};
+      if (same_revision) break;
+    }
+    return match;
+  }
+  if (identity.vendor_id || identity.product_code) return match;
+  // Nothing is known of the slave. Somebody who gives the file of one product means it.
+  std::set<std::pair<std::uint32_t, std::uint32_t>> products;
+  for (const DeviceFiles::Esi& file : options_.files->esi) {
+    for (const DeviceDescription& device : file.content.devices) {
+      for (const std::uint32_t product : device.match.product_codes) {
+        products.emplace(file.content.vendor_id, product);
+        if (products.size() > 1) return {};
+        match = {file.content.Find(product, 0), &file.name, true};
+      }
+    }
+  }
+  return match;
+}
+
+std::pair<const DeviceDescription*, std::string> ProfileChoice::FindFamily(const bus::SlaveAddress& address,
+                                                                           const IdentityLearned& identity,
+                                                                           bool with_esi) const {
+  for (const auto& [selector, name] : options_.slave_profiles) {
+    if (!Selects(selector, address)) continue;
+    if (const DeviceDescription* profile = device::BuiltinProfile(name)) {
+      return {profile, "option --profile for this slave"};
+    }
+  }
+  if (!options_.default_profile.empty()) {
+    if (const DeviceDescription* profile = device::BuiltinProfile(options_.default_profile)) {
+      return {profile, "option --profile"};
+    }
+  }
+  const DeviceDescription* generic = device::BuiltinProfile(kGeneric);
+  if (!identity.vendor_id || !identity.product_code) {
+    return {generic, "identity not in the capture: judged by the EtherCAT standard"};
+  }
+  const auto candidates =
+      device::MatchIdentity(*identity.vendor_id, *identity.product_code, identity.revision.value_or(0));
+  if (candidates.empty()) {
+    return {generic, "no profile for " + ProductText(identity.vendor_id, identity.product_code) +
+                         (with_esi ? ": the EtherCAT standard" : ": judged by the EtherCAT standard")};
+  }
+  std::string source = "identity in " + WhereSeen(identity);
+  if (candidates.size() > 1) source += ", newest of " + Count(candidates.size(), "edition");
+  return {candidates.front(), std::move(source)};
+}
+
+const DeviceDescription* ProfileChoice::Overlay(const DeviceDescription& family, const DeviceDescription& esi) {
+  auto& entry = overlays_[{&family, &esi}];
+  if (entry == nullptr) {
+    DeviceDescription merged = device::WithEsi(family, esi);
+    merged.title = family.title;  // what is judged by the family's manual is to name that manual
+    entry = std::make_unique<const DeviceDescription>(std::move(merged));
+  }
+  return entry.get();
+}
+
+void ProfileChoice::Choose(const bus::SlaveAddress& address, const IdentityLearned& seen, SlaveModel& slave) {
+  slave.identity = seen;
+  slave.name.clear();
+  slave.eni = FindEni(address);
+  const device::EniSlave* other = nullptr;  // what the ENI expects here instead
+  if (slave.eni != nullptr && Contradicts(*slave.eni, seen)) std::swap(slave.eni, other);
+  if (slave.eni != nullptr) {
+    slave.name = slave.eni->name;
+    if (!seen.vendor_id || !seen.product_code) slave.identity.source = IdentityLearned::Source::kEni;
+    const auto fill = [](auto& to, const auto& from) {
+      if (!to) to = from;
+    };
+    fill(slave.identity.vendor_id, slave.eni->vendor_id);
+    fill(slave.identity.product_code, slave.eni->product_code);
+    fill(slave.identity.revision, slave.eni->revision);
+    if (slave.eni->serial.value_or(0) != 0) fill(slave.identity.serial, slave.eni->serial);  // 0: any
+  }
+
+  const EsiMatch esi = FindEsi(slave.identity);
+  auto [family, source] = FindFamily(address, slave.identity, esi.device != nullptr);
+  slave.profile = family;
+  if (esi.device != nullptr) {
+    slave.profile = Overlay(*family, *esi.device);
+    const std::optional<std::uint32_t>& revision = esi.device->match.revision_min;
+    if (esi.assumed) {
+      source += ", taken for the only product in " + *esi.file;
+    } else {
+      source += ", with " + *esi.file;
+      if (Differ(revision, slave.identity.revision)) {
+        source += " (for revision " + Hex(*revision, 8) + ", the slave has " + Hex(*slave.identity.revision, 8) + ")";
+      }
+    }
+    if (slave.name.empty() && !esi.assumed) slave.name = esi.device->title;
+  }
+  if (other != nullptr) {
+    source += "; " + options_.files->eni->name + " expects another device here (" +
+              ProductText(other->vendor_id, other->product_code) + ")";
+  }
+  slave.profile_source = std::move(source);
+}
+
+}  // namespace ecaudit::model

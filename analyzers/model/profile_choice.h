@@ -1,0 +1,57 @@
+/// in: what is known of a slave's address and identity, and the user's options and files.  out: the description that it
+/// is judged by, and how that was chosen.
+///
+/// The family comes from --profile, else from the identity, else it is "generic". An ESI device of that identity lies
+/// over it: PDOs, objects, sync managers and mailbox are those of the file, while what only manuals tell (AL tables,
+/// codes, limits) stays the family's. An ENI names slaves and fills in the identity where the capture does not show it;
+/// it never beats the capture.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "analyzers/analysis.h"
+#include "analyzers/core/device_files.h"
+#include "decoder/bus/slave_set.h"
+#include "decoder/device/device_description.h"
+#include "decoder/track/events.h"
+
+namespace ecaudit::model {
+
+struct SlaveModel;
+
+class ProfileChoice {
+ public:
+  /// @param options must outlive this
+  explicit ProfileChoice(const AnalysisOptions& options) : options_(options) {}
+
+  /// Sets profile, profile_source, identity, eni and name of `slave`. The pointers stay valid as long as this and the
+  /// options.
+  /// @param seen  identity as the capture shows it, whatever of it
+  void Choose(const bus::SlaveAddress& address, const track::IdentityLearned& seen, SlaveModel& slave);
+
+ private:
+  struct EsiMatch {
+    const device::DeviceDescription* device = nullptr;
+    const std::string* file = nullptr;
+    bool assumed = false;  ///< the identity is unknown, and the files describe one product only
+  };
+
+  [[nodiscard]] const device::EniSlave* FindEni(const bus::SlaveAddress& address) const;
+  [[nodiscard]] EsiMatch FindEsi(const track::IdentityLearned& identity) const;
+  /// The family and how it was found.
+  [[nodiscard]] std::pair<const device::DeviceDescription*, std::string> FindFamily(
+      const bus::SlaveAddress& address, const track::IdentityLearned& identity, bool with_esi) const;
+  [[nodiscard]] const device::DeviceDescription* Overlay(const device::DeviceDescription& family,
+                                                         const device::DeviceDescription& esi);
+
+  const AnalysisOptions& options_;
+  /// Families with an ESI device over them, by both.
+  std::map<std::pair<const device::DeviceDescription*, const device::DeviceDescription*>,
+           std::unique_ptr<const device::DeviceDescription>>
+      overlays_;
+};
+
+}  // namespace ecaudit::model

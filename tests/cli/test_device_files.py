@@ -1,0 +1,103 @@
+"""--esi and --eni: what they change, and what is said when a file cannot be used. All files here are our own."""
+import unittest
+
+from support import SOURCE, CliTest
+
+SAMPLES = SOURCE / "samples" / "captures"
+
+ESI = """<?xml version="1.0"?>
+<EtherCATInfo>
+  <Vendor><Id>#x6A</Id><Name>Example</Name></Vendor>
+  <Descriptions><Devices><Device>
+    <Type ProductCode="#x00414B44" RevisionNo="#x2">AKD</Type>
+    <Name>Drive \u009b31m of the test</Name>
+  </Device></Devices></Descriptions>
+</EtherCATInfo>
+"""
+
+ENI = """<?xml version="1.0"?>
+<EtherCATConfig><Config>
+  <Slave><Info>
+    <Name>Axis X</Name><PhysAddr>4097</PhysAddr><AutoIncAddr>0</AutoIncAddr>
+    <VendorId>{vendor}</VendorId><ProductCode>4279108</ProductCode><RevisionNo>2</RevisionNo>
+  </Info></Slave>
+</Config></EtherCATConfig>
+"""
+
+
+class DeviceFileOptions(CliTest):
+    def setUp(self):
+        super().setUp()
+        self.capture = SAMPLES / "clean-startup.pcapng"
+
+    def slave(self, *arguments):
+        return self.report(*arguments, status=0)["reports"][0]["slaves"][0]
+
+    def test_esi_is_named_beside_the_family(self):
+        slave = self.slave(self.capture, "--esi", self.file("drive.xml", ESI))
+        self.assertTrue(slave["profile"].startswith("kollmorgen-akd-"), slave)
+        self.assertTrue(slave["profile_source"].endswith(", with drive.xml"), slave["profile_source"])
+
+    def test_esi_may_be_repeated(self):
+        other = self.file("other.xml", ESI.replace("#x6A", "#x6B"))
+        slave = self.slave(self.capture, "--esi", other, "--esi", self.file("drive.xml", ESI))
+        self.assertTrue(slave["profile_source"].endswith(", with drive.xml"), slave["profile_source"])
+
+    def test_eni_names_the_slave(self):
+        slave = self.slave(self.capture, "--eni", self.file("network.xml", ENI.format(vendor=106)))
+        self.assertEqual(slave["name"], "Axis X")
+        self.assertNotIn("expects another", slave["profile_source"])
+
+    def test_eni_gives_the_identity_where_the_capture_does_not(self):
+        slave = self.slave(self.healthy, "--eni", self.file("network.xml", ENI.format(vendor=106)))
+        self.assertTrue(slave["profile"].startswith("kollmorgen-akd-"), slave)
+        self.assertEqual(slave["identity"]["vendor_id"], 0x6A)
+        self.assertIsNone(slave["identity"]["frame"])
+        self.assertTrue(slave["profile_source"].startswith("identity in the ENI"), slave["profile_source"])
+
+    def test_eni_does_not_beat_the_capture(self):
+        slave = self.slave(self.capture, "--eni", self.file("network.xml", ENI.format(vendor=2)))
+        self.assertNotEqual(slave["name"], "Axis X")
+        self.assertEqual(slave["identity"]["vendor_id"], 0x6A)
+        self.assertIn("network.xml expects another device here (vendor 0x00000002", slave["profile_source"])
+
+    def test_events_know_the_names_of_the_esi(self):
+        objects = """<Profile><Dictionary><DataTypes><DataType><Name>DT1C12</Name><BitSize>48</BitSize>
+              <SubItem><SubIdx>0</SubIdx><Name>Count</Name><Type>USINT</Type><BitSize>8</BitSize></SubItem>
+              <SubItem><SubIdx>1</SubIdx><Name>First</Name><Type>UINT</Type><BitSize>16</BitSize></SubItem>
+            </DataType></DataTypes>
+            <Objects><Object><Index>#x1C12</Index><Name>Assigned by the test</Name><Type>DT1C12</Type><BitSize>48</BitSize>
+            </Object></Objects></Dictionary></Profile>"""
+        esi = self.file("drive.xml", ESI.replace("</Device>", objects + "</Device>"))
+        done = self.run_program("events", "--type", "sdo", self.capture, "--esi", esi)
+        self.assertEqual(done.returncode, 0, done.err)
+        self.assertIn("1C12h:1 Assigned by the test: First = 1701h", done.out)
+
+    def test_control_characters_of_a_file_do_not_reach_the_terminal(self):
+        done = self.check(self.healthy, "--esi", self.file("drive.xml", ESI), "--eni",
+                          self.file("network.xml", ENI.format(vendor=106).replace("Axis X", "A\u009b31mB")), status=0)
+        self.assertNotIn("\u009b", done.out)
+        self.assertIn("A\\xc2\\x9b31mB", done.out)
+
+    def test_bad_files_are_one_line_with_the_place(self):
+        broken = self.file("broken.xml", ESI.replace("</Vendor>", "</Vend>"))
+        self.assertRegex(self.one_error("check", self.capture, "--esi", broken),
+                         r"^\S*broken\.xml: line 3, column \d+: .+")
+        number = self.file("number.xml", ENI.format(vendor="many"))
+        self.assertRegex(self.one_error("decode", self.capture, "--eni", number),
+                         r'^\S*number\.xml: line 5, column \d+: "many" is not a number')
+        swapped = self.file("swapped.xml", ENI.format(vendor=1))
+        self.assertRegex(self.one_error("events", self.capture, "--esi", swapped),
+                         r"^\S*swapped\.xml: line 2, column \d+: expected the element EtherCATInfo, got EtherCATConfig")
+        self.assertEqual(self.one_error("check", self.capture, "--eni", "nowhere.xml"), "nowhere.xml: no such file")
+        self.assertIn("expected the element", self.one_error("check", self.capture, "--eni", self.file("e.xml", ESI)))
+
+    def test_files_without_content(self):
+        empty = self.file("empty.xml", "<EtherCATInfo><Vendor><Id>1</Id></Vendor></EtherCATInfo>")
+        self.assertRegex(self.one_error("check", self.capture, "--esi", empty), "empty.xml: describes no device$")
+        none = self.file("none.xml", "<EtherCATConfig><Config/></EtherCATConfig>")
+        self.assertRegex(self.one_error("check", self.capture, "--eni", none), "none.xml: describes no slave$")
+
+
+if __name__ == "__main__":
+    unittest.main()
