@@ -59,7 +59,10 @@ class Dispatcher final : public track::EventSink, public model::ModelSink {
   void On(const mailbox::MailboxRefused& e) override { ToRules(Topic::kMailboxRefused, e); }
   void On(const mailbox::MailboxUnanswered& e) override { ToRules(Topic::kMailboxUnanswered, e); }
   void On(const mailbox::MailboxErrorReply& e) override { ToRules(Topic::kMailboxErrorReply, e); }
-  void On(const mailbox::SdoTransfer& e) override { ToRules(Topic::kSdoTransfer, e); }
+  void On(const mailbox::SdoTransfer& e) override { RulesThenModel(Topic::kSdoTransfer, e); }
+  void On(const mailbox::SdoInfo& e) override { model_->Apply(e); }
+  void On(const track::EepromRead& e) override { model_->Apply(e); }
+  void On(const track::EepromWrite& e) override { model_->Apply(e); }
   void On(const mailbox::SdoUnexpected& e) override { ToRules(Topic::kSdoUnexpected, e); }
   void On(const mailbox::Emergency& e) override { ToRules(Topic::kEmergency, e); }
   void OnAccess(const track::SlaveAccess& e) override {

@@ -73,6 +73,58 @@ struct Identity {
   FrameNo since = 0;
 };
 
+/// A sync manager as last known.
+struct SyncManagerSummary {
+  std::uint8_t number = 0;
+  std::uint16_t start = 0;
+  std::uint16_t length = 0;
+  std::uint8_t control = 0;
+  bool mailbox = false;      ///< one-buffer mode; else three-buffer mode
+  bool ecat_writes = false;  ///< direction: the master writes, the slave reads
+  bool enabled = false;
+  bool inferred = false;  ///< not every byte was seen on the wire
+  FrameNo since = 0;      ///< last frame that told something about it
+};
+
+/// An FMMU as last known.
+struct FmmuSummary {
+  std::uint8_t number = 0;
+  std::uint32_t logical_start = 0;
+  std::uint16_t length = 0;
+  std::uint8_t logical_start_bit = 0;
+  std::uint8_t logical_stop_bit = 0;
+  std::uint16_t physical_start = 0;
+  std::uint8_t physical_start_bit = 0;
+  bool reads = false;
+  bool writes = false;
+  bool active = false;
+  bool inferred = false;
+  FrameNo since = 0;
+};
+
+/// One entry of the process data.
+struct MappedObject {
+  std::uint16_t pdo = 0;
+  std::uint16_t index = 0;  ///< 0: a gap
+  std::uint8_t subindex = 0;
+  std::uint16_t bits = 0;
+  std::uint32_t bit_offset = 0;  ///< in the buffer of its sync manager
+  std::uint8_t sync_manager = 0;
+  std::string name;            ///< empty when unknown (untrusted text)
+  bool name_inferred = false;  ///< from another family of the same maker
+};
+
+/// The process data of one direction at the end of the capture.
+struct PdoSummary {
+  enum class Source : std::uint8_t { kUnknown, kObserved, kDefault, kEni };
+  Source source = Source::kUnknown;
+  std::string reason;               ///< why it is not known, or what contradicts it; else empty
+  std::vector<std::uint16_t> pdos;  ///< as assigned
+  std::vector<MappedObject> objects;
+  std::optional<std::uint32_t> bytes;  ///< unset when the contents are not all known
+  FrameNo since = 0;
+};
+
 struct SlaveSummary {
   SlaveId id = kNoSlave;
   SlavePos position = 0;
@@ -87,6 +139,10 @@ struct SlaveSummary {
   std::optional<std::uint16_t> al_status_code;  ///< last observed AL Status Code
   std::vector<AlStep> al_history;               ///< bounded; later steps are counted in al_history_left_out
   std::uint64_t al_history_left_out = 0;
+  std::vector<SyncManagerSummary> sync_managers;  ///< those that were ever set
+  std::vector<FmmuSummary> fmmus;                 ///< likewise
+  PdoSummary rx_pdo;                              ///< master to slave
+  PdoSummary tx_pdo;                              ///< slave to master
 };
 
 struct AnalysisResult {

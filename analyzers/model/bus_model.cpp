@@ -23,7 +23,7 @@ const LogicalExpectation& BusModel::Expect(const track::LogicalAccess& access) c
 }
 
 void BusModel::Apply(const track::SlaveFound& event) {
-  slaves_.emplace_back(event.slave, sink_);
+  slaves_.emplace_back(event.slave, network_.state(event.slave), sink_);
   slaves_.back().al.SetTimeouts(timeouts_);
   seen_identities_.emplace_back().slave = event.slave;
   ChooseProfile(event.slave);
@@ -51,6 +51,9 @@ void BusModel::ChooseProfile(SlaveId id) {
   SlaveModel& slave = slaves_[id];
   choice_.Choose(network_.slaves()[id], seen_identities_[id], slave);
   slave.al.SetFamily(*slave.profile);
+  slave.process.SetFamily(*slave.profile);
+  // A file may describe a slave without its PDOs; that does not mean that it has none.
+  slave.process.SetEni(slave.eni != nullptr && !slave.eni->pdos.empty() ? &slave.eni->pdos : nullptr);
 }
 
 void BusModel::Apply(const track::AlRequest& event) {
@@ -71,6 +74,24 @@ void BusModel::Apply(const track::SlaveAccess& access) {
   if (!configuration.empty() && !access.broadcast) {
     slaves_[access.slave].al.SetDeviceEmulation((configuration[0] & 1U) != 0);
   }
+}
+
+void BusModel::Apply(const track::EepromRead& event) {
+  slaves_[event.slave].process.OnDescriptionChanged();
+}
+void BusModel::Apply(const track::EepromWrite& event) {
+  slaves_[event.slave].process.OnDescriptionChanged();
+}
+
+void BusModel::Apply(const mailbox::SdoTransfer& transfer) {
+  SlaveModel& slave = slaves_[transfer.slave];
+  slave.objects.Apply(transfer);
+  slave.process.Apply(transfer);
+}
+void BusModel::Apply(const mailbox::SdoInfo& info) {
+  SlaveModel& slave = slaves_[info.slave];
+  slave.names.Learn(info);
+  slave.process.OnDescriptionChanged();
 }
 
 void BusModel::ApplyAlRequestSent(SlaveId slave, const FrameRef& frame, esc::AlWord control) {

@@ -37,6 +37,10 @@ class BusModel {
   void Apply(const track::AlStatusCodeRead& event);
   void Apply(const track::AlStateForgotten& event);
   void Apply(const track::SlaveAccess& access);
+  void Apply(const track::EepromRead& event);
+  void Apply(const track::EepromWrite& event);
+  void Apply(const mailbox::SdoTransfer& transfer);
+  void Apply(const mailbox::SdoInfo& info);
   void ApplyAlRequestSent(SlaveId slave, const FrameRef& frame, esc::AlWord control);
 
  private:

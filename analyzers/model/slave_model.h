@@ -3,15 +3,22 @@
 
 #include <string>
 
+#include "analyzers/events/object_names.h"
 #include "analyzers/model/al_machine.h"
+#include "analyzers/model/object_values.h"
+#include "analyzers/model/process_data.h"
 #include "decoder/device/device_description.h"
 #include "decoder/device/eni_reader.h"
 #include "decoder/track/events.h"
+#include "decoder/track/slave_state.h"
 
 namespace ecaudit::model {
 
 struct SlaveModel {
-  SlaveModel(SlaveId slave, ModelSink& sink) : al(slave, sink) {}
+  /// @param state what is known of its ESC; must outlive the model
+  SlaveModel(SlaveId slave, const track::SlaveState& state, ModelSink& sink) : al(slave, sink), process(state, names) {}
+  SlaveModel(const SlaveModel&) = delete;  // `process` refers to `names`
+  SlaveModel& operator=(const SlaveModel&) = delete;
 
   const device::DeviceDescription* profile = nullptr;  ///< never null once the slave is met
   std::string profile_source;                          ///< how it was chosen, for people
@@ -19,6 +26,9 @@ struct SlaveModel {
   const device::EniSlave* eni = nullptr;               ///< what the ENI says of this slave; null: nothing
   std::string name;                                    ///< from ENI or ESI, else empty (untrusted text)
   AlMachine al;
+  ObjectValues objects;       ///< dictionary: last value of each object seen
+  events::ObjectNames names;  ///< what the slave itself calls its objects
+  ProcessData process;        ///< PDO assignment and mapping
 };
 
 }  // namespace ecaudit::model

@@ -61,6 +61,67 @@ void NumberSlaves(std::vector<SlaveSummary>& slaves) {
                    [](const SlaveSummary& a, const SlaveSummary& b) { return a.position < b.position; });
 }
 
+void SummariseSyncManagers(const track::SlaveState& state, SlaveSummary& summary) {
+  for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
+    const auto manager = state.sync_manager(n, Certainty::kInferred);
+    if (!manager || (manager->length == 0 && !manager->enabled())) continue;
+    SyncManagerSummary& out = summary.sync_managers.emplace_back();
+    out.number = static_cast<std::uint8_t>(n);
+    out.start = manager->start;
+    out.length = manager->length;
+    out.control = manager->control;
+    out.mailbox = manager->mailbox();
+    out.ecat_writes = manager->ecat_writes();
+    out.enabled = manager->enabled();
+    out.inferred = !state.sync_manager(n, Certainty::kObserved);
+    out.since = state.sync_manager_since[n];
+  }
+  for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
+    const auto fmmu = state.fmmu(n, Certainty::kInferred);
+    if (!fmmu || (fmmu->length == 0 && !fmmu->active())) continue;
+    FmmuSummary& out = summary.fmmus.emplace_back();
+    out.number = static_cast<std::uint8_t>(n);
+    out.logical_start = fmmu->logical_start;
+    out.length = fmmu->length;
+    out.logical_start_bit = fmmu->logical_start_bit;
+    out.logical_stop_bit = fmmu->logical_stop_bit;
+    out.physical_start = fmmu->physical_start;
+    out.physical_start_bit = fmmu->physical_start_bit;
+    out.reads = fmmu->reads();
+    out.writes = fmmu->writes();
+    out.active = fmmu->active();
+    out.inferred = !state.fmmu(n, Certainty::kObserved);
+    out.since = state.fmmu_since[n];
+  }
+}
+
+PdoSummary SummarisePdo(const model::ProcessLayout& layout) {
+  PdoSummary summary;
+  switch (layout.source) {
+    case model::LayoutSource::kUnknown:
+      break;
+    case model::LayoutSource::kObserved:
+      summary.source = PdoSummary::Source::kObserved;
+      break;
+    case model::LayoutSource::kDefault:
+      summary.source = PdoSummary::Source::kDefault;
+      break;
+    case model::LayoutSource::kEni:
+      summary.source = PdoSummary::Source::kEni;
+      break;
+  }
+  summary.reason = layout.reason;
+  summary.pdos = layout.pdos;
+  summary.since = layout.since;
+  if (layout.known()) summary.bytes = layout.bytes();
+  summary.objects.reserve(layout.signals.size());
+  for (const model::Signal& signal : layout.signals) {
+    summary.objects.push_back({signal.pdo, signal.index, signal.subindex, signal.bits, signal.bit_offset,
+                               signal.sync_manager, signal.name, signal.name_inferred});
+  }
+  return summary;
+}
+
 SlaveSummary SummariseSlave(SlaveId id, const model::BusModel& model, const AlHistory& history) {
   const track::Network& network = model.network();
   const bus::SlaveAddress& address = network.slaves()[id];
@@ -88,6 +149,9 @@ SlaveSummary SummariseSlave(SlaveId id, const model::BusModel& model, const AlHi
   summary.al_status_code = story.code;
   summary.al_history = story.steps;
   summary.al_history_left_out = story.left_out;
+  SummariseSyncManagers(network.state(id), summary);
+  summary.rx_pdo = SummarisePdo(slave.process.rx());
+  summary.tx_pdo = SummarisePdo(slave.process.tx());
   return summary;
 }
 

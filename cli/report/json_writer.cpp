@@ -184,6 +184,100 @@ class CaptureWriter {
     json["profile"] = TextOrNull(s.profile);
     json["profile_source"] = TextOrNull(s.profile_source);
     json["al"] = Al(s);
+    json["sync_managers"] = Json::array();
+    for (const SyncManagerSummary& manager : s.sync_managers) json["sync_managers"].push_back(SyncManager(manager));
+    json["fmmus"] = Json::array();
+    for (const FmmuSummary& fmmu : s.fmmus) json["fmmus"].push_back(Fmmu(fmmu));
+    json["pdo"] = Pdo(s.rx_pdo, s.tx_pdo);
+    return json;
+  }
+
+  [[nodiscard]] static Json SyncManager(const SyncManagerSummary& manager) {
+    return {{"number", manager.number},
+            {"start", manager.start},
+            {"length", manager.length},
+            {"control", manager.control},
+            {"mode", manager.mailbox ? "mailbox" : "buffered"},
+            {"direction", manager.ecat_writes ? "outputs" : "inputs"},
+            {"enabled", manager.enabled},
+            {"confidence", manager.inferred ? "inferred" : "observed"},
+            {"frame", FrameOrNull(manager.since)}};
+  }
+
+  [[nodiscard]] static Json Fmmu(const FmmuSummary& fmmu) {
+    return {{"number", fmmu.number},
+            {"logical_start", fmmu.logical_start},
+            {"length", fmmu.length},
+            {"logical_start_bit", fmmu.logical_start_bit},
+            {"logical_stop_bit", fmmu.logical_stop_bit},
+            {"physical_start", fmmu.physical_start},
+            {"physical_start_bit", fmmu.physical_start_bit},
+            {"read", fmmu.reads},
+            {"write", fmmu.writes},
+            {"active", fmmu.active},
+            {"confidence", fmmu.inferred ? "inferred" : "observed"},
+            {"frame", FrameOrNull(fmmu.since)}};
+  }
+
+  [[nodiscard]] static std::string_view SourceText(PdoSummary::Source source) {
+    switch (source) {
+      case PdoSummary::Source::kObserved:
+        return "observed";
+      case PdoSummary::Source::kDefault:
+        return "default";
+      case PdoSummary::Source::kEni:
+        return "eni";
+      case PdoSummary::Source::kUnknown:
+        break;
+    }
+    return "unknown";
+  }
+
+  [[nodiscard]] static Json Objects(const PdoSummary& pdo) {
+    Json json = Json::array();
+    for (const MappedObject& object : pdo.objects) {
+      Json& entry = json.emplace_back();
+      entry["pdo"] = object.pdo;
+      entry["index"] = object.index;
+      entry["subindex"] = object.subindex;
+      entry["bits"] = object.bits;
+      entry["name"] = TextOrNull(object.name);
+      entry["name_source"] = object.name.empty() ? Json(nullptr) : object.name_inferred ? "inferred" : "known";
+      entry["bit_offset"] = object.bit_offset;
+      entry["sync_manager"] = object.sync_manager;
+    }
+    return json;
+  }
+
+  [[nodiscard]] static Json Pdo(const PdoSummary& rx, const PdoSummary& tx) {
+    // One word for both directions: the weaker one, which is what a reader must not overrate.
+    const auto weight = [](PdoSummary::Source source) {
+      switch (source) {
+        case PdoSummary::Source::kUnknown:
+          return 0;
+        case PdoSummary::Source::kDefault:
+          return 1;
+        case PdoSummary::Source::kEni:
+          return 2;
+        case PdoSummary::Source::kObserved:
+          return 3;
+      }
+      return 0;
+    };
+    Json json;
+    json["rx"] = Objects(rx);
+    json["tx"] = Objects(tx);
+    json["rx_bytes"] = OrNull(rx.bytes);
+    json["tx_bytes"] = OrNull(tx.bytes);
+    json["source"] = SourceText(weight(rx.source) <= weight(tx.source) ? rx.source : tx.source);
+    json["rx_source"] = SourceText(rx.source);
+    json["tx_source"] = SourceText(tx.source);
+    json["rx_reason"] = TextOrNull(rx.reason);
+    json["tx_reason"] = TextOrNull(tx.reason);
+    json["rx_pdos"] = rx.pdos;
+    json["tx_pdos"] = tx.pdos;
+    json["rx_frame"] = FrameOrNull(rx.since);
+    json["tx_frame"] = FrameOrNull(tx.since);
     return json;
   }
 

@@ -20,6 +20,8 @@ namespace {
 /// A story longer than this shows its beginning and its end.
 constexpr std::size_t kStoryHead = 6;
 constexpr std::size_t kStoryTail = 10;
+/// Entries of the process data of one direction that are named.
+constexpr std::size_t kObjectsTold = 12;
 /// Findings shown in full; the others get two lines each.
 constexpr std::size_t kFindingsInFull = 25;
 /// Evidence up to this many columns stays on one line.
@@ -204,6 +206,40 @@ class CaptureText {
       text_.Field("profile", profile, 5);
     }
     text_.Field("AL states", Story(s), 5);
+    ProcessData("outputs", s.rx_pdo, 2, s);
+    ProcessData("inputs", s.tx_pdo, 3, s);
+  }
+
+  /// "17 bytes in 1600h, 1601h: 6040h:0 Control word, ...", as far as it is known. What was never used is not
+  /// mentioned.
+  void ProcessData(std::string_view label, const PdoSummary& pdo, std::uint8_t sync_manager, const SlaveSummary& s) {
+    const auto manager = std::find_if(s.sync_managers.begin(), s.sync_managers.end(),
+                                      [&](const SyncManagerSummary& m) { return m.number == sync_manager; });
+    if (!pdo.bytes) {
+      if (manager == s.sync_managers.end() || !manager->enabled || manager->mailbox) return;
+      text_.Field(label, Count(manager->length, "byte") + ", contents not known: " + OneLine(pdo.reason), 5);
+      return;
+    }
+    if (*pdo.bytes == 0) return;
+    std::string text = Count(*pdo.bytes, "byte") + " in ";
+    for (std::size_t i = 0; i < pdo.pdos.size(); ++i) text += (i == 0 ? "" : ", ") + ObjectName(pdo.pdos[i]);
+    if (pdo.source == PdoSummary::Source::kDefault) text += " (default by EEPROM or ESI)";
+    if (pdo.source == PdoSummary::Source::kEni) text += " (by the ENI file)";
+    text += ": ";
+    std::size_t told = 0;
+    for (const MappedObject& object : pdo.objects) {
+      if (object.index == 0) continue;
+      if (told == kObjectsTold) {
+        text += ", [" + std::to_string(pdo.objects.size() - told) + " more]";
+        break;
+      }
+      std::string name = ObjectName(object.index, object.subindex);
+      if (!object.name.empty()) name += " " + OneLine(object.name);
+      std::replace(name.begin(), name.end(), ' ', kHardSpace);
+      text += (told == 0 ? "" : ", ") + name;
+      ++told;
+    }
+    text_.Field(label, text, 5);
   }
 
   /// "PREOP #400 at 0.399 s", not broken over lines.

@@ -1,0 +1,263 @@
+#include "analyzers/model/process_data.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "decoder/base/text.h"
+#include "decoder/esc/sii.h"
+
+namespace ecaudit::model {
+namespace {
+
+using device::PdoContent;
+using device::PdoDirection;
+
+constexpr std::uint8_t kOutputs = 2;  // sync managers of CoE devices
+constexpr std::uint8_t kInputs = 3;
+
+/// A PDO and the sync manager whose buffer it lies in.
+struct AssignedPdo {
+  std::uint16_t pdo = 0;
+  std::uint8_t sync_manager = 0;
+};
+
+/// An entry from any source, with the name that this source gives it.
+struct Entry {
+  std::uint16_t index = 0;
+  std::uint8_t subindex = 0;
+  std::uint16_t bits = 0;
+  std::string name;
+  mailbox::DataType type = mailbox::DataType::kUnknown;
+};
+
+/// The PDOs that a description assigns in one direction by itself.
+std::vector<AssignedPdo> AssignedBy(const std::vector<PdoContent>& pdos, PdoDirection direction) {
+  std::vector<AssignedPdo> assigned;
+  for (const PdoContent& pdo : pdos) {
+    if (pdo.direction == direction && pdo.sync_manager) assigned.push_back({pdo.index, *pdo.sync_manager});
+  }
+  return assigned;
+}
+
+const PdoContent* FindPdo(const std::vector<PdoContent>& pdos, PdoDirection direction, std::uint16_t index) {
+  const auto found = std::find_if(pdos.begin(), pdos.end(), [&](const PdoContent& pdo) {
+    return pdo.direction == direction && pdo.index == index;
+  });
+  return found == pdos.end() ? nullptr : &*found;
+}
+
+std::vector<Entry> EntriesOf(const PdoContent& pdo) {
+  std::vector<Entry> entries;
+  entries.reserve(pdo.entries.size());
+  for (const device::PdoEntry& entry : pdo.entries) {
+    entries.push_back({entry.index, entry.subindex, entry.bits, entry.name, events::CoeType(entry.type)});
+  }
+  return entries;
+}
+
+/// The EEPROM's lists of PDOs, read only when nothing better is known.
+class Eeprom {
+ public:
+  Eeprom(const esc::SiiImage& image, PdoDirection direction) : image_(image), direction_(direction) {}
+
+  /// Nothing unless the EEPROM was read to its end mark, so that no PDO can be missing.
+  [[nodiscard]] std::optional<std::vector<AssignedPdo>> Assigned() {
+    if (!Contents().Complete(Category())) return std::nullopt;
+    std::vector<AssignedPdo> assigned;
+    for (const esc::SiiPdo& pdo : Pdos()) {
+      if (pdo.sync_manager != 0xFF) assigned.push_back({pdo.index, pdo.sync_manager});
+    }
+    return assigned;
+  }
+  [[nodiscard]] std::optional<std::vector<Entry>> EntriesOf(std::uint16_t index) {
+    for (const esc::SiiPdo& pdo : Pdos()) {
+      if (pdo.index != index || pdo.entries.empty()) continue;
+      std::vector<Entry> entries;
+      entries.reserve(pdo.entries.size());
+      for (const esc::SiiPdoEntry& entry : pdo.entries) {
+        entries.push_back({entry.index, entry.subindex, entry.bits, std::string(Contents().String(entry.name_string)),
+                           static_cast<mailbox::DataType>(entry.data_type)});
+      }
+      return entries;
+    }
+    return std::nullopt;
+  }
+
+ private:
+  [[nodiscard]] const esc::SiiContents& Contents() {
+    if (!contents_) contents_ = esc::ParseSii(image_);
+    return *contents_;
+  }
+  [[nodiscard]] const std::vector<esc::SiiPdo>& Pdos() {
+    return direction_ == PdoDirection::kRx ? Contents().rx_pdos : Contents().tx_pdos;
+  }
+  [[nodiscard]] esc::SiiCategoryType Category() const {
+    return direction_ == PdoDirection::kRx ? esc::SiiCategoryType::RX_PDO : esc::SiiCategoryType::TX_PDO;
+  }
+
+  const esc::SiiImage& image_;
+  PdoDirection direction_;
+  std::optional<esc::SiiContents> contents_;
+};
+
+}  // namespace
+
+std::string_view Name(LayoutSource source) {
+  switch (source) {
+    case LayoutSource::kUnknown:
+      return "unknown";
+    case LayoutSource::kObserved:
+      return "observed";
+    case LayoutSource::kDefault:
+      return "default";
+    case LayoutSource::kEni:
+      return "eni";
+  }
+  return "";
+}
+
+std::uint32_t ProcessLayout::bytes_of(std::uint8_t sync_manager) const {
+  std::uint32_t sum = 0;
+  for (const Signal& signal : signals) {
+    if (signal.sync_manager == sync_manager) sum += signal.bits;
+  }
+  return (sum + 7) / 8;
+}
+
+const Signal* ProcessLayout::Find(std::uint16_t index, std::uint8_t subindex) const {
+  for (const Signal& signal : signals) {
+    if (signal.index == index && signal.subindex == subindex) return &signal;
+  }
+  return nullptr;
+}
+
+void ProcessData::SetFamily(const device::DeviceDescription& family) {
+  if (family_ != &family) ++changes_;
+  family_ = &family;
+}
+
+void ProcessData::SetEni(const std::vector<PdoContent>* pdos) {
+  if (eni_ != pdos) ++changes_;
+  eni_ = pdos;
+}
+
+void ProcessData::Apply(const mailbox::SdoTransfer& transfer) {
+  if (seen_.Apply(transfer)) ++changes_;
+}
+
+const ProcessLayout& ProcessData::Layout(PdoDirection direction) const {
+  Cached& cached = cached_[direction == PdoDirection::kRx ? 0 : 1];
+  if (cached.version != version()) {
+    cached.version = version();
+    cached.layout = Compute(direction);
+  }
+  return cached.layout;
+}
+
+ProcessLayout ProcessData::Compute(PdoDirection direction) const {
+  const bool rx = direction == PdoDirection::kRx;
+  const std::uint16_t assignment = rx ? process::kRxAssignment : process::kTxAssignment;
+  ProcessLayout layout;
+  Eeprom eeprom(state_.sii.image(), direction);
+
+  // Which PDOs.
+  std::vector<AssignedPdo> assigned;
+  const process::PdoObject* object = seen_.Find(assignment);
+  if (const auto observed = seen_.Assigned(assignment)) {
+    layout.source = LayoutSource::kObserved;
+    layout.since = object->since;
+    layout.assumed = object->count.certainty() == Certainty::kInferred;
+    for (const std::uint16_t pdo : *observed) assigned.push_back({pdo, rx ? kOutputs : kInputs});
+  } else if (object != nullptr) {
+    layout.reason = "only a part of the assignment " + ObjectName(assignment) + " is in the capture";
+    return layout;
+  } else if (eni_ != nullptr) {
+    layout.source = LayoutSource::kEni;
+    assigned = AssignedBy(*eni_, direction);
+  } else if (auto by_eeprom = eeprom.Assigned()) {
+    layout.source = LayoutSource::kDefault;
+    assigned = std::move(*by_eeprom);
+  } else if (family_->esi && !AssignedBy(family_->pdo.fixed, direction).empty()) {
+    layout.source = LayoutSource::kDefault;
+    assigned = AssignedBy(family_->pdo.fixed, direction);
+  } else {
+    layout.reason = "the assignment " + ObjectName(assignment) +
+                    " is not in the capture, and neither the EEPROM nor an ESI or ENI file tells the default";
+    return layout;
+  }
+
+  // What is in them.
+  std::array<std::uint32_t, esc::kMaxSyncManagers> offset{};
+  for (const AssignedPdo& pdo : assigned) {
+    layout.pdos.push_back(pdo.pdo);
+    if (!layout.reason.empty()) continue;
+    if (pdo.sync_manager >= offset.size()) {
+      layout.reason = "PDO " + ObjectName(pdo.pdo) + " belongs to a sync manager that no ESC has";
+      continue;
+    }
+    std::optional<std::vector<Entry>> entries;
+    if (const auto mapped = seen_.Mapped(pdo.pdo)) {
+      entries.emplace();
+      for (const process::MappingEntry& entry : *mapped) {
+        entries->push_back({entry.index, entry.subindex, entry.bits, {}, mailbox::DataType::kUnknown});
+      }
+      const process::PdoObject* mapping = seen_.Find(pdo.pdo);
+      layout.since = std::max(layout.since, mapping->since);
+      layout.assumed |= mapping->count.certainty() == Certainty::kInferred;
+    }
+    const PdoContent* described = eni_ != nullptr ? FindPdo(*eni_, direction, pdo.pdo) : nullptr;
+    if (described == nullptr) described = FindPdo(family_->pdo.fixed, direction, pdo.pdo);
+    if (!entries && described != nullptr && described->known) entries = EntriesOf(*described);
+    if (!entries) entries = eeprom.EntriesOf(pdo.pdo);
+    if (!entries) {
+      layout.reason = "what PDO " + ObjectName(pdo.pdo) + " contains is not in the capture";
+      continue;
+    }
+    for (Entry& entry : *entries) {
+      if (layout.signals.size() == kMaxSignals) {
+        layout.reason = "more than " + std::to_string(kMaxSignals) + " entries are assigned";
+        break;
+      }
+      Signal signal;
+      signal.pdo = pdo.pdo;
+      signal.index = entry.index;
+      signal.subindex = entry.subindex;
+      signal.sync_manager = pdo.sync_manager;
+      signal.bits = entry.bits;
+      signal.bit_offset = offset[pdo.sync_manager];
+      signal.type = entry.type;
+      offset[pdo.sync_manager] += entry.bits;
+      layout.bits += entry.bits;
+      if (!signal.gap()) {
+        events::ObjectInfo info = names_.Find(family_, entry.index, entry.subindex);
+        const bool inferred = info.name_source == events::NameSource::kInferred;
+        if (!entry.name.empty() && (info.name.empty() || inferred)) {
+          signal.name = std::move(entry.name);
+        } else {
+          signal.name = std::move(info.name);
+          signal.name_inferred = inferred;
+        }
+        if (signal.type == mailbox::DataType::kUnknown) signal.type = info.type;
+        signal.unit = std::move(info.unit);
+        signal.scale = std::move(info.scale);
+      }
+      layout.signals.push_back(std::move(signal));
+    }
+  }
+  if (!layout.reason.empty()) return layout;
+
+  // A default need not be what is in force.
+  if (layout.source != LayoutSource::kObserved) {
+    for (std::size_t n = 0; n < offset.size(); ++n) {
+      const auto manager = state_.sync_manager(n, Certainty::kInferred);
+      if (offset[n] == 0 || !manager || !manager->enabled() || manager->length == (offset[n] + 7) / 8) continue;
+      layout.contradicted = true;
+      layout.reason = "the default PDOs fill " + Count((offset[n] + 7) / 8, "byte") + ", but sync manager " +
+                      std::to_string(n) + " is set to " + Count(manager->length, "byte");
+      break;
+    }
+  }
+  return layout;
+}
+
+}  // namespace ecaudit::model

@@ -1,0 +1,112 @@
+/// in: SDO transfers, EEPROM, description of one slave.  out: what its process data hold, entry by entry.
+///
+///   which PDOs   1C12h/1C13h seen > ENI > EEPROM > ESI      (the assignment)
+///   what in them 1600h.../1A00h... seen > ENI > manual, ESI > EEPROM   (the contents)
+///
+/// Source: ETG.1000.6 5.6.7.4; esc-reference 9, 11.1.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "analyzers/events/object_names.h"
+#include "decoder/base/ids.h"
+#include "decoder/device/device_description.h"
+#include "decoder/process/pdo_mapping.h"
+#include "decoder/track/slave_state.h"
+
+namespace ecaudit::model {
+
+/// Where the assignment of PDOs is known from.
+enum class LayoutSource : std::uint8_t {
+  kUnknown,
+  kObserved,  ///< written or read by SDO in the capture
+  kDefault,   ///< the drive's own default, by its EEPROM or ESI; nothing in the capture changes it
+  kEni,       ///< what the master was configured to use
+};
+/// "unknown", "observed", "default", "eni".
+[[nodiscard]] std::string_view Name(LayoutSource source);
+
+/// One entry of the process data.
+struct Signal {
+  std::uint16_t pdo = 0;
+  std::uint16_t index = 0;  ///< 0: a gap
+  std::uint8_t subindex = 0;
+  std::uint8_t sync_manager = 0;
+  std::uint16_t bits = 0;
+  std::uint32_t bit_offset = 0;  ///< from the first bit of the sync manager's buffer
+  std::string name;              ///< "Control word"; empty when unknown. May be untrusted text
+  bool name_inferred = false;    ///< from another family of the same maker
+  mailbox::DataType type = mailbox::DataType::kUnknown;
+  std::string unit;   ///< empty: none, or unknown
+  std::string scale;  ///< "1000:1"; empty: plain number
+
+  [[nodiscard]] bool gap() const { return index == 0; }
+};
+
+/// The process data of one slave in one direction.
+struct ProcessLayout {
+  LayoutSource source = LayoutSource::kUnknown;
+  /// What is not known, or what contradicts it, for people and without a full stop; empty when it can be relied on.
+  std::string reason;
+  /// A default (not observed) does not fit the length of the sync manager: another mapping must be in force.
+  bool contradicted = false;
+  bool assumed = false;             ///< rests on downloads whose answers are not captured
+  std::vector<std::uint16_t> pdos;  ///< as assigned, in order; contents may be unknown
+  std::vector<Signal> signals;      ///< in order; complete when known()
+  std::uint32_t bits = 0;           ///< sum of all signals
+  FrameNo since = 0;                ///< last frame that changed assignment or contents; 0: not from the capture
+
+  /// Every bit has its meaning, and nothing contradicts it.
+  [[nodiscard]] bool known() const { return source != LayoutSource::kUnknown && reason.empty(); }
+  [[nodiscard]] std::uint32_t bytes() const { return (bits + 7) / 8; }
+  /// Bytes in the buffer of one sync manager.
+  [[nodiscard]] std::uint32_t bytes_of(std::uint8_t sync_manager) const;
+  /// Null when the object is not mapped.
+  [[nodiscard]] const Signal* Find(std::uint16_t index, std::uint8_t subindex) const;
+};
+
+class ProcessData {
+ public:
+  /// More entries in one direction are not decoded: no drive has as many.
+  static constexpr std::size_t kMaxSignals = 2048;
+
+  /// @param state, names must outlive this; a reference to `state` stays valid while slaves are added
+  ProcessData(const track::SlaveState& state, const events::ObjectNames& names) : state_(state), names_(names) {}
+
+  /// The family's facts, with those of an ESI file where there is one; never null.
+  void SetFamily(const device::DeviceDescription& family);
+  /// What an ENI file says of this slave; null: there is none. Must stay valid.
+  void SetEni(const std::vector<device::PdoContent>* pdos);
+  void Apply(const mailbox::SdoTransfer& transfer);
+  /// A word of the EEPROM was read or written, or the slave told the name of an object.
+  void OnDescriptionChanged() { ++changes_; }
+
+  /// Assignments and mapping objects as the capture shows them.
+  [[nodiscard]] const process::PdoMapping& seen() const { return seen_; }
+  [[nodiscard]] const ProcessLayout& rx() const { return Layout(device::PdoDirection::kRx); }
+  [[nodiscard]] const ProcessLayout& tx() const { return Layout(device::PdoDirection::kTx); }
+  [[nodiscard]] const ProcessLayout& Layout(device::PdoDirection direction) const;
+  /// Changes with everything that the layouts rest on.
+  [[nodiscard]] std::uint64_t version() const { return changes_ + state_.mapping_version; }
+
+ private:
+  struct Cached {
+    std::uint64_t version = ~std::uint64_t{0};
+    ProcessLayout layout;
+  };
+  [[nodiscard]] ProcessLayout Compute(device::PdoDirection direction) const;
+
+  const track::SlaveState& state_;
+  const events::ObjectNames& names_;
+  const device::DeviceDescription* family_ = nullptr;
+  const std::vector<device::PdoContent>* eni_ = nullptr;
+  process::PdoMapping seen_;
+  std::uint64_t changes_ = 0;
+  mutable std::array<Cached, 2> cached_;
+};
+
+}  // namespace ecaudit::model

@@ -1,0 +1,189 @@
+// What a slave's process data hold, from each source and combination of sources (ETG.1000.6 5.6.7.4).
+#include "analyzers/model/process_data.h"
+
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "decoder/device/profile_registry.h"
+
+namespace ecaudit::model {
+namespace {
+
+using device::PdoContent;
+using device::PdoDirection;
+
+/// One slave with its parts; feeds transfers as the tracker reports them.
+class ProcessDataTest : public testing::Test {
+ protected:
+  ProcessDataTest() { process_.SetFamily(*device::BuiltinProfile("kollmorgen-akd-2011")); }
+
+  void Write(std::uint16_t index, std::uint8_t subindex, std::vector<std::uint8_t> bytes,
+             mailbox::SdoOutcome outcome = mailbox::SdoOutcome::kCompleted) {
+    mailbox::SdoTransfer sdo;
+    sdo.service = mailbox::SdoService::kDownload;
+    sdo.has_object = true;
+    sdo.index = index;
+    sdo.subindex = subindex;
+    sdo.data = bytes;
+    sdo.size = bytes.size();
+    sdo.outcome = outcome;
+    sdo.request.number = frame_++;
+    if (outcome == mailbox::SdoOutcome::kCompleted) sdo.response.number = frame_++;
+    process_.Apply(sdo);
+  }
+  void SetSyncManager(std::size_t n, std::uint16_t length) {
+    const auto low = static_cast<std::uint8_t>(length);
+    const auto high = static_cast<std::uint8_t>(length >> 8U);
+    const std::vector<std::uint8_t> bytes{0x00, 0x11, low, high, 0x24, 0x00, 0x01, 0x00};
+    state_.registers.Write(esc::SyncManagerAddress(n), bytes, Certainty::kObserved);
+    ++state_.mapping_version;
+  }
+  track::SlaveState state_;
+  events::ObjectNames names_;
+  ProcessData process_{state_, names_};
+  FrameNo frame_ = 100;
+};
+
+TEST_F(ProcessDataTest, NothingSeenIsUnknownWithAReason) {
+  EXPECT_EQ(process_.rx().source, LayoutSource::kUnknown);
+  EXPECT_FALSE(process_.rx().known());
+  EXPECT_NE(process_.rx().reason.find("1C12h"), std::string::npos) << process_.rx().reason;
+  EXPECT_NE(process_.tx().reason.find("1C13h"), std::string::npos);
+}
+
+TEST_F(ProcessDataTest, AFixedPdoIsDecodedByTheManual) {
+  // AKD manual 4.5: 1701h is the position command value (60C1h:1, four bytes) and the control word.
+  Write(0x1C12, 0, {0});
+  Write(0x1C12, 1, {0x01, 0x17});
+  Write(0x1C12, 0, {1});
+  const ProcessLayout& rx = process_.rx();
+  ASSERT_TRUE(rx.known()) << rx.reason;
+  EXPECT_EQ(rx.source, LayoutSource::kObserved);
+  EXPECT_EQ(rx.since, 105U) << "the answer to the last download";
+  EXPECT_EQ(rx.pdos, std::vector<std::uint16_t>{0x1701});
+  EXPECT_EQ(rx.bytes(), 6U);
+  ASSERT_NE(rx.Find(0x60C1, 1), nullptr);
+  EXPECT_EQ(rx.Find(0x60C1, 1)->bit_offset, 0U);
+  const Signal* control = rx.Find(0x6040, 0);
+  ASSERT_NE(control, nullptr);
+  EXPECT_EQ(control->bits, 16);
+  EXPECT_EQ(control->bit_offset, 32U);
+  EXPECT_EQ(control->sync_manager, 2);
+  EXPECT_FALSE(control->name.empty());
+  EXPECT_FALSE(process_.tx().known());
+}
+
+TEST_F(ProcessDataTest, OffsetsRunOnThroughPdosAndGaps) {
+  Write(0x1A00, 0, {2});
+  Write(0x1A00, 1, {0x10, 0x00, 0x41, 0x60});
+  Write(0x1A00, 2, {0x08, 0x00, 0x00, 0x00});
+  Write(0x1A01, 0, {1});
+  Write(0x1A01, 1, {0x20, 0x00, 0x63, 0x60});
+  Write(0x1C13, 0, {2});
+  Write(0x1C13, 1, {0x00, 0x1A});
+  Write(0x1C13, 2, {0x01, 0x1A});
+  const ProcessLayout& tx = process_.tx();
+  ASSERT_TRUE(tx.known()) << tx.reason;
+  ASSERT_EQ(tx.signals.size(), 3U);
+  EXPECT_EQ(tx.signals[0].bit_offset, 0U);
+  EXPECT_TRUE(tx.signals[1].gap());
+  EXPECT_EQ(tx.signals[2].bit_offset, 24U);
+  EXPECT_EQ(tx.signals[2].sync_manager, 3);
+  EXPECT_EQ(tx.bytes(), 7U);
+  EXPECT_EQ(tx.bytes_of(3), 7U);
+  EXPECT_EQ(tx.bytes_of(2), 0U);
+}
+
+TEST_F(ProcessDataTest, ContentsThatWereNeverSeenStayUnknown) {
+  Write(0x1C12, 1, {0x00, 0x16});
+  Write(0x1C12, 0, {1});
+  const ProcessLayout& rx = process_.rx();
+  EXPECT_EQ(rx.source, LayoutSource::kObserved);
+  EXPECT_FALSE(rx.known());
+  EXPECT_NE(rx.reason.find("1600h"), std::string::npos) << rx.reason;
+  EXPECT_EQ(rx.pdos, std::vector<std::uint16_t>{0x1600});
+}
+
+TEST_F(ProcessDataTest, APartOfTheAssignmentIsNotEnough) {
+  Write(0x1C12, 0, {2});
+  Write(0x1C12, 1, {0x01, 0x17});
+  EXPECT_FALSE(process_.rx().known());
+  Write(0x1C12, 2, {0x22, 0x17});
+  EXPECT_EQ(process_.rx().pdos.size(), 2U);
+}
+
+TEST_F(ProcessDataTest, AnEmptyAssignmentIsKnownAndHasNoBytes) {
+  Write(0x1C12, 0, {0});
+  EXPECT_TRUE(process_.rx().known());
+  EXPECT_EQ(process_.rx().bytes(), 0U);
+}
+
+TEST_F(ProcessDataTest, WithoutAnswersItIsAssumed) {
+  Write(0x1C12, 1, {0x01, 0x17}, mailbox::SdoOutcome::kNotCaptured);
+  Write(0x1C12, 0, {1}, mailbox::SdoOutcome::kNotCaptured);
+  EXPECT_TRUE(process_.rx().known());
+  EXPECT_TRUE(process_.rx().assumed);
+}
+
+TEST_F(ProcessDataTest, ARefusedDownloadChangesNothing) {
+  Write(0x1C12, 0, {0}, mailbox::SdoOutcome::kAborted);
+  EXPECT_EQ(process_.rx().source, LayoutSource::kUnknown);
+}
+
+TEST_F(ProcessDataTest, EniNamesTheAssignmentUntilItIsSeen) {
+  std::vector<PdoContent> eni(1);
+  eni[0].index = 0x1600;
+  eni[0].direction = PdoDirection::kRx;
+  eni[0].sync_manager = 2;
+  eni[0].entries = {{0x6040, 0, 16, device::DataType::kUnsigned16, "CW", device::Confidence::kPrinted, ""}};
+  process_.SetEni(&eni);
+  ASSERT_TRUE(process_.rx().known()) << process_.rx().reason;
+  EXPECT_EQ(process_.rx().source, LayoutSource::kEni);
+  EXPECT_EQ(process_.rx().bytes(), 2U);
+  Write(0x1C12, 0, {0});
+  EXPECT_EQ(process_.rx().source, LayoutSource::kObserved);
+  EXPECT_EQ(process_.rx().bytes(), 0U);
+}
+
+TEST_F(ProcessDataTest, ADefaultThatDoesNotFitTheSyncManagerIsContradicted) {
+  std::vector<PdoContent> eni(1);
+  eni[0].index = 0x1600;
+  eni[0].sync_manager = 2;
+  eni[0].entries = {{0x6040, 0, 16, device::DataType::kUnsigned16, "CW", device::Confidence::kPrinted, ""}};
+  process_.SetEni(&eni);
+  SetSyncManager(2, 2);
+  EXPECT_TRUE(process_.rx().known());
+  SetSyncManager(2, 6);
+  EXPECT_TRUE(process_.rx().contradicted);
+  EXPECT_FALSE(process_.rx().known());
+  EXPECT_EQ(process_.rx().reason, "the default PDOs fill 2 bytes, but sync manager 2 is set to 6 bytes");
+}
+
+TEST_F(ProcessDataTest, AnObservedMappingIsNotDoubtedForItsLength) {
+  Write(0x1C12, 1, {0x01, 0x17});
+  Write(0x1C12, 0, {1});
+  SetSyncManager(2, 99);
+  EXPECT_TRUE(process_.rx().known());
+  EXPECT_FALSE(process_.rx().contradicted);
+}
+
+TEST_F(ProcessDataTest, VersionChangesWithEveryInput) {
+  std::uint64_t before = process_.version();
+  const auto changed = [&] {
+    const bool is = process_.version() != before;
+    before = process_.version();
+    return is;
+  };
+  Write(0x1C12, 0, {0});
+  EXPECT_TRUE(changed());
+  Write(0x1C12, 0, {0});
+  EXPECT_FALSE(changed()) << "the same value again";
+  SetSyncManager(2, 4);
+  EXPECT_TRUE(changed());
+  process_.OnDescriptionChanged();
+  EXPECT_TRUE(changed());
+}
+
+}  // namespace
+}  // namespace ecaudit::model
