@@ -41,7 +41,7 @@ constexpr std::string_view kEni = R"(<EtherCATConfig><Config>
 
 class ProfileChoiceTest : public ::testing::Test {
  protected:
-  ProfileChoiceTest() : slave(0, sink) { options.files = files; }
+  ProfileChoiceTest() : slave(0, state, sink) { options.files = files; }
 
   void AddEsi(std::string name, std::string_view xml) {
     Result<device::EsiFile> file = device::ReadEsi(xml);
@@ -68,6 +68,7 @@ class ProfileChoiceTest : public ::testing::Test {
   std::shared_ptr<DeviceFiles> files = std::make_shared<DeviceFiles>();
   AnalysisOptions options;
   ModelSink sink;
+  track::SlaveState state;
   SlaveModel slave;
   bus::SlaveAddress address;
   IdentityLearned seen;
