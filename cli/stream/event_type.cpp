@@ -9,9 +9,8 @@ namespace ecaudit::cli {
 namespace {
 
 constexpr std::array<std::string_view, kEventTypes> kNames = {
-    "register-write", "al-request", "al-state", "mailbox", "sdo", "sdo-info",
-    "emergency",      "foe",        "eoe",      "soe",     "aoe", "voe",
-    "eeprom"};
+    "register-write", "al-request", "al-state", "mailbox", "sdo", "sdo-info", "pdo-mapping",
+    "emergency",      "foe",        "eoe",      "soe",     "aoe", "voe",      "eeprom"};
 
 }  // namespace
 

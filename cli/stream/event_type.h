@@ -19,6 +19,7 @@ enum class EventType : std::uint8_t {
   kMailbox,
   kSdo,
   kSdoInfo,
+  kPdoMapping,
   kEmergency,
   kFoe,
   kEoe,

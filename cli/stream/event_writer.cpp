@@ -191,6 +191,8 @@ void EventWriter::On(const track::AlStatusRead& event) {
   }
   NotesOf(event.slave).shown_code = event.status_code;
   WriteAlState(event.slave, event.frame, event.status, event.before, event.status_code, event.error_bit_known);
+  // From here on the process data are used: a mapping that no SDO tells of is in force, too.
+  if (event.status.state() >= static_cast<std::uint8_t>(esc::AlState::SAFEOP)) WriteMappings(event.slave, event.frame);
 }
 
 void EventWriter::On(const track::AlStatusCodeRead& event) {
@@ -217,9 +219,11 @@ void EventWriter::On(const track::AlStateForgotten& event) {
 }
 
 void EventWriter::On(const track::EepromRead& event) {
+  model_->Apply(event);
   if (output_->Wants(EventType::kEeprom)) eeprom_->On(event);
 }
 void EventWriter::On(const track::EepromWrite& event) {
+  model_->Apply(event);
   if (output_->Wants(EventType::kEeprom)) eeprom_->On(event);
 }
 void EventWriter::On(const track::EepromError& event) {

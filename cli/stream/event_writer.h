@@ -1,6 +1,7 @@
 /// Writes what the decoder reconstructed, one event a line, in the order in which it became known.
 #pragma once
 
+#include <array>
 #include <deque>
 #include <memory>
 #include <optional>
@@ -29,10 +30,10 @@ class EventWriter final : public LineWriter, private track::EventSink {
  private:
   /// What is remembered of a slave to tell its story.
   struct SlaveNotes {
-    events::ObjectNames names;
     std::optional<std::uint16_t> shown_code;  ///< AL status code of the last al-state line
     FrameNo long_answer = 0;                  ///< SDO answer whose mailbox length is more than it needs
     std::uint16_t long_answer_length = 0;
+    std::array<std::uint64_t, 2> mapping{};  ///< Rx, Tx: digest of what the last pdo-mapping line told, 0: none yet
   };
 
   using track::EventSink::On;
@@ -75,6 +76,10 @@ class EventWriter final : public LineWriter, private track::EventSink {
                     std::optional<std::uint16_t> code, bool error_bit_known);
   /// A code that was read apart from the state it explains.
   void ShowStatusCode(SlaveId slave, const FrameRef& frame, std::uint16_t code);
+  void WriteSdo(const mailbox::SdoTransfer& event);
+  /// One line for each direction whose process data are known and differ from those of the last line.
+  void WriteMappings(SlaveId slave, const FrameRef& frame);
+  void WriteMapping(SlaveId slave, const FrameRef& frame, device::PdoDirection direction);
   [[nodiscard]] const device::DeviceDescription* ProfileOf(SlaveId slave) const;
   SlaveNotes& NotesOf(SlaveId slave);
 

@@ -13,6 +13,7 @@
 #include "decoder/mailbox/foe.h"
 #include "decoder/mailbox/sdo.h"
 #include "decoder/mailbox/sdo_info.h"
+#include "decoder/process/pdo_mapping.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -327,9 +328,16 @@ void EventWriter::On(const mailbox::SdoUnexpected& event) {
 }
 
 void EventWriter::On(const mailbox::SdoTransfer& event) {
+  WriteSdo(event);
+  model_->Apply(event);
+  if (event.has_object && process::IsPdoObject(event.index)) WriteMappings(event.slave, event.last);
+}
+
+void EventWriter::WriteSdo(const mailbox::SdoTransfer& event) {
   const FrameRef& frame = event.response.seen() ? event.response : event.last.seen() ? event.last : event.request;
   if (!output_->Wants(EventType::kSdo, frame, event.slave)) return;
   const SlaveNotes& notes = NotesOf(event.slave);
+  const events::ObjectNames& names = model_->slave(event.slave).names;
   const device::DeviceDescription* profile = ProfileOf(event.slave);
   const bool aborted = event.outcome == mailbox::SdoOutcome::kAborted;
   // An upload that was cut short has no value; what a download wanted to write is one all the same.
@@ -339,12 +347,12 @@ void EventWriter::On(const mailbox::SdoTransfer& event) {
   events::ObjectInfo info;
   events::ObjectValue value;
   if (event.has_object) {
-    info = event.complete_access ? notes.names.FindWhole(profile, event.index)
-                                 : notes.names.Find(profile, event.index, event.subindex);
+    info = event.complete_access ? names.FindWhole(profile, event.index)
+                                 : names.Find(profile, event.index, event.subindex);
     if (has_value) {
       value = event.complete_access
-                  ? events::ReadCompleteAccess(notes.names, profile, event.index, event.subindex, event.data)
-                  : events::ReadValue(notes.names, profile, event.index, event.subindex, event.data);
+                  ? events::ReadCompleteAccess(names, profile, event.index, event.subindex, event.data)
+                  : events::ReadValue(names, profile, event.index, event.subindex, event.data);
     }
   }
   const std::string_view abort_text = aborted ? mailbox::AbortCodeText(event.abort_code) : std::string_view();
@@ -411,8 +419,7 @@ void EventWriter::On(const mailbox::SdoTransfer& event) {
 
 void EventWriter::On(const mailbox::SdoInfo& event) {
   using Kind = mailbox::SdoInfo::Kind;
-  SlaveNotes& notes = NotesOf(event.slave);
-  notes.names.Learn(event);
+  model_->Apply(event);
   const FrameRef& frame = event.response.seen() ? event.response : event.request;
   if (!output_->Wants(EventType::kSdoInfo, frame, event.slave)) return;
   const bool completed = event.outcome == mailbox::SdoInfo::Outcome::kCompleted;

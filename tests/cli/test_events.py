@@ -232,6 +232,20 @@ class EventSdo(Events):
         self.assertEqual((rows[2]["value"], rows[2]["text"]), (0x1600, "1600h"))
         self.assertIn("TxPDO mapping: Entry 1 = 6041h:0 16 bit Status word", text[0])
 
+    def test_a_mapping_is_told_when_it_is_known_and_when_it_changes(self):
+        """1C12h/1600h by the sequence of ETG.1000.6: count 0, entries, count."""
+        bus = MailboxBus()
+        for request in ("2f 12 1c 00 00000000", "2f 00 16 00 00000000", "23 00 16 01 10 00 40 60",
+                        "2f 00 16 00 01000000", "2b 12 1c 01 00 16 0000", "2f 12 1c 00 01000000"):
+            bus.sdo(request, "60" + request[2:11] + "00000000")
+        rows, lines = self.of(bus, "pdo-mapping")
+        self.assertEqual([(r["direction"], r["bytes"], r["pdos"]) for r in rows],
+                         [("rx", 0, []), ("rx", 2, [0x1600])])
+        self.assertEqual(rows[1]["entries"], [{"pdo": 0x1600, "index": 0x6040, "subindex": 0, "bits": 16,
+                                               "bit_offset": 0, "sync_manager": 2, "name": "Control word"}])
+        self.assertIn("no PDO assigned", lines[0])
+        self.assertIn("2 bytes in 1600h: 6040h:0 16 bit", lines[1])
+
     def test_complete_access(self):
         bus = MailboxBus()
         data = "0200" + "10004060" + "08006060"
@@ -522,6 +536,22 @@ class EventCaptures(Events):
                     self.assertRegex(entry, r"^[0-9A-F]{4}h:\d+ \d+ bit \S+")
         self.assertEqual([values[0x1C12, k] for k in range(5)], [4, 0x1600, 0x1601, 0x1602, 0x1603])
         self.assertEqual([values[0x1C13, k] for k in range(5)], [4, 0x1A00, 0x1A01, 0x1A02, 0x1A03])
+
+    def test_the_process_data_of_the_real_akd(self):
+        rows = self.rows("--type", "pdo-mapping", SHARED / "captures/real/soem-sdinfo-akd.pcapng")
+        self.assertEqual([(r["direction"], r["bytes"], r["source"]) for r in rows],
+                         [("rx", 17, "observed"), ("tx", 17, "observed")])
+        for row, first, word in zip(rows, (0x1600, 0x1A00), (0x6040, 0x6041)):
+            self.assertEqual(row["pdos"], [first + k for k in range(4)])
+            self.assertEqual(sum(e["index"] == word for e in row["entries"]), 4)
+            self.assertEqual(sum(e["bits"] for e in row["entries"]), 8 * 17)
+
+    def test_terminals_keep_the_default_of_their_eeprom(self):
+        rows = self.rows("--type", "pdo-mapping", SHARED / "captures/real/replay-dc.pcapng")
+        # An EL2008 and an EL2889-like terminal: 8 and 16 outputs of one bit, on sync manager 0 (and 1).
+        outputs = [r for r in rows if r["direction"] == "rx" and r["bytes"]]
+        self.assertEqual([(r["slave"], r["source"], len(r["entries"])) for r in outputs],
+                         [(1, "default", 8), (2, "default", 16)])
 
     def test_the_refusal_of_the_real_akd(self):
         rows = self.rows("--type", "al-request,al-state", SHARED / "captures/real/soem-sdinfo-akd.pcapng")
