@@ -46,6 +46,10 @@ FindingIndex FindingStore::Add(const RuleInfo& rule, std::uint64_t key, Severity
   return index;
 }
 
+void FindingStore::Regrade(FindingIndex index, Severity severity) {
+  if (settings_.find(findings_[index].rule) == settings_.end()) findings_[index].severity = severity;
+}
+
 void FindingStore::AddNotEvaluable(const RuleInfo& rule, SlaveId slave, std::string reason, FrameNo frame) {
   if (IsOff(rule)) return;
   for (NotEvaluable& entry : not_evaluable_) {

@@ -36,6 +36,9 @@ class FindingStore {
   /// As Add(), with a severity other than the rule's default; the user's setting still wins.
   FindingIndex Add(const RuleInfo& rule, std::uint64_t key, Severity severity, Finding finding);
 
+  /// Gives a finding another severity once more is known; the user's setting still wins.
+  void Regrade(FindingIndex index, Severity severity);
+
   [[nodiscard]] Finding& operator[](FindingIndex index) { return findings_[index]; }
   [[nodiscard]] const std::vector<Finding>& findings() const { return findings_; }
   [[nodiscard]] std::vector<Finding>& findings() { return findings_; }

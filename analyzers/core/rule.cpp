@@ -85,10 +85,20 @@ void RuleContext::ExplainRequest(SlaveId slave, FrameNo request, FindingIndex fi
 }
 
 FindingIndex RuleContext::ExplanationOf(SlaveId slave, FrameNo request) const {
-  for (const Explanation& e : explanations_) {
-    if (e.finding != kNoFinding && e.slave == slave && e.request == request) return e.finding;
+  for (std::size_t back = 1; back <= explanations_.size() && back <= next_explanation_; ++back) {
+    const Explanation& e = explanations_[(next_explanation_ - back) % explanations_.size()];
+    if (e.slave == slave && e.request == request) return e.finding;
   }
   return kNoFinding;
+}
+
+void RuleContext::BlameMapping(SlaveId slave, device::PdoDirection direction, FindingIndex finding) {
+  mapping_faults_[{slave, direction}] = finding;
+}
+
+FindingIndex RuleContext::MappingFault(SlaveId slave, device::PdoDirection direction) const {
+  const auto found = mapping_faults_.find({slave, direction});
+  return found == mapping_faults_.end() ? kNoFinding : found->second;
 }
 
 std::string RuleContext::Label(SlaveId slave) const {

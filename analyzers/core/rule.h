@@ -7,14 +7,17 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "analyzers/core/analysis_result.h"
 #include "analyzers/core/finding_store.h"
 #include "analyzers/core/rule_info.h"
 #include "analyzers/model/model_events.h"
+#include "decoder/device/object_dictionary.h"
 #include "decoder/pipeline.h"
 #include "decoder/track/events.h"
 
@@ -71,8 +74,13 @@ class RuleContext {
 
   /// Names the finding that explains why the slave cannot do what the request in this frame asks for.
   void ExplainRequest(SlaveId slave, FrameNo request, FindingIndex finding);
-  /// What ExplainRequest() named for it; kNoFinding when nothing did.
+  /// What ExplainRequest() named for it last; kNoFinding when nothing did. Rules hear an event in the order of their
+  /// ids, so a rule that comes later names the nearer cause.
   [[nodiscard]] FindingIndex ExplanationOf(SlaveId slave, FrameNo request) const;
+  /// Names the finding that says what is wrong with the PDO mapping of one direction; kNoFinding: nothing any more.
+  void BlameMapping(SlaveId slave, device::PdoDirection direction, FindingIndex finding);
+  /// What BlameMapping() named last; kNoFinding when nothing did.
+  [[nodiscard]] FindingIndex MappingFault(SlaveId slave, device::PdoDirection direction) const;
   /// "slave 2 (0x1003)", as far as it is known now.
   [[nodiscard]] std::string Label(SlaveId slave) const;
   /// A limit of the catalogue that the user may change, in ns.
@@ -86,6 +94,7 @@ class RuleContext {
   };
   std::array<Explanation, 64> explanations_{};  // the newest; older ones are not asked for any more
   std::size_t next_explanation_ = 0;
+  std::map<std::pair<SlaveId, device::PdoDirection>, FindingIndex> mapping_faults_;
 };
 
 class Rule : public track::EventSink, public model::ModelSink {

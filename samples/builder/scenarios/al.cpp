@@ -92,6 +92,10 @@ Sample TwoSlavesOneRefuses() {
   ScriptedMaster& master = story.master;
   master.Scan();
   master.BringToPreop();
+  for (const std::uint16_t assignment : {std::uint16_t{0x1C12}, std::uint16_t{0x1C13}}) {
+    master.Upload(1, assignment, 0);
+    master.Upload(1, assignment, 1);
+  }
   master.SetUpProcessData(0);
   master.SetUpProcessData(1, std::uint16_t{8});  // the PDOs need 6 bytes
   master.MapProcessImage();

@@ -1,0 +1,66 @@
+/// What the sync managers of a slave must be set to, from the best source that says so: its own EEPROM, else the
+/// description of its family (which an ESI file may have filled).
+///
+/// in: DeviceDescription, EEPROM contents.  out: one SyncManagerDemand a sync manager, and what differs from it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "decoder/device/device_description.h"
+#include "decoder/esc/sii.h"
+#include "decoder/esc/sync_manager.h"
+
+namespace ecaudit::model {
+
+/// A field that no source states is empty and not judged.
+struct SyncManagerDemand {
+  std::uint8_t number = 0;
+  device::SyncManagerUse use = device::SyncManagerUse::kUnused;
+  std::vector<std::uint32_t> starts;  ///< ESC addresses, any of them
+  std::vector<std::uint32_t> lengths;
+  std::optional<std::uint32_t> max_length;
+  std::string start_source;   ///< in words: "the EEPROM of the slave", "its manual"
+  std::string length_source;  ///< likewise
+  /// It has to be enabled; false where the EEPROM says that it may stay off.
+  bool enabled = true;
+  /// Process data through a single buffer, as the EEPROM of few slaves says.
+  bool one_buffer = false;
+  std::string reference;  ///< "AKD-2011, 4.1"
+
+  [[nodiscard]] bool mailbox() const {
+    return use == device::SyncManagerUse::kMailboxOut || use == device::SyncManagerUse::kMailboxIn;
+  }
+  [[nodiscard]] bool master_writes() const {
+    return use == device::SyncManagerUse::kMailboxOut || use == device::SyncManagerUse::kProcessOut;
+  }
+};
+
+struct SyncManagerDemands {
+  /// False: no source says which sync managers the slave has for this purpose.
+  bool known = false;
+  std::vector<SyncManagerDemand> list;  ///< empty when `known`: the slave has none
+};
+
+/// The sync managers of the standard mailboxes. A slave whose EEPROM names no mailbox has none.
+[[nodiscard]] SyncManagerDemands MailboxDemands(const device::DeviceDescription& family, const esc::SiiContents& sii);
+/// The sync managers of process data. Lengths stay empty: they follow from the assigned PDOs.
+[[nodiscard]] SyncManagerDemands ProcessDemands(const device::DeviceDescription& family, const esc::SiiContents& sii);
+
+/// One setting that is not what it must be.
+struct SyncManagerFault {
+  enum class Field : std::uint8_t { kEnable, kMode, kDirection, kStart, kLength };
+  Field field = Field::kEnable;
+  std::string observed;  ///< "length 256", "not enabled"
+  std::string expected;  ///< "1024", "enabled"
+  std::string source;    ///< who says so
+  std::uint32_t observed_value = 0;
+  std::uint32_t expected_value = 0;
+};
+
+/// What of `settings` contradicts `demand`; of one that is not enabled nothing else.
+[[nodiscard]] std::vector<SyncManagerFault> FaultsOf(const esc::SyncManager& settings, const SyncManagerDemand& demand);
+
+}  // namespace ecaudit::model

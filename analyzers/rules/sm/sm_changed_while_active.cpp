@@ -1,0 +1,189 @@
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "analyzers/core/rule.h"
+#include "analyzers/core/sync_manager_text.h"
+#include "analyzers/model/bus_model.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr RuleInfo kInfo{.id = "sm-changed-while-active",
+                         .group = "Sync managers and FMMUs",
+                         .severity = Severity::kError,
+                         .title = "A sync manager is given other settings in a state that uses it",
+                         .needs = "the settings before and after, and the AL state of the slave",
+                         .source = "ESC-1, sync manager; ETG1000.6, sync managers",
+                         .doc = R"(
+## What it checks
+Whether an enabled sync manager is given another start, length, control byte, or is switched off, while the slave is in
+a state that uses it: mailboxes in PREOP, SAFEOP and OP, process data in SAFEOP and OP.
+
+## Why it matters
+While a sync manager is enabled the ESC ignores its start, length and control byte, so the master works with settings
+that are not in force. Switched off and on again they are, and the slave checks them anew: it falls to SAFEOP, PREOP or
+INIT with 0x0016, 0x001D or 0x001E.
+
+## How it is decided
+Only where the slave is known to be in that state with no request under way, and both settings are known. Writing the
+same values again, the repeat bit of a mailbox and broadcasts (masters blank everything when they scan) do not count.
+Switching off alone counts only when the slave then changes its state by itself: masters switch sync managers off before
+they request a lower state.
+
+## Example
+tests/rules/sm-changed-while-active/violates.trace
+
+## What to do
+Go to INIT before the mailboxes, and to PREOP before the process data are configured anew.
+)"};
+
+class SmChangedWhileActive final : public Rule {
+ public:
+  using Rule::On;
+  SmChangedWhileActive() : Rule(kInfo) { Subscribe({Topic::kAccess, Topic::kAlRequest, Topic::kAlChangedByItself}); }
+
+  void OnAccess(const track::SlaveAccess& e) override {
+    constexpr EscAddress kFirst = esc::kSyncManagerBase;
+    constexpr EscAddress kEnd = esc::SyncManagerAddress(esc::kMaxSyncManagers);
+    const std::size_t length = std::max(e.written.size(), e.read.size());
+    if (length == 0 || e.address >= kEnd || e.address + length <= kFirst) return;
+    Slave& slave = slaves_[e.slave];
+    const track::SlaveState& state = context().bus.network().state(e.slave);
+    for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
+      const EscAddress at = esc::SyncManagerAddress(n);
+      if (e.address >= at + esc::kSyncManagerBytes || e.address + length <= at) continue;
+      const auto now = SyncManagerOf(state, n);
+      Sync& sync = slave[n];
+      if (now && !e.written.empty() && !e.broadcast && e.done()) Judge(e, n, sync, *now);
+      // What was in force stays the yardstick while it is switched off for a change.
+      if (!sync.off) sync.in_force = now;
+    }
+  }
+
+  /// Whatever is requested, sync managers may be switched off for it; lower states may be configured anew.
+  void On(const track::AlRequest& e) override { slaves_[e.slave] = Current(e.slave); }
+
+  void On(const model::AlChangedByItself& e) override {
+    const auto found = slaves_.find(e.slave);
+    if (found == slaves_.end()) return;
+    for (std::size_t n = 0; n < found->second.size(); ++n) {
+      Sync& sync = found->second[n];
+      FindingIndex cause = sync.reported;
+      if (sync.off && sync.in_force) {
+        KnownSyncManager now = *sync.in_force;
+        now.settings.activate = static_cast<std::uint8_t>(now.settings.activate & ~1U);
+        now.since = sync.off->frame.number;
+        cause = Tell(e.slave, n, *sync.in_force, now, sync.off->frame, sync.off->state);
+      }
+      if (cause == kNoFinding) continue;
+      for (Finding& finding : context().store.findings()) {
+        const bool this_change = finding.rule == "al-unexpected-change" && finding.slave == e.slave &&
+                                 finding.last.number == e.frame.number && finding.caused_by == kNoFinding;
+        if (this_change) finding.caused_by = cause;
+      }
+      break;
+    }
+    found->second = Current(e.slave);
+  }
+
+  void Finish() override { SaidNothingReturned(); }
+
+ private:
+  struct SwitchedOff {
+    FrameRef frame;
+    esc::AlState state = esc::AlState::OP;
+  };
+  struct Sync {
+    std::optional<KnownSyncManager> in_force;
+    std::optional<SwitchedOff> off;  ///< since then, in a state that uses it
+    FindingIndex reported = kNoFinding;
+  };
+  using Slave = std::array<Sync, esc::kMaxSyncManagers>;
+
+  [[nodiscard]] Slave Current(SlaveId id) const {
+    Slave slave;
+    const track::SlaveState& state = context().bus.network().state(id);
+    for (std::size_t n = 0; n < slave.size(); ++n) slave[n].in_force = SyncManagerOf(state, n);
+    return slave;
+  }
+
+  /// The state of the slave if it uses a sync manager with these settings.
+  [[nodiscard]] std::optional<esc::AlState> StateThatUses(SlaveId slave, std::size_t n,
+                                                          const esc::SyncManager& settings) const {
+    const model::AlMachine& al = context().bus.slave(slave).al;
+    for (const esc::AlState state : {esc::AlState::SAFEOP, esc::AlState::OP, esc::AlState::PREOP}) {
+      if (state == esc::AlState::PREOP && !IsMailbox(n, settings)) continue;
+      if (al.SettledIn(state)) return state;
+    }
+    return std::nullopt;
+  }
+
+  /// Process data may go through a single buffer as well; mailboxes are the first two.
+  static bool IsMailbox(std::size_t n, const esc::SyncManager& settings) { return n < 2 && settings.mailbox(); }
+
+  static bool Same(const esc::SyncManager& a, const esc::SyncManager& b) {
+    constexpr std::uint8_t kDefinedBits = 0x7F;  // of the control byte
+    return a.start == b.start && a.length == b.length && ((a.control ^ b.control) & kDefinedBits) == 0;
+  }
+
+  void Judge(const track::SlaveAccess& e, std::size_t n, Sync& sync, const KnownSyncManager& now) {
+    if (!sync.in_force) return;
+    const esc::SyncManager& before = sync.in_force->settings;
+    if (!before.enabled() || before.length == 0) return;
+    const auto state = StateThatUses(e.slave, n, before);
+    if (!state) {
+      sync.off.reset();
+      if (context().bus.slave(e.slave).al.possible().empty() && !Same(before, now.settings)) {
+        NotEvaluable(e.slave, "the state of the slave is not known where a sync manager is changed", e.frame().number);
+      }
+      return;
+    }
+    if (!now.settings.enabled()) {
+      if (!sync.off) sync.off = SwitchedOff{e.frame(), *state};
+      return;
+    }
+    sync.off.reset();
+    if (!Same(before, now.settings)) sync.reported = Tell(e.slave, n, *sync.in_force, now, e.frame(), *state);
+  }
+
+  FindingIndex Tell(SlaveId slave, std::size_t n, const KnownSyncManager& before, const KnownSyncManager& now,
+                    const FrameRef& frame, esc::AlState state) {
+    const std::uint64_t key = SettingsKey(n, before.settings) * 31 + SettingsKey(n, now.settings);
+    if (const FindingIndex index = Repeat(slave, key, frame); index != kNoFinding) return index;
+    const std::string name = "SM" + std::to_string(n);
+    const std::string in = esc::StateName(static_cast<std::uint8_t>(state));
+    const bool off = !now.settings.enabled();
+    Finding finding;
+    finding.slave = slave;
+    finding.first = frame;
+    finding.title = name + (off ? " is switched off in " : " is changed in ") + in;
+    finding.message = "In frame " + std::to_string(frame.number) + " the master writes sync manager " +
+                      std::to_string(n) + " (" + SettingsText(now.settings) + ") while the slave is in " + in +
+                      " and uses it for " + (IsMailbox(n, before.settings) ? "the mailbox" : "process data") +
+                      " with " + SettingsText(before.settings) + " (frame " + std::to_string(before.since) + "). ";
+    finding.message += off ? "The slave then changes its state by itself. "
+                           : "An ESC ignores the values while the sync manager is enabled; where it was switched off "
+                             "first, the slave checks them anew and may leave its state. ";
+    finding.message += std::string("Configure it in ") + (IsMailbox(n, before.settings) ? "INIT" : "PREOP") + ".";
+    finding.evidence.push_back(Number("sync_manager", static_cast<std::int64_t>(n)));
+    finding.evidence.push_back(HexNumber("start_before", before.settings.start));
+    finding.evidence.push_back(Number("length_before", before.settings.length));
+    finding.evidence.push_back(HexNumber("start", now.settings.start));
+    finding.evidence.push_back(Number("length", now.settings.length));
+    finding.evidence.push_back(Text("state", in));
+    AddRelated(finding, before.since);
+    if (!before.observed || !now.observed) finding.confidence = Confidence::kInferred;
+    return Report(key, std::move(finding));
+  }
+
+  std::map<SlaveId, Slave> slaves_;
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<SmChangedWhileActive>};
+
+}  // namespace
+}  // namespace ecaudit

@@ -1,0 +1,95 @@
+#include <string>
+
+#include "analyzers/core/refusal_predictions.h"
+#include "analyzers/core/rule.h"
+#include "analyzers/core/sync_manager_text.h"
+#include "analyzers/model/bus_model.h"
+#include "analyzers/model/sync_manager_demand.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr RuleInfo kInfo{
+    .id = "sm-mailbox-config",
+    .group = "Sync managers and FMMUs",
+    .severity = Severity::kError,
+    .title = "The mailbox sync managers are set wrong when PREOP is requested",
+    .needs =
+        "the settings of the mailbox sync managers, the state before the request, and the slave's EEPROM or family",
+    .source = "ETG1000.6, sync managers; ESC-1, sync manager",
+    .doc = R"(
+## What it checks
+When the master requests PREOP from a slave in INIT: whether the sync managers of the two mailboxes are enabled, in
+mailbox mode, in the right direction (SM0: master writes, SM1: master reads), and at the start address and of the length
+that the slave wants.
+
+## Why it matters
+The slave verifies these settings at this transition. With a wrong one it stays in INIT and answers with an AL status
+code (0x0016 by the standard, 0x0017 by the Kollmorgen manuals); no SDO works before it is corrected.
+
+## How it is decided
+Against the slave's own EEPROM, as far as the master read it: words 0x18 to 0x1B (standard mailboxes) and the sync
+manager category; else an ESI file; else the manual of the drive family. Manuals print the mailbox length as an example
+only (512, while a real AKD uses 1024): without EEPROM or ESI the length is not judged. A slave whose EEPROM names no
+mailbox is not judged. The rule judges what the master wrote last; where the slave reaches PREOP all the same, the
+finding becomes an info.
+
+## Example
+samples/captures/bad-mailbox-config.pcapng: SM0 has 64 bytes, the EEPROM says 128.
+
+## What to do
+Take start and length from the EEPROM or the ESI file. Switch the sync manager off before its start, length or control
+byte is written: an ESC ignores them while it is enabled.
+)"};
+
+class SmMailboxConfig final : public Rule {
+ public:
+  using Rule::On;
+  SmMailboxConfig() : Rule(kInfo) { Subscribe({Topic::kAlRequestJudged, Topic::kAlAnswered}); }
+
+  void On(const model::AlRequestJudged& e) override {
+    constexpr auto kInit = static_cast<std::uint8_t>(esc::AlState::INIT);
+    const model::AlRequestRecord& request = e.request;
+    if (request.control.state() != static_cast<std::uint8_t>(esc::AlState::PREOP)) return;
+    if (request.verdict == model::AlVerdict::kUnknown) {
+      NotEvaluable(e.slave, "the state of the slave was not read before PREOP was requested", request.frame.number);
+      return;
+    }
+    if (request.verdict != model::AlVerdict::kLegal || request.from != kInit) return;
+    const track::SlaveState& state = context().bus.network().state(e.slave);
+    const auto demands = model::MailboxDemands(*context().bus.slave(e.slave).profile, esc::ParseSii(state.sii.image()));
+    if (!demands.known) {
+      NotEvaluable(e.slave, "neither EEPROM nor family says what mailboxes the slave has", request.frame.number);
+      return;
+    }
+    for (const model::SyncManagerDemand& demand : demands.list) Judge(e, state, demand);
+  }
+
+  void On(const model::AlAnswered& e) override { predictions_.On(context(), e); }
+
+ private:
+  void Judge(const model::AlRequestJudged& e, const track::SlaveState& state, const model::SyncManagerDemand& demand) {
+    const auto known = SyncManagerOf(state, demand.number);
+    if (!known) {
+      NotEvaluable(e.slave, "sync manager " + std::to_string(demand.number) + " was not set in the capture",
+                   e.request.frame.number);
+      return;
+    }
+    if (demand.lengths.empty()) {
+      NotEvaluable(e.slave, "the length of the mailboxes: neither EEPROM nor ESI is known", e.request.frame.number);
+    }
+    const auto faults = model::FaultsOf(known->settings, demand);
+    if (faults.empty()) return;
+    const std::uint64_t key = SettingsKey(demand.number, known->settings);
+    FindingIndex index = Repeat(e.slave, key, e.request.frame);
+    if (index == kNoFinding) index = Report(key, DescribeFaults(context(), e, demand, *known, faults));
+    predictions_.Add(context(), e.slave, e.request.frame.number, index);
+  }
+
+  RefusalPredictions predictions_;
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<SmMailboxConfig>};
+
+}  // namespace
+}  // namespace ecaudit
