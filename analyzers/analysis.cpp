@@ -8,6 +8,7 @@
 #include "analyzers/model/bus_model.h"
 #include "analyzers/stats/al_history.h"
 #include "analyzers/stats/cycle_statistics.h"
+#include "analyzers/stats/prediction_statistics.h"
 #include "analyzers/stats/summary.h"
 #include "decoder/pipeline.h"
 
@@ -24,6 +25,8 @@ class Dispatcher final : public track::EventSink, public model::ModelSink {
     }
   }
   void SetModel(model::BusModel& model) { model_ = &model; }
+  void SetContext(const RuleContext& context) { context_ = &context; }
+  [[nodiscard]] const PredictionSummary& predictions() const { return predictions_.summary(); }
   void SetHistory(AlHistory& history) { history_ = &history; }
   [[nodiscard]] CycleSummary cycle() const { return cycle_.Summary(); }
 
@@ -49,6 +52,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink {
   void On(const track::AlStateForgotten& e) override { RulesThenModel(Topic::kAlStateForgotten, e); }
   void On(const track::LogicalAccess& e) override {
     cycle_.On(e);
+    predictions_.On(e, *model_);
     ToRules(Topic::kLogicalAccess, e);
   }
   void On(const track::Answered& e) override { ToRules(Topic::kAnswered, e); }
@@ -74,12 +78,22 @@ class Dispatcher final : public track::EventSink, public model::ModelSink {
   }
 
   void On(const model::AlRequestJudged& e) override { ToRules(Topic::kAlRequestJudged, e); }
-  void On(const model::AlAnswered& e) override { ToRules(Topic::kAlAnswered, e); }
+  void On(const model::AlAnswered& e) override {
+    predictions_.On(e, context_->ExplanationOf(e.slave, e.request.frame.number) != kNoFinding);
+    ToRules(Topic::kAlAnswered, e);
+  }
   void On(const model::AlErrorRepeated& e) override { ToRules(Topic::kAlErrorRepeated, e); }
-  void On(const model::AlChangedByItself& e) override { ToRules(Topic::kAlChangedByItself, e); }
+  void On(const model::AlChangedByItself& e) override {
+    predictions_.On(e);
+    ToRules(Topic::kAlChangedByItself, e);
+  }
   void On(const model::AlErrorCode& e) override { ToRules(Topic::kAlErrorCode, e); }
   void On(const model::AlErrorCleared& e) override { ToRules(Topic::kAlErrorCleared, e); }
-  void On(const model::AlOverdue& e) override { ToRules(Topic::kAlOverdue, e); }
+  void On(const model::AlOverdue& e) override {
+    predictions_.On(e);
+    ToRules(Topic::kAlOverdue, e);
+  }
+  void On(const model::Predicted& e) override { predictions_.On(e); }
 
  private:
   [[nodiscard]] const std::vector<Rule*>& Listeners(Topic topic) const {
@@ -97,7 +111,9 @@ class Dispatcher final : public track::EventSink, public model::ModelSink {
 
   std::array<std::vector<Rule*>, static_cast<std::size_t>(Topic::kCount)> listeners_;
   model::BusModel* model_ = nullptr;
+  const RuleContext* context_ = nullptr;
   AlHistory* history_ = nullptr;
+  PredictionStatistics predictions_;
   CycleStatistics cycle_;
 };
 
@@ -148,6 +164,7 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
   dispatcher.SetModel(model);
   dispatcher.SetHistory(history);
   RuleContext context(store, model, options);
+  dispatcher.SetContext(context);
   context.pipeline = &pipeline;
   context.source = &source;
   for (const auto& rule : rules) rule->Attach(context);
@@ -167,6 +184,7 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
 
   AnalysisResult result = Summarise(source, pipeline, model, history);
   result.bus.cycle = dispatcher.cycle();
+  result.bus.predictions = dispatcher.predictions();
   result.findings = std::move(store.findings());
   SortFindings(result.findings);
   result.not_evaluable = store.not_evaluable();

@@ -49,12 +49,27 @@ struct CycleSummary {
   std::string time_source;  ///< "dc", "capture", "esl"; empty when cycles is 0
 };
 
+/// How often the slave models foretold something, and how often it came true.
+struct PredictionCount {
+  static constexpr std::size_t kMaxDeviations = 16;
+  std::uint64_t made = 0;
+  std::uint64_t held = 0;
+  std::vector<FrameNo> deviations;  ///< the first frames in which it did not
+};
+
+struct PredictionSummary {
+  PredictionCount al_answers;        ///< answers to state requests
+  PredictionCount mailbox_accesses;  ///< whether a mailbox takes or gives a message
+  PredictionCount working_counters;  ///< of datagrams with a logical address
+};
+
 struct BusSummary {
   std::optional<std::uint16_t> slave_count;  ///< as the last broadcast showed
   CycleSummary cycle;
   std::uint64_t lost_frames = 0;
   std::uint64_t duplicated_frames = 0;
   std::uint64_t unanswered_at_end = 0;  ///< outbound frames still under way when the capture ends
+  PredictionSummary predictions;
 };
 
 /// One step of a slave's AL history as it was seen.

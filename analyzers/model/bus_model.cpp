@@ -57,9 +57,11 @@ void BusModel::ChooseProfile(SlaveId id) {
 }
 
 void BusModel::Apply(const track::AlRequest& event) {
+  slaves_[event.slave].mailbox.Forget();
   slaves_[event.slave].al.OnRequest(event);
 }
 void BusModel::Apply(const track::AlStatusRead& event) {
+  if (event.changed()) slaves_[event.slave].mailbox.Forget();
   slaves_[event.slave].al.OnStatus(event);
 }
 void BusModel::Apply(const track::AlStatusCodeRead& event) {
@@ -70,6 +72,7 @@ void BusModel::Apply(const track::AlStateForgotten& event) {
 }
 
 void BusModel::Apply(const track::SlaveAccess& access) {
+  slaves_[access.slave].mailbox.OnAccess(access);
   const ByteSpan configuration = access.Covered(access.read, kEscConfiguration, 1);
   if (!configuration.empty() && !access.broadcast) {
     slaves_[access.slave].al.SetDeviceEmulation((configuration[0] & 1U) != 0);

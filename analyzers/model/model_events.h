@@ -124,6 +124,15 @@ struct AlOverdue {
   std::uint64_t polls = 0;
 };
 
+/// A model foretold what the slave does with an access, and the capture shows what it did.
+struct Predicted {
+  enum class Kind : std::uint8_t { kMailbox };
+  Kind kind = Kind::kMailbox;
+  SlaveId slave = kNoSlave;
+  FrameRef frame;
+  bool held = false;  ///< it did
+};
+
 class ModelSink {
  public:
   virtual ~ModelSink() = default;
@@ -134,6 +143,7 @@ class ModelSink {
   virtual void On(const AlErrorCode&) {}
   virtual void On(const AlErrorCleared&) {}
   virtual void On(const AlOverdue&) {}
+  virtual void On(const Predicted&) {}
 };
 
 }  // namespace ecaudit::model

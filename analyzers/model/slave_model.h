@@ -5,6 +5,7 @@
 
 #include "analyzers/events/object_names.h"
 #include "analyzers/model/al_machine.h"
+#include "analyzers/model/mailbox_unit.h"
 #include "analyzers/model/object_values.h"
 #include "analyzers/model/process_data.h"
 #include "decoder/device/device_description.h"
@@ -16,7 +17,8 @@ namespace ecaudit::model {
 
 struct SlaveModel {
   /// @param state what is known of its ESC; must outlive the model
-  SlaveModel(SlaveId slave, const track::SlaveState& state, ModelSink& sink) : al(slave, sink), process(state, names) {}
+  SlaveModel(SlaveId slave, const track::SlaveState& state, ModelSink& sink)
+      : al(slave, sink), mailbox(slave, state, sink), process(state, names) {}
   SlaveModel(const SlaveModel&) = delete;  // `process` refers to `names`
   SlaveModel& operator=(const SlaveModel&) = delete;
 
@@ -26,6 +28,7 @@ struct SlaveModel {
   const device::EniSlave* eni = nullptr;               ///< what the ENI says of this slave; null: nothing
   std::string name;                                    ///< from ENI or ESI, else empty (untrusted text)
   AlMachine al;
+  MailboxUnit mailbox;
   ObjectValues objects;       ///< dictionary: last value of each object seen
   events::ObjectNames names;  ///< what the slave itself calls its objects
   ProcessData process;        ///< PDO assignment and mapping

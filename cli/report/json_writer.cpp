@@ -166,7 +166,14 @@ class CaptureWriter {
     json["lost_frames"] = b.lost_frames;
     json["duplicated_frames"] = b.duplicated_frames;
     json["unanswered_at_end"] = b.unanswered_at_end;
+    json["predictions"] = {{"al_answers", Prediction(b.predictions.al_answers)},
+                           {"mailbox_accesses", Prediction(b.predictions.mailbox_accesses)},
+                           {"working_counters", Prediction(b.predictions.working_counters)}};
     return json;
+  }
+
+  [[nodiscard]] static Json Prediction(const PredictionCount& count) {
+    return {{"made", count.made}, {"held", count.held}, {"deviations", count.deviations}};
   }
 
   [[nodiscard]] Json Slave(const SlaveSummary& s) const {

@@ -417,6 +417,32 @@ class CaptureText {
 
   // --- capture facts ----------------------------------------------------------------------------------------------
 
+  /// What the models foretold, so that a reader knows how far they fit these slaves.
+  [[nodiscard]] std::string Predictions() const {
+    const PredictionSummary& p = result_.bus.predictions;
+    std::uint64_t made = 0;
+    std::uint64_t held = 0;
+    std::string kinds;
+    std::string deviations;
+    const auto add = [&](const PredictionCount& count, std::string_view noun) {
+      if (count.made == 0) return;
+      made += count.made;
+      held += count.held;
+      kinds += (kinds.empty() ? "" : ", ") + Count(count.made, noun);
+      if (count.deviations.empty()) return;
+      deviations += (deviations.empty() ? "" : ", ") + std::string("frame ") +
+                    std::to_string(count.deviations.front()) + " (" + std::string(noun) + ")";
+    };
+    add(p.al_answers, "state answer");
+    add(p.mailbox_accesses, "mailbox transfer");
+    add(p.working_counters, "working counter");
+    if (made == 0) return "";
+    std::string text =
+        "models of the slaves: " + Grouped(held) + " of " + Grouped(made) + " predictions came true (" + kinds + ")";
+    if (!deviations.empty()) text += "; first not in " + deviations;
+    return text;
+  }
+
   void CaptureFacts() {
     const CaptureSummary& c = result_.capture;
     Heading("Capture");
@@ -428,6 +454,7 @@ class CaptureText {
     text_.Paragraph(frames, 2);
     text_.Paragraph(TimeFacts(), 2);
     if (!WithoutEtherCat(result_)) text_.Paragraph(BusFacts(), 2);
+    if (const std::string predictions = Predictions(); !predictions.empty()) text_.Paragraph(predictions, 2);
     if (const std::string left_out = LeftOut(); !left_out.empty()) text_.Paragraph(left_out, 2);
     if (c.file.damage) text_.Paragraph("damaged: " + OneLine(c.file.damage->message), 2);
     if (!c.complete) text_.Paragraph("the report covers only the part of the capture that was read", 2);

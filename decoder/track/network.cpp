@@ -419,13 +419,14 @@ void Network::Apply(const SlaveAccess& access) {
   if (in_registers) {
     const std::size_t length = std::max(access.written.size(), access.read.size());
     const FrameNo sent = (access.sent.seen() ? access.sent : access.returned).number;
+    // A command that does both reads first: what came back is what was there before.
+    if (!access.read.empty()) Learn(state, access, access.read, Certainty::kObserved);
     if (!access.written.empty() && access.acceptance != Acceptance::kRefused) {
       // Losses show late: a repetition of the same write may have arrived since.
       const bool late = access.acceptance == Acceptance::kUnknown && !access.returned.seen() &&
                         LearnedSince(sent, access.slave, access.address, length);
       if (!late) Learn(state, access, access.written, CertaintyOfWrite(access));
     }
-    if (!access.read.empty()) Learn(state, access, access.read, Certainty::kObserved);
     if (access.acceptance == Acceptance::kAccepted && length > 0) {
       recent_[next_recent_] = {sent, access.slave, access.address, static_cast<std::uint16_t>(length)};
       next_recent_ = (next_recent_ + 1) % recent_.size();

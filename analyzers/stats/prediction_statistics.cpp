@@ -1,0 +1,55 @@
+#include "analyzers/stats/prediction_statistics.h"
+
+namespace ecaudit {
+
+void PredictionStatistics::Count(PredictionCount& count, bool held, const FrameRef& frame) {
+  ++count.made;
+  if (held) {
+    ++count.held;
+  } else if (count.deviations.size() < PredictionCount::kMaxDeviations) {
+    count.deviations.push_back(frame.number);
+  }
+}
+
+void PredictionStatistics::On(const model::AlAnswered& event, bool explained) {
+  using Outcome = model::AlAnswered::Outcome;
+  bool refuse = explained;
+  switch (event.request.verdict) {
+    case model::AlVerdict::kLegal:
+      // What the manual lists without an effect may be followed or refused.
+      if (event.request.transition != nullptr && !event.request.transition->performed) return;
+      break;
+    case model::AlVerdict::kIllegal:
+    case model::AlVerdict::kInvalid:
+      refuse = true;
+      break;
+    case model::AlVerdict::kNeedsAcknowledge:
+    case model::AlVerdict::kUnknown:
+      return;
+  }
+  Count(summary_.al_answers, refuse ? event.outcome == Outcome::kRefused : event.outcome == Outcome::kReached,
+        event.frame);
+}
+
+void PredictionStatistics::On(const model::AlChangedByItself& event) {
+  Count(summary_.al_answers, false, event.frame);
+}
+
+void PredictionStatistics::On(const model::AlOverdue& event) {
+  Count(summary_.al_answers, false, event.frame);
+}
+
+void PredictionStatistics::On(const model::Predicted& event) {
+  Count(summary_.mailbox_accesses, event.held, event.frame);
+}
+
+void PredictionStatistics::On(const track::LogicalAccess& access, const model::BusModel& bus) {
+  if (access.assumed || access.circulating || !access.returned.seen()) return;
+  const model::LogicalExpectation& expected = bus.Expect(access);
+  if (!expected.mapping_known) return;
+  const model::CounterRange range = bus.RangeFor(expected, access.command);
+  if (range.least != range.most) return;
+  Count(summary_.working_counters, access.wkc == range.most, access.frame());
+}
+
+}  // namespace ecaudit

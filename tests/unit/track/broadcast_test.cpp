@@ -1,0 +1,199 @@
+// Broadcasts: who took part, and what an OR over all slaves tells of each (esc-reference 2.3).
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/track/event_log.h"
+
+namespace ecaudit::track::test {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+/// Three slaves, all in PREOP, each asked.
+std::string ThreeInPreop() {
+  return R"(
+@slaves 3
++1ms BRD  0x0000   11 00
++1ms APWR 0:0x0010 01 10
++1ms APWR 1:0x0010 02 10
++1ms APWR 2:0x0010 03 10
++1ms FPRD 0x1001:0x0130 02 00 & FPRD 0x1002:0x0130 02 00 & FPRD 0x1003:0x0130 02 00
+)";
+}
+
+std::vector<std::string> StatesAfter(std::string_view more, std::string_view prefix = "state") {
+  std::vector<std::string> lines = Decode(ThreeInPreop() + std::string(more)).log->Only(prefix);
+  if (prefix == "state") lines.erase(lines.begin(), lines.begin() + 3);
+  return lines;
+}
+
+TEST(Broadcast, OneStateAndEverybodyCounted) {
+  EXPECT_THAT(StatesAfter("+1ms BRD 0x0130 04 00\n"),
+              ElementsAre("state 0 0x0002 -> 0x0004", "state 1 0x0002 -> 0x0004", "state 2 0x0002 -> 0x0004"));
+  EXPECT_THAT(StatesAfter("+1ms BRD 0x0130 02 00\n"), IsEmpty());
+}
+
+TEST(Broadcast, NotEverybodyCounted) {
+  EXPECT_THAT(StatesAfter("+1ms BRD 0x0130 04 00 wkc=2\n"), IsEmpty());
+  EXPECT_THAT(StatesAfter("+1ms BRD 0x0130 00 00 wkc=0\n"), IsEmpty());
+  EXPECT_THAT(StatesAfter("+1ms BRD 0x0130 04 00 wkc=2\n", "forgotten"), IsEmpty());
+}
+
+TEST(Broadcast, SeveralStates) {
+  // PREOP and SAFEOP: whoever was in PREOP still may be.
+  EXPECT_THAT(StatesAfter("+1ms BRD 0x0130 06 00\n"), IsEmpty());
+  EXPECT_THAT(StatesAfter("+1ms BRD 0x0130 06 00\n", "forgotten"), IsEmpty());
+  // SAFEOP and OP: nobody is in PREOP any more, and who is where cannot be told.
+  EXPECT_THAT(StatesAfter("+1ms BRD 0x0130 0C 00\n", "forgotten"),
+              ElementsAre("forgotten 0", "forgotten 1", "forgotten 2"));
+  // 3 is INIT and PREOP, or BOOT.
+  EXPECT_THAT(StatesAfter("+1ms BRD 0x0130 03 00\n"), IsEmpty());
+  EXPECT_THAT(StatesAfter("+1ms BRD 0x0130 03 00\n", "forgotten"), IsEmpty());
+}
+
+TEST(Broadcast, SomebodysErrorBit) {
+  EXPECT_THAT(StatesAfter("+1ms BRD 0x0130 14 00\n"), ElementsAre("state 0 0x0002 -> 0x0004 (error bit of somebody)",
+                                                                  "state 1 0x0002 -> 0x0004 (error bit of somebody)",
+                                                                  "state 2 0x0002 -> 0x0004 (error bit of somebody)"));
+  EXPECT_THAT(StatesAfter("+1ms BRD 0x0130 12 00\n"), IsEmpty()) << "state as before: whose bit it is, nobody knows";
+}
+
+TEST(Broadcast, IdentificationBitsOfOthersAreNotMine) {
+  // Bit 5 (identification loaded) of one slave shows in the OR.
+  EXPECT_THAT(StatesAfter("+1ms BRD 0x0130 22 00\n"), IsEmpty());
+  EXPECT_THAT(StatesAfter("+1ms FPRD 0x1001:0x0130 22 00\n+1ms BRD 0x0130 22 00\n+1ms FPRD 0x1001:0x0130 22 00\n"),
+              ElementsAre("state 0 0x0002 -> 0x0022"));
+}
+
+TEST(Broadcast, WhatTheMasterSentSetProvesNothing) {
+  EXPECT_THAT(StatesAfter("+1ms BRD 0x0130 08 00 -> 08 00\n"), IsEmpty());
+}
+
+TEST(Broadcast, ASingleSlaveIsReadExactly) {
+  const Decoded d = Decode(R"(
++1ms BRD 0x0130 01 00 00 00 00 00
++1ms APRD 0:0x0130 01 00
++1ms BRD 0x0130 11 00 00 00 17 00
+)");
+  EXPECT_THAT(d.log->Only("state"), ElementsAre("state 0 ? -> 0x0001", "state 0 0x0001 -> 0x0011 code 0x0017"));
+}
+
+TEST(Broadcast, OfASingleSlaveConcernsNobodyWhoLeft) {
+  // Two of three slaves went away; what the one left says is not theirs.
+  const std::vector<std::string> lines =
+      Decode(ThreeInPreop() + "@slaves 1\n+1ms BRD 0x0130 14 00 00 00 1B 00\n").log->Only("state");
+  EXPECT_THAT(lines, Contains("state 0 0x0002 -> 0x0014 code 0x001b"));
+  EXPECT_THAT(lines, Not(Contains(::testing::StartsWith("state 1 0x0002"))));
+}
+
+TEST(Broadcast, WriteThatEverybodyTook) {
+  const Decoded d = Decode(ThreeInPreop() + "+1ms BWR 0x0420 E8 03\n");
+  for (SlaveId s = 0; s < 3; ++s) EXPECT_EQ(d.Register(s, 0x0420), "0x03e8");
+  EXPECT_EQ(d.log->accesses.back().acceptance, Acceptance::kAccepted);
+  EXPECT_TRUE(d.log->accesses.back().broadcast);
+}
+
+TEST(Broadcast, WriteThatSomeTook) {
+  const Decoded d = Decode(ThreeInPreop() + "+1ms BWR 0x0420 E8 03\n+1ms BWR 0x0420 D0 07 wkc=2\n");
+  for (SlaveId s = 0; s < 3; ++s) EXPECT_EQ(d.Register(s, 0x0420), "?") << "who took it, nobody knows";
+  EXPECT_EQ(d.log->accesses.back().acceptance, Acceptance::kUnknown);
+}
+
+TEST(Broadcast, WriteThatNobodyTook) {
+  const Decoded d = Decode(ThreeInPreop() + "+1ms BWR 0x0420 E8 03\n+1ms BWR 0x0420 D0 07 wkc=0\n");
+  for (SlaveId s = 0; s < 3; ++s) EXPECT_EQ(d.Register(s, 0x0420), "0x03e8");
+  EXPECT_EQ(d.log->accesses.back().acceptance, Acceptance::kRefused);
+}
+
+TEST(Broadcast, ReadWriteCountsThree) {
+  const Decoded d = Decode(ThreeInPreop() + "+1ms BRW 0x0420 E8 03\n");
+  EXPECT_EQ(d.log->answers.back().wkc, 9);
+  for (SlaveId s = 0; s < 3; ++s) EXPECT_EQ(d.Register(s, 0x0420), "0x03e8");
+  const Decoded partly = Decode(ThreeInPreop() + "+1ms BRW 0x0420 E8 03 wkc=3\n");
+  for (SlaveId s = 0; s < 3; ++s) EXPECT_EQ(partly.Register(s, 0x0420), "?");
+}
+
+TEST(Broadcast, SlavesMetLaterHaveTakenIt) {
+  // Masters configure by broadcast before they address anybody.
+  const Decoded d = Decode("@slaves 2\n+1ms BWR 0x0420 E8 03\n+1ms FPRD 0x1002:0x0130 01 00\n");
+  EXPECT_EQ(d.Register(0, 0x0420), "0x03e8");
+}
+
+TEST(Broadcast, SlavesThatJoinLaterHaveNotTakenIt) {
+  // One more slave on the bus since the broadcast.
+  const Decoded d =
+      Decode("@slaves 1\n+1ms BWR 0x0420 E8 03\n@slaves 2\n+1ms APRD 1:0x0130 01 00\n+1ms APRD 0:0x0130 01 00\n");
+  EXPECT_EQ(d.Register(0, 0x0420), "?");
+  EXPECT_EQ(*d.slaves()[0].position.if_known(), 1);
+}
+
+TEST(Broadcast, BlankedMappingIsInferredForWhoDidNotCount) {
+  // ethercrab blanks 16 FMMUs, of which a slave may have 3: working counter below the count, zeros either way.
+  const Decoded d = Decode(ThreeInPreop() + "+1ms BWR 0x0600 len=16 wkc=2\n");
+  EXPECT_EQ(d.Register(0, 0x0600), "0x0000?");
+}
+
+TEST(Broadcast, AlRequests) {
+  const Decoded d = Decode(ThreeInPreop() + "+1ms BWR 0x0120 04 00\n");
+  EXPECT_THAT(d.log->Only("sent"), ElementsAre("sent 0 <- 0x0004", "sent 1 <- 0x0004", "sent 2 <- 0x0004"));
+  EXPECT_THAT(d.log->Only("request"), ElementsAre("request 0 <- 0x0004 accepted", "request 1 <- 0x0004 accepted",
+                                                  "request 2 <- 0x0004 accepted"));
+  const Decoded partly = Decode(ThreeInPreop() + "+1ms BWR 0x0120 04 00 wkc=2\n");
+  EXPECT_THAT(partly.log->Only("request"),
+              ElementsAre("request 0 <- 0x0004 unknown", "request 1 <- 0x0004 unknown", "request 2 <- 0x0004 unknown"));
+}
+
+TEST(Broadcast, WhoLeftTheBusIsNotRequested) {
+  const Decoded d = Decode(ThreeInPreop() + "@slaves 2\n+1ms BRD 0x0130 02 00\n+1ms BWR 0x0120 04 00\n");
+  EXPECT_THAT(d.log->Only("request"), ElementsAre("request 0 <- 0x0004 accepted", "request 1 <- 0x0004 accepted"));
+  EXPECT_THAT(d.log->Only("sent"), ElementsAre("sent 0 <- 0x0004", "sent 1 <- 0x0004"));
+}
+
+// --- the number of slaves -------------------------------------------------------------------------------------------
+
+TEST(SlaveCountEvent, OnlyChangesAreTold) {
+  const Decoded d = Decode(R"(
+@slaves 3
++1ms BRD 0x0130 01 00
++1ms BRD 0x0130 01 00 wkc=1
++1ms APRD 0:0x0130 01 00
+@slaves 2
++1ms BWR 0x0103 00
+@slaves 3
++1ms APRD 7:0x0130 00 00 wkc=0
+)");
+  EXPECT_THAT(d.log->Only("count"), ElementsAre("count 3", "count 3 -> 2", "count 2 -> 3"));
+}
+
+TEST(SlaveCountEvent, CirculatingFramesDoNotCount) {
+  const Decoded d = Decode("@slaves 3\n+1ms BRD 0x0130 01 00\n+1ms BRD 0x0130 01 00 radp=6 wkc=6 @circulating\n");
+  EXPECT_THAT(d.log->Only("count"), ElementsAre("count 3"));
+}
+
+TEST(SlaveCountEvent, WhoComesBackIsNotKnownAnyMore) {
+  // It may have lost power: registers and state are as they were only for those that stayed.
+  const Decoded d = Decode(ThreeInPreop() + R"(
++1ms BWR 0x0420 E8 03
+@slaves 2
++1ms BRD 0x0130 02 00
+@slaves 3
++1ms BRD 0x0000 11 00
+)");
+  EXPECT_THAT(d.log->Only("forgotten"), ElementsAre("forgotten 2"));
+  EXPECT_EQ(d.Register(1, 0x0420), "0x03e8");
+  EXPECT_EQ(d.Register(2, 0x0420), "?");
+  EXPECT_EQ(d.network().state(2).al_status.if_known(), nullptr);
+}
+
+TEST(SlaveCountEvent, EachDatagramBringsItsOwnCount) {
+  const Decoded d = Decode(ThreeInPreop() + "@slaves 2\n+1ms BRD 0x0130 02 00\n");
+  ASSERT_FALSE(d.log->answers.empty());
+  EXPECT_EQ(d.log->answers.front().slaves_passed, 3);
+  EXPECT_EQ(d.log->answers.back().slaves_passed, 2);
+}
+
+}  // namespace
+}  // namespace ecaudit::track::test

@@ -1,0 +1,137 @@
+/// Runs a trace through the decoder and writes down the events, one line each, as a reviewer would tell them.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "decoder/base/text.h"
+#include "decoder/pipeline.h"
+#include "tests/support/trace_builder.h"
+
+namespace ecaudit::track::test {
+
+using ecaudit::test::MemorySource;
+using ecaudit::test::Packet;
+using ecaudit::test::Trace;
+using samples::Bytes;
+
+inline const char* Name(Acceptance acceptance) {
+  switch (acceptance) {
+    case Acceptance::kAccepted:
+      return "accepted";
+    case Acceptance::kRefused:
+      return "refused";
+    case Acceptance::kUnknown:
+      return "unknown";
+    case Acceptance::kAssumed:
+      return "assumed";
+  }
+  return "?";
+}
+
+/// "found 0", "address 0 = 0x1001", "address 1 = 0x1001 as 0", "count 3", "count 3 -> 2", "sent 0 <- 0x0002",
+/// "request 0 <- 0x0002 accepted", "state 0 0x0001 -> 0x0002", "code 0 0x0017", "forgotten 0",
+/// "logical LRW 0x00001000 wkc 3", "lost 5".
+class EventLog final : public EventSink {
+ public:
+  using EventSink::On;
+
+  void On(const SlaveFound& e) override { Say("found " + Id(e.slave)); }
+  void On(const AddressAssigned& e) override {
+    Say("address " + Id(e.slave) + " = " + Hex(e.address) +
+        (e.duplicate_of != kNoSlave ? " as " + Id(e.duplicate_of) : ""));
+  }
+  void On(const SlaveCount& e) override {
+    Say("count " + (e.first ? "" : std::to_string(e.previous) + " -> ") + std::to_string(e.count));
+  }
+  void On(const AlRequest& e) override {
+    Say("request " + Id(e.slave) + " <- " + Hex(e.control.raw) + " " + Name(e.acceptance));
+  }
+  void On(const AlStatusRead& e) override {
+    reads.push_back(e);
+    if (!e.changed()) return;
+    Say("state " + Id(e.slave) + " " + (e.before ? Hex(e.before->raw) : "?") + " -> " + Hex(e.status.raw) +
+        (e.status_code ? " code " + Hex(*e.status_code) : "") + (e.error_bit_known ? "" : " (error bit of somebody)"));
+  }
+  void On(const AlStatusCodeRead& e) override { Say("code " + Id(e.slave) + " " + Hex(e.code)); }
+  void On(const AlStateForgotten& e) override { Say("forgotten " + Id(e.slave)); }
+  void On(const LogicalAccess& e) override {
+    Say("logical " + std::string(wire::Name(e.command)) + " " + Hex(e.address, 8) + " wkc " + std::to_string(e.wkc) +
+        (e.assumed ? " assumed" : ""));
+  }
+  void On(const Answered& e) override { answers.push_back(e); }
+  void On(const FrameLost& e) override { Say("lost " + std::to_string(e.sent.ref().number)); }
+  void OnAccess(const SlaveAccess& e) override {
+    accesses.push_back({e.slave, e.address, e.acceptance, Bytes(e.written.begin(), e.written.end()),
+                        Bytes(e.read.begin(), e.read.end()), e.command, e.broadcast});
+  }
+  void OnAlRequestSent(SlaveId slave, const FrameRef&, esc::AlWord control) override {
+    Say("sent " + Id(slave) + " <- " + Hex(control.raw));
+  }
+
+  struct Access {
+    SlaveId slave;
+    EscAddress address;
+    Acceptance acceptance;
+    Bytes written;
+    Bytes read;
+    wire::Command command;
+    bool broadcast;
+  };
+  std::vector<std::string> lines;
+  std::vector<Access> accesses;
+  std::vector<AlStatusRead> reads;
+  std::vector<Answered> answers;  ///< their spans are gone
+
+  [[nodiscard]] std::vector<std::string> Only(std::string_view prefix) const {
+    std::vector<std::string> out;
+    for (const std::string& line : lines) {
+      if (std::string_view(line).starts_with(prefix)) out.push_back(line);
+    }
+    return out;
+  }
+
+ private:
+  static std::string Id(SlaveId id) { return id == kNoSlave ? "nobody" : std::to_string(id); }
+  void Say(std::string line) { lines.push_back(std::move(line)); }
+};
+
+/// A decoder that has read everything.
+struct Decoded {
+  std::unique_ptr<EventLog> log = std::make_unique<EventLog>();
+  std::unique_ptr<Pipeline> pipeline;
+
+  [[nodiscard]] const Network& network() const { return pipeline->network(); }
+  [[nodiscard]] const bus::SlaveSet& slaves() const { return network().slaves(); }
+  /// Register value where it was observed, else where it was inferred; "?" when unknown.
+  [[nodiscard]] std::string Register(SlaveId slave, EscAddress address) const {
+    const esc::RegisterImage& registers = network().state(slave).registers;
+    if (const auto value = registers.Value<std::uint16_t>(address, Certainty::kObserved)) return Hex(*value);
+    if (const auto value = registers.Value<std::uint16_t>(address)) return Hex(*value) + "?";
+    return "?";
+  }
+};
+
+inline Decoded Decode(std::vector<Packet> packets) {
+  Decoded out;
+  out.pipeline = std::make_unique<Pipeline>(*out.log);
+  MemorySource source(std::move(packets));
+  out.pipeline->Run(source);
+  return out;
+}
+
+inline Decoded Decode(const Trace& trace) {
+  return Decode(trace.Packets());
+}
+
+inline Decoded Decode(std::string_view text) {
+  Result<Trace> trace = Trace::Parse(text);
+  EXPECT_TRUE(trace.has_value()) << (trace ? "" : trace.error().message);
+  return Decode(trace ? trace->Packets() : std::vector<Packet>{});
+}
+
+}  // namespace ecaudit::track::test
