@@ -8,7 +8,11 @@ constexpr EscAddress kEscConfiguration = 0x0141;  // bit 0: device emulation
 }  // namespace
 
 BusModel::BusModel(const track::Network& network, const AnalysisOptions& options, ModelSink& sink)
-    : network_(network), sink_(sink), choice_(options) {
+    : network_(network),
+      sink_(sink),
+      choice_(options),
+      image_(network, slaves_, choice_,
+             options.files != nullptr && options.files->eni ? &options.files->eni->content : nullptr) {
   const auto limit = [&](std::string_view name, std::int64_t& value) {
     const auto found = options.limits.find(name);
     if (found != options.limits.end()) value = found->second;

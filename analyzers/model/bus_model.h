@@ -7,6 +7,7 @@
 
 #include "analyzers/analysis.h"
 #include "analyzers/model/logical_expectation.h"
+#include "analyzers/model/process_image.h"
 #include "analyzers/model/profile_choice.h"
 #include "analyzers/model/slave_model.h"
 #include "decoder/track/network.h"
@@ -28,6 +29,12 @@ class BusModel {
   [[nodiscard]] CounterRange RangeFor(const LogicalExpectation& expectation, wire::Command command) const {
     return RangeOf(expectation, command, slaves_);
   }
+
+  /// Hands the process data in a datagram to `sink`, slave by slave; see ProcessImage::Read().
+  bool ReadProcessData(const track::LogicalAccess& access, ProcessSink& sink) {
+    return image_.Read(access, Expect(access), sink);
+  }
+  bool ReadProcessData(const track::SlaveAccess& access, ProcessSink& sink) { return image_.Read(access, sink); }
 
   void Apply(const track::SlaveFound& event);
   void Apply(const track::AddressAssigned& event);
@@ -53,6 +60,7 @@ class BusModel {
   std::deque<SlaveModel> slaves_;
   std::deque<track::IdentityLearned> seen_identities_;  ///< a slave: what the capture shows of its identity
   mutable LogicalExpectations expectations_;
+  ProcessImage image_;
 };
 
 }  // namespace ecaudit::model

@@ -7,6 +7,7 @@
 
 #include "cli/interrupt.h"
 #include "cli/progress.h"
+#include "cli/stream/spool.h"
 #include "decoder/base/text.h"
 #include "decoder/capture/capture_reader.h"
 
@@ -20,10 +21,14 @@ ExitStatus Fail(Console& console, const Error& error) {
   return ExitStatus::kUsage;
 }
 
-Result<std::vector<LineTarget>> OpenTargets(const std::vector<OutputTarget>& plan, bool color, Console& console) {
+Result<std::vector<LineTarget>> OpenTargets(const std::vector<OutputTarget>& plan,
+                                            std::span<const OutputFormat> formats, bool color, Console& console) {
   std::vector<LineTarget> targets;
   for (const OutputTarget& target : plan) {
-    const LineFormat format = target.format == 0 ? LineFormat::kText : LineFormat::kJsonLines;
+    const std::string_view name = formats[target.format].name;
+    const LineFormat format = name == "jsonl" ? LineFormat::kJsonLines
+                              : name == "csv" ? LineFormat::kCsv
+                                              : LineFormat::kText;
     if (target.standard()) {
       targets.push_back({format, color && format == LineFormat::kText, LineOutput::ToConsole(console)});
       continue;
@@ -33,15 +38,6 @@ Result<std::vector<LineTarget>> OpenTargets(const std::vector<OutputTarget>& pla
     targets.push_back({format, false, std::move(*file)});
   }
   return targets;
-}
-
-bool Selects(const SlaveSelector& selector, const bus::SlaveAddress& address) {
-  if (selector.by_address) {
-    const StationAddress* station = address.station.if_known();
-    return station != nullptr && *station == selector.value;
-  }
-  const SlavePos* position = address.position.if_known();
-  return position != nullptr && *position == selector.value;
 }
 
 /// The slaves of --slave, when the capture shows none of them.
@@ -58,19 +54,90 @@ std::optional<Error> MissingSlaves(const CaptureOptions& options, const Settings
 
 }  // namespace
 
+bool SelectsAddress(std::span<const SlaveSelector> selectors, std::optional<SlavePos> position,
+                    std::optional<StationAddress> station) {
+  if (selectors.empty()) return true;
+  return std::any_of(selectors.begin(), selectors.end(), [&](const SlaveSelector& selector) {
+    return selector.by_address ? station == selector.value : position == selector.value;
+  });
+}
+
 bool SelectsSlave(std::span<const SlaveSelector> selectors, const track::Network& network, SlaveId slave) {
   if (selectors.empty()) return true;
   if (slave >= network.slaves().size()) return false;
   const bus::SlaveAddress& address = network.slaves()[slave];
-  return std::any_of(selectors.begin(), selectors.end(),
-                     [&](const SlaveSelector& selector) { return Selects(selector, address); });
+  const SlavePos* position = address.position.if_known();
+  const StationAddress* station = address.station.if_known();
+  return SelectsAddress(selectors, position != nullptr ? std::optional(*position) : std::nullopt,
+                        station != nullptr ? std::optional(*station) : std::nullopt);
 }
 
-void StreamRun::Declare(OptionSet& options) {
+std::span<const OutputFormat> LineWriter::formats() const {
+  return kFormats;
+}
+
+void LineWriter::BeginLearning(const Pipeline&, const StreamContext&) {}
+
+std::optional<Error> LineWriter::EndLearning(Console&) {
+  return std::nullopt;
+}
+
+bool LineWriter::ShowsUnmet(std::span<const SlaveSelector>) const {
+  return false;
+}
+
+/// What the command line comes to.
+struct StreamRun::Plan {
+  std::vector<std::string> paths;  ///< of the captures; of a temporary file where one cannot be read twice
+  const Settings& settings;
+  const FrameRange& range;
+
+  [[nodiscard]] auto Open() const {
+    return paths.size() > 1 ? capture::OpenJoined(paths) : capture::OpenCapture(paths.front());
+  }
+};
+
+void StreamRun::Declare(OptionSet& options, const std::string& formats) {
   capture_.Declare(options);
   options.Group("What to read");
   options.Value("--frames", "A-B", frames_, "only these frames: 743-800, 760, 743- or -800");
-  output_.Declare(options, "text (default) or jsonl: one JSON object a line");
+  output_.Declare(options, formats);
+}
+
+namespace {
+
+PipelineOptions RunOptions(const LineWriter& writer, const FrameRange& range, Progress& progress, bool show_progress) {
+  PipelineOptions options;
+  options.stop = &InterruptFlag();
+  options.progress = [&progress, show_progress](std::uint64_t done, std::uint64_t total, std::uint64_t frames) {
+    if (show_progress) progress.Update(done, total, frames);
+  };
+  if (writer.stops_at_range_end()) {
+    options.to_frame = range.to_frame;
+    options.to_s = range.to_s;
+  }
+  return options;
+}
+
+}  // namespace
+
+ExitStatus StreamRun::Learn(Console& console, LineWriter& writer, const Plan& plan) {
+  auto opened = plan.Open();
+  if (!opened) return Fail(console, opened.error());
+  TimedSource source(**opened);
+  const StreamContext context{source, plan.settings, plan.range, {}};
+  Pipeline pipeline(writer.events(), writer.frames());
+  writer.BeginLearning(pipeline, context);
+  Progress progress(console, std::filesystem::path(capture_.captures.front()).filename().string() + ", first pass");
+  pipeline.Run(source, RunOptions(writer, plan.range, progress, true));
+  progress.Clear();
+  if (InterruptFlag()) {
+    return Fail(console, Error{capture_.captures.front() + ": interrupted before anything was written"});
+  }
+  std::optional<Error> error;
+  if (!writer.ShowsUnmet(plan.settings.slaves)) error = MissingSlaves(capture_, plan.settings, pipeline.network());
+  if (!error) error = writer.EndLearning(console);
+  return error ? Fail(console, *error) : ExitStatus::kClean;
 }
 
 ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view command) {
@@ -84,11 +151,36 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
   if (!settings) return Fail(console, settings.error());
   const Result<FrameRange> range = ReadFrameRange(settings->analysis, frames_);
   if (!range) return Fail(console, range.error());
-  const Result<std::vector<OutputTarget>> plan = PlanOutputs(output_, kFormats, capture_.captures);
-  if (!plan) return Fail(console, plan.error());
-  auto opened = capture_.captures.size() > 1 ? capture::OpenJoined(capture_.captures) : capture::OpenCapture(name);
-  if (!opened) return Fail(console, opened.error());
-  Result<std::vector<LineTarget>> targets = OpenTargets(*plan, console.color() && !output_.no_color, console);
+  const Result<std::vector<OutputTarget>> outputs = PlanOutputs(output_, writer.formats(), capture_.captures);
+  if (!outputs) return Fail(console, outputs.error());
+
+  ListenForInterrupt();
+  Plan plan{capture_.captures, *settings, *range};
+  std::vector<std::unique_ptr<Spool>> spools;
+  if (writer.learns()) {
+    for (std::string& path : plan.paths) {
+      if (Spool::CanBeReadTwice(path)) continue;
+      Result<std::unique_ptr<Spool>> spool = Spool::Read(path);
+      if (!spool) return Fail(console, spool.error());
+      path = (*spool)->path();
+      spools.push_back(std::move(*spool));
+    }
+  }
+  auto opened = plan.Open();
+  if (!opened) {
+    std::string message = opened.error().message;
+    for (const auto& spool : spools) {
+      const std::size_t at = message.find(spool->path());
+      if (at != std::string::npos) message.replace(at, spool->path().size(), "the input");
+    }
+    return Fail(console, Error{message});
+  }
+  if (writer.learns()) {
+    const ExitStatus learned = Learn(console, writer, plan);
+    if (learned != ExitStatus::kClean) return learned;
+  }
+  Result<std::vector<LineTarget>> targets =
+      OpenTargets(*outputs, writer.formats(), console.color() && !output_.no_color, console);
   if (!targets) return Fail(console, targets.error());
 
   TimedSource source(**opened);
@@ -96,26 +188,16 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
   Pipeline pipeline(writer.events(), writer.frames());
   writer.Begin(pipeline, context);
 
-  ListenForInterrupt();
   Progress progress(console, std::filesystem::path(name).filename().string());
-  const bool show_progress = !console.output_is_terminal();  // else the lines themselves show it
-  PipelineOptions options;
-  options.stop = &InterruptFlag();
-  options.progress = [&](std::uint64_t done, std::uint64_t total, std::uint64_t frames) {
-    if (show_progress) progress.Update(done, total, frames);
-  };
-  if (writer.stops_at_range_end()) {
-    options.to_frame = range->to_frame;
-    options.to_s = range->to_s;
-  }
-  pipeline.Run(source, options);
+  // On a terminal the lines themselves show it.
+  pipeline.Run(source, RunOptions(writer, *range, progress, !console.output_is_terminal()));
   const bool all_closed =
       std::all_of(targets->begin(), targets->end(), [](const LineTarget& t) { return t.output.closed(); });
   const bool interrupted = InterruptFlag() && !all_closed;
   writer.End();
   progress.Clear();
 
-  if (!all_closed && !interrupted) {
+  if (!all_closed && !interrupted && !writer.ShowsUnmet(settings->slaves)) {
     if (const auto error = MissingSlaves(capture_, *settings, pipeline.network())) return Fail(console, *error);
   }
   ExitStatus status = ExitStatus::kClean;

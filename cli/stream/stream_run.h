@@ -1,4 +1,4 @@
-/// What `decode` and `events` share: one capture, its range, and lines that leave while it is read.
+/// What `decode`, `events` and `signals` share: one capture, its range, and lines that leave while it is read.
 #pragma once
 
 #include <atomic>
@@ -17,7 +17,7 @@
 
 namespace ecaudit::cli {
 
-enum class LineFormat : std::uint8_t { kText, kJsonLines };
+enum class LineFormat : std::uint8_t { kText, kJsonLines, kCsv };
 
 /// One destination.
 struct LineTarget {
@@ -38,28 +38,46 @@ struct StreamContext {
 class LineWriter {
  public:
   virtual ~LineWriter() = default;
+  /// What it can write, the default first.
+  [[nodiscard]] virtual std::span<const OutputFormat> formats() const;
   [[nodiscard]] virtual track::EventSink& events() = 0;
   [[nodiscard]] virtual FrameObserver* frames() { return nullptr; }
   /// Before the first packet. `pipeline` and `context` outlive the writer's work.
   virtual void Begin(const Pipeline& pipeline, const StreamContext& context) = 0;
   /// Behind the last packet.
   virtual void End() {}
+  /// True when it must read the capture once before it can write; then BeginLearning() and EndLearning() frame a pass
+  /// with the same events().
+  [[nodiscard]] virtual bool learns() const { return false; }
+  /// `pipeline` and `context` are gone after EndLearning(); the context has no targets.
+  virtual void BeginLearning(const Pipeline& pipeline, const StreamContext& context);
+  /// @return why nothing can be written
+  [[nodiscard]] virtual std::optional<Error> EndLearning(Console& console);
+  /// Whether one of the slaves of --slave is shown that no frame of the capture addresses.
+  [[nodiscard]] virtual bool ShowsUnmet(std::span<const SlaveSelector> selectors) const;
   /// True when nothing behind --to can change what is shown, so that reading may stop there.
   [[nodiscard]] virtual bool stops_at_range_end() const = 0;
 };
 
 class StreamRun {
  public:
-  void Declare(OptionSet& options);
+  /// @param formats  for the help
+  void Declare(OptionSet& options, const std::string& formats = "text (default) or jsonl: one JSON object a line");
   /// Reads the capture and lets `writer` write. What goes wrong is said on `console`, once.
   [[nodiscard]] ExitStatus Run(Console& console, LineWriter& writer, std::string_view command);
 
  private:
+  struct Plan;
+  [[nodiscard]] ExitStatus Learn(Console& console, LineWriter& writer, const Plan& plan);
+
   CaptureOptions capture_;
   OutputOptions output_;
   std::optional<std::string> frames_;
 };
 
+/// Whether a slave with these addresses is one of those; true when there are no selectors.
+[[nodiscard]] bool SelectsAddress(std::span<const SlaveSelector> selectors, std::optional<SlavePos> position,
+                                  std::optional<StationAddress> station);
 /// Whether --slave asks for this slave; true when it was not given.
 [[nodiscard]] bool SelectsSlave(std::span<const SlaveSelector> selectors, const track::Network& network, SlaveId slave);
 

@@ -1,0 +1,474 @@
+#include "analyzers/model/process_image.h"
+
+#include <algorithm>
+
+#include "decoder/base/text.h"
+#include "decoder/esc/bit_copy.h"
+
+namespace ecaudit::model {
+namespace {
+
+using device::PdoDirection;
+
+constexpr EscAddress kFirstDataAddress = 0x0F00;  // below are registers; 0x0F00 digital outputs, 0x1000 process memory
+constexpr EscAddress kProcessMemory = 0x1000;
+
+bool InMailbox(const track::SlaveState& state, const esc::Fmmu& fmmu) {
+  for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
+    const auto manager = state.sync_manager(n, Certainty::kInferred);
+    if (manager && manager->enabled() && manager->mailbox() && manager->Touches(fmmu.physical_start, fmmu.length)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// The active FMMUs of one direction that map process data.
+std::vector<esc::Fmmu> DataFmmus(const track::SlaveState& state, PdoDirection direction) {
+  std::vector<esc::Fmmu> found;
+  for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
+    const auto fmmu = state.fmmu(n, Certainty::kInferred);
+    if (!fmmu || !fmmu->active() || fmmu->bit_count() == 0 || fmmu->physical_start < kFirstDataAddress) continue;
+    if (!(direction == PdoDirection::kRx ? fmmu->writes() : fmmu->reads()) || InMailbox(state, *fmmu)) continue;
+    found.push_back(*fmmu);
+  }
+  return found;
+}
+
+bool HasFmmus(const track::SlaveState& state) {
+  for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
+    if (state.fmmu(n, Certainty::kInferred)) return true;
+  }
+  return false;
+}
+
+/// First bit of a sync manager's buffer in ESC memory. Where its registers are not known, the lowest address that the
+/// FMMUs reach, provided that all signals lie in one buffer.
+std::optional<std::uint64_t> BufferStart(const track::SlaveState& state, const ProcessLayout& layout, std::uint8_t n,
+                                         const std::vector<esc::Fmmu>& fmmus) {
+  if (const auto manager = state.sync_manager(n, Certainty::kInferred)) return std::uint64_t{manager->start} * 8;
+  const bool one_buffer = std::all_of(layout.signals.begin(), layout.signals.end(),
+                                      [n](const Signal& signal) { return signal.sync_manager == n; });
+  if (!one_buffer || fmmus.empty()) return std::nullopt;
+  std::uint64_t lowest = ~std::uint64_t{0};
+  for (const esc::Fmmu& fmmu : fmmus) lowest = std::min(lowest, fmmu.physical_bits().first);
+  return lowest;
+}
+
+/// Where all bits of a signal lie one behind the other in the logical address space.
+std::optional<std::uint64_t> LogicalBit(const std::vector<esc::Fmmu>& fmmus, std::uint64_t physical, unsigned bits) {
+  for (const esc::Fmmu& fmmu : fmmus) {
+    const auto first = fmmu.ToPhysicalBit(fmmu.logical_bits().first);
+    if (!first || physical < *first || physical + bits > fmmu.physical_bits().end()) continue;
+    return fmmu.ToLogicalBit(physical);
+  }
+  return std::nullopt;
+}
+
+void AddPlace(ImagePart& part, std::size_t signal, std::uint64_t bit) {
+  const Signal& of = part.layout->signals[signal];
+  part.places.push_back({std::uint32_t{of.index} << 8U | of.subindex, static_cast<std::uint16_t>(signal), of.bits,
+                         static_cast<std::uint32_t>(bit)});
+}
+
+void SumUp(ImagePart& part) {
+  std::sort(part.runs.begin(), part.runs.end(),
+            [](const BitRun& a, const BitRun& b) { return a.in_buffer < b.in_buffer; });
+  for (const BitRun& run : part.runs) part.bits += run.bits;
+}
+
+bool Overlap(const BitRun& a, const BitRun& b) {
+  return a.in_datagram < b.in_datagram + b.bits && b.in_datagram < a.in_datagram + a.bits;
+}
+
+void FindCovered(std::vector<ImagePart>& parts) {
+  for (ImagePart& outputs : parts) {
+    if (outputs.direction != PdoDirection::kRx) continue;
+    for (const ImagePart& inputs : parts) {
+      if (inputs.direction != PdoDirection::kTx) continue;
+      for (const BitRun& a : outputs.runs) {
+        for (const BitRun& b : inputs.runs) outputs.covered |= Overlap(a, b);
+      }
+    }
+  }
+}
+
+std::size_t Hash(wire::Command command, std::uint32_t address, std::uint16_t length) {
+  return (address * 2654435761U >> 16U) + length * 7U + static_cast<std::size_t>(command);
+}
+
+}  // namespace
+
+std::uint64_t ExtractBits(ByteSpan data, std::uint64_t bit, unsigned count) {
+  if (count == 0 || count > 64 || bit + count > std::uint64_t{data.size()} * 8) return 0;
+  const std::size_t first = static_cast<std::size_t>(bit / 8);
+  const unsigned shift = static_cast<unsigned>(bit % 8);
+  const std::size_t bytes = (shift + count + 7) / 8;
+  std::uint64_t value = 0;
+  for (std::size_t i = 0; i < bytes && i < 8; ++i) value |= std::uint64_t{data[first + i]} << (8 * i);
+  value >>= shift;
+  if (bytes > 8) value |= std::uint64_t{data[first + 8]} << (64 - shift);
+  return count == 64 ? value : value & ((std::uint64_t{1} << count) - 1);
+}
+
+const ImagePart::Place* ImagePart::Find(std::uint16_t index, std::uint8_t subindex) const {
+  const std::uint32_t object = std::uint32_t{index} << 8U | subindex;
+  for (const Place& place : places) {
+    if (place.object == object) return &place;
+  }
+  return nullptr;
+}
+
+std::optional<std::uint64_t> ProcessCycle::Value(const ImagePart::Place& place) const {
+  if (!has_data() || place.bits > 64) return std::nullopt;
+  return ExtractBits(data, place.bit, place.bits);
+}
+
+std::optional<std::uint64_t> ProcessCycle::Value(std::uint16_t index, std::uint8_t subindex) const {
+  const ImagePart::Place* place = part.Find(index, subindex);
+  return place == nullptr ? std::nullopt : Value(*place);
+}
+
+void ProcessCycle::AppendRaw(std::vector<std::uint8_t>& out) const {
+  if (!has_data()) return;
+  const std::size_t begin = out.size();
+  out.resize(begin + (part.bits + 7) / 8);
+  std::uint64_t to = std::uint64_t{begin} * 8;
+  for (const BitRun& run : part.runs) {
+    if (!esc::CopyBits(data, run.in_datagram, out, to, run.bits)) return;
+    to += run.bits;
+  }
+}
+
+std::uint64_t ProcessImage::version() const {
+  std::uint64_t version = network_.mapping_version();
+  for (const SlaveModel& slave : slaves_) version += slave.process.version();
+  return version;
+}
+
+ProcessImage::Entry& ProcessImage::Find(wire::Command command, std::uint32_t address, std::uint16_t length,
+                                        bool& found) {
+  const std::uint64_t now = version();
+  if (version_ != now) {
+    for (Entry& entry : entries_) entry.used = false;
+    version_ = now;
+  }
+  Entry& entry = entries_[Hash(command, address, length) % kEntries];
+  found = entry.used && entry.command == command && entry.address == address && entry.length == length;
+  if (!found) {
+    entry.used = true;
+    entry.command = command;
+    entry.address = address;
+    entry.length = length;
+    entry.parts.clear();
+    entry.by_eni = false;
+    entry.eni_counter.reset();
+  }
+  return entry;
+}
+
+void ProcessImage::BuildLogical(Entry& entry) {
+  for (std::size_t s = 0; s < slaves_.size(); ++s) {
+    const auto id = static_cast<SlaveId>(s);
+    if (network_.slaves()[id].replaced) continue;
+    if (entry.command != wire::Command::LRD) AddMapped(entry, id, PdoDirection::kRx);
+    if (entry.command != wire::Command::LWR) AddMapped(entry, id, PdoDirection::kTx);
+  }
+  if (eni_ != nullptr) AddByEni(entry);
+  FindCovered(entry.parts);
+}
+
+void ProcessImage::Add(Entry& entry, ImagePart part) {
+  part.serial = ++parts_made_;
+  entry.parts.push_back(std::move(part));
+}
+
+void ProcessImage::AddMapped(Entry& entry, SlaveId slave, PdoDirection direction) {
+  const track::SlaveState& state = network_.state(slave);
+  const std::vector<esc::Fmmu> fmmus = DataFmmus(state, direction);
+  if (fmmus.empty()) return;
+  ImagePart part;
+  part.slave = slave;
+  part.model = &slaves_[slave];
+  part.direction = direction;
+  part.layout = &part.model->process.Layout(direction);
+
+  const std::uint64_t datagram = std::uint64_t{entry.address} * 8;
+  std::uint64_t lowest = ~std::uint64_t{0};
+  for (const esc::Fmmu& fmmu : fmmus) lowest = std::min(lowest, fmmu.physical_bits().first);
+  for (const esc::Fmmu& fmmu : fmmus) {
+    const esc::BitRange here = fmmu.Overlap(entry.address, entry.length);
+    const auto physical = fmmu.ToPhysicalBit(here.first);
+    if (here.empty() || !physical) continue;
+    part.runs.push_back({static_cast<std::uint32_t>(*physical - lowest),
+                         static_cast<std::uint32_t>(here.first - datagram), static_cast<std::uint32_t>(here.count)});
+  }
+  if (part.runs.empty()) return;
+  SumUp(part);
+
+  if (part.layout->known()) {
+    for (std::size_t i = 0; i < part.layout->signals.size(); ++i) {
+      const Signal& signal = part.layout->signals[i];
+      const auto start = BufferStart(state, *part.layout, signal.sync_manager, fmmus);
+      if (signal.gap() || signal.bits == 0 || !start) continue;
+      const auto logical = LogicalBit(fmmus, *start + signal.bit_offset, signal.bits);
+      if (!logical || *logical < datagram || *logical + signal.bits > datagram + std::uint64_t{entry.length} * 8)
+        continue;
+      AddPlace(part, i, *logical - datagram);
+    }
+    if (part.places.empty()) part.reason = "the FMMUs map other memory than the sync managers of the PDOs";
+  }
+  Add(entry, std::move(part));
+}
+
+const SlaveModel& ProcessImage::UnmetSlave(std::size_t number) {
+  if (unmet_.size() <= number) unmet_.resize(number + 1);
+  Unmet& unmet = unmet_[number];
+  if (unmet.model == nullptr) {
+    unmet.state = std::make_unique<track::SlaveState>();
+    unmet.model = std::make_unique<SlaveModel>(kNoSlave, *unmet.state, no_events_);
+    const device::EniSlave& eni = eni_->slaves[number];
+    bus::SlaveAddress address;
+    if (const auto position = eni.position()) address.position = Known<SlavePos>::Inferred(*position, 0);
+    if (eni.station_address) address.station = Known<StationAddress>::Inferred(*eni.station_address, 0);
+    choice_.Choose(address, {}, *unmet.model);
+    unmet.model->eni = &eni;
+    unmet.model->process.SetFamily(*unmet.model->profile);
+    unmet.model->process.SetEni(&eni.pdos);
+  }
+  return *unmet.model;
+}
+
+void ProcessImage::AddByEni(Entry& entry) {
+  const device::EniCyclicCommand* command = nullptr;
+  for (const device::EniCyclicTask& task : eni_->cyclic) {
+    for (const device::EniCyclicFrame& frame : task.frames) {
+      for (const device::EniCyclicCommand& candidate : frame.commands) {
+        if (candidate.command == entry.command && candidate.logical == entry.address &&
+            candidate.data_length == entry.length) {
+          command = &candidate;
+        }
+      }
+    }
+  }
+  if (command == nullptr) return;
+
+  const auto add = [&](std::size_t number, PdoDirection direction, std::uint32_t image_offset) {
+    const device::EniSlave& eni = eni_->slaves[number];
+    const std::vector<device::EniImagePart>& pieces = direction == PdoDirection::kRx ? eni.outputs : eni.inputs;
+    if (pieces.empty()) return;
+    ImagePart part;
+    part.direction = direction;
+    part.by_eni = true;
+    for (std::size_t s = 0; s < slaves_.size(); ++s) {
+      const auto id = static_cast<SlaveId>(s);
+      if (slaves_[s].eni != &eni || network_.slaves()[id].replaced) continue;
+      if (HasFmmus(network_.state(id))) return;  // what the slave was really told counts
+      part.slave = id;
+      part.model = &slaves_[s];
+    }
+    if (part.model == nullptr) part.model = &UnmetSlave(number);
+    part.layout = &part.model->process.Layout(direction);
+
+    // The pieces are the buffers of the sync managers, or one piece is all of them together.
+    std::vector<std::uint8_t> managers;
+    for (const Signal& signal : part.layout->signals) {
+      if (std::find(managers.begin(), managers.end(), signal.sync_manager) == managers.end()) {
+        managers.push_back(signal.sync_manager);
+      }
+    }
+    const std::uint64_t begin = std::uint64_t{image_offset} * 8;
+    const std::uint64_t end = begin + std::uint64_t{entry.length} * 8;
+    std::uint64_t before = 0;
+    for (const device::EniImagePart& piece : pieces) {
+      if (piece.bit_start >= begin && std::uint64_t{piece.bit_start} + piece.bit_length <= end) {
+        part.runs.push_back({static_cast<std::uint32_t>(before), static_cast<std::uint32_t>(piece.bit_start - begin),
+                             piece.bit_length});
+      }
+      before += piece.bit_length;
+    }
+    if (part.runs.empty()) return;
+    SumUp(part);
+    if (part.layout->known()) {
+      if (pieces.size() != 1 && pieces.size() != managers.size()) {
+        part.reason = "the ENI has " + ecaudit::Count(pieces.size(), "piece") + " of process data for " +
+                      ecaudit::Count(managers.size(), "sync manager");
+      } else if (part.layout->bits > before) {
+        part.reason = "the PDOs fill " + ecaudit::Count(part.layout->bits, "bit") +
+                      ", but the ENI's process image has " + std::to_string(before);
+      } else {
+        std::uint64_t in_all = 0;
+        for (std::size_t i = 0; i < part.layout->signals.size(); ++i) {
+          const Signal& signal = part.layout->signals[i];
+          const auto manager = std::find(managers.begin(), managers.end(), signal.sync_manager) - managers.begin();
+          const device::EniImagePart& piece = pieces[pieces.size() == 1 ? 0 : static_cast<std::size_t>(manager)];
+          const std::uint64_t bit = piece.bit_start + (pieces.size() == 1 ? in_all : signal.bit_offset);
+          in_all += signal.bits;
+          if (!signal.gap() && signal.bits != 0 && bit >= begin && bit + signal.bits <= end)
+            AddPlace(part, i, bit - begin);
+        }
+      }
+    }
+    entry.by_eni = true;
+    Add(entry, std::move(part));
+  };
+  for (std::size_t number = 0; number < eni_->slaves.size(); ++number) {
+    if (command->output_offset && entry.command != wire::Command::LRD) {
+      add(number, PdoDirection::kRx, *command->output_offset);
+    }
+    if (command->input_offset && entry.command != wire::Command::LWR) {
+      add(number, PdoDirection::kTx, *command->input_offset);
+    }
+  }
+  if (entry.by_eni) entry.eni_counter = command->expected_wkc;
+}
+
+void ProcessImage::BuildDirect(Entry& entry, SlaveId slave, EscAddress address) {
+  const track::SlaveState& state = network_.state(slave);
+  for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
+    const auto manager = state.sync_manager(n, Certainty::kInferred);
+    if (!manager || !manager->enabled() || !manager->buffered() || manager->start < kProcessMemory ||
+        !manager->Touches(address, entry.length)) {
+      continue;
+    }
+    const bool outputs = manager->ecat_writes();
+    if (!(outputs ? wire::Writes(entry.command) : wire::Reads(entry.command))) continue;
+    ImagePart part;
+    part.slave = slave;
+    part.model = &slaves_[slave];
+    part.direction = outputs ? PdoDirection::kRx : PdoDirection::kTx;
+    part.layout = &part.model->process.Layout(part.direction);
+    const std::uint64_t datagram = std::uint64_t{address} * 8;
+    const std::uint64_t buffer = std::uint64_t{manager->start} * 8;
+    const esc::BitRange here =
+        esc::Intersect({datagram, std::uint64_t{entry.length} * 8}, {buffer, std::uint64_t{manager->length} * 8});
+    part.runs.push_back({static_cast<std::uint32_t>(here.first - buffer),
+                         static_cast<std::uint32_t>(here.first - datagram), static_cast<std::uint32_t>(here.count)});
+    SumUp(part);
+    if (part.layout->known()) {
+      for (std::size_t i = 0; i < part.layout->signals.size(); ++i) {
+        const Signal& signal = part.layout->signals[i];
+        const std::uint64_t bit = buffer + signal.bit_offset;
+        if (signal.sync_manager != n || signal.gap() || signal.bits == 0 || bit < here.first ||
+            bit + signal.bits > here.end()) {
+          continue;
+        }
+        AddPlace(part, i, bit - datagram);
+      }
+      if (part.places.empty()) part.reason = "no PDO is assigned to sync manager " + std::to_string(n);
+    }
+    Add(entry, std::move(part));
+  }
+}
+
+ProcessImage::Counted ProcessImage::Count(const Entry& entry, const track::LogicalAccess& access,
+                                          const LogicalExpectation& expectation) const {
+  if (access.assumed) return {Exchange::kUnknown, Exchange::kInferred};
+  if (!access.returned.seen() || access.circulating) return {};
+  // How many slaves can count for inputs and for outputs.
+  unsigned inputs = 0;
+  unsigned outputs = 0;
+  for (const LogicalShare& share : expectation.shares) {
+    inputs += share.inputs ? 1U : 0U;
+    outputs += share.outputs ? 1U : 0U;
+  }
+  if (entry.by_eni) {
+    for (const ImagePart& part : entry.parts) {
+      if (!part.by_eni) continue;
+      inputs += part.direction == PdoDirection::kTx ? 1U : 0U;
+      outputs += part.direction == PdoDirection::kRx ? 1U : 0U;
+    }
+  }
+  const unsigned step = access.command == wire::Command::LRW ? 2 : 1;
+  if (access.command == wire::Command::LWR) inputs = 0;
+  if (access.command == wire::Command::LRD) outputs = 0;
+  const unsigned full = inputs + step * outputs;
+  const unsigned wkc = access.wkc;
+  if (wkc == 0) return {Exchange::kNo, Exchange::kNo};
+  if (entry.eni_counter) {
+    // The ENI counts slaves that this file's reader need not know of (mailbox states mapped by FMMU).
+    if (wkc == *entry.eni_counter) return {Exchange::kInferred, Exchange::kInferred};
+    return {};
+  }
+  if (!expectation.mapping_known && !entry.by_eni) {
+    if (wkc >= full) return {Exchange::kInferred, Exchange::kInferred};
+    return {};
+  }
+
+  // wkc = i + step * o with i <= inputs and o <= outputs: which i and o are possible?
+  const unsigned o_least = wkc > inputs ? (wkc - inputs + step - 1) / step : 0;
+  const unsigned o_most = std::min(outputs, wkc / step);
+  if (o_least > o_most) return {};
+  const auto judge = [](unsigned least, unsigned most, unsigned all) {
+    if (least == all) return Exchange::kYes;
+    return most == 0 ? Exchange::kNo : Exchange::kUnknown;
+  };
+  Counted counted{judge(wkc - step * o_most, wkc - step * o_least, inputs), judge(o_least, o_most, outputs)};
+  if (counted.inputs != Exchange::kUnknown || wkc < inputs || (wkc - inputs) % step != 0) return counted;
+  // Slaves in SAFEOP and OP give their inputs.
+  for (const LogicalShare& share : expectation.shares) {
+    const esc::AlWord* status = network_.state(share.slave).al_status.if_known();
+    if (share.inputs && (status == nullptr || status->state() < static_cast<std::uint8_t>(esc::AlState::SAFEOP))) {
+      return counted;
+    }
+  }
+  const unsigned o = (wkc - inputs) / step;
+  counted.inputs = Exchange::kInferred;
+  counted.outputs = o == outputs ? Exchange::kInferred : o == 0 ? Exchange::kNo : Exchange::kUnknown;
+  return counted;
+}
+
+bool ProcessImage::Read(const track::LogicalAccess& access, const LogicalExpectation& expectation, ProcessSink& sink) {
+  bool found = false;
+  Entry& entry = Find(access.command, access.address, access.length, found);
+  if (!found) BuildLogical(entry);
+  if (entry.parts.empty()) return false;
+  const Counted counted = Count(entry, access, expectation);
+  for (const ImagePart& part : entry.parts) {
+    ProcessCycle cycle{part, Exchange::kUnknown, access.sent, access.returned, access.command, {}};
+    if (part.direction == PdoDirection::kRx) {
+      cycle.exchange = counted.outputs;
+      cycle.data = access.sent.seen() ? access.sent_data : part.covered ? ByteSpan() : access.returned_data;
+    } else {
+      cycle.exchange = counted.inputs;
+      if (counted.inputs == Exchange::kYes || counted.inputs == Exchange::kInferred) cycle.data = access.returned_data;
+    }
+    sink.On(cycle);
+  }
+  return !entry.parts.empty();
+}
+
+bool ProcessImage::Read(const track::SlaveAccess& access, ProcessSink& sink) {
+  const std::size_t length = std::max(access.written.size(), access.read.size());
+  if (access.address < kProcessMemory || access.broadcast || length == 0 || access.slave >= slaves_.size())
+    return false;
+  bool found = false;
+  const std::uint32_t key = std::uint32_t{access.slave} << 16U | access.address;
+  Entry& entry = Find(access.command, key, static_cast<std::uint16_t>(length), found);
+  if (!found) BuildDirect(entry, access.slave, access.address);
+  for (const ImagePart& part : entry.parts) {
+    ProcessCycle cycle{part, Exchange::kUnknown, access.sent, access.returned, access.command, {}};
+    switch (access.acceptance) {
+      case track::Acceptance::kAccepted:
+        cycle.exchange = Exchange::kYes;
+        break;
+      case track::Acceptance::kRefused:
+        cycle.exchange = Exchange::kNo;
+        break;
+      case track::Acceptance::kAssumed:
+        cycle.exchange = Exchange::kInferred;
+        break;
+      case track::Acceptance::kUnknown:
+        break;
+    }
+    if (part.direction == PdoDirection::kRx) {
+      cycle.data = access.written;
+    } else if (access.acceptance == track::Acceptance::kAccepted) {
+      cycle.data = access.read;
+    }
+    sink.On(cycle);
+  }
+  return !entry.parts.empty();
+}
+
+}  // namespace ecaudit::model

@@ -1,0 +1,156 @@
+/// in: datagrams with process data; FMMUs, sync managers and PDOs of the slaves.  out: ProcessCycle, the values of one
+/// slave and direction in one datagram.
+///
+/// Where a slave's data lie follows from its sync managers and FMMUs, byte- or bit-wise. Where those are not in the
+/// capture, an ENI file tells the place, also of slaves that only process data reach. Outputs are read from what the
+/// master sent, inputs from what came back, and only when the working counter says that the slave gave them.
+///
+/// Source: esc-reference 2.1, 6, 7; ETG.2100 (cyclic commands, process image).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analyzers/model/logical_expectation.h"
+#include "analyzers/model/process_data.h"
+#include "analyzers/model/profile_choice.h"
+#include "analyzers/model/slave_model.h"
+#include "decoder/track/network.h"
+
+namespace ecaudit::model {
+
+/// Consecutive bits of a buffer, and where they lie in the datagram.
+struct BitRun {
+  std::uint32_t in_buffer = 0;  ///< from the first bit of the slave's memory that is mapped
+  std::uint32_t in_datagram = 0;
+  std::uint32_t bits = 0;
+};
+
+/// Where the process data of one slave and direction lie in one kind of datagram.
+struct ImagePart {
+  /// A signal that lies in this datagram as a whole.
+  struct Place {
+    std::uint32_t object = 0;  ///< index << 8 | subindex
+    std::uint16_t signal = 0;  ///< number in layout->signals
+    std::uint16_t bits = 0;
+    std::uint32_t bit = 0;  ///< first bit in the datagram
+  };
+
+  std::uint64_t serial = 0;           ///< no two parts ever made have the same
+  SlaveId slave = kNoSlave;           ///< kNoSlave: not met, known from the ENI only
+  const SlaveModel* model = nullptr;  ///< never null
+  device::PdoDirection direction = device::PdoDirection::kRx;
+  bool by_eni = false;                    ///< the place is the ENI's
+  const ProcessLayout* layout = nullptr;  ///< never null; `places` is empty unless layout->known()
+  std::string reason;                     ///< why there are no places although the layout is known; else empty
+  std::vector<BitRun> runs;               ///< sorted by in_buffer; all that is mapped, also what no signal fills
+  std::vector<Place> places;              ///< in the order of the layout, gaps left out
+  std::uint32_t bits = 0;                 ///< sum of the runs
+  bool covered = false;  ///< outputs: inputs of some slave lie over them, so that the returned copy does not show them
+
+  /// Null when the object is not mapped here.
+  [[nodiscard]] const Place* Find(std::uint16_t index, std::uint8_t subindex) const;
+};
+
+/// Whether a slave exchanged these data.
+enum class Exchange : std::uint8_t {
+  kYes,       ///< the working counter leaves no other explanation
+  kInferred,  ///< it fits, given the states of the slaves; or nothing can be known (outbound-only capture)
+  kNo,        ///< the slave did not count
+  kUnknown,   ///< some slaves counted, or the frame did not return
+};
+
+/// One slave's data of one direction in one datagram. Valid during the call that hands it over.
+struct ProcessCycle {
+  const ImagePart& part;
+  Exchange exchange = Exchange::kUnknown;
+  FrameRef sent;
+  FrameRef returned;
+  wire::Command command = wire::Command::NOP;
+  /// The datagram's data: of the copy sent for outputs, of the copy returned for inputs. Empty when that copy is
+  /// missing, or the slave gave nothing (inputs whose exchange is neither kYes nor kInferred).
+  ByteSpan data;
+
+  [[nodiscard]] const FrameRef& frame() const { return returned.seen() ? returned : sent; }
+  [[nodiscard]] bool has_data() const { return !data.empty(); }
+  /// The bits of a signal as unsigned little-endian number, at most 64; nothing without data.
+  [[nodiscard]] std::optional<std::uint64_t> Value(const ImagePart::Place& place) const;
+  [[nodiscard]] std::optional<std::uint64_t> Value(std::uint16_t index, std::uint8_t subindex) const;
+  /// All mapped bits of the slave, packed, appended to `out`.
+  void AppendRaw(std::vector<std::uint8_t>& out) const;
+};
+
+class ProcessSink {
+ public:
+  virtual ~ProcessSink() = default;
+  virtual void On(const ProcessCycle& cycle) = 0;
+};
+
+class ProcessImage {
+ public:
+  /// @param network, slaves must outlive this
+  /// @param choice tells what slaves are that only the ENI knows; must outlive this
+  /// @param eni null: none; must outlive this
+  ProcessImage(const track::Network& network, const std::deque<SlaveModel>& slaves, ProfileChoice& choice,
+               const device::EniConfig* eni)
+      : network_(network), slaves_(slaves), choice_(choice), eni_(eni) {}
+
+  /// Hands each slave's part in the datagram to `sink`, in the order of the slaves, outputs first.
+  /// @return false when nobody's place in it is known
+  bool Read(const track::LogicalAccess& access, const LogicalExpectation& expectation, ProcessSink& sink);
+  /// The same for a datagram that reads or writes a slave's process data buffer itself (FPRD, FPWR, ...).
+  bool Read(const track::SlaveAccess& access, ProcessSink& sink);
+  /// Changes whenever an ImagePart may have changed; parts handed out before are gone then.
+  [[nodiscard]] std::uint64_t version() const;
+
+ private:
+  struct Entry {
+    bool used = false;
+    wire::Command command = wire::Command::NOP;
+    std::uint32_t address = 0;
+    std::uint16_t length = 0;
+    std::vector<ImagePart> parts;
+    bool by_eni = false;                       ///< some part is
+    std::optional<std::uint16_t> eni_counter;  ///< working counter that the ENI expects
+  };
+  /// A slave of the ENI that was not met.
+  struct Unmet {
+    std::unique_ptr<track::SlaveState> state;
+    std::unique_ptr<SlaveModel> model;
+  };
+  struct Counted {
+    Exchange inputs = Exchange::kUnknown;
+    Exchange outputs = Exchange::kUnknown;
+  };
+  static constexpr std::size_t kEntries = 64;
+
+  Entry& Find(wire::Command command, std::uint32_t address, std::uint16_t length, bool& found);
+  void BuildLogical(Entry& entry);
+  void BuildDirect(Entry& entry, SlaveId slave, EscAddress address);
+  void Add(Entry& entry, ImagePart part);
+  void AddMapped(Entry& entry, SlaveId slave, device::PdoDirection direction);
+  void AddByEni(Entry& entry);
+  [[nodiscard]] Counted Count(const Entry& entry, const track::LogicalAccess& access,
+                              const LogicalExpectation& expectation) const;
+  [[nodiscard]] const SlaveModel& UnmetSlave(std::size_t number);
+
+  const track::Network& network_;
+  const std::deque<SlaveModel>& slaves_;
+  ProfileChoice& choice_;
+  const device::EniConfig* eni_;
+  ModelSink no_events_;
+  std::vector<Unmet> unmet_;  ///< by number in the ENI, made when needed
+  std::uint64_t version_ = ~std::uint64_t{0};
+  std::uint64_t parts_made_ = 0;
+  std::array<Entry, kEntries> entries_;
+};
+
+/// Bits [bit, bit + count) of `data`, bit 0 of a byte first; 0 where they do not lie inside. At most 64.
+[[nodiscard]] std::uint64_t ExtractBits(ByteSpan data, std::uint64_t bit, unsigned count);
+
+}  // namespace ecaudit::model

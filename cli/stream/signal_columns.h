@@ -1,0 +1,110 @@
+/// The columns of `signals`: which there are, what they are called, and which of them a datagram fills.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "analyzers/model/process_image.h"
+#include "decoder/base/result.h"
+
+namespace ecaudit::cli {
+
+enum class ColumnKind : std::uint8_t {
+  kSignal,
+  kDriveState,    ///< of a status word
+  kDriveCommand,  ///< of a control word
+  kRaw,           ///< all bytes of one slave and direction, where their meaning is not known
+  kDatagram,      ///< all bytes of a datagram, where nobody's place in it is known
+};
+
+/// What --signal, --states and --scaled ask for.
+struct SignalChoice {
+  /// Names or objects with * and ?, lower case; empty: all.
+  std::vector<std::string> patterns;
+  bool states = false;
+  bool scaled = false;
+
+  /// Reads the values of --signal, separated by commas.
+  [[nodiscard]] static Result<std::vector<std::string>> ParsePatterns(const std::vector<std::string>& texts);
+};
+
+struct SignalColumn {
+  ColumnKind kind = ColumnKind::kSignal;
+  std::string slave;  ///< "S0", or "0x1001" where the position is not known
+  std::string slave_name;
+  std::optional<SlavePos> position;
+  std::optional<StationAddress> station;
+  device::PdoDirection direction = device::PdoDirection::kRx;
+  std::uint16_t pdo = 0;
+  std::uint16_t index = 0;
+  std::uint8_t subindex = 0;
+  std::uint16_t bits = 0;
+  std::uint16_t repetition = 0;  ///< the same object once more in the same PDO
+  std::string name;              ///< without slave; printable
+  bool name_inferred = false;
+  mailbox::DataType type = mailbox::DataType::kUnknown;
+  std::string unit;
+  std::string scale;
+  double divisor = 1;  ///< what values are divided by
+  model::LayoutSource source = model::LayoutSource::kUnknown;
+  std::string reason;  ///< why the bytes are raw
+  std::string header;  ///< "S0.Status word", unique; set by Finish()
+};
+
+/// The columns that one part of a datagram fills.
+struct PartColumns {
+  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+  struct Signal {
+    std::uint32_t place = 0;  ///< number in ImagePart::places
+    std::uint32_t column = kNone;
+    std::uint32_t extra = kNone;  ///< state or command
+  };
+  std::vector<Signal> signals;
+  std::uint32_t raw = kNone;
+
+  [[nodiscard]] bool empty() const { return signals.empty() && raw == kNone; }
+};
+
+class SignalColumns {
+ public:
+  /// More columns are left out and said: no bus has as many.
+  static constexpr std::size_t kMaxColumns = 16'384;
+
+  explicit SignalColumns(SignalChoice choice) : choice_(std::move(choice)) {}
+
+  /// The columns of a part, added where they are new and Finish() was not called yet.
+  [[nodiscard]] const PartColumns& Of(const model::ImagePart& part, const track::Network& network);
+  /// The column of a datagram that nobody's data are known in; kNone when not asked for.
+  /// @param returned  the copy that came back; else the one sent
+  [[nodiscard]] std::uint32_t OfDatagram(const track::LogicalAccess& access, bool returned, const std::string& reason);
+  /// Forgets which part fills what, for the next pass.
+  void NewPass() { parts_.clear(); }
+  /// All columns are known: sorts and names them.
+  void Finish();
+
+  [[nodiscard]] std::span<const SignalColumn> columns() const { return columns_; }
+  [[nodiscard]] bool full() const { return full_; }
+  /// Names of signals that --signal passed over, a few of them, for the message when nothing is left.
+  [[nodiscard]] const std::vector<std::string>& passed_over() const { return passed_over_; }
+
+ private:
+  [[nodiscard]] std::uint32_t Find(SignalColumn column);
+  [[nodiscard]] bool Wants(const SignalColumn& column);
+
+  SignalChoice choice_;
+  std::vector<SignalColumn> columns_;
+  std::unordered_map<std::string, std::uint32_t> by_key_;
+  std::unordered_map<std::uint64_t, PartColumns> parts_;  ///< by ImagePart::serial
+  std::vector<std::string> passed_over_;
+  bool finished_ = false;
+  bool full_ = false;
+};
+
+/// Case-insensitive; * stands for any text, ? for one character. Both sides lower case.
+[[nodiscard]] bool MatchesPattern(std::string_view pattern, std::string_view text);
+
+}  // namespace ecaudit::cli

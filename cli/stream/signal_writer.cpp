@@ -1,0 +1,459 @@
+#include "cli/stream/signal_writer.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+
+#include "analyzers/signals/signal_value.h"
+#include "cli/interrupt.h"
+#include "cli/report/layout.h"
+#include "cli/stream/json_line.h"
+#include "decoder/base/text.h"
+#include "decoder/esc/bit_copy.h"
+#include "decoder/esc/register_map.h"
+
+namespace ecaudit::cli {
+namespace {
+
+using device::PdoDirection;
+
+constexpr std::array kFormats{OutputFormat{"csv", ".csv"}, OutputFormat{"jsonl", ".jsonl"}};
+constexpr EscAddress kSystemTime = 0x0910;
+constexpr std::size_t kMaxKinds = 4096;
+constexpr std::size_t kMaxNamed = 4;  // things listed in one warning
+
+std::string_view DirectionName(PdoDirection direction) {
+  return direction == PdoDirection::kRx ? "rx" : "tx";
+}
+
+/// RFC 4180: between quotation marks, and those doubled, where a program could mistake it.
+void AppendCsv(std::string& out, std::string_view text) {
+  if (text.find_first_of(",\"\r\n;") == std::string_view::npos) {
+    out += text;
+    return;
+  }
+  out += '"';
+  for (const char c : text) {
+    if (c == '"') out += '"';
+    out += c;
+  }
+  out += '"';
+}
+
+void AppendValue(std::string& out, const signals::SignalValue& value) {
+  if (const auto* number = std::get_if<std::uint64_t>(&value)) {
+    AppendNumber(out, *number);
+  } else if (const auto* with_sign = std::get_if<std::int64_t>(&value)) {
+    AppendNumber(out, *with_sign);
+  } else {
+    const std::size_t at = out.size();
+    AppendJsonNumber(out, std::get<double>(value));
+    if (out.compare(at, std::string::npos, "null") == 0) out.replace(at, std::string::npos, "nan");
+  }
+}
+
+/// What a control word asks for: "Shutdown"; several where the word alone does not tell them apart.
+std::string CommandText(const device::DriveProfile& drive, std::uint16_t before, std::uint16_t word) {
+  std::string text;
+  for (const device::DriveCommand& command : drive.commands) {
+    if (command.automatic || !command.Matches(before, word) || text.find(command.name) != std::string::npos) continue;
+    text += (text.empty() ? "" : " / ") + command.name;
+  }
+  return text;
+}
+
+/// "S0, S1, S2, S3 and 36 more"
+std::string Listed(const std::vector<std::string>& items) {
+  std::string text;
+  for (std::size_t i = 0; i < items.size() && i < kMaxNamed; ++i) text += (i == 0 ? "" : ", ") + items[i];
+  if (items.size() > kMaxNamed) text += " and " + std::to_string(items.size() - kMaxNamed) + " more";
+  return text;
+}
+
+/// Kind of a datagram: what it reads or writes, and where.
+std::uint64_t KindOf(wire::Command command, std::uint32_t address, std::size_t length) {
+  return (std::uint64_t{1} << 63U) | static_cast<std::uint64_t>(command) << 48U |
+         (static_cast<std::uint64_t>(length) & 0xFFFFU) << 32U | address;
+}
+
+}  // namespace
+
+std::span<const OutputFormat> SignalWriter::formats() const {
+  return kFormats;
+}
+
+void SignalWriter::BeginPass(const Pipeline& pipeline, const StreamContext& context) {
+  pipeline_ = &pipeline;
+  context_ = &context;
+  model_options_ = context.settings.analysis;
+  model_ = std::make_unique<model::BusModel>(pipeline.network(), model_options_, no_model_events_);
+  columns_.NewPass();
+  row_ = {};
+}
+
+void SignalWriter::BeginLearning(const Pipeline& pipeline, const StreamContext& context) {
+  learning_ = true;
+  BeginPass(pipeline, context);
+}
+
+std::optional<Error> SignalWriter::EndLearning(Console& console) {
+  EndRow();
+  learning_ = false;
+  model_.reset();
+  columns_.Finish();
+  cells_.resize(columns_.columns().size());
+  shown_.resize(cells_.size());
+  drives_.resize(cells_.size(), nullptr);
+
+  SayWhatIsOdd(console);
+  if (columns_.full()) {
+    console.Warning("more than " + Grouped(SignalColumns::kMaxColumns) +
+                    " signals: those that come later are left out");
+  }
+  if (!columns_.columns().empty()) return std::nullopt;
+  if (!columns_.passed_over().empty()) {
+    std::string names;
+    for (const std::string& name : columns_.passed_over()) names += (names.empty() ? "" : ", ") + name;
+    return Error{"no signal matches --signal; there are " + names + ", ..."};
+  }
+  if (context_->settings.slaves.empty()) console.Warning("no process data in the frames chosen");
+  return std::nullopt;
+}
+
+/// Why bytes have no names, and which names are guesses; the same thing of many slaves once.
+void SignalWriter::SayWhatIsOdd(Console& console) const {
+  std::map<std::string, std::vector<std::string>> raw;                     // slaves by what is said of them
+  std::vector<std::pair<std::string, std::vector<std::string>>> inferred;  // objects of each slave, in their order
+  const auto add = [](std::vector<std::string>& list, const std::string& item) {
+    if (std::find(list.begin(), list.end(), item) == list.end()) list.push_back(item);
+  };
+  for (const SignalColumn& column : columns_.columns()) {
+    if (!column.reason.empty()) {
+      const bool datagram = column.slave.empty();
+      add(raw[(datagram ? std::string() : " " + column.name) + ": raw bytes, since " + column.reason],
+          datagram ? column.name : column.slave);
+    } else if (column.name_inferred && column.kind == ColumnKind::kSignal) {
+      if (inferred.empty() || inferred.back().first != column.slave)
+        inferred.emplace_back(column.slave, std::vector<std::string>());
+      add(inferred.back().second, ObjectName(column.index, column.subindex));
+    }
+  }
+  for (const auto& [what, whose] : raw) console.Warning(Listed(whose) + what);
+  std::map<std::string, std::vector<std::string>> guesses;  // slaves by their objects
+  for (const auto& [slave, objects] : inferred) add(guesses[Listed(objects)], slave);
+  for (const auto& [objects, slaves] : guesses) {
+    console.Warning(Listed(slaves) + ": " + objects + " named after another family of the same maker");
+  }
+}
+
+void SignalWriter::Begin(const Pipeline& pipeline, const StreamContext& context) {
+  BeginPass(pipeline, context);
+  for (LineTarget& target : context.targets) WriteHeader(target);
+}
+
+void SignalWriter::End() {
+  EndRow();
+}
+
+bool SignalWriter::ShowsUnmet(std::span<const SlaveSelector> selectors) const {
+  return std::any_of(columns_.columns().begin(), columns_.columns().end(), [&](const SignalColumn& column) {
+    return !column.slave.empty() && SelectsAddress(selectors, column.position, column.station);
+  });
+}
+
+bool SignalWriter::EnterRow(const FrameRef& sent, const FrameRef& returned) {
+  if (row_.sent.number != sent.number || row_.returned.number != returned.number) {
+    EndRow();
+    row_.sent = sent;
+    row_.returned = returned;
+  }
+  const FrameRef& frame = row_.frame();
+  const std::optional<std::int64_t> since = context_->source.SinceStart(frame);
+  return context_->range.Contains(frame.number,
+                                  since ? std::optional(static_cast<double>(*since) / 1e9) : std::nullopt);
+}
+
+void SignalWriter::On(const track::LogicalAccess& access) {
+  if (!EnterRow(access.sent, access.returned)) return;
+  if (row_.kind == 0) row_.kind = KindOf(access.command, access.address, access.length);
+  if (!model_->ReadProcessData(access, *this)) ShowDatagram(access);
+}
+
+void SignalWriter::OnAccess(const track::SlaveAccess& access) {
+  model_->Apply(access);
+  if (access.broadcast) return;
+  ByteSpan time = access.Covered(access.read, kSystemTime, 8);
+  if (time.empty()) time = access.Covered(access.read, kSystemTime, 4);
+  if (!time.empty()) {
+    if (EnterRow(access.sent, access.returned) && !row_.dc_time) {
+      row_.dc_time = time.size() >= 8 ? LittleEndian<std::uint64_t>(time, 0) : LittleEndian<std::uint32_t>(time, 0);
+    }
+  } else if (access.address >= esc::kProcessRam && EnterRow(access.sent, access.returned)) {
+    const std::uint64_t kind = KindOf(access.command, std::uint32_t{access.slave} << 16U | access.address,
+                                      std::max(access.written.size(), access.read.size()));
+    if (model_->ReadProcessData(access, *this) && row_.kind == 0) row_.kind = kind;
+  }
+}
+
+SignalWriter::Cell& SignalWriter::Fill(std::uint32_t column) {
+  Cell& cell = cells_[column];
+  if (cell.content == Content::kAbsent) row_.filled.push_back(column);
+  return cell;
+}
+
+void SignalWriter::FillBytes(std::uint32_t column, ByteSpan bytes) {
+  Cell& cell = Fill(column);
+  cell.content = bytes.empty() ? Content::kUnknown : Content::kBytes;
+  cell.bytes.assign(bytes.begin(), bytes.end());
+}
+
+void SignalWriter::On(const model::ProcessCycle& cycle) {
+  const model::ImagePart& part = cycle.part;
+  const auto& selectors = context_->settings.slaves;
+  if (!selectors.empty()) {
+    if (part.slave != kNoSlave
+            ? !SelectsSlave(selectors, model_->network(), part.slave)
+            : !SelectsAddress(selectors, part.model->eni->position(), part.model->eni->station_address)) {
+      return;
+    }
+  }
+  const PartColumns& places = columns_.Of(part, model_->network());
+  if (learning_) {
+    if (!places.empty()) row_.filled.push_back(0);
+    return;
+  }
+  if (places.raw != PartColumns::kNone) {
+    scratch_.clear();
+    cycle.AppendRaw(scratch_);
+    FillBytes(places.raw, scratch_);
+  }
+  for (const PartColumns::Signal& signal : places.signals) {
+    const model::ImagePart::Place& place = part.places[signal.place];
+    if (place.bits > 64) {
+      scratch_.assign((place.bits + 7U) / 8U, 0);
+      if (!cycle.has_data() || !esc::CopyBits(cycle.data, place.bit, scratch_, 0, place.bits)) scratch_.clear();
+      FillBytes(signal.column, scratch_);
+      continue;
+    }
+    const std::optional<std::uint64_t> value = cycle.Value(place);
+    Cell& cell = Fill(signal.column);
+    cell.content = value ? Content::kNumber : Content::kUnknown;
+    cell.raw = value.value_or(0);
+    if (signal.extra == PartColumns::kNone) continue;
+    drives_[signal.extra] = part.model->profile->drive ? &*part.model->profile->drive : nullptr;
+    Cell& extra = Fill(signal.extra);
+    if (!value) {
+      extra.content = Content::kUnknown;
+      continue;
+    }
+    // Commands depend on the word before: both are kept, the newer one in the low half.
+    const std::uint64_t known = extra.bytes.empty() ? *value << 16U | *value : extra.raw;
+    extra.raw = (known & 0xFFFFU) == *value ? known : known << 16U | *value;
+    extra.raw &= 0xFFFF'FFFFU;
+    extra.bytes.assign(1, 1);  // a word was seen
+    extra.content = Content::kNumber;
+  }
+}
+
+std::string SignalWriter::WhyUnknown() const {
+  if (model_options_.files == nullptr || !model_options_.files->eni) {
+    return "no FMMU setting in the capture maps these addresses to a slave (an ENI file tells them: --eni)";
+  }
+  return "no FMMU setting in the capture maps these addresses to a slave, and the ENI has no such cyclic command";
+}
+
+void SignalWriter::ShowDatagram(const track::LogicalAccess& access) {
+  if (!context_->settings.slaves.empty()) return;
+  const auto show = [&](bool returned, const FrameRef& frame, ByteSpan data) {
+    if (!frame.seen()) return;
+    const std::uint32_t column = columns_.OfDatagram(access, returned, learning_ ? WhyUnknown() : std::string());
+    if (column == PartColumns::kNone) return;
+    if (learning_) {
+      row_.filled.push_back(0);
+    } else {
+      FillBytes(column, data);
+    }
+  };
+  // What the copy sent holds where slaves only read is nothing: it says what the master left there.
+  if (access.command != wire::Command::LRD) show(false, access.sent, access.sent_data);
+  if (access.command != wire::Command::LWR) show(true, access.returned, access.returned_data);
+}
+
+bool SignalWriter::Changed() {
+  bool changed = false;
+  for (const std::uint32_t column : row_.filled) {
+    if (shown_[column] == cells_[column]) continue;
+    shown_[column] = cells_[column];
+    changed = true;
+  }
+  return changed;
+}
+
+void SignalWriter::EndRow() {
+  if (!row_.filled.empty()) {
+    dc_seen_ |= learning_ && row_.dc_time;
+    bool show = !learning_;
+    if (show && options_.every > 1) {
+      if (rows_of_kind_.size() >= kMaxKinds) rows_of_kind_.clear();
+      show = rows_of_kind_[row_.kind]++ % options_.every == 0;
+    }
+    if (show && options_.changes) show = Changed();
+    if (show) {
+      bool open = false;
+      for (LineTarget& target : context_->targets) {
+        if (target.format == LineFormat::kJsonLines) {
+          WriteJsonRow(target.output.buffer());
+        } else {
+          WriteCsvRow(target.output.buffer());
+        }
+        target.output.EndLine();
+        open |= !target.output.closed();
+      }
+      if (!open) InterruptFlag() = true;  // nobody reads on
+    }
+    if (!learning_) {
+      for (const std::uint32_t column : row_.filled) cells_[column].content = Content::kAbsent;
+    }
+  }
+  row_.filled.clear();
+  row_.kind = 0;
+  row_.dc_time.reset();
+}
+
+void SignalWriter::WriteHeader(LineTarget& target) {
+  std::string& out = target.output.buffer();
+  if (target.format == LineFormat::kCsv) {
+    out += dc_seen_ ? "time_s,dc_time_ns,frame" : "time_s,frame";
+    for (const SignalColumn& column : columns_.columns()) {
+      out += ',';
+      AppendCsv(out, column.header);
+    }
+    target.output.EndLine();
+    return;
+  }
+  const auto known = [](JsonLine& line, std::string_view key, const auto& value) {
+    if (value) {
+      line.Number(key, *value);
+    } else {
+      line.Null(key);
+    }
+  };
+  const auto text = [](JsonLine& line, std::string_view key, const std::string& value) {
+    if (value.empty()) {
+      line.Null(key);
+    } else {
+      line.Text(key, value);
+    }
+  };
+  for (const SignalColumn& column : columns_.columns()) {
+    JsonLine line(out);
+    line.Text("column", column.header);
+    const bool datagram = column.kind == ColumnKind::kDatagram;
+    line.Text("kind", column.kind == ColumnKind::kSignal         ? "signal"
+                      : column.kind == ColumnKind::kDriveState   ? "drive-state"
+                      : column.kind == ColumnKind::kDriveCommand ? "drive-command"
+                      : datagram                                 ? "datagram"
+                                                                 : "raw");
+    known(line, "slave", column.position);
+    known(line, "station_address", column.station);
+    text(line, "slave_name", column.slave_name);
+    text(line, "direction", datagram ? "" : std::string(DirectionName(column.direction)));
+    if (column.index != 0) {
+      line.Number("pdo", column.pdo);
+      line.Number("index", column.index);
+      line.Number("subindex", column.subindex);
+      line.Number("bits", column.bits);
+      text(line, "type", column.type == mailbox::DataType::kUnknown ? "" : mailbox::Name(column.type));
+      text(line, "unit", column.unit);
+      text(line, "scale", column.scale);
+      AppendJsonNumber(line.Key("divisor"), column.divisor);
+      line.Bool("name_inferred", column.name_inferred);
+    }
+    text(line, "source", datagram ? "" : std::string(model::Name(column.source)));
+    text(line, "reason", column.reason);
+    line.Close();
+    target.output.EndLine();
+  }
+}
+
+void SignalWriter::AppendCell(std::string& out, std::uint32_t number, bool json) {
+  const SignalColumn& column = columns_.columns()[number];
+  const Cell& cell = cells_[number];
+  if (cell.content == Content::kAbsent || cell.content == Content::kUnknown) {
+    if (json) out += "null";
+    return;
+  }
+  std::string text;
+  if (cell.content == Content::kBytes) {
+    if (json) out += '"';
+    AppendHexBytes(out, cell.bytes);
+    if (json) out += '"';
+    return;
+  }
+  if (column.kind == ColumnKind::kSignal) {
+    const signals::SignalValue value = signals::ReadSignal(column.type, column.bits, cell.raw);
+    if (json && std::holds_alternative<double>(value)) {
+      AppendJsonNumber(out, std::get<double>(signals::Scaled(value, column.divisor)));
+    } else {
+      AppendValue(out, signals::Scaled(value, column.divisor));
+    }
+    return;
+  }
+  const device::DriveProfile* drive = drives_[number];
+  const auto word = static_cast<std::uint16_t>(cell.raw);
+  if (drive != nullptr && column.kind == ColumnKind::kDriveState) {
+    if (const auto state = drive->StateOf(word)) text = device::DriveStateName(*state);
+  } else if (drive != nullptr) {
+    text = CommandText(*drive, static_cast<std::uint16_t>(cell.raw >> 16U), word);
+  }
+  if (json && text.empty()) {
+    out += "null";
+  } else if (json) {
+    AppendJsonString(out, text);
+  } else {
+    AppendCsv(out, text);
+  }
+}
+
+void SignalWriter::WriteCsvRow(std::string& out) {
+  if (const auto since = context_->source.SinceStart(row_.frame())) AppendSeconds(out, *since);
+  if (dc_seen_) {
+    out += ',';
+    if (row_.dc_time) AppendNumber(out, *row_.dc_time);
+  }
+  out += ',';
+  AppendNumber(out, row_.frame().number);
+  for (std::uint32_t column = 0; column < cells_.size(); ++column) {
+    out += ',';
+    AppendCell(out, column, false);
+  }
+}
+
+void SignalWriter::WriteJsonRow(std::string& out) {
+  JsonLine line(out);
+  line.Number("frame", row_.frame().number);
+  if (const auto since = context_->source.SinceStart(row_.frame())) {
+    AppendSeconds(line.Key("time_s"), *since);
+  } else {
+    line.Null("time_s");
+  }
+  if (row_.dc_time) {
+    line.Number("dc_time_ns", *row_.dc_time);
+  } else {
+    line.Null("dc_time_ns");
+  }
+  line.Key("values") += '{';
+  bool first = true;
+  for (std::uint32_t column = 0; column < cells_.size(); ++column) {
+    if (cells_[column].content == Content::kAbsent) continue;
+    if (!first) out += ',';
+    first = false;
+    AppendJsonString(out, columns_.columns()[column].header);
+    out += ':';
+    AppendCell(out, column, true);
+  }
+  out += '}';
+  line.Close();
+}
+
+}  // namespace ecaudit::cli

@@ -1,0 +1,111 @@
+/// Writes process data by name: a row for each frame that carries some, a column for each signal.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "analyzers/model/bus_model.h"
+#include "cli/stream/signal_columns.h"
+#include "cli/stream/stream_run.h"
+#include "decoder/track/events.h"
+
+namespace ecaudit::cli {
+
+struct SignalOptions {
+  SignalChoice choice;
+  bool changes = false;     ///< rows only where a value differs from the last one shown
+  std::uint64_t every = 1;  ///< of the rows of each kind of frame, the first of every N
+};
+
+class SignalWriter final : public LineWriter, private track::EventSink, private model::ProcessSink {
+ public:
+  explicit SignalWriter(SignalOptions options) : options_(std::move(options)), columns_(options_.choice) {}
+
+  [[nodiscard]] std::span<const OutputFormat> formats() const override;
+  [[nodiscard]] track::EventSink& events() override { return *this; }
+  /// The columns stand above the first row, so all of them must be known by then.
+  [[nodiscard]] bool learns() const override { return true; }
+  void BeginLearning(const Pipeline& pipeline, const StreamContext& context) override;
+  [[nodiscard]] std::optional<Error> EndLearning(Console& console) override;
+  void Begin(const Pipeline& pipeline, const StreamContext& context) override;
+  void End() override;
+  [[nodiscard]] bool ShowsUnmet(std::span<const SlaveSelector> selectors) const override;
+  /// What comes later says nothing about what was before.
+  [[nodiscard]] bool stops_at_range_end() const override { return true; }
+
+ private:
+  enum class Content : std::uint8_t {
+    kAbsent,   ///< not in this frame
+    kUnknown,  ///< in this frame, but the slave did not give it
+    kNumber,
+    kBytes,
+  };
+  struct Cell {
+    Content content = Content::kAbsent;
+    std::uint64_t raw = 0;
+    std::vector<std::uint8_t> bytes;
+    friend bool operator==(const Cell&, const Cell&) = default;
+  };
+  /// The frame whose row is being put together.
+  struct Row {
+    FrameRef sent, returned;
+    std::uint64_t kind = 0;  ///< of the first datagram with process data; 0: none yet
+    std::optional<std::uint64_t> dc_time;
+    std::vector<std::uint32_t> filled;  ///< columns, in the order in which they were
+
+    [[nodiscard]] const FrameRef& frame() const { return returned.seen() ? returned : sent; }
+  };
+
+  using model::ProcessSink::On;
+  using track::EventSink::On;
+  void On(const track::SlaveFound& event) override { model_->Apply(event); }
+  void On(const track::AddressAssigned& event) override { model_->Apply(event); }
+  void On(const track::IdentityLearned& event) override { model_->Apply(event); }
+  void On(const track::EepromRead& event) override { model_->Apply(event); }
+  void On(const track::EepromWrite& event) override { model_->Apply(event); }
+  void On(const mailbox::SdoTransfer& event) override { model_->Apply(event); }
+  void On(const mailbox::SdoInfo& event) override { model_->Apply(event); }
+  void On(const track::LogicalAccess& access) override;
+  void OnAccess(const track::SlaveAccess& access) override;
+  void On(const model::ProcessCycle& cycle) override;
+
+  void SayWhatIsOdd(Console& console) const;
+  void BeginPass(const Pipeline& pipeline, const StreamContext& context);
+  /// False when the frame is not to be shown.
+  bool EnterRow(const FrameRef& sent, const FrameRef& returned);
+  void EndRow();
+  [[nodiscard]] bool Changed();
+  Cell& Fill(std::uint32_t column);
+  void FillBytes(std::uint32_t column, ByteSpan bytes);
+  void ShowDatagram(const track::LogicalAccess& access);
+  [[nodiscard]] std::string WhyUnknown() const;
+  void WriteHeader(LineTarget& target);
+  void WriteCsvRow(std::string& out);
+  void WriteJsonRow(std::string& out);
+  void AppendCell(std::string& out, std::uint32_t column, bool json);
+
+  SignalOptions options_;
+  SignalColumns columns_;
+  bool learning_ = false;
+  bool dc_seen_ = false;  ///< a frame carries both process data and the time of the reference clock
+
+  // Of the pass under way.
+  const Pipeline* pipeline_ = nullptr;
+  const StreamContext* context_ = nullptr;
+  model::ModelSink no_model_events_;
+  AnalysisOptions model_options_;
+  std::unique_ptr<model::BusModel> model_;
+  Row row_;
+  std::vector<Cell> cells_;
+  std::vector<Cell> shown_;                          ///< as last written, for --changes
+  std::vector<const device::DriveProfile*> drives_;  ///< of state and command columns
+  std::vector<std::uint8_t> scratch_;
+  std::unordered_map<std::uint64_t, std::uint64_t> rows_of_kind_;
+  std::uint64_t rows_written_ = 0;
+};
+
+}  // namespace ecaudit::cli
