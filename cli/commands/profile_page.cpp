@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "cli/commands/profile_details.h"
 #include "cli/commands/profile_process.h"
 #include "cli/report/layout.h"
 #include "decoder/base/text.h"
@@ -137,7 +138,7 @@ void AppendRegisters(const device::DeviceDescription& profile, report::TextBuild
 
 }  // namespace
 
-std::string ProfileText(const device::DeviceDescription& profile, bool color) {
+std::string ProfileText(const device::DeviceDescription& profile, bool full, bool color) {
   report::TextBuilder text(color);
   text.Line(text.Styled(profile.id, Style::kBold) + ": " + OneLine(profile.title));
   text.Line();
@@ -150,6 +151,7 @@ std::string ProfileText(const device::DeviceDescription& profile, bool color) {
   AppendTransitions(profile.al, text);
   AppendStatusCodes(profile.al, text);
   AppendProcessSections(profile, text);
+  AppendDetailSections(profile, full, text);
   AppendRegisters(profile, text);
   return text.Take();
 }

@@ -4,32 +4,17 @@
 #include <string_view>
 #include <vector>
 
+#include "cli/commands/profile_rows.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/al.h"
 
 namespace ecaudit::cli {
 namespace {
 
+using profile_page::Heading;
+using profile_page::Row;
 using report::OneLine;
-using report::Padded;
-using report::Style;
 using report::TextBuilder;
-
-void Heading(std::string_view heading, std::string_view remark, TextBuilder& text) {
-  text.Line();
-  std::string line = text.Styled(heading, Style::kBold);
-  if (!remark.empty()) line += " (" + std::string(remark) + ")";
-  text.Line(line);
-}
-
-/// One row: a name, what is known, and where it says so.
-void Row(std::string_view name, std::string about, const std::string& note, const std::string& source,
-         TextBuilder& text) {
-  constexpr std::size_t kNameColumns = 26;
-  if (!note.empty()) about += "; " + OneLine(note);
-  if (!source.empty()) about += " [" + OneLine(source) + "]";
-  text.Paragraph(Padded(name, kNameColumns) + about, 2, 2 + kNameColumns);
-}
 
 /// A row for a sourced number, nothing when the profile does not have it.
 template <typename T, typename Format>

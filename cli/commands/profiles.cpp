@@ -60,6 +60,7 @@ class ProfilesCommand : public Command {
 
   void Declare(OptionSet& options) override {
     options.Argument("NAME", name_, "a profile; without it all are listed", false);
+    options.Flag("--full", full_, "also each object, emergency code and bit");
     output_.Declare(options);
   }
 
@@ -73,12 +74,13 @@ class ProfilesCommand : public Command {
       return ExitStatus::kUsage;
     }
     return output_.Print(
-        console, [profile](bool color) { return ProfileText(*profile, color); },
+        console, [this, profile](bool color) { return ProfileText(*profile, full_, color); },
         [profile] { return ProfileJson(*profile); });
   }
 
  private:
   std::optional<std::string> name_;
+  bool full_ = false;
   CatalogueOutput output_;
 };
 

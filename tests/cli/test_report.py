@@ -1,8 +1,10 @@
 """Reports: formats, files, judgement."""
+import csv
 import json
 import os
 import pathlib
 import pty
+import re
 import shutil
 import subprocess
 import unittest
@@ -298,6 +300,32 @@ class Profiles(CliTest):
             self.assertEqual(profile["files"][0]["id"], name)
             self.assertEqual(profile["files"][-1]["id"], "generic")
             self.assertIn("INIT -> PREOP", page.out)
+
+    @unittest.skipUnless((SHARED / "reference").is_dir(), "the tables of the manuals are not here")
+    def test_full_page_holds_every_row_of_the_manuals(self):
+        page = self.run_program("profiles", "kollmorgen-mkd-n", "--full").out
+        flat = re.sub(r"\s+", " ", page)
+        with open(SHARED / "reference" / "object_dictionary_mkd_n.csv", newline="") as table:
+            objects = list(csv.DictReader(table))
+        self.assertGreater(len(objects), 700)
+        for row in objects:
+            self.assertIn(row["index"], flat)
+        keys = {"fbus_params": lambda r: r["parameter"], "eeprom": lambda r: r["key"],
+                "emcy_codes": lambda r: r["error_code"].lower()}
+        for name, key in keys.items():
+            with open(SHARED / "reference" / f"{name}.csv", newline="") as table:
+                rows = [r for r in csv.DictReader(table) if r["family"] in ("mkd", "mkd_n", "mkd-drive")]
+            self.assertTrue(rows, name)
+            for row in rows:
+                self.assertIn(key(row), flat)
+        self.assertIn("Fieldbus parameters", page)
+        self.assertIn("EEPROM", page)
+        self.assertIn("Emergency codes", page)
+        # What is long stands there only when asked for.
+        short = self.run_program("profiles", "kollmorgen-mkd-n").out
+        self.assertIn("Fieldbus parameters", short)
+        self.assertNotIn("Emergency codes\n", short)
+        self.assertLess(len(short), len(page) / 3)
 
     def test_unknown(self):
         self.assertEqual(self.one_error("profiles", "genric"), "unknown profile 'genric' (did you mean 'generic'?)")
