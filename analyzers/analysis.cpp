@@ -7,16 +7,16 @@
 #include "analyzers/core/rule.h"
 #include "analyzers/model/bus_model.h"
 #include "analyzers/stats/al_history.h"
-#include "analyzers/stats/cycle_statistics.h"
 #include "analyzers/stats/prediction_statistics.h"
 #include "analyzers/stats/summary.h"
+#include "analyzers/sync/sync_model.h"
 #include "decoder/pipeline.h"
 
 namespace ecaudit {
 namespace {
 
 /// Hands each event to the rules that subscribed to it, then to the model; and each model event to the rules.
-class Dispatcher final : public track::EventSink, public model::ModelSink {
+class Dispatcher final : public track::EventSink, public model::ModelSink, public FrameObserver {
  public:
   explicit Dispatcher(const std::vector<std::unique_ptr<Rule>>& rules, const FindingStore& store) {
     for (const auto& rule : rules) {
@@ -28,7 +28,9 @@ class Dispatcher final : public track::EventSink, public model::ModelSink {
   void SetContext(const RuleContext& context) { context_ = &context; }
   [[nodiscard]] const PredictionSummary& predictions() const { return predictions_.summary(); }
   void SetHistory(AlHistory& history) { history_ = &history; }
-  [[nodiscard]] CycleSummary cycle() const { return cycle_.Summary(); }
+  void SetSync(sync::SyncModel& sync) { sync_ = &sync; }
+
+  void OnFrame(const wire::FrameView& frame, bus::Direction direction) override { sync_->OnFrame(frame, direction); }
 
   void On(const track::SlaveFound& e) override {
     model_->Apply(e);  // first: rules look the slave up
@@ -51,11 +53,14 @@ class Dispatcher final : public track::EventSink, public model::ModelSink {
   }
   void On(const track::AlStateForgotten& e) override { RulesThenModel(Topic::kAlStateForgotten, e); }
   void On(const track::LogicalAccess& e) override {
-    cycle_.On(e);
+    sync_->On(e);
     predictions_.On(e, *model_);
     ToRules(Topic::kLogicalAccess, e);
   }
-  void On(const track::Answered& e) override { ToRules(Topic::kAnswered, e); }
+  void On(const track::Answered& e) override {
+    sync_->On(e);
+    ToRules(Topic::kAnswered, e);
+  }
   void On(const track::FrameLost& e) override { ToRules(Topic::kFrameLost, e); }
   void On(const track::FrameDuplicated& e) override { ToRules(Topic::kFrameDuplicated, e); }
   void On(const track::FrameUnusable& e) override { ToRules(Topic::kFrameUnusable, e); }
@@ -72,6 +77,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink {
   void OnAccess(const track::SlaveAccess& e) override {
     for (Rule* rule : Listeners(Topic::kAccess)) rule->OnAccess(e);
     model_->Apply(e);
+    sync_->OnAccess(e);
   }
   void OnAlRequestSent(SlaveId slave, const FrameRef& frame, esc::AlWord control) override {
     model_->ApplyAlRequestSent(slave, frame, control);
@@ -86,14 +92,21 @@ class Dispatcher final : public track::EventSink, public model::ModelSink {
   void On(const model::AlChangedByItself& e) override {
     predictions_.On(e);
     ToRules(Topic::kAlChangedByItself, e);
+    sync_->On(e);
   }
-  void On(const model::AlErrorCode& e) override { ToRules(Topic::kAlErrorCode, e); }
+  void On(const model::AlErrorCode& e) override {
+    ToRules(Topic::kAlErrorCode, e);
+    sync_->On(e);
+  }
   void On(const model::AlErrorCleared& e) override { ToRules(Topic::kAlErrorCleared, e); }
   void On(const model::AlOverdue& e) override {
     predictions_.On(e);
     ToRules(Topic::kAlOverdue, e);
   }
   void On(const model::Predicted& e) override { predictions_.On(e); }
+  void On(const model::SyncSwitchedOn& e) override { ToRules(Topic::kSyncSwitchedOn, e); }
+  void On(const model::OutputGap& e) override { ToRules(Topic::kOutputGap, e); }
+  void On(const model::SyncSlotMiss& e) override { ToRules(Topic::kSyncSlotMiss, e); }
 
  private:
   [[nodiscard]] const std::vector<Rule*>& Listeners(Topic topic) const {
@@ -114,7 +127,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink {
   const RuleContext* context_ = nullptr;
   AlHistory* history_ = nullptr;
   PredictionStatistics predictions_;
-  CycleStatistics cycle_;
+  sync::SyncModel* sync_ = nullptr;
 };
 
 /// By first frame; a cause stands before what it causes, even where it was seen later. Indices in caused_by follow.
@@ -158,15 +171,18 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
   FindingStore store(options.rules);
   const std::vector<std::unique_ptr<Rule>> rules = MakeAllRules();
   Dispatcher dispatcher(rules, store);
-  Pipeline pipeline(dispatcher);
+  Pipeline pipeline(dispatcher, &dispatcher);
   model::BusModel model(pipeline.network(), options, dispatcher);
   AlHistory history;
+  sync::SyncModel sync(model, pipeline, dispatcher);
   dispatcher.SetModel(model);
+  dispatcher.SetSync(sync);
   dispatcher.SetHistory(history);
   RuleContext context(store, model, options);
   dispatcher.SetContext(context);
   context.pipeline = &pipeline;
   context.source = &source;
+  context.sync = &sync;
   for (const auto& rule : rules) rule->Attach(context);
 
   PipelineOptions pipeline_options;
@@ -177,13 +193,16 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
   pipeline_options.stop = options.stop;
   pipeline_options.progress = options.progress;
   pipeline.Run(source, pipeline_options);
+  sync.Finish();
   for (const auto& rule : rules) {
     if (!store.IsOff(rule->info())) rule->Finish();
   }
   store.FoldNotEvaluable(model.size());
 
   AnalysisResult result = Summarise(source, pipeline, model, history);
-  result.bus.cycle = dispatcher.cycle();
+  result.bus.cycle = sync.SummariseCycle();
+  result.bus.dc = sync.SummariseBus();
+  for (SlaveSummary& slave : result.slaves) slave.dc = sync.Summarise(slave.id);
   result.bus.predictions = dispatcher.predictions();
   result.findings = std::move(store.findings());
   SortFindings(result.findings);

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "analyzers/core/cycle_summary.h"
+#include "analyzers/core/dc_summary.h"
 #include "analyzers/core/finding.h"
 #include "decoder/base/ids.h"
 #include "decoder/capture/frame_source.h"
@@ -43,12 +45,6 @@ struct CaptureSummary {
   bool complete = true;  ///< false: damaged file, or the analysis was stopped early
 };
 
-struct CycleSummary {
-  std::uint64_t cycles = 0;  ///< intervals measured; 0: no cyclic process data
-  double mean_us = 0, min_us = 0, max_us = 0, stddev_us = 0;
-  std::string time_source;  ///< "dc", "capture", "esl"; empty when cycles is 0
-};
-
 /// How often the slave models foretold something, and how often it came true.
 struct PredictionCount {
   static constexpr std::size_t kMaxDeviations = 16;
@@ -66,6 +62,7 @@ struct PredictionSummary {
 struct BusSummary {
   std::optional<std::uint16_t> slave_count;  ///< as the last broadcast showed
   CycleSummary cycle;
+  BusDcSummary dc;
   std::uint64_t lost_frames = 0;
   std::uint64_t duplicated_frames = 0;
   std::uint64_t unanswered_at_end = 0;  ///< outbound frames still under way when the capture ends
@@ -158,6 +155,7 @@ struct SlaveSummary {
   std::vector<FmmuSummary> fmmus;                 ///< likewise
   PdoSummary rx_pdo;                              ///< master to slave
   PdoSummary tx_pdo;                              ///< slave to master
+  std::optional<DcSummary> dc;                    ///< unset when nothing was seen of its distributed clocks
 };
 
 struct AnalysisResult {

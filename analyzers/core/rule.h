@@ -27,6 +27,9 @@ namespace model {
 class BusModel;
 struct SlaveModel;
 }  // namespace model
+namespace sync {
+class SyncModel;
+}  // namespace sync
 
 /// What an event stream can be subscribed to. One entry an event type.
 enum class Topic : std::uint8_t {
@@ -57,6 +60,9 @@ enum class Topic : std::uint8_t {
   kAlErrorCode,
   kAlErrorCleared,
   kAlOverdue,
+  kSyncSwitchedOn,
+  kOutputGap,
+  kSyncSlotMiss,
   kCount
 };
 
@@ -71,6 +77,7 @@ class RuleContext {
   const AnalysisOptions& options;
   const Pipeline* pipeline = nullptr;  ///< statistics; complete in Rule::Finish()
   const capture::FrameSource* source = nullptr;
+  const sync::SyncModel* sync = nullptr;  ///< clocks and cycles; never null while rules run
 
   /// Names the finding that explains why the slave cannot do what the request in this frame asks for.
   void ExplainRequest(SlaveId slave, FrameNo request, FindingIndex finding);

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "cli/report/sync_json.h"
 #include "cli/report/times.h"
 #include "cli/report/wireshark_filter.h"
 #include "decoder/base/text.h"
@@ -153,16 +154,10 @@ class CaptureWriter {
 
   [[nodiscard]] Json Bus() const {
     const BusSummary& b = result_.bus;
-    const CycleSummary& c = b.cycle;
-    const auto measured = [&c](double value) { return c.cycles == 0 ? Json(nullptr) : Json(value); };
     Json json;
     json["slave_count"] = OrNull(b.slave_count);
-    json["cycle"] = {{"cycles", c.cycles},
-                     {"mean_us", measured(c.mean_us)},
-                     {"min_us", measured(c.min_us)},
-                     {"max_us", measured(c.max_us)},
-                     {"stddev_us", measured(c.stddev_us)},
-                     {"time_source", TextOrNull(c.time_source)}};
+    json["cycle"] = CycleJson(b.cycle);
+    json["dc"] = BusDcJson(result_);
     json["lost_frames"] = b.lost_frames;
     json["duplicated_frames"] = b.duplicated_frames;
     json["unanswered_at_end"] = b.unanswered_at_end;
@@ -191,6 +186,7 @@ class CaptureWriter {
     json["profile"] = TextOrNull(s.profile);
     json["profile_source"] = TextOrNull(s.profile_source);
     json["al"] = Al(s);
+    if (s.dc) json["dc"] = DcJson(result_, s);
     json["sync_managers"] = Json::array();
     for (const SyncManagerSummary& manager : s.sync_managers) json["sync_managers"].push_back(SyncManager(manager));
     json["fmmus"] = Json::array();

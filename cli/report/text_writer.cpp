@@ -206,6 +206,7 @@ class CaptureText {
       text_.Field("profile", profile, 5);
     }
     text_.Field("AL states", Story(s), 5);
+    if (s.dc) text_.Field("clocks", DcText(*s.dc), 5);
     ProcessData("outputs", s.rx_pdo, 2, s);
     ProcessData("inputs", s.tx_pdo, 3, s);
   }
@@ -240,6 +241,38 @@ class CaptureText {
       ++told;
     }
     text_.Field(label, text, 5);
+  }
+
+  /// "delay 300 ns, offset 29229 ns; SYNC0 every 1 ms since #2528, frames 491.0 to 960.7 us behind it"
+  [[nodiscard]] static std::string DcText(const DcSummary& dc) {
+    std::vector<std::string> parts;
+    if (dc.reference) parts.emplace_back("reference clock");
+    if (dc.delay_ns) parts.push_back("delay " + std::to_string(*dc.delay_ns) + " ns");
+    if (dc.offset_ns) parts.push_back("offset " + std::to_string(*dc.offset_ns) + " ns");
+    if (dc.difference_reads > 0) {
+      parts.push_back("difference " + std::to_string(dc.difference_last_ns) + " ns (at most " +
+                      std::to_string(dc.difference_max_ns) + ")");
+    }
+    if (dc.activated.seen() && dc.sync0_cycle_ns) {
+      std::string sync =
+          "SYNC0 every " + Duration(*dc.sync0_cycle_ns) + " from #" + std::to_string(dc.activated.number);
+      if (dc.activation && (*dc.activation & 1U) == 0) sync += ", off at the end";
+      parts.push_back(std::move(sync));
+    }
+    if (dc.phase) {
+      const SyncPhase& p = *dc.phase;
+      std::string phase = "in OP frames " + Fixed(p.min_us, 1) + " to " + Fixed(p.max_us, 1) +
+                          " us behind SYNC0 (mean " + Fixed(p.mean_us, 1) + ", nearest " + Fixed(p.margin_us, 1) +
+                          " us in #" + std::to_string(p.margin_frame.number) + ")";
+      if (p.empty_intervals + p.double_intervals > 0) {
+        phase += ", " + Count(p.empty_intervals, "interval") + " without and " + Grouped(p.double_intervals) +
+                 " with two frames";
+      }
+      parts.push_back(std::move(phase));
+    }
+    std::string text;
+    for (const std::string& part : parts) text += (text.empty() ? "" : "; ") + part;
+    return text.empty() ? "receive times only" : text;
   }
 
   /// "PREOP #400 at 0.399 s", not broken over lines.
@@ -495,7 +528,9 @@ class CaptureText {
     if (b.cycle.cycles > 0) {
       text += ", " + Count(b.cycle.cycles, "cycle") + " of " + Fixed(b.cycle.mean_us, 1) + " us (" +
               Fixed(b.cycle.min_us, 1) + " to " + Fixed(b.cycle.max_us, 1) + ", deviation " +
-              Fixed(b.cycle.stddev_us, 1) + "; by " + Printable(b.cycle.time_source) + " time)";
+              Fixed(b.cycle.stddev_us, 1) + ", median " + Fixed(b.cycle.median_us, 1);
+      if (b.cycle.missing > 0) text += ", " + Count(b.cycle.missing, "cycle") + " missing";
+      text += "; by " + Printable(b.cycle.time_source) + " time)";
     }
     return text;
   }

@@ -1,0 +1,80 @@
+#include "analyzers/sync/dc_clock.h"
+
+#include <algorithm>
+
+#include "decoder/base/time.h"
+
+namespace ecaudit::sync {
+namespace {
+
+constexpr EscAddress kSystemTime = 0x0910;
+constexpr std::uint64_t kWrap = std::uint64_t{1} << 32U;
+constexpr TimeNs kTooLongFor32Bit = 4'000'000'000;
+
+}  // namespace
+
+std::optional<DcTime> DcClock::On(const track::Answered& answer) {
+  const bool distributes = answer.command == wire::Command::ARMW || answer.command == wire::Command::FRMW;
+  const bool reads = answer.command == wire::Command::APRD || answer.command == wire::Command::FPRD;
+  // A broadcast that one slave answered holds the time of that one.
+  const bool of_one = answer.command == wire::Command::BRD && answer.wkc == 1;
+  if ((!distributes && !reads && !of_one) || answer.wkc == 0 || answer.circulating) return std::nullopt;
+  if (answer.address > kSystemTime) return std::nullopt;
+  const auto at = static_cast<std::size_t>(kSystemTime - answer.address);
+  const ByteSpan data = Slice(answer.returned_data, at, 8);
+  if (data.size() < 4) return std::nullopt;
+  if (reads && answer.wkc != 1) return std::nullopt;
+  if (distributes) {
+    // Slaves that only write count as well: unless the data changed, the reference itself did not answer.
+    const ByteSpan sent = Slice(answer.sent_data, at, 8);
+    if (std::equal(sent.begin(), sent.end(), data.begin(), data.end())) return std::nullopt;
+    if (distributions_++ == 0) first_distribution_ = answer.returned;
+    if (last_distribution_.has_time && answer.returned.has_time) {
+      const TimeNs gap = Elapsed(last_distribution_.time, answer.returned.time);
+      if (gap > longest_gap_) {
+        longest_gap_ = gap;
+        longest_gap_end_ = answer.returned;
+      }
+    }
+    last_distribution_ = answer.returned;
+  }
+  const bool first = samples_ == 0;
+  if (first || (distributes && (!distributed_ || answer.slave != reference_))) {
+    if (!first && answer.slave != reference_) WasSet(reference_);
+    reference_ = answer.slave;
+    distributed_ = distributed_ || distributes;
+  } else if (answer.slave != reference_) {
+    return std::nullopt;
+  }
+
+  const bool eight = data.size() == 8;
+  const std::uint64_t raw = eight ? LittleEndian<std::uint64_t>(data, 0) : LittleEndian<std::uint32_t>(data, 0);
+  if (raw == 0) return std::nullopt;
+  if (eight && raw >= kWrap) wide_ = true;
+  DcTime time{raw, epoch_};
+  if (last_ && last_->epoch == epoch_) {
+    const bool full = eight && (wide_ || raw > last_->ns);
+    if (!full) {
+      if (last_frame_.has_time && answer.returned.has_time &&
+          Elapsed(last_frame_.time, answer.returned.time) > kTooLongFor32Bit) {
+        ++epoch_;
+        time = {raw, epoch_};
+      } else {
+        time.ns = last_->ns +
+                  static_cast<std::uint32_t>(static_cast<std::uint32_t>(raw) - static_cast<std::uint32_t>(last_->ns));
+      }
+    } else if (raw <= last_->ns) {
+      time.epoch = ++epoch_;  // set back by something that is not in the capture
+    }
+  }
+  last_ = time;
+  last_frame_ = answer.returned;
+  ++samples_;
+  return time;
+}
+
+void DcClock::WasSet(SlaveId slave) {
+  if (slave == reference_) ++epoch_;
+}
+
+}  // namespace ecaudit::sync

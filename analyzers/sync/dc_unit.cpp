@@ -1,0 +1,174 @@
+#include "analyzers/sync/dc_unit.h"
+
+#include <algorithm>
+
+namespace ecaudit::sync {
+namespace {
+
+constexpr EscAddress kFirst = 0x0900;
+constexpr EscAddress kEnd = 0x0A00;
+constexpr EscAddress kReceiveTimes = 0x0900;
+constexpr EscAddress kSystemTime = 0x0910;
+constexpr EscAddress kReceiveTimeCore = 0x0918;
+constexpr EscAddress kOffset = 0x0920;
+constexpr EscAddress kDelay = 0x0928;
+constexpr EscAddress kDifference = 0x092C;
+constexpr EscAddress kSpeedStart = 0x0930;
+constexpr EscAddress kSpeedDifference = 0x0932;
+constexpr EscAddress kAssignment = 0x0980;
+constexpr EscAddress kActivation = 0x0981;
+constexpr EscAddress kStart = 0x0990;
+constexpr EscAddress kSync0Cycle = 0x09A0;
+constexpr EscAddress kSync1Cycle = 0x09A4;
+constexpr EscAddress kLatchControl = 0x09A8;
+constexpr EscAddress kLatchStatus = 0x09AE;
+constexpr EscAddress kLatchTimes = 0x09B0;
+
+bool Overlaps(const track::SlaveAccess& access, std::size_t length, EscAddress address, std::size_t bytes) {
+  return access.address < address + bytes && access.address + length > address;
+}
+
+}  // namespace
+
+void DcUnit::Remember(const track::SlaveAccess& access) {
+  if (steps_.size() >= kMaxSteps) {
+    ++steps_left_out_;
+    return;
+  }
+  if (steps_.empty()) steps_.reserve(kMaxSteps);  // then nothing is allocated any more
+  DcStep step;
+  step.frame = access.frame();
+  step.address = access.address;
+  step.length = static_cast<std::uint16_t>(access.written.size());
+  for (std::size_t i = 0; i < std::min<std::size_t>(access.written.size(), 8); ++i) {
+    step.value |= std::uint64_t{access.written[i]} << (8 * i);
+  }
+  step.broadcast = access.broadcast;
+  step.refused = access.acceptance == track::Acceptance::kRefused;
+  steps_.push_back(step);
+}
+
+DcUnit::Change DcUnit::On(const track::SlaveAccess& access, const esc::RegisterImage& registers) {
+  const std::size_t length = std::max(access.written.size(), access.read.size());
+  if (access.address >= kEnd || access.address + length <= kFirst) return Change::kNone;
+  const bool distributes = access.command == wire::Command::ARMW || access.command == wire::Command::FRMW;
+  // The receive times are latched by any write to them: nothing is configured by it.
+  if (!access.written.empty() && !distributes && !(access.address == kReceiveTimes && access.written.size() <= 16)) {
+    Remember(access);
+  }
+  if (!access.done()) {
+    if (!access.written.empty() && access.acceptance == track::Acceptance::kUnknown &&
+        Overlaps(access, access.written.size(), kActivation, 1)) {
+      activation_.reset();
+      active_.reset();
+    }
+    return Change::kNone;
+  }
+  if (!access.broadcast && length > 0 && access.address + length > kSystemTime) present_ = true;
+
+  if (!access.read.empty() && !access.broadcast) {
+    for (std::size_t port = 0; port < receive_times_.size(); ++port) {
+      const ByteSpan time = access.Covered(access.read, static_cast<EscAddress>(kReceiveTimes + 4 * port), 4);
+      if (time.empty()) continue;
+      receive_times_[port] = LittleEndian<std::uint32_t>(time, 0);
+      latched_ = access.frame();
+    }
+    if (const ByteSpan core = access.Covered(access.read, kReceiveTimeCore, 8); !core.empty()) {
+      receive_time_core_ = LittleEndian<std::uint64_t>(core, 0);
+    }
+    if (const ByteSpan wide = access.Covered(access.read, kSystemTime, 8); !wide.empty()) {
+      own_time_ = LittleEndian<std::uint64_t>(wide, 0);
+      own_time_wide_ = true;
+      own_time_frame_ = access.frame();
+    } else if (const ByteSpan low = access.Covered(access.read, kSystemTime, 4); !low.empty()) {
+      own_time_ = LittleEndian<std::uint32_t>(low, 0);
+      own_time_wide_ = false;
+      own_time_frame_ = access.frame();
+    }
+    if (const ByteSpan raw = access.Covered(access.read, kDifference, 4); !raw.empty()) {
+      difference_last_ = esc::TimeDifference{LittleEndian<std::uint32_t>(raw, 0)}.magnitude_ns();
+      if (difference_reads_++ == 0 || difference_last_ > difference_max_) {
+        difference_max_ = difference_last_;
+        difference_max_frame_ = access.frame();
+      }
+    }
+  }
+  if (!access.written.empty() && !distributes) {
+    if (Overlaps(access, access.written.size(), kOffset, 12)) {
+      adjusted_ = adjusted_ || !access.broadcast;
+      own_time_.reset();  // taken before the clock was set
+    }
+    if (Overlaps(access, access.written.size(), kSystemTime, 8)) own_time_.reset();
+    if (Overlaps(access, access.written.size(), kSync0Cycle, 4)) {
+      const auto cycle = registers.Value<std::uint32_t>(kSync0Cycle);
+      cycle_configured_ = cycle && *cycle != 0 && !access.broadcast ? access.frame() : FrameRef{};
+    }
+  }
+
+  ByteSpan activation = access.Covered(access.written, kActivation, 1);
+  const bool written = !activation.empty() && !distributes;
+  if (activation.empty() && !access.broadcast) activation = access.Covered(access.read, kActivation, 1);
+  if (activation.empty()) return Change::kNone;
+  const esc::SyncActivation now{activation[0]};
+  const bool was_active = activation_ && activation_->active();
+  was_known_ = activation_.has_value();
+  activation_ = now;
+  if (!now.active()) {
+    active_.reset();
+    return was_active && written ? Change::kSwitchedOff : Change::kNone;
+  }
+  if (was_active) return Change::kNone;
+  SyncSettings settings;
+  settings.frame = access.frame();
+  settings.activation = now;
+  if (const auto wide = registers.Value<std::uint64_t>(kStart)) {
+    settings.start_ns = *wide;
+    settings.start_is_64_bit = true;
+  } else if (const auto low = registers.Value<std::uint32_t>(kStart)) {
+    settings.start_ns = *low;
+  }
+  settings.sync0_cycle_ns = registers.Value<std::uint32_t>(kSync0Cycle);
+  settings.sync1_cycle_ns = registers.Value<std::uint32_t>(kSync1Cycle);
+  active_ = settings;
+  last_active_ = settings;
+  return written ? Change::kSwitchedOn : Change::kNone;
+}
+
+DcSummary DcUnit::Summary(const esc::RegisterImage& registers) const {
+  DcSummary s;
+  s.receive_times_ns = receive_times_;
+  s.receive_time_core_ns = receive_time_core_;
+  s.latched_frame = latched_.number;
+  if (const auto offset = registers.Value<std::uint64_t>(kOffset)) s.offset_ns = static_cast<std::int64_t>(*offset);
+  s.delay_ns = registers.Value<std::uint32_t>(kDelay);
+  s.difference_reads = difference_reads_;
+  s.difference_last_ns = difference_last_;
+  s.difference_max_ns = difference_max_;
+  s.difference_max_frame = difference_max_frame_.number;
+  if (const auto start = registers.Value<std::uint16_t>(kSpeedStart))
+    s.speed_counter_start = esc::SpeedCounterStart(*start);
+  if (const auto difference = registers.Value<std::uint16_t>(kSpeedDifference)) {
+    s.speed_counter_difference = esc::SpeedCounterDifference(*difference);
+  }
+  s.assignment = registers.Value<std::uint8_t>(kAssignment);
+  if (activation_) s.activation = activation_->raw;
+  if (last_active_) {
+    s.activated = last_active_->frame;
+    s.activated_with = last_active_->activation.raw;
+    s.start_time_ns = last_active_->start_ns;
+    s.sync0_cycle_ns = last_active_->sync0_cycle_ns;
+    s.sync1_cycle_ns = last_active_->sync1_cycle_ns;
+  }
+  for (std::size_t i = 0; i < 2; ++i) {
+    s.latch_control[i] = registers.Value<std::uint8_t>(static_cast<EscAddress>(kLatchControl + i));
+    s.latch_status[i] = registers.Value<std::uint8_t>(static_cast<EscAddress>(kLatchStatus + i));
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    s.latch_times_ns[i] = registers.Value<std::uint64_t>(static_cast<EscAddress>(kLatchTimes + 8 * i));
+  }
+  s.configuration = steps_;
+  s.configuration_left_out = steps_left_out_;
+  return s;
+}
+
+}  // namespace ecaudit::sync

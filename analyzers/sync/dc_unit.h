@@ -1,0 +1,86 @@
+/// in: accesses to the distributed-clock unit 0x0900-0x09FF of one slave.  out: how it is set up (esc-reference 10).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "analyzers/core/dc_summary.h"
+#include "decoder/esc/dc_registers.h"
+#include "decoder/esc/register_image.h"
+#include "decoder/track/access.h"
+
+namespace ecaudit::sync {
+
+/// The SYNC unit as it stood when it was switched on.
+struct SyncSettings {
+  FrameRef frame;
+  esc::SyncActivation activation;
+  std::optional<std::uint64_t> start_ns;  ///< 0x0990; the low half only where the upper one was never written
+  bool start_is_64_bit = false;
+  std::optional<std::uint32_t> sync0_cycle_ns, sync1_cycle_ns;
+};
+
+class DcUnit {
+ public:
+  /// Later steps are counted only.
+  static constexpr std::size_t kMaxSteps = 64;
+
+  enum class Change : std::uint8_t { kNone, kSwitchedOn, kSwitchedOff };
+
+  /// @param registers the slave's registers, this access included
+  /// @return whether the SYNC unit was switched on or off by it
+  Change On(const track::SlaveAccess& access, const esc::RegisterImage& registers);
+
+  /// Some register of the unit was read or written by the slave's own address, and it took part.
+  [[nodiscard]] bool present() const { return present_; }
+  /// 0x0981; unset while nothing shows it.
+  [[nodiscard]] const std::optional<esc::SyncActivation>& activation() const { return activation_; }
+  /// Before the last change of 0x0981: whether it was known.
+  [[nodiscard]] bool activation_was_known() const { return was_known_; }
+  /// Set while SYNC0 or SYNC1 is being generated.
+  [[nodiscard]] const std::optional<SyncSettings>& active() const { return active_; }
+  /// The settings of the last time it was on.
+  [[nodiscard]] const std::optional<SyncSettings>& last_active() const { return last_active_; }
+  /// SYNC0 cycle written by this slave's own address: frame; seen() false when it never was, or was set to 0 since.
+  [[nodiscard]] const FrameRef& cycle_configured() const { return cycle_configured_; }
+  /// Last own read of the system time, and its frame.
+  [[nodiscard]] const std::optional<std::uint64_t>& own_time() const { return own_time_; }
+  [[nodiscard]] bool own_time_is_64_bit() const { return own_time_wide_; }
+  [[nodiscard]] const FrameRef& own_time_frame() const { return own_time_frame_; }
+  /// Offset or delay was written by the slave's own address.
+  [[nodiscard]] bool adjusted() const { return adjusted_; }
+
+  /// Magnitude of 0x092C as it was read last.
+  [[nodiscard]] std::optional<std::uint32_t> last_difference_ns() const {
+    return difference_reads_ > 0 ? std::optional(difference_last_) : std::nullopt;
+  }
+  /// Something of the unit was read or configured by the slave's own address.
+  [[nodiscard]] bool touched() const { return present_ || latched_.seen() || last_active_; }
+
+  [[nodiscard]] DcSummary Summary(const esc::RegisterImage& registers) const;
+
+ private:
+  void Remember(const track::SlaveAccess& access);
+
+  bool present_ = false;
+  bool adjusted_ = false;
+  bool was_known_ = false;
+  std::optional<esc::SyncActivation> activation_;
+  std::optional<SyncSettings> active_, last_active_;
+  FrameRef cycle_configured_;
+  std::optional<std::uint64_t> own_time_;
+  bool own_time_wide_ = false;
+  FrameRef own_time_frame_;
+  std::array<std::optional<std::uint32_t>, 4> receive_times_;
+  std::optional<std::uint64_t> receive_time_core_;
+  FrameRef latched_;
+  std::uint64_t difference_reads_ = 0;
+  std::uint32_t difference_last_ = 0, difference_max_ = 0;
+  FrameRef difference_max_frame_;
+  std::vector<DcStep> steps_;
+  std::uint64_t steps_left_out_ = 0;
+};
+
+}  // namespace ecaudit::sync

@@ -1,0 +1,481 @@
+#include "analyzers/sync/sync_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ecaudit::sync {
+namespace {
+
+constexpr EscAddress kWatchdogDivider = 0x0400;
+constexpr EscAddress kProcessWatchdog = 0x0420;
+constexpr EscAddress kSystemTime = 0x0910;
+constexpr EscAddress kOffset = 0x0920;
+constexpr EscAddress kDelay = 0x0928;
+/// Frames that a median has to rest on.
+constexpr std::uint64_t kEnough = 20;
+/// 100 Mbit/s.
+constexpr TimeNs kNsPerByte = 80;
+/// Frame check sequence, which captures leave out.
+constexpr std::uint32_t kFcsBytes = 4;
+constexpr std::uint32_t kMinFrameBytes = 60;
+/// How well the slaves' clocks agree with the reference when nothing says better: what counts as synchronised.
+constexpr TimeNs kClocksAgree = 1000;
+/// One tick of the clocks of ESCs and probes, twice.
+constexpr TimeNs kTicks = 40;
+/// Stamps of a host, when the capture has no round trips to judge them by (esc-reference 10.3).
+constexpr TimeNs kHostStamps = 500'000;
+/// Value of 0x0420 after power-on.
+constexpr std::uint16_t kDefaultWatchdogSteps = 1000;
+
+std::optional<FrameTime> TimeOf(const FrameRef& sent, const FrameRef& returned) {
+  FrameTime time;
+  time.frame = sent.seen() ? sent : returned;
+  if (!time.frame.seen()) return std::nullopt;
+  if (time.frame.has_time) time.stamp = time.frame.time;
+  return time;
+}
+
+}  // namespace
+
+std::pair<const IntervalStatistics*, TimeBase> CyclicImage::Best() const {
+  // A clock that tells only of some of the frames does not tell of the cycle.
+  const std::uint64_t most = std::max({by_dc.count(), by_esl.count(), by_stamp.count()});
+  if (most == 0) return {&by_stamp, TimeBase::kNone};
+  if (by_dc.count() * 10 >= most * 9) return {&by_dc, TimeBase::kDc};
+  if (by_esl.count() * 10 >= most * 9) return {&by_esl, TimeBase::kEsl};
+  return {&by_stamp, TimeBase::kCapture};
+}
+
+SyncModel::Slave& SyncModel::Of(SlaveId slave) {
+  while (slaves_.size() <= slave) slaves_.emplace_back();
+  return slaves_[slave];
+}
+
+const DcUnit& SyncModel::dc(SlaveId slave) const {
+  static const DcUnit kNothing;
+  return slave < slaves_.size() ? slaves_[slave].dc : kNothing;
+}
+
+const OutputWatch& SyncModel::outputs(SlaveId slave) const {
+  static const OutputWatch kNothing;
+  return slave < slaves_.size() ? slaves_[slave].outputs : kNothing;
+}
+
+void SyncModel::OnFrame(const wire::FrameView& frame, bus::Direction direction) {
+  if (direction == bus::Direction::kForeign) return;
+  FrameFacts& facts = facts_[frame.ref().number % kFacts];
+  facts.number = frame.ref().number;
+  facts.bytes = static_cast<std::uint32_t>(frame.bytes().size());
+  facts.esl.reset();
+  if (frame.esl().present && frame.esl().has_time) facts.esl = static_cast<TimeNs>(frame.esl().time_ns);
+  if (direction != bus::Direction::kOutbound) return;
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    const wire::Command command = frame[i].command();
+    if (command != wire::Command::LRW && command != wire::Command::LWR) continue;
+    process_sent_[process_count_++ % kSentRing] = frame.ref().number;
+    return;
+  }
+}
+
+const SyncModel::FrameFacts* SyncModel::FactsOf(FrameNo number) const {
+  const FrameFacts& facts = facts_[number % kFacts];
+  return number != 0 && facts.number == number ? &facts : nullptr;
+}
+
+std::uint64_t SyncModel::UnreturnedBetween(FrameNo before, FrameNo after) const {
+  std::uint64_t count = 0;
+  for (std::uint64_t i = process_count_; i > 0 && process_count_ - i < kSentRing; --i) {
+    const FrameNo number = process_sent_[(i - 1) % kSentRing];
+    if (number <= before) break;
+    if (after == 0 || number < after) ++count;
+  }
+  return count;
+}
+
+void SyncModel::BeginFrame(const FrameRef& sent, const FrameRef& returned) {
+  if (sent.number == sent_.number && returned.number == returned_.number) return;
+  Flush();
+  sent_ = sent;
+  returned_ = returned;
+}
+
+void SyncModel::On(const track::LogicalAccess& access) {
+  BeginFrame(access.sent, access.returned);
+  if (access.circulating || pending_count_ == kPending) return;
+  pending_[pending_count_++] = {access.command, access.address, access.length, access.wkc, access.assumed};
+}
+
+void SyncModel::On(const track::Answered& answer) {
+  BeginFrame(answer.sent, answer.returned);
+  if (const auto time = clock_.On(answer)) frame_dc_ = time;
+}
+
+void SyncModel::Flush() {
+  if (pending_count_ > 0) {
+    if (sent_.has_time && returned_.has_time) {
+      const TimeNs trip = Elapsed(sent_.time, returned_.time);
+      if (trip >= 0) round_trips_.Add(trip, sent_, returned_);
+    }
+    for (std::size_t i = 0; i < pending_count_; ++i) {
+      const Pending& pending = pending_[i];
+      CyclicImage* image = nullptr;
+      Measure(pending, image);
+      if (pending.command == wire::Command::LRD || (pending.wkc == 0 && !pending.assumed)) continue;
+      track::LogicalAccess access;
+      access.command = pending.command;
+      access.address = pending.address;
+      access.length = pending.length;
+      for (const model::LogicalShare& share : bus_.Expect(access).shares) {
+        if (share.outputs) Feed(share.slave, image);
+      }
+    }
+  }
+  pending_count_ = 0;
+  frame_dc_.reset();
+  sent_ = returned_ = {};
+}
+
+void SyncModel::Measure(const Pending& pending, CyclicImage*& found) {
+  std::optional<FrameTime> time = TimeOf(sent_, returned_);
+  if (!time) return;
+  time->dc = frame_dc_;
+  if (const FrameFacts* facts = FactsOf(time->frame.number)) time->esl = facts->esl;
+  for (CyclicImage& image : images_) {
+    if (!image.used) {
+      image.used = true;
+      image.address = pending.address;
+      image.command = pending.command;
+      image.last = *time;
+      found = &image;
+      return;
+    }
+    if (image.address != pending.address || image.command != pending.command) continue;
+    found = &image;
+    if (time->frame.number == image.last.frame.number) return;
+    FrameTime from = image.last;
+    image.last = *time;
+    // Each clock for itself: which is best is known when all is measured.
+    if (from.dc && time->dc && from.dc->epoch == time->dc->epoch && time->dc->ns > from.dc->ns) {
+      image.by_dc.Add(static_cast<TimeNs>(time->dc->ns - from.dc->ns), from.frame, time->frame);
+    }
+    if (from.esl && time->esl && *time->esl >= *from.esl)
+      image.by_esl.Add(*time->esl - *from.esl, from.frame, time->frame);
+    if (from.stamp && time->stamp) image.by_stamp.Add(Elapsed(*from.stamp, *time->stamp), from.frame, time->frame);
+    const auto [best, base] = image.Best();
+    const std::uint64_t count = best->count();
+    if (base != TimeBase::kNone && (count % 1024 == 0 || (count >= kEnough && image.nominal_of < kEnough) ||
+                                    (count < 1024 && count == image.nominal_of * 2))) {
+      image.nominal_ns = best->Percentile(0.5);
+      image.nominal_of = count;
+    }
+    return;
+  }
+}
+
+std::optional<TimeNs> SyncModel::Uncertainty(TimeBase base) const {
+  if (base == TimeBase::kDc || base == TimeBase::kEsl) return kTicks;
+  if (base == TimeBase::kNone) return std::nullopt;
+  const PipelineStatistics& read = pipeline_.statistics();
+  const bus::PairingStatistics& pairing = pipeline_.pairing();
+  if (read.backwards > 0 || read.without_time > 0 || read.time_step_ns >= 50'000) return std::nullopt;
+  if (pairing.identical_stamps > 2 && pairing.identical_stamps * 10 >= pairing.paired) return std::nullopt;
+  const TimeNs step = std::max<TimeNs>(read.time_step_ns, 1);
+  if (round_trips_.count() < kEnough) return kHostStamps + step;
+  // A frame takes the same way every time: what round trips differ by is the host's doing.
+  return (round_trips_.Percentile(0.99) - round_trips_.Percentile(0.01) + 1) / 2 + step;
+}
+
+model::OutputGap SyncModel::GapOf(SlaveId id, const OutputWatch& watch, const Interval& gap) const {
+  model::OutputGap event;
+  event.slave = id;
+  event.before = watch.last.frame;
+  event.gap = gap;
+  event.uncertainty_ns = Uncertainty(gap.base);
+  if (watch.image != nullptr) {
+    event.nominal_ns = watch.image->nominal_of >= kEnough ? watch.image->nominal_ns : 0;
+    event.nominal_of = watch.image->nominal_of;
+  }
+  event.fell = watch.fell;
+  event.fell_to = watch.fell_to;
+  event.fell_code = watch.fell_code;
+  return event;
+}
+
+void SyncModel::Feed(SlaveId id, const CyclicImage* image) {
+  OutputWatch& watch = Of(id).outputs;
+  std::optional<FrameTime> time = TimeOf(sent_, returned_);
+  if (!time) return;
+  time->dc = frame_dc_;
+  if (const FrameFacts* facts = FactsOf(time->frame.number)) time->esl = facts->esl;
+  if (watch.seen && watch.last.frame.number == time->frame.number) return;
+  const bool in_op = bus_.slave(id).al.SettledIn(esc::AlState::OP);
+  if (watch.seen && watch.in_op && (in_op || watch.fell.seen())) {
+    const Interval gap = Between(watch.last, *time);
+    TimeNs alarm = 0;
+    if (image != nullptr && image->nominal_of >= kEnough) alarm = image->nominal_ns + image->nominal_ns / 2;
+    if (watch.watchdog_ns > 0) alarm = alarm > 0 ? std::min(alarm, watch.watchdog_ns / 2) : watch.watchdog_ns / 2;
+    if (gap.base != TimeBase::kNone && alarm > 0 && gap.ns >= alarm) {
+      model::OutputGap event = GapOf(id, watch, gap);
+      event.after = time->frame;
+      event.unreturned = UnreturnedBetween(watch.last_sent, sent_.number);
+      sink_.On(event);
+    }
+    if (in_op) MeasureRate(watch, gap, time->frame);
+  }
+  if (in_op && frame_dc_) {
+    MeasurePhase(id, watch, *time);
+  } else {
+    watch.has_slot = false;
+  }
+  watch.last = *time;
+  watch.last_sent = sent_.number;
+  watch.image = image;
+  watch.seen = true;
+  watch.in_op = in_op;
+  watch.fell = {};
+  watch.fell_code.reset();
+  if (in_op) ++watch.frames_in_op;
+}
+
+void SyncModel::MeasureRate(OutputWatch& watch, const Interval& interval, const FrameRef& frame) {
+  if (watch.image == nullptr || watch.image->nominal_of < kEnough || watch.image->nominal_ns <= 0) return;
+  const TimeNs nominal = watch.image->nominal_ns;
+  const TimeNs cycles = (interval.ns + nominal / 2) / nominal;
+  constexpr TimeNs kPause = 16;
+  if (interval.base == TimeBase::kNone || cycles > kPause) return;
+  if (interval.base != watch.rate_base) {
+    watch.rate_base = interval.base;
+    watch.rate_cycles = 0;
+    watch.rate_ns = 0;
+  }
+  if (watch.rate_cycles == 0) watch.rate_first = watch.last.frame;
+  watch.rate_cycles += static_cast<std::uint64_t>(cycles);
+  watch.rate_ns += interval.ns;
+  watch.rate_last = frame;
+}
+
+void SyncModel::MeasurePhase(SlaveId id, OutputWatch& watch, const FrameTime& time) {
+  const DcUnit& unit = slaves_[id].dc;
+  const std::optional<SyncSettings>& settings = unit.active();
+  const bool usable = settings && settings->activation.sync0() && settings->start_ns && settings->sync0_cycle_ns &&
+                      *settings->sync0_cycle_ns > 0 && settings->sync0_cycle_ns < 0x80000000U;
+  if (!usable || unit.activation()->auto_activation()) {
+    watch.has_slot = false;
+    return;
+  }
+  const DcTime now = *time.dc;
+  if (watch.settings_frame.number != settings->frame.number || watch.epoch != now.epoch) {
+    watch.settings_frame = settings->frame;
+    watch.epoch = now.epoch;
+    watch.has_slot = false;
+    watch.start_ns =
+        static_cast<std::int64_t>(settings->start_is_64_bit && clock_.is_64_bit()
+                                      ? *settings->start_ns
+                                      : esc::UnwrapDcTime(static_cast<std::uint32_t>(*settings->start_ns), now.ns));
+  }
+  const auto cycle = static_cast<std::int64_t>(*settings->sync0_cycle_ns);
+  const auto delay_of = [&](SlaveId slave) -> std::int64_t {
+    if (slave == kNoSlave) return 0;
+    return bus_.network().state(slave).registers.Value<std::uint32_t>(kDelay).value_or(0);
+  };
+  const FrameFacts* facts = FactsOf(time.frame.number);
+  // Captures leave out the padding of short frames as the check sequence of all.
+  const std::int64_t length =
+      facts != nullptr ? static_cast<std::int64_t>(std::max(facts->bytes, kMinFrameBytes) + kFcsBytes) * kNsPerByte : 0;
+  const std::int64_t arrival = static_cast<std::int64_t>(now.ns) + delay_of(id) - delay_of(clock_.reference()) + length;
+  const std::int64_t since = arrival - watch.start_ns;
+  watch.uncertainty = std::max<TimeNs>(kClocksAgree, unit.last_difference_ns().value_or(0));
+  if (since < watch.uncertainty) {  // SYNC0 has not begun
+    watch.has_slot = false;
+    return;
+  }
+  const TimeNs phase = since % cycle;
+  const TimeNs margin = std::min(phase, cycle - phase);
+  if (watch.phases == 0 || phase < watch.phase_min) watch.phase_min = phase;
+  if (watch.phases == 0 || phase > watch.phase_max) watch.phase_max = phase;
+  if (watch.phases == 0 || margin < watch.margin) {
+    watch.margin = margin;
+    watch.margin_frame = time.frame;
+  }
+  ++watch.phases;
+  const auto value = static_cast<double>(phase);
+  const double delta = value - watch.phase_mean;
+  watch.phase_mean += delta / static_cast<double>(watch.phases);
+  watch.phase_squares += delta * (value - watch.phase_mean);
+  ++watch.phase_bins[std::min(
+      static_cast<std::size_t>(phase * static_cast<std::int64_t>(watch.phase_bins.size()) / cycle),
+      watch.phase_bins.size() - 1)];
+
+  // Near a pulse nobody can say on which side of it the frame arrived.
+  const std::int64_t least = (since - watch.uncertainty) / cycle;
+  const std::int64_t most = (since + watch.uncertainty) / cycle;
+  if (watch.has_slot) {
+    model::SyncSlotMiss miss;
+    miss.slave = id;
+    miss.before = watch.last.frame;
+    miss.frame = time.frame;
+    miss.cycle_ns = *settings->sync0_cycle_ns;
+    miss.phase_ns = phase;
+    miss.uncertainty_ns = watch.uncertainty;
+    const std::int64_t between = least - watch.slot_most;
+    if (most - watch.slot_least <= 0) {
+      ++watch.doubled;
+      sink_.On(miss);
+    } else if (between >= 2) {
+      miss.empty = static_cast<std::uint64_t>(between - 1);
+      miss.unreturned = UnreturnedBetween(watch.last_sent, sent_.number);
+      watch.empty += miss.empty;
+      sink_.On(miss);
+    }
+  }
+  watch.has_slot = true;
+  watch.slot_least = least;
+  watch.slot_most = most;
+}
+
+void SyncModel::OnAccess(const track::SlaveAccess& access) {
+  BeginFrame(access.sent, access.returned);
+  const std::size_t length = std::max(access.written.size(), access.read.size());
+  const auto touches = [&](EscAddress first, std::size_t bytes) {
+    return access.address < first + bytes && access.address + length > first;
+  };
+  if (touches(0x0900, 0x100)) {
+    Slave& slave = Of(access.slave);
+    const bool distributes = access.command == wire::Command::ARMW || access.command == wire::Command::FRMW;
+    if (!access.written.empty() && !distributes && access.acceptance != track::Acceptance::kRefused &&
+        (touches(kSystemTime, 8) || touches(kOffset, 12))) {
+      clock_.WasSet(access.slave);
+    }
+    const DcUnit::Change change = slave.dc.On(access, bus_.network().state(access.slave).registers);
+    if (change == DcUnit::Change::kSwitchedOn) SwitchedOn(access.slave, slave.dc);
+  } else if (touches(kWatchdogDivider, kProcessWatchdog + 2 - kWatchdogDivider)) {
+    const esc::RegisterImage& registers = bus_.network().state(access.slave).registers;
+    Of(access.slave).outputs.watchdog_ns =
+        esc::WatchdogNs(registers.Value<std::uint16_t>(kWatchdogDivider).value_or(esc::kDefaultWatchdogDivider),
+                        registers.Value<std::uint16_t>(kProcessWatchdog).value_or(kDefaultWatchdogSteps));
+  }
+}
+
+void SyncModel::SwitchedOn(SlaveId slave, const DcUnit& unit) {
+  const SyncSettings& settings = *unit.active();
+  model::SyncSwitchedOn event;
+  event.slave = slave;
+  event.frame = settings.frame;
+  event.was_off = unit.activation_was_known();
+  event.activation = settings.activation;
+  event.start_ns = settings.start_ns;
+  event.sync0_cycle_ns = settings.sync0_cycle_ns;
+  event.low_half_only = !settings.start_is_64_bit;
+  // The slave's own copy of the time is best; the reference's is the same where the slave was adjusted to it.
+  if (unit.own_time()) {
+    event.read_time_ns = *unit.own_time();
+    event.read_frame = unit.own_time_frame();
+    if (!unit.own_time_is_64_bit()) event.low_half_only = true;
+  } else if (clock_.last() && clock_.last()->epoch == clock_.epoch() && unit.adjusted()) {
+    event.read_time_ns = clock_.last()->ns;
+    event.read_frame = clock_.last_frame();
+    if (!clock_.is_64_bit()) event.low_half_only = true;
+  }
+  const FrameRef& sent = sent_.seen() ? sent_ : returned_;
+  const auto uncertainty = Uncertainty(TimeBase::kCapture);
+  if (event.read_time_ns && event.read_frame.has_time && sent.has_time && uncertainty) {
+    event.since_read_ns = Elapsed(event.read_frame.time, sent.time);
+    event.uncertainty_ns = *uncertainty;
+  }
+  sink_.On(event);
+}
+
+void SyncModel::On(const model::AlChangedByItself& change) {
+  OutputWatch& watch = Of(change.slave).outputs;
+  if (!watch.seen || !watch.in_op || change.before.state() != static_cast<std::uint8_t>(esc::AlState::OP) ||
+      change.status.state() == static_cast<std::uint8_t>(esc::AlState::OP) || watch.fell.seen()) {
+    return;
+  }
+  watch.fell = change.frame;
+  watch.fell_to = change.status;
+  watch.fell_code = change.code;
+}
+
+void SyncModel::On(const model::AlErrorCode& code) {
+  OutputWatch& watch = Of(code.slave).outputs;
+  if (watch.fell.seen() && !watch.fell_code) watch.fell_code = code.code;
+}
+
+void SyncModel::Finish() {
+  Flush();
+  for (std::size_t s = 0; s < slaves_.size(); ++s) {
+    OutputWatch& watch = slaves_[s].outputs;
+    if (!watch.fell.seen()) continue;
+    // No outputs any more: the gap lasted at least until the slave was seen to have fallen.
+    FrameTime end;
+    end.frame = watch.fell;
+    if (watch.fell.has_time) end.stamp = watch.fell.time;
+    FrameTime begin = watch.last;
+    begin.dc.reset();
+    begin.esl.reset();
+    const Interval gap = Between(begin, end);
+    if (gap.base == TimeBase::kNone) continue;
+    model::OutputGap event = GapOf(static_cast<SlaveId>(s), watch, gap);
+    event.unreturned = UnreturnedBetween(watch.last_sent, 0);
+    sink_.On(event);
+  }
+}
+
+const CyclicImage* SyncModel::cycle() const {
+  const auto most = std::max_element(images_.begin(), images_.end(), [](const CyclicImage& a, const CyclicImage& b) {
+    return a.Best().first->count() < b.Best().first->count();
+  });
+  return most->Best().first->count() == 0 ? nullptr : &*most;
+}
+
+CycleSummary SyncModel::SummariseCycle() const {
+  const CyclicImage* image = cycle();
+  if (image == nullptr) return {};
+  const auto [best, base] = image->Best();
+  CycleSummary summary = best->Summary();
+  summary.time_source = Name(base);
+  if (const auto uncertainty = Uncertainty(base)) summary.uncertainty_us = static_cast<double>(*uncertainty) / 1e3;
+  summary.command = wire::Name(image->command);
+  summary.logical_address = image->address;
+  return summary;
+}
+
+BusDcSummary SyncModel::SummariseBus() const {
+  BusDcSummary summary;
+  summary.reference = clock_.reference();
+  summary.samples = clock_.samples();
+  summary.distributions = clock_.distributions();
+  summary.first = clock_.first_distribution();
+  summary.last = clock_.last_distribution();
+  summary.longest_gap_us = static_cast<double>(clock_.longest_gap()) / 1e3;
+  summary.longest_gap_end = clock_.longest_gap_end();
+  return summary;
+}
+
+std::optional<DcSummary> SyncModel::Summarise(SlaveId slave) const {
+  if (slave >= slaves_.size()) return std::nullopt;
+  const DcUnit& unit = slaves_[slave].dc;
+  if (!unit.touched()) return std::nullopt;
+  DcSummary summary = unit.Summary(bus_.network().state(slave).registers);
+  summary.reference = clock_.samples() > 0 && clock_.reference() == slave;
+  const OutputWatch& watch = slaves_[slave].outputs;
+  if (watch.phases > 0 && unit.last_active()) {
+    SyncPhase phase;
+    phase.frames = watch.phases;
+    phase.cycle_ns = unit.last_active()->sync0_cycle_ns.value_or(0);
+    phase.mean_us = watch.phase_mean / 1e3;
+    phase.min_us = static_cast<double>(watch.phase_min) / 1e3;
+    phase.max_us = static_cast<double>(watch.phase_max) / 1e3;
+    phase.stddev_us = std::sqrt(watch.phase_squares / static_cast<double>(watch.phases)) / 1e3;
+    phase.margin_us = static_cast<double>(watch.margin) / 1e3;
+    phase.margin_frame = watch.margin_frame;
+    phase.empty_intervals = watch.empty;
+    phase.double_intervals = watch.doubled;
+    phase.uncertainty_us = static_cast<double>(watch.uncertainty) / 1e3;
+    phase.histogram.assign(watch.phase_bins.begin(), watch.phase_bins.end());
+    summary.phase = std::move(phase);
+  }
+  return summary;
+}
+
+}  // namespace ecaudit::sync

@@ -1,0 +1,148 @@
+/// in: decoder events.  out: SyncSwitchedOn, OutputGap, SyncSlotMiss; figures of cycle and clocks when the capture
+/// ends.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "analyzers/core/analysis_result.h"
+#include "analyzers/model/bus_model.h"
+#include "analyzers/sync/dc_clock.h"
+#include "analyzers/sync/dc_unit.h"
+#include "analyzers/sync/interval_statistics.h"
+#include "analyzers/sync/time_base.h"
+#include "decoder/pipeline.h"
+
+namespace ecaudit::sync {
+
+/// The cyclic process data of one logical address, and their rhythm by every clock.
+struct CyclicImage {
+  bool used = false;
+  wire::Command command = wire::Command::NOP;
+  std::uint32_t address = 0;
+  FrameTime last;
+  IntervalStatistics by_dc, by_esl, by_stamp;
+  TimeNs nominal_ns = 0;  ///< median of the best clock, renewed now and then
+  std::uint64_t nominal_of = 0;
+
+  [[nodiscard]] std::pair<const IntervalStatistics*, TimeBase> Best() const;
+};
+
+/// How the outputs of one slave arrive.
+struct OutputWatch {
+  bool seen = false;  ///< a frame with outputs for it was seen
+  FrameTime last;
+  FrameNo last_sent = 0;
+  bool in_op = false;  ///< when the last frame came
+  std::uint64_t frames_in_op = 0;
+  const CyclicImage* image = nullptr;
+  TimeNs watchdog_ns = 100'000'000;  ///< as set, else as after power-on; 0 is off
+  // Left OP by itself since the last frame.
+  FrameRef fell;
+  esc::AlWord fell_to;
+  std::optional<std::uint16_t> fell_code;
+  // Against SYNC0.
+  FrameRef settings_frame;
+  std::uint32_t epoch = 0;
+  std::int64_t start_ns = 0;
+  bool has_slot = false;
+  std::int64_t slot_least = 0, slot_most = 0;
+  std::uint64_t phases = 0, empty = 0, doubled = 0;
+  double phase_mean = 0, phase_squares = 0;
+  TimeNs phase_min = 0, phase_max = 0, margin = 0, uncertainty = 0;
+  FrameRef margin_frame;
+  std::array<std::uint64_t, 50> phase_bins{};
+  // Rate while in OP: cycles and their length, pauses left out.
+  std::uint64_t rate_cycles = 0;
+  TimeNs rate_ns = 0;
+  TimeBase rate_base = TimeBase::kNone;
+  FrameRef rate_first, rate_last;
+};
+
+class SyncModel final : public FrameObserver {
+ public:
+  static constexpr std::size_t kImages = 32;  ///< logical addresses that are measured; later ones are not
+
+  /// @param sink receives what is concluded; all arguments must outlive the model
+  SyncModel(const model::BusModel& bus, const Pipeline& pipeline, model::ModelSink& sink)
+      : bus_(bus), pipeline_(pipeline), sink_(sink) {}
+
+  void OnFrame(const wire::FrameView& frame, bus::Direction direction) override;
+  void On(const track::LogicalAccess& access);
+  void On(const track::Answered& answer);
+  void OnAccess(const track::SlaveAccess& access);
+  void On(const model::AlChangedByItself& change);
+  void On(const model::AlErrorCode& code);
+  /// The capture has ended.
+  void Finish();
+
+  [[nodiscard]] const DcUnit& dc(SlaveId slave) const;
+  [[nodiscard]] const OutputWatch& outputs(SlaveId slave) const;
+  [[nodiscard]] const DcClock& clock() const { return clock_; }
+  /// The image that was exchanged most often; null when none was exchanged twice.
+  [[nodiscard]] const CyclicImage* cycle() const;
+  /// How wrong an interval by this clock may be, ns; unset when the clock cannot be trusted at all.
+  [[nodiscard]] std::optional<TimeNs> Uncertainty(TimeBase base) const;
+
+  [[nodiscard]] CycleSummary SummariseCycle() const;
+  [[nodiscard]] BusDcSummary SummariseBus() const;
+  /// Unset when nothing was seen of the slave's unit.
+  [[nodiscard]] std::optional<DcSummary> Summarise(SlaveId slave) const;
+
+ private:
+  struct Slave {
+    DcUnit dc;
+    OutputWatch outputs;
+  };
+  /// What is known of a frame from its bytes.
+  struct FrameFacts {
+    FrameNo number = 0;
+    std::uint32_t bytes = 0;
+    std::optional<TimeNs> esl;
+  };
+  /// A logical datagram of the frame at hand; its time may come with a later datagram.
+  struct Pending {
+    wire::Command command = wire::Command::NOP;
+    std::uint32_t address = 0;
+    std::uint16_t length = 0;
+    std::uint16_t wkc = 0;
+    bool assumed = false;
+  };
+
+  Slave& Of(SlaveId slave);
+  void BeginFrame(const FrameRef& sent, const FrameRef& returned);
+  void Flush();
+  void Measure(const Pending& pending, CyclicImage*& image);
+  void Feed(SlaveId id, const CyclicImage* image);
+  void MeasurePhase(SlaveId id, OutputWatch& watch, const FrameTime& time);
+  static void MeasureRate(OutputWatch& watch, const Interval& interval, const FrameRef& frame);
+  [[nodiscard]] const FrameFacts* FactsOf(FrameNo number) const;
+  [[nodiscard]] std::uint64_t UnreturnedBetween(FrameNo before, FrameNo after) const;
+  [[nodiscard]] model::OutputGap GapOf(SlaveId id, const OutputWatch& watch, const Interval& gap) const;
+  void SwitchedOn(SlaveId slave, const DcUnit& unit);
+
+  const model::BusModel& bus_;
+  const Pipeline& pipeline_;
+  model::ModelSink& sink_;
+  DcClock clock_;
+  std::deque<Slave> slaves_;  // grows without moving what rules refer to
+  std::array<CyclicImage, kImages> images_;
+  IntervalStatistics round_trips_;
+
+  FrameRef sent_, returned_;
+  std::optional<DcTime> frame_dc_;
+  static constexpr std::size_t kPending = 16;
+  std::array<Pending, kPending> pending_{};
+  std::size_t pending_count_ = 0;
+
+  static constexpr std::size_t kFacts = 1024;
+  std::array<FrameFacts, kFacts> facts_{};
+  static constexpr std::size_t kSentRing = 256;
+  std::array<FrameNo, kSentRing> process_sent_{};  // outbound frames with process data, newest at process_count_ - 1
+  std::uint64_t process_count_ = 0;
+};
+
+}  // namespace ecaudit::sync

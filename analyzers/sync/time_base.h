@@ -1,0 +1,67 @@
+/// By which clock two frames are apart, and how well that is known.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "decoder/base/ids.h"
+#include "decoder/base/time.h"
+
+namespace ecaudit::sync {
+
+/// Best last.
+enum class TimeBase : std::uint8_t {
+  kNone,
+  kCapture,  ///< stamps of the capture
+  kEsl,      ///< stamps that a probe added to each frame
+  kDc,       ///< DC system time that the frame itself carried
+};
+
+/// "dc", "esl", "capture"; "" for kNone.
+[[nodiscard]] constexpr std::string_view Name(TimeBase base) {
+  switch (base) {
+    case TimeBase::kDc:
+      return "dc";
+    case TimeBase::kEsl:
+      return "esl";
+    case TimeBase::kCapture:
+      return "capture";
+    case TimeBase::kNone:
+      break;
+  }
+  return "";
+}
+
+/// DC system time as the reference clock gave it, extended to 64 bit. Times of different epochs cannot be compared:
+/// the clock was set, or another slave is the reference.
+struct DcTime {
+  std::uint64_t ns = 0;
+  std::uint32_t epoch = 0;
+};
+
+/// When a frame was sent, by each clock that tells.
+struct FrameTime {
+  FrameRef frame;  ///< the copy to cite: as the master sent it where captured
+  std::optional<DcTime> dc;
+  std::optional<TimeNs> esl;
+  std::optional<TimeNs> stamp;
+};
+
+struct Interval {
+  TimeNs ns = 0;
+  TimeBase base = TimeBase::kNone;
+};
+
+/// From `a` to `b` by the best clock that both have; kNone when there is none, or when it runs backwards.
+[[nodiscard]] inline Interval Between(const FrameTime& a, const FrameTime& b) {
+  if (a.dc && b.dc && a.dc->epoch == b.dc->epoch && b.dc->ns > a.dc->ns) {
+    return {static_cast<TimeNs>(b.dc->ns - a.dc->ns), TimeBase::kDc};
+  }
+  if (a.dc && b.dc) return {};  // the clock was set in between: the bases shall not be mixed
+  if (a.esl && b.esl && *b.esl >= *a.esl) return {Elapsed(*a.esl, *b.esl), TimeBase::kEsl};
+  if (a.stamp && b.stamp && *b.stamp >= *a.stamp) return {Elapsed(*a.stamp, *b.stamp), TimeBase::kCapture};
+  return {};
+}
+
+}  // namespace ecaudit::sync

@@ -1,0 +1,117 @@
+#include "analyzers/sync/dc_clock.h"
+
+#include <array>
+
+#include <gtest/gtest.h>
+
+namespace ecaudit::sync {
+namespace {
+
+/// One answer to a read of 0x0910.
+struct Reading {
+  wire::Command command = wire::Command::FRMW;
+  SlaveId slave = 0;
+  std::uint64_t time = 0;
+  std::size_t bytes = 8;
+  TimeNs at = 0;
+  std::uint16_t wkc = 1;
+  EscAddress address = 0x0910;
+};
+
+class Clock {
+ public:
+  std::optional<DcTime> Read(const Reading& reading) {
+    std::array<std::uint8_t, 16> returned{};
+    const std::size_t at = static_cast<std::size_t>(0x0910 - reading.address);
+    for (std::size_t i = 0; i < 8; ++i) returned[at + i] = static_cast<std::uint8_t>(reading.time >> (8 * i));
+    track::Answered answer;
+    answer.command = reading.command;
+    answer.slave = reading.slave;
+    answer.address = reading.address;
+    answer.wkc = reading.wkc;
+    answer.sent = {++frame_, reading.at, true};
+    answer.returned = {++frame_, reading.at + 30'000, true};
+    answer.sent_data = ByteSpan(kZeros).first(at + reading.bytes);
+    answer.returned_data = ByteSpan(returned).first(at + reading.bytes);
+    return clock.On(answer);
+  }
+
+  DcClock clock;
+
+ private:
+  static constexpr std::array<std::uint8_t, 16> kZeros{};
+  FrameNo frame_ = 0;
+};
+
+TEST(DcClock, SixtyFourBitTimesPassAsTheyAre) {
+  Clock c;
+  EXPECT_EQ(c.Read({.time = 848546483402428137})->ns, 848546483402428137U);
+  EXPECT_EQ(c.Read({.time = 848546483402539062, .at = 110'925})->ns, 848546483402539062U);
+  EXPECT_EQ(c.clock.samples(), 2U);
+  EXPECT_EQ(c.clock.distributions(), 2U);
+  EXPECT_EQ(c.clock.longest_gap(), 110'925);
+}
+
+TEST(DcClock, ThirtyTwoBitTimesAreExtendedOverTheirWrap) {
+  Clock c;
+  EXPECT_EQ(c.Read({.time = 0xFFFFFF00, .bytes = 4})->ns, 0xFFFFFF00U);
+  EXPECT_EQ(c.Read({.time = 0x00000100, .bytes = 4, .at = 512})->ns, 0x1'0000'0100U);
+  EXPECT_EQ(c.Read({.time = 0xFFFFFFFF, .bytes = 4, .at = 3'900'000'000})->ns, 0x1'FFFF'FFFFU);
+  EXPECT_EQ(c.Read({.time = 0x00000002, .bytes = 4, .at = 3'900'000'003})->ns, 0x2'0000'0002U);
+  EXPECT_EQ(c.clock.epoch(), 0U);
+}
+
+TEST(DcClock, ThirtyTwoBitTimesReadWithEightBytesWrapAsWell) {
+  Clock c;
+  EXPECT_EQ(c.Read({.time = 0xFFFFFF00})->ns, 0xFFFFFF00U);
+  EXPECT_EQ(c.Read({.time = 0x00000100, .at = 512})->ns, 0x1'0000'0100U);
+}
+
+TEST(DcClock, APauseLongerThanAWrapBeginsANewEpoch) {
+  Clock c;
+  const auto before = c.Read({.time = 1000, .bytes = 4});
+  const auto after = c.Read({.time = 2000, .bytes = 4, .at = 4'300'000'000});
+  EXPECT_NE(before->epoch, after->epoch);
+}
+
+TEST(DcClock, SettingTheReferenceBeginsANewEpoch) {
+  Clock c;
+  const auto before = c.Read({.time = 1'000'000'000'000});
+  c.clock.WasSet(1);
+  EXPECT_EQ(c.Read({.time = 1'000'000'001'000})->epoch, before->epoch);
+  c.clock.WasSet(0);
+  EXPECT_NE(c.Read({.time = 5'000'000'000'000})->epoch, before->epoch);
+  // Set back unseen.
+  const auto last = c.clock.last();
+  EXPECT_NE(c.Read({.time = 4'000'000'000'000})->epoch, last->epoch);
+}
+
+TEST(DcClock, OnlyTheReferenceCounts) {
+  Clock c;
+  ASSERT_TRUE(c.Read({.command = wire::Command::FPRD, .slave = 2, .time = 7'000'000'000'000}));
+  // The slave that is distributed takes over from one that was merely read.
+  ASSERT_TRUE(c.Read({.slave = 0, .time = 7'000'000'001'000}));
+  EXPECT_EQ(c.clock.reference(), 0U);
+  EXPECT_FALSE(c.Read({.command = wire::Command::FPRD, .slave = 2, .time = 7'000'000'002'000}));
+  EXPECT_TRUE(c.Read({.command = wire::Command::FPRD, .slave = 0, .time = 7'000'000'003'000}));
+  EXPECT_EQ(c.clock.distributions(), 1U);
+}
+
+TEST(DcClock, WhatNoSlaveGaveIsNoTime) {
+  Clock c;
+  EXPECT_FALSE(c.Read({.time = 5, .wkc = 0}));
+  EXPECT_FALSE(c.Read({.time = 0, .wkc = 2}));  // the others wrote, the reference did not read
+  EXPECT_FALSE(c.Read({.time = 5, .bytes = 2}));
+  EXPECT_FALSE(c.Read({.command = wire::Command::BRD, .time = 5, .wkc = 2}));  // OR of two clocks
+  EXPECT_FALSE(c.Read({.command = wire::Command::FPWR, .time = 5}));
+  EXPECT_EQ(c.clock.samples(), 0U);
+  EXPECT_TRUE(c.Read({.command = wire::Command::BRD, .slave = kNoSlave, .time = 5, .wkc = 1}));
+}
+
+TEST(DcClock, AReadThatBeginsEarlierHoldsTheTimeAsWell) {
+  Clock c;
+  EXPECT_EQ(c.Read({.command = wire::Command::FPRD, .time = 0x1234567890, .address = 0x0908})->ns, 0x1234567890U);
+}
+
+}  // namespace
+}  // namespace ecaudit::sync

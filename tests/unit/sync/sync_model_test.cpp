@@ -1,0 +1,121 @@
+// What the synchronisation model makes of small scenarios.
+#include <gtest/gtest.h>
+
+#include "analyzers/analysis.h"
+#include "tests/support/trace_builder.h"
+
+namespace ecaudit::test {
+namespace {
+
+/// A slave with two bytes each way at 0x10000, in OP.
+constexpr const char* kInOp = R"(@slaves 1
++0us  APRD 0:0x0010 01 10
++1ms  FPWR 0x1001:0x0600 00 00 01 00 02 00 00 07 00 11 00 02 01 00 00 00
++1ms  FPWR 0x1001:0x0610 00 00 01 00 02 00 00 07 40 11 00 01 01 00 00 00
++1ms  FPWR 0x1001:0x0810 00 11 02 00 64 00 01 00
++1ms  FPRD 0x1001:0x0130 08 00 00 00 00 00
+)";
+
+std::string Hex8(std::uint64_t value) {
+  constexpr char kDigits[] = "0123456789abcdef";
+  std::string out;
+  for (int i = 0; i < 8; ++i) {
+    const auto byte = static_cast<std::uint8_t>(value >> (8 * i));
+    out += ' ';
+    out += kDigits[byte >> 4U];
+    out += kDigits[byte & 0xFU];
+  }
+  return out;
+}
+
+AnalysisResult AnalyseText(const std::string& text) {
+  const auto trace = Trace::Parse(text);
+  if (!trace) {
+    ADD_FAILURE() << trace.error().message;
+    return {};
+  }
+  return Analyse(*trace->Source(), {});
+}
+
+TEST(SyncModel, TheTimeOfAFrameMayStandBehindItsProcessData) {
+  std::string behind = kInOp;
+  std::string before = kInOp;
+  for (std::uint64_t i = 0; i < 30; ++i) {
+    const std::string time = Hex8(1'000'000'000'000 + i * 500'000);
+    behind += "+1ms LRW 0x10000 01 00 -> 00 00 wkc=3 & FRMW 0x1001:0x0910" + time + " wkc=1\n";
+    before += "+1ms FRMW 0x1001:0x0910" + time + " wkc=1 & LRW 0x10000 01 00 -> 00 00 wkc=3\n";
+  }
+  for (const std::string& text : {behind, before}) {
+    const CycleSummary cycle = AnalyseText(text).bus.cycle;
+    EXPECT_EQ(cycle.time_source, "dc");
+    EXPECT_EQ(cycle.cycles, 29U);
+    EXPECT_DOUBLE_EQ(cycle.mean_us, 500);
+    EXPECT_DOUBLE_EQ(cycle.stddev_us, 0);
+  }
+}
+
+TEST(SyncModel, AClockThatTellsOfFewFramesIsNotTheBase) {
+  std::string text = kInOp;
+  for (std::uint64_t i = 0; i < 30; ++i) {
+    text += "+1ms LRW 0x10000 01 00 -> 00 00 wkc=3";
+    if (i % 2 == 0) text += " & FRMW 0x1001:0x0910" + Hex8(1'000'000'000'000 + i * 1'000'000) + " wkc=1";
+    text += "\n";
+  }
+  EXPECT_EQ(AnalyseText(text).bus.cycle.time_source, "capture");
+}
+
+// SYNC0 every millisecond from 1,000,010,000,000 on. A frame of 60 bytes and 4 of FCS lasts 5.12 us.
+TEST(SyncModel, PhaseAgainstSync0) {
+  std::string text = kInOp;
+  text += "+1ms FPWR 0x1001:0x0920 00 00 00 00 00 00 00 00\n";
+  text += "+1ms FPWR 0x1001:0x0990" + Hex8(1'000'010'000'000) + "\n";
+  text += "+1ms FPWR 0x1001:0x09A0 40 42 0f 00\n";
+  text += "+1ms FPWR 0x1001:0x0981 03\n";
+  std::uint64_t time = 1'000'010'300'000;
+  for (int i = 0; i < 30; ++i) {
+    if (i == 10) time += 1'000'000;  // an interval without a frame
+    if (i == 20) time -= 800'000;    // on the other side of the pulse: two frames in one interval
+    text += "+1ms LRW 0x10000 01 00 -> 00 00 wkc=3 & FRMW 0x1001:0x0910" + Hex8(time) + " wkc=1\n";
+    time += i == 20 ? 1'800'000 : 1'000'000;
+  }
+  const AnalysisResult result = AnalyseText(text);
+  ASSERT_EQ(result.slaves.size(), 1U);
+  ASSERT_TRUE(result.slaves[0].dc && result.slaves[0].dc->phase);
+  const SyncPhase& phase = *result.slaves[0].dc->phase;
+  EXPECT_EQ(phase.frames, 30U);
+  EXPECT_NEAR(phase.min_us, 305.12, 0.5);
+  EXPECT_NEAR(phase.max_us, 505.12, 0.5);
+  EXPECT_EQ(phase.empty_intervals, 2U);  // the second where the frame that came early is missing
+  EXPECT_EQ(phase.double_intervals, 1U);
+}
+
+TEST(SyncModel, SettingsAreThoseOfTheMomentSync0WasSwitchedOn) {
+  std::string text = kInOp;
+  text += "+1ms FPWR 0x1001:0x0990" + Hex8(5'000'000) + "\n";
+  text += "+1ms FPWR 0x1001:0x09A0 40 42 0f 00\n";
+  text += "+1ms FPWR 0x1001:0x0980 00 03\n";
+  text += "+1ms FPWR 0x1001:0x0980 00 00\n";
+  text += "+1ms FPWR 0x1001:0x09A0 00 00 00 00\n";
+  const AnalysisResult result = AnalyseText(text);
+  ASSERT_EQ(result.slaves.size(), 1U);
+  ASSERT_TRUE(result.slaves[0].dc);
+  const DcSummary& dc = *result.slaves[0].dc;
+  EXPECT_EQ(dc.activated.number, 16U);
+  EXPECT_EQ(dc.activated_with, 3);
+  EXPECT_EQ(dc.sync0_cycle_ns, 1'000'000U);
+  EXPECT_EQ(dc.start_time_ns, 5'000'000U);
+  EXPECT_EQ(dc.activation, 0);
+  EXPECT_EQ(dc.configuration.size(), 5U);
+}
+
+TEST(SyncModel, StepsAreBounded) {
+  std::string text = kInOp;
+  for (int i = 0; i < 100; ++i) text += "+1ms FPWR 0x1001:0x0990" + Hex8(5'000'000) + "\n";
+  const AnalysisResult result = AnalyseText(text);
+  ASSERT_TRUE(result.slaves.size() == 1 && result.slaves[0].dc);
+  EXPECT_EQ(result.slaves[0].dc->configuration.size(), 64U);
+  EXPECT_EQ(result.slaves[0].dc->configuration_left_out, 36U);
+}
+
+}  // namespace
+}  // namespace ecaudit::test
