@@ -9,28 +9,13 @@
 
 #include "analyzers/analysis.h"
 #include "decoder/capture/capture_reader.h"
+#include "tests/property/captures.h"
 
 namespace ecaudit {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::vector<fs::path> CapturesIn(const fs::path& folder) {
-  std::vector<fs::path> paths;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    const std::string name = entry.path().filename().string();
-    const std::string extension = entry.path().extension().string();
-    // The same run in other containers, and files that are no captures, add nothing here.
-    if ((extension != ".pcapng" && extension != ".pcap") || name.starts_with("startup-ok-1slave-") ||
-        name.starts_with("garbage-") || name.starts_with("empty-") || name.starts_with("truncated-")) {
-      continue;
-    }
-    paths.push_back(entry.path());
-  }
-  std::sort(paths.begin(), paths.end());
-  return paths;
-}
+using test::CapturesIn;
 
 AnalysisResult AnalyseFrom(const fs::path& path, FrameNo first) {
   auto source = capture::OpenCapture(path.string());
