@@ -55,7 +55,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
   void On(const track::LogicalAccess& e) override {
     sync_->On(e);
     predictions_.On(e, *model_);
-    ToRules(Topic::kLogicalAccess, e);
+    RulesThenModel(Topic::kLogicalAccess, e);
   }
   void On(const track::Answered& e) override {
     sync_->On(e);

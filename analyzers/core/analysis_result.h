@@ -134,6 +134,8 @@ struct PdoSummary {
   std::vector<std::uint16_t> pdos;  ///< as assigned
   std::vector<MappedObject> objects;
   std::optional<std::uint32_t> bytes;  ///< unset when the contents are not all known
+  std::uint64_t exchanged = 0;         ///< datagrams in which the slave took or gave them
+  FrameNo first = 0, last = 0;         ///< the first and the last of them
   FrameNo since = 0;
 };
 

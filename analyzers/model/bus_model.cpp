@@ -1,5 +1,7 @@
 #include "analyzers/model/bus_model.h"
 
+#include "decoder/esc/register_map.h"
+
 namespace ecaudit::model {
 namespace {
 
@@ -75,7 +77,24 @@ void BusModel::Apply(const track::AlStateForgotten& event) {
   slaves_[event.slave].al.Forget(event.frame);
 }
 
+void BusModel::Apply(const track::LogicalAccess& access) {
+  (void)image_.Read(access, Expect(access), *this);
+}
+
+void BusModel::On(const ProcessCycle& cycle) {
+  if (cycle.part.slave == kNoSlave) return;
+  SlaveModel& slave = slaves_[cycle.part.slave];
+  ProcessTraffic& traffic = cycle.part.direction == device::PdoDirection::kRx ? slave.outputs : slave.inputs;
+  if (cycle.exchange == Exchange::kYes || cycle.exchange == Exchange::kInferred) {
+    if (traffic.exchanged++ == 0) traffic.first = cycle.frame();
+    traffic.last = cycle.frame();
+  } else if (cycle.exchange == Exchange::kNo) {
+    ++traffic.missed;
+  }
+}
+
 void BusModel::Apply(const track::SlaveAccess& access) {
+  if (access.address >= esc::kProcessRam) (void)image_.Read(access, *this);
   slaves_[access.slave].mailbox.OnAccess(access);
   const ByteSpan configuration = access.Covered(access.read, kEscConfiguration, 1);
   if (!configuration.empty() && !access.broadcast) {

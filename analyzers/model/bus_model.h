@@ -14,7 +14,7 @@
 
 namespace ecaudit::model {
 
-class BusModel {
+class BusModel final : private ProcessSink {
  public:
   /// @param sink receives model events; @param network, @param options must outlive the model
   BusModel(const track::Network& network, const AnalysisOptions& options, ModelSink& sink);
@@ -43,6 +43,8 @@ class BusModel {
   void Apply(const track::AlStatusRead& event);
   void Apply(const track::AlStatusCodeRead& event);
   void Apply(const track::AlStateForgotten& event);
+  /// Hands the process data in it to the units of the slaves.
+  void Apply(const track::LogicalAccess& access);
   void Apply(const track::SlaveAccess& access);
   void Apply(const track::EepromRead& event);
   void Apply(const track::EepromWrite& event);
@@ -52,6 +54,7 @@ class BusModel {
 
  private:
   void ChooseProfile(SlaveId id);
+  void On(const ProcessCycle& cycle) override;
 
   const track::Network& network_;
   ModelSink& sink_;

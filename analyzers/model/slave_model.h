@@ -15,6 +15,13 @@
 
 namespace ecaudit::model {
 
+/// How the process data of one direction were exchanged.
+struct ProcessTraffic {
+  std::uint64_t exchanged = 0;  ///< datagrams in which the slave took or gave them
+  std::uint64_t missed = 0;     ///< in which it did not
+  FrameRef first, last;         ///< of those exchanged
+};
+
 struct SlaveModel {
   /// @param state what is known of its ESC; must outlive the model
   SlaveModel(SlaveId slave, const track::SlaveState& state, ModelSink& sink)
@@ -32,6 +39,7 @@ struct SlaveModel {
   ObjectValues objects;       ///< dictionary: last value of each object seen
   events::ObjectNames names;  ///< what the slave itself calls its objects
   ProcessData process;        ///< PDO assignment and mapping
+  ProcessTraffic outputs, inputs;
 };
 
 }  // namespace ecaudit::model

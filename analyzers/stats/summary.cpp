@@ -95,8 +95,11 @@ void SummariseSyncManagers(const track::SlaveState& state, SlaveSummary& summary
   }
 }
 
-PdoSummary SummarisePdo(const model::ProcessLayout& layout) {
+PdoSummary SummarisePdo(const model::ProcessLayout& layout, const model::ProcessTraffic& traffic) {
   PdoSummary summary;
+  summary.exchanged = traffic.exchanged;
+  summary.first = traffic.first.number;
+  summary.last = traffic.last.number;
   switch (layout.source) {
     case model::LayoutSource::kUnknown:
       break;
@@ -150,8 +153,8 @@ SlaveSummary SummariseSlave(SlaveId id, const model::BusModel& model, const AlHi
   summary.al_history = story.steps;
   summary.al_history_left_out = story.left_out;
   SummariseSyncManagers(network.state(id), summary);
-  summary.rx_pdo = SummarisePdo(slave.process.rx());
-  summary.tx_pdo = SummarisePdo(slave.process.tx());
+  summary.rx_pdo = SummarisePdo(slave.process.rx(), slave.outputs);
+  summary.tx_pdo = SummarisePdo(slave.process.tx(), slave.inputs);
   return summary;
 }
 

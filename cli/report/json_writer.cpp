@@ -252,6 +252,11 @@ class CaptureWriter {
     return json;
   }
 
+  [[nodiscard]] static Json Exchanged(const PdoSummary& pdo) {
+    return {
+        {"datagrams", pdo.exchanged}, {"first_frame", FrameOrNull(pdo.first)}, {"last_frame", FrameOrNull(pdo.last)}};
+  }
+
   [[nodiscard]] static Json Pdo(const PdoSummary& rx, const PdoSummary& tx) {
     // One word for both directions: the weaker one, which is what a reader must not overrate.
     const auto weight = [](PdoSummary::Source source) {
@@ -281,6 +286,8 @@ class CaptureWriter {
     json["tx_pdos"] = tx.pdos;
     json["rx_frame"] = FrameOrNull(rx.since);
     json["tx_frame"] = FrameOrNull(tx.since);
+    json["rx_exchanged"] = Exchanged(rx);
+    json["tx_exchanged"] = Exchanged(tx);
     return json;
   }
 

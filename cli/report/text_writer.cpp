@@ -240,6 +240,10 @@ class CaptureText {
       text += (told == 0 ? "" : ", ") + name;
       ++told;
     }
+    if (pdo.exchanged > 0) {
+      text += "; exchanged in " + Count(pdo.exchanged, "datagram") + ", frames " + std::to_string(pdo.first) + " to " +
+              std::to_string(pdo.last);
+    }
     text_.Field(label, text, 5);
   }
 
