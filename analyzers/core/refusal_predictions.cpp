@@ -7,6 +7,11 @@
 namespace ecaudit {
 
 void RefusalPredictions::Add(RuleContext& context, SlaveId slave, FrameNo request, FindingIndex finding) {
+  Watch(context, slave, request, finding);
+  context.ExplainRequest(slave, request, finding);
+}
+
+void RefusalPredictions::Watch(RuleContext& context, SlaveId slave, FrameNo request, FindingIndex finding) {
   if (finding == kNoFinding) return;
   Open& open = open_[slave];
   if (open.request != request) open = {request, {}};
@@ -14,7 +19,6 @@ void RefusalPredictions::Add(RuleContext& context, SlaveId slave, FrameNo reques
     open.findings.push_back(finding);
   }
   told_.emplace(finding, Told{context.store[finding].severity});
-  context.ExplainRequest(slave, request, finding);
 }
 
 void RefusalPredictions::On(RuleContext& context, const model::AlAnswered& answer) {

@@ -14,6 +14,8 @@ class RefusalPredictions {
  public:
   /// `finding` predicts that `slave` refuses the request in frame `request`, and explains it.
   void Add(RuleContext& context, SlaveId slave, FrameNo request, FindingIndex finding);
+  /// Likewise, but too weak a reason to be named as the cause.
+  void Watch(RuleContext& context, SlaveId slave, FrameNo request, FindingIndex finding);
   void On(RuleContext& context, const model::AlAnswered& answer);
 
  private:

@@ -1,0 +1,239 @@
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "analyzers/core/pdo_rule.h"
+#include "analyzers/core/rule.h"
+#include "analyzers/model/bus_model.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr RuleInfo kInfo{.id = "pdo-length-mismatch",
+                         .group = "PDO mapping",
+                         .severity = Severity::kError,
+                         .title = "Process data are exchanged in another length than the PDOs have",
+                         .needs = "the FMMUs of the slave; for their length also its sync managers and PDOs",
+                         .source = "ETG1000.6, PDO assignment; ESC-1, sync manager",
+                         .doc = R"(
+## What it checks
+Of each slave in OP: whether its FMMUs carry as many bytes as the assigned PDOs have, and whether the logical datagrams
+cover all that the FMMUs map.
+
+## Why it matters
+A sync manager hands its buffer over when the last byte was accessed. Outputs of which the last byte is missing never
+reach the application, and its watchdog takes the slave out of OP; inputs that are cut are lost.
+
+## How it is decided
+FMMUs: their bits in one direction against the assigned PDOs (SDO transfers of the capture, ENI file), when the slave
+reaches OP; only where sync manager and PDOs agree, so that the lengths are certain (a sync manager that disagrees is
+sm-process-config). Datagrams: where three cycles in a row leave out a part of what an FMMU maps although the slave is
+in OP; parts that come in several datagrams or frames add up. Mailbox state and other registers do not count.
+
+## Example
+tests/rules/pdo-length-mismatch/violates.trace
+
+## What to do
+Map and send the whole process data of the slave, or assign PDOs that are as short as what is needed.
+)"};
+
+class PdoLengthMismatch final : public Rule {
+ public:
+  using Rule::On;
+  PdoLengthMismatch() : Rule(kInfo) { Subscribe({Topic::kAlAnswered, Topic::kLogicalAccess}); }
+
+  void On(const model::AlAnswered& e) override {
+    const bool reached = e.outcome != model::AlAnswered::Outcome::kRefused;
+    if (!reached || e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
+    for (const auto direction : {device::PdoDirection::kRx, device::PdoDirection::kTx}) JudgeFmmus(e, direction);
+  }
+
+  void On(const track::LogicalAccess& e) override {
+    if (e.assumed || !e.returned.seen() || e.wkc == 0) return;
+    const track::Network& network = context().bus.network();
+    if (version_ != network.mapping_version()) {
+      version_ = network.mapping_version();
+      FindMapped();
+      cache_ = {};
+    }
+    Cached& cached = cache_[(e.address * 31U + e.length) % cache_.size()];
+    if (!cached.used || cached.address != e.address || cached.length != e.length || cached.command != e.command) {
+      cached = {true, e.command, e.address, e.length, PartsOf(e)};
+    }
+    for (const std::size_t part : cached.parts) Follow(e, mapped_[part]);
+  }
+
+  void Finish() override {
+    if (SaidNothingReturned()) return;
+    for (const SlaveId slave : unknown_) NotEvaluable(slave, "what PDOs are assigned and mapped is not known");
+    if (version_ && mapped_.empty()) NotEvaluable(kNoSlave, "no FMMU was set in the capture");
+  }
+
+ private:
+  static constexpr std::uint32_t kProcessMemory = 0x0F00;  // below are registers
+  static constexpr std::uint32_t kCyclesInARow = 3;
+
+  /// What one FMMU maps, in bytes of the logical address space, and how much of it the last cycles covered.
+  struct Mapped {
+    SlaveId slave = kNoSlave;
+    std::size_t number = 0;
+    bool outputs = false;
+    std::uint64_t begin = 0, end = 0;
+    std::uint64_t from = 0, to = 0;  ///< covered in this cycle
+    std::uint32_t incomplete = 0;    ///< cycles in a row
+  };
+  struct Cached {
+    bool used = false;
+    wire::Command command = wire::Command::NOP;
+    std::uint32_t address = 0;
+    std::uint16_t length = 0;
+    std::vector<std::size_t> parts;  ///< indices into mapped_ of what the datagram covers only in part
+  };
+
+  void FindMapped() {
+    mapped_.clear();
+    const track::Network& network = context().bus.network();
+    for (std::size_t s = 0; s < network.slaves().size(); ++s) {
+      const auto id = static_cast<SlaveId>(s);
+      if (network.slaves()[id].replaced) continue;
+      for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
+        const auto fmmu = network.state(id).fmmu(n, Certainty::kInferred);
+        if (!fmmu || !fmmu->active() || fmmu->bit_count() == 0 || fmmu->physical_start < kProcessMemory) continue;
+        if (!fmmu->reads() && !fmmu->writes()) continue;
+        const esc::BitRange bits = fmmu->logical_bits();
+        mapped_.push_back({id, n, fmmu->writes(), bits.first / 8, (bits.end() + 7) / 8, 0, 0, 0});
+      }
+    }
+  }
+
+  [[nodiscard]] std::vector<std::size_t> PartsOf(const track::LogicalAccess& e) const {
+    std::vector<std::size_t> parts;
+    const std::uint64_t begin = e.address;
+    const std::uint64_t end = begin + e.length;
+    for (std::size_t i = 0; i < mapped_.size(); ++i) {
+      const Mapped& m = mapped_[i];
+      const bool carried = m.outputs ? e.command != wire::Command::LRD : e.command != wire::Command::LWR;
+      if (carried && begin < m.end && end > m.begin && (begin > m.begin || end < m.end)) parts.push_back(i);
+    }
+    return parts;
+  }
+
+  /// A datagram covers a part: it goes on where the last one ended, or begins a new cycle.
+  void Follow(const track::LogicalAccess& e, Mapped& m) {
+    const std::uint64_t from = std::max<std::uint64_t>(e.address, m.begin);
+    const std::uint64_t to = std::min<std::uint64_t>(std::uint64_t{e.address} + e.length, m.end);
+    if (m.to != 0 && from > m.from && from <= m.to && to > m.to) {
+      m.to = to;
+      if (m.from == m.begin && m.to == m.end) m.incomplete = 0;
+      return;
+    }
+    if (m.to != 0 && to < m.to && to >= m.from && from < m.from) {
+      m.from = from;
+      if (m.from == m.begin && m.to == m.end) m.incomplete = 0;
+      return;
+    }
+    const bool complete = m.to != 0 && m.from == m.begin && m.to == m.end;
+    m.incomplete = m.to != 0 && !complete ? m.incomplete + 1 : 0;
+    m.from = from;
+    m.to = to;
+    if (m.incomplete < kCyclesInARow || !context().bus.slave(m.slave).al.SettledIn(esc::AlState::OP)) return;
+    const std::uint64_t key = 1ULL << 63U | m.begin << 20U | (m.end - m.begin) << 5U | m.number;
+    if (Repeat(m.slave, key, e.frame()) != kNoFinding) return;
+    const std::string what = m.outputs ? "outputs" : "inputs";
+    const std::string covered = std::to_string(to - from) + " of " + Count(m.end - m.begin, "byte");
+    Finding finding;
+    finding.slave = m.slave;
+    finding.first = e.frame();
+    finding.title = "Only " + covered + " of the " + what + " are exchanged";
+    finding.message = "FMMU " + std::to_string(m.number) + " of the slave, in OP, maps its " + what +
+                      " to the logical addresses " + Hex(m.begin, 8) + " to " + Hex(m.end - 1, 8) + ", but the " +
+                      std::string(wire::Name(e.command)) + " in frame " + std::to_string(e.frame().number) +
+                      " covers " + Hex(from, 8) + " to " + Hex(to - 1, 8) + ", " + covered +
+                      ", and nothing in the cycle covers the rest. " +
+                      (m.outputs ? "The sync manager hands outputs over when their last byte is written. " : "") +
+                      "Make the datagram as long as the process image.";
+    finding.evidence.push_back(Number("bytes", static_cast<std::int64_t>(to - from)));
+    finding.evidence.push_back(Number("expected_bytes", static_cast<std::int64_t>(m.end - m.begin)));
+    finding.evidence.push_back(HexNumber("logical_address", m.begin));
+    AddRelated(finding, context().bus.network().state(m.slave).fmmu_since[m.number]);
+    Report(key, std::move(finding));
+  }
+
+  void JudgeFmmus(const model::AlAnswered& e, device::PdoDirection direction) {
+    const model::ProcessLayout& layout = context().bus.slave(e.slave).process.Layout(direction);
+    const bool given = layout.source == model::LayoutSource::kObserved || layout.source == model::LayoutSource::kEni;
+    if (!given || !layout.known()) {
+      unknown_.insert(e.slave);
+      return;
+    }
+    if (layout.signals.empty()) return;
+    const track::SlaveState& state = context().bus.network().state(e.slave);
+    std::set<std::uint8_t> managers;
+    for (const model::Signal& signal : layout.signals) managers.insert(signal.sync_manager);
+    for (const std::uint8_t number : managers) {
+      const auto manager = state.sync_manager(number, Certainty::kInferred);
+      if (!manager || !manager->enabled() || manager->length != layout.bytes_of(number)) continue;
+      std::uint64_t bits = 0;
+      FrameNo since = 0;
+      for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
+        const auto fmmu = state.fmmu(n, Certainty::kInferred);
+        if (!fmmu || !fmmu->active()) continue;
+        const bool same_way = direction == device::PdoDirection::kRx ? fmmu->writes() : fmmu->reads();
+        const esc::BitRange buffer{std::uint64_t{manager->start} * 8, std::uint64_t{manager->length} * 8};
+        if (!same_way) continue;
+        bits += esc::Intersect(fmmu->physical_bits(), buffer).count;
+        since = std::max(since, state.fmmu_since[n]);
+      }
+      std::uint64_t wanted = 0;
+      for (const model::Signal& signal : layout.signals) {
+        if (signal.sync_manager == number) wanted += signal.bits;
+      }
+      // Without FMMUs the master reads and writes the buffers by their address.
+      if (bits != 0 && bits < wanted) TellFmmu(e, direction, layout, number, bits, wanted, since);
+    }
+  }
+
+  void TellFmmu(const model::AlAnswered& e, device::PdoDirection direction, const model::ProcessLayout& layout,
+                std::uint8_t manager, std::uint64_t bits, std::uint64_t wanted, FrameNo since) {
+    const std::uint64_t key = std::uint64_t{manager} << 48U | bits << 24U | wanted;
+    if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
+    std::string pdos;
+    for (const std::uint16_t pdo : layout.pdos) pdos += (pdos.empty() ? "" : ", ") + ObjectName(pdo);
+    const std::string what = direction == device::PdoDirection::kRx ? "outputs" : "inputs";
+    const auto text = [](std::uint64_t n) { return n % 8 == 0 ? Count(n / 8, "byte") : Count(n, "bit"); };
+    Finding finding;
+    finding.slave = e.slave;
+    finding.first = e.frame;
+    finding.title = "FMMUs map " + text(bits) + " of the " + what + ", the PDOs have " + text(wanted);
+    finding.message = "The slave reached OP in frame " + std::to_string(e.frame.number) + " with " + text(wanted) +
+                      " of " + what + " (" + pdos + ", sync manager " + std::to_string(manager) +
+                      "), but its FMMUs, set up to frame " + std::to_string(since) + ", map only " + text(bits) +
+                      " of them. " +
+                      (direction == device::PdoDirection::kRx
+                           ? "The sync manager hands outputs over when their last byte is written. "
+                           : "The rest of the inputs never reaches the master. ") +
+                      "Give the FMMU the length of the sync manager.";
+    finding.evidence.push_back(Number("mapped_bits", static_cast<std::int64_t>(bits)));
+    finding.evidence.push_back(Number("pdo_bits", static_cast<std::int64_t>(wanted)));
+    finding.evidence.push_back(Number("sync_manager", manager));
+    AddRelated(finding, since);
+    AddRelated(finding, layout.since);
+    if (layout.assumed) finding.confidence = Confidence::kInferred;
+    Report(key, std::move(finding));
+  }
+
+  std::optional<std::uint64_t> version_;
+  std::vector<Mapped> mapped_;
+  std::array<Cached, 16> cache_;
+  std::set<SlaveId> unknown_;
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<PdoLengthMismatch>};
+
+}  // namespace
+}  // namespace ecaudit

@@ -1,0 +1,95 @@
+#include "analyzers/core/al_text.h"
+#include "analyzers/core/pdo_rule.h"
+#include "analyzers/model/bus_model.h"
+#include "decoder/base/text.h"
+#include "decoder/process/pdo_mapping.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr RuleInfo kInfo{
+    .id = "pdo-unsupported",
+    .group = "PDO mapping",
+    .severity = Severity::kError,
+    .title = "A PDO is assigned that the drive does not have",
+    .needs = "a complete list of the PDOs that may be assigned: the manual of the family, or an ESI file",
+    .source = "ETG1000.6, PDO assignment; MKD, 4.5; AKD-2011, 4.5",
+    .doc = R"(
+## What it checks
+Each PDO index that the master writes to 1C12h or 1C13h against the PDOs that the manual of the family (or an ESI file)
+lists as selectable, those for free mapping included.
+
+## Why it matters
+The drive aborts the download and keeps what was assigned before, or refuses SAFEOP: the process data then have another
+length and meaning than the master believes.
+
+## How it is decided
+Only for families whose list is complete, and only for what the master writes: what a drive reports itself is never the
+master's mistake. A drive may have more PDOs than its manual: where it goes to SAFEOP with the assignment, the finding
+becomes an info. A PDO whose mapping the drive itself has shown (uploaded) is not reported unless it is refused.
+
+## Example
+tests/rules/pdo-unsupported/violates.trace
+
+## What to do
+Assign a PDO of the list (`ecaudit profiles NAME` prints it), in its direction: 1C12h takes Rx PDOs, 1C13h Tx PDOs.
+)"};
+
+class PdoUnsupported final : public PdoRule {
+ public:
+  PdoUnsupported() : PdoRule(kInfo, WhenAccepted::kBecomesInfo) {}
+
+ private:
+  void OnDownload(const mailbox::SdoTransfer& e, const std::vector<Write>& writes) override {
+    if (!process::IsAssignment(e.index)) return;
+    const device::DeviceDescription& family = *context().bus.slave(e.slave).profile;
+    const device::PdoDirection direction = DirectionOf(e.index);
+    for (const Write& write : writes) {
+      const auto pdo = static_cast<std::uint16_t>(write.value);
+      if (write.subindex == 0 || pdo == 0) continue;
+      if (!family.pdo.selectable_complete) {
+        NotEvaluable(e.slave, "no complete list of the slave's PDOs is known", FrameOf(e).number);
+        return;
+      }
+      if (family.pdo.IsAssignable(direction, pdo)) continue;
+      // The drive shows it by itself: it offers more than its manual.
+      const process::PdoObject* shown = context().bus.slave(e.slave).process.seen().Find(pdo);
+      if (shown != nullptr && e.outcome != mailbox::SdoOutcome::kAborted) continue;
+      Describe(e, write, pdo, direction, family);
+    }
+  }
+
+  void Describe(const mailbox::SdoTransfer& e, const Write& write, std::uint16_t pdo, device::PdoDirection direction,
+                const device::DeviceDescription& family) {
+    std::string list;
+    std::string source = family.pdo.source;
+    for (const device::SelectablePdo& known : family.pdo.selectable) {
+      if (known.direction != direction || known.example_only) continue;
+      list += (list.empty() ? "" : ", ") + ObjectName(known.index);
+      source = known.source;
+    }
+    if (family.pdo.flexible) {
+      const auto& free =
+          direction == device::PdoDirection::kRx ? family.pdo.flexible->rx_pdos : family.pdo.flexible->tx_pdos;
+      for (const std::uint16_t index : free) list += (list.empty() ? "" : ", ") + ObjectName(index);
+    }
+    const bool other_way = family.pdo.IsAssignable(
+        direction == device::PdoDirection::kRx ? device::PdoDirection::kTx : device::PdoDirection::kRx, pdo);
+    Finding finding;
+    finding.title = "PDO " + ObjectName(pdo) + " assigned in " + ObjectName(e.index) +
+                    (other_way ? ": it is of the other direction" : " is none of the drive's");
+    finding.message = "In frame " + std::to_string(FrameOf(e).number) + " the master downloads " + Hex(pdo) + " to " +
+                      ObjectName(e.index, write.subindex) + "." + OutcomeText(e) + " The " +
+                      std::string(DirectionName(direction)) + " PDOs of " + family.title + " are " +
+                      (list.empty() ? "not listed" : list) + ". Assign one of these.";
+    finding.evidence.push_back(HexNumber("pdo", pdo));
+    finding.evidence.push_back(Text("assignment", ObjectName(e.index, write.subindex)));
+    finding.reference = ReferenceTo(source);
+    Tell(e, e.index, std::uint64_t{e.index} << 16U | pdo, std::move(finding));
+  }
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<PdoUnsupported>};
+
+}  // namespace
+}  // namespace ecaudit
