@@ -27,7 +27,7 @@ Complete access writes count and entries in one transfer and is right. The order
 the download; one that it aborts because the object is read-only (a fixed PDO) does not count.
 
 ## Example
-tests/rules/pdo-assign-order/violates.trace
+samples/captures/pdo-assign-order.pcapng
 
 ## What to do
 Write 0 to subindex 0, then the entries from 1 on, then their number to subindex 0.

@@ -36,7 +36,7 @@ refused with 0x0017, 0x001D, 0x001E, 0x0024 or 0x0025 and nothing else explains 
 PDOs for free mapping is a warning, marked inferred, and the refusal names it as its cause.
 
 ## Example
-tests/rules/pdo-mapping-rule/violates.trace
+samples/captures/pdo-odd-mapping.pcapng
 
 ## What to do
 Fill the mapping up with the padding object of the manual (Rx 0002h:0, Tx 2002h), or leave objects out; unused PDOs stay

@@ -29,7 +29,7 @@ master's mistake. A drive may have more PDOs than its manual: where it goes to S
 becomes an info. A PDO whose mapping the drive itself has shown (uploaded) is not reported unless it is refused.
 
 ## Example
-tests/rules/pdo-unsupported/violates.trace
+samples/captures/pdo-unsupported.pcapng
 
 ## What to do
 Assign a PDO of the list (`ecaudit profiles NAME` prints it), in its direction: 1C12h takes Rx PDOs, 1C13h Tx PDOs.

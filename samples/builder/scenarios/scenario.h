@@ -122,6 +122,10 @@ Sample DuplicateAddress();
 Sample SlaveCountChanges();
 Sample LinkErrors();
 Sample ReadOnlyWrite();
+// pdo.cpp
+Sample PdoAssignOrder();
+Sample PdoUnsupported();
+Sample PdoOddMapping();
 // capture.cpp
 Sample OutboundOnly();
 Sample ReturnedOnly();

@@ -56,6 +56,16 @@ constexpr Scenario kScenarios[] = {
     {"link-errors", "The error counters of slave 1, port 1 rise between two reads.", "Link errors at slave 1.",
      LinkErrors},
     {"read-only-write", "The master writes AL Status 0x0130.", "The write of a read-only register.", ReadOnlyWrite},
+    // --- PDO mapping
+    {"pdo-assign-order",
+     "The master writes 1C12h:1 while 1C12h:0 is 1; the drive keeps its PDO, and SAFEOP is refused for the length of "
+     "SM2.",
+     "The order, the SM2 length that follows from it, and the refusal that follows from that.", PdoAssignOrder},
+    {"pdo-unsupported",
+     "PDO 1799h is assigned, which the drive does not have; SAFEOP is refused for the length of SM2.",
+     "The PDO, the SM2 length that follows from it, and the refusal that follows from that.", PdoUnsupported},
+    {"pdo-odd-mapping", "Three bytes of inputs are mapped freely; the device, like a Kollmorgen MKD-C, refuses SAFEOP.",
+     "The odd length of the Tx mapping, and the refusal it causes.", PdoOddMapping},
     // --- captures
     {"outbound-only", "A healthy run of which only the outbound frames were captured.",
      "No errors or warnings; one direction, and what could not be evaluated.", OutboundOnly},

@@ -1,0 +1,128 @@
+// PDO assignment and mapping that the drive does not follow.
+#include "samples/builder/scenarios/scenario.h"
+
+namespace ecaudit::samples {
+namespace {
+
+constexpr std::uint16_t kRxAssignment = 0x1C12;
+constexpr std::uint16_t kTxAssignment = 0x1C13;
+
+void ReadAssignments(Story& story) {
+  for (const std::uint16_t assignment : {kRxAssignment, kTxAssignment}) {
+    story.master.Upload(0, assignment, 0);
+    story.master.Upload(0, assignment, 1);
+  }
+}
+
+void Assign(Story& story, std::uint16_t assignment, std::uint16_t pdo) {
+  story.master.Download(0, assignment, 0, {0});
+  story.master.Download(0, assignment, 1, LeBytes(pdo));
+  story.master.Download(0, assignment, 0, {1});
+}
+
+/// SAFEOP with an SM2 of `output_bytes`; refused, and acknowledged.
+AlAnswer RefusedInSafeop(Story& story, std::uint16_t output_bytes) {
+  story.master.SetUpProcessData(0, output_bytes);
+  story.master.MapProcessImage();
+  const AlAnswer refused = story.master.ChangeState(0, Al::kSafeop);
+  story.master.Acknowledge(0, Al::kPreop);
+  story.master.DisableSyncManager(0, 2);
+  story.master.DisableSyncManager(0, 3);
+  return refused;
+}
+
+void FinishWell(Story& story) {
+  story.master.SetUpProcessData(0);
+  story.master.MapProcessImage();
+  story.master.ChangeState(0, Al::kSafeop);
+  story.master.ShutDown();
+}
+
+/// A power supply like the Kollmorgen MKD-C, with free mapping in 1600h and 1A00h.
+SlaveDescription PowerSupply() {
+  SlaveDescription drive = AkdDrive();  // same mailboxes and sync managers
+  drive.is_drive = false;
+  drive.has_latches = false;
+  drive.name = "MKD-C";
+  drive.sii.name = drive.name;
+  drive.sii.product_code = 0x00000002;
+  drive.sii.revision = 0x00020000;
+  drive.sii.rx_pdos.clear();
+  drive.sii.tx_pdos.clear();
+  drive.objects.Set(0x1018, 2, drive.sii.product_code);
+  drive.objects.Set(0x1018, 3, drive.sii.revision);
+  drive.objects.AddNumber(0x3000, 0, std::uint16_t{0}, true, "Clear faults");
+  drive.objects.AddNumber(0x3009, 0, std::uint8_t{0}, false, "Global STO state");
+  drive.objects.AddNumber(0x6100, 1, std::uint16_t{0}, false, "Input word");
+  for (const std::uint16_t pdo : {std::uint16_t{0x1600}, std::uint16_t{0x1A00}}) {
+    drive.objects.AddNumber(pdo, 0, std::uint8_t{0}, true, "PDO mapping");
+    for (std::uint8_t i = 1; i <= 8; ++i) drive.objects.AddNumber(pdo, i, std::uint32_t{0}, true, "mapped object");
+  }
+  return drive;
+}
+
+void Map(Story& story, std::uint16_t pdo, const std::vector<std::uint32_t>& entries) {
+  story.master.Download(0, pdo, 0, {0});
+  std::uint8_t subindex = 0;
+  for (const std::uint32_t entry : entries) story.master.Download(0, pdo, ++subindex, LeBytes(entry));
+  story.master.Download(0, pdo, 0, {subindex});
+}
+
+}  // namespace
+
+Sample PdoAssignOrder() {
+  Story story;
+  story.Add(AkdDrive());
+  story.master.Scan();
+  story.master.BringToPreop();
+  ReadAssignments(story);
+  const SdoAnswer early = story.master.Download(0, kRxAssignment, 1, LeBytes(std::uint16_t{0x1720}));
+  story.Expect("pdo-assign-order", 0, early.request, "1C12h:1 is written while 1C12h:0 is 1");
+  story.Expect("sdo-abort", 0, early.response, "the drive wants subindex 0 cleared first").Optional();
+  const AlAnswer refused = RefusedInSafeop(story, 12);
+  story.Expect("sm-process-config", 0, refused.request, "SM2 has 12 bytes, 1701h is still assigned and has 6");
+  story.Expect("al-refused", 0, refused.status_read, "AL status 0x0012, code 0x0017");
+  Assign(story, kRxAssignment, 0x1720);
+  FinishWell(story);
+  return story.Finish();
+}
+
+Sample PdoUnsupported() {
+  Story story;
+  story.Add(AkdDrive());
+  story.master.Scan();
+  story.master.BringToPreop();
+  ReadAssignments(story);
+  story.master.Download(0, kRxAssignment, 0, {0});
+  const SdoAnswer none = story.master.Download(0, kRxAssignment, 1, LeBytes(std::uint16_t{0x1799}));
+  story.Expect("pdo-unsupported", 0, none.request, "1799h is none of the drive's PDOs");
+  story.Expect("sdo-abort", 0, none.response, "the drive does not take the value").Optional();
+  story.master.Download(0, kRxAssignment, 0, {1});
+  const AlAnswer refused = RefusedInSafeop(story, 8);
+  story.Expect("sm-process-config", 0, refused.request, "SM2 has 8 bytes, 1701h is still assigned and has 6");
+  story.Expect("al-refused", 0, refused.status_read, "AL status 0x0012, code 0x0017");
+  Assign(story, kRxAssignment, 0x1721);
+  FinishWell(story);
+  return story.Finish();
+}
+
+Sample PdoOddMapping() {
+  Story story;
+  SimulatedSlave& drive = story.Add(PowerSupply());
+  drive.Override({.from = 2, .to = 4, .action = AlOverride::Action::kRefuse, .code = 0x0017, .times = 1});
+  story.master.Scan();
+  story.master.BringToPreop();
+  Map(story, 0x1600, {0x30000010});
+  Map(story, 0x1A00, {0x30090008, 0x61000110});
+  Assign(story, kRxAssignment, 0x1600);
+  Assign(story, kTxAssignment, 0x1A00);
+  const AlAnswer refused = RefusedInSafeop(story, 2);
+  story.Expect("pdo-mapping-rule", 0, refused.request, "three bytes of inputs, an odd number");
+  story.Expect("al-refused", 0, refused.status_read, "AL status 0x0012, code 0x0017");
+  Map(story, 0x1A00, {0x30090008, 0x61000110, 0x20020108});
+  Assign(story, kTxAssignment, 0x1A00);
+  FinishWell(story);
+  return story.Finish();
+}
+
+}  // namespace ecaudit::samples
