@@ -55,6 +55,35 @@ std::vector<Entry> EntriesOf(const PdoContent& pdo) {
   return entries;
 }
 
+/// Names and types for entries that a mapping object gave as numbers.
+void NameAfter(const PdoContent& pdo, std::vector<Entry>& entries) {
+  for (Entry& entry : entries) {
+    for (const device::PdoEntry& described : pdo.entries) {
+      if (described.index != entry.index || described.subindex != entry.subindex || described.bits != entry.bits) {
+        continue;
+      }
+      entry.name = described.name;
+      entry.type = events::CoeType(described.type);
+      break;
+    }
+  }
+}
+
+/// Whether what was seen of an assignment could be a part of this one.
+bool Agrees(const process::PdoObject& seen, const std::vector<AssignedPdo>& assigned) {
+  const std::uint8_t* count = seen.count.if_known();
+  if (count != nullptr && *count != assigned.size()) return false;
+  for (const auto& [subindex, pdo] : seen.values) {
+    if (subindex == 0) continue;
+    if (subindex > assigned.size()) {
+      if (count == nullptr) return false;
+    } else if (assigned[subindex - 1U].pdo != pdo) {
+      return false;
+    }
+  }
+  return true;
+}
+
 /// The EEPROM's lists of PDOs, read only when nothing better is known.
 class Eeprom {
  public:
@@ -168,9 +197,6 @@ ProcessLayout ProcessData::Compute(PdoDirection direction) const {
     layout.since = object->since;
     layout.assumed = object->count.certainty() == Certainty::kInferred;
     for (const std::uint16_t pdo : *observed) assigned.push_back({pdo, rx ? kOutputs : kInputs});
-  } else if (object != nullptr) {
-    layout.reason = "only a part of the assignment " + ObjectName(assignment) + " is in the capture";
-    return layout;
   } else if (eni_ != nullptr) {
     layout.source = LayoutSource::kEni;
     assigned = AssignedBy(*eni_, direction);
@@ -181,8 +207,15 @@ ProcessLayout ProcessData::Compute(PdoDirection direction) const {
     layout.source = LayoutSource::kDefault;
     assigned = AssignedBy(family_->pdo.fixed, direction);
   } else {
-    layout.reason = "the assignment " + ObjectName(assignment) +
-                    " is not in the capture, and neither the EEPROM nor an ESI or ENI file tells the default";
+    layout.reason = object != nullptr
+                        ? "only a part of the assignment " + ObjectName(assignment) + " is in the capture"
+                        : "the assignment " + ObjectName(assignment) +
+                              " is not in the capture, and neither the EEPROM nor an ESI or ENI file tells the default";
+    return layout;
+  }
+  if (layout.source != LayoutSource::kObserved && object != nullptr && !Agrees(*object, assigned)) {
+    layout = {};
+    layout.reason = "only a part of the assignment " + ObjectName(assignment) + " is in the capture";
     return layout;
   }
 
@@ -207,6 +240,7 @@ ProcessLayout ProcessData::Compute(PdoDirection direction) const {
     }
     const PdoContent* described = eni_ != nullptr ? FindPdo(*eni_, direction, pdo.pdo) : nullptr;
     if (described == nullptr) described = FindPdo(family_->pdo.fixed, direction, pdo.pdo);
+    if (entries && described != nullptr) NameAfter(*described, *entries);
     if (!entries && described != nullptr && described->known) entries = EntriesOf(*described);
     if (!entries) entries = eeprom.EntriesOf(pdo.pdo);
     if (!entries) {

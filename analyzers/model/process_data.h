@@ -1,6 +1,7 @@
 /// in: SDO transfers, EEPROM, description of one slave.  out: what its process data hold, entry by entry.
 ///
-///   which PDOs   1C12h/1C13h seen > ENI > EEPROM > ESI      (the assignment)
+///   which PDOs   1C12h/1C13h seen > ENI > EEPROM > ESI      (the assignment; where only a part of it was seen, the
+///                                                            others count if they agree with that part)
 ///   what in them 1600h.../1A00h... seen > ENI > manual, ESI > EEPROM   (the contents)
 ///
 /// Source: ETG.1000.6 5.6.7.4; esc-reference 9, 11.1.

@@ -259,6 +259,38 @@ class SignalStreams(SignalTest):
         self.assertNotIn("error", done.stderr)
 
 
+class SignalSamples(SignalTest):
+    """Our own captures with the descriptions that lie beside them."""
+
+    DESCRIPTIONS = SOURCE / "samples" / "descriptions"
+
+    def test_start_up_by_name_with_the_esi(self):
+        rows = self.columns(SAMPLES / "clean-startup.pcapng", "--esi", self.DESCRIPTIONS / "drive.esi.xml", "--states")
+        states = [r["S0.Status word state"] for r in rows]
+        steps = [a for a, b in zip(states, [None] + states) if a != b]
+        self.assertEqual(steps[:4], ["Switch on disabled", "Ready to switch on", "Switched on", "Operation enabled"])
+        # The drive is moved: the position that it reports is what was commanded before.
+        commanded = [int(r["S0.Interpolated position command"]) for r in rows]
+        reported = [int(r["S0.Position actual internal value"]) for r in rows]
+        self.assertGreater(max(commanded), 0)
+        self.assertTrue(set(reported) <= set(commanded))
+
+    def test_mid_run_by_name_with_the_eni(self):
+        rows = self.columns(SAMPLES / "mid-run.pcapng", "--eni", self.DESCRIPTIONS / "two-axes.eni.xml", "--states")
+        self.assertEqual(len(rows), 160)
+        self.assertEqual({r["S0.Status word state"] for r in rows} | {r["S1.Status word state"] for r in rows},
+                         {"Operation enabled"})
+
+    def test_every_sample_is_written(self):
+        for path in sorted(SAMPLES.glob("*.pcap*")):
+            with self.subTest(sample=path.name):
+                header, rows = self.table(path, "--states")
+                self.assertEqual(header[0], "time_s")
+                done = self.signals(path, "--format", "jsonl")
+                for line in done.out.splitlines():
+                    json.loads(line)
+
+
 @unittest.skipUnless(LAB.is_dir(), "the lab captures are not here")
 class SignalCaptures(SignalTest):
     """Lab captures: what Wireshark shows, and what the master noted while it ran."""

@@ -105,6 +105,35 @@ TEST_F(ProcessDataTest, ContentsThatWereNeverSeenStayUnknown) {
   EXPECT_EQ(rx.pdos, std::vector<std::uint16_t>{0x1600});
 }
 
+TEST_F(ProcessDataTest, APartOfTheAssignmentConfirmsOrExcludesTheDefault) {
+  PdoContent pdo;
+  pdo.index = 0x1701;
+  pdo.sync_manager = 2;
+  pdo.entries = {{0x6040, 0, 16, device::DataType::kUnsigned16, "Word", {}, ""}};
+  const std::vector<PdoContent> eni{pdo};
+  process_.SetEni(&eni);
+  Write(0x1C12, 1, {0x01, 0x17});
+  EXPECT_TRUE(process_.rx().known()) << process_.rx().reason;
+  EXPECT_EQ(process_.rx().source, LayoutSource::kEni);
+  Write(0x1C12, 1, {0x02, 0x17});
+  EXPECT_FALSE(process_.rx().known());
+  EXPECT_EQ(process_.rx().source, LayoutSource::kUnknown);
+  EXPECT_NE(process_.rx().reason.find("only a part"), std::string::npos);
+}
+
+TEST_F(ProcessDataTest, MappingSeenTakesTheNamesOfThePdoThatTheManualPrints) {
+  // AKD manual 4.5: 1B01h is the position actual value and the status word.
+  Write(0x1B01, 0, {2});
+  Write(0x1B01, 1, {0x20, 0x00, 0x63, 0x60});
+  Write(0x1B01, 2, {0x10, 0x00, 0x41, 0x60});
+  Write(0x1C13, 0, {1});
+  Write(0x1C13, 1, {0x01, 0x1B});
+  ASSERT_TRUE(process_.tx().known()) << process_.tx().reason;
+  ASSERT_NE(process_.tx().Find(0x6063, 0), nullptr);
+  EXPECT_NE(process_.tx().Find(0x6063, 0)->name, "");
+  EXPECT_FALSE(process_.tx().Find(0x6063, 0)->name_inferred);
+}
+
 TEST_F(ProcessDataTest, APartOfTheAssignmentIsNotEnough) {
   Write(0x1C12, 0, {2});
   Write(0x1C12, 1, {0x01, 0x17});
