@@ -86,6 +86,7 @@ void SignalWriter::BeginPass(const Pipeline& pipeline, const StreamContext& cont
   pipeline_ = &pipeline;
   context_ = &context;
   model_options_ = context.settings.analysis;
+  if (guessed_) model_options_.files = guessed_->files;
   model_ = std::make_unique<model::BusModel>(pipeline.network(), model_options_, no_model_events_);
   columns_.NewPass();
   row_ = {};
@@ -93,6 +94,8 @@ void SignalWriter::BeginPass(const Pipeline& pipeline, const StreamContext& cont
 
 void SignalWriter::BeginLearning(const Pipeline& pipeline, const StreamContext& context) {
   learning_ = true;
+  again_ = false;
+  if (!guessed_) guess_.emplace(context.settings.analysis.files.get());
   BeginPass(pipeline, context);
 }
 
@@ -100,6 +103,17 @@ std::optional<Error> SignalWriter::EndLearning(Console& console) {
   EndRow();
   learning_ = false;
   model_.reset();
+  if (guess_) {
+    guessed_ = guess_->Find();
+    guess_.reset();
+    if (guessed_) {
+      columns_ = SignalColumns(options_.choice);
+      again_ = true;
+      return std::nullopt;
+    }
+  }
+  if (guessed_)
+    console.Warning("places of the process data inferred: " + guessed_->what + " (an ENI file tells them: --eni)");
   columns_.Finish();
   cells_.resize(columns_.columns().size());
   shown_.resize(cells_.size());
@@ -263,6 +277,7 @@ std::string SignalWriter::WhyUnknown() const {
 }
 
 void SignalWriter::ShowDatagram(const track::LogicalAccess& access) {
+  if (learning_ && guess_) guess_->Add(access);
   if (!context_->settings.slaves.empty()) return;
   const auto show = [&](bool returned, const FrameRef& frame, ByteSpan data) {
     if (!frame.seen()) return;

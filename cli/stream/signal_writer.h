@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "analyzers/model/bus_model.h"
+#include "analyzers/signals/layout_guess.h"
 #include "cli/stream/signal_columns.h"
 #include "cli/stream/stream_run.h"
 #include "decoder/track/events.h"
@@ -29,6 +30,7 @@ class SignalWriter final : public LineWriter, private track::EventSink, private 
   [[nodiscard]] track::EventSink& events() override { return *this; }
   /// The columns stand above the first row, so all of them must be known by then.
   [[nodiscard]] bool learns() const override { return true; }
+  [[nodiscard]] bool learns_again() const override { return again_; }
   void BeginLearning(const Pipeline& pipeline, const StreamContext& context) override;
   [[nodiscard]] std::optional<Error> EndLearning(Console& console) override;
   void Begin(const Pipeline& pipeline, const StreamContext& context) override;
@@ -91,6 +93,9 @@ class SignalWriter final : public LineWriter, private track::EventSink, private 
   SignalOptions options_;
   SignalColumns columns_;
   bool learning_ = false;
+  bool again_ = false;
+  std::optional<signals::LayoutGuess> guess_;           ///< of the first pass
+  std::optional<signals::LayoutGuess::Found> guessed_;  ///< counts from the second pass on
   bool dc_seen_ = false;  ///< a frame carries both process data and the time of the reference clock
 
   // Of the pass under way.

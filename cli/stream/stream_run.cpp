@@ -176,8 +176,10 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
     return Fail(console, Error{message});
   }
   if (writer.learns()) {
-    const ExitStatus learned = Learn(console, writer, plan);
-    if (learned != ExitStatus::kClean) return learned;
+    do {
+      const ExitStatus learned = Learn(console, writer, plan);
+      if (learned != ExitStatus::kClean) return learned;
+    } while (writer.learns_again());
   }
   Result<std::vector<LineTarget>> targets =
       OpenTargets(*outputs, writer.formats(), console.color() && !output_.no_color, console);

@@ -49,6 +49,8 @@ class LineWriter {
   /// True when it must read the capture once before it can write; then BeginLearning() and EndLearning() frame a pass
   /// with the same events().
   [[nodiscard]] virtual bool learns() const { return false; }
+  /// True behind EndLearning() when what it found makes another such pass necessary.
+  [[nodiscard]] virtual bool learns_again() const { return false; }
   /// `pipeline` and `context` are gone after EndLearning(); the context has no targets.
   virtual void BeginLearning(const Pipeline& pipeline, const StreamContext& context);
   /// @return why nothing can be written

@@ -281,6 +281,30 @@ class SignalSamples(SignalTest):
         self.assertEqual({r["S0.Status word state"] for r in rows} | {r["S1.Status word state"] for r in rows},
                          {"Operation enabled"})
 
+    def test_mid_run_with_the_esi_is_inferred_where_one_arrangement_fits(self):
+        capture = SAMPLES / "mid-run.pcapng"
+        done = self.signals(capture, "--esi", self.DESCRIPTIONS / "drive.esi.xml")
+        self.assertIn("places of the process data inferred: 2 devices of drive.esi.xml in LRW 0x00000000: outputs of "
+                      "all, then inputs of all", done.err)
+        by_eni = self.signals(capture, "--eni", self.DESCRIPTIONS / "two-axes.eni.xml")
+        self.assertEqual(done.out, by_eni.out)
+
+    def test_what_several_arrangements_fit_stays_raw(self):
+        # Nothing moves and there is no status word: outputs first or inputs first?
+        still = self.file("still.xml", esi(entry(0x7000, 1, 48, "", "UDINT"), entry(0x6000, 1, 48, "", "UDINT")))
+        bus = Bus()
+        for _ in range(40):
+            bus.exchange(LRW, 0, 1, bytes(12), bytes(12), 3)
+        done = self.signals(self.file("still.pcap", bus.pcap()), "--esi", still)
+        self.assertNotIn("inferred", done.err)
+        self.assertIn("LRW 0x00010000 12 bytes", done.out.splitlines()[0])
+
+    def test_device_that_does_not_fit_the_length_stays_raw(self):
+        done = self.signals(SAMPLES / "mid-run.pcapng", "--esi", self.file("other.xml", esi(
+            entry(0x6040, 0, 16, "", "UINT"), entry(0x6041, 0, 16, "", "UINT"))))
+        self.assertNotIn("inferred", done.err)
+        self.assertIn("LRW 0x00000000 24 bytes", done.out.splitlines()[0])
+
     def test_every_sample_is_written(self):
         for path in sorted(SAMPLES.glob("*.pcap*")):
             with self.subTest(sample=path.name):
@@ -360,6 +384,25 @@ class SignalCaptures(SignalTest):
         # 1 kHz: the reference clock and the capture agree to a few per cent over the whole run.
         seconds = [float(r["time_s"]) for r in rows if r["dc_time_ns"]]
         self.assertAlmostEqual((times[-1] - times[0]) / 1e9 / (seconds[-1] - seconds[0]), 1.0, places=2)
+
+    def test_mid_run_with_the_esi(self):
+        def pdo(tag, manager, index):
+            entries = "".join(entry(int(e["object_index"], 0), e["subindex"], e["bits"], e["signal_name"],
+                                    "UINT" if e["bits"] == "16" else "DINT") for e in self.entries(index))
+            return f'<{tag} Sm="{manager}"><Index>#{index[1:]}</Index>{entries}</{tag}>'
+        path = self.file("akd.xml", '<EtherCATInfo><Vendor><Id>106</Id></Vendor><Descriptions><Devices><Device>'
+                         '<Type ProductCode="4279108" RevisionNo="3">AKD</Type>'
+                         f'{pdo("RxPdo", 2, "0x1720")}{pdo("TxPdo", 3, "0x1B20")}</Device></Devices></Descriptions>'
+                         '</EtherCATInfo>')
+        done = self.signals(LAB / "mid-run.pcapng", "--esi", path, "--states")
+        self.assertIn("2 devices of akd.xml", done.err)
+        rows = list(csv.DictReader(io.StringIO(done.out)))
+        self.assertEqual({row["S0.Status word state"] for row in rows} | {row["S1.Status word state"] for row in rows},
+                         {"Operation enabled"})
+        # The lab's axes move: 100 increments a cycle, the reported position two cycles behind.
+        positions = [int(row["S1.Position actual internal value"]) for row in rows]
+        self.assertTrue(all(0 <= b - a <= 1000 for a, b in zip(positions, positions[1:])))
+        self.assertGreater(positions[-1], positions[0])
 
     def test_mid_run_without_files_is_raw(self):
         done = self.signals(LAB / "mid-run.pcapng")
