@@ -139,6 +139,24 @@ struct PdoSummary {
   FrameNo since = 0;
 };
 
+/// What went through the mailboxes of one slave.
+struct MailboxSummary {
+  struct Messages {
+    std::string protocol;  ///< "CoE", "error"
+    std::uint64_t requests = 0;
+    std::uint64_t responses = 0;
+  };
+  std::uint64_t requests = 0;   ///< messages of the master, repetitions left out
+  std::uint64_t responses = 0;  ///< messages of the slave, unasked ones included, repetitions left out
+  std::uint64_t sdo_uploads = 0;
+  std::uint64_t sdo_downloads = 0;
+  std::uint64_t aborts = 0;  ///< SDO transfers aborted by either side
+  std::uint64_t emergencies = 0;
+  std::uint64_t error_replies = 0;
+  std::uint64_t unanswered = 0;       ///< requests without an answer, gaps of the capture left out
+  std::vector<Messages> by_protocol;  ///< by type number; those that were used
+};
+
 struct SlaveSummary {
   SlaveId id = kNoSlave;
   SlavePos position = 0;
@@ -158,6 +176,7 @@ struct SlaveSummary {
   PdoSummary rx_pdo;                              ///< master to slave
   PdoSummary tx_pdo;                              ///< slave to master
   std::optional<DcSummary> dc;                    ///< unset when nothing was seen of its distributed clocks
+  MailboxSummary mailbox;
 };
 
 struct AnalysisResult {

@@ -125,7 +125,8 @@ PdoSummary SummarisePdo(const model::ProcessLayout& layout, const model::Process
   return summary;
 }
 
-SlaveSummary SummariseSlave(SlaveId id, const model::BusModel& model, const AlHistory& history) {
+SlaveSummary SummariseSlave(SlaveId id, const model::BusModel& model, const AlHistory& history,
+                            const MailboxStatistics& mailboxes) {
   const track::Network& network = model.network();
   const bus::SlaveAddress& address = network.slaves()[id];
   const model::SlaveModel& slave = model.slave(id);
@@ -155,13 +156,14 @@ SlaveSummary SummariseSlave(SlaveId id, const model::BusModel& model, const AlHi
   SummariseSyncManagers(network.state(id), summary);
   summary.rx_pdo = SummarisePdo(slave.process.rx(), slave.outputs);
   summary.tx_pdo = SummarisePdo(slave.process.tx(), slave.inputs);
+  summary.mailbox = mailboxes.Of(id);
   return summary;
 }
 
 }  // namespace
 
 AnalysisResult Summarise(const capture::FrameSource& source, const Pipeline& pipeline, const model::BusModel& model,
-                         const AlHistory& history) {
+                         const AlHistory& history, const MailboxStatistics& mailboxes) {
   AnalysisResult result;
   result.capture = SummariseCapture(source, pipeline);
   if (const std::uint16_t* count = pipeline.network().slave_count().if_known()) result.bus.slave_count = *count;
@@ -169,7 +171,7 @@ AnalysisResult Summarise(const capture::FrameSource& source, const Pipeline& pip
   result.bus.duplicated_frames = pipeline.pairing().duplicated;
   result.bus.unanswered_at_end = pipeline.pairing().under_way_at_end;
   for (std::size_t s = 0; s < model.size(); ++s) {
-    result.slaves.push_back(SummariseSlave(static_cast<SlaveId>(s), model, history));
+    result.slaves.push_back(SummariseSlave(static_cast<SlaveId>(s), model, history, mailboxes));
   }
   NumberSlaves(result.slaves);
   return result;

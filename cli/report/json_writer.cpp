@@ -192,6 +192,7 @@ class CaptureWriter {
     json["fmmus"] = Json::array();
     for (const FmmuSummary& fmmu : s.fmmus) json["fmmus"].push_back(Fmmu(fmmu));
     json["pdo"] = Pdo(s.rx_pdo, s.tx_pdo);
+    json["mailbox"] = Mailbox(s.mailbox);
     return json;
   }
 
@@ -288,6 +289,17 @@ class CaptureWriter {
     json["tx_frame"] = FrameOrNull(tx.since);
     json["rx_exchanged"] = Exchanged(rx);
     json["tx_exchanged"] = Exchanged(tx);
+    return json;
+  }
+
+  [[nodiscard]] static Json Mailbox(const MailboxSummary& m) {
+    Json json{{"requests", m.requests},           {"responses", m.responses},  {"sdo_uploads", m.sdo_uploads},
+              {"sdo_downloads", m.sdo_downloads}, {"aborts", m.aborts},        {"emergencies", m.emergencies},
+              {"error_replies", m.error_replies}, {"unanswered", m.unanswered}};
+    json["by_protocol"] = Json::object();
+    for (const MailboxSummary::Messages& p : m.by_protocol) {
+      json["by_protocol"][p.protocol] = {{"requests", p.requests}, {"responses", p.responses}};
+    }
     return json;
   }
 

@@ -209,6 +209,7 @@ class CaptureText {
     if (s.dc) text_.Field("clocks", DcText(*s.dc), 5);
     ProcessData("outputs", s.rx_pdo, 2, s);
     ProcessData("inputs", s.tx_pdo, 3, s);
+    if (s.mailbox.requests > 0 || s.mailbox.responses > 0) text_.Field("mailbox", MailboxLine(s.mailbox), 5);
   }
 
   /// "17 bytes in 1600h, 1601h: 6040h:0 Control word, ...", as far as it is known. What was never used is not
@@ -277,6 +278,29 @@ class CaptureText {
     std::string text;
     for (const std::string& part : parts) text += (text.empty() ? "" : "; ") + part;
     return text.empty() ? "receive times only" : text;
+  }
+
+  /// "52 requests, 52 responses (CoE); 40 uploads, 11 downloads, 2 aborted"
+  [[nodiscard]] static std::string MailboxLine(const MailboxSummary& m) {
+    std::string text = Count(m.requests, "request") + ", " + Count(m.responses, "response");
+    std::string protocols;
+    for (const MailboxSummary::Messages& p : m.by_protocol) {
+      if (p.protocol != "error") protocols += (protocols.empty() ? "" : ", ") + p.protocol;
+    }
+    if (!protocols.empty()) text += " (" + protocols + ")";
+    std::string rest;
+    const auto add = [&rest](std::uint64_t n, const std::string& what) {
+      if (n > 0) rest += (rest.empty() ? "; " : ", ") + what;
+    };
+    add(m.sdo_uploads, Count(m.sdo_uploads, "upload"));
+    add(m.sdo_downloads, Count(m.sdo_downloads, "download"));
+    add(m.aborts, std::to_string(m.aborts) + " aborted");
+    add(m.emergencies,
+        m.emergencies == 1 ? std::string("1 emergency") : std::to_string(m.emergencies) + " emergencies");
+    add(m.error_replies,
+        m.error_replies == 1 ? std::string("1 mailbox error") : std::to_string(m.error_replies) + " mailbox errors");
+    add(m.unanswered, std::to_string(m.unanswered) + " unanswered");
+    return text + rest;
   }
 
   /// "PREOP #400 at 0.399 s", not broken over lines.

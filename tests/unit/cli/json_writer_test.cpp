@@ -93,6 +93,26 @@ TEST(JsonWriter, SlaveWithHistory) {
   EXPECT_FALSE(slave.contains("dc")) << "a section that is not analysed is absent, not invented";
 }
 
+TEST(JsonWriter, SlaveWithMailbox) {
+  CaptureReport capture = RefusedSafeop();
+  MailboxSummary& mailbox = capture.result.slaves[0].mailbox;
+  mailbox = {52, 53, 40, 11, 2, 1, 3, 4, {{"CoE", 50, 51}, {"FoE", 2, 0}}};
+  EXPECT_EQ(Written(capture)["reports"][0]["slaves"][0]["mailbox"],
+            json({{"requests", 52},
+                  {"responses", 53},
+                  {"sdo_uploads", 40},
+                  {"sdo_downloads", 11},
+                  {"aborts", 2},
+                  {"emergencies", 1},
+                  {"error_replies", 3},
+                  {"unanswered", 4},
+                  {"by_protocol",
+                   {{"CoE", {{"requests", 50}, {"responses", 51}}}, {"FoE", {{"requests", 2}, {"responses", 0}}}}}}));
+  const json unused = Written(RefusedSafeop())["reports"][0]["slaves"][0]["mailbox"];
+  EXPECT_EQ(unused["requests"], 0);
+  EXPECT_EQ(unused["by_protocol"], json::object());
+}
+
 TEST(JsonWriter, NothingKnownIsNull) {
   CaptureReport capture;
   capture.result.slaves.push_back({});

@@ -115,6 +115,20 @@ TEST(TextWriter, SlaveStory) {
   EXPECT_THAT(text, HasSubstr(" PREOP+ERR code 0x001d #760 at 0.759 s\n"));
 }
 
+TEST(TextWriter, MailboxTrafficInOneLine) {
+  CaptureReport capture = RefusedSafeop();
+  EXPECT_THAT(Written(capture), Not(HasSubstr("mailbox "))) << "no line where the mailboxes were not used";
+  MailboxSummary& mailbox = capture.result.slaves[0].mailbox;
+  mailbox.requests = 1;
+  mailbox.by_protocol = {{"CoE", 1, 0}};
+  EXPECT_THAT(Written(capture), HasSubstr("mailbox    1 request, 0 responses (CoE)\n"));
+  mailbox = {52, 53, 40, 11, 2, 1, 3, 4, {{"error", 0, 3}, {"CoE", 50, 50}, {"FoE", 2, 0}}};
+  EXPECT_THAT(Written(capture),
+              HasSubstr("52 requests, 53 responses (CoE, FoE); 40 uploads, 11 downloads, 2 aborted, 1 emergency, "
+                        "3"));
+  EXPECT_THAT(Written(capture), HasSubstr("4 unanswered\n"));
+}
+
 TEST(TextWriter, RequestsThatAreFollowedGoWithoutSaying) {
   CaptureReport capture = RefusedSafeop();
   capture.result.slaves[0].al_history = {
