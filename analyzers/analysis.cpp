@@ -7,6 +7,7 @@
 #include "analyzers/core/rule.h"
 #include "analyzers/model/bus_model.h"
 #include "analyzers/stats/al_history.h"
+#include "analyzers/stats/mailbox_summary.h"
 #include "analyzers/stats/prediction_statistics.h"
 #include "analyzers/stats/summary.h"
 #include "analyzers/sync/sync_model.h"
@@ -28,6 +29,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
   void SetContext(const RuleContext& context) { context_ = &context; }
   [[nodiscard]] const PredictionSummary& predictions() const { return predictions_.summary(); }
   void SetHistory(AlHistory& history) { history_ = &history; }
+  [[nodiscard]] const MailboxStatistics& mailboxes() const { return mailboxes_; }
   void SetSync(sync::SyncModel& sync) { sync_ = &sync; }
 
   void OnFrame(const wire::FrameView& frame, bus::Direction direction) override { sync_->OnFrame(frame, direction); }
@@ -64,16 +66,32 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
   void On(const track::FrameLost& e) override { ToRules(Topic::kFrameLost, e); }
   void On(const track::FrameDuplicated& e) override { ToRules(Topic::kFrameDuplicated, e); }
   void On(const track::FrameUnusable& e) override { ToRules(Topic::kFrameUnusable, e); }
-  void On(const mailbox::MailboxMessage& e) override { ToRules(Topic::kMailboxMessage, e); }
+  void On(const mailbox::MailboxMessage& e) override {
+    mailboxes_.On(e);
+    ToRules(Topic::kMailboxMessage, e);
+  }
   void On(const mailbox::MailboxRefused& e) override { ToRules(Topic::kMailboxRefused, e); }
-  void On(const mailbox::MailboxUnanswered& e) override { ToRules(Topic::kMailboxUnanswered, e); }
-  void On(const mailbox::MailboxErrorReply& e) override { ToRules(Topic::kMailboxErrorReply, e); }
-  void On(const mailbox::SdoTransfer& e) override { RulesThenModel(Topic::kSdoTransfer, e); }
-  void On(const mailbox::SdoInfo& e) override { model_->Apply(e); }
+  void On(const mailbox::MailboxReadLost& e) override { ToRules(Topic::kMailboxReadLost, e); }
+  void On(const mailbox::MailboxUnanswered& e) override {
+    mailboxes_.On(e);
+    ToRules(Topic::kMailboxUnanswered, e);
+  }
+  void On(const mailbox::MailboxErrorReply& e) override {
+    mailboxes_.On(e);
+    ToRules(Topic::kMailboxErrorReply, e);
+  }
+  void On(const mailbox::SdoTransfer& e) override {
+    mailboxes_.On(e);
+    RulesThenModel(Topic::kSdoTransfer, e);
+  }
   void On(const track::EepromRead& e) override { model_->Apply(e); }
   void On(const track::EepromWrite& e) override { model_->Apply(e); }
   void On(const mailbox::SdoUnexpected& e) override { ToRules(Topic::kSdoUnexpected, e); }
-  void On(const mailbox::Emergency& e) override { ToRules(Topic::kEmergency, e); }
+  void On(const mailbox::SdoInfo& e) override { RulesThenModel(Topic::kSdoInfo, e); }
+  void On(const mailbox::Emergency& e) override {
+    mailboxes_.On(e);
+    ToRules(Topic::kEmergency, e);
+  }
   void OnAccess(const track::SlaveAccess& e) override {
     for (Rule* rule : Listeners(Topic::kAccess)) rule->OnAccess(e);
     model_->Apply(e);
@@ -127,6 +145,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
   const RuleContext* context_ = nullptr;
   AlHistory* history_ = nullptr;
   PredictionStatistics predictions_;
+  MailboxStatistics mailboxes_;
   sync::SyncModel* sync_ = nullptr;
 };
 
@@ -199,7 +218,7 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
   }
   store.FoldNotEvaluable(model.size());
 
-  AnalysisResult result = Summarise(source, pipeline, model, history);
+  AnalysisResult result = Summarise(source, pipeline, model, history, dispatcher.mailboxes());
   result.bus.cycle = sync.SummariseCycle();
   result.bus.dc = sync.SummariseBus();
   for (SlaveSummary& slave : result.slaves) slave.dc = sync.Summarise(slave.id);

@@ -1,0 +1,169 @@
+#include <array>
+#include <vector>
+
+#include "analyzers/core/mailbox_text.h"
+#include "analyzers/core/rule.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr RuleInfo kInfo{.id = "mailbox-no-response",
+                         .group = "Mailbox and CoE",
+                         .severity = Severity::kError,
+                         .title = "A mailbox request gets no response",
+                         .needs = "both directions, time stamps, and a master that looks for the answer",
+                         .source = "ETG1000.4, mailbox; ESC-1, mailbox",
+                         .doc = R"(
+## What it checks
+Whether a request that a slave has to answer (SDO, SDO information, FoE, SoE, AoE, IP settings of EoE) is answered
+within the limit of 1 s.
+
+## Why it matters
+The master is stuck until its time-out, and what was requested did not happen.
+
+## How it is decided
+The request never got an answer, and the master looked for one (it read the mailbox, or its status 0x080D, and found it
+empty) until the limit was over; or it gave up earlier, after half of the limit at the least: it sent another request,
+took the slave to INIT, or looked no more for longer than the limit. SOEM gives up after 700 ms. An answer that comes
+late, however late, is an answer.
+The status of the out mailbox (0x0805) tells whether the slave took the request at all: still full, it did not.
+Where a frame that read the mailbox never came back, the answer may have been in it: the finding is marked inferred and
+caused_by names frame-lost. Where frames are missing from the capture nothing is said.
+
+## Example
+samples/captures/mailbox-no-response.pcapng: an upload of 1018h:1; the out mailbox is still full at the end.
+
+## What to do
+Out mailbox still full: the slave's processor does not run, or does not serve its mailbox in this state. Taken but not
+answered: counter of the request equal to the one before (the slave drops it as a repetition), or a fault of the slave.
+The limit can be changed in the configuration file: mailbox-no-response (milliseconds).
+)"};
+
+class MailboxNoResponse final : public Rule {
+ public:
+  using Rule::On;
+  MailboxNoResponse() : Rule(kInfo) { Subscribe({Topic::kMailboxUnanswered, Topic::kMailboxReadLost}); }
+
+  void On(const mailbox::MailboxUnanswered& e) override {
+    const FrameRef& request = e.request.frame;
+    switch (JudgeWait(e, context().pipeline->statistics().last,
+                      context().Limit("mailbox-no-response", kMailboxAnswerLimit))) {
+      case WaitVerdict::kGap:
+        NotEvaluable(e.slave, "frames are missing from the capture while a request was open", request.number);
+        return;
+      case WaitVerdict::kNeverLooked:
+        NotEvaluable(e.slave, "the master never looked for the answer to a request", request.number);
+        return;
+      case WaitVerdict::kNoTime:
+        NotEvaluable(e.slave, "a request without an answer has no time stamp", request.number);
+        return;
+      case WaitVerdict::kTooShort:
+        NotEvaluable(e.slave, "the wait for an answer ended before the limit", request.number);
+        return;
+      case WaitVerdict::kUnanswered:
+        break;
+    }
+    const std::uint64_t key =
+        RequestKey(e.request) | (e.not_taken ? 1ULL << 40U : 0U) | (e.read_lost ? 1ULL << 41U : 0U);
+    FindingIndex index = Repeat(e.slave, key, request);
+    if (index == kNoFinding) index = Report(key, Describe(e));
+    if (index == kNoFinding) return;
+    AddRelated(context().store[index], e.last_poll.number);
+    context().ExplainRequest(e.slave, request.number, index);
+    const FrameNo until = e.ended.seen() ? e.ended.number : ~FrameNo{0};
+    reported_[next_reported_++ % reported_.size()] = {e.slave, index, request.number, until};
+    if ((e.read_lost || e.certainty == Certainty::kUnknown) && lost_.size() < FindingStore::kMaxFindings)
+      lost_.push_back({e.slave, index, request.number, until});
+  }
+
+  /// That a frame was lost may show only after its answer was given up.
+  void On(const mailbox::MailboxReadLost& e) override {
+    for (const LostRead& r : reported_) {
+      if (r.finding == kNoFinding || r.slave != e.slave || e.frame.number <= r.from || e.frame.number >= r.until)
+        continue;
+      Finding& finding = context().store[r.finding];
+      if (finding.confidence == Confidence::kInferred) continue;
+      finding.confidence = Confidence::kInferred;
+      finding.message += " Frame " + std::to_string(e.frame.number) +
+                         ", which read the mailbox, never came back: the answer was probably lost with it.";
+      AddRelated(finding, e.frame.number);
+      lost_.push_back(r);
+    }
+  }
+
+  void Finish() override {
+    if (SaidNothingReturned()) return;
+    std::vector<Finding>& findings = context().store.findings();
+    for (std::size_t i = 0; i < findings.size(); ++i) {
+      if (findings[i].rule != "frame-lost") continue;
+      for (const LostRead& lost : lost_) {
+        if (findings[lost.finding].caused_by != kNoFinding) continue;
+        if (findings[i].first.number < lost.until && findings[i].last.number >= lost.from) {
+          findings[lost.finding].caused_by = static_cast<FindingIndex>(i);
+        }
+      }
+    }
+  }
+
+ private:
+  struct LostRead {
+    SlaveId slave = kNoSlave;
+    FindingIndex finding = kNoFinding;
+    FrameNo from = 0, until = 0;
+  };
+
+  static Finding Describe(const mailbox::MailboxUnanswered& e) {
+    using End = mailbox::MailboxUnanswered::End;
+    const std::int64_t wait = WaitOf(e).value_or(0);
+    Finding finding;
+    finding.slave = e.slave;
+    finding.first = e.request.frame;
+    finding.confidence = e.read_lost ? Confidence::kInferred : ConfidenceOf(e.certainty);
+    finding.title = "No response to " + RequestText(e.request) + " within " + Duration(wait);
+    finding.message =
+        "The master wrote " + RequestText(e.request) + " in frame " + std::to_string(e.request.frame.number) + " and ";
+    if (e.polls > 0) {
+      finding.message += "found no answer in " + Count(e.polls, "look") + " over " + Duration(wait) +
+                         " (the last in frame " + std::to_string(e.last_poll.number) + ")";
+    } else {
+      finding.message += "got no answer";
+    }
+    if (e.end == End::kNextRequest) {
+      finding.message += ", then it went on with the next request in frame " + std::to_string(e.ended.number);
+    } else if (e.end == End::kReset && e.ended.seen()) {
+      finding.message += ", then the mailbox was reset in frame " + std::to_string(e.ended.number);
+    }
+    finding.message += ". ";
+    if (e.not_taken) {
+      finding.message +=
+          "The out mailbox was still full at the last look (0x0805): the slave never took the request. Its processor "
+          "does not run, or does not serve the mailbox.";
+    } else if (e.read_lost) {
+      finding.message +=
+          "A frame that read the mailbox never came back meanwhile, so the answer was probably lost with it; a repeat "
+          "request (bit 1 of 0x080E) has to bring it back.";
+    } else if (e.certainty != Certainty::kObserved) {
+      finding.message += "The frame with the request itself never came back: the slave may not have got it.";
+    } else {
+      finding.message +=
+          "The slave took the request and does not answer it: look for an equal mailbox counter in the "
+          "request before, else for a fault of the slave.";
+    }
+    finding.evidence.push_back(Text("protocol", Name(e.request.protocol)));
+    finding.evidence.push_back(Real("waited_ms", static_cast<double>(wait) / 1e6));
+    finding.evidence.push_back(Number("polls", static_cast<std::int64_t>(e.polls)));
+    finding.evidence.push_back({"out_mailbox_full", e.not_taken, Evidence::Notation::kDecimal});
+    finding.evidence.push_back({"read_lost", e.read_lost, Evidence::Notation::kDecimal});
+    return finding;
+  }
+
+  std::vector<LostRead> lost_;
+  std::array<LostRead, 16> reported_{};  // the newest
+  std::size_t next_reported_ = 0;
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<MailboxNoResponse>};
+
+}  // namespace
+}  // namespace ecaudit

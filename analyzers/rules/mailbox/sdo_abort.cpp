@@ -1,0 +1,151 @@
+#include "analyzers/core/mailbox_text.h"
+#include "analyzers/core/rule.h"
+#include "analyzers/model/bus_model.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr RuleInfo kInfo{.id = "sdo-abort",
+                         .group = "Mailbox and CoE",
+                         .severity = Severity::kError,
+                         .title = "An SDO transfer is aborted",
+                         .needs = "what the slave put into its mailbox",
+                         .source = "ETG1000.6, SDO abort codes; CIA301, SDO abort codes",
+                         .doc = R"(
+## What it checks
+SDO transfers that end with an abort, by the slave or by the master, and what the abort code says. Repetitions with the
+same object and code count on one finding.
+
+## Why it matters
+The value was not written, or not read. A configuration that is aborted half way leaves the drive with a mixture of old
+and new settings.
+
+## How it is decided
+An aborted download is an error: the master wanted to change something and did not. So is an aborted upload, with one
+exception: an upload that is answered by "object does not exist" (0x06020000), "subindex does not exist" (0x06090011) or
+"complete access not supported" (0x06010004) is an info. Masters ask like that to find out what a slave offers (SOEM's
+slaveinfo, TwinCAT's optional objects); nothing is changed and the master has its answer.
+Where the model knows why the slave had to abort (sdo-write-read-only, sdo-wrong-size, sdo-unknown-object, sdo-toggle),
+caused_by names that finding. The command byte of an abort is 0x80 in its top three bits; some slave stacks leave bits
+of the request in it, and some put the code four bytes too far back, which the text then says. Aborts of SDO information
+services are no SDO transfers.
+
+## Example
+samples/captures/sdo-aborts.pcapng: a download of 2 bytes to 60FFh:0 (INT32), aborted with 0x06070013.
+
+## What to do
+0x0601xxxx access, 0x0602 and 0x0609 001x the object, 0x0607 the size, 0x0609 003x the value, 0x0800 002x the state of
+the drive (many objects can be written in PREOP only, or while the drive is disabled).
+)"};
+
+constexpr std::uint32_t kNoObject = 0x06020000;
+constexpr std::uint32_t kNoSubindex = 0x06090011;
+constexpr std::uint32_t kNoCompleteAccess = 0x06010004;
+
+class SdoAbort final : public Rule {
+ public:
+  using Rule::On;
+  SdoAbort() : Rule(kInfo) { Subscribe({Topic::kSdoTransfer}); }
+
+  void On(const mailbox::SdoTransfer& t) override {
+    if (t.outcome != mailbox::SdoOutcome::kAborted) return;
+    const bool by_slave = t.aborted_by == mailbox::Direction::kIn;
+    const std::uint64_t key = static_cast<std::uint64_t>(t.abort_code) | static_cast<std::uint64_t>(t.index) << 32U |
+                              static_cast<std::uint64_t>(t.subindex) << 48U |
+                              static_cast<std::uint64_t>(t.service) << 56U | (by_slave ? 0U : 1ULL << 60U) |
+                              (t.has_object ? 0U : 1ULL << 61U) | (t.complete_access ? 1ULL << 62U : 0U);
+    if (const FindingIndex known = Repeat(t.slave, key, t.last); known != kNoFinding) {
+      AddRelated(context().store[known], t.request.number);
+      return;
+    }
+    const std::uint32_t code = t.displaced_abort_code.value_or(t.abort_code);
+    const std::string object = t.has_object ? ObjectText(t, *context().bus.slave(t.slave).profile)
+                                            : std::string("an object not in the capture");
+    const std::string service = t.service == mailbox::SdoService::kUnknown ? "transfer" : std::string(Name(t.service));
+    Finding finding;
+    finding.slave = t.slave;
+    finding.first = t.last;
+    finding.confidence = t.has_object ? ConfidenceOf(t.certainty) : Confidence::kObserved;
+    finding.title = "SDO " + service + " of " + object + " aborted: " + CodeText(t.abort_code);
+    finding.message = (by_slave ? std::string("The slave aborts the ") : std::string("The master aborts its ")) +
+                      service + " of " + object +
+                      (t.request.seen() ? " (request in frame " + std::to_string(t.request.number) + ")" : "") +
+                      " with " + CodeText(t.abort_code) + ".";
+    if (t.displaced_abort_code) {
+      finding.message += " Four bytes behind the place of the code stands " + CodeText(*t.displaced_abort_code) +
+                         ": the slave put it in the wrong place, and that is what it means.";
+    }
+    if (IsProbe(t)) {
+      finding.message += " Nothing is changed: the master learns that the slave does not have it.";
+    } else if (by_slave) {
+      finding.message += " " + Advice(code);
+    }
+    if (t.service == mailbox::SdoService::kDownload) {
+      finding.message += " The master wrote " + Count(t.size, "byte") + ValueText(t.data) + ".";
+    }
+    finding.evidence.push_back(Text("service", service));
+    if (t.has_object) {
+      finding.evidence.push_back(HexNumber("index", t.index));
+      finding.evidence.push_back(Number("subindex", t.subindex));
+      finding.evidence.push_back({"complete_access", t.complete_access, Evidence::Notation::kDecimal});
+    }
+    finding.evidence.push_back(HexNumber("abort_code", t.abort_code));
+    if (t.displaced_abort_code) finding.evidence.push_back(HexNumber("displaced_abort_code", *t.displaced_abort_code));
+    finding.evidence.push_back(Text("meaning", std::string(mailbox::AbortCodeText(code))));
+    finding.evidence.push_back(Text("aborted_by", by_slave ? "slave" : "master"));
+    AddRelated(finding, t.request.number);
+    Report(key, IsProbe(t) ? Severity::kInfo : Severity::kError, std::move(finding));
+  }
+
+  void Finish() override { (void)SaidNothingReturned(); }
+
+ private:
+  static std::string CodeText(std::uint32_t code) {
+    const std::string_view text = mailbox::AbortCodeText(code);
+    return Hex(code, 8) +
+           (text.empty() ? ", a code without a meaning in the standard" : " (" + std::string(text) + ")");
+  }
+
+  static bool IsProbe(const mailbox::SdoTransfer& t) {
+    // Where the request is not in the capture, it may have been one.
+    if (t.service == mailbox::SdoService::kDownload || t.aborted_by != mailbox::Direction::kIn) return false;
+    return t.abort_code == kNoObject || t.abort_code == kNoSubindex || t.abort_code == kNoCompleteAccess;
+  }
+
+  static std::string ValueText(ByteSpan data) {
+    constexpr std::size_t kShown = 8;
+    if (data.empty()) return {};
+    std::string out = " (" + HexBytes(data.first(std::min(kShown, data.size())));
+    if (data.size() > kShown) out += "...";
+    return out + ")";
+  }
+
+  static std::string Advice(std::uint32_t code) {
+    switch (code >> 16U) {
+      case 0x0503:
+        return "Look at the toggle bits of the segments.";
+      case 0x0504:
+        return "Look at the SDO command, and at what the slave was doing.";
+      case 0x0601:
+        return "The object does not allow this access; look it up in the dictionary of the drive.";
+      case 0x0602:
+        return "Check index and firmware: the drive does not have this object.";
+      case 0x0604:
+        return "Check the PDO mapping against what the drive allows.";
+      case 0x0607:
+        return "Check the length against the type of the object.";
+      case 0x0609:
+        return "Check subindex and value against the limits of the object.";
+      case 0x0800:
+        return "Check the state: AL state, drive enabled, local control.";
+      default:
+        return "Look the object up in the dictionary of the drive.";
+    }
+  }
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<SdoAbort>};
+
+}  // namespace
+}  // namespace ecaudit

@@ -1,0 +1,122 @@
+#include <optional>
+
+#include "analyzers/core/mailbox_text.h"
+#include "analyzers/core/rule.h"
+#include "analyzers/model/bus_model.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr RuleInfo kInfo{.id = "sdo-wrong-size",
+                         .group = "Mailbox and CoE",
+                         .severity = Severity::kError,
+                         .title = "A download has another size than the object",
+                         .needs = "the object's type in the dictionary of the family or of the standard",
+                         .source = "ETG1000.6, CoE objects; CIA402, standard objects; MKD, 5.2, 5.3",
+                         .doc = R"(
+## What it checks
+The size of SDO downloads against the type of the object: 2 bytes for INT16, and so on.
+
+## Why it matters
+The drive aborts with 0x06070010, 0x06070012 or 0x06070013, or it takes part of the value.
+
+## How it is decided
+By the type in the dictionary of the slave's family; where its manual prints none (AKD, Pilz), by the objects that the
+standards define alike for all devices. Strings, records and objects whose type is not known are not judged, nor are
+complete access and expedited downloads that indicate no size. A drive that accepts the download makes it a warning.
+What a drive gives in an upload is never judged: it knows its own objects.
+
+## Example
+samples/captures/sdo-aborts.pcapng: 2 bytes written to 60FFh:0, an INT32.
+
+## What to do
+Correct the data type of this line in the master's start-up list.
+)"};
+
+class SdoWrongSize final : public Rule {
+ public:
+  using Rule::On;
+  SdoWrongSize() : Rule(kInfo) { Subscribe({Topic::kSdoTransfer}); }
+
+  void On(const mailbox::SdoTransfer& t) override {
+    if (t.service != mailbox::SdoService::kDownload || !t.has_object || !t.request.seen() || t.complete_access) return;
+    const std::optional<std::uint64_t> bytes = SizeOf(t);
+    if (!bytes || DeniesObject(t)) return;
+    const device::DeviceDescription& family = *context().bus.slave(t.slave).profile;
+    const device::DictionaryObject* object = family.object(t.index, t.subindex);
+    if (object == nullptr || object->types.empty()) {
+      NotEvaluable(t.slave, "the type of an object is not known", t.request.number);
+      return;
+    }
+    if (Allows(*object, t.subindex, *bytes)) return;
+    const bool accepted = t.outcome == mailbox::SdoOutcome::kCompleted;
+    const bool aborted = t.outcome == mailbox::SdoOutcome::kAborted;
+    const std::uint64_t key = static_cast<std::uint64_t>(t.index) | static_cast<std::uint64_t>(t.subindex) << 16U |
+                              (accepted ? 1ULL << 24U : 0U) | (*bytes & 0xFFFFFFFFU) << 32U;
+    FindingIndex index = Repeat(t.slave, key, t.request);
+    if (index == kNoFinding) {
+      const device::DataType type = object->TypeOf(t.subindex);
+      const std::string wanted =
+          type == device::DataType::kUnknown
+              ? std::string("another size")
+              : std::string(device::DataTypeName(type)) + ", " + Count((device::BitsOf(type) + 7U) / 8U, "byte");
+      Finding finding;
+      finding.slave = t.slave;
+      finding.first = t.request;
+      finding.confidence = aborted || accepted ? ConfidenceOf(t.certainty) : Confidence::kInferred;
+      finding.title = Count(*bytes, "byte") + " written to " + ObjectText(t, family) + " (" + wanted + ")";
+      finding.message = "The master writes " + Count(*bytes, "byte") + " to " + ObjectText(t, family) + " in frame " +
+                        std::to_string(t.request.number) + ", but the object is " + wanted + " (" + object->source +
+                        "). ";
+      if (accepted) {
+        finding.message += "The slave accepted it; what it made of the value is not known.";
+      } else if (aborted) {
+        finding.message += "The slave aborted with " + Hex(t.abort_code, 8) + ".";
+      }
+      finding.message += " Correct the data type in the start-up list of the master.";
+      finding.reference = ReferenceTo(object->source);
+      finding.evidence.push_back(HexNumber("index", t.index));
+      finding.evidence.push_back(Number("subindex", t.subindex));
+      finding.evidence.push_back(Number("bytes", static_cast<std::int64_t>(*bytes)));
+      if (type != device::DataType::kUnknown) {
+        finding.evidence.push_back(Number("expected_bytes", (device::BitsOf(type) + 7) / 8));
+      }
+      finding.evidence.push_back(Text("outcome", std::string(Name(t.outcome))));
+      AddRelated(finding, t.response.number);
+      index = Report(key, accepted ? Severity::kWarning : Severity::kError, std::move(finding));
+    }
+    if (AbortFits(t)) ExplainAbort(context(), t, index);
+  }
+
+ private:
+  /// What the master announced, else what a download in one piece carried; nothing where only part of it was seen.
+  static std::optional<std::uint64_t> SizeOf(const mailbox::SdoTransfer& t) {
+    if (t.declared_size) return *t.declared_size;
+    if (t.kind == mailbox::SdoTransferKind::kNormal) return t.size;
+    return std::nullopt;
+  }
+
+  static bool Allows(const device::DictionaryObject& object, std::uint8_t subindex, std::uint64_t bytes) {
+    if (bytes > 0xFFFF) return object.AllowsBits(subindex, 0xFFFF'FFF8U);  // only what has no fixed size
+    const auto bits = static_cast<std::uint32_t>(bytes * 8U);
+    return object.AllowsBits(subindex, bits) || (bits == 8 && object.AllowsBits(subindex, 1));
+  }
+
+  static bool DeniesObject(const mailbox::SdoTransfer& t) {
+    constexpr std::uint32_t kNoObject = 0x06020000;
+    constexpr std::uint32_t kNoSubindex = 0x06090011;
+    return t.outcome == mailbox::SdoOutcome::kAborted && (t.abort_code == kNoObject || t.abort_code == kNoSubindex);
+  }
+
+  /// False when the code names another reason, read-only for example.
+  static bool AbortFits(const mailbox::SdoTransfer& t) {
+    const std::uint32_t code = t.displaced_abort_code.value_or(t.abort_code);
+    return code >> 16U == 0x0607 || code >> 16U == 0x0800 || mailbox::AbortCodeText(code).empty();
+  }
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<SdoWrongSize>};
+
+}  // namespace
+}  // namespace ecaudit

@@ -1,0 +1,105 @@
+// What the rules of the mailbox decide with but a trace shows badly: how long a wait has to be, and what a frame that
+// turns out to be lost explains.
+#include <gtest/gtest.h>
+
+#include "analyzers/core/deferred_findings.h"
+#include "analyzers/core/mailbox_text.h"
+
+namespace ecaudit {
+namespace {
+
+using mailbox::MailboxUnanswered;
+
+constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kLimit = 1000 * kMs;
+
+FrameRef At(FrameNo number, std::int64_t ms) {
+  return {number, ms * kMs, true};
+}
+
+/// A request at 0 ms, `polls` looks of which the last is at `last_ms`, ended by `end` at `end_ms`.
+MailboxUnanswered Wait(std::uint64_t polls, std::int64_t last_ms, MailboxUnanswered::End end, std::int64_t end_ms) {
+  MailboxUnanswered event;
+  event.request.frame = At(1, 0);
+  event.polls = polls;
+  if (polls > 0) event.last_poll = At(10, last_ms);
+  event.end = end;
+  if (end != MailboxUnanswered::End::kCaptureEnd) event.ended = At(20, end_ms);
+  return event;
+}
+
+TEST(MailboxWait, PastTheLimitIsUnansweredHoweverItEnds) {
+  using End = MailboxUnanswered::End;
+  for (const End end : {End::kNextRequest, End::kReset, End::kCaptureEnd}) {
+    EXPECT_EQ(JudgeWait(Wait(5, 1000, end, 1001), {}, kLimit), WaitVerdict::kUnanswered);
+  }
+  EXPECT_EQ(JudgeWait(Wait(5, 1000, End::kGap, 1001), {}, kLimit), WaitVerdict::kGap);
+}
+
+TEST(MailboxWait, AMasterThatGivesUpHasWaitedHalfTheLimit) {
+  using End = MailboxUnanswered::End;
+  EXPECT_EQ(JudgeWait(Wait(5, 500, End::kNextRequest, 501), {}, kLimit), WaitVerdict::kUnanswered);
+  EXPECT_EQ(JudgeWait(Wait(5, 700, End::kReset, 701), {}, kLimit), WaitVerdict::kUnanswered);
+  EXPECT_EQ(JudgeWait(Wait(5, 499, End::kNextRequest, 501), {}, kLimit), WaitVerdict::kTooShort);
+  EXPECT_EQ(JudgeWait(Wait(5, 499, End::kReset, 2000), {}, kLimit), WaitVerdict::kTooShort)
+      << "only looks count: in between the answer may have waited";
+}
+
+TEST(MailboxWait, TheEndOfTheCaptureIsNoGivingUpUnlessItComesLate) {
+  const MailboxUnanswered event = Wait(5, 700, MailboxUnanswered::End::kCaptureEnd, 0);
+  EXPECT_EQ(JudgeWait(event, At(50, 1699), kLimit), WaitVerdict::kTooShort);
+  EXPECT_EQ(JudgeWait(event, At(50, 1700), kLimit), WaitVerdict::kUnanswered);
+  EXPECT_EQ(JudgeWait(event, {}, kLimit), WaitVerdict::kTooShort);
+}
+
+TEST(MailboxWait, NothingIsSaidWhereTheMasterNeverLookedOrTimeIsUnknown) {
+  using End = MailboxUnanswered::End;
+  EXPECT_EQ(JudgeWait(Wait(0, 0, End::kNextRequest, 5000), {}, kLimit), WaitVerdict::kNeverLooked);
+  MailboxUnanswered event = Wait(5, 2000, End::kNextRequest, 2001);
+  event.request.frame.has_time = false;
+  EXPECT_EQ(JudgeWait(event, {}, kLimit), WaitVerdict::kNoTime);
+}
+
+TEST(MailboxWait, ALostReadCountsAsALook) {
+  MailboxUnanswered event = Wait(0, 0, MailboxUnanswered::End::kNextRequest, 700);
+  event.read_lost = true;
+  EXPECT_EQ(WaitOf(event), 700 * kMs);
+  EXPECT_EQ(JudgeWait(event, {}, kLimit), WaitVerdict::kUnanswered);
+  event.ended = At(20, 2);
+  EXPECT_EQ(JudgeWait(event, {}, kLimit), WaitVerdict::kTooShort) << "it was asked for again at once";
+}
+
+Finding OddAt(SlaveId slave, FrameNo frame) {
+  Finding finding;
+  finding.slave = slave;
+  finding.first = At(frame, 0);
+  return finding;
+}
+
+TEST(DeferredFindings, ALostFrameInBetweenExplains) {
+  DeferredFindings deferred;
+  deferred.Add({10, 0, OddAt(0, 20)});
+  deferred.Add({30, 0, OddAt(0, 40)});
+  deferred.Add({10, 0, OddAt(1, 20)});
+  deferred.Lost(0, 10);
+  deferred.Lost(0, 20);
+  deferred.Lost(0, 15);
+  std::vector<FrameNo> left;
+  deferred.SettleOld([&](DeferredFinding&& d) { left.push_back(d.finding.first.number); });
+  EXPECT_TRUE(left.empty()) << "they may still be explained";
+  deferred.SettleAll([&](DeferredFinding&& d) { left.push_back(d.finding.first.number + d.finding.slave); });
+  EXPECT_EQ(left, (std::vector<FrameNo>{40, 21}));
+}
+
+TEST(DeferredFindings, TooManyAreSettledOldestFirst) {
+  DeferredFindings deferred;
+  std::vector<FrameNo> settled;
+  for (FrameNo frame = 1; frame <= DeferredFindings::kMax + 2; ++frame) {
+    deferred.Add({0, 0, OddAt(0, frame)});
+    deferred.SettleOld([&](DeferredFinding&& d) { settled.push_back(d.finding.first.number); });
+  }
+  EXPECT_EQ(settled, (std::vector<FrameNo>{1, 2}));
+}
+
+}  // namespace
+}  // namespace ecaudit
