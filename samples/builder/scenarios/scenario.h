@@ -113,6 +113,12 @@ Sample UndocumentedStatusCode();
 Sample AcceptedIllegal();
 Sample InvalidRequest();
 Sample UnexpectedErrorUnread();
+// mailbox.cpp
+Sample SdoAborts();
+Sample MailboxNoResponse();
+Sample Emergencies();
+Sample FoeUnsupported();
+Sample MailboxCounterSkipped();
 // bus.cpp
 Sample LostFrames();
 Sample DuplicatedFrames();

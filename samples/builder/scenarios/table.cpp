@@ -40,6 +40,18 @@ constexpr Scenario kScenarios[] = {
     {"invalid-request", "State 5 is requested and refused.", "The invalid request, and its refusal.", InvalidRequest},
     {"unexpected-error-unread", "The drive falls from OP to SAFEOP+ERR; the master reads AL Status, never the code.",
      "The state fell unexpectedly; the reason is not in the capture.", UnexpectedErrorUnread},
+    // --- mailbox
+    {"sdo-aborts",
+     "Four downloads in PREOP are aborted: a read-only object, a wrong size, and twice an unknown object.",
+     "Each abort, and where the reason is known, that before it.", SdoAborts},
+    {"mailbox-no-response", "The drive never takes a request out of its mailbox; the next one is refused.",
+     "No response, the out mailbox full; the refused request follows from it.", MailboxNoResponse},
+    {"emergency", "The drive sends an emergency 0x7305 in PREOP, later one that says it is free of errors.",
+     "The emergency.", Emergencies},
+    {"foe-unsupported", "A FoE request to a drive whose EEPROM lists CoE only.",
+     "The protocol, and the mailbox error it causes.", FoeUnsupported},
+    {"mailbox-counter", "The drive leaves out one number of its mailbox counter.", "The number left out.",
+     MailboxCounterSkipped},
     // --- bus
     {"lost-frames", "Four returned process-data frames are missing.", "Four lost frames, folded into one finding.",
      LostFrames},
