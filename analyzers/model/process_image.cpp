@@ -12,6 +12,7 @@ using device::PdoDirection;
 
 constexpr EscAddress kFirstDataAddress = 0x0F00;  // below are registers; 0x0F00 digital outputs, 0x1000 process memory
 constexpr EscAddress kProcessMemory = 0x1000;
+constexpr std::size_t kMaxPieces = 256;  // of one slave in an ENI; a slave has at most as many sync managers
 
 bool InMailbox(const track::SlaveState& state, const esc::Fmmu& fmmu) {
   for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
@@ -77,19 +78,26 @@ void SumUp(ImagePart& part) {
   for (const BitRun& run : part.runs) part.bits += run.bits;
 }
 
-bool Overlap(const BitRun& a, const BitRun& b) {
-  return a.in_datagram < b.in_datagram + b.bits && b.in_datagram < a.in_datagram + a.bits;
-}
-
-void FindCovered(std::vector<ImagePart>& parts) {
-  for (ImagePart& outputs : parts) {
-    if (outputs.direction != PdoDirection::kRx) continue;
-    for (const ImagePart& inputs : parts) {
-      if (inputs.direction != PdoDirection::kTx) continue;
-      for (const BitRun& a : outputs.runs) {
-        for (const BitRun& b : inputs.runs) outputs.covered |= Overlap(a, b);
+/// Marks outputs that share a byte of the datagram with inputs.
+void FindCovered(std::vector<ImagePart>& parts, std::size_t length) {
+  std::vector<bool> inputs(length);
+  const auto any = [&](const ImagePart& part, auto&& visit) {
+    for (const BitRun& run : part.runs) {
+      for (std::size_t byte = run.in_datagram / 8; byte < length && byte * 8 < run.in_datagram + run.bits; ++byte) {
+        if (visit(byte)) return true;
       }
     }
+    return false;
+  };
+  for (const ImagePart& part : parts) {
+    if (part.direction != PdoDirection::kTx) continue;
+    any(part, [&](std::size_t byte) {
+      inputs[byte] = true;
+      return false;
+    });
+  }
+  for (ImagePart& part : parts) {
+    if (part.direction == PdoDirection::kRx) part.covered = any(part, [&](std::size_t byte) { return inputs[byte]; });
   }
 }
 
@@ -175,7 +183,7 @@ void ProcessImage::BuildLogical(Entry& entry) {
     if (entry.command != wire::Command::LWR) AddMapped(entry, id, PdoDirection::kTx);
   }
   if (eni_ != nullptr) AddByEni(entry);
-  FindCovered(entry.parts);
+  FindCovered(entry.parts, entry.length);
 }
 
 void ProcessImage::Add(Entry& entry, ImagePart part) {
@@ -281,7 +289,8 @@ void ProcessImage::AddByEni(Entry& entry) {
     const std::uint64_t end = begin + std::uint64_t{entry.length} * 8;
     std::uint64_t before = 0;
     for (const device::EniImagePart& piece : pieces) {
-      if (piece.bit_start >= begin && std::uint64_t{piece.bit_start} + piece.bit_length <= end) {
+      const bool here = piece.bit_start >= begin && std::uint64_t{piece.bit_start} + piece.bit_length <= end;
+      if (here && part.runs.size() < kMaxPieces) {
         part.runs.push_back({static_cast<std::uint32_t>(before), static_cast<std::uint32_t>(piece.bit_start - begin),
                              piece.bit_length});
       }
