@@ -1,4 +1,5 @@
 #include "analyzers/core/pdo_rule.h"
+#include "analyzers/events/relatives.h"
 #include "analyzers/model/bus_model.h"
 #include "decoder/base/text.h"
 #include "decoder/process/pdo_mapping.h"
@@ -26,7 +27,8 @@ contents.
 Against the "PDO mapping" column of the family's object dictionary and its list of cyclic objects; either one's yes is a
 yes. Index 0 and the padding objects of the manual fill gaps and may have any length. Objects that no source mentions
 are judged only where a source claims to be complete. Only what the master writes counts. Where the drive goes to SAFEOP
-with the mapping, the finding becomes an info: it can do more than its manual says.
+with the mapping, the finding becomes an info: it can do more than its manual says. A drive whose manual describes no
+free mapping (AKD) may map what one of the same maker can, unless it aborts the download.
 
 ## Example
 tests/rules/pdo-not-mappable/violates.trace
@@ -64,6 +66,7 @@ class PdoNotMappable final : public PdoRule {
       return;
     }
     if (mappable == device::Mappable::kNo) {
+      if (e.outcome != mailbox::SdoOutcome::kAborted && MappableInRelative(family, direction, entry)) return;
       const bool wrong_way = family.MappableIn(Other(direction), entry.index, entry.subindex) != device::Mappable::kNo;
       const bool exists = family.object(entry.index, entry.subindex) != nullptr;
       Describe(e, write,
@@ -79,6 +82,17 @@ class PdoNotMappable final : public PdoRule {
     if (!wanted) return;
     Describe(e, write, name + " is mapped with " + Count(entry.bits, "bit") + " instead of " + std::to_string(*wanted),
              "it has " + Count(*wanted, "bit"));
+  }
+
+  /// The manual describes no free mapping, the drive takes it, and a drive of the same maker can map the object.
+  static bool MappableInRelative(const device::DeviceDescription& family, device::PdoDirection direction,
+                                 const process::MappingEntry& entry) {
+    if (family.pdo.flexible) return false;
+    for (const device::DeviceDescription* relative : events::Relatives(family)) {
+      const device::Mappable there = relative->MappableIn(direction, entry.index, entry.subindex);
+      if (there == device::Mappable::kYes || there == device::Mappable::kConditional) return true;
+    }
+    return false;
   }
 
   /// The length it has, where no source allows the one mapped.

@@ -1,5 +1,7 @@
-#include "analyzers/core/al_text.h"
+#include <algorithm>
+
 #include "analyzers/core/pdo_rule.h"
+#include "analyzers/events/relatives.h"
 #include "analyzers/model/bus_model.h"
 #include "decoder/base/text.h"
 #include "decoder/process/pdo_mapping.h"
@@ -26,7 +28,8 @@ length and meaning than the master believes.
 ## How it is decided
 Only for families whose list is complete, and only for what the master writes: what a drive reports itself is never the
 master's mistake. A drive may have more PDOs than its manual: where it goes to SAFEOP with the assignment, the finding
-becomes an info. A PDO whose mapping the drive itself has shown (uploaded) is not reported unless it is refused.
+becomes an info. A PDO whose mapping the drive itself has shown (uploaded), or that a drive of the same maker has for
+free mapping, is reported only when the drive aborts the download.
 
 ## Example
 samples/captures/pdo-unsupported.pcapng
@@ -54,9 +57,23 @@ class PdoUnsupported final : public PdoRule {
       if (family.pdo.IsAssignable(direction, pdo)) continue;
       // The drive shows it by itself: it offers more than its manual.
       const process::PdoObject* shown = context().bus.slave(e.slave).process.seen().Find(pdo);
-      if (shown != nullptr && e.outcome != mailbox::SdoOutcome::kAborted) continue;
+      const bool aborted = e.outcome == mailbox::SdoOutcome::kAborted;
+      if (!aborted && (shown != nullptr || FreeInRelative(family, direction, pdo))) continue;
       Describe(e, write, pdo, direction, family);
     }
+  }
+
+  /// True for a PDO of free mapping by the manual of a drive of the same maker: newer firmware of this one has it, too.
+  static bool FreeInRelative(const device::DeviceDescription& family, device::PdoDirection direction,
+                             std::uint16_t pdo) {
+    if (family.pdo.flexible) return false;
+    for (const device::DeviceDescription* relative : events::Relatives(family)) {
+      const auto& free = relative->pdo.flexible;
+      if (!free) continue;
+      const auto& pdos = direction == device::PdoDirection::kRx ? free->rx_pdos : free->tx_pdos;
+      if (std::find(pdos.begin(), pdos.end(), pdo) != pdos.end()) return true;
+    }
+    return false;
   }
 
   void Describe(const mailbox::SdoTransfer& e, const Write& write, std::uint16_t pdo, device::PdoDirection direction,

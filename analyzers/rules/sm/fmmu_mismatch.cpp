@@ -137,6 +137,7 @@ class FmmuMismatch final : public Rule {
     // One whose settings are not in the capture may be where the FMMU points.
     const bool all_known =
         std::all_of(managers.begin(), managers.begin() + 4, [](const auto& m) { return m.has_value(); });
+    if (!against && HasVirtualManagers(e.slave)) return;
     if (!against && !all_known) {
       NotEvaluable(e.slave, "an FMMU is active, but not all sync managers were set in the capture", e.frame.number);
       return;
@@ -145,6 +146,14 @@ class FmmuMismatch final : public Rule {
                               std::uint64_t{fmmu.type} << 16U | (against ? 0x80U : 0U) | n;
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
     Report(key, DescribePlace(e, n, fmmu, outside, against, managers));
+  }
+
+  /// The EEPROM says that some process data need no sync manager.
+  [[nodiscard]] bool HasVirtualManagers(SlaveId slave) const {
+    constexpr std::uint8_t kVirtual = 0x04;
+    const auto sii = esc::ParseSii(context().bus.network().state(slave).sii.image());
+    return std::any_of(sii.sync_managers.begin(), sii.sync_managers.end(),
+                       [](const esc::SiiSyncManager& sm) { return (sm.enable & kVirtual) != 0; });
   }
 
   Finding DescribePlace(const model::AlAnswered& e, std::size_t n, const esc::Fmmu& fmmu,

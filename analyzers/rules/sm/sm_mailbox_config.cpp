@@ -1,3 +1,4 @@
+#include <set>
 #include <string>
 
 #include "analyzers/core/refusal_predictions.h"
@@ -55,7 +56,15 @@ class SmMailboxConfig final : public Rule {
       NotEvaluable(e.slave, "the state of the slave was not read before PREOP was requested", request.frame.number);
       return;
     }
-    if (request.verdict != model::AlVerdict::kLegal || request.from != kInit) return;
+    if (request.verdict != model::AlVerdict::kLegal) return;
+    if (request.from != kInit) {
+      // Asked again before an answer was seen: that one is judged already.
+      if (request.from == 0 && request.possible.contains(kInit) && !judged_.contains(e.slave)) {
+        NotEvaluable(e.slave, "the state of the slave was not read before PREOP was requested", request.frame.number);
+      }
+      return;
+    }
+    judged_.insert(e.slave);
     const track::SlaveState& state = context().bus.network().state(e.slave);
     const auto demands = model::MailboxDemands(*context().bus.slave(e.slave).profile, esc::ParseSii(state.sii.image()));
     if (!demands.known) {
@@ -87,6 +96,7 @@ class SmMailboxConfig final : public Rule {
   }
 
   RefusalPredictions predictions_;
+  std::set<SlaveId> judged_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SmMailboxConfig>};

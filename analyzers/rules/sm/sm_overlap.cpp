@@ -60,7 +60,9 @@ class SmOverlap final : public Rule {
     }
     for (std::size_t a = 0; a < used.size(); ++a) {
       for (std::size_t b = a + 1; b < used.size(); ++b) {
-        if (used[a].known.settings.Overlaps(used[b].known.settings)) Tell(e, used[a], used[b]);
+        const esc::SyncManager& x = used[a].known.settings;
+        const esc::SyncManager& y = used[b].known.settings;
+        if (x.start < EndOf(y) && y.start < EndOf(x)) Tell(e, used[a], used[b]);
       }
     }
   }
@@ -91,6 +93,12 @@ class SmOverlap final : public Rule {
     FindingIndex finding = kNoFinding;
     FrameNo request = 0;
   };
+
+  /// First byte behind its memory. Below the process memory (digital I/O at 0x0F00) there are no further buffers.
+  static std::uint32_t EndOf(const esc::SyncManager& sm) {
+    constexpr std::uint16_t kProcessMemory = 0x1000;
+    return sm.start < kProcessMemory ? sm.end() : sm.occupied_end();
+  }
 
   static bool Upwards(std::uint8_t from, std::uint8_t to) {
     const auto height = [](std::uint8_t state) { return state == 3 ? 2 : state; };  // BOOT beside PREOP
@@ -136,13 +144,13 @@ class SmOverlap final : public Rule {
     const esc::SyncManager& y = b.known.settings;
     const auto area = [](const Used& used) {
       const esc::SyncManager& sm = used.known.settings;
-      const bool three = sm.occupied_bytes() != sm.length;
-      return "sync manager " + std::to_string(used.number) + " takes " + Hex(sm.start) + " to " +
-             Hex(sm.occupied_end() - 1) + " (" + (three ? "three buffers of " : "one buffer of ") +
-             Count(sm.length, "byte") + ", set in frame " + std::to_string(used.known.since) + ")";
+      const bool three = EndOf(sm) != sm.end();
+      return "sync manager " + std::to_string(used.number) + " takes " + Hex(sm.start) + " to " + Hex(EndOf(sm) - 1) +
+             " (" + (three ? "three buffers of " : "one buffer of ") + Count(sm.length, "byte") + ", set in frame " +
+             std::to_string(used.known.since) + ")";
     };
     const std::uint32_t first = std::max<std::uint32_t>(x.start, y.start);
-    const std::uint32_t end = std::min(x.occupied_end(), y.occupied_end());
+    const std::uint32_t end = std::min(EndOf(x), EndOf(y));
     Finding finding;
     finding.slave = e.slave;
     finding.first = e.request.frame;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <set>
 #include <string>
 
 #include "analyzers/core/refusal_predictions.h"
@@ -13,6 +14,7 @@ namespace ecaudit {
 namespace {
 
 constexpr std::uint16_t kInvalidSyncManager = 0x0017;
+constexpr auto kPreop = static_cast<std::uint8_t>(esc::AlState::PREOP);
 constexpr std::uint8_t kOutputs = 2;  // sync managers of slaves with a mailbox
 constexpr std::uint8_t kInputs = 3;
 
@@ -66,7 +68,16 @@ class SmProcessConfig final : public Rule {
       return;
     }
     const device::DeviceDescription& family = *context().bus.slave(e.slave).profile;
-    if (request.verdict != model::AlVerdict::kLegal || !Verifies(family, request.from, to)) return;
+    if (request.verdict != model::AlVerdict::kLegal) return;
+    if (!Verifies(family, request.from, to)) {
+      // Asked again before an answer was seen: that one is judged already.
+      if (to == esc::AlState::SAFEOP && request.from == 0 && request.possible.contains(kPreop) &&
+          !judged_.contains(e.slave)) {
+        NotEvaluable(e.slave, "the state of the slave was not read before SAFEOP was requested", request.frame.number);
+      }
+      return;
+    }
+    judged_.insert(e.slave);
     const track::SlaveState& state = context().bus.network().state(e.slave);
     auto demands = model::ProcessDemands(family, esc::ParseSii(state.sii.image()));
     if (!demands.known) {
@@ -84,7 +95,7 @@ class SmProcessConfig final : public Rule {
  private:
   /// PREOP to SAFEOP; and SAFEOP to OP where the manual binds the refusal for sync managers to that transition, too.
   static bool Verifies(const device::DeviceDescription& family, std::uint8_t from, esc::AlState to) {
-    if (to == esc::AlState::SAFEOP) return from == static_cast<std::uint8_t>(esc::AlState::PREOP);
+    if (to == esc::AlState::SAFEOP) return from == kPreop;
     if (from != static_cast<std::uint8_t>(esc::AlState::SAFEOP)) return false;
     const device::AlStatusCode* code = family.al_status_code(kInvalidSyncManager);
     return code != nullptr && code->exclusive && code->AppliesTo(esc::AlState::SAFEOP, esc::AlState::OP);
@@ -172,6 +183,7 @@ class SmProcessConfig final : public Rule {
   }
 
   RefusalPredictions predictions_;
+  std::set<SlaveId> judged_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SmProcessConfig>};
