@@ -174,7 +174,7 @@ std::string PdoRule::OutcomeText(const mailbox::SdoTransfer& e) {
 
 void MappingSuspicions::Add(SlaveId slave, const FrameRef& request, std::vector<Suspect> suspects) {
   open_.erase(slave);
-  if (!suspects.empty()) open_[slave] = {request, std::move(suspects), 0, kNoFinding};
+  if (!suspects.empty()) open_[slave] = {request, std::move(suspects), 0, {}, kNoFinding};
 }
 
 std::optional<MappingSuspicions::Suspicion> MappingSuspicions::On(const RuleContext& context,
@@ -183,16 +183,16 @@ std::optional<MappingSuspicions::Suspicion> MappingSuspicions::On(const RuleCont
     open_.erase(e.slave);
     return std::nullopt;
   }
-  return e.code ? Ripen(context, e.slave, *e.code) : std::nullopt;
+  return e.code ? Ripen(context, e.slave, e.frame, *e.code) : std::nullopt;
 }
 
 std::optional<MappingSuspicions::Suspicion> MappingSuspicions::On(const RuleContext& context,
                                                                   const model::AlErrorCode& e) {
-  return Ripen(context, e.slave, e.code);
+  return Ripen(context, e.slave, e.frame, e.code);
 }
 
 std::optional<MappingSuspicions::Suspicion> MappingSuspicions::Ripen(const RuleContext& context, SlaveId slave,
-                                                                     std::uint16_t code) {
+                                                                     const FrameRef& frame, std::uint16_t code) {
   const auto found = open_.find(slave);
   if (found == open_.end() || code == 0) return std::nullopt;
   Suspicion suspicion = std::move(found->second);
@@ -205,6 +205,7 @@ std::optional<MappingSuspicions::Suspicion> MappingSuspicions::Ripen(const RuleC
     suspect.by_code = suspect.direction == device::PdoDirection::kRx ? !inputs : !outputs;
   }
   suspicion.code = code;
+  suspicion.shown = frame;
   const std::vector<Finding>& findings = context.store.findings();
   for (std::size_t i = findings.size(); i-- > 0 && suspicion.refusal == kNoFinding;) {
     const Finding& f = findings[i];

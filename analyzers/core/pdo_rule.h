@@ -110,6 +110,7 @@ class MappingSuspicions {
     FrameRef request;
     std::vector<Suspect> suspects;
     std::uint16_t code = 0;  ///< out
+    FrameRef shown;          ///< out: the read that showed the code
     FindingIndex refusal = kNoFinding;
   };
   void Add(SlaveId slave, const FrameRef& request, std::vector<Suspect> suspects);
@@ -122,7 +123,7 @@ class MappingSuspicions {
   void Finish(RuleContext& context) const;
 
  private:
-  std::optional<Suspicion> Ripen(const RuleContext& context, SlaveId slave, std::uint16_t code);
+  std::optional<Suspicion> Ripen(const RuleContext& context, SlaveId slave, const FrameRef& frame, std::uint16_t code);
 
   std::map<SlaveId, Suspicion> open_;
   std::vector<std::pair<FindingIndex, std::string>> blamed_;

@@ -243,18 +243,20 @@ class PdoMappingRule final : public PdoRule {
       const model::ProcessLayout& layout = context().bus.slave(slave).process.Layout(suspect.direction);
       const std::uint64_t key =
           3ULL << 60U | std::uint64_t{suspect.direction == device::PdoDirection::kRx} << 50U | layout.bits;
-      FindingIndex index = Repeat(slave, key, suspicion.request);
+      FindingIndex index = Repeat(slave, key, suspicion.shown);
       if (index == kNoFinding) {
         const std::string name(DirectionName(suspect.direction));
         Finding finding;
         finding.slave = slave;
-        finding.first = suspicion.request;
+        finding.first = suspicion.shown;
+        AddRelated(finding, suspicion.request.number);
         finding.confidence = Confidence::kInferred;
         finding.title = name + " mapping has an odd length of " + Count(layout.bytes(), "byte") +
                         (suspect.by_code ? ", which may be why SAFEOP is refused" : "");
         finding.message = "SAFEOP, requested in frame " + std::to_string(suspicion.request.number) +
-                          ", is refused with AL status code " + CodeText(suspicion.code, family) + ". " +
-                          PdoList(layout) + ": " + suspect.text + ". " +
+                          ", is refused with AL status code " + CodeText(suspicion.code, family) + " (frame " +
+                          std::to_string(suspicion.shown.number) + "). " + PdoList(layout) + ": " + suspect.text +
+                          ". " +
                           (WrittenByMaster(slave, suspect.direction, layout.pdos)
                                ? ""
                                : "It is the drive's own default, which the master keeps. ") +

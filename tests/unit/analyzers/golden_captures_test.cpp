@@ -204,8 +204,16 @@ const std::map<std::string, Expected>& RealTable() {
       // mapping that the master keeps has an odd length, and 6040h and 6041h four times: that this is why is an
       // inference. Three outbound frames without return; an ARP packet follows each of them.
       {"soem-sdinfo-akd.pcapng",
-       {{"warning", "pdo-mapping-rule", 0, 743, 1, nullptr, {506}, 743, "Rx mapping has an odd length of 17 bytes"},
-        {"info", "pdo-mapping-rule", 0, 743, 1, nullptr, {734}, 743, "Tx mapping has an odd length of 17 bytes"},
+       {{"warning",
+         "pdo-mapping-rule",
+         0,
+         6758,
+         1,
+         nullptr,
+         {743, 506},
+         6758,
+         "Rx mapping has an odd length of 17 bytes"},
+        {"info", "pdo-mapping-rule", 0, 6758, 1, nullptr, {743, 734}, 6758, "Tx mapping has an odd length of 17 bytes"},
         {"warning", "pdo-object-mapped-twice", 0, 743, 1, nullptr, {506}, 743, "6040h:0 is mapped 4 times in the Rx"},
         {"warning", "pdo-object-mapped-twice", 0, 743, 1, nullptr, {734}, 743, "6041h:0 is mapped 4 times in the Tx"},
         {"error", "al-refused", 0, 760, 0, "pdo-mapping-rule", {743, 6758}, 6762, "0x001d"},
