@@ -125,6 +125,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
   void On(const model::SyncSwitchedOn& e) override { ToRules(Topic::kSyncSwitchedOn, e); }
   void On(const model::OutputGap& e) override { ToRules(Topic::kOutputGap, e); }
   void On(const model::SyncSlotMiss& e) override { ToRules(Topic::kSyncSlotMiss, e); }
+  void On(const model::ArrivalOff& e) override { ToRules(Topic::kArrivalOff, e); }
 
  private:
   [[nodiscard]] const std::vector<Rule*>& Listeners(Topic topic) const {

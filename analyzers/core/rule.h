@@ -65,6 +65,7 @@ enum class Topic : std::uint8_t {
   kSyncSwitchedOn,
   kOutputGap,
   kSyncSlotMiss,
+  kArrivalOff,
   kCount
 };
 

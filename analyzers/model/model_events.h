@@ -148,6 +148,7 @@ class ModelSink {
   virtual void On(const SyncSwitchedOn&) {}
   virtual void On(const OutputGap&) {}
   virtual void On(const SyncSlotMiss&) {}
+  virtual void On(const ArrivalOff&) {}
 };
 
 }  // namespace ecaudit::model

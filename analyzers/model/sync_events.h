@@ -40,6 +40,7 @@ struct OutputGap {
   FrameRef fell;
   esc::AlWord fell_to;
   std::optional<std::uint16_t> fell_code;
+  std::optional<std::uint16_t> status_word;  ///< 6041h in the frame before, where it is mapped
 };
 
 /// SYNC0 intervals of a slave in OP and the frames that fell into them, where it is not one each.
@@ -50,6 +51,19 @@ struct SyncSlotMiss {
   std::uint32_t cycle_ns = 0;
   TimeNs phase_ns = 0;  ///< of `frame`: since the SYNC0 before it
   TimeNs uncertainty_ns = 0;
+  std::uint64_t unreturned = 0;  ///< as in OutputGap
+};
+
+/// Process data of a slave in OP without SYNC0 that came late, early or not at all, for families with a jitter limit.
+struct ArrivalOff {
+  SlaveId slave = kNoSlave;
+  FrameRef before, frame;
+  TimeNs deviation_ns = 0;    ///< of `frame` from where the cycles so far put it; positive: late
+  std::uint64_t missing = 0;  ///< cycles without process data between the two
+  std::uint64_t cycle = 0;    ///< ordinal of the cycle that `frame` counts for
+  TimeNs cycle_ns = 0;        ///< mean so far
+  sync::TimeBase base = sync::TimeBase::kNone;
+  std::optional<TimeNs> uncertainty_ns;
   std::uint64_t unreturned = 0;  ///< as in OutputGap
 };
 

@@ -11,6 +11,7 @@ constexpr EscAddress kProcessWatchdog = 0x0420;
 constexpr EscAddress kSystemTime = 0x0910;
 constexpr EscAddress kOffset = 0x0920;
 constexpr EscAddress kDelay = 0x0928;
+constexpr std::uint16_t kStatusWord = 0x6041;
 /// Frames that a median has to rest on.
 constexpr std::uint64_t kEnough = 20;
 /// 100 Mbit/s.
@@ -36,6 +37,11 @@ std::optional<FrameTime> TimeOf(const FrameRef& sent, const FrameRef& returned) 
 }
 
 }  // namespace
+
+const device::JitterLimit* LimitFor(const device::SyncDescription& family, TimeNs cycle) {
+  constexpr TimeNs kRound = 10'000;
+  return family.FindJitter((cycle + kRound / 2) / kRound * kRound);
+}
 
 std::pair<const IntervalStatistics*, TimeBase> CyclicImage::Best() const {
   // A clock that tells only of some of the frames does not tell of the cycle.
@@ -103,6 +109,28 @@ void SyncModel::On(const track::LogicalAccess& access) {
   BeginFrame(access.sent, access.returned);
   if (access.circulating || pending_count_ == kPending) return;
   pending_[pending_count_++] = {access.command, access.address, access.length, access.wkc, access.assumed};
+  if (wire::Reads(access.command) && !access.returned_data.empty()) ReadStatusWords(access);
+}
+
+void SyncModel::ReadStatusWords(const track::LogicalAccess& access) {
+  const model::LogicalExpectation& expected = bus_.Expect(access);
+  if (access.wkc != expected.full) return;  // whose inputs these are is not certain
+  for (const model::LogicalShare& share : expected.shares) {
+    const model::SlaveModel& slave = bus_.slave(share.slave);
+    if (share.input_bytes == 0 || !slave.profile->sync.lost_after_missing.value) continue;
+    OutputWatch& watch = Of(share.slave).outputs;
+    if (watch.layout_version != slave.process.version()) {
+      watch.layout_version = slave.process.version();
+      watch.status_at.reset();
+      const model::ProcessLayout& inputs = slave.process.tx();
+      const model::Signal* word = inputs.known() ? inputs.Find(kStatusWord, 0) : nullptr;
+      if (word != nullptr && word->bits == 16 && word->bit_offset % 8 == 0) watch.status_at = word->bit_offset / 8;
+    }
+    watch.status_word.reset();
+    if (!watch.status_at || *watch.status_at + 2 > share.input_bytes) continue;
+    const std::size_t at = std::size_t{share.input_offset} + *watch.status_at;
+    if (Fits(access.returned_data, at, 2)) watch.status_word = LittleEndian<std::uint16_t>(access.returned_data, at);
+  }
 }
 
 void SyncModel::On(const track::Answered& answer) {
@@ -198,6 +226,7 @@ model::OutputGap SyncModel::GapOf(SlaveId id, const OutputWatch& watch, const In
   event.fell = watch.fell;
   event.fell_to = watch.fell_to;
   event.fell_code = watch.fell_code;
+  event.status_word = watch.last_status_word;
   return event;
 }
 
@@ -220,7 +249,12 @@ void SyncModel::Feed(SlaveId id, const CyclicImage* image) {
       event.unreturned = UnreturnedBetween(watch.last_sent, sent_.number);
       sink_.On(event);
     }
-    if (in_op) MeasureRate(watch, gap, time->frame);
+    if (in_op) {
+      const std::optional<SyncSettings>& sync = slaves_[id].dc.active();
+      const bool by_sync0 = sync && sync->activation.sync0();
+      MeasureRate(watch, gap, time->frame, by_sync0 ? TimeNs{sync->sync0_cycle_ns.value_or(0)} : 0);
+      MeasureArrival(id, watch, *time, gap);
+    }
   }
   if (in_op && frame_dc_) {
     MeasurePhase(id, watch, *time);
@@ -229,6 +263,7 @@ void SyncModel::Feed(SlaveId id, const CyclicImage* image) {
   }
   watch.last = *time;
   watch.last_sent = sent_.number;
+  watch.last_status_word = watch.status_word;
   watch.image = image;
   watch.seen = true;
   watch.in_op = in_op;
@@ -237,9 +272,13 @@ void SyncModel::Feed(SlaveId id, const CyclicImage* image) {
   if (in_op) ++watch.frames_in_op;
 }
 
-void SyncModel::MeasureRate(OutputWatch& watch, const Interval& interval, const FrameRef& frame) {
+void SyncModel::MeasureRate(OutputWatch& watch, const Interval& interval, const FrameRef& frame, TimeNs configured) {
   if (watch.image == nullptr || watch.image->nominal_of < kEnough || watch.image->nominal_ns <= 0) return;
-  const TimeNs nominal = watch.image->nominal_ns;
+  // The median jumps where early and late frames alternate: a configured cycle near it counts better.
+  TimeNs nominal = watch.image->nominal_ns;
+  if (configured > 0 && nominal > configured - configured / 3 && nominal < configured + configured / 3) {
+    nominal = configured;
+  }
   const TimeNs cycles = (interval.ns + nominal / 2) / nominal;
   constexpr TimeNs kPause = 16;
   if (interval.base == TimeBase::kNone || cycles > kPause) return;
@@ -252,6 +291,50 @@ void SyncModel::MeasureRate(OutputWatch& watch, const Interval& interval, const 
   watch.rate_cycles += static_cast<std::uint64_t>(cycles);
   watch.rate_ns += interval.ns;
   watch.rate_last = frame;
+}
+
+void SyncModel::MeasureArrival(SlaveId id, OutputWatch& watch, const FrameTime& time, const Interval& interval) {
+  const device::SyncDescription& family = bus_.slave(id).profile->sync;
+  const std::optional<SyncSettings>& sync = slaves_[id].dc.active();
+  if (family.jitter.empty() || (sync && sync->activation.sync0()) || watch.image == nullptr ||
+      watch.image->nominal_of < kEnough || watch.image->nominal_ns <= 0) {
+    return;
+  }
+  constexpr std::uint64_t kSettle = 100;  // cycles until the grid is good enough to judge by
+  constexpr double kPause = 64;
+  const bool restart = interval.base == TimeBase::kNone || interval.base != watch.grid_base;
+  const double mean = watch.grid_cycles >= kSettle ? watch.grid_ns / static_cast<double>(watch.grid_cycles)
+                                                   : static_cast<double>(watch.image->nominal_ns);
+  const double cycles = std::round((static_cast<double>(interval.ns) + watch.grid_deviation) / mean);
+  if (restart || cycles > kPause) {
+    watch.grid_base = interval.base;
+    watch.grid_cycles = 0;
+    watch.grid_ns = watch.grid_deviation = 0;
+    return;
+  }
+  // The drive follows the mean of what comes, slowly: so does the grid.
+  const double follow = std::min(256.0, static_cast<double>(watch.grid_cycles) + 1);
+  watch.grid_deviation = watch.grid_deviation * (1 - 1 / follow) + static_cast<double>(interval.ns) - cycles * mean;
+  watch.grid_cycles += static_cast<std::uint64_t>(cycles);
+  watch.grid_ns += static_cast<double>(interval.ns);
+  if (watch.grid_cycles < kSettle) return;
+  const device::JitterLimit* limit = LimitFor(family, static_cast<TimeNs>(mean));
+  if (limit == nullptr) return;
+  const auto deviation = static_cast<TimeNs>(watch.grid_deviation);
+  const auto uncertainty = Uncertainty(interval.base);
+  if (cycles < 2 && std::abs(deviation) + uncertainty.value_or(0) <= limit->jitter) return;
+  model::ArrivalOff event;
+  event.slave = id;
+  event.before = watch.last.frame;
+  event.frame = time.frame;
+  event.deviation_ns = deviation;
+  event.missing = cycles < 2 ? 0 : static_cast<std::uint64_t>(cycles) - 1;
+  event.cycle = watch.grid_cycles;
+  event.cycle_ns = static_cast<TimeNs>(mean);
+  event.base = interval.base;
+  event.uncertainty_ns = uncertainty;
+  event.unreturned = UnreturnedBetween(watch.last_sent, sent_.number);
+  sink_.On(event);
 }
 
 void SyncModel::MeasurePhase(SlaveId id, OutputWatch& watch, const FrameTime& time) {

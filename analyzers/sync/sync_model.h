@@ -18,6 +18,10 @@
 
 namespace ecaudit::sync {
 
+/// The family's limit for a cycle that was measured: a cycle of 999.9 us counts as one of 1 ms. Null when there is
+/// none.
+[[nodiscard]] const device::JitterLimit* LimitFor(const device::SyncDescription& family, TimeNs cycle);
+
 /// The cyclic process data of one logical address, and their rhythm by every clock.
 struct CyclicImage {
   bool used = false;
@@ -60,6 +64,15 @@ struct OutputWatch {
   TimeNs rate_ns = 0;
   TimeBase rate_base = TimeBase::kNone;
   FrameRef rate_first, rate_last;
+  // Against the cycles so far, for families with a jitter limit and without SYNC0.
+  std::uint64_t grid_cycles = 0;
+  TimeBase grid_base = TimeBase::kNone;
+  double grid_ns = 0;         ///< length of grid_cycles cycles
+  double grid_deviation = 0;  ///< of the last frame, ns
+  // Status word in the inputs of the last frame.
+  std::optional<std::uint16_t> status_word, last_status_word;  // of this frame and of the one before
+  std::uint64_t layout_version = ~std::uint64_t{0};
+  std::optional<std::uint32_t> status_at;  ///< first byte in the inputs
 };
 
 class SyncModel final : public FrameObserver {
@@ -117,8 +130,11 @@ class SyncModel final : public FrameObserver {
   void Flush();
   void Measure(const Pending& pending, CyclicImage*& image);
   void Feed(SlaveId id, const CyclicImage* image);
+  void MeasureArrival(SlaveId id, OutputWatch& watch, const FrameTime& time, const Interval& interval);
+  void ReadStatusWords(const track::LogicalAccess& access);
   void MeasurePhase(SlaveId id, OutputWatch& watch, const FrameTime& time);
-  static void MeasureRate(OutputWatch& watch, const Interval& interval, const FrameRef& frame);
+  /// @param configured cycle by the master's settings, 0 when not known
+  static void MeasureRate(OutputWatch& watch, const Interval& interval, const FrameRef& frame, TimeNs configured);
   [[nodiscard]] const FrameFacts* FactsOf(FrameNo number) const;
   [[nodiscard]] std::uint64_t UnreturnedBetween(FrameNo before, FrameNo after) const;
   [[nodiscard]] model::OutputGap GapOf(SlaveId id, const OutputWatch& watch, const Interval& gap) const;

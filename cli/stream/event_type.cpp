@@ -8,9 +8,21 @@
 namespace ecaudit::cli {
 namespace {
 
-constexpr std::array<std::string_view, kEventTypes> kNames = {
-    "register-write", "al-request", "al-state", "mailbox", "sdo", "sdo-info", "pdo-mapping",
-    "emergency",      "foe",        "eoe",      "soe",     "aoe", "voe",      "eeprom"};
+constexpr std::array<std::string_view, kEventTypes> kNames = {"register-write",
+                                                              "al-request",
+                                                              "al-state",
+                                                              "mailbox",
+                                                              "sdo",
+                                                              "sdo-info",
+                                                              "pdo-mapping",
+                                                              "emergency",
+                                                              "foe",
+                                                              "eoe",
+                                                              "soe",
+                                                              "aoe",
+                                                              "voe",
+                                                              "eeprom",
+                                                              "dc"};
 
 }  // namespace
 

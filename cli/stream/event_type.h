@@ -27,6 +27,7 @@ enum class EventType : std::uint8_t {
   kAoe,
   kVoe,
   kEeprom,
+  kDc,
   kCount,
 };
 inline constexpr std::size_t kEventTypes = static_cast<std::size_t>(EventType::kCount);

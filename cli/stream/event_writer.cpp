@@ -12,6 +12,9 @@ namespace {
 constexpr EscAddress kAlControl = 0x0120;
 constexpr EscAddress kEepromFirst = 0x0502;
 constexpr EscAddress kEepromEnd = 0x0510;
+constexpr EscAddress kClockFirst = 0x0900;
+constexpr EscAddress kSystemTime = 0x0910;
+constexpr EscAddress kClockEnd = 0x0A00;
 
 std::string_view Name(track::Acceptance acceptance) {
   switch (acceptance) {
@@ -106,7 +109,49 @@ void EventWriter::WriteRegister(const RegisterWrite& write) {
   row.told_elsewhere = write.slave != kNoSlave && (al_control || eeprom);
 }
 
+void EventWriter::WriteClock(const track::SlaveAccess& access) {
+  const bool distributes = access.command == wire::Command::ARMW || access.command == wire::Command::FRMW;
+  const bool writes = !access.written.empty() && !distributes;
+  const ByteSpan data = writes ? access.written : access.read;
+  if (data.empty() || access.address >= kClockEnd || access.address + data.size() <= kClockFirst) return;
+  SlaveId slave = access.slave;
+  if (access.broadcast) {
+    if (access.frame().number == clock_broadcast_frame_ && access.datagram == clock_broadcast_datagram_) return;
+    clock_broadcast_frame_ = access.frame().number;
+    clock_broadcast_datagram_ = access.datagram;
+    slave = kNoSlave;
+  }
+  const FrameRef& frame = writes && access.sent.seen() ? access.sent : access.frame();
+  if (!output_->Wants(EventType::kDc, frame, slave)) return;
+  EventRow row(*output_, EventType::kDc, frame, slave);
+  row.json.Text("access", distributes ? "distribution" : writes ? "write" : "read");
+  row.json.Text("command", wire::Name(access.command));
+  row.json.Number("address", access.address);
+  row.TextOrNull("register", esc::AccessName(access.address, data.size()));
+  row.json.Number("length", data.size());
+  row.json.Bytes("data", data);
+  row.text = esc::DescribeAccess(access.address, data, writes ? esc::AccessKind::WRITE : esc::AccessKind::READ);
+  row.json.Text("value", row.text);
+  std::optional<std::uint64_t> time;
+  if (const ByteSpan wide = access.Covered(access.read, kSystemTime, 8); !wide.empty()) {
+    time = LittleEndian<std::uint64_t>(wide, 0);
+  } else if (const ByteSpan low = access.Covered(access.read, kSystemTime, 4); !low.empty()) {
+    time = LittleEndian<std::uint32_t>(low, 0);
+  }
+  row.NumberOrNull("system_time_ns", time);
+  row.json.Text("acceptance", Name(access.acceptance));
+  row.json.Bool("broadcast", access.broadcast);
+  if (distributes) {
+    row.Note("distributed");
+  } else {
+    row.Note(NoteOf(access.acceptance));
+  }
+  // Writes are told by register-write, and one sample a cycle would bury everything else.
+  row.told_elsewhere = writes || distributes;
+}
+
 void EventWriter::OnAccess(const track::SlaveAccess& access) {
+  if (output_->Wants(EventType::kDc)) WriteClock(access);
   if (access.written.empty() || access.address >= esc::kProcessRam || !output_->Wants(EventType::kRegisterWrite)) {
     return;
   }

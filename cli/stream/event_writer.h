@@ -72,6 +72,8 @@ class EventWriter final : public LineWriter, private track::EventSink {
 
   struct RegisterWrite;
   void WriteRegister(const RegisterWrite& write);
+  /// Distributed clocks: what was configured and read, and each sample of the distributed time.
+  void WriteClock(const track::SlaveAccess& access);
   void WriteAlState(SlaveId slave, const FrameRef& frame, esc::AlWord status, const std::optional<esc::AlWord>& before,
                     std::optional<std::uint16_t> code, bool error_bit_known);
   /// A code that was read apart from the state it explains.
@@ -93,6 +95,8 @@ class EventWriter final : public LineWriter, private track::EventSink {
   // The broadcast write that was shown last: it reaches every slave, but is one event.
   FrameNo broadcast_frame_ = 0;
   int broadcast_datagram_ = -1;
+  FrameNo clock_broadcast_frame_ = 0;
+  int clock_broadcast_datagram_ = -1;
 };
 
 }  // namespace ecaudit::cli

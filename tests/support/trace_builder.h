@@ -20,10 +20,11 @@
 ///         Decimal or 0x.
 /// DATA    bytes, two hexadecimal digits each, blanks between. Of a read (and ARMW, FRMW) it is the returned data and
 ///         zeros are sent; of a write or LRW, APRW, ... it is sent and comes back unchanged. `A -> B`: A is sent, B
-///         comes back.
+///         comes back. `time+N` stands for eight bytes: N plus the frame's time since the start in ns, a system time.
 /// key=    wkc= of the returned copy; len= bytes of data when there are less or none (filled with 00); idx= index byte
 ///         (default: counts up per frame); irq= event field of the returned copy; adp= first address half as sent;
 ///         radp= as returned; swkc= working counter as sent (default 0).
+///         times=N: N such frames, one after the other;
 ///         rtt=T time until the return; mark=NAME remembers the frame, see Trace::Sent(); vlan=, port= of the frame.
 /// @word   @lost, @out-only: no returned copy. @returned-only: no outbound copy. @twice: the returned copy comes twice.
 ///         @circulating: the circulating bit is set in the returned copy. @cut=N: the packets are cut to N bytes by

@@ -22,6 +22,7 @@ class TraceParser {
   bool Statement(const std::string& line);
   bool Directive(const Words& words);
   bool Frame(const Words& words);
+  bool OneFrame(const Words& words);
   bool Datagram(const Words& words, TraceFrame& frame);
   bool Address(Cmd command, const std::string& word, TraceDatagram& datagram);
   bool Key(const std::string& key, const std::string& value, TraceFrame& frame, TraceDatagram& datagram,
@@ -204,6 +205,11 @@ bool TraceParser::Datagram(const Words& words, TraceFrame& frame) {
     } else if (word == "->") {
       if (arrow) return Fail("\"->\" stands there twice");
       arrow = true;
+    } else if (word.starts_with("time+")) {
+      std::uint64_t value = 0;
+      if (!Number(std::string_view(word).substr(5), UINT64_MAX, value)) return false;
+      value += static_cast<std::uint64_t>(frame.at_);
+      for (unsigned i = 0; i < 8; ++i) (arrow ? after : before).push_back(static_cast<std::uint8_t>(value >> (8 * i)));
     } else if (!Byte(word, arrow ? after : before)) {
       return false;
     }
@@ -225,6 +231,22 @@ bool TraceParser::Datagram(const Words& words, TraceFrame& frame) {
 }
 
 bool TraceParser::Frame(const Words& words) {
+  Words once;
+  std::uint64_t times = 1;
+  for (const std::string& word : words) {
+    if (!word.starts_with("times=")) {
+      once.push_back(word);
+    } else if (!Number(std::string_view(word).substr(6), 100'000, times)) {
+      return false;
+    }
+  }
+  for (std::uint64_t i = 0; i < times; ++i) {
+    if (!OneFrame(once)) return false;
+  }
+  return true;
+}
+
+bool TraceParser::OneFrame(const Words& words) {
   const bool relative = words[0][0] == '+';
   TimeNs ns = 0;
   if (!Time(relative ? std::string_view(words[0]).substr(1) : std::string_view(words[0]), ns)) return false;

@@ -1,0 +1,126 @@
+#include "analyzers/core/al_text.h"
+#include "analyzers/core/rule.h"
+#include "analyzers/core/sync_text.h"
+#include "analyzers/model/bus_model.h"
+#include "analyzers/sync/sync_model.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+/// The observed cycle is judged from this many cycles in OP on.
+constexpr std::uint64_t kEnoughCycles = 100;
+
+constexpr RuleInfo kInfo{
+    .id = "sync-cycle-unsupported",
+    .group = "Synchronisation",
+    .severity = Severity::kError,
+    .title = "The cycle time is one that the drive does not support",
+    .needs = "the family's cycle times; SYNC0 cycle, object 60C2h or the rhythm of the process data",
+    .source = "AKD-2011, 4.8 and 4.9; AKD-2010, 4.8 and 4.9; MKD, 4.9 and 4.10; PILZ, 4.6 and 4.7",
+    .doc = R"(
+## What it checks
+The SYNC0 cycle (0x09A0) when SYNC is switched on, and the interpolation time (60C2h) when OP is requested: not
+shorter than the family's shortest cycle (250 us), and a multiple of its base (62.5 us for AKD and MKD, 250 us for
+Pilz). Process data in OP must not come faster than the shortest cycle either.
+
+## Why it matters
+The drive cannot follow a cycle that is no multiple of its own: it refuses to synchronise, or its trajectory has
+steps.
+
+## How it is decided
+SYNC0 cycle and 60C2h are exact numbers that the master wrote. The observed cycle is a mean over at least 100 cycles
+in OP; only that it is too short is judged, with a tenth as margin, since its exact value depends on the clock.
+
+## Example
+tests/rules/sync-cycle-unsupported/violates.trace
+
+## What to do
+Choose a cycle from the manual's list, and set 60C2h and the SYNC0 cycle to the same time.
+)"};
+
+class SyncCycleUnsupported final : public Rule {
+ public:
+  using Rule::On;
+  SyncCycleUnsupported() : Rule(kInfo) { Subscribe({Topic::kSyncSwitchedOn, Topic::kAlRequestJudged}); }
+
+  void On(const model::SyncSwitchedOn& e) override {
+    if (!e.activation.sync0()) return;
+    if (!e.sync0_cycle_ns) {
+      NotEvaluable(e.slave, "SYNC0 cycle (0x09A0) not known", e.frame.number);
+      return;
+    }
+    if (*e.sync0_cycle_ns != 0) Check(e.slave, *e.sync0_cycle_ns, "SYNC0 cycle (0x09A0)", e.frame, 0);
+  }
+
+  void On(const model::AlRequestJudged& e) override {
+    if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
+    const auto cycle = InterpolationTime(context().bus.slave(e.slave));
+    if (cycle) Check(e.slave, *cycle, "interpolation time (60C2h)", e.request.frame, 1);
+  }
+
+  void Finish() override {
+    for (std::size_t s = 0; s < context().bus.size(); ++s) {
+      const auto id = static_cast<SlaveId>(s);
+      const sync::OutputWatch& outputs = context().sync->outputs(id);
+      const device::SyncDescription& family = context().bus.slave(id).profile->sync;
+      if (outputs.rate_cycles < kEnoughCycles || !family.cycle_min.value) continue;
+      const auto mean = static_cast<double>(outputs.rate_ns) / static_cast<double>(outputs.rate_cycles);
+      if (!context().sync->Uncertainty(outputs.rate_base)) continue;
+      if (mean >= static_cast<double>(*family.cycle_min) * 0.9) continue;
+      Finding finding;
+      finding.slave = id;
+      finding.first = outputs.rate_first;
+      finding.last = outputs.rate_last;
+      finding.reference = ReferenceTo(family.cycle_min.source);
+      const std::string cycle = Duration(static_cast<std::int64_t>(mean));
+      finding.title = "Process data come every " + cycle + ", faster than the drive supports";
+      finding.message = "In OP the outputs come every " + cycle + " in the mean of " + Grouped(outputs.rate_cycles) +
+                        " cycles, " + std::string(BaseText(outputs.rate_base)) + ". " +
+                        LawText(*context().bus.slave(id).profile) + " gives " + Duration(*family.cycle_min) +
+                        " as the shortest cycle. Choose a longer cycle.";
+      finding.evidence = {Real("cycle_us", mean / 1e3), Number("cycle_min_ns", *family.cycle_min)};
+      Report(2, std::move(finding));
+    }
+  }
+
+ private:
+  void Check(SlaveId id, TimeNs cycle, const std::string& what, const FrameRef& frame, std::uint64_t kind) {
+    const device::DeviceDescription& profile = *context().bus.slave(id).profile;
+    const device::SyncDescription& family = profile.sync;
+    if (!family.cycle_min.value && !family.cycle_base.value) {
+      NotEvaluable(id, "the profile states no cycle times", frame.number);
+      return;
+    }
+    const bool short_cycle = family.cycle_min.value && cycle < *family.cycle_min;
+    const bool no_multiple = family.cycle_base.value && *family.cycle_base > 0 && cycle % *family.cycle_base != 0;
+    if (!short_cycle && !no_multiple) return;
+    const std::uint64_t key = kind << 62U | static_cast<std::uint64_t>(cycle);
+    if (Repeat(id, key, frame) != kNoFinding) return;
+    const auto& broken = short_cycle ? family.cycle_min : family.cycle_base;
+    Finding finding;
+    finding.slave = id;
+    finding.first = frame;
+    finding.reference = ReferenceTo(broken.source);
+    finding.title =
+        "The " + what + " is " + Duration(cycle) +
+        (short_cycle ? ", shorter than the drive supports" : ", no multiple of " + Duration(*family.cycle_base));
+    finding.message = "When frame " + std::to_string(frame.number) + " puts it to use, the " + what + " is " +
+                      std::to_string(cycle) + " ns. " + LawText(profile) + " requires ";
+    if (family.cycle_min.value) finding.message += "at least " + Duration(*family.cycle_min);
+    if (family.cycle_base.value) {
+      finding.message +=
+          (family.cycle_min.value ? " and " : "") + std::string("multiples of ") + Duration(*family.cycle_base);
+    }
+    finding.message += ". Choose such a cycle for SYNC0, 60C2h and the process data alike.";
+    finding.evidence = {Number("cycle_ns", cycle)};
+    if (family.cycle_min.value) finding.evidence.push_back(Number("cycle_min_ns", *family.cycle_min));
+    if (family.cycle_base.value) finding.evidence.push_back(Number("cycle_base_ns", *family.cycle_base));
+    Report(key, std::move(finding));
+  }
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<SyncCycleUnsupported>};
+
+}  // namespace
+}  // namespace ecaudit

@@ -1,0 +1,147 @@
+#include <bit>
+#include <vector>
+
+#include "analyzers/core/rule.h"
+#include "analyzers/model/bus_model.h"
+#include "analyzers/sync/sync_model.h"
+#include "decoder/base/text.h"
+#include "decoder/base/time.h"
+#include "decoder/esc/dc_registers.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr EscAddress kOffset = 0x0920;
+constexpr EscAddress kDifference = 0x092C;
+constexpr EscAddress kControlEnd = 0x0936;
+constexpr std::int64_t kDefaultLimit = 1000;
+constexpr TimeNs kSettleTime = 5'000'000'000;
+
+constexpr RuleInfo kInfo{.id = "sync-difference-large",
+                         .group = "Synchronisation",
+                         .severity = Severity::kWarning,
+                         .title = "The clock of a slave stays away from the system time",
+                         .needs = "reads of the time difference 0x092C in SAFEOP or OP",
+                         .source = "ESC-1, distributed clocks, system time difference 0x092C",
+                         .doc = R"(
+## What it checks
+The magnitude of 0x092C, the mean difference between a slave's copy of the system time and the time it receives,
+while the slave is in SAFEOP or OP: more than 1 us after it settled.
+
+## Why it matters
+SYNC0 of this slave is off by that much against the other axes. It also shows a wrong propagation delay, a drifting
+clock that is not compensated, or a control loop that does not settle.
+
+## How it is decided
+A slave has settled once a read was within the limit, or 5 s after the first read, counted anew when offset, delay or
+the control loop (0x0920-0x0935) are written. Only bits 0-30 count: what bit 31 means differs between the manuals. A
+broadcast read is the OR over all slaves; there at least half of the value must be true of some slave. The limit in
+ns is configurable: sync-difference-large.
+
+## Example
+tests/rules/sync-difference-large/violates.trace
+
+## What to do
+Check that ARMW or FRMW of 0x0910 runs in each cycle, and that offset and delay were computed after the last change
+of the topology. Let the start-up wait until 0x092C is small.
+)"};
+
+class SyncDifferenceLarge final : public Rule {
+ public:
+  using Rule::On;
+  SyncDifferenceLarge() : Rule(kInfo) { Subscribe({Topic::kAccess, Topic::kAnswered}); }
+
+  void OnAccess(const track::SlaveAccess& access) override {
+    const std::size_t length = std::max(access.written.size(), access.read.size());
+    if (access.address >= kControlEnd || access.address + length <= kOffset) return;
+    if (access.slave >= slaves_.size()) slaves_.resize(static_cast<std::size_t>(access.slave) + 1);
+    Slave& slave = slaves_[access.slave];
+    if (!access.written.empty() && access.acceptance != track::Acceptance::kRefused) {
+      slave.settled = false;
+      slave.first = {};
+    }
+    if (access.broadcast) return;
+    const ByteSpan raw = access.Covered(access.read, kDifference, 4);
+    if (raw.empty() || !Synchronous(access.slave)) return;
+    const std::uint32_t magnitude = esc::TimeDifference{LittleEndian<std::uint32_t>(raw, 0)}.magnitude_ns();
+    slave.read = true;
+    if (!Settled(slave, access.frame(), magnitude)) return;
+    if (Repeat(access.slave, 0, access.frame()) != kNoFinding) return;
+    Finding finding;
+    finding.slave = access.slave;
+    finding.first = access.frame();
+    finding.title = "Clock is " + Duration(magnitude) + " away from the system time";
+    finding.message = "0x092C reads " + Duration(magnitude) + " in frame " + std::to_string(access.frame().number) +
+                      ", in operation and after settling; up to " + Duration(LimitNs()) +
+                      " is usual. Check the distribution of the system time (ARMW or FRMW of 0x0910 in each cycle), "
+                      "the offset and the propagation delay.";
+    finding.evidence = {Number("difference_ns", magnitude), Number("limit_ns", LimitNs())};
+    Report(0, std::move(finding));
+  }
+
+  void On(const track::Answered& e) override {
+    if (e.command != wire::Command::BRD || e.wkc == 0 || e.circulating || e.address > kDifference) return;
+    const auto at = static_cast<std::size_t>(kDifference - e.address);
+    if (!Fits(e.returned_data, at, 4)) return;
+    for (std::size_t s = 0; s < context().bus.size(); ++s) {
+      if (!Synchronous(static_cast<SlaveId>(s))) return;  // another slave may still be starting up
+    }
+    const std::uint32_t all = esc::TimeDifference{LittleEndian<std::uint32_t>(e.returned_data, at)}.magnitude_ns();
+    const std::uint32_t of_some = all == 0 ? 0 : std::bit_floor(all);
+    any_.read = true;
+    if (!Settled(any_, e.returned, of_some) || Repeat(kNoSlave, 1, e.returned) != kNoFinding) return;
+    Finding finding;
+    finding.first = e.returned;
+    finding.title = "Clock of some slave is at least " + Duration(of_some) + " away from the system time";
+    finding.message = "A broadcast read of 0x092C gives " + std::to_string(all) + " ns in frame " +
+                      std::to_string(e.returned.number) + ", the OR over " + Count(e.wkc, "slave") +
+                      ": one of them is at least " + Duration(of_some) +
+                      " off, in operation and after settling; up to " + Duration(LimitNs()) +
+                      " is usual. Read 0x092C of each slave to find it.";
+    finding.evidence = {Number("difference_or_ns", all), Number("limit_ns", LimitNs())};
+    Report(1, std::move(finding));
+  }
+
+  void Finish() override {
+    if (SaidNothingReturned() || any_.read) return;
+    for (std::size_t s = 0; s < context().bus.size(); ++s) {
+      const auto id = static_cast<SlaveId>(s);
+      if (!context().sync->dc(id).last_active() || (s < slaves_.size() && slaves_[s].read)) continue;
+      NotEvaluable(id, "the time difference 0x092C was not read in SAFEOP or OP");
+    }
+  }
+
+ private:
+  struct Slave {
+    bool read = false;
+    bool settled = false;
+    FrameRef first;
+  };
+
+  [[nodiscard]] std::int64_t LimitNs() const { return context().Limit("sync-difference-large", kDefaultLimit); }
+  [[nodiscard]] bool Synchronous(SlaveId id) const {
+    const model::AlMachine& al = context().bus.slave(id).al;
+    return al.SettledIn(esc::AlState::OP) || al.SettledIn(esc::AlState::SAFEOP);
+  }
+  /// True when `magnitude` is to be reported.
+  bool Settled(Slave& slave, const FrameRef& frame, std::uint32_t magnitude) const {
+    if (!slave.first.seen()) slave.first = frame;
+    if (magnitude <= LimitNs()) {
+      slave.settled = true;
+      return false;
+    }
+    if (!slave.settled && slave.first.has_time && frame.has_time &&
+        Elapsed(slave.first.time, frame.time) >= kSettleTime) {
+      slave.settled = true;
+    }
+    return slave.settled;
+  }
+
+  std::vector<Slave> slaves_;
+  Slave any_;
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<SyncDifferenceLarge>};
+
+}  // namespace
+}  // namespace ecaudit

@@ -1,0 +1,113 @@
+#include "analyzers/core/rule.h"
+#include "analyzers/core/sync_text.h"
+#include "analyzers/model/bus_model.h"
+#include "analyzers/sync/sync_model.h"
+#include "decoder/base/text.h"
+#include "decoder/base/time.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr std::int64_t kDefaultLimit = 1'000'000'000;
+/// The slaves in OP are looked through once in so many frames.
+constexpr std::uint32_t kLookEvery = 32;
+
+constexpr RuleInfo kInfo{.id = "sync-drift-uncompensated",
+                         .group = "Synchronisation",
+                         .severity = Severity::kWarning,
+                         .title = "Distributed clocks are in use in OP, but the system time is not distributed",
+                         .needs = "SYNC0 switched on and AL state OP of a slave, two slaves with clocks, time stamps",
+                         .source = "ESC-1, distributed clocks, clock synchronisation and drift compensation",
+                         .doc = R"(
+## What it checks
+While a slave with SYNC0 is in OP: more than a second without ARMW or FRMW of the system time (0x0910).
+
+## Why it matters
+Each slave has a quartz of its own. Without distribution the clocks drift apart by up to 0.1 ms a second, and with
+them the SYNC0 pulses: the axes lose their common time slowly and unnoticed.
+
+## How it is decided
+At least two slaves showed a clock unit; with a single clock there is nothing to drift against. The time is that of
+the capture's stamps, counted from the last distribution or from when the slave was seen in OP with SYNC0 on. The
+limit in ns is configurable: sync-drift-uncompensated.
+
+## Example
+tests/rules/sync-drift-uncompensated/violates.trace
+
+## What to do
+Send FRMW (or ARMW) of 0x0910 to the reference clock in each cycle, with the process data.
+)"};
+
+class SyncDriftUncompensated final : public Rule {
+ public:
+  using Rule::On;
+  SyncDriftUncompensated() : Rule(kInfo) { Subscribe({Topic::kLogicalAccess}); }
+
+  void On(const track::LogicalAccess& e) override {
+    if (frames_++ % kLookEvery == 0) Look(e.frame());
+    if (!in_use_since_.has_time || !e.frame().has_time) return;
+    const FrameRef& last = context().sync->clock().last_distribution();
+    const FrameRef& from = last.has_time && last.number > in_use_since_.number ? last : in_use_since_;
+    const TimeNs gap = Elapsed(from.time, e.frame().time);
+    const TimeNs limit = context().Limit("sync-drift-uncompensated", kDefaultLimit);
+    if (gap <= limit || e.frame().number <= from.number) return;
+    const auto uncertainty = context().sync->Uncertainty(sync::TimeBase::kCapture);
+    if (!uncertainty) {
+      if (!said_poor_)
+        NotEvaluable(kNoSlave, "time stamps too poor to measure the distribution of the system time by",
+                     e.frame().number);
+      said_poor_ = true;
+      return;
+    }
+    if (gap - *uncertainty <= limit) return;
+    if (from.number == told_from_) return;  // the same gap goes on
+    told_from_ = from.number;
+    if (Repeat(kNoSlave, 0, e.frame()) != kNoFinding) return;
+    Finding finding;
+    finding.first = e.frame();
+    AddRelated(finding, from.number);
+    finding.title = "The system time is not distributed although SYNC0 is in use";
+    finding.message = "Since frame " + std::to_string(from.number) +
+                      (from.number == in_use_since_.number ? " " + context().Label(slave_) + " is in OP with SYNC0"
+                                                           : ", the last distribution,") +
+                      " no ARMW or FRMW of 0x0910 was answered for " + Duration(gap) +
+                      ". The clocks of the slaves drift apart. Send FRMW 0x0910 to the reference clock in each cycle.";
+    finding.evidence = {Real("gap_ms", static_cast<double>(gap) / 1e6),
+                        Real("limit_ms", static_cast<double>(limit) / 1e6)};
+    Report(0, std::move(finding));
+  }
+
+  void Finish() override { (void)SaidNothingReturned(); }
+
+ private:
+  void Look(const FrameRef& frame) {
+    std::size_t clocks = 0;
+    SlaveId in_use = kNoSlave;
+    for (std::size_t s = 0; s < context().bus.size(); ++s) {
+      const auto id = static_cast<SlaveId>(s);
+      const sync::DcUnit& unit = context().sync->dc(id);
+      if (unit.present()) ++clocks;
+      if (unit.active() && unit.active()->activation.sync0() &&
+          context().bus.slave(id).al.SettledIn(esc::AlState::OP)) {
+        in_use = id;
+      }
+    }
+    if (clocks < 2 || in_use == kNoSlave) {
+      in_use_since_ = {};
+    } else if (!in_use_since_.seen()) {
+      in_use_since_ = frame;
+      slave_ = in_use;
+    }
+  }
+
+  std::uint32_t frames_ = 0;
+  FrameRef in_use_since_;
+  SlaveId slave_ = kNoSlave;
+  FrameNo told_from_ = 0;
+  bool said_poor_ = false;
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<SyncDriftUncompensated>};
+
+}  // namespace
+}  // namespace ecaudit

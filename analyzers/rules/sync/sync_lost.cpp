@@ -1,0 +1,207 @@
+#include <vector>
+
+#include "analyzers/core/al_text.h"
+#include "analyzers/core/rule.h"
+#include "analyzers/core/sync_text.h"
+#include "analyzers/model/bus_model.h"
+#include "analyzers/sync/sync_model.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr std::uint16_t kSupervision = 0x36E8;  // FBUS.PARAM04, MKD
+constexpr std::uint16_t kWatchdogCode = 0x001B;
+
+constexpr RuleInfo kInfo{
+    .id = "sync-lost",
+    .group = "Synchronisation",
+    .severity = Severity::kError,
+    .title = "By its manual the drive must have lost synchronisation",
+    .needs = "AL state OP, FMMUs, a clock; AKD and MKD: the status word, to know that the drive is enabled",
+    .source = "AKD-2011, 4.13; AKD-2010, 4.13; MKD, 3.4; PILZ, 4.8",
+    .doc = R"(
+## What it checks
+The families' own criteria: AKD and MKD fault with F125 when more than seven frames with process data are missing
+while the drive is enabled. Pilz drives fault with F28 (or warn with n17) at the second consecutive cycle outside the
+permitted jitter, or without process data.
+
+## Why it matters
+The drive stops the axis. The capture shows what the drive saw before it did.
+
+## How it is decided
+Missing frames are those of a pause in OP: its length over the cycle (SYNC0, else 60C2h, else the usual distance of
+the frames), less one. Frames that were sent and did not return may have arrived and do not count as missing. Enabled
+is the status word 6041h in the inputs before the pause: Operation enabled; where it is not mapped nothing is judged.
+The AKD's supervision can be switched off (FBUS.PARAM04): where the capture shows it to be 0, or the limit lies
+within the uncertainty of the clock, nothing is said. A slave that left OP with 0x001B in the pause fell by its
+watchdog: that is told by sync-watchdog-margin. Pilz: as sync-window-violation judges each cycle.
+
+## Example
+tests/rules/sync-lost/violates.trace
+
+## What to do
+Find the pause in the master named here. Seven missing frames are tolerated, eight are not.
+)"};
+
+class SyncLost final : public Rule {
+ public:
+  using Rule::On;
+  SyncLost() : Rule(kInfo) { Subscribe({Topic::kOutputGap, Topic::kArrivalOff, Topic::kSyncSlotMiss}); }
+
+  void On(const model::OutputGap& e) override {
+    const model::SlaveModel& slave = context().bus.slave(e.slave);
+    const auto& tolerated = slave.profile->sync.lost_after_missing;
+    if (!tolerated.value || !e.after.seen()) return;
+    const model::ObjectValue* supervision = slave.objects.Find(kSupervision, 0);
+    if (supervision != nullptr && supervision->raw == 0) return;
+    TimeNs cycle = e.nominal_ns;
+    const auto& settings = context().sync->dc(e.slave).active();
+    if (settings && settings->activation.sync0() && settings->sync0_cycle_ns.value_or(0) > 0) {
+      cycle = *settings->sync0_cycle_ns;
+    } else if (const auto interpolation = InterpolationTime(slave)) {
+      cycle = *interpolation;
+    }
+    if (cycle <= 0) return;
+    // The frame after the pause is not missing, and neither are those that may have arrived.
+    const auto missing_at = [&](TimeNs gap) {
+      return (gap + cycle / 2) / cycle - 1 - static_cast<TimeNs>(e.unreturned);
+    };
+    const TimeNs limit = *tolerated;
+    if (!e.uncertainty_ns) {
+      if (missing_at(e.gap.ns) > limit) NotEvaluable(e.slave, std::string(kPoorStamps), e.after.number);
+      return;
+    }
+    const TimeNs least = missing_at(e.gap.ns - *e.uncertainty_ns);
+    if (least <= limit) {
+      if (missing_at(e.gap.ns + *e.uncertainty_ns) > limit) {
+        NotEvaluable(e.slave, "whether more than seven frames are missing lies within the clock's uncertainty",
+                     e.after.number);
+      }
+      return;
+    }
+    // The watchdog was faster, and the drive says so: sync-watchdog-margin tells of the pause.
+    if (e.fell.seen() && (!e.fell_code || *e.fell_code == kWatchdogCode)) return;
+    if (!e.status_word) {
+      NotEvaluable(e.slave, "whether the drive was enabled is not known: the status word is not in its known inputs",
+                   e.after.number);
+      return;
+    }
+    if (!Enabled(*e.status_word)) return;
+    FindingIndex index = Repeat(e.slave, 0, e.after);
+    if (index != kNoFinding) {
+      if (e.fell.seen()) Remember(e, index);
+      return;
+    }
+    Finding finding;
+    finding.slave = e.slave;
+    finding.first = e.after;
+    AddRelated(finding, e.before.number);
+    finding.reference = ReferenceTo(tolerated.source);
+    const std::string fault =
+        slave.profile->sync.lost_faults.empty() ? "loss of synchronisation" : slave.profile->sync.lost_faults.front();
+    finding.title = Count(static_cast<std::uint64_t>(least), "frame") + " with process data missing: " + fault;
+    finding.message =
+        "Between frame " + std::to_string(e.before.number) + " and frame " + std::to_string(e.after.number) +
+        " outputs paused for " + Duration(e.gap.ns) + PrecisionText(e.gap, *e.uncertainty_ns) + ": " +
+        Count(static_cast<std::uint64_t>(least), "frame") + " of the cycle of " + Duration(cycle) + " are missing. " +
+        LawText(*slave.profile) + " lets the drive fault (" + fault + ") when more than " + std::to_string(limit) +
+        " are missing while it is enabled, which the status word " + Hex(*e.status_word) +
+        " says it was. Find out why the master paused.";
+    finding.evidence = {Number("missing_frames", least), Number("tolerated_frames", limit),
+                        Real("gap_ms", static_cast<double>(e.gap.ns) / 1e6),
+                        Text("time_base", std::string(sync::Name(e.gap.base))),
+                        HexNumber("status_word", *e.status_word)};
+    index = Report(0, std::move(finding));
+    if (e.fell.seen()) Remember(e, index);
+  }
+
+  void Finish() override {
+    for (const Fall& fall : falls_) NameCause(context(), "al-unexpected-change", fall.slave, fall.frame, fall.cause);
+  }
+
+  void On(const model::ArrivalOff& e) override {
+    const device::SyncDescription& family = context().bus.slave(e.slave).profile->sync;
+    const device::JitterLimit* limit = sync::LimitFor(family, e.cycle_ns);
+    if (!family.lost_after_jitter.value || limit == nullptr || limit->undocumented || !e.uncertainty_ns) return;
+    const std::uint64_t missing = e.missing > e.unreturned ? e.missing - e.unreturned : 0;
+    const TimeNs size = e.deviation_ns < 0 ? -e.deviation_ns : e.deviation_ns;
+    const bool off = size - *e.uncertainty_ns > limit->jitter;
+    Run& run = RunOf(e.slave);
+    if (missing == 0 && !off) return;
+    if (missing > 0) Extend(run, e.cycle - missing, e.cycle - 1, e.before);
+    if (off) Extend(run, e.cycle, e.cycle, e.before);
+    Judge(e.slave, run, e.frame);
+  }
+
+  void On(const model::SyncSlotMiss& e) override {
+    const device::SyncDescription& family = context().bus.slave(e.slave).profile->sync;
+    if (!family.lost_after_jitter.value || e.empty <= e.unreturned) return;
+    Run run{e.empty - e.unreturned, 0, e.before};
+    Judge(e.slave, run, e.frame);
+  }
+
+ private:
+  /// Consecutive cycles outside the window.
+  struct Run {
+    std::uint64_t length = 0;
+    std::uint64_t last = 0;  ///< the last of them
+    FrameRef before;
+  };
+
+  struct Fall {
+    SlaveId slave = kNoSlave;
+    FrameNo frame = 0;
+    FindingIndex cause = kNoFinding;
+  };
+
+  void Remember(const model::OutputGap& e, FindingIndex cause) {
+    constexpr std::size_t kMost = 256;
+    if (falls_.size() < kMost) falls_.push_back({e.slave, e.fell.number, cause});
+  }
+  /// CiA 402: Operation enabled.
+  [[nodiscard]] static bool Enabled(std::uint16_t status_word) { return (status_word & 0x6FU) == 0x27U; }
+
+  Run& RunOf(SlaveId slave) {
+    if (slave >= runs_.size()) runs_.resize(static_cast<std::size_t>(slave) + 1);
+    return runs_[slave];
+  }
+  static void Extend(Run& run, std::uint64_t first, std::uint64_t last, const FrameRef& before) {
+    if (run.length == 0 || run.last + 1 != first) run = {0, 0, before};
+    run.length += last - first + 1;
+    run.last = last;
+  }
+
+  void Judge(SlaveId id, const Run& run, const FrameRef& frame) {
+    const device::DeviceDescription& profile = *context().bus.slave(id).profile;
+    const auto& limit = profile.sync.lost_after_jitter;
+    if (run.length < *limit || Repeat(id, 1, frame) != kNoFinding) return;
+    Finding finding;
+    finding.slave = id;
+    finding.first = frame;
+    AddRelated(finding, run.before.number);
+    finding.reference = ReferenceTo(limit.source);
+    std::string names;
+    for (const std::string& fault : profile.sync.lost_faults) names += (names.empty() ? "" : ", ") + fault;
+    for (const std::string& warning : profile.sync.lost_warnings) names += (names.empty() ? "" : ", ") + warning;
+    finding.title = Count(run.length, "consecutive cycle") +
+                    " outside the window: " + (names.empty() ? "synchronisation lost" : names);
+    finding.message = "From frame " + std::to_string(run.before.number) + " to frame " + std::to_string(frame.number) +
+                      " " + Count(run.length, "consecutive cycle") +
+                      " had no process data within the permitted jitter. " + LawText(profile) +
+                      " lets the drive lose "
+                      "synchronisation (" +
+                      names + ") at the " + (*limit == 2 ? "second" : std::to_string(*limit) + "th") +
+                      ". Find out why the master was late.";
+    finding.evidence = {Number("consecutive", static_cast<std::int64_t>(run.length)), Number("limit", *limit)};
+    Report(1, std::move(finding));
+  }
+
+  std::vector<Run> runs_;
+  std::vector<Fall> falls_;
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<SyncLost>};
+
+}  // namespace
+}  // namespace ecaudit

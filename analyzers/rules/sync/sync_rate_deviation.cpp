@@ -1,0 +1,114 @@
+#include <cmath>
+
+#include "analyzers/core/al_text.h"
+#include "analyzers/core/rule.h"
+#include "analyzers/core/sync_text.h"
+#include "analyzers/model/bus_model.h"
+#include "analyzers/sync/sync_model.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr std::uint64_t kEnoughCycles = 200;
+/// Further off than this it is another cycle: sync-cycle-mismatch.
+constexpr double kAnotherCycle = 100'000;
+/// How far the clock of a host may be off, ppm.
+constexpr double kHostClock = 100;
+
+constexpr RuleInfo kInfo{
+    .id = "sync-rate-deviation",
+    .group = "Synchronisation",
+    .severity = Severity::kError,
+    .title = "The mean cycle deviates from the configured one by more than the drive's PLL can follow",
+    .needs = "SYNC0 cycle or 60C2h, the family's PLL range, at least 200 cycles in OP, a clock",
+    .source = "AKD-2011, 4.10; AKD-2010, 4.10; MKD, 4.11; PILZ, 4.8",
+    .doc = R"(
+## What it checks
+The mean distance of the process data in OP against the configured cycle: 4800 ppm for AKD and MKD (300 ns in each
+62.5 us), 1000 ppm for Pilz.
+
+## Why it matters
+The drive's PLL stretches and shrinks its own clock to follow the master. Beyond its range the drive cannot stay
+synchronised, however small the jitter is.
+
+## How it is decided
+The mean is taken over all cycles in OP; an interval of n cycles counts as n, pauses of more than 16 are left out. By
+DC time the mean is exact; by stamps 100 ppm of the host's clock are added to their uncertainty, and a limit inside
+that is not judged. The configured cycle is that of SYNC0, else the 60C2h the master wrote. More than a tenth off is
+another cycle and told by sync-cycle-mismatch.
+
+## Example
+tests/rules/sync-rate-deviation/violates.trace
+
+## What to do
+Let the master's cycle follow the DC time (shift its timer by the phase it reads with FRMW 0x0910), or use a timer
+that keeps the configured period in the mean.
+)"};
+
+class SyncRateDeviation final : public Rule {
+ public:
+  SyncRateDeviation() : Rule(kInfo) {}
+
+  void Finish() override {
+    for (std::size_t s = 0; s < context().bus.size(); ++s) Judge(static_cast<SlaveId>(s));
+  }
+
+ private:
+  void Judge(SlaveId id) {
+    const model::SlaveModel& slave = context().bus.slave(id);
+    const auto& settings = context().sync->dc(id).last_active();
+    const auto interpolation = InterpolationTime(slave);
+    TimeNs configured = 0;
+    if (settings && settings->activation.sync0()) configured = settings->sync0_cycle_ns.value_or(0);
+    if (configured == 0) configured = interpolation.value_or(0);
+    if (configured == 0) return;
+    const auto& range = slave.profile->sync.pll_range_ppm;
+    if (!range.value) {
+      NotEvaluable(id, "the profile states no range of the PLL");
+      return;
+    }
+    const sync::OutputWatch& outputs = context().sync->outputs(id);
+    if (outputs.rate_cycles < kEnoughCycles) {
+      NotEvaluable(id, "fewer than 200 cycles of process data in OP to take a mean of");
+      return;
+    }
+    const auto uncertainty = context().sync->Uncertainty(outputs.rate_base);
+    if (!uncertainty) {
+      NotEvaluable(id, std::string(kPoorStamps));
+      return;
+    }
+    const auto cycles = static_cast<double>(outputs.rate_cycles);
+    const double mean = static_cast<double>(outputs.rate_ns) / cycles;
+    const double ppm = (mean / static_cast<double>(configured) - 1) * 1e6;
+    const double unsure = 2e6 * static_cast<double>(*uncertainty) / static_cast<double>(outputs.rate_ns) +
+                          (outputs.rate_base == sync::TimeBase::kDc ? 0 : kHostClock);
+    const auto limit = static_cast<double>(*range);
+    if (std::abs(ppm) > kAnotherCycle || std::abs(ppm) + unsure <= limit) return;
+    if (std::abs(ppm) - unsure <= limit) {
+      NotEvaluable(id, "the mean deviation of the cycle equals the limit within the clock's uncertainty");
+      return;
+    }
+    Finding finding;
+    finding.slave = id;
+    finding.first = outputs.rate_first;
+    finding.last = outputs.rate_last;
+    if (settings) AddRelated(finding, settings->frame.number);
+    finding.reference = ReferenceTo(range.source);
+    const std::string deviation = Fixed(ppm, 0) + " ppm";
+    finding.title = "The mean cycle is " + deviation + " off, the PLL follows " + std::to_string(*range) + " ppm";
+    finding.message = "In OP " + Grouped(outputs.rate_cycles) + " cycles have a mean of " + Fixed(mean / 1e3, 3) +
+                      " us, " + std::string(BaseText(outputs.rate_base)) + ": " + deviation + " from the configured " +
+                      Fixed(static_cast<double>(configured) / 1e3, 3) + " us. " + LawText(*slave.profile) + " gives " +
+                      std::to_string(*range) +
+                      " ppm as the range of the PLL. Let the master's cycle follow the DC time.";
+    finding.evidence = {Real("deviation_ppm", ppm), Real("uncertainty_ppm", unsure), Real("mean_us", mean / 1e3),
+                        Real("configured_us", static_cast<double>(configured) / 1e3)};
+    Report(0, std::move(finding));
+  }
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<SyncRateDeviation>};
+
+}  // namespace
+}  // namespace ecaudit

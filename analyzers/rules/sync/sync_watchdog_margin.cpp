@@ -1,0 +1,191 @@
+#include <vector>
+
+#include "analyzers/core/rule.h"
+#include "analyzers/core/sync_text.h"
+#include "analyzers/model/bus_model.h"
+#include "analyzers/sync/sync_model.h"
+#include "decoder/base/text.h"
+#include "decoder/esc/dc_registers.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr EscAddress kDivider = 0x0400;
+constexpr EscAddress kProcessWatchdog = 0x0420;
+constexpr std::uint16_t kDefaultSteps = 1000;
+constexpr std::uint16_t kWatchdogCode = 0x001B;
+
+constexpr RuleInfo kInfo{
+    .id = "sync-watchdog-margin",
+    .group = "Synchronisation",
+    .severity = Severity::kError,
+    .title = "Process data pause for half the sync manager watchdog or longer",
+    .needs = "FMMUs and AL state of the slave; a clock: DC time in the frames, or good time stamps",
+    .source = "ESC-1, watchdogs; ETG1000.6, AL Status Code register 0x0134",
+    .doc = R"(
+## What it checks
+The longest time without outputs for a slave in OP, against its process data watchdog: (0x0400 + 2) * 40 ns * 0x0420.
+A pause as long as the watchdog is an error, half of it a warning. So is OP that is refused with 0x001B because no
+outputs were sent.
+
+## Why it matters
+When the watchdog ends the slave leaves OP (AL status code 0x001B) and the drive stops. A master that sometimes comes
+near it will one day be too late.
+
+## How it is decided
+Outputs are the LRW and LWR whose address an active write FMMU of the slave maps, and whose working counter is not 0.
+The time between two of them is measured by the DC time they carry, else by stamps; a limit inside the uncertainty of
+the clock is not judged, and neither is a pause in which frames were sent that did not return. Sync managers without
+watchdog trigger (control bit 6) do not feed a watchdog: then only a slave that really leaves OP is reported. Where
+the registers were never written in the capture, their values after power-on (100 ms) are assumed and the finding is
+inferred. A slave that leaves OP by itself in the pause (al-unexpected-change) names this finding as its cause.
+
+## Example
+samples/captures/falls-out-of-op.pcapng: 130 ms without process data, watchdog 100 ms.
+
+## What to do
+Find out why the master paused (scheduling, a blocking call, a debugger). Where the cycle is long by design, set a
+longer watchdog in PREOP.
+)"};
+
+class SyncWatchdogMargin final : public Rule {
+ public:
+  using Rule::On;
+  SyncWatchdogMargin() : Rule(kInfo) { Subscribe({Topic::kOutputGap, Topic::kAlAnswered}); }
+
+  void On(const model::OutputGap& e) override {
+    const track::SlaveState& state = context().bus.network().state(e.slave);
+    const auto divider = state.registers.Value<std::uint16_t>(kDivider);
+    const auto steps = state.registers.Value<std::uint16_t>(kProcessWatchdog);
+    const TimeNs watchdog =
+        esc::WatchdogNs(divider.value_or(esc::kDefaultWatchdogDivider), steps.value_or(kDefaultSteps));
+    if (watchdog == 0) return;
+    const bool fell = e.fell.seen() && (!e.fell_code || *e.fell_code == kWatchdogCode);
+    const auto manager = state.sync_manager(2, Certainty::kInferred);
+    const bool monitored = manager && manager->watchdog_trigger();
+    if (!monitored && !fell) return;
+    if (!e.uncertainty_ns) {
+      if (e.gap.ns >= watchdog / 2) NotEvaluable(e.slave, std::string(kPoorStamps), e.after.number);
+      return;
+    }
+    const TimeNs uncertainty = *e.uncertainty_ns;
+    const bool exceeds = e.gap.ns - uncertainty >= watchdog;
+    const bool reaches_half = e.gap.ns - uncertainty >= watchdog / 2;
+    if (!exceeds && !(reaches_half && monitored)) {
+      if (monitored && e.gap.ns + uncertainty >= watchdog / 2) {
+        NotEvaluable(e.slave,
+                     "a pause of the process data is as long as half the watchdog within the clock's uncertainty",
+                     e.after.number);
+      }
+      return;
+    }
+    if (e.unreturned > 0) {
+      NotEvaluable(e.slave, "frames of a pause were sent and did not return: whether the slave got them is not known",
+                   e.after.number);
+      return;
+    }
+    const FrameRef& frame = e.after.seen() ? e.after : e.fell;
+    const std::uint64_t key = (exceeds ? 1U : 0U) | (fell ? 2U : 0U);
+    FindingIndex index = Repeat(e.slave, key, frame);
+    if (index != kNoFinding) {
+      AddRelated(context().store[index], frame.number);
+    } else {
+      Finding finding;
+      finding.slave = e.slave;
+      finding.first = frame;
+      AddRelated(finding, e.before.number);
+      const bool known = divider && steps;
+      // What rests on the values after power-on is an assumption, unless the slave confirmed it.
+      finding.confidence = known || fell ? Confidence::kObserved : Confidence::kInferred;
+      const std::string pause = Duration(e.gap.ns);
+      finding.title =
+          exceeds ? "Process data paused for " + pause + ", longer than the watchdog of " + Duration(watchdog)
+                  : "Process data paused for " + pause + ", more than half the watchdog of " + Duration(watchdog);
+      finding.message = "Between frame " + std::to_string(e.before.number) + " and frame " +
+                        std::to_string(frame.number) +
+                        (e.after.seen() ? "" : ", where the slave is seen to have left OP,") +
+                        " the slave in OP got no outputs for " + pause + PrecisionText(e.gap, uncertainty) +
+                        ". Its process data watchdog is " + Duration(watchdog) +
+                        " (0x0400 = " + std::to_string(divider.value_or(esc::kDefaultWatchdogDivider)) +
+                        ", 0x0420 = " + std::to_string(steps.value_or(kDefaultSteps)) +
+                        (known ? "" : "; the value after power-on is assumed") + "). ";
+      if (fell) {
+        finding.message += "In frame " + std::to_string(e.fell.number) + " it shows " + esc::StatusText(e.fell_to.raw) +
+                           (e.fell_code ? ", AL status code " + Hex(*e.fell_code) : std::string()) + ". ";
+        if (e.fell.number != frame.number) AddRelated(finding, e.fell.number);
+      }
+      if (e.nominal_ns > 0) finding.message += "The process data usually come every " + Duration(e.nominal_ns) + ". ";
+      finding.message += "Find out why the master paused, or set a longer watchdog in PREOP.";
+      finding.evidence = {Real("gap_ms", static_cast<double>(e.gap.ns) / 1e6),
+                          Real("watchdog_ms", static_cast<double>(watchdog) / 1e6),
+                          Text("time_base", std::string(sync::Name(e.gap.base))),
+                          Real("uncertainty_us", static_cast<double>(uncertainty) / 1e3)};
+      const bool certain = exceeds && (known || fell);
+      index = Report(key, certain ? Severity::kError : Severity::kWarning, std::move(finding));
+    }
+    if (fell) consequences_.push_back({"al-unexpected-change", e.slave, e.fell.number, index});
+    if (consequences_.size() > kMaxConsequences) consequences_.erase(consequences_.begin());
+  }
+
+  void On(const model::AlAnswered& e) override {
+    if (e.outcome != model::AlAnswered::Outcome::kRefused || !e.code || *e.code != kWatchdogCode ||
+        e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) {
+      return;
+    }
+    const sync::OutputWatch& outputs = context().sync->outputs(e.slave);
+    // The watchdog counts from the last outputs, wherever they came from.
+    const bool none = !outputs.seen;
+    TimeNs since = 0;
+    if (!none) {
+      const auto uncertainty = context().sync->Uncertainty(sync::TimeBase::kCapture);
+      if (!uncertainty || !outputs.last.stamp || !e.frame.has_time) return;
+      since = Elapsed(*outputs.last.stamp, e.frame.time);
+      if (since - *uncertainty < outputs.watchdog_ns || outputs.watchdog_ns == 0) return;
+    }
+    FindingIndex index = Repeat(e.slave, 4, e.frame);
+    if (index == kNoFinding) {
+      Finding finding;
+      finding.slave = e.slave;
+      finding.first = e.frame;
+      AddRelated(finding, e.request.frame.number);
+      finding.title = "OP requested while no process data flow";
+      finding.message = "The master requested OP in frame " + std::to_string(e.request.frame.number) +
+                        (none ? std::string(", but no outputs for this slave were sent before")
+                              : ", but the last outputs for this slave came " + Duration(since) +
+                                    " before the answer, in frame " + std::to_string(outputs.last.frame.number)) +
+                        "; the slave answers " + esc::StatusText(e.status.raw) +
+                        " with AL status code 0x001b (watchdog). Start the cyclic exchange in SAFEOP, then request OP.";
+      finding.evidence = {HexNumber("al_status_code", *e.code)};
+      index = Report(4, std::move(finding));
+    }
+    consequences_.push_back({"al-refused", e.slave, e.frame.number, index});
+  }
+
+  void Finish() override {
+    for (const Consequence& c : consequences_) NameCause(context(), c.rule, c.slave, c.frame, c.cause);
+    if (SaidNothingReturned()) return;
+    for (std::size_t s = 0; s < context().bus.size(); ++s) {
+      const auto id = static_cast<SlaveId>(s);
+      const model::SlaveModel& slave = context().bus.slave(id);
+      if (slave.al.possible().single() != static_cast<std::uint8_t>(esc::AlState::OP)) continue;
+      if (!context().sync->outputs(id).seen)
+        NotEvaluable(id, "which process data are outputs of the slave is not known");
+    }
+  }
+
+ private:
+  struct Consequence {
+    std::string_view rule;
+    SlaveId slave = kNoSlave;
+    FrameNo frame = 0;
+    FindingIndex cause = kNoFinding;
+  };
+  static constexpr std::size_t kMaxConsequences = 256;
+
+  std::vector<Consequence> consequences_;
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<SyncWatchdogMargin>};
+
+}  // namespace
+}  // namespace ecaudit

@@ -1,0 +1,154 @@
+#include "analyzers/core/al_text.h"
+#include "analyzers/core/rule.h"
+#include "analyzers/core/sync_text.h"
+#include "analyzers/model/bus_model.h"
+#include "analyzers/sync/sync_model.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr RuleInfo kInfo{
+    .id = "sync-window-violation",
+    .group = "Synchronisation",
+    .severity = Severity::kError,
+    .title = "Process data arrive outside the window in which the drive expects them",
+    .needs =
+        "with SYNC0: DC time in the frames with process data; without: the family's permitted jitter and good stamps",
+    .source = "AKD-2011, 4.10; AKD-2010, 4.10; MKD, 4.11; PILZ, 4.8",
+    .doc = R"(
+## What it checks
+With SYNC0 in OP: that one frame with outputs arrives between two pulses. A pulse interval without a frame, or with
+two, means that a frame came on the wrong side of SYNC0. Without SYNC0: that outputs arrive within the jitter that
+the family permits (Pilz: 320 us for cycles of 1 ms and more, 70 us up to 750 us), and none is missing.
+
+## Why it matters
+At SYNC0 the drive takes the outputs it has. An interval without new ones repeats old setpoints, one with two skips a
+setpoint: the axis jerks. Without SYNC0 a Pilz drive counts the violation; the second in a row is a loss of
+synchronisation.
+
+## How it is decided
+The arrival is the DC time that the frame itself carries, plus the slave's propagation delay, plus the length of the
+frame; it is on no side while it lies within 1 us (or the slave's own 0x092C) of a pulse. Without SYNC0 the expected
+arrival is that of the cycles so far, which it follows slowly, from the 100th cycle in OP on. Stamps that are too
+poor, or a deviation that equals the limit within their uncertainty, are not judged; neither are frames that were
+sent and did not return. Only families that are known to synchronise this way are judged. Between 750 us and 1 ms the
+Pilz manual gives no figure: 70 us is applied as a warning.
+
+## Example
+tests/rules/sync-window-violation/violates.trace
+
+## What to do
+Shift SYNC0 (start time) to the middle between two frames, and make the master's sending more regular. The report
+shows the phase of the frames against SYNC0 for each slave.
+)"};
+
+class SyncWindowViolation final : public Rule {
+ public:
+  using Rule::On;
+  SyncWindowViolation() : Rule(kInfo) { Subscribe({Topic::kSyncSlotMiss, Topic::kArrivalOff}); }
+
+  void On(const model::SyncSlotMiss& e) override {
+    const device::SyncDescription& family = context().bus.slave(e.slave).profile->sync;
+    if (family.source_with_dc.empty()) {
+      NotEvaluable(e.slave, "the profile does not say how the slave synchronises to SYNC0", e.frame.number);
+      return;
+    }
+    if (e.empty > 0 && e.unreturned > 0) {
+      NotEvaluable(e.slave, "frames for a SYNC0 interval were sent and did not return", e.frame.number);
+      return;
+    }
+    const std::uint64_t key = e.empty > 0 ? 1 : 2;
+    if (const FindingIndex index = Repeat(e.slave, key, e.frame); index != kNoFinding) {
+      AddRelated(context().store[index], e.frame.number);
+      return;
+    }
+    Finding finding;
+    finding.slave = e.slave;
+    finding.first = e.frame;
+    AddRelated(finding, e.before.number);
+    const std::string cycle = Duration(e.cycle_ns);
+    finding.title = e.empty == 0   ? "Two frames with process data in one SYNC0 interval"
+                    : e.empty == 1 ? "SYNC0 interval without process data"
+                                   : std::to_string(e.empty) + " SYNC0 intervals without process data";
+    finding.message =
+        "SYNC0 comes every " + cycle + ". " +
+        (e.empty == 0
+             ? "Frames " + std::to_string(e.before.number) + " and " + std::to_string(e.frame.number) +
+                   " both arrive between the same two pulses"
+             : "Between frame " + std::to_string(e.before.number) + " and frame " + std::to_string(e.frame.number) +
+                   " " + Count(e.empty, "interval between two pulses") + " passed without outputs") +
+        "; the latter arrives " + Duration(e.phase_ns) + " after a pulse, +-" + Duration(e.uncertainty_ns) +
+        " by the DC time in the frames. The drive needs one frame in each interval (" + family.source_with_dc +
+        "). Shift SYNC0 to the middle between two frames, and send more regularly.";
+    finding.evidence = {Number("empty_intervals", static_cast<std::int64_t>(e.empty)),
+                        Real("phase_us", static_cast<double>(e.phase_ns) / 1e3),
+                        Real("cycle_us", static_cast<double>(e.cycle_ns) / 1e3)};
+    Report(key, std::move(finding));
+  }
+
+  void On(const model::ArrivalOff& e) override {
+    const device::DeviceDescription& profile = *context().bus.slave(e.slave).profile;
+    const device::JitterLimit* limit = sync::LimitFor(profile.sync, e.cycle_ns);
+    if (limit == nullptr) return;
+    if (!e.uncertainty_ns) {
+      NotEvaluable(e.slave, std::string(kPoorStamps), e.frame.number);
+      return;
+    }
+    const bool missing = e.missing > 0;
+    if (missing && e.unreturned > 0) {
+      NotEvaluable(e.slave, "frames with process data were sent and did not return", e.frame.number);
+      return;
+    }
+    const TimeNs size = e.deviation_ns < 0 ? -e.deviation_ns : e.deviation_ns;
+    if (!missing && size - *e.uncertainty_ns <= limit->jitter) {
+      NotEvaluable(e.slave, "jitter of the process data equals the permitted one within the clock's uncertainty",
+                   e.frame.number);
+      return;
+    }
+    const std::uint64_t key = missing ? 3 : 4;
+    if (const FindingIndex index = Repeat(e.slave, key, e.frame); index != kNoFinding) {
+      AddRelated(context().store[index], e.frame.number);
+      return;
+    }
+    Finding finding;
+    finding.slave = e.slave;
+    finding.first = e.frame;
+    AddRelated(finding, e.before.number);
+    finding.reference = ReferenceTo(limit->source);
+    const std::string permitted = Duration(limit->jitter);
+    finding.title = missing ? Count(e.missing, "cycle") + " without process data"
+                            : "Process data " + Duration(size) + (e.deviation_ns > 0 ? " late" : " early") +
+                                  ", permitted are " + permitted;
+    finding.message =
+        (missing ? "Between frame " + std::to_string(e.before.number) + " and frame " + std::to_string(e.frame.number) +
+                       " " + Count(e.missing, "cycle") + " of " + Duration(e.cycle_ns) + " passed without outputs"
+                 : "Frame " + std::to_string(e.frame.number) + " comes " + Duration(size) +
+                       (e.deviation_ns > 0 ? " later" : " earlier") + " than the cycles of " + Duration(e.cycle_ns) +
+                       " before it let expect") +
+        PrecisionText({0, e.base}, *e.uncertainty_ns) + ". " + LawText(profile) + " permits a jitter of " + permitted +
+        (limit->undocumented ? " (" + limit->note + ")" : std::string()) + ". Make the master's sending more regular.";
+    finding.evidence = {Real("deviation_us", static_cast<double>(e.deviation_ns) / 1e3),
+                        Real("permitted_us", static_cast<double>(limit->jitter) / 1e3),
+                        Number("missing_cycles", static_cast<std::int64_t>(e.missing)),
+                        Text("time_base", std::string(sync::Name(e.base)))};
+    Report(key, limit->undocumented && !missing ? Severity::kWarning : Severity::kError, std::move(finding));
+  }
+
+  void Finish() override {
+    for (std::size_t s = 0; s < context().bus.size(); ++s) {
+      const auto id = static_cast<SlaveId>(s);
+      const sync::OutputWatch& outputs = context().sync->outputs(id);
+      const auto& settings = context().sync->dc(id).last_active();
+      if (outputs.frames_in_op == 0 || !settings || !settings->activation.sync0()) continue;
+      if (outputs.phases == 0 && !context().bus.slave(id).profile->sync.source_with_dc.empty()) {
+        NotEvaluable(id, "the frames with process data carry no DC time to compare with SYNC0");
+      }
+    }
+  }
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<SyncWindowViolation>};
+
+}  // namespace
+}  // namespace ecaudit
