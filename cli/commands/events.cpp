@@ -22,7 +22,9 @@ class EventsCommand : public Command {
     run_.Declare(options);
     options.Group("What to read");
     options.Values("--type", "TYPE,...", types_, "only events of these types (repeatable)");
-    options.Footer("\nTypes:\n" + EventTypeList() +
+    std::string list = EventTypeList();
+    if (const std::size_t middle = list.find(" emergency"); middle != std::string::npos) list[middle] = '\n';
+    options.Footer("\nTypes:\n" + list +
                    ".\nWithout --type the text leaves out register writes that al-request and eeprom lines "
                    "tell.\nExample: ecaudit events --type sdo,emergency --slave 0 trace.pcapng");
   }
