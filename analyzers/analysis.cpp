@@ -63,7 +63,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
     sync_->On(e);
     ToRules(Topic::kAnswered, e);
   }
-  void On(const track::FrameLost& e) override { ToRules(Topic::kFrameLost, e); }
+  void On(const track::FrameLost& e) override { RulesThenModel(Topic::kFrameLost, e); }
   void On(const track::FrameDuplicated& e) override { ToRules(Topic::kFrameDuplicated, e); }
   void On(const track::FrameUnusable& e) override { ToRules(Topic::kFrameUnusable, e); }
   void On(const mailbox::MailboxMessage& e) override {
@@ -122,6 +122,8 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
     ToRules(Topic::kAlOverdue, e);
   }
   void On(const model::Predicted& e) override { predictions_.On(e); }
+  void On(const model::LatchMisuse& e) override { ToRules(Topic::kLatchMisuse, e); }
+  void On(const model::LatchNotJudged& e) override { ToRules(Topic::kLatchNotJudged, e); }
   void On(const model::SyncSwitchedOn& e) override { ToRules(Topic::kSyncSwitchedOn, e); }
   void On(const model::OutputGap& e) override { ToRules(Topic::kOutputGap, e); }
   void On(const model::SyncSlotMiss& e) override { ToRules(Topic::kSyncSlotMiss, e); }
@@ -213,6 +215,7 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
   pipeline_options.stop = options.stop;
   pipeline_options.progress = options.progress;
   pipeline.Run(source, pipeline_options);
+  model.Finish();
   sync.Finish();
   for (const auto& rule : rules) {
     if (!store.IsOff(rule->info())) rule->Finish();

@@ -9,6 +9,7 @@
 #include "analyzers/core/cycle_summary.h"
 #include "analyzers/core/dc_summary.h"
 #include "analyzers/core/finding.h"
+#include "analyzers/core/latch_summary.h"
 #include "decoder/base/ids.h"
 #include "decoder/capture/frame_source.h"
 
@@ -176,6 +177,7 @@ struct SlaveSummary {
   PdoSummary rx_pdo;                              ///< master to slave
   PdoSummary tx_pdo;                              ///< slave to master
   std::optional<DcSummary> dc;                    ///< unset when nothing was seen of its distributed clocks
+  std::optional<LatchSummary> latch;              ///< unset when no latch word was seen
   MailboxSummary mailbox;
 };
 

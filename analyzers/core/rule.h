@@ -62,6 +62,8 @@ enum class Topic : std::uint8_t {
   kAlErrorCode,
   kAlErrorCleared,
   kAlOverdue,
+  kLatchMisuse,
+  kLatchNotJudged,
   kSyncSwitchedOn,
   kOutputGap,
   kSyncSlotMiss,

@@ -5,6 +5,11 @@
 namespace ecaudit::model {
 namespace {
 
+/// Whether a slave exchanges process data in a state.
+bool HasProcessData(std::uint8_t state) {
+  return state >= static_cast<std::uint8_t>(esc::AlState::SAFEOP);
+}
+
 constexpr EscAddress kEscConfiguration = 0x0141;  // bit 0: device emulation
 
 }  // namespace
@@ -22,6 +27,7 @@ BusModel::BusModel(const track::Network& network, const AnalysisOptions& options
   limit("al-timeout.preop", timeouts_.to_preop_ns);
   limit("al-timeout.safeop-op", timeouts_.to_safeop_or_op_ns);
   limit("al-timeout.down", timeouts_.downwards_ns);
+  limit("latch-ack-mismatch", latch_acknowledge_ns_);
 }
 
 const LogicalExpectation& BusModel::Expect(const track::LogicalAccess& access) const {
@@ -31,6 +37,7 @@ const LogicalExpectation& BusModel::Expect(const track::LogicalAccess& access) c
 void BusModel::Apply(const track::SlaveFound& event) {
   slaves_.emplace_back(event.slave, network_.state(event.slave), sink_);
   slaves_.back().al.SetTimeouts(timeouts_);
+  slaves_.back().latch.SetAcknowledgeLimit(latch_acknowledge_ns_);
   seen_identities_.emplace_back().slave = event.slave;
   ChooseProfile(event.slave);
 }
@@ -58,16 +65,21 @@ void BusModel::ChooseProfile(SlaveId id) {
   choice_.Choose(network_.slaves()[id], seen_identities_[id], slave);
   slave.al.SetFamily(*slave.profile);
   slave.process.SetFamily(*slave.profile);
+  slave.latch.SetFamily(*slave.profile);
   // A file may describe a slave without its PDOs; that does not mean that it has none.
   slave.process.SetEni(slave.eni != nullptr && !slave.eni->pdos.empty() ? &slave.eni->pdos : nullptr);
 }
 
 void BusModel::Apply(const track::AlRequest& event) {
   slaves_[event.slave].mailbox.Forget();
+  if (!HasProcessData(event.control.state())) slaves_[event.slave].latch.Forget();
   slaves_[event.slave].al.OnRequest(event);
 }
 void BusModel::Apply(const track::AlStatusRead& event) {
-  if (event.changed()) slaves_[event.slave].mailbox.Forget();
+  if (event.changed()) {
+    slaves_[event.slave].mailbox.Forget();
+    if (!HasProcessData(event.status.state())) slaves_[event.slave].latch.Forget();
+  }
   slaves_[event.slave].al.OnStatus(event);
 }
 void BusModel::Apply(const track::AlStatusCodeRead& event) {
@@ -81,6 +93,20 @@ void BusModel::Apply(const track::LogicalAccess& access) {
   (void)image_.Read(access, Expect(access), *this);
 }
 
+void BusModel::Apply(const track::FrameLost& event) {
+  for (std::size_t i = 0; i < event.sent.size(); ++i) {
+    const wire::DatagramView datagram = event.sent[i];
+    if (!wire::IsDefined(datagram.command_byte()) || !wire::IsLogical(datagram.command())) continue;
+    track::LogicalAccess access;
+    access.command = datagram.command();
+    access.address = datagram.logical_address();
+    access.sent = event.sent.ref();
+    access.sent_data = datagram.data();
+    access.length = datagram.length();
+    Apply(access);
+  }
+}
+
 void BusModel::On(const ProcessCycle& cycle) {
   if (cycle.part.slave == kNoSlave) return;
   SlaveModel& slave = slaves_[cycle.part.slave];
@@ -91,6 +117,7 @@ void BusModel::On(const ProcessCycle& cycle) {
   } else if (cycle.exchange == Exchange::kNo) {
     ++traffic.missed;
   }
+  slave.latch.OnCycle(cycle);
 }
 
 void BusModel::Apply(const track::SlaveAccess& access) {
@@ -113,6 +140,7 @@ void BusModel::Apply(const mailbox::SdoTransfer& transfer) {
   SlaveModel& slave = slaves_[transfer.slave];
   slave.objects.Apply(transfer);
   slave.process.Apply(transfer);
+  slave.latch.OnSdo(transfer);
 }
 void BusModel::Apply(const mailbox::SdoInfo& info) {
   SlaveModel& slave = slaves_[info.slave];
@@ -122,6 +150,10 @@ void BusModel::Apply(const mailbox::SdoInfo& info) {
 
 void BusModel::ApplyAlRequestSent(SlaveId slave, const FrameRef& frame, esc::AlWord control) {
   if (slave < slaves_.size()) slaves_[slave].al.OnRequestSent(frame, control);
+}
+
+void BusModel::Finish() {
+  for (SlaveModel& slave : slaves_) slave.latch.Finish();
 }
 
 }  // namespace ecaudit::model

@@ -45,11 +45,15 @@ class BusModel final : private ProcessSink {
   void Apply(const track::AlStateForgotten& event);
   /// Hands the process data in it to the units of the slaves.
   void Apply(const track::LogicalAccess& access);
+  /// Process data in a frame that never came back: whether the slaves took them, nobody knows.
+  void Apply(const track::FrameLost& event);
   void Apply(const track::SlaveAccess& access);
   void Apply(const track::EepromRead& event);
   void Apply(const track::EepromWrite& event);
   void Apply(const mailbox::SdoTransfer& transfer);
   void Apply(const mailbox::SdoInfo& info);
+  /// The capture has ended.
+  void Finish();
   void ApplyAlRequestSent(SlaveId slave, const FrameRef& frame, esc::AlWord control);
 
  private:
@@ -59,6 +63,7 @@ class BusModel final : private ProcessSink {
   const track::Network& network_;
   ModelSink& sink_;
   AlTimeouts timeouts_;
+  std::int64_t latch_acknowledge_ns_ = 100'000'000;
   ProfileChoice choice_;
   std::deque<SlaveModel> slaves_;
   std::deque<track::IdentityLearned> seen_identities_;  ///< a slave: what the capture shows of its identity

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "analyzers/model/latch_events.h"
 #include "analyzers/model/sync_events.h"
 #include "decoder/base/ids.h"
 #include "decoder/base/known.h"
@@ -145,6 +146,9 @@ class ModelSink {
   virtual void On(const AlErrorCleared&) {}
   virtual void On(const AlOverdue&) {}
   virtual void On(const Predicted&) {}
+  virtual void On(const LatchStep&) {}
+  virtual void On(const LatchMisuse&) {}
+  virtual void On(const LatchNotJudged&) {}
   virtual void On(const SyncSwitchedOn&) {}
   virtual void On(const OutputGap&) {}
   virtual void On(const SyncSlotMiss&) {}

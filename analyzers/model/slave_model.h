@@ -5,6 +5,7 @@
 
 #include "analyzers/events/object_names.h"
 #include "analyzers/model/al_machine.h"
+#include "analyzers/model/latch_unit.h"
 #include "analyzers/model/mailbox_unit.h"
 #include "analyzers/model/object_values.h"
 #include "analyzers/model/process_data.h"
@@ -25,8 +26,8 @@ struct ProcessTraffic {
 struct SlaveModel {
   /// @param state what is known of its ESC; must outlive the model
   SlaveModel(SlaveId slave, const track::SlaveState& state, ModelSink& sink)
-      : al(slave, sink), mailbox(slave, state, sink), process(state, names) {}
-  SlaveModel(const SlaveModel&) = delete;  // `process` refers to `names`
+      : al(slave, sink), mailbox(slave, state, sink), process(state, names), latch(slave, al, process, sink) {}
+  SlaveModel(const SlaveModel&) = delete;  // units refer to one another
   SlaveModel& operator=(const SlaveModel&) = delete;
 
   const device::DeviceDescription* profile = nullptr;  ///< never null once the slave is met
@@ -40,6 +41,7 @@ struct SlaveModel {
   events::ObjectNames names;  ///< what the slave itself calls its objects
   ProcessData process;        ///< PDO assignment and mapping
   ProcessTraffic outputs, inputs;
+  LatchUnit latch;
 };
 
 }  // namespace ecaudit::model

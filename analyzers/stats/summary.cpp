@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "analyzers/stats/latch_summary.h"
 #include "decoder/esc/sii.h"
 
 namespace ecaudit {
@@ -156,6 +157,7 @@ SlaveSummary SummariseSlave(SlaveId id, const model::BusModel& model, const AlHi
   SummariseSyncManagers(network.state(id), summary);
   summary.rx_pdo = SummarisePdo(slave.process.rx(), slave.outputs);
   summary.tx_pdo = SummarisePdo(slave.process.tx(), slave.inputs);
+  summary.latch = SummariseLatch(slave.latch);
   summary.mailbox = mailboxes.Of(id);
   return summary;
 }

@@ -193,6 +193,56 @@ class CaptureWriter {
     for (const FmmuSummary& fmmu : s.fmmus) json["fmmus"].push_back(Fmmu(fmmu));
     json["pdo"] = Pdo(s.rx_pdo, s.tx_pdo);
     json["mailbox"] = Mailbox(s.mailbox);
+    json["latch"] = s.latch ? Latch(*s.latch) : Json(nullptr);
+    return json;
+  }
+
+  [[nodiscard]] static Json Millis(const FrameRef& from, const FrameRef& to) {
+    if (!from.seen() || !to.seen() || !from.has_time || !to.has_time) return nullptr;
+    return static_cast<double>(to.time - from.time) / 1e6;
+  }
+
+  [[nodiscard]] static Json LatchCapture(const LatchCaptureSummary& c) {
+    return {{"edge", Text(c.edge)},
+            {"armed_frame", FrameOrNull(c.armed.number)},
+            {"valid_frame", FrameOrNull(c.valid.number)},
+            {"selected_frame", FrameOrNull(c.selected.number)},
+            {"acknowledged_frame", FrameOrNull(c.acknowledged.number)},
+            {"read_frame", FrameOrNull(c.read.number)},
+            {"disarmed_frame", FrameOrNull(c.disarmed.number)},
+            {"rearmed_frame", FrameOrNull(c.rearmed.number)},
+            {"read_by", TextOrNull(c.read_by)},
+            {"position", OrNull(c.position)},
+            {"arm_to_valid_ms", Millis(c.armed, c.valid)},
+            {"valid_to_read_ms", Millis(c.valid, c.read)},
+            {"read_to_rearm_ms", Millis(c.read, c.rearmed)}};
+  }
+
+  [[nodiscard]] static Json Latch(const LatchSummary& latch) {
+    const auto source = [](const auto& word, bool by_sdo) {
+      return word ? Json(by_sdo ? "sdo" : "process data") : Json(nullptr);
+    };
+    Json json;
+    json["control"] = OrNull(latch.control);
+    json["control_source"] = source(latch.control, latch.control_by_sdo);
+    json["status"] = OrNull(latch.status);
+    json["status_source"] = source(latch.status, latch.status_by_sdo);
+    json["digital_inputs"] = Json::array();
+    for (const LatchInputSummary& input : latch.inputs) {
+      json["digital_inputs"].push_back({{"input", input.number}, {"state", input.state}, {"changes", input.changes}});
+    }
+    json["edges"] = Json::array();
+    for (const LatchEdgeSummary& edge : latch.edges) {
+      json["edges"].push_back({{"edge", Text(edge.name)},
+                               {"armed", edge.armed},
+                               {"valid", edge.valid},
+                               {"read", edge.read},
+                               {"lost", edge.lost}});
+    }
+    json["captures"] = Json::array();
+    for (const LatchCaptureSummary& capture : latch.captures) json["captures"].push_back(LatchCapture(capture));
+    json["captures_left_out"] = latch.captures_left_out;
+    json["misuses"] = latch.misuses;
     return json;
   }
 

@@ -210,6 +210,7 @@ class CaptureText {
     ProcessData("outputs", s.rx_pdo, 2, s);
     ProcessData("inputs", s.tx_pdo, 3, s);
     if (s.mailbox.requests > 0 || s.mailbox.responses > 0) text_.Field("mailbox", MailboxLine(s.mailbox), 5);
+    if (s.latch) Latch(*s.latch);
   }
 
   /// "17 bytes in 1600h, 1601h: 6040h:0 Control word, ...", as far as it is known. What was never used is not
@@ -278,6 +279,22 @@ class CaptureText {
     std::string text;
     for (const std::string& part : parts) text += (text.empty() ? "" : "; ") + part;
     return text.empty() ? "receive times only" : text;
+  }
+
+  /// "3 captures of external latch 1 rising (3 valid, 3 read), ...", where the latches were used.
+  void Latch(const LatchSummary& latch) {
+    std::string text;
+    for (const LatchEdgeSummary& edge : latch.edges) {
+      if (edge.armed == 0 && edge.valid == 0) continue;
+      text += (text.empty() ? "" : "; ") + OneLine(edge.name) + " armed " + Count(edge.armed, "time") + ", valid " +
+              Grouped(edge.valid) + ", read " + Grouped(edge.read);
+      if (edge.lost > 0) text += ", lost " + Grouped(edge.lost);
+    }
+    if (text.empty() && latch.misuses == 0) return;
+    if (text.empty()) text = "never armed";
+    if (latch.control_by_sdo) text += " (control word by SDO)";
+    if (latch.misuses > 0) text += "; " + Count(latch.misuses, "misuse") + ", see the findings";
+    text_.Field("latch", text, 5);
   }
 
   /// "52 requests, 52 responses (CoE); 40 uploads, 11 downloads, 2 aborted"

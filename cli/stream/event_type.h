@@ -20,6 +20,7 @@ enum class EventType : std::uint8_t {
   kSdo,
   kSdoInfo,
   kPdoMapping,
+  kLatch,
   kEmergency,
   kFoe,
   kEoe,

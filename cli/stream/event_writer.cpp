@@ -61,11 +61,13 @@ void EventWriter::Begin(const Pipeline& pipeline, const StreamContext& context) 
   output_ = std::make_unique<EventOutput>(pipeline, context, types_);
   eeprom_ = std::make_unique<EepromLines>(*output_);
   model_options_ = context.settings.analysis;
-  model_ = std::make_unique<model::BusModel>(pipeline.network(), model_options_, no_model_events_);
+  model::ModelSink& sink = *this;
+  model_ = std::make_unique<model::BusModel>(pipeline.network(), model_options_, sink);
   output_->Begin();
 }
 
 void EventWriter::End() {
+  model_->Finish();
   eeprom_->End();
 }
 
@@ -107,6 +109,14 @@ void EventWriter::WriteRegister(const RegisterWrite& write) {
   const bool al_control = write.address == kAlControl && write.data.size() <= 2;
   const bool eeprom = write.address >= kEepromFirst && write.address + write.data.size() <= kEepromEnd;
   row.told_elsewhere = write.slave != kNoSlave && (al_control || eeprom);
+}
+
+void EventWriter::On(const track::LogicalAccess& access) {
+  if (output_->Wants(EventType::kLatch)) model_->Apply(access);
+}
+
+void EventWriter::On(const track::FrameLost& event) {
+  if (output_->Wants(EventType::kLatch)) model_->Apply(event);
 }
 
 void EventWriter::WriteClock(const track::SlaveAccess& access) {
@@ -152,6 +162,7 @@ void EventWriter::WriteClock(const track::SlaveAccess& access) {
 
 void EventWriter::OnAccess(const track::SlaveAccess& access) {
   if (output_->Wants(EventType::kDc)) WriteClock(access);
+  if (access.address >= esc::kProcessRam && output_->Wants(EventType::kLatch)) model_->Apply(access);
   if (access.written.empty() || access.address >= esc::kProcessRam || !output_->Wants(EventType::kRegisterWrite)) {
     return;
   }

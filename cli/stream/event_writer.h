@@ -17,7 +17,7 @@
 
 namespace ecaudit::cli {
 
-class EventWriter final : public LineWriter, private track::EventSink {
+class EventWriter final : public LineWriter, private track::EventSink, private model::ModelSink {
  public:
   explicit EventWriter(EventTypes types) : types_(types) {}
 
@@ -36,6 +36,7 @@ class EventWriter final : public LineWriter, private track::EventSink {
     std::array<std::uint64_t, 2> mapping{};  ///< Rx, Tx: digest of what the last pdo-mapping line told, 0: none yet
   };
 
+  using model::ModelSink::On;
   using track::EventSink::On;
   // Slaves and their families.
   void On(const track::SlaveFound& event) override;
@@ -48,6 +49,11 @@ class EventWriter final : public LineWriter, private track::EventSink {
   void On(const track::AlStatusRead& event) override;
   void On(const track::AlStatusCodeRead& event) override;
   void On(const track::AlStateForgotten& event) override;
+  // Process data.
+  void On(const track::LogicalAccess& access) override;
+  void On(const track::FrameLost& event) override;
+  void On(const model::LatchStep& event) override;
+  void On(const model::LatchMisuse& event) override;
   // EEPROM.
   void On(const track::EepromRead& event) override;
   void On(const track::EepromWrite& event) override;
@@ -88,7 +94,6 @@ class EventWriter final : public LineWriter, private track::EventSink {
   EventTypes types_;
   std::unique_ptr<EventOutput> output_;
   std::unique_ptr<EepromLines> eeprom_;
-  model::ModelSink no_model_events_;
   std::unique_ptr<model::BusModel> model_;  ///< knows the family of each slave
   AnalysisOptions model_options_;
   std::deque<SlaveNotes> notes_;

@@ -14,6 +14,7 @@ struct LatchField {
   std::uint16_t mask = 0;
   std::uint16_t value = 0;  ///< under `mask`; 0 for reserved bits
   bool reserved = false;    ///< reserved, or without a meaning in the manual
+  std::uint8_t input = 0;   ///< status word: the digital input whose state the bit shows; 0: none
   std::string meaning;
   std::string note;
   std::string source;

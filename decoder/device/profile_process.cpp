@@ -19,6 +19,7 @@ static void Read(const Cursor& cursor, LatchField& out) {
   object.Require("mask", out.mask);
   object.Allow("value", out.value);
   object.Allow("reserved", out.reserved);
+  object.Allow("input", out.input);
   object.Require("meaning", out.meaning);
   FinishRow(object, cursor, out.note, out.source);
   if (!cursor.failed() && (out.value & ~out.mask) != 0) cursor.Fail("\"value\" has bits outside \"mask\"");

@@ -537,6 +537,22 @@ class EventCaptures(Events):
         self.assertEqual([values[0x1C12, k] for k in range(5)], [4, 0x1600, 0x1601, 0x1602, 0x1603])
         self.assertEqual([values[0x1C13, k] for k in range(5)], [4, 0x1A00, 0x1A01, 0x1A02, 0x1A03])
 
+    def test_the_latches_of_the_lab(self):
+        # Its truth file: ten times an enable bit is set (edge 1 rising six times anew, edge 1 falling once), seven edges
+        # are captured and read, two selectors and two reserved bits are wrong, one reading is too early, one of old.
+        rows = self.rows("--type", "latch", SHARED / "captures/lab/latch.pcapng")
+        steps = {}
+        for row in rows:
+            steps[row["step"]] = steps.get(row["step"], 0) + 1
+        self.assertEqual(steps, {"arm": 3, "rearm": 7, "valid": 7, "read": 7, "disarm": 10, "misuse": 6})
+        first = [row for row in rows if row["step"] == "read"][0]
+        self.assertEqual(first["edge"], "external latch 1 rising")
+        # 1B20h of this slave holds 20A6h, which the AKD manual does not give to any edge.
+        self.assertEqual(first["read_by"], "selector")
+        # Status 0x0001 is in LRW 420, sent 201 cycles of 1 ms after LRW 219.
+        valid = [row for row in rows if row["step"] == "valid"][0]
+        self.assertAlmostEqual(valid["latency_ms"], 201, delta=1)
+
     def test_the_process_data_of_the_real_akd(self):
         rows = self.rows("--type", "pdo-mapping", SHARED / "captures/real/soem-sdinfo-akd.pcapng")
         self.assertEqual([(r["direction"], r["bytes"], r["source"]) for r in rows],

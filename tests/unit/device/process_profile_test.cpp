@@ -36,6 +36,9 @@ TEST(LatchProfile, WordsAreThoseOfTheManuals) {
           EXPECT_EQ(fields[i].value, Number(rows[i].at("value")));
         }
         EXPECT_EQ(fields[i].meaning, rows[i].at("meaning"));
+        const std::string input =
+            fields[i].input == 0 ? "" : "state of digital input " + std::to_string(fields[i].input);
+        EXPECT_EQ(input, rows[i].at("meaning").starts_with("state of digital") ? rows[i].at("meaning") : "");
         EXPECT_EQ(fields[i].source, Citation(rows[i].at("source")));
       }
     }

@@ -1,0 +1,93 @@
+/// out of model/latch_unit: what happened to the latches of a drive, and what was done wrong with them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "decoder/base/ids.h"
+#include "decoder/device/latch_description.h"
+
+namespace ecaudit::model {
+
+/// How a captured position came to the master.
+enum class LatchReading : std::uint8_t {
+  kNone,
+  kMapped,    ///< its object is in the inputs, and a frame carried it while the valid bit was set
+  kSelector,  ///< its read selector was acknowledged
+  kSdo,       ///< it was uploaded
+};
+/// "none", "mapped object", "selector", "SDO".
+[[nodiscard]] std::string_view Name(LatchReading reading);
+
+/// One capture of one edge, from enable bit to enable bit. Frames that are not seen() did not happen, or not in the
+/// capture file. Control words are cited by the frame that carried them to the drive, status words by the one that
+/// brought them back.
+struct LatchCapture {
+  std::uint8_t edge = 0;  ///< number in LatchDescription::edges
+  FrameRef armed;         ///< the enable bit was set
+  FrameRef valid;         ///< the valid bit appeared
+  FrameRef selected;      ///< its read selector was set
+  FrameRef acknowledged;  ///< the selector was acknowledged
+  FrameRef read;          ///< the position came to the master first
+  FrameRef disarmed;      ///< the enable bit was cleared
+  FrameRef rearmed;       ///< the enable bit was set again
+  LatchReading reading = LatchReading::kNone;
+  std::optional<std::int64_t> position;  ///< as read, where the object that holds it is documented; in drive units
+  bool valid_before = false;             ///< the valid bit was set when the capture file began: it may be read already
+  bool assumed = false;                  ///< rests on words of which it is not known that the drive took them
+};
+
+struct LatchStep {
+  enum class Kind : std::uint8_t { kArmed, kRearmed, kValid, kRead, kDisarmed };
+  SlaveId slave = kNoSlave;
+  Kind kind = Kind::kArmed;
+  FrameRef frame;
+  const device::LatchEdge* edge = nullptr;  ///< never null
+  std::uint16_t control = 0;                ///< as last known
+  std::optional<std::uint16_t> status;      ///< as last known
+  LatchCapture capture;                     ///< as it stands now
+};
+
+/// Something the catalogue's chapter on latches forbids, by the rule of that name.
+struct LatchMisuse {
+  enum class Kind : std::uint8_t {
+    kReadBeforeValid,
+    kInvalidSelector,
+    kReservedBits,
+    kRearmWithoutEdge,
+    kValueLost,
+    kAckMismatch,
+    kNotMapped,
+    kOutsideOp,
+    kTouchProbeConflict,
+  };
+  Kind kind = Kind::kReadBeforeValid;
+  SlaveId slave = kNoSlave;
+  FrameRef frame;
+  const device::LatchEdge* edge = nullptr;  ///< null where no single edge is meant
+  std::uint16_t control = 0;                ///< the word that did it, or that was in force
+  std::uint16_t control_before = 0;         ///< kOutsideOp
+  std::optional<std::uint16_t> status;      ///< last one known
+  std::uint16_t value = 0;     ///< kReservedBits: the bits; selector rules: the selector; kTouchProbeConflict: 60B8h
+  std::uint8_t state = 0;      ///< kOutsideOp: AL state, 0 when several are possible
+  std::int64_t waited_ns = 0;  ///< kAckMismatch
+  std::int64_t limit_ns = 0;   ///< kAckMismatch
+  bool by_sdo = false;         ///< the word travelled by SDO
+  bool inferred = false;       ///< see LatchCapture::assumed
+  LatchCapture capture;        ///< where it is about one
+  std::array<FrameNo, 4> related{};  ///< 0: none
+};
+/// "latch-read-before-valid", ...
+[[nodiscard]] std::string_view RuleOf(LatchMisuse::Kind kind);
+
+/// A situation that could not be judged.
+struct LatchNotJudged {
+  LatchMisuse::Kind kind = LatchMisuse::Kind::kReadBeforeValid;
+  SlaveId slave = kNoSlave;
+  FrameRef frame;
+  std::string_view reason;  ///< lives as long as the program
+};
+
+}  // namespace ecaudit::model
