@@ -7,6 +7,7 @@
 #include "analyzers/core/rule.h"
 #include "analyzers/model/bus_model.h"
 #include "analyzers/stats/al_history.h"
+#include "analyzers/stats/drive_history.h"
 #include "analyzers/stats/mailbox_summary.h"
 #include "analyzers/stats/prediction_statistics.h"
 #include "analyzers/stats/summary.h"
@@ -30,6 +31,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
   [[nodiscard]] const PredictionSummary& predictions() const { return predictions_.summary(); }
   void SetHistory(AlHistory& history) { history_ = &history; }
   [[nodiscard]] const MailboxStatistics& mailboxes() const { return mailboxes_; }
+  void SetDrives(DriveHistory& drives) { drives_ = &drives; }
   void SetSync(sync::SyncModel& sync) { sync_ = &sync; }
 
   void OnFrame(const wire::FrameView& frame, bus::Direction direction) override { sync_->OnFrame(frame, direction); }
@@ -90,7 +92,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
   void On(const mailbox::SdoInfo& e) override { RulesThenModel(Topic::kSdoInfo, e); }
   void On(const mailbox::Emergency& e) override {
     mailboxes_.On(e);
-    ToRules(Topic::kEmergency, e);
+    RulesThenModel(Topic::kEmergency, e);
   }
   void OnAccess(const track::SlaveAccess& e) override {
     for (Rule* rule : Listeners(Topic::kAccess)) rule->OnAccess(e);
@@ -124,6 +126,24 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
   void On(const model::Predicted& e) override { predictions_.On(e); }
   void On(const model::LatchMisuse& e) override { ToRules(Topic::kLatchMisuse, e); }
   void On(const model::LatchNotJudged& e) override { ToRules(Topic::kLatchNotJudged, e); }
+  void On(const model::DriveCommanded& e) override { drives_->On(e); }
+  void On(const model::DriveStateChanged& e) override {
+    drives_->On(e);
+    ToRules(Topic::kDriveStateChanged, e);
+  }
+  void On(const model::DriveIllegalCommand& e) override { ToRules(Topic::kDriveIllegalCommand, e); }
+  void On(const model::DriveIllegalChange& e) override { ToRules(Topic::kDriveIllegalChange, e); }
+  void On(const model::DriveNoReaction& e) override { ToRules(Topic::kDriveNoReaction, e); }
+  void On(const model::DriveCommandOutsideOp& e) override { ToRules(Topic::kDriveCommandOutsideOp, e); }
+  void On(const model::DriveMode& e) override {
+    drives_->On(e);
+    ToRules(Topic::kDriveMode, e);
+  }
+  void On(const model::DriveWarning& e) override { drives_->On(e); }
+  void On(const model::DriveFaultExplained& e) override {
+    drives_->On(e);
+    ToRules(Topic::kDriveFaultExplained, e);
+  }
   void On(const model::SyncSwitchedOn& e) override { ToRules(Topic::kSyncSwitchedOn, e); }
   void On(const model::OutputGap& e) override { ToRules(Topic::kOutputGap, e); }
   void On(const model::SyncSlotMiss& e) override { ToRules(Topic::kSyncSlotMiss, e); }
@@ -147,6 +167,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
   model::BusModel* model_ = nullptr;
   const RuleContext* context_ = nullptr;
   AlHistory* history_ = nullptr;
+  DriveHistory* drives_ = nullptr;
   PredictionStatistics predictions_;
   MailboxStatistics mailboxes_;
   sync::SyncModel* sync_ = nullptr;
@@ -200,6 +221,8 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
   dispatcher.SetModel(model);
   dispatcher.SetSync(sync);
   dispatcher.SetHistory(history);
+  DriveHistory drives(model);
+  dispatcher.SetDrives(drives);
   RuleContext context(store, model, options);
   dispatcher.SetContext(context);
   context.pipeline = &pipeline;
@@ -225,7 +248,10 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
   AnalysisResult result = Summarise(source, pipeline, model, history, dispatcher.mailboxes());
   result.bus.cycle = sync.SummariseCycle();
   result.bus.dc = sync.SummariseBus();
-  for (SlaveSummary& slave : result.slaves) slave.dc = sync.Summarise(slave.id);
+  for (SlaveSummary& slave : result.slaves) {
+    slave.dc = sync.Summarise(slave.id);
+    slave.drive = drives.Summarise(slave.id);
+  }
   result.bus.predictions = dispatcher.predictions();
   result.findings = std::move(store.findings());
   SortFindings(result.findings);

@@ -19,8 +19,9 @@ constexpr std::string_view kFileName = ".ecaudit.json";
 constexpr std::array<std::string_view, 6> kKeys{"profile", "slave_profiles", "rules", "fail_on", "baseline", "limits"};
 
 /// Limits that rules let a project change; each rule's page (`ecaudit explain`) tells its own.
-constexpr std::array<std::string_view, 5> kLimits{"al-timeout.preop", "al-timeout.safeop-op", "al-timeout.down",
-                                                  "latch-ack-mismatch", "mailbox-no-response"};
+constexpr std::array<std::string_view, 7> kLimits{"al-timeout.preop",   "al-timeout.safeop-op",   "al-timeout.down",
+                                                  "drive-no-reaction",  "drive-no-reaction.stop", "latch-ack-mismatch",
+                                                  "mailbox-no-response"};
 constexpr double kLargestLimitMs = 1e9;  // 11 days
 
 Error Wrong(const std::string& path, const std::string& what) {

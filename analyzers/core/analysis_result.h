@@ -158,6 +158,36 @@ struct MailboxSummary {
   std::vector<Messages> by_protocol;  ///< by type number; those that were used
 };
 
+/// One step in the life of a drive, in words.
+struct DriveStep {
+  enum class Kind : std::uint8_t { kCommand, kState, kMode, kWarning, kFault };
+  Kind kind = Kind::kState;
+  FrameRef frame;
+  std::string text;                       ///< "Switched on -> Operation enabled (status word 0x0237, transition 4)"
+  std::string from;                       ///< states: the state before; empty when unknown
+  std::string to;                         ///< states: the state now; "unknown" for a word that fits none
+  std::optional<std::uint16_t> word;      ///< control word of a command, status word of a state or warning
+  std::vector<std::uint8_t> transitions;  ///< commanded, or taken; numbers of CiA 402
+  FrameNo command_frame = 0;              ///< states: the control word that asked for it, 0: the drive by itself
+  std::optional<TimeNs> reaction;         ///< states: from that control word
+  bool by_sdo = false;
+  bool inferred = false;
+};
+
+/// What was seen of a drive.
+struct DriveSummary {
+  std::string state;                                       ///< as last shown; empty when unknown
+  std::optional<std::uint16_t> status_word, control_word;  ///< last ones
+  std::vector<std::string> status_bits, control_bits;      ///< names of the bits set
+  std::optional<std::int8_t> mode_requested, mode_shown;
+  std::string mode_requested_name, mode_shown_name;  ///< empty where the family has none
+  bool by_sdo = false;                               ///< the status word was read through the mailbox
+  std::uint64_t faults = 0;                          ///< times the drive went into a fault
+  std::vector<std::string> enabled;                  ///< each time the drive was enabled, in words; bounded
+  std::vector<DriveStep> history;                    ///< bounded; later steps are counted in history_left_out
+  std::uint64_t history_left_out = 0;
+};
+
 struct SlaveSummary {
   SlaveId id = kNoSlave;
   SlavePos position = 0;
@@ -176,6 +206,7 @@ struct SlaveSummary {
   std::vector<FmmuSummary> fmmus;                 ///< likewise
   PdoSummary rx_pdo;                              ///< master to slave
   PdoSummary tx_pdo;                              ///< slave to master
+  std::optional<DriveSummary> drive;              ///< unset when no control or status word was seen
   std::optional<DcSummary> dc;                    ///< unset when nothing was seen of its distributed clocks
   std::optional<LatchSummary> latch;              ///< unset when no latch word was seen
   MailboxSummary mailbox;

@@ -68,6 +68,13 @@ enum class Topic : std::uint8_t {
   kOutputGap,
   kSyncSlotMiss,
   kArrivalOff,
+  kDriveStateChanged,
+  kDriveIllegalCommand,
+  kDriveIllegalChange,
+  kDriveNoReaction,
+  kDriveCommandOutsideOp,
+  kDriveMode,
+  kDriveFaultExplained,
   kCount
 };
 

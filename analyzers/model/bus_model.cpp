@@ -28,6 +28,8 @@ BusModel::BusModel(const track::Network& network, const AnalysisOptions& options
   limit("al-timeout.safeop-op", timeouts_.to_safeop_or_op_ns);
   limit("al-timeout.down", timeouts_.downwards_ns);
   limit("latch-ack-mismatch", latch_acknowledge_ns_);
+  limit("drive-no-reaction", drive_limits_.reaction_ns);
+  limit("drive-no-reaction.stop", drive_limits_.leaving_operation_ns);
 }
 
 const LogicalExpectation& BusModel::Expect(const track::LogicalAccess& access) const {
@@ -38,6 +40,7 @@ void BusModel::Apply(const track::SlaveFound& event) {
   slaves_.emplace_back(event.slave, network_.state(event.slave), sink_);
   slaves_.back().al.SetTimeouts(timeouts_);
   slaves_.back().latch.SetAcknowledgeLimit(latch_acknowledge_ns_);
+  slaves_.back().drive.SetLimits(drive_limits_);
   seen_identities_.emplace_back().slave = event.slave;
   ChooseProfile(event.slave);
 }
@@ -66,6 +69,7 @@ void BusModel::ChooseProfile(SlaveId id) {
   slave.al.SetFamily(*slave.profile);
   slave.process.SetFamily(*slave.profile);
   slave.latch.SetFamily(*slave.profile);
+  slave.drive.SetFamily(*slave.profile);
   // A file may describe a slave without its PDOs; that does not mean that it has none.
   slave.process.SetEni(slave.eni != nullptr && !slave.eni->pdos.empty() ? &slave.eni->pdos : nullptr);
 }
@@ -118,6 +122,7 @@ void BusModel::On(const ProcessCycle& cycle) {
     ++traffic.missed;
   }
   slave.latch.OnCycle(cycle);
+  slave.drive.OnCycle(cycle);
 }
 
 void BusModel::Apply(const track::SlaveAccess& access) {
@@ -141,11 +146,16 @@ void BusModel::Apply(const mailbox::SdoTransfer& transfer) {
   slave.objects.Apply(transfer);
   slave.process.Apply(transfer);
   slave.latch.OnSdo(transfer);
+  slave.drive.OnSdo(transfer);
 }
 void BusModel::Apply(const mailbox::SdoInfo& info) {
   SlaveModel& slave = slaves_[info.slave];
   slave.names.Learn(info);
   slave.process.OnDescriptionChanged();
+}
+
+void BusModel::Apply(const mailbox::Emergency& emergency) {
+  slaves_[emergency.slave].drive.OnEmergency(emergency);
 }
 
 void BusModel::ApplyAlRequestSent(SlaveId slave, const FrameRef& frame, esc::AlWord control) {

@@ -54,6 +54,7 @@ class BusModel final : private ProcessSink {
   void Apply(const mailbox::SdoInfo& info);
   /// The capture has ended.
   void Finish();
+  void Apply(const mailbox::Emergency& emergency);
   void ApplyAlRequestSent(SlaveId slave, const FrameRef& frame, esc::AlWord control);
 
  private:
@@ -64,6 +65,7 @@ class BusModel final : private ProcessSink {
   ModelSink& sink_;
   AlTimeouts timeouts_;
   std::int64_t latch_acknowledge_ns_ = 100'000'000;
+  DriveLimits drive_limits_;
   ProfileChoice choice_;
   std::deque<SlaveModel> slaves_;
   std::deque<track::IdentityLearned> seen_identities_;  ///< a slave: what the capture shows of its identity

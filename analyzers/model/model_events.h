@@ -6,6 +6,7 @@
 
 #include "analyzers/model/latch_events.h"
 #include "analyzers/model/sync_events.h"
+#include "analyzers/model/drive_events.h"
 #include "decoder/base/ids.h"
 #include "decoder/base/known.h"
 #include "decoder/device/al_description.h"
@@ -149,6 +150,15 @@ class ModelSink {
   virtual void On(const LatchStep&) {}
   virtual void On(const LatchMisuse&) {}
   virtual void On(const LatchNotJudged&) {}
+  virtual void On(const DriveCommanded&) {}
+  virtual void On(const DriveStateChanged&) {}
+  virtual void On(const DriveIllegalCommand&) {}
+  virtual void On(const DriveIllegalChange&) {}
+  virtual void On(const DriveNoReaction&) {}
+  virtual void On(const DriveCommandOutsideOp&) {}
+  virtual void On(const DriveMode&) {}
+  virtual void On(const DriveWarning&) {}
+  virtual void On(const DriveFaultExplained&) {}
   virtual void On(const SyncSwitchedOn&) {}
   virtual void On(const OutputGap&) {}
   virtual void On(const SyncSlotMiss&) {}

@@ -5,6 +5,7 @@
 
 #include "analyzers/events/object_names.h"
 #include "analyzers/model/al_machine.h"
+#include "analyzers/model/drive_unit.h"
 #include "analyzers/model/latch_unit.h"
 #include "analyzers/model/mailbox_unit.h"
 #include "analyzers/model/object_values.h"
@@ -26,7 +27,11 @@ struct ProcessTraffic {
 struct SlaveModel {
   /// @param state what is known of its ESC; must outlive the model
   SlaveModel(SlaveId slave, const track::SlaveState& state, ModelSink& sink)
-      : al(slave, sink), mailbox(slave, state, sink), process(state, names), latch(slave, al, process, sink) {}
+      : al(slave, sink),
+        mailbox(slave, state, sink),
+        process(state, names),
+        drive(slave, al, sink),
+        latch(slave, al, process, sink) {}
   SlaveModel(const SlaveModel&) = delete;  // units refer to one another
   SlaveModel& operator=(const SlaveModel&) = delete;
 
@@ -41,6 +46,7 @@ struct SlaveModel {
   events::ObjectNames names;  ///< what the slave itself calls its objects
   ProcessData process;        ///< PDO assignment and mapping
   ProcessTraffic outputs, inputs;
+  DriveUnit drive;  ///< CiA 402 state machine, where the family has one
   LatchUnit latch;
 };
 

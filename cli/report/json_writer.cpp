@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "cli/report/drive_json.h"
 #include "cli/report/sync_json.h"
 #include "cli/report/times.h"
 #include "cli/report/wireshark_filter.h"
@@ -187,6 +188,7 @@ class CaptureWriter {
     json["profile_source"] = TextOrNull(s.profile_source);
     json["al"] = Al(s);
     if (s.dc) json["dc"] = DcJson(result_, s);
+    if (s.drive) json["drive"] = DriveJson(result_, s);
     json["sync_managers"] = Json::array();
     for (const SyncManagerSummary& manager : s.sync_managers) json["sync_managers"].push_back(SyncManager(manager));
     json["fmmus"] = Json::array();

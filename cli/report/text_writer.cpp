@@ -207,6 +207,7 @@ class CaptureText {
     }
     text_.Field("AL states", Story(s), 5);
     if (s.dc) text_.Field("clocks", DcText(*s.dc), 5);
+    if (s.drive) text_.Field("drive", DriveText(*s.drive), 5);
     ProcessData("outputs", s.rx_pdo, 2, s);
     ProcessData("inputs", s.tx_pdo, 3, s);
     if (s.mailbox.requests > 0 || s.mailbox.responses > 0) text_.Field("mailbox", MailboxLine(s.mailbox), 5);
@@ -250,6 +251,23 @@ class CaptureText {
   }
 
   /// "delay 300 ns, offset 29229 ns; SYNC0 every 1 ms since #2528, frames 491.0 to 960.7 us behind it"
+  /// "Operation enabled (status word 0x0237); switched on at frame 778, operation enabled 7.0 ms later; 1 fault"
+  [[nodiscard]] static std::string DriveText(const DriveSummary& drive) {
+    std::string text = drive.state.empty() ? "state unknown" : drive.state;
+    if (drive.status_word) text += " (status word " + Hex(*drive.status_word) + ")";
+    if (drive.mode_requested || drive.mode_shown) {
+      const bool shown = drive.mode_shown.has_value();
+      const std::string& name = shown ? drive.mode_shown_name : drive.mode_requested_name;
+      text += ", mode " + std::to_string(shown ? *drive.mode_shown : *drive.mode_requested);
+      if (!name.empty()) text += " " + OneLine(name);
+      if (!shown) text += " requested";
+    }
+    if (!drive.enabled.empty()) text += "; " + drive.enabled.front();
+    if (drive.enabled.size() > 1) text += ", enabled " + Count(drive.enabled.size(), "time") + " in all";
+    if (drive.faults > 0) text += "; " + Count(drive.faults, "fault");
+    return text;
+  }
+
   [[nodiscard]] static std::string DcText(const DcSummary& dc) {
     std::vector<std::string> parts;
     if (dc.reference) parts.emplace_back("reference clock");

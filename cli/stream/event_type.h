@@ -29,6 +29,7 @@ enum class EventType : std::uint8_t {
   kVoe,
   kEeprom,
   kDc,
+  kDriveState,
   kCount,
 };
 inline constexpr std::size_t kEventTypes = static_cast<std::size_t>(EventType::kCount);

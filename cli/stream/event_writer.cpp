@@ -112,7 +112,7 @@ void EventWriter::WriteRegister(const RegisterWrite& write) {
 }
 
 void EventWriter::On(const track::LogicalAccess& access) {
-  if (output_->Wants(EventType::kLatch)) model_->Apply(access);
+  if (output_->Wants(EventType::kLatch) || output_->Wants(EventType::kDriveState)) model_->Apply(access);
 }
 
 void EventWriter::On(const track::FrameLost& event) {

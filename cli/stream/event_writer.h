@@ -54,6 +54,12 @@ class EventWriter final : public LineWriter, private track::EventSink, private m
   void On(const track::FrameLost& event) override;
   void On(const model::LatchStep& event) override;
   void On(const model::LatchMisuse& event) override;
+  // Drives.
+  void On(const model::DriveCommanded& event) override;
+  void On(const model::DriveStateChanged& event) override;
+  void On(const model::DriveMode& event) override;
+  void On(const model::DriveWarning& event) override;
+  void On(const model::DriveFaultExplained& event) override;
   // EEPROM.
   void On(const track::EepromRead& event) override;
   void On(const track::EepromWrite& event) override;
@@ -77,6 +83,8 @@ class EventWriter final : public LineWriter, private track::EventSink, private m
   void On(const mailbox::VoeMessage& event) override;
 
   struct RegisterWrite;
+  struct DriveLine;
+  void WriteDrive(SlaveId slave, const FrameRef& frame, const DriveLine& line);
   void WriteRegister(const RegisterWrite& write);
   /// Distributed clocks: what was configured and read, and each sample of the distributed time.
   void WriteClock(const track::SlaveAccess& access);

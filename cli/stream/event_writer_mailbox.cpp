@@ -519,6 +519,7 @@ void EventWriter::On(const mailbox::SdoInfo& event) {
 }
 
 void EventWriter::On(const mailbox::Emergency& event) {
+  model_->Apply(event);
   if (!output_->Wants(EventType::kEmergency, event.frame, event.slave)) return;
   const device::DeviceDescription* profile = ProfileOf(event.slave);
   const events::EmergencyInfo info = events::FindEmergency(profile, event.data.error_code);

@@ -630,6 +630,28 @@ class EventCaptures(Events):
         self.assertEqual([(r["frame"], r["code"], r["register"], r["data"]) for r in rows],
                          [(292, 0x7305, 1, "1122334455")])
 
+    def test_states_of_a_drive(self):
+        capture = SHARED / "captures/lab/drive-fault.pcapng"
+        rows = self.rows("--type", "drive-state", capture)
+        truth = json.loads((SHARED / "captures/lab/drive-fault.truth.json").read_text())
+        commands = [int(e["value"], 16) for e in truth["master_log"] if e["ev"] == "controlword"]
+        self.assertEqual([r["word"] for r in rows if r["kind"] == "command"], commands)
+        words = [0x0250]
+        for entry in truth["master_log"]:
+            word = entry.get("statusword1") or (entry["ev"] == "statusword" and (entry.get("slave1") or entry["value"]))
+            if word and int(word, 16) != words[-1]:
+                words.append(int(word, 16))
+        self.assertEqual([r["word"] for r in rows if r["kind"] == "state"], words)
+        fault = [r for r in rows if r["to"] == "Fault"]
+        self.assertEqual([(r["frame"], r["from"], r["transitions"], r["command_frame"]) for r in fault],
+                         [(3560, "Operation enabled", [13, 14], None)])
+        ready = next(r for r in rows if r["to"] == "Ready to switch on")
+        self.assertEqual((ready["transitions"], ready["command_frame"]), ([2], 767))
+        self.assertTrue(1 < ready["reaction_ms"] < 4, ready)
+        text = self.events("--type", "drive-state", capture).out
+        self.assertIn("Switch on disabled -> Ready to switch on (status word 0x0231, transition 2)", text)
+        self.assertIn("command: Shutdown (control word 0x0006, transition 2)", text)
+
     def test_what_an_eeprom_tool_read(self):
         rows = self.rows("--type", "eeprom", SHARED / "captures/lab/soem-eepromtool-read.pcapng")
         reads = [r for r in rows if r["action"] == "read"]

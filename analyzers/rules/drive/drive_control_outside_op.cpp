@@ -1,0 +1,84 @@
+#include <string>
+
+#include "analyzers/core/drive_text.h"
+#include "analyzers/core/rule.h"
+#include "analyzers/model/bus_model.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr RuleInfo kInfo{
+    .id = "drive-control-outside-op",
+    .group = "Drive profile (DS402)",
+    .severity = Severity::kWarning,
+    .title = "The drive is told to enable while its slave is not in OP",
+    .needs = "control word 6040h, the slave's AL state, and a family whose manual says when the control word acts",
+    .source = "AKD-2011, 4.3; AKD-2010, 4.3; MKD, 4.4; PILZ, 4.4",
+    .doc = R"(
+## What it checks
+Control words (6040h) that command Switch on or Enable operation, in the process data or by SDO, while the slave is
+known to be in INIT, PREOP, SAFEOP or BOOT.
+
+## Why it matters
+The manuals: the drive acts on the control word in OP only. Before, the command is lost where the drive looks at edges;
+where it looks at levels it acts at the very moment the slave reaches OP.
+
+## How it is decided
+At the frame in which the word changes to one that asks for more than before; a word that stays the same is not counted
+again, and neither is one that stays when the slave falls out of OP. While a change of state is under way nothing is
+judged. Shutdown (0x0006), fault reset and words that take torque away are no enable commands.
+
+## Example
+tests/rules/drive-control-outside-op/violates.trace
+
+## What to do
+Send 0 as control word until the slave shows OP, then command the states one after the other.
+)"};
+
+class DriveControlOutsideOp final : public Rule {
+ public:
+  using Rule::On;
+  DriveControlOutsideOp() : Rule(kInfo) { Subscribe({Topic::kDriveCommandOutsideOp}); }
+
+  void On(const model::DriveCommandOutsideOp& e) override {
+    const std::uint64_t key = e.al_state;
+    if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
+    const device::DriveProfile& drive = *context().bus.slave(e.slave).profile->drive;
+    const std::string command = CommandName(drive, {}, 0, e.word);
+    const std::string state = esc::StateName(e.al_state);
+    Finding finding;
+    finding.slave = e.slave;
+    finding.first = e.frame;
+    finding.title = command + " commanded in " + state;
+    finding.message = "The control word in frame " + std::to_string(e.frame.number) +
+                      (e.by_sdo ? " (SDO)" : " (process data)") + " is " + Hex(e.word) + " (" + command +
+                      ") while the slave is in " + state + ". This drive acts on the control word in";
+    for (std::size_t i = 0; i < drive.control_word_in.size(); ++i) {
+      finding.message += (i == 0 ? " " : " and ") + esc::StateName(static_cast<std::uint8_t>(drive.control_word_in[i]));
+    }
+    finding.message += " only. Enable the drive once OP is reached.";
+    finding.evidence.push_back(HexNumber("control_word", e.word));
+    finding.evidence.push_back(Text("al_state", state));
+    finding.reference = ReferenceTo(drive.source);
+    Report(key, std::move(finding));
+  }
+
+  void Finish() override {
+    for (std::size_t id = 0; id < context().bus.size(); ++id) {
+      const auto slave = static_cast<SlaveId>(id);
+      const model::SlaveModel& model = context().bus.slave(slave);
+      if (!model.profile->drive || !model.drive.control_seen()) continue;
+      if (model.profile->drive->control_word_in.empty()) {
+        NotEvaluable(slave, "it is not known in which AL states this drive acts on the control word");
+      } else if (model.al.status_reads() == 0) {
+        NotEvaluable(slave, "the AL state is not known");
+      }
+    }
+  }
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<DriveControlOutsideOp>};
+
+}  // namespace
+}  // namespace ecaudit

@@ -1,0 +1,168 @@
+#include <map>
+#include <string>
+#include <vector>
+
+#include "analyzers/core/drive_knowledge.h"
+#include "analyzers/core/drive_text.h"
+#include "analyzers/core/rule.h"
+#include "analyzers/model/bus_model.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr RuleInfo kInfo{.id = "drive-fault",
+                         .group = "Drive profile (DS402)",
+                         .severity = Severity::kError,
+                         .title = "The drive goes into a fault",
+                         .needs = "status word 6041h before and in the fault, in the process data or by SDO",
+                         .source = "CIA402, state machine; AKD-2011, 4.4; MKD, 4.4; PILZ, 4.4",
+                         .doc = R"(
+## What it checks
+Whether the status word (6041h) changes to Fault reaction active or Fault, and what the drive says about the reason.
+
+## Why it matters
+The axis brakes by itself and loses its torque. Until the fault is reset the drive takes no other command.
+
+## How it is decided
+A change from a state that is none of the two; Fault reaction active followed by Fault is one fault. Explanations are an
+emergency message from one second before the fault until it is left, the error code 603Fh, the error history 1003h:1
+and the fault number 2001h read while it lasts. caused_by names the finding of the emergency. A drive that is in a fault
+when it is first seen is not counted: when that began is not in the capture. The same reason again counts as repetition.
+
+## Example
+tests/rules/drive-fault/violates.trace
+
+## What to do
+Correct what the code names, then reset the fault: bit 7 of the control word from 0 to 1. Where the capture has no code,
+read 1003h:1 (MKD also 2001h) or let the master fetch emergency messages.
+)"};
+
+class DriveFault final : public Rule {
+ public:
+  using Rule::On;
+  DriveFault() : Rule(kInfo) { Subscribe({Topic::kDriveStateChanged, Topic::kDriveFaultExplained}); }
+
+  void On(const model::DriveStateChanged& e) override {
+    if (!e.to) return;
+    if (!IsFault(*e.to)) {
+      Close(e.slave);
+      return;
+    }
+    if (e.from && IsFault(*e.from)) {
+      const auto open = open_.find(e.slave);
+      if (open != open_.end() && *e.to == device::DriveState::kFault) open->second.fault = e.frame.number;
+      return;
+    }
+    if (!e.from || e.first_zero) {
+      NotEvaluable(e.slave, "the drive is in a fault when its status word is first seen", e.frame.number);
+      return;
+    }
+    open_[e.slave] = Open{e, {}, 0};
+  }
+
+  void On(const model::DriveFaultExplained& e) override {
+    const auto open = open_.find(e.slave);
+    if (open == open_.end() || open->second.explanations.size() >= kMaxExplanations) return;
+    for (const model::DriveFaultExplained& known : open->second.explanations) {
+      if (known.source == e.source && known.code == e.code) return;
+    }
+    open->second.explanations.push_back(e);
+  }
+
+  void Finish() override {
+    while (!open_.empty()) Close(open_.begin()->first);
+    for (const auto& [index, emergency] : emergencies_) LinkEmergency(index, emergency);
+    for (std::size_t id = 0; id < context().bus.size(); ++id) {
+      const auto slave = static_cast<SlaveId>(id);
+      std::string reason = DriveWordsMissing(context().bus.slave(slave), false);
+      if (!reason.empty()) NotEvaluable(slave, std::move(reason));
+    }
+  }
+
+ private:
+  static constexpr std::size_t kMaxExplanations = 8;
+  struct Open {
+    model::DriveStateChanged change;
+    std::vector<model::DriveFaultExplained> explanations;
+    FrameNo fault = 0;  ///< status word that showed Fault behind Fault reaction active
+  };
+
+  static bool IsFault(device::DriveState state) {
+    return state == device::DriveState::kFault || state == device::DriveState::kFaultReactionActive;
+  }
+
+  /// All is known that the capture tells of this fault.
+  void Close(SlaveId slave) {
+    const auto found = open_.find(slave);
+    if (found == open_.end()) return;
+    const Open open = std::move(found->second);
+    open_.erase(found);
+    const model::DriveStateChanged& e = open.change;
+    std::uint64_t key = 0;
+    if (!open.explanations.empty()) {
+      const model::DriveFaultExplained& first = open.explanations.front();
+      key = (std::uint64_t{first.code} << 8U) + static_cast<std::uint8_t>(first.source) + 1U;
+    }
+    if (Repeat(slave, key, e.frame) != kNoFinding) return;
+    const device::DeviceDescription& family = *context().bus.slave(slave).profile;
+    Finding finding;
+    finding.slave = slave;
+    finding.first = e.frame;
+    finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
+    finding.title = StateText(e.to) + " from " + StateText(e.from);
+    finding.message = "The status word shows " + StateText(e.from) + " up to frame " + std::to_string(e.from_last) +
+                      " and " + StateText(e.to) + " (" + Hex(e.word) + ") in frame " + std::to_string(e.frame.number);
+    if (open.fault != 0) finding.message += ", Fault in frame " + std::to_string(open.fault);
+    finding.message += ". ";
+    finding.evidence.push_back(HexNumber("status_word", e.word));
+    finding.evidence.push_back(Text("state_before", StateText(e.from)));
+    finding.evidence.push_back(Text("state", StateText(e.to)));
+    AddRelated(finding, e.from_last);
+    if (open.explanations.empty()) {
+      finding.message +=
+          "The reason is not in the capture: no emergency message, and none of 603Fh, 1003h and 2001h was read. Read "
+          "1003h:1 from the drive, correct the cause, then reset the fault.";
+    } else {
+      finding.message += "The drive's reason: ";
+      for (std::size_t i = 0; i < open.explanations.size(); ++i) {
+        const model::DriveFaultExplained& reason = open.explanations[i];
+        finding.message +=
+            (i == 0 ? "" : "; ") + FaultText(family, reason) + " (frame " + std::to_string(reason.frame.number) + ")";
+        AddRelated(finding, reason.frame.number == e.frame.number ? 0 : reason.frame.number);
+      }
+      finding.message += ". Correct it, then reset the fault.";
+      const model::DriveFaultExplained& first = open.explanations.front();
+      finding.title += ": " + FaultText(family, first);
+      finding.evidence.push_back(HexNumber("fault_code", first.code));
+    }
+    finding.reference = ReferenceTo(family.drive->source);
+    const FindingIndex index = Report(key, std::move(finding));
+    if (index == kNoFinding) return;
+    for (const model::DriveFaultExplained& reason : open.explanations) {
+      if (reason.source != model::DriveFaultExplained::Source::kEmergency) continue;
+      emergencies_.emplace(index, reason.frame.number);
+      break;
+    }
+  }
+
+  void LinkEmergency(FindingIndex index, FrameNo frame) {
+    const std::vector<Finding>& findings = context().store.findings();
+    for (FindingIndex i = 0; i < findings.size(); ++i) {
+      const Finding& other = findings[i];
+      if (other.rule != "emcy-received" || other.slave != findings[index].slave) continue;
+      const bool same = other.first.number == frame || other.last.number == frame;
+      if (!same || other.caused_by == index) continue;
+      context().store[index].caused_by = i;
+      return;
+    }
+  }
+
+  std::map<SlaveId, Open> open_;
+  std::map<FindingIndex, FrameNo> emergencies_;  // finding, frame of the emergency that explains it
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<DriveFault>};
+
+}  // namespace
+}  // namespace ecaudit

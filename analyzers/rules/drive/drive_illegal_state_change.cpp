@@ -1,0 +1,92 @@
+#include <string>
+
+#include "analyzers/core/drive_knowledge.h"
+#include "analyzers/core/drive_text.h"
+#include "analyzers/core/rule.h"
+#include "analyzers/model/bus_model.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr RuleInfo kInfo{
+    .id = "drive-illegal-state-change",
+    .group = "Drive profile (DS402)",
+    .severity = Severity::kError,
+    .title = "The drive's state changes without a legal path of commanded and automatic transitions",
+    .needs = "two status words 6041h, and every control word 6040h since one second before the first of them",
+    .source = "CIA402, state machine; AKD-2011, 4.4; MKD, 4.4; PILZ, 4.4",
+    .doc = R"(
+## What it checks
+When the status word (6041h) shows another state than before: whether transitions lead there that the drive takes by
+itself or that a control word (6040h) commanded.
+
+## Why it matters
+A drive that enables itself moves when nobody asked for it. Or somebody else commands it: a second control word, a
+service tool, a digital input.
+
+## How it is decided
+By the transitions 0 to 16 of the state machine. Automatic ones, all that take torque away (supply or hardware enable
+lost, limit switch) and the fault reset, which has other ways, are always possible. Transitions 2, 3, 4 and 16 need a
+control word that commanded them: the one in force, or one given since a second before the old state was last shown,
+also in frames whose answer was lost. Several transitions may have been passed unseen between two status words. Not
+judged: words that show no state, changes from a status word of 0 (inputs that were not valid yet), and changes outside
+OP.
+
+## Example
+tests/rules/drive-illegal-state-change/violates.trace
+
+## What to do
+Look for another source of commands: the service tool, an enable input, a second master. Check that the status word
+is mapped where the master reads it.
+)"};
+
+class DriveIllegalStateChange final : public Rule {
+ public:
+  using Rule::On;
+  DriveIllegalStateChange() : Rule(kInfo) { Subscribe({Topic::kDriveIllegalChange}); }
+
+  void On(const model::DriveIllegalChange& e) override {
+    const std::uint64_t key = std::uint64_t{static_cast<std::uint8_t>(e.from)} << 8U | static_cast<std::uint8_t>(e.to);
+    if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
+    const device::DriveProfile& drive = *context().bus.slave(e.slave).profile->drive;
+    const std::string from = StateText(e.from);
+    const std::string to = StateText(e.to);
+    Finding finding;
+    finding.slave = e.slave;
+    finding.first = e.frame;
+    finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
+    finding.title = from + " to " + to + " without a command";
+    finding.message = "The status word shows " + from + " (" + Hex(e.word_before) + ") up to frame " +
+                      std::to_string(e.from_last) + " and " + to + " (" + Hex(e.word) + ") in frame " +
+                      std::to_string(e.frame.number) + ". No control word commanded " + PathText(e.missing) +
+                      " of the way there; it is " + Hex(e.control) + " since frame " + std::to_string(e.control_since) +
+                      ". Look for another source of commands: service tool, enable input, second master.";
+    AddRelated(finding, e.from_last);
+    AddRelated(finding, e.control_since);
+    finding.evidence.push_back(HexNumber("status_word_before", e.word_before));
+    finding.evidence.push_back(HexNumber("status_word", e.word));
+    finding.evidence.push_back(HexNumber("control_word", e.control));
+    finding.evidence.push_back(Text("state_before", from));
+    finding.evidence.push_back(Text("state", to));
+    finding.reference = ReferenceTo(drive.source);
+    Report(key, std::move(finding));
+  }
+
+  void Finish() override {
+    for (std::size_t id = 0; id < context().bus.size(); ++id) {
+      const auto slave = static_cast<SlaveId>(id);
+      const model::SlaveModel& model = context().bus.slave(slave);
+      if (std::string reason = DriveWordsMissing(model, true); !reason.empty()) {
+        NotEvaluable(slave, std::move(reason));
+      } else if (model.drive.unjudged_changes() > 0) {
+        NotEvaluable(slave, "control words before a change of state may be missing");
+      }
+    }
+  }
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<DriveIllegalStateChange>};
+
+}  // namespace
+}  // namespace ecaudit

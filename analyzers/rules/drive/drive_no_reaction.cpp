@@ -1,0 +1,99 @@
+#include <string>
+
+#include "analyzers/core/drive_knowledge.h"
+#include "analyzers/core/drive_text.h"
+#include "analyzers/core/rule.h"
+#include "analyzers/model/bus_model.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr RuleInfo kInfo{.id = "drive-no-reaction",
+                         .group = "Drive profile (DS402)",
+                         .severity = Severity::kWarning,
+                         .title = "A legal command of the control word has no effect within the limit",
+                         .needs = "control word 6040h and status word 6041h with time stamps",
+                         .source = "CIA402, state machine; AKD-2011, 4.4; MKD, 4.4; PILZ, 4.4",
+                         .doc = R"(
+## What it checks
+Whether the drive leaves its state within 1 s (10 s from Operation enabled, where the axis may have to stop first)
+after a control word (6040h) commanded a transition that its state offers, while the command stands.
+
+## Why it matters
+The master's sequence stops here. A drive ignores a legal command when something else keeps it: no supply, hardware
+enable or safe torque off missing, a fault whose cause is still there, control over the fieldbus switched off.
+
+## How it is decided
+Each status word that arrives past the limit and still shows the old state. A command that is taken back before is not
+judged, nor transition 16, which drives may leave out. A word that commands several steps (0x000F in Ready to switch
+on: Switch on, then Enable operation) is judged step by step.
+
+## Example
+tests/rules/drive-no-reaction/violates.trace
+
+## What to do
+Look at bit 4 of the status word (voltage enabled), the hardware enable and safe torque off inputs, the fault history
+(1003h). Limits: drive-no-reaction, drive-no-reaction.stop (milliseconds) in the configuration file.
+)"};
+
+class DriveNoReaction final : public Rule {
+ public:
+  using Rule::On;
+  DriveNoReaction() : Rule(kInfo) { Subscribe({Topic::kDriveNoReaction}); }
+
+  void On(const model::DriveNoReaction& e) override {
+    const std::uint64_t key = e.transition;
+    if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
+    const device::DriveProfile& drive = *context().bus.slave(e.slave).profile->drive;
+    const device::DriveTransition* transition = drive.Find(e.transition);
+    model::DrivePath path;
+    path.Add(e.transition);
+    // Asked for as if all its edges had just happened: only the name counts.
+    const std::string command = CommandName(drive, path, e.before, e.word);
+    const std::string state = StateText(e.state);
+    Finding finding;
+    finding.slave = e.slave;
+    finding.first = e.frame;
+    finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
+    finding.title = command + " has no effect in " + state;
+    finding.message = "The control word " + Hex(e.word) + " of frame " + std::to_string(e.command.number) +
+                      " commands " + command + " (" + PathText(path);
+    if (transition != nullptr) finding.message += " to " + StateText(transition->to);
+    finding.message += "); in frame " + std::to_string(e.frame.number) + ", " + MillisecondsText(e.waited_ns) +
+                       " later, the status word is still " + Hex(e.status) + " (" + state + "). Limit " +
+                       MillisecondsText(e.limit_ns) + ". ";
+    finding.message += (e.status & 0x0010U) == 0
+                           ? "Bit 4 of the status word is 0: the drive has no supply voltage. Check supply, hardware "
+                             "enable and safe torque off."
+                       : e.state == device::DriveState::kFault
+                           ? "The cause of the fault may still be there: read the fault from the drive (1003h)."
+                           : "Check hardware enable, safe torque off and whether the fieldbus may control the drive.";
+    AddRelated(finding, e.command.number);
+    finding.evidence.push_back(HexNumber("control_word", e.word));
+    finding.evidence.push_back(HexNumber("status_word", e.status));
+    finding.evidence.push_back(Text("state", state));
+    finding.evidence.push_back(Number("transition", e.transition));
+    finding.evidence.push_back(Real("waited_ms", static_cast<double>(e.waited_ns) / 1e6));
+    finding.evidence.push_back(Real("limit_ms", static_cast<double>(e.limit_ns) / 1e6));
+    finding.reference = ReferenceTo(drive.source);
+    Report(key, std::move(finding));
+  }
+
+  void Finish() override {
+    for (std::size_t id = 0; id < context().bus.size(); ++id) {
+      const auto slave = static_cast<SlaveId>(id);
+      const model::SlaveModel& model = context().bus.slave(slave);
+      if (std::string reason = DriveWordsMissing(model, true); !reason.empty()) {
+        NotEvaluable(slave, std::move(reason));
+      } else if (model.drive.without_time()) {
+        NotEvaluable(slave, "frames with the status word have no time stamps");
+      }
+    }
+  }
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<DriveNoReaction>};
+
+}  // namespace
+}  // namespace ecaudit

@@ -1,0 +1,47 @@
+/// in: events of the drive units.  out: the story of each drive for the report.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analyzers/core/analysis_result.h"
+#include "analyzers/model/bus_model.h"
+#include "analyzers/model/model_events.h"
+
+namespace ecaudit {
+
+class DriveHistory {
+ public:
+  static constexpr std::size_t kMaxSteps = 200;   ///< a slave; later ones are counted only
+  static constexpr std::size_t kMaxEnabled = 20;  ///< a slave
+
+  /// @param model must outlive this
+  explicit DriveHistory(const model::BusModel& model) : model_(model) {}
+
+  void On(const model::DriveCommanded& event);
+  void On(const model::DriveStateChanged& event);
+  void On(const model::DriveMode& event);
+  void On(const model::DriveWarning& event);
+  void On(const model::DriveFaultExplained& event);
+
+  /// Nothing for a slave that is no drive, or of which neither control nor status word was seen.
+  [[nodiscard]] std::optional<DriveSummary> Summarise(SlaveId slave) const;
+
+ private:
+  struct Story {
+    std::vector<DriveStep> steps;
+    std::uint64_t left_out = 0;
+    std::uint64_t faults = 0;
+    std::vector<std::string> enabled;
+    FrameRef switched_on;
+  };
+  Story& Get(SlaveId slave);
+  static void Add(Story& story, DriveStep step);
+
+  const model::BusModel& model_;
+  std::deque<Story> stories_;
+};
+
+}  // namespace ecaudit
