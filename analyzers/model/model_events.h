@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <optional>
 
+#include "analyzers/model/drive_events.h"
 #include "analyzers/model/latch_events.h"
 #include "analyzers/model/sync_events.h"
-#include "analyzers/model/drive_events.h"
 #include "decoder/base/ids.h"
 #include "decoder/base/known.h"
 #include "decoder/device/al_description.h"

@@ -59,8 +59,13 @@ class Agreement(CliTest):
         self.assertEqual(len(ours), len(theirs), path)
         if not sdos:
             return
-        objects = {(int(index.split(",")[0], 0), int(sub.split(",")[0] or "0", 0))
-                   for index, sub in tshark(path, SDO_FIELDS[0], SDO_FIELDS)}
+        # A message that came back with working counter 0 was not taken: it began no transfer.
+        counters = {}
+        for index, sub, source, wkc in tshark(path, SDO_FIELDS[0], [*SDO_FIELDS, "eth.src", "ecat.cnt"]):
+            key = (int(index.split(",")[0], 0), int(sub.split(",")[0] or "0", 0))
+            returned = bool(source) and int(source.split(",")[0][:2], 16) & 2 != 0
+            counters.setdefault(key, []).append(sum(numbers(wkc)) if returned else None)
+        objects = {key for key, seen in counters.items() if any(seen) or all(wkc is None for wkc in seen)}
         found = {(e["index"], e["subindex"]) for e in self.ours("events", path, "--type", "sdo")}
         self.assertLessEqual(objects, found, path)
 

@@ -115,7 +115,8 @@ TEST(DriveUnit, EveryCommandInEveryState) {
       for (const auto& other : rows) {
         if ((word & device::Number(other.at("mask"))) != device::Number(other.at("value"))) continue;
         std::istringstream numbers(other.at("transitions"));
-        for (std::string number; std::getline(numbers, number, ';');) commanded.insert(static_cast<unsigned>(std::stoul(number)));
+        for (std::string number; std::getline(numbers, number, ';');)
+          commanded.insert(static_cast<unsigned>(std::stoul(number)));
       }
       for (const auto& [state, status] : Words()) {
         SCOPED_TRACE(std::string(family.profile) + " " + row.at("command") + " in " +

@@ -208,7 +208,8 @@ TEST_F(ProcessImageTest, WorkingCounterTellsWhoTookPart) {
   Esi(kDrive);
   Scan(1);
   Drive(0x1001, 0x10000, 0x10006);
-  for (const std::uint8_t wkc : std::initializer_list<std::uint8_t>{0, 1, 2, 3, 7}) trace.After(1000).Lrw(0x10000, Bytes(10), Bytes(10)).Wkc(wkc);
+  for (const std::uint8_t wkc : std::initializer_list<std::uint8_t>{0, 1, 2, 3, 7})
+    trace.After(1000).Lrw(0x10000, Bytes(10), Bytes(10)).Wkc(wkc);
   trace.After(1000).Lrw(0x10000, Bytes(10), Bytes(10)).Wkc(3).Circulating();
   trace.After(1000).Lrw(0x10000, Bytes(10), Bytes(10)).Lost();
   Run();
