@@ -29,6 +29,8 @@ std::optional<std::size_t> FormatOfPath(std::string_view path, std::span<const O
   return std::nullopt;
 }
 
+}  // namespace
+
 bool SameFile(const std::string& a, const std::string& b) {
   namespace fs = std::filesystem;
   std::error_code ignored;
@@ -37,8 +39,6 @@ bool SameFile(const std::string& a, const std::string& b) {
   };
   return a == b || fs::equivalent(a, b, ignored) || resolved(a) == resolved(b);
 }
-
-}  // namespace
 
 void OutputOptions::Declare(OptionSet& options, const std::string& formats) {
   options.Group("Output");

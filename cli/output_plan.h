@@ -44,4 +44,7 @@ struct OutputTarget {
                                                             std::span<const OutputFormat> formats,
                                                             std::span<const std::string> captures);
 
+/// Whether two paths name one file, links followed; also of files that do not exist yet.
+[[nodiscard]] bool SameFile(const std::string& a, const std::string& b);
+
 }  // namespace ecaudit::cli

@@ -33,6 +33,8 @@ class Command {
 [[nodiscard]] std::unique_ptr<Command> MakeDecodeCommand();
 [[nodiscard]] std::unique_ptr<Command> MakeEventsCommand();
 [[nodiscard]] std::unique_ptr<Command> MakeSignalsCommand();
+[[nodiscard]] std::unique_ptr<Command> MakeSliceCommand();
+[[nodiscard]] std::unique_ptr<Command> MakeAnnotateCommand();
 [[nodiscard]] std::unique_ptr<Command> MakeRulesCommand();
 [[nodiscard]] std::unique_ptr<Command> MakeExplainCommand();
 [[nodiscard]] std::unique_ptr<Command> MakeProfilesCommand();

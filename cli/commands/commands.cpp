@@ -8,6 +8,8 @@ std::vector<std::unique_ptr<Command>> AllCommands() {
   commands.push_back(MakeDecodeCommand());
   commands.push_back(MakeEventsCommand());
   commands.push_back(MakeSignalsCommand());
+  commands.push_back(MakeSliceCommand());
+  commands.push_back(MakeAnnotateCommand());
   commands.push_back(MakeRulesCommand());
   commands.push_back(MakeExplainCommand());
   commands.push_back(MakeProfilesCommand());

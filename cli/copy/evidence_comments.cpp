@@ -1,0 +1,124 @@
+#include "cli/copy/evidence_comments.h"
+
+#include <algorithm>
+#include <charconv>
+
+#include "analyzers/analysis.h"
+#include "cli/report/text_writer.h"
+#include "cli/suggest.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit::cli {
+namespace {
+
+std::string Id(std::size_t index) {
+  return "f" + std::to_string(index + 1);
+}
+
+std::string InFrame(FrameNo frame) {
+  return "frame " + std::to_string(frame);
+}
+
+/// "f1 error al-refused, slave 0 (0x1001): title".
+std::string Head(const AnalysisResult& result, std::size_t index) {
+  const Finding& f = result.findings[index];
+  return Id(index) + " " + std::string(Name(f.severity)) + " " + std::string(f.rule) + ", " +
+         report::SlaveLabel(result, f.slave) + ": " + Printable(f.title);
+}
+
+std::string FullText(const AnalysisResult& result, std::size_t index) {
+  const Finding& f = result.findings[index];
+  std::string text = InFrame(f.first.number) + ": " + Head(result, index);
+  if (!f.message.empty()) text += "\n" + Printable(f.message);
+  if (f.caused_by < result.findings.size()) {
+    text += "\nConsequence of " + Head(result, f.caused_by);
+    const FrameNo frame = result.findings[f.caused_by].first.number;
+    if (frame != 0) text += " (" + InFrame(frame) + ")";
+  }
+  if (f.count > 1) text += "\n" + Grouped(f.count) + " times, last in " + InFrame(f.last.number);
+  if (f.confidence == Confidence::kInferred) text += "\nInferred: rests on an assumption, which the text names";
+  if (!f.reference.document.empty()) {
+    text += "\nSee " + Printable(f.reference.document);
+    if (!f.reference.section.empty()) text += ", " + Printable(f.reference.section);
+  }
+  return text;
+}
+
+}  // namespace
+
+FrameComments CommentsOf(const AnalysisResult& result) {
+  FrameComments comments;
+  for (std::size_t i = 0; i < result.findings.size(); ++i) {
+    const Finding& f = result.findings[i];
+    if (!f.first.seen()) continue;
+    comments[f.first.number].push_back(FullText(result, i));
+    const std::string see = Head(result, i) + " (" + InFrame(f.first.number) + ")";
+    if (f.last.seen() && f.last.number != f.first.number) {
+      comments[f.last.number].push_back(InFrame(f.last.number) + ": last of " + Grouped(f.count) + " times: " + see);
+    }
+    for (const FrameNo related : f.related_frames) {
+      if (related == 0 || related == f.first.number || related == f.last.number) continue;
+      comments[related].push_back(InFrame(related) + ": belongs to " + see);
+    }
+  }
+  return comments;
+}
+
+Result<std::vector<std::size_t>> FindingsNamed(const AnalysisResult& result, const std::vector<std::string>& names) {
+  std::vector<std::size_t> found;
+  for (const std::string& name : names) {
+    std::size_t number = 0;
+    const char* const end = name.data() + name.size();
+    const bool is_id = name.size() > 1 && name[0] == 'f' &&
+                       std::from_chars(name.data() + 1, end, number) == std::from_chars_result{end, std::errc()};
+    if (is_id) {
+      if (number == 0 || number > result.findings.size()) {
+        return Error{"there is no finding " + name + "; the report has " +
+                     (result.findings.empty() ? "none" : "f1 to " + Id(result.findings.size() - 1))};
+      }
+      found.push_back(number - 1);
+      continue;
+    }
+    if (FindRule(name) == nullptr) {
+      std::vector<std::string_view> rules;
+      for (const RuleInfo* rule : RuleCatalogue()) rules.push_back(rule->id);
+      return Error{"'" + Printable(name) + "' is no finding such as f1 and no rule" +
+                   Suggestion(name, rules, "ecaudit rules")};
+    }
+    const std::size_t before = found.size();
+    for (std::size_t i = 0; i < result.findings.size(); ++i) {
+      if (result.findings[i].rule == name) found.push_back(i);
+    }
+    if (found.size() == before) return Error{"there is no finding of rule " + name};
+  }
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  return found;
+}
+
+std::vector<FrameNo> EvidenceFrames(const AnalysisResult& result, std::size_t finding) {
+  std::vector<FrameNo> frames;
+  std::vector<bool> seen(result.findings.size());
+  for (std::size_t at = finding; at < result.findings.size() && !seen[at]; at = result.findings[at].caused_by) {
+    seen[at] = true;
+    const Finding& f = result.findings[at];
+    frames.push_back(f.first.number);
+    frames.push_back(f.last.number);
+    frames.insert(frames.end(), f.related_frames.begin(), f.related_frames.end());
+  }
+  std::sort(frames.begin(), frames.end());
+  frames.erase(std::unique(frames.begin(), frames.end()), frames.end());
+  std::erase(frames, FrameNo{0});
+  return frames;
+}
+
+std::string FindingsWithoutFrame(const AnalysisResult& result) {
+  std::string text;
+  for (std::size_t i = 0; i < result.findings.size(); ++i) {
+    if (result.findings[i].first.seen()) continue;
+    text += (text.empty() ? "" : "\n") + Head(result, i);
+  }
+  return text;
+}
+
+}  // namespace ecaudit::cli
