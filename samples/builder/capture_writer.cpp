@@ -80,6 +80,15 @@ void PutPacket(Encoder& file, const WrittenCapture& capture, const WrittenPacket
   file.Block(6, body);
 }
 
+void PutRecord(Encoder& file, const WrittenPacket& packet, bool nanoseconds) {
+  constexpr TimeNs kSecond = 1'000'000'000;
+  file.Put(static_cast<std::uint32_t>(packet.time / kSecond));
+  file.Put(static_cast<std::uint32_t>(packet.time % kSecond / (nanoseconds ? 1 : 1000)));
+  file.Put(static_cast<std::uint32_t>(packet.bytes.size()));
+  file.Put(OriginalLength(packet));
+  AppendBytes(file.bytes, packet.bytes);
+}
+
 }  // namespace
 
 Bytes EncodePcapNg(const WrittenCapture& capture, ByteOrder order) {
@@ -133,14 +142,19 @@ Bytes EncodePcap(const WrittenCapture& capture, bool nanoseconds, ByteOrder orde
   file.Put(std::uint32_t{0});
   file.Put(first.snap_length != 0 ? first.snap_length : kUnlimited);
   file.Put(std::uint32_t{first.link_type});
-  constexpr TimeNs kSecond = 1'000'000'000;
-  for (const WrittenPacket& packet : capture.packets) {
-    file.Put(static_cast<std::uint32_t>(packet.time / kSecond));
-    file.Put(static_cast<std::uint32_t>(packet.time % kSecond / (nanoseconds ? 1 : 1000)));
-    file.Put(static_cast<std::uint32_t>(packet.bytes.size()));
-    file.Put(OriginalLength(packet));
-    AppendBytes(file.bytes, packet.bytes);
-  }
+  for (const WrittenPacket& packet : capture.packets) PutRecord(file, packet, nanoseconds);
+  return file.bytes;
+}
+
+Bytes EncodePcapNgPackets(const WrittenCapture& capture, ByteOrder order) {
+  Encoder file(order);
+  for (const WrittenPacket& packet : capture.packets) PutPacket(file, capture, packet);
+  return file.bytes;
+}
+
+Bytes EncodePcapPackets(const WrittenCapture& capture, bool nanoseconds, ByteOrder order) {
+  Encoder file(order);
+  for (const WrittenPacket& packet : capture.packets) PutRecord(file, packet, nanoseconds);
   return file.bytes;
 }
 

@@ -45,4 +45,10 @@ enum class ByteOrder : std::uint8_t { kLittle, kBig };
 /// @param nanoseconds  magic number and stamps of the nanosecond variant instead of microseconds
 [[nodiscard]] Bytes EncodePcap(const WrittenCapture& capture, bool nanoseconds, ByteOrder order = ByteOrder::kLittle);
 
+/// The packets alone, to be written behind a file of the same kind and interfaces that was begun without any: captures
+/// longer than memory are written piece by piece.
+[[nodiscard]] Bytes EncodePcapNgPackets(const WrittenCapture& capture, ByteOrder order = ByteOrder::kLittle);
+[[nodiscard]] Bytes EncodePcapPackets(const WrittenCapture& capture, bool nanoseconds,
+                                      ByteOrder order = ByteOrder::kLittle);
+
 }  // namespace ecaudit::samples

@@ -41,7 +41,7 @@ FrameNo Recorder::Number(PacketId packet) const {
   return found == order.end() ? 0 : static_cast<FrameNo>(found - order.begin()) + 1;
 }
 
-Bytes Recorder::Encode() const {
+WrittenCapture Recorder::Written() const {
   WrittenCapture capture;
   capture.comment = style.comment;
   capture.interfaces.clear();
@@ -69,11 +69,28 @@ Bytes Recorder::Encode() const {
     packet.interface_index = style.two_interfaces && from.returned ? 1 : 0;
     capture.packets.push_back(std::move(packet));
   }
+  return capture;
+}
+
+Bytes Recorder::Encode() const {
+  const WrittenCapture capture = Written();
   Bytes file = style.format == FileFormat::kPcapNg
                    ? EncodePcapNg(capture, style.byte_order)
                    : EncodePcap(capture, style.format == FileFormat::kPcapNano, style.byte_order);
   file.resize(file.size() - std::min(style.cut_file_by, file.size()));
   return file;
+}
+
+Bytes Recorder::Flush() {
+  const WrittenCapture capture = Written();
+  packets_.clear();
+  const bool nanoseconds = style.format == FileFormat::kPcapNano;
+  if (!std::exchange(begun_, true)) {
+    return style.format == FileFormat::kPcapNg ? EncodePcapNg(capture, style.byte_order)
+                                               : EncodePcap(capture, nanoseconds, style.byte_order);
+  }
+  return style.format == FileFormat::kPcapNg ? EncodePcapNgPackets(capture, style.byte_order)
+                                             : EncodePcapPackets(capture, nanoseconds, style.byte_order);
 }
 
 }  // namespace ecaudit::samples

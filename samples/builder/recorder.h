@@ -52,6 +52,10 @@ class Recorder {
   [[nodiscard]] FrameNo Number(PacketId packet) const;
   [[nodiscard]] std::size_t written() const { return Order().size(); }
 
+  /// The next piece of the file, for captures that are longer than memory: what was recorded since the last call, which
+  /// is then forgotten; the first piece begins with the file header. Not to be mixed with the functions above.
+  [[nodiscard]] Bytes Flush();
+
  private:
   struct Recorded {
     Bytes bytes{};
@@ -62,9 +66,11 @@ class Recorder {
     std::uint16_t link_type = 1;
   };
   [[nodiscard]] std::vector<PacketId> Order() const;
+  [[nodiscard]] WrittenCapture Written() const;
 
   std::vector<Recorded> packets_;
   bool paused_ = false;
+  bool begun_ = false;
 };
 
 }  // namespace ecaudit::samples

@@ -201,16 +201,21 @@ void ScriptedMaster::RunCycle() {
       lrw.data[image_[position].output_offset + i] = bytes[i];
     }
   }
-  std::vector<Datagram> datagrams{std::move(lrw)};
-  if (task_.distributes_time) datagrams.push_back(Make(Cmd::FRMW, station(0), reg::kSystemTime, Bytes(8, 0)));
+  std::vector<Datagram> datagrams;
+  if (task_.distributes_time && task_.time_in_front)
+    datagrams.push_back(Make(Cmd::ARMW, 0, reg::kSystemTime, Bytes(8, 0)));
+  const std::size_t process_data = datagrams.size();
+  datagrams.push_back(std::move(lrw));
+  if (task_.distributes_time && !task_.time_in_front)
+    datagrams.push_back(Make(Cmd::FRMW, station(0), reg::kSystemTime, Bytes(8, 0)));
   if (task_.reads_al_status) datagrams.push_back(Make(Cmd::BRD, 0, reg::kAlStatus, Bytes(2, 0)));
   NumberDatagrams(datagrams);
   if (change.lose) ++lose_next_;
   if (change.twice) double_next_ = true;
   if (change.circulating) circulate_next_ = true;
   if (const std::optional<std::vector<Datagram>> back = SendOnce(datagrams, last_cyclic_)) {
-    last_image_ = back->front().data;
-    last_cyclic_wkc_ = back->front().wkc;
+    last_image_ = (*back)[process_data].data;
+    last_cyclic_wkc_ = (*back)[process_data].wkc;
   }
 }
 

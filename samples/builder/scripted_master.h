@@ -80,7 +80,8 @@ struct CycleChange {
 
 struct CyclicTask {
   TimeNs cycle = 1'000'000;
-  bool distributes_time = false;  ///< FRMW 0x0910 of the first slave in front
+  bool distributes_time = false;  ///< FRMW 0x0910 of the first slave behind the process data
+  bool time_in_front = false;     ///< ARMW before them instead
   bool reads_al_status = false;   ///< BRD 0x0130 behind
   /// Called before each cycle with its number, to change outputs; may be empty.
   std::function<void(int cycle)> before_cycle{};
