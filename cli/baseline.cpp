@@ -1,12 +1,11 @@
 #include "cli/baseline.h"
 
-#include <algorithm>
 #include <string_view>
 
 #include <nlohmann/json.hpp>
 
 #include "cli/json_file.h"
-#include "decoder/base/text.h"
+#include "cli/report/layout.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -28,35 +27,26 @@ std::optional<Fingerprint> ReadEntry(const nlohmann::json& entry) {
   return fingerprint;
 }
 
+std::string Write(const Baseline& all) {
+  nlohmann::ordered_json json;
+  json["schema"] = kSchema;
+  json["findings"] = nlohmann::ordered_json::array();
+  for (const Fingerprint& f : all) {
+    nlohmann::ordered_json entry;
+    entry["rule"] = f.rule;
+    entry["slave"] = f.slave ? nlohmann::ordered_json(*f.slave) : nlohmann::ordered_json(nullptr);
+    entry["title"] = f.title;
+    json["findings"].push_back(std::move(entry));
+  }
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
 }  // namespace
 
 Fingerprint FingerprintOf(const Finding& finding, const AnalysisResult& result) {
   const SlaveSummary* slave = result.slave(finding.slave);
   return {std::string(finding.rule), slave == nullptr ? std::nullopt : std::optional(slave->position),
-          WithoutCounts(Printable(finding.title))};
-}
-
-std::string WithoutCounts(std::string_view title) {
-  constexpr std::string_view kDigits = "0123456789";
-  constexpr std::string_view kInNumbers = "0123456789.,";
-  std::string out;
-  while (!title.empty()) {
-    const std::size_t spaces = std::min(title.find_first_not_of(' '), title.size());
-    out += title.substr(0, spaces);
-    title.remove_prefix(spaces);
-    const std::string_view word = title.substr(0, std::min(title.find(' '), title.size()));
-    title.remove_prefix(word.size());
-    const bool number = !word.empty() && kDigits.find(word.front()) != std::string_view::npos &&
-                        word.find_first_not_of(kInNumbers) == std::string_view::npos;
-    if (!number || out.ends_with("port ") || out.ends_with("state ")) {
-      out += word;
-      continue;
-    }
-    out += '#';
-    // Punctuation behind the number belongs to the sentence.
-    out += word.substr(word.find_last_of(kDigits) + 1);
-  }
-  return out;
+          report::WithoutCounts(report::PrintableLines(finding.title))};
 }
 
 Result<Baseline> ReadBaseline(const std::string& path) {
@@ -82,23 +72,27 @@ std::string WriteBaseline(const report::Report& report) {
   for (const report::CaptureReport& capture : report.captures) {
     for (const Finding& finding : capture.result.findings) all.insert(FingerprintOf(finding, capture.result));
   }
-  nlohmann::ordered_json json;
-  json["schema"] = kSchema;
-  json["findings"] = nlohmann::ordered_json::array();
-  for (const Fingerprint& f : all) {
-    nlohmann::ordered_json entry;
-    entry["rule"] = f.rule;
-    entry["slave"] = f.slave ? nlohmann::ordered_json(*f.slave) : nlohmann::ordered_json(nullptr);
-    entry["title"] = f.title;
-    json["findings"].push_back(std::move(entry));
+  return Write(all);
+}
+
+std::string WriteBaseline(const report::Digest& digest) {
+  Baseline all;
+  for (const report::CaptureDigest& capture : digest.captures) {
+    for (const report::FindingDigest& finding : capture.findings) all.insert(report::FingerprintOf(finding));
   }
-  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return Write(all);
 }
 
 void ApplyBaseline(const Baseline& baseline, report::CaptureReport& capture) {
   capture.known.clear();
   for (const Finding& finding : capture.result.findings) {
     capture.known.push_back(baseline.contains(FingerprintOf(finding, capture.result)));
+  }
+}
+
+void ApplyBaseline(const Baseline& baseline, report::CaptureDigest& capture) {
+  for (report::FindingDigest& finding : capture.findings) {
+    finding.known = baseline.contains(report::FingerprintOf(finding));
   }
 }
 

@@ -88,6 +88,11 @@ void CaptureOptions::Declare(OptionSet& options) {
   options.Arguments("CAPTURE", captures, "pcap or pcapng files, also compressed by gzip or zstd; - is standard input");
   options.Group("What to read");
   options.Flag("--join", join, "the captures are one ring buffer: read them as one");
+  DeclareSettings(options);
+}
+
+void CaptureOptions::DeclareSettings(OptionSet& options) {
+  options.Group("What to read");
   options.Values("--slave", "SLAVE", slaves, "report only this slave: position 0, or address 0x1001 (repeatable)");
   options.Value("--from", "START", from, "begin here: seconds from the first frame, or frame number #760");
   options.Value("--to", "END", to, "end here, inclusive");
@@ -143,6 +148,14 @@ std::optional<Error> AddRuleSetting(std::string_view text, AnalysisOptions& anal
   return std::nullopt;
 }
 
+std::vector<std::pair<std::string, std::string>> RuleSettingTexts(const AnalysisOptions& analysis) {
+  std::vector<std::pair<std::string, std::string>> texts;
+  for (const auto& [id, setting] : analysis.rules) {
+    texts.emplace_back(id, setting.off ? std::string_view("off") : Name(setting.severity));
+  }
+  return texts;
+}
+
 std::optional<Error> AddProfile(std::string_view text, AnalysisOptions& analysis) {
   const std::size_t equals = text.find('=');
   const std::string_view name = equals == std::string_view::npos ? text : text.substr(equals + 1);
@@ -189,6 +202,8 @@ Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOption
     if (auto error = ApplyNames(config->profiles, config->rules, settings.analysis)) return In(config->path, *error);
     if (auto error = ApplyFailOn(config->fail_on, settings.fail_on)) return In(config->path, *error);
     settings.baseline = config->baseline.value_or("");
+    settings.esi = config->esi;
+    settings.eni = config->eni;
     settings.analysis.limits = config->limits;
   }
   if (auto error = ApplyNames(options.profiles, gate.rules, settings.analysis)) return *error;
@@ -200,12 +215,16 @@ Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOption
     if (!slave) return slave.error();
     settings.slaves.push_back(*slave);
   }
-  if (options.files == nullptr) {
-    Result<std::shared_ptr<const DeviceFiles>> files = LoadDeviceFiles(options.esi, options.eni);
+  if (!options.esi.empty()) settings.esi = options.esi;
+  if (options.eni) settings.eni = options.eni;
+  const std::pair names(settings.esi, settings.eni);
+  auto known = options.files.find(names);
+  if (known == options.files.end()) {
+    Result<std::shared_ptr<const DeviceFiles>> files = LoadDeviceFiles(settings.esi, settings.eni);
     if (!files) return files.error();
-    options.files = std::move(*files);
+    known = options.files.emplace(names, std::move(*files)).first;
   }
-  settings.analysis.files = options.files;
+  settings.analysis.files = known->second;
   return settings;
 }
 

@@ -1,10 +1,12 @@
 /// What commands that judge captures have in common: their options, and what options and configuration file come to.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "analyzers/analysis.h"
@@ -24,10 +26,13 @@ struct CaptureOptions {
   std::vector<std::string> slaves;
   std::optional<std::string> from, to;
   std::optional<std::string> config;
-  /// What `esi` and `eni` name; kept by ResolveSettings() so that many captures read the files once.
-  mutable std::shared_ptr<const DeviceFiles> files;
+  /// ESI and ENI files by their names; kept by ResolveSettings() so that many captures read them once.
+  mutable std::map<std::pair<std::vector<std::string>, std::optional<std::string>>, std::shared_ptr<const DeviceFiles>>
+      files;
 
   void Declare(OptionSet& options);
+  /// All but the captures themselves and --join.
+  void DeclareSettings(OptionSet& options);
 };
 
 /// Options of the commands whose exit status tells what was found.
@@ -45,8 +50,10 @@ struct Settings {
   AnalysisOptions analysis;
   std::vector<SlaveSelector> slaves;  ///< empty: all
   report::FailOn fail_on = report::FailOn::kError;
-  std::string config;    ///< path; empty: none
-  std::string baseline;  ///< path; empty: none
+  std::string config;              ///< path; empty: none
+  std::string baseline;            ///< path; empty: none
+  std::vector<std::string> esi;    ///< paths of the files in `analysis.files`
+  std::optional<std::string> eni;  ///< likewise
 };
 
 /// Joins what was typed with the configuration file that belongs to `capture` (--config, or found beside it). What was
@@ -60,6 +67,8 @@ struct Settings {
 [[nodiscard]] Result<SlaveSelector> ParseSlave(std::string_view text);
 /// "al-timeout=warning", "sdo-abort=off".
 [[nodiscard]] std::optional<Error> AddRuleSetting(std::string_view text, AnalysisOptions& analysis);
+/// What AddRuleSetting() read, for reports: id and severity, or "off"; sorted by id.
+[[nodiscard]] std::vector<std::pair<std::string, std::string>> RuleSettingTexts(const AnalysisOptions& analysis);
 /// "generic", or "0x1001=generic".
 [[nodiscard]] std::optional<Error> AddProfile(std::string_view text, AnalysisOptions& analysis);
 /// "1.5" is seconds from the first frame, "#760" a frame number.

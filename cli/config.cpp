@@ -16,7 +16,8 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 constexpr std::string_view kFileName = ".ecaudit.json";
-constexpr std::array<std::string_view, 6> kKeys{"profile", "slave_profiles", "rules", "fail_on", "baseline", "limits"};
+constexpr std::array<std::string_view, 8> kKeys{"profile",  "slave_profiles", "rules", "fail_on",
+                                                "baseline", "limits",         "esi",   "eni"};
 
 /// Limits that rules let a project change; each rule's page (`ecaudit explain`) tells its own.
 constexpr std::array<std::string_view, 7> kLimits{"al-timeout.preop",   "al-timeout.safeop-op",   "al-timeout.down",
@@ -55,6 +56,16 @@ std::optional<Error> ReadLimits(const Json& value, Config& config) {
   return std::nullopt;
 }
 
+/// Reads "FILE" or ["FILE", ...].
+std::optional<Error> ReadEsi(const Json& value, Config& config) {
+  const Json list = value.is_array() ? value : Json::array({value});
+  for (const Json& file : list) {
+    if (!file.is_string()) return Wrong(config.path, "'esi' must be a file name or a list of them");
+    config.esi.push_back((fs::path(config.path).parent_path() / file.get_ref<const std::string&>()).string());
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 Result<Config> ReadConfig(const std::string& path) {
@@ -72,11 +83,14 @@ Result<Config> ReadConfig(const std::string& path) {
       error = ReadAssignments(value, key, path, config.profiles);
     } else if (key == "limits") {
       error = ReadLimits(value, config);
-    } else if (key == "profile" || key == "fail_on" || key == "baseline") {
+    } else if (key == "esi") {
+      error = ReadEsi(value, config);
+    } else if (key == "profile" || key == "fail_on" || key == "baseline" || key == "eni") {
       if (!value.is_string()) return Wrong(path, "'" + key + "' must be a string");
       const auto& text = value.get_ref<const std::string&>();
       if (key == "profile") config.profiles.push_back(text);
       if (key == "fail_on") config.fail_on = text;
+      if (key == "eni") config.eni = (fs::path(path).parent_path() / text).string();
       if (key == "baseline") config.baseline = (fs::path(path).parent_path() / text).string();
     } else {
       return Wrong(path, "unknown key '" + key + "'" + Suggestion(key, kKeys, ""));

@@ -17,7 +17,9 @@ struct Config {
   std::vector<std::string> profiles;                        ///< as --profile: "NAME" or "SLAVE=NAME"
   std::vector<std::string> rules;                           ///< as --rule: "ID=SEVERITY"
   std::optional<std::string> fail_on;                       ///< as --fail-on
-  std::optional<std::string> baseline;                      ///< as --baseline; relative to the file's folder
+  std::optional<std::string> baseline;                      ///< as --baseline; the file has it relative to its folder
+  std::vector<std::string> esi;                             ///< as --esi, likewise
+  std::optional<std::string> eni;                           ///< as --eni, likewise
   std::map<std::string, std::int64_t, std::less<>> limits;  ///< ns by name; the file has milliseconds
 };
 

@@ -77,8 +77,12 @@ std::optional<Error> WriteAll(int fd, std::string_view content, const std::strin
 /// Permissions a new file gets: as the old one had, else what the umask leaves.
 mode_t ModeFor(const struct stat* existing) {
   if (existing != nullptr) return existing->st_mode & 0777U;
-  const mode_t mask = umask(0);
-  umask(mask);
+  // Asking for the mask sets it for a moment, which two threads must not do at once.
+  static const mode_t mask = [] {
+    const mode_t current = umask(0);
+    umask(current);
+    return current;
+  }();
   return 0666U & ~mask;
 }
 

@@ -1,27 +1,53 @@
 #include "cli/report_output.h"
 
+#include <utility>
+
 #include "cli/output_file.h"
 
 namespace ecaudit::cli {
 
 Result<ReportOutput> ReportOutput::Plan(const OutputOptions& options, std::span<const std::string> captures) {
-  std::vector<OutputFormat> formats;
-  for (const report::Format& format : report::Formats()) formats.push_back({format.name, format.extension});
-  Result<std::vector<OutputTarget>> targets = PlanOutputs(options, formats, captures);
+  const std::span<const report::Format> formats = report::Formats();
+  return Plan(options, {formats.begin(), formats.end()}, captures);
+}
+
+Result<ReportOutput> ReportOutput::PlanSummary(const OutputOptions& options, std::span<const std::string> captures) {
+  return Plan(options, report::SummaryFormats(), captures);
+}
+
+Result<ReportOutput> ReportOutput::Plan(const OutputOptions& options, std::vector<report::Format> formats,
+                                        std::span<const std::string> captures) {
+  std::vector<OutputFormat> names;
+  for (const report::Format& format : formats) names.push_back({format.name, format.extension});
+  Result<std::vector<OutputTarget>> targets = PlanOutputs(options, names, captures);
   if (!targets) return targets.error();
   ReportOutput plan;
+  plan.formats_ = std::move(formats);
   plan.targets_ = std::move(*targets);
   plan.no_color_ = options.no_color;
   return plan;
 }
 
-std::optional<Error> ReportOutput::Write(const report::Report& report, Console& console) const {
+template <typename Writer>
+std::optional<Error> ReportOutput::WriteAll(Writer&& text_for, Console& console) const {
   for (const OutputTarget& target : targets_) {
     const report::TextStyle style{target.standard() && console.color() && !no_color_};
-    const std::string text = report::Formats()[target.format].write(report, style);
+    const std::string text = text_for(formats_[target.format], style);
     if (auto error = target.standard() ? console.Write(text) : WriteOutputFile(target.path, text)) return error;
   }
   return std::nullopt;
+}
+
+std::optional<Error> ReportOutput::Write(const report::Report& report, Console& console) const {
+  return WriteAll(
+      [&](const report::Format& format, const report::TextStyle& style) { return format.write(report, style); },
+      console);
+}
+
+std::optional<Error> ReportOutput::Write(const report::Digest& digest, Console& console) const {
+  return WriteAll(
+      [&](const report::Format& format, const report::TextStyle& style) { return format.write_summary(digest, style); },
+      console);
 }
 
 }  // namespace ecaudit::cli

@@ -5,8 +5,10 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source .ci/packages.sh
 
-# tshark and jsonschema are second opinions: tests that need them are skipped, with a message, where they are missing.
-ensure_packages "${BUILD_PACKAGES[@]}" libgtest-dev libgmock-dev libbenchmark-dev python3 python3-jsonschema tshark ccache
+# tshark, jsonschema, xmllint, parallel and the SARIF schema are for tests that are skipped, with a message, without them.
+ensure_packages "${BUILD_PACKAGES[@]}" libgtest-dev libgmock-dev libbenchmark-dev python3 python3-jsonschema tshark ccache \
+  libxml2-utils parallel
+tests/support/sarif_schema.sh
 
 export ASAN_OPTIONS=detect_leaks=1:strict_string_checks=1
 export UBSAN_OPTIONS=print_stacktrace=1

@@ -1,9 +1,6 @@
 /// `ecaudit check`: the main job.
 #include <algorithm>
-#include <atomic>
-#include <csignal>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -11,26 +8,18 @@
 
 #include "analyzers/analysis.h"
 #include "cli/baseline.h"
+#include "cli/capture_check.h"
 #include "cli/capture_options.h"
 #include "cli/commands/command.h"
+#include "cli/interrupt.h"
 #include "cli/output_file.h"
 #include "cli/output_plan.h"
 #include "cli/progress.h"
 #include "cli/report_output.h"
-#include "cli/slave_filter.h"
 #include "cli/version.h"
-#include "decoder/capture/capture_reader.h"
 
 namespace ecaudit::cli {
 namespace {
-
-/// Set by the first Ctrl-C: the analysis ends early and what was found so far is reported.
-std::atomic<bool> stop_requested = false;
-
-void OnSignal(int signal_number) {
-  stop_requested = true;
-  std::signal(signal_number, SIG_DFL);  // the second one ends the program
-}
 
 /// One analysis: one capture, or all of them joined.
 struct Job {
@@ -49,7 +38,7 @@ class CheckCommand : public Command {
   void Declare(OptionSet& options) override {
     options_.Declare(options);
     gate_.Declare(options);
-    output_.Declare(options, "text (default) or json");
+    output_.Declare(options, report::FormatList(report::Formats()));
     options.Footer(
         "\nExit status: 0 nothing at or above --fail-on, 1 findings, 2 wrong usage or unreadable input.\n"
         "Example: ecaudit check --rule al-timeout=warning -o json=report.json trace.pcapng");
@@ -64,11 +53,10 @@ class CheckCommand : public Command {
       if (const auto error = CheckOutputPath(*gate_.write_baseline)) return Fail(console, *error);
     }
 
-    stop_requested = false;
-    std::signal(SIGINT, OnSignal);
-    std::signal(SIGTERM, OnSignal);
+    ListenForInterrupt();
     report::Report report;
     report.version = Version();
+    report.rules = RuleCatalogue();
     ExitStatus status = ExitStatus::kClean;
     for (const Job& job : jobs_) status = Worst(status, RunJob(job, report, console));
     if (report.captures.empty()) return status;
@@ -111,44 +99,32 @@ class CheckCommand : public Command {
       Result<Settings> settings = ResolveSettings(options_, gate_, job.paths.front());
       if (!settings) return settings.error();
       job.settings = std::move(*settings);
-      const std::string& path = job.settings.baseline;
-      if (path.empty() || baselines_.contains(path)) continue;
-      Result<Baseline> baseline = ReadBaseline(path);
-      if (!baseline) return baseline.error();
-      baselines_.emplace(path, std::move(*baseline));
+      if (auto error = baselines_.Load(job.settings.baseline)) return error;
     }
     return std::nullopt;
   }
 
   [[nodiscard]] ExitStatus RunJob(const Job& job, report::Report& report, Console& console) {
-    auto source = job.paths.size() > 1 ? capture::OpenJoined(job.paths) : capture::OpenCapture(job.paths.front());
-    if (!source) return Fail(console, source.error());
-
-    Progress progress(console, std::filesystem::path(job.paths.front()).filename().string());
-    AnalysisOptions analysis = job.settings.analysis;
-    analysis.stop = &stop_requested;
-    analysis.progress = [&progress](std::uint64_t done, std::uint64_t total, std::uint64_t frames) {
-      progress.Update(done, total, frames);
-    };
-    report::CaptureReport capture;
-    capture.result = Analyse(**source, analysis);
-    progress.Clear();
-
-    capture.fail_on = job.settings.fail_on;
-    capture.config = job.settings.config;
-    capture.baseline = job.settings.baseline;
     const std::string& name = job.paths.front();
-    if (report::WithoutEtherCat(capture.result)) {
-      console.Warning(name + ": no EtherCAT frame among " + std::to_string(capture.result.capture.packets) +
-                      " packets");
-    } else if (KeepSlaves(job.settings.slaves, capture.result) == 0 && !job.settings.slaves.empty()) {
-      without_slave_.push_back(name);
+    Progress progress(console, std::filesystem::path(name).filename().string());
+    Result<CheckedCapture> capture =
+        CheckCapture(job.paths, job.settings, baselines_.Find(job.settings.baseline), InterruptFlag(),
+                     [&progress](std::uint64_t done, std::uint64_t total, std::uint64_t frames) {
+                       progress.Update(done, total, frames);
+                     });
+    progress.Clear();
+    if (!capture) {
+      report.unreadable.push_back({name, capture.error().message});
+      return Fail(console, capture.error());
     }
-    if (const auto baseline = baselines_.find(capture.baseline); baseline != baselines_.end()) {
-      ApplyBaseline(baseline->second, capture);
+
+    const CaptureSummary& read = capture->report.result.capture;
+    if (report::WithoutEtherCat(capture->report.result)) {
+      console.Warning(name + ": no EtherCAT frame among " + std::to_string(read.packets) + " packets");
     }
-    const bool cut_short = stop_requested && !capture.result.capture.complete;
-    report.captures.push_back(std::move(capture));
+    if (capture->lacks_slave) without_slave_.push_back(name);
+    const bool cut_short = InterruptFlag() && !read.complete;
+    report.captures.push_back(std::move(capture->report));
     if (cut_short) {
       return Fail(console, Error{name + ": interrupted, the report covers the first " +
                                  std::to_string(report.captures.back().result.capture.packets) + " packets"});
@@ -160,8 +136,8 @@ class CheckCommand : public Command {
   GateOptions gate_;
   OutputOptions output_;
   std::vector<Job> jobs_;
-  std::map<std::string, Baseline> baselines_;  ///< by path
-  std::vector<std::string> without_slave_;     ///< captures that lack the slaves of --slave
+  BaselineShelf baselines_;
+  std::vector<std::string> without_slave_;  ///< captures that lack the slaves of --slave
 };
 
 }  // namespace

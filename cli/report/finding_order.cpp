@@ -2,23 +2,32 @@
 
 #include <algorithm>
 #include <tuple>
+#include <utility>
 
 namespace ecaudit::report {
 namespace {
 
+/// What the order depends on.
+struct Node {
+  Severity severity = Severity::kInfo;
+  FrameNo frame = 0;
+  std::size_t caused_by = 0;  ///< beyond the end: none
+  bool known = false;
+};
+
 /// A forest of findings; every finding has at most one cause.
 class CauseForest {
  public:
-  explicit CauseForest(const CaptureReport& capture) : findings_(capture.result.findings) {
+  explicit CauseForest(std::vector<Node> nodes) : findings_(std::move(nodes)) {
     const std::size_t n = findings_.size();
     children_.resize(n);
     worst_.resize(n);
     for (std::size_t i = 0; i < n; ++i) worst_[i] = findings_[i].severity;
     for (std::size_t i = 0; i < n; ++i) {
-      if (capture.IsKnown(i)) continue;
+      if (findings_[i].known) continue;
       const std::size_t cause = findings_[i].caused_by;
       // A known cause is not shown with the others, so its consequence stands for itself.
-      if (cause < n && !capture.IsKnown(cause) && !LeadsTo(cause, i)) {
+      if (cause < n && !findings_[cause].known && !LeadsTo(cause, i)) {
         children_[cause].push_back(i);
       } else {
         roots_.push_back(i);
@@ -53,7 +62,7 @@ class CauseForest {
 
   void Sort(std::vector<std::size_t>& indices) const {
     std::sort(indices.begin(), indices.end(), [this](std::size_t a, std::size_t b) {
-      return std::tuple(worst_[b], findings_[a].first.number, a) < std::tuple(worst_[a], findings_[b].first.number, b);
+      return std::tuple(worst_[b], findings_[a].frame, a) < std::tuple(worst_[a], findings_[b].frame, b);
     });
   }
 
@@ -63,7 +72,7 @@ class CauseForest {
     for (const std::size_t child : children_[i]) Append(child, depth + 1, out);
   }
 
-  const std::vector<Finding>& findings_;
+  std::vector<Node> findings_;
   std::vector<std::vector<std::size_t>> children_;
   std::vector<Severity> worst_;
   std::vector<std::size_t> roots_;
@@ -72,7 +81,18 @@ class CauseForest {
 }  // namespace
 
 std::vector<OrderedFinding> OrderForReading(const CaptureReport& capture) {
-  return CauseForest(capture).Ordered();
+  std::vector<Node> nodes;
+  for (std::size_t i = 0; i < capture.result.findings.size(); ++i) {
+    const Finding& f = capture.result.findings[i];
+    nodes.push_back({f.severity, f.first.number, f.caused_by, capture.IsKnown(i)});
+  }
+  return CauseForest(std::move(nodes)).Ordered();
+}
+
+std::vector<OrderedFinding> OrderForReading(const CaptureDigest& capture) {
+  std::vector<Node> nodes;
+  for (const FindingDigest& f : capture.findings) nodes.push_back({f.severity, f.frame, f.caused_by, f.known});
+  return CauseForest(std::move(nodes)).Ordered();
 }
 
 }  // namespace ecaudit::report

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "cli/report/digest.h"
 #include "cli/report/report.h"
 
 namespace ecaudit::report {
@@ -14,5 +15,6 @@ struct OrderedFinding {
 
 /// All findings that are not known. Roots stand by the worst severity among them and their consequences, then by frame.
 [[nodiscard]] std::vector<OrderedFinding> OrderForReading(const CaptureReport& capture);
+[[nodiscard]] std::vector<OrderedFinding> OrderForReading(const CaptureDigest& capture);
 
 }  // namespace ecaudit::report

@@ -2,7 +2,11 @@
 
 #include <array>
 
+#include "cli/report/digest.h"
 #include "cli/report/json_writer.h"
+#include "cli/report/junit_writer.h"
+#include "cli/report/sarif_writer.h"
+#include "cli/report/summary_writer.h"
 
 namespace ecaudit::report {
 namespace {
@@ -11,15 +15,53 @@ std::string WriteJsonPlain(const Report& report, const TextStyle& /*style*/) {
   return WriteJson(report);
 }
 
+std::string WriteJunitOf(const Report& report, const TextStyle& /*style*/) {
+  return WriteJunit(DigestOf(report));
+}
+
+std::string WriteSarifOf(const Report& report, const TextStyle& /*style*/) {
+  return WriteSarif(DigestOf(report));
+}
+
+std::string WriteSummaryJsonPlain(const Digest& digest, const TextStyle& /*style*/) {
+  return WriteSummaryJson(digest);
+}
+
+std::string WriteJunitPlain(const Digest& digest, const TextStyle& /*style*/) {
+  return WriteJunit(digest);
+}
+
+std::string WriteSarifPlain(const Digest& digest, const TextStyle& /*style*/) {
+  return WriteSarif(digest);
+}
+
 constexpr std::array kFormats{
-    Format{"text", ".txt", &WriteText},
-    Format{"json", ".json", &WriteJsonPlain},
+    Format{"text", ".txt", &WriteText, &WriteSummaryText},
+    Format{"json", ".json", &WriteJsonPlain, &WriteSummaryJsonPlain},
+    Format{"junit", ".xml", &WriteJunitOf, &WriteJunitPlain},
+    Format{"sarif", ".sarif", &WriteSarifOf, &WriteSarifPlain},
 };
 
 }  // namespace
 
 std::span<const Format> Formats() {
   return kFormats;
+}
+
+std::vector<Format> SummaryFormats() {
+  std::vector<Format> formats;
+  for (const Format& format : kFormats) {
+    if (format.write_summary != nullptr) formats.push_back(format);
+  }
+  return formats;
+}
+
+std::string FormatList(std::span<const Format> formats) {
+  std::string list = std::string(formats.front().name) + " (default)";
+  for (std::size_t i = 1; i < formats.size(); ++i) {
+    list += (i + 1 == formats.size() ? " or " : ", ") + std::string(formats[i].name);
+  }
+  return list;
 }
 
 }  // namespace ecaudit::report

@@ -4,7 +4,9 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "cli/report/digest.h"
 #include "cli/report/report.h"
 #include "cli/report/text_writer.h"
 
@@ -14,9 +16,15 @@ struct Format {
   std::string_view name;       ///< as in --format and -o FORMAT=PATH
   std::string_view extension;  ///< a file name with this ending gets the format when none is named
   std::string (*write)(const Report& report, const TextStyle& style);
+  /// The summary of many captures; null for formats that have none.
+  std::string (*write_summary)(const Digest& digest, const TextStyle& style) = nullptr;
 };
 
 /// The first one is the default.
 [[nodiscard]] std::span<const Format> Formats();
+/// Those that write summaries, in the same order.
+[[nodiscard]] std::vector<Format> SummaryFormats();
+/// For the help of --format: "text (default), json, junit or sarif".
+[[nodiscard]] std::string FormatList(std::span<const Format> formats);
 
 }  // namespace ecaudit::report

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/report/drive_json.h"
+#include "cli/report/layout.h"
 #include "cli/report/sync_json.h"
 #include "cli/report/times.h"
 #include "cli/report/wireshark_filter.h"
@@ -18,16 +19,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Printable text, line breaks kept.
 Json Text(std::string_view text) {
-  std::string out;
-  while (true) {
-    const std::size_t end = text.find('\n');
-    out += Printable(text.substr(0, end));
-    if (end == std::string_view::npos) return out;
-    out += '\n';
-    text.remove_prefix(end + 1);
-  }
+  return PrintableLines(text);
 }
 
 Json TextOrNull(std::string_view text) {
@@ -148,9 +141,12 @@ class CaptureWriter {
   }
 
   [[nodiscard]] Json Settings() const {
+    Json rules = Json::object();
+    for (const auto& [id, severity] : capture_.rules) rules[id] = severity;
     return {{"fail_on", Name(capture_.fail_on)},
             {"config", TextOrNull(capture_.config)},
-            {"baseline", TextOrNull(capture_.baseline)}};
+            {"baseline", TextOrNull(capture_.baseline)},
+            {"rules", std::move(rules)}};
   }
 
   [[nodiscard]] Json Bus() const {
@@ -440,8 +436,16 @@ std::string WriteJson(const Report& report) {
   Json json;
   json["schema"] = "ecaudit.report/1";
   json["tool"] = {{"name", "ecaudit"}, {"version", report.version}};
+  if (!report.origin.settings.empty()) {
+    json["made_from"] = {
+        {"settings", report.origin.settings}, {"bytes", report.origin.bytes}, {"modified", report.origin.modified}};
+  }
   json["reports"] = Json::array();
   for (const CaptureReport& capture : report.captures) json["reports"].push_back(CaptureWriter(capture).Write());
+  json["unreadable"] = Json::array();
+  for (const UnreadableCapture& capture : report.unreadable) {
+    json["unreadable"].push_back({{"path", Text(capture.path)}, {"message", Text(capture.message)}});
+  }
   json["summary"] = {{"captures", report.captures.size()}};
   json["summary"].update(CaptureWriter::SummaryJson(Summarise(report)));
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -52,6 +52,24 @@ std::string OneLine(std::string_view text) {
   return Printable(flat);
 }
 
+std::string PrintableLines(std::string_view text) {
+  std::string out;
+  while (true) {
+    const std::size_t end = text.find('\n');
+    out += Printable(text.substr(0, end));
+    if (end == std::string_view::npos) return out;
+    out += '\n';
+    text.remove_prefix(end + 1);
+  }
+}
+
+std::string ReferenceText(std::string_view document, std::string_view section) {
+  const std::string name = OneLine(document);
+  const std::string place = OneLine(section);
+  if (name.empty() || place.starts_with(name)) return place;
+  return place.empty() ? name : name + ", " + place;
+}
+
 std::string TextBuilder::Styled(std::string_view text, Style style) const {
   if (!color_ || style == Style::kPlain) return std::string(text);
   std::string out(EscapeSequence(style));

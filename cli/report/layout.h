@@ -29,6 +29,12 @@ enum class Style : std::uint8_t { kPlain, kBold, kFaint, kError, kWarning, kInfo
 /// Untrusted text for one line: as Printable(), with line breaks and tabs as spaces.
 [[nodiscard]] std::string OneLine(std::string_view text);
 
+/// Untrusted text of several lines: as Printable(), line breaks kept.
+[[nodiscard]] std::string PrintableLines(std::string_view text);
+
+/// "AKD-2011, 4.3.4"; the section may begin with the document's name already. Empty when both are.
+[[nodiscard]] std::string ReferenceText(std::string_view document, std::string_view section);
+
 /// Collects lines. Text given to it is trusted: pass untrusted parts through Printable() or OneLine() first.
 class TextBuilder {
  public:

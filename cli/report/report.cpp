@@ -1,8 +1,6 @@
 #include "cli/report/report.h"
 
 namespace ecaudit::report {
-namespace {
-
 bool Reaches(Severity severity, FailOn fail_on) {
   switch (fail_on) {
     case FailOn::kInfo:
@@ -16,8 +14,6 @@ bool Reaches(Severity severity, FailOn fail_on) {
   }
   return false;
 }
-
-}  // namespace
 
 std::string_view Name(FailOn fail_on) {
   switch (fail_on) {
@@ -40,32 +36,34 @@ std::optional<FailOn> ParseFailOn(std::string_view text) {
   return std::nullopt;
 }
 
+void Summary::Add(Severity severity, bool is_known, FailOn fail_on) {
+  if (is_known) {
+    ++known;
+    return;
+  }
+  ++(severity == Severity::kError ? errors : severity == Severity::kWarning ? warnings : infos);
+  if (Reaches(severity, fail_on)) fail = true;
+}
+
+void Summary::Add(const Summary& other) {
+  errors += other.errors;
+  warnings += other.warnings;
+  infos += other.infos;
+  known += other.known;
+  fail = fail || other.fail;
+}
+
 Summary Summarise(const CaptureReport& capture) {
   Summary summary;
   for (std::size_t i = 0; i < capture.result.findings.size(); ++i) {
-    const Severity severity = capture.result.findings[i].severity;
-    if (capture.IsKnown(i)) {
-      ++summary.known;
-      continue;
-    }
-    ++(severity == Severity::kError     ? summary.errors
-       : severity == Severity::kWarning ? summary.warnings
-                                        : summary.infos);
-    if (Reaches(severity, capture.fail_on)) summary.fail = true;
+    summary.Add(capture.result.findings[i].severity, capture.IsKnown(i), capture.fail_on);
   }
   return summary;
 }
 
 Summary Summarise(const Report& report) {
   Summary sum;
-  for (const CaptureReport& capture : report.captures) {
-    const Summary one = Summarise(capture);
-    sum.errors += one.errors;
-    sum.warnings += one.warnings;
-    sum.infos += one.infos;
-    sum.known += one.known;
-    sum.fail = sum.fail || one.fail;
-  }
+  for (const CaptureReport& capture : report.captures) sum.Add(Summarise(capture));
   return sum;
 }
 

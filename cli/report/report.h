@@ -3,11 +3,14 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "analyzers/core/analysis_result.h"
+#include "analyzers/core/rule_info.h"
 
 namespace ecaudit::report {
 
@@ -24,15 +27,35 @@ struct CaptureReport {
   /// Per finding of `result`: true when the baseline lists it. Empty: no baseline.
   std::vector<bool> known;
   FailOn fail_on = FailOn::kError;
-  std::string config;    ///< path of the configuration file used; empty when none
-  std::string baseline;  ///< path of the baseline used; empty when none
+  std::string config;                                      ///< path of the configuration file used; empty when none
+  std::string baseline;                                    ///< path of the baseline used; empty when none
+  std::vector<std::pair<std::string, std::string>> rules;  ///< settings that differ from the catalogue: id and
+                                                           ///< severity, or "off"; sorted by id
 
   [[nodiscard]] bool IsKnown(std::size_t finding) const { return finding < known.size() && known[finding]; }
 };
 
+/// A capture of which there is no result.
+struct UnreadableCapture {
+  std::string path;
+  std::string message;  ///< why, one line
+};
+
+/// What a report was made from, for telling whether it must be made anew.
+struct Origin {
+  std::string settings;     ///< hash of program and settings; empty: not recorded
+  std::uint64_t bytes = 0;  ///< size of the capture
+  std::string modified;     ///< when it was last changed, ISO 8601 UTC
+
+  bool operator==(const Origin&) const = default;
+};
+
 struct Report {
-  std::string version;  ///< of the program
+  std::string version;                     ///< of the program
+  std::span<const RuleInfo* const> rules;  ///< the catalogue, sorted by id
   std::vector<CaptureReport> captures;
+  std::vector<UnreadableCapture> unreadable;
+  Origin origin;  ///< reports of `ecaudit batch`
 };
 
 /// Findings counted by severity. Known findings count only in `known`.
@@ -42,7 +65,13 @@ struct Summary {
   std::uint64_t infos = 0;
   std::uint64_t known = 0;
   bool fail = false;  ///< a finding that is not known reaches fail_on
+
+  void Add(Severity severity, bool is_known, FailOn fail_on);
+  void Add(const Summary& other);
 };
+
+/// True when a finding of `severity` makes the verdict "fail".
+[[nodiscard]] bool Reaches(Severity severity, FailOn fail_on);
 
 [[nodiscard]] Summary Summarise(const CaptureReport& capture);
 /// Sums over all captures; fails when one of them does.

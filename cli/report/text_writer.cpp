@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/report/digest.h"
 #include "cli/report/finding_order.h"
 #include "cli/report/layout.h"
 #include "cli/report/times.h"
@@ -38,10 +39,6 @@ std::string SecondsText(double seconds) {
   return Fixed(seconds, 6) + " s";
 }
 
-std::string_view CaptureName(const AnalysisResult& result) {
-  return result.capture.file.path;
-}
-
 std::string EvidenceText(const Evidence& evidence) {
   return std::visit(
       [&](const auto& value) -> std::string {
@@ -59,14 +56,6 @@ std::string EvidenceText(const Evidence& evidence) {
         }
       },
       evidence.value);
-}
-
-/// "AKD-2011, 4.3.4"; the section may begin with the document's name already.
-std::string ReferenceText(const Reference& reference) {
-  const std::string document = OneLine(reference.document);
-  const std::string section = OneLine(reference.section);
-  if (document.empty() || section.starts_with(document)) return section;
-  return section.empty() ? document : document + ", " + section;
 }
 
 std::string StepText(const AlStep& step) {
@@ -443,7 +432,7 @@ class CaptureText {
     if (f.confidence == Confidence::kInferred) {
       text_.Field("certainty", "inferred: rests on an assumption, not only on observed bytes", indent);
     }
-    text_.Field("source", ReferenceText(f.reference), indent);
+    text_.Field("source", ReferenceText(f.reference.document, f.reference.section), indent);
     text_.Field("Wireshark", WiresharkFilter(f), indent);
     text_.Field("more", "ecaudit explain " + std::string(f.rule), indent);
   }
@@ -619,53 +608,15 @@ class CaptureText {
   TextBuilder text_;
 };
 
-/// "SAFEOP refused with AL status code 0x001d (frame 760)"
-std::string TitleAndFrame(const Finding& f) {
-  std::string text = OneLine(f.title);
-  if (f.first.seen()) text += " (frame " + std::to_string(f.first.number) + ")";
-  return text;
-}
-
 }  // namespace
 
 std::string SlaveLabel(const AnalysisResult& result, SlaveId id) {
   const SlaveSummary* slave = result.slave(id);
-  if (slave == nullptr) return "bus";
-  std::string inside = OneLine(slave->name);
-  if (slave->station_address) inside += (inside.empty() ? "" : ", ") + Hex(*slave->station_address);
-  std::string label = "slave " + std::to_string(slave->position);
-  if (!inside.empty()) label += " (" + inside + ")";
-  return label;
+  return slave == nullptr ? "bus" : SlaveLabel(slave->position, slave->name, slave->station_address);
 }
 
 std::string Headline(const CaptureReport& capture) {
-  const AnalysisResult& result = capture.result;
-  const Summary summary = Summarise(capture);
-  const std::string name = OneLine(CaptureName(result));
-  if (WithoutEtherCat(result)) {
-    const std::string packets = result.capture.packets == 0
-                                    ? std::string("the capture holds no packet")
-                                    : "no EtherCAT frame among " + Count(result.capture.packets, "packet");
-    return (summary.fail ? "FAIL " : "NOTHING-TO-CHECK ") + name + ": " + packets;
-  }
-  const std::string start = (summary.fail ? "FAIL " : "PASS ") + name + ": ";
-  const std::vector<OrderedFinding> order = OrderForReading(capture);
-  if (order.empty()) {
-    return start + "no " + (summary.known > 0 ? "new " : "") + "findings in " +
-           Count(result.capture.ethercat_frames, "EtherCAT frame") + " of " + Count(result.slaves.size(), "slave");
-  }
-  // The first tree holds the worst finding. Name its root, unless the root is the milder of the two.
-  const Finding& root = result.findings[order.front().index];
-  const Finding* worst = &root;
-  for (std::size_t i = 1; i < order.size() && order[i].depth > 0; ++i) {
-    const Finding& f = result.findings[order[i].index];
-    if (f.severity > worst->severity) worst = &f;
-  }
-  std::string line = start;
-  if (!summary.fail) line += std::string(Name(worst->severity)) + ": ";
-  line += SlaveLabel(result, worst->slave) + ": " + TitleAndFrame(*worst);
-  if (worst != &root) line += ", because: " + TitleAndFrame(root);
-  return line;
+  return Headline(DigestOf(capture));
 }
 
 std::string WriteText(const Report& report, const TextStyle& style) {

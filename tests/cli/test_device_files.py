@@ -55,6 +55,28 @@ class DeviceFileOptions(CliTest):
         self.assertIsNone(slave["identity"]["frame"])
         self.assertTrue(slave["profile_source"].startswith("identity in the ENI"), slave["profile_source"])
 
+    def test_named_in_the_configuration_file_relative_to_it(self):
+        self.file("machine/files/drive.xml", ESI)
+        self.file("machine/network.xml", ENI.format(vendor=106))
+        self.file("machine/run/trace.pcapng", self.capture.read_bytes())
+        for esi in ('"files/drive.xml"', '["files/drive.xml"]'):
+            self.file("machine/.ecaudit.json", '{"esi": %s, "eni": "network.xml"}' % esi)
+            slave = self.slave("machine/run/trace.pcapng")
+            self.assertTrue(slave["profile_source"].endswith(", with drive.xml"), slave["profile_source"])
+            self.assertEqual(slave["name"], "Axis X")
+
+    def test_typed_files_take_the_place_of_configured_ones(self):
+        self.file("c.json", '{"esi": "missing.xml", "eni": "missing.xml"}')
+        self.assertIn("missing.xml", self.one_error("check", "--config", "c.json", self.capture))
+        esi, eni = self.file("drive.xml", ESI), self.file("network.xml", ENI.format(vendor=106))
+        self.assertEqual(self.slave("--config", "c.json", "--esi", esi, "--eni", eni, self.capture)["name"], "Axis X")
+
+    def test_mistakes_in_the_configuration_file(self):
+        for content, message in (('{"esi": 3}', "'esi' must be a file name or a list of them"),
+                                 ('{"esi": [3]}', "'esi' must be a file name or a list of them"),
+                                 ('{"eni": []}', "'eni' must be a string")):
+            self.assertIn(message, self.one_error("check", "--config", self.file("c.json", content), self.capture))
+
     def test_eni_does_not_beat_the_capture(self):
         slave = self.slave(self.capture, "--eni", self.file("network.xml", ENI.format(vendor=2)))
         self.assertNotEqual(slave["name"], "Axis X")

@@ -8,6 +8,7 @@
 namespace ecaudit::cli {
 namespace {
 
+using report::WithoutCounts;
 using test::Frame;
 using test::MakeFinding;
 using test::OneReport;

@@ -1,0 +1,44 @@
+#include "cli/capture_check.h"
+
+#include <utility>
+
+#include "analyzers/analysis.h"
+#include "cli/slave_filter.h"
+#include "decoder/capture/capture_reader.h"
+
+namespace ecaudit::cli {
+
+std::optional<Error> BaselineShelf::Load(const std::string& path) {
+  if (path.empty() || baselines_.contains(path)) return std::nullopt;
+  Result<Baseline> baseline = ReadBaseline(path);
+  if (!baseline) return baseline.error();
+  baselines_.emplace(path, std::move(*baseline));
+  return std::nullopt;
+}
+
+const Baseline* BaselineShelf::Find(const std::string& path) const {
+  const auto baseline = baselines_.find(path);
+  return baseline == baselines_.end() ? nullptr : &baseline->second;
+}
+
+Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Settings& settings,
+                                    const Baseline* baseline, const std::atomic<bool>& stop,
+                                    std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress) {
+  auto source = paths.size() > 1 ? capture::OpenJoined(paths) : capture::OpenCapture(paths.front());
+  if (!source) return source.error();
+  AnalysisOptions analysis = settings.analysis;
+  analysis.stop = &stop;
+  analysis.progress = std::move(progress);
+  CheckedCapture out;
+  out.report.result = Analyse(**source, analysis);
+  out.report.fail_on = settings.fail_on;
+  out.report.config = settings.config;
+  out.report.baseline = settings.baseline;
+  out.report.rules = RuleSettingTexts(settings.analysis);
+  out.lacks_slave = !report::WithoutEtherCat(out.report.result) &&
+                    KeepSlaves(settings.slaves, out.report.result) == 0 && !settings.slaves.empty();
+  if (baseline != nullptr) ApplyBaseline(*baseline, out.report);
+  return out;
+}
+
+}  // namespace ecaudit::cli

@@ -1,0 +1,41 @@
+/// Analyses and judges one capture: the work that check and batch have in common.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <span>
+#include <string>
+
+#include "cli/baseline.h"
+#include "cli/capture_options.h"
+#include "cli/report/report.h"
+#include "decoder/base/result.h"
+
+namespace ecaudit::cli {
+
+/// Baselines by path, so that many captures read each once.
+class BaselineShelf {
+ public:
+  /// Reads `path` unless it is known; an empty path is no baseline.
+  [[nodiscard]] std::optional<Error> Load(const std::string& path);
+  /// Null for an empty path.
+  [[nodiscard]] const Baseline* Find(const std::string& path) const;
+
+ private:
+  std::map<std::string, Baseline> baselines_;
+};
+
+struct CheckedCapture {
+  report::CaptureReport report;
+  bool lacks_slave = false;  ///< --slave names none of its slaves
+};
+
+/// @param paths     one capture, or the files of one ring buffer
+/// @param baseline  null: none
+/// @param progress  called now and then with bytes done, bytes in all, and frames; may be empty
+/// @return fails when the capture cannot be opened; damage behind its header is a finding
+[[nodiscard]] Result<CheckedCapture> CheckCapture(
+    std::span<const std::string> paths, const Settings& settings, const Baseline* baseline,
+    const std::atomic<bool>& stop, std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress);
+
+}  // namespace ecaudit::cli

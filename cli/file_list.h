@@ -1,0 +1,34 @@
+/// PATH arguments of commands that take many files: files, folders, wildcards.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cli/report/report.h"
+#include "decoder/base/result.h"
+
+namespace ecaudit::cli {
+
+struct FileList {
+  std::vector<std::string> files;                     ///< sorted by path, each file once
+  std::vector<report::UnreadableCapture> unreadable;  ///< folders that could not be read, and why
+};
+
+/// Expands `paths`. A folder stands for the wanted files in it and in the folders below (names that begin with a dot
+/// and links to folders are passed over); a name with * ? or [ that is no file is a wildcard as in a shell; everything
+/// else stands for itself, wanted or not. Paths are brought to their shortest form ("./a/../b.pcap" is "b.pcap").
+///
+/// @param wanted  tells by the file name which files of a folder are meant
+/// @param noun    what they are, for messages: "capture"
+/// @return fails when a folder holds no such file, or nothing matches a wildcard
+[[nodiscard]] Result<FileList> ExpandPaths(std::span<const std::string> paths, bool (*wanted)(std::string_view name),
+                                           std::string_view noun);
+
+/// pcap, pcapng and cap files, numbered ones of tcpdump (.pcap3) too, compressed or not.
+[[nodiscard]] bool IsCaptureName(std::string_view name);
+/// JSON files.
+[[nodiscard]] bool IsReportName(std::string_view name);
+
+}  // namespace ecaudit::cli

@@ -1,0 +1,142 @@
+#include "cli/report/digest.h"
+
+#include <algorithm>
+
+#include "cli/report/finding_order.h"
+#include "cli/report/layout.h"
+#include "cli/report/times.h"
+#include "cli/report/wireshark_filter.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit::report {
+namespace {
+
+FindingDigest DigestOf(const Finding& finding, const AnalysisResult& result) {
+  FindingDigest out;
+  out.rule = finding.rule;
+  out.severity = finding.severity;
+  out.title = PrintableLines(finding.title);
+  out.message = PrintableLines(finding.message);
+  out.place = "bus";
+  if (const SlaveSummary* slave = result.slave(finding.slave)) {
+    out.slave = slave->position;
+    out.station_address = slave->station_address;
+    out.place = SlaveLabel(slave->position, PrintableLines(slave->name), slave->station_address);
+  }
+  out.frame = finding.first.number;
+  out.last_frame = finding.last.number == 0 ? finding.first.number : finding.last.number;
+  out.count = finding.count;
+  out.time_s = SecondsSince(result.capture.first, finding.first);
+  out.related_frames = finding.related_frames;
+  if (finding.caused_by < result.findings.size()) out.caused_by = finding.caused_by;
+  out.confidence = finding.confidence;
+  out.document = PrintableLines(finding.reference.document);
+  out.section = PrintableLines(finding.reference.section);
+  out.wireshark_filter = WiresharkFilter(finding);
+  return out;
+}
+
+/// "SAFEOP refused with AL status code 0x001d (frame 760)"
+std::string TitleAndFrame(const FindingDigest& f) {
+  std::string text = OneLine(f.title);
+  if (f.frame != 0) text += " (frame " + std::to_string(f.frame) + ")";
+  return text;
+}
+
+}  // namespace
+
+CaptureDigest DigestOf(const CaptureReport& capture) {
+  const AnalysisResult& result = capture.result;
+  CaptureDigest out;
+  out.path = PrintableLines(result.capture.file.path);
+  out.packets = result.capture.packets;
+  out.ethercat_frames = result.capture.ethercat_frames;
+  out.without_ethercat = WithoutEtherCat(result);
+  out.slaves = result.slaves.size();
+  if (result.capture.first.has_time) out.first_time = IsoTime(result.capture.first.time);
+  out.duration_s = SecondsSince(result.capture.first, result.capture.last);
+  out.complete = result.capture.complete;
+  out.fail_on = capture.fail_on;
+  out.baseline = PrintableLines(capture.baseline);
+  out.rules = capture.rules;
+  for (std::size_t i = 0; i < result.findings.size(); ++i) {
+    out.findings.push_back(DigestOf(result.findings[i], result));
+    out.findings.back().known = capture.IsKnown(i);
+  }
+  for (const NotEvaluable& entry : result.not_evaluable) {
+    const SlaveSummary* slave = result.slave(entry.slave);
+    out.not_judged.push_back({std::string(entry.rule), slave == nullptr ? std::nullopt : std::optional(slave->position),
+                              PrintableLines(entry.reason)});
+  }
+  return out;
+}
+
+Digest DigestOf(const Report& report) {
+  Digest out;
+  out.version = report.version;
+  out.rules = report.rules;
+  for (const CaptureReport& capture : report.captures) out.captures.push_back(DigestOf(capture));
+  for (const UnreadableCapture& capture : report.unreadable) {
+    out.captures.emplace_back();
+    out.captures.back().path = PrintableLines(capture.path);
+    out.captures.back().unreadable = PrintableLines(capture.message);
+  }
+  return out;
+}
+
+bool Counts(const CaptureDigest& capture, const FindingDigest& finding) {
+  return !finding.known && Reaches(finding.severity, capture.fail_on);
+}
+
+Summary Summarise(const CaptureDigest& capture) {
+  Summary summary;
+  for (const FindingDigest& finding : capture.findings) {
+    summary.Add(finding.severity, finding.known, capture.fail_on);
+  }
+  return summary;
+}
+
+Summary Summarise(const Digest& digest) {
+  Summary sum;
+  for (const CaptureDigest& capture : digest.captures) sum.Add(Summarise(capture));
+  return sum;
+}
+
+std::string SlaveLabel(SlavePos position, std::string_view name, const std::optional<StationAddress>& station_address) {
+  std::string inside = OneLine(name);
+  if (station_address) inside += (inside.empty() ? "" : ", ") + Hex(*station_address);
+  std::string label = "slave " + std::to_string(position);
+  if (!inside.empty()) label += " (" + inside + ")";
+  return label;
+}
+
+std::string Headline(const CaptureDigest& capture) {
+  const std::string name = OneLine(capture.path);
+  if (!capture.unreadable.empty()) return "ERROR " + name + ": " + OneLine(capture.unreadable);
+  const Summary summary = Summarise(capture);
+  if (capture.without_ethercat) {
+    const std::string packets = capture.packets == 0 ? std::string("the capture holds no packet")
+                                                     : "no EtherCAT frame among " + Count(capture.packets, "packet");
+    return (summary.fail ? "FAIL " : "NOTHING-TO-CHECK ") + name + ": " + packets;
+  }
+  const std::string start = (summary.fail ? "FAIL " : "PASS ") + name + ": ";
+  const std::vector<OrderedFinding> order = OrderForReading(capture);
+  if (order.empty()) {
+    return start + "no " + (summary.known > 0 ? "new " : "") + "findings in " +
+           Count(capture.ethercat_frames, "EtherCAT frame") + " of " + Count(capture.slaves, "slave");
+  }
+  // The first tree holds the worst finding. Name its root, unless the root is the milder of the two.
+  const FindingDigest& root = capture.findings[order.front().index];
+  const FindingDigest* worst = &root;
+  for (std::size_t i = 1; i < order.size() && order[i].depth > 0; ++i) {
+    const FindingDigest& f = capture.findings[order[i].index];
+    if (f.severity > worst->severity) worst = &f;
+  }
+  std::string line = start;
+  if (!summary.fail) line += std::string(Name(worst->severity)) + ": ";
+  line += worst->place + ": " + TitleAndFrame(*worst);
+  if (worst != &root) line += ", because: " + TitleAndFrame(root);
+  return line;
+}
+
+}  // namespace ecaudit::report

@@ -1,0 +1,100 @@
+/// What summaries and CI formats need of a report: verdicts, findings, what could not be judged; no slaves, no traffic.
+///
+/// A digest comes from an analysis (DigestOf) or from a JSON report that was written earlier (digest_json.h); both give
+/// the same, so a summary does not depend on which of them it was made from.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "analyzers/core/rule_info.h"
+#include "cli/report/report.h"
+
+namespace ecaudit::report {
+
+/// A finding. All texts are printable; `message` may hold line breaks.
+struct FindingDigest {
+  std::string rule;
+  Severity severity = Severity::kInfo;
+  std::string title;
+  std::string message;
+  std::optional<SlavePos> slave;  ///< position; nothing for the whole bus
+  std::optional<StationAddress> station_address;
+  std::string place;       ///< "slave 0 (AKD, 0x1001)", "bus"
+  FrameNo frame = 0;       ///< 0: none
+  FrameNo last_frame = 0;  ///< last repetition
+  std::uint64_t count = 1;
+  std::optional<double> time_s;  ///< from the first packet
+  std::vector<FrameNo> related_frames;
+  std::size_t caused_by = kNoCause;  ///< place in CaptureDigest::findings
+  Confidence confidence = Confidence::kObserved;
+  std::string document, section;  ///< of the reference; may be empty
+  std::string wireshark_filter;   ///< may be empty
+  bool known = false;             ///< the baseline lists it
+
+  static constexpr std::size_t kNoCause = SIZE_MAX;
+  bool operator==(const FindingDigest&) const = default;
+};
+
+/// A rule that could not be judged.
+struct NotJudged {
+  std::string rule;
+  std::optional<SlavePos> slave;  ///< position; nothing for the whole bus
+  std::string reason;
+  bool operator==(const NotJudged&) const = default;
+};
+
+/// One capture.
+struct CaptureDigest {
+  std::string path;
+  std::string report;  ///< file of the whole report; empty: none
+  /// Why the capture could not be read, in which case nothing but `path` is filled. Empty: it was read.
+  std::string unreadable;
+  std::uint64_t packets = 0;
+  std::uint64_t ethercat_frames = 0;
+  bool without_ethercat = false;  ///< nothing to check
+  std::uint64_t slaves = 0;       ///< that the report tells of
+  std::string first_time;         ///< ISO 8601 UTC; empty when unknown
+  std::optional<double> duration_s;
+  bool complete = true;  ///< false: damaged, or stopped early
+  FailOn fail_on = FailOn::kError;
+  std::string baseline;                                    ///< path; empty: none
+  std::vector<std::pair<std::string, std::string>> rules;  ///< settings of rules: id and severity, or "off"
+  std::vector<FindingDigest> findings;                     ///< as in the report
+  std::vector<NotJudged> not_judged;
+
+  bool operator==(const CaptureDigest&) const = default;
+};
+
+/// What one run, or several merged ones, found.
+struct Digest {
+  std::string version;                     ///< of the program
+  std::span<const RuleInfo* const> rules;  ///< the catalogue, sorted by id
+  std::vector<CaptureDigest> captures;     ///< in the order they are told
+  std::uint64_t not_reached = 0;           ///< captures that an interrupted run did not come to
+};
+
+[[nodiscard]] CaptureDigest DigestOf(const CaptureReport& capture);
+/// Captures that could not be read stand behind the others.
+[[nodiscard]] Digest DigestOf(const Report& report);
+
+[[nodiscard]] Summary Summarise(const CaptureDigest& capture);
+/// Sums over all captures; fails when one of them does.
+[[nodiscard]] Summary Summarise(const Digest& digest);
+
+/// True when the finding makes the verdict of `capture` "fail".
+[[nodiscard]] bool Counts(const CaptureDigest& capture, const FindingDigest& finding);
+
+/// "slave 0 (AKD, 0x1001)" with what is known of it. Printable.
+[[nodiscard]] std::string SlaveLabel(SlavePos position, std::string_view name,
+                                     const std::optional<StationAddress>& station_address);
+
+/// One line, the verdict and its main reason: "FAIL a.pcapng: slave 0 (AKD, 0x1001): ... (frame 760)". Printable.
+[[nodiscard]] std::string Headline(const CaptureDigest& capture);
+
+}  // namespace ecaudit::report

@@ -1,0 +1,223 @@
+#include "cli/report/digest_json.h"
+
+#include <string_view>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "cli/report/layout.h"
+
+namespace ecaudit::report {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr std::string_view kSchema = "ecaudit.report/1";
+constexpr std::string_view kSchemaName = "ecaudit.report/";
+
+/// Reads fields of one document and remembers the first that is missing or of a wrong kind.
+class Fields {
+ public:
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+
+  [[nodiscard]] const Json& Object(const Json& parent, const char* key) {
+    return Checked(
+        parent, key, [](const Json& v) { return v.is_object(); }, kObject);
+  }
+  [[nodiscard]] const Json& Array(const Json& parent, const char* key) {
+    return Checked(
+        parent, key, [](const Json& v) { return v.is_array(); }, kArray);
+  }
+  [[nodiscard]] std::string Text(const Json& parent, const char* key) {
+    return PrintableLines(Checked(
+                              parent, key, [](const Json& v) { return v.is_string(); }, kText)
+                              .get_ref<const std::string&>());
+  }
+  [[nodiscard]] std::string TextOrNull(const Json& parent, const char* key) {
+    return IsNull(parent, key) ? std::string() : Text(parent, key);
+  }
+  [[nodiscard]] bool Flag(const Json& parent, const char* key) {
+    return Checked(
+               parent, key, [](const Json& v) { return v.is_boolean(); }, kFlag)
+        .get<bool>();
+  }
+  [[nodiscard]] std::uint64_t Number(const Json& parent, const char* key) {
+    return Checked(
+               parent, key, [](const Json& v) { return v.is_number_unsigned(); }, kZero)
+        .get<std::uint64_t>();
+  }
+  [[nodiscard]] std::uint64_t NumberOrNull(const Json& parent, const char* key) {
+    return IsNull(parent, key) ? 0 : Number(parent, key);
+  }
+  [[nodiscard]] std::optional<std::uint16_t> WordOrNull(const Json& parent, const char* key) {
+    if (IsNull(parent, key)) return std::nullopt;
+    const std::uint64_t value = Number(parent, key);
+    if (value > 0xFFFF) Fail(key);
+    return static_cast<std::uint16_t>(value);
+  }
+  [[nodiscard]] std::optional<double> SecondsOrNull(const Json& parent, const char* key) {
+    if (IsNull(parent, key)) return std::nullopt;
+    return Checked(
+               parent, key, [](const Json& v) { return v.is_number(); }, kZero)
+        .get<double>();
+  }
+
+  void Fail(std::string_view key) {
+    if (problem_.empty()) problem_ = "'" + std::string(key) + "' is missing or no such value";
+  }
+
+ private:
+  [[nodiscard]] static bool IsNull(const Json& parent, const char* key) {
+    const auto value = parent.is_object() ? parent.find(key) : parent.end();
+    return value != parent.end() && value->is_null();
+  }
+
+  template <typename Fits>
+  [[nodiscard]] const Json& Checked(const Json& parent, const char* key, Fits fits, const Json& otherwise) {
+    if (parent.is_object()) {
+      const auto value = parent.find(key);
+      if (value != parent.end() && fits(*value)) return *value;
+    }
+    Fail(key);
+    return otherwise;
+  }
+
+  inline static const Json kObject = Json::object();
+  inline static const Json kArray = Json::array();
+  inline static const Json kText = "";
+  inline static const Json kFlag = false;
+  inline static const Json kZero = 0U;
+  std::string problem_;
+};
+
+std::optional<Severity> ParseSeverity(std::string_view text) {
+  for (const Severity s : {Severity::kInfo, Severity::kWarning, Severity::kError}) {
+    if (Name(s) == text) return s;
+  }
+  return std::nullopt;
+}
+
+/// "f3" -> 2
+std::size_t FindingIndexOf(std::string_view id, Fields& fields) {
+  std::size_t number = 0;
+  for (const char c : id.substr(id.starts_with('f') ? 1 : 0)) {
+    if (c < '0' || c > '9' || number > 1'000'000) {
+      number = 0;
+      break;
+    }
+    number = number * 10 + static_cast<std::size_t>(c - '0');
+  }
+  if (number == 0) {
+    fields.Fail("caused_by");
+    return FindingDigest::kNoCause;
+  }
+  return number - 1;
+}
+
+FindingDigest ReadFinding(const Json& json, const Json& slaves, Fields& fields) {
+  FindingDigest f;
+  f.rule = fields.Text(json, "rule");
+  const std::optional<Severity> severity = ParseSeverity(fields.Text(json, "severity"));
+  if (!severity) fields.Fail("severity");
+  f.severity = severity.value_or(Severity::kError);
+  f.title = fields.Text(json, "title");
+  f.message = fields.Text(json, "message");
+  f.slave = fields.WordOrNull(json, "slave");
+  f.station_address = fields.WordOrNull(json, "station_address");
+  f.place = "bus";
+  if (f.slave) {
+    std::string name;
+    for (const Json& slave : slaves) {
+      if (fields.WordOrNull(slave, "position") == f.slave) name = fields.TextOrNull(slave, "name");
+    }
+    f.place = SlaveLabel(*f.slave, name, f.station_address);
+  }
+  f.frame = fields.NumberOrNull(json, "frame");
+  f.last_frame = fields.NumberOrNull(json, "last_frame");
+  f.count = fields.Number(json, "count");
+  f.time_s = fields.SecondsOrNull(json, "time_s");
+  for (const Json& frame : fields.Array(json, "related_frames")) {
+    if (!frame.is_number_unsigned())
+      fields.Fail("related_frames");
+    else
+      f.related_frames.push_back(frame.get<FrameNo>());
+  }
+  const std::string cause = fields.TextOrNull(json, "caused_by");
+  if (!cause.empty()) f.caused_by = FindingIndexOf(cause, fields);
+  f.confidence = fields.Text(json, "confidence") == "observed" ? Confidence::kObserved : Confidence::kInferred;
+  const Json& reference = fields.Object(json, "reference");
+  f.document = fields.TextOrNull(reference, "document");
+  f.section = fields.TextOrNull(reference, "section");
+  f.wireshark_filter = fields.TextOrNull(json, "wireshark_filter");
+  f.known = fields.Flag(json, "known");
+  return f;
+}
+
+CaptureDigest ReadCapture(const Json& json, Fields& fields) {
+  CaptureDigest out;
+  const Json& capture = fields.Object(json, "capture");
+  out.path = fields.Text(capture, "path");
+  out.packets = fields.Number(capture, "packets");
+  out.ethercat_frames = fields.Number(capture, "ethercat_frames");
+  out.without_ethercat = out.ethercat_frames == 0 && fields.Number(capture, "malformed_frames") == 0 &&
+                         fields.Number(capture, "cut_frames") == 0 && fields.Number(capture, "crc_error_frames") == 0;
+  out.first_time = fields.TextOrNull(capture, "first_time");
+  out.duration_s = fields.SecondsOrNull(capture, "duration_s");
+  out.complete = fields.Flag(capture, "complete");
+  const Json& settings = fields.Object(json, "settings");
+  const std::optional<FailOn> fail_on = ParseFailOn(fields.Text(settings, "fail_on"));
+  if (!fail_on) fields.Fail("fail_on");
+  out.fail_on = fail_on.value_or(FailOn::kError);
+  out.baseline = fields.TextOrNull(settings, "baseline");
+  // Reports of the first versions do not have it.
+  if (settings.contains("rules")) {
+    const Json& rules = fields.Object(settings, "rules");
+    for (const auto& [id, severity] : rules.items()) out.rules.emplace_back(id, fields.Text(rules, id.c_str()));
+  }
+  const Json& slaves = fields.Array(json, "slaves");
+  out.slaves = slaves.size();
+  for (const Json& finding : fields.Array(json, "findings")) {
+    out.findings.push_back(ReadFinding(finding, slaves, fields));
+  }
+  for (const Json& entry : fields.Array(json, "not_evaluable")) {
+    out.not_judged.push_back(
+        {fields.Text(entry, "rule"), fields.WordOrNull(entry, "slave"), fields.Text(entry, "reason")});
+  }
+  return out;
+}
+
+Origin ReadOrigin(const Json& document, Fields& fields) {
+  if (!document.contains("made_from")) return {};
+  const Json& json = fields.Object(document, "made_from");
+  return {fields.Text(json, "settings"), fields.Number(json, "bytes"), fields.Text(json, "modified")};
+}
+
+}  // namespace
+
+Result<ReportDigest> ReadReportDigest(const Json& document) {
+  const auto schema = document.is_object() ? document.find("schema") : document.end();
+  if (schema == document.end() || !schema->is_string()) {
+    return Error{"not a report of ecaudit (\"schema\": \"" + std::string(kSchema) + "\")"};
+  }
+  if (*schema != kSchema) {
+    const std::string name = OneLine(schema->get_ref<const std::string&>());
+    return Error{(name.starts_with(kSchemaName) ? "written in another version of the report, " : "no report but ") +
+                 name + "; this program reads " + std::string(kSchema)};
+  }
+  Fields fields;
+  ReportDigest out;
+  out.version = fields.Text(fields.Object(document, "tool"), "version");
+  out.origin = ReadOrigin(document, fields);
+  for (const Json& report : fields.Array(document, "reports")) out.captures.push_back(ReadCapture(report, fields));
+  if (document.contains("unreadable")) {
+    for (const Json& entry : fields.Array(document, "unreadable")) {
+      out.captures.emplace_back();
+      out.captures.back().path = fields.Text(entry, "path");
+      out.captures.back().unreadable = fields.Text(entry, "message");
+    }
+  }
+  if (!fields.problem().empty()) return Error{"not a complete report: " + fields.problem()};
+  return out;
+}
+
+}  // namespace ecaudit::report

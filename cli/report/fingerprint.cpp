@@ -1,0 +1,40 @@
+#include "cli/report/fingerprint.h"
+
+#include <algorithm>
+
+namespace ecaudit::report {
+
+Fingerprint FingerprintOf(const FindingDigest& finding) {
+  return {finding.rule, finding.slave, WithoutCounts(finding.title)};
+}
+
+std::string WithoutCounts(std::string_view title) {
+  constexpr std::string_view kDigits = "0123456789";
+  constexpr std::string_view kInNumbers = "0123456789.,";
+  std::string out;
+  while (!title.empty()) {
+    const std::size_t spaces = std::min(title.find_first_not_of(' '), title.size());
+    out += title.substr(0, spaces);
+    title.remove_prefix(spaces);
+    const std::string_view word = title.substr(0, std::min(title.find(' '), title.size()));
+    title.remove_prefix(word.size());
+    const bool number = !word.empty() && kDigits.find(word.front()) != std::string_view::npos &&
+                        word.find_first_not_of(kInNumbers) == std::string_view::npos;
+    if (!number || out.ends_with("port ") || out.ends_with("state ")) {
+      out += word;
+      continue;
+    }
+    out += '#';
+    // Punctuation behind the number belongs to the sentence.
+    out += word.substr(word.find_last_of(kDigits) + 1);
+  }
+  return out;
+}
+
+std::uint64_t StableHash(std::string_view bytes) {
+  std::uint64_t hash = 0xCBF29CE484222325;
+  for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3;
+  return hash;
+}
+
+}  // namespace ecaudit::report

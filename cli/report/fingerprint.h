@@ -1,0 +1,33 @@
+/// What stays the same when the same fault is captured again. Baselines and SARIF recognise findings by it.
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "cli/report/digest.h"
+
+namespace ecaudit::report {
+
+/// No frame numbers, times or counts.
+struct Fingerprint {
+  std::string rule;
+  std::optional<SlavePos> slave;  ///< position; nothing for the whole bus
+  std::string title;              ///< printable, counting numbers as '#'
+
+  auto operator<=>(const Fingerprint&) const = default;
+};
+
+[[nodiscard]] Fingerprint FingerprintOf(const FindingDigest& finding);
+
+/// `title` with each decimal number replaced by '#': "4 frames of 181 never came back" is the same fault as "7 frames
+/// of 900 ...". Kept are numbers that name something: behind "port" or "state", and those inside words ("0x001d",
+/// "SM2", "1C12h:1").
+[[nodiscard]] std::string WithoutCounts(std::string_view title);
+
+/// FNV-1a, 64 bits: the same on every machine and in every version; not for secrets.
+[[nodiscard]] std::uint64_t StableHash(std::string_view bytes);
+
+}  // namespace ecaudit::report

@@ -1,0 +1,251 @@
+#include "cli/report/junit_writer.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <string_view>
+#include <utility>
+
+#include "cli/report/layout.h"
+#include "cli/report/xml.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit::report {
+namespace {
+
+/// The windyroad schema wants a time stamp in each suite; this one stands for "unknown".
+constexpr std::string_view kNoTime = "1970-01-01T00:00:00";
+
+struct TestCase {
+  enum class Outcome { kPassed, kFailed, kSkipped, kError };
+  std::string name;
+  Outcome outcome = Outcome::kPassed;
+  std::string message;  ///< one line
+  std::string type;     ///< failures and errors
+  std::string text;     ///< several lines
+};
+
+std::string Attribute(std::string_view name, std::string_view value) {
+  return " " + std::string(name) + "=\"" + XmlText(OneLine(value)) + "\"";
+}
+
+std::string Attribute(std::string_view name, std::uint64_t value) {
+  return Attribute(name, std::to_string(value));
+}
+
+/// "samples.captures.trace_pcapng": CI servers make a tree of packages of it.
+std::string ClassName(const std::string& path) {
+  std::string name;
+  for (const std::filesystem::path& part : std::filesystem::path(path)) {
+    std::string text = part.string();
+    if (text == "/" || text == "." || text.empty()) continue;
+    if (text == "..") text = "up";
+    std::replace(text.begin(), text.end(), '.', '_');
+    name += (name.empty() ? "" : ".") + text;
+  }
+  return name.empty() ? "capture" : name;
+}
+
+/// "frame 760 at 0.759000 s, 5,999 times until frame 6762"
+std::string Where(const FindingDigest& f) {
+  if (f.frame == 0) return "whole capture";
+  std::string text = "frame " + std::to_string(f.frame);
+  if (f.time_s) text += " at " + Fixed(*f.time_s, 6) + " s";
+  if (f.count > 1) text += ", " + Grouped(f.count) + " times until frame " + std::to_string(f.last_frame);
+  return text;
+}
+
+std::string Describe(const CaptureDigest& capture, const FindingDigest& f) {
+  std::string text = std::string(Name(f.severity)) + " " + f.rule + ", " + f.place + ", " + Where(f) + "\n" + f.title;
+  if (!f.message.empty()) text += "\n" + f.message;
+  if (f.caused_by < capture.findings.size()) {
+    const FindingDigest& cause = capture.findings[f.caused_by];
+    text += "\nconsequence of " + cause.rule + ": " + cause.title;
+    if (cause.frame != 0) text += " (frame " + std::to_string(cause.frame) + ")";
+  }
+  if (f.confidence == Confidence::kInferred) text += "\ninferred: an assumption is involved";
+  if (const std::string reference = ReferenceText(f.document, f.section); !reference.empty()) {
+    text += "\nsource: " + reference;
+  }
+  if (!f.wireshark_filter.empty()) text += "\nWireshark: " + f.wireshark_filter;
+  return text + "\nhelp: ecaudit explain " + f.rule;
+}
+
+/// The findings of one rule at one place that count, as one failed test case.
+TestCase Failure(const CaptureDigest& capture, const std::vector<const FindingDigest*>& findings) {
+  const FindingDigest& first = *findings.front();
+  TestCase test{first.rule + ", " + first.place, TestCase::Outcome::kFailed, first.title, {}, {}};
+  if (first.frame != 0) test.message += " (frame " + std::to_string(first.frame) + ")";
+  if (findings.size() > 1) test.message += ", and " + Count(findings.size() - 1, "more finding");
+  Severity worst = first.severity;
+  for (const FindingDigest* f : findings) {
+    worst = std::max(worst, f->severity);
+    test.text += (test.text.empty() ? "" : "\n\n") + Describe(capture, *f);
+  }
+  test.type = Name(worst);
+  return test;
+}
+
+/// Why a rule was not judged: each reason once, with the slaves it holds for.
+std::vector<std::string> Reasons(const CaptureDigest& capture, std::string_view rule) {
+  std::vector<std::pair<std::string, std::string>> reasons;  // reason, places
+  for (const NotJudged& entry : capture.not_judged) {
+    if (entry.rule != rule) continue;
+    const std::string place = entry.slave ? "slave " + std::to_string(*entry.slave) : "bus";
+    const auto same =
+        std::find_if(reasons.begin(), reasons.end(), [&](const auto& r) { return r.first == entry.reason; });
+    if (same == reasons.end()) {
+      reasons.emplace_back(entry.reason, place);
+    } else {
+      same->second += ", " + place;
+    }
+  }
+  std::vector<std::string> lines;
+  for (const auto& [reason, places] : reasons) lines.push_back(places + ": " + reason);
+  return lines;
+}
+
+TestCase Skipped(std::string name, const std::vector<std::string>& reasons) {
+  TestCase test{std::move(name), TestCase::Outcome::kSkipped, reasons.front(), {}, {}};
+  if (reasons.size() > 1) test.message += ", and " + Count(reasons.size() - 1, "more reason");
+  for (const std::string& reason : reasons) test.text += (test.text.empty() ? "" : "\n") + reason;
+  return test;
+}
+
+bool SwitchedOff(const CaptureDigest& capture, std::string_view rule) {
+  return std::any_of(capture.rules.begin(), capture.rules.end(),
+                     [rule](const auto& setting) { return setting.first == rule && setting.second == "off"; });
+}
+
+std::vector<TestCase> TestCases(const Digest& digest, const CaptureDigest& capture) {
+  if (!capture.unreadable.empty()) {
+    return {{"capture can be read", TestCase::Outcome::kError, capture.unreadable, "unreadable", capture.unreadable}};
+  }
+  std::map<std::string, std::vector<std::vector<const FindingDigest*>>> failed;  // by rule, then by place
+  for (const FindingDigest& f : capture.findings) {
+    if (!Counts(capture, f)) continue;
+    auto& places = failed[f.rule];
+    const auto same =
+        std::find_if(places.begin(), places.end(), [&](const auto& group) { return group.front()->place == f.place; });
+    if (same == places.end()) {
+      places.push_back({&f});
+    } else {
+      same->push_back(&f);
+    }
+  }
+  std::vector<TestCase> tests;
+  if (capture.without_ethercat && failed.empty()) {
+    return {Skipped("EtherCAT traffic", {"no EtherCAT frame among " + Count(capture.packets, "packet")})};
+  }
+  // A report of another version may know rules that this catalogue lacks.
+  std::vector<std::string> rules;
+  for (const RuleInfo* rule : digest.rules) rules.emplace_back(rule->id);
+  for (const auto& [rule, findings] : failed) rules.push_back(rule);
+  for (const NotJudged& entry : capture.not_judged) rules.push_back(entry.rule);
+  std::sort(rules.begin(), rules.end());
+  rules.erase(std::unique(rules.begin(), rules.end()), rules.end());
+  for (const std::string& rule : rules) {
+    const std::vector<std::string> reasons = Reasons(capture, rule);
+    const auto failures = failed.find(rule);
+    if (failures != failed.end()) {
+      for (const auto& findings : failures->second) tests.push_back(Failure(capture, findings));
+    }
+    if (!reasons.empty()) {
+      tests.push_back(Skipped(rule, reasons));
+    } else if (SwitchedOff(capture, rule)) {
+      tests.push_back(Skipped(rule, {"switched off by --rule or the configuration file"}));
+    } else if (failures == failed.end()) {
+      tests.push_back({rule, TestCase::Outcome::kPassed, {}, {}, {}});
+    }
+  }
+  return tests;
+}
+
+std::string Write(const TestCase& test, const std::string& class_name) {
+  std::string out = "    <testcase" + Attribute("name", test.name) + Attribute("classname", class_name) + " time=\"0\"";
+  std::string_view element;
+  switch (test.outcome) {
+    case TestCase::Outcome::kPassed:
+      return out + "/>\n";
+    case TestCase::Outcome::kFailed:
+      element = "failure";
+      break;
+    case TestCase::Outcome::kError:
+      element = "error";
+      break;
+    case TestCase::Outcome::kSkipped:
+      element = "skipped";
+      break;
+  }
+  out += ">\n      <" + std::string(element) + Attribute("message", test.message);
+  if (!test.type.empty()) out += Attribute("type", test.type);
+  return out + ">" + XmlText(test.text) + "</" + std::string(element) + ">\n    </testcase>\n";
+}
+
+/// Findings that are told but do not fail the run.
+std::string OtherFindings(const CaptureDigest& capture) {
+  std::string text = Headline(capture) + "\n";
+  for (const FindingDigest& f : capture.findings) {
+    if (Counts(capture, f)) continue;
+    text += std::string(f.known ? "known " : "") + std::string(Name(f.severity)) + " " + f.rule + ", " + f.place +
+            ", " + Where(f) + ": " + OneLine(f.title) + "\n";
+  }
+  return text;
+}
+
+struct Totals {
+  std::uint64_t tests = 0, failures = 0, errors = 0, skipped = 0;
+
+  void Add(const std::vector<TestCase>& cases) {
+    tests += cases.size();
+    const auto count = [&cases](TestCase::Outcome outcome) {
+      return static_cast<std::uint64_t>(
+          std::count_if(cases.begin(), cases.end(), [outcome](const TestCase& t) { return t.outcome == outcome; }));
+    };
+    failures += count(TestCase::Outcome::kFailed);
+    errors += count(TestCase::Outcome::kError);
+    skipped += count(TestCase::Outcome::kSkipped);
+  }
+};
+
+std::string Property(std::string_view name, std::string_view value) {
+  return "      <property" + Attribute("name", name) + Attribute("value", value) + "/>\n";
+}
+
+std::string Suite(const Digest& digest, const CaptureDigest& capture, std::size_t index,
+                  const std::vector<TestCase>& tests) {
+  Totals totals;
+  totals.Add(tests);
+  const std::string class_name = ClassName(capture.path);
+  // Without zone and fraction, as the schemas have it.
+  const std::string_view time = capture.first_time.size() < kNoTime.size()
+                                    ? kNoTime
+                                    : std::string_view(capture.first_time).substr(0, kNoTime.size());
+  std::string out = "  <testsuite" + Attribute("name", capture.path) + Attribute("package", class_name) +
+                    Attribute("id", index) + Attribute("tests", totals.tests) + Attribute("failures", totals.failures) +
+                    Attribute("errors", totals.errors) + Attribute("skipped", totals.skipped) + " time=\"0\"" +
+                    Attribute("timestamp", time) + " hostname=\"localhost\">\n    <properties>\n";
+  out += Property("ecaudit.version", digest.version) + Property("fail_on", Name(capture.fail_on));
+  if (!capture.baseline.empty()) out += Property("baseline", capture.baseline);
+  out += "    </properties>\n";
+  for (const TestCase& test : tests) out += Write(test, class_name);
+  out += "    <system-out>" + XmlText(OtherFindings(capture)) + "</system-out>\n    <system-err/>\n";
+  return out + "  </testsuite>\n";
+}
+
+}  // namespace
+
+std::string WriteJunit(const Digest& digest) {
+  Totals totals;
+  std::string suites;
+  for (std::size_t i = 0; i < digest.captures.size(); ++i) {
+    const std::vector<TestCase> tests = TestCases(digest, digest.captures[i]);
+    totals.Add(tests);
+    suites += Suite(digest, digest.captures[i], i, tests);
+  }
+  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"ecaudit\"" + Attribute("tests", totals.tests) +
+         Attribute("failures", totals.failures) + Attribute("errors", totals.errors) + " time=\"0\">\n" + suites +
+         "</testsuites>\n";
+}
+
+}  // namespace ecaudit::report

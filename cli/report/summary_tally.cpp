@@ -1,0 +1,83 @@
+#include "cli/report/summary_tally.h"
+
+#include <algorithm>
+#include <map>
+#include <tuple>
+
+namespace ecaudit::report {
+namespace {
+
+/// Adds the findings of one capture.
+void Add(const Digest& digest, std::size_t capture, std::map<std::string_view, RuleTally>& rules) {
+  const std::vector<FindingDigest>& findings = digest.captures[capture].findings;
+  for (std::size_t i = 0; i < findings.size(); ++i) {
+    const FindingDigest& f = findings[i];
+    if (f.known) continue;
+    const auto [entry, first] = rules.try_emplace(f.rule, RuleTally{f.rule, f.severity, 0, 0, capture, i});
+    RuleTally& tally = entry->second;
+    ++tally.findings;
+    tally.severity = std::max(tally.severity, f.severity);
+    const bool seen_here = std::any_of(findings.begin(), findings.begin() + static_cast<std::ptrdiff_t>(i),
+                                       [&f](const FindingDigest& g) { return !g.known && g.rule == f.rule; });
+    if (!seen_here) ++tally.captures;
+  }
+}
+
+}  // namespace
+
+std::string_view Name(Status status) {
+  switch (status) {
+    case Status::kFail:
+      return "fail";
+    case Status::kUnreadable:
+      return "unreadable";
+    case Status::kPass:
+      return "pass";
+    case Status::kNothingToCheck:
+      return "nothing-to-check";
+  }
+  return "pass";
+}
+
+Status StatusOf(const CaptureDigest& capture) {
+  if (!capture.unreadable.empty()) return Status::kUnreadable;
+  if (Summarise(capture).fail) return Status::kFail;
+  return capture.without_ethercat ? Status::kNothingToCheck : Status::kPass;
+}
+
+std::string_view Tally::Verdict(const Digest& digest) const {
+  if (failed > 0) return "fail";
+  return unreadable > 0 || digest.not_reached > 0 ? "incomplete" : "pass";
+}
+
+Tally TallyOf(const Digest& digest) {
+  Tally tally;
+  std::map<std::string_view, RuleTally> rules;
+  for (std::size_t i = 0; i < digest.captures.size(); ++i) {
+    const CaptureDigest& capture = digest.captures[i];
+    tally.findings.Add(Summarise(capture));
+    switch (StatusOf(capture)) {
+      case Status::kFail:
+        ++tally.failed;
+        break;
+      case Status::kUnreadable:
+        ++tally.unreadable;
+        break;
+      case Status::kPass:
+        ++tally.passed;
+        break;
+      case Status::kNothingToCheck:
+        ++tally.nothing_to_check;
+        break;
+    }
+    Add(digest, i, rules);
+  }
+  for (auto& [rule, entry] : rules) tally.rules.push_back(entry);
+  std::sort(tally.rules.begin(), tally.rules.end(), [](const RuleTally& a, const RuleTally& b) {
+    return std::tuple(b.severity, b.captures, std::string_view(a.rule)) <
+           std::tuple(a.severity, a.captures, std::string_view(b.rule));
+  });
+  return tally;
+}
+
+}  // namespace ecaudit::report

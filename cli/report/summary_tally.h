@@ -1,0 +1,44 @@
+/// Counts over many captures.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cli/report/digest.h"
+
+namespace ecaudit::report {
+
+/// What became of one capture.
+enum class Status : std::uint8_t { kFail, kUnreadable, kPass, kNothingToCheck };
+
+/// "fail", "unreadable", "pass", "nothing-to-check" as in the JSON summary.
+[[nodiscard]] std::string_view Name(Status status);
+[[nodiscard]] Status StatusOf(const CaptureDigest& capture);
+
+/// One rule over all captures; known findings are left out.
+struct RuleTally {
+  std::string rule;
+  Severity severity = Severity::kInfo;  ///< the worst that occurs
+  std::uint64_t captures = 0;
+  std::uint64_t findings = 0;
+  std::size_t first_capture = 0;  ///< place of the first of them in Digest::captures ...
+  std::size_t first_finding = 0;  ///< ... and in its findings
+};
+
+struct Tally {
+  Summary findings;
+  std::uint64_t failed = 0;
+  std::uint64_t unreadable = 0;
+  std::uint64_t passed = 0;
+  std::uint64_t nothing_to_check = 0;
+  std::vector<RuleTally> rules;  ///< worst severity first, then the most captures, then by id
+
+  /// "fail": a capture failed; "incomplete": none did, but some could not be read or were not reached; "pass".
+  [[nodiscard]] std::string_view Verdict(const Digest& digest) const;
+};
+
+[[nodiscard]] Tally TallyOf(const Digest& digest);
+
+}  // namespace ecaudit::report

@@ -1,0 +1,104 @@
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "cli/report/layout.h"
+#include "cli/report/summary_tally.h"
+#include "cli/report/summary_writer.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit::report {
+namespace {
+
+/// Captures without findings are listed up to this number.
+constexpr std::size_t kQuietListed = 40;
+
+/// "3 of 9 captures fail: 5 errors, 2 warnings, 1 info; 1 cannot be read"
+std::string FirstLine(const Digest& digest, const Tally& tally) {
+  const Summary& s = tally.findings;
+  std::string text = tally.failed > 0
+                         ? Grouped(tally.failed) + " of " + Count(digest.captures.size(), "capture") + " failed: "
+                         : Count(digest.captures.size(), "capture") + ", none failed: ";
+  text += Count(s.errors, "error") + ", " + Count(s.warnings, "warning") + ", " + Count(s.infos, "info");
+  if (s.known > 0) text += ", " + Grouped(s.known) + " known from the baseline";
+  if (tally.unreadable > 0) text += "; " + Grouped(tally.unreadable) + " could not be read";
+  if (tally.nothing_to_check > 0) text += "; " + Grouped(tally.nothing_to_check) + " without EtherCAT";
+  if (digest.not_reached > 0) text += "; interrupted, " + Grouped(digest.not_reached) + " not checked";
+  return text;
+}
+
+void Rules(const Digest& digest, const Tally& tally, TextBuilder& text) {
+  if (tally.rules.empty()) return;
+  std::size_t width = 0;
+  for (const RuleTally& rule : tally.rules) width = std::max(width, rule.rule.size());
+  text.Line();
+  text.Line(text.Styled("Findings by rule", Style::kBold));
+  for (const RuleTally& rule : tally.rules) {
+    const CaptureDigest& capture = digest.captures[rule.first_capture];
+    const FindingDigest& f = capture.findings[rule.first_finding];
+    std::string numbers = Count(rule.captures, "capture");
+    if (rule.findings != rule.captures) numbers += ", " + Count(rule.findings, "finding");
+    std::string name(Name(rule.severity));
+    name.resize(std::max<std::size_t>(name.size(), 7), ' ');
+    std::string id = rule.rule;
+    id.resize(std::max(id.size(), width), ' ');
+    text.Line(text.Styled(name, StyleOf(rule.severity)) + "  " + id + "  " + numbers, 2);
+    std::string example = "e.g. " + OneLine(capture.path);
+    if (f.frame != 0) example += " frame " + std::to_string(f.frame);
+    text.Paragraph(example + ": " + f.place + ": " + OneLine(f.title), 11, 13);
+  }
+}
+
+/// The order in which a person wants to hear of captures.
+std::size_t Rank(const CaptureDigest& capture) {
+  switch (StatusOf(capture)) {
+    case Status::kFail:
+      return 0;
+    case Status::kUnreadable:
+      return 1;
+    case Status::kPass: {
+      const Summary s = Summarise(capture);
+      return s.errors + s.warnings + s.infos > 0 ? 2 : 4;
+    }
+    case Status::kNothingToCheck:
+      return 3;
+  }
+  return 4;
+}
+
+constexpr std::array kStyles{Style::kError, Style::kError, Style::kWarning, Style::kWarning, Style::kGood};
+constexpr std::size_t kQuiet = 4;
+
+void Captures(const Digest& digest, TextBuilder& text) {
+  if (digest.captures.empty()) return;
+  std::array<std::vector<const CaptureDigest*>, 5> ranks;
+  for (const CaptureDigest& capture : digest.captures) ranks[Rank(capture)].push_back(&capture);
+  text.Line();
+  text.Line(text.Styled("Captures", Style::kBold));
+  for (std::size_t rank = 0; rank < ranks.size(); ++rank) {
+    if (rank == kQuiet && ranks[rank].size() > kQuietListed) {
+      text.Line("and " + Count(ranks[rank].size(), "capture") + " without findings", 2);
+      continue;
+    }
+    for (const CaptureDigest* capture : ranks[rank]) {
+      const std::string line = Headline(*capture);
+      const std::size_t word = line.find(' ');
+      text.Line(text.Styled(line.substr(0, word), kStyles[rank]) + line.substr(word), 2);
+    }
+  }
+}
+
+}  // namespace
+
+std::string WriteSummaryText(const Digest& digest, const TextStyle& style) {
+  TextBuilder text(style.color);
+  const Tally tally = TallyOf(digest);
+  const std::string_view verdict = tally.Verdict(digest);
+  const std::string word = verdict == "fail" ? "FAIL" : verdict == "pass" ? "PASS" : "INCOMPLETE";
+  text.Line(text.Styled(word, verdict == "pass" ? Style::kGood : Style::kError) + " " + FirstLine(digest, tally));
+  Rules(digest, tally, text);
+  Captures(digest, text);
+  return text.Take();
+}
+
+}  // namespace ecaudit::report

@@ -1,0 +1,27 @@
+#include "cli/report/xml.h"
+
+#include <gtest/gtest.h>
+
+namespace ecaudit::report {
+namespace {
+
+TEST(Xml, MarkupBecomesEntities) {
+  EXPECT_EQ(XmlText("a<b>&\"c\" 'd'"), "a&lt;b&gt;&amp;&quot;c&quot; 'd'");
+}
+
+TEST(Xml, WhatXmlForbidsDoesNotGetThrough) {
+  EXPECT_EQ(XmlText(std::string_view("\0\x1b\x7f\xff", 4)), "\\x00\\x1b\\x7f\\xff");
+  EXPECT_EQ(XmlText("a\xEF\xBF\xBE"
+                    "b\xEF\xBF\xBF"),
+            "a\xEF\xBF\xBD"
+            "b\xEF\xBF\xBD");
+  EXPECT_EQ(XmlText("cut \xE2\x82"), "cut \\xe2\\x82");
+}
+
+TEST(Xml, TextStaysAsItIs) {
+  EXPECT_EQ(XmlText("Achsregler \xC3\xBC\nline 2"), "Achsregler \xC3\xBC\nline 2");
+  EXPECT_EQ(XmlText(""), "");
+}
+
+}  // namespace
+}  // namespace ecaudit::report
