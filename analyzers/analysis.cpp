@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 
 #include "analyzers/core/finding_store.h"
 #include "analyzers/core/rule.h"
@@ -12,6 +13,8 @@
 #include "analyzers/stats/prediction_statistics.h"
 #include "analyzers/stats/summary.h"
 #include "analyzers/sync/sync_model.h"
+#include "analyzers/timeline/analyse.h"
+#include "analyzers/timeline/timeline_collector.h"
 #include "decoder/pipeline.h"
 
 namespace ecaudit {
@@ -33,6 +36,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
   [[nodiscard]] const MailboxStatistics& mailboxes() const { return mailboxes_; }
   void SetDrives(DriveHistory& drives) { drives_ = &drives; }
   void SetSync(sync::SyncModel& sync) { sync_ = &sync; }
+  void SetTimeline(timeline::TimelineCollector& timeline) { timeline_ = &timeline; }
 
   void OnFrame(const wire::FrameView& frame, bus::Direction direction) override { sync_->OnFrame(frame, direction); }
 
@@ -58,6 +62,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
   void On(const track::AlStateForgotten& e) override { RulesThenModel(Topic::kAlStateForgotten, e); }
   void On(const track::LogicalAccess& e) override {
     sync_->On(e);
+    if (timeline_ != nullptr) timeline_->On(e);
     predictions_.On(e, *model_);
     RulesThenModel(Topic::kLogicalAccess, e);
   }
@@ -65,11 +70,15 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
     sync_->On(e);
     ToRules(Topic::kAnswered, e);
   }
-  void On(const track::FrameLost& e) override { RulesThenModel(Topic::kFrameLost, e); }
+  void On(const track::FrameLost& e) override {
+    if (timeline_ != nullptr) timeline_->On(e);
+    RulesThenModel(Topic::kFrameLost, e);
+  }
   void On(const track::FrameDuplicated& e) override { ToRules(Topic::kFrameDuplicated, e); }
   void On(const track::FrameUnusable& e) override { ToRules(Topic::kFrameUnusable, e); }
   void On(const mailbox::MailboxMessage& e) override {
     mailboxes_.On(e);
+    if (timeline_ != nullptr) timeline_->On(e);
     ToRules(Topic::kMailboxMessage, e);
   }
   void On(const mailbox::MailboxRefused& e) override { ToRules(Topic::kMailboxRefused, e); }
@@ -85,6 +94,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
   void On(const mailbox::SdoTransfer& e) override {
     mailboxes_.On(e);
     RulesThenModel(Topic::kSdoTransfer, e);
+    if (timeline_ != nullptr) timeline_->On(e);
   }
   void On(const track::EepromRead& e) override { model_->Apply(e); }
   void On(const track::EepromWrite& e) override { model_->Apply(e); }
@@ -98,6 +108,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
     for (Rule* rule : Listeners(Topic::kAccess)) rule->OnAccess(e);
     model_->Apply(e);
     sync_->OnAccess(e);
+    if (timeline_ != nullptr) timeline_->OnAccess(e);
   }
   void OnAlRequestSent(SlaveId slave, const FrameRef& frame, esc::AlWord control) override {
     model_->ApplyAlRequestSent(slave, frame, control);
@@ -171,6 +182,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
   PredictionStatistics predictions_;
   MailboxStatistics mailboxes_;
   sync::SyncModel* sync_ = nullptr;
+  timeline::TimelineCollector* timeline_ = nullptr;  ///< null: nobody draws
 };
 
 /// By first frame; a cause stands before what it causes, even where it was seen later. Indices in caused_by follow.
@@ -208,9 +220,8 @@ void SortFindings(std::vector<Finding>& findings) {
   findings = std::move(sorted);
 }
 
-}  // namespace
-
-AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& options) {
+/// @param drawn  null: nothing is drawn
+AnalysisResult Run(capture::FrameSource& source, const AnalysisOptions& options, Timeline* drawn) {
   FindingStore store(options.rules);
   const std::vector<std::unique_ptr<Rule>> rules = MakeAllRules();
   Dispatcher dispatcher(rules, store);
@@ -223,6 +234,12 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
   dispatcher.SetHistory(history);
   DriveHistory drives(model);
   dispatcher.SetDrives(drives);
+  std::optional<timeline::TimelineCollector> timeline;
+  if (drawn != nullptr) {
+    timeline.emplace(model);
+    dispatcher.SetTimeline(*timeline);
+    sync.SetSamples(&*timeline);
+  }
   RuleContext context(store, model, options);
   dispatcher.SetContext(context);
   context.pipeline = &pipeline;
@@ -253,10 +270,21 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
     slave.drive = drives.Summarise(slave.id);
   }
   result.bus.predictions = dispatcher.predictions();
+  if (timeline) *drawn = timeline->Finish(sync.cycle());
   result.findings = std::move(store.findings());
   SortFindings(result.findings);
   result.not_evaluable = store.not_evaluable();
   return result;
+}
+
+}  // namespace
+
+AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& options) {
+  return Run(source, options, nullptr);
+}
+
+AnalysisResult AnalyseWithTimeline(capture::FrameSource& source, const AnalysisOptions& options, Timeline& timeline) {
+  return Run(source, options, &timeline);
 }
 
 }  // namespace ecaudit

@@ -1,8 +1,10 @@
 #include "cli/capture_check.h"
 
+#include <memory>
 #include <utility>
 
 #include "analyzers/analysis.h"
+#include "analyzers/timeline/analyse.h"
 #include "cli/slave_filter.h"
 #include "decoder/capture/capture_reader.h"
 
@@ -23,14 +25,21 @@ const Baseline* BaselineShelf::Find(const std::string& path) const {
 
 Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Settings& settings,
                                     const Baseline* baseline, const std::atomic<bool>& stop,
-                                    std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress) {
+                                    std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress,
+                                    bool draws) {
   auto source = paths.size() > 1 ? capture::OpenJoined(paths) : capture::OpenCapture(paths.front());
   if (!source) return source.error();
   AnalysisOptions analysis = settings.analysis;
   analysis.stop = &stop;
   analysis.progress = std::move(progress);
   CheckedCapture out;
-  out.report.result = Analyse(**source, analysis);
+  if (draws) {
+    auto timeline = std::make_shared<Timeline>();
+    out.report.result = AnalyseWithTimeline(**source, analysis, *timeline);
+    out.report.timeline = std::move(timeline);
+  } else {
+    out.report.result = Analyse(**source, analysis);
+  }
   out.report.fail_on = settings.fail_on;
   out.report.config = settings.config;
   out.report.baseline = settings.baseline;

@@ -33,9 +33,11 @@ struct CheckedCapture {
 /// @param paths     one capture, or the files of one ring buffer
 /// @param baseline  null: none
 /// @param progress  called now and then with bytes done, bytes in all, and frames; may be empty
+/// @param draws     collects what reports draw over time
 /// @return fails when the capture cannot be opened; damage behind its header is a finding
 [[nodiscard]] Result<CheckedCapture> CheckCapture(
     std::span<const std::string> paths, const Settings& settings, const Baseline* baseline,
-    const std::atomic<bool>& stop, std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress);
+    const std::atomic<bool>& stop, std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress,
+    bool draws = false);
 
 }  // namespace ecaudit::cli

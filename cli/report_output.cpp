@@ -1,5 +1,6 @@
 #include "cli/report_output.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "cli/output_file.h"
@@ -21,11 +22,21 @@ Result<ReportOutput> ReportOutput::Plan(const OutputOptions& options, std::vecto
   for (const report::Format& format : formats) names.push_back({format.name, format.extension});
   Result<std::vector<OutputTarget>> targets = PlanOutputs(options, names, captures);
   if (!targets) return targets.error();
+  for (const OutputTarget& target : *targets) {
+    const report::Format& format = formats[target.format];
+    const std::string_view missing = format.missing == nullptr ? std::string_view() : format.missing();
+    if (!missing.empty()) return Error{std::string(missing)};
+  }
   ReportOutput plan;
   plan.formats_ = std::move(formats);
   plan.targets_ = std::move(*targets);
   plan.no_color_ = options.no_color;
   return plan;
+}
+
+bool ReportOutput::draws() const {
+  return std::any_of(targets_.begin(), targets_.end(),
+                     [this](const OutputTarget& target) { return formats_[target.format].draws; });
 }
 
 template <typename Writer>

@@ -24,6 +24,8 @@ class ReportOutput {
   /// The same for the summary of many captures, with the formats that have one.
   [[nodiscard]] static Result<ReportOutput> PlanSummary(const OutputOptions& options,
                                                         std::span<const std::string> captures);
+  /// One of the formats shows what the analysis collects over time.
+  [[nodiscard]] bool draws() const;
 
   /// Files first, standard output last, so that a closed pipe costs nothing.
   [[nodiscard]] std::optional<Error> Write(const report::Report& report, Console& console) const;

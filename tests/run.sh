@@ -5,9 +5,14 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source .ci/packages.sh
 
-# tshark, jsonschema, xmllint, parallel and the SARIF schema are for tests that are skipped, with a message, without them.
-ensure_packages "${BUILD_PACKAGES[@]}" libgtest-dev libgmock-dev libbenchmark-dev python3 python3-jsonschema tshark ccache \
-  libxml2-utils parallel
+# tshark, jsonschema, xmllint, parallel, the SARIF schema, npm (which makes the page of HTML reports) and Chromium (which
+# opens it) are for tests that are skipped, with a message, without them.
+packages=("${BUILD_PACKAGES[@]}" libgtest-dev libgmock-dev libbenchmark-dev python3 python3-jsonschema tshark ccache
+          libxml2-utils parallel)
+# Where node comes from elsewhere, Debian's npm would take its place.
+command -v npm >/dev/null || packages+=(npm)
+command -v chromium >/dev/null || packages+=(chromium)
+ensure_packages "${packages[@]}"
 tests/support/sarif_schema.sh
 
 export ASAN_OPTIONS=detect_leaks=1:strict_string_checks=1

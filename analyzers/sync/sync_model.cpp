@@ -189,6 +189,11 @@ void SyncModel::Measure(const Pending& pending, CyclicImage*& found) {
     if (from.esl && time->esl && *time->esl >= *from.esl)
       image.by_esl.Add(*time->esl - *from.esl, from.frame, time->frame);
     if (from.stamp && time->stamp) image.by_stamp.Add(Elapsed(*from.stamp, *time->stamp), from.frame, time->frame);
+    if (samples_ != nullptr) {
+      if (const Interval gap = Between(from, *time); gap.base != TimeBase::kNone) {
+        samples_->OnInterval(image, time->frame, gap.ns);
+      }
+    }
     const auto [best, base] = image.Best();
     const std::uint64_t count = best->count();
     if (base != TimeBase::kNone && (count % 1024 == 0 || (count >= kEnough && image.nominal_of < kEnough) ||
@@ -381,6 +386,7 @@ void SyncModel::MeasurePhase(SlaveId id, OutputWatch& watch, const FrameTime& ti
     watch.margin_frame = time.frame;
   }
   ++watch.phases;
+  if (samples_ != nullptr) samples_->OnPhase(id, time.frame, phase);
   const auto value = static_cast<double>(phase);
   const double delta = value - watch.phase_mean;
   watch.phase_mean += delta / static_cast<double>(watch.phases);

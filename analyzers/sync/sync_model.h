@@ -75,6 +75,16 @@ struct OutputWatch {
   std::optional<std::uint32_t> status_at;  ///< first byte in the inputs
 };
 
+/// Hears the single measurements of which the report otherwise shows sums only.
+class SampleSink {
+ public:
+  virtual ~SampleSink() = default;
+  /// Process data of `image` came `interval` ns behind the last ones, by the best clock that both frames have.
+  virtual void OnInterval(const CyclicImage& image, const FrameRef& frame, TimeNs interval) = 0;
+  /// A frame with process data for a slave in OP ended `phase` ns behind SYNC0.
+  virtual void OnPhase(SlaveId slave, const FrameRef& frame, TimeNs phase) = 0;
+};
+
 class SyncModel final : public FrameObserver {
  public:
   static constexpr std::size_t kImages = 32;  ///< logical addresses that are measured; later ones are not
@@ -82,6 +92,9 @@ class SyncModel final : public FrameObserver {
   /// @param sink receives what is concluded; all arguments must outlive the model
   SyncModel(const model::BusModel& bus, const Pipeline& pipeline, model::ModelSink& sink)
       : bus_(bus), pipeline_(pipeline), sink_(sink) {}
+
+  /// @param samples null: nobody; must outlive the model
+  void SetSamples(SampleSink* samples) { samples_ = samples; }
 
   void OnFrame(const wire::FrameView& frame, bus::Direction direction) override;
   void On(const track::LogicalAccess& access);
@@ -143,6 +156,7 @@ class SyncModel final : public FrameObserver {
   const model::BusModel& bus_;
   const Pipeline& pipeline_;
   model::ModelSink& sink_;
+  SampleSink* samples_ = nullptr;
   DcClock clock_;
   std::deque<Slave> slaves_;  // grows without moving what rules refer to
   std::array<CyclicImage, kImages> images_;

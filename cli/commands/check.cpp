@@ -58,6 +58,7 @@ class CheckCommand : public Command {
     report.version = Version();
     report.rules = RuleCatalogue();
     ExitStatus status = ExitStatus::kClean;
+    draws_ = output->draws();
     for (const Job& job : jobs_) status = Worst(status, RunJob(job, report, console));
     if (report.captures.empty()) return status;
 
@@ -107,11 +108,12 @@ class CheckCommand : public Command {
   [[nodiscard]] ExitStatus RunJob(const Job& job, report::Report& report, Console& console) {
     const std::string& name = job.paths.front();
     Progress progress(console, std::filesystem::path(name).filename().string());
-    Result<CheckedCapture> capture =
-        CheckCapture(job.paths, job.settings, baselines_.Find(job.settings.baseline), InterruptFlag(),
-                     [&progress](std::uint64_t done, std::uint64_t total, std::uint64_t frames) {
-                       progress.Update(done, total, frames);
-                     });
+    Result<CheckedCapture> capture = CheckCapture(
+        job.paths, job.settings, baselines_.Find(job.settings.baseline), InterruptFlag(),
+        [&progress](std::uint64_t done, std::uint64_t total, std::uint64_t frames) {
+          progress.Update(done, total, frames);
+        },
+        draws_);
     progress.Clear();
     if (!capture) {
       report.unreadable.push_back({name, capture.error().message});
@@ -135,6 +137,7 @@ class CheckCommand : public Command {
   CaptureOptions options_;
   GateOptions gate_;
   OutputOptions output_;
+  bool draws_ = false;  ///< a report wants what happened over time
   std::vector<Job> jobs_;
   BaselineShelf baselines_;
   std::vector<std::string> without_slave_;  ///< captures that lack the slaves of --slave

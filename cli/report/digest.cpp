@@ -110,20 +110,19 @@ std::string SlaveLabel(SlavePos position, std::string_view name, const std::opti
   return label;
 }
 
-std::string Headline(const CaptureDigest& capture) {
-  const std::string name = OneLine(capture.path);
-  if (!capture.unreadable.empty()) return "ERROR " + name + ": " + OneLine(capture.unreadable);
+HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
+  if (!capture.unreadable.empty()) return {"ERROR", OneLine(capture.unreadable)};
   const Summary summary = Summarise(capture);
   if (capture.without_ethercat) {
     const std::string packets = capture.packets == 0 ? std::string("the capture holds no packet")
                                                      : "no EtherCAT frame among " + Count(capture.packets, "packet");
-    return (summary.fail ? "FAIL " : "NOTHING-TO-CHECK ") + name + ": " + packets;
+    return {summary.fail ? "FAIL" : "NOTHING-TO-CHECK", packets};
   }
-  const std::string start = (summary.fail ? "FAIL " : "PASS ") + name + ": ";
+  const std::string verdict = summary.fail ? "FAIL" : "PASS";
   const std::vector<OrderedFinding> order = OrderForReading(capture);
   if (order.empty()) {
-    return start + "no " + (summary.known > 0 ? "new " : "") + "findings in " +
-           Count(capture.ethercat_frames, "EtherCAT frame") + " of " + Count(capture.slaves, "slave");
+    return {verdict, std::string("no ") + (summary.known > 0 ? "new " : "") + "findings in " +
+                         Count(capture.ethercat_frames, "EtherCAT frame") + " of " + Count(capture.slaves, "slave")};
   }
   // The first tree holds the worst finding. Name its root, unless the root is the milder of the two.
   const FindingDigest& root = capture.findings[order.front().index];
@@ -132,11 +131,16 @@ std::string Headline(const CaptureDigest& capture) {
     const FindingDigest& f = capture.findings[order[i].index];
     if (f.severity > worst->severity) worst = &f;
   }
-  std::string line = start;
+  std::string line;
   if (!summary.fail) line += std::string(Name(worst->severity)) + ": ";
   line += worst->place + ": " + TitleAndFrame(*worst);
   if (worst != &root) line += ", because: " + TitleAndFrame(root);
-  return line;
+  return {verdict, line};
+}
+
+std::string Headline(const CaptureDigest& capture) {
+  const HeadlineParts parts = HeadlinePartsOf(capture);
+  return parts.verdict + " " + OneLine(capture.path) + ": " + parts.sentence;
 }
 
 }  // namespace ecaudit::report

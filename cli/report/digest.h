@@ -94,7 +94,14 @@ struct Digest {
 [[nodiscard]] std::string SlaveLabel(SlavePos position, std::string_view name,
                                      const std::optional<StationAddress>& station_address);
 
-/// One line, the verdict and its main reason: "FAIL a.pcapng: slave 0 (AKD, 0x1001): ... (frame 760)". Printable.
+/// The verdict and its main reason.
+struct HeadlineParts {
+  std::string verdict;   ///< "FAIL", "PASS", "NOTHING-TO-CHECK", "ERROR"
+  std::string sentence;  ///< "slave 0 (AKD, 0x1001): ... (frame 760)". Printable
+};
+[[nodiscard]] HeadlineParts HeadlinePartsOf(const CaptureDigest& capture);
+
+/// The same as one line, with the capture's name: "FAIL a.pcapng: slave 0 (AKD, 0x1001): ... (frame 760)". Printable.
 [[nodiscard]] std::string Headline(const CaptureDigest& capture);
 
 }  // namespace ecaudit::report

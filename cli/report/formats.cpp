@@ -3,6 +3,7 @@
 #include <array>
 
 #include "cli/report/digest.h"
+#include "cli/report/html_writer.h"
 #include "cli/report/json_writer.h"
 #include "cli/report/junit_writer.h"
 #include "cli/report/sarif_writer.h"
@@ -35,9 +36,14 @@ std::string WriteSarifPlain(const Digest& digest, const TextStyle& /*style*/) {
   return WriteSarif(digest);
 }
 
+std::string WriteHtmlPlain(const Report& report, const TextStyle& /*style*/) {
+  return WriteHtml(report);
+}
+
 constexpr std::array kFormats{
     Format{"text", ".txt", &WriteText, &WriteSummaryText},
     Format{"json", ".json", &WriteJsonPlain, &WriteSummaryJsonPlain},
+    Format{"html", ".html", &WriteHtmlPlain, nullptr, true, &MissingHtml},
     Format{"junit", ".xml", &WriteJunitOf, &WriteJunitPlain},
     Format{"sarif", ".sarif", &WriteSarifOf, &WriteSarifPlain},
 };

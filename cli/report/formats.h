@@ -18,6 +18,9 @@ struct Format {
   std::string (*write)(const Report& report, const TextStyle& style);
   /// The summary of many captures; null for formats that have none.
   std::string (*write_summary)(const Digest& digest, const TextStyle& style) = nullptr;
+  bool draws = false;  ///< uses CaptureReport::timeline
+  /// Why this program cannot write it, empty when it can; null: it always can.
+  std::string_view (*missing)() = nullptr;
 };
 
 /// The first one is the default.

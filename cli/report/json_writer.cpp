@@ -432,7 +432,7 @@ class CaptureWriter {
 
 }  // namespace
 
-std::string WriteJson(const Report& report) {
+Json ReportJson(const Report& report) {
   Json json;
   json["schema"] = "ecaudit.report/1";
   json["tool"] = {{"name", "ecaudit"}, {"version", report.version}};
@@ -448,7 +448,11 @@ std::string WriteJson(const Report& report) {
   }
   json["summary"] = {{"captures", report.captures.size()}};
   json["summary"].update(CaptureWriter::SummaryJson(Summarise(report)));
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json;
+}
+
+std::string WriteJson(const Report& report) {
+  return ReportJson(report).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace ecaudit::report

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include "analyzers/core/analysis_result.h"
 #include "analyzers/core/rule_info.h"
+#include "analyzers/core/timeline.h"
 
 namespace ecaudit::report {
 
@@ -24,6 +26,7 @@ enum class FailOn : std::uint8_t { kInfo, kWarning, kError, kNever };
 /// One capture's result and how it is to be judged.
 struct CaptureReport {
   AnalysisResult result;
+  std::shared_ptr<const Timeline> timeline;  ///< null: nothing to draw over time
   /// Per finding of `result`: true when the baseline lists it. Empty: no baseline.
   std::vector<bool> known;
   FailOn fail_on = FailOn::kError;

@@ -1,0 +1,74 @@
+/// What a report draws over time: plain data, of constant size whatever the length of the capture.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "decoder/base/ids.h"
+
+namespace ecaudit {
+
+/// Values over time in buckets of equal width: the least and the most of each, so that no peak is lost.
+struct TimeSeries {
+  struct Bucket {
+    double least = 0, most = 0;  ///< meaningless when count is 0
+    std::uint64_t count = 0;
+  };
+  TimeNs start = 0;  ///< of the first bucket, capture clock
+  TimeNs width = 0;  ///< of a bucket, ns
+  std::vector<Bucket> buckets;
+
+  [[nodiscard]] bool empty() const { return buckets.empty(); }
+};
+
+/// One entry of the process data over time.
+struct SignalSeries {
+  bool output = false;  ///< master to slave
+  std::uint16_t index = 0;
+  std::uint8_t subindex = 0;
+  std::uint16_t bits = 0;
+  std::string name;  ///< empty when unknown (untrusted text)
+  bool name_inferred = false;
+  std::string unit;     ///< of the values below; empty: none, or unknown
+  bool scaled = false;  ///< divided by the documented scale; else as on the wire
+  TimeSeries values;
+};
+
+/// One SDO transfer in words.
+struct SdoRow {
+  FrameRef request, response;  ///< not seen() where it is not in the capture
+  bool download = false;
+  bool complete_access = false;
+  std::optional<std::uint16_t> index;  ///< unset when the capture does not show the object
+  std::uint8_t subindex = 0;
+  std::string name;     ///< of the object; empty when unknown (untrusted text)
+  std::string value;    ///< for people: "106 (0x6a)"; empty when it has none (untrusted text)
+  std::string outcome;  ///< "completed", "aborted", ...
+  std::optional<std::uint32_t> abort_code;
+  std::string abort_text;
+  std::optional<TimeNs> duration;
+};
+
+struct SlaveTimeline {
+  SlaveId slave = kNoSlave;              ///< kNoSlave: known from the ENI file only, by its process data
+  std::optional<SlavePos> eni_position;  ///< these three only then
+  std::optional<StationAddress> eni_address;
+  std::string eni_name;  ///< untrusted text
+  std::vector<SignalSeries> signals;
+  TimeSeries mailbox;  ///< messages of both directions: count of each bucket
+  std::vector<SdoRow> sdos;
+  std::uint64_t sdos_left_out = 0;
+  TimeSeries phase_us;       ///< end of the frames with process data behind the last SYNC0, in OP
+  TimeSeries difference_ns;  ///< magnitude of 0x092C as the master read it
+};
+
+struct Timeline {
+  TimeSeries lost;                     ///< frames that did not return: count of each bucket
+  TimeSeries cycle_us;                 ///< interval between process data of the cyclic datagram
+  std::vector<SlaveTimeline> slaves;   ///< those of which there is something
+  std::uint64_t signals_left_out = 0;  ///< beyond the limit of series
+};
+
+}  // namespace ecaudit

@@ -1,0 +1,87 @@
+/// in: decoder events, process data, measurements of the clocks.  out: Timeline, for reports that draw.
+///
+/// Only made when such a report is wanted: it reads all process data once more. Memory is constant in the length of the
+/// capture: series of BucketSeries, a bounded number of them, and a bounded number of SDO transfers.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "analyzers/core/timeline.h"
+#include "analyzers/model/bus_model.h"
+#include "analyzers/sync/sync_model.h"
+#include "analyzers/timeline/bucket_series.h"
+#include "decoder/track/events.h"
+
+namespace ecaudit::timeline {
+
+class TimelineCollector final : public sync::SampleSink, private model::ProcessSink {
+ public:
+  static constexpr std::size_t kMaxSignals = 160;       ///< series of process data in all
+  static constexpr std::size_t kMaxSlaveSignals = 16;   ///< of one slave
+  static constexpr std::size_t kMaxUnmet = 64;          ///< slaves that only the ENI file knows
+  static constexpr std::size_t kMaxSeriesSlaves = 128;  ///< slaves with series of their clocks and mailboxes
+  static constexpr std::size_t kMaxSdos = 3000;         ///< transfers in all
+  static constexpr std::size_t kMaxSlaveSdos = 400;     ///< of one slave
+
+  /// @param model must outlive this
+  explicit TimelineCollector(model::BusModel& model) : model_(model) {}
+
+  /// Before the model hears of it.
+  void On(const track::LogicalAccess& access);
+  void OnAccess(const track::SlaveAccess& access);
+  void On(const track::FrameLost& event);
+  void On(const mailbox::MailboxMessage& message);
+  /// Behind the model: names and values as they are known then.
+  void On(const mailbox::SdoTransfer& transfer);
+
+  void OnInterval(const sync::CyclicImage& image, const FrameRef& frame, TimeNs interval) override;
+  void OnPhase(SlaveId slave, const FrameRef& frame, TimeNs phase) override;
+
+  /// @param cycle  the image whose intervals are the cycle; null: none
+  [[nodiscard]] Timeline Finish(const sync::CyclicImage* cycle) const;
+
+ private:
+  struct Signal {
+    SignalSeries about;
+    mailbox::DataType type = mailbox::DataType::kUnknown;
+    double divisor = 1;
+    BucketSeries series;
+  };
+  struct Slave {
+    std::deque<Signal> signals;
+    std::unique_ptr<BucketSeries> mailbox, phase, difference;
+    std::vector<SdoRow> sdos;
+    std::uint64_t sdos_left_out = 0;
+  };
+  /// A signal that is followed in one kind of datagram.
+  struct Followed {
+    std::uint16_t place = 0;  ///< in ImagePart::places
+    Signal* signal = nullptr;
+  };
+
+  void On(const model::ProcessCycle& cycle) override;
+  Slave& Of(SlaveId slave);
+  /// Null beyond the limit.
+  Slave* Of(const model::ImagePart& part);
+  [[nodiscard]] bool HasSeries(SlaveId slave) const { return slave < kMaxSeriesSlaves; }
+  const std::vector<Followed>& FollowedIn(const model::ImagePart& part);
+  Signal* Find(Slave& slave, const model::Signal& entry, bool output);
+
+  model::BusModel& model_;
+  std::deque<Slave> slaves_;
+  std::deque<std::pair<const model::SlaveModel*, Slave>> unmet_;
+  std::unordered_map<std::uint64_t, std::vector<Followed>> followed_;  ///< by serial of the part
+  std::size_t signals_ = 0;
+  std::uint64_t signals_left_out_ = 0;
+  std::size_t sdos_ = 0;
+  BucketSeries lost_;
+  std::map<const sync::CyclicImage*, BucketSeries> cycles_;  ///< at most SyncModel::kImages
+};
+
+}  // namespace ecaudit::timeline

@@ -1,0 +1,32 @@
+# npm_packages(SOURCE WORK RESULT): the packages of SOURCE/package-lock.json in WORK/node_modules.
+# Fetched only when that file changed; the stamp WORK/installed names what is there. RESULT is empty when they are there,
+# else the reason why not.
+function(npm_packages source work result)
+  find_program(NPM_PROGRAM npm)
+  find_program(NODE_PROGRAM node)
+  if(NOT NPM_PROGRAM OR NOT NODE_PROGRAM)
+    set(${result} "npm or node is missing" PARENT_SCOPE)
+    return()
+  endif()
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${source}/package.json ${source}/package-lock.json)
+  file(SHA256 ${source}/package-lock.json lock)
+  file(SHA256 ${source}/package.json manifest)
+  set(installed "")
+  if(EXISTS ${work}/installed)
+    file(READ ${work}/installed installed)
+  endif()
+  if(NOT installed STREQUAL "${lock} ${manifest}")
+    message(STATUS "fetching the npm packages of ${source}")
+    file(COPY ${source}/package.json ${source}/package-lock.json DESTINATION ${work})
+    execute_process(
+      COMMAND ${NPM_PROGRAM} ci --ignore-scripts --no-audit --no-fund --fetch-retries=1 --fetch-timeout=30000
+      WORKING_DIRECTORY ${work} RESULT_VARIABLE status OUTPUT_QUIET ERROR_VARIABLE errors TIMEOUT 240)
+    if(NOT status EQUAL 0)
+      message(VERBOSE "${errors}")
+      set(${result} "npm could not fetch the packages of ${source}" PARENT_SCOPE)
+      return()
+    endif()
+    file(WRITE ${work}/installed "${lock} ${manifest}")
+  endif()
+  set(${result} "" PARENT_SCOPE)
+endfunction()

@@ -1,0 +1,57 @@
+// The part of time that all plots show.
+
+export class TimeAxis {
+  constructor(min, max) {
+    this.full = { min, max: max > min ? max : min + 0.001 };
+    this.min = this.full.min;
+    this.max = this.full.max;
+    this.listeners = new Set();
+  }
+  onChange(listener) {
+    this.listeners.add(listener);
+    return () => this.listeners.delete(listener);
+  }
+  set(min, max) {
+    const least = Math.max((this.full.max - this.full.min) * 1e-7, 2e-7);
+    if (max - min < least) {
+      const middle = (min + max) / 2;
+      min = middle - least / 2;
+      max = middle + least / 2;
+    }
+    const width = Math.min(max - min, this.full.max - this.full.min);
+    this.min = Math.min(Math.max(min, this.full.min), this.full.max - width);
+    this.max = this.min + width;
+    for (const listener of this.listeners) listener(this.min, this.max);
+  }
+  zoom(factor, at = (this.min + this.max) / 2) {
+    this.set(at - (at - this.min) * factor, at + (this.max - at) * factor);
+  }
+  pan(part) {
+    const by = (this.max - this.min) * part;
+    this.set(this.min + by, this.max + by);
+  }
+  reset() {
+    this.set(this.full.min, this.full.max);
+  }
+  /// Shows what lies around `at`, closer than now when the whole capture is shown.
+  center(at) {
+    const width = Math.min(this.max - this.min, (this.full.max - this.full.min) / 10);
+    this.set(at - width / 2, at + width / 2);
+  }
+}
+
+/// Keys of a focused plot.
+export function zoomKey(axis, event) {
+  const actions = {
+    ArrowLeft: () => axis.pan(-0.25),
+    ArrowRight: () => axis.pan(0.25),
+    "+": () => axis.zoom(0.5),
+    "=": () => axis.zoom(0.5),
+    "-": () => axis.zoom(2),
+    0: () => axis.reset(),
+    Home: () => axis.reset(),
+  };
+  if (!actions[event.key] || event.ctrlKey || event.metaKey || event.altKey) return;
+  event.preventDefault();
+  actions[event.key]();
+}

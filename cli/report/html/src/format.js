@@ -1,0 +1,38 @@
+// Numbers as the rest of the program writes them.
+
+export const hex = (value, digits = 4) => `0x${value.toString(16).padStart(digits, "0")}`;
+export const grouped = (value) => value.toLocaleString("en-US", { maximumFractionDigits: 6 });
+export const count = (n, noun) => `${grouped(n)} ${noun}${n === 1 ? "" : "s"}`;
+export const objectName = (index, subindex) =>
+  index.toString(16).toUpperCase().padStart(4, "0") + "h" +
+  (subindex === undefined || subindex === null ? "" : `:${subindex.toString(16).toUpperCase()}`);
+
+/// A duration given in milliseconds.
+export function duration(ms) {
+  if (ms === null || ms === undefined) return "";
+  const size = Math.abs(ms);
+  if (size >= 1000) return `${trim(ms / 1000, size >= 100000 ? 1 : 3)} s`;
+  if (size >= 1) return `${trim(ms, 3)} ms`;
+  if (size === 0) return "0 s";
+  return `${trim(ms * 1000, 3)} \u00b5s`;
+}
+
+/// "0 x 0.1 %" where the unit itself begins with a digit.
+export const withUnit = (text, unit) => (!unit ? text : /^\d/.test(unit) ? `${text} \u00d7 ${unit}` : `${text} ${unit}`);
+
+export const trim = (value, decimals) => String(Number(value.toFixed(decimals)));
+export const seconds = (s) => (s === null || s === undefined ? "" : `${s.toFixed(6)} s`);
+
+/// Plain, or "1.23e+9" where digits would not tell anything.
+export function number(value) {
+  if (Number.isInteger(value)) return grouped(value);
+  const size = Math.abs(value);
+  return size !== 0 && (size < 1e-4 || size >= 1e12) ? value.toExponential(3) : grouped(Number(value.toPrecision(7)));
+}
+
+export function slaveLabel(slave) {
+  const inside = [slave.name, slave.station_address !== null ? hex(slave.station_address) : null].filter(Boolean);
+  return `Slave ${slave.position}` + (inside.length ? ` (${inside.join(", ")})` : "");
+}
+
+export const fileName = (path) => path.slice(path.lastIndexOf("/") + 1) || path;

@@ -1,0 +1,324 @@
+// The time line over all slaves: a lane each, with AL states, drive states, mailbox activity and findings.
+import uPlot from "uplot";
+import { h } from "./dom.js";
+import { count, duration, hex, trim } from "./format.js";
+import { css, followTime, LEFT, mount, selectTime, timeAxis, timeCursor } from "./plots.js";
+import { AL_STATES, alSegments, DRIVE_STATES, driveSegments } from "./states.js";
+
+const MAX_LANES = 64;
+const GLYPHS = { error: "\u25c6", warning: "\u25b2", info: "\u25cf" };
+
+/// Heights of the rows of a lane, in pixels; many slaves get lower ones.
+const ROOMY = { marks: 13, bar: 15, thin: 8, gap: 3 };
+const DENSE = { marks: 12, bar: 10, thin: 4, gap: 2 };
+const MANY = 12;
+
+function buildLanes(capture, page) {
+  const end = capture.capture.duration_s ?? 0;
+  const timeline = page.timeline;
+  const lanes = [];
+  const known = new Set(page.order.map(([index]) => index));
+  const marksOf = (slave) => capture.findings
+    .filter((f, i) => known.has(i) && f.slave === slave && f.time_s !== null)
+    .map((f) => ({ time: f.time_s, severity: f.severity, id: f.id, title: f.title, count: f.count, frame: f.frame }))
+    // Where marks lie upon each other, the worst is on top.
+    .sort((a, b) => ["info", "warning", "error"].indexOf(a.severity) - ["info", "warning", "error"].indexOf(b.severity));
+  const busMarks = marksOf(null);
+  const lost = timeline?.lost ?? null;
+  if (busMarks.length || lost) lanes.push({ label: "Bus", marks: busMarks, rows: lost ? [{ kind: "lost", series: lost }] : [] });
+  for (const slave of capture.slaves.slice(0, MAX_LANES)) {
+    const drawn = timeline?.slaves.find((s) => s.slave === slave.position);
+    const rows = [];
+    const states = alSegments(slave, end);
+    rows.push({ kind: "al", segments: states, requests: slave.al.history.filter((s) => s.kind === "request" && s.time_s !== null) });
+    const drive = driveSegments(slave, end);
+    if (drive.length) rows.push({ kind: "drive", segments: drive });
+    if (drawn?.mailbox) rows.push({ kind: "mailbox", series: drawn.mailbox });
+    lanes.push({
+      label: `${slave.position}`,
+      more: slave.name || (slave.station_address !== null ? hex(slave.station_address) : ""),
+      marks: marksOf(slave.position),
+      rows,
+    });
+  }
+  return lanes;
+}
+
+/// Gives lanes and rows their place; returns the height of all.
+function place(lanes) {
+  const size = lanes.length > MANY ? DENSE : ROOMY;
+  let y = 4;
+  for (const lane of lanes) {
+    lane.top = y;
+    lane.markY = y + size.marks / 2;
+    y += lane.marks.length ? size.marks : size.gap;
+    for (const row of lane.rows) {
+      row.top = y;
+      row.height = row.segments ? size.bar : size.thin;
+      y += row.height + 2;
+    }
+    if (lane.rows.length === 0) y += 4;
+    lane.bottom = y + size.gap;
+    y = lane.bottom + 2;
+  }
+  return y;
+}
+
+function drawLanes(u, lanes, focus) {
+  const { ctx } = u;
+  const r = uPlot.pxRatio;
+  const { left, top, width } = u.bbox;
+  const x = (t) => u.valToPos(t, "x", true);
+  const y = (pixel) => top + pixel * r;
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(left, top, width, u.bbox.height);
+  ctx.clip();
+  ctx.textBaseline = "middle";
+  for (const lane of lanes) {
+    ctx.fillStyle = css("--grid");
+    ctx.fillRect(left, y(lane.bottom), width, Math.max(1, r));
+    for (const row of lane.rows) {
+      if (row.segments) drawSegments(ctx, row, x, y, r, left, width);
+      if (row.requests) drawRequests(ctx, row, x, y, r);
+      if (row.series) drawCounts(ctx, row, u, x, y, r);
+    }
+  }
+  if (focus.time !== null) {
+    ctx.fillStyle = css("--text");
+    ctx.fillRect(x(focus.time) - r / 2, top, Math.max(1, r), u.bbox.height);
+  }
+  for (const lane of lanes) drawMarks(ctx, lane, x, y, r, focus);
+  ctx.restore();
+}
+
+function drawSegments(ctx, row, x, y, r, left, width) {
+  const font = Math.round(Math.min(11, row.height - 2) * r);
+  ctx.font = `600 ${font}px system-ui, sans-serif`;
+  ctx.textAlign = "left";
+  for (const segment of row.segments) {
+    const from = Math.max(x(segment.from), left);
+    const to = Math.min(x(segment.to), left + width);
+    if (to < left || from > left + width) continue;
+    ctx.fillStyle = css(`--s-${segment.color}`);
+    ctx.fillRect(from, y(row.top), Math.max(to - from - (to - from > 3 * r ? r : 0), r), row.height * r);
+    const room = to - from - 10 * r;
+    if (row.height > 12 && room > 12 * r && ctx.measureText(segment.label).width <= room) {
+      ctx.fillStyle = css("--on-state");
+      ctx.fillText(segment.label, from + 5 * r, y(row.top + row.height / 2) + r * 0.5);
+    }
+  }
+}
+
+function drawRequests(ctx, row, x, y, r) {
+  ctx.fillStyle = css("--text");
+  for (const request of row.requests) ctx.fillRect(x(request.time_s) - r / 2, y(row.top + row.height - 4), Math.max(1, r), 4 * r);
+}
+
+function drawCounts(ctx, row, u, x, y, r) {
+  const { series } = row;
+  ctx.fillStyle = css(row.kind === "lost" ? "--s-error" : "--mailbox");
+  const at = series.at ?? series.count.map((_, i) => i);
+  for (const bucket of at) {
+    const from = x(series.start_s + bucket * series.width_s);
+    const to = x(series.start_s + (bucket + 1) * series.width_s);
+    ctx.fillRect(from, y(row.top), Math.max(to - from, 1.5 * r), row.height * r);
+  }
+}
+
+function drawMarks(ctx, lane, x, y, r, focus) {
+  ctx.textAlign = "center";
+  ctx.font = `${Math.round(12 * r)}px system-ui, sans-serif`;
+  for (const mark of lane.marks) {
+    const at = x(mark.time);
+    ctx.lineWidth = 2.5 * r;
+    ctx.strokeStyle = css(focus.id === mark.id ? "--text" : "--panel");
+    ctx.strokeText(GLYPHS[mark.severity], at, y(lane.markY));
+    ctx.fillStyle = css(`--${mark.severity}`);
+    ctx.fillText(GLYPHS[mark.severity], at, y(lane.markY));
+  }
+}
+
+const near = (u, mark, left) => Math.abs(u.valToPos(mark.time, "x") - left) <= 7;
+
+/// What lies under the pointer, in words.
+function textAt(u, lanes, left, top) {
+  const lane = lanes.find((l) => top >= l.top && top < l.bottom + 2);
+  if (!lane) return "";
+  const lines = [`${trim(u.posToVal(left, "x"), 6)} s`];
+  const marks = lane.marks.filter((mark) => near(u, mark, left)).reverse();
+  for (const mark of marks.slice(0, 4)) {
+    lines.push(`${GLYPHS[mark.severity]} ${mark.id}: ${mark.title} (frame ${mark.frame}${mark.count > 1 ? `, ${count(mark.count, "time")}` : ""})`);
+  }
+  if (marks.length > 4) lines.push(`and ${marks.length - 4} more`);
+  const time = u.posToVal(left, "x");
+  for (const row of lane.rows) {
+    if (!row.segments) continue;
+    const segment = row.segments.find((s) => time >= s.from && time < s.to);
+    if (segment) lines.push(`${{ al: "AL state: ", drive: "Drive: " }[row.kind] ?? ""}${segment.label}, from frame ${segment.frame}, ${duration((segment.to - segment.from) * 1000)}`);
+  }
+  return lines.length > 1 ? lines.join("\n") : "";
+}
+
+function legend(lanes) {
+  const rows = lanes.flatMap((lane) => lane.rows);
+  const used = (kind) => new Set(rows.filter((r) => r.kind === kind).flatMap((r) => r.segments.map((s) => s.color)));
+  const entries = (states, colors, title) => colors.size === 0 ? [] :
+    [h("span", null, h("b", null, title)),
+      states.filter(([, color]) => colors.has(color)).map(([name, color]) =>
+        h("span", null, h("i", { className: `swatch bg-${color}` }), name))];
+  const marks = new Set(lanes.flatMap((l) => l.marks.map((m) => m.severity)));
+  return h("div", { className: "legend" },
+    entries(AL_STATES, used("al"), "AL state"),
+    entries(DRIVE_STATES, used("drive"), "Drive"),
+    rows.some((r) => r.kind === "mailbox") && h("span", null, h("i", { className: "swatch bg-mailbox" }), "mailbox"),
+    rows.some((r) => r.kind === "lost") && h("span", null, h("i", { className: "swatch bg-error" }), "lost frames"),
+    ["error", "warning", "info"].filter((s) => marks.has(s)).map((s) =>
+      h("span", null, h("span", { className: `glyph ${s}` }, GLYPHS[s]), s)));
+}
+
+/// The panel, and what shows a finding in it.
+/// Rows of states below each other, on the axis of the other plots: [{label, segments}].
+export function stateStrips(axis, rows, label) {
+  const lanes = rows.map((row) => ({ label: "", more: row.label, marks: [], rows: [{ kind: "states", segments: row.segments }] }));
+  const height = place(lanes);
+  const box = h("div", { className: "plot" });
+  const tip = h("div", { className: "tip", hidden: true });
+  queueMicrotask(() => requestAnimationFrame(() => {
+    const plot = mount(box, {
+      height: height + 34,
+      padding: [4, 14, 0, 0],
+      cursor: { ...timeCursor, points: { show: false } },
+      scales: { x: { time: false, range: () => [axis.min, axis.max] }, y: { range: [0, height], dir: -1 } },
+      series: [{}, { paths: () => null, points: { show: false } }],
+      axes: [timeAxis(), { size: LEFT, grid: { show: false }, ticks: { show: false }, values: (u, splits) => splits.map(() => "") }],
+      hooks: {
+        draw: [(u) => {
+          drawLanes(u, lanes, { time: null, id: null });
+          drawLabels(u, lanes);
+        }],
+        setSelect: [selectTime(axis)],
+      },
+    }, [[axis.full.min, axis.full.max], [null, null]], label);
+    followTime(plot, axis);
+    plot.over.append(tip);
+    hover(plot, lanes, tip);
+  }));
+  return box;
+}
+
+function hover(plot, lanes, tip) {
+  plot.over.addEventListener("mousemove", (event) => {
+    const area = plot.over.getBoundingClientRect();
+    const left = event.clientX - area.left;
+    const top = event.clientY - area.top;
+    const text = textAt(plot, lanes, left, top);
+    tip.hidden = text === "";
+    tip.textContent = text;
+    tip.style.left = `${Math.max(0, Math.min(left + 14, area.width - tip.offsetWidth - 4))}px`;
+    tip.style.top = `${top + 16}px`;
+  });
+  plot.over.addEventListener("mouseleave", () => { tip.hidden = true; });
+}
+
+export function lanesPanel(capture, page, axis) {
+  const lanes = buildLanes(capture, page);
+  if (lanes.length === 0 || !(capture.capture.duration_s > 0)) return null;
+  const height = place(lanes);
+  const focus = { time: null, id: null };
+  const box = h("div", { className: "plot" });
+  const tip = h("div", { className: "tip", hidden: true });
+  const button = (text, label, action) => h("button", { type: "button", className: "icon", title: label, "aria-label": label, onclick: action }, text);
+  const panel = h("section", { className: "panel", id: "time", "aria-labelledby": "time-title" },
+    h("div", { className: "tools" },
+      h("h2", { id: "time-title" }, "Time line"),
+      h("span", { className: "space" }),
+      button("\u2212", "Zoom out", () => axis.zoom(2)),
+      button("+", "Zoom in", () => axis.zoom(0.5)),
+      button("\u2190", "Earlier", () => axis.pan(-0.25)),
+      button("\u2192", "Later", () => axis.pan(0.25)),
+      h("button", { type: "button", onclick: () => axis.reset() }, "Whole capture")),
+    box,
+    legend(lanes),
+    h("p", { className: "note" }, "Drag to zoom, double-click for the whole capture; when focused, arrows, + and \u2212 move and zoom. Seconds count from the first packet."),
+    capture.slaves.length > MAX_LANES && h("p", { className: "note" }, `The first ${MAX_LANES} of ${capture.slaves.length} slaves.`),
+    capture.slaves.some((s) => s.al.history_left_out || s.drive?.history_left_out) &&
+      h("p", { className: "note" }, "States that changed too often to list are left out; their bars end there."));
+
+  const tell = () => Object.assign(panel.dataset, { from: axis.min, to: axis.max });
+  axis.onChange(tell);
+  tell();
+  let plot;
+  queueMicrotask(() => requestAnimationFrame(() => {
+    plot = mount(box, {
+      height: height + 34,
+      padding: [4, 14, 0, 0],
+      cursor: { ...timeCursor, points: { show: false } },
+      scales: { x: { time: false, range: () => [axis.min, axis.max] }, y: { range: [0, height], dir: -1 } },
+      series: [{}, { paths: () => null, points: { show: false } }],
+      axes: [timeAxis(), {
+        size: LEFT,
+        grid: { show: false },
+        ticks: { show: false },
+        splits: () => lanes.map((l) => (l.top + l.bottom) / 2),
+        values: () => lanes.map(() => ""),
+      }],
+      hooks: {
+        draw: [(u) => {
+          drawLanes(u, lanes, focus);
+          drawLabels(u, lanes);
+        }],
+        setSelect: [selectTime(axis)],
+      },
+    }, [[axis.full.min, axis.full.max], [null, null]],
+    `Time line of ${count(capture.slaves.length, "slave")} over ${duration(capture.capture.duration_s * 1000)}. The tables of each slave hold the same states.`);
+    followTime(plot, axis);
+    plot.over.append(tip);
+    hover(plot, lanes, tip);
+    let pressed = 0;
+    plot.over.addEventListener("mousedown", (event) => { pressed = event.clientX; });
+    plot.over.addEventListener("click", (event) => {
+      if (Math.abs(event.clientX - pressed) > 3) return;
+      const area = plot.over.getBoundingClientRect();
+      const lane = lanes.find((l) => event.clientY - area.top >= l.top && event.clientY - area.top < l.bottom);
+      const marks = lane?.marks.filter((mark) => near(plot, mark, event.clientX - area.left)) ?? [];
+      if (marks.length) location.hash = `#finding-${marks[marks.length - 1].id}`;
+    });
+  }));
+
+  return {
+    panel,
+    show(finding) {
+      focus.time = finding.time_s;
+      focus.id = finding.id;
+      panel.dataset.focus = finding.id;
+      if (finding.time_s < axis.min || finding.time_s > axis.max || axis.max - axis.min === axis.full.max - axis.full.min) axis.center(finding.time_s);
+      plot?.redraw(false, false);
+      panel.scrollIntoView({ block: "center" });
+      plot?.over.focus({ preventScroll: true });
+    },
+  };
+}
+
+function drawLabels(u, lanes) {
+  const { ctx } = u;
+  const r = uPlot.pxRatio;
+  const room = u.bbox.left - 12 * r;
+  ctx.save();
+  ctx.textBaseline = "middle";
+  ctx.textAlign = "left";
+  for (const lane of lanes) {
+    const middle = u.bbox.top + ((lane.rows.length ? lane.rows[0].top + lane.rows[0].height / 2 : (lane.top + lane.bottom) / 2)) * r;
+    ctx.font = `600 ${Math.round(12 * r)}px system-ui, sans-serif`;
+    ctx.fillStyle = css("--text");
+    ctx.fillText(lane.label, 2 * r, middle);
+    if (!lane.more) continue;
+    const start = 2 * r + ctx.measureText(lane.label).width + 6 * r;
+    ctx.font = `${Math.round(12 * r)}px system-ui, sans-serif`;
+    ctx.fillStyle = css("--muted");
+    let text = lane.more;
+    while (text.length > 1 && start + ctx.measureText(text).width > room) text = `${text.replace(/\u2026$/, "").slice(0, -1)}\u2026`;
+    ctx.fillText(text, start, middle);
+  }
+  ctx.restore();
+}

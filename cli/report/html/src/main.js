@@ -1,0 +1,110 @@
+// Puts the report into the page.
+import { h } from "./dom.js";
+import { fileName } from "./format.js";
+import { findingsPanel, notJudgedPanel } from "./findings.js";
+import { lanesPanel } from "./lanes.js";
+import { live } from "./plots.js";
+import { slavePanel, unmetPanel } from "./slaves.js";
+import { busPanel, capturePanel, summaryPanel } from "./summary.js";
+import { timingPanel } from "./timing.js";
+import { TimeAxis } from "./axis.js";
+
+const data = JSON.parse(document.getElementById("data").textContent);
+const { report, pages } = data;
+const root = document.documentElement;
+
+function themeButton() {
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  const isDark = () => (root.dataset.theme ? root.dataset.theme === "dark" : dark.matches);
+  const button = h("button", { type: "button", id: "theme" });
+  const say = () => {
+    button.textContent = isDark() ? "Light" : "Dark";
+    button.setAttribute("aria-label", isDark() ? "Switch to light colours" : "Switch to dark colours");
+    for (const plot of live) plot.redraw(false, true);
+  };
+  button.addEventListener("click", () => {
+    root.dataset.theme = isDark() ? "light" : "dark";
+    say();
+  });
+  dark.addEventListener("change", say);
+  say();
+  return button;
+}
+
+function slavesPart(capture, page, axis) {
+  const unmet = (page.timeline?.slaves ?? []).filter((s) => s.slave === null);
+  if (capture.slaves.length + unmet.length === 0) return null;
+  const panels = capture.slaves.map((slave) => slavePanel(capture, page, slave, axis));
+  if (panels.length === 1) panels[0].open = true;
+  panels.push(...unmet.map((drawn, i) => unmetPanel(drawn, i, axis)));
+  const all = h("button", { type: "button", id: "all-slaves", onclick: () => {
+    const open = panels.some((p) => !p.open);
+    for (const panel of panels) panel.open = open;
+    all.textContent = open ? "Close all" : "Open all";
+  } }, "Open all");
+  return h("section", { id: "slaves", "aria-labelledby": "slaves-title" },
+    h("div", { className: "tools" }, h("h2", { id: "slaves-title" }, "Slaves"), h("span", { className: "space" }),
+      panels.length > 1 && panels.length <= 64 && all),
+    panels);
+}
+
+function capturePage(index) {
+  const capture = report.reports[index];
+  const page = pages[index];
+  const axis = new TimeAxis(0, capture.capture.duration_s ?? 0);
+  const lanes = lanesPanel(capture, page, axis);
+  const parts = [
+    ["summary", null, summaryPanel(capture, page)],
+    ["bus", "Bus", busPanel(capture)],
+    ["time", "Time line", lanes?.panel],
+    ["findings", "Findings", capture.slaves.length || page.order.length ? findingsPanel(capture, page, lanes?.show) : null],
+    ["timing", "Cycle", timingPanel(capture, page, axis)],
+    ["slaves", "Slaves", slavesPart(capture, page, axis)],
+    ["not-judged", "Not judged", capture.slaves.length || capture.not_evaluable.length ? notJudgedPanel(capture) : null],
+    ["capture", "Capture", capturePanel(capture, report)],
+  ].filter(([, , panel]) => panel);
+  return { parts: parts.map(([, , panel]) => panel), links: parts.filter(([, title]) => title).map(([id, title]) => h("a", { href: `#${id}` }, title)) };
+}
+
+/// Opens what the address points to, also where it is not made yet.
+function follow() {
+  const id = decodeURIComponent(location.hash.slice(1));
+  if (!id) return;
+  if (!document.getElementById(id)) document.getElementById("all-findings")?.click();
+  const target = document.getElementById(id);
+  if (!target) return;
+  if (target.tagName === "DETAILS") target.open = true;
+  target.scrollIntoView();
+  if (target.hasAttribute("tabindex")) target.focus({ preventScroll: true });
+}
+
+function start() {
+  const app = document.getElementById("app");
+  const nav = h("nav", { "aria-label": "Parts of the report" });
+  const main = h("main", { id: "main", tabindex: "-1" });
+  const show = (index) => {
+    live.clear();
+    const { parts, links } = capturePage(index);
+    nav.replaceChildren(...links);
+    main.replaceChildren(...parts);
+  };
+  const choice = report.reports.length > 1 && h("select", { "aria-label": "Capture", id: "choice", onchange: (event) => show(Number(event.target.value)) },
+    report.reports.map((r, i) => h("option", { value: i }, `${pages[i].verdict === "NOTHING-TO-CHECK" ? "\u2013" : pages[i].verdict} ${fileName(r.capture.path)}`)));
+  app.append(
+    h("a", { className: "skip", href: "#main" }, "Skip to the report"),
+    h("header", { className: "top" }, h("div", null, h("span", { className: "brand" }, "ecaudit"), choice, nav, h("span", { className: "space" }), themeButton())),
+    main,
+    h("footer", null, `ecaudit ${report.tool.version}. This page is complete in itself and loads nothing.`));
+  // The worst capture first.
+  const first = Math.max(0, pages.findIndex((p) => p.verdict === "FAIL"));
+  if (choice) choice.value = String(first);
+  show(first);
+  addEventListener("hashchange", follow);
+  follow();
+  addEventListener("beforeprint", () => {
+    const closed = document.querySelectorAll("details.slave:not([open])");
+    if (closed.length <= 8) for (const details of closed) details.open = true;
+  });
+}
+
+start();

@@ -1,0 +1,96 @@
+// The first screen: verdict, the sentence that matters, and the bus.
+import { facts, h, table } from "./dom.js";
+import { count, duration, fileName, grouped, hex } from "./format.js";
+import { alChip, driveChip, identityText, worst } from "./slaves.js";
+
+const STAMPS = { FAIL: "fail", PASS: "pass", "NOTHING-TO-CHECK": "none" };
+const MANY_SLAVES = 12;
+
+function cycleText(cycle) {
+  if (!cycle.cycles) return null;
+  const sources = { dc: "DC time", esl: "the probe's time", capture: "capture time" };
+  return [`${duration(cycle.median_us / 1000)} `, h("small", null, `median, by ${sources[cycle.time_source] ?? cycle.time_source}`)];
+}
+
+function directionText(direction) {
+  return { both: "both directions", outbound: "outbound only", returned: "returned only" }[direction] ?? direction;
+}
+
+export function summaryPanel(capture, page) {
+  const c = capture.capture;
+  const s = capture.summary;
+  const badge = (n, noun, kind) => n > 0 && h("span", { className: `badge ${kind}` }, count(n, noun));
+  return h("section", { className: "panel", id: "summary", "aria-label": "Verdict" },
+    h("div", { className: "verdict" },
+      h("span", { className: `stamp ${STAMPS[page.verdict] ?? "none"}` }, page.verdict === "NOTHING-TO-CHECK" ? "NOTHING TO CHECK" : page.verdict),
+      h("h1", null, page.sentence.charAt(0).toUpperCase() + page.sentence.slice(1)),
+      h("p", { className: "file" }, fileName(c.path), " ",
+        badge(s.errors, "error", "error"), badge(s.warnings, "warning", "warning"), badge(s.infos, "info", "info"),
+        badge(s.known, "known finding", "plain"))),
+    facts([
+      ["Captured", c.first_time ? `${c.first_time.slice(0, 10)} ${c.first_time.slice(11, 19)} UTC` : null],
+      ["Duration", c.duration_s !== null ? duration(c.duration_s * 1000) : null],
+      ["EtherCAT frames", [grouped(c.ethercat_frames), " ", h("small", null, c.packets === c.ethercat_frames ? directionText(c.direction) : `of ${count(c.packets, "packet")}, ${directionText(c.direction)}`)]],
+      ["Slaves", capture.slaves.length ? String(capture.slaves.length) : null],
+      ["Cycle", cycleText(capture.bus.cycle)],
+      ["Lost frames", capture.bus.lost_frames ? grouped(capture.bus.lost_frames) : "none"],
+      ["Damaged", c.damage ? c.damage.message : null],
+    ], "facts"));
+}
+
+export function busPanel(capture) {
+  if (capture.slaves.length === 0) return null;
+  const drives = capture.slaves.some((s) => s.drive);
+  const findingsOf = (slave) => capture.findings.filter((f) => f.slave === slave.position && !f.known);
+  const columns = [
+    { title: "Slave", value: (s) => h("a", { href: `#slave-${s.position}` }, `${s.position}`) },
+    { title: "Address", value: (s) => (s.station_address === null ? "" : hex(s.station_address)) },
+    { title: "Device", value: (s) => [s.name ?? "", s.name && h("br"), h("span", { className: "muted small" }, identityText(s))], long: true },
+    { title: "Family", value: (s) => h("span", { className: "nowrap" }, s.profile ?? "") },
+    { title: "AL state at the end", value: alChip },
+    ...(drives ? [{ title: "Drive at the end", value: (s) => driveChip(s) ?? "" }] : []),
+    { title: "Findings", value: (s) => {
+      const found = findingsOf(s);
+      return found.length === 0 ? h("span", { className: "muted" }, "none")
+        : h("span", { className: `badge ${worst(found)}` }, grouped(found.length));
+    } },
+  ];
+  const quiet = (s) => findingsOf(s).length === 0;
+  const shown = capture.slaves.length <= MANY_SLAVES ? capture.slaves
+    : capture.slaves.filter((s, i) => i < MANY_SLAVES || !quiet(s));
+  const rest = capture.slaves.filter((s) => !shown.includes(s));
+  return h("section", { className: "panel", id: "bus", "aria-labelledby": "bus-title" },
+    h("h2", { id: "bus-title" }, "Bus"),
+    table(shown, columns, null, "wide"),
+    rest.length > 0 && h("details", { className: "more" }, h("summary", null, `The other ${count(rest.length, "slave")}, without findings`), table(rest, columns, null, "wide")));
+}
+
+export function capturePanel(capture, report) {
+  const c = capture.capture;
+  const p = capture.bus.predictions;
+  const prediction = (one) => (one.made === 0 ? null : `${grouped(one.held)} of ${grouped(one.made)} came true`);
+  return h("section", { className: "panel", id: "capture", "aria-labelledby": "capture-title" },
+    h("h2", { id: "capture-title" }, "Capture"),
+    facts([
+      ["File", c.path], ["Format", c.format],
+      ["Interfaces", c.interfaces.map((i) => (i.name ?? "without name") + (i.dropped ? ` (${count(i.dropped, "packet")} dropped)` : "")).join(", ")],
+      ["Packets", grouped(c.packets)], ["Datagrams", grouped(c.datagrams)],
+      ["Outbound, returned", `${grouped(c.outbound_frames)}, ${grouped(c.returned_frames)}`],
+      ["Other packets", c.other_packets ? grouped(c.other_packets) : null],
+      ["Malformed", c.malformed_frames || null], ["Cut", c.cut_frames || null],
+      ["Time stamps", c.timestamp_resolution_ns ? `in steps of ${duration(c.timestamp_resolution_ns / 1e6)}` : "none"],
+      ["Settings", capture.settings.config], ["Baseline", capture.settings.baseline],
+    ], "evidence"),
+    h("h3", null, "How well the models foretold it"),
+    facts([
+      ["Answers to state requests", prediction(p.al_answers)],
+      ["Mailbox accesses", prediction(p.mailbox_accesses)],
+      ["Working counters", prediction(p.working_counters)],
+    ], "evidence"),
+    c.comments.length > 0 && h("details", { className: "more" }, h("summary", null, count(c.comments.length, "comment")),
+      table(c.comments, [
+        { title: "Frame", value: (x) => x.frame ?? "file", num: true },
+        { title: "Comment", value: (x) => x.text, long: true },
+      ])),
+    h("p", { className: "note" }, `Made by ecaudit ${report.tool.version}. 'ecaudit explain RULE' tells what a rule checks; 'ecaudit slice ${fileName(c.path)} --finding f1 -o f1.pcapng' copies the frames of a finding.`));
+}

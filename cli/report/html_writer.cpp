@@ -1,0 +1,99 @@
+#include "cli/report/html_writer.h"
+
+#include "cli/report/digest.h"
+#include "cli/report/finding_order.h"
+#include "cli/report/json_writer.h"
+#include "cli/report/text_writer.h"
+#include "cli/report/timeline_json.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit::report {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// What the page needs besides the JSON report.
+Json PageOf(const CaptureReport& capture) {
+  const HeadlineParts headline = HeadlinePartsOf(DigestOf(capture));
+  Json json;
+  json["verdict"] = headline.verdict;
+  json["sentence"] = headline.sentence;
+  json["order"] = Json::array();
+  for (const OrderedFinding& finding : OrderForReading(capture)) {
+    json["order"].push_back({finding.index, finding.depth});
+  }
+  json["timeline"] = capture.timeline ? TimelineJson(capture.result, *capture.timeline) : Json(nullptr);
+  return json;
+}
+
+/// For text between tags.
+std::string Escaped(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      default:
+        out += c;
+    }
+  }
+  return out;
+}
+
+/// JSON in which nothing looks like a tag, so that no text of the capture can end the element it stands in.
+std::string WithoutTags(std::string_view json) {
+  std::string out;
+  out.reserve(json.size());
+  for (const char c : json) {
+    if (c == '<') {
+      out += "\\u003c";
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
+
+std::string Title(const Report& report) {
+  if (report.captures.size() != 1) return Count(report.captures.size(), "capture") + " - ecaudit";
+  const std::string path = Printable(report.captures.front().result.capture.file.path);
+  return path.substr(path.rfind('/') + 1) + " - ecaudit";
+}
+
+}  // namespace
+
+std::string WriteHtml(const Report& report) {
+  Json data;
+  data["report"] = ReportJson(report);
+  data["pages"] = Json::array();
+  std::string summary;
+  for (const CaptureReport& capture : report.captures) {
+    data["pages"].push_back(PageOf(capture));
+    summary += Headline(capture) + "\n";
+  }
+
+  std::string out;
+  std::string_view page = HtmlPage();
+  const auto fill = [&](std::string_view mark, std::string_view text) {
+    const std::size_t at = page.find(mark);
+    if (at == std::string_view::npos) return;
+    out += page.substr(0, at);
+    out += text;
+    page.remove_prefix(at + mark.size());
+  };
+  // In the order in which they stand in the page.
+  fill(kTitleMark, Escaped(Title(report)));
+  fill(kSummaryMark, Escaped(summary));
+  fill(kDataMark, WithoutTags(data.dump(-1, ' ', false, Json::error_handler_t::replace)));
+  out += page;
+  return out;
+}
+
+}  // namespace ecaudit::report

@@ -1,0 +1,357 @@
+// HTML reports as people meet them: opened as a file in Chromium, read, zoomed, copied from, printed. No page may say
+// anything on the console, or ask for anything beside itself.
+import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { createServer } from "node:http";
+import { createRequire } from "node:module";
+import { tmpdir } from "node:os";
+import path from "node:path";
+import { after, before, test } from "node:test";
+import { pathToFileURL } from "node:url";
+
+const { ECAUDIT, ECAUDIT_SOURCE_DIR, CHROMIUM, PLAYWRIGHT } = process.env;
+const { chromium } = createRequire(import.meta.url)(PLAYWRIGHT);
+const SAMPLES = path.join(ECAUDIT_SOURCE_DIR, "samples", "captures");
+const folder = mkdtempSync(path.join(tmpdir(), "ecaudit-browser-"));
+
+const probe = spawnSync(ECAUDIT, ["check", "--format", "html", path.join(SAMPLES, "no-ethercat.pcapng")], { encoding: "utf8" });
+if (probe.stderr.includes("built without HTML reports")) {
+  console.log("skipped: this program was built without HTML reports");
+  process.exit(77);
+}
+
+let browser;
+before(async () => {
+  browser = await chromium.launch({
+    executablePath: CHROMIUM,
+    args: ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+      "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage"],
+  });
+});
+after(async () => {
+  await browser.close();
+  rmSync(folder, { recursive: true });
+});
+
+/// The report of captures as a file.
+function report(name, ...args) {
+  const file = path.join(folder, `${name}.html`);
+  const run = spawnSync(ECAUDIT, ["check", "-o", file, ...args], { encoding: "utf8" });
+  assert.ok(run.status === 0 || run.status === 1, run.stderr);
+  return file;
+}
+
+/// Opens the file and runs `use` with the page; fails when the page complained, or asked for something.
+async function open(file, use, options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, ...options });
+  await context.grantPermissions(["clipboard-read", "clipboard-write"]);
+  const page = await context.newPage();
+  const complaints = [];
+  page.on("console", (message) => complaints.push(`${message.type()}: ${message.text()}`));
+  page.on("pageerror", (error) => complaints.push(String(error)));
+  page.on("dialog", (dialog) => complaints.push(`dialog: ${dialog.message()}`));
+  const asked = [];
+  page.on("request", (request) => asked.push(request.url()));
+  await page.goto(pathToFileURL(file).href);
+  await page.waitForSelector("main h1");
+  await page.waitForTimeout(200); // plots are drawn with the next frames
+  try {
+    await use(page);
+    assert.deepEqual(complaints, []);
+    assert.deepEqual(asked.filter((url) => !url.startsWith("data:")), [pathToFileURL(file).href]);
+  } finally {
+    await context.close();
+  }
+}
+
+const range = (page) => page.$eval("#time", (e) => [Number(e.dataset.from), Number(e.dataset.to)]);
+const plotArea = async (page, selector) => (await page.$(`${selector} .u-over`)).boundingBox();
+
+const refused = () => report("refused", path.join(SAMPLES, "init-to-op-refused.pcapng"));
+
+test("the first screen has the verdict, the sentence and the bus", async () => {
+  await open(refused(), async (page) => {
+    assert.equal(await page.textContent(".stamp"), "FAIL");
+    assert.equal(await page.textContent("h1"), "Slave 0 (0x1001): OP requested in INIT: not allowed (frame 109)");
+    assert.match(await page.title(), /^init-to-op-refused\.pcapng - ecaudit$/);
+    const bus = await (await page.$("#bus")).boundingBox();
+    assert.ok(bus.y + bus.height < 900, "the bus lies on the first screen");
+    assert.match(await page.textContent("#bus"), /0x1001.*kollmorgen-akd-2011.*INIT/);
+  });
+});
+
+test("a clean capture passes", async () => {
+  const eni = path.join(ECAUDIT_SOURCE_DIR, "samples", "descriptions", "two-axes.eni.xml");
+  await open(report("clean", "--eni", eni, path.join(SAMPLES, "clean-startup.pcapng")), async (page) => {
+    assert.equal(await page.textContent(".stamp"), "PASS");
+    assert.match(await page.textContent("#findings"), /None\./);
+    assert.ok(await page.isVisible("#slave-0 figure canvas"), "signals are plotted");
+  });
+});
+
+test("process data of slaves that only the ENI file knows", async () => {
+  const eni = path.join(ECAUDIT_SOURCE_DIR, "samples", "descriptions", "two-axes.eni.xml");
+  await open(report("mid-run", "--eni", eni, path.join(SAMPLES, "mid-run.pcapng")), async (page) => {
+    assert.equal((await page.$$("#slaves details")).length, 2);
+    assert.ok(await page.isVisible("#eni-slave-1 figure canvas"), "signals are plotted");
+  });
+});
+
+test("every sample opens without complaint", async () => {
+  const expected = JSON.parse(readFileSync(path.join(SAMPLES, "expected.json"), "utf8"));
+  const files = Object.keys(expected).map((name) => path.join(SAMPLES, name));
+  await open(report("all", ...files), async (page) => {
+    const choice = await page.$("#choice");
+    assert.equal((await choice.$$("option")).length, files.length);
+    for (let i = 0; i < files.length; ++i) {
+      await choice.selectOption(String(i));
+      await page.waitForTimeout(40);
+      assert.match(await page.textContent(".file"), new RegExp(path.basename(files[i]).replaceAll(".", "\\.")));
+    }
+  });
+});
+
+test("zoom by mouse, keys and buttons", async () => {
+  await open(refused(), async (page) => {
+    const whole = await range(page);
+    const area = await plotArea(page, "#time");
+    const y = area.y + area.height / 2;
+    await page.mouse.move(area.x + area.width * 0.25, y);
+    await page.mouse.down();
+    await page.mouse.move(area.x + area.width * 0.5, y, { steps: 5 });
+    await page.mouse.up();
+    const [from, to] = await range(page);
+    const length = whole[1] - whole[0];
+    assert.ok(Math.abs(from - (whole[0] + length * 0.25)) < length * 0.02, `${from}`);
+    assert.ok(Math.abs(to - (whole[0] + length * 0.5)) < length * 0.02, `${to}`);
+
+    await page.focus("#time .u-over");
+    await page.keyboard.press("+");
+    const closer = await range(page);
+    assert.ok(closer[1] - closer[0] < (to - from) * 0.6);
+    await page.keyboard.press("ArrowRight");
+    assert.ok((await range(page))[0] > closer[0]);
+    await page.keyboard.press("Home");
+    assert.deepEqual(await range(page), whole);
+    await page.click("#time button[aria-label='Zoom in']");
+    assert.ok((await range(page))[1] - (await range(page))[0] < length);
+    await page.click("text=Whole capture");
+    assert.deepEqual(await range(page), whole);
+  });
+});
+
+test("a finding leads to its place in the time line, and back", async () => {
+  await open(refused(), async (page) => {
+    await page.click("#finding-f2 >> text=Show in time line");
+    assert.equal(await page.getAttribute("#time", "data-focus"), "f2");
+    const [from, to] = await range(page);
+    assert.ok(from < 0.005238 && 0.005238 < to && to - from < 0.02, `${from} ${to}`);
+    assert.equal(await page.evaluate(() => document.activeElement.closest("#time") !== null), true);
+
+    await page.click("text=Whole capture");
+    const area = await plotArea(page, "#time");
+    const whole = await range(page);
+    const at = (0.004158 - whole[0]) / (whole[1] - whole[0]);
+    await page.mouse.click(area.x + area.width * at, area.y + 10);
+    await page.waitForFunction(() => location.hash === "#finding-f1");
+    assert.equal(await page.evaluate(() => document.activeElement.id), "finding-f1");
+
+    await page.mouse.move(area.x + area.width * 0.8, area.y + 24);
+    await page.click("#finding-f2 .chain a");
+    assert.equal(await page.evaluate(() => location.hash), "#finding-f1");
+  });
+});
+
+test("what lies under the pointer is told", async () => {
+  await open(refused(), async (page) => {
+    const area = await plotArea(page, "#time");
+    await page.mouse.move(area.x + area.width * 0.7, area.y + 24);
+    assert.match(await page.textContent("#time .tip:not([hidden])"), /AL state: OP, from frame 174/);
+  });
+});
+
+test("filters are copied", async () => {
+  await open(refused(), async (page) => {
+    await page.click("#finding-f1 >> text=Copy filter");
+    assert.equal(await page.evaluate(() => navigator.clipboard.readText()), "frame.number==109 || frame.number==108");
+    assert.equal(await page.textContent("[role=status]"), "Copied");
+  });
+});
+
+test("the content security policy forbids everything else", async () => {
+  const file = refused();
+  const html = readFileSync(file, "utf8");
+  const policy = html.match(/Content-Security-Policy" content="([^"]*)"/)[1];
+  assert.match(policy, /^default-src 'none'; script-src 'sha256-[^']+'; style-src 'sha256-[^']+'; /);
+  assert.ok(!policy.includes("unsafe"));
+  const asked = [];
+  const server = createServer((request, response) => {
+    asked.push(request.url);
+    response.end();
+  });
+  await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
+  const context = await browser.newContext();
+  const page = await context.newPage();
+  await page.goto(pathToFileURL(file).href);
+  const outcome = await page.evaluate(async (url) => {
+    const script = document.createElement("script");
+    script.textContent = "window.injected = true";
+    document.body.append(script);
+    const image = new Promise((resolve) => {
+      const element = new Image();
+      element.onload = () => resolve("loaded");
+      element.onerror = () => resolve("refused");
+      element.src = `${url}/x.png`;
+    });
+    return { script: window.injected ?? "refused", image: await image,
+      fetch: await fetch(url).then(() => "fetched", () => "refused") };
+  }, `http://127.0.0.1:${server.address().port}`);
+  assert.deepEqual(outcome, { script: "refused", image: "refused", fetch: "refused" });
+  assert.deepEqual(asked, []);
+  await context.close();
+  server.close();
+});
+
+test("texts of others stay texts", async () => {
+  const eni = readFileSync(path.join(ECAUDIT_SOURCE_DIR, "samples", "descriptions", "two-axes.eni.xml"), "utf8");
+  const evil = "</script><img src=x onerror=alert(1)><b>x";
+  const file = path.join(folder, "evil.eni.xml");
+  writeFileSync(file, eni.replace(/<Name>[^<]*<\/Name>/g, `<Name>${evil.replaceAll("<", "&lt;")}</Name>`));
+  const html = report("evil", "--eni", file, path.join(SAMPLES, "clean-startup.pcapng"));
+  await open(html, async (page) => {
+    assert.ok((await page.textContent("main")).includes(evil), "the name is shown");
+    assert.equal(await page.$("main img"), null);
+    assert.equal(await page.$("main b:has-text('x onerror')"), null);
+  });
+});
+
+test("headings, landmarks and names for screen readers", async () => {
+  await open(refused(), async (page) => {
+    for (const landmark of ["header", "nav", "main", "footer"]) assert.equal((await page.$$(landmark)).length, 1, landmark);
+    assert.equal((await page.$$("h1")).length, 1);
+    const levels = await page.$$eval("h1, h2, h3, h4", (all) => all.map((e) => Number(e.tagName[1])));
+    levels.reduce((before, level) => {
+      assert.ok(level <= before + 1, `a heading of level ${level} follows one of level ${before}`);
+      return level;
+    }, 0);
+    const nameless = await page.$$eval("button, a, select, [role=img]", (all) =>
+      all.filter((e) => !(e.textContent.trim() || e.getAttribute("aria-label"))).map((e) => e.outerHTML));
+    assert.deepEqual(nameless, []);
+    assert.equal(await page.getAttribute("html", "lang"), "en");
+    await page.keyboard.press("Tab");
+    assert.equal(await page.evaluate(() => document.activeElement.className), "skip");
+    const ids = await page.$$eval("[id]", (all) => all.map((e) => e.id));
+    assert.equal(new Set(ids).size, ids.length, "no id twice");
+    const dangling = await page.$$eval("a[href^='#']", (all) => all.map((e) => e.getAttribute("href").slice(1)).filter((id) => !document.getElementById(id)));
+    assert.deepEqual(dangling, []);
+  });
+});
+
+/// Texts whose contrast to what lies behind them is below 4.5 to 1.
+const faint = (page) => page.evaluate(() => {
+  const numbers = (color) => color.match(/[\d.]+/g).map(Number);
+  const light = ([r, g, b]) => {
+    const part = (v) => (v / 255 <= 0.03928 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4);
+    return 0.2126 * part(r) + 0.7152 * part(g) + 0.0722 * part(b);
+  };
+  const behind = (element) => {
+    for (let e = element; e; e = e.parentElement) {
+      const color = numbers(getComputedStyle(e).backgroundColor);
+      if (color.length === 3 || color[3] > 0.99) return color;
+    }
+    return [255, 255, 255];
+  };
+  const found = [];
+  for (const element of document.querySelectorAll("main *, header *, footer")) {
+    const own = [...element.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim());
+    if (!own || !element.checkVisibility()) continue;
+    const [a, b] = [light(numbers(getComputedStyle(element).color)), light(behind(element))];
+    const contrast = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+    if (contrast < 4.5) found.push(`${element.className} ${element.textContent.slice(0, 30)}: ${contrast.toFixed(2)}`);
+  }
+  return found;
+});
+
+test("light and dark, both legible", async () => {
+  const file = refused();
+  for (const colorScheme of ["light", "dark"]) {
+    await open(file, async (page) => {
+      const background = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+      const before = await background();
+      assert.deepEqual(await faint(page), []);
+      await page.click("#theme");
+      assert.notEqual(await background(), before);
+      assert.deepEqual(await faint(page), []);
+      await page.click("#theme");
+      assert.equal(await background(), before);
+    }, { colorScheme });
+  }
+});
+
+test("prints without buttons, with what was folded", async () => {
+  await open(report("mixed", path.join(SAMPLES, "clean-mixed-bus.pcapng")), async (page) => {
+    await page.emulateMedia({ media: "print" });
+    await page.evaluate(() => dispatchEvent(new Event("beforeprint")));
+    assert.equal(await page.isVisible("header.top"), false);
+    assert.equal(await page.isVisible("#slave-2 table"), true);
+    const pdf = await page.pdf({ format: "A4" });
+    assert.ok(pdf.length > 10_000);
+  });
+});
+
+test("a narrow window scrolls down only", async () => {
+  await open(refused(), async (page) => {
+    const widths = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
+    assert.ok(widths[0] <= widths[1], `${widths}`);
+  }, { viewport: { width: 420, height: 800 } });
+});
+
+/// A capture of `packets` packets: the cycles of a sample again and again.
+function longCapture(packets) {
+  const source = readFileSync(path.join(SAMPLES, "clean-startup.pcapng"));
+  const all = [];
+  for (let at = 0; at < source.length; at += source.readUInt32LE(at + 4)) {
+    if (source.readUInt32LE(at) !== 6) continue;
+    const time = (BigInt(source.readUInt32LE(at + 12)) << 32n) | BigInt(source.readUInt32LE(at + 16));
+    all.push([time, source.subarray(at + 28, at + 28 + source.readUInt32LE(at + 20))]);
+  }
+  const record = ([time, bytes], shift) => {
+    const header = Buffer.alloc(16);
+    header.writeUInt32LE(Number((time + shift) / 1_000_000_000n), 0);
+    header.writeUInt32LE(Number((time + shift) % 1_000_000_000n), 4);
+    header.writeUInt32LE(bytes.length, 8);
+    header.writeUInt32LE(bytes.length, 12);
+    return Buffer.concat([header, bytes]);
+  };
+  const file = Buffer.alloc(24);
+  file.writeUInt32LE(0xa1b23c4d, 0);
+  file.writeUInt16LE(2, 4);
+  file.writeUInt16LE(4, 6);
+  file.writeUInt32LE(262144, 16);
+  file.writeUInt32LE(1, 20);
+  const [from, to] = [250, 350]; // cyclic process data in OP
+  const period = all[to][0] - all[from][0];
+  const parts = [file, ...all.slice(0, from).map((p) => record(p, 0n))];
+  let shift = 0n;
+  for (let n = all.length; n < packets; n += to - from, shift += period) {
+    for (const packet of all.slice(from, to)) parts.push(record(packet, shift));
+  }
+  for (const packet of all.slice(to)) parts.push(record(packet, shift - period));
+  const name = path.join(folder, `long-${packets}.pcap`);
+  writeFileSync(name, Buffer.concat(parts));
+  return name;
+}
+
+test("a long capture gives a small page that opens at once", async () => {
+  const short = readFileSync(report("short", longCapture(2_000))).length;
+  const file = report("long", longCapture(150_000));
+  const size = readFileSync(file).length;
+  assert.ok(size < short + 400_000, `${short} -> ${size} bytes`);
+  const start = Date.now();
+  await open(file, async (page) => {
+    assert.ok(Date.now() - start < 10_000);
+    assert.match(await page.textContent("#summary"), /149,\d{3}/);
+    assert.ok(await page.isVisible("#timing canvas"));
+  });
+});
