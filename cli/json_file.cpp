@@ -11,8 +11,6 @@
 namespace ecaudit::cli {
 namespace {
 
-constexpr std::uintmax_t kLargestFile = 16U << 20U;
-
 /// Finds where a text stops being JSON, which the parser without exceptions does not tell otherwise.
 class ErrorLocator : public nlohmann::json_sax<nlohmann::json> {
  public:
@@ -53,13 +51,13 @@ std::string LineAndColumn(const std::string& text, std::size_t position) {
 
 }  // namespace
 
-Result<std::string> ReadSmallFile(const std::string& path) {
+Result<std::string> ReadSmallFile(const std::string& path, std::uintmax_t largest) {
   std::error_code code;
   const auto status = std::filesystem::status(path, code);
   if (!std::filesystem::exists(status)) return Error{"no such file: " + path};
   if (std::filesystem::is_directory(status)) return Error{path + " is a directory, not a file"};
-  if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(path, code) > kLargestFile) {
-    return Error{path + " is too large (more than 16 MiB)"};
+  if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(path, code) > largest) {
+    return Error{path + " is too large (more than " + std::to_string(largest >> 20U) + " MiB)"};
   }
   errno = 0;
   std::ifstream file(path, std::ios::binary);
@@ -69,8 +67,8 @@ Result<std::string> ReadSmallFile(const std::string& path) {
   return text;
 }
 
-Result<nlohmann::json> ReadJsonFile(const std::string& path) {
-  const Result<std::string> text = ReadSmallFile(path);
+Result<nlohmann::json> ReadJsonFile(const std::string& path, std::uintmax_t largest) {
+  const Result<std::string> text = ReadSmallFile(path, largest);
   if (!text) return text.error();
   auto document = nlohmann::json::parse(*text, nullptr, false);
   if (document.is_discarded()) {

@@ -1,6 +1,7 @@
 /// Small JSON files that people write: configuration and baseline.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include <nlohmann/json.hpp>
@@ -9,11 +10,15 @@
 
 namespace ecaudit::cli {
 
-/// Reads and parses `path`, at most 16 MiB.
+inline constexpr std::uintmax_t kLargestWritten = 16U << 20U;  ///< bytes of a file that people write
+inline constexpr std::uintmax_t kLargestReport = 1U << 30U;    ///< bytes of a report
+
+/// Reads and parses `path`.
+/// @param largest  bytes it may have
 /// @return the document, or one line: "x.json:3:14: not valid JSON"
-[[nodiscard]] Result<nlohmann::json> ReadJsonFile(const std::string& path);
+[[nodiscard]] Result<nlohmann::json> ReadJsonFile(const std::string& path, std::uintmax_t largest = kLargestWritten);
 
 /// The whole file; or one line saying why not.
-[[nodiscard]] Result<std::string> ReadSmallFile(const std::string& path);
+[[nodiscard]] Result<std::string> ReadSmallFile(const std::string& path, std::uintmax_t largest = kLargestWritten);
 
 }  // namespace ecaudit::cli

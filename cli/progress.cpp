@@ -31,6 +31,10 @@ void Progress::Update(std::uint64_t bytes_done, std::uint64_t bytes_total, std::
   shown_ = true;
 }
 
+void Progress::Relabel(std::string_view label) {
+  label_ = report::OneLine(label);
+}
+
 void Progress::Clear() {
   if (!shown_) return;
   std::fputs("\r\x1b[K", stream_);

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "cli/console.h"
 
@@ -19,6 +20,8 @@ class Progress {
 
   /// Shows share, rate and time left, at most five times a second. `bytes_total` 0: unknown.
   void Update(std::uint64_t bytes_done, std::uint64_t bytes_total, std::uint64_t frames);
+  /// Another label from the next line on; may hold untrusted text.
+  void Relabel(std::string_view label);
   /// Takes the line away.
   void Clear();
 

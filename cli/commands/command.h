@@ -30,6 +30,8 @@ class Command {
 };
 
 [[nodiscard]] std::unique_ptr<Command> MakeCheckCommand();
+[[nodiscard]] std::unique_ptr<Command> MakeBatchCommand();
+[[nodiscard]] std::unique_ptr<Command> MakeMergeCommand();
 [[nodiscard]] std::unique_ptr<Command> MakeDecodeCommand();
 [[nodiscard]] std::unique_ptr<Command> MakeEventsCommand();
 [[nodiscard]] std::unique_ptr<Command> MakeSignalsCommand();

@@ -52,7 +52,7 @@ struct NotJudged {
 /// One capture.
 struct CaptureDigest {
   std::string path;
-  std::string report;  ///< file of the whole report; empty: none
+  std::string report;  ///< name of the file with the whole report; empty: none
   /// Why the capture could not be read, in which case nothing but `path` is filled. Empty: it was read.
   std::string unreadable;
   std::uint64_t packets = 0;

@@ -13,12 +13,11 @@ namespace {
 /// Captures without findings are listed up to this number.
 constexpr std::size_t kQuietListed = 40;
 
-/// "3 of 9 captures fail: 5 errors, 2 warnings, 1 info; 1 cannot be read"
+/// "9 captures, 3 failed: 5 errors, 2 warnings, 1 info; 1 could not be read"
 std::string FirstLine(const Digest& digest, const Tally& tally) {
   const Summary& s = tally.findings;
-  std::string text = tally.failed > 0
-                         ? Grouped(tally.failed) + " of " + Count(digest.captures.size(), "capture") + " failed: "
-                         : Count(digest.captures.size(), "capture") + ", none failed: ";
+  std::string text = Count(digest.captures.size(), "capture") + ", " +
+                     (tally.failed > 0 ? Grouped(tally.failed) : "none") + " failed: ";
   text += Count(s.errors, "error") + ", " + Count(s.warnings, "warning") + ", " + Count(s.infos, "info");
   if (s.known > 0) text += ", " + Grouped(s.known) + " known from the baseline";
   if (tally.unreadable > 0) text += "; " + Grouped(tally.unreadable) + " could not be read";

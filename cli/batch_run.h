@@ -1,0 +1,47 @@
+/// Checks many captures with several workers. The results do not depend on their number.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "cli/capture_check.h"
+#include "cli/capture_options.h"
+#include "cli/console.h"
+#include "cli/report/digest.h"
+
+namespace ecaudit::cli {
+
+/// One capture of a batch.
+struct BatchJob {
+  std::string path;
+  std::string report;                        ///< file for the whole report
+  std::shared_ptr<const Settings> settings;  ///< null when there is a problem
+  const Baseline* baseline = nullptr;
+  report::Origin origin;
+  std::string problem;  ///< why it cannot be read, when that is known before
+};
+
+struct BatchResult {
+  std::optional<report::CaptureDigest> digest;  ///< nothing: not reached
+  bool done_before = false;                     ///< taken from its report
+  bool lacks_slave = false;
+};
+
+struct BatchOptions {
+  unsigned workers = 1;
+  bool skip_done = false;
+};
+
+/// Writes the report of each job and keeps its digest. Ends early when interrupted (interrupt.h), after a report that
+/// cannot be written, and after an exception in a worker, which is thrown on. A capture that is being read then is not
+/// reached: no report covers it in part.
+///
+/// @param results  one for each job, in their order
+/// @return why a report could not be written
+[[nodiscard]] std::optional<Error> RunBatch(std::span<const BatchJob> jobs, const BatchOptions& options,
+                                            std::vector<BatchResult>& results, const Console& console);
+
+}  // namespace ecaudit::cli

@@ -1,0 +1,213 @@
+/// `ecaudit batch`: many captures, one report each and one summary.
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "analyzers/analysis.h"
+#include "cli/baseline.h"
+#include "cli/batch_run.h"
+#include "cli/capture_check.h"
+#include "cli/capture_options.h"
+#include "cli/commands/command.h"
+#include "cli/config.h"
+#include "cli/file_list.h"
+#include "cli/interrupt.h"
+#include "cli/output_file.h"
+#include "cli/output_plan.h"
+#include "cli/report/formats.h"
+#include "cli/report/layout.h"
+#include "cli/report_folder.h"
+#include "cli/report_output.h"
+#include "cli/settings_key.h"
+#include "cli/summary_run.h"
+#include "cli/version.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr unsigned kMostWorkers = 512;
+constexpr const char* kDefaultFolder = "ecaudit-reports";
+
+class BatchCommand : public Command {
+ public:
+  [[nodiscard]] std::string_view name() const override { return "batch"; }
+  [[nodiscard]] std::string_view usage() const override { return "batch PATH..."; }
+  [[nodiscard]] std::string_view summary() const override {
+    return "Check many captures in parallel: a report for each, one summary";
+  }
+
+  void Declare(OptionSet& options) override {
+    options.Arguments("PATH", options_.captures,
+                      "captures, folders with captures (and folders in them), or wildcards in quotes");
+    options.Group("How to work");
+    options.Value("--jobs", "N", jobs_text_, "captures to check at the same time (default: one for each processor)");
+    options.Value("--output-dir", "DIR", folder_, "folder for the reports, one JSON each (default: ecaudit-reports)");
+    options.Flag("--skip-done", batch_.skip_done, "keep reports that are whole and up to date, from an earlier run");
+    options_.DeclareSettings(options);
+    gate_.Declare(options);
+    output_.Declare(options, "of the summary: " + report::FormatList(report::SummaryFormats()));
+    options.Footer(
+        "\n-o and --format are for the summary. The exit status is the highest that check would give.\n"
+        "Example: ecaudit batch --skip-done -o json=summary.json -o junit=summary.xml captures/");
+  }
+
+  [[nodiscard]] ExitStatus Run(Console& console) override {
+    // Everything that can be wrong with the command line is found before the first capture is read.
+    if (const auto error = Prepare()) return Fail(console, *error);
+    // First the folder: the summary may be meant to stand in it.
+    if (const auto error = MakeReportFolder(*folder_)) return Fail(console, *error);
+    const Result<ReportOutput> output = ReportOutput::PlanSummary(output_, paths_);
+    if (!output) return Fail(console, output.error());
+    std::vector<std::string> names;
+    for (const BatchJob& job : jobs_) names.push_back(fs::path(job.report).filename().string());
+    RemoveUnfinished(*folder_, names);
+
+    ListenForInterrupt();
+    std::vector<BatchResult> results;
+    const std::optional<Error> error = RunBatch(jobs_, batch_, results, console);
+    ExitStatus status = ExitStatus::kClean;
+    if (error) status = Fail(console, *error);
+    const report::Digest digest = Collect(results, console);
+    status = Worst(status, Deliver(digest, *output, gate_.write_baseline, console));
+    TellOutcome(results, digest, console);
+    return status;
+  }
+
+ private:
+  static ExitStatus Fail(Console& console, const Error& error) {
+    console.Error(error.message);
+    return ExitStatus::kUsage;
+  }
+
+  [[nodiscard]] std::optional<Error> Prepare() {
+    if (auto error = ReadWorkers()) return error;
+    if (gate_.write_baseline) {
+      if (auto error = CheckOutputPath(*gate_.write_baseline)) return error;
+    }
+    TakeFolderFromOutputs();
+    if (!folder_) folder_ = kDefaultFolder;
+    if (std::find(options_.captures.begin(), options_.captures.end(), "-") != options_.captures.end()) {
+      return Error{"batch does not read standard input (-); use check"};
+    }
+    Result<FileList> list = ExpandPaths(options_.captures, IsCaptureName, "capture");
+    if (!list) return list.error();
+    paths_ = std::move(list->files);
+    for (const std::string& path : paths_) {
+      if (auto error = AddJob(path)) return error;
+    }
+    for (const report::UnreadableCapture& folder : list->unreadable) {
+      BatchJob job;
+      job.path = folder.path;
+      job.report = (fs::path(*folder_) / ReportName(folder.path)).string();
+      job.problem = folder.message;
+      jobs_.push_back(std::move(job));
+    }
+    return std::nullopt;
+  }
+
+  [[nodiscard]] std::optional<Error> ReadWorkers() {
+    batch_.workers = std::clamp(std::thread::hardware_concurrency(), 1U, kMostWorkers);
+    if (!jobs_text_) return std::nullopt;
+    const char* end = jobs_text_->data() + jobs_text_->size();
+    const auto [rest, code] = std::from_chars(jobs_text_->data(), end, batch_.workers);
+    if (code == std::errc() && rest == end && batch_.workers >= 1 && batch_.workers <= kMostWorkers) {
+      return std::nullopt;
+    }
+    return Error{"--jobs is '" + *jobs_text_ + "' but must be a number from 1 to " + std::to_string(kMostWorkers)};
+  }
+
+  /// "-o DIR/" and "-o DIR" with a folder that exists can only mean the folder of the reports.
+  void TakeFolderFromOutputs() {
+    std::error_code ignored;
+    for (auto output = output_.outputs.begin(); output != output_.outputs.end() && !folder_; ++output) {
+      if (!output->ends_with('/') && !fs::is_directory(*output, ignored)) continue;
+      folder_ = *output;
+      output_.outputs.erase(output);
+      // What stays on standard output is the summary, as if --output-dir had been typed.
+      return;
+    }
+  }
+
+  /// Settings for one configuration file, made once.
+  struct Prepared {
+    std::shared_ptr<const Settings> settings;
+    std::string key;
+  };
+
+  [[nodiscard]] std::optional<Error> AddJob(const std::string& path) {
+    const std::string config = options_.config ? *options_.config : FindConfig(path).value_or("");
+    auto prepared = prepared_.find(config);
+    if (prepared == prepared_.end()) {
+      Result<Settings> settings = ResolveSettings(options_, gate_, path);
+      if (!settings) return settings.error();
+      if (auto error = baselines_.Load(settings->baseline)) return error;
+      std::string key = SettingsKey(*settings);
+      prepared = prepared_.emplace(config, Prepared{std::make_shared<const Settings>(std::move(*settings)), key}).first;
+    }
+    BatchJob job;
+    job.path = path;
+    job.report = (fs::path(*folder_) / ReportName(path)).string();
+    job.settings = prepared->second.settings;
+    job.baseline = baselines_.Find(job.settings->baseline);
+    job.origin = OriginOf(path, prepared->second.key);
+    jobs_.push_back(std::move(job));
+    return std::nullopt;
+  }
+
+  [[nodiscard]] report::Digest Collect(std::vector<BatchResult>& results, Console& console) {
+    report::Digest digest;
+    digest.version = Version();
+    digest.rules = RuleCatalogue();
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      if (!results[i].digest) {
+        ++digest.not_reached;
+        continue;
+      }
+      if (results[i].lacks_slave) console.Warning(jobs_[i].path + " has none of the slaves of --slave");
+      digest.captures.push_back(std::move(*results[i].digest));
+    }
+    SortCaptures(digest);
+    return digest;
+  }
+
+  void TellOutcome(const std::vector<BatchResult>& results, const report::Digest& digest, Console& console) const {
+    const auto done = static_cast<std::uint64_t>(
+        std::count_if(results.begin(), results.end(), [](const BatchResult& r) { return r.done_before; }));
+    std::string text = Count(digest.captures.size(), "report") + " in " + *folder_;
+    if (done > 0) text += ", " + Grouped(done) + " of them done before";
+    if (digest.not_reached > 0) {
+      text += "; interrupted, " + Grouped(digest.not_reached) + " not checked: go on with --skip-done";
+    }
+    console.Error(text);
+  }
+
+  CaptureOptions options_;
+  GateOptions gate_;
+  OutputOptions output_;
+  BatchOptions batch_;
+  std::optional<std::string> jobs_text_;
+  std::optional<std::string> folder_;
+  std::vector<std::string> paths_;
+  std::map<std::string, Prepared> prepared_;  ///< by configuration file
+  BaselineShelf baselines_;
+  std::vector<BatchJob> jobs_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeBatchCommand() {
+  return std::make_unique<BatchCommand>();
+}
+
+}  // namespace ecaudit::cli

@@ -1,0 +1,143 @@
+/// `ecaudit merge`: reports of many captures, made anywhere, as one summary.
+#include <filesystem>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "analyzers/analysis.h"
+#include "cli/baseline.h"
+#include "cli/commands/command.h"
+#include "cli/file_list.h"
+#include "cli/json_file.h"
+#include "cli/output_file.h"
+#include "cli/output_plan.h"
+#include "cli/report/digest_json.h"
+#include "cli/report/formats.h"
+#include "cli/report_output.h"
+#include "cli/summary_run.h"
+#include "cli/version.h"
+
+namespace ecaudit::cli {
+namespace {
+
+class MergeCommand : public Command {
+ public:
+  [[nodiscard]] std::string_view name() const override { return "merge"; }
+  [[nodiscard]] std::string_view usage() const override { return "merge REPORT..."; }
+  [[nodiscard]] std::string_view summary() const override {
+    return "Join JSON reports of many captures into one summary";
+  }
+
+  void Declare(OptionSet& options) override {
+    options.Arguments("REPORT", paths_,
+                      "JSON reports of check and batch, folders with reports, or wildcards in quotes");
+    options.Group("How to judge");
+    options.Value("--fail-on", "SEVERITY", fail_on_,
+                  "instead of what the reports were made with: error, warning, info or never");
+    options.Value("--baseline", "FILE", baseline_, "findings listed there are known and do not count");
+    options.Value("--write-baseline", "FILE", write_baseline_, "list all findings of the reports there");
+    output_.Declare(options, report::FormatList(report::SummaryFormats()));
+    options.Footer(
+        "\nThe summary is that of one batch over all the captures, and so is the exit status.\n"
+        "Example: ecaudit merge -o junit=summary.xml host1/reports host2/reports");
+  }
+
+  [[nodiscard]] ExitStatus Run(Console& console) override {
+    if (const auto error = Prepare()) return Fail(console, *error);
+    const Result<ReportOutput> output = ReportOutput::PlanSummary(output_, files_);
+    if (!output) return Fail(console, output.error());
+    if (write_baseline_) {
+      if (const auto error = CheckOutputPath(*write_baseline_)) return Fail(console, *error);
+    }
+    report::Digest digest;
+    digest.version = Version();
+    digest.rules = RuleCatalogue();
+    bool complete = true;
+    for (const std::string& file : files_) {
+      if (const auto error = Read(file, digest, console)) {
+        console.Error(error->message);
+        complete = false;
+      }
+    }
+    // A summary that lacks captures without saying so would be worse than none.
+    if (!complete) return ExitStatus::kUsage;
+    if (digest.captures.empty()) return Fail(console, Error{"the reports tell of no capture"});
+    if (versions_.size() > 1 || !versions_.contains(digest.version)) WarnOfVersions(console);
+    SortCaptures(digest);
+    return Deliver(digest, *output, write_baseline_, console);
+  }
+
+ private:
+  static ExitStatus Fail(Console& console, const Error& error) {
+    console.Error(error.message);
+    return ExitStatus::kUsage;
+  }
+
+  [[nodiscard]] std::optional<Error> Prepare() {
+    if (fail_on_) {
+      parsed_fail_on_ = report::ParseFailOn(*fail_on_);
+      if (!parsed_fail_on_) {
+        return Error{"--fail-on is '" + *fail_on_ + "' but must be error, warning, info or never"};
+      }
+    }
+    if (baseline_) {
+      Result<Baseline> known = ReadBaseline(*baseline_);
+      if (!known) return known.error();
+      known_ = std::move(*known);
+    }
+    Result<FileList> list = ExpandPaths(paths_, IsReportName, "report");
+    if (!list) return list.error();
+    if (!list->unreadable.empty()) return Error{list->unreadable.front().message};
+    files_ = std::move(list->files);
+    return std::nullopt;
+  }
+
+  [[nodiscard]] std::optional<Error> Read(const std::string& file, report::Digest& digest, Console& console) {
+    const Result<nlohmann::json> document = ReadJsonFile(file, kLargestReport);
+    if (!document) return document.error();
+    if (document->is_object() && document->value("schema", nlohmann::json()) == "ecaudit.summary/1") {
+      console.Warning(file + " is a summary, not a report: passed over");
+      return std::nullopt;
+    }
+    Result<report::ReportDigest> read = report::ReadReportDigest(*document);
+    if (!read) return Error{file + ": " + read.error().message};
+    versions_.insert(read->version);
+    for (report::CaptureDigest& capture : read->captures) {
+      capture.report = std::filesystem::path(file).filename().string();
+      if (parsed_fail_on_) capture.fail_on = *parsed_fail_on_;
+      if (baseline_) {
+        capture.baseline = *baseline_;
+        ApplyBaseline(known_, capture);
+      }
+      digest.captures.push_back(std::move(capture));
+    }
+    return std::nullopt;
+  }
+
+  void WarnOfVersions(Console& console) const {
+    std::string text;
+    for (const std::string& version : versions_) text += (text.empty() ? "" : ", ") + version;
+    console.Warning("the reports were made by ecaudit " + text + ", this is " + std::string(Version()) +
+                    ": rules may have changed in between");
+  }
+
+  std::vector<std::string> paths_;
+  std::vector<std::string> files_;
+  std::optional<std::string> fail_on_, baseline_, write_baseline_;
+  std::optional<report::FailOn> parsed_fail_on_;
+  Baseline known_;
+  OutputOptions output_;
+  std::set<std::string> versions_;  ///< that made the reports
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeMergeCommand() {
+  return std::make_unique<MergeCommand>();
+}
+
+}  // namespace ecaudit::cli

@@ -1,0 +1,70 @@
+#include "cli/report_folder.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "cli/json_file.h"
+#include "cli/report/digest_json.h"
+#include "cli/report/fingerprint.h"
+#include "cli/report/layout.h"
+#include "cli/version.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// File names may have 255 bytes; the rest is for the hash, the ending and the temporary name.
+constexpr std::size_t kLongestName = 200;
+/// ".XXXXXX" behind the name of a file that is being written.
+constexpr std::size_t kTemporaryEnding = 7;
+
+}  // namespace
+
+std::string ReportName(const std::string& capture) {
+  std::string name = fs::path(capture).filename().string().substr(0, kLongestName);
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }, '_');
+  return name + "-" + Hex(report::StableHash(capture), 16).substr(2, 12) + ".json";
+}
+
+std::optional<Error> MakeReportFolder(const std::string& folder) {
+  std::error_code code;
+  fs::create_directories(folder, code);
+  if (fs::is_directory(folder)) return std::nullopt;
+  return Error{"cannot make the folder " + folder + (code ? ": " + code.message() : ": there is a file of that name")};
+}
+
+void RemoveUnfinished(const std::string& folder, std::span<const std::string> report_names) {
+  std::vector<std::string_view> names(report_names.begin(), report_names.end());
+  std::sort(names.begin(), names.end());
+  std::error_code code;
+  std::vector<fs::path> unfinished;
+  for (fs::directory_iterator entry(folder, code); !code && entry != fs::directory_iterator(); entry.increment(code)) {
+    const std::string name = entry->path().filename().string();
+    if (name.size() <= kTemporaryEnding || name[name.size() - kTemporaryEnding] != '.') continue;
+    const std::string_view whole = std::string_view(name).substr(0, name.size() - kTemporaryEnding);
+    if (std::binary_search(names.begin(), names.end(), whole)) unfinished.push_back(entry->path());
+  }
+  for (const fs::path& path : unfinished) fs::remove(path, code);
+}
+
+std::optional<report::CaptureDigest> ReadDoneReport(const std::string& path, const std::string& capture,
+                                                    const report::Origin& origin) {
+  const Result<nlohmann::json> document = ReadJsonFile(path, kLargestReport);
+  if (!document) return std::nullopt;
+  Result<report::ReportDigest> report = report::ReadReportDigest(*document);
+  if (!report || report->version != Version() || report->origin != origin || report->captures.size() != 1) {
+    return std::nullopt;
+  }
+  report::CaptureDigest& digest = report->captures.front();
+  if (!digest.unreadable.empty() || digest.path != report::PrintableLines(capture)) return std::nullopt;
+  return std::move(digest);
+}
+
+}  // namespace ecaudit::cli

@@ -1,0 +1,30 @@
+/// The folder in which `batch` keeps one report for each capture.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+
+#include "cli/report/digest.h"
+#include "cli/report/report.h"
+#include "decoder/base/result.h"
+
+namespace ecaudit::cli {
+
+/// "trace.pcapng-3fa2b1c04d5e.json" for "axis1/trace.pcapng": the name of the capture and a hash of its path as it is
+/// spelled. It depends on nothing else, so two captures of one name do not meet, and a capture has the same report
+/// whichever captures are checked with it, and on whichever machine.
+[[nodiscard]] std::string ReportName(const std::string& capture);
+
+/// Makes `folder` unless it exists.
+[[nodiscard]] std::optional<Error> MakeReportFolder(const std::string& folder);
+
+/// Takes away what a killed run has left: unfinished files of these reports.
+void RemoveUnfinished(const std::string& folder, std::span<const std::string> report_names);
+
+/// What the report at `path` says, when it is whole, tells of `capture` alone, could read it, and was made by this
+/// version of the program with the settings and from the file of `origin`. Nothing else counts as done.
+[[nodiscard]] std::optional<report::CaptureDigest> ReadDoneReport(const std::string& path, const std::string& capture,
+                                                                  const report::Origin& origin);
+
+}  // namespace ecaudit::cli

@@ -1,0 +1,18 @@
+/// Tells whether a report was made in the way it would be made now.
+#pragma once
+
+#include <string>
+
+#include "cli/capture_options.h"
+#include "cli/report/report.h"
+
+namespace ecaudit::cli {
+
+/// Hash of everything but the capture that a report depends on: version and catalogue of the program, settings, and the
+/// content of baseline, ESI and ENI files. 16 hexadecimal digits.
+[[nodiscard]] std::string SettingsKey(const Settings& settings);
+
+/// Size and time of last change of `capture` beside `settings_key`; zeros where the file does not tell.
+[[nodiscard]] report::Origin OriginOf(const std::string& capture, const std::string& settings_key);
+
+}  // namespace ecaudit::cli

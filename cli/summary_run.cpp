@@ -1,0 +1,36 @@
+#include "cli/summary_run.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "cli/baseline.h"
+#include "cli/output_file.h"
+
+namespace ecaudit::cli {
+
+void SortCaptures(report::Digest& digest) {
+  std::sort(digest.captures.begin(), digest.captures.end(),
+            [](const report::CaptureDigest& a, const report::CaptureDigest& b) {
+              return std::tie(a.path, a.report) < std::tie(b.path, b.report);
+            });
+}
+
+ExitStatus Deliver(const report::Digest& digest, const ReportOutput& output,
+                   const std::optional<std::string>& write_baseline, Console& console) {
+  ExitStatus status = report::Summarise(digest).fail ? ExitStatus::kFindings : ExitStatus::kClean;
+  const auto fail = [&](const std::string& message) {
+    console.Error(message);
+    status = ExitStatus::kUsage;
+  };
+  for (const report::CaptureDigest& capture : digest.captures) {
+    if (!capture.unreadable.empty()) fail(capture.unreadable);
+  }
+  if (digest.not_reached > 0) status = ExitStatus::kUsage;
+  if (const auto error = output.Write(digest, console)) fail(error->message);
+  if (write_baseline) {
+    if (const auto error = WriteOutputFile(*write_baseline, WriteBaseline(digest))) fail(error->message);
+  }
+  return status;
+}
+
+}  // namespace ecaudit::cli

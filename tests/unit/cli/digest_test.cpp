@@ -1,0 +1,91 @@
+#include "cli/report/digest.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "cli/report/digest_json.h"
+#include "cli/report/json_writer.h"
+#include "tests/unit/cli/sample_result.h"
+
+namespace ecaudit::report {
+namespace {
+
+using test::Frame;
+using test::MakeFinding;
+using test::OneReport;
+using test::RefusedSafeop;
+
+Result<ReportDigest> ReadBack(const Report& report) {
+  return ReadReportDigest(nlohmann::json::parse(WriteJson(report)));
+}
+
+/// A result whose texts and numbers are as awkward as they get.
+CaptureReport Awkward() {
+  CaptureReport capture = RefusedSafeop();
+  AnalysisResult& r = capture.result;
+  r.capture.file.path = "dir/\x1b\xff name.pcap";
+  r.slaves[0].name = "a\tb\nc";
+  r.findings[0].title = "title\twith \xC3\xBC";
+  r.findings[0].message = "line 1\nline 2\x01";
+  r.findings.push_back(MakeFinding("frame-lost", Severity::kWarning, kNoSlave, 1, 0));
+  r.findings.push_back(MakeFinding("sdo-abort", Severity::kInfo, 7, 0));
+  r.findings[2].first = {};
+  r.findings[2].last = {};
+  r.findings[2].confidence = Confidence::kInferred;
+  r.findings[2].message.clear();
+  r.capture.complete = false;
+  capture.known = {false, true, false};
+  capture.fail_on = FailOn::kWarning;
+  capture.baseline = "known.json";
+  capture.rules = {{"al-refused", "warning"}, {"sdo-abort", "off"}};
+  return capture;
+}
+
+TEST(Digest, ReportsReadBackGiveTheSame) {
+  CaptureReport empty;
+  empty.result.capture.file.path = "empty.pcap";
+  for (const CaptureReport& capture : {RefusedSafeop(), Awkward(), empty}) {
+    const auto digest = ReadBack(OneReport(capture));
+    ASSERT_TRUE(digest) << digest.error().message;
+    ASSERT_EQ(digest->captures.size(), 1U);
+    EXPECT_EQ(digest->captures[0], DigestOf(capture)) << capture.result.capture.file.path;
+    EXPECT_EQ(digest->version, "1.2.3");
+    EXPECT_EQ(digest->origin, Origin{});
+  }
+}
+
+TEST(Digest, UnreadableCapturesAndOriginAreReadBack) {
+  Report report = OneReport(RefusedSafeop());
+  report.unreadable = {{"b.pcap", "b.pcap is empty"}};
+  report.origin = {"0123456789abcdef", 42, "2019-05-01T12:00:00.000000000Z"};
+  const auto digest = ReadBack(report);
+  ASSERT_TRUE(digest) << digest.error().message;
+  EXPECT_EQ(digest->captures, DigestOf(report).captures);
+  EXPECT_EQ(digest->captures[1].unreadable, "b.pcap is empty");
+  EXPECT_EQ(digest->origin, report.origin);
+}
+
+TEST(Digest, OtherDocumentsAreRefused) {
+  for (const char* text : {"null", "[]", "{}", R"({"schema": 1})", R"({"schema": "ecaudit.report/2"})",
+                           R"({"schema": "ecaudit.report/1"})"}) {
+    EXPECT_FALSE(ReadReportDigest(nlohmann::json::parse(text))) << text;
+  }
+}
+
+TEST(Digest, Headlines) {
+  CaptureDigest capture = DigestOf(RefusedSafeop());
+  EXPECT_EQ(Headline(capture),
+            "FAIL akd.pcapng: slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d (frame 760)");
+  capture.fail_on = FailOn::kNever;
+  EXPECT_EQ(Headline(capture),
+            "PASS akd.pcapng: error: slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d (frame 760)");
+  capture.findings.clear();
+  EXPECT_EQ(Headline(capture), "PASS akd.pcapng: no findings in 6,759 EtherCAT frames of 1 slave");
+  CaptureDigest unreadable;
+  unreadable.path = "x.pcap";
+  unreadable.unreadable = "x.pcap is empty";
+  EXPECT_EQ(Headline(unreadable), "ERROR x.pcap: x.pcap is empty");
+}
+
+}  // namespace
+}  // namespace ecaudit::report
