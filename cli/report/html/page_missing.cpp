@@ -4,7 +4,8 @@
 namespace ecaudit::report {
 
 std::string_view MissingHtml() {
-  return "this program was built without HTML reports, because npm was missing or could not reach its registry";
+  return "this program was built without HTML reports: npm was missing, could not reach its registry, or ECAUDIT_HTML "
+         "was off";
 }
 
 std::string_view HtmlPage() {

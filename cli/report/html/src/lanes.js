@@ -187,7 +187,7 @@ export function stateStrips(axis, rows, label) {
   queueMicrotask(() => requestAnimationFrame(() => {
     const plot = mount(box, {
       height: height + 34,
-      padding: [4, 14, 0, 0],
+      padding: [4, 26, 0, 0],
       cursor: { ...timeCursor, points: { show: false } },
       scales: { x: { time: false, range: () => [axis.min, axis.max] }, y: { range: [0, height], dir: -1 } },
       series: [{}, { paths: () => null, points: { show: false } }],
@@ -240,7 +240,7 @@ export function lanesPanel(capture, page, axis) {
       h("button", { type: "button", onclick: () => axis.reset() }, "Whole capture")),
     box,
     legend(lanes),
-    h("p", { className: "note" }, "Drag to zoom, double-click for the whole capture; when focused, arrows, + and \u2212 move and zoom. Seconds count from the first packet."),
+    h("p", { className: "note" }, "Drag to zoom, double-click for the whole capture; when focused, arrows, + and \u2212 move and zoom. Times count from the first packet."),
     capture.slaves.length > MAX_LANES && h("p", { className: "note" }, `The first ${MAX_LANES} of ${capture.slaves.length} slaves.`),
     capture.slaves.some((s) => s.al.history_left_out || s.drive?.history_left_out) &&
       h("p", { className: "note" }, "States that changed too often to list are left out; their bars end there."));
@@ -252,7 +252,7 @@ export function lanesPanel(capture, page, axis) {
   queueMicrotask(() => requestAnimationFrame(() => {
     plot = mount(box, {
       height: height + 34,
-      padding: [4, 14, 0, 0],
+      padding: [4, 26, 0, 0],
       cursor: { ...timeCursor, points: { show: false } },
       scales: { x: { time: false, range: () => [axis.min, axis.max] }, y: { range: [0, height], dir: -1 } },
       series: [{}, { paths: () => null, points: { show: false } }],

@@ -144,7 +144,7 @@ export function seriesChart(axis, chart) {
   queueMicrotask(() => requestAnimationFrame(() => {
     const plot = mount(box, {
       height: 132,
-      padding: [8, 14, 0, 0],
+      padding: [8, 26, 0, 0],
       cursor: { ...timeCursor, points: { size: 6 } },
       scales: {
         x: { time: false, range: () => [axis.min, axis.max] },
@@ -222,7 +222,7 @@ export function histogramChart({ title, unit, bins, note }) {
         points: { show: false },
       }],
       axes: [
-        { ...timeAxis(), values: (u, splits) => splits.map((v) => `${trim(v, 3)} ${unit}`) },
+        { ...timeAxis(), space: 64, values: (u, splits) => splits.map((v) => `${trim(v, 3)} ${unit}`) },
         { ...valueAxis((u, splits) => splits.map((v) => (v >= 1 ? grouped(v) : ""))),
           splits: (u, i, min, max) => decades.filter((d) => d >= min && d <= max), filter: null },
       ],

@@ -118,9 +118,11 @@ function mappingTable(title, objects, bytes, source, reason, exchanged) {
 
 function mapping(slave) {
   const p = slave.pdo;
-  return part("Process data",
+  const tables = [
     mappingTable("Outputs (master to slave)", p.rx, p.rx_bytes, p.rx_source, p.rx_reason, p.rx_exchanged),
-    mappingTable("Inputs (slave to master)", p.tx, p.tx_bytes, p.tx_source, p.tx_reason, p.tx_exchanged));
+    mappingTable("Inputs (slave to master)", p.tx, p.tx_bytes, p.tx_source, p.tx_reason, p.tx_exchanged),
+  ].filter(Boolean);
+  return part("Process data", tables.length > 0 && h("div", { className: "two" }, tables));
 }
 
 function varies(series) {

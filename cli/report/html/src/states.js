@@ -26,7 +26,7 @@ export function driveColor(state) {
 
 const COMMANDS = [
   ["fault reset", "error"], ["quick stop", "quick"], ["disable voltage", "init"], ["shutdown", "preop"],
-  ["enable operation", "op"], ["switch on", "safeop"],
+  ["enable operation", "op"], ["disable operation", "safeop"], ["switch on", "safeop"],
 ];
 
 /// What the control word asked for, until it asked for something else.
