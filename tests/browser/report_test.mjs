@@ -295,9 +295,16 @@ test("prints without buttons, with what was folded", async () => {
     await page.evaluate(() => dispatchEvent(new Event("beforeprint")));
     assert.equal(await page.isVisible("header.top"), false);
     assert.equal(await page.isVisible("#slave-2 table"), true);
+    assert.equal(await page.evaluate(() => getComputedStyle(document.body).backgroundColor), "rgb(255, 255, 255)");
+    await page.waitForTimeout(200);
+    const widths = await page.$$eval(".uplot", (all) => all.map((e) => e.clientWidth));
+    assert.ok(widths.length > 1 && Math.max(...widths) <= 690, `${widths}`);
     const pdf = await page.pdf({ format: "A4" });
     assert.ok(pdf.length > 10_000);
-  });
+    await page.emulateMedia({ media: "screen" });
+    await page.evaluate(() => dispatchEvent(new Event("afterprint")));
+    assert.notEqual(await page.evaluate(() => getComputedStyle(document.body).backgroundColor), "rgb(255, 255, 255)");
+  }, { colorScheme: "dark" });
 });
 
 test("a narrow window scrolls down only", async () => {

@@ -240,7 +240,7 @@ export function lanesPanel(capture, page, axis) {
       h("button", { type: "button", onclick: () => axis.reset() }, "Whole capture")),
     box,
     legend(lanes),
-    h("p", { className: "note" }, "Drag to zoom, double-click for the whole capture; when focused, arrows, + and \u2212 move and zoom. Times count from the first packet."),
+    h("p", { className: "note screen" }, "Drag to zoom, double-click for the whole capture; when focused, arrows, + and \u2212 move and zoom. Times count from the first packet."),
     capture.slaves.length > MAX_LANES && h("p", { className: "note" }, `The first ${MAX_LANES} of ${capture.slaves.length} slaves.`),
     capture.slaves.some((s) => s.al.history_left_out || s.drive?.history_left_out) &&
       h("p", { className: "note" }, "States that changed too often to list are left out; their bars end there."));

@@ -1,6 +1,6 @@
 // Puts the report into the page.
-import { h } from "./dom.js";
-import { fileName } from "./format.js";
+import { h, table } from "./dom.js";
+import { fileName, grouped } from "./format.js";
 import { findingsPanel, notJudgedPanel } from "./findings.js";
 import { lanesPanel } from "./lanes.js";
 import { live } from "./plots.js";
@@ -66,9 +66,22 @@ function capturePage(index) {
   return { parts: parts.map(([, , panel]) => panel), links: parts.filter(([, title]) => title).map(([id, title]) => h("a", { href: `#${id}` }, title)) };
 }
 
+/// Of several captures: which ones failed, and why.
+function overviewPanel(current, show) {
+  const rows = report.reports.map((r, i) => ({ r, page: pages[i], i }));
+  return h("details", { className: "panel slave", id: "captures", open: rows.length <= 8 },
+    h("summary", null, h("h2", null, `${grouped(rows.length)} captures`),
+      h("span", { className: "muted" }, `${grouped(pages.filter((p) => p.verdict === "FAIL").length)} failed`)),
+    table(rows, [
+      { title: "Verdict", value: ({ page }) => h("span", { className: `badge ${{ FAIL: "error", PASS: "good" }[page.verdict] ?? "plain"}` }, page.verdict === "NOTHING-TO-CHECK" ? "NOTHING" : page.verdict) },
+      { title: "Capture", value: ({ r, i }) => h("button", { type: "button", "aria-current": i === current ? "true" : null, onclick: () => show(i) }, fileName(r.capture.path)) },
+      { title: "Why", value: ({ page }) => page.sentence, long: true },
+    ], null, "wide"));
+}
+
 /// Opens what the address points to, also where it is not made yet.
 function follow() {
-  const id = decodeURIComponent(location.hash.slice(1));
+  const id = location.hash.slice(1);
   if (!id) return;
   if (!document.getElementById(id)) document.getElementById("all-findings")?.click();
   const target = document.getElementById(id);
@@ -76,6 +89,26 @@ function follow() {
   if (target.tagName === "DETAILS") target.open = true;
   target.scrollIntoView();
   if (target.hasAttribute("tabindex")) target.focus({ preventScroll: true });
+}
+
+/// Paper is white, narrow, and cannot be unfolded.
+function printing() {
+  const width = 690; // A4 less its margins
+  let theme;
+  const prepare = () => {
+    const closed = document.querySelectorAll("details.slave:not([open])");
+    if (closed.length <= 8) for (const details of closed) details.open = true;
+    theme = root.dataset.theme;
+    root.dataset.theme = "light";
+    for (const plot of live) plot.setSize({ width: Math.min(plot.width, width), height: plot.height });
+  };
+  const restore = () => {
+    if (theme) root.dataset.theme = theme;
+    else delete root.dataset.theme;
+    for (const plot of live) plot.setSize({ width: plot.root.parentElement.clientWidth, height: plot.height });
+  };
+  addEventListener("beforeprint", prepare);
+  addEventListener("afterprint", restore);
 }
 
 function start() {
@@ -86,7 +119,11 @@ function start() {
     live.clear();
     const { parts, links } = capturePage(index);
     nav.replaceChildren(...links);
-    main.replaceChildren(...parts);
+    main.replaceChildren(...(report.reports.length > 1 ? [overviewPanel(index, (i) => {
+      choice.value = String(i);
+      show(i);
+      scrollTo(0, 0);
+    })] : []), ...parts);
   };
   const choice = report.reports.length > 1 && h("select", { "aria-label": "Capture", id: "choice", onchange: (event) => show(Number(event.target.value)) },
     report.reports.map((r, i) => h("option", { value: i }, `${pages[i].verdict === "NOTHING-TO-CHECK" ? "\u2013" : pages[i].verdict} ${fileName(r.capture.path)}`)));
@@ -101,10 +138,7 @@ function start() {
   show(first);
   addEventListener("hashchange", follow);
   follow();
-  addEventListener("beforeprint", () => {
-    const closed = document.querySelectorAll("details.slave:not([open])");
-    if (closed.length <= 8) for (const details of closed) details.open = true;
-  });
+  printing();
 }
 
 start();
