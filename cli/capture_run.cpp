@@ -1,0 +1,90 @@
+#include "cli/capture_run.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include "cli/interrupt.h"
+#include "cli/output_file.h"
+#include "cli/progress.h"
+
+namespace ecaudit::cli {
+
+ExitStatus CaptureRun::Fail(Console& console, const Error& error) {
+  console.Error(error.message);
+  return ExitStatus::kUsage;
+}
+
+std::optional<Error> CaptureRun::Prepare() {
+  if (std::count(options.captures.begin(), options.captures.end(), "-") > 1) {
+    return Error{"standard input (-) can be read only once"};
+  }
+  if (options.join) {
+    jobs_.push_back({options.captures, {}});
+  } else {
+    for (const std::string& capture : options.captures) jobs_.push_back({{capture}, {}});
+  }
+  for (CaptureJob& job : jobs_) {
+    Result<Settings> settings = ResolveSettings(options, gate, job.name());
+    if (!settings) return settings.error();
+    job.settings = std::move(*settings);
+    if (auto error = baselines_.Load(job.settings.baseline)) return error;
+  }
+  if (gate.write_baseline) {
+    if (auto error = CheckOutputPath(*gate.write_baseline)) return error;
+  }
+  ListenForInterrupt();
+  return std::nullopt;
+}
+
+ExitStatus CaptureRun::Run(const CaptureJob& job, report::Report& report, Console& console) {
+  Progress progress(console, std::filesystem::path(job.name()).filename().string());
+  Result<CheckedCapture> capture = CheckCapture(
+      job.paths, job.settings, baselines_.Find(job.settings.baseline), InterruptFlag(),
+      [&progress](std::uint64_t done, std::uint64_t total, std::uint64_t frames) {
+        progress.Update(done, total, frames);
+      },
+      draws);
+  progress.Clear();
+  if (!capture) {
+    report.unreadable.push_back({job.name(), capture.error().message});
+    return Fail(console, capture.error());
+  }
+
+  const CaptureSummary read = capture->report.result.capture;
+  if (report::WithoutEtherCat(capture->report.result)) {
+    console.Warning(job.name() + ": no EtherCAT frame among " + std::to_string(read.packets) + " packets");
+  }
+  if (capture->lacks_slave) without_slave_.push_back(job.name());
+  report.captures.push_back(std::move(capture->report));
+  if (InterruptFlag() && !read.complete) {
+    return Fail(console, Error{job.name() + ": interrupted, the report covers the first " +
+                               std::to_string(read.packets) + " packets"});
+  }
+  return ExitStatus::kClean;
+}
+
+void CaptureRun::MarkKnown(report::CaptureReport& capture) const {
+  if (const Baseline* baseline = baselines_.Find(capture.baseline)) ApplyBaseline(*baseline, capture);
+}
+
+std::string CaptureRun::WithoutSlave(const std::string& capture) const {
+  std::string slaves;
+  for (const std::string& slave : options.slaves) slaves += (slaves.empty() ? "" : " or ") + slave;
+  return capture + " has no slave " + slaves;
+}
+
+ExitStatus CaptureRun::SayMissingSlaves(const report::Report& report, Console& console) const {
+  if (without_slave_.size() == report.captures.size()) {
+    return without_slave_.empty() ? ExitStatus::kClean : Fail(console, Error{WithoutSlave(without_slave_.front())});
+  }
+  for (const std::string& name : without_slave_) console.Warning(WithoutSlave(name));
+  return ExitStatus::kClean;
+}
+
+std::optional<Error> CaptureRun::WriteBaselineOf(const report::Report& report) const {
+  if (!gate.write_baseline) return std::nullopt;
+  return WriteOutputFile(*gate.write_baseline, WriteBaseline(report));
+}
+
+}  // namespace ecaudit::cli

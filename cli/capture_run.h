@@ -1,0 +1,62 @@
+/// What commands that analyse whole captures share: the captures of the command line, settings and baseline of each,
+/// and the analysis itself with progress and Ctrl-C. `check`, `startup` and `diff` add what they do with the results.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cli/capture_check.h"
+#include "cli/capture_options.h"
+#include "cli/console.h"
+#include "cli/exit_status.h"
+#include "cli/report/report.h"
+#include "decoder/base/result.h"
+
+namespace ecaudit::cli {
+
+/// One analysis: one capture, or all of them joined.
+struct CaptureJob {
+  std::vector<std::string> paths;
+  Settings settings;
+
+  [[nodiscard]] const std::string& name() const { return paths.front(); }
+};
+
+/// Reads and analyses captures one after the other.
+class CaptureRun {
+ public:
+  CaptureOptions options;
+  GateOptions gate;    ///< commands whose exit status does not depend on findings leave it alone
+  bool draws = false;  ///< a report wants what happened over time
+
+  /// Resolves settings and reads baselines, so that everything that can be wrong with the command line is found before
+  /// the first capture is read. The signals of a user who wants to stop are listened to from here on.
+  [[nodiscard]] std::optional<Error> Prepare();
+  [[nodiscard]] std::vector<CaptureJob>& jobs() { return jobs_; }
+  [[nodiscard]] const std::vector<CaptureJob>& jobs() const { return jobs_; }
+
+  /// Analyses one job and adds its report: only the slaves of --slave, known findings marked.
+  /// What is worth a word goes to `console`, that a capture cannot be opened or was not read to its end as well.
+  [[nodiscard]] ExitStatus Run(const CaptureJob& job, report::Report& report, Console& console);
+  /// After all jobs: says which captures lack the slaves of --slave; kUsage when all of them do.
+  [[nodiscard]] ExitStatus SayMissingSlaves(const report::Report& report, Console& console) const;
+
+  /// Marks what the job's baseline lists, anew. For commands that change the findings of a report.
+  void MarkKnown(report::CaptureReport& capture) const;
+  /// Writes --write-baseline, where it is given.
+  [[nodiscard]] std::optional<Error> WriteBaselineOf(const report::Report& report) const;
+
+  /// Says `error` on the console.
+  static ExitStatus Fail(Console& console, const Error& error);
+
+ private:
+  [[nodiscard]] std::string WithoutSlave(const std::string& capture) const;
+
+  std::vector<CaptureJob> jobs_;
+  BaselineShelf baselines_;
+  std::vector<std::string> without_slave_;  ///< captures that lack the slaves of --slave
+};
+
+}  // namespace ecaudit::cli
