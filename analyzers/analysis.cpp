@@ -7,6 +7,8 @@
 #include "analyzers/core/finding_store.h"
 #include "analyzers/core/rule.h"
 #include "analyzers/model/bus_model.h"
+#include "analyzers/startup/comparison.h"
+#include "analyzers/startup/startup_recorder.h"
 #include "analyzers/stats/al_history.h"
 #include "analyzers/stats/drive_history.h"
 #include "analyzers/stats/mailbox_summary.h"
@@ -37,6 +39,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
   void SetDrives(DriveHistory& drives) { drives_ = &drives; }
   void SetSync(sync::SyncModel& sync) { sync_ = &sync; }
   void SetTimeline(timeline::TimelineCollector& timeline) { timeline_ = &timeline; }
+  void SetStartup(startup::StartupRecorder& startup) { startup_ = &startup; }
 
   void OnFrame(const wire::FrameView& frame, bus::Direction direction) override { sync_->OnFrame(frame, direction); }
 
@@ -49,10 +52,12 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
   void On(const track::SlaveCount& e) override { ToRules(Topic::kSlaveCount, e); }
   void On(const track::AlRequest& e) override {
     history_->On(e);
+    startup_->On(e);
     RulesThenModel(Topic::kAlRequest, e);
   }
   void On(const track::AlStatusRead& e) override {
     history_->On(e);
+    startup_->On(e);
     RulesThenModel(Topic::kAlStatusRead, e);
   }
   void On(const track::AlStatusCodeRead& e) override {
@@ -68,6 +73,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
   }
   void On(const track::Answered& e) override {
     sync_->On(e);
+    startup_->On(e);
     ToRules(Topic::kAnswered, e);
   }
   void On(const track::FrameLost& e) override {
@@ -93,11 +99,18 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
   }
   void On(const mailbox::SdoTransfer& e) override {
     mailboxes_.On(e);
+    startup_->On(e);
     RulesThenModel(Topic::kSdoTransfer, e);
     if (timeline_ != nullptr) timeline_->On(e);
   }
-  void On(const track::EepromRead& e) override { model_->Apply(e); }
-  void On(const track::EepromWrite& e) override { model_->Apply(e); }
+  void On(const track::EepromRead& e) override {
+    model_->Apply(e);
+    startup_->On(e);
+  }
+  void On(const track::EepromWrite& e) override {
+    model_->Apply(e);
+    startup_->On(e);
+  }
   void On(const mailbox::SdoUnexpected& e) override { ToRules(Topic::kSdoUnexpected, e); }
   void On(const mailbox::SdoInfo& e) override { RulesThenModel(Topic::kSdoInfo, e); }
   void On(const mailbox::Emergency& e) override {
@@ -109,6 +122,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
     model_->Apply(e);
     sync_->OnAccess(e);
     if (timeline_ != nullptr) timeline_->OnAccess(e);
+    startup_->OnAccess(e);
   }
   void OnAlRequestSent(SlaveId slave, const FrameRef& frame, esc::AlWord control) override {
     model_->ApplyAlRequestSent(slave, frame, control);
@@ -117,6 +131,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
   void On(const model::AlRequestJudged& e) override { ToRules(Topic::kAlRequestJudged, e); }
   void On(const model::AlAnswered& e) override {
     predictions_.On(e, context_->ExplanationOf(e.slave, e.request.frame.number) != kNoFinding);
+    startup_->On(e);
     ToRules(Topic::kAlAnswered, e);
   }
   void On(const model::AlErrorRepeated& e) override { ToRules(Topic::kAlErrorRepeated, e); }
@@ -126,6 +141,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
     sync_->On(e);
   }
   void On(const model::AlErrorCode& e) override {
+    startup_->On(e);
     ToRules(Topic::kAlErrorCode, e);
     sync_->On(e);
   }
@@ -137,9 +153,13 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
   void On(const model::Predicted& e) override { predictions_.On(e); }
   void On(const model::LatchMisuse& e) override { ToRules(Topic::kLatchMisuse, e); }
   void On(const model::LatchNotJudged& e) override { ToRules(Topic::kLatchNotJudged, e); }
-  void On(const model::DriveCommanded& e) override { drives_->On(e); }
+  void On(const model::DriveCommanded& e) override {
+    drives_->On(e);
+    startup_->On(e);
+  }
   void On(const model::DriveStateChanged& e) override {
     drives_->On(e);
+    startup_->On(e);
     ToRules(Topic::kDriveStateChanged, e);
   }
   void On(const model::DriveIllegalCommand& e) override { ToRules(Topic::kDriveIllegalCommand, e); }
@@ -183,6 +203,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
   MailboxStatistics mailboxes_;
   sync::SyncModel* sync_ = nullptr;
   timeline::TimelineCollector* timeline_ = nullptr;  ///< null: nobody draws
+  startup::StartupRecorder* startup_ = nullptr;
 };
 
 /// By first frame; a cause stands before what it causes, even where it was seen later. Indices in caused_by follow.
@@ -240,6 +261,8 @@ AnalysisResult Run(capture::FrameSource& source, const AnalysisOptions& options,
     dispatcher.SetTimeline(*timeline);
     sync.SetSamples(&*timeline);
   }
+  startup::StartupRecorder startup(model);
+  dispatcher.SetStartup(startup);
   RuleContext context(store, model, options);
   dispatcher.SetContext(context);
   context.pipeline = &pipeline;
@@ -257,18 +280,26 @@ AnalysisResult Run(capture::FrameSource& source, const AnalysisOptions& options,
   pipeline.Run(source, pipeline_options);
   model.Finish();
   sync.Finish();
+
+  AnalysisResult result = Summarise(source, pipeline, model, history, dispatcher.mailboxes());
+  result.bus.cycle = sync.SummariseCycle();
+  result.bus.dc = sync.SummariseBus();
+  result.bus.startup = startup.SummariseBus();
+  for (SlaveSummary& slave : result.slaves) {
+    slave.dc = sync.Summarise(slave.id);
+    slave.drive = drives.Summarise(slave.id);
+    slave.startup = startup.Summarise(slave.id);
+  }
+  startup::Comparison comparison;
+  if (options.expectation != nullptr) {
+    comparison = startup::Compare(*options.expectation, result);
+    context.startup = &comparison;
+  }
   for (const auto& rule : rules) {
     if (!store.IsOff(rule->info())) rule->Finish();
   }
   store.FoldNotEvaluable(model.size());
 
-  AnalysisResult result = Summarise(source, pipeline, model, history, dispatcher.mailboxes());
-  result.bus.cycle = sync.SummariseCycle();
-  result.bus.dc = sync.SummariseBus();
-  for (SlaveSummary& slave : result.slaves) {
-    slave.dc = sync.Summarise(slave.id);
-    slave.drive = drives.Summarise(slave.id);
-  }
   result.bus.predictions = dispatcher.predictions();
   if (timeline) *drawn = timeline->Finish(sync.cycle());
   result.findings = std::move(store.findings());

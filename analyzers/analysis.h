@@ -20,6 +20,9 @@
 namespace ecaudit {
 
 struct DeviceFiles;
+namespace startup {
+struct Expectation;
+}  // namespace startup
 
 /// What to do about one rule: a severity, or switched off.
 struct RuleSetting {
@@ -43,6 +46,8 @@ struct AnalysisOptions {
   std::optional<FrameNo> from_frame, to_frame;
   /// Limits in ns that the catalogue calls configurable, by name: "al-timeout.preop", ...
   std::map<std::string, std::int64_t, std::less<>> limits;
+  /// What the start-up has to be like; null: nothing is expected, and the rules of the start-up stay silent.
+  std::shared_ptr<const startup::Expectation> expectation;
   const std::atomic<bool>* stop = nullptr;  ///< set by a signal handler: ends early, capture.complete = false
   std::function<void(std::uint64_t bytes_done, std::uint64_t bytes_total, std::uint64_t frames)>
       progress;  ///< now and then

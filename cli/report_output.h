@@ -21,6 +21,10 @@ class ReportOutput {
   /// @param captures  what will be read; never written to
   [[nodiscard]] static Result<ReportOutput> Plan(const OutputOptions& options, std::span<const std::string> captures);
 
+  /// The same with other formats, the default first.
+  [[nodiscard]] static Result<ReportOutput> Plan(const OutputOptions& options, std::vector<report::Format> formats,
+                                                 std::span<const std::string> captures);
+
   /// The same for the summary of many captures, with the formats that have one.
   [[nodiscard]] static Result<ReportOutput> PlanSummary(const OutputOptions& options,
                                                         std::span<const std::string> captures);
@@ -32,8 +36,6 @@ class ReportOutput {
   [[nodiscard]] std::optional<Error> Write(const report::Digest& digest, Console& console) const;
 
  private:
-  [[nodiscard]] static Result<ReportOutput> Plan(const OutputOptions& options, std::vector<report::Format> formats,
-                                                 std::span<const std::string> captures);
   template <typename Writer>
   [[nodiscard]] std::optional<Error> WriteAll(Writer&& text_for, Console& console) const;
 

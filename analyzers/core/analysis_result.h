@@ -10,6 +10,7 @@
 #include "analyzers/core/dc_summary.h"
 #include "analyzers/core/finding.h"
 #include "analyzers/core/latch_summary.h"
+#include "analyzers/core/startup_summary.h"
 #include "decoder/base/ids.h"
 #include "decoder/capture/frame_source.h"
 
@@ -68,6 +69,7 @@ struct BusSummary {
   std::uint64_t duplicated_frames = 0;
   std::uint64_t unanswered_at_end = 0;  ///< outbound frames still under way when the capture ends
   PredictionSummary predictions;
+  StartupSummary startup;  ///< what was sent to all slaves at once before the first one reached OP
 };
 
 /// One step of a slave's AL history as it was seen.
@@ -210,6 +212,7 @@ struct SlaveSummary {
   std::optional<DcSummary> dc;                    ///< unset when nothing was seen of its distributed clocks
   std::optional<LatchSummary> latch;              ///< unset when no latch word was seen
   MailboxSummary mailbox;
+  StartupSummary startup;  ///< steps of the master up to OP; `seen` is false where the capture holds none
 };
 
 struct AnalysisResult {

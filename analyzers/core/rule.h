@@ -27,6 +27,9 @@ namespace model {
 class BusModel;
 struct SlaveModel;
 }  // namespace model
+namespace startup {
+struct Comparison;
+}  // namespace startup
 namespace sync {
 class SyncModel;
 }  // namespace sync
@@ -90,6 +93,8 @@ class RuleContext {
   const Pipeline* pipeline = nullptr;  ///< statistics; complete in Rule::Finish()
   const capture::FrameSource* source = nullptr;
   const sync::SyncModel* sync = nullptr;  ///< clocks and cycles; never null while rules run
+  /// Where the start-up differs from what is expected; null before Rule::Finish(), and where nothing is expected.
+  const startup::Comparison* startup = nullptr;
 
   /// Names the finding that explains why the slave cannot do what the request in this frame asks for.
   void ExplainRequest(SlaveId slave, FrameNo request, FindingIndex finding);

@@ -28,15 +28,10 @@ ExitStatus CatalogueOutput::Print(Console& console, const std::function<std::str
 
 std::vector<std::string_view> RuleGroups() {
   // The order of the catalogue's chapters; a group that is new comes behind them.
-  constexpr std::array<std::string_view, 9> kChapters{"Capture",
-                                                      "Frame and bus",
-                                                      "AL state machine",
-                                                      "Sync managers and FMMUs",
-                                                      "Mailbox and CoE",
-                                                      "PDO mapping",
-                                                      "Drive profile (DS402)",
-                                                      "Synchronisation",
-                                                      "Latch"};
+  constexpr std::array<std::string_view, 10> kChapters{
+      "Capture",         "Frame and bus", "AL state machine",      "Sync managers and FMMUs",
+      "Mailbox and CoE", "PDO mapping",   "Drive profile (DS402)", "Synchronisation",
+      "Latch",           "Start-up"};
   std::vector<std::string_view> groups;
   const auto rules_of = [](std::string_view group) {
     return std::any_of(RuleCatalogue().begin(), RuleCatalogue().end(),

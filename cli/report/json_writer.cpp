@@ -8,6 +8,7 @@
 
 #include "cli/report/drive_json.h"
 #include "cli/report/layout.h"
+#include "cli/report/startup_json.h"
 #include "cli/report/sync_json.h"
 #include "cli/report/times.h"
 #include "cli/report/wireshark_filter.h"
@@ -146,6 +147,7 @@ class CaptureWriter {
     return {{"fail_on", Name(capture_.fail_on)},
             {"config", TextOrNull(capture_.config)},
             {"baseline", TextOrNull(capture_.baseline)},
+            {"expectation", TextOrNull(capture_.expectation)},
             {"rules", std::move(rules)}};
   }
 
@@ -161,6 +163,7 @@ class CaptureWriter {
     json["predictions"] = {{"al_answers", Prediction(b.predictions.al_answers)},
                            {"mailbox_accesses", Prediction(b.predictions.mailbox_accesses)},
                            {"working_counters", Prediction(b.predictions.working_counters)}};
+    json["startup"] = StartupJson(result_, b.startup);
     return json;
   }
 
@@ -185,6 +188,7 @@ class CaptureWriter {
     json["al"] = Al(s);
     if (s.dc) json["dc"] = DcJson(result_, s);
     if (s.drive) json["drive"] = DriveJson(result_, s);
+    json["startup"] = StartupJson(result_, s.startup);
     json["sync_managers"] = Json::array();
     for (const SyncManagerSummary& manager : s.sync_managers) json["sync_managers"].push_back(SyncManager(manager));
     json["fmmus"] = Json::array();

@@ -34,6 +34,10 @@ struct CaptureReport {
   std::string baseline;                                    ///< path of the baseline used; empty when none
   std::vector<std::pair<std::string, std::string>> rules;  ///< settings that differ from the catalogue: id and
                                                            ///< severity, or "off"; sorted by id
+  /// Path of the expectation that the start-up was compared with; empty when none. Then `result` holds the findings of
+  /// that comparison only, and these count the others.
+  std::string expectation;
+  std::uint64_t other_errors = 0, other_warnings = 0;
 
   [[nodiscard]] bool IsKnown(std::size_t finding) const { return finding < known.size() && known[finding]; }
 };

@@ -112,6 +112,16 @@ class CaptureText {
     return text_.Take();
   }
 
+  std::string WriteVerdictOnly() {
+    FirstLines();
+    if (!WithoutEtherCat(result_)) {
+      Findings();
+      KnownFindings();
+      NotJudged();
+    }
+    return text_.Take();
+  }
+
  private:
   void Heading(std::string_view heading) {
     text_.Line();
@@ -617,6 +627,10 @@ std::string SlaveLabel(const AnalysisResult& result, SlaveId id) {
 
 std::string Headline(const CaptureReport& capture) {
   return Headline(DigestOf(capture));
+}
+
+std::string WriteVerdict(const CaptureReport& capture, const TextStyle& style) {
+  return CaptureText(capture, style).WriteVerdictOnly();
 }
 
 std::string WriteText(const Report& report, const TextStyle& style) {

@@ -14,6 +14,9 @@ struct TextStyle {
 /// Lines end with "\n"; names and texts from the capture are made printable.
 [[nodiscard]] std::string WriteText(const Report& report, const TextStyle& style);
 
+/// Of one capture only verdict, findings and what could not be judged.
+[[nodiscard]] std::string WriteVerdict(const CaptureReport& capture, const TextStyle& style);
+
 /// "slave 0 (AKD, 0x1001)" with what is known of it; "bus" for kNoSlave. Printable.
 [[nodiscard]] std::string SlaveLabel(const AnalysisResult& result, SlaveId slave);
 

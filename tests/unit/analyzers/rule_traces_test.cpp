@@ -1,7 +1,8 @@
 // Every tests/rules/RULE/*.trace against the .expected beside it: the whole analysis runs, and what the rules of the
 // catalogue's first chapters (and of the rule's own chapter) find must be exactly what is written there.
 //
-// Attributes of @slaves that this test reads: profile=NAME for all slaves; file=pcapng|pcap writes the trace to a file
+// Attributes of @slaves that this test reads: profile=NAME for all slaves; expect=FILE in the same folder is what the
+// start-up is compared with; file=pcapng|pcap writes the trace to a file
 // first and reads that, and cut=N takes N bytes from its end.
 #include <algorithm>
 #include <cstdio>
@@ -14,6 +15,7 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/analysis.h"
+#include "cli/expectation_file.h"
 #include "decoder/capture/capture_reader.h"
 #include "samples/builder/capture_writer.h"
 #include "tests/unit/analyzers/expected_findings.h"
@@ -112,6 +114,11 @@ TEST_P(RuleTrace, FindsWhatIsExpected) {
   AnalysisOptions options;
   if (const auto profile = trace->attributes().find("profile"); profile != trace->attributes().end()) {
     options.default_profile = profile->second;
+  }
+  if (const auto expect = trace->attributes().find("expect"); expect != trace->attributes().end()) {
+    const auto expectation = cli::ReadExpectation((path.parent_path() / expect->second).string());
+    ASSERT_TRUE(expectation) << expectation.error().message;
+    options.expectation = *expectation;
   }
   for (const RuleInfo* other : RuleCatalogue()) {
     if (!Concerns(other->group, info->group)) options.rules[std::string(other->id)].off = true;

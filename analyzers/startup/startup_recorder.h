@@ -1,0 +1,106 @@
+/// in: decoder and model events.  out: StartupSummary of each slave, and of what the master sent to all of them.
+///
+/// Follows each slave from its first frame to OP (a drive: to Operation enabled). Phases are recognised by registers
+/// and AL states, so that it does not matter which master is at work. A slave that is taken back to INIT before it
+/// reached OP begins anew: of several attempts the one that came furthest is told, the first of equals.
+///
+/// Keeps: at most kMaxSteps steps a slave, kMaxBytes of their values; later ones are counted. What happens in OP adds
+/// nothing, so memory does not grow with the length of the capture.
+/// Source: esc-reference 13.
+#pragma once
+
+#include <array>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "analyzers/core/startup_summary.h"
+#include "analyzers/model/bus_model.h"
+#include "analyzers/model/model_events.h"
+#include "decoder/track/events.h"
+
+namespace ecaudit::startup {
+
+class StartupRecorder {
+ public:
+  static constexpr std::size_t kMaxSteps = 1000;        ///< a slave
+  static constexpr std::size_t kMaxBytes = 1U << 16U;   ///< of values, a slave
+  static constexpr std::size_t kMaxAllSteps = 200'000;  ///< of all slaves
+
+  /// @param model must outlive this
+  explicit StartupRecorder(const model::BusModel& model) : model_(model) {}
+
+  void On(const track::AlRequest& request);
+  void On(const track::AlStatusRead& read);
+  void On(const track::Answered& event);
+  void On(const track::EepromRead& event);
+  void On(const track::EepromWrite& event);
+  void On(const mailbox::SdoTransfer& transfer);
+  void On(const model::AlAnswered& event);
+  void On(const model::AlErrorCode& event);
+  void On(const model::DriveCommanded& event);
+  void On(const model::DriveStateChanged& event);
+  void OnAccess(const track::SlaveAccess& access);
+
+  /// Texts are made here, when the names that the capture teaches are known.
+  [[nodiscard]] StartupSummary Summarise(SlaveId slave) const;
+  /// What was sent to all slaves at once.
+  [[nodiscard]] StartupSummary SummariseBus() const;
+
+ private:
+  struct Phase {
+    FrameRef first, last;
+    std::uint64_t accesses = 0;
+    std::uint64_t words = 0;   ///< read from the EEPROM
+    std::uint8_t reached = 0;  ///< AL state
+    std::uint8_t refused = 0;  ///< AL state that was refused last
+    std::uint16_t code = 0;
+    bool enabled = false;
+  };
+  /// One attempt.
+  struct Record {
+    std::vector<StartupStep> steps;
+    std::uint64_t left_out = 0;
+    std::size_t bytes = 0;
+    std::uint64_t dropped_bytes = 0;
+    std::array<Phase, kStartupPhases> phases{};
+    std::uint8_t highest = 0;
+    FrameRef end;
+  };
+  struct Story {
+    Record record;
+    std::optional<Record> best;
+    std::uint8_t state = 0;         ///< as read last, 0: unknown
+    std::uint8_t state_before = 0;  ///< until state_since
+    FrameNo state_since = 0;
+    std::optional<std::uint8_t> first_state;
+    bool in_operation = false;  ///< OP was reached: the master's part is over
+    bool enabled = false;       ///< and the drive is enabled, or OP was left
+    bool left_operation = false;
+    bool drive_commanded = false;
+    std::uint64_t again = 0;
+    FrameRef again_frame;
+  };
+
+  Story& Get(SlaveId slave);
+  static void Extend(Record& record, StartupPhase phase, const FrameRef& first, const FrameRef& last);
+  void Add(Record& record, StartupStep step, ByteSpan data);
+  void Write(Record& record, const track::SlaveAccess& access, std::uint8_t state);
+  void WriteUnit(Record& record, const track::SlaveAccess& access, EscAddress address, ByteSpan data,
+                 StartupPhase phase);
+  static void ReadBack(Record& record, const track::SlaveAccess& access);
+  static void BeginAnew(Story& story);
+  [[nodiscard]] StartupSummary Finish(const Record& record, SlaveId slave) const;
+  void Describe(StartupStep& step, SlaveId slave) const;
+
+  const model::BusModel& model_;
+  std::deque<Story> stories_;
+  Record bus_;
+  bool scan_done_ = false;  ///< a slave reached PREOP
+  bool bus_done_ = false;   ///< a slave reached OP
+  FrameNo broadcast_frame_ = 0;
+  std::uint8_t broadcast_datagram_ = 0;
+  std::size_t all_steps_ = 0;
+};
+
+}  // namespace ecaudit::startup

@@ -1,0 +1,173 @@
+/// `ecaudit startup`: what the master did to bring the slaves to OP, step by step, and whether that is as expected.
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analyzers/startup/comparison.h"
+#include "cli/capture_run.h"
+#include "cli/commands/command.h"
+#include "cli/expectation_file.h"
+#include "cli/output_file.h"
+#include "cli/output_plan.h"
+#include "cli/report/startup_text.h"
+#include "cli/report_output.h"
+#include "cli/version.h"
+
+namespace ecaudit::cli {
+namespace {
+
+constexpr std::string_view kGroup = "Start-up";
+
+/// Those of `check`, the text about start-ups.
+std::vector<report::Format> StartupFormats() {
+  std::vector<report::Format> all(report::Formats().begin(), report::Formats().end());
+  for (report::Format& format : all) {
+    if (format.name == "text") format.write = &report::WriteStartupText;
+  }
+  return all;
+}
+
+bool IsOfStartup(std::string_view rule) {
+  const RuleInfo* info = FindRule(rule);
+  return info != nullptr && info->group == kGroup;
+}
+
+/// Leaves the findings about the expectation, and counts the others.
+void KeepStartupFindings(report::CaptureReport& capture) {
+  std::vector<Finding> kept;
+  for (Finding& finding : capture.result.findings) {
+    if (IsOfStartup(finding.rule)) {
+      finding.caused_by = kNoFinding;
+      kept.push_back(std::move(finding));
+      continue;
+    }
+    if (finding.severity == Severity::kError) ++capture.other_errors;
+    if (finding.severity == Severity::kWarning) ++capture.other_warnings;
+  }
+  capture.result.findings = std::move(kept);
+  std::erase_if(capture.result.not_evaluable, [](const NotEvaluable& entry) { return !IsOfStartup(entry.rule); });
+}
+
+class StartupCommand : public Command {
+ public:
+  [[nodiscard]] std::string_view name() const override { return "startup"; }
+  [[nodiscard]] std::string_view usage() const override { return "startup CAPTURE"; }
+  [[nodiscard]] std::string_view summary() const override {
+    return "Show the start-up of each slave, save it, compare it with an expectation";
+  }
+
+  void Declare(OptionSet& options) override {
+    run_.options.Declare(options);
+    options.Group("Expectation");
+    options.Value("--save", "FILE", save_, "write this start-up as an expectation (JSON), values that vary left open");
+    options.Value("--expect", "FILE", expect_, "compare with an expectation, or with the init commands of an ENI");
+    run_.gate.Declare(options);
+    output_.Declare(options, report::FormatList(report::Formats()));
+    options.Footer(
+        "\nThe start-up of a slave goes from its first frame to OP, of a drive to Operation enabled. With --expect "
+        "only\n"
+        "what differs from the expectation is a finding; --fail-on, --rule and the baseline work as in check.\n"
+        "Exit status: 0 shown, or as expected; 1 it differs; 2 wrong usage, unreadable input, or no start-up in it.\n"
+        "Examples: ecaudit startup --save machine.json good.pcapng\n"
+        "          ecaudit startup --expect machine.json today.pcapng");
+  }
+
+  [[nodiscard]] ExitStatus Run(Console& console) override {
+    if (const auto error = Prepare()) return CaptureRun::Fail(console, *error);
+    const Result<ReportOutput> output = ReportOutput::Plan(output_, StartupFormats(), run_.options.captures);
+    if (!output) return CaptureRun::Fail(console, output.error());
+
+    report::Report report;
+    report.version = Version();
+    report.rules = RuleCatalogue();
+    ExitStatus status = run_.Run(run_.jobs().front(), report, console);
+    if (report.captures.empty()) return status;
+    if (run_.SayMissingSlaves(report, console) != ExitStatus::kClean) return ExitStatus::kUsage;
+
+    report::CaptureReport& capture = report.captures.front();
+    if (save_) {
+      if (const auto error = Save(capture.result, console)) return CaptureRun::Fail(console, *error);
+    }
+    if (expectation_ != nullptr) {
+      if (const auto error = NothingCompared(capture.result)) return CaptureRun::Fail(console, *error);
+      capture.expectation = *expect_;
+      KeepStartupFindings(capture);
+      run_.MarkKnown(capture);
+    } else {
+      // Nothing is judged here: that is what `check` is for.
+      capture.result.findings.clear();
+      capture.result.not_evaluable.clear();
+      capture.known.clear();
+    }
+    if (const auto error = output->Write(report, console)) status = Worst(status, CaptureRun::Fail(console, *error));
+    if (const auto error = run_.WriteBaselineOf(report)) status = Worst(status, CaptureRun::Fail(console, *error));
+    return Worst(status, report::Summarise(report).fail ? ExitStatus::kFindings : ExitStatus::kClean);
+  }
+
+ private:
+  [[nodiscard]] std::optional<Error> Prepare() {
+    if (run_.options.captures.size() > 1 && !run_.options.join) {
+      return Error{"startup reads one capture; give --join when these are files of one ring buffer"};
+    }
+    const GateOptions& gate = run_.gate;
+    if (!expect_ && (gate.fail_on || !gate.rules.empty() || gate.baseline || gate.write_baseline)) {
+      return Error{
+          "--fail-on, --rule, --baseline and --write-baseline judge findings, which startup has with --expect "
+          "only"};
+    }
+    if (auto error = run_.Prepare()) return error;
+    if (save_) {
+      if (auto error = CheckSavePath(*save_)) return error;
+    }
+    if (!expect_) return std::nullopt;
+    auto expectation = ReadExpectation(*expect_);
+    if (!expectation) return expectation.error();
+    expectation_ = std::move(*expectation);
+    run_.jobs().front().settings.analysis.expectation = expectation_;
+    return std::nullopt;
+  }
+
+  [[nodiscard]] std::optional<Error> Save(const AnalysisResult& result, Console& console) const {
+    const auto holds = [](const SlaveSummary& slave) { return !slave.startup.steps.empty(); };
+    if (std::none_of(result.slaves.begin(), result.slaves.end(), holds)) {
+      return Error{run_.jobs().front().name() + " holds no start-up that could be saved"};
+    }
+    for (const SlaveSummary& slave : result.slaves) {
+      if (!holds(slave)) {
+        console.Warning("slave " + std::to_string(slave.position) + " is saved without steps: the capture holds none");
+      } else if (slave.startup.steps_left_out > 0) {
+        console.Warning("slave " + std::to_string(slave.position) + " is saved without its last " +
+                        std::to_string(slave.startup.steps_left_out) + " steps");
+      }
+    }
+    if (std::filesystem::is_regular_file(*save_)) console.Warning("the expectation " + *save_ + " is replaced");
+    return WriteOutputFile(*save_, WriteExpectation(result));
+  }
+
+  /// A capture that shows no slave's start-up must not pass for one that is as expected.
+  [[nodiscard]] std::optional<Error> NothingCompared(const AnalysisResult& result) const {
+    const startup::Comparison comparison = startup::Compare(*expectation_, result);
+    const auto without = std::count_if(comparison.not_compared.begin(), comparison.not_compared.end(),
+                                       [](const startup::NotCompared& entry) { return entry.slave != kNoSlave; });
+    const std::string& name = run_.jobs().front().name();
+    if (result.slaves.empty()) return Error{name + " shows no slave, so there is nothing to compare"};
+    if (static_cast<std::size_t>(without) < result.slaves.size()) return std::nullopt;
+    return Error{name + " holds no start-up to compare: " + comparison.not_compared.back().reason};
+  }
+
+  CaptureRun run_;
+  OutputOptions output_;
+  std::optional<std::string> save_, expect_;
+  std::shared_ptr<const startup::Expectation> expectation_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeStartupCommand() {
+  return std::make_unique<StartupCommand>();
+}
+
+}  // namespace ecaudit::cli

@@ -1,0 +1,455 @@
+#include "cli/expectation_file.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <initializer_list>
+#include <limits>
+#include <string_view>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "analyzers/startup/comparison.h"
+#include "analyzers/startup/eni_expectation.h"
+#include "analyzers/startup/startup_registers.h"
+#include "cli/json_file.h"
+#include "cli/output_file.h"
+#include "cli/suggest.h"
+#include "cli/version.h"
+#include "decoder/base/text.h"
+#include "decoder/device/eni_reader.h"
+#include "decoder/esc/al.h"
+
+namespace ecaudit::cli {
+namespace {
+
+using nlohmann::json;
+using Ordered = nlohmann::ordered_json;
+using startup::Expectation;
+using startup::ExpectedSlave;
+using startup::ExpectedStep;
+
+constexpr std::string_view kSchema = "ecaudit.expectation/1";
+/// Far above what a start-up holds; comparing costs memory by the square.
+constexpr std::size_t kMaxSteps = 5000;
+constexpr std::size_t kMaxSlaves = 4096;
+constexpr double kLongestMs = 1e9;
+
+std::string At(const std::string& where, std::string_view key) {
+  return where.empty() ? std::string(key) : where + "." + std::string(key);
+}
+
+/// Reads an expectation; stops at the first mistake, which error() tells with its place.
+class Reader {
+ public:
+  [[nodiscard]] const std::optional<std::string>& error() const { return error_; }
+
+  Expectation Read(const json& document) {
+    Expectation expectation;
+    if (!Keys(document, "", {"schema", "comment", "tool", "saved_from", "strict", "phases", "bus", "slaves"})) {
+      return expectation;
+    }
+    if (const json* strict = Find(document, "strict")) {
+      if (!strict->is_boolean()) Fail("strict", "must be true or false");
+      if (strict->is_boolean()) expectation.strict = strict->get<bool>();
+    }
+    Limits(document, "", expectation.limits);
+    if (const json* bus = Find(document, "bus")) {
+      if (Keys(*bus, "bus", {"comment", "steps"})) expectation.bus = Steps(*bus, "bus");
+    }
+    const json* slaves = Find(document, "slaves");
+    if (slaves == nullptr || !slaves->is_array() || slaves->size() > kMaxSlaves) {
+      Fail("slaves", "must be a list of slaves");
+      return expectation;
+    }
+    for (std::size_t i = 0; i < slaves->size() && !error_; ++i) {
+      expectation.slaves.push_back(Slave((*slaves)[i], "slaves[" + std::to_string(i) + "]", i));
+    }
+    std::stable_sort(expectation.slaves.begin(), expectation.slaves.end(),
+                     [](const ExpectedSlave& a, const ExpectedSlave& b) { return a.position < b.position; });
+    return expectation;
+  }
+
+ private:
+  void Fail(const std::string& where, const std::string& what) {
+    if (!error_) error_ = where + ": " + what;
+  }
+
+  static const json* Find(const json& object, std::string_view key) {
+    const auto found = object.find(key);
+    return found == object.end() || found->is_null() ? nullptr : &*found;
+  }
+
+  bool Keys(const json& object, const std::string& where, std::initializer_list<std::string_view> known) {
+    if (!object.is_object()) {
+      Fail(where.empty() ? "the document" : where, "must be an object");
+      return false;
+    }
+    for (const auto& [key, value] : object.items()) {
+      if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+      Fail(At(where, Printable(key)), "unknown key" + Suggestion(key, {known.begin(), known.end()}, ""));
+      return false;
+    }
+    return true;
+  }
+
+  /// A number, or text such as "0x0810"; unset and an error when it is neither or too large.
+  std::optional<std::uint32_t> Number(const json& value, const std::string& where, std::uint32_t most) {
+    std::uint64_t number = 0;
+    bool valid = value.is_number_unsigned();
+    if (valid) number = value.get<std::uint64_t>();
+    if (value.is_string()) {
+      std::string_view text = value.get_ref<const std::string&>();
+      const bool hexadecimal = text.starts_with("0x") || text.starts_with("0X");
+      if (hexadecimal) text.remove_prefix(2);
+      const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), number, hexadecimal ? 16 : 10);
+      valid = !text.empty() && code == std::errc() && end == text.data() + text.size();
+    }
+    if (valid && number <= most) return static_cast<std::uint32_t>(number);
+    Fail(where, "must be a number up to " + Hex(most) + ", or text such as \"0x0810\"");
+    return std::nullopt;
+  }
+
+  void Limits(const json& object, const std::string& where, std::array<std::optional<TimeNs>, kStartupPhases>& limits) {
+    const json* phases = Find(object, "phases");
+    if (phases == nullptr) return;
+    const std::string here = At(where, "phases");
+    if (!phases->is_object()) return Fail(here, "must be an object with phases");
+    for (const auto& [name, entry] : phases->items()) {
+      const auto phase = ParseStartupPhase(name);
+      std::vector<std::string_view> names;
+      for (const StartupPhaseName& known : kStartupPhaseNames) names.push_back(known.name);
+      if (!phase) return Fail(At(here, Printable(name)), "no such phase" + Suggestion(name, names, ""));
+      if (!Keys(entry, At(here, name), {"comment", "limit_ms", "took_ms"})) return;
+      const json* limit = Find(entry, "limit_ms");
+      if (limit == nullptr) continue;
+      const double ms = limit->is_number() ? limit->get<double>() : -1;
+      if (!(ms >= 0) || ms > kLongestMs) {
+        return Fail(At(At(here, name), "limit_ms"), "must be milliseconds, or null for no limit");
+      }
+      limits[static_cast<std::size_t>(*phase)] = static_cast<TimeNs>(std::llround(ms * 1e6));
+    }
+  }
+
+  ExpectedSlave Slave(const json& object, const std::string& where, std::size_t place) {
+    ExpectedSlave slave;
+    slave.position = static_cast<SlavePos>(place);
+    if (!Keys(object, where,
+              {"comment", "position", "name", "vendor_id", "product_code", "revision", "phases", "steps"})) {
+      return slave;
+    }
+    if (const json* position = Find(object, "position")) {
+      if (const auto number = Number(*position, At(where, "position"), 0xFFFF)) {
+        slave.position = static_cast<SlavePos>(*number);
+      }
+    }
+    if (const json* name = Find(object, "name"); name != nullptr && name->is_string()) slave.name = *name;
+    for (const auto& [key, target] :
+         {std::pair("vendor_id", &slave.vendor_id), std::pair("product_code", &slave.product_code),
+          std::pair("revision", &slave.revision)}) {
+      if (const json* value = Find(object, key)) *target = Number(*value, At(where, key), 0xFFFFFFFF);
+    }
+    Limits(object, where, slave.limits);
+    slave.steps = Steps(object, where);
+    return slave;
+  }
+
+  std::vector<ExpectedStep> Steps(const json& object, const std::string& where) {
+    std::vector<ExpectedStep> steps;
+    const json* list = Find(object, "steps");
+    if (list == nullptr) return steps;
+    if (!list->is_array() || list->size() > kMaxSteps) {
+      Fail(At(where, "steps"), "must be a list of at most " + Grouped(kMaxSteps) + " steps");
+      return steps;
+    }
+    std::uint8_t state = static_cast<std::uint8_t>(esc::AlState::INIT);
+    for (std::size_t i = 0; i < list->size() && !error_; ++i) {
+      steps.push_back(Step((*list)[i], At(where, "steps") + "[" + std::to_string(i) + "]", state));
+      if (steps.back().key.kind == StartupKey::Kind::kRequest)
+        state = static_cast<std::uint8_t>(steps.back().key.address);
+    }
+    return steps;
+  }
+
+  ExpectedStep Step(const json& object, const std::string& where, std::uint8_t state) {
+    ExpectedStep step;
+    if (!Keys(object, where,
+              {"comment", "phase", "write", "eeprom", "request", "download", "upload", "drive", "complete_access",
+               "name", "value", "text"})) {
+      return step;
+    }
+    std::size_t kinds = 0;
+    for (const char* kind : {"write", "eeprom", "request", "download", "upload", "drive"}) {
+      kinds += object.contains(kind) ? 1U : 0U;
+    }
+    if (kinds != 1) {
+      Fail(where, "must hold exactly one of 'write', 'eeprom', 'request', 'download', 'upload' and 'drive'");
+      return step;
+    }
+    if (const json* name = Find(object, "name"); name != nullptr && name->is_string()) {
+      step.name = Printable(name->get_ref<const std::string&>());
+    }
+    Value(object, where, step);
+    Key(object, where, step);
+    if (!error_ && step.key.kind == StartupKey::Kind::kDownload && object.contains("complete_access"))
+      Complete(object, where, step);
+    if (!error_ && step.key.kind == StartupKey::Kind::kUpload && object.contains("complete_access"))
+      Complete(object, where, step);
+    step.phase = PhaseOf(step, state);
+    if (const json* phase = Find(object, "phase")) {
+      const auto known = phase->is_string() ? ParseStartupPhase(phase->get_ref<const std::string&>()) : std::nullopt;
+      if (!known) Fail(At(where, "phase"), "no such phase");
+      if (known) step.phase = *known;
+    }
+    return step;
+  }
+
+  void Complete(const json& object, const std::string& where, ExpectedStep& step) {
+    const json& complete = object.at("complete_access");
+    if (!complete.is_boolean()) return Fail(At(where, "complete_access"), "must be true or false");
+    step.key.complete_access = complete.get<bool>();
+  }
+
+  void Key(const json& object, const std::string& where, ExpectedStep& step) {
+    using Kind = StartupKey::Kind;
+    if (const auto it = object.find("write"); it != object.end()) {
+      step.key.kind = Kind::kWrite;
+      step.key.address = Number(*it, At(where, "write"), 0x0FFF).value_or(0);
+    } else if (const auto eeprom = object.find("eeprom"); eeprom != object.end()) {
+      step.key.kind = Kind::kEeprom;
+      step.key.address = Number(*eeprom, At(where, "eeprom"), 0xFFFFFFFF).value_or(0);
+    } else if (const auto drive = object.find("drive"); drive != object.end()) {
+      step.key.kind = Kind::kDrive;
+      step.key.address = Number(*drive, At(where, "drive"), 0xFFFF).value_or(0) & 0x008FU;
+    } else if (const auto request = object.find("request"); request != object.end()) {
+      step.key.kind = Kind::kRequest;
+      step.key.address = request->is_string() ? esc::StateFromName(request->get_ref<const std::string&>()) : 0;
+      if (step.key.address == 0) Fail(At(where, "request"), "must be INIT, PREOP, BOOT, SAFEOP or OP");
+    } else {
+      const bool upload = object.contains("upload");
+      step.key.kind = upload ? Kind::kUpload : Kind::kDownload;
+      const char* key = upload ? "upload" : "download";
+      const json& text = object.at(key);
+      if (!text.is_string() || !ParseObject(text.get_ref<const std::string&>(), step.key)) {
+        Fail(At(where, key), "must be an object such as \"1C12h:1\" or \"0x1C12:1\"");
+      }
+    }
+  }
+
+  /// "1C12h:1", "0x1C12:01"; the subindex in decimal.
+  static bool ParseObject(std::string_view text, StartupKey& key) {
+    const std::size_t colon = text.find(':');
+    if (colon == std::string_view::npos) return false;
+    std::string_view index = text.substr(0, colon);
+    const std::string_view sub = text.substr(colon + 1);
+    if (index.ends_with('h') || index.ends_with('H')) {
+      index.remove_suffix(1);
+    } else if (index.starts_with("0x") || index.starts_with("0X")) {
+      index.remove_prefix(2);
+    } else {
+      return false;
+    }
+    std::uint16_t number = 0;
+    const auto [end, code] = std::from_chars(index.data(), index.data() + index.size(), number, 16);
+    const auto [sub_end, sub_code] = std::from_chars(sub.data(), sub.data() + sub.size(), key.subindex, 10);
+    key.address = number;
+    return !index.empty() && code == std::errc() && end == index.data() + index.size() && !sub.empty() &&
+           sub_code == std::errc() && sub_end == sub.data() + sub.size();
+  }
+
+  void Value(const json& object, const std::string& where, ExpectedStep& step) {
+    const json* value = Find(object, "value");
+    if (value == nullptr) return;
+    const std::string here = At(where, "value");
+    if (object.contains("request") || object.contains("drive")) return Fail(here, "a step of this kind has no value");
+    if (value->is_number_integer()) {
+      if (value->is_number_unsigned() &&
+          value->get<std::uint64_t>() > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) {
+        return Fail(here, "the number is too large; give the bytes in hexadecimal");
+      }
+      step.number = value->get<std::int64_t>();
+      return;
+    }
+    if (!value->is_string()) return Fail(here, "must be a whole number, bytes in hexadecimal, or null for any");
+    std::vector<std::uint8_t> bytes;
+    const std::string& text = value->get_ref<const std::string&>();
+    for (std::size_t i = 0; i < text.size();) {
+      if (text[i] == ' ') {
+        ++i;
+        continue;
+      }
+      std::uint8_t byte = 0;
+      const char* last = text.data() + std::min(i + 2, text.size());
+      const auto [end, code] = std::from_chars(text.data() + i, last, byte, 16);
+      if (code != std::errc() || end != text.data() + i + 2) {
+        return Fail(here, "'" + Printable(text) + "' is no list of bytes such as \"0011 0600\"");
+      }
+      bytes.push_back(byte);
+      i += 2;
+    }
+    step.data = std::move(bytes);
+  }
+
+  static StartupPhase PhaseOf(const ExpectedStep& step, std::uint8_t state) {
+    constexpr auto kSafeop = static_cast<std::uint8_t>(esc::AlState::SAFEOP);
+    switch (step.key.kind) {
+      case StartupKey::Kind::kWrite:
+        return startup::PhaseOfWrite(static_cast<EscAddress>(step.key.address),
+                                     step.data ? ByteSpan(*step.data) : ByteSpan(), state);
+      case StartupKey::Kind::kEeprom:
+        return StartupPhase::kEeprom;
+      case StartupKey::Kind::kRequest:
+        if (step.key.address == static_cast<std::uint32_t>(esc::AlState::INIT)) return StartupPhase::kScan;
+        if (step.key.address < kSafeop) return StartupPhase::kInitToPreop;
+        return step.key.address == kSafeop ? StartupPhase::kPreopToSafeop : StartupPhase::kSafeopToOp;
+      case StartupKey::Kind::kDownload:
+      case StartupKey::Kind::kUpload:
+        return state >= kSafeop ? StartupPhase::kSafeopToOp : StartupPhase::kPreopParameters;
+      case StartupKey::Kind::kDrive:
+        break;
+    }
+    return StartupPhase::kDriveEnable;
+  }
+
+  std::optional<std::string> error_;
+};
+
+Result<std::shared_ptr<const Expectation>> ReadEniExpectation(const std::string& path) {
+  const Result<device::EniConfig> eni = device::LoadEniFile(path);
+  if (!eni) return eni.error();
+  auto expectation =
+      std::make_shared<Expectation>(startup::ExpectationOf(*eni, std::filesystem::path(path).filename().string()));
+  bool empty = true;
+  for (const ExpectedSlave& slave : expectation->slaves) empty = empty && slave.steps.empty();
+  if (empty) return Error{Printable(path) + ": the ENI holds no init commands, so nothing can be expected"};
+  return std::shared_ptr<const Expectation>(std::move(expectation));
+}
+
+Ordered StepJson(const ExpectedStep& step) {
+  Ordered out;
+  out["phase"] = Name(step.phase);
+  const auto& key = step.key;
+  switch (key.kind) {
+    case StartupKey::Kind::kWrite:
+      out["write"] = Hex(key.address);
+      break;
+    case StartupKey::Kind::kEeprom:
+      out["eeprom"] = Hex(key.address);
+      break;
+    case StartupKey::Kind::kRequest:
+      out["request"] = esc::StateName(static_cast<std::uint8_t>(key.address));
+      return out;
+    case StartupKey::Kind::kDownload:
+    case StartupKey::Kind::kUpload:
+      out[key.kind == StartupKey::Kind::kUpload ? "upload" : "download"] =
+          ObjectName(static_cast<std::uint16_t>(key.address), key.subindex);
+      if (key.complete_access) out["complete_access"] = true;
+      break;
+    case StartupKey::Kind::kDrive:
+      out["drive"] = Hex(key.address);
+      out["name"] = Printable(step.name);
+      return out;
+  }
+  out["name"] = Printable(step.name);
+  if (!step.data) {
+    out["value"] = nullptr;
+    return out;
+  }
+  // Short values as people write them; structures of registers and complete access as bytes.
+  if (step.data->size() <= 4 && !key.complete_access) {
+    std::uint64_t number = 0;
+    for (std::size_t i = step.data->size(); i-- > 0;) number = number << 8U | (*step.data)[i];
+    out["value"] = number;
+  } else {
+    out["value"] = HexBytes(*step.data);
+  }
+  if (!step.text.empty() && step.text != out["value"].dump()) out["text"] = Printable(step.text);
+  return out;
+}
+
+std::string Line(const Ordered& value) {
+  return value.dump(-1, ' ', false, Ordered::error_handler_t::replace);
+}
+
+void AppendSteps(std::string& out, const std::vector<ExpectedStep>& steps, const std::string& indent) {
+  out += "\"steps\": [";
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    out += (i == 0 ? "\n" : ",\n") + indent + "  " + Line(StepJson(steps[i]));
+  }
+  out += (steps.empty() ? "]" : "\n" + indent + "]");
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const Expectation>> ReadExpectation(const std::string& path) {
+  const Result<std::string> text = ReadSmallFile(path);
+  if (!text) return text.error();
+  std::string_view content = *text;
+  if (content.starts_with("\xEF\xBB\xBF")) content.remove_prefix(3);
+  const std::size_t first = content.find_first_not_of(" \t\r\n");
+  if (first != std::string_view::npos && content[first] == '<') return ReadEniExpectation(path);
+
+  const Result<json> document = ReadJsonFile(path);
+  if (!document) return document.error();
+  if (!document->is_object() || document->value("schema", json()) != kSchema) {
+    return Error{Printable(path) + " is neither an ENI nor an expectation (\"schema\": \"" + std::string(kSchema) +
+                 "\")"};
+  }
+  Reader reader;
+  auto expectation = std::make_shared<Expectation>(reader.Read(*document));
+  if (reader.error()) return Error{Printable(path) + ": " + *reader.error()};
+  expectation->name = std::filesystem::path(path).filename().string();
+  return std::shared_ptr<const Expectation>(std::move(expectation));
+}
+
+std::string WriteExpectation(const AnalysisResult& result) {
+  const Expectation expectation = startup::ExpectationOf(result);
+  std::string out = "{\n  \"schema\": " + Line(kSchema) + ",\n";
+  out +=
+      "  \"comment\": \"name, text and took_ms are for people. A value of null fits any; limit_ms null is no limit. "
+      "strict: steps that are not listed are wrong.\",\n";
+  out += "  \"tool\": " + Line("ecaudit " + std::string(Version())) + ",\n";
+  out += "  \"saved_from\": " + Line(Printable(std::filesystem::path(result.capture.file.path).filename().string())) +
+         ",\n";
+  out += "  \"strict\": false,\n  \"bus\": {";
+  AppendSteps(out, expectation.bus, "    ");
+  out += "},\n  \"slaves\": [";
+  for (std::size_t s = 0; s < expectation.slaves.size(); ++s) {
+    const ExpectedSlave& slave = expectation.slaves[s];
+    out += s == 0 ? "\n    {" : ",\n    {";
+    out += "\"position\": " + std::to_string(slave.position) + ", \"name\": " + Line(Printable(slave.name));
+    for (const auto& [key, value] :
+         {std::pair("vendor_id", &slave.vendor_id), std::pair("product_code", &slave.product_code),
+          std::pair("revision", &slave.revision)}) {
+      if (*value) out += ", \"" + std::string(key) + "\": " + Line(Hex(**value, 8));
+    }
+    out += ",\n     \"phases\": {";
+    const std::vector<StartupPhaseSummary>& phases = result.slaves[s].startup.phases;
+    for (std::size_t p = 0; p < phases.size(); ++p) {
+      Ordered entry;
+      entry["limit_ms"] = nullptr;
+      if (phases[p].duration) {
+        entry["took_ms"] = std::round(static_cast<double>(*phases[p].duration) / 1e3) / 1e3;
+      }
+      out += (p == 0 ? "\n       " : ",\n       ") + Line(Name(phases[p].phase)) + ": " + Line(entry);
+    }
+    out += "},\n     ";
+    AppendSteps(out, slave.steps, "     ");
+    out += "}";
+  }
+  return out + "\n  ]\n}\n";
+}
+
+std::optional<Error> CheckSavePath(const std::string& path) {
+  if (auto error = CheckOutputPath(path)) return error;
+  std::error_code code;
+  if (!std::filesystem::is_regular_file(path, code) || std::filesystem::file_size(path, code) == 0) return std::nullopt;
+  const Result<json> document = ReadJsonFile(path);
+  if (document && document->is_object() && document->value("schema", json()) == kSchema) return std::nullopt;
+  return Error{Printable(path) + " is there already and no expectation; it will not be overwritten"};
+}
+
+}  // namespace ecaudit::cli

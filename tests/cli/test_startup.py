@@ -1,0 +1,416 @@
+"""startup and diff: the start-up step by step, compared with an expectation, and two captures side by side."""
+import json
+import struct
+import unittest
+
+from support import APWR, BWR, SCHEMA, SHARED, SOURCE, Bus, CliTest
+
+try:
+    import jsonschema
+except ImportError:
+    jsonschema = None
+
+SAMPLES = SOURCE / "samples" / "captures"
+LAB = SHARED / "captures" / "lab"
+REAL = SHARED / "captures" / "real"
+EXPECTATION_SCHEMA = SCHEMA.parent / "ecaudit-expectation-1.schema.json"
+DIFF_SCHEMA = SCHEMA.parent / "ecaudit-diff-1.schema.json"
+
+MODE = ("6060h:0", 0x6060, 0, 7)
+PERIOD = ("60C2h:1", 0x60C2, 1, 2)
+FACTOR = ("6091h:1", 0x6091, 1, 100)
+
+
+def validate(document, schema):
+    if jsonschema is not None:
+        jsonschema.Draft202012Validator(json.loads(schema.read_text())).validate(document)
+
+
+class StartupBus(Bus):
+    """Brings its slave to OP, with downloads of single bytes in PREOP."""
+
+    counter = 0
+
+    def download(self, index, subindex, value):
+        self.counter = self.counter % 7 + 1
+        head = struct.pack("<HHBB", 10, 0, 0, self.counter << 4 | 3)
+        request = head + struct.pack("<HBHBI", 0x2000, 0x2F, index, subindex, value)
+        response = head + struct.pack("<HBHBI", 0x3000, 0x60, index, subindex, 0)
+        self.write(0x1000, request)
+        self.read(0x1400, response)
+
+    def state(self, state, shown=None):
+        self.write(0x0120, bytes([state, 0]))
+        self.read(0x0130, bytes([state if shown is None else shown, 0, 0, 0, 0x1D if shown else 0, 0]))
+
+
+def startup_capture(downloads=(MODE, PERIOD, FACTOR), outputs=6, refuses_safeop=False, start_time=1000) -> bytes:
+    bus = StartupBus()
+    bus.exchange(BWR, 0, 0x0101, b"\0", b"\0", 1)
+    bus.exchange(APWR, 0, 0x0010, b"\x01\x10", b"\x01\x10", 1)
+    bus.read(0x0130, bytes([1, 0]))
+    bus.write(0x0800, struct.pack("<HHBBBB", 0x1000, 16, 0x26, 0, 1, 0))
+    bus.write(0x0808, struct.pack("<HHBBBB", 0x1400, 16, 0x22, 0, 1, 0))
+    bus.state(2)
+    for _, index, subindex, value in downloads:
+        bus.download(index, subindex, value)
+    bus.write(0x0810, struct.pack("<HHBBBB", 0x1100, outputs, 0x64, 0, 1, 0))
+    bus.write(0x0990, struct.pack("<Q", start_time))
+    bus.state(4, 0x12 if refuses_safeop else None)
+    if not refuses_safeop:
+        bus.state(8)
+    for _ in range(5):
+        bus.read(0x0130, bytes([0x12 if refuses_safeop else 8, 0]))
+    return bus.pcap()
+
+
+class StartupTest(CliTest):
+    def setUp(self):
+        super().setUp()
+        self.good = self.file("good.pcap", startup_capture())
+
+    def startup(self, *arguments, status=0, **options):
+        done = self.run_program("startup", *arguments, **options)
+        self.assertEqual(done.returncode, status, f"{arguments}\n{done.out}\n{done.err}")
+        return done
+
+    def saved(self, capture=None) -> dict:
+        path = self.dir / "saved.json"
+        path.unlink(missing_ok=True)
+        self.startup("--save", path, capture or self.good)
+        return json.loads(path.read_text())
+
+    def expectation(self, **changes) -> str:
+        return self.file("expected.json", json.dumps({**self.saved(), **changes}))
+
+    def findings(self, capture, expectation, *arguments, status=1):
+        done = self.startup("--expect", expectation, "--format", "json", *arguments, capture, status=status)
+        document = json.loads(done.out)
+        validate(document, SCHEMA)
+        return document["reports"][0]["findings"]
+
+    def one_finding(self, capture, expectation, *arguments, status=1):
+        findings = self.findings(capture, expectation, *arguments, status=status)
+        self.assertEqual(len(findings), 1, findings)
+        return findings[0]
+
+
+class StartupShow(StartupTest):
+    def test_phases_and_steps_by_name(self):
+        out = self.startup(self.good).out
+        for text in ("All slaves at once", "slave 0 (0x1001): OP reached", "mailbox set-up", "INIT -> PREOP",
+                     "PREOP requested", "6060h:0", "= 7", "PREOP -> SAFEOP", "SM2: 0x1100 6 bytes", "SAFEOP -> OP"):
+            self.assertIn(text, out)
+        # In the order in which it happened.
+        places = [out.index(text) for text in ("mailbox set-up", "INIT -> PREOP", "PREOP parameters", "SAFEOP -> OP")]
+        self.assertEqual(places, sorted(places))
+
+    def test_json_holds_every_step(self):
+        document = json.loads(self.startup("--format", "json", self.good).out)
+        validate(document, SCHEMA)
+        slave = document["reports"][0]["slaves"][0]["startup"]
+        self.assertEqual(slave["reached"], "OP")
+        downloads = [(s["index"], s["subindex"], s["data"]) for s in slave["steps"] if s["kind"] == "download"]
+        self.assertEqual(downloads, [(0x6060, 0, "07"), (0x60C2, 1, "02"), (0x6091, 1, "64")])
+        self.assertEqual([s["state"] for s in slave["steps"] if s["kind"] == "request"], ["PREOP", "SAFEOP", "OP"])
+        self.assertEqual([s["address"] for s in document["reports"][0]["bus"]["startup"]["steps"]], [0x0101])
+        self.assertEqual(document["reports"][0]["findings"], [])
+
+    def test_what_happens_in_op_adds_nothing(self):
+        bus = StartupBus()
+        bus.exchange(APWR, 0, 0x0010, b"\x01\x10", b"\x01\x10", 1)
+        for state in (1, 2, 4, 8):
+            bus.state(state)
+        long = self.file("short.pcap", bus.pcap())
+        steps = json.loads(self.startup("--format", "json", long).out)["reports"][0]["slaves"][0]["startup"]["steps"]
+        for _ in range(50):
+            bus.write(0x0420, b"\xe8\x03")
+            bus.write(0x0990, bytes(8))
+        longer = self.file("long.pcap", bus.pcap())
+        self.assertEqual(
+            json.loads(self.startup("--format", "json", longer).out)["reports"][0]["slaves"][0]["startup"]["steps"], steps)
+
+    def test_refusal_is_marked(self):
+        refused = self.file("refused.pcap", startup_capture(refuses_safeop=True))
+        out = self.startup(refused).out
+        self.assertIn("PREOP reached, SAFEOP refused with 0x001d", out)
+        self.assertRegex(out, r"SAFEOP requested: refused with 0x001d")
+
+    def test_a_capture_of_operation_has_none(self):
+        bus = Bus()
+        bus.exchange(APWR, 0, 0x0010, b"\x01\x10", b"\x01\x10", 1)
+        for _ in range(5):
+            bus.read(0x0130, b"\x08\0")
+        running = self.file("running.pcap", bus.pcap())
+        expected = self.expectation()
+        self.assertIn("holds no start-up to compare", self.one_error("startup", "--expect", expected, running))
+
+    def test_other_formats_and_slave(self):
+        self.assertIn("<testsuite", self.startup("--format", "junit", self.good).out)
+        self.assertIn("has no slave 7", self.one_error("startup", "--slave", "7", self.good))
+        self.assertIn("slave 0", self.startup("--slave", "0", self.good).out)
+
+    def test_one_capture(self):
+        self.assertIn("--join", self.one_error("startup", self.good, self.good))
+        self.assertIn("no such file", self.one_error("startup", "nowhere.pcap"))
+
+    def test_judging_needs_an_expectation(self):
+        for option in (("--fail-on", "never"), ("--rule", "startup-value=off"), ("--baseline", "b.json")):
+            self.assertIn("--expect", self.one_error("startup", *option, self.good))
+
+
+class StartupExpect(StartupTest):
+    def test_the_next_start_up_is_as_saved(self):
+        again = self.file("again.pcap", startup_capture(start_time=987654321))
+        out = self.startup("--expect", self.expectation(), again).out
+        self.assertTrue(out.startswith("PASS"), out)
+
+    def test_a_changed_parameter_is_one_finding(self):
+        changed = self.file("changed.pcap", startup_capture((MODE, ("", 0x60C2, 1, 4), FACTOR)))
+        finding = self.one_finding(changed, self.expectation())
+        self.assertEqual(finding["rule"], "startup-value")
+        self.assertEqual(finding["slave"], 0)
+        self.assertTrue(finding["evidence"]["expected"].startswith("2"), finding)
+        self.assertTrue(finding["evidence"]["actual"].startswith("4"), finding)
+
+    def test_a_changed_length_is_named(self):
+        changed = self.file("changed.pcap", startup_capture(outputs=8))
+        finding = self.one_finding(changed, self.expectation())
+        self.assertEqual(finding["title"], "SM2 has length 8 bytes instead of length 6 bytes")
+
+    def test_a_missing_sdo_is_one_finding_at_the_end_of_its_phase(self):
+        missing = self.file("missing.pcap", startup_capture((MODE, FACTOR)))
+        finding = self.one_finding(missing, self.expectation())
+        self.assertEqual(finding["rule"], "startup-step-missing")
+        self.assertIn("60C2h:1", finding["title"])
+        steps = json.loads(self.startup("--format", "json", missing).out)["reports"][0]["slaves"][0]["startup"]["steps"]
+        safeop = next(s["frame"] for s in steps if s.get("state") == "SAFEOP")
+        self.assertEqual(finding["frame"], safeop)
+
+    def test_a_swapped_order_is_one_finding(self):
+        for downloads in ((PERIOD, MODE, FACTOR), (FACTOR, PERIOD, MODE)):
+            swapped = self.file("swapped.pcap", startup_capture(downloads))
+            finding = self.one_finding(swapped, self.expectation())
+            self.assertEqual(finding["rule"], "startup-order")
+
+    def test_more_than_expected_is_wrong_only_when_strict(self):
+        more = self.file("more.pcap", startup_capture((MODE, ("", 0x6065, 0, 9), PERIOD, FACTOR)))
+        self.assertEqual(self.findings(more, self.expectation(), status=0), [])
+        finding = self.one_finding(more, self.expectation(strict=True))
+        self.assertEqual(finding["rule"], "startup-step-unexpected")
+        self.assertIn("6065h:0", finding["title"])
+        self.assertEqual(self.findings(self.good, self.expectation(strict=True), status=0), [])
+
+    def test_limits(self):
+        limits = {"init-to-preop": {"limit_ms": 0.5}, "preop-parameters": {"limit_ms": 60000}}
+        finding = self.one_finding(self.good, self.expectation(phases=limits), status=0)
+        self.assertEqual((finding["rule"], finding["severity"]), ("startup-slow", "warning"))
+        self.findings(self.good, self.expectation(phases=limits), "--fail-on", "warning", status=1)
+
+    def test_a_start_up_that_stops_is_one_finding(self):
+        refused = self.file("refused.pcap", startup_capture(refuses_safeop=True))
+        done = self.startup("--expect", self.expectation(), refused, status=1)
+        self.assertIn("The start-up stops: request of OP", done.out.splitlines()[0])
+        self.assertIn("refused with 0x001d", done.out)
+        self.assertIn("ecaudit check finds 1 error", done.out)
+
+    def test_gates(self):
+        changed = self.file("changed.pcap", startup_capture((MODE, ("", 0x60C2, 1, 4), FACTOR)))
+        expected = self.expectation()
+        self.startup("--expect", expected, "--fail-on", "never", changed)
+        self.startup("--expect", expected, "--rule", "startup-value=off", changed)
+        self.startup("--expect", expected, "--rule", "startup-value=warning", changed)
+        self.startup("--expect", expected, "--write-baseline", "known.json", changed, status=1)
+        out = self.startup("--expect", expected, "--baseline", "known.json", changed).out
+        self.assertIn("1 known from the baseline", out)
+
+    def test_a_slave_that_is_not_there(self):
+        document = self.saved()
+        document["slaves"].append({"position": 1, "name": "Axis Y", "vendor_id": 106, "product_code": 1, "steps": []})
+        finding = self.one_finding(self.good, self.file("two.json", json.dumps(document)))
+        self.assertEqual(finding["rule"], "startup-step-missing")
+        self.assertIn("slave 1 (Axis Y)", finding["title"])
+
+    def test_hand_written(self):
+        expected = self.file("hand.json", json.dumps({"schema": "ecaudit.expectation/1", "slaves": [{"steps": [
+            {"download": "0x6060:0", "value": 7}, {"download": "60C2h:1"}, {"request": "SAFEOP"},
+            {"write": 0x0810, "value": "0011 0600 64 00 01 00"}]}]}))
+        finding = self.one_finding(self.good, expected)
+        # The sync manager comes before the request.
+        self.assertEqual(finding["rule"], "startup-order")
+
+    def test_an_eni_is_an_expectation(self):
+        def eni(period):
+            command = ("<InitCmd><Transition>{}</Transition><Cmd>5</Cmd><Adp>4097</Adp><Ado>{}</Ado><Data>{}</Data>"
+                       "</InitCmd>")
+            return ("<EtherCATConfig><Config><Slave><Info><Name>Axis</Name><PhysAddr>4097</PhysAddr><AutoIncAddr>0"
+                    "</AutoIncAddr></Info><Mailbox><CoE><InitCmds><InitCmd><Transition>PS</Transition><Ccs>1</Ccs>"
+                    f"<Index>#x60C2</Index><SubIndex>1</SubIndex><Data>{period:02x}</Data></InitCmd></InitCmds></CoE>"
+                    "</Mailbox><InitCmds>"
+                    + command.format("IP", 0x0800, "0010100026000100") + command.format("IP", 0x0120, "0200")
+                    + command.format("PS", 0x0810, "0011060064000100") + command.format("PS", 0x0120, "0400")
+                    + "</InitCmds></Slave></Config></EtherCATConfig>")
+        self.assertEqual(self.findings(self.good, self.file("good.xml", eni(2)), status=0), [])
+        finding = self.one_finding(self.good, self.file("other.xml", eni(3)))
+        self.assertEqual(finding["rule"], "startup-value")
+
+
+class StartupFiles(StartupTest):
+    def test_saved_is_valid_and_leaves_open_what_varies(self):
+        document = self.saved()
+        validate(document, EXPECTATION_SCHEMA)
+        steps = document["slaves"][0]["steps"]
+        values = {s.get("write", s.get("download")): s.get("value") for s in steps}
+        self.assertIsNone(values["0x0990"])
+        self.assertIsNone(values["0x0010"])
+        self.assertEqual(values["60C2h:1"], 2)
+        self.assertEqual(values["0x0810"], "0011060064000100")
+
+    def test_schema_is_valid(self):
+        if jsonschema is None:
+            self.skipTest("python3-jsonschema is not installed")
+        for schema in (EXPECTATION_SCHEMA, DIFF_SCHEMA):
+            jsonschema.Draft202012Validator.check_schema(json.loads(schema.read_text()))
+
+    def test_mistakes_are_named_with_their_place(self):
+        def slaves(*steps):
+            return {"schema": "ecaudit.expectation/1", "slaves": [{"steps": list(steps)}]}
+        cases = [
+            ("[]", "neither an ENI nor an expectation"),
+            ("{", "not valid JSON"),
+            ({"schema": "ecaudit.report/1"}, "neither an ENI nor an expectation"),
+            ({"schema": "ecaudit.expectation/1"}, "slaves: must be a list"),
+            ({"schema": "ecaudit.expectation/1", "slaves": [], "stict": True}, "stict: unknown key"),
+            (slaves({"write": "0x0810", "valu": 1}), "slaves[0].steps[0].valu: unknown key (did you mean 'value'?)"),
+            (slaves({"write": "810h"}), "slaves[0].steps[0].write"),
+            (slaves({"write": 0x1000}), "slaves[0].steps[0].write"),
+            (slaves({"request": "PREOP"}, {"request": "RUN"}), "slaves[0].steps[1].request"),
+            (slaves({"download": "6060"}), "slaves[0].steps[0].download"),
+            (slaves({"download": "6060h:300"}), "slaves[0].steps[0].download"),
+            (slaves({"upload": "6060h:0", "value": "0"}), "slaves[0].steps[0].value"),
+            (slaves({"upload": "6060h:0", "value": 1.5}), "slaves[0].steps[0].value"),
+            (slaves({"request": "OP", "value": 8}), "slaves[0].steps[0].value"),
+            (slaves({"request": "OP", "write": 1}), "slaves[0].steps[0]: must hold exactly one"),
+            (slaves({}), "slaves[0].steps[0]: must hold exactly one"),
+            ({"schema": "ecaudit.expectation/1", "slaves": [{"position": -1}]}, "slaves[0].position"),
+            ({"schema": "ecaudit.expectation/1", "slaves": [], "phases": {"preop": {}}}, "phases.preop: no such phase"),
+            ({"schema": "ecaudit.expectation/1", "slaves": [], "phases": {"dc": {"limit_ms": -1}}}, "phases.dc.limit_ms"),
+        ]
+        for content, message in cases:
+            path = self.file("bad.json", content if isinstance(content, str) else json.dumps(content))
+            error = self.one_error("startup", "--expect", path, self.good)
+            self.assertIn("bad.json", error)
+            self.assertIn(message, error)
+        self.assertIn("no such file", self.one_error("startup", "--expect", "none.json", self.good))
+        empty = self.file("empty.xml", "<EtherCATConfig><Config><Slave/></Config></EtherCATConfig>")
+        self.assertIn("no init commands", self.one_error("startup", "--expect", empty, self.good))
+
+    def test_nothing_else_is_overwritten(self):
+        other = self.file("notes.txt", "mine")
+        self.assertIn("will not be overwritten", self.one_error("startup", "--save", other, self.good))
+        self.assertIn("will not be overwritten", self.one_error("startup", "--save", self.good, self.good))
+        self.startup("--save", "new.json", self.good)
+        self.assertIn("is replaced", self.startup("--save", "new.json", self.good).err)
+
+    def test_a_capture_without_start_up_is_not_saved(self):
+        bus = Bus()
+        for _ in range(5):
+            bus.read(0x0130, b"\x08\0")
+        running = self.file("running.pcap", bus.pcap())
+        self.assertIn("no start-up that could be saved", self.one_error("startup", "--save", "x.json", running))
+        self.assertFalse((self.dir / "x.json").exists())
+
+
+class StartupCaptures(StartupTest):
+    """What one capture is saved as, another one of the same master and devices fulfils."""
+
+    def test_samples_fulfil_what_they_are_saved_as(self):
+        for capture in sorted(SAMPLES.glob("*.pcap*")):
+            path = self.dir / "sample.json"
+            path.unlink(missing_ok=True)
+            done = self.run_program("startup", "--save", path, capture)
+            if done.returncode == 2:
+                continue
+            validate(json.loads(path.read_text()), EXPECTATION_SCHEMA)
+            done = self.run_program("startup", "--expect", path, "--fail-on", "info", capture)
+            self.assertIn(done.returncode, (0, 2), f"{capture}\n{done.out}")
+
+    @unittest.skipUnless(REAL.exists(), "the real captures are absent")
+    def test_real_captures_fulfil_what_they_are_saved_as(self):
+        saved = 0
+        for capture in sorted(REAL.glob("*.pcapng")):
+            path = self.dir / "real.json"
+            path.unlink(missing_ok=True)
+            if self.run_program("startup", "--save", path, capture).returncode == 2:
+                continue
+            validate(json.loads(path.read_text()), EXPECTATION_SCHEMA)
+            self.startup("--expect", path, "--fail-on", "info", capture)
+            saved += 1
+        self.assertGreaterEqual(saved, 5)
+
+    @unittest.skipUnless(LAB.exists(), "the lab captures are absent")
+    def test_other_runs_of_the_same_master_pass(self):
+        self.startup("--save", "lab.json", LAB / "startup-ok-1slave.pcapng")
+        for name in ("latch", "jitter", "lost-frames", "drive-fault", "watchdog-sm", "startup-ok-1slave-outbound-only",
+                     "startup-ok-1slave-return-only", "startup-ok-1slave-spb", "mixed-traffic"):
+            self.startup("--expect", "lab.json", LAB / f"{name}.pcapng")
+
+    @unittest.skipUnless(LAB.exists(), "the lab captures are absent")
+    def test_another_configuration_of_the_same_master_does_not(self):
+        self.startup("--save", "lab.json", LAB / "startup-ok-1slave.pcapng")
+        rules = {f["rule"] for f in self.findings(LAB / "startup-ok-1slave-pdo1701.pcapng", "lab.json")}
+        self.assertIn("startup-value", rules)
+
+
+class Diff(StartupTest):
+    def diff(self, a, b, *arguments, status=1):
+        done = self.run_program("diff", *arguments, a, b)
+        self.assertEqual(done.returncode, status, f"{done.out}\n{done.err}")
+        return done
+
+    def test_equal_but_for_what_varies(self):
+        again = self.file("again.pcap", startup_capture(start_time=5))
+        self.assertTrue(self.diff(self.good, again, status=0).out.startswith("SAME"))
+
+    def test_the_difference_stands_in_the_first_lines(self):
+        bad = self.file("bad.pcap", startup_capture(outputs=8, refuses_safeop=True))
+        lines = self.diff(self.good, bad).out.splitlines()
+        self.assertTrue(lines[0].startswith("DIFFERENT"), lines[0])
+        first = "\n".join(lines[:9])
+        self.assertIn("A OP reached", first)
+        self.assertIn("SAFEOP refused with 0x001d", first)
+        self.assertIn("write of SM2", first)
+        self.assertIn("length 8 bytes", "\n".join(lines[:11]))
+
+    def test_json(self):
+        bad = self.file("bad.pcap", startup_capture((MODE, FACTOR)))
+        document = json.loads(self.diff(self.good, bad, "--format", "json").out)
+        validate(document, DIFF_SCHEMA)
+        self.assertTrue(document["different"])
+        steps = [d for d in document["differences"] if d["counts"]]
+        self.assertEqual(len(steps), 1, steps)
+        self.assertIn("60C2h:1", steps[0]["what"])
+        self.assertEqual((steps[0]["a"], steps[0]["b"]), ("done", "not done"))
+
+    def test_files(self):
+        self.diff(self.good, self.good, "-o", "json=d.json", status=0)
+        validate(json.loads((self.dir / "d.json").read_text()), DIFF_SCHEMA)
+
+    def test_usage(self):
+        self.assertIn("two captures", self.one_error("diff", self.good))
+        self.assertIn("two captures", self.one_error("diff", "--join", self.good, self.good))
+        self.assertIn("no such file", self.one_error("diff", self.good, "nowhere.pcap"))
+
+
+class DiffCaptures(Diff):
+    @unittest.skipUnless(LAB.exists() and REAL.exists(), "the shared captures are absent")
+    def test_an_akd_that_works_and_one_that_is_refused(self):
+        out = self.diff(LAB / "soem-slaveinfo-akd.pcapng", REAL / "soem-sdinfo-akd.pcapng").out
+        first = "\n".join(out.splitlines()[:12])
+        self.assertIn("SAFEOP refused with 0x001d", first)
+        self.assertIn("write of SM2", "\n".join(out.splitlines()[:20]))
+
+    @unittest.skipUnless(LAB.exists(), "the lab captures are absent")
+    def test_containers_of_one_run_are_the_same(self):
+        for name in ("startup-ok-1slave-vlan", "startup-ok-1slave-udp", "startup-ok-1slave-tap2if"):
+            self.diff(LAB / "startup-ok-1slave.pcapng", LAB / f"{name}.pcapng", status=0)
