@@ -31,6 +31,7 @@ class Command {
 
 [[nodiscard]] std::unique_ptr<Command> MakeCheckCommand();
 [[nodiscard]] std::unique_ptr<Command> MakeStartupCommand();
+[[nodiscard]] std::unique_ptr<Command> MakeDiffCommand();
 [[nodiscard]] std::unique_ptr<Command> MakeBatchCommand();
 [[nodiscard]] std::unique_ptr<Command> MakeMergeCommand();
 [[nodiscard]] std::unique_ptr<Command> MakeDecodeCommand();

@@ -6,6 +6,7 @@ std::vector<std::unique_ptr<Command>> AllCommands() {
   std::vector<std::unique_ptr<Command>> commands;
   commands.push_back(MakeCheckCommand());
   commands.push_back(MakeStartupCommand());
+  commands.push_back(MakeDiffCommand());
   commands.push_back(MakeBatchCommand());
   commands.push_back(MakeMergeCommand());
   commands.push_back(MakeDecodeCommand());

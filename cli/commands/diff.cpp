@@ -1,0 +1,85 @@
+/// `ecaudit diff`: "it worked yesterday" - two captures side by side.
+#include <array>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "analyzers/diff/compare_captures.h"
+#include "cli/baseline.h"
+#include "cli/capture_run.h"
+#include "cli/commands/command.h"
+#include "cli/output_file.h"
+#include "cli/output_plan.h"
+#include "cli/report/diff_writer.h"
+#include "cli/version.h"
+
+namespace ecaudit::cli {
+namespace {
+
+enum Format : std::size_t { kText, kJson };
+constexpr std::array kFormats{OutputFormat{"text", ".txt"}, OutputFormat{"json", ".json"}};
+
+class DiffCommand : public Command {
+ public:
+  [[nodiscard]] std::string_view name() const override { return "diff"; }
+  [[nodiscard]] std::string_view usage() const override { return "diff A B"; }
+  [[nodiscard]] std::string_view summary() const override {
+    return "Compare two captures: start-ups, configuration, timing, findings";
+  }
+
+  void Declare(OptionSet& options) override {
+    run_.options.Declare(options);
+    output_.Declare(options, "text (default) or json");
+    options.Footer(
+        "\nSlaves are matched by identity and position; what varies between two runs of one master is no difference.\n"
+        "With --from and --to both captures are cut. Exit status: 0 no difference, 1 they differ, 2 wrong usage or\n"
+        "unreadable input.\n"
+        "Example: ecaudit diff yesterday.pcapng today.pcapng");
+  }
+
+  [[nodiscard]] ExitStatus Run(Console& console) override {
+    if (run_.options.join) return CaptureRun::Fail(console, Error{"diff compares two captures; it cannot join them"});
+    if (run_.options.captures.size() != 2) {
+      return CaptureRun::Fail(console, Error{"diff compares two captures, A and B; " +
+                                             std::to_string(run_.options.captures.size()) + " given"});
+    }
+    if (const auto error = run_.Prepare()) return CaptureRun::Fail(console, *error);
+    const Result<std::vector<OutputTarget>> targets = PlanOutputs(output_, kFormats, run_.options.captures);
+    if (!targets) return CaptureRun::Fail(console, targets.error());
+
+    report::Report both;
+    ExitStatus status = ExitStatus::kClean;
+    for (const CaptureJob& job : run_.jobs()) {
+      status = Worst(status, run_.Run(job, both, console));
+      if (status != ExitStatus::kClean) return status;
+      if (report::WithoutEtherCat(both.captures.back().result)) return ExitStatus::kUsage;
+    }
+    if (run_.SayMissingSlaves(both, console) != ExitStatus::kClean) return ExitStatus::kUsage;
+
+    const AnalysisResult& a = both.captures[0].result;
+    const AnalysisResult& b = both.captures[1].result;
+    const diff::CaptureDiff differences = diff::Compare(a, b, &WithoutCounts);
+    const report::DiffReport report{std::string(Version()), a, b, differences};
+    for (const OutputTarget& target : *targets) {
+      const report::TextStyle style{target.standard() && console.color() && !output_.no_color};
+      const std::string text =
+          target.format == kJson ? report::WriteDiffJson(report) : report::WriteDiffText(report, style);
+      const auto error = target.standard() ? console.Write(text) : WriteOutputFile(target.path, text);
+      if (error) return CaptureRun::Fail(console, *error);
+    }
+    return differences.different() ? ExitStatus::kFindings : ExitStatus::kClean;
+  }
+
+ private:
+  CaptureRun run_;
+  OutputOptions output_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeDiffCommand() {
+  return std::make_unique<DiffCommand>();
+}
+
+}  // namespace ecaudit::cli

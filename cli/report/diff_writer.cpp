@@ -1,0 +1,184 @@
+#include "cli/report/diff_writer.h"
+
+#include <algorithm>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "cli/report/layout.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit::report {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kIndent = 2;
+constexpr std::size_t kSideIndent = 4;
+constexpr std::size_t kSideHanging = 7;
+constexpr std::size_t kLongestSide = 400;
+/// Differences told in full; the JSON has all.
+constexpr std::size_t kTold = 60;
+
+std::string Shortened(std::string text) {
+  if (text.size() <= kLongestSide) return text;
+  std::size_t end = kLongestSide;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
+  return text.substr(0, end) + " ...";
+}
+
+std::string FrameText(FrameNo frame) {
+  return frame == 0 ? "" : " (#" + std::to_string(frame) + ")";
+}
+
+class DiffText {
+ public:
+  DiffText(const DiffReport& report, const TextStyle& style) : report_(report), text_(style.color) {}
+
+  std::string Write() {
+    const std::vector<diff::Difference>& all = report_.diff.differences;
+    const bool different = report_.diff.different();
+    text_.Line(text_.Styled(different ? "DIFFERENT" : "SAME", different ? Style::kError : Style::kGood) + "  A " +
+               Path(report_.a));
+    text_.Line(std::string(different ? 9 : 4, ' ') + "  B " + Path(report_.b));
+    if (!different) {
+      text_.Paragraph("No difference in " + Count(report_.diff.steps_compared, "step") + " of " +
+                          Count(report_.diff.pairs.size(), "slave") +
+                          "; times, offsets, station addresses and the like are not compared.",
+                      0);
+    }
+    // The outcome first: what it is all about.
+    for (const diff::Difference& d : all) {
+      if (d.area == diff::Area::kOutcome) Outcome(d);
+    }
+    Section(different && HasOutcome() ? "What is done differently, the most telling first" : "Differences",
+            [](const diff::Difference& d) {
+              return d.counts && !d.consequence && d.area != diff::Area::kOutcome && d.area != diff::Area::kFinding;
+            });
+    Section("Findings in one of them only", [](const diff::Difference& d) { return d.area == diff::Area::kFinding; });
+    Section("What follows from it: steps the other start-up did not come to",
+            [](const diff::Difference& d) { return d.consequence; });
+    Section("Does not count: times, devices, layout",
+            [](const diff::Difference& d) { return !d.counts && d.area != diff::Area::kFinding; });
+    if (!report_.diff.notes.empty()) {
+      text_.Line();
+      text_.Line(text_.Styled("Not compared", Style::kBold));
+      for (const std::string& note : report_.diff.notes) text_.Paragraph(OneLine(note), kIndent, kSideIndent);
+    }
+    return text_.Take();
+  }
+
+ private:
+  static std::string Path(const AnalysisResult& result) { return OneLine(result.capture.file.path); }
+
+  [[nodiscard]] bool HasOutcome() const {
+    return std::any_of(report_.diff.differences.begin(), report_.diff.differences.end(),
+                       [](const diff::Difference& d) { return d.area == diff::Area::kOutcome; });
+  }
+
+  [[nodiscard]] std::string Label(const diff::SlavePair& pair) const {
+    if (pair.a == nullptr) return SlaveLabel(report_.b, pair.b->id) + " of B";
+    if (pair.b == nullptr) return SlaveLabel(report_.a, pair.a->id) + " of A";
+    std::string label = SlaveLabel(report_.a, pair.a->id);
+    if (pair.a->position != pair.b->position) {
+      label += " of A, slave " + std::to_string(pair.b->position) + " of B";
+    } else if (pair.a->station_address != pair.b->station_address && pair.b->station_address) {
+      label += " (" + Hex(*pair.b->station_address) + " in B)";
+    }
+    return label;
+  }
+
+  [[nodiscard]] std::string Labels(const diff::Difference& d) const {
+    if (d.pairs.empty()) return "all slaves";
+    std::string label = Label(report_.diff.pairs[d.pairs.front()]);
+    if (d.pairs.size() > 1) label += " and " + Grouped(d.pairs.size() - 1) + " more";
+    return label;
+  }
+
+  void Sides(const diff::Difference& d) {
+    text_.Paragraph("A  " + Shortened(OneLine(d.in_a)) + FrameText(d.frame_a), kSideIndent, kSideHanging);
+    text_.Paragraph("B  " + Shortened(OneLine(d.in_b)) + FrameText(d.frame_b), kSideIndent, kSideHanging);
+  }
+
+  void Outcome(const diff::Difference& d) {
+    text_.Line(text_.Styled(Labels(d), Style::kBold));
+    Sides(d);
+  }
+
+  template <typename Belongs>
+  void Section(std::string_view heading, Belongs&& belongs) {
+    std::size_t told = 0;
+    std::size_t left_out = 0;
+    for (const diff::Difference& d : report_.diff.differences) {
+      if (!belongs(d)) continue;
+      if (told == 0) {
+        text_.Line();
+        text_.Line(text_.Styled(heading, Style::kBold));
+      }
+      if (told++ >= kTold) {
+        ++left_out;
+        continue;
+      }
+      text_.Paragraph(Labels(d) + ": " + Shortened(OneLine(d.what)), kIndent, kSideIndent);
+      Sides(d);
+    }
+    if (left_out > 0) text_.Line(Count(left_out, "further difference") + " not shown; --format json has all", kIndent);
+  }
+
+  const DiffReport& report_;
+  TextBuilder text_;
+};
+
+Json CaptureJson(const AnalysisResult& result) {
+  return {{"path", Printable(result.capture.file.path)},
+          {"packets", result.capture.packets},
+          {"slaves", result.slaves.size()}};
+}
+
+Json SideJson(const SlaveSummary* slave) {
+  if (slave == nullptr) return nullptr;
+  Json json;
+  json["position"] = slave->position;
+  json["station_address"] = slave->station_address ? Json(*slave->station_address) : Json(nullptr);
+  json["name"] = slave->name.empty() ? Json(nullptr) : Json(Printable(slave->name));
+  return json;
+}
+
+}  // namespace
+
+std::string WriteDiffText(const DiffReport& report, const TextStyle& style) {
+  return DiffText(report, style).Write();
+}
+
+std::string WriteDiffJson(const DiffReport& report) {
+  Json json;
+  json["schema"] = "ecaudit.diff/1";
+  json["tool"] = {{"name", "ecaudit"}, {"version", report.version}};
+  json["a"] = CaptureJson(report.a);
+  json["b"] = CaptureJson(report.b);
+  json["different"] = report.diff.different();
+  json["steps_compared"] = report.diff.steps_compared;
+  json["slaves"] = Json::array();
+  for (const diff::SlavePair& pair : report.diff.pairs) {
+    json["slaves"].push_back({{"a", SideJson(pair.a)}, {"b", SideJson(pair.b)}});
+  }
+  json["differences"] = Json::array();
+  for (const diff::Difference& d : report.diff.differences) {
+    Json entry;
+    entry["area"] = Name(d.area);
+    entry["slaves"] = d.pairs;
+    entry["what"] = Printable(d.what);
+    entry["a"] = Printable(d.in_a);
+    entry["b"] = Printable(d.in_b);
+    entry["frame_a"] = d.frame_a == 0 ? Json(nullptr) : Json(d.frame_a);
+    entry["frame_b"] = d.frame_b == 0 ? Json(nullptr) : Json(d.frame_b);
+    entry["consequence"] = d.consequence;
+    entry["counts"] = d.counts;
+    json["differences"].push_back(std::move(entry));
+  }
+  json["notes"] = Json::array();
+  for (const std::string& note : report.diff.notes) json["notes"].push_back(Printable(note));
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace ecaudit::report
