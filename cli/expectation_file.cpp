@@ -226,8 +226,12 @@ class Reader {
       step.key.address = Number(*drive, At(where, "drive"), 0xFFFF).value_or(0) & 0x008FU;
     } else if (const auto request = object.find("request"); request != object.end()) {
       step.key.kind = Kind::kRequest;
-      step.key.address = request->is_string() ? esc::StateFromName(request->get_ref<const std::string&>()) : 0;
-      if (step.key.address == 0) Fail(At(where, "request"), "must be INIT, PREOP, BOOT, SAFEOP or OP");
+      if (request->is_string()) step.key.address = esc::StateFromName(request->get_ref<const std::string&>());
+      // Masters also ask for what is no state.
+      if (request->is_number_unsigned()) step.key.address = static_cast<std::uint32_t>(request->get<std::uint64_t>());
+      if (step.key.address == 0 || step.key.address > 0x0F) {
+        Fail(At(where, "request"), "must be INIT, PREOP, BOOT, SAFEOP or OP");
+      }
     } else {
       const bool upload = object.contains("upload");
       step.key.kind = upload ? Kind::kUpload : Kind::kDownload;
@@ -340,7 +344,10 @@ Ordered StepJson(const ExpectedStep& step) {
       out["eeprom"] = Hex(key.address);
       break;
     case StartupKey::Kind::kRequest:
-      out["request"] = esc::StateName(static_cast<std::uint8_t>(key.address));
+      out["request"] = key.address;
+      if (esc::IsAlState(static_cast<std::uint8_t>(key.address))) {
+        out["request"] = esc::StateName(static_cast<std::uint8_t>(key.address));
+      }
       return out;
     case StartupKey::Kind::kDownload:
     case StartupKey::Kind::kUpload:

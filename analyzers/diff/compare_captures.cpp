@@ -59,6 +59,14 @@ std::string List(const Steps& steps, NameOf&& name_of) {
   return list;
 }
 
+/// Of several steps the first that changes something.
+const StartupStep& Telling(const std::vector<const StartupStep*>& steps) {
+  for (const StartupStep* step : steps) {
+    if (step->key.kind != StartupKey::Kind::kUpload && step->key.kind != StartupKey::Kind::kRequest) return *step;
+  }
+  return *steps.front();
+}
+
 std::string StateReached(const StartupSummary& startup) {
   const auto failed = std::find_if(startup.phases.begin(), startup.phases.end(),
                                    [](const StartupPhaseSummary& phase) { return phase.failed; });
@@ -67,13 +75,22 @@ std::string StateReached(const StartupSummary& startup) {
   const StartupPhaseSummary* drive = startup.phase(StartupPhase::kDriveEnable);
   const bool enabled = drive != nullptr && !drive->result.empty();
   const std::string state = startup.reached == 0 ? "no state seen" : esc::StateName(startup.reached) + " reached";
-  if (text.empty()) return enabled ? state + ", drive enabled" : state;
+  if (text.empty()) {
+    text = enabled ? state + ", drive enabled" : state;
+    for (const StartupStep& step : startup.steps) {
+      if (step.key.kind != StartupKey::Kind::kRequest || step.outcome != StartupOutcome::kRefused) continue;
+      return text + "; before that the " + startup::StepNoun(step.key, step.name) + " was " + step.note;
+    }
+    return text;
+  }
   return text + "; " + (startup.reached == 0 ? state : "highest state " + esc::StateName(startup.reached));
 }
 
 FrameNo FrameOfOutcome(const StartupSummary& startup) {
-  for (const StartupPhaseSummary& phase : startup.phases) {
-    if (phase.failed) return phase.last.number;
+  for (const StartupStep& step : startup.steps) {
+    if (step.key.kind == StartupKey::Kind::kRequest && step.outcome == StartupOutcome::kRefused) {
+      return step.last.number;
+    }
   }
   return startup.end.number;
 }
@@ -269,7 +286,10 @@ class Builder {
     const auto step_of = [&](const ExpectedStep* expected) -> const StartupStep& {
       return a.steps[static_cast<std::size_t>(expected - expectation.bus.data())];
     };
-    const auto rank_of = [&](StartupPhase phase, FrameNo frame_a, FrameNo frame_b) {
+    const auto rank_of = [&](const StartupKey& key, StartupPhase phase, FrameNo frame_a, FrameNo frame_b) {
+      // What is only read changes nothing, and another sequence of states is told by the outcome.
+      if (key.kind == StartupKey::Kind::kUpload) return kRankEarly;
+      if (key.kind == StartupKey::Kind::kRequest) return kRankStep;
       if (IsSuspect(a_, slave_a, frame_a) || IsSuspect(b_, slave_b, frame_b)) return kRankSuspect;
       return phase <= StartupPhase::kEeprom ? kRankEarly : kRankStep;
     };
@@ -280,9 +300,10 @@ class Builder {
         case Deviation::Kind::kValue: {
           const StartupStep& in_a = step_of(deviation.expected.front());
           const StartupStep& in_b = *deviation.actual.front();
-          const int rank = rank_of(in_b.phase, in_a.frame.number, in_b.frame.number);
-          Difference& d =
-              Add(Area::kStep, rank, p, startup::StepNoun(in_b.key, in_b.name), WithNote(in_a), WithNote(in_b));
+          const auto [part_a, part_b] = startup::DifferingParts(in_b.key, in_a.data, in_b.data);
+          const int rank = rank_of(in_b.key, in_b.phase, in_a.frame.number, in_b.frame.number);
+          Difference& d = Add(Area::kStep, rank, p, startup::StepNoun(in_b.key, in_b.name),
+                              part_a.empty() ? WithNote(in_a) : part_a, part_b.empty() ? WithNote(in_b) : part_b);
           d.frame_a = in_a.frame.number;
           d.frame_b = in_b.frame.number;
           if (LogicalStartOnly(in_b, *deviation.expected.front())) {
@@ -300,8 +321,10 @@ class Builder {
             return startup::StepNoun(s.key, s.name) + (s.text.empty() ? "" : " = " + ValueOf(s.name, s.text));
           });
           const bool late = failed_a != 0 && GoesOnBehind(a, failed_a, deviation);
-          Difference& d = Add(Area::kStep, late ? kRankConsequence : rank_of(first.phase, 0, first.frame.number), p,
-                              what, "not done", "done");
+          Difference& d =
+              Add(Area::kStep,
+                  late ? kRankConsequence : rank_of(Telling(deviation.actual).key, first.phase, 0, first.frame.number),
+                  p, what, "not done", "done");
           d.frame_b = first.frame.number;
           d.consequence = late;
           break;
@@ -314,8 +337,8 @@ class Builder {
               deviation.previous != nullptr ? "behind " + deviation.previous->name : "at the beginning";
           std::string what = "place of the " + startup::StepNoun(in_a.key, in_a.name);
           if (deviation.expected.size() > 1) what += " and " + Grouped(deviation.expected.size() - 1) + " more";
-          Difference& d = Add(Area::kStep, rank_of(in_a.phase, in_a.frame.number, deviation.frame.number), p, what,
-                              behind_a, behind_b);
+          Difference& d = Add(Area::kStep, rank_of(in_a.key, in_a.phase, in_a.frame.number, deviation.frame.number), p,
+                              what, behind_a, behind_b);
           d.frame_a = in_a.frame.number;
           d.frame_b = deviation.frame.number;
           break;
@@ -333,13 +356,16 @@ class Builder {
   void OneSided(std::optional<std::size_t> p, const Deviation& deviation, FrameNo failed_b, StepOf&& step_of,
                 RankOf&& rank_of) {
     const StartupStep& first = step_of(deviation.expected.front());
+    std::vector<const StartupStep*> all;
+    for (const ExpectedStep* step : deviation.expected) all.push_back(&step_of(step));
     const std::string what = List(deviation.expected, [&](const ExpectedStep& s) {
       const StartupStep& step = step_of(&s);
       return startup::StepNoun(step.key, step.name) + (step.text.empty() ? "" : " = " + ValueOf(step.name, step.text));
     });
     const bool late = deviation.to_the_end || (failed_b != 0 && deviation.next == nullptr);
-    Difference& d = Add(Area::kStep, late ? kRankConsequence : rank_of(first.phase, first.frame.number, 0), p, what,
-                        "done", "not done");
+    Difference& d =
+        Add(Area::kStep, late ? kRankConsequence : rank_of(Telling(all).key, first.phase, first.frame.number, 0), p,
+            what, "done", "not done");
     d.frame_a = first.frame.number;
     d.consequence = late;
   }

@@ -34,10 +34,11 @@ struct Deviation {
   TimeNs limit = 0, took = 0;  ///< slow
 };
 
-/// A slave whose start-up the capture does not hold, so that nothing can be said.
+/// A slave whose start-up, or a part of it, the capture does not show, so that nothing can be said.
 struct NotCompared {
   SlaveId slave = kNoSlave;
   std::string reason;
+  bool partly = false;  ///< only some of its steps
 };
 
 struct Comparison {

@@ -66,6 +66,23 @@ StartupRecorder::Story& StartupRecorder::Get(SlaveId slave) {
   return stories_[slave];
 }
 
+void StartupRecorder::Story::SetState(std::uint8_t now, FrameNo frame) {
+  if (state == now) return;
+  changes[change_count++ % changes.size()] = {frame, now};
+  state = now;
+}
+
+std::uint8_t StartupRecorder::Story::StateAt(FrameNo frame) const {
+  std::uint8_t before = 0;
+  for (std::size_t back = 1; back <= changes.size() && back <= change_count; ++back) {
+    const auto& [since, then] = changes[(change_count - back) % changes.size()];
+    if (since <= frame) return then;
+    before = then;
+  }
+  // Older than what is kept: the oldest known will do.
+  return change_count > changes.size() ? before : 0;
+}
+
 void StartupRecorder::Extend(Record& record, StartupPhase phase, const FrameRef& first, const FrameRef& last) {
   Phase& p = record.phases[At(phase)];
   if (!p.first.seen() || first.number < p.first.number) p.first = first;
@@ -115,7 +132,7 @@ void StartupRecorder::On(const track::AlRequest& request) {
     }
     return;
   }
-  if (wanted == kInit && story.record.highest >= kPreop) {
+  if (wanted == kInit && std::max(story.record.highest, story.state) >= kPreop) {
     BeginAnew(story);
     if (!story.again_frame.seen()) story.again_frame = request.frame();
   }
@@ -138,17 +155,20 @@ void StartupRecorder::On(const track::AlRequest& request) {
       request.acceptance == track::Acceptance::kRefused ? StartupOutcome::kRefused : StartupOutcome::kUnknown;
   step.broadcast = request.broadcast;
   Add(story.record, std::move(step), {});
+  if (request.acceptance != track::Acceptance::kAssumed) return;
+  // No answers in the capture: what was requested is taken as reached, or nothing would tell where the start-up ends.
+  story.SetState(wanted, request.frame().number);
+  if (wanted >= kPreop) scan_done_ = true;
+  if (wanted != kOp) return;
+  story.in_operation = bus_done_ = true;
+  story.operation_since = request.frame().number;
 }
 
 void StartupRecorder::On(const track::AlStatusRead& read) {
   Story& story = Get(read.slave);
   const std::uint8_t state = read.status.state();
   if (!story.first_state) story.first_state = state;
-  if (story.state != state) {
-    story.state_before = story.state;
-    story.state_since = read.frame.number;
-    story.state = state;
-  }
+  story.SetState(state, read.frame.number);
   if (story.in_operation) {
     if (state != kOp) story.enabled = story.left_operation = true;
     return;
@@ -167,6 +187,7 @@ void StartupRecorder::On(const track::AlStatusRead& read) {
   if (state >= kPreop) scan_done_ = true;
   if (state == kOp) {
     story.in_operation = true;
+    story.operation_since = read.frame.number;
     bus_done_ = true;
   }
 }
@@ -337,10 +358,11 @@ void StartupRecorder::On(const track::EepromWrite& event) {
 
 void StartupRecorder::On(const mailbox::SdoTransfer& transfer) {
   Story& story = Get(transfer.slave);
-  if (story.in_operation || !transfer.has_object || transfer.service == mailbox::SdoService::kUnknown) return;
+  if (!transfer.has_object || transfer.service == mailbox::SdoService::kUnknown) return;
   const FrameRef& frame = transfer.request.seen() ? transfer.request : transfer.last;
+  if (story.in_operation && frame.number >= story.operation_since) return;
   const FrameRef& last = transfer.last.seen() ? transfer.last : frame;
-  const std::uint8_t state = frame.number < story.state_since ? story.state_before : story.state;
+  const std::uint8_t state = story.StateAt(frame.number);
   const bool upload = transfer.service == mailbox::SdoService::kUpload;
   StartupStep step;
   step.key = {upload ? StartupKey::Kind::kUpload : StartupKey::Kind::kDownload, transfer.complete_access,

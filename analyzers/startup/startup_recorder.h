@@ -12,6 +12,7 @@
 #include <array>
 #include <deque>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "analyzers/core/startup_summary.h"
@@ -70,9 +71,14 @@ class StartupRecorder {
   struct Story {
     Record record;
     std::optional<Record> best;
-    std::uint8_t state = 0;         ///< as read last, 0: unknown
-    std::uint8_t state_before = 0;  ///< until state_since
-    FrameNo state_since = 0;
+    std::uint8_t state = 0;  ///< as read last, 0: unknown
+    /// The last changes of `state`, a ring: SDO transfers are told when they end, which may be later.
+    std::array<std::pair<FrameNo, std::uint8_t>, 8> changes{};
+    std::size_t change_count = 0;
+    FrameNo operation_since = 0;
+
+    void SetState(std::uint8_t now, FrameNo frame);
+    [[nodiscard]] std::uint8_t StateAt(FrameNo frame) const;
     std::optional<std::uint8_t> first_state;
     bool in_operation = false;  ///< OP was reached: the master's part is over
     bool enabled = false;       ///< and the drive is enabled, or OP was left

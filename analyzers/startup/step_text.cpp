@@ -1,10 +1,14 @@
 #include "analyzers/startup/step_text.h"
 
+#include <vector>
+
 #include "analyzers/events/object_value.h"
 #include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
+#include "decoder/esc/fmmu.h"
 #include "decoder/esc/register_map.h"
 #include "decoder/esc/register_text.h"
+#include "decoder/esc/sync_manager.h"
 
 namespace ecaudit::startup {
 namespace {
@@ -18,7 +22,63 @@ const device::DeviceDescription* ProfileOf(const model::SlaveModel* slave) {
   return slave != nullptr ? slave->profile : nullptr;
 }
 
+/// A part of a structure that people speak of.
+struct Part {
+  std::string name;
+  std::string a, b;
+};
+
+std::pair<std::string, std::string> Join(const std::vector<Part>& parts) {
+  constexpr std::size_t kMost = 2;
+  std::pair<std::string, std::string> out;
+  std::size_t differing = 0;
+  for (const Part& part : parts) {
+    if (part.a == part.b) continue;
+    if (++differing > kMost) return {};
+    out.first += (out.first.empty() ? "" : ", ") + part.name + " " + part.a;
+    out.second += (out.second.empty() ? "" : ", ") + part.name + " " + part.b;
+  }
+  return out;
+}
+
+std::string Bits(const esc::Fmmu& fmmu) {
+  return std::to_string(fmmu.logical_start_bit) + "-" + std::to_string(fmmu.logical_stop_bit) + " to " +
+         std::to_string(fmmu.physical_start_bit);
+}
+
+std::string Use(const esc::Fmmu& fmmu) {
+  return std::string(fmmu.reads() ? "read" : "") + (fmmu.writes() ? "write" : "");
+}
+
+std::string OnOff(bool on) {
+  return on ? "on" : "off";
+}
+
 }  // namespace
+
+std::pair<std::string, std::string> DifferingParts(const StartupKey& key, ByteSpan a, ByteSpan b) {
+  if (key.kind != StartupKey::Kind::kWrite || a.size() != b.size()) return {};
+  const std::uint32_t address = key.address;
+  const auto x = esc::SyncManager::Decode(a);
+  const auto y = esc::SyncManager::Decode(b);
+  if (address >= esc::kSyncManagerBase && address < 0x0880 && a.size() == esc::kSyncManagerBytes && x && y) {
+    return Join({{"start", Hex(x->start), Hex(y->start)},
+                 {"length", Count(x->length, "byte"), Count(y->length, "byte")},
+                 {"control", Hex(x->control, 2), Hex(y->control, 2)},
+                 {"enable", OnOff(x->enabled()), OnOff(y->enabled())}});
+  }
+  const auto f = esc::Fmmu::Decode(a);
+  const auto g = esc::Fmmu::Decode(b);
+  if (address >= 0x0600 && address < 0x0700 && a.size() == 16 && f && g) {
+    return Join({{"logical address", Hex(f->logical_start, 8), Hex(g->logical_start, 8)},
+                 {"length", Count(f->length, "byte"), Count(g->length, "byte")},
+                 {"slave address", Hex(f->physical_start), Hex(g->physical_start)},
+                 {"bits", Bits(*f), Bits(*g)},
+                 {"use", Use(*f), Use(*g)},
+                 {"active", OnOff(f->active()), OnOff(g->active())}});
+  }
+  return {};
+}
 
 std::string StepName(const StartupKey& key, std::size_t length, const model::SlaveModel* slave) {
   switch (key.kind) {

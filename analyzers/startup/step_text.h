@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <string>
+#include <utility>
 
 #include "analyzers/core/startup_summary.h"
 #include "analyzers/startup/expectation.h"
@@ -23,6 +23,9 @@ namespace ecaudit::startup {
 [[nodiscard]] std::string StepValue(const StartupKey& key, ByteSpan data, const model::SlaveModel* slave);
 /// The same for a step that is expected; "any value".
 [[nodiscard]] std::string ExpectedValue(const ExpectedStep& step, const model::SlaveModel* slave);
+/// Where two values of a structure differ, as pairs of texts: "length 1024 bytes" and "length 512 bytes" of a sync
+/// manager. Empty for all else, and where nearly everything differs: then the whole values tell more.
+[[nodiscard]] std::pair<std::string, std::string> DifferingParts(const StartupKey& key, ByteSpan a, ByteSpan b);
 /// StepName() of a step that is expected; a drive's command is called as the expectation calls it.
 [[nodiscard]] std::string ExpectedName(const ExpectedStep& step, const model::SlaveModel* slave);
 /// "write of SM2 (0x0810)", "download of 6060h:0 Modes of operation", "request of SAFEOP": a step as a noun.

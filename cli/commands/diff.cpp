@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "analyzers/diff/compare_captures.h"
-#include "cli/baseline.h"
 #include "cli/capture_run.h"
 #include "cli/commands/command.h"
 #include "cli/output_file.h"
 #include "cli/output_plan.h"
 #include "cli/report/diff_writer.h"
+#include "cli/report/fingerprint.h"
 #include "cli/version.h"
 
 namespace ecaudit::cli {
@@ -59,7 +59,7 @@ class DiffCommand : public Command {
 
     const AnalysisResult& a = both.captures[0].result;
     const AnalysisResult& b = both.captures[1].result;
-    const diff::CaptureDiff differences = diff::Compare(a, b, &WithoutCounts);
+    const diff::CaptureDiff differences = diff::Compare(a, b, &report::WithoutCounts);
     const report::DiffReport report{std::string(Version()), a, b, differences};
     for (const OutputTarget& target : *targets) {
       const report::TextStyle style{target.standard() && console.color() && !output_.no_color};

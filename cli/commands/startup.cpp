@@ -80,6 +80,7 @@ class StartupCommand : public Command {
     const Result<ReportOutput> output = ReportOutput::Plan(output_, StartupFormats(), run_.options.captures);
     if (!output) return CaptureRun::Fail(console, output.error());
 
+    run_.draws = output->draws();
     report::Report report;
     report.version = Version();
     report.rules = RuleCatalogue();
@@ -150,8 +151,9 @@ class StartupCommand : public Command {
   /// A capture that shows no slave's start-up must not pass for one that is as expected.
   [[nodiscard]] std::optional<Error> NothingCompared(const AnalysisResult& result) const {
     const startup::Comparison comparison = startup::Compare(*expectation_, result);
-    const auto without = std::count_if(comparison.not_compared.begin(), comparison.not_compared.end(),
-                                       [](const startup::NotCompared& entry) { return entry.slave != kNoSlave; });
+    const auto without =
+        std::count_if(comparison.not_compared.begin(), comparison.not_compared.end(),
+                      [](const startup::NotCompared& entry) { return entry.slave != kNoSlave && !entry.partly; });
     const std::string& name = run_.jobs().front().name();
     if (result.slaves.empty()) return Error{name + " shows no slave, so there is nothing to compare"};
     if (static_cast<std::size_t>(without) < result.slaves.size()) return std::nullopt;

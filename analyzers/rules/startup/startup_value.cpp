@@ -41,17 +41,20 @@ class StartupValue final : public StartupRule {
   void Describe(const startup::Deviation& deviation, Finding& finding) const override {
     const startup::ExpectedStep& expected = *deviation.expected.front();
     const StartupStep& actual = *deviation.actual.front();
-    const std::string expected_text = startup::ExpectedValue(expected, Model(deviation));
     const bool reads = actual.key.kind == StartupKey::Kind::kUpload;
-    const std::string actual_text = actual.text.empty() ? "nothing" : actual.text;
-    finding.title = actual.name + (reads ? " reads " : " is ") + Unprefixed(actual, actual_text) + " instead of " +
-                    Unprefixed(actual, expected_text);
+    const std::string wanted = Unprefixed(actual, startup::ExpectedValue(expected, Model(deviation)));
+    const std::string got = actual.text.empty() ? "nothing" : Unprefixed(actual, actual.text);
+    finding.title = actual.name + (reads ? " reads " : " is ") + got + " instead of " + wanted;
+    if (expected.data) {
+      const auto [part_wanted, part_got] = startup::DifferingParts(actual.key, *expected.data, actual.data);
+      if (!part_got.empty()) finding.title = actual.name + " has " + part_got + " instead of " + part_wanted;
+    }
     finding.message = "The " + Noun(actual) + " in frame " + std::to_string(actual.frame.number) +
-                      (reads ? " brought " : " writes ") + actual_text + "; expected is " + expected_text + ".";
+                      (reads ? " brought " : " sets ") + got + "; expected is " + wanted + ".";
     if (!actual.note.empty()) finding.message += " It was " + actual.note + ".";
     finding.evidence.push_back(Text("step", Noun(actual)));
-    finding.evidence.push_back(Text("expected", expected_text));
-    finding.evidence.push_back(Text("actual", actual_text));
+    finding.evidence.push_back(Text("expected", wanted));
+    finding.evidence.push_back(Text("actual", got));
     if (expected.data) finding.evidence.push_back(Text("expected_bytes", HexBytes(*expected.data)));
     finding.evidence.push_back(Text("actual_bytes", HexBytes(actual.data)));
     if (actual.last.number != actual.frame.number) AddRelated(finding, actual.last.number);

@@ -143,6 +143,7 @@ TEST(Catalogue, AgreesWithThePublicOne) {
     severities[(*at)[1]] = (*at)[2];
   }
   ASSERT_GT(severities.size(), 50U);
+  for (const auto& [id, severity] : severities) EXPECT_NE(FindRule(id), nullptr) << id << " is not built";
   for (const RuleInfo* rule : RuleCatalogue()) {
     const auto found = severities.find(std::string(rule->id));
     if (found == severities.end()) {
