@@ -27,6 +27,7 @@ constexpr double kSameCycle = 0.05;
 constexpr std::size_t kListed = 4;
 
 // Ranks, the most telling first.
+constexpr int kRankRefused = -1;  ///< only one of them was refused a state
 constexpr int kRankOutcome = 0;
 constexpr int kRankSuspect = 1;  ///< a finding cites the step that differs
 constexpr int kRankBus = 2;
@@ -201,7 +202,7 @@ class Builder {
     for (std::size_t p = 0; p < out_.pairs.size(); ++p) {
       const SlavePair& pair = out_.pairs[p];
       if (pair.a != nullptr && pair.b != nullptr) continue;
-      Add(Area::kBus, kRankBus, p, "slave", pair.a != nullptr ? "on the bus" : "not on the bus",
+      Add(Area::kBus, kRankBus, p, "presence", pair.a != nullptr ? "on the bus" : "not on the bus",
           pair.b != nullptr ? "on the bus" : "not on the bus");
     }
   }
@@ -248,7 +249,9 @@ class Builder {
     const std::string reached_a = StateReached(a);
     const std::string reached_b = StateReached(b);
     if (reached_a != reached_b) {
-      Difference& d = Add(Area::kOutcome, kRankOutcome, p, "start-up", reached_a, reached_b);
+      const bool one_refused = (FailedAt(a) == 0) != (FailedAt(b) == 0);
+      Difference& d =
+          Add(Area::kOutcome, one_refused ? kRankRefused : kRankOutcome, p, "start-up", reached_a, reached_b);
       d.frame_a = FrameOfOutcome(a);
       d.frame_b = FrameOfOutcome(b);
     }

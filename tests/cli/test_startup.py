@@ -351,9 +351,49 @@ class StartupCaptures(StartupTest):
     @unittest.skipUnless(LAB.exists(), "the lab captures are absent")
     def test_other_runs_of_the_same_master_pass(self):
         self.startup("--save", "lab.json", LAB / "startup-ok-1slave.pcapng")
-        for name in ("latch", "jitter", "lost-frames", "drive-fault", "watchdog-sm", "startup-ok-1slave-outbound-only",
-                     "startup-ok-1slave-return-only", "startup-ok-1slave-spb", "mixed-traffic"):
+        for name in ("latch", "jitter", "lost-frames", "drive-fault", "watchdog-sm", "mixed-traffic",
+                     "startup-ok-1slave-outbound-only", "startup-ok-1slave-return-only",
+                     "startup-ok-1slave-spb"):
             self.startup("--expect", "lab.json", LAB / f"{name}.pcapng")
+
+    def deviate(self, capture, document, change):
+        """The findings when one step of the expectation is another one."""
+        changed = json.loads(json.dumps(document))
+        change(changed)
+        return self.findings(capture, self.file("changed.json", json.dumps(changed)))
+
+    @unittest.skipUnless(REAL.exists() and LAB.exists(), "the shared captures are absent")
+    def test_each_single_deviation_is_exactly_one_finding(self):
+        for capture in (REAL / "soem-sdinfo-akd.pcapng", REAL / "replay-dc.pcapng", LAB / "startup-ok-1slave.pcapng",
+                        REAL / "replay-ek1914-no-complete-access.pcapng", SAMPLES / "clean-startup.pcapng"):
+            path = self.dir / "saved.json"
+            path.unlink(missing_ok=True)
+            self.startup("--save", path, capture)
+            document = json.loads(path.read_text())
+            for s, slave in enumerate(document["slaves"]):
+                steps = slave["steps"]
+                with_value = [i for i, step in enumerate(steps) if step.get("value") is not None]
+                for i in (with_value[0], with_value[len(with_value) // 2], with_value[-1]):
+                    def other_value(d, i=i):
+                        value = d["slaves"][s]["steps"][i]["value"]
+                        d["slaves"][s]["steps"][i]["value"] = (
+                            value + 1 if isinstance(value, int) else f"{(int(value[:2], 16) + 1) % 256:02x}" + value[2:])
+                    found = self.deviate(capture, document, other_value)
+                    self.assertEqual([f["rule"] for f in found], ["startup-value"], f"{capture} {steps[i]}")
+                    self.assertEqual(found[0]["slave"], slave["position"])
+                for i in (0, len(steps) // 2, len(steps) - 1):
+                    found = self.deviate(capture, document, lambda d, i=i: d["slaves"][s]["steps"].insert(
+                        i, {"download": "2FFFh:1", "value": 1}))
+                    self.assertEqual([f["rule"] for f in found], ["startup-step-missing"], f"{capture} {i}")
+                for i in range(1, len(steps) - 1, 5):
+                    if steps[i] == steps[i + 1] or steps[i].get("write") == "0x0900":
+                        continue
+
+                    def swap(d, i=i):
+                        own = d["slaves"][s]["steps"]
+                        own[i], own[i + 1] = own[i + 1], own[i]
+                    found = self.deviate(capture, document, swap)
+                    self.assertEqual([f["rule"] for f in found], ["startup-order"], f"{capture} {steps[i]}")
 
     @unittest.skipUnless(LAB.exists(), "the lab captures are absent")
     def test_another_configuration_of_the_same_master_does_not(self):

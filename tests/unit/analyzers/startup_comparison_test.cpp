@@ -1,0 +1,219 @@
+// Steps against expected steps: what counts as missing, moved, changed or unexpected, and which slave is which.
+#include <gtest/gtest.h>
+
+#include "analyzers/startup/comparison.h"
+#include "analyzers/startup/eni_expectation.h"
+#include "analyzers/startup/startup_registers.h"
+
+namespace ecaudit::startup {
+namespace {
+
+using Kind = Deviation::Kind;
+using Bytes = std::vector<std::uint8_t>;
+
+StartupKey Download(std::uint16_t index) {
+  StartupKey key;
+  key.kind = StartupKey::Kind::kDownload;
+  key.address = index;
+  return key;
+}
+
+StartupKey Request(std::uint8_t state) {
+  StartupKey key;
+  key.kind = StartupKey::Kind::kRequest;
+  key.address = state;
+  return key;
+}
+
+/// "abc": downloads of 2000h + letter with the value 1, in frames 1, 2, ...; "S" and "O" request SAFEOP and OP.
+std::vector<StartupStep> Happened(std::string_view letters) {
+  std::vector<StartupStep> steps;
+  for (const char letter : letters) {
+    StartupStep& step = steps.emplace_back();
+    step.frame.number = step.last.number = steps.size();
+    step.phase = StartupPhase::kPreopParameters;
+    if (letter == 'S' || letter == 'O') {
+      step.key = Request(letter == 'S' ? 4 : 8);
+      step.phase = letter == 'S' ? StartupPhase::kPreopToSafeop : StartupPhase::kSafeopToOp;
+      continue;
+    }
+    step.key = Download(static_cast<std::uint16_t>(0x2000 + letter));
+    step.data = {1};
+    step.size = 1;
+  }
+  return steps;
+}
+
+std::vector<ExpectedStep> Wanted(std::string_view letters) {
+  std::vector<ExpectedStep> steps;
+  for (const StartupStep& step : Happened(letters)) {
+    ExpectedStep& expected = steps.emplace_back();
+    expected.key = step.key;
+    expected.phase = step.phase;
+    if (!step.data.empty()) expected.data = step.data;
+  }
+  return steps;
+}
+
+/// Kind, number of steps and cited frame of each deviation.
+std::vector<std::tuple<Kind, std::size_t, FrameNo>> Compared(std::string_view wanted, std::string_view happened,
+                                                             bool strict = false) {
+  const auto expected = Wanted(wanted);
+  const auto actual = Happened(happened);
+  std::vector<std::tuple<Kind, std::size_t, FrameNo>> out;
+  for (const Deviation& d : CompareSteps(expected, actual, false, strict)) {
+    out.emplace_back(d.kind, std::max(d.expected.size(), d.actual.size()), d.frame.number);
+  }
+  return out;
+}
+
+using Found = std::vector<std::tuple<Kind, std::size_t, FrameNo>>;
+
+TEST(StartupComparison, EqualStepsDoNotDiffer) {
+  EXPECT_EQ(Compared("abSO", "abSO", true), Found{});
+  EXPECT_EQ(Compared("", ""), Found{});
+  EXPECT_EQ(Compared("aab", "aab", true), Found{});
+}
+
+TEST(StartupComparison, AMissingStepCitesTheRequestThatEndedItsPhase) {
+  EXPECT_EQ(Compared("abcSO", "acSO"), (Found{{Kind::kMissing, 1, 3}}));
+  EXPECT_EQ(Compared("abcSO", "aSO"), (Found{{Kind::kMissing, 2, 2}}));
+  EXPECT_EQ(Compared("abcSO", "bSO"), (Found{{Kind::kMissing, 1, 2}, {Kind::kMissing, 1, 2}}));
+}
+
+TEST(StartupComparison, AStartUpThatStopsIsOneDeviation) {
+  const auto expected = Wanted("abScO");
+  const auto actual = Happened("abS");
+  const auto found = CompareSteps(expected, actual, false, false);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_TRUE(found[0].to_the_end);
+  EXPECT_EQ(found[0].expected.size(), 2U);
+  ASSERT_NE(found[0].previous, nullptr);
+  EXPECT_EQ(found[0].previous->key, Request(4));
+}
+
+TEST(StartupComparison, MovedStepsAreOneDeviation) {
+  EXPECT_EQ(Compared("abcSO", "bacSO"), (Found{{Kind::kOrder, 1, 2}}));
+  EXPECT_EQ(Compared("abcdSO", "dbcaSO").size(), 1U);
+  EXPECT_EQ(Compared("abcSO", "abSOc"), (Found{{Kind::kOrder, 1, 5}}));
+}
+
+TEST(StartupComparison, WhatIsNotListedCountsWhenStrict) {
+  EXPECT_EQ(Compared("aSO", "abcSO"), Found{});
+  EXPECT_EQ(Compared("aSO", "abcSO", true), (Found{{Kind::kUnexpected, 2, 2}}));
+  EXPECT_EQ(Compared("", "a", true), (Found{{Kind::kUnexpected, 1, 1}}));
+}
+
+TEST(StartupComparison, AnotherValueIsOneDeviationAtItsPlace) {
+  auto expected = Wanted("abaSO");
+  expected[2].data = Bytes{2};
+  const auto actual = Happened("abaSO");
+  const auto found = CompareSteps(expected, actual, false, true);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].kind, Kind::kValue);
+  EXPECT_EQ(found[0].frame.number, 3U);
+}
+
+TEST(StartupComparison, NumbersFitWhateverTheWidth) {
+  ExpectedStep expected;
+  expected.key = Download(0x60C2);
+  StartupStep actual;
+  actual.key = expected.key;
+  const auto fits = [&](std::int64_t number, Bytes data) {
+    expected.number = number;
+    actual.data = std::move(data);
+    actual.size = actual.data.size();
+    return HasValue(expected, actual);
+  };
+  EXPECT_TRUE(fits(7, {7}));
+  EXPECT_TRUE(fits(7, {7, 0, 0, 0}));
+  EXPECT_TRUE(fits(-3, {0xFD}));
+  EXPECT_TRUE(fits(-3, {0xFD, 0xFF}));
+  EXPECT_TRUE(fits(0x1234, {0x34, 0x12}));
+  EXPECT_FALSE(fits(0x1234, {0x34}));
+  EXPECT_FALSE(fits(-3, {0xFD, 0x00}));
+  EXPECT_FALSE(fits(7, {}));
+  EXPECT_FALSE(fits(7, Bytes(9, 0)));
+}
+
+TEST(StartupComparison, OnlyWhatTheMasterSetsOfASyncManagerCounts) {
+  StartupKey sm2;
+  sm2.address = 0x0810;
+  const Bytes written{0x00, 0x11, 0x06, 0x00, 0x64, 0x00, 0x01, 0x00};
+  Bytes other = written;
+  other[5] = 0x30;  // status
+  other[7] = 0x01;  // PDI control
+  EXPECT_TRUE(SameValue(sm2, written, other));
+  other[2] = 0x08;
+  EXPECT_FALSE(SameValue(sm2, written, other));
+}
+
+ExpectedSlave Device(SlavePos position, std::optional<std::uint32_t> product) {
+  ExpectedSlave slave;
+  slave.position = position;
+  slave.product_code = product;
+  return slave;
+}
+
+SlaveSummary Seen(SlavePos position, std::optional<std::uint32_t> product) {
+  SlaveSummary slave;
+  slave.position = position;
+  slave.identity.product_code = product;
+  return slave;
+}
+
+using Matches = std::vector<std::optional<std::size_t>>;
+
+TEST(MatchSlaves, ByIdentityWhereSlavesMoved) {
+  const std::vector<ExpectedSlave> expected{Device(0, 1), Device(1, 2), Device(2, 3)};
+  EXPECT_EQ(MatchSlaves(expected, std::vector{Seen(0, 1), Seen(1, 2), Seen(2, 3)}), (Matches{0, 1, 2}));
+  // A coupler more in front: everybody moves by one.
+  EXPECT_EQ(MatchSlaves(expected, std::vector{Seen(0, 9), Seen(1, 1), Seen(2, 2), Seen(3, 3)}), (Matches{1, 2, 3}));
+  // One is gone.
+  EXPECT_EQ(MatchSlaves(expected, std::vector{Seen(0, 1), Seen(1, 3)}), (Matches{0, std::nullopt, 1}));
+}
+
+TEST(MatchSlaves, ByPositionWhereTheIdentityIsNotKnown) {
+  const std::vector<ExpectedSlave> expected{Device(0, std::nullopt), Device(1, 2)};
+  EXPECT_EQ(MatchSlaves(expected, std::vector{Seen(0, 7), Seen(1, std::nullopt)}), (Matches{0, 1}));
+  EXPECT_EQ(MatchSlaves(expected, std::vector{Seen(0, 7)}), (Matches{0, std::nullopt}));
+}
+
+TEST(EniExpectation, TakesWritesOfTheWayUp) {
+  device::EniConfig eni;
+  device::EniSlave& slave = eni.slaves.emplace_back();
+  slave.auto_increment = 0;
+  const auto add = [&](std::vector<std::string> transitions, EscAddress ado, Bytes data) {
+    device::EniInitCommand& command = slave.init_commands.emplace_back();
+    command.transitions = std::move(transitions);
+    command.command = wire::Command::FPWR;
+    command.ado = ado;
+    command.data = std::move(data);
+  };
+  add({"SP", "PI"}, 0x0810, Bytes(8, 0));                  // downwards
+  add({"IP"}, 0x0800, {0, 0x10, 0x80, 0, 0x26, 0, 1, 0});  // SM0
+  add({"IP"}, 0x0502, {0, 1, 8, 0, 0, 0});                 // EEPROM command: not configured
+  add({"IP"}, 0x0120, {2, 0});                             // PREOP
+  add({"PS"}, 0x0990, Bytes(8, 0));                        // start time: put in by the master
+  add({"PS"}, 0x0120, {4, 0});                             // SAFEOP
+  device::EniSdoCommand& sdo = slave.sdo_commands.emplace_back();
+  sdo.transitions = {"PS"};
+  sdo.index = 0x6060;
+  sdo.data = {7};
+
+  const Expectation expectation = ExpectationOf(eni, "machine.xml");
+  EXPECT_TRUE(expectation.separate_mailbox);
+  ASSERT_EQ(expectation.slaves.size(), 1U);
+  const std::vector<ExpectedStep>& steps = expectation.slaves[0].steps;
+  ASSERT_EQ(steps.size(), 5U);
+  EXPECT_EQ(steps[0].key.address, 0x0800U);
+  EXPECT_EQ(steps[1].key, Request(2));
+  EXPECT_EQ(steps[2].key.address, 0x0990U);
+  EXPECT_TRUE(steps[2].any_value());
+  EXPECT_EQ(steps[3].key, Request(4));
+  EXPECT_EQ(steps[4].key, Download(0x6060));
+  EXPECT_EQ(steps[4].data, Bytes{7});
+}
+
+}  // namespace
+}  // namespace ecaudit::startup
