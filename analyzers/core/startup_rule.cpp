@@ -23,7 +23,9 @@ void StartupRule::Finish() {
     Describe(deviation, finding);
     Report(key, std::move(finding));
   }
-  for (const startup::NotCompared& entry : context().startup->not_compared) NotEvaluable(entry.slave, entry.reason);
+  for (const startup::NotCompared& entry : context().startup->not_compared) {
+    if (!entry.only || Reports(*entry.only)) NotEvaluable(entry.slave, entry.reason);
+  }
 }
 
 const model::SlaveModel* StartupRule::Model(const startup::Deviation& deviation) const {

@@ -234,11 +234,14 @@ bool SameDevice(const ExpectedSlave& expected, const SlaveSummary& actual) {
 }
 
 void CompareLimits(const Expectation& expectation, const ExpectedSlave& expected, const SlaveSummary& slave,
-                   std::vector<Deviation>& out) {
+                   Comparison& comparison) {
+  bool without_time = false;
   for (const StartupPhaseSummary& phase : slave.startup.phases) {
     const auto p = static_cast<std::size_t>(phase.phase);
     const std::optional<TimeNs>& limit = expected.limits[p] ? expected.limits[p] : expectation.limits[p];
-    if (!limit || !phase.duration || *phase.duration <= *limit) continue;
+    if (!limit) continue;
+    without_time = without_time || !phase.duration;
+    if (!phase.duration || *phase.duration <= *limit) continue;
     Deviation slow;
     slow.kind = Deviation::Kind::kSlow;
     slow.slave = slave.id;
@@ -247,7 +250,10 @@ void CompareLimits(const Expectation& expectation, const ExpectedSlave& expected
     slow.limit = *limit;
     slow.took = *phase.duration;
     slow.expected_slave = &expected;
-    out.push_back(std::move(slow));
+    comparison.deviations.push_back(std::move(slow));
+  }
+  if (without_time) {
+    comparison.not_compared.push_back({slave.id, "frames of its start-up have no time stamps", Deviation::Kind::kSlow});
   }
 }
 
@@ -356,7 +362,8 @@ Comparison Compare(const Expectation& expectation, const AnalysisResult& result)
     // A capture that begins behind the scan shows slaves, but not the broadcasts before.
     const StartupSummary& bus = result.bus.startup;
     if (bus.steps.empty() && !expectation.bus.empty()) {
-      comparison.not_compared.push_back({kNoSlave, "the capture holds nothing that was sent to all slaves at once"});
+      comparison.not_compared.push_back(
+          {kNoSlave, "the capture holds nothing that was sent to all slaves at once", {}});
     } else {
       add(CompareSteps(expectation.bus, bus.steps, expectation.separate_mailbox, expectation.strict), kNoSlave, nullptr,
           bus.end);
@@ -378,7 +385,7 @@ Comparison Compare(const Expectation& expectation, const AnalysisResult& result)
     used[*matches[e]] = true;
     const SlaveSummary& slave = result.slaves[*matches[e]];
     if (std::string reason = WhyNotCompared(slave, result.capture); !reason.empty()) {
-      comparison.not_compared.push_back({slave.id, std::move(reason)});
+      comparison.not_compared.push_back({slave.id, std::move(reason), {}});
       continue;
     }
     std::vector<Deviation> found =
@@ -388,10 +395,10 @@ Comparison Compare(const Expectation& expectation, const AnalysisResult& result)
           {slave.id,
            "the control word of the drive is not known: neither mapped by what the capture shows nor written "
            "by SDO",
-           true});
+           Deviation::Kind::kMissing});
     }
     add(std::move(found), slave.id, &expected, slave.startup.end);
-    CompareLimits(expectation, expected, slave, comparison.deviations);
+    CompareLimits(expectation, expected, slave, comparison);
   }
   if (!expectation.strict) return comparison;
   for (std::size_t a = 0; a < used.size(); ++a) {

@@ -38,7 +38,7 @@ struct Deviation {
 struct NotCompared {
   SlaveId slave = kNoSlave;
   std::string reason;
-  bool partly = false;  ///< only some of its steps
+  std::optional<Deviation::Kind> only;  ///< deviations of this kind alone cannot be told; unset: none can
 };
 
 struct Comparison {

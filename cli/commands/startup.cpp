@@ -153,7 +153,7 @@ class StartupCommand : public Command {
     const startup::Comparison comparison = startup::Compare(*expectation_, result);
     const auto without =
         std::count_if(comparison.not_compared.begin(), comparison.not_compared.end(),
-                      [](const startup::NotCompared& entry) { return entry.slave != kNoSlave && !entry.partly; });
+                      [](const startup::NotCompared& entry) { return entry.slave != kNoSlave && !entry.only; });
     const std::string& name = run_.jobs().front().name();
     if (result.slaves.empty()) return Error{name + " shows no slave, so there is nothing to compare"};
     if (static_cast<std::size_t>(without) < result.slaves.size()) return std::nullopt;
