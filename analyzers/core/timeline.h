@@ -65,10 +65,10 @@ struct SlaveTimeline {
 };
 
 struct Timeline {
-  TimeSeries lost;                     ///< frames that did not return: count of each bucket
-  TimeSeries cycle_us;                 ///< interval between process data of the cyclic datagram
-  std::vector<SlaveTimeline> slaves;   ///< those of which there is something
-  std::uint64_t signals_left_out = 0;  ///< beyond the limit of series
+  TimeSeries lost;                    ///< frames that did not return: count of each bucket
+  TimeSeries cycle_us;                ///< interval between process data of the cyclic datagram
+  std::vector<SlaveTimeline> slaves;  ///< those of which there is something
+  bool signals_left_out = false;      ///< there are more signals than series
 };
 
 }  // namespace ecaudit

@@ -132,19 +132,19 @@ void TimelineCollector::On(const mailbox::SdoTransfer& transfer) {
 }
 
 TimelineCollector::Signal* TimelineCollector::Find(Slave& slave, const model::Signal& entry, bool output) {
-  for (Signal& signal : slave.signals) {
-    const SignalSeries& about = signal.about;
+  for (const std::unique_ptr<Signal>& signal : slave.signals) {
+    const SignalSeries& about = signal->about;
     if (about.index == entry.index && about.subindex == entry.subindex && about.output == output &&
         about.bits == entry.bits) {
-      return &signal;
+      return signal.get();
     }
   }
   if (slave.signals.size() >= kMaxSlaveSignals || signals_ >= kMaxSignals) {
-    ++signals_left_out_;
+    signals_left_out_ = true;
     return nullptr;
   }
   ++signals_;
-  Signal& signal = slave.signals.emplace_back();
+  Signal& signal = *slave.signals.emplace_back(std::make_unique<Signal>());
   signal.type = entry.type;
   signal.divisor = signals::DivisorOf(entry.scale).value_or(1);
   signal.about.output = output;
@@ -209,10 +209,10 @@ Timeline TimelineCollector::Finish(const sync::CyclicImage* cycle) const {
   timeline.signals_left_out = signals_left_out_;
   const auto add = [&timeline](const Slave& slave) -> SlaveTimeline& {
     SlaveTimeline& out = timeline.slaves.emplace_back();
-    for (const Signal& signal : slave.signals) {
-      if (signal.series.empty()) continue;
-      out.signals.push_back(signal.about);
-      out.signals.back().values = signal.series.series();
+    for (const std::unique_ptr<Signal>& signal : slave.signals) {
+      if (signal->series.empty()) continue;
+      out.signals.push_back(signal->about);
+      out.signals.back().values = signal->series.series();
     }
     if (slave.mailbox) out.mailbox = slave.mailbox->series();
     if (slave.phase) out.phase_us = slave.phase->series();

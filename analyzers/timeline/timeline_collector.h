@@ -54,7 +54,7 @@ class TimelineCollector final : public sync::SampleSink, private model::ProcessS
     BucketSeries series;
   };
   struct Slave {
-    std::deque<Signal> signals;
+    std::vector<std::unique_ptr<Signal>> signals;
     std::unique_ptr<BucketSeries> mailbox, phase, difference;
     std::vector<SdoRow> sdos;
     std::uint64_t sdos_left_out = 0;
@@ -78,7 +78,7 @@ class TimelineCollector final : public sync::SampleSink, private model::ProcessS
   std::deque<std::pair<const model::SlaveModel*, Slave>> unmet_;
   std::unordered_map<std::uint64_t, std::vector<Followed>> followed_;  ///< by serial of the part
   std::size_t signals_ = 0;
-  std::uint64_t signals_left_out_ = 0;
+  bool signals_left_out_ = false;
   std::size_t sdos_ = 0;
   BucketSeries lost_;
   std::map<const sync::CyclicImage*, BucketSeries> cycles_;  ///< at most SyncModel::kImages

@@ -4,7 +4,7 @@ import { fileName, grouped } from "./format.js";
 import { findingsPanel, notJudgedPanel } from "./findings.js";
 import { lanesPanel } from "./lanes.js";
 import { live } from "./plots.js";
-import { slavePanel, unmetPanel } from "./slaves.js";
+import { slavePanel, startUp, unmetPanel } from "./slaves.js";
 import { busPanel, capturePanel, summaryPanel } from "./summary.js";
 import { timingPanel } from "./timing.js";
 import { TimeAxis } from "./axis.js";
@@ -35,7 +35,12 @@ function slavesPart(capture, page, axis) {
   const unmet = (page.timeline?.slaves ?? []).filter((s) => s.slave === null);
   if (capture.slaves.length + unmet.length === 0) return null;
   const panels = capture.slaves.map((slave) => slavePanel(capture, page, slave, axis));
-  if (panels.length === 1) panels[0].open = true;
+  if (panels.length === 1) panels[0].open = true; // the only slave
+  if (capture.bus.startup) {
+    panels.push(h("details", { className: "panel slave", id: "all-slaves-startup" },
+      h("summary", null, h("h3", null, "All slaves at once"), h("span", { className: "muted" }, "what the master sent to everybody")),
+      startUp(capture.bus.startup)));
+  }
   panels.push(...unmet.map((drawn, i) => unmetPanel(drawn, i, axis)));
   const all = h("button", { type: "button", id: "all-slaves", onclick: () => {
     const open = panels.some((p) => !p.open);
@@ -45,6 +50,7 @@ function slavesPart(capture, page, axis) {
   return h("section", { id: "slaves", "aria-labelledby": "slaves-title" },
     h("div", { className: "tools" }, h("h2", { id: "slaves-title" }, "Slaves"), h("span", { className: "space" }),
       panels.length > 1 && panels.length <= 64 && all),
+    page.timeline?.signals_left_out && h("p", { className: "note" }, "Not all signals are plotted: at most 16 of a slave, and 160 in all, so that the page stays small. 'ecaudit signals' writes all of them."),
     panels);
 }
 

@@ -40,16 +40,48 @@ function folded(rows, columns, noun, limit = 30) {
   ];
 }
 
-/// The start-up as the analysis understood it; older reports have none.
-function startUp(slave) {
-  const steps = slave.startup?.steps ?? slave.startup;
-  if (!Array.isArray(steps) || steps.length === 0) return [];
-  return part("Start-up", folded(steps, [
-    { title: "Step", value: (s) => s.text ?? s.title ?? s.step ?? s.kind ?? "", long: true },
-    { title: "Frame", value: (s) => frame(s.frame ?? s.first_frame), num: true },
-    { title: "At", value: (s) => seconds(s.time_s), num: true },
-    { title: "Took", value: (s) => duration(s.duration_ms), num: true },
-  ], "step"));
+const KINDS = { write: "write", eeprom: "EEPROM", request: "state request", download: "SDO write", upload: "SDO read", drive: "control word" };
+
+/// Texts of registers begin with their name, which stands beside them already.
+const stepValue = (step) => (step.text?.startsWith(`${step.name}: `) ? step.text.slice(step.name.length + 2) : (step.text ?? ""));
+
+function stepOutcome(step) {
+  const differs = step.read_back?.differs;
+  return [
+    step.outcome === "refused" && h("span", { className: "badge warning" }, step.code ? `refused ${hex(step.code)}` : "refused"),
+    step.outcome === "unknown" && h("span", { className: "muted" }, "not known"),
+    differs && h("span", { className: "badge warning" }, `read back in frame ${frame(step.read_back.frame)}: ${step.read_back.text}`),
+    step.note && h("span", { className: "muted" }, ` ${step.note}`),
+  ];
+}
+
+/// What the master did from the scan to operation, phase by phase, and each step below it.
+export function startUp(startup, title = "Start-up") {
+  if (!startup) return [];
+  return part(title,
+    facts([
+      ["Reached", startup.reached],
+      ["Attempts", startup.attempts > 1 ? `${startup.attempts}, the last from frame ${frame(startup.again_frame)} on` : null],
+    ], "evidence"),
+    table(startup.phases, [
+      { title: "Phase", value: (p) => p.phase },
+      { title: "Frames", value: (p) => (p.frame === null ? "" : p.frame === p.last_frame ? frame(p.frame) : `${frame(p.frame)} to ${frame(p.last_frame)}`) },
+      { title: "At", value: (p) => seconds(p.time_s), num: true },
+      { title: "Took", value: (p) => duration(p.duration_ms), num: true },
+      { title: "Accesses", value: (p) => grouped(p.accesses), num: true },
+      { title: "Result", value: (p) => (p.failed ? h("span", { className: "badge error" }, p.result ?? "failed") : (p.result ?? "")), long: true },
+    ]),
+    startup.steps.length > 0 && h("details", { className: "more" }, h("summary", null, count(startup.steps.length, "step")),
+      table(startup.steps, [
+        { title: "Frame", value: (s) => frame(s.frame), num: true },
+        { title: "At", value: (s) => seconds(s.time_s), num: true },
+        { title: "Phase", value: (s) => h("span", { className: "nowrap" }, s.phase) },
+        { title: "", value: (s) => h("span", { className: "nowrap" }, KINDS[s.kind] ?? s.kind) },
+        { title: "What", value: (s) => [s.kind === "request" ? s.state : s.name, s.count > 1 && h("span", { className: "muted" }, `, ${count(s.count, "time")}`)], long: true },
+        { title: "Value", value: stepValue, long: true },
+        { title: "Outcome", value: stepOutcome },
+      ])),
+    startup.steps_left_out > 0 && h("p", { className: "note" }, `${count(startup.steps_left_out, "later step")} left out.`));
 }
 
 function alStory(slave) {
@@ -309,7 +341,7 @@ export function slavePanel(capture, page, slave, axis) {
       ], "evidence"),
       findings.length > 0 && h("p", { className: "chain" }, "Findings: ", findings.slice(0, 12).map((f, i) => [i > 0 && ", ", h("a", { href: `#finding-${f.id}` }, `${f.id} ${f.title}`)]),
         findings.length > 12 && ` and ${findings.length - 12} more`),
-      startUp(slave), alStory(slave), drive(slave), signals(slave, drawn, axis), mapping(slave), latches(slave),
+      startUp(slave.startup), alStory(slave), drive(slave), signals(slave, drawn, axis), mapping(slave), latches(slave),
       clocks(slave, drawn, axis), sdos(drawn), mailbox(slave), memory(slave),
     ]);
   });
