@@ -90,10 +90,19 @@ test("a clean capture passes", async () => {
   });
 });
 
+test("the start-up of a slave, phase by phase and step by step", async () => {
+  await open(refused(), async (page) => {
+    const phases = await page.$$eval("#slave-0 h3:has-text('Start-up') ~ .scroll >> nth=0", (all) => all[0].innerText);
+    assert.match(phases, /eeprom[^]*OP reached[^]*mailbox-setup/);
+    await page.click("#slave-0 summary:has-text(' steps')");
+    assert.match(await page.innerText("#slave-0 details.more[open]"), /state request\s+PREOP/);
+  });
+});
+
 test("process data of slaves that only the ENI file knows", async () => {
   const eni = path.join(ECAUDIT_SOURCE_DIR, "samples", "descriptions", "two-axes.eni.xml");
   await open(report("mid-run", "--eni", eni, path.join(SAMPLES, "mid-run.pcapng")), async (page) => {
-    assert.equal((await page.$$("#slaves details")).length, 2);
+    assert.equal((await page.$$("#slaves details[id^=eni-slave]")).length, 2);
     assert.ok(await page.isVisible("#eni-slave-1 figure canvas"), "signals are plotted");
   });
 });

@@ -36,7 +36,7 @@ function slavesPart(capture, page, axis) {
   if (capture.slaves.length + unmet.length === 0) return null;
   const panels = capture.slaves.map((slave) => slavePanel(capture, page, slave, axis));
   if (panels.length === 1) panels[0].open = true; // the only slave
-  if (capture.bus.startup) {
+  if (capture.bus.startup?.steps.length) {
     panels.push(h("details", { className: "panel slave", id: "all-slaves-startup" },
       h("summary", null, h("h3", null, "All slaves at once"), h("span", { className: "muted" }, "what the master sent to everybody")),
       startUp(capture.bus.startup)));
