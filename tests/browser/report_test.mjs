@@ -42,6 +42,10 @@ function report(name, ...args) {
   return file;
 }
 
+/// Plots are made with the frames that follow.
+const drawn = (page) => page.waitForFunction(() =>
+  [...document.querySelectorAll(".plot")].every((e) => e.clientWidth === 0 || e.querySelector("canvas")));
+
 /// Opens the file and runs `use` with the page; fails when the page complained, or asked for something.
 async function open(file, use, options = {}) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, ...options });
@@ -55,7 +59,7 @@ async function open(file, use, options = {}) {
   page.on("request", (request) => asked.push(request.url()));
   await page.goto(pathToFileURL(file).href);
   await page.waitForSelector("main h1");
-  await page.waitForTimeout(200); // plots are drawn with the next frames
+  await drawn(page);
   try {
     await use(page);
     assert.deepEqual(complaints, []);
@@ -115,7 +119,7 @@ test("every sample opens without complaint", async () => {
     assert.equal((await choice.$$("option")).length, files.length);
     for (let i = 0; i < files.length; ++i) {
       await choice.selectOption(String(i));
-      await page.waitForTimeout(40);
+      await drawn(page);
       assert.match(await page.textContent(".file"), new RegExp(path.basename(files[i]).replaceAll(".", "\\.")));
     }
   });
@@ -183,8 +187,8 @@ test("what lies under the pointer is told", async () => {
 test("filters are copied", async () => {
   await open(refused(), async (page) => {
     await page.click("#finding-f1 >> text=Copy filter");
+    await page.waitForSelector("[role=status]:has-text('Copied')");
     assert.equal(await page.evaluate(() => navigator.clipboard.readText()), "frame.number==109 || frame.number==108");
-    assert.equal(await page.textContent("[role=status]"), "Copied");
   });
 });
 
@@ -305,7 +309,7 @@ test("prints without buttons, with what was folded", async () => {
     assert.equal(await page.isVisible("header.top"), false);
     assert.equal(await page.isVisible("#slave-2 table"), true);
     assert.equal(await page.evaluate(() => getComputedStyle(document.body).backgroundColor), "rgb(255, 255, 255)");
-    await page.waitForTimeout(200);
+    await drawn(page);
     const widths = await page.$$eval(".uplot", (all) => all.map((e) => e.clientWidth));
     assert.ok(widths.length > 1 && Math.max(...widths) <= 690, `${widths}`);
     const pdf = await page.pdf({ format: "A4" });
@@ -366,7 +370,7 @@ test("a long capture gives a small page that opens at once", async () => {
   assert.ok(size < short + 400_000, `${short} -> ${size} bytes`);
   const start = Date.now();
   await open(file, async (page) => {
-    assert.ok(Date.now() - start < 10_000);
+    assert.ok(Date.now() - start < 20_000);
     assert.match(await page.textContent("#summary"), /149,\d{3}/);
     assert.ok(await page.isVisible("#timing canvas"));
   });
