@@ -125,4 +125,59 @@ Sample PdoOddMapping() {
   return story.Finish();
 }
 
+Sample PdoMappedTwice() {
+  Story story;
+  story.Add(PowerSupply());
+  story.master.Scan();
+  story.master.BringToPreop();
+  Map(story, 0x1600, {0x30000010, 0x30000010});
+  Map(story, 0x1A00, {0x30090008, 0x61000110, 0x20020108});
+  Assign(story, kRxAssignment, 0x1600);
+  Assign(story, kTxAssignment, 0x1A00);
+  story.master.SetUpProcessData(0);
+  story.master.MapProcessImage();
+  const AlAnswer answer = story.master.ChangeState(0, Al::kSafeop);
+  story.Expect("pdo-object-mapped-twice", 0, answer.request, "3000h:0 stands twice in the outputs");
+  story.master.ShutDown();
+  return story.Finish();
+}
+
+Sample PdoAssignedInSafeop() {
+  Story story;
+  story.Add(AkdDrive());
+  story.master.Scan();
+  story.master.BringToPreop();
+  ReadAssignments(story);
+  story.master.BringToSafeop();
+  const SdoAnswer late = story.master.Download(0, kRxAssignment, 0, {0});
+  story.Expect("pdo-assign-state", 0, late.request, "1C12h is written in SAFEOP");
+  story.Expect("sdo-abort", 0, late.response, "the drive refuses it in this state").Optional();
+  story.master.BringToOp();
+  story.master.Cycles(10);
+  story.master.ShutDown();
+  return story.Finish();
+}
+
+Sample SyncManagersOverlap() {
+  Story story;
+  story.Add(AkdDrive());
+  story.master.Scan();
+  story.master.BringToPreop();
+  ReadAssignments(story);
+  story.master.SetUpProcessData(0);
+  story.master.DisableSyncManager(0, 3);
+  // Three buffers of 6 bytes from 0x1100 on reach to 0x1111.
+  story.master.Fpwr(story.master.station(0), 0x0818, {0x08, 0x11, 0x06, 0x00, 0x20, 0x00, 0x01, 0x00});
+  story.master.MapProcessImage();
+  const AlAnswer refused = story.master.ChangeState(0, Al::kSafeop);
+  story.Expect("sm-overlap", 0, refused.request, "SM3 at 0x1108 lies in the buffers of SM2");
+  story.Expect("sm-process-config", 0, refused.request, "SM3 at 0x1108, the manual wants 0x1140");
+  story.Expect("al-refused", 0, refused.status_read, "AL status 0x0012, code 0x0017");
+  story.master.Acknowledge(0, Al::kPreop);
+  story.master.DisableSyncManager(0, 2);
+  story.master.DisableSyncManager(0, 3);
+  FinishWell(story);
+  return story.Finish();
+}
+
 }  // namespace ecaudit::samples

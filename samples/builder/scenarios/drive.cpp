@@ -1,0 +1,137 @@
+// Drives that are commanded wrongly, or that fault.
+#include "samples/builder/scenarios/scenario.h"
+
+namespace ecaudit::samples {
+namespace {
+
+constexpr TimeNs kMs = 1'000'000;
+
+/// Cycles until the status word of the drive (6041h, behind the position) has these bits, at most `most`.
+FrameIds CyclesUntil(Story& story, std::uint16_t mask, std::uint16_t value, int most) {
+  for (int i = 0; i < most; ++i) {
+    story.master.Cycles(1);
+    const Bytes inputs = story.master.inputs(0);
+    if (inputs.size() >= 6 && (LoadLe<std::uint16_t>(inputs, 4) & mask) == value) break;
+  }
+  return story.master.last_cyclic();
+}
+
+/// PREOP, with the assignments read: what the process data hold shows in the capture.
+void ToPreop(Story& story) {
+  story.master.Scan();
+  story.master.BringToPreop();
+  for (const std::uint16_t assignment : {std::uint16_t{0x1C12}, std::uint16_t{0x1C13}}) {
+    story.master.Upload(0, assignment, 0);
+    story.master.Upload(0, assignment, 1);
+  }
+}
+
+void BringToOp(Story& story, TimeNs cycle = kMs) {
+  ToPreop(story);
+  story.master.BringToSafeop();
+  story.master.BringToOp({.cycle = cycle});
+}
+
+/// The first frame with this control word.
+FrameIds CommandOnce(Story& story, std::uint16_t control) {
+  story.Command(0, control);
+  story.master.Cycles(1);
+  return story.master.last_cyclic();
+}
+
+}  // namespace
+
+Sample DriveFault() {
+  Story story;
+  SimulatedSlave& drive = story.Add(AkdDrive());
+  BringToOp(story);
+  story.EnableDrive(0);
+  story.Move(0, 0, 4000, 20);
+  drive.drive().FaultAt(story.master.now());
+  drive.coe().QueueEmergency(story.master.now(), 0x7305, 0x20, {0, 0, 0, 0, 0});
+  const FrameIds fault = CyclesUntil(story, 0x0008, 0x0008, 10);
+  story.Expect("drive-fault", 0, fault, "status word 0x021F, then 0x0218");
+  FrameIds message{};
+  story.master.ReadMailbox(0, 100 * kMs, &message);
+  story.Expect("emcy-received", 0, message, "0x7305");
+  story.master.Cycles(10);
+  CommandOnce(story, 0x0000);
+  CommandOnce(story, 0x0080);
+  story.master.Cycles(5);
+  story.EnableDrive(0);
+  story.DisableDrive(0, 4000);
+  story.master.ShutDown();
+  return story.Finish();
+}
+
+Sample DriveIllegalCommand() {
+  Story story;
+  story.Add(AkdDrive());
+  BringToOp(story, 10 * kMs);
+  CommandOnce(story, 0x0000);
+  story.master.Cycles(3);
+  const FrameIds early = CommandOnce(story, 0x000F);
+  story.Expect("drive-illegal-command", 0, early, "Enable operation in Switch on disabled");
+  story.master.Cycles(120);
+  story.EnableDrive(0);
+  story.DisableDrive(0);
+  story.master.ShutDown();
+  return story.Finish();
+}
+
+Sample DriveUnsupportedMode() {
+  Story story;
+  story.Add(AkdDrive());
+  ToPreop(story);
+  const SdoAnswer mode = story.master.Download(0, 0x6060, 0, {9});
+  story.Expect("drive-unsupported-mode", 0, mode.request, "mode 9; the manual of 2011 lists 3, 6 and 7");
+  story.master.Download(0, 0x6060, 0, {7});
+  story.master.BringToSafeop();
+  story.master.BringToOp();
+  story.EnableDrive(0);
+  story.DisableDrive(0);
+  story.master.ShutDown();
+  return story.Finish();
+}
+
+Sample DriveEnabledInSafeop() {
+  Story story;
+  story.Add(AkdDrive());
+  ToPreop(story);
+  story.master.BringToSafeop();
+  story.master.StartCyclic({});
+  story.master.Cycles(5);
+  const FrameIds early = CommandOnce(story, 0x000F);
+  story.Expect("drive-control-outside-op", 0, early, "Enable operation in SAFEOP: the drive does not look at it");
+  story.master.Cycles(5);
+  CommandOnce(story, 0x0000);
+  story.master.Cycles(5);
+  story.master.ChangeState(0, Al::kOp);
+  story.EnableDrive(0);
+  story.DisableDrive(0);
+  story.master.ShutDown();
+  return story.Finish();
+}
+
+Sample SyncFramesMissing() {
+  Story story;
+  story.Add(AkdDrive());
+  BringToOp(story);
+  story.EnableDrive(0);
+  story.Move(0, 0, 4000, 60);
+  // Seven are tolerated.
+  int next = story.master.next_cycle();
+  for (int i = 0; i < 7; ++i) story.master.ChangeCycle(next + i, {.skip = true});
+  story.master.Cycles(8);
+  story.master.Cycles(30);
+  next = story.master.next_cycle();
+  for (int i = 0; i < 8; ++i) story.master.ChangeCycle(next + i, {.skip = true});
+  story.master.Cycles(9);
+  story.Expect("sync-lost", 0, story.master.last_cyclic(), "eight frames missing: F125");
+  story.master.Cycles(30);
+  story.DisableDrive(0, 4000);
+  story.master.ShutDown();
+  return story.Finish();
+}
+
+}  // namespace ecaudit::samples
