@@ -102,6 +102,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
     startup_->On(e);
     RulesThenModel(Topic::kSdoTransfer, e);
     if (timeline_ != nullptr) timeline_->On(e);
+    sync_->On(e);  // last: it looks at the objects as the transfer left them
   }
   void On(const track::EepromRead& e) override {
     model_->Apply(e);
@@ -175,6 +176,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
     drives_->On(e);
     ToRules(Topic::kDriveFaultExplained, e);
   }
+  void On(const model::PllMeasured& e) override { ToRules(Topic::kPllMeasured, e); }
   void On(const model::SyncSwitchedOn& e) override { ToRules(Topic::kSyncSwitchedOn, e); }
   void On(const model::OutputGap& e) override { ToRules(Topic::kOutputGap, e); }
   void On(const model::SyncSlotMiss& e) override { ToRules(Topic::kSyncSlotMiss, e); }

@@ -36,10 +36,18 @@ struct SlaveSelector {
   std::uint16_t value = 0;
 };
 
+/// A parameter of a drive that the capture does not show and the user knows.
+struct GivenParameter {
+  std::optional<SlaveSelector> slave;  ///< unset: every slave whose family has it
+  std::string keyword;                 ///< as in the vendor's tool: "FBUS.SYNCDIST", "PTBASE"
+  std::int64_t value = 0;
+};
+
 struct AnalysisOptions {
   std::string default_profile;  ///< for every slave; empty: chosen by identity
   std::vector<std::pair<SlaveSelector, std::string>> slave_profiles;
-  std::shared_ptr<const DeviceFiles> files;               ///< ESI and ENI files (core/device_files.h); null: none
+  std::vector<GivenParameter> parameters;    ///< the last that fits a slave counts; what the capture shows beats them
+  std::shared_ptr<const DeviceFiles> files;  ///< ESI and ENI files (core/device_files.h); null: none
   std::map<std::string, RuleSetting, std::less<>> rules;  ///< by rule id; rules not named keep their defaults
   /// Only frames in [from, to] are analysed; seconds from the first frame or frame numbers.
   std::optional<double> from_s, to_s;

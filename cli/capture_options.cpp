@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <set>
 #include <system_error>
 
 #include "cli/config.h"
@@ -40,10 +41,13 @@ Error In(const std::string& file, const Error& error) {
   return file.empty() ? error : Error{file + ": " + error.message};
 }
 
-std::optional<Error> ApplyNames(const std::vector<std::string>& profiles, const std::vector<std::string>& rules,
-                                AnalysisOptions& analysis) {
+std::optional<Error> ApplyNames(const std::vector<std::string>& profiles, const std::vector<std::string>& parameters,
+                                const std::vector<std::string>& rules, AnalysisOptions& analysis) {
   for (const std::string& profile : profiles) {
     if (auto error = AddProfile(profile, analysis)) return error;
+  }
+  for (const std::string& parameter : parameters) {
+    if (auto error = AddParameter(parameter, analysis)) return error;
   }
   for (const std::string& rule : rules) {
     if (auto error = AddRuleSetting(rule, analysis)) return error;
@@ -98,6 +102,8 @@ void CaptureOptions::DeclareSettings(OptionSet& options) {
   options.Value("--to", "END", to, "end here, inclusive");
   options.Group("How to judge");
   options.Values("--profile", "[SLAVE=]NAME", profiles, "drive family of all slaves or of one (repeatable)");
+  options.Values("--parameter", "[SLAVE:]NAME=VALUE", parameters,
+                 "what the drive is set to and no SDO shows, for example PTBASE=8 (repeatable)");
   options.Values("--esi", "FILE", esi, "EtherCAT slave information (XML): objects and PDOs of devices (repeatable)");
   options.Value("--eni", "FILE", eni, "EtherCAT network information (XML): slaves, names and process image");
   options.Value("--config", "FILE", config, "settings (default: .ecaudit.json beside the capture or above it)");
@@ -174,6 +180,45 @@ std::optional<Error> AddProfile(std::string_view text, AnalysisOptions& analysis
   return std::nullopt;
 }
 
+std::optional<Error> AddParameter(std::string_view text, AnalysisOptions& analysis) {
+  const std::size_t equals = text.find('=');
+  const std::string_view left = text.substr(0, equals);
+  const std::size_t colon = left.find(':');
+  GivenParameter parameter;
+  if (equals == std::string_view::npos) {
+    return Error{"--parameter is " + Quoted(text) + " but must be NAME=VALUE, for example FBUS.SYNCDIST=500"};
+  }
+  if (colon != std::string_view::npos) {
+    const Result<SlaveSelector> slave = ParseSlave(left.substr(0, colon));
+    if (!slave) return slave.error();
+    parameter.slave = *slave;
+  }
+  parameter.keyword = colon == std::string_view::npos ? left : left.substr(colon + 1);
+  std::set<std::string_view> known;
+  for (const std::string& profile : device::BuiltinProfileNames()) {
+    for (const device::DriveParameter* row : device::BuiltinProfile(profile)->sync.DriveParameters()) {
+      known.insert(row->keyword);
+    }
+  }
+  if (!known.contains(parameter.keyword)) {
+    const std::vector<std::string_view> names(known.begin(), known.end());
+    std::string all;
+    for (const std::string_view name : names) all += (all.empty() ? "" : ", ") + std::string(name);
+    return Error{"unknown parameter " + Quoted(parameter.keyword) + Suggestion(parameter.keyword, names, "") +
+                 " (known: " + all + ")"};
+  }
+  const std::string_view digits = text.substr(equals + 1);
+  const auto value = digits.starts_with("0x") ? ParseUnsigned<std::uint32_t>(digits.substr(2), 16)
+                                              : ParseUnsigned<std::uint32_t>(digits, 10);
+  if (!value) {
+    return Error{"the value of " + parameter.keyword + " is " + Quoted(digits) +
+                 " but must be a whole number from 0 to 4294967295"};
+  }
+  parameter.value = *value;
+  analysis.parameters.push_back(std::move(parameter));
+  return std::nullopt;
+}
+
 std::optional<Error> ParseLimit(std::string_view option, std::string_view text, std::optional<double>& seconds,
                                 std::optional<FrameNo>& frame) {
   if (text.starts_with('#')) {
@@ -199,14 +244,15 @@ Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOption
   Settings settings;
   if (const std::optional<Config>& config = *found) {
     settings.config = config->path;
-    if (auto error = ApplyNames(config->profiles, config->rules, settings.analysis)) return In(config->path, *error);
+    if (auto error = ApplyNames(config->profiles, config->parameters, config->rules, settings.analysis))
+      return In(config->path, *error);
     if (auto error = ApplyFailOn(config->fail_on, settings.fail_on)) return In(config->path, *error);
     settings.baseline = config->baseline.value_or("");
     settings.esi = config->esi;
     settings.eni = config->eni;
     settings.analysis.limits = config->limits;
   }
-  if (auto error = ApplyNames(options.profiles, gate.rules, settings.analysis)) return *error;
+  if (auto error = ApplyNames(options.profiles, options.parameters, gate.rules, settings.analysis)) return *error;
   if (auto error = ApplyFailOn(gate.fail_on, settings.fail_on)) return *error;
   if (gate.baseline) settings.baseline = *gate.baseline;
   if (auto error = ApplyRange(options, settings.analysis)) return *error;

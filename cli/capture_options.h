@@ -21,6 +21,7 @@ struct CaptureOptions {
   std::vector<std::string> captures;
   bool join = false;
   std::vector<std::string> profiles;
+  std::vector<std::string> parameters;
   std::vector<std::string> esi;
   std::optional<std::string> eni;
   std::vector<std::string> slaves;
@@ -71,6 +72,9 @@ struct Settings {
 [[nodiscard]] std::vector<std::pair<std::string, std::string>> RuleSettingTexts(const AnalysisOptions& analysis);
 /// "generic", or "0x1001=generic".
 [[nodiscard]] std::optional<Error> AddProfile(std::string_view text, AnalysisOptions& analysis);
+/// "FBUS.SYNCDIST=500", or "0x1001:PTBASE=8": a value of a drive that captures do not show; decimal, or 0x and
+/// hexadecimal. The name must be one that some family's profile knows.
+[[nodiscard]] std::optional<Error> AddParameter(std::string_view text, AnalysisOptions& analysis);
 /// "1.5" is seconds from the first frame, "#760" a frame number.
 [[nodiscard]] std::optional<Error> ParseLimit(std::string_view option, std::string_view text,
                                               std::optional<double>& seconds, std::optional<FrameNo>& frame);

@@ -16,13 +16,14 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 constexpr std::string_view kFileName = ".ecaudit.json";
-constexpr std::array<std::string_view, 8> kKeys{"profile",  "slave_profiles", "rules", "fail_on",
-                                                "baseline", "limits",         "esi",   "eni"};
+constexpr std::array<std::string_view, 9> kKeys{"profile",  "slave_profiles", "parameters", "rules", "fail_on",
+                                                "baseline", "limits",         "esi",        "eni"};
 
 /// Limits that rules let a project change; each rule's page (`ecaudit explain`) tells its own.
-constexpr std::array<std::string_view, 7> kLimits{"al-timeout.preop",   "al-timeout.safeop-op",   "al-timeout.down",
-                                                  "drive-no-reaction",  "drive-no-reaction.stop", "latch-ack-mismatch",
-                                                  "mailbox-no-response"};
+constexpr std::array<std::string_view, 9> kLimits{
+    "al-timeout.preop",    "al-timeout.safeop-op",   "al-timeout.down",
+    "drive-no-reaction",   "drive-no-reaction.stop", "latch-ack-mismatch",
+    "mailbox-no-response", "sync-difference-large",  "sync-drift-uncompensated"};
 constexpr double kLargestLimitMs = 1e9;  // 11 days
 
 Error Wrong(const std::string& path, const std::string& what) {
@@ -36,6 +37,18 @@ std::optional<Error> ReadAssignments(const Json& value, const std::string& name,
   for (const auto& [key, text] : value.items()) {
     if (!text.is_string()) return Wrong(path, "'" + name + "': the value of '" + key + "' must be a string");
     out.push_back(key + "=" + text.get_ref<const std::string&>());
+  }
+  return std::nullopt;
+}
+
+/// Reads {"[SLAVE:]NAME": whole number, ...}.
+std::optional<Error> ReadParameters(const Json& value, Config& config) {
+  if (!value.is_object()) return Wrong(config.path, "'parameters' must be an object");
+  for (const auto& [name, number] : value.items()) {
+    if (!number.is_number_unsigned()) {
+      return Wrong(config.path, "'parameters': the value of '" + name + "' must be a whole number");
+    }
+    config.parameters.push_back(name + "=" + std::to_string(number.get<std::uint64_t>()));
   }
   return std::nullopt;
 }
@@ -81,6 +94,8 @@ Result<Config> ReadConfig(const std::string& path) {
       error = ReadAssignments(value, key, path, config.rules);
     } else if (key == "slave_profiles") {
       error = ReadAssignments(value, key, path, config.profiles);
+    } else if (key == "parameters") {
+      error = ReadParameters(value, config);
     } else if (key == "limits") {
       error = ReadLimits(value, config);
     } else if (key == "esi") {

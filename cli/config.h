@@ -14,6 +14,7 @@ namespace ecaudit::cli {
 /// What a file says, checked for its shape; the names in it are checked where options are (capture_options.h).
 struct Config {
   std::string path;                                         ///< of the file
+  std::vector<std::string> parameters;                      ///< "[SLAVE:]NAME=VALUE"
   std::vector<std::string> profiles;                        ///< as --profile: "NAME" or "SLAVE=NAME"
   std::vector<std::string> rules;                           ///< as --rule: "ID=SEVERITY"
   std::optional<std::string> fail_on;                       ///< as --fail-on

@@ -127,6 +127,7 @@ struct MappedObject {
   std::uint8_t sync_manager = 0;
   std::string name;            ///< empty when unknown (untrusted text)
   bool name_inferred = false;  ///< from another family of the same maker
+  std::string variable;        ///< what the ENI file calls it; empty: nothing (untrusted text)
 };
 
 /// The process data of one direction at the end of the capture.
@@ -211,6 +212,7 @@ struct SlaveSummary {
   std::optional<DriveSummary> drive;              ///< unset when no control or status word was seen
   std::optional<DcSummary> dc;                    ///< unset when nothing was seen of its distributed clocks
   std::optional<LatchSummary> latch;              ///< unset when no latch word was seen
+  std::optional<LatchSummary> touch_probe;        ///< 60B8h and 60B9h, where they were seen
   MailboxSummary mailbox;
   StartupSummary startup;  ///< steps of the master up to OP; `seen` is false where the capture holds none
 };

@@ -36,6 +36,15 @@ struct SyncPhase {
   std::vector<std::uint64_t> histogram;  ///< equal parts of the cycle, the first begins at SYNC0
 };
 
+/// The drive's own measurement of its synchronisation, where SDO reads showed it; in the drive's unit.
+struct PllSummary {
+  std::optional<std::int64_t> distance, window;  ///< SYNCDIST, SYNCWND
+  std::optional<std::int64_t> threshold;         ///< PLLTHRESH, cycles
+  std::uint64_t reads = 0;                       ///< of SYNCACT
+  std::int64_t actual_last = 0;                  ///< meaningless without reads
+  std::uint64_t outside = 0;                     ///< reads outside the window in OP
+};
+
 struct DcSummary {
   bool reference = false;                                        ///< its clock is the one that is distributed or read
   std::array<std::optional<std::uint32_t>, 4> receive_times_ns;  ///< 0x0900-0x090C, raw
@@ -61,6 +70,7 @@ struct DcSummary {
   std::vector<DcStep> configuration;
   std::uint64_t configuration_left_out = 0;
   std::optional<SyncPhase> phase;
+  std::optional<PllSummary> pll;
 };
 
 /// The distribution of the system time on the bus.

@@ -15,9 +15,7 @@ constexpr auto kPreop = static_cast<std::uint8_t>(esc::AlState::PREOP);
 constexpr auto kSafeop = static_cast<std::uint8_t>(esc::AlState::SAFEOP);
 
 std::uint32_t Value(ByteSpan bytes) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 0; i < bytes.size() && i < 4; ++i) value |= std::uint32_t{bytes[i]} << (8 * i);
-  return value;
+  return static_cast<std::uint32_t>(UnsignedOf(Slice(bytes, 0, 4)));
 }
 
 /// True for what only an inference names as a cause.

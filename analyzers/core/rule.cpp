@@ -68,8 +68,14 @@ bool Rule::SaidNothingSent() {
 }
 
 void Rule::NotEvaluableWhere(const std::function<bool(const model::SlaveModel&)>& applies, const std::string& reason) {
-  for (std::size_t s = 0; s < context_->bus.size(); ++s) {
-    if (applies(context_->bus.slave(static_cast<SlaveId>(s)))) NotEvaluable(static_cast<SlaveId>(s), reason);
+  NotEvaluableFor([&](const model::SlaveModel& slave) { return applies(slave) ? reason : std::string(); });
+}
+
+void Rule::NotEvaluableFor(const std::function<std::string(const model::SlaveModel&)>& reason_of) {
+  for (std::size_t id = 0; id < context_->bus.size(); ++id) {
+    const auto slave = static_cast<SlaveId>(id);
+    std::string reason = reason_of(context_->bus.slave(slave));
+    if (!reason.empty()) NotEvaluable(slave, std::move(reason));
   }
 }
 

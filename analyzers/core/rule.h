@@ -68,6 +68,7 @@ enum class Topic : std::uint8_t {
   kLatchMisuse,
   kLatchNotJudged,
   kSyncSwitchedOn,
+  kPllMeasured,
   kOutputGap,
   kSyncSlotMiss,
   kArrivalOff,
@@ -161,6 +162,8 @@ class Rule : public track::EventSink, public model::ModelSink {
   bool SaidNothingSent();
   /// Says `reason` for each slave that `applies` to.
   void NotEvaluableWhere(const std::function<bool(const model::SlaveModel&)>& applies, const std::string& reason);
+  /// Says for each slave what `reason_of` returns, unless that is empty.
+  void NotEvaluableFor(const std::function<std::string(const model::SlaveModel&)>& reason_of);
   /// For rules about answers to AL requests: says where AL Status was never read after one.
   void SayWhereRequestsAreNotFollowed();
 

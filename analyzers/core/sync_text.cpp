@@ -1,5 +1,6 @@
 #include "analyzers/core/sync_text.h"
 
+#include "analyzers/model/drive_parameters.h"
 #include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
 
@@ -35,6 +36,13 @@ std::optional<TimeNs> InterpolationTime(const model::SlaveModel& slave) {
   TimeNs unit = 1'000'000'000;
   for (std::int64_t i = power; i < 0; ++i) unit /= 10;
   return static_cast<TimeNs>(units->raw) * unit;
+}
+
+std::optional<TimeNs> DriveCycle(const model::SlaveModel& slave) {
+  const device::SyncDescription& family = slave.profile->sync;
+  const auto count = model::ValueOf(slave, family.cycle_count);
+  if (!count || !family.cycle_base.value || count->value <= 0 || count->value > 1'000'000) return std::nullopt;
+  return count->value * *family.cycle_base;
 }
 
 void NameCause(RuleContext& context, std::string_view rule, SlaveId slave, FrameNo frame, FindingIndex cause) {

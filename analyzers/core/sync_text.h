@@ -22,6 +22,9 @@ inline constexpr std::string_view kPoorStamps = "time stamps too poor to measure
 /// wrote both parts and they make sense.
 [[nodiscard]] std::optional<TimeNs> InterpolationTime(const model::SlaveModel& slave);
 
+/// The drive's own cycle (FBUS.SAMPLEPERIOD, PTBASE), ns, where it is known.
+[[nodiscard]] std::optional<TimeNs> DriveCycle(const model::SlaveModel& slave);
+
 /// Sets the cause of what `rule` found for `slave` in `frame`, unless it has one.
 void NameCause(RuleContext& context, std::string_view rule, SlaveId slave, FrameNo frame, FindingIndex cause);
 

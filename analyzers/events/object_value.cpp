@@ -10,55 +10,6 @@ namespace {
 
 using mailbox::DataType;
 
-enum class Shape : std::uint8_t { kUnsigned, kSigned, kReal, kBool, kText };
-
-Shape ShapeOf(DataType type) {
-  switch (type) {
-    case DataType::kBoolean:
-      return Shape::kBool;
-    case DataType::kInteger8:
-    case DataType::kInteger16:
-    case DataType::kInteger24:
-    case DataType::kInteger32:
-    case DataType::kInteger40:
-    case DataType::kInteger48:
-    case DataType::kInteger56:
-    case DataType::kInteger64:
-      return Shape::kSigned;
-    case DataType::kReal32:
-    case DataType::kReal64:
-      return Shape::kReal;
-    case DataType::kUnsigned8:
-    case DataType::kUnsigned16:
-    case DataType::kUnsigned24:
-    case DataType::kUnsigned32:
-    case DataType::kUnsigned40:
-    case DataType::kUnsigned48:
-    case DataType::kUnsigned56:
-    case DataType::kUnsigned64:
-    case DataType::kByte:
-    case DataType::kWord:
-    case DataType::kDword:
-    case DataType::kBitArray8:
-    case DataType::kBitArray16:
-    case DataType::kBitArray32:
-      return Shape::kUnsigned;
-    default:
-      return Shape::kText;
-  }
-}
-
-std::uint64_t Unsigned(ByteSpan bytes) {
-  std::uint64_t value = 0;
-  for (std::size_t i = 0; i < bytes.size() && i < 8; ++i) value |= static_cast<std::uint64_t>(bytes[i]) << (8 * i);
-  return value;
-}
-
-std::int64_t Signed(ByteSpan bytes) {
-  const unsigned unused = 64U - 8U * static_cast<unsigned>(bytes.size());
-  return static_cast<std::int64_t>(Unsigned(bytes) << unused) >> unused;
-}
-
 /// Numbers that people know in hexadecimal get that form as well.
 std::string WithHex(std::string decimal, std::uint64_t value) {
   return value < 10 ? decimal : decimal + " (" + Hex(value, 1) + ")";
@@ -68,28 +19,20 @@ ObjectValue ReadTyped(DataType type, ByteSpan bytes) {
   ObjectValue out;
   out.text = mailbox::FormatValue(type, bytes);
   const bool fits = !bytes.empty() && bytes.size() <= 8 && bytes.size() == (mailbox::BitLength(type) + 7U) / 8U;
-  const Shape shape = fits ? ShapeOf(type) : Shape::kText;
-  switch (shape) {
-    case Shape::kUnsigned:
-      out.value = Unsigned(bytes);
-      if (!out.text.starts_with("0x")) out.text = WithHex(std::move(out.text), Unsigned(bytes));
-      break;
-    case Shape::kSigned:
-      out.value = Signed(bytes);
-      break;
-    case Shape::kReal:
-      out.value = type == DataType::kReal32
-                      ? static_cast<double>(std::bit_cast<float>(LittleEndian<std::uint32_t>(bytes, 0)))
-                      : std::bit_cast<double>(LittleEndian<std::uint64_t>(bytes, 0));
-      break;
-    case Shape::kBool:
-      out.value = bytes[0] != 0;
-      break;
-    case Shape::kText:
-      if (bytes.empty()) break;
-      out.value = out.text;
-      if (!out.text.starts_with("0x") && out.text != HexBytes(bytes)) out.text = "\"" + out.text + "\"";
-      break;
+  if (fits && type == DataType::kBoolean) {
+    out.value = bytes[0] != 0;
+  } else if (fits && (mailbox::IsUnsigned(type) || mailbox::IsBitString(type))) {
+    out.value = UnsignedOf(bytes);
+    if (!out.text.starts_with("0x")) out.text = WithHex(std::move(out.text), UnsignedOf(bytes));
+  } else if (fits && mailbox::IsSigned(type)) {
+    out.value = SignExtend(UnsignedOf(bytes), 8 * static_cast<unsigned>(bytes.size()));
+  } else if (fits && type == DataType::kReal32) {
+    out.value = static_cast<double>(std::bit_cast<float>(LittleEndian<std::uint32_t>(bytes, 0)));
+  } else if (fits && type == DataType::kReal64) {
+    out.value = std::bit_cast<double>(LittleEndian<std::uint64_t>(bytes, 0));
+  } else if (!bytes.empty()) {
+    out.value = out.text;
+    if (!out.text.starts_with("0x") && out.text != HexBytes(bytes)) out.text = "\"" + out.text + "\"";
   }
   return out;
 }

@@ -69,20 +69,20 @@ void BusModel::ChooseProfile(SlaveId id) {
   slave.al.SetFamily(*slave.profile);
   slave.process.SetFamily(*slave.profile);
   slave.latch.SetFamily(*slave.profile);
+  slave.touch_probe.SetFamily(*slave.profile);
   slave.drive.SetFamily(*slave.profile);
-  // A file may describe a slave without its PDOs; that does not mean that it has none.
-  slave.process.SetEni(slave.eni != nullptr && !slave.eni->pdos.empty() ? &slave.eni->pdos : nullptr);
+  slave.process.SetEni(slave.eni, choice_.eni());
 }
 
 void BusModel::Apply(const track::AlRequest& event) {
   slaves_[event.slave].mailbox.Forget();
-  if (!HasProcessData(event.control.state())) slaves_[event.slave].latch.Forget();
+  if (!HasProcessData(event.control.state())) slaves_[event.slave].ForgetLatches();
   slaves_[event.slave].al.OnRequest(event);
 }
 void BusModel::Apply(const track::AlStatusRead& event) {
   if (event.changed()) {
     slaves_[event.slave].mailbox.Forget();
-    if (!HasProcessData(event.status.state())) slaves_[event.slave].latch.Forget();
+    if (!HasProcessData(event.status.state())) slaves_[event.slave].ForgetLatches();
   }
   slaves_[event.slave].al.OnStatus(event);
 }
@@ -122,6 +122,7 @@ void BusModel::On(const ProcessCycle& cycle) {
     ++traffic.missed;
   }
   slave.latch.OnCycle(cycle);
+  slave.touch_probe.OnCycle(cycle);
   slave.drive.OnCycle(cycle);
 }
 
@@ -146,6 +147,7 @@ void BusModel::Apply(const mailbox::SdoTransfer& transfer) {
   slave.objects.Apply(transfer);
   slave.process.Apply(transfer);
   slave.latch.OnSdo(transfer);
+  slave.touch_probe.OnSdo(transfer);
   slave.drive.OnSdo(transfer);
 }
 void BusModel::Apply(const mailbox::SdoInfo& info) {
@@ -163,7 +165,10 @@ void BusModel::ApplyAlRequestSent(SlaveId slave, const FrameRef& frame, esc::AlW
 }
 
 void BusModel::Finish() {
-  for (SlaveModel& slave : slaves_) slave.latch.Finish();
+  for (SlaveModel& slave : slaves_) {
+    slave.latch.Finish();
+    slave.touch_probe.Finish();
+  }
 }
 
 }  // namespace ecaudit::model

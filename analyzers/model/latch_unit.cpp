@@ -35,18 +35,6 @@ std::uint16_t Bit(std::size_t n) {
   return static_cast<std::uint16_t>(1U << n);
 }
 
-std::int64_t SignExtend(std::uint64_t value, unsigned bits) {
-  if (bits == 0 || bits >= 64) return static_cast<std::int64_t>(value);
-  const std::uint64_t sign = std::uint64_t{1} << (bits - 1);
-  return static_cast<std::int64_t>((value ^ sign) - sign);
-}
-
-std::uint64_t LittleEndianOf(ByteSpan data) {
-  std::uint64_t value = 0;
-  for (std::size_t i = 0; i < data.size() && i < 8; ++i) value |= std::uint64_t{data[i]} << (8 * i);
-  return value;
-}
-
 bool Holds(const LatchEdge& edge, std::uint16_t index, std::uint8_t subindex) {
   return std::any_of(edge.positions.begin(), edge.positions.end(), [&](const device::ObjectAddress& object) {
     return object.index == index && object.subindex == subindex;
@@ -101,7 +89,8 @@ std::string_view RuleOf(LatchMisuse::Kind kind) {
 }
 
 void LatchUnit::SetFamily(const device::DeviceDescription& family) {
-  const device::LatchDescription* latch = family.latch ? &*family.latch : nullptr;
+  const auto& words = words_ == Words::kLatch ? family.latch : family.touch_probe;
+  const device::LatchDescription* latch = words ? &*words : nullptr;
   if (latch == latch_) return;
   Forget();
   latch_ = latch;
@@ -263,7 +252,7 @@ void LatchUnit::OnControl(const Word& word) {
   const bool selector_changed = first || selector != latch_->Selector(before) || doubt_selector_;
   if (selector_changed && !first) Deselect(word);
   for (std::size_t n = 0; n < edge_count_; ++n) {
-    const bool now = (word.value & latch_->edges[n].enable) != 0;
+    const bool now = latch_->edges[n].EnabledBy(word.value);
     Edge& edge = edges_[n];
     if (now && edge.enabled && control_doubt_ && (doubt_zero_ & latch_->edges[n].enable) != 0) edge.doubtful = true;
     if (now == edge.enabled) continue;
@@ -381,7 +370,7 @@ void LatchUnit::Deselect(const Word& word) {
   if (!selection_.active) return;
   selection_.dropped = true;
   Edge& edge = edges_[selection_.edge];
-  const bool held = (word.value & latch_->edges[selection_.edge].enable) != 0;
+  const bool held = latch_->edges[selection_.edge].EnabledBy(word.value);
   if (latch_->Selector(word.value) == 0 && edge.open && held && edge.capture.acknowledged.seen()) {
     edge.released = word.frame;
   }
@@ -639,7 +628,7 @@ void LatchUnit::OnSdo(const mailbox::SdoTransfer& transfer) {
   if (latch_ == nullptr || !transfer.has_object || transfer.complete_access || transfer.data.empty()) return;
   const bool assumed = transfer.outcome == mailbox::SdoOutcome::kNotCaptured;
   if (transfer.outcome != mailbox::SdoOutcome::kCompleted && !assumed) return;
-  const std::uint64_t value = LittleEndianOf(transfer.data);
+  const std::uint64_t value = UnsignedOf(transfer.data);
   const bool word_object = transfer.subindex == 0 && transfer.data.size() <= 2;
   const FrameRef& request = transfer.request.seen() ? transfer.request : transfer.response;
   const FrameRef& response = transfer.response.seen() ? transfer.response : request;
@@ -661,7 +650,7 @@ void LatchUnit::OnSdo(const mailbox::SdoTransfer& transfer) {
     control_ = static_cast<std::uint16_t>(value);
     last_control_ = control_;
     for (std::size_t n = 0; n < edge_count_; ++n) {
-      if ((control_ & latch_->edges[n].enable) == 0) continue;
+      if (!latch_->edges[n].EnabledBy(control_)) continue;
       edges_[n].enabled = true;
       if (!edges_[n].open) Open(n);
     }
@@ -745,11 +734,13 @@ LatchMisuse LatchUnit::Misuse(LatchMisuse::Kind kind, const Word& word) const {
 }
 
 void LatchUnit::Emit(const LatchMisuse& misuse) {
+  if (words_ == Words::kTouchProbe) return;
   ++misuses_;
   sink_.On(misuse);
 }
 
 void LatchUnit::NotJudged(LatchMisuse::Kind kind, const FrameRef& frame, std::string_view reason) {
+  if (words_ == Words::kTouchProbe) return;
   sink_.On(LatchNotJudged{kind, slave_, frame, reason});
 }
 

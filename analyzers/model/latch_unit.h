@@ -10,6 +10,8 @@
 /// or the edge is armed again; a valid bit that was set when the edge was armed is the old one until it was seen 0.
 ///
 /// Keeps: the last words, one capture an edge, the first kMaxCaptures captures for the report. No allocation a frame.
+/// Touch probes (60B8h, 60B9h) have the same life without selectors; in continuous mode only the first capture shows.
+///
 /// Source: AKD-2010, 4.11; AKD-2011, 4.11; MKD, 4.12; PILZ, 4.9.
 #pragma once
 
@@ -47,11 +49,17 @@ class LatchUnit {
   static constexpr std::size_t kMaxCaptures = 64;
   static constexpr std::size_t kMaxInputs = 4;
 
-  /// @param al, process, sink must outlive this
-  LatchUnit(SlaveId slave, const AlMachine& al, const ProcessData& process, ModelSink& sink)
-      : slave_(slave), al_(al), process_(process), sink_(sink) {}
+  /// Which words are followed.
+  enum class Words : std::uint8_t {
+    kLatch,       ///< 20A4h and 20A5h, judged by the catalogue's chapter on latches
+    kTouchProbe,  ///< 60B8h and 60B9h (CiA 402): captures are told, nothing is judged
+  };
 
-  /// The family's latch words; what was learned by another family's is forgotten. A family without: nothing is judged.
+  /// @param al, process, sink must outlive this
+  LatchUnit(Words words, SlaveId slave, const AlMachine& al, const ProcessData& process, ModelSink& sink)
+      : words_(words), slave_(slave), al_(al), process_(process), sink_(sink) {}
+
+  /// The family's words; what was learned by another family's is forgotten. A family without: nothing is judged.
   void SetFamily(const device::DeviceDescription& family);
   /// How long the acknowledge may take to follow the selector, in ns.
   void SetAcknowledgeLimit(std::int64_t limit_ns) { ack_limit_ns_ = limit_ns; }
@@ -166,6 +174,7 @@ class LatchUnit {
   void Emit(const LatchMisuse& misuse);
   void NotJudged(LatchMisuse::Kind kind, const FrameRef& frame, std::string_view reason);
 
+  const Words words_;
   SlaveId slave_;
   const AlMachine& al_;
   const ProcessData& process_;

@@ -50,17 +50,19 @@ void MailboxUnit::CheckWrite(const track::SlaveAccess& access) {
   const std::uint32_t end = std::uint32_t{access.address} + static_cast<std::uint32_t>(access.written.size());
   if (access.address >= window_.out_start + window_.out_length || end <= window_.out_start) return;
   last_use_ = SentNumber(access);
-  const bool answered =
-      access.acceptance == track::Acceptance::kAccepted || access.acceptance == track::Acceptance::kRefused;
-  if (out_empty_ && answered && access.address == window_.out_start) {
-    Predicted e;
-    e.kind = Predicted::Kind::kMailbox;
-    e.slave = slave_;
-    e.frame = access.frame();
-    e.held = access.acceptance == track::Acceptance::kAccepted;
-    sink_.On(e);
-  }
+  if (out_empty_ && access.address == window_.out_start) CompareOpening(access);
   out_empty_ = false;  // the slave may take the message at any time, or has not yet
+}
+
+void MailboxUnit::CompareOpening(const track::SlaveAccess& access) {
+  const bool accepted = access.acceptance == track::Acceptance::kAccepted;
+  if (!accepted && access.acceptance != track::Acceptance::kRefused) return;
+  Predicted e;
+  e.kind = Predicted::Kind::kMailbox;
+  e.slave = slave_;
+  e.frame = access.frame();
+  e.held = accepted;
+  sink_.On(e);
 }
 
 void MailboxUnit::CheckRead(const track::SlaveAccess& access) {
@@ -70,16 +72,7 @@ void MailboxUnit::CheckRead(const track::SlaveAccess& access) {
     return;
   }
   last_use_ = SentNumber(access);
-  const bool answered =
-      access.acceptance == track::Acceptance::kAccepted || access.acceptance == track::Acceptance::kRefused;
-  if (in_full_ && answered && access.address == window_.in_start) {
-    Predicted e;
-    e.kind = Predicted::Kind::kMailbox;
-    e.slave = slave_;
-    e.frame = access.frame();
-    e.held = access.acceptance == track::Acceptance::kAccepted;
-    sink_.On(e);
-  }
+  if (in_full_ && access.address == window_.in_start) CompareOpening(access);
   in_full_ = false;
 }
 

@@ -30,6 +30,8 @@ class MailboxUnit {
   void LearnStatus(const track::SlaveAccess& access);
   void CheckWrite(const track::SlaveAccess& access);
   void CheckRead(const track::SlaveAccess& access);
+  /// An access to the first byte of a mailbox that is known to be ready for it must be taken.
+  void CompareOpening(const track::SlaveAccess& access);
 
   SlaveId slave_;
   const track::SlaveState& state_;

@@ -160,6 +160,7 @@ class ModelSink {
   virtual void On(const DriveWarning&) {}
   virtual void On(const DriveFaultExplained&) {}
   virtual void On(const SyncSwitchedOn&) {}
+  virtual void On(const PllMeasured&) {}
   virtual void On(const OutputGap&) {}
   virtual void On(const SyncSlotMiss&) {}
   virtual void On(const ArrivalOff&) {}

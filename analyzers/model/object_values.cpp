@@ -11,10 +11,7 @@ void ObjectValues::Apply(const mailbox::SdoTransfer& transfer) {
   const auto key = std::pair(transfer.index, transfer.subindex);
   if (values_.size() >= kMaxObjects && values_.find(key) == values_.end()) return;
   ObjectValue& value = values_[key];
-  value.raw = 0;
-  for (std::size_t i = 0; i < transfer.data.size(); ++i) {
-    value.raw |= std::uint64_t{transfer.data[i]} << (8 * i);
-  }
+  value.raw = UnsignedOf(transfer.data);
   value.bytes = static_cast<std::uint8_t>(transfer.size);
   value.written = written;
   value.certainty = assumed ? Certainty::kInferred : Certainty::kObserved;

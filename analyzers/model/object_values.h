@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "decoder/base/bytes.h"
 #include "decoder/base/ids.h"
 #include "decoder/base/known.h"
 #include "decoder/mailbox/events.h"
@@ -21,11 +22,7 @@ struct ObjectValue {
   FrameNo since = 0;  ///< frame of the answer, or of the request where no answers are captured
 
   /// As two's complement of its size.
-  [[nodiscard]] std::int64_t as_signed() const {
-    if (bytes == 0 || bytes >= 8) return static_cast<std::int64_t>(raw);
-    const unsigned shift = 64U - 8U * bytes;
-    return static_cast<std::int64_t>(raw << shift) >> shift;
-  }
+  [[nodiscard]] std::int64_t as_signed() const { return SignExtend(raw, 8U * bytes); }
 };
 
 class ObjectValues {

@@ -165,13 +165,34 @@ void ProcessData::SetFamily(const device::DeviceDescription& family) {
   family_ = &family;
 }
 
-void ProcessData::SetEni(const std::vector<PdoContent>* pdos) {
-  if (eni_ != pdos) ++changes_;
-  eni_ = pdos;
+void ProcessData::SetEni(const device::EniSlave* slave, const device::EniConfig* config) {
+  if (eni_slave_ != slave || eni_config_ != config) ++changes_;
+  eni_slave_ = slave;
+  eni_config_ = config;
+  eni_ = slave != nullptr && !slave->pdos.empty() ? &slave->pdos : nullptr;
 }
 
 void ProcessData::Apply(const mailbox::SdoTransfer& transfer) {
   if (seen_.Apply(transfer)) ++changes_;
+}
+
+void ProcessData::NameVariables(PdoDirection direction, ProcessLayout& layout) const {
+  if (eni_slave_ == nullptr || eni_config_ == nullptr) return;
+  const bool rx = direction == PdoDirection::kRx;
+  // One run of bits in the image is one sync manager's buffer. Which of several is which the file does not say.
+  const std::vector<device::EniImagePart>& parts = rx ? eni_slave_->outputs : eni_slave_->inputs;
+  const std::uint8_t manager = rx ? kOutputs : kInputs;
+  if (parts.size() != 1 || parts[0].bit_length / 8 != layout.bytes_of(manager)) return;
+  const device::EniImage& image = rx ? eni_config_->outputs : eni_config_->inputs;
+  for (Signal& signal : layout.signals) {
+    if (signal.gap() || signal.sync_manager != manager) continue;
+    const std::uint32_t at = parts[0].bit_start + signal.bit_offset;
+    const auto found =
+        std::find_if(image.variables.begin(), image.variables.end(), [&](const device::EniVariable& variable) {
+          return variable.bit_offset == at && variable.bit_size == signal.bits;
+        });
+    if (found != image.variables.end()) signal.variable = found->name;
+  }
 }
 
 const ProcessLayout& ProcessData::Layout(PdoDirection direction) const {
@@ -279,6 +300,7 @@ ProcessLayout ProcessData::Compute(PdoDirection direction) const {
     }
   }
   if (!layout.reason.empty()) return layout;
+  NameVariables(direction, layout);
 
   // A default need not be what is in force.
   if (layout.source != LayoutSource::kObserved) {

@@ -16,6 +16,7 @@
 #include "analyzers/events/object_names.h"
 #include "decoder/base/ids.h"
 #include "decoder/device/device_description.h"
+#include "decoder/device/eni_reader.h"
 #include "decoder/process/pdo_mapping.h"
 #include "decoder/track/slave_state.h"
 
@@ -42,8 +43,9 @@ struct Signal {
   std::string name;              ///< "Control word"; empty when unknown. May be untrusted text
   bool name_inferred = false;    ///< from another family of the same maker
   mailbox::DataType type = mailbox::DataType::kUnknown;
-  std::string unit;   ///< empty: none, or unknown
-  std::string scale;  ///< "1000:1"; empty: plain number
+  std::string variable;  ///< what the master's configuration (ENI) calls it; empty: nothing. Untrusted text
+  std::string unit;      ///< empty: none, or unknown
+  std::string scale;     ///< "1000:1"; empty: plain number
 
   [[nodiscard]] bool gap() const { return index == 0; }
 };
@@ -80,8 +82,9 @@ class ProcessData {
 
   /// The family's facts, with those of an ESI file where there is one; never null.
   void SetFamily(const device::DeviceDescription& family);
-  /// What an ENI file says of this slave; null: there is none. Must stay valid.
-  void SetEni(const std::vector<device::PdoContent>* pdos);
+  /// What an ENI file says of this slave, and the whole file for the names of its variables; null: there is none.
+  /// Both must stay valid.
+  void SetEni(const device::EniSlave* slave, const device::EniConfig* config);
   void Apply(const mailbox::SdoTransfer& transfer);
   /// A word of the EEPROM was read or written, or the slave told the name of an object.
   void OnDescriptionChanged() { ++changes_; }
@@ -104,6 +107,12 @@ class ProcessData {
   const track::SlaveState& state_;
   const events::ObjectNames& names_;
   const device::DeviceDescription* family_ = nullptr;
+  /// Gives the entries the names of the variables that lie where the master puts them in its process image.
+  void NameVariables(device::PdoDirection direction, ProcessLayout& layout) const;
+
+  const device::EniSlave* eni_slave_ = nullptr;
+  const device::EniConfig* eni_config_ = nullptr;
+  /// The PDOs in it; null where the file describes none, which does not mean that the slave has none.
   const std::vector<device::PdoContent>* eni_ = nullptr;
   process::PdoMapping seen_;
   std::uint64_t changes_ = 0;

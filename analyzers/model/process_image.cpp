@@ -112,9 +112,7 @@ std::uint64_t ExtractBits(ByteSpan data, std::uint64_t bit, unsigned count) {
   const std::size_t first = static_cast<std::size_t>(bit / 8);
   const unsigned shift = static_cast<unsigned>(bit % 8);
   const std::size_t bytes = (shift + count + 7) / 8;
-  std::uint64_t value = 0;
-  for (std::size_t i = 0; i < bytes && i < 8; ++i) value |= std::uint64_t{data[first + i]} << (8 * i);
-  value >>= shift;
+  std::uint64_t value = UnsignedOf(data.subspan(first, bytes)) >> shift;
   if (bytes > 8) value |= std::uint64_t{data[first + 8]} << (64 - shift);
   return count == 64 ? value : value & ((std::uint64_t{1} << count) - 1);
 }
@@ -242,7 +240,7 @@ const SlaveModel& ProcessImage::UnmetSlave(std::size_t number) {
     choice_.Choose(address, {}, *unmet.model);
     unmet.model->eni = &eni;
     unmet.model->process.SetFamily(*unmet.model->profile);
-    unmet.model->process.SetEni(&eni.pdos);
+    unmet.model->process.SetEni(&eni, eni_);
   }
   return *unmet.model;
 }

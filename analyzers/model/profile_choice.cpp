@@ -160,6 +160,10 @@ void ProfileChoice::Choose(const bus::SlaveAddress& address, const IdentityLearn
               ProductText(other->vendor_id, other->product_code) + ")";
   }
   slave.profile_source = std::move(source);
+  slave.given.clear();
+  for (const GivenParameter& parameter : options_.parameters) {
+    if (!parameter.slave || Selects(*parameter.slave, address)) slave.given[parameter.keyword] = parameter.value;
+  }
 }
 
 }  // namespace ecaudit::model

@@ -31,6 +31,10 @@ class ProfileChoice {
   /// options.
   /// @param seen  identity as the capture shows it, whatever of it
   void Choose(const bus::SlaveAddress& address, const track::IdentityLearned& seen, SlaveModel& slave);
+  /// The user's ENI file; null: none.
+  [[nodiscard]] const device::EniConfig* eni() const {
+    return options_.files && options_.files->eni ? &options_.files->eni->content : nullptr;
+  }
 
  private:
   struct EsiMatch {

@@ -1,6 +1,9 @@
 /// One slave as its family's manual describes it, fed by the accesses the bus really made.
 #pragma once
 
+#include <cstdint>
+#include <functional>
+#include <map>
 #include <string>
 
 #include "analyzers/events/object_names.h"
@@ -31,9 +34,16 @@ struct SlaveModel {
         mailbox(slave, state, sink),
         process(state, names),
         drive(slave, al, sink),
-        latch(slave, al, process, sink) {}
+        latch(LatchUnit::Words::kLatch, slave, al, process, sink),
+        touch_probe(LatchUnit::Words::kTouchProbe, slave, al, process, sink) {}
   SlaveModel(const SlaveModel&) = delete;  // units refer to one another
   SlaveModel& operator=(const SlaveModel&) = delete;
+
+  /// The slave leaves the states in which it has process data.
+  void ForgetLatches() {
+    latch.Forget();
+    touch_probe.Forget();
+  }
 
   const device::DeviceDescription* profile = nullptr;  ///< never null once the slave is met
   std::string profile_source;                          ///< how it was chosen, for people
@@ -42,12 +52,15 @@ struct SlaveModel {
   std::string name;                                    ///< from ENI or ESI, else empty (untrusted text)
   AlMachine al;
   MailboxUnit mailbox;
+  /// Parameters that the user gave, by keyword.
+  std::map<std::string, std::int64_t, std::less<>> given;
   ObjectValues objects;       ///< dictionary: last value of each object seen
   events::ObjectNames names;  ///< what the slave itself calls its objects
   ProcessData process;        ///< PDO assignment and mapping
   ProcessTraffic outputs, inputs;
   DriveUnit drive;  ///< CiA 402 state machine, where the family has one
   LatchUnit latch;
+  LatchUnit touch_probe;
 };
 
 }  // namespace ecaudit::model

@@ -27,6 +27,20 @@ struct SyncSwitchedOn {
   bool low_half_only = false;  ///< start or time have 32 bit: only their difference modulo 2^32 counts
 };
 
+/// The drive told by SDO how far its PLL is from where it should be (SYNCACT), while in OP with SYNC0 on.
+struct PllMeasured {
+  SlaveId slave = kNoSlave;
+  FrameRef frame;  ///< of the answer
+  std::int64_t actual = 0;
+  std::optional<std::int64_t> distance, window, threshold;  ///< SYNCDIST, SYNCWND, PLLTHRESH as far as known
+  bool inferred = false;  ///< which object is which parameter is known of a sister family only
+  /// Unset where the window is not known. The limits themselves are outside.
+  [[nodiscard]] std::optional<bool> inside() const {
+    if (!distance || !window) return std::nullopt;
+    return *distance - *window < actual && actual < *distance + *window;
+  }
+};
+
 /// Two frames with outputs for a slave in OP are further apart than they should be.
 struct OutputGap {
   SlaveId slave = kNoSlave;

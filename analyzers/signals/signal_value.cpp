@@ -9,22 +9,6 @@ namespace {
 
 using mailbox::DataType;
 
-bool IsSigned(DataType type) {
-  switch (type) {
-    case DataType::kInteger8:
-    case DataType::kInteger16:
-    case DataType::kInteger24:
-    case DataType::kInteger32:
-    case DataType::kInteger40:
-    case DataType::kInteger48:
-    case DataType::kInteger56:
-    case DataType::kInteger64:
-      return true;
-    default:
-      return false;
-  }
-}
-
 template <typename Real, typename Bits>
 double AsReal(std::uint64_t raw) {
   const Bits bits = static_cast<Bits>(raw);
@@ -46,9 +30,8 @@ std::optional<double> Number(std::string_view text) {
 SignalValue ReadSignal(DataType type, unsigned bits, std::uint64_t raw) {
   if (type == DataType::kReal32 && bits == 32) return AsReal<float, std::uint32_t>(raw);
   if (type == DataType::kReal64 && bits == 64) return AsReal<double, std::uint64_t>(raw);
-  if (!IsSigned(type) || bits == 0 || bits > 64) return raw;
-  const unsigned shift = 64 - bits;
-  return static_cast<std::int64_t>(raw << shift) >> shift;
+  if (!mailbox::IsSigned(type) || bits == 0 || bits > 64) return raw;
+  return SignExtend(raw, bits);
 }
 
 std::optional<double> DivisorOf(std::string_view scale) {

@@ -121,7 +121,7 @@ PdoSummary SummarisePdo(const model::ProcessLayout& layout, const model::Process
   summary.objects.reserve(layout.signals.size());
   for (const model::Signal& signal : layout.signals) {
     summary.objects.push_back({signal.pdo, signal.index, signal.subindex, signal.bits, signal.bit_offset,
-                               signal.sync_manager, signal.name, signal.name_inferred});
+                               signal.sync_manager, signal.name, signal.name_inferred, signal.variable});
   }
   return summary;
 }
@@ -158,6 +158,7 @@ SlaveSummary SummariseSlave(SlaveId id, const model::BusModel& model, const AlHi
   summary.rx_pdo = SummarisePdo(slave.process.rx(), slave.outputs);
   summary.tx_pdo = SummarisePdo(slave.process.tx(), slave.inputs);
   summary.latch = SummariseLatch(slave.latch);
+  summary.touch_probe = SummariseLatch(slave.touch_probe);
   summary.mailbox = mailboxes.Of(id);
   return summary;
 }

@@ -40,9 +40,7 @@ void DcUnit::Remember(const track::SlaveAccess& access) {
   step.frame = access.frame();
   step.address = access.address;
   step.length = static_cast<std::uint16_t>(access.written.size());
-  for (std::size_t i = 0; i < std::min<std::size_t>(access.written.size(), 8); ++i) {
-    step.value |= std::uint64_t{access.written[i]} << (8 * i);
-  }
+  step.value = UnsignedOf(access.written);
   step.broadcast = access.broadcast;
   step.refused = access.acceptance == track::Acceptance::kRefused;
   steps_.push_back(step);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analyzers/model/drive_parameters.h"
+
 namespace ecaudit::sync {
 namespace {
 
@@ -490,6 +492,35 @@ void SyncModel::On(const model::AlErrorCode& code) {
   if (watch.fell.seen() && !watch.fell_code) watch.fell_code = code.code;
 }
 
+void SyncModel::On(const mailbox::SdoTransfer& transfer) {
+  if (transfer.service != mailbox::SdoService::kUpload || transfer.outcome != mailbox::SdoOutcome::kCompleted) return;
+  const model::SlaveModel& slave = bus_.slave(transfer.slave);
+  const device::SyncDescription& family = slave.profile->sync;
+  if (!family.sync_actual || !family.sync_actual->object || transfer.complete_access ||
+      transfer.index != family.sync_actual->object->index ||
+      transfer.subindex != family.sync_actual->object->subindex) {
+    return;
+  }
+  const auto actual = model::ValueOf(slave, family.sync_actual);
+  if (!actual) return;
+  Slave& own = Of(transfer.slave);
+  ++own.pll_reads;
+  const auto& active = own.dc.active();
+  if (!own.outputs.in_op || !active || !active->activation.sync0()) return;
+  model::PllMeasured e;
+  e.slave = transfer.slave;
+  e.frame = transfer.response;
+  e.actual = actual->value;
+  e.inferred = actual->certainty == Certainty::kInferred;
+  if (const auto distance = model::ValueOf(slave, family.sync_distance)) e.distance = distance->value;
+  if (const auto window = model::ValueOf(slave, family.sync_window)) e.window = window->value;
+  if (const auto threshold = model::ValueOf(slave, family.pll_threshold)) e.threshold = threshold->value;
+  // The PLL may still be pulling in.
+  if (e.threshold && *e.threshold > 0 && own.outputs.frames_in_op <= static_cast<std::uint64_t>(*e.threshold)) return;
+  if (!e.inside().value_or(true)) ++own.pll_outside;
+  sink_.On(e);
+}
+
 void SyncModel::Finish() {
   Flush();
   for (std::size_t s = 0; s < slaves_.size(); ++s) {
@@ -529,6 +560,24 @@ CycleSummary SyncModel::SummariseCycle() const {
   return summary;
 }
 
+std::optional<PllSummary> SyncModel::SummarisePll(SlaveId id) const {
+  const model::SlaveModel& slave = bus_.slave(id);
+  const device::SyncDescription& family = slave.profile->sync;
+  const auto value = [&](const std::optional<device::DriveParameter>& parameter) -> std::optional<std::int64_t> {
+    const auto known = model::ValueOf(slave, parameter);
+    return known ? std::optional(known->value) : std::nullopt;
+  };
+  PllSummary summary;
+  summary.distance = value(family.sync_distance);
+  summary.window = value(family.sync_window);
+  summary.threshold = value(family.pll_threshold);
+  summary.reads = slaves_[id].pll_reads;
+  summary.outside = slaves_[id].pll_outside;
+  summary.actual_last = value(family.sync_actual).value_or(0);
+  if (!summary.distance && !summary.window && !summary.threshold && summary.reads == 0) return std::nullopt;
+  return summary;
+}
+
 BusDcSummary SyncModel::SummariseBus() const {
   BusDcSummary summary;
   summary.reference = clock_.reference();
@@ -547,6 +596,7 @@ std::optional<DcSummary> SyncModel::Summarise(SlaveId slave) const {
   if (!unit.touched()) return std::nullopt;
   DcSummary summary = unit.Summary(bus_.network().state(slave).registers);
   summary.reference = clock_.samples() > 0 && clock_.reference() == slave;
+  summary.pll = SummarisePll(slave);
   const OutputWatch& watch = slaves_[slave].outputs;
   if (watch.phases > 0 && unit.last_active()) {
     SyncPhase phase;

@@ -99,6 +99,7 @@ class SyncModel final : public FrameObserver {
   void OnFrame(const wire::FrameView& frame, bus::Direction direction) override;
   void On(const track::LogicalAccess& access);
   void On(const track::Answered& answer);
+  void On(const mailbox::SdoTransfer& transfer);
   void OnAccess(const track::SlaveAccess& access);
   void On(const model::AlChangedByItself& change);
   void On(const model::AlErrorCode& code);
@@ -122,6 +123,7 @@ class SyncModel final : public FrameObserver {
   struct Slave {
     DcUnit dc;
     OutputWatch outputs;
+    std::uint64_t pll_reads = 0, pll_outside = 0;  // of SYNCACT
   };
   /// What is known of a frame from its bytes.
   struct FrameFacts {
@@ -139,6 +141,7 @@ class SyncModel final : public FrameObserver {
   };
 
   Slave& Of(SlaveId slave);
+  [[nodiscard]] std::optional<PllSummary> SummarisePll(SlaveId id) const;
   void BeginFrame(const FrameRef& sent, const FrameRef& returned);
   void Flush();
   void Measure(const Pending& pending, CyclicImage*& image);

@@ -127,15 +127,20 @@ void AppendSync(const device::SyncDescription& sync, TextBuilder& text) {
   }
   SourcedRow("lost after jitter events", sync.lost_after_jitter, number, text);
   SourcedRow("lost after missing frames", sync.lost_after_missing, number, text);
+  for (const device::DriveParameter* parameter : sync.DriveParameters()) {
+    std::string about = parameter->keyword;
+    if (parameter->object) about += " (" + ObjectName(parameter->object->index, parameter->object->subindex) + ")";
+    Row("parameter", about, parameter->note, parameter->source, text);
+  }
 }
 
-void AppendLatch(const device::LatchDescription& latch, TextBuilder& text) {
-  Heading("Latch",
+void AppendLatch(std::string_view title, const device::LatchDescription& latch, TextBuilder& text) {
+  Heading(title,
           "control word " + ObjectName(latch.control_object) + ", status word " + ObjectName(latch.status_object),
           text);
   for (const device::LatchEdge& edge : latch.edges) {
-    std::string about =
-        "enable " + Hex(edge.enable) + ", valid " + Hex(edge.valid) + ", selector " + std::to_string(edge.selector);
+    std::string about = "enable " + Hex(edge.enable) + ", valid " + Hex(edge.valid);
+    if (edge.selector != 0) about += ", selector " + std::to_string(edge.selector);
     for (const device::ObjectAddress& position : edge.positions) {
       about += ", " + ObjectName(position.index, position.subindex);
     }
@@ -171,7 +176,8 @@ void AppendProcessSections(const device::DeviceDescription& profile, TextBuilder
   AppendPdos(profile.pdo, text);
   if (profile.drive) AppendDrive(*profile.drive, text);
   AppendSync(profile.sync, text);
-  if (profile.latch) AppendLatch(*profile.latch, text);
+  if (profile.latch) AppendLatch("Latch", *profile.latch, text);
+  if (profile.touch_probe) AppendLatch("Touch probe", *profile.touch_probe, text);
   AppendObjects(profile, text);
 }
 

@@ -2,22 +2,12 @@
 
 #include <string_view>
 
+#include "cli/report/json_parts.h"
 #include "cli/report/times.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::report {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-template <typename T>
-Json OrNull(const std::optional<T>& value) {
-  return value ? Json(*value) : Json(nullptr);
-}
-
-Json TextOrNull(std::string_view text) {
-  return text.empty() ? Json(nullptr) : Json(Printable(text));
-}
 
 Json Texts(const std::vector<std::string>& texts) {
   Json json = Json::array();
@@ -44,7 +34,7 @@ std::string_view KindText(DriveStep::Kind kind) {
 Json Step(const AnalysisResult& result, const DriveStep& step) {
   Json json;
   json["kind"] = KindText(step.kind);
-  json["frame"] = step.frame.number == 0 ? Json(nullptr) : Json(step.frame.number);
+  json["frame"] = FrameOrNull(step.frame.number);
   json["time_s"] = OrNull(SecondsSince(result.capture.first, step.frame));
   json["text"] = Printable(step.text);
   json["word"] = OrNull(step.word);
@@ -53,7 +43,7 @@ Json Step(const AnalysisResult& result, const DriveStep& step) {
   if (step.kind == DriveStep::Kind::kState) {
     json["from"] = TextOrNull(step.from);
     json["to"] = TextOrNull(step.to);
-    json["command_frame"] = step.command_frame == 0 ? Json(nullptr) : Json(step.command_frame);
+    json["command_frame"] = FrameOrNull(step.command_frame);
     json["reaction_ms"] = step.reaction ? Json(static_cast<double>(*step.reaction) / 1e6) : Json(nullptr);
   }
   if (step.kind == DriveStep::Kind::kState || step.kind == DriveStep::Kind::kCommand) {

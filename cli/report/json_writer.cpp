@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/report/drive_json.h"
-#include "cli/report/layout.h"
+#include "cli/report/json_parts.h"
 #include "cli/report/startup_json.h"
 #include "cli/report/sync_json.h"
 #include "cli/report/times.h"
@@ -17,25 +17,6 @@
 
 namespace ecaudit::report {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-Json Text(std::string_view text) {
-  return PrintableLines(text);
-}
-
-Json TextOrNull(std::string_view text) {
-  return text.empty() ? Json(nullptr) : Text(text);
-}
-
-template <typename T>
-Json OrNull(const std::optional<T>& value) {
-  return value ? Json(*value) : Json(nullptr);
-}
-
-Json FrameOrNull(FrameNo frame) {
-  return frame == 0 ? Json(nullptr) : Json(frame);
-}
 
 Json TimeOrNull(const FrameRef& frame) {
   return frame.has_time ? Json(IsoTime(frame.time)) : Json(nullptr);
@@ -196,6 +177,7 @@ class CaptureWriter {
     json["pdo"] = Pdo(s.rx_pdo, s.tx_pdo);
     json["mailbox"] = Mailbox(s.mailbox);
     json["latch"] = s.latch ? Latch(*s.latch) : Json(nullptr);
+    json["touch_probe"] = s.touch_probe ? Latch(*s.touch_probe) : Json(nullptr);
     return json;
   }
 
@@ -299,6 +281,7 @@ class CaptureWriter {
       entry["bits"] = object.bits;
       entry["name"] = TextOrNull(object.name);
       entry["name_source"] = object.name.empty() ? Json(nullptr) : object.name_inferred ? "inferred" : "known";
+      entry["variable"] = TextOrNull(object.variable);
       entry["bit_offset"] = object.bit_offset;
       entry["sync_manager"] = object.sync_manager;
     }

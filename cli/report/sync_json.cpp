@@ -2,6 +2,7 @@
 
 #include <string_view>
 
+#include "cli/report/json_parts.h"
 #include "cli/report/times.h"
 #include "decoder/base/bytes.h"
 #include "decoder/base/text.h"
@@ -11,26 +12,15 @@
 namespace ecaudit::report {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-template <typename T>
-Json OrNull(const std::optional<T>& value) {
-  return value ? Json(*value) : Json(nullptr);
-}
-
-Json Frame(FrameNo frame) {
-  return frame == 0 ? Json(nullptr) : Json(frame);
-}
-
 Json Step(const AnalysisResult& result, const DcStep& step) {
   std::array<std::uint8_t, 8> bytes{};
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(step.value >> (8 * i));
   const ByteSpan written = Slice(bytes, 0, step.length);
   const std::string name = Printable(esc::AccessName(step.address, step.length));
-  return {{"frame", Frame(step.frame.number)},
+  return {{"frame", FrameOrNull(step.frame.number)},
           {"time_s", OrNull(SecondsSince(result.capture.first, step.frame))},
           {"address", step.address},
-          {"register", name.empty() ? Json(nullptr) : Json(name)},
+          {"register", TextOrNull(name)},
           {"length", step.length},
           {"value", step.value},
           {"text", Printable(esc::DescribeAccess(step.address, written, esc::AccessKind::WRITE))},
@@ -45,7 +35,7 @@ Json Phase(const SyncPhase& phase) {
           {"max_us", phase.max_us},
           {"stddev_us", phase.stddev_us},
           {"margin_us", phase.margin_us},
-          {"margin_frame", Frame(phase.margin_frame.number)},
+          {"margin_frame", FrameOrNull(phase.margin_frame.number)},
           {"empty_intervals", phase.empty_intervals},
           {"double_intervals", phase.double_intervals},
           {"uncertainty_us", phase.uncertainty_us},
@@ -64,9 +54,9 @@ Json CycleJson(const CycleSummary& c) {
   json["min_us"] = measured(c.min_us);
   json["max_us"] = measured(c.max_us);
   json["stddev_us"] = measured(c.stddev_us);
-  json["time_source"] = c.time_source.empty() ? Json(nullptr) : Json(Printable(c.time_source));
+  json["time_source"] = TextOrNull(c.time_source);
   json["uncertainty_us"] = c.cycles == 0 || c.uncertainty_us <= 0 ? Json(nullptr) : Json(c.uncertainty_us);
-  json["command"] = c.command.empty() ? Json(nullptr) : Json(Printable(c.command));
+  json["command"] = TextOrNull(c.command);
   json["logical_address"] = measured(c.logical_address);
   json["median_us"] = measured(c.median_us);
   json["p1_us"] = measured(c.p1_us);
@@ -74,8 +64,8 @@ Json CycleJson(const CycleSummary& c) {
   json["p999_us"] = measured(c.p999_us);
   json["missing_cycles"] = c.missing;
   json["bursts"] = c.bursts;
-  json["longest_from_frame"] = Frame(c.longest_from.number);
-  json["longest_to_frame"] = Frame(c.longest_to.number);
+  json["longest_from_frame"] = FrameOrNull(c.longest_from.number);
+  json["longest_to_frame"] = FrameOrNull(c.longest_to.number);
   json["histogram"] = Json::array();
   for (const CycleBin& bin : c.histogram) {
     json["histogram"].push_back({{"from_us", bin.from_us}, {"to_us", bin.to_us}, {"count", bin.count}});
@@ -90,10 +80,10 @@ Json BusDcJson(const AnalysisResult& result) {
   return {{"reference", reference == nullptr ? Json(nullptr) : Json(reference->position)},
           {"samples", dc.samples},
           {"distributions", dc.distributions},
-          {"first_frame", Frame(dc.first.number)},
-          {"last_frame", Frame(dc.last.number)},
+          {"first_frame", FrameOrNull(dc.first.number)},
+          {"last_frame", FrameOrNull(dc.last.number)},
           {"longest_gap_us", dc.distributions < 2 ? Json(nullptr) : Json(dc.longest_gap_us)},
-          {"longest_gap_end_frame", Frame(dc.longest_gap_end.number)}};
+          {"longest_gap_end_frame", FrameOrNull(dc.longest_gap_end.number)}};
 }
 
 Json DcJson(const AnalysisResult& result, const SlaveSummary& slave) {
@@ -110,7 +100,7 @@ Json DcJson(const AnalysisResult& result, const SlaveSummary& slave) {
     json["difference"] = {{"reads", dc.difference_reads},
                           {"last_ns", dc.difference_last_ns},
                           {"max_ns", dc.difference_max_ns},
-                          {"max_frame", Frame(dc.difference_max_frame)}};
+                          {"max_frame", FrameOrNull(dc.difference_max_frame)}};
   }
   json["speed_counter_start"] = OrNull(dc.speed_counter_start);
   json["speed_counter_difference"] = OrNull(dc.speed_counter_difference);
@@ -121,7 +111,7 @@ Json DcJson(const AnalysisResult& result, const SlaveSummary& slave) {
                     : Json(nullptr);
   json["activated"] = nullptr;
   if (dc.activated.seen()) {
-    json["activated"] = {{"frame", Frame(dc.activated.number)},
+    json["activated"] = {{"frame", FrameOrNull(dc.activated.number)},
                          {"time_s", OrNull(SecondsSince(result.capture.first, dc.activated))},
                          {"activation", OrNull(dc.activated_with)},
                          {"start_time_ns", OrNull(dc.start_time_ns)},
@@ -129,6 +119,16 @@ Json DcJson(const AnalysisResult& result, const SlaveSummary& slave) {
                          {"sync1_cycle_ns", OrNull(dc.sync1_cycle_ns)}};
   }
   json["phase"] = dc.phase ? Phase(*dc.phase) : Json(nullptr);
+  json["pll"] = nullptr;
+  if (dc.pll) {
+    const PllSummary& pll = *dc.pll;
+    json["pll"] = {{"distance", OrNull(pll.distance)},
+                   {"window", OrNull(pll.window)},
+                   {"threshold", OrNull(pll.threshold)},
+                   {"reads", pll.reads},
+                   {"actual_last", pll.reads > 0 ? Json(pll.actual_last) : Json(nullptr)},
+                   {"outside", pll.outside}};
+  }
   json["latches"] = Json::array();
   for (std::size_t i = 0; i < dc.latch_control.size(); ++i) {
     if (!dc.latch_control[i] && !dc.latch_status[i] && !dc.latch_times_ns[2 * i] && !dc.latch_times_ns[2 * i + 1])

@@ -205,12 +205,15 @@ class CaptureText {
       text_.Field("profile", profile, 5);
     }
     text_.Field("AL states", Story(s), 5);
-    if (s.dc) text_.Field("clocks", DcText(*s.dc), 5);
+    if (s.dc) {
+      if (const std::string clocks = DcText(*s.dc); !clocks.empty()) text_.Field("clocks", clocks, 5);
+    }
     if (s.drive) text_.Field("drive", DriveText(*s.drive), 5);
     ProcessData("outputs", s.rx_pdo, 2, s);
     ProcessData("inputs", s.tx_pdo, 3, s);
     if (s.mailbox.requests > 0 || s.mailbox.responses > 0) text_.Field("mailbox", MailboxLine(s.mailbox), 5);
-    if (s.latch) Latch(*s.latch);
+    if (s.latch) Latch("latch", *s.latch);
+    if (s.touch_probe) Latch("probe", *s.touch_probe);
   }
 
   /// "17 bytes in 1600h, 1601h: 6040h:0 Control word, ...", as far as it is known. What was never used is not
@@ -271,7 +274,9 @@ class CaptureText {
     std::vector<std::string> parts;
     if (dc.reference) parts.emplace_back("reference clock");
     if (dc.delay_ns) parts.push_back("delay " + std::to_string(*dc.delay_ns) + " ns");
-    if (dc.offset_ns) parts.push_back("offset " + std::to_string(*dc.offset_ns) + " ns");
+    // Alone it tells nothing: it is the difference of two clocks since they were switched on.
+    const bool in_use = dc.reference || dc.delay_ns || dc.difference_reads > 0 || dc.activated.seen();
+    if (dc.offset_ns && in_use) parts.push_back("offset " + std::to_string(*dc.offset_ns) + " ns");
     if (dc.difference_reads > 0) {
       parts.push_back("difference " + std::to_string(dc.difference_last_ns) + " ns (at most " +
                       std::to_string(dc.difference_max_ns) + ")");
@@ -293,13 +298,17 @@ class CaptureText {
       }
       parts.push_back(std::move(phase));
     }
+    if (dc.pll && dc.pll->reads > 0) {
+      parts.push_back("PLL measured " + std::to_string(dc.pll->actual_last) + " at last, " + Grouped(dc.pll->outside) +
+                      " of " + Count(dc.pll->reads, "reading") + " outside its window");
+    }
     std::string text;
     for (const std::string& part : parts) text += (text.empty() ? "" : "; ") + part;
-    return text.empty() ? "receive times only" : text;
+    return text;
   }
 
   /// "3 captures of external latch 1 rising (3 valid, 3 read), ...", where the latches were used.
-  void Latch(const LatchSummary& latch) {
+  void Latch(std::string_view label, const LatchSummary& latch) {
     std::string text;
     for (const LatchEdgeSummary& edge : latch.edges) {
       if (edge.armed == 0 && edge.valid == 0) continue;
@@ -311,7 +320,7 @@ class CaptureText {
     if (text.empty()) text = "never armed";
     if (latch.control_by_sdo) text += " (control word by SDO)";
     if (latch.misuses > 0) text += "; " + Count(latch.misuses, "misuse") + ", see the findings";
-    text_.Field("latch", text, 5);
+    text_.Field(label, text, 5);
   }
 
   /// "52 requests, 52 responses (CoE); 40 uploads, 11 downloads, 2 aborted"

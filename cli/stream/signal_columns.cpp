@@ -56,7 +56,7 @@ std::string Key(const SignalColumn& c) {
 }
 
 std::string BaseHeader(const SignalColumn& c, bool scaled) {
-  std::string header = c.slave.empty() ? c.name : c.slave + "." + c.name;
+  std::string header = !c.variable.empty() ? c.variable : c.slave.empty() ? c.name : c.slave + "." + c.name;
   if (c.kind == ColumnKind::kRaw) return header + " (hex)";
   if (c.kind == ColumnKind::kDatagram)
     return header + (c.direction == PdoDirection::kRx ? " sent (hex)" : " returned (hex)");
@@ -110,6 +110,7 @@ bool SignalColumns::Wants(const SignalColumn& column) {
   if (choice_.patterns.empty()) return true;
   std::vector<std::string> names{Lower(column.name)};
   if (!column.slave.empty()) names.push_back(Lower(column.slave) + "." + names.front());
+  if (!column.variable.empty()) names.push_back(Lower(column.variable));
   if (column.index != 0) {
     const std::string hex = Lower(Hex(column.index));
     const std::string sub = ":" + std::to_string(column.subindex);
@@ -182,6 +183,7 @@ const PartColumns& SignalColumns::Of(const model::ImagePart& part, const track::
     column.repetition = seen[{signal.pdo, place.object, signal.bits}]++;
     column.name = report::OneLine(signal.name);
     column.name_inferred = signal.name_inferred;
+    column.variable = report::OneLine(signal.variable);
     if (column.name.empty()) column.name = ObjectName(signal.index, signal.subindex);
     column.type = signal.type;
     column.unit = report::OneLine(signal.unit);
@@ -195,7 +197,9 @@ const PartColumns& SignalColumns::Of(const model::ImagePart& part, const track::
     if (choice_.states && word && part.model->profile->drive) {
       SignalColumn extra = column;
       extra.kind = status ? ColumnKind::kDriveState : ColumnKind::kDriveCommand;
-      extra.name += status ? " state" : " command";
+      const std::string_view what = status ? " state" : " command";
+      extra.name += what;
+      if (!extra.variable.empty()) extra.variable += what;
       filled.column = Find(std::move(column));
       filled.extra = Find(std::move(extra));
     } else {

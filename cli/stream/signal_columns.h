@@ -46,6 +46,7 @@ struct SignalColumn {
   std::uint16_t repetition = 0;  ///< the same object once more in the same PDO
   std::string name;              ///< without slave; printable
   bool name_inferred = false;
+  std::string variable;  ///< what the ENI file calls it; printable, empty: nothing
   mailbox::DataType type = mailbox::DataType::kUnknown;
   std::string unit;
   std::string scale;

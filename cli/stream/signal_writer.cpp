@@ -383,6 +383,8 @@ void SignalWriter::WriteHeader(LineTarget& target) {
       text(line, "scale", column.scale);
       AppendJsonNumber(line.Key("divisor"), column.divisor);
       line.Bool("name_inferred", column.name_inferred);
+      text(line, "name", column.name);
+      text(line, "variable", column.variable);
     }
     text(line, "source", datagram ? "" : std::string(model::Name(column.source)));
     text(line, "reason", column.reason);

@@ -28,6 +28,20 @@ template <typename T>
   return value;
 }
 
+/// All of `bytes` as one little-endian unsigned integer; of more than eight, the first eight.
+[[nodiscard]] constexpr std::uint64_t UnsignedOf(ByteSpan bytes) {
+  std::uint64_t value = 0;
+  for (std::size_t i = 0; i < bytes.size() && i < 8; ++i) value |= std::uint64_t{bytes[i]} << (8 * i);
+  return value;
+}
+
+/// The lowest `bits` of `raw` as two's complement; all 64 where `bits` is 0 or at least 64.
+[[nodiscard]] constexpr std::int64_t SignExtend(std::uint64_t raw, unsigned bits) {
+  if (bits == 0 || bits >= 64) return static_cast<std::int64_t>(raw);
+  const unsigned unused = 64 - bits;
+  return static_cast<std::int64_t>(raw << unused) >> unused;
+}
+
 /// Big-endian unsigned integer at `offset`; 0 when it does not fit.
 template <typename T>
 [[nodiscard]] constexpr T BigEndian(ByteSpan bytes, std::size_t offset) {

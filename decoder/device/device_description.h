@@ -60,6 +60,7 @@ class DeviceDescription {
   std::optional<ObjectDictionary> dictionary;  ///< unset: no dictionary documented
   std::optional<EmergencyTable> emergency;
   std::optional<LatchDescription> latch;
+  std::optional<LatchDescription> touch_probe;  ///< 60B8h and 60B9h; no selectors
   SyncDescription sync;
   MailboxDescription mailbox;
   std::vector<EepromFact> eeprom;

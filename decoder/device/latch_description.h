@@ -28,12 +28,16 @@ struct ObjectAddress {
 /// One edge of one input that can be captured.
 struct LatchEdge {
   std::string name;                      ///< "external latch 1 rising"
-  std::uint16_t enable = 0;              ///< bit of the control word that arms it
+  std::uint16_t enable = 0;              ///< bits of the control word that arm it, all together
   std::uint16_t valid = 0;               ///< bit of the status word that says a position was captured
-  std::uint8_t selector = 0;             ///< read selector in the control word, acknowledge in the status word
+  std::uint8_t selector = 0;             ///< read selector in the control word, acknowledge in the status word; 0: none
   std::vector<ObjectAddress> positions;  ///< objects that hold the captured position; empty: not documented
   std::string note;
   std::string source;
+
+  [[nodiscard]] bool EnabledBy(std::uint16_t control_word) const {
+    return enable != 0 && (control_word & enable) == enable;
+  }
 };
 
 struct LatchDescription {

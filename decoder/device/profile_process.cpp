@@ -71,6 +71,14 @@ static void Read(const Cursor& cursor, SyncParameter& out) {
   FinishRow(object, cursor, out.note, out.source);
 }
 
+static void Read(const Cursor& cursor, DriveParameter& out) {
+  ObjectReader object(cursor);
+  object.Require("keyword", out.keyword);
+  object.Allow("object", out.object);
+  object.Allow("object_inferred", out.object_inferred);
+  FinishRow(object, cursor, out.note, out.source);
+}
+
 void Read(const Cursor& cursor, SyncDescription& out) {
   ObjectReader object(cursor);
   object.Allow("cycle_base_ns", out.cycle_base);
@@ -85,10 +93,12 @@ void Read(const Cursor& cursor, SyncDescription& out) {
   object.Allow("lost_warnings", out.lost_warnings);
   object.Allow("source_with_dc", out.source_with_dc);
   object.Allow("source_without_dc", out.source_without_dc);
+  object.Allow("cycle_count", out.cycle_count);
   object.Allow("sync_distance", out.sync_distance);
   object.Allow("sync_actual", out.sync_actual);
   object.Allow("sync_window", out.sync_window);
   object.Allow("pll_threshold", out.pll_threshold);
+  object.Allow("supervision", out.supervision);
   object.Allow("parameters", out.parameters);
   FinishRow(object, cursor, out.note, out.source);
 }

@@ -119,6 +119,7 @@ Result<DeviceDescription> ReadProfile(std::string_view json, const ProfileLookup
   object.AllowWith("dictionary", [&](const Cursor& at) { ReadSection(at, out.dictionary); });
   object.AllowWith("emergency", [&](const Cursor& at) { ReadSection(at, out.emergency); });
   object.AllowWith("latch", [&](const Cursor& at) { ReadSection(at, out.latch); });
+  object.AllowWith("touch_probe", [&](const Cursor& at) { ReadSection(at, out.touch_probe); });
   object.Allow("sync", out.sync);
   object.Allow("mailbox", out.mailbox);
   object.Allow("eeprom", out.eeprom);

@@ -4,6 +4,15 @@
 
 namespace ecaudit::device {
 
+std::vector<const DriveParameter*> SyncDescription::DriveParameters() const {
+  std::vector<const DriveParameter*> known;
+  for (const std::optional<DriveParameter>* parameter :
+       {&cycle_count, &sync_distance, &sync_actual, &sync_window, &pll_threshold, &supervision}) {
+    if (*parameter) known.push_back(&**parameter);
+  }
+  return known;
+}
+
 const JitterLimit* SyncDescription::FindJitter(TimeNs cycle) const {
   const auto it = std::find_if(jitter.begin(), jitter.end(), [&](const JitterLimit& limit) {
     return (!limit.cycle_min || cycle >= *limit.cycle_min) && (!limit.cycle_max || cycle <= *limit.cycle_max);

@@ -35,6 +35,16 @@ struct SyncParameter {
   std::string source;
 };
 
+/// A parameter of the drive that its synchronisation depends on.
+struct DriveParameter {
+  std::string keyword;                  ///< its name in the vendor's tool: "FBUS.SYNCDIST"
+  std::optional<ObjectAddress> object;  ///< where SDO reads and writes it; unset: not by SDO, as far as is known
+  /// The family's own manual prints no dictionary; a sister family has the parameter in this object.
+  bool object_inferred = false;
+  std::string note;
+  std::string source;
+};
+
 struct SyncDescription {
   Sourced<TimeNs> cycle_base;  ///< the cycle must be a multiple of this
   Sourced<TimeNs> cycle_min;   ///< shortest cycle
@@ -51,15 +61,19 @@ struct SyncDescription {
   std::vector<std::string> lost_warnings;  ///< "n17"
   std::string source_with_dc;              ///< what the drive synchronises to with distributed clocks
   std::string source_without_dc;           ///< and without
-  /// Objects of the window SYNCDIST - SYNCWND < SYNCACT < SYNCDIST + SYNCWND; unset: only ASCII parameters.
-  std::optional<ObjectAddress> sync_distance;
-  std::optional<ObjectAddress> sync_actual;
-  std::optional<ObjectAddress> sync_window;
-  std::optional<ObjectAddress> pll_threshold;
+  /// The drive's own cycle as a multiple of cycle_base: FBUS.SAMPLEPERIOD, PTBASE.
+  std::optional<DriveParameter> cycle_count;
+  /// Locked while SYNCDIST - SYNCWND < SYNCACT < SYNCDIST + SYNCWND in PLLTHRESH consecutive cycles; all in one unit,
+  /// which the manuals do not print.
+  std::optional<DriveParameter> sync_distance, sync_actual, sync_window, pll_threshold;
+  /// 0 switches the supervision of missing frames off.
+  std::optional<DriveParameter> supervision;
   std::vector<SyncParameter> parameters;  ///< all rows of the manual
   std::string note;
   std::string source;
 
+  /// Those of the parameters above that the family has.
+  [[nodiscard]] std::vector<const DriveParameter*> DriveParameters() const;
   /// The limit for a cycle time, or null when the family documents none.
   [[nodiscard]] const JitterLimit* FindJitter(TimeNs cycle) const;
 };

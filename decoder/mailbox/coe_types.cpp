@@ -80,17 +80,6 @@ bool IsBitField(DataType type) {
   return type >= DataType::kBit1 && type <= DataType::kBit16;
 }
 
-std::uint64_t Unsigned(ByteSpan bytes) {
-  std::uint64_t value = 0;
-  for (std::size_t i = 0; i < bytes.size() && i < 8; ++i) value |= static_cast<std::uint64_t>(bytes[i]) << (8 * i);
-  return value;
-}
-
-std::int64_t Signed(ByteSpan bytes) {
-  const unsigned unused = 64U - 8U * static_cast<unsigned>(std::clamp<std::size_t>(bytes.size(), 1, 8));
-  return static_cast<std::int64_t>(Unsigned(bytes) << unused) >> unused;
-}
-
 template <typename Number>
 std::string Shortest(Number value) {
   char buffer[64];
@@ -184,13 +173,37 @@ std::string Guid(ByteSpan bytes) {
 std::string FormatUntyped(ByteSpan bytes) {
   if (bytes.empty()) return {};
   const bool number = bytes.size() == 1 || bytes.size() == 2 || bytes.size() == 4;
-  if (number) return Hex(Unsigned(bytes), static_cast<int>(2 * bytes.size()));
+  if (number) return Hex(UnsignedOf(bytes), static_cast<int>(2 * bytes.size()));
   const ByteSpan text = WithoutTrailingZeros(bytes);
   const bool printable =
       text.size() >= 5 && std::all_of(text.begin(), text.end(), [](std::uint8_t c) { return c >= 0x20 && c < 0x7F; });
   if (printable) return Characters(text);
-  if (bytes.size() == 3 || bytes.size() == 8) return Hex(Unsigned(bytes), static_cast<int>(2 * bytes.size()));
+  if (bytes.size() == 3 || bytes.size() == 8) return Hex(UnsignedOf(bytes), static_cast<int>(2 * bytes.size()));
   return HexBytes(bytes);
+}
+
+}  // namespace
+
+std::string Name(DataType type) {
+  if (const TypeRow* row = Find(type)) return std::string(row->name);
+  const auto number = static_cast<std::uint16_t>(type);
+  if (IsBitField(type)) return "BIT" + std::to_string(number - static_cast<unsigned>(DataType::kBit1) + 1U);
+  return "type " + Hex(number);
+}
+
+DataType DataTypeFromName(std::string_view name) {
+  for (const TypeRow& row : kTypes) {
+    if (row.name == name) return row.type;
+  }
+  if (name.starts_with("BIT")) {
+    const std::string_view digits = name.substr(3);
+    unsigned bits = 0;
+    const auto result = std::from_chars(digits.data(), digits.data() + digits.size(), bits);
+    if (result.ec == std::errc() && result.ptr == digits.data() + digits.size() && bits >= 1 && bits <= 16) {
+      return static_cast<DataType>(static_cast<unsigned>(DataType::kBit1) + bits - 1U);
+    }
+  }
+  return DataType::kUnknown;
 }
 
 bool IsUnsigned(DataType type) {
@@ -231,30 +244,6 @@ bool IsBitString(DataType type) {
          IsBitField(type);
 }
 
-}  // namespace
-
-std::string Name(DataType type) {
-  if (const TypeRow* row = Find(type)) return std::string(row->name);
-  const auto number = static_cast<std::uint16_t>(type);
-  if (IsBitField(type)) return "BIT" + std::to_string(number - static_cast<unsigned>(DataType::kBit1) + 1U);
-  return "type " + Hex(number);
-}
-
-DataType DataTypeFromName(std::string_view name) {
-  for (const TypeRow& row : kTypes) {
-    if (row.name == name) return row.type;
-  }
-  if (name.starts_with("BIT")) {
-    const std::string_view digits = name.substr(3);
-    unsigned bits = 0;
-    const auto result = std::from_chars(digits.data(), digits.data() + digits.size(), bits);
-    if (result.ec == std::errc() && result.ptr == digits.data() + digits.size() && bits >= 1 && bits <= 16) {
-      return static_cast<DataType>(static_cast<unsigned>(DataType::kBit1) + bits - 1U);
-    }
-  }
-  return DataType::kUnknown;
-}
-
 std::uint32_t BitLength(DataType type) {
   if (const TypeRow* row = Find(type)) return row->bits;
   return IsBitField(type) ? static_cast<std::uint32_t>(type) - static_cast<std::uint32_t>(DataType::kBit1) + 1U : 0U;
@@ -284,9 +273,9 @@ std::string ObjectCodeName(std::uint8_t code) {
 std::string FormatValue(DataType type, ByteSpan bytes) {
   const std::uint32_t bits = BitLength(type);
   if (bytes.empty() || (bits != 0 && bytes.size() != (bits + 7U) / 8U)) return FormatUntyped(bytes);
-  if (IsUnsigned(type)) return std::to_string(Unsigned(bytes));
-  if (IsSigned(type)) return std::to_string(Signed(bytes));
-  if (IsBitString(type)) return Hex(Unsigned(bytes), static_cast<int>(2 * bytes.size()));
+  if (IsUnsigned(type)) return std::to_string(UnsignedOf(bytes));
+  if (IsSigned(type)) return std::to_string(SignExtend(UnsignedOf(bytes), 8 * static_cast<unsigned>(bytes.size())));
+  if (IsBitString(type)) return Hex(UnsignedOf(bytes), static_cast<int>(2 * bytes.size()));
   switch (type) {
     case DataType::kBoolean:
       return bytes[0] == 0 ? "false" : "true";

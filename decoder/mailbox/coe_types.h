@@ -77,6 +77,11 @@ enum class DataType : std::uint16_t {
 /// Bits of a value; 0 where the type has no fixed length (strings, records) or is not known.
 [[nodiscard]] std::uint32_t BitLength(DataType type);
 
+/// An integer without sign, INTEGERn, or a string of bits that people read in hexadecimal (BYTE, BITARRn, BITn, ...).
+[[nodiscard]] bool IsUnsigned(DataType type);
+[[nodiscard]] bool IsSigned(DataType type);
+[[nodiscard]] bool IsBitString(DataType type);
+
 /// Object code of an object description (ETG.1000.5): 7 "VAR", 8 "ARRAY", 9 "RECORD", ...; "code 4" otherwise.
 [[nodiscard]] std::string ObjectCodeName(std::uint8_t code);
 

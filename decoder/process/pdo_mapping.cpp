@@ -7,9 +7,7 @@ namespace {
 
 /// Up to four bytes, little endian.
 std::uint32_t Value(ByteSpan bytes) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 0; i < bytes.size() && i < 4; ++i) value |= static_cast<std::uint32_t>(bytes[i]) << (8 * i);
-  return value;
+  return static_cast<std::uint32_t>(UnsignedOf(Slice(bytes, 0, 4)));
 }
 
 }  // namespace

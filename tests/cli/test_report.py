@@ -227,6 +227,20 @@ class Config(CliTest):
         report = self.report(self.faulty, "--fail-on", "never", status=0)["reports"][0]
         self.assertEqual(report["slaves"][0]["profile"], "pilz-pmcprotego-d")
 
+    def test_parameters(self):
+        # The process data of this sample come every millisecond: 16 times 62.5 us.
+        capture = self.file("run.pcapng", (SOURCE / "samples/captures/sync-frames-missing.pcapng").read_bytes())
+
+        def rules(*options):
+            report = self.report(capture, "--fail-on", "never", *options, status=0)
+            return [f["rule"] for f in report["reports"][0]["findings"]]
+        self.assertEqual(rules("--parameter", "FBUS.SAMPLEPERIOD=16"), ["sync-lost"])
+        self.assertIn("sync-cycle-mismatch", rules("--parameter", "FBUS.SAMPLEPERIOD=32"))
+        self.assertEqual(rules("--parameter", "0x2002:FBUS.SAMPLEPERIOD=32"), ["sync-lost"])
+        self.assertEqual(rules("--parameter", "FBUS.PARAM04=0"), [])
+        self.file(".ecaudit.json", '{"parameters": {"0:FBUS.SAMPLEPERIOD": 32}}')
+        self.assertIn("sync-cycle-mismatch", rules())
+
     def test_baseline_is_relative_to_the_file(self):
         self.check(self.faulty, "--write-baseline", "known.json", status=1)
         self.file(".ecaudit.json", '{"baseline": "known.json"}')
@@ -236,6 +250,8 @@ class Config(CliTest):
         for content, message in (('{"rule": {}}', "unknown key 'rule' (did you mean 'rules'?)"),
                                  ('{"rules": {"nope": "off"}}', "unknown rule 'nope'"),
                                  ('{"rules": {"al-refused": "loud"}}', "unknown severity 'loud'"),
+                                 ('{"parameters": {"FBUS.SYNCDIS": 1}}', "unknown parameter 'FBUS.SYNCDIS'"),
+                                 ('{"parameters": {"PTBASE": "8"}}', "must be a whole number"),
                                  ('{"profile": "akd"}', "unknown profile 'akd'"),
                                  ('{"fail_on": "often"}', "--fail-on is 'often'"),
                                  ('{"fail_on": 3}', "'fail_on' must be a string"),

@@ -10,6 +10,7 @@
 #include "analyzers/analysis.h"
 #include "decoder/capture/capture_reader.h"
 #include "tests/property/captures.h"
+#include "tests/support/folders.h"
 
 namespace ecaudit {
 namespace {
@@ -69,19 +70,19 @@ void CheckCuts(const fs::path& path, const std::vector<double>& shares) {
 }
 
 TEST(MidRunCut, SamplesGainNoFinding) {
-  const std::vector<fs::path> samples = CapturesIn(fs::path(ECAUDIT_SOURCE_DIR) / "samples" / "captures");
+  const std::vector<fs::path> samples = CapturesIn(fs::path(test::SourceDir()) / "samples" / "captures");
   ASSERT_FALSE(samples.empty());
   for (const fs::path& path : samples) CheckCuts(path, {0.1, 0.25, 0.5, 0.75, 0.9});
 }
 
 TEST(MidRunCut, RealCapturesGainNoFinding) {
-  const fs::path folder = fs::path(ECAUDIT_SHARED_DIR) / "captures" / "real";
+  const fs::path folder = fs::path(test::SharedDir()) / "captures" / "real";
   if (!fs::exists(folder)) GTEST_SKIP() << "the real captures are not beside the project";
   for (const fs::path& path : CapturesIn(folder)) CheckCuts(path, {0.05, 0.15, 0.3, 0.5, 0.7, 0.95});
 }
 
 TEST(MidRunCut, LabCapturesGainNoFinding) {
-  const fs::path folder = fs::path(ECAUDIT_SHARED_DIR) / "captures" / "lab";
+  const fs::path folder = fs::path(test::SharedDir()) / "captures" / "lab";
   if (!fs::exists(folder)) GTEST_SKIP() << "the lab captures are not beside the project";
   for (const fs::path& path : CapturesIn(folder)) CheckCuts(path, {0.05, 0.3, 0.6});
 }

@@ -13,6 +13,7 @@
 #include "decoder/base/bytes.h"
 #include "decoder/capture/capture_reader.h"
 #include "tests/property/captures.h"
+#include "tests/support/folders.h"
 
 namespace ecaudit {
 namespace {
@@ -62,8 +63,8 @@ class PresentationTest : public testing::TestWithParam<const char*> {
  protected:
   [[nodiscard]] static std::vector<fs::path> Captures() {
     const std::string folder = GetParam();
-    if (folder == "samples") return test::CapturesIn(fs::path(ECAUDIT_SOURCE_DIR) / "samples" / "captures");
-    return test::CapturesIn(fs::path(ECAUDIT_SHARED_DIR) / "captures" / folder);
+    if (folder == "samples") return test::CapturesIn(fs::path(test::SourceDir()) / "samples" / "captures");
+    return test::CapturesIn(fs::path(test::SharedDir()) / "captures" / folder);
   }
 };
 

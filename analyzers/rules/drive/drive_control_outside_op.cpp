@@ -30,7 +30,7 @@ again, and neither is one that stays when the slave falls out of OP. While a cha
 judged. Shutdown (0x0006), fault reset and words that take torque away are no enable commands.
 
 ## Example
-tests/rules/drive-control-outside-op/violates.trace
+samples/captures/drive-enabled-in-safeop.pcapng
 
 ## What to do
 Send 0 as control word until the slave shows OP, then command the states one after the other.
@@ -65,16 +65,13 @@ class DriveControlOutsideOp final : public Rule {
   }
 
   void Finish() override {
-    for (std::size_t id = 0; id < context().bus.size(); ++id) {
-      const auto slave = static_cast<SlaveId>(id);
-      const model::SlaveModel& model = context().bus.slave(slave);
-      if (!model.profile->drive || !model.drive.control_seen()) continue;
-      if (model.profile->drive->control_word_in.empty()) {
-        NotEvaluable(slave, "it is not known in which AL states this drive acts on the control word");
-      } else if (model.al.status_reads() == 0) {
-        NotEvaluable(slave, "the AL state is not known");
+    NotEvaluableFor([](const model::SlaveModel& slave) -> std::string {
+      if (!slave.profile->drive || !slave.drive.control_seen()) return {};
+      if (slave.profile->drive->control_word_in.empty()) {
+        return "it is not known in which AL states this drive acts on the control word";
       }
-    }
+      return slave.al.status_reads() == 0 ? "the AL state is not known" : "";
+    });
   }
 };
 

@@ -31,7 +31,7 @@ and the fault number 2001h read while it lasts. caused_by names the finding of t
 when it is first seen is not counted: when that began is not in the capture. The same reason again counts as repetition.
 
 ## Example
-tests/rules/drive-fault/violates.trace
+samples/captures/drive-fault.pcapng
 
 ## What to do
 Correct what the code names, then reset the fault: bit 7 of the control word from 0 to 1. Where the capture has no code,
@@ -73,11 +73,7 @@ class DriveFault final : public Rule {
   void Finish() override {
     while (!open_.empty()) Close(open_.begin()->first);
     for (const auto& [index, emergency] : emergencies_) LinkEmergency(index, emergency);
-    for (std::size_t id = 0; id < context().bus.size(); ++id) {
-      const auto slave = static_cast<SlaveId>(id);
-      std::string reason = DriveWordsMissing(context().bus.slave(slave), false);
-      if (!reason.empty()) NotEvaluable(slave, std::move(reason));
-    }
+    NotEvaluableFor([](const model::SlaveModel& slave) { return DriveWordsMissing(slave, false); });
   }
 
  private:

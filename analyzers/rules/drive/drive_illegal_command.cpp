@@ -33,7 +33,7 @@ the state machine does not look at (mode bits, halt) are left out. Nothing is ju
 ready to switch on and in Fault reaction active.
 
 ## Example
-tests/rules/drive-illegal-command/violates.trace
+samples/captures/drive-illegal-command.pcapng
 
 ## What to do
 Let the master command one state after the other and wait for the status word: 0x0006, 0x0007, 0x000F; after a fault a
@@ -72,14 +72,12 @@ class DriveIllegalCommand final : public Rule {
   void Finish() override {
     for (std::size_t id = 0; id < context().bus.size(); ++id) {
       const auto slave = static_cast<SlaveId>(id);
-      const model::SlaveModel& model = context().bus.slave(slave);
       // What nothing made legal until the capture ended.
-      if (const auto command = model.drive.undecided_command()) On(*command);
-      if (std::string reason = DriveWordsMissing(model, true); !reason.empty()) NotEvaluable(slave, std::move(reason));
-      if (model.drive.ambiguous_controls() > 0) {
-        NotEvaluable(slave, "the control word (6040h) is mapped several times with different values");
-      }
+      if (const auto command = context().bus.slave(slave).drive.undecided_command()) On(*command);
     }
+    NotEvaluableFor([](const model::SlaveModel& slave) { return DriveWordsMissing(slave, true); });
+    NotEvaluableWhere([](const model::SlaveModel& slave) { return slave.drive.ambiguous_controls() > 0; },
+                      "the control word (6040h) is mapped several times with different values");
   }
 
  private:

@@ -74,15 +74,11 @@ class DriveIllegalStateChange final : public Rule {
   }
 
   void Finish() override {
-    for (std::size_t id = 0; id < context().bus.size(); ++id) {
-      const auto slave = static_cast<SlaveId>(id);
-      const model::SlaveModel& model = context().bus.slave(slave);
-      if (std::string reason = DriveWordsMissing(model, true); !reason.empty()) {
-        NotEvaluable(slave, std::move(reason));
-      } else if (model.drive.unjudged_changes() > 0) {
-        NotEvaluable(slave, "control words before a change of state may be missing");
-      }
-    }
+    NotEvaluableFor([](const model::SlaveModel& slave) {
+      const std::string missing = DriveWordsMissing(slave, true);
+      if (!missing.empty() || slave.drive.unjudged_changes() == 0) return missing;
+      return std::string("control words before a change of state may be missing");
+    });
   }
 };
 

@@ -81,15 +81,11 @@ class DriveNoReaction final : public Rule {
   }
 
   void Finish() override {
-    for (std::size_t id = 0; id < context().bus.size(); ++id) {
-      const auto slave = static_cast<SlaveId>(id);
-      const model::SlaveModel& model = context().bus.slave(slave);
-      if (std::string reason = DriveWordsMissing(model, true); !reason.empty()) {
-        NotEvaluable(slave, std::move(reason));
-      } else if (model.drive.without_time()) {
-        NotEvaluable(slave, "frames with the status word have no time stamps");
-      }
-    }
+    NotEvaluableFor([](const model::SlaveModel& slave) {
+      const std::string missing = DriveWordsMissing(slave, true);
+      if (!missing.empty() || !slave.drive.without_time()) return missing;
+      return std::string("frames with the status word have no time stamps");
+    });
   }
 };
 

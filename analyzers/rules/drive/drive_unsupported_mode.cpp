@@ -30,7 +30,7 @@ By the list of the family. Where the drive itself shows the mode (6061h) or clai
 manual: then it is an information only. A write that the drive refused is not counted here.
 
 ## Example
-tests/rules/drive-unsupported-mode/violates.trace
+samples/captures/drive-unsupported-mode.pcapng
 
 ## What to do
 Select a mode of the list, or check whether the drive's firmware is newer than the manual: read 6502h and 6061h.

@@ -23,7 +23,7 @@ Each time the selector changes to a value that the family's manual does not list
 one finding that counts them.
 
 ## Example
-tests/rules/latch-invalid-selector/violates.trace
+samples/captures/latch-misuse.pcapng
 
 ## What to do
 Correct the selector: 1 and 2 read latch 1 (rising, falling), 3 and 4 latch 2, 5 the internal latch C of Pilz drives.

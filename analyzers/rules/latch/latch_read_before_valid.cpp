@@ -25,7 +25,7 @@ status word in the same frame is older than the control word and counts as well.
 or no status word was seen, the rule is not evaluable. One occasion for each time the selector is set.
 
 ## Example
-tests/rules/latch-read-before-valid/violates.trace
+samples/captures/latch-misuse.pcapng
 
 ## What to do
 Set the selector only after the status word shows the valid bit of the same edge.

@@ -28,7 +28,7 @@ by then; where all goes by SDO, also when the status word was never read again. 
 inputs are not known.
 
 ## Example
-tests/rules/latch-value-lost/violates.trace
+samples/captures/latch-misuse.pcapng
 
 ## What to do
 Read the position first: map its object, or set the read selector and wait for the acknowledge.

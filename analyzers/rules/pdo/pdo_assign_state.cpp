@@ -24,7 +24,7 @@ Only where AL Status showed SAFEOP or OP and no request has been under way since
 rule says so. Uploads do not count.
 
 ## Example
-tests/rules/pdo-assign-state/violates.trace
+samples/captures/pdo-assigned-in-safeop.pcapng
 
 ## What to do
 Request PREOP, write the mapping, set up the sync managers anew, and go back to SAFEOP and OP.

@@ -35,7 +35,7 @@ drive goes to SAFEOP with it, it becomes an info. Where SAFEOP is refused with 0
 0x0025 and nothing else explains it, the refusal names this finding as cause, as an inference.
 
 ## Example
-tests/rules/pdo-object-mapped-twice/violates.trace
+samples/captures/pdo-mapped-twice.pcapng
 
 ## What to do
 Assign only the PDOs that are needed: write 0 to 1C12h:0 (1C13h:0), the PDO indices, and their number.

@@ -35,7 +35,7 @@ EEPROM or manual asks for and only the second and third buffer overlap, the layo
 sync-manager settings are wrong otherwise, the overlap follows from that (caused_by).
 
 ## Example
-tests/rules/sm-overlap/violates.trace
+samples/captures/sm-overlap.pcapng
 
 ## What to do
 Take the start addresses from the EEPROM or ESI file. Where the process data grew, leave room for three buffers before

@@ -1,9 +1,11 @@
 #include <cmath>
+#include <vector>
 
 #include "analyzers/core/al_text.h"
 #include "analyzers/core/rule.h"
 #include "analyzers/core/sync_text.h"
 #include "analyzers/model/bus_model.h"
+#include "analyzers/model/drive_parameters.h"
 #include "analyzers/sync/sync_model.h"
 #include "decoder/base/text.h"
 
@@ -14,17 +16,19 @@ constexpr std::uint64_t kEnoughCycles = 50;
 /// Deviations up to this are a matter of sync-rate-deviation and of the master's jitter.
 constexpr double kTolerance = 0.1;
 
-constexpr RuleInfo kInfo{
-    .id = "sync-cycle-mismatch",
-    .group = "Synchronisation",
-    .severity = Severity::kError,
-    .title = "SYNC0 cycle, interpolation time and the rhythm of the process data disagree",
-    .needs = "two of: SYNC0 cycle (0x09A0), object 60C2h, at least 50 cycles of process data in OP",
-    .source = "ESC-1, distributed clocks; AKD-2011, 4.8; MKD, 4.9; PILZ, 4.6",
-    .doc = R"(
+constexpr RuleInfo kInfo{.id = "sync-cycle-mismatch",
+                         .group = "Synchronisation",
+                         .severity = Severity::kError,
+                         .title = "SYNC0 cycle, interpolation time and the rhythm of the process data disagree",
+                         .needs =
+                             "two of: SYNC0 cycle (0x09A0), object 60C2h, the drive's SAMPLEPERIOD or PTBASE "
+                             "(--parameter), at least 50 cycles of process data in OP",
+                         .source = "ESC-1, distributed clocks; AKD-2011, 4.8; MKD, 4.9; PILZ, 4.6",
+                         .doc = R"(
 ## What it checks
 That the SYNC0 cycle (0x09A0), the interpolation time that the master wrote (60C2h) and the distance of the process
-data in OP are the same time.
+data in OP are the same time; and the drive's own cycle where it was given: FBUS.SAMPLEPERIOD (AKD, MKD), PTBASE
+(Pilz).
 
 ## Why it matters
 The drive interpolates its setpoints over 60C2h and executes them with SYNC0. If frames come in another rhythm it
@@ -33,8 +37,8 @@ repeats setpoints or skips them: the axis is jerky, follows with a wrong velocit
 ## How it is decided
 SYNC0 cycle and 60C2h are compared exactly when OP is requested, for families that take the cycle from 60C2h. The
 process data are the mean over the cycles in OP, by the DC time in the frames or by good stamps; it disagrees when it
-is more than a tenth off. For devices whose family is not known to need one frame a cycle, SYNC0 may be a multiple of
-the frame cycle or a part of it.
+is more than a tenth off. SAMPLEPERIOD and PTBASE are no objects: --parameter tells them. For devices whose family is
+not known to need one frame a cycle, SYNC0 may be a multiple of the frame cycle or a part of it.
 
 ## Example
 tests/rules/sync-cycle-mismatch/violates.trace
@@ -50,30 +54,10 @@ class SyncCycleMismatch final : public Rule {
 
   void On(const model::AlRequestJudged& e) override {
     if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
-    const model::SlaveModel& slave = context().bus.slave(e.slave);
-    const auto& active = context().sync->dc(e.slave).active();
-    const auto interpolation = InterpolationTime(slave);
-    if (!slave.profile->sync.cycle_by_60c2.value.value_or(false) || !interpolation || !active ||
-        !active->activation.sync0() || active->sync0_cycle_ns.value_or(0) == 0 ||
-        *interpolation == TimeNs{*active->sync0_cycle_ns}) {
-      return;
+    const std::vector<Setting> settings = SettingsOf(e.slave);
+    for (std::size_t i = 1; i < settings.size(); ++i) {
+      if (settings[i].time != settings[0].time) ReportSettings(e, settings[0], settings[i]);
     }
-    if (Repeat(e.slave, 0, e.request.frame) != kNoFinding) return;
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.request.frame;
-    AddRelated(finding, active->frame.number);
-    AddRelated(finding, slave.objects.Find(0x60C2, 1)->since);
-    finding.reference = ReferenceTo(slave.profile->sync.cycle_by_60c2.source);
-    finding.title =
-        "SYNC0 cycle is " + Duration(*active->sync0_cycle_ns) + ", but 60C2h says " + Duration(*interpolation);
-    finding.message = "When OP is requested in frame " + std::to_string(e.request.frame.number) +
-                      " the SYNC0 cycle is " + std::to_string(*active->sync0_cycle_ns) +
-                      " ns (0x09A0), while the interpolation time that the master "
-                      "wrote to 60C2h is " +
-                      std::to_string(*interpolation) + " ns. Write the same time to both.";
-    finding.evidence = {Number("sync0_cycle_ns", *active->sync0_cycle_ns), Number("interpolation_ns", *interpolation)};
-    Report(0, std::move(finding));
   }
 
   void Finish() override {
@@ -81,17 +65,67 @@ class SyncCycleMismatch final : public Rule {
   }
 
  private:
+  /// One of the places where the cycle is set, as it stands.
+  struct Setting {
+    std::uint64_t key = 0;
+    std::string name, where, evidence;
+    TimeNs time = 0;
+    FrameNo since = 0;  ///< 0: given by the user
+    std::string source;
+  };
+
+  [[nodiscard]] std::vector<Setting> SettingsOf(SlaveId id) const {
+    const model::SlaveModel& slave = context().bus.slave(id);
+    const device::SyncDescription& family = slave.profile->sync;
+    std::vector<Setting> settings;
+    const auto& active = context().sync->dc(id).active();
+    if (active && active->activation.sync0() && active->sync0_cycle_ns.value_or(0) > 0) {
+      settings.push_back({1, "SYNC0 cycle", "SYNC0 cycle (0x09A0)", "sync0_cycle_ns", *active->sync0_cycle_ns,
+                          active->frame.number, family.cycle_base.source});
+    }
+    const auto interpolation = InterpolationTime(slave);
+    if (interpolation && family.cycle_by_60c2.value.value_or(false)) {
+      settings.push_back({0, "60C2h", "interpolation time (60C2h)", "interpolation_ns", *interpolation,
+                          slave.objects.Find(0x60C2, 1)->since, family.cycle_by_60c2.source});
+    }
+    if (const auto drive = DriveCycle(slave)) {
+      settings.push_back({2, family.cycle_count->keyword, family.cycle_count->keyword + ", as given,", "drive_cycle_ns",
+                          *drive, 0, family.cycle_count->source});
+    }
+    return settings;
+  }
+
+  void ReportSettings(const model::AlRequestJudged& e, const Setting& one, const Setting& other) {
+    if (Repeat(e.slave, other.key, e.request.frame) != kNoFinding) return;
+    Finding finding;
+    finding.slave = e.slave;
+    finding.first = e.request.frame;
+    if (one.since != 0) AddRelated(finding, one.since);
+    if (other.since != 0) AddRelated(finding, other.since);
+    finding.reference = ReferenceTo(other.source);
+    finding.title = one.name + " is " + Duration(one.time) + ", but " + other.name + " says " + Duration(other.time);
+    finding.message = "When OP is requested in frame " + std::to_string(e.request.frame.number) + " the " + one.where +
+                      " is " + std::to_string(one.time) + " ns, while the " + other.where + " is " +
+                      std::to_string(other.time) + " ns. Set the same time in both.";
+    finding.evidence = {Number(one.evidence, one.time), Number(other.evidence, other.time)};
+    Report(other.key, std::move(finding));
+  }
+
   void Observed(SlaveId id) {
     const model::SlaveModel& slave = context().bus.slave(id);
     const auto& settings = context().sync->dc(id).last_active();
     const auto interpolation = InterpolationTime(slave);
+    const auto drive = DriveCycle(slave);
     TimeNs configured = 0;
-    const char* what = "SYNC0 cycle (0x09A0)";
+    std::string what = "SYNC0 cycle (0x09A0)";
     if (settings && settings->activation.sync0() && settings->sync0_cycle_ns.value_or(0) > 0) {
       configured = *settings->sync0_cycle_ns;
     } else if (interpolation && slave.profile->sync.cycle_by_60c2.value.value_or(false)) {
       configured = *interpolation;
       what = "interpolation time (60C2h)";
+    } else if (drive) {
+      configured = *drive;
+      what = slave.profile->sync.cycle_count->keyword;
     }
     if (configured == 0) return;
     const sync::OutputWatch& outputs = context().sync->outputs(id);
@@ -122,7 +156,7 @@ class SyncCycleMismatch final : public Rule {
         " Let the master run with the configured cycle, or configure the one it runs with.";
     finding.evidence = {Real("observed_us", mean / 1e3), Real("configured_us", static_cast<double>(configured) / 1e3),
                         Text("time_base", std::string(sync::Name(outputs.rate_base)))};
-    Report(1, std::move(finding));
+    Report(3, std::move(finding));
   }
 };
 

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "analyzers/core/al_text.h"
 #include "analyzers/core/rule.h"
 #include "analyzers/core/sync_text.h"
@@ -22,7 +24,8 @@ constexpr RuleInfo kInfo{
 ## What it checks
 The SYNC0 cycle (0x09A0) when SYNC is switched on, and the interpolation time (60C2h) when OP is requested: not
 shorter than the family's shortest cycle (250 us), and a multiple of its base (62.5 us for AKD and MKD, 250 us for
-Pilz). Process data in OP must not come faster than the shortest cycle either.
+Pilz). Process data in OP must not come faster than the shortest cycle either; and where neither SYNC0 nor 60C2h
+says which cycle is meant, they must come at a multiple of the base, as near as the drive can follow.
 
 ## Why it matters
 The drive cannot follow a cycle that is no multiple of its own: it refuses to synchronise, or its trajectory has
@@ -30,7 +33,9 @@ steps.
 
 ## How it is decided
 SYNC0 cycle and 60C2h are exact numbers that the master wrote. The observed cycle is a mean over at least 100 cycles
-in OP; only that it is too short is judged, with a tenth as margin, since its exact value depends on the clock.
+in OP: too short with a tenth as margin, since its exact value depends on the clock; no multiple of the base when it
+is further from the nearest one than the drive's PLL range and the precision of the clock (100 ppm) together. That is
+inferred: the drive may be set not to synchronise. A configured cycle is compared by sync-rate-deviation instead.
 
 ## Example
 tests/rules/sync-cycle-unsupported/violates.trace
@@ -67,7 +72,10 @@ class SyncCycleUnsupported final : public Rule {
       if (outputs.rate_cycles < kEnoughCycles || !family.cycle_min.value) continue;
       const auto mean = static_cast<double>(outputs.rate_ns) / static_cast<double>(outputs.rate_cycles);
       if (!context().sync->Uncertainty(outputs.rate_base)) continue;
-      if (mean >= static_cast<double>(*family.cycle_min) * 0.9) continue;
+      if (mean >= static_cast<double>(*family.cycle_min) * 0.9) {
+        CheckMultiple(id, mean, outputs);
+        continue;
+      }
       Finding finding;
       finding.slave = id;
       finding.first = outputs.rate_first;
@@ -85,6 +93,36 @@ class SyncCycleUnsupported final : public Rule {
   }
 
  private:
+  /// @param mean  observed cycle in ns, not shorter than the family supports
+  void CheckMultiple(SlaveId id, double mean, const sync::OutputWatch& outputs) {
+    const model::SlaveModel& slave = context().bus.slave(id);
+    const device::SyncDescription& family = slave.profile->sync;
+    const auto& settings = context().sync->dc(id).last_active();
+    if ((settings && settings->activation.sync0()) || InterpolationTime(slave) || DriveCycle(slave)) return;
+    if (!family.cycle_base.value || *family.cycle_base <= 0 || !family.pll_range_ppm.value) return;
+    constexpr double kClockPpm = 100;
+    const double base = static_cast<double>(*family.cycle_base);
+    const double nearest = std::round(mean / base) * base;
+    const double off_ppm = std::abs(mean / nearest - 1) * 1e6;
+    if (off_ppm <= *family.pll_range_ppm + kClockPpm) return;
+    Finding finding;
+    finding.slave = id;
+    finding.first = outputs.rate_first;
+    finding.last = outputs.rate_last;
+    finding.confidence = Confidence::kInferred;
+    finding.reference = ReferenceTo(family.cycle_base.source);
+    const std::string cycle = Duration(static_cast<std::int64_t>(mean));
+    finding.title = "Process data come every " + cycle + ", no multiple of " + Duration(*family.cycle_base);
+    finding.message = "In OP the outputs come every " + cycle + " in the mean of " + Grouped(outputs.rate_cycles) +
+                      " cycles, " + std::string(BaseText(outputs.rate_base)) + "; the nearest multiple of " +
+                      Duration(*family.cycle_base) + " is " + Duration(static_cast<std::int64_t>(nearest)) + ". " +
+                      LawText(*slave.profile) + " lets the drive follow " + std::to_string(*family.pll_range_ppm) +
+                      " ppm. Choose a multiple as the master's cycle, or do not let the drive synchronise to it.";
+    finding.evidence = {Real("cycle_us", mean / 1e3), Number("cycle_base_ns", *family.cycle_base),
+                        Number("pll_range_ppm", *family.pll_range_ppm)};
+    Report(3, std::move(finding));
+  }
+
   void Check(SlaveId id, TimeNs cycle, const std::string& what, const FrameRef& frame, std::uint64_t kind) {
     const device::DeviceDescription& profile = *context().bus.slave(id).profile;
     const device::SyncDescription& family = profile.sync;

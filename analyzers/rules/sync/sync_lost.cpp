@@ -4,13 +4,13 @@
 #include "analyzers/core/rule.h"
 #include "analyzers/core/sync_text.h"
 #include "analyzers/model/bus_model.h"
+#include "analyzers/model/drive_parameters.h"
 #include "analyzers/sync/sync_model.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit {
 namespace {
 
-constexpr std::uint16_t kSupervision = 0x36E8;  // FBUS.PARAM04, MKD
 constexpr std::uint16_t kWatchdogCode = 0x001B;
 
 constexpr RuleInfo kInfo{
@@ -33,12 +33,12 @@ The drive stops the axis. The capture shows what the drive saw before it did.
 Missing frames are those of a pause in OP: its length over the cycle (SYNC0, else 60C2h, else the usual distance of
 the frames), less one. Frames that were sent and did not return may have arrived and do not count as missing. Enabled
 is the status word 6041h in the inputs before the pause: Operation enabled; where it is not mapped nothing is judged.
-The AKD's supervision can be switched off (FBUS.PARAM04): where the capture shows it to be 0, or the limit lies
-within the uncertainty of the clock, nothing is said. A slave that left OP with 0x001B in the pause fell by its
-watchdog: that is told by sync-watchdog-margin. Pilz: as sync-window-violation judges each cycle.
+The AKD's supervision can be switched off (FBUS.PARAM04): where the capture or --parameter shows it to be 0, or the
+limit lies within the uncertainty of the clock, nothing is said. A slave that left OP with 0x001B in the pause fell by
+its watchdog: that is told by sync-watchdog-margin. Pilz: as sync-window-violation judges each cycle.
 
 ## Example
-tests/rules/sync-lost/violates.trace
+samples/captures/sync-frames-missing.pcapng
 
 ## What to do
 Find the pause in the master named here. Seven missing frames are tolerated, eight are not.
@@ -53,8 +53,8 @@ class SyncLost final : public Rule {
     const model::SlaveModel& slave = context().bus.slave(e.slave);
     const auto& tolerated = slave.profile->sync.lost_after_missing;
     if (!tolerated.value || !e.after.seen()) return;
-    const model::ObjectValue* supervision = slave.objects.Find(kSupervision, 0);
-    if (supervision != nullptr && supervision->raw == 0) return;
+    const auto supervision = model::ValueOf(slave, slave.profile->sync.supervision);
+    if (supervision && supervision->value == 0) return;
     TimeNs cycle = e.nominal_ns;
     const auto& settings = context().sync->dc(e.slave).active();
     if (settings && settings->activation.sync0() && settings->sync0_cycle_ns.value_or(0) > 0) {

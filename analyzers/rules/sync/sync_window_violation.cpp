@@ -2,6 +2,7 @@
 #include "analyzers/core/rule.h"
 #include "analyzers/core/sync_text.h"
 #include "analyzers/model/bus_model.h"
+#include "analyzers/model/drive_parameters.h"
 #include "analyzers/sync/sync_model.h"
 #include "decoder/base/text.h"
 
@@ -19,8 +20,9 @@ constexpr RuleInfo kInfo{
     .doc = R"(
 ## What it checks
 With SYNC0 in OP: that one frame with outputs arrives between two pulses. A pulse interval without a frame, or with
-two, means that a frame came on the wrong side of SYNC0. Without SYNC0: that outputs arrive within the jitter that
-the family permits (Pilz: 320 us for cycles of 1 ms and more, 70 us up to 750 us), and none is missing.
+two, means that a frame came on the wrong side of SYNC0. Where the master reads the drive's own measurement (AKD and
+MKD: SYNCACT, 3496h:2), that it lies inside SYNCDIST +- SYNCWND. Without SYNC0: that outputs arrive within the jitter
+that the family permits (Pilz: 320 us for cycles of 1 ms and more, 70 us up to 750 us), and none is missing.
 
 ## Why it matters
 At SYNC0 the drive takes the outputs it has. An interval without new ones repeats old setpoints, one with two skips a
@@ -31,9 +33,11 @@ synchronisation.
 The arrival is the DC time that the frame itself carries, plus the slave's propagation delay, plus the length of the
 frame; it is on no side while it lies within 1 us (or the slave's own 0x092C) of a pulse. Without SYNC0 the expected
 arrival is that of the cycles so far, which it follows slowly, from the 100th cycle in OP on. Stamps that are too
-poor, or a deviation that equals the limit within their uncertainty, are not judged; neither are frames that were
-sent and did not return. Only families that are known to synchronise this way are judged. Between 750 us and 1 ms the
-Pilz manual gives no figure: 70 us is applied as a warning.
+poor, or a deviation that equals the limit within their uncertainty, are not judged; neither are frames that were sent
+and did not return. SYNCACT counts in OP with SYNC0 on, after PLLTHRESH cycles where that is known; SYNCDIST and
+SYNCWND come from SDO transfers or from --parameter. The AKD manuals do not print these objects: they are those of the
+MKD, and the finding is inferred. Only families that are known to synchronise this way are judged. Between 750 us and
+1 ms the Pilz manual gives no figure: 70 us is applied as a warning.
 
 ## Example
 tests/rules/sync-window-violation/violates.trace
@@ -46,7 +50,7 @@ shows the phase of the frames against SYNC0 for each slave.
 class SyncWindowViolation final : public Rule {
  public:
   using Rule::On;
-  SyncWindowViolation() : Rule(kInfo) { Subscribe({Topic::kSyncSlotMiss, Topic::kArrivalOff}); }
+  SyncWindowViolation() : Rule(kInfo) { Subscribe({Topic::kSyncSlotMiss, Topic::kArrivalOff, Topic::kPllMeasured}); }
 
   void On(const model::SyncSlotMiss& e) override {
     const device::SyncDescription& family = context().bus.slave(e.slave).profile->sync;
@@ -133,6 +137,43 @@ class SyncWindowViolation final : public Rule {
                         Number("missing_cycles", static_cast<std::int64_t>(e.missing)),
                         Text("time_base", std::string(sync::Name(e.base)))};
     Report(key, limit->undocumented && !missing ? Severity::kWarning : Severity::kError, std::move(finding));
+  }
+
+  void On(const model::PllMeasured& e) override {
+    const model::SlaveModel& slave = context().bus.slave(e.slave);
+    const device::SyncDescription& family = slave.profile->sync;
+    const auto distance = model::ValueOf(slave, family.sync_distance);
+    const auto window = model::ValueOf(slave, family.sync_window);
+    if (!distance || !window) {
+      NotEvaluable(e.slave,
+                   (distance ? family.sync_window : family.sync_distance)->keyword +
+                       " is not known, which the drive's measurement of its synchronisation is compared with: give it "
+                       "with --parameter",
+                   e.frame.number);
+      return;
+    }
+    if (*e.inside() || Repeat(e.slave, 5, e.frame) != kNoFinding) return;
+    Finding finding;
+    finding.slave = e.slave;
+    finding.first = e.frame;
+    if (distance->since != 0) AddRelated(finding, distance->since);
+    if (window->since != 0) AddRelated(finding, window->since);
+    finding.reference = ReferenceTo(family.sync_actual->source);
+    if (e.inferred) finding.confidence = Confidence::kInferred;
+    finding.title = "The drive measures its PLL outside the window: " + family.sync_actual->keyword + " " +
+                    std::to_string(e.actual) + ", expected " + std::to_string(distance->value) + " +-" +
+                    std::to_string(window->value);
+    finding.message = "In OP with SYNC0 on the drive answers in frame " + std::to_string(e.frame.number) + " that " +
+                      family.sync_actual->keyword + " is " + std::to_string(e.actual) + ". " +
+                      model::ParameterText(*family.sync_distance, *distance) + "; " +
+                      model::ParameterText(*family.sync_window, *window) + ". " + LawText(*slave.profile) +
+                      " lets the drive be synchronised only strictly inside" +
+                      (e.threshold ? ", for " + Count(static_cast<std::uint64_t>(*e.threshold), "consecutive cycle")
+                                   : std::string()) +
+                      ". Make the master's cycle more regular, or check that it sends with the cycle of SYNC0.";
+    finding.evidence = {Number("sync_actual", e.actual), Number("sync_distance", distance->value),
+                        Number("sync_window", window->value)};
+    Report(5, std::move(finding));
   }
 
   void Finish() override {

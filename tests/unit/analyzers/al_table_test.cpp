@@ -14,6 +14,7 @@
 #include "analyzers/analysis.h"
 #include "decoder/esc/al.h"
 #include "tests/support/csv.h"
+#include "tests/support/folders.h"
 #include "tests/support/trace_builder.h"
 
 namespace ecaudit::test {
@@ -59,7 +60,7 @@ Table StandardTable() {
 /// Rows of al_transitions.csv of one family; empty when the table is absent.
 Table FamilyTable(const std::string& family) {
   Table table;
-  for (const CsvRow& row : ReadCsvFile(std::string(ECAUDIT_SHARED_DIR) + "/reference/al_transitions.csv")) {
+  for (const CsvRow& row : ReadCsvFile(test::SharedDir() + "/reference/al_transitions.csv")) {
     if (row.at("family") != family) continue;
     const std::string& code = row.at("al_status_code_if_refused");
     const bool request = !row.at("al_control_value").empty() || row.at("from") == "B";

@@ -16,13 +16,14 @@
 #include "analyzers/analysis.h"
 #include "cli/commands/catalogue_output.h"
 #include "decoder/device/source_documents.h"
+#include "tests/support/folders.h"
 
 namespace ecaudit {
 namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kRoot = ECAUDIT_SOURCE_DIR;
+const fs::path kRoot = test::SourceDir();
 
 std::string FileText(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -135,7 +136,7 @@ TEST(Catalogue, EveryRuleHasItsTraces) {
 }
 
 TEST(Catalogue, AgreesWithThePublicOne) {
-  const std::string text = FileText(fs::path(ECAUDIT_SHARED_DIR) / "rules.md");
+  const std::string text = FileText(fs::path(test::SharedDir()) / "rules.md");
   if (text.empty()) GTEST_SKIP() << "the public catalogue rules.md is absent";
   std::map<std::string, std::string> severities;
   const std::regex row("\\| `([a-z0-9-]+)` \\| ([EWI/]+) \\|");

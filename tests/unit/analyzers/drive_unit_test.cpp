@@ -16,6 +16,7 @@
 #include "analyzers/analysis.h"
 #include "decoder/capture/capture_reader.h"
 #include "decoder/device/profile_registry.h"
+#include "tests/support/folders.h"
 #include "tests/unit/device/reference_tables.h"
 
 namespace ecaudit {
@@ -219,7 +220,7 @@ TEST(DriveUnit, WordsWithoutMeaningAreNoError) {
 // --- captures -------------------------------------------------------------------------------------------------
 
 fs::path Lab() {
-  return fs::path(ECAUDIT_SHARED_DIR) / "captures" / "lab";
+  return fs::path(test::SharedDir()) / "captures" / "lab";
 }
 
 AnalysisOptions DriveRulesOnly() {

@@ -14,6 +14,7 @@
 
 #include "analyzers/analysis.h"
 #include "decoder/capture/capture_reader.h"
+#include "tests/support/folders.h"
 
 namespace ecaudit {
 namespace {
@@ -322,7 +323,7 @@ TEST_P(LabCapture, FindsWhatIsKnownOfIt) {
 }
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(LabCapture);
 INSTANTIATE_TEST_SUITE_P(Golden, LabCapture,
-                         ::testing::ValuesIn(CapturesIn(fs::path(ECAUDIT_SHARED_DIR) / "captures/lab")), NameOf);
+                         ::testing::ValuesIn(CapturesIn(fs::path(test::SharedDir()) / "captures/lab")), NameOf);
 
 class RealCapture : public ::testing::TestWithParam<fs::path> {};
 TEST_P(RealCapture, FindsWhatIsKnownOfIt) {
@@ -330,10 +331,10 @@ TEST_P(RealCapture, FindsWhatIsKnownOfIt) {
 }
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(RealCapture);
 INSTANTIATE_TEST_SUITE_P(Golden, RealCapture,
-                         ::testing::ValuesIn(CapturesIn(fs::path(ECAUDIT_SHARED_DIR) / "captures/real")), NameOf);
+                         ::testing::ValuesIn(CapturesIn(fs::path(test::SharedDir()) / "captures/real")), NameOf);
 
 TEST(GoldenCaptures, TablesNameFilesThatExist) {
-  const fs::path captures = fs::path(ECAUDIT_SHARED_DIR) / "captures";
+  const fs::path captures = fs::path(test::SharedDir()) / "captures";
   if (!fs::exists(captures)) GTEST_SKIP() << "the captures of the lab are absent";
   for (const auto& [name, expected] : LabTable()) EXPECT_TRUE(fs::exists(captures / "lab" / name)) << name;
   for (const auto& [name, expected] : RealTable()) EXPECT_TRUE(fs::exists(captures / "real" / name)) << name;
@@ -353,7 +354,7 @@ bool FrameFits(const nlohmann::json& wanted, FrameNo frame) {
 }
 
 TEST_P(Sample, ReportHoldsWhatItWasMadeFor) {
-  std::ifstream file(fs::path(ECAUDIT_SOURCE_DIR) / "samples/captures/expected.json");
+  std::ifstream file(fs::path(test::SourceDir()) / "samples/captures/expected.json");
   const nlohmann::json all = nlohmann::json::parse(file, nullptr, false);
   ASSERT_TRUE(all.is_object());
   const std::string name = GetParam().filename().string();
@@ -385,7 +386,7 @@ TEST_P(Sample, ReportHoldsWhatItWasMadeFor) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Golden, Sample,
-                         ::testing::ValuesIn(CapturesIn(fs::path(ECAUDIT_SOURCE_DIR) / "samples/captures")), NameOf);
+                         ::testing::ValuesIn(CapturesIn(fs::path(test::SourceDir()) / "samples/captures")), NameOf);
 
 }  // namespace
 }  // namespace ecaudit

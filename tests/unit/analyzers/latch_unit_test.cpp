@@ -9,6 +9,7 @@
 
 #include "analyzers/analysis.h"
 #include "decoder/device/profile_registry.h"
+#include "tests/support/folders.h"
 #include "tests/support/trace_builder.h"
 
 namespace ecaudit::model {
@@ -34,6 +35,7 @@ class LatchUnitTest : public testing::Test {
     const device::DeviceDescription& family = *device::BuiltinProfile("kollmorgen-mkd-n");
     process_.SetFamily(family);
     unit_.SetFamily(family);
+    probe_.SetFamily(family);
   }
   void Transfer(mailbox::SdoService service, std::uint16_t index, std::vector<std::uint8_t> bytes) {
     mailbox::SdoTransfer sdo;
@@ -47,6 +49,7 @@ class LatchUnitTest : public testing::Test {
     sdo.request = Next();
     sdo.response = Next();
     unit_.OnSdo(sdo);
+    probe_.OnSdo(sdo);
   }
   FrameRef Next() {
     ++frame_;
@@ -66,9 +69,46 @@ class LatchUnitTest : public testing::Test {
   events::ObjectNames names_;
   AlMachine al_{0, sink_};
   ProcessData process_{state_, names_};
-  LatchUnit unit_{0, al_, process_, sink_};
+  LatchUnit unit_{LatchUnit::Words::kLatch, 0, al_, process_, sink_};
+  LatchUnit probe_{LatchUnit::Words::kTouchProbe, 0, al_, process_, sink_};
   FrameNo frame_ = 0;
 };
+
+TEST_F(LatchUnitTest, TouchProbeCapturesAreToldAndNotJudged) {
+  // CiA 402: bit 0 enables probe 1, bit 4 its positive edge; 60B9h bit 1 tells that 60BAh holds the position.
+  const auto write = [&](std::uint16_t word) {
+    Transfer(mailbox::SdoService::kDownload, 0x60B8,
+             {static_cast<std::uint8_t>(word), static_cast<std::uint8_t>(word >> 8U)});
+  };
+  const auto read = [&](std::uint16_t word) {
+    Transfer(mailbox::SdoService::kUpload, 0x60B9,
+             {static_cast<std::uint8_t>(word), static_cast<std::uint8_t>(word >> 8U)});
+  };
+  write(0x0000);
+  write(0x0001);  // enabled, but no edge chosen
+  EXPECT_TRUE(sink_.steps.empty());
+  write(0x0011);  // frames 5, 6
+  read(0x0001);
+  read(0x0003);                                                              // 9, 10
+  Transfer(mailbox::SdoService::kUpload, 0x60BA, {0x9C, 0xFF, 0xFF, 0xFF});  // 11, 12
+  write(0x0000);                                                             // 13, 14
+  EXPECT_EQ(sink_.steps, (std::vector<std::string>{"armed", "valid", "read", "disarmed"}));
+  ASSERT_EQ(probe_.captures().size(), 1U);
+  const LatchCapture& capture = probe_.captures()[0];
+  EXPECT_EQ(probe_.edge(capture.edge).name, "touch probe 1 positive edge");
+  EXPECT_EQ(capture.armed.number, 5U);
+  EXPECT_EQ(capture.valid.number, 10U);
+  EXPECT_EQ(capture.read.number, 12U);
+  EXPECT_EQ(capture.position, -100);
+  read(0x0000);
+  write(0x0011);
+  read(0x0001);
+  read(0x0003);
+  write(0x0000);
+  read(0x0000);  // never read
+  EXPECT_EQ(probe_.history(0).lost, 1U);
+  EXPECT_EQ(probe_.misuses(), 0U);
+}
 
 TEST_F(LatchUnitTest, OneCaptureIsOneRecordWithItsFrames) {
   Control(0);       // frames 1, 2
@@ -168,8 +208,7 @@ TEST_F(LatchUnitTest, AFamilyWithoutLatchWordsSaysNothing) {
 
 // The way through the whole analysis, with the position among the inputs.
 TEST(LatchSummary, AMappedPositionIsReadWithTheValidBit) {
-  const auto trace =
-      test::Trace::Load(std::string(ECAUDIT_SOURCE_DIR) + "/tests/rules/latch-value-lost/complies.trace");
+  const auto trace = test::Trace::Load(test::SourceDir() + "/tests/rules/latch-value-lost/complies.trace");
   ASSERT_TRUE(trace) << trace.error().message;
   AnalysisOptions options;
   options.default_profile = "kollmorgen-akd-2011";

@@ -110,8 +110,10 @@ TEST_F(ProcessDataTest, APartOfTheAssignmentConfirmsOrExcludesTheDefault) {
   pdo.index = 0x1701;
   pdo.sync_manager = 2;
   pdo.entries = {{0x6040, 0, 16, device::DataType::kUnsigned16, "Word", {}, ""}};
-  const std::vector<PdoContent> eni{pdo};
-  process_.SetEni(&eni);
+  device::EniSlave eni;
+  eni.pdos = {pdo};
+  const device::EniConfig config;
+  process_.SetEni(&eni, &config);
   Write(0x1C12, 1, {0x01, 0x17});
   EXPECT_TRUE(process_.rx().known()) << process_.rx().reason;
   EXPECT_EQ(process_.rx().source, LayoutSource::kEni);
@@ -161,12 +163,14 @@ TEST_F(ProcessDataTest, ARefusedDownloadChangesNothing) {
 }
 
 TEST_F(ProcessDataTest, EniNamesTheAssignmentUntilItIsSeen) {
-  std::vector<PdoContent> eni(1);
-  eni[0].index = 0x1600;
-  eni[0].direction = PdoDirection::kRx;
-  eni[0].sync_manager = 2;
-  eni[0].entries = {{0x6040, 0, 16, device::DataType::kUnsigned16, "CW", device::Confidence::kPrinted, ""}};
-  process_.SetEni(&eni);
+  device::EniSlave eni;
+  eni.pdos.resize(1);
+  const device::EniConfig config;
+  eni.pdos[0].index = 0x1600;
+  eni.pdos[0].direction = PdoDirection::kRx;
+  eni.pdos[0].sync_manager = 2;
+  eni.pdos[0].entries = {{0x6040, 0, 16, device::DataType::kUnsigned16, "CW", device::Confidence::kPrinted, ""}};
+  process_.SetEni(&eni, &config);
   ASSERT_TRUE(process_.rx().known()) << process_.rx().reason;
   EXPECT_EQ(process_.rx().source, LayoutSource::kEni);
   EXPECT_EQ(process_.rx().bytes(), 2U);
@@ -175,12 +179,35 @@ TEST_F(ProcessDataTest, EniNamesTheAssignmentUntilItIsSeen) {
   EXPECT_EQ(process_.rx().bytes(), 0U);
 }
 
+TEST_F(ProcessDataTest, VariablesOfTheEniNameWhatLiesAtTheirPlace) {
+  device::EniSlave eni;
+  eni.pdos.resize(1);
+  eni.pdos[0].index = 0x1600;
+  eni.pdos[0].direction = PdoDirection::kRx;
+  eni.pdos[0].sync_manager = 2;
+  eni.pdos[0].entries = {{0x6040, 0, 16, device::DataType::kUnsigned16, "CW", device::Confidence::kPrinted, ""},
+                         {0x60C1, 1, 32, device::DataType::kInteger32, "Pos", device::Confidence::kPrinted, ""}};
+  eni.outputs = {{160, 48}};
+  device::EniConfig config;
+  config.outputs.variables = {{"Axis.CW", "", "UINT", 16, 160}, {"Axis.Half", "", "UINT", 16, 176}};
+  process_.SetEni(&eni, &config);
+  ASSERT_EQ(process_.rx().signals.size(), 2U);
+  EXPECT_EQ(process_.rx().signals[0].variable, "Axis.CW");
+  EXPECT_EQ(process_.rx().signals[1].variable, "") << "only half of the entry";
+  // The master's place for the slave has another size than what the slave has mapped: nothing can be said.
+  eni.outputs = {{160, 32}};
+  process_.OnDescriptionChanged();
+  EXPECT_EQ(process_.rx().signals[0].variable, "");
+}
+
 TEST_F(ProcessDataTest, ADefaultThatDoesNotFitTheSyncManagerIsContradicted) {
-  std::vector<PdoContent> eni(1);
-  eni[0].index = 0x1600;
-  eni[0].sync_manager = 2;
-  eni[0].entries = {{0x6040, 0, 16, device::DataType::kUnsigned16, "CW", device::Confidence::kPrinted, ""}};
-  process_.SetEni(&eni);
+  device::EniSlave eni;
+  eni.pdos.resize(1);
+  const device::EniConfig config;
+  eni.pdos[0].index = 0x1600;
+  eni.pdos[0].sync_manager = 2;
+  eni.pdos[0].entries = {{0x6040, 0, 16, device::DataType::kUnsigned16, "CW", device::Confidence::kPrinted, ""}};
+  process_.SetEni(&eni, &config);
   SetSyncManager(2, 2);
   EXPECT_TRUE(process_.rx().known());
   SetSyncManager(2, 6);

@@ -5,6 +5,7 @@
 // start-up is compared with; file=pcapng|pcap writes the trace to a file
 // first and reads that, and cut=N takes N bytes from its end.
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -18,6 +19,7 @@
 #include "cli/expectation_file.h"
 #include "decoder/capture/capture_reader.h"
 #include "samples/builder/capture_writer.h"
+#include "tests/support/folders.h"
 #include "tests/unit/analyzers/expected_findings.h"
 
 namespace ecaudit::test {
@@ -25,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kRules = fs::path(ECAUDIT_SOURCE_DIR) / "tests" / "rules";
+const fs::path kRules = fs::path(test::SourceDir()) / "tests" / "rules";
 
 std::string FileText(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -119,6 +121,12 @@ TEST_P(RuleTrace, FindsWhatIsExpected) {
     const auto expectation = cli::ReadExpectation((path.parent_path() / expect->second).string());
     ASSERT_TRUE(expectation) << expectation.error().message;
     options.expectation = *expectation;
+  }
+  // Parameters of drives have names in capitals, other attributes do not.
+  for (const auto& [key, value] : trace->attributes()) {
+    if (std::isupper(static_cast<unsigned char>(key[0])) != 0) {
+      options.parameters.push_back({std::nullopt, key, std::stoll(value)});
+    }
   }
   for (const RuleInfo* other : RuleCatalogue()) {
     if (!Concerns(other->group, info->group)) options.rules[std::string(other->id)].off = true;

@@ -21,6 +21,23 @@ TEST(Bytes, WhatDoesNotFitReadsAsZero) {
   EXPECT_EQ(BigEndian<std::uint32_t>(kBytes, 1), 0U);
 }
 
+TEST(Bytes, AllBytesAsOneInteger) {
+  EXPECT_EQ(UnsignedOf(kBytes), 0x04030201U);
+  EXPECT_EQ(UnsignedOf({}), 0U);
+  constexpr std::array<std::uint8_t, 9> nine{0, 0, 0, 0, 0, 0, 0, 0x80, 0xFF};
+  EXPECT_EQ(UnsignedOf(nine), 0x8000'0000'0000'0000U);
+}
+
+TEST(Bytes, SignOfAnyWidth) {
+  EXPECT_EQ(SignExtend(0x7F, 8), 127);
+  EXPECT_EQ(SignExtend(0x80, 8), -128);
+  EXPECT_EQ(SignExtend(0x1, 1), -1);
+  EXPECT_EQ(SignExtend(0xFF'FFFF, 24), -1);
+  EXPECT_EQ(SignExtend(0xABCD'0003, 3), 3);
+  EXPECT_EQ(SignExtend(0xFFFF'FFFF'FFFF'FFFE, 64), -2);
+  EXPECT_EQ(SignExtend(5, 0), 5);
+}
+
 TEST(Bytes, FitsIsSafeAgainstOverflow) {
   EXPECT_TRUE(Fits(kBytes, 0, 4));
   EXPECT_TRUE(Fits(kBytes, 4, 0));

@@ -12,6 +12,7 @@
 #include <zstd.h>
 
 #include "decoder/capture/capture_reader.h"
+#include "tests/support/folders.h"
 
 namespace ecaudit::capture {
 namespace {
@@ -101,7 +102,7 @@ std::string TempFolder::Write(std::string_view name, ByteSpan bytes) const {
 }
 
 std::string SharedCapture(const std::string& name) {
-  const std::string path = std::string(ECAUDIT_SHARED_DIR) + "/captures/" + name;
+  const std::string path = test::SharedDir() + "/captures/" + name;
   return std::filesystem::exists(path) ? path : std::string();
 }
 

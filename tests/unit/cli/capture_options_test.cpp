@@ -47,6 +47,23 @@ TEST(CaptureOptions, LaterProfilesReplaceEarlierOnes) {
   EXPECT_TRUE(AddProfile("no-such-profile", analysis));
 }
 
+TEST(CaptureOptions, ParametersOfDrives) {
+  AnalysisOptions analysis;
+  EXPECT_FALSE(AddParameter("FBUS.SYNCDIST=500", analysis));
+  EXPECT_FALSE(AddParameter("0x1001:PTBASE=0x10", analysis));
+  ASSERT_EQ(analysis.parameters.size(), 2U);
+  EXPECT_FALSE(analysis.parameters[0].slave);
+  EXPECT_EQ(analysis.parameters[0].keyword, "FBUS.SYNCDIST");
+  EXPECT_EQ(analysis.parameters[0].value, 500);
+  EXPECT_EQ(analysis.parameters[1].slave->value, 0x1001);
+  EXPECT_EQ(analysis.parameters[1].value, 16);
+  for (const char* text : {"FBUS.SYNCDIST", "FBUS.SYNCDIST=", "FBUS.SYNCDIST=-1", "FBUS.SYNCDIST=1.5", "FBUS.SYNC=1",
+                           "x:PTBASE=8", "=8", "PTBASE=4294967296"}) {
+    EXPECT_TRUE(AddParameter(text, analysis)) << text;
+  }
+  EXPECT_EQ(analysis.parameters.size(), 2U);
+}
+
 TEST(CaptureOptions, Limits) {
   std::optional<double> seconds;
   std::optional<FrameNo> frame;

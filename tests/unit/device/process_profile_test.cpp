@@ -141,6 +141,31 @@ TEST(SyncProfile, LimitsInNumbers) {
   EXPECT_FALSE(generic.pll_range_ppm);
 }
 
+TEST(SyncProfile, ParametersThatSdoShowsOrTheUserGives) {
+  // Objects are printed in the dictionary of the MKD only (5.3.3); the AKD manuals name the parameters without them.
+  for (const char* name : {"kollmorgen-akd-2010", "kollmorgen-akd-2011", "kollmorgen-mkd-c", "kollmorgen-mkd-n"}) {
+    SCOPED_TRACE(name);
+    const SyncDescription& sync = BuiltinProfile(name)->sync;
+    const bool inferred = std::string_view(name).starts_with("kollmorgen-akd");
+    ASSERT_EQ(sync.DriveParameters().size(), 6U);
+    EXPECT_EQ(sync.cycle_count->keyword, "FBUS.SAMPLEPERIOD");
+    EXPECT_FALSE(sync.cycle_count->object);
+    EXPECT_EQ(sync.sync_distance->keyword, "FBUS.SYNCDIST");
+    EXPECT_EQ(sync.sync_distance->object->index, 0x3496);
+    EXPECT_EQ(sync.sync_distance->object->subindex, 1);
+    EXPECT_EQ(sync.sync_distance->object_inferred, inferred);
+    EXPECT_EQ(sync.sync_actual->object->subindex, 2);
+    EXPECT_EQ(sync.sync_window->object->subindex, 3);
+    EXPECT_EQ(sync.pll_threshold->object->index, 0x50B1);
+    EXPECT_EQ(sync.supervision->keyword, "FBUS.PARAM04");
+    EXPECT_EQ(sync.supervision->object->index, 0x36E8);
+  }
+  const SyncDescription& pilz = BuiltinProfile("pilz-pmcprotego-d")->sync;
+  ASSERT_EQ(pilz.DriveParameters().size(), 1U);
+  EXPECT_EQ(pilz.cycle_count->keyword, "PTBASE");
+  EXPECT_TRUE(BuiltinProfile("generic")->sync.DriveParameters().empty());
+}
+
 TEST(SyncProfile, PilzJitterDependsOnTheCycle) {
   const SyncDescription& pilz = BuiltinProfile("pilz-pmcprotego-d")->sync;
   EXPECT_EQ(pilz.FindJitter(250'000)->jitter, 70'000);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/support/csv.h"
+#include "tests/support/folders.h"
 
 namespace ecaudit::device {
 
@@ -26,7 +27,7 @@ inline const std::vector<Family>& Families() {
 }
 
 inline std::vector<test::CsvRow> Table(std::string_view name) {
-  return test::ReadCsvFile(std::string(ECAUDIT_SHARED_DIR) + "/reference/" + std::string(name) + ".csv");
+  return test::ReadCsvFile(test::SharedDir() + "/reference/" + std::string(name) + ".csv");
 }
 
 /// The rows of one family.

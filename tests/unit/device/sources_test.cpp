@@ -10,6 +10,7 @@
 
 #include "decoder/device/profile_registry.h"
 #include "decoder/device/source_documents.h"
+#include "tests/support/folders.h"
 
 namespace ecaudit::device {
 namespace {
@@ -34,7 +35,7 @@ TEST(Sources, DocumentsAreFoundByKey) {
 }
 
 TEST(Sources, EveryDocumentIsDescribedInTheDocs) {
-  std::ifstream stream(std::string(ECAUDIT_SOURCE_DIR) + "/docs/sources.md");
+  std::ifstream stream(test::SourceDir() + "/docs/sources.md");
   const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
   ASSERT_FALSE(text.empty());
   for (const SourceDocument& document : SourceDocuments()) {

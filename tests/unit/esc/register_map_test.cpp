@@ -9,6 +9,7 @@
 
 #include "decoder/capture/capture_reader.h"
 #include "decoder/pipeline.h"
+#include "tests/support/folders.h"
 
 namespace ecaudit::esc {
 namespace {
@@ -248,7 +249,7 @@ TEST(EveryEsc, AgreesWithRealSlaves) {
   bool any = false;
   for (const char* name : {"soem-sdinfo-akd", "replay-dc", "replay-ek1914-segmented-upload",
                            "replay-ek1914-no-complete-access", "soem-single-lan9252", "twincat-run-ek1100-el1004"}) {
-    auto source = capture::OpenCapture(std::string(ECAUDIT_SHARED_DIR) + "/captures/real/" + name + ".pcapng");
+    auto source = capture::OpenCapture(test::SharedDir() + "/captures/real/" + name + ".pcapng");
     if (!source) continue;
     any = true;
     SCOPED_TRACE(name);

@@ -10,6 +10,7 @@
 #include "decoder/base/text.h"
 #include "decoder/capture/capture_reader.h"
 #include "decoder/pipeline.h"
+#include "tests/support/folders.h"
 
 namespace ecaudit::track {
 namespace {
@@ -330,7 +331,7 @@ struct Captured final : EventSink {
 
 /// Nothing when the capture is not there.
 std::unique_ptr<Captured> Replay(const std::string& name, SlavePos position) {
-  auto source = capture::OpenCapture(std::string(ECAUDIT_SHARED_DIR) + "/captures/" + name);
+  auto source = capture::OpenCapture(test::SharedDir() + "/captures/" + name);
   if (!source) return nullptr;
   auto captured = std::make_unique<Captured>(position);
   captured->pipeline.Run(**source);

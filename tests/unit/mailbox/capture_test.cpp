@@ -11,6 +11,7 @@
 #include "decoder/capture/capture_reader.h"
 #include "decoder/pipeline.h"
 #include "decoder/track/mailbox_tracker.h"
+#include "tests/support/folders.h"
 #include "tests/unit/mailbox/mailbox_test_support.h"
 
 namespace ecaudit::mailbox {
@@ -19,7 +20,7 @@ namespace {
 using nlohmann::json;
 
 std::string CapturePath(const std::string& name) {
-  return std::string(ECAUDIT_SHARED_DIR) + "/captures/" + name;
+  return test::SharedDir() + "/captures/" + name;
 }
 
 /// Feeds one MailboxTracker a slave from a capture's accesses, as the pipeline's owner does.

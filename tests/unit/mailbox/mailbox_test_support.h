@@ -13,6 +13,7 @@
 #include "decoder/mailbox/coe.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/mailbox/header.h"
+#include "tests/support/folders.h"
 
 namespace ecaudit::mailbox {
 
@@ -44,7 +45,7 @@ inline Bytes Copy(ByteSpan bytes) {
 
 /// Rows of a reference table by column name; empty when the table is absent.
 inline std::vector<std::map<std::string, std::string>> ReadTable(const std::string& name) {
-  std::ifstream file(std::string(ECAUDIT_SHARED_DIR) + "/reference/" + name);
+  std::ifstream file(test::SharedDir() + "/reference/" + name);
   std::vector<std::map<std::string, std::string>> rows;
   std::vector<std::string> columns;
   std::string line;
@@ -71,7 +72,7 @@ inline std::vector<std::map<std::string, std::string>> ReadTable(const std::stri
 }
 
 inline std::string ReadReference(const std::string& name) {
-  std::ifstream file(std::string(ECAUDIT_SHARED_DIR) + "/reference/" + name);
+  std::ifstream file(test::SharedDir() + "/reference/" + name);
   std::stringstream text;
   text << file.rdbuf();
   return text.str();

@@ -12,11 +12,12 @@
 #include <gtest/gtest.h>
 
 #include "samples/builder/catalogue.h"
+#include "tests/support/folders.h"
 
 namespace ecaudit::samples {
 namespace {
 
-const std::filesystem::path kSamples = std::filesystem::path(ECAUDIT_SOURCE_DIR) / "samples";
+const std::filesystem::path kSamples = std::filesystem::path(test::SourceDir()) / "samples";
 
 std::string FileText(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/folders.h"
 #include "tests/unit/sync/sync_test_support.h"
 
 namespace ecaudit::test {
@@ -135,7 +136,7 @@ TEST(SyncRuleCaptures, WatchdogOfTheSyncManager) {
 
 /// Every other capture: no fault of synchronisation is in any of them.
 TEST(SyncRuleCaptures, NothingIsInvented) {
-  const fs::path captures = fs::path(ECAUDIT_SHARED_DIR) / "captures";
+  const fs::path captures = fs::path(test::SharedDir()) / "captures";
   if (!fs::exists(captures)) GTEST_SKIP() << "the captures of the lab are absent";
   for (const char* folder : {"lab", "real"}) {
     for (const auto& entry : fs::directory_iterator(captures / folder)) {

@@ -7,13 +7,14 @@
 
 #include "analyzers/analysis.h"
 #include "decoder/capture/capture_reader.h"
+#include "tests/support/folders.h"
 #include "tests/support/memory_source.h"
 
 namespace ecaudit::test {
 
 /// "lab/dc.pcapng"; empty when the lab's captures are absent.
 inline std::vector<Packet> LoadPackets(const std::string& name) {
-  const auto path = std::filesystem::path(ECAUDIT_SHARED_DIR) / "captures" / name;
+  const auto path = std::filesystem::path(test::SharedDir()) / "captures" / name;
   if (!std::filesystem::exists(path)) return {};
   auto source = capture::OpenCapture(path.string());
   if (!source) return {};

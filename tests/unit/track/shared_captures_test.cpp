@@ -15,6 +15,7 @@
 #include "decoder/base/text.h"
 #include "decoder/capture/capture_reader.h"
 #include "decoder/pipeline.h"
+#include "tests/support/folders.h"
 
 namespace ecaudit::track {
 namespace {
@@ -25,7 +26,7 @@ using ::testing::ElementsAreArray;
 using ::testing::IsEmpty;
 using Json = nlohmann::json;
 
-const fs::path kCaptures = fs::path(ECAUDIT_SHARED_DIR) / "captures";
+const fs::path kCaptures = fs::path(test::SharedDir()) / "captures";
 
 /// What a whole capture told.
 class Story final : public EventSink, public FrameObserver {

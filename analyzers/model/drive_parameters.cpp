@@ -1,0 +1,31 @@
+#include "analyzers/model/drive_parameters.h"
+
+#include "analyzers/model/slave_model.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit::model {
+
+std::optional<ParameterValue> ValueOf(const SlaveModel& slave, const std::optional<device::DriveParameter>& parameter) {
+  if (!parameter) return std::nullopt;
+  if (parameter->object) {
+    if (const ObjectValue* seen = slave.objects.Find(parameter->object->index, parameter->object->subindex)) {
+      const bool inferred = parameter->object_inferred || seen->certainty == Certainty::kInferred;
+      return ParameterValue{static_cast<std::int64_t>(seen->raw),
+                            inferred ? Certainty::kInferred : Certainty::kObserved, seen->since};
+    }
+  }
+  const auto given = slave.given.find(parameter->keyword);
+  if (given == slave.given.end()) return std::nullopt;
+  return ParameterValue{given->second, Certainty::kObserved, 0};
+}
+
+std::string ParameterText(const device::DriveParameter& parameter, const ParameterValue& value) {
+  std::string text = parameter.keyword;
+  if (value.since != 0 && parameter.object) {
+    text += " (" + ObjectName(parameter.object->index, parameter.object->subindex) + ")";
+  }
+  text += " is " + std::to_string(value.value);
+  return text + (value.since == 0 ? ", as given" : ", frame " + std::to_string(value.since));
+}
+
+}  // namespace ecaudit::model

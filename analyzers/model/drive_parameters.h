@@ -1,0 +1,31 @@
+/// in: the objects that were read or written, and what the user knows of the drive.  out: the value of a parameter.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "decoder/base/ids.h"
+#include "decoder/base/known.h"
+#include "decoder/device/sync_description.h"
+
+namespace ecaudit::model {
+
+struct SlaveModel;
+
+struct ParameterValue {
+  std::int64_t value = 0;
+  /// Inferred where only a sister family's manual says that the object holds the parameter.
+  Certainty certainty = Certainty::kObserved;
+  FrameNo since = 0;  ///< frame that showed it; 0: given by the user
+};
+
+/// What is known of a parameter: by SDO, else as given with --parameter. Unset where neither tells, or where the
+/// family has no such parameter.
+[[nodiscard]] std::optional<ParameterValue> ValueOf(const SlaveModel& slave,
+                                                    const std::optional<device::DriveParameter>& parameter);
+
+/// "FBUS.SYNCDIST (3496h:1) is 500, given" or "..., frame 812", for messages.
+[[nodiscard]] std::string ParameterText(const device::DriveParameter& parameter, const ParameterValue& value);
+
+}  // namespace ecaudit::model

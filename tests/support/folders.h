@@ -1,0 +1,15 @@
+/// Where tests find files: functions and not macros on every test file, so that two checkouts share what ccache has
+/// compiled.
+#pragma once
+
+#include <string>
+
+namespace ecaudit::test {
+
+/// The root of the project's sources.
+std::string SourceDir();
+
+/// Captures and reference tables beside the project; tests that need them skip with a message where they are absent.
+std::string SharedDir();
+
+}  // namespace ecaudit::test
