@@ -1,6 +1,7 @@
 /// `ecaudit slice`: the evidence of a finding as a capture of its own.
 #include <algorithm>
 #include <charconv>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -65,6 +66,7 @@ class SliceCommand : public Command {
 
  private:
   static constexpr FrameNo kMostContext = 1'000'000'000;
+  static constexpr FrameNo kMostFrames = std::numeric_limits<FrameNo>::max() - kMostContext;
 
   static ExitStatus Fail(Console& console, const std::string& message) {
     console.Error(message);
@@ -73,7 +75,7 @@ class SliceCommand : public Command {
 
   static FrameRange Widened(FrameRange range, FrameNo context) {
     if (range.from_frame) range.from_frame = *range.from_frame > context ? *range.from_frame - context : 1;
-    if (range.to_frame) *range.to_frame += context;
+    if (range.to_frame && *range.to_frame < kMostFrames) *range.to_frame += context;
     return range;
   }
 

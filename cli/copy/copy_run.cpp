@@ -104,8 +104,9 @@ class Copier {
 
  private:
   [[nodiscard]] std::optional<double> Seconds(const capture::CapturedFrame& frame) const {
-    if (!origin_ || !frame.has_time) return std::nullopt;
-    return static_cast<double>(frame.time - *origin_) / 1e9;
+    std::int64_t ns = 0;
+    if (!origin_ || !frame.has_time || __builtin_sub_overflow(frame.time, *origin_, &ns)) return std::nullopt;
+    return static_cast<double>(ns) / 1e9;
   }
 
   /// Ours first, then those that the packet has in the capture itself.

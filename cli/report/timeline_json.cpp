@@ -36,8 +36,10 @@ Json Number(double value) {
 
 Json Series(const AnalysisResult& result, const TimeSeries& series, Shows shows) {
   if (series.empty() || !result.capture.first.has_time) return nullptr;
+  std::int64_t start = 0;
+  if (__builtin_sub_overflow(series.start, result.capture.first.time, &start)) return nullptr;
   Json json;
-  json["start_s"] = static_cast<double>(series.start - result.capture.first.time) / 1e9;
+  json["start_s"] = static_cast<double>(start) / 1e9;
   json["width_s"] = static_cast<double>(series.width) / 1e9;
   Json at = Json::array();
   Json least = Json::array();

@@ -89,6 +89,8 @@ class Slice(CopyTest):
         self.assertEqual(self.numbers(self.copy("slice", REFUSED, "--finding", "f1")), list(range(98, 120)))
         self.assertEqual(self.numbers(self.copy("slice", REFUSED, "--frames", "2", "--context", "5")),
                          list(range(1, 8)))
+        self.assertEqual(self.numbers(self.copy("slice", REFUSED, "--frames", f"220-{2**64 - 1}", "--context", "3")),
+                         list(range(217, 229)))
         self.assertIn("must be a number of packets",
                       self.one_error("slice", REFUSED, "--finding", "f1", "--context", "-1", "-o", "x"))
 
