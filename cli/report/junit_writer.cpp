@@ -243,9 +243,11 @@ std::string WriteJunit(const Digest& digest) {
     totals.Add(tests);
     suites += Suite(digest, digest.captures[i], i, tests);
   }
-  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"ecaudit\"" + Attribute("tests", totals.tests) +
-         Attribute("failures", totals.failures) + Attribute("errors", totals.errors) + " time=\"0\">\n" + suites +
-         "</testsuites>\n";
+  suites.insert(0, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"ecaudit\"" +
+                       Attribute("tests", totals.tests) + Attribute("failures", totals.failures) +
+                       Attribute("errors", totals.errors) + " time=\"0\">\n");
+  suites += "</testsuites>\n";
+  return suites;
 }
 
 }  // namespace ecaudit::report

@@ -70,6 +70,20 @@ void AddIf(Json& json, const char* name, const std::optional<T>& value) {
   if (value) json[name] = *value;
 }
 
+std::string Dump(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+/// A JSON array, one element a line, kept as text: the results of thousands of captures are large as objects.
+class List {
+ public:
+  void Add(const Json& element) { text_ += (text_.empty() ? "[\n" : ",\n") + Dump(element); }
+  [[nodiscard]] std::string Take() { return text_.empty() ? "[]" : std::move(text_) + "\n]"; }
+
+ private:
+  std::string text_;
+};
+
 class SarifWriter {
  public:
   explicit SarifWriter(const Digest& digest) : digest_(digest) {
@@ -80,43 +94,36 @@ class SarifWriter {
   }
 
   [[nodiscard]] std::string Write() {
-    Json results = Json::array();
-    Json notifications = Json::array();
     bool successful = digest_.not_reached == 0;
     for (const CaptureDigest& capture : digest_.captures) {
-      const std::size_t i = ArtifactIndex(capture.path);
+      const std::size_t artifact = ArtifactIndex(capture.path);
       if (!capture.unreadable.empty()) {
         successful = false;
-        notifications.push_back(Notification("error", capture.unreadable, i));
+        notifications_.Add(Notification("error", capture.unreadable, artifact));
         continue;
       }
       std::map<Fingerprint, unsigned> seen;
       for (const FindingDigest& f : capture.findings) {
         const Fingerprint fingerprint = FingerprintOf(f);
-        results.push_back(Result(capture, f, i, fingerprint, ++seen[fingerprint]));
+        results_.Add(Result(capture, f, artifact, fingerprint, ++seen[fingerprint]));
       }
       for (const NotJudged& entry : capture.not_judged) {
         const std::string place = entry.slave ? "slave " + std::to_string(*entry.slave) : "bus";
-        notifications.push_back(
-            Notification("note", entry.rule + " not judged, " + place + ": " + OneLine(entry.reason), i));
-        notifications.back()["associatedRule"] = {{"id", entry.rule}, {"index", RuleIndex(entry.rule)}};
+        Json note = Notification("note", entry.rule + " not judged, " + place + ": " + OneLine(entry.reason), artifact);
+        note["associatedRule"] = {{"id", entry.rule}, {"index", RuleIndex(entry.rule)}};
+        notifications_.Add(note);
       }
     }
-    Json run;
-    run["tool"]["driver"] = {{"name", "ecaudit"},
-                             {"version", digest_.version},
-                             {"semanticVersion", digest_.version},
-                             {"rules", std::move(rules_)}};
-    run["invocations"] = Json::array({{{"executionSuccessful", successful}}});
-    if (!notifications.empty()) run["invocations"][0]["toolExecutionNotifications"] = std::move(notifications);
-    run["artifacts"] = std::move(artifacts_);
-    run["results"] = std::move(results);
-    Json log;
-    log["$schema"] = "https://json.schemastore.org/sarif-2.1.0.json";
-    log["version"] = "2.1.0";
-    log["runs"] = Json::array();
-    log["runs"].push_back(std::move(run));
-    return log.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+    List rules, artifacts;
+    for (const Json& rule : rules_) rules.Add(rule);
+    for (const Json& artifact : artifacts_) artifacts.Add(artifact);
+    const std::string version = Dump(digest_.version);
+    return R"({"$schema": "https://json.schemastore.org/sarif-2.1.0.json", "version": "2.1.0", "runs": [{)"
+           R"("tool": {"driver": {"name": "ecaudit", "version": )" +
+           version + R"(, "semanticVersion": )" + version + R"(, "rules": )" + rules.Take() + "}},\n" +
+           R"("invocations": [{"executionSuccessful": )" + (successful ? "true" : "false") +
+           R"(, "toolExecutionNotifications": )" + notifications_.Take() + "}],\n" + R"("artifacts": )" +
+           artifacts.Take() + ",\n" + R"("results": )" + results_.Take() + "}]}\n";
   }
 
  private:
@@ -195,6 +202,8 @@ class SarifWriter {
   }
 
   const Digest& digest_;
+  List results_;
+  List notifications_;
   std::vector<Json> rules_;
   std::vector<Json> artifacts_;
   std::map<std::string, std::size_t> artifact_index_;      ///< by path
