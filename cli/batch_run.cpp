@@ -115,7 +115,7 @@ class Batch {
 
   [[nodiscard]] static Result<CheckedCapture> Check(const BatchJob& job, WorkerState& state) {
     if (!job.problem.empty()) return Error{job.problem};
-    return CheckCapture({&job.path, 1}, *job.settings, job.baseline, InterruptFlag(),
+    return CheckCapture(job.files, *job.settings, job.baseline, InterruptFlag(),
                         [&state](std::uint64_t done, std::uint64_t /*total*/, std::uint64_t frames) {
                           state.bytes = done;
                           state.frames = frames;

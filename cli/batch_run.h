@@ -16,7 +16,8 @@ namespace ecaudit::cli {
 
 /// One capture of a batch.
 struct BatchJob {
-  std::string path;
+  std::vector<std::string> files;            ///< the capture, or the files of one ring buffer
+  std::string path;                          ///< as reports name it
   std::string report;                        ///< file for the whole report
   std::shared_ptr<const Settings> settings;  ///< null when there is a problem
   const Baseline* baseline = nullptr;

@@ -4,7 +4,9 @@
 #include <cctype>
 #include <filesystem>
 #include <glob.h>
+#include <map>
 #include <optional>
+#include <regex>
 #include <set>
 #include <system_error>
 #include <utility>
@@ -94,6 +96,16 @@ std::string Lower(std::string_view text) {
   return out;
 }
 
+/// The path without what tells the files of one ring buffer apart.
+std::string RingKey(const std::string& path) {
+  static const std::regex dumpcap(R"(^(.*)_([0-9]{5,}_[0-9]{14}|[0-9]{14}_[0-9]{5,})(\.[^/]+)$)");
+  static const std::regex tcpdump(R"(^(.*\.pcap)[0-9]+((\.gz|\.zst)?)$)");
+  std::smatch parts;
+  if (std::regex_match(path, parts, dumpcap)) return parts.str(1) + "_*" + parts.str(3);
+  if (std::regex_match(path, parts, tcpdump)) return parts.str(1) + parts.str(2);
+  return path;
+}
+
 }  // namespace
 
 Result<FileList> ExpandPaths(std::span<const std::string> paths, bool (*wanted)(std::string_view name),
@@ -115,6 +127,17 @@ bool IsCaptureName(std::string_view name) {
   const std::string ending = text.substr(dot + 1);
   return ending == "pcapng" || ending == "cap" ||
          (ending.starts_with("pcap") && ending.find_first_not_of("0123456789", 4) == std::string::npos);
+}
+
+std::vector<std::vector<std::string>> GroupRingBuffers(std::span<const std::string> files) {
+  std::vector<std::vector<std::string>> groups;
+  std::map<std::string, std::size_t> place;
+  for (const std::string& file : files) {
+    const auto [entry, first] = place.emplace(RingKey(file), groups.size());
+    if (first) groups.emplace_back();
+    groups[entry->second].push_back(file);
+  }
+  return groups;
 }
 
 bool IsReportName(std::string_view name) {

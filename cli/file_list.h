@@ -28,6 +28,10 @@ struct FileList {
 
 /// pcap, pcapng and cap files, numbered ones of tcpdump (.pcap3) too, compressed or not.
 [[nodiscard]] bool IsCaptureName(std::string_view name);
+/// Puts the files of each ring buffer together, in the order of the first of each: files of one folder whose names
+/// differ in nothing but the numbers that dumpcap and Wireshark (trace_00003_20190501120000.pcapng) or tcpdump
+/// (trace.pcap3) give them. Every other file stays alone.
+[[nodiscard]] std::vector<std::vector<std::string>> GroupRingBuffers(std::span<const std::string> files);
 /// JSON files.
 [[nodiscard]] bool IsReportName(std::string_view name);
 

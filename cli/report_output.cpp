@@ -40,8 +40,9 @@ bool ReportOutput::draws() const {
 }
 
 template <typename Writer>
-std::optional<Error> ReportOutput::WriteAll(Writer&& text_for, Console& console) const {
+std::optional<Error> ReportOutput::WriteAll(Writer&& text_for, bool empty, Console& console) const {
   for (const OutputTarget& target : targets_) {
+    if (empty && target.standard()) continue;
     const report::TextStyle style{target.standard() && console.color() && !no_color_};
     const std::string text = text_for(formats_[target.format], style);
     if (auto error = target.standard() ? console.Write(text) : WriteOutputFile(target.path, text)) return error;
@@ -52,13 +53,13 @@ std::optional<Error> ReportOutput::WriteAll(Writer&& text_for, Console& console)
 std::optional<Error> ReportOutput::Write(const report::Report& report, Console& console) const {
   return WriteAll(
       [&](const report::Format& format, const report::TextStyle& style) { return format.write(report, style); },
-      console);
+      report.captures.empty(), console);
 }
 
 std::optional<Error> ReportOutput::Write(const report::Digest& digest, Console& console) const {
   return WriteAll(
       [&](const report::Format& format, const report::TextStyle& style) { return format.write_summary(digest, style); },
-      console);
+      false, console);
 }
 
 }  // namespace ecaudit::cli

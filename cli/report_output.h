@@ -31,13 +31,14 @@ class ReportOutput {
   /// One of the formats shows what the analysis collects over time.
   [[nodiscard]] bool draws() const;
 
-  /// Files first, standard output last, so that a closed pipe costs nothing.
+  /// Files first, standard output last, so that a closed pipe costs nothing. When no capture could be read, files tell
+  /// so and standard output stays empty: the reason stands on standard error.
   [[nodiscard]] std::optional<Error> Write(const report::Report& report, Console& console) const;
   [[nodiscard]] std::optional<Error> Write(const report::Digest& digest, Console& console) const;
 
  private:
   template <typename Writer>
-  [[nodiscard]] std::optional<Error> WriteAll(Writer&& text_for, Console& console) const;
+  [[nodiscard]] std::optional<Error> WriteAll(Writer&& text_for, bool empty, Console& console) const;
 
   std::vector<report::Format> formats_;
   std::vector<OutputTarget> targets_;

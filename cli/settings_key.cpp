@@ -1,5 +1,6 @@
 #include "cli/settings_key.h"
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <optional>
@@ -74,11 +75,16 @@ std::string SettingsKey(const Settings& settings) {
   return HashText(key.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
-report::Origin OriginOf(const std::string& capture, const std::string& settings_key) {
-  struct stat info {};
-  if (stat(capture.c_str(), &info) != 0) return {settings_key, 0, report::IsoTime(0)};
-  const TimeNs modified = static_cast<TimeNs>(info.st_mtim.tv_sec) * 1'000'000'000 + info.st_mtim.tv_nsec;
-  return {settings_key, static_cast<std::uint64_t>(info.st_size), report::IsoTime(modified)};
+report::Origin OriginOf(std::span<const std::string> files, const std::string& settings_key) {
+  std::uint64_t bytes = 0;
+  TimeNs modified = 0;
+  for (const std::string& file : files) {
+    struct stat info {};
+    if (stat(file.c_str(), &info) != 0) continue;
+    bytes += static_cast<std::uint64_t>(info.st_size);
+    modified = std::max(modified, static_cast<TimeNs>(info.st_mtim.tv_sec) * 1'000'000'000 + info.st_mtim.tv_nsec);
+  }
+  return {settings_key, bytes, report::IsoTime(modified)};
 }
 
 }  // namespace ecaudit::cli

@@ -1,6 +1,7 @@
 /// Tells whether a report was made in the way it would be made now.
 #pragma once
 
+#include <span>
 #include <string>
 
 #include "cli/capture_options.h"
@@ -12,7 +13,8 @@ namespace ecaudit::cli {
 /// content of baseline, ESI and ENI files. 16 hexadecimal digits.
 [[nodiscard]] std::string SettingsKey(const Settings& settings);
 
-/// Size and time of last change of `capture` beside `settings_key`; zeros where the file does not tell.
-[[nodiscard]] report::Origin OriginOf(const std::string& capture, const std::string& settings_key);
+/// Size and time of last change of a capture beside `settings_key`; zeros where the file does not tell.
+/// @param files  the capture, or the files of one ring buffer: their sizes together, and the latest change
+[[nodiscard]] report::Origin OriginOf(std::span<const std::string> files, const std::string& settings_key);
 
 }  // namespace ecaudit::cli

@@ -54,6 +54,8 @@ class BatchCommand : public Command {
     options.Value("--jobs", "N", jobs_text_, "captures to check at the same time (default: one for each processor)");
     options.Value("--output-dir", "DIR", folder_, "folder for the reports, one JSON each (default: ecaudit-reports)");
     options.Flag("--skip-done", batch_.skip_done, "keep reports that are whole and up to date, from an earlier run");
+    options.Group("What to read");
+    options.Flag("--join", options_.join, "read the files of each ring buffer as one capture, told by their names");
     options_.DeclareSettings(options);
     gate_.Declare(options);
     output_.Declare(options, "of the summary: " + report::FormatList(report::SummaryFormats()));
@@ -103,8 +105,14 @@ class BatchCommand : public Command {
     Result<FileList> list = ExpandPaths(options_.captures, IsCaptureName, "capture");
     if (!list) return list.error();
     paths_ = std::move(list->files);
-    for (const std::string& path : paths_) {
-      if (auto error = AddJob(path)) return error;
+    if (options_.join) {
+      for (std::vector<std::string>& files : GroupRingBuffers(paths_)) {
+        if (auto error = AddJob(std::move(files))) return error;
+      }
+    } else {
+      for (const std::string& path : paths_) {
+        if (auto error = AddJob({path})) return error;
+      }
     }
     for (const report::UnreadableCapture& folder : list->unreadable) {
       BatchJob job;
@@ -145,7 +153,8 @@ class BatchCommand : public Command {
     std::string key;
   };
 
-  [[nodiscard]] std::optional<Error> AddJob(const std::string& path) {
+  [[nodiscard]] std::optional<Error> AddJob(std::vector<std::string> files) {
+    const std::string& path = files.front();
     const std::string config = options_.config ? *options_.config : FindConfig(path).value_or("");
     auto prepared = prepared_.find(config);
     if (prepared == prepared_.end()) {
@@ -156,11 +165,12 @@ class BatchCommand : public Command {
       prepared = prepared_.emplace(config, Prepared{std::make_shared<const Settings>(std::move(*settings)), key}).first;
     }
     BatchJob job;
-    job.path = path;
+    for (const std::string& file : files) job.path += (job.path.empty() ? "" : ", ") + file;
     job.report = (fs::path(*folder_) / ReportName(path)).string();
     job.settings = prepared->second.settings;
     job.baseline = baselines_.Find(job.settings->baseline);
-    job.origin = OriginOf(path, prepared->second.key);
+    job.origin = OriginOf(files, prepared->second.key);
+    job.files = std::move(files);
     jobs_.push_back(std::move(job));
     return std::nullopt;
   }

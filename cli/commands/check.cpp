@@ -39,7 +39,11 @@ class CheckCommand : public Command {
     ExitStatus status = ExitStatus::kClean;
     run_.draws = output->draws();
     for (const CaptureJob& job : run_.jobs()) status = Worst(status, run_.Run(job, report, console));
-    if (report.captures.empty()) return status;
+    if (report.captures.empty()) {
+      // A CI server that expects a file finds the reason in it.
+      if (const auto error = output->Write(report, console)) status = Worst(status, CaptureRun::Fail(console, *error));
+      return status;
+    }
 
     // Captures without the slaves of --slave: wrong usage when that is all of them.
     if (run_.SayMissingSlaves(report, console) != ExitStatus::kClean) return ExitStatus::kUsage;

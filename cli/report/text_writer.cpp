@@ -648,6 +648,14 @@ std::string WriteText(const Report& report, const TextStyle& style) {
     if (!out.empty()) out += "\n";
     out += CaptureText(capture, style).Write();
   }
+  if (!report.unreadable.empty()) {
+    TextBuilder text(style.color);
+    if (!out.empty()) text.Line();
+    for (const UnreadableCapture& capture : report.unreadable) {
+      text.Line(text.Styled("ERROR", Style::kError) + " " + OneLine(capture.path) + ": " + OneLine(capture.message));
+    }
+    out += text.Take();
+  }
   if (report.captures.size() > 1) {
     const Summary sum = Summarise(report);
     std::uint64_t failed = 0;

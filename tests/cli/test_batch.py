@@ -124,6 +124,25 @@ class Batch(BatchTest):
         self.file("named.bin", healthy_capture())
         self.assertEqual(self.summary("named.bin", status=0)["summary"]["passed"], 1)
 
+    def test_join(self):
+        content = healthy_capture()
+        middle = 24 + (16 + 60) * 10
+        first = self.file("ring/t_00001_20190501120000.pcap", content[:middle])
+        second = self.file("ring/t_00002_20190501120001.pcap", content[:24] + content[middle:])
+        self.file("ring/other.pcap", content)
+        summary = self.summary("ring", "--join", status=0)
+        self.assertEqual([c["path"] for c in summary["captures"]],
+                         ["ring/other.pcap", "ring/t_00001_20190501120000.pcap, ring/t_00002_20190501120001.pcap"])
+        alone, joined = summary["captures"]
+        self.assertEqual(joined["packets"], alone["packets"])
+        self.assertEqual(len(self.summary("ring", status=0)["captures"]), 3)
+        self.batch("ring", "--join", status=0)
+        self.assertIn("2 of them done before", self.batch("ring", "--join", "--skip-done", status=0).err)
+        os.utime(second, (2e9, 2e9))
+        self.assertIn("1 of them done before", self.batch("ring", "--join", "--skip-done", status=0).err)
+        os.utime(first, (1e9, 1e9))  # neither the size nor the latest change: the same content as far as can be told
+        self.assertIn("2 of them done before", self.batch("ring", "--join", "--skip-done", status=0).err)
+
     def test_nothing_there(self):
         self.file("empty/readme.txt", "")
         self.assertEqual(self.one_error("batch", "empty"), "no capture in empty")
@@ -569,20 +588,41 @@ class BatchCaptures(BatchTest):
             with_rule = [c for c in summary["captures"] if rule["rule"] in {f["rule"] for f in c["findings"]}]
             self.assertEqual(rule["captures"], len(with_rule))
 
+    def whole_batch(self):
+        """One batch over the samples, for comparison, and captures.txt that lists them."""
+        folder = SOURCE / "samples" / "captures"
+        options, whole = self.outputs("whole")
+        self.run_program("batch", folder, "--output-dir", "whole", *options)
+        captures = sorted(str(p) for p in folder.iterdir() if p.suffix in (".pcap", ".pcapng"))
+        self.file("captures.txt", "\n".join(captures) + "\n")
+        return whole
+
+    def merged_like(self, whole):
+        options, merged = self.outputs("merged")
+        self.run_program("merge", "reports", *options)
+        self.assertEqual(self.reports("reports"), self.reports("whole"))
+        self.assertEqual(self.contents(merged), self.contents(whole))
+
+    def test_the_recipe_of_an_array_of_jobs(self):
+        # docs/batch.md, what each task of the Slurm array runs.
+        whole = self.whole_batch()
+        task = """awk -v n=3 -v i="$SLURM_ARRAY_TASK_ID" 'NR % n == i' captures.txt |
+                  xargs -d '\\n' "$ECAUDIT" batch --jobs "$SLURM_CPUS_PER_TASK" --skip-done --output-dir reports -o /dev/null
+                  [ $? -le 123 ]"""
+        for i in range(3):
+            done = subprocess.run(["bash", "-c", task], cwd=self.dir, capture_output=True, text=True,
+                                  env=os.environ | {"SLURM_ARRAY_TASK_ID": str(i), "SLURM_CPUS_PER_TASK": "2",
+                                                    "ECAUDIT": PROGRAM})
+            self.assertEqual(done.returncode, 0, done.stderr)
+        self.merged_like(whole)
+
     @unittest.skipIf(shutil.which("parallel") is None, "GNU parallel is not installed")
     def test_the_recipe_with_gnu_parallel(self):
         # docs/batch.md. Two "hosts" that are this machine (":"), as no other is at hand in a test.
-        folder = SOURCE / "samples" / "captures"
-        whole_options, whole = self.outputs("whole")
-        self.run_program("batch", folder, "--output-dir", "whole", *whole_options)
-        captures = sorted(str(p) for p in folder.iterdir() if p.suffix in (".pcap", ".pcapng"))
-        self.file("captures.txt", "\n".join(captures) + "\n")
+        whole = self.whole_batch()
         spread = subprocess.run(
             ["parallel", "--will-cite", "--sshlogin", "1/:,1/:", "--workdir", self.dir, "-N", "8", "-a", "captures.txt",
              f"{PROGRAM} batch --jobs 1 --skip-done --output-dir reports -o /dev/null {{}} || [ $? -eq 1 ]"],
             cwd=self.dir, capture_output=True, text=True, timeout=300, env=os.environ | {"HOME": str(self.dir)})
         self.assertEqual(spread.returncode, 0, spread.stderr)
-        merged_options, merged = self.outputs("merged")
-        self.run_program("merge", "reports", *merged_options)
-        self.assertEqual(self.reports("reports"), self.reports("whole"))
-        self.assertEqual(self.contents(merged), self.contents(whole))
+        self.merged_like(whole)

@@ -155,6 +155,18 @@ class Input(CliTest):
         self.assertIn('"captures": 1', done.out)
         self.assertEqual(done.err, "ecaudit: no such file: nowhere.pcap\n")
 
+    def test_text_names_what_could_not_be_read(self):
+        out = self.check(self.healthy, "nowhere.pcap", status=2).out
+        self.assertTrue(out.startswith("PASS "), out)
+        self.assertTrue(out.endswith("\nERROR nowhere.pcap: no such file: nowhere.pcap\n"), out)
+
+    def test_files_tell_when_nothing_could_be_read(self):
+        for name in ("json", "junit", "sarif", "text"):
+            error = self.one_error("check", "nowhere.pcap", "-o", f"{name}=report", "--write-baseline", "known.json")
+            self.assertEqual(error, "no such file: nowhere.pcap")
+            self.assertIn("no such file: nowhere.pcap", (self.dir / "report").read_text(), name)
+        self.assertFalse((self.dir / "known.json").exists())
+
     def test_joined_captures(self):
         report = self.report("--join", self.healthy, self.faulty, status=1)
         self.assertEqual(len(report["reports"]), 1)

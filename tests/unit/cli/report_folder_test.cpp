@@ -37,5 +37,26 @@ TEST(FileList, NamesOfCaptures) {
   }
 }
 
+TEST(FileList, RingBuffersAreToldByTheirNames) {
+  using Groups = std::vector<std::vector<std::string>>;
+  const std::vector<std::string> files{"a/t_00001_20190501120000.pcapng",
+                                       "a/t_00002_20190501130000.pcapng",
+                                       "a/t_2.pcap",
+                                       "a/t_20190501120000_00001.pcap.gz",
+                                       "a/t_20190501130000_00002.pcap.gz",
+                                       "a/u_00001_20190501120000.pcapng",
+                                       "b/t_00001_20190501120000.pcapng",
+                                       "b/x.pcap",
+                                       "b/x.pcap1",
+                                       "b/x.pcap2"};
+  EXPECT_EQ(GroupRingBuffers(files), (Groups{{files[0], files[1]},
+                                             {files[2]},
+                                             {files[3], files[4]},
+                                             {files[5]},
+                                             {files[6]},
+                                             {files[7], files[8], files[9]}}));
+  EXPECT_EQ(GroupRingBuffers({}), Groups{});
+}
+
 }  // namespace
 }  // namespace ecaudit::cli
