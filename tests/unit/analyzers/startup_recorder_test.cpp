@@ -151,7 +151,8 @@ TEST(StartupRecorder, AnOutboundCaptureEndsWithTheRequestOfOp) {
 }
 
 TEST(StartupRecorder, BroadcastsBelongToAllSlaves) {
-  const AnalysisResult result = ResultOf("+0us BWR 0x0101 00\n+1ms BWR 0x0101 00\n" + kAddress + "+1ms BWR 0x0900 len=4\n");
+  const AnalysisResult result =
+      ResultOf("+0us BWR 0x0101 00\n+1ms BWR 0x0101 00\n" + kAddress + "+1ms BWR 0x0900 len=4\n");
   ASSERT_EQ(result.bus.startup.steps.size(), 2U);
   EXPECT_EQ(result.bus.startup.steps[0].count, 2U);
   EXPECT_EQ(result.bus.startup.steps[1].phase, StartupPhase::kDc);
