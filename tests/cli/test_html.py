@@ -103,13 +103,15 @@ class HtmlTimeline(HtmlTest):
         table = self.run_program("signals", *arguments).out
         rows = list(csv.DictReader(io.StringIO(table)))
         timeline = self.timeline(*arguments)
+        columns = {(c["slave"], {"rx": "output", "tx": "input"}.get(c["direction"]), c["index"], c["subindex"]): c["column"]
+                   for c in self.lines("signals", *arguments) if c.get("kind") == "signal"}
         compared = 0
         for slave in timeline["slaves"]:
             position = slave["slave"] if slave["slave"] is not None else slave["eni"]["position"]
             for signal in slave["signals"]:
-                column = f"S{position}.{signal['name']}"
-                if column not in rows[0] or signal["scaled"]:
+                if signal["scaled"]:
                     continue
+                column = columns[position, signal["direction"], signal["index"], signal["subindex"]]
                 measured = [(float(r["time_s"]), float(r[column])) for r in rows if r[column] not in ("", None)]
                 series = signal["values"]
                 self.assertEqual(min(v for _, v in measured), min(series["least"]), column)
