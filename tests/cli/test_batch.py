@@ -309,14 +309,17 @@ class Batch(BatchTest):
     def test_interrupted(self):
         folder = self.big_captures(30)
         for number in (signal.SIGINT, signal.SIGTERM):
-            shutil.rmtree(self.dir / "ecaudit-reports", ignore_errors=True)
-            with subprocess.Popen([PROGRAM, "batch", folder, "--jobs", "2", "-o", "json=s.json"],
-                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=self.dir) as child:
-                self.wait_for_reports(2)
-                asked = time.monotonic()
-                child.send_signal(number)
-                out, err = child.communicate(timeout=60)
-            self.assertLess(time.monotonic() - asked, 5)
+            for _ in range(10):  # on a busy machine the signal may come too late
+                shutil.rmtree(self.dir / "ecaudit-reports", ignore_errors=True)
+                with subprocess.Popen([PROGRAM, "batch", folder, "--jobs", "2", "-o", "json=s.json"],
+                                      stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=self.dir) as child:
+                    self.wait_for_reports(2)
+                    asked = time.monotonic()
+                    child.send_signal(number)
+                    out, err = child.communicate(timeout=60)
+                self.assertLess(time.monotonic() - asked, 5)
+                if len(self.reports()) < 30:
+                    break
             self.assertEqual(child.returncode, 2, err)
             self.assertRegex(err.decode(), r"interrupted, \d+ not checked: go on with --skip-done")
             summary = json.loads((self.dir / "s.json").read_text())["summary"]
@@ -338,11 +341,15 @@ class Batch(BatchTest):
         self.file("big/fault.pcap", faulty_capture())
         options, whole = self.outputs("whole")
         self.batch(folder, "--output-dir", "whole", *options, status=1)
-        with subprocess.Popen([PROGRAM, "batch", folder, "--jobs", "2", "--output-dir", "part"],
-                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=self.dir) as child:
-            self.wait_for_reports(3, "part")
-            child.kill()
-        before = len([n for n in self.reports("part") if n.endswith(".json")])
+        for _ in range(10):  # on a busy machine the kill may come too late
+            shutil.rmtree(self.dir / "part", ignore_errors=True)
+            with subprocess.Popen([PROGRAM, "batch", folder, "--jobs", "2", "--output-dir", "part"],
+                                  stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=self.dir) as child:
+                self.wait_for_reports(3, "part")
+                child.kill()
+            before = len([n for n in self.reports("part") if n.endswith(".json")])
+            if before < 21:
+                break
         self.assertLess(before, 21)
         # What a kill leaves in the middle of writing.
         name = next(n for n in self.reports("whole") if n not in self.reports("part"))
