@@ -118,7 +118,7 @@ struct StartupPhaseSummary {
 };
 
 struct StartupSummary {
-  /// The slave was seen below the state it reached: not only its operation is in the capture.
+  /// At least one step of it is in the capture; one that begins in operation holds none.
   bool seen = false;
   std::vector<StartupPhaseSummary> phases;  ///< by first frame
   std::vector<StartupStep> steps;           ///< by frame

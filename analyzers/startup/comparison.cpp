@@ -257,35 +257,47 @@ void CompareLimits(const Expectation& expectation, const ExpectedSlave& expected
   }
 }
 
-/// Takes out what is missing only because the commands to a drive cannot be read.
+/// Takes steps out of what is missing that the capture cannot show.
 /// @return false when there was nothing of that kind
-bool LeaveOutDrive(std::vector<Deviation>& deviations) {
-  bool any = false;
+template <typename Hidden>
+bool LeaveOut(std::vector<Deviation>& deviations, Hidden&& hidden) {
+  std::size_t left_out = 0;
   for (Deviation& deviation : deviations) {
-    if (deviation.kind != Deviation::Kind::kMissing) continue;
-    any = std::erase_if(deviation.expected,
-                        [](const ExpectedStep* step) { return step->key.kind == StartupKey::Kind::kDrive; }) > 0 ||
-          any;
+    if (deviation.kind == Deviation::Kind::kMissing) left_out += std::erase_if(deviation.expected, hidden);
   }
   std::erase_if(deviations, [](const Deviation& deviation) {
     return deviation.kind == Deviation::Kind::kMissing && deviation.expected.empty();
   });
-  return any;
+  return left_out > 0;
 }
 
-bool IsOperation(std::uint8_t state) {
-  return state >= static_cast<std::uint8_t>(esc::AlState::SAFEOP);
+/// Of a slave that can be compared: what of its start-up the capture does not show.
+void LeaveOutUnseen(const SlaveSummary& slave, std::vector<Deviation>& found, Comparison& comparison) {
+  const auto of_drive = [](const ExpectedStep* step) { return step->key.kind == StartupKey::Kind::kDrive; };
+  if (!slave.drive && LeaveOut(found, of_drive)) {
+    comparison.not_compared.push_back(
+        {slave.id,
+         "the control word of the drive is not known: neither mapped by what the capture shows nor written by SDO",
+         Deviation::Kind::kMissing});
+  }
+  const auto early = [](const ExpectedStep* step) { return step->phase <= StartupPhase::kEeprom; };
+  if (slave.position_inferred && LeaveOut(found, early)) {
+    comparison.not_compared.push_back(
+        {slave.id, "the capture begins when the slave has its address already", Deviation::Kind::kMissing});
+  }
 }
 
 /// Why nothing can be said of a slave's start-up; empty where something can.
 std::string WhyNotCompared(const SlaveSummary& slave, const CaptureSummary& capture) {
   const StartupSummary& startup = slave.startup;
-  const bool requested = std::any_of(startup.steps.begin(), startup.steps.end(),
-                                     [](const StartupStep& step) { return IsRequest(step.key); });
-  if (!requested && startup.first_state && IsOperation(*startup.first_state)) {
+  constexpr auto kPreop = static_cast<std::uint8_t>(esc::AlState::PREOP);
+  const bool from_init = std::any_of(startup.steps.begin(), startup.steps.end(), [](const StartupStep& step) {
+    return IsRequest(step.key) && step.key.address == static_cast<std::uint32_t>(esc::AlState::PREOP);
+  });
+  if (!from_init && startup.first_state && *startup.first_state >= kPreop) {
     return "the capture begins when the slave is in " + esc::StateName(*startup.first_state) + " already";
   }
-  if (!startup.seen || (!requested && startup.steps.empty())) return "the capture holds nothing of its start-up";
+  if (startup.steps.empty()) return "the capture holds nothing of its start-up";
   if (!capture.complete && !startup.ended) return "the capture was not read to its end, and the start-up goes on there";
   return {};
 }
@@ -390,13 +402,7 @@ Comparison Compare(const Expectation& expectation, const AnalysisResult& result)
     }
     std::vector<Deviation> found =
         CompareSteps(expected.steps, slave.startup.steps, expectation.separate_mailbox, expectation.strict);
-    if (!slave.drive && LeaveOutDrive(found)) {
-      comparison.not_compared.push_back(
-          {slave.id,
-           "the control word of the drive is not known: neither mapped by what the capture shows nor written "
-           "by SDO",
-           Deviation::Kind::kMissing});
-    }
+    LeaveOutUnseen(slave, found, comparison);
     add(std::move(found), slave.id, &expected, slave.startup.end);
     CompareLimits(expectation, expected, slave, comparison);
   }

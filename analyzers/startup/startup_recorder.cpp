@@ -507,7 +507,7 @@ StartupSummary StartupRecorder::Finish(const Record& record, SlaveId slave) cons
   std::stable_sort(
       summary.phases.begin(), summary.phases.end(),
       [](const StartupPhaseSummary& a, const StartupPhaseSummary& b) { return a.first.number < b.first.number; });
-  summary.seen = !summary.phases.empty();
+  summary.seen = !summary.steps.empty();
   return summary;
 }
 

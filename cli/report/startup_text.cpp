@@ -42,6 +42,10 @@ class CaptureStartup {
       text_.Line(text_.Styled("All slaves at once", Style::kBold) + WhenText(bus));
       Steps(bus, std::nullopt);
     }
+    if (result_.slaves.empty()) {
+      text_.Line();
+      text_.Line("No slave is addressed in this capture: it holds no start-up.");
+    }
     for (std::size_t i = 0; i < result_.slaves.size();) {
       std::size_t end = i + 1;
       while (end < result_.slaves.size() && Alike(result_.slaves[i], result_.slaves[end])) ++end;
@@ -87,7 +91,8 @@ class CaptureStartup {
     text_.Line();
     std::string head = ": ";
     if (!startup.seen) {
-      text_.Line(text_.Styled(SlaveLabel(result_, slave.id), Style::kBold) + ": no start-up in this capture");
+      text_.Line(text_.Styled(SlaveLabel(result_, slave.id), Style::kBold) + ": no start-up in this capture" +
+                 (startup.first_state ? ", in " + esc::StateName(*startup.first_state) + " when it begins" : ""));
       return;
     }
     head += startup.reached == 0 ? "state not seen" : esc::StateName(startup.reached) + " reached";

@@ -163,6 +163,7 @@ TEST(StartupRecorder, BroadcastsBelongToAllSlaves) {
 TEST(StartupRecorder, ACaptureOfOperationHoldsNone) {
   const StartupSummary startup = StartupOf("+0us FPRD 0x1001:0x0130 08 00\n+1ms FPWR 0x1001:0x0420 E8 03\n");
   EXPECT_TRUE(startup.steps.empty());
+  EXPECT_FALSE(startup.seen);
   EXPECT_EQ(startup.first_state, 8);
 }
 
