@@ -56,7 +56,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
     RulesThenModel(Topic::kAlRequest, e);
   }
   void On(const track::AlStatusRead& e) override {
-    history_->On(e);
+    if (e.changed() || e.status_code) history_->On(e);  // what is polled says the same nearly always
     startup_->On(e);
     RulesThenModel(Topic::kAlStatusRead, e);
   }

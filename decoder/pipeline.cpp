@@ -3,6 +3,8 @@
 #include <numeric>
 #include <vector>
 
+#include "decoder/base/time.h"
+
 namespace ecaudit {
 namespace {
 
@@ -73,6 +75,8 @@ class Pipeline::Impl {
     }
     kept = {};
     while (!ended && Next(source, options, frame)) Push(frame);
+    // A source that waited for packets ends on request, too.
+    if (options.stop != nullptr && options.stop->load(std::memory_order_relaxed)) statistics_.stopped = true;
     pairing_->Finish();
     network_.Finish();
   }
@@ -97,11 +101,11 @@ class Pipeline::Impl {
         options.progress(source.bytes_read(), source.bytes_total(), read_);
       }
       if (frame.has_time && !origin_) origin_ = frame.time;
-      const double seconds = frame.has_time ? static_cast<double>(frame.time - *origin_) / 1e9 : 0.0;
-      if ((options.from_frame && frame.number < *options.from_frame) || (options.from_s && seconds < *options.from_s)) {
-        continue;
-      }
+      if (options.from_frame && frame.number < *options.from_frame) continue;
       if (options.to_frame && frame.number > *options.to_frame) return false;
+      if (!options.from_s && !options.to_s) return true;
+      const double seconds = frame.has_time ? static_cast<double>(Elapsed(*origin_, frame.time)) / 1e9 : 0.0;
+      if (options.from_s && seconds < *options.from_s) continue;
       if (options.to_s && seconds > *options.to_s) continue;  // stamps may go backwards: look on
       return true;
     }
@@ -145,7 +149,9 @@ class Pipeline::Impl {
     }
     if (!statistics_.first.has_time) statistics_.first = frame.ref();
     if (statistics_.last.has_time && frame.time < statistics_.last.time) ++statistics_.backwards;
-    if (statistics_.time_step_ns == 0 || frame.time % statistics_.time_step_ns != 0) {
+    // A step of 1 divides everything: spares a division a frame.
+    if (statistics_.time_step_ns == 0 ||
+        (statistics_.time_step_ns != 1 && frame.time % statistics_.time_step_ns != 0)) {
       statistics_.time_step_ns = std::gcd(statistics_.time_step_ns, frame.time % 1'000'000'000);
     }
     statistics_.last = frame.ref();

@@ -153,10 +153,12 @@ StateSet AlMachine::PossibleBefore(FrameNo request) const {
 }
 
 void AlMachine::OnRequestSent(const FrameRef& frame, esc::AlWord control) {
+  quiet_ = false;
   AddPending(control, frame);
 }
 
 void AlMachine::OnRequest(const track::AlRequest& request) {
+  quiet_ = false;
   const FrameNo number = request.frame().number;
   if (request.acceptance == track::Acceptance::kUnknown) {
     // Lost (which shows late), or taken by some of the slaves: the slave may have followed it, from when it was sent.
@@ -280,6 +282,11 @@ void AlMachine::OnStatus(const track::AlStatusRead& read) {
   ++polls_;
   ++status_reads_;
   if (requests_ > 0) ++reads_after_request_;
+  if (quiet_ && state == read_state_ && !read.status.bit4() && read.error_bit_known) {
+    last_seen_ = read.frame.number;
+    return;
+  }
+  quiet_ = false;
   DropOldPending(read.frame);
   if (!read.error_bit_known) {
     OnStateOnly(read);
@@ -298,6 +305,14 @@ void AlMachine::OnStatus(const track::AlStatusRead& read) {
   read_state_ = state;
   last_seen_ = read.frame.number;
   MayBeIn(state);
+  quiet_ = !read.status.bit4() && IsQuiet(state);
+}
+
+/// Nothing is waited for, nothing is left to learn: a master polls thousands of times a second, and all of these reads
+/// say the same.
+bool AlMachine::IsQuiet(std::uint8_t state) const {
+  return SettledIn(static_cast<esc::AlState>(state)) && earlier_count_ == 0 && !error_code_ && !error_reported_ &&
+         !acknowledged_ && !echo_ && (own_status_ || emulation_.value_or(false) || !control_ || !control_->bit4());
 }
 
 /// The slave was seen in `state`; requests that are open or on their way may have led it elsewhere since.
@@ -482,6 +497,7 @@ void AlMachine::OnStatusCode(const track::AlStatusCodeRead& read) {
 }
 
 void AlMachine::Forget(const FrameRef& frame) {
+  quiet_ = false;
   possible_.Clear();
   read_state_ = 0;
   since_ = last_seen_ = frame.number;

@@ -31,7 +31,10 @@ class AlMachine {
   void SetFamily(const device::DeviceDescription& family) { family_ = &family; }
   void SetTimeouts(const AlTimeouts& timeouts) { timeouts_ = timeouts; }
   /// Register 0x0141 bit 0: such a slave echoes the acknowledge bit as error bit (esc-reference 5.3).
-  void SetDeviceEmulation(bool emulation) { emulation_ = emulation; }
+  void SetDeviceEmulation(bool emulation) {
+    emulation_ = emulation;
+    quiet_ = false;
+  }
 
   /// A request leaves the master; whether the slave takes it, OnRequest() tells later.
   void OnRequestSent(const FrameRef& frame, esc::AlWord control);
@@ -45,7 +48,7 @@ class AlMachine {
   [[nodiscard]] StateSet possible() const { return possible_; }
   /// True when the last thing known of the slave is that it is in `state`, without error and with no request open.
   [[nodiscard]] bool SettledIn(esc::AlState state) const {
-    return possible_.single() == static_cast<std::uint8_t>(state) && error_ == Error::kNo && !open_ &&
+    return possible_ == StateSet::Of(static_cast<std::uint8_t>(state)) && error_ == Error::kNo && !open_ &&
            pending_count_ == 0;
   }
   /// What the capture shows of this slave, for rules that say where they could not judge.
@@ -71,6 +74,7 @@ class AlMachine {
   [[nodiscard]] bool MayHaveBeenAcknowledged(FrameNo before) const;
   [[nodiscard]] StateSet PossibleBefore(FrameNo request) const;
   void OnStateOnly(const track::AlStatusRead& read);
+  [[nodiscard]] bool IsQuiet(std::uint8_t state) const;
   [[nodiscard]] esc::AlWord Before() const;
   void MayBeIn(std::uint8_t state);
   void OnError(const track::AlStatusRead& read);
@@ -112,6 +116,8 @@ class AlMachine {
   };
   std::array<Pending, 8> pending_{};  ///< oldest first
   std::size_t pending_count_ = 0;
+
+  bool quiet_ = false;  ///< another read of the same status would change nothing but counters
 
   std::uint64_t requests_ = 0;
   std::uint64_t status_reads_ = 0;

@@ -75,6 +75,7 @@ void BusModel::ChooseProfile(SlaveId id) {
 }
 
 void BusModel::Apply(const track::AlRequest& event) {
+  ++states_version_;
   slaves_[event.slave].mailbox.Forget();
   if (!HasProcessData(event.control.state())) slaves_[event.slave].ForgetLatches();
   slaves_[event.slave].al.OnRequest(event);
@@ -84,12 +85,16 @@ void BusModel::Apply(const track::AlStatusRead& event) {
     slaves_[event.slave].mailbox.Forget();
     if (!HasProcessData(event.status.state())) slaves_[event.slave].ForgetLatches();
   }
-  slaves_[event.slave].al.OnStatus(event);
+  AlMachine& al = slaves_[event.slave].al;
+  const bool settled = al.SettledIn(esc::AlState::OP);
+  al.OnStatus(event);
+  if (al.SettledIn(esc::AlState::OP) != settled) ++states_version_;
 }
 void BusModel::Apply(const track::AlStatusCodeRead& event) {
   slaves_[event.slave].al.OnStatusCode(event);
 }
 void BusModel::Apply(const track::AlStateForgotten& event) {
+  ++states_version_;
   slaves_[event.slave].al.Forget(event.frame);
 }
 
@@ -161,6 +166,7 @@ void BusModel::Apply(const mailbox::Emergency& emergency) {
 }
 
 void BusModel::ApplyAlRequestSent(SlaveId slave, const FrameRef& frame, esc::AlWord control) {
+  ++states_version_;
   if (slave < slaves_.size()) slaves_[slave].al.OnRequestSent(frame, control);
 }
 

@@ -26,8 +26,13 @@ class BusModel final : private ProcessSink {
   [[nodiscard]] const LogicalExpectation& Expect(const track::LogicalAccess& access) const;
 
   /// The least and most it can be with the slaves in the states they may be in.
+  /// @param expectation as Expect() gave it, for the same command
   [[nodiscard]] CounterRange RangeFor(const LogicalExpectation& expectation, wire::Command command) const {
-    return RangeOf(expectation, command, slaves_);
+    if (expectation.range_of != states_version_) {
+      expectation.range = RangeOf(expectation, command, slaves_);
+      expectation.range_of = states_version_;
+    }
+    return expectation.range;
   }
 
   /// Hands the process data in a datagram to `sink`, slave by slave; see ProcessImage::Read().
@@ -70,6 +75,7 @@ class BusModel final : private ProcessSink {
   std::deque<SlaveModel> slaves_;
   std::deque<track::IdentityLearned> seen_identities_;  ///< a slave: what the capture shows of its identity
   mutable LogicalExpectations expectations_;
+  std::uint64_t states_version_ = 1;  ///< changes whenever a slave may have settled in OP, or left it
   ProcessImage image_;
 };
 

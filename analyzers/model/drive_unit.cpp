@@ -131,6 +131,20 @@ void DriveUnit::OnCycle(const ProcessCycle& cycle) {
   const bool done = inferred || cycle.exchange == Exchange::kYes;
   if (cycle.part.direction == device::PdoDirection::kTx) {
     if (!done) return;
+    if (places.status && !places.error_code && !places.mode_shown && expected_count_ == 0 && !candidate_ && status_) {
+      // Nearly every cycle carries the word of the one before.
+      const bool same = places.status->bits == 16 && places.status->bit % 8 == 0 &&
+                        Fits(cycle.data, places.status->bit / 8, 2) &&
+                        LittleEndian<std::uint16_t>(cycle.data, places.status->bit / 8) == *status_;
+      if (same && ShowsStatus()) {
+        status_seen_ = status_mapped_ = true;
+        status_last_ = cycle.frame();
+        if (!state_) return;
+        last_state_seen_ = status_last_;
+        last_state_word_ = *status_;
+        return;
+      }
+    }
     if (places.error_code) {
       const auto code = Read(cycle.data, places.error_code->bit, 16);
       if (code && error_code_ != *code) {
@@ -154,6 +168,12 @@ void DriveUnit::OnCycle(const ProcessCycle& cycle) {
   }
 
   const FrameRef& frame = cycle.sent.seen() ? cycle.sent : cycle.returned;
+  if (places.controls == 1 && !places.mode && control_mapped_ && sent_ && control_ == sent_) {
+    const bool same = places.control[0].bits == 16 && places.control[0].bit % 8 == 0 &&
+                      Fits(cycle.data, places.control[0].bit / 8, 2) &&
+                      LittleEndian<std::uint16_t>(cycle.data, places.control[0].bit / 8) == *sent_;
+    if (same && (!done || acts_ == ActsOnControl())) return;
+  }
   if (places.controls > 0) {
     const auto first = Read(cycle.data, places.control[0].bit, 16);
     bool same = first.has_value();

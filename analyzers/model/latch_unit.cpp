@@ -176,6 +176,14 @@ void LatchUnit::OnCycle(const ProcessCycle& cycle) {
 void LatchUnit::OnOutputs(const ProcessCycle& cycle, const Part& part) {
   if (part.control.bits == 0 && part.probe.bits == 0) return;
   if (cycle.exchange == Exchange::kNo || !cycle.has_data()) return;
+  // Nearly every cycle carries the word of the one before.
+  const bool settled = control_known_ && !control_doubt_ && !selection_.undecided && part.probe.bits == 0;
+  if (settled && cycle.exchange != Exchange::kUnknown &&
+      ExtractBits(cycle.data, part.control.bit, part.control.bits) == control_) {
+    cyclic_control_ = true;
+    ++control_words_;
+    return;
+  }
   const FrameRef& frame = cycle.sent.seen() ? cycle.sent : cycle.returned;
   Word word{0, frame, frame.number, frame.number, false, cycle.exchange == Exchange::kInferred};
   const bool taken = cycle.exchange != Exchange::kUnknown;
@@ -200,6 +208,16 @@ void LatchUnit::OnInputs(const ProcessCycle& cycle, const Part& part) {
   if (part.status.bits == 0 && !part.any_position && !part.stray_position) return;
   if (!cycle.has_data()) {
     status_gap_ = true;
+    return;
+  }
+  const bool settled = status_known_ && unread_ == 0 && !selection_.undecided &&
+                       (!selection_.active || selection_.acknowledged || selection_.judged);
+  if (settled && part.status.bits != 0 && ExtractBits(cycle.data, part.status.bit, part.status.bits) == status_) {
+    cyclic_status_ = true;
+    ++status_words_;
+    status_frame_ = cycle.frame();
+    status_begun_ = (cycle.sent.seen() ? cycle.sent : cycle.returned).number;
+    status_gap_ = false;
     return;
   }
   if (part.status.bits != 0) {

@@ -48,6 +48,8 @@ LogicalExpectation Compute(const track::Network& network, wire::Command command,
     if (known == 0 && FmmuCount(state) != 0) result.mapping_known = false;
     if (!share.inputs && !share.outputs) continue;
     result.shares.push_back(share);
+    if (share.inputs) ++result.inputs;
+    if (share.outputs) ++result.outputs;
     result.full = static_cast<std::uint16_t>(result.full + WorthOf(share, command));
   }
   return result;
@@ -66,7 +68,7 @@ std::uint16_t WorthOf(const LogicalShare& share, wire::Command command) {
   }
 }
 
-const LogicalExpectation& LogicalExpectations::Find(const track::Network& network, wire::Command command,
+const LogicalExpectation& LogicalExpectations::Look(const track::Network& network, wire::Command command,
                                                     std::uint32_t address, std::uint16_t length) {
   if (version_ != network.mapping_version()) {
     for (Entry& entry : entries_) entry.used = false;
@@ -81,6 +83,7 @@ const LogicalExpectation& LogicalExpectations::Find(const track::Network& networ
     entry.length = length;
     entry.used = true;
   }
+  last_ = &entry;
   return entry.expectation;
 }
 

@@ -24,25 +24,43 @@ struct LogicalShare {
   std::uint16_t input_bytes = 0;
 };
 
-struct LogicalExpectation {
-  bool mapping_known = false;  ///< every slave met has all its FMMUs known, so nobody is left out
-  std::vector<LogicalShare> shares;
-  std::uint16_t full = 0;  ///< when every slave takes part
-};
-
 /// The least and most that the slaves, in the states they may be in now, can count.
 struct CounterRange {
   std::uint16_t least = 0;
   std::uint16_t most = 0;
 };
 
+struct LogicalExpectation {
+  bool mapping_known = false;  ///< every slave met has all its FMMUs known, so nobody is left out
+  std::vector<LogicalShare> shares;
+  std::uint16_t full = 0;     ///< when every slave takes part
+  std::uint16_t inputs = 0;   ///< slaves that have inputs in it
+  std::uint16_t outputs = 0;  ///< slaves that have outputs in it
+
+  // Three stages ask for the range in every cycle, and it changes with the states of the slaves only.
+  mutable CounterRange range{};
+  mutable std::uint64_t range_of = 0;  ///< version of the states that `range` belongs to
+};
+
 /// Caches one expectation a (command, address, length).
 class LogicalExpectations {
  public:
+  LogicalExpectations() = default;
+  LogicalExpectations(const LogicalExpectations&) = delete;
+  LogicalExpectations& operator=(const LogicalExpectations&) = delete;
+
+  /// Valid until the next call.
   const LogicalExpectation& Find(const track::Network& network, wire::Command command, std::uint32_t address,
-                                 std::uint16_t length);
+                                 std::uint16_t length) {
+    const bool again = version_ == network.mapping_version() && last_->used && last_->command == command &&
+                       last_->address == address && last_->length == length;
+    return again ? last_->expectation : Look(network, command, address, length);
+  }
 
  private:
+  const LogicalExpectation& Look(const track::Network& network, wire::Command command, std::uint32_t address,
+                                 std::uint16_t length);
+
   struct Entry {
     bool used = false;
     wire::Command command = wire::Command::NOP;
@@ -54,6 +72,7 @@ class LogicalExpectations {
 
   std::uint64_t version_ = 0;
   std::array<Entry, kEntries> entries_;
+  const Entry* last_ = &entries_[0];  ///< found last: one datagram is asked for several times
 };
 
 /// How far the slaves' states allow to judge: a slave that is settled in OP counts in full, any other may count.

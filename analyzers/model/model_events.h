@@ -1,6 +1,7 @@
 /// out of model/: what the slave models conclude. Rules turn these into findings; nothing here is text.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <optional>
 
@@ -28,13 +29,12 @@ class StateSet {
   /// The only member; 0 when there is none or more than one.
   [[nodiscard]] constexpr std::uint8_t single() const {
     if (bits_ == 0 || (bits_ & (bits_ - 1U)) != 0) return 0;
-    std::uint8_t state = 0;
-    while ((bits_ >> state & 1U) == 0) ++state;
-    return state;
+    return static_cast<std::uint8_t>(std::countr_zero(bits_));
   }
   constexpr void Add(std::uint8_t state) { bits_ = static_cast<std::uint16_t>(bits_ | 1U << (state & 0xFU)); }
   constexpr void Add(StateSet other) { bits_ = static_cast<std::uint16_t>(bits_ | other.bits_); }
   constexpr void Clear() { bits_ = 0; }
+  [[nodiscard]] friend constexpr bool operator==(StateSet, StateSet) = default;
 
  private:
   explicit constexpr StateSet(std::uint16_t bits) : bits_(bits) {}

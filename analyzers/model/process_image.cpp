@@ -107,7 +107,7 @@ std::size_t Hash(wire::Command command, std::uint32_t address, std::uint16_t len
 
 }  // namespace
 
-std::uint64_t ExtractBits(ByteSpan data, std::uint64_t bit, unsigned count) {
+std::uint64_t ExtractAnyBits(ByteSpan data, std::uint64_t bit, unsigned count) {
   if (count == 0 || count > 64 || bit + count > std::uint64_t{data.size()} * 8) return 0;
   const std::size_t first = static_cast<std::size_t>(bit / 8);
   const unsigned shift = static_cast<unsigned>(bit % 8);
@@ -373,12 +373,8 @@ ProcessImage::Counted ProcessImage::Count(const Entry& entry, const track::Logic
   if (access.assumed) return {Exchange::kUnknown, Exchange::kInferred};
   if (!access.returned.seen() || access.circulating) return {};
   // How many slaves can count for inputs and for outputs.
-  unsigned inputs = 0;
-  unsigned outputs = 0;
-  for (const LogicalShare& share : expectation.shares) {
-    inputs += share.inputs ? 1U : 0U;
-    outputs += share.outputs ? 1U : 0U;
-  }
+  unsigned inputs = expectation.inputs;
+  unsigned outputs = expectation.outputs;
   if (entry.by_eni) {
     for (const ImagePart& part : entry.parts) {
       if (!part.by_eni) continue;

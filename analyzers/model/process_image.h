@@ -150,7 +150,14 @@ class ProcessImage {
   std::array<Entry, kEntries> entries_;
 };
 
+/// Bits at any place; see ExtractBits().
+[[nodiscard]] std::uint64_t ExtractAnyBits(ByteSpan data, std::uint64_t bit, unsigned count);
+
 /// Bits [bit, bit + count) of `data`, bit 0 of a byte first; 0 where they do not lie inside. At most 64.
-[[nodiscard]] std::uint64_t ExtractBits(ByteSpan data, std::uint64_t bit, unsigned count);
+[[nodiscard]] inline std::uint64_t ExtractBits(ByteSpan data, std::uint64_t bit, unsigned count) {
+  // Control and status words, of every slave in every cycle.
+  if (count == 16 && bit % 8 == 0) return LittleEndian<std::uint16_t>(data, static_cast<std::size_t>(bit / 8));
+  return ExtractAnyBits(data, bit, count);
+}
 
 }  // namespace ecaudit::model

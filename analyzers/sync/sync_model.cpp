@@ -30,14 +30,6 @@ constexpr TimeNs kHostStamps = 500'000;
 /// Value of 0x0420 after power-on.
 constexpr std::uint16_t kDefaultWatchdogSteps = 1000;
 
-std::optional<FrameTime> TimeOf(const FrameRef& sent, const FrameRef& returned) {
-  FrameTime time;
-  time.frame = sent.seen() ? sent : returned;
-  if (!time.frame.seen()) return std::nullopt;
-  if (time.frame.has_time) time.stamp = time.frame.time;
-  return time;
-}
-
 }  // namespace
 
 const device::JitterLimit* LimitFor(const device::SyncDescription& family, TimeNs cycle) {
@@ -54,19 +46,19 @@ std::pair<const IntervalStatistics*, TimeBase> CyclicImage::Best() const {
   return {&by_stamp, TimeBase::kCapture};
 }
 
-SyncModel::Slave& SyncModel::Of(SlaveId slave) {
-  while (slaves_.size() <= slave) slaves_.emplace_back();
-  return slaves_[slave];
+SyncModel::Slave& SyncModel::Grow(SlaveId slave) {
+  while (slaves_.size() <= slave) slaves_.push_back(std::make_unique<Slave>());
+  return *slaves_[slave];
 }
 
 const DcUnit& SyncModel::dc(SlaveId slave) const {
   static const DcUnit kNothing;
-  return slave < slaves_.size() ? slaves_[slave].dc : kNothing;
+  return slave < slaves_.size() ? slaves_[slave]->dc : kNothing;
 }
 
 const OutputWatch& SyncModel::outputs(SlaveId slave) const {
   static const OutputWatch kNothing;
-  return slave < slaves_.size() ? slaves_[slave].outputs : kNothing;
+  return slave < slaves_.size() ? slaves_[slave]->outputs : kNothing;
 }
 
 void SyncModel::OnFrame(const wire::FrameView& frame, bus::Direction direction) {
@@ -140,8 +132,25 @@ void SyncModel::On(const track::Answered& answer) {
   if (const auto time = clock_.On(answer)) frame_dc_ = time;
 }
 
+std::optional<SyncModel::FrameAtHand> SyncModel::LookAtFrame() {
+  FrameAtHand at_hand;
+  FrameTime& time = at_hand.time;
+  time.frame = sent_.seen() ? sent_ : returned_;
+  if (!time.frame.seen()) return std::nullopt;
+  if (time.frame.has_time) time.stamp = time.frame.time;
+  time.dc = frame_dc_;
+  if (const FrameFacts* facts = FactsOf(time.frame.number)) {
+    time.esl = facts->esl;
+    // Captures leave out the padding of short frames as the check sequence of all.
+    at_hand.length_ns = static_cast<std::int64_t>(std::max(facts->bytes, kMinFrameBytes) + kFcsBytes) * kNsPerByte;
+  }
+  at_hand.reference_delay_ns = DelayOf(clock_.reference());
+  return at_hand;
+}
+
 void SyncModel::Flush() {
-  if (pending_count_ > 0) {
+  const std::optional<FrameAtHand> at_hand = pending_count_ > 0 ? LookAtFrame() : std::nullopt;
+  if (at_hand) {
     if (sent_.has_time && returned_.has_time) {
       const TimeNs trip = Elapsed(sent_.time, returned_.time);
       if (trip >= 0) round_trips_.Add(trip, sent_, returned_);
@@ -149,14 +158,14 @@ void SyncModel::Flush() {
     for (std::size_t i = 0; i < pending_count_; ++i) {
       const Pending& pending = pending_[i];
       CyclicImage* image = nullptr;
-      Measure(pending, image);
+      Measure(pending, at_hand->time, image);
       if (pending.command == wire::Command::LRD || (pending.wkc == 0 && !pending.assumed)) continue;
       track::LogicalAccess access;
       access.command = pending.command;
       access.address = pending.address;
       access.length = pending.length;
       for (const model::LogicalShare& share : bus_.Expect(access).shares) {
-        if (share.outputs) Feed(share.slave, image);
+        if (share.outputs) Feed(share.slave, *at_hand, image);
       }
     }
   }
@@ -165,35 +174,30 @@ void SyncModel::Flush() {
   sent_ = returned_ = {};
 }
 
-void SyncModel::Measure(const Pending& pending, CyclicImage*& found) {
-  std::optional<FrameTime> time = TimeOf(sent_, returned_);
-  if (!time) return;
-  time->dc = frame_dc_;
-  if (const FrameFacts* facts = FactsOf(time->frame.number)) time->esl = facts->esl;
+void SyncModel::Measure(const Pending& pending, const FrameTime& time, CyclicImage*& found) {
   for (CyclicImage& image : images_) {
     if (!image.used) {
       image.used = true;
       image.address = pending.address;
       image.command = pending.command;
-      image.last = *time;
+      image.last = time;
       found = &image;
       return;
     }
     if (image.address != pending.address || image.command != pending.command) continue;
     found = &image;
-    if (time->frame.number == image.last.frame.number) return;
-    FrameTime from = image.last;
-    image.last = *time;
+    if (time.frame.number == image.last.frame.number) return;
+    const FrameTime from = image.last;
+    image.last = time;
     // Each clock for itself: which is best is known when all is measured.
-    if (from.dc && time->dc && from.dc->epoch == time->dc->epoch && time->dc->ns > from.dc->ns) {
-      image.by_dc.Add(static_cast<TimeNs>(time->dc->ns - from.dc->ns), from.frame, time->frame);
+    if (from.dc && time.dc && from.dc->epoch == time.dc->epoch && time.dc->ns > from.dc->ns) {
+      image.by_dc.Add(static_cast<TimeNs>(time.dc->ns - from.dc->ns), from.frame, time.frame);
     }
-    if (from.esl && time->esl && *time->esl >= *from.esl)
-      image.by_esl.Add(*time->esl - *from.esl, from.frame, time->frame);
-    if (from.stamp && time->stamp) image.by_stamp.Add(Elapsed(*from.stamp, *time->stamp), from.frame, time->frame);
+    if (from.esl && time.esl && *time.esl >= *from.esl) image.by_esl.Add(*time.esl - *from.esl, from.frame, time.frame);
+    if (from.stamp && time.stamp) image.by_stamp.Add(Elapsed(*from.stamp, *time.stamp), from.frame, time.frame);
     if (samples_ != nullptr) {
-      if (const Interval gap = Between(from, *time); gap.base != TimeBase::kNone) {
-        samples_->OnInterval(image, time->frame, gap.ns);
+      if (const Interval gap = Between(from, time); gap.base != TimeBase::kNone) {
+        samples_->OnInterval(image, time.frame, gap.ns);
       }
     }
     const auto [best, base] = image.Best();
@@ -237,38 +241,36 @@ model::OutputGap SyncModel::GapOf(SlaveId id, const OutputWatch& watch, const In
   return event;
 }
 
-void SyncModel::Feed(SlaveId id, const CyclicImage* image) {
-  OutputWatch& watch = Of(id).outputs;
-  std::optional<FrameTime> time = TimeOf(sent_, returned_);
-  if (!time) return;
-  time->dc = frame_dc_;
-  if (const FrameFacts* facts = FactsOf(time->frame.number)) time->esl = facts->esl;
-  if (watch.seen && watch.last.frame.number == time->frame.number) return;
+void SyncModel::Feed(SlaveId id, const FrameAtHand& at_hand, const CyclicImage* image) {
+  const FrameTime& time = at_hand.time;
+  Slave& slave = Of(id);
+  OutputWatch& watch = slave.outputs;
+  if (watch.seen && watch.last.frame.number == time.frame.number) return;
   const bool in_op = bus_.slave(id).al.SettledIn(esc::AlState::OP);
   if (watch.seen && watch.in_op && (in_op || watch.fell.seen())) {
-    const Interval gap = Between(watch.last, *time);
+    const Interval gap = Between(watch.last, time);
     TimeNs alarm = 0;
     if (image != nullptr && image->nominal_of >= kEnough) alarm = image->nominal_ns + image->nominal_ns / 2;
     if (watch.watchdog_ns > 0) alarm = alarm > 0 ? std::min(alarm, watch.watchdog_ns / 2) : watch.watchdog_ns / 2;
     if (gap.base != TimeBase::kNone && alarm > 0 && gap.ns >= alarm) {
       model::OutputGap event = GapOf(id, watch, gap);
-      event.after = time->frame;
+      event.after = time.frame;
       event.unreturned = UnreturnedBetween(watch.last_sent, sent_.number);
       sink_.On(event);
     }
     if (in_op) {
-      const std::optional<SyncSettings>& sync = slaves_[id].dc.active();
+      const std::optional<SyncSettings>& sync = slave.dc.active();
       const bool by_sync0 = sync && sync->activation.sync0();
-      MeasureRate(watch, gap, time->frame, by_sync0 ? TimeNs{sync->sync0_cycle_ns.value_or(0)} : 0);
-      MeasureArrival(id, watch, *time, gap);
+      MeasureRate(watch, gap, time.frame, by_sync0 ? TimeNs{sync->sync0_cycle_ns.value_or(0)} : 0);
+      if (!by_sync0) MeasureArrival(id, watch, time, gap);
     }
   }
   if (in_op && frame_dc_) {
-    MeasurePhase(id, watch, *time);
+    MeasurePhase(id, slave, at_hand);
   } else {
     watch.has_slot = false;
   }
-  watch.last = *time;
+  watch.last = time;
   watch.last_sent = sent_.number;
   watch.last_status_word = watch.status_word;
   watch.image = image;
@@ -286,7 +288,9 @@ void SyncModel::MeasureRate(OutputWatch& watch, const Interval& interval, const 
   if (configured > 0 && nominal > configured - configured / 3 && nominal < configured + configured / 3) {
     nominal = configured;
   }
-  const TimeNs cycles = (interval.ns + nominal / 2) / nominal;
+  TimeNs shifted = 0;
+  if (__builtin_add_overflow(interval.ns, nominal / 2, &shifted)) return;
+  const TimeNs cycles = shifted >= nominal && shifted - nominal < nominal ? 1 : shifted / nominal;
   constexpr TimeNs kPause = 16;
   if (interval.base == TimeBase::kNone || cycles > kPause) return;
   if (interval.base != watch.rate_base) {
@@ -302,9 +306,8 @@ void SyncModel::MeasureRate(OutputWatch& watch, const Interval& interval, const 
 
 void SyncModel::MeasureArrival(SlaveId id, OutputWatch& watch, const FrameTime& time, const Interval& interval) {
   const device::SyncDescription& family = bus_.slave(id).profile->sync;
-  const std::optional<SyncSettings>& sync = slaves_[id].dc.active();
-  if (family.jitter.empty() || (sync && sync->activation.sync0()) || watch.image == nullptr ||
-      watch.image->nominal_of < kEnough || watch.image->nominal_ns <= 0) {
+  if (family.jitter.empty() || watch.image == nullptr || watch.image->nominal_of < kEnough ||
+      watch.image->nominal_ns <= 0) {
     return;
   }
   constexpr std::uint64_t kSettle = 100;  // cycles until the grid is good enough to judge by
@@ -344,8 +347,10 @@ void SyncModel::MeasureArrival(SlaveId id, OutputWatch& watch, const FrameTime& 
   sink_.On(event);
 }
 
-void SyncModel::MeasurePhase(SlaveId id, OutputWatch& watch, const FrameTime& time) {
-  const DcUnit& unit = slaves_[id].dc;
+void SyncModel::MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_hand) {
+  const FrameTime& time = at_hand.time;
+  const DcUnit& unit = slave.dc;
+  OutputWatch& watch = slave.outputs;
   const std::optional<SyncSettings>& settings = unit.active();
   const bool usable = settings && settings->activation.sync0() && settings->start_ns && settings->sync0_cycle_ns &&
                       *settings->sync0_cycle_ns > 0 && settings->sync0_cycle_ns < 0x80000000U;
@@ -364,22 +369,18 @@ void SyncModel::MeasurePhase(SlaveId id, OutputWatch& watch, const FrameTime& ti
                                       : esc::UnwrapDcTime(static_cast<std::uint32_t>(*settings->start_ns), now.ns));
   }
   const auto cycle = static_cast<std::int64_t>(*settings->sync0_cycle_ns);
-  const auto delay_of = [&](SlaveId slave) -> std::int64_t {
-    if (slave == kNoSlave) return 0;
-    return bus_.network().state(slave).registers.Value<std::uint32_t>(kDelay).value_or(0);
-  };
-  const FrameFacts* facts = FactsOf(time.frame.number);
-  // Captures leave out the padding of short frames as the check sequence of all.
-  const std::int64_t length =
-      facts != nullptr ? static_cast<std::int64_t>(std::max(facts->bytes, kMinFrameBytes) + kFcsBytes) * kNsPerByte : 0;
-  const std::int64_t arrival = static_cast<std::int64_t>(now.ns) + delay_of(id) - delay_of(clock_.reference()) + length;
-  const std::int64_t since = arrival - watch.start_ns;
+  const std::int64_t way = DelayOf(id) - at_hand.reference_delay_ns + at_hand.length_ns;
+  // Clocks come from the capture and may hold anything: unsigned numbers wrap where signed ones must not.
+  const auto since =
+      static_cast<std::int64_t>(now.ns + static_cast<std::uint64_t>(way) - static_cast<std::uint64_t>(watch.start_ns));
+  constexpr std::int64_t kNever = std::int64_t{1} << 62U;
   watch.uncertainty = std::max<TimeNs>(kClocksAgree, unit.last_difference_ns().value_or(0));
-  if (since < watch.uncertainty) {  // SYNC0 has not begun
+  if (since < watch.uncertainty || since > kNever) {  // SYNC0 has not begun
     watch.has_slot = false;
     return;
   }
-  const TimeNs phase = since % cycle;
+  const std::int64_t pulses = since / cycle;
+  const TimeNs phase = since - pulses * cycle;
   const TimeNs margin = std::min(phase, cycle - phase);
   if (watch.phases == 0 || phase < watch.phase_min) watch.phase_min = phase;
   if (watch.phases == 0 || phase > watch.phase_max) watch.phase_max = phase;
@@ -398,9 +399,12 @@ void SyncModel::MeasurePhase(SlaveId id, OutputWatch& watch, const FrameTime& ti
       watch.phase_bins.size() - 1)];
 
   // Near a pulse nobody can say on which side of it the frame arrived.
-  const std::int64_t least = (since - watch.uncertainty) / cycle;
-  const std::int64_t most = (since + watch.uncertainty) / cycle;
-  if (watch.has_slot) {
+  const bool narrow = watch.uncertainty < cycle;
+  const std::int64_t least = narrow ? pulses - (phase < watch.uncertainty) : (since - watch.uncertainty) / cycle;
+  const std::int64_t most =
+      narrow ? pulses + (phase >= cycle - watch.uncertainty) : (since + watch.uncertainty) / cycle;
+  const std::int64_t between = least - watch.slot_most;
+  if (watch.has_slot && (most <= watch.slot_least || between >= 2)) {
     model::SyncSlotMiss miss;
     miss.slave = id;
     miss.before = watch.last.frame;
@@ -408,11 +412,10 @@ void SyncModel::MeasurePhase(SlaveId id, OutputWatch& watch, const FrameTime& ti
     miss.cycle_ns = *settings->sync0_cycle_ns;
     miss.phase_ns = phase;
     miss.uncertainty_ns = watch.uncertainty;
-    const std::int64_t between = least - watch.slot_most;
-    if (most - watch.slot_least <= 0) {
+    if (most <= watch.slot_least) {
       ++watch.doubled;
       sink_.On(miss);
-    } else if (between >= 2) {
+    } else {
       miss.empty = static_cast<std::uint64_t>(between - 1);
       miss.unreturned = UnreturnedBetween(watch.last_sent, sent_.number);
       watch.empty += miss.empty;
@@ -424,12 +427,22 @@ void SyncModel::MeasurePhase(SlaveId id, OutputWatch& watch, const FrameTime& ti
   watch.slot_most = most;
 }
 
+/// Delay register of a slave. It is asked for of all slaves in every cycle, so it is read only when it may have
+/// changed.
+std::int64_t SyncModel::ReadDelay(SlaveId id, std::uint64_t version) {
+  Slave& slave = Of(id);
+  slave.delay_ns = bus_.network().state(id).registers.Value<std::uint32_t>(kDelay).value_or(0);
+  slave.delay_version = version;
+  return slave.delay_ns;
+}
+
 void SyncModel::OnAccess(const track::SlaveAccess& access) {
-  BeginFrame(access.sent, access.returned);
   const std::size_t length = std::max(access.written.size(), access.read.size());
   const auto touches = [&](EscAddress first, std::size_t bytes) {
     return access.address < first + bytes && access.address + length > first;
   };
+  if (touches(kDelay, 4)) ++delay_version_;
+  BeginFrame(access.sent, access.returned);
   if (touches(0x0900, 0x100)) {
     Slave& slave = Of(access.slave);
     const bool distributes = access.command == wire::Command::ARMW || access.command == wire::Command::FRMW;
@@ -524,7 +537,7 @@ void SyncModel::On(const mailbox::SdoTransfer& transfer) {
 void SyncModel::Finish() {
   Flush();
   for (std::size_t s = 0; s < slaves_.size(); ++s) {
-    OutputWatch& watch = slaves_[s].outputs;
+    OutputWatch& watch = slaves_[s]->outputs;
     if (!watch.fell.seen()) continue;
     // No outputs any more: the gap lasted at least until the slave was seen to have fallen.
     FrameTime end;
@@ -571,8 +584,8 @@ std::optional<PllSummary> SyncModel::SummarisePll(SlaveId id) const {
   summary.distance = value(family.sync_distance);
   summary.window = value(family.sync_window);
   summary.threshold = value(family.pll_threshold);
-  summary.reads = slaves_[id].pll_reads;
-  summary.outside = slaves_[id].pll_outside;
+  summary.reads = slaves_[id]->pll_reads;
+  summary.outside = slaves_[id]->pll_outside;
   summary.actual_last = value(family.sync_actual).value_or(0);
   if (!summary.distance && !summary.window && !summary.threshold && summary.reads == 0) return std::nullopt;
   return summary;
@@ -592,12 +605,12 @@ BusDcSummary SyncModel::SummariseBus() const {
 
 std::optional<DcSummary> SyncModel::Summarise(SlaveId slave) const {
   if (slave >= slaves_.size()) return std::nullopt;
-  const DcUnit& unit = slaves_[slave].dc;
+  const DcUnit& unit = slaves_[slave]->dc;
   if (!unit.touched()) return std::nullopt;
   DcSummary summary = unit.Summary(bus_.network().state(slave).registers);
   summary.reference = clock_.samples() > 0 && clock_.reference() == slave;
   summary.pll = SummarisePll(slave);
-  const OutputWatch& watch = slaves_[slave].outputs;
+  const OutputWatch& watch = slaves_[slave]->outputs;
   if (watch.phases > 0 && unit.last_active()) {
     SyncPhase phase;
     phase.frames = watch.phases;

@@ -4,7 +4,7 @@
 
 #include <array>
 #include <cstdint>
-#include <deque>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -124,12 +124,20 @@ class SyncModel final : public FrameObserver {
     DcUnit dc;
     OutputWatch outputs;
     std::uint64_t pll_reads = 0, pll_outside = 0;  // of SYNCACT
+    std::uint32_t delay_ns = 0;                    ///< register 0x0928 ...
+    std::uint64_t delay_version = 0;               ///< ... at this version of the delays
   };
   /// What is known of a frame from its bytes.
   struct FrameFacts {
     FrameNo number = 0;
     std::uint32_t bytes = 0;
     std::optional<TimeNs> esl;
+  };
+  /// The frame at hand, once for all slaves.
+  struct FrameAtHand {
+    FrameTime time;
+    std::int64_t length_ns = 0;           ///< on the wire; 0 when not known
+    std::int64_t reference_delay_ns = 0;  ///< delay register of the reference clock
   };
   /// A logical datagram of the frame at hand; its time may come with a later datagram.
   struct Pending {
@@ -140,15 +148,25 @@ class SyncModel final : public FrameObserver {
     bool assumed = false;
   };
 
-  Slave& Of(SlaveId slave);
+  Slave& Of(SlaveId slave) { return slave < slaves_.size() ? *slaves_[slave] : Grow(slave); }
+  Slave& Grow(SlaveId slave);
   [[nodiscard]] std::optional<PllSummary> SummarisePll(SlaveId id) const;
   void BeginFrame(const FrameRef& sent, const FrameRef& returned);
   void Flush();
-  void Measure(const Pending& pending, CyclicImage*& image);
-  void Feed(SlaveId id, const CyclicImage* image);
+  [[nodiscard]] std::optional<FrameAtHand> LookAtFrame();
+  void Measure(const Pending& pending, const FrameTime& time, CyclicImage*& image);
+  void Feed(SlaveId id, const FrameAtHand& at_hand, const CyclicImage* image);
+  [[nodiscard]] std::int64_t DelayOf(SlaveId id) {
+    if (id == kNoSlave) return 0;
+    Slave& slave = Of(id);
+    // The network's version changes when a slave may be another one, or comes back after a power cycle.
+    const std::uint64_t version = delay_version_ + bus_.network().mapping_version();
+    return slave.delay_version == version ? slave.delay_ns : ReadDelay(id, version);
+  }
+  std::int64_t ReadDelay(SlaveId id, std::uint64_t version);
   void MeasureArrival(SlaveId id, OutputWatch& watch, const FrameTime& time, const Interval& interval);
   void ReadStatusWords(const track::LogicalAccess& access);
-  void MeasurePhase(SlaveId id, OutputWatch& watch, const FrameTime& time);
+  void MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_hand);
   /// @param configured cycle by the master's settings, 0 when not known
   static void MeasureRate(OutputWatch& watch, const Interval& interval, const FrameRef& frame, TimeNs configured);
   [[nodiscard]] const FrameFacts* FactsOf(FrameNo number) const;
@@ -161,7 +179,8 @@ class SyncModel final : public FrameObserver {
   model::ModelSink& sink_;
   SampleSink* samples_ = nullptr;
   DcClock clock_;
-  std::deque<Slave> slaves_;  // grows without moving what rules refer to
+  std::vector<std::unique_ptr<Slave>> slaves_;  // grows without moving what rules refer to
+  std::uint64_t delay_version_ = 1;             // changes with every access to a delay register
   std::array<CyclicImage, kImages> images_;
   IntervalStatistics round_trips_;
 

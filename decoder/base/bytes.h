@@ -2,8 +2,10 @@
 /// endian.
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <type_traits>
 
@@ -16,14 +18,34 @@ using ByteSpan = std::span<const std::uint8_t>;
   return offset <= bytes.size() && length <= bytes.size() - offset;
 }
 
+/// The bytes of an unsigned integer in the opposite order.
+template <typename T>
+[[nodiscard]] constexpr T SwapBytes(T value) {
+  static_assert(std::is_unsigned_v<T>);
+  if constexpr (sizeof(T) == 2) return __builtin_bswap16(value);
+  if constexpr (sizeof(T) == 4) return __builtin_bswap32(value);
+  if constexpr (sizeof(T) == 8) return __builtin_bswap64(value);
+  return value;
+}
+
+/// Little-endian unsigned integer at `at`, where sizeof(T) bytes are known to be. One load: compilers do not see that
+/// in a loop over bytes, and every field of every frame is read by this.
+template <typename T>
+[[nodiscard]] inline T LoadLittleEndian(const std::uint8_t* at) {
+  T value = 0;
+  std::memcpy(&value, at, sizeof(T));
+  return std::endian::native == std::endian::little ? value : SwapBytes(value);
+}
+
 /// Little-endian unsigned integer at `offset`; 0 when it does not fit (check with Fits() where that matters).
 template <typename T>
 [[nodiscard]] constexpr T LittleEndian(ByteSpan bytes, std::size_t offset) {
   static_assert(std::is_unsigned_v<T>);
   if (!Fits(bytes, offset, sizeof(T))) return 0;
+  if (!std::is_constant_evaluated()) return LoadLittleEndian<T>(bytes.data() + offset);
   T value = 0;
-  for (std::size_t i = 0; i < sizeof(T); ++i) {
-    value = static_cast<T>(value | static_cast<T>(static_cast<T>(bytes[offset + i]) << (8 * i)));
+  for (std::size_t i = sizeof(T); i-- > 0;) {
+    value = static_cast<T>(static_cast<T>(value << (sizeof(T) > 1 ? 8 : 0)) | bytes[offset + i]);
   }
   return value;
 }
@@ -45,13 +67,7 @@ template <typename T>
 /// Big-endian unsigned integer at `offset`; 0 when it does not fit.
 template <typename T>
 [[nodiscard]] constexpr T BigEndian(ByteSpan bytes, std::size_t offset) {
-  static_assert(std::is_unsigned_v<T>);
-  if (!Fits(bytes, offset, sizeof(T))) return 0;
-  T value = 0;
-  for (std::size_t i = 0; i < sizeof(T); ++i) {
-    value = static_cast<T>(static_cast<T>(value << (sizeof(T) > 1 ? 8 : 0)) | bytes[offset + i]);
-  }
-  return value;
+  return SwapBytes(LittleEndian<T>(bytes, offset));
 }
 
 /// The part of `bytes` from `offset` on, at most `length` bytes; empty when `offset` lies behind the end.

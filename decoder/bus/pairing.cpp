@@ -2,22 +2,13 @@
 
 #include <algorithm>
 #include <bit>
+#include <numeric>
+#include <utility>
 
 #include "decoder/base/time.h"
 
 namespace ecaudit::bus {
 namespace {
-
-std::uint64_t HashBytes(ByteSpan bytes) {
-  std::uint64_t hash = 0xCBF29CE484222325ULL ^ bytes.size();
-  std::size_t i = 0;
-  for (; i + 8 <= bytes.size(); i += 8) {
-    hash = (hash ^ LittleEndian<std::uint64_t>(bytes, i)) * 0x9FB21C651E98DF25ULL;
-    hash ^= hash >> 32U;
-  }
-  for (; i < bytes.size(); ++i) hash = (hash ^ bytes[i]) * 0x100000001B3ULL;
-  return hash;
-}
 
 /// Everything that FrameKey() covers: the key alone could be made to collide.
 bool SameHeader(const wire::DatagramView& a, const wire::DatagramView& b) {
@@ -55,7 +46,11 @@ bool OnlyIndexFlipped(const wire::DatagramView& a, const wire::DatagramView& b) 
 }  // namespace
 
 Pairing::Pairing(const DirectionLearner& directions, BusSink& sink) : directions_(directions), sink_(sink) {
-  for (Slot& slot : slots_) slot.bytes.reserve(1536);
+  std::iota(place_.begin(), place_.end(), std::uint16_t{0});
+  for (Slot& slot : slots_) {
+    slot.bytes.reserve(1536);
+    slot.returned_bytes.reserve(1536);
+  }
 }
 
 void Pairing::Push(const wire::FrameView& frame) noexcept {
@@ -140,6 +135,7 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
     ++tail_;
     DropAnsweredTail();
   }
+  TakeWarmSlot();
   Slot& slot = At(head_++);
   slot.state = SlotState::kOpen;
   slot.sender = sender;
@@ -152,6 +148,13 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
   slot.bytes.assign(kept.begin(), kept.end());
   slot.view = frame.Rebased(slot.bytes);
   sink_.OnSent(slot.view);
+}
+
+/// Frames come back at once nearly always: the slot that nobody asks for any more since a moment serves again, so that
+/// the same few stay in the cache.
+void Pairing::TakeWarmSlot() noexcept {
+  const std::uint64_t asked_for = std::min(tail_, head_ > kDuplicateFrames ? head_ - kDuplicateFrames : 0);
+  if (asked_for > 0) std::swap(place_[head_ % kSlots], place_[(asked_for - 1) % kSlots]);
 }
 
 /// Both copies of a sender's frames look alike: what has come further than a frame under way is its return.
@@ -244,11 +247,11 @@ Pairing::Slot* Pairing::FindAlike(const wire::FrameView& frame) noexcept {
   return flipped;
 }
 
-void Pairing::Answer(Slot& slot, const wire::FrameView& returned, std::uint64_t hash) noexcept {
+void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datagrams) noexcept {
   slot.state = SlotState::kAnswered;
   slot.returned = returned.ref();
   slot.returned_interface = returned.interface_index();
-  slot.returned_hash = hash;
+  slot.returned_bytes.assign(datagrams.begin(), datagrams.end());
   ++statistics_.paired;
   Sender& sender = senders_[slot.sender];
   sender.own_return_port = returned.interface_index() != slot.view.interface_index();
@@ -267,13 +270,15 @@ void Pairing::Answer(Slot& slot, const wire::FrameView& returned, std::uint64_t 
 
 /// What came back a moment ago with the same bytes. A master with few indices sends equal frames again and again, so
 /// only what is close counts.
-const Pairing::Slot* Pairing::FindOriginal(const wire::FrameView& frame, std::uint64_t key,
-                                           std::uint64_t hash) noexcept {
+const Pairing::Slot* Pairing::FindOriginal(const wire::FrameView& frame, std::uint64_t key) noexcept {
   if (frame.kind() == wire::FrameKind::kCut) return nullptr;  // what is behind the cut may differ
+  const ByteSpan datagrams = frame.payload();
   const std::uint64_t oldest = head_ > kDuplicateFrames ? head_ - kDuplicateFrames : 0;
   for (std::uint64_t s = head_; s != oldest; --s) {
     const Slot& answered = At(s - 1);
-    if (answered.state != SlotState::kAnswered || answered.key != key || answered.returned_hash != hash) continue;
+    if (answered.state != SlotState::kAnswered || answered.key != key) continue;
+    const std::vector<std::uint8_t>& bytes = answered.returned_bytes;
+    if (bytes.empty() || !std::equal(bytes.begin(), bytes.end(), datagrams.begin(), datagrams.end())) continue;
     const FrameRef& before = answered.returned;
     const bool late = before.has_time && frame.ref().has_time && Elapsed(before.time, frame.ref().time) > kDuplicateNs;
     return late ? nullptr : &answered;
@@ -299,7 +304,6 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
   ++statistics_.returned;
   Sender& sender = senders_[SenderIndex(frame)];
   sender.assumed = false;
-  const std::uint64_t hash = HashBytes(frame.payload());
   if (slot != nullptr) {
     const FrameRef& sent = slot->view.ref();
     if (sent.has_time && frame.ref().has_time) {
@@ -312,11 +316,11 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
       }
     }
     sink_.OnTransaction({&slot->view, &frame, false});
-    Answer(*slot, frame, hash);
+    Answer(*slot, frame, frame.payload());
     return;
   }
   // Nothing under way fits: a second copy of something that already came back?
-  if (const Slot* original = FindOriginal(frame, key, hash); original != nullptr) {
+  if (const Slot* original = FindOriginal(frame, key); original != nullptr) {
     if (original->returned_interface != frame.interface_index()) {
       // A bridge or mirror port, or the second port of a redundant master that sends on what it got.
       ++statistics_.captured_twice;
@@ -330,7 +334,7 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
   if (Slot* alike = FindAlike(frame); alike != nullptr && !directions_.returned_only()) {
     ++statistics_.altered;
     sink_.OnUnusable(frame, Unusable::kAltered, true);
-    Answer(*alike, frame, hash);
+    Answer(*alike, frame, frame.payload());
     return;
   }
   ++statistics_.unmatched_returned;
@@ -345,7 +349,7 @@ void Pairing::PushUnusable(const wire::FrameView& frame) noexcept {
   sink_.OnUnusable(frame, Unusable::kMalformed, true);
   // It did come back, so the frame it answers is damaged but not lost.
   if (Slot* alike = FindAlike(frame); alike != nullptr) {
-    Answer(*alike, frame, 0);
+    Answer(*alike, frame, {});
   } else {
     DoubtAll();
   }

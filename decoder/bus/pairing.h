@@ -76,9 +76,9 @@ class Pairing {
     std::uint64_t key = 0;
     FrameRef returned;
     std::uint16_t returned_interface = 0;
-    std::uint64_t returned_hash = 0;
     wire::FrameView view;
-    std::vector<std::uint8_t> bytes;  ///< grows to the largest frame, then stays
+    std::vector<std::uint8_t> bytes;           ///< grows to the largest frame, then stays
+    std::vector<std::uint8_t> returned_bytes;  ///< datagrams of the returned copy; empty: unreadable
   };
   /// A returned copy that stands before its outbound one, where two interfaces were captured.
   struct Early {
@@ -98,19 +98,21 @@ class Pairing {
   [[nodiscard]] Slot* FindOpen(const wire::FrameView& frame, std::uint64_t key) noexcept;
   [[nodiscard]] Slot* FindCut(const wire::FrameView& frame) noexcept;
   [[nodiscard]] Slot* FindAlike(const wire::FrameView& frame) noexcept;
-  [[nodiscard]] const Slot* FindOriginal(const wire::FrameView& frame, std::uint64_t key, std::uint64_t hash) noexcept;
+  [[nodiscard]] const Slot* FindOriginal(const wire::FrameView& frame, std::uint64_t key) noexcept;
   [[nodiscard]] bool WasEarly(const wire::FrameView& frame, std::uint64_t key) noexcept;
-  void Answer(Slot& slot, const wire::FrameView& returned, std::uint64_t hash) noexcept;
+  void Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datagrams) noexcept;
   void Lose(Slot& slot, Loss loss) noexcept;
   void DropAnsweredTail() noexcept;
   [[nodiscard]] bool IsSilent(const FrameRef& sent, std::uint32_t later) const noexcept;
-  Slot& At(std::uint64_t sequence) { return slots_[sequence % kSlots]; }
+  void TakeWarmSlot() noexcept;
+  Slot& At(std::uint64_t sequence) { return slots_[place_[sequence % kSlots]]; }
 
   const DirectionLearner& directions_;
   BusSink& sink_;
   std::array<Slot, kSlots> slots_;
-  std::uint64_t head_ = 0;  ///< sequence number of the next slot to fill
-  std::uint64_t tail_ = 0;  ///< oldest slot that may still be open
+  std::array<std::uint16_t, kSlots> place_;  ///< where in slots_ the slot of a sequence number lies
+  std::uint64_t head_ = 0;                   ///< sequence number of the next slot to fill
+  std::uint64_t tail_ = 0;                   ///< oldest slot that may still be open
   std::array<Sender, 2 * DirectionLearner::kMaxMasters> senders_{};
   std::uint8_t sender_count_ = 0;
   std::array<Early, 8> early_{};

@@ -34,6 +34,9 @@ class TimeScale {
   /// Rounds down where the ticks are finer than a nanosecond.
   /// @return empty when the time lies outside of what TimeNs holds (the years 1677 to 2262)
   [[nodiscard]] std::optional<TimeNs> ToNs(std::uint64_t ticks) const {
+    std::int64_t plain = 0;  // micro- and nanoseconds since 1970, as nearly all files have them
+    const bool whole = shift_ == 0 && divisor_ == 1 && offset_s_ == 0;
+    if (whole && !__builtin_mul_overflow(ticks, multiplier_, &plain)) return plain;
     Unsigned128 ns = (static_cast<Unsigned128>(ticks) * multiplier_) >> shift_;  // below 2^94: cannot overflow
     if (divisor_ != 1) ns /= divisor_;
     const Signed128 time = static_cast<Signed128>(ns) + static_cast<Signed128>(offset_s_) * kNsPerSecond;

@@ -321,7 +321,11 @@ void Network::ReadAlStatusOfAll(const Datagram& d) {
     } else if (one_state && !error) {
       // Bits above the error bit are an OR of all: they say nothing of this slave.
       const bool same = before != nullptr && before->state() == seen && !before->bit4();
-      ApplyAlStatus(id, frame, same ? before->raw : seen, std::nullopt, true);
+      if (same) {
+        events_.On(AlStatusRead{id, frame, *before, *before, std::nullopt, true});
+      } else {
+        ApplyAlStatus(id, frame, seen, std::nullopt, true);
+      }
     } else if (one_state) {
       // The state is certain, whose error bit it is, is not.
       if (before == nullptr || before->state() != seen) ApplyAlStatus(id, frame, seen, std::nullopt, false);

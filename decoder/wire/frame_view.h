@@ -22,26 +22,28 @@ inline constexpr std::size_t kWorkingCounterBytes = 2;
 /// One datagram; borrows the packet's bytes. All getters are plain loads: FrameView checked the lengths.
 class DatagramView {
  public:
-  /// @param bytes header, data and working counter of exactly this datagram
+  /// @param bytes header, data and working counter of exactly this datagram: at least 12 bytes
   DatagramView(ByteSpan bytes, std::uint8_t ordinal) : bytes_(bytes), ordinal_(ordinal) {}
 
   [[nodiscard]] std::uint8_t ordinal() const { return ordinal_; }  ///< from 0 in the frame
   [[nodiscard]] Command command() const { return static_cast<Command>(bytes_[0]); }
   [[nodiscard]] std::uint8_t command_byte() const { return bytes_[0]; }
   [[nodiscard]] std::uint8_t index() const { return bytes_[1]; }
-  [[nodiscard]] std::uint16_t adp() const { return LittleEndian<std::uint16_t>(bytes_, 2); }
-  [[nodiscard]] std::uint16_t ado() const { return LittleEndian<std::uint16_t>(bytes_, 4); }
-  [[nodiscard]] std::uint32_t logical_address() const { return LittleEndian<std::uint32_t>(bytes_, 2); }
+  [[nodiscard]] std::uint16_t adp() const { return LoadLittleEndian<std::uint16_t>(bytes_.data() + 2); }
+  [[nodiscard]] std::uint16_t ado() const { return LoadLittleEndian<std::uint16_t>(bytes_.data() + 4); }
+  [[nodiscard]] std::uint32_t logical_address() const { return LoadLittleEndian<std::uint32_t>(bytes_.data() + 2); }
   [[nodiscard]] std::uint16_t length() const { return length_word() & 0x07FFU; }
   [[nodiscard]] bool circulating() const { return (length_word() & 0x4000U) != 0; }
   [[nodiscard]] bool more() const { return (length_word() & 0x8000U) != 0; }
-  [[nodiscard]] std::uint16_t irq() const { return LittleEndian<std::uint16_t>(bytes_, 8); }
+  [[nodiscard]] std::uint16_t irq() const { return LoadLittleEndian<std::uint16_t>(bytes_.data() + 8); }
   [[nodiscard]] ByteSpan data() const { return bytes_.subspan(kDatagramHeaderBytes, bytes_.size() - 12); }
-  [[nodiscard]] std::uint16_t wkc() const { return LittleEndian<std::uint16_t>(bytes_, bytes_.size() - 2); }
+  [[nodiscard]] std::uint16_t wkc() const {
+    return LoadLittleEndian<std::uint16_t>(bytes_.data() + bytes_.size() - kWorkingCounterBytes);
+  }
   [[nodiscard]] ByteSpan bytes() const { return bytes_; }
 
  private:
-  [[nodiscard]] std::uint16_t length_word() const { return LittleEndian<std::uint16_t>(bytes_, 6); }
+  [[nodiscard]] std::uint16_t length_word() const { return LoadLittleEndian<std::uint16_t>(bytes_.data() + 6); }
 
   ByteSpan bytes_;
   std::uint8_t ordinal_;
