@@ -15,6 +15,11 @@ ExitStatus CaptureRun::Fail(Console& console, const Error& error) {
   return ExitStatus::kUsage;
 }
 
+ExitStatus CaptureRun::Interrupted(Console& console, const std::string& message) {
+  console.Error(message);
+  return ExitStatus::kInterrupted;
+}
+
 std::optional<Error> CaptureRun::Prepare() {
   if (std::count(options.captures.begin(), options.captures.end(), "-") > 1) {
     return Error{"standard input (-) can be read only once"};
@@ -46,6 +51,7 @@ ExitStatus CaptureRun::Run(const CaptureJob& job, report::Report& report, Consol
       },
       draws);
   progress.Clear();
+  if (!capture && InterruptFlag()) return Interrupted(console, job.name() + ": interrupted before its first packet");
   if (!capture) {
     report.unreadable.push_back({job.name(), capture.error().message});
     return Fail(console, capture.error());
@@ -58,8 +64,8 @@ ExitStatus CaptureRun::Run(const CaptureJob& job, report::Report& report, Consol
   if (capture->lacks_slave) without_slave_.push_back(job.name());
   report.captures.push_back(std::move(capture->report));
   if (InterruptFlag() && !read.complete) {
-    return Fail(console, Error{job.name() + ": interrupted, the report covers the first " +
-                               std::to_string(read.packets) + " packets"});
+    return Interrupted(console, job.name() + ": interrupted, the report covers the first " +
+                                    std::to_string(read.packets) + " packets");
   }
   return ExitStatus::kClean;
 }

@@ -52,6 +52,7 @@ class CaptureRun {
   static ExitStatus Fail(Console& console, const Error& error);
 
  private:
+  static ExitStatus Interrupted(Console& console, const std::string& message);
   [[nodiscard]] std::string WithoutSlave(const std::string& capture) const;
 
   std::vector<CaptureJob> jobs_;

@@ -4,10 +4,11 @@
 namespace ecaudit::cli {
 
 enum class ExitStatus : int {
-  kClean = 0,     ///< nothing at or above --fail-on
-  kFindings = 1,  ///< findings at or above it
-  kUsage = 2,     ///< wrong usage, unreadable input, or output that cannot be written
-  kInternal = 3,  ///< a bug in ecaudit
+  kClean = 0,          ///< nothing at or above --fail-on
+  kFindings = 1,       ///< findings at or above it
+  kUsage = 2,          ///< wrong usage, unreadable input, or output that cannot be written
+  kInternal = 3,       ///< a bug in ecaudit
+  kInterrupted = 130,  ///< ended by Ctrl-C or SIGTERM; what was found so far is delivered and marked incomplete
 };
 
 /// The one to exit with when several parts of the work ended differently.

@@ -83,7 +83,7 @@ class BatchCommand : public Command {
     const report::Digest digest = Collect(results, console);
     status = Worst(status, Deliver(digest, *output, gate_.write_baseline, console));
     TellOutcome(results, digest, console);
-    return status;
+    return digest.not_reached > 0 && InterruptFlag() ? Worst(status, ExitStatus::kInterrupted) : status;
   }
 
  private:

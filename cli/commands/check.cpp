@@ -24,7 +24,8 @@ class CheckCommand : public Command {
     run_.gate.Declare(options);
     output_.Declare(options, report::FormatList(report::Formats()));
     options.Footer(
-        "\nExit status: 0 nothing at or above --fail-on, 1 findings, 2 wrong usage or unreadable input.\n"
+        "\nExit status: 0 nothing at or above --fail-on, 1 findings, 2 wrong usage or unreadable input,\n"
+        "130 interrupted: the report covers what was read so far.\n"
         "Example: ecaudit check --rule al-timeout=warning -o json=report.json trace.pcapng");
   }
 
@@ -38,7 +39,10 @@ class CheckCommand : public Command {
     report.rules = RuleCatalogue();
     ExitStatus status = ExitStatus::kClean;
     run_.draws = output->draws();
-    for (const CaptureJob& job : run_.jobs()) status = Worst(status, run_.Run(job, report, console));
+    for (const CaptureJob& job : run_.jobs()) {
+      status = Worst(status, run_.Run(job, report, console));
+      if (status == ExitStatus::kInterrupted) break;
+    }
     if (report.captures.empty()) {
       // A CI server that expects a file finds the reason in it.
       if (const auto error = output->Write(report, console)) status = Worst(status, CaptureRun::Fail(console, *error));

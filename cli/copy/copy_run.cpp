@@ -192,7 +192,7 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
     spools.push_back(std::move(*spool));
   }
   const auto open = [&paths] {
-    return paths.size() > 1 ? capture::OpenJoined(paths) : capture::OpenCapture(paths.front());
+    return paths.size() > 1 ? capture::OpenJoined(paths) : capture::OpenCapture(paths.front(), &InterruptFlag());
   };
 
   // The whole capture is judged, so that findings have the numbers that `check` gives them.
@@ -212,7 +212,10 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
     result = Analyse(**source, analysis);
     progress.Clear();
   }
-  if (InterruptFlag()) return Fail(console, Error{name + ": interrupted; nothing was written"});
+  if (InterruptFlag()) {
+    console.Error(name + ": interrupted; nothing was written");
+    return ExitStatus::kInterrupted;
+  }
   if (KeepSlaves(settings->slaves, result) == 0 && !settings->slaves.empty()) {
     return Fail(console, Error{name + " has no slave " + capture_.slaves.front()});
   }
@@ -235,7 +238,10 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
   Copier copier(**source, *wish, comments, all_traffic_);
   const auto error = copier.Run(result.capture.file.interfaces, about, output, progress);
   progress.Clear();
-  if (error) return Fail(console, Error{name + ": " + error->message});
+  if (error) {
+    console.Error(name + ": " + error->message);
+    return InterruptFlag() ? ExitStatus::kInterrupted : ExitStatus::kUsage;
+  }
   const Copied& copied = copier.copied();
   if (copied.packets == 0 && !output.reader_gone()) {
     return Fail(console,

@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <fcntl.h>
 #include <filesystem>
+#include <poll.h>
 #include <system_error>
 #include <unistd.h>
 
@@ -56,6 +57,9 @@ Result<std::unique_ptr<Spool>> Spool::Read(const std::string& path) {
   ::unlink(name.c_str());
   std::array<char, 1U << 16U> buffer;
   while (!InterruptFlag()) {
+    constexpr int kLookEveryMs = 100;
+    pollfd waiting{in, POLLIN, 0};
+    if (::poll(&waiting, 1, kLookEveryMs) == 0) continue;  // a pipe that gives nothing must not hold up Ctrl-C
     const ssize_t got = ::read(in, buffer.data(), buffer.size());
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) return Failed("cannot read " + (path == "-" ? "standard input" : Printable(path)));

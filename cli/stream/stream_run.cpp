@@ -21,6 +21,11 @@ ExitStatus Fail(Console& console, const Error& error) {
   return ExitStatus::kUsage;
 }
 
+ExitStatus Interrupted(Console& console, const std::string& message) {
+  console.Error(message);
+  return ExitStatus::kInterrupted;
+}
+
 Result<std::vector<LineTarget>> OpenTargets(const std::vector<OutputTarget>& plan,
                                             std::span<const OutputFormat> formats, bool color, Console& console) {
   std::vector<LineTarget> targets;
@@ -93,7 +98,7 @@ struct StreamRun::Plan {
   const FrameRange& range;
 
   [[nodiscard]] auto Open() const {
-    return paths.size() > 1 ? capture::OpenJoined(paths) : capture::OpenCapture(paths.front());
+    return paths.size() > 1 ? capture::OpenJoined(paths) : capture::OpenCapture(paths.front(), &InterruptFlag());
   }
 };
 
@@ -132,7 +137,7 @@ ExitStatus StreamRun::Learn(Console& console, LineWriter& writer, const Plan& pl
   pipeline.Run(source, RunOptions(writer, plan.range, progress, true));
   progress.Clear();
   if (InterruptFlag()) {
-    return Fail(console, Error{capture_.captures.front() + ": interrupted before anything was written"});
+    return Interrupted(console, capture_.captures.front() + ": interrupted before anything was written");
   }
   std::optional<Error> error;
   if (!writer.ShowsUnmet(plan.settings.slaves)) error = MissingSlaves(capture_, plan.settings, pipeline.network());
@@ -167,6 +172,7 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
     }
   }
   auto opened = plan.Open();
+  if (!opened && InterruptFlag()) return Interrupted(console, name + ": interrupted before anything was written");
   if (!opened) {
     std::string message = opened.error().message;
     for (const auto& spool : spools) {
@@ -209,7 +215,7 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
   if (status != ExitStatus::kClean) return status;
   const PipelineStatistics& statistics = pipeline.statistics();
   if (interrupted) {
-    return Fail(console, Error{name + ": interrupted behind " + Count(statistics.packets, "packet")});
+    return Interrupted(console, name + ": interrupted behind " + Count(statistics.packets, "packet"));
   }
   if (all_closed) return status;
   if (const auto& damage = source.info().damage) {

@@ -1,6 +1,7 @@
 /// The bytes under an InputStream: a file descriptor, memory, or a decompressor over one of them.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -27,7 +28,8 @@ class ByteReader {
 };
 
 /// Reads `fd` from where it stands; closes it at the end when `owned`.
-std::unique_ptr<ByteReader> MakeFdReader(int fd, bool owned);
+/// @param stop  once it is set, the bytes end, within a moment also where a pipe gives none; null: never
+std::unique_ptr<ByteReader> MakeFdReader(int fd, bool owned, const std::atomic<bool>* stop);
 /// Reads `bytes`, which must outlive the reader.
 std::unique_ptr<ByteReader> MakeMemoryReader(ByteSpan bytes);
 

@@ -75,8 +75,8 @@ Result<std::unique_ptr<FrameSource>> OpenCaptureFromMemory(ByteSpan bytes, const
   return OpenCaptureStream(InputStream::FromMemory(bytes, decompressed_limit), name);
 }
 
-Result<std::unique_ptr<FrameSource>> OpenCapture(const std::string& path) {
-  Result<std::unique_ptr<InputStream>> stream = InputStream::Open(path);
+Result<std::unique_ptr<FrameSource>> OpenCapture(const std::string& path, const std::atomic<bool>* stop) {
+  Result<std::unique_ptr<InputStream>> stream = InputStream::Open(path, InputStream::kDefaultDecompressedLimit, stop);
   if (!stream) return stream.error();
   return OpenCaptureStream(std::move(*stream), path);
 }

@@ -1,6 +1,7 @@
 /// Opens capture files of any supported container as a FrameSource.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <span>
 #include <string>
@@ -15,7 +16,8 @@ namespace ecaudit::capture {
 /// @param path  a file, or "-" for standard input
 /// @return a source at the first packet; or one line saying why not ("no such file: x.pcap", "x.txt is not a capture").
 ///         A file that is damaged behind its header opens, and reports the damage where it is reached.
-Result<std::unique_ptr<FrameSource>> OpenCapture(const std::string& path);
+/// @param stop  once it is set the source ends, also where a pipe gives nothing; null: never
+Result<std::unique_ptr<FrameSource>> OpenCapture(const std::string& path, const std::atomic<bool>* stop = nullptr);
 
 /// Opens several files of one ring buffer as one capture, packets merged by time stamp and numbered anew from 1;
 /// packets without a stamp keep the place they have in their file. joined_source.h says it exactly: equal stamps,

@@ -33,8 +33,9 @@ std::uint64_t RegularSize(int fd) {
 
 }  // namespace
 
-Result<std::unique_ptr<InputStream>> InputStream::Open(const std::string& path, std::uint64_t decompressed_limit) {
-  if (path == "-") return FromFd(STDIN_FILENO, false, decompressed_limit);
+Result<std::unique_ptr<InputStream>> InputStream::Open(const std::string& path, std::uint64_t decompressed_limit,
+                                                       const std::atomic<bool>* stop) {
+  if (path == "-") return FromFd(STDIN_FILENO, false, decompressed_limit, stop);
   const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (fd < 0) {
     const int reason = errno;
@@ -48,12 +49,15 @@ Result<std::unique_ptr<InputStream>> InputStream::Open(const std::string& path, 
     ::close(fd);
     return Error{Printable(path) + " is a directory, not a capture"};
   }
-  return FromFd(fd, true, decompressed_limit);
+  return FromFd(fd, true, decompressed_limit, stop);
 }
 
-std::unique_ptr<InputStream> InputStream::FromFd(int fd, bool owned, std::uint64_t decompressed_limit) {
+std::unique_ptr<InputStream> InputStream::FromFd(int fd, bool owned, std::uint64_t decompressed_limit,
+                                                 const std::atomic<bool>* stop) {
   const std::uint64_t size = RegularSize(fd);
-  return std::unique_ptr<InputStream>(new InputStream(MakeFdReader(fd, owned), size, decompressed_limit));
+  std::unique_ptr<InputStream> stream(new InputStream(MakeFdReader(fd, owned, stop), size, decompressed_limit));
+  stream->stop_ = stop;
+  return stream;
 }
 
 std::unique_ptr<InputStream> InputStream::FromMemory(ByteSpan bytes, std::uint64_t decompressed_limit) {
@@ -96,6 +100,11 @@ std::size_t InputStream::Produce(std::span<std::uint8_t> out) {
     ended_ = true;
   }
   produced_ += got;
+  if (compression_ != Compression::kNone && produced_ > kSmallBytes &&
+      produced_ / kMostTimes > reader_->source_bytes() && error_.empty()) {
+    error_ = "the compressed data expand to more than " + std::to_string(kMostTimes) + " times their size";
+    ended_ = true;
+  }
   return got;
 }
 

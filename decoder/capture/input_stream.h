@@ -5,6 +5,7 @@
 /// (gzip 64 KiB, zstd at most its 128 MiB window), however much the input expands to.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -22,18 +23,25 @@ enum class Compression : std::uint8_t { kNone, kGzip, kZstd };
 
 class InputStream {
  public:
-  /// More decompressed bytes than this are taken for a decompression bomb.
+  /// More decompressed bytes than this are taken for a decompression bomb, ...
   static constexpr std::uint64_t kDefaultDecompressedLimit = 1ULL << 40U;  // 1 TiB
+  /// ... and so is what expands to more than so many times its size, once it is larger than kSmallBytes. Captures with
+  /// clocks and counters in every frame do not come near.
+  static constexpr std::uint64_t kMostTimes = 200;
+  static constexpr std::uint64_t kSmallBytes = 256ULL << 20U;
 
   /// @param path  a file, or "-" for standard input
   /// @param decompressed_limit  in bytes; plain input has no limit
   /// @return the stream at its first byte; or one line: "no such file: x", "x is a directory, not a capture",
   ///         "cannot read x: permission denied". An empty file opens.
+  /// @param stop  once it is set the input ends, also where a pipe gives nothing; null: never
   static Result<std::unique_ptr<InputStream>> Open(const std::string& path,
-                                                   std::uint64_t decompressed_limit = kDefaultDecompressedLimit);
+                                                   std::uint64_t decompressed_limit = kDefaultDecompressedLimit,
+                                                   const std::atomic<bool>* stop = nullptr);
   /// Reads `fd` (file, pipe, socket) from where it stands; closes it in the end when `owned`.
   static std::unique_ptr<InputStream> FromFd(int fd, bool owned,
-                                             std::uint64_t decompressed_limit = kDefaultDecompressedLimit);
+                                             std::uint64_t decompressed_limit = kDefaultDecompressedLimit,
+                                             const std::atomic<bool>* stop = nullptr);
   /// Reads `bytes`, which must outlive the stream.
   static std::unique_ptr<InputStream> FromMemory(ByteSpan bytes,
                                                  std::uint64_t decompressed_limit = kDefaultDecompressedLimit);
@@ -58,6 +66,8 @@ class InputStream {
   /// Why the input failed, one line without a full stop ("the gzip data end early"); empty while it has not. The bytes
   /// before the failure are all handed out.
   [[nodiscard]] const std::string& error() const { return error_; }
+  /// The input was told to end: where it does so is no damage.
+  [[nodiscard]] bool stopped() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed); }
   [[nodiscard]] Compression compression() const { return compression_; }
   /// Decompressed bytes consumed so far.
   [[nodiscard]] std::uint64_t offset() const { return offset_; }
@@ -81,6 +91,7 @@ class InputStream {
   std::uint64_t produced_ = 0;
   std::uint64_t limit_;
   std::uint64_t total_;
+  const std::atomic<bool>* stop_ = nullptr;
   std::string error_;
 };
 

@@ -119,7 +119,7 @@ class PcapSource final : public FrameSource {
 
   ReadStatus Stop(int result) {
     constexpr int kEndOfFile = -2;
-    if (result == kEndOfFile && stream_->error().empty()) return status_ = ReadStatus::kEnd;
+    if ((result == kEndOfFile && stream_->error().empty()) || stream_->stopped()) return status_ = ReadStatus::kEnd;
     Damage damage;
     damage.after_frame = info_.packets;
     damage.offset = offset_;

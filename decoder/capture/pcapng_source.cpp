@@ -375,6 +375,7 @@ BlockResult PcapngSource::Damaged(std::string message, std::optional<std::uint64
 }
 
 BlockResult PcapngSource::EndsInside(const std::string& what, std::optional<std::uint64_t> offset) {
+  if (stream_->stopped()) return BlockResult::kEnd;
   return Damaged(stream_->error().empty() ? "file ends inside " + what : StreamDamage(*stream_, number_), offset);
 }
 

@@ -222,6 +222,7 @@ class Input(CliTest):
                 child.stdin.close()
             except BrokenPipeError:
                 pass
-        self.assertEqual(child.returncode, 2, err)
+        self.assertEqual(child.returncode, 130, err)
         self.assertIn(b"interrupted", err)
         self.assertIn(b"the report covers only", out)
+        self.assertNotIn(b"damaged", out)

@@ -155,6 +155,21 @@ TEST(InputStream, DecompressionBombsEndAtTheLimit) {
   EXPECT_EQ(ReadMemory(zeros, 300'000).bytes.size(), 1'000'000U);  // plain data expand to nothing
 }
 
+TEST(InputStream, DecompressionBombsEndWhereTheyExpandTooMuch) {
+  constexpr std::uint64_t kMiB = 1ULL << 20U;
+  for (const Bytes& block : {Gzip(Bytes(16 * kMiB)), Zstd(Bytes(16 * kMiB))}) {
+    Bytes bomb;
+    for (int i = 0; i < 40; ++i) bomb.insert(bomb.end(), block.begin(), block.end());  // members one behind the other
+    const auto stream = InputStream::FromMemory(bomb);
+    Bytes out(kMiB);
+    std::uint64_t total = 0;
+    while (const std::size_t got = stream->Read(out)) total += got;
+    EXPECT_EQ(stream->error(), "the compressed data expand to more than 200 times their size");
+    EXPECT_GE(total, 256 * kMiB) << "small files may expand as they like";
+    EXPECT_LE(total, 300 * kMiB);
+  }
+}
+
 TEST(InputStream, ZstdWindowAbove128MiBIsRefused) {
   // A frame header alone: magic, descriptor without content size, window descriptor of 2^(10+18) bytes, and one raw
   // block (last, 1 byte).
