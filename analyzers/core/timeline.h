@@ -34,6 +34,7 @@ struct SignalSeries {
   std::string unit;     ///< of the values below; empty: none, or unknown
   bool scaled = false;  ///< divided by the documented scale; else as on the wire
   TimeSeries values;
+  std::string variable;  ///< what the ENI file calls it; empty: nothing (untrusted text)
 };
 
 /// One SDO transfer in words.

@@ -153,6 +153,7 @@ TimelineCollector::Signal* TimelineCollector::Find(Slave& slave, const model::Si
   signal.about.bits = entry.bits;
   signal.about.name = entry.name;
   signal.about.name_inferred = entry.name_inferred;
+  signal.about.variable = entry.variable;
   // A unit belongs to the scaled value: where the scale is not a plain ratio, the numbers have none.
   if (entry.scale.empty() || signals::DivisorOf(entry.scale)) signal.about.unit = entry.unit;
   signal.about.scaled = signal.divisor != 1;

@@ -79,6 +79,7 @@ Json Signal(const AnalysisResult& result, const SignalSeries& signal) {
           {"bits", signal.bits},
           {"name", TextOrNull(signal.name)},
           {"name_inferred", signal.name_inferred},
+          {"variable", TextOrNull(signal.variable)},
           {"unit", TextOrNull(signal.unit)},
           {"scaled", signal.scaled},
           {"values", Series(result, signal.values, Shows::kValues)}};

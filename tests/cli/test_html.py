@@ -105,12 +105,14 @@ class HtmlTimeline(HtmlTest):
         timeline = self.timeline(*arguments)
         columns = {(c["slave"], {"rx": "output", "tx": "input"}.get(c["direction"]), c["index"], c["subindex"]): c["column"]
                    for c in self.lines("signals", *arguments) if c.get("kind") == "signal"}
+        variables = {c["variable"] for c in self.lines("signals", *arguments) if c.get("kind") == "signal"}
         compared = 0
         for slave in timeline["slaves"]:
             position = slave["slave"] if slave["slave"] is not None else slave["eni"]["position"]
             for signal in slave["signals"]:
                 if signal["scaled"]:
                     continue
+                self.assertIn(signal["variable"], variables)
                 column = columns[position, signal["direction"], signal["index"], signal["subindex"]]
                 measured = [(float(r["time_s"]), float(r[column])) for r in rows if r[column] not in ("", None)]
                 series = signal["values"]

@@ -66,8 +66,16 @@ TEST_F(HtmlWriter, SeriesOverTime) {
   SlaveTimeline& lane = timeline->slaves.emplace_back();
   lane.slave = slave.id;
   lane.mailbox = {test::kStart + 500'000'000, 1000, {{0, 0, 2}, {0, 0, 0}, {0, 0, 5}}};
-  lane.signals.push_back(
-      {true, 0x6040, 0, 16, "Control word", false, "", false, {test::kStart, 2'000'000, {{1, 1, 1}, {2.5, 7, 2}}}});
+  lane.signals.push_back({true,
+                          0x6040,
+                          0,
+                          16,
+                          "Control word",
+                          false,
+                          "",
+                          false,
+                          {test::kStart, 2'000'000, {{1, 1, 1}, {2.5, 7, 2}}},
+                          "Axis X.Control word"});
   report_.captures[0].timeline = timeline;
   const auto data = nlohmann::ordered_json::parse(DataOf(WriteHtml(report_)))["pages"][0]["timeline"];
   EXPECT_EQ(data["lost"], nullptr);

@@ -171,7 +171,7 @@ function isWord(signal) {
 
 function signals(slave, drawn, axis) {
   if (!drawn || drawn.signals.length === 0) return [];
-  const name = (s) => s.name ?? objectName(s.index, s.subindex);
+  const name = (s) => s.variable ?? s.name ?? objectName(s.index, s.subindex);
   const commands = slave.drive ? commandSegments(slave, axis.full.max) : [];
   const states = driveSegments(slave, axis.full.max);
   const asStates = states.length > 0 && slave.drive.source === "process data";
@@ -188,7 +188,7 @@ function signals(slave, drawn, axis) {
         "Commands and states of the drive over time; the table above lists them.")),
     shown.filter((s) => constant(s) === null).map((s) => seriesChart(axis, {
       title: name(s),
-      note: `${objectName(s.index, s.subindex)}, ${s.direction}${s.name_inferred ? ", name inferred" : ""}`,
+      note: `${objectName(s.index, s.subindex)}${s.variable && s.name ? ` ${s.name}` : ""}, ${s.direction}${s.name_inferred ? ", name inferred" : ""}`,
       unit: s.unit,
       series: s.values,
       word: isWord(s),
