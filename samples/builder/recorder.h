@@ -51,6 +51,8 @@ class Recorder {
   /// Frame number as Wireshark counts; 0 when that packet is not in the file.
   [[nodiscard]] FrameNo Number(PacketId packet) const;
   [[nodiscard]] std::size_t written() const { return Order().size(); }
+  /// Packets recorded so far, written or not; their ids count from 0.
+  [[nodiscard]] std::size_t recorded() const { return packets_.size(); }
 
   /// The next piece of the file, for captures that are longer than memory: what was recorded since the last call, which
   /// is then forgotten; the first piece begins with the file header. Not to be mixed with the functions above.

@@ -1,0 +1,56 @@
+/// The whole way from packets to reports, and what must hold whatever the packets are.
+#pragma once
+
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json.hpp>
+
+#include "analyzers/analysis.h"
+#include "cli/report/formats.h"
+#include "cli/report/report.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit::fuzz {
+
+inline void Check(bool condition) {
+  if (!condition) std::abort();
+}
+
+/// Nothing that controls a terminal, and valid UTF-8: Printable() would leave each line as it is.
+inline void CheckLines(std::string_view text) {
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = text.substr(0, end);
+    Check(Printable(line) == line);
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+}
+
+/// Analyses `source` with all rules and writes every report there is.
+inline void AnalyseAndReport(capture::FrameSource& source) {
+  report::Report report;
+  report.version = "fuzz";
+  report.captures.emplace_back();
+  AnalysisResult& result = report.captures.back().result;
+  result = Analyse(source, {});
+
+  Check(result.findings.size() <= 5000 && result.not_evaluable.size() <= 1000);
+  for (std::size_t i = 0; i < result.findings.size(); ++i) {
+    const Finding& finding = result.findings[i];
+    Check(FindRule(finding.rule) != nullptr);
+    Check(!finding.title.empty() && finding.count >= 1);
+    Check(finding.caused_by == kNoFinding || finding.caused_by < result.findings.size());
+    Check(finding.caused_by != i);
+    Check(finding.first.number <= result.capture.packets || !finding.first.seen());
+  }
+  for (const report::Format& format : report::Formats()) {
+    const std::string text = format.write(report, {});
+    Check(!text.empty());
+    CheckLines(text);
+    if (format.name == "json") Check(!nlohmann::json::parse(text, nullptr, false).is_discarded());
+  }
+}
+
+}  // namespace ecaudit::fuzz
