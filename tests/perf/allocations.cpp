@@ -43,9 +43,21 @@ void ForgetPeak() {
 
 }  // namespace ecaudit::perf
 
-// The other forms (nothrow, array) end in these.
+// All forms: the library lets the others end in the first, but sanitizers have each of their own.
 void* operator new(std::size_t size) {
   return ecaudit::perf::Take(size, 1);
+}
+void* operator new[](std::size_t size) {
+  return ecaudit::perf::Take(size, 1);
+}
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+  return ecaudit::perf::Take(size, 1);
+}
+void* operator new[](std::size_t size, const std::nothrow_t&) noexcept {
+  return ecaudit::perf::Take(size, 1);
+}
+void* operator new[](std::size_t size, std::align_val_t alignment) {
+  return ecaudit::perf::Take(size, static_cast<std::size_t>(alignment));
 }
 void* operator new(std::size_t size, std::align_val_t alignment) {
   return ecaudit::perf::Take(size, static_cast<std::size_t>(alignment));
@@ -60,5 +72,23 @@ void operator delete(void* memory, std::align_val_t) noexcept {
   ecaudit::perf::GiveBack(memory);
 }
 void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+  ecaudit::perf::GiveBack(memory);
+}
+void operator delete[](void* memory) noexcept {
+  ecaudit::perf::GiveBack(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept {
+  ecaudit::perf::GiveBack(memory);
+}
+void operator delete(void* memory, const std::nothrow_t&) noexcept {
+  ecaudit::perf::GiveBack(memory);
+}
+void operator delete[](void* memory, const std::nothrow_t&) noexcept {
+  ecaudit::perf::GiveBack(memory);
+}
+void operator delete[](void* memory, std::align_val_t) noexcept {
+  ecaudit::perf::GiveBack(memory);
+}
+void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept {
   ecaudit::perf::GiveBack(memory);
 }
