@@ -61,6 +61,10 @@ std::string SettingsKey(const Settings& settings) {
   for (const auto& [slave, profile] : analysis.slave_profiles) {
     key["slave_profiles"].push_back({SelectorKey(slave), profile});
   }
+  for (const GivenParameter& parameter : analysis.parameters) {
+    key["parameters"].push_back(
+        {parameter.slave ? SelectorKey(*parameter.slave) : Json(nullptr), parameter.keyword, parameter.value});
+  }
   key["rules"] = RuleSettingTexts(analysis);
   key["range"] = {OrNull(analysis.from_s), OrNull(analysis.to_s), OrNull(analysis.from_frame),
                   OrNull(analysis.to_frame)};

@@ -5,6 +5,7 @@
 #include "cli/report/json_writer.h"
 #include "cli/report/text_writer.h"
 #include "cli/report/timeline_json.h"
+#include "cli/report/xml.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::report {
@@ -24,27 +25,6 @@ Json PageOf(const CaptureReport& capture) {
   }
   json["timeline"] = capture.timeline ? TimelineJson(capture.result, *capture.timeline) : Json(nullptr);
   return json;
-}
-
-/// For text between tags.
-std::string Escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out;
 }
 
 /// JSON in which nothing looks like a tag, so that no text of the capture can end the element it stands in.
@@ -89,8 +69,8 @@ std::string WriteHtml(const Report& report) {
     page.remove_prefix(at + mark.size());
   };
   // In the order in which they stand in the page.
-  fill(kTitleMark, Escaped(Title(report)));
-  fill(kSummaryMark, Escaped(summary));
+  fill(kTitleMark, XmlText(Title(report)));
+  fill(kSummaryMark, XmlText(summary));
   fill(kDataMark, WithoutTags(data.dump(-1, ' ', false, Json::error_handler_t::replace)));
   out += page;
   return out;

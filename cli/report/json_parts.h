@@ -33,5 +33,8 @@ Json OrNull(const std::optional<T>& value) {
 inline Json FrameOrNull(FrameNo frame) {
   return frame == 0 ? Json(nullptr) : Json(frame);
 }
+inline Json FrameOrNull(const FrameRef& frame) {
+  return FrameOrNull(frame.number);
+}
 
 }  // namespace ecaudit::report

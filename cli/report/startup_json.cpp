@@ -3,27 +3,13 @@
 #include <optional>
 #include <string_view>
 
+#include "cli/report/json_parts.h"
 #include "cli/report/times.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/al.h"
 
 namespace ecaudit::report {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-template <typename T>
-Json OrNull(const std::optional<T>& value) {
-  return value ? Json(*value) : Json(nullptr);
-}
-
-Json TextOrNull(std::string_view text) {
-  return text.empty() ? Json(nullptr) : Json(Printable(text));
-}
-
-Json FrameOrNull(const FrameRef& frame) {
-  return frame.seen() ? Json(frame.number) : Json(nullptr);
-}
 
 Json StateOrNull(std::uint8_t state) {
   return state == 0 ? Json(nullptr) : Json(esc::StateName(state));

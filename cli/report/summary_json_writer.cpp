@@ -1,25 +1,11 @@
 #include <nlohmann/json.hpp>
 
+#include "cli/report/json_parts.h"
 #include "cli/report/summary_tally.h"
 #include "cli/report/summary_writer.h"
 
 namespace ecaudit::report {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-template <typename T>
-Json OrNull(const std::optional<T>& value) {
-  return value ? Json(*value) : Json(nullptr);
-}
-
-Json TextOrNull(const std::string& text) {
-  return text.empty() ? Json(nullptr) : Json(text);
-}
-
-Json FrameOrNull(FrameNo frame) {
-  return frame == 0 ? Json(nullptr) : Json(frame);
-}
 
 Json FindingJson(const CaptureDigest& capture, const FindingDigest& f) {
   return {{"rule", f.rule},

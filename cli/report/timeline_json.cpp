@@ -4,28 +4,14 @@
 #include <cstdint>
 #include <string_view>
 
+#include "cli/report/json_parts.h"
 #include "cli/report/times.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::report {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 enum class Shows : std::uint8_t { kValues, kCounts };
-
-Json TextOrNull(std::string_view text) {
-  return text.empty() ? Json(nullptr) : Json(Printable(text));
-}
-
-Json Frame(const FrameRef& frame) {
-  return frame.seen() ? Json(frame.number) : Json(nullptr);
-}
-
-template <typename T>
-Json OrNull(const std::optional<T>& value) {
-  return value ? Json(*value) : Json(nullptr);
-}
 
 /// Whole numbers without ".0", which most process data are.
 Json Number(double value) {
@@ -88,8 +74,8 @@ Json Signal(const AnalysisResult& result, const SignalSeries& signal) {
 Json Sdo(const AnalysisResult& result, const SdoRow& row) {
   const FrameRef& shown = row.request.seen() ? row.request : row.response;
   return {{"time_s", OrNull(SecondsSince(result.capture.first, shown))},
-          {"request_frame", Frame(row.request)},
-          {"response_frame", Frame(row.response)},
+          {"request_frame", FrameOrNull(row.request)},
+          {"response_frame", FrameOrNull(row.response)},
           {"service", row.download ? "download" : "upload"},
           {"complete_access", row.complete_access},
           {"index", OrNull(row.index)},

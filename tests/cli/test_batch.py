@@ -402,7 +402,8 @@ class SkipDone(BatchTest):
     def test_other_settings_are_done_anew(self):
         self.file("known.json", '{"schema": "ecaudit.baseline/1", "findings": []}')
         for options in (["--rule=al-refused=warning"], ["--fail-on=warning"], ["--profile=generic"], ["--slave=0"],
-                        ["--profile=0=generic"], ["--from=#2"], ["--to=100"], ["--baseline=known.json"]):
+                        ["--profile=0=generic"], ["--parameter=PTBASE=8"],
+                        ["--parameter=0:PTBASE=8"], ["--from=#2"], ["--to=100"], ["--baseline=known.json"]):
             self.batch("in", status=1)
             self.assertEqual(self.done_before("in", *options), 0, options)
             self.assertEqual(self.done_before("in", *options), 3, options)
