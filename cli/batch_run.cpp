@@ -93,7 +93,9 @@ class Batch {
     if (capture) frames_done_ += capture->report.result.capture.packets;
     state.frames = 0;
     state.bytes = 0;
-    if (!capture) {
+    if (!capture && InterruptFlag()) {
+      return;
+    } else if (!capture) {
       report.unreadable.push_back({job.path, capture.error().message});
     } else if (InterruptFlag() && !capture->report.result.capture.complete) {
       return;

@@ -27,7 +27,7 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
                                     const Baseline* baseline, const std::atomic<bool>& stop,
                                     std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress,
                                     bool draws) {
-  auto source = paths.size() > 1 ? capture::OpenJoined(paths) : capture::OpenCapture(paths.front(), &stop);
+  auto source = paths.size() > 1 ? capture::OpenJoined(paths, &stop) : capture::OpenCapture(paths.front(), &stop);
   if (!source) return source.error();
   AnalysisOptions analysis = settings.analysis;
   analysis.stop = &stop;

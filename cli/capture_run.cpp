@@ -7,6 +7,7 @@
 #include "cli/interrupt.h"
 #include "cli/output_file.h"
 #include "cli/progress.h"
+#include "decoder/base/text.h"
 
 namespace ecaudit::cli {
 
@@ -16,6 +17,7 @@ ExitStatus CaptureRun::Fail(Console& console, const Error& error) {
 }
 
 ExitStatus CaptureRun::Interrupted(Console& console, const std::string& message) {
+  interrupted_ = true;
   console.Error(message);
   return ExitStatus::kInterrupted;
 }
@@ -64,8 +66,7 @@ ExitStatus CaptureRun::Run(const CaptureJob& job, report::Report& report, Consol
   if (capture->lacks_slave) without_slave_.push_back(job.name());
   report.captures.push_back(std::move(capture->report));
   if (InterruptFlag() && !read.complete) {
-    return Interrupted(console, job.name() + ": interrupted, the report covers the first " +
-                                    std::to_string(read.packets) + " packets");
+    return Interrupted(console, job.name() + ": interrupted behind " + Count(read.packets, "packet"));
   }
   return ExitStatus::kClean;
 }
@@ -81,6 +82,7 @@ std::string CaptureRun::WithoutSlave(const std::string& capture) const {
 }
 
 ExitStatus CaptureRun::SayMissingSlaves(const report::Report& report, Console& console) const {
+  if (interrupted_) return ExitStatus::kClean;
   if (without_slave_.size() == report.captures.size()) {
     return without_slave_.empty() ? ExitStatus::kClean : Fail(console, Error{WithoutSlave(without_slave_.front())});
   }
@@ -90,6 +92,7 @@ ExitStatus CaptureRun::SayMissingSlaves(const report::Report& report, Console& c
 
 std::optional<Error> CaptureRun::WriteBaselineOf(const report::Report& report) const {
   if (!gate.write_baseline) return std::nullopt;
+  if (interrupted_) return Error{"interrupted: the baseline " + *gate.write_baseline + " was not written"};
   return WriteOutputFile(*gate.write_baseline, WriteBaseline(report));
 }
 

@@ -40,23 +40,26 @@ class CaptureRun {
   /// Analyses one job and adds its report: only the slaves of --slave, known findings marked.
   /// What is worth a word goes to `console`, that a capture cannot be opened or was not read to its end as well.
   [[nodiscard]] ExitStatus Run(const CaptureJob& job, report::Report& report, Console& console);
-  /// After all jobs: says which captures lack the slaves of --slave; kUsage when all of them do.
+  /// After all jobs: says which captures lack the slaves of --slave; kUsage when all of them do. An interrupted run
+  /// does not know.
   [[nodiscard]] ExitStatus SayMissingSlaves(const report::Report& report, Console& console) const;
 
   /// Marks what the job's baseline lists, anew. For commands that change the findings of a report.
   void MarkKnown(report::CaptureReport& capture) const;
-  /// Writes --write-baseline, where it is given.
+  /// Writes --write-baseline, where it is given and all was read: half a baseline in the place of a whole one would
+  /// make known findings new.
   [[nodiscard]] std::optional<Error> WriteBaselineOf(const report::Report& report) const;
 
   /// Says `error` on the console.
   static ExitStatus Fail(Console& console, const Error& error);
 
  private:
-  static ExitStatus Interrupted(Console& console, const std::string& message);
+  ExitStatus Interrupted(Console& console, const std::string& message);
   [[nodiscard]] std::string WithoutSlave(const std::string& capture) const;
 
   std::vector<CaptureJob> jobs_;
   BaselineShelf baselines_;
+  bool interrupted_ = false;
   std::vector<std::string> without_slave_;  ///< captures that lack the slaves of --slave
 };
 

@@ -27,7 +27,9 @@ ExitStatus Deliver(const report::Digest& digest, const ReportOutput& output,
   }
   if (digest.not_reached > 0) status = ExitStatus::kUsage;
   if (const auto error = output.Write(digest, console)) fail(error->message);
-  if (write_baseline) {
+  if (write_baseline && digest.not_reached > 0) {
+    fail("the baseline " + *write_baseline + " was not written: not all captures were checked");
+  } else if (write_baseline) {
     if (const auto error = WriteOutputFile(*write_baseline, WriteBaseline(digest))) fail(error->message);
   }
   return status;

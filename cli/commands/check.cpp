@@ -7,6 +7,7 @@
 #include "cli/output_plan.h"
 #include "cli/report_output.h"
 #include "cli/version.h"
+#include "decoder/base/text.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -39,9 +40,13 @@ class CheckCommand : public Command {
     report.rules = RuleCatalogue();
     ExitStatus status = ExitStatus::kClean;
     run_.draws = output->draws();
-    for (const CaptureJob& job : run_.jobs()) {
-      status = Worst(status, run_.Run(job, report, console));
-      if (status == ExitStatus::kInterrupted) break;
+    for (std::size_t i = 0; i < run_.jobs().size(); ++i) {
+      status = Worst(status, run_.Run(run_.jobs()[i], report, console));
+      if (status != ExitStatus::kInterrupted) continue;
+      if (const std::size_t rest = run_.jobs().size() - i - 1; rest > 0) {
+        console.Error(Count(rest, "capture") + " not read");
+      }
+      break;
     }
     if (report.captures.empty()) {
       // A CI server that expects a file finds the reason in it.

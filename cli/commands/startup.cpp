@@ -90,10 +90,13 @@ class StartupCommand : public Command {
 
     report::CaptureReport& capture = report.captures.front();
     if (save_) {
-      if (const auto error = Save(capture.result, console)) return CaptureRun::Fail(console, *error);
+      const auto error = status == ExitStatus::kInterrupted ? Error{"interrupted: " + *save_ + " was not written"}
+                                                            : Save(capture.result, console);
+      if (error) status = Worst(status, CaptureRun::Fail(console, *error));
+      if (status == ExitStatus::kUsage) return status;
     }
     if (expectation_ != nullptr) {
-      if (const auto error = NothingCompared(capture.result)) return CaptureRun::Fail(console, *error);
+      if (const auto error = NothingCompared(capture.result)) return Worst(status, CaptureRun::Fail(console, *error));
       capture.expectation = *expect_;
       KeepStartupFindings(capture);
       run_.MarkKnown(capture);

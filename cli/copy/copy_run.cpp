@@ -29,6 +29,11 @@ ExitStatus Fail(Console& console, const Error& error) {
   return ExitStatus::kUsage;
 }
 
+ExitStatus Interrupted(Console& console, const std::string& name, const std::string& what = "nothing was written") {
+  console.Error(name + ": interrupted; " + what);
+  return ExitStatus::kInterrupted;
+}
+
 /// EtherCAT of any kind, whole or broken: what may leave the house without being asked for.
 bool IsEtherCat(const capture::CapturedFrame& frame) {
   const wire::FrameView view = wire::FrameView::Parse(frame);
@@ -96,7 +101,7 @@ class Copier {
         if (output.reader_gone()) return std::nullopt;
       }
     }
-    if (InterruptFlag()) return Error{"interrupted; nothing was written"};
+    if (InterruptFlag()) return std::nullopt;
     writer.AddStatistics(interfaces);
     return output.Write(buffer_);
   }
@@ -192,7 +197,8 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
     spools.push_back(std::move(*spool));
   }
   const auto open = [&paths] {
-    return paths.size() > 1 ? capture::OpenJoined(paths) : capture::OpenCapture(paths.front(), &InterruptFlag());
+    return paths.size() > 1 ? capture::OpenJoined(paths, &InterruptFlag())
+                            : capture::OpenCapture(paths.front(), &InterruptFlag());
   };
 
   // The whole capture is judged, so that findings have the numbers that `check` gives them.
@@ -204,6 +210,7 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
   AnalysisResult result;
   {
     auto source = open();
+    if (!source && InterruptFlag()) return Interrupted(console, name);
     if (!source) return Fail(console, source.error());
     Progress progress(console, file_name + ", first pass");
     analysis.progress = [&progress](std::uint64_t done, std::uint64_t total, std::uint64_t packets) {
@@ -212,10 +219,7 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
     result = Analyse(**source, analysis);
     progress.Clear();
   }
-  if (InterruptFlag()) {
-    console.Error(name + ": interrupted; nothing was written");
-    return ExitStatus::kInterrupted;
-  }
+  if (InterruptFlag()) return Interrupted(console, name);
   if (KeepSlaves(settings->slaves, result) == 0 && !settings->slaves.empty()) {
     return Fail(console, Error{name + " has no slave " + capture_.slaves.front()});
   }
@@ -226,6 +230,7 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
   if (!wish) return Fail(console, Error{name + ": " + wish.error().message});
 
   auto source = open();
+  if (!source && InterruptFlag()) return Interrupted(console, name);
   if (!source) return Fail(console, source.error());
   ByteOutput output;
   if (const auto error = output.Open(*output_, console)) return Fail(console, *error);
@@ -238,10 +243,10 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
   Copier copier(**source, *wish, comments, all_traffic_);
   const auto error = copier.Run(result.capture.file.interfaces, about, output, progress);
   progress.Clear();
-  if (error) {
-    console.Error(name + ": " + error->message);
-    return InterruptFlag() ? ExitStatus::kInterrupted : ExitStatus::kUsage;
+  if (InterruptFlag()) {
+    return *output_ == "-" ? Interrupted(console, name, "the copy ends early") : Interrupted(console, name);
   }
+  if (error) return Fail(console, *error);
   const Copied& copied = copier.copied();
   if (copied.packets == 0 && !output.reader_gone()) {
     return Fail(console,

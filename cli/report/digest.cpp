@@ -122,7 +122,8 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
   const std::vector<OrderedFinding> order = OrderForReading(capture);
   if (order.empty()) {
     return {verdict, std::string("no ") + (summary.known > 0 ? "new " : "") + "findings in " +
-                         Count(capture.ethercat_frames, "EtherCAT frame") + " of " + Count(capture.slaves, "slave")};
+                         Count(capture.ethercat_frames, "EtherCAT frame") + " of " + Count(capture.slaves, "slave") +
+                         (capture.complete ? "" : ", as far as the capture was read")};
   }
   // The first tree holds the worst finding. Name its root, unless the root is the milder of the two.
   const FindingDigest& root = capture.findings[order.front().index];

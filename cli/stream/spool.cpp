@@ -4,12 +4,13 @@
 #include <cerrno>
 #include <fcntl.h>
 #include <filesystem>
-#include <poll.h>
 #include <system_error>
 #include <unistd.h>
 
 #include "cli/interrupt.h"
 #include "decoder/base/text.h"
+#include "decoder/capture/byte_reader.h"
+#include "decoder/capture/capture_stream.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -19,7 +20,7 @@ Error Failed(const std::string& what) {
 }
 
 /// All bytes, or false with errno.
-bool WriteAll(int fd, const char* data, std::size_t size) {
+bool WriteAll(int fd, const std::uint8_t* data, std::size_t size) {
   while (size > 0) {
     const ssize_t written = ::write(fd, data, size);
     if (written < 0 && errno == EINTR) continue;
@@ -45,9 +46,10 @@ bool Spool::CanBeReadTwice(const std::string& path) {
 }
 
 Result<std::unique_ptr<Spool>> Spool::Read(const std::string& path) {
-  const int in = path == "-" ? ::dup(STDIN_FILENO) : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (in < 0) return Failed("cannot read " + (path == "-" ? "standard input" : Printable(path)));
-  const std::unique_ptr<Spool> input(new Spool(in));
+  const bool standard = path == "-";
+  const int in = standard ? STDIN_FILENO : capture::OpenToRead(path, &InterruptFlag());
+  if (in < 0) return Failed("cannot read " + capture::DisplayName(path));
+  const std::unique_ptr<capture::ByteReader> reader = capture::MakeFdReader(in, !standard, &InterruptFlag());
 
   std::error_code ignored;
   std::string name = (std::filesystem::temp_directory_path(ignored) / "ecaudit-XXXXXX").string();
@@ -55,19 +57,12 @@ Result<std::unique_ptr<Spool>> Spool::Read(const std::string& path) {
   if (fd < 0) return Failed("cannot keep the capture in " + name);
   std::unique_ptr<Spool> spool(new Spool(fd));
   ::unlink(name.c_str());
-  std::array<char, 1U << 16U> buffer;
-  while (!InterruptFlag()) {
-    constexpr int kLookEveryMs = 100;
-    pollfd waiting{in, POLLIN, 0};
-    if (::poll(&waiting, 1, kLookEveryMs) == 0) continue;  // a pipe that gives nothing must not hold up Ctrl-C
-    const ssize_t got = ::read(in, buffer.data(), buffer.size());
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return Failed("cannot read " + (path == "-" ? "standard input" : Printable(path)));
-    if (got == 0) break;
-    if (!WriteAll(fd, buffer.data(), static_cast<std::size_t>(got))) {
-      return Failed("cannot keep the capture in a temporary file");
-    }
+  std::array<std::uint8_t, 1U << 16U> buffer;
+  std::string error;
+  while (const std::size_t got = reader->Read(buffer, error)) {
+    if (!WriteAll(fd, buffer.data(), got)) return Failed("cannot keep the capture in a temporary file");
   }
+  if (!error.empty()) return Error{capture::DisplayName(path) + ": " + error};
   return spool;
 }
 

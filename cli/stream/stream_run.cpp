@@ -98,7 +98,8 @@ struct StreamRun::Plan {
   const FrameRange& range;
 
   [[nodiscard]] auto Open() const {
-    return paths.size() > 1 ? capture::OpenJoined(paths) : capture::OpenCapture(paths.front(), &InterruptFlag());
+    return paths.size() > 1 ? capture::OpenJoined(paths, &InterruptFlag())
+                            : capture::OpenCapture(paths.front(), &InterruptFlag());
   }
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <fcntl.h>
 #include <poll.h>
 #include <sys/stat.h>
 #include <system_error>
@@ -76,6 +77,12 @@ class MemoryReader final : public ByteReader {
 };
 
 }  // namespace
+
+int OpenToRead(const std::string& path, const std::atomic<bool>* stop) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | (stop != nullptr ? O_NONBLOCK : 0));
+  if (fd >= 0 && stop != nullptr) ::fcntl(fd, F_SETFL, ::fcntl(fd, F_GETFL) & ~O_NONBLOCK);
+  return fd;
+}
 
 std::unique_ptr<ByteReader> MakeFdReader(int fd, bool owned, const std::atomic<bool>* stop) {
   return std::make_unique<FdReader>(fd, owned, stop);

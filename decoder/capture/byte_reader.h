@@ -27,6 +27,11 @@ class ByteReader {
   [[nodiscard]] virtual std::uint64_t source_bytes() const = 0;
 };
 
+/// Opens a file for MakeFdReader().
+/// @param stop  as there. Where it is given, a named pipe that nobody writes to yet opens at once, and is waited for in
+///              Read(), which can be stopped; else here.
+/// @return the descriptor; -1 with errno when the file does not open
+[[nodiscard]] int OpenToRead(const std::string& path, const std::atomic<bool>* stop);
 /// Reads `fd` from where it stands; closes it at the end when `owned`.
 /// @param stop  once it is set, the bytes end, within a moment also where a pipe gives none; null: never
 std::unique_ptr<ByteReader> MakeFdReader(int fd, bool owned, const std::atomic<bool>* stop);

@@ -21,7 +21,8 @@ Result<std::unique_ptr<FrameSource>> OpenCapture(const std::string& path, const 
 
 /// Opens several files of one ring buffer as one capture, packets merged by time stamp and numbered anew from 1;
 /// packets without a stamp keep the place they have in their file. joined_source.h says it exactly: equal stamps,
-/// interfaces, comments, and damage, which ends only the file that has it.
-Result<std::unique_ptr<FrameSource>> OpenJoined(std::span<const std::string> paths);
+/// interfaces, comments, and damage, which ends only the file that has it. `stop` as for OpenCapture().
+Result<std::unique_ptr<FrameSource>> OpenJoined(std::span<const std::string> paths,
+                                                const std::atomic<bool>* stop = nullptr);
 
 }  // namespace ecaudit::capture

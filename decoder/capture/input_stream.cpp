@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <fcntl.h>
 #include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
@@ -36,7 +35,7 @@ std::uint64_t RegularSize(int fd) {
 Result<std::unique_ptr<InputStream>> InputStream::Open(const std::string& path, std::uint64_t decompressed_limit,
                                                        const std::atomic<bool>* stop) {
   if (path == "-") return FromFd(STDIN_FILENO, false, decompressed_limit, stop);
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const int fd = OpenToRead(path, stop);
   if (fd < 0) {
     const int reason = errno;
     if (reason == ENOENT) return Error{"no such file: " + Printable(path)};
@@ -92,6 +91,10 @@ void InputStream::Fill(std::size_t count) {
 }
 
 std::size_t InputStream::Produce(std::span<std::uint8_t> out) {
+  if (stopped()) {
+    ended_ = true;
+    return 0;
+  }
   std::size_t got = reader_->Read(out, error_);
   ended_ = got == 0 || !error_.empty();
   if (compression_ != Compression::kNone && got > limit_ - produced_) {

@@ -38,6 +38,7 @@ struct File {
 
 class JoinedSource final : public FrameSource {
  public:
+  explicit JoinedSource(const std::atomic<bool>* stop) : stop_(stop) {}
   /// @return what is wrong with one of the files; empty when nothing is
   std::optional<Error> Open(std::span<const std::string> paths);
 
@@ -51,6 +52,7 @@ class JoinedSource final : public FrameSource {
   bool Later(std::size_t a, std::size_t b) const {
     return files_[a].key != files_[b].key ? files_[a].key > files_[b].key : a > b;
   }
+  [[nodiscard]] bool stopped() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed); }
   void Push(std::size_t rank);
   void OpenDueFiles();
   /// Reads the next packet of a file and puts the file back into the heap, or closes it behind its last one.
@@ -61,6 +63,7 @@ class JoinedSource final : public FrameSource {
   bool MapInterfaces(File& file);
   void TakeComments(File& file, FrameNo head_number);
 
+  const std::atomic<bool>* stop_;
   CaptureInfo info_;
   std::map<InterfaceKey, std::size_t> interfaces_;
   std::vector<File> files_;          // by time of the first packet: the index is the rank
@@ -79,7 +82,7 @@ std::optional<Error> JoinedSource::Open(std::span<const std::string> paths) {
   for (const std::string& path : paths) {
     File file;
     file.path = path;
-    Result<std::unique_ptr<FrameSource>> source = OpenCapture(path);
+    Result<std::unique_ptr<FrameSource>> source = OpenCapture(path, stop_);
     if (!source) return source.error();
     file.source = std::move(*source);
     file.has_head = file.source->Next(file.head) == ReadStatus::kFrame;
@@ -125,13 +128,14 @@ void JoinedSource::Push(std::size_t rank) {
 }
 
 void JoinedSource::OpenDueFiles() {
-  while (next_file_ < files_.size() && (heap_.empty() || files_[next_file_].key <= files_[heap_.front()].key)) {
+  while (!stopped() && next_file_ < files_.size() &&
+         (heap_.empty() || files_[next_file_].key <= files_[heap_.front()].key)) {
     const std::size_t rank = next_file_++;
     File& file = files_[rank];
     if (file.source == nullptr) {
-      Result<std::unique_ptr<FrameSource>> source = OpenCapture(file.path);
+      Result<std::unique_ptr<FrameSource>> source = OpenCapture(file.path, stop_);
       if (!source) {
-        AddDamage(file, source.error().message, 0);
+        if (!stopped()) AddDamage(file, source.error().message, 0);
         continue;
       }
       file.source = std::move(*source);
@@ -225,14 +229,15 @@ std::uint64_t JoinedSource::bytes_read() const noexcept {
 
 }  // namespace
 
-Result<std::unique_ptr<FrameSource>> OpenJoinedFiles(std::span<const std::string> paths) {
-  auto source = std::make_unique<JoinedSource>();
+Result<std::unique_ptr<FrameSource>> OpenJoinedFiles(std::span<const std::string> paths,
+                                                     const std::atomic<bool>* stop) {
+  auto source = std::make_unique<JoinedSource>(stop);
   if (const std::optional<Error> error = source->Open(paths)) return *error;
   return std::unique_ptr<FrameSource>(std::move(source));
 }
 
-Result<std::unique_ptr<FrameSource>> OpenJoined(std::span<const std::string> paths) {
-  return OpenJoinedFiles(paths);
+Result<std::unique_ptr<FrameSource>> OpenJoined(std::span<const std::string> paths, const std::atomic<bool>* stop) {
+  return OpenJoinedFiles(paths, stop);
 }
 
 }  // namespace ecaudit::capture

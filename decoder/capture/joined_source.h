@@ -1,6 +1,7 @@
 /// in: several captures of one ring buffer.  out: CapturedFrame, as from one capture.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <span>
 #include <string>
@@ -25,6 +26,7 @@ namespace ecaudit::capture {
 /// that file does, `after_frame` is the new number of the last packet before the first damage, `offset` lies in that
 /// file. Open files: only those that overlap in time at that moment, and those that cannot be opened twice (pipes).
 /// @return one line when `paths` is empty or one of them does not open
-Result<std::unique_ptr<FrameSource>> OpenJoinedFiles(std::span<const std::string> paths);
+Result<std::unique_ptr<FrameSource>> OpenJoinedFiles(std::span<const std::string> paths,
+                                                     const std::atomic<bool>* stop = nullptr);
 
 }  // namespace ecaudit::capture
