@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Builds everything twice, with sanitizers and optimised, and runs all tests in both builds.
+# Builds everything twice, with sanitizers and optimised, and runs all tests in both builds; and the program once more with
+# the thread sanitizer, for the tests of batch.
 # Installs what is missing (Debian packages). Safe to run again; run from anywhere. Ends with ctest's summary.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -33,6 +34,7 @@ test_preset() {
 
 failed=()
 test_preset asan || failed+=("the build with sanitizers")
+test_preset tsan || failed+=("the build with the thread sanitizer")
 # Last, so that its summary closes the output.
 test_preset release || failed+=("the optimised build")
 
