@@ -277,15 +277,15 @@ bool AlMachine::MayBeAcknowledgedError(const track::AlStatusRead& read) const {
 }
 
 void AlMachine::OnStatus(const track::AlStatusRead& read) {
+  if (Repeats(read)) {
+    Repeat(read.frame.number);
+    return;
+  }
   const std::uint8_t state = read.status.state();
   if (!esc::IsAlState(state)) return;
   ++polls_;
   ++status_reads_;
   if (requests_ > 0) ++reads_after_request_;
-  if (quiet_ && state == read_state_ && !read.status.bit4() && read.error_bit_known) {
-    last_seen_ = read.frame.number;
-    return;
-  }
   quiet_ = false;
   DropOldPending(read.frame);
   if (!read.error_bit_known) {

@@ -40,6 +40,16 @@ class AlMachine {
   void OnRequestSent(const FrameRef& frame, esc::AlWord control);
   void OnRequest(const track::AlRequest& request);
   void OnStatus(const track::AlStatusRead& read);
+  /// Nothing is waited for, and this read says what the last one said: only Repeat() is due.
+  [[nodiscard]] bool Repeats(const track::AlStatusRead& read) const {
+    return quiet_ && read.status.state() == read_state_ && !read.status.bit4() && read.error_bit_known;
+  }
+  void Repeat(FrameNo frame) {
+    ++polls_;
+    ++status_reads_;
+    if (requests_ > 0) ++reads_after_request_;
+    last_seen_ = frame;
+  }
   void OnStatusCode(const track::AlStatusCodeRead& read);
   /// The state is not known any more (contradicting broadcast, slave gone).
   void Forget(const FrameRef& frame);

@@ -65,6 +65,7 @@ void BusModel::Apply(const track::IdentityLearned& event) {
 
 void BusModel::ChooseProfile(SlaveId id) {
   SlaveModel& slave = slaves_[id];
+  slave.Stir();
   choice_.Choose(network_.slaves()[id], seen_identities_[id], slave);
   slave.al.SetFamily(*slave.profile);
   slave.process.SetFamily(*slave.profile);
@@ -76,25 +77,34 @@ void BusModel::ChooseProfile(SlaveId id) {
 
 void BusModel::Apply(const track::AlRequest& event) {
   ++states_version_;
+  slaves_[event.slave].Stir();
   slaves_[event.slave].mailbox.Forget();
   if (!HasProcessData(event.control.state())) slaves_[event.slave].ForgetLatches();
   slaves_[event.slave].al.OnRequest(event);
 }
 void BusModel::Apply(const track::AlStatusRead& event) {
   if (event.changed()) {
+    slaves_[event.slave].Stir();
     slaves_[event.slave].mailbox.Forget();
     if (!HasProcessData(event.status.state())) slaves_[event.slave].ForgetLatches();
   }
   AlMachine& al = slaves_[event.slave].al;
+  if (al.Repeats(event)) {
+    al.Repeat(event.frame.number);
+    return;
+  }
+  slaves_[event.slave].Stir();
   const bool settled = al.SettledIn(esc::AlState::OP);
   al.OnStatus(event);
   if (al.SettledIn(esc::AlState::OP) != settled) ++states_version_;
 }
 void BusModel::Apply(const track::AlStatusCodeRead& event) {
+  slaves_[event.slave].Stir();
   slaves_[event.slave].al.OnStatusCode(event);
 }
 void BusModel::Apply(const track::AlStateForgotten& event) {
   ++states_version_;
+  slaves_[event.slave].Stir();
   slaves_[event.slave].al.Forget(event.frame);
 }
 
@@ -126,9 +136,22 @@ void BusModel::On(const ProcessCycle& cycle) {
   } else if (cycle.exchange == Exchange::kNo) {
     ++traffic.missed;
   }
-  slave.latch.OnCycle(cycle);
-  slave.touch_probe.OnCycle(cycle);
-  slave.drive.OnCycle(cycle);
+  StillCycle& still = cycle.part.still;
+  if (still.Repeats(slave.generation, cycle.exchange, cycle.data)) {
+    if (still.latch == Still::kCounts) slave.latch.Repeat(cycle);
+    if (still.probe == Still::kCounts) slave.touch_probe.Repeat(cycle);
+    if (still.drive == Still::kCounts) slave.drive.Repeat(cycle);
+    return;
+  }
+  still.Clear();
+  still.latch = slave.latch.OnCycle(cycle, still);
+  still.probe = slave.touch_probe.OnCycle(cycle, still);
+  still.drive = slave.drive.OnCycle(cycle, still);
+  if (still.latch == Still::kNo || still.probe == Still::kNo || still.drive == Still::kNo) {
+    slave.Stir();  // what changed here may matter to the slave's other data
+  } else {
+    still.Settle(slave.generation, cycle.exchange);
+  }
 }
 
 void BusModel::Apply(const track::SlaveAccess& access) {
@@ -136,6 +159,7 @@ void BusModel::Apply(const track::SlaveAccess& access) {
   slaves_[access.slave].mailbox.OnAccess(access);
   const ByteSpan configuration = access.Covered(access.read, kEscConfiguration, 1);
   if (!configuration.empty() && !access.broadcast) {
+    slaves_[access.slave].Stir();
     slaves_[access.slave].al.SetDeviceEmulation((configuration[0] & 1U) != 0);
   }
 }
@@ -149,6 +173,7 @@ void BusModel::Apply(const track::EepromWrite& event) {
 
 void BusModel::Apply(const mailbox::SdoTransfer& transfer) {
   SlaveModel& slave = slaves_[transfer.slave];
+  slave.Stir();
   slave.objects.Apply(transfer);
   slave.process.Apply(transfer);
   slave.latch.OnSdo(transfer);
@@ -162,12 +187,15 @@ void BusModel::Apply(const mailbox::SdoInfo& info) {
 }
 
 void BusModel::Apply(const mailbox::Emergency& emergency) {
+  slaves_[emergency.slave].Stir();
   slaves_[emergency.slave].drive.OnEmergency(emergency);
 }
 
 void BusModel::ApplyAlRequestSent(SlaveId slave, const FrameRef& frame, esc::AlWord control) {
   ++states_version_;
-  if (slave < slaves_.size()) slaves_[slave].al.OnRequestSent(frame, control);
+  if (slave >= slaves_.size()) return;
+  slaves_[slave].Stir();
+  slaves_[slave].al.OnRequestSent(frame, control);
 }
 
 void BusModel::Finish() {

@@ -123,27 +123,54 @@ int DriveUnit::Rank(std::uint16_t word) const {
   return (commanded & Bit(2)) != 0 ? 1 : 0;
 }
 
-void DriveUnit::OnCycle(const ProcessCycle& cycle) {
-  if (drive_ == nullptr || cycle.data.empty()) return;
+/// Nearly every cycle carries the words of the one before.
+Still DriveUnit::InputsRepeat(const Places& places, ByteSpan data, StillCycle& watched) const {
+  const auto same = [&](const std::optional<Place>& place, auto known) {
+    if (!place) return true;
+    return known && watched.Watch(data, place->bit, place->bits) &&
+           *known == static_cast<typename decltype(known)::value_type>(*Read(data, place->bit, place->bits));
+  };
+  if (expected_count_ != 0 || candidate_) return Still::kNo;
+  if (!same(places.status, status_) || !same(places.mode_shown, mode_shown_) || !same(places.error_code, error_code_)) {
+    return Still::kNo;
+  }
+  if (!places.status) return Still::kIdle;
+  return status_seen_ && status_mapped_ && ShowsStatus() ? Still::kCounts : Still::kNo;
+}
+
+Still DriveUnit::OutputsRepeat(const Places& places, ByteSpan data, bool done, StillCycle& watched) const {
+  const auto same = [&](const Place& place, auto known) {
+    return known && watched.Watch(data, place.bit, place.bits) &&
+           *known == static_cast<typename decltype(known)::value_type>(*Read(data, place.bit, place.bits));
+  };
+  if (places.controls > 0 && (!control_mapped_ || control_ != sent_ || (done && acts_ != ActsOnControl()))) {
+    return Still::kNo;
+  }
+  for (std::size_t i = 0; i < places.controls; ++i) {
+    if (!same(places.control[i], sent_)) return Still::kNo;
+  }
+  return !places.mode || !done || same(*places.mode, mode_requested_) ? Still::kIdle : Still::kNo;
+}
+
+void DriveUnit::Repeat(const ProcessCycle& cycle) {
+  status_last_ = cycle.frame();
+  if (!state_) return;
+  last_state_seen_ = status_last_;
+  last_state_word_ = *status_;
+}
+
+Still DriveUnit::OnCycle(const ProcessCycle& cycle, StillCycle& watched) {
+  if (drive_ == nullptr) return Still::kIdle;
   const Places& places = PlacesOf(cycle.part);
-  if (!places.known) return;
+  if (!places.known) return Still::kIdle;
   const bool inferred = cycle.exchange == Exchange::kInferred;
   const bool done = inferred || cycle.exchange == Exchange::kYes;
   if (cycle.part.direction == device::PdoDirection::kTx) {
-    if (!done) return;
-    if (places.status && !places.error_code && !places.mode_shown && expected_count_ == 0 && !candidate_ && status_) {
-      // Nearly every cycle carries the word of the one before.
-      const bool same = places.status->bits == 16 && places.status->bit % 8 == 0 &&
-                        Fits(cycle.data, places.status->bit / 8, 2) &&
-                        LittleEndian<std::uint16_t>(cycle.data, places.status->bit / 8) == *status_;
-      if (same && ShowsStatus()) {
-        status_seen_ = status_mapped_ = true;
-        status_last_ = cycle.frame();
-        if (!state_) return;
-        last_state_seen_ = status_last_;
-        last_state_word_ = *status_;
-        return;
-      }
+    if (!done) return Still::kIdle;
+    if (cycle.data.empty()) return Still::kNo;
+    if (const Still still = InputsRepeat(places, cycle.data, watched); still != Still::kNo) {
+      if (still == Still::kCounts) Repeat(cycle);
+      return still;
     }
     if (places.error_code) {
       const auto code = Read(cycle.data, places.error_code->bit, 16);
@@ -164,16 +191,12 @@ void DriveUnit::OnCycle(const ProcessCycle& cycle) {
       const auto mode = Read(cycle.data, places.mode_shown->bit, 8);
       if (mode) OnMode(static_cast<std::int8_t>(*mode), true, cycle.frame(), false, inferred);
     }
-    return;
+    return Still::kNo;
   }
 
+  if (cycle.data.empty()) return Still::kNo;
   const FrameRef& frame = cycle.sent.seen() ? cycle.sent : cycle.returned;
-  if (places.controls == 1 && !places.mode && control_mapped_ && sent_ && control_ == sent_) {
-    const bool same = places.control[0].bits == 16 && places.control[0].bit % 8 == 0 &&
-                      Fits(cycle.data, places.control[0].bit / 8, 2) &&
-                      LittleEndian<std::uint16_t>(cycle.data, places.control[0].bit / 8) == *sent_;
-    if (same && (!done || acts_ == ActsOnControl())) return;
-  }
+  if (OutputsRepeat(places, cycle.data, done, watched) == Still::kIdle) return Still::kIdle;
   if (places.controls > 0) {
     const auto first = Read(cycle.data, places.control[0].bit, 16);
     bool same = first.has_value();
@@ -202,6 +225,7 @@ void DriveUnit::OnCycle(const ProcessCycle& cycle) {
     const auto mode = Read(cycle.data, places.mode->bit, 8);
     if (mode) OnMode(static_cast<std::int8_t>(*mode), false, frame, false, inferred);
   }
+  return Still::kNo;
 }
 
 void DriveUnit::OnSdo(const mailbox::SdoTransfer& transfer) {

@@ -14,6 +14,7 @@
 
 #include "analyzers/model/al_machine.h"
 #include "analyzers/model/drive_events.h"
+#include "analyzers/model/still_cycle.h"
 #include "decoder/device/device_description.h"
 #include "decoder/mailbox/events.h"
 
@@ -37,7 +38,10 @@ class DriveUnit {
   void SetFamily(const device::DeviceDescription& family);
   void SetLimits(const DriveLimits& limits) { limits_ = limits; }
 
-  void OnCycle(const ProcessCycle& cycle);
+  /// @param watched gets the words on which being still rests
+  Still OnCycle(const ProcessCycle& cycle, StillCycle& watched);
+  /// A cycle like one that left the unit at Still::kCounts.
+  void Repeat(const ProcessCycle& cycle);
   void OnSdo(const mailbox::SdoTransfer& transfer);
   void OnEmergency(const mailbox::Emergency& emergency);
 
@@ -96,6 +100,8 @@ class DriveUnit {
   };
 
   const Places& PlacesOf(const ImagePart& part);
+  [[nodiscard]] Still InputsRepeat(const Places& places, ByteSpan data, StillCycle& watched) const;
+  [[nodiscard]] Still OutputsRepeat(const Places& places, ByteSpan data, bool done, StillCycle& watched) const;
   [[nodiscard]] bool ActsOnControl() const;
   [[nodiscard]] bool ShowsStatus() const;
   [[nodiscard]] int Rank(std::uint16_t word) const;

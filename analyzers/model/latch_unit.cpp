@@ -163,26 +163,22 @@ void LatchUnit::Learn(Part& part, const ImagePart& from) const {
   }
 }
 
-void LatchUnit::OnCycle(const ProcessCycle& cycle) {
-  if (latch_ == nullptr) return;
+Still LatchUnit::OnCycle(const ProcessCycle& cycle, StillCycle& watched) {
+  if (latch_ == nullptr) return Still::kIdle;
   const Part& part = PartOf(cycle.part);
-  if (cycle.part.direction == PdoDirection::kRx) {
-    OnOutputs(cycle, part);
-  } else {
-    OnInputs(cycle, part);
-  }
+  return cycle.part.direction == PdoDirection::kRx ? OnOutputs(cycle, part, watched) : OnInputs(cycle, part, watched);
 }
 
-void LatchUnit::OnOutputs(const ProcessCycle& cycle, const Part& part) {
-  if (part.control.bits == 0 && part.probe.bits == 0) return;
-  if (cycle.exchange == Exchange::kNo || !cycle.has_data()) return;
+Still LatchUnit::OnOutputs(const ProcessCycle& cycle, const Part& part, StillCycle& watched) {
+  if (part.control.bits == 0 && part.probe.bits == 0) return Still::kIdle;
+  if (cycle.exchange == Exchange::kNo || !cycle.has_data()) return Still::kNo;
   // Nearly every cycle carries the word of the one before.
   const bool settled = control_known_ && !control_doubt_ && !selection_.undecided && part.probe.bits == 0;
   if (settled && cycle.exchange != Exchange::kUnknown &&
       ExtractBits(cycle.data, part.control.bit, part.control.bits) == control_) {
     cyclic_control_ = true;
     ++control_words_;
-    return;
+    return watched.Watch(cycle.data, part.control.bit, part.control.bits) ? Still::kCounts : Still::kNo;
   }
   const FrameRef& frame = cycle.sent.seen() ? cycle.sent : cycle.returned;
   Word word{0, frame, frame.number, frame.number, false, cycle.exchange == Exchange::kInferred};
@@ -201,14 +197,16 @@ void LatchUnit::OnOutputs(const ProcessCycle& cycle, const Part& part) {
   if (part.probe.bits != 0 && taken) {
     OnProbe(static_cast<std::uint16_t>(ExtractBits(cycle.data, part.probe.bit, part.probe.bits)), word);
   }
+  return Still::kNo;
 }
 
-void LatchUnit::OnInputs(const ProcessCycle& cycle, const Part& part) {
+Still LatchUnit::OnInputs(const ProcessCycle& cycle, const Part& part, StillCycle& watched) {
+  const bool same_kind = unknown_inputs_ == part.unknown_layout;
   unknown_inputs_ = part.unknown_layout;
-  if (part.status.bits == 0 && !part.any_position && !part.stray_position) return;
+  if (part.status.bits == 0 && !part.any_position && !part.stray_position) return same_kind ? Still::kIdle : Still::kNo;
   if (!cycle.has_data()) {
     status_gap_ = true;
-    return;
+    return Still::kNo;
   }
   const bool settled = status_known_ && unread_ == 0 && !selection_.undecided &&
                        (!selection_.active || selection_.acknowledged || selection_.judged);
@@ -218,7 +216,7 @@ void LatchUnit::OnInputs(const ProcessCycle& cycle, const Part& part) {
     status_frame_ = cycle.frame();
     status_begun_ = (cycle.sent.seen() ? cycle.sent : cycle.returned).number;
     status_gap_ = false;
-    return;
+    return same_kind && watched.Watch(cycle.data, part.status.bit, part.status.bits) ? Still::kCounts : Still::kNo;
   }
   if (part.status.bits != 0) {
     const FrameRef& begun = cycle.sent.seen() ? cycle.sent : cycle.returned;
@@ -234,7 +232,7 @@ void LatchUnit::OnInputs(const ProcessCycle& cycle, const Part& part) {
     }
     OnStatus(word);
   }
-  if (unread_ == 0) return;
+  if (unread_ == 0) return part.status.bits == 0 && same_kind ? Still::kIdle : Still::kNo;
   for (std::size_t n = 0; n < edge_count_; ++n) {
     if ((unread_ & Bit(n)) == 0) continue;
     const Where& where = part.positions[n];
@@ -245,6 +243,17 @@ void LatchUnit::OnInputs(const ProcessCycle& cycle, const Part& part) {
       stray_read_ = true;
     }
   }
+  return Still::kNo;
+}
+
+void LatchUnit::Repeat(const ProcessCycle& cycle) {
+  if (cycle.part.direction == PdoDirection::kRx) {
+    ++control_words_;
+    return;
+  }
+  ++status_words_;
+  status_frame_ = cycle.frame();
+  status_begun_ = (cycle.sent.seen() ? cycle.sent : cycle.returned).number;
 }
 
 // --- the control word ---------------------------------------------------------------------------------------------

@@ -23,6 +23,7 @@
 #include "analyzers/model/al_machine.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/process_data.h"
+#include "analyzers/model/still_cycle.h"
 #include "decoder/device/device_description.h"
 
 namespace ecaudit::model {
@@ -65,7 +66,10 @@ class LatchUnit {
   void SetAcknowledgeLimit(std::int64_t limit_ns) { ack_limit_ns_ = limit_ns; }
 
   /// Process data of this slave; outputs of a datagram come before its inputs.
-  void OnCycle(const ProcessCycle& cycle);
+  /// @param watched gets the words on which being still rests
+  Still OnCycle(const ProcessCycle& cycle, StillCycle& watched);
+  /// A cycle like one that left the unit at Still::kCounts.
+  void Repeat(const ProcessCycle& cycle);
   void OnSdo(const mailbox::SdoTransfer& transfer);
   /// The slave leaves the states in which it has process data: its latches begin anew, unjudged.
   void Forget();
@@ -151,8 +155,8 @@ class LatchUnit {
 
   const Part& PartOf(const ImagePart& part);
   void Learn(Part& part, const ImagePart& from) const;
-  void OnOutputs(const ProcessCycle& cycle, const Part& part);
-  void OnInputs(const ProcessCycle& cycle, const Part& part);
+  Still OnOutputs(const ProcessCycle& cycle, const Part& part, StillCycle& watched);
+  Still OnInputs(const ProcessCycle& cycle, const Part& part, StillCycle& watched);
   void OnControl(const Word& word);
   void OnStatus(const Word& word);
   void OnProbe(std::uint16_t value, const Word& word);

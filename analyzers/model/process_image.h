@@ -16,10 +16,12 @@
 #include <string>
 #include <vector>
 
+#include "analyzers/model/exchange.h"
 #include "analyzers/model/logical_expectation.h"
 #include "analyzers/model/process_data.h"
 #include "analyzers/model/profile_choice.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/model/still_cycle.h"
 #include "decoder/track/network.h"
 
 namespace ecaudit::model {
@@ -52,17 +54,10 @@ struct ImagePart {
   std::vector<Place> places;              ///< in the order of the layout, gaps left out
   std::uint32_t bits = 0;                 ///< sum of the runs
   bool covered = false;  ///< outputs: inputs of some slave lie over them, so that the returned copy does not show them
+  mutable StillCycle still;  ///< what the units of the slave's model left this part with
 
   /// Null when the object is not mapped here.
   [[nodiscard]] const Place* Find(std::uint16_t index, std::uint8_t subindex) const;
-};
-
-/// Whether a slave exchanged these data.
-enum class Exchange : std::uint8_t {
-  kYes,       ///< the working counter leaves no other explanation
-  kInferred,  ///< it fits, given the states of the slaves; or nothing can be known (outbound-only capture)
-  kNo,        ///< the slave did not count
-  kUnknown,   ///< some slaves counted, or the frame did not return
 };
 
 /// One slave's data of one direction in one datagram. Valid during the call that hands it over.
