@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <span>
 
 #include "analyzers/core/finding_store.h"
 #include "analyzers/core/rule.h"
@@ -59,6 +60,10 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
     if (e.changed() || e.status_code) history_->On(e);  // what is polled says the same nearly always
     startup_->On(e);
     RulesThenModel(Topic::kAlStatusRead, e);
+  }
+  bool OnAlPoll(const FrameRef& frame, esc::AlWord status, std::span<const SlaveId> slaves) override {
+    return Listeners(Topic::kAlStatusRead).empty() && startup_->IsOver(slaves) &&
+           model_->ApplyPoll(frame, status, slaves);
   }
   void On(const track::AlStatusCodeRead& e) override {
     history_->On(e);

@@ -44,6 +44,7 @@ class AlMachine {
   [[nodiscard]] bool Repeats(const track::AlStatusRead& read) const {
     return quiet_ && read.status.state() == read_state_ && !read.status.bit4() && read.error_bit_known;
   }
+  [[nodiscard]] bool RepeatsState(std::uint8_t state) const { return quiet_ && state == read_state_; }
   void Repeat(FrameNo frame) {
     ++polls_;
     ++status_reads_;

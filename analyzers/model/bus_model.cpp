@@ -98,6 +98,13 @@ void BusModel::Apply(const track::AlStatusRead& event) {
   al.OnStatus(event);
   if (al.SettledIn(esc::AlState::OP) != settled) ++states_version_;
 }
+bool BusModel::ApplyPoll(const FrameRef& frame, esc::AlWord status, std::span<const SlaveId> slaves) {
+  for (const SlaveId id : slaves) {
+    if (!slaves_[id].al.RepeatsState(status.state())) return false;
+  }
+  for (const SlaveId id : slaves) slaves_[id].al.Repeat(frame.number);
+  return true;
+}
 void BusModel::Apply(const track::AlStatusCodeRead& event) {
   slaves_[event.slave].Stir();
   slaves_[event.slave].al.OnStatusCode(event);

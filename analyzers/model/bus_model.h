@@ -46,6 +46,9 @@ class BusModel final : private ProcessSink {
   void Apply(const track::IdentityLearned& event);
   void Apply(const track::AlRequest& event);
   void Apply(const track::AlStatusRead& event);
+  /// All of `slaves` were read in this state once more. @return false: nothing was done, some slave has to be told
+  /// singly
+  bool ApplyPoll(const FrameRef& frame, esc::AlWord status, std::span<const SlaveId> slaves);
   void Apply(const track::AlStatusCodeRead& event);
   void Apply(const track::AlStateForgotten& event);
   /// Hands the process data in it to the units of the slaves.

@@ -164,6 +164,12 @@ void StartupRecorder::On(const track::AlRequest& request) {
   story.operation_since = request.frame().number;
 }
 
+bool StartupRecorder::IsOver(std::span<const SlaveId> slaves) const {
+  return std::all_of(slaves.begin(), slaves.end(), [&](SlaveId slave) {
+    return slave < stories_.size() && stories_[slave].in_operation && stories_[slave].state == kOp;
+  });
+}
+
 void StartupRecorder::On(const track::AlStatusRead& read) {
   Story& story = Get(read.slave);
   const std::uint8_t state = read.status.state();

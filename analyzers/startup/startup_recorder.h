@@ -12,6 +12,7 @@
 #include <array>
 #include <deque>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -33,6 +34,8 @@ class StartupRecorder {
 
   void On(const track::AlRequest& request);
   void On(const track::AlStatusRead& read);
+  /// All of `slaves` are in OP: reading once more that they are tells nothing new.
+  [[nodiscard]] bool IsOver(std::span<const SlaveId> slaves) const;
   void On(const track::Answered& event);
   void On(const track::EepromRead& event);
   void On(const track::EepromWrite& event);

@@ -64,6 +64,13 @@ DcUnit::Change DcUnit::On(const track::SlaveAccess& access, const esc::RegisterI
   }
   if (!access.broadcast && length > 0 && access.address + length > kSystemTime) present_ = true;
 
+  // The system time is read in every cycle, nearly always alone.
+  if (access.address == kSystemTime && access.read.size() == 8 && access.written.empty() && !access.broadcast) {
+    own_time_ = LittleEndian<std::uint64_t>(access.read, 0);
+    own_time_wide_ = true;
+    own_time_frame_ = access.frame();
+    return Change::kNone;
+  }
   if (!access.read.empty() && !access.broadcast) {
     for (std::size_t port = 0; port < receive_times_.size(); ++port) {
       const ByteSpan time = access.Covered(access.read, static_cast<EscAddress>(kReceiveTimes + 4 * port), 4);

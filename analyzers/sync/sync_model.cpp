@@ -195,10 +195,10 @@ void SyncModel::Measure(const Pending& pending, const FrameTime& time, CyclicIma
     }
     if (from.esl && time.esl && *time.esl >= *from.esl) image.by_esl.Add(*time.esl - *from.esl, from.frame, time.frame);
     if (from.stamp && time.stamp) image.by_stamp.Add(Elapsed(*from.stamp, *time.stamp), from.frame, time.frame);
-    if (samples_ != nullptr) {
-      if (const Interval gap = Between(from, time); gap.base != TimeBase::kNone) {
-        samples_->OnInterval(image, time.frame, gap.ns);
-      }
+    image.gap_from = from.frame.number;
+    image.gap = Between(from, time);
+    if (samples_ != nullptr && image.gap.base != TimeBase::kNone) {
+      samples_->OnInterval(image, time.frame, image.gap.ns);
     }
     const auto [best, base] = image.Best();
     const std::uint64_t count = best->count();
@@ -248,7 +248,8 @@ void SyncModel::Feed(SlaveId id, const FrameAtHand& at_hand, const CyclicImage* 
   if (watch.seen && watch.last.frame.number == time.frame.number) return;
   const bool in_op = bus_.slave(id).al.SettledIn(esc::AlState::OP);
   if (watch.seen && watch.in_op && (in_op || watch.fell.seen())) {
-    const Interval gap = Between(watch.last, time);
+    const bool as_image = image != nullptr && image->gap_from == watch.last.frame.number && image == watch.image;
+    const Interval gap = as_image ? image->gap : Between(watch.last, time);
     TimeNs alarm = 0;
     if (image != nullptr && image->nominal_of >= kEnough) alarm = image->nominal_ns + image->nominal_ns / 2;
     if (watch.watchdog_ns > 0) alarm = alarm > 0 ? std::min(alarm, watch.watchdog_ns / 2) : watch.watchdog_ns / 2;

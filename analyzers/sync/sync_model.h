@@ -28,6 +28,8 @@ struct CyclicImage {
   wire::Command command = wire::Command::NOP;
   std::uint32_t address = 0;
   FrameTime last;
+  FrameNo gap_from = 0;  ///< last frame but one ...
+  Interval gap;          ///< ... and how far it lies before the last, for all slaves that both of them fed
   IntervalStatistics by_dc, by_esl, by_stamp;
   TimeNs nominal_ns = 0;  ///< median of the best clock, renewed now and then
   std::uint64_t nominal_of = 0;

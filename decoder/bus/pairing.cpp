@@ -146,7 +146,7 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
   // Without what stands behind the datagrams, so that huge packets do not stay in memory.
   const ByteSpan kept = frame.bytes().first(frame.used_bytes());
   slot.bytes.assign(kept.begin(), kept.end());
-  slot.view = frame.Rebased(slot.bytes);
+  slot.view.Rebase(frame, slot.bytes);
   sink_.OnSent(slot.view);
 }
 

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "decoder/base/ids.h"
@@ -152,6 +153,9 @@ class EventSink : public mailbox::MailboxSink {
   virtual void On(const SlaveCount&) {}
   virtual void On(const AlRequest&) {}
   virtual void On(const AlStatusRead&) {}
+  /// A broadcast showed all of `slaves` once more in the state that the last AlStatusRead of each told. Masters poll so
+  /// in every cycle. @return false: AlStatusRead of each slave shall be told as ever
+  virtual bool OnAlPoll(const FrameRef&, esc::AlWord, std::span<const SlaveId> /*slaves*/) { return false; }
   virtual void On(const AlStatusCodeRead&) {}
   virtual void On(const AlStateForgotten&) {}
   virtual void On(const IdentityLearned&) {}

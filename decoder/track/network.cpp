@@ -146,6 +146,7 @@ void Network::CountSlaves(const Datagram& d) {
   const std::optional<std::uint16_t> before_count = before != nullptr ? std::optional(*before) : std::nullopt;
   const SlaveCount event{count, before_count.value_or(0), !before_count, d.transaction.returned_ref()};
   slave_count_ = Known<std::uint16_t>::Observed(count, event.frame.number);
+  ++states_version_;
   events_.On(event);
   if (before_count && count > *before_count) ForgetReturning(*before_count, event.frame);
 }
@@ -153,6 +154,7 @@ void Network::CountSlaves(const Datagram& d) {
 /// Slaves that were away may come back after a power cycle, and new ones have taken no broadcast so far.
 void Network::ForgetReturning(std::uint16_t first_position, const FrameRef& frame) {
   everyone_ = SlaveState();
+  ++states_version_;
   for (std::size_t s = 0; s < slaves_.size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
     const SlavePos* position = slaves_[id].position.if_known();
@@ -203,6 +205,7 @@ SlaveId Network::Resolve(const Datagram& d, bool add) {
     const auto address = LittleEndian<std::uint16_t>(data, static_cast<std::size_t>(kStationAddress - d.address()));
     const SlaveId met = address != 0 ? slaves_.AtStation(address) : kNoSlave;
     if (met != kNoSlave && slaves_[met].position.if_known() == nullptr) {
+      ++states_version_;
       return slaves_.AssignAtPosition(*position, address, d.transaction.any().ref().number).slave;
     }
   }
@@ -215,6 +218,7 @@ SlaveId Network::Resolve(const Datagram& d, bool add) {
 
 void Network::Meet(SlaveId id, const FrameRef& frame) {
   if (id == kNoSlave || id < states_.size()) return;
+  ++states_version_;
   states_.push_back(everyone_);
   states_.back().sii = SiiAssembler(id);
   mailboxes_.push_back(std::make_unique<MailboxTracker>(id, events_));
@@ -282,6 +286,7 @@ void Network::OnBroadcast(const Datagram& d) {
     }
     if (CoversByte(d.address(), d.any.length(), kStationAddress) && acceptance != Acceptance::kRefused) {
       slaves_.ClearStations(d.transaction.any().ref().number);
+      ++states_version_;
     }
   }
   if (d.command() == wire::Command::BRD && d.has_returned && d.wkc() != 0 &&
@@ -306,6 +311,13 @@ void Network::ReadAlStatusOfAll(const Datagram& d) {
   const bool one_state = std::has_single_bit(static_cast<unsigned>(seen));
   const bool error = (status & 0x10U) != 0;
   const FrameRef frame = d.transaction.returned_ref();
+  if (poll_.version == states_version_ && poll_.status == status &&
+      events_.OnAlPoll(frame, esc::AlWord{seen}, poll_.slaves)) {
+    return;
+  }
+  poll_.version = 0;
+  poll_.slaves.clear();
+  bool all_same = true;
   SlaveId only = kNoSlave;  // the one slave on the bus, where its place or its being alone tells which that is
   if (*count == 1) {
     only = slaves_.AtPosition(0);
@@ -318,22 +330,31 @@ void Network::ReadAlStatusOfAll(const Datagram& d) {
     if (id == only) {
       const auto code = data.size() >= 6 ? std::optional(LittleEndian<std::uint16_t>(data, 4)) : std::nullopt;
       ApplyAlStatus(id, frame, WordOrByte(data), code, true);
+      all_same = false;  // a single slave tells more than its state
     } else if (one_state && !error) {
       // Bits above the error bit are an OR of all: they say nothing of this slave.
       const bool same = before != nullptr && before->state() == seen && !before->bit4();
       if (same) {
+        poll_.slaves.push_back(id);
         events_.On(AlStatusRead{id, frame, *before, *before, std::nullopt, true});
       } else {
+        all_same = false;
         ApplyAlStatus(id, frame, seen, std::nullopt, true);
       }
     } else if (one_state) {
       // The state is certain, whose error bit it is, is not.
       if (before == nullptr || before->state() != seen) ApplyAlStatus(id, frame, seen, std::nullopt, false);
+      all_same = false;
     } else if (before != nullptr && (before->state() & ~status & 0x0FU) != 0) {
       states_[id].al_status.Forget(frame.number);
       states_[id].al_status_code.Forget(frame.number);
+      ++states_version_;
       events_.On(AlStateForgotten{id, frame});
     }
+  }
+  if (all_same && one_state && !error) {
+    poll_.version = states_version_;
+    poll_.status = status;
   }
 }
 
@@ -482,6 +503,7 @@ void Network::ApplyAlStatus(SlaveId slave, const FrameRef& frame, std::uint16_t 
       mailboxes_[slave]->Reset(frame);
     }
     state.al_status = Known<esc::AlWord>::Observed(esc::AlWord{status}, frame.number);
+    ++states_version_;
   }
   if (code) state.al_status_code = Known<std::uint16_t>::Observed(*code, frame.number);
   events_.On(event);
@@ -505,6 +527,7 @@ void Network::ApplyAddressing(const SlaveAccess& access) {
     const bus::SlaveAddress& known = slaves_[access.slave];
     const StationAddress* before = known.station.if_known();
     if (before == nullptr || *before != address || !known.station_valid) {
+      ++states_version_;
       const SlavePos* position = known.position.if_known();
       const bus::Assignment assigned = position != nullptr ? slaves_.AssignAtPosition(*position, address, frame)
                                                            : slaves_.AssignStation(access.slave, address, frame);

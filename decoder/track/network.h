@@ -72,8 +72,16 @@ class Network final : public bus::BusSink, private SiiListener {
 
   EventSink& events_;
   bus::SlaveSet slaves_;
-  std::deque<SlaveState> states_;  // grows without moving what rules refer to
-  SlaveState everyone_;            // what broadcasts wrote: a slave met later has taken it, too
+  /// The last broadcast read that showed every slave in the state it was known to be in.
+  struct Poll {
+    std::uint64_t version = 0;  ///< of states_version_
+    std::uint8_t status = 0;
+    std::vector<SlaveId> slaves;
+  };
+  Poll poll_;
+  std::uint64_t states_version_ = 1;  ///< changes with any AL state, and with who is on the bus
+  std::deque<SlaveState> states_;     // grows without moving what rules refer to
+  SlaveState everyone_;               // what broadcasts wrote: a slave met later has taken it, too
   Known<std::uint16_t> slave_count_;
   std::uint64_t mapping_version_ = 0;
   std::vector<std::unique_ptr<MailboxTracker>> mailboxes_;

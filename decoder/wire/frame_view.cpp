@@ -191,6 +191,18 @@ void FrameView::ParseDatagrams(std::size_t offset, bool cut) noexcept {
   // first.
   std::size_t at = start;
   bool more = true;
+  // What nearly all datagrams are: whole, inside the length, known.
+  const std::size_t end = std::min({announced_end, bytes_.size(), kMaxOffset});
+  while (more && count_ < kMaxDatagrams && at + kDatagramHeaderBytes + kWorkingCounterBytes <= end) {
+    const std::uint8_t* datagram = bytes_.data() + at;
+    const auto length_word = LoadLittleEndian<std::uint16_t>(datagram + 6);
+    const std::size_t size = kDatagramHeaderBytes + (length_word & 0x07FFU) + kWorkingCounterBytes;
+    if (size > end - at || !IsDefined(*datagram)) break;
+    offsets_[count_++] = static_cast<std::uint16_t>(at);
+    more = (length_word & 0x8000U) != 0;
+    at += size;
+    offsets_[count_] = static_cast<std::uint16_t>(at);
+  }
   while (more && count_ < kMaxDatagrams) {
     if (!Fits(bytes_, at, kDatagramHeaderBytes)) {
       if (kind_ != FrameKind::kCut) {

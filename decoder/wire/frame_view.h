@@ -4,6 +4,7 @@
 ///   datagram:      | cmd 1 | index 1 | address 4 | length+flags 2 | irq 2 | data n | wkc 2 |
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <string_view>
@@ -84,7 +85,25 @@ struct EslRecord {
   std::uint64_t time_ns = 0;  ///< clock of the probe
 };
 
-class FrameView {
+/// All of a FrameView but where its datagrams lie, to be copied as a whole.
+struct FrameFields {
+  ByteSpan bytes_;
+  FrameRef ref_;
+  std::uint64_t source_mac_ = 0;
+  EslRecord esl_;
+  FrameKind kind_ = FrameKind::kOther;
+  FrameProblem problem_ = FrameProblem::kNone;
+  Encapsulation encapsulation_ = Encapsulation::kEthernet;
+  capture::PacketFlag flag_ = capture::PacketFlag::kNone;
+  std::uint16_t interface_index_ = 0;
+  std::uint8_t vlan_tags_ = 0;
+  std::uint8_t ethercat_type_ = 0;
+  bool has_header_ = false;
+  bool cut_before_type_ = false;
+  std::uint8_t count_ = 0;
+};
+
+class FrameView : private FrameFields {
  public:
   static constexpr std::size_t kMaxDatagrams = 170;  ///< 2047 / 12
 
@@ -129,30 +148,17 @@ class FrameView {
   /// As many of bytes() as the view needs to read its datagrams: at most about 2,200.
   [[nodiscard]] std::size_t used_bytes() const { return count_ == 0 ? 0 : offsets_[count_]; }
 
-  /// The same view over a copy of the packet's bytes; `copy` must hold the same bytes, at least used_bytes() of them.
-  [[nodiscard]] FrameView Rebased(ByteSpan copy) const {
-    FrameView view = *this;
-    view.bytes_ = copy;
-    return view;
+  /// Becomes the same view over a copy of the packet's bytes; `copy` must hold the same bytes, at least used_bytes() of
+  /// them.
+  void Rebase(const FrameView& from, ByteSpan copy) {
+    static_cast<FrameFields&>(*this) = from;
+    if (count_ > 0) std::copy_n(from.offsets_.begin(), from.count_ + std::size_t{1}, offsets_.begin());
+    bytes_ = copy;
   }
 
  private:
   void ParseDatagrams(std::size_t offset, bool cut) noexcept;
 
-  ByteSpan bytes_;
-  FrameRef ref_;
-  std::uint64_t source_mac_ = 0;
-  EslRecord esl_;
-  FrameKind kind_ = FrameKind::kOther;
-  FrameProblem problem_ = FrameProblem::kNone;
-  Encapsulation encapsulation_ = Encapsulation::kEthernet;
-  capture::PacketFlag flag_ = capture::PacketFlag::kNone;
-  std::uint16_t interface_index_ = 0;
-  std::uint8_t vlan_tags_ = 0;
-  std::uint8_t ethercat_type_ = 0;
-  bool has_header_ = false;
-  bool cut_before_type_ = false;
-  std::uint8_t count_ = 0;
   std::array<std::uint16_t, kMaxDatagrams + 1> offsets_;  // deliberately not zeroed: only [0, count_] is read
 };
 

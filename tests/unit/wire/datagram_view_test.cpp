@@ -78,7 +78,8 @@ TEST(FrameView, RebasedReadsTheCopy) {
   Bytes packet = Plain(Payload(Datagrams({{.data = {1, 2}}})));
   const FrameView view = Parse(packet);
   const Bytes copy = packet;
-  const FrameView rebased = view.Rebased(copy);
+  FrameView rebased;
+  rebased.Rebase(view, copy);
   packet.assign(packet.size(), 0);
   ASSERT_EQ(rebased.size(), 1U);
   EXPECT_THAT(rebased[0].data(), ElementsAre(1, 2));
