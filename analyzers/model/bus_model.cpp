@@ -38,6 +38,7 @@ const LogicalExpectation& BusModel::Expect(const track::LogicalAccess& access) c
 
 void BusModel::Apply(const track::SlaveFound& event) {
   slaves_.emplace_back(event.slave, network_.state(event.slave), sink_);
+  by_id_.push_back(&slaves_.back());
   slaves_.back().al.SetTimeouts(timeouts_);
   slaves_.back().latch.SetAcknowledgeLimit(latch_acknowledge_ns_);
   slaves_.back().drive.SetLimits(drive_limits_);
@@ -100,9 +101,9 @@ void BusModel::Apply(const track::AlStatusRead& event) {
 }
 bool BusModel::ApplyPoll(const FrameRef& frame, esc::AlWord status, std::span<const SlaveId> slaves) {
   for (const SlaveId id : slaves) {
-    if (!slaves_[id].al.RepeatsState(status.state())) return false;
+    if (!by_id_[id]->al.RepeatsState(status.state())) return false;
   }
-  for (const SlaveId id : slaves) slaves_[id].al.Repeat(frame.number);
+  for (const SlaveId id : slaves) by_id_[id]->al.Repeat(frame.number);
   return true;
 }
 void BusModel::Apply(const track::AlStatusCodeRead& event) {
@@ -135,7 +136,7 @@ void BusModel::Apply(const track::FrameLost& event) {
 
 void BusModel::On(const ProcessCycle& cycle) {
   if (cycle.part.slave == kNoSlave) return;
-  SlaveModel& slave = slaves_[cycle.part.slave];
+  SlaveModel& slave = *by_id_[cycle.part.slave];
   ProcessTraffic& traffic = cycle.part.direction == device::PdoDirection::kRx ? slave.outputs : slave.inputs;
   if (cycle.exchange == Exchange::kYes || cycle.exchange == Exchange::kInferred) {
     if (traffic.exchanged++ == 0) traffic.first = cycle.frame();

@@ -3,7 +3,9 @@
 
 #include <deque>
 #include <map>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "analyzers/analysis.h"
 #include "analyzers/model/logical_expectation.h"
@@ -21,7 +23,7 @@ class BusModel final : private ProcessSink {
 
   [[nodiscard]] const track::Network& network() const { return network_; }
   [[nodiscard]] std::size_t size() const { return slaves_.size(); }
-  [[nodiscard]] const SlaveModel& slave(SlaveId id) const { return slaves_[id]; }
+  [[nodiscard]] const SlaveModel& slave(SlaveId id) const { return *by_id_[id]; }
   /// What the working counter of this logical access must be.
   [[nodiscard]] const LogicalExpectation& Expect(const track::LogicalAccess& access) const;
 
@@ -76,6 +78,7 @@ class BusModel final : private ProcessSink {
   DriveLimits drive_limits_;
   ProfileChoice choice_;
   std::deque<SlaveModel> slaves_;
+  std::vector<SlaveModel*> by_id_;  ///< the same: found without the deque's arithmetic, for every datagram
   std::deque<track::IdentityLearned> seen_identities_;  ///< a slave: what the capture shows of its identity
   mutable LogicalExpectations expectations_;
   std::uint64_t states_version_ = 1;  ///< changes whenever a slave may have settled in OP, or left it

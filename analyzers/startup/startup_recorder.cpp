@@ -62,7 +62,10 @@ bool IsEarly(StartupPhase phase) {
 }  // namespace
 
 StartupRecorder::Story& StartupRecorder::Get(SlaveId slave) {
-  while (stories_.size() <= slave) stories_.emplace_back();
+  while (stories_.size() <= slave) {
+    stories_.emplace_back();
+    in_operation_.push_back(false);
+  }
   return stories_[slave];
 }
 
@@ -165,9 +168,8 @@ void StartupRecorder::On(const track::AlRequest& request) {
 }
 
 bool StartupRecorder::IsOver(std::span<const SlaveId> slaves) const {
-  return std::all_of(slaves.begin(), slaves.end(), [&](SlaveId slave) {
-    return slave < stories_.size() && stories_[slave].in_operation && stories_[slave].state == kOp;
-  });
+  return std::all_of(slaves.begin(), slaves.end(),
+                     [&](SlaveId slave) { return slave < in_operation_.size() && in_operation_[slave]; });
 }
 
 void StartupRecorder::On(const track::AlStatusRead& read) {
@@ -176,6 +178,7 @@ void StartupRecorder::On(const track::AlStatusRead& read) {
   if (!story.first_state) story.first_state = state;
   story.SetState(state, read.frame.number);
   if (story.in_operation) {
+    in_operation_[read.slave] = state == kOp;
     if (state != kOp) story.enabled = story.left_operation = true;
     return;
   }
@@ -192,7 +195,7 @@ void StartupRecorder::On(const track::AlStatusRead& read) {
   if (state != kBoot) story.record.highest = std::max(story.record.highest, state);
   if (state >= kPreop) scan_done_ = true;
   if (state == kOp) {
-    story.in_operation = true;
+    story.in_operation = in_operation_[read.slave] = true;
     story.operation_since = read.frame.number;
     bus_done_ = true;
   }

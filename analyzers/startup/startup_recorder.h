@@ -104,6 +104,7 @@ class StartupRecorder {
 
   const model::BusModel& model_;
   std::deque<Story> stories_;
+  std::vector<bool> in_operation_;  ///< of each story: in OP now, the master's part is over
   Record bus_;
   bool scan_done_ = false;  ///< a slave reached PREOP
   bool bus_done_ = false;   ///< a slave reached OP

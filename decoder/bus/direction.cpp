@@ -19,14 +19,7 @@ std::uint32_t PortOf(const wire::FrameView& frame) {
 
 std::uint64_t FrameKey(const wire::FrameView& frame) noexcept {
   std::uint64_t hash = frame.size();
-  for (std::size_t i = 0; i < frame.size(); ++i) {
-    const wire::DatagramView d = frame[i];
-    std::uint64_t address = d.ado();
-    if (!wire::IncrementsAdp(d.command())) address |= static_cast<std::uint64_t>(d.adp()) << 16U;
-    hash =
-        Mix(hash, static_cast<std::uint64_t>(d.command_byte()) << 56U | static_cast<std::uint64_t>(d.index()) << 48U |
-                      static_cast<std::uint64_t>(d.length()) << 32U | address);
-  }
+  for (std::size_t i = 0; i < frame.size(); ++i) hash = Mix(hash, frame[i].KeptHeader());
   return hash;
 }
 

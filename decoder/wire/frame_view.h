@@ -42,6 +42,14 @@ class DatagramView {
     return LoadLittleEndian<std::uint16_t>(bytes_.data() + bytes_.size() - kWorkingCounterBytes);
   }
   [[nodiscard]] ByteSpan bytes() const { return bytes_; }
+  /// Command, index, length and address as one number, without what slaves change: a returned datagram has the same as
+  /// the one that was sent.
+  [[nodiscard]] std::uint64_t KeptHeader() const {
+    constexpr std::uint64_t kPosition = 0xFFFF'0000;  // adp, bytes 2 and 3
+    constexpr std::uint64_t kLengthFlags = 0xF800'0000'0000'0000;
+    const std::uint64_t header = LoadLittleEndian<std::uint64_t>(bytes_.data()) & ~kLengthFlags;
+    return IncrementsAdp(command()) ? header & ~kPosition : header;
+  }
 
  private:
   [[nodiscard]] std::uint16_t length_word() const { return LoadLittleEndian<std::uint16_t>(bytes_.data() + 6); }
