@@ -89,6 +89,60 @@ TEST(Broadcast, OfASingleSlaveConcernsNobodyWhoLeft) {
   EXPECT_THAT(lines, Not(Contains(::testing::StartsWith("state 1 0x0002"))));
 }
 
+/// Takes polls in place of the single reads.
+class PollLog final : public EventSink {
+ public:
+  using EventSink::On;
+  void On(const AlStatusRead& e) override {
+    said.push_back("read " + std::to_string(e.slave) + " in " + std::to_string(e.frame.number));
+  }
+  bool OnAlPoll(const FrameRef& frame, esc::AlWord status, std::span<const SlaveId> slaves) override {
+    said.push_back("poll of " + std::to_string(slaves.size()) + " in " + std::to_string(frame.number) + ": " +
+                   std::to_string(status.raw));
+    return takes;
+  }
+  std::vector<std::string> said;
+  bool takes = true;
+};
+
+/// What is said behind the three reads of ThreeInPreop(), which is 5 frames out and 5 back.
+std::vector<std::string> PollsOf(std::string_view more, bool takes = true) {
+  const Result<Trace> trace = Trace::Parse(ThreeInPreop() + std::string(more));
+  EXPECT_TRUE(trace.has_value());
+  PollLog log;
+  log.takes = takes;
+  Pipeline pipeline(log);
+  MemorySource source(trace->Packets());
+  pipeline.Run(source);
+  return {log.said.begin() + 3, log.said.end()};
+}
+
+TEST(BroadcastPoll, ToldOnceWhereEverySlaveIsAsBefore) {
+  constexpr std::string_view kPoll = "+1ms BRD 0x0130 02 00\n";
+  const std::string three = std::string(kPoll) + std::string(kPoll) + std::string(kPoll);
+  EXPECT_THAT(PollsOf(three),
+              ElementsAre("read 0 in 12", "read 1 in 12", "read 2 in 12", "poll of 3 in 14: 2", "poll of 3 in 16: 2"));
+  EXPECT_THAT(PollsOf(std::string(kPoll) + std::string(kPoll), false),
+              ElementsAre("read 0 in 12", "read 1 in 12", "read 2 in 12", "poll of 3 in 14: 2", "read 0 in 14",
+                          "read 1 in 14", "read 2 in 14"));
+}
+
+TEST(BroadcastPoll, NotWhereAStateOrTheBusChanged) {
+  constexpr std::string_view kPoll = "+1ms BRD 0x0130 02 00\n";
+  const auto polls = [&](std::string_view between) {
+    const std::vector<std::string> said = PollsOf(std::string(kPoll) + std::string(between) + std::string(kPoll));
+    return std::count_if(said.begin(), said.end(), [](const std::string& line) { return line.starts_with("poll"); });
+  };
+  EXPECT_EQ(polls(""), 1);
+  EXPECT_EQ(polls("+1ms FPRD 0x1002:0x0130 02 00\n"), 1) << "read once more, as before";
+  EXPECT_EQ(polls("+1ms FPRD 0x1002:0x0130 12 00\n"), 0) << "one slave has its error bit set";
+  EXPECT_EQ(polls("+1ms BRD 0x0130 04 00\n"), 0) << "all went to SAFEOP and back";
+  EXPECT_EQ(polls("+1ms BRD 0x0130 06 00\n"), 0) << "some may have gone";
+  EXPECT_EQ(polls("@slaves 2\n+1ms BRD 0x0000 11 00\n"), 0) << "one slave fewer";
+  EXPECT_EQ(polls("+1ms APWR 1:0x0010 09 10\n"), 0) << "another station address";
+  EXPECT_EQ(polls("+1ms BRD 0x0130 02 00 wkc=2\n"), 1) << "tells nothing";
+}
+
 TEST(Broadcast, WriteThatEverybodyTook) {
   const Decoded d = Decode(ThreeInPreop() + "+1ms BWR 0x0420 E8 03\n");
   for (SlaveId s = 0; s < 3; ++s) EXPECT_EQ(d.Register(s, 0x0420), "0x03e8");
