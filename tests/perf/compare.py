@@ -4,8 +4,9 @@
     cmake --preset release && cmake --build --preset release
     tests/perf/compare.py build/release
 
-Makes the captures it needs, runs every program over the same files in one go and prints ratios of CPU time (user and
-system, the least of several runs), which other work on the machine disturbs least. Needs 1 GiB in the temporary folder.
+Makes the captures it needs, runs every program over the same files in one go and prints how long they take and the CPU
+time that they need (user and system; `check` reads in a thread of its own), each the least of several runs. Both as
+multiples of the libpcap loop. Wants a machine that does nothing else. Needs 1 GiB in the temporary folder.
 """
 import argparse
 import os
@@ -13,6 +14,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 GOAL_OVER_LIBPCAP = 4
@@ -21,20 +23,23 @@ GOAL_MEMORY_MIB = 64
 
 
 class Cost:
-    """CPU seconds and peak memory of one program; the least of several runs."""
+    """Seconds, CPU seconds and peak memory of one program; the least of several runs (memory: the most)."""
 
     def __init__(self, command: list[str], runs: int):
         self.seconds = float("inf")
+        self.cpu = float("inf")
         self.memory_mib = 0.0
         for _ in range(runs):
+            begun = time.perf_counter()
             process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
             message = process.stderr.read().decode(errors="replace")
             process.stderr.close()
             _, status, usage = os.wait4(process.pid, 0)
+            self.seconds = min(self.seconds, time.perf_counter() - begun)
             process.returncode = os.waitstatus_to_exitcode(status)
             if process.returncode != 0:
                 sys.exit(f"{' '.join(command)} ended with {process.returncode}: {message.strip()[-500:]}")
-            self.seconds = min(self.seconds, usage.ru_utime + usage.ru_stime)
+            self.cpu = min(self.cpu, usage.ru_utime + usage.ru_stime)
             self.memory_mib = max(self.memory_mib, usage.ru_maxrss / 1024)
 
 
@@ -64,7 +69,8 @@ def row(*cells: str) -> None:
 
 
 def programs(bench: Bench, frames: int, with_tshark: bool) -> dict[str, float]:
-    print(f"\n{frames:,} frames, 3 slaves, all rules on; CPU seconds, and as multiples of the libpcap loop\n")
+    print(f"\n{frames:,} frames, 3 slaves, all rules on: seconds / CPU seconds, both also as multiples of the libpcap "
+          "loop\n")
     row("file", "libpcap loop", "`ecaudit check`", "`ecaudit decode`", "`tshark -T fields`", "tshark / check")
     row("---", "---:", "---:", "---:", "---:", "---:")
     figures = {"over_libpcap": 0.0, "over_tshark": float("inf")}
@@ -73,26 +79,27 @@ def programs(bench: Bench, frames: int, with_tshark: bool) -> dict[str, float]:
         loop = Cost([bench.loop, capture], bench.runs)
         check = bench.check(capture)
         decode = Cost([bench.ecaudit, "decode", capture], 1)
-        times = lambda cost: f"{cost.seconds:.2f} ({cost.seconds / loop.seconds:.1f}x)"
+        times = lambda cost: (f"{cost.seconds:.2f} ({cost.seconds / loop.seconds:.1f}x) / "
+                              f"{cost.cpu:.2f} ({cost.cpu / loop.cpu:.1f}x)")
         tshark, faster = "-", "-"
         if with_tshark:
             cost = Cost(["tshark", "-r", capture, "-T", "fields", "-e", "ecat.cmd", "-e", "ecat.ado"], 1)
             tshark, faster = times(cost), f"{cost.seconds / check.seconds:.0f}x"
             figures["over_tshark"] = min(figures["over_tshark"], cost.seconds / check.seconds)
-        row(extension, f"{loop.seconds:.3f}", times(check), times(decode), tshark, faster)
+        row(extension, f"{loop.seconds:.3f} / {loop.cpu:.3f}", times(check), times(decode), tshark, faster)
         figures["over_libpcap"] = max(figures["over_libpcap"], check.seconds / loop.seconds)
     return figures
 
 
 def growth(bench: Bench, frames: int) -> float:
     print("\n`ecaudit check`: cost by length and by slaves\n")
-    row("frames", "slaves", "CPU s", "ns a frame", "peak MiB")
-    row("---:", "---:", "---:", "---:", "---:")
+    row("frames", "slaves", "s", "CPU s", "CPU ns a frame", "peak MiB")
+    row("---:", "---:", "---:", "---:", "---:", "---:")
     worst = 0.0
     for slaves, length in ((3, frames // 10), (3, frames), (3, frames * 10), (1, frames), (20, frames)):
         capture = bench.capture(slaves, length)
         cost = bench.check(capture)
-        row(f"{length:,}", str(slaves), f"{cost.seconds:.2f}", f"{cost.seconds / length * 1e9:.0f}",
+        row(f"{length:,}", str(slaves), f"{cost.seconds:.2f}", f"{cost.cpu:.2f}", f"{cost.cpu / length * 1e9:.0f}",
             f"{cost.memory_mib:.0f}")
         worst = max(worst, cost.memory_mib)
         if length != frames or slaves != 3:
