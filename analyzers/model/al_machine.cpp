@@ -333,6 +333,17 @@ void AlMachine::MayBeIn(std::uint8_t state) {
   }
 }
 
+AlChangedByItself AlMachine::ChangedByItself(const track::AlStatusRead& read, esc::AlWord before) const {
+  AlChangedByItself event;
+  event.slave = slave_;
+  event.frame = read.frame;
+  event.before = before;
+  event.status = read.status;
+  event.before_since = last_seen_;
+  event.code = read.status_code;
+  return event;
+}
+
 /// A broadcast that some slave answered with the error bit: the state is certain, whose error it is, is not.
 void AlMachine::OnStateOnly(const track::AlStatusRead& read) {
   const std::uint8_t state = read.status.state();
@@ -340,12 +351,7 @@ void AlMachine::OnStateOnly(const track::AlStatusRead& read) {
   const bool fell =
       read_state_ != 0 && error_ != Error::kUnknown && Height(state) < Height(read_state_) && !Explains(state);
   if (fell) {
-    AlChangedByItself event;
-    event.slave = slave_;
-    event.frame = read.frame;
-    event.before = Before();
-    event.status = read.status;
-    event.before_since = last_seen_;
+    const AlChangedByItself event = ChangedByItself(read, Before());
     open_.reset();
     error_code_.reset();
     sink_.On(event);
@@ -410,14 +416,7 @@ void AlMachine::OnError(const track::AlStatusRead& read) {
   error_code_ = read.status_code;
   error_reported_ = before_known && pending_count_ == 0;
   if (!error_reported_) return;
-  AlChangedByItself event;
-  event.slave = slave_;
-  event.frame = read.frame;
-  event.before = before;
-  event.status = read.status;
-  event.before_since = last_seen_;
-  event.code = read.status_code;
-  sink_.On(event);
+  sink_.On(ChangedByItself(read, before));
 }
 
 void AlMachine::OnNoError(const track::AlStatusRead& read) {
@@ -453,15 +452,8 @@ void AlMachine::OnNoError(const track::AlStatusRead& read) {
     // Another state than the one requested and none on the way there: not an answer to the request.
   }
   if (state != read_state_ && before_known && Height(state) < Height(read_state_) && !Explains(state)) {
-    AlChangedByItself event;
-    event.slave = slave_;
-    event.frame = read.frame;
-    event.before = before;
-    event.status = read.status;
-    event.before_since = last_seen_;
-    event.code = read.status_code;
     open_.reset();  // what it asked for is not what is waited for any more
-    sink_.On(event);
+    sink_.On(ChangedByItself(read, before));
   }
 }
 

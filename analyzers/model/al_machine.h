@@ -84,6 +84,7 @@ class AlMachine {
   void DropPendingBefore(FrameNo request);
   [[nodiscard]] bool MayHaveBeenAcknowledged(FrameNo before) const;
   [[nodiscard]] StateSet PossibleBefore(FrameNo request) const;
+  [[nodiscard]] AlChangedByItself ChangedByItself(const track::AlStatusRead& read, esc::AlWord before) const;
   void OnStateOnly(const track::AlStatusRead& read);
   [[nodiscard]] bool IsQuiet(std::uint8_t state) const;
   [[nodiscard]] esc::AlWord Before() const;

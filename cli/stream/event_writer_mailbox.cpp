@@ -24,6 +24,18 @@ constexpr std::size_t kShownBytes = 24;
 constexpr std::size_t kShownText = 160;
 constexpr std::size_t kSdoBytes = 10;  // CoE header, command, object, four bytes
 
+/// The object of an SDO answer or transfer, null where it is not known.
+template <typename E>
+void WriteObject(EventRow& row, const E& event) {
+  if (event.has_object) {
+    row.json.Number("index", event.index);
+    row.json.Number("subindex", event.subindex);
+  } else {
+    row.json.Null("index");
+    row.json.Null("subindex");
+  }
+}
+
 std::string_view Name(Certainty certainty) {
   switch (certainty) {
     case Certainty::kUnknown:
@@ -314,13 +326,7 @@ void EventWriter::On(const mailbox::SdoUnexpected& event) {
   row.json.Text("kind", "unexpected-sdo-response");
   row.json.Text("reason", mailbox::Describe(event.reason));
   row.json.Number("command", event.command);
-  if (event.has_object) {
-    row.json.Number("index", event.index);
-    row.json.Number("subindex", event.subindex);
-  } else {
-    row.json.Null("index");
-    row.json.Null("subindex");
-  }
+  WriteObject(row, event);
   row.Frame("request_frame", event.request);
   row.text = "SDO answer" + (event.has_object ? " for " + ObjectName(event.index, event.subindex) : std::string()) +
              " without its request: " + std::string(mailbox::Describe(event.reason));
@@ -362,13 +368,7 @@ void EventWriter::WriteSdo(const mailbox::SdoTransfer& event) {
   row.TextOrNull("service", service_known ? mailbox::Name(event.service) : "");
   row.TextOrNull("transfer", event.kind != mailbox::SdoTransferKind::kUnknown ? mailbox::Name(event.kind) : "");
   row.json.Bool("complete_access", event.complete_access);
-  if (event.has_object) {
-    row.json.Number("index", event.index);
-    row.json.Number("subindex", event.subindex);
-  } else {
-    row.json.Null("index");
-    row.json.Null("subindex");
-  }
+  WriteObject(row, event);
   row.json.Bytes("data", event.data);
   AppendValue(row.json.Key("value"), value);
   row.TextOrNull("name", info.name);

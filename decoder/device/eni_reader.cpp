@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "decoder/base/text.h"
+#include "decoder/device/description_file.h"
 #include "decoder/device/xml_cursor.h"
 
 namespace ecaudit::device {
@@ -351,6 +352,29 @@ class EniParser {
     return static_cast<wire::Command>(number);
   }
 
+  /// What initialisation and cyclic commands have in common. False: `name` is nothing of that, and was not read.
+  template <typename C>
+  bool ReadField(const std::string& name, C& command) {
+    if (name == "Comment") {
+      command.comment = xml_.Text();
+    } else if (name == "Cmd") {
+      command.command = ReadCommand();
+    } else if (name == "Adp") {
+      command.adp = static_cast<std::uint16_t>(Ranged(-0x8000, 0xFFFF));
+    } else if (name == "Ado") {
+      command.ado = xml_.Number<std::uint16_t>();
+    } else if (name == "Addr") {
+      command.logical = xml_.Number<std::uint32_t>();
+    } else if (name == "DataLength") {
+      command.data_length = xml_.Number<std::uint32_t>();
+    } else if (name == "Cnt") {
+      command.expected_wkc = xml_.Number<std::uint16_t>();
+    } else {
+      return false;
+    }
+    return true;
+  }
+
   EniInitCommand ReadInitCommand() {
     EniInitCommand command;
     command.line = xml_.line();
@@ -362,22 +386,8 @@ class EniParser {
       } else if (name == "BeforeSlave") {
         const std::string text = xml_.Text();
         command.before_slave = text == "1" || text == "true";
-      } else if (name == "Comment") {
-        command.comment = xml_.Text();
-      } else if (name == "Cmd") {
-        command.command = ReadCommand();
-      } else if (name == "Adp") {
-        command.adp = static_cast<std::uint16_t>(Ranged(-0x8000, 0xFFFF));
-      } else if (name == "Ado") {
-        command.ado = xml_.Number<std::uint16_t>();
-      } else if (name == "Addr") {
-        command.logical = xml_.Number<std::uint32_t>();
       } else if (name == "Data") {
         command.data = xml_.Bytes();
-      } else if (name == "DataLength") {
-        command.data_length = xml_.Number<std::uint32_t>();
-      } else if (name == "Cnt") {
-        command.expected_wkc = xml_.Number<std::uint16_t>();
       } else if (name == "Retries") {
         command.retries = xml_.Number<std::uint32_t>();
       } else if (name == "Validate") {
@@ -392,7 +402,7 @@ class EniParser {
             xml_.Skip();
           }
         }
-      } else {
+      } else if (!ReadField(name, command)) {
         xml_.Skip();
       }
     }
@@ -451,27 +461,13 @@ class EniParser {
       if (name == "State") {
         command.states.push_back(xml_.Text());
         CountRow();
-      } else if (name == "Comment") {
-        command.comment = xml_.Text();
-      } else if (name == "Cmd") {
-        command.command = ReadCommand();
-      } else if (name == "Adp") {
-        command.adp = static_cast<std::uint16_t>(Ranged(-0x8000, 0xFFFF));
-      } else if (name == "Ado") {
-        command.ado = xml_.Number<std::uint16_t>();
-      } else if (name == "Addr") {
-        command.logical = xml_.Number<std::uint32_t>();
-      } else if (name == "DataLength") {
-        command.data_length = xml_.Number<std::uint32_t>();
       } else if (name == "Data") {
         command.data_length = static_cast<std::uint32_t>(xml_.Bytes().size());
-      } else if (name == "Cnt") {
-        command.expected_wkc = xml_.Number<std::uint16_t>();
       } else if (name == "InputOffs") {
         command.input_offset = xml_.Number<std::uint32_t>();
       } else if (name == "OutputOffs") {
         command.output_offset = xml_.Number<std::uint32_t>();
-      } else {
+      } else if (!ReadField(name, command)) {
         xml_.Skip();
       }
     }
@@ -558,7 +554,7 @@ Result<EniConfig> ReadEni(std::string_view xml) {
 }
 
 Result<EniConfig> LoadEniFile(const std::string& path) {
-  Result<std::string> text = ReadXmlFile(path);
+  Result<std::string> text = ReadDescriptionFile(path, kMaxXmlBytes);
   if (!text) return text.error();
   Result<EniConfig> config = ReadEni(*text);
   if (!config) return Error{Printable(path) + ": " + config.error().message};

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "decoder/base/text.h"
+#include "decoder/device/description_file.h"
 #include "decoder/device/xml_cursor.h"
 
 namespace ecaudit::device {
@@ -517,7 +518,7 @@ Result<EsiFile> ReadEsi(std::string_view xml) {
 }
 
 Result<EsiFile> LoadEsiFile(const std::string& path) {
-  Result<std::string> text = ReadXmlFile(path);
+  Result<std::string> text = ReadDescriptionFile(path, kMaxXmlBytes);
   if (!text) return text.error();
   Result<EsiFile> file = ReadEsi(*text);
   if (!file) return Error{Printable(path) + ": " + file.error().message};

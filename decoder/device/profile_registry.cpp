@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <mutex>
 #include <set>
 #include <system_error>
 #include <utility>
 
 #include "decoder/base/text.h"
+#include "decoder/device/description_file.h"
 #include "decoder/device/embedded_files.h"
 #include "decoder/device/profile_reader.h"
 
@@ -30,23 +30,6 @@ std::map<std::string, Builtin, std::less<>>& Builtins() {
     return made;
   }();
   return builtins;
-}
-
-Result<std::string> ReadFile(const std::filesystem::path& path) {
-  const std::string name = Printable(path.string());
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (error || !std::filesystem::exists(status)) return Error{name + ": no such file"};
-  if (!std::filesystem::is_regular_file(status)) return Error{name + ": not a file"};
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (error) return Error{name + ": " + error.message()};
-  if (size > kMaxProfileBytes) return Error{name + ": larger than " + Grouped(kMaxProfileBytes) + " bytes"};
-  std::ifstream stream(path, std::ios::binary);
-  std::string text(static_cast<std::size_t>(size), '\0');
-  if (!stream || !stream.read(text.data(), static_cast<std::streamsize>(size))) {
-    return Error{name + ": cannot be read"};
-  }
-  return text;
 }
 
 Error At(const std::filesystem::path& path, const Error& error) {
@@ -96,7 +79,7 @@ std::string BuiltinProfileText(std::string_view name) {
 }
 
 Result<DeviceDescription> LoadProfileFile(const std::string& path) {
-  Result<std::string> text = ReadFile(path);
+  Result<std::string> text = ReadDescriptionFile(path, kMaxProfileBytes);
   if (!text) return text.error();
   Result<DeviceDescription> profile = ReadProfile(*text);
   if (!profile) return At(path, profile.error());
@@ -104,7 +87,7 @@ Result<DeviceDescription> LoadProfileFile(const std::string& path) {
 }
 
 Result<std::string> ProfileRegistry::AddFile(const std::string& path) {
-  Result<std::string> text = ReadFile(path);
+  Result<std::string> text = ReadDescriptionFile(path, kMaxProfileBytes);
   if (!text) return text.error();
   Result<DeviceDescription> profile = ReadProfile(*text, [this](std::string_view id) { return Find(id); });
   if (!profile) return At(path, profile.error());
@@ -131,7 +114,7 @@ Result<std::size_t> ProfileRegistry::AddDirectory(const std::string& path) {
   }
   if (error) return Error{Printable(path) + ": " + error.message()};
   for (const std::filesystem::path& file : files) {
-    Result<std::string> text = ReadFile(file);
+    Result<std::string> text = ReadDescriptionFile(file, kMaxProfileBytes);
     if (!text) return text.error();
     Result<ProfileHead> head = ReadProfileHead(*text);
     if (!head) return At(file, head.error());

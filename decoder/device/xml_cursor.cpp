@@ -1,9 +1,6 @@
 #include "decoder/device/xml_cursor.h"
 
 #include <charconv>
-#include <filesystem>
-#include <fstream>
-#include <system_error>
 
 #include <QByteArray>
 #include <QString>
@@ -154,23 +151,6 @@ std::vector<std::uint8_t> XmlCursor::Bytes() {
     bytes.clear();
   }
   return bytes;
-}
-
-Result<std::string> ReadXmlFile(const std::string& path) {
-  const std::string name = Printable(path);
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (error || !std::filesystem::exists(status)) return Error{name + ": no such file"};
-  if (!std::filesystem::is_regular_file(status)) return Error{name + ": not a file"};
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (error) return Error{name + ": " + error.message()};
-  if (size > kMaxXmlBytes) return Error{name + ": larger than " + Grouped(kMaxXmlBytes) + " bytes"};
-  std::ifstream stream(path, std::ios::binary);
-  std::string text(static_cast<std::size_t>(size), '\0');
-  if (!stream || !stream.read(text.data(), static_cast<std::streamsize>(size))) {
-    return Error{name + ": cannot be read"};
-  }
-  return text;
 }
 
 }  // namespace ecaudit::device

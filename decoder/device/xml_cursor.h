@@ -79,7 +79,4 @@ class XmlCursor {
   std::optional<Error> error_;
 };
 
-/// The bytes of an XML file; fails with "PATH: reason" when it cannot be read or is too large.
-[[nodiscard]] Result<std::string> ReadXmlFile(const std::string& path);
-
 }  // namespace ecaudit::device
