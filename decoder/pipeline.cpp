@@ -29,6 +29,7 @@ class Fork final : public bus::BusSink {
   }
   void OnSent(const wire::FrameView& frame) override { network_.OnSent(frame); }
   void OnTransaction(const bus::BusTransaction& transaction) override { network_.OnTransaction(transaction); }
+  void OnDoubtful(const wire::FrameView& sent) override { network_.OnDoubtful(sent); }
   void OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_by_other) override {
     network_.OnLost(sent, loss, followed_by_other);
   }

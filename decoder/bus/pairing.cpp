@@ -10,6 +10,15 @@
 namespace ecaudit::bus {
 namespace {
 
+/// Stamps go back so far only where two captures were put together, or the clock was set.
+constexpr std::int64_t kSeamNs = 1'000'000'000;
+
+/// Longer ones are the steps of coarse stamps.
+constexpr std::int64_t kMaxRoundTripNs = 500'000;
+
+/// What was overtaken so often is lost: masters with few indices have begun to use its index anew.
+constexpr std::uint32_t kStale = 8;
+
 /// True when the first `count` datagrams of `returned` can be what became of those of `sent`. Slaves never change what
 /// a pure write carries, so a returned write with other data answers another frame.
 bool Answers(const wire::FrameView& sent, const wire::FrameView& returned, std::size_t count) {
@@ -48,7 +57,11 @@ Pairing::Pairing(const DirectionLearner& directions, BusSink& sink) : directions
 }
 
 void Pairing::Push(const wire::FrameView& frame) noexcept {
-  if (frame.ref().has_time) last_ = frame.ref();
+  if (frame.ref().has_time) {
+    // Where a capture was put behind another one, the returns of what was under way are missing.
+    if (last_.has_time && Elapsed(frame.ref().time, last_.time) > kSeamNs) DoubtAll();
+    last_ = frame.ref();
+  }
   if (frame.kind() == wire::FrameKind::kOther) {
     if (head_ != tail_ && At(head_ - 1).view.ref().number + 1 == frame.ref().number) {
       At(head_ - 1).followed_by_other = true;
@@ -129,19 +142,35 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
     ++tail_;
     DropAnsweredTail();
   }
+  // Without what stands behind the datagrams, so that huge packets do not stay in memory.
+  const ByteSpan kept = frame.bytes().first(frame.used_bytes());
+  const bool copy = MayBeCopy(frame, kept);
   TakeWarmSlot();
   Slot& slot = At(head_++);
   slot.state = SlotState::kOpen;
   slot.sender = sender;
   slot.followed_by_other = false;
   slot.undecided = undecided;
+  slot.copy = copy;
   slot.overtaken = 0;
   slot.key = key;
-  // Without what stands behind the datagrams, so that huge packets do not stay in memory.
-  const ByteSpan kept = frame.bytes().first(frame.used_bytes());
   slot.bytes.assign(kept.begin(), kept.end());
   slot.view.Rebase(frame, slot.bytes);
   sink_.OnSent(slot.view);
+}
+
+/// True when the very packet before this one holds the same bytes, and no master repeats a frame so soon.
+bool Pairing::MayBeCopy(const wire::FrameView& frame, ByteSpan kept) noexcept {
+  if (head_ == tail_) return false;
+  const Slot& before = At(head_ - 1);
+  const FrameRef& ref = before.view.ref();
+  if (before.state != SlotState::kOpen || ref.number + 1 != frame.ref().number) return false;
+  // Stamps too coarse for round trips cannot tell a copy from a repetition.
+  if (typical_round_trip_ns_ == 0 || typical_round_trip_ns_ > kMaxRoundTripNs) return false;
+  if (!ref.has_time || !frame.ref().has_time) return false;
+  const std::int64_t apart = Elapsed(ref.time, frame.ref().time);
+  if (apart < -kCopyNs || apart > kCopyNs) return false;
+  return std::equal(before.bytes.begin(), before.bytes.end(), kept.begin(), kept.end());
 }
 
 /// Frames come back at once nearly always: the slot that nobody asks for any more since a moment serves again, so that
@@ -231,7 +260,7 @@ Pairing::Slot* Pairing::FindAlike(const wire::FrameView& frame) noexcept {
   Slot* flipped = nullptr;
   for (std::uint64_t s = tail_; s != head_; ++s) {
     Slot& slot = At(s);
-    if (slot.state != SlotState::kOpen || slot.view.empty()) continue;
+    if (slot.state != SlotState::kOpen || slot.view.empty() || slot.overtaken >= kStale) continue;
     const wire::DatagramView a = slot.view[0];
     const wire::DatagramView b = frame[0];
     // One flipped bit leaves at least two of these three intact, and nearly always the index.
@@ -280,15 +309,18 @@ const Pairing::Slot* Pairing::FindOriginal(const wire::FrameView& frame, std::ui
   return nullptr;
 }
 
-/// True when the returned copy of this outbound frame stands before it in the file: two interfaces, each with its own
-/// buffer, are not always written in order.
+/// True when the returned copy of this outbound frame stands before it in the file: interfaces and receive queues, each
+/// with a buffer of its own, are not always written in order. The time stamps have to say so.
 bool Pairing::WasEarly(const wire::FrameView& frame, std::uint64_t key) noexcept {
   for (Early& early : early_) {
-    if (!early.used || early.key != key || early.interface_index == frame.interface_index()) continue;
+    if (!early.used || early.key != key) continue;
     if (!frame.ref().has_time || !early.ref.has_time) continue;
     const std::int64_t round_trip = Elapsed(frame.ref().time, early.ref.time);
-    if (round_trip < 0 || round_trip > kDuplicateNs) continue;
+    // On one interface equal stamps say nothing: a later frame of a master that uses one index only looks the same.
+    const std::int64_t least = early.interface_index == frame.interface_index() ? 1 : 0;
+    if (round_trip < least || round_trip > kDuplicateNs) continue;
     early.used = false;
+    if (early.counted_as_missed) --statistics_.missed_outbound;
     return true;
   }
   return false;
@@ -298,7 +330,17 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
   ++statistics_.returned;
   Sender& sender = senders_[SenderIndex(frame)];
   sender.assumed = false;
+  if (slot != nullptr && slot->copy && FindOriginal(frame, key) != nullptr) {
+    // Both copies of a packet that was captured twice came back, and so did those of its return.
+    slot->state = SlotState::kAnswered;
+    slot->returned_bytes.clear();
+    ++statistics_.captured_twice;
+    ++statistics_.outbound_twice;
+    DropAnsweredTail();
+    return;
+  }
   if (slot != nullptr) {
+    DoubtOvertakenBy(*slot);
     const FrameRef& sent = slot->view.ref();
     if (sent.has_time && frame.ref().has_time) {
       const std::int64_t round_trip = Elapsed(sent.time, frame.ref().time);
@@ -327,12 +369,17 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
   // Or bits flipped in a field that slaves never change (the FCS is not in the capture).
   if (Slot* alike = FindAlike(frame); alike != nullptr && !directions_.returned_only()) {
     ++statistics_.altered;
+    DoubtOvertakenBy(*alike);
+    sink_.OnDoubtful(alike->view);
     sink_.OnUnusable(frame, Unusable::kAltered, true);
     Answer(*alike, frame, frame.payload());
     return;
   }
   ++statistics_.unmatched_returned;
-  early_[next_early_] = {key, frame.ref(), frame.interface_index(), true};
+  // Frames do not overtake each other: what was sent before the capture began comes back before all others.
+  const bool missed = statistics_.paired > 0;
+  if (missed) ++statistics_.missed_outbound;
+  early_[next_early_] = {key, frame.ref(), frame.interface_index(), true, missed};
   next_early_ = static_cast<std::uint8_t>((next_early_ + 1U) % early_.size());
   sender.answered = true;
   sink_.OnTransaction({nullptr, &frame, false});
@@ -343,14 +390,30 @@ void Pairing::PushUnusable(const wire::FrameView& frame) noexcept {
   sink_.OnUnusable(frame, Unusable::kMalformed, true);
   // It did come back, so the frame it answers is damaged but not lost.
   if (Slot* alike = FindAlike(frame); alike != nullptr) {
+    DoubtOvertakenBy(*alike);
+    sink_.OnDoubtful(alike->view);
     Answer(*alike, frame, {});
   } else {
     DoubtAll();
   }
 }
 
+/// Before what came back is handed over: what it means may hang on frames that it overtook.
+void Pairing::DoubtOvertakenBy(const Slot& slot) noexcept {
+  for (std::uint64_t s = tail_; s != head_ && &At(s) != &slot; ++s) {
+    const Slot& other = At(s);
+    if (other.state != SlotState::kOpen || other.sender != slot.sender || other.overtaken > 0 || other.copy) continue;
+    sink_.OnDoubtful(other.view);
+  }
+}
+
 void Pairing::Lose(Slot& slot, Loss loss) noexcept {
   slot.state = SlotState::kFree;
+  if (slot.copy) {
+    ++statistics_.captured_twice;
+    ++statistics_.outbound_twice;
+    return;
+  }
   if (slot.undecided || !senders_[slot.sender].answered) {
     ++statistics_.undecided;
     sink_.OnLost(slot.view, Loss::kUndecided, slot.followed_by_other);

@@ -26,8 +26,11 @@ struct PairingStatistics {
   std::uint64_t paired = 0;
   std::uint64_t lost = 0;
   std::uint64_t duplicated = 0;
-  std::uint64_t captured_twice = 0;      ///< the same return on another interface: a matter of the capture, left out
+  std::uint64_t captured_twice =
+      0;  ///< copies on another interface, or right behind: a matter of the capture, left out
+  std::uint64_t outbound_twice = 0;      ///< of these, outbound frames: nobody but the capture repeats them like that
   std::uint64_t unmatched_returned = 0;  ///< came back without an outbound copy in the capture
+  std::uint64_t missed_outbound = 0;     ///< of these, behind the first pair: here the capture itself misses packets
   std::uint64_t altered = 0;
   std::uint64_t foreign = 0;
   std::uint64_t undecided = 0;  ///< no return seen, but it may have come back
@@ -49,6 +52,8 @@ class Pairing {
   /// A second copy counts as duplicate when so few frames lie between, and so little time.
   static constexpr std::uint64_t kDuplicateFrames = 8;
   static constexpr std::int64_t kDuplicateNs = 10'000'000;
+  /// An outbound frame right behind an equal one, and no later than this, may be the same packet captured twice.
+  static constexpr std::int64_t kCopyNs = 50'000;
 
   Pairing(const DirectionLearner& directions, BusSink& sink);
 
@@ -72,6 +77,7 @@ class Pairing {
     std::uint8_t sender = 0;
     bool followed_by_other = false;  ///< the very next packet was no EtherCAT frame
     bool undecided = false;          ///< may have come back unseen
+    bool copy = false;               ///< may be the packet before it, captured twice
     std::uint32_t overtaken = 0;
     std::uint64_t key = 0;
     FrameRef returned;
@@ -80,12 +86,13 @@ class Pairing {
     std::vector<std::uint8_t> bytes;           ///< grows to the largest frame, then stays
     std::vector<std::uint8_t> returned_bytes;  ///< datagrams of the returned copy; empty: unreadable
   };
-  /// A returned copy that stands before its outbound one, where two interfaces were captured.
+  /// A returned copy that stands before its outbound one: several interfaces or receive queues were captured.
   struct Early {
     std::uint64_t key = 0;
     FrameRef ref;
     std::uint16_t interface_index = 0;
     bool used = false;
+    bool counted_as_missed = false;
   };
 
   void PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool undecided) noexcept;
@@ -103,6 +110,8 @@ class Pairing {
   void Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datagrams) noexcept;
   void Lose(Slot& slot, Loss loss) noexcept;
   void DropAnsweredTail() noexcept;
+  [[nodiscard]] bool MayBeCopy(const wire::FrameView& frame, ByteSpan kept) noexcept;
+  void DoubtOvertakenBy(const Slot& slot) noexcept;
   [[nodiscard]] bool IsSilent(const FrameRef& sent, std::uint32_t later) const noexcept;
   void TakeWarmSlot() noexcept;
   Slot& At(std::uint64_t sequence) { return slots_[place_[sequence % kSlots]]; }

@@ -42,6 +42,9 @@ class BusSink {
   /// An outbound frame was seen; what it does is not known yet. Not called when `assumed` transactions follow at once.
   virtual void OnSent(const wire::FrameView& frame) = 0;
   virtual void OnTransaction(const BusTransaction& transaction) = 0;
+  /// A frame sent later came back before `sent`, or `sent` came back damaged: whether slaves took it is open. Called
+  /// before the frame that overtook it is handed over; OnLost() or OnTransaction() may still follow.
+  virtual void OnDoubtful(const wire::FrameView& sent) = 0;
   /// No return of `sent` will come any more. Comes later than the frames that overtook it.
   /// @param followed_by_other the packet right behind it in the capture was no EtherCAT frame
   virtual void OnLost(const wire::FrameView& sent, Loss loss, bool followed_by_other) = 0;

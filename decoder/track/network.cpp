@@ -617,6 +617,29 @@ void Network::Finish() {
   }
 }
 
+/// What it wrote to registers is unknown until a slave shows it. The access itself is told when its end is known.
+void Network::OnDoubtful(const wire::FrameView& sent) {
+  const bus::BusTransaction transaction{&sent, nullptr, false};
+  for (std::size_t i = 0; i < sent.size(); ++i) {
+    const Datagram d{transaction, i, sent[i], true, false};
+    const wire::Command c = d.command();
+    if (!wire::IsDefined(d.any.command_byte()) || wire::IsLogical(c) || !wire::Writes(c) || c == wire::Command::ARMW ||
+        c == wire::Command::FRMW || d.address() >= esc::RegisterImage::kSize) {
+      continue;
+    }
+    const auto doubt = [&](SlaveId slave) {
+      const SlaveAccess access = d.Access(slave, Acceptance::kUnknown);
+      Learn(states_[slave], access, access.written, Certainty::kUnknown);
+      if (window_versions_[slave] != states_[slave].mapping_version) UpdateMailboxWindow(slave, access.frame());
+    };
+    if (wire::IsBroadcast(c)) {
+      for (std::size_t s = 0; s < slaves_.size(); ++s) doubt(static_cast<SlaveId>(s));
+    } else if (const SlaveId slave = Resolve(d, false); slave != kNoSlave) {
+      doubt(slave);
+    }
+  }
+}
+
 void Network::OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_by_other) {
   if (loss != bus::Loss::kUndecided) events_.On(FrameLost{sent, loss, followed_by_other});
   // Whether the slaves got it, nobody knows: what it wrote is unknown from here on.

@@ -35,6 +35,7 @@ class Network final : public bus::BusSink, private SiiListener {
   void OnFrame(const wire::FrameView&, bus::Direction) override {}
   void OnSent(const wire::FrameView& frame) override;
   void OnTransaction(const bus::BusTransaction& transaction) override;
+  void OnDoubtful(const wire::FrameView& sent) override;
   void OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_by_other) override;
   void OnDuplicate(const wire::FrameView& returned, FrameNo original) override;
   void OnUnusable(const wire::FrameView& frame, bus::Unusable reason, bool own_master) override;

@@ -20,8 +20,10 @@ Slaves may have processed the frame twice, the ring is broken or cabled in the w
 records packets twice.
 
 ## How it is decided
-By content: repeats by the master have an outbound copy of their own and are not counted. A single circulating frame
-during a redundancy switch-over is no finding.
+By content: repeats by the master have an outbound copy of their own and are not counted. Where outbound frames stand
+twice in the capture, too, one right behind the other, it is the capture that holds packets twice: then the finding is
+an info, and where both copies of a frame stand there twice it is counted once and nothing is said. A single
+circulating frame during a redundancy switch-over is no finding.
 
 ## Example
 samples/captures/duplicated-frames.pcapng
@@ -63,6 +65,17 @@ class FrameDuplicated final : public Rule {
   void Finish() override {
     if (twice_ != kNoFinding && context().store[twice_].count > 1) {
       context().store[twice_].title = Count(context().store[twice_].count, "frame") + " came back twice";
+    }
+    const std::uint64_t sent_twice = context().pipeline->pairing().outbound_twice;
+    if (twice_ != kNoFinding && sent_twice * 4 >= context().store[twice_].count) {
+      Finding& finding = context().store[twice_];
+      context().store.Regrade(twice_, Severity::kInfo);
+      finding.title = "The capture holds packets twice: " + Count(finding.count, "returned frame") + " and " +
+                      Grouped(sent_twice) + " outbound";
+      finding.message += " " + Count(sent_twice, "outbound frame") + (sent_twice == 1 ? " stands" : " stand") +
+                         " there twice, too, which no slave can do: it is the capture.";
+      finding.confidence = Confidence::kInferred;
+      finding.evidence.push_back(Number("outbound_twice", static_cast<std::int64_t>(sent_twice)));
     }
     if (SaidNothingReturned()) return;
     if (context().pipeline->pairing().outbound == 0 && context().pipeline->pairing().returned > 0) {

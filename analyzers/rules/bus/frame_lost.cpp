@@ -23,7 +23,9 @@ count missing frames and leave operation.
 By content and order, not by time: a frame is lost when frames sent later have come back, or when nothing comes back any
 more while the master goes on sending. Frames still under way at the end of the capture are not lost, and a frame that
 came back damaged is not lost either. Whether it was lost on the way out or back, a capture at the master cannot show.
-A capture machine that drops packets looks the same; where its file counts drops, the message says so.
+A capture machine that drops packets looks the same; where its file counts drops, the message says so. Frames that came
+back without an outbound copy prove that the capture misses packets: the message gives their number, and where there are
+half as many as lost frames or more, nothing says that any was lost on the bus, and the finding is an info.
 
 ## Example
 samples/captures/lost-frames.pcapng
@@ -78,7 +80,21 @@ class FrameLost final : public Rule {
                          "; these losses may be among them. ";
       finding.evidence.push_back(Number("dropped_by_capture", static_cast<std::int64_t>(dropped)));
     }
-    finding.message += "Check cables and connectors, and the error counters 0x0300-0x0313 of the slaves.";
+    const std::uint64_t missed = context().pipeline->pairing().missed_outbound;
+    if (missed > 0) {
+      finding.message += "But " + Count(missed, "returned frame") + " " + (missed == 1 ? "has" : "have") +
+                         " no outbound copy: the capture itself misses packets, and these losses may be among them. ";
+      finding.confidence = Confidence::kInferred;
+      finding.evidence.push_back(Number("returned_without_outbound", static_cast<std::int64_t>(missed)));
+    }
+    if (missed * 2 >= total_) {
+      context().store.Regrade(index_, Severity::kInfo);
+      finding.title = "The capture misses packets: " + Count(total_, "frame") + " without a return, " +
+                      Grouped(missed) + " without an outbound copy";
+      finding.message += "Capture with a probe or with larger buffers before looking for losses on the bus.";
+    } else {
+      finding.message += "Check cables and connectors, and the error counters 0x0300-0x0313 of the slaves.";
+    }
     finding.evidence.push_back(Number("lost_frames", static_cast<std::int64_t>(total_)));
     finding.evidence.push_back(Number("outbound_frames", static_cast<std::int64_t>(outbound)));
     if (followed_by_other_ > 0) {

@@ -36,6 +36,10 @@ class PairingLog final : public BusSink {
     const std::string to = t.returned != nullptr ? "+" + std::to_string(t.returned->ref().number) : "";
     words.push_back(from + to + (t.assumed ? "?" : ""));
   }
+  void OnDoubtful(const wire::FrameView& frame) override {
+    doubtful.push_back(frame.ref().number);
+    before_doubt.push_back(words.empty() ? "" : words.back());
+  }
   void OnLost(const wire::FrameView& frame, Loss loss, bool followed_by_other) override {
     const char* how = loss == Loss::kOvertaken ? "lost " : loss == Loss::kSilence ? "silent " : "undecided ";
     words.push_back(how + std::to_string(frame.ref().number) + (followed_by_other ? "!" : ""));
@@ -51,6 +55,8 @@ class PairingLog final : public BusSink {
 
   std::vector<std::string> words;
   std::vector<FrameNo> sent;
+  std::vector<FrameNo> doubtful;
+  std::vector<std::string> before_doubt;  ///< the word before each of them
   std::string directions;  ///< one character a packet: o, r, f, '?', or '.' for what is no EtherCAT frame
 
   /// Words that begin with `prefix`.

@@ -1,5 +1,7 @@
 #include "decoder/bus/pairing.h"
 
+#include <algorithm>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -206,6 +208,87 @@ TEST(Pairing, WhatWasDroppedByTheCaptureIsNoDuplicate) {
   EXPECT_EQ(polled.statistics.lost, 0U);
 }
 
+/// Packets of `trace` with those of `twice` (numbers from 1) there twice, `apart` ns later.
+std::vector<Packet> CapturedTwice(const Trace& trace, const std::vector<std::size_t>& twice, std::int64_t apart) {
+  std::vector<Packet> out;
+  const std::vector<Packet> packets = trace.Packets();
+  for (std::size_t i = 0; i < packets.size(); ++i) {
+    out.push_back(packets[i]);
+    if (std::find(twice.begin(), twice.end(), i + 1) == twice.end()) continue;
+    out.push_back(packets[i]);
+    out.back().time += apart;
+  }
+  return out;
+}
+
+TEST(Pairing, OutboundFrameCapturedTwiceIsNoLoss) {
+  Trace trace;
+  for (int i = 0; i < 80; ++i) trace.After(1000).Lrw(0x1000, Bytes(8, 0), Bytes(8, 1)).Index(7);
+  const Paired result = PairUp(CapturedTwice(trace, {3, 159}, 500));
+  EXPECT_EQ(result.statistics.lost, 0U);
+  EXPECT_EQ(result.statistics.paired, 80U);
+  EXPECT_EQ(result.statistics.outbound_twice, 1U);
+  EXPECT_EQ(result.statistics.under_way_at_end, 1U);
+  EXPECT_THAT(result.log.doubtful, IsEmpty());
+  // A master that repeats a frame a while later, without hearing anything, has lost one.
+  EXPECT_EQ(PairUp(CapturedTwice(trace, {3}, 2'000'000)).statistics.lost, 1U);
+}
+
+TEST(Pairing, EveryPacketCapturedTwice) {
+  Trace trace;
+  std::vector<std::size_t> all;
+  for (std::size_t i = 0; i < 40; ++i) {
+    trace.After(1000).Fprd(0x1001, 0x0130, {8, 0}).Index(static_cast<std::uint8_t>(i));
+    if (i == 0) continue;  // the first pair shows that the stamps are good enough to tell
+    all.push_back(2 * i + 1);
+    all.push_back(2 * i + 2);
+  }
+  const Paired result = PairUp(CapturedTwice(trace, all, 300));
+  EXPECT_EQ(result.statistics.paired, 40U);
+  EXPECT_EQ(result.statistics.captured_twice, 39U);
+  EXPECT_EQ(result.statistics.duplicated, 0U);
+  EXPECT_EQ(result.statistics.lost, 0U);
+  EXPECT_EQ(result.log.words.size(), 40U);
+}
+
+TEST(Pairing, FramesWhoseEndIsOpenAreDoubtedBeforeWhatOvertookThem) {
+  const Paired result = PairUp(R"(
++0us FPRD 0x1001:0x0130 01 00 idx=1
++1ms FPWR 0x1001:0x0810 01 00 idx=2 @lost
++1ms FPWR 0x1001:0x0120 04 00 idx=3
++1ms FPRD 0x1001:0x0130 04 00 idx=4
+)");
+  EXPECT_THAT(result.log.doubtful, ElementsAre(3));
+  EXPECT_THAT(result.log.before_doubt, ElementsAre("1+2"));
+  EXPECT_THAT(result.log.words, ElementsAre("1+2", "4+5", "6+7", "lost 3"));
+}
+
+TEST(Pairing, ReturnsBehindTheFirstPairWithoutOutboundCopyAreMissedByTheCapture) {
+  const Paired result = PairUp(R"(
++0us LRW 0x1000 01 02 idx=4 @returned-only
++1ms LRW 0x1000 01 02 idx=5
++1ms LRW 0x1000 01 02 idx=6 @returned-only
++1ms LRW 0x1000 01 02 idx=7
+)");
+  EXPECT_EQ(result.statistics.unmatched_returned, 2U);
+  EXPECT_EQ(result.statistics.missed_outbound, 1U);
+}
+
+TEST(Pairing, WhatWasUnderWayWhereTwoCapturesWerePutTogetherIsUndecided) {
+  Trace first;
+  for (int i = 0; i < 4; ++i) first.After(1000).Fprd(0x1001, 0x0130, {8, 0}).Index(static_cast<std::uint8_t>(i));
+  std::vector<Packet> packets = first.Packets();
+  const std::vector<Packet> second = packets;
+  packets.pop_back();
+  for (Packet packet : second) {
+    packet.time -= 2'000'000'000;
+    packets.push_back(packet);
+  }
+  const Paired result = PairUp(packets);
+  EXPECT_EQ(result.statistics.lost, 0U);
+  EXPECT_EQ(result.statistics.undecided, 1U);
+}
+
 /// A frame, its return with one byte changed at `offset`, and two healthy frames behind.
 Paired WithFlippedBit(std::size_t offset, unsigned bit) {
   Trace trace;
@@ -230,6 +313,24 @@ TEST(Pairing, OneFlippedBitInAReturnIsNoLoss) {
       EXPECT_EQ(result.statistics.paired + result.statistics.undecided, 4U) << offset << "." << bit;
     }
   }
+}
+
+TEST(Pairing, AnIndexUsedAnewDoesNotAnswerWhatWasLostLongAgo) {
+  // Sixteen indices. A write is lost; the outbound copy of a later one with the same index is not in the capture.
+  Trace trace;
+  for (unsigned i = 0; i < 60; ++i) {
+    const auto index = static_cast<std::uint8_t>(i % 16);
+    if (i == 4 || i == 20) {
+      auto& frame = trace.After(1000).Fpwr(0x1001, 0x1800, Bytes(8, static_cast<std::uint8_t>(i))).Index(index);
+      i == 4 ? frame.Lost() : frame.ReturnedOnly();
+    } else {
+      trace.After(1000).Fprd(0x1001, 0x0130, {8, 0}).Index(index);
+    }
+  }
+  const Paired result = PairUp(trace);
+  EXPECT_EQ(result.statistics.altered, 0U);
+  EXPECT_EQ(result.statistics.lost, 1U);
+  EXPECT_EQ(result.statistics.missed_outbound, 1U);
 }
 
 TEST(Pairing, AlteredReturnsAreNotFedOn) {
@@ -403,6 +504,22 @@ TEST(Pairing, ReturnWrittenBeforeItsOutboundCopy) {
   EXPECT_EQ(result.statistics.unmatched_returned, 0U);
   EXPECT_EQ(result.statistics.lost, 0U);
   EXPECT_THAT(result.log.words, ElementsAre("1+2", "+3", "5+6"));
+}
+
+TEST(Pairing, ReturnWrittenBeforeItsOutboundCopyOnOneInterface) {
+  // Receive queues of one interface; only time stamps that say so make them a pair.
+  const Trace trace = *Trace::Parse(R"(
++0us FPRD 0x1001:0x0130 01 00
++1ms FPRD 0x1001:0x0130 01 00
++1ms FPRD 0x1001:0x0130 01 00
+)");
+  std::vector<Packet> packets = trace.Packets();
+  std::swap(packets[2], packets[3]);
+  const Paired result = PairUp(packets);
+  EXPECT_EQ(result.statistics.paired, 3U);
+  EXPECT_EQ(result.statistics.unmatched_returned, 0U);
+  EXPECT_EQ(result.statistics.missed_outbound, 0U);
+  EXPECT_EQ(result.statistics.lost, 0U);
 }
 
 // --- snap length ----------------------------------------------------------------------------------------------------
