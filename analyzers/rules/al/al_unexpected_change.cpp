@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "analyzers/core/al_text.h"
+#include "analyzers/core/lossy_capture.h"
 #include "analyzers/core/rule.h"
 #include "analyzers/model/bus_model.h"
 #include "decoder/base/text.h"
@@ -28,7 +29,8 @@ moment at which the machine stopped.
 ## How it is decided
 The state before was read, no request that was sent since then leads to the new one, not even over intermediate states,
 and no request is under way or lost. The frames between the last good read and this one are the time of the event. A
-broadcast read counts where its result tells the state of every slave.
+broadcast read counts where its result tells the state of every slave. Where the capture misses many packets (returned
+frames without an outbound copy) the request may be among them, and nothing is said.
 
 ## Example
 samples/captures/falls-out-of-op.pcapng: 0x001B after the process data paused.
@@ -49,6 +51,10 @@ class AlUnexpectedChange final : public Rule {
   void On(const model::AlChangedByItself& e) override {
     if (e.slave >= open_.size()) open_.resize(static_cast<std::size_t>(e.slave) + 1, kNoFinding);
     open_[e.slave] = kNoFinding;
+    if (MissesPackets(context().pipeline->pairing())) {
+      NotEvaluable(e.slave, kMissesPackets, e.frame.number);
+      return;
+    }
     const std::uint64_t key = static_cast<std::uint64_t>(e.before.raw) << 16U | e.status.raw;
     FindingIndex index = Repeat(e.slave, key, e.frame);
     if (index == kNoFinding) {

@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "analyzers/core/deferred_findings.h"
+#include "analyzers/core/lossy_capture.h"
 #include "analyzers/core/mailbox_text.h"
 #include "analyzers/core/rule.h"
 #include "decoder/base/text.h"
@@ -95,6 +96,10 @@ class MailboxCounter final : public Rule {
 
  private:
   void Settle(DeferredFinding&& d) {
+    if (MissesPackets(context().pipeline->pairing())) {
+      NotEvaluable(d.finding.slave, kMissesPackets, d.finding.first.number);
+      return;
+    }
     if (Repeat(d.finding.slave, d.key, d.finding.first) == kNoFinding) Report(d.key, std::move(d.finding));
   }
 

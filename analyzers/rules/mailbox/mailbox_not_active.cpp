@@ -1,3 +1,4 @@
+#include "analyzers/core/lossy_capture.h"
 #include "analyzers/core/mailbox_text.h"
 #include "analyzers/core/rule.h"
 #include "analyzers/model/bus_model.h"
@@ -56,6 +57,10 @@ class MailboxNotActive final : public Rule {
       if (possible.empty() && !assumed) {
         NotEvaluable(slave, "AL state not known when the mailbox was written", frame.number);
       }
+      return;
+    }
+    if (MissesPackets(context().pipeline->pairing())) {
+      NotEvaluable(slave, kMissesPackets, frame.number);
       return;
     }
     const std::uint64_t key = init ? 1 : 2;

@@ -1,6 +1,7 @@
 #include <vector>
 
 #include "analyzers/core/al_text.h"
+#include "analyzers/core/lossy_capture.h"
 #include "analyzers/core/rule.h"
 #include "analyzers/core/sync_text.h"
 #include "analyzers/model/bus_model.h"
@@ -34,8 +35,9 @@ Missing frames are those of a pause in OP: its length over the cycle (SYNC0, els
 the frames), less one. Frames that were sent and did not return may have arrived and do not count as missing. Enabled
 is the status word 6041h in the inputs before the pause: Operation enabled; where it is not mapped nothing is judged.
 The AKD's supervision can be switched off (FBUS.PARAM04): where the capture or --parameter shows it to be 0, or the
-limit lies within the uncertainty of the clock, nothing is said. A slave that left OP with 0x001B in the pause fell by
-its watchdog: that is told by sync-watchdog-margin. Pilz: as sync-window-violation judges each cycle.
+limit lies within the uncertainty of the clock, nothing is said. A drive that is still enabled after 64 or more was
+not without frames: the capture has a hole there. A slave that left OP with 0x001B in the pause fell by its watchdog:
+that is told by sync-watchdog-margin. Pilz: as sync-window-violation judges each cycle.
 
 ## Example
 samples/captures/sync-frames-missing.pcapng
@@ -87,7 +89,11 @@ class SyncLost final : public Rule {
                    e.after.number);
       return;
     }
-    if (!Enabled(*e.status_word)) return;
+    if (!OperationEnabled(e.status_word)) return;
+    if (!e.fell.seen() && IsHole(context().sync->outputs(e.slave), static_cast<std::uint64_t>(least))) {
+      NotEvaluable(e.slave, kHole, e.after.number);
+      return;
+    }
     FindingIndex index = Repeat(e.slave, 0, e.after);
     if (index != kNoFinding) {
       if (e.fell.seen()) Remember(e, index);
@@ -137,6 +143,10 @@ class SyncLost final : public Rule {
   void On(const model::SyncSlotMiss& e) override {
     const device::SyncDescription& family = context().bus.slave(e.slave).profile->sync;
     if (!family.lost_after_jitter.value || e.empty <= e.unreturned) return;
+    if (IsHole(context().sync->outputs(e.slave), e.empty)) {
+      NotEvaluable(e.slave, kHole, e.frame.number);
+      return;
+    }
     Run run{e.empty - e.unreturned, 0, e.before};
     Judge(e.slave, run, e.frame);
   }
@@ -159,9 +169,6 @@ class SyncLost final : public Rule {
     constexpr std::size_t kMost = 256;
     if (falls_.size() < kMost) falls_.push_back({e.slave, e.fell.number, cause});
   }
-  /// CiA 402: Operation enabled.
-  [[nodiscard]] static bool Enabled(std::uint16_t status_word) { return (status_word & 0x6FU) == 0x27U; }
-
   Run& RunOf(SlaveId slave) {
     if (slave >= runs_.size()) runs_.resize(static_cast<std::size_t>(slave) + 1);
     return runs_[slave];

@@ -1,4 +1,5 @@
 #include "analyzers/core/al_text.h"
+#include "analyzers/core/lossy_capture.h"
 #include "analyzers/core/rule.h"
 #include "analyzers/core/sync_text.h"
 #include "analyzers/model/bus_model.h"
@@ -32,12 +33,13 @@ synchronisation.
 ## How it is decided
 The arrival is the DC time that the frame itself carries, plus the slave's propagation delay, plus the length of the
 frame; it is on no side while it lies within 1 us (or the slave's own 0x092C) of a pulse. Without SYNC0 the expected
-arrival is that of the cycles so far, which it follows slowly, from the 100th cycle in OP on. Stamps that are too
-poor, or a deviation that equals the limit within their uncertainty, are not judged; neither are frames that were sent
-and did not return. SYNCACT counts in OP with SYNC0 on, after PLLTHRESH cycles where that is known; SYNCDIST and
-SYNCWND come from SDO transfers or from --parameter. The AKD manuals do not print these objects: they are those of the
-MKD, and the finding is inferred. Only families that are known to synchronise this way are judged. Between 750 us and
-1 ms the Pilz manual gives no figure: 70 us is applied as a warning.
+arrival is that of the cycles so far, which it follows slowly, from the 100th cycle in OP on. Stamps that are too poor,
+or a deviation that equals the limit within their uncertainty, are not judged; neither are frames that were sent and
+did not return, nor 64 and more missing cycles of a drive that stays enabled (the capture has a hole there). SYNCACT
+counts in OP with SYNC0 on, after PLLTHRESH cycles where that is known; SYNCDIST and SYNCWND come from SDO transfers or
+from --parameter. The AKD manuals do not print these objects: they are those of the MKD, and the finding is inferred.
+Only families that are known to synchronise this way are judged. Between 750 us and 1 ms the Pilz manual gives no
+figure: 70 us is applied as a warning.
 
 ## Example
 tests/rules/sync-window-violation/violates.trace
@@ -60,6 +62,10 @@ class SyncWindowViolation final : public Rule {
     }
     if (e.empty > 0 && e.unreturned > 0) {
       NotEvaluable(e.slave, "frames for a SYNC0 interval were sent and did not return", e.frame.number);
+      return;
+    }
+    if (IsHole(context().sync->outputs(e.slave), e.empty)) {
+      NotEvaluable(e.slave, kHole, e.frame.number);
       return;
     }
     const std::uint64_t key = e.empty > 0 ? 1 : 2;
