@@ -121,9 +121,11 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
   const std::string verdict = summary.fail ? "FAIL" : "PASS";
   const std::vector<OrderedFinding> order = OrderForReading(capture);
   if (order.empty()) {
-    return {verdict, std::string("no ") + (summary.known > 0 ? "new " : "") + "findings in " +
-                         Count(capture.ethercat_frames, "EtherCAT frame") + " of " + Count(capture.slaves, "slave") +
-                         (capture.complete ? "" : ", as far as the capture was read")};
+    const std::string none = std::string("no ") + (summary.known > 0 ? "new " : "") + "findings in " +
+                             Count(capture.ethercat_frames, "EtherCAT frame");
+    const std::string slaves = capture.slaves > 0 ? " of " + Count(capture.slaves, "slave")
+                                                  : "; which slaves are on the bus, they do not show";
+    return {verdict, none + slaves + (capture.complete ? "" : ", as far as the capture was read")};
   }
   // The first tree holds the worst finding. Name its root, unless the root is the milder of the two.
   const FindingDigest& root = capture.findings[order.front().index];

@@ -22,7 +22,7 @@ class CauseForest {
     const std::size_t n = findings_.size();
     children_.resize(n);
     worst_.resize(n);
-    for (std::size_t i = 0; i < n; ++i) worst_[i] = findings_[i].severity;
+    for (std::size_t i = 0; i < n; ++i) worst_[i] = {findings_[i].severity, findings_[i].frame};
     for (std::size_t i = 0; i < n; ++i) {
       if (findings_[i].known) continue;
       const std::size_t cause = findings_[i].caused_by;
@@ -55,14 +55,28 @@ class CauseForest {
     return at < findings_.size();
   }
 
-  Severity Worst(std::size_t i) {
-    for (const std::size_t child : children_[i]) worst_[i] = std::max(worst_[i], Worst(child));
+  /// The worst of a cause and all its consequences, and where that begins: a cause may show later than what it causes.
+  struct Weight {
+    Severity severity = Severity::kInfo;
+    FrameNo frame = 0;
+
+    [[nodiscard]] bool Before(const Weight& other) const {
+      return std::tuple(other.severity, frame) < std::tuple(severity, other.frame);
+    }
+  };
+
+  Weight Worst(std::size_t i) {
+    for (const std::size_t child : children_[i]) {
+      const Weight weight = Worst(child);
+      if (weight.Before(worst_[i])) worst_[i] = weight;
+    }
     return worst_[i];
   }
 
   void Sort(std::vector<std::size_t>& indices) const {
     std::sort(indices.begin(), indices.end(), [this](std::size_t a, std::size_t b) {
-      return std::tuple(worst_[b], findings_[a].frame, a) < std::tuple(worst_[a], findings_[b].frame, b);
+      if (worst_[a].Before(worst_[b])) return true;
+      return !worst_[b].Before(worst_[a]) && std::tuple(findings_[a].frame, a) < std::tuple(findings_[b].frame, b);
     });
   }
 
@@ -74,7 +88,7 @@ class CauseForest {
 
   std::vector<Node> findings_;
   std::vector<std::vector<std::size_t>> children_;
-  std::vector<Severity> worst_;
+  std::vector<Weight> worst_;
   std::vector<std::size_t> roots_;
 };
 

@@ -594,7 +594,7 @@ class CaptureText {
         break;
     }
     if (b.slave_count) text += ", " + Count(*b.slave_count, "slave");
-    text += ", " + Count(b.lost_frames, "frame") + " lost";
+    if (result_.capture.direction == DirectionSeen::kBoth) text += ", " + Count(b.lost_frames, "frame") + " lost";
     if (b.duplicated_frames > 0) text += ", " + Grouped(b.duplicated_frames) + " duplicated";
     if (b.cycle.cycles > 0) {
       text += ", " + Count(b.cycle.cycles, "cycle") + " of " + Fixed(b.cycle.mean_us, 1) + " us (" +

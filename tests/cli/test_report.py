@@ -30,6 +30,14 @@ class Formats(CliTest):
         self.assertTrue(done.out.startswith(f"PASS {self.healthy}: "), done.out)
         self.assertEqual(done.err, "")
 
+    def test_text_does_not_count_what_the_capture_does_not_show(self):
+        captures = pathlib.Path(SOURCE) / "samples" / "captures"
+        first = self.check(captures / "mid-run.pcapng", status=0).out.splitlines()[0]
+        self.assertNotIn("0 slaves", first)
+        self.assertIn("which slaves are on the bus", first)
+        self.assertNotIn("frames lost", self.check(captures / "outbound-only.pcapng", status=0).out)
+        self.assertNotIn("frames lost", self.check(captures / "returned-only.pcapng", status=0).out)
+
     def test_json_is_one_document(self):
         report = self.report(self.faulty, status=1)
         self.assertEqual(report["schema"], "ecaudit.report/1")

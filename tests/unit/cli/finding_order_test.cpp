@@ -38,6 +38,15 @@ TEST(FindingOrder, AMildCauseRisesWithItsConsequence) {
   EXPECT_EQ(Order(capture), (Pairs{{1, 0}, {2, 1}, {3, 2}, {0, 0}}));
 }
 
+TEST(FindingOrder, WhatHappenedFirstComesFirstWhereItsCauseShowsLater) {
+  // A refusal whose AL status code, and with it the cause, is read thousands of frames behind it.
+  CaptureReport capture;
+  capture.result.findings = {
+      MakeFinding("unrelated", Severity::kError, 0, 50), MakeFinding("cause", Severity::kWarning, 0, 100),
+      MakeFinding("refusal", Severity::kError, 0, 10, 1), MakeFinding("later", Severity::kWarning, 0, 101, 2)};
+  EXPECT_EQ(Order(capture), (Pairs{{1, 0}, {2, 1}, {3, 2}, {0, 0}}));
+}
+
 TEST(FindingOrder, KnownFindingsAreLeftOutAndTheirConsequencesStandAlone) {
   CaptureReport capture;
   capture.result.findings = {MakeFinding("cause", Severity::kError, 0, 1),
