@@ -85,6 +85,7 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
     startup_->On(e);
     ToRules(Topic::kAnswered, e);
   }
+  void On(const track::EventFieldChanged& e) override { model_->Apply(e); }
   void On(const track::FrameLost& e) override {
     if (timeline_ != nullptr) timeline_->On(e);
     RulesThenModel(Topic::kFrameLost, e);

@@ -8,6 +8,7 @@
 
 #include "analyzers/core/cycle_summary.h"
 #include "analyzers/core/dc_summary.h"
+#include "analyzers/core/event_summary.h"
 #include "analyzers/core/finding.h"
 #include "analyzers/core/latch_summary.h"
 #include "analyzers/core/startup_summary.h"
@@ -68,6 +69,7 @@ struct BusSummary {
   std::uint64_t lost_frames = 0;
   std::uint64_t duplicated_frames = 0;
   std::uint64_t unanswered_at_end = 0;  ///< outbound frames still under way when the capture ends
+  std::vector<EventBitSummary> events;  ///< bits that any slave raised
   PredictionSummary predictions;
   StartupSummary startup;  ///< what was sent to all slaves at once before the first one reached OP
 };
@@ -214,6 +216,7 @@ struct SlaveSummary {
   std::optional<LatchSummary> latch;              ///< unset when no latch word was seen
   std::optional<LatchSummary> touch_probe;        ///< 60B8h and 60B9h, where they were seen
   MailboxSummary mailbox;
+  EventSummary events;
   StartupSummary startup;  ///< steps of the master up to OP; `seen` is false where the capture holds none
 };
 

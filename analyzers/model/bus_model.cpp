@@ -19,7 +19,8 @@ BusModel::BusModel(const track::Network& network, const AnalysisOptions& options
       sink_(sink),
       choice_(options),
       image_(network, slaves_, choice_,
-             options.files != nullptr && options.files->eni ? &options.files->eni->content : nullptr) {
+             options.files != nullptr && options.files->eni ? &options.files->eni->content : nullptr),
+      signalled_(network, sink) {
   const auto limit = [&](std::string_view name, std::int64_t& value) {
     const auto found = options.limits.find(name);
     if (found != options.limits.end()) value = found->second;
@@ -43,6 +44,7 @@ void BusModel::Apply(const track::SlaveFound& event) {
   slaves_.back().latch.SetAcknowledgeLimit(latch_acknowledge_ns_);
   slaves_.back().drive.SetLimits(drive_limits_);
   seen_identities_.emplace_back().slave = event.slave;
+  signalled_.OnSlave(event.slave);
   ChooseProfile(event.slave);
 }
 
@@ -165,6 +167,7 @@ void BusModel::On(const ProcessCycle& cycle) {
 void BusModel::Apply(const track::SlaveAccess& access) {
   if (access.address >= esc::kProcessRam) (void)image_.Read(access, *this);
   slaves_[access.slave].mailbox.OnAccess(access);
+  signalled_.OnAccess(access);
   const ByteSpan configuration = access.Covered(access.read, kEscConfiguration, 1);
   if (!configuration.empty() && !access.broadcast) {
     slaves_[access.slave].Stir();
@@ -207,6 +210,7 @@ void BusModel::ApplyAlRequestSent(SlaveId slave, const FrameRef& frame, esc::AlW
 }
 
 void BusModel::Finish() {
+  signalled_.Finish();
   for (SlaveModel& slave : slaves_) {
     slave.latch.Finish();
     slave.touch_probe.Finish();

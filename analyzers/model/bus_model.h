@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "analyzers/analysis.h"
+#include "analyzers/model/event_unit.h"
 #include "analyzers/model/logical_expectation.h"
 #include "analyzers/model/process_image.h"
 #include "analyzers/model/profile_choice.h"
@@ -24,6 +25,8 @@ class BusModel final : private ProcessSink {
   [[nodiscard]] const track::Network& network() const { return network_; }
   [[nodiscard]] std::size_t size() const { return slaves_.size(); }
   [[nodiscard]] const SlaveModel& slave(SlaveId id) const { return *by_id_[id]; }
+  /// What the slaves signalled to the master.
+  [[nodiscard]] const EventUnit& signalled() const { return signalled_; }
   /// What the working counter of this logical access must be.
   [[nodiscard]] const LogicalExpectation& Expect(const track::LogicalAccess& access) const;
 
@@ -46,6 +49,7 @@ class BusModel final : private ProcessSink {
   void Apply(const track::SlaveFound& event);
   void Apply(const track::AddressAssigned& event);
   void Apply(const track::IdentityLearned& event);
+  void Apply(const track::EventFieldChanged& event) { signalled_.OnField(event); }
   void Apply(const track::AlRequest& event);
   void Apply(const track::AlStatusRead& event);
   /// All of `slaves` were read in this state once more. @return false: nothing was done, some slave has to be told
@@ -83,6 +87,7 @@ class BusModel final : private ProcessSink {
   mutable LogicalExpectations expectations_;
   std::uint64_t states_version_ = 1;  ///< changes whenever a slave may have settled in OP, or left it
   ProcessImage image_;
+  EventUnit signalled_;
 };
 
 }  // namespace ecaudit::model

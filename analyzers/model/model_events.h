@@ -136,6 +136,18 @@ struct Predicted {
   bool held = false;  ///< it did
 };
 
+/// A bit of the ECAT event field (0x0210) appeared or went.
+struct EventBitChanged {
+  std::uint8_t bit = 0;  ///< 0-15
+  bool set = false;
+  FrameRef frame;               ///< the first frame with it, or the first without
+  SlaveId slave = kNoSlave;     ///< whose it is; kNoSlave: that does not show
+  bool slave_inferred = false;  ///< it went when the master read what answers this event at this slave alone
+  // When it went:
+  std::uint64_t frames = 0;  ///< that carried it
+  FrameRef first, last;      ///< of them
+};
+
 class ModelSink {
  public:
   virtual ~ModelSink() = default;
@@ -147,6 +159,7 @@ class ModelSink {
   virtual void On(const AlErrorCleared&) {}
   virtual void On(const AlOverdue&) {}
   virtual void On(const Predicted&) {}
+  virtual void On(const EventBitChanged&) {}
   virtual void On(const LatchStep&) {}
   virtual void On(const LatchMisuse&) {}
   virtual void On(const LatchNotJudged&) {}

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "analyzers/stats/event_summary.h"
 #include "analyzers/stats/latch_summary.h"
 #include "decoder/esc/sii.h"
 
@@ -160,6 +161,7 @@ SlaveSummary SummariseSlave(SlaveId id, const model::BusModel& model, const AlHi
   summary.latch = SummariseLatch(slave.latch);
   summary.touch_probe = SummariseLatch(slave.touch_probe);
   summary.mailbox = mailboxes.Of(id);
+  summary.events = SummariseEvents(model, id);
   return summary;
 }
 
@@ -170,6 +172,7 @@ AnalysisResult Summarise(const capture::FrameSource& source, const Pipeline& pip
   AnalysisResult result;
   result.capture = SummariseCapture(source, pipeline);
   if (const std::uint16_t* count = pipeline.network().slave_count().if_known()) result.bus.slave_count = *count;
+  result.bus.events = SummariseEventField(model.signalled().field());
   result.bus.lost_frames = pipeline.pairing().lost;
   result.bus.duplicated_frames = pipeline.pairing().duplicated;
   result.bus.unanswered_at_end = pipeline.pairing().under_way_at_end;

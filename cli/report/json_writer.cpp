@@ -141,10 +141,46 @@ class CaptureWriter {
     json["lost_frames"] = b.lost_frames;
     json["duplicated_frames"] = b.duplicated_frames;
     json["unanswered_at_end"] = b.unanswered_at_end;
+    json["events"] = Json::array();
+    for (const EventBitSummary& bit : b.events) json["events"].push_back(EventBit(bit));
     json["predictions"] = {{"al_answers", Prediction(b.predictions.al_answers)},
                            {"mailbox_accesses", Prediction(b.predictions.mailbox_accesses)},
                            {"working_counters", Prediction(b.predictions.working_counters)}};
     json["startup"] = StartupJson(result_, b.startup);
+    return json;
+  }
+
+  [[nodiscard]] static Json EventBit(const EventBitSummary& bit) {
+    return {{"bit", bit.bit},
+            {"name", bit.name},
+            {"raised", bit.raised},
+            {"frames", bit.frames},
+            {"first_frame", FrameOrNull(bit.first.number)},
+            {"last_frame", FrameOrNull(bit.last.number)},
+            {"set_at_start", bit.from_start},
+            {"set_at_end", bit.at_end}};
+  }
+
+  [[nodiscard]] static Json Events(const EventSummary& events) {
+    const auto reg = [](const std::optional<EventRegister>& known) -> Json {
+      if (!known) return nullptr;
+      Json json{{"value", known->value}, {"known_bits", known->known_bits}};
+      json["names"] = Json::array();
+      for (const std::string& name : known->names) json["names"].push_back(Text(name));
+      json["confidence"] = known->inferred ? "inferred" : "observed";
+      json["frame"] = FrameOrNull(known->frame);
+      return json;
+    };
+    Json json;
+    json["signalled"] = Json::array();
+    for (const EventBitSummary& bit : events.signalled) {
+      Json& entry = json["signalled"].emplace_back(EventBit(bit));
+      entry["confidence"] = bit.inferred ? "inferred" : "observed";
+    }
+    json["ecat_event_mask"] = reg(events.ecat_mask);
+    json["ecat_event_request"] = reg(events.ecat_request);
+    json["al_event_mask"] = reg(events.al_mask);
+    json["al_event_request"] = reg(events.al_request);
     return json;
   }
 
@@ -176,6 +212,7 @@ class CaptureWriter {
     for (const FmmuSummary& fmmu : s.fmmus) json["fmmus"].push_back(Fmmu(fmmu));
     json["pdo"] = Pdo(s.rx_pdo, s.tx_pdo);
     json["mailbox"] = Mailbox(s.mailbox);
+    json["events"] = Events(s.events);
     json["latch"] = s.latch ? Latch(*s.latch) : Json(nullptr);
     json["touch_probe"] = s.touch_probe ? Latch(*s.touch_probe) : Json(nullptr);
     return json;

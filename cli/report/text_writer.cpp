@@ -558,6 +558,7 @@ class CaptureText {
     text_.Paragraph(frames, 2);
     text_.Paragraph(TimeFacts(), 2);
     if (!WithoutEtherCat(result_)) text_.Paragraph(BusFacts(), 2);
+    if (const std::string events = SignalledFacts(); !events.empty()) text_.Paragraph(events, 2);
     if (const std::string predictions = Predictions(); !predictions.empty()) text_.Paragraph(predictions, 2);
     if (const std::string left_out = LeftOut(); !left_out.empty()) text_.Paragraph(left_out, 2);
     if (c.file.damage) text_.Paragraph("damaged: " + OneLine(c.file.damage->message), 2);
@@ -602,6 +603,32 @@ class CaptureText {
               Fixed(b.cycle.stddev_us, 1) + ", median " + Fixed(b.cycle.median_us, 1);
       if (b.cycle.missing > 0) text += ", " + Count(b.cycle.missing, "cycle") + " missing";
       text += "; by " + Printable(b.cycle.time_source) + " time)";
+    }
+    return text;
+  }
+
+  /// "slaves signalled: DL status in 47 frames, #2 to #94 (slave 0)"
+  [[nodiscard]] std::string SignalledFacts() const {
+    std::string text;
+    for (const EventBitSummary& bit : result_.bus.events) {
+      text += (text.empty() ? "slaves signalled: " : "; ") + Printable(bit.name) + " in " + Count(bit.frames, "frame") +
+              ", #" + std::to_string(bit.first.number) + " to #" + std::to_string(bit.last.number);
+      if (bit.raised > 1) text += ", raised " + Count(bit.raised, "time");
+      std::set<unsigned> slaves;
+      std::uint64_t raised = 0;
+      bool inferred = false;  // by the last read that answered the event: others may have been answered before
+      for (const SlaveSummary& slave : result_.slaves) {
+        for (const EventBitSummary& of : slave.events.signalled) {
+          if (of.bit != bit.bit) continue;
+          slaves.insert(slave.position);
+          raised += of.raised;
+          inferred = inferred || of.inferred;
+        }
+      }
+      if (!slaves.empty()) {
+        text += inferred || raised < bit.raised ? " (at least slave" : " (slave";
+        text += (slaves.size() == 1 ? " " : "s ") + Ranges(slaves) + ")";
+      }
     }
     return text;
   }

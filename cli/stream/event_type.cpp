@@ -9,9 +9,9 @@ namespace ecaudit::cli {
 namespace {
 
 constexpr std::array<std::string_view, kEventTypes> kNames = {
-    "register-write", "al-request", "al-state",   "mailbox", "sdo", "sdo-info", "pdo-mapping",
-    "latch",          "emergency",  "foe",        "eoe",     "soe", "aoe",      "voe",
-    "eeprom",         "dc",         "drive-state"};
+    "register-write", "al-request", "al-state",    "mailbox",   "sdo", "sdo-info", "pdo-mapping",
+    "latch",          "emergency",  "foe",         "eoe",       "soe", "aoe",      "voe",
+    "eeprom",         "dc",         "drive-state", "ecat-event"};
 
 }  // namespace
 

@@ -30,6 +30,7 @@ enum class EventType : std::uint8_t {
   kEeprom,
   kDc,
   kDriveState,
+  kEcatEvent,
   kCount,
 };
 inline constexpr std::size_t kEventTypes = static_cast<std::size_t>(EventType::kCount);

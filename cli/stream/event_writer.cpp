@@ -10,6 +10,8 @@ namespace ecaudit::cli {
 namespace {
 
 constexpr EscAddress kAlControl = 0x0120;
+constexpr EscAddress kEventRequest = 0x0210;
+constexpr std::uint64_t kEventLines = 16;  // of one bit of the event field, unless asked for
 constexpr EscAddress kEepromFirst = 0x0502;
 constexpr EscAddress kEepromEnd = 0x0510;
 constexpr EscAddress kClockFirst = 0x0900;
@@ -272,6 +274,35 @@ void EventWriter::On(const track::AlStateForgotten& event) {
   EventRow row(*output_, EventType::kAlState, event.frame, event.slave);
   for (const char* key : {"state", "error", "from", "status", "status_code", "status_code_text"}) row.json.Null(key);
   row.text = "no longer known: a broadcast read contradicts it";
+}
+
+void EventWriter::On(const track::EventFieldChanged& event) {
+  model_->Apply(event);
+}
+
+void EventWriter::On(const model::EventBitChanged& event) {
+  if (!output_->Wants(EventType::kEcatEvent, event.frame, event.slave)) return;
+  // A sync manager may raise its bit in every cycle.
+  const std::uint64_t line = ++event_lines_[event.bit];
+  const bool last = !types_.chosen() && line == kEventLines;
+  if (!types_.chosen() && line > kEventLines) return;
+  EventRow row(*output_, EventType::kEcatEvent, event.frame, event.slave);
+  const std::string name = esc::EventBitName(kEventRequest, event.bit);
+  row.json.Number("bit", event.bit);
+  row.json.Text("name", name);
+  row.json.Bool("set", event.set);
+  row.json.Text("confidence", event.slave_inferred ? "inferred" : "observed");
+  if (event.set) {
+    for (const char* key : {"frames", "first_frame", "last_frame"}) row.json.Null(key);
+    row.text = name + " signalled";
+  } else {
+    row.json.Number("frames", event.frames);
+    row.Frame("first_frame", event.first);
+    row.Frame("last_frame", event.last);
+    row.text = name + " no longer signalled, was since #" + std::to_string(event.first.number);
+    if (event.slave_inferred) row.Note("it went when this slave was read");
+  }
+  if (last) row.text += "; further changes of this bit with --type ecat-event only";
 }
 
 void EventWriter::On(const track::EepromRead& event) {

@@ -49,6 +49,8 @@ class EventWriter final : public LineWriter, private track::EventSink, private m
   void On(const track::AlStatusRead& event) override;
   void On(const track::AlStatusCodeRead& event) override;
   void On(const track::AlStateForgotten& event) override;
+  void On(const track::EventFieldChanged& event) override;
+  void On(const model::EventBitChanged& event) override;
   // Process data.
   void On(const track::LogicalAccess& access) override;
   void On(const track::FrameLost& event) override;
@@ -108,6 +110,7 @@ class EventWriter final : public LineWriter, private track::EventSink, private m
   // The broadcast write that was shown last: it reaches every slave, but is one event.
   FrameNo broadcast_frame_ = 0;
   int broadcast_datagram_ = -1;
+  std::array<std::uint64_t, model::EventUnit::kBits> event_lines_{};  ///< a bit: lines written
   FrameNo clock_broadcast_frame_ = 0;
   int clock_broadcast_datagram_ = -1;
 };

@@ -335,6 +335,15 @@ std::string DescribeAccess(EscAddress address, ByteSpan bytes, AccessKind kind) 
   return line;
 }
 
+std::string EventBitName(EscAddress address, unsigned bit) {
+  if (const RegisterHit hit = RegisterAt(address)) {
+    for (const Field& field : hit.reg->fields) {
+      if (field.lsb == bit && field.unit == Unit::FLAG) return std::string(field.name);
+    }
+  }
+  return "bit " + std::to_string(bit);
+}
+
 std::string DescribeEvents(std::uint16_t irq) {
   if (irq == 0) return "";
   const std::array<std::uint8_t, 2> bytes = {static_cast<std::uint8_t>(irq & 0xFFU),

@@ -49,6 +49,11 @@ struct RegisterContext {
 [[nodiscard]] std::string DescribeAccess(EscAddress address, ByteSpan bytes, AccessKind kind);
 inline constexpr std::size_t kMaxDescribed = 8;
 
+/// Name of one bit of an event register, as it stands in the register map: "DL status", "SM1"; "bit 13" where it has
+/// none.
+/// @param address 0x0200 or 0x0210 (16 bits), 0x0204 or 0x0220 (32 bits)
+[[nodiscard]] std::string EventBitName(EscAddress address, unsigned bit);
+
 /// The event field of a datagram (0x0210 of all slaves, ORed): "DL status, SM1"; "" for 0.
 [[nodiscard]] std::string DescribeEvents(std::uint16_t irq);
 

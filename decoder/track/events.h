@@ -126,6 +126,22 @@ struct Answered {
   ByteSpan returned_data;
 };
 
+/// Frames, one after the other, that came back with the same ECAT event field: what the slaves have in 0x0210, as far
+/// as their masks 0x0200 let it through, ORed over the slaves and the datagrams of a frame.
+struct EventFieldRun {
+  std::uint16_t bits = 0;    ///< without those that the master itself had sent set
+  std::uint64_t frames = 0;  ///< returned frames; 0 before the first one
+  FrameRef first, last;      ///< meaningful where bits are set
+  bool all_read = false;     ///< bits are set, and a datagram of the last frame reads at all slaves
+};
+
+/// The ECAT event field is another one than in the frame that returned before. Precedes all else from this frame.
+struct EventFieldChanged {
+  const EventFieldRun& before;
+  std::uint16_t bits = 0;  ///< as in EventFieldRun
+  FrameRef frame;          ///< the first with them
+};
+
 struct FrameLost {
   const wire::FrameView& sent;
   bus::Loss loss;
@@ -165,6 +181,7 @@ class EventSink : public mailbox::MailboxSink {
   virtual void On(const NameLearned&) {}
   virtual void On(const LogicalAccess&) {}
   virtual void On(const Answered&) {}
+  virtual void On(const EventFieldChanged&) {}
   virtual void On(const FrameLost&) {}
   virtual void On(const FrameDuplicated&) {}
   virtual void On(const FrameUnusable&) {}

@@ -109,7 +109,39 @@ void Network::OnSent(const wire::FrameView& frame) {
   }
 }
 
+void Network::FollowEventField(const bus::BusTransaction& transaction) {
+  if (transaction.returned == nullptr) return;
+  const wire::FrameView& frame = *transaction.returned;
+  unsigned bits = event_field_.bits;
+  for (std::size_t i = 0; i < frame.size(); ++i) bits |= frame[i].irq();
+  if (bits == 0) {
+    ++event_field_.frames;
+  } else {
+    ApplyEventField(transaction);
+  }
+}
+
+void Network::ApplyEventField(const bus::BusTransaction& transaction) {
+  const wire::FrameView& frame = *transaction.returned;
+  unsigned bits = 0;
+  bool all_read = false;
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    all_read = all_read || frame[i].command() == wire::Command::BRD || frame[i].command() == wire::Command::BRW;
+    const bool has_sent = transaction.sent != nullptr && i < transaction.sent->size();
+    bits |= frame[i].irq() & ~(has_sent ? unsigned{(*transaction.sent)[i].irq()} : 0U);
+  }
+  if (bits != event_field_.bits) {
+    const EventFieldRun before = event_field_;
+    event_field_ = {static_cast<std::uint16_t>(bits), 0, frame.ref(), frame.ref(), false};
+    events_.On(EventFieldChanged{before, event_field_.bits, frame.ref()});
+  }
+  ++event_field_.frames;
+  event_field_.last = frame.ref();
+  event_field_.all_read = all_read;
+}
+
 void Network::OnTransaction(const bus::BusTransaction& transaction) {
+  FollowEventField(transaction);
   for (std::size_t i = 0; i < transaction.size(); ++i) {
     const Datagram d{transaction, i, transaction.any()[i], transaction.sent != nullptr && i < transaction.sent->size(),
                      transaction.returned != nullptr};

@@ -29,6 +29,11 @@ class Network final : public bus::BusSink, private SiiListener {
   /// Slaves on the bus as the last frame with a position counter showed.
   [[nodiscard]] const Known<std::uint16_t>& slave_count() const { return slave_count_; }
 
+  /// False for a slave behind the last one that answers now, and for one that turned out to be another.
+  [[nodiscard]] bool OnBus(SlaveId id) const;
+  /// The run of frames that lasts until now.
+  [[nodiscard]] const EventFieldRun& event_field() const { return event_field_; }
+
   /// Changes whenever any sync manager or FMMU may have changed, or a slave was added.
   [[nodiscard]] std::uint64_t mapping_version() const { return mapping_version_; }
 
@@ -45,14 +50,14 @@ class Network final : public bus::BusSink, private SiiListener {
  private:
   struct Datagram;  // both copies of one datagram
 
+  void FollowEventField(const bus::BusTransaction& transaction);
+  void ApplyEventField(const bus::BusTransaction& transaction);
   [[nodiscard]] Answered AnswerOf(const Datagram& d, SlaveId slave) const;
   void OnBroadcast(const Datagram& d);
   void OnAddressed(const Datagram& d);
   void OnLogical(const Datagram& d);
   void CountSlaves(const Datagram& d);
   void ReadAlStatusOfAll(const Datagram& d);
-  /// False for a slave behind the last one that answers now, and for one that turned out to be another.
-  [[nodiscard]] bool OnBus(SlaveId id) const;
   void ForgetReturning(std::uint16_t first_position, const FrameRef& frame);
   [[nodiscard]] bool LearnedSince(FrameNo sent, SlaveId slave, EscAddress address, std::size_t length) const;
   [[nodiscard]] std::optional<SlavePos> PositionOf(const Datagram& d) const;
@@ -84,6 +89,7 @@ class Network final : public bus::BusSink, private SiiListener {
   std::deque<SlaveState> states_;     // grows without moving what rules refer to
   SlaveState everyone_;               // what broadcasts wrote: a slave met later has taken it, too
   Known<std::uint16_t> slave_count_;
+  EventFieldRun event_field_;
   std::uint64_t mapping_version_ = 0;
   std::vector<std::unique_ptr<MailboxTracker>> mailboxes_;
   std::vector<std::uint32_t> window_versions_;  // mapping version that each mailbox window rests on

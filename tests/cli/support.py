@@ -23,23 +23,24 @@ class Bus:
         self.time_ns = 1_556_712_000_000_000_000
         self.index = 0
 
-    def exchange(self, command, adp, ado, sent: bytes, returned: bytes, wkc: int):
+    def exchange(self, command, adp, ado, sent: bytes, returned: bytes, wkc: int, irq: int = 0):
         self.index = (self.index + 1) & 0xFF
         # Every slave sets bit 1 of the source address; addresses of position and broadcast grow by one a slave.
         step = 1 if command in (APRD, APWR, BRD, BWR) else 0
         self._packet(0x10, command, adp, ado, sent, 0)
         self.time_ns += 20_000
-        self._packet(0x12, command, (adp + step) & 0xFFFF, ado, returned, wkc)
+        self._packet(0x12, command, (adp + step) & 0xFFFF, ado, returned, wkc, irq)
         self.time_ns += 980_000
 
     def write(self, ado, data: bytes):
         self.exchange(FPWR, 0x1001, ado, data, data, 1)
 
-    def read(self, ado, data: bytes):
-        self.exchange(FPRD, 0x1001, ado, bytes(len(data)), data, 1)
+    def read(self, ado, data: bytes, irq: int = 0):
+        self.exchange(FPRD, 0x1001, ado, bytes(len(data)), data, 1, irq)
 
-    def _packet(self, first_mac_byte, command, adp, ado, data, wkc):
-        datagram = struct.pack("<BBHHHH", command, self.index, adp, ado, len(data), 0) + data + struct.pack("<H", wkc)
+    def _packet(self, first_mac_byte, command, adp, ado, data, wkc, irq=0):
+        header = struct.pack("<BBHHHH", command, self.index, adp, ado, len(data), irq)
+        datagram = header + data + struct.pack("<H", wkc)
         source = bytes([first_mac_byte]) + bytes([0x10] * 5)
         frame = b"\xff" * 6 + source + b"\x88\xa4" + struct.pack("<H", len(datagram) | 0x1000) + datagram
         self.packets.append((self.time_ns, frame.ljust(60, b"\0")))

@@ -107,6 +107,45 @@ class EventBasics(Events):
         self.assertEqual(rows[-1]["acceptance"], "refused")
         self.assertIn("(not taken)", text[-1])
 
+    def test_bits_of_the_event_field(self):
+        bus = scanned_bus()
+        bus.write(0x0200, b"\4\0")
+        bus.read(0x0012, b"\0\0", irq=4)
+        bus.read(0x0110, b"\x11\0", irq=4)
+        bus.read(0x0012, b"\0\0")
+        rows, text = self.of(bus, "ecat-event")
+        self.assertEqual([(r["frame"], r["slave"], r["bit"], r["name"], r["set"], r["frames"], r["first_frame"],
+                           r["last_frame"], r["confidence"]) for r in rows],
+                         [(10, 0, 2, "DL status", True, None, None, None, "observed"),
+                          (14, 0, 2, "DL status", False, 2, 10, 12, "observed")])
+        self.assertIn("DL status signalled", text[0])
+        self.assertIn("DL status no longer signalled, was since #10", text[1])
+        report = self.run_program("check", "--format", "json", self.file("bus.pcap", bus.pcap()))
+        capture = json.loads(report.out)["reports"][0]
+        bit = {"bit": 2, "name": "DL status", "raised": 1, "frames": 2, "first_frame": 10, "last_frame": 12,
+               "set_at_start": False, "set_at_end": False}
+        self.assertEqual(capture["bus"]["events"], [bit])
+        events = capture["slaves"][0]["events"]
+        self.assertEqual(events["signalled"], [{**bit, "confidence": "observed"}])
+        self.assertEqual(events["ecat_event_mask"], {"value": 4, "known_bits": 0xFFFF, "names": ["DL status"],
+                                                     "confidence": "observed", "frame": 8})
+        self.assertIsNone(events["al_event_request"])
+        self.assertIn("slaves signalled: DL status in 2 frames, #10 to #12 (slave 0)",
+                      self.run_program("check", self.file("bus.pcap", bus.pcap())).out)
+
+    def test_a_bit_that_toggles_all_the_time_does_not_flood(self):
+        bus = scanned_bus()
+        for _ in range(40):
+            bus.read(0x0012, b"\0\0", irq=0x20)
+            bus.read(0x0012, b"\0\0")
+        path = self.file("bus.pcap", bus.pcap())
+        rows = [r for r in self.rows(path) if r["event"] == "ecat-event"]
+        self.assertEqual(len(rows), 16)
+        text = [line for line in self.events(path).out.splitlines() if "  ecat-event" in line]
+        self.assertEqual(len(text), 16)
+        self.assertIn("further changes of this bit with --type ecat-event only", text[-1])
+        self.assertEqual(len(self.rows("--type", "ecat-event", path)), 80)
+
     def test_text_is_aligned(self):
         lines = self.events(self.faulty).out.splitlines()
         at = lines[0].index("what")

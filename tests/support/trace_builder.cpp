@@ -130,6 +130,11 @@ TraceFrame& TraceFrame::ReturnedAdp(std::uint16_t adp) {
   if (!datagrams_.empty()) datagrams_.back().returned_adp = adp;
   return *this;
 }
+TraceFrame& TraceFrame::SentIrq(std::uint16_t irq) {
+  if (!datagrams_.empty()) datagrams_.back().sent_irq = irq;
+  return *this;
+}
+
 TraceFrame& TraceFrame::Irq(std::uint16_t irq) {
   if (!datagrams_.empty()) datagrams_.back().irq = irq;
   return *this;
@@ -244,6 +249,7 @@ std::vector<Trace::Placed> Trace::Place() const {
         d.ado = from.ado;
         d.data = returned ? from.returned : from.sent;
         d.wkc = from.sent_wkc;
+        d.irq = from.sent_irq;
         if (returned) {
           const std::uint16_t passed = samples::CmdCountsSlaves(from.command) ? content.slaves_ : std::uint16_t{0};
           d.adp = from.returned_adp.value_or(static_cast<std::uint16_t>(from.adp + passed));

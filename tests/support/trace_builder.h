@@ -22,10 +22,10 @@
 ///         zeros are sent; of a write or LRW, APRW, ... it is sent and comes back unchanged. `A -> B`: A is sent, B
 ///         comes back. `time+N` stands for eight bytes: N plus the frame's time since the start in ns, a system time.
 /// key=    wkc= of the returned copy; len= bytes of data when there are less or none (filled with 00); idx= index byte
-///         (default: counts up per frame); irq= event field of the returned copy; adp= first address half as sent;
-///         radp= as returned; swkc= working counter as sent (default 0).
-///         times=N: N such frames, one after the other;
-///         rtt=T time until the return; mark=NAME remembers the frame, see Trace::Sent(); vlan=, port= of the frame.
+///         (default: counts up per frame); irq= event field of the returned copy, sirq= as sent (default 0); adp= first
+///         address half as sent; radp= as returned; swkc= working counter as sent (default 0). times=N: N such frames,
+///         one after the other; rtt=T time until the return; mark=NAME remembers the frame, see Trace::Sent(); vlan=,
+///         port= of the frame.
 /// @word   @lost, @out-only: no returned copy. @returned-only: no outbound copy. @twice: the returned copy comes twice.
 ///         @circulating: the circulating bit is set in the returned copy. @cut=N: the packets are cut to N bytes by
 ///         the snap length. @no-time: without time stamp.
@@ -79,6 +79,7 @@ struct TraceDatagram {
   std::optional<std::uint16_t> returned_adp;  ///< absent: as `adp`, plus the slaves for commands that count them
   std::uint16_t sent_wkc = 0;
   std::uint16_t irq = 0;
+  std::uint16_t sent_irq = 0;
   bool circulating = false;
 };
 
@@ -87,8 +88,8 @@ enum class Copies : std::uint8_t { kBoth, kOutbound, kReturned };
 
 class Trace;
 
-/// One frame of a trace. Command functions add a datagram; Wkc(), Index(), Adp() and Irq() change the last one added.
-/// `data`: as DATA above. All functions return *this.
+/// One frame of a trace. Command functions add a datagram; Wkc(), Index(), Adp(), Irq() and SentIrq() change the last
+/// one added. `data`: as DATA above. All functions return *this.
 class TraceFrame {
  public:
   TraceFrame& Aprd(std::uint16_t position, std::uint16_t ado, Bytes returned);
@@ -114,6 +115,7 @@ class TraceFrame {
   TraceFrame& Index(std::uint8_t index);
   TraceFrame& ReturnedAdp(std::uint16_t adp);
   TraceFrame& Irq(std::uint16_t irq);
+  TraceFrame& SentIrq(std::uint16_t irq);
   TraceFrame& Circulating();
 
   TraceFrame& Lost();

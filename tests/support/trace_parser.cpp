@@ -138,6 +138,8 @@ bool TraceParser::Key(const std::string& key, const std::string& value, TraceFra
     datagram.index = static_cast<std::uint8_t>(number);
   } else if (key == "irq") {
     datagram.irq = word;
+  } else if (key == "sirq") {
+    datagram.sent_irq = word;
   } else if (key == "adp") {
     datagram.adp = word;
   } else if (key == "radp") {
