@@ -143,6 +143,7 @@ const LatchUnit::Part& LatchUnit::PartOf(const ImagePart& part) {
 
 void LatchUnit::Learn(Part& part, const ImagePart& from) const {
   part.unknown_layout = from.places.empty();
+  part.incomplete = from.incomplete;
   for (const ImagePart::Place& place : from.places) {
     const auto index = static_cast<std::uint16_t>(place.object >> 8U);
     const auto subindex = static_cast<std::uint8_t>(place.object & 0xFFU);
@@ -203,7 +204,11 @@ Still LatchUnit::OnOutputs(const ProcessCycle& cycle, const Part& part, StillCyc
 Still LatchUnit::OnInputs(const ProcessCycle& cycle, const Part& part, StillCycle& watched) {
   const bool same_kind = unknown_inputs_ == part.unknown_layout;
   unknown_inputs_ = part.unknown_layout;
-  if (part.status.bits == 0 && !part.any_position && !part.stray_position) return same_kind ? Still::kIdle : Still::kNo;
+  // Its status word may have lain between two datagrams, of which one did not come.
+  const bool status_missing = part.incomplete && part.status.bits == 0;
+  if (status_missing) status_gap_ = true;
+  const Still idle = same_kind && !status_missing ? Still::kIdle : Still::kNo;
+  if (part.status.bits == 0 && !part.any_position && !part.stray_position) return idle;
   if (!cycle.has_data()) {
     status_gap_ = true;
     return Still::kNo;
@@ -232,7 +237,7 @@ Still LatchUnit::OnInputs(const ProcessCycle& cycle, const Part& part, StillCycl
     }
     OnStatus(word);
   }
-  if (unread_ == 0) return part.status.bits == 0 && same_kind ? Still::kIdle : Still::kNo;
+  if (unread_ == 0) return part.status.bits == 0 ? idle : Still::kNo;
   for (std::size_t n = 0; n < edge_count_; ++n) {
     if ((unread_ & Bit(n)) == 0) continue;
     const Where& where = part.positions[n];

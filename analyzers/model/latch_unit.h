@@ -109,6 +109,7 @@ class LatchUnit {
     std::uint64_t serial = 0;
     bool used = false;
     bool unknown_layout = false;
+    bool incomplete = false;  ///< see ImagePart
     Where control, status, probe;
     std::array<Where, kMaxEdges> positions{};
     bool any_position = false;

@@ -56,20 +56,64 @@ std::optional<std::uint64_t> BufferStart(const track::SlaveState& state, const P
   return lowest;
 }
 
-/// Where all bits of a signal lie one behind the other in the logical address space.
-std::optional<std::uint64_t> LogicalBit(const std::vector<esc::Fmmu>& fmmus, std::uint64_t physical, unsigned bits) {
-  for (const esc::Fmmu& fmmu : fmmus) {
-    const auto first = fmmu.ToPhysicalBit(fmmu.logical_bits().first);
-    if (!first || physical < *first || physical + bits > fmmu.physical_bits().end()) continue;
-    return fmmu.ToLogicalBit(physical);
+/// Bits of a signal that lie one behind the other in the logical address space.
+struct LogicalPiece {
+  std::uint32_t in_signal = 0;
+  esc::BitRange logical;
+};
+
+/// Where the FMMUs map a signal, in its order; empty unless all of its bits are mapped.
+std::vector<LogicalPiece> PiecesOf(const std::vector<esc::Fmmu>& fmmus, std::uint64_t physical, std::uint32_t bits) {
+  std::vector<LogicalPiece> pieces;
+  for (std::uint32_t done = 0; done < bits;) {
+    const std::uint64_t at = physical + done;
+    esc::BitRange longest;
+    for (const esc::Fmmu& fmmu : fmmus) {
+      const auto logical = fmmu.ToLogicalBit(at);
+      if (!logical) continue;
+      const std::uint64_t count = std::min<std::uint64_t>(bits - done, fmmu.physical_bits().end() - at);
+      if (count > longest.count) longest = {*logical, count};
+    }
+    if (longest.empty()) return {};
+    if (!pieces.empty() && pieces.back().logical.end() == longest.first) {
+      pieces.back().logical.count += longest.count;
+    } else {
+      pieces.push_back({done, longest});
+    }
+    done += static_cast<std::uint32_t>(longest.count);
   }
-  return std::nullopt;
+  return pieces;
+}
+
+/// What a datagram has of a signal. Without pieces: nothing.
+SplitSignal InDatagram(const std::vector<LogicalPiece>& pieces, const esc::BitRange& datagram, std::uint16_t bits) {
+  SplitSignal signal;
+  signal.bits = bits;
+  std::uint64_t here = 0;
+  std::uint64_t end = 0;
+  for (const LogicalPiece& piece : pieces) {
+    end = std::max(end, piece.logical.end());
+    const esc::BitRange common = esc::Intersect(piece.logical, datagram);
+    if (common.empty()) continue;
+    here += common.count;
+    signal.pieces.push_back({static_cast<std::uint32_t>(piece.in_signal + (common.first - piece.logical.first)),
+                             static_cast<std::uint32_t>(common.first - datagram.first),
+                             static_cast<std::uint32_t>(common.count)});
+  }
+  if (here == bits) return signal;
+  const bool last = end > datagram.first && end <= datagram.end();
+  signal.role = last ? SplitSignal::Role::kLast : SplitSignal::Role::kEarlier;
+  return signal;
+}
+
+ImagePart::Place PlaceOf(const ProcessLayout& layout, std::size_t signal, std::uint64_t bit) {
+  const Signal& of = layout.signals[signal];
+  return {std::uint32_t{of.index} << 8U | of.subindex, static_cast<std::uint16_t>(signal), of.bits,
+          static_cast<std::uint32_t>(bit)};
 }
 
 void AddPlace(ImagePart& part, std::size_t signal, std::uint64_t bit) {
-  const Signal& of = part.layout->signals[signal];
-  part.places.push_back({std::uint32_t{of.index} << 8U | of.subindex, static_cast<std::uint16_t>(signal), of.bits,
-                         static_cast<std::uint32_t>(bit)});
+  part.places.push_back(PlaceOf(*part.layout, signal, bit));
 }
 
 void SumUp(ImagePart& part) {
@@ -157,6 +201,7 @@ ProcessImage::Entry& ProcessImage::Find(wire::Command command, std::uint32_t add
   const std::uint64_t now = version();
   if (version_ != now) {
     for (Entry& entry : entries_) entry.used = false;
+    fragments_.Clear();
     version_ = now;
   }
   Entry& entry = entries_[Hash(command, address, length) % kEntries];
@@ -167,6 +212,7 @@ ProcessImage::Entry& ProcessImage::Find(wire::Command command, std::uint32_t add
     entry.address = address;
     entry.length = length;
     entry.parts.clear();
+    entry.splits.clear();
     entry.by_eni = false;
     entry.eni_counter.reset();
   }
@@ -182,6 +228,7 @@ void ProcessImage::BuildLogical(Entry& entry) {
   }
   if (eni_ != nullptr) AddByEni(entry);
   FindCovered(entry.parts, entry.length);
+  for (Split& split : entry.splits) split.alone.covered = entry.parts[split.part].covered;
 }
 
 void ProcessImage::Add(Entry& entry, ImagePart part) {
@@ -212,19 +259,43 @@ void ProcessImage::AddMapped(Entry& entry, SlaveId slave, PdoDirection direction
   if (part.runs.empty()) return;
   SumUp(part);
 
+  SplitSignals split(entry.length);
+  std::vector<ImagePart::Place> alone;
   if (part.layout->known()) {
+    bool cut = false;
     for (std::size_t i = 0; i < part.layout->signals.size(); ++i) {
       const Signal& signal = part.layout->signals[i];
       const auto start = BufferStart(state, *part.layout, signal.sync_manager, fmmus);
       if (signal.gap() || signal.bits == 0 || !start) continue;
-      const auto logical = LogicalBit(fmmus, *start + signal.bit_offset, signal.bits);
-      if (!logical || *logical < datagram || *logical + signal.bits > datagram + std::uint64_t{entry.length} * 8)
+      SplitSignal here = InDatagram(PiecesOf(fmmus, *start + signal.bit_offset, signal.bits),
+                                    {datagram, std::uint64_t{entry.length} * 8}, signal.bits);
+      if (here.pieces.empty()) continue;
+      const bool whole = here.role == SplitSignal::Role::kWhole;
+      if (whole && here.pieces.size() == 1) {
+        AddPlace(part, i, here.pieces[0].in_datagram);
+        alone.push_back(part.places.back());
         continue;
-      AddPlace(part, i, *logical - datagram);
+      }
+      cut = cut || !whole;
+      if (!whole && signal.bits > SplitSignal::kMaxJoinedBits) continue;
+      here.number = static_cast<std::uint16_t>(i);
+      const SplitSignal& added = split.Add(std::move(here));
+      if (added.role == SplitSignal::Role::kEarlier) continue;
+      AddPlace(part, i, added.bit);
+      if (whole) alone.push_back(part.places.back());
     }
-    if (part.places.empty()) part.reason = "the FMMUs map other memory than the sync managers of the PDOs";
+    if (part.places.empty()) {
+      part.reason = cut ? "no entry lies in this datagram as a whole"
+                        : "the FMMUs map other memory than the sync managers of the PDOs";
+    }
   }
   Add(entry, std::move(part));
+  if (split.empty()) return;
+  ImagePart without = entry.parts.back();
+  without.serial = ++parts_made_;
+  without.places = std::move(alone);
+  without.incomplete = true;
+  entry.splits.push_back({entry.parts.size() - 1, std::move(without), std::move(split)});
 }
 
 const SlaveModel& ProcessImage::UnmetSlave(std::size_t number) {
@@ -421,13 +492,30 @@ ProcessImage::Counted ProcessImage::Count(const Entry& entry, const track::Logic
   return counted;
 }
 
+/// Hands the cycle over with the signals put together that do not lie in one piece.
+void ProcessImage::Deliver(Entry& entry, std::size_t part, ProcessCycle& cycle, ProcessSink& sink) {
+  const auto split =
+      std::find_if(entry.splits.begin(), entry.splits.end(), [part](const Split& s) { return s.part == part; });
+  if (split == entry.splits.end() || !cycle.has_data()) return sink.On(cycle);
+  bool whole = true;
+  const Sighting where{cycle.part.slave, cycle.part.direction, cycle.sent, cycle.returned, cycle.exchange};
+  cycle.data = split->signals.Gather(cycle.data, where, fragments_, whole);
+  if (whole) return sink.On(cycle);
+  if (split->alone.places.empty()) {
+    cycle.data = {};
+    return sink.On(cycle);
+  }
+  sink.On(ProcessCycle{split->alone, cycle.exchange, cycle.sent, cycle.returned, cycle.command, cycle.data});
+}
+
 bool ProcessImage::Read(const track::LogicalAccess& access, const LogicalExpectation& expectation, ProcessSink& sink) {
   bool found = false;
   Entry& entry = Find(access.command, access.address, access.length, found);
   if (!found) BuildLogical(entry);
   if (entry.parts.empty()) return false;
   const Counted counted = Count(entry, access, expectation);
-  for (const ImagePart& part : entry.parts) {
+  for (std::size_t n = 0; n < entry.parts.size(); ++n) {
+    const ImagePart& part = entry.parts[n];
     ProcessCycle cycle{part, Exchange::kUnknown, access.sent, access.returned, access.command, {}};
     if (part.direction == PdoDirection::kRx) {
       cycle.exchange = counted.outputs;
@@ -436,7 +524,11 @@ bool ProcessImage::Read(const track::LogicalAccess& access, const LogicalExpecta
       cycle.exchange = counted.inputs;
       if (counted.inputs == Exchange::kYes || counted.inputs == Exchange::kInferred) cycle.data = access.returned_data;
     }
-    sink.On(cycle);
+    if (entry.splits.empty()) {
+      sink.On(cycle);
+    } else {
+      Deliver(entry, n, cycle, sink);
+    }
   }
   return !entry.parts.empty();
 }

@@ -21,6 +21,7 @@
 #include "analyzers/model/process_data.h"
 #include "analyzers/model/profile_choice.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/model/split_signals.h"
 #include "analyzers/model/still_cycle.h"
 #include "decoder/track/network.h"
 
@@ -35,12 +36,12 @@ struct BitRun {
 
 /// Where the process data of one slave and direction lie in one kind of datagram.
 struct ImagePart {
-  /// A signal that lies in this datagram as a whole.
+  /// A signal that this datagram makes known.
   struct Place {
     std::uint32_t object = 0;  ///< index << 8 | subindex
     std::uint16_t signal = 0;  ///< number in layout->signals
     std::uint16_t bits = 0;
-    std::uint32_t bit = 0;  ///< first bit in the datagram
+    std::uint32_t bit = 0;  ///< first bit in ProcessCycle::data: in the datagram, or behind it (split_signals.h)
   };
 
   std::uint64_t serial = 0;           ///< no two parts ever made have the same
@@ -53,6 +54,7 @@ struct ImagePart {
   std::vector<BitRun> runs;               ///< sorted by in_buffer; all that is mapped, also what no signal fills
   std::vector<Place> places;              ///< in the order of the layout, gaps left out
   std::uint32_t bits = 0;                 ///< sum of the runs
+  bool incomplete = false;  ///< places are left out because another datagram did not bring its bits of the signal
   bool covered = false;  ///< outputs: inputs of some slave lie over them, so that the returned copy does not show them
   mutable StillCycle still;  ///< what the units of the slave's model left this part with
 
@@ -68,7 +70,8 @@ struct ProcessCycle {
   FrameRef returned;
   wire::Command command = wire::Command::NOP;
   /// The datagram's data: of the copy sent for outputs, of the copy returned for inputs. Empty when that copy is
-  /// missing, or the slave gave nothing (inputs whose exchange is neither kYes nor kInferred).
+  /// missing, or the slave gave nothing (inputs whose exchange is neither kYes nor kInferred). Signals that do not lie
+  /// in one piece follow behind.
   ByteSpan data;
 
   [[nodiscard]] const FrameRef& frame() const { return returned.seen() ? returned : sent; }
@@ -104,12 +107,19 @@ class ProcessImage {
   [[nodiscard]] std::uint64_t version() const;
 
  private:
+  /// Signals of one part that do not lie in one piece.
+  struct Split {
+    std::size_t part = 0;  ///< number in Entry::parts
+    ImagePart alone;       ///< the part without what needs another datagram
+    SplitSignals signals;
+  };
   struct Entry {
     bool used = false;
     wire::Command command = wire::Command::NOP;
     std::uint32_t address = 0;
     std::uint16_t length = 0;
     std::vector<ImagePart> parts;
+    std::vector<Split> splits;
     bool by_eni = false;                       ///< some part is
     std::optional<std::uint16_t> eni_counter;  ///< working counter that the ENI expects
   };
@@ -130,6 +140,7 @@ class ProcessImage {
   void Add(Entry& entry, ImagePart part);
   void AddMapped(Entry& entry, SlaveId slave, device::PdoDirection direction);
   void AddByEni(Entry& entry);
+  void Deliver(Entry& entry, std::size_t part, ProcessCycle& cycle, ProcessSink& sink);
   [[nodiscard]] Counted Count(const Entry& entry, const track::LogicalAccess& access,
                               const LogicalExpectation& expectation) const;
   [[nodiscard]] const SlaveModel& UnmetSlave(std::size_t number);
@@ -143,6 +154,7 @@ class ProcessImage {
   std::uint64_t version_ = ~std::uint64_t{0};
   std::uint64_t parts_made_ = 0;
   std::array<Entry, kEntries> entries_;
+  SignalFragments fragments_;
 };
 
 /// Bits at any place; see ExtractBits().

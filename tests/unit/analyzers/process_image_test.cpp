@@ -314,6 +314,136 @@ TEST_F(ProcessImageTest, SignalBehindTheDatagramsEndHasNoPlace) {
   EXPECT_THAT(Of(0, PdoDirection::kTx).at(0).raw, ElementsAre(0x37, 0x12, 9));
 }
 
+TEST_F(ProcessImageTest, TwoFmmusCarryOneSignal) {
+  Esi(kDrive);
+  Scan(1);
+  SyncManager(0x1001, 2, 0x1100, 6, 0x64);
+  SyncManager(0x1001, 3, 0x1140, 4, 0x20);
+  Fmmu(0x1001, 0, 0x10000, 4, 0x1100, 2);
+  Fmmu(0x1001, 1, 0x10008, 2, 0x1104, 2);  // the upper half of 607Ah lies elsewhere
+  Fmmu(0x1001, 2, 0x20000, 1, 0x1141, 1);  // 6041h with its high byte first
+  Fmmu(0x1001, 3, 0x20001, 1, 0x1140, 1);
+  trace.After(1000).Lwr(0x10000, {0x0F, 0, 0x78, 0x56, 0xAA, 0xAA, 0xAA, 0xAA, 0x34, 0x12}).Wkc(1);
+  trace.After(1000).Lrd(0x20000, {0x12, 0x37}).Wkc(1);
+  trace.After(1000).Lrd(0x1FFFF, {0xAA, 0x12, 0x37}).Wkc(1);
+  Run();
+  EXPECT_THAT(Of(0, PdoDirection::kRx).at(0).values, ElementsAre(0x000FU, 0x12345678U));
+  EXPECT_THAT(Of(0, PdoDirection::kRx).at(0).raw, ElementsAre(0x0F, 0, 0x78, 0x56, 0x34, 0x12));
+  EXPECT_THAT(Of(0, PdoDirection::kTx).at(0).values, ElementsAre(0x1237U));
+  EXPECT_THAT(Of(0, PdoDirection::kTx).at(1).values, ElementsAre(0x1237U));
+}
+
+TEST_F(ProcessImageTest, TwoFmmusSideBySideAreOne) {
+  Esi(kDrive);
+  Scan(1);
+  SyncManager(0x1001, 2, 0x1100, 6, 0x64);
+  Fmmu(0x1001, 0, 0x10000, 3, 0x1100, 2);
+  Fmmu(0x1001, 1, 0x10003, 3, 0x1103, 2);
+  trace.After(1000).Lwr(0x10000, {0x0F, 0, 0x78, 0x56, 0x34, 0x12}).Wkc(1);
+  Run();
+  EXPECT_THAT(Of(0, PdoDirection::kRx).at(0).values, ElementsAre(0x000FU, 0x12345678U));
+}
+
+TEST_F(ProcessImageTest, TwoFmmusWithBitsApartCarryOneSignal) {
+  Esi(kDrive);
+  Scan(1);
+  SyncManager(0x1001, 2, 0x1100, 6, 0x64);
+  // 28 bits from 0x1100 on, then 20 bits, with 6 bits between them.
+  trace.After(1000).Fpwr(0x1001, 0x0600, {0, 0, 1, 0, 4, 0, 0, 3, 0x00, 0x11, 0, 2, 1, 0, 0, 0});
+  trace.After(1000).Fpwr(0x1001, 0x0610, {4, 0, 1, 0, 3, 0, 2, 5, 0x03, 0x11, 4, 2, 1, 0, 0, 0});
+  // 6040h = 0x000F, 607Ah = 0x12345678: its lower 12 bits 0x678, then its upper 20 bits 0x12345 from bit 34 on.
+  trace.After(1000).Lwr(0x10000, {0x0F, 0, 0x78, 0xF6, 0x17, 0x8D, 0x04}).Wkc(1);
+  Run();
+  EXPECT_THAT(Of(0, PdoDirection::kRx).at(0).values, ElementsAre(0x000FU, 0x12345678U));
+}
+
+TEST_F(ProcessImageTest, SignalOfWhichOneFmmuIsMissingHasNoValue) {
+  Esi(kDrive);
+  Scan(1);
+  SyncManager(0x1001, 2, 0x1100, 6, 0x64);
+  Fmmu(0x1001, 0, 0x10000, 4, 0x1100, 2);
+  trace.After(1000).Lwr(0x10000, {0x0F, 0, 0x78, 0x56, 0, 0, 0, 0}).Wkc(1);
+  Run();
+  EXPECT_THAT(Of(0, PdoDirection::kRx).at(0).values, ElementsAre(0x000FU));
+}
+
+TEST_F(ProcessImageTest, TwoDatagramsOfAFrameCarryOneSignal) {
+  Esi(kDrive);
+  Scan(1);
+  Drive(0x1001, 0x10000, 0x20000);
+  trace.After(1000).Lwr(0x10000, {0x0F, 0, 0x78, 0x56}).Wkc(1).Lwr(0x10004, {0x34, 0x12}).Wkc(1);
+  trace.After(1000).Lrd(0x20000, {0x37}).Wkc(1).Lrd(0x20001, {0x12, 9, 8}).Wkc(1);
+  Run();
+  const auto outputs = Of(0, PdoDirection::kRx);
+  ASSERT_EQ(outputs.size(), 2U);
+  EXPECT_THAT(outputs[0].values, ElementsAre(0x000FU));
+  EXPECT_THAT(outputs[1].values, ElementsAre(0x12345678U));
+  EXPECT_THAT(outputs[1].raw, ElementsAre(0x34, 0x12));
+  const auto inputs = Of(0, PdoDirection::kTx);
+  ASSERT_EQ(inputs.size(), 2U);
+  EXPECT_THAT(inputs[0].values, IsEmpty());
+  EXPECT_EQ(inputs[0].reason, "no entry lies in this datagram as a whole");
+  EXPECT_THAT(inputs[1].values, ElementsAre(0x1237U, 8U));
+}
+
+TEST_F(ProcessImageTest, HalfASignalIsNoValue) {
+  Esi(kDrive);
+  Scan(1);
+  Drive(0x1001, 0x10000, 0x20000);
+  // The slave did not give the first half; the first half is missing; its second half is.
+  trace.After(1000).Lrd(0x20000, {0x37}).Wkc(0).Lrd(0x20001, {0x12, 9, 8}).Wkc(1);
+  trace.After(1000).Lrd(0x20001, {0x12, 9, 8}).Wkc(1);
+  trace.After(1000).Lrd(0x20000, {0x37}).Wkc(1);
+  // Half of it was taken.
+  trace.After(1000).Lwr(0x10000, {0x0F, 0, 0x78, 0x56}).Wkc(1).Lwr(0x10004, {0x34, 0x12}).Wkc(0);
+  Run();
+  const auto inputs = Of(0, PdoDirection::kTx);
+  ASSERT_EQ(inputs.size(), 4U);
+  EXPECT_THAT(inputs[1].values, ElementsAre(8U));
+  EXPECT_THAT(inputs[2].values, ElementsAre(8U));
+  EXPECT_THAT(inputs[3].values, IsEmpty());
+  EXPECT_THAT(Of(0, PdoDirection::kRx).at(1).values, IsEmpty());
+}
+
+TEST_F(ProcessImageTest, TwoFramesOfACycleCarryOneSignal) {
+  Esi(kDrive);
+  Scan(1);
+  Drive(0x1001, 0x10000, 0x20000);
+  const auto first = [&](std::int64_t us, std::uint8_t low) { trace.After(us).Lrd(0x20000, {low}).Wkc(1).Rtt(5000); };
+  const auto second = [&](std::int64_t us, std::uint8_t high) {
+    trace.After(us).Lrd(0x20001, {high, 0, 8}).Wkc(1).Rtt(5000);
+  };
+  first(1000, 0x01);
+  second(20, 0x10);  // how long a cycle is does not show yet
+  first(980, 0x02);
+  second(20, 0x20);
+  second(1000, 0x30);  // its first half is lost
+  first(980, 0x04);    // its second half is lost
+  first(1000, 0x05);
+  second(20, 0x50);
+  Run();
+  std::vector<std::vector<std::uint64_t>> values;
+  for (const Seen& s : Of(0, PdoDirection::kTx)) {
+    if (!s.values.empty()) values.push_back(s.values);
+  }
+  EXPECT_THAT(values,
+              ElementsAre(ElementsAre(8U), ElementsAre(0x2002U, 8U), ElementsAre(8U), ElementsAre(0x5005U, 8U)));
+}
+
+TEST_F(ProcessImageTest, FirstHalfThatFollowsIsOfAnotherCycle) {
+  Esi(kDrive);
+  Scan(1);
+  Drive(0x1001, 0x10000, 0x20000);
+  for (int i = 0; i < 3; ++i) {
+    trace.After(980).Lrd(0x20001, {0x12, 9, 8}).Wkc(1).Rtt(5000);
+    trace.After(20).Lrd(0x20000, {0x37}).Wkc(1).Rtt(5000);
+  }
+  Run();
+  for (const Seen& s : Of(0, PdoDirection::kTx)) {
+    EXPECT_LE(s.values.size(), 1U);
+  }
+}
+
 TEST_F(ProcessImageTest, UnknownMappingStillHasItsBytes) {
   Scan(1);
   Drive(0x1001, 0x10000, 0x10006);
