@@ -14,6 +14,8 @@ using device::PdoDirection;
 
 constexpr std::uint8_t kOutputs = 2;  // sync managers of CoE devices
 constexpr std::uint8_t kInputs = 3;
+constexpr std::uint8_t kSiiOutputs = 3;  // types of sync managers in the EEPROM
+constexpr std::uint8_t kSiiInputs = 4;
 
 /// A PDO and the sync manager whose buffer it lies in.
 struct AssignedPdo {
@@ -89,14 +91,31 @@ class Eeprom {
  public:
   Eeprom(const esc::SiiImage& image, PdoDirection direction) : image_(image), direction_(direction) {}
 
-  /// Nothing unless the EEPROM was read to its end mark, so that no PDO can be missing.
+  /// Nothing unless the EEPROM was read to its end mark, so that no PDO can be missing, and it is the EEPROM that
+  /// tells.
   [[nodiscard]] std::optional<std::vector<AssignedPdo>> Assigned() {
-    if (!Contents().Complete(Category())) return std::nullopt;
+    if (!Contents().Complete(Category()) || LeftToCoe()) return std::nullopt;
     std::vector<AssignedPdo> assigned;
     for (const esc::SiiPdo& pdo : Pdos()) {
       if (pdo.sync_manager != 0xFF) assigned.push_back({pdo.index, pdo.sync_manager});
     }
     return assigned;
+  }
+  /// Read to its end mark without any PDO, of a slave that may tell them by CoE: masters ask for 1C12h and 1C13h
+  /// instead of reading these lists (esc-reference 9). A slave without CoE, or without a sync manager for them, has
+  /// none.
+  [[nodiscard]] bool LeftToCoe() {
+    const esc::SiiContents& contents = Contents();
+    if (!contents.Complete(esc::SiiCategoryType::RX_PDO) || !contents.Complete(esc::SiiCategoryType::TX_PDO) ||
+        !contents.rx_pdos.empty() || !contents.tx_pdos.empty()) {
+      return false;
+    }
+    if (contents.header.protocols && (*contents.header.protocols & esc::kSiiCoe) == 0) return false;
+    if (contents.header.standard_receive && contents.header.standard_receive->size == 0) return false;
+    const std::uint8_t type = direction_ == PdoDirection::kRx ? kSiiOutputs : kSiiInputs;
+    return !contents.Complete(esc::SiiCategoryType::SYNC_MANAGER) || contents.sync_managers.empty() ||
+           std::any_of(contents.sync_managers.begin(), contents.sync_managers.end(),
+                       [type](const esc::SiiSyncManager& manager) { return manager.type == type; });
   }
   [[nodiscard]] std::optional<std::vector<Entry>> EntriesOf(std::uint16_t index) {
     for (const esc::SiiPdo& pdo : Pdos()) {
@@ -228,8 +247,10 @@ ProcessLayout ProcessData::Compute(PdoDirection direction) const {
     layout.source = LayoutSource::kDefault;
     assigned = AssignedBy(family_->pdo.fixed, direction);
   } else {
-    layout.reason = object != nullptr
-                        ? "only a part of the assignment " + ObjectName(assignment) + " is in the capture"
+    layout.reason = object != nullptr ? "only a part of the assignment " + ObjectName(assignment) + " is in the capture"
+                    : eeprom.LeftToCoe()
+                        ? "the assignment " + ObjectName(assignment) +
+                              " is not in the capture, and the EEPROM lists no PDO, which leaves them to CoE"
                         : "the assignment " + ObjectName(assignment) +
                               " is not in the capture, and neither the EEPROM nor an ESI or ENI file tells the default";
     return layout;

@@ -39,6 +39,33 @@ class ProcessDataTest : public testing::Test {
     state_.registers.Write(esc::SyncManagerAddress(n), bytes, Certainty::kObserved);
     ++state_.mapping_version;
   }
+  /// The master reads four words of the EEPROM, as TwinCAT does: command, then status, address and data in one.
+  void ReadEeprom(std::uint16_t word, std::vector<std::uint16_t> words) {
+    words.resize(4, 0xFFFF);
+    const auto low = static_cast<std::uint8_t>(word);
+    const auto high = static_cast<std::uint8_t>(word >> 8U);
+    const std::vector<std::uint8_t> command{0x00, 0x01, low, high, 0, 0};
+    std::vector<std::uint8_t> answer{0x40, 0x00, low, high, 0, 0};
+    for (const std::uint16_t w : words) {
+      answer.push_back(static_cast<std::uint8_t>(w));
+      answer.push_back(static_cast<std::uint8_t>(w >> 8U));
+    }
+    track::SlaveAccess access;
+    access.address = 0x0502;
+    access.acceptance = track::Acceptance::kAccepted;
+    access.sent.number = frame_++;
+    access.returned.number = frame_++;
+    access.command = wire::Command::FPWR;
+    access.written = command;
+    state_.sii.OnAccess(access, nullptr);
+    access.command = wire::Command::FPRD;
+    access.written = {};
+    access.read = answer;
+    access.sent.number = frame_++;
+    access.returned.number = frame_++;
+    state_.sii.OnAccess(access, nullptr);
+    process_.OnDescriptionChanged();
+  }
   track::SlaveState state_;
   events::ObjectNames names_;
   ProcessData process_{state_, names_};
@@ -214,6 +241,47 @@ TEST_F(ProcessDataTest, ADefaultThatDoesNotFitTheSyncManagerIsContradicted) {
   EXPECT_TRUE(process_.rx().contradicted);
   EXPECT_FALSE(process_.rx().known());
   EXPECT_EQ(process_.rx().reason, "the default PDOs fill 2 bytes, but sync manager 2 is set to 6 bytes");
+}
+
+/// An EEPROM without lists of PDOs: of a coupler without mailbox it means that there are none, of a slave with CoE that
+/// only 1C12h and 1C13h tell.
+TEST_F(ProcessDataTest, EepromWithoutPdosTellsOnlyOfSlavesWithoutCoe) {
+  ReadEeprom(0x40, {30, 1, 0x0000, 0xFFFF});  // one category, and the end mark
+  EXPECT_FALSE(process_.rx().known()) << "what protocols it has is not known";
+  ReadEeprom(0x1C, {0x0004, 0, 0, 0});  // CoE
+  EXPECT_EQ(process_.rx().reason,
+            "the assignment 1C12h is not in the capture, and the EEPROM lists no PDO, which leaves them to CoE");
+  EXPECT_FALSE(process_.tx().known());
+  ReadEeprom(0x1C, {0x0000, 0, 0, 0});
+  EXPECT_TRUE(process_.rx().known());
+  EXPECT_EQ(process_.rx().source, LayoutSource::kDefault);
+  EXPECT_EQ(process_.rx().bytes(), 0U);
+  EXPECT_TRUE(process_.tx().known());
+}
+
+TEST_F(ProcessDataTest, EepromOfACoeSlaveTellsADirectionWithoutPdos) {
+  ReadEeprom(0x1C, {0x0004, 0, 0, 0});
+  // TxPDO category of one PDO, 1A00h with 6041h in sync manager 3; then the end mark.
+  ReadEeprom(0x40, {50, 8, 0x1A00, 0x0301});
+  ReadEeprom(0x44, {0x0000, 0x0000, 0x6041, 0x0000});
+  ReadEeprom(0x48, {0x1006, 0x0000, 0xFFFF, 0xFFFF});
+  EXPECT_TRUE(process_.tx().known()) << process_.tx().reason;
+  EXPECT_EQ(process_.tx().bytes(), 2U);
+  EXPECT_TRUE(process_.rx().known()) << process_.rx().reason;
+  EXPECT_EQ(process_.rx().bytes(), 0U);
+}
+
+TEST_F(ProcessDataTest, CoeSlaveWithoutSyncManagerOfProcessDataHasNone) {
+  ReadEeprom(0x1C, {0x0004, 0, 0, 0});
+  // Sync managers: mailbox out, mailbox in, inputs; then the end mark.
+  ReadEeprom(0x40, {41, 12, 0x1000, 0x0080});
+  ReadEeprom(0x44, {0x0026, 0x0101, 0x1080, 0x0080});
+  ReadEeprom(0x48, {0x0022, 0x0201, 0x1100, 0x0000});
+  ReadEeprom(0x4C, {0x0020, 0x0401, 0xFFFF, 0xFFFF});
+  ReadEeprom(0x50, {0xFFFF, 0xFFFF, 0xFFFF, 0xFFFF});
+  EXPECT_TRUE(process_.rx().known()) << process_.rx().reason;
+  EXPECT_EQ(process_.rx().bytes(), 0U);
+  EXPECT_FALSE(process_.tx().known());
 }
 
 TEST_F(ProcessDataTest, AnObservedMappingIsNotDoubtedForItsLength) {
