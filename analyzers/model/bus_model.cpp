@@ -1,5 +1,7 @@
 #include "analyzers/model/bus_model.h"
 
+#include <array>
+
 #include "decoder/esc/register_map.h"
 
 namespace ecaudit::model {
@@ -10,6 +12,7 @@ bool HasProcessData(std::uint8_t state) {
   return state >= static_cast<std::uint8_t>(esc::AlState::SAFEOP);
 }
 
+constexpr std::uint16_t kIdentityObject = 0x1018;
 constexpr EscAddress kEscConfiguration = 0x0141;  // bit 0: device emulation
 
 }  // namespace
@@ -182,7 +185,41 @@ void BusModel::Apply(const track::EepromWrite& event) {
   slaves_[event.slave].process.OnDescriptionChanged();
 }
 
+/// Object 1018h tells what the EEPROM did not.
+void BusModel::LearnIdentity(const mailbox::SdoTransfer& transfer) {
+  if (transfer.service != mailbox::SdoService::kUpload || transfer.outcome != mailbox::SdoOutcome::kCompleted ||
+      transfer.data_gap || transfer.size_mismatch) {
+    return;
+  }
+  track::IdentityLearned& known = seen_identities_[transfer.slave];
+  const bool by_object = known.source == track::IdentityLearned::Source::kObject1018;
+  const bool first = !known.vendor_id && !known.product_code && !known.revision && !known.serial;
+  bool learned = false;
+  const auto learn = [&](std::optional<std::uint32_t>& to, std::size_t at) {
+    if (!Fits(transfer.data, at, 4)) return;
+    const auto value = LittleEndian<std::uint32_t>(transfer.data, at);
+    if (to == value || (to && !by_object)) return;
+    to = value;
+    learned = true;
+  };
+  const std::array fields{&known.vendor_id, &known.product_code, &known.revision, &known.serial};
+  if (transfer.complete_access) {
+    // Subindex 0 comes with a byte of padding.
+    const std::size_t begin = transfer.subindex == 0 ? 2 : 0;
+    for (std::size_t i = 0; i < fields.size(); ++i) learn(*fields[i], begin + 4 * i);
+  } else if (transfer.subindex >= 1 && transfer.subindex <= fields.size() && transfer.data.size() == 4) {
+    learn(*fields[transfer.subindex - 1U], 0);
+  }
+  if (!learned) return;
+  if (first || by_object) {
+    known.source = track::IdentityLearned::Source::kObject1018;
+    known.frame = transfer.response;
+  }
+  ChooseProfile(transfer.slave);
+}
+
 void BusModel::Apply(const mailbox::SdoTransfer& transfer) {
+  if (transfer.has_object && transfer.index == kIdentityObject) LearnIdentity(transfer);
   SlaveModel& slave = slaves_[transfer.slave];
   slave.Stir();
   slave.objects.Apply(transfer);

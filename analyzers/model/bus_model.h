@@ -73,6 +73,7 @@ class BusModel final : private ProcessSink {
 
  private:
   void ChooseProfile(SlaveId id);
+  void LearnIdentity(const mailbox::SdoTransfer& transfer);
   void On(const ProcessCycle& cycle) override;
 
   const track::Network& network_;
