@@ -20,6 +20,7 @@ inline constexpr std::uint32_t kAbortWriteOnly = 0x06010001;
 inline constexpr std::uint32_t kAbortReadOnly = 0x06010002;
 inline constexpr std::uint32_t kAbortSubindexZeroFirst = 0x06010003;
 inline constexpr std::uint32_t kAbortNoObject = 0x06020000;
+inline constexpr std::uint32_t kAbortNotMappable = 0x06040041;
 inline constexpr std::uint32_t kAbortLength = 0x06070010;
 inline constexpr std::uint32_t kAbortTooLong = 0x06070012;
 inline constexpr std::uint32_t kAbortTooShort = 0x06070013;

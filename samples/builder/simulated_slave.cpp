@@ -206,6 +206,8 @@ std::uint32_t SimulatedSlave::CheckDownload(std::uint16_t index, std::uint8_t su
   if (!assignment && !mapping) return 0;
   if (state() != kPreop) return kAbortState;
   if (subindex != 0 && objects_.Number<std::uint8_t>(index, 0) != 0) return kAbortSubindexZeroFirst;
+  const auto mapped = mapping && subindex != 0 ? static_cast<std::uint16_t>(LoadLe<std::uint32_t>(value, 0) >> 16U) : 0;
+  if (mapped >= 0x1000 && mapped < 0x2000) return kAbortNotMappable;  // communication objects
   if (assignment && subindex != 0 && !objects_.Has(LoadLe<std::uint16_t>(value, 0))) return kAbortRange;
   return 0;
 }

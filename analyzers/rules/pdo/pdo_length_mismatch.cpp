@@ -36,7 +36,7 @@ sm-process-config). Datagrams: where three cycles in a row leave out a part of w
 in OP; parts that come in several datagrams or frames add up. Mailbox state and other registers do not count.
 
 ## Example
-tests/rules/pdo-length-mismatch/violates.trace
+samples/captures/pdo-length-mismatch.pcapng
 
 ## What to do
 Map and send the whole process data of the slave, or assign PDOs that are as short as what is needed.

@@ -31,7 +31,7 @@ with the mapping, the finding becomes an info: it can do more than its manual sa
 free mapping (AKD) may map what one of the same maker can, unless it aborts the download.
 
 ## Example
-tests/rules/pdo-not-mappable/violates.trace
+samples/captures/pdo-not-mappable.pcapng
 
 ## What to do
 Map an object that the dictionary marks as mappable, with the length of its type; for a gap use the padding of the

@@ -38,7 +38,7 @@ command for several slaves is a way to use them. Two slaves count when a logical
 settled in SAFEOP or OP.
 
 ## Example
-tests/rules/fmmu-mismatch/violates.trace
+samples/captures/fmmus-overlap.pcapng
 
 ## What to do
 Give the FMMU start and length of the sync manager it serves, and each slave its own place in the process image.

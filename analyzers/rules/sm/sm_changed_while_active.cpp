@@ -35,7 +35,7 @@ Switching off alone counts only when the slave then changes its state by itself:
 they request a lower state.
 
 ## Example
-tests/rules/sm-changed-while-active/violates.trace
+samples/captures/sm-changed-in-op.pcapng
 
 ## What to do
 Go to INIT before the mailboxes, and to PREOP before the process data are configured anew.

@@ -180,4 +180,81 @@ Sample SyncManagersOverlap() {
   return story.Finish();
 }
 
+Sample PdoNotMappable() {
+  Story story;
+  story.Add(PowerSupply());
+  story.master.Scan();
+  story.master.BringToPreop();
+  Map(story, 0x1600, {0x30000010});
+  story.master.Download(0, 0x1A00, 0, {0});
+  const SdoAnswer vendor = story.master.Download(0, 0x1A00, 1, LeBytes(std::uint32_t{0x10180120}));
+  story.Expect("pdo-not-mappable", 0, vendor.request, "1018h:1, the vendor ID, cannot be mapped");
+  story.Expect("sdo-abort", 0, vendor.response, "the drive aborts with 0x06040041").Optional();
+  Map(story, 0x1A00, {0x30090008, 0x61000110, 0x20020108});
+  Assign(story, kRxAssignment, 0x1600);
+  Assign(story, kTxAssignment, 0x1A00);
+  FinishWell(story);
+  return story.Finish();
+}
+
+Sample PdoLengthMismatch() {
+  Story story;
+  story.Add(AkdDrive());
+  story.master.Scan();
+  story.master.BringToPreop();
+  ReadAssignments(story);
+  story.master.SetUpProcessData(0);
+  story.master.MapProcessImage();
+  // The FMMU of the outputs once more, with 4 bytes: the control word of 1701h, its last two, is left out.
+  story.master.Fpwr(story.master.station(0), 0x0600,
+                    {0x00, 0x00, 0x00, 0x00, 0x04, 0x00, 0x00, 0x07, 0x00, 0x11, 0x00, 0x02, 0x01, 0x00, 0x00, 0x00});
+  story.master.ChangeState(0, Al::kSafeop);
+  story.master.StartCyclic({});
+  story.master.Cycles(5);
+  const AlAnswer op = story.master.ChangeState(0, Al::kOp);
+  story.Expect("pdo-length-mismatch", 0, op.status_read, "FMMU 0 maps 4 of the 6 bytes of 1701h");
+  story.master.Cycles(20);
+  story.master.ShutDown();
+  return story.Finish();
+}
+
+Sample SyncManagerChangedInOp() {
+  Story story;
+  story.Add(AkdDrive());
+  story.master.Scan();
+  story.master.BringToPreop();
+  ReadAssignments(story);
+  story.master.BringToSafeop();
+  story.master.BringToOp();
+  story.master.Cycles(10);
+  const Answer changed =
+      story.master.Fpwr(story.master.station(0), 0x0810, {0x00, 0x11, 0x08, 0x00, 0x64, 0x00, 0x01, 0x00});
+  story.Expect("sm-changed-while-active", 0, changed.frame, "SM2 is written with 8 bytes instead of 6 in OP");
+  story.master.Cycles(10);
+  story.master.Fprd(story.master.station(0), 0x0810, 8);
+  story.master.ShutDown();
+  return story.Finish();
+}
+
+Sample FmmusOverlap() {
+  Story story;
+  for (int i = 0; i < 2; ++i) story.Add(AkdDrive());
+  story.master.Scan();
+  story.master.BringToPreop();
+  for (std::size_t i = 0; i < 2; ++i) story.master.SetUpProcessData(i);
+  story.master.MapProcessImage();
+  // Outputs lie at 0 and 6, inputs at 12 and 18. Now both inputs lie at 12.
+  story.master.Fpwr(story.master.station(1), 0x0610,
+                    {0x0C, 0x00, 0x00, 0x00, 0x06, 0x00, 0x00, 0x07, 0x40, 0x11, 0x00, 0x01, 0x01, 0x00, 0x00, 0x00});
+  for (std::size_t i = 0; i < 2; ++i) story.master.ChangeState(i, Al::kSafeop);
+  story.master.StartCyclic({});
+  story.master.Cycles(1);
+  story.Expect("fmmu-mismatch", 1, story.master.last_cyclic(), "slave 1 writes its inputs over those of slave 0");
+  story.master.Cycles(4);
+  for (std::size_t i = 0; i < 2; ++i) story.master.ChangeState(i, Al::kOp);
+  story.master.Cycles(10);
+  story.master.ShutDown();
+  return story.Finish();
+}
+
 }  // namespace ecaudit::samples

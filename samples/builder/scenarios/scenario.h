@@ -135,6 +135,10 @@ Sample PdoOddMapping();
 Sample PdoMappedTwice();
 Sample PdoAssignedInSafeop();
 Sample SyncManagersOverlap();
+Sample PdoNotMappable();
+Sample PdoLengthMismatch();
+Sample SyncManagerChangedInOp();
+Sample FmmusOverlap();
 // drive.cpp
 Sample DriveFault();
 Sample DriveIllegalCommand();
