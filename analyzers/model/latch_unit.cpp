@@ -94,13 +94,14 @@ void LatchUnit::SetFamily(const device::DeviceDescription& family) {
   if (latch == latch_) return;
   Forget();
   latch_ = latch;
-  parts_ = {};
-  edges_ = {};
+  parts_.clear();
+  next_part_ = 0;
   input_masks_ = {};
   enable_mask_ = 0;
   captures_.clear();
   captures_left_out_ = 0;
   edge_count_ = latch == nullptr ? 0 : std::min(latch->edges.size(), kMaxEdges);
+  edges_.assign(edge_count_, {});
   for (std::size_t n = 0; n < edge_count_; ++n) {
     enable_mask_ = static_cast<std::uint16_t>(enable_mask_ | latch->edges[n].enable);
   }
@@ -132,6 +133,7 @@ const LatchUnit::Part& LatchUnit::PartOf(const ImagePart& part) {
   for (const Part& known : parts_) {
     if (known.used && known.serial == part.serial) return known;
   }
+  if (parts_.empty()) parts_.resize(kParts);
   Part& learned = parts_[next_part_];
   next_part_ = (next_part_ + 1) % parts_.size();
   learned = {};

@@ -152,6 +152,7 @@ class LatchUnit {
     bool judged = false;
     std::uint32_t words = 0;  ///< status words since
   };
+  static constexpr std::size_t kParts = 8;
   static constexpr std::size_t kNotKept = ~std::size_t{0};
 
   const Part& PartOf(const ImagePart& part);
@@ -187,10 +188,11 @@ class LatchUnit {
   const device::LatchDescription* latch_ = nullptr;
   std::int64_t ack_limit_ns_ = 100'000'000;
 
-  std::array<Part, 8> parts_{};
+  // Both are empty in the many slaves that have no such words.
+  std::vector<Part> parts_;
   std::size_t next_part_ = 0;
   std::size_t edge_count_ = 0;
-  std::array<Edge, kMaxEdges> edges_{};
+  std::vector<Edge> edges_;  ///< edge_count_ of them
   std::array<std::uint16_t, kMaxInputs> input_masks_{};
   std::uint16_t enable_mask_ = 0;
 

@@ -137,7 +137,7 @@ TEST(BoundedMemory, SlavesAtAllStationAddresses) {
         sent.push_back(Of(Cmd::FPRD, static_cast<std::uint16_t>(n * 2 + 1), 0x0130, {0, 0}));
         returned.push_back(Answered(sent[0], {8, 0}, 1));
       },
-      160 * kMiB);  // 4,096 models of 32 KiB; no bus has as many slaves
+      80 * kMiB);  // 4,096 models of 14 KiB; no bus has as many slaves
 }
 
 TEST(BoundedMemory, RegistersOfSlavesAtAllStationAddresses) {
