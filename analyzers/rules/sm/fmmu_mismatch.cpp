@@ -229,7 +229,10 @@ class FmmuMismatch final : public Rule {
       for (std::size_t k = i + 1; k < all.size() && shared_.size() < kMaxShared; ++k) {
         if (all[k].fmmu.logical_bits().first >= all[i].fmmu.logical_bits().end()) break;
         if (all[k].slave == all[i].slave) continue;
-        Shared shared{all[i], all[k], esc::Intersect(all[i].fmmu.logical_bits(), all[k].fmmu.logical_bits())};
+        // The one that was set later takes the place of the other.
+        const bool in_order = Since(all[i]) <= Since(all[k]);
+        Shared shared{all[in_order ? i : k], all[in_order ? k : i],
+                      esc::Intersect(all[i].fmmu.logical_bits(), all[k].fmmu.logical_bits())};
         shared.told = std::any_of(before.begin(), before.end(), [&](const Shared& old) {
           return old.told && old.a.slave == shared.a.slave && old.b.slave == shared.b.slave && old.bits == shared.bits;
         });
@@ -238,15 +241,19 @@ class FmmuMismatch final : public Rule {
     }
   }
 
+  /// Frame that set it.
+  [[nodiscard]] FrameNo Since(const Mapped& m) const {
+    return context().bus.network().state(m.slave).fmmu_since[m.number];
+  }
+
   void Tell(const track::LogicalAccess& e, Shared& shared) {
     shared.told = true;
     const std::uint64_t key = 1ULL << 63U | shared.bits.first << 16U | shared.a.slave;
     if (Repeat(shared.b.slave, key, e.frame()) != kNoFinding) return;
-    const track::Network& network = context().bus.network();
     const auto text = [&](const Mapped& m) {
       return context().Label(m.slave) + " by its FMMU " + std::to_string(m.number) + " (" +
              Count(m.fmmu.length, "byte") + " from " + Hex(m.fmmu.logical_start, 8) + ", set in frame " +
-             std::to_string(network.state(m.slave).fmmu_since[m.number]) + ")";
+             std::to_string(Since(m)) + ")";
     };
     Finding finding;
     finding.slave = shared.b.slave;
@@ -262,8 +269,8 @@ class FmmuMismatch final : public Rule {
     finding.evidence.push_back(HexNumber("logical_address", shared.bits.first / 8));
     finding.evidence.push_back(Number("shared_bits", static_cast<std::int64_t>(shared.bits.count)));
     finding.evidence.push_back(Text("other_slave", context().Label(shared.a.slave)));
-    AddRelated(finding, network.state(shared.a.slave).fmmu_since[shared.a.number]);
-    AddRelated(finding, network.state(shared.b.slave).fmmu_since[shared.b.number]);
+    AddRelated(finding, Since(shared.a));
+    AddRelated(finding, Since(shared.b));
     Report(key, std::move(finding));
   }
 
