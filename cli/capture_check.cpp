@@ -44,6 +44,7 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
   out.report.config = settings.config;
   out.report.baseline = settings.baseline;
   out.report.rules = RuleSettingTexts(settings.analysis);
+  if (!report::WithoutEtherCat(out.report.result)) out.unmet = UnmetSlaves(settings.analysis, out.report.result);
   out.lacks_slave = !report::WithoutEtherCat(out.report.result) &&
                     KeepSlaves(settings.slaves, out.report.result) == 0 && !settings.slaves.empty();
   if (baseline != nullptr) ApplyBaseline(*baseline, out.report);

@@ -5,6 +5,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "cli/baseline.h"
 #include "cli/capture_options.h"
@@ -27,7 +28,8 @@ class BaselineShelf {
 
 struct CheckedCapture {
   report::CaptureReport report;
-  bool lacks_slave = false;  ///< --slave names none of its slaves
+  bool lacks_slave = false;        ///< --slave names none of its slaves
+  std::vector<std::string> unmet;  ///< slaves that --profile or --parameter name and the capture does not show
 };
 
 /// @param paths     one capture, or the files of one ring buffer

@@ -63,6 +63,10 @@ ExitStatus CaptureRun::Run(const CaptureJob& job, report::Report& report, Consol
   if (report::WithoutEtherCat(capture->report.result)) {
     console.Warning(job.name() + ": no EtherCAT frame among " + std::to_string(read.packets) + " packets");
   }
+  for (const std::string& slave : capture->unmet) {
+    console.Warning(job.name() + " has no slave " + slave +
+                    ": the profile and the parameters given for it are not used");
+  }
   if (capture->lacks_slave) without_slave_.push_back(job.name());
   report.captures.push_back(std::move(capture->report));
   if (InterruptFlag() && !read.complete) {

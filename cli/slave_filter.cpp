@@ -4,10 +4,29 @@
 #include <utility>
 #include <vector>
 
+#include "decoder/base/text.h"
+
 namespace ecaudit::cli {
 
 bool Selects(const SlaveSelector& selector, const SlaveSummary& slave) {
   return selector.by_address ? slave.station_address == selector.value : slave.position == selector.value;
+}
+
+std::vector<std::string> UnmetSlaves(const AnalysisOptions& options, const AnalysisResult& result) {
+  std::vector<std::string> unmet;
+  const auto look = [&](const SlaveSelector& selector) {
+    if (std::any_of(result.slaves.begin(), result.slaves.end(),
+                    [&](const SlaveSummary& slave) { return Selects(selector, slave); })) {
+      return;
+    }
+    std::string name = selector.by_address ? Hex(selector.value) : std::to_string(selector.value);
+    if (std::find(unmet.begin(), unmet.end(), name) == unmet.end()) unmet.push_back(std::move(name));
+  };
+  for (const auto& [selector, profile] : options.slave_profiles) look(selector);
+  for (const GivenParameter& parameter : options.parameters) {
+    if (parameter.slave) look(*parameter.slave);
+  }
+  return unmet;
 }
 
 std::size_t KeepSlaves(std::span<const SlaveSelector> selectors, AnalysisResult& result) {

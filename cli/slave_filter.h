@@ -2,6 +2,8 @@
 #pragma once
 
 #include <span>
+#include <string>
+#include <vector>
 
 #include "analyzers/analysis.h"
 
@@ -13,5 +15,8 @@ namespace ecaudit::cli {
 /// slaves and of the whole bus, and the causes of kept findings. No selectors: keeps all.
 /// @return how many slaves are kept
 std::size_t KeepSlaves(std::span<const SlaveSelector> selectors, AnalysisResult& result);
+
+/// Slaves that a profile or a parameter was given for and that the capture does not show, as the user names them.
+[[nodiscard]] std::vector<std::string> UnmetSlaves(const AnalysisOptions& options, const AnalysisResult& result);
 
 }  // namespace ecaudit::cli

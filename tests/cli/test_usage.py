@@ -108,6 +108,15 @@ class Messages(CliTest):
             self.assertIn("is no slave", self.one_error("check", f"--slave={text}", self.healthy))
         self.assertIn("has no slave 7", self.one_error("check", "--slave", "7", self.healthy))
 
+    def test_values_for_a_slave_that_is_not_there(self):
+        given = ("--profile", "9=generic", "--parameter", "9:PTBASE=1", "--parameter", "0x1F00:PTBASE=1")
+        done = self.run_program("check", *given, self.healthy)
+        self.assertEqual(done.returncode, 0, done.err)
+        for slave in ("9", "0x1f00"):
+            self.assertEqual(done.err.count(f"has no slave {slave}: the profile and the parameters given for it"), 1,
+                             done.err)
+        self.assertEqual(self.run_program("check", "--profile", "0=generic", self.healthy).err, "")
+
     def test_bad_range(self):
         for text in ("x", "-1", "#0", "#", "#1.5", "nan", "inf", "1e999"):
             self.assertIn("--from is", self.one_error("check", f"--from={text}", self.healthy))
