@@ -21,7 +21,7 @@ class EventsCommand : public Command {
   void Declare(OptionSet& options) override {
     run_.Declare(options);
     options.Group("What to read");
-    options.Values("--type", "TYPE,...", types_, "only events of these types (repeatable)");
+    options.Values("--type", "TYPE,...", types_, "only events of these types (repeatable); ecat-event shows only so");
     std::string list = EventTypeList();
     if (const std::size_t middle = list.find(" emergency"); middle != std::string::npos) list[middle] = '\n';
     options.Footer("\nTypes:\n" + list +

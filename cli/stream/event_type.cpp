@@ -28,7 +28,11 @@ std::string EventTypeList() {
 
 Result<EventTypes> EventTypes::Parse(const std::vector<std::string>& options) {
   EventTypes types;
-  if (options.empty()) types.set_.set();
+  if (options.empty()) {
+    types.set_.set();
+    // A sync manager may raise its bit in every cycle; the report sums them up.
+    types.set_.reset(static_cast<std::size_t>(EventType::kEcatEvent));
+  }
   types.chosen_ = !options.empty();
   for (const std::string& option : options) {
     std::size_t at = 0;

@@ -43,10 +43,11 @@ inline constexpr std::size_t kEventTypes = static_cast<std::size_t>(EventType::k
 class EventTypes {
  public:
   [[nodiscard]] bool Has(EventType type) const { return set_.test(static_cast<std::size_t>(type)); }
-  /// --type names them; false: all are shown because none was named.
+  /// --type names them; false: none was named.
   [[nodiscard]] bool chosen() const { return chosen_; }
 
-  /// Reads --type, given any number of times with one or more names between commas; all types when never given.
+  /// Reads --type, given any number of times with one or more names between commas; all types but
+  /// ecat-event when never given.
   [[nodiscard]] static Result<EventTypes> Parse(const std::vector<std::string>& options);
 
  private:

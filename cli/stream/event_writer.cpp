@@ -11,7 +11,6 @@ namespace {
 
 constexpr EscAddress kAlControl = 0x0120;
 constexpr EscAddress kEventRequest = 0x0210;
-constexpr std::uint64_t kEventLines = 16;  // of one bit of the event field, unless asked for
 constexpr EscAddress kEepromFirst = 0x0502;
 constexpr EscAddress kEepromEnd = 0x0510;
 constexpr EscAddress kClockFirst = 0x0900;
@@ -282,10 +281,6 @@ void EventWriter::On(const track::EventFieldChanged& event) {
 
 void EventWriter::On(const model::EventBitChanged& event) {
   if (!output_->Wants(EventType::kEcatEvent, event.frame, event.slave)) return;
-  // A sync manager may raise its bit in every cycle.
-  const std::uint64_t line = ++event_lines_[event.bit];
-  const bool last = !types_.chosen() && line == kEventLines;
-  if (!types_.chosen() && line > kEventLines) return;
   EventRow row(*output_, EventType::kEcatEvent, event.frame, event.slave);
   const std::string name = esc::EventBitName(kEventRequest, event.bit);
   row.json.Number("bit", event.bit);
@@ -302,7 +297,6 @@ void EventWriter::On(const model::EventBitChanged& event) {
     row.text = name + " no longer signalled, was since #" + std::to_string(event.first.number);
     if (event.slave_inferred) row.Note("it went when this slave was read");
   }
-  if (last) row.text += "; further changes of this bit with --type ecat-event only";
 }
 
 void EventWriter::On(const track::EepromRead& event) {

@@ -110,7 +110,6 @@ class EventWriter final : public LineWriter, private track::EventSink, private m
   // The broadcast write that was shown last: it reaches every slave, but is one event.
   FrameNo broadcast_frame_ = 0;
   int broadcast_datagram_ = -1;
-  std::array<std::uint64_t, model::EventUnit::kBits> event_lines_{};  ///< a bit: lines written
   FrameNo clock_broadcast_frame_ = 0;
   int clock_broadcast_datagram_ = -1;
 };

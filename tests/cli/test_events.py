@@ -133,17 +133,14 @@ class EventBasics(Events):
         self.assertIn("slaves signalled: DL status in 2 frames, #10 to #12 (slave 0)",
                       self.run_program("check", self.file("bus.pcap", bus.pcap())).out)
 
-    def test_a_bit_that_toggles_all_the_time_does_not_flood(self):
+    def test_bits_of_the_event_field_show_on_request_only(self):
         bus = scanned_bus()
-        for _ in range(40):
+        for _ in range(40):  # a sync manager may raise its bit in every cycle
             bus.read(0x0012, b"\0\0", irq=0x20)
             bus.read(0x0012, b"\0\0")
         path = self.file("bus.pcap", bus.pcap())
-        rows = [r for r in self.rows(path) if r["event"] == "ecat-event"]
-        self.assertEqual(len(rows), 16)
-        text = [line for line in self.events(path).out.splitlines() if "  ecat-event" in line]
-        self.assertEqual(len(text), 16)
-        self.assertIn("further changes of this bit with --type ecat-event only", text[-1])
+        self.assertNotIn("ecat-event", [row["event"] for row in self.rows(path)])
+        self.assertNotIn("ecat-event", self.events(path).out)
         self.assertEqual(len(self.rows("--type", "ecat-event", path)), 80)
 
     def test_text_is_aligned(self):
