@@ -95,11 +95,7 @@ void BusModel::Apply(const track::AlStatusRead& event) {
     if (!HasProcessData(event.status.state())) slaves_[event.slave].ForgetLatches();
   }
   AlMachine& al = slaves_[event.slave].al;
-  if (al.Repeats(event)) {
-    al.Repeat(event.frame.number);
-    return;
-  }
-  slaves_[event.slave].Stir();
+  if (!al.Repeats(event)) slaves_[event.slave].Stir();
   const bool settled = al.SettledIn(esc::AlState::OP);
   al.OnStatus(event);
   if (al.SettledIn(esc::AlState::OP) != settled) ++states_version_;

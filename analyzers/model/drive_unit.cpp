@@ -54,6 +54,12 @@ std::optional<std::uint64_t> Read(ByteSpan data, std::uint32_t bit, std::uint16_
   return ExtractBits(data, bit, bits);
 }
 
+/// Whether the word there is the known one; it is watched from here on.
+template <typename T>
+bool Same(ByteSpan data, std::uint32_t bit, std::uint16_t bits, const std::optional<T>& known, StillCycle& watched) {
+  return known && watched.Watch(data, bit, bits) && *known == static_cast<T>(*Read(data, bit, bits));
+}
+
 }  // namespace
 
 void DriveUnit::SetFamily(const device::DeviceDescription& family) {
@@ -125,10 +131,8 @@ int DriveUnit::Rank(std::uint16_t word) const {
 
 /// Nearly every cycle carries the words of the one before.
 Still DriveUnit::InputsRepeat(const Places& places, ByteSpan data, StillCycle& watched) const {
-  const auto same = [&](const std::optional<Place>& place, auto known) {
-    if (!place) return true;
-    return known && watched.Watch(data, place->bit, place->bits) &&
-           *known == static_cast<typename decltype(known)::value_type>(*Read(data, place->bit, place->bits));
+  const auto same = [&](const std::optional<Place>& place, const auto& known) {
+    return !place || Same(data, place->bit, place->bits, known, watched);
   };
   if (expected_count_ != 0 || candidate_) return Still::kNo;
   if (!same(places.status, status_) || !same(places.mode_shown, mode_shown_) || !same(places.error_code, error_code_)) {
@@ -139,17 +143,15 @@ Still DriveUnit::InputsRepeat(const Places& places, ByteSpan data, StillCycle& w
 }
 
 Still DriveUnit::OutputsRepeat(const Places& places, ByteSpan data, bool done, StillCycle& watched) const {
-  const auto same = [&](const Place& place, auto known) {
-    return known && watched.Watch(data, place.bit, place.bits) &&
-           *known == static_cast<typename decltype(known)::value_type>(*Read(data, place.bit, place.bits));
-  };
   if (places.controls > 0 && (!control_mapped_ || control_ != sent_ || (done && acts_ != ActsOnControl()))) {
     return Still::kNo;
   }
   for (std::size_t i = 0; i < places.controls; ++i) {
-    if (!same(places.control[i], sent_)) return Still::kNo;
+    if (!Same(data, places.control[i].bit, places.control[i].bits, sent_, watched)) return Still::kNo;
   }
-  return !places.mode || !done || same(*places.mode, mode_requested_) ? Still::kIdle : Still::kNo;
+  return !places.mode || !done || Same(data, places.mode->bit, places.mode->bits, mode_requested_, watched)
+             ? Still::kIdle
+             : Still::kNo;
 }
 
 void DriveUnit::Repeat(const ProcessCycle& cycle) {

@@ -1,4 +1,6 @@
 // PDO assignment and mapping that the drive does not follow.
+#include <utility>
+
 #include "samples/builder/scenarios/scenario.h"
 
 namespace ecaudit::samples {
@@ -68,13 +70,18 @@ void Map(Story& story, std::uint16_t pdo, const std::vector<std::uint32_t>& entr
   story.master.Download(0, pdo, 0, {subindex});
 }
 
+/// The only slave of the story, found and in PREOP.
+void InPreop(Story& story, SlaveDescription slave) {
+  story.Add(std::move(slave));
+  story.master.Scan();
+  story.master.BringToPreop();
+}
+
 }  // namespace
 
 Sample PdoAssignOrder() {
   Story story;
-  story.Add(AkdDrive());
-  story.master.Scan();
-  story.master.BringToPreop();
+  InPreop(story, AkdDrive());
   ReadAssignments(story);
   const SdoAnswer early = story.master.Download(0, kRxAssignment, 1, LeBytes(std::uint16_t{0x1720}));
   story.Expect("pdo-assign-order", 0, early.request, "1C12h:1 is written while 1C12h:0 is 1");
@@ -89,9 +96,7 @@ Sample PdoAssignOrder() {
 
 Sample PdoUnsupported() {
   Story story;
-  story.Add(AkdDrive());
-  story.master.Scan();
-  story.master.BringToPreop();
+  InPreop(story, AkdDrive());
   ReadAssignments(story);
   story.master.Download(0, kRxAssignment, 0, {0});
   const SdoAnswer none = story.master.Download(0, kRxAssignment, 1, LeBytes(std::uint16_t{0x1799}));
@@ -127,9 +132,7 @@ Sample PdoOddMapping() {
 
 Sample PdoMappedTwice() {
   Story story;
-  story.Add(PowerSupply());
-  story.master.Scan();
-  story.master.BringToPreop();
+  InPreop(story, PowerSupply());
   Map(story, 0x1600, {0x30000010, 0x30000010});
   Map(story, 0x1A00, {0x30090008, 0x61000110, 0x20020108});
   Assign(story, kRxAssignment, 0x1600);
@@ -144,9 +147,7 @@ Sample PdoMappedTwice() {
 
 Sample PdoAssignedInSafeop() {
   Story story;
-  story.Add(AkdDrive());
-  story.master.Scan();
-  story.master.BringToPreop();
+  InPreop(story, AkdDrive());
   ReadAssignments(story);
   story.master.BringToSafeop();
   const SdoAnswer late = story.master.Download(0, kRxAssignment, 0, {0});
@@ -160,9 +161,7 @@ Sample PdoAssignedInSafeop() {
 
 Sample SyncManagersOverlap() {
   Story story;
-  story.Add(AkdDrive());
-  story.master.Scan();
-  story.master.BringToPreop();
+  InPreop(story, AkdDrive());
   ReadAssignments(story);
   story.master.SetUpProcessData(0);
   story.master.DisableSyncManager(0, 3);
@@ -182,9 +181,7 @@ Sample SyncManagersOverlap() {
 
 Sample PdoNotMappable() {
   Story story;
-  story.Add(PowerSupply());
-  story.master.Scan();
-  story.master.BringToPreop();
+  InPreop(story, PowerSupply());
   Map(story, 0x1600, {0x30000010});
   story.master.Download(0, 0x1A00, 0, {0});
   const SdoAnswer vendor = story.master.Download(0, 0x1A00, 1, LeBytes(std::uint32_t{0x10180120}));
@@ -199,9 +196,7 @@ Sample PdoNotMappable() {
 
 Sample PdoLengthMismatch() {
   Story story;
-  story.Add(AkdDrive());
-  story.master.Scan();
-  story.master.BringToPreop();
+  InPreop(story, AkdDrive());
   ReadAssignments(story);
   story.master.SetUpProcessData(0);
   story.master.MapProcessImage();
@@ -220,9 +215,7 @@ Sample PdoLengthMismatch() {
 
 Sample SyncManagerChangedInOp() {
   Story story;
-  story.Add(AkdDrive());
-  story.master.Scan();
-  story.master.BringToPreop();
+  InPreop(story, AkdDrive());
   ReadAssignments(story);
   story.master.BringToSafeop();
   story.master.BringToOp();
