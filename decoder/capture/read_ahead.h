@@ -1,7 +1,7 @@
 /// in: a FrameSource.  out: the same packets, read by a thread of their own while the caller works on earlier ones.
 ///
-/// Reading and decompressing cost as much as a good part of the analysis. Memory: kBatches batches of at most
-/// kBatchBytes and one packet more.
+/// Reading and decompressing go on while the analysis is at work. Memory: kBatches batches, each of kBatchBytes of packets
+/// and one packet more, and of at most twice kBatchBytes for what is known of them besides.
 #pragma once
 
 #include <array>
