@@ -1,7 +1,7 @@
 /// in: a FrameSource.  out: the same packets, read by a thread of their own while the caller works on earlier ones.
 ///
-/// Reading and decompressing go on while the analysis is at work. Memory: kBatches batches, each of kBatchBytes of packets
-/// and one packet more, and of at most twice kBatchBytes for what is known of them besides.
+/// Reading and decompressing go on while the analysis is at work. Memory: kBatches batches, each of kBatchBytes of
+/// packets and one packet more, and of at most twice kBatchBytes for what is known of them besides.
 #pragma once
 
 #include <array>
@@ -55,7 +55,8 @@ class ReadAhead final : public FrameSource {
     ReadStatus end = ReadStatus::kFrame;  ///< what came behind the last packet
   };
 
-  /// The packets lie in the cache of the other thread's processor: they are asked for while the ones before are at work.
+  /// The packets lie in the cache of the other thread's processor: they are asked for while the ones before are at
+  /// work.
   void Prefetch() const {
     constexpr std::size_t kAhead = 3;
     constexpr std::size_t kLine = 64;
