@@ -18,14 +18,10 @@
 #include "analyzers/sync/sync_model.h"
 #include "analyzers/timeline/analyse.h"
 #include "analyzers/timeline/timeline_collector.h"
-#include "decoder/capture/read_ahead.h"
 #include "decoder/pipeline.h"
 
 namespace ecaudit {
 namespace {
-
-/// Smaller captures are read before a thread is at work.
-constexpr std::uint64_t kWorthReadingAhead = std::uint64_t{4} << 20U;
 
 /// Hands each event to the rules that subscribed to it, then to the model; and each model event to the rules.
 class Dispatcher final : public track::EventSink, public model::ModelSink, public FrameObserver {
@@ -289,12 +285,8 @@ AnalysisResult Run(capture::FrameSource& source, const AnalysisOptions& options,
   pipeline_options.to_frame = options.to_frame;
   pipeline_options.stop = options.stop;
   pipeline_options.progress = options.progress;
-  {
-    // What was read ahead of an end that the user set would tell of packets that are not asked for.
-    std::optional<capture::ReadAhead> ahead;
-    if (!options.to_frame && source.bytes_total() >= kWorthReadingAhead) ahead.emplace(source);
-    pipeline.Run(ahead ? *ahead : source, pipeline_options);
-  }
+  pipeline_options.read_ahead = true;
+  pipeline.Run(source, pipeline_options);
   model.Finish();
   sync.Finish();
 

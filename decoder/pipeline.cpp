@@ -1,24 +1,15 @@
 #include "decoder/pipeline.h"
 
 #include <numeric>
-#include <vector>
 
 #include "decoder/base/time.h"
 
 namespace ecaudit {
 namespace {
 
-/// How much is read before the directions are fixed.
-constexpr std::size_t kLookAheadFrames = 256;
-constexpr std::size_t kLookAheadPackets = 4096;
-constexpr std::size_t kLookAheadBytes = std::size_t{4} << 20U;
-constexpr std::uint64_t kProgressEvery = 65536;
-
-/// A packet kept during the look-ahead.
-struct KeptFrame {
-  capture::CapturedFrame frame;
-  std::vector<std::uint8_t> bytes;
-};
+/// Smaller captures are read before a thread is at work.
+constexpr std::uint64_t kWorthReadingAhead = std::uint64_t{4} << 20U;
+constexpr std::uint64_t kProgressEvery = bus::TrafficReader::kNewsEvery;
 
 /// Passes everything on to the network, frames to the observer first.
 class Fork final : public bus::BusSink {
@@ -52,81 +43,50 @@ class Pipeline::Impl {
   Impl(track::EventSink& events, FrameObserver* observer) : network_(events), fork_(network_, observer) {}
 
   void Run(capture::FrameSource& source, const PipelineOptions& options) {
-    std::vector<KeptFrame> kept;
-    std::size_t kept_bytes = 0;
-    std::size_t ethercat = 0;
-    capture::CapturedFrame frame;
-    bool ended = false;
-    while (ethercat < kLookAheadFrames && kept.size() < kLookAheadPackets && kept_bytes < kLookAheadBytes) {
-      if (!Next(source, options, frame)) {
-        ended = true;
-        break;
+    const bool ahead = options.read_ahead && source.bytes_total() >= kWorthReadingAhead;
+    bus::TrafficReader reader(source, options, options.stop, ahead ? bus::Ahead::kYes : bus::Ahead::kNo);
+    std::uint64_t next_progress = kProgressEvery;
+    wire::FrameView packet;
+    while (const bus::Traffic* traffic = reader.Next()) {
+      for (std::size_t i = 0; i < traffic->size(); ++i) {
+        traffic->Prefetch(i + 3);
+        traffic->Restore(i, packet);
+        pairing_ = &traffic->statistics(i);
+        if (packet.ref().seen()) Count(packet);
+        traffic->Replay(i, packet, fork_);
       }
-      const wire::FrameView view = wire::FrameView::Parse(frame);
-      directions_.Learn(view);
-      if (view.kind() != wire::FrameKind::kOther) ++ethercat;
-      kept.push_back({frame, {frame.bytes.begin(), frame.bytes.end()}});
-      kept_bytes += frame.bytes.size();
+      if (options.progress && reader.packets_read() >= next_progress) {
+        options.progress(reader.bytes_read(), reader.bytes_total(), reader.packets_read());
+        next_progress = reader.packets_read() + kProgressEvery;
+      }
     }
-    directions_.Finish();
-    pairing_.emplace(directions_, fork_);
-    for (KeptFrame& k : kept) {
-      k.frame.bytes = k.bytes;
-      Push(k.frame);
-    }
-    kept = {};
-    while (!ended && Next(source, options, frame)) Push(frame);
+    pairing_at_end_ = *pairing_;
+    pairing_ = &pairing_at_end_;
     // A source that waited for packets ends on request, too.
-    if (options.stop != nullptr && options.stop->load(std::memory_order_relaxed)) statistics_.stopped = true;
-    pairing_->Finish();
+    statistics_.stopped = options.stop != nullptr && options.stop->load(std::memory_order_relaxed);
     network_.Finish();
   }
 
   track::Network network_;
   Fork fork_;
-  bus::DirectionLearner directions_;
-  std::optional<bus::Pairing> pairing_;
-  bus::PairingStatistics no_pairing_;
+  bus::PairingStatistics pairing_at_end_;
+  const bus::PairingStatistics* pairing_ = &pairing_at_end_;  ///< of the step at hand
   PipelineStatistics statistics_;
 
  private:
-  /// The next packet of the selected range; false at the end.
-  bool Next(capture::FrameSource& source, const PipelineOptions& options, capture::CapturedFrame& frame) {
-    while (true) {
-      if (options.stop != nullptr && options.stop->load(std::memory_order_relaxed)) {
-        statistics_.stopped = true;
-        return false;
-      }
-      if (source.Next(frame) != capture::ReadStatus::kFrame) return false;
-      if (++read_ % kProgressEvery == 0 && options.progress) {
-        options.progress(source.bytes_read(), source.bytes_total(), read_);
-      }
-      if (frame.has_time && !origin_) origin_ = frame.time;
-      if (options.from_frame && frame.number < *options.from_frame) continue;
-      if (options.to_frame && frame.number > *options.to_frame) return false;
-      if (!options.from_s && !options.to_s) return true;
-      const double seconds = frame.has_time ? static_cast<double>(Elapsed(*origin_, frame.time)) / 1e9 : 0.0;
-      if (options.from_s && seconds < *options.from_s) continue;
-      if (options.to_s && seconds > *options.to_s) continue;  // stamps may go backwards: look on
-      return true;
-    }
-  }
-
-  void Push(const capture::CapturedFrame& frame) {
-    Count(frame);
-    const wire::FrameView view = wire::FrameView::Parse(frame);
-    switch (view.kind()) {
+  void Count(const wire::FrameView& packet) {
+    CountTime(packet.ref());
+    switch (packet.kind()) {
       case wire::FrameKind::kOther:
         ++statistics_.other_packets;
-        pairing_->Push(view);
         return;
       case wire::FrameKind::kMalformed:
         ++statistics_.malformed_frames;
         break;
       case wire::FrameKind::kCut:
         ++statistics_.cut_frames;
-        if (!statistics_.first_cut.seen()) statistics_.first_cut = view.ref();
-        statistics_.last_cut = view.ref();
+        if (!statistics_.first_cut.seen()) statistics_.first_cut = packet.ref();
+        statistics_.last_cut = packet.ref();
         break;
       case wire::FrameKind::kDamagedOnWire:
         ++statistics_.crc_error_frames;
@@ -134,32 +94,28 @@ class Pipeline::Impl {
       case wire::FrameKind::kEtherCat:
         break;
     }
-    if (view.esl().present) ++statistics_.esl_frames;
+    if (packet.esl().present) ++statistics_.esl_frames;
     ++statistics_.ethercat_frames;
-    statistics_.datagrams += view.size();
-    pairing_->Push(view);
+    statistics_.datagrams += packet.size();
   }
 
-  void Count(const capture::CapturedFrame& frame) {
+  void CountTime(const FrameRef& frame) {
     ++statistics_.packets;
-    if (!statistics_.first.seen()) statistics_.first = frame.ref();
+    if (!statistics_.first.seen()) statistics_.first = frame;
     if (!frame.has_time) {
       ++statistics_.without_time;
-      statistics_.last = frame.ref();
+      statistics_.last = frame;
       return;
     }
-    if (!statistics_.first.has_time) statistics_.first = frame.ref();
+    if (!statistics_.first.has_time) statistics_.first = frame;
     if (statistics_.last.has_time && frame.time < statistics_.last.time) ++statistics_.backwards;
     // A step of 1 divides everything: spares a division a frame.
     if (statistics_.time_step_ns == 0 ||
         (statistics_.time_step_ns != 1 && frame.time % statistics_.time_step_ns != 0)) {
       statistics_.time_step_ns = std::gcd(statistics_.time_step_ns, frame.time % 1'000'000'000);
     }
-    statistics_.last = frame.ref();
+    statistics_.last = frame;
   }
-
-  std::uint64_t read_ = 0;
-  std::optional<TimeNs> origin_;
 };
 
 Pipeline::Pipeline(track::EventSink& events, FrameObserver* frames) : impl_(std::make_unique<Impl>(events, frames)) {}
@@ -171,10 +127,7 @@ const PipelineStatistics& Pipeline::statistics() const {
   return impl_->statistics_;
 }
 const bus::PairingStatistics& Pipeline::pairing() const {
-  return impl_->pairing_ ? impl_->pairing_->statistics() : impl_->no_pairing_;
-}
-const bus::DirectionLearner& Pipeline::directions() const {
-  return impl_->directions_;
+  return *impl_->pairing_;
 }
 const track::Network& Pipeline::network() const {
   return impl_->network_;

@@ -1,14 +1,12 @@
-/// Joins the stages of the decoder: FrameSource -> FrameView -> Pairing -> Network -> Event. The only file of the
-/// decoder that knows all of them.
+/// Joins the stages of the decoder: FrameSource -> FrameView -> Pairing (TrafficReader has these) -> Network -> Event.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 
-#include "decoder/bus/pairing.h"
+#include "decoder/bus/traffic_reader.h"
 #include "decoder/capture/frame_source.h"
 #include "decoder/track/network.h"
 
@@ -34,12 +32,13 @@ struct PipelineStatistics {
   bool stopped = false;           ///< ended early on request
 };
 
-struct PipelineOptions {
-  std::optional<double> from_s, to_s;           ///< seconds from the first packet
-  std::optional<FrameNo> from_frame, to_frame;  ///< inclusive
+struct PipelineOptions : bus::PacketRange {
   const std::atomic<bool>* stop = nullptr;
   /// Called about every 65,536 packets: bytes done, bytes in total (0: unknown), packets.
   std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress;
+  /// Large captures are read and paired by a thread of their own while the events of earlier packets are worked on; the
+  /// source may be asked for nothing until Run() returns.
+  bool read_ahead = false;
 };
 
 /// Hears every frame with its direction, before the events that follow from it; for `decode`.
@@ -60,9 +59,9 @@ class Pipeline {
   /// Reads `source` to its end, its damage or options.stop. Memory does not grow with the length of the capture.
   void Run(capture::FrameSource& source, const PipelineOptions& options = {});
 
+  /// Up to the packet at hand.
   [[nodiscard]] const PipelineStatistics& statistics() const;
   [[nodiscard]] const bus::PairingStatistics& pairing() const;
-  [[nodiscard]] const bus::DirectionLearner& directions() const;
   /// What is known of the slaves; valid during and after Run().
   [[nodiscard]] const track::Network& network() const;
 

@@ -5,23 +5,12 @@
 namespace ecaudit::bus {
 namespace {
 
-std::uint64_t Mix(std::uint64_t hash, std::uint64_t value) {
-  hash ^= value + 0x9E3779B97F4A7C15ULL + (hash << 6U) + (hash >> 2U);
-  return hash * 0xFF51AFD7ED558CCDULL;
-}
-
 /// Where a packet was captured: port of the probe and capture interface.
 std::uint32_t PortOf(const wire::FrameView& frame) {
   return static_cast<std::uint32_t>(frame.interface_index()) << 8U | (frame.esl().present ? frame.esl().port + 1U : 0U);
 }
 
 }  // namespace
-
-std::uint64_t FrameKey(const wire::FrameView& frame) noexcept {
-  std::uint64_t hash = frame.size();
-  for (std::size_t i = 0; i < frame.size(); ++i) hash = Mix(hash, frame[i].KeptHeader());
-  return hash;
-}
 
 Progress ProgressOf(const wire::FrameView& frame) noexcept {
   Progress progress;
@@ -67,7 +56,7 @@ void DirectionLearner::Learn(const wire::FrameView& frame) noexcept {
 }
 
 void DirectionLearner::LearnPair(Sender& sender, const wire::FrameView& frame) noexcept {
-  const std::uint64_t key = FrameKey(frame);
+  const std::uint64_t key = frame.key();
   const Progress progress = ProgressOf(frame);
   const std::uint32_t port = PortOf(frame);
   const auto open = std::find_if(sender.open.begin(), sender.open.end(), [&](const Open& o) {

@@ -95,10 +95,6 @@ class DirectionLearner {
   bool returned_only_ = false;
 };
 
-/// Identifies a frame by what slaves never change: commands, indices, lengths and addresses (without the position
-/// counter of position-addressed and broadcast commands). Equal for the outbound and returned copy of one frame.
-[[nodiscard]] std::uint64_t FrameKey(const wire::FrameView& frame) noexcept;
-
 /// True when a slave visibly acted on any datagram: a working counter above 0.
 [[nodiscard]] bool AnyWorkingCounter(const wire::FrameView& frame) noexcept;
 

@@ -87,7 +87,7 @@ void Pairing::Push(const wire::FrameView& frame) noexcept {
     return;
   }
   any_cut_ = any_cut_ || frame.kind() == wire::FrameKind::kCut;
-  const std::uint64_t key = FrameKey(frame);
+  const std::uint64_t key = frame.key();
   switch (direction) {
     case Direction::kOutbound:
       sink_.OnFrame(frame, direction);

@@ -52,6 +52,11 @@ EslRecord ReadEsl(ByteSpan record) {
   return esl;
 }
 
+std::uint64_t Mix(std::uint64_t hash, std::uint64_t value) {
+  hash ^= value + 0x9E3779B97F4A7C15ULL + (hash << 6U) + (hash >> 2U);
+  return hash * 0xFF51AFD7ED558CCDULL;
+}
+
 bool AllZero(ByteSpan bytes) {
   return std::all_of(bytes.begin(), bytes.end(), [](std::uint8_t byte) { return byte == 0; });
 }
@@ -159,10 +164,17 @@ FrameView FrameView::Parse(const capture::CapturedFrame& frame) noexcept {
     view.problem_ = cut ? FrameProblem::kNone : FrameProblem::kNoHeader;
   } else {
     view.ParseDatagrams(offset, cut);
+    view.key_ = view.KeyOfDatagrams();
   }
   const bool damaged = view.esl_.crc_error || view.esl_.alignment_error;
   if (damaged && view.kind_ != FrameKind::kOther) view.kind_ = FrameKind::kDamagedOnWire;
   return view;
+}
+
+std::uint64_t FrameView::KeyOfDatagrams() const noexcept {
+  std::uint64_t hash = count_;
+  for (std::size_t i = 0; i < count_; ++i) hash = Mix(hash, (*this)[i].KeptHeader());
+  return hash;
 }
 
 void FrameView::ParseDatagrams(std::size_t offset, bool cut) noexcept {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string_view>
 
 #include "decoder/base/bytes.h"
@@ -98,6 +99,7 @@ struct FrameFields {
   ByteSpan bytes_;
   FrameRef ref_;
   std::uint64_t source_mac_ = 0;
+  std::uint64_t key_ = 0;
   EslRecord esl_;
   FrameKind kind_ = FrameKind::kOther;
   FrameProblem problem_ = FrameProblem::kNone;
@@ -153,19 +155,31 @@ class FrameView : private FrameFields {
                        : bytes_.subspan(offsets_[0], static_cast<std::size_t>(offsets_[count_]) - offsets_[0]);
   }
   [[nodiscard]] ByteSpan bytes() const { return bytes_; }
+  /// Identifies the frame by what slaves never change: commands, indices, lengths and addresses (without the position
+  /// counter of position-addressed and broadcast commands). Equal for the outbound and returned copy of one frame.
+  [[nodiscard]] std::uint64_t key() const { return key_; }
   /// As many of bytes() as the view needs to read its datagrams: at most about 2,200.
   [[nodiscard]] std::size_t used_bytes() const { return count_ == 0 ? 0 : offsets_[count_]; }
 
   /// Becomes the same view over a copy of the packet's bytes; `copy` must hold the same bytes, at least used_bytes() of
   /// them.
-  void Rebase(const FrameView& from, ByteSpan copy) {
-    static_cast<FrameFields&>(*this) = from;
-    if (count_ > 0) std::copy_n(from.offsets_.begin(), from.count_ + std::size_t{1}, offsets_.begin());
+  void Rebase(const FrameView& from, ByteSpan copy) { Restore(from.fields(), from.offsets_.data(), copy); }
+
+  /// What has to be kept, beside a copy of bytes(), to have the view again.
+  [[nodiscard]] const FrameFields& fields() const { return *this; }
+  [[nodiscard]] std::span<const std::uint16_t> offsets() const {
+    return std::span(offsets_).first(count_ == 0 ? 0 : count_ + std::size_t{1});
+  }
+  /// Becomes the view that `fields` and `offsets` were taken from, over a copy of the packet's bytes.
+  void Restore(const FrameFields& fields, const std::uint16_t* offsets, ByteSpan copy) {
+    static_cast<FrameFields&>(*this) = fields;
+    if (count_ > 0) std::copy_n(offsets, count_ + std::size_t{1}, offsets_.begin());
     bytes_ = copy;
   }
 
  private:
   void ParseDatagrams(std::size_t offset, bool cut) noexcept;
+  [[nodiscard]] std::uint64_t KeyOfDatagrams() const noexcept;
 
   std::array<std::uint16_t, kMaxDatagrams + 1> offsets_;  // deliberately not zeroed: only [0, count_] is read
 };

@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/analysis.h"
+#include "decoder/bus/traffic_reader.h"
 #include "decoder/capture/capture_stream.h"
-#include "decoder/capture/read_ahead.h"
 #include "samples/builder/scenarios/scenario.h"
 #include "tests/perf/allocations.h"
 
@@ -24,7 +24,7 @@ constexpr std::int64_t kMiB = 1 << 20;
 /// What a longer capture may take more: captures from a certain size on are read ahead into buffers, which grow by
 /// doubling.
 constexpr std::int64_t kMore =
-    kMiB + static_cast<std::int64_t>(2 * capture::ReadAhead::kBatches * capture::ReadAhead::kBatchBytes);
+    kMiB + static_cast<std::int64_t>(2 * bus::TrafficReader::kBatches * bus::TrafficReader::kBatchBytes);
 constexpr std::int64_t kLimit = 64 * kMiB;
 
 /// Frames made one at a time, so that the capture itself needs no memory.

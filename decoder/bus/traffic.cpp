@@ -1,0 +1,133 @@
+#include "decoder/bus/traffic.h"
+
+#include <algorithm>
+
+namespace ecaudit::bus {
+
+using wire::FrameView;
+
+void Traffic::Clear() {
+  steps_.clear();
+  calls_.clear();
+  kept_.clear();
+  bytes_.clear();
+  offsets_.clear();
+}
+
+std::size_t Traffic::bytes() const {
+  return steps_.size() * sizeof(Step) + calls_.size() * sizeof(Call) + kept_.size() * sizeof(Kept) + bytes_.size() +
+         offsets_.size() * sizeof(std::uint16_t);
+}
+
+Traffic::Place Traffic::Keep(const FrameView& frame, ByteSpan bytes) {
+  const auto offsets = frame.offsets();
+  kept_.push_back({frame.fields(), bytes_.size(), bytes.size(), offsets_.size()});
+  bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+  offsets_.insert(offsets_.end(), offsets.begin(), offsets.end());
+  return static_cast<Place>(kept_.size() - 1);
+}
+
+void Traffic::Prefetch(std::size_t i) const {
+  if (i >= steps_.size()) return;
+  constexpr std::size_t kLine = 64;
+  const Kept& kept = kept_[steps_[i].kept];
+  __builtin_prefetch(&kept + 2);
+  __builtin_prefetch(reinterpret_cast<const std::uint8_t*>(&kept + 2) + kLine);
+  const std::uint8_t* bytes = bytes_.data() + kept.bytes_at;
+  for (std::size_t at = 0; at < kept.length && at < 8 * kLine; at += kLine) __builtin_prefetch(bytes + at);
+}
+
+void Traffic::Replay(std::size_t i, const FrameView& packet, BusSink& sink) const {
+  FrameView other;  // a frame that came before this packet
+  const auto view = [&](Place place) -> const FrameView& {
+    if (place == steps_[i].kept) return packet;
+    Restore(kept_[place], other);
+    return other;
+  };
+  for (std::size_t c = i == 0 ? 0 : steps_[i - 1].calls_end; c < steps_[i].calls_end; ++c) {
+    const Call& call = calls_[c];
+    switch (call.kind) {
+      case Kind::kFrame:
+        sink.OnFrame(view(call.first), static_cast<Direction>(call.what));
+        break;
+      case Kind::kSent:
+        sink.OnSent(view(call.first));
+        break;
+      case Kind::kTransaction: {
+        // What came back is always the packet at hand.
+        const FrameView* sent = call.first == kNone ? nullptr : &view(call.first);
+        sink.OnTransaction({sent, call.second == kNone ? nullptr : &packet, call.flag});
+        break;
+      }
+      case Kind::kDoubtful:
+        sink.OnDoubtful(view(call.first));
+        break;
+      case Kind::kLost:
+        sink.OnLost(view(call.first), static_cast<Loss>(call.what), call.flag);
+        break;
+      case Kind::kDuplicate:
+        sink.OnDuplicate(view(call.first), call.original);
+        break;
+      case Kind::kUnusable:
+        sink.OnUnusable(view(call.first), static_cast<Unusable>(call.what), call.flag);
+        break;
+    }
+  }
+}
+
+void TrafficRecorder::BeginStep(const FrameView& packet) {
+  const bool ethercat = packet.kind() != wire::FrameKind::kOther;
+  to_->steps_.push_back({to_->Keep(packet, ethercat ? packet.bytes() : ByteSpan()), 0, {}});
+}
+
+void TrafficRecorder::EndStep(const PairingStatistics& statistics) {
+  to_->steps_.back().calls_end = to_->calls_.size();
+  to_->steps_.back().statistics = statistics;
+}
+
+Traffic::Place TrafficRecorder::PlaceOf(const FrameView& frame) {
+  // Most frames come back at once: the outbound copy is one of the last packets.
+  constexpr std::size_t kRecent = 8;
+  const std::vector<Traffic::Kept>& kept = to_->kept_;
+  const std::size_t oldest = kept.size() - std::min(kept.size(), kRecent);
+  for (std::size_t k = kept.size(); k > oldest; --k) {
+    if (kept[k - 1].fields.ref_.number == frame.ref().number) return static_cast<Traffic::Place>(k - 1);
+  }
+  return to_->Keep(frame, frame.bytes());
+}
+
+void TrafficRecorder::OnFrame(const FrameView& frame, Direction direction) {
+  to_->calls_.push_back(
+      {.kind = Traffic::Kind::kFrame, .what = static_cast<std::uint8_t>(direction), .first = PlaceOf(frame)});
+}
+void TrafficRecorder::OnSent(const FrameView& frame) {
+  to_->calls_.push_back({.kind = Traffic::Kind::kSent, .first = PlaceOf(frame)});
+}
+void TrafficRecorder::OnTransaction(const BusTransaction& transaction) {
+  const auto place = [&](const FrameView* frame) { return frame != nullptr ? PlaceOf(*frame) : Traffic::kNone; };
+  const Traffic::Place sent = place(transaction.sent);
+  to_->calls_.push_back({.kind = Traffic::Kind::kTransaction,
+                         .flag = transaction.assumed,
+                         .first = sent,
+                         .second = place(transaction.returned)});
+}
+void TrafficRecorder::OnDoubtful(const FrameView& sent) {
+  to_->calls_.push_back({.kind = Traffic::Kind::kDoubtful, .first = PlaceOf(sent)});
+}
+void TrafficRecorder::OnLost(const FrameView& sent, Loss loss, bool followed_by_other) {
+  to_->calls_.push_back({.kind = Traffic::Kind::kLost,
+                         .what = static_cast<std::uint8_t>(loss),
+                         .flag = followed_by_other,
+                         .first = PlaceOf(sent)});
+}
+void TrafficRecorder::OnDuplicate(const FrameView& returned, FrameNo original) {
+  to_->calls_.push_back({.kind = Traffic::Kind::kDuplicate, .first = PlaceOf(returned), .original = original});
+}
+void TrafficRecorder::OnUnusable(const FrameView& frame, Unusable reason, bool own_master) {
+  to_->calls_.push_back({.kind = Traffic::Kind::kUnusable,
+                         .what = static_cast<std::uint8_t>(reason),
+                         .flag = own_master,
+                         .first = PlaceOf(frame)});
+}
+
+}  // namespace ecaudit::bus

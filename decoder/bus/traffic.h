@@ -1,0 +1,97 @@
+/// in: packets and what Pairing says of each.  out: the same once more, later and in another thread.
+///
+/// Keeps what a BusSink hears of some packets, so that pairing can go on while earlier packets are worked on.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "decoder/bus/pairing.h"
+#include "decoder/bus/transaction.h"
+
+namespace ecaudit::bus {
+
+class Traffic {
+ public:
+  /// Forgets everything, but keeps the room.
+  void Clear();
+
+  /// Steps: one a packet, and one for what the end of the capture means.
+  [[nodiscard]] std::size_t size() const { return steps_.size(); }
+  /// Bytes kept.
+  [[nodiscard]] std::size_t bytes() const;
+  /// Packet of step `i`; valid as long as nothing is added. Without number at the end of the capture. Of packets that
+  /// are no EtherCAT frames only the fields are there, no bytes.
+  void Restore(std::size_t i, wire::FrameView& packet) const { Restore(kept_[steps_[i].kept], packet); }
+  /// Tells `sink` what was heard in step `i`. @param packet as Restore() gave it
+  void Replay(std::size_t i, const wire::FrameView& packet, BusSink& sink) const;
+  /// Counters of Pairing behind step `i`.
+  [[nodiscard]] const PairingStatistics& statistics(std::size_t i) const { return steps_[i].statistics; }
+  /// Asks for the data of a step that comes soon: another thread's processor has them.
+  void Prefetch(std::size_t i) const;
+
+ private:
+  friend class TrafficRecorder;
+  /// Where the two views of a call lie among those kept.
+  using Place = std::uint32_t;
+  static constexpr Place kNone = ~Place{0};
+
+  enum class Kind : std::uint8_t { kFrame, kSent, kTransaction, kDoubtful, kLost, kDuplicate, kUnusable };
+  struct Call {
+    Kind kind = Kind::kFrame;
+    std::uint8_t what = 0;  ///< Direction, Loss or Unusable
+    bool flag = false;      ///< assumed, followed_by_other or own_master
+    Place first = kNone;    ///< the only frame, or the one sent
+    Place second = kNone;   ///< the one returned
+    FrameNo original = 0;
+  };
+  struct Kept {
+    wire::FrameFields fields;
+    std::size_t bytes_at = 0;
+    std::size_t length = 0;
+    std::size_t offsets_at = 0;
+  };
+  struct Step {
+    Place kept = kNone;         ///< the packet
+    std::size_t calls_end = 0;  ///< its calls begin where those of the step before end
+    PairingStatistics statistics;
+  };
+
+  Place Keep(const wire::FrameView& frame, ByteSpan bytes);
+  void Restore(const Kept& kept, wire::FrameView& frame) const {
+    frame.Restore(kept.fields, offsets_.data() + kept.offsets_at, ByteSpan(bytes_).subspan(kept.bytes_at, kept.length));
+  }
+
+  std::vector<Step> steps_;
+  std::vector<Call> calls_;
+  std::vector<Kept> kept_;
+  std::vector<std::uint8_t> bytes_;
+  std::vector<std::uint16_t> offsets_;  ///< of datagrams
+};
+
+/// Writes down what Pairing says.
+class TrafficRecorder final : public BusSink {
+ public:
+  /// What follows goes there.
+  void SetTarget(Traffic& traffic) { to_ = &traffic; }
+  /// What follows up to EndStep() belongs to this packet; to the end of the capture when it has no number.
+  void BeginStep(const wire::FrameView& packet);
+  void EndStep(const PairingStatistics& statistics);
+
+  void OnFrame(const wire::FrameView& frame, Direction direction) override;
+  void OnSent(const wire::FrameView& frame) override;
+  void OnTransaction(const BusTransaction& transaction) override;
+  void OnDoubtful(const wire::FrameView& sent) override;
+  void OnLost(const wire::FrameView& sent, Loss loss, bool followed_by_other) override;
+  void OnDuplicate(const wire::FrameView& returned, FrameNo original) override;
+  void OnUnusable(const wire::FrameView& frame, Unusable reason, bool own_master) override;
+
+ private:
+  /// Where `frame` is kept; it is if it is new.
+  Traffic::Place PlaceOf(const wire::FrameView& frame);
+
+  Traffic* to_ = nullptr;
+};
+
+}  // namespace ecaudit::bus
