@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "decoder/esc/register_addresses.h"
 #include "decoder/esc/register_map.h"
 
 namespace ecaudit::model {
@@ -13,7 +14,6 @@ bool HasProcessData(std::uint8_t state) {
 }
 
 constexpr std::uint16_t kIdentityObject = 0x1018;
-constexpr EscAddress kEscConfiguration = 0x0141;  // bit 0: device emulation
 
 }  // namespace
 
@@ -167,7 +167,7 @@ void BusModel::Apply(const track::SlaveAccess& access) {
   if (access.address >= esc::kProcessRam) (void)image_.Read(access, *this);
   slaves_[access.slave].mailbox.OnAccess(access);
   signalled_.OnAccess(access);
-  const ByteSpan configuration = access.Covered(access.read, kEscConfiguration, 1);
+  const ByteSpan configuration = access.Covered(access.read, esc::kEscConfiguration, 1);
   if (!configuration.empty() && !access.broadcast) {
     slaves_[access.slave].Stir();
     slaves_[access.slave].al.SetDeviceEmulation((configuration[0] & 1U) != 0);

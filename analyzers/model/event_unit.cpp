@@ -2,13 +2,10 @@
 
 #include <algorithm>
 
+#include "decoder/esc/register_addresses.h"
+
 namespace ecaudit::model {
 namespace {
-
-constexpr EscAddress kEcatMask = 0x0200;
-constexpr EscAddress kAlMask = 0x0204;
-constexpr EscAddress kEcatRequest = 0x0210;
-constexpr EscAddress kAlRequest = 0x0220;
 
 /// What the master reads to answer an event: the slave takes the bit back.
 struct Answer {
@@ -52,7 +49,7 @@ SlaveId EventUnit::OnlyCandidate(unsigned bit) const {
     const auto id = static_cast<SlaveId>(s);
     if (!network_.OnBus(id)) continue;
     ++met;
-    const auto mask = network_.state(id).registers.Value<std::uint16_t>(kEcatMask, Certainty::kObserved);
+    const auto mask = network_.state(id).registers.Value<std::uint16_t>(esc::kEcatEventMask, Certainty::kObserved);
     if (mask && (*mask >> bit & 1U) == 0) continue;
     ++candidates;
     only = id;
@@ -149,19 +146,19 @@ void EventUnit::RememberReader(const track::SlaveAccess& access) {
 
 void EventUnit::LearnRegisters(const track::SlaveAccess& access) {
   const std::size_t length = std::max(access.written.size(), access.read.size());
-  if (access.address + length <= kEcatMask) return;
+  if (access.address + length <= esc::kEcatEventMask) return;
   Slave& slave = slaves_[access.slave];
-  const bool tells_mask = !access.Covered(access.written, kEcatMask, 2).empty()
+  const bool tells_mask = !access.Covered(access.written, esc::kEcatEventMask, 2).empty()
                               ? access.acceptance != track::Acceptance::kRefused
-                              : !access.broadcast && !access.Covered(access.read, kEcatMask, 2).empty();
+                              : !access.broadcast && !access.Covered(access.read, esc::kEcatEventMask, 2).empty();
   if (tells_mask) slave.mask_frame = access.frame();
   if (access.broadcast) return;  // what was read is of all slaves
   const auto learn = [&](std::optional<Reading>& to, EscAddress address, unsigned bytes) {
     if (const auto reading = ReadPart(access, address, bytes)) to = reading;
   };
-  learn(slave.al_mask, kAlMask, 4);
-  learn(slave.ecat_request, kEcatRequest, 2);
-  learn(slave.al_request, kAlRequest, 4);
+  learn(slave.al_mask, esc::kAlEventMask, 4);
+  learn(slave.ecat_request, esc::kEcatEventRequest, 2);
+  learn(slave.al_request, esc::kAlEventRequest, 4);
 }
 
 void EventUnit::Finish() {

@@ -6,6 +6,7 @@
 
 #include "analyzers/startup/startup_registers.h"
 #include "decoder/esc/al.h"
+#include "decoder/esc/register_addresses.h"
 
 namespace ecaudit::startup {
 namespace {
@@ -27,7 +28,7 @@ bool WritesRegisters(wire::Command command) {
 
 void AddWrite(const device::EniInitCommand& command, std::uint8_t state, std::vector<ExpectedStep>& steps) {
   if (!WritesRegisters(command.command) || command.data.empty()) return;
-  if (command.ado == kAlControl) {
+  if (command.ado == esc::kAlControl) {
     ExpectedStep& step = steps.emplace_back();
     step.key.kind = StartupKey::Kind::kRequest;
     step.key.address = esc::AlWord{command.data[0]}.state();

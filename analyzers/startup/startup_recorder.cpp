@@ -8,6 +8,7 @@
 #include "analyzers/startup/startup_registers.h"
 #include "analyzers/startup/step_text.h"
 #include "decoder/base/text.h"
+#include "decoder/esc/register_addresses.h"
 #include "decoder/esc/register_map.h"
 #include "decoder/mailbox/sdo.h"
 
@@ -272,7 +273,7 @@ void StartupRecorder::On(const track::Answered& event) {
   access.written = event.sent.seen() ? event.sent_data : event.returned_data;
   access.broadcast = true;
   access.acceptance = event.wkc == 0 ? track::Acceptance::kRefused : track::Acceptance::kAccepted;
-  if (event.address == kAlControl && !access.written.empty()) {
+  if (event.address == esc::kAlControl && !access.written.empty()) {
     Extend(bus_, StartupPhase::kScan, sent, sent);
     return;
   }

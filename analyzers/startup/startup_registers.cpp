@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "decoder/esc/al.h"
+#include "decoder/esc/register_addresses.h"
 #include "decoder/esc/register_map.h"
 #include "decoder/esc/sync_manager.h"
 
@@ -53,7 +54,7 @@ StartupPhase PhaseOfSyncManager(EscAddress address, ByteSpan data) {
 
 bool Configures(EscAddress address, ByteSpan data, std::uint8_t state) {
   if (data.empty() || address >= esc::kProcessRam || kErrorCounters.holds(address)) return false;
-  if (address == kAlControl) return false;
+  if (address == esc::kAlControl) return false;
   if (kEeprom.holds(address)) return address == kEeprom.first && (data[0] & 0x01U) != 0;
   if (kSyncManagers.holds(address) && state >= kPreop) {
     const std::size_t offset = (address - esc::kSyncManagerBase) % esc::kSyncManagerBytes;

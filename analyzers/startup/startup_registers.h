@@ -10,8 +10,6 @@
 
 namespace ecaudit::startup {
 
-inline constexpr EscAddress kAlControl = 0x0120;
-
 /// False for writes that are no configuration: error counters, commands of the EEPROM interface, process RAM,
 /// AL Control (told by AlRequest), repeat requests of a mailbox.
 [[nodiscard]] bool Configures(EscAddress address, ByteSpan data, std::uint8_t state);

@@ -3,15 +3,11 @@
 #include <array>
 
 #include "decoder/device/event_names.h"
+#include "decoder/esc/register_addresses.h"
 #include "decoder/esc/register_text.h"
 
 namespace ecaudit {
 namespace {
-
-constexpr EscAddress kEcatMask = 0x0200;
-constexpr EscAddress kAlMask = 0x0204;
-constexpr EscAddress kEcatRequest = 0x0210;
-constexpr EscAddress kAlRequest = 0x0220;
 
 std::vector<std::string> NamesOf(std::uint32_t value, EscAddress address, const device::DeviceDescription& family) {
   std::vector<std::string> names;
@@ -28,8 +24,8 @@ std::vector<EventBitSummary> SummariseEventField(const model::EventUnit::Stories
   for (unsigned bit = 0; bit < stories.size(); ++bit) {
     const model::EventUnit::Story& story = stories[bit];
     if (story.raised == 0) continue;
-    bits.push_back({static_cast<std::uint8_t>(bit), esc::EventBitName(kEcatRequest, bit), story.raised, story.frames,
-                    story.first, story.last, story.from_start, story.at_end, story.inferred});
+    bits.push_back({static_cast<std::uint8_t>(bit), esc::EventBitName(esc::kEcatEventRequest, bit), story.raised,
+                    story.frames, story.first, story.last, story.from_start, story.at_end, story.inferred});
   }
   return bits;
 }
@@ -44,14 +40,14 @@ EventSummary SummariseEvents(const model::BusModel& model, SlaveId slave) {
     if (from)
       to = EventRegister{from->value, from->read, NamesOf(from->value, address, family), false, from->frame.number};
   };
-  take(summary.ecat_request, known.ecat_request, kEcatRequest);
-  take(summary.al_mask, known.al_mask, kAlMask);
-  take(summary.al_request, known.al_request, kAlRequest);
+  take(summary.ecat_request, known.ecat_request, esc::kEcatEventRequest);
+  take(summary.al_mask, known.al_mask, esc::kAlEventMask);
+  take(summary.al_request, known.al_request, esc::kAlEventRequest);
   const esc::RegisterImage& registers = model.network().state(slave).registers;
-  if (const auto mask = registers.Value<std::uint16_t>(kEcatMask)) {
-    const bool inferred = registers.CertaintyOf(kEcatMask, 2) != Certainty::kObserved;
+  if (const auto mask = registers.Value<std::uint16_t>(esc::kEcatEventMask)) {
+    const bool inferred = registers.CertaintyOf(esc::kEcatEventMask, 2) != Certainty::kObserved;
     summary.ecat_mask =
-        EventRegister{*mask, 0xFFFF, NamesOf(*mask, kEcatMask, family), inferred, known.mask_frame.number};
+        EventRegister{*mask, 0xFFFF, NamesOf(*mask, esc::kEcatEventMask, family), inferred, known.mask_frame.number};
   }
   return summary;
 }

@@ -3,11 +3,11 @@
 #include <algorithm>
 
 #include "decoder/base/time.h"
+#include "decoder/esc/register_addresses.h"
 
 namespace ecaudit::sync {
 namespace {
 
-constexpr EscAddress kSystemTime = 0x0910;
 constexpr std::uint64_t kWrap = std::uint64_t{1} << 32U;
 constexpr TimeNs kTooLongFor32Bit = 4'000'000'000;
 
@@ -19,8 +19,8 @@ std::optional<DcTime> DcClock::On(const track::Answered& answer) {
   // A broadcast that one slave answered holds the time of that one.
   const bool of_one = answer.command == wire::Command::BRD && answer.wkc == 1;
   if ((!distributes && !reads && !of_one) || answer.wkc == 0 || answer.circulating) return std::nullopt;
-  if (answer.address > kSystemTime) return std::nullopt;
-  const auto at = static_cast<std::size_t>(kSystemTime - answer.address);
+  if (answer.address > esc::kSystemTime) return std::nullopt;
+  const auto at = static_cast<std::size_t>(esc::kSystemTime - answer.address);
   const ByteSpan data = Slice(answer.returned_data, at, 8);
   if (data.size() < 4) return std::nullopt;
   if (reads && answer.wkc != 1) return std::nullopt;

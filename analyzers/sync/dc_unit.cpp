@@ -2,27 +2,10 @@
 
 #include <algorithm>
 
+#include "decoder/esc/register_addresses.h"
+
 namespace ecaudit::sync {
 namespace {
-
-constexpr EscAddress kFirst = 0x0900;
-constexpr EscAddress kEnd = 0x0A00;
-constexpr EscAddress kReceiveTimes = 0x0900;
-constexpr EscAddress kSystemTime = 0x0910;
-constexpr EscAddress kReceiveTimeCore = 0x0918;
-constexpr EscAddress kOffset = 0x0920;
-constexpr EscAddress kDelay = 0x0928;
-constexpr EscAddress kDifference = 0x092C;
-constexpr EscAddress kSpeedStart = 0x0930;
-constexpr EscAddress kSpeedDifference = 0x0932;
-constexpr EscAddress kAssignment = 0x0980;
-constexpr EscAddress kActivation = 0x0981;
-constexpr EscAddress kStart = 0x0990;
-constexpr EscAddress kSync0Cycle = 0x09A0;
-constexpr EscAddress kSync1Cycle = 0x09A4;
-constexpr EscAddress kLatchControl = 0x09A8;
-constexpr EscAddress kLatchStatus = 0x09AE;
-constexpr EscAddress kLatchTimes = 0x09B0;
 
 bool Overlaps(const track::SlaveAccess& access, std::size_t length, EscAddress address, std::size_t bytes) {
   return access.address < address + bytes && access.address + length > address;
@@ -48,24 +31,25 @@ void DcUnit::Remember(const track::SlaveAccess& access) {
 
 DcUnit::Change DcUnit::On(const track::SlaveAccess& access, const esc::RegisterImage& registers) {
   const std::size_t length = std::max(access.written.size(), access.read.size());
-  if (access.address >= kEnd || access.address + length <= kFirst) return Change::kNone;
+  if (access.address >= esc::kDcEnd || access.address + length <= esc::kDcFirst) return Change::kNone;
   const bool distributes = access.command == wire::Command::ARMW || access.command == wire::Command::FRMW;
   // The receive times are latched by any write to them: nothing is configured by it.
-  if (!access.written.empty() && !distributes && !(access.address == kReceiveTimes && access.written.size() <= 16)) {
+  if (!access.written.empty() && !distributes &&
+      !(access.address == esc::kReceiveTimes && access.written.size() <= 16)) {
     Remember(access);
   }
   if (!access.done()) {
     if (!access.written.empty() && access.acceptance == track::Acceptance::kUnknown &&
-        Overlaps(access, access.written.size(), kActivation, 1)) {
+        Overlaps(access, access.written.size(), esc::kDcActivation, 1)) {
       activation_.reset();
       active_.reset();
     }
     return Change::kNone;
   }
-  if (!access.broadcast && length > 0 && access.address + length > kSystemTime) present_ = true;
+  if (!access.broadcast && length > 0 && access.address + length > esc::kSystemTime) present_ = true;
 
   // The system time is read in every cycle, nearly always alone.
-  if (access.address == kSystemTime && access.read.size() == 8 && access.written.empty() && !access.broadcast) {
+  if (access.address == esc::kSystemTime && access.read.size() == 8 && access.written.empty() && !access.broadcast) {
     own_time_ = LittleEndian<std::uint64_t>(access.read, 0);
     own_time_wide_ = true;
     own_time_frame_ = access.frame();
@@ -73,24 +57,24 @@ DcUnit::Change DcUnit::On(const track::SlaveAccess& access, const esc::RegisterI
   }
   if (!access.read.empty() && !access.broadcast) {
     for (std::size_t port = 0; port < receive_times_.size(); ++port) {
-      const ByteSpan time = access.Covered(access.read, static_cast<EscAddress>(kReceiveTimes + 4 * port), 4);
+      const ByteSpan time = access.Covered(access.read, static_cast<EscAddress>(esc::kReceiveTimes + 4 * port), 4);
       if (time.empty()) continue;
       receive_times_[port] = LittleEndian<std::uint32_t>(time, 0);
       latched_ = access.frame();
     }
-    if (const ByteSpan core = access.Covered(access.read, kReceiveTimeCore, 8); !core.empty()) {
+    if (const ByteSpan core = access.Covered(access.read, esc::kReceiveTimeCore, 8); !core.empty()) {
       receive_time_core_ = LittleEndian<std::uint64_t>(core, 0);
     }
-    if (const ByteSpan wide = access.Covered(access.read, kSystemTime, 8); !wide.empty()) {
+    if (const ByteSpan wide = access.Covered(access.read, esc::kSystemTime, 8); !wide.empty()) {
       own_time_ = LittleEndian<std::uint64_t>(wide, 0);
       own_time_wide_ = true;
       own_time_frame_ = access.frame();
-    } else if (const ByteSpan low = access.Covered(access.read, kSystemTime, 4); !low.empty()) {
+    } else if (const ByteSpan low = access.Covered(access.read, esc::kSystemTime, 4); !low.empty()) {
       own_time_ = LittleEndian<std::uint32_t>(low, 0);
       own_time_wide_ = false;
       own_time_frame_ = access.frame();
     }
-    if (const ByteSpan raw = access.Covered(access.read, kDifference, 4); !raw.empty()) {
+    if (const ByteSpan raw = access.Covered(access.read, esc::kSystemTimeDifference, 4); !raw.empty()) {
       difference_last_ = esc::TimeDifference{LittleEndian<std::uint32_t>(raw, 0)}.magnitude_ns();
       if (difference_reads_++ == 0 || difference_last_ > difference_max_) {
         difference_max_ = difference_last_;
@@ -99,20 +83,20 @@ DcUnit::Change DcUnit::On(const track::SlaveAccess& access, const esc::RegisterI
     }
   }
   if (!access.written.empty() && !distributes) {
-    if (Overlaps(access, access.written.size(), kOffset, 12)) {
+    if (Overlaps(access, access.written.size(), esc::kSystemTimeOffset, 12)) {
       adjusted_ = adjusted_ || !access.broadcast;
       own_time_.reset();  // taken before the clock was set
     }
-    if (Overlaps(access, access.written.size(), kSystemTime, 8)) own_time_.reset();
-    if (Overlaps(access, access.written.size(), kSync0Cycle, 4)) {
-      const auto cycle = registers.Value<std::uint32_t>(kSync0Cycle);
+    if (Overlaps(access, access.written.size(), esc::kSystemTime, 8)) own_time_.reset();
+    if (Overlaps(access, access.written.size(), esc::kSync0Cycle, 4)) {
+      const auto cycle = registers.Value<std::uint32_t>(esc::kSync0Cycle);
       cycle_configured_ = cycle && *cycle != 0 && !access.broadcast ? access.frame() : FrameRef{};
     }
   }
 
-  ByteSpan activation = access.Covered(access.written, kActivation, 1);
+  ByteSpan activation = access.Covered(access.written, esc::kDcActivation, 1);
   const bool written = !activation.empty() && !distributes;
-  if (activation.empty() && !access.broadcast) activation = access.Covered(access.read, kActivation, 1);
+  if (activation.empty() && !access.broadcast) activation = access.Covered(access.read, esc::kDcActivation, 1);
   if (activation.empty()) return Change::kNone;
   const esc::SyncActivation now{activation[0]};
   const bool was_active = activation_ && activation_->active();
@@ -126,14 +110,14 @@ DcUnit::Change DcUnit::On(const track::SlaveAccess& access, const esc::RegisterI
   SyncSettings settings;
   settings.frame = access.frame();
   settings.activation = now;
-  if (const auto wide = registers.Value<std::uint64_t>(kStart)) {
+  if (const auto wide = registers.Value<std::uint64_t>(esc::kDcStartTime)) {
     settings.start_ns = *wide;
     settings.start_is_64_bit = true;
-  } else if (const auto low = registers.Value<std::uint32_t>(kStart)) {
+  } else if (const auto low = registers.Value<std::uint32_t>(esc::kDcStartTime)) {
     settings.start_ns = *low;
   }
-  settings.sync0_cycle_ns = registers.Value<std::uint32_t>(kSync0Cycle);
-  settings.sync1_cycle_ns = registers.Value<std::uint32_t>(kSync1Cycle);
+  settings.sync0_cycle_ns = registers.Value<std::uint32_t>(esc::kSync0Cycle);
+  settings.sync1_cycle_ns = registers.Value<std::uint32_t>(esc::kSync1Cycle);
   active_ = settings;
   last_active_ = settings;
   return written ? Change::kSwitchedOn : Change::kNone;
@@ -144,18 +128,19 @@ DcSummary DcUnit::Summary(const esc::RegisterImage& registers) const {
   s.receive_times_ns = receive_times_;
   s.receive_time_core_ns = receive_time_core_;
   s.latched_frame = latched_.number;
-  if (const auto offset = registers.Value<std::uint64_t>(kOffset)) s.offset_ns = static_cast<std::int64_t>(*offset);
-  s.delay_ns = registers.Value<std::uint32_t>(kDelay);
+  if (const auto offset = registers.Value<std::uint64_t>(esc::kSystemTimeOffset))
+    s.offset_ns = static_cast<std::int64_t>(*offset);
+  s.delay_ns = registers.Value<std::uint32_t>(esc::kSystemTimeDelay);
   s.difference_reads = difference_reads_;
   s.difference_last_ns = difference_last_;
   s.difference_max_ns = difference_max_;
   s.difference_max_frame = difference_max_frame_.number;
-  if (const auto start = registers.Value<std::uint16_t>(kSpeedStart))
+  if (const auto start = registers.Value<std::uint16_t>(esc::kSpeedCounterStart))
     s.speed_counter_start = esc::SpeedCounterStart(*start);
-  if (const auto difference = registers.Value<std::uint16_t>(kSpeedDifference)) {
+  if (const auto difference = registers.Value<std::uint16_t>(esc::kSpeedCounterDifference)) {
     s.speed_counter_difference = esc::SpeedCounterDifference(*difference);
   }
-  s.assignment = registers.Value<std::uint8_t>(kAssignment);
+  s.assignment = registers.Value<std::uint8_t>(esc::kCyclicUnitControl);
   if (activation_) s.activation = activation_->raw;
   if (last_active_) {
     s.activated = last_active_->frame;
@@ -165,11 +150,11 @@ DcSummary DcUnit::Summary(const esc::RegisterImage& registers) const {
     s.sync1_cycle_ns = last_active_->sync1_cycle_ns;
   }
   for (std::size_t i = 0; i < 2; ++i) {
-    s.latch_control[i] = registers.Value<std::uint8_t>(static_cast<EscAddress>(kLatchControl + i));
-    s.latch_status[i] = registers.Value<std::uint8_t>(static_cast<EscAddress>(kLatchStatus + i));
+    s.latch_control[i] = registers.Value<std::uint8_t>(static_cast<EscAddress>(esc::kLatchControl + i));
+    s.latch_status[i] = registers.Value<std::uint8_t>(static_cast<EscAddress>(esc::kLatchStatus + i));
   }
   for (std::size_t i = 0; i < 4; ++i) {
-    s.latch_times_ns[i] = registers.Value<std::uint64_t>(static_cast<EscAddress>(kLatchTimes + 8 * i));
+    s.latch_times_ns[i] = registers.Value<std::uint64_t>(static_cast<EscAddress>(esc::kLatchTimes + 8 * i));
   }
   s.configuration = steps_;
   s.configuration_left_out = steps_left_out_;

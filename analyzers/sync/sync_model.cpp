@@ -4,15 +4,11 @@
 #include <cmath>
 
 #include "analyzers/model/drive_parameters.h"
+#include "decoder/esc/register_addresses.h"
 
 namespace ecaudit::sync {
 namespace {
 
-constexpr EscAddress kWatchdogDivider = 0x0400;
-constexpr EscAddress kProcessWatchdog = 0x0420;
-constexpr EscAddress kSystemTime = 0x0910;
-constexpr EscAddress kOffset = 0x0920;
-constexpr EscAddress kDelay = 0x0928;
 constexpr std::uint16_t kStatusWord = 0x6041;
 /// Frames that a median has to rest on.
 constexpr std::uint64_t kEnough = 20;
@@ -432,7 +428,7 @@ void SyncModel::MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_han
 /// changed.
 std::int64_t SyncModel::ReadDelay(SlaveId id, std::uint64_t version) {
   Slave& slave = Of(id);
-  slave.delay_ns = bus_.network().state(id).registers.Value<std::uint32_t>(kDelay).value_or(0);
+  slave.delay_ns = bus_.network().state(id).registers.Value<std::uint32_t>(esc::kSystemTimeDelay).value_or(0);
   slave.delay_version = version;
   return slave.delay_ns;
 }
@@ -442,22 +438,22 @@ void SyncModel::OnAccess(const track::SlaveAccess& access) {
   const auto touches = [&](EscAddress first, std::size_t bytes) {
     return access.address < first + bytes && access.address + length > first;
   };
-  if (touches(kDelay, 4)) ++delay_version_;
+  if (touches(esc::kSystemTimeDelay, 4)) ++delay_version_;
   BeginFrame(access.sent, access.returned);
   if (touches(0x0900, 0x100)) {
     Slave& slave = Of(access.slave);
     const bool distributes = access.command == wire::Command::ARMW || access.command == wire::Command::FRMW;
     if (!access.written.empty() && !distributes && access.acceptance != track::Acceptance::kRefused &&
-        (touches(kSystemTime, 8) || touches(kOffset, 12))) {
+        (touches(esc::kSystemTime, 8) || touches(esc::kSystemTimeOffset, 12))) {
       clock_.WasSet(access.slave);
     }
     const DcUnit::Change change = slave.dc.On(access, bus_.network().state(access.slave).registers);
     if (change == DcUnit::Change::kSwitchedOn) SwitchedOn(access.slave, slave.dc);
-  } else if (touches(kWatchdogDivider, kProcessWatchdog + 2 - kWatchdogDivider)) {
+  } else if (touches(esc::kWatchdogDivider, esc::kProcessWatchdog + 2 - esc::kWatchdogDivider)) {
     const esc::RegisterImage& registers = bus_.network().state(access.slave).registers;
     Of(access.slave).outputs.watchdog_ns =
-        esc::WatchdogNs(registers.Value<std::uint16_t>(kWatchdogDivider).value_or(esc::kDefaultWatchdogDivider),
-                        registers.Value<std::uint16_t>(kProcessWatchdog).value_or(kDefaultWatchdogSteps));
+        esc::WatchdogNs(registers.Value<std::uint16_t>(esc::kWatchdogDivider).value_or(esc::kDefaultWatchdogDivider),
+                        registers.Value<std::uint16_t>(esc::kProcessWatchdog).value_or(kDefaultWatchdogSteps));
   }
 }
 

@@ -8,12 +8,12 @@
 #include "analyzers/events/object_value.h"
 #include "analyzers/signals/signal_value.h"
 #include "decoder/esc/dc_registers.h"
+#include "decoder/esc/register_addresses.h"
 #include "decoder/mailbox/coe_types.h"
 
 namespace ecaudit::timeline {
 namespace {
 
-constexpr EscAddress kDifference = 0x092C;
 constexpr std::size_t kMaxParts = 512;
 constexpr std::size_t kMaxValueBytes = 120;
 
@@ -80,7 +80,7 @@ void TimelineCollector::On(const track::LogicalAccess& access) {
 
 void TimelineCollector::OnAccess(const track::SlaveAccess& access) {
   if (access.broadcast || !access.done() || !HasSeries(access.slave)) return;
-  const ByteSpan raw = access.Covered(access.read, kDifference, 4);
+  const ByteSpan raw = access.Covered(access.read, esc::kSystemTimeDifference, 4);
   if (raw.empty()) return;
   Count(Of(access.slave).difference, access.frame(),
         esc::TimeDifference{LittleEndian<std::uint32_t>(raw, 0)}.magnitude_ns());

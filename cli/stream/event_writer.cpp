@@ -3,19 +3,12 @@
 
 #include "analyzers/core/al_text.h"
 #include "decoder/base/text.h"
+#include "decoder/esc/register_addresses.h"
 #include "decoder/esc/register_map.h"
 #include "decoder/esc/register_text.h"
 
 namespace ecaudit::cli {
 namespace {
-
-constexpr EscAddress kAlControl = 0x0120;
-constexpr EscAddress kEventRequest = 0x0210;
-constexpr EscAddress kEepromFirst = 0x0502;
-constexpr EscAddress kEepromEnd = 0x0510;
-constexpr EscAddress kClockFirst = 0x0900;
-constexpr EscAddress kSystemTime = 0x0910;
-constexpr EscAddress kClockEnd = 0x0A00;
 
 std::string_view Name(track::Acceptance acceptance) {
   switch (acceptance) {
@@ -107,8 +100,8 @@ void EventWriter::WriteRegister(const RegisterWrite& write) {
   row.Frame("returned_frame", write.returned);
   row.Note(NoteOf(write.acceptance));
   if (write.acceptance == track::Acceptance::kRefused) row.style = report::Style::kWarning;
-  const bool al_control = write.address == kAlControl && write.data.size() <= 2;
-  const bool eeprom = write.address >= kEepromFirst && write.address + write.data.size() <= kEepromEnd;
+  const bool al_control = write.address == esc::kAlControl && write.data.size() <= 2;
+  const bool eeprom = write.address >= esc::kEepromControl && write.address + write.data.size() <= esc::kEepromEnd;
   row.told_elsewhere = write.slave != kNoSlave && (al_control || eeprom);
 }
 
@@ -124,7 +117,7 @@ void EventWriter::WriteClock(const track::SlaveAccess& access) {
   const bool distributes = access.command == wire::Command::ARMW || access.command == wire::Command::FRMW;
   const bool writes = !access.written.empty() && !distributes;
   const ByteSpan data = writes ? access.written : access.read;
-  if (data.empty() || access.address >= kClockEnd || access.address + data.size() <= kClockFirst) return;
+  if (data.empty() || access.address >= esc::kDcEnd || access.address + data.size() <= esc::kDcFirst) return;
   SlaveId slave = access.slave;
   if (access.broadcast) {
     if (access.frame().number == clock_broadcast_frame_ && access.datagram == clock_broadcast_datagram_) return;
@@ -144,9 +137,9 @@ void EventWriter::WriteClock(const track::SlaveAccess& access) {
   row.text = esc::DescribeAccess(access.address, data, writes ? esc::AccessKind::WRITE : esc::AccessKind::READ);
   row.json.Text("value", row.text);
   std::optional<std::uint64_t> time;
-  if (const ByteSpan wide = access.Covered(access.read, kSystemTime, 8); !wide.empty()) {
+  if (const ByteSpan wide = access.Covered(access.read, esc::kSystemTime, 8); !wide.empty()) {
     time = LittleEndian<std::uint64_t>(wide, 0);
-  } else if (const ByteSpan low = access.Covered(access.read, kSystemTime, 4); !low.empty()) {
+  } else if (const ByteSpan low = access.Covered(access.read, esc::kSystemTime, 4); !low.empty()) {
     time = LittleEndian<std::uint32_t>(low, 0);
   }
   row.NumberOrNull("system_time_ns", time);
@@ -282,7 +275,7 @@ void EventWriter::On(const track::EventFieldChanged& event) {
 void EventWriter::On(const model::EventBitChanged& event) {
   if (!output_->Wants(EventType::kEcatEvent, event.frame, event.slave)) return;
   EventRow row(*output_, EventType::kEcatEvent, event.frame, event.slave);
-  const std::string name = esc::EventBitName(kEventRequest, event.bit);
+  const std::string name = esc::EventBitName(esc::kEcatEventRequest, event.bit);
   row.json.Number("bit", event.bit);
   row.json.Text("name", name);
   row.json.Bool("set", event.set);

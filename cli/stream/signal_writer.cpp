@@ -10,6 +10,7 @@
 #include "cli/stream/json_line.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/bit_copy.h"
+#include "decoder/esc/register_addresses.h"
 #include "decoder/esc/register_map.h"
 
 namespace ecaudit::cli {
@@ -18,7 +19,6 @@ namespace {
 using device::PdoDirection;
 
 constexpr std::array kFormats{OutputFormat{"csv", ".csv"}, OutputFormat{"jsonl", ".jsonl"}};
-constexpr EscAddress kSystemTime = 0x0910;
 constexpr std::size_t kMaxKinds = 4096;
 constexpr std::size_t kMaxNamed = 4;  // things listed in one warning
 
@@ -196,8 +196,8 @@ void SignalWriter::On(const track::LogicalAccess& access) {
 void SignalWriter::OnAccess(const track::SlaveAccess& access) {
   model_->Apply(access);
   if (access.broadcast) return;
-  ByteSpan time = access.Covered(access.read, kSystemTime, 8);
-  if (time.empty()) time = access.Covered(access.read, kSystemTime, 4);
+  ByteSpan time = access.Covered(access.read, esc::kSystemTime, 8);
+  if (time.empty()) time = access.Covered(access.read, esc::kSystemTime, 4);
   if (!time.empty()) {
     if (EnterRow(access.sent, access.returned) && !row_.dc_time) {
       row_.dc_time = time.size() >= 8 ? LittleEndian<std::uint64_t>(time, 0) : LittleEndian<std::uint32_t>(time, 0);

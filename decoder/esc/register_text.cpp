@@ -7,13 +7,13 @@
 #include "decoder/base/text.h"
 #include "decoder/esc/al.h"
 #include "decoder/esc/dc_registers.h"
+#include "decoder/esc/register_addresses.h"
 
 namespace ecaudit::esc {
 namespace {
 
 constexpr std::size_t kMaxRegisterValue = 8;  // bytes of the widest register with fields
 constexpr std::size_t kMaxDataBytes = 16;     // of raw bytes shown
-constexpr EscAddress kEventRequest = 0x0210;
 
 /// Comma-separated list.
 class List {
@@ -348,7 +348,7 @@ std::string DescribeEvents(std::uint16_t irq) {
   if (irq == 0) return "";
   const std::array<std::uint8_t, 2> bytes = {static_cast<std::uint8_t>(irq & 0xFFU),
                                              static_cast<std::uint8_t>(irq >> 8U)};
-  return DescribeValue(RegisterAt(kEventRequest), bytes);
+  return DescribeValue(RegisterAt(esc::kEcatEventRequest), bytes);
 }
 
 }  // namespace ecaudit::esc

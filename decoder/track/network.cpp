@@ -3,17 +3,12 @@
 #include <algorithm>
 #include <bit>
 
+#include "decoder/esc/register_addresses.h"
+
 namespace ecaudit::track {
 namespace {
 
-constexpr EscAddress kStationAddress = 0x0010;
-constexpr EscAddress kStationAlias = 0x0012;
 constexpr EscAddress kAliasEnable = 0x0103;  // bit 0 = bit 24 of DL control
-constexpr EscAddress kAlControl = 0x0120;
-constexpr EscAddress kAlStatus = 0x0130;
-constexpr EscAddress kAlStatusCode = 0x0134;
-constexpr EscAddress kEepromFirst = 0x0500;
-constexpr EscAddress kEepromEnd = 0x0510;
 constexpr EscAddress kMappingFirst = 0x0600;
 constexpr EscAddress kMappingEnd = 0x0880;
 
@@ -92,10 +87,10 @@ void Network::OnSent(const wire::FrameView& frame) {
     const wire::DatagramView d = frame[i];
     const wire::Command c = d.command();
     if (wire::IsLogical(c) || !wire::Writes(c) || c == wire::Command::ARMW || c == wire::Command::FRMW ||
-        !CoversByte(d.ado(), d.length(), kAlControl)) {
+        !CoversByte(d.ado(), d.length(), esc::kAlControl)) {
       continue;
     }
-    const std::size_t at = static_cast<std::size_t>(kAlControl - d.ado());
+    const std::size_t at = static_cast<std::size_t>(esc::kAlControl - d.ado());
     const ByteSpan data = Slice(d.data(), at, 2);
     const esc::AlWord control{WordOrByte(data)};
     if (wire::IsBroadcast(c)) {
@@ -233,10 +228,11 @@ SlaveId Network::Resolve(const Datagram& d, bool add) {
   if (!position) return kNoSlave;
   const SlaveId known = slaves_.AtPosition(*position);
   if (known != kNoSlave || !add) return known;
-  if (CoversByte(d.address(), d.any.length(), kStationAddress + 1) && d.address() <= kStationAddress) {
+  if (CoversByte(d.address(), d.any.length(), esc::kStationAddress + 1) && d.address() <= esc::kStationAddress) {
     // A slave that was met by this station address in the running bus: now its position shows.
     const ByteSpan data = wire::Writes(d.command()) ? d.written() : d.read();
-    const auto address = LittleEndian<std::uint16_t>(data, static_cast<std::size_t>(kStationAddress - d.address()));
+    const auto address =
+        LittleEndian<std::uint16_t>(data, static_cast<std::size_t>(esc::kStationAddress - d.address()));
     const SlaveId met = address != 0 ? slaves_.AtStation(address) : kNoSlave;
     if (met != kNoSlave && slaves_[met].position.if_known() == nullptr) {
       ++states_version_;
@@ -318,13 +314,13 @@ void Network::OnBroadcast(const Datagram& d) {
     for (std::size_t s = 0; s < slaves_.size(); ++s) {
       if (OnBus(static_cast<SlaveId>(s))) Apply(d.Access(static_cast<SlaveId>(s), acceptance));
     }
-    if (CoversByte(d.address(), d.any.length(), kStationAddress) && acceptance != Acceptance::kRefused) {
+    if (CoversByte(d.address(), d.any.length(), esc::kStationAddress) && acceptance != Acceptance::kRefused) {
       slaves_.ClearStations(d.transaction.any().ref().number);
       ++states_version_;
     }
   }
   if (d.command() == wire::Command::BRD && d.has_returned && d.wkc() != 0 &&
-      CoversByte(d.address(), d.any.length(), kAlStatus)) {
+      CoversByte(d.address(), d.any.length(), esc::kAlStatus)) {
     ReadAlStatusOfAll(d);
   }
 }
@@ -339,7 +335,7 @@ void Network::ReadAlStatusOfAll(const Datagram& d) {
     const ByteSpan sent = d.sent().data();
     if (std::any_of(sent.begin(), sent.end(), [](std::uint8_t b) { return b != 0; })) return;
   }
-  const ByteSpan data = Slice(d.any.data(), static_cast<std::size_t>(kAlStatus - d.address()));
+  const ByteSpan data = Slice(d.any.data(), static_cast<std::size_t>(esc::kAlStatus - d.address()));
   const std::uint8_t status = data[0];
   const std::uint8_t seen = status & 0x0FU;
   const bool one_state = std::has_single_bit(static_cast<unsigned>(seen));
@@ -495,17 +491,17 @@ void Network::Apply(const SlaveAccess& access) {
   if (window_versions_[access.slave] != state.mapping_version) UpdateMailboxWindow(access.slave, access.frame());
   mailboxes_[access.slave]->OnAccess(access);
   if (!in_registers) return;
-  if (access.address < kEepromEnd &&
-      access.address + std::max(access.written.size(), access.read.size()) > kEepromFirst) {
+  if (access.address < esc::kEepromEnd &&
+      access.address + std::max(access.written.size(), access.read.size()) > esc::kEepromConfiguration) {
     state.sii.OnAccess(access, this);
   }
 
   if (access.address <= kAliasEnable &&
-      access.address + std::max(access.written.size(), access.read.size()) > kStationAddress) {
+      access.address + std::max(access.written.size(), access.read.size()) > esc::kStationAddress) {
     ApplyAddressing(access);
   }
-  const std::size_t control_at = static_cast<std::size_t>(kAlControl - access.address);
-  if (CoversByte(access.address, access.written.size(), kAlControl)) {
+  const std::size_t control_at = static_cast<std::size_t>(esc::kAlControl - access.address);
+  if (CoversByte(access.address, access.written.size(), esc::kAlControl)) {
     const ByteSpan control = Slice(access.written, control_at, 2);
     events_.On(AlRequest{access.slave, access.sent, access.returned, esc::AlWord{WordOrByte(control)},
                          access.acceptance, access.broadcast});
@@ -514,12 +510,12 @@ void Network::Apply(const SlaveAccess& access) {
     }
   }
   if (access.broadcast) return;
-  if (CoversByte(access.address, access.read.size(), kAlStatus)) {
-    const ByteSpan status = Slice(access.read, static_cast<std::size_t>(kAlStatus - access.address));
+  if (CoversByte(access.address, access.read.size(), esc::kAlStatus)) {
+    const ByteSpan status = Slice(access.read, static_cast<std::size_t>(esc::kAlStatus - access.address));
     std::optional<std::uint16_t> code;
     if (status.size() >= 6) code = LittleEndian<std::uint16_t>(status, 4);
     ApplyAlStatus(access.slave, access.frame(), WordOrByte(status), code, true);
-  } else if (const ByteSpan code = access.Covered(access.read, kAlStatusCode, 2); !code.empty()) {
+  } else if (const ByteSpan code = access.Covered(access.read, esc::kAlStatusCode, 2); !code.empty()) {
     const auto value = LittleEndian<std::uint16_t>(code, 0);
     state.al_status_code = Known<std::uint16_t>::Observed(value, access.frame().number);
     events_.On(AlStatusCodeRead{access.slave, access.frame(), value});
@@ -553,8 +549,8 @@ void Network::ApplyAddressing(const SlaveAccess& access) {
   if (access.broadcast) return;
   const FrameNo frame = access.frame().number;
   const bool done = access.done();
-  const ByteSpan station_written = done ? access.Covered(access.written, kStationAddress, 2) : ByteSpan{};
-  const ByteSpan station_read = access.Covered(access.read, kStationAddress, 2);
+  const ByteSpan station_written = done ? access.Covered(access.written, esc::kStationAddress, 2) : ByteSpan{};
+  const ByteSpan station_read = access.Covered(access.read, esc::kStationAddress, 2);
   const ByteSpan station = !station_written.empty() ? station_written : station_read;
   if (!station.empty()) {
     const auto address = LittleEndian<std::uint16_t>(station, 0);
@@ -569,7 +565,7 @@ void Network::ApplyAddressing(const SlaveAccess& access) {
       events_.On(AddressAssigned{access.slave, access.frame(), address, shared ? assigned.other : kNoSlave});
     }
   }
-  if (const ByteSpan alias = access.Covered(access.read, kStationAlias, 2); !alias.empty()) {
+  if (const ByteSpan alias = access.Covered(access.read, esc::kStationAlias, 2); !alias.empty()) {
     slaves_.LearnAlias(access.slave, LittleEndian<std::uint16_t>(alias, 0), frame);
   }
 }

@@ -1,14 +1,11 @@
 #include "decoder/track/sii_tracker.h"
 
+#include "decoder/esc/register_addresses.h"
+
 namespace ecaudit::track {
 namespace {
 
-constexpr EscAddress kConfiguration = 0x0500;
-constexpr EscAddress kControl = 0x0502;  // the command is in the upper byte
 constexpr EscAddress kCommand = 0x0503;
-constexpr EscAddress kAddress = 0x0504;
-constexpr EscAddress kData = 0x0508;
-constexpr std::uint32_t kEnd = 0x0510;
 
 constexpr std::uint16_t kBusy = 0x8000;
 constexpr std::uint16_t kEightBytes = 0x0040;
@@ -22,8 +19,8 @@ bool Touches(const SlaveAccess& access, ByteSpan span, std::uint32_t first, std:
 }  // namespace
 
 void SiiAssembler::OnAccess(const SlaveAccess& access, SiiListener* listener) {
-  if (!Touches(access, access.written, kConfiguration, kEnd - kConfiguration) &&
-      !Touches(access, access.read, kConfiguration, kEnd - kConfiguration)) {
+  if (!Touches(access, access.written, esc::kEepromConfiguration, esc::kEepromEnd - esc::kEepromConfiguration) &&
+      !Touches(access, access.read, esc::kEepromConfiguration, esc::kEepromEnd - esc::kEepromConfiguration)) {
     return;
   }
   if (access.done()) {
@@ -33,13 +30,13 @@ void SiiAssembler::OnAccess(const SlaveAccess& access, SiiListener* listener) {
   }
   if (access.acceptance != Acceptance::kUnknown || access.written.empty()) return;
   // Done or not, nobody knows: neither the old nor the new command can be relied on.
-  if (Touches(access, access.written, kConfiguration, 1)) owned_by_pdi_.reset();
-  if (Touches(access, access.written, kConfiguration, 1) || Touches(access, access.written, kCommand, 1)) {
+  if (Touches(access, access.written, esc::kEepromConfiguration, 1)) owned_by_pdi_.reset();
+  if (Touches(access, access.written, esc::kEepromConfiguration, 1) || Touches(access, access.written, kCommand, 1)) {
     EndWrite(access.frame(), false, listener);
     command_ = {};
   }
   for (std::size_t i = 0; i < written_.size(); ++i) {
-    if (Touches(access, access.written, static_cast<std::uint32_t>(kAddress + i), 1)) {
+    if (Touches(access, access.written, static_cast<std::uint32_t>(esc::kEepromAddress + i), 1)) {
       written_known_ = static_cast<std::uint8_t>(written_known_ & ~(1U << i));
     }
   }
@@ -57,7 +54,7 @@ void SiiAssembler::Finish(SiiListener* listener) {
 }
 
 void SiiAssembler::OnRead(const SlaveAccess& access, SiiListener* listener) {
-  const ByteSpan status = access.Covered(access.read, kControl, 2);
+  const ByteSpan status = access.Covered(access.read, esc::kEepromControl, 2);
   if (!status.empty()) OnStatus(access, LittleEndian<std::uint16_t>(status, 0), listener);
   if (!access.broadcast) OnData(access, !status.empty(), listener);
 }
@@ -88,10 +85,10 @@ void SiiAssembler::OnStatus(const SlaveAccess& access, std::uint16_t status, Sii
 }
 
 void SiiAssembler::OnData(const SlaveAccess& access, bool fresh_status, SiiListener* listener) {
-  if (!Touches(access, access.read, kData, 8)) return;
+  if (!Touches(access, access.read, esc::kEepromData, 8)) return;
   // An answer that holds status, address and data (TwinCAT) names its words by itself.
   std::optional<std::uint32_t> shown;
-  if (const ByteSpan address = access.Covered(access.read, kAddress, 4); !address.empty()) {
+  if (const ByteSpan address = access.Covered(access.read, esc::kEepromAddress, 4); !address.empty()) {
     shown = LittleEndian<std::uint32_t>(address, 0);
   }
   std::optional<std::uint32_t> first;
@@ -110,7 +107,7 @@ void SiiAssembler::OnData(const SlaveAccess& access, bool fresh_status, SiiListe
   std::size_t run = 0;  // words gathered, ending before word i
   for (std::size_t i = 0; i <= count; ++i) {
     const ByteSpan bytes =
-        i < count ? access.Covered(access.read, static_cast<EscAddress>(kData + 2 * i), 2) : ByteSpan{};
+        i < count ? access.Covered(access.read, static_cast<EscAddress>(esc::kEepromData + 2 * i), 2) : ByteSpan{};
     bool wanted = !bytes.empty() && (command_.delivered >> i & 1U) == 0;
     if (wanted) {
       const std::uint16_t word = LittleEndian<std::uint16_t>(bytes, 0);
@@ -136,13 +133,13 @@ void SiiAssembler::OnData(const SlaveAccess& access, bool fresh_status, SiiListe
 void SiiAssembler::OnWrite(const SlaveAccess& access, SiiListener* listener) {
   bool registers = false;
   for (std::size_t i = 0; i < written_.size(); ++i) {
-    const ByteSpan byte = access.Covered(access.written, static_cast<EscAddress>(kAddress + i), 1);
+    const ByteSpan byte = access.Covered(access.written, static_cast<EscAddress>(esc::kEepromAddress + i), 1);
     if (byte.empty()) continue;
     written_[i] = byte[0];
     written_known_ = static_cast<std::uint8_t>(written_known_ | 1U << i);
     registers = true;
   }
-  if (const ByteSpan owner = access.Covered(access.written, kConfiguration, 1); !owner.empty()) {
+  if (const ByteSpan owner = access.Covered(access.written, esc::kEepromConfiguration, 1); !owner.empty()) {
     OnOwner(access, owner[0], listener);
   }
   if (const ByteSpan command = access.Covered(access.written, kCommand, 1); !command.empty()) {

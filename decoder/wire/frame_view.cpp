@@ -9,7 +9,6 @@ constexpr std::uint16_t kEtherTypeEtherCat = 0x88A4;
 constexpr std::uint16_t kEtherTypeIpv4 = 0x0800;
 constexpr std::uint16_t kUdpPortEtherCat = 34980;
 constexpr std::uint8_t kIpProtocolUdp = 17;
-constexpr std::size_t kEthernetHeader = 14;
 constexpr std::size_t kEslBytes = 16;
 constexpr std::size_t kMaxOffset = 0xFFFF;  ///< datagrams are kept by 16-bit offsets; no real frame comes near
 

@@ -5,6 +5,7 @@
 #include "analyzers/core/rule.h"
 #include "analyzers/model/bus_model.h"
 #include "decoder/base/text.h"
+#include "decoder/esc/register_addresses.h"
 
 namespace ecaudit {
 namespace {
@@ -44,7 +45,7 @@ class BusDuplicateAddress final : public Rule {
   }
 
   void OnAccess(const track::SlaveAccess& e) override {
-    if (e.broadcast || !e.done() || e.Covered(e.written, kStationAddress, 2).empty()) return;
+    if (e.broadcast || !e.done() || e.Covered(e.written, esc::kStationAddress, 2).empty()) return;
     written_ = {e.slave, e.frame().number};
   }
 
@@ -66,8 +67,8 @@ class BusDuplicateAddress final : public Rule {
 
   void On(const track::Answered& e) override {
     if (!wire::IsNodeAddressed(e.command) || e.command == wire::Command::FRMW) return;
-    const bool used = e.address >= 0x1000 ||
-                      (e.address <= kAlControl && e.address + e.length > kAlControl && wire::Writes(e.command));
+    const bool used = e.address >= 0x1000 || (e.address <= esc::kAlControl && e.address + e.length > esc::kAlControl &&
+                                              wire::Writes(e.command));
     const auto shared = std::find_if(open_.begin(), open_.end(), [&](const Shared& s) { return s.address == e.adp; });
     if (shared != open_.end()) {
       const bool both_answer = e.wkc > (e.command == wire::Command::FPRW ? 3 : 1);
@@ -121,8 +122,6 @@ class BusDuplicateAddress final : public Rule {
     Report(key, std::move(finding));
   }
 
-  static constexpr EscAddress kStationAddress = 0x0010;
-  static constexpr EscAddress kAlControl = 0x0120;
   static constexpr std::size_t kMaxOpen = 64;
 
   std::vector<Shared> open_;

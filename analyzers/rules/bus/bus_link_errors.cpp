@@ -8,13 +8,13 @@
 #include "analyzers/core/rule.h"
 #include "analyzers/model/bus_model.h"
 #include "decoder/base/text.h"
+#include "decoder/esc/register_addresses.h"
 
 namespace ecaudit {
 namespace {
 
 constexpr EscAddress kFirst = 0x0300;
 constexpr EscAddress kEnd = 0x0314;
-constexpr EscAddress kDlStatus = 0x0110;
 
 constexpr RuleInfo kInfo{.id = "bus-link-errors",
                          .group = "Frame and bus",
@@ -52,7 +52,7 @@ class BusLinkErrors final : public Rule {
     if (e.address >= kEnd) return;
     const std::size_t length = std::max(e.written.size(), e.read.size());
     if (e.address + length > kFirst) OnCounters(e);
-    if (!e.broadcast && e.address <= kDlStatus + 1) OnDlStatus(e);
+    if (!e.broadcast && e.address <= esc::kDlStatus + 1) OnDlStatus(e);
   }
 
   void Finish() override {
@@ -174,7 +174,7 @@ class BusLinkErrors final : public Rule {
   }
 
   void OnDlStatus(const track::SlaveAccess& e) {
-    const ByteSpan value = e.Covered(e.read, kDlStatus, 1);
+    const ByteSpan value = e.Covered(e.read, esc::kDlStatus, 1);
     if (value.empty()) return;
     Slave& slave = Get(e.slave);
     const auto links = static_cast<std::uint8_t>(value[0] >> 4U);

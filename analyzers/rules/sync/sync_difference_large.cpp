@@ -7,12 +7,11 @@
 #include "decoder/base/text.h"
 #include "decoder/base/time.h"
 #include "decoder/esc/dc_registers.h"
+#include "decoder/esc/register_addresses.h"
 
 namespace ecaudit {
 namespace {
 
-constexpr EscAddress kOffset = 0x0920;
-constexpr EscAddress kDifference = 0x092C;
 constexpr EscAddress kControlEnd = 0x0936;
 constexpr std::int64_t kDefaultLimit = 1000;
 constexpr TimeNs kSettleTime = 5'000'000'000;
@@ -53,7 +52,7 @@ class SyncDifferenceLarge final : public Rule {
 
   void OnAccess(const track::SlaveAccess& access) override {
     const std::size_t length = std::max(access.written.size(), access.read.size());
-    if (access.address >= kControlEnd || access.address + length <= kOffset) return;
+    if (access.address >= kControlEnd || access.address + length <= esc::kSystemTimeOffset) return;
     if (access.slave >= slaves_.size()) slaves_.resize(static_cast<std::size_t>(access.slave) + 1);
     Slave& slave = slaves_[access.slave];
     if (!access.written.empty() && access.acceptance != track::Acceptance::kRefused) {
@@ -61,7 +60,7 @@ class SyncDifferenceLarge final : public Rule {
       slave.first = {};
     }
     if (access.broadcast) return;
-    const ByteSpan raw = access.Covered(access.read, kDifference, 4);
+    const ByteSpan raw = access.Covered(access.read, esc::kSystemTimeDifference, 4);
     if (raw.empty() || !Synchronous(access.slave)) return;
     const std::uint32_t magnitude = esc::TimeDifference{LittleEndian<std::uint32_t>(raw, 0)}.magnitude_ns();
     slave.read = true;
@@ -80,8 +79,9 @@ class SyncDifferenceLarge final : public Rule {
   }
 
   void On(const track::Answered& e) override {
-    if (e.command != wire::Command::BRD || e.wkc == 0 || e.circulating || e.address > kDifference) return;
-    const auto at = static_cast<std::size_t>(kDifference - e.address);
+    if (e.command != wire::Command::BRD || e.wkc == 0 || e.circulating || e.address > esc::kSystemTimeDifference)
+      return;
+    const auto at = static_cast<std::size_t>(esc::kSystemTimeDifference - e.address);
     if (!Fits(e.returned_data, at, 4)) return;
     for (std::size_t s = 0; s < context().bus.size(); ++s) {
       if (!Synchronous(static_cast<SlaveId>(s))) return;  // another slave may still be starting up

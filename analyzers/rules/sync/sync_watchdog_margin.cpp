@@ -6,12 +6,11 @@
 #include "analyzers/sync/sync_model.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/dc_registers.h"
+#include "decoder/esc/register_addresses.h"
 
 namespace ecaudit {
 namespace {
 
-constexpr EscAddress kDivider = 0x0400;
-constexpr EscAddress kProcessWatchdog = 0x0420;
 constexpr std::uint16_t kDefaultSteps = 1000;
 constexpr std::uint16_t kWatchdogCode = 0x001B;
 
@@ -55,8 +54,8 @@ class SyncWatchdogMargin final : public Rule {
 
   void On(const model::OutputGap& e) override {
     const track::SlaveState& state = context().bus.network().state(e.slave);
-    const auto divider = state.registers.Value<std::uint16_t>(kDivider);
-    const auto steps = state.registers.Value<std::uint16_t>(kProcessWatchdog);
+    const auto divider = state.registers.Value<std::uint16_t>(esc::kWatchdogDivider);
+    const auto steps = state.registers.Value<std::uint16_t>(esc::kProcessWatchdog);
     const TimeNs watchdog =
         esc::WatchdogNs(divider.value_or(esc::kDefaultWatchdogDivider), steps.value_or(kDefaultSteps));
     if (watchdog == 0) return;
