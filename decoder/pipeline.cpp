@@ -60,6 +60,7 @@ class Pipeline::Impl {
         next_progress = reader.packets_read() + kProgressEvery;
       }
     }
+    statistics_.origin = reader.origin();
     pairing_at_end_ = *pairing_;
     pairing_ = &pairing_at_end_;
     // A source that waited for packets ends on request, too.

@@ -24,6 +24,7 @@ struct PipelineStatistics {
   FrameRef last_cut;
   std::uint64_t crc_error_frames = 0;
   std::uint64_t esl_frames = 0;  ///< frames with a probe's record
+  FrameRef origin;               ///< first packet of the file with a time stamp, also where it lies before the range
   FrameRef first;                ///< first packet, with a time stamp where there is one
   FrameRef last;
   std::uint64_t without_time = 0;

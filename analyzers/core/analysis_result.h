@@ -41,7 +41,8 @@ struct CaptureSummary {
   std::uint64_t malformed_frames = 0;
   std::uint64_t cut_frames = 0;        ///< cut by the snap length
   std::uint64_t crc_error_frames = 0;  ///< marked bad by the probe
-  FrameRef first;                      ///< first packet with a time stamp
+  FrameRef origin;                     ///< first packet of the file with a time stamp: seconds count from there
+  FrameRef first;                      ///< first packet of the range with a time stamp
   FrameRef last;
   DirectionSeen direction = DirectionSeen::kNone;
   TimestampQuality timestamps;

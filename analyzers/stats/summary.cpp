@@ -24,6 +24,7 @@ CaptureSummary SummariseCapture(const capture::FrameSource& source, const Pipeli
   summary.malformed_frames = read.malformed_frames;
   summary.cut_frames = read.cut_frames;
   summary.crc_error_frames = read.crc_error_frames;
+  summary.origin = read.origin;
   summary.first = read.first;
   summary.last = read.last;
   if (pairing.outbound > 0 && pairing.returned > 0) {
@@ -33,7 +34,9 @@ CaptureSummary SummariseCapture(const capture::FrameSource& source, const Pipeli
   } else if (pairing.returned > 0) {
     summary.direction = DirectionSeen::kReturned;
   }
-  summary.timestamps.resolution_ns = read.time_step_ns;
+  // A few stamps have some large number in common by chance.
+  constexpr std::uint64_t kEnoughStamps = 10;
+  if (read.packets > kEnoughStamps) summary.timestamps.resolution_ns = read.time_step_ns;
   summary.timestamps.backwards = read.backwards;
   summary.timestamps.identical_pairs = pairing.identical_stamps;
   summary.timestamps.pairs = pairing.paired;

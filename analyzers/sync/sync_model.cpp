@@ -42,6 +42,13 @@ std::pair<const IntervalStatistics*, TimeBase> CyclicImage::Best() const {
   return {&by_stamp, TimeBase::kCapture};
 }
 
+bool CyclicImage::SentNext(FrameNo frame) const {
+  for (std::uint64_t i = sent_count; i > 1 && sent_count - i < kSent - 1; --i) {
+    if (sent[(i - 1) % kSent] == frame) return sent[(i - 2) % kSent] == last.frame.number;
+  }
+  return false;
+}
+
 SyncModel::Slave& SyncModel::Grow(SlaveId slave) {
   while (slaves_.size() <= slave) slaves_.push_back(std::make_unique<Slave>());
   return *slaves_[slave];
@@ -65,12 +72,30 @@ void SyncModel::OnFrame(const wire::FrameView& frame, bus::Direction direction) 
   facts.esl.reset();
   if (frame.esl().present && frame.esl().has_time) facts.esl = static_cast<TimeNs>(frame.esl().time_ns);
   if (direction != bus::Direction::kOutbound) return;
+  bool outputs = false;
   for (std::size_t i = 0; i < frame.size(); ++i) {
-    const wire::Command command = frame[i].command();
-    if (command != wire::Command::LRW && command != wire::Command::LWR) continue;
-    process_sent_[process_count_++ % kSentRing] = frame.ref().number;
-    return;
+    const wire::DatagramView datagram = frame[i];
+    const wire::Command command = datagram.command();
+    if (!wire::IsLogical(command)) continue;
+    outputs = outputs || command != wire::Command::LRD;
+    if (CyclicImage* image = Find(command, datagram.logical_address())) {
+      image->sent[image->sent_count++ % CyclicImage::kSent] = frame.ref().number;
+    }
   }
+  if (outputs) process_sent_[process_count_++ % kSentRing] = frame.ref().number;
+}
+
+CyclicImage* SyncModel::Find(wire::Command command, std::uint32_t address) {
+  for (CyclicImage& image : images_) {
+    if (!image.used) {
+      image.used = true;
+      image.address = address;
+      image.command = command;
+      return &image;
+    }
+    if (image.address == address && image.command == command) return &image;
+  }
+  return nullptr;
 }
 
 const SyncModel::FrameFacts* SyncModel::FactsOf(FrameNo number) const {
@@ -153,8 +178,7 @@ void SyncModel::Flush() {
     }
     for (std::size_t i = 0; i < pending_count_; ++i) {
       const Pending& pending = pending_[i];
-      CyclicImage* image = nullptr;
-      Measure(pending, at_hand->time, image);
+      const CyclicImage* image = Measure(pending, at_hand->time);
       if (pending.command == wire::Command::LRD || (pending.wkc == 0 && !pending.assumed)) continue;
       track::LogicalAccess access;
       access.command = pending.command;
@@ -170,41 +194,36 @@ void SyncModel::Flush() {
   sent_ = returned_ = {};
 }
 
-void SyncModel::Measure(const Pending& pending, const FrameTime& time, CyclicImage*& found) {
-  for (CyclicImage& image : images_) {
-    if (!image.used) {
-      image.used = true;
-      image.address = pending.address;
-      image.command = pending.command;
-      image.last = time;
-      found = &image;
-      return;
-    }
-    if (image.address != pending.address || image.command != pending.command) continue;
-    found = &image;
-    if (time.frame.number == image.last.frame.number) return;
-    const FrameTime from = image.last;
-    image.last = time;
-    // Each clock for itself: which is best is known when all is measured.
-    if (from.dc && time.dc && from.dc->epoch == time.dc->epoch && time.dc->ns > from.dc->ns) {
-      image.by_dc.Add(static_cast<TimeNs>(time.dc->ns - from.dc->ns), from.frame, time.frame);
-    }
-    if (from.esl && time.esl && *time.esl >= *from.esl) image.by_esl.Add(*time.esl - *from.esl, from.frame, time.frame);
-    if (from.stamp && time.stamp) image.by_stamp.Add(Elapsed(*from.stamp, *time.stamp), from.frame, time.frame);
-    image.gap_from = from.frame.number;
-    image.gap = Between(from, time);
-    if (samples_ != nullptr && image.gap.base != TimeBase::kNone) {
-      samples_->OnInterval(image, time.frame, image.gap.ns);
-    }
-    const auto [best, base] = image.Best();
-    const std::uint64_t count = best->count();
-    if (base != TimeBase::kNone && (count % 1024 == 0 || (count >= kEnough && image.nominal_of < kEnough) ||
-                                    (count < 1024 && count == image.nominal_of * 2))) {
-      image.nominal_ns = best->Percentile(0.5);
-      image.nominal_of = count;
-    }
-    return;
+const CyclicImage* SyncModel::Measure(const Pending& pending, const FrameTime& time) {
+  CyclicImage* found = Find(pending.command, pending.address);
+  if (found == nullptr) return nullptr;
+  CyclicImage& image = *found;
+  if (time.frame.number == image.last.frame.number) return found;
+  const FrameTime from = image.last;
+  const bool was_sent = image.last_was_sent;
+  const bool next = sent_.seen() ? was_sent && image.SentNext(time.frame.number) : !was_sent;
+  image.last = time;
+  image.last_was_sent = sent_.seen();
+  image.gap_from = from.frame.number;
+  image.gap = Between(from, time);
+  if (!next || !from.frame.seen()) return found;
+  // Each clock for itself: which is best is known when all is measured.
+  if (from.dc && time.dc && from.dc->epoch == time.dc->epoch && time.dc->ns > from.dc->ns) {
+    image.by_dc.Add(static_cast<TimeNs>(time.dc->ns - from.dc->ns), from.frame, time.frame);
   }
+  if (from.esl && time.esl && *time.esl >= *from.esl) image.by_esl.Add(*time.esl - *from.esl, from.frame, time.frame);
+  if (from.stamp && time.stamp && *time.stamp >= *from.stamp) {
+    image.by_stamp.Add(Elapsed(*from.stamp, *time.stamp), from.frame, time.frame);
+  }
+  if (samples_ != nullptr && image.gap.base != TimeBase::kNone) samples_->OnInterval(image, time.frame, image.gap.ns);
+  const auto [best, base] = image.Best();
+  const std::uint64_t count = best->count();
+  if (base != TimeBase::kNone && (count % 1024 == 0 || (count >= kEnough && image.nominal_of < kEnough) ||
+                                  (count < 1024 && count == image.nominal_of * 2))) {
+    image.nominal_ns = best->Percentile(0.5);
+    image.nominal_of = count;
+  }
+  return found;
 }
 
 std::optional<TimeNs> SyncModel::Uncertainty(TimeBase base) const {

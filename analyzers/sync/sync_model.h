@@ -28,13 +28,21 @@ struct CyclicImage {
   wire::Command command = wire::Command::NOP;
   std::uint32_t address = 0;
   FrameTime last;
-  FrameNo gap_from = 0;  ///< last frame but one ...
-  Interval gap;          ///< ... and how far it lies before the last, for all slaves that both of them fed
+  bool last_was_sent = false;  ///< its outbound copy is in the capture: the time is that of its sending
+  FrameNo gap_from = 0;        ///< last frame but one ...
+  Interval gap;                ///< ... and how far it lies before the last, for all slaves that both of them fed
   IntervalStatistics by_dc, by_esl, by_stamp;
   TimeNs nominal_ns = 0;  ///< median of the best clock, renewed now and then
   std::uint64_t nominal_of = 0;
 
+  static constexpr std::size_t kSent = 16;
+  std::array<FrameNo, kSent> sent{};  ///< outbound frames with these data, the newest at sent_count - 1
+  std::uint64_t sent_count = 0;
+
   [[nodiscard]] std::pair<const IntervalStatistics*, TimeBase> Best() const;
+  /// True when `frame` is the next that was sent behind `last`; frames that did not come back, or in another order,
+  /// would else count as cycles without data.
+  [[nodiscard]] bool SentNext(FrameNo frame) const;
 };
 
 /// How the outputs of one slave arrive.
@@ -156,7 +164,9 @@ class SyncModel final : public FrameObserver {
   void BeginFrame(const FrameRef& sent, const FrameRef& returned);
   void Flush();
   [[nodiscard]] std::optional<FrameAtHand> LookAtFrame();
-  void Measure(const Pending& pending, const FrameTime& time, CyclicImage*& image);
+  /// Of these process data, made when there is room for them; else null.
+  CyclicImage* Find(wire::Command command, std::uint32_t address);
+  const CyclicImage* Measure(const Pending& pending, const FrameTime& time);
   void Feed(SlaveId id, const FrameAtHand& at_hand, const CyclicImage* image);
   [[nodiscard]] std::int64_t DelayOf(SlaveId id) {
     if (id == kNoSlave) return 0;

@@ -26,7 +26,7 @@ FindingDigest DigestOf(const Finding& finding, const AnalysisResult& result) {
   out.frame = finding.first.number;
   out.last_frame = finding.last.number == 0 ? finding.first.number : finding.last.number;
   out.count = finding.count;
-  out.time_s = SecondsSince(result.capture.first, finding.first);
+  out.time_s = SecondsSince(result.capture.origin, finding.first);
   out.related_frames = finding.related_frames;
   if (finding.caused_by < result.findings.size()) out.caused_by = finding.caused_by;
   out.confidence = finding.confidence;

@@ -35,7 +35,7 @@ Json Step(const AnalysisResult& result, const DriveStep& step) {
   Json json;
   json["kind"] = KindText(step.kind);
   json["frame"] = FrameOrNull(step.frame.number);
-  json["time_s"] = OrNull(SecondsSince(result.capture.first, step.frame));
+  json["time_s"] = OrNull(SecondsSince(result.capture.origin, step.frame));
   json["text"] = Printable(step.text);
   json["word"] = OrNull(step.word);
   json["source"] = step.by_sdo ? "sdo" : "process data";

@@ -69,7 +69,9 @@ class CaptureWriter {
   }
 
  private:
-  [[nodiscard]] Json Seconds(const FrameRef& frame) const { return OrNull(SecondsSince(result_.capture.first, frame)); }
+  [[nodiscard]] Json Seconds(const FrameRef& frame) const {
+    return OrNull(SecondsSince(result_.capture.origin, frame));
+  }
 
   [[nodiscard]] Json Position(SlaveId id) const {
     const SlaveSummary* slave = result_.slave(id);

@@ -51,7 +51,7 @@ Json Step(const AnalysisResult& result, const StartupStep& step) {
   json["kind"] = KindText(step.key.kind);
   json["frame"] = FrameOrNull(step.frame);
   json["last_frame"] = FrameOrNull(step.last);
-  json["time_s"] = OrNull(SecondsSince(result.capture.first, step.frame));
+  json["time_s"] = OrNull(SecondsSince(result.capture.origin, step.frame));
   json["count"] = step.count;
   const bool sdo = step.key.kind == StartupKey::Kind::kDownload || step.key.kind == StartupKey::Kind::kUpload;
   if (sdo) {
@@ -89,7 +89,7 @@ Json Phase(const AnalysisResult& result, const StartupPhaseSummary& phase) {
   json["phase"] = Name(phase.phase);
   json["frame"] = FrameOrNull(phase.first);
   json["last_frame"] = FrameOrNull(phase.last);
-  json["time_s"] = OrNull(SecondsSince(result.capture.first, phase.first));
+  json["time_s"] = OrNull(SecondsSince(result.capture.origin, phase.first));
   json["duration_ms"] = phase.duration ? Json(static_cast<double>(*phase.duration) / 1e6) : Json(nullptr);
   json["accesses"] = phase.accesses;
   json["result"] = TextOrNull(phase.result);

@@ -18,7 +18,7 @@ Json Step(const AnalysisResult& result, const DcStep& step) {
   const ByteSpan written = Slice(bytes, 0, step.length);
   const std::string name = Printable(esc::AccessName(step.address, step.length));
   return {{"frame", FrameOrNull(step.frame.number)},
-          {"time_s", OrNull(SecondsSince(result.capture.first, step.frame))},
+          {"time_s", OrNull(SecondsSince(result.capture.origin, step.frame))},
           {"address", step.address},
           {"register", TextOrNull(name)},
           {"length", step.length},
@@ -112,7 +112,7 @@ Json DcJson(const AnalysisResult& result, const SlaveSummary& slave) {
   json["activated"] = nullptr;
   if (dc.activated.seen()) {
     json["activated"] = {{"frame", FrameOrNull(dc.activated.number)},
-                         {"time_s", OrNull(SecondsSince(result.capture.first, dc.activated))},
+                         {"time_s", OrNull(SecondsSince(result.capture.origin, dc.activated))},
                          {"activation", OrNull(dc.activated_with)},
                          {"start_time_ns", OrNull(dc.start_time_ns)},
                          {"sync0_cycle_ns", OrNull(dc.sync0_cycle_ns)},

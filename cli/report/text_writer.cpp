@@ -351,7 +351,7 @@ class CaptureText {
     std::string text = StepText(step);
     if (step.frame.seen()) {
       text += " #" + std::to_string(step.frame.number);
-      const auto seconds = SecondsSince(result_.capture.first, step.frame);
+      const auto seconds = SecondsSince(result_.capture.origin, step.frame);
       if (seconds) text += " at " + Fixed(*seconds, 3) + " s";
     }
     std::replace(text.begin(), text.end(), ' ', kHardSpace);
@@ -426,7 +426,7 @@ class CaptureText {
   [[nodiscard]] std::string Place(const Finding& f) const {
     if (!f.first.seen()) return "no single frame";
     std::string text = "frame " + std::to_string(f.first.number);
-    if (const auto seconds = SecondsSince(result_.capture.first, f.first)) text += " at " + SecondsText(*seconds);
+    if (const auto seconds = SecondsSince(result_.capture.origin, f.first)) text += " at " + SecondsText(*seconds);
     if (f.count > 1) {
       text += ", " + Grouped(f.count) + " times";
       if (f.last.number > f.first.number) text += " until frame " + std::to_string(f.last.number);

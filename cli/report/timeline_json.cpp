@@ -21,9 +21,9 @@ Json Number(double value) {
 }
 
 Json Series(const AnalysisResult& result, const TimeSeries& series, Shows shows) {
-  if (series.empty() || !result.capture.first.has_time) return nullptr;
+  if (series.empty() || !result.capture.origin.has_time) return nullptr;
   std::int64_t start = 0;
-  if (__builtin_sub_overflow(series.start, result.capture.first.time, &start)) return nullptr;
+  if (__builtin_sub_overflow(series.start, result.capture.origin.time, &start)) return nullptr;
   Json json;
   json["start_s"] = static_cast<double>(start) / 1e9;
   json["width_s"] = static_cast<double>(series.width) / 1e9;
@@ -73,7 +73,7 @@ Json Signal(const AnalysisResult& result, const SignalSeries& signal) {
 
 Json Sdo(const AnalysisResult& result, const SdoRow& row) {
   const FrameRef& shown = row.request.seen() ? row.request : row.response;
-  return {{"time_s", OrNull(SecondsSince(result.capture.first, shown))},
+  return {{"time_s", OrNull(SecondsSince(result.capture.origin, shown))},
           {"request_frame", FrameOrNull(row.request)},
           {"response_frame", FrameOrNull(row.response)},
           {"service", row.download ? "download" : "upload"},

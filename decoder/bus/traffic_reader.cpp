@@ -100,6 +100,7 @@ void TrafficReader::Fill(Batch& batch, std::size_t most_packets) noexcept {
   }
   batch.packets_read = read_;
   batch.bytes_read = source_.bytes_read();
+  batch.origin = origin_;
 }
 
 /// @return false: more packets have to be looked at, but `until` packets are read
@@ -124,14 +125,14 @@ TrafficReader::Got TrafficReader::Read(capture::CapturedFrame& packet) noexcept 
   ended_ = ended_ || stopped || source_.Next(packet) != capture::ReadStatus::kFrame;
   if (ended_) return Got::kEnd;
   ++read_;
-  if (packet.has_time && !origin_) origin_ = packet.time;
+  if (packet.has_time && !origin_.has_time) origin_ = packet.ref();
   if (range_.from_frame && packet.number < *range_.from_frame) return Got::kOutside;
   if (range_.to_frame && packet.number > *range_.to_frame) {
     ended_ = true;
     return Got::kEnd;
   }
   if (!range_.from_s && !range_.to_s) return Got::kPacket;
-  const double seconds = packet.has_time ? static_cast<double>(Elapsed(*origin_, packet.time)) / 1e9 : 0.0;
+  const double seconds = packet.has_time ? static_cast<double>(Elapsed(origin_.time, packet.time)) / 1e9 : 0.0;
   // Stamps may go backwards: what is past the end may be followed by what is not.
   const bool outside = (range_.from_s && seconds < *range_.from_s) || (range_.to_s && seconds > *range_.to_s);
   return outside ? Got::kOutside : Got::kPacket;

@@ -51,12 +51,15 @@ class TrafficReader {
   [[nodiscard]] std::uint64_t packets_read() const { return in_hand_ == nullptr ? 0 : in_hand_->packets_read; }
   [[nodiscard]] std::uint64_t bytes_read() const { return in_hand_ == nullptr ? 0 : in_hand_->bytes_read; }
   [[nodiscard]] std::uint64_t bytes_total() const { return bytes_total_; }
+  /// First packet of the source with a time stamp, also where it lies before the range; seconds count from there.
+  [[nodiscard]] FrameRef origin() const { return in_hand_ == nullptr ? FrameRef{} : in_hand_->origin; }
 
  private:
   struct Batch {
     Traffic traffic;
     std::uint64_t packets_read = 0;
     std::uint64_t bytes_read = 0;
+    FrameRef origin;
     bool last = false;
   };
   /// A packet kept until the directions are known.
@@ -79,7 +82,7 @@ class TrafficReader {
 
   // Of the thread that reads.
   std::uint64_t read_ = 0;
-  std::optional<TimeNs> origin_;
+  FrameRef origin_;
   bool ended_ = false;
   std::vector<Early> early_;
   std::size_t early_bytes_ = 0;

@@ -56,6 +56,14 @@ class Formats(CliTest):
             self.assertIn(f"{finding['severity']} {finding['rule']}", text)
             self.assertIn(f"frame {finding['frame']}", text)
 
+    def test_seconds_count_from_the_first_packet_of_the_file(self):
+        capture = pathlib.Path(SOURCE) / "samples" / "captures" / "init-to-op-refused.pcapng"
+        whole = {f["frame"]: f["time_s"] for f in self.report(capture, status=1)["reports"][0]["findings"]}
+        part = self.report(capture, "--from", "#105", status=1)["reports"][0]["findings"]
+        self.assertGreaterEqual(len(part), 1)
+        for finding in part:
+            self.assertEqual(finding["time_s"], whole[finding["frame"]])
+
     def test_two_runs_give_the_same_bytes(self):
         self.assertEqual(self.check(self.faulty, "--format", "json", status=1).out,
                          self.check(self.faulty, "--format", "json", status=1).out)

@@ -62,7 +62,8 @@ TEST_F(HtmlWriter, MarksInTextsAreNoMarks) {
 TEST_F(HtmlWriter, SeriesOverTime) {
   auto timeline = std::make_shared<Timeline>();
   const SlaveSummary& slave = report_.captures[0].result.slaves[0];
-  report_.captures[0].result.capture.first = test::Frame(1);
+  CaptureSummary& capture = report_.captures[0].result.capture;
+  capture.origin = capture.first = test::Frame(1);
   SlaveTimeline& lane = timeline->slaves.emplace_back();
   lane.slave = slave.id;
   lane.mailbox = {test::kStart + 500'000'000, 1000, {{0, 0, 2}, {0, 0, 0}, {0, 0, 5}}};

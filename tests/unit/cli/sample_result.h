@@ -62,7 +62,7 @@ inline report::CaptureReport RefusedSafeop() {
   r.capture.outbound_frames = 3380;
   r.capture.returned_frames = 3379;
   r.capture.other_packets = 3;
-  r.capture.first = Frame(1);
+  r.capture.origin = r.capture.first = Frame(1);
   r.capture.last = Frame(6762);
   r.capture.direction = DirectionSeen::kBoth;
   r.capture.timestamps.resolution_ns = 1000;

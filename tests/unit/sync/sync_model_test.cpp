@@ -1,4 +1,7 @@
 // What the synchronisation model makes of small scenarios.
+#include <utility>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 #include "analyzers/analysis.h"
@@ -52,6 +55,51 @@ TEST(SyncModel, TheTimeOfAFrameMayStandBehindItsProcessData) {
     EXPECT_DOUBLE_EQ(cycle.mean_us, 500);
     EXPECT_DOUBLE_EQ(cycle.stddev_us, 0);
   }
+}
+
+/// Process data every millisecond, 30 us on their way; the first frame number of each exchange is that of its sending.
+std::vector<Packet> EveryMillisecond(int exchanges) {
+  Trace trace = *Trace::Parse(kInOp);
+  for (int i = 0; i < exchanges; ++i) {
+    trace.At(10'000 + i * 1'000).Lrw(0x10000, {1, 0}, {0, static_cast<std::uint8_t>(i)}).Wkc(3);
+  }
+  return trace.Packets();
+}
+
+void ExpectEveryMillisecond(std::vector<Packet> packets, std::uint64_t cycles) {
+  MemorySource source(std::move(packets));
+  const CycleSummary cycle = Analyse(source, {}).bus.cycle;
+  EXPECT_EQ(cycle.cycles, cycles);
+  EXPECT_EQ(cycle.missing, 0U);
+  EXPECT_DOUBLE_EQ(cycle.min_us, 1000);
+  EXPECT_DOUBLE_EQ(cycle.max_us, 1000);
+}
+
+TEST(SyncModel, FramesThatDoNotComeBackAreSentAllTheSame) {
+  std::vector<Packet> packets = EveryMillisecond(60);
+  const std::size_t first = packets.size() - 120;
+  for (const std::size_t lost : {50U, 31U, 30U}) {  // two neighbours among them; from the end, so that places stay
+    packets.erase(packets.begin() + static_cast<std::ptrdiff_t>(first + 2 * lost + 1));
+  }
+  ExpectEveryMillisecond(std::move(packets), 59 - 5);  // of intervals that touch a lost one nothing is said
+}
+
+TEST(SyncModel, ReturnsInAnotherOrderDoNotTurnTimeBack) {
+  Trace trace = *Trace::Parse(kInOp);
+  for (int i = 0; i < 40; ++i) {
+    // The 20th is on its way for longer than a cycle.
+    trace.At(10'000 + i * 1'000).Lrw(0x10000, {1, 0}, {0, 1}).Wkc(3).Rtt(i == 20 ? 1'050'000 : 30'000);
+  }
+  ExpectEveryMillisecond(trace.Packets(), 39 - 3);
+}
+
+TEST(SyncModel, TimesOfSendingAndReturnAreNotMixed) {
+  Trace trace;
+  trace.Slaves(1);
+  for (int i = 0; i < 300; ++i) trace.At(i * 1'000).Lrw(0x10000, {1, 0}, {0, 1}).Wkc(3);
+  std::vector<Packet> packets = trace.Packets();
+  packets.erase(packets.begin());  // the capture begins with a return
+  ExpectEveryMillisecond(std::move(packets), 298);
 }
 
 TEST(SyncModel, AClockThatTellsOfFewFramesIsNotTheBase) {
