@@ -74,11 +74,13 @@ void BusModel::ChooseProfile(SlaveId id) {
   slave.Stir();
   choice_.Choose(network_.slaves()[id], seen_identities_[id], slave);
   slave.al.SetFamily(*slave.profile);
+  const std::uint64_t layouts = slave.process.version();
   slave.process.SetFamily(*slave.profile);
   slave.latch.SetFamily(*slave.profile);
   slave.touch_probe.SetFamily(*slave.profile);
   slave.drive.SetFamily(*slave.profile);
   slave.process.SetEni(slave.eni, choice_.eni());
+  if (slave.process.version() != layouts) image_.OnLayoutChanged(id);
 }
 
 void BusModel::Apply(const track::AlRequest& event) {
@@ -175,10 +177,14 @@ void BusModel::Apply(const track::SlaveAccess& access) {
 }
 
 void BusModel::Apply(const track::EepromRead& event) {
-  slaves_[event.slave].process.OnDescriptionChanged();
+  DescriptionChanged(event.slave);
 }
 void BusModel::Apply(const track::EepromWrite& event) {
-  slaves_[event.slave].process.OnDescriptionChanged();
+  DescriptionChanged(event.slave);
+}
+void BusModel::DescriptionChanged(SlaveId slave) {
+  slaves_[slave].process.OnDescriptionChanged();
+  image_.OnLayoutChanged(slave);
 }
 
 /// Object 1018h tells what the EEPROM did not.
@@ -219,15 +225,14 @@ void BusModel::Apply(const mailbox::SdoTransfer& transfer) {
   SlaveModel& slave = slaves_[transfer.slave];
   slave.Stir();
   slave.objects.Apply(transfer);
-  slave.process.Apply(transfer);
+  if (slave.process.Apply(transfer)) image_.OnLayoutChanged(transfer.slave);
   slave.latch.OnSdo(transfer);
   slave.touch_probe.OnSdo(transfer);
   slave.drive.OnSdo(transfer);
 }
 void BusModel::Apply(const mailbox::SdoInfo& info) {
-  SlaveModel& slave = slaves_[info.slave];
-  slave.names.Learn(info);
-  slave.process.OnDescriptionChanged();
+  slaves_[info.slave].names.Learn(info);
+  DescriptionChanged(info.slave);
 }
 
 void BusModel::Apply(const mailbox::Emergency& emergency) {

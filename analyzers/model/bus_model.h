@@ -73,6 +73,7 @@ class BusModel final : private ProcessSink {
 
  private:
   void ChooseProfile(SlaveId id);
+  void DescriptionChanged(SlaveId slave);
   void LearnIdentity(const mailbox::SdoTransfer& transfer);
   void On(const ProcessCycle& cycle) override;
 

@@ -51,7 +51,7 @@ SlaveId EventUnit::OnlyCandidate(unsigned bit) const {
     ++met;
     const auto mask = network_.state(id).registers.Value<std::uint16_t>(esc::kEcatEventMask, Certainty::kObserved);
     if (mask && (*mask >> bit & 1U) == 0) continue;
-    ++candidates;
+    if (++candidates > 1) return kNoSlave;
     only = id;
   }
   return met == *count && candidates == 1 ? only : kNoSlave;

@@ -21,31 +21,27 @@ LogicalExpectation Compute(const track::Network& network, wire::Command command,
   for (std::size_t s = 0; s < network.slaves().size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
     if (network.slaves()[id].replaced) continue;
-    const track::SlaveState& state = network.state(id);
+    const track::KnownFmmus& fmmus = network.fmmus(id);
+    // The FMMUs that were never touched since the capture began could map something; a master that configures
+    // a slave clears them first or uses them from 0 on.
+    if (!fmmus.any && FmmuCount(network.state(id)) != 0) result.mapping_known = false;
     LogicalShare share;
     share.slave = id;
-    std::size_t known = 0;
-    for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
-      const auto fmmu = state.fmmu(n, Certainty::kInferred);
-      if (!fmmu) continue;
-      ++known;
-      if (!fmmu->active() || fmmu->Overlap(address, length).empty()) continue;
-      if (fmmu->reads() && command != wire::Command::LWR) {
+    for (const auto& [number, fmmu] : fmmus.active) {
+      const esc::BitRange overlap = fmmu.Overlap(address, length);
+      if (overlap.empty()) continue;
+      if (fmmu.reads() && command != wire::Command::LWR) {
         share.inputs = true;
         // Registers are mapped, too (the mailbox state): only process memory tells a slave by its data.
-        const esc::BitRange overlap = fmmu->Overlap(address, length);
         const std::uint64_t first = (overlap.first + 7) / 8 - address;
         const std::uint64_t end = overlap.end() / 8 - address;
-        if (fmmu->physical_start >= 0x0F00 && end > first && end - first > share.input_bytes) {
+        if (fmmu.physical_start >= 0x0F00 && end > first && end - first > share.input_bytes) {
           share.input_offset = static_cast<std::uint16_t>(first);
           share.input_bytes = static_cast<std::uint16_t>(end - first);
         }
       }
-      if (fmmu->writes() && command != wire::Command::LRD) share.outputs = true;
+      if (fmmu.writes() && command != wire::Command::LRD) share.outputs = true;
     }
-    // The FMMUs that were never touched since the capture began could map something; a master that configures
-    // a slave clears them first or uses them from 0 on.
-    if (known == 0 && FmmuCount(state) != 0) result.mapping_known = false;
     if (!share.inputs && !share.outputs) continue;
     result.shares.push_back(share);
     if (share.inputs) ++result.inputs;

@@ -191,8 +191,10 @@ void ProcessData::SetEni(const device::EniSlave* slave, const device::EniConfig*
   eni_ = slave != nullptr && !slave->pdos.empty() ? &slave->pdos : nullptr;
 }
 
-void ProcessData::Apply(const mailbox::SdoTransfer& transfer) {
-  if (seen_.Apply(transfer)) ++changes_;
+bool ProcessData::Apply(const mailbox::SdoTransfer& transfer) {
+  if (!seen_.Apply(transfer)) return false;
+  ++changes_;
+  return true;
 }
 
 void ProcessData::NameVariables(PdoDirection direction, ProcessLayout& layout) const {

@@ -85,7 +85,8 @@ class ProcessData {
   /// What an ENI file says of this slave, and the whole file for the names of its variables; null: there is none.
   /// Both must stay valid.
   void SetEni(const device::EniSlave* slave, const device::EniConfig* config);
-  void Apply(const mailbox::SdoTransfer& transfer);
+  /// @return true when something changed
+  bool Apply(const mailbox::SdoTransfer& transfer);
   /// A word of the EEPROM was read or written, or the slave told the name of an object.
   void OnDescriptionChanged() { ++changes_; }
 

@@ -1,6 +1,7 @@
 #include "analyzers/model/process_image.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "decoder/base/text.h"
 #include "decoder/esc/bit_copy.h"
@@ -25,22 +26,15 @@ bool InMailbox(const track::SlaveState& state, const esc::Fmmu& fmmu) {
 }
 
 /// The active FMMUs of one direction that map process data.
-std::vector<esc::Fmmu> DataFmmus(const track::SlaveState& state, PdoDirection direction) {
+std::vector<esc::Fmmu> DataFmmus(const track::SlaveState& state, const track::KnownFmmus& known,
+                                 PdoDirection direction) {
   std::vector<esc::Fmmu> found;
-  for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
-    const auto fmmu = state.fmmu(n, Certainty::kInferred);
-    if (!fmmu || !fmmu->active() || fmmu->bit_count() == 0 || fmmu->physical_start < kFirstDataAddress) continue;
-    if (!(direction == PdoDirection::kRx ? fmmu->writes() : fmmu->reads()) || InMailbox(state, *fmmu)) continue;
-    found.push_back(*fmmu);
+  for (const auto& [number, fmmu] : known.active) {
+    if (fmmu.bit_count() == 0 || fmmu.physical_start < kFirstDataAddress) continue;
+    if (!(direction == PdoDirection::kRx ? fmmu.writes() : fmmu.reads()) || InMailbox(state, fmmu)) continue;
+    found.push_back(fmmu);
   }
   return found;
-}
-
-bool HasFmmus(const track::SlaveState& state) {
-  for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
-    if (state.fmmu(n, Certainty::kInferred)) return true;
-  }
-  return false;
 }
 
 /// First bit of a sync manager's buffer in ESC memory. Where its registers are not known, the lowest address that the
@@ -123,7 +117,7 @@ void SumUp(ImagePart& part) {
 }
 
 /// Marks outputs that share a byte of the datagram with inputs.
-void FindCovered(std::vector<ImagePart>& parts, std::size_t length) {
+void MarkCovered(std::vector<ImagePart>& parts, std::size_t length) {
   std::vector<bool> inputs(length);
   const auto any = [&](const ImagePart& part, auto&& visit) {
     for (const BitRun& run : part.runs) {
@@ -190,44 +184,102 @@ void ProcessCycle::AppendRaw(std::vector<std::uint8_t>& out) const {
   }
 }
 
-std::uint64_t ProcessImage::version() const {
-  std::uint64_t version = network_.mapping_version();
-  for (const SlaveModel& slave : slaves_) version += slave.process.version();
-  return version;
+void ProcessImage::OnLayoutChanged(SlaveId slave) {
+  if (layout_changed_.size() <= slave) layout_changed_.resize(std::size_t{slave} + 1);
+  layout_changed_[slave] = ++layout_changes_;
+}
+
+bool ProcessImage::ChangedSince(const Version& version, SlaveId slave) const {
+  return network_.mapping_changed(slave) > version.mapping ||
+         (slave < layout_changed_.size() && layout_changed_[slave] > version.layouts);
 }
 
 ProcessImage::Entry& ProcessImage::Find(wire::Command command, std::uint32_t address, std::uint16_t length,
                                         bool& found) {
-  const std::uint64_t now = version();
-  if (version_ != now) {
-    for (Entry& entry : entries_) entry.used = false;
+  if (version_ != version()) {
     fragments_.Clear();
-    version_ = now;
+    version_ = version();
   }
   Entry& entry = entries_[Hash(command, address, length) % kEntries];
   found = entry.used && entry.command == command && entry.address == address && entry.length == length;
   if (!found) {
-    entry.used = true;
     entry.command = command;
     entry.address = address;
     entry.length = length;
-    entry.parts.clear();
-    entry.splits.clear();
-    entry.by_eni = false;
-    entry.eni_counter.reset();
+    Clear(entry);
   }
   return entry;
 }
 
+void ProcessImage::Clear(Entry& entry) {
+  entry.used = true;
+  entry.version = version_;
+  entry.parts.clear();
+  entry.splits.clear();
+  entry.by_eni = false;
+  entry.eni_counter.reset();
+}
+
+void ProcessImage::AddSlave(Entry& entry, SlaveId slave) {
+  if (network_.slaves()[slave].replaced) return;
+  if (entry.command != wire::Command::LRD) AddMapped(entry, slave, PdoDirection::kRx);
+  if (entry.command != wire::Command::LWR) AddMapped(entry, slave, PdoDirection::kTx);
+}
+
 void ProcessImage::BuildLogical(Entry& entry) {
+  for (std::size_t s = 0; s < slaves_.size(); ++s) AddSlave(entry, static_cast<SlaveId>(s));
+  if (eni_ != nullptr) AddByEni(entry);
+  FindCovered(entry);
+}
+
+/// Builds the parts of those slaves anew that changed; what the others' units learned of theirs stays.
+void ProcessImage::RefreshLogical(Entry& entry) {
+  if (eni_ != nullptr) {
+    Clear(entry);
+    return BuildLogical(entry);
+  }
+  Entry fresh;
+  fresh.command = entry.command;
+  fresh.address = entry.address;
+  fresh.length = entry.length;
   for (std::size_t s = 0; s < slaves_.size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
-    if (network_.slaves()[id].replaced) continue;
-    if (entry.command != wire::Command::LRD) AddMapped(entry, id, PdoDirection::kRx);
-    if (entry.command != wire::Command::LWR) AddMapped(entry, id, PdoDirection::kTx);
+    if (!ChangedSince(entry.version, id) && !network_.slaves()[id].replaced) continue;
+    fresh.parts.clear();
+    fresh.splits.clear();
+    AddSlave(fresh, id);
+    Replace(entry, id, fresh);
   }
-  if (eni_ != nullptr) AddByEni(entry);
-  FindCovered(entry.parts, entry.length);
+  entry.version = version_;
+  FindCovered(entry);
+}
+
+/// Puts the parts of one slave in `fresh` into the place of those in `entry`.
+void ProcessImage::Replace(Entry& entry, SlaveId slave, Entry& fresh) {
+  std::vector<ImagePart>& parts = entry.parts;
+  const auto first =
+      std::partition_point(parts.begin(), parts.end(), [&](const ImagePart& p) { return p.slave < slave; });
+  const auto end = std::partition_point(first, parts.end(), [&](const ImagePart& p) { return p.slave == slave; });
+  const auto begin = static_cast<std::size_t>(first - parts.begin());
+  const auto count = static_cast<std::size_t>(end - first);
+  std::erase_if(entry.splits, [&](const Split& s) { return s.part >= begin && s.part < begin + count; });
+  for (Split& split : entry.splits) {
+    if (split.part >= begin + count) split.part = split.part - count + fresh.parts.size();
+  }
+  for (Split& split : fresh.splits) {
+    split.part += begin;
+    entry.splits.push_back(std::move(split));
+  }
+  if (fresh.parts.size() == count) {
+    std::move(fresh.parts.begin(), fresh.parts.end(), first);
+  } else {
+    const auto at = parts.erase(first, end);
+    parts.insert(at, std::make_move_iterator(fresh.parts.begin()), std::make_move_iterator(fresh.parts.end()));
+  }
+}
+
+void ProcessImage::FindCovered(Entry& entry) {
+  MarkCovered(entry.parts, entry.length);
   for (Split& split : entry.splits) split.alone.covered = entry.parts[split.part].covered;
 }
 
@@ -238,7 +290,12 @@ void ProcessImage::Add(Entry& entry, ImagePart part) {
 
 void ProcessImage::AddMapped(Entry& entry, SlaveId slave, PdoDirection direction) {
   const track::SlaveState& state = network_.state(slave);
-  const std::vector<esc::Fmmu> fmmus = DataFmmus(state, direction);
+  const track::KnownFmmus& known = network_.fmmus(slave);
+  const bool touched = std::any_of(known.active.begin(), known.active.end(), [&](const auto& unit) {
+    return !unit.fmmu.Overlap(entry.address, entry.length).empty();
+  });
+  if (!touched) return;
+  const std::vector<esc::Fmmu> fmmus = DataFmmus(state, known, direction);
   if (fmmus.empty()) return;
   ImagePart part;
   part.slave = slave;
@@ -340,7 +397,7 @@ void ProcessImage::AddByEni(Entry& entry) {
     for (std::size_t s = 0; s < slaves_.size(); ++s) {
       const auto id = static_cast<SlaveId>(s);
       if (slaves_[s].eni != &eni || network_.slaves()[id].replaced) continue;
-      if (HasFmmus(network_.state(id))) return;  // what the slave was really told counts
+      if (network_.fmmus(id).any) return;  // what the slave was really told counts
       part.slave = id;
       part.model = &slaves_[s];
     }
@@ -511,7 +568,11 @@ void ProcessImage::Deliver(Entry& entry, std::size_t part, ProcessCycle& cycle, 
 bool ProcessImage::Read(const track::LogicalAccess& access, const LogicalExpectation& expectation, ProcessSink& sink) {
   bool found = false;
   Entry& entry = Find(access.command, access.address, access.length, found);
-  if (!found) BuildLogical(entry);
+  if (!found) {
+    BuildLogical(entry);
+  } else if (entry.version != version_) {
+    RefreshLogical(entry);
+  }
   if (entry.parts.empty()) return false;
   const Counted counted = Count(entry, access, expectation);
   for (std::size_t n = 0; n < entry.parts.size(); ++n) {
@@ -540,6 +601,11 @@ bool ProcessImage::Read(const track::SlaveAccess& access, ProcessSink& sink) {
   bool found = false;
   const std::uint32_t key = std::uint32_t{access.slave} << 16U | access.address;
   Entry& entry = Find(access.command, key, static_cast<std::uint16_t>(length), found);
+  if (found && ChangedSince(entry.version, access.slave)) {
+    Clear(entry);
+    found = false;
+  }
+  entry.version = version_;
   if (!found) BuildDirect(entry, access.slave, access.address);
   for (const ImagePart& part : entry.parts) {
     ProcessCycle cycle{part, Exchange::kUnknown, access.sent, access.returned, access.command, {}};

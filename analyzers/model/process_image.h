@@ -103,10 +103,17 @@ class ProcessImage {
   bool Read(const track::LogicalAccess& access, const LogicalExpectation& expectation, ProcessSink& sink);
   /// The same for a datagram that reads or writes a slave's process data buffer itself (FPRD, FPWR, ...).
   bool Read(const track::SlaveAccess& access, ProcessSink& sink);
-  /// Changes whenever an ImagePart may have changed; parts handed out before are gone then.
-  [[nodiscard]] std::uint64_t version() const;
+  /// The slave's PDOs may be others now. Its FMMUs and sync managers are looked after without being told.
+  void OnLayoutChanged(SlaveId slave);
 
  private:
+  /// Of all that says where the process data lie.
+  struct Version {
+    std::uint64_t mapping = 0;  ///< track::Network::mapping_version()
+    std::uint64_t layouts = 0;
+
+    friend bool operator==(const Version&, const Version&) = default;
+  };
   /// Signals of one part that do not lie in one piece.
   struct Split {
     std::size_t part = 0;  ///< number in Entry::parts
@@ -118,7 +125,8 @@ class ProcessImage {
     wire::Command command = wire::Command::NOP;
     std::uint32_t address = 0;
     std::uint16_t length = 0;
-    std::vector<ImagePart> parts;
+    Version version;               ///< what it rests on
+    std::vector<ImagePart> parts;  ///< by slave; those of the ENI behind
     std::vector<Split> splits;
     bool by_eni = false;                       ///< some part is
     std::optional<std::uint16_t> eni_counter;  ///< working counter that the ENI expects
@@ -134,8 +142,15 @@ class ProcessImage {
   };
   static constexpr std::size_t kEntries = 64;
 
+  [[nodiscard]] Version version() const { return {network_.mapping_version(), layout_changes_}; }
+  [[nodiscard]] bool ChangedSince(const Version& version, SlaveId slave) const;
   Entry& Find(wire::Command command, std::uint32_t address, std::uint16_t length, bool& found);
   void BuildLogical(Entry& entry);
+  void RefreshLogical(Entry& entry);
+  void Clear(Entry& entry);
+  static void Replace(Entry& entry, SlaveId slave, Entry& fresh);
+  void AddSlave(Entry& entry, SlaveId slave);
+  void FindCovered(Entry& entry);
   void BuildDirect(Entry& entry, SlaveId slave, EscAddress address);
   void Add(Entry& entry, ImagePart part);
   void AddMapped(Entry& entry, SlaveId slave, device::PdoDirection direction);
@@ -151,7 +166,9 @@ class ProcessImage {
   const device::EniConfig* eni_;
   ModelSink no_events_;
   std::vector<Unmet> unmet_;  ///< by number in the ENI, made when needed
-  std::uint64_t version_ = ~std::uint64_t{0};
+  std::uint64_t layout_changes_ = 0;
+  std::vector<std::uint64_t> layout_changed_;  ///< of each slave that ever changed: layout_changes_ after it
+  Version version_;                            ///< that fragments_ belong to
   std::uint64_t parts_made_ = 0;
   std::array<Entry, kEntries> entries_;
   SignalFragments fragments_;

@@ -193,7 +193,7 @@ void Network::ForgetReturning(std::uint16_t first_position, const FrameRef& fram
     state.sii.Forget();
     mailboxes_[id]->Forget(frame);
     ++state.mapping_version;
-    ++mapping_version_;
+    MappingChanged(id);
     state.al_status_code.Forget(frame.number);
     if (state.al_status.if_known() == nullptr) continue;
     state.al_status.Forget(frame.number);
@@ -253,7 +253,8 @@ void Network::Meet(SlaveId id, const FrameRef& frame) {
   states_.back().sii = SiiAssembler(id);
   mailboxes_.push_back(std::make_unique<MailboxTracker>(id, events_));
   window_versions_.push_back(0);
-  ++mapping_version_;
+  mappings_.emplace_back();
+  MappingChanged(id);
   events_.On(SlaveFound{id, frame});
 }
 
@@ -456,7 +457,7 @@ void Network::Learn(SlaveState& state, const SlaveAccess& access, ByteSpan bytes
       }
     }
     ++state.mapping_version;
-    ++mapping_version_;
+    MappingChanged(access.slave);
   }
   state.registers.Write(access.address, bytes, certainty);
 }
@@ -598,20 +599,43 @@ void Network::UpdateMailboxWindow(SlaveId slave, const FrameRef& frame) {
   mailboxes_[slave]->SetWindow(MailboxWindowOf(states_[slave]), frame);
 }
 
+/// @param slave kNoSlave: what a broadcast leaves in slaves that are met later
+void Network::MappingChanged(SlaveId slave) {
+  ++mapping_version_;
+  if (slave < mappings_.size()) mappings_[slave].changed = mapping_version_;
+}
+
+const KnownFmmus& Network::Decode(SlaveId id) const {
+  Mapping& mapping = mappings_[id];
+  mapping.decoded = mapping.changed;
+  mapping.fmmus.any = false;
+  mapping.fmmus.active.clear();
+  for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
+    const auto fmmu = states_[id].fmmu(n, Certainty::kInferred);
+    if (!fmmu) continue;
+    mapping.fmmus.any = true;
+    if (fmmu->active()) mapping.fmmus.active.push_back({static_cast<std::uint8_t>(n), *fmmu});
+  }
+  return mapping.fmmus;
+}
+
 void Network::FindMappedMailboxes() {
-  mapped_version_ = mapping_version_;
-  mapped_mailboxes_.clear();
-  for (std::size_t s = 0; s < states_.size(); ++s) {
+  const auto before = [](const MappedMailbox& mapped, SlaveId id) { return mapped.slave < id; };
+  for (std::size_t s = 0; s < mappings_.size(); ++s) {
+    const auto id = static_cast<SlaveId>(s);
+    if (mappings_[s].changed <= mapped_version_) continue;
+    std::erase_if(mapped_mailboxes_, [id](const MappedMailbox& mapped) { return mapped.slave == id; });
     const MailboxWindow window = MailboxWindowOf(states_[s]);
     if (window.in_use != MailboxUse::kOn) continue;
-    for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
-      const auto fmmu = states_[s].fmmu(n, Certainty::kInferred);
-      if (fmmu && fmmu->active() && fmmu->reads() && fmmu->byte_aligned() &&
-          fmmu->physical_start < window.in_start + window.in_length && fmmu->physical_end() > window.in_start) {
-        mapped_mailboxes_.push_back({static_cast<SlaveId>(s), *fmmu});
+    auto at = std::lower_bound(mapped_mailboxes_.begin(), mapped_mailboxes_.end(), id, before);
+    for (const auto& [number, fmmu] : fmmus(id).active) {
+      if (fmmu.reads() && fmmu.byte_aligned() && fmmu.physical_start < window.in_start + window.in_length &&
+          fmmu.physical_end() > window.in_start) {
+        at = mapped_mailboxes_.insert(at, {id, fmmu}) + 1;
       }
     }
   }
+  mapped_version_ = mapping_version_;
 }
 
 /// A master may read mailboxes together with the process data. The working counter is shared, so whether this slave

@@ -36,6 +36,14 @@ class Network final : public bus::BusSink, private SiiListener {
 
   /// Changes whenever any sync manager or FMMU may have changed, or a slave was added.
   [[nodiscard]] std::uint64_t mapping_version() const { return mapping_version_; }
+  /// The mapping version that the last change of this slave's sync managers or FMMUs made. What rests on the mappings
+  /// of all slaves need look again at those only that changed.
+  [[nodiscard]] std::uint64_t mapping_changed(SlaveId id) const { return mappings_[id].changed; }
+  /// The slave's FMMUs, at least inferred; decoded once after each change.
+  [[nodiscard]] const KnownFmmus& fmmus(SlaveId id) const {
+    const Mapping& mapping = mappings_[id];
+    return mapping.decoded == mapping.changed ? mapping.fmmus : Decode(id);
+  }
 
   void OnFrame(const wire::FrameView&, bus::Direction) override {}
   void OnSent(const wire::FrameView& frame) override;
@@ -70,6 +78,8 @@ class Network final : public bus::BusSink, private SiiListener {
   void OnEepromRead(const EepromRead& event) override;
   void OnEepromWrite(const EepromWrite& event) override;
   void OnEepromError(const EepromError& event) override;
+  void MappingChanged(SlaveId slave);
+  const KnownFmmus& Decode(SlaveId id) const;
   void UpdateMailboxWindow(SlaveId slave, const FrameRef& frame);
   void ReadMailboxesThroughFmmus(const Datagram& d);
   void FindMappedMailboxes();
@@ -91,9 +101,15 @@ class Network final : public bus::BusSink, private SiiListener {
   Known<std::uint16_t> slave_count_;
   EventFieldRun event_field_;
   std::uint64_t mapping_version_ = 0;
+  struct Mapping {
+    std::uint64_t changed = 0;  ///< mapping version of the last change
+    std::uint64_t decoded = 0;  ///< the one that `fmmus` belongs to
+    KnownFmmus fmmus;
+  };
+  mutable std::vector<Mapping> mappings_;  ///< decoded when asked for
   std::vector<std::unique_ptr<MailboxTracker>> mailboxes_;
-  std::vector<std::uint32_t> window_versions_;  // mapping version that each mailbox window rests on
-  /// In mailboxes that some FMMU maps into the logical address space; nearly always none.
+  std::vector<std::uint32_t> window_versions_;              // mapping version that each mailbox window rests on
+  /// In mailboxes that some FMMU maps into the logical address space, by slave; nearly always none.
   struct MappedMailbox {
     SlaveId slave = kNoSlave;
     esc::Fmmu fmmu;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "decoder/base/known.h"
 #include "decoder/esc/al.h"
@@ -13,6 +14,16 @@
 #include "decoder/track/sii_tracker.h"
 
 namespace ecaudit::track {
+
+/// What a slave's FMMUs do, as far as known.
+struct KnownFmmus {
+  struct Unit {
+    std::uint8_t number = 0;
+    esc::Fmmu fmmu;
+  };
+  bool any = false;          ///< some FMMU is known, and be it that it maps nothing
+  std::vector<Unit> active;  ///< by number
+};
 
 struct SlaveState {
   esc::RegisterImage registers;

@@ -101,12 +101,11 @@ class PdoLengthMismatch final : public Rule {
     for (std::size_t s = 0; s < network.slaves().size(); ++s) {
       const auto id = static_cast<SlaveId>(s);
       if (network.slaves()[id].replaced) continue;
-      for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
-        const auto fmmu = network.state(id).fmmu(n, Certainty::kInferred);
-        if (!fmmu || !fmmu->active() || fmmu->bit_count() == 0 || fmmu->physical_start < kProcessMemory) continue;
-        if (!fmmu->reads() && !fmmu->writes()) continue;
-        const esc::BitRange bits = fmmu->logical_bits();
-        mapped_.push_back({id, n, fmmu->writes(), bits.first / 8, (bits.end() + 7) / 8, 0, 0, 0});
+      for (const auto& [number, fmmu] : network.fmmus(id).active) {
+        if (fmmu.bit_count() == 0 || fmmu.physical_start < kProcessMemory) continue;
+        if (!fmmu.reads() && !fmmu.writes()) continue;
+        const esc::BitRange bits = fmmu.logical_bits();
+        mapped_.push_back({id, number, fmmu.writes(), bits.first / 8, (bits.end() + 7) / 8, 0, 0, 0});
       }
     }
   }

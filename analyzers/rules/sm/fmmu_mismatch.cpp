@@ -3,6 +3,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "analyzers/core/rule.h"
@@ -68,10 +69,7 @@ class FmmuMismatch final : public Rule {
   void On(const track::LogicalAccess& e) override {
     if (e.assumed || !e.returned.seen() || e.wkc == 0) return;
     const track::Network& network = context().bus.network();
-    if (version_ != network.mapping_version()) {
-      version_ = network.mapping_version();
-      FindShared(e);
-    }
+    if (version_ != network.mapping_version()) FindShared(e);
     if (e.command == wire::Command::LWR) return;
     for (Shared& shared : shared_) {
       if (!shared.told && Covers(e, shared.bits) && Gives(shared.a.slave) && Gives(shared.b.slave)) Tell(e, shared);
@@ -83,6 +81,7 @@ class FmmuMismatch final : public Rule {
  private:
   using SyncManagers = std::array<std::optional<KnownSyncManager>, esc::kMaxSyncManagers>;
   static constexpr std::uint32_t kRegistersEnd = 0x1000;
+  static constexpr std::uint32_t kMemoryEnd = 0x20000;  ///< behind all that an FMMU can point at
   static constexpr std::size_t kMaxShared = 64;
 
   struct Mapped {
@@ -116,6 +115,17 @@ class FmmuMismatch final : public Rule {
     }
     return found;
   }
+  /// The next byte that may lie in other sync managers than `byte`.
+  static std::uint32_t NextEdge(std::uint32_t byte, const SyncManagers& managers) {
+    std::uint32_t next = byte < kRegistersEnd ? kRegistersEnd : kMemoryEnd;
+    for (const auto& manager : managers) {
+      if (!manager) continue;
+      for (const std::uint32_t edge : {std::uint32_t{manager->settings.start}, manager->settings.end()}) {
+        if (edge > byte) next = std::min(next, edge);
+      }
+    }
+    return next;
+  }
   static bool Fits(const esc::SyncManager& sm, const esc::Fmmu& fmmu) {
     if (fmmu.reads() && fmmu.writes()) return true;
     return fmmu.writes() ? sm.ecat_writes() : sm.ecat_reads();
@@ -125,7 +135,7 @@ class FmmuMismatch final : public Rule {
     if (!fmmu.reads() && !fmmu.writes()) return;
     std::optional<std::uint32_t> outside;  // first byte without a sync manager
     std::optional<std::size_t> against;    // sync manager of the other direction
-    for (std::uint32_t byte = fmmu.physical_start; byte < fmmu.physical_end(); ++byte) {
+    for (std::uint32_t byte = fmmu.physical_start; byte < fmmu.physical_end(); byte = NextEdge(byte, managers)) {
       const auto manager = ManagerOf(byte, managers, fmmu);
       if (!manager) {
         if (byte >= kRegistersEnd && !outside) outside = byte;
@@ -201,30 +211,44 @@ class FmmuMismatch final : public Rule {
     return finding;
   }
 
+  /// Renews mapped_ where slaves changed.
+  /// @return whether the FMMUs of all slaves are known
+  bool ReadMapped() {
+    const track::Network& network = context().bus.network();
+    bool known = network.slaves().size() != 0;
+    std::vector<bool> again(network.slaves().size());
+    std::vector<Mapped> fresh;
+    for (std::size_t s = 0; s < network.slaves().size(); ++s) {
+      const auto id = static_cast<SlaveId>(s);
+      again[s] = network.slaves()[id].replaced;
+      if (again[s]) continue;
+      if (!network.fmmus(id).any) known = false;
+      if (version_ && network.mapping_changed(id) <= *version_) continue;
+      again[s] = true;
+      for (const auto& [number, fmmu] : network.fmmus(id).active) {
+        const bool process_memory = fmmu.physical_start >= kDigitalInputs;
+        if (fmmu.reads() && process_memory && fmmu.bit_count() != 0) fresh.push_back({id, number, fmmu});
+      }
+    }
+    version_ = network.mapping_version();
+    std::erase_if(mapped_, [&](const Mapped& m) { return again[m.slave]; });
+    const auto by_place = [](const Mapped& a, const Mapped& b) {
+      return std::tuple(a.fmmu.logical_bits().first, a.slave, a.number) <
+             std::tuple(b.fmmu.logical_bits().first, b.slave, b.number);
+    };
+    std::sort(fresh.begin(), fresh.end(), by_place);
+    const auto middle = static_cast<std::ptrdiff_t>(mapped_.size());
+    mapped_.insert(mapped_.end(), fresh.begin(), fresh.end());
+    std::inplace_merge(mapped_.begin(), mapped_.begin() + middle, mapped_.end(), by_place);
+    return known;
+  }
+
   /// Pairs of slaves whose read FMMUs of process memory share bits.
   void FindShared(const track::LogicalAccess& e) {
     const std::vector<Shared> before = std::move(shared_);
     shared_.clear();
-    const track::Network& network = context().bus.network();
-    std::vector<Mapped> all;
-    bool unknown = network.slaves().size() == 0;
-    for (std::size_t s = 0; s < network.slaves().size(); ++s) {
-      const auto id = static_cast<SlaveId>(s);
-      if (network.slaves()[id].replaced) continue;
-      std::size_t known = 0;
-      for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
-        const auto fmmu = network.state(id).fmmu(n, Certainty::kInferred);
-        if (!fmmu) continue;
-        ++known;
-        const bool process_memory = fmmu->physical_start >= kDigitalInputs;
-        if (fmmu->active() && fmmu->reads() && process_memory && fmmu->bit_count() != 0) all.push_back({id, n, *fmmu});
-      }
-      if (known == 0) unknown = true;
-    }
-    if (unknown) NotEvaluable(kNoSlave, "the FMMUs of all slaves are not in the capture", e.frame().number);
-    std::sort(all.begin(), all.end(), [](const Mapped& a, const Mapped& b) {
-      return a.fmmu.logical_bits().first < b.fmmu.logical_bits().first;
-    });
+    if (!ReadMapped()) NotEvaluable(kNoSlave, "the FMMUs of all slaves are not in the capture", e.frame().number);
+    const std::vector<Mapped>& all = mapped_;
     for (std::size_t i = 0; i < all.size(); ++i) {
       for (std::size_t k = i + 1; k < all.size() && shared_.size() < kMaxShared; ++k) {
         if (all[k].fmmu.logical_bits().first >= all[i].fmmu.logical_bits().end()) break;
@@ -277,7 +301,8 @@ class FmmuMismatch final : public Rule {
   static constexpr std::uint32_t kDigitalInputs = 0x0F00;  // below are registers
 
   std::map<SlaveId, std::uint32_t> judged_;  // mapping version
-  std::optional<std::uint64_t> version_;     ///< of the mapping that shared_ was made from
+  std::optional<std::uint64_t> version_;     ///< of the mapping that mapped_ and shared_ were made from
+  std::vector<Mapped> mapped_;               ///< FMMUs that give process data, by their first logical bit
   std::vector<Shared> shared_;
 };
 

@@ -51,6 +51,7 @@ struct Seen {
   std::vector<std::uint8_t> raw;
   std::string reason;
   bool known = false;
+  std::uint64_t serial = 0;  ///< of the part
 };
 
 class Recorder final : public track::EventSink, public ProcessSink {
@@ -69,7 +70,8 @@ class Recorder final : public track::EventSink, public ProcessSink {
            {},
            {},
            cycle.part.reason,
-           cycle.part.layout->known()};
+           cycle.part.layout->known(),
+           cycle.part.serial};
     for (const ImagePart::Place& place : cycle.part.places) {
       if (const auto value = cycle.Value(place)) s.values.push_back(*value);
     }
@@ -178,6 +180,46 @@ TEST_F(ProcessImageTest, OutputsComeFromTheCopySentAndInputsFromTheCopyReturned)
   ASSERT_EQ(inputs.size(), 1U);
   EXPECT_THAT(inputs[0].values, ElementsAre(0x1237U, 8U));  // the gap holds 9
   EXPECT_THAT(inputs[0].raw, ElementsAre(0x37, 0x12, 9, 8));
+}
+
+TEST_F(ProcessImageTest, WhatChangesAtOneSlaveLeavesTheOthersAlone) {
+  Esi(kDrive);
+  Scan(3);
+  Drive(0x1001, 0x10000, 0x10006);
+  Drive(0x1002, 0x1000A, 0x10010);
+  Drive(0x1003, 0x10014, 0x1001A);
+  std::vector<std::uint8_t> sent(40);
+  for (std::size_t i = 0; i < sent.size(); ++i) sent[i] = static_cast<std::uint8_t>(i);
+  const auto cycle = [&](std::uint8_t wkc) { trace.After(1000).Lrw(0x10000, sent, sent).Wkc(wkc); };
+  cycle(9);
+  Fmmu(0x1002, 0, 0x1001E, 6, 0x1100, 2);  // its outputs move behind the others'
+  cycle(9);
+  Fmmu(0x1002, 1, 0x20000, 4, 0x1140, 1);  // its inputs leave the datagram
+  cycle(8);
+  Fmmu(0x1002, 1, 0x10010, 4, 0x1140, 1);  // and come back
+  cycle(9);
+  Run();
+  const auto outputs = Of(1, PdoDirection::kRx);
+  ASSERT_EQ(outputs.size(), 4U);
+  EXPECT_THAT(outputs[0].values, ElementsAre(0x0B0AU, 0x0F0E0D0CU));
+  EXPECT_THAT(outputs[1].values, ElementsAre(0x1F1EU, 0x23222120U));
+  const auto inputs = Of(1, PdoDirection::kTx);
+  ASSERT_EQ(inputs.size(), 3U);
+  EXPECT_THAT(inputs[2].values, ElementsAre(0x1110U, 0x13U));
+  for (const SlaveId other : {SlaveId{0}, SlaveId{2}}) {
+    for (const auto direction : {PdoDirection::kRx, PdoDirection::kTx}) {
+      const auto seen = Of(other, direction);
+      ASSERT_EQ(seen.size(), 4U) << other;
+      for (const Seen& s : seen) {
+        EXPECT_EQ(s.serial, seen[0].serial) << other;
+        EXPECT_EQ(s.values, seen[0].values) << other;
+      }
+    }
+  }
+  // One slave after the other, outputs first, as before.
+  std::vector<SlaveId> order;
+  for (std::size_t i = recorder.seen.size() - 6; i < recorder.seen.size(); ++i) order.push_back(recorder.seen[i].slave);
+  EXPECT_THAT(order, ElementsAre(0, 0, 1, 1, 2, 2));
 }
 
 TEST_F(ProcessImageTest, OverlappingImageIsReadFromBothCopies) {
