@@ -32,7 +32,7 @@ FindingIndex FindingStore::Add(const RuleInfo& rule, std::uint64_t key, Severity
     folded.last = finding.first;
     return last;
   }
-  if (findings_.size() >= kMaxFindings) return kNoFinding;
+  if (findings_.size() >= kMaxWithFirstOnes) return kNoFinding;
   finding.rule = rule.id;
   const auto setting = settings_.find(rule.id);
   finding.severity = setting != settings_.end() ? setting->second.severity : severity;

@@ -18,7 +18,9 @@ class FindingStore {
  public:
   /// Different findings of one rule and slave that are kept apart; later ones count on the last of them.
   static constexpr std::uint32_t kMaxPerRuleAndSlave = 50;
-  static constexpr std::size_t kMaxFindings = 5000;
+  /// Further ones count on the last of their rule and slave; where there is none, there is room for the first.
+  static constexpr std::size_t kMaxFindings = 2500;
+  static constexpr std::size_t kMaxWithFirstOnes = 5000;
   static constexpr std::size_t kMaxNotEvaluable = 1000;
   static constexpr std::size_t kMaxRelatedFrames = 16;
 

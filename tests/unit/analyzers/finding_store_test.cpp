@@ -88,6 +88,21 @@ TEST_F(FindingStoreTest, TooManyDifferentFindingsAreCountedOnTheLast) {
   EXPECT_NE(store.Add(kRule, 1000, At(501, 1)), last) << "another slave has its own number";
 }
 
+TEST_F(FindingStoreTest, WhenThereAreTooManyTheFirstOfEachSlaveIsKeptNevertheless) {
+  SlaveId slave = 0;
+  for (; store.findings().size() < FindingStore::kMaxFindings; ++slave) {
+    for (std::uint64_t key = 0; key < FindingStore::kMaxPerRuleAndSlave; ++key) store.Add(kRule, key, At(1, slave));
+  }
+  const FindingIndex first = store.Add(kRule, 1, At(2, slave));
+  ASSERT_NE(first, kNoFinding);
+  EXPECT_EQ(store.Add(kRule, 2, At(3, slave)), first);
+  EXPECT_EQ(store[first].count, 2U);
+  for (std::uint64_t other = 1; other < 2 * FindingStore::kMaxWithFirstOnes; ++other) {
+    store.Add(kRule, 1, At(4, static_cast<SlaveId>(slave + other)));
+  }
+  EXPECT_EQ(store.findings().size(), FindingStore::kMaxWithFirstOnes);
+}
+
 TEST_F(FindingStoreTest, NotEvaluableOncePerReason) {
   store.AddNotEvaluable(kRule, 0, "why", 7);
   store.AddNotEvaluable(kRule, 0, "why", 9);
