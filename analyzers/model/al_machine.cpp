@@ -88,48 +88,36 @@ AlRequestRecord AlMachine::Judge(const track::AlRequest& request) const {
 
 void AlMachine::AddPending(esc::AlWord control, const FrameRef& sent) {
   if (!esc::IsAlState(control.state())) return;
-  if (pending_count_ == pending_.size()) {
-    std::move(pending_.begin() + 1, pending_.end(), pending_.begin());
-    --pending_count_;
-  }
-  pending_[pending_count_++] = {control, sent};
+  if (pending_.size() == kMaxPending) pending_.erase(pending_.begin());
+  pending_.push_back({control, sent});
 }
 
 void AlMachine::RemovePending(FrameNo sent) {
-  const auto end = std::remove_if(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(pending_count_),
-                                  [&](const Pending& p) { return p.sent.number == sent; });
-  pending_count_ = static_cast<std::size_t>(end - pending_.begin());
+  std::erase_if(pending_, [&](const Pending& p) { return p.sent.number == sent; });
 }
 
 void AlMachine::DropOldPending(const FrameRef& frame) {
-  const auto end = std::remove_if(
-      pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(pending_count_),
-      [&](const Pending& p) { return frame.has_time && p.sent.has_time && frame.time - p.sent.time > kPendingNs; });
-  pending_count_ = static_cast<std::size_t>(end - pending_.begin());
+  std::erase_if(pending_, [&](const Pending& p) {
+    return frame.has_time && p.sent.has_time && frame.time - p.sent.time > kPendingNs;
+  });
 }
 
 /// The slave shows what a request sent before frame `before` asked for: it, and those before it, explain nothing more.
 void AlMachine::DropPendingReached(std::uint8_t state, FrameNo before) {
-  std::size_t done = 0;
-  for (std::size_t i = 0; i < pending_count_; ++i) {
-    if (pending_[i].control.state() == state && pending_[i].sent.number < before) done = i + 1;
-  }
-  std::move(pending_.begin() + static_cast<std::ptrdiff_t>(done),
-            pending_.begin() + static_cast<std::ptrdiff_t>(pending_count_), pending_.begin());
-  pending_count_ -= done;
+  const auto last = std::find_if(pending_.rbegin(), pending_.rend(), [&](const Pending& p) {
+    return p.control.state() == state && p.sent.number < before;
+  });
+  pending_.erase(pending_.begin(), last.base());
 }
 
 /// The slave has answered the request of that frame: those before it are over.
 void AlMachine::DropPendingBefore(FrameNo request) {
-  const auto end = std::remove_if(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(pending_count_),
-                                  [&](const Pending& p) { return p.sent.number < request; });
-  pending_count_ = static_cast<std::size_t>(end - pending_.begin());
+  std::erase_if(pending_, [&](const Pending& p) { return p.sent.number < request; });
 }
 
 /// True when a request without a known fate, sent since the error was last seen, acknowledges it.
 bool AlMachine::MayHaveBeenAcknowledged(FrameNo before) const {
-  for (std::size_t i = 0; i < pending_count_; ++i) {
-    const Pending& p = pending_[i];
+  for (const Pending& p : pending_) {
     if (p.sent.number >= before || p.sent.number < last_seen_) continue;
     if (p.control.bit4() || p.control.state() == kInit) return true;
   }
@@ -141,9 +129,9 @@ bool AlMachine::MayHaveBeenAcknowledged(FrameNo before) const {
 StateSet AlMachine::PossibleBefore(FrameNo request) const {
   StateSet possible = possible_;
   if (possible.empty()) return possible;
-  for (std::size_t i = 0; i < pending_count_; ++i) {
-    if (pending_[i].sent.number >= request) continue;
-    const std::uint8_t target = pending_[i].control.state();
+  for (const Pending& p : pending_) {
+    if (p.sent.number >= request) continue;
+    const std::uint8_t target = p.control.state();
     for (const std::uint8_t from : kStates) {
       if (possible.contains(from)) possible.Add(StatesBetween(from, target));
     }
@@ -163,8 +151,8 @@ void AlMachine::OnRequest(const track::AlRequest& request) {
   if (request.acceptance == track::Acceptance::kUnknown) {
     // Lost (which shows late), or taken by some of the slaves: the slave may have followed it, from when it was sent.
     if (control_since_ < number) control_.reset();
-    const auto end = pending_.begin() + static_cast<std::ptrdiff_t>(pending_count_);
-    const bool known = std::any_of(pending_.begin(), end, [&](const Pending& p) { return p.sent.number == number; });
+    const bool known =
+        std::any_of(pending_.begin(), pending_.end(), [&](const Pending& p) { return p.sent.number == number; });
     if (!known && request.returned.seen()) AddPending(request.control, request.frame());
     return;
   }
@@ -197,11 +185,8 @@ void AlMachine::Open(const AlRequestRecord& record) {
     ++open_->repetitions;
   } else {
     if (open_) {
-      if (earlier_count_ == earlier_.size()) {
-        std::move(earlier_.begin() + 1, earlier_.end(), earlier_.begin());
-        --earlier_count_;
-      }
-      earlier_[earlier_count_++] = *open_;
+      if (earlier_.size() == kMaxEarlier) earlier_.erase(earlier_.begin());
+      earlier_.push_back(*open_);
     }
     open_ = record;
     polls_ = 0;
@@ -230,15 +215,12 @@ bool AlMachine::Explains(std::uint8_t state) const {
   const auto leads_to = [&](const AlRequestRecord& r) {
     return r.control.state() == state || StatesBetween(read_state_, r.control.state()).contains(state);
   };
-  for (std::size_t i = 0; i < pending_count_; ++i) {
-    const std::uint8_t target = pending_[i].control.state();
+  for (const Pending& p : pending_) {
+    const std::uint8_t target = p.control.state();
     if (target == state || StatesBetween(read_state_, target).contains(state)) return true;
   }
   if (open_ && leads_to(*open_)) return true;
-  for (std::size_t i = 0; i < earlier_count_; ++i) {
-    if (leads_to(earlier_[i])) return true;
-  }
-  return false;
+  return std::any_of(earlier_.begin(), earlier_.end(), leads_to);
 }
 
 /// A slave without a processor copies AL Control into AL Status bit by bit; its status code is always 0.
@@ -246,7 +228,7 @@ void AlMachine::LearnEmulation(const track::AlStatusRead& read) {
   if (own_status_ || emulation_.value_or(false)) return;
   if (read.status.bit4() && read.status_code.value_or(0) != 0) own_status_ = true;
   // Only a read that was sent after the slave took its last request tells something, and only if none is under way.
-  if (!control_ || pending_count_ != 0 || read.frame.number <= control_since_) return;
+  if (!control_ || !pending_.empty() || read.frame.number <= control_since_) return;
   const bool same_state = read.status.state() == control_->state();
   if (read.status.bit4() && !(same_state && control_->bit4())) own_status_ = true;
   if (!read.status.bit4() && same_state && control_->bit4()) own_status_ = true;
@@ -260,9 +242,8 @@ bool AlMachine::IsEcho(const track::AlStatusRead& read) const {
   }
   // A copy stays what it is until AL Control is written again.
   if (echo_ && read.status.state() == read_state_) return true;
-  for (std::size_t i = 0; i < pending_count_; ++i) {
-    const esc::AlWord control = pending_[i].control;
-    if (control.bit4() && control.state() == read.status.state()) return true;
+  for (const Pending& p : pending_) {
+    if (p.control.bit4() && p.control.state() == read.status.state()) return true;
   }
   return control_ && control_->bit4() && control_->state() == read.status.state();
 }
@@ -311,19 +292,19 @@ void AlMachine::OnStatus(const track::AlStatusRead& read) {
 /// Nothing is waited for, nothing is left to learn: a master polls thousands of times a second, and all of these reads
 /// say the same.
 bool AlMachine::IsQuiet(std::uint8_t state) const {
-  return SettledIn(static_cast<esc::AlState>(state)) && earlier_count_ == 0 && !error_code_ && !error_reported_ &&
+  return SettledIn(static_cast<esc::AlState>(state)) && earlier_.empty() && !error_code_ && !error_reported_ &&
          !acknowledged_ && !echo_ && (own_status_ || emulation_.value_or(false) || !control_ || !control_->bit4());
 }
 
 /// The slave was seen in `state`; requests that are open or on their way may have led it elsewhere since.
 void AlMachine::MayBeIn(std::uint8_t state) {
   possible_ = StateSet::Of(state);
-  for (std::size_t i = 0; i < pending_count_; ++i) {
-    possible_.Add(pending_[i].control.state());
-    possible_.Add(StatesBetween(state, pending_[i].control.state()));
+  for (const Pending& p : pending_) {
+    possible_.Add(p.control.state());
+    possible_.Add(StatesBetween(state, p.control.state()));
   }
   if (!open_) {
-    earlier_count_ = 0;
+    earlier_.clear();
     return;
   }
   const std::uint8_t target = open_->control.state();
@@ -386,9 +367,9 @@ void AlMachine::OnError(const track::AlStatusRead& read) {
     event.slave = slave_;
     event.outcome = AlAnswered::Outcome::kRefused;
     event.request = *open_;
-    for (std::size_t i = 0; i < earlier_count_; ++i) {
+    for (const AlRequestRecord& earlier : earlier_) {
       // Several requests without a read between them: the one the model expects to fail is the one that did.
-      if (open_->verdict == AlVerdict::kLegal && earlier_[i].verdict != AlVerdict::kLegal) event.request = earlier_[i];
+      if (open_->verdict == AlVerdict::kLegal && earlier.verdict != AlVerdict::kLegal) event.request = earlier;
     }
     event.frame = read.frame;
     event.status = read.status;
@@ -414,7 +395,7 @@ void AlMachine::OnError(const track::AlStatusRead& read) {
   error_ = certain ? Error::kYes : Error::kUnknown;
   error_since_ = read.frame.number;
   error_code_ = read.status_code;
-  error_reported_ = before_known && pending_count_ == 0;
+  error_reported_ = before_known && pending_.empty();
   if (!error_reported_) return;
   sink_.On(ChangedByItself(read, before));
 }
@@ -498,8 +479,8 @@ void AlMachine::Forget(const FrameRef& frame) {
   echo_ = false;
   acknowledged_ = false;
   open_.reset();
-  earlier_count_ = 0;
-  pending_count_ = 0;
+  earlier_.clear();
+  pending_.clear();
 }
 
 }  // namespace ecaudit::model

@@ -5,9 +5,9 @@
 /// in several states: the one last read, and those that requests since then lead to.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "analyzers/model/model_events.h"
 #include "decoder/device/device_description.h"
@@ -60,7 +60,7 @@ class AlMachine {
   /// True when the last thing known of the slave is that it is in `state`, without error and with no request open.
   [[nodiscard]] bool SettledIn(esc::AlState state) const {
     return possible_ == StateSet::Of(static_cast<std::uint8_t>(state)) && error_ == Error::kNo && !open_ &&
-           pending_count_ == 0;
+           pending_.empty();
   }
   /// What the capture shows of this slave, for rules that say where they could not judge.
   [[nodiscard]] std::uint64_t requests() const { return requests_; }  ///< taken by the slave
@@ -111,10 +111,10 @@ class AlMachine {
   bool error_reported_ = false;  ///< as kRefused or AlChangedByItself: its code is wanted
   std::optional<std::uint16_t> error_code_;
 
-  std::optional<AlRequestRecord> open_;       ///< taken by the slave, not answered yet
-  std::array<AlRequestRecord, 3> earlier_{};  ///< taken before open_ and never seen answered: they may explain a state
-  std::size_t earlier_count_ = 0;
-  std::optional<esc::AlWord> control_;  ///< AL Control as the slave took it last
+  std::optional<AlRequestRecord> open_;  ///< taken by the slave, not answered yet
+  static constexpr std::size_t kMaxEarlier = 3;
+  std::vector<AlRequestRecord> earlier_;  ///< taken before open_ and never seen answered: they may explain a state
+  std::optional<esc::AlWord> control_;    ///< AL Control as the slave took it last
   FrameNo control_since_ = 0;
   std::uint64_t polls_ = 0;  ///< status reads since open_
   bool overdue_reported_ = false;
@@ -126,8 +126,8 @@ class AlMachine {
     esc::AlWord control;
     FrameRef sent;
   };
-  std::array<Pending, 8> pending_{};  ///< oldest first
-  std::size_t pending_count_ = 0;
+  static constexpr std::size_t kMaxPending = 8;
+  std::vector<Pending> pending_;  ///< oldest first
 
   bool quiet_ = false;  ///< another read of the same status would change nothing but counters
 

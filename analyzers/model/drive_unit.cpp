@@ -80,6 +80,7 @@ const DriveUnit::Places& DriveUnit::PlacesOf(const ImagePart& part) {
   for (const Places& places : places_) {
     if (places.serial == part.serial) return places;
   }
+  if (places_.empty()) places_.resize(kPlaces);
   Places& places = places_[next_places_];
   next_places_ = (next_places_ + 1) % places_.size();
   places = {};
@@ -341,12 +342,14 @@ void DriveUnit::AddGiven(std::uint32_t transitions, std::uint16_t word, const Fr
     const GivenCommand& last = given_[(given_count_ - 1) % given_.size()];
     if (last.word == word && last.transitions == transitions) return;
   }
+  if (given_.empty()) given_.resize(kGiven);
   given_[given_count_ % given_.size()] = {transitions, frame, word};
   ++given_count_;
 }
 
 /// What the drive has to do from `from` on, step by step, as long as the word commands it.
 void DriveUnit::Expect(DriveState from, std::uint16_t before, std::uint16_t word, const FrameRef& frame) {
+  if (expected_.empty()) expected_.resize(DrivePath::kMax);
   while (expected_count_ < expected_.size()) {
     const std::uint32_t commanded = drive_->Commanded(from, before, word);
     if (commanded == 0) return;

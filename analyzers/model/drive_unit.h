@@ -11,6 +11,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "analyzers/model/al_machine.h"
 #include "analyzers/model/drive_events.h"
@@ -135,7 +136,9 @@ class DriveUnit {
   DriveLimits limits_;
   std::uint16_t control_mask_ = 0;  ///< bits of the control word that command transitions
 
-  std::array<Places, 4> places_{};
+  // Empty until they are needed: most slaves are no drives.
+  static constexpr std::size_t kPlaces = 4;
+  std::vector<Places> places_;
   std::size_t next_places_ = 0;
 
   // Control word.
@@ -149,9 +152,10 @@ class DriveUnit {
   bool history_whole_ = false;  ///< no control word that may still act was given before the first one seen
   FrameRef first_control_;
   std::uint64_t ambiguous_ = 0;
-  std::array<GivenCommand, 8> given_{};  ///< the newest, a ring
-  std::size_t given_count_ = 0;          ///< ever given
-  std::array<Expected, DrivePath::kMax> expected_{};
+  static constexpr std::size_t kGiven = 8;
+  std::vector<GivenCommand> given_;  ///< the newest, a ring
+  std::size_t given_count_ = 0;      ///< ever given
+  std::vector<Expected> expected_;
   std::size_t expected_count_ = 0;
   FrameRef expected_since_;
   std::optional<Candidate> candidate_;

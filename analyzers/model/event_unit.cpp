@@ -109,7 +109,9 @@ void EventUnit::End(unsigned bit, const track::EventFieldRun& run, const FrameRe
     }
   }
   if (pending.slave != kNoSlave && pending.slave < slaves_.size()) {
-    Story& of = slaves_[pending.slave].signalled[bit];
+    std::vector<Story>& signalled = slaves_[pending.slave].signalled;
+    if (signalled.empty()) signalled.resize(kBits);
+    Story& of = signalled[bit];
     if (of.raised++ == 0) {
       of.first = pending.first;
       of.from_start = story.raised == 1 && story.from_start;

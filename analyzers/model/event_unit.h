@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <vector>
 
 #include "analyzers/model/model_events.h"
 #include "decoder/track/events.h"
@@ -40,7 +41,7 @@ class EventUnit {
     FrameRef frame;
   };
   struct Slave {
-    Stories signalled;    ///< what is known to be this slave's
+    std::vector<Story> signalled;  ///< what is known to be this slave's, by bit; empty: nothing
     FrameRef mask_frame;  ///< last access that told 0x0200; not seen where a broadcast did before the slave was met
     std::optional<Reading> ecat_request;  ///< 0x0210, not masked
     std::optional<Reading> al_mask;       ///< 0x0204

@@ -19,7 +19,7 @@ std::vector<std::string> NamesOf(std::uint32_t value, EscAddress address, const 
 
 }  // namespace
 
-std::vector<EventBitSummary> SummariseEventField(const model::EventUnit::Stories& stories) {
+std::vector<EventBitSummary> SummariseEventField(std::span<const model::EventUnit::Story> stories) {
   std::vector<EventBitSummary> bits;
   for (unsigned bit = 0; bit < stories.size(); ++bit) {
     const model::EventUnit::Story& story = stories[bit];

@@ -1,6 +1,7 @@
 /// Puts what is known of events into the plain data of a report.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "analyzers/core/event_summary.h"
@@ -9,7 +10,8 @@
 namespace ecaudit {
 
 /// The bits that were ever set, by number.
-[[nodiscard]] std::vector<EventBitSummary> SummariseEventField(const model::EventUnit::Stories& stories);
+/// @param stories of the bits from 0 on
+[[nodiscard]] std::vector<EventBitSummary> SummariseEventField(std::span<const model::EventUnit::Story> stories);
 [[nodiscard]] EventSummary SummariseEvents(const model::BusModel& model, SlaveId slave);
 
 }  // namespace ecaudit

@@ -1,6 +1,8 @@
 #include "analyzers/stats/summary.h"
 
 #include <algorithm>
+#include <set>
+#include <tuple>
 
 #include "analyzers/stats/event_summary.h"
 #include "analyzers/stats/latch_summary.h"
@@ -48,22 +50,25 @@ CaptureSummary SummariseCapture(const capture::FrameSource& source, const Pipeli
 /// Slaves whose position the capture does not show get the free ones, by ascending station address.
 void NumberSlaves(std::vector<SlaveSummary>& slaves) {
   std::sort(slaves.begin(), slaves.end(), [](const SlaveSummary& a, const SlaveSummary& b) {
-    if (a.position_inferred != b.position_inferred) return b.position_inferred;
-    if (!a.position_inferred) return a.position < b.position;
-    return a.station_address.value_or(0) < b.station_address.value_or(0);
+    const auto place = [](const SlaveSummary& s) {
+      return s.position_inferred ? s.station_address.value_or(0) : std::uint16_t{s.position};
+    };
+    return std::tuple(a.position_inferred, place(a), a.id) < std::tuple(b.position_inferred, place(b), b.id);
   });
+  std::set<SlavePos> taken;
+  for (const SlaveSummary& slave : slaves) {
+    if (!slave.position_inferred) taken.insert(slave.position);
+  }
   SlavePos next = 0;
   for (SlaveSummary& slave : slaves) {
     if (!slave.position_inferred) continue;
-    const auto taken = [&](SlavePos position) {
-      return std::any_of(slaves.begin(), slaves.end(),
-                         [&](const SlaveSummary& s) { return !s.position_inferred && s.position == position; });
-    };
-    while (taken(next)) ++next;
+    while (taken.contains(next)) ++next;
     slave.position = next++;
   }
-  std::stable_sort(slaves.begin(), slaves.end(),
-                   [](const SlaveSummary& a, const SlaveSummary& b) { return a.position < b.position; });
+  // Two at one position: the one that was seen there first. (No stable sort, which takes half as much memory again.)
+  std::sort(slaves.begin(), slaves.end(), [](const SlaveSummary& a, const SlaveSummary& b) {
+    return std::tuple(a.position, a.position_inferred, a.id) < std::tuple(b.position, b.position_inferred, b.id);
+  });
 }
 
 void SummariseSyncManagers(const track::SlaveState& state, SlaveSummary& summary) {
@@ -179,6 +184,7 @@ AnalysisResult Summarise(const capture::FrameSource& source, const Pipeline& pip
   result.bus.lost_frames = pipeline.pairing().lost;
   result.bus.duplicated_frames = pipeline.pairing().duplicated;
   result.bus.unanswered_at_end = pipeline.pairing().under_way_at_end;
+  result.slaves.reserve(model.size());
   for (std::size_t s = 0; s < model.size(); ++s) {
     result.slaves.push_back(SummariseSlave(static_cast<SlaveId>(s), model, history, mailboxes));
   }
