@@ -11,6 +11,8 @@
 namespace ecaudit::events {
 namespace {
 
+constexpr std::size_t kEntryBytes = 128;  // of a name that is kept, beside its letters
+
 using device::DeviceDescription;
 using device::DictionaryObject;
 
@@ -161,7 +163,7 @@ mailbox::DataType CoeType(device::DataType type) {
 
 void ObjectNames::Learn(const mailbox::SdoInfo& info) {
   if (info.outcome != mailbox::SdoInfo::Outcome::kCompleted || info.fragment_error || info.malformed) return;
-  if (objects_.size() + entries_.size() >= kMaxLearned) return;
+  if (objects_.size() + entries_.size() >= kMaxLearned || !TakeFrom(bytes_, kEntryBytes + info.name.size())) return;
   if (info.kind == mailbox::SdoInfo::Kind::kObject && !info.name.empty()) {
     objects_[info.index] = info.name;
   } else if (info.kind == mailbox::SdoInfo::Kind::kEntry) {

@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "decoder/base/allowance.h"
 #include "decoder/device/device_description.h"
 #include "decoder/mailbox/coe_types.h"
 #include "decoder/mailbox/events.h"
@@ -39,6 +40,9 @@ class ObjectNames {
   /// Objects and entries of all indices that one slave may tell; later ones are not kept.
   static constexpr std::size_t kMaxLearned = 16384;
 
+  /// @param bytes what all slaves share for names; null: no common limit; else must outlive this
+  explicit ObjectNames(Allowance* bytes = nullptr) : bytes_(bytes) {}
+
   /// Takes a completed object or entry description.
   void Learn(const mailbox::SdoInfo& info);
   /// @param profile the slave's family; null: only what all families share
@@ -52,6 +56,7 @@ class ObjectNames {
     std::string name;
     mailbox::DataType type = mailbox::DataType::kUnknown;
   };
+  Allowance* bytes_;
   std::map<std::uint16_t, std::string> objects_;
   std::map<std::pair<std::uint16_t, std::uint8_t>, Learned> entries_;
 };

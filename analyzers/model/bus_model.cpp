@@ -41,7 +41,7 @@ const LogicalExpectation& BusModel::Expect(const track::LogicalAccess& access) c
 }
 
 void BusModel::Apply(const track::SlaveFound& event) {
-  slaves_.emplace_back(event.slave, network_.state(event.slave), sink_);
+  slaves_.emplace_back(event.slave, network_.state(event.slave), limits_, sink_);
   by_id_.push_back(&slaves_.back());
   slaves_.back().al.SetTimeouts(timeouts_);
   slaves_.back().latch.SetAcknowledgeLimit(latch_acknowledge_ns_);

@@ -83,6 +83,7 @@ class BusModel final : private ProcessSink {
   std::int64_t latch_acknowledge_ns_ = 100'000'000;
   DriveLimits drive_limits_;
   ProfileChoice choice_;
+  SharedLimits limits_;
   std::deque<SlaveModel> slaves_;
   std::vector<SlaveModel*> by_id_;  ///< the same: found without the deque's arithmetic, for every datagram
   std::deque<track::IdentityLearned> seen_identities_;  ///< a slave: what the capture shows of its identity

@@ -100,15 +100,19 @@ void LatchUnit::SetFamily(const device::DeviceDescription& family) {
   enable_mask_ = 0;
   captures_.clear();
   captures_left_out_ = 0;
-  edge_count_ = latch == nullptr ? 0 : std::min(latch->edges.size(), kMaxEdges);
-  edges_.assign(edge_count_, {});
-  for (std::size_t n = 0; n < edge_count_; ++n) {
+  edges_.clear();
+  if (latch == nullptr) return;
+  for (std::size_t n = 0; n < std::min(latch->edges.size(), kMaxEdges); ++n) {
     enable_mask_ = static_cast<std::uint16_t>(enable_mask_ | latch->edges[n].enable);
   }
-  if (latch == nullptr) return;
   for (const device::LatchField& field : latch->status) {
     if (field.input >= 1 && field.input <= kMaxInputs) input_masks_[field.input - 1U] = field.mask;
   }
+}
+
+/// The first word came.
+void LatchUnit::NeedEdges() {
+  if (edges_.empty()) edges_.resize(std::min(latch_->edges.size(), kMaxEdges));
 }
 
 void LatchUnit::Forget() {
@@ -158,7 +162,7 @@ void LatchUnit::Learn(Part& part, const ImagePart& from) const {
     }
     if (index == latch_->status_object && subindex == 0) part.status = where;
     if (IsStray(*latch_, index)) part.stray_position = true;
-    for (std::size_t n = 0; n < edge_count_; ++n) {
+    for (std::size_t n = 0; n < edges_.size(); ++n) {
       if (!Holds(latch_->edges[n], index, subindex)) continue;
       part.positions[n] = where;
       part.any_position = true;
@@ -240,7 +244,7 @@ Still LatchUnit::OnInputs(const ProcessCycle& cycle, const Part& part, StillCycl
     OnStatus(word);
   }
   if (unread_ == 0) return part.status.bits == 0 ? idle : Still::kNo;
-  for (std::size_t n = 0; n < edge_count_; ++n) {
+  for (std::size_t n = 0; n < edges_.size(); ++n) {
     if ((unread_ & Bit(n)) == 0) continue;
     const Where& where = part.positions[n];
     if (where.bits != 0) {
@@ -266,6 +270,7 @@ void LatchUnit::Repeat(const ProcessCycle& cycle) {
 // --- the control word ---------------------------------------------------------------------------------------------
 
 void LatchUnit::OnControl(const Word& word) {
+  NeedEdges();
   ++control_words_;
   if (selection_.undecided && word.begun != selection_.word.begun) Decide(false, false);
   if (control_known_ && !control_doubt_ && word.value == control_) return;
@@ -285,7 +290,7 @@ void LatchUnit::OnControl(const Word& word) {
   const std::uint8_t selector = latch_->Selector(word.value);
   const bool selector_changed = first || selector != latch_->Selector(before) || doubt_selector_;
   if (selector_changed && !first) Deselect(word);
-  for (std::size_t n = 0; n < edge_count_; ++n) {
+  for (std::size_t n = 0; n < edges_.size(); ++n) {
     const bool now = latch_->edges[n].EnabledBy(word.value);
     Edge& edge = edges_[n];
     if (now && edge.enabled && control_doubt_ && (doubt_zero_ & latch_->edges[n].enable) != 0) edge.doubtful = true;
@@ -331,7 +336,7 @@ void LatchUnit::Select(const Word& word, std::uint8_t selector) {
   const LatchEdge* asked = latch_->FindSelector(selector);
   const std::size_t n = asked == nullptr ? kMaxEdges : static_cast<std::size_t>(asked - latch_->edges.data());
   selection_ = {};
-  if (n >= edge_count_) {
+  if (n >= edges_.size()) {
     LatchMisuse misuse = Misuse(Kind::kInvalidSelector, word);
     misuse.value = selector;
     Emit(misuse);
@@ -419,7 +424,7 @@ void LatchUnit::Open(std::size_t n) {
   edge.released = {};
   edge.armed_done = 0;
   unread_ = static_cast<std::uint16_t>(unread_ & ~Bit(n));
-  if (captures_.size() < kMaxCaptures) {
+  if (captures_.size() < kMaxCaptures && TakeFrom(allowance_, 1)) {
     edge.kept = captures_.size();
     captures_.push_back(edge.capture);
   } else {
@@ -511,6 +516,7 @@ void LatchUnit::Lose(std::size_t n) {
 // --- the status word ----------------------------------------------------------------------------------------------
 
 void LatchUnit::OnStatus(const Word& word) {
+  NeedEdges();
   ++status_words_;
   const bool awaits = selection_.active && !selection_.acknowledged && !selection_.judged;
   if (status_known_ && word.value == status_ && !awaits) {
@@ -529,7 +535,7 @@ void LatchUnit::OnStatus(const Word& word) {
   status_begun_ = word.begun;
   status_gap_ = false;
 
-  for (std::size_t n = 0; n < edge_count_; ++n) {
+  for (std::size_t n = 0; n < edges_.size(); ++n) {
     Edge& edge = edges_[n];
     if ((word.value & latch_->edges[n].valid) == 0 || edge.valid) continue;
     edge.valid = true;
@@ -549,7 +555,7 @@ void LatchUnit::OnStatus(const Word& word) {
     if (!edge.capture.valid_before) Step(LatchStep::Kind::kValid, n, word.frame);
   }
   if (awaits || selection_.active) JudgeAcknowledge(word);
-  for (std::size_t n = 0; n < edge_count_; ++n) {
+  for (std::size_t n = 0; n < edges_.size(); ++n) {
     Edge& edge = edges_[n];
     if ((word.value & latch_->edges[n].valid) != 0 || !edge.valid) continue;
     edge.valid = edge.stale = false;
@@ -644,7 +650,7 @@ void LatchUnit::JudgeProbe(const Word& word) {
     LatchMisuse misuse = Misuse(Kind::kTouchProbeConflict, word);
     misuse.control = control_;
     misuse.value = probe_;
-    for (std::size_t n = 0; n < edge_count_; ++n) {
+    for (std::size_t n = 0; n < edges_.size(); ++n) {
       const LatchEdge& edge = latch_->edges[n];
       if (misuse.edge == nullptr && (edge.enable & control_ & kCaptureUnits[unit].latch_enable) != 0) {
         misuse.edge = &edge;
@@ -680,10 +686,11 @@ void LatchUnit::OnSdo(const mailbox::SdoTransfer& transfer) {
   }
   if (transfer.index == latch_->control_object && word_object && !control_known_) {
     // What the drive reports is nobody's mistake; it only tells where things stand.
+    NeedEdges();
     control_known_ = true;
     control_ = static_cast<std::uint16_t>(value);
     last_control_ = control_;
-    for (std::size_t n = 0; n < edge_count_; ++n) {
+    for (std::size_t n = 0; n < edges_.size(); ++n) {
       if (!latch_->edges[n].EnabledBy(control_)) continue;
       edges_[n].enabled = true;
       if (!edges_[n].open) Open(n);
@@ -692,7 +699,7 @@ void LatchUnit::OnSdo(const mailbox::SdoTransfer& transfer) {
   }
   if (unread_ == 0) return;
   const auto bits = static_cast<unsigned>(std::min<std::size_t>(transfer.data.size(), 8) * 8);
-  for (std::size_t n = 0; n < edge_count_; ++n) {
+  for (std::size_t n = 0; n < edges_.size(); ++n) {
     if ((unread_ & Bit(n)) == 0) continue;
     if (Holds(latch_->edges[n], transfer.index, transfer.subindex)) {
       ReadBy(n, LatchReading::kSdo, response, SignExtend(value, bits));
@@ -707,7 +714,7 @@ void LatchUnit::OnSdo(const mailbox::SdoTransfer& transfer) {
 void LatchUnit::Finish() {
   if (latch_ == nullptr) return;
   if (selection_.undecided) Decide(false, false);
-  for (std::size_t n = 0; n < edge_count_; ++n) {
+  for (std::size_t n = 0; n < edges_.size(); ++n) {
     Edge& edge = edges_[n];
     // Words by SDO: nobody looked at the status again, so the master does not know either whether the value is still
     // there. In process data the last status word shows that it is.

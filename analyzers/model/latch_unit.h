@@ -24,6 +24,7 @@
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/process_data.h"
 #include "analyzers/model/still_cycle.h"
+#include "decoder/base/allowance.h"
 #include "decoder/device/device_description.h"
 
 namespace ecaudit::model {
@@ -57,8 +58,10 @@ class LatchUnit {
   };
 
   /// @param al, process, sink must outlive this
-  LatchUnit(Words words, SlaveId slave, const AlMachine& al, const ProcessData& process, ModelSink& sink)
-      : words_(words), slave_(slave), al_(al), process_(process), sink_(sink) {}
+  /// @param captures what all slaves share for captures; null: no common limit; else must outlive this
+  LatchUnit(Words words, SlaveId slave, const AlMachine& al, const ProcessData& process, ModelSink& sink,
+            Allowance* captures = nullptr)
+      : words_(words), slave_(slave), al_(al), process_(process), sink_(sink), allowance_(captures) {}
 
   /// The family's words; what was learned by another family's is forgotten. A family without: nothing is judged.
   void SetFamily(const device::DeviceDescription& family);
@@ -87,7 +90,7 @@ class LatchUnit {
   [[nodiscard]] std::optional<std::uint16_t> control() const { return last_control_; }
   [[nodiscard]] std::optional<std::uint16_t> status() const { return last_status_; }
   [[nodiscard]] std::uint64_t misuses() const { return misuses_; }
-  [[nodiscard]] std::size_t edges() const { return edge_count_; }
+  [[nodiscard]] std::size_t edges() const { return edges_.size(); }
   [[nodiscard]] const LatchEdgeHistory& history(std::size_t edge) const { return edges_[edge].history; }
   /// The first captures, in order of arming; `captures_left_out` more were counted only.
   [[nodiscard]] const std::vector<LatchCapture>& captures() const { return captures_; }
@@ -159,6 +162,7 @@ class LatchUnit {
   void Learn(Part& part, const ImagePart& from) const;
   Still OnOutputs(const ProcessCycle& cycle, const Part& part, StillCycle& watched);
   Still OnInputs(const ProcessCycle& cycle, const Part& part, StillCycle& watched);
+  void NeedEdges();
   void OnControl(const Word& word);
   void OnStatus(const Word& word);
   void OnProbe(std::uint16_t value, const Word& word);
@@ -185,14 +189,14 @@ class LatchUnit {
   const AlMachine& al_;
   const ProcessData& process_;
   ModelSink& sink_;
+  Allowance* allowance_;
   const device::LatchDescription* latch_ = nullptr;
   std::int64_t ack_limit_ns_ = 100'000'000;
 
-  // Both are empty in the many slaves that have no such words.
+  // Both are empty in the many slaves that have no such words, or do not use them.
   std::vector<Part> parts_;
   std::size_t next_part_ = 0;
-  std::size_t edge_count_ = 0;
-  std::vector<Edge> edges_;  ///< edge_count_ of them
+  std::vector<Edge> edges_;
   std::array<std::uint16_t, kMaxInputs> input_masks_{};
   std::uint16_t enable_mask_ = 0;
 

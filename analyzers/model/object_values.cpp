@@ -9,7 +9,8 @@ void ObjectValues::Apply(const mailbox::SdoTransfer& transfer) {
   if (transfer.outcome != mailbox::SdoOutcome::kCompleted && !assumed) return;
   if (transfer.data.empty() || transfer.size != transfer.data.size() || transfer.size > 8) return;
   const auto key = std::pair(transfer.index, transfer.subindex);
-  if (values_.size() >= kMaxObjects && values_.find(key) == values_.end()) return;
+  const bool is_new = values_.find(key) == values_.end();
+  if (is_new && (values_.size() >= kMaxObjects || !TakeFrom(objects_, 1))) return;
   ObjectValue& value = values_[key];
   value.raw = UnsignedOf(transfer.data);
   value.bytes = static_cast<std::uint8_t>(transfer.size);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "decoder/base/allowance.h"
 #include "decoder/base/bytes.h"
 #include "decoder/base/ids.h"
 #include "decoder/base/known.h"
@@ -30,6 +31,9 @@ class ObjectValues {
   /// Later objects are not kept, so that a capture cannot exhaust memory.
   static constexpr std::size_t kMaxObjects = 4096;
 
+  /// @param objects what all slaves share; null: no common limit; else must outlive this
+  explicit ObjectValues(Allowance* objects = nullptr) : objects_(objects) {}
+
   /// Takes a completed transfer of a single subindex, or a download whose answer cannot be in the capture (then as
   /// inferred). Others change nothing.
   void Apply(const mailbox::SdoTransfer& transfer);
@@ -37,6 +41,7 @@ class ObjectValues {
   [[nodiscard]] const ObjectValue* Find(std::uint16_t index, std::uint8_t subindex) const;
 
  private:
+  Allowance* objects_;
   std::map<std::pair<std::uint16_t, std::uint8_t>, ObjectValue> values_;
 };
 

@@ -78,7 +78,9 @@ class ProcessData {
   static constexpr std::size_t kMaxSignals = 2048;
 
   /// @param state, names must outlive this; a reference to `state` stays valid while slaves are added
-  ProcessData(const track::SlaveState& state, const events::ObjectNames& names) : state_(state), names_(names) {}
+  /// @param values what all slaves share for mapping objects; null: no common limit; else must outlive this
+  ProcessData(const track::SlaveState& state, const events::ObjectNames& names, Allowance* values = nullptr)
+      : state_(state), names_(names), seen_(values) {}
 
   /// The family's facts, with those of an ESI file where there is one; never null.
   void SetFamily(const device::DeviceDescription& family);

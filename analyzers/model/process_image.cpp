@@ -226,7 +226,18 @@ void ProcessImage::AddSlave(Entry& entry, SlaveId slave) {
   if (entry.command != wire::Command::LWR) AddMapped(entry, slave, PdoDirection::kTx);
 }
 
+/// Thousands of slaves may have data in each of many datagrams: those of the others are built again when they come.
+void ProcessImage::MakeRoom(const Entry& kept) {
+  std::size_t parts = 0;
+  for (const Entry& entry : entries_) parts += entry.parts.capacity();
+  if (parts <= kMaxParts) return;
+  for (Entry& entry : entries_) {
+    if (&entry != &kept) entry = {};
+  }
+}
+
 void ProcessImage::BuildLogical(Entry& entry) {
+  MakeRoom(entry);
   for (std::size_t s = 0; s < slaves_.size(); ++s) AddSlave(entry, static_cast<SlaveId>(s));
   if (eni_ != nullptr) AddByEni(entry);
   FindCovered(entry);
@@ -360,7 +371,7 @@ const SlaveModel& ProcessImage::UnmetSlave(std::size_t number) {
   Unmet& unmet = unmet_[number];
   if (unmet.model == nullptr) {
     unmet.state = std::make_unique<track::SlaveState>();
-    unmet.model = std::make_unique<SlaveModel>(kNoSlave, *unmet.state, no_events_);
+    unmet.model = std::make_unique<SlaveModel>(kNoSlave, *unmet.state, unmet_limits_, no_events_);
     const device::EniSlave& eni = eni_->slaves[number];
     bus::SlaveAddress address;
     if (const auto position = eni.position()) address.position = Known<SlavePos>::Inferred(*position, 0);

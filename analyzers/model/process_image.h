@@ -141,6 +141,7 @@ class ProcessImage {
     Exchange outputs = Exchange::kUnknown;
   };
   static constexpr std::size_t kEntries = 64;
+  static constexpr std::size_t kMaxParts = 16'384;  ///< of all entries but the one at hand
 
   [[nodiscard]] Version version() const { return {network_.mapping_version(), layout_changes_}; }
   [[nodiscard]] bool ChangedSince(const Version& version, SlaveId slave) const;
@@ -148,6 +149,7 @@ class ProcessImage {
   void BuildLogical(Entry& entry);
   void RefreshLogical(Entry& entry);
   void Clear(Entry& entry);
+  void MakeRoom(const Entry& kept);
   static void Replace(Entry& entry, SlaveId slave, Entry& fresh);
   void AddSlave(Entry& entry, SlaveId slave);
   void FindCovered(Entry& entry);
@@ -165,6 +167,7 @@ class ProcessImage {
   ProfileChoice& choice_;
   const device::EniConfig* eni_;
   ModelSink no_events_;
+  SharedLimits unmet_limits_;
   std::vector<Unmet> unmet_;  ///< by number in the ENI, made when needed
   std::uint64_t layout_changes_ = 0;
   std::vector<std::uint64_t> layout_changed_;  ///< of each slave that ever changed: layout_changes_ after it

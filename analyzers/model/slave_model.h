@@ -13,6 +13,7 @@
 #include "analyzers/model/mailbox_unit.h"
 #include "analyzers/model/object_values.h"
 #include "analyzers/model/process_data.h"
+#include "decoder/base/allowance.h"
 #include "decoder/device/device_description.h"
 #include "decoder/device/eni_reader.h"
 #include "decoder/track/events.h"
@@ -27,15 +28,25 @@ struct ProcessTraffic {
   FrameRef first, last;         ///< of those exchanged
 };
 
+/// What all slaves together may keep, many times what a real bus needs.
+struct SharedLimits {
+  Allowance objects{65'536};
+  Allowance name_bytes{std::size_t{8} << 20U};
+  Allowance mapping_values{16'384};
+  Allowance latch_captures{16'384};
+};
+
 struct SlaveModel {
-  /// @param state what is known of its ESC; must outlive the model
-  SlaveModel(SlaveId slave, const track::SlaveState& state, ModelSink& sink)
+  /// @param state what is known of its ESC; must outlive the model, as must `limits`
+  SlaveModel(SlaveId slave, const track::SlaveState& state, SharedLimits& limits, ModelSink& sink)
       : al(slave, sink),
         mailbox(slave, state, sink),
-        process(state, names),
+        objects(&limits.objects),
+        names(&limits.name_bytes),
+        process(state, names, &limits.mapping_values),
         drive(slave, al, sink),
-        latch(LatchUnit::Words::kLatch, slave, al, process, sink),
-        touch_probe(LatchUnit::Words::kTouchProbe, slave, al, process, sink) {}
+        latch(LatchUnit::Words::kLatch, slave, al, process, sink, &limits.latch_captures),
+        touch_probe(LatchUnit::Words::kTouchProbe, slave, al, process, sink, &limits.latch_captures) {}
   SlaveModel(const SlaveModel&) = delete;  // units refer to one another
   SlaveModel& operator=(const SlaveModel&) = delete;
 

@@ -101,9 +101,8 @@ void StartupRecorder::Add(Record& record, StartupStep step, ByteSpan data) {
     return;
   }
   step.size = data.size();
-  if (record.bytes + data.size() <= kMaxBytes) {
+  if (TakeBytes(record, data.size())) {
     step.data.assign(data.begin(), data.end());
-    record.bytes += data.size();
   } else {
     record.dropped_bytes += data.size();
   }
@@ -111,15 +110,32 @@ void StartupRecorder::Add(Record& record, StartupStep step, ByteSpan data) {
   record.steps.push_back(std::move(step));
 }
 
+/// Whether the record may keep so many bytes more.
+bool StartupRecorder::TakeBytes(Record& record, std::size_t count) {
+  if (record.bytes + count > kMaxBytes || all_bytes_ + count > kMaxAllBytes) return false;
+  record.bytes += count;
+  all_bytes_ += count;
+  return true;
+}
+
 void StartupRecorder::BeginAnew(Story& story) {
   Record next;
   for (const StartupStep& step : story.record.steps) {
-    if (IsEarly(step.phase)) next.steps.push_back(step);
+    if (!IsEarly(step.phase)) continue;
+    next.steps.push_back(step);
+    next.bytes += step.data.size() + step.read_back.size();
   }
+  all_steps_ += next.steps.size();
+  all_bytes_ += next.bytes;
   for (std::size_t p = 0; p <= At(StartupPhase::kEeprom); ++p) next.phases[p] = story.record.phases[p];
-  next.bytes = story.record.bytes;
   next.end = story.record.end;
-  if (!story.best || story.record.highest > story.best->highest) story.best = std::move(story.record);
+  if (!story.best) {
+    story.best = std::make_unique<Record>(std::move(story.record));
+  } else {
+    if (story.record.highest > story.best->highest) std::swap(*story.best, story.record);
+    all_steps_ -= story.record.steps.size();
+    all_bytes_ -= story.record.bytes;
+  }
   story.record = std::move(next);
   ++story.again;
 }
@@ -336,10 +352,9 @@ void StartupRecorder::ReadBack(Record& record, const track::SlaveAccess& access)
       continue;
     }
     const ByteSpan bytes = access.Covered(access.read, static_cast<EscAddress>(step->key.address), step->data.size());
-    if (bytes.empty() || record.bytes + bytes.size() > kMaxBytes) continue;
+    if (bytes.empty() || !TakeBytes(record, bytes.size())) continue;
     step->read_back.assign(bytes.begin(), bytes.end());
     step->read_back_frame = access.frame();
-    record.bytes += bytes.size();
   }
 }
 
@@ -403,10 +418,9 @@ void StartupRecorder::On(const mailbox::SdoTransfer& transfer) {
           written->key.subindex != transfer.subindex || written->key.complete_access != transfer.complete_access) {
         continue;
       }
-      if (written->read_back_frame.seen() || story.record.bytes + transfer.data.size() > kMaxBytes) break;
+      if (written->read_back_frame.seen() || !TakeBytes(story.record, transfer.data.size())) break;
       written->read_back.assign(transfer.data.begin(), transfer.data.end());
       written->read_back_frame = last;
-      story.record.bytes += transfer.data.size();
       break;
     }
   }
@@ -483,9 +497,9 @@ void StartupRecorder::Describe(StartupStep& step, SlaveId slave) const {
   }
 }
 
-StartupSummary StartupRecorder::Finish(const Record& record, SlaveId slave) const {
+StartupSummary StartupRecorder::Finish(Record& record, SlaveId slave) const {
   StartupSummary summary;
-  summary.steps = record.steps;
+  summary.steps = std::move(record.steps);
   std::stable_sort(summary.steps.begin(), summary.steps.end(),
                    [](const StartupStep& a, const StartupStep& b) { return a.frame.number < b.frame.number; });
   for (StartupStep& step : summary.steps) Describe(step, slave);
@@ -521,9 +535,9 @@ StartupSummary StartupRecorder::Finish(const Record& record, SlaveId slave) cons
   return summary;
 }
 
-StartupSummary StartupRecorder::Summarise(SlaveId slave) const {
+StartupSummary StartupRecorder::Summarise(SlaveId slave) {
   if (slave >= stories_.size()) return {};
-  const Story& story = stories_[slave];
+  Story& story = stories_[slave];
   const bool earlier = story.best && story.best->highest >= story.record.highest;
   StartupSummary summary = Finish(earlier ? *story.best : story.record, slave);
   summary.first_state = story.first_state;
@@ -533,7 +547,7 @@ StartupSummary StartupRecorder::Summarise(SlaveId slave) const {
   return summary;
 }
 
-StartupSummary StartupRecorder::SummariseBus() const {
+StartupSummary StartupRecorder::SummariseBus() {
   return Finish(bus_, kNoSlave);
 }
 

@@ -11,6 +11,7 @@
 
 #include <array>
 #include <deque>
+#include <memory>
 #include <optional>
 #include <span>
 #include <utility>
@@ -25,9 +26,11 @@ namespace ecaudit::startup {
 
 class StartupRecorder {
  public:
-  static constexpr std::size_t kMaxSteps = 1000;        ///< a slave
-  static constexpr std::size_t kMaxBytes = 1U << 16U;   ///< of values, a slave
-  static constexpr std::size_t kMaxAllSteps = 200'000;  ///< of all slaves
+  static constexpr std::size_t kMaxSteps = 1000;       ///< a slave
+  static constexpr std::size_t kMaxBytes = 1U << 16U;  ///< of values, a slave
+  // Of all slaves; real buses stay far below.
+  static constexpr std::size_t kMaxAllSteps = 25'000;
+  static constexpr std::size_t kMaxAllBytes = std::size_t{4} << 20U;
 
   /// @param model must outlive this
   explicit StartupRecorder(const model::BusModel& model) : model_(model) {}
@@ -47,9 +50,10 @@ class StartupRecorder {
   void OnAccess(const track::SlaveAccess& access);
 
   /// Texts are made here, when the names that the capture teaches are known.
-  [[nodiscard]] StartupSummary Summarise(SlaveId slave) const;
+  /// Hands the steps over: once a slave, when the capture has ended.
+  [[nodiscard]] StartupSummary Summarise(SlaveId slave);
   /// What was sent to all slaves at once.
-  [[nodiscard]] StartupSummary SummariseBus() const;
+  [[nodiscard]] StartupSummary SummariseBus();
 
  private:
   struct Phase {
@@ -73,8 +77,8 @@ class StartupRecorder {
   };
   struct Story {
     Record record;
-    std::optional<Record> best;
-    std::uint8_t state = 0;  ///< as read last, 0: unknown
+    std::unique_ptr<Record> best;  ///< null: the attempt under way is the first
+    std::uint8_t state = 0;        ///< as read last, 0: unknown
     /// The last changes of `state`, a ring: SDO transfers are told when they end, which may be later.
     std::array<std::pair<FrameNo, std::uint8_t>, 8> changes{};
     std::size_t change_count = 0;
@@ -97,9 +101,10 @@ class StartupRecorder {
   void Write(Record& record, const track::SlaveAccess& access, std::uint8_t state);
   void WriteUnit(Record& record, const track::SlaveAccess& access, EscAddress address, ByteSpan data,
                  StartupPhase phase);
-  static void ReadBack(Record& record, const track::SlaveAccess& access);
-  static void BeginAnew(Story& story);
-  [[nodiscard]] StartupSummary Finish(const Record& record, SlaveId slave) const;
+  [[nodiscard]] bool TakeBytes(Record& record, std::size_t count);
+  void ReadBack(Record& record, const track::SlaveAccess& access);
+  void BeginAnew(Story& story);
+  [[nodiscard]] StartupSummary Finish(Record& record, SlaveId slave) const;
   void Describe(StartupStep& step, SlaveId slave) const;
 
   const model::BusModel& model_;
@@ -111,6 +116,7 @@ class StartupRecorder {
   FrameNo broadcast_frame_ = 0;
   std::uint8_t broadcast_datagram_ = 0;
   std::size_t all_steps_ = 0;
+  std::size_t all_bytes_ = 0;
 };
 
 }  // namespace ecaudit::startup

@@ -12,7 +12,8 @@ const AlHistory::Story& AlHistory::of(SlaveId slave) const {
 }
 
 void AlHistory::Add(Story& story, const AlStep& step) {
-  if (story.steps.size() < kMaxSteps) {
+  if (story.steps.size() < kMaxSteps && all_steps_ < kMaxAllSteps) {
+    ++all_steps_;
     story.steps.push_back(step);
   } else {
     ++story.left_out;

@@ -11,7 +11,8 @@ namespace ecaudit {
 
 class AlHistory {
  public:
-  static constexpr std::size_t kMaxSteps = 200;  ///< a slave; later ones are counted only
+  static constexpr std::size_t kMaxSteps = 200;        ///< a slave; later ones are counted only
+  static constexpr std::size_t kMaxAllSteps = 50'000;  ///< of all slaves
 
   struct Story {
     std::vector<AlStep> steps;
@@ -27,9 +28,10 @@ class AlHistory {
 
  private:
   Story& Get(SlaveId slave);
-  static void Add(Story& story, const AlStep& step);
+  void Add(Story& story, const AlStep& step);
 
   std::deque<Story> stories_;
+  std::size_t all_steps_ = 0;
   Story none_;
 };
 

@@ -23,7 +23,8 @@ DriveHistory::Story& DriveHistory::Get(SlaveId slave) {
 }
 
 void DriveHistory::Add(Story& story, DriveStep step) {
-  if (story.steps.size() < kMaxSteps) {
+  if (story.steps.size() < kMaxSteps && all_steps_ < kMaxAllSteps) {
+    ++all_steps_;
     story.steps.push_back(std::move(step));
   } else {
     ++story.left_out;

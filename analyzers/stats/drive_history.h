@@ -14,8 +14,9 @@ namespace ecaudit {
 
 class DriveHistory {
  public:
-  static constexpr std::size_t kMaxSteps = 200;   ///< a slave; later ones are counted only
-  static constexpr std::size_t kMaxEnabled = 20;  ///< a slave
+  static constexpr std::size_t kMaxSteps = 200;        ///< a slave; later ones are counted only
+  static constexpr std::size_t kMaxAllSteps = 20'000;  ///< of all slaves
+  static constexpr std::size_t kMaxEnabled = 20;       ///< a slave
 
   /// @param model must outlive this
   explicit DriveHistory(const model::BusModel& model) : model_(model) {}
@@ -38,10 +39,11 @@ class DriveHistory {
     FrameRef switched_on;
   };
   Story& Get(SlaveId slave);
-  static void Add(Story& story, DriveStep step);
+  void Add(Story& story, DriveStep step);
 
   const model::BusModel& model_;
   std::deque<Story> stories_;
+  std::size_t all_steps_ = 0;
 };
 
 }  // namespace ecaudit

@@ -33,7 +33,7 @@ struct Assignment {
 class SlaveSet {
  public:
   /// More slaves than any segment has; later ones are not modelled, so that a hostile capture cannot exhaust memory.
-  static constexpr std::size_t kMaxSlaves = 4096;
+  static constexpr std::size_t kMaxSlaves = 2048;
 
   SlaveSet() : by_station_(65536, kNoSlave) {}
 

@@ -10,6 +10,7 @@
 #include <span>
 #include <type_traits>
 
+#include "decoder/base/allowance.h"
 #include "decoder/base/bytes.h"
 #include "decoder/base/ids.h"
 #include "decoder/base/known.h"
@@ -33,11 +34,19 @@ class RegisterImage {
   }
   ~RegisterImage() = default;
 
+  /// Each page is taken from what all slaves share from now on; where nothing is left, what it would hold stays
+  /// unknown.
+  /// @param pages must outlive this; a copy does not have it
+  void Limit(Allowance& pages) { allowance_ = &pages; }
+
   /// Remembers `bytes` from `address` on, replacing what was known, whatever its certainty.
   void Write(EscAddress address, ByteSpan bytes, Certainty certainty) {
     if (certainty == Certainty::kUnknown) return Forget(address, bytes.size());
     ForEachPage(address, bytes.size(), [&](std::size_t page, std::size_t at, std::size_t offset, std::size_t n) {
-      if (!pages_[page]) pages_[page] = std::make_unique<Page>();
+      if (!pages_[page]) {
+        if (!TakeFrom(allowance_, 1)) return;
+        pages_[page] = std::make_unique<Page>();
+      }
       std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(offset), n, pages_[page]->bytes.begin() + at);
       std::fill_n(pages_[page]->certainty.begin() + at, n, certainty);
     });
@@ -50,7 +59,13 @@ class RegisterImage {
     });
   }
   /// Makes everything unknown (power cycle, another slave at this place).
-  void Clear() { pages_ = {}; }
+  void Clear() {
+    if (allowance_ != nullptr) {
+      const auto held = std::count_if(pages_.begin(), pages_.end(), [](const auto& page) { return page != nullptr; });
+      allowance_->GiveBack(static_cast<std::size_t>(held));
+    }
+    pages_ = {};
+  }
 
   /// Certainty of the least certain byte of [address, address + length); kUnknown for no byte at all.
   [[nodiscard]] Certainty CertaintyOf(EscAddress address, std::size_t length) const {
@@ -121,11 +136,13 @@ class RegisterImage {
   }
 
   void CopyFrom(const RegisterImage& other) {
+    Clear();
     for (std::size_t i = 0; i < pages_.size(); ++i) {
-      pages_[i] = other.pages_[i] ? std::make_unique<Page>(*other.pages_[i]) : nullptr;
+      if (other.pages_[i] && TakeFrom(allowance_, 1)) pages_[i] = std::make_unique<Page>(*other.pages_[i]);
     }
   }
 
+  Allowance* allowance_ = nullptr;
   std::array<std::unique_ptr<Page>, kSize / kPageSize> pages_;
 };
 

@@ -43,6 +43,8 @@ class SiiImage {
   [[nodiscard]] static SiiImage FromBytes(ByteSpan bytes);
 
   Change Set(std::uint32_t word, std::uint16_t value);
+  /// Set() need not take memory for it.
+  [[nodiscard]] bool HasRoom(std::uint32_t word) const { return word >= kWords || FindPage(word) != nullptr; }
   void Forget(std::uint32_t word);
   void Clear() { pages_.clear(); }
 

@@ -234,9 +234,7 @@ void EoeReassembler::OnFragment(const MailboxMessage& message, const EoeHeader& 
     data = data.first(data.size() - kTimeBytes);
   }
   frame_.size += data.size();
-  const std::size_t room = kMaxFrameBytes - data_.size();
-  const ByteSpan stored = data.first(std::min(room, data.size()));
-  data_.insert(data_.end(), stored.begin(), stored.end());
+  data_.Append(data);
   if (!header.last_fragment) return;
   // Whether the announced size includes the time stamp, the sources do not say: both are fine.
   const auto blocks = [](std::uint64_t bytes) { return (bytes + kBlockBytes - 1) / kBlockBytes; };
@@ -253,7 +251,7 @@ void EoeReassembler::Begin(const MailboxMessage& message, const EoeHeader& heade
   frame_.last = message.frame();
   frame_.port = header.port;
   frame_.frame_number = header.frame;
-  data_.clear();
+  data_.Clear();
   open_ = true;
   skipping_ = false;
   next_fragment_ = 0;
@@ -272,6 +270,7 @@ void EoeReassembler::Emit(EoeFrame::Problem problem, MailboxSink& sink) {
   frame_.summary = SummariseEthernet(data_);
   sink.On(frame_);
   frame_.data = {};
+  data_.Clear();
 }
 
 void EoeReassembler::End(MailboxSink& sink) {

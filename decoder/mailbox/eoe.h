@@ -16,6 +16,7 @@
 
 #include "decoder/base/bytes.h"
 #include "decoder/mailbox/events.h"
+#include "decoder/mailbox/message_bytes.h"
 
 namespace ecaudit::mailbox {
 
@@ -79,6 +80,9 @@ class EoeReassembler {
  public:
   static constexpr std::size_t kMaxFrameBytes = 4096;
 
+  /// @param bytes what all slaves share for messages in the making; null: no common limit
+  explicit EoeReassembler(Allowance* bytes = nullptr) : data_(kMaxFrameBytes, bytes) {}
+
   void OnMessage(const MailboxMessage& message, const FrameRef& request, MailboxSink& sink);
   /// Gives up an unfinished frame.
   void End(MailboxSink& sink);
@@ -94,7 +98,7 @@ class EoeReassembler {
   std::uint8_t next_fragment_ = 0;
   std::uint8_t announced_blocks_ = 0;
   EoeFrame frame_;
-  std::vector<std::uint8_t> data_;
+  MessageBytes data_;
 };
 
 }  // namespace ecaudit::mailbox

@@ -5,7 +5,7 @@
 namespace ecaudit::mailbox {
 namespace {
 
-constexpr std::size_t kKeptBytes = 16U << 10U;
+constexpr std::size_t kKeptIndices = 512;
 
 SdoInfo::Kind KindOf(SdoInfoOpcode opcode) {
   switch (opcode) {
@@ -116,7 +116,7 @@ void SdoInfoTracker::OnRequest(const MailboxMessage& message, const SdoInfoHeade
     info_.index = LittleEndian<std::uint16_t>(header.data, 0);
     info_.subindex = info_.kind == SdoInfo::Kind::kEntry ? LittleEndian<std::uint8_t>(header.data, 2) : std::uint8_t{0};
   }
-  data_.clear();
+  data_.Clear();
   open_ = true;
   assumed_ = message.assumed;
 }
@@ -132,7 +132,7 @@ void SdoInfoTracker::OnResponse(const MailboxMessage& message, const SdoInfoHead
     info_ = SdoInfo();
     info_.slave = slave_;
     info_.kind = kind;
-    data_.clear();
+    data_.Clear();
     open_ = true;
     assumed_ = false;
   }
@@ -151,9 +151,7 @@ void SdoInfoTracker::OnResponse(const MailboxMessage& message, const SdoInfoHead
   }
   ++info_.fragments;
   fragments_left_ = header.fragments_left;
-  const std::size_t room = kMaxBytes - data_.size();
-  const ByteSpan stored = header.data.first(std::min(room, header.data.size()));
-  data_.insert(data_.end(), stored.begin(), stored.end());
+  data_.Append(header.data);
   if (header.incomplete && header.fragments_left != 0) return;
   if (header.incomplete || header.fragments_left != 0) info_.fragment_error = true;
   switch (kind) {
@@ -238,10 +236,8 @@ void SdoInfoTracker::Close(SdoInfo::Outcome outcome, MailboxSink& sink) {
   if (info_.request.has_time && info_.response.has_time) info_.duration = info_.response.time - info_.request.time;
   sink.On(info_);
   info_ = SdoInfo();
-  if (data_.capacity() > kKeptBytes) {
-    data_ = {};
-    indices_ = {};
-  }
+  data_.Clear();
+  if (indices_.capacity() > kKeptIndices) indices_ = {};
 }
 
 }  // namespace ecaudit::mailbox

@@ -12,6 +12,7 @@
 
 #include "decoder/base/bytes.h"
 #include "decoder/mailbox/events.h"
+#include "decoder/mailbox/message_bytes.h"
 
 namespace ecaudit::mailbox {
 
@@ -59,7 +60,8 @@ class SdoInfoTracker {
  public:
   static constexpr std::size_t kMaxBytes = 0x20002;  ///< list type and all 65,536 indices
 
-  explicit SdoInfoTracker(SlaveId slave) : slave_(slave) {}
+  /// @param bytes what all slaves share for messages in the making; null: no common limit
+  explicit SdoInfoTracker(SlaveId slave, Allowance* bytes = nullptr) : slave_(slave), data_(kMaxBytes, bytes) {}
 
   void OnMessage(const MailboxMessage& message, MailboxSink& sink);
   void OnMailboxError(std::uint16_t detail, const FrameRef& frame, MailboxSink& sink);
@@ -80,7 +82,7 @@ class SdoInfoTracker {
   bool assumed_ = false;
   std::uint16_t fragments_left_ = 0;
   SdoInfo info_;
-  std::vector<std::uint8_t> data_;
+  MessageBytes data_;
   std::vector<std::uint16_t> indices_;
 };
 

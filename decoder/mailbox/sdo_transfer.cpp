@@ -5,9 +5,6 @@
 namespace ecaudit::mailbox {
 namespace {
 
-/// Data of a transfer above this is given back when it ends.
-constexpr std::size_t kKeptBytes = 64U << 10U;
-
 SdoService ServiceOf(SdoKind kind) {
   switch (kind) {
     case SdoKind::kDownloadInitiate:
@@ -331,7 +328,7 @@ void SdoTransferTracker::Begin(SdoService service) {
   transfer_ = SdoTransfer();
   transfer_.slave = slave_;
   transfer_.service = service;
-  data_.clear();
+  data_.Clear();
   state_ = State::kInitiated;
   next_toggle_ = false;
   toggle_known_ = true;
@@ -348,9 +345,7 @@ SdoOutcome SdoTransferTracker::Unfinished(SdoOutcome why) const {
 
 void SdoTransferTracker::Append(ByteSpan data) {
   transfer_.size += data.size();
-  const std::size_t room = kMaxStoredBytes - std::min(kMaxStoredBytes, data_.size());
-  const ByteSpan stored = data.first(std::min(room, data.size()));
-  data_.insert(data_.end(), stored.begin(), stored.end());
+  data_.Append(data);
 }
 
 void SdoTransferTracker::ToggleError(const MailboxMessage& message) {
@@ -379,10 +374,7 @@ void SdoTransferTracker::Close(SdoOutcome outcome, MailboxSink& sink) {
   }
   sink.On(transfer_);
   transfer_.data = {};
-  if (data_.capacity() > kKeptBytes) {
-    data_.clear();
-    data_.shrink_to_fit();
-  }
+  data_.Clear();
 }
 
 }  // namespace ecaudit::mailbox

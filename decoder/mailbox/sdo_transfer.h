@@ -9,10 +9,10 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include "decoder/mailbox/coe.h"
 #include "decoder/mailbox/events.h"
+#include "decoder/mailbox/message_bytes.h"
 #include "decoder/mailbox/sdo.h"
 
 namespace ecaudit::mailbox {
@@ -21,7 +21,9 @@ class SdoTransferTracker {
  public:
   static constexpr std::size_t kMaxStoredBytes = 1U << 20U;
 
-  explicit SdoTransferTracker(SlaveId slave) : slave_(slave) {}
+  /// @param bytes what all slaves share for messages in the making; null: no common limit
+  explicit SdoTransferTracker(SlaveId slave, Allowance* bytes = nullptr)
+      : slave_(slave), data_(kMaxStoredBytes, bytes) {}
 
   /// @param message  CoE message with service SDO request or response
   void OnMessage(const MailboxMessage& message, MailboxSink& sink);
@@ -76,7 +78,7 @@ class SdoTransferTracker {
   bool last_segment_sent_ = false;
   bool assumed_ = false;  ///< the open transfer's request is assumed: answers are not in the capture
   SdoTransfer transfer_;
-  std::vector<std::uint8_t> data_;
+  MessageBytes data_;
 };
 
 }  // namespace ecaudit::mailbox

@@ -16,7 +16,7 @@ void SoeReassembler::OnMessage(const MailboxMessage& message, const FrameRef& re
     message_.drive = header.drive;
     message_.elements = header.elements;
     message_.fragments = 0;
-    data_.clear();
+    data_.Clear();
     open_ = true;
   } else if (fragments_left_ != (header.incomplete ? header.idn_or_fragments_left : 0) + 1U) {
     message_.fragment_error = true;
@@ -30,9 +30,7 @@ void SoeReassembler::OnMessage(const MailboxMessage& message, const FrameRef& re
     data = data.first(data.size() - 2);
   }
   message_.size += data.size();
-  const std::size_t room = kMaxStoredBytes - data_.size();
-  const ByteSpan stored = data.first(std::min(room, data.size()));
-  data_.insert(data_.end(), stored.begin(), stored.end());
+  data_.Append(data);
   if (header.incomplete) {
     fragments_left_ = header.idn_or_fragments_left;
     return;
@@ -46,6 +44,7 @@ void SoeReassembler::Emit(MailboxSink& sink) {
   message_.data = data_;
   sink.On(message_);
   message_.data = {};
+  data_.Clear();
 }
 
 void SoeReassembler::End(MailboxSink& sink) {

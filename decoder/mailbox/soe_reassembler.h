@@ -6,9 +6,9 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include "decoder/mailbox/events.h"
+#include "decoder/mailbox/message_bytes.h"
 #include "decoder/mailbox/soe.h"
 
 namespace ecaudit::mailbox {
@@ -16,6 +16,9 @@ namespace ecaudit::mailbox {
 class SoeReassembler {
  public:
   static constexpr std::size_t kMaxStoredBytes = 64U << 10U;
+
+  /// @param bytes what all slaves share for messages in the making; null: no common limit
+  explicit SoeReassembler(Allowance* bytes = nullptr) : data_(kMaxStoredBytes, bytes) {}
 
   /// @param request  the outstanding request a response answers, not seen() when there is none
   void OnMessage(const MailboxMessage& message, const FrameRef& request, MailboxSink& sink);
@@ -28,7 +31,7 @@ class SoeReassembler {
   bool open_ = false;
   std::uint16_t fragments_left_ = 0;
   SoeMessage message_;
-  std::vector<std::uint8_t> data_;
+  MessageBytes data_;
 };
 
 }  // namespace ecaudit::mailbox

@@ -58,7 +58,8 @@ bool PdoMapping::Set(std::uint16_t index, std::uint8_t subindex, std::uint32_t v
     return certainty == Certainty::kObserved ? Known<std::uint8_t>::Observed(v, frame)
                                              : Known<std::uint8_t>::Inferred(v, frame);
   };
-  if (values_ >= kMaxValues && objects_.find(index) == objects_.end()) return false;
+  const bool is_new = objects_.find(index) == objects_.end();
+  if (is_new && (values_ >= kMaxValues || !TakeFrom(allowance_, 1))) return false;
   PdoObject& object = objects_[index];
   if (subindex == 0) {
     const std::uint8_t* before = object.count.if_known();
@@ -70,7 +71,7 @@ bool PdoMapping::Set(std::uint16_t index, std::uint8_t subindex, std::uint32_t v
     const auto before = object.values.find(subindex);
     if (before != object.values.end() && before->second == value) return false;
     if (before == object.values.end()) {
-      if (values_ >= kMaxValues) return false;
+      if (values_ >= kMaxValues || !TakeFrom(allowance_, 1)) return false;
       ++values_;
     }
     object.values[subindex] = value;

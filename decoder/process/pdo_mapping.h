@@ -12,6 +12,7 @@
 #include <optional>
 #include <vector>
 
+#include "decoder/base/allowance.h"
 #include "decoder/base/ids.h"
 #include "decoder/base/known.h"
 #include "decoder/mailbox/events.h"
@@ -64,6 +65,9 @@ class PdoMapping {
   /// All objects of one slave together; later ones are not kept, so that a capture cannot exhaust memory.
   static constexpr std::size_t kMaxValues = 8192;
 
+  /// @param values what all slaves share for objects and values; null: no common limit; else must outlive this
+  explicit PdoMapping(Allowance* values = nullptr) : allowance_(values) {}
+
   /// Takes a transfer that was completed, or that is assumed to be (outbound-only capture, then as inferred).
   /// @return true when something changed
   bool Apply(const mailbox::SdoTransfer& transfer);
@@ -82,6 +86,7 @@ class PdoMapping {
  private:
   bool Set(std::uint16_t index, std::uint8_t subindex, std::uint32_t value, Certainty certainty, FrameNo frame);
 
+  Allowance* allowance_;
   std::map<std::uint16_t, PdoObject> objects_;
   std::size_t values_ = 0;
   std::uint32_t version_ = 0;

@@ -38,6 +38,16 @@ ByteSpan Whole(ByteSpan bytes) {
   return Slice(bytes, 0, mailbox::kHeaderBytes + mailbox::ParseHeader(bytes).length);
 }
 
+/// First address behind the access.
+std::uint32_t EndOf(const SlaveAccess& access) {
+  return access.address +
+         static_cast<std::uint32_t>(std::max<std::size_t>({access.written.size(), access.read.size(), 1}));
+}
+
+bool TouchesRegisters(const SlaveAccess& access) {
+  return access.address < kInPdiControl + 1 && EndOf(access) > kOutStatus;
+}
+
 Certainty CertaintyOf(Acceptance acceptance) {
   switch (acceptance) {
     case Acceptance::kAccepted:
@@ -125,8 +135,18 @@ MailboxWindow MailboxWindowOf(const SlaveState& state) {
   return {out.start, out.length, in.start, in.length, out.use, in.use};
 }
 
-MailboxTracker::MailboxTracker(SlaveId slave, mailbox::MailboxSink& sink)
-    : slave_(slave), sink_(sink), sdo_(slave), sdo_info_(slave), foe_(slave) {}
+MailboxTracker::MailboxTracker(SlaveId slave, mailbox::MailboxSink& sink, Allowance* bytes)
+    : slave_(slave),
+      sink_(sink),
+      out_(bytes),
+      in_(bytes),
+      sdo_(slave, bytes),
+      sdo_info_(slave, bytes),
+      foe_(slave),
+      eoe_out_(bytes),
+      eoe_in_(bytes),
+      soe_out_(bytes),
+      soe_in_(bytes) {}
 
 bool MailboxTracker::Configure(Box& box, EscAddress start, std::uint16_t length, MailboxUse use) {
   const bool was_on = box.use == MailboxUse::kOn;
@@ -149,11 +169,13 @@ void MailboxTracker::SetWindow(const MailboxWindow& window, const FrameRef& fram
   foe_.SetMailboxLengths(window.out_length, window.in_length);
 }
 
+bool MailboxTracker::Concerns(const SlaveAccess& access) {
+  return TouchesRegisters(access) || (EndOf(access) > kFirstRam && !access.broadcast);
+}
+
 void MailboxTracker::OnAccess(const SlaveAccess& access) {
-  const std::uint32_t end = access.address + static_cast<std::uint32_t>(
-                                                 std::max<std::size_t>({access.written.size(), access.read.size(), 1}));
-  if (access.address < kInPdiControl + 1 && end > kOutStatus) OnRegisters(access);
-  if (end <= kFirstRam || access.broadcast) return;
+  if (TouchesRegisters(access)) OnRegisters(access);
+  if (EndOf(access) <= kFirstRam || access.broadcast) return;
   if (!access.written.empty()) OnWrite(access);
   if (access.written.empty() || !access.read.empty()) OnRead(access);
 }
@@ -253,7 +275,7 @@ void MailboxTracker::Assemble(Box& box, Direction direction, const SlaveAccess& 
     // A read from the first byte again only looks at the same message once more; a write begins another one.
     if (box.open && direction == Direction::kOut) DeliverIncomplete(access);
     box.open = true;
-    box.bytes.clear();
+    box.bytes.Clear();
     box.first = direction == Direction::kOut && access.sent.seen() ? access.sent : access.frame();
     box.acceptance = access.acceptance;
   } else if (!box.open) {
@@ -271,7 +293,7 @@ void MailboxTracker::Assemble(Box& box, Direction direction, const SlaveAccess& 
   // Bytes behind a hole do not belong to the message: masters skip from its end to the last byte of the mailbox.
   if (offset <= box.bytes.size() && offset + inside.size() > box.bytes.size()) {
     const ByteSpan fresh = inside.subspan(box.bytes.size() - offset);
-    box.bytes.insert(box.bytes.end(), fresh.begin(), fresh.end());
+    box.bytes.Append(fresh);
   }
   if (!to_last) return;
   box.open = false;

@@ -11,11 +11,11 @@
 
 #include <array>
 #include <cstdint>
-#include <vector>
 
 #include "decoder/mailbox/eoe.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/mailbox/foe.h"
+#include "decoder/mailbox/message_bytes.h"
 #include "decoder/mailbox/sdo_info.h"
 #include "decoder/mailbox/sdo_transfer.h"
 #include "decoder/mailbox/soe_reassembler.h"
@@ -64,11 +64,14 @@ struct MailboxCounters {
 
 class MailboxTracker {
  public:
-  MailboxTracker(SlaveId slave, mailbox::MailboxSink& sink);
+  /// @param bytes what all slaves share for messages in the making; null: no common limit; else must outlive this
+  MailboxTracker(SlaveId slave, mailbox::MailboxSink& sink, Allowance* bytes = nullptr);
 
   /// The configuration valid from now on; nothing happens when it is the same as before. A change of a known one ends
   /// everything that is open.
   void SetWindow(const MailboxWindow& window, const FrameRef& frame);
+  /// Whether OnAccess() does anything with such an access.
+  [[nodiscard]] static bool Concerns(const SlaveAccess& access);
   /// Any access to this slave, in the order in which they became known; those that do not concern mailboxes are ignored
   /// quickly.
   void OnAccess(const SlaveAccess& access);
@@ -97,6 +100,8 @@ class MailboxTracker {
 
   /// One direction.
   struct Box {
+    explicit Box(Allowance* allowance) : bytes(0xFFFF, allowance) {}
+
     EscAddress start = 0;
     std::uint16_t length = 0;
     MailboxUse use = MailboxUse::kUnknown;
@@ -110,8 +115,8 @@ class MailboxTracker {
     FrameNo last_original = 0;  // of the newest message, repetitions left out
     Acceptance acceptance = Acceptance::kAccepted;
     FrameRef first;
-    EscAddress inferred_start = 0;    // 0: none recognised yet
-    std::vector<std::uint8_t> bytes;  // from the first byte on, without gaps
+    EscAddress inferred_start = 0;  // 0: none recognised yet
+    mailbox::MessageBytes bytes;    // from the first byte on, without gaps
 
     [[nodiscard]] std::uint32_t end() const { return static_cast<std::uint32_t>(start) + length; }
   };

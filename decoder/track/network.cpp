@@ -191,7 +191,7 @@ void Network::ForgetReturning(std::uint16_t first_position, const FrameRef& fram
     SlaveState& state = states_[id];
     state.registers.Clear();
     state.sii.Forget();
-    mailboxes_[id]->Forget(frame);
+    if (mailboxes_[id]) mailboxes_[id]->Forget(frame);
     ++state.mapping_version;
     MappingChanged(id);
     state.al_status_code.Forget(frame.number);
@@ -249,9 +249,10 @@ SlaveId Network::Resolve(const Datagram& d, bool add) {
 void Network::Meet(SlaveId id, const FrameRef& frame) {
   if (id == kNoSlave || id < states_.size()) return;
   ++states_version_;
-  states_.push_back(everyone_);
-  states_.back().sii = SiiAssembler(id);
-  mailboxes_.push_back(std::make_unique<MailboxTracker>(id, events_));
+  states_.emplace_back().registers.Limit(register_pages_);
+  states_.back() = everyone_;
+  states_.back().sii = SiiAssembler(id, &eeprom_pages_);
+  mailboxes_.emplace_back();
   window_versions_.push_back(0);
   mappings_.emplace_back();
   MappingChanged(id);
@@ -490,7 +491,7 @@ void Network::Apply(const SlaveAccess& access) {
   }
   events_.OnAccess(access);
   if (window_versions_[access.slave] != state.mapping_version) UpdateMailboxWindow(access.slave, access.frame());
-  mailboxes_[access.slave]->OnAccess(access);
+  TrackMailbox(access);
   if (!in_registers) return;
   if (access.address < esc::kEepromEnd &&
       access.address + std::max(access.written.size(), access.read.size()) > esc::kEepromConfiguration) {
@@ -507,7 +508,7 @@ void Network::Apply(const SlaveAccess& access) {
     events_.On(AlRequest{access.slave, access.sent, access.returned, esc::AlWord{WordOrByte(control)},
                          access.acceptance, access.broadcast});
     if (access.done() && esc::AlWord{WordOrByte(control)}.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) {
-      mailboxes_[access.slave]->Reset(access.frame());
+      if (mailboxes_[access.slave]) mailboxes_[access.slave]->Reset(access.frame());
     }
   }
   if (access.broadcast) return;
@@ -531,7 +532,7 @@ void Network::ApplyAlStatus(SlaveId slave, const FrameRef& frame, std::uint16_t 
   if (event.changed()) {
     const bool other_state = event.before && event.before->state() != event.status.state();
     if (other_state && event.status.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) {
-      mailboxes_[slave]->Reset(frame);
+      if (mailboxes_[slave]) mailboxes_[slave]->Reset(frame);
     }
     state.al_status = Known<esc::AlWord>::Observed(esc::AlWord{status}, frame.number);
     ++states_version_;
@@ -596,7 +597,19 @@ void Network::OnEepromError(const EepromError& event) {
 
 void Network::UpdateMailboxWindow(SlaveId slave, const FrameRef& frame) {
   window_versions_[slave] = states_[slave].mapping_version;
-  mailboxes_[slave]->SetWindow(MailboxWindowOf(states_[slave]), frame);
+  const MailboxWindow window = MailboxWindowOf(states_[slave]);
+  if (mailboxes_[slave] || window != MailboxWindow()) NeedMailbox(slave).SetWindow(window, frame);
+}
+
+MailboxTracker& Network::NeedMailbox(SlaveId slave) {
+  auto& mailbox = mailboxes_[slave];
+  if (!mailbox) mailbox = std::make_unique<MailboxTracker>(slave, events_, &message_bytes_);
+  return *mailbox;
+}
+
+/// Slaves without a mailbox, and those of which only the AL state is polled, need no tracker.
+void Network::TrackMailbox(const SlaveAccess& access) {
+  if (mailboxes_[access.slave] || MailboxTracker::Concerns(access)) NeedMailbox(access.slave).OnAccess(access);
 }
 
 /// @param slave kNoSlave: what a broadcast leaves in slaves that are met later
@@ -667,7 +680,7 @@ void Network::ReadMailboxesThroughFmmus(const Datagram& d) {
 void Network::Finish() {
   for (std::size_t s = 0; s < states_.size(); ++s) {
     states_[s].sii.Finish(this);
-    mailboxes_[s]->Finish();
+    if (mailboxes_[s]) mailboxes_[s]->Finish();
   }
 }
 

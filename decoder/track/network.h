@@ -11,6 +11,7 @@
 #include <optional>
 #include <vector>
 
+#include "decoder/base/allowance.h"
 #include "decoder/bus/slave_set.h"
 #include "decoder/bus/transaction.h"
 #include "decoder/track/events.h"
@@ -25,7 +26,6 @@ class Network final : public bus::BusSink, private SiiListener {
 
   [[nodiscard]] const bus::SlaveSet& slaves() const { return slaves_; }
   [[nodiscard]] const SlaveState& state(SlaveId id) const { return states_[id]; }
-  [[nodiscard]] const MailboxTracker& mailbox(SlaveId id) const { return *mailboxes_[id]; }
   /// Slaves on the bus as the last frame with a position counter showed.
   [[nodiscard]] const Known<std::uint16_t>& slave_count() const { return slave_count_; }
 
@@ -80,6 +80,8 @@ class Network final : public bus::BusSink, private SiiListener {
   void OnEepromError(const EepromError& event) override;
   void MappingChanged(SlaveId slave);
   const KnownFmmus& Decode(SlaveId id) const;
+  void TrackMailbox(const SlaveAccess& access);
+  MailboxTracker& NeedMailbox(SlaveId slave);
   void UpdateMailboxWindow(SlaveId slave, const FrameRef& frame);
   void ReadMailboxesThroughFmmus(const Datagram& d);
   void FindMappedMailboxes();
@@ -107,7 +109,14 @@ class Network final : public bus::BusSink, private SiiListener {
     KnownFmmus fmmus;
   };
   mutable std::vector<Mapping> mappings_;  ///< decoded when asked for
-  std::vector<std::unique_ptr<MailboxTracker>> mailboxes_;
+  // What a capture could make thousands of slaves keep.
+  static constexpr std::size_t kMessageBytes = std::size_t{8} << 20U;
+  static constexpr std::size_t kEepromPages = 8192;
+  static constexpr std::size_t kRegisterPages = 16'384;
+  Allowance message_bytes_{kMessageBytes};
+  Allowance eeprom_pages_{kEepromPages};
+  Allowance register_pages_{kRegisterPages};
+  std::vector<std::unique_ptr<MailboxTracker>> mailboxes_;  // null until there is something to track
   std::vector<std::uint32_t> window_versions_;              // mapping version that each mailbox window rests on
   /// In mailboxes that some FMMU maps into the logical address space, by slave; nearly always none.
   struct MappedMailbox {

@@ -112,7 +112,7 @@ void SiiAssembler::OnData(const SlaveAccess& access, bool fresh_status, SiiListe
     if (wanted) {
       const std::uint16_t word = LittleEndian<std::uint16_t>(bytes, 0);
       const auto address = static_cast<std::uint32_t>(*first + i);
-      const auto change = image_.Set(address, word);
+      const auto change = Learn(address, word);
       if (command_.kind == Kind::kRead) {
         command_.delivered = static_cast<std::uint8_t>(command_.delivered | 1U << i);
       } else {
@@ -190,12 +190,17 @@ void SiiAssembler::Start(const SlaveAccess& access, std::uint8_t command, SiiLis
   }
 }
 
+esc::SiiImage::Change SiiAssembler::Learn(std::uint32_t word, std::uint16_t value) {
+  if (!image_.HasRoom(word) && !TakeFrom(pages_, 1)) return esc::SiiImage::Change::kNone;
+  return image_.Set(word, value);
+}
+
 void SiiAssembler::EndWrite(const FrameRef& frame, bool confirmed, SiiListener* listener) {
   if (command_.kind != Kind::kWrite || command_.ended) return;
   command_.ended = true;
   if (command_.address) {
     if (command_.data && (confirmed || command_.assumed)) {
-      image_.Set(*command_.address, *command_.data);
+      Learn(*command_.address, *command_.data);
     } else {
       image_.Forget(*command_.address);
     }

@@ -10,6 +10,7 @@
 #include <optional>
 #include <span>
 
+#include "decoder/base/allowance.h"
 #include "decoder/base/bytes.h"
 #include "decoder/base/ids.h"
 #include "decoder/esc/sii.h"
@@ -74,7 +75,8 @@ class SiiListener {
 /// of all slaves and end the busy state only.
 class SiiAssembler {
  public:
-  explicit SiiAssembler(SlaveId slave = kNoSlave) : slave_(slave) {}
+  /// @param pages what all slaves share for images; null: no common limit; else must outlive this
+  explicit SiiAssembler(SlaveId slave = kNoSlave, Allowance* pages = nullptr) : slave_(slave), pages_(pages) {}
 
   /// @param listener may be null
   void OnAccess(const SlaveAccess& access, SiiListener* listener);
@@ -110,12 +112,14 @@ class SiiAssembler {
   void OnWrite(const SlaveAccess& access, SiiListener* listener);
   void OnOwner(const SlaveAccess& access, std::uint8_t value, SiiListener* listener);
   void Start(const SlaveAccess& access, std::uint8_t command, SiiListener* listener);
+  esc::SiiImage::Change Learn(std::uint32_t word, std::uint16_t value);
   void EndWrite(const FrameRef& frame, bool confirmed, SiiListener* listener);
   /// Word address from 0x0504 as last written; unknown when its lower half is.
   [[nodiscard]] std::optional<std::uint32_t> WrittenAddress() const;
   [[nodiscard]] std::optional<std::uint16_t> WrittenData() const;
 
   SlaveId slave_;
+  Allowance* pages_;
   esc::SiiImage image_;
   Command command_;
   std::array<std::uint8_t, 6> written_{};  ///< 0x0504-0x0509 as last written

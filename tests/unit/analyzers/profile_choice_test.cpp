@@ -41,7 +41,7 @@ constexpr std::string_view kEni = R"(<EtherCATConfig><Config>
 
 class ProfileChoiceTest : public ::testing::Test {
  protected:
-  ProfileChoiceTest() : slave(0, state, sink) { options.files = files; }
+  ProfileChoiceTest() : slave(0, state, limits, sink) { options.files = files; }
 
   void AddEsi(std::string name, std::string_view xml) {
     Result<device::EsiFile> file = device::ReadEsi(xml);
@@ -69,6 +69,7 @@ class ProfileChoiceTest : public ::testing::Test {
   AnalysisOptions options;
   ModelSink sink;
   track::SlaveState state;
+  SharedLimits limits;
   SlaveModel slave;
   bus::SlaveAddress address;
   IdentityLearned seen;
