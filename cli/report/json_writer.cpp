@@ -1,6 +1,7 @@
 #include "cli/report/json_writer.h"
 
 #include <optional>
+#include <string>
 #include <string_view>
 #include <type_traits>
 
@@ -40,24 +41,80 @@ Json StateText(std::uint16_t al_word) {
   return esc::StateName(esc::AlWord{al_word}.state());
 }
 
+// --- text, as Json::dump() writes it, piece by piece -----------------------------------------------------------------
+
+constexpr std::size_t kIndent = 2;
+
+void NewLine(std::string& out, std::size_t depth) {
+  out += '\n';
+  out.append(depth * kIndent, ' ');
+}
+
+/// @param depth of the line in which it begins
+void AppendValue(std::string& out, const Json& value, std::size_t depth) {
+  for (const char c : value.dump(kIndent, ' ', false, Json::error_handler_t::replace)) {
+    if (c == '\n') {
+      NewLine(out, depth);  // in a text it would be \n
+    } else {
+      out += c;
+    }
+  }
+}
+
+template <typename AppendElement>
+void AppendArray(std::string& out, std::size_t size, std::size_t depth, AppendElement append) {
+  out += '[';
+  for (std::size_t i = 0; i < size; ++i) {
+    if (i != 0) out += ',';
+    NewLine(out, depth + 1);
+    append(i);
+  }
+  if (size != 0) NewLine(out, depth);
+  out += ']';
+}
+
+/// @param append writes the value of a member; the object has at least one
+template <typename AppendMember>
+void AppendObject(std::string& out, const Json& object, std::size_t depth, AppendMember append) {
+  out += '{';
+  bool first = true;
+  for (const auto& [key, value] : object.items()) {
+    if (!first) out += ',';
+    first = false;
+    NewLine(out, depth + 1);
+    AppendValue(out, key, depth + 1);
+    out += ": ";
+    append(key, value);
+  }
+  NewLine(out, depth);
+  out += '}';
+}
+
 /// Writes one capture's report; holds what every section needs.
 class CaptureWriter {
  public:
   explicit CaptureWriter(const CaptureReport& capture) : capture_(capture), result_(capture.result) {}
 
   [[nodiscard]] Json Write() const {
-    Json json;
-    json["capture"] = Capture();
-    json["settings"] = Settings();
-    json["bus"] = Bus();
-    json["slaves"] = Json::array();
+    Json json = Outline();
     for (const SlaveSummary& slave : result_.slaves) json["slaves"].push_back(Slave(slave));
-    json["findings"] = Json::array();
     for (std::size_t i = 0; i < result_.findings.size(); ++i) json["findings"].push_back(FindingJson(i));
-    json["not_evaluable"] = Json::array();
-    for (const NotEvaluable& entry : result_.not_evaluable) json["not_evaluable"].push_back(NotEvaluableJson(entry));
-    json["summary"] = SummaryJson(Summarise(capture_));
     return json;
+  }
+
+  /// The same as text, `depth` levels deep. Slaves and findings are made one at a time: there may be thousands.
+  void Append(std::string& out, std::size_t depth) const {
+    AppendObject(out, Outline(), depth, [&](const std::string& key, const Json& value) {
+      if (key == "slaves") {
+        AppendArray(out, result_.slaves.size(), depth + 1,
+                    [&](std::size_t i) { AppendValue(out, Slave(result_.slaves[i]), depth + 2); });
+      } else if (key == "findings") {
+        AppendArray(out, result_.findings.size(), depth + 1,
+                    [&](std::size_t i) { AppendValue(out, FindingJson(i), depth + 2); });
+      } else {
+        AppendValue(out, value, depth + 1);
+      }
+    });
   }
 
   [[nodiscard]] static Json SummaryJson(const Summary& summary) {
@@ -69,6 +126,20 @@ class CaptureWriter {
   }
 
  private:
+  /// All but slaves and findings.
+  [[nodiscard]] Json Outline() const {
+    Json json;
+    json["capture"] = Capture();
+    json["settings"] = Settings();
+    json["bus"] = Bus();
+    json["slaves"] = Json::array();
+    json["findings"] = Json::array();
+    json["not_evaluable"] = Json::array();
+    for (const NotEvaluable& entry : result_.not_evaluable) json["not_evaluable"].push_back(NotEvaluableJson(entry));
+    json["summary"] = SummaryJson(Summarise(capture_));
+    return json;
+  }
+
   [[nodiscard]] Json Seconds(const FrameRef& frame) const {
     return OrNull(SecondsSince(result_.capture.origin, frame));
   }
@@ -458,7 +529,10 @@ class CaptureWriter {
 
 }  // namespace
 
-Json ReportJson(const Report& report) {
+namespace {
+
+/// All but the reports of the captures.
+Json OutlineOf(const Report& report) {
   Json json;
   json["schema"] = "ecaudit.report/1";
   json["tool"] = {{"name", "ecaudit"}, {"version", report.version}};
@@ -467,7 +541,6 @@ Json ReportJson(const Report& report) {
         {"settings", report.origin.settings}, {"bytes", report.origin.bytes}, {"modified", report.origin.modified}};
   }
   json["reports"] = Json::array();
-  for (const CaptureReport& capture : report.captures) json["reports"].push_back(CaptureWriter(capture).Write());
   json["unreadable"] = Json::array();
   for (const UnreadableCapture& capture : report.unreadable) {
     json["unreadable"].push_back({{"path", Text(capture.path)}, {"message", Text(capture.message)}});
@@ -477,8 +550,23 @@ Json ReportJson(const Report& report) {
   return json;
 }
 
+}  // namespace
+
+Json ReportJson(const Report& report) {
+  Json json = OutlineOf(report);
+  for (const CaptureReport& capture : report.captures) json["reports"].push_back(CaptureWriter(capture).Write());
+  return json;
+}
+
 std::string WriteJson(const Report& report) {
-  return ReportJson(report).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  std::string out;
+  AppendObject(out, OutlineOf(report), 0, [&](const std::string& key, const Json& value) {
+    if (key != "reports") return AppendValue(out, value, 1);
+    AppendArray(out, report.captures.size(), 1,
+                [&](std::size_t i) { CaptureWriter(report.captures[i]).Append(out, 2); });
+  });
+  out += '\n';
+  return out;
 }
 
 }  // namespace ecaudit::report
