@@ -164,30 +164,34 @@ TEST(BoundedMemory, RegistersOfSlavesAtAllStationAddresses) {
 }
 
 TEST(BoundedMemory, MailboxesAndProcessDataOfSlavesAtAllStationAddresses) {
-  ExpectBounded(20'480, [](std::uint64_t n, auto& sent, auto& returned) {
-    const auto station = static_cast<std::uint16_t>(n % 2048 + 1);
-    const auto write = [&](std::uint16_t address, Bytes data) {
-      sent.push_back(Of(Cmd::FPWR, station, address, data));
-      returned.push_back(Answered(sent.back(), std::move(data), 1));
-    };
-    const auto read = [&](std::uint16_t address, Bytes data) {
-      sent.push_back(Of(Cmd::FPRD, station, address, Bytes(data.size(), 0)));
-      returned.push_back(Answered(sent.back(), std::move(data), 1));
-    };
-    // Sync managers, two FMMUs that map all slaves to the same place, and an SDO transfer of a bit of everything.
-    write(0x0800, {0x00, 0x18, 128, 0, 0x26, 0, 1, 0, 0x00, 0x1C, 128, 0, 0x22, 0, 1, 0});
-    write(0x0810, {0x00, 0x11, 6, 0, 0x64, 0, 1, 0, 0x00, 0x14, 6, 0, 0x20, 0, 1, 0});
-    write(0x0600, {0, 0, 1, 0, 6, 0, 0, 7, 0x00, 0x11, 0, 2, 1, 0, 0, 0, 0, 0, 1, 0, 6, 0, 0, 7, 0x00, 0x14, 0, 1, 1});
-    write(0x0120, {2, 0});
-    read(0x0130, {2, 0, 0, 0, 0, 0});
-    write(0x1800, Message(3, {0x00, 0x20, 0x2B, 0x40, 0x60, 0, 0x0F, 0, 0, 0}));
-    read(0x1C00, Message(3, {0x00, 0x30, 0x60, 0x40, 0x60, 0, 0, 0, 0, 0}));
-    if (n % 256 != 0) return;
-    Datagram d = Of(Cmd::LRW, 0, 0, Bytes(8 + n / 256, 0));  // ever other datagrams
-    d.set_logical(0x10000);
-    sent.push_back(d);
-    returned.push_back(Answered(d, d.data, static_cast<std::uint16_t>(3 * std::min<std::uint64_t>(n + 1, 2048))));
-  });
+  ExpectBounded(
+      20'480,
+      [](std::uint64_t n, auto& sent, auto& returned) {
+        const auto station = static_cast<std::uint16_t>(n % 2048 + 1);
+        const auto write = [&](std::uint16_t address, Bytes data) {
+          sent.push_back(Of(Cmd::FPWR, station, address, data));
+          returned.push_back(Answered(sent.back(), std::move(data), 1));
+        };
+        const auto read = [&](std::uint16_t address, Bytes data) {
+          sent.push_back(Of(Cmd::FPRD, station, address, Bytes(data.size(), 0)));
+          returned.push_back(Answered(sent.back(), std::move(data), 1));
+        };
+        // Sync managers, two FMMUs that map all slaves to the same place, and an SDO transfer of a bit of everything.
+        write(0x0800, {0x00, 0x18, 128, 0, 0x26, 0, 1, 0, 0x00, 0x1C, 128, 0, 0x22, 0, 1, 0});
+        write(0x0810, {0x00, 0x11, 6, 0, 0x64, 0, 1, 0, 0x00, 0x14, 6, 0, 0x20, 0, 1, 0});
+        write(0x0600,
+              {0, 0, 1, 0, 6, 0, 0, 7, 0x00, 0x11, 0, 2, 1, 0, 0, 0, 0, 0, 1, 0, 6, 0, 0, 7, 0x00, 0x14, 0, 1, 1});
+        write(0x0120, {2, 0});
+        read(0x0130, {2, 0, 0, 0, 0, 0});
+        write(0x1800, Message(3, {0x00, 0x20, 0x2B, 0x40, 0x60, 0, 0x0F, 0, 0, 0}));
+        read(0x1C00, Message(3, {0x00, 0x30, 0x60, 0x40, 0x60, 0, 0, 0, 0, 0}));
+        if (n % 256 != 0) return;
+        Datagram d = Of(Cmd::LRW, 0, 0, Bytes(8 + n / 256, 0));  // ever other datagrams
+        d.set_logical(0x10000);
+        sent.push_back(d);
+        returned.push_back(Answered(d, d.data, static_cast<std::uint16_t>(3 * std::min<std::uint64_t>(n + 1, 2048))));
+      },
+      kLimit, 4 * kMiB);  // until the parts of the process image are as many as are kept
 }
 
 /// What one slave may keep, all of them together may not.
@@ -246,7 +250,7 @@ TEST(BoundedMemory, ObjectsAndTheirNamesOfManySlaves) {
         name.resize(600, 'n');
         exchange({0x00, 0x80, 3, 0, 0, 0, low, high}, name);
       },
-      kLimit, 6 * kMiB);  // the values of objects are fewer than are kept
+      kLimit, 9 * kMiB);  // fewer objects and steps than are kept
 }
 
 TEST(BoundedMemory, StatesAndStartupsOfManySlaves) {
@@ -262,7 +266,7 @@ TEST(BoundedMemory, StatesAndStartupsOfManySlaves) {
           returned.push_back(Answered(sent.back(), sent.back().data, 1));
         }
       },
-      kLimit, 2 * kMiB);
+      kLimit, 6 * kMiB);
 }
 
 TEST(BoundedMemory, LogicalAddressesWithoutEnd) {
