@@ -66,7 +66,10 @@ void Pairing::Push(const wire::FrameView& frame) noexcept {
     if (head_ != tail_ && At(head_ - 1).view.ref().number + 1 == frame.ref().number) {
       At(head_ - 1).followed_by_other = true;
     }
-    if (frame.cut_before_type()) DoubtAll();
+    if (frame.cut_before_type()) {
+      DoubtAll();
+      for (Sender& sender : senders_) sender.rhythm.indices.Skip();
+    }
     return;
   }
   const Direction direction = directions_.Classify(frame);
@@ -80,6 +83,7 @@ void Pairing::Push(const wire::FrameView& frame) noexcept {
     sink_.OnFrame(frame, direction);
     if (direction == Direction::kOutbound) {
       ++statistics_.outbound;
+      senders_[SenderIndex(frame)].rhythm.indices.Skip();
       sink_.OnUnusable(frame, Unusable::kMalformed, true);
     } else {
       PushUnusable(frame);
@@ -118,15 +122,97 @@ std::uint8_t Pairing::SenderIndex(const wire::FrameView& frame) noexcept {
   }
   // More senders than any bus has: they share the last place.
   if (sender_count_ == senders_.size()) return static_cast<std::uint8_t>(senders_.size() - 1);
-  senders_[sender_count_] = {mac, false, directions_.Unanswered(frame), false};
+  senders_[sender_count_].mac = mac;
+  senders_[sender_count_].assumed = directions_.Unanswered(frame);
   return sender_count_++;
+}
+
+/// Whether the capture misses frames of this sender between its last one and this. Then what is under way may have come
+/// back unseen.
+Hole Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, bool repeats) noexcept {
+  Rhythm& rhythm = senders_[sender].rhythm;
+  const IndexSequence::Step step = rhythm.indices.Follow(frame, repeats);
+  const FrameRef last = std::exchange(rhythm.last, frame.ref());
+  if (step == IndexSequence::Step::kBroken) {
+    OnHole(sender, frame.ref());
+    return Hole::kCertain;
+  }
+  if (!last.has_time || !frame.ref().has_time) return Hole::kNone;
+  const bool goes_on = step == IndexSequence::Step::kNext;
+  const std::int64_t apart = Elapsed(last.time, frame.ref().time);
+  if (apart < -kSeamNs && !goes_on) {
+    Doubt(sender);
+    return Hole::kPossible;
+  }
+  if (apart < 0) return Hole::kNone;  // where the numbers go on it was only the clock that was set
+  if (!IsSilence(rhythm, apart)) return Hole::kNone;
+  // So many frames may be missing that the indices came round.
+  const bool round = apart / std::max<std::int64_t>(rhythm.mean_ns, 1) + 1 >= rhythm.indices.span();
+  if (goes_on && !round) return Hole::kNone;
+  // A master that waits for a frame until its time-out is silent, too.
+  if (!goes_on || apart > kSilentNs) Doubt(sender);
+  return Hole::kPossible;
+}
+
+/// True when a master that sends like this was silent for long.
+bool Pairing::IsSilence(Rhythm& rhythm, std::int64_t apart) noexcept {
+  const bool known = rhythm.longest_before_ns > 0 || rhythm.frames >= kLeast;
+  const std::int64_t longest = std::max(rhythm.longest_ns, rhythm.longest_before_ns);
+  const bool silent = known && apart / kSilentTimes > longest;
+  const std::int64_t counted = silent ? longest : apart;
+  rhythm.mean_ns = rhythm.mean_ns == 0 ? counted : rhythm.mean_ns + (counted - rhythm.mean_ns) / 16;
+  rhythm.longest_ns = std::max(rhythm.longest_ns, apart);
+  if (++rhythm.frames >= kWindow) {
+    rhythm.longest_before_ns = std::max<std::int64_t>(rhythm.longest_ns, 1);
+    rhythm.longest_ns = 0;
+    rhythm.frames = 0;
+  }
+  return silent;
+}
+
+/// What is under way may have come back unseen. What was overtaken more than once before had its time (a frame without
+/// number may stand between it and the one that shows the hole).
+void Pairing::Doubt(std::uint8_t sender) noexcept {
+  for (std::uint64_t s = tail_; s != head_; ++s) {
+    Slot& slot = At(s);
+    if (slot.state == SlotState::kOpen && slot.sender == sender && slot.overtaken <= 1) slot.undecided = true;
+  }
+}
+
+void Pairing::OnHole(std::uint8_t sender, const FrameRef& behind) noexcept {
+  if (statistics_.holes++ == 0) statistics_.first_hole = behind;
+  Doubt(sender);
+  for (std::uint64_t s = tail_; s != head_; ++s) {
+    Slot& slot = At(s);
+    if (slot.state != SlotState::kOpen || slot.sender != sender || slot.overtaken > 0 || slot.copy) continue;
+    slot.overtaken = 1;  // a frame behind the hole with the same index comes first
+    sink_.OnDoubtful(slot.view);
+  }
+}
+
+/// The hole to be told with the frame of this number.
+Hole Pairing::TakeHole(std::uint64_t sequence) noexcept {
+  return hole_ == Hole::kNone || sequence < behind_hole_ ? Hole::kNone : std::exchange(hole_, Hole::kNone);
+}
+
+/// A return without its outbound copy: whether the capture misses more than that copy.
+Hole Pairing::HoleBefore(const wire::FrameView& orphan) noexcept {
+  const std::uint8_t sender = SenderIndex(orphan);
+  std::uint64_t open = 0;
+  for (std::uint64_t s = tail_; s != head_; ++s) {
+    if (At(s).state == SlotState::kOpen && At(s).sender == sender) ++open;
+  }
+  // Frames sent later may be under way already: then it only looks as if it came from before.
+  if (open > 0 && senders_[sender].rhythm.indices.IsBehind(orphan, open)) return Hole::kNone;
+  const Hole hole = Follow(sender, orphan, false);
+  return hole == Hole::kNone ? TakeHole(head_) : hole;
 }
 
 void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool undecided) noexcept {
   ++statistics_.outbound;
   const std::uint8_t sender = SenderIndex(frame);
   if (senders_[sender].assumed) {
-    sink_.OnTransaction({&frame, nullptr, true});
+    sink_.OnTransaction({&frame, nullptr, true, Follow(sender, frame, false)});
     return;
   }
   if (WasEarly(frame, key)) {
@@ -145,8 +231,17 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
   // Without what stands behind the datagrams, so that huge packets do not stay in memory.
   const ByteSpan kept = frame.bytes().first(frame.used_bytes());
   const bool copy = MayBeCopy(frame, kept);
+  if (!copy) {
+    const Slot* before = head_ == tail_ ? nullptr : &At(head_ - 1);
+    const bool repeats = before != nullptr && before->state == SlotState::kOpen && before->key == key;
+    if (const Hole hole = Follow(sender, frame, repeats); hole != Hole::kNone) {
+      if (hole > hole_) hole_ = hole;
+      behind_hole_ = head_;
+    }
+  }
   TakeWarmSlot();
-  Slot& slot = At(head_++);
+  Slot& slot = At(head_);
+  slot.sequence = head_++;
   slot.state = SlotState::kOpen;
   slot.sender = sender;
   slot.followed_by_other = false;
@@ -165,11 +260,11 @@ bool Pairing::MayBeCopy(const wire::FrameView& frame, ByteSpan kept) noexcept {
   const Slot& before = At(head_ - 1);
   const FrameRef& ref = before.view.ref();
   if (before.state != SlotState::kOpen || ref.number + 1 != frame.ref().number) return false;
-  // Stamps too coarse for round trips cannot tell a copy from a repetition.
-  if (typical_round_trip_ns_ == 0 || typical_round_trip_ns_ > kMaxRoundTripNs) return false;
   if (!ref.has_time || !frame.ref().has_time) return false;
   const std::int64_t apart = Elapsed(ref.time, frame.ref().time);
   if (apart < -kCopyNs || apart > kCopyNs) return false;
+  // Equal stamps that are too coarse for round trips cannot tell a copy from a repetition.
+  if (apart == 0 && (typical_round_trip_ns_ == 0 || typical_round_trip_ns_ > kMaxRoundTripNs)) return false;
   return std::equal(before.bytes.begin(), before.bytes.end(), kept.begin(), kept.end());
 }
 
@@ -303,8 +398,12 @@ const Pairing::Slot* Pairing::FindOriginal(const wire::FrameView& frame, std::ui
     const std::vector<std::uint8_t>& bytes = answered.returned_bytes;
     if (bytes.empty() || !std::equal(bytes.begin(), bytes.end(), datagrams.begin(), datagrams.end())) continue;
     const FrameRef& before = answered.returned;
-    const bool late = before.has_time && frame.ref().has_time && Elapsed(before.time, frame.ref().time) > kDuplicateNs;
-    return late ? nullptr : &answered;
+    if (!before.has_time || !frame.ref().has_time) return &answered;
+    // Nothing takes much longer on its way than the others. With stamps too coarse for that, frames go by alone.
+    const bool fine = typical_round_trip_ns_ > 0 && typical_round_trip_ns_ <= kMaxRoundTripNs;
+    const std::int64_t longest =
+        fine ? std::min(kDuplicateNs, kDuplicateRoundTrips * typical_round_trip_ns_) : kDuplicateNs;
+    return Elapsed(before.time, frame.ref().time) > longest ? nullptr : &answered;
   }
   return nullptr;
 }
@@ -330,6 +429,16 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
   ++statistics_.returned;
   Sender& sender = senders_[SenderIndex(frame)];
   sender.assumed = false;
+  // A master whose first frame comes back when another one has long been at work: another capture was put behind.
+  const auto appears_late = [&](const Sender& master, const FrameRef& behind) {
+    constexpr std::uint64_t kLong = 32;
+    if (master.answered || statistics_.paired < kLong) return Hole::kNone;
+    if (statistics_.holes++ == 0) statistics_.first_hole = behind;
+    for (std::uint8_t other = 0; other < sender_count_; ++other) {
+      if (senders_[other].answered) Doubt(other);
+    }
+    return Hole::kCertain;
+  };
   if (slot != nullptr && slot->copy && FindOriginal(frame, key) != nullptr) {
     // Both copies of a packet that was captured twice came back, and so did those of its return.
     slot->state = SlotState::kAnswered;
@@ -351,12 +460,15 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
                                      : typical_round_trip_ns_ + (round_trip - typical_round_trip_ns_) / 16;
       }
     }
-    sink_.OnTransaction({&slot->view, &frame, false});
+    const Hole hole = std::max(TakeHole(slot->sequence), appears_late(senders_[slot->sender], slot->view.ref()));
+    sink_.OnTransaction({&slot->view, &frame, false, hole});
     Answer(*slot, frame, frame.payload());
     return;
   }
-  // Nothing under way fits: a second copy of something that already came back?
-  if (const Slot* original = FindOriginal(frame, key); original != nullptr) {
+  // Nothing under way fits: a second copy of something that already came back? Not where it is what the master was to
+  // send next.
+  const Slot* original = sender.rhythm.indices.IsNext(frame) ? nullptr : FindOriginal(frame, key);
+  if (original != nullptr) {
     if (original->returned_interface != frame.interface_index()) {
       // A bridge or mirror port, or the second port of a redundant master that sends on what it got.
       ++statistics_.captured_twice;
@@ -381,8 +493,9 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
   if (missed) ++statistics_.missed_outbound;
   early_[next_early_] = {key, frame.ref(), frame.interface_index(), true, missed};
   next_early_ = static_cast<std::uint8_t>((next_early_ + 1U) % early_.size());
+  const Hole late = appears_late(sender, frame.ref());
   sender.answered = true;
-  sink_.OnTransaction({nullptr, &frame, false});
+  sink_.OnTransaction({nullptr, &frame, false, std::max(late, HoleBefore(frame))});
 }
 
 void Pairing::PushUnusable(const wire::FrameView& frame) noexcept {

@@ -7,7 +7,9 @@
 /// A frame is called lost only where the capture shows that it must have come back: the same sender's later frames did,
 /// or it went on sending while nothing came back any more. Frames of a sender whose returns are not captured at all,
 /// frames from before the first return where each direction has its own interface, and frames of which a packet cut by
-/// the snap length may be the return, are undecided.
+/// the snap length may be the return, are undecided. So are frames under way where the capture has a hole: where the
+/// indices of a master that numbers its frames do not follow each other, and, where indices do not tell, where it was
+/// silent for much longer than before.
 #pragma once
 
 #include <array>
@@ -16,6 +18,7 @@
 #include <vector>
 
 #include "decoder/bus/direction.h"
+#include "decoder/bus/index_sequence.h"
 #include "decoder/bus/transaction.h"
 
 namespace ecaudit::bus {
@@ -31,6 +34,8 @@ struct PairingStatistics {
   std::uint64_t outbound_twice = 0;      ///< of these, outbound frames: nobody but the capture repeats them like that
   std::uint64_t unmatched_returned = 0;  ///< came back without an outbound copy in the capture
   std::uint64_t missed_outbound = 0;     ///< of these, behind the first pair: here the capture itself misses packets
+  std::uint64_t holes = 0;               ///< places where the capture misses frames, by the indices
+  FrameRef first_hole;                   ///< the frame behind the first of them
   std::uint64_t altered = 0;
   std::uint64_t foreign = 0;
   std::uint64_t undecided = 0;  ///< no return seen, but it may have come back
@@ -52,6 +57,11 @@ class Pairing {
   /// A second copy counts as duplicate when so few frames lie between, and so little time.
   static constexpr std::uint64_t kDuplicateFrames = 8;
   static constexpr std::int64_t kDuplicateNs = 10'000'000;
+  static constexpr std::int64_t kDuplicateRoundTrips = 16;
+  /// A master was silent when it sent nothing for so many times the longest distance of kWindow frames and more before.
+  static constexpr std::int64_t kSilentTimes = 4;
+  static constexpr std::uint32_t kWindow = 64;
+  static constexpr std::uint32_t kLeast = 16;
   /// An outbound frame right behind an equal one, and no later than this, may be the same packet captured twice.
   static constexpr std::int64_t kCopyNs = 50'000;
 
@@ -66,11 +76,21 @@ class Pairing {
 
  private:
   enum class SlotState : std::uint8_t { kFree, kOpen, kAnswered };
+  /// When and with which indices a master sends.
+  struct Rhythm {
+    IndexSequence indices;
+    FrameRef last;
+    std::int64_t mean_ns = 0;            ///< running average of the distances between frames
+    std::int64_t longest_ns = 0;         ///< longest one of the frames counted in `frames` ...
+    std::int64_t longest_before_ns = 0;  ///< ... and of the kWindow frames before
+    std::uint32_t frames = 0;
+  };
   struct Sender {
     std::uint64_t mac = 0;
     bool answered = false;         ///< something came back to it
     bool assumed = false;          ///< its returns are not captured: what it sends is taken as done
     bool own_return_port = false;  ///< outbound and returned copies were captured on two interfaces
+    Rhythm rhythm;
   };
   struct Slot {
     SlotState state = SlotState::kFree;
@@ -80,6 +100,7 @@ class Pairing {
     bool copy = false;               ///< may be the packet before it, captured twice
     std::uint32_t overtaken = 0;
     std::uint64_t key = 0;
+    std::uint64_t sequence = 0;
     FrameRef returned;
     std::uint16_t returned_interface = 0;
     wire::FrameView view;
@@ -101,6 +122,12 @@ class Pairing {
   void PushUnusable(const wire::FrameView& frame) noexcept;
   void PushForeign(const wire::FrameView& frame) noexcept;
   void DoubtAll() noexcept;
+  [[nodiscard]] Hole Follow(std::uint8_t sender, const wire::FrameView& frame, bool repeats) noexcept;
+  [[nodiscard]] static bool IsSilence(Rhythm& rhythm, std::int64_t apart) noexcept;
+  void Doubt(std::uint8_t sender) noexcept;
+  void OnHole(std::uint8_t sender, const FrameRef& behind) noexcept;
+  [[nodiscard]] Hole HoleBefore(const wire::FrameView& orphan) noexcept;
+  [[nodiscard]] Hole TakeHole(std::uint64_t sequence) noexcept;
   std::uint8_t SenderIndex(const wire::FrameView& frame) noexcept;
   [[nodiscard]] Slot* FindOpen(const wire::FrameView& frame, std::uint64_t key) noexcept;
   [[nodiscard]] Slot* FindCut(const wire::FrameView& frame) noexcept;
@@ -127,6 +154,8 @@ class Pairing {
   std::array<Early, 8> early_{};
   std::uint8_t next_early_ = 0;
   bool any_cut_ = false;
+  Hole hole_ = Hole::kNone;                 ///< not handed on yet ...
+  std::uint64_t behind_hole_ = 0;           ///< ... and the first frame behind it
   FrameRef last_;                           ///< last packet with a time stamp
   std::int64_t typical_round_trip_ns_ = 0;  ///< running average over unambiguous pairs; 0 until there was one
   PairingStatistics statistics_;

@@ -9,16 +9,27 @@
 
 namespace ecaudit::bus {
 
+/// Whether the capture misses frames right before one.
+enum class Hole : std::uint8_t {
+  kNone,
+  kPossible,  ///< nobody sent anything for much longer than before, or the stamps go back; the indices do not tell why
+  kCertain,   ///< the indices say so, or another master is there
+};
+
 /// One frame's journey. The views are valid during the call that hands the transaction over.
 struct BusTransaction {
   const wire::FrameView* sent = nullptr;      ///< null: the outbound copy is not in the capture
   const wire::FrameView* returned = nullptr;  ///< null: only outbound frames are captured
   /// Returns are not captured at all (outbound-only capture): accesses are assumed to be done.
   bool assumed = false;
+  /// Before the first frame that became known behind it.
+  Hole hole = Hole::kNone;
 
   [[nodiscard]] const wire::FrameView& any() const { return returned != nullptr ? *returned : *sent; }
   [[nodiscard]] std::size_t size() const { return any().size(); }
   [[nodiscard]] FrameRef sent_ref() const { return sent != nullptr ? sent->ref() : FrameRef{}; }
+  /// The first copy in the capture.
+  [[nodiscard]] const FrameRef& first_ref() const { return sent != nullptr ? sent->ref() : returned->ref(); }
   [[nodiscard]] FrameRef returned_ref() const { return returned != nullptr ? returned->ref() : FrameRef{}; }
 };
 

@@ -282,6 +282,10 @@ std::vector<Trace::Placed> Trace::Place() const {
       if (original != frames_.end()) add(frame, *original, frame.at_, true);
       continue;
     }
+    if (frame.copies_ == Copies::kNone) {
+      (void)index_list(frame);  // the master numbered it all the same
+      continue;
+    }
     if (frame.copies_ != Copies::kReturned || frame.raw_) add(frame, frame, frame.at_, false);
     if (frame.copies_ == Copies::kOutbound || frame.raw_) continue;
     add(frame, frame, frame.at_ + frame.rtt_, true);

@@ -161,6 +161,8 @@ bool TraceParser::At(const std::string& word, TraceFrame& frame, TraceDatagram* 
     frame.copies_ = Copies::kOutbound;
   } else if (word == "@returned-only") {
     frame.copies_ = Copies::kReturned;
+  } else if (word == "@missed") {
+    frame.copies_ = Copies::kNone;
   } else if (word == "@twice") {
     frame.twice_ = true;
   } else if (word == "@no-time") {

@@ -35,6 +35,7 @@ class PairingLog final : public BusSink {
     const std::string from = t.sent != nullptr ? std::to_string(t.sent->ref().number) : "";
     const std::string to = t.returned != nullptr ? "+" + std::to_string(t.returned->ref().number) : "";
     words.push_back(from + to + (t.assumed ? "?" : ""));
+    if (t.hole != Hole::kNone) holes.push_back((t.hole == Hole::kCertain ? "hole " : "silence ") + from + to);
   }
   void OnDoubtful(const wire::FrameView& frame) override {
     doubtful.push_back(frame.ref().number);
@@ -54,6 +55,7 @@ class PairingLog final : public BusSink {
   }
 
   std::vector<std::string> words;
+  std::vector<std::string> holes;  ///< "hole 5+6": frames are missing before frame 5; "silence 5+6": perhaps
   std::vector<FrameNo> sent;
   std::vector<FrameNo> doubtful;
   std::vector<std::string> before_doubt;  ///< the word before each of them

@@ -597,5 +597,127 @@ TEST(Pairing, TimeStampsFromTheEndsOfTime) {
   EXPECT_EQ(result.statistics.paired, 40U);
 }
 
+/// `count` polls a millisecond apart, numbered modulo `round` from `first` on, as lines of a trace.
+std::string Numbered(int count, int first, int round) {
+  std::string lines;
+  for (int i = 0; i < count; ++i) {
+    lines += "+1ms FPRD 0x1001:0x0130 08 00 idx=" + std::to_string((first + i) % round) + "\n";
+  }
+  return lines;
+}
+
+TEST(PairingHole, WhatWasUnderWayWhereIndicesSkipIsUndecided) {
+  const Paired result = PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @lost\n" +
+                               "+6ms FPRD 0x1001:0x0130 08 00 idx=14\n" + Numbered(60, 15, 16));
+  EXPECT_THAT(result.log.holes, ElementsAre("hole 82+83"));
+  EXPECT_THAT(result.log.Only("lost"), IsEmpty());
+  EXPECT_THAT(result.log.Only("undecided"), ElementsAre("undecided 81"));
+  EXPECT_EQ(result.statistics.holes, 1U);
+  EXPECT_EQ(result.statistics.first_hole.number, 82U);
+}
+
+TEST(PairingHole, WhereIndicesGoOnTheFrameIsLostHoweverLongTheMasterWaited) {
+  const Paired result = PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @lost\n" +
+                               "+6ms FPRD 0x1001:0x0130 08 00 idx=9\n" + Numbered(60, 10, 16));
+  EXPECT_THAT(result.log.holes, IsEmpty());
+  EXPECT_THAT(result.log.Only("lost"), ElementsAre("lost 81"));
+}
+
+TEST(PairingHole, ARepeatedFrameIsNoHole) {
+  // SOEM sends the same frame with the same index again when its return is late.
+  const Paired result = PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @lost\n" +
+                               "+2ms FPRD 0x1001:0x0130 08 00 idx=8\n" + Numbered(60, 9, 16));
+  EXPECT_THAT(result.log.holes, IsEmpty());
+  EXPECT_THAT(result.log.Only("lost"), ElementsAre("lost 81"));
+}
+
+TEST(PairingHole, SixteenIndicesComeRoundInALongSilence) {
+  // 31 frames may be missing here: the index says nothing any more, and neither does the silence.
+  const Paired result = PairUp(Numbered(100, 0, 16) + "+32ms FPRD 0x1001:0x0130 08 00 idx=4\n" + Numbered(60, 5, 16));
+  EXPECT_THAT(result.log.holes, ElementsAre("silence 201+202"));
+  EXPECT_EQ(result.statistics.holes, 0U);
+}
+
+TEST(PairingHole, ManyIndicesTellThatAMasterWasSilent) {
+  const Paired result =
+      PairUp(Numbered(100, 0, 256) + "+32ms FPRD 0x1001:0x0130 08 00 idx=100\n" + Numbered(60, 101, 256));
+  EXPECT_THAT(result.log.holes, IsEmpty());
+}
+
+TEST(PairingHole, OneIndexForAllTellsNothing) {
+  std::string lines;
+  for (int i = 0; i < 100; ++i) lines += "+1ms FPRD 0x1001:0x0130 08 00 idx=0\n";
+  const Paired result = PairUp(lines + "+1ms LRW 0x1000 01 02 idx=0 @lost\n" + lines +
+                               "+1ms LRW 0x1000 01 03 idx=0 @lost\n+20ms FPRD 0x1001:0x0130 08 00 idx=0\n" + lines);
+  EXPECT_THAT(result.log.Only("lost"), ElementsAre("lost 201"));
+  EXPECT_THAT(result.log.Only("undecided"), ElementsAre("undecided 402"));
+  EXPECT_THAT(result.log.holes, ElementsAre("silence 403+404"));
+}
+
+TEST(PairingHole, FramesWithoutNumbersBetweenOthersAreNone) {
+  // TwinCAT: cyclic frames have index 0, the others count from 128 to 239.
+  std::string lines;
+  for (int i = 0; i < 300; ++i) {
+    lines += "+1ms LRW 0x1000 01 02 idx=0\n+50us FPRD 0x1001:0x0130 08 00 idx=" + std::to_string(128 + i % 112) + "\n";
+  }
+  EXPECT_THAT(PairUp(lines).log.holes, IsEmpty());
+}
+
+TEST(PairingHole, AReturnBehindItTellsItToo) {
+  const Paired result =
+      PairUp(Numbered(40, 0, 16) + "+5ms FPRD 0x1001:0x0130 08 00 idx=13 @returned-only\n" + Numbered(60, 14, 16));
+  EXPECT_THAT(result.log.holes, ElementsAre("hole +81"));
+}
+
+TEST(PairingHole, AMissedOutboundCopyIsNone) {
+  const Paired result =
+      PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @returned-only\n" + Numbered(60, 9, 16));
+  EXPECT_THAT(result.log.holes, IsEmpty());
+  EXPECT_EQ(result.statistics.missed_outbound, 1U);
+}
+
+TEST(PairingHole, AReturnLikeOneBeforeItIsNoSecondCopy) {
+  // The index came round to that of a frame six before; a second copy would not have taken five cycles.
+  const Paired result =
+      PairUp(Numbered(40, 0, 16) + "+5ms FPRD 0x1001:0x0130 08 00 idx=2 @returned-only\n" + Numbered(60, 3, 16));
+  EXPECT_THAT(result.log.Only("dup"), IsEmpty());
+  EXPECT_THAT(result.log.holes, ElementsAre("hole +81"));
+}
+
+TEST(PairingHole, AReturnWhoseIndexIsNextIsNoSecondCopy) {
+  std::string lines = "@rtt 10us\n";
+  for (int i = 0; i < 100; ++i) {
+    lines += "+20us FPRD 0x1001:0x0130 08 00 idx=" + std::to_string(i % 16) +
+             (i >= 40 && i < 60 ? " @returned-only\n" : "\n");
+  }
+  const Paired result = PairUp(lines);
+  EXPECT_THAT(result.log.Only("dup"), IsEmpty());
+  EXPECT_EQ(result.statistics.missed_outbound, 20U);
+}
+
+TEST(PairingHole, AFrameThatCannotBeReadHasAnIndexAllTheSame) {
+  const Paired result =
+      PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @cut=20\n" + Numbered(60, 9, 16));
+  EXPECT_THAT(result.log.holes, IsEmpty());
+}
+
+TEST(PairingHole, StampsThatGoBackAreNoneWhereIndicesGoOn) {
+  for (const int round : {16, 256}) {
+    Result<Trace> trace = Trace::Parse(Numbered(300, 0, round));
+    ASSERT_TRUE(trace);
+    std::vector<Packet> packets = trace->Packets();
+    for (std::size_t i = 400; i < packets.size(); ++i) packets[i].time -= 3600'000'000'000;
+    EXPECT_THAT(PairUp(packets).log.holes, IsEmpty());
+  }
+}
+
+TEST(PairingHole, AMasterThatAppearsLateStandsBehindAnotherCapture) {
+  const Paired result =
+      PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @lost\n@mac 10:10:10:10:10:10\n" +
+             Numbered(60, 3, 256));
+  EXPECT_THAT(result.log.holes, ElementsAre("hole 82+83"));
+  EXPECT_THAT(result.log.Only("lost"), IsEmpty());
+}
+
 }  // namespace
 }  // namespace ecaudit::bus::test
