@@ -142,6 +142,12 @@ struct EventFieldChanged {
   FrameRef frame;          ///< the first with them
 };
 
+/// The capture misses frames between this one and those before. Precedes all else from this frame.
+struct CaptureHole {
+  FrameRef frame;        ///< the first behind the hole
+  bool certain = false;  ///< false: the master may as well have been silent
+};
+
 struct FrameLost {
   const wire::FrameView& sent;
   bus::Loss loss;
@@ -182,6 +188,7 @@ class EventSink : public mailbox::MailboxSink {
   virtual void On(const LogicalAccess&) {}
   virtual void On(const Answered&) {}
   virtual void On(const EventFieldChanged&) {}
+  virtual void On(const CaptureHole&) {}
   virtual void On(const FrameLost&) {}
   virtual void On(const FrameDuplicated&) {}
   virtual void On(const FrameUnusable&) {}

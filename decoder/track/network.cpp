@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
 
 #include "decoder/esc/register_addresses.h"
 
@@ -138,6 +139,9 @@ void Network::ApplyEventField(const bus::BusTransaction& transaction) {
 }
 
 void Network::OnTransaction(const bus::BusTransaction& transaction) {
+  if (transaction.hole != bus::Hole::kNone) {
+    OnHole(transaction.first_ref(), transaction.hole == bus::Hole::kCertain);
+  }
   FollowEventField(transaction);
   for (std::size_t i = 0; i < transaction.size(); ++i) {
     const Datagram d{transaction, i, transaction.any()[i], transaction.sent != nullptr && i < transaction.sent->size(),
@@ -188,17 +192,69 @@ void Network::ForgetReturning(std::uint16_t first_position, const FrameRef& fram
     const auto id = static_cast<SlaveId>(s);
     const SlavePos* position = slaves_[id].position.if_known();
     if (position == nullptr || *position < first_position) continue;
-    SlaveState& state = states_[id];
-    state.registers.Clear();
-    state.sii.Forget();
-    if (mailboxes_[id]) mailboxes_[id]->Forget(frame);
-    ++state.mapping_version;
-    MappingChanged(id);
-    state.al_status_code.Forget(frame.number);
-    if (state.al_status.if_known() == nullptr) continue;
-    state.al_status.Forget(frame.number);
-    events_.On(AlStateForgotten{id, frame});
+    Forget(id, frame);
   }
+}
+
+/// The slave may have been switched off, or set up anew.
+void Network::Forget(SlaveId id, const FrameRef& frame) {
+  SlaveState& state = states_[id];
+  if (std::exchange(state.presumed, false)) --presumed_;
+  state.registers.Clear();
+  state.sii.Forget();
+  if (mailboxes_[id]) mailboxes_[id]->Forget(frame);
+  ++state.mapping_version;
+  MappingChanged(id);
+  ++states_version_;
+  state.al_status_code.Forget(frame.number);
+  if (state.al_status.if_known() == nullptr) return;
+  state.al_status.Forget(frame.number);
+  events_.On(AlStateForgotten{id, frame});
+}
+
+/// In frames that the capture misses the master may have done anything. In OP it does nothing mostly: what is known of
+/// slaves in OP is presumed until the capture shows them again.
+void Network::OnHole(const FrameRef& frame, bool certain) {
+  events_.On(CaptureHole{frame, certain});
+  if (!certain) return;
+  everyone_ = SlaveState();
+  slave_count_.Forget(frame.number);
+  ++states_version_;
+  for (std::size_t s = 0; s < states_.size(); ++s) {
+    const auto id = static_cast<SlaveId>(s);
+    SlaveState& state = states_[id];
+    const esc::AlWord* status = state.al_status.if_known();
+    if (!state.presumed && status != nullptr && status->raw == static_cast<std::uint16_t>(esc::AlState::OP)) {
+      state.presumed = true;
+      ++presumed_;
+      if (mailboxes_[s]) mailboxes_[s]->Forget(frame);
+    } else if (!slaves_[id].replaced) {
+      Forget(id, frame);
+    }
+  }
+}
+
+/// The capture shows whether what is presumed of this slave still holds.
+void Network::Presume(SlaveId id, bool still_so, const FrameRef& frame) {
+  if (!states_[id].presumed) return;
+  if (!still_so) {
+    Forget(id, frame);
+    return;
+  }
+  states_[id].presumed = false;
+  --presumed_;
+}
+
+void Network::PresumeAll(bool still_so, const FrameRef& frame) {
+  for (std::size_t s = 0; s < states_.size() && presumed_ > 0; ++s) Presume(static_cast<SlaveId>(s), still_so, frame);
+}
+
+void Network::FollowLogical(const Datagram& d) {
+  const std::uint32_t address = d.any.logical_address();
+  Habit& habit = habits_[(address >> 8U ^ address ^ static_cast<std::uint32_t>(d.command())) % habits_.size()];
+  const bool same = habit.command == d.command() && habit.address == address && habit.length == d.any.length();
+  if (presumed_ > 0) PresumeAll(same && d.wkc() > 0 && d.wkc() == habit.wkc, d.transaction.first_ref());
+  habit = {d.command(), address, d.any.length(), d.wkc()};
 }
 
 bool Network::OnBus(SlaveId id) const {
@@ -271,6 +327,7 @@ void Network::OnLogical(const Datagram& d) {
   access.wkc = d.wkc();
   access.circulating = d.has_returned && d.any.circulating();
   access.assumed = d.assumed();
+  if (d.has_returned) FollowLogical(d);
   events_.On(access);
   if (mapped_version_ != mapping_version_) FindMappedMailboxes();
   if (!mapped_mailboxes_.empty() && wire::Reads(d.command())) ReadMailboxesThroughFmmus(d);
@@ -347,6 +404,7 @@ void Network::ReadAlStatusOfAll(const Datagram& d) {
       events_.OnAlPoll(frame, esc::AlWord{seen}, poll_.slaves)) {
     return;
   }
+  if (presumed_ > 0) PresumeAll(!error && seen == static_cast<std::uint8_t>(esc::AlState::OP), frame);
   poll_.version = 0;
   poll_.slaves.clear();
   bool all_same = true;
@@ -473,6 +531,11 @@ bool Network::LearnedSince(FrameNo sent, SlaveId slave, EscAddress address, std:
 void Network::Apply(const SlaveAccess& access) {
   SlaveState& state = states_[access.slave];
   const bool in_registers = access.address < esc::RegisterImage::kSize;
+  // A master that sets up a slave has taken it out of OP.
+  if (state.presumed && !access.written.empty() && access.address < kMappingEnd &&
+      access.address + access.written.size() > kAlControl) {
+    Presume(access.slave, false, access.frame());
+  }
   if (in_registers) {
     const std::size_t length = std::max(access.written.size(), access.read.size());
     const FrameNo sent = (access.sent.seen() ? access.sent : access.returned).number;
@@ -527,6 +590,7 @@ void Network::Apply(const SlaveAccess& access) {
 void Network::ApplyAlStatus(SlaveId slave, const FrameRef& frame, std::uint16_t status,
                             std::optional<std::uint16_t> code, bool error_bit_known) {
   SlaveState& state = states_[slave];
+  if (state.presumed) Presume(slave, status == static_cast<std::uint16_t>(esc::AlState::OP), frame);
   AlStatusRead event{slave, frame, esc::AlWord{status}, std::nullopt, code, error_bit_known};
   if (const esc::AlWord* before = state.al_status.if_known()) event.before = *before;
   if (event.changed()) {

@@ -67,6 +67,11 @@ class Network final : public bus::BusSink, private SiiListener {
   void CountSlaves(const Datagram& d);
   void ReadAlStatusOfAll(const Datagram& d);
   void ForgetReturning(std::uint16_t first_position, const FrameRef& frame);
+  void Forget(SlaveId id, const FrameRef& frame);
+  void OnHole(const FrameRef& frame, bool certain);
+  void Presume(SlaveId id, bool still_so, const FrameRef& frame);
+  void PresumeAll(bool still_so, const FrameRef& frame);
+  void FollowLogical(const Datagram& d);
   [[nodiscard]] bool LearnedSince(FrameNo sent, SlaveId slave, EscAddress address, std::size_t length) const;
   [[nodiscard]] std::optional<SlavePos> PositionOf(const Datagram& d) const;
   [[nodiscard]] SlaveId Resolve(const Datagram& d, bool add);
@@ -125,6 +130,16 @@ class Network final : public bus::BusSink, private SiiListener {
   };
   std::vector<MappedMailbox> mapped_mailboxes_;
   std::uint64_t mapped_version_ = 0;
+  /// Working counter with which a logical datagram came back last. Where the first one behind a hole comes back with
+  /// the same, the slaves that were in OP before it still are, and are mapped as before.
+  struct Habit {
+    wire::Command command = wire::Command::NOP;
+    std::uint32_t address = 0;
+    std::uint16_t length = 0;
+    std::uint16_t wkc = 0;
+  };
+  std::array<Habit, 8> habits_{};
+  std::size_t presumed_ = 0;    // slaves whose state is presumed
   std::uint16_t upstream_ = 0;  // slaves between the master and the tap
   /// What slaves took or gave lately: a frame whose loss shows later leaves that alone.
   struct Recent {

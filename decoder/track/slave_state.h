@@ -30,6 +30,8 @@ struct SlaveState {
   Known<esc::AlWord> al_status;         ///< as last read
   Known<std::uint16_t> al_status_code;  ///< as last read
   SiiAssembler sii;                     ///< EEPROM as far as the master read it
+  /// It was in OP before a hole in the capture, and nothing was seen of it since: all of this is presumed.
+  bool presumed = false;
   /// Frame of the last write or read that told something about sync manager / FMMU n.
   std::array<FrameNo, esc::kMaxSyncManagers> sync_manager_since{};
   std::array<FrameNo, esc::kMaxFmmus> fmmu_since{};

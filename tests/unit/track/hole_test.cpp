@@ -1,0 +1,83 @@
+// What is known of the slaves behind a hole in the capture: what the frames that are missing may have changed is open.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/track/event_log.h"
+
+namespace ecaudit::track::test {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+/// Two slaves with a watchdog register and an FMMU each; enough frames to show how the master numbers them.
+constexpr std::string_view kTwo =
+    "@slaves 2\n"
+    "+1ms BRD 0x0000 11 00 times=20\n"
+    "+1ms APWR 0:0x0010 01 10\n"
+    "+1ms APWR 1:0x0010 02 10\n"
+    "+1ms FPWR 0x1001:0x0420 E8 03\n"
+    "+1ms FPWR 0x1002:0x0420 E8 03\n";
+
+Decoded After(std::string_view more) {
+  return Decode(std::string(kTwo) + std::string(more));
+}
+
+TEST(Hole, BehindItNothingIsKnown) {
+  const Decoded d =
+      After("+1ms FPRD 0x1001:0x0130 02 00\n+1ms FPRD 0x1001:0x0130 02 00 @missed\n+1ms BRD 0x0000 11 00\n");
+  EXPECT_THAT(d.log->Only("hole"), ElementsAre("hole 51"));
+  EXPECT_THAT(d.log->Only("forgotten"), ElementsAre("forgotten 0"));
+  EXPECT_EQ(d.Register(0, 0x0420), "?");
+  EXPECT_EQ(d.Register(1, 0x0420), "?");
+  EXPECT_THAT(d.log->Only("count"), ElementsAre("count 2", "count 2"));  // counted anew, not changed
+}
+
+TEST(Hole, WithoutOneNothingIsForgotten) {
+  const Decoded d = After("+1ms FPRD 0x1001:0x0130 02 00\n+3ms BRD 0x0000 11 00\n");
+  EXPECT_THAT(d.log->Only("hole"), IsEmpty());
+  EXPECT_EQ(d.Register(0, 0x0420), "0x03e8");
+}
+
+TEST(Hole, SlavesInOpWhoseWorkingCounterGoesOnAreStillThere) {
+  const Decoded d = After(
+      "+1ms BRD 0x0130 08 00\n+1ms LRW 0x1000 01 02 wkc=6 times=5\n+1ms LRW 0x1000 01 02 wkc=6 @missed times=3\n"
+      "+1ms LRW 0x1000 01 02 wkc=6\n");
+  EXPECT_THAT(d.log->Only("hole"), ElementsAre("hole 61"));
+  EXPECT_THAT(d.log->Only("forgotten"), IsEmpty());
+  EXPECT_EQ(d.Register(0, 0x0420), "0x03e8");
+}
+
+TEST(Hole, SlavesInOpAreForgottenWhereTheWorkingCounterIsAnother) {
+  const Decoded d = After(
+      "+1ms BRD 0x0130 08 00\n+1ms LRW 0x1000 01 02 wkc=6 times=5\n+1ms LRW 0x1000 01 02 wkc=6 @missed times=3\n"
+      "+1ms LRW 0x1000 01 02 wkc=3\n");
+  EXPECT_THAT(d.log->Only("forgotten"), ElementsAre("forgotten 0", "forgotten 1"));
+  EXPECT_EQ(d.Register(1, 0x0420), "?");
+}
+
+TEST(Hole, SlavesInOpAreForgottenWhereTheyShowAnotherState) {
+  const Decoded d = After(
+      "+1ms BRD 0x0130 08 00\n+1ms LRW 0x1000 01 02 wkc=6 times=5\n+1ms LRW 0x1000 01 02 wkc=6 @missed times=3\n"
+      "+1ms FPRD 0x1001:0x0130 04 00\n");
+  EXPECT_THAT(d.log->Only("forgotten"), ElementsAre("forgotten 0"));
+  EXPECT_THAT(d.log->Only("state 0"), Contains("state 0 ? -> 0x0004"));  // nobody says that it changed
+  EXPECT_EQ(d.Register(1, 0x0420), "0x03e8");
+}
+
+TEST(Hole, SlavesInOpThatAreSetUpAreForgotten) {
+  const Decoded d = After(
+      "+1ms BRD 0x0130 08 00\n+1ms LRW 0x1000 01 02 wkc=6 times=5\n+1ms LRW 0x1000 01 02 wkc=6 @missed times=3\n"
+      "+1ms FPWR 0x1001:0x0120 01 00\n");
+  EXPECT_THAT(d.log->Only("forgotten"), ElementsAre("forgotten 0"));
+}
+
+TEST(Hole, WhereItMayBeNothingIsForgotten) {
+  const Decoded d = After("+1ms FPRD 0x1001:0x0130 02 00\n+2s FPRD 0x1001:0x0130 02 00\n");
+  EXPECT_THAT(d.log->Only("silence"), ElementsAre("silence 51"));
+  EXPECT_EQ(d.Register(0, 0x0420), "0x03e8");
+}
+
+}  // namespace
+}  // namespace ecaudit::track::test
