@@ -6,6 +6,7 @@
 #include <span>
 
 #include "analyzers/core/finding_store.h"
+#include "analyzers/core/lossy_capture.h"
 #include "analyzers/core/rule.h"
 #include "analyzers/model/bus_model.h"
 #include "analyzers/startup/comparison.h"
@@ -82,6 +83,10 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
     ToRules(Topic::kAnswered, e);
   }
   void On(const track::EventFieldChanged& e) override { model_->Apply(e); }
+  void On(const track::CaptureHole& e) override {
+    sync_->On(e);
+    RulesThenModel(Topic::kCaptureHole, e);
+  }
   void On(const track::FrameLost& e) override {
     if (timeline_ != nullptr) timeline_->On(e);
     RulesThenModel(Topic::kFrameLost, e);
@@ -307,6 +312,7 @@ AnalysisResult Run(capture::FrameSource& source, const AnalysisOptions& options,
   for (const auto& rule : rules) {
     if (!store.IsOff(rule->info())) rule->Finish();
   }
+  if (MissesPackets(pipeline.pairing())) WeakenWhatHistoryMayExplain(store, rules);
   store.FoldNotEvaluable(model.size());
 
   result.bus.predictions = dispatcher.predictions();

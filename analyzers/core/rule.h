@@ -45,6 +45,7 @@ enum class Topic : std::uint8_t {
   kIdentityLearned,
   kLogicalAccess,
   kAnswered,
+  kCaptureHole,
   kFrameLost,
   kFrameDuplicated,
   kFrameUnusable,

@@ -1,6 +1,7 @@
 #include "analyzers/model/al_machine.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace ecaudit::model {
 namespace {
@@ -44,6 +45,8 @@ constexpr std::uint16_t kErrorBit = 0x10;
 /// told otherwise (esc-reference 5.7). Without time stamps reads are counted instead.
 constexpr std::int64_t kAcknowledgeNs = 200'000'000;
 constexpr std::uint64_t kAcknowledgeReads = 200;
+/// Masters that wait for a state look for it more often.
+constexpr std::int64_t kLongPauseNs = 1'000'000'000;
 /// A request that was lost on its way does not explain what happens this much later.
 constexpr std::int64_t kPendingNs = 10'000'000'000;
 
@@ -189,6 +192,7 @@ void AlMachine::Open(const AlRequestRecord& record) {
       earlier_.push_back(*open_);
     }
     open_ = record;
+    waiting_since_ = last_poll_ = record.frame;
     polls_ = 0;
     overdue_reported_ = false;
   }
@@ -271,6 +275,7 @@ void AlMachine::OnStatus(const track::AlStatusRead& read) {
   DropOldPending(read.frame);
   if (!read.error_bit_known) {
     OnStateOnly(read);
+    paused_ = false;
     return;
   }
   LearnEmulation(read);
@@ -285,6 +290,7 @@ void AlMachine::OnStatus(const track::AlStatusRead& read) {
   if (read_state_ != state) since_ = read.frame.number;
   read_state_ = state;
   last_seen_ = read.frame.number;
+  paused_ = false;
   MayBeIn(state);
   quiet_ = !read.status.bit4() && IsQuiet(state);
 }
@@ -322,6 +328,7 @@ AlChangedByItself AlMachine::ChangedByItself(const track::AlStatusRead& read, es
   event.status = read.status;
   event.before_since = last_seen_;
   event.code = read.status_code;
+  event.after_pause = paused_;
   return event;
 }
 
@@ -439,12 +446,16 @@ void AlMachine::OnNoError(const track::AlStatusRead& read) {
 }
 
 void AlMachine::CheckOverdue(const track::AlStatusRead& read) {
-  if (overdue_reported_ || !read.frame.has_time || !open_->frame.has_time) return;
+  const FrameRef before = std::exchange(last_poll_, read.frame);
+  if (paused_ && before.has_time && read.frame.has_time && read.frame.time - before.time > kLongPauseNs) {
+    waiting_since_ = read.frame;  // or the clock was set
+  }
+  if (overdue_reported_ || !read.frame.has_time || !waiting_since_.has_time) return;
   const std::uint8_t target = open_->control.state();
   std::int64_t limit = timeouts_.to_safeop_or_op_ns;
   if (target == kPreop || target == kBoot) limit = timeouts_.to_preop_ns;
   if (Height(target) < Height(read.status.state())) limit = timeouts_.downwards_ns;
-  const std::int64_t waited = read.frame.time - open_->frame.time;
+  const std::int64_t waited = read.frame.time - waiting_since_.time;
   if (waited <= limit) return;
   overdue_reported_ = true;
   AlOverdue event;

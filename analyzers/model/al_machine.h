@@ -52,9 +52,16 @@ class AlMachine {
     last_seen_ = frame;
   }
   void OnStatusCode(const track::AlStatusCodeRead& read);
+  /// The master was silent, or the capture has a hole: what the next read shows may have been asked for unseen.
+  void OnPause() {
+    quiet_ = false;
+    paused_ = true;
+  }
   /// The state is not known any more (contradicting broadcast, slave gone).
   void Forget(const FrameRef& frame);
 
+  /// The frame that showed the state read last.
+  [[nodiscard]] FrameNo since() const { return since_; }
   /// States the slave may be in now; empty: unknown.
   [[nodiscard]] StateSet possible() const { return possible_; }
   /// True when the last thing known of the slave is that it is in `state`, without error and with no request open.
@@ -117,6 +124,8 @@ class AlMachine {
   std::optional<esc::AlWord> control_;    ///< AL Control as the slave took it last
   FrameNo control_since_ = 0;
   std::uint64_t polls_ = 0;  ///< status reads since open_
+  FrameRef waiting_since_;   ///< open_, or the first read behind a pause in which the state may have been read unseen
+  FrameRef last_poll_;
   bool overdue_reported_ = false;
   bool acknowledged_ = false;  ///< an error that is or may be set was acknowledged, and not seen gone yet
 
@@ -129,7 +138,8 @@ class AlMachine {
   static constexpr std::size_t kMaxPending = 8;
   std::vector<Pending> pending_;  ///< oldest first
 
-  bool quiet_ = false;  ///< another read of the same status would change nothing but counters
+  bool paused_ = false;  ///< since the last read of the status
+  bool quiet_ = false;   ///< another read of the same status would change nothing but counters
 
   std::uint64_t requests_ = 0;
   std::uint64_t status_reads_ = 0;

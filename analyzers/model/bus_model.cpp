@@ -119,6 +119,18 @@ void BusModel::Apply(const track::AlStateForgotten& event) {
   slaves_[event.slave].al.Forget(event.frame);
 }
 
+/// Whatever was said in the frames that are missing.
+void BusModel::Apply(const track::CaptureHole& event) {
+  for (SlaveModel& slave : slaves_) {
+    slave.al.OnPause();
+    if (!event.certain) continue;
+    slave.Stir();
+    slave.mailbox.Forget();
+    slave.ForgetLatches();
+    slave.drive.Forget();
+  }
+}
+
 void BusModel::Apply(const track::LogicalAccess& access) {
   (void)image_.Read(access, Expect(access), *this);
 }

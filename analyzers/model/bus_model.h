@@ -57,6 +57,7 @@ class BusModel final : private ProcessSink {
   bool ApplyPoll(const FrameRef& frame, esc::AlWord status, std::span<const SlaveId> slaves);
   void Apply(const track::AlStatusCodeRead& event);
   void Apply(const track::AlStateForgotten& event);
+  void Apply(const track::CaptureHole& event);
   /// Hands the process data in it to the units of the slaves.
   void Apply(const track::LogicalAccess& access);
   /// Process data in a frame that never came back: whether the slaves took them, nobody knows.

@@ -281,6 +281,14 @@ void DriveUnit::OnSdo(const mailbox::SdoTransfer& transfer) {
   }
 }
 
+void DriveUnit::Forget() {
+  sent_.reset();
+  control_.reset();
+  expected_count_ = 0;
+  candidate_.reset();
+  behind_hole_ = true;
+}
+
 void DriveUnit::OnEmergency(const mailbox::Emergency& emergency) {
   if (drive_ == nullptr) return;
   if (emergency.data.error_code == 0) {
@@ -297,6 +305,7 @@ void DriveUnit::OnEmergency(const mailbox::Emergency& emergency) {
 // --- control word -----------------------------------------------------------------------------------------------
 
 void DriveUnit::OnControlSent(std::uint16_t word, const FrameRef& frame, bool by_sdo) {
+  if (!by_sdo && frame.number < al_.since()) return;  // a frame whose loss shows late: the slave has changed since
   const std::optional<std::uint16_t> before = sent_;
   sent_ = word;
   if (drive_->control_word_in.empty()) return;
@@ -452,6 +461,7 @@ void DriveUnit::OnStatus(std::uint16_t word, const FrameRef& frame, bool by_sdo,
     last_state_seen_ = frame;
     last_state_word_ = word;
   }
+  behind_hole_ = false;
   if (expected_count_ > 0 || candidate_) CheckLimits(frame);
 }
 
@@ -540,7 +550,7 @@ void DriveUnit::JudgeChange(DriveStateChanged& change) {
   sink_.On(change);
   // From here on nobody commanded what happened.
   const bool in_op = al_.possible().empty() || al_.SettledIn(esc::AlState::OP);
-  if (!control_ || !acts_ || !in_op || !whole || change.first_zero) {
+  if (!control_ || !acts_ || !in_op || !whole || change.first_zero || behind_hole_) {
     ++unjudged_;
     return;
   }

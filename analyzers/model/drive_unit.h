@@ -45,6 +45,8 @@ class DriveUnit {
   void Repeat(const ProcessCycle& cycle);
   void OnSdo(const mailbox::SdoTransfer& transfer);
   void OnEmergency(const mailbox::Emergency& emergency);
+  /// Frames are missing from the capture: commands and states among them.
+  void Forget();
 
   // What is known now, for the report and for rules that say where they could not judge.
 
@@ -168,6 +170,7 @@ class DriveUnit {
   std::optional<device::DriveState> state_;       ///< as shown now; unset: the word fits none
   std::optional<device::DriveState> last_state_;  ///< last that was known
   bool last_was_zero_ = false;
+  bool behind_hole_ = false;  ///< no status word since frames were missing
   FrameRef state_since_;
   FrameRef status_last_;      ///< last status word
   FrameRef last_state_seen_;  ///< last status word that showed last_state_

@@ -100,6 +100,7 @@ struct AlChangedByItself {
   esc::AlWord before;
   esc::AlWord status;
   FrameNo before_since = 0;  ///< last frame that showed the state before
+  bool after_pause = false;  ///< since then the master was silent, and the capture may have a hole there
   std::optional<std::uint16_t> code;
 };
 

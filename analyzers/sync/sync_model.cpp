@@ -291,6 +291,7 @@ void SyncModel::Feed(SlaveId id, const FrameAtHand& at_hand, const CyclicImage* 
   watch.last_status_word = watch.status_word;
   watch.image = image;
   watch.seen = true;
+  watch.may_be_hole = false;
   watch.in_op = in_op;
   watch.fell = {};
   watch.fell_code.reset();
@@ -503,6 +504,21 @@ void SyncModel::SwitchedOn(SlaveId slave, const DcUnit& unit) {
     event.uncertainty_ns = *uncertainty;
   }
   sink_.On(event);
+}
+
+/// What was sent in a hole nobody knows: no interval, no slot and no rhythm reaches over it.
+void SyncModel::On(const track::CaptureHole& hole) {
+  Flush();
+  for (const auto& slave : slaves_) {
+    OutputWatch& watch = slave->outputs;
+    watch.may_be_hole = true;
+    if (!hole.certain) continue;
+    watch.seen = watch.has_slot = false;
+    watch.fell = {};
+    watch.grid_base = TimeBase::kNone;
+  }
+  if (!hole.certain) return;
+  for (CyclicImage& image : images_) image.last = {};
 }
 
 void SyncModel::On(const model::AlChangedByItself& change) {

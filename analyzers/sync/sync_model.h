@@ -50,7 +50,8 @@ struct OutputWatch {
   bool seen = false;  ///< a frame with outputs for it was seen
   FrameTime last;
   FrameNo last_sent = 0;
-  bool in_op = false;  ///< when the last frame came
+  bool in_op = false;        ///< when the last frame came
+  bool may_be_hole = false;  ///< the capture may miss frames behind the last one
   std::uint64_t frames_in_op = 0;
   const CyclicImage* image = nullptr;
   TimeNs watchdog_ns = 100'000'000;  ///< as set, else as after power-on; 0 is off
@@ -109,6 +110,7 @@ class SyncModel final : public FrameObserver {
   void OnFrame(const wire::FrameView& frame, bus::Direction direction) override;
   void On(const track::LogicalAccess& access);
   void On(const track::Answered& answer);
+  void On(const track::CaptureHole& hole);
   void On(const mailbox::SdoTransfer& transfer);
   void OnAccess(const track::SlaveAccess& access);
   void On(const model::AlChangedByItself& change);

@@ -8,6 +8,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "al-invalid-request",
                          .group = "AL state machine",
                          .severity = Severity::kError,
+                         .needs_no_history = true,
                          .title = "The master requests a value that is no AL state",
                          .needs = "nothing",
                          .source = "ETG1000.6, AL Control register 0x0120",

@@ -9,6 +9,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "al-status-code-unread",
                          .group = "AL state machine",
                          .severity = Severity::kInfo,
+                         .needs_no_history = true,
                          .title = "The error bit was seen but the AL status code was never read",
                          .needs = "AL Status with the error bit",
                          .source = "ETG1000.6, AL Status Code register 0x0134",

@@ -22,7 +22,8 @@ request that was never read by the slave's processor.
 
 ## How it is decided
 AL Status is read and still shows the old state when the limit is over. A master that stops reading before the limit
-gives no finding. A request that the slave has to ignore (see al-error-not-acknowledged) is not waited for.
+gives no finding. A request that the slave has to ignore (see al-error-not-acknowledged) is not waited for. Where nobody
+sent anything for long, or the clock was set, the wait counts from the next read on.
 
 ## Example
 samples/captures/al-timeout.pcapng

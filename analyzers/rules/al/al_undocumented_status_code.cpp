@@ -10,6 +10,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "al-undocumented-status-code",
                          .group = "AL state machine",
                          .severity = Severity::kWarning,
+                         .needs_no_history = true,
                          .title = "The slave gives an AL status code that its manual does not list",
                          .needs = "the AL status code, read while the error bit is set",
                          .source = "ETG1000.6, AL Status Code register 0x0134",

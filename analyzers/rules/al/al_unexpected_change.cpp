@@ -30,7 +30,9 @@ moment at which the machine stopped.
 The state before was read, no request that was sent since then leads to the new one, not even over intermediate states,
 and no request is under way or lost. The frames between the last good read and this one are the time of the event. A
 broadcast read counts where its result tells the state of every slave. Where the capture misses many packets (returned
-frames without an outbound copy) the request may be among them, and nothing is said.
+frames without an outbound copy, indices that skip) the request may be among them, and nothing is said. Nor is it where
+the state fell without the error bit while nobody sent anything for long and the indices do not tell whether frames are
+missing there.
 
 ## Example
 samples/captures/falls-out-of-op.pcapng: 0x001B after the process data paused.
@@ -53,6 +55,13 @@ class AlUnexpectedChange final : public Rule {
     open_[e.slave] = kNoFinding;
     if (MissesPackets(context().pipeline->pairing())) {
       NotEvaluable(e.slave, kMissesPackets, e.frame.number);
+      return;
+    }
+    if (e.after_pause && !e.status.bit4()) {
+      NotEvaluable(e.slave,
+                   "between two looks at AL Status nobody sent anything for long: what is missing there may be a "
+                   "request, a restart, or the end of another capture",
+                   e.frame.number);
       return;
     }
     const std::uint64_t key = static_cast<std::uint64_t>(e.before.raw) << 16U | e.status.raw;

@@ -19,6 +19,7 @@ constexpr EscAddress kEnd = 0x0314;
 constexpr RuleInfo kInfo{.id = "bus-link-errors",
                          .group = "Frame and bus",
                          .severity = Severity::kWarning,
+                         .needs_no_history = true,
                          .title = "Link-lost or receive-error counters rise, or a link drops",
                          .needs = "two reads of the counters (0x0300-0x0313) or of DL status (0x0110) of one slave",
                          .source = "ESC-2, error counters 0x0300-0x0313 and DL status 0x0110",
@@ -46,13 +47,22 @@ cable at the first slave (in frame direction) whose own counters rise.
 class BusLinkErrors final : public Rule {
  public:
   using Rule::On;
-  BusLinkErrors() : Rule(kInfo) { Subscribe({Topic::kAccess}); }
+  BusLinkErrors() : Rule(kInfo) { Subscribe({Topic::kAccess, Topic::kCaptureHole}); }
 
   void OnAccess(const track::SlaveAccess& e) override {
     if (e.address >= kEnd) return;
     const std::size_t length = std::max(e.written.size(), e.read.size());
     if (e.address + length > kFirst) OnCounters(e);
     if (!e.broadcast && e.address <= esc::kDlStatus + 1) OnDlStatus(e);
+  }
+
+  /// Behind a hole may stand another capture, of other slaves.
+  void On(const track::CaptureHole& e) override {
+    if (!e.certain) return;
+    for (Slave& slave : slaves_) {
+      slave.counters = {};
+      slave.links.reset();
+    }
   }
 
   void Finish() override {

@@ -7,6 +7,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "frame-lost",
                          .group = "Frame and bus",
                          .severity = Severity::kError,
+                         .needs_no_history = true,
                          .title = "An outbound frame never came back",
                          .needs = "outbound and returned frames",
                          .source = "ETG1000.4, frame processing: every frame returns to its master",
@@ -25,7 +26,9 @@ more while the master goes on sending. Frames still under way at the end of the 
 came back damaged is not lost either. Whether it was lost on the way out or back, a capture at the master cannot show.
 A capture machine that drops packets looks the same; where its file counts drops, the message says so. Frames that came
 back without an outbound copy prove that the capture misses packets: the message gives their number, and where there are
-half as many as lost frames or more, nothing says that any was lost on the bus, and the finding is an info.
+half as many as lost frames or more, nothing says that any was lost on the bus, and the finding is an info. Nor is a
+frame lost that was under way where the capture has a hole: where the indices of a master that numbers its frames skip,
+or where a master that does not was silent for much longer than before.
 
 ## Example
 samples/captures/lost-frames.pcapng
@@ -60,6 +63,13 @@ class FrameLost final : public Rule {
 
   void Finish() override {
     if (SaidNothingReturned() || SaidNothingSent()) return;
+    const bus::PairingStatistics& pairing = context().pipeline->pairing();
+    if (pairing.holes > 0) {
+      NotEvaluable(kNoSlave,
+                   "the capture misses frames in " + Count(pairing.holes, "place") +
+                       " (the indices of the frames skip): whether what was under way there came back is not known",
+                   pairing.first_hole.number);
+    }
     if (index_ == kNoFinding) return;
     Finding& finding = context().store[index_];
     const std::uint64_t outbound = context().pipeline->pairing().outbound;

@@ -7,6 +7,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "frame-malformed",
                          .group = "Frame and bus",
                          .severity = Severity::kError,
+                         .needs_no_history = true,
                          .title = "EtherCAT lengths, more flag or command do not fit the bytes of the frame",
                          .needs = "nothing",
                          .source = "ETG1000.4, frame and datagram header",

@@ -8,6 +8,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "register-read-only-write",
                          .group = "Frame and bus",
                          .severity = Severity::kError,
+                         .needs_no_history = true,
                          .title = "The master writes a register that is read-only for EtherCAT",
                          .needs = "the register table of the family's manual",
                          .source = "ESC-2, registers",

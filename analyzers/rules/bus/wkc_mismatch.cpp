@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "analyzers/core/lossy_capture.h"
 #include "analyzers/core/rule.h"
 #include "analyzers/model/bus_model.h"
 #include "decoder/base/text.h"
@@ -31,7 +32,8 @@ the rule fires and names the slaves whose share is missing where that is unambig
 capture starts in operation) the value that was constant before serves as expectation: a drop below it, without any
 state request or configuration in between, is reported as inferred warning. Refusals that are normal (mailbox empty or
 full, registers an ESC does not implement, a second AL Control write) are not judged, nor addresses that two slaves
-share for a moment while the master gives them out anew.
+share for a moment while the master gives them out anew. Nor is a counter above what the FMMUs explain where the capture
+misses packets: one of them may have set another FMMU.
 
 ## Example
 samples/captures/wkc-link-break.pcapng
@@ -59,6 +61,17 @@ class WkcMismatch final : public Rule {
     }
     const model::CounterRange range = context().bus.RangeFor(expected, e.command);
     if (e.wkc >= range.least && e.wkc <= range.most) return;
+    // Without outbound frames nothing shows what is missing.
+    const bus::PairingStatistics& pairing = context().pipeline->pairing();
+    if (e.wkc > range.most && (MissesAny(pairing) || pairing.paired == 0)) {
+      if (!said_more_) {
+        said_more_ = true;
+        NotEvaluable(kNoSlave,
+                     "more slaves take part than have FMMUs, which may have been set in frames that the capture misses",
+                     e.frame().number);
+      }
+      return;
+    }
     const std::uint64_t key = Key(e) ^ static_cast<std::uint64_t>(e.wkc) << 48U;
     WatchInputs(key, expected, e);
     if (Repeat(kNoSlave, key, e.frame()) != kNoFinding) return;
@@ -335,6 +348,7 @@ class WkcMismatch final : public Rule {
   std::vector<Episode> episodes_;
   std::array<Habit, 32> habits_{};
   bool said_unknown_ = false;
+  bool said_more_ = false;
   bool numbering_ = false;  ///< station addresses were given out and not used yet
 };
 

@@ -7,6 +7,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "capture-one-direction",
                          .group = "Capture",
                          .severity = Severity::kInfo,
+                         .needs_no_history = true,
                          .title = "The capture holds only outbound or only returned frames",
                          .needs = "nothing",
                          .source = "ESC-1, source address of frames that passed a slave",

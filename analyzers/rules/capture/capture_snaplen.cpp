@@ -7,6 +7,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "capture-snaplen",
                          .group = "Capture",
                          .severity = Severity::kWarning,
+                         .needs_no_history = true,
                          .title = "Packets were cut by the snap length",
                          .needs = "nothing",
                          .source = "PCAPNG, packet blocks; PCAP, packet records",

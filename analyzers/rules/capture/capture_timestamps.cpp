@@ -7,6 +7,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "capture-timestamps",
                          .group = "Capture",
                          .severity = Severity::kInfo,
+                         .needs_no_history = true,
                          .title = "The time stamps of the capture are too poor for timing rules",
                          .needs = "time stamps",
                          .source = "PCAPNG, packet blocks; PCAP, packet records",

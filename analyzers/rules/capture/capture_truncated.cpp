@@ -7,6 +7,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "capture-truncated",
                          .group = "Capture",
                          .severity = Severity::kWarning,
+                         .needs_no_history = true,
                          .title = "The capture file is damaged or ends early",
                          .needs = "nothing",
                          .source = "PCAPNG, packet blocks; PCAP, packet records",

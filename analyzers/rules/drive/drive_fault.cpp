@@ -14,6 +14,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "drive-fault",
                          .group = "Drive profile (DS402)",
                          .severity = Severity::kError,
+                         .needs_no_history = true,
                          .title = "The drive goes into a fault",
                          .needs = "status word 6041h before and in the fault, in the process data or by SDO",
                          .source = "CIA402, state machine; AKD-2011, 4.4; MKD, 4.4; PILZ, 4.4",

@@ -8,6 +8,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "latch-invalid-selector",
                          .group = "Latch",
                          .severity = Severity::kError,
+                         .needs_no_history = true,
                          .title = "The read selector of the latch control word is none that the drive has",
                          .needs = "the latch control word as the drive took it",
                          .source = "AKD-2010, 4.11; AKD-2011, 4.11; MKD, 4.12; PILZ, 4.9",

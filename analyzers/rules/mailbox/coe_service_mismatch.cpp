@@ -9,6 +9,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "coe-service-mismatch",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kWarning,
+                         .needs_no_history = true,
                          .title = "The CoE service contradicts the SDO command",
                          .needs = "the CoE header of the message",
                          .source = "ETG1000.6, CoE header; AKD-2011, 4.12; MKD, 4.13; PILZ, 4.10",

@@ -10,6 +10,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "emcy-received",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
+                         .needs_no_history = true,
                          .title = "The slave sends an emergency message",
                          .needs = "what the slave put into its mailbox",
                          .source = "ETG1000.6, emergency; CIA301, emergency error codes; MKD, 5.1",

@@ -11,6 +11,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "mailbox-error-reply",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
+                         .needs_no_history = true,
                          .title = "The slave answers a request with a mailbox error",
                          .needs = "what the slave put into its mailbox",
                          .source = "ETG1000.4, mailbox error service",

@@ -11,6 +11,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "mailbox-malformed",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
+                         .needs_no_history = true,
                          .title = "A mailbox message is malformed: its lengths or fields do not fit",
                          .needs = "the settings of sync managers 0 and 1",
                          .source = "ETG1000.4, mailbox; ETG1000.6, CoE",

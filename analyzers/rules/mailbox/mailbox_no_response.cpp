@@ -101,6 +101,8 @@ class MailboxNoResponse final : public Rule {
         if (findings[lost.finding].caused_by != kNoFinding) continue;
         if (findings[i].first.number < lost.until && findings[i].last.number >= lost.from) {
           findings[lost.finding].caused_by = static_cast<FindingIndex>(i);
+          // Where the capture misses frames, the answer may be among them.
+          if (findings[i].severity == Severity::kInfo) context().store.Regrade(lost.finding, Severity::kInfo);
         }
       }
     }

@@ -9,6 +9,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "sdo-abort",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
+                         .needs_no_history = true,
                          .title = "An SDO transfer is aborted",
                          .needs = "what the slave put into its mailbox",
                          .source = "ETG1000.6, SDO abort codes; CIA301, SDO abort codes",

@@ -9,6 +9,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "sdo-unknown-object",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kWarning,
+                         .needs_no_history = true,
                          .title = "An object is accessed that the family's dictionary does not have",
                          .needs = "a dictionary that claims to be complete",
                          .source = "MKD, 5.2",

@@ -9,6 +9,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "sdo-write-read-only",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
+                         .needs_no_history = true,
                          .title = "A download to an object that is read-only",
                          .needs = "the object in the dictionary of the family or of the standard",
                          .source = "ETG1000.6, CoE objects; CIA402, standard objects; MKD, 5.2, 5.3",

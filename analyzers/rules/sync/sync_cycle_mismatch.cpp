@@ -142,6 +142,12 @@ class SyncCycleMismatch final : public Rule {
     const bool one_each = !slave.profile->sync.source_with_dc.empty();
     const double nearest = one_each ? 1.0 : ratio >= 1 ? std::round(ratio) : 1.0 / std::round(1.0 / ratio);
     if (std::abs(ratio / nearest - 1) <= kTolerance) return;
+    const bus::PairingStatistics& pairing = context().pipeline->pairing();
+    if (pairing.holes > 0 && outputs.rate_last.number > pairing.first_hole.number) {
+      NotEvaluable(id, "the capture misses frames, in which another cycle may have been set",
+                   pairing.first_hole.number);
+      return;
+    }
     Finding finding;
     finding.slave = id;
     finding.first = outputs.rate_first;

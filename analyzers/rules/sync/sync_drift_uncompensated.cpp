@@ -1,3 +1,5 @@
+#include <utility>
+
 #include "analyzers/core/rule.h"
 #include "analyzers/core/sync_text.h"
 #include "analyzers/model/bus_model.h"
@@ -11,6 +13,8 @@ namespace {
 constexpr std::int64_t kDefaultLimit = 1'000'000'000;
 /// The slaves in OP are looked through once in so many frames.
 constexpr std::uint32_t kLookEvery = 32;
+/// Process data further apart are two runs with a pause between them.
+constexpr TimeNs kPause = 100'000'000;
 
 constexpr RuleInfo kInfo{.id = "sync-drift-uncompensated",
                          .group = "Synchronisation",
@@ -28,7 +32,8 @@ them the SYNC0 pulses: the axes lose their common time slowly and unnoticed.
 
 ## How it is decided
 At least two slaves showed a clock unit; with a single clock there is nothing to drift against. The time is that of
-the capture's stamps, counted from the last distribution or from when the slave was seen in OP with SYNC0 on. The
+the capture's stamps, counted from the last distribution or from when the slave was seen in OP with SYNC0 on, as far as
+process data were exchanged: pauses of 100 ms and more are left out, for the capture may have a hole there. The
 limit in ns is configurable: sync-drift-uncompensated.
 
 ## Example
@@ -48,7 +53,17 @@ class SyncDriftUncompensated final : public Rule {
     if (!in_use_since_.has_time || !e.frame().has_time) return;
     const FrameRef& last = context().sync->clock().last_distribution();
     const FrameRef& from = last.has_time && last.number > in_use_since_.number ? last : in_use_since_;
-    const TimeNs gap = Elapsed(from.time, e.frame().time);
+    const FrameRef before = std::exchange(last_frame_, e.frame());
+    if (from.number != measured_from_) {
+      measured_from_ = from.number;
+      gap_ = 0;
+    }
+    // A pause in which nothing was sent, or over which the clock was set, shows nothing of the distribution.
+    if (before.has_time && before.number >= from.number) {
+      const TimeNs step = Elapsed(before.time, e.frame().time);
+      if (step > 0 && step < kPause) gap_ += step;
+    }
+    const TimeNs gap = gap_;
     const TimeNs limit = context().Limit("sync-drift-uncompensated", kDefaultLimit);
     if (gap <= limit || e.frame().number <= from.number) return;
     const auto uncertainty = context().sync->Uncertainty(sync::TimeBase::kCapture);
@@ -104,6 +119,9 @@ class SyncDriftUncompensated final : public Rule {
   FrameRef in_use_since_;
   SlaveId slave_ = kNoSlave;
   FrameNo told_from_ = 0;
+  FrameRef last_frame_;        ///< last process data
+  FrameNo measured_from_ = 0;  ///< last distribution, or since when clocks are in use ...
+  TimeNs gap_ = 0;             ///< ... and how long process data have been exchanged since
   bool said_poor_ = false;
 };
 

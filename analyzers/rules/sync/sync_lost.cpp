@@ -36,8 +36,9 @@ the frames), less one. Frames that were sent and did not return may have arrived
 is the status word 6041h in the inputs before the pause: Operation enabled; where it is not mapped nothing is judged.
 The AKD's supervision can be switched off (FBUS.PARAM04): where the capture or --parameter shows it to be 0, or the
 limit lies within the uncertainty of the clock, nothing is said. A drive that is still enabled after 64 or more was
-not without frames: the capture has a hole there. A slave that left OP with 0x001B in the pause fell by its watchdog:
-that is told by sync-watchdog-margin. Pilz: as sync-window-violation judges each cycle.
+not without frames: the capture has a hole there. After fewer it may have, too, where nobody sent anything and the
+indices of the frames do not tell that none are missing. A slave that left OP with 0x001B in the pause fell by its
+watchdog: that is told by sync-watchdog-margin. Pilz: as sync-window-violation judges each cycle.
 
 ## Example
 samples/captures/sync-frames-missing.pcapng

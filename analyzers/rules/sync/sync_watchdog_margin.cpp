@@ -34,7 +34,8 @@ near it will one day be too late.
 ## How it is decided
 Outputs are the LRW and LWR whose address an active write FMMU of the slave maps, and whose working counter is not 0.
 The time between two of them is measured by the DC time they carry, else by stamps; a limit inside the uncertainty of
-the clock is not judged, and neither is a pause in which frames were sent that did not return. Sync managers without
+the clock is not judged, and neither is a pause in which frames were sent that did not return, nor one that may be a
+hole in the capture: nobody sent anything, the slave is still in OP, and the indices do not tell. Sync managers without
 watchdog trigger (control bit 6) do not feed a watchdog: then only a slave that really leaves OP is reported. Where
 the registers were never written in the capture, their values after power-on (100 ms) are assumed and the finding is
 inferred. A slave that leaves OP by itself in the pause (al-unexpected-change) names this finding as its cause.
@@ -65,6 +66,14 @@ class SyncWatchdogMargin final : public Rule {
     if (!monitored && !fell) return;
     if (!e.uncertainty_ns) {
       if (e.gap.ns >= watchdog / 2) NotEvaluable(e.slave, std::string(kPoorStamps), e.after.number);
+      return;
+    }
+    if (!fell && context().sync->outputs(e.slave).may_be_hole && e.gap.ns >= watchdog / 2) {
+      NotEvaluable(
+          e.slave,
+          "nobody sent anything for long, and the slave is in OP before and after: the capture may have a hole "
+          "there",
+          e.after.number);
       return;
     }
     const TimeNs uncertainty = *e.uncertainty_ns;
