@@ -1,0 +1,109 @@
+/// Law: packets that the capture misses make no finding. A healthy run stays without observed errors and warnings when
+/// parts of it are not captured: a range of packets, or many here and there.
+#include <algorithm>
+#include <filesystem>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "analyzers/analysis.h"
+#include "decoder/capture/capture_reader.h"
+#include "tests/property/captures.h"
+#include "tests/support/folders.h"
+
+namespace ecaudit {
+namespace {
+
+namespace fs = std::filesystem;
+using Rewrite = test::RewrittenSource::Rewrite;
+
+AnalysisResult AnalyseWithout(const fs::path& path, Rewrite keep) {
+  auto inner = capture::OpenCapture(path.string());
+  EXPECT_TRUE(inner) << path;
+  if (!inner) return {};
+  test::RewrittenSource source(**inner, 0, 0, std::move(keep));
+  return Analyse(source, {});
+}
+
+bool IsObserved(const Finding& finding) {
+  return finding.severity != Severity::kInfo && finding.confidence == Confidence::kObserved;
+}
+
+Rewrite Hole(FrameNo first, FrameNo count) {
+  return [=](capture::CapturedFrame& frame, std::vector<std::uint8_t>&) {
+    return frame.number < first || frame.number >= first + count;
+  };
+}
+
+/// Leaves out `percent` of the packets, the same ones each time.
+Rewrite Sieve(unsigned percent) {
+  return [percent, random = std::mt19937(percent)](capture::CapturedFrame&, std::vector<std::uint8_t>&) mutable {
+    return random() % 100 >= percent;
+  };
+}
+
+void ExpectSilence(const fs::path& path, const std::string& damage, Rewrite keep, bool losses_show) {
+  for (const Finding& finding : AnalyseWithout(path, std::move(keep)).findings) {
+    if (finding.rule.starts_with("capture-") || (losses_show && finding.rule == "frame-lost")) continue;
+    EXPECT_FALSE(IsObserved(finding)) << path.filename() << ", " << damage << ": " << finding.rule << " in frame "
+                                      << finding.first.number << ": " << finding.title;
+  }
+}
+
+class MissingPacketsTest : public testing::TestWithParam<const char*> {
+ protected:
+  /// Those without errors and warnings, and not too long to be read many times.
+  [[nodiscard]] static std::vector<std::pair<fs::path, std::uint64_t>> Healthy() {
+    constexpr std::uintmax_t kMostBytes = 400'000;
+    const std::string folder = GetParam();
+    const fs::path path = folder == "samples" ? fs::path(test::SourceDir()) / "samples" / "captures"
+                                              : fs::path(test::SharedDir()) / "captures" / folder;
+    std::vector<std::pair<fs::path, std::uint64_t>> healthy;
+    for (const fs::path& capture : test::CapturesIn(path)) {
+      if (fs::file_size(capture) > kMostBytes) continue;
+      const AnalysisResult whole = AnalyseWithout(capture, {});
+      if (std::none_of(whole.findings.begin(), whole.findings.end(),
+                       [](const Finding& f) { return f.severity != Severity::kInfo; })) {
+        healthy.emplace_back(capture, whole.capture.packets);
+      }
+    }
+    return healthy;
+  }
+};
+
+TEST_P(MissingPacketsTest, HolesMakeNoFinding) {
+  const auto captures = Healthy();
+  if (captures.empty()) GTEST_SKIP() << "no captures beside the project";
+  for (const auto& [path, packets] : captures) {
+    std::mt19937 random(1);
+    for (const FrameNo length : {1U, 2U, 5U, 12U, 20U, 45U, 100U}) {
+      if (length * 2 > packets) continue;
+      for (int i = 0; i < 3; ++i) {
+        // Behind the frames from which the tool learns how the master numbers them.
+        const FrameNo first = 40 + random() % (packets - length);
+        // A single packet more or less looks as if it was lost on the bus.
+        ExpectSilence(path, std::to_string(length) + " packets from " + std::to_string(first), Hole(first, length),
+                      length <= 2);
+      }
+    }
+  }
+}
+
+TEST_P(MissingPacketsTest, ManyMissingPacketsMakeNoFinding) {
+  const auto captures = Healthy();
+  if (captures.empty()) GTEST_SKIP() << "no captures beside the project";
+  for (const auto& [path, packets] : captures) {
+    for (const unsigned percent : {20U, 50U, 70U}) {
+      ExpectSilence(path, "without " + std::to_string(percent) + " %", Sieve(percent), true);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, MissingPacketsTest, testing::Values("samples", "real", "lab"),
+                         [](const testing::TestParamInfo<const char*>& folder) { return std::string(folder.param); });
+
+}  // namespace
+}  // namespace ecaudit
