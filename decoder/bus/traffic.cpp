@@ -56,7 +56,7 @@ void Traffic::Replay(std::size_t i, const FrameView& packet, BusSink& sink) cons
       case Kind::kTransaction: {
         // What came back is always the packet at hand.
         const FrameView* sent = call.first == kNone ? nullptr : &view(call.first);
-        sink.OnTransaction({sent, call.second == kNone ? nullptr : &packet, call.flag});
+        sink.OnTransaction({sent, call.second == kNone ? nullptr : &packet, call.flag, static_cast<Hole>(call.what)});
         break;
       }
       case Kind::kDoubtful:
@@ -107,6 +107,7 @@ void TrafficRecorder::OnTransaction(const BusTransaction& transaction) {
   const auto place = [&](const FrameView* frame) { return frame != nullptr ? PlaceOf(*frame) : Traffic::kNone; };
   const Traffic::Place sent = place(transaction.sent);
   to_->calls_.push_back({.kind = Traffic::Kind::kTransaction,
+                         .what = static_cast<std::uint8_t>(transaction.hole),
                          .flag = transaction.assumed,
                          .first = sent,
                          .second = place(transaction.returned)});

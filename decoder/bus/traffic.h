@@ -40,7 +40,7 @@ class Traffic {
   enum class Kind : std::uint8_t { kFrame, kSent, kTransaction, kDoubtful, kLost, kDuplicate, kUnusable };
   struct Call {
     Kind kind = Kind::kFrame;
-    std::uint8_t what = 0;  ///< Direction, Loss or Unusable
+    std::uint8_t what = 0;  ///< Direction, Loss, Unusable or Hole
     bool flag = false;      ///< assumed, followed_by_other or own_master
     Place first = kNone;    ///< the only frame, or the one sent
     Place second = kNone;   ///< the one returned

@@ -533,7 +533,7 @@ void Network::Apply(const SlaveAccess& access) {
   const bool in_registers = access.address < esc::RegisterImage::kSize;
   // A master that sets up a slave has taken it out of OP.
   if (state.presumed && !access.written.empty() && access.address < kMappingEnd &&
-      access.address + access.written.size() > kAlControl) {
+      access.address + access.written.size() > esc::kAlControl) {
     Presume(access.slave, false, access.frame());
   }
   if (in_registers) {
