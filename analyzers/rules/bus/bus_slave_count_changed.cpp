@@ -8,7 +8,6 @@ namespace {
 constexpr RuleInfo kInfo{.id = "bus-slave-count-changed",
                          .group = "Frame and bus",
                          .severity = Severity::kError,
-                         .needs_no_history = true,
                          .title = "The number of slaves changes while the bus is in use",
                          .needs = "returned broadcasts or position-addressed datagrams",
                          .source = "ETG1000.4, auto-increment and broadcast addressing",
