@@ -41,11 +41,34 @@ bool Holds(const LatchEdge& edge, std::uint16_t index, std::uint8_t subindex) {
   });
 }
 
+bool IsPosition(std::uint16_t index) {
+  return std::find(kPositionObjects.begin(), kPositionObjects.end(), index) != kPositionObjects.end();
+}
+
 /// A position object of which this family's manual does not say whose position it holds.
 bool IsStray(const device::LatchDescription& latch, std::uint16_t index) {
-  return std::find(kPositionObjects.begin(), kPositionObjects.end(), index) != kPositionObjects.end() &&
-         std::none_of(latch.edges.begin(), latch.edges.end(),
-                      [index](const LatchEdge& edge) { return Holds(edge, index, 0); });
+  return IsPosition(index) && std::none_of(latch.edges.begin(), latch.edges.end(),
+                                           [index](const LatchEdge& edge) { return Holds(edge, index, 0); });
+}
+
+/// The position that the inputs hold beside a status word which acknowledges the selector of `edge`: in the object that
+/// the manual names for this edge, or in the only latch position among them where the manual names no edge for it.
+std::optional<std::int64_t> Supplied(const device::LatchDescription& latch, const LatchEdge& edge,
+                                     const ProcessCycle& cycle) {
+  const ImagePart::Place* own = nullptr;
+  const ImagePart::Place* stray = nullptr;
+  std::size_t positions = 0;
+  for (const ImagePart::Place& place : cycle.part.places) {
+    const auto index = static_cast<std::uint16_t>(place.object >> 8U);
+    const auto subindex = static_cast<std::uint8_t>(place.object & 0xFFU);
+    if (place.bits == 0 || place.bits > 64) continue;
+    if (IsPosition(index)) ++positions;
+    if (Holds(edge, index, subindex)) own = &place;
+    if (IsStray(latch, index)) stray = &place;
+  }
+  const ImagePart::Place* place = own != nullptr ? own : positions == 1 ? stray : nullptr;
+  if (place == nullptr) return std::nullopt;
+  return SignExtend(ExtractBits(cycle.data, place->bit, place->bits), place->bits);
 }
 
 }  // namespace
@@ -241,7 +264,17 @@ Still LatchUnit::OnInputs(const ProcessCycle& cycle, const Part& part, StillCycl
     if (selection_.undecided && begun.number == selection_.word.begun) {
       Decide((word.value & latch_->edges[selection_.edge].valid) != 0, true);
     }
+    // Before the acknowledge an object that several edges share may hold the position of another one.
+    Edge* asked = selection_.active && !selection_.acknowledged ? &edges_[selection_.edge] : nullptr;
+    const bool acknowledges = asked != nullptr && asked->open && latch_->Acknowledge(word.value) == selection_.selector;
+    const std::optional<std::int64_t> before = acknowledges ? asked->capture.position : std::nullopt;
+    if (acknowledges) {
+      const auto supplied = Supplied(*latch_, latch_->edges[selection_.edge], cycle);
+      if (supplied) asked->capture.position = supplied;
+    }
     OnStatus(word);
+    // It was not the answer to this selector after all.
+    if (acknowledges && asked->capture.acknowledged.number != word.frame.number) asked->capture.position = before;
   }
   if (unread_ == 0) return part.status.bits == 0 ? idle : Still::kNo;
   for (std::size_t n = 0; n < edges_.size(); ++n) {
@@ -482,7 +515,7 @@ void LatchUnit::ReadBy(std::size_t n, LatchReading reading, const FrameRef& fram
   if (!edge.open || edge.capture.read.seen()) return;
   edge.capture.read = frame;
   edge.capture.reading = reading;
-  edge.capture.position = position;
+  if (position) edge.capture.position = position;
   edge.loss_pending = false;
   ++edge.history.read;
   unread_ = static_cast<std::uint16_t>(unread_ & ~Bit(n));

@@ -585,6 +585,7 @@ class EventCaptures(Events):
         self.assertEqual(first["edge"], "external latch 1 rising")
         # 1B20h of this slave holds 20A6h, which the AKD manual does not give to any edge.
         self.assertEqual(first["read_by"], "selector")
+        self.assertEqual(first["position"], 1029900)
         # Status 0x0001 is in LRW 420, sent 201 cycles of 1 ms after LRW 219.
         valid = [row for row in rows if row["step"] == "valid"][0]
         self.assertAlmostEqual(valid["latency_ms"], 201, delta=1)

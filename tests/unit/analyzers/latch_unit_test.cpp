@@ -2,12 +2,15 @@
 // MKD 4.12 and 4.7. What is forbidden is tested by the traces of tests/rules/latch-*.
 #include "analyzers/model/latch_unit.h"
 
+#include <fstream>
+#include <iterator>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "analyzers/analysis.h"
+#include "decoder/capture/capture_reader.h"
 #include "decoder/device/profile_registry.h"
 #include "tests/support/folders.h"
 #include "tests/support/trace_builder.h"
@@ -226,6 +229,45 @@ TEST(LatchSummary, AMappedPositionIsReadWithTheValidBit) {
   EXPECT_FALSE(latch.control_by_sdo);
   ASSERT_EQ(latch.inputs.size(), 4U);
   EXPECT_EQ(latch.misuses, 0U);
+}
+
+// The object of latch 1 rising is among the inputs, but the drive fills it when the selector asks for it.
+TEST(LatchSummary, TheAcknowledgeTellsWhichPositionAMappedObjectHolds) {
+  std::ifstream file(test::SourceDir() + "/tests/rules/latch-value-lost/complies.trace");
+  std::string lines{std::istreambuf_iterator<char>(file), {}};
+  lines.resize(lines.find("+1ms   LRW"));
+  lines +=
+      "+1ms LRW 0x10000 00 00 00 00 00 00 00 00 -> 00 00 00 00 00 00 00 00\n"
+      "+1ms LRW 0x10000 01 00 00 00 00 00 00 00 -> 01 00 00 00 00 00 00 00\n"
+      "+1ms LRW 0x10000 01 00 00 00 00 00 00 00 -> 01 00 01 00 00 00 00 00\n"
+      "+1ms LRW 0x10000 01 01 00 00 00 00 00 00 -> 01 01 01 00 00 00 00 00\n"
+      "+1ms LRW 0x10000 01 01 00 00 00 00 00 00 -> 01 01 01 01 67 12 00 00\n";
+  const auto trace = test::Trace::Parse(lines);
+  ASSERT_TRUE(trace) << trace.error().message;
+  AnalysisOptions options;
+  options.default_profile = "kollmorgen-akd-2011";
+  const AnalysisResult result = Analyse(*trace->Source(), options);
+  ASSERT_EQ(result.slaves.size(), 1U);
+  ASSERT_TRUE(result.slaves[0].latch);
+  ASSERT_EQ(result.slaves[0].latch->captures.size(), 1U);
+  EXPECT_EQ(result.slaves[0].latch->captures[0].position, 0x1267);
+}
+
+// Its truth file has the positions that the emulated drive supplied. 1B20h holds one latch position there, 20A6h, which
+// the manuals of the AKD give to no edge: the drive supplies in it what the selector asks for.
+TEST(LatchSummary, ASelectorSuppliesThePositionBesideItsAcknowledge) {
+  auto reader = capture::OpenCapture(test::SharedDir() + "/captures/lab/latch.pcapng");
+  if (!reader) GTEST_SKIP() << reader.error().message;
+  const AnalysisResult result = Analyse(**reader, AnalysisOptions{});
+  ASSERT_EQ(result.slaves.size(), 1U);
+  ASSERT_TRUE(result.slaves[0].latch);
+  std::vector<std::int64_t> positions;
+  for (const LatchCaptureSummary& capture : result.slaves[0].latch->captures) {
+    if (capture.read_by == "selector") positions.push_back(capture.position.value_or(-1));
+  }
+  const std::vector<std::int64_t> supplied = {1'029'900, 1'069'900, 1'119'900, 1'169'900,
+                                              1'239'900, 1'369'900, 1'374'900};
+  EXPECT_EQ(positions, supplied);
 }
 
 }  // namespace

@@ -259,6 +259,13 @@ function trimBins(bins) {
   return bins.slice(Math.max(0, first - 1), last + 2);
 }
 
+/** An edge that was armed and never became valid captured nothing. */
+function captureTitle(captures) {
+  const captured = captures.filter((c) => c.valid_frame !== null).length;
+  const without = captures.length - captured;
+  return count(captured, "captured position") + (without > 0 ? `, ${without} armed without a capture` : "");
+}
+
 function latches(slave) {
   const latch = slave.latch;
   if (!latch) return [];
@@ -275,7 +282,7 @@ function latches(slave) {
       { title: "Read", value: (e) => e.read, num: true },
       { title: "Lost", value: (e) => e.lost, num: true },
     ]),
-    latch.captures.length > 0 && h("details", { className: "more" }, h("summary", null, count(latch.captures.length, "captured position")),
+    latch.captures.length > 0 && h("details", { className: "more" }, h("summary", null, captureTitle(latch.captures)),
       table(latch.captures, [
         { title: "Edge", value: (c) => c.edge, long: true },
         { title: "Armed", value: (c) => frame(c.armed_frame), num: true },
