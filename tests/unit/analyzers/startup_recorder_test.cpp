@@ -108,6 +108,41 @@ TEST(StartupRecorder, ARefusalIsMarkedWithItsCode) {
   EXPECT_FALSE(startup.ended);
 }
 
+TEST(StartupRecorder, APhaseBeginsInItsState) {
+  // OP requested in INIT belongs to what leads out of INIT; from SAFEOP to OP is what happens in SAFEOP.
+  const StartupSummary startup =
+      StartupOf(kAddress + "+1ms FPWR 0x1001:0x0120 08 00\n+1ms FPRD 0x1001:0x0130 11 00 00 00 11 00\n" +
+                "+1ms FPWR 0x1001:0x0120 11 00\n+1ms FPRD 0x1001:0x0130 01 00\n" + kMailbox + State(2) + kOutputs +
+                State(4) + State(8));
+  EXPECT_EQ(Steps(startup),
+            (Names{"addressing: Configured Station Address", "init-to-preop: OP requested", "scan: INIT requested",
+                   "mailbox-setup: SM0", "mailbox-setup: SM1", "init-to-preop: PREOP requested", "preop-to-safeop: SM2",
+                   "preop-to-safeop: SAFEOP requested", "safeop-to-op: OP requested"}));
+  const StartupPhaseSummary* preop = startup.phase(StartupPhase::kInitToPreop);
+  ASSERT_NE(preop, nullptr);
+  EXPECT_EQ(preop->result, "PREOP reached");
+  EXPECT_FALSE(preop->failed);
+  const StartupPhaseSummary* op = startup.phase(StartupPhase::kSafeopToOp);
+  ASSERT_NE(op, nullptr);
+  EXPECT_EQ(op->duration, 1'030'000);
+}
+
+TEST(StartupRecorder, AWayDownBelongsToTheStateItLeadsTo) {
+  const StartupSummary startup =
+      StartupOf(kAddress + kMailbox + State(2) + kOutputs + State(4) + State(2) + kOutputs + State(4) + State(8));
+  const StartupPhaseSummary* op = startup.phase(StartupPhase::kSafeopToOp);
+  ASSERT_NE(op, nullptr);
+  EXPECT_EQ(op->duration, 1'030'000);
+  EXPECT_EQ(startup.steps.back().phase, StartupPhase::kSafeopToOp);
+}
+
+TEST(StartupRecorder, AMasterThatDoesNotLookMakesItsPhasesNevertheless) {
+  const StartupSummary startup =
+      StartupOf(kAddress + "+1ms FPWR 0x1001:0x0120 02 00\n+1ms FPWR 0x1001:0x0120 04 00\n" + State(8));
+  EXPECT_EQ(Steps(startup), (Names{"addressing: Configured Station Address", "init-to-preop: PREOP requested",
+                                   "preop-to-safeop: SAFEOP requested", "safeop-to-op: OP requested"}));
+}
+
 TEST(StartupRecorder, WhatIsReadBackIsTold) {
   const StartupSummary startup =
       StartupOf(kAddress + State(2) + "+1ms FPWR 0x1001:0x0420 E8 03\n+1ms FPRD 0x1001:0x0420 64 00\n");
