@@ -48,6 +48,11 @@ std::uint8_t GoalOf(StartupPhase phase) {
   return phase == StartupPhase::kPreopToSafeop ? kSafeop : kOp;
 }
 
+/// Giving up what was reached, and acknowledging an error, is no way on: a phase does not last until then.
+bool LeadsOn(StartupPhase phase, std::uint32_t wanted) {
+  return phase == StartupPhase::kScan || wanted >= GoalOf(phase);
+}
+
 StartupPhase PhaseOfMailbox(std::uint8_t state) {
   return state >= kSafeop ? StartupPhase::kSafeopToOp : StartupPhase::kPreopParameters;
 }
@@ -182,7 +187,10 @@ void StartupRecorder::On(const track::AlRequest& request) {
     return;
   }
   const StartupPhase phase = PhaseOfRequest(wanted, state);
-  Extend(story.record, phase, request.frame(), request.frame());
+  if (LeadsOn(phase, wanted) || !story.record.phases[At(phase)].first.seen()) {
+    Extend(story.record, phase, request.frame(), request.frame());
+  }
+  story.record.end = request.frame();
   StartupStep step;
   step.key.kind = StartupKey::Kind::kRequest;
   step.key.address = wanted;
@@ -222,8 +230,9 @@ void StartupRecorder::On(const track::AlStatusRead& read) {
     step->outcome = StartupOutcome::kDone;
     step->last = read.frame;
     Phase& phase = story.record.phases[At(step->phase)];
-    Extend(story.record, step->phase, read.frame, read.frame);
-    phase.reached = state;
+    if (LeadsOn(step->phase, step->key.address)) Extend(story.record, step->phase, read.frame, read.frame);
+    story.record.end = read.frame;
+    phase.reached = std::max(phase.reached, state);  // what is given up again was reached
     break;
   }
   if (state != kBoot) story.record.highest = std::max(story.record.highest, state);
@@ -249,6 +258,7 @@ void StartupRecorder::On(const model::AlAnswered& event) {
     Phase& phase = story.record.phases[At(step->phase)];
     phase.refused = event.request.control.state();
     phase.code = event.code.value_or(0);
+    phase.reached = 0;
     break;
   }
 }

@@ -136,6 +136,16 @@ TEST(StartupRecorder, AWayDownBelongsToTheStateItLeadsTo) {
   EXPECT_EQ(startup.steps.back().phase, StartupPhase::kSafeopToOp);
 }
 
+TEST(StartupRecorder, GivingUpIsNoPartOfThePhase) {
+  const std::string up = kAddress + kMailbox + State(2) + kOutputs + State(4);
+  const StartupSummary startup = StartupOf(up + "+5s FPRD 0x1001:0x0130 04 00\n" + State(2));
+  const StartupPhaseSummary* safeop = startup.phase(StartupPhase::kPreopToSafeop);
+  ASSERT_NE(safeop, nullptr);
+  EXPECT_EQ(safeop->result, "SAFEOP reached");
+  EXPECT_EQ(safeop->duration, StartupOf(up).phase(StartupPhase::kPreopToSafeop)->duration);
+  EXPECT_EQ(startup.steps.back().name, "PREOP requested");
+}
+
 TEST(StartupRecorder, AMasterThatDoesNotLookMakesItsPhasesNevertheless) {
   const StartupSummary startup =
       StartupOf(kAddress + "+1ms FPWR 0x1001:0x0120 02 00\n+1ms FPWR 0x1001:0x0120 04 00\n" + State(8));
