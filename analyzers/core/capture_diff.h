@@ -42,6 +42,7 @@ struct CaptureDiff {
   std::vector<Difference> differences;
   std::vector<std::string> notes;  ///< what could not be compared, and why
   std::uint64_t steps_compared = 0;
+  bool compared = false;  ///< both show something of a start-up or a configuration that can be compared
 
   [[nodiscard]] bool different() const {
     for (const Difference& difference : differences) {

@@ -7,6 +7,7 @@
 #include <tuple>
 #include <utility>
 
+#include "analyzers/diff/extra_steps.h"
 #include "analyzers/startup/comparison.h"
 #include "analyzers/startup/step_text.h"
 #include "decoder/base/text.h"
@@ -68,13 +69,14 @@ const StartupStep& Telling(const std::vector<const StartupStep*>& steps) {
   return *steps.front();
 }
 
-std::string StateReached(const StartupSummary& startup) {
+/// @param with_drive  false: the other capture cannot show whether the drive was enabled
+std::string StateReached(const StartupSummary& startup, bool with_drive) {
   const auto failed = std::find_if(startup.phases.begin(), startup.phases.end(),
                                    [](const StartupPhaseSummary& phase) { return phase.failed; });
   std::string text;
   if (failed != startup.phases.end()) text = failed->result;
   const StartupPhaseSummary* drive = startup.phase(StartupPhase::kDriveEnable);
-  const bool enabled = drive != nullptr && !drive->result.empty();
+  const bool enabled = with_drive && drive != nullptr && !drive->result.empty();
   const std::string state = startup.reached == 0 ? "no state seen" : esc::StateName(startup.reached) + " reached";
   if (text.empty()) {
     text = enabled ? state + ", drive enabled" : state;
@@ -127,17 +129,51 @@ bool SameMapping(const PdoSummary& a, const PdoSummary& b) {
 }
 
 /// An FMMU that maps the same bytes of the slave to another logical address: the bus has another layout.
-bool LogicalStartOnly(const StartupStep& a, const ExpectedStep& b) {
-  if (a.key.kind != StartupKey::Kind::kWrite || a.key.address < 0x0600 || a.key.address >= 0x0700 || !b.data)
-    return false;
+bool LogicalStartOnly(const StartupStep& a, const StartupStep& b) {
+  if (a.key.kind != StartupKey::Kind::kWrite || a.key.address < 0x0600 || a.key.address >= 0x0700) return false;
   constexpr std::size_t kLogicalStart = 4;
-  return a.data.size() == b.data->size() && a.data.size() > kLogicalStart &&
-         std::equal(a.data.begin() + kLogicalStart, a.data.end(), b.data->begin() + kLogicalStart);
+  return a.data.size() == b.data.size() && a.data.size() > kLogicalStart &&
+         std::equal(a.data.begin() + kLogicalStart, a.data.end(), b.data.begin() + kLogicalStart);
 }
 
 std::string SmText(const SyncManagerSummary& manager) {
   return Hex(manager.start) + " " + Count(manager.length, "byte") + ", control " + Hex(manager.control, 2) +
          (manager.enabled ? ", enabled" : ", disabled");
+}
+
+/// Whether the capture shows that no slave is at this position but those it holds.
+bool ShowsAbsence(const AnalysisResult& result, SlavePos position) {
+  const std::optional<std::uint16_t>& count = result.bus.slave_count;
+  return count && (position >= *count || result.slaves.size() >= *count);
+}
+
+/// Whether the words of a drive can be seen: it must have answered, and what its process data hold must be known.
+bool ShowsDrive(const AnalysisResult& result, const SlaveSummary& slave) {
+  return slave.drive && (result.capture.returned_frames > 0 || slave.startup.phase(StartupPhase::kDriveEnable));
+}
+
+/// Why the capture cannot show such a step of a slave; empty where it can.
+std::string WhyHidden(const AnalysisResult& result, const SlaveSummary* slave, const StartupStep& step) {
+  if (slave == nullptr) return {};
+  if (step.key.kind == StartupKey::Kind::kDrive && !ShowsDrive(result, *slave)) {
+    return "commands to the drive: which of its process data is the control word is not known";
+  }
+  if (step.phase <= StartupPhase::kEeprom && slave->position_inferred) {
+    return "the beginning of its start-up: it has its address already";
+  }
+  return {};
+}
+
+/// "not done", as far as the capture shows it.
+std::string NotDone(const StartupStep& step, const StartupSummary& there, bool late) {
+  if (step.key.kind == StartupKey::Kind::kRequest && step.key.address == static_cast<unsigned>(esc::AlState::INIT)) {
+    return "not for this slave alone";
+  }
+  return late && !there.ended && FailedAt(there) == 0 ? "not done up to the end of the capture" : "not done";
+}
+
+std::string TimesDone(std::size_t times) {
+  return times == 1 ? "once" : Grouped(times) + " times";
 }
 
 class Builder {
@@ -202,6 +238,13 @@ class Builder {
     for (std::size_t p = 0; p < out_.pairs.size(); ++p) {
       const SlavePair& pair = out_.pairs[p];
       if (pair.a != nullptr && pair.b != nullptr) continue;
+      const SlaveSummary& met = pair.a != nullptr ? *pair.a : *pair.b;
+      if (!ShowsAbsence(pair.a != nullptr ? b_ : a_, met.position)) {
+        out_.notes.push_back("slave " + std::to_string(met.position) + ": met in " + (pair.a != nullptr ? "A" : "B") +
+                             " only; which slaves are on the bus " + (pair.a != nullptr ? "B" : "A") +
+                             " does not show");
+        continue;
+      }
       Add(Area::kBus, kRankBus, p, "presence", pair.a != nullptr ? "on the bus" : "not on the bus",
           pair.b != nullptr ? "on the bus" : "not on the bus");
     }
@@ -246,9 +289,13 @@ class Builder {
     }
     if (!ShowsStartup(a) || !ShowsStartup(b)) return Configuration(p);
 
-    const std::string reached_a = StateReached(a);
-    const std::string reached_b = StateReached(b);
-    if (reached_a != reached_b) {
+    const bool with_drive = ShowsDrive(a_, *pair.a) && ShowsDrive(b_, *pair.b);
+    const std::string reached_a = StateReached(a, with_drive);
+    const std::string reached_b = StateReached(b, with_drive);
+    if ((a.reached == 0) != (b.reached == 0)) {
+      out_.notes.push_back("slave " + std::to_string(pair.a->position) + ": " + (a.reached == 0 ? "A" : "B") +
+                           " does not show its AL states, so what its start-up came to is not compared");
+    } else if (reached_a != reached_b) {
       const bool one_refused = (FailedAt(a) == 0) != (FailedAt(b) == 0);
       Difference& d =
           Add(Area::kOutcome, one_refused ? kRankRefused : kRankOutcome, p, "start-up", reached_a, reached_b);
@@ -284,6 +331,7 @@ class Builder {
     only_a.bus.startup = a;
     const startup::Expectation expectation = startup::ExpectationOf(only_a);
     out_.steps_compared += a.steps.size();
+    out_.compared = out_.compared || !a.steps.empty() || !b.steps.empty();
     const FrameNo failed_a = FailedAt(a);
     const FrameNo failed_b = FailedAt(b);
     const auto step_of = [&](const ExpectedStep* expected) -> const StartupStep& {
@@ -309,29 +357,22 @@ class Builder {
                               part_a.empty() ? WithNote(in_a) : part_a, part_b.empty() ? WithNote(in_b) : part_b);
           d.frame_a = in_a.frame.number;
           d.frame_b = in_b.frame.number;
-          if (LogicalStartOnly(in_b, *deviation.expected.front())) {
+          if (LogicalStartOnly(in_a, in_b)) {
             d.counts = false;
             d.rank = kRankTiming;
           }
           break;
         }
-        case Deviation::Kind::kMissing:
-          OneSided(p, deviation, failed_b, step_of, rank_of);
-          break;
-        case Deviation::Kind::kUnexpected: {
-          const StartupStep& first = *deviation.actual.front();
-          const std::string what = List(deviation.actual, [](const StartupStep& s) {
-            return startup::StepNoun(s.key, s.name) + (s.text.empty() ? "" : " = " + ValueOf(s.name, s.text));
-          });
-          const bool late = failed_a != 0 && GoesOnBehind(a, failed_a, deviation);
-          Difference& d =
-              Add(Area::kStep,
-                  late ? kRankConsequence : rank_of(Telling(deviation.actual).key, first.phase, 0, first.frame.number),
-                  p, what, "not done", "done");
-          d.frame_b = first.frame.number;
-          d.consequence = late;
+        case Deviation::Kind::kMissing: {
+          std::vector<const StartupStep*> steps;
+          for (const ExpectedStep* step : deviation.expected) steps.push_back(&step_of(step));
+          const bool late = deviation.to_the_end || (failed_b != 0 && deviation.next == nullptr);
+          OneSided(p, {true, a, b, late}, std::move(steps), rank_of);
           break;
         }
+        case Deviation::Kind::kUnexpected:
+          OneSided(p, {false, b, a, failed_a != 0 && GoesOnBehind(a, failed_a, deviation)}, deviation.actual, rank_of);
+          break;
         case Deviation::Kind::kOrder: {
           const StartupStep& in_a = step_of(deviation.expected.front());
           const std::string behind_a =
@@ -355,22 +396,84 @@ class Builder {
     Outcomes(p, a, b, All(deviations));
   }
 
-  template <typename StepOf, typename RankOf>
-  void OneSided(std::optional<std::size_t> p, const Deviation& deviation, FrameNo failed_b, StepOf&& step_of,
+  /// Which start-up has the steps that the other one lacks.
+  struct Side {
+    bool of_a = true;
+    const StartupSummary& here;
+    const StartupSummary& there;
+    bool late = false;  ///< the other one did not come that far
+  };
+
+  /// Steps that one start-up has and the other has not, or less often.
+  template <typename RankOf>
+  void OneSided(std::optional<std::size_t> p, const Side& side, std::vector<const StartupStep*> steps,
                 RankOf&& rank_of) {
-    const StartupStep& first = step_of(deviation.expected.front());
-    std::vector<const StartupStep*> all;
-    for (const ExpectedStep* step : deviation.expected) all.push_back(&step_of(step));
-    const std::string what = List(deviation.expected, [&](const ExpectedStep& s) {
-      const StartupStep& step = step_of(&s);
-      return startup::StepNoun(step.key, step.name) + (step.text.empty() ? "" : " = " + ValueOf(step.name, step.text));
+    LeaveOutHidden(p, side.of_a, steps);
+    const ExtraSteps extra = SortOut(steps, side.here, side.there);
+    const auto text = [](const StartupStep& s) {
+      return startup::StepNoun(s.key, s.name) + (s.text.empty() ? "" : " = " + ValueOf(s.name, s.text));
+    };
+    const auto add = [&](const StartupStep& telling, const StartupStep& first, const StartupStep* other,
+                         std::string what, std::string here, std::string there) -> Difference& {
+      const FrameNo frame = first.frame.number;
+      const FrameNo other_frame = other == nullptr ? 0 : other->frame.number;
+      const FrameNo frame_a = side.of_a ? frame : other_frame;
+      const FrameNo frame_b = side.of_a ? other_frame : frame;
+      const int rank = side.late ? kRankConsequence : rank_of(telling.key, first.phase, frame_a, frame_b);
+      Difference& d = Add(Area::kStep, rank, p, std::move(what), side.of_a ? std::move(here) : std::move(there),
+                          side.of_a ? std::move(there) : std::move(here));
+      d.frame_a = frame_a;
+      d.frame_b = frame_b;
+      d.consequence = side.late;
+      return d;
+    };
+    for (std::size_t i = 0; i < extra.again.size(); ++i) {
+      const StepAgain& again = extra.again[i];
+      const StartupStep& step = *again.step;
+      if (again.same_value) {
+        // What is done once more for the same reason is one difference.
+        std::vector<const StartupStep*> all{&step};
+        while (i + 1 < extra.again.size() && extra.again[i + 1].same_value && extra.again[i + 1].here == again.here &&
+               extra.again[i + 1].there == again.there) {
+          all.push_back(extra.again[++i].step);
+        }
+        const std::size_t more = again.here > again.there ? again.here - again.there : 1;
+        add(step, step, again.other, List(all, text),
+            (more == 1 ? "once more" : Grouped(more) + " times more") + ", in " + std::string(Title(step.phase)),
+            TimesDone(again.there));
+        continue;
+      }
+      const auto [part_here, part_there] = startup::DifferingParts(step.key, step.data, again.other->data);
+      std::string here = part_here.empty() ? WithNote(step) : part_here;
+      if (again.as_there != nullptr) {
+        here += again.as_there->frame.number > step.frame.number ? ", later as " : ", before as ";
+        here += side.of_a ? "in B" : "in A";
+      }
+      Difference& d = add(step, step, again.other, startup::StepNoun(step.key, step.name), std::move(here),
+                          part_there.empty() ? WithNote(*again.other) : part_there);
+      if (LogicalStartOnly(step, *again.other)) {
+        d.counts = false;
+        d.rank = kRankTiming;
+      }
+    }
+    if (extra.fresh.empty()) return;
+    const StartupStep& first = *extra.fresh.front();
+    add(Telling(extra.fresh), first, nullptr, List(extra.fresh, text), "done", NotDone(first, side.there, side.late));
+  }
+
+  /// What the other capture cannot show is no difference.
+  void LeaveOutHidden(std::optional<std::size_t> p, bool of_a, std::vector<const StartupStep*>& steps) {
+    const SlaveSummary* other = !p ? nullptr : of_a ? out_.pairs[*p].b : out_.pairs[*p].a;
+    std::erase_if(steps, [&](const StartupStep* step) {
+      const std::string why = WhyHidden(of_a ? b_ : a_, other, *step);
+      if (why.empty()) return false;
+      std::string note =
+          "slave " + std::to_string(other->position) + ": " + (of_a ? "B" : "A") + " does not show " + why;
+      if (std::find(out_.notes.begin(), out_.notes.end(), note) == out_.notes.end()) {
+        out_.notes.push_back(std::move(note));
+      }
+      return true;
     });
-    const bool late = deviation.to_the_end || (failed_b != 0 && deviation.next == nullptr);
-    Difference& d =
-        Add(Area::kStep, late ? kRankConsequence : rank_of(Telling(all).key, first.phase, first.frame.number, 0), p,
-            what, "done", "not done");
-    d.frame_a = first.frame.number;
-    d.consequence = late;
   }
 
   /// B's additional steps come behind everything that the failed start-up of A holds.
@@ -418,6 +521,7 @@ class Builder {
       const auto b = std::find_if(pair.b->sync_managers.begin(), pair.b->sync_managers.end(),
                                   [&](const SyncManagerSummary& m) { return m.number == a.number; });
       if (b == pair.b->sync_managers.end()) continue;  // one capture may simply not show it
+      out_.compared = true;
       if (a.start == b->start && a.length == b->length && a.control == b->control && a.enabled == b->enabled) continue;
       Difference& d = Add(Area::kConfiguration, kRankStep, p, "SM" + std::to_string(a.number), SmText(a), SmText(*b));
       d.frame_a = a.since;
@@ -436,7 +540,9 @@ class Builder {
     for (const bool outputs : {true, false}) {
       const PdoSummary& a = outputs ? pair.a->rx_pdo : pair.a->tx_pdo;
       const PdoSummary& b = outputs ? pair.b->rx_pdo : pair.b->tx_pdo;
-      if (!a.bytes || !b.bytes || SameMapping(a, b)) continue;
+      if (!a.bytes || !b.bytes) continue;
+      out_.compared = true;
+      if (SameMapping(a, b)) continue;
       Difference& d = Add(Area::kMapping, kRankMapping, p, outputs ? "outputs (RxPDO)" : "inputs (TxPDO)",
                           MappingText(a), MappingText(b));
       d.frame_a = a.since;
@@ -515,8 +621,14 @@ class Builder {
       if (first || d.pairs.empty() || folded[at->second].pairs.empty()) {
         folded.push_back(std::move(d));
       } else {
-        folded[at->second].pairs.insert(folded[at->second].pairs.end(), d.pairs.begin(), d.pairs.end());
-        folded[at->second].rank = std::min(folded[at->second].rank, d.rank);
+        Difference& known_one = folded[at->second];
+        for (const std::size_t pair : d.pairs) {
+          // The same slave may do it several times.
+          if (std::find(known_one.pairs.begin(), known_one.pairs.end(), pair) == known_one.pairs.end()) {
+            known_one.pairs.push_back(pair);
+          }
+        }
+        known_one.rank = std::min(known_one.rank, d.rank);
       }
     }
     out_.differences = std::move(folded);

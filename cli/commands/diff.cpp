@@ -33,8 +33,8 @@ class DiffCommand : public Command {
     output_.Declare(options, "text (default) or json");
     options.Footer(
         "\nSlaves are matched by identity and position; what varies between two runs of one master is no difference.\n"
-        "With --from and --to both captures are cut. Exit status: 0 no difference, 1 they differ, 2 wrong usage or\n"
-        "unreadable input.\n"
+        "With --from and --to both captures are cut. Exit status: 0 no difference, 1 they differ, 2 wrong usage,\n"
+        "unreadable input, or nothing that both show.\n"
         "Example: ecaudit diff yesterday.pcapng today.pcapng");
   }
 
@@ -60,6 +60,12 @@ class DiffCommand : public Command {
     const AnalysisResult& a = both.captures[0].result;
     const AnalysisResult& b = both.captures[1].result;
     const diff::CaptureDiff differences = diff::Compare(a, b, &report::WithoutCounts);
+    if (!differences.compared && !differences.different()) {
+      std::string why = "nothing to compare: " + run_.jobs()[0].name() + " and " + run_.jobs()[1].name() +
+                        " show no start-up and no configuration of the same slave";
+      if (!differences.notes.empty()) why += " (" + differences.notes.back() + ")";
+      return CaptureRun::Fail(console, Error{std::move(why)});
+    }
     const report::DiffReport report{std::string(Version()), a, b, differences};
     for (const OutputTarget& target : *targets) {
       const report::TextStyle style{target.standard() && console.color() && !output_.no_color};

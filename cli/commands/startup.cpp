@@ -159,6 +159,12 @@ class StartupCommand : public Command {
                       [](const startup::NotCompared& entry) { return entry.slave != kNoSlave && !entry.only; });
     const std::string& name = run_.jobs().front().name();
     if (result.slaves.empty()) return Error{name + " shows no slave, so there is nothing to compare"};
+    const auto hidden = std::count_if(
+        comparison.not_compared.begin(), comparison.not_compared.end(),
+        [](const startup::NotCompared& entry) { return entry.only == startup::Deviation::Kind::kSlaveMissing; });
+    if (hidden > 0 && static_cast<std::size_t>(hidden) == expectation_->slaves.size()) {
+      return Error{name + " shows none of the expected slaves: " + comparison.not_compared.back().reason};
+    }
     if (static_cast<std::size_t>(without) < result.slaves.size()) return std::nullopt;
     return Error{name + " holds no start-up to compare: " + comparison.not_compared.back().reason};
   }

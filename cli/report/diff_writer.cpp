@@ -43,7 +43,7 @@ class DiffText {
     text_.Line(std::string(different ? 9 : 4, ' ') + "  B " + Path(report_.b));
     if (!different) {
       text_.Paragraph("No difference in " + Count(report_.diff.steps_compared, "step") + " of " +
-                          Count(report_.diff.pairs.size(), "slave") +
+                          Count(Compared(), "slave") +
                           "; times, offsets, station addresses and the like are not compared.",
                       0);
     }
@@ -70,6 +70,12 @@ class DiffText {
 
  private:
   static std::string Path(const AnalysisResult& result) { return OneLine(result.capture.file.path); }
+
+  [[nodiscard]] std::size_t Compared() const {
+    return static_cast<std::size_t>(
+        std::count_if(report_.diff.pairs.begin(), report_.diff.pairs.end(),
+                      [](const diff::SlavePair& pair) { return pair.a != nullptr && pair.b != nullptr; }));
+  }
 
   [[nodiscard]] bool HasOutcome() const {
     return std::any_of(report_.diff.differences.begin(), report_.diff.differences.end(),

@@ -441,6 +441,11 @@ class Diff(StartupTest):
         self.assertIn("two captures", self.one_error("diff", "--join", self.good, self.good))
         self.assertIn("no such file", self.one_error("diff", self.good, "nowhere.pcap"))
 
+    def test_nothing_compared_is_not_the_same(self):
+        samples = SOURCE / "samples" / "captures"
+        for a in ("mid-run", "clean-startup"):
+            self.assertIn("nothing to compare", self.one_error("diff", samples / f"{a}.pcapng", samples / "mid-run.pcapng"))
+
 
 class DiffCaptures(Diff):
     @unittest.skipUnless(LAB.exists() and REAL.exists(), "the shared captures are absent")
@@ -454,3 +459,13 @@ class DiffCaptures(Diff):
     def test_containers_of_one_run_are_the_same(self):
         for name in ("startup-ok-1slave-vlan", "startup-ok-1slave-udp", "startup-ok-1slave-tap2if"):
             self.diff(LAB / "startup-ok-1slave.pcapng", LAB / f"{name}.pcapng", status=0)
+
+    @unittest.skipUnless(LAB.exists(), "the lab captures are absent")
+    def test_one_direction_of_one_run_is_the_same(self):
+        whole = LAB / "startup-ok-1slave.pcapng"
+        for name in ("startup-ok-1slave-outbound-only", "startup-ok-1slave-return-only"):
+            one = LAB / f"{name}.pcapng"
+            for a, b in ((whole, one), (one, whole)):
+                self.assertTrue(self.diff(a, b, status=0).out.startswith("SAME"))
+        self.assertIn("does not show commands to the drive",
+                      self.diff(whole, LAB / "startup-ok-1slave-outbound-only.pcapng", status=0).out)

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "analyzers/core/startup_rule.h"
 #include "decoder/base/text.h"
 
@@ -56,7 +58,17 @@ class StartupStepUnexpected final : public StartupRule {
     finding.title = (steps.size() == 1 ? first : Count(steps.size(), "step")) + " not expected in " +
                     std::string(Title(deviation.phase));
     if (steps.size() > 1) finding.title += ", first the " + first;
-    finding.message = "The strict expectation does not list: " + ListText(steps) + ".";
+    const auto listed = [&](const StartupStep* step) {
+      const startup::ExpectedSlave* slave = deviation.expected_slave;
+      return slave != nullptr &&
+             std::any_of(slave->steps.begin(), slave->steps.end(),
+                         [&](const startup::ExpectedStep& expected) { return expected.key == step->key; });
+    };
+    if (std::all_of(deviation.actual.begin(), deviation.actual.end(), listed)) {
+      finding.message = "Done once more than the strict expectation lists: " + ListText(steps) + ".";
+    } else {
+      finding.message = "The strict expectation does not list: " + ListText(steps) + ".";
+    }
     finding.evidence.push_back(Text("phase", std::string(Name(deviation.phase))));
     finding.evidence.push_back(Text("expected", "nothing"));
     finding.evidence.push_back(Text("actual", ListText(steps)));

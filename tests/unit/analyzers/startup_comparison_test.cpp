@@ -1,4 +1,6 @@
 // Steps against expected steps: what counts as missing, moved, changed or unexpected, and which slave is which.
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "analyzers/startup/comparison.h"
@@ -112,6 +114,26 @@ TEST(StartupComparison, AnotherValueIsOneDeviationAtItsPlace) {
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].kind, Kind::kValue);
   EXPECT_EQ(found[0].frame.number, 3U);
+}
+
+TEST(StartupComparison, ASlaveThatTheCaptureDoesNotShowIsNotMissing) {
+  Expectation expectation;
+  expectation.slaves.resize(2);
+  expectation.slaves[1].position = 1;
+  AnalysisResult result;
+  result.slaves.resize(1);
+  result.slaves[0].id = 0;
+  result.slaves[0].startup.steps = Happened("SO");
+  const auto missing = [&] {
+    const Comparison comparison = Compare(expectation, result);
+    return std::count_if(comparison.deviations.begin(), comparison.deviations.end(),
+                         [](const Deviation& d) { return d.kind == Kind::kSlaveMissing; });
+  };
+  EXPECT_EQ(missing(), 0) << "how many slaves there are is not in the capture";
+  result.bus.slave_count = std::uint16_t{2};
+  EXPECT_EQ(missing(), 0) << "nobody met the second one";
+  result.bus.slave_count = std::uint16_t{1};
+  EXPECT_EQ(missing(), 1);
 }
 
 TEST(StartupComparison, NumbersFitWhateverTheWidth) {

@@ -1,0 +1,116 @@
+// Two captures side by side: what is done once more, and what one of them cannot show.
+#include "analyzers/diff/compare_captures.h"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "analyzers/analysis.h"
+#include "tests/support/trace_builder.h"
+
+namespace ecaudit::diff {
+namespace {
+
+AnalysisResult ResultOf(const std::string& lines) {
+  const auto trace = test::Trace::Parse(lines);
+  if (!trace) {
+    ADD_FAILURE() << trace.error().message;
+    return {};
+  }
+  return Analyse(*trace->Source(), AnalysisOptions{});
+}
+
+std::string State(int state) {
+  const std::string digit = std::to_string(state);
+  return "+1ms FPWR 0x1001:0x0120 0" + digit + " 00\n+1ms FPRD 0x1001:0x0130 0" + digit + " 00\n";
+}
+
+const std::string kAddress =
+    "@slaves 1\n"
+    "+1ms BRD 0x0000 11\n"
+    "+1ms APWR 0:0x0010 01 10\n"
+    "+1ms FPRD 0x1001:0x0130 01 00\n";
+const std::string kMailbox = "+1ms FPWR 0x1001:0x0800 00 10 80 00 26 00 01 00\n";
+const std::string kShortMailbox = "+1ms FPWR 0x1001:0x0800 00 10 40 00 26 00 01 00\n";
+const std::string kUp = State(2) + State(4) + State(8);
+
+/// "what | in A | in B" of the steps.
+std::vector<std::string> Steps(const CaptureDiff& diff) {
+  std::vector<std::string> steps;
+  for (const Difference& d : diff.differences) {
+    if (d.area == Area::kStep) steps.push_back(d.what + " | " + d.in_a + " | " + d.in_b);
+  }
+  return steps;
+}
+
+CaptureDiff Compared(const AnalysisResult& a, const AnalysisResult& b) {
+  return Compare(a, b, [](std::string_view title) { return std::string(title); });
+}
+
+using Names = std::vector<std::string>;
+
+TEST(CompareCaptures, ARequestMoreIsSaidAsSuch) {
+  const AnalysisResult a = ResultOf(kAddress + kMailbox + kUp);
+  const AnalysisResult b =
+      ResultOf(kAddress + "+1ms FPWR 0x1001:0x0120 08 00\n+1ms FPRD 0x1001:0x0130 11 00 00 00 11 00\n" +
+               "+1ms FPWR 0x1001:0x0120 11 00\n+1ms FPRD 0x1001:0x0130 01 00\n" + kMailbox + kUp);
+  const CaptureDiff there = Compared(a, b);
+  EXPECT_EQ(Steps(there), (Names{"request of OP | once | once more, in INIT -> PREOP",
+                                 "request of INIT | not for this slave alone | done"}));
+  EXPECT_EQ(Steps(Compared(b, a)), (Names{"request of OP | once more, in INIT -> PREOP | once",
+                                          "request of INIT | done | not for this slave alone"}));
+  // Both are cited.
+  const auto op = std::find_if(there.differences.begin(), there.differences.end(),
+                               [](const Difference& d) { return d.what == "request of OP"; });
+  ASSERT_NE(op, there.differences.end());
+  EXPECT_EQ(op->frame_a, a.slaves[0].startup.steps.back().frame.number);
+  EXPECT_EQ(op->frame_b, b.slaves[0].startup.steps[1].frame.number);
+}
+
+TEST(CompareCaptures, AValueThatIsPutRightLaterIsADifference) {
+  const AnalysisResult a = ResultOf(kAddress + kMailbox + kUp);
+  const AnalysisResult b = ResultOf(kAddress + kShortMailbox + kMailbox + kUp);
+  EXPECT_EQ(Steps(Compared(a, b)),
+            (Names{"write of SM0 (0x0800) | length 128 bytes | length 64 bytes, later as in A"}));
+}
+
+TEST(CompareCaptures, WhatTheOtherNeverDoesIsNotDone) {
+  const AnalysisResult a = ResultOf(kAddress + kMailbox + kUp);
+  const AnalysisResult b = ResultOf(kAddress + kMailbox + "+1ms FPWR 0x1001:0x0420 E8 03\n" + kUp);
+  const Names steps = Steps(Compared(a, b));
+  ASSERT_EQ(steps.size(), 1U);
+  EXPECT_NE(steps[0].find(" | not done | done"), std::string::npos) << steps[0];
+}
+
+TEST(CompareCaptures, AnOutboundCaptureOfTheSameRunIsTheSame) {
+  const std::string lines = kAddress.substr(kAddress.find('\n') + 1) + kMailbox + kUp;
+  const CaptureDiff diff = Compared(ResultOf("@slaves 1\n" + lines), ResultOf("@out-only\n@slaves 1\n" + lines));
+  EXPECT_FALSE(diff.different());
+  EXPECT_TRUE(diff.compared);
+  EXPECT_FALSE(diff.notes.empty());
+}
+
+TEST(CompareCaptures, ASlaveThatACaptureCannotShowIsNotMissing) {
+  const AnalysisResult a = ResultOf(kAddress + kMailbox + kUp);
+  // In operation, nobody is addressed.
+  const AnalysisResult b = ResultOf("@slaves 1\n+1ms LRW 0x10000 00 00 -> 00 00\n+1ms LRW 0x10000 00 00 -> 00 00\n");
+  ASSERT_TRUE(b.slaves.empty());
+  const CaptureDiff diff = Compared(a, b);
+  EXPECT_TRUE(std::none_of(diff.differences.begin(), diff.differences.end(),
+                           [](const Difference& d) { return d.area == Area::kBus; }));
+  EXPECT_FALSE(diff.compared);
+}
+
+TEST(CompareCaptures, ASlaveThatIsNotThereIsADifference) {
+  const AnalysisResult a =
+      ResultOf("@slaves 2\n+1ms BRD 0x0000 11\n+1ms APWR 0:0x0010 01 10\n+1ms APWR 1:0x0010 02 10\n" + kMailbox + kUp);
+  const AnalysisResult b = ResultOf(kAddress + kMailbox + kUp);
+  const CaptureDiff diff = Compared(a, b);
+  EXPECT_TRUE(std::any_of(diff.differences.begin(), diff.differences.end(),
+                          [](const Difference& d) { return d.area == Area::kBus && d.in_b == "not on the bus"; }));
+}
+
+}  // namespace
+}  // namespace ecaudit::diff
