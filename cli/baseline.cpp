@@ -83,6 +83,10 @@ std::string WriteBaseline(const report::Digest& digest) {
   return Write(all);
 }
 
+std::optional<Error> CheckBaselinePath(const std::string& path) {
+  return CheckReplaced(path, kSchema, "baseline");
+}
+
 void ApplyBaseline(const Baseline& baseline, report::CaptureReport& capture) {
   capture.known.clear();
   for (const Finding& finding : capture.result.findings) {

@@ -1,6 +1,7 @@
 /// Findings that are known and accepted: the baseline file. docs/configuration.md describes it for users.
 #pragma once
 
+#include <optional>
 #include <set>
 #include <string>
 
@@ -22,6 +23,10 @@ using Baseline = std::set<Fingerprint>;
 /// The file that lists all findings of `report`, each once, sorted.
 [[nodiscard]] std::string WriteBaseline(const report::Report& report);
 [[nodiscard]] std::string WriteBaseline(const report::Digest& digest);
+
+/// What keeps --write-baseline from writing to `path`, besides what CheckOutputPath() asks: a file that is there and no
+/// baseline.
+[[nodiscard]] std::optional<Error> CheckBaselinePath(const std::string& path);
 
 /// Fills `known` of `capture`.
 void ApplyBaseline(const Baseline& baseline, report::CaptureReport& capture);

@@ -6,6 +6,7 @@
 #include <set>
 #include <system_error>
 
+#include "cli/baseline.h"
 #include "cli/config.h"
 #include "cli/device_files.h"
 #include "cli/suggest.h"
@@ -272,6 +273,25 @@ Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOption
   }
   settings.analysis.files = known->second;
   return settings;
+}
+
+void AddFiles(const Settings& settings, CommandFiles& files) {
+  files.Reads(settings.config, kConfigRole);
+  files.Reads(settings.baseline, kBaselineRole);
+  files.Reads(settings.esi, kEsiRole);
+  files.Reads(settings.eni.value_or(""), kEniRole);
+}
+
+std::optional<Error> AddFiles(const CaptureOptions& options, CommandFiles& files) {
+  if (options.join) return files.ReadsJoined(options.captures);
+  files.Reads(options.captures, kCaptureRole);
+  return std::nullopt;
+}
+
+std::optional<Error> PlanBaseline(const std::optional<std::string>& write_baseline, CommandFiles& files) {
+  if (!write_baseline) return std::nullopt;
+  if (auto error = files.Writes(*write_baseline, kBaselineRole)) return error;
+  return CheckBaselinePath(*write_baseline);
 }
 
 }  // namespace ecaudit::cli

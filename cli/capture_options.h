@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "analyzers/analysis.h"
+#include "cli/command_files.h"
 #include "cli/options.h"
 #include "cli/report/report.h"
 #include "decoder/base/result.h"
@@ -61,6 +62,14 @@ struct Settings {
 /// typed wins. All names are checked here, ESI and ENI files are read; errors in a file begin with its path.
 [[nodiscard]] Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOptions& gate,
                                                const std::string& capture);
+
+/// Tells `files` which ones `settings` were read from.
+void AddFiles(const Settings& settings, CommandFiles& files);
+/// The same for the captures of the command line.
+/// @return which of the captures to join is named twice
+[[nodiscard]] std::optional<Error> AddFiles(const CaptureOptions& options, CommandFiles& files);
+/// Asks whether the baseline can be written there; it may take the place of the one that is read.
+[[nodiscard]] std::optional<Error> PlanBaseline(const std::optional<std::string>& write_baseline, CommandFiles& files);
 
 // The parts, for tests.
 

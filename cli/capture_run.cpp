@@ -26,6 +26,7 @@ std::optional<Error> CaptureRun::Prepare() {
   if (std::count(options.captures.begin(), options.captures.end(), "-") > 1) {
     return Error{"standard input (-) can be read only once"};
   }
+  if (auto error = AddFiles(options, files)) return error;
   if (options.join) {
     jobs_.push_back({options.captures, {}});
   } else {
@@ -35,11 +36,10 @@ std::optional<Error> CaptureRun::Prepare() {
     Result<Settings> settings = ResolveSettings(options, gate, job.name());
     if (!settings) return settings.error();
     job.settings = std::move(*settings);
+    AddFiles(job.settings, files);
     if (auto error = baselines_.Load(job.settings.baseline)) return error;
   }
-  if (gate.write_baseline) {
-    if (auto error = CheckOutputPath(*gate.write_baseline)) return error;
-  }
+  if (auto error = PlanBaseline(gate.write_baseline, files)) return error;
   ListenForInterrupt();
   return std::nullopt;
 }

@@ -28,6 +28,7 @@ struct CaptureJob {
 class CaptureRun {
  public:
   CaptureOptions options;
+  CommandFiles files;  ///< a command adds what it reads and writes itself
   GateOptions gate;    ///< commands whose exit status does not depend on findings leave it alone
   bool draws = false;  ///< a report wants what happened over time
 

@@ -16,7 +16,6 @@
 #include "analyzers/startup/eni_expectation.h"
 #include "analyzers/startup/startup_registers.h"
 #include "cli/json_file.h"
-#include "cli/output_file.h"
 #include "cli/suggest.h"
 #include "cli/version.h"
 #include "decoder/base/text.h"
@@ -451,12 +450,7 @@ std::string WriteExpectation(const AnalysisResult& result) {
 }
 
 std::optional<Error> CheckSavePath(const std::string& path) {
-  if (auto error = CheckOutputPath(path)) return error;
-  std::error_code code;
-  if (!std::filesystem::is_regular_file(path, code) || std::filesystem::file_size(path, code) == 0) return std::nullopt;
-  const Result<json> document = ReadJsonFile(path);
-  if (document && document->is_object() && document->value("schema", json()) == kSchema) return std::nullopt;
-  return Error{Printable(path) + " is there already and no expectation; it will not be overwritten"};
+  return CheckReplaced(path, kSchema, "expectation");
 }
 
 }  // namespace ecaudit::cli

@@ -8,6 +8,8 @@
 #include <iterator>
 #include <system_error>
 
+#include "decoder/base/text.h"
+
 namespace ecaudit::cli {
 namespace {
 
@@ -77,6 +79,14 @@ Result<nlohmann::json> ReadJsonFile(const std::string& path, std::uintmax_t larg
     return Error{path + LineAndColumn(*text, locator.position()) + ": not valid JSON"};
   }
   return document;
+}
+
+std::optional<Error> CheckReplaced(const std::string& path, std::string_view schema, std::string_view noun) {
+  std::error_code code;
+  if (!std::filesystem::is_regular_file(path, code) || std::filesystem::file_size(path, code) == 0) return std::nullopt;
+  const Result<nlohmann::json> document = ReadJsonFile(path);
+  if (document && document->is_object() && document->value("schema", nlohmann::json()) == schema) return std::nullopt;
+  return Error{Printable(path) + " is there already and no " + std::string(noun) + "; it will not be overwritten"};
 }
 
 }  // namespace ecaudit::cli

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include <nlohmann/json.hpp>
 
@@ -20,5 +22,11 @@ inline constexpr std::uintmax_t kLargestReport = 1U << 30U;    ///< bytes of a r
 
 /// The whole file; or one line saying why not.
 [[nodiscard]] Result<std::string> ReadSmallFile(const std::string& path, std::uintmax_t largest = kLargestWritten);
+
+/// What keeps a command from replacing `path` by a document of its own: a file that is there, not empty, and no
+/// document of that schema.
+/// @param noun  "expectation"
+[[nodiscard]] std::optional<Error> CheckReplaced(const std::string& path, std::string_view schema,
+                                                 std::string_view noun);
 
 }  // namespace ecaudit::cli

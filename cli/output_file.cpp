@@ -88,8 +88,21 @@ mode_t ModeFor(const struct stat* existing) {
 
 }  // namespace
 
+std::string ResolveLinks(const std::string& path) {
+  constexpr int kMostLinks = 40;  // as the kernel
+  fs::path resolved = path;
+  std::error_code code;
+  for (int i = 0; i < kMostLinks && fs::is_symlink(resolved, code); ++i) {
+    const fs::path target = fs::read_symlink(resolved, code);
+    if (code) break;
+    resolved = target.is_absolute() ? target : resolved.parent_path() / target;
+  }
+  return resolved.string();
+}
+
 std::optional<Error> CheckOutputPath(const std::string& path) {
   if (path.empty()) return Error{"the name of an output file is empty"};
+  if (path == "-") return Error{"a file is needed here, - is standard output; a file of that name is ./-"};
   struct stat info {};
   if (stat(path.c_str(), &info) == 0) {
     if (S_ISDIR(info.st_mode)) return Error{"cannot write " + path + ": it is a directory"};
@@ -98,7 +111,7 @@ std::optional<Error> CheckOutputPath(const std::string& path) {
     }
     return std::nullopt;
   }
-  const fs::path folder = fs::path(path).parent_path();
+  const fs::path folder = fs::path(ResolveLinks(path)).parent_path();
   std::error_code ignored;
   if (!folder.empty() && !fs::is_directory(folder, ignored)) {
     return Error{"cannot write " + path + ": there is no directory " + folder.string()};
@@ -118,7 +131,7 @@ Result<OutputFile> OutputFile::Create(const std::string& path) {
   }
   // The file itself, not a link to it, is replaced.
   std::error_code ignored;
-  const fs::path resolved = exists ? fs::canonical(path, ignored) : fs::path(path);
+  const fs::path resolved = exists ? fs::canonical(path, ignored) : fs::path(ResolveLinks(path));
   file.target_ = resolved.empty() ? path : resolved.string();
   file.mode_ = ModeFor(exists ? &info : nullptr);
   std::string temporary = file.target_ + ".XXXXXX";

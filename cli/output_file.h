@@ -9,6 +9,9 @@
 
 namespace ecaudit::cli {
 
+/// `path`, or what it stands for when it is a link, also to a file that does not exist yet.
+[[nodiscard]] std::string ResolveLinks(const std::string& path);
+
 /// Asks, before any work, whether a report can go to `path`: its folder exists, it is no folder itself, and it is no
 /// capture (whatever its name).
 /// @return what is in the way, or nothing

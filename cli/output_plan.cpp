@@ -1,10 +1,8 @@
 #include "cli/output_plan.h"
 
 #include <algorithm>
-#include <filesystem>
-#include <system_error>
+#include <array>
 
-#include "cli/output_file.h"
 #include "cli/suggest.h"
 
 namespace ecaudit::cli {
@@ -29,16 +27,24 @@ std::optional<std::size_t> FormatOfPath(std::string_view path, std::span<const O
   return std::nullopt;
 }
 
-}  // namespace
+/// Endings that a reader opens by their name, so that they must hold what they promise.
+constexpr std::array<std::string_view, 8> kTellingEndings{".json", ".jsonl", ".csv",    ".html",
+                                                          ".xml",  ".sarif", ".pcapng", ".pcap"};
 
-bool SameFile(const std::string& a, const std::string& b) {
-  namespace fs = std::filesystem;
-  std::error_code ignored;
-  const auto resolved = [&ignored](const std::string& path) {
-    return fs::weakly_canonical(fs::absolute(path, ignored), ignored);
-  };
-  return a == b || fs::equivalent(a, b, ignored) || resolved(a) == resolved(b);
+/// What keeps the default format out of `path`.
+std::optional<Error> CheckEnding(const std::string& path, std::span<const OutputFormat> formats) {
+  for (const std::string_view ending : kTellingEndings) {
+    if (!path.ends_with(ending)) continue;
+    std::string list;
+    for (const OutputFormat& format : formats) list += (list.empty() ? "" : ", ") + std::string(format.name);
+    return Error{"no format of this command has the ending " + std::string(ending) + " (" + list + "); -o " +
+                 std::string(formats.front().name) + "=" + path + " writes " + std::string(formats.front().name) +
+                 " there"};
+  }
+  return std::nullopt;
 }
+
+}  // namespace
 
 void OutputOptions::Declare(OptionSet& options, const std::string& formats) {
   options.Group("Output");
@@ -49,7 +55,7 @@ void OutputOptions::Declare(OptionSet& options, const std::string& formats) {
 }
 
 Result<std::vector<OutputTarget>> PlanOutputs(const OutputOptions& options, std::span<const OutputFormat> formats,
-                                              std::span<const std::string> captures) {
+                                              CommandFiles& files) {
   std::vector<OutputTarget> targets;
   std::optional<std::size_t> chosen;
   if (options.format) {
@@ -74,15 +80,12 @@ Result<std::vector<OutputTarget>> PlanOutputs(const OutputOptions& options, std:
     }
     if (target.standard() || !names_format) to_stdout = false;
     if (!target.standard()) {
-      if (auto error = CheckOutputPath(target.path)) return *error;
-      for (const std::string& capture : captures) {
-        if (SameFile(capture, target.path)) {
-          return Error{target.path + " is read as a capture; name another output file"};
-        }
-      }
+      if (auto error = files.Writes(target.path)) return *error;
+    } else if (std::any_of(targets.begin(), targets.end(), [](const OutputTarget& t) { return t.standard(); })) {
+      return Error{"two outputs would go to standard output"};
     }
-    for (const OutputTarget& other : targets) {
-      if (SameFile(other.path, target.path)) return Error{"two outputs would go to " + target.path};
+    if (!target.standard() && !names_format && !chosen && !FormatOfPath(output, formats)) {
+      if (auto error = CheckEnding(output, formats)) return *error;
     }
     targets.push_back(std::move(target));
   }

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "cli/command_files.h"
 #include "cli/options.h"
 #include "decoder/base/result.h"
 
@@ -38,13 +39,9 @@ struct OutputTarget {
 
 /// Reads the options and asks whether every file can be written.
 /// @param formats  the first one is the default
-/// @param captures  what will be read; never written to
+/// @param files  of the command line: what is read is known to them; what is written is added
 /// @return the destinations, standard output last so that a closed pipe costs nothing
 [[nodiscard]] Result<std::vector<OutputTarget>> PlanOutputs(const OutputOptions& options,
-                                                            std::span<const OutputFormat> formats,
-                                                            std::span<const std::string> captures);
-
-/// Whether two paths name one file, links followed; also of files that do not exist yet.
-[[nodiscard]] bool SameFile(const std::string& a, const std::string& b);
+                                                            std::span<const OutputFormat> formats, CommandFiles& files);
 
 }  // namespace ecaudit::cli

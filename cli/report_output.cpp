@@ -7,20 +7,20 @@
 
 namespace ecaudit::cli {
 
-Result<ReportOutput> ReportOutput::Plan(const OutputOptions& options, std::span<const std::string> captures) {
+Result<ReportOutput> ReportOutput::Plan(const OutputOptions& options, CommandFiles& files) {
   const std::span<const report::Format> formats = report::Formats();
-  return Plan(options, {formats.begin(), formats.end()}, captures);
+  return Plan(options, {formats.begin(), formats.end()}, files);
 }
 
-Result<ReportOutput> ReportOutput::PlanSummary(const OutputOptions& options, std::span<const std::string> captures) {
-  return Plan(options, report::SummaryFormats(), captures);
+Result<ReportOutput> ReportOutput::PlanSummary(const OutputOptions& options, CommandFiles& files) {
+  return Plan(options, report::SummaryFormats(), files);
 }
 
 Result<ReportOutput> ReportOutput::Plan(const OutputOptions& options, std::vector<report::Format> formats,
-                                        std::span<const std::string> captures) {
+                                        CommandFiles& files) {
   std::vector<OutputFormat> names;
   for (const report::Format& format : formats) names.push_back({format.name, format.extension});
-  Result<std::vector<OutputTarget>> targets = PlanOutputs(options, names, captures);
+  Result<std::vector<OutputTarget>> targets = PlanOutputs(options, names, files);
   if (!targets) return targets.error();
   for (const OutputTarget& target : *targets) {
     const report::Format& format = formats[target.format];

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -18,16 +17,16 @@ namespace ecaudit::cli {
 class ReportOutput {
  public:
   /// Reads the options and asks whether every file can be written, before any work is done.
-  /// @param captures  what will be read; never written to
-  [[nodiscard]] static Result<ReportOutput> Plan(const OutputOptions& options, std::span<const std::string> captures);
+  /// @param files  of the command line: what is read is known to them; what is written is added
+  [[nodiscard]] static Result<ReportOutput> Plan(const OutputOptions& options, CommandFiles& files);
 
   /// The same with other formats, the default first.
   [[nodiscard]] static Result<ReportOutput> Plan(const OutputOptions& options, std::vector<report::Format> formats,
-                                                 std::span<const std::string> captures);
+                                                 CommandFiles& files);
 
   /// The same for the summary of many captures, with the formats that have one.
-  [[nodiscard]] static Result<ReportOutput> PlanSummary(const OutputOptions& options,
-                                                        std::span<const std::string> captures);
+  [[nodiscard]] static Result<ReportOutput> PlanSummary(const OutputOptions& options, CommandFiles& files);
+
   /// One of the formats shows what the analysis collects over time.
   [[nodiscard]] bool draws() const;
 

@@ -67,10 +67,15 @@ class BatchCommand : public Command {
   [[nodiscard]] ExitStatus Run(Console& console) override {
     // Everything that can be wrong with the command line is found before the first capture is read.
     if (const auto error = Prepare()) return Fail(console, *error);
+    files_.Reads(paths_, kCaptureRole);
     // First the folder: the summary may be meant to stand in it.
     if (const auto error = MakeReportFolder(*folder_)) return Fail(console, *error);
-    const Result<ReportOutput> output = ReportOutput::PlanSummary(output_, paths_);
+    for (const BatchJob& job : jobs_) {
+      if (const auto error = files_.Claims(job.report)) return Fail(console, *error);
+    }
+    const Result<ReportOutput> output = ReportOutput::PlanSummary(output_, files_);
     if (!output) return Fail(console, output.error());
+    if (const auto error = PlanBaseline(gate_.write_baseline, files_)) return Fail(console, *error);
     std::vector<std::string> names;
     for (const BatchJob& job : jobs_) names.push_back(fs::path(job.report).filename().string());
     RemoveUnfinished(*folder_, names);
@@ -94,9 +99,6 @@ class BatchCommand : public Command {
 
   [[nodiscard]] std::optional<Error> Prepare() {
     if (auto error = ReadWorkers()) return error;
-    if (gate_.write_baseline) {
-      if (auto error = CheckOutputPath(*gate_.write_baseline)) return error;
-    }
     TakeFolderFromOutputs();
     if (!folder_) folder_ = kDefaultFolder;
     if (std::find(options_.captures.begin(), options_.captures.end(), "-") != options_.captures.end()) {
@@ -161,6 +163,7 @@ class BatchCommand : public Command {
       Result<Settings> settings = ResolveSettings(options_, gate_, path);
       if (!settings) return settings.error();
       if (auto error = baselines_.Load(settings->baseline)) return error;
+      AddFiles(*settings, files_);
       std::string key = SettingsKey(*settings);
       prepared = prepared_.emplace(config, Prepared{std::make_shared<const Settings>(std::move(*settings)), key}).first;
     }
@@ -209,6 +212,7 @@ class BatchCommand : public Command {
   std::optional<std::string> jobs_text_;
   std::optional<std::string> folder_;
   std::vector<std::string> paths_;
+  CommandFiles files_;
   std::map<std::string, Prepared> prepared_;  ///< by configuration file
   BaselineShelf baselines_;
   std::vector<BatchJob> jobs_;

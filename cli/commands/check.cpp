@@ -32,7 +32,7 @@ class CheckCommand : public Command {
 
   [[nodiscard]] ExitStatus Run(Console& console) override {
     if (const auto error = run_.Prepare()) return CaptureRun::Fail(console, *error);
-    const Result<ReportOutput> output = ReportOutput::Plan(output_, run_.options.captures);
+    const Result<ReportOutput> output = ReportOutput::Plan(output_, run_.files);
     if (!output) return CaptureRun::Fail(console, output.error());
 
     report::Report report;

@@ -45,7 +45,7 @@ class DiffCommand : public Command {
                                              std::to_string(run_.options.captures.size()) + " given"});
     }
     if (const auto error = run_.Prepare()) return CaptureRun::Fail(console, *error);
-    const Result<std::vector<OutputTarget>> targets = PlanOutputs(output_, kFormats, run_.options.captures);
+    const Result<std::vector<OutputTarget>> targets = PlanOutputs(output_, kFormats, run_.files);
     if (!targets) return CaptureRun::Fail(console, targets.error());
 
     report::Report both;

@@ -10,10 +10,10 @@
 
 #include "analyzers/analysis.h"
 #include "cli/baseline.h"
+#include "cli/capture_options.h"
 #include "cli/commands/command.h"
 #include "cli/file_list.h"
 #include "cli/json_file.h"
-#include "cli/output_file.h"
 #include "cli/output_plan.h"
 #include "cli/report/digest_json.h"
 #include "cli/report/formats.h"
@@ -48,11 +48,8 @@ class MergeCommand : public Command {
 
   [[nodiscard]] ExitStatus Run(Console& console) override {
     if (const auto error = Prepare()) return Fail(console, *error);
-    const Result<ReportOutput> output = ReportOutput::PlanSummary(output_, files_);
+    const Result<ReportOutput> output = ReportOutput::PlanSummary(output_, command_files_);
     if (!output) return Fail(console, output.error());
-    if (write_baseline_) {
-      if (const auto error = CheckOutputPath(*write_baseline_)) return Fail(console, *error);
-    }
     report::Digest digest;
     digest.version = Version();
     digest.rules = RuleCatalogue();
@@ -93,7 +90,9 @@ class MergeCommand : public Command {
     if (!list) return list.error();
     if (!list->unreadable.empty()) return Error{list->unreadable.front().message};
     files_ = std::move(list->files);
-    return std::nullopt;
+    command_files_.Reads(files_, kReportRole);
+    command_files_.Reads(baseline_.value_or(""), kBaselineRole);
+    return PlanBaseline(write_baseline_, command_files_);
   }
 
   [[nodiscard]] std::optional<Error> Read(const std::string& file, report::Digest& digest, Console& console) {
@@ -127,6 +126,7 @@ class MergeCommand : public Command {
 
   std::vector<std::string> paths_;
   std::vector<std::string> files_;
+  CommandFiles command_files_;
   std::optional<std::string> fail_on_, baseline_, write_baseline_;
   std::optional<report::FailOn> parsed_fail_on_;
   Baseline known_;

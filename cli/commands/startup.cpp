@@ -77,7 +77,7 @@ class StartupCommand : public Command {
 
   [[nodiscard]] ExitStatus Run(Console& console) override {
     if (const auto error = Prepare()) return CaptureRun::Fail(console, *error);
-    const Result<ReportOutput> output = ReportOutput::Plan(output_, StartupFormats(), run_.options.captures);
+    const Result<ReportOutput> output = ReportOutput::Plan(output_, StartupFormats(), run_.files);
     if (!output) return CaptureRun::Fail(console, output.error());
 
     run_.draws = output->draws();
@@ -122,8 +122,10 @@ class StartupCommand : public Command {
           "--fail-on, --rule, --baseline and --write-baseline judge findings, which startup has with --expect "
           "only"};
     }
+    if (expect_) run_.files.Reads(*expect_, kExpectationRole);
     if (auto error = run_.Prepare()) return error;
     if (save_) {
+      if (auto error = run_.files.Writes(*save_)) return error;
       if (auto error = CheckSavePath(*save_)) return error;
     }
     if (!expect_) return std::nullopt;

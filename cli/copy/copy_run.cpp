@@ -9,7 +9,6 @@
 #include "analyzers/analysis.h"
 #include "cli/interrupt.h"
 #include "cli/output_file.h"
-#include "cli/output_plan.h"
 #include "cli/progress.h"
 #include "cli/slave_filter.h"
 #include "cli/stream/spool.h"
@@ -146,25 +145,23 @@ void CopyRun::Declare(OptionSet& options) {
   capture_.Declare(options);
   options.Values("--rule", "ID=SEVERITY", rules_, "error, warning, info, or off for one rule (repeatable)");
   options.Group("Output");
-  options.Value("-o,--output", "PATH", output_, "the pcapng file to write; - is standard output");
+  options.Values("-o,--output", "PATH", outputs_, "the pcapng file to write; - is standard output");
   options.Flag("--all-traffic", all_traffic_, "copy other packets, too (default: only EtherCAT leaves the capture)");
   options.Flag("--force", force_, "overwrite PATH when it exists");
 }
 
-std::optional<Error> CopyRun::CheckOutput() const {
-  if (!output_) return Error{"say with -o PATH which pcapng file to write (- is standard output)"};
-  if (*output_ == "-") return std::nullopt;
-  for (const std::string& capture : capture_.captures) {
-    if (capture != "-" && SameFile(capture, *output_)) {
-      return Error{*output_ + " is read as a capture; name another output file"};
-    }
-  }
+std::optional<Error> CopyRun::CheckOutput(CommandFiles& files) {
+  if (outputs_.empty()) return Error{"say with -o PATH which pcapng file to write (- is standard output)"};
+  if (outputs_.size() > 1) return Error{"one pcapng file is written; give -o once"};
+  output_ = outputs_.front();
+  if (output_ == "-") return std::nullopt;
   std::error_code ignored;
-  if (std::filesystem::is_regular_file(*output_, ignored)) {
-    if (!force_) return Error{*output_ + " exists; give --force to overwrite it"};
+  if (std::filesystem::is_regular_file(output_, ignored)) {
+    if (auto error = files.Claims(output_)) return error;
+    if (!force_) return Error{output_ + " exists; give --force to overwrite it"};
     return std::nullopt;
   }
-  return CheckOutputPath(*output_);
+  return files.Writes(output_);
 }
 
 ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::optional<std::string>& frames,
@@ -181,8 +178,11 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
   if (!settings) return Fail(console, settings.error());
   const Result<FrameRange> range = ReadFrameRange(settings->analysis, frames);
   if (!range) return Fail(console, range.error());
-  if (const auto error = CheckOutput()) return Fail(console, *error);
-  if (*output_ == "-" && console.output_is_terminal()) {
+  CommandFiles files;
+  if (const auto error = AddFiles(capture_, files)) return Fail(console, *error);
+  AddFiles(*settings, files);
+  if (const auto error = CheckOutput(files)) return Fail(console, *error);
+  if (output_ == "-" && console.output_is_terminal()) {
     return Fail(console, Error{"a capture is nothing for a terminal; name a file, or pipe the output"});
   }
 
@@ -233,7 +233,7 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
   if (!source && InterruptFlag()) return Interrupted(console, name);
   if (!source) return Fail(console, source.error());
   ByteOutput output;
-  if (const auto error = output.Open(*output_, console)) return Fail(console, *error);
+  if (const auto error = output.Open(output_, console)) return Fail(console, *error);
   const FrameComments comments = CommentsOf(result);
   std::string about = wish->what + " " + Printable(file_name) +
                       ". Frame numbers in the comments are those of that capture" +
@@ -244,7 +244,7 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
   const auto error = copier.Run(result.capture.file.interfaces, about, output, progress);
   progress.Clear();
   if (InterruptFlag()) {
-    return *output_ == "-" ? Interrupted(console, name, "the copy ends early") : Interrupted(console, name);
+    return output_ == "-" ? Interrupted(console, name, "the copy ends early") : Interrupted(console, name);
   }
   if (error) return Fail(console, *error);
   const Copied& copied = copier.copied();
@@ -255,8 +255,8 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
                                                  : " in this range")});
   }
   if (const auto failed = output.Finish()) return Fail(console, *failed);
-  if (*output_ == "-") return ExitStatus::kClean;
-  std::string line = *output_ + ": " + Grouped(copied.packets) + " of " + Count(result.capture.packets, "packet");
+  if (output_ == "-") return ExitStatus::kClean;
+  std::string line = output_ + ": " + Grouped(copied.packets) + " of " + Count(result.capture.packets, "packet");
   if (copied.other_left_out > 0) line += ", " + Grouped(copied.other_left_out) + " without EtherCAT left out";
   if (const auto failed = console.Write(Printable(line) + "\n")) return Fail(console, *failed);
   return ExitStatus::kClean;

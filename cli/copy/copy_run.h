@@ -32,11 +32,12 @@ class CopyRun {
                                const Decide& decide);
 
  private:
-  [[nodiscard]] std::optional<Error> CheckOutput() const;
+  [[nodiscard]] std::optional<Error> CheckOutput(CommandFiles& files);
 
   CaptureOptions capture_;
   std::vector<std::string> rules_;
-  std::optional<std::string> output_;
+  std::vector<std::string> outputs_;
+  std::string output_;
   bool force_ = false;
   bool all_traffic_ = false;
 };

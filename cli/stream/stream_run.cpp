@@ -157,7 +157,10 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
   if (!settings) return Fail(console, settings.error());
   const Result<FrameRange> range = ReadFrameRange(settings->analysis, frames_);
   if (!range) return Fail(console, range.error());
-  const Result<std::vector<OutputTarget>> outputs = PlanOutputs(output_, writer.formats(), capture_.captures);
+  CommandFiles files;
+  if (const auto error = AddFiles(capture_, files)) return Fail(console, *error);
+  AddFiles(*settings, files);
+  const Result<std::vector<OutputTarget>> outputs = PlanOutputs(output_, writer.formats(), files);
   if (!outputs) return Fail(console, outputs.error());
 
   ListenForInterrupt();

@@ -146,6 +146,109 @@ class Outputs(CliTest):
         self.assertTrue((self.dir / "a.json").exists())
 
 
+class Files(CliTest):
+    """What a command line reads, or writes already, is never written to."""
+
+    ENI = ("<EtherCATConfig><Config><Slave><Info><Name>Axis</Name><PhysAddr>4097</PhysAddr><AutoIncAddr>0</AutoIncAddr>"
+           "<VendorId>1</VendorId><ProductCode>2</ProductCode><RevisionNo>3</RevisionNo><SerialNo>0</SerialNo></Info>"
+           "</Slave></Config></EtherCATConfig>")
+
+    def refused(self, path, *arguments):
+        before = pathlib.Path(path).read_bytes()
+        error = self.one_error(*arguments)
+        self.assertEqual(pathlib.Path(path).read_bytes(), before, arguments)
+        return error
+
+    def test_settings_are_not_replaced_by_reports(self):
+        eni = self.file("machine.eni.xml", self.ENI)
+        self.check("--eni", eni, self.faulty, "--fail-on", "never", status=0)
+        link = str(self.dir / "link.xml")
+        os.symlink(eni, link)
+        hard = str(self.dir / "hard.xml")
+        os.link(eni, hard)
+        for path in (eni, link, hard, os.path.join(self.dir, ".", "machine.eni.xml")):
+            self.assertIn("is read as the ENI file", self.refused(eni, "check", "--eni", eni, "-o", f"junit={path}",
+                                                                  self.faulty))
+        config = self.file("c.json", '{"fail_on": "never"}')
+        self.assertIn("is read as the configuration file",
+                      self.refused(config, "check", "--config", config, "-o", config, self.faulty))
+        found = self.file(".ecaudit.json", '{"fail_on": "never"}')
+        for command in (("check", "-o", f"json={found}"), ("decode", "-o", f"jsonl={found}"),
+                        ("batch", "-o", f"json={found}"), ("slice", "--frames", "1-3", "--force", "-o", found),
+                        ("diff", self.healthy, "-o", found), ("signals", "-o", f"csv={found}")):
+            self.assertIn("is read as the configuration file", self.refused(found, *command, self.faulty))
+
+    def test_baselines(self):
+        self.check(self.faulty, "--write-baseline", "known.json", status=1)
+        known = str(self.dir / "known.json")
+        self.assertIn("is read as the baseline",
+                      self.refused(known, "check", "--baseline", known, "-o", known, self.faulty))
+        other = self.file("drive.esi.xml", "<EtherCATInfo/>")
+        self.assertIn("is there already and no baseline; it will not be overwritten",
+                      self.refused(other, "check", "--write-baseline", other, self.faulty))
+        self.assertIn("two outputs would go to x.json",
+                      self.one_error("check", "--write-baseline", "x.json", "-o", "x.json", self.faulty))
+        self.assertFalse((self.dir / "x.json").exists())
+        self.file("empty.json", "")
+        self.check(self.faulty, "--write-baseline", "empty.json", status=1)
+
+    def test_expectations(self):
+        expected = self.file("e.json", '{"schema": "ecaudit.expectation/1", "slaves": []}')
+        for output in (("-o", expected), ("--write-baseline", expected), ("--save", expected)):
+            self.assertIn("is read as the expectation",
+                          self.refused(expected, "startup", "--expect", expected, *output, self.faulty))
+        self.assertIn("two outputs would go to m.json",
+                      self.one_error("startup", "--save", "m.json", "-o", "m.json", self.faulty))
+
+    def test_reports_to_merge(self):
+        self.check(self.faulty, "-o", "r1.json", status=1)
+        path = str(self.dir / "r1.json")
+        self.assertEqual(self.refused(path, "merge", path, "-o", path),
+                         f"{path} is read as a report; name another output file")
+        self.assertIn("is read as a report", self.refused(path, "merge", path, "--write-baseline", path))
+
+    def test_reports_of_batch(self):
+        self.run_program("batch", self.faulty, "--output-dir", "out")
+        report = next((self.dir / "out").glob("*.json"))
+        self.assertIn("two outputs", self.refused(report, "batch", self.faulty, "--output-dir", "out", "-o",
+                                                  f"json={report}"))
+
+    def test_standard_output_is_no_file(self):
+        for command in (("check", "--write-baseline", "-"), ("startup", "--save", "-")):
+            self.assertIn("- is standard output", self.one_error(*command, self.faulty))
+        self.assertFalse((self.dir / "-").exists())
+        self.assertIn("two outputs would go to standard output",
+                      self.one_error("check", "-o", "json=-", "-o", "junit=-", self.faulty))
+
+    def test_a_link_to_nothing_is_followed(self):
+        os.symlink("real.json", self.dir / "link.json")
+        self.check(self.faulty, "-o", "link.json", status=1)
+        self.assertTrue((self.dir / "link.json").is_symlink())
+        self.assertEqual(json.loads((self.dir / "real.json").read_text())["schema"], "ecaudit.report/1")
+        os.symlink("other.json", self.dir / "second.json")
+        self.assertIn("two outputs",
+                      self.one_error("check", "-o", "json=second.json", "-o", "text=other.json", self.faulty))
+
+    def test_an_ending_of_another_format_needs_the_format_named(self):
+        for command, path in (("signals", "x.json"), ("decode", "x.csv"), ("batch", "x.html"), ("diff", "x.xml")):
+            captures = (self.healthy, self.faulty) if command == "diff" else (self.faulty,)
+            self.assertIn(f"no format of this command has the ending {os.path.splitext(path)[1]}",
+                          self.one_error(command, *captures, "-o", path))
+            self.assertFalse((self.dir / path).exists())
+        self.run_program("signals", self.faulty, "--format", "csv", "-o", "x.json")
+        self.check(self.faulty, "-o", "report", status=1)
+
+    def test_one_copy_goes_to_one_file(self):
+        self.assertIn("give -o once", self.one_error("slice", self.faulty, "--frames", "1-3", "-o", "a.pcapng", "-o",
+                                                     "b.pcapng"))
+
+    def test_a_file_is_joined_once(self):
+        os.symlink(self.faulty, self.dir / "again.pcap")
+        for second in (self.faulty, "again.pcap"):
+            for command in (("check",), ("decode",), ("startup",), ("slice", "--frames", "1-3", "-o", "s.pcapng")):
+                self.assertIn("is joined twice", self.one_error(*command, "--join", self.faulty, second))
+
+
 class Gate(CliTest):
     def test_fail_on(self):
         self.check(self.faulty, status=1)
