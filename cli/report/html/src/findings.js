@@ -76,12 +76,12 @@ export function notJudgedPanel(capture) {
   for (const entry of capture.not_evaluable) {
     const key = `${entry.reason}\u0000${entry.rule}`;
     const group = groups.get(key) ?? { reason: entry.reason, rule: entry.rule, slaves: new Set(), frame: entry.first_frame };
-    group.slaves.add(entry.slave);
+    group.slaves.add(entry.slave ?? (entry.scope === "all-slaves" ? "all" : "bus"));
     groups.set(key, group);
   }
   const byReason = new Map();
   for (const group of groups.values()) {
-    const slaves = [...group.slaves].map((s) => (s === null ? "bus" : String(s))).join(", ");
+    const slaves = [...group.slaves].join(", ");
     const key = `${group.reason}\u0000${slaves}`;
     const row = byReason.get(key) ?? { reason: group.reason, slaves, rules: [], frame: group.frame };
     row.rules.push(group.rule);

@@ -36,3 +36,24 @@ export function slaveLabel(slave) {
 }
 
 export const fileName = (path) => path.slice(path.lastIndexOf("/") + 1) || path;
+
+/// A file name as one word of a shell's command line that is no option, whatever it holds.
+export function shellWord(text) {
+  const name = text.startsWith("-") ? `./${text}` : text;
+  return /^[\w@%+=:,./-]+$/.test(name) ? name : `'${name.replaceAll("'", "'\\''")}'`;
+}
+
+/// Equal bins for a chart over those of the report: at most `most`, and none narrower than the widest of the report, so
+/// that bins which touch there leave no gap between them here.
+export function equalBins(bins, most) {
+  const low = bins[0].from;
+  const high = Math.max(bins[bins.length - 1].to, low + 1e-9);
+  const widest = Math.max(...bins.map((b) => b.to - b.from));
+  const n = Math.max(1, Math.min(most, Math.floor((high - low) / widest + 1e-6)));
+  const width = (high - low) / n;
+  const counts = new Array(n).fill(0);
+  for (const bin of bins) {
+    counts[Math.min(n - 1, Math.max(0, Math.floor(((bin.from + bin.to) / 2 - low) / width)))] += bin.count;
+  }
+  return { low, high, width, counts };
+}

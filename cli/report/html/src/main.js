@@ -58,15 +58,16 @@ function capturePage(index) {
   const capture = report.reports[index];
   const page = pages[index];
   const axis = new TimeAxis(0, capture.capture.duration_s ?? 0);
+  const judged = capture.settings.judged !== "nothing";
   const lanes = lanesPanel(capture, page, axis);
   const parts = [
     ["summary", null, summaryPanel(capture, page)],
     ["bus", "Bus", busPanel(capture)],
     ["time", "Time line", lanes?.panel],
-    ["findings", "Findings", capture.slaves.length || page.order.length ? findingsPanel(capture, page, lanes?.show) : null],
+    ["findings", "Findings", judged && (capture.slaves.length || page.order.length) ? findingsPanel(capture, page, lanes?.show) : null],
     ["timing", "Cycle", timingPanel(capture, page, axis)],
     ["slaves", "Slaves", slavesPart(capture, page, axis)],
-    ["not-judged", "Not judged", capture.slaves.length || capture.not_evaluable.length ? notJudgedPanel(capture) : null],
+    ["not-judged", "Not judged", judged && (capture.slaves.length || capture.not_evaluable.length) ? notJudgedPanel(capture) : null],
     ["capture", "Capture", capturePanel(capture, report)],
   ].filter(([, , panel]) => panel);
   return { parts: parts.map(([, , panel]) => panel), links: parts.filter(([, title]) => title).map(([id, title]) => h("a", { href: `#${id}` }, title)) };
@@ -79,7 +80,7 @@ function overviewPanel(current, show) {
     h("summary", null, h("h2", null, `${grouped(rows.length)} captures`),
       h("span", { className: "muted" }, `${grouped(pages.filter((p) => p.verdict === "FAIL").length)} failed`)),
     table(rows, [
-      { title: "Verdict", value: ({ page }) => h("span", { className: `badge ${{ FAIL: "error", PASS: "good" }[page.verdict] ?? "plain"}` }, page.verdict === "NOTHING-TO-CHECK" ? "NOTHING" : page.verdict) },
+      { title: "Verdict", value: ({ page }) => h("span", { className: `badge ${{ FAIL: "error", PASS: "good" }[page.verdict] ?? "plain"}` }, page.verdict.replaceAll("-", " ")) },
       { title: "Capture", value: ({ r, i }) => h("button", { type: "button", "aria-current": i === current ? "true" : null, onclick: () => show(i) }, fileName(r.capture.path)) },
       { title: "Why", value: ({ page }) => page.sentence, long: true },
     ], null, "wide"));

@@ -2,7 +2,7 @@
 import uPlot from "uplot";
 import { zoomKey } from "./axis.js";
 import { h } from "./dom.js";
-import { grouped, hex, number, trim, withUnit } from "./format.js";
+import { equalBins, grouped, hex, number, trim, withUnit } from "./format.js";
 
 const FONT = "12px system-ui, sans-serif";
 const cursors = uPlot.sync("time");
@@ -187,14 +187,7 @@ export function short(value) {
 /// Equal bins over what was measured; counts on a logarithmic axis, so that the single late frame is seen.
 export function histogramChart({ title, unit, bins, note }) {
   if (bins.length === 0) return null;
-  const low = bins[0].from;
-  const high = Math.max(bins[bins.length - 1].to, low + 1e-9);
-  const n = Math.min(60, Math.max(8, bins.length));
-  const width = (high - low) / n;
-  const counts = new Array(n).fill(0);
-  for (const bin of bins) {
-    counts[Math.min(n - 1, Math.max(0, Math.floor(((bin.from + bin.to) / 2 - low) / width)))] += bin.count;
-  }
+  const { low, high, width, counts } = equalBins(bins, 60);
   const total = counts.reduce((a, b) => a + b, 0);
   const x = counts.map((_, i) => low + (i + 0.5) * width);
   const y = counts.map((c) => (c === 0 ? null : c));

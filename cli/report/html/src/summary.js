@@ -1,9 +1,9 @@
 // The first screen: verdict, the sentence that matters, and the bus.
-import { facts, h, table } from "./dom.js";
-import { count, duration, fileName, grouped, hex } from "./format.js";
+import { copyable, facts, h, table } from "./dom.js";
+import { count, duration, fileName, grouped, hex, shellWord } from "./format.js";
 import { alChip, driveChip, identityText, worst } from "./slaves.js";
 
-const STAMPS = { FAIL: "fail", PASS: "pass", "NOTHING-TO-CHECK": "none" };
+const STAMPS = { FAIL: "fail", PASS: "pass" };
 const MANY_SLAVES = 12;
 
 function cycleText(cycle) {
@@ -22,7 +22,7 @@ export function summaryPanel(capture, page) {
   const badge = (n, noun, kind) => n > 0 && h("span", { className: `badge ${kind}` }, count(n, noun));
   return h("section", { className: "panel", id: "summary", "aria-label": "Verdict" },
     h("div", { className: "verdict" },
-      h("span", { className: `stamp ${STAMPS[page.verdict] ?? "none"}` }, page.verdict === "NOTHING-TO-CHECK" ? "NOTHING TO CHECK" : page.verdict),
+      h("span", { className: `stamp ${STAMPS[page.verdict] ?? "none"}` }, page.verdict.replaceAll("-", " ")),
       h("h1", null, page.sentence.charAt(0).toUpperCase() + page.sentence.slice(1)),
       h("p", { className: "file" }, fileName(c.path), " ",
         badge(s.errors, "error", "error"), badge(s.warnings, "warning", "warning"), badge(s.infos, "info", "info"),
@@ -65,6 +65,27 @@ export function busPanel(capture) {
     rest.length > 0 && h("details", { className: "more" }, h("summary", null, `The other ${count(rest.length, "slave")}, without findings`), table(rest, columns, null, "wide")));
 }
 
+/// As it was typed: "--slave 0 --to #100".
+function limits(settings) {
+  const range = settings.range ?? {};
+  const given = (option, value) => (value === null || value === undefined ? [] : [`${option} ${value}`]);
+  const frame = (number) => (number === null || number === undefined ? null : `#${number}`);
+  return [...(settings.slaves ?? []).map((s) => `--slave ${s}`), ...given("--from", range.from_s),
+    ...given("--from", frame(range.from_frame)), ...given("--to", range.to_s), ...given("--to", frame(range.to_frame))].join(" ");
+}
+
+/// The command that copies the frames of the first finding. Findings are numbered anew without the range, and a capture
+/// of several files or of standard input has no name to give, so then there is none.
+function sliceHint(capture) {
+  const file = capture.capture.path;
+  const finding = capture.findings.find((f) => f.frame !== null);
+  if (!finding || capture.settings.range || file === "-" || file.includes(", ")) return null;
+  const slaves = (capture.settings.slaves ?? []).map((s) => ` --slave ${s}`).join("");
+  const rules = Object.entries(capture.settings.rules ?? {}).map(([id, severity]) => ` --rule ${id}=${severity}`).join("");
+  return h("p", { className: "note" }, "This copies the frames of a finding: ",
+    copyable(`ecaudit slice ${shellWord(file)}${slaves}${rules} --finding ${finding.id} -o ${finding.id}.pcapng`, "command"));
+}
+
 export function capturePanel(capture, report) {
   const c = capture.capture;
   const p = capture.bus.predictions;
@@ -79,6 +100,7 @@ export function capturePanel(capture, report) {
       ["Other packets", c.other_packets ? grouped(c.other_packets) : null],
       ["Malformed", c.malformed_frames || null], ["Cut", c.cut_frames || null],
       ["Time stamps", c.timestamp_resolution_ns ? `in steps of ${duration(c.timestamp_resolution_ns / 1e6)}` : "none"],
+      ["Limited by", limits(capture.settings)],
       ["Settings", capture.settings.config], ["Baseline", capture.settings.baseline],
     ], "evidence"),
     h("h3", null, "How well the models foretold it"),
@@ -92,5 +114,6 @@ export function capturePanel(capture, report) {
         { title: "Frame", value: (x) => x.frame ?? "file", num: true },
         { title: "Comment", value: (x) => x.text, long: true },
       ])),
-    h("p", { className: "note" }, `Made by ecaudit ${report.tool.version}. 'ecaudit explain RULE' tells what a rule checks; 'ecaudit slice ${fileName(c.path)} --finding f1 -o f1.pcapng' copies the frames of a finding.`));
+    h("p", { className: "note" }, `Made by ecaudit ${report.tool.version}. 'ecaudit explain RULE' tells what a rule checks.`),
+    sliceHint(capture));
 }
