@@ -81,6 +81,8 @@ class Batch {
         result.digest = std::move(*done);
         result.digest->report = std::filesystem::path(job.report).filename().string();
         result.done_before = true;
+        result.lacks_slave =
+            !job.settings->slaves.empty() && result.digest->slaves == 0 && !result.digest->without_ethercat;
         bytes_to_do_ -= job.origin.bytes;
         return;
       }
@@ -101,6 +103,8 @@ class Batch {
       return;
     } else {
       result.lacks_slave = capture->lacks_slave;
+      result.missing = std::move(capture->missing);
+      result.unmet = std::move(capture->unmet);
       report.captures.push_back(std::move(capture->report));
     }
     std::optional<Error> error = CheckOutputPath(job.report);

@@ -29,6 +29,7 @@ struct BatchResult {
   std::optional<report::CaptureDigest> digest;  ///< nothing: not reached
   bool done_before = false;                     ///< taken from its report
   bool lacks_slave = false;
+  std::vector<std::string> missing, unmet;  ///< as in CheckedCapture
 };
 
 struct BatchOptions {

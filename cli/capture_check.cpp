@@ -23,6 +23,11 @@ const Baseline* BaselineShelf::Find(const std::string& path) const {
   return baseline == baselines_.end() ? nullptr : &baseline->second;
 }
 
+Error EmptyRange(const std::string& capture, report::Selection selection) {
+  selection.slaves.clear();
+  return Error{capture + ": no packet of the capture lies in the range " + Text(selection)};
+}
+
 Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Settings& settings,
                                     const Baseline* baseline, const std::atomic<bool>& stop,
                                     std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress,
@@ -40,13 +45,22 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
   } else {
     out.report.result = Analyse(**source, analysis);
   }
+  report::Selection& selection = out.report.selection;
+  selection = {analysis.from_s, analysis.to_s, analysis.from_frame, analysis.to_frame, {}};
+  for (const SlaveSelector& slave : settings.slaves) selection.slaves.push_back(NameOf(slave));
+  const CaptureSummary& read = out.report.result.capture;
+  if (read.packets == 0 && read.file.packets > 0 && selection.range() && !stop) {
+    return EmptyRange(paths.front(), selection);
+  }
   out.report.fail_on = settings.fail_on;
   out.report.config = settings.config;
   out.report.baseline = settings.baseline;
   out.report.rules = RuleSettingTexts(settings.analysis);
   if (!report::WithoutEtherCat(out.report.result)) out.unmet = UnmetSlaves(settings.analysis, out.report.result);
+  if (!report::WithoutEtherCat(out.report.result)) out.missing = MissingSlaves(settings.slaves, out.report.result);
   out.lacks_slave = !report::WithoutEtherCat(out.report.result) &&
                     KeepSlaves(settings.slaves, out.report.result) == 0 && !settings.slaves.empty();
+  if (out.lacks_slave) out.missing.clear();
   if (baseline != nullptr) ApplyBaseline(*baseline, out.report);
   return out;
 }

@@ -26,17 +26,22 @@ class BaselineShelf {
   std::map<std::string, Baseline> baselines_;
 };
 
+/// Why there is nothing to look at: none of the packets of `capture` lies in the range of `selection`.
+[[nodiscard]] Error EmptyRange(const std::string& capture, report::Selection selection);
+
 struct CheckedCapture {
   report::CaptureReport report;
-  bool lacks_slave = false;        ///< --slave names none of its slaves
-  std::vector<std::string> unmet;  ///< slaves that --profile or --parameter name and the capture does not show
+  bool lacks_slave = false;          ///< --slave names none of its slaves
+  std::vector<std::string> missing;  ///< slaves of --slave that it does not show, when it shows others of them
+  std::vector<std::string> unmet;    ///< slaves that --profile or --parameter name and the capture does not show
 };
 
 /// @param paths     one capture, or the files of one ring buffer
 /// @param baseline  null: none
 /// @param progress  called now and then with bytes done, bytes in all, and frames; may be empty
 /// @param draws     collects what reports draw over time
-/// @return fails when the capture cannot be opened; damage behind its header is a finding
+/// @return fails when the capture cannot be opened, and when none of its packets lies in the range; damage behind its
+/// header is a finding
 [[nodiscard]] Result<CheckedCapture> CheckCapture(
     std::span<const std::string> paths, const Settings& settings, const Baseline* baseline,
     const std::atomic<bool>& stop, std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress,

@@ -61,12 +61,15 @@ ExitStatus CaptureRun::Run(const CaptureJob& job, report::Report& report, Consol
 
   const CaptureSummary read = capture->report.result.capture;
   if (report::WithoutEtherCat(capture->report.result)) {
-    console.Warning(job.name() + ": no EtherCAT frame among " + std::to_string(read.packets) + " packets");
+    const std::string nothing = job.name() + ": no EtherCAT frame among " + Count(read.packets, "packet");
+    if (needs_ethercat) return Fail(console, Error{nothing});
+    console.Warning(nothing);
   }
   for (const std::string& slave : capture->unmet) {
     console.Warning(job.name() + " has no slave " + slave +
                     ": the profile and the parameters given for it are not used");
   }
+  for (const std::string& slave : capture->missing) console.Warning(job.name() + " has no slave " + slave);
   if (capture->lacks_slave) without_slave_.push_back(job.name());
   report.captures.push_back(std::move(capture->report));
   if (InterruptFlag() && !read.complete) {

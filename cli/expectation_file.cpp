@@ -331,6 +331,12 @@ Result<std::shared_ptr<const Expectation>> ReadEniExpectation(const std::string&
   return std::shared_ptr<const Expectation>(std::move(expectation));
 }
 
+/// Any capture would be as expected.
+bool ExpectsNothing(const Expectation& e) {
+  return !e.strict && e.slaves.empty() && e.bus.empty() &&
+         std::none_of(e.limits.begin(), e.limits.end(), [](const auto& limit) { return limit.has_value(); });
+}
+
 Ordered StepJson(const ExpectedStep& step) {
   Ordered out;
   out["phase"] = Name(step.phase);
@@ -407,6 +413,9 @@ Result<std::shared_ptr<const Expectation>> ReadExpectation(const std::string& pa
   Reader reader;
   auto expectation = std::make_shared<Expectation>(reader.Read(*document));
   if (reader.error()) return Error{Printable(path) + ": " + *reader.error()};
+  if (ExpectsNothing(*expectation)) {
+    return Error{Printable(path) + ": no slave, step or limit is listed, so nothing can be expected"};
+  }
   expectation->name = std::filesystem::path(path).filename().string();
   return std::shared_ptr<const Expectation>(std::move(expectation));
 }

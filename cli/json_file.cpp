@@ -6,7 +6,9 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <set>
 #include <system_error>
+#include <vector>
 
 #include "decoder/base/text.h"
 
@@ -38,6 +40,30 @@ class ErrorLocator : public nlohmann::json_sax<nlohmann::json> {
 
  private:
   std::size_t position_ = 0;
+};
+
+/// Finds a key that an object has twice: the parser would take the last one without a word.
+class RepeatedKey : public ErrorLocator {
+ public:
+  [[nodiscard]] const std::string& key() const { return repeated_; }
+
+  bool start_object(std::size_t /*elements*/) override {
+    keys_.emplace_back();
+    return true;
+  }
+  bool key(string_t& key) override {
+    if (keys_.back().insert(key).second) return true;
+    repeated_ = key;
+    return false;
+  }
+  bool end_object() override {
+    keys_.pop_back();
+    return true;
+  }
+
+ private:
+  std::vector<std::set<std::string>> keys_;
+  std::string repeated_;
 };
 
 /// ":3:14" for the byte before `position` (which counts from 1).
@@ -77,6 +103,12 @@ Result<nlohmann::json> ReadJsonFile(const std::string& path, std::uintmax_t larg
     ErrorLocator locator;
     nlohmann::json::sax_parse(*text, &locator);
     return Error{path + LineAndColumn(*text, locator.position()) + ": not valid JSON"};
+  }
+  if (largest == kLargestWritten) {
+    RepeatedKey repeated;
+    if (!nlohmann::json::sax_parse(*text, &repeated)) {
+      return Error{path + ": the key '" + Printable(repeated.key()) + "' stands twice in one object"};
+    }
   }
   return document;
 }

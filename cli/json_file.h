@@ -15,7 +15,7 @@ namespace ecaudit::cli {
 inline constexpr std::uintmax_t kLargestWritten = 16U << 20U;  ///< bytes of a file that people write
 inline constexpr std::uintmax_t kLargestReport = 1U << 30U;    ///< bytes of a report
 
-/// Reads and parses `path`.
+/// Reads and parses `path`. In files that people write (`largest` as by default) no object may have a key twice.
 /// @param largest  bytes it may have
 /// @return the document, or one line: "x.json:3:14: not valid JSON"
 [[nodiscard]] Result<nlohmann::json> ReadJsonFile(const std::string& path, std::uintmax_t largest = kLargestWritten);

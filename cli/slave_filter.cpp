@@ -12,6 +12,21 @@ bool Selects(const SlaveSelector& selector, const SlaveSummary& slave) {
   return selector.by_address ? slave.station_address == selector.value : slave.position == selector.value;
 }
 
+std::string NameOf(const SlaveSelector& selector) {
+  return selector.by_address ? Hex(selector.value) : std::to_string(selector.value);
+}
+
+std::vector<std::string> MissingSlaves(std::span<const SlaveSelector> selectors, const AnalysisResult& result) {
+  std::vector<std::string> missing;
+  for (const SlaveSelector& selector : selectors) {
+    if (std::none_of(result.slaves.begin(), result.slaves.end(),
+                     [&](const SlaveSummary& slave) { return Selects(selector, slave); })) {
+      missing.push_back(NameOf(selector));
+    }
+  }
+  return missing;
+}
+
 std::vector<std::string> UnmetSlaves(const AnalysisOptions& options, const AnalysisResult& result) {
   std::vector<std::string> unmet;
   const auto look = [&](const SlaveSelector& selector) {
@@ -19,7 +34,7 @@ std::vector<std::string> UnmetSlaves(const AnalysisOptions& options, const Analy
                     [&](const SlaveSummary& slave) { return Selects(selector, slave); })) {
       return;
     }
-    std::string name = selector.by_address ? Hex(selector.value) : std::to_string(selector.value);
+    std::string name = NameOf(selector);
     if (std::find(unmet.begin(), unmet.end(), name) == unmet.end()) unmet.push_back(std::move(name));
   };
   for (const auto& [selector, profile] : options.slave_profiles) look(selector);

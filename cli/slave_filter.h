@@ -11,6 +11,13 @@ namespace ecaudit::cli {
 
 [[nodiscard]] bool Selects(const SlaveSelector& selector, const SlaveSummary& slave);
 
+/// "0", "0x1001": as the user names it.
+[[nodiscard]] std::string NameOf(const SlaveSelector& selector);
+
+/// Those of `selectors` that name no slave of the capture.
+[[nodiscard]] std::vector<std::string> MissingSlaves(std::span<const SlaveSelector> selectors,
+                                                     const AnalysisResult& result);
+
 /// Keeps the slaves that one of `selectors` names, and of findings and rules that could not be judged those of these
 /// slaves and of the whole bus, and the causes of kept findings. No selectors: keeps all.
 /// @return how many slaves are kept

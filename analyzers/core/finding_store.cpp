@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "analyzers/core/every_slave.h"
+
 namespace ecaudit {
 
 bool FindingStore::IsOff(const RuleInfo& rule) const {
@@ -75,7 +77,7 @@ void FindingStore::FoldNotEvaluable(std::size_t slaves) {
       folded.push_back(entry);
     } else if (&*first == &entry) {
       NotEvaluable all = entry;
-      all.slave = kNoSlave;
+      all.slave = kEverySlave;
       all.occasions = 0;
       for (const NotEvaluable& other : not_evaluable_) {
         if (alike(other)) all.occasions += other.occasions;

@@ -52,7 +52,8 @@ class BatchCommand : public Command {
                       "captures, folders with captures (and folders in them), or wildcards in quotes");
     options.Group("How to work");
     options.Value("--jobs", "N", jobs_text_, "captures to check at the same time (default: one for each processor)");
-    options.Value("--output-dir", "DIR", folder_, "folder for the reports, one JSON each (default: ecaudit-reports)");
+    options.Value("--output-dir", "DIR", folder_,
+                  "folder for the reports, one JSON each (default: ecaudit-reports); also -o DIR");
     options.Flag("--skip-done", batch_.skip_done, "keep reports that are whole and up to date, from an earlier run");
     options.Group("What to read");
     options.Flag("--join", options_.join, "read the files of each ring buffer as one capture, told by their names");
@@ -86,6 +87,8 @@ class BatchCommand : public Command {
     ExitStatus status = ExitStatus::kClean;
     if (error) status = Fail(console, *error);
     const report::Digest digest = Collect(results, console);
+    // As check has it: wrong usage when no capture has any of them.
+    if (lack_slaves_) return Fail(console, Error{"no capture has a slave of --slave; there is no summary"});
     status = Worst(status, Deliver(digest, *output, gate_.write_baseline, console));
     TellOutcome(results, digest, console);
     return digest.not_reached > 0 && InterruptFlag() ? Worst(status, ExitStatus::kInterrupted) : status;
@@ -182,15 +185,25 @@ class BatchCommand : public Command {
     report::Digest digest;
     digest.version = Version();
     digest.rules = RuleCatalogue();
+    std::size_t lacking = 0;
     for (std::size_t i = 0; i < results.size(); ++i) {
       if (!results[i].digest) {
         ++digest.not_reached;
         continue;
       }
-      if (results[i].lacks_slave) console.Warning(jobs_[i].path + " has none of the slaves of --slave");
+      const BatchResult& result = results[i];
+      if (result.lacks_slave) ++lacking;
+      if (result.lacks_slave) console.Warning(jobs_[i].path + " has none of the slaves of --slave");
+      for (const std::string& slave : result.missing) console.Warning(jobs_[i].path + " has no slave " + slave);
+      for (const std::string& slave : result.unmet) {
+        console.Warning(jobs_[i].path + " has no slave " + slave +
+                        ": the profile and the parameters given for it are not used");
+      }
       digest.captures.push_back(std::move(*results[i].digest));
     }
     SortCaptures(digest);
+    // An interrupted run does not know.
+    lack_slaves_ = lacking > 0 && lacking == digest.captures.size() && digest.not_reached == 0;
     return digest;
   }
 
@@ -216,6 +229,7 @@ class BatchCommand : public Command {
   std::map<std::string, Prepared> prepared_;  ///< by configuration file
   BaselineShelf baselines_;
   std::vector<BatchJob> jobs_;
+  bool lack_slaves_ = false;
 };
 
 }  // namespace

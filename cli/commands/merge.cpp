@@ -1,5 +1,6 @@
 /// `ecaudit merge`: reports of many captures, made anywhere, as one summary.
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <set>
 #include <string>
@@ -106,15 +107,37 @@ class MergeCommand : public Command {
     if (!read) return Error{file + ": " + read.error().message};
     versions_.insert(read->version);
     for (report::CaptureDigest& capture : read->captures) {
+      if (!capture.judged) {
+        return Error{file + ": startup without --expect judges nothing, so there is no verdict to merge"};
+      }
       capture.report = std::filesystem::path(file).filename().string();
       if (parsed_fail_on_) capture.fail_on = *parsed_fail_on_;
       if (baseline_) {
         capture.baseline = *baseline_;
         ApplyBaseline(known_, capture);
       }
+      if (const report::CaptureDigest* same = Told(digest, capture)) {
+        console.Warning(capture.path + " is told alike by " + same->report + " and " + capture.report +
+                        ": counted once");
+        continue;
+      }
+      by_path_.emplace(capture.path, digest.captures.size());
       digest.captures.push_back(std::move(capture));
     }
     return std::nullopt;
+  }
+
+  /// The same capture with the same findings, of another report.
+  [[nodiscard]] const report::CaptureDigest* Told(const report::Digest& digest,
+                                                  const report::CaptureDigest& capture) const {
+    const auto [begin, end] = by_path_.equal_range(capture.path);
+    for (auto entry = begin; entry != end; ++entry) {
+      const report::CaptureDigest& other = digest.captures[entry->second];
+      report::CaptureDigest alike = capture;
+      alike.report = other.report;
+      if (alike == other) return &other;
+    }
+    return nullptr;
   }
 
   void WarnOfVersions(Console& console) const {
@@ -131,7 +154,8 @@ class MergeCommand : public Command {
   std::optional<report::FailOn> parsed_fail_on_;
   Baseline known_;
   OutputOptions output_;
-  std::set<std::string> versions_;  ///< that made the reports
+  std::multimap<std::string, std::size_t> by_path_;  ///< places in the digest
+  std::set<std::string> versions_;                   ///< that made the reports
 };
 
 }  // namespace

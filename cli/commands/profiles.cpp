@@ -60,11 +60,15 @@ class ProfilesCommand : public Command {
 
   void Declare(OptionSet& options) override {
     options.Argument("NAME", name_, "a profile; without it all are listed", false);
-    options.Flag("--full", full_, "also each object, emergency code and bit");
+    options.Flag("--full", full_, "with NAME: also each object, emergency code and bit");
     output_.Declare(options);
   }
 
   [[nodiscard]] ExitStatus Run(Console& console) override {
+    if (!name_ && full_) {
+      console.Error("--full needs the NAME of a profile (see 'ecaudit profiles')");
+      return ExitStatus::kUsage;
+    }
     if (!name_) return output_.Print(console, ListText, ListJson);
     const device::DeviceDescription* profile = device::BuiltinProfile(*name_);
     if (profile == nullptr) {

@@ -38,7 +38,8 @@ class SliceCommand : public Command {
   }
 
   [[nodiscard]] ExitStatus Run(Console& console) override {
-    if (findings_.empty() == !frames_) return Fail(console, "give --finding ID or --frames A-B");
+    if (findings_.empty() && !frames_) return Fail(console, "give --finding ID or --frames A-B");
+    if (!findings_.empty() && frames_) return Fail(console, "give either --finding ID or --frames A-B, not both");
     FrameNo context = frames_ ? 0 : kFindingContext;
     if (context_) {
       const char* const end = context_->data() + context_->size();

@@ -35,6 +35,12 @@ bool IsOfStartup(std::string_view rule) {
   return info != nullptr && info->group == kGroup;
 }
 
+bool HoldsStartup(const AnalysisResult& result) {
+  return std::any_of(result.slaves.begin(), result.slaves.end(),
+                     [](const SlaveSummary& slave) { return slave.startup.seen; }) ||
+         (result.bus.startup.seen && !result.bus.startup.steps.empty());
+}
+
 /// Leaves the findings about the expectation, and counts the others.
 void KeepStartupFindings(report::CaptureReport& capture) {
   std::vector<Finding> kept;
@@ -81,6 +87,7 @@ class StartupCommand : public Command {
     if (!output) return CaptureRun::Fail(console, output.error());
 
     run_.draws = output->draws();
+    run_.needs_ethercat = true;
     report::Report report;
     report.version = Version();
     report.rules = RuleCatalogue();
@@ -102,12 +109,16 @@ class StartupCommand : public Command {
       run_.MarkKnown(capture);
     } else {
       // Nothing is judged here: that is what `check` is for.
+      capture.judged = false;
       capture.result.findings.clear();
       capture.result.not_evaluable.clear();
       capture.known.clear();
     }
     if (const auto error = output->Write(report, console)) status = Worst(status, CaptureRun::Fail(console, *error));
     if (const auto error = run_.WriteBaselineOf(report)) status = Worst(status, CaptureRun::Fail(console, *error));
+    if (status == ExitStatus::kClean && !HoldsStartup(capture.result)) {
+      return CaptureRun::Fail(console, Error{run_.jobs().front().name() + " holds no start-up"});
+    }
     return Worst(status, report::Summarise(report).fail ? ExitStatus::kFindings : ExitStatus::kClean);
   }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "analyzers/core/every_slave.h"
 #include "cli/report/finding_order.h"
 #include "cli/report/layout.h"
 #include "cli/report/times.h"
@@ -56,6 +57,8 @@ CaptureDigest DigestOf(const CaptureReport& capture) {
   if (result.capture.first.has_time) out.first_time = IsoTime(result.capture.first.time);
   out.duration_s = SecondsSince(result.capture.first, result.capture.last);
   out.complete = result.capture.complete;
+  out.judged = capture.judged;
+  out.selection = capture.selection;
   out.fail_on = capture.fail_on;
   out.baseline = PrintableLines(capture.baseline);
   out.rules = capture.rules;
@@ -66,7 +69,7 @@ CaptureDigest DigestOf(const CaptureReport& capture) {
   for (const NotEvaluable& entry : result.not_evaluable) {
     const SlaveSummary* slave = result.slave(entry.slave);
     out.not_judged.push_back({std::string(entry.rule), slave == nullptr ? std::nullopt : std::optional(slave->position),
-                              PrintableLines(entry.reason)});
+                              PrintableLines(entry.reason), entry.slave == kEverySlave});
   }
   return out;
 }
@@ -88,8 +91,14 @@ bool Counts(const CaptureDigest& capture, const FindingDigest& finding) {
   return !finding.known && Reaches(finding.severity, capture.fail_on);
 }
 
+std::string PlaceOf(const NotJudged& entry) {
+  if (entry.slave) return "slave " + std::to_string(*entry.slave);
+  return entry.every_slave ? "all slaves" : "bus";
+}
+
 Summary Summarise(const CaptureDigest& capture) {
   Summary summary;
+  summary.judged = capture.judged;
   for (const FindingDigest& finding : capture.findings) {
     summary.Add(finding.severity, finding.known, capture.fail_on);
   }
@@ -113,11 +122,14 @@ std::string SlaveLabel(SlavePos position, std::string_view name, const std::opti
 HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
   if (!capture.unreadable.empty()) return {"ERROR", OneLine(capture.unreadable)};
   const Summary summary = Summarise(capture);
+  const std::string selected = Text(capture.selection);
+  const std::string limits = selected.empty() ? "" : " (limited by " + OneLine(selected) + ")";
   if (capture.without_ethercat) {
     const std::string packets = capture.packets == 0 ? std::string("the capture holds no packet")
                                                      : "no EtherCAT frame among " + Count(capture.packets, "packet");
-    return {summary.fail ? "FAIL" : "NOTHING-TO-CHECK", packets};
+    return {summary.fail ? "FAIL" : "NOTHING-TO-CHECK", packets + limits};
   }
+  if (!capture.judged) return {"NOT-JUDGED", "the start-up is shown; ecaudit check judges the capture" + limits};
   const std::string verdict = summary.fail ? "FAIL" : "PASS";
   const std::vector<OrderedFinding> order = OrderForReading(capture);
   if (order.empty()) {
@@ -125,7 +137,7 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
                              Count(capture.ethercat_frames, "EtherCAT frame");
     const std::string slaves = capture.slaves > 0 ? " of " + Count(capture.slaves, "slave")
                                                   : "; which slaves are on the bus, they do not show";
-    return {verdict, none + slaves + (capture.complete ? "" : ", as far as the capture was read")};
+    return {verdict, none + slaves + (capture.complete ? "" : ", as far as the capture was read") + limits};
   }
   // The first tree holds the worst finding. Name its root, unless the root is the milder of the two.
   const FindingDigest& root = capture.findings[order.front().index];
@@ -138,7 +150,7 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
   if (!summary.fail) line += std::string(Name(worst->severity)) + ": ";
   line += worst->place + ": " + TitleAndFrame(*worst);
   if (worst != &root) line += ", because: " + TitleAndFrame(root);
-  return {verdict, line};
+  return {verdict, line + limits};
 }
 
 std::string Headline(const CaptureDigest& capture) {

@@ -44,8 +44,9 @@ struct FindingDigest {
 /// A rule that could not be judged.
 struct NotJudged {
   std::string rule;
-  std::optional<SlavePos> slave;  ///< position; nothing for the whole bus
+  std::optional<SlavePos> slave;  ///< position; nothing for the whole bus, and for all slaves alike
   std::string reason;
+  bool every_slave = false;  ///< it holds for each slave
   bool operator==(const NotJudged&) const = default;
 };
 
@@ -62,6 +63,8 @@ struct CaptureDigest {
   std::string first_time;         ///< ISO 8601 UTC; empty when unknown
   std::optional<double> duration_s;
   bool complete = true;  ///< false: damaged, or stopped early
+  bool judged = true;    ///< false: there is no verdict
+  Selection selection;
   FailOn fail_on = FailOn::kError;
   std::string baseline;                                    ///< path; empty: none
   std::vector<std::pair<std::string, std::string>> rules;  ///< settings of rules: id and severity, or "off"
@@ -94,9 +97,12 @@ struct Digest {
 [[nodiscard]] std::string SlaveLabel(SlavePos position, std::string_view name,
                                      const std::optional<StationAddress>& station_address);
 
+/// "slave 2", "all slaves", "bus"
+[[nodiscard]] std::string PlaceOf(const NotJudged& entry);
+
 /// The verdict and its main reason.
 struct HeadlineParts {
-  std::string verdict;   ///< "FAIL", "PASS", "NOTHING-TO-CHECK", "ERROR"
+  std::string verdict;   ///< "FAIL", "PASS", "NOTHING-TO-CHECK", "NOT-JUDGED", "ERROR"
   std::string sentence;  ///< "slave 0 (AKD, 0x1001): ... (frame 760)". Printable
 };
 [[nodiscard]] HeadlineParts HeadlinePartsOf(const CaptureDigest& capture);

@@ -169,7 +169,24 @@ CaptureDigest ReadCapture(const Json& json, Fields& fields) {
   if (!fail_on) fields.Fail("fail_on");
   out.fail_on = fail_on.value_or(FailOn::kError);
   out.baseline = fields.TextOrNull(settings, "baseline");
-  // Reports of the first versions do not have it.
+  // Reports of the first versions do not have these.
+  if (settings.contains("judged")) out.judged = fields.Text(settings, "judged") != "nothing";
+  if (settings.contains("slaves")) {
+    for (const Json& slave : fields.Array(settings, "slaves")) {
+      if (slave.is_string()) out.selection.slaves.push_back(PrintableLines(slave.get_ref<const std::string&>()));
+    }
+  }
+  if (settings.contains("range") && !settings.at("range").is_null()) {
+    const Json& range = fields.Object(settings, "range");
+    const auto frame = [&](const char* key) {
+      const FrameNo number = fields.NumberOrNull(range, key);
+      return number == 0 ? std::nullopt : std::optional(number);
+    };
+    out.selection.from_s = fields.SecondsOrNull(range, "from_s");
+    out.selection.to_s = fields.SecondsOrNull(range, "to_s");
+    out.selection.from_frame = frame("from_frame");
+    out.selection.to_frame = frame("to_frame");
+  }
   if (settings.contains("rules")) {
     const Json& rules = fields.Object(settings, "rules");
     for (const auto& [id, severity] : rules.items()) out.rules.emplace_back(id, fields.Text(rules, id.c_str()));
@@ -180,8 +197,9 @@ CaptureDigest ReadCapture(const Json& json, Fields& fields) {
     out.findings.push_back(ReadFinding(finding, slaves, fields));
   }
   for (const Json& entry : fields.Array(json, "not_evaluable")) {
-    out.not_judged.push_back(
-        {fields.Text(entry, "rule"), fields.WordOrNull(entry, "slave"), fields.Text(entry, "reason")});
+    out.not_judged.push_back({fields.Text(entry, "rule"), fields.WordOrNull(entry, "slave"),
+                              fields.Text(entry, "reason"),
+                              entry.contains("scope") && fields.Text(entry, "scope") == "all-slaves"});
   }
   return out;
 }

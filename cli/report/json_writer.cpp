@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "analyzers/core/every_slave.h"
 #include "cli/report/drive_json.h"
 #include "cli/report/json_parts.h"
 #include "cli/report/startup_json.h"
@@ -122,7 +123,7 @@ class CaptureWriter {
             {"warnings", summary.warnings},
             {"infos", summary.infos},
             {"known", summary.known},
-            {"verdict", summary.fail ? "fail" : "pass"}};
+            {"verdict", !summary.judged ? Json(nullptr) : Json(summary.fail ? "fail" : "pass")}};
   }
 
  private:
@@ -202,7 +203,21 @@ class CaptureWriter {
             {"config", TextOrNull(capture_.config)},
             {"baseline", TextOrNull(capture_.baseline)},
             {"expectation", TextOrNull(capture_.expectation)},
+            {"judged", !capture_.judged               ? "nothing"
+                       : capture_.expectation.empty() ? "all"
+                                                      : "expectation"},
+            {"range", Range()},
+            {"slaves", capture_.selection.slaves},
             {"rules", std::move(rules)}};
+  }
+
+  [[nodiscard]] Json Range() const {
+    const Selection& s = capture_.selection;
+    if (!s.range()) return nullptr;
+    return {{"from_s", OrNull(s.from_s)},
+            {"to_s", OrNull(s.to_s)},
+            {"from_frame", OrNull(s.from_frame)},
+            {"to_frame", OrNull(s.to_frame)}};
   }
 
   [[nodiscard]] Json Bus() const {
@@ -276,8 +291,8 @@ class CaptureWriter {
     json["profile"] = TextOrNull(s.profile);
     json["profile_source"] = TextOrNull(s.profile_source);
     json["al"] = Al(s);
-    if (s.dc) json["dc"] = DcJson(result_, s);
-    if (s.drive) json["drive"] = DriveJson(result_, s);
+    json["dc"] = s.dc ? DcJson(result_, s) : Json(nullptr);
+    json["drive"] = s.drive ? DriveJson(result_, s) : Json(nullptr);
     json["startup"] = StartupJson(result_, s.startup);
     json["sync_managers"] = Json::array();
     for (const SyncManagerSummary& manager : s.sync_managers) json["sync_managers"].push_back(SyncManager(manager));
@@ -518,6 +533,9 @@ class CaptureWriter {
   [[nodiscard]] Json NotEvaluableJson(const NotEvaluable& entry) const {
     return {{"rule", entry.rule},
             {"slave", Position(entry.slave)},
+            {"scope", result_.slave(entry.slave) != nullptr ? "slave"
+                      : entry.slave == kEverySlave          ? "all-slaves"
+                                                            : "bus"},
             {"reason", Text(entry.reason)},
             {"first_frame", FrameOrNull(entry.first_frame)},
             {"occasions", entry.occasions}};

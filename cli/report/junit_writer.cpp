@@ -91,7 +91,7 @@ std::vector<std::string> Reasons(const CaptureDigest& capture, std::string_view 
   std::vector<std::pair<std::string, std::string>> reasons;  // reason, places
   for (const NotJudged& entry : capture.not_judged) {
     if (entry.rule != rule) continue;
-    const std::string place = entry.slave ? "slave " + std::to_string(*entry.slave) : "bus";
+    const std::string place = PlaceOf(entry);
     const auto same =
         std::find_if(reasons.begin(), reasons.end(), [&](const auto& r) { return r.first == entry.reason; });
     if (same == reasons.end()) {
@@ -137,6 +137,7 @@ std::vector<TestCase> TestCases(const Digest& digest, const CaptureDigest& captu
   if (capture.without_ethercat && failed.empty()) {
     return {Skipped("EtherCAT traffic", {"no EtherCAT frame among " + Count(capture.packets, "packet")})};
   }
+  if (!capture.judged) return {Skipped("verdict", {HeadlinePartsOf(capture).sentence})};
   // A report of another version may know rules that this catalogue lacks.
   std::vector<std::string> rules;
   for (const RuleInfo* rule : digest.rules) rules.emplace_back(rule->id);
@@ -226,6 +227,7 @@ std::string Suite(const Digest& digest, const CaptureDigest& capture, std::size_
                     Attribute("errors", totals.errors) + Attribute("skipped", totals.skipped) + " time=\"0\"" +
                     Attribute("timestamp", time) + " hostname=\"localhost\">\n    <properties>\n";
   out += Property("ecaudit.version", digest.version) + Property("fail_on", Name(capture.fail_on));
+  if (const std::string limits = Text(capture.selection); !limits.empty()) out += Property("limited_by", limits);
   if (!capture.baseline.empty()) out += Property("baseline", capture.baseline);
   out += "    </properties>\n";
   for (const TestCase& test : tests) out += Write(test, class_name);

@@ -1,5 +1,8 @@
 #include "cli/report/report.h"
 
+#include <array>
+#include <charconv>
+
 namespace ecaudit::report {
 bool Reaches(Severity severity, FailOn fail_on) {
   switch (fail_on) {
@@ -51,10 +54,30 @@ void Summary::Add(const Summary& other) {
   infos += other.infos;
   known += other.known;
   fail = fail || other.fail;
+  judged = judged && other.judged;
+}
+
+std::string Text(const Selection& selection) {
+  std::string text;
+  const auto add = [&text](std::string_view option, const std::string& value) {
+    text += (text.empty() ? "" : " ") + std::string(option) + " " + value;
+  };
+  const auto seconds = [](double value) {
+    std::array<char, 400> digits{};  // the longest double without exponent
+    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::fixed).ptr;
+    return std::string(digits.data(), end);
+  };
+  for (const std::string& slave : selection.slaves) add("--slave", slave);
+  if (selection.from_s) add("--from", seconds(*selection.from_s));
+  if (selection.from_frame) add("--from", "#" + std::to_string(*selection.from_frame));
+  if (selection.to_s) add("--to", seconds(*selection.to_s));
+  if (selection.to_frame) add("--to", "#" + std::to_string(*selection.to_frame));
+  return text;
 }
 
 Summary Summarise(const CaptureReport& capture) {
   Summary summary;
+  summary.judged = capture.judged;
   for (std::size_t i = 0; i < capture.result.findings.size(); ++i) {
     summary.Add(capture.result.findings[i].severity, capture.IsKnown(i), capture.fail_on);
   }

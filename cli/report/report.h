@@ -23,12 +23,26 @@ enum class FailOn : std::uint8_t { kInfo, kWarning, kError, kNever };
 /// Reads what Name() writes; nothing for any other text.
 [[nodiscard]] std::optional<FailOn> ParseFailOn(std::string_view text);
 
+/// Which part of a capture was looked at.
+struct Selection {
+  std::optional<double> from_s, to_s;  ///< seconds from the first packet
+  std::optional<FrameNo> from_frame, to_frame;
+  std::vector<std::string> slaves;  ///< positions "0" or addresses "0x1001"; empty: all
+
+  [[nodiscard]] bool range() const { return from_s || to_s || from_frame || to_frame; }
+  bool operator==(const Selection&) const = default;
+};
+/// As it is typed: "--slave 0 --to #100"; empty for whole captures.
+[[nodiscard]] std::string Text(const Selection& selection);
+
 /// One capture's result and how it is to be judged.
 struct CaptureReport {
   AnalysisResult result;
   std::shared_ptr<const Timeline> timeline;  ///< null: nothing to draw over time
   /// Per finding of `result`: true when the baseline lists it. Empty: no baseline.
   std::vector<bool> known;
+  Selection selection;
+  bool judged = true;  ///< false: the start-up is shown, and there is no verdict
   FailOn fail_on = FailOn::kError;
   std::string config;                                      ///< path of the configuration file used; empty when none
   std::string baseline;                                    ///< path of the baseline used; empty when none
@@ -71,7 +85,8 @@ struct Summary {
   std::uint64_t warnings = 0;
   std::uint64_t infos = 0;
   std::uint64_t known = 0;
-  bool fail = false;  ///< a finding that is not known reaches fail_on
+  bool fail = false;   ///< a finding that is not known reaches fail_on
+  bool judged = true;  ///< false: there is no verdict
 
   void Add(Severity severity, bool is_known, FailOn fail_on);
   void Add(const Summary& other);

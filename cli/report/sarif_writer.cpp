@@ -102,14 +102,18 @@ class SarifWriter {
         notifications_.Add(Notification("error", capture.unreadable, artifact));
         continue;
       }
+      if (!capture.judged) notifications_.Add(Notification("note", HeadlinePartsOf(capture).sentence, artifact));
+      if (const std::string limits = Text(capture.selection); !limits.empty()) {
+        notifications_.Add(Notification("note", "limited by " + OneLine(limits), artifact));
+      }
       std::map<Fingerprint, unsigned> seen;
       for (const FindingDigest& f : capture.findings) {
         const Fingerprint fingerprint = FingerprintOf(f);
         results_.Add(Result(capture, f, artifact, fingerprint, ++seen[fingerprint]));
       }
       for (const NotJudged& entry : capture.not_judged) {
-        const std::string place = entry.slave ? "slave " + std::to_string(*entry.slave) : "bus";
-        Json note = Notification("note", entry.rule + " not judged, " + place + ": " + OneLine(entry.reason), artifact);
+        Json note = Notification("note", entry.rule + " not judged, " + PlaceOf(entry) + ": " + OneLine(entry.reason),
+                                 artifact);
         note["associatedRule"] = {{"id", entry.rule}, {"index", RuleIndex(entry.rule)}};
         notifications_.Add(note);
       }

@@ -203,6 +203,9 @@ std::string WriteStartupText(const Report& report, const TextStyle& style) {
       continue;
     }
     text.Line(text.Styled(OneLine(capture.result.capture.file.path), Style::kBold));
+    if (const std::string limits = Text(capture.selection); !limits.empty()) {
+      text.Paragraph("limited by " + OneLine(limits), 0);
+    }
     if (!capture.result.capture.complete) text.Paragraph("incomplete: only a part of the capture was read", 0);
     CaptureStartup(capture, text).Write();
     out += text.Take();

@@ -562,6 +562,9 @@ class CaptureText {
     if (const std::string predictions = Predictions(); !predictions.empty()) text_.Paragraph(predictions, 2);
     if (const std::string left_out = LeftOut(); !left_out.empty()) text_.Paragraph(left_out, 2);
     if (c.file.damage) text_.Paragraph("damaged: " + OneLine(c.file.damage->message), 2);
+    if (const std::string limits = Text(capture_.selection); !limits.empty()) {
+      text_.Paragraph("limited by " + OneLine(limits), 2);
+    }
     if (!c.complete) text_.Paragraph("the report covers only the part of the capture that was read", 2);
     if (!capture_.config.empty()) text_.Paragraph("settings from " + OneLine(capture_.config), 2);
   }

@@ -32,11 +32,15 @@ struct FrameRange {
 /// A capture whose first time stamp is remembered: the origin of all times shown.
 class TimedSource final : public capture::FrameSource {
  public:
-  explicit TimedSource(capture::FrameSource& source) : source_(source) {}
+  /// @param range  to find out whether a packet lies in it; must outlive this
+  TimedSource(capture::FrameSource& source, const FrameRange& range) : source_(source), range_(range) {}
 
   [[nodiscard]] capture::ReadStatus Next(capture::CapturedFrame& frame) noexcept override {
     const capture::ReadStatus status = source_.Next(frame);
-    if (status == capture::ReadStatus::kFrame && !origin_ && frame.has_time) origin_ = frame.time;
+    if (status == capture::ReadStatus::kFrame) {
+      if (!origin_ && frame.has_time) origin_ = frame.time;
+      if (!reached_) reached_ = range_.Contains(frame.number, Seconds(frame.has_time, frame.time));
+    }
     return status;
   }
   [[nodiscard]] const capture::CaptureInfo& info() const noexcept override { return source_.info(); }
@@ -45,13 +49,25 @@ class TimedSource final : public capture::FrameSource {
 
   /// Nanoseconds from the first packet; absent without time stamps.
   [[nodiscard]] std::optional<std::int64_t> SinceStart(const FrameRef& frame) const {
-    std::int64_t ns = 0;
-    if (!origin_ || !frame.has_time || __builtin_sub_overflow(frame.time, *origin_, &ns)) return std::nullopt;
-    return ns;
+    return SinceStart(frame.has_time, frame.time);
   }
+  /// A packet lay in the range.
+  [[nodiscard]] bool reached_range() const { return reached_; }
 
  private:
+  [[nodiscard]] std::optional<std::int64_t> SinceStart(bool has_time, TimeNs time) const {
+    std::int64_t ns = 0;
+    if (!origin_ || !has_time || __builtin_sub_overflow(time, *origin_, &ns)) return std::nullopt;
+    return ns;
+  }
+  [[nodiscard]] std::optional<double> Seconds(bool has_time, TimeNs time) const {
+    const std::optional<std::int64_t> ns = SinceStart(has_time, time);
+    return ns ? std::optional(static_cast<double>(*ns) / 1e9) : std::nullopt;
+  }
+
   capture::FrameSource& source_;
+  const FrameRange& range_;
+  bool reached_ = false;
   std::optional<TimeNs> origin_;
 };
 

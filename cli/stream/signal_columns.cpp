@@ -106,6 +106,14 @@ Result<std::vector<std::string>> SignalChoice::ParsePatterns(const std::vector<s
   return patterns;
 }
 
+std::vector<std::string> SignalColumns::unmatched() const {
+  std::vector<std::string> patterns;
+  for (std::size_t i = 0; i < matched_.size(); ++i) {
+    if (!matched_[i]) patterns.push_back(choice_.patterns[i]);
+  }
+  return patterns;
+}
+
 bool SignalColumns::Wants(const SignalColumn& column) {
   if (choice_.patterns.empty()) return true;
   std::vector<std::string> names{Lower(column.name)};
@@ -119,11 +127,13 @@ bool SignalColumns::Wants(const SignalColumn& column) {
       names.push_back(object + sub);
     }
   }
-  for (const std::string& pattern : choice_.patterns) {
-    for (const std::string& name : names) {
-      if (MatchesPattern(pattern, name)) return true;
-    }
+  bool wanted = false;
+  for (std::size_t i = 0; i < choice_.patterns.size(); ++i) {
+    const bool matches = std::any_of(
+        names.begin(), names.end(), [&](const std::string& name) { return MatchesPattern(choice_.patterns[i], name); });
+    if (matches) matched_[i] = wanted = true;
   }
+  if (wanted) return true;
   if (passed_over_.size() < kMaxPassedOver &&
       std::find(passed_over_.begin(), passed_over_.end(), column.name) == passed_over_.end()) {
     passed_over_.push_back(column.name);

@@ -89,6 +89,8 @@ class SignalColumns {
 
   [[nodiscard]] std::span<const SignalColumn> columns() const { return columns_; }
   [[nodiscard]] bool full() const { return full_; }
+  /// Patterns of --signal that no column matched.
+  [[nodiscard]] std::vector<std::string> unmatched() const;
   /// Names of signals that --signal passed over, a few of them, for the message when nothing is left.
   [[nodiscard]] const std::vector<std::string>& passed_over() const { return passed_over_; }
 
@@ -97,6 +99,7 @@ class SignalColumns {
   [[nodiscard]] bool Wants(const SignalColumn& column);
 
   SignalChoice choice_;
+  std::vector<bool> matched_ = std::vector<bool>(choice_.patterns.size());  ///< by pattern
   std::vector<SignalColumn> columns_;
   std::unordered_map<std::string, std::uint32_t> by_key_;
   std::unordered_map<std::uint64_t, PartColumns> parts_;  ///< by ImagePart::serial

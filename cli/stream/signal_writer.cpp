@@ -124,7 +124,10 @@ std::optional<Error> SignalWriter::EndLearning(Console& console) {
     console.Warning("more than " + Grouped(SignalColumns::kMaxColumns) +
                     " signals: those that come later are left out");
   }
-  if (!columns_.columns().empty()) return std::nullopt;
+  if (!columns_.columns().empty()) {
+    for (const std::string& pattern : columns_.unmatched()) console.Warning("no signal matches '" + pattern + "'");
+    return std::nullopt;
+  }
   if (!columns_.passed_over().empty()) {
     std::string names;
     for (const std::string& name : columns_.passed_over()) names += (names.empty() ? "" : ", ") + name;

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "cli/capture_check.h"
 #include "cli/interrupt.h"
 #include "cli/progress.h"
 #include "cli/stream/spool.h"
@@ -55,6 +56,12 @@ std::optional<Error> MissingSlaves(const CaptureOptions& options, const Settings
   std::string slaves;
   for (const std::string& slave : options.slaves) slaves += (slaves.empty() ? "" : " or ") + slave;
   return Error{options.captures.front() + " has no slave " + slaves};
+}
+
+/// A range that lies beside the capture shows nothing, which must not look like nothing having happened.
+std::optional<Error> NothingInRange(const std::string& name, const TimedSource& source, const FrameRange& range) {
+  if (source.reached_range() || source.info().packets == 0) return std::nullopt;
+  return EmptyRange(name, {range.from_s, range.to_s, range.from_frame, range.to_frame, {}});
 }
 
 }  // namespace
@@ -130,7 +137,7 @@ PipelineOptions RunOptions(const LineWriter& writer, const FrameRange& range, Pr
 ExitStatus StreamRun::Learn(Console& console, LineWriter& writer, const Plan& plan) {
   auto opened = plan.Open();
   if (!opened) return Fail(console, opened.error());
-  TimedSource source(**opened);
+  TimedSource source(**opened, plan.range);
   const StreamContext context{source, plan.settings, plan.range, {}};
   Pipeline pipeline(writer.events(), writer.frames());
   writer.BeginLearning(pipeline, context);
@@ -140,8 +147,9 @@ ExitStatus StreamRun::Learn(Console& console, LineWriter& writer, const Plan& pl
   if (InterruptFlag()) {
     return Interrupted(console, capture_.captures.front() + ": interrupted before anything was written");
   }
-  std::optional<Error> error;
-  if (!writer.ShowsUnmet(plan.settings.slaves)) error = MissingSlaves(capture_, plan.settings, pipeline.network());
+  std::optional<Error> error = NothingInRange(capture_.captures.front(), source, plan.range);
+  if (!error && !writer.ShowsUnmet(plan.settings.slaves))
+    error = MissingSlaves(capture_, plan.settings, pipeline.network());
   if (!error) error = writer.EndLearning(console);
   return error ? Fail(console, *error) : ExitStatus::kClean;
 }
@@ -195,7 +203,7 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
       OpenTargets(*outputs, writer.formats(), console.color() && !output_.no_color, console);
   if (!targets) return Fail(console, targets.error());
 
-  TimedSource source(**opened);
+  TimedSource source(**opened, plan.range);
   const StreamContext context{source, *settings, *range, *targets};
   Pipeline pipeline(writer.events(), writer.frames());
   writer.Begin(pipeline, context);
@@ -209,6 +217,9 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
   writer.End();
   progress.Clear();
 
+  if (!all_closed && !interrupted) {
+    if (const auto error = NothingInRange(name, source, *range)) return Fail(console, *error);
+  }
   if (!all_closed && !interrupted && !writer.ShowsUnmet(settings->slaves)) {
     if (const auto error = MissingSlaves(capture_, *settings, pipeline.network())) return Fail(console, *error);
   }

@@ -91,10 +91,11 @@ std::optional<Error> JoinedSource::Open(std::span<const std::string> paths) {
     info_.path += (info_.path.empty() ? "" : ", ") + path;
     formats.insert(file.source->info().format);
     total_ += file.size;
-    // A ring buffer may have more files than a process may hold open. A pipe has no size and no second chance.
-    if (file.size != 0) {
+    // A ring buffer may have more files than a process may hold open. A pipe has no size and no second chance, nor
+    // has standard input, wherever it comes from.
+    if (file.size != 0 && path != "-") {
       file.source.reset();
-    } else {
+    } else if (file.size == 0) {
       sizes_known = false;
     }
     files_.push_back(std::move(file));

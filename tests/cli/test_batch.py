@@ -247,7 +247,8 @@ class Batch(BatchTest):
         self.assertIn("unknown rule", self.one_error("batch", "in", "--rule=nope=off"))
 
     def test_slave_that_is_nowhere(self):
-        done = self.batch("in/b", "--slave=9", status=0)
+        # As in check: wrong usage when no capture has it.
+        done = self.batch("in/b", "--slave=9", status=2)
         self.assertIn("has none of the slaves of --slave", done.err)
 
     def test_baseline(self):
@@ -444,6 +445,19 @@ class SkipDone(BatchTest):
         self.assertEqual(self.done_before("in"), 4)
 
 
+class BatchSlaves(BatchTest):
+    def test_slaves_that_are_not_there(self):
+        for _ in range(2):  # the second time from the reports
+            done = self.run_program("batch", "--skip-done", "--slave", "9", "in/a")
+            self.assertEqual((done.returncode, done.out), (2, ""), done.err)
+            self.assertIn("has none of the slaves of --slave", done.err)
+            self.assertIn("no capture has a slave of --slave", done.err)
+        done = self.batch("--slave", "0", "--slave", "9", "in/b", status=0)
+        self.assertIn("has no slave 9", done.err)
+        done = self.batch("--profile", "4=generic", "--parameter", "4:PTBASE=1", "in/b", status=0)
+        self.assertIn("has no slave 4: the profile and the parameters given for it are not used", done.err)
+
+
 class Merge(BatchTest):
     def test_the_same_as_the_batch(self):
         self.file("in/a/broken.pcap", b"this is no capture at all")
@@ -464,6 +478,17 @@ class Merge(BatchTest):
         self.assertEqual([c["path"] for c in document["captures"]],
                          ["in/a/good.pcap", "in/a/trace.pcap", "in/b/trace.pcap", "nowhere.pcap"])
         self.assertEqual([c["report"] for c in document["captures"]], ["one.json", "one.json", "two.json", "one.json"])
+
+    def test_a_capture_told_twice(self):
+        self.run_program("check", "-o", "json=one.json", "in/a/trace.pcap")
+        self.run_program("check", "-o", "json=two.json", "in/a/trace.pcap", "in/b/trace.pcap")
+        done = self.merge("one.json", "two.json", "--format", "json", status=1)
+        self.assertEqual(len(json.loads(done.out)["captures"]), 2)
+        self.assertIn("in/a/trace.pcap is told alike by one.json and two.json: counted once", done.err)
+        # Judged in another way it is another result.
+        self.run_program("check", "-o", "json=three.json", "--rule", "al-refused=off", "in/a/trace.pcap")
+        done = self.merge("one.json", "three.json", "--format", "json", status=1)
+        self.assertEqual(len(json.loads(done.out)["captures"]), 2)
 
     def test_parts_make_the_whole(self):
         options, whole = self.outputs("whole")

@@ -44,6 +44,9 @@ def unread(descriptor) -> int:
     return count[0]
 
 
+KEPT = '{"schema": "ecaudit.baseline/1", "findings": []}'
+
+
 @unittest.skipUnless(os.path.exists("/proc/self/status"), "this system has no /proc")
 class InterruptionTest(CliTest):
     def wait_until(self, condition, child):
@@ -250,16 +253,16 @@ class InterruptedReports(InterruptionTest):
         self.on_silent_pipe("startup", "--expect", "good.json", "-", given=half)
 
     def test_half_a_baseline_is_none(self):
-        self.file("known.json", "kept")
+        self.file("known.json", KEPT)
         for command in (["check", "-"], ["startup", "--expect", "good.json", "-"]):
             self.run_program("startup", "--save", "good.json", self.healthy)
             _, err = self.on_silent_pipe(*command, "--write-baseline", "known.json", given=healthy_capture())
             self.assertIn("interrupted", err)
-            self.assertEqual((self.dir / "known.json").read_text(), "kept")
+            self.assertEqual((self.dir / "known.json").read_text(), KEPT)
 
     def test_batch(self):
         os.mkfifo(self.dir / "pipe")
-        self.file("known.json", "kept")
+        self.file("known.json", KEPT)
         reports = self.dir / "ecaudit-reports"
         out, err = self.interrupted("batch", "healthy.pcap", "pipe", "--jobs", "1", "--write-baseline", "known.json",
                                     stdin=subprocess.DEVNULL,
@@ -267,7 +270,7 @@ class InterruptedReports(InterruptionTest):
         self.assertIn("INCOMPLETE", out)
         self.assertIn("interrupted, 1 not checked", err)
         self.assertIn("known.json was not written", err)
-        self.assertEqual((self.dir / "known.json").read_text(), "kept")
+        self.assertEqual((self.dir / "known.json").read_text(), KEPT)
         self.assertEqual(len(list(reports.iterdir())), 1)
 
     def test_decode_and_events_give_whole_lines(self):

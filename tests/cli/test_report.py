@@ -16,6 +16,8 @@ try:
 except ImportError:
     jsonschema = None
 
+SAMPLES = SOURCE / "samples" / "captures"
+
 
 class Formats(CliTest):
     def test_text_begins_with_the_verdict(self):
@@ -193,7 +195,7 @@ class Files(CliTest):
         self.check(self.faulty, "--write-baseline", "empty.json", status=1)
 
     def test_expectations(self):
-        expected = self.file("e.json", '{"schema": "ecaudit.expectation/1", "slaves": []}')
+        expected = self.file("e.json", '{"schema": "ecaudit.expectation/1", "strict": true, "slaves": []}')
         for output in (("-o", expected), ("--write-baseline", expected), ("--save", expected)):
             self.assertIn("is read as the expectation",
                           self.refused(expected, "startup", "--expect", expected, *output, self.faulty))
@@ -249,6 +251,24 @@ class Files(CliTest):
                 self.assertIn("is joined twice", self.one_error(*command, "--join", self.faulty, second))
 
 
+class Fields(CliTest):
+    """What the JSON report has for every slave and rule, also where there is nothing to tell."""
+
+    def test_drive_and_clocks_are_null_where_there_are_none(self):
+        for slave in self.report(self.healthy, status=0)["reports"][0]["slaves"]:
+            for field in ("drive", "dc", "latch", "touch_probe", "startup"):
+                self.assertIn(field, slave)
+            self.assertIsNone(slave["drive"])
+
+    def test_a_rule_not_judged_says_of_whom(self):
+        entries = self.report(SAMPLES / "two-slaves-one-refuses.pcapng", "--fail-on", "never",
+                              status=0)["reports"][0]["not_evaluable"]
+        scopes = {entry["scope"] for entry in entries}
+        self.assertIn("all-slaves", scopes)
+        for entry in entries:
+            self.assertEqual(entry["slave"] is not None, entry["scope"] == "slave", entry)
+
+
 class Gate(CliTest):
     def test_fail_on(self):
         self.check(self.faulty, status=1)
@@ -280,6 +300,8 @@ class Gate(CliTest):
     def test_slave(self):
         by_position = self.report(self.faulty, "--slave", "0", status=1)
         by_address = self.report(self.faulty, "--slave", "0x1001", status=1)
+        self.assertEqual(by_position["reports"][0]["settings"].pop("slaves"), ["0"])
+        self.assertEqual(by_address["reports"][0]["settings"].pop("slaves"), ["0x1001"])
         self.assertEqual(by_position, by_address)
 
 
@@ -345,6 +367,21 @@ class Config(CliTest):
         self.file(".ecaudit.json", '{"profile": "kollmorgen-mkd-n", "slave_profiles": {"0x1001": "pilz-pmcprotego-d"}}')
         report = self.report(self.faulty, "--fail-on", "never", status=0)["reports"][0]
         self.assertEqual(report["slaves"][0]["profile"], "pilz-pmcprotego-d")
+
+    def test_a_key_that_stands_twice(self):
+        self.file("twice.json", '{"fail_on": "never", "rules": {"al-refused": "off", "al-refused": "info"}}')
+        self.assertIn("the key 'al-refused' stands twice", self.one_error("check", "--config", "twice.json", self.faulty))
+        # The same key in two objects is two settings.
+        self.file("once.json", '{"parameters": {"PTBASE": 1}, "limits": {}, "slave_profiles": {}}')
+        self.check("--config", "once.json", "--fail-on", "never", self.faulty, status=0)
+
+    def test_a_folder_in_its_place(self):
+        path = self.file("x/x.pcap", pathlib.Path(self.faulty).read_bytes())
+        (self.dir / "x" / ".ecaudit.json").mkdir()
+        self.assertIn("is a directory", self.one_error("check", path))
+        (self.dir / "x" / ".ecaudit.json").rmdir()
+        os.symlink("nowhere.json", self.dir / "x" / ".ecaudit.json")
+        self.assertIn("no such file", self.one_error("check", path))
 
     def test_parameters(self):
         # The process data of this sample come every millisecond: 16 times 62.5 us.

@@ -100,6 +100,11 @@ class SignalTable(SignalTest):
         self.assertIn("S0 outputs: raw bytes, since the assignment 1C12h is not in the capture", done.err)
         self.assertIn("S0 inputs: raw bytes, since the assignment 1C13h is not in the capture", done.err)
 
+    def test_a_name_that_matches_nothing_is_said(self):
+        done = self.signals(self.capture, "--esi", self.esi, "--signal", "6040h,nosuch")
+        self.assertIn("no signal matches 'nosuch'", done.err)
+        self.assertNotIn("'6040h'", done.err)
+
     def test_states(self):
         rows = self.columns(self.capture, "--esi", self.esi, "--states", "--signal", "6040h,6041h")
         self.assertEqual([r["S0.Status word state"] for r in rows], ["Ready to switch on"] * 7 + ["Operation enabled"] * 3)

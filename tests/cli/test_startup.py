@@ -96,6 +96,43 @@ class StartupTest(CliTest):
 
 
 class StartupShow(StartupTest):
+    def test_shows_and_does_not_judge(self):
+        for options in ((), ("--slave", "0")):
+            done = self.startup("--format", "json", *options, self.faulty)
+            document = json.loads(done.out)
+            validate(document, SCHEMA)
+            report = document["reports"][0]
+            self.assertEqual(report["settings"]["judged"], "nothing")
+            self.assertIsNone(report["summary"]["verdict"])
+            self.assertIsNone(document["summary"]["verdict"])
+        self.startup("-o", "st.json", "-o", "st.html", "-o", "st.xml", "-o", "st.sarif", self.faulty)
+        page = (self.dir / "st.html").read_text()
+        self.assertIn('"verdict":"NOT-JUDGED"', page)
+        self.assertNotIn("PASS ", page[:2000])
+        self.assertIn('skipped="1"', (self.dir / "st.xml").read_text())
+        self.assertIn("ecaudit check judges the capture", (self.dir / "st.sarif").read_text())
+        self.assertIn("judges nothing, so there is no verdict to merge", self.one_error("merge", "st.json"))
+        expected = self.expectation()
+        self.startup("--expect", expected, "-o", "ex.json", self.good)
+        report = json.loads((self.dir / "ex.json").read_text())["reports"][0]
+        self.assertEqual((report["settings"]["judged"], report["summary"]["verdict"]), ("expectation", "pass"))
+        self.assertEqual(self.run_program("merge", "ex.json").returncode, 0)
+
+    def test_no_startup_in_it(self):
+        bus = Bus()
+        for _ in range(5):
+            bus.read(0x0130, bytes([8, 0]))
+        running = self.file("running.pcap", bus.pcap())
+        done = self.startup(running, status=2)
+        self.assertIn("no start-up in this capture, in OP when it begins", done.out)
+        self.assertEqual(done.err, f"ecaudit: {running} holds no start-up\n")
+
+    def test_an_expectation_of_nothing(self):
+        path = self.file("nothing.json", '{"schema": "ecaudit.expectation/1", "slaves": []}')
+        self.assertIn("nothing can be expected", self.one_error("startup", "--expect", path, self.good))
+        path = self.file("strict.json", '{"schema": "ecaudit.expectation/1", "strict": true, "slaves": []}')
+        self.startup("--expect", path, self.good, status=1)
+
     def test_phases_and_steps_by_name(self):
         out = self.startup(self.good).out
         for text in ("All slaves at once", "slave 0 (0x1001): OP reached", "mailbox set-up", "INIT -> PREOP",

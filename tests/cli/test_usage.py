@@ -1,5 +1,6 @@
 """Command lines: help, version, mistakes."""
 import gzip
+import json
 import os
 import re
 import signal
@@ -128,6 +129,39 @@ class Messages(CliTest):
                          "unknown format 'jsn' (did you mean 'json'?)")
         self.assertIn("unknown format 'jsn'", self.one_error("check", "-o", "jsn=x.json", self.healthy))
 
+    def test_a_range_beside_the_capture(self):
+        for options in (("--from", "#99999"), ("--from", "999"), ("--to", "0.5", "--from", "0.4")):
+            typed = " ".join(options) if options[0] == "--from" else "--from 0.4 --to 0.5"
+            for command in ("check", "startup", "events", "signals"):
+                error = self.one_error(command, *options, self.faulty)
+                self.assertEqual(error, f"{self.faulty}: no packet of the capture lies in the range {typed}")
+            done = self.run_program("decode", *options, self.faulty)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn("no packet of the capture lies in the range", done.err)
+        self.assertIn("lies in the range", self.one_error("diff", "--from", "999", self.healthy, self.faulty))
+        done = self.run_program("decode", "--frames", "99999", self.faulty)
+        self.assertEqual((done.returncode, "lies in the range --from #99999 --to #99999" in done.err), (2, True))
+        self.check("--from", "#99999", self.faulty, "-o", "json=r.json", status=2)
+        self.assertIn("lies in the range", json.loads((self.dir / "r.json").read_text())["unreadable"][0]["message"])
+        done = self.run_program("batch", "--from", "999", self.faulty)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("lies in the range --from 999", done.err)
+        # A file without any packet is not blamed on the range.
+        empty = self.file("none.pcap", healthy_capture()[:24])
+        self.assertIn("no EtherCAT frame among 0 packets", self.check("--from", "1", empty, status=0).err)
+
+    def test_some_of_several_slaves_missing(self):
+        done = self.check("--slave", "0", "--slave", "7", self.healthy, status=0)
+        self.assertEqual(done.err, f"ecaudit: warning: {self.healthy} has no slave 7\n")
+
+    def test_slice_wants_one_of_two(self):
+        for given in ((), ("--finding", "f1", "--frames", "3-5")):
+            error = self.one_error("slice", self.faulty, *given, "-o", "x.pcapng")
+            self.assertEqual("not both" in error, bool(given), error)
+
+    def test_full_needs_a_profile(self):
+        self.assertIn("needs the NAME", self.one_error("profiles", "--full"))
+
     def test_control_characters_do_not_reach_the_terminal(self):
         self.assertNotIn("\x1b", self.one_error("check", "\x1b[31mred.pcap"))
 
@@ -183,6 +217,23 @@ class Input(CliTest):
                    for c in (self.healthy, self.faulty)]
         self.assertEqual(report["reports"][0]["capture"]["packets"], sum(packets))
 
+    def test_standard_input_from_a_file_is_joined(self):
+        for order in (("-", self.healthy), (self.healthy, "-")):
+            with open(self.faulty, "rb") as given:
+                done = self.run_program("check", "--format", "json", "--join", *order, stdin=given)
+            self.assertEqual(done.returncode, 1, done.err)
+            joined = json.loads(done.out)["reports"][0]["capture"]
+            parts = [self.report(c, "--fail-on", "never", status=0)["reports"][0]["capture"]["packets"]
+                     for c in (self.healthy, self.faulty)]
+            self.assertEqual(joined["packets"], sum(parts))
+            self.assertIsNone(joined["damage"])
+        self.assertIn("standard input is empty", self.one_error("check", "--join", "-", self.healthy))
+
+    def test_no_ethercat_for_startup_and_diff(self):
+        path = self.file("foreign.pcap", foreign_capture())
+        self.assertEqual(self.one_error("startup", path), f"{path}: no EtherCAT frame among 3 packets")
+        self.assertEqual(self.one_error("diff", self.healthy, path), f"{path}: no EtherCAT frame among 3 packets")
+
     def test_no_ethercat(self):
         path = self.file("foreign.pcap", foreign_capture())
         done = self.check(path, status=0)
@@ -205,6 +256,25 @@ class Input(CliTest):
         part = self.report(self.healthy, "--from", "#3", "--to", "#10", status=0)["reports"][0]["capture"]
         self.assertLess(part["ethercat_frames"], whole)
         self.assertEqual(part["ethercat_frames"], 8)
+
+    def test_what_was_left_out_is_said(self):
+        given = ("--slave", "0", "--from", "#3", "--to", "1.5")
+        limits = "limited by --slave 0 --from #3 --to 1.5"
+        text = self.check(self.healthy, *given, status=0).out
+        self.assertIn(f"({limits})", text.splitlines()[0])
+        self.assertIn(limits, text.split("Capture")[-1])
+        settings = self.report(self.healthy, *given, status=0)["reports"][0]["settings"]
+        self.assertEqual(settings["slaves"], ["0"])
+        self.assertEqual(settings["range"], {"from_s": None, "to_s": 1.5, "from_frame": 3, "to_frame": None})
+        self.check(self.healthy, *given, "-o", "a.json", "-o", "html=a.html", "-o", "junit=a.xml", status=0)
+        for name in ("a.html", "a.xml"):
+            self.assertIn(limits[11:], (self.dir / name).read_text())
+        merged = self.run_program("merge", "a.json")
+        self.assertIn(limits, merged.out)
+        self.assertIn("(limited by --to #6)", self.check(self.faulty, "--to", "#6", status=0).out.splitlines()[0])
+        plain = self.report(self.healthy, status=0)["reports"][0]["settings"]
+        self.assertEqual((plain["slaves"], plain["range"], plain["judged"]), ([], None, "all"))
+        self.assertNotIn("limited", self.check(self.healthy, status=0).out)
 
     def test_interrupted(self):
         # Packets without end, until the program is told to stop.

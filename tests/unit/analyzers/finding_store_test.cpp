@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "analyzers/core/every_slave.h"
+
 namespace ecaudit {
 namespace {
 
@@ -112,19 +114,20 @@ TEST_F(FindingStoreTest, NotEvaluableOncePerReason) {
   EXPECT_EQ(store.not_evaluable()[0].occasions, 2U);
 }
 
-TEST_F(FindingStoreTest, WhatHoldsForAllSlavesIsOneEntryOfTheBus) {
+TEST_F(FindingStoreTest, WhatHoldsForAllSlavesIsOneEntry) {
   for (const SlaveId slave : {SlaveId{0}, SlaveId{1}, SlaveId{2}})
     store.AddNotEvaluable(kRule, slave, "all", 5U + slave);
   store.AddNotEvaluable(kRule, 1, "one", 2);
   store.AddNotEvaluable(kOther, kNoSlave, "all", 0);
   store.FoldNotEvaluable(3);
   ASSERT_EQ(store.not_evaluable().size(), 3U);
-  EXPECT_EQ(store.not_evaluable()[0].slave, kNoSlave);
+  EXPECT_EQ(store.not_evaluable()[0].slave, kEverySlave);
   EXPECT_EQ(store.not_evaluable()[0].reason, "all");
   EXPECT_EQ(store.not_evaluable()[0].first_frame, 5U);
   EXPECT_EQ(store.not_evaluable()[0].occasions, 3U);
   EXPECT_EQ(store.not_evaluable()[1].slave, 1);
   EXPECT_EQ(store.not_evaluable()[2].rule, "al-timeout");
+  EXPECT_EQ(store.not_evaluable()[2].slave, kNoSlave) << "the bus itself";
 }
 
 TEST_F(FindingStoreTest, TheOnlySlaveKeepsItsName) {

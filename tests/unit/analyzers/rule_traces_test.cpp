@@ -153,8 +153,7 @@ TEST_P(RuleTrace, FindsWhatIsExpected) {
     for (std::size_t i = 0; i < result.not_evaluable.size() && !found; ++i) {
       const NotEvaluable& entry = result.not_evaluable[i];
       const SlaveSummary* slave = result.slave(entry.slave);
-      const bool same_slave =
-          wanted.slave ? slave != nullptr && slave->position == *wanted.slave : entry.slave == kNoSlave;
+      const bool same_slave = wanted.slave ? slave != nullptr && slave->position == *wanted.slave : slave == nullptr;
       if (said[i] || entry.rule != wanted.rule || entry.reason != wanted.reason || !same_slave) continue;
       found = said[i] = true;
     }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "analyzers/core/every_slave.h"
 #include "cli/report/digest_json.h"
 #include "cli/report/json_writer.h"
 #include "tests/unit/cli/sample_result.h"
@@ -37,6 +38,9 @@ CaptureReport Awkward() {
   capture.known = {false, true, false};
   capture.fail_on = FailOn::kWarning;
   capture.baseline = "known.json";
+  capture.judged = false;
+  capture.selection = {0.0001, 1e6, 7, std::nullopt, {"0", "0x1001"}};
+  r.not_evaluable.push_back({"al-timeout", kEverySlave, "no times", 0, 1});
   capture.rules = {{"al-refused", "warning"}, {"sdo-abort", "off"}};
   return capture;
 }
@@ -52,6 +56,19 @@ TEST(Digest, ReportsReadBackGiveTheSame) {
     EXPECT_EQ(digest->version, "1.2.3");
     EXPECT_EQ(digest->origin, Origin{});
   }
+}
+
+TEST(Digest, SaysWhatWasLookedAtAndWhatWasNotJudged) {
+  CaptureReport capture = Awkward();
+  EXPECT_EQ(Text(capture.selection), "--slave 0 --slave 0x1001 --from 0.0001 --from #7 --to 1000000");
+  EXPECT_EQ(HeadlinePartsOf(DigestOf(capture)).verdict, "NOT-JUDGED");
+  EXPECT_EQ(PlaceOf(DigestOf(capture).not_judged.back()), "all slaves");
+  capture.selection = {};
+  EXPECT_EQ(Text(capture.selection), "");
+  capture.judged = true;
+  capture.selection.to_frame = 100;
+  const std::string sentence = HeadlinePartsOf(DigestOf(capture)).sentence;
+  EXPECT_TRUE(sentence.ends_with(" (limited by --to #100)")) << sentence;
 }
 
 TEST(Digest, UnreadableCapturesAndOriginAreReadBack) {
