@@ -15,13 +15,13 @@ using test::MakeFinding;
 using test::OneReport;
 using test::RefusedSafeop;
 
-constexpr RuleInfo kRefused{"al-refused",
-                            "AL state machine",
-                            Severity::kError,
-                            "A state request was refused",
-                            "AL status",
-                            "AKD-2011, 4.3",
-                            "\n## What it checks\n\nRefusals.\n"};
+constexpr RuleInfo kRefused{.id = "al-refused",
+                            .group = "AL state machine",
+                            .severity = Severity::kError,
+                            .title = "A state request was refused",
+                            .needs = "AL status",
+                            .source = "AKD-2011, 4.3",
+                            .doc = "\n## What it checks\n\nRefusals.\n"};
 const std::array<const RuleInfo*, 1> kRules{&kRefused};
 
 json RunOf(CaptureReport capture) {
