@@ -78,8 +78,9 @@ class Dispatcher final : public track::EventSink, public model::ModelSink, publi
     RulesThenModel(Topic::kLogicalAccess, e);
   }
   void On(const track::Answered& e) override {
-    sync_->On(e);
     startup_->On(e);
+    if (!e.returned.seen()) return;  // there is no answer to judge
+    sync_->On(e);
     ToRules(Topic::kAnswered, e);
   }
   void On(const track::EventFieldChanged& e) override { model_->Apply(e); }

@@ -315,7 +315,9 @@ void StartupRecorder::On(const track::Answered& event) {
   access.address = event.address;
   access.written = event.sent.seen() ? event.sent_data : event.returned_data;
   access.broadcast = true;
-  access.acceptance = event.wkc == 0 ? track::Acceptance::kRefused : track::Acceptance::kAccepted;
+  access.acceptance = !event.returned.seen() ? track::Acceptance::kAssumed
+                      : event.wkc == 0       ? track::Acceptance::kRefused
+                                             : track::Acceptance::kAccepted;
   if (event.address == esc::kAlControl && !access.written.empty()) {
     Extend(bus_, StartupPhase::kScan, sent, sent);
     return;

@@ -177,15 +177,17 @@ void EventWriter::On(const track::Answered& event) {
       !wire::IsBroadcast(event.command) || !wire::Writes(event.command) || event.address >= esc::kProcessRam) {
     return;
   }
+  const bool assumed = !event.returned.seen();
   const bool refused = event.wkc == 0;
   const std::optional<std::uint16_t> count = event.slaves_passed;
   const unsigned step = event.command == wire::Command::BRW ? 3U : 1U;
   const bool all = count && event.wkc == *count * step;
   WriteRegister({kNoSlave, event.sent, event.returned, event.command, event.address,
                  event.sent.seen() ? event.sent_data : event.returned_data,
-                 refused ? track::Acceptance::kRefused
-                 : all   ? track::Acceptance::kAccepted
-                         : track::Acceptance::kUnknown});
+                 assumed   ? track::Acceptance::kAssumed
+                 : refused ? track::Acceptance::kRefused
+                 : all     ? track::Acceptance::kAccepted
+                           : track::Acceptance::kUnknown});
 }
 
 void EventWriter::On(const track::AlRequest& event) {

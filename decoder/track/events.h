@@ -110,7 +110,7 @@ struct LogicalAccess {
   [[nodiscard]] const FrameRef& frame() const { return returned.seen() ? returned : sent; }
 };
 
-/// A broadcast or configured-address datagram came back; the working counter is judged against what slaves do.
+/// A broadcast or configured-address datagram came back; outbound-only: a broadcast write, assumed, `returned` unseen.
 struct Answered {
   wire::Command command = wire::Command::NOP;
   std::uint16_t adp = 0;  ///< as sent, as far as it is known

@@ -348,13 +348,13 @@ Answered Network::AnswerOf(const Datagram& d, SlaveId slave) const {
   answer.sent = d.transaction.sent_ref();
   answer.returned = d.transaction.returned_ref();
   if (d.has_sent) answer.sent_data = d.sent().data();
-  answer.returned_data = d.any.data();
+  if (d.has_returned) answer.returned_data = d.any.data();
   return answer;
 }
 
 void Network::OnBroadcast(const Datagram& d) {
   const std::uint16_t* count = slave_count_.if_known();
-  if (d.has_returned) {
+  if (d.has_returned || (d.assumed() && wire::Writes(d.command()))) {
     events_.On(AnswerOf(d, kNoSlave));
   }
   if (wire::Writes(d.command())) {

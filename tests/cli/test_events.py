@@ -590,6 +590,18 @@ class EventCaptures(Events):
         valid = [row for row in rows if row["step"] == "valid"][0]
         self.assertAlmostEqual(valid["latency_ms"], 201, delta=1)
 
+    def test_broadcasts_of_an_outbound_capture_are_assumed(self):
+        # The same run with both directions; only the frame numbers are others.
+        def broadcasts(name):
+            rows = self.rows("--type", "register-write", SHARED / f"captures/lab/{name}.pcapng")
+            return [row for row in rows if row["slave"] is None]
+        both = broadcasts("startup-ok-1slave")
+        outbound = broadcasts("startup-ok-1slave-outbound-only")
+        self.assertGreater(len(both), 10)
+        self.assertEqual([(row["address"], row["data"]) for row in outbound], [(row["address"], row["data"]) for row in both])
+        self.assertEqual({row["acceptance"] for row in outbound}, {"assumed"})
+        self.assertEqual(outbound[0]["frame"], 1)
+
     def test_the_process_data_of_the_real_akd(self):
         rows = self.rows("--type", "pdo-mapping", SHARED / "captures/real/soem-sdinfo-akd.pcapng")
         self.assertEqual([(r["direction"], r["bytes"], r["source"]) for r in rows],

@@ -205,6 +205,14 @@ TEST(StartupRecorder, BroadcastsBelongToAllSlaves) {
   EXPECT_EQ(result.slaves[0].startup.steps.size(), 1U);
 }
 
+TEST(StartupRecorder, BroadcastsOfAnOutboundCaptureAreAssumed) {
+  const AnalysisResult result = ResultOf("@out-only\n+0us BWR 0x0101 00\n+1ms BWR 0x0101 00\n" + kAddress);
+  ASSERT_EQ(result.bus.startup.steps.size(), 1U);
+  EXPECT_EQ(result.bus.startup.steps[0].count, 2U);
+  EXPECT_EQ(result.bus.startup.steps[0].outcome, StartupOutcome::kDone);
+  EXPECT_EQ(result.bus.startup.steps[0].frame.number, 1U);
+}
+
 TEST(StartupRecorder, ACaptureOfOperationHoldsNone) {
   const StartupSummary startup = StartupOf("+0us FPRD 0x1001:0x0130 08 00\n+1ms FPWR 0x1001:0x0420 E8 03\n");
   EXPECT_TRUE(startup.steps.empty());
