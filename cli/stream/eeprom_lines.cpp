@@ -345,7 +345,7 @@ void EepromLines::WriteContents(SlaveId id, Slave& slave) {
   SetRaw(row, "rx_pdos", PdosJson(contents.rx_pdos, contents));
   SetRaw(row, "tx_pdos", PdosJson(contents.tx_pdos, contents));
   SetRaw(row, "vendor_texts", VendorTexts(contents));
-  row.text = "contents as far as read, " + Count(known, "word") + ": " + ContentsText(contents);
+  row.text = "contents as far as read, " + Count(known, "different word") + ": " + ContentsText(contents);
   if (header.checksum_state == esc::SiiChecksumState::kWrong) row.style = report::Style::kWarning;
 }
 

@@ -590,6 +590,12 @@ class EventCaptures(Events):
         valid = [row for row in rows if row["step"] == "valid"][0]
         self.assertAlmostEqual(valid["latency_ms"], 201, delta=1)
 
+    def test_words_of_the_eeprom_that_were_read_twice(self):
+        # Wireshark: 26 reads of two words each (0x0508), word 0x00a2 in two of them. startup tells 52 words read.
+        capture = SHARED / "captures/lab/startup-ok-1slave.pcapng"
+        self.assertIn("51 different words", self.run_program("events", "--type", "eeprom", capture).out)
+        self.assertIn("52 words read", self.run_program("startup", capture).out)
+
     def test_broadcasts_of_an_outbound_capture_are_assumed(self):
         # The same run with both directions; only the frame numbers are others.
         def broadcasts(name):
