@@ -5,6 +5,7 @@ import fcntl
 import gzip
 import json
 import os
+import pathlib
 import resource
 import signal
 import subprocess
@@ -13,7 +14,7 @@ import threading
 import time
 import unittest
 
-from support import PROGRAM, CliTest, healthy_capture
+from support import PROGRAM, SOURCE, CliTest, healthy_capture
 
 # Ctrl-C has to work within a second; a busy machine and a build with sanitizers get some more.
 SOON_S = 10
@@ -289,12 +290,13 @@ class InterruptedReports(InterruptionTest):
         self.assertEqual(err, "ecaudit: -: interrupted behind 46 packets\n")
 
 
+START_UP = str(pathlib.Path(SOURCE) / "samples" / "captures" / "clean-startup.pcapng")
 # Every command that prints or writes, with the files it may write.
 PRINTING = [["check", "healthy.pcap"], ["check", "--format", "json", "healthy.pcap"],
             ["check", "--format", "junit", "healthy.pcap"], ["check", "--format", "sarif", "healthy.pcap"],
             ["decode", "healthy.pcap"], ["decode", "--format", "jsonl", "healthy.pcap"], ["events", "healthy.pcap"],
-            ["signals", "healthy.pcap"], ["startup", "healthy.pcap"], ["diff", "healthy.pcap", "healthy.pcap"],
-            ["diff", "--format", "json", "healthy.pcap", "healthy.pcap"], ["annotate", "healthy.pcap", "-o", "-"],
+            ["signals", "healthy.pcap"], ["startup", "healthy.pcap"], ["diff", START_UP, START_UP],
+            ["diff", "--format", "json", START_UP, START_UP], ["annotate", "healthy.pcap", "-o", "-"],
             ["slice", "healthy.pcap", "--frames", "1-3", "-o", "-"], ["batch", "healthy.pcap"],
             ["merge", "made"], ["rules"], ["explain", "al-refused"], ["profiles"], ["profiles", "generic"],
             ["--help"], ["--version"], ["check", "--help"]]
@@ -303,7 +305,7 @@ WRITING = [["check", "-o", "{}", "healthy.pcap"], ["check", "-o", "json={}", "he
            ["check", "--write-baseline", "{}", "faulty.pcap", "--fail-on", "never"], ["decode", "-o", "{}", "healthy.pcap"],
            ["decode", "-o", "jsonl={}", "healthy.pcap"], ["events", "-o", "{}", "healthy.pcap"],
            ["signals", "-o", "csv={}", "healthy.pcap"], ["startup", "-o", "{}", "healthy.pcap"],
-           ["startup", "--save", "{}", "healthy.pcap"], ["diff", "-o", "json={}", "healthy.pcap", "healthy.pcap"],
+           ["startup", "--save", "{}", "healthy.pcap"], ["diff", "-o", "json={}", START_UP, START_UP],
            ["annotate", "healthy.pcap", "-o", "{}"], ["slice", "healthy.pcap", "--frames", "1-3", "-o", "{}"],
            ["batch", "-o", "json={}", "healthy.pcap"], ["merge", "-o", "json={}", "made"]]
 
