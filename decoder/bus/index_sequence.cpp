@@ -5,8 +5,10 @@
 #include <bit>
 
 namespace ecaudit::bus {
-
 namespace {
+
+/// Instead of a number of steps: the master numbers several kinds of frames side by side, cyclic and acyclic ones say.
+constexpr unsigned kSideBySide = ~0U;
 
 /// SOEM, TwinCAT, and whoever counts in so many bits.
 bool MayBeHighest(std::uint8_t index) {
@@ -18,7 +20,7 @@ bool MayBeHighest(std::uint8_t index) {
 
 bool IndexSequence::IsRegular() const noexcept {
   const auto regular = static_cast<unsigned>(std::popcount(history_));
-  return steps_ >= kEnough && (steps_ - regular) * kOneOddIn <= steps_;
+  return steps_ != kSideBySide && steps_ >= kEnough && (steps_ - regular) * kOneOddIn <= steps_;
 }
 
 bool IndexSequence::Follows(std::uint8_t first) const noexcept {
@@ -52,7 +54,9 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
   // Where the master begins anew is not known before it has; index 0 may have been taken for none.
   const bool may_begin_anew = back && !next && first <= std::max<std::uint8_t>(lowest_, 1) &&
                               ((wrapped_ && AtHighest()) || MayBeHighest(last_first_));
-  if (any_ && !skipped_ && !may_begin_anew) {
+  const bool was_odd = steps_ > 0 && (history_ & 1U) == 0;
+  if (was_odd && !next && first == static_cast<std::uint8_t>(odd_from_ + 1U)) steps_ = kSideBySide;  // and back again
+  if (any_ && !skipped_ && !may_begin_anew && steps_ != kSideBySide) {
     if (IsRegular()) step = next ? Step::kNext : Step::kBroken;
     if (step == Step::kBroken && back) {
       if (first == odd_to_ && last_first_ == odd_from_) {
@@ -61,6 +65,8 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
         highest_ = last_first_;
         step = Step::kUnknown;
       }
+    }
+    if (!next) {
       odd_from_ = last_first_;
       odd_to_ = first;
     }

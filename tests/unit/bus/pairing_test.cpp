@@ -663,6 +663,19 @@ TEST(PairingHole, FramesWithoutNumbersBetweenOthersAreNone) {
   EXPECT_THAT(PairUp(lines).log.holes, IsEmpty());
 }
 
+TEST(PairingHole, CyclicAndAcyclicFramesNumberedSideBySideAreOne) {
+  // One mailbox frame, with numbers of its own, behind so many cycles.
+  for (const int cycles : {20, 50}) {
+    std::string lines;
+    int mailbox = 0;
+    for (int i = 0; i < 1000; ++i) {
+      lines += "+1ms LRW 0x1000 01 02 idx=" + std::to_string(i % 256) + "\n";
+      if (i % cycles == 11) lines += "+50us FPRD 0x1001:0x1000 01 idx=" + std::to_string(mailbox++ % 256) + "\n";
+    }
+    EXPECT_LE(PairUp(lines).log.holes.size(), 2U) << "before it shows that there are two kinds";
+  }
+}
+
 TEST(PairingHole, AReturnBehindItTellsItToo) {
   const Paired result =
       PairUp(Numbered(40, 0, 16) + "+5ms FPRD 0x1001:0x0130 08 00 idx=13 @returned-only\n" + Numbered(60, 14, 16));
