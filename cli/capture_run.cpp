@@ -60,7 +60,8 @@ ExitStatus CaptureRun::Run(const CaptureJob& job, report::Report& report, Consol
   }
 
   const CaptureSummary read = capture->report.result.capture;
-  if (report::WithoutEtherCat(capture->report.result)) {
+  const bool interrupted = InterruptFlag() && !read.complete;
+  if (!interrupted && report::WithoutEtherCat(capture->report.result)) {
     const std::string nothing = job.name() + ": no EtherCAT frame among " + Count(read.packets, "packet");
     if (needs_ethercat) return Fail(console, Error{nothing});
     console.Warning(nothing);
@@ -72,7 +73,7 @@ ExitStatus CaptureRun::Run(const CaptureJob& job, report::Report& report, Consol
   for (const std::string& slave : capture->missing) console.Warning(job.name() + " has no slave " + slave);
   if (capture->lacks_slave) without_slave_.push_back(job.name());
   report.captures.push_back(std::move(capture->report));
-  if (InterruptFlag() && !read.complete) {
+  if (interrupted) {
     return Interrupted(console, job.name() + ": interrupted behind " + Count(read.packets, "packet"));
   }
   return ExitStatus::kClean;
