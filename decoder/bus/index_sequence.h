@@ -56,7 +56,7 @@ class IndexSequence {
   std::uint8_t last_ = 0;        ///< of its last datagram
   std::uint8_t lowest_ = 0;      ///< of the first datagrams of all frames
   std::uint8_t highest_ = 0;
-  std::uint8_t odd_from_ = 0;  ///< the last step back that was none from the highest to the lowest ...
+  std::uint8_t odd_from_ = 0;  ///< the last step that was none to the next index ...
   std::uint8_t odd_to_ = 0;    ///< ... 0 to 0: none
   unsigned steps_ = 0;         ///< in history_
   std::uint32_t history_ = 0;  ///< 1: the step was regular; newest in bit 0
