@@ -27,6 +27,9 @@ namespace {
 /// Hands each event to the rules that subscribed to it, then to the model; and each model event to the rules.
 class Dispatcher final : public track::EventSink, public model::ModelSink, public FrameObserver {
  public:
+  using model::ModelSink::On;
+  using track::EventSink::On;
+
   explicit Dispatcher(const std::vector<std::unique_ptr<Rule>>& rules, const FindingStore& store) {
     for (const auto& rule : rules) {
       if (store.IsOff(rule->info())) continue;

@@ -23,6 +23,8 @@ constexpr TimeNs kClocksAgree = 1000;
 constexpr TimeNs kTicks = 40;
 /// Stamps of a host, when the capture has no round trips to judge them by (esc-reference 10.3).
 constexpr TimeNs kHostStamps = 500'000;
+/// Made-up stamps shall not make sums of cycles overflow.
+constexpr TimeNs kLongestCycle = 60'000'000'000;
 /// Value of 0x0420 after power-on.
 constexpr std::uint16_t kDefaultWatchdogSteps = 1000;
 
@@ -220,7 +222,7 @@ const CyclicImage* SyncModel::Measure(const Pending& pending, const FrameTime& t
   const std::uint64_t count = best->count();
   if (base != TimeBase::kNone && (count % 1024 == 0 || (count >= kEnough && image.nominal_of < kEnough) ||
                                   (count < 1024 && count == image.nominal_of * 2))) {
-    image.nominal_ns = best->Percentile(0.5);
+    image.nominal_ns = std::min(best->Percentile(0.5), kLongestCycle);
     image.nominal_of = count;
   }
   return found;
@@ -316,8 +318,11 @@ void SyncModel::MeasureRate(OutputWatch& watch, const Interval& interval, const 
     watch.rate_ns = 0;
   }
   if (watch.rate_cycles == 0) watch.rate_first = watch.last.frame;
+  if (__builtin_add_overflow(watch.rate_ns, interval.ns, &watch.rate_ns)) {
+    watch.rate_base = TimeBase::kNone;  // begins anew with the next one
+    return;
+  }
   watch.rate_cycles += static_cast<std::uint64_t>(cycles);
-  watch.rate_ns += interval.ns;
   watch.rate_last = frame;
 }
 

@@ -315,6 +315,8 @@ test("light and dark, both legible", async () => {
 test("prints without buttons, with what was folded", async () => {
   await open(report("mixed", path.join(SAMPLES, "clean-mixed-bus.pcapng")), async (page) => {
     await page.emulateMedia({ media: "print" });
+    // The new layout is told to the plots before the browser prints, not after.
+    await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
     await page.evaluate(() => dispatchEvent(new Event("beforeprint")));
     assert.equal(await page.isVisible("header.top"), false);
     assert.equal(await page.isVisible("#slave-2 table"), true);
