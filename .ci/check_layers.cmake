@@ -18,13 +18,29 @@ set(decoder/process_may decoder/device decoder/mailbox decoder/wire decoder/esc 
 set(decoder/track_may decoder/bus decoder/process decoder/device decoder/mailbox decoder/wire decoder/esc
     decoder/capture decoder/base)
 set(decoder_may decoder)
+# analyzers/, from below: data and wires, the slave, what is told, words and clocks, then who feeds them, and who listens.
+set(analyzers/options_may decoder)
+set(analyzers/wiring_may decoder)
+set(analyzers/objects_may decoder)
+set(analyzers/signals_may analyzers/options decoder)
+set(analyzers/model_may analyzers/objects analyzers/options analyzers/wiring analyzers/signals decoder)
+set(analyzers/result_may analyzers/model ${analyzers/model_may})
+set(analyzers/words_may analyzers/result analyzers/model ${analyzers/model_may})
+set(analyzers/sync_may analyzers/result analyzers/model ${analyzers/model_may})
+set(analyzers/observation_may analyzers/words analyzers/sync analyzers/result analyzers/model ${analyzers/model_may})
+set(analyzers/compare_may analyzers/observation ${analyzers/observation_may})
+set(analyzers/collect_may analyzers/compare ${analyzers/compare_may})
+set(analyzers/judge_may analyzers/collect ${analyzers/collect_may})
+set(analyzers/rules_may analyzers/judge ${analyzers/judge_may})
 set(analyzers_may decoder)
-set(cli/report_may analyzers/core decoder)
+set(cli/report_may analyzers/result analyzers/options/severity decoder)
 set(cli_may analyzers decoder)
 set(samples_may decoder)
 # The longest name that fits a file decides.
 set(folders decoder/base decoder/capture decoder/esc decoder/wire decoder/bus decoder/mailbox decoder/device
-    decoder/process decoder/track decoder analyzers cli/report cli samples)
+    decoder/process decoder/track decoder analyzers/options analyzers/wiring analyzers/objects analyzers/signals
+    analyzers/model analyzers/result analyzers/words analyzers/sync analyzers/observation analyzers/compare
+    analyzers/collect analyzers/judge analyzers/rules analyzers cli/report cli samples)
 
 # Headers of the outside world that only some folders may see: PATTERN, then the folders.
 set(outside "^<pcap" "^<Q" "^<CLI/" "^<(iostream|cstdio|print)>")
@@ -33,9 +49,10 @@ set(outside_1_may decoder/device cli)
 set(outside_2_may cli)
 set(outside_3_may decoder/capture cli samples)
 
-# Sets `result` to whether `path` lies in one of the folders.
+# Sets `result` to whether `path` lies in one of the folders, or is one of the files that are named without extension.
 function(is_in path result)
   set(${result} FALSE PARENT_SCOPE)
+  cmake_path(REMOVE_EXTENSION path)
   foreach(folder IN LISTS ARGN)
     cmake_path(IS_PREFIX folder "${path}" inside)
     if(inside)
@@ -52,7 +69,7 @@ foreach(top decoder analyzers cli samples)
     math(EXPR checked "${checked} + 1")
     set(own "")
     foreach(folder IN LISTS folders)
-      cmake_path(IS_PREFIX folder "${file}" inside)
+      is_in("${file}" inside ${folder})
       if(inside AND own STREQUAL "")
         set(own ${folder})
       endif()

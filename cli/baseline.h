@@ -5,7 +5,7 @@
 #include <set>
 #include <string>
 
-#include "analyzers/core/analysis_result.h"
+#include "analyzers/result/analysis_result.h"
 #include "cli/report/digest.h"
 #include "cli/report/fingerprint.h"
 #include "cli/report/report.h"

@@ -11,7 +11,7 @@
 #include <thread>
 #include <utility>
 
-#include "analyzers/analysis.h"
+#include "analyzers/options/options.h"
 #include "cli/interrupt.h"
 #include "cli/output_file.h"
 #include "cli/progress.h"

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "analyzers/analysis.h"
-#include "analyzers/timeline/analyse.h"
+#include "analyzers/result/timeline.h"
 #include "cli/slave_filter.h"
 #include "decoder/capture/capture_reader.h"
 
@@ -40,7 +40,7 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
   CheckedCapture out;
   if (draws) {
     auto timeline = std::make_shared<Timeline>();
-    out.report.result = AnalyseWithTimeline(**source, analysis, *timeline);
+    out.report.result = Analyse(**source, analysis, timeline.get());
     out.report.timeline = std::move(timeline);
   } else {
     out.report.result = Analyse(**source, analysis);

@@ -6,6 +6,7 @@
 #include <set>
 #include <system_error>
 
+#include "analyzers/judge/catalogue.h"
 #include "cli/baseline.h"
 #include "cli/config.h"
 #include "cli/device_files.h"

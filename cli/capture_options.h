@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "analyzers/analysis.h"
+#include "analyzers/options/options.h"
 #include "cli/command_files.h"
 #include "cli/options.h"
 #include "cli/report/report.h"

@@ -52,4 +52,9 @@ std::optional<ecaudit::Error> Console::Write(std::string_view text) {
   return ecaudit::Error{std::string("cannot write to standard output: ") + std::strerror(reason)};
 }
 
+ExitStatus Fail(Console& console, const ecaudit::Error& error) {
+  console.Error(error.message);
+  return ExitStatus::kUsage;
+}
+
 }  // namespace ecaudit::cli

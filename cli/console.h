@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "cli/exit_status.h"
 #include "decoder/base/result.h"
 
 namespace ecaudit::cli {
@@ -42,5 +43,8 @@ class Console {
   bool error_is_terminal_;
   bool reader_gone_ = false;
 };
+
+/// Says why the command cannot do what was asked. @return ExitStatus::kUsage
+[[nodiscard]] ExitStatus Fail(Console& console, const ecaudit::Error& error);
 
 }  // namespace ecaudit::cli

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "analyzers/core/device_files.h"
+#include "analyzers/options/device_files.h"
 #include "decoder/base/result.h"
 
 namespace ecaudit::cli {

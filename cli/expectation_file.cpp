@@ -12,9 +12,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "analyzers/startup/comparison.h"
-#include "analyzers/startup/eni_expectation.h"
-#include "analyzers/startup/startup_registers.h"
+#include "analyzers/compare/comparison.h"
+#include "analyzers/compare/eni_expectation.h"
+#include "analyzers/compare/startup_registers.h"
 #include "cli/json_file.h"
 #include "cli/suggest.h"
 #include "cli/version.h"

@@ -5,8 +5,8 @@
 #include <memory>
 #include <string>
 
-#include "analyzers/core/analysis_result.h"
-#include "analyzers/startup/expectation.h"
+#include "analyzers/result/analysis_result.h"
+#include "analyzers/result/expectation.h"
 #include "decoder/base/result.h"
 
 namespace ecaudit::cli {

@@ -8,7 +8,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "analyzers/analysis.h"
+#include "analyzers/judge/catalogue.h"
+#include "analyzers/options/options.h"
+#include "analyzers/result/rule_info.h"
 #include "cli/report/fingerprint.h"
 #include "cli/report/times.h"
 #include "cli/version.h"

@@ -5,7 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "analyzers/analysis.h"
+#include "analyzers/options/options.h"
+#include "analyzers/result/analysis_result.h"
 
 namespace ecaudit::cli {
 

@@ -11,12 +11,12 @@ namespace {
 constexpr std::uint64_t kWorthReadingAhead = std::uint64_t{4} << 20U;
 constexpr std::uint64_t kProgressEvery = bus::TrafficReader::kNewsEvery;
 
-/// Passes everything on to the network, frames to the observer first.
+/// Passes everything on to the network; frames are published first.
 class Fork final : public bus::BusSink {
  public:
-  Fork(track::Network& network, FrameObserver* observer) : network_(network), observer_(observer) {}
+  Fork(track::Network& network, EventSink& events) : network_(network), events_(events) {}
   void OnFrame(const wire::FrameView& frame, bus::Direction direction) override {
-    if (observer_ != nullptr) observer_->OnFrame(frame, direction);
+    events_.Publish(FrameSeen{frame, direction});
   }
   void OnSent(const wire::FrameView& frame) override { network_.OnSent(frame); }
   void OnTransaction(const bus::BusTransaction& transaction) override { network_.OnTransaction(transaction); }
@@ -33,14 +33,14 @@ class Fork final : public bus::BusSink {
 
  private:
   track::Network& network_;
-  FrameObserver* observer_;
+  EventSink& events_;
 };
 
 }  // namespace
 
 class Pipeline::Impl {
  public:
-  Impl(track::EventSink& events, FrameObserver* observer) : network_(events), fork_(network_, observer) {}
+  explicit Impl(EventSink& events) : network_(events), fork_(network_, events) {}
 
   void Run(capture::FrameSource& source, const PipelineOptions& options) {
     const bool ahead = options.read_ahead && source.bytes_total() >= kWorthReadingAhead;
@@ -119,7 +119,7 @@ class Pipeline::Impl {
   }
 };
 
-Pipeline::Pipeline(track::EventSink& events, FrameObserver* frames) : impl_(std::make_unique<Impl>(events, frames)) {}
+Pipeline::Pipeline(EventSink& events) : impl_(std::make_unique<Impl>(events)) {}
 Pipeline::~Pipeline() = default;
 void Pipeline::Run(capture::FrameSource& source, const PipelineOptions& options) {
   impl_->Run(source, options);

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 
+#include "decoder/base/event_sink.h"
 #include "decoder/bus/traffic_reader.h"
 #include "decoder/capture/frame_source.h"
 #include "decoder/track/network.h"
@@ -42,17 +43,16 @@ struct PipelineOptions : bus::PacketRange {
   bool read_ahead = false;
 };
 
-/// Hears every frame with its direction, before the events that follow from it; for `decode`.
-class FrameObserver {
- public:
-  virtual ~FrameObserver() = default;
-  virtual void OnFrame(const wire::FrameView& frame, bus::Direction direction) = 0;
+/// Every frame with its direction; precedes the events that follow from it.
+struct FrameSeen {
+  const wire::FrameView& frame;
+  bus::Direction direction = bus::Direction::kForeign;
 };
 
 class Pipeline {
  public:
   /// @param events receives what happens; must outlive the pipeline
-  explicit Pipeline(track::EventSink& events, FrameObserver* frames = nullptr);
+  explicit Pipeline(EventSink& events);
   ~Pipeline();
   Pipeline(const Pipeline&) = delete;
   Pipeline& operator=(const Pipeline&) = delete;

@@ -172,7 +172,7 @@ void AlMachine::OnRequest(const track::AlRequest& request) {
   event.from_since = last_seen_ != 0 ? last_seen_ : since_;
   event.error_since = error_since_;
   event.broadcast = request.broadcast;
-  sink_.On(event);
+  sink_.Publish(event);
   Open(record);
 }
 
@@ -342,7 +342,7 @@ void AlMachine::OnStateOnly(const track::AlStatusRead& read) {
     const AlChangedByItself event = ChangedByItself(read, Before());
     open_.reset();
     error_code_.reset();
-    sink_.On(event);
+    sink_.Publish(event);
   }
   error_reported_ = fell;  // the error bit, when a read of this slave shows it, belongs to this
   error_ = Error::kUnknown;
@@ -363,7 +363,7 @@ void AlMachine::OnError(const track::AlStatusRead& read) {
   if (error_ == Error::kYes && same_state) {
     // An error known before. A request since then can only have been one that the slave ignores.
     if (error_reported_) {
-      sink_.On(AlErrorRepeated{slave_, read.frame, read.status});
+      sink_.Publish(AlErrorRepeated{slave_, read.frame, read.status});
       if (read.status_code) ReportCode(read.frame, *read.status_code);
     }
     return;
@@ -389,7 +389,7 @@ void AlMachine::OnError(const track::AlStatusRead& read) {
     acknowledged_ = false;
     DropPendingBefore(open_->frame.number);
     open_.reset();
-    sink_.On(event);
+    sink_.Publish(event);
     return;
   }
   // An error that was there before only counts again when the state falls further.
@@ -404,13 +404,13 @@ void AlMachine::OnError(const track::AlStatusRead& read) {
   error_code_ = read.status_code;
   error_reported_ = before_known && pending_.empty();
   if (!error_reported_) return;
-  sink_.On(ChangedByItself(read, before));
+  sink_.Publish(ChangedByItself(read, before));
 }
 
 void AlMachine::OnNoError(const track::AlStatusRead& read) {
   const std::uint8_t state = read.status.state();
   if (error_ == Error::kYes || (error_ == Error::kUnknown && error_reported_)) {
-    sink_.On(AlErrorCleared{slave_, read.frame});
+    sink_.Publish(AlErrorCleared{slave_, read.frame});
   }
   const bool before_known = read_state_ != 0 && error_ != Error::kUnknown;
   const esc::AlWord before = Before();
@@ -429,7 +429,7 @@ void AlMachine::OnNoError(const track::AlStatusRead& read) {
     event.code = read.status_code;
     DropPendingBefore(open_->frame.number);
     open_.reset();
-    sink_.On(event);
+    sink_.Publish(event);
     return;
   }
   if (open_) {
@@ -441,7 +441,7 @@ void AlMachine::OnNoError(const track::AlStatusRead& read) {
   }
   if (state != read_state_ && before_known && Height(state) < Height(read_state_) && !Explains(state)) {
     open_.reset();  // what it asked for is not what is waited for any more
-    sink_.On(ChangedByItself(read, before));
+    sink_.Publish(ChangedByItself(read, before));
   }
 }
 
@@ -466,14 +466,14 @@ void AlMachine::CheckOverdue(const track::AlStatusRead& read) {
   event.waited_ns = waited;
   event.limit_ns = limit;
   event.polls = polls_;
-  sink_.On(event);
+  sink_.Publish(event);
 }
 
 void AlMachine::ReportCode(const FrameRef& frame, std::uint16_t code) {
   if (error_ != Error::kYes || !error_reported_ || (error_code_ && *error_code_ == code)) return;
   if (code == 0 && error_code_) return;
   error_code_ = code;
-  sink_.On(AlErrorCode{slave_, frame, code});
+  sink_.Publish(AlErrorCode{slave_, frame, code});
 }
 
 void AlMachine::OnStatusCode(const track::AlStatusCodeRead& read) {

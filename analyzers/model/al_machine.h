@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "analyzers/model/model_events.h"
+#include "decoder/base/event_sink.h"
 #include "decoder/device/device_description.h"
 #include "decoder/track/events.h"
 
@@ -25,7 +26,7 @@ struct AlTimeouts {
 class AlMachine {
  public:
   /// @param sink receives the conclusions; must outlive the machine
-  AlMachine(SlaveId slave, ModelSink& sink) : slave_(slave), sink_(sink) {}
+  AlMachine(SlaveId slave, EventSink& sink) : slave_(slave), sink_(sink) {}
 
   /// The family's table to judge by; may change when the identity becomes known. Never null.
   void SetFamily(const device::DeviceDescription& family) { family_ = &family; }
@@ -102,7 +103,7 @@ class AlMachine {
   void ReportCode(const FrameRef& frame, std::uint16_t code);
 
   SlaveId slave_;
-  ModelSink& sink_;
+  EventSink& sink_;
   const device::DeviceDescription* family_ = nullptr;
   AlTimeouts timeouts_;
   std::optional<bool> emulation_;

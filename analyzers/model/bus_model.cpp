@@ -17,13 +17,13 @@ constexpr std::uint16_t kIdentityObject = 0x1018;
 
 }  // namespace
 
-BusModel::BusModel(const track::Network& network, const AnalysisOptions& options, ModelSink& sink)
+BusModel::BusModel(const track::Network& network, const AnalysisOptions& options, EventBus& bus)
     : network_(network),
-      sink_(sink),
+      events_(bus),
       choice_(options),
       image_(network, slaves_, choice_,
              options.files != nullptr && options.files->eni ? &options.files->eni->content : nullptr),
-      signalled_(network, sink) {
+      signalled_(network, bus) {
   const auto limit = [&](std::string_view name, std::int64_t& value) {
     const auto found = options.limits.find(name);
     if (found != options.limits.end()) value = found->second;
@@ -34,14 +34,20 @@ BusModel::BusModel(const track::Network& network, const AnalysisOptions& options
   limit("latch-ack-mismatch", latch_acknowledge_ns_);
   limit("drive-no-reaction", drive_limits_.reaction_ns);
   limit("drive-no-reaction.stop", drive_limits_.leaving_operation_ns);
+
+  bus.ListenTo<track::SlaveFound, track::AddressAssigned, track::IdentityLearned, track::EventFieldChanged,
+               track::AlRequestSent, track::AlRequest, track::AlStatusRead, track::AlPoll, track::AlStatusCodeRead,
+               track::AlStateForgotten, track::CaptureHole, track::LogicalAccess, track::FrameLost, track::SlaveAccess,
+               track::EepromRead, track::EepromWrite, mailbox::SdoTransfer, mailbox::SdoInfo, mailbox::Emergency>(
+      Stage::kModel, *this);
 }
 
 const LogicalExpectation& BusModel::Expect(const track::LogicalAccess& access) const {
   return expectations_.Find(network_, access.command, access.address, access.length);
 }
 
-void BusModel::Apply(const track::SlaveFound& event) {
-  slaves_.emplace_back(event.slave, network_.state(event.slave), limits_, sink_);
+void BusModel::On(const track::SlaveFound& event) {
+  slaves_.emplace_back(event.slave, network_.state(event.slave), limits_, events_);
   by_id_.push_back(&slaves_.back());
   slaves_.back().al.SetTimeouts(timeouts_);
   slaves_.back().latch.SetAcknowledgeLimit(latch_acknowledge_ns_);
@@ -51,11 +57,11 @@ void BusModel::Apply(const track::SlaveFound& event) {
   ChooseProfile(event.slave);
 }
 
-void BusModel::Apply(const track::AddressAssigned& event) {
+void BusModel::On(const track::AddressAssigned& event) {
   ChooseProfile(event.slave);
 }
 
-void BusModel::Apply(const track::IdentityLearned& event) {
+void BusModel::On(const track::IdentityLearned& event) {
   track::IdentityLearned& known = seen_identities_[event.slave];
   const auto take = [](auto& to, const auto& from) {
     if (from) to = from;
@@ -83,14 +89,14 @@ void BusModel::ChooseProfile(SlaveId id) {
   if (slave.process.version() != layouts) image_.OnLayoutChanged(id);
 }
 
-void BusModel::Apply(const track::AlRequest& event) {
+void BusModel::On(const track::AlRequest& event) {
   ++states_version_;
   slaves_[event.slave].Stir();
   slaves_[event.slave].mailbox.Forget();
   if (!HasProcessData(event.control.state())) slaves_[event.slave].ForgetLatches();
   slaves_[event.slave].al.OnRequest(event);
 }
-void BusModel::Apply(const track::AlStatusRead& event) {
+void BusModel::On(const track::AlStatusRead& event) {
   if (event.changed()) {
     slaves_[event.slave].Stir();
     slaves_[event.slave].mailbox.Forget();
@@ -102,25 +108,26 @@ void BusModel::Apply(const track::AlStatusRead& event) {
   al.OnStatus(event);
   if (al.SettledIn(esc::AlState::OP) != settled) ++states_version_;
 }
-bool BusModel::ApplyPoll(const FrameRef& frame, esc::AlWord status, std::span<const SlaveId> slaves) {
-  for (const SlaveId id : slaves) {
-    if (!by_id_[id]->al.RepeatsState(status.state())) return false;
+void BusModel::On(const track::AlPoll& poll) {
+  if (poll.each_wanted) return;
+  for (const SlaveId id : poll.slaves) {
+    if (!by_id_[id]->al.RepeatsState(poll.status.state())) return;
   }
-  for (const SlaveId id : slaves) by_id_[id]->al.Repeat(frame.number);
-  return true;
+  for (const SlaveId id : poll.slaves) by_id_[id]->al.Repeat(poll.frame.number);
+  poll.taken = true;
 }
-void BusModel::Apply(const track::AlStatusCodeRead& event) {
+void BusModel::On(const track::AlStatusCodeRead& event) {
   slaves_[event.slave].Stir();
   slaves_[event.slave].al.OnStatusCode(event);
 }
-void BusModel::Apply(const track::AlStateForgotten& event) {
+void BusModel::On(const track::AlStateForgotten& event) {
   ++states_version_;
   slaves_[event.slave].Stir();
   slaves_[event.slave].al.Forget(event.frame);
 }
 
 /// Whatever was said in the frames that are missing.
-void BusModel::Apply(const track::CaptureHole& event) {
+void BusModel::On(const track::CaptureHole& event) {
   for (SlaveModel& slave : slaves_) {
     slave.al.OnPause();
     if (!event.certain) continue;
@@ -131,11 +138,11 @@ void BusModel::Apply(const track::CaptureHole& event) {
   }
 }
 
-void BusModel::Apply(const track::LogicalAccess& access) {
-  (void)image_.Read(access, Expect(access), *this);
+void BusModel::On(const track::LogicalAccess& access) {
+  if (!image_.Read(access, Expect(access), *this)) events_.Publish(ProcessDataUnplaced{access});
 }
 
-void BusModel::Apply(const track::FrameLost& event) {
+void BusModel::On(const track::FrameLost& event) {
   for (std::size_t i = 0; i < event.sent.size(); ++i) {
     const wire::DatagramView datagram = event.sent[i];
     if (!wire::IsDefined(datagram.command_byte()) || !wire::IsLogical(datagram.command())) continue;
@@ -145,11 +152,13 @@ void BusModel::Apply(const track::FrameLost& event) {
     access.sent = event.sent.ref();
     access.sent_data = datagram.data();
     access.length = datagram.length();
-    Apply(access);
+    (void)image_.Read(access, Expect(access), *this);
   }
 }
 
+/// Published first: who looks at the values sees them before the units of the slave conclude something from them.
 void BusModel::On(const ProcessCycle& cycle) {
+  events_.Publish(cycle);
   if (cycle.part.slave == kNoSlave) return;
   SlaveModel& slave = *by_id_[cycle.part.slave];
   ProcessTraffic& traffic = cycle.part.direction == device::PdoDirection::kRx ? slave.outputs : slave.inputs;
@@ -177,7 +186,7 @@ void BusModel::On(const ProcessCycle& cycle) {
   }
 }
 
-void BusModel::Apply(const track::SlaveAccess& access) {
+void BusModel::On(const track::SlaveAccess& access) {
   if (access.address >= esc::kProcessRam) (void)image_.Read(access, *this);
   slaves_[access.slave].mailbox.OnAccess(access);
   signalled_.OnAccess(access);
@@ -188,10 +197,10 @@ void BusModel::Apply(const track::SlaveAccess& access) {
   }
 }
 
-void BusModel::Apply(const track::EepromRead& event) {
+void BusModel::On(const track::EepromRead& event) {
   DescriptionChanged(event.slave);
 }
-void BusModel::Apply(const track::EepromWrite& event) {
+void BusModel::On(const track::EepromWrite& event) {
   DescriptionChanged(event.slave);
 }
 void BusModel::DescriptionChanged(SlaveId slave) {
@@ -232,7 +241,7 @@ void BusModel::LearnIdentity(const mailbox::SdoTransfer& transfer) {
   ChooseProfile(transfer.slave);
 }
 
-void BusModel::Apply(const mailbox::SdoTransfer& transfer) {
+void BusModel::On(const mailbox::SdoTransfer& transfer) {
   if (transfer.has_object && transfer.index == kIdentityObject) LearnIdentity(transfer);
   SlaveModel& slave = slaves_[transfer.slave];
   slave.Stir();
@@ -242,21 +251,21 @@ void BusModel::Apply(const mailbox::SdoTransfer& transfer) {
   slave.touch_probe.OnSdo(transfer);
   slave.drive.OnSdo(transfer);
 }
-void BusModel::Apply(const mailbox::SdoInfo& info) {
+void BusModel::On(const mailbox::SdoInfo& info) {
   slaves_[info.slave].names.Learn(info);
   DescriptionChanged(info.slave);
 }
 
-void BusModel::Apply(const mailbox::Emergency& emergency) {
+void BusModel::On(const mailbox::Emergency& emergency) {
   slaves_[emergency.slave].Stir();
   slaves_[emergency.slave].drive.OnEmergency(emergency);
 }
 
-void BusModel::ApplyAlRequestSent(SlaveId slave, const FrameRef& frame, esc::AlWord control) {
+void BusModel::On(const track::AlRequestSent& request) {
   ++states_version_;
-  if (slave >= slaves_.size()) return;
-  slaves_[slave].Stir();
-  slaves_[slave].al.OnRequestSent(frame, control);
+  if (request.slave >= slaves_.size()) return;
+  slaves_[request.slave].Stir();
+  slaves_[request.slave].al.OnRequestSent(request.frame, request.control);
 }
 
 void BusModel::Finish() {

@@ -7,20 +7,23 @@
 #include <string>
 #include <vector>
 
-#include "analyzers/analysis.h"
 #include "analyzers/model/event_unit.h"
 #include "analyzers/model/logical_expectation.h"
 #include "analyzers/model/process_image.h"
 #include "analyzers/model/profile_choice.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/options/options.h"
+#include "analyzers/wiring/event_bus.h"
+#include "decoder/track/events.h"
 #include "decoder/track/network.h"
 
 namespace ecaudit::model {
 
 class BusModel final : private ProcessSink {
  public:
-  /// @param sink receives model events; @param network, @param options must outlive the model
-  BusModel(const track::Network& network, const AnalysisOptions& options, ModelSink& sink);
+  /// @param bus  whence the decoder's events come (Stage::kModel) and where what is concluded goes
+  /// All arguments must outlive the model.
+  BusModel(const track::Network& network, const AnalysisOptions& options, EventBus& bus);
 
   [[nodiscard]] const track::Network& network() const { return network_; }
   [[nodiscard]] std::size_t size() const { return slaves_.size(); }
@@ -40,37 +43,30 @@ class BusModel final : private ProcessSink {
     return expectation.range;
   }
 
-  /// Hands the process data in a datagram to `sink`, slave by slave; see ProcessImage::Read().
-  bool ReadProcessData(const track::LogicalAccess& access, ProcessSink& sink) {
-    return image_.Read(access, Expect(access), sink);
-  }
-  bool ReadProcessData(const track::SlaveAccess& access, ProcessSink& sink) { return image_.Read(access, sink); }
-
-  void Apply(const track::SlaveFound& event);
-  void Apply(const track::AddressAssigned& event);
-  void Apply(const track::IdentityLearned& event);
-  void Apply(const track::EventFieldChanged& event) { signalled_.OnField(event); }
-  void Apply(const track::AlRequest& event);
-  void Apply(const track::AlStatusRead& event);
-  /// All of `slaves` were read in this state once more. @return false: nothing was done, some slave has to be told
-  /// singly
-  bool ApplyPoll(const FrameRef& frame, esc::AlWord status, std::span<const SlaveId> slaves);
-  void Apply(const track::AlStatusCodeRead& event);
-  void Apply(const track::AlStateForgotten& event);
-  void Apply(const track::CaptureHole& event);
+  void On(const track::SlaveFound& event);
+  void On(const track::AddressAssigned& event);
+  void On(const track::IdentityLearned& event);
+  void On(const track::EventFieldChanged& event) { signalled_.OnField(event); }
+  void On(const track::AlRequest& event);
+  void On(const track::AlStatusRead& event);
+  /// Takes it, unless somebody wants to hear of each slave or some slave has to be told singly.
+  void On(const track::AlPoll& poll);
+  void On(const track::AlStatusCodeRead& event);
+  void On(const track::AlStateForgotten& event);
+  void On(const track::CaptureHole& event);
   /// Hands the process data in it to the units of the slaves.
-  void Apply(const track::LogicalAccess& access);
+  void On(const track::LogicalAccess& access);
   /// Process data in a frame that never came back: whether the slaves took them, nobody knows.
-  void Apply(const track::FrameLost& event);
-  void Apply(const track::SlaveAccess& access);
-  void Apply(const track::EepromRead& event);
-  void Apply(const track::EepromWrite& event);
-  void Apply(const mailbox::SdoTransfer& transfer);
-  void Apply(const mailbox::SdoInfo& info);
+  void On(const track::FrameLost& event);
+  void On(const track::SlaveAccess& access);
+  void On(const track::EepromRead& event);
+  void On(const track::EepromWrite& event);
+  void On(const mailbox::SdoTransfer& transfer);
+  void On(const mailbox::SdoInfo& info);
   /// The capture has ended.
   void Finish();
-  void Apply(const mailbox::Emergency& emergency);
-  void ApplyAlRequestSent(SlaveId slave, const FrameRef& frame, esc::AlWord control);
+  void On(const mailbox::Emergency& emergency);
+  void On(const track::AlRequestSent& request);
 
  private:
   void ChooseProfile(SlaveId id);
@@ -79,7 +75,7 @@ class BusModel final : private ProcessSink {
   void On(const ProcessCycle& cycle) override;
 
   const track::Network& network_;
-  ModelSink& sink_;
+  EventSink& events_;
   AlTimeouts timeouts_;
   std::int64_t latch_acknowledge_ns_ = 100'000'000;
   DriveLimits drive_limits_;

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "analyzers/events/relatives.h"
 #include "analyzers/model/process_image.h"
+#include "analyzers/objects/relatives.h"
 
 namespace ecaudit::model {
 namespace {
@@ -315,7 +315,7 @@ void DriveUnit::OnControlSent(std::uint16_t word, const FrameRef& frame, bool by
   if (!esc::IsAlState(state) || !al_.SettledIn(static_cast<esc::AlState>(state))) return;
   const bool acts = std::any_of(drive_->control_word_in.begin(), drive_->control_word_in.end(),
                                 [&](esc::AlState in) { return static_cast<std::uint8_t>(in) == state; });
-  if (!acts) sink_.On(DriveCommandOutsideOp{slave_, frame, word, state, by_sdo});
+  if (!acts) sink_.Publish(DriveCommandOutsideOp{slave_, frame, word, state, by_sdo});
 }
 
 void DriveUnit::OnControlTaken(std::uint16_t word, const FrameRef& frame, bool by_sdo, bool inferred) {
@@ -397,7 +397,7 @@ void DriveUnit::Command(std::optional<std::uint16_t> before, std::uint16_t word,
   }
   expected_since_ = frame;
   for (std::size_t i = first; i < expected_count_; ++i) event.path.Add(expected_[i].number);
-  sink_.On(event);
+  sink_.Publish(event);
 
   if (!rises || !before || !state_ || !event.path.empty() || Rank(word) <= Level(*state_)) return;
   // These are passed within moments, and a command may come early.
@@ -430,7 +430,7 @@ unsigned DriveUnit::StatusesNeeded() const {
 }
 
 void DriveUnit::ConfirmCandidate() {
-  if (candidate_->statuses >= StatusesNeeded()) sink_.On(candidate_->command);
+  if (candidate_->statuses >= StatusesNeeded()) sink_.Publish(candidate_->command);
   candidate_.reset();
 }
 
@@ -453,7 +453,7 @@ void DriveUnit::OnStatus(std::uint16_t word, const FrameRef& frame, bool by_sdo,
     if (word == 0 && !last_state_) return;
     const bool warned = before && (*before & kWarningBit) != 0;
     const bool warns = (word & kWarningBit) != 0;
-    if (warned != warns) sink_.On(DriveWarning{slave_, frame, word, warns, inferred});
+    if (warned != warns) sink_.Publish(DriveWarning{slave_, frame, word, warns, inferred});
     const std::optional<DriveState> to = drive_->StateOf(word);
     if (to != state_ || !before) OnState(to, frame, inferred);
   }
@@ -478,12 +478,12 @@ void DriveUnit::OnState(std::optional<DriveState> to, const FrameRef& frame, boo
   change.inferred = inferred;
   state_ = to;
   if (!to) {
-    sink_.On(change);
+    sink_.Publish(change);
     return;
   }
   if (last_state_ == to) {
     // Only words without a meaning lay between.
-    sink_.On(change);
+    sink_.Publish(change);
     return;
   }
   const bool enters_fault = IsFault(*to) && !(last_state_ && IsFault(*last_state_));
@@ -491,7 +491,7 @@ void DriveUnit::OnState(std::optional<DriveState> to, const FrameRef& frame, boo
     JudgeChange(change);
   } else {
     expected_count_ = 0;
-    sink_.On(change);
+    sink_.Publish(change);
   }
   if (candidate_ && !candidate_->going_down) {
     const std::uint16_t word = candidate_->command.word;
@@ -511,7 +511,7 @@ void DriveUnit::JudgeChange(DriveStateChanged& change) {
   if (to == DriveState::kNotReadyToSwitchOn) {
     change.path.Add(0);
     expected_count_ = 0;
-    sink_.On(change);
+    sink_.Publish(change);
     return;
   }
   if (expected_count_ > 0 && expected_[0].from == from) {
@@ -525,7 +525,7 @@ void DriveUnit::JudgeChange(DriveStateChanged& change) {
                 expected_.begin() + static_cast<std::ptrdiff_t>(expected_count_), expected_.begin());
       expected_count_ -= step + 1;
       expected_since_ = change.frame;
-      sink_.On(change);
+      sink_.Publish(change);
       return;
     }
   }
@@ -544,10 +544,10 @@ void DriveUnit::JudgeChange(DriveStateChanged& change) {
         if (!automatic && (command.transitions & given & Bit(path->numbers[i])) != 0) change.command = command.frame;
       }
     }
-    sink_.On(change);
+    sink_.Publish(change);
     return;
   }
-  sink_.On(change);
+  sink_.Publish(change);
   // From here on nobody commanded what happened.
   const bool in_op = al_.possible().empty() || al_.SettledIn(esc::AlState::OP);
   if (!control_ || !acts_ || !in_op || !whole || change.first_zero || behind_hole_) {
@@ -570,7 +570,7 @@ void DriveUnit::JudgeChange(DriveStateChanged& change) {
       if ((Bit(way->numbers[i]) & (kOwn | given)) == 0) illegal.missing.Add(way->numbers[i]);
     }
   }
-  sink_.On(illegal);
+  sink_.Publish(illegal);
 }
 
 /// Transitions commanded since shortly before the state was last shown, and by the word in force then.
@@ -639,8 +639,8 @@ void DriveUnit::CheckLimits(const FrameRef& frame) {
   if (waited <= limit) return;
   const device::DriveTransition* transition = drive_->Find(next.number);
   if (transition != nullptr && !transition->optional) {
-    sink_.On(DriveNoReaction{slave_, frame, next.command, next.word, next.before, next.number, *state_, *status_,
-                             waited, limit, control_inferred_});
+    sink_.Publish(DriveNoReaction{slave_, frame, next.command, next.word, next.before, next.number, *state_, *status_,
+                                  waited, limit, control_inferred_});
   }
   expected_count_ = 0;
 }
@@ -659,14 +659,14 @@ void DriveUnit::OnFault(const FrameRef& frame) {
 }
 
 void DriveUnit::Explain(DriveFaultExplained::Source source, std::uint32_t code, const FrameRef& frame) {
-  if (fault_.seen()) sink_.On(DriveFaultExplained{slave_, frame, fault_, source, code});
+  if (fault_.seen()) sink_.Publish(DriveFaultExplained{slave_, frame, fault_, source, code});
 }
 
 void DriveUnit::OnMode(std::int8_t value, bool shown, const FrameRef& frame, bool by_sdo, bool inferred) {
   std::optional<std::int8_t>& known = shown ? mode_shown_ : mode_requested_;
   if (known == value) return;
   known = value;
-  sink_.On(DriveMode{slave_, frame, shown, value, by_sdo, inferred});
+  sink_.Publish(DriveMode{slave_, frame, shown, value, by_sdo, inferred});
 }
 
 }  // namespace ecaudit::model

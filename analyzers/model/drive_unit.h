@@ -16,6 +16,7 @@
 #include "analyzers/model/al_machine.h"
 #include "analyzers/model/drive_events.h"
 #include "analyzers/model/still_cycle.h"
+#include "decoder/base/event_sink.h"
 #include "decoder/device/device_description.h"
 #include "decoder/mailbox/events.h"
 
@@ -33,7 +34,7 @@ struct DriveLimits {
 class DriveUnit {
  public:
   /// @param al AL state of the slave; @param sink receives the conclusions; both must outlive the unit
-  DriveUnit(SlaveId slave, const AlMachine& al, ModelSink& sink) : slave_(slave), al_(al), sink_(sink) {}
+  DriveUnit(SlaveId slave, const AlMachine& al, EventSink& sink) : slave_(slave), al_(al), sink_(sink) {}
 
   /// The family's state machine; may change when the identity becomes known. A family that is no drive switches it off.
   void SetFamily(const device::DeviceDescription& family);
@@ -132,7 +133,7 @@ class DriveUnit {
 
   SlaveId slave_;
   const AlMachine& al_;
-  ModelSink& sink_;
+  EventSink& sink_;
   const device::DeviceDescription* family_ = nullptr;
   const device::DriveProfile* drive_ = nullptr;  ///< null: no drive
   DriveLimits limits_;

@@ -85,7 +85,7 @@ void EventUnit::OnField(const track::EventFieldChanged& event) {
     change.set = true;
     change.frame = event.frame;
     change.slave = pending.slave;
-    sink_.On(change);
+    sink_.Publish(change);
   }
 }
 
@@ -130,7 +130,7 @@ void EventUnit::End(unsigned bit, const track::EventFieldRun& run, const FrameRe
     change.frames = pending.frames;
     change.first = pending.first;
     change.last = run.last;
-    sink_.On(change);
+    sink_.Publish(change);
   }
   pending = {};
 }

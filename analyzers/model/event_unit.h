@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "analyzers/model/model_events.h"
+#include "decoder/base/event_sink.h"
 #include "decoder/track/events.h"
 #include "decoder/track/network.h"
 
@@ -49,7 +50,7 @@ class EventUnit {
   };
 
   /// @param network, sink must outlive this
-  EventUnit(const track::Network& network, ModelSink& sink) : network_(network), sink_(sink) {}
+  EventUnit(const track::Network& network, EventSink& sink) : network_(network), sink_(sink) {}
 
   void OnSlave(SlaveId slave);
   void OnField(const track::EventFieldChanged& event);
@@ -90,7 +91,7 @@ class EventUnit {
   [[nodiscard]] SlaveId OnlySlave() const;
 
   const track::Network& network_;
-  ModelSink& sink_;
+  EventSink& sink_;
   Stories field_;
   std::array<Pending, kBits> pending_;
   std::array<Reader, kAnswers> readers_;

@@ -792,7 +792,7 @@ void LatchUnit::Step(LatchStep::Kind kind, std::size_t n, const FrameRef& frame)
   step.control = last_control_.value_or(0);
   step.status = last_status_;
   step.capture = edges_[n].capture;
-  sink_.On(step);
+  sink_.Publish(step);
 }
 
 LatchMisuse LatchUnit::Misuse(LatchMisuse::Kind kind, const Word& word) const {
@@ -810,12 +810,12 @@ LatchMisuse LatchUnit::Misuse(LatchMisuse::Kind kind, const Word& word) const {
 void LatchUnit::Emit(const LatchMisuse& misuse) {
   if (words_ == Words::kTouchProbe) return;
   ++misuses_;
-  sink_.On(misuse);
+  sink_.Publish(misuse);
 }
 
 void LatchUnit::NotJudged(LatchMisuse::Kind kind, const FrameRef& frame, std::string_view reason) {
   if (words_ == Words::kTouchProbe) return;
-  sink_.On(LatchNotJudged{kind, slave_, frame, reason});
+  sink_.Publish(LatchNotJudged{kind, slave_, frame, reason});
 }
 
 }  // namespace ecaudit::model

@@ -25,6 +25,7 @@
 #include "analyzers/model/process_data.h"
 #include "analyzers/model/still_cycle.h"
 #include "decoder/base/allowance.h"
+#include "decoder/base/event_sink.h"
 #include "decoder/device/device_description.h"
 
 namespace ecaudit::model {
@@ -59,7 +60,7 @@ class LatchUnit {
 
   /// @param al, process, sink must outlive this
   /// @param captures what all slaves share for captures; null: no common limit; else must outlive this
-  LatchUnit(Words words, SlaveId slave, const AlMachine& al, const ProcessData& process, ModelSink& sink,
+  LatchUnit(Words words, SlaveId slave, const AlMachine& al, const ProcessData& process, EventSink& sink,
             Allowance* captures = nullptr)
       : words_(words), slave_(slave), al_(al), process_(process), sink_(sink), allowance_(captures) {}
 
@@ -188,7 +189,7 @@ class LatchUnit {
   SlaveId slave_;
   const AlMachine& al_;
   const ProcessData& process_;
-  ModelSink& sink_;
+  EventSink& sink_;
   Allowance* allowance_;
   const device::LatchDescription* latch_ = nullptr;
   std::int64_t ack_limit_ns_ = 100'000'000;

@@ -62,7 +62,7 @@ void MailboxUnit::CompareOpening(const track::SlaveAccess& access) {
   e.slave = slave_;
   e.frame = access.frame();
   e.held = accepted;
-  sink_.On(e);
+  sink_.Publish(e);
 }
 
 void MailboxUnit::CheckRead(const track::SlaveAccess& access) {

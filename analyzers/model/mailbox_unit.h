@@ -9,6 +9,7 @@
 #include <cstdint>
 
 #include "analyzers/model/model_events.h"
+#include "decoder/base/event_sink.h"
 #include "decoder/track/access.h"
 #include "decoder/track/mailbox_tracker.h"
 #include "decoder/track/slave_state.h"
@@ -18,7 +19,7 @@ namespace ecaudit::model {
 class MailboxUnit {
  public:
   /// @param state, sink must outlive this
-  MailboxUnit(SlaveId slave, const track::SlaveState& state, ModelSink& sink)
+  MailboxUnit(SlaveId slave, const track::SlaveState& state, EventSink& sink)
       : slave_(slave), state_(state), sink_(sink) {}
 
   /// Any access to the slave; `state` already contains what it wrote or read.
@@ -35,7 +36,7 @@ class MailboxUnit {
 
   SlaveId slave_;
   const track::SlaveState& state_;
-  ModelSink& sink_;
+  EventSink& sink_;
   track::MailboxWindow window_;
   std::uint32_t window_version_ = 0xFFFFFFFF;
   bool out_empty_ = false;  ///< seen empty, and nothing written since

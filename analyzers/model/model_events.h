@@ -7,7 +7,6 @@
 
 #include "analyzers/model/drive_events.h"
 #include "analyzers/model/latch_events.h"
-#include "analyzers/model/sync_events.h"
 #include "decoder/base/ids.h"
 #include "decoder/base/known.h"
 #include "decoder/device/al_description.h"
@@ -147,37 +146,6 @@ struct EventBitChanged {
   // When it went:
   std::uint64_t frames = 0;  ///< that carried it
   FrameRef first, last;      ///< of them
-};
-
-class ModelSink {
- public:
-  virtual ~ModelSink() = default;
-  virtual void On(const AlRequestJudged&) {}
-  virtual void On(const AlAnswered&) {}
-  virtual void On(const AlErrorRepeated&) {}
-  virtual void On(const AlChangedByItself&) {}
-  virtual void On(const AlErrorCode&) {}
-  virtual void On(const AlErrorCleared&) {}
-  virtual void On(const AlOverdue&) {}
-  virtual void On(const Predicted&) {}
-  virtual void On(const EventBitChanged&) {}
-  virtual void On(const LatchStep&) {}
-  virtual void On(const LatchMisuse&) {}
-  virtual void On(const LatchNotJudged&) {}
-  virtual void On(const DriveCommanded&) {}
-  virtual void On(const DriveStateChanged&) {}
-  virtual void On(const DriveIllegalCommand&) {}
-  virtual void On(const DriveIllegalChange&) {}
-  virtual void On(const DriveNoReaction&) {}
-  virtual void On(const DriveCommandOutsideOp&) {}
-  virtual void On(const DriveMode&) {}
-  virtual void On(const DriveWarning&) {}
-  virtual void On(const DriveFaultExplained&) {}
-  virtual void On(const SyncSwitchedOn&) {}
-  virtual void On(const PllMeasured&) {}
-  virtual void On(const OutputGap&) {}
-  virtual void On(const SyncSlotMiss&) {}
-  virtual void On(const ArrivalOff&) {}
 };
 
 }  // namespace ecaudit::model

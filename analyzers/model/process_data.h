@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "analyzers/events/object_names.h"
+#include "analyzers/objects/object_names.h"
 #include "decoder/base/ids.h"
 #include "decoder/device/device_description.h"
 #include "decoder/device/eni_reader.h"

@@ -589,6 +589,7 @@ bool ProcessImage::Read(const track::LogicalAccess& access, const LogicalExpecta
   for (std::size_t n = 0; n < entry.parts.size(); ++n) {
     const ImagePart& part = entry.parts[n];
     ProcessCycle cycle{part, Exchange::kUnknown, access.sent, access.returned, access.command, {}};
+    cycle.lost = !access.returned.seen() && !access.assumed;
     if (part.direction == PdoDirection::kRx) {
       cycle.exchange = counted.outputs;
       cycle.data = access.sent.seen() ? access.sent_data : part.covered ? ByteSpan() : access.returned_data;

@@ -23,6 +23,7 @@
 #include "analyzers/model/slave_model.h"
 #include "analyzers/model/split_signals.h"
 #include "analyzers/model/still_cycle.h"
+#include "decoder/base/event_sink.h"
 #include "decoder/track/network.h"
 
 namespace ecaudit::model {
@@ -73,6 +74,7 @@ struct ProcessCycle {
   /// missing, or the slave gave nothing (inputs whose exchange is neither kYes nor kInferred). Signals that do not lie
   /// in one piece follow behind.
   ByteSpan data;
+  bool lost = false;  ///< the frame never came back: whether the slave took or gave them, nobody knows
 
   [[nodiscard]] const FrameRef& frame() const { return returned.seen() ? returned : sent; }
   [[nodiscard]] bool has_data() const { return !data.empty(); }
@@ -81,6 +83,11 @@ struct ProcessCycle {
   [[nodiscard]] std::optional<std::uint64_t> Value(std::uint16_t index, std::uint8_t subindex) const;
   /// All mapped bits of the slave, packed, appended to `out`.
   void AppendRaw(std::vector<std::uint8_t>& out) const;
+};
+
+/// Process data in a datagram with a logical address, of which nobody knows whose they are.
+struct ProcessDataUnplaced {
+  const track::LogicalAccess& access;
 };
 
 class ProcessSink {
@@ -166,7 +173,7 @@ class ProcessImage {
   const std::deque<SlaveModel>& slaves_;
   ProfileChoice& choice_;
   const device::EniConfig* eni_;
-  ModelSink no_events_;
+  EventSink no_events_;
   SharedLimits unmet_limits_;
   std::vector<Unmet> unmet_;  ///< by number in the ENI, made when needed
   std::uint64_t layout_changes_ = 0;

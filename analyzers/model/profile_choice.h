@@ -12,8 +12,8 @@
 #include <string>
 #include <utility>
 
-#include "analyzers/analysis.h"
-#include "analyzers/core/device_files.h"
+#include "analyzers/options/device_files.h"
+#include "analyzers/options/options.h"
 #include "decoder/bus/slave_set.h"
 #include "decoder/device/device_description.h"
 #include "decoder/track/events.h"

@@ -6,14 +6,15 @@
 #include <map>
 #include <string>
 
-#include "analyzers/events/object_names.h"
 #include "analyzers/model/al_machine.h"
 #include "analyzers/model/drive_unit.h"
 #include "analyzers/model/latch_unit.h"
 #include "analyzers/model/mailbox_unit.h"
 #include "analyzers/model/object_values.h"
 #include "analyzers/model/process_data.h"
+#include "analyzers/objects/object_names.h"
 #include "decoder/base/allowance.h"
+#include "decoder/base/event_sink.h"
 #include "decoder/device/device_description.h"
 #include "decoder/device/eni_reader.h"
 #include "decoder/track/events.h"
@@ -38,7 +39,7 @@ struct SharedLimits {
 
 struct SlaveModel {
   /// @param state what is known of its ESC; must outlive the model, as must `limits`
-  SlaveModel(SlaveId slave, const track::SlaveState& state, SharedLimits& limits, ModelSink& sink)
+  SlaveModel(SlaveId slave, const track::SlaveState& state, SharedLimits& limits, EventSink& sink)
       : al(slave, sink),
         mailbox(slave, state, sink),
         objects(&limits.objects),

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "analyzers/core/device_files.h"
+#include "analyzers/options/device_files.h"
 #include "decoder/device/drive_profile.h"
 #include "decoder/track/events.h"
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "analyzers/core/dc_summary.h"
+#include "analyzers/result/dc_summary.h"
 #include "decoder/esc/dc_registers.h"
 #include "decoder/esc/register_image.h"
 #include "decoder/track/access.h"

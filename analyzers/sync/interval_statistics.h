@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "analyzers/core/cycle_summary.h"
+#include "analyzers/result/cycle_summary.h"
 #include "decoder/base/ids.h"
 
 namespace ecaudit::sync {

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "analyzers/model/drive_parameters.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/sync/sync_events.h"
 #include "decoder/esc/register_addresses.h"
 
 namespace ecaudit::sync {
@@ -66,14 +68,24 @@ const OutputWatch& SyncModel::outputs(SlaveId slave) const {
   return slave < slaves_.size() ? slaves_[slave]->outputs : kNothing;
 }
 
-void SyncModel::OnFrame(const wire::FrameView& frame, bus::Direction direction) {
-  if (direction == bus::Direction::kForeign) return;
+SyncModel::SyncModel(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus)
+    : bus_(model), pipeline_(pipeline), sink_(bus) {
+  bus.ListenTo<FrameSeen, track::LogicalAccess, track::Answered, track::CaptureHole>(Stage::kBeforeModel, *this);
+  // What the slaves' models conclude is news to this one.
+  bus.ListenTo<model::AlChangedByItself, model::AlErrorCode>(Stage::kModel, *this);
+  // Objects and registers as the event left them.
+  bus.ListenTo<mailbox::SdoTransfer, track::SlaveAccess>(Stage::kAfterModel, *this);
+}
+
+void SyncModel::On(const FrameSeen& seen) {
+  const wire::FrameView& frame = seen.frame;
+  if (seen.direction == bus::Direction::kForeign) return;
   FrameFacts& facts = facts_[frame.ref().number % kFacts];
   facts.number = frame.ref().number;
   facts.bytes = static_cast<std::uint32_t>(frame.bytes().size());
   facts.esl.reset();
   if (frame.esl().present && frame.esl().has_time) facts.esl = static_cast<TimeNs>(frame.esl().time_ns);
-  if (direction != bus::Direction::kOutbound) return;
+  if (seen.direction != bus::Direction::kOutbound) return;
   bool outputs = false;
   for (std::size_t i = 0; i < frame.size(); ++i) {
     const wire::DatagramView datagram = frame[i];
@@ -151,6 +163,7 @@ void SyncModel::ReadStatusWords(const track::LogicalAccess& access) {
 }
 
 void SyncModel::On(const track::Answered& answer) {
+  if (!answer.returned.seen()) return;  // there is no answer to measure
   BeginFrame(answer.sent, answer.returned);
   if (const auto time = clock_.On(answer)) frame_dc_ = time;
 }
@@ -217,7 +230,7 @@ const CyclicImage* SyncModel::Measure(const Pending& pending, const FrameTime& t
   if (from.stamp && time.stamp && *time.stamp >= *from.stamp) {
     image.by_stamp.Add(Elapsed(*from.stamp, *time.stamp), from.frame, time.frame);
   }
-  if (samples_ != nullptr && image.gap.base != TimeBase::kNone) samples_->OnInterval(image, time.frame, image.gap.ns);
+  if (image.gap.base != TimeBase::kNone) sink_.Publish(IntervalMeasured{image, time.frame, image.gap.ns});
   const auto [best, base] = image.Best();
   const std::uint64_t count = best->count();
   if (base != TimeBase::kNone && (count % 1024 == 0 || (count >= kEnough && image.nominal_of < kEnough) ||
@@ -241,8 +254,8 @@ std::optional<TimeNs> SyncModel::Uncertainty(TimeBase base) const {
   return (round_trips_.Percentile(0.99) - round_trips_.Percentile(0.01) + 1) / 2 + step;
 }
 
-model::OutputGap SyncModel::GapOf(SlaveId id, const OutputWatch& watch, const Interval& gap) const {
-  model::OutputGap event;
+OutputGap SyncModel::GapOf(SlaveId id, const OutputWatch& watch, const Interval& gap) const {
+  OutputGap event;
   event.slave = id;
   event.before = watch.last.frame;
   event.gap = gap;
@@ -271,10 +284,10 @@ void SyncModel::Feed(SlaveId id, const FrameAtHand& at_hand, const CyclicImage* 
     if (image != nullptr && image->nominal_of >= kEnough) alarm = image->nominal_ns + image->nominal_ns / 2;
     if (watch.watchdog_ns > 0) alarm = alarm > 0 ? std::min(alarm, watch.watchdog_ns / 2) : watch.watchdog_ns / 2;
     if (gap.base != TimeBase::kNone && alarm > 0 && gap.ns >= alarm) {
-      model::OutputGap event = GapOf(id, watch, gap);
+      OutputGap event = GapOf(id, watch, gap);
       event.after = time.frame;
       event.unreturned = UnreturnedBetween(watch.last_sent, sent_.number);
-      sink_.On(event);
+      sink_.Publish(event);
     }
     if (in_op) {
       const std::optional<SyncSettings>& sync = slave.dc.active();
@@ -355,7 +368,7 @@ void SyncModel::MeasureArrival(SlaveId id, OutputWatch& watch, const FrameTime& 
   const auto deviation = static_cast<TimeNs>(watch.grid_deviation);
   const auto uncertainty = Uncertainty(interval.base);
   if (cycles < 2 && std::abs(deviation) + uncertainty.value_or(0) <= limit->jitter) return;
-  model::ArrivalOff event;
+  ArrivalOff event;
   event.slave = id;
   event.before = watch.last.frame;
   event.frame = time.frame;
@@ -366,7 +379,7 @@ void SyncModel::MeasureArrival(SlaveId id, OutputWatch& watch, const FrameTime& 
   event.base = interval.base;
   event.uncertainty_ns = uncertainty;
   event.unreturned = UnreturnedBetween(watch.last_sent, sent_.number);
-  sink_.On(event);
+  sink_.Publish(event);
 }
 
 void SyncModel::MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_hand) {
@@ -411,7 +424,7 @@ void SyncModel::MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_han
     watch.margin_frame = time.frame;
   }
   ++watch.phases;
-  if (samples_ != nullptr) samples_->OnPhase(id, time.frame, phase);
+  sink_.Publish(PhaseMeasured{id, time.frame, phase});
   const auto value = static_cast<double>(phase);
   const double delta = value - watch.phase_mean;
   watch.phase_mean += delta / static_cast<double>(watch.phases);
@@ -427,7 +440,7 @@ void SyncModel::MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_han
       narrow ? pulses + (phase >= cycle - watch.uncertainty) : (since + watch.uncertainty) / cycle;
   const std::int64_t between = least - watch.slot_most;
   if (watch.has_slot && (most <= watch.slot_least || between >= 2)) {
-    model::SyncSlotMiss miss;
+    SyncSlotMiss miss;
     miss.slave = id;
     miss.before = watch.last.frame;
     miss.frame = time.frame;
@@ -436,12 +449,12 @@ void SyncModel::MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_han
     miss.uncertainty_ns = watch.uncertainty;
     if (most <= watch.slot_least) {
       ++watch.doubled;
-      sink_.On(miss);
+      sink_.Publish(miss);
     } else {
       miss.empty = static_cast<std::uint64_t>(between - 1);
       miss.unreturned = UnreturnedBetween(watch.last_sent, sent_.number);
       watch.empty += miss.empty;
-      sink_.On(miss);
+      sink_.Publish(miss);
     }
   }
   watch.has_slot = true;
@@ -458,7 +471,7 @@ std::int64_t SyncModel::ReadDelay(SlaveId id, std::uint64_t version) {
   return slave.delay_ns;
 }
 
-void SyncModel::OnAccess(const track::SlaveAccess& access) {
+void SyncModel::On(const track::SlaveAccess& access) {
   const std::size_t length = std::max(access.written.size(), access.read.size());
   const auto touches = [&](EscAddress first, std::size_t bytes) {
     return access.address < first + bytes && access.address + length > first;
@@ -484,7 +497,7 @@ void SyncModel::OnAccess(const track::SlaveAccess& access) {
 
 void SyncModel::SwitchedOn(SlaveId slave, const DcUnit& unit) {
   const SyncSettings& settings = *unit.active();
-  model::SyncSwitchedOn event;
+  SyncSwitchedOn event;
   event.slave = slave;
   event.frame = settings.frame;
   event.was_off = unit.activation_was_known();
@@ -508,7 +521,7 @@ void SyncModel::SwitchedOn(SlaveId slave, const DcUnit& unit) {
     event.since_read_ns = Elapsed(event.read_frame.time, sent.time);
     event.uncertainty_ns = *uncertainty;
   }
-  sink_.On(event);
+  sink_.Publish(event);
 }
 
 /// What was sent in a hole nobody knows: no interval, no slot and no rhythm reaches over it.
@@ -557,7 +570,7 @@ void SyncModel::On(const mailbox::SdoTransfer& transfer) {
   ++own.pll_reads;
   const auto& active = own.dc.active();
   if (!own.outputs.in_op || !active || !active->activation.sync0()) return;
-  model::PllMeasured e;
+  PllMeasured e;
   e.slave = transfer.slave;
   e.frame = transfer.response;
   e.actual = actual->value;
@@ -568,7 +581,7 @@ void SyncModel::On(const mailbox::SdoTransfer& transfer) {
   // The PLL may still be pulling in.
   if (e.threshold && *e.threshold > 0 && own.outputs.frames_in_op <= static_cast<std::uint64_t>(*e.threshold)) return;
   if (!e.inside().value_or(true)) ++own.pll_outside;
-  sink_.On(e);
+  sink_.Publish(e);
 }
 
 void SyncModel::Finish() {
@@ -585,9 +598,9 @@ void SyncModel::Finish() {
     begin.esl.reset();
     const Interval gap = Between(begin, end);
     if (gap.base == TimeBase::kNone) continue;
-    model::OutputGap event = GapOf(static_cast<SlaveId>(s), watch, gap);
+    OutputGap event = GapOf(static_cast<SlaveId>(s), watch, gap);
     event.unreturned = UnreturnedBetween(watch.last_sent, 0);
-    sink_.On(event);
+    sink_.Publish(event);
   }
 }
 

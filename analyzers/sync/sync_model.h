@@ -8,12 +8,14 @@
 #include <optional>
 #include <vector>
 
-#include "analyzers/core/analysis_result.h"
 #include "analyzers/model/bus_model.h"
+#include "analyzers/result/analysis_result.h"
 #include "analyzers/sync/dc_clock.h"
 #include "analyzers/sync/dc_unit.h"
 #include "analyzers/sync/interval_statistics.h"
+#include "analyzers/sync/sync_events.h"
 #include "analyzers/sync/time_base.h"
+#include "analyzers/wiring/event_bus.h"
 #include "decoder/pipeline.h"
 
 namespace ecaudit::sync {
@@ -86,33 +88,35 @@ struct OutputWatch {
   std::optional<std::uint32_t> status_at;  ///< first byte in the inputs
 };
 
-/// Hears the single measurements of which the report otherwise shows sums only.
-class SampleSink {
- public:
-  virtual ~SampleSink() = default;
-  /// Process data of `image` came `interval` ns behind the last ones, by the best clock that both frames have.
-  virtual void OnInterval(const CyclicImage& image, const FrameRef& frame, TimeNs interval) = 0;
-  /// A frame with process data for a slave in OP ended `phase` ns behind SYNC0.
-  virtual void OnPhase(SlaveId slave, const FrameRef& frame, TimeNs phase) = 0;
+/// Process data of `image` came `interval` behind the last ones, by the best clock that both frames have.
+struct IntervalMeasured {
+  const CyclicImage& image;
+  FrameRef frame;
+  TimeNs interval = 0;
 };
 
-class SyncModel final : public FrameObserver {
+/// A frame with process data for a slave in OP ended `phase` behind SYNC0.
+struct PhaseMeasured {
+  SlaveId slave = kNoSlave;
+  FrameRef frame;
+  TimeNs phase = 0;
+};
+
+class SyncModel final {
  public:
   static constexpr std::size_t kImages = 32;  ///< logical addresses that are measured; later ones are not
 
-  /// @param sink receives what is concluded; all arguments must outlive the model
-  SyncModel(const model::BusModel& bus, const Pipeline& pipeline, model::ModelSink& sink)
-      : bus_(bus), pipeline_(pipeline), sink_(sink) {}
+  /// @param bus  whence events come and where what is concluded goes
+  /// All arguments must outlive the model. Made before everybody else who listens: rules that hear of process data find
+  /// them measured.
+  SyncModel(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus);
 
-  /// @param samples null: nobody; must outlive the model
-  void SetSamples(SampleSink* samples) { samples_ = samples; }
-
-  void OnFrame(const wire::FrameView& frame, bus::Direction direction) override;
+  void On(const FrameSeen& seen);
   void On(const track::LogicalAccess& access);
   void On(const track::Answered& answer);
   void On(const track::CaptureHole& hole);
   void On(const mailbox::SdoTransfer& transfer);
-  void OnAccess(const track::SlaveAccess& access);
+  void On(const track::SlaveAccess& access);
   void On(const model::AlChangedByItself& change);
   void On(const model::AlErrorCode& code);
   /// The capture has ended.
@@ -185,13 +189,12 @@ class SyncModel final : public FrameObserver {
   static void MeasureRate(OutputWatch& watch, const Interval& interval, const FrameRef& frame, TimeNs configured);
   [[nodiscard]] const FrameFacts* FactsOf(FrameNo number) const;
   [[nodiscard]] std::uint64_t UnreturnedBetween(FrameNo before, FrameNo after) const;
-  [[nodiscard]] model::OutputGap GapOf(SlaveId id, const OutputWatch& watch, const Interval& gap) const;
+  [[nodiscard]] OutputGap GapOf(SlaveId id, const OutputWatch& watch, const Interval& gap) const;
   void SwitchedOn(SlaveId slave, const DcUnit& unit);
 
   const model::BusModel& bus_;
   const Pipeline& pipeline_;
-  model::ModelSink& sink_;
-  SampleSink* samples_ = nullptr;
+  EventSink& sink_;
   DcClock clock_;
   std::vector<std::unique_ptr<Slave>> slaves_;  // grows without moving what rules refer to
   std::uint64_t delay_version_ = 1;             // changes with every access to a delay register

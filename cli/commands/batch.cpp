@@ -11,7 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "analyzers/analysis.h"
+#include "analyzers/judge/catalogue.h"
+#include "analyzers/options/options.h"
 #include "cli/baseline.h"
 #include "cli/batch_run.h"
 #include "cli/capture_check.h"

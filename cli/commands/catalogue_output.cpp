@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 
-#include "analyzers/analysis.h"
+#include "analyzers/judge/catalogue.h"
+#include "analyzers/options/options.h"
+#include "analyzers/result/rule_info.h"
 
 namespace ecaudit::cli {
 

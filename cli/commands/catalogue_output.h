@@ -9,7 +9,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "analyzers/core/rule_info.h"
+#include "analyzers/result/rule_info.h"
 #include "cli/console.h"
 #include "cli/exit_status.h"
 #include "cli/options.h"

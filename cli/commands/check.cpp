@@ -2,6 +2,7 @@
 #include <memory>
 #include <string>
 
+#include "analyzers/judge/catalogue.h"
 #include "cli/capture_run.h"
 #include "cli/commands/command.h"
 #include "cli/output_plan.h"

@@ -10,14 +10,14 @@
 namespace ecaudit::cli {
 namespace {
 
-class DatagramWriter final : public LineWriter, private FrameObserver {
+class DatagramWriter final : public LineWriter {
  public:
-  [[nodiscard]] track::EventSink& events() override { return no_events_; }
-  [[nodiscard]] FrameObserver* frames() override { return this; }
+  [[nodiscard]] Depth depth() const override { return Depth::kFrames; }
   [[nodiscard]] bool stops_at_range_end() const override { return true; }
 
-  void Begin(const Pipeline& pipeline, const StreamContext& context) override {
-    pipeline_ = &pipeline;
+  void Begin(Observation& observation, const StreamContext& context) override {
+    pipeline_ = &observation.pipeline();
+    observation.bus().Listen(Stage::kBeforeModel, *this, &DatagramWriter::On);
     context_ = &context;
     for (LineTarget& target : context.targets) {
       if (target.format != LineFormat::kText) continue;
@@ -27,12 +27,13 @@ class DatagramWriter final : public LineWriter, private FrameObserver {
   }
 
  private:
-  void OnFrame(const wire::FrameView& frame, bus::Direction direction) override {
+  void On(const FrameSeen& seen) {
+    const wire::FrameView& frame = seen.frame;
     const std::optional<std::int64_t> since_start = context_->source.SinceStart(frame.ref());
     const auto seconds = since_start ? std::optional(static_cast<double>(*since_start) / 1e9) : std::nullopt;
     if (!context_->range.Contains(frame.ref().number, seconds)) return;
     for (std::size_t i = 0; i < frame.size(); ++i) {
-      DatagramRow row{frame, frame[i], direction, since_start, std::nullopt};
+      DatagramRow row{frame, frame[i], seen.direction, since_start, std::nullopt};
       if (!Resolve(row)) continue;
       for (LineTarget& target : context_->targets) Write(row, target);
     }
@@ -97,7 +98,6 @@ class DatagramWriter final : public LineWriter, private FrameObserver {
     return position;
   }
 
-  track::EventSink no_events_;
   const Pipeline* pipeline_ = nullptr;
   const StreamContext* context_ = nullptr;
   RegisterNames names_;

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "analyzers/diff/compare_captures.h"
+#include "analyzers/compare/compare_captures.h"
 #include "cli/capture_run.h"
 #include "cli/commands/command.h"
 #include "cli/output_file.h"
@@ -18,7 +18,7 @@ namespace ecaudit::cli {
 namespace {
 
 enum Format : std::size_t { kText, kJson };
-constexpr std::array kFormats{OutputFormat{"text", ".txt"}, OutputFormat{"json", ".json"}};
+constexpr std::array kDiffFormats{OutputFormat{"text", ".txt"}, OutputFormat{"json", ".json"}};
 
 class DiffCommand : public Command {
  public:
@@ -45,7 +45,7 @@ class DiffCommand : public Command {
                                              std::to_string(run_.options.captures.size()) + " given"});
     }
     if (const auto error = run_.Prepare()) return CaptureRun::Fail(console, *error);
-    const Result<std::vector<OutputTarget>> targets = PlanOutputs(output_, kFormats, run_.files);
+    const Result<std::vector<OutputTarget>> targets = PlanOutputs(output_, kDiffFormats, run_.files);
     if (!targets) return CaptureRun::Fail(console, targets.error());
 
     report::Report both;

@@ -9,7 +9,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "analyzers/analysis.h"
+#include "analyzers/judge/catalogue.h"
+#include "analyzers/options/options.h"
 #include "cli/baseline.h"
 #include "cli/capture_options.h"
 #include "cli/commands/command.h"

@@ -5,7 +5,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "analyzers/analysis.h"
+#include "analyzers/judge/catalogue.h"
+#include "analyzers/options/options.h"
+#include "analyzers/result/rule_info.h"
 #include "cli/commands/catalogue_output.h"
 #include "cli/commands/command.h"
 #include "cli/report/layout.h"

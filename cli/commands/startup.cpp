@@ -6,7 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "analyzers/startup/comparison.h"
+#include "analyzers/compare/comparison.h"
+#include "analyzers/judge/catalogue.h"
 #include "cli/capture_run.h"
 #include "cli/commands/command.h"
 #include "cli/expectation_file.h"

@@ -21,12 +21,7 @@
 namespace ecaudit::cli {
 namespace {
 
-constexpr std::size_t kBufferBytes = std::size_t{1} << 20U;
-
-ExitStatus Fail(Console& console, const Error& error) {
-  console.Error(error.message);
-  return ExitStatus::kUsage;
-}
+constexpr std::size_t kCopyBufferBytes = std::size_t{1} << 20U;
 
 ExitStatus Interrupted(Console& console, const std::string& name, const std::string& what = "nothing was written") {
   console.Error(name + ": interrupted; " + what);
@@ -95,7 +90,7 @@ class Copier {
       }
       writer.AddPacket(frame, texts_);
       ++copied_.packets;
-      if (buffer_.size() >= kBufferBytes) {
+      if (buffer_.size() >= kCopyBufferBytes) {
         if (auto error = output.Write(buffer_)) return error;
         if (output.reader_gone()) return std::nullopt;
       }

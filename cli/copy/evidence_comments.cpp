@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <charconv>
 
-#include "analyzers/analysis.h"
+#include "analyzers/judge/catalogue.h"
+#include "analyzers/options/options.h"
+#include "analyzers/result/analysis_result.h"
+#include "analyzers/result/rule_info.h"
 #include "cli/report/text_writer.h"
 #include "cli/suggest.h"
 #include "decoder/base/text.h"

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "analyzers/core/analysis_result.h"
+#include "analyzers/result/analysis_result.h"
 #include "decoder/base/result.h"
 
 namespace ecaudit::cli {

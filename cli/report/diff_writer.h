@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "analyzers/core/capture_diff.h"
+#include "analyzers/result/capture_diff.h"
 #include "cli/report/text_writer.h"
 
 namespace ecaudit::report {

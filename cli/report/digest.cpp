@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "analyzers/core/every_slave.h"
+#include "analyzers/result/every_slave.h"
 #include "cli/report/finding_order.h"
 #include "cli/report/layout.h"
 #include "cli/report/times.h"

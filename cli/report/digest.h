@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "analyzers/core/rule_info.h"
+#include "analyzers/result/rule_info.h"
 #include "cli/report/report.h"
 
 namespace ecaudit::report {

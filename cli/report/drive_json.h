@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "analyzers/core/analysis_result.h"
+#include "analyzers/result/analysis_result.h"
 
 namespace ecaudit::report {
 

@@ -7,7 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "analyzers/core/every_slave.h"
+#include "analyzers/result/every_slave.h"
 #include "cli/report/drive_json.h"
 #include "cli/report/json_parts.h"
 #include "cli/report/startup_json.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "analyzers/core/finding.h"
+#include "analyzers/result/finding.h"
 
 namespace ecaudit::report {
 

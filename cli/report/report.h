@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "analyzers/core/analysis_result.h"
-#include "analyzers/core/rule_info.h"
-#include "analyzers/core/timeline.h"
+#include "analyzers/result/analysis_result.h"
+#include "analyzers/result/rule_info.h"
+#include "analyzers/result/timeline.h"
 
 namespace ecaudit::report {
 

@@ -3,8 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "analyzers/core/analysis_result.h"
-#include "analyzers/core/timeline.h"
+#include "analyzers/result/analysis_result.h"
+#include "analyzers/result/timeline.h"
 
 namespace ecaudit::report {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "analyzers/core/finding.h"
+#include "analyzers/result/finding.h"
 
 namespace ecaudit::report {
 

@@ -12,7 +12,7 @@
 namespace ecaudit::cli {
 namespace {
 
-constexpr std::size_t kShownBytes = 16;  // of data that no register describes
+constexpr std::size_t kShownDatagramBytes = 16;  // of data that no register describes
 
 std::string_view DirectionName(bus::Direction direction) {
   switch (direction) {
@@ -64,8 +64,8 @@ std::string ContentText(const DatagramRow& row) {
   const bool raw = wire::IsLogical(d.command()) || (HasEscAddress(d) && d.ado() >= esc::kProcessRam);
   const bool has_data = wire::Writes(d.command()) || !row.outbound();
   if (raw && has_data && !d.data().empty()) {
-    text += ": " + HexBytes(Slice(d.data(), 0, kShownBytes));
-    if (d.data().size() > kShownBytes) text += "...";
+    text += ": " + HexBytes(Slice(d.data(), 0, kShownDatagramBytes));
+    if (d.data().size() > kShownDatagramBytes) text += "...";
   }
   if (d.circulating()) text += " (circulating)";
   if (d.irq() != 0) text += " [events: " + esc::DescribeEvents(d.irq()) + "]";

@@ -1,7 +1,7 @@
 /// Slaves, registers, states and EEPROM; mailboxes are in event_writer_mailbox.cpp.
 #include "cli/stream/event_writer.h"
 
-#include "analyzers/core/al_text.h"
+#include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/esc/register_map.h"
@@ -51,17 +51,27 @@ struct EventWriter::RegisterWrite {
   [[nodiscard]] const FrameRef& frame() const { return sent.seen() ? sent : returned; }
 };
 
-void EventWriter::Begin(const Pipeline& pipeline, const StreamContext& context) {
-  output_ = std::make_unique<EventOutput>(pipeline, context, types_);
+void EventWriter::Begin(Observation& observation, const StreamContext& context) {
+  output_ = std::make_unique<EventOutput>(observation.pipeline(), context, types_);
   eeprom_ = std::make_unique<EepromLines>(*output_);
-  model_options_ = context.settings.analysis;
-  model::ModelSink& sink = *this;
-  model_ = std::make_unique<model::BusModel>(pipeline.network(), model_options_, sink);
+  model_ = &observation.model();
+  observation.bus()
+      .ListenTo<track::SlaveAccess, track::Answered, model::EventBitChanged, model::LatchStep, model::LatchMisuse,
+                model::DriveCommanded, model::DriveStateChanged, model::DriveMode, model::DriveWarning,
+                model::DriveFaultExplained, track::EepromError, mailbox::MailboxMessage, mailbox::MailboxRefused,
+                mailbox::MailboxReadLost, mailbox::MailboxRepeatRequest, mailbox::MailboxUnanswered,
+                mailbox::MailboxErrorReply, mailbox::SdoUnexpected, mailbox::EoeFrame, mailbox::EoeControl,
+                mailbox::FoeTransfer, mailbox::SoeMessage, mailbox::AoeMessage, mailbox::VoeMessage>(
+          Stage::kBeforeModel, *this);
+  // Shown with what the model makes of them: names, families, mappings.
+  observation.bus()
+      .ListenTo<track::EepromRead, track::EepromWrite, track::AlRequest, track::AlStatusRead, track::AlStatusCodeRead,
+                track::AlStateForgotten, mailbox::SdoTransfer, mailbox::SdoInfo, mailbox::Emergency>(Stage::kAfterModel,
+                                                                                                     *this);
   output_->Begin();
 }
 
 void EventWriter::End() {
-  model_->Finish();
   eeprom_->End();
 }
 
@@ -72,16 +82,6 @@ const device::DeviceDescription* EventWriter::ProfileOf(SlaveId slave) const {
 EventWriter::SlaveNotes& EventWriter::NotesOf(SlaveId slave) {
   while (notes_.size() <= slave) notes_.emplace_back();
   return notes_[slave];
-}
-
-void EventWriter::On(const track::SlaveFound& event) {
-  model_->Apply(event);
-}
-void EventWriter::On(const track::AddressAssigned& event) {
-  model_->Apply(event);
-}
-void EventWriter::On(const track::IdentityLearned& event) {
-  model_->Apply(event);
 }
 
 void EventWriter::WriteRegister(const RegisterWrite& write) {
@@ -103,14 +103,6 @@ void EventWriter::WriteRegister(const RegisterWrite& write) {
   const bool al_control = write.address == esc::kAlControl && write.data.size() <= 2;
   const bool eeprom = write.address >= esc::kEepromControl && write.address + write.data.size() <= esc::kEepromEnd;
   row.told_elsewhere = write.slave != kNoSlave && (al_control || eeprom);
-}
-
-void EventWriter::On(const track::LogicalAccess& access) {
-  if (output_->Wants(EventType::kLatch) || output_->Wants(EventType::kDriveState)) model_->Apply(access);
-}
-
-void EventWriter::On(const track::FrameLost& event) {
-  if (output_->Wants(EventType::kLatch)) model_->Apply(event);
 }
 
 void EventWriter::WriteClock(const track::SlaveAccess& access) {
@@ -154,9 +146,8 @@ void EventWriter::WriteClock(const track::SlaveAccess& access) {
   row.told_elsewhere = writes || distributes;
 }
 
-void EventWriter::OnAccess(const track::SlaveAccess& access) {
+void EventWriter::On(const track::SlaveAccess& access) {
   if (output_->Wants(EventType::kDc)) WriteClock(access);
-  if (access.address >= esc::kProcessRam && output_->Wants(EventType::kLatch)) model_->Apply(access);
   if (access.written.empty() || access.address >= esc::kProcessRam || !output_->Wants(EventType::kRegisterWrite)) {
     return;
   }
@@ -191,7 +182,6 @@ void EventWriter::On(const track::Answered& event) {
 }
 
 void EventWriter::On(const track::AlRequest& event) {
-  model_->Apply(event);
   if (event.control.state() != static_cast<std::uint8_t>(esc::AlState::INIT)) eeprom_->Pause(event.slave);
   if (!output_->Wants(EventType::kAlRequest, event.frame(), event.slave)) return;
   EventRow row(*output_, EventType::kAlRequest, event.frame(), event.slave);
@@ -236,7 +226,6 @@ void EventWriter::WriteAlState(SlaveId slave, const FrameRef& frame, esc::AlWord
 }
 
 void EventWriter::On(const track::AlStatusRead& event) {
-  model_->Apply(event);
   if (!event.changed()) {
     if (event.status_code) ShowStatusCode(event.slave, event.frame, *event.status_code);
     return;
@@ -248,7 +237,6 @@ void EventWriter::On(const track::AlStatusRead& event) {
 }
 
 void EventWriter::On(const track::AlStatusCodeRead& event) {
-  model_->Apply(event);
   ShowStatusCode(event.slave, event.frame, event.code);
 }
 
@@ -262,16 +250,11 @@ void EventWriter::ShowStatusCode(SlaveId slave, const FrameRef& frame, std::uint
 }
 
 void EventWriter::On(const track::AlStateForgotten& event) {
-  model_->Apply(event);
   NotesOf(event.slave).shown_code.reset();
   if (!output_->Wants(EventType::kAlState, event.frame, event.slave)) return;
   EventRow row(*output_, EventType::kAlState, event.frame, event.slave);
   for (const char* key : {"state", "error", "from", "status", "status_code", "status_code_text"}) row.json.Null(key);
   row.text = "no longer known: a broadcast read contradicts it";
-}
-
-void EventWriter::On(const track::EventFieldChanged& event) {
-  model_->Apply(event);
 }
 
 void EventWriter::On(const model::EventBitChanged& event) {
@@ -295,11 +278,9 @@ void EventWriter::On(const model::EventBitChanged& event) {
 }
 
 void EventWriter::On(const track::EepromRead& event) {
-  model_->Apply(event);
   if (output_->Wants(EventType::kEeprom)) eeprom_->On(event);
 }
 void EventWriter::On(const track::EepromWrite& event) {
-  model_->Apply(event);
   if (output_->Wants(EventType::kEeprom)) eeprom_->On(event);
 }
 void EventWriter::On(const track::EepromError& event) {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "analyzers/events/object_names.h"
 #include "analyzers/model/bus_model.h"
+#include "analyzers/objects/object_names.h"
 #include "cli/stream/eeprom_lines.h"
 #include "cli/stream/event_output.h"
 #include "cli/stream/stream_run.h"
@@ -17,15 +17,54 @@
 
 namespace ecaudit::cli {
 
-class EventWriter final : public LineWriter, private track::EventSink, private model::ModelSink {
+class EventWriter final : public LineWriter {
  public:
   explicit EventWriter(EventTypes types) : types_(types) {}
 
-  [[nodiscard]] track::EventSink& events() override { return *this; }
-  void Begin(const Pipeline& pipeline, const StreamContext& context) override;
+  [[nodiscard]] Depth depth() const override { return Depth::kSlaves; }
+  void Begin(Observation& observation, const StreamContext& context) override;
   void End() override;
   /// An event is shown by its own frame, but what completes it may lie behind the range.
   [[nodiscard]] bool stops_at_range_end() const override { return false; }
+
+  // What is heard: registers and states.
+  void On(const track::SlaveAccess& access);
+  void On(const track::Answered& event);
+  void On(const track::AlRequest& event);
+  void On(const track::AlStatusRead& event);
+  void On(const track::AlStatusCodeRead& event);
+  void On(const track::AlStateForgotten& event);
+  void On(const model::EventBitChanged& event);
+  // Latches.
+  void On(const model::LatchStep& event);
+  void On(const model::LatchMisuse& event);
+  // Drives.
+  void On(const model::DriveCommanded& event);
+  void On(const model::DriveStateChanged& event);
+  void On(const model::DriveMode& event);
+  void On(const model::DriveWarning& event);
+  void On(const model::DriveFaultExplained& event);
+  // EEPROM.
+  void On(const track::EepromRead& event);
+  void On(const track::EepromWrite& event);
+  void On(const track::EepromError& event);
+  // Mailboxes.
+  void On(const mailbox::MailboxMessage& event);
+  void On(const mailbox::MailboxRefused& event);
+  void On(const mailbox::MailboxReadLost& event);
+  void On(const mailbox::MailboxRepeatRequest& event);
+  void On(const mailbox::MailboxUnanswered& event);
+  void On(const mailbox::MailboxErrorReply& event);
+  void On(const mailbox::SdoTransfer& event);
+  void On(const mailbox::SdoUnexpected& event);
+  void On(const mailbox::SdoInfo& event);
+  void On(const mailbox::Emergency& event);
+  void On(const mailbox::EoeFrame& event);
+  void On(const mailbox::EoeControl& event);
+  void On(const mailbox::FoeTransfer& event);
+  void On(const mailbox::SoeMessage& event);
+  void On(const mailbox::AoeMessage& event);
+  void On(const mailbox::VoeMessage& event);
 
  private:
   /// What is remembered of a slave to tell its story.
@@ -35,54 +74,6 @@ class EventWriter final : public LineWriter, private track::EventSink, private m
     std::uint16_t long_answer_length = 0;
     std::array<std::uint64_t, 2> mapping{};  ///< Rx, Tx: digest of what the last pdo-mapping line told, 0: none yet
   };
-
-  using model::ModelSink::On;
-  using track::EventSink::On;
-  // Slaves and their families.
-  void On(const track::SlaveFound& event) override;
-  void On(const track::AddressAssigned& event) override;
-  void On(const track::IdentityLearned& event) override;
-  // Registers and states.
-  void OnAccess(const track::SlaveAccess& access) override;
-  void On(const track::Answered& event) override;
-  void On(const track::AlRequest& event) override;
-  void On(const track::AlStatusRead& event) override;
-  void On(const track::AlStatusCodeRead& event) override;
-  void On(const track::AlStateForgotten& event) override;
-  void On(const track::EventFieldChanged& event) override;
-  void On(const model::EventBitChanged& event) override;
-  // Process data.
-  void On(const track::LogicalAccess& access) override;
-  void On(const track::FrameLost& event) override;
-  void On(const model::LatchStep& event) override;
-  void On(const model::LatchMisuse& event) override;
-  // Drives.
-  void On(const model::DriveCommanded& event) override;
-  void On(const model::DriveStateChanged& event) override;
-  void On(const model::DriveMode& event) override;
-  void On(const model::DriveWarning& event) override;
-  void On(const model::DriveFaultExplained& event) override;
-  // EEPROM.
-  void On(const track::EepromRead& event) override;
-  void On(const track::EepromWrite& event) override;
-  void On(const track::EepromError& event) override;
-  // Mailboxes.
-  void On(const mailbox::MailboxMessage& event) override;
-  void On(const mailbox::MailboxRefused& event) override;
-  void On(const mailbox::MailboxReadLost& event) override;
-  void On(const mailbox::MailboxRepeatRequest& event) override;
-  void On(const mailbox::MailboxUnanswered& event) override;
-  void On(const mailbox::MailboxErrorReply& event) override;
-  void On(const mailbox::SdoTransfer& event) override;
-  void On(const mailbox::SdoUnexpected& event) override;
-  void On(const mailbox::SdoInfo& event) override;
-  void On(const mailbox::Emergency& event) override;
-  void On(const mailbox::EoeFrame& event) override;
-  void On(const mailbox::EoeControl& event) override;
-  void On(const mailbox::FoeTransfer& event) override;
-  void On(const mailbox::SoeMessage& event) override;
-  void On(const mailbox::AoeMessage& event) override;
-  void On(const mailbox::VoeMessage& event) override;
 
   struct RegisterWrite;
   struct DriveLine;
@@ -104,8 +95,7 @@ class EventWriter final : public LineWriter, private track::EventSink, private m
   EventTypes types_;
   std::unique_ptr<EventOutput> output_;
   std::unique_ptr<EepromLines> eeprom_;
-  std::unique_ptr<model::BusModel> model_;  ///< knows the family of each slave
-  AnalysisOptions model_options_;
+  const model::BusModel* model_ = nullptr;  ///< knows the family of each slave
   std::deque<SlaveNotes> notes_;
   // The broadcast write that was shown last: it reaches every slave, but is one event.
   FrameNo broadcast_frame_ = 0;

@@ -1,5 +1,5 @@
 /// The events "drive-state": what a drive is told and what it shows, in words.
-#include "analyzers/core/drive_text.h"
+#include "analyzers/words/drive_text.h"
 #include "cli/stream/event_writer.h"
 #include "decoder/base/text.h"
 

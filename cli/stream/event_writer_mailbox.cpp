@@ -3,8 +3,8 @@
 #include <type_traits>
 #include <variant>
 
-#include "analyzers/events/object_value.h"
-#include "analyzers/events/relatives.h"
+#include "analyzers/objects/object_value.h"
+#include "analyzers/objects/relatives.h"
 #include "cli/stream/event_writer.h"
 #include "cli/stream/message_text.h"
 #include "decoder/base/text.h"
@@ -20,7 +20,7 @@ namespace {
 
 using report::Style;
 
-constexpr std::size_t kShownBytes = 24;
+constexpr std::size_t kShownMessageBytes = 24;
 constexpr std::size_t kShownText = 160;
 constexpr std::size_t kSdoBytes = 10;  // CoE header, command, object, four bytes
 
@@ -124,7 +124,7 @@ std::string OutcomeNote(std::string_view outcome, std::uint16_t mailbox_error) {
 }
 
 std::string ShortHex(ByteSpan bytes) {
-  return HexBytes(Slice(bytes, 0, kShownBytes)) + (bytes.size() > kShownBytes ? "..." : "");
+  return HexBytes(Slice(bytes, 0, kShownMessageBytes)) + (bytes.size() > kShownMessageBytes ? "..." : "");
 }
 
 std::string Arrow(mailbox::Direction direction) {
@@ -335,7 +335,6 @@ void EventWriter::On(const mailbox::SdoUnexpected& event) {
 
 void EventWriter::On(const mailbox::SdoTransfer& event) {
   WriteSdo(event);
-  model_->Apply(event);
   if (event.has_object && process::IsPdoObject(event.index)) WriteMappings(event.slave, event.last);
 }
 
@@ -419,7 +418,6 @@ void EventWriter::WriteSdo(const mailbox::SdoTransfer& event) {
 
 void EventWriter::On(const mailbox::SdoInfo& event) {
   using Kind = mailbox::SdoInfo::Kind;
-  model_->Apply(event);
   const FrameRef& frame = event.response.seen() ? event.response : event.request;
   if (!output_->Wants(EventType::kSdoInfo, frame, event.slave)) return;
   const bool completed = event.outcome == mailbox::SdoInfo::Outcome::kCompleted;
@@ -519,7 +517,6 @@ void EventWriter::On(const mailbox::SdoInfo& event) {
 }
 
 void EventWriter::On(const mailbox::Emergency& event) {
-  model_->Apply(event);
   if (!output_->Wants(EventType::kEmergency, event.frame, event.slave)) return;
   const device::DeviceDescription* profile = ProfileOf(event.slave);
   const events::EmergencyInfo info = events::FindEmergency(profile, event.data.error_code);

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string_view>
 
-#include "analyzers/analysis.h"
+#include "analyzers/options/options.h"
 #include "decoder/base/ids.h"
 #include "decoder/base/result.h"
 #include "decoder/capture/frame_source.h"

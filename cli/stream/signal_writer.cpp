@@ -18,7 +18,7 @@ namespace {
 
 using device::PdoDirection;
 
-constexpr std::array kFormats{OutputFormat{"csv", ".csv"}, OutputFormat{"jsonl", ".jsonl"}};
+constexpr std::array kSignalFormats{OutputFormat{"csv", ".csv"}, OutputFormat{"jsonl", ".jsonl"}};
 constexpr std::size_t kMaxKinds = 4096;
 constexpr std::size_t kMaxNamed = 4;  // things listed in one warning
 
@@ -79,30 +79,35 @@ std::uint64_t KindOf(wire::Command command, std::uint32_t address, std::size_t l
 }  // namespace
 
 std::span<const OutputFormat> SignalWriter::formats() const {
-  return kFormats;
+  return kSignalFormats;
 }
 
-void SignalWriter::BeginPass(const Pipeline& pipeline, const StreamContext& context) {
-  pipeline_ = &pipeline;
-  context_ = &context;
-  model_options_ = context.settings.analysis;
+const AnalysisOptions& SignalWriter::Adapt(const AnalysisOptions& options) {
+  model_options_ = options;
   if (guessed_) model_options_.files = guessed_->files;
-  model_ = std::make_unique<model::BusModel>(pipeline.network(), model_options_, no_model_events_);
+  return model_options_;
+}
+
+void SignalWriter::BeginPass(Observation& observation, const StreamContext& context) {
+  context_ = &context;
+  network_ = &observation.pipeline().network();
+  // The row is entered before the model reads the process data in it.
+  observation.bus().ListenTo<track::LogicalAccess, track::SlaveAccess, model::ProcessCycle, model::ProcessDataUnplaced>(
+      Stage::kBeforeModel, *this);
   columns_.NewPass();
   row_ = {};
 }
 
-void SignalWriter::BeginLearning(const Pipeline& pipeline, const StreamContext& context) {
+void SignalWriter::BeginLearning(Observation& observation, const StreamContext& context) {
   learning_ = true;
   again_ = false;
   if (!guessed_) guess_.emplace(context.settings.analysis.files.get());
-  BeginPass(pipeline, context);
+  BeginPass(observation, context);
 }
 
 std::optional<Error> SignalWriter::EndLearning(Console& console) {
   EndRow();
   learning_ = false;
-  model_.reset();
   if (guess_) {
     guessed_ = guess_->Find();
     guess_.reset();
@@ -163,8 +168,8 @@ void SignalWriter::SayWhatIsOdd(Console& console) const {
   }
 }
 
-void SignalWriter::Begin(const Pipeline& pipeline, const StreamContext& context) {
-  BeginPass(pipeline, context);
+void SignalWriter::Begin(Observation& observation, const StreamContext& context) {
+  BeginPass(observation, context);
   for (LineTarget& target : context.targets) WriteHeader(target);
 }
 
@@ -191,13 +196,14 @@ bool SignalWriter::EnterRow(const FrameRef& sent, const FrameRef& returned) {
 }
 
 void SignalWriter::On(const track::LogicalAccess& access) {
-  if (!EnterRow(access.sent, access.returned)) return;
-  if (row_.kind == 0) row_.kind = KindOf(access.command, access.address, access.length);
-  if (!model_->ReadProcessData(access, *this)) ShowDatagram(access);
+  in_range_ = EnterRow(access.sent, access.returned);
+  if (!in_range_) return;
+  kind_ = KindOf(access.command, access.address, access.length);
+  if (row_.kind == 0) row_.kind = kind_;
 }
 
-void SignalWriter::OnAccess(const track::SlaveAccess& access) {
-  model_->Apply(access);
+void SignalWriter::On(const track::SlaveAccess& access) {
+  in_range_ = false;
   if (access.broadcast) return;
   ByteSpan time = access.Covered(access.read, esc::kSystemTime, 8);
   if (time.empty()) time = access.Covered(access.read, esc::kSystemTime, 4);
@@ -205,11 +211,15 @@ void SignalWriter::OnAccess(const track::SlaveAccess& access) {
     if (EnterRow(access.sent, access.returned) && !row_.dc_time) {
       row_.dc_time = time.size() >= 8 ? LittleEndian<std::uint64_t>(time, 0) : LittleEndian<std::uint32_t>(time, 0);
     }
-  } else if (access.address >= esc::kProcessRam && EnterRow(access.sent, access.returned)) {
-    const std::uint64_t kind = KindOf(access.command, std::uint32_t{access.slave} << 16U | access.address,
-                                      std::max(access.written.size(), access.read.size()));
-    if (model_->ReadProcessData(access, *this) && row_.kind == 0) row_.kind = kind;
+  } else if (access.address >= esc::kProcessRam) {
+    in_range_ = EnterRow(access.sent, access.returned);
+    kind_ = KindOf(access.command, std::uint32_t{access.slave} << 16U | access.address,
+                   std::max(access.written.size(), access.read.size()));
   }
+}
+
+void SignalWriter::On(const model::ProcessDataUnplaced& event) {
+  if (in_range_) ShowDatagram(event.access);
 }
 
 SignalWriter::Cell& SignalWriter::Fill(std::uint32_t column) {
@@ -225,16 +235,18 @@ void SignalWriter::FillBytes(std::uint32_t column, ByteSpan bytes) {
 }
 
 void SignalWriter::On(const model::ProcessCycle& cycle) {
+  if (!in_range_ || cycle.lost) return;
+  if (row_.kind == 0) row_.kind = kind_;
   const model::ImagePart& part = cycle.part;
   const auto& selectors = context_->settings.slaves;
   if (!selectors.empty()) {
     if (part.slave != kNoSlave
-            ? !SelectsSlave(selectors, model_->network(), part.slave)
+            ? !SelectsSlave(selectors, *network_, part.slave)
             : !SelectsAddress(selectors, part.model->eni->position(), part.model->eni->station_address)) {
       return;
     }
   }
-  const PartColumns& places = columns_.Of(part, model_->network());
+  const PartColumns& places = columns_.Of(part, *network_);
   if (learning_) {
     if (!places.empty()) row_.filled.push_back(0);
     return;

@@ -22,22 +22,30 @@ struct SignalOptions {
   std::uint64_t every = 1;  ///< of the rows of each kind of frame, the first of every N
 };
 
-class SignalWriter final : public LineWriter, private track::EventSink, private model::ProcessSink {
+class SignalWriter final : public LineWriter {
  public:
   explicit SignalWriter(SignalOptions options) : options_(std::move(options)), columns_(options_.choice) {}
 
   [[nodiscard]] std::span<const OutputFormat> formats() const override;
-  [[nodiscard]] track::EventSink& events() override { return *this; }
+  [[nodiscard]] Depth depth() const override { return Depth::kSlaves; }
+  /// With the places that an earlier pass inferred.
+  [[nodiscard]] const AnalysisOptions& Adapt(const AnalysisOptions& options) override;
   /// The columns stand above the first row, so all of them must be known by then.
   [[nodiscard]] bool learns() const override { return true; }
   [[nodiscard]] bool learns_again() const override { return again_; }
-  void BeginLearning(const Pipeline& pipeline, const StreamContext& context) override;
+  void BeginLearning(Observation& observation, const StreamContext& context) override;
   [[nodiscard]] std::optional<Error> EndLearning(Console& console) override;
-  void Begin(const Pipeline& pipeline, const StreamContext& context) override;
+  void Begin(Observation& observation, const StreamContext& context) override;
   void End() override;
   [[nodiscard]] bool ShowsUnmet(std::span<const SlaveSelector> selectors) const override;
   /// What comes later says nothing about what was before.
   [[nodiscard]] bool stops_at_range_end() const override { return true; }
+
+  // What is heard.
+  void On(const track::LogicalAccess& access);
+  void On(const track::SlaveAccess& access);
+  void On(const model::ProcessCycle& cycle);
+  void On(const model::ProcessDataUnplaced& event);
 
  private:
   enum class Content : std::uint8_t {
@@ -62,21 +70,8 @@ class SignalWriter final : public LineWriter, private track::EventSink, private 
     [[nodiscard]] const FrameRef& frame() const { return returned.seen() ? returned : sent; }
   };
 
-  using model::ProcessSink::On;
-  using track::EventSink::On;
-  void On(const track::SlaveFound& event) override { model_->Apply(event); }
-  void On(const track::AddressAssigned& event) override { model_->Apply(event); }
-  void On(const track::IdentityLearned& event) override { model_->Apply(event); }
-  void On(const track::EepromRead& event) override { model_->Apply(event); }
-  void On(const track::EepromWrite& event) override { model_->Apply(event); }
-  void On(const mailbox::SdoTransfer& event) override { model_->Apply(event); }
-  void On(const mailbox::SdoInfo& event) override { model_->Apply(event); }
-  void On(const track::LogicalAccess& access) override;
-  void OnAccess(const track::SlaveAccess& access) override;
-  void On(const model::ProcessCycle& cycle) override;
-
   void SayWhatIsOdd(Console& console) const;
-  void BeginPass(const Pipeline& pipeline, const StreamContext& context);
+  void BeginPass(Observation& observation, const StreamContext& context);
   /// False when the frame is not to be shown.
   bool EnterRow(const FrameRef& sent, const FrameRef& returned);
   void EndRow();
@@ -99,11 +94,11 @@ class SignalWriter final : public LineWriter, private track::EventSink, private 
   bool dc_seen_ = false;  ///< a frame carries both process data and the time of the reference clock
 
   // Of the pass under way.
-  const Pipeline* pipeline_ = nullptr;
   const StreamContext* context_ = nullptr;
-  model::ModelSink no_model_events_;
   AnalysisOptions model_options_;
-  std::unique_ptr<model::BusModel> model_;
+  const track::Network* network_ = nullptr;
+  bool in_range_ = false;   ///< the datagram at hand is to be shown
+  std::uint64_t kind_ = 0;  ///< of the datagram at hand
   Row row_;
   std::vector<Cell> cells_;
   std::vector<Cell> shown_;                          ///< as last written, for --changes

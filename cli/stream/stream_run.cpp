@@ -17,11 +17,6 @@ namespace {
 
 constexpr std::array kFormats{OutputFormat{"text", ".txt"}, OutputFormat{"jsonl", ".jsonl"}};
 
-ExitStatus Fail(Console& console, const Error& error) {
-  console.Error(error.message);
-  return ExitStatus::kUsage;
-}
-
 ExitStatus Interrupted(Console& console, const std::string& message) {
   console.Error(message);
   return ExitStatus::kInterrupted;
@@ -88,7 +83,7 @@ std::span<const OutputFormat> LineWriter::formats() const {
   return kFormats;
 }
 
-void LineWriter::BeginLearning(const Pipeline&, const StreamContext&) {}
+void LineWriter::BeginLearning(Observation&, const StreamContext&) {}
 
 std::optional<Error> LineWriter::EndLearning(Console&) {
   return std::nullopt;
@@ -139,17 +134,17 @@ ExitStatus StreamRun::Learn(Console& console, LineWriter& writer, const Plan& pl
   if (!opened) return Fail(console, opened.error());
   TimedSource source(**opened, plan.range);
   const StreamContext context{source, plan.settings, plan.range, {}};
-  Pipeline pipeline(writer.events(), writer.frames());
-  writer.BeginLearning(pipeline, context);
+  Observation observation(writer.Adapt(plan.settings.analysis), writer.depth());
+  writer.BeginLearning(observation, context);
   Progress progress(console, std::filesystem::path(capture_.captures.front()).filename().string() + ", first pass");
-  pipeline.Run(source, RunOptions(writer, plan.range, progress, true));
+  observation.Run(source, RunOptions(writer, plan.range, progress, true));
   progress.Clear();
   if (InterruptFlag()) {
     return Interrupted(console, capture_.captures.front() + ": interrupted before anything was written");
   }
   std::optional<Error> error = NothingInRange(capture_.captures.front(), source, plan.range);
   if (!error && !writer.ShowsUnmet(plan.settings.slaves))
-    error = MissingSlaves(capture_, plan.settings, pipeline.network());
+    error = MissingSlaves(capture_, plan.settings, observation.pipeline().network());
   if (!error) error = writer.EndLearning(console);
   return error ? Fail(console, *error) : ExitStatus::kClean;
 }
@@ -205,12 +200,12 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
 
   TimedSource source(**opened, plan.range);
   const StreamContext context{source, *settings, *range, *targets};
-  Pipeline pipeline(writer.events(), writer.frames());
-  writer.Begin(pipeline, context);
+  Observation observation(writer.Adapt(settings->analysis), writer.depth());
+  writer.Begin(observation, context);
 
   Progress progress(console, std::filesystem::path(name).filename().string());
   // On a terminal the lines themselves show it.
-  pipeline.Run(source, RunOptions(writer, *range, progress, !console.output_is_terminal()));
+  observation.Run(source, RunOptions(writer, *range, progress, !console.output_is_terminal()));
   const bool all_closed =
       std::all_of(targets->begin(), targets->end(), [](const LineTarget& t) { return t.output.closed(); });
   const bool interrupted = InterruptFlag() && !all_closed;
@@ -221,14 +216,15 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
     if (const auto error = NothingInRange(name, source, *range)) return Fail(console, *error);
   }
   if (!all_closed && !interrupted && !writer.ShowsUnmet(settings->slaves)) {
-    if (const auto error = MissingSlaves(capture_, *settings, pipeline.network())) return Fail(console, *error);
+    if (const auto error = MissingSlaves(capture_, *settings, observation.pipeline().network()))
+      return Fail(console, *error);
   }
   ExitStatus status = ExitStatus::kClean;
   for (LineTarget& target : *targets) {
     if (const auto error = target.output.Finish()) status = Fail(console, *error);
   }
   if (status != ExitStatus::kClean) return status;
-  const PipelineStatistics& statistics = pipeline.statistics();
+  const PipelineStatistics& statistics = observation.pipeline().statistics();
   if (interrupted) {
     return Interrupted(console, name + ": interrupted behind " + Count(statistics.packets, "packet"));
   }

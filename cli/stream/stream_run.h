@@ -7,13 +7,13 @@
 #include <string>
 #include <vector>
 
+#include "analyzers/observation.h"
 #include "cli/capture_options.h"
 #include "cli/console.h"
 #include "cli/exit_status.h"
 #include "cli/output_plan.h"
 #include "cli/stream/frame_range.h"
 #include "cli/stream/line_output.h"
-#include "decoder/pipeline.h"
 
 namespace ecaudit::cli {
 
@@ -40,19 +40,20 @@ class LineWriter {
   virtual ~LineWriter() = default;
   /// What it can write, the default first.
   [[nodiscard]] virtual std::span<const OutputFormat> formats() const;
-  [[nodiscard]] virtual track::EventSink& events() = 0;
-  [[nodiscard]] virtual FrameObserver* frames() { return nullptr; }
-  /// Before the first packet. `pipeline` and `context` outlive the writer's work.
-  virtual void Begin(const Pipeline& pipeline, const StreamContext& context) = 0;
+  /// What it needs to know.
+  [[nodiscard]] virtual Depth depth() const = 0;
+  /// The analysis as the writer wants it, where that is not as the user set it.
+  [[nodiscard]] virtual const AnalysisOptions& Adapt(const AnalysisOptions& options) { return options; }
+  /// Before the first packet: listens to what it shows. `observation` and `context` outlive the writer's work.
+  virtual void Begin(Observation& observation, const StreamContext& context) = 0;
   /// Behind the last packet.
   virtual void End() {}
-  /// True when it must read the capture once before it can write; then BeginLearning() and EndLearning() frame a pass
-  /// with the same events().
+  /// True when it must read the capture once before it can write; then BeginLearning() and EndLearning() frame a pass.
   [[nodiscard]] virtual bool learns() const { return false; }
   /// True behind EndLearning() when what it found makes another such pass necessary.
   [[nodiscard]] virtual bool learns_again() const { return false; }
-  /// `pipeline` and `context` are gone after EndLearning(); the context has no targets.
-  virtual void BeginLearning(const Pipeline& pipeline, const StreamContext& context);
+  /// `observation` and `context` are gone after EndLearning(); the context has no targets.
+  virtual void BeginLearning(Observation& observation, const StreamContext& context);
   /// @return why nothing can be written
   [[nodiscard]] virtual std::optional<Error> EndLearning(Console& console);
   /// Whether one of the slaves of --slave is shown that no frame of the capture addresses.

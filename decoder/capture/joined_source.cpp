@@ -16,8 +16,8 @@ namespace ecaudit::capture {
 namespace {
 
 constexpr TimeNs kBeforeAll = std::numeric_limits<TimeNs>::min();
-constexpr std::size_t kMaxComments = 1000;
-constexpr std::size_t kMaxInterfaces = 65535;
+constexpr std::size_t kMaxJoinedComments = 1000;
+constexpr std::size_t kMaxJoinedInterfaces = 65535;
 constexpr std::size_t kMaxNamedDamages = 10;
 
 /// What makes interfaces of two files the same one; the last is its ordinal among the equal ones of its file.
@@ -196,7 +196,7 @@ bool JoinedSource::MapInterfaces(File& file) {
     std::get<std::size_t>(key) = file.equal_interfaces[key]++;
     const auto [ours, is_new] = interfaces_.try_emplace(std::move(key), info_.interfaces.size());
     if (is_new) {
-      if (ours->second >= kMaxInterfaces) {
+      if (ours->second >= kMaxJoinedInterfaces) {
         interfaces_.erase(ours);
         return false;
       }
@@ -213,7 +213,7 @@ void JoinedSource::TakeComments(File& file, FrameNo head_number) {
   for (; file.comments_taken < comments.size(); ++file.comments_taken) {
     const Comment& comment = comments[file.comments_taken];
     const bool of_packet = comment.frame != 0;
-    if (info_.comments.size() >= kMaxComments) continue;
+    if (info_.comments.size() >= kMaxJoinedComments) continue;
     const bool known = !of_packet && std::any_of(info_.comments.begin(), info_.comments.end(), [&](const Comment& c) {
       return c.frame == 0 && c.text == comment.text;
     });

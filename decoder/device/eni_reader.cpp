@@ -10,10 +10,10 @@
 namespace ecaudit::device {
 namespace {
 
-constexpr const char* kSource = "ENI, slave configuration";
+constexpr const char* kEniSource = "ENI, slave configuration";
 /// Limits against files made to exhaust memory.
 constexpr std::size_t kMaxSlaves = 65'536;
-constexpr std::size_t kMaxRows = 4'000'000;  // commands, PDO entries and variables of the whole file
+constexpr std::size_t kMaxEniRows = 4'000'000;  // commands, PDO entries and variables of the whole file
 
 /// Sm0, Sm1, ... or Sm
 bool IsSyncManager(const std::string& name) {
@@ -175,7 +175,7 @@ class EniParser {
     const std::string digits = xml_.name().substr(2);
     rule.number = static_cast<std::uint8_t>(slave.sync_managers.size());
     if (!digits.empty() && digits.size() <= 2) rule.number = static_cast<std::uint8_t>(std::stoi(digits));
-    rule.source = kSource;
+    rule.source = kEniSource;
     std::vector<std::uint16_t> assigned;
     while (xml_.NextChild()) {
       const std::string& name = xml_.name();
@@ -214,7 +214,7 @@ class EniParser {
     content.fixed = xml_.Flag("Fixed");
     content.mandatory = xml_.Flag("Mandatory");
     content.sync_manager = xml_.NumberAttribute<std::uint8_t>("Sm");
-    content.source = kSource;
+    content.source = kEniSource;
     while (xml_.NextChild()) {
       const std::string& name = xml_.name();
       if (name == "Index") {
@@ -516,7 +516,7 @@ class EniParser {
   }
 
   void CountRow() {
-    if (++rows_ > kMaxRows) xml_.Fail("more than " + Grouped(kMaxRows) + " commands, PDO entries and variables");
+    if (++rows_ > kMaxEniRows) xml_.Fail("more than " + Grouped(kMaxEniRows) + " commands, PDO entries and variables");
   }
 
   struct Assignment {

@@ -11,10 +11,10 @@
 namespace ecaudit::device {
 namespace {
 
-constexpr const char* kSource = "ESI, device description";
+constexpr const char* kEsiSource = "ESI, device description";
 /// Limits against files made to exhaust memory; the largest ESI files known stay far below.
 constexpr std::size_t kMaxDevices = 20'000;
-constexpr std::size_t kMaxRows = 4'000'000;  // PDO entries and dictionary rows of the whole file
+constexpr std::size_t kMaxEsiRows = 4'000'000;  // PDO entries and dictionary rows of the whole file
 
 /// English text of an element that stands once per language.
 void ReadLocalName(XmlCursor& xml, std::string& out) {
@@ -126,7 +126,7 @@ class EsiParser {
     DeviceDescription& device = file_.devices.emplace_back();
     device.esi.emplace();
     device.document = "ESI";
-    device.match.source = device.pdo.source = device.mailbox.source = kSource;
+    device.match.source = device.pdo.source = device.mailbox.source = kEsiSource;
     while (xml_.NextChild()) {
       const std::string& name = xml_.name();
       if (name == "Type") {
@@ -226,7 +226,7 @@ class EsiParser {
                                   : SyncManagerUse::kUnused;
     rule.mailbox_mode = rule.use == SyncManagerUse::kMailboxOut || rule.use == SyncManagerUse::kMailboxIn;
     rule.master_writes = rule.use == SyncManagerUse::kMailboxOut || rule.use == SyncManagerUse::kProcessOut;
-    rule.source = kSource;
+    rule.source = kEsiSource;
   }
 
   void ReadMailbox(MailboxDescription& mailbox) {
@@ -247,7 +247,7 @@ class EsiParser {
         MailboxProtocol& protocol = mailbox.protocols.emplace_back();
         protocol.type = known.type;
         protocol.name = known.name;
-        protocol.source = kSource;
+        protocol.source = kEsiSource;
       }
       if (xml_.name() == "CoE") {
         mailbox.complete_access = xml_.Flag("CompleteAccess");
@@ -296,7 +296,7 @@ class EsiParser {
     content.fixed = xml_.Flag("Fixed");
     content.mandatory = xml_.Flag("Mandatory");
     content.sync_manager = xml_.NumberAttribute<std::uint8_t>("Sm");
-    content.source = kSource;
+    content.source = kEsiSource;
     while (xml_.NextChild()) {
       if (xml_.name() == "Index") {
         content.index = xml_.Number<std::uint16_t>();
@@ -315,7 +315,7 @@ class EsiParser {
     SelectablePdo selectable;
     selectable.direction = direction;
     selectable.index = content.index;
-    selectable.source = kSource;
+    selectable.source = kEsiSource;
     pdo.selectable.push_back(std::move(selectable));
     pdo.fixed.push_back(std::move(content));
     CountRow();
@@ -348,7 +348,7 @@ class EsiParser {
         device.esi->profile_number = xml_.Number<std::uint32_t>();
       } else if (xml_.name() == "Dictionary") {
         if (!device.dictionary) device.dictionary.emplace();
-        device.dictionary->source = kSource;
+        device.dictionary->source = kEsiSource;
         ReadDictionary(*device.dictionary);
       } else {
         xml_.Skip();
@@ -430,7 +430,7 @@ class EsiParser {
 
   void ReadObject(const EsiTypes& types, ObjectDictionary& dictionary) {
     DictionaryObject object;
-    object.source = kSource;
+    object.source = kEsiSource;
     std::string type_name;
     Flags flags;
     while (xml_.NextChild()) {
@@ -492,7 +492,7 @@ class EsiParser {
   }
 
   void CountRow() {
-    if (++rows_ > kMaxRows) xml_.Fail("more than " + Grouped(kMaxRows) + " objects and PDO entries");
+    if (++rows_ > kMaxEsiRows) xml_.Fail("more than " + Grouped(kMaxEsiRows) + " objects and PDO entries");
   }
 
   XmlCursor xml_;

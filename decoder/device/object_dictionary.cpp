@@ -7,14 +7,14 @@
 namespace ecaudit::device {
 namespace {
 
-struct TypeName {
+struct NamedType {
   std::string_view name;
   DataType type;
 };
 
 // Spellings of manuals ("U32", "S32", "VisStr"), of CoE ("UNSIGNED32") and of IEC 61131 as ESI files use them
 // ("UDINT").
-constexpr auto kNames = std::to_array<TypeName>({
+constexpr auto kNames = std::to_array<NamedType>({
     {"BOOL", DataType::kBoolean},
     {"BOOLEAN", DataType::kBoolean},
     {"BIT", DataType::kBoolean},
@@ -129,7 +129,7 @@ std::string_view DataTypeName(DataType type) {
 
 DataType DataTypeFromName(std::string_view name) {
   if (const auto bracket = name.find('('); bracket != std::string_view::npos) name = name.substr(0, bracket);
-  const auto it = std::find_if(kNames.begin(), kNames.end(), [&](const TypeName& known) { return known.name == name; });
+  const auto it = std::find_if(kNames.begin(), kNames.end(), [&](const NamedType& known) { return known.name == name; });
   return it == kNames.end() ? DataType::kUnknown : it->type;
 }
 

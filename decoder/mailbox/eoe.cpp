@@ -175,7 +175,7 @@ std::string MacText(const Mac& mac) {
   return text;
 }
 
-void EoeReassembler::OnMessage(const MailboxMessage& message, const FrameRef& request, MailboxSink& sink) {
+void EoeReassembler::OnMessage(const MailboxMessage& message, const FrameRef& request, EventSink& sink) {
   const EoeHeader header = ParseEoe(message.payload);
   if (header.too_short) return;
   if (header.type == EoeType::kFragment) {
@@ -203,10 +203,10 @@ void EoeReassembler::OnMessage(const MailboxMessage& message, const FrameRef& re
     default:
       break;
   }
-  sink.On(control);
+  sink.Publish(control);
 }
 
-void EoeReassembler::OnFragment(const MailboxMessage& message, const EoeHeader& header, MailboxSink& sink) {
+void EoeReassembler::OnFragment(const MailboxMessage& message, const EoeHeader& header, EventSink& sink) {
   if (header.fragment == 0) {
     if (open_) Emit(EoeFrame::Problem::kUnfinished, sink);
     Begin(message, header);
@@ -258,22 +258,22 @@ void EoeReassembler::Begin(const MailboxMessage& message, const EoeHeader& heade
   announced_blocks_ = header.blocks;
 }
 
-void EoeReassembler::GiveUp(EoeFrame::Problem problem, const EoeHeader& header, MailboxSink& sink) {
+void EoeReassembler::GiveUp(EoeFrame::Problem problem, const EoeHeader& header, EventSink& sink) {
   skipping_ = !header.last_fragment;
   Emit(problem, sink);
 }
 
-void EoeReassembler::Emit(EoeFrame::Problem problem, MailboxSink& sink) {
+void EoeReassembler::Emit(EoeFrame::Problem problem, EventSink& sink) {
   open_ = false;
   frame_.problem = problem;
   frame_.data = data_;
   frame_.summary = SummariseEthernet(data_);
-  sink.On(frame_);
+  sink.Publish(frame_);
   frame_.data = {};
   data_.Clear();
 }
 
-void EoeReassembler::End(MailboxSink& sink) {
+void EoeReassembler::End(EventSink& sink) {
   if (open_) Emit(EoeFrame::Problem::kUnfinished, sink);
 }
 

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "decoder/base/bytes.h"
+#include "decoder/base/event_sink.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/mailbox/message_bytes.h"
 
@@ -83,15 +84,15 @@ class EoeReassembler {
   /// @param bytes what all slaves share for messages in the making; null: no common limit
   explicit EoeReassembler(Allowance* bytes = nullptr) : data_(kMaxFrameBytes, bytes) {}
 
-  void OnMessage(const MailboxMessage& message, const FrameRef& request, MailboxSink& sink);
+  void OnMessage(const MailboxMessage& message, const FrameRef& request, EventSink& sink);
   /// Gives up an unfinished frame.
-  void End(MailboxSink& sink);
+  void End(EventSink& sink);
 
  private:
-  void OnFragment(const MailboxMessage& message, const EoeHeader& header, MailboxSink& sink);
+  void OnFragment(const MailboxMessage& message, const EoeHeader& header, EventSink& sink);
   void Begin(const MailboxMessage& message, const EoeHeader& header);
-  void GiveUp(EoeFrame::Problem problem, const EoeHeader& header, MailboxSink& sink);
-  void Emit(EoeFrame::Problem problem, MailboxSink& sink);
+  void GiveUp(EoeFrame::Problem problem, const EoeHeader& header, EventSink& sink);
+  void Emit(EoeFrame::Problem problem, EventSink& sink);
 
   bool open_ = false;
   bool skipping_ = false;  ///< the rest of a frame that was given up

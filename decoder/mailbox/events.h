@@ -430,32 +430,4 @@ struct VoeMessage {
   ByteSpan data;
 };
 
-/// Takes the events of all slaves. What a user does not override is dropped.
-class MailboxSink {
- public:
-  MailboxSink() = default;
-  MailboxSink(const MailboxSink&) = delete;
-  MailboxSink& operator=(const MailboxSink&) = delete;
-  virtual ~MailboxSink() = default;
-
-  /// Every message, before what follows from it.
-  virtual void On(const MailboxMessage&) {}
-  virtual void On(const MailboxRefused&) {}
-  virtual void On(const MailboxReadLost&) {}
-  virtual void On(const MailboxRepeatRequest&) {}
-  virtual void On(const MailboxUnanswered&) {}
-  virtual void On(const MailboxErrorReply&) {}
-  virtual void On(const SdoTransfer&) {}
-  virtual void On(const SdoUnexpected&) {}
-  virtual void On(const SdoInfo&) {}
-  virtual void On(const Emergency&) {}
-  virtual void On(const CoePdo&) {}
-  virtual void On(const EoeFrame&) {}
-  virtual void On(const EoeControl&) {}
-  virtual void On(const FoeTransfer&) {}
-  virtual void On(const SoeMessage&) {}
-  virtual void On(const AoeMessage&) {}
-  virtual void On(const VoeMessage&) {}
-};
-
 }  // namespace ecaudit::mailbox

@@ -47,7 +47,7 @@ std::string_view FoeErrorText(std::uint32_t code) {
   return number < std::size(kTexts) ? kTexts[number] : std::string_view();
 }
 
-void FoeTracker::OnMessage(const MailboxMessage& message, MailboxSink& sink) {
+void FoeTracker::OnMessage(const MailboxMessage& message, EventSink& sink) {
   const FoeMessage foe = ParseFoe(message.payload);
   switch (foe.operation) {
     case FoeOperation::kReadRequest:
@@ -98,7 +98,7 @@ void FoeTracker::OnMessage(const MailboxMessage& message, MailboxSink& sink) {
   }
 }
 
-void FoeTracker::Begin(const MailboxMessage& message, const FoeMessage& foe, MailboxSink& sink) {
+void FoeTracker::Begin(const MailboxMessage& message, const FoeMessage& foe, EventSink& sink) {
   if (open_) Close(FoeTransfer::Outcome::kSuperseded, sink);
   transfer_ = FoeTransfer();
   transfer_.slave = slave_;
@@ -136,7 +136,7 @@ void FoeTracker::OnData(const MailboxMessage& message, const FoeMessage& foe) {
   longest_ = std::max(longest_, length);
 }
 
-void FoeTracker::OnAcknowledge(const MailboxMessage& message, const FoeMessage& foe, MailboxSink& sink) {
+void FoeTracker::OnAcknowledge(const MailboxMessage& message, const FoeMessage& foe, EventSink& sink) {
   if ((message.direction == Direction::kIn) != transfer_.write) return;
   if (assumed_) {  // the packets it acknowledges are not in the capture
     packet_ = foe.parameter;
@@ -155,7 +155,7 @@ bool FoeTracker::FillsMailbox(const MailboxMessage& message, std::size_t data_by
   return longest_ == 0 || data_bytes >= longest_;
 }
 
-void FoeTracker::OnMailboxError(std::uint16_t detail, const FrameRef& frame, MailboxSink& sink) {
+void FoeTracker::OnMailboxError(std::uint16_t detail, const FrameRef& frame, EventSink& sink) {
   if (!open_) return;
   transfer_.mailbox_error = detail;
   transfer_.last = frame;
@@ -163,7 +163,7 @@ void FoeTracker::OnMailboxError(std::uint16_t detail, const FrameRef& frame, Mai
   Close(FoeTransfer::Outcome::kMailboxError, sink);
 }
 
-void FoeTracker::End(TransferEnd why, MailboxSink& sink) {
+void FoeTracker::End(TransferEnd why, EventSink& sink) {
   if (!open_) return;
   Close(assumed_                          ? FoeTransfer::Outcome::kNotCaptured
         : why == TransferEnd::kCaptureEnd ? FoeTransfer::Outcome::kCaptureEnd
@@ -172,7 +172,7 @@ void FoeTracker::End(TransferEnd why, MailboxSink& sink) {
         sink);
 }
 
-void FoeTracker::Close(FoeTransfer::Outcome outcome, MailboxSink& sink) {
+void FoeTracker::Close(FoeTransfer::Outcome outcome, EventSink& sink) {
   open_ = false;
   transfer_.outcome = assumed_ ? FoeTransfer::Outcome::kNotCaptured : outcome;
   transfer_.answered = answered_;
@@ -185,7 +185,7 @@ void FoeTracker::Close(FoeTransfer::Outcome outcome, MailboxSink& sink) {
   if (transfer_.request.has_time && transfer_.last.has_time) {
     transfer_.duration = transfer_.last.time - transfer_.request.time;
   }
-  sink.On(transfer_);
+  sink.Publish(transfer_);
   transfer_.file_name = {};
   transfer_.error_text = {};
 }

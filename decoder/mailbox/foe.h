@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "decoder/base/bytes.h"
+#include "decoder/base/event_sink.h"
 #include "decoder/mailbox/events.h"
 
 namespace ecaudit::mailbox {
@@ -73,20 +74,20 @@ class FoeTracker {
     out_length_ = out;
     in_length_ = in;
   }
-  void OnMessage(const MailboxMessage& message, MailboxSink& sink);
+  void OnMessage(const MailboxMessage& message, EventSink& sink);
   /// The slave answered with a mailbox error reply.
-  void OnMailboxError(std::uint16_t detail, const FrameRef& frame, MailboxSink& sink);
+  void OnMailboxError(std::uint16_t detail, const FrameRef& frame, EventSink& sink);
   /// Ends an open transfer.
-  void End(TransferEnd why, MailboxSink& sink);
+  void End(TransferEnd why, EventSink& sink);
 
   [[nodiscard]] bool open() const { return open_; }
 
  private:
-  void Begin(const MailboxMessage& message, const FoeMessage& foe, MailboxSink& sink);
+  void Begin(const MailboxMessage& message, const FoeMessage& foe, EventSink& sink);
   void OnData(const MailboxMessage& message, const FoeMessage& foe);
-  void OnAcknowledge(const MailboxMessage& message, const FoeMessage& foe, MailboxSink& sink);
+  void OnAcknowledge(const MailboxMessage& message, const FoeMessage& foe, EventSink& sink);
   [[nodiscard]] bool FillsMailbox(const MailboxMessage& message, std::size_t data_bytes) const;
-  void Close(FoeTransfer::Outcome outcome, MailboxSink& sink);
+  void Close(FoeTransfer::Outcome outcome, EventSink& sink);
 
   SlaveId slave_;
   std::uint16_t out_length_ = 0;

@@ -94,7 +94,7 @@ std::string AccessText(std::uint16_t access) {
   return text;
 }
 
-void SdoInfoTracker::OnMessage(const MailboxMessage& message, MailboxSink& sink) {
+void SdoInfoTracker::OnMessage(const MailboxMessage& message, EventSink& sink) {
   const SdoInfoHeader header = ParseSdoInfo(Slice(message.payload, kCoeHeaderBytes));
   if (header.too_short) return;
   if (message.direction == Direction::kOut) {
@@ -104,7 +104,7 @@ void SdoInfoTracker::OnMessage(const MailboxMessage& message, MailboxSink& sink)
   }
 }
 
-void SdoInfoTracker::OnRequest(const MailboxMessage& message, const SdoInfoHeader& header, MailboxSink& sink) {
+void SdoInfoTracker::OnRequest(const MailboxMessage& message, const SdoInfoHeader& header, EventSink& sink) {
   if (open_) Close(SdoInfo::Outcome::kSuperseded, sink);
   info_ = SdoInfo();
   info_.slave = slave_;
@@ -121,7 +121,7 @@ void SdoInfoTracker::OnRequest(const MailboxMessage& message, const SdoInfoHeade
   assumed_ = message.assumed;
 }
 
-void SdoInfoTracker::OnResponse(const MailboxMessage& message, const SdoInfoHeader& header, MailboxSink& sink) {
+void SdoInfoTracker::OnResponse(const MailboxMessage& message, const SdoInfoHeader& header, EventSink& sink) {
   const SdoInfo::Kind kind = KindOf(header.opcode);
   const bool error = header.opcode == SdoInfoOpcode::kError;
   if (open_ && !error && info_.kind != kind) {
@@ -213,14 +213,14 @@ void SdoInfoTracker::DecodeEntry() {
   info_.name = TextOf(Slice(data, at));
 }
 
-void SdoInfoTracker::OnMailboxError(std::uint16_t detail, const FrameRef& frame, MailboxSink& sink) {
+void SdoInfoTracker::OnMailboxError(std::uint16_t detail, const FrameRef& frame, EventSink& sink) {
   if (!open_) return;
   info_.mailbox_error = detail;
   info_.response = frame;
   Close(SdoInfo::Outcome::kMailboxError, sink);
 }
 
-void SdoInfoTracker::End(TransferEnd why, MailboxSink& sink) {
+void SdoInfoTracker::End(TransferEnd why, EventSink& sink) {
   if (!open_) return;
   Close(why == TransferEnd::kCaptureEnd ? SdoInfo::Outcome::kCaptureEnd
         : why == TransferEnd::kReset    ? SdoInfo::Outcome::kReset
@@ -228,13 +228,13 @@ void SdoInfoTracker::End(TransferEnd why, MailboxSink& sink) {
         sink);
 }
 
-void SdoInfoTracker::Close(SdoInfo::Outcome outcome, MailboxSink& sink) {
+void SdoInfoTracker::Close(SdoInfo::Outcome outcome, EventSink& sink) {
   open_ = false;
   const bool answered = outcome == SdoInfo::Outcome::kCompleted || outcome == SdoInfo::Outcome::kError ||
                         outcome == SdoInfo::Outcome::kMailboxError;
   info_.outcome = assumed_ && !answered ? SdoInfo::Outcome::kNotCaptured : outcome;
   if (info_.request.has_time && info_.response.has_time) info_.duration = info_.response.time - info_.request.time;
-  sink.On(info_);
+  sink.Publish(info_);
   info_ = SdoInfo();
   data_.Clear();
   if (indices_.capacity() > kKeptIndices) indices_ = {};

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "decoder/base/bytes.h"
+#include "decoder/base/event_sink.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/mailbox/message_bytes.h"
 
@@ -63,19 +64,19 @@ class SdoInfoTracker {
   /// @param bytes what all slaves share for messages in the making; null: no common limit
   explicit SdoInfoTracker(SlaveId slave, Allowance* bytes = nullptr) : slave_(slave), data_(kMaxBytes, bytes) {}
 
-  void OnMessage(const MailboxMessage& message, MailboxSink& sink);
-  void OnMailboxError(std::uint16_t detail, const FrameRef& frame, MailboxSink& sink);
-  void End(TransferEnd why, MailboxSink& sink);
+  void OnMessage(const MailboxMessage& message, EventSink& sink);
+  void OnMailboxError(std::uint16_t detail, const FrameRef& frame, EventSink& sink);
+  void End(TransferEnd why, EventSink& sink);
 
   [[nodiscard]] bool open() const { return open_; }
 
  private:
-  void OnRequest(const MailboxMessage& message, const SdoInfoHeader& header, MailboxSink& sink);
-  void OnResponse(const MailboxMessage& message, const SdoInfoHeader& header, MailboxSink& sink);
+  void OnRequest(const MailboxMessage& message, const SdoInfoHeader& header, EventSink& sink);
+  void OnResponse(const MailboxMessage& message, const SdoInfoHeader& header, EventSink& sink);
   void DecodeList();
   void DecodeObject();
   void DecodeEntry();
-  void Close(SdoInfo::Outcome outcome, MailboxSink& sink);
+  void Close(SdoInfo::Outcome outcome, EventSink& sink);
 
   SlaveId slave_;
   bool open_ = false;

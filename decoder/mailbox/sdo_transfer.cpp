@@ -86,7 +86,7 @@ std::string_view Describe(SdoUnexpected::Reason reason) {
   return "";
 }
 
-void SdoTransferTracker::OnMessage(const MailboxMessage& message, MailboxSink& sink) {
+void SdoTransferTracker::OnMessage(const MailboxMessage& message, EventSink& sink) {
   const SdoMessage sdo = ParseSdo(Slice(message.payload, kCoeHeaderBytes), message.direction);
   if (message.direction == Direction::kOut) {
     OnRequest(message, sdo, sink);
@@ -96,7 +96,7 @@ void SdoTransferTracker::OnMessage(const MailboxMessage& message, MailboxSink& s
   }
 }
 
-void SdoTransferTracker::OnRequest(const MailboxMessage& message, const SdoMessage& sdo, MailboxSink& sink) {
+void SdoTransferTracker::OnRequest(const MailboxMessage& message, const SdoMessage& sdo, EventSink& sink) {
   if (IsSegment(sdo.kind)) {
     OnSegmentRequest(message, sdo, sink);
     return;
@@ -132,7 +132,7 @@ void SdoTransferTracker::OnRequest(const MailboxMessage& message, const SdoMessa
   if (assumed_ && whole) Close(SdoOutcome::kNotCaptured, sink);
 }
 
-void SdoTransferTracker::OnSegmentRequest(const MailboxMessage& message, const SdoMessage& sdo, MailboxSink& sink) {
+void SdoTransferTracker::OnSegmentRequest(const MailboxMessage& message, const SdoMessage& sdo, EventSink& sink) {
   const SdoService service = ServiceOf(sdo.kind);
   if (open() && transfer_.service != service) Close(Unfinished(SdoOutcome::kSuperseded), sink);
   if (!open()) {
@@ -161,7 +161,7 @@ void SdoTransferTracker::OnSegmentRequest(const MailboxMessage& message, const S
   if (assumed_ && service == SdoService::kDownload && sdo.last) Close(SdoOutcome::kNotCaptured, sink);
 }
 
-void SdoTransferTracker::OnResponse(const MailboxMessage& message, const SdoMessage& sdo, MailboxSink& sink) {
+void SdoTransferTracker::OnResponse(const MailboxMessage& message, const SdoMessage& sdo, EventSink& sink) {
   if (!open()) {
     if (history_known_) {
       Unexpected(SdoUnexpected::Reason::kNoRequest, message, sdo, sink);
@@ -181,7 +181,7 @@ void SdoTransferTracker::OnResponse(const MailboxMessage& message, const SdoMess
   }
 }
 
-void SdoTransferTracker::OnMatchedResponse(const MailboxMessage& message, const SdoMessage& sdo, MailboxSink& sink) {
+void SdoTransferTracker::OnMatchedResponse(const MailboxMessage& message, const SdoMessage& sdo, EventSink& sink) {
   CheckService(message, sdo);
   transfer_.answered = true;
   transfer_.answer_lost = false;
@@ -197,7 +197,7 @@ void SdoTransferTracker::OnMatchedResponse(const MailboxMessage& message, const 
 }
 
 /// The first thing seen of this slave is an answer: the capture starts between request and answer.
-void SdoTransferTracker::OnOrphanResponse(const MailboxMessage& message, const SdoMessage& sdo, MailboxSink& sink) {
+void SdoTransferTracker::OnOrphanResponse(const MailboxMessage& message, const SdoMessage& sdo, EventSink& sink) {
   if (sdo.kind == SdoKind::kReserved || sdo.kind == SdoKind::kDownloadSegment) return;  // tells nothing
   Begin(ServiceOf(sdo.kind));
   transfer_.certainty = Certainty::kInferred;
@@ -211,7 +211,7 @@ void SdoTransferTracker::OnOrphanResponse(const MailboxMessage& message, const S
   OnMatchedResponse(message, sdo, sink);
 }
 
-void SdoTransferTracker::OnInitiateResponse(const SdoMessage& sdo, MailboxSink& sink) {
+void SdoTransferTracker::OnInitiateResponse(const SdoMessage& sdo, EventSink& sink) {
   next_toggle_ = false;
   toggle_known_ = true;
   state_ = State::kBetween;
@@ -234,7 +234,7 @@ void SdoTransferTracker::OnInitiateResponse(const SdoMessage& sdo, MailboxSink& 
   if (whole) Close(SdoOutcome::kCompleted, sink);
 }
 
-void SdoTransferTracker::OnSegmentResponse(const MailboxMessage& message, const SdoMessage& sdo, MailboxSink& sink) {
+void SdoTransferTracker::OnSegmentResponse(const MailboxMessage& message, const SdoMessage& sdo, EventSink& sink) {
   transfer_.kind = SdoTransferKind::kSegmented;
   if (toggle_known_ && sdo.toggle == next_toggle_) ToggleError(message);
   if (!toggle_known_) {
@@ -250,7 +250,7 @@ void SdoTransferTracker::OnSegmentResponse(const MailboxMessage& message, const 
   if (last) Close(SdoOutcome::kCompleted, sink);
 }
 
-void SdoTransferTracker::OnAbort(const MailboxMessage& message, const SdoMessage& sdo, MailboxSink& sink) {
+void SdoTransferTracker::OnAbort(const MailboxMessage& message, const SdoMessage& sdo, EventSink& sink) {
   transfer_.abort_code = sdo.abort_code;
   transfer_.displaced_abort_code = sdo.displaced_abort_code;
   transfer_.aborted_by = message.direction;
@@ -258,7 +258,7 @@ void SdoTransferTracker::OnAbort(const MailboxMessage& message, const SdoMessage
   Close(SdoOutcome::kAborted, sink);
 }
 
-void SdoTransferTracker::OnMailboxError(std::uint16_t detail, const FrameRef& frame, MailboxSink& sink) {
+void SdoTransferTracker::OnMailboxError(std::uint16_t detail, const FrameRef& frame, EventSink& sink) {
   if (!open()) return;
   transfer_.mailbox_error = detail;
   transfer_.answered = true;
@@ -272,7 +272,7 @@ void SdoTransferTracker::OnReadLost(FrameNo sent) {
   if (awaiting_answer() && sent > transfer_.last.number) transfer_.answer_lost = true;
 }
 
-void SdoTransferTracker::End(TransferEnd why, MailboxSink& sink) {
+void SdoTransferTracker::End(TransferEnd why, EventSink& sink) {
   if (open()) {
     Close(Unfinished(why == TransferEnd::kCaptureEnd ? SdoOutcome::kCaptureEnd
                      : why == TransferEnd::kReset    ? SdoOutcome::kReset
@@ -304,7 +304,7 @@ bool SdoTransferTracker::SameObject(const SdoMessage& sdo) const {
 }
 
 void SdoTransferTracker::Unexpected(SdoUnexpected::Reason reason, const MailboxMessage& message, const SdoMessage& sdo,
-                                    MailboxSink& sink) {
+                                    EventSink& sink) {
   SdoUnexpected event;
   event.slave = slave_;
   event.reason = reason;
@@ -321,7 +321,7 @@ void SdoTransferTracker::Unexpected(SdoUnexpected::Reason reason, const MailboxM
     event.expected_index = transfer_.index;
     event.expected_subindex = transfer_.subindex;
   }
-  sink.On(event);
+  sink.Publish(event);
 }
 
 void SdoTransferTracker::Begin(SdoService service) {
@@ -354,7 +354,7 @@ void SdoTransferTracker::ToggleError(const MailboxMessage& message) {
   transfer_.toggle_error_by = message.direction;
 }
 
-void SdoTransferTracker::Close(SdoOutcome outcome, MailboxSink& sink) {
+void SdoTransferTracker::Close(SdoOutcome outcome, EventSink& sink) {
   state_ = State::kIdle;
   transfer_.outcome = outcome;
   transfer_.data = data_;
@@ -372,7 +372,7 @@ void SdoTransferTracker::Close(SdoOutcome outcome, MailboxSink& sink) {
     transfer_.certainty =
         transfer_.answered || transfer_.certainty == Certainty::kObserved ? Certainty::kObserved : Certainty::kInferred;
   }
-  sink.On(transfer_);
+  sink.Publish(transfer_);
   transfer_.data = {};
   data_.Clear();
 }

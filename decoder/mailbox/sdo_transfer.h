@@ -10,6 +10,7 @@
 
 #include <cstdint>
 
+#include "decoder/base/event_sink.h"
 #include "decoder/mailbox/coe.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/mailbox/message_bytes.h"
@@ -26,15 +27,15 @@ class SdoTransferTracker {
       : slave_(slave), data_(kMaxStoredBytes, bytes) {}
 
   /// @param message  CoE message with service SDO request or response
-  void OnMessage(const MailboxMessage& message, MailboxSink& sink);
+  void OnMessage(const MailboxMessage& message, EventSink& sink);
   /// The slave answered the outstanding request with a mailbox error reply.
-  void OnMailboxError(std::uint16_t detail, const FrameRef& frame, MailboxSink& sink);
+  void OnMailboxError(std::uint16_t detail, const FrameRef& frame, EventSink& sink);
   /// A mailbox read sent in frame `sent` never returned: it may have taken the outstanding answer with it. Comes late.
   void OnReadLost(FrameNo sent);
   /// A request that is not in the capture seems to have reached the slave: the next answer may belong to it.
   void ForgetHistory() { history_known_ = false; }
   /// Ends an open transfer and forgets what came before.
-  void End(TransferEnd why, MailboxSink& sink);
+  void End(TransferEnd why, EventSink& sink);
 
   [[nodiscard]] bool open() const { return state_ != State::kIdle; }
   /// The slave has to answer.
@@ -50,25 +51,24 @@ class SdoTransferTracker {
     kSegmentSent,  ///< segment request sent, answer outstanding
   };
 
-  void OnRequest(const MailboxMessage& message, const SdoMessage& sdo, MailboxSink& sink);
-  void OnSegmentRequest(const MailboxMessage& message, const SdoMessage& sdo, MailboxSink& sink);
-  void OnResponse(const MailboxMessage& message, const SdoMessage& sdo, MailboxSink& sink);
-  void OnMatchedResponse(const MailboxMessage& message, const SdoMessage& sdo, MailboxSink& sink);
-  void OnOrphanResponse(const MailboxMessage& message, const SdoMessage& sdo, MailboxSink& sink);
-  void OnInitiateResponse(const SdoMessage& sdo, MailboxSink& sink);
-  void OnSegmentResponse(const MailboxMessage& message, const SdoMessage& sdo, MailboxSink& sink);
-  void OnAbort(const MailboxMessage& message, const SdoMessage& sdo, MailboxSink& sink);
+  void OnRequest(const MailboxMessage& message, const SdoMessage& sdo, EventSink& sink);
+  void OnSegmentRequest(const MailboxMessage& message, const SdoMessage& sdo, EventSink& sink);
+  void OnResponse(const MailboxMessage& message, const SdoMessage& sdo, EventSink& sink);
+  void OnMatchedResponse(const MailboxMessage& message, const SdoMessage& sdo, EventSink& sink);
+  void OnOrphanResponse(const MailboxMessage& message, const SdoMessage& sdo, EventSink& sink);
+  void OnInitiateResponse(const SdoMessage& sdo, EventSink& sink);
+  void OnSegmentResponse(const MailboxMessage& message, const SdoMessage& sdo, EventSink& sink);
+  void OnAbort(const MailboxMessage& message, const SdoMessage& sdo, EventSink& sink);
   void CheckService(const MailboxMessage& message, const SdoMessage& sdo);
   [[nodiscard]] bool Answers(const SdoMessage& sdo) const;
   [[nodiscard]] bool SameObject(const SdoMessage& sdo) const;
-  void Unexpected(SdoUnexpected::Reason reason, const MailboxMessage& message, const SdoMessage& sdo,
-                  MailboxSink& sink);
+  void Unexpected(SdoUnexpected::Reason reason, const MailboxMessage& message, const SdoMessage& sdo, EventSink& sink);
 
   void Begin(SdoService service);
   [[nodiscard]] SdoOutcome Unfinished(SdoOutcome why) const;
   void Append(ByteSpan data);
   void ToggleError(const MailboxMessage& message);
-  void Close(SdoOutcome outcome, MailboxSink& sink);
+  void Close(SdoOutcome outcome, EventSink& sink);
 
   SlaveId slave_;
   State state_ = State::kIdle;

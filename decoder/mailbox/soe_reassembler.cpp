@@ -4,7 +4,7 @@
 
 namespace ecaudit::mailbox {
 
-void SoeReassembler::OnMessage(const MailboxMessage& message, const FrameRef& request, MailboxSink& sink) {
+void SoeReassembler::OnMessage(const MailboxMessage& message, const FrameRef& request, EventSink& sink) {
   const SoeHeader header = ParseSoe(message.payload);
   if (header.too_short) return;
   if (open_ && (header.operation != message_.operation || header.drive != message_.drive)) End(sink);
@@ -39,15 +39,15 @@ void SoeReassembler::OnMessage(const MailboxMessage& message, const FrameRef& re
   Emit(sink);
 }
 
-void SoeReassembler::Emit(MailboxSink& sink) {
+void SoeReassembler::Emit(EventSink& sink) {
   open_ = false;
   message_.data = data_;
-  sink.On(message_);
+  sink.Publish(message_);
   message_.data = {};
   data_.Clear();
 }
 
-void SoeReassembler::End(MailboxSink& sink) {
+void SoeReassembler::End(EventSink& sink) {
   if (!open_) return;
   message_.fragment_error = true;
   message_.idn_known = false;

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 
+#include "decoder/base/event_sink.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/mailbox/message_bytes.h"
 #include "decoder/mailbox/soe.h"
@@ -21,12 +22,12 @@ class SoeReassembler {
   explicit SoeReassembler(Allowance* bytes = nullptr) : data_(kMaxStoredBytes, bytes) {}
 
   /// @param request  the outstanding request a response answers, not seen() when there is none
-  void OnMessage(const MailboxMessage& message, const FrameRef& request, MailboxSink& sink);
+  void OnMessage(const MailboxMessage& message, const FrameRef& request, EventSink& sink);
   /// Gives up an unfinished message.
-  void End(MailboxSink& sink);
+  void End(EventSink& sink);
 
  private:
-  void Emit(MailboxSink& sink);
+  void Emit(EventSink& sink);
 
   bool open_ = false;
   std::uint16_t fragments_left_ = 0;

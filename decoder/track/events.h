@@ -1,7 +1,8 @@
 /// out of decoder/: Event, facts about one slave or the bus. Nothing here is judged.
 ///
-/// Each event names the frames it rests on. An EventSink overrides what it wants to hear; the spans and references in
-/// an event are valid during the call.
+/// Each event names the frames it rests on, and is published in the order in which it became known; those of the
+/// mailboxes (mailbox/events.h) and every SlaveAccess (access.h) as well. What an event refers to is valid during the
+/// call.
 #pragma once
 
 #include <cstdint>
@@ -53,6 +54,13 @@ struct AlRequest {
   [[nodiscard]] const FrameRef& frame() const { return sent.seen() ? sent : returned; }
 };
 
+/// A write of AL Control is under way; AlRequest follows when the frame comes back or is lost.
+struct AlRequestSent {
+  SlaveId slave = kNoSlave;
+  FrameRef frame;
+  esc::AlWord control;
+};
+
 /// AL Status (0x0130) of one slave was read, alone or by a broadcast whose result tells it.
 struct AlStatusRead {
   SlaveId slave = kNoSlave;
@@ -63,6 +71,16 @@ struct AlStatusRead {
   bool error_bit_known = true;               ///< false: from a broadcast that some slave answered with the error bit
 
   [[nodiscard]] bool changed() const { return !before || before->raw != status.raw; }
+};
+
+/// A broadcast showed all of `slaves` once more in the state that the last AlStatusRead of each told. Masters poll so
+/// in every cycle; unless somebody takes it for all of them, AlStatusRead of each slave follows.
+struct AlPoll {
+  FrameRef frame;
+  esc::AlWord status;
+  std::span<const SlaveId> slaves;
+  mutable bool each_wanted = false;  ///< somebody has to hear of each slave
+  mutable bool taken = false;        ///< nobody has to
 };
 
 /// AL Status Code (0x0134) of one slave was read.
@@ -163,39 +181,6 @@ struct FrameUnusable {
   const wire::FrameView& frame;
   bus::Unusable reason;
   bool own_master = false;  ///< from a sender that is a master of this bus
-};
-
-/// Receives events in the order in which they became known; those of the mailboxes (mailbox/events.h) as well.
-class EventSink : public mailbox::MailboxSink {
- public:
-  using mailbox::MailboxSink::On;
-
-  virtual void On(const SlaveFound&) {}
-  virtual void On(const AddressAssigned&) {}
-  virtual void On(const SlaveCount&) {}
-  virtual void On(const AlRequest&) {}
-  virtual void On(const AlStatusRead&) {}
-  /// A broadcast showed all of `slaves` once more in the state that the last AlStatusRead of each told. Masters poll so
-  /// in every cycle. @return false: AlStatusRead of each slave shall be told as ever
-  virtual bool OnAlPoll(const FrameRef&, esc::AlWord, std::span<const SlaveId> /*slaves*/) { return false; }
-  virtual void On(const AlStatusCodeRead&) {}
-  virtual void On(const AlStateForgotten&) {}
-  virtual void On(const IdentityLearned&) {}
-  virtual void On(const EepromRead&) {}
-  virtual void On(const EepromWrite&) {}
-  virtual void On(const EepromError&) {}
-  virtual void On(const NameLearned&) {}
-  virtual void On(const LogicalAccess&) {}
-  virtual void On(const Answered&) {}
-  virtual void On(const EventFieldChanged&) {}
-  virtual void On(const CaptureHole&) {}
-  virtual void On(const FrameLost&) {}
-  virtual void On(const FrameDuplicated&) {}
-  virtual void On(const FrameUnusable&) {}
-  /// Every access of the master to one slave's memory that is not process data, reads and writes alike.
-  virtual void OnAccess(const SlaveAccess&) {}
-  /// An outbound write that is still under way; the access itself follows when the frame comes back or is lost.
-  virtual void OnAlRequestSent(SlaveId, const FrameRef&, esc::AlWord) {}
 };
 
 }  // namespace ecaudit::track

@@ -135,7 +135,7 @@ MailboxWindow MailboxWindowOf(const SlaveState& state) {
   return {out.start, out.length, in.start, in.length, out.use, in.use};
 }
 
-MailboxTracker::MailboxTracker(SlaveId slave, mailbox::MailboxSink& sink, Allowance* bytes)
+MailboxTracker::MailboxTracker(SlaveId slave, EventSink& sink, Allowance* bytes)
     : slave_(slave),
       sink_(sink),
       out_(bytes),
@@ -314,7 +314,7 @@ void MailboxTracker::OnRefusedWrite(const SlaveAccess& access, ByteSpan bytes) {
   } else {
     sdo_.ForgetHistory();  // the mailbox is full, and not of anything that is known to be written
   }
-  sink_.On(event);
+  sink_.Publish(event);
   // The mailbox is full of the first copy, so that one has arrived although its frame never returned.
   if (event.same_as_last && !event.off) Arrived(Certainty::kObserved);
 }
@@ -343,7 +343,7 @@ void MailboxTracker::OnLateWrite(const SlaveAccess& access, ByteSpan bytes) {
   message.late = true;
   message.repeated = out_.has_last && HashOf(Whole(bytes)) == out_.last_hash;
   if (message.repeated) ++counters_.repeated;
-  sink_.On(message);
+  sink_.Publish(message);
 }
 
 void MailboxTracker::OnLostRead(const SlaveAccess& access) {
@@ -361,7 +361,7 @@ void MailboxTracker::OnLostRead(const SlaveAccess& access) {
     if (affected == nullptr || p.request.frame.number > affected->request.frame.number) affected = &p;
   }
   if (affected != nullptr) event.outstanding = affected->request;
-  sink_.On(event);
+  sink_.Publish(event);
   sdo_.OnReadLost(sent);
 }
 
@@ -379,7 +379,8 @@ void MailboxTracker::OnRegisters(const SlaveAccess& access) {
   if (control.empty() || !repeat_requested_ || repeat_acknowledged_) return;
   if (((control[0] & kRepeatBit) != 0) != repeat_bit_) return;
   repeat_acknowledged_ = true;
-  sink_.On(mailbox::MailboxRepeatRequest{slave_, access.frame(), mailbox::MailboxRepeatRequest::Kind::kAcknowledged});
+  sink_.Publish(
+      mailbox::MailboxRepeatRequest{slave_, access.frame(), mailbox::MailboxRepeatRequest::Kind::kAcknowledged});
 }
 
 void MailboxTracker::OnRepeatBit(const SlaveAccess& access) {
@@ -395,7 +396,7 @@ void MailboxTracker::OnRepeatBit(const SlaveAccess& access) {
   repeat_requested_ = true;
   repeat_acknowledged_ = false;
   const FrameRef& frame = access.sent.seen() ? access.sent : access.returned;
-  sink_.On(mailbox::MailboxRepeatRequest{slave_, frame, mailbox::MailboxRepeatRequest::Kind::kRequested});
+  sink_.Publish(mailbox::MailboxRepeatRequest{slave_, frame, mailbox::MailboxRepeatRequest::Kind::kRequested});
 }
 
 /// The master looked for an answer and the mailbox was empty.
@@ -469,7 +470,7 @@ void MailboxTracker::Deliver(Box& box, Direction direction, ByteSpan bytes, cons
   // A repetition that was accepted proves that the slave has the message, even if the first copy never returned.
   if (!message.repeated || box.acceptance != Acceptance::kUnknown) box.last_acceptance = box.acceptance;
   if (!message.repeated) box.last_original = box.last_frame;
-  sink_.On(message);
+  sink_.Publish(message);
   if (message.repeated) {
     if (direction == Direction::kOut) Arrived(message.certainty);
     return;
@@ -497,7 +498,7 @@ void MailboxTracker::DeliverIncomplete(const SlaveAccess& access) {
   message.payload = view.payload;
   message.problem = Problem::kNotCompleted;
   message.certainty = CertaintyOf(access.acceptance);
-  sink_.On(message);
+  sink_.Publish(message);
 }
 
 void MailboxTracker::DispatchOut(const MailboxMessage& message) {
@@ -574,8 +575,8 @@ void MailboxTracker::DispatchCoeOut(const MailboxMessage& message) {
     case mailbox::CoeService::kRxPdo:
     case mailbox::CoeService::kTxPdoRequest:
     case mailbox::CoeService::kRxPdoRequest:
-      sink_.On(mailbox::CoePdo{slave_, message.direction, message.frame(), coe.service, coe.number,
-                               Slice(message.payload, mailbox::kCoeHeaderBytes)});
+      sink_.Publish(mailbox::CoePdo{slave_, message.direction, message.frame(), coe.service, coe.number,
+                                    Slice(message.payload, mailbox::kCoeHeaderBytes)});
       break;
     case mailbox::CoeService::kEmergency:
       break;
@@ -631,7 +632,7 @@ void MailboxTracker::DispatchCoeIn(const MailboxMessage& message) {
   switch (coe.service) {
     case mailbox::CoeService::kEmergency:
       ++counters_.emergencies;
-      sink_.On(mailbox::Emergency{slave_, message.frame(), mailbox::ParseEmergency(service)});
+      sink_.Publish(mailbox::Emergency{slave_, message.frame(), mailbox::ParseEmergency(service)});
       break;
     case mailbox::CoeService::kSdoRequest:
     case mailbox::CoeService::kSdoResponse:
@@ -648,7 +649,7 @@ void MailboxTracker::DispatchCoeIn(const MailboxMessage& message) {
     case mailbox::CoeService::kRxPdo:
     case mailbox::CoeService::kTxPdoRequest:
     case mailbox::CoeService::kRxPdoRequest:
-      sink_.On(mailbox::CoePdo{slave_, message.direction, message.frame(), coe.service, coe.number, service});
+      sink_.Publish(mailbox::CoePdo{slave_, message.direction, message.frame(), coe.service, coe.number, service});
       break;
   }
 }
@@ -661,12 +662,13 @@ void MailboxTracker::DispatchAoe(const MailboxMessage& message, const FrameRef& 
   event.request = request;
   event.header = mailbox::ParseAms(message.payload);
   event.parameters = mailbox::ParseAds(event.header);
-  sink_.On(event);
+  sink_.Publish(event);
 }
 
 void MailboxTracker::DispatchVoe(const MailboxMessage& message) {
   const mailbox::VoeHeader voe = mailbox::ParseVoe(message.payload);
-  sink_.On(mailbox::VoeMessage{slave_, message.direction, message.frame(), voe.vendor_id, voe.vendor_type, voe.data});
+  sink_.Publish(
+      mailbox::VoeMessage{slave_, message.direction, message.frame(), voe.vendor_id, voe.vendor_type, voe.data});
 }
 
 void MailboxTracker::OnErrorReply(const MailboxMessage& message) {
@@ -690,7 +692,7 @@ void MailboxTracker::OnErrorReply(const MailboxMessage& message) {
     event.request = last_out_;
   }
   last_out_answerable_ = false;
-  sink_.On(event);
+  sink_.Publish(event);
   if (answered == nullptr) return;
   const auto channel = static_cast<Channel>(answered - pending_.data());
   Answered(channel);
@@ -739,7 +741,7 @@ void MailboxTracker::Unanswered(Pending& p, MailboxUnanswered::End end, const Fr
   event.not_taken = out_full_ && out_full_since_ > p.request.frame.number;
   event.read_lost = p.read_lost;
   event.certainty = p.certainty;
-  sink_.On(event);
+  sink_.Publish(event);
 }
 
 const MailboxTracker::Pending* MailboxTracker::LatestPending() const {

@@ -12,6 +12,7 @@
 #include <array>
 #include <cstdint>
 
+#include "decoder/base/event_sink.h"
 #include "decoder/mailbox/eoe.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/mailbox/foe.h"
@@ -65,7 +66,7 @@ struct MailboxCounters {
 class MailboxTracker {
  public:
   /// @param bytes what all slaves share for messages in the making; null: no common limit; else must outlive this
-  MailboxTracker(SlaveId slave, mailbox::MailboxSink& sink, Allowance* bytes = nullptr);
+  MailboxTracker(SlaveId slave, EventSink& sink, Allowance* bytes = nullptr);
 
   /// The configuration valid from now on; nothing happens when it is the same as before. A change of a known one ends
   /// everything that is open.
@@ -156,7 +157,7 @@ class MailboxTracker {
   void EndAll(mailbox::TransferEnd why, const FrameRef& frame);
 
   SlaveId slave_;
-  mailbox::MailboxSink& sink_;
+  EventSink& sink_;
   MailboxWindow window_;
   Box out_;
   Box in_;

@@ -96,13 +96,14 @@ void Network::OnSent(const wire::FrameView& frame) {
     const esc::AlWord control{WordOrByte(data)};
     if (wire::IsBroadcast(c)) {
       for (std::size_t s = 0; s < slaves_.size(); ++s) {
-        if (OnBus(static_cast<SlaveId>(s))) events_.OnAlRequestSent(static_cast<SlaveId>(s), frame.ref(), control);
+        if (OnBus(static_cast<SlaveId>(s)))
+          events_.Publish(AlRequestSent{static_cast<SlaveId>(s), frame.ref(), control});
       }
     } else {
       const SlaveId slave = wire::IsNodeAddressed(c)
                                 ? slaves_.AtStation(d.adp())
                                 : slaves_.AtPosition(static_cast<SlavePos>(0U - d.adp() + upstream_));
-      if (slave != kNoSlave) events_.OnAlRequestSent(slave, frame.ref(), control);
+      if (slave != kNoSlave) events_.Publish(AlRequestSent{slave, frame.ref(), control});
     }
   }
 }
@@ -131,7 +132,7 @@ void Network::ApplyEventField(const bus::BusTransaction& transaction) {
   if (bits != event_field_.bits) {
     const EventFieldRun before = event_field_;
     event_field_ = {static_cast<std::uint16_t>(bits), 0, frame.ref(), frame.ref(), false};
-    events_.On(EventFieldChanged{before, event_field_.bits, frame.ref()});
+    events_.Publish(EventFieldChanged{before, event_field_.bits, frame.ref()});
   }
   ++event_field_.frames;
   event_field_.last = frame.ref();
@@ -180,7 +181,7 @@ void Network::CountSlaves(const Datagram& d) {
   const SlaveCount event{count, before_count.value_or(0), !before_count, d.transaction.returned_ref()};
   slave_count_ = Known<std::uint16_t>::Observed(count, event.frame.number);
   ++states_version_;
-  events_.On(event);
+  events_.Publish(event);
   if (before_count && count > *before_count) ForgetReturning(*before_count, event.frame);
 }
 
@@ -209,13 +210,13 @@ void Network::Forget(SlaveId id, const FrameRef& frame) {
   state.al_status_code.Forget(frame.number);
   if (state.al_status.if_known() == nullptr) return;
   state.al_status.Forget(frame.number);
-  events_.On(AlStateForgotten{id, frame});
+  events_.Publish(AlStateForgotten{id, frame});
 }
 
 /// In frames that the capture misses the master may have done anything. In OP it does nothing mostly: what is known of
 /// slaves in OP is presumed until the capture shows them again.
 void Network::OnHole(const FrameRef& frame, bool certain) {
-  events_.On(CaptureHole{frame, certain});
+  events_.Publish(CaptureHole{frame, certain});
   if (!certain) return;
   everyone_ = SlaveState();
   slave_count_.Forget(frame.number);
@@ -312,7 +313,7 @@ void Network::Meet(SlaveId id, const FrameRef& frame) {
   window_versions_.push_back(0);
   mappings_.emplace_back();
   MappingChanged(id);
-  events_.On(SlaveFound{id, frame});
+  events_.Publish(SlaveFound{id, frame});
 }
 
 void Network::OnLogical(const Datagram& d) {
@@ -328,7 +329,7 @@ void Network::OnLogical(const Datagram& d) {
   access.circulating = d.has_returned && d.any.circulating();
   access.assumed = d.assumed();
   if (d.has_returned) FollowLogical(d);
-  events_.On(access);
+  events_.Publish(access);
   if (mapped_version_ != mapping_version_) FindMappedMailboxes();
   if (!mapped_mailboxes_.empty() && wire::Reads(d.command())) ReadMailboxesThroughFmmus(d);
 }
@@ -355,7 +356,7 @@ Answered Network::AnswerOf(const Datagram& d, SlaveId slave) const {
 void Network::OnBroadcast(const Datagram& d) {
   const std::uint16_t* count = slave_count_.if_known();
   if (d.has_returned || (d.assumed() && wire::Writes(d.command()))) {
-    events_.On(AnswerOf(d, kNoSlave));
+    events_.Publish(AnswerOf(d, kNoSlave));
   }
   if (wire::Writes(d.command())) {
     Acceptance acceptance = Acceptance::kUnknown;
@@ -400,9 +401,10 @@ void Network::ReadAlStatusOfAll(const Datagram& d) {
   const bool one_state = std::has_single_bit(static_cast<unsigned>(seen));
   const bool error = (status & 0x10U) != 0;
   const FrameRef frame = d.transaction.returned_ref();
-  if (poll_.version == states_version_ && poll_.status == status &&
-      events_.OnAlPoll(frame, esc::AlWord{seen}, poll_.slaves)) {
-    return;
+  if (poll_.version == states_version_ && poll_.status == status) {
+    const AlPoll poll{frame, esc::AlWord{seen}, poll_.slaves};
+    events_.Publish(poll);
+    if (poll.taken) return;
   }
   if (presumed_ > 0) PresumeAll(!error && seen == static_cast<std::uint8_t>(esc::AlState::OP), frame);
   poll_.version = 0;
@@ -426,7 +428,7 @@ void Network::ReadAlStatusOfAll(const Datagram& d) {
       const bool same = before != nullptr && before->state() == seen && !before->bit4();
       if (same) {
         poll_.slaves.push_back(id);
-        events_.On(AlStatusRead{id, frame, *before, *before, std::nullopt, true});
+        events_.Publish(AlStatusRead{id, frame, *before, *before, std::nullopt, true});
       } else {
         all_same = false;
         ApplyAlStatus(id, frame, seen, std::nullopt, true);
@@ -439,7 +441,7 @@ void Network::ReadAlStatusOfAll(const Datagram& d) {
       states_[id].al_status.Forget(frame.number);
       states_[id].al_status_code.Forget(frame.number);
       ++states_version_;
-      events_.On(AlStateForgotten{id, frame});
+      events_.Publish(AlStateForgotten{id, frame});
     }
   }
   if (all_same && one_state && !error) {
@@ -457,7 +459,7 @@ void Network::OnAddressed(const Datagram& d) {
   const bool took_part = d.assumed() || wkc != 0;
   const SlaveId slave = Resolve(d, took_part);
   if (d.has_returned) {
-    events_.On(AnswerOf(d, slave));
+    events_.Publish(AnswerOf(d, slave));
   }
   if (slave == kNoSlave) return;
 
@@ -552,7 +554,7 @@ void Network::Apply(const SlaveAccess& access) {
       next_recent_ = (next_recent_ + 1) % recent_.size();
     }
   }
-  events_.OnAccess(access);
+  events_.Publish(access);
   if (window_versions_[access.slave] != state.mapping_version) UpdateMailboxWindow(access.slave, access.frame());
   TrackMailbox(access);
   if (!in_registers) return;
@@ -568,8 +570,8 @@ void Network::Apply(const SlaveAccess& access) {
   const std::size_t control_at = static_cast<std::size_t>(esc::kAlControl - access.address);
   if (CoversByte(access.address, access.written.size(), esc::kAlControl)) {
     const ByteSpan control = Slice(access.written, control_at, 2);
-    events_.On(AlRequest{access.slave, access.sent, access.returned, esc::AlWord{WordOrByte(control)},
-                         access.acceptance, access.broadcast});
+    events_.Publish(AlRequest{access.slave, access.sent, access.returned, esc::AlWord{WordOrByte(control)},
+                              access.acceptance, access.broadcast});
     if (access.done() && esc::AlWord{WordOrByte(control)}.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) {
       if (mailboxes_[access.slave]) mailboxes_[access.slave]->Reset(access.frame());
     }
@@ -583,7 +585,7 @@ void Network::Apply(const SlaveAccess& access) {
   } else if (const ByteSpan code = access.Covered(access.read, esc::kAlStatusCode, 2); !code.empty()) {
     const auto value = LittleEndian<std::uint16_t>(code, 0);
     state.al_status_code = Known<std::uint16_t>::Observed(value, access.frame().number);
-    events_.On(AlStatusCodeRead{access.slave, access.frame(), value});
+    events_.Publish(AlStatusCodeRead{access.slave, access.frame(), value});
   }
 }
 
@@ -602,7 +604,7 @@ void Network::ApplyAlStatus(SlaveId slave, const FrameRef& frame, std::uint16_t 
     ++states_version_;
   }
   if (code) state.al_status_code = Known<std::uint16_t>::Observed(*code, frame.number);
-  events_.On(event);
+  events_.Publish(event);
 }
 
 void Network::ApplyAddressing(const SlaveAccess& access) {
@@ -628,7 +630,7 @@ void Network::ApplyAddressing(const SlaveAccess& access) {
       const bus::Assignment assigned = position != nullptr ? slaves_.AssignAtPosition(*position, address, frame)
                                                            : slaves_.AssignStation(access.slave, address, frame);
       const bool shared = assigned.other != kNoSlave && OnBus(assigned.other);
-      events_.On(AddressAssigned{access.slave, access.frame(), address, shared ? assigned.other : kNoSlave});
+      events_.Publish(AddressAssigned{access.slave, access.frame(), address, shared ? assigned.other : kNoSlave});
     }
   }
   if (const ByteSpan alias = access.Covered(access.read, esc::kStationAlias, 2); !alias.empty()) {
@@ -637,7 +639,7 @@ void Network::ApplyAddressing(const SlaveAccess& access) {
 }
 
 void Network::OnEepromRead(const EepromRead& event) {
-  events_.On(event);
+  events_.Publish(event);
   // Words 8-15: vendor, product code, revision, serial number (esc-reference 11.1).
   if (event.address >= 16 || event.address + event.words.size() <= 8) return;
   const esc::SiiImage& image = states_[event.slave].sii.image();
@@ -649,14 +651,14 @@ void Network::OnEepromRead(const EepromRead& event) {
   identity.product_code = image.DoubleWord(10);
   identity.revision = image.DoubleWord(12);
   identity.serial = image.DoubleWord(14);
-  if (identity.vendor_id || identity.product_code) events_.On(identity);
+  if (identity.vendor_id || identity.product_code) events_.Publish(identity);
 }
 
 void Network::OnEepromWrite(const EepromWrite& event) {
-  events_.On(event);
+  events_.Publish(event);
 }
 void Network::OnEepromError(const EepromError& event) {
-  events_.On(event);
+  events_.Publish(event);
 }
 
 void Network::UpdateMailboxWindow(SlaveId slave, const FrameRef& frame) {
@@ -772,7 +774,7 @@ void Network::OnDoubtful(const wire::FrameView& sent) {
 }
 
 void Network::OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_by_other) {
-  if (loss != bus::Loss::kUndecided) events_.On(FrameLost{sent, loss, followed_by_other});
+  if (loss != bus::Loss::kUndecided) events_.Publish(FrameLost{sent, loss, followed_by_other});
   // Whether the slaves got it, nobody knows: what it wrote is unknown from here on.
   const bus::BusTransaction transaction{&sent, nullptr, false};
   for (std::size_t i = 0; i < sent.size(); ++i) {
@@ -795,11 +797,11 @@ void Network::OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_
 }
 
 void Network::OnDuplicate(const wire::FrameView& returned, FrameNo original) {
-  events_.On(FrameDuplicated{returned, original});
+  events_.Publish(FrameDuplicated{returned, original});
 }
 
 void Network::OnUnusable(const wire::FrameView& frame, bus::Unusable reason, bool own_master) {
-  events_.On(FrameUnusable{frame, reason, own_master});
+  events_.Publish(FrameUnusable{frame, reason, own_master});
 }
 
 }  // namespace ecaudit::track

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "decoder/base/allowance.h"
+#include "decoder/base/event_sink.h"
 #include "decoder/bus/slave_set.h"
 #include "decoder/bus/transaction.h"
 #include "decoder/track/events.h"

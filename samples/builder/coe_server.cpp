@@ -6,7 +6,6 @@
 namespace ecaudit::samples {
 namespace {
 
-constexpr std::size_t kMailboxHeader = 6;
 constexpr std::size_t kCoeHeader = 2;
 constexpr std::uint8_t kTypeError = 0;
 constexpr std::uint8_t kTypeCoe = 3;

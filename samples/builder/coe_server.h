@@ -13,6 +13,8 @@
 
 namespace ecaudit::samples {
 
+inline constexpr std::size_t kMailboxHeader = 6;  ///< bytes
+
 inline constexpr std::uint32_t kAbortToggle = 0x05030000;
 inline constexpr std::uint32_t kAbortCommand = 0x05040001;
 inline constexpr std::uint32_t kAbortUnsupportedAccess = 0x06010000;

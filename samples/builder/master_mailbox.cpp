@@ -7,7 +7,6 @@
 namespace ecaudit::samples {
 namespace {
 
-constexpr std::size_t kMailboxHeader = 6;
 constexpr TimeNs kAnswerTimeout = 1'000'000'000;
 
 Bytes SdoRequest(std::uint8_t command, std::uint16_t index, std::uint8_t subindex) {

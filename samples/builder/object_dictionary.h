@@ -12,6 +12,9 @@
 
 namespace ecaudit::samples {
 
+inline constexpr std::uint16_t kRxAssignment = 0x1C12;
+inline constexpr std::uint16_t kTxAssignment = 0x1C13;
+
 struct ObjectEntry {
   std::uint16_t type = 0;  ///< CANopen data type: 5 UNSIGNED8, 6 UNSIGNED16, 7 UNSIGNED32, 4 INTEGER32, 9 string ...
   Bytes value{};

@@ -15,9 +15,6 @@ constexpr std::uint16_t kErrorBit = 0x0010;
 constexpr std::uint16_t kCodeInvalidChange = 0x0011;
 constexpr std::uint16_t kCodeWatchdog = 0x001B;
 
-constexpr std::uint16_t kRxAssignment = 0x1C12;
-constexpr std::uint16_t kTxAssignment = 0x1C13;
-
 }  // namespace
 
 SimulatedSlave::SimulatedSlave(SlaveDescription description, TimeNs power_on)

@@ -8,9 +8,9 @@
 #include <string_view>
 #include <vector>
 
-#include "analyzers/core/analysis_result.h"
-#include "analyzers/startup/comparison.h"
-#include "analyzers/startup/expectation.h"
+#include "analyzers/compare/comparison.h"
+#include "analyzers/result/analysis_result.h"
+#include "analyzers/result/expectation.h"
 #include "cli/expectation_file.h"
 #include "tests/fuzz/memory_file.h"
 

@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "analyzers/wiring/event_bus.h"
 #include "decoder/mailbox/coe_types.h"
 #include "decoder/mailbox/eoe.h"
 #include "decoder/mailbox/error_reply.h"
@@ -27,22 +28,27 @@ inline void Check(bool condition) {
   if (!condition) std::abort();
 }
 
-class CheckingSink : public MailboxSink {
+class CheckingSink : public EventBus {
  public:
+  CheckingSink() {
+    ListenTo<MailboxMessage, MailboxRefused, MailboxUnanswered, MailboxErrorReply, SdoTransfer, SdoUnexpected, SdoInfo,
+             Emergency, CoePdo, EoeFrame, EoeControl, FoeTransfer, SoeMessage, AoeMessage, VoeMessage>(Stage::kModel,
+                                                                                                       *this);
+  }
   /// What was read has an effect, so that the reads are not optimised away.
-  ~CheckingSink() override { Check(sum_ != 0); }
+  ~CheckingSink() { Check(sum_ != 0); }
 
-  void On(const MailboxMessage& m) override {
+  void On(const MailboxMessage& m) {
     Check(m.payload.size() <= m.header.length);
     Check(Describe(m.problem).empty() == (m.problem == Problem::kNone));
     Read(m.payload);
     Read(m.behind);
     Text(Name(m.header.protocol));
   }
-  void On(const MailboxRefused& r) override { Text(Name(r.header.protocol)); }
-  void On(const MailboxUnanswered& u) override { Check(u.polls == 0 || u.last_poll.seen()); }
-  void On(const MailboxErrorReply& e) override { Text(MailboxErrorText(e.detail)); }
-  void On(const SdoTransfer& t) override {
+  void On(const MailboxRefused& r) { Text(Name(r.header.protocol)); }
+  void On(const MailboxUnanswered& u) { Check(u.polls == 0 || u.last_poll.seen()); }
+  void On(const MailboxErrorReply& e) { Text(MailboxErrorText(e.detail)); }
+  void On(const SdoTransfer& t) {
     Check(t.data.size() <= t.size && t.data.size() <= SdoTransferTracker::kMaxStoredBytes);
     Check(!t.duration || (t.request.has_time && t.response.has_time));
     Check(t.outcome != SdoOutcome::kAborted || t.last.seen());
@@ -54,8 +60,8 @@ class CheckingSink : public MailboxSink {
     Text(AbortCodeText(t.abort_code));
     Text(FormatValue(static_cast<DataType>(t.index % 0x300), t.data.first(t.data.size() < 64 ? t.data.size() : 64)));
   }
-  void On(const SdoUnexpected& u) override { Check(!Describe(u.reason).empty()); }
-  void On(const SdoInfo& i) override {
+  void On(const SdoUnexpected& u) { Check(!Describe(u.reason).empty()); }
+  void On(const SdoInfo& i) {
     for (const std::uint16_t index : i.indices) sum_ += index;
     Check(i.name.size() <= SdoInfoTracker::kMaxBytes);
     Text(i.name);
@@ -67,28 +73,28 @@ class CheckingSink : public MailboxSink {
     Text(ObjectCodeName(i.object_code));
     Text(ListTypeName(i.list_type));
   }
-  void On(const Emergency& e) override { sum_ += e.data.error_code; }
-  void On(const CoePdo& p) override { Read(p.data); }
-  void On(const EoeFrame& f) override {
+  void On(const Emergency& e) { sum_ += e.data.error_code; }
+  void On(const CoePdo& p) { Read(p.data); }
+  void On(const EoeFrame& f) {
     Check(f.data.size() <= f.size && f.data.size() <= EoeReassembler::kMaxFrameBytes);
     Read(f.data);
     Text(EtherTypeName(f.summary.ether_type));
     Text(Describe(f.problem));
   }
-  void On(const EoeControl& c) override {
+  void On(const EoeControl& c) {
     Read(c.ip.dns_name);
     Text(Name(c.type));
     if (c.ip.ip) Text(IpText(*c.ip.ip));
     if (c.ip.mac) Text(MacText(*c.ip.mac));
     if (c.result) Text(EoeResultText(*c.result));
   }
-  void On(const FoeTransfer& f) override {
+  void On(const FoeTransfer& f) {
     Check(f.file_name.size() <= FoeTracker::kMaxNameBytes && f.error_text.size() <= FoeTracker::kMaxNameBytes);
     Text(f.file_name);
     Text(f.error_text);
     Text(FoeErrorText(f.error_code));
   }
-  void On(const SoeMessage& m) override {
+  void On(const SoeMessage& m) {
     Check(m.data.size() <= m.size && m.data.size() <= SoeReassembler::kMaxStoredBytes);
     Read(m.data);
     Text(IdnName(m.idn));
@@ -96,12 +102,12 @@ class CheckingSink : public MailboxSink {
     Text(Name(m.operation));
     if (m.error_code) Text(SoeErrorText(*m.error_code));
   }
-  void On(const AoeMessage& m) override {
+  void On(const AoeMessage& m) {
     Read(m.parameters.data);
     Text(ecaudit::mailbox::Text(m.header.target));
     Text(Name(m.header.command));
   }
-  void On(const VoeMessage& m) override { Read(m.data); }
+  void On(const VoeMessage& m) { Read(m.data); }
 
   void Read(ByteSpan bytes) {
     for (const std::uint8_t byte : bytes) sum_ += byte;

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analyzers/analysis.h"
+#include "analyzers/judge/catalogue.h"
 #include "cli/report/formats.h"
 #include "cli/report/report.h"
 #include "decoder/base/text.h"

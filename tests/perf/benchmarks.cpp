@@ -91,17 +91,14 @@ void CutIntoDatagrams(benchmark::State& state) {
   Report(state, frames);
 }
 
-/// Hears nothing.
-class Deaf final : public track::EventSink {};
-
 /// Up to the events of the decoder: pairing and tracking.
 void TrackEvents(benchmark::State& state) {
   const samples::Bytes& file = Capture(state);
   std::uint64_t frames = 0;
   for (auto _ : state) {
     const auto source = Open(file);
-    Deaf deaf;
-    Pipeline pipeline(deaf);
+    EventSink nobody;
+    Pipeline pipeline(nobody);
     pipeline.Run(*source);
     frames = pipeline.statistics().packets;
   }

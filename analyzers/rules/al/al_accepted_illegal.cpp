@@ -1,9 +1,11 @@
-#include "analyzers/core/al_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::al_accepted_illegal {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "al-accepted-illegal",
@@ -33,13 +35,12 @@ Correct the order of the requests in the master; tell the vendor if the manual i
 
 class AlAcceptedIllegal final : public Rule {
  public:
-  using Rule::On;
-  AlAcceptedIllegal() : Rule(kInfo) { Subscribe({Topic::kAlAnswered}); }
+  AlAcceptedIllegal() : Rule(kInfo) { Hear<model::AlAnswered>(&AlAcceptedIllegal::On); }
 
-  void On(const model::AlAnswered& e) override {
+  void On(const model::AlAnswered& e) {
     if (e.outcome != model::AlAnswered::Outcome::kAcceptedIllegal || e.request.from == 0) return;
     if (Repeat(e.slave, RequestKey(e.request), e.frame) != kNoFinding) return;
-    const device::DeviceDescription& family = *context().bus.slave(e.slave).profile;
+    const device::DeviceDescription& family = *context().slave(e.slave).profile;
     Finding finding;
     finding.slave = e.slave;
     finding.first = e.frame;
@@ -65,4 +66,4 @@ class AlAcceptedIllegal final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<AlAcceptedIllegal>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::al_accepted_illegal

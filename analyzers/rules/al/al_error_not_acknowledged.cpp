@@ -1,8 +1,10 @@
-#include "analyzers/core/al_text.h"
-#include "analyzers/core/rule.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::al_error_not_acknowledged {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "al-error-not-acknowledged",
@@ -33,10 +35,9 @@ or write INIT.
 
 class AlErrorNotAcknowledged final : public Rule {
  public:
-  using Rule::On;
-  AlErrorNotAcknowledged() : Rule(kInfo) { Subscribe({Topic::kAlRequestJudged}); }
+  AlErrorNotAcknowledged() : Rule(kInfo) { Hear<model::AlRequestJudged>(&AlErrorNotAcknowledged::On); }
 
-  void On(const model::AlRequestJudged& e) override {
+  void On(const model::AlRequestJudged& e) {
     const model::AlRequestRecord& request = e.request;
     if (request.verdict == model::AlVerdict::kUnknown && !request.control.bit4()) {
       NotEvaluable(e.slave, "AL Status was not read before the request", request.frame.number);
@@ -69,4 +70,4 @@ class AlErrorNotAcknowledged final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<AlErrorNotAcknowledged>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::al_error_not_acknowledged

@@ -1,9 +1,11 @@
-#include "analyzers/core/al_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::al_illegal_transition {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "al-illegal-transition",
@@ -37,10 +39,9 @@ Request the states in order and wait for each to be shown in AL Status before re
 
 class AlIllegalTransition final : public Rule {
  public:
-  using Rule::On;
-  AlIllegalTransition() : Rule(kInfo) { Subscribe({Topic::kAlRequestJudged}); }
+  AlIllegalTransition() : Rule(kInfo) { Hear<model::AlRequestJudged>(&AlIllegalTransition::On); }
 
-  void On(const model::AlRequestJudged& e) override {
+  void On(const model::AlRequestJudged& e) {
     const model::AlRequestRecord& request = e.request;
     if (request.verdict == model::AlVerdict::kUnknown) {
       NotEvaluable(e.slave, "the state of the slave was not read before the request", request.frame.number);
@@ -55,7 +56,7 @@ class AlIllegalTransition final : public Rule {
  private:
   Finding Describe(const model::AlRequestJudged& e) const {
     const model::AlRequestRecord& request = e.request;
-    const device::DeviceDescription& family = *context().bus.slave(e.slave).profile;
+    const device::DeviceDescription& family = *context().slave(e.slave).profile;
     const std::string to = esc::StateName(request.control.state());
     const std::string from = StatesText(request.possible);
     const std::string frame = std::to_string(e.from_since);
@@ -94,4 +95,4 @@ class AlIllegalTransition final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<AlIllegalTransition>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::al_illegal_transition

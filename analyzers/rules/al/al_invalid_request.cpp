@@ -1,8 +1,10 @@
-#include "analyzers/core/al_text.h"
-#include "analyzers/core/rule.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::al_invalid_request {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "al-invalid-request",
@@ -32,10 +34,9 @@ Correct the value in the master. Several states cannot be requested at once.
 
 class AlInvalidRequest final : public Rule {
  public:
-  using Rule::On;
-  AlInvalidRequest() : Rule(kInfo) { Subscribe({Topic::kAlRequestJudged}); }
+  AlInvalidRequest() : Rule(kInfo) { Hear<model::AlRequestJudged>(&AlInvalidRequest::On); }
 
-  void On(const model::AlRequestJudged& e) override {
+  void On(const model::AlRequestJudged& e) {
     const model::AlRequestRecord& request = e.request;
     if (request.verdict != model::AlVerdict::kInvalid || (e.broadcast && request.control.raw == 0)) return;
     FindingIndex index = Repeat(e.slave, request.control.state(), request.frame);
@@ -61,4 +62,4 @@ class AlInvalidRequest final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<AlInvalidRequest>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::al_invalid_request

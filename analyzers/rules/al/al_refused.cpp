@@ -2,12 +2,14 @@
 #include <map>
 #include <vector>
 
-#include "analyzers/core/al_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::al_refused {
 namespace {
 
 constexpr RuleInfo kInfo{
@@ -43,13 +45,15 @@ Look at the cause where one is named. Otherwise the AL status code says what the
 
 class AlRefused final : public Rule {
  public:
-  using Rule::On;
   AlRefused() : Rule(kInfo) {
-    Subscribe({Topic::kAlAnswered, Topic::kAlErrorRepeated, Topic::kAlErrorCode, Topic::kAlErrorCleared,
-               Topic::kAlChangedByItself});
+    Hear<model::AlAnswered>(&AlRefused::On);
+    Hear<model::AlErrorRepeated>(&AlRefused::On);
+    Hear<model::AlErrorCode>(&AlRefused::On);
+    Hear<model::AlErrorCleared>(&AlRefused::On);
+    Hear<model::AlChangedByItself>(&AlRefused::On);
   }
 
-  void On(const model::AlAnswered& e) override {
+  void On(const model::AlAnswered& e) {
     if (e.slave >= open_.size()) open_.resize(static_cast<std::size_t>(e.slave) + 1, kNoFinding);
     open_[e.slave] = kNoFinding;
     if (e.outcome != model::AlAnswered::Outcome::kRefused) return;
@@ -75,17 +79,17 @@ class AlRefused final : public Rule {
     if (e.code) AddCode(index, e.frame, *e.code);
   }
 
-  void On(const model::AlErrorRepeated& e) override {
+  void On(const model::AlErrorRepeated& e) {
     const FindingIndex index = OpenOf(e.slave);
     if (index == kNoFinding) return;
     ++context().store[index].count;
     context().store[index].last = e.frame;
   }
-  void On(const model::AlErrorCode& e) override {
+  void On(const model::AlErrorCode& e) {
     if (const FindingIndex index = OpenOf(e.slave); index != kNoFinding) AddCode(index, e.frame, e.code);
   }
-  void On(const model::AlErrorCleared& e) override { Close(e.slave); }
-  void On(const model::AlChangedByItself& e) override { Close(e.slave); }
+  void On(const model::AlErrorCleared& e) { Close(e.slave); }
+  void On(const model::AlChangedByItself& e) { Close(e.slave); }
 
   void Finish() override { SayWhereRequestsAreNotFollowed(); }
 
@@ -113,7 +117,7 @@ class AlRefused final : public Rule {
 
   void Describe(Finding& finding, const Told& told) const {
     const model::AlAnswered& e = told.answer;
-    const device::DeviceDescription& family = *context().bus.slave(e.slave).profile;
+    const device::DeviceDescription& family = *context().slave(e.slave).profile;
     const std::string to = esc::StateName(e.request.control.state());
     const std::string request_frame = std::to_string(e.request.frame.number);
     const bool only_acknowledge = e.request.from == e.request.control.state() && e.request.control.bit4();
@@ -178,4 +182,4 @@ class AlRefused final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<AlRefused>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::al_refused

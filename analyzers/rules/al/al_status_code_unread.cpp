@@ -1,9 +1,11 @@
 #include <vector>
 
-#include "analyzers/core/rule.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::al_status_code_unread {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "al-status-code-unread",
@@ -32,23 +34,25 @@ Let the master read six bytes from 0x0130 instead of two: state and code in one 
 
 class AlStatusCodeUnread final : public Rule {
  public:
-  using Rule::On;
   AlStatusCodeUnread() : Rule(kInfo) {
-    Subscribe({Topic::kAlAnswered, Topic::kAlChangedByItself, Topic::kAlErrorCode, Topic::kAlErrorCleared});
+    Hear<model::AlAnswered>(&AlStatusCodeUnread::On);
+    Hear<model::AlChangedByItself>(&AlStatusCodeUnread::On);
+    Hear<model::AlErrorCode>(&AlStatusCodeUnread::On);
+    Hear<model::AlErrorCleared>(&AlStatusCodeUnread::On);
   }
 
-  void On(const model::AlAnswered& e) override {
+  void On(const model::AlAnswered& e) {
     Close(e.slave);
     if (e.outcome == model::AlAnswered::Outcome::kRefused && !e.code) Open(e.slave, e.frame);
   }
-  void On(const model::AlChangedByItself& e) override {
+  void On(const model::AlChangedByItself& e) {
     Close(e.slave);
     if (e.status.bit4() && !e.code) Open(e.slave, e.frame);
   }
-  void On(const model::AlErrorCode& e) override {
+  void On(const model::AlErrorCode& e) {
     if (e.slave < open_.size()) open_[e.slave] = {};
   }
-  void On(const model::AlErrorCleared& e) override { Close(e.slave); }
+  void On(const model::AlErrorCleared& e) { Close(e.slave); }
   void Finish() override {
     if (SaidNothingReturned()) return;
     for (std::size_t s = 0; s < open_.size(); ++s) Close(static_cast<SlaveId>(s));
@@ -91,4 +95,4 @@ class AlStatusCodeUnread final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<AlStatusCodeUnread>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::al_status_code_unread

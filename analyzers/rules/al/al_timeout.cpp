@@ -1,8 +1,10 @@
-#include "analyzers/core/al_text.h"
-#include "analyzers/core/rule.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::al_timeout {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "al-timeout",
@@ -35,10 +37,12 @@ al-timeout.safeop-op, al-timeout.down (milliseconds).
 
 class AlTimeout final : public Rule {
  public:
-  using Rule::On;
-  AlTimeout() : Rule(kInfo) { Subscribe({Topic::kAlOverdue, Topic::kAlRequestJudged}); }
+  AlTimeout() : Rule(kInfo) {
+    Hear<model::AlOverdue>(&AlTimeout::On);
+    Hear<model::AlRequestJudged>(&AlTimeout::On);
+  }
 
-  void On(const model::AlOverdue& e) override {
+  void On(const model::AlOverdue& e) {
     if (Repeat(e.slave, RequestKey(e.request), e.frame) != kNoFinding) return;
     Finding finding;
     finding.slave = e.slave;
@@ -62,7 +66,7 @@ class AlTimeout final : public Rule {
     }
     Report(RequestKey(e.request), std::move(finding));
   }
-  void On(const model::AlRequestJudged& e) override {
+  void On(const model::AlRequestJudged& e) {
     if (!e.request.frame.has_time) {
       NotEvaluable(e.slave, "the request has no time stamp", e.request.frame.number);
     }
@@ -73,4 +77,4 @@ class AlTimeout final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<AlTimeout>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::al_timeout

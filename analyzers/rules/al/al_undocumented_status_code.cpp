@@ -1,10 +1,11 @@
-#include "analyzers/core/al_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/core/status_code_watcher.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/status_code_watcher.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::al_undocumented_status_code {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "al-undocumented-status-code",
@@ -48,7 +49,7 @@ class AlUndocumentedStatusCode final : public StatusCodeWatcher {
   }
 
   void OnCode(const Context& c) override {
-    const device::DeviceDescription& family = *context().bus.slave(c.slave).profile;
+    const device::DeviceDescription& family = *context().slave(c.slave).profile;
     if (!family.al.status_codes_complete) NotEvaluable(c.slave, "the profile has no complete list of AL status codes");
     if (c.code == 0 || Documents(family, c.code) || Tolerates(family, c)) return;
     if (Repeat(c.slave, c.code, c.frame) != kNoFinding) return;
@@ -89,4 +90,4 @@ class AlUndocumentedStatusCode final : public StatusCodeWatcher {
 const RuleRegistration kRegistration{kInfo, MakeRule<AlUndocumentedStatusCode>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::al_undocumented_status_code

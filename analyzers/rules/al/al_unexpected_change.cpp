@@ -3,13 +3,16 @@
 #include <optional>
 #include <vector>
 
-#include "analyzers/core/al_text.h"
-#include "analyzers/core/lossy_capture.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/lossy_capture.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
+#include "decoder/pipeline.h"
 
-namespace ecaudit {
+namespace ecaudit::al_unexpected_change {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "al-unexpected-change",
@@ -44,16 +47,18 @@ at what happened between the two frames named: gaps in the process data, lost fr
 
 class AlUnexpectedChange final : public Rule {
  public:
-  using Rule::On;
   AlUnexpectedChange() : Rule(kInfo) {
-    Subscribe({Topic::kAlChangedByItself, Topic::kAlErrorRepeated, Topic::kAlErrorCode, Topic::kAlErrorCleared,
-               Topic::kAlAnswered});
+    Hear<model::AlChangedByItself>(&AlUnexpectedChange::On);
+    Hear<model::AlErrorRepeated>(&AlUnexpectedChange::On);
+    Hear<model::AlErrorCode>(&AlUnexpectedChange::On);
+    Hear<model::AlErrorCleared>(&AlUnexpectedChange::On);
+    Hear<model::AlAnswered>(&AlUnexpectedChange::On);
   }
 
-  void On(const model::AlChangedByItself& e) override {
+  void On(const model::AlChangedByItself& e) {
     if (e.slave >= open_.size()) open_.resize(static_cast<std::size_t>(e.slave) + 1, kNoFinding);
     open_[e.slave] = kNoFinding;
-    if (MissesPackets(context().pipeline->pairing())) {
+    if (MissesPackets(context().pairing())) {
       NotEvaluable(e.slave, kMissesPackets, e.frame.number);
       return;
     }
@@ -80,7 +85,7 @@ class AlUnexpectedChange final : public Rule {
     open_[e.slave] = index;
     if (e.code && e.status.bit4()) AddCode(index, e.frame, *e.code);
   }
-  void On(const model::AlErrorRepeated& e) override {
+  void On(const model::AlErrorRepeated& e) {
     const FindingIndex index = OpenOf(e.slave);
     if (index == kNoFinding) return;
     ++context().store[index].count;
@@ -92,11 +97,11 @@ class AlUnexpectedChange final : public Rule {
       Describe(context().store[index], told);
     }
   }
-  void On(const model::AlErrorCode& e) override {
+  void On(const model::AlErrorCode& e) {
     if (const FindingIndex index = OpenOf(e.slave); index != kNoFinding) AddCode(index, e.frame, e.code);
   }
-  void On(const model::AlErrorCleared& e) override { Close(e.slave); }
-  void On(const model::AlAnswered& e) override { Close(e.slave); }
+  void On(const model::AlErrorCleared& e) { Close(e.slave); }
+  void On(const model::AlAnswered& e) { Close(e.slave); }
 
   void Finish() override {
     if (SaidNothingReturned()) return;
@@ -126,7 +131,7 @@ class AlUnexpectedChange final : public Rule {
 
   void Describe(Finding& finding, const Told& told) const {
     const model::AlChangedByItself& e = told.change;
-    const device::DeviceDescription& family = *context().bus.slave(e.slave).profile;
+    const device::DeviceDescription& family = *context().slave(e.slave).profile;
     const std::string from = esc::StatusText(e.before.raw);
     const std::string to = esc::StatusText(e.status.raw);
     finding.title = "Slave left " + from + " for " + to + " by itself";
@@ -165,4 +170,4 @@ class AlUnexpectedChange final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<AlUnexpectedChange>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::al_unexpected_change

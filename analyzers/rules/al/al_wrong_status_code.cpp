@@ -1,10 +1,11 @@
-#include "analyzers/core/al_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/core/status_code_watcher.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/status_code_watcher.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::al_wrong_status_code {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "al-wrong-status-code",
@@ -51,7 +52,7 @@ class AlWrongStatusCode final : public StatusCodeWatcher {
   }
 
   void OnCode(const Context& c) override {
-    const device::DeviceDescription& family = *context().bus.slave(c.slave).profile;
+    const device::DeviceDescription& family = *context().slave(c.slave).profile;
     const device::AlStatusCode* entry = family.al_status_code(c.code);
     if (c.code == 0 || entry == nullptr) return;
     if (!entry->exclusive) {
@@ -93,4 +94,4 @@ class AlWrongStatusCode final : public StatusCodeWatcher {
 const RuleRegistration kRegistration{kInfo, MakeRule<AlWrongStatusCode>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::al_wrong_status_code

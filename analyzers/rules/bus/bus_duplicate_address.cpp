@@ -2,12 +2,15 @@
 #include <utility>
 #include <vector>
 
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/register_addresses.h"
+#include "decoder/track/access.h"
+#include "decoder/track/events.h"
+#include "decoder/track/network.h"
 
-namespace ecaudit {
+namespace ecaudit::bus_duplicate_address {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "bus-duplicate-address",
@@ -39,17 +42,19 @@ Correct the addressing in the master; after hot-connecting a slave scan the bus 
 
 class BusDuplicateAddress final : public Rule {
  public:
-  using Rule::On;
   BusDuplicateAddress() : Rule(kInfo) {
-    Subscribe({Topic::kAddressAssigned, Topic::kAnswered, Topic::kAccess, Topic::kLogicalAccess});
+    Hear<track::AddressAssigned>(&BusDuplicateAddress::On);
+    Hear<track::Answered>(&BusDuplicateAddress::On);
+    Hear<track::SlaveAccess>(&BusDuplicateAddress::On);
+    Hear<track::LogicalAccess>(&BusDuplicateAddress::On);
   }
 
-  void OnAccess(const track::SlaveAccess& e) override {
+  void On(const track::SlaveAccess& e) {
     if (e.broadcast || !e.done() || e.Covered(e.written, esc::kStationAddress, 2).empty()) return;
     written_ = {e.slave, e.frame().number};
   }
 
-  void On(const track::AddressAssigned& e) override {
+  void On(const track::AddressAssigned& e) {
     std::erase_if(open_, [&](const Shared& s) { return s.slave == e.slave || s.other == e.slave; });
     const bool by_master = written_ == std::pair(e.slave, e.frame.number);
     if (e.slave >= scan_of_.size()) scan_of_.resize(static_cast<std::size_t>(e.slave) + 1, 0);
@@ -61,11 +66,11 @@ class BusDuplicateAddress final : public Rule {
     open_.push_back({e.slave, e.duplicate_of, e.address, e.frame, given_twice, false});
   }
 
-  void On(const track::LogicalAccess& e) override {
+  void On(const track::LogicalAccess& e) {
     if (e.wkc > 0 && !e.assumed) process_data_ = true;
   }
 
-  void On(const track::Answered& e) override {
+  void On(const track::Answered& e) {
     if (!wire::IsNodeAddressed(e.command) || e.command == wire::Command::FRMW) return;
     const bool used = e.address >= 0x1000 || (e.address <= esc::kAlControl && e.address + e.length > esc::kAlControl &&
                                               wire::Writes(e.command));
@@ -83,7 +88,7 @@ class BusDuplicateAddress final : public Rule {
 
   void Finish() override {
     if (SaidNothingReturned()) return;
-    const bus::SlaveSet& slaves = context().bus.network().slaves();
+    const bus::SlaveSet& slaves = context().network().slaves();
     for (std::size_t s = 0; s < slaves.size(); ++s) {
       if (slaves[static_cast<SlaveId>(s)].position.if_known() != nullptr) return;
     }
@@ -135,4 +140,4 @@ class BusDuplicateAddress final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<BusDuplicateAddress>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::bus_duplicate_address

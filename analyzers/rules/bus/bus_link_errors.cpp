@@ -5,12 +5,15 @@
 #include <string_view>
 #include <vector>
 
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/register_addresses.h"
+#include "decoder/track/access.h"
+#include "decoder/track/events.h"
 
-namespace ecaudit {
+namespace ecaudit::bus_link_errors {
 namespace {
 
 constexpr EscAddress kFirst = 0x0300;
@@ -46,10 +49,12 @@ cable at the first slave (in frame direction) whose own counters rise.
 
 class BusLinkErrors final : public Rule {
  public:
-  using Rule::On;
-  BusLinkErrors() : Rule(kInfo) { Subscribe({Topic::kAccess, Topic::kCaptureHole}); }
+  BusLinkErrors() : Rule(kInfo) {
+    Hear<track::SlaveAccess>(&BusLinkErrors::On);
+    Hear<track::CaptureHole>(&BusLinkErrors::On);
+  }
 
-  void OnAccess(const track::SlaveAccess& e) override {
+  void On(const track::SlaveAccess& e) {
     if (e.address >= kEnd) return;
     const std::size_t length = std::max(e.written.size(), e.read.size());
     if (e.address + length > kFirst) OnCounters(e);
@@ -57,7 +62,7 @@ class BusLinkErrors final : public Rule {
   }
 
   /// Behind a hole may stand another capture, of other slaves.
-  void On(const track::CaptureHole& e) override {
+  void On(const track::CaptureHole& e) {
     if (!e.certain) return;
     for (Slave& slave : slaves_) {
       slave.counters = {};
@@ -67,7 +72,7 @@ class BusLinkErrors final : public Rule {
 
   void Finish() override {
     if (SaidNothingReturned()) return;
-    for (std::size_t s = 0; s < context().bus.size(); ++s) {
+    for (std::size_t s = 0; s < context().slave_count(); ++s) {
       if (s < slaves_.size() && slaves_[s].compared) continue;
       NotEvaluable(static_cast<SlaveId>(s), "neither the error counters nor DL status of the slave were read twice");
     }
@@ -227,4 +232,4 @@ class BusLinkErrors final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<BusLinkErrors>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::bus_link_errors

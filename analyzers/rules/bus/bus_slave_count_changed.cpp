@@ -1,8 +1,13 @@
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
+#include "decoder/pipeline.h"
+#include "decoder/track/access.h"
+#include "decoder/track/events.h"
+#include "decoder/track/network.h"
 
-namespace ecaudit {
+namespace ecaudit::bus_slave_count_changed {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "bus-slave-count-changed",
@@ -33,20 +38,22 @@ The slave behind the last one that still answers, or the cable to it, is the pla
 
 class BusSlaveCountChanged final : public Rule {
  public:
-  using Rule::On;
   BusSlaveCountChanged() : Rule(kInfo) {
-    Subscribe({Topic::kSlaveCount, Topic::kLogicalAccess, Topic::kAccess, Topic::kAlRequest});
+    Hear<track::SlaveCount>(&BusSlaveCountChanged::On);
+    Hear<track::LogicalAccess>(&BusSlaveCountChanged::On);
+    Hear<track::SlaveAccess>(&BusSlaveCountChanged::On);
+    Hear<track::AlRequest>(&BusSlaveCountChanged::On);
   }
 
-  void On(const track::LogicalAccess& e) override { in_use_ = in_use_ || (e.wkc > 0 && !e.assumed); }
+  void On(const track::LogicalAccess& e) { in_use_ = in_use_ || (e.wkc > 0 && !e.assumed); }
 
-  void OnAccess(const track::SlaveAccess& e) override {
+  void On(const track::SlaveAccess& e) {
     // DL control: opening and closing ports changes how many slaves a frame passes, on purpose.
     const ByteSpan ports = e.Covered(e.written, 0x0101, 1);
     if (!ports.empty() && e.acceptance != track::Acceptance::kRefused) in_use_ = false;
   }
 
-  void On(const track::AlRequest& e) override {
+  void On(const track::AlRequest& e) {
     if (e.acceptance != track::Acceptance::kAccepted) return;
     if (e.control.state() != static_cast<std::uint8_t>(esc::AlState::INIT)) {
       in_use_ = true;
@@ -55,7 +62,7 @@ class BusSlaveCountChanged final : public Rule {
     }
   }
 
-  void On(const track::SlaveCount& e) override {
+  void On(const track::SlaveCount& e) {
     if (e.first || !in_use_) return;
     const std::uint64_t key = static_cast<std::uint64_t>(e.previous) << 16U | e.count;
     if (FindingIndex index = Repeat(kNoSlave, key, e.frame); index != kNoFinding) {
@@ -84,14 +91,14 @@ class BusSlaveCountChanged final : public Rule {
 
   void Finish() override {
     if (SaidNothingReturned()) return;
-    if (context().pipeline->pairing().returned > 0 && context().bus.network().slave_count().if_known() == nullptr) {
+    if (context().pairing().returned > 0 && context().network().slave_count().if_known() == nullptr) {
       NotEvaluable(kNoSlave, "no returned broadcast or position-addressed datagram shows the number of slaves");
     }
   }
 
  private:
   [[nodiscard]] std::string Missing(const track::SlaveCount& e) const {
-    const bus::SlaveSet& slaves = context().bus.network().slaves();
+    const bus::SlaveSet& slaves = context().network().slaves();
     std::string out;
     for (std::uint32_t p = e.count; p < e.previous; ++p) {
       if (p - e.count == 8) return out + ", ...";
@@ -108,4 +115,4 @@ class BusSlaveCountChanged final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<BusSlaveCountChanged>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::bus_slave_count_changed

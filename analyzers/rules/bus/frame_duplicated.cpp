@@ -1,7 +1,10 @@
-#include "analyzers/core/rule.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
 #include "decoder/base/text.h"
+#include "decoder/pipeline.h"
+#include "decoder/track/events.h"
 
-namespace ecaudit {
+namespace ecaudit::frame_duplicated {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "frame-duplicated",
@@ -35,10 +38,13 @@ directions of both ports).
 
 class FrameDuplicated final : public Rule {
  public:
-  using Rule::On;
-  FrameDuplicated() : Rule(kInfo) { Subscribe({Topic::kFrameDuplicated, Topic::kAnswered, Topic::kLogicalAccess}); }
+  FrameDuplicated() : Rule(kInfo) {
+    Hear<track::FrameDuplicated>(&FrameDuplicated::On);
+    Hear<track::Answered>(&FrameDuplicated::On);
+    Hear<track::LogicalAccess>(&FrameDuplicated::On);
+  }
 
-  void On(const track::FrameDuplicated& e) override {
+  void On(const track::FrameDuplicated& e) {
     if (FindingIndex index = Repeat(kNoSlave, kTwice, e.returned.ref()); index != kNoFinding) {
       AddRelated(context().store[index], e.returned.ref().number);
       return;
@@ -55,10 +61,10 @@ class FrameDuplicated final : public Rule {
     twice_ = Report(kTwice, std::move(finding));
   }
 
-  void On(const track::Answered& e) override {
+  void On(const track::Answered& e) {
     if (e.circulating) OnCirculating(e.returned);
   }
-  void On(const track::LogicalAccess& e) override {
+  void On(const track::LogicalAccess& e) {
     if (e.circulating) OnCirculating(e.returned);
   }
 
@@ -66,7 +72,7 @@ class FrameDuplicated final : public Rule {
     if (twice_ != kNoFinding && context().store[twice_].count > 1) {
       context().store[twice_].title = Count(context().store[twice_].count, "frame") + " came back twice";
     }
-    const std::uint64_t sent_twice = context().pipeline->pairing().outbound_twice;
+    const std::uint64_t sent_twice = context().pairing().outbound_twice;
     if (twice_ != kNoFinding && sent_twice * 4 >= context().store[twice_].count) {
       Finding& finding = context().store[twice_];
       context().store.Regrade(twice_, Severity::kInfo);
@@ -78,7 +84,7 @@ class FrameDuplicated final : public Rule {
       finding.evidence.push_back(Number("outbound_twice", static_cast<std::int64_t>(sent_twice)));
     }
     if (SaidNothingReturned()) return;
-    if (context().pipeline->pairing().outbound == 0 && context().pipeline->pairing().returned > 0) {
+    if (context().pairing().outbound == 0 && context().pairing().returned > 0) {
       NotEvaluable(kNoSlave, "no outbound frames in the capture; only the circulating bit is judged");
     }
   }
@@ -114,4 +120,4 @@ class FrameDuplicated final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<FrameDuplicated>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::frame_duplicated

@@ -1,7 +1,11 @@
-#include "analyzers/core/rule.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
 #include "decoder/base/text.h"
+#include "decoder/capture/frame_source.h"
+#include "decoder/pipeline.h"
+#include "decoder/track/events.h"
 
-namespace ecaudit {
+namespace ecaudit::frame_lost {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "frame-lost",
@@ -40,10 +44,9 @@ connectors, and link errors at the slaves (0x0300-0x0313).
 
 class FrameLost final : public Rule {
  public:
-  using Rule::On;
-  FrameLost() : Rule(kInfo) { Subscribe({Topic::kFrameLost}); }
+  FrameLost() : Rule(kInfo) { Hear<track::FrameLost>(&FrameLost::On); }
 
-  void On(const track::FrameLost& e) override {
+  void On(const track::FrameLost& e) {
     ++total_;
     if (e.followed_by_other) ++followed_by_other_;
     if (e.loss == bus::Loss::kSilence) ++silent_;
@@ -63,7 +66,7 @@ class FrameLost final : public Rule {
 
   void Finish() override {
     if (SaidNothingReturned() || SaidNothingSent()) return;
-    const bus::PairingStatistics& pairing = context().pipeline->pairing();
+    const bus::PairingStatistics& pairing = context().pairing();
     if (pairing.holes > 0) {
       NotEvaluable(kNoSlave,
                    "the capture misses frames in " + Count(pairing.holes, "place") +
@@ -72,7 +75,7 @@ class FrameLost final : public Rule {
     }
     if (index_ == kNoFinding) return;
     Finding& finding = context().store[index_];
-    const std::uint64_t outbound = context().pipeline->pairing().outbound;
+    const std::uint64_t outbound = context().pairing().outbound;
     finding.title = Count(total_, "frame") + " of " + Grouped(outbound) + " never came back";
     finding.message = Count(total_, "outbound frame") + " never came back although ";
     finding.message += silent_ == total_ ? "the master went on sending" : "later ones did";
@@ -84,13 +87,13 @@ class FrameLost final : public Rule {
           " the capture has a packet of another protocol: keep other traffic off the EtherCAT port. ";
     }
     std::uint64_t dropped = 0;
-    for (const capture::Interface& i : context().source->info().interfaces) dropped += i.dropped.value_or(0);
+    for (const capture::Interface& i : context().source().info().interfaces) dropped += i.dropped.value_or(0);
     if (dropped > 0) {
       finding.message += "The capture file says that the capturing machine itself dropped " + Count(dropped, "packet") +
                          "; these losses may be among them. ";
       finding.evidence.push_back(Number("dropped_by_capture", static_cast<std::int64_t>(dropped)));
     }
-    const std::uint64_t missed = context().pipeline->pairing().missed_outbound;
+    const std::uint64_t missed = context().pairing().missed_outbound;
     if (missed > 0) {
       finding.message += "But " + Count(missed, "returned frame") + " " + (missed == 1 ? "has" : "have") +
                          " no outbound copy: the capture itself misses packets, and these losses may be among them. ";
@@ -123,4 +126,4 @@ class FrameLost final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<FrameLost>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::frame_lost

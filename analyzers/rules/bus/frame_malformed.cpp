@@ -1,7 +1,10 @@
-#include "analyzers/core/rule.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
 #include "decoder/base/text.h"
+#include "decoder/pipeline.h"
+#include "decoder/track/events.h"
 
-namespace ecaudit {
+namespace ecaudit::frame_malformed {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "frame-malformed",
@@ -33,10 +36,9 @@ have been damaged on the last link only.
 
 class FrameMalformed final : public Rule {
  public:
-  using Rule::On;
-  FrameMalformed() : Rule(kInfo) { Subscribe({Topic::kFrameUnusable}); }
+  FrameMalformed() : Rule(kInfo) { Hear<track::FrameUnusable>(&FrameMalformed::On); }
 
-  void On(const track::FrameUnusable& e) override {
+  void On(const track::FrameUnusable& e) {
     if (!e.own_master || e.reason != bus::Unusable::kMalformed || e.frame.kind() != wire::FrameKind::kMalformed) return;
     const auto key = static_cast<std::uint64_t>(e.frame.problem());
     if (FindingIndex index = Repeat(kNoSlave, key, e.frame.ref()); index != kNoFinding) {
@@ -55,7 +57,7 @@ class FrameMalformed final : public Rule {
   }
 
   void Finish() override {
-    const PipelineStatistics& read = context().pipeline->statistics();
+    const PipelineStatistics& read = context().statistics();
     if (read.cut_frames > 0)
       NotEvaluable(kNoSlave, "frames that the snap length cut are not judged", read.first_cut.number);
   }
@@ -64,4 +66,4 @@ class FrameMalformed final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<FrameMalformed>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::frame_malformed

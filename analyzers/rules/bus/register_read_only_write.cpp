@@ -1,8 +1,10 @@
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
+#include "decoder/track/access.h"
 
-namespace ecaudit {
+namespace ecaudit::register_read_only_write {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "register-read-only-write",
@@ -33,12 +35,11 @@ Remove the write from the master, or write the register that was meant.
 
 class RegisterReadOnlyWrite final : public Rule {
  public:
-  using Rule::On;
-  RegisterReadOnlyWrite() : Rule(kInfo) { Subscribe({Topic::kAccess}); }
+  RegisterReadOnlyWrite() : Rule(kInfo) { Hear<track::SlaveAccess>(&RegisterReadOnlyWrite::On); }
 
-  void OnAccess(const track::SlaveAccess& e) override {
+  void On(const track::SlaveAccess& e) {
     if (e.written.empty() || e.broadcast || e.address >= 0x1000) return;
-    const device::DeviceDescription& family = *context().bus.slave(e.slave).profile;
+    const device::DeviceDescription& family = *context().slave(e.slave).profile;
     const device::RegisterRight* first = nullptr;
     for (std::size_t i = 0; i < e.written.size(); ++i) {
       const device::RegisterRight* right = family.register_right(static_cast<EscAddress>(e.address + i));
@@ -74,4 +75,4 @@ class RegisterReadOnlyWrite final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<RegisterReadOnlyWrite>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::register_read_only_write

@@ -3,12 +3,15 @@
 #include <string>
 #include <vector>
 
-#include "analyzers/core/lossy_capture.h"
-#include "analyzers/core/rule.h"
+#include "analyzers/judge/lossy_capture.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
 #include "analyzers/model/bus_model.h"
 #include "decoder/base/text.h"
+#include "decoder/pipeline.h"
+#include "decoder/track/events.h"
 
-namespace ecaudit {
+namespace ecaudit::wkc_mismatch {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "wkc-mismatch",
@@ -45,24 +48,26 @@ that answers is broken. A share of 2 missing from one slave means its outputs we
 
 class WkcMismatch final : public Rule {
  public:
-  using Rule::On;
   WkcMismatch() : Rule(kInfo) {
-    Subscribe(
-        {Topic::kLogicalAccess, Topic::kAnswered, Topic::kAlRequest, Topic::kSlaveFound, Topic::kAddressAssigned});
+    Hear<track::LogicalAccess>(&WkcMismatch::On);
+    Hear<track::Answered>(&WkcMismatch::On);
+    Hear<track::AlRequest>(&WkcMismatch::On);
+    Hear<track::SlaveFound>(&WkcMismatch::On, Stage::kAfterModel);
+    Hear<track::AddressAssigned>(&WkcMismatch::On);
   }
 
-  void On(const track::LogicalAccess& e) override {
+  void On(const track::LogicalAccess& e) {
     if (e.assumed || !e.returned.seen()) return;
     if (e.wkc > 0) numbering_ = false;
-    const model::LogicalExpectation& expected = context().bus.Expect(e);
+    const model::LogicalExpectation& expected = context().bus().Expect(e);
     if (!expected.mapping_known) {
       JudgeByHabit(e);
       return;
     }
-    const model::CounterRange range = context().bus.RangeFor(expected, e.command);
+    const model::CounterRange range = context().bus().RangeFor(expected, e.command);
     if (e.wkc >= range.least && e.wkc <= range.most) return;
     // Without outbound frames nothing shows what is missing.
-    const bus::PairingStatistics& pairing = context().pipeline->pairing();
+    const bus::PairingStatistics& pairing = context().pairing();
     if (e.wkc > range.most && (MissesAny(pairing) || pairing.paired == 0)) {
       if (!said_more_) {
         said_more_ = true;
@@ -96,7 +101,7 @@ class WkcMismatch final : public Rule {
     }
   }
 
-  void On(const track::Answered& e) override {
+  void On(const track::Answered& e) {
     if (wire::IsBroadcast(e.command)) {
       JudgeBroadcastRead(e);
     } else {
@@ -105,12 +110,12 @@ class WkcMismatch final : public Rule {
   }
 
   // Whatever changes states or the mapping ends the habit.
-  void On(const track::AlRequest& e) override {
+  void On(const track::AlRequest& e) {
     habits_ = {};
     if (!e.broadcast) numbering_ = false;
   }
-  void On(const track::AddressAssigned&) override { numbering_ = true; }
-  void On(const track::SlaveFound&) override { habits_ = {}; }
+  void On(const track::AddressAssigned&) { numbering_ = true; }
+  void On(const track::SlaveFound&) { habits_ = {}; }
 
   void Finish() override {
     if (SaidNothingReturned()) return;
@@ -355,4 +360,4 @@ class WkcMismatch final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<WkcMismatch>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::wkc_mismatch

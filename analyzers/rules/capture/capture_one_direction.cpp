@@ -1,7 +1,9 @@
-#include "analyzers/core/rule.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
 #include "decoder/base/text.h"
+#include "decoder/pipeline.h"
 
-namespace ecaudit {
+namespace ecaudit::capture_one_direction {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "capture-one-direction",
@@ -33,14 +35,14 @@ class CaptureOneDirection final : public Rule {
  public:
   CaptureOneDirection() : Rule(kInfo) {}
   void Finish() override {
-    const bus::PairingStatistics& pairing = context().pipeline->pairing();
+    const bus::PairingStatistics& pairing = context().pairing();
     const bool outbound = pairing.outbound > 0;
     const bool returned = pairing.returned > 0;
     if (!outbound && !returned) NotEvaluable(kNoSlave, "no EtherCAT frames in the capture");
     if (outbound == returned) return;
     Finding finding;
-    finding.first = context().pipeline->statistics().first;
-    finding.last = context().pipeline->statistics().last;
+    finding.first = context().statistics().first;
+    finding.last = context().statistics().last;
     finding.title = outbound ? "Only outbound frames were captured" : "Only returned frames were captured";
     finding.message = outbound
                           ? "No frame in this capture has passed the slaves. What they answered is not known: accesses "
@@ -54,4 +56,4 @@ class CaptureOneDirection final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<CaptureOneDirection>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::capture_one_direction

@@ -1,7 +1,9 @@
-#include "analyzers/core/rule.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
 #include "decoder/base/text.h"
+#include "decoder/pipeline.h"
 
-namespace ecaudit {
+namespace ecaudit::capture_snaplen {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "capture-snaplen",
@@ -32,7 +34,7 @@ class CaptureSnaplen final : public Rule {
  public:
   CaptureSnaplen() : Rule(kInfo) {}
   void Finish() override {
-    const PipelineStatistics& read = context().pipeline->statistics();
+    const PipelineStatistics& read = context().statistics();
     if (read.cut_frames == 0) return;
     Finding finding;
     finding.first = read.first_cut;
@@ -51,4 +53,4 @@ class CaptureSnaplen final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<CaptureSnaplen>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::capture_snaplen

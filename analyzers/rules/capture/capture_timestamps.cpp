@@ -1,7 +1,9 @@
-#include "analyzers/core/rule.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
 #include "decoder/base/text.h"
+#include "decoder/pipeline.h"
 
-namespace ecaudit {
+namespace ecaudit::capture_timestamps {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "capture-timestamps",
@@ -34,8 +36,8 @@ class CaptureTimestamps final : public Rule {
  public:
   CaptureTimestamps() : Rule(kInfo) {}
   void Finish() override {
-    const PipelineStatistics& read = context().pipeline->statistics();
-    const bus::PairingStatistics& pairing = context().pipeline->pairing();
+    const PipelineStatistics& read = context().statistics();
+    const bus::PairingStatistics& pairing = context().pairing();
     if (read.ethercat_frames == 0) {
       NotEvaluable(kNoSlave, "no EtherCAT frames in the capture");
       return;
@@ -74,4 +76,4 @@ class CaptureTimestamps final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<CaptureTimestamps>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::capture_timestamps

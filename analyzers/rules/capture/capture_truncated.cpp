@@ -1,7 +1,10 @@
-#include "analyzers/core/rule.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
 #include "decoder/base/text.h"
+#include "decoder/capture/frame_source.h"
+#include "decoder/pipeline.h"
 
-namespace ecaudit {
+namespace ecaudit::capture_truncated {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "capture-truncated",
@@ -32,10 +35,10 @@ class CaptureTruncated final : public Rule {
  public:
   CaptureTruncated() : Rule(kInfo) {}
   void Finish() override {
-    const capture::CaptureInfo& info = context().source->info();
+    const capture::CaptureInfo& info = context().source().info();
     if (!info.damage) return;
     Finding finding;
-    finding.first = context().pipeline->statistics().last;
+    finding.first = context().statistics().last;
     finding.title = "Capture is damaged: " + info.damage->message;
     finding.message = "Reading stopped: " + info.damage->message + ". Everything up to frame " +
                       std::to_string(info.damage->after_frame) + " was analysed.";
@@ -48,4 +51,4 @@ class CaptureTruncated final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<CaptureTruncated>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::capture_truncated

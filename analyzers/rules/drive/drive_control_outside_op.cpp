@@ -1,11 +1,13 @@
 #include <string>
 
-#include "analyzers/core/drive_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/words/drive_text.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::drive_control_outside_op {
 namespace {
 
 constexpr RuleInfo kInfo{
@@ -38,13 +40,12 @@ Send 0 as control word until the slave shows OP, then command the states one aft
 
 class DriveControlOutsideOp final : public Rule {
  public:
-  using Rule::On;
-  DriveControlOutsideOp() : Rule(kInfo) { Subscribe({Topic::kDriveCommandOutsideOp}); }
+  DriveControlOutsideOp() : Rule(kInfo) { Hear<model::DriveCommandOutsideOp>(&DriveControlOutsideOp::On); }
 
-  void On(const model::DriveCommandOutsideOp& e) override {
+  void On(const model::DriveCommandOutsideOp& e) {
     const std::uint64_t key = e.al_state;
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
-    const device::DriveProfile& drive = *context().bus.slave(e.slave).profile->drive;
+    const device::DriveProfile& drive = *context().slave(e.slave).profile->drive;
     const std::string command = CommandName(drive, {}, 0, e.word);
     const std::string state = esc::StateName(e.al_state);
     Finding finding;
@@ -78,4 +79,4 @@ class DriveControlOutsideOp final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<DriveControlOutsideOp>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::drive_control_outside_op

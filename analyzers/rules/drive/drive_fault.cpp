@@ -2,13 +2,15 @@
 #include <string>
 #include <vector>
 
-#include "analyzers/core/drive_knowledge.h"
-#include "analyzers/core/drive_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/drive_knowledge.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/words/drive_text.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::drive_fault {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "drive-fault",
@@ -41,10 +43,12 @@ read 1003h:1 (MKD also 2001h) or let the master fetch emergency messages.
 
 class DriveFault final : public Rule {
  public:
-  using Rule::On;
-  DriveFault() : Rule(kInfo) { Subscribe({Topic::kDriveStateChanged, Topic::kDriveFaultExplained}); }
+  DriveFault() : Rule(kInfo) {
+    Hear<model::DriveStateChanged>(&DriveFault::On);
+    Hear<model::DriveFaultExplained>(&DriveFault::On);
+  }
 
-  void On(const model::DriveStateChanged& e) override {
+  void On(const model::DriveStateChanged& e) {
     if (!e.to) return;
     if (!IsFault(*e.to)) {
       Close(e.slave);
@@ -62,7 +66,7 @@ class DriveFault final : public Rule {
     open_[e.slave] = Open{e, {}, 0};
   }
 
-  void On(const model::DriveFaultExplained& e) override {
+  void On(const model::DriveFaultExplained& e) {
     const auto open = open_.find(e.slave);
     if (open == open_.end() || open->second.explanations.size() >= kMaxExplanations) return;
     for (const model::DriveFaultExplained& known : open->second.explanations) {
@@ -102,7 +106,7 @@ class DriveFault final : public Rule {
       key = (std::uint64_t{first.code} << 8U) + static_cast<std::uint8_t>(first.source) + 1U;
     }
     if (Repeat(slave, key, e.frame) != kNoFinding) return;
-    const device::DeviceDescription& family = *context().bus.slave(slave).profile;
+    const device::DeviceDescription& family = *context().slave(slave).profile;
     Finding finding;
     finding.slave = slave;
     finding.first = e.frame;
@@ -162,4 +166,4 @@ class DriveFault final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<DriveFault>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::drive_fault

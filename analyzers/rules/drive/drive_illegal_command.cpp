@@ -1,12 +1,14 @@
 #include <string>
 
-#include "analyzers/core/drive_knowledge.h"
-#include "analyzers/core/drive_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/drive_knowledge.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/words/drive_text.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::drive_illegal_command {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "drive-illegal-command",
@@ -42,13 +44,12 @@ rising edge of bit 7 first.
 
 class DriveIllegalCommand final : public Rule {
  public:
-  using Rule::On;
-  DriveIllegalCommand() : Rule(kInfo) { Subscribe({Topic::kDriveIllegalCommand}); }
+  DriveIllegalCommand() : Rule(kInfo) { Hear<model::DriveIllegalCommand>(&DriveIllegalCommand::On); }
 
-  void On(const model::DriveIllegalCommand& e) override {
+  void On(const model::DriveIllegalCommand& e) {
     const std::uint64_t key = std::uint64_t{static_cast<std::uint8_t>(e.state)} << 16U | e.word;
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
-    const device::DriveProfile& drive = *context().bus.slave(e.slave).profile->drive;
+    const device::DriveProfile& drive = *context().slave(e.slave).profile->drive;
     const std::string command = CommandName(drive, {}, e.before, e.word);
     const std::string state = StateText(e.state);
     Finding finding;
@@ -70,10 +71,10 @@ class DriveIllegalCommand final : public Rule {
   }
 
   void Finish() override {
-    for (std::size_t id = 0; id < context().bus.size(); ++id) {
+    for (std::size_t id = 0; id < context().slave_count(); ++id) {
       const auto slave = static_cast<SlaveId>(id);
       // What nothing made legal until the capture ended.
-      if (const auto command = context().bus.slave(slave).drive.undecided_command()) On(*command);
+      if (const auto command = context().slave(slave).drive.undecided_command()) On(*command);
     }
     NotEvaluableFor([](const model::SlaveModel& slave) { return DriveWordsMissing(slave, true); });
     NotEvaluableWhere([](const model::SlaveModel& slave) { return slave.drive.ambiguous_controls() > 0; },
@@ -101,4 +102,4 @@ class DriveIllegalCommand final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<DriveIllegalCommand>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::drive_illegal_command

@@ -1,12 +1,14 @@
 #include <string>
 
-#include "analyzers/core/drive_knowledge.h"
-#include "analyzers/core/drive_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/drive_knowledge.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/words/drive_text.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::drive_illegal_state_change {
 namespace {
 
 constexpr RuleInfo kInfo{
@@ -43,13 +45,12 @@ is mapped where the master reads it.
 
 class DriveIllegalStateChange final : public Rule {
  public:
-  using Rule::On;
-  DriveIllegalStateChange() : Rule(kInfo) { Subscribe({Topic::kDriveIllegalChange}); }
+  DriveIllegalStateChange() : Rule(kInfo) { Hear<model::DriveIllegalChange>(&DriveIllegalStateChange::On); }
 
-  void On(const model::DriveIllegalChange& e) override {
+  void On(const model::DriveIllegalChange& e) {
     const std::uint64_t key = std::uint64_t{static_cast<std::uint8_t>(e.from)} << 8U | static_cast<std::uint8_t>(e.to);
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
-    const device::DriveProfile& drive = *context().bus.slave(e.slave).profile->drive;
+    const device::DriveProfile& drive = *context().slave(e.slave).profile->drive;
     const std::string from = StateText(e.from);
     const std::string to = StateText(e.to);
     Finding finding;
@@ -85,4 +86,4 @@ class DriveIllegalStateChange final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<DriveIllegalStateChange>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::drive_illegal_state_change

@@ -1,12 +1,14 @@
 #include <string>
 
-#include "analyzers/core/drive_knowledge.h"
-#include "analyzers/core/drive_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/drive_knowledge.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/words/drive_text.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::drive_no_reaction {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "drive-no-reaction",
@@ -39,13 +41,12 @@ Look at bit 4 of the status word (voltage enabled), the hardware enable and safe
 
 class DriveNoReaction final : public Rule {
  public:
-  using Rule::On;
-  DriveNoReaction() : Rule(kInfo) { Subscribe({Topic::kDriveNoReaction}); }
+  DriveNoReaction() : Rule(kInfo) { Hear<model::DriveNoReaction>(&DriveNoReaction::On); }
 
-  void On(const model::DriveNoReaction& e) override {
+  void On(const model::DriveNoReaction& e) {
     const std::uint64_t key = e.transition;
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
-    const device::DriveProfile& drive = *context().bus.slave(e.slave).profile->drive;
+    const device::DriveProfile& drive = *context().slave(e.slave).profile->drive;
     const device::DriveTransition* transition = drive.Find(e.transition);
     model::DrivePath path;
     path.Add(e.transition);
@@ -92,4 +93,4 @@ class DriveNoReaction final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<DriveNoReaction>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::drive_no_reaction

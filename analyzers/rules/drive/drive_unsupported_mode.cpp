@@ -1,11 +1,13 @@
 #include <map>
 #include <string>
 
-#include "analyzers/core/drive_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/words/drive_text.h"
 
-namespace ecaudit {
+namespace ecaudit::drive_unsupported_mode {
 namespace {
 
 constexpr std::uint16_t kSupportedModes = 0x6502;
@@ -39,12 +41,11 @@ Select a mode of the list, or check whether the drive's firmware is newer than t
 
 class DriveUnsupportedMode final : public Rule {
  public:
-  using Rule::On;
-  DriveUnsupportedMode() : Rule(kInfo) { Subscribe({Topic::kDriveMode}); }
+  DriveUnsupportedMode() : Rule(kInfo) { Hear<model::DriveMode>(&DriveUnsupportedMode::On); }
 
-  void On(const model::DriveMode& e) override {
+  void On(const model::DriveMode& e) {
     if (e.value == 0) return;
-    const model::SlaveModel& slave = context().bus.slave(e.slave);
+    const model::SlaveModel& slave = context().slave(e.slave);
     const device::DriveProfile& drive = *slave.profile->drive;
     if (drive.FindMode(e.value) != nullptr) return;
     const std::uint64_t key = static_cast<std::uint8_t>(e.value);
@@ -108,4 +109,4 @@ class DriveUnsupportedMode final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<DriveUnsupportedMode>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::drive_unsupported_mode

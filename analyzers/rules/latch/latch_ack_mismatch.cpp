@@ -1,8 +1,10 @@
-#include "analyzers/core/latch_rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/latch_rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::latch_ack_mismatch {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "latch-ack-mismatch",
@@ -38,7 +40,7 @@ class LatchAckMismatch final : public LatchRule {
 
  protected:
   void Describe(const model::LatchMisuse& misuse, Finding& finding) const override {
-    const device::LatchDescription& latch = *context().bus.slave(misuse.slave).profile->latch;
+    const device::LatchDescription& latch = *context().slave(misuse.slave).profile->latch;
     const unsigned shown = misuse.status ? latch.Acknowledge(*misuse.status) : 0U;
     finding.title = "Read selector " + std::to_string(misuse.value) + " not acknowledged: the status word shows " +
                     std::to_string(shown);
@@ -59,4 +61,4 @@ class LatchAckMismatch final : public LatchRule {
 const RuleRegistration kRegistration{kInfo, MakeRule<LatchAckMismatch>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::latch_ack_mismatch

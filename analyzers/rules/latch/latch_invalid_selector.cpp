@@ -1,8 +1,10 @@
-#include "analyzers/core/latch_rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/latch_rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::latch_invalid_selector {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "latch-invalid-selector",
@@ -36,7 +38,7 @@ class LatchInvalidSelector final : public LatchRule {
 
  protected:
   void Describe(const model::LatchMisuse& misuse, Finding& finding) const override {
-    const device::LatchDescription& latch = *context().bus.slave(misuse.slave).profile->latch;
+    const device::LatchDescription& latch = *context().slave(misuse.slave).profile->latch;
     std::string defined;
     for (const device::LatchEdge& edge : latch.edges) {
       defined += (defined.empty() ? "" : ", ") + std::to_string(edge.selector) + " (" + edge.name + ")";
@@ -53,4 +55,4 @@ class LatchInvalidSelector final : public LatchRule {
 const RuleRegistration kRegistration{kInfo, MakeRule<LatchInvalidSelector>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::latch_invalid_selector

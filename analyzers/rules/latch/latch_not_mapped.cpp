@@ -1,7 +1,8 @@
-#include "analyzers/core/latch_rule.h"
+#include "analyzers/judge/latch_rule.h"
+#include "analyzers/model/model_events.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::latch_not_mapped {
 namespace {
 
 constexpr RuleInfo kInfo{
@@ -54,4 +55,4 @@ class LatchNotMapped final : public LatchRule {
 const RuleRegistration kRegistration{kInfo, MakeRule<LatchNotMapped>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::latch_not_mapped

@@ -1,7 +1,8 @@
-#include "analyzers/core/latch_rule.h"
+#include "analyzers/judge/latch_rule.h"
+#include "analyzers/model/model_events.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::latch_outside_op {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "latch-outside-op",
@@ -49,4 +50,4 @@ class LatchOutsideOp final : public LatchRule {
 const RuleRegistration kRegistration{kInfo, MakeRule<LatchOutsideOp>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::latch_outside_op

@@ -1,7 +1,8 @@
-#include "analyzers/core/latch_rule.h"
+#include "analyzers/judge/latch_rule.h"
+#include "analyzers/model/model_events.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::latch_read_before_valid {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "latch-read-before-valid",
@@ -52,4 +53,4 @@ class LatchReadBeforeValid final : public LatchRule {
 const RuleRegistration kRegistration{kInfo, MakeRule<LatchReadBeforeValid>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::latch_read_before_valid

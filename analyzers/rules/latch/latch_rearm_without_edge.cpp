@@ -1,9 +1,10 @@
 #include <cctype>
 
-#include "analyzers/core/latch_rule.h"
+#include "analyzers/judge/latch_rule.h"
+#include "analyzers/model/model_events.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::latch_rearm_without_edge {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "latch-rearm-without-edge",
@@ -56,4 +57,4 @@ class LatchRearmWithoutEdge final : public LatchRule {
 const RuleRegistration kRegistration{kInfo, MakeRule<LatchRearmWithoutEdge>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::latch_rearm_without_edge

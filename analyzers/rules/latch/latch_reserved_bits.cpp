@@ -1,8 +1,10 @@
-#include "analyzers/core/latch_rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/latch_rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::latch_reserved_bits {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "latch-reserved-bits",
@@ -37,7 +39,7 @@ class LatchReservedBits final : public LatchRule {
 
  protected:
   void Describe(const model::LatchMisuse& misuse, Finding& finding) const override {
-    const device::LatchDescription& latch = *context().bus.slave(misuse.slave).profile->latch;
+    const device::LatchDescription& latch = *context().slave(misuse.slave).profile->latch;
     finding.title = "Reserved bits " + Hex(misuse.value) + " of the latch control word set";
     finding.message = "The latch control word is " + Hex(misuse.control) + " " + FrameText(misuse) +
                       "; the manual reserves the bits " + Hex(latch.reserved_control) + ", of which " +
@@ -51,4 +53,4 @@ class LatchReservedBits final : public LatchRule {
 const RuleRegistration kRegistration{kInfo, MakeRule<LatchReservedBits>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::latch_reserved_bits

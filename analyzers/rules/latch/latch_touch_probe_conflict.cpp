@@ -1,7 +1,8 @@
-#include "analyzers/core/latch_rule.h"
+#include "analyzers/judge/latch_rule.h"
+#include "analyzers/model/model_events.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::latch_touch_probe_conflict {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "latch-touch-probe-conflict",
@@ -54,4 +55,4 @@ class LatchTouchProbeConflict final : public LatchRule {
 const RuleRegistration kRegistration{kInfo, MakeRule<LatchTouchProbeConflict>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::latch_touch_probe_conflict

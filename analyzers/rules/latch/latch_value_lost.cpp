@@ -1,9 +1,11 @@
 #include <cctype>
 #include <variant>
 
-#include "analyzers/core/latch_rule.h"
+#include "analyzers/judge/latch_rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
 
-namespace ecaudit {
+namespace ecaudit::latch_value_lost {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "latch-value-lost",
@@ -76,4 +78,4 @@ class LatchValueLost final : public LatchRule {
 const RuleRegistration kRegistration{kInfo, MakeRule<LatchValueLost>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::latch_value_lost

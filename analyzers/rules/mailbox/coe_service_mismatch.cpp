@@ -1,9 +1,11 @@
-#include "analyzers/core/mailbox_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/mailbox_text.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
+#include "decoder/mailbox/events.h"
 
-namespace ecaudit {
+namespace ecaudit::coe_service_mismatch {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "coe-service-mismatch",
@@ -34,10 +36,9 @@ Put 2 into requests and 3 into answers.
 
 class CoeServiceMismatch final : public Rule {
  public:
-  using Rule::On;
-  CoeServiceMismatch() : Rule(kInfo) { Subscribe({Topic::kSdoTransfer}); }
+  CoeServiceMismatch() : Rule(kInfo) { Hear<mailbox::SdoTransfer>(&CoeServiceMismatch::On); }
 
-  void On(const mailbox::SdoTransfer& t) override {
+  void On(const mailbox::SdoTransfer& t) {
     if (!t.request_service_mismatch && !t.response_service_mismatch) return;
     const bool request = t.request_service_mismatch;
     const std::uint64_t key = request ? 1 : 2;
@@ -49,7 +50,7 @@ class CoeServiceMismatch final : public Rule {
     finding.message = std::string("The SDO message ") + (request ? "from the master" : "from the slave") +
                       " in frame " + std::to_string(t.service_mismatch.number) + ", part of the " +
                       std::string(Name(t.service)) +
-                      (t.has_object ? " of " + ObjectText(t, *context().bus.slave(t.slave).profile) : std::string()) +
+                      (t.has_object ? " of " + ObjectText(t, *context().slave(t.slave).profile) : std::string()) +
                       (request ? ", is marked as an SDO response. Requests have service 2."
                                : ", is marked as an SDO request. Answers have service 3; the example that the vendor "
                                  "manuals print (byte 7 = 0x20) is wrong there.");
@@ -65,4 +66,4 @@ class CoeServiceMismatch final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<CoeServiceMismatch>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::coe_service_mismatch

@@ -1,10 +1,12 @@
-#include "analyzers/core/mailbox_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/events/relatives.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/mailbox_text.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/objects/relatives.h"
 #include "decoder/base/text.h"
+#include "decoder/mailbox/events.h"
 
-namespace ecaudit {
+namespace ecaudit::emcy_received {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "emcy-received",
@@ -36,14 +38,13 @@ Look the code up in the drive's manual, by its own number (F..., n...) where it 
 
 class EmcyReceived final : public Rule {
  public:
-  using Rule::On;
-  EmcyReceived() : Rule(kInfo) { Subscribe({Topic::kEmergency}); }
+  EmcyReceived() : Rule(kInfo) { Hear<mailbox::Emergency>(&EmcyReceived::On); }
 
-  void On(const mailbox::Emergency& e) override {
+  void On(const mailbox::Emergency& e) {
     if (e.data.too_short) return;  // mailbox-malformed
     const std::uint64_t key = static_cast<std::uint64_t>(e.data.error_code) << 8U | e.data.error_register;
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
-    const events::EmergencyInfo known = events::FindEmergency(context().bus.slave(e.slave).profile, e.data.error_code);
+    const events::EmergencyInfo known = events::FindEmergency(context().slave(e.slave).profile, e.data.error_code);
     const bool exact = known.code != nullptr && known.code->code == known.code->last_code;
     const std::string meaning = known.code == nullptr ? std::string() : Meaning(*known.code, exact);
     const Severity severity = SeverityOf(e.data.error_code, known.code);
@@ -110,4 +111,4 @@ class EmcyReceived final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<EmcyReceived>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::emcy_received

@@ -1,13 +1,16 @@
 #include <array>
 #include <vector>
 
-#include "analyzers/core/deferred_findings.h"
-#include "analyzers/core/lossy_capture.h"
-#include "analyzers/core/mailbox_text.h"
-#include "analyzers/core/rule.h"
+#include "analyzers/judge/deferred_findings.h"
+#include "analyzers/judge/lossy_capture.h"
+#include "analyzers/judge/mailbox_text.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
 #include "decoder/base/text.h"
+#include "decoder/mailbox/events.h"
+#include "decoder/pipeline.h"
 
-namespace ecaudit {
+namespace ecaudit::mailbox_counter {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "mailbox-counter",
@@ -41,10 +44,12 @@ that it sends, emergencies included.
 
 class MailboxCounter final : public Rule {
  public:
-  using Rule::On;
-  MailboxCounter() : Rule(kInfo) { Subscribe({Topic::kMailboxMessage, Topic::kMailboxReadLost}); }
+  MailboxCounter() : Rule(kInfo) {
+    Hear<mailbox::MailboxMessage>(&MailboxCounter::On);
+    Hear<mailbox::MailboxReadLost>(&MailboxCounter::On);
+  }
 
-  void On(const mailbox::MailboxMessage& m) override {
+  void On(const mailbox::MailboxMessage& m) {
     if (m.late) {
       deferred_.Lost(m.slave, m.frame().number);
       return;
@@ -88,7 +93,7 @@ class MailboxCounter final : public Rule {
     deferred_.SettleOld([this](DeferredFinding&& d) { Settle(std::move(d)); });
   }
 
-  void On(const mailbox::MailboxReadLost& e) override { deferred_.Lost(e.slave, e.frame.number); }
+  void On(const mailbox::MailboxReadLost& e) { deferred_.Lost(e.slave, e.frame.number); }
 
   void Finish() override {
     deferred_.SettleAll([this](DeferredFinding&& d) { Settle(std::move(d)); });
@@ -96,7 +101,7 @@ class MailboxCounter final : public Rule {
 
  private:
   void Settle(DeferredFinding&& d) {
-    if (MissesPackets(context().pipeline->pairing())) {
+    if (MissesPackets(context().pairing())) {
       NotEvaluable(d.finding.slave, kMissesPackets, d.finding.first.number);
       return;
     }
@@ -114,4 +119,4 @@ class MailboxCounter final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<MailboxCounter>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::mailbox_counter

@@ -1,11 +1,13 @@
 #include <map>
 
-#include "analyzers/core/mailbox_text.h"
-#include "analyzers/core/rule.h"
+#include "analyzers/judge/mailbox_text.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
 #include "decoder/base/text.h"
 #include "decoder/mailbox/error_reply.h"
+#include "decoder/mailbox/events.h"
 
-namespace ecaudit {
+namespace ecaudit::mailbox_error_reply {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "mailbox-error-reply",
@@ -42,10 +44,12 @@ constexpr std::uint16_t kInWork = 9;
 
 class MailboxErrorReplyRule final : public Rule {
  public:
-  using Rule::On;
-  MailboxErrorReplyRule() : Rule(kInfo) { Subscribe({Topic::kMailboxErrorReply, Topic::kSdoTransfer}); }
+  MailboxErrorReplyRule() : Rule(kInfo) {
+    Hear<mailbox::MailboxErrorReply>(&MailboxErrorReplyRule::On);
+    Hear<mailbox::SdoTransfer>(&MailboxErrorReplyRule::On);
+  }
 
-  void On(const mailbox::MailboxErrorReply& e) override {
+  void On(const mailbox::MailboxErrorReply& e) {
     const std::uint64_t key = static_cast<std::uint64_t>(e.detail) | RequestKey(e.request) << 16U;
     const FindingIndex known = Repeat(e.slave, key, e.frame);
     if (known != kNoFinding) {
@@ -78,7 +82,7 @@ class MailboxErrorReplyRule final : public Rule {
     }
   }
 
-  void On(const mailbox::SdoTransfer& transfer) override {
+  void On(const mailbox::SdoTransfer& transfer) {
     if (transfer.outcome == mailbox::SdoOutcome::kSuperseded && transfer.answered) {
       unfinished_[transfer.slave] = transfer.request.seen() ? transfer.request.number : transfer.last.number;
     } else if (transfer.answered && transfer.outcome != mailbox::SdoOutcome::kMailboxError) {
@@ -119,4 +123,4 @@ class MailboxErrorReplyRule final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<MailboxErrorReplyRule>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::mailbox_error_reply

@@ -1,11 +1,13 @@
 #include <optional>
 
-#include "analyzers/core/mailbox_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/mailbox_text.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
 #include "decoder/base/text.h"
+#include "decoder/mailbox/events.h"
+#include "decoder/track/network.h"
 
-namespace ecaudit {
+namespace ecaudit::mailbox_malformed {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "mailbox-malformed",
@@ -40,10 +42,12 @@ From the slave: its mailbox code; note the frame and ask the vendor.
 
 class MailboxMalformed final : public Rule {
  public:
-  using Rule::On;
-  MailboxMalformed() : Rule(kInfo) { Subscribe({Topic::kMailboxMessage, Topic::kSdoInfo}); }
+  MailboxMalformed() : Rule(kInfo) {
+    Hear<mailbox::MailboxMessage>(&MailboxMalformed::On);
+    Hear<mailbox::SdoInfo>(&MailboxMalformed::On);
+  }
 
-  void On(const mailbox::MailboxMessage& m) override {
+  void On(const mailbox::MailboxMessage& m) {
     if (m.window_inferred) {
       NotEvaluable(m.slave, "sync managers 0 and 1 were set before the capture: malformed messages are not recognised",
                    m.frame().number);
@@ -77,7 +81,7 @@ class MailboxMalformed final : public Rule {
     Report(key, std::move(finding));
   }
 
-  void On(const mailbox::SdoInfo& info) override {
+  void On(const mailbox::SdoInfo& info) {
     if (!info.malformed || !info.response.seen()) return;
     constexpr std::uint64_t kKey = 1ULL << 32U;
     if (Repeat(info.slave, kKey, info.response) != kNoFinding) return;
@@ -102,7 +106,7 @@ class MailboxMalformed final : public Rule {
  private:
   [[nodiscard]] std::optional<std::uint16_t> LengthOf(const mailbox::MailboxMessage& m) const {
     const std::size_t number = m.direction == mailbox::Direction::kOut ? 0 : 1;
-    const auto sm = context().bus.network().state(m.slave).sync_manager(number, Certainty::kInferred);
+    const auto sm = context().network().state(m.slave).sync_manager(number, Certainty::kInferred);
     if (m.window_inferred || !sm || !sm->mailbox()) return std::nullopt;
     return sm->length;
   }
@@ -111,4 +115,4 @@ class MailboxMalformed final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<MailboxMalformed>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::mailbox_malformed

@@ -1,11 +1,14 @@
 #include <array>
 #include <vector>
 
-#include "analyzers/core/mailbox_text.h"
-#include "analyzers/core/rule.h"
+#include "analyzers/judge/mailbox_text.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
 #include "decoder/base/text.h"
+#include "decoder/mailbox/events.h"
+#include "decoder/pipeline.h"
 
-namespace ecaudit {
+namespace ecaudit::mailbox_no_response {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "mailbox-no-response",
@@ -42,13 +45,14 @@ The limit can be changed in the configuration file: mailbox-no-response (millise
 
 class MailboxNoResponse final : public Rule {
  public:
-  using Rule::On;
-  MailboxNoResponse() : Rule(kInfo) { Subscribe({Topic::kMailboxUnanswered, Topic::kMailboxReadLost}); }
+  MailboxNoResponse() : Rule(kInfo) {
+    Hear<mailbox::MailboxUnanswered>(&MailboxNoResponse::On);
+    Hear<mailbox::MailboxReadLost>(&MailboxNoResponse::On);
+  }
 
-  void On(const mailbox::MailboxUnanswered& e) override {
+  void On(const mailbox::MailboxUnanswered& e) {
     const FrameRef& request = e.request.frame;
-    switch (JudgeWait(e, context().pipeline->statistics().last,
-                      context().Limit("mailbox-no-response", kMailboxAnswerLimit))) {
+    switch (JudgeWait(e, context().statistics().last, context().Limit("mailbox-no-response", kMailboxAnswerLimit))) {
       case WaitVerdict::kGap:
         NotEvaluable(e.slave, "frames are missing from the capture while a request was open", request.number);
         return;
@@ -78,7 +82,7 @@ class MailboxNoResponse final : public Rule {
   }
 
   /// That a frame was lost may show only after its answer was given up.
-  void On(const mailbox::MailboxReadLost& e) override {
+  void On(const mailbox::MailboxReadLost& e) {
     for (const LostRead& r : reported_) {
       if (r.finding == kNoFinding || r.slave != e.slave || e.frame.number <= r.from || e.frame.number >= r.until)
         continue;
@@ -168,4 +172,4 @@ class MailboxNoResponse final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<MailboxNoResponse>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::mailbox_no_response

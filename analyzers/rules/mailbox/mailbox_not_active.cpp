@@ -1,10 +1,13 @@
-#include "analyzers/core/lossy_capture.h"
-#include "analyzers/core/mailbox_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/lossy_capture.h"
+#include "analyzers/judge/mailbox_text.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
+#include "decoder/mailbox/events.h"
+#include "decoder/pipeline.h"
 
-namespace ecaudit {
+namespace ecaudit::mailbox_not_active {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "mailbox-not-active",
@@ -36,22 +39,24 @@ Wait for PREOP in AL Status (0x0130) before the first mailbox message, and look 
 
 class MailboxNotActive final : public Rule {
  public:
-  using Rule::On;
-  MailboxNotActive() : Rule(kInfo) { Subscribe({Topic::kMailboxMessage, Topic::kMailboxRefused}); }
+  MailboxNotActive() : Rule(kInfo) {
+    Hear<mailbox::MailboxMessage>(&MailboxNotActive::On);
+    Hear<mailbox::MailboxRefused>(&MailboxNotActive::On);
+  }
 
-  void On(const mailbox::MailboxMessage& m) override {
+  void On(const mailbox::MailboxMessage& m) {
     if (m.direction == mailbox::Direction::kOut && !m.late) {
       Judge(m.slave, m.frame(), m.header, m.mailbox_off, m.assumed, m.window_inferred);
     }
   }
-  void On(const mailbox::MailboxRefused& e) override { Judge(e.slave, e.frame(), e.header, e.off, false, false); }
+  void On(const mailbox::MailboxRefused& e) { Judge(e.slave, e.frame(), e.header, e.off, false, false); }
 
   void Finish() override { (void)SaidNothingReturned(); }
 
  private:
   void Judge(SlaveId slave, const FrameRef& frame, const mailbox::Header& header, bool off, bool assumed,
              bool window_inferred) {
-    const model::StateSet possible = context().bus.slave(slave).al.possible();
+    const model::StateSet possible = context().slave(slave).al.possible();
     const bool init = possible.single() == static_cast<std::uint8_t>(esc::AlState::INIT);
     if (!init && !off) {
       if (possible.empty() && !assumed) {
@@ -59,7 +64,7 @@ class MailboxNotActive final : public Rule {
       }
       return;
     }
-    if (MissesPackets(context().pipeline->pairing())) {
+    if (MissesPackets(context().pairing())) {
       NotEvaluable(slave, kMissesPackets, frame.number);
       return;
     }
@@ -103,4 +108,4 @@ class MailboxNotActive final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<MailboxNotActive>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::mailbox_not_active

@@ -1,11 +1,13 @@
 #include <map>
 
-#include "analyzers/core/mailbox_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/mailbox_text.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
+#include "decoder/mailbox/events.h"
 
-namespace ecaudit {
+namespace ecaudit::mailbox_overrun {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "mailbox-overrun",
@@ -36,12 +38,11 @@ Wait for the answer, or until sync manager 0 shows the mailbox empty (0x0805 bit
 
 class MailboxOverrun final : public Rule {
  public:
-  using Rule::On;
-  MailboxOverrun() : Rule(kInfo) { Subscribe({Topic::kMailboxRefused}); }
+  MailboxOverrun() : Rule(kInfo) { Hear<mailbox::MailboxRefused>(&MailboxOverrun::On); }
 
-  void On(const mailbox::MailboxRefused& e) override {
+  void On(const mailbox::MailboxRefused& e) {
     if (e.same_as_last || e.off) return;
-    const model::StateSet possible = context().bus.slave(e.slave).al.possible();
+    const model::StateSet possible = context().slave(e.slave).al.possible();
     if (possible.single() == static_cast<std::uint8_t>(esc::AlState::INIT)) return;  // mailbox-not-active
     if (!e.outstanding.frame.seen()) {
       NotEvaluable(e.slave, "a refused mailbox write, and the message that fills the mailbox is not in the capture",
@@ -81,4 +82,4 @@ class MailboxOverrun final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<MailboxOverrun>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::mailbox_overrun

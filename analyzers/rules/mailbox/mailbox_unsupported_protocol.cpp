@@ -3,13 +3,17 @@
 #include <optional>
 #include <vector>
 
-#include "analyzers/core/mailbox_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/mailbox_text.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/sii.h"
+#include "decoder/mailbox/events.h"
+#include "decoder/pipeline.h"
+#include "decoder/track/network.h"
 
-namespace ecaudit {
+namespace ecaudit::mailbox_unsupported_protocol {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "mailbox-unsupported-protocol",
@@ -42,12 +46,13 @@ or use the ESI file that belongs to its firmware.
 
 class MailboxUnsupportedProtocol final : public Rule {
  public:
-  using Rule::On;
   MailboxUnsupportedProtocol() : Rule(kInfo) {
-    Subscribe({Topic::kMailboxMessage, Topic::kMailboxErrorReply, Topic::kMailboxUnanswered});
+    Hear<mailbox::MailboxMessage>(&MailboxUnsupportedProtocol::On);
+    Hear<mailbox::MailboxErrorReply>(&MailboxUnsupportedProtocol::On);
+    Hear<mailbox::MailboxUnanswered>(&MailboxUnsupportedProtocol::On);
   }
 
-  void On(const mailbox::MailboxMessage& m) override {
+  void On(const mailbox::MailboxMessage& m) {
     const auto protocol = static_cast<std::size_t>(m.header.protocol);
     if (m.problem != mailbox::Problem::kNone || m.late || protocol == 0 || !IsDefined(m.header.protocol)) return;
     if (m.slave >= asked_.size()) asked_.resize(static_cast<std::size_t>(m.slave) + 1);
@@ -68,15 +73,15 @@ class MailboxUnsupportedProtocol final : public Rule {
     Report(Key(m.header.protocol, Outcome::kAnswered), Severity::kInfo, std::move(finding));
   }
 
-  void On(const mailbox::MailboxErrorReply& e) override {
+  void On(const mailbox::MailboxErrorReply& e) {
     if (!e.request.frame.seen()) return;
     const FindingIndex index = Judge(e.slave, e.request, Outcome::kRejected, e.frame);
     ExplainFindings(context(), "mailbox-error-reply", e.slave, e.frame.number, index);
   }
 
-  void On(const mailbox::MailboxUnanswered& e) override {
-    if (JudgeWait(e, context().pipeline->statistics().last,
-                  context().Limit("mailbox-no-response", kMailboxAnswerLimit)) != WaitVerdict::kUnanswered) {
+  void On(const mailbox::MailboxUnanswered& e) {
+    if (JudgeWait(e, context().statistics().last, context().Limit("mailbox-no-response", kMailboxAnswerLimit)) !=
+        WaitVerdict::kUnanswered) {
       return;
     }
     // A lost read or a mailbox that is not served at all says nothing about the protocol.
@@ -135,7 +140,7 @@ class MailboxUnsupportedProtocol final : public Rule {
       return Reason{"its EEPROM (word 0x1C) lists " + esc::SiiProtocolNames(*word) + " only",
                     ReferenceTo("ETG2010, mailbox protocols")};
     }
-    const device::DeviceDescription& family = *context().bus.slave(slave).profile;
+    const device::DeviceDescription& family = *context().slave(slave).profile;
     const device::MailboxProtocol* entry = family.mailbox.FindProtocol(static_cast<std::uint8_t>(protocol));
     if (entry == nullptr || !entry->reserved) return std::nullopt;
     return Reason{"its manual calls this type reserved (" + entry->source + ")", ReferenceTo(entry->source)};
@@ -143,7 +148,7 @@ class MailboxUnsupportedProtocol final : public Rule {
 
   [[nodiscard]] std::optional<std::uint16_t> EepromWord(SlaveId slave) const {
     constexpr std::uint32_t kProtocolsWord = 0x1C;
-    const std::optional<std::uint16_t> word = context().bus.network().state(slave).sii.image().Word(kProtocolsWord);
+    const std::optional<std::uint16_t> word = context().network().state(slave).sii.image().Word(kProtocolsWord);
     return word == 0 || word == 0xFFFF ? std::nullopt : word;  // an empty EEPROM says nothing
   }
 
@@ -169,7 +174,7 @@ class MailboxUnsupportedProtocol final : public Rule {
 
   void SayWhereUnknown(const mailbox::MailboxMessage& m) {
     if (EepromWord(m.slave)) return;
-    const device::DeviceDescription& family = *context().bus.slave(m.slave).profile;
+    const device::DeviceDescription& family = *context().slave(m.slave).profile;
     const auto& protocols = family.mailbox.protocols;
     const bool listed =
         std::any_of(protocols.begin(), protocols.end(), [](const device::MailboxProtocol& p) { return p.reserved; });
@@ -184,4 +189,4 @@ class MailboxUnsupportedProtocol final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<MailboxUnsupportedProtocol>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::mailbox_unsupported_protocol

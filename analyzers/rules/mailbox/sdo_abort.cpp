@@ -1,9 +1,11 @@
-#include "analyzers/core/mailbox_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/mailbox_text.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
+#include "decoder/mailbox/events.h"
 
-namespace ecaudit {
+namespace ecaudit::sdo_abort {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "sdo-abort",
@@ -46,10 +48,9 @@ constexpr std::uint32_t kNoCompleteAccess = 0x06010004;
 
 class SdoAbort final : public Rule {
  public:
-  using Rule::On;
-  SdoAbort() : Rule(kInfo) { Subscribe({Topic::kSdoTransfer}); }
+  SdoAbort() : Rule(kInfo) { Hear<mailbox::SdoTransfer>(&SdoAbort::On); }
 
-  void On(const mailbox::SdoTransfer& t) override {
+  void On(const mailbox::SdoTransfer& t) {
     if (t.outcome != mailbox::SdoOutcome::kAborted) return;
     const bool by_slave = t.aborted_by == mailbox::Direction::kIn;
     const std::uint64_t key = static_cast<std::uint64_t>(t.abort_code) | static_cast<std::uint64_t>(t.index) << 32U |
@@ -61,8 +62,8 @@ class SdoAbort final : public Rule {
       return;
     }
     const std::uint32_t code = t.displaced_abort_code.value_or(t.abort_code);
-    const std::string object = t.has_object ? ObjectText(t, *context().bus.slave(t.slave).profile)
-                                            : std::string("an object not in the capture");
+    const std::string object =
+        t.has_object ? ObjectText(t, *context().slave(t.slave).profile) : std::string("an object not in the capture");
     const std::string service = t.service == mailbox::SdoService::kUnknown ? "transfer" : std::string(Name(t.service));
     Finding finding;
     finding.slave = t.slave;
@@ -149,4 +150,4 @@ class SdoAbort final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<SdoAbort>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::sdo_abort

@@ -1,11 +1,14 @@
 #include <map>
 
-#include "analyzers/core/mailbox_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/mailbox_text.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
+#include "decoder/mailbox/events.h"
+#include "decoder/pipeline.h"
 
-namespace ecaudit {
+namespace ecaudit::sdo_incomplete {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "sdo-incomplete",
@@ -38,10 +41,9 @@ Finish the transfer, or abort it (command 0x80 with 0x05040000 or 0x08000000).
 
 class SdoIncomplete final : public Rule {
  public:
-  using Rule::On;
-  SdoIncomplete() : Rule(kInfo) { Subscribe({Topic::kSdoTransfer}); }
+  SdoIncomplete() : Rule(kInfo) { Hear<mailbox::SdoTransfer>(&SdoIncomplete::On); }
 
-  void On(const mailbox::SdoTransfer& t) override {
+  void On(const mailbox::SdoTransfer& t) {
     if (t.kind != mailbox::SdoTransferKind::kSegmented || !t.answered) return;
     if (t.outcome == mailbox::SdoOutcome::kGap) {
       NotEvaluable(t.slave, "frames are missing from the capture during a segmented transfer", t.last.number);
@@ -78,14 +80,14 @@ class SdoIncomplete final : public Rule {
 
  private:
   [[nodiscard]] bool SilentSince(const FrameRef& last) const {
-    const FrameRef& end = context().pipeline->statistics().last;
+    const FrameRef& end = context().statistics().last;
     return end.has_time && last.has_time &&
            end.time - last.time >= context().Limit("mailbox-no-response", kMailboxAnswerLimit);
   }
 
   [[nodiscard]] Finding Describe(const mailbox::SdoTransfer& t, const FrameRef& frame) const {
-    const std::string object = t.has_object ? ObjectText(t, *context().bus.slave(t.slave).profile)
-                                            : std::string("an object not in the capture");
+    const std::string object =
+        t.has_object ? ObjectText(t, *context().slave(t.slave).profile) : std::string("an object not in the capture");
     const std::string service(Name(t.service));
     const std::string of = t.declared_size ? " of " + std::to_string(*t.declared_size) : std::string();
     Finding finding;
@@ -124,4 +126,4 @@ class SdoIncomplete final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<SdoIncomplete>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::sdo_incomplete

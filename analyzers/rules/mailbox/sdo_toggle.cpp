@@ -1,10 +1,12 @@
-#include "analyzers/core/deferred_findings.h"
-#include "analyzers/core/mailbox_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/deferred_findings.h"
+#include "analyzers/judge/mailbox_text.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
+#include "decoder/mailbox/events.h"
 
-namespace ecaudit {
+namespace ecaudit::sdo_toggle {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "sdo-toggle",
@@ -35,22 +37,24 @@ Correct the side that the finding names. Its abort, if there is one, points here
 
 class SdoToggle final : public Rule {
  public:
-  using Rule::On;
-  SdoToggle() : Rule(kInfo) { Subscribe({Topic::kSdoTransfer, Topic::kMailboxMessage}); }
+  SdoToggle() : Rule(kInfo) {
+    Hear<mailbox::SdoTransfer>(&SdoToggle::On);
+    Hear<mailbox::MailboxMessage>(&SdoToggle::On);
+  }
 
   /// A segment request whose frame never came back becomes known after the next ones.
-  void On(const mailbox::MailboxMessage& m) override {
+  void On(const mailbox::MailboxMessage& m) {
     const bool lost = m.certainty == Certainty::kUnknown;
     if (lost && m.direction == mailbox::Direction::kOut) deferred_.Lost(m.slave, m.frame().number);
   }
 
-  void On(const mailbox::SdoTransfer& t) override {
+  void On(const mailbox::SdoTransfer& t) {
     if (t.toggle_errors == 0) return;
     const std::uint64_t key = static_cast<std::uint64_t>(t.index) | static_cast<std::uint64_t>(t.subindex) << 16U |
                               static_cast<std::uint64_t>(t.service) << 24U |
                               static_cast<std::uint64_t>(t.toggle_error_by) << 32U;
-    const std::string object = t.has_object ? ObjectText(t, *context().bus.slave(t.slave).profile)
-                                            : std::string("an object not in the capture");
+    const std::string object =
+        t.has_object ? ObjectText(t, *context().slave(t.slave).profile) : std::string("an object not in the capture");
     const bool master = t.toggle_error_by == mailbox::Direction::kOut;
     Finding finding;
     finding.slave = t.slave;
@@ -95,4 +99,4 @@ class SdoToggle final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<SdoToggle>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::sdo_toggle

@@ -1,12 +1,15 @@
 #include <vector>
 
-#include "analyzers/core/deferred_findings.h"
-#include "analyzers/core/lossy_capture.h"
-#include "analyzers/core/mailbox_text.h"
-#include "analyzers/core/rule.h"
+#include "analyzers/judge/deferred_findings.h"
+#include "analyzers/judge/lossy_capture.h"
+#include "analyzers/judge/mailbox_text.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
 #include "decoder/base/text.h"
+#include "decoder/mailbox/events.h"
+#include "decoder/pipeline.h"
 
-namespace ecaudit {
+namespace ecaudit::sdo_unexpected_response {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "sdo-unexpected-response",
@@ -38,24 +41,25 @@ Look at the request before: with a time-out that is too short the answers come o
 
 class SdoUnexpectedResponse final : public Rule {
  public:
-  using Rule::On;
   SdoUnexpectedResponse() : Rule(kInfo) {
-    Subscribe({Topic::kSdoUnexpected, Topic::kMailboxUnanswered, Topic::kMailboxMessage});
+    Hear<mailbox::SdoUnexpected>(&SdoUnexpectedResponse::On);
+    Hear<mailbox::MailboxUnanswered>(&SdoUnexpectedResponse::On);
+    Hear<mailbox::MailboxMessage>(&SdoUnexpectedResponse::On);
   }
 
   /// A request whose frame never came back becomes known after its answer.
-  void On(const mailbox::MailboxMessage& m) override {
+  void On(const mailbox::MailboxMessage& m) {
     const bool lost = m.certainty == Certainty::kUnknown;
     if (lost && m.direction == mailbox::Direction::kOut) deferred_.Lost(m.slave, m.frame().number);
   }
 
-  void On(const mailbox::MailboxUnanswered& e) override {
+  void On(const mailbox::MailboxUnanswered& e) {
     if (e.request.protocol != mailbox::Protocol::kCoE || !e.request.index) return;
     if (e.slave >= given_up_.size()) given_up_.resize(static_cast<std::size_t>(e.slave) + 1);
     given_up_[e.slave] = e.request;
   }
 
-  void On(const mailbox::SdoUnexpected& e) override {
+  void On(const mailbox::SdoUnexpected& e) {
     using Reason = mailbox::SdoUnexpected::Reason;
     const std::uint64_t key = static_cast<std::uint64_t>(e.reason) | static_cast<std::uint64_t>(e.index) << 8U |
                               static_cast<std::uint64_t>(e.subindex) << 24U |
@@ -103,7 +107,7 @@ class SdoUnexpectedResponse final : public Rule {
 
  private:
   void Settle(DeferredFinding&& d) {
-    if (MissesPackets(context().pipeline->pairing())) {
+    if (MissesPackets(context().pairing())) {
       NotEvaluable(d.finding.slave, kMissesPackets, d.finding.first.number);
       return;
     }
@@ -123,4 +127,4 @@ class SdoUnexpectedResponse final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<SdoUnexpectedResponse>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::sdo_unexpected_response

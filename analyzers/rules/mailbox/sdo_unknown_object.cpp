@@ -1,9 +1,11 @@
-#include "analyzers/core/mailbox_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/mailbox_text.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
+#include "decoder/mailbox/events.h"
 
-namespace ecaudit {
+namespace ecaudit::sdo_unknown_object {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "sdo-unknown-object",
@@ -34,12 +36,11 @@ Check that the configuration belongs to this drive and its firmware.
 
 class SdoUnknownObject final : public Rule {
  public:
-  using Rule::On;
-  SdoUnknownObject() : Rule(kInfo) { Subscribe({Topic::kSdoTransfer}); }
+  SdoUnknownObject() : Rule(kInfo) { Hear<mailbox::SdoTransfer>(&SdoUnknownObject::On); }
 
-  void On(const mailbox::SdoTransfer& t) override {
+  void On(const mailbox::SdoTransfer& t) {
     if (!t.has_object || t.service == mailbox::SdoService::kUnknown) return;
-    const device::DeviceDescription& family = *context().bus.slave(t.slave).profile;
+    const device::DeviceDescription& family = *context().slave(t.slave).profile;
     if (!family.dictionary || !family.dictionary->complete) {
       NotEvaluable(t.slave, "no dictionary of this family claims to be complete", t.request.number);
       return;
@@ -77,4 +78,4 @@ class SdoUnknownObject final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<SdoUnknownObject>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::sdo_unknown_object

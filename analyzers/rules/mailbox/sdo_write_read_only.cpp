@@ -1,9 +1,11 @@
-#include "analyzers/core/mailbox_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/mailbox_text.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
+#include "decoder/mailbox/events.h"
 
-namespace ecaudit {
+namespace ecaudit::sdo_write_read_only {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "sdo-write-read-only",
@@ -37,13 +39,12 @@ Take the download out of the configuration, or look up which object was meant.
 
 class SdoWriteReadOnly final : public Rule {
  public:
-  using Rule::On;
-  SdoWriteReadOnly() : Rule(kInfo) { Subscribe({Topic::kSdoTransfer}); }
+  SdoWriteReadOnly() : Rule(kInfo) { Hear<mailbox::SdoTransfer>(&SdoWriteReadOnly::On); }
 
-  void On(const mailbox::SdoTransfer& t) override {
+  void On(const mailbox::SdoTransfer& t) {
     if (t.service != mailbox::SdoService::kDownload || !t.has_object || !t.request.seen()) return;
     if (DeniesObject(t)) return;
-    const device::DeviceDescription& family = *context().bus.slave(t.slave).profile;
+    const device::DeviceDescription& family = *context().slave(t.slave).profile;
     const device::DictionaryObject* object = Lookup(t, family);
     if (object == nullptr || (object->access == device::Access::kUnknown && !object->constant)) {
       NotEvaluable(t.slave, "the access rights of an object are not known", t.request.number);
@@ -109,4 +110,4 @@ class SdoWriteReadOnly final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<SdoWriteReadOnly>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::sdo_write_read_only

@@ -1,11 +1,13 @@
 #include <optional>
 
-#include "analyzers/core/mailbox_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/mailbox_text.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
+#include "decoder/mailbox/events.h"
 
-namespace ecaudit {
+namespace ecaudit::sdo_wrong_size {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "sdo-wrong-size",
@@ -36,14 +38,13 @@ Correct the data type of this line in the master's start-up list.
 
 class SdoWrongSize final : public Rule {
  public:
-  using Rule::On;
-  SdoWrongSize() : Rule(kInfo) { Subscribe({Topic::kSdoTransfer}); }
+  SdoWrongSize() : Rule(kInfo) { Hear<mailbox::SdoTransfer>(&SdoWrongSize::On); }
 
-  void On(const mailbox::SdoTransfer& t) override {
+  void On(const mailbox::SdoTransfer& t) {
     if (t.service != mailbox::SdoService::kDownload || !t.has_object || !t.request.seen() || t.complete_access) return;
     const std::optional<std::uint64_t> bytes = SizeOf(t);
     if (!bytes || DeniesObject(t)) return;
-    const device::DeviceDescription& family = *context().bus.slave(t.slave).profile;
+    const device::DeviceDescription& family = *context().slave(t.slave).profile;
     const device::DictionaryObject* object = family.object(t.index, t.subindex);
     if (object == nullptr || object->types.empty()) {
       NotEvaluable(t.slave, "the type of an object is not known", t.request.number);
@@ -119,4 +120,4 @@ class SdoWrongSize final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<SdoWrongSize>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::sdo_wrong_size

@@ -1,9 +1,11 @@
-#include "analyzers/core/pdo_rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/pdo_rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
+#include "decoder/mailbox/events.h"
 #include "decoder/process/pdo_mapping.h"
 
-namespace ecaudit {
+namespace ecaudit::pdo_assign_order {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "pdo-assign-order",
@@ -40,7 +42,7 @@ class PdoAssignOrder final : public PdoRule {
  private:
   void OnDownload(const mailbox::SdoTransfer& e, const std::vector<Write>& writes) override {
     if (writes.front().subindex == 0 || AbortedAsReadOnly(e)) return;
-    const process::PdoObject* object = context().bus.slave(e.slave).process.seen().Find(e.index);
+    const process::PdoObject* object = context().slave(e.slave).process.seen().Find(e.index);
     const std::uint8_t* count = object != nullptr ? object->count.if_known() : nullptr;
     if (count == nullptr) {
       NotEvaluable(e.slave, "subindex 0 of the object was neither written nor read before", FrameOf(e).number);
@@ -69,4 +71,4 @@ class PdoAssignOrder final : public PdoRule {
 const RuleRegistration kRegistration{kInfo, MakeRule<PdoAssignOrder>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::pdo_assign_order

@@ -1,8 +1,11 @@
-#include "analyzers/core/pdo_rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/pdo_rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
+#include "decoder/mailbox/events.h"
 
-namespace ecaudit {
+namespace ecaudit::pdo_assign_state {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "pdo-assign-state",
@@ -36,7 +39,7 @@ class PdoAssignState final : public PdoRule {
 
  private:
   void OnDownload(const mailbox::SdoTransfer& e, const std::vector<Write>& writes) override {
-    const model::AlMachine& al = context().bus.slave(e.slave).al;
+    const model::AlMachine& al = context().slave(e.slave).al;
     if (al.possible().empty()) {
       NotEvaluable(e.slave, "the state of the slave is not known", FrameOf(e).number);
       return;
@@ -61,4 +64,4 @@ class PdoAssignState final : public PdoRule {
 const RuleRegistration kRegistration{kInfo, MakeRule<PdoAssignState>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::pdo_assign_state

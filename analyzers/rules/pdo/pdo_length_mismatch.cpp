@@ -6,12 +6,16 @@
 #include <string>
 #include <vector>
 
-#include "analyzers/core/pdo_rule.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/pdo_rule.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
+#include "decoder/track/events.h"
+#include "decoder/track/network.h"
 
-namespace ecaudit {
+namespace ecaudit::pdo_length_mismatch {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "pdo-length-mismatch",
@@ -44,18 +48,20 @@ Map and send the whole process data of the slave, or assign PDOs that are as sho
 
 class PdoLengthMismatch final : public Rule {
  public:
-  using Rule::On;
-  PdoLengthMismatch() : Rule(kInfo) { Subscribe({Topic::kAlAnswered, Topic::kLogicalAccess}); }
+  PdoLengthMismatch() : Rule(kInfo) {
+    Hear<model::AlAnswered>(&PdoLengthMismatch::On);
+    Hear<track::LogicalAccess>(&PdoLengthMismatch::On);
+  }
 
-  void On(const model::AlAnswered& e) override {
+  void On(const model::AlAnswered& e) {
     const bool reached = e.outcome != model::AlAnswered::Outcome::kRefused;
     if (!reached || e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
     for (const auto direction : {device::PdoDirection::kRx, device::PdoDirection::kTx}) JudgeFmmus(e, direction);
   }
 
-  void On(const track::LogicalAccess& e) override {
+  void On(const track::LogicalAccess& e) {
     if (e.assumed || !e.returned.seen() || e.wkc == 0) return;
-    const track::Network& network = context().bus.network();
+    const track::Network& network = context().network();
     if (version_ != network.mapping_version()) {
       version_ = network.mapping_version();
       FindMapped();
@@ -97,7 +103,7 @@ class PdoLengthMismatch final : public Rule {
 
   void FindMapped() {
     mapped_.clear();
-    const track::Network& network = context().bus.network();
+    const track::Network& network = context().network();
     for (std::size_t s = 0; s < network.slaves().size(); ++s) {
       const auto id = static_cast<SlaveId>(s);
       if (network.slaves()[id].replaced) continue;
@@ -140,7 +146,7 @@ class PdoLengthMismatch final : public Rule {
     m.incomplete = m.to != 0 && !complete ? m.incomplete + 1 : 0;
     m.from = from;
     m.to = to;
-    if (m.incomplete < kCyclesInARow || !context().bus.slave(m.slave).al.SettledIn(esc::AlState::OP)) return;
+    if (m.incomplete < kCyclesInARow || !context().slave(m.slave).al.SettledIn(esc::AlState::OP)) return;
     const std::uint64_t key = 1ULL << 63U | m.begin << 20U | (m.end - m.begin) << 5U | m.number;
     if (Repeat(m.slave, key, e.frame()) != kNoFinding) return;
     const std::string what = m.outputs ? "outputs" : "inputs";
@@ -159,19 +165,19 @@ class PdoLengthMismatch final : public Rule {
     finding.evidence.push_back(Number("bytes", static_cast<std::int64_t>(to - from)));
     finding.evidence.push_back(Number("expected_bytes", static_cast<std::int64_t>(m.end - m.begin)));
     finding.evidence.push_back(HexNumber("logical_address", m.begin));
-    AddRelated(finding, context().bus.network().state(m.slave).fmmu_since[m.number]);
+    AddRelated(finding, context().network().state(m.slave).fmmu_since[m.number]);
     Report(key, std::move(finding));
   }
 
   void JudgeFmmus(const model::AlAnswered& e, device::PdoDirection direction) {
-    const model::ProcessLayout& layout = context().bus.slave(e.slave).process.Layout(direction);
+    const model::ProcessLayout& layout = context().slave(e.slave).process.Layout(direction);
     const bool given = layout.source == model::LayoutSource::kObserved || layout.source == model::LayoutSource::kEni;
     if (!given || !layout.known()) {
       unknown_.insert(e.slave);
       return;
     }
     if (layout.signals.empty()) return;
-    const track::SlaveState& state = context().bus.network().state(e.slave);
+    const track::SlaveState& state = context().network().state(e.slave);
     std::set<std::uint8_t> managers;
     for (const model::Signal& signal : layout.signals) managers.insert(signal.sync_manager);
     for (const std::uint8_t number : managers) {
@@ -235,4 +241,4 @@ class PdoLengthMismatch final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<PdoLengthMismatch>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::pdo_length_mismatch

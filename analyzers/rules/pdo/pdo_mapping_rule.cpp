@@ -1,13 +1,16 @@
 #include <algorithm>
 
-#include "analyzers/core/al_text.h"
-#include "analyzers/core/pdo_rule.h"
-#include "analyzers/events/relatives.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/pdo_rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/objects/relatives.h"
+#include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
+#include "decoder/mailbox/events.h"
 #include "decoder/process/pdo_mapping.h"
 
-namespace ecaudit {
+namespace ecaudit::pdo_mapping_rule {
 namespace {
 
 constexpr RuleInfo kInfo{
@@ -46,13 +49,13 @@ unassigned.
 class PdoMappingRule final : public PdoRule {
  public:
   using PdoRule::On;
-  PdoMappingRule() : PdoRule(kInfo, WhenAccepted::kBecomesInfo) { Subscribe({Topic::kAlErrorCode}); }
+  PdoMappingRule() : PdoRule(kInfo, WhenAccepted::kBecomesInfo) { Hear<model::AlErrorCode>(&PdoMappingRule::On); }
 
   void On(const model::AlAnswered& e) override {
     PdoRule::On(e);
     if (const auto ripe = suspicions_.On(context(), e)) Suspect(e.slave, *ripe);
   }
-  void On(const model::AlErrorCode& e) override {
+  void On(const model::AlErrorCode& e) {
     if (const auto ripe = suspicions_.On(context(), e)) Suspect(e.slave, *ripe);
   }
   void Finish() override {
@@ -76,7 +79,7 @@ class PdoMappingRule final : public PdoRule {
   // --- what a download breaks at once
 
   void OnDownload(const mailbox::SdoTransfer& e, const std::vector<Write>& writes) override {
-    const auto& free = context().bus.slave(e.slave).profile->pdo.flexible;
+    const auto& free = context().slave(e.slave).profile->pdo.flexible;
     if (!free || AbortedAsReadOnly(e)) return;
     if (process::IsAssignment(e.index)) {
       if (!free->max_pdos) return;
@@ -115,7 +118,7 @@ class PdoMappingRule final : public PdoRule {
 
   /// Bits of the entries in front of `subindex` as they stand; 0 where one is unknown.
   [[nodiscard]] std::uint32_t BitsBefore(const mailbox::SdoTransfer& e, std::uint8_t subindex) const {
-    const process::PdoObject* object = context().bus.slave(e.slave).process.seen().Find(e.index);
+    const process::PdoObject* object = context().slave(e.slave).process.seen().Find(e.index);
     std::uint32_t bits = 0;
     for (unsigned n = 1; n < subindex; ++n) {
       if (object == nullptr) return 0;
@@ -128,7 +131,7 @@ class PdoMappingRule final : public PdoRule {
 
   void TellLimit(const mailbox::SdoTransfer& e, const Write& write, const std::string& what, const char* name,
                  std::uint32_t value, std::uint32_t limit, const std::string& source) {
-    const device::DeviceDescription& family = *context().bus.slave(e.slave).profile;
+    const device::DeviceDescription& family = *context().slave(e.slave).profile;
     Finding finding;
     finding.title = what + ", at most " + std::to_string(limit) + " are allowed";
     finding.message = "With the download of " + Hex(write.value) + " to " + ObjectName(e.index, write.subindex) +
@@ -147,9 +150,9 @@ class PdoMappingRule final : public PdoRule {
   void OnSafeopRequest(const model::AlRequestJudged& e) override {
     std::vector<MappingSuspicions::Suspect> suspects;
     for (const auto direction : {device::PdoDirection::kRx, device::PdoDirection::kTx}) {
-      const model::ProcessLayout& layout = context().bus.slave(e.slave).process.Layout(direction);
+      const model::ProcessLayout& layout = context().slave(e.slave).process.Layout(direction);
       const bool given = layout.source == model::LayoutSource::kObserved || layout.source == model::LayoutSource::kEni;
-      const device::DeviceDescription& family = *context().bus.slave(e.slave).profile;
+      const device::DeviceDescription& family = *context().slave(e.slave).profile;
       if (!given || !layout.known() || layout.bits == 0) {
         if (family.pdo.flexible && !(given && layout.known())) {
           NotEvaluable(e.slave, "what PDOs are assigned and mapped is not known", e.request.frame.number);
@@ -212,7 +215,7 @@ class PdoMappingRule final : public PdoRule {
       finding.title = std::move(title);
       finding.message = "When the master requests SAFEOP in frame " + std::to_string(e.request.frame.number) + ", " +
                         PdoList(layout) + " fill " + Count(layout.bytes(), "byte") + "; " +
-                        context().bus.slave(e.slave).profile->title + " asks for " + law + ". " +
+                        context().slave(e.slave).profile->title + " asks for " + law + ". " +
                         (written ? "" : "It is the drive's own default, which the master keeps. ") +
                         "Fill it up with the padding objects of the manual, or leave objects out.";
       AddNumbers(finding, direction, layout);
@@ -238,9 +241,9 @@ class PdoMappingRule final : public PdoRule {
   // --- what may be why a drive without documented rules refused
 
   void Suspect(SlaveId slave, const MappingSuspicions::Suspicion& suspicion) {
-    const device::DeviceDescription& family = *context().bus.slave(slave).profile;
+    const device::DeviceDescription& family = *context().slave(slave).profile;
     for (const MappingSuspicions::Suspect& suspect : suspicion.suspects) {
-      const model::ProcessLayout& layout = context().bus.slave(slave).process.Layout(suspect.direction);
+      const model::ProcessLayout& layout = context().slave(slave).process.Layout(suspect.direction);
       const std::uint64_t key =
           3ULL << 60U | std::uint64_t{suspect.direction == device::PdoDirection::kRx} << 50U | layout.bits;
       FindingIndex index = Repeat(slave, key, suspicion.shown);
@@ -279,4 +282,4 @@ class PdoMappingRule final : public PdoRule {
 const RuleRegistration kRegistration{kInfo, MakeRule<PdoMappingRule>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::pdo_mapping_rule

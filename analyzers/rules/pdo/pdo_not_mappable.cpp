@@ -1,10 +1,12 @@
-#include "analyzers/core/pdo_rule.h"
-#include "analyzers/events/relatives.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/pdo_rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/objects/relatives.h"
 #include "decoder/base/text.h"
+#include "decoder/mailbox/events.h"
 #include "decoder/process/pdo_mapping.h"
 
-namespace ecaudit {
+namespace ecaudit::pdo_not_mappable {
 namespace {
 
 constexpr RuleInfo kInfo{
@@ -55,7 +57,7 @@ class PdoNotMappable final : public PdoRule {
   }
 
   void Judge(const mailbox::SdoTransfer& e, const Write& write) {
-    const device::DeviceDescription& family = *context().bus.slave(e.slave).profile;
+    const device::DeviceDescription& family = *context().slave(e.slave).profile;
     const auto entry = process::MappingEntry::FromValue(write.value);
     const device::PdoDirection direction = DirectionOf(e.index);
     if (entry.index == 0) return;
@@ -123,7 +125,7 @@ class PdoNotMappable final : public PdoRule {
   }
 
   void Describe(const mailbox::SdoTransfer& e, const Write& write, std::string title, const std::string& law) {
-    const device::DeviceDescription& family = *context().bus.slave(e.slave).profile;
+    const device::DeviceDescription& family = *context().slave(e.slave).profile;
     const auto entry = process::MappingEntry::FromValue(write.value);
     Finding finding;
     finding.title = std::move(title) + " (" + ObjectName(e.index) + ")";
@@ -147,4 +149,4 @@ class PdoNotMappable final : public PdoRule {
 const RuleRegistration kRegistration{kInfo, MakeRule<PdoNotMappable>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::pdo_not_mappable

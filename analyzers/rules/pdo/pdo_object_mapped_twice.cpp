@@ -1,13 +1,15 @@
 #include <map>
 #include <utility>
 
-#include "analyzers/core/al_text.h"
-#include "analyzers/core/pdo_rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/pdo_rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
 #include "decoder/process/pdo_mapping.h"
 
-namespace ecaudit {
+namespace ecaudit::pdo_object_mapped_twice {
 namespace {
 
 /// Data types as objects: masters and slaves fill gaps with them.
@@ -44,14 +46,16 @@ Assign only the PDOs that are needed: write 0 to 1C12h:0 (1C13h:0), the PDO indi
 class PdoObjectMappedTwice final : public PdoRule {
  public:
   using PdoRule::On;
-  PdoObjectMappedTwice() : PdoRule(kInfo, WhenAccepted::kStands) { Subscribe({Topic::kAlErrorCode}); }
+  PdoObjectMappedTwice() : PdoRule(kInfo, WhenAccepted::kStands) {
+    Hear<model::AlErrorCode>(&PdoObjectMappedTwice::On);
+  }
 
   void On(const model::AlAnswered& e) override {
     PdoRule::On(e);
     defaults_.On(context(), e);
     if (const auto ripe = suspicions_.On(context(), e)) Blame(e.slave, *ripe);
   }
-  void On(const model::AlErrorCode& e) override {
+  void On(const model::AlErrorCode& e) {
     if (const auto ripe = suspicions_.On(context(), e)) Blame(e.slave, *ripe);
   }
   void Finish() override {
@@ -70,7 +74,7 @@ class PdoObjectMappedTwice final : public PdoRule {
   void OnSafeopRequest(const model::AlRequestJudged& e) override {
     std::vector<MappingSuspicions::Suspect> suspects;
     for (const auto direction : {device::PdoDirection::kRx, device::PdoDirection::kTx}) {
-      const model::ProcessLayout& layout = context().bus.slave(e.slave).process.Layout(direction);
+      const model::ProcessLayout& layout = context().slave(e.slave).process.Layout(direction);
       const bool given = layout.source == model::LayoutSource::kObserved || layout.source == model::LayoutSource::kEni;
       if (!given || !layout.known()) {
         NotEvaluable(e.slave, "what PDOs are assigned and mapped is not known", e.request.frame.number);
@@ -98,7 +102,7 @@ class PdoObjectMappedTwice final : public PdoRule {
   }
 
   [[nodiscard]] bool IsPadding(SlaveId slave, device::PdoDirection direction, const model::Signal& signal) const {
-    const auto& free = context().bus.slave(slave).profile->pdo.flexible;
+    const auto& free = context().slave(slave).profile->pdo.flexible;
     if (!free) return false;
     for (const device::Padding& padding : free->paddings) {
       if (padding.direction == direction && padding.index == signal.index &&
@@ -153,7 +157,7 @@ class PdoObjectMappedTwice final : public PdoRule {
       const FindingIndex index = findings_[{slave, suspect.direction}];
       if (!suspect.by_code || index == kNoFinding) continue;
       suspicions_.Blame(context(), suspicion, index);
-      const device::DeviceDescription& family = *context().bus.slave(slave).profile;
+      const device::DeviceDescription& family = *context().slave(slave).profile;
       context().store[index].message += " SAFEOP was then refused with AL status code " +
                                         CodeText(suspicion.code, family) + "; that this is why is an inference.";
       if (suspicion.refusal != kNoFinding) {
@@ -170,4 +174,4 @@ class PdoObjectMappedTwice final : public PdoRule {
 const RuleRegistration kRegistration{kInfo, MakeRule<PdoObjectMappedTwice>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::pdo_object_mapped_twice

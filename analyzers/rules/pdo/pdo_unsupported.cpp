@@ -1,12 +1,14 @@
 #include <algorithm>
 
-#include "analyzers/core/pdo_rule.h"
-#include "analyzers/events/relatives.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/pdo_rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/objects/relatives.h"
 #include "decoder/base/text.h"
+#include "decoder/mailbox/events.h"
 #include "decoder/process/pdo_mapping.h"
 
-namespace ecaudit {
+namespace ecaudit::pdo_unsupported {
 namespace {
 
 constexpr RuleInfo kInfo{
@@ -46,7 +48,7 @@ class PdoUnsupported final : public PdoRule {
  private:
   void OnDownload(const mailbox::SdoTransfer& e, const std::vector<Write>& writes) override {
     if (!process::IsAssignment(e.index)) return;
-    const device::DeviceDescription& family = *context().bus.slave(e.slave).profile;
+    const device::DeviceDescription& family = *context().slave(e.slave).profile;
     const device::PdoDirection direction = DirectionOf(e.index);
     for (const Write& write : writes) {
       const auto pdo = static_cast<std::uint16_t>(write.value);
@@ -57,7 +59,7 @@ class PdoUnsupported final : public PdoRule {
       }
       if (family.pdo.IsAssignable(direction, pdo)) continue;
       // The drive shows it by itself: it offers more than its manual.
-      const process::PdoObject* shown = context().bus.slave(e.slave).process.seen().Find(pdo);
+      const process::PdoObject* shown = context().slave(e.slave).process.seen().Find(pdo);
       const bool aborted = e.outcome == mailbox::SdoOutcome::kAborted;
       if (!aborted && (shown != nullptr || FreeInRelative(family, direction, pdo))) continue;
       Describe(e, write, pdo, direction, family);
@@ -110,4 +112,4 @@ class PdoUnsupported final : public PdoRule {
 const RuleRegistration kRegistration{kInfo, MakeRule<PdoUnsupported>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::pdo_unsupported

@@ -6,12 +6,16 @@
 #include <tuple>
 #include <vector>
 
-#include "analyzers/core/rule.h"
-#include "analyzers/core/sync_manager_text.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/sync_manager_text.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
+#include "decoder/track/events.h"
+#include "decoder/track/network.h"
 
-namespace ecaudit {
+namespace ecaudit::fmmu_mismatch {
 namespace {
 
 constexpr RuleInfo kInfo{
@@ -47,14 +51,16 @@ Give the FMMU start and length of the sync manager it serves, and each slave its
 
 class FmmuMismatch final : public Rule {
  public:
-  using Rule::On;
-  FmmuMismatch() : Rule(kInfo) { Subscribe({Topic::kAlAnswered, Topic::kLogicalAccess}); }
+  FmmuMismatch() : Rule(kInfo) {
+    Hear<model::AlAnswered>(&FmmuMismatch::On);
+    Hear<track::LogicalAccess>(&FmmuMismatch::On);
+  }
 
-  void On(const model::AlAnswered& e) override {
+  void On(const model::AlAnswered& e) {
     const auto state = static_cast<esc::AlState>(e.request.control.state());
     if (e.outcome == model::AlAnswered::Outcome::kRefused) return;
     if (state != esc::AlState::SAFEOP && state != esc::AlState::OP) return;
-    const track::SlaveState& slave = context().bus.network().state(e.slave);
+    const track::SlaveState& slave = context().network().state(e.slave);
     auto [judged, first] = judged_.emplace(e.slave, slave.mapping_version);
     if (!first && judged->second == slave.mapping_version) return;
     judged->second = slave.mapping_version;
@@ -66,9 +72,9 @@ class FmmuMismatch final : public Rule {
     }
   }
 
-  void On(const track::LogicalAccess& e) override {
+  void On(const track::LogicalAccess& e) {
     if (e.assumed || !e.returned.seen() || e.wkc == 0) return;
-    const track::Network& network = context().bus.network();
+    const track::Network& network = context().network();
     if (version_ != network.mapping_version()) FindShared(e);
     if (e.command == wire::Command::LWR) return;
     for (Shared& shared : shared_) {
@@ -99,7 +105,7 @@ class FmmuMismatch final : public Rule {
     return !esc::Intersect(bits, {std::uint64_t{e.address} * 8, std::uint64_t{e.length} * 8}).empty();
   }
   [[nodiscard]] bool Gives(SlaveId slave) const {
-    const model::AlMachine& al = context().bus.slave(slave).al;
+    const model::AlMachine& al = context().slave(slave).al;
     return al.SettledIn(esc::AlState::SAFEOP) || al.SettledIn(esc::AlState::OP);
   }
 
@@ -161,7 +167,7 @@ class FmmuMismatch final : public Rule {
   /// The EEPROM says that some process data need no sync manager.
   [[nodiscard]] bool HasVirtualManagers(SlaveId slave) const {
     constexpr std::uint8_t kVirtual = 0x04;
-    const auto sii = esc::ParseSii(context().bus.network().state(slave).sii.image());
+    const auto sii = esc::ParseSii(context().network().state(slave).sii.image());
     return std::any_of(sii.sync_managers.begin(), sii.sync_managers.end(),
                        [](const esc::SiiSyncManager& sm) { return (sm.enable & kVirtual) != 0; });
   }
@@ -169,7 +175,7 @@ class FmmuMismatch final : public Rule {
   Finding DescribePlace(const model::AlAnswered& e, std::size_t n, const esc::Fmmu& fmmu,
                         std::optional<std::uint32_t> outside, std::optional<std::size_t> against,
                         const SyncManagers& managers) const {
-    const FrameNo since = context().bus.network().state(e.slave).fmmu_since[n];
+    const FrameNo since = context().network().state(e.slave).fmmu_since[n];
     const std::string way = fmmu.writes() ? "writes" : "reads";
     Finding finding;
     finding.slave = e.slave;
@@ -214,7 +220,7 @@ class FmmuMismatch final : public Rule {
   /// Renews mapped_ where slaves changed.
   /// @return whether the FMMUs of all slaves are known
   bool ReadMapped() {
-    const track::Network& network = context().bus.network();
+    const track::Network& network = context().network();
     bool known = network.slaves().size() != 0;
     std::vector<bool> again(network.slaves().size());
     std::vector<Mapped> fresh;
@@ -266,9 +272,7 @@ class FmmuMismatch final : public Rule {
   }
 
   /// Frame that set it.
-  [[nodiscard]] FrameNo Since(const Mapped& m) const {
-    return context().bus.network().state(m.slave).fmmu_since[m.number];
-  }
+  [[nodiscard]] FrameNo Since(const Mapped& m) const { return context().network().state(m.slave).fmmu_since[m.number]; }
 
   void Tell(const track::LogicalAccess& e, Shared& shared) {
     shared.told = true;
@@ -309,4 +313,4 @@ class FmmuMismatch final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<FmmuMismatch>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::fmmu_mismatch

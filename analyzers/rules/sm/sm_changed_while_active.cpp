@@ -4,12 +4,17 @@
 #include <optional>
 #include <string>
 
-#include "analyzers/core/rule.h"
-#include "analyzers/core/sync_manager_text.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/sync_manager_text.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
+#include "decoder/track/access.h"
+#include "decoder/track/events.h"
+#include "decoder/track/network.h"
 
-namespace ecaudit {
+namespace ecaudit::sm_changed_while_active {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "sm-changed-while-active",
@@ -43,16 +48,19 @@ Go to INIT before the mailboxes, and to PREOP before the process data are config
 
 class SmChangedWhileActive final : public Rule {
  public:
-  using Rule::On;
-  SmChangedWhileActive() : Rule(kInfo) { Subscribe({Topic::kAccess, Topic::kAlRequest, Topic::kAlChangedByItself}); }
+  SmChangedWhileActive() : Rule(kInfo) {
+    Hear<track::SlaveAccess>(&SmChangedWhileActive::On);
+    Hear<track::AlRequest>(&SmChangedWhileActive::On);
+    Hear<model::AlChangedByItself>(&SmChangedWhileActive::On);
+  }
 
-  void OnAccess(const track::SlaveAccess& e) override {
+  void On(const track::SlaveAccess& e) {
     constexpr EscAddress kFirst = esc::kSyncManagerBase;
     constexpr EscAddress kEnd = esc::SyncManagerAddress(esc::kMaxSyncManagers);
     const std::size_t length = std::max(e.written.size(), e.read.size());
     if (length == 0 || e.address >= kEnd || e.address + length <= kFirst) return;
     Slave& slave = slaves_[e.slave];
-    const track::SlaveState& state = context().bus.network().state(e.slave);
+    const track::SlaveState& state = context().network().state(e.slave);
     for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
       const EscAddress at = esc::SyncManagerAddress(n);
       if (e.address >= at + esc::kSyncManagerBytes || e.address + length <= at) continue;
@@ -65,9 +73,9 @@ class SmChangedWhileActive final : public Rule {
   }
 
   /// Whatever is requested, sync managers may be switched off for it; lower states may be configured anew.
-  void On(const track::AlRequest& e) override { slaves_[e.slave] = Current(e.slave); }
+  void On(const track::AlRequest& e) { slaves_[e.slave] = Current(e.slave); }
 
-  void On(const model::AlChangedByItself& e) override {
+  void On(const model::AlChangedByItself& e) {
     const auto found = slaves_.find(e.slave);
     if (found == slaves_.end()) return;
     for (std::size_t n = 0; n < found->second.size(); ++n) {
@@ -106,7 +114,7 @@ class SmChangedWhileActive final : public Rule {
 
   [[nodiscard]] Slave Current(SlaveId id) const {
     Slave slave;
-    const track::SlaveState& state = context().bus.network().state(id);
+    const track::SlaveState& state = context().network().state(id);
     for (std::size_t n = 0; n < slave.size(); ++n) slave[n].in_force = SyncManagerOf(state, n);
     return slave;
   }
@@ -114,7 +122,7 @@ class SmChangedWhileActive final : public Rule {
   /// The state of the slave if it uses a sync manager with these settings.
   [[nodiscard]] std::optional<esc::AlState> StateThatUses(SlaveId slave, std::size_t n,
                                                           const esc::SyncManager& settings) const {
-    const model::AlMachine& al = context().bus.slave(slave).al;
+    const model::AlMachine& al = context().slave(slave).al;
     for (const esc::AlState state : {esc::AlState::SAFEOP, esc::AlState::OP, esc::AlState::PREOP}) {
       if (state == esc::AlState::PREOP && !IsMailbox(n, settings)) continue;
       if (al.SettledIn(state)) return state;
@@ -137,7 +145,7 @@ class SmChangedWhileActive final : public Rule {
     const auto state = StateThatUses(e.slave, n, before);
     if (!state) {
       sync.off.reset();
-      if (context().bus.slave(e.slave).al.possible().empty() && !Same(before, now.settings)) {
+      if (context().slave(e.slave).al.possible().empty() && !Same(before, now.settings)) {
         NotEvaluable(e.slave, "the state of the slave is not known where a sync manager is changed", e.frame().number);
       }
       return;
@@ -186,4 +194,4 @@ class SmChangedWhileActive final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<SmChangedWhileActive>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::sm_changed_while_active

@@ -1,13 +1,16 @@
 #include <set>
 #include <string>
 
-#include "analyzers/core/refusal_predictions.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/core/sync_manager_text.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/refusal_predictions.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/sync_manager_text.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
 #include "analyzers/model/sync_manager_demand.h"
+#include "decoder/track/network.h"
 
-namespace ecaudit {
+namespace ecaudit::sm_mailbox_config {
 namespace {
 
 constexpr RuleInfo kInfo{
@@ -45,10 +48,12 @@ byte is written: an ESC ignores them while it is enabled.
 
 class SmMailboxConfig final : public Rule {
  public:
-  using Rule::On;
-  SmMailboxConfig() : Rule(kInfo) { Subscribe({Topic::kAlRequestJudged, Topic::kAlAnswered}); }
+  SmMailboxConfig() : Rule(kInfo) {
+    Hear<model::AlRequestJudged>(&SmMailboxConfig::On);
+    Hear<model::AlAnswered>(&SmMailboxConfig::On);
+  }
 
-  void On(const model::AlRequestJudged& e) override {
+  void On(const model::AlRequestJudged& e) {
     constexpr auto kInit = static_cast<std::uint8_t>(esc::AlState::INIT);
     const model::AlRequestRecord& request = e.request;
     if (request.control.state() != static_cast<std::uint8_t>(esc::AlState::PREOP)) return;
@@ -65,8 +70,8 @@ class SmMailboxConfig final : public Rule {
       return;
     }
     judged_.insert(e.slave);
-    const track::SlaveState& state = context().bus.network().state(e.slave);
-    const auto demands = model::MailboxDemands(*context().bus.slave(e.slave).profile, esc::ParseSii(state.sii.image()));
+    const track::SlaveState& state = context().network().state(e.slave);
+    const auto demands = model::MailboxDemands(*context().slave(e.slave).profile, esc::ParseSii(state.sii.image()));
     if (!demands.known) {
       NotEvaluable(e.slave, "neither EEPROM nor family says what mailboxes the slave has", request.frame.number);
       return;
@@ -74,7 +79,7 @@ class SmMailboxConfig final : public Rule {
     for (const model::SyncManagerDemand& demand : demands.list) Judge(e, state, demand);
   }
 
-  void On(const model::AlAnswered& e) override { predictions_.On(context(), e); }
+  void On(const model::AlAnswered& e) { predictions_.On(context(), e); }
 
  private:
   void Judge(const model::AlRequestJudged& e, const track::SlaveState& state, const model::SyncManagerDemand& demand) {
@@ -102,4 +107,4 @@ class SmMailboxConfig final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<SmMailboxConfig>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::sm_mailbox_config

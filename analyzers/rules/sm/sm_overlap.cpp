@@ -3,14 +3,17 @@
 #include <string>
 #include <vector>
 
-#include "analyzers/core/refusal_predictions.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/core/sync_manager_text.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/refusal_predictions.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/sync_manager_text.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
 #include "analyzers/model/sync_manager_demand.h"
 #include "decoder/base/text.h"
+#include "decoder/track/network.h"
 
-namespace ecaudit {
+namespace ecaudit::sm_overlap {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "sm-overlap",
@@ -44,15 +47,17 @@ the next sync manager.
 
 class SmOverlap final : public Rule {
  public:
-  using Rule::On;
-  SmOverlap() : Rule(kInfo) { Subscribe({Topic::kAlRequestJudged, Topic::kAlAnswered}); }
+  SmOverlap() : Rule(kInfo) {
+    Hear<model::AlRequestJudged>(&SmOverlap::On);
+    Hear<model::AlAnswered>(&SmOverlap::On);
+  }
 
-  void On(const model::AlRequestJudged& e) override {
+  void On(const model::AlRequestJudged& e) {
     const model::AlRequestRecord& request = e.request;
     const std::uint8_t to = request.control.state();
     if (request.verdict != model::AlVerdict::kLegal || request.from == 0 || !Upwards(request.from, to)) return;
     judged_.insert(e.slave);
-    const track::SlaveState& state = context().bus.network().state(e.slave);
+    const track::SlaveState& state = context().network().state(e.slave);
     std::vector<Used> used;
     for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
       const auto known = SyncManagerOf(state, n);
@@ -67,7 +72,7 @@ class SmOverlap final : public Rule {
     }
   }
 
-  void On(const model::AlAnswered& e) override { predictions_.On(context(), e); }
+  void On(const model::AlAnswered& e) { predictions_.On(context(), e); }
 
   void Finish() override {
     for (const Told& told : told_) {
@@ -110,8 +115,8 @@ class SmOverlap final : public Rule {
     const esc::SyncManager& x = a.known.settings;
     const esc::SyncManager& y = b.known.settings;
     if (x.start < y.end() && y.start < x.end()) return false;
-    const auto sii = esc::ParseSii(context().bus.network().state(slave).sii.image());
-    const device::DeviceDescription& family = *context().bus.slave(slave).profile;
+    const auto sii = esc::ParseSii(context().network().state(slave).sii.image());
+    const device::DeviceDescription& family = *context().slave(slave).profile;
     const auto mailboxes = model::MailboxDemands(family, sii);
     const auto process = model::ProcessDemands(family, sii);
     const auto as_wanted = [&](const Used& used) {
@@ -174,9 +179,9 @@ class SmOverlap final : public Rule {
 
   /// A capture that begins in operation shows slaves at work whose sync managers were never seen.
   void SayWhereNothingWasRequested() {
-    for (std::size_t s = 0; s < context().bus.size(); ++s) {
+    for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
-      const model::AlMachine& al = context().bus.slave(id).al;
+      const model::AlMachine& al = context().slave(id).al;
       const bool at_work =
           al.SettledIn(esc::AlState::PREOP) || al.SettledIn(esc::AlState::SAFEOP) || al.SettledIn(esc::AlState::OP);
       if (!at_work || judged_.contains(id)) continue;
@@ -193,4 +198,4 @@ class SmOverlap final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<SmOverlap>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::sm_overlap

@@ -2,15 +2,18 @@
 #include <set>
 #include <string>
 
-#include "analyzers/core/refusal_predictions.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/core/sync_manager_text.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/refusal_predictions.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/sync_manager_text.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
 #include "analyzers/model/sync_manager_demand.h"
 #include "decoder/base/text.h"
 #include "decoder/process/pdo_mapping.h"
+#include "decoder/track/network.h"
 
-namespace ecaudit {
+namespace ecaudit::sm_process_config {
 namespace {
 
 constexpr std::uint16_t kInvalidSyncManager = 0x0017;
@@ -56,10 +59,12 @@ assigned PDOs.
 
 class SmProcessConfig final : public Rule {
  public:
-  using Rule::On;
-  SmProcessConfig() : Rule(kInfo) { Subscribe({Topic::kAlRequestJudged, Topic::kAlAnswered}); }
+  SmProcessConfig() : Rule(kInfo) {
+    Hear<model::AlRequestJudged>(&SmProcessConfig::On);
+    Hear<model::AlAnswered>(&SmProcessConfig::On);
+  }
 
-  void On(const model::AlRequestJudged& e) override {
+  void On(const model::AlRequestJudged& e) {
     const model::AlRequestRecord& request = e.request;
     const auto to = static_cast<esc::AlState>(request.control.state());
     if (to != esc::AlState::SAFEOP && to != esc::AlState::OP) return;
@@ -67,7 +72,7 @@ class SmProcessConfig final : public Rule {
       NotEvaluable(e.slave, "the state of the slave was not read before SAFEOP was requested", request.frame.number);
       return;
     }
-    const device::DeviceDescription& family = *context().bus.slave(e.slave).profile;
+    const device::DeviceDescription& family = *context().slave(e.slave).profile;
     if (request.verdict != model::AlVerdict::kLegal) return;
     if (!Verifies(family, request.from, to)) {
       // Asked again before an answer was seen: that one is judged already.
@@ -78,7 +83,7 @@ class SmProcessConfig final : public Rule {
       return;
     }
     judged_.insert(e.slave);
-    const track::SlaveState& state = context().bus.network().state(e.slave);
+    const track::SlaveState& state = context().network().state(e.slave);
     auto demands = model::ProcessDemands(family, esc::ParseSii(state.sii.image()));
     if (!demands.known) {
       NotEvaluable(e.slave, "the start of the process data: neither EEPROM nor family says it", request.frame.number);
@@ -90,7 +95,7 @@ class SmProcessConfig final : public Rule {
     }
   }
 
-  void On(const model::AlAnswered& e) override { predictions_.On(context(), e); }
+  void On(const model::AlAnswered& e) { predictions_.On(context(), e); }
 
  private:
   /// PREOP to SAFEOP; and SAFEOP to OP where the manual binds the refusal for sync managers to that transition, too.
@@ -109,7 +114,7 @@ class SmProcessConfig final : public Rule {
   [[nodiscard]] model::SyncManagerDemands WithoutStart(SlaveId slave) const {
     model::SyncManagerDemands demands;
     for (const auto direction : {device::PdoDirection::kRx, device::PdoDirection::kTx}) {
-      const model::ProcessLayout& layout = context().bus.slave(slave).process.Layout(direction);
+      const model::ProcessLayout& layout = context().slave(slave).process.Layout(direction);
       if (!layout.known() || layout.pdos.empty()) continue;
       const bool rx = direction == device::PdoDirection::kRx;
       model::SyncManagerDemand demand;
@@ -122,7 +127,7 @@ class SmProcessConfig final : public Rule {
 
   /// What the assigned PDOs ask for; where they are known, the layout.
   const model::ProcessLayout* AddLength(const model::AlRequestJudged& e, model::SyncManagerDemand& demand) {
-    const model::ProcessLayout& layout = context().bus.slave(e.slave).process.Layout(DirectionOf(demand));
+    const model::ProcessLayout& layout = context().slave(e.slave).process.Layout(DirectionOf(demand));
     // An EEPROM without PDOs leaves them to the objects.
     const bool none_by_default = layout.source == model::LayoutSource::kDefault && layout.pdos.empty();
     if (!layout.known() || none_by_default) {
@@ -189,4 +194,4 @@ class SmProcessConfig final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<SmProcessConfig>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::sm_process_config

@@ -1,7 +1,7 @@
-#include "analyzers/core/startup_rule.h"
+#include "analyzers/judge/startup_rule.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::startup_order {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "startup-order",
@@ -69,4 +69,4 @@ class StartupOrder final : public StartupRule {
 const RuleRegistration kRegistration{kInfo, MakeRule<StartupOrder>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::startup_order

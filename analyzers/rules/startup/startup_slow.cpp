@@ -1,7 +1,7 @@
-#include "analyzers/core/startup_rule.h"
+#include "analyzers/judge/startup_rule.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::startup_slow {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "startup-slow",
@@ -52,4 +52,4 @@ class StartupSlow final : public StartupRule {
 const RuleRegistration kRegistration{kInfo, MakeRule<StartupSlow>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::startup_slow

@@ -1,7 +1,7 @@
-#include "analyzers/core/startup_rule.h"
+#include "analyzers/judge/startup_rule.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::startup_step_missing {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "startup-step-missing",
@@ -88,4 +88,4 @@ class StartupStepMissing final : public StartupRule {
 const RuleRegistration kRegistration{kInfo, MakeRule<StartupStepMissing>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::startup_step_missing

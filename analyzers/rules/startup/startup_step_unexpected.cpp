@@ -1,9 +1,9 @@
 #include <algorithm>
 
-#include "analyzers/core/startup_rule.h"
+#include "analyzers/judge/startup_rule.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::startup_step_unexpected {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "startup-step-unexpected",
@@ -79,4 +79,4 @@ class StartupStepUnexpected final : public StartupRule {
 const RuleRegistration kRegistration{kInfo, MakeRule<StartupStepUnexpected>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::startup_step_unexpected

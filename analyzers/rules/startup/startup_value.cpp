@@ -1,8 +1,8 @@
-#include "analyzers/core/startup_rule.h"
-#include "analyzers/startup/step_text.h"
+#include "analyzers/judge/startup_rule.h"
+#include "analyzers/words/step_text.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::startup_value {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "startup-value",
@@ -70,4 +70,4 @@ class StartupValue final : public StartupRule {
 const RuleRegistration kRegistration{kInfo, MakeRule<StartupValue>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::startup_value

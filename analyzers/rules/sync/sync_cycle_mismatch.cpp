@@ -1,15 +1,18 @@
 #include <cmath>
 #include <vector>
 
-#include "analyzers/core/al_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/core/sync_text.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/sync_text.h"
 #include "analyzers/model/drive_parameters.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_model.h"
+#include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
+#include "decoder/pipeline.h"
 
-namespace ecaudit {
+namespace ecaudit::sync_cycle_mismatch {
 namespace {
 
 constexpr std::uint64_t kEnoughCycles = 50;
@@ -49,10 +52,9 @@ Set one cycle time in the master's configuration, and let it write 0x09A0 and 60
 
 class SyncCycleMismatch final : public Rule {
  public:
-  using Rule::On;
-  SyncCycleMismatch() : Rule(kInfo) { Subscribe({Topic::kAlRequestJudged}); }
+  SyncCycleMismatch() : Rule(kInfo) { Hear<model::AlRequestJudged>(&SyncCycleMismatch::On); }
 
-  void On(const model::AlRequestJudged& e) override {
+  void On(const model::AlRequestJudged& e) {
     if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
     const std::vector<Setting> settings = SettingsOf(e.slave);
     for (std::size_t i = 1; i < settings.size(); ++i) {
@@ -61,7 +63,7 @@ class SyncCycleMismatch final : public Rule {
   }
 
   void Finish() override {
-    for (std::size_t s = 0; s < context().bus.size(); ++s) Observed(static_cast<SlaveId>(s));
+    for (std::size_t s = 0; s < context().slave_count(); ++s) Observed(static_cast<SlaveId>(s));
   }
 
  private:
@@ -75,10 +77,10 @@ class SyncCycleMismatch final : public Rule {
   };
 
   [[nodiscard]] std::vector<Setting> SettingsOf(SlaveId id) const {
-    const model::SlaveModel& slave = context().bus.slave(id);
+    const model::SlaveModel& slave = context().slave(id);
     const device::SyncDescription& family = slave.profile->sync;
     std::vector<Setting> settings;
-    const auto& active = context().sync->dc(id).active();
+    const auto& active = context().sync().dc(id).active();
     if (active && active->activation.sync0() && active->sync0_cycle_ns.value_or(0) > 0) {
       settings.push_back({1, "SYNC0 cycle", "SYNC0 cycle (0x09A0)", "sync0_cycle_ns", *active->sync0_cycle_ns,
                           active->frame.number, family.cycle_base.source});
@@ -112,8 +114,8 @@ class SyncCycleMismatch final : public Rule {
   }
 
   void Observed(SlaveId id) {
-    const model::SlaveModel& slave = context().bus.slave(id);
-    const auto& settings = context().sync->dc(id).last_active();
+    const model::SlaveModel& slave = context().slave(id);
+    const auto& settings = context().sync().dc(id).last_active();
     const auto interpolation = InterpolationTime(slave);
     const auto drive = DriveCycle(slave);
     TimeNs configured = 0;
@@ -128,12 +130,12 @@ class SyncCycleMismatch final : public Rule {
       what = slave.profile->sync.cycle_count->keyword;
     }
     if (configured == 0) return;
-    const sync::OutputWatch& outputs = context().sync->outputs(id);
+    const sync::OutputWatch& outputs = context().sync().outputs(id);
     if (outputs.rate_cycles < kEnoughCycles) {
       NotEvaluable(id, "fewer than 50 cycles of process data in OP to compare the configured cycle with");
       return;
     }
-    if (!context().sync->Uncertainty(outputs.rate_base)) {
+    if (!context().sync().Uncertainty(outputs.rate_base)) {
       NotEvaluable(id, std::string(kPoorStamps));
       return;
     }
@@ -142,7 +144,7 @@ class SyncCycleMismatch final : public Rule {
     const bool one_each = !slave.profile->sync.source_with_dc.empty();
     const double nearest = one_each ? 1.0 : ratio >= 1 ? std::round(ratio) : 1.0 / std::round(1.0 / ratio);
     if (std::abs(ratio / nearest - 1) <= kTolerance) return;
-    const bus::PairingStatistics& pairing = context().pipeline->pairing();
+    const bus::PairingStatistics& pairing = context().pairing();
     if (pairing.holes > 0 && outputs.rate_last.number > pairing.first_hole.number) {
       NotEvaluable(id, "the capture misses frames, in which another cycle may have been set",
                    pairing.first_hole.number);
@@ -169,4 +171,4 @@ class SyncCycleMismatch final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncCycleMismatch>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::sync_cycle_mismatch

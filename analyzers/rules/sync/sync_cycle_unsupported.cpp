@@ -1,13 +1,16 @@
 #include <cmath>
 
-#include "analyzers/core/al_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/core/sync_text.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/sync_text.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/sync/sync_events.h"
 #include "analyzers/sync/sync_model.h"
+#include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::sync_cycle_unsupported {
 namespace {
 
 /// The observed cycle is judged from this many cycles in OP on.
@@ -46,10 +49,12 @@ Choose a cycle from the manual's list, and set 60C2h and the SYNC0 cycle to the 
 
 class SyncCycleUnsupported final : public Rule {
  public:
-  using Rule::On;
-  SyncCycleUnsupported() : Rule(kInfo) { Subscribe({Topic::kSyncSwitchedOn, Topic::kAlRequestJudged}); }
+  SyncCycleUnsupported() : Rule(kInfo) {
+    Hear<sync::SyncSwitchedOn>(&SyncCycleUnsupported::On);
+    Hear<model::AlRequestJudged>(&SyncCycleUnsupported::On);
+  }
 
-  void On(const model::SyncSwitchedOn& e) override {
+  void On(const sync::SyncSwitchedOn& e) {
     if (!e.activation.sync0()) return;
     if (!e.sync0_cycle_ns) {
       NotEvaluable(e.slave, "SYNC0 cycle (0x09A0) not known", e.frame.number);
@@ -58,20 +63,20 @@ class SyncCycleUnsupported final : public Rule {
     if (*e.sync0_cycle_ns != 0) Check(e.slave, *e.sync0_cycle_ns, "SYNC0 cycle (0x09A0)", e.frame, 0);
   }
 
-  void On(const model::AlRequestJudged& e) override {
+  void On(const model::AlRequestJudged& e) {
     if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
-    const auto cycle = InterpolationTime(context().bus.slave(e.slave));
+    const auto cycle = InterpolationTime(context().slave(e.slave));
     if (cycle) Check(e.slave, *cycle, "interpolation time (60C2h)", e.request.frame, 1);
   }
 
   void Finish() override {
-    for (std::size_t s = 0; s < context().bus.size(); ++s) {
+    for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
-      const sync::OutputWatch& outputs = context().sync->outputs(id);
-      const device::SyncDescription& family = context().bus.slave(id).profile->sync;
+      const sync::OutputWatch& outputs = context().sync().outputs(id);
+      const device::SyncDescription& family = context().slave(id).profile->sync;
       if (outputs.rate_cycles < kEnoughCycles || !family.cycle_min.value) continue;
       const auto mean = static_cast<double>(outputs.rate_ns) / static_cast<double>(outputs.rate_cycles);
-      if (!context().sync->Uncertainty(outputs.rate_base)) continue;
+      if (!context().sync().Uncertainty(outputs.rate_base)) continue;
       if (mean >= static_cast<double>(*family.cycle_min) * 0.9) {
         CheckMultiple(id, mean, outputs);
         continue;
@@ -85,7 +90,7 @@ class SyncCycleUnsupported final : public Rule {
       finding.title = "Process data come every " + cycle + ", faster than the drive supports";
       finding.message = "In OP the outputs come every " + cycle + " in the mean of " + Grouped(outputs.rate_cycles) +
                         " cycles, " + std::string(BaseText(outputs.rate_base)) + ". " +
-                        LawText(*context().bus.slave(id).profile) + " gives " + Duration(*family.cycle_min) +
+                        LawText(*context().slave(id).profile) + " gives " + Duration(*family.cycle_min) +
                         " as the shortest cycle. Choose a longer cycle.";
       finding.evidence = {Real("cycle_us", mean / 1e3), Number("cycle_min_ns", *family.cycle_min)};
       Report(2, std::move(finding));
@@ -95,9 +100,9 @@ class SyncCycleUnsupported final : public Rule {
  private:
   /// @param mean  observed cycle in ns, not shorter than the family supports
   void CheckMultiple(SlaveId id, double mean, const sync::OutputWatch& outputs) {
-    const model::SlaveModel& slave = context().bus.slave(id);
+    const model::SlaveModel& slave = context().slave(id);
     const device::SyncDescription& family = slave.profile->sync;
-    const auto& settings = context().sync->dc(id).last_active();
+    const auto& settings = context().sync().dc(id).last_active();
     if ((settings && settings->activation.sync0()) || InterpolationTime(slave) || DriveCycle(slave)) return;
     if (!family.cycle_base.value || *family.cycle_base <= 0 || !family.pll_range_ppm.value) return;
     constexpr double kClockPpm = 100;
@@ -124,7 +129,7 @@ class SyncCycleUnsupported final : public Rule {
   }
 
   void Check(SlaveId id, TimeNs cycle, const std::string& what, const FrameRef& frame, std::uint64_t kind) {
-    const device::DeviceDescription& profile = *context().bus.slave(id).profile;
+    const device::DeviceDescription& profile = *context().slave(id).profile;
     const device::SyncDescription& family = profile.sync;
     if (!family.cycle_min.value && !family.cycle_base.value) {
       NotEvaluable(id, "the profile states no cycle times", frame.number);
@@ -161,4 +166,4 @@ class SyncCycleUnsupported final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncCycleUnsupported>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::sync_cycle_unsupported

@@ -1,15 +1,19 @@
 #include <bit>
 #include <vector>
 
-#include "analyzers/core/rule.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_model.h"
 #include "decoder/base/text.h"
 #include "decoder/base/time.h"
 #include "decoder/esc/dc_registers.h"
 #include "decoder/esc/register_addresses.h"
+#include "decoder/track/access.h"
+#include "decoder/track/events.h"
 
-namespace ecaudit {
+namespace ecaudit::sync_difference_large {
 namespace {
 
 constexpr EscAddress kControlEnd = 0x0936;
@@ -47,10 +51,12 @@ of the topology. Let the start-up wait until 0x092C is small.
 
 class SyncDifferenceLarge final : public Rule {
  public:
-  using Rule::On;
-  SyncDifferenceLarge() : Rule(kInfo) { Subscribe({Topic::kAccess, Topic::kAnswered}); }
+  SyncDifferenceLarge() : Rule(kInfo) {
+    Hear<track::SlaveAccess>(&SyncDifferenceLarge::On);
+    Hear<track::Answered>(&SyncDifferenceLarge::On);
+  }
 
-  void OnAccess(const track::SlaveAccess& access) override {
+  void On(const track::SlaveAccess& access) {
     const std::size_t length = std::max(access.written.size(), access.read.size());
     if (access.address >= kControlEnd || access.address + length <= esc::kSystemTimeOffset) return;
     if (access.slave >= slaves_.size()) slaves_.resize(static_cast<std::size_t>(access.slave) + 1);
@@ -78,12 +84,12 @@ class SyncDifferenceLarge final : public Rule {
     Report(0, std::move(finding));
   }
 
-  void On(const track::Answered& e) override {
+  void On(const track::Answered& e) {
     if (e.command != wire::Command::BRD || e.wkc == 0 || e.circulating || e.address > esc::kSystemTimeDifference)
       return;
     const auto at = static_cast<std::size_t>(esc::kSystemTimeDifference - e.address);
     if (!Fits(e.returned_data, at, 4)) return;
-    for (std::size_t s = 0; s < context().bus.size(); ++s) {
+    for (std::size_t s = 0; s < context().slave_count(); ++s) {
       if (!Synchronous(static_cast<SlaveId>(s))) return;  // another slave may still be starting up
     }
     const std::uint32_t all = esc::TimeDifference{LittleEndian<std::uint32_t>(e.returned_data, at)}.magnitude_ns();
@@ -104,9 +110,9 @@ class SyncDifferenceLarge final : public Rule {
 
   void Finish() override {
     if (SaidNothingReturned() || any_.read) return;
-    for (std::size_t s = 0; s < context().bus.size(); ++s) {
+    for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
-      if (!context().sync->dc(id).last_active() || (s < slaves_.size() && slaves_[s].read)) continue;
+      if (!context().sync().dc(id).last_active() || (s < slaves_.size() && slaves_[s].read)) continue;
       NotEvaluable(id, "the time difference 0x092C was not read in SAFEOP or OP");
     }
   }
@@ -120,7 +126,7 @@ class SyncDifferenceLarge final : public Rule {
 
   [[nodiscard]] std::int64_t LimitNs() const { return context().Limit("sync-difference-large", kDefaultLimit); }
   [[nodiscard]] bool Synchronous(SlaveId id) const {
-    const model::AlMachine& al = context().bus.slave(id).al;
+    const model::AlMachine& al = context().slave(id).al;
     return al.SettledIn(esc::AlState::OP) || al.SettledIn(esc::AlState::SAFEOP);
   }
   /// True when `magnitude` is to be reported.
@@ -144,4 +150,4 @@ class SyncDifferenceLarge final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncDifferenceLarge>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::sync_difference_large

@@ -1,13 +1,15 @@
 #include <utility>
 
-#include "analyzers/core/rule.h"
-#include "analyzers/core/sync_text.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/sync_text.h"
+#include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_model.h"
 #include "decoder/base/text.h"
 #include "decoder/base/time.h"
+#include "decoder/track/events.h"
 
-namespace ecaudit {
+namespace ecaudit::sync_drift_uncompensated {
 namespace {
 
 constexpr std::int64_t kDefaultLimit = 1'000'000'000;
@@ -45,13 +47,12 @@ Send FRMW (or ARMW) of 0x0910 to the reference clock in each cycle, with the pro
 
 class SyncDriftUncompensated final : public Rule {
  public:
-  using Rule::On;
-  SyncDriftUncompensated() : Rule(kInfo) { Subscribe({Topic::kLogicalAccess}); }
+  SyncDriftUncompensated() : Rule(kInfo) { Hear<track::LogicalAccess>(&SyncDriftUncompensated::On); }
 
-  void On(const track::LogicalAccess& e) override {
+  void On(const track::LogicalAccess& e) {
     if (frames_++ % kLookEvery == 0) Look(e.frame());
     if (!in_use_since_.has_time || !e.frame().has_time) return;
-    const FrameRef& last = context().sync->clock().last_distribution();
+    const FrameRef& last = context().sync().clock().last_distribution();
     const FrameRef& from = last.has_time && last.number > in_use_since_.number ? last : in_use_since_;
     const FrameRef before = std::exchange(last_frame_, e.frame());
     if (from.number != measured_from_) {
@@ -66,7 +67,7 @@ class SyncDriftUncompensated final : public Rule {
     const TimeNs gap = gap_;
     const TimeNs limit = context().Limit("sync-drift-uncompensated", kDefaultLimit);
     if (gap <= limit || e.frame().number <= from.number) return;
-    const auto uncertainty = context().sync->Uncertainty(sync::TimeBase::kCapture);
+    const auto uncertainty = context().sync().Uncertainty(sync::TimeBase::kCapture);
     if (!uncertainty) {
       if (!said_poor_)
         NotEvaluable(kNoSlave, "time stamps too poor to measure the distribution of the system time by",
@@ -98,12 +99,11 @@ class SyncDriftUncompensated final : public Rule {
   void Look(const FrameRef& frame) {
     std::size_t clocks = 0;
     SlaveId in_use = kNoSlave;
-    for (std::size_t s = 0; s < context().bus.size(); ++s) {
+    for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
-      const sync::DcUnit& unit = context().sync->dc(id);
+      const sync::DcUnit& unit = context().sync().dc(id);
       if (unit.present()) ++clocks;
-      if (unit.active() && unit.active()->activation.sync0() &&
-          context().bus.slave(id).al.SettledIn(esc::AlState::OP)) {
+      if (unit.active() && unit.active()->activation.sync0() && context().slave(id).al.SettledIn(esc::AlState::OP)) {
         in_use = id;
       }
     }
@@ -128,4 +128,4 @@ class SyncDriftUncompensated final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncDriftUncompensated>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::sync_drift_uncompensated

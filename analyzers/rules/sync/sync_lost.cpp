@@ -1,15 +1,17 @@
 #include <vector>
 
-#include "analyzers/core/al_text.h"
-#include "analyzers/core/lossy_capture.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/core/sync_text.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/lossy_capture.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/sync_text.h"
 #include "analyzers/model/drive_parameters.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/sync/sync_events.h"
 #include "analyzers/sync/sync_model.h"
+#include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::sync_lost {
 namespace {
 
 constexpr std::uint16_t kWatchdogCode = 0x001B;
@@ -49,17 +51,20 @@ Find the pause in the master named here. Seven missing frames are tolerated, eig
 
 class SyncLost final : public Rule {
  public:
-  using Rule::On;
-  SyncLost() : Rule(kInfo) { Subscribe({Topic::kOutputGap, Topic::kArrivalOff, Topic::kSyncSlotMiss}); }
+  SyncLost() : Rule(kInfo) {
+    Hear<sync::OutputGap>(&SyncLost::On);
+    Hear<sync::ArrivalOff>(&SyncLost::On);
+    Hear<sync::SyncSlotMiss>(&SyncLost::On);
+  }
 
-  void On(const model::OutputGap& e) override {
-    const model::SlaveModel& slave = context().bus.slave(e.slave);
+  void On(const sync::OutputGap& e) {
+    const model::SlaveModel& slave = context().slave(e.slave);
     const auto& tolerated = slave.profile->sync.lost_after_missing;
     if (!tolerated.value || !e.after.seen()) return;
     const auto supervision = model::ValueOf(slave, slave.profile->sync.supervision);
     if (supervision && supervision->value == 0) return;
     TimeNs cycle = e.nominal_ns;
-    const auto& settings = context().sync->dc(e.slave).active();
+    const auto& settings = context().sync().dc(e.slave).active();
     if (settings && settings->activation.sync0() && settings->sync0_cycle_ns.value_or(0) > 0) {
       cycle = *settings->sync0_cycle_ns;
     } else if (const auto interpolation = InterpolationTime(slave)) {
@@ -91,7 +96,7 @@ class SyncLost final : public Rule {
       return;
     }
     if (!OperationEnabled(e.status_word)) return;
-    if (!e.fell.seen() && IsHole(context().sync->outputs(e.slave), static_cast<std::uint64_t>(least))) {
+    if (!e.fell.seen() && IsHole(context().sync().outputs(e.slave), static_cast<std::uint64_t>(least))) {
       NotEvaluable(e.slave, kHole, e.after.number);
       return;
     }
@@ -127,8 +132,8 @@ class SyncLost final : public Rule {
     for (const Fall& fall : falls_) NameCause(context(), "al-unexpected-change", fall.slave, fall.frame, fall.cause);
   }
 
-  void On(const model::ArrivalOff& e) override {
-    const device::SyncDescription& family = context().bus.slave(e.slave).profile->sync;
+  void On(const sync::ArrivalOff& e) {
+    const device::SyncDescription& family = context().slave(e.slave).profile->sync;
     const device::JitterLimit* limit = sync::LimitFor(family, e.cycle_ns);
     if (!family.lost_after_jitter.value || limit == nullptr || limit->undocumented || !e.uncertainty_ns) return;
     const std::uint64_t missing = e.missing > e.unreturned ? e.missing - e.unreturned : 0;
@@ -141,10 +146,10 @@ class SyncLost final : public Rule {
     Judge(e.slave, run, e.frame);
   }
 
-  void On(const model::SyncSlotMiss& e) override {
-    const device::SyncDescription& family = context().bus.slave(e.slave).profile->sync;
+  void On(const sync::SyncSlotMiss& e) {
+    const device::SyncDescription& family = context().slave(e.slave).profile->sync;
     if (!family.lost_after_jitter.value || e.empty <= e.unreturned) return;
-    if (IsHole(context().sync->outputs(e.slave), e.empty)) {
+    if (IsHole(context().sync().outputs(e.slave), e.empty)) {
       NotEvaluable(e.slave, kHole, e.frame.number);
       return;
     }
@@ -166,7 +171,7 @@ class SyncLost final : public Rule {
     FindingIndex cause = kNoFinding;
   };
 
-  void Remember(const model::OutputGap& e, FindingIndex cause) {
+  void Remember(const sync::OutputGap& e, FindingIndex cause) {
     constexpr std::size_t kMost = 256;
     if (falls_.size() < kMost) falls_.push_back({e.slave, e.fell.number, cause});
   }
@@ -181,7 +186,7 @@ class SyncLost final : public Rule {
   }
 
   void Judge(SlaveId id, const Run& run, const FrameRef& frame) {
-    const device::DeviceDescription& profile = *context().bus.slave(id).profile;
+    const device::DeviceDescription& profile = *context().slave(id).profile;
     const auto& limit = profile.sync.lost_after_jitter;
     if (run.length < *limit || Repeat(id, 1, frame) != kNoFinding) return;
     Finding finding;
@@ -212,4 +217,4 @@ class SyncLost final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncLost>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::sync_lost

@@ -1,8 +1,10 @@
-#include "analyzers/core/rule.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
 #include "analyzers/sync/sync_model.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::sync_not_activated {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "sync-not-activated",
@@ -33,15 +35,14 @@ AssignActivate. If distributed clocks are not wanted, leave the cycle 0.
 
 class SyncNotActivated final : public Rule {
  public:
-  using Rule::On;
-  SyncNotActivated() : Rule(kInfo) { Subscribe({Topic::kAlAnswered}); }
+  SyncNotActivated() : Rule(kInfo) { Hear<model::AlAnswered>(&SyncNotActivated::On); }
 
-  void On(const model::AlAnswered& e) override {
+  void On(const model::AlAnswered& e) {
     if (e.outcome == model::AlAnswered::Outcome::kRefused ||
         e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) {
       return;
     }
-    const sync::DcUnit& unit = context().sync->dc(e.slave);
+    const sync::DcUnit& unit = context().sync().dc(e.slave);
     if (!unit.cycle_configured().seen()) return;
     if (!unit.activation()) {
       NotEvaluable(e.slave, "whether SYNC is switched on (0x0981) is not known", e.frame.number);
@@ -70,4 +71,4 @@ class SyncNotActivated final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncNotActivated>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::sync_not_activated

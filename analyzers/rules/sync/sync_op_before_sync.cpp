@@ -1,13 +1,15 @@
 #include <algorithm>
 #include <vector>
 
-#include "analyzers/core/al_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/core/sync_text.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/sync_text.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::sync_op_before_sync {
 namespace {
 
 constexpr std::uint16_t kSyncError = 0x001A;
@@ -43,20 +45,23 @@ and the mean deviation of the cycle (Pilz: 1000 ppm).
 
 class SyncOpBeforeSync final : public Rule {
  public:
-  using Rule::On;
-  SyncOpBeforeSync() : Rule(kInfo) { Subscribe({Topic::kAlAnswered, Topic::kAlErrorCode, Topic::kAlOverdue}); }
+  SyncOpBeforeSync() : Rule(kInfo) {
+    Hear<model::AlAnswered>(&SyncOpBeforeSync::On);
+    Hear<model::AlErrorCode>(&SyncOpBeforeSync::On);
+    Hear<model::AlOverdue>(&SyncOpBeforeSync::On);
+  }
 
-  void On(const model::AlAnswered& e) override {
+  void On(const model::AlAnswered& e) {
     Open& open = OpenOf(e.slave);
     open = {};
     if (e.outcome != model::AlAnswered::Outcome::kRefused || !NeedsSync(e.slave, e.request)) return;
     open = {e.request, e.frame};
     if (e.code) Refused(e.slave, *e.code);
   }
-  void On(const model::AlErrorCode& e) override {
+  void On(const model::AlErrorCode& e) {
     if (OpenOf(e.slave).answer.seen()) Refused(e.slave, e.code);
   }
-  void On(const model::AlOverdue& e) override {
+  void On(const model::AlOverdue& e) {
     if (!NeedsSync(e.slave, e.request) || e.status.state() != static_cast<std::uint8_t>(esc::AlState::SAFEOP)) return;
     FindingIndex index = Repeat(e.slave, 1, e.frame);
     if (index == kNoFinding) {
@@ -126,7 +131,7 @@ class SyncOpBeforeSync final : public Rule {
     return finding;
   }
   [[nodiscard]] std::string Advice(SlaveId slave) const {
-    return LawText(*context().bus.slave(slave).profile) +
+    return LawText(*context().slave(slave).profile) +
            " requires for OP that synchronisation has succeeded. Let process data run in SAFEOP in the configured "
            "cycle "
            "before OP is requested, and check cycle and jitter.";
@@ -143,4 +148,4 @@ class SyncOpBeforeSync final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncOpBeforeSync>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::sync_op_before_sync

@@ -1,13 +1,14 @@
 #include <cmath>
 
-#include "analyzers/core/al_text.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/core/sync_text.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/sync_text.h"
+#include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_model.h"
+#include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::sync_rate_deviation {
 namespace {
 
 constexpr std::uint64_t kEnoughCycles = 200;
@@ -51,13 +52,13 @@ class SyncRateDeviation final : public Rule {
   SyncRateDeviation() : Rule(kInfo) {}
 
   void Finish() override {
-    for (std::size_t s = 0; s < context().bus.size(); ++s) Judge(static_cast<SlaveId>(s));
+    for (std::size_t s = 0; s < context().slave_count(); ++s) Judge(static_cast<SlaveId>(s));
   }
 
  private:
   void Judge(SlaveId id) {
-    const model::SlaveModel& slave = context().bus.slave(id);
-    const auto& settings = context().sync->dc(id).last_active();
+    const model::SlaveModel& slave = context().slave(id);
+    const auto& settings = context().sync().dc(id).last_active();
     const auto interpolation = InterpolationTime(slave);
     TimeNs configured = 0;
     if (settings && settings->activation.sync0()) configured = settings->sync0_cycle_ns.value_or(0);
@@ -68,12 +69,12 @@ class SyncRateDeviation final : public Rule {
       NotEvaluable(id, "the profile states no range of the PLL");
       return;
     }
-    const sync::OutputWatch& outputs = context().sync->outputs(id);
+    const sync::OutputWatch& outputs = context().sync().outputs(id);
     if (outputs.rate_cycles < kEnoughCycles) {
       NotEvaluable(id, "fewer than 200 cycles of process data in OP to take a mean of");
       return;
     }
-    const auto uncertainty = context().sync->Uncertainty(outputs.rate_base);
+    const auto uncertainty = context().sync().Uncertainty(outputs.rate_base);
     if (!uncertainty) {
       NotEvaluable(id, std::string(kPoorStamps));
       return;
@@ -111,4 +112,4 @@ class SyncRateDeviation final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncRateDeviation>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::sync_rate_deviation

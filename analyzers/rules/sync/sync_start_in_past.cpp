@@ -1,8 +1,9 @@
-#include "analyzers/core/rule.h"
-#include "analyzers/core/sync_text.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/sync_text.h"
+#include "analyzers/sync/sync_events.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::sync_start_in_past {
 namespace {
 
 constexpr RuleInfo kInfo{.id = "sync-start-in-past",
@@ -35,10 +36,9 @@ Read the system time right before, and add enough for the rest of the configurat
 
 class SyncStartInPast final : public Rule {
  public:
-  using Rule::On;
-  SyncStartInPast() : Rule(kInfo) { Subscribe({Topic::kSyncSwitchedOn}); }
+  SyncStartInPast() : Rule(kInfo) { Hear<sync::SyncSwitchedOn>(&SyncStartInPast::On); }
 
-  void On(const model::SyncSwitchedOn& e) override {
+  void On(const sync::SyncSwitchedOn& e) {
     if ((!e.activation.sync0() && !e.activation.sync1()) || e.activation.auto_activation()) return;
     if (!e.was_off) {
       NotEvaluable(e.slave, "whether SYNC was off before it was switched on is not known", e.frame.number);
@@ -94,4 +94,4 @@ class SyncStartInPast final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncStartInPast>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::sync_start_in_past

@@ -1,14 +1,18 @@
 #include <vector>
 
-#include "analyzers/core/rule.h"
-#include "analyzers/core/sync_text.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/sync_text.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/sync/sync_events.h"
 #include "analyzers/sync/sync_model.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/dc_registers.h"
 #include "decoder/esc/register_addresses.h"
+#include "decoder/track/network.h"
 
-namespace ecaudit {
+namespace ecaudit::sync_watchdog_margin {
 namespace {
 
 constexpr std::uint16_t kDefaultSteps = 1000;
@@ -50,11 +54,13 @@ longer watchdog in PREOP.
 
 class SyncWatchdogMargin final : public Rule {
  public:
-  using Rule::On;
-  SyncWatchdogMargin() : Rule(kInfo) { Subscribe({Topic::kOutputGap, Topic::kAlAnswered}); }
+  SyncWatchdogMargin() : Rule(kInfo) {
+    Hear<sync::OutputGap>(&SyncWatchdogMargin::On);
+    Hear<model::AlAnswered>(&SyncWatchdogMargin::On);
+  }
 
-  void On(const model::OutputGap& e) override {
-    const track::SlaveState& state = context().bus.network().state(e.slave);
+  void On(const sync::OutputGap& e) {
+    const track::SlaveState& state = context().network().state(e.slave);
     const auto divider = state.registers.Value<std::uint16_t>(esc::kWatchdogDivider);
     const auto steps = state.registers.Value<std::uint16_t>(esc::kProcessWatchdog);
     const TimeNs watchdog =
@@ -68,7 +74,7 @@ class SyncWatchdogMargin final : public Rule {
       if (e.gap.ns >= watchdog / 2) NotEvaluable(e.slave, std::string(kPoorStamps), e.after.number);
       return;
     }
-    if (!fell && context().sync->outputs(e.slave).may_be_hole && e.gap.ns >= watchdog / 2) {
+    if (!fell && context().sync().outputs(e.slave).may_be_hole && e.gap.ns >= watchdog / 2) {
       NotEvaluable(
           e.slave,
           "nobody sent anything for long, and the slave is in OP before and after: the capture may have a hole "
@@ -135,17 +141,17 @@ class SyncWatchdogMargin final : public Rule {
     if (consequences_.size() > kMaxConsequences) consequences_.erase(consequences_.begin());
   }
 
-  void On(const model::AlAnswered& e) override {
+  void On(const model::AlAnswered& e) {
     if (e.outcome != model::AlAnswered::Outcome::kRefused || !e.code || *e.code != kWatchdogCode ||
         e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) {
       return;
     }
-    const sync::OutputWatch& outputs = context().sync->outputs(e.slave);
+    const sync::OutputWatch& outputs = context().sync().outputs(e.slave);
     // The watchdog counts from the last outputs, wherever they came from.
     const bool none = !outputs.seen;
     TimeNs since = 0;
     if (!none) {
-      const auto uncertainty = context().sync->Uncertainty(sync::TimeBase::kCapture);
+      const auto uncertainty = context().sync().Uncertainty(sync::TimeBase::kCapture);
       if (!uncertainty || !outputs.last.stamp || !e.frame.has_time) return;
       since = Elapsed(*outputs.last.stamp, e.frame.time);
       if (since - *uncertainty < outputs.watchdog_ns || outputs.watchdog_ns == 0) return;
@@ -172,11 +178,11 @@ class SyncWatchdogMargin final : public Rule {
   void Finish() override {
     for (const Consequence& c : consequences_) NameCause(context(), c.rule, c.slave, c.frame, c.cause);
     if (SaidNothingReturned()) return;
-    for (std::size_t s = 0; s < context().bus.size(); ++s) {
+    for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
-      const model::SlaveModel& slave = context().bus.slave(id);
+      const model::SlaveModel& slave = context().slave(id);
       if (slave.al.possible().single() != static_cast<std::uint8_t>(esc::AlState::OP)) continue;
-      if (!context().sync->outputs(id).seen)
+      if (!context().sync().outputs(id).seen)
         NotEvaluable(id, "which process data are outputs of the slave is not known");
     }
   }
@@ -196,4 +202,4 @@ class SyncWatchdogMargin final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncWatchdogMargin>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::sync_watchdog_margin

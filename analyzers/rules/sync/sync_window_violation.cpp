@@ -1,13 +1,15 @@
-#include "analyzers/core/al_text.h"
-#include "analyzers/core/lossy_capture.h"
-#include "analyzers/core/rule.h"
-#include "analyzers/core/sync_text.h"
-#include "analyzers/model/bus_model.h"
+#include "analyzers/judge/lossy_capture.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/sync_text.h"
 #include "analyzers/model/drive_parameters.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/sync/sync_events.h"
 #include "analyzers/sync/sync_model.h"
+#include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
 
-namespace ecaudit {
+namespace ecaudit::sync_window_violation {
 namespace {
 
 constexpr RuleInfo kInfo{
@@ -51,11 +53,14 @@ shows the phase of the frames against SYNC0 for each slave.
 
 class SyncWindowViolation final : public Rule {
  public:
-  using Rule::On;
-  SyncWindowViolation() : Rule(kInfo) { Subscribe({Topic::kSyncSlotMiss, Topic::kArrivalOff, Topic::kPllMeasured}); }
+  SyncWindowViolation() : Rule(kInfo) {
+    Hear<sync::SyncSlotMiss>(&SyncWindowViolation::On);
+    Hear<sync::ArrivalOff>(&SyncWindowViolation::On);
+    Hear<sync::PllMeasured>(&SyncWindowViolation::On);
+  }
 
-  void On(const model::SyncSlotMiss& e) override {
-    const device::SyncDescription& family = context().bus.slave(e.slave).profile->sync;
+  void On(const sync::SyncSlotMiss& e) {
+    const device::SyncDescription& family = context().slave(e.slave).profile->sync;
     if (family.source_with_dc.empty()) {
       NotEvaluable(e.slave, "the profile does not say how the slave synchronises to SYNC0", e.frame.number);
       return;
@@ -64,7 +69,7 @@ class SyncWindowViolation final : public Rule {
       NotEvaluable(e.slave, "frames for a SYNC0 interval were sent and did not return", e.frame.number);
       return;
     }
-    if (IsHole(context().sync->outputs(e.slave), e.empty)) {
+    if (IsHole(context().sync().outputs(e.slave), e.empty)) {
       NotEvaluable(e.slave, kHole, e.frame.number);
       return;
     }
@@ -97,8 +102,8 @@ class SyncWindowViolation final : public Rule {
     Report(key, std::move(finding));
   }
 
-  void On(const model::ArrivalOff& e) override {
-    const device::DeviceDescription& profile = *context().bus.slave(e.slave).profile;
+  void On(const sync::ArrivalOff& e) {
+    const device::DeviceDescription& profile = *context().slave(e.slave).profile;
     const device::JitterLimit* limit = sync::LimitFor(profile.sync, e.cycle_ns);
     if (limit == nullptr) return;
     if (!e.uncertainty_ns) {
@@ -145,8 +150,8 @@ class SyncWindowViolation final : public Rule {
     Report(key, limit->undocumented && !missing ? Severity::kWarning : Severity::kError, std::move(finding));
   }
 
-  void On(const model::PllMeasured& e) override {
-    const model::SlaveModel& slave = context().bus.slave(e.slave);
+  void On(const sync::PllMeasured& e) {
+    const model::SlaveModel& slave = context().slave(e.slave);
     const device::SyncDescription& family = slave.profile->sync;
     const auto distance = model::ValueOf(slave, family.sync_distance);
     const auto window = model::ValueOf(slave, family.sync_window);
@@ -183,12 +188,12 @@ class SyncWindowViolation final : public Rule {
   }
 
   void Finish() override {
-    for (std::size_t s = 0; s < context().bus.size(); ++s) {
+    for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
-      const sync::OutputWatch& outputs = context().sync->outputs(id);
-      const auto& settings = context().sync->dc(id).last_active();
+      const sync::OutputWatch& outputs = context().sync().outputs(id);
+      const auto& settings = context().sync().dc(id).last_active();
       if (outputs.frames_in_op == 0 || !settings || !settings->activation.sync0()) continue;
-      if (outputs.phases == 0 && !context().bus.slave(id).profile->sync.source_with_dc.empty()) {
+      if (outputs.phases == 0 && !context().slave(id).profile->sync.source_with_dc.empty()) {
         NotEvaluable(id, "the frames with process data carry no DC time to compare with SYNC0");
       }
     }
@@ -198,4 +203,4 @@ class SyncWindowViolation final : public Rule {
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncWindowViolation>};
 
 }  // namespace
-}  // namespace ecaudit
+}  // namespace ecaudit::sync_window_violation

@@ -4,10 +4,8 @@
 namespace ecaudit::samples {
 namespace {
 
-constexpr TimeNs kMs = 1'000'000;
-
 // From INIT to OP and down again, the right way.
-void FinishWell(Story& story) {
+void FinishFromInit(Story& story) {
   story.master.BringToPreop();
   story.master.BringToSafeop();
   story.master.BringToOp();
@@ -25,7 +23,7 @@ Sample InitToOpRefused() {
   story.Expect("al-illegal-transition", 0, refused.request, "INIT to OP");
   story.Expect("al-refused", 0, refused.status_read, "AL status 0x0011, code 0x0011");
   story.master.Acknowledge(0, Al::kInit);
-  FinishWell(story);
+  FinishFromInit(story);
   return story.Finish();
 }
 
@@ -167,7 +165,7 @@ Sample WrongStatusCode() {
   story.Expect("al-refused", 0, refused.status_read, "AL status 0x0011, code 0x0017");
   story.Expect("al-wrong-status-code", 0, refused.status_read, "0x0017 where the manual says 0x0011");
   story.master.Acknowledge(0, Al::kInit);
-  FinishWell(story);
+  FinishFromInit(story);
   return story.Finish();
 }
 

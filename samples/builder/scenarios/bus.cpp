@@ -4,8 +4,6 @@
 namespace ecaudit::samples {
 namespace {
 
-constexpr TimeNs kMs = 1'000'000;
-
 void BringAllToOp(Story& story, CyclicTask task = {}) {
   story.master.Scan();
   story.master.BringToPreop();

@@ -4,8 +4,6 @@
 namespace ecaudit::samples {
 namespace {
 
-constexpr TimeNs kMs = 1'000'000;
-
 /// Cycles until the status word of the drive (6041h, behind the position) has these bits, at most `most`.
 FrameIds CyclesUntil(Story& story, std::uint16_t mask, std::uint16_t value, int most) {
   for (int i = 0; i < most; ++i) {

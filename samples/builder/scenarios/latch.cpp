@@ -4,7 +4,6 @@
 namespace ecaudit::samples {
 namespace {
 
-constexpr TimeNs kMs = 1'000'000;
 constexpr int kLatch2Rising = 2;
 constexpr std::uint16_t kEnable2Rising = 0x0004;
 constexpr std::uint16_t kSelect2Rising = 0x0300;

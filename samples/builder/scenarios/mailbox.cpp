@@ -4,11 +4,10 @@
 namespace ecaudit::samples {
 namespace {
 
-constexpr TimeNs kMs = 1'000'000;
 constexpr std::uint8_t kFoe = 4;
 
 // To OP and down again, to show that nothing else is wrong.
-void FinishWell(Story& story) {
+void FinishFromPreop(Story& story) {
   story.master.BringToSafeop();
   story.master.BringToOp();
   story.master.Cycles(10);
@@ -37,7 +36,7 @@ Sample SdoAborts() {
     if (i == 0) first = absent.response;
   }
   story.Expect("sdo-abort", 0, first, "2FFFh:0 does not exist, 0x06020000").Times(2);
-  FinishWell(story);
+  FinishFromPreop(story);
   return story.Finish();
 }
 
@@ -72,7 +71,7 @@ Sample Emergencies() {
   master.Upload(0, 0x1001, 0);
   drive.coe().QueueEmergency(master.now(), 0x0000, 0x00, {0, 0, 0, 0, 0});  // free of errors again: an info
   master.ReadMailbox(0, 100 * kMs);
-  FinishWell(story);
+  FinishFromPreop(story);
   return story.Finish();
 }
 
@@ -88,7 +87,7 @@ Sample FoeUnsupported() {
   master.ReadMailbox(0, 100 * kMs, &reply);
   story.Expect("mailbox-unsupported-protocol", 0, request.frame, "the EEPROM lists CoE only");
   story.Expect("mailbox-error-reply", 0, reply, "0x0002");
-  FinishWell(story);
+  FinishFromPreop(story);
   return story.Finish();
 }
 
@@ -102,7 +101,7 @@ Sample MailboxCounterSkipped() {
   drive.coe().SkipCounterOnce();
   const SdoAnswer skipped = master.Upload(0, 0x1018, 2);
   story.Expect("mailbox-counter", 0, skipped.response, "a number of the drive's own sequence is left out");
-  FinishWell(story);
+  FinishFromPreop(story);
   return story.Finish();
 }
 

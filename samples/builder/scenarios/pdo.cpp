@@ -6,9 +6,6 @@
 namespace ecaudit::samples {
 namespace {
 
-constexpr std::uint16_t kRxAssignment = 0x1C12;
-constexpr std::uint16_t kTxAssignment = 0x1C13;
-
 void ReadAssignments(Story& story) {
   for (const std::uint16_t assignment : {kRxAssignment, kTxAssignment}) {
     story.master.Upload(0, assignment, 0);

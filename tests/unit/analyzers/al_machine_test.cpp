@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "analyzers/wiring/event_bus.h"
 #include "decoder/device/profile_registry.h"
 
 namespace ecaudit::model {
@@ -19,26 +20,30 @@ using ::testing::IsEmpty;
 constexpr std::int64_t kMs = 1'000'000;
 
 /// Writes one word a conclusion: "judged:legal", "refused", "by-itself 8>14".
-class Log final : public ModelSink {
+class Log final : public EventBus {
  public:
-  void On(const AlRequestJudged& e) override {
+  Log() {
+    ListenTo<AlRequestJudged, AlAnswered, AlErrorRepeated, AlChangedByItself, AlErrorCode, AlErrorCleared, AlOverdue>(
+        Stage::kModel, *this);
+  }
+  void On(const AlRequestJudged& e) {
     static const char* const kVerdicts[] = {"legal", "illegal", "invalid", "needs-acknowledge", "unknown"};
     last_judged = e;
     judged.push_back(kVerdicts[static_cast<std::size_t>(e.request.verdict)]);
   }
-  void On(const AlAnswered& e) override {
+  void On(const AlAnswered& e) {
     static const char* const kOutcomes[] = {"reached", "refused", "accepted-illegal"};
     last_answered = e;
     lines.push_back(kOutcomes[static_cast<std::size_t>(e.outcome)]);
   }
-  void On(const AlErrorRepeated&) override { ++repeated; }
-  void On(const AlChangedByItself& e) override {
+  void On(const AlErrorRepeated&) { ++repeated; }
+  void On(const AlChangedByItself& e) {
     last_change = e;
     lines.push_back("by-itself " + std::to_string(e.before.raw) + ">" + std::to_string(e.status.raw));
   }
-  void On(const AlErrorCode& e) override { lines.push_back("code " + std::to_string(e.code)); }
-  void On(const AlErrorCleared&) override { lines.emplace_back("cleared"); }
-  void On(const AlOverdue& e) override {
+  void On(const AlErrorCode& e) { lines.push_back("code " + std::to_string(e.code)); }
+  void On(const AlErrorCleared&) { lines.emplace_back("cleared"); }
+  void On(const AlOverdue& e) {
     last_overdue = e;
     lines.emplace_back("overdue");
   }

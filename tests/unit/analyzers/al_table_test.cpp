@@ -12,6 +12,8 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/analysis.h"
+#include "analyzers/judge/catalogue.h"
+#include "analyzers/result/rule_info.h"
 #include "decoder/esc/al.h"
 #include "tests/support/csv.h"
 #include "tests/support/folders.h"

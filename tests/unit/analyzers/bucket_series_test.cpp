@@ -1,4 +1,4 @@
-#include "analyzers/timeline/bucket_series.h"
+#include "analyzers/collect/bucket_series.h"
 
 #include <random>
 

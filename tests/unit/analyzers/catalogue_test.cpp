@@ -2,6 +2,8 @@
 //
 // docs/rules.md is written from the rules. To write it anew: ECAUDIT_WRITE_DOCS=1 ecaudit_unit_tests
 // --gtest_filter='Catalogue.*'
+#include "analyzers/judge/catalogue.h"
+
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
@@ -13,7 +15,8 @@
 
 #include <gtest/gtest.h>
 
-#include "analyzers/analysis.h"
+#include "analyzers/options/options.h"
+#include "analyzers/result/rule_info.h"
 #include "cli/commands/catalogue_output.h"
 #include "decoder/device/source_documents.h"
 #include "tests/support/folders.h"

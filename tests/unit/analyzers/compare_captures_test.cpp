@@ -1,5 +1,5 @@
 // Two captures side by side: what is done once more, and what one of them cannot show.
-#include "analyzers/diff/compare_captures.h"
+#include "analyzers/compare/compare_captures.h"
 
 #include <algorithm>
 #include <string>

@@ -14,6 +14,9 @@
 #include <nlohmann/json.hpp>
 
 #include "analyzers/analysis.h"
+#include "analyzers/judge/catalogue.h"
+#include "analyzers/result/rule_info.h"
+#include "analyzers/wiring/event_bus.h"
 #include "decoder/capture/capture_reader.h"
 #include "decoder/device/profile_registry.h"
 #include "tests/support/folders.h"
@@ -26,13 +29,16 @@ namespace fs = std::filesystem;
 using device::DriveState;
 
 /// Remembers what a unit concludes.
-class Log : public model::ModelSink {
+class Log : public EventBus {
  public:
-  using model::ModelSink::On;
-  void On(const model::DriveCommanded& e) override { commands.push_back(e); }
-  void On(const model::DriveStateChanged& e) override { states.push_back(e); }
-  void On(const model::DriveIllegalCommand& e) override { illegal_commands.push_back(e); }
-  void On(const model::DriveIllegalChange& e) override { illegal_changes.push_back(e); }
+  Log() {
+    ListenTo<model::DriveCommanded, model::DriveStateChanged, model::DriveIllegalCommand, model::DriveIllegalChange>(
+        Stage::kModel, *this);
+  }
+  void On(const model::DriveCommanded& e) { commands.push_back(e); }
+  void On(const model::DriveStateChanged& e) { states.push_back(e); }
+  void On(const model::DriveIllegalCommand& e) { illegal_commands.push_back(e); }
+  void On(const model::DriveIllegalChange& e) { illegal_changes.push_back(e); }
 
   std::vector<model::DriveCommanded> commands;
   std::vector<model::DriveStateChanged> states;

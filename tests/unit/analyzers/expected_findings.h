@@ -18,7 +18,7 @@
 #include <string_view>
 #include <vector>
 
-#include "analyzers/core/analysis_result.h"
+#include "analyzers/result/analysis_result.h"
 #include "decoder/base/result.h"
 #include "tests/support/trace_builder.h"
 

@@ -1,8 +1,8 @@
-#include "analyzers/core/finding_store.h"
+#include "analyzers/judge/finding_store.h"
 
 #include <gtest/gtest.h>
 
-#include "analyzers/core/every_slave.h"
+#include "analyzers/result/every_slave.h"
 
 namespace ecaudit {
 namespace {

@@ -13,6 +13,8 @@
 #include <nlohmann/json.hpp>
 
 #include "analyzers/analysis.h"
+#include "analyzers/judge/catalogue.h"
+#include "analyzers/result/rule_info.h"
 #include "decoder/capture/capture_reader.h"
 #include "tests/support/folders.h"
 

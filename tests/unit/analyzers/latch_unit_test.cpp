@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/analysis.h"
+#include "analyzers/wiring/event_bus.h"
 #include "decoder/capture/capture_reader.h"
 #include "decoder/device/profile_registry.h"
 #include "tests/support/folders.h"
@@ -18,15 +19,15 @@
 namespace ecaudit::model {
 namespace {
 
-class Recorder final : public ModelSink {
+class Recorder final : public EventBus {
  public:
-  using ModelSink::On;
-  void On(const LatchStep& e) override {
+  Recorder() { ListenTo<LatchStep, LatchMisuse>(Stage::kModel, *this); }
+  void On(const LatchStep& e) {
     static constexpr const char* kNames[] = {"armed", "rearmed", "valid", "read", "disarmed"};
     steps.push_back(kNames[static_cast<std::size_t>(e.kind)]);
     last = e.capture;
   }
-  void On(const LatchMisuse& e) override { steps.emplace_back(RuleOf(e.kind)); }
+  void On(const LatchMisuse& e) { steps.emplace_back(RuleOf(e.kind)); }
   std::vector<std::string> steps;
   LatchCapture last;
 };

@@ -2,8 +2,8 @@
 // turns out to be lost explains.
 #include <gtest/gtest.h>
 
-#include "analyzers/core/deferred_findings.h"
-#include "analyzers/core/mailbox_text.h"
+#include "analyzers/judge/deferred_findings.h"
+#include "analyzers/judge/mailbox_text.h"
 
 namespace ecaudit {
 namespace {

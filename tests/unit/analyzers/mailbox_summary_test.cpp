@@ -1,5 +1,5 @@
 // What the report says of the mailboxes: counted from the events, repetitions left out.
-#include "analyzers/stats/mailbox_summary.h"
+#include "analyzers/collect/mailbox_summary.h"
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,8 @@ mailbox::SdoTransfer Transfer(mailbox::SdoService service, mailbox::SdoOutcome o
 }
 
 TEST(MailboxStatistics, CountsMessagesByProtocol) {
-  MailboxStatistics statistics;
+  EventBus bus;
+  MailboxStatistics statistics(bus);
   statistics.On(Message(1, Direction::kOut, Protocol::kCoE));
   statistics.On(Message(1, Direction::kOut, Protocol::kCoE));
   statistics.On(Message(1, Direction::kIn, Protocol::kCoE));
@@ -46,7 +47,8 @@ TEST(MailboxStatistics, CountsMessagesByProtocol) {
 }
 
 TEST(MailboxStatistics, RepetitionsAndLateMessagesDoNotCount) {
-  MailboxStatistics statistics;
+  EventBus bus;
+  MailboxStatistics statistics(bus);
   MailboxMessage message = Message(0, Direction::kOut, Protocol::kCoE);
   statistics.On(message);
   message.repeated = true;
@@ -60,7 +62,8 @@ TEST(MailboxStatistics, RepetitionsAndLateMessagesDoNotCount) {
 TEST(MailboxStatistics, CountsTransfersByServiceAndOutcome) {
   using mailbox::SdoOutcome;
   using mailbox::SdoService;
-  MailboxStatistics statistics;
+  EventBus bus;
+  MailboxStatistics statistics(bus);
   statistics.On(Transfer(SdoService::kUpload, SdoOutcome::kCompleted));
   statistics.On(Transfer(SdoService::kUpload, SdoOutcome::kAborted));
   statistics.On(Transfer(SdoService::kUpload, SdoOutcome::kCaptureEnd));
@@ -73,7 +76,8 @@ TEST(MailboxStatistics, CountsTransfersByServiceAndOutcome) {
 }
 
 TEST(MailboxStatistics, GapsOfTheCaptureLeaveNothingUnanswered) {
-  MailboxStatistics statistics;
+  EventBus bus;
+  MailboxStatistics statistics(bus);
   mailbox::MailboxUnanswered unanswered;
   unanswered.slave = 0;
   unanswered.end = mailbox::MailboxUnanswered::End::kGap;
@@ -85,7 +89,8 @@ TEST(MailboxStatistics, GapsOfTheCaptureLeaveNothingUnanswered) {
 }
 
 TEST(MailboxStatistics, CountsEmergenciesAndErrorReplies) {
-  MailboxStatistics statistics;
+  EventBus bus;
+  MailboxStatistics statistics(bus);
   mailbox::Emergency emergency;
   emergency.slave = 2;
   statistics.On(emergency);

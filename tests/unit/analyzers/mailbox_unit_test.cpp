@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "analyzers/wiring/event_bus.h"
+
 namespace ecaudit::model {
 namespace {
 
@@ -14,13 +16,14 @@ constexpr EscAddress kOut = 0x1000;
 constexpr EscAddress kIn = 0x1080;
 constexpr std::size_t kLength = 128;
 
-class MailboxUnitTest : public testing::Test, protected ModelSink {
+class MailboxUnitTest : public testing::Test, protected EventBus {
  protected:
   MailboxUnitTest() {
+    Listen(Stage::kModel, *this, &MailboxUnitTest::On);
     Configure(0, kOut, 0x26);
     Configure(1, kIn, 0x22);
   }
-  void On(const Predicted& e) override { predicted.push_back(e); }
+  void On(const Predicted& e) { predicted.push_back(e); }
 
   void Configure(std::size_t n, EscAddress start, std::uint8_t control) {
     const std::vector<std::uint8_t> bytes{

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/model/bus_model.h"
+#include "analyzers/wiring/event_bus.h"
 #include "decoder/pipeline.h"
 #include "tests/support/trace_builder.h"
 
@@ -54,14 +55,12 @@ struct Seen {
   std::uint64_t serial = 0;  ///< of the part
 };
 
-class Recorder final : public track::EventSink, public ProcessSink {
+class Recorder final : public EventBus {
  public:
-  using track::EventSink::On;
-  void On(const track::SlaveFound& e) override { model->Apply(e); }
-  void On(const track::AddressAssigned& e) override { model->Apply(e); }
-  void On(const track::LogicalAccess& e) override { placed.push_back(model->ReadProcessData(e, *this)); }
-  void OnAccess(const track::SlaveAccess& e) override { model->ReadProcessData(e, *this); }
-  void On(const ProcessCycle& cycle) override {
+  Recorder() { ListenTo<track::LogicalAccess, ProcessDataUnplaced, ProcessCycle>(Stage::kBeforeModel, *this); }
+  void On(const track::LogicalAccess&) { placed.push_back(true); }
+  void On(const ProcessDataUnplaced&) { placed.back() = false; }
+  void On(const ProcessCycle& cycle) {
     Seen s{cycle.part.slave,
            cycle.part.model->name,
            cycle.part.direction,
@@ -79,7 +78,6 @@ class Recorder final : public track::EventSink, public ProcessSink {
     seen.push_back(std::move(s));
   }
 
-  std::unique_ptr<BusModel> model;
   std::vector<Seen> seen;
   std::vector<bool> placed;  ///< of each logical access
 };
@@ -131,7 +129,7 @@ class ProcessImageTest : public ::testing::Test {
   void Run() {
     options.files = files;
     Pipeline pipeline(recorder);
-    recorder.model = std::make_unique<BusModel>(pipeline.network(), options, no_model_events);
+    const BusModel model(pipeline.network(), options, recorder);
     const auto source = trace.Source();
     pipeline.Run(*source, {});
   }
@@ -146,7 +144,6 @@ class ProcessImageTest : public ::testing::Test {
 
   std::shared_ptr<DeviceFiles> files = std::make_shared<DeviceFiles>();
   AnalysisOptions options;
-  ModelSink no_model_events;
   Recorder recorder;
   Trace trace;
 };

@@ -67,7 +67,7 @@ class ProfileChoiceTest : public ::testing::Test {
 
   std::shared_ptr<DeviceFiles> files = std::make_shared<DeviceFiles>();
   AnalysisOptions options;
-  ModelSink sink;
+  EventSink sink;
   track::SlaveState state;
   SharedLimits limits;
   SlaveModel slave;

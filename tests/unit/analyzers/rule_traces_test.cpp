@@ -16,6 +16,8 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/analysis.h"
+#include "analyzers/judge/catalogue.h"
+#include "analyzers/result/rule_info.h"
 #include "cli/expectation_file.h"
 #include "decoder/capture/capture_reader.h"
 #include "samples/builder/capture_writer.h"

@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include "analyzers/startup/comparison.h"
-#include "analyzers/startup/eni_expectation.h"
-#include "analyzers/startup/startup_registers.h"
+#include "analyzers/compare/comparison.h"
+#include "analyzers/compare/eni_expectation.h"
+#include "analyzers/compare/startup_registers.h"
 
 namespace ecaudit::startup {
 namespace {

@@ -1,5 +1,5 @@
 // What is told of a start-up, from traces that do what masters do (esc-reference 13).
-#include "analyzers/startup/startup_recorder.h"
+#include "analyzers/collect/startup_recorder.h"
 
 #include <string>
 

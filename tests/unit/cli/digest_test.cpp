@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "analyzers/core/every_slave.h"
+#include "analyzers/result/every_slave.h"
 #include "cli/report/digest_json.h"
 #include "cli/report/json_writer.h"
 #include "tests/unit/cli/sample_result.h"

@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "analyzers/wiring/event_bus.h"
 #include "decoder/capture/capture_reader.h"
 #include "decoder/pipeline.h"
 #include "tests/support/folders.h"
@@ -217,9 +218,10 @@ TEST(NothingToWrite, ReadOnlyAndReserved) {
 }
 
 /// Compares the expectations with what real slaves counted for broadcasts.
-class BroadcastCounts final : public track::EventSink {
+class BroadcastCounts final : public EventBus {
  public:
-  void On(const track::Answered& answer) override {
+  BroadcastCounts() { ListenTo<track::Answered>(Stage::kModel, *this); }
+  void On(const track::Answered& answer) {
     const std::uint16_t* slaves = pipeline.network().slave_count().if_known();
     if (slaves == nullptr) return;
     if (answer.command == wire::Command::BRD && EveryEscReads(answer.address, answer.length)) {

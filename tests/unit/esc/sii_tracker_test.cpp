@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "analyzers/wiring/event_bus.h"
 #include "decoder/base/text.h"
 #include "decoder/capture/capture_reader.h"
 #include "decoder/pipeline.h"
@@ -316,9 +317,9 @@ TEST_F(SiiAssemblerTest, AccessesElsewhereAndOddOnes) {
 // ---- captures
 
 /// The EEPROM of the slave at one position, as the whole decoder sees a capture.
-struct Captured final : EventSink {
-  explicit Captured(SlavePos at) : position(at) {}
-  void OnAccess(const SlaveAccess& access) override {
+struct Captured final : EventBus {
+  explicit Captured(SlavePos at) : position(at) { ListenTo<SlaveAccess>(Stage::kModel, *this); }
+  void On(const SlaveAccess& access) {
     const SlavePos* here = pipeline.network().slaves()[access.slave].position.if_known();
     if (here != nullptr && *here == position) assembler.OnAccess(access, &log);
   }

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "analyzers/wiring/event_bus.h"
 #include "decoder/capture/capture_reader.h"
 #include "decoder/pipeline.h"
 #include "decoder/track/mailbox_tracker.h"
@@ -24,9 +25,10 @@ std::string CapturePath(const std::string& name) {
 }
 
 /// Feeds one MailboxTracker a slave from a capture's accesses, as the pipeline's owner does.
-class MailboxRun final : public track::EventSink {
+class MailboxRun final : public EventBus {
  public:
   explicit MailboxRun(const std::string& path) {
+    ListenTo<track::SlaveAccess, track::FrameLost, MailboxMessage, SdoTransfer>(Stage::kModel, *this);
     Result<std::unique_ptr<capture::FrameSource>> source = capture::OpenCapture(path);
     if (!source.has_value()) return;
     Pipeline pipeline(*this);
@@ -37,7 +39,7 @@ class MailboxRun final : public track::EventSink {
     ran = true;
   }
 
-  void OnAccess(const track::SlaveAccess& access) override {
+  void On(const track::SlaveAccess& access) {
     const bool lost_read = access.acceptance == track::Acceptance::kUnknown && access.written.empty();
     if (lost_read && !feeding_lost_ && access.sent.number == lost_frame_) return;  // fed already
     while (trackers_.size() <= access.slave) {
@@ -53,7 +55,7 @@ class MailboxRun final : public track::EventSink {
   }
 
   /// Reads whose frame never returned.
-  void On(const track::FrameLost& lost) override {
+  void On(const track::FrameLost& lost) {
     lost_frame_ = lost.sent.ref().number;
     feeding_lost_ = true;
     for (std::size_t i = 0; i < lost.sent.size(); ++i) {
@@ -65,12 +67,12 @@ class MailboxRun final : public track::EventSink {
       access.sent = lost.sent.ref();
       access.command = d.command();
       access.address = d.ado();
-      OnAccess(access);
+      On(access);
     }
     feeding_lost_ = false;
   }
-  void On(const MailboxMessage&) override { ++network_messages; }
-  void On(const SdoTransfer& transfer) override { network_transfers.emplace_back(transfer); }
+  void On(const MailboxMessage&) { ++network_messages; }
+  void On(const SdoTransfer& transfer) { network_transfers.emplace_back(transfer); }
 
   const track::MailboxCounters& counters(SlaveId slave) { return trackers_.at(slave).counters(); }
 

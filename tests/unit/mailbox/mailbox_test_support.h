@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "analyzers/wiring/event_bus.h"
 #include "decoder/mailbox/coe.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/mailbox/header.h"
@@ -165,25 +166,30 @@ struct KeptPdo : CoePdo {
   Bytes bytes;
 };
 
-class Recorder : public MailboxSink {
+class Recorder : public EventBus {
  public:
-  void On(const MailboxMessage& event) override { messages.emplace_back(event); }
-  void On(const MailboxRefused& event) override { refused.push_back(event); }
-  void On(const MailboxReadLost& event) override { lost.push_back(event); }
-  void On(const MailboxRepeatRequest& event) override { repeats.push_back(event); }
-  void On(const MailboxUnanswered& event) override { unanswered.push_back(event); }
-  void On(const MailboxErrorReply& event) override { errors.push_back(event); }
-  void On(const SdoTransfer& event) override { transfers.emplace_back(event); }
-  void On(const SdoUnexpected& event) override { unexpected.push_back(event); }
-  void On(const SdoInfo& event) override { infos.emplace_back(event); }
-  void On(const Emergency& event) override { emergencies.push_back(event); }
-  void On(const CoePdo& event) override { pdos.emplace_back(event); }
-  void On(const EoeFrame& event) override { eoe.emplace_back(event); }
-  void On(const EoeControl& event) override { eoe_controls.emplace_back(event); }
-  void On(const FoeTransfer& event) override { files.emplace_back(event); }
-  void On(const SoeMessage& event) override { soe.emplace_back(event); }
-  void On(const AoeMessage& event) override { aoe.emplace_back(event); }
-  void On(const VoeMessage& event) override { voe.emplace_back(event); }
+  Recorder() {
+    ListenTo<MailboxMessage, MailboxRefused, MailboxReadLost, MailboxRepeatRequest, MailboxUnanswered,
+             MailboxErrorReply, SdoTransfer, SdoUnexpected, SdoInfo, Emergency, CoePdo, EoeFrame, EoeControl,
+             FoeTransfer, SoeMessage, AoeMessage, VoeMessage>(Stage::kModel, *this);
+  }
+  void On(const MailboxMessage& event) { messages.emplace_back(event); }
+  void On(const MailboxRefused& event) { refused.push_back(event); }
+  void On(const MailboxReadLost& event) { lost.push_back(event); }
+  void On(const MailboxRepeatRequest& event) { repeats.push_back(event); }
+  void On(const MailboxUnanswered& event) { unanswered.push_back(event); }
+  void On(const MailboxErrorReply& event) { errors.push_back(event); }
+  void On(const SdoTransfer& event) { transfers.emplace_back(event); }
+  void On(const SdoUnexpected& event) { unexpected.push_back(event); }
+  void On(const SdoInfo& event) { infos.emplace_back(event); }
+  void On(const Emergency& event) { emergencies.push_back(event); }
+  void On(const CoePdo& event) { pdos.emplace_back(event); }
+  void On(const EoeFrame& event) { eoe.emplace_back(event); }
+  void On(const EoeControl& event) { eoe_controls.emplace_back(event); }
+  void On(const FoeTransfer& event) { files.emplace_back(event); }
+  void On(const SoeMessage& event) { soe.emplace_back(event); }
+  void On(const AoeMessage& event) { aoe.emplace_back(event); }
+  void On(const VoeMessage& event) { voe.emplace_back(event); }
 
   std::vector<KeptMessage> messages;
   std::vector<MailboxRefused> refused;

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "analyzers/wiring/event_bus.h"
 #include "tests/unit/track/event_log.h"
 
 namespace ecaudit::track::test {
@@ -90,16 +91,16 @@ TEST(Broadcast, OfASingleSlaveConcernsNobodyWhoLeft) {
 }
 
 /// Takes polls in place of the single reads.
-class PollLog final : public EventSink {
+class PollLog final : public EventBus {
  public:
-  using EventSink::On;
-  void On(const AlStatusRead& e) override {
+  PollLog() { ListenTo<AlStatusRead, AlPoll>(Stage::kModel, *this); }
+  void On(const AlStatusRead& e) {
     said.push_back("read " + std::to_string(e.slave) + " in " + std::to_string(e.frame.number));
   }
-  bool OnAlPoll(const FrameRef& frame, esc::AlWord status, std::span<const SlaveId> slaves) override {
-    said.push_back("poll of " + std::to_string(slaves.size()) + " in " + std::to_string(frame.number) + ": " +
-                   std::to_string(status.raw));
-    return takes;
+  void On(const AlPoll& e) {
+    said.push_back("poll of " + std::to_string(e.slaves.size()) + " in " + std::to_string(e.frame.number) + ": " +
+                   std::to_string(e.status.raw));
+    e.taken = takes;
   }
   std::vector<std::string> said;
   bool takes = true;

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "analyzers/wiring/event_bus.h"
 #include "decoder/base/text.h"
 #include "decoder/pipeline.h"
 #include "tests/support/trace_builder.h"
@@ -36,43 +37,44 @@ inline const char* Name(Acceptance acceptance) {
 /// "found 0", "address 0 = 0x1001", "address 1 = 0x1001 as 0", "count 3", "count 3 -> 2", "sent 0 <- 0x0002",
 /// "request 0 <- 0x0002 accepted", "state 0 0x0001 -> 0x0002", "code 0 0x0017", "forgotten 0",
 /// "logical LRW 0x00001000 wkc 3", "lost 5", "hole 5", "silence 5".
-class EventLog final : public EventSink {
+class EventLog final : public EventBus {
  public:
-  using EventSink::On;
+  EventLog() {
+    ListenTo<SlaveFound, AddressAssigned, SlaveCount, AlRequest, AlStatusRead, AlStatusCodeRead, AlStateForgotten,
+             CaptureHole, LogicalAccess, Answered, FrameLost, SlaveAccess, AlRequestSent>(Stage::kModel, *this);
+  }
 
-  void On(const SlaveFound& e) override { Say("found " + Id(e.slave)); }
-  void On(const AddressAssigned& e) override {
+  void On(const SlaveFound& e) { Say("found " + Id(e.slave)); }
+  void On(const AddressAssigned& e) {
     Say("address " + Id(e.slave) + " = " + Hex(e.address) +
         (e.duplicate_of != kNoSlave ? " as " + Id(e.duplicate_of) : ""));
   }
-  void On(const SlaveCount& e) override {
+  void On(const SlaveCount& e) {
     Say("count " + (e.first ? "" : std::to_string(e.previous) + " -> ") + std::to_string(e.count));
   }
-  void On(const AlRequest& e) override {
+  void On(const AlRequest& e) {
     Say("request " + Id(e.slave) + " <- " + Hex(e.control.raw) + " " + Name(e.acceptance));
   }
-  void On(const AlStatusRead& e) override {
+  void On(const AlStatusRead& e) {
     reads.push_back(e);
     if (!e.changed()) return;
     Say("state " + Id(e.slave) + " " + (e.before ? Hex(e.before->raw) : "?") + " -> " + Hex(e.status.raw) +
         (e.status_code ? " code " + Hex(*e.status_code) : "") + (e.error_bit_known ? "" : " (error bit of somebody)"));
   }
-  void On(const AlStatusCodeRead& e) override { Say("code " + Id(e.slave) + " " + Hex(e.code)); }
-  void On(const AlStateForgotten& e) override { Say("forgotten " + Id(e.slave)); }
-  void On(const CaptureHole& e) override { Say((e.certain ? "hole " : "silence ") + std::to_string(e.frame.number)); }
-  void On(const LogicalAccess& e) override {
+  void On(const AlStatusCodeRead& e) { Say("code " + Id(e.slave) + " " + Hex(e.code)); }
+  void On(const AlStateForgotten& e) { Say("forgotten " + Id(e.slave)); }
+  void On(const CaptureHole& e) { Say((e.certain ? "hole " : "silence ") + std::to_string(e.frame.number)); }
+  void On(const LogicalAccess& e) {
     Say("logical " + std::string(wire::Name(e.command)) + " " + Hex(e.address, 8) + " wkc " + std::to_string(e.wkc) +
         (e.assumed ? " assumed" : ""));
   }
-  void On(const Answered& e) override { answers.push_back(e); }
-  void On(const FrameLost& e) override { Say("lost " + std::to_string(e.sent.ref().number)); }
-  void OnAccess(const SlaveAccess& e) override {
+  void On(const Answered& e) { answers.push_back(e); }
+  void On(const FrameLost& e) { Say("lost " + std::to_string(e.sent.ref().number)); }
+  void On(const SlaveAccess& e) {
     accesses.push_back({e.slave, e.address, e.acceptance, Bytes(e.written.begin(), e.written.end()),
                         Bytes(e.read.begin(), e.read.end()), e.command, e.broadcast});
   }
-  void OnAlRequestSent(SlaveId slave, const FrameRef&, esc::AlWord control) override {
-    Say("sent " + Id(slave) + " <- " + Hex(control.raw));
-  }
+  void On(const AlRequestSent& e) { Say("sent " + Id(e.slave) + " <- " + Hex(e.control.raw)); }
 
   struct Access {
     SlaveId slave;

@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "analyzers/wiring/event_bus.h"
 #include "decoder/base/text.h"
 #include "decoder/capture/capture_reader.h"
 #include "decoder/pipeline.h"
@@ -29,30 +30,31 @@ using Json = nlohmann::json;
 const fs::path kCaptures = fs::path(test::SharedDir()) / "captures";
 
 /// What a whole capture told.
-class Story final : public EventSink, public FrameObserver {
+class Story final : public EventBus {
  public:
-  using EventSink::On;
-
-  explicit Story(const Pipeline* const& pipeline) : pipeline_(pipeline) {}
-
-  void OnFrame(const wire::FrameView& frame, bus::Direction direction) override {
-    if (direction == bus::Direction::kOutbound) outbound.push_back(frame.ref().number);
-    ++by_direction[direction];
+  explicit Story(const Pipeline* const& pipeline) : pipeline_(pipeline) {
+    ListenTo<FrameSeen, FrameLost, FrameDuplicated, FrameUnusable, SlaveCount, Answered, SlaveAccess>(Stage::kModel,
+                                                                                                      *this);
   }
-  void On(const FrameLost& e) override { lost.push_back(e.sent.ref().number); }
-  void On(const FrameDuplicated& e) override { duplicated.push_back(e.returned.ref().number); }
-  void On(const FrameUnusable& e) override {
+
+  void On(const FrameSeen& e) {
+    if (e.direction == bus::Direction::kOutbound) outbound.push_back(e.frame.ref().number);
+    ++by_direction[e.direction];
+  }
+  void On(const FrameLost& e) { lost.push_back(e.sent.ref().number); }
+  void On(const FrameDuplicated& e) { duplicated.push_back(e.returned.ref().number); }
+  void On(const FrameUnusable& e) {
     if (!e.own_master) return;
     (e.reason == bus::Unusable::kAltered ? altered : malformed).push_back(e.frame.ref().number);
   }
-  void On(const SlaveCount& e) override { counts.push_back(e.count); }
-  void On(const Answered& e) override {
+  void On(const SlaveCount& e) { counts.push_back(e.count); }
+  void On(const Answered& e) {
     if (e.address != 0x0120 || !wire::Writes(e.command)) return;
     const std::string value = Hex(e.sent_data.empty() ? 0U : e.sent_data[0], 2);
     controls.push_back(std::to_string(e.returned.number) + " " + std::string(wire::Name(e.command)) + " " + Hex(e.adp) +
                        " " + value + " " + std::to_string(e.wkc));
   }
-  void OnAccess(const SlaveAccess& e) override {
+  void On(const SlaveAccess& e) {
     if (e.broadcast) return;
     const ByteSpan status = e.Covered(e.read, 0x0130, 1);
     if (status.empty()) return;
@@ -84,7 +86,7 @@ struct Told {
 
 std::unique_ptr<Told> Tell(const fs::path& path) {
   auto told = std::make_unique<Told>();
-  told->pipeline = std::make_unique<Pipeline>(told->story, &told->story);
+  told->pipeline = std::make_unique<Pipeline>(told->story);
   told->pointer = told->pipeline.get();
   auto source = capture::OpenCapture(path.string());
   EXPECT_TRUE(source) << path;

@@ -1,0 +1,79 @@
+#include "analyzers/collect/al_history.h"
+
+#include <utility>
+
+namespace ecaudit {
+
+AlHistory::AlHistory(EventBus& bus) {
+  bus.ListenTo<track::AlRequest, track::AlStatusRead, track::AlStatusCodeRead>(Stage::kBeforeModel, *this);
+}
+
+AlHistory::Story& AlHistory::Get(SlaveId slave) {
+  while (stories_.size() <= slave) stories_.emplace_back();
+  return stories_[slave];
+}
+
+void AlHistory::Summarise(AnalysisResult& result) {
+  for (SlaveSummary& slave : result.slaves) {
+    if (slave.id >= stories_.size()) continue;  // never asked
+    Story& story = stories_[slave.id];
+    slave.al_status = story.status;
+    slave.al_status_code = story.code;
+    slave.al_history = std::move(story.steps);
+    slave.al_history_left_out = story.left_out;
+  }
+}
+
+void AlHistory::Add(Story& story, const AlStep& step) {
+  if (story.steps.size() < kMaxSteps && all_steps_ < kMaxAllSteps) {
+    ++all_steps_;
+    story.steps.push_back(step);
+  } else {
+    ++story.left_out;
+  }
+}
+
+void AlHistory::On(const track::AlRequest& request) {
+  Story& story = Get(request.slave);
+  AlStep step;
+  step.kind = AlStep::Kind::kRequest;
+  step.frame = request.frame();
+  step.from = story.status.value_or(0);
+  step.to = request.control.raw;
+  step.refused_by_wkc = request.acceptance == track::Acceptance::kRefused;
+  Add(story, step);
+}
+
+void AlHistory::On(const track::AlStatusRead& read) {
+  if (!read.changed() && !read.status_code) return;  // what is polled says the same nearly always
+  Story& story = Get(read.slave);
+  const bool changed = !story.status || *story.status != read.status.raw;
+  if (changed) {
+    AlStep step;
+    step.frame = read.frame;
+    step.from = story.status.value_or(0);
+    step.to = read.status.raw;
+    step.status_code = read.status_code;
+    Add(story, step);
+    story.status = read.status.raw;
+    if (!read.status_code) story.code.reset();
+  }
+  if (read.status_code) {
+    if (!story.steps.empty() && !story.steps.back().status_code && *read.status_code != 0 &&
+        story.steps.back().kind == AlStep::Kind::kState) {
+      story.steps.back().status_code = read.status_code;
+    }
+    story.code = read.status_code;
+  }
+}
+
+void AlHistory::On(const track::AlStatusCodeRead& read) {
+  Story& story = Get(read.slave);
+  if (!story.steps.empty() && !story.steps.back().status_code && read.code != 0 &&
+      story.steps.back().kind == AlStep::Kind::kState) {
+    story.steps.back().status_code = read.code;
+  }
+  story.code = read.code;
+}
+
+}  // namespace ecaudit

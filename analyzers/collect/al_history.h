@@ -1,0 +1,38 @@
+/// in: AL requests and status reads.  out: the AL history of each slave for the report.
+#pragma once
+
+#include <deque>
+#include <vector>
+
+#include "analyzers/collect/collector.h"
+#include "analyzers/wiring/event_bus.h"
+#include "decoder/track/events.h"
+
+namespace ecaudit {
+
+class AlHistory final : public Collector {
+ public:
+  static constexpr std::size_t kMaxSteps = 200;        ///< a slave; later ones are counted only
+  static constexpr std::size_t kMaxAllSteps = 50'000;  ///< of all slaves
+
+  explicit AlHistory(EventBus& bus);
+
+  void On(const track::AlRequest& request);
+  void On(const track::AlStatusRead& read);
+  void On(const track::AlStatusCodeRead& read);
+  void Summarise(AnalysisResult& result) override;
+
+ private:
+  struct Story {
+    std::vector<AlStep> steps;
+    std::uint64_t left_out = 0;
+    std::optional<std::uint16_t> status, code;  ///< last observed
+  };
+  Story& Get(SlaveId slave);
+  void Add(Story& story, const AlStep& step);
+
+  std::deque<Story> stories_;
+  std::size_t all_steps_ = 0;
+};
+
+}  // namespace ecaudit

@@ -1,0 +1,23 @@
+/// What a report tells besides findings: each collector hears events and has a part of the report.
+///
+/// How to add one: derive from Collector, listen to the bus in the constructor, fill in the report in Summarise(); a
+/// line in collectors.cpp makes it.
+#pragma once
+
+#include "analyzers/result/analysis_result.h"
+
+namespace ecaudit {
+
+class Collector {
+ public:
+  Collector() = default;
+  Collector(const Collector&) = delete;
+  Collector& operator=(const Collector&) = delete;
+  virtual ~Collector() = default;
+
+  /// The capture has ended: once, before the rules are asked for what only the whole shows.
+  /// @param result  has its slaves, each with its id
+  virtual void Summarise(AnalysisResult& result) = 0;
+};
+
+}  // namespace ecaudit

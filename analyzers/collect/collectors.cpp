@@ -1,0 +1,28 @@
+#include "analyzers/collect/collectors.h"
+
+#include "analyzers/collect/al_history.h"
+#include "analyzers/collect/drive_history.h"
+#include "analyzers/collect/mailbox_summary.h"
+#include "analyzers/collect/prediction_statistics.h"
+#include "analyzers/collect/startup_recorder.h"
+#include "analyzers/collect/timeline_collector.h"
+
+namespace ecaudit {
+
+std::vector<std::unique_ptr<Collector>> MakeCollectors(Observation& observation, const Explanations& explanations,
+                                                       Timeline* drawn) {
+  EventBus& bus = observation.bus();
+  const model::BusModel& model = observation.model();
+  std::vector<std::unique_ptr<Collector>> collectors;
+  collectors.push_back(std::make_unique<AlHistory>(bus));
+  collectors.push_back(std::make_unique<MailboxStatistics>(bus));
+  collectors.push_back(std::make_unique<DriveHistory>(model, bus));
+  collectors.push_back(std::make_unique<startup::StartupRecorder>(model, bus));
+  collectors.push_back(std::make_unique<PredictionStatistics>(model, explanations, bus));
+  if (drawn != nullptr) {
+    collectors.push_back(std::make_unique<timeline::TimelineCollector>(model, *observation.sync(), bus, *drawn));
+  }
+  return collectors;
+}
+
+}  // namespace ecaudit

@@ -1,0 +1,18 @@
+#include "analyzers/collect/explanations.h"
+
+namespace ecaudit {
+
+void Explanations::Add(SlaveId slave, FrameNo request, FindingIndex finding) {
+  if (finding == kNoFinding) return;
+  newest_[next_++ % newest_.size()] = {slave, request, finding};
+}
+
+FindingIndex Explanations::Of(SlaveId slave, FrameNo request) const {
+  for (std::size_t back = 1; back <= newest_.size() && back <= next_; ++back) {
+    const Entry& e = newest_[(next_ - back) % newest_.size()];
+    if (e.slave == slave && e.request == request) return e.finding;
+  }
+  return kNoFinding;
+}
+
+}  // namespace ecaudit

@@ -1,0 +1,244 @@
+#include "analyzers/collect/timeline_collector.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <variant>
+
+#include "analyzers/objects/object_value.h"
+#include "analyzers/signals/signal_value.h"
+#include "decoder/esc/dc_registers.h"
+#include "decoder/esc/register_addresses.h"
+#include "decoder/mailbox/coe_types.h"
+
+namespace ecaudit::timeline {
+namespace {
+
+constexpr std::size_t kMaxParts = 512;
+constexpr std::size_t kMaxValueBytes = 120;
+
+/// What people look at first, best first (CIA402); everything else follows in the order of the mapping.
+constexpr std::array<std::uint16_t, 13> kFirst{0x6041, 0x6040, 0x6064, 0x6063, 0x607A, 0x606C, 0x60FF,
+                                               0x6077, 0x6071, 0x60F4, 0x6061, 0x6060, 0x603F};
+
+std::size_t Rank(std::uint16_t index) {
+  return static_cast<std::size_t>(std::find(kFirst.begin(), kFirst.end(), index) - kFirst.begin());
+}
+
+double AsDouble(const signals::SignalValue& value) {
+  return std::visit([](auto number) { return static_cast<double>(number); }, value);
+}
+
+/// Cut between UTF-8 characters.
+std::string Cut(std::string text) {
+  if (text.size() <= kMaxValueBytes) return text;
+  std::size_t length = kMaxValueBytes;
+  while (length > 0 && (static_cast<unsigned char>(text[length]) & 0xC0U) == 0x80U) --length;
+  text.resize(length);
+  return text + " ...";
+}
+
+std::string OutcomeText(mailbox::SdoOutcome outcome) {
+  switch (outcome) {
+    case mailbox::SdoOutcome::kCompleted:
+      return "completed";
+    case mailbox::SdoOutcome::kAborted:
+      return "aborted";
+    case mailbox::SdoOutcome::kMailboxError:
+      return "mailbox error";
+    default:
+      return "not finished";
+  }
+}
+
+void Count(std::unique_ptr<BucketSeries>& series, const FrameRef& frame, double value) {
+  if (!frame.has_time) return;
+  if (!series) series = std::make_unique<BucketSeries>();
+  series->Add(frame.time, value);
+}
+
+}  // namespace
+
+TimelineCollector::TimelineCollector(const model::BusModel& model, const sync::SyncModel& sync, EventBus& bus,
+                                     Timeline& timeline)
+    : model_(model), sync_(sync), timeline_(timeline) {
+  bus.ListenTo<model::ProcessCycle, sync::IntervalMeasured, sync::PhaseMeasured, track::FrameLost,
+               mailbox::MailboxMessage>(Stage::kBeforeModel, *this);
+  bus.ListenTo<mailbox::SdoTransfer, track::SlaveAccess>(Stage::kAfterModel, *this);
+}
+
+TimelineCollector::Slave& TimelineCollector::Of(SlaveId slave) {
+  while (slaves_.size() <= slave) slaves_.emplace_back();
+  return slaves_[slave];
+}
+
+TimelineCollector::Slave* TimelineCollector::Of(const model::ImagePart& part) {
+  if (part.slave != kNoSlave) return &Of(part.slave);
+  const auto found =
+      std::find_if(unmet_.begin(), unmet_.end(), [&](const auto& entry) { return entry.first == part.model; });
+  if (found != unmet_.end()) return &found->second;
+  if (unmet_.size() >= kMaxUnmet) return nullptr;
+  unmet_.emplace_back(part.model, Slave());
+  return &unmet_.back().second;
+}
+
+void TimelineCollector::On(const track::SlaveAccess& access) {
+  if (access.broadcast || !access.done() || !HasSeries(access.slave)) return;
+  const ByteSpan raw = access.Covered(access.read, esc::kSystemTimeDifference, 4);
+  if (raw.empty()) return;
+  Count(Of(access.slave).difference, access.frame(),
+        esc::TimeDifference{LittleEndian<std::uint32_t>(raw, 0)}.magnitude_ns());
+}
+
+void TimelineCollector::On(const track::FrameLost& event) {
+  if (event.sent.ref().has_time) lost_.Add(event.sent.ref().time, 1);
+}
+
+void TimelineCollector::On(const mailbox::MailboxMessage& message) {
+  if (message.slave != kNoSlave && HasSeries(message.slave)) Count(Of(message.slave).mailbox, message.frame(), 1);
+}
+
+void TimelineCollector::On(const mailbox::SdoTransfer& transfer) {
+  if (transfer.slave >= model_.size()) return;
+  Slave& slave = Of(transfer.slave);
+  if (sdos_ >= kMaxSdos || slave.sdos.size() >= kMaxSlaveSdos) {
+    ++slave.sdos_left_out;
+    return;
+  }
+  ++sdos_;
+  const model::SlaveModel& model = model_.slave(transfer.slave);
+  SdoRow row;
+  row.request = transfer.request;
+  row.response = transfer.response;
+  row.download = transfer.service == mailbox::SdoService::kDownload;
+  row.complete_access = transfer.complete_access;
+  row.outcome = OutcomeText(transfer.outcome);
+  row.duration = transfer.duration;
+  if (transfer.has_object) {
+    row.index = transfer.index;
+    row.subindex = transfer.subindex;
+    row.name = transfer.complete_access ? model.names.FindWhole(model.profile, transfer.index).name
+                                        : model.names.Find(model.profile, transfer.index, transfer.subindex).name;
+    const bool whole = row.download || transfer.outcome == mailbox::SdoOutcome::kCompleted;
+    if (whole && !transfer.data_gap && !transfer.data.empty()) {
+      const ByteSpan data = Slice(transfer.data, 0, kMaxValueBytes);
+      row.value =
+          Cut(transfer.complete_access
+                  ? events::ReadCompleteAccess(model.names, model.profile, transfer.index, transfer.subindex, data).text
+                  : events::ReadValue(model.names, model.profile, transfer.index, transfer.subindex, data).text);
+    }
+  }
+  if (transfer.outcome == mailbox::SdoOutcome::kAborted) {
+    row.abort_code = transfer.abort_code;
+    row.abort_text = mailbox::AbortCodeText(transfer.abort_code);
+  }
+  slave.sdos.push_back(std::move(row));
+}
+
+TimelineCollector::Signal* TimelineCollector::Find(Slave& slave, const model::Signal& entry, bool output) {
+  for (const std::unique_ptr<Signal>& signal : slave.signals) {
+    const SignalSeries& about = signal->about;
+    if (about.index == entry.index && about.subindex == entry.subindex && about.output == output &&
+        about.bits == entry.bits) {
+      return signal.get();
+    }
+  }
+  if (slave.signals.size() >= kMaxSlaveSignals || signals_ >= kMaxSignals) {
+    signals_left_out_ = true;
+    return nullptr;
+  }
+  ++signals_;
+  Signal& signal = *slave.signals.emplace_back(std::make_unique<Signal>());
+  signal.type = entry.type;
+  signal.divisor = signals::DivisorOf(entry.scale).value_or(1);
+  signal.about.output = output;
+  signal.about.index = entry.index;
+  signal.about.subindex = entry.subindex;
+  signal.about.bits = entry.bits;
+  signal.about.name = entry.name;
+  signal.about.name_inferred = entry.name_inferred;
+  signal.about.variable = entry.variable;
+  // A unit belongs to the scaled value: where the scale is not a plain ratio, the numbers have none.
+  if (entry.scale.empty() || signals::DivisorOf(entry.scale)) signal.about.unit = entry.unit;
+  signal.about.scaled = signal.divisor != 1;
+  return &signal;
+}
+
+const std::vector<TimelineCollector::Followed>& TimelineCollector::FollowedIn(const model::ImagePart& part) {
+  const auto found = followed_.find(part.serial);
+  if (found != followed_.end()) return found->second;
+  if (followed_.size() >= kMaxParts) followed_.clear();
+  std::vector<Followed>& list = followed_[part.serial];
+  Slave* const slave = Of(part);
+  if (slave == nullptr) return list;
+  std::vector<std::uint16_t> order(part.places.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<std::uint16_t>(i);
+  std::stable_sort(order.begin(), order.end(), [&](std::uint16_t a, std::uint16_t b) {
+    return Rank(part.layout->signals[part.places[a].signal].index) <
+           Rank(part.layout->signals[part.places[b].signal].index);
+  });
+  for (const std::uint16_t place : order) {
+    const model::Signal& entry = part.layout->signals[part.places[place].signal];
+    if (part.places[place].bits > 64 || entry.gap()) continue;
+    if (Signal* signal = Find(*slave, entry, part.direction == device::PdoDirection::kRx)) {
+      list.push_back({place, signal});
+    }
+  }
+  return list;
+}
+
+void TimelineCollector::On(const model::ProcessCycle& cycle) {
+  if (cycle.lost || !cycle.has_data() || !cycle.frame().has_time) return;
+  for (const Followed& followed : FollowedIn(cycle.part)) {
+    const model::ImagePart::Place& place = cycle.part.places[followed.place];
+    const std::optional<std::uint64_t> raw = cycle.Value(place);
+    if (!raw) continue;
+    Signal& signal = *followed.signal;
+    const double value = AsDouble(signals::ReadSignal(signal.type, place.bits, *raw)) / signal.divisor;
+    if (std::isfinite(value)) signal.series.Add(cycle.frame().time, value);
+  }
+}
+
+void TimelineCollector::On(const sync::IntervalMeasured& event) {
+  if (event.frame.has_time) cycles_[&event.image].Add(event.frame.time, static_cast<double>(event.interval) / 1e3);
+}
+
+void TimelineCollector::On(const sync::PhaseMeasured& event) {
+  if (HasSeries(event.slave)) Count(Of(event.slave).phase, event.frame, static_cast<double>(event.phase) / 1e3);
+}
+
+void TimelineCollector::Summarise(AnalysisResult& /*result*/) {
+  timeline_ = Draw(sync_.cycle());
+}
+
+Timeline TimelineCollector::Draw(const sync::CyclicImage* cycle) const {
+  Timeline timeline;
+  timeline.lost = lost_.series();
+  if (const auto found = cycles_.find(cycle); found != cycles_.end()) timeline.cycle_us = found->second.series();
+  timeline.signals_left_out = signals_left_out_;
+  const auto add = [&timeline](const Slave& slave) -> SlaveTimeline& {
+    SlaveTimeline& out = timeline.slaves.emplace_back();
+    for (const std::unique_ptr<Signal>& signal : slave.signals) {
+      if (signal->series.empty()) continue;
+      out.signals.push_back(signal->about);
+      out.signals.back().values = signal->series.series();
+    }
+    if (slave.mailbox) out.mailbox = slave.mailbox->series();
+    if (slave.phase) out.phase_us = slave.phase->series();
+    if (slave.difference) out.difference_ns = slave.difference->series();
+    out.sdos = slave.sdos;
+    out.sdos_left_out = slave.sdos_left_out;
+    return out;
+  };
+  for (std::size_t id = 0; id < slaves_.size(); ++id) add(slaves_[id]).slave = static_cast<SlaveId>(id);
+  for (const auto& [model, slave] : unmet_) {
+    SlaveTimeline& out = add(slave);
+    if (model->eni == nullptr) continue;
+    out.eni_position = model->eni->position();
+    out.eni_address = model->eni->station_address;
+    out.eni_name = model->name;
+  }
+  return timeline;
+}
+
+}  // namespace ecaudit::timeline

@@ -1,0 +1,650 @@
+#include "analyzers/compare/compare_captures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include "analyzers/compare/comparison.h"
+#include "analyzers/compare/extra_steps.h"
+#include "analyzers/words/step_text.h"
+#include "decoder/base/text.h"
+#include "decoder/esc/al.h"
+#include "decoder/esc/fmmu.h"
+
+namespace ecaudit::diff {
+namespace {
+
+using startup::Deviation;
+using startup::ExpectedStep;
+
+/// Phases are compared where one takes more than this many times as long, and at least so much longer.
+constexpr double kSlower = 2.0;
+constexpr TimeNs kAtLeastSlower = 10'000'000;
+/// Cycle times are the same within this part.
+constexpr double kSameCycle = 0.05;
+constexpr std::size_t kListed = 4;
+
+// Ranks, the most telling first.
+constexpr int kRankRefused = -1;  ///< only one of them was refused a state
+constexpr int kRankOutcome = 0;
+constexpr int kRankSuspect = 1;  ///< a finding cites the step that differs
+constexpr int kRankBus = 2;
+constexpr int kRankStep = 3;
+constexpr int kRankMapping = 4;
+constexpr int kRankFinding = 5;
+constexpr int kRankEarly = 6;  ///< scan and addressing: masters do it in many ways
+constexpr int kRankConsequence = 7;
+constexpr int kRankTiming = 8;
+
+std::string ValueOf(const std::string& name, const std::string& text) {
+  if (text.empty()) return "done";
+  const std::string prefix = name + ": ";
+  return text.starts_with(prefix) ? text.substr(prefix.size()) : text;
+}
+
+std::string WithNote(const StartupStep& step) {
+  std::string text = ValueOf(step.name, step.text);
+  if (!step.note.empty()) text = text == "done" ? step.note : text + ", " + step.note;
+  return text;
+}
+
+template <typename Steps, typename NameOf>
+std::string List(const Steps& steps, NameOf&& name_of) {
+  std::string list;
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    if (i == kListed && steps.size() > kListed + 1) return list + " and " + Grouped(steps.size() - kListed) + " more";
+    list += (i == 0 ? "" : ", ") + name_of(*steps[i]);
+  }
+  return list;
+}
+
+/// Of several steps the first that changes something.
+const StartupStep& Telling(const std::vector<const StartupStep*>& steps) {
+  for (const StartupStep* step : steps) {
+    if (step->key.kind != StartupKey::Kind::kUpload && step->key.kind != StartupKey::Kind::kRequest) return *step;
+  }
+  return *steps.front();
+}
+
+/// @param with_drive  false: the other capture cannot show whether the drive was enabled
+std::string StateReached(const StartupSummary& startup, bool with_drive) {
+  const auto failed = std::find_if(startup.phases.begin(), startup.phases.end(),
+                                   [](const StartupPhaseSummary& phase) { return phase.failed; });
+  std::string text;
+  if (failed != startup.phases.end()) text = failed->result;
+  const StartupPhaseSummary* drive = startup.phase(StartupPhase::kDriveEnable);
+  const bool enabled = with_drive && drive != nullptr && !drive->result.empty();
+  const std::string state = startup.reached == 0 ? "no state seen" : esc::StateName(startup.reached) + " reached";
+  if (text.empty()) {
+    text = enabled ? state + ", drive enabled" : state;
+    for (const StartupStep& step : startup.steps) {
+      if (step.key.kind != StartupKey::Kind::kRequest || step.outcome != StartupOutcome::kRefused) continue;
+      return text + "; before that the " + startup::StepNoun(step.key, step.name) + " was " + step.note;
+    }
+    return text;
+  }
+  return text + "; " + (startup.reached == 0 ? state : "highest state " + esc::StateName(startup.reached));
+}
+
+FrameNo FrameOfOutcome(const StartupSummary& startup) {
+  for (const StartupStep& step : startup.steps) {
+    if (step.key.kind == StartupKey::Kind::kRequest && step.outcome == StartupOutcome::kRefused) {
+      return step.last.number;
+    }
+  }
+  return startup.end.number;
+}
+
+/// First frame of the last phase that failed; 0 when none did.
+FrameNo FailedAt(const StartupSummary& startup) {
+  for (const StartupStep& step : startup.steps) {
+    if (step.key.kind == StartupKey::Kind::kRequest && step.outcome == StartupOutcome::kRefused) {
+      return step.frame.number;
+    }
+  }
+  return 0;
+}
+
+std::string MappingText(const PdoSummary& pdo) {
+  if (!pdo.bytes) return "not known" + (pdo.reason.empty() ? "" : ": " + pdo.reason);
+  std::string text = Count(*pdo.bytes, "byte");
+  for (std::size_t i = 0; i < pdo.pdos.size(); ++i) text += (i == 0 ? " in " : ", ") + ObjectName(pdo.pdos[i]);
+  std::string objects;
+  for (const MappedObject& object : pdo.objects) {
+    if (object.index == 0) continue;
+    objects += (objects.empty() ? ": " : ", ") + ObjectName(object.index, object.subindex);
+  }
+  return text + objects;
+}
+
+bool SameMapping(const PdoSummary& a, const PdoSummary& b) {
+  const auto same = [](const MappedObject& x, const MappedObject& y) {
+    return x.pdo == y.pdo && x.index == y.index && x.subindex == y.subindex && x.bits == y.bits;
+  };
+  return a.bytes == b.bytes && a.pdos == b.pdos &&
+         std::equal(a.objects.begin(), a.objects.end(), b.objects.begin(), b.objects.end(), same);
+}
+
+/// An FMMU that maps the same bytes of the slave to another logical address: the bus has another layout.
+bool LogicalStartOnly(const StartupStep& a, const StartupStep& b) {
+  if (a.key.kind != StartupKey::Kind::kWrite || a.key.address < 0x0600 || a.key.address >= 0x0700) return false;
+  constexpr std::size_t kLogicalStart = 4;
+  return a.data.size() == b.data.size() && a.data.size() > kLogicalStart &&
+         std::equal(a.data.begin() + kLogicalStart, a.data.end(), b.data.begin() + kLogicalStart);
+}
+
+std::string SmText(const SyncManagerSummary& manager) {
+  return Hex(manager.start) + " " + Count(manager.length, "byte") + ", control " + Hex(manager.control, 2) +
+         (manager.enabled ? ", enabled" : ", disabled");
+}
+
+/// Whether the capture shows that no slave is at this position but those it holds.
+bool ShowsAbsence(const AnalysisResult& result, SlavePos position) {
+  const std::optional<std::uint16_t>& count = result.bus.slave_count;
+  return count && (position >= *count || result.slaves.size() >= *count);
+}
+
+/// Whether the words of a drive can be seen: it must have answered, and what its process data hold must be known.
+bool ShowsDrive(const AnalysisResult& result, const SlaveSummary& slave) {
+  return slave.drive && (result.capture.returned_frames > 0 || slave.startup.phase(StartupPhase::kDriveEnable));
+}
+
+/// Why the capture cannot show such a step of a slave; empty where it can.
+std::string WhyHidden(const AnalysisResult& result, const SlaveSummary* slave, const StartupStep& step) {
+  if (slave == nullptr) return {};
+  if (step.key.kind == StartupKey::Kind::kDrive && !ShowsDrive(result, *slave)) {
+    return "commands to the drive: which of its process data is the control word is not known";
+  }
+  if (step.phase <= StartupPhase::kEeprom && slave->position_inferred) {
+    return "the beginning of its start-up: it has its address already";
+  }
+  return {};
+}
+
+/// "not done", as far as the capture shows it.
+std::string NotDone(const StartupStep& step, const StartupSummary& there, bool late) {
+  if (step.key.kind == StartupKey::Kind::kRequest && step.key.address == static_cast<unsigned>(esc::AlState::INIT)) {
+    return "not for this slave alone";
+  }
+  return late && !there.ended && FailedAt(there) == 0 ? "not done up to the end of the capture" : "not done";
+}
+
+std::string TimesDone(std::size_t times) {
+  return times == 1 ? "once" : Grouped(times) + " times";
+}
+
+class Builder {
+ public:
+  Builder(const AnalysisResult& a, const AnalysisResult& b, const std::function<std::string(std::string_view)>& title)
+      : a_(a), b_(b), title_(title) {}
+
+  CaptureDiff Build() {
+    MatchSlaves();
+    Bus();
+    for (std::size_t p = 0; p < out_.pairs.size(); ++p) {
+      const SlavePair& pair = out_.pairs[p];
+      if (pair.a == nullptr || pair.b == nullptr) continue;
+      Devices(p);
+      Startups(p);
+      Mappings(p);
+      Timing(p);
+    }
+    Findings();
+    Cycle();
+    Fold();
+    std::stable_sort(out_.differences.begin(), out_.differences.end(), [](const Difference& x, const Difference& y) {
+      return std::tuple(!x.counts, x.rank) < std::tuple(!y.counts, y.rank);
+    });
+    return std::move(out_);
+  }
+
+ private:
+  Difference& Add(Area area, int rank, std::optional<std::size_t> pair, std::string what, std::string in_a,
+                  std::string in_b) {
+    Difference& d = out_.differences.emplace_back();
+    d.area = area;
+    d.rank = rank;
+    if (pair) d.pairs.push_back(*pair);
+    d.what = std::move(what);
+    d.in_a = std::move(in_a);
+    d.in_b = std::move(in_b);
+    return d;
+  }
+
+  void MatchSlaves() {
+    std::vector<startup::ExpectedSlave> expected;
+    for (const SlaveSummary& slave : a_.slaves) {
+      startup::ExpectedSlave& e = expected.emplace_back();
+      e.position = slave.position;
+      e.vendor_id = slave.identity.vendor_id;
+      e.product_code = slave.identity.product_code;
+    }
+    const auto matches = startup::MatchSlaves(expected, b_.slaves);
+    std::vector<bool> used(b_.slaves.size(), false);
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      SlavePair pair{&a_.slaves[i], nullptr};
+      if (matches[i]) {
+        pair.b = &b_.slaves[*matches[i]];
+        used[*matches[i]] = true;
+      }
+      out_.pairs.push_back(pair);
+    }
+    for (std::size_t i = 0; i < used.size(); ++i) {
+      if (!used[i]) out_.pairs.push_back({nullptr, &b_.slaves[i]});
+    }
+    for (std::size_t p = 0; p < out_.pairs.size(); ++p) {
+      const SlavePair& pair = out_.pairs[p];
+      if (pair.a != nullptr && pair.b != nullptr) continue;
+      const SlaveSummary& met = pair.a != nullptr ? *pair.a : *pair.b;
+      if (!ShowsAbsence(pair.a != nullptr ? b_ : a_, met.position)) {
+        out_.notes.push_back("slave " + std::to_string(met.position) + ": met in " + (pair.a != nullptr ? "A" : "B") +
+                             " only; which slaves are on the bus " + (pair.a != nullptr ? "B" : "A") +
+                             " does not show");
+        continue;
+      }
+      Add(Area::kBus, kRankBus, p, "presence", pair.a != nullptr ? "on the bus" : "not on the bus",
+          pair.b != nullptr ? "on the bus" : "not on the bus");
+    }
+  }
+
+  void Bus() {
+    const StartupSummary& a = a_.bus.startup;
+    const StartupSummary& b = b_.bus.startup;
+    if (a.steps.empty() != b.steps.empty()) {
+      out_.notes.push_back(std::string(a.steps.empty() ? "A" : "B") +
+                           " holds nothing that was sent to all slaves at once, so that is not compared");
+      return;
+    }
+    Steps(std::nullopt, a, b);
+  }
+
+  void Devices(std::size_t p) {
+    const Identity& a = out_.pairs[p].a->identity;
+    const Identity& b = out_.pairs[p].b->identity;
+    if (a.revision && b.revision && *a.revision != *b.revision) {
+      Add(Area::kBus, kRankBus, p, "revision of the device", Hex(*a.revision, 8), Hex(*b.revision, 8));
+    }
+    if (a.serial && b.serial && *a.serial != *b.serial) {
+      Add(Area::kBus, kRankTiming, p, "serial number of the device", std::to_string(*a.serial),
+          std::to_string(*b.serial))
+          .counts = false;
+    }
+  }
+
+  static bool ShowsStartup(const StartupSummary& startup) {
+    return std::any_of(startup.steps.begin(), startup.steps.end(),
+                       [](const StartupStep& step) { return step.key.kind == StartupKey::Kind::kRequest; });
+  }
+
+  void Startups(std::size_t p) {
+    const SlavePair& pair = out_.pairs[p];
+    const StartupSummary& a = pair.a->startup;
+    const StartupSummary& b = pair.b->startup;
+    if (ShowsStartup(a) != ShowsStartup(b)) {
+      out_.notes.push_back("slave " + std::to_string(pair.a->position) + ": only " + (ShowsStartup(a) ? "A" : "B") +
+                           " holds its start-up, so what is configured at the end is compared");
+    }
+    if (!ShowsStartup(a) || !ShowsStartup(b)) return Configuration(p);
+
+    const bool with_drive = ShowsDrive(a_, *pair.a) && ShowsDrive(b_, *pair.b);
+    const std::string reached_a = StateReached(a, with_drive);
+    const std::string reached_b = StateReached(b, with_drive);
+    if ((a.reached == 0) != (b.reached == 0)) {
+      out_.notes.push_back("slave " + std::to_string(pair.a->position) + ": " + (a.reached == 0 ? "A" : "B") +
+                           " does not show its AL states, so what its start-up came to is not compared");
+    } else if (reached_a != reached_b) {
+      const bool one_refused = (FailedAt(a) == 0) != (FailedAt(b) == 0);
+      Difference& d =
+          Add(Area::kOutcome, one_refused ? kRankRefused : kRankOutcome, p, "start-up", reached_a, reached_b);
+      d.frame_a = FrameOfOutcome(a);
+      d.frame_b = FrameOfOutcome(b);
+    }
+    Steps(p, a, b);
+  }
+
+  /// True when a finding of this slave rests on the frame.
+  static bool IsSuspect(const AnalysisResult& result, const SlaveSummary* slave, FrameNo frame) {
+    if (slave == nullptr || frame == 0) return false;
+    return std::any_of(result.findings.begin(), result.findings.end(), [&](const Finding& finding) {
+      if (finding.slave != slave->id || finding.severity == Severity::kInfo || finding.rule == "al-refused")
+        return false;
+      return (finding.first.number >= frame && finding.first.number <= frame + 1) ||
+             std::find(finding.related_frames.begin(), finding.related_frames.end(), frame) !=
+                 finding.related_frames.end();
+    });
+  }
+
+  static std::set<const StartupStep*> All(const std::vector<Deviation>& deviations) {
+    std::set<const StartupStep*> all;
+    for (const Deviation& deviation : deviations) all.insert(deviation.actual.begin(), deviation.actual.end());
+    return all;
+  }
+
+  void Steps(std::optional<std::size_t> p, const StartupSummary& a, const StartupSummary& b) {
+    const SlaveSummary* slave_a = p ? out_.pairs[*p].a : nullptr;
+    const SlaveSummary* slave_b = p ? out_.pairs[*p].b : nullptr;
+    // A's steps are what is expected; its frames are found again by the place of the step.
+    AnalysisResult only_a;
+    only_a.bus.startup = a;
+    const startup::Expectation expectation = startup::ExpectationOf(only_a);
+    out_.steps_compared += a.steps.size();
+    out_.compared = out_.compared || !a.steps.empty() || !b.steps.empty();
+    const FrameNo failed_a = FailedAt(a);
+    const FrameNo failed_b = FailedAt(b);
+    const auto step_of = [&](const ExpectedStep* expected) -> const StartupStep& {
+      return a.steps[static_cast<std::size_t>(expected - expectation.bus.data())];
+    };
+    const auto rank_of = [&](const StartupKey& key, StartupPhase phase, FrameNo frame_a, FrameNo frame_b) {
+      // What is only read changes nothing, and another sequence of states is told by the outcome.
+      if (key.kind == StartupKey::Kind::kUpload) return kRankEarly;
+      if (key.kind == StartupKey::Kind::kRequest) return kRankStep;
+      if (IsSuspect(a_, slave_a, frame_a) || IsSuspect(b_, slave_b, frame_b)) return kRankSuspect;
+      return phase <= StartupPhase::kEeprom ? kRankEarly : kRankStep;
+    };
+
+    const std::vector<Deviation> deviations = startup::CompareSteps(expectation.bus, b.steps, false, true);
+    for (const Deviation& deviation : deviations) {
+      switch (deviation.kind) {
+        case Deviation::Kind::kValue: {
+          const StartupStep& in_a = step_of(deviation.expected.front());
+          const StartupStep& in_b = *deviation.actual.front();
+          const auto [part_a, part_b] = startup::DifferingParts(in_b.key, in_a.data, in_b.data);
+          const int rank = rank_of(in_b.key, in_b.phase, in_a.frame.number, in_b.frame.number);
+          Difference& d = Add(Area::kStep, rank, p, startup::StepNoun(in_b.key, in_b.name),
+                              part_a.empty() ? WithNote(in_a) : part_a, part_b.empty() ? WithNote(in_b) : part_b);
+          d.frame_a = in_a.frame.number;
+          d.frame_b = in_b.frame.number;
+          if (LogicalStartOnly(in_a, in_b)) {
+            d.counts = false;
+            d.rank = kRankTiming;
+          }
+          break;
+        }
+        case Deviation::Kind::kMissing: {
+          std::vector<const StartupStep*> steps;
+          for (const ExpectedStep* step : deviation.expected) steps.push_back(&step_of(step));
+          const bool late = deviation.to_the_end || (failed_b != 0 && deviation.next == nullptr);
+          OneSided(p, {true, a, b, late}, std::move(steps), rank_of);
+          break;
+        }
+        case Deviation::Kind::kUnexpected:
+          OneSided(p, {false, b, a, failed_a != 0 && GoesOnBehind(a, failed_a, deviation)}, deviation.actual, rank_of);
+          break;
+        case Deviation::Kind::kOrder: {
+          const StartupStep& in_a = step_of(deviation.expected.front());
+          const std::string behind_a =
+              deviation.after != nullptr ? "behind " + step_of(deviation.after).name : "at the beginning";
+          const std::string behind_b =
+              deviation.previous != nullptr ? "behind " + deviation.previous->name : "at the beginning";
+          std::string what = "place of the " + startup::StepNoun(in_a.key, in_a.name);
+          if (deviation.expected.size() > 1) what += " and " + Grouped(deviation.expected.size() - 1) + " more";
+          Difference& d = Add(Area::kStep, rank_of(in_a.key, in_a.phase, in_a.frame.number, deviation.frame.number), p,
+                              what, behind_a, behind_b);
+          d.frame_a = in_a.frame.number;
+          d.frame_b = deviation.frame.number;
+          break;
+        }
+        case Deviation::Kind::kSlow:
+        case Deviation::Kind::kSlaveMissing:
+        case Deviation::Kind::kSlaveUnexpected:
+          break;
+      }
+    }
+    Outcomes(p, a, b, All(deviations));
+  }
+
+  /// Which start-up has the steps that the other one lacks.
+  struct Side {
+    bool of_a = true;
+    const StartupSummary& here;
+    const StartupSummary& there;
+    bool late = false;  ///< the other one did not come that far
+  };
+
+  /// Steps that one start-up has and the other has not, or less often.
+  template <typename RankOf>
+  void OneSided(std::optional<std::size_t> p, const Side& side, std::vector<const StartupStep*> steps,
+                RankOf&& rank_of) {
+    LeaveOutHidden(p, side.of_a, steps);
+    const ExtraSteps extra = SortOut(steps, side.here, side.there);
+    const auto text = [](const StartupStep& s) {
+      return startup::StepNoun(s.key, s.name) + (s.text.empty() ? "" : " = " + ValueOf(s.name, s.text));
+    };
+    const auto add = [&](const StartupStep& telling, const StartupStep& first, const StartupStep* other,
+                         std::string what, std::string here, std::string there) -> Difference& {
+      const FrameNo frame = first.frame.number;
+      const FrameNo other_frame = other == nullptr ? 0 : other->frame.number;
+      const FrameNo frame_a = side.of_a ? frame : other_frame;
+      const FrameNo frame_b = side.of_a ? other_frame : frame;
+      const int rank = side.late ? kRankConsequence : rank_of(telling.key, first.phase, frame_a, frame_b);
+      Difference& d = Add(Area::kStep, rank, p, std::move(what), side.of_a ? std::move(here) : std::move(there),
+                          side.of_a ? std::move(there) : std::move(here));
+      d.frame_a = frame_a;
+      d.frame_b = frame_b;
+      d.consequence = side.late;
+      return d;
+    };
+    for (std::size_t i = 0; i < extra.again.size(); ++i) {
+      const StepAgain& again = extra.again[i];
+      const StartupStep& step = *again.step;
+      if (again.same_value) {
+        // What is done once more for the same reason is one difference.
+        std::vector<const StartupStep*> all{&step};
+        while (i + 1 < extra.again.size() && extra.again[i + 1].same_value && extra.again[i + 1].here == again.here &&
+               extra.again[i + 1].there == again.there) {
+          all.push_back(extra.again[++i].step);
+        }
+        const std::size_t more = again.here > again.there ? again.here - again.there : 1;
+        add(step, step, again.other, List(all, text),
+            (more == 1 ? "once more" : Grouped(more) + " times more") + ", in " + std::string(Title(step.phase)),
+            TimesDone(again.there));
+        continue;
+      }
+      const auto [part_here, part_there] = startup::DifferingParts(step.key, step.data, again.other->data);
+      std::string here = part_here.empty() ? WithNote(step) : part_here;
+      if (again.as_there != nullptr) {
+        here += again.as_there->frame.number > step.frame.number ? ", later as " : ", before as ";
+        here += side.of_a ? "in B" : "in A";
+      }
+      Difference& d = add(step, step, again.other, startup::StepNoun(step.key, step.name), std::move(here),
+                          part_there.empty() ? WithNote(*again.other) : part_there);
+      if (LogicalStartOnly(step, *again.other)) {
+        d.counts = false;
+        d.rank = kRankTiming;
+      }
+    }
+    if (extra.fresh.empty()) return;
+    const StartupStep& first = *extra.fresh.front();
+    add(Telling(extra.fresh), first, nullptr, List(extra.fresh, text), "done", NotDone(first, side.there, side.late));
+  }
+
+  /// What the other capture cannot show is no difference.
+  void LeaveOutHidden(std::optional<std::size_t> p, bool of_a, std::vector<const StartupStep*>& steps) {
+    const SlaveSummary* other = !p ? nullptr : of_a ? out_.pairs[*p].b : out_.pairs[*p].a;
+    std::erase_if(steps, [&](const StartupStep* step) {
+      const std::string why = WhyHidden(of_a ? b_ : a_, other, *step);
+      if (why.empty()) return false;
+      std::string note =
+          "slave " + std::to_string(other->position) + ": " + (of_a ? "B" : "A") + " does not show " + why;
+      if (std::find(out_.notes.begin(), out_.notes.end(), note) == out_.notes.end()) {
+        out_.notes.push_back(std::move(note));
+      }
+      return true;
+    });
+  }
+
+  /// B's additional steps come behind everything that the failed start-up of A holds.
+  static bool GoesOnBehind(const StartupSummary& a, FrameNo failed_a, const Deviation& deviation) {
+    const StartupStep* before = deviation.previous;
+    if (before == nullptr || before->key.kind != StartupKey::Kind::kRequest) return false;
+    for (const StartupStep& step : a.steps) {
+      if (step.frame.number == failed_a) return step.key == before->key;
+    }
+    return false;
+  }
+
+  /// Steps that both do with the same value, and that one slave refused. What was told already is left out.
+  void Outcomes(std::optional<std::size_t> p, const StartupSummary& a, const StartupSummary& b,
+                const std::set<const StartupStep*>& told) {
+    using Name = std::tuple<int, bool, std::uint8_t, std::uint32_t>;
+    std::map<Name, std::vector<const StartupStep*>> by_key;
+    const auto name_of = [](const StartupKey& key) {
+      return Name{static_cast<int>(key.kind), key.complete_access, key.subindex, key.address};
+    };
+    for (const StartupStep& step : a.steps) by_key[name_of(step.key)].push_back(&step);
+    std::map<Name, std::size_t> next;
+    for (const StartupStep& step : b.steps) {
+      const auto found = by_key.find(name_of(step.key));
+      if (found == by_key.end()) continue;
+      const std::size_t place = next[found->first]++;
+      if (place >= found->second.size() || told.contains(&step)) continue;
+      const StartupStep& other = *found->second[place];
+      if (step.outcome == other.outcome && step.code == other.code) continue;
+      if (step.outcome == StartupOutcome::kUnknown || other.outcome == StartupOutcome::kUnknown) continue;
+      // The refused state is what the outcome says.
+      if (p && step.key.kind == StartupKey::Kind::kRequest) continue;
+      const int rank = step.phase <= StartupPhase::kEeprom ? kRankEarly : kRankStep;
+      Difference& d = Add(Area::kStep, rank, p, startup::StepNoun(step.key, step.name),
+                          other.note.empty() ? "done" : other.note, step.note.empty() ? "done" : step.note);
+      d.frame_a = other.last.number;
+      d.frame_b = step.last.number;
+    }
+  }
+
+  /// Sync managers at the end, where start-ups cannot be compared.
+  void Configuration(std::size_t p) {
+    const SlavePair& pair = out_.pairs[p];
+    for (const SyncManagerSummary& a : pair.a->sync_managers) {
+      const auto b = std::find_if(pair.b->sync_managers.begin(), pair.b->sync_managers.end(),
+                                  [&](const SyncManagerSummary& m) { return m.number == a.number; });
+      if (b == pair.b->sync_managers.end()) continue;  // one capture may simply not show it
+      out_.compared = true;
+      if (a.start == b->start && a.length == b->length && a.control == b->control && a.enabled == b->enabled) continue;
+      Difference& d = Add(Area::kConfiguration, kRankStep, p, "SM" + std::to_string(a.number), SmText(a), SmText(*b));
+      d.frame_a = a.since;
+      d.frame_b = b->since;
+    }
+    const auto cycle = [](const SlaveSummary& slave) {
+      return slave.dc && slave.dc->sync0_cycle_ns ? slave.dc->sync0_cycle_ns : std::nullopt;
+    };
+    if (cycle(*pair.a) && cycle(*pair.b) && *cycle(*pair.a) != *cycle(*pair.b)) {
+      Add(Area::kConfiguration, kRankStep, p, "SYNC0 cycle time", Duration(*cycle(*pair.a)), Duration(*cycle(*pair.b)));
+    }
+  }
+
+  void Mappings(std::size_t p) {
+    const SlavePair& pair = out_.pairs[p];
+    for (const bool outputs : {true, false}) {
+      const PdoSummary& a = outputs ? pair.a->rx_pdo : pair.a->tx_pdo;
+      const PdoSummary& b = outputs ? pair.b->rx_pdo : pair.b->tx_pdo;
+      if (!a.bytes || !b.bytes) continue;
+      out_.compared = true;
+      if (SameMapping(a, b)) continue;
+      Difference& d = Add(Area::kMapping, kRankMapping, p, outputs ? "outputs (RxPDO)" : "inputs (TxPDO)",
+                          MappingText(a), MappingText(b));
+      d.frame_a = a.since;
+      d.frame_b = b.since;
+    }
+  }
+
+  void Timing(std::size_t p) {
+    const SlavePair& pair = out_.pairs[p];
+    for (const StartupPhaseSummary& a : pair.a->startup.phases) {
+      const StartupPhaseSummary* b = pair.b->startup.phase(a.phase);
+      if (b == nullptr || !a.duration || !b->duration) continue;
+      const TimeNs less = std::min(*a.duration, *b->duration);
+      const TimeNs more = std::max(*a.duration, *b->duration);
+      if (more - less < kAtLeastSlower || static_cast<double>(more) < kSlower * static_cast<double>(less)) continue;
+      Difference& d = Add(Area::kTiming, kRankTiming, p, "phase " + std::string(Title(a.phase)), Duration(*a.duration),
+                          Duration(*b->duration));
+      d.frame_a = a.first.number;
+      d.frame_b = b->first.number;
+      d.counts = false;
+    }
+  }
+
+  void Cycle() {
+    const CycleSummary& a = a_.bus.cycle;
+    const CycleSummary& b = b_.bus.cycle;
+    if (a.cycles == 0 || b.cycles == 0) return;
+    if (std::abs(a.median_us - b.median_us) <= kSameCycle * std::max(a.median_us, b.median_us)) return;
+    Add(Area::kTiming, kRankMapping, std::nullopt, "cycle of the process data (median)", Fixed(a.median_us, 1) + " us",
+        Fixed(b.median_us, 1) + " us");
+  }
+
+  void Findings() {
+    using Key = std::tuple<std::string_view, std::size_t, std::string>;
+    constexpr std::size_t kBusPair = static_cast<std::size_t>(-1);
+    const auto collect = [&](const AnalysisResult& result, bool of_a) {
+      std::map<Key, const Finding*> all;
+      for (const Finding& finding : result.findings) {
+        if (finding.severity == Severity::kInfo) continue;
+        std::size_t pair = kBusPair;
+        for (std::size_t p = 0; p < out_.pairs.size(); ++p) {
+          const SlaveSummary* slave = of_a ? out_.pairs[p].a : out_.pairs[p].b;
+          if (slave != nullptr && slave->id == finding.slave) pair = p;
+        }
+        all.emplace(Key{finding.rule, pair, title_(finding.title)}, &finding);
+      }
+      return all;
+    };
+    const auto in_a = collect(a_, true);
+    const auto in_b = collect(b_, false);
+    const auto add = [&](const std::map<Key, const Finding*>& here, const std::map<Key, const Finding*>& there,
+                         bool of_a) {
+      for (const auto& [key, finding] : here) {
+        if (there.contains(key)) continue;
+        const std::size_t pair = std::get<1>(key);
+        const std::string text = std::string(Name(finding->severity)) + ": " + Printable(finding->title);
+        // A cause says more than what follows from it.
+        const int rank = finding->caused_by == kNoFinding && finding->rule != "al-refused" ? kRankFinding : kRankEarly;
+        Difference& d =
+            Add(Area::kFinding, rank, pair == kBusPair ? std::nullopt : std::optional(pair), std::string(finding->rule),
+                of_a ? text : "no such finding", of_a ? "no such finding" : text);
+        (of_a ? d.frame_a : d.frame_b) = finding->first.number;
+      }
+    };
+    add(in_a, in_b, true);
+    add(in_b, in_a, false);
+  }
+
+  /// The same difference of several slaves is one.
+  void Fold() {
+    std::vector<Difference> folded;
+    std::map<std::tuple<int, std::string, std::string, std::string>, std::size_t> known;
+    for (Difference& d : out_.differences) {
+      const auto key = std::tuple(static_cast<int>(d.area), d.what, d.in_a, d.in_b);
+      const auto [at, first] = known.emplace(key, folded.size());
+      if (first || d.pairs.empty() || folded[at->second].pairs.empty()) {
+        folded.push_back(std::move(d));
+      } else {
+        Difference& known_one = folded[at->second];
+        for (const std::size_t pair : d.pairs) {
+          // The same slave may do it several times.
+          if (std::find(known_one.pairs.begin(), known_one.pairs.end(), pair) == known_one.pairs.end()) {
+            known_one.pairs.push_back(pair);
+          }
+        }
+        known_one.rank = std::min(known_one.rank, d.rank);
+      }
+    }
+    out_.differences = std::move(folded);
+  }
+
+  const AnalysisResult& a_;
+  const AnalysisResult& b_;
+  const std::function<std::string(std::string_view)>& title_;
+  CaptureDiff out_;
+};
+
+}  // namespace
+
+CaptureDiff Compare(const AnalysisResult& a, const AnalysisResult& b,
+                    const std::function<std::string(std::string_view)>& title) {
+  return Builder(a, b, title).Build();
+}
+
+}  // namespace ecaudit::diff

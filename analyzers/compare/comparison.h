@@ -1,0 +1,71 @@
+/// Where a start-up differs from what is expected.
+///
+/// Steps are aligned as the longest common sequence of both. What is left over on both sides is the same step with
+/// another value, or at another place; what is left over on one side is missing or unexpected.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "analyzers/result/analysis_result.h"
+#include "analyzers/result/expectation.h"
+
+namespace ecaudit::startup {
+
+/// Neighbouring missing steps of one phase are one deviation, likewise unexpected ones.
+struct Deviation {
+  enum class Kind : std::uint8_t { kMissing, kUnexpected, kOrder, kValue, kSlow, kSlaveMissing, kSlaveUnexpected };
+  Kind kind = Kind::kMissing;
+  SlaveId slave = kNoSlave;  ///< kNoSlave: the bus
+  StartupPhase phase = StartupPhase::kScan;
+  std::vector<const ExpectedStep*> expected;  ///< missing; value and order: the one or ones it is about
+  std::vector<const StartupStep*> actual;     ///< unexpected, value; order: where they happened
+  const ExpectedSlave* expected_slave = nullptr;
+  /// Missing: the step that came where these should have come, usually a state request; null at the end.
+  const StartupStep* next = nullptr;
+  const StartupStep* previous = nullptr;  ///< the last expected step that happened before
+  /// Order: the expected step behind which (order) it should have come; null: it should have been first.
+  const ExpectedStep* after = nullptr;
+  bool to_the_end = false;     ///< missing: nothing that is expected later happened
+  FrameRef frame;              ///< to cite
+  TimeNs limit = 0, took = 0;  ///< slow
+};
+
+/// A slave whose start-up, or a part of it, the capture does not show, so that nothing can be said.
+struct NotCompared {
+  SlaveId slave = kNoSlave;
+  std::string reason;
+  std::optional<Deviation::Kind> only;  ///< deviations of this kind alone cannot be told; unset: none can
+};
+
+struct Comparison {
+  std::vector<Deviation> deviations;  ///< slave by slave, in the order of what is expected
+  std::vector<NotCompared> not_compared;
+};
+
+/// Which slave of the capture is which expected one: by identity, and by position among equal ones. A slave whose
+/// identity one side does not know matches by position.
+/// @return for each expected slave the place of its match in `actual`; nothing where there is none
+[[nodiscard]] std::vector<std::optional<std::size_t>> MatchSlaves(std::span<const ExpectedSlave> expected,
+                                                                  std::span<const SlaveSummary> actual);
+
+/// True when the step has the value that is expected.
+[[nodiscard]] bool HasValue(const ExpectedStep& expected, const StartupStep& actual);
+
+/// What differs in one sequence of steps.
+/// @param separate_mailbox  see Expectation
+/// @param strict  tells steps that are not expected
+[[nodiscard]] std::vector<Deviation> CompareSteps(std::span<const ExpectedStep> expected,
+                                                  std::span<const StartupStep> actual, bool separate_mailbox,
+                                                  bool strict);
+
+/// The result refers into `expectation` and `result`, which must outlive it and not change.
+[[nodiscard]] Comparison Compare(const Expectation& expectation, const AnalysisResult& result);
+
+/// The start-up of `result` as an expectation: values that vary between runs are left open, limits are not set.
+[[nodiscard]] Expectation ExpectationOf(const AnalysisResult& result);
+
+}  // namespace ecaudit::startup

@@ -1,0 +1,54 @@
+/// Captures that miss packets: where many returned frames have no outbound copy, or the indices of the frames skip,
+/// what was not seen may have happened; and where a drive is enabled before and after a long pause, the pause is the
+/// capture's.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "analyzers/judge/rule.h"
+#include "analyzers/sync/sync_model.h"
+#include "decoder/bus/pairing.h"
+
+namespace ecaudit {
+
+inline constexpr const char* kMissesPackets =
+    "the capture misses packets: many returned frames have no outbound copy, or their indices skip, so what it does "
+    "not "
+    "show may have happened";
+
+/// From one returned frame in twenty on. With fewer, both copies of one frame are hardly ever missing.
+[[nodiscard]] inline bool MissesPackets(const bus::PairingStatistics& pairing) {
+  const std::uint64_t missed = pairing.missed_outbound + pairing.holes;
+  return missed > 2 && missed * 20 >= pairing.returned;
+}
+
+/// True when it misses at least one.
+[[nodiscard]] inline bool MissesAny(const bus::PairingStatistics& pairing) {
+  return pairing.missed_outbound + pairing.holes > 0;
+}
+
+/// Takes what such a capture may only seem to show for what it is: an assumption.
+void WeakenWhatHistoryMayExplain(FindingStore& store, const std::vector<std::unique_ptr<Rule>>& rules);
+
+inline constexpr const char* kHole =
+    "the drive is enabled before and after a pause longer than it tolerates: the capture has a hole there, or the "
+    "drive's supervision is switched off";
+/// Cycles without process data that no drive's supervision lets pass.
+inline constexpr std::uint64_t kHoleCycles = 64;
+
+/// CiA 402: Operation enabled.
+[[nodiscard]] inline bool OperationEnabled(const std::optional<std::uint16_t>& status_word) {
+  return status_word && (*status_word & 0x6FU) == 0x27U;
+}
+
+/// True while a pause is judged whose `cycles` passed without process data for a drive that stayed enabled. Shorter
+/// ones only where nobody sent anything, and the indices of the frames do not tell that none are missing.
+[[nodiscard]] inline bool IsHole(const sync::OutputWatch& outputs, std::uint64_t cycles) {
+  return (cycles >= kHoleCycles || outputs.may_be_hole) && OperationEnabled(outputs.last_status_word) &&
+         OperationEnabled(outputs.status_word);
+}
+
+}  // namespace ecaudit

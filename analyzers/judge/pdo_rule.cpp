@@ -1,0 +1,249 @@
+#include "analyzers/judge/pdo_rule.h"
+
+#include <algorithm>
+
+#include "analyzers/judge/mailbox_text.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
+#include "decoder/base/text.h"
+#include "decoder/mailbox/events.h"
+#include "decoder/mailbox/sdo.h"
+#include "decoder/process/pdo_mapping.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr auto kPreop = static_cast<std::uint8_t>(esc::AlState::PREOP);
+constexpr auto kSafeop = static_cast<std::uint8_t>(esc::AlState::SAFEOP);
+
+std::uint32_t Value(ByteSpan bytes) {
+  return static_cast<std::uint32_t>(UnsignedOf(Slice(bytes, 0, 4)));
+}
+
+/// True for what only an inference names as a cause.
+bool Suspected(const Finding& cause) {
+  return cause.confidence == Confidence::kInferred && cause.rule.starts_with("pdo-");
+}
+
+}  // namespace
+
+std::string_view DirectionName(device::PdoDirection direction) {
+  return direction == device::PdoDirection::kRx ? "Rx" : "Tx";
+}
+
+device::PdoDirection DirectionOf(std::uint16_t pdo_object) {
+  const bool rx = pdo_object == process::kRxAssignment || process::IsRxMapping(pdo_object);
+  return rx ? device::PdoDirection::kRx : device::PdoDirection::kTx;
+}
+
+std::string EntryText(std::uint32_t mapping_entry, const device::DeviceDescription& family) {
+  const auto entry = process::MappingEntry::FromValue(mapping_entry);
+  std::string out = ObjectName(entry.index, entry.subindex);
+  const std::string_view name = family.object_name(entry.index, entry.subindex);
+  if (!name.empty()) out += " " + Printable(name);
+  return out + ", " + Count(entry.bits, "bit");
+}
+
+PdoRule::PdoRule(const RuleInfo& info, WhenAccepted when_accepted) : Rule(info), when_accepted_(when_accepted) {
+  Hear<mailbox::SdoTransfer>(&PdoRule::On);
+  Hear<model::AlRequestJudged>(&PdoRule::On);
+  Hear<model::AlAnswered>(&PdoRule::On);
+}
+
+void PdoRule::On(const mailbox::SdoTransfer& e) {
+  using mailbox::SdoOutcome;
+  if (e.service != mailbox::SdoService::kDownload || !e.has_object || !process::IsPdoObject(e.index)) return;
+  if (e.data_gap || e.data.empty()) return;
+  const bool told = e.outcome == SdoOutcome::kCompleted || e.outcome == SdoOutcome::kNotCaptured ||
+                    (e.outcome == SdoOutcome::kAborted && e.aborted_by == mailbox::Direction::kIn);
+  if (!told) return;
+  std::vector<Write> writes;
+  if (!e.complete_access) {
+    writes.push_back({e.index, e.subindex, Value(e.data)});
+  } else {
+    // As ETG.1000.6 packs it: the count in two bytes, then the entries.
+    const std::size_t width = process::IsAssignment(e.index) ? 2 : 4;
+    ByteSpan rest = e.data;
+    unsigned subindex = e.subindex;
+    if (subindex == 0) {
+      writes.push_back({e.index, 0, rest[0]});
+      rest = Slice(rest, 2);
+      subindex = 1;
+    }
+    for (; subindex <= 255 && rest.size() >= width; ++subindex, rest = rest.subspan(width)) {
+      writes.push_back({e.index, static_cast<std::uint8_t>(subindex), Value(rest.first(width))});
+    }
+  }
+  if (e.outcome != SdoOutcome::kAborted) {
+    if (written_.size() < kMaxRemembered) written_.emplace(e.slave, e.index);
+    // Written anew: from the number 0 on, or as a whole.
+    if (writes.front().subindex == 0 && (e.complete_access || writes.front().value == 0)) Forget(e.slave, e.index);
+  }
+  OnDownload(e, writes);
+}
+
+void PdoRule::Forget(SlaveId slave, std::uint16_t object) {
+  const device::PdoDirection direction = DirectionOf(object);
+  std::erase_if(standing_, [&](const Standing& s) {
+    if (s.slave != slave || s.object != object) return false;
+    if (context().MappingFault(slave, direction) == s.finding) context().BlameMapping(slave, direction, kNoFinding);
+    return true;
+  });
+}
+
+void PdoRule::Tell(const mailbox::SdoTransfer& e, std::uint16_t object, std::uint64_t key, Finding finding) {
+  const FrameRef& frame = FrameOf(e);
+  FindingIndex index = Repeat(e.slave, key, frame);
+  if (index == kNoFinding) {
+    finding.slave = e.slave;
+    finding.first = frame;
+    finding.confidence =
+        e.outcome == mailbox::SdoOutcome::kNotCaptured ? Confidence::kInferred : ConfidenceOf(e.certainty);
+    if (e.outcome == mailbox::SdoOutcome::kAborted) finding.evidence.push_back(HexNumber("abort_code", e.abort_code));
+    if (e.response.seen()) AddRelated(finding, e.response.number);
+    index = Report(key, std::move(finding));
+  }
+  if (index == kNoFinding) return;
+  if (standing_.size() < kMaxRemembered) standing_.push_back({e.slave, object, index});
+  context().BlameMapping(e.slave, DirectionOf(object), index);
+  if (e.outcome == mailbox::SdoOutcome::kAborted && aborted_.size() < kMaxRemembered) {
+    aborted_.push_back({e.slave, e.last.seen() ? e.last.number : frame.number, index});
+  }
+}
+
+void PdoRule::Predict(const model::AlRequestJudged& e, device::PdoDirection direction, FindingIndex finding) {
+  context().BlameMapping(e.slave, direction, finding);
+  predictions_.Add(context(), e.slave, e.request.frame.number, finding);
+}
+
+void PdoRule::On(const model::AlRequestJudged& e) {
+  if (e.request.control.state() != kSafeop || e.request.from != kPreop) return;
+  if (e.request.verdict != model::AlVerdict::kLegal) return;
+  for (const Standing& fault : standing_) {
+    if (fault.slave != e.slave) continue;
+    if (!process::IsAssignment(fault.object)) {
+      // A mapping that is assigned nowhere does no harm.
+      const auto& layout = context().slave(e.slave).process.Layout(DirectionOf(fault.object));
+      const bool assigned = std::find(layout.pdos.begin(), layout.pdos.end(), fault.object) != layout.pdos.end();
+      if (layout.source != model::LayoutSource::kUnknown && !assigned) continue;
+    }
+    if (when_accepted_ == WhenAccepted::kBecomesInfo) {
+      predictions_.Add(context(), e.slave, e.request.frame.number, fault.finding);
+    } else {
+      context().ExplainRequest(e.slave, e.request.frame.number, fault.finding);
+    }
+  }
+  OnSafeopRequest(e);
+}
+
+void PdoRule::On(const model::AlAnswered& e) {
+  predictions_.On(context(), e);
+}
+
+void PdoRule::Finish() {
+  for (const Aborted& abort : aborted_) {
+    for (Finding& finding : context().store.findings()) {
+      if (finding.rule == "sdo-abort" && finding.slave == abort.slave && finding.first.number <= abort.frame &&
+          finding.last.number >= abort.frame && finding.caused_by == kNoFinding) {
+        finding.caused_by = abort.cause;
+      }
+    }
+  }
+}
+
+bool PdoRule::WrittenByMaster(SlaveId slave, device::PdoDirection direction,
+                              const std::vector<std::uint16_t>& pdos) const {
+  const bool rx = direction == device::PdoDirection::kRx;
+  return written_.contains({slave, rx ? process::kRxAssignment : process::kTxAssignment}) ||
+         std::any_of(pdos.begin(), pdos.end(), [&](std::uint16_t pdo) {
+           return written_.contains({slave, pdo});
+         });
+}
+
+std::string PdoRule::OutcomeText(const mailbox::SdoTransfer& e) {
+  switch (e.outcome) {
+    case mailbox::SdoOutcome::kAborted: {
+      const std::string_view text = mailbox::AbortCodeText(e.abort_code);
+      return " The slave aborted it with " + Hex(e.abort_code, 8) +
+             (text.empty() ? std::string() : " (" + std::string(text) + ")") + ".";
+    }
+    case mailbox::SdoOutcome::kNotCaptured:
+      return " Its answer is not in the capture.";
+    default:
+      return " The slave accepted it.";
+  }
+}
+
+void MappingSuspicions::Add(SlaveId slave, const FrameRef& request, std::vector<Suspect> suspects) {
+  open_.erase(slave);
+  if (!suspects.empty()) open_[slave] = {request, std::move(suspects), 0, {}, kNoFinding};
+}
+
+std::optional<MappingSuspicions::Suspicion> MappingSuspicions::On(const RuleContext& context,
+                                                                  const model::AlAnswered& e) {
+  if (e.outcome != model::AlAnswered::Outcome::kRefused) {
+    open_.erase(e.slave);
+    return std::nullopt;
+  }
+  return e.code ? Ripen(context, e.slave, e.frame, *e.code) : std::nullopt;
+}
+
+std::optional<MappingSuspicions::Suspicion> MappingSuspicions::On(const RuleContext& context,
+                                                                  const model::AlErrorCode& e) {
+  return Ripen(context, e.slave, e.frame, e.code);
+}
+
+std::optional<MappingSuspicions::Suspicion> MappingSuspicions::Ripen(const RuleContext& context, SlaveId slave,
+                                                                     const FrameRef& frame, std::uint16_t code) {
+  const auto found = open_.find(slave);
+  if (found == open_.end() || code == 0) return std::nullopt;
+  Suspicion suspicion = std::move(found->second);
+  open_.erase(found);
+  // Sync managers; outputs (0x001D, 0x0025) and inputs (0x001E, 0x0024).
+  const bool outputs = code == 0x001D || code == 0x0025;
+  const bool inputs = code == 0x001E || code == 0x0024;
+  if (!outputs && !inputs && code != 0x0017) return std::nullopt;
+  for (Suspect& suspect : suspicion.suspects) {
+    suspect.by_code = suspect.direction == device::PdoDirection::kRx ? !inputs : !outputs;
+  }
+  suspicion.code = code;
+  suspicion.shown = frame;
+  const std::vector<Finding>& findings = context.store.findings();
+  for (std::size_t i = findings.size(); i-- > 0 && suspicion.refusal == kNoFinding;) {
+    const Finding& f = findings[i];
+    if (f.rule != "al-refused" || f.slave != slave) continue;
+    const auto& related = f.related_frames;
+    if (std::find(related.begin(), related.end(), suspicion.request.number) == related.end()) continue;
+    if (f.caused_by != kNoFinding && !Suspected(findings[f.caused_by])) return std::nullopt;
+    suspicion.refusal = static_cast<FindingIndex>(i);
+  }
+  return suspicion;
+}
+
+void MappingSuspicions::Blame(RuleContext& context, const Suspicion& suspicion, FindingIndex cause) {
+  if (suspicion.refusal == kNoFinding || cause == kNoFinding) return;
+  Finding& refusal = context.store[suspicion.refusal];
+  if (refusal.caused_by == kNoFinding) refusal.caused_by = cause;
+  std::string text;
+  for (const Suspect& suspect : suspicion.suspects) {
+    if (suspect.by_code) text += (text.empty() ? "" : "; ") + suspect.text;
+  }
+  blamed_.emplace_back(suspicion.refusal, std::move(text));
+}
+
+void MappingSuspicions::Finish(RuleContext& context) const {
+  constexpr std::string_view kInference = ". That this is the reason is an inference; the code does not say so.";
+  for (const auto& [refusal, text] : blamed_) {
+    std::string& message = context.store[refusal].message;
+    // Another rule may have begun the list.
+    const std::size_t end = message.find(kInference);
+    if (end == std::string::npos) {
+      message += " Odd about the mapping: " + text + std::string(kInference);
+    } else {
+      message.insert(end, "; " + text);
+    }
+  }
+}
+
+}  // namespace ecaudit

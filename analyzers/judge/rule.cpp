@@ -1,0 +1,117 @@
+#include "analyzers/judge/rule.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "analyzers/judge/catalogue.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/slave_model.h"
+#include "decoder/bus/pairing.h"
+
+namespace ecaudit {
+namespace {
+
+struct Entry {
+  const RuleInfo* info;
+  RuleRegistration::Factory factory;
+};
+
+/// Filled before main() by the registrations, read-only afterwards. A function, so that it exists when they run.
+std::vector<Entry>& Entries() {
+  static std::vector<Entry> entries;
+  return entries;
+}
+
+std::vector<Entry> SortedEntries() {
+  std::vector<Entry> entries = Entries();
+  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.info->id < b.info->id; });
+  return entries;
+}
+
+}  // namespace
+
+RuleRegistration::RuleRegistration(const RuleInfo& info, Factory factory) {
+  Entries().push_back({&info, factory});
+}
+
+std::vector<std::unique_ptr<Rule>> MakeAllRules() {
+  std::vector<std::unique_ptr<Rule>> rules;
+  for (const Entry& entry : SortedEntries()) rules.push_back(entry.factory());
+  return rules;
+}
+
+const std::vector<const RuleInfo*>& RuleCatalogue() {
+  static const std::vector<const RuleInfo*> catalogue = [] {
+    std::vector<const RuleInfo*> infos;
+    for (const Entry& entry : SortedEntries()) infos.push_back(entry.info);
+    return infos;
+  }();
+  return catalogue;
+}
+
+const RuleInfo* FindRule(std::string_view id) {
+  for (const RuleInfo* info : RuleCatalogue()) {
+    if (info->id == id) return info;
+  }
+  return nullptr;
+}
+
+void Rule::Attach(RuleContext& context, EventBus& bus) {
+  context_ = &context;
+  for (const EventBus::Subscription& subscription : heard_) bus.Add(subscription);
+}
+
+FindingIndex Rule::Repeat(SlaveId slave, std::uint64_t key, const FrameRef& frame) {
+  return context_->store.Repeat(info_, slave, key, frame);
+}
+
+FindingIndex Rule::Report(std::uint64_t key, Finding finding) {
+  return context_->store.Add(info_, key, std::move(finding));
+}
+
+FindingIndex Rule::Report(std::uint64_t key, Severity severity, Finding finding) {
+  return context_->store.Add(info_, key, severity, std::move(finding));
+}
+
+void Rule::NotEvaluable(SlaveId slave, std::string reason, FrameNo frame) {
+  context_->store.AddNotEvaluable(info_, slave, std::move(reason), frame);
+}
+
+bool Rule::SaidNothingReturned() {
+  const bus::PairingStatistics& pairing = context_->pairing();
+  if (pairing.outbound == 0 || pairing.returned > 0) return false;
+  NotEvaluable(kNoSlave, "no returned frames in the capture");
+  return true;
+}
+
+bool Rule::SaidNothingSent() {
+  const bus::PairingStatistics& pairing = context_->pairing();
+  if (pairing.returned == 0 || pairing.outbound > 0) return false;
+  NotEvaluable(kNoSlave, "no outbound frames in the capture");
+  return true;
+}
+
+const model::SlaveModel* Rule::SlaveOrNull(SlaveId id) const {
+  return id < context_->slave_count() ? &context_->slave(id) : nullptr;
+}
+
+void Rule::SayWhereRequestsAreNotFollowed() {
+  if (SaidNothingReturned()) return;
+  NotEvaluableWhere([](const model::SlaveModel& s) { return s.al.requests() > 0 && s.al.reads_after_request() == 0; },
+                    "AL Status was not read after a request");
+}
+
+Evidence Number(std::string name, std::int64_t value) {
+  return {std::move(name), value, Evidence::Notation::kDecimal};
+}
+Evidence HexNumber(std::string name, std::uint64_t value) {
+  return {std::move(name), static_cast<std::int64_t>(value), Evidence::Notation::kHex};
+}
+Evidence Text(std::string name, std::string value) {
+  return {std::move(name), std::move(value), Evidence::Notation::kDecimal};
+}
+Evidence Real(std::string name, double value) {
+  return {std::move(name), value, Evidence::Notation::kDecimal};
+}
+
+}  // namespace ecaudit

@@ -1,0 +1,108 @@
+/// A rule: one difference between what happened and what should have happened. One rule, one file in rules/.
+///
+/// How to add one: derive from Rule, give it a RuleInfo, Hear() the events it needs, report through Report(), and
+/// register it with a RuleRegistration at file scope. CMake finds the file.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "analyzers/result/finding.h"
+#include "analyzers/result/rule_info.h"
+#include "analyzers/wiring/event_bus.h"
+#include "decoder/base/ids.h"
+
+namespace ecaudit {
+
+class RuleContext;
+namespace model {
+struct SlaveModel;
+}  // namespace model
+
+class Rule {
+ public:
+  explicit Rule(const RuleInfo& info) : info_(info) {}
+  Rule(const Rule&) = delete;
+  Rule& operator=(const Rule&) = delete;
+  virtual ~Rule() = default;
+
+  [[nodiscard]] const RuleInfo& info() const { return info_; }
+  /// From here on it hears what it wants to hear.
+  void Attach(RuleContext& context, EventBus& bus);
+  /// The capture has ended: judge what only the whole shows, and link consequences to causes.
+  virtual void Finish() {}
+
+ protected:
+  /// In the constructor: `Hear<model::AlAnswered>(&AlRefused::On);`, the event named where the handler is overloaded.
+  /// Rules hear what happened before the models learn from it, unless another stage is given.
+  template <class Event, class T>
+  void Hear(void (T::*handler)(const Event&), Stage stage = Stage::kBeforeModel) {
+    heard_.push_back(EventBus::Subscription::Of(stage, static_cast<T&>(*this), handler));
+  }
+  [[nodiscard]] RuleContext& context() const { return *context_; }
+
+  FindingIndex Repeat(SlaveId slave, std::uint64_t key, const FrameRef& frame);
+  FindingIndex Report(std::uint64_t key, Finding finding);
+  FindingIndex Report(std::uint64_t key, Severity severity, Finding finding);
+  void NotEvaluable(SlaveId slave, std::string reason, FrameNo frame = 0);
+
+  // For Finish(): where a rule could not be judged in the whole capture.
+
+  /// True, and said, when nothing that the slaves answered is in the capture.
+  bool SaidNothingReturned();
+  /// True, and said, when no frame on its way to the slaves is in the capture.
+  bool SaidNothingSent();
+  /// Says `reason` for each slave that `applies(const model::SlaveModel&)` to.
+  template <class Applies>
+  void NotEvaluableWhere(Applies applies, std::string_view reason) {
+    ForEachSlave([&](SlaveId id, const model::SlaveModel& slave) {
+      if (applies(slave)) NotEvaluable(id, std::string(reason));
+    });
+  }
+  /// Says for each slave what `reason_of(const model::SlaveModel&)` returns, unless that is empty.
+  template <class ReasonOf>
+  void NotEvaluableFor(ReasonOf reason_of) {
+    ForEachSlave([&](SlaveId id, const model::SlaveModel& slave) {
+      std::string reason = reason_of(slave);
+      if (!reason.empty()) NotEvaluable(id, std::move(reason));
+    });
+  }
+  /// For rules about answers to AL requests: says where AL Status was never read after one.
+  void SayWhereRequestsAreNotFollowed();
+
+ private:
+  template <class Visit>
+  void ForEachSlave(Visit visit) {
+    for (SlaveId id = 0; const model::SlaveModel* slave = SlaveOrNull(id); ++id) visit(id, *slave);
+  }
+  [[nodiscard]] const model::SlaveModel* SlaveOrNull(SlaveId id) const;
+
+  const RuleInfo& info_;
+  std::vector<EventBus::Subscription> heard_;
+  RuleContext* context_ = nullptr;
+};
+
+/// One of these at file scope registers a rule: `const RuleRegistration kRegistration{kInfo, MakeRule<AlRefused>};`
+struct RuleRegistration {
+  using Factory = std::unique_ptr<Rule> (*)();
+  RuleRegistration(const RuleInfo& info, Factory factory);
+};
+
+template <typename T>
+std::unique_ptr<Rule> MakeRule() {
+  return std::make_unique<T>();
+}
+
+/// A new instance of every registered rule, sorted by id.
+[[nodiscard]] std::vector<std::unique_ptr<Rule>> MakeAllRules();
+
+// Short forms for evidence.
+[[nodiscard]] Evidence Number(std::string name, std::int64_t value);
+[[nodiscard]] Evidence HexNumber(std::string name, std::uint64_t value);
+[[nodiscard]] Evidence Text(std::string name, std::string value);
+[[nodiscard]] Evidence Real(std::string name, double value);
+
+}  // namespace ecaudit

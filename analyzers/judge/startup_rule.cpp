@@ -1,0 +1,63 @@
+#include "analyzers/judge/startup_rule.h"
+
+#include "analyzers/compare/comparison.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/words/step_text.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr std::size_t kListed = 6;
+
+}  // namespace
+
+void StartupRule::Finish() {
+  if (context().startup() == nullptr) return;
+  std::uint64_t key = 0;
+  for (const startup::Deviation& deviation : context().startup()->deviations) {
+    ++key;
+    if (!Reports(deviation.kind)) continue;
+    Finding finding;
+    finding.slave = deviation.slave;
+    finding.first = deviation.frame;
+    Describe(deviation, finding);
+    Report(key, std::move(finding));
+  }
+  for (const startup::NotCompared& entry : context().startup()->not_compared) {
+    if (!entry.only || Reports(*entry.only)) NotEvaluable(entry.slave, entry.reason);
+  }
+}
+
+const model::SlaveModel* StartupRule::Model(const startup::Deviation& deviation) const {
+  return deviation.slave < context().slave_count() ? &context().slave(deviation.slave) : nullptr;
+}
+
+std::string StartupRule::Noun(const startup::Deviation& deviation, const startup::ExpectedStep& step) const {
+  return startup::StepNoun(step.key, startup::ExpectedName(step, Model(deviation)));
+}
+
+std::string StartupRule::Noun(const StartupStep& step) {
+  return startup::StepNoun(step.key, step.name);
+}
+
+std::string StartupRule::Refusal(const startup::Deviation& deviation, Finding& finding) const {
+  const StartupStep* step = deviation.previous;
+  if (step == nullptr || step->key.kind != StartupKey::Kind::kRequest || step->outcome != StartupOutcome::kRefused) {
+    return {};
+  }
+  AddRelated(finding, step->last.number);
+  return " The " + Noun(*step) + " was " + step->note + " (frame " + std::to_string(step->last.number) + ").";
+}
+
+std::string ListText(const std::vector<std::string>& texts) {
+  std::string list;
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    if (i == kListed && texts.size() > kListed + 1) return list + " and " + Grouped(texts.size() - kListed) + " more";
+    list += (i == 0 ? "" : ", ") + texts[i];
+  }
+  return list;
+}
+
+}  // namespace ecaudit

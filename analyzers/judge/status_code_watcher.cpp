@@ -1,0 +1,79 @@
+#include "analyzers/judge/status_code_watcher.h"
+
+#include <algorithm>
+
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+
+namespace ecaudit {
+
+StatusCodeWatcher::StatusCodeWatcher(const RuleInfo& info) : Rule(info) {
+  Hear<model::AlAnswered>(&StatusCodeWatcher::On);
+  Hear<model::AlChangedByItself>(&StatusCodeWatcher::On);
+  Hear<model::AlErrorCode>(&StatusCodeWatcher::On);
+}
+
+bool StatusCodeWatcher::Tolerates(const device::DeviceDescription& family, const Context& c) {
+  if (!esc::IsAlState(c.from) || !esc::IsAlState(c.to)) return false;
+  const device::AlTransition* row =
+      family.al_transition(static_cast<esc::AlState>(c.from), static_cast<esc::AlState>(c.to));
+  return row != nullptr &&
+         std::find(row->tolerated_codes.begin(), row->tolerated_codes.end(), c.code) != row->tolerated_codes.end();
+}
+
+void StatusCodeWatcher::SayUnread(const Context& c) {
+  if (!c.frame.seen()) return;
+  NotEvaluable(c.slave, "the AL status code was not read while the error bit was set", c.frame.number);
+}
+
+StatusCodeWatcher::Context& StatusCodeWatcher::Remember(SlaveId slave, const FrameRef& frame, std::uint8_t from,
+                                                        std::uint8_t to) {
+  if (slave >= last_.size()) last_.resize(static_cast<std::size_t>(slave) + 1);
+  SayUnread(last_[slave]);
+  last_[slave] = Context{slave, frame, 0, from, to};
+  return last_[slave];
+}
+
+void StatusCodeWatcher::Hand(Context& c, const FrameRef& frame, std::uint16_t code) {
+  Context read = c;
+  read.frame = frame;
+  read.code = code;
+  c.frame = {};
+  OnCode(read);
+}
+
+void StatusCodeWatcher::Finish() {
+  if (SaidNothingReturned()) return;
+  for (const Context& c : last_) SayUnread(c);
+  std::vector<Finding>& findings = context().store.findings();
+  for (Finding& own : findings) {
+    if (own.rule != info().id) continue;
+    for (std::size_t i = 0; i < findings.size(); ++i) {
+      const Finding& f = findings[i];
+      if (f.slave == own.slave && f.first.number <= own.first.number &&
+          (f.rule == "al-refused" || f.rule == "al-unexpected-change") &&
+          (own.caused_by == kNoFinding || findings[own.caused_by].first.number <= f.first.number)) {
+        own.caused_by = static_cast<FindingIndex>(i);
+      }
+    }
+  }
+}
+
+void StatusCodeWatcher::On(const model::AlAnswered& e) {
+  if (e.outcome != model::AlAnswered::Outcome::kRefused) return;
+  Context& c = Remember(e.slave, e.frame, e.request.from, e.request.control.state());
+  if (e.code) Hand(c, e.frame, *e.code);
+}
+
+void StatusCodeWatcher::On(const model::AlChangedByItself& e) {
+  // Without the error bit there is no code to wait for, but a read may still show one.
+  Context& c = Remember(e.slave, e.status.bit4() ? e.frame : FrameRef{}, e.before.state(), 0);
+  if (e.code && e.status.bit4()) Hand(c, e.frame, *e.code);
+}
+
+void StatusCodeWatcher::On(const model::AlErrorCode& e) {
+  if (e.slave >= last_.size() || last_[e.slave].slave == kNoSlave) return;
+  Hand(last_[e.slave], e.frame, e.code);
+}
+
+}  // namespace ecaudit

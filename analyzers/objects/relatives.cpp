@@ -1,0 +1,35 @@
+#include "analyzers/objects/relatives.h"
+
+#include "decoder/device/profile_registry.h"
+
+namespace ecaudit::events {
+
+using device::DeviceDescription;
+using device::EmergencyCode;
+
+std::vector<const DeviceDescription*> Relatives(const DeviceDescription& profile) {
+  std::vector<const DeviceDescription*> relatives;
+  if (!profile.match.vendor_id) return relatives;
+  for (const std::string& name : device::BuiltinProfileNames()) {
+    const DeviceDescription* other = device::BuiltinProfile(name);
+    if (other == nullptr || other->id == profile.id || other->match.vendor_id != profile.match.vendor_id) continue;
+    if (other->drive.has_value() == profile.drive.has_value()) relatives.push_back(other);
+  }
+  return relatives;
+}
+
+EmergencyInfo FindEmergency(const DeviceDescription* profile, std::uint16_t code) {
+  if (profile == nullptr) return {};
+  const auto exact = [code](const EmergencyCode* entry) {
+    return entry != nullptr && entry->code == code && entry->last_code == code;
+  };
+  const EmergencyCode* own = profile->emergency_code(code);
+  if (exact(own)) return {own, false};
+  for (const DeviceDescription* other : Relatives(*profile)) {
+    const EmergencyCode* entry = other->emergency_code(code);
+    if (exact(entry)) return {entry, true};
+  }
+  return {own, false};
+}
+
+}  // namespace ecaudit::events

@@ -1,0 +1,21 @@
+#include "analyzers/observation.h"
+
+#include "analyzers/model/bus_model.h"
+#include "analyzers/sync/sync_model.h"
+
+namespace ecaudit {
+
+Observation::Observation(const AnalysisOptions& options, Depth depth) : pipeline_(bus_) {
+  if (depth >= Depth::kSlaves) model_ = std::make_unique<model::BusModel>(pipeline_.network(), options, bus_);
+  if (depth >= Depth::kClocks) sync_ = std::make_unique<sync::SyncModel>(*model_, pipeline_, bus_);
+}
+
+Observation::~Observation() = default;
+
+void Observation::Run(capture::FrameSource& source, const PipelineOptions& options) {
+  pipeline_.Run(source, options);
+  if (model_) model_->Finish();
+  if (sync_) sync_->Finish();
+}
+
+}  // namespace ecaudit

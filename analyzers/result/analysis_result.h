@@ -1,0 +1,239 @@
+/// Everything one capture's analysis found: plain data, complete, without text formatting. Writers read only this.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analyzers/result/cycle_summary.h"
+#include "analyzers/result/dc_summary.h"
+#include "analyzers/result/event_summary.h"
+#include "analyzers/result/finding.h"
+#include "analyzers/result/latch_summary.h"
+#include "analyzers/result/startup_summary.h"
+#include "decoder/base/ids.h"
+#include "decoder/capture/frame_source.h"
+
+namespace ecaudit {
+
+enum class DirectionSeen : std::uint8_t { kNone, kBoth, kOutbound, kReturned };
+
+/// How good the capture's own clock is.
+struct TimestampQuality {
+  std::int64_t resolution_ns = 0;     ///< step the stamps really use; 0 when there are none
+  std::uint64_t backwards = 0;        ///< packets stamped earlier than the packet before
+  std::uint64_t identical_pairs = 0;  ///< outbound and returned copy with the same stamp
+  std::uint64_t pairs = 0;
+  std::uint64_t without = 0;  ///< packets without a stamp
+};
+
+struct CaptureSummary {
+  capture::CaptureInfo file;
+  std::uint64_t packets = 0;
+  std::uint64_t ethercat_frames = 0;  ///< frames of EtherCAT type 1, readable at least in part
+  std::uint64_t datagrams = 0;
+  std::uint64_t outbound_frames = 0;
+  std::uint64_t returned_frames = 0;
+  std::uint64_t unknown_direction_frames = 0;
+  std::uint64_t foreign_frames = 0;  ///< EtherCAT frames of senders that are not this bus's master
+  std::uint64_t other_packets = 0;   ///< no EtherCAT, or another EtherCAT type
+  std::uint64_t malformed_frames = 0;
+  std::uint64_t cut_frames = 0;        ///< cut by the snap length
+  std::uint64_t crc_error_frames = 0;  ///< marked bad by the probe
+  FrameRef origin;                     ///< first packet of the file with a time stamp: seconds count from there
+  FrameRef first;                      ///< first packet of the range with a time stamp
+  FrameRef last;
+  DirectionSeen direction = DirectionSeen::kNone;
+  TimestampQuality timestamps;
+  bool complete = true;  ///< false: damaged file, or the analysis was stopped early
+};
+
+/// How often the slave models foretold something, and how often it came true.
+struct PredictionCount {
+  static constexpr std::size_t kMaxDeviations = 16;
+  std::uint64_t made = 0;
+  std::uint64_t held = 0;
+  std::vector<FrameNo> deviations;  ///< the first frames in which it did not
+};
+
+struct PredictionSummary {
+  PredictionCount al_answers;        ///< answers to state requests
+  PredictionCount mailbox_accesses;  ///< whether a mailbox takes or gives a message
+  PredictionCount working_counters;  ///< of datagrams with a logical address
+};
+
+struct BusSummary {
+  std::optional<std::uint16_t> slave_count;  ///< as the last broadcast showed
+  CycleSummary cycle;
+  BusDcSummary dc;
+  std::uint64_t lost_frames = 0;
+  std::uint64_t duplicated_frames = 0;
+  std::uint64_t unanswered_at_end = 0;  ///< outbound frames still under way when the capture ends
+  std::vector<EventBitSummary> events;  ///< bits that any slave raised
+  PredictionSummary predictions;
+  StartupSummary startup;  ///< what was sent to all slaves at once before the first one reached OP
+};
+
+/// One step of a slave's AL history as it was seen.
+struct AlStep {
+  enum class Kind : std::uint8_t { kRequest, kState };
+  Kind kind = Kind::kState;
+  FrameRef frame;
+  std::uint16_t from = 0;  ///< AL status before (bit 4 error), 0 when unknown
+  std::uint16_t to = 0;    ///< AL status, or AL control for a request
+  std::optional<std::uint16_t> status_code;
+  bool refused_by_wkc = false;  ///< request: no slave took it
+};
+
+struct Identity {
+  std::optional<std::uint32_t> vendor_id, product_code, revision, serial;
+  FrameNo since = 0;
+};
+
+/// A sync manager as last known.
+struct SyncManagerSummary {
+  std::uint8_t number = 0;
+  std::uint16_t start = 0;
+  std::uint16_t length = 0;
+  std::uint8_t control = 0;
+  bool mailbox = false;      ///< one-buffer mode; else three-buffer mode
+  bool ecat_writes = false;  ///< direction: the master writes, the slave reads
+  bool enabled = false;
+  bool inferred = false;  ///< not every byte was seen on the wire
+  FrameNo since = 0;      ///< last frame that told something about it
+};
+
+/// An FMMU as last known.
+struct FmmuSummary {
+  std::uint8_t number = 0;
+  std::uint32_t logical_start = 0;
+  std::uint16_t length = 0;
+  std::uint8_t logical_start_bit = 0;
+  std::uint8_t logical_stop_bit = 0;
+  std::uint16_t physical_start = 0;
+  std::uint8_t physical_start_bit = 0;
+  bool reads = false;
+  bool writes = false;
+  bool active = false;
+  bool inferred = false;
+  FrameNo since = 0;
+};
+
+/// One entry of the process data.
+struct MappedObject {
+  std::uint16_t pdo = 0;
+  std::uint16_t index = 0;  ///< 0: a gap
+  std::uint8_t subindex = 0;
+  std::uint16_t bits = 0;
+  std::uint32_t bit_offset = 0;  ///< in the buffer of its sync manager
+  std::uint8_t sync_manager = 0;
+  std::string name;            ///< empty when unknown (untrusted text)
+  bool name_inferred = false;  ///< from another family of the same maker
+  std::string variable;        ///< what the ENI file calls it; empty: nothing (untrusted text)
+};
+
+/// The process data of one direction at the end of the capture.
+struct PdoSummary {
+  enum class Source : std::uint8_t { kUnknown, kObserved, kDefault, kEni };
+  Source source = Source::kUnknown;
+  std::string reason;               ///< why it is not known, or what contradicts it; else empty
+  std::vector<std::uint16_t> pdos;  ///< as assigned
+  std::vector<MappedObject> objects;
+  std::optional<std::uint32_t> bytes;  ///< unset when the contents are not all known
+  std::uint64_t exchanged = 0;         ///< datagrams in which the slave took or gave them
+  FrameNo first = 0, last = 0;         ///< the first and the last of them
+  FrameNo since = 0;
+};
+
+/// What went through the mailboxes of one slave.
+struct MailboxSummary {
+  struct Messages {
+    std::string protocol;  ///< "CoE", "error"
+    std::uint64_t requests = 0;
+    std::uint64_t responses = 0;
+  };
+  std::uint64_t requests = 0;   ///< messages of the master, repetitions left out
+  std::uint64_t responses = 0;  ///< messages of the slave, unasked ones included, repetitions left out
+  std::uint64_t sdo_uploads = 0;
+  std::uint64_t sdo_downloads = 0;
+  std::uint64_t aborts = 0;  ///< SDO transfers aborted by either side
+  std::uint64_t emergencies = 0;
+  std::uint64_t error_replies = 0;
+  std::uint64_t unanswered = 0;       ///< requests without an answer, gaps of the capture left out
+  std::vector<Messages> by_protocol;  ///< by type number; those that were used
+};
+
+/// One step in the life of a drive, in words.
+struct DriveStep {
+  enum class Kind : std::uint8_t { kCommand, kState, kMode, kWarning, kFault };
+  Kind kind = Kind::kState;
+  FrameRef frame;
+  std::string text;                       ///< "Switched on -> Operation enabled (status word 0x0237, transition 4)"
+  std::string from;                       ///< states: the state before; empty when unknown
+  std::string to;                         ///< states: the state now; "unknown" for a word that fits none
+  std::optional<std::uint16_t> word;      ///< control word of a command, status word of a state or warning
+  std::vector<std::uint8_t> transitions;  ///< commanded, or taken; numbers of CiA 402
+  FrameNo command_frame = 0;              ///< states: the control word that asked for it, 0: the drive by itself
+  std::optional<TimeNs> reaction;         ///< states: from that control word
+  bool by_sdo = false;
+  bool inferred = false;
+};
+
+/// What was seen of a drive.
+struct DriveSummary {
+  std::string state;                                       ///< as last shown; empty when unknown
+  std::optional<std::uint16_t> status_word, control_word;  ///< last ones
+  std::vector<std::string> status_bits, control_bits;      ///< names of the bits set
+  std::optional<std::int8_t> mode_requested, mode_shown;
+  std::string mode_requested_name, mode_shown_name;  ///< empty where the family has none
+  bool by_sdo = false;                               ///< the status word was read through the mailbox
+  std::uint64_t faults = 0;                          ///< times the drive went into a fault
+  std::vector<std::string> enabled;                  ///< each time the drive was enabled, in words; bounded
+  std::vector<DriveStep> history;                    ///< bounded; later steps are counted in history_left_out
+  std::uint64_t history_left_out = 0;
+};
+
+struct SlaveSummary {
+  SlaveId id = kNoSlave;
+  SlavePos position = 0;
+  bool position_inferred = false;
+  std::optional<StationAddress> station_address;
+  std::optional<StationAddress> alias;
+  Identity identity;
+  std::string name;                        ///< from EEPROM, 1008h, ESI or ENI; empty when never seen (untrusted text)
+  std::string profile;                     ///< "generic", "kollmorgen-akd-2011", ...
+  std::string profile_source;              ///< "EEPROM identity", "option --profile", "default", ... in words
+  std::optional<std::uint16_t> al_status;  ///< last observed AL Status
+  std::optional<std::uint16_t> al_status_code;  ///< last observed AL Status Code
+  std::vector<AlStep> al_history;               ///< bounded; later steps are counted in al_history_left_out
+  std::uint64_t al_history_left_out = 0;
+  std::vector<SyncManagerSummary> sync_managers;  ///< those that were ever set
+  std::vector<FmmuSummary> fmmus;                 ///< likewise
+  PdoSummary rx_pdo;                              ///< master to slave
+  PdoSummary tx_pdo;                              ///< slave to master
+  std::optional<DriveSummary> drive;              ///< unset when no control or status word was seen
+  std::optional<DcSummary> dc;                    ///< unset when nothing was seen of its distributed clocks
+  std::optional<LatchSummary> latch;              ///< unset when no latch word was seen
+  std::optional<LatchSummary> touch_probe;        ///< 60B8h and 60B9h, where they were seen
+  MailboxSummary mailbox;
+  EventSummary events;
+  StartupSummary startup;  ///< steps of the master up to OP; `seen` is false where the capture holds none
+};
+
+struct AnalysisResult {
+  CaptureSummary capture;
+  BusSummary bus;
+  std::vector<SlaveSummary> slaves;  ///< by position
+  std::vector<Finding> findings;     ///< by first frame, causes before consequences
+  std::vector<NotEvaluable> not_evaluable;
+
+  [[nodiscard]] const SlaveSummary* slave(SlaveId id) const {
+    for (const SlaveSummary& s : slaves) {
+      if (s.id == id) return &s;
+    }
+    return nullptr;
+  }
+};
+
+}  // namespace ecaudit

@@ -1,0 +1,86 @@
+/// Who hears which event, and in which order.
+///
+/// Stages of one event, and what they mean:
+///   kBeforeModel  what happened, against what was known before: rules compare, histories note the change
+///   kModel        the models learn from it, and may publish what they conclude; each such event runs through its own
+///                 stages at once, before this one goes on
+///   kAfterModel   what is known now: whoever looks at a slave as the event left it
+/// Within a stage: in the order of registration, which is that of construction (models, collectors, rules by id).
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "decoder/base/event_sink.h"
+
+namespace ecaudit {
+
+enum class Stage : std::uint8_t { kBeforeModel, kModel, kAfterModel };
+
+class EventBus : public EventSink {
+ public:
+  /// A wish to hear one type of event, before or without a bus.
+  class Subscription {
+   public:
+    template <class Event, class T>
+    [[nodiscard]] static Subscription Of(Stage stage, T& listener, void (T::*handler)(const Event&)) {
+      static_assert(sizeof handler <= Listener::kHandlerBytes);
+      Subscription wish;
+      wish.type_ = event_types::kNumber<Event>;
+      wish.stage_ = stage;
+      wish.listener_.object = &listener;
+      std::memcpy(wish.listener_.handler.data(), &handler, sizeof handler);
+      wish.listener_.call = [](const Listener& self, const void* event) {
+        void (T::*member)(const Event&) = nullptr;
+        std::memcpy(&member, self.handler.data(), sizeof member);
+        (static_cast<T*>(self.object)->*member)(*static_cast<const Event*>(event));
+      };
+      return wish;
+    }
+
+   private:
+    friend class EventBus;
+    std::uint16_t type_ = 0;
+    Stage stage_ = Stage::kBeforeModel;
+    Listener listener_;
+  };
+
+  /// Not to be called while an event is published; the listener must live as long as events are.
+  void Add(const Subscription& wish) { Insert(wish.type_, wish.stage_, wish.listener_); }
+
+  /// @param handler  called with every event of this type; where it is overloaded: Listen<Event>(...)
+  template <class Event, class T>
+  void Listen(Stage stage, T& listener, void (T::*handler)(const Event&)) {
+    Add(Subscription::Of(stage, listener, handler));
+  }
+
+  /// Listen() for several types whose handlers are all called On.
+  template <class... Events, class T>
+  void ListenTo(Stage stage, T& listener) {
+    (Listen<Events>(stage, listener, &T::On), ...);
+  }
+
+ private:
+  /// Those who hear one type, by stage.
+  struct Audience {
+    std::vector<Listener> listeners;
+    std::array<std::size_t, 3> ends{};  ///< behind the last listener of each stage
+  };
+
+  void Insert(std::uint16_t type, Stage stage, const Listener& listener) {
+    if (audiences_.size() <= type) audiences_.resize(std::size_t{type} + 1);
+    Audience& audience = audiences_[type];
+    const auto at = static_cast<std::ptrdiff_t>(audience.ends[static_cast<std::size_t>(stage)]);
+    audience.listeners.insert(audience.listeners.begin() + at, listener);
+    std::for_each(audience.ends.begin() + static_cast<std::ptrdiff_t>(stage), audience.ends.end(),
+                  [](std::size_t& end) { ++end; });
+    heard_[type] = {audience.listeners.data(), audience.listeners.size()};
+  }
+
+  std::vector<Audience> audiences_;  ///< by event_types::kNumber
+};
+
+}  // namespace ecaudit

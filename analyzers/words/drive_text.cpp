@@ -1,0 +1,152 @@
+#include "analyzers/words/drive_text.h"
+
+#include <algorithm>
+
+#include "analyzers/objects/relatives.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit {
+namespace {
+
+using device::DriveCommand;
+using device::DriveProfile;
+
+constexpr const char* kByRelative = " (by another family of the same maker)";
+
+bool Has(const DriveCommand& command, std::uint8_t number) {
+  return std::find(command.transitions.begin(), command.transitions.end(), number) != command.transitions.end();
+}
+
+/// The row that commands `number` with this word; null when none does.
+const DriveCommand* RowOf(const DriveProfile& drive, std::uint8_t number, std::uint16_t before, std::uint16_t word) {
+  for (const DriveCommand& command : drive.commands) {
+    if (!command.automatic && Has(command, number) && command.Matches(before, word)) return &command;
+  }
+  return nullptr;
+}
+
+std::string CodeWords(const device::EmergencyCode& code) {
+  return code.id.empty() ? code.text : code.id + (code.text.empty() ? "" : " " + code.text);
+}
+
+/// The row with the drive's own number, "F401".
+const device::EmergencyCode* FindById(const device::DeviceDescription& family, const std::string& id) {
+  if (!family.emergency) return nullptr;
+  const auto& codes = family.emergency->codes;
+  const auto found = std::find_if(codes.begin(), codes.end(), [&](const auto& code) { return code.id == id; });
+  return found == codes.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+std::string PathText(const model::DrivePath& path) {
+  if (path.empty()) return "";
+  std::string text = path.count == 1 ? "transition " : "transitions ";
+  for (std::uint8_t i = 0; i < path.count; ++i) {
+    if (i > 0) text += i + 1 == path.count ? " and " : ", ";
+    text += std::to_string(path.numbers[i]);
+  }
+  return text;
+}
+
+std::string CommandName(const DriveProfile& drive, const model::DrivePath& path, std::optional<std::uint16_t> before,
+                        std::uint16_t word) {
+  std::string names;
+  const auto add = [&names](const std::string& name) {
+    if (!names.ends_with(name)) names += (names.empty() ? "" : ", ") + name;
+  };
+  for (std::uint8_t i = 0; i < path.count; ++i) {
+    // The edge of the first step is used up for those behind it.
+    const DriveCommand* row = RowOf(drive, path.numbers[i], i == 0 ? before.value_or(word) : word, word);
+    if (row != nullptr) add(row->name);
+  }
+  if (!names.empty()) return names;
+  const std::uint16_t from = before.value_or(0);
+  // Fault reset, Enable operation, Disable operation or Switch on, Shutdown, Quick stop, Disable voltage.
+  const bool was_enabled = before && RowOf(drive, 4, 0, *before) != nullptr;
+  const std::uint8_t second = was_enabled ? 5 : 3;
+  for (const std::uint8_t number : {std::uint8_t{15}, std::uint8_t{4}, second, std::uint8_t{2}, std::uint8_t{11},
+                                    std::uint8_t{7}, std::uint8_t{9}}) {
+    if (number == 15 && !before) continue;
+    if (const DriveCommand* row = RowOf(drive, number, from, word)) return row->name;
+  }
+  return "no command";
+}
+
+std::string CommandText(const DriveProfile& drive, const model::DriveCommanded& event) {
+  std::string text = CommandName(drive, event.path, event.before, event.word) + " (control word " + Hex(event.word);
+  if (!event.path.empty()) text += ", " + PathText(event.path);
+  return text + ")";
+}
+
+std::string StateText(std::optional<device::DriveState> state) {
+  return state ? std::string(device::DriveStateName(*state)) : "unknown";
+}
+
+std::string StateChangeText(const model::DriveStateChanged& event) {
+  std::string text = event.from ? StateText(event.from) + " -> " : "";
+  text += event.to ? StateText(event.to) : "no known state";
+  text += " (status word " + Hex(event.word);
+  if (!event.path.empty()) text += ", " + PathText(event.path);
+  return text + ")";
+}
+
+std::string ModeText(const DriveProfile& drive, std::int8_t value) {
+  const device::OperationMode* mode = drive.FindMode(value);
+  return std::to_string(value) + (mode == nullptr ? "" : " (" + mode->name + ")");
+}
+
+std::string FaultText(const device::DeviceDescription& family, const model::DriveFaultExplained& event) {
+  using Source = model::DriveFaultExplained::Source;
+  if (event.source == Source::kFaultNumber) {
+    const std::string id = "F" + std::to_string(event.code);
+    if (const device::EmergencyCode* code = FindById(family, id)) return "object 2001h: " + CodeWords(*code);
+    for (const device::DeviceDescription* relative : events::Relatives(family)) {
+      const device::EmergencyCode* code = FindById(*relative, id);
+      if (code != nullptr) return "object 2001h: " + CodeWords(*code) + kByRelative;
+    }
+    return "object 2001h: " + id;
+  }
+  std::string text = event.source == Source::kEmergency   ? "emergency "
+                     : event.source == Source::kErrorCode ? "object 603Fh: "
+                                                          : "object 1003h: ";
+  text += Hex(event.code);
+  const events::EmergencyInfo info = events::FindEmergency(&family, static_cast<std::uint16_t>(event.code));
+  if (info.code != nullptr) {
+    const std::string words = CodeWords(*info.code);
+    if (!words.empty()) text += " " + words;
+    if (info.inferred) text += kByRelative;
+  }
+  return text;
+}
+
+std::vector<std::string> SetBits(const std::vector<device::WordBit>& bits, std::uint16_t word,
+                                 const device::ModeBits* mode) {
+  std::vector<std::string> names;
+  for (const device::WordBit& bit : bits) {
+    if ((word >> bit.bit & 1U) == 0) continue;
+    std::string name = bit.name;
+    if (mode != nullptr) {
+      const std::string& in_mode = bit.bit == 4   ? mode->bit4
+                                   : bit.bit == 5 ? mode->bit5
+                                   : bit.bit == 6 ? mode->bit6
+                                                  : name;
+      if (!in_mode.empty()) name = in_mode;
+    }
+    names.push_back("bit " + std::to_string(bit.bit) + " " + name);
+  }
+  return names;
+}
+
+const device::ModeBits* BitsOfMode(const DriveProfile& drive, std::optional<std::int8_t> mode) {
+  if (!mode) return nullptr;
+  const auto found = std::find_if(drive.mode_bits.begin(), drive.mode_bits.end(),
+                                  [&](const device::ModeBits& bits) { return bits.mode == *mode; });
+  return found == drive.mode_bits.end() ? nullptr : &*found;
+}
+
+std::string MillisecondsText(std::optional<TimeNs> duration) {
+  return duration ? Fixed(static_cast<double>(*duration) / 1e6, 1) + " ms" : "";
+}
+
+}  // namespace ecaudit
