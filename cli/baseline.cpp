@@ -2,43 +2,36 @@
 
 #include <string_view>
 
-#include <nlohmann/json.hpp>
-
 #include "cli/json_file.h"
+#include "cli/report/json_text.h"
 #include "cli/report/layout.h"
 
 namespace ecaudit::cli {
 namespace {
 
-constexpr std::string_view kSchema = "ecaudit.baseline/1";
+constexpr std::string_view kBaselineSchema = "ecaudit.baseline/1";
 
 /// One entry of "findings"; nothing when its shape is wrong.
-std::optional<Fingerprint> ReadEntry(const nlohmann::json& entry) {
-  if (!entry.is_object() || entry.size() != 3) return std::nullopt;
-  const auto rule = entry.find("rule");
-  const auto slave = entry.find("slave");
-  const auto title = entry.find("title");
-  if (rule == entry.end() || slave == entry.end() || title == entry.end()) return std::nullopt;
-  if (!rule->is_string() || !title->is_string()) return std::nullopt;
-  Fingerprint fingerprint{rule->get<std::string>(), std::nullopt, title->get<std::string>()};
-  if (slave->is_null()) return fingerprint;
-  if (!slave->is_number_unsigned() || slave->get<std::uint64_t>() > 0xFFFF) return std::nullopt;
-  fingerprint.slave = slave->get<SlavePos>();
-  return fingerprint;
+std::optional<Fingerprint> ReadEntry(JsonValue entry) {
+  const std::string* rule = entry.member("rule").text();
+  const std::string* title = entry.member("title").text();
+  const JsonValue slave = entry.member("slave");
+  if (entry.size() != 3 || rule == nullptr || title == nullptr || !slave.there()) return std::nullopt;
+  if (slave.is_null()) return Fingerprint{*rule, std::nullopt, *title};
+  const auto position = slave.natural();
+  if (!position || *position > 0xFFFF) return std::nullopt;
+  return Fingerprint{*rule, static_cast<SlavePos>(*position), *title};
 }
 
 std::string Write(const Baseline& all) {
-  nlohmann::ordered_json json;
-  json["schema"] = kSchema;
-  json["findings"] = nlohmann::ordered_json::array();
-  for (const Fingerprint& f : all) {
-    nlohmann::ordered_json entry;
-    entry["rule"] = f.rule;
-    entry["slave"] = f.slave ? nlohmann::ordered_json(*f.slave) : nlohmann::ordered_json(nullptr);
-    entry["title"] = f.title;
-    json["findings"].push_back(std::move(entry));
-  }
-  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return report::JsonDocumentText([&](report::JsonObject& out) {
+    out.Put("schema", kBaselineSchema);
+    out.List("findings", all, [](report::JsonObject& json, const Fingerprint& f) {
+      json.Put("rule", f.rule);
+      json.Put("slave", f.slave);
+      json.Put("title", f.title);
+    });
+  });
 }
 
 }  // namespace
@@ -50,14 +43,14 @@ Fingerprint FingerprintOf(const Finding& finding, const AnalysisResult& result) 
 }
 
 Result<Baseline> ReadBaseline(const std::string& path) {
-  const Result<nlohmann::json> document = ReadJsonFile(path);
+  const Result<JsonDocument> document = ReadJsonFile(path);
   if (!document) return document.error();
-  if (!document->is_object() || document->value("schema", nlohmann::json()) != kSchema ||
-      !document->contains("findings") || !document->at("findings").is_array()) {
-    return Error{path + " is not a baseline (\"schema\": \"" + std::string(kSchema) + "\")"};
+  const JsonValue findings = document->root().member("findings");
+  if (!document->root().member("schema").is_text(kBaselineSchema) || !findings.is_array()) {
+    return Error{path + " is not a baseline (\"schema\": \"" + std::string(kBaselineSchema) + "\")"};
   }
   Baseline baseline;
-  for (const nlohmann::json& entry : document->at("findings")) {
+  for (const JsonValue entry : findings.Elements()) {
     const auto fingerprint = ReadEntry(entry);
     if (!fingerprint) {
       return Error{path + ": each of 'findings' must hold 'rule', 'slave' (position or null) and 'title'"};
@@ -84,7 +77,7 @@ std::string WriteBaseline(const report::Digest& digest) {
 }
 
 std::optional<Error> CheckBaselinePath(const std::string& path) {
-  return CheckReplaced(path, kSchema, "baseline");
+  return CheckReplaced(path, kBaselineSchema, "baseline");
 }
 
 void ApplyBaseline(const Baseline& baseline, report::CaptureReport& capture) {

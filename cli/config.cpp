@@ -13,7 +13,6 @@ namespace ecaudit::cli {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 constexpr std::string_view kFileName = ".ecaudit.json";
 constexpr std::array<std::string_view, 9> kKeys{"profile",  "slave_profiles", "parameters", "rules", "fail_on",
@@ -31,36 +30,37 @@ Error Wrong(const std::string& path, const std::string& what) {
 }
 
 /// Reads {"KEY": "VALUE", ...} as "KEY=VALUE" lines.
-std::optional<Error> ReadAssignments(const Json& value, const std::string& name, const std::string& path,
+std::optional<Error> ReadAssignments(JsonValue value, const std::string& name, const std::string& path,
                                      std::vector<std::string>& out) {
   if (!value.is_object()) return Wrong(path, "'" + name + "' must be an object");
-  for (const auto& [key, text] : value.items()) {
-    if (!text.is_string()) return Wrong(path, "'" + name + "': the value of '" + key + "' must be a string");
-    out.push_back(key + "=" + text.get_ref<const std::string&>());
+  for (const auto& [key, text] : value.Members()) {
+    if (!text.is_text()) return Wrong(path, "'" + name + "': the value of '" + key + "' must be a string");
+    out.push_back(key + "=" + *text.text());
   }
   return std::nullopt;
 }
 
 /// Reads {"[SLAVE:]NAME": whole number, ...}.
-std::optional<Error> ReadParameters(const Json& value, Config& config) {
+std::optional<Error> ReadParameters(JsonValue value, Config& config) {
   if (!value.is_object()) return Wrong(config.path, "'parameters' must be an object");
-  for (const auto& [name, number] : value.items()) {
-    if (!number.is_number_unsigned()) {
+  for (const auto& [name, number] : value.Members()) {
+    const std::optional<std::uint64_t> natural = number.natural();
+    if (!natural) {
       return Wrong(config.path, "'parameters': the value of '" + name + "' must be a whole number");
     }
-    config.parameters.push_back(name + "=" + std::to_string(number.get<std::uint64_t>()));
+    config.parameters.push_back(name + "=" + std::to_string(*natural));
   }
   return std::nullopt;
 }
 
 /// Reads {"NAME": milliseconds, ...}.
-std::optional<Error> ReadLimits(const Json& value, Config& config) {
+std::optional<Error> ReadLimits(JsonValue value, Config& config) {
   if (!value.is_object()) return Wrong(config.path, "'limits' must be an object");
-  for (const auto& [name, limit] : value.items()) {
+  for (const auto& [name, limit] : value.Members()) {
     if (std::find(kLimits.begin(), kLimits.end(), name) == kLimits.end()) {
       return Wrong(config.path, "unknown limit '" + name + "'" + Suggestion(name, kLimits, ""));
     }
-    const double ms = limit.is_number() ? limit.get<double>() : 0.0;
+    const double ms = limit.number().value_or(0.0);
     if (!(ms > 0 && ms <= kLargestLimitMs)) {
       return Wrong(config.path, "'limits': the value of '" + name + "' must be a number of milliseconds");
     }
@@ -70,11 +70,10 @@ std::optional<Error> ReadLimits(const Json& value, Config& config) {
 }
 
 /// Reads "FILE" or ["FILE", ...].
-std::optional<Error> ReadEsi(const Json& value, Config& config) {
-  const Json list = value.is_array() ? value : Json::array({value});
-  for (const Json& file : list) {
-    if (!file.is_string()) return Wrong(config.path, "'esi' must be a file name or a list of them");
-    config.esi.push_back((fs::path(config.path).parent_path() / file.get_ref<const std::string&>()).string());
+std::optional<Error> ReadEsi(JsonValue value, Config& config) {
+  for (const JsonValue file : value.is_array() ? value.Elements() : std::vector{value}) {
+    if (!file.is_text()) return Wrong(config.path, "'esi' must be a file name or a list of them");
+    config.esi.push_back((fs::path(config.path).parent_path() / *file.text()).string());
   }
   return std::nullopt;
 }
@@ -82,13 +81,13 @@ std::optional<Error> ReadEsi(const Json& value, Config& config) {
 }  // namespace
 
 Result<Config> ReadConfig(const std::string& path) {
-  const Result<Json> document = ReadJsonFile(path);
+  const Result<JsonDocument> document = ReadJsonFile(path);
   if (!document) return document.error();
-  if (!document->is_object()) return Wrong(path, "the document must be an object");
+  if (!document->root().is_object()) return Wrong(path, "the document must be an object");
 
   Config config;
   config.path = path;
-  for (const auto& [key, value] : document->items()) {
+  for (const auto& [key, value] : document->root().Members()) {
     std::optional<Error> error;
     if (key == "rules") {
       error = ReadAssignments(value, key, path, config.rules);
@@ -101,8 +100,8 @@ Result<Config> ReadConfig(const std::string& path) {
     } else if (key == "esi") {
       error = ReadEsi(value, config);
     } else if (key == "profile" || key == "fail_on" || key == "baseline" || key == "eni") {
-      if (!value.is_string()) return Wrong(path, "'" + key + "' must be a string");
-      const auto& text = value.get_ref<const std::string&>();
+      if (!value.is_text()) return Wrong(path, "'" + key + "' must be a string");
+      const std::string& text = *value.text();
       if (key == "profile") config.profiles.push_back(text);
       if (key == "fail_on") config.fail_on = text;
       if (key == "eni") config.eni = (fs::path(path).parent_path() / text).string();

@@ -10,12 +10,11 @@
 #include <string_view>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
 #include "analyzers/compare/comparison.h"
 #include "analyzers/compare/eni_expectation.h"
 #include "analyzers/compare/startup_registers.h"
 #include "cli/json_file.h"
+#include "cli/report/json_text.h"
 #include "cli/suggest.h"
 #include "cli/version.h"
 #include "decoder/base/text.h"
@@ -25,13 +24,13 @@
 namespace ecaudit::cli {
 namespace {
 
-using nlohmann::json;
-using Ordered = nlohmann::ordered_json;
+using report::JsonObject;
+using report::JsonText;
 using startup::Expectation;
 using startup::ExpectedSlave;
 using startup::ExpectedStep;
 
-constexpr std::string_view kSchema = "ecaudit.expectation/1";
+constexpr std::string_view kExpectationSchema = "ecaudit.expectation/1";
 /// Far above what a start-up holds; comparing costs memory by the square.
 constexpr std::size_t kMaxSteps = 5000;
 constexpr std::size_t kMaxSlaves = 4096;
@@ -46,26 +45,26 @@ class Reader {
  public:
   [[nodiscard]] const std::optional<std::string>& error() const { return error_; }
 
-  Expectation Read(const json& document) {
+  Expectation Read(JsonValue document) {
     Expectation expectation;
     if (!Keys(document, "", {"schema", "comment", "tool", "saved_from", "strict", "phases", "bus", "slaves"})) {
       return expectation;
     }
-    if (const json* strict = Find(document, "strict")) {
-      if (!strict->is_boolean()) Fail("strict", "must be true or false");
-      if (strict->is_boolean()) expectation.strict = strict->get<bool>();
+    if (const JsonValue strict = Find(document, "strict"); strict.there()) {
+      if (!strict.boolean()) Fail("strict", "must be true or false");
+      expectation.strict = strict.boolean().value_or(expectation.strict);
     }
     Limits(document, "", expectation.limits);
-    if (const json* bus = Find(document, "bus")) {
-      if (Keys(*bus, "bus", {"comment", "steps"})) expectation.bus = Steps(*bus, "bus");
+    if (const JsonValue bus = Find(document, "bus"); bus.there()) {
+      if (Keys(bus, "bus", {"comment", "steps"})) expectation.bus = Steps(bus, "bus");
     }
-    const json* slaves = Find(document, "slaves");
-    if (slaves == nullptr || !slaves->is_array() || slaves->size() > kMaxSlaves) {
+    const JsonValue slaves = Find(document, "slaves");
+    if (!slaves.is_array() || slaves.size() > kMaxSlaves) {
       Fail("slaves", "must be a list of slaves");
       return expectation;
     }
-    for (std::size_t i = 0; i < slaves->size() && !error_; ++i) {
-      expectation.slaves.push_back(Slave((*slaves)[i], "slaves[" + std::to_string(i) + "]", i));
+    for (std::size_t i = 0; i < slaves.size() && !error_; ++i) {
+      expectation.slaves.push_back(Slave(slaves.element(i), "slaves[" + std::to_string(i) + "]", i));
     }
     std::stable_sort(expectation.slaves.begin(), expectation.slaves.end(),
                      [](const ExpectedSlave& a, const ExpectedSlave& b) { return a.position < b.position; });
@@ -77,17 +76,18 @@ class Reader {
     if (!error_) error_ = where + ": " + what;
   }
 
-  static const json* Find(const json& object, std::string_view key) {
-    const auto found = object.find(key);
-    return found == object.end() || found->is_null() ? nullptr : &*found;
+  /// The member, unless it is null, which is as good as none.
+  static JsonValue Find(JsonValue object, std::string_view key) {
+    const JsonValue member = object.member(key);
+    return member.is_null() ? JsonValue() : member;
   }
 
-  bool Keys(const json& object, const std::string& where, std::initializer_list<std::string_view> known) {
+  bool Keys(JsonValue object, const std::string& where, std::initializer_list<std::string_view> known) {
     if (!object.is_object()) {
       Fail(where.empty() ? "the document" : where, "must be an object");
       return false;
     }
-    for (const auto& [key, value] : object.items()) {
+    for (const auto& [key, value] : object.Members()) {
       if (std::find(known.begin(), known.end(), key) != known.end()) continue;
       Fail(At(where, Printable(key)), "unknown key" + Suggestion(key, {known.begin(), known.end()}, ""));
       return false;
@@ -96,12 +96,11 @@ class Reader {
   }
 
   /// A number, or text such as "0x0810"; unset and an error when it is neither or too large.
-  std::optional<std::uint32_t> Number(const json& value, const std::string& where, std::uint32_t most) {
-    std::uint64_t number = 0;
-    bool valid = value.is_number_unsigned();
-    if (valid) number = value.get<std::uint64_t>();
-    if (value.is_string()) {
-      std::string_view text = value.get_ref<const std::string&>();
+  std::optional<std::uint32_t> Number(JsonValue value, const std::string& where, std::uint32_t most) {
+    bool valid = value.natural().has_value();
+    std::uint64_t number = value.natural().value_or(0);
+    if (value.is_text()) {
+      std::string_view text = *value.text();
       const bool hexadecimal = text.starts_with("0x") || text.starts_with("0X");
       if (hexadecimal) text.remove_prefix(2);
       const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), number, hexadecimal ? 16 : 10);
@@ -112,20 +111,20 @@ class Reader {
     return std::nullopt;
   }
 
-  void Limits(const json& object, const std::string& where, std::array<std::optional<TimeNs>, kStartupPhases>& limits) {
-    const json* phases = Find(object, "phases");
-    if (phases == nullptr) return;
+  void Limits(JsonValue object, const std::string& where, std::array<std::optional<TimeNs>, kStartupPhases>& limits) {
+    const JsonValue phases = Find(object, "phases");
+    if (!phases.there()) return;
     const std::string here = At(where, "phases");
-    if (!phases->is_object()) return Fail(here, "must be an object with phases");
-    for (const auto& [name, entry] : phases->items()) {
+    if (!phases.is_object()) return Fail(here, "must be an object with phases");
+    for (const auto& [name, entry] : phases.Members()) {
       const auto phase = ParseStartupPhase(name);
       std::vector<std::string_view> names;
       for (const StartupPhaseName& known : kStartupPhaseNames) names.push_back(known.name);
       if (!phase) return Fail(At(here, Printable(name)), "no such phase" + Suggestion(name, names, ""));
       if (!Keys(entry, At(here, name), {"comment", "limit_ms", "took_ms"})) return;
-      const json* limit = Find(entry, "limit_ms");
-      if (limit == nullptr) continue;
-      const double ms = limit->is_number() ? limit->get<double>() : -1;
+      const JsonValue limit = Find(entry, "limit_ms");
+      if (!limit.there()) continue;
+      const double ms = limit.number().value_or(-1);
       if (!(ms >= 0) || ms > kLongestMs) {
         return Fail(At(At(here, name), "limit_ms"), "must be milliseconds, or null for no limit");
       }
@@ -133,47 +132,49 @@ class Reader {
     }
   }
 
-  ExpectedSlave Slave(const json& object, const std::string& where, std::size_t place) {
+  ExpectedSlave Slave(JsonValue object, const std::string& where, std::size_t place) {
     ExpectedSlave slave;
     slave.position = static_cast<SlavePos>(place);
     if (!Keys(object, where,
               {"comment", "position", "name", "vendor_id", "product_code", "revision", "phases", "steps"})) {
       return slave;
     }
-    if (const json* position = Find(object, "position")) {
-      if (const auto number = Number(*position, At(where, "position"), 0xFFFF)) {
+    if (const JsonValue position = Find(object, "position"); position.there()) {
+      if (const auto number = Number(position, At(where, "position"), 0xFFFF)) {
         slave.position = static_cast<SlavePos>(*number);
       }
     }
-    if (const json* name = Find(object, "name"); name != nullptr && name->is_string()) slave.name = *name;
+    if (const std::string* name = object.member("name").text()) slave.name = *name;
     for (const auto& [key, target] :
          {std::pair("vendor_id", &slave.vendor_id), std::pair("product_code", &slave.product_code),
           std::pair("revision", &slave.revision)}) {
-      if (const json* value = Find(object, key)) *target = Number(*value, At(where, key), 0xFFFFFFFF);
+      if (const JsonValue value = Find(object, key); value.there()) {
+        *target = Number(value, At(where, key), 0xFFFFFFFF);
+      }
     }
     Limits(object, where, slave.limits);
     slave.steps = Steps(object, where);
     return slave;
   }
 
-  std::vector<ExpectedStep> Steps(const json& object, const std::string& where) {
+  std::vector<ExpectedStep> Steps(JsonValue object, const std::string& where) {
     std::vector<ExpectedStep> steps;
-    const json* list = Find(object, "steps");
-    if (list == nullptr) return steps;
-    if (!list->is_array() || list->size() > kMaxSteps) {
+    const JsonValue list = Find(object, "steps");
+    if (!list.there()) return steps;
+    if (!list.is_array() || list.size() > kMaxSteps) {
       Fail(At(where, "steps"), "must be a list of at most " + Grouped(kMaxSteps) + " steps");
       return steps;
     }
     std::uint8_t state = static_cast<std::uint8_t>(esc::AlState::INIT);
-    for (std::size_t i = 0; i < list->size() && !error_; ++i) {
-      steps.push_back(Step((*list)[i], At(where, "steps") + "[" + std::to_string(i) + "]", state));
+    for (std::size_t i = 0; i < list.size() && !error_; ++i) {
+      steps.push_back(Step(list.element(i), At(where, "steps") + "[" + std::to_string(i) + "]", state));
       if (steps.back().key.kind == StartupKey::Kind::kRequest)
         state = static_cast<std::uint8_t>(steps.back().key.address);
     }
     return steps;
   }
 
-  ExpectedStep Step(const json& object, const std::string& where, std::uint8_t state) {
+  ExpectedStep Step(JsonValue object, const std::string& where, std::uint8_t state) {
     ExpectedStep step;
     if (!Keys(object, where,
               {"comment", "phase", "write", "eeprom", "request", "download", "upload", "drive", "complete_access",
@@ -182,61 +183,57 @@ class Reader {
     }
     std::size_t kinds = 0;
     for (const char* kind : {"write", "eeprom", "request", "download", "upload", "drive"}) {
-      kinds += object.contains(kind) ? 1U : 0U;
+      kinds += object.member(kind).there() ? 1U : 0U;
     }
     if (kinds != 1) {
       Fail(where, "must hold exactly one of 'write', 'eeprom', 'request', 'download', 'upload' and 'drive'");
       return step;
     }
-    if (const json* name = Find(object, "name"); name != nullptr && name->is_string()) {
-      step.name = Printable(name->get_ref<const std::string&>());
-    }
+    if (const std::string* name = object.member("name").text()) step.name = Printable(*name);
     Value(object, where, step);
     Key(object, where, step);
-    if (!error_ && step.key.kind == StartupKey::Kind::kDownload && object.contains("complete_access"))
-      Complete(object, where, step);
-    if (!error_ && step.key.kind == StartupKey::Kind::kUpload && object.contains("complete_access"))
-      Complete(object, where, step);
+    const bool sdo = step.key.kind == StartupKey::Kind::kDownload || step.key.kind == StartupKey::Kind::kUpload;
+    if (!error_ && sdo && object.member("complete_access").there()) Complete(object, where, step);
     step.phase = PhaseOf(step, state);
-    if (const json* phase = Find(object, "phase")) {
-      const auto known = phase->is_string() ? ParseStartupPhase(phase->get_ref<const std::string&>()) : std::nullopt;
+    if (const JsonValue phase = Find(object, "phase"); phase.there()) {
+      const auto known = phase.is_text() ? ParseStartupPhase(*phase.text()) : std::nullopt;
       if (!known) Fail(At(where, "phase"), "no such phase");
       if (known) step.phase = *known;
     }
     return step;
   }
 
-  void Complete(const json& object, const std::string& where, ExpectedStep& step) {
-    const json& complete = object.at("complete_access");
-    if (!complete.is_boolean()) return Fail(At(where, "complete_access"), "must be true or false");
-    step.key.complete_access = complete.get<bool>();
+  void Complete(JsonValue object, const std::string& where, ExpectedStep& step) {
+    const std::optional<bool> complete = object.member("complete_access").boolean();
+    if (!complete) return Fail(At(where, "complete_access"), "must be true or false");
+    step.key.complete_access = *complete;
   }
 
-  void Key(const json& object, const std::string& where, ExpectedStep& step) {
+  void Key(JsonValue object, const std::string& where, ExpectedStep& step) {
     using Kind = StartupKey::Kind;
-    if (const auto it = object.find("write"); it != object.end()) {
+    if (const JsonValue write = object.member("write"); write.there()) {
       step.key.kind = Kind::kWrite;
-      step.key.address = Number(*it, At(where, "write"), 0x0FFF).value_or(0);
-    } else if (const auto eeprom = object.find("eeprom"); eeprom != object.end()) {
+      step.key.address = Number(write, At(where, "write"), 0x0FFF).value_or(0);
+    } else if (const JsonValue eeprom = object.member("eeprom"); eeprom.there()) {
       step.key.kind = Kind::kEeprom;
-      step.key.address = Number(*eeprom, At(where, "eeprom"), 0xFFFFFFFF).value_or(0);
-    } else if (const auto drive = object.find("drive"); drive != object.end()) {
+      step.key.address = Number(eeprom, At(where, "eeprom"), 0xFFFFFFFF).value_or(0);
+    } else if (const JsonValue drive = object.member("drive"); drive.there()) {
       step.key.kind = Kind::kDrive;
-      step.key.address = Number(*drive, At(where, "drive"), 0xFFFF).value_or(0) & 0x008FU;
-    } else if (const auto request = object.find("request"); request != object.end()) {
+      step.key.address = Number(drive, At(where, "drive"), 0xFFFF).value_or(0) & 0x008FU;
+    } else if (const JsonValue request = object.member("request"); request.there()) {
       step.key.kind = Kind::kRequest;
-      if (request->is_string()) step.key.address = esc::StateFromName(request->get_ref<const std::string&>());
+      if (request.is_text()) step.key.address = esc::StateFromName(*request.text());
       // Masters also ask for what is no state.
-      if (request->is_number_unsigned()) step.key.address = static_cast<std::uint32_t>(request->get<std::uint64_t>());
+      if (const auto number = request.natural()) step.key.address = static_cast<std::uint32_t>(*number);
       if (step.key.address == 0 || step.key.address > 0x0F) {
         Fail(At(where, "request"), "must be INIT, PREOP, BOOT, SAFEOP or OP");
       }
     } else {
-      const bool upload = object.contains("upload");
+      const bool upload = object.member("upload").there();
       step.key.kind = upload ? Kind::kUpload : Kind::kDownload;
-      const char* key = upload ? "upload" : "download";
-      const json& text = object.at(key);
-      if (!text.is_string() || !ParseObject(text.get_ref<const std::string&>(), step.key)) {
+      const std::string_view key = upload ? "upload" : "download";
+      const std::string* text = object.member(key).text();
+      if (text == nullptr || !ParseObject(*text, step.key)) {
         Fail(At(where, key), "must be an object such as \"1C12h:1\" or \"0x1C12:1\"");
       }
     }
@@ -263,22 +260,19 @@ class Reader {
            sub_code == std::errc() && sub_end == sub.data() + sub.size();
   }
 
-  void Value(const json& object, const std::string& where, ExpectedStep& step) {
-    const json* value = Find(object, "value");
-    if (value == nullptr) return;
+  void Value(JsonValue object, const std::string& where, ExpectedStep& step) {
+    const JsonValue value = Find(object, "value");
+    if (!value.there()) return;
     const std::string here = At(where, "value");
-    if (object.contains("request") || object.contains("drive")) return Fail(here, "a step of this kind has no value");
-    if (value->is_number_integer()) {
-      if (value->is_number_unsigned() &&
-          value->get<std::uint64_t>() > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) {
-        return Fail(here, "the number is too large; give the bytes in hexadecimal");
-      }
-      step.number = value->get<std::int64_t>();
-      return;
+    if (object.member("request").there() || object.member("drive").there()) {
+      return Fail(here, "a step of this kind has no value");
     }
-    if (!value->is_string()) return Fail(here, "must be a whole number, bytes in hexadecimal, or null for any");
+    step.number = value.integer();
+    if (step.number) return;
+    if (value.natural()) return Fail(here, "the number is too large; give the bytes in hexadecimal");
+    if (!value.is_text()) return Fail(here, "must be a whole number, bytes in hexadecimal, or null for any");
     std::vector<std::uint8_t> bytes;
-    const std::string& text = value->get_ref<const std::string&>();
+    const std::string& text = *value.text();
     for (std::size_t i = 0; i < text.size();) {
       if (text[i] == ' ') {
         ++i;
@@ -337,59 +331,76 @@ bool ExpectsNothing(const Expectation& e) {
          std::none_of(e.limits.begin(), e.limits.end(), [](const auto& limit) { return limit.has_value(); });
 }
 
-Ordered StepJson(const ExpectedStep& step) {
-  Ordered out;
-  out["phase"] = Name(step.phase);
-  const auto& key = step.key;
-  switch (key.kind) {
-    case StartupKey::Kind::kWrite:
-      out["write"] = Hex(key.address);
-      break;
-    case StartupKey::Kind::kEeprom:
-      out["eeprom"] = Hex(key.address);
-      break;
-    case StartupKey::Kind::kRequest:
-      out["request"] = key.address;
-      if (esc::IsAlState(static_cast<std::uint8_t>(key.address))) {
-        out["request"] = esc::StateName(static_cast<std::uint8_t>(key.address));
-      }
-      return out;
-    case StartupKey::Kind::kDownload:
-    case StartupKey::Kind::kUpload:
-      out[key.kind == StartupKey::Kind::kUpload ? "upload" : "download"] =
-          ObjectName(static_cast<std::uint16_t>(key.address), key.subindex);
-      if (key.complete_access) out["complete_access"] = true;
-      break;
-    case StartupKey::Kind::kDrive:
-      out["drive"] = Hex(key.address);
-      out["name"] = Printable(step.name);
-      return out;
-  }
-  out["name"] = Printable(step.name);
-  if (!step.data) {
-    out["value"] = nullptr;
-    return out;
-  }
-  // Short values as people write them; structures of registers and complete access as bytes.
-  if (step.data->size() <= 4 && !key.complete_access) {
+/// Short values as people write them; structures of registers and complete access as bytes.
+void PutValue(JsonObject& out, const ExpectedStep& step) {
+  if (!step.data) return out.Put("value", nullptr);
+  std::string written;
+  if (step.data->size() <= 4 && !step.key.complete_access) {
     std::uint64_t number = 0;
     for (std::size_t i = step.data->size(); i-- > 0;) number = number << 8U | (*step.data)[i];
-    out["value"] = number;
+    out.Put("value", number);
+    written = std::to_string(number);
   } else {
-    out["value"] = HexBytes(*step.data);
+    out.Put("value", HexBytes(*step.data));
+    written = "\"" + HexBytes(*step.data) + "\"";
   }
-  if (!step.text.empty() && step.text != out["value"].dump()) out["text"] = Printable(step.text);
+  if (!step.text.empty() && step.text != written) out.Put("text", Printable(step.text));
+}
+
+void PutStep(JsonObject& out, const ExpectedStep& step) {
+  out.Put("phase", Name(step.phase));
+  const StartupKey& key = step.key;
+  switch (key.kind) {
+    case StartupKey::Kind::kWrite:
+      out.Put("write", Hex(key.address));
+      break;
+    case StartupKey::Kind::kEeprom:
+      out.Put("eeprom", Hex(key.address));
+      break;
+    case StartupKey::Kind::kRequest: {
+      const auto state = static_cast<std::uint8_t>(key.address);
+      // Masters also ask for what is no state.
+      out.Put("request", esc::IsAlState(state) ? report::JsonScalar(esc::StateName(state)) : key.address);
+      return;
+    }
+    case StartupKey::Kind::kDownload:
+    case StartupKey::Kind::kUpload:
+      out.Put(key.kind == StartupKey::Kind::kUpload ? "upload" : "download",
+              ObjectName(static_cast<std::uint16_t>(key.address), key.subindex));
+      if (key.complete_access) out.Put("complete_access", true);
+      break;
+    case StartupKey::Kind::kDrive:
+      out.Put("drive", Hex(key.address));
+      out.Put("name", Printable(step.name));
+      return;
+  }
+  out.Put("name", Printable(step.name));
+  PutValue(out, step);
+}
+
+void PutPhase(JsonObject& out, const StartupPhaseSummary& phase) {
+  out.Put("limit_ms", nullptr);
+  if (phase.duration) out.Put("took_ms", std::round(static_cast<double>(*phase.duration) / 1e3) / 1e3);
+}
+
+std::string Quoted(std::string_view text) {
+  std::string out;
+  AppendJson(out, text);
   return out;
 }
 
-std::string Line(const Ordered& value) {
-  return value.dump(-1, ' ', false, Ordered::error_handler_t::replace);
+/// An object on one line, which `write(JsonObject&, item)` fills.
+template <typename Item>
+std::string Line(void (*write)(JsonObject&, const Item&), const Item& item) {
+  JsonText text(JsonText::Layout::kLine);
+  text.Object([&](JsonObject& out) { write(out, item); });
+  return text.Take();
 }
 
 void AppendSteps(std::string& out, const std::vector<ExpectedStep>& steps, const std::string& indent) {
   out += "\"steps\": [";
   for (std::size_t i = 0; i < steps.size(); ++i) {
-    out += (i == 0 ? "\n" : ",\n") + indent + "  " + Line(StepJson(steps[i]));
+    out += (i == 0 ? "\n" : ",\n") + indent + "  " + Line(PutStep, steps[i]);
   }
   out += (steps.empty() ? "]" : "\n" + indent + "]");
 }
@@ -404,14 +415,14 @@ Result<std::shared_ptr<const Expectation>> ReadExpectation(const std::string& pa
   const std::size_t first = content.find_first_not_of(" \t\r\n");
   if (first != std::string_view::npos && content[first] == '<') return ReadEniExpectation(path);
 
-  const Result<json> document = ReadJsonFile(path);
+  const Result<JsonDocument> document = ReadJsonFile(path);
   if (!document) return document.error();
-  if (!document->is_object() || document->value("schema", json()) != kSchema) {
-    return Error{Printable(path) + " is neither an ENI nor an expectation (\"schema\": \"" + std::string(kSchema) +
-                 "\")"};
+  if (!document->root().member("schema").is_text(kExpectationSchema)) {
+    return Error{Printable(path) + " is neither an ENI nor an expectation (\"schema\": \"" +
+                 std::string(kExpectationSchema) + "\")"};
   }
   Reader reader;
-  auto expectation = std::make_shared<Expectation>(reader.Read(*document));
+  auto expectation = std::make_shared<Expectation>(reader.Read(document->root()));
   if (reader.error()) return Error{Printable(path) + ": " + *reader.error()};
   if (ExpectsNothing(*expectation)) {
     return Error{Printable(path) + ": no slave, step or limit is listed, so nothing can be expected"};
@@ -422,12 +433,12 @@ Result<std::shared_ptr<const Expectation>> ReadExpectation(const std::string& pa
 
 std::string WriteExpectation(const AnalysisResult& result) {
   const Expectation expectation = startup::ExpectationOf(result);
-  std::string out = "{\n  \"schema\": " + Line(kSchema) + ",\n";
+  std::string out = "{\n  \"schema\": " + Quoted(kExpectationSchema) + ",\n";
   out +=
       "  \"comment\": \"name, text and took_ms are for people. A value of null fits any; limit_ms null is no limit. "
       "strict: steps that are not listed are wrong.\",\n";
-  out += "  \"tool\": " + Line("ecaudit " + std::string(Version())) + ",\n";
-  out += "  \"saved_from\": " + Line(Printable(std::filesystem::path(result.capture.file.path).filename().string())) +
+  out += "  \"tool\": " + Quoted("ecaudit " + std::string(Version())) + ",\n";
+  out += "  \"saved_from\": " + Quoted(Printable(std::filesystem::path(result.capture.file.path).filename().string())) +
          ",\n";
   out += "  \"strict\": false,\n  \"bus\": {";
   AppendSteps(out, expectation.bus, "    ");
@@ -435,21 +446,16 @@ std::string WriteExpectation(const AnalysisResult& result) {
   for (std::size_t s = 0; s < expectation.slaves.size(); ++s) {
     const ExpectedSlave& slave = expectation.slaves[s];
     out += s == 0 ? "\n    {" : ",\n    {";
-    out += "\"position\": " + std::to_string(slave.position) + ", \"name\": " + Line(Printable(slave.name));
+    out += "\"position\": " + std::to_string(slave.position) + ", \"name\": " + Quoted(Printable(slave.name));
     for (const auto& [key, value] :
          {std::pair("vendor_id", &slave.vendor_id), std::pair("product_code", &slave.product_code),
           std::pair("revision", &slave.revision)}) {
-      if (*value) out += ", \"" + std::string(key) + "\": " + Line(Hex(**value, 8));
+      if (*value) out += ", \"" + std::string(key) + "\": " + Quoted(Hex(**value, 8));
     }
     out += ",\n     \"phases\": {";
     const std::vector<StartupPhaseSummary>& phases = result.slaves[s].startup.phases;
     for (std::size_t p = 0; p < phases.size(); ++p) {
-      Ordered entry;
-      entry["limit_ms"] = nullptr;
-      if (phases[p].duration) {
-        entry["took_ms"] = std::round(static_cast<double>(*phases[p].duration) / 1e3) / 1e3;
-      }
-      out += (p == 0 ? "\n       " : ",\n       ") + Line(Name(phases[p].phase)) + ": " + Line(entry);
+      out += (p == 0 ? "\n       " : ",\n       ") + Quoted(Name(phases[p].phase)) + ": " + Line(PutPhase, phases[p]);
     }
     out += "},\n     ";
     AppendSteps(out, slave.steps, "     ");
@@ -459,7 +465,7 @@ std::string WriteExpectation(const AnalysisResult& result) {
 }
 
 std::optional<Error> CheckSavePath(const std::string& path) {
-  return CheckReplaced(path, kSchema, "expectation");
+  return CheckReplaced(path, kExpectationSchema, "expectation");
 }
 
 }  // namespace ecaudit::cli

@@ -6,65 +6,12 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <set>
 #include <system_error>
-#include <vector>
 
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
 namespace {
-
-/// Finds where a text stops being JSON, which the parser without exceptions does not tell otherwise.
-class ErrorLocator : public nlohmann::json_sax<nlohmann::json> {
- public:
-  [[nodiscard]] std::size_t position() const { return position_; }
-
-  bool null() override { return true; }
-  bool boolean(bool /*value*/) override { return true; }
-  bool number_integer(number_integer_t /*value*/) override { return true; }
-  bool number_unsigned(number_unsigned_t /*value*/) override { return true; }
-  bool number_float(number_float_t /*value*/, const string_t& /*text*/) override { return true; }
-  bool string(string_t& /*value*/) override { return true; }
-  bool binary(binary_t& /*value*/) override { return true; }
-  bool start_object(std::size_t /*elements*/) override { return true; }
-  bool key(string_t& /*value*/) override { return true; }
-  bool end_object() override { return true; }
-  bool start_array(std::size_t /*elements*/) override { return true; }
-  bool end_array() override { return true; }
-  bool parse_error(std::size_t position, const std::string& /*token*/,
-                   const nlohmann::detail::exception& /*e*/) override {
-    position_ = position;
-    return false;
-  }
-
- private:
-  std::size_t position_ = 0;
-};
-
-/// Finds a key that an object has twice: the parser would take the last one without a word.
-class RepeatedKey : public ErrorLocator {
- public:
-  [[nodiscard]] const std::string& key() const { return repeated_; }
-
-  bool start_object(std::size_t /*elements*/) override {
-    keys_.emplace_back();
-    return true;
-  }
-  bool key(string_t& key) override {
-    if (keys_.back().insert(key).second) return true;
-    repeated_ = key;
-    return false;
-  }
-  bool end_object() override {
-    keys_.pop_back();
-    return true;
-  }
-
- private:
-  std::vector<std::set<std::string>> keys_;
-  std::string repeated_;
-};
 
 /// ":3:14" for the byte before `position` (which counts from 1).
 std::string LineAndColumn(const std::string& text, std::size_t position) {
@@ -95,29 +42,22 @@ Result<std::string> ReadSmallFile(const std::string& path, std::uintmax_t larges
   return text;
 }
 
-Result<nlohmann::json> ReadJsonFile(const std::string& path, std::uintmax_t largest) {
+Result<JsonDocument> ReadJsonFile(const std::string& path, std::uintmax_t largest) {
   const Result<std::string> text = ReadSmallFile(path, largest);
   if (!text) return text.error();
-  auto document = nlohmann::json::parse(*text, nullptr, false);
-  if (document.is_discarded()) {
-    ErrorLocator locator;
-    nlohmann::json::sax_parse(*text, &locator);
-    return Error{path + LineAndColumn(*text, locator.position()) + ": not valid JSON"};
+  JsonReading reading = ReadJson(*text);
+  if (!reading.document) return Error{path + LineAndColumn(*text, reading.position) + ": not valid JSON"};
+  if (reading.repeated_key && largest == kLargestWritten) {
+    return Error{path + ": the key '" + Printable(*reading.repeated_key) + "' stands twice in one object"};
   }
-  if (largest == kLargestWritten) {
-    RepeatedKey repeated;
-    if (!nlohmann::json::sax_parse(*text, &repeated)) {
-      return Error{path + ": the key '" + Printable(repeated.key()) + "' stands twice in one object"};
-    }
-  }
-  return document;
+  return std::move(*reading.document);
 }
 
 std::optional<Error> CheckReplaced(const std::string& path, std::string_view schema, std::string_view noun) {
   std::error_code code;
   if (!std::filesystem::is_regular_file(path, code) || std::filesystem::file_size(path, code) == 0) return std::nullopt;
-  const Result<nlohmann::json> document = ReadJsonFile(path);
-  if (document && document->is_object() && document->value("schema", nlohmann::json()) == schema) return std::nullopt;
+  const Result<JsonDocument> document = ReadJsonFile(path);
+  if (document && document->root().member("schema").is_text(schema)) return std::nullopt;
   return Error{Printable(path) + " is there already and no " + std::string(noun) + "; it will not be overwritten"};
 }
 

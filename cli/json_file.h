@@ -6,8 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include <nlohmann/json.hpp>
-
+#include "decoder/base/json.h"
 #include "decoder/base/result.h"
 
 namespace ecaudit::cli {
@@ -18,7 +17,7 @@ inline constexpr std::uintmax_t kLargestReport = 1U << 30U;    ///< bytes of a r
 /// Reads and parses `path`. In files that people write (`largest` as by default) no object may have a key twice.
 /// @param largest  bytes it may have
 /// @return the document, or one line: "x.json:3:14: not valid JSON"
-[[nodiscard]] Result<nlohmann::json> ReadJsonFile(const std::string& path, std::uintmax_t largest = kLargestWritten);
+[[nodiscard]] Result<JsonDocument> ReadJsonFile(const std::string& path, std::uintmax_t largest = kLargestWritten);
 
 /// The whole file; or one line saying why not.
 [[nodiscard]] Result<std::string> ReadSmallFile(const std::string& path, std::uintmax_t largest = kLargestWritten);

@@ -56,9 +56,9 @@ void RemoveUnfinished(const std::string& folder, std::span<const std::string> re
 
 std::optional<report::CaptureDigest> ReadDoneReport(const std::string& path, const std::string& capture,
                                                     const report::Origin& origin) {
-  const Result<nlohmann::json> document = ReadJsonFile(path, kLargestReport);
+  const Result<JsonDocument> document = ReadJsonFile(path, kLargestReport);
   if (!document) return std::nullopt;
-  Result<report::ReportDigest> report = report::ReadReportDigest(*document);
+  Result<report::ReportDigest> report = report::ReadReportDigest(document->root());
   if (!report || report->version != Version() || report->origin != origin || report->captures.size() != 1) {
     return std::nullopt;
   }

@@ -6,12 +6,11 @@
 #include <optional>
 #include <sys/stat.h>
 
-#include <nlohmann/json.hpp>
-
 #include "analyzers/judge/catalogue.h"
 #include "analyzers/options/options.h"
 #include "analyzers/result/rule_info.h"
 #include "cli/report/fingerprint.h"
+#include "cli/report/json_text.h"
 #include "cli/report/times.h"
 #include "cli/version.h"
 #include "decoder/base/text.h"
@@ -19,26 +18,66 @@
 namespace ecaudit::cli {
 namespace {
 
-using Json = nlohmann::json;
+using report::JsonArray;
+using report::JsonObject;
 
 std::string HashText(std::string_view text) {
   return Hex(report::StableHash(text), 16).substr(2);
 }
 
-/// Name and content of a file that settings name.
-Json FileKey(const std::string& path) {
-  if (path.empty()) return nullptr;
+void AddFileNameAndHash(JsonArray& out, const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  return {path, HashText(std::string((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>()))};
+  out.Add(path);
+  out.Add(HashText(std::string((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>())));
 }
 
-template <typename T>
-Json OrNull(const std::optional<T>& value) {
-  return value ? Json(*value) : Json(nullptr);
+/// Name and content of a file that settings name.
+void PutFile(JsonObject& out, std::string_view key, const std::string& path) {
+  if (path.empty()) return out.Put(key, nullptr);
+  out.Array(key, [&](JsonArray& pair) { AddFileNameAndHash(pair, path); });
 }
 
-Json SelectorKey(const SlaveSelector& slave) {
-  return {slave.by_address, slave.value};
+void AddSelectorParts(JsonArray& out, const SlaveSelector& slave) {
+  out.Add(slave.by_address);
+  out.Add(slave.value);
+}
+
+void AddSelector(JsonArray& out, const SlaveSelector& slave) {
+  out.AddArray([&](JsonArray& parts) { AddSelectorParts(parts, slave); });
+}
+
+void AddSlaveProfile(JsonArray& out, const std::pair<SlaveSelector, std::string>& setting) {
+  AddSelector(out, setting.first);
+  out.Add(setting.second);
+}
+
+void AddGivenParameter(JsonArray& out, const GivenParameter& parameter) {
+  if (parameter.slave) {
+    AddSelector(out, *parameter.slave);
+  } else {
+    out.Add(nullptr);
+  }
+  out.Add(parameter.keyword);
+  out.Add(parameter.value);
+}
+
+void AddRange(JsonArray& out, const AnalysisOptions& analysis) {
+  out.Add(analysis.from_s);
+  out.Add(analysis.to_s);
+  out.Add(analysis.from_frame);
+  out.Add(analysis.to_frame);
+}
+
+/// An array with an array for each of `items`, which `add` fills; left out when there are none.
+template <typename Item>
+void PutRows(JsonObject& out, std::string_view key, const std::vector<Item>& items,
+             void (*add)(JsonArray&, const Item&)) {
+  if (items.empty()) return;
+  out.Array(key, [&](JsonArray& rows) {
+    for (const Item& item : items) {
+      rows.AddArray([&](JsonArray& row) { add(row, item); });
+    }
+  });
 }
 
 std::string CatalogueHash() {
@@ -56,29 +95,36 @@ std::string CatalogueHash() {
 std::string SettingsKey(const Settings& settings) {
   static const std::string catalogue = CatalogueHash();
   const AnalysisOptions& analysis = settings.analysis;
-  Json key;
-  key["version"] = Version();
-  key["catalogue"] = catalogue;
-  key["default_profile"] = analysis.default_profile;
-  for (const auto& [slave, profile] : analysis.slave_profiles) {
-    key["slave_profiles"].push_back({SelectorKey(slave), profile});
-  }
-  for (const GivenParameter& parameter : analysis.parameters) {
-    key["parameters"].push_back(
-        {parameter.slave ? SelectorKey(*parameter.slave) : Json(nullptr), parameter.keyword, parameter.value});
-  }
-  key["rules"] = RuleSettingTexts(analysis);
-  key["range"] = {OrNull(analysis.from_s), OrNull(analysis.to_s), OrNull(analysis.from_frame),
-                  OrNull(analysis.to_frame)};
-  for (const auto& [name, limit] : analysis.limits) key["limits"][name] = limit;
-  for (const SlaveSelector& slave : settings.slaves) key["slaves"].push_back(SelectorKey(slave));
-  key["fail_on"] = Name(settings.fail_on);
-  key["config"] = settings.config;
-  key["baseline"] = FileKey(settings.baseline);
-  for (const std::string& file : settings.esi) key["esi"].push_back(FileKey(file));
-  key["eni"] = FileKey(settings.eni.value_or(""));
-  // Paths may hold bytes that are no UTF-8.
-  return HashText(key.dump(-1, ' ', false, Json::error_handler_t::replace));
+  report::JsonText text(report::JsonText::Layout::kLine);
+  // By the alphabet: the hashes that reports already hold were made so.
+  text.Object([&](JsonObject& key) {
+    PutFile(key, "baseline", settings.baseline);
+    key.Put("catalogue", catalogue);
+    key.Put("config", settings.config);
+    key.Put("default_profile", analysis.default_profile);
+    PutFile(key, "eni", settings.eni.value_or(""));
+    PutRows(key, "esi", settings.esi, AddFileNameAndHash);
+    key.Put("fail_on", Name(settings.fail_on));
+    if (!analysis.limits.empty()) {
+      key.Object("limits", [&](JsonObject& limits) {
+        for (const auto& [name, limit] : analysis.limits) limits.Put(name, limit);
+      });
+    }
+    PutRows(key, "parameters", analysis.parameters, AddGivenParameter);
+    key.Array("range", [&](JsonArray& range) { AddRange(range, analysis); });
+    key.Array("rules", [&](JsonArray& rules) {
+      for (const auto& setting : RuleSettingTexts(analysis)) {
+        rules.AddArray([&](JsonArray& row) {
+          row.Add(setting.first);
+          row.Add(setting.second);
+        });
+      }
+    });
+    PutRows(key, "slave_profiles", analysis.slave_profiles, AddSlaveProfile);
+    PutRows(key, "slaves", settings.slaves, AddSelectorParts);
+    key.Put("version", Version());
+  });
+  return HashText(text.Take());
 }
 
 report::Origin OriginOf(std::span<const std::string> files, const std::string& settings_key) {

@@ -7,6 +7,7 @@
 
 #include "analyzers/objects/object_value.h"
 #include "analyzers/signals/signal_value.h"
+#include "decoder/base/text.h"
 #include "decoder/esc/dc_registers.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/mailbox/coe_types.h"
@@ -27,15 +28,6 @@ std::size_t Rank(std::uint16_t index) {
 
 double AsDouble(const signals::SignalValue& value) {
   return std::visit([](auto number) { return static_cast<double>(number); }, value);
-}
-
-/// Cut between UTF-8 characters.
-std::string Cut(std::string text) {
-  if (text.size() <= kMaxValueBytes) return text;
-  std::size_t length = kMaxValueBytes;
-  while (length > 0 && (static_cast<unsigned char>(text[length]) & 0xC0U) == 0x80U) --length;
-  text.resize(length);
-  return text + " ...";
 }
 
 std::string OutcomeText(mailbox::SdoOutcome outcome) {
@@ -122,10 +114,11 @@ void TimelineCollector::On(const mailbox::SdoTransfer& transfer) {
     const bool whole = row.download || transfer.outcome == mailbox::SdoOutcome::kCompleted;
     if (whole && !transfer.data_gap && !transfer.data.empty()) {
       const ByteSpan data = Slice(transfer.data, 0, kMaxValueBytes);
-      row.value =
-          Cut(transfer.complete_access
-                  ? events::ReadCompleteAccess(model.names, model.profile, transfer.index, transfer.subindex, data).text
-                  : events::ReadValue(model.names, model.profile, transfer.index, transfer.subindex, data).text);
+      row.value = Shortened(
+          transfer.complete_access
+              ? events::ReadCompleteAccess(model.names, model.profile, transfer.index, transfer.subindex, data).text
+              : events::ReadValue(model.names, model.profile, transfer.index, transfer.subindex, data).text,
+          kMaxValueBytes);
     }
   }
   if (transfer.outcome == mailbox::SdoOutcome::kAborted) {

@@ -6,6 +6,7 @@
 #include "analyzers/judge/catalogue.h"
 #include "analyzers/options/options.h"
 #include "analyzers/result/rule_info.h"
+#include "cli/report/json_text.h"
 
 namespace ecaudit::cli {
 
@@ -48,16 +49,14 @@ std::vector<std::string_view> RuleGroups() {
   return groups;
 }
 
-nlohmann::ordered_json RuleJson(const RuleInfo& rule) {
-  nlohmann::ordered_json json;
-  json["id"] = rule.id;
-  json["group"] = rule.group;
-  json["severity"] = Name(rule.severity);
-  json["title"] = rule.title;
-  json["needs"] = rule.needs;
-  json["source"] = rule.source;
-  json["doc"] = rule.doc;
-  return json;
+void PutRule(report::JsonObject& out, const RuleInfo& rule) {
+  out.Put("id", rule.id);
+  out.Put("group", rule.group);
+  out.Put("severity", Name(rule.severity));
+  out.Put("title", rule.title);
+  out.Put("needs", rule.needs);
+  out.Put("source", rule.source);
+  out.Put("doc", rule.doc);
 }
 
 }  // namespace ecaudit::cli

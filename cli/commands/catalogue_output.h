@@ -7,12 +7,14 @@
 #include <string_view>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "analyzers/result/rule_info.h"
 #include "cli/console.h"
 #include "cli/exit_status.h"
 #include "cli/options.h"
+
+namespace ecaudit::report {
+class JsonObject;
+}
 
 namespace ecaudit::cli {
 
@@ -33,6 +35,6 @@ class CatalogueOutput {
 [[nodiscard]] std::vector<std::string_view> RuleGroups();
 
 /// All that is known of a rule.
-[[nodiscard]] nlohmann::ordered_json RuleJson(const RuleInfo& rule);
+void PutRule(report::JsonObject& out, const RuleInfo& rule);
 
 }  // namespace ecaudit::cli

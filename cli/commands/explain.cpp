@@ -4,13 +4,12 @@
 #include <string>
 #include <string_view>
 
-#include <nlohmann/json.hpp>
-
 #include "analyzers/judge/catalogue.h"
 #include "analyzers/options/options.h"
 #include "analyzers/result/rule_info.h"
 #include "cli/commands/catalogue_output.h"
 #include "cli/commands/command.h"
+#include "cli/report/json_text.h"
 #include "cli/report/layout.h"
 #include "cli/suggest.h"
 
@@ -101,7 +100,7 @@ class ExplainCommand : public Command {
     }
     return output_.Print(
         console, [rule](bool color) { return ExplainText(*rule, color); },
-        [rule] { return RuleJson(*rule).dump(2) + "\n"; });
+        [rule] { return report::JsonDocumentText([rule](report::JsonObject& out) { PutRule(out, *rule); }); });
   }
 
  private:

@@ -7,8 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "analyzers/judge/catalogue.h"
 #include "analyzers/options/options.h"
 #include "cli/baseline.h"
@@ -98,13 +96,13 @@ class MergeCommand : public Command {
   }
 
   [[nodiscard]] std::optional<Error> Read(const std::string& file, report::Digest& digest, Console& console) {
-    const Result<nlohmann::json> document = ReadJsonFile(file, kLargestReport);
+    const Result<JsonDocument> document = ReadJsonFile(file, kLargestReport);
     if (!document) return document.error();
-    if (document->is_object() && document->value("schema", nlohmann::json()) == "ecaudit.summary/1") {
+    if (document->root().member("schema").is_text("ecaudit.summary/1")) {
       console.Warning(file + " is a summary, not a report: passed over");
       return std::nullopt;
     }
-    Result<report::ReportDigest> read = report::ReadReportDigest(*document);
+    Result<report::ReportDigest> read = report::ReadReportDigest(document->root());
     if (!read) return Error{file + ": " + read.error().message};
     versions_.insert(read->version);
     for (report::CaptureDigest& capture : read->captures) {

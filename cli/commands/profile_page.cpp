@@ -6,10 +6,9 @@
 #include <string_view>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "cli/commands/profile_details.h"
 #include "cli/commands/profile_process.h"
+#include "cli/report/json_text.h"
 #include "cli/report/layout.h"
 #include "decoder/base/text.h"
 #include "decoder/device/profile_registry.h"
@@ -157,17 +156,18 @@ std::string ProfileText(const device::DeviceDescription& profile, bool full, boo
 }
 
 std::string ProfileJson(const device::DeviceDescription& profile) {
-  nlohmann::ordered_json json;
-  json["schema"] = "ecaudit.profile-page/1";
-  json["id"] = profile.id;
-  json["title"] = profile.title;
-  json["files"] = nlohmann::ordered_json::array();
-  std::set<std::string, std::less<>> written;
-  for (const device::DeviceDescription* at = &profile; at != nullptr && written.insert(at->id).second;
-       at = device::BuiltinProfile(at->extends)) {
-    json["files"].push_back(nlohmann::ordered_json::parse(device::BuiltinProfileText(at->id), nullptr, false));
-  }
-  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return report::JsonDocumentText([&](report::JsonObject& out) {
+    out.Put("schema", "ecaudit.profile-page/1");
+    out.Put("id", profile.id);
+    out.Put("title", profile.title);
+    out.Array("files", [&](report::JsonArray& files) {
+      std::set<std::string, std::less<>> written;
+      for (const device::DeviceDescription* at = &profile; at != nullptr && written.insert(at->id).second;
+           at = device::BuiltinProfile(at->extends)) {
+        files.AddDocument(device::BuiltinProfileText(at->id));
+      }
+    });
+  });
 }
 
 }  // namespace ecaudit::cli

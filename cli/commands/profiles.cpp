@@ -5,11 +5,10 @@
 #include <string_view>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "cli/commands/catalogue_output.h"
 #include "cli/commands/command.h"
 #include "cli/commands/profile_page.h"
+#include "cli/report/json_text.h"
 #include "cli/report/layout.h"
 #include "cli/suggest.h"
 #include "decoder/device/profile_registry.h"
@@ -32,22 +31,25 @@ std::string ListText(bool color) {
   return text.Take();
 }
 
+void PutProfile(report::JsonObject& out, const device::DeviceDescription& profile) {
+  out.Put("id", profile.id);
+  out.Put("title", profile.title);
+  out.Put("edition", profile.edition);
+  out.Put("document", profile.document);
+  out.Put("extends", profile.extends);
+}
+
 std::string ListJson() {
-  nlohmann::ordered_json json;
-  json["schema"] = "ecaudit.profiles/1";
-  json["profiles"] = nlohmann::ordered_json::array();
-  for (const std::string& name : device::BuiltinProfileNames()) {
-    const device::DeviceDescription* profile = device::BuiltinProfile(name);
-    if (profile == nullptr) continue;
-    nlohmann::ordered_json entry;
-    entry["id"] = profile->id;
-    entry["title"] = profile->title;
-    entry["edition"] = profile->edition;
-    entry["document"] = profile->document;
-    entry["extends"] = profile->extends;
-    json["profiles"].push_back(std::move(entry));
-  }
-  return json.dump(2) + "\n";
+  return report::JsonDocumentText([](report::JsonObject& out) {
+    out.Put("schema", "ecaudit.profiles/1");
+    out.Array("profiles", [](report::JsonArray& profiles) {
+      for (const std::string& name : device::BuiltinProfileNames()) {
+        const device::DeviceDescription* profile = device::BuiltinProfile(name);
+        if (profile == nullptr) continue;
+        profiles.AddObject([profile](report::JsonObject& json) { PutProfile(json, *profile); });
+      }
+    });
+  });
 }
 
 class ProfilesCommand : public Command {

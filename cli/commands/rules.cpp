@@ -3,13 +3,12 @@
 #include <string>
 #include <string_view>
 
-#include <nlohmann/json.hpp>
-
 #include "analyzers/judge/catalogue.h"
 #include "analyzers/options/options.h"
 #include "analyzers/result/rule_info.h"
 #include "cli/commands/catalogue_output.h"
 #include "cli/commands/command.h"
+#include "cli/report/json_text.h"
 #include "cli/report/layout.h"
 
 namespace ecaudit::cli {
@@ -42,11 +41,10 @@ std::string RulesText(bool color) {
 }
 
 std::string RulesJson() {
-  nlohmann::ordered_json json;
-  json["schema"] = "ecaudit.rules/1";
-  json["rules"] = nlohmann::ordered_json::array();
-  for (const RuleInfo* rule : RuleCatalogue()) json["rules"].push_back(RuleJson(*rule));
-  return json.dump(2) + "\n";
+  return report::JsonDocumentText([](report::JsonObject& out) {
+    out.Put("schema", "ecaudit.rules/1");
+    out.List("rules", RuleCatalogue(), [](report::JsonObject& json, const RuleInfo* rule) { PutRule(json, *rule); });
+  });
 }
 
 class RulesCommand : public Command {

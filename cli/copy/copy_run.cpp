@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::size_t kCopyBufferBytes = std::size_t{1} << 20U;
 
-ExitStatus Interrupted(Console& console, const std::string& name, const std::string& what = "nothing was written") {
+ExitStatus InterruptedCopy(Console& console, const std::string& name, const std::string& what = "nothing was written") {
   console.Error(name + ": interrupted; " + what);
   return ExitStatus::kInterrupted;
 }
@@ -205,7 +205,7 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
   AnalysisResult result;
   {
     auto source = open();
-    if (!source && InterruptFlag()) return Interrupted(console, name);
+    if (!source && InterruptFlag()) return InterruptedCopy(console, name);
     if (!source) return Fail(console, source.error());
     Progress progress(console, file_name + ", first pass");
     analysis.progress = [&progress](std::uint64_t done, std::uint64_t total, std::uint64_t packets) {
@@ -214,7 +214,7 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
     result = Analyse(**source, analysis);
     progress.Clear();
   }
-  if (InterruptFlag()) return Interrupted(console, name);
+  if (InterruptFlag()) return InterruptedCopy(console, name);
   if (KeepSlaves(settings->slaves, result) == 0 && !settings->slaves.empty()) {
     return Fail(console, Error{name + " has no slave " + capture_.slaves.front()});
   }
@@ -225,7 +225,7 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
   if (!wish) return Fail(console, Error{name + ": " + wish.error().message});
 
   auto source = open();
-  if (!source && InterruptFlag()) return Interrupted(console, name);
+  if (!source && InterruptFlag()) return InterruptedCopy(console, name);
   if (!source) return Fail(console, source.error());
   ByteOutput output;
   if (const auto error = output.Open(output_, console)) return Fail(console, *error);
@@ -239,7 +239,7 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
   const auto error = copier.Run(result.capture.file.interfaces, about, output, progress);
   progress.Clear();
   if (InterruptFlag()) {
-    return output_ == "-" ? Interrupted(console, name, "the copy ends early") : Interrupted(console, name);
+    return output_ == "-" ? InterruptedCopy(console, name, "the copy ends early") : InterruptedCopy(console, name);
   }
   if (error) return Fail(console, *error);
   const Copied& copied = copier.copied();

@@ -3,29 +3,19 @@
 #include <algorithm>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
+#include "cli/report/json_text.h"
 #include "cli/report/layout.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::report {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-constexpr std::size_t kIndent = 2;
+constexpr std::size_t kNoteIndent = 2;
 constexpr std::size_t kSideIndent = 4;
 constexpr std::size_t kSideHanging = 7;
 constexpr std::size_t kLongestSide = 400;
 /// Differences told in full; the JSON has all.
 constexpr std::size_t kTold = 60;
-
-std::string Shortened(std::string text) {
-  if (text.size() <= kLongestSide) return text;
-  std::size_t end = kLongestSide;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
-  return text.substr(0, end) + " ...";
-}
 
 std::string FrameText(FrameNo frame) {
   return frame == 0 ? "" : " (#" + std::to_string(frame) + ")";
@@ -63,7 +53,7 @@ class DiffText {
     if (!report_.diff.notes.empty()) {
       text_.Line();
       text_.Line(text_.Styled("Not compared", Style::kBold));
-      for (const std::string& note : report_.diff.notes) text_.Paragraph(OneLine(note), kIndent, kSideIndent);
+      for (const std::string& note : report_.diff.notes) text_.Paragraph(OneLine(note), kNoteIndent, kSideIndent);
     }
     return text_.Take();
   }
@@ -102,8 +92,8 @@ class DiffText {
   }
 
   void Sides(const diff::Difference& d) {
-    text_.Paragraph("A  " + Shortened(OneLine(d.in_a)) + FrameText(d.frame_a), kSideIndent, kSideHanging);
-    text_.Paragraph("B  " + Shortened(OneLine(d.in_b)) + FrameText(d.frame_b), kSideIndent, kSideHanging);
+    text_.Paragraph("A  " + Shortened(OneLine(d.in_a), kLongestSide) + FrameText(d.frame_a), kSideIndent, kSideHanging);
+    text_.Paragraph("B  " + Shortened(OneLine(d.in_b), kLongestSide) + FrameText(d.frame_b), kSideIndent, kSideHanging);
   }
 
   void Outcome(const diff::Difference& d) {
@@ -125,29 +115,47 @@ class DiffText {
         ++left_out;
         continue;
       }
-      text_.Paragraph(Labels(d) + ": " + Shortened(OneLine(d.what)), kIndent, kSideIndent);
+      text_.Paragraph(Labels(d) + ": " + Shortened(OneLine(d.what), kLongestSide), kNoteIndent, kSideIndent);
       Sides(d);
     }
-    if (left_out > 0) text_.Line(Count(left_out, "further difference") + " not shown; --format json has all", kIndent);
+    if (left_out > 0)
+      text_.Line(Count(left_out, "further difference") + " not shown; --format json has all", kNoteIndent);
   }
 
   const DiffReport& report_;
   TextBuilder text_;
 };
 
-Json CaptureJson(const AnalysisResult& result) {
-  return {{"path", Printable(result.capture.file.path)},
-          {"packets", result.capture.packets},
-          {"slaves", result.slaves.size()}};
+void PutCapture(JsonObject& out, const AnalysisResult& result) {
+  out.Put("path", Printable(result.capture.file.path));
+  out.Put("packets", result.capture.packets);
+  out.Put("slaves", result.slaves.size());
 }
 
-Json SideJson(const SlaveSummary* slave) {
-  if (slave == nullptr) return nullptr;
-  Json json;
-  json["position"] = slave->position;
-  json["station_address"] = slave->station_address ? Json(*slave->station_address) : Json(nullptr);
-  json["name"] = slave->name.empty() ? Json(nullptr) : Json(Printable(slave->name));
-  return json;
+void PutSide(JsonObject& out, std::string_view key, const SlaveSummary* slave) {
+  if (slave == nullptr) return out.Put(key, nullptr);
+  out.Object(key, [&](JsonObject& json) {
+    json.Put("position", slave->position);
+    json.Put("station_address", slave->station_address);
+    json.Put("name", OnlyIf(!slave->name.empty(), Printable(slave->name)));
+  });
+}
+
+void PutPair(JsonObject& out, const diff::SlavePair& pair) {
+  PutSide(out, "a", pair.a);
+  PutSide(out, "b", pair.b);
+}
+
+void PutDifference(JsonObject& out, const diff::Difference& d) {
+  out.Put("area", Name(d.area));
+  out.Values("slaves", d.pairs);
+  out.Put("what", Printable(d.what));
+  out.Put("a", Printable(d.in_a));
+  out.Put("b", Printable(d.in_b));
+  out.Frame("frame_a", d.frame_a);
+  out.Frame("frame_b", d.frame_b);
+  out.Put("consequence", d.consequence);
+  out.Put("counts", d.counts);
 }
 
 }  // namespace
@@ -157,34 +165,19 @@ std::string WriteDiffText(const DiffReport& report, const TextStyle& style) {
 }
 
 std::string WriteDiffJson(const DiffReport& report) {
-  Json json;
-  json["schema"] = "ecaudit.diff/1";
-  json["tool"] = {{"name", "ecaudit"}, {"version", report.version}};
-  json["a"] = CaptureJson(report.a);
-  json["b"] = CaptureJson(report.b);
-  json["different"] = report.diff.different();
-  json["steps_compared"] = report.diff.steps_compared;
-  json["slaves"] = Json::array();
-  for (const diff::SlavePair& pair : report.diff.pairs) {
-    json["slaves"].push_back({{"a", SideJson(pair.a)}, {"b", SideJson(pair.b)}});
-  }
-  json["differences"] = Json::array();
-  for (const diff::Difference& d : report.diff.differences) {
-    Json entry;
-    entry["area"] = Name(d.area);
-    entry["slaves"] = d.pairs;
-    entry["what"] = Printable(d.what);
-    entry["a"] = Printable(d.in_a);
-    entry["b"] = Printable(d.in_b);
-    entry["frame_a"] = d.frame_a == 0 ? Json(nullptr) : Json(d.frame_a);
-    entry["frame_b"] = d.frame_b == 0 ? Json(nullptr) : Json(d.frame_b);
-    entry["consequence"] = d.consequence;
-    entry["counts"] = d.counts;
-    json["differences"].push_back(std::move(entry));
-  }
-  json["notes"] = Json::array();
-  for (const std::string& note : report.diff.notes) json["notes"].push_back(Printable(note));
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return JsonDocumentText([&](JsonObject& out) {
+    out.Put("schema", "ecaudit.diff/1");
+    PutTool(out, report.version);
+    out.Object("a", [&](JsonObject& json) { PutCapture(json, report.a); });
+    out.Object("b", [&](JsonObject& json) { PutCapture(json, report.b); });
+    out.Put("different", report.diff.different());
+    out.Put("steps_compared", report.diff.steps_compared);
+    out.List("slaves", report.diff.pairs, PutPair);
+    out.List("differences", report.diff.differences, PutDifference);
+    out.Array("notes", [&](JsonArray& notes) {
+      for (const std::string& note : report.diff.notes) notes.Add(Printable(note));
+    });
+  });
 }
 
 }  // namespace ecaudit::report

@@ -3,14 +3,10 @@
 #include <string_view>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
 #include "cli/report/layout.h"
 
 namespace ecaudit::report {
 namespace {
-
-using Json = nlohmann::json;
 
 constexpr std::string_view kSchema = "ecaudit.report/1";
 constexpr std::string_view kSchemaName = "ecaudit.report/";
@@ -20,46 +16,47 @@ class Fields {
  public:
   [[nodiscard]] const std::string& problem() const { return problem_; }
 
-  [[nodiscard]] const Json& Object(const Json& parent, const char* key) {
-    return Checked(
-        parent, key, [](const Json& v) { return v.is_object(); }, kObject);
+  [[nodiscard]] JsonValue Object(JsonValue parent, std::string_view key) {
+    const JsonValue value = parent.member(key);
+    return value.is_object() ? value : Failed(key);
   }
-  [[nodiscard]] const Json& Array(const Json& parent, const char* key) {
-    return Checked(
-        parent, key, [](const Json& v) { return v.is_array(); }, kArray);
+  [[nodiscard]] std::vector<JsonValue> Array(JsonValue parent, std::string_view key) {
+    const JsonValue value = parent.member(key);
+    if (!value.is_array()) Fail(key);
+    return value.Elements();
   }
-  [[nodiscard]] std::string Text(const Json& parent, const char* key) {
-    return PrintableLines(Checked(
-                              parent, key, [](const Json& v) { return v.is_string(); }, kText)
-                              .get_ref<const std::string&>());
+  [[nodiscard]] std::string Text(JsonValue parent, std::string_view key) {
+    const std::string* text = parent.member(key).text();
+    if (text == nullptr) Fail(key);
+    return text == nullptr ? std::string() : PrintableLines(*text);
   }
-  [[nodiscard]] std::string TextOrNull(const Json& parent, const char* key) {
-    return IsNull(parent, key) ? std::string() : Text(parent, key);
+  [[nodiscard]] std::string TextOrNull(JsonValue parent, std::string_view key) {
+    return parent.member(key).is_null() ? std::string() : Text(parent, key);
   }
-  [[nodiscard]] bool Flag(const Json& parent, const char* key) {
-    return Checked(
-               parent, key, [](const Json& v) { return v.is_boolean(); }, kFlag)
-        .get<bool>();
+  [[nodiscard]] bool Flag(JsonValue parent, std::string_view key) {
+    const std::optional<bool> flag = parent.member(key).boolean();
+    if (!flag) Fail(key);
+    return flag.value_or(false);
   }
-  [[nodiscard]] std::uint64_t Number(const Json& parent, const char* key) {
-    return Checked(
-               parent, key, [](const Json& v) { return v.is_number_unsigned(); }, kZero)
-        .get<std::uint64_t>();
+  [[nodiscard]] std::uint64_t Number(JsonValue parent, std::string_view key) {
+    const std::optional<std::uint64_t> number = parent.member(key).natural();
+    if (!number) Fail(key);
+    return number.value_or(0);
   }
-  [[nodiscard]] std::uint64_t NumberOrNull(const Json& parent, const char* key) {
-    return IsNull(parent, key) ? 0 : Number(parent, key);
+  [[nodiscard]] std::uint64_t NumberOrNull(JsonValue parent, std::string_view key) {
+    return parent.member(key).is_null() ? 0 : Number(parent, key);
   }
-  [[nodiscard]] std::optional<std::uint16_t> WordOrNull(const Json& parent, const char* key) {
-    if (IsNull(parent, key)) return std::nullopt;
+  [[nodiscard]] std::optional<std::uint16_t> WordOrNull(JsonValue parent, std::string_view key) {
+    if (parent.member(key).is_null()) return std::nullopt;
     const std::uint64_t value = Number(parent, key);
     if (value > 0xFFFF) Fail(key);
     return static_cast<std::uint16_t>(value);
   }
-  [[nodiscard]] std::optional<double> SecondsOrNull(const Json& parent, const char* key) {
-    if (IsNull(parent, key)) return std::nullopt;
-    return Checked(
-               parent, key, [](const Json& v) { return v.is_number(); }, kZero)
-        .get<double>();
+  [[nodiscard]] std::optional<double> SecondsOrNull(JsonValue parent, std::string_view key) {
+    if (parent.member(key).is_null()) return std::nullopt;
+    const std::optional<double> seconds = parent.member(key).number();
+    if (!seconds) Fail(key);
+    return seconds.value_or(0);
   }
 
   void Fail(std::string_view key) {
@@ -67,26 +64,11 @@ class Fields {
   }
 
  private:
-  [[nodiscard]] static bool IsNull(const Json& parent, const char* key) {
-    const auto value = parent.is_object() ? parent.find(key) : parent.end();
-    return value != parent.end() && value->is_null();
-  }
-
-  template <typename Fits>
-  [[nodiscard]] const Json& Checked(const Json& parent, const char* key, Fits fits, const Json& otherwise) {
-    if (parent.is_object()) {
-      const auto value = parent.find(key);
-      if (value != parent.end() && fits(*value)) return *value;
-    }
+  [[nodiscard]] JsonValue Failed(std::string_view key) {
     Fail(key);
-    return otherwise;
+    return {};
   }
 
-  inline static const Json kObject = Json::object();
-  inline static const Json kArray = Json::array();
-  inline static const Json kText = "";
-  inline static const Json kFlag = false;
-  inline static const Json kZero = 0U;
   std::string problem_;
 };
 
@@ -114,7 +96,7 @@ std::size_t FindingIndexOf(std::string_view id, Fields& fields) {
   return number - 1;
 }
 
-FindingDigest ReadFinding(const Json& json, const Json& slaves, Fields& fields) {
+FindingDigest ReadFinding(JsonValue json, const std::vector<JsonValue>& slaves, Fields& fields) {
   FindingDigest f;
   f.rule = fields.Text(json, "rule");
   const std::optional<Severity> severity = ParseSeverity(fields.Text(json, "severity"));
@@ -127,7 +109,7 @@ FindingDigest ReadFinding(const Json& json, const Json& slaves, Fields& fields) 
   f.place = "bus";
   if (f.slave) {
     std::string name;
-    for (const Json& slave : slaves) {
+    for (const JsonValue slave : slaves) {
       if (fields.WordOrNull(slave, "position") == f.slave) name = fields.TextOrNull(slave, "name");
     }
     f.place = SlaveLabel(*f.slave, name, f.station_address);
@@ -136,16 +118,18 @@ FindingDigest ReadFinding(const Json& json, const Json& slaves, Fields& fields) 
   f.last_frame = fields.NumberOrNull(json, "last_frame");
   f.count = fields.Number(json, "count");
   f.time_s = fields.SecondsOrNull(json, "time_s");
-  for (const Json& frame : fields.Array(json, "related_frames")) {
-    if (!frame.is_number_unsigned())
+  for (const JsonValue frame : fields.Array(json, "related_frames")) {
+    const std::optional<FrameNo> number = frame.natural();
+    if (!number) {
       fields.Fail("related_frames");
-    else
-      f.related_frames.push_back(frame.get<FrameNo>());
+    } else {
+      f.related_frames.push_back(*number);
+    }
   }
   const std::string cause = fields.TextOrNull(json, "caused_by");
   if (!cause.empty()) f.caused_by = FindingIndexOf(cause, fields);
   f.confidence = fields.Text(json, "confidence") == "observed" ? Confidence::kObserved : Confidence::kInferred;
-  const Json& reference = fields.Object(json, "reference");
+  const JsonValue reference = fields.Object(json, "reference");
   f.document = fields.TextOrNull(reference, "document");
   f.section = fields.TextOrNull(reference, "section");
   f.wireshark_filter = fields.TextOrNull(json, "wireshark_filter");
@@ -153,9 +137,9 @@ FindingDigest ReadFinding(const Json& json, const Json& slaves, Fields& fields) 
   return f;
 }
 
-CaptureDigest ReadCapture(const Json& json, Fields& fields) {
+CaptureDigest ReadCapture(JsonValue json, Fields& fields) {
   CaptureDigest out;
-  const Json& capture = fields.Object(json, "capture");
+  const JsonValue capture = fields.Object(json, "capture");
   out.path = fields.Text(capture, "path");
   out.packets = fields.Number(capture, "packets");
   out.ethercat_frames = fields.Number(capture, "ethercat_frames");
@@ -164,20 +148,20 @@ CaptureDigest ReadCapture(const Json& json, Fields& fields) {
   out.first_time = fields.TextOrNull(capture, "first_time");
   out.duration_s = fields.SecondsOrNull(capture, "duration_s");
   out.complete = fields.Flag(capture, "complete");
-  const Json& settings = fields.Object(json, "settings");
+  const JsonValue settings = fields.Object(json, "settings");
   const std::optional<FailOn> fail_on = ParseFailOn(fields.Text(settings, "fail_on"));
   if (!fail_on) fields.Fail("fail_on");
   out.fail_on = fail_on.value_or(FailOn::kError);
   out.baseline = fields.TextOrNull(settings, "baseline");
   // Reports of the first versions do not have these.
-  if (settings.contains("judged")) out.judged = fields.Text(settings, "judged") != "nothing";
-  if (settings.contains("slaves")) {
-    for (const Json& slave : fields.Array(settings, "slaves")) {
-      if (slave.is_string()) out.selection.slaves.push_back(PrintableLines(slave.get_ref<const std::string&>()));
+  if (settings.member("judged").there()) out.judged = fields.Text(settings, "judged") != "nothing";
+  if (settings.member("slaves").there()) {
+    for (const JsonValue slave : fields.Array(settings, "slaves")) {
+      if (slave.is_text()) out.selection.slaves.push_back(PrintableLines(*slave.text()));
     }
   }
-  if (settings.contains("range") && !settings.at("range").is_null()) {
-    const Json& range = fields.Object(settings, "range");
+  if (settings.member("range").there() && !settings.member("range").is_null()) {
+    const JsonValue range = fields.Object(settings, "range");
     const auto frame = [&](const char* key) {
       const FrameNo number = fields.NumberOrNull(range, key);
       return number == 0 ? std::nullopt : std::optional(number);
@@ -187,38 +171,38 @@ CaptureDigest ReadCapture(const Json& json, Fields& fields) {
     out.selection.from_frame = frame("from_frame");
     out.selection.to_frame = frame("to_frame");
   }
-  if (settings.contains("rules")) {
-    const Json& rules = fields.Object(settings, "rules");
-    for (const auto& [id, severity] : rules.items()) out.rules.emplace_back(id, fields.Text(rules, id.c_str()));
+  if (settings.member("rules").there()) {
+    const JsonValue rules = fields.Object(settings, "rules");
+    for (const auto& [id, severity] : rules.Members()) out.rules.emplace_back(id, fields.Text(rules, id));
   }
-  const Json& slaves = fields.Array(json, "slaves");
+  const std::vector<JsonValue> slaves = fields.Array(json, "slaves");
   out.slaves = slaves.size();
-  for (const Json& finding : fields.Array(json, "findings")) {
+  for (const JsonValue finding : fields.Array(json, "findings")) {
     out.findings.push_back(ReadFinding(finding, slaves, fields));
   }
-  for (const Json& entry : fields.Array(json, "not_evaluable")) {
+  for (const JsonValue entry : fields.Array(json, "not_evaluable")) {
     out.not_judged.push_back({fields.Text(entry, "rule"), fields.WordOrNull(entry, "slave"),
                               fields.Text(entry, "reason"),
-                              entry.contains("scope") && fields.Text(entry, "scope") == "all-slaves"});
+                              entry.member("scope").there() && fields.Text(entry, "scope") == "all-slaves"});
   }
   return out;
 }
 
-Origin ReadOrigin(const Json& document, Fields& fields) {
-  if (!document.contains("made_from")) return {};
-  const Json& json = fields.Object(document, "made_from");
+Origin ReadOrigin(JsonValue document, Fields& fields) {
+  if (!document.member("made_from").there()) return {};
+  const JsonValue json = fields.Object(document, "made_from");
   return {fields.Text(json, "settings"), fields.Number(json, "bytes"), fields.Text(json, "modified")};
 }
 
 }  // namespace
 
-Result<ReportDigest> ReadReportDigest(const Json& document) {
-  const auto schema = document.is_object() ? document.find("schema") : document.end();
-  if (schema == document.end() || !schema->is_string()) {
+Result<ReportDigest> ReadReportDigest(JsonValue document) {
+  const std::string* schema = document.member("schema").text();
+  if (schema == nullptr) {
     return Error{"not a report of ecaudit (\"schema\": \"" + std::string(kSchema) + "\")"};
   }
   if (*schema != kSchema) {
-    const std::string name = OneLine(schema->get_ref<const std::string&>());
+    const std::string name = OneLine(*schema);
     return Error{(name.starts_with(kSchemaName) ? "written in another version of the report, " : "no report but ") +
                  name + "; this program reads " + std::string(kSchema)};
   }
@@ -226,9 +210,9 @@ Result<ReportDigest> ReadReportDigest(const Json& document) {
   ReportDigest out;
   out.version = fields.Text(fields.Object(document, "tool"), "version");
   out.origin = ReadOrigin(document, fields);
-  for (const Json& report : fields.Array(document, "reports")) out.captures.push_back(ReadCapture(report, fields));
-  if (document.contains("unreadable")) {
-    for (const Json& entry : fields.Array(document, "unreadable")) {
+  for (const JsonValue report : fields.Array(document, "reports")) out.captures.push_back(ReadCapture(report, fields));
+  if (document.member("unreadable").there()) {
+    for (const JsonValue entry : fields.Array(document, "unreadable")) {
       out.captures.emplace_back();
       out.captures.back().path = fields.Text(entry, "path");
       out.captures.back().unreadable = fields.Text(entry, "message");

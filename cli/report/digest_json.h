@@ -4,10 +4,9 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "cli/report/digest.h"
 #include "cli/report/report.h"
+#include "decoder/base/json.h"
 #include "decoder/base/result.h"
 
 namespace ecaudit::report {
@@ -21,6 +20,6 @@ struct ReportDigest {
 
 /// @return fails, in one line, for a document of another schema or version, and for one that lacks what the schema
 ///         demands
-[[nodiscard]] Result<ReportDigest> ReadReportDigest(const nlohmann::json& document);
+[[nodiscard]] Result<ReportDigest> ReadReportDigest(JsonValue document);
 
 }  // namespace ecaudit::report

@@ -1,18 +1,17 @@
-#include "cli/report/drive_json.h"
-
 #include <string_view>
 
-#include "cli/report/json_parts.h"
+#include "cli/report/json_sections.h"
+#include "cli/report/json_text.h"
 #include "cli/report/times.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::report {
 namespace {
 
-Json Texts(const std::vector<std::string>& texts) {
-  Json json = Json::array();
-  for (const std::string& text : texts) json.push_back(Printable(text));
-  return json;
+void PutTexts(JsonObject& out, std::string_view key, const std::vector<std::string>& texts) {
+  out.Array(key, [&](JsonArray& array) {
+    for (const std::string& text : texts) array.Add(Printable(text));
+  });
 }
 
 std::string_view KindText(DriveStep::Kind kind) {
@@ -31,48 +30,44 @@ std::string_view KindText(DriveStep::Kind kind) {
   return "fault";
 }
 
-Json Step(const AnalysisResult& result, const DriveStep& step) {
-  Json json;
-  json["kind"] = KindText(step.kind);
-  json["frame"] = FrameOrNull(step.frame.number);
-  json["time_s"] = OrNull(SecondsSince(result.capture.origin, step.frame));
-  json["text"] = Printable(step.text);
-  json["word"] = OrNull(step.word);
-  json["source"] = step.by_sdo ? "sdo" : "process data";
-  json["confidence"] = step.inferred ? "inferred" : "observed";
+void PutStep(JsonObject& out, const AnalysisResult& result, const DriveStep& step) {
+  out.Put("kind", KindText(step.kind));
+  out.Frame("frame", step.frame);
+  out.Put("time_s", SecondsSince(result.capture.origin, step.frame));
+  out.Put("text", Printable(step.text));
+  out.Put("word", step.word);
+  out.Put("source", step.by_sdo ? "sdo" : "process data");
+  out.Put("confidence", step.inferred ? "inferred" : "observed");
   if (step.kind == DriveStep::Kind::kState) {
-    json["from"] = TextOrNull(step.from);
-    json["to"] = TextOrNull(step.to);
-    json["command_frame"] = FrameOrNull(step.command_frame);
-    json["reaction_ms"] = step.reaction ? Json(static_cast<double>(*step.reaction) / 1e6) : Json(nullptr);
+    out.TextOrNull("from", step.from);
+    out.TextOrNull("to", step.to);
+    out.Frame("command_frame", step.command_frame);
+    out.Put("reaction_ms", OnlyIf(step.reaction.has_value(), static_cast<double>(step.reaction.value_or(0)) / 1e6));
   }
   if (step.kind == DriveStep::Kind::kState || step.kind == DriveStep::Kind::kCommand) {
-    json["transitions"] = step.transitions;
+    out.Values("transitions", step.transitions);
   }
-  return json;
 }
 
 }  // namespace
 
-Json DriveJson(const AnalysisResult& result, const SlaveSummary& slave) {
-  const DriveSummary& drive = *slave.drive;
-  Json json;
-  json["state"] = TextOrNull(drive.state);
-  json["status_word"] = OrNull(drive.status_word);
-  json["status_bits"] = Texts(drive.status_bits);
-  json["control_word"] = OrNull(drive.control_word);
-  json["control_bits"] = Texts(drive.control_bits);
-  json["mode"] = {{"requested", OrNull(drive.mode_requested)},
-                  {"requested_name", TextOrNull(drive.mode_requested_name)},
-                  {"shown", OrNull(drive.mode_shown)},
-                  {"shown_name", TextOrNull(drive.mode_shown_name)}};
-  json["source"] = drive.by_sdo ? "sdo" : "process data";
-  json["faults"] = drive.faults;
-  json["enable_sequence"] = Texts(drive.enabled);
-  json["history"] = Json::array();
-  for (const DriveStep& step : drive.history) json["history"].push_back(Step(result, step));
-  json["history_left_out"] = drive.history_left_out;
-  return json;
+void PutDrive(JsonObject& out, const AnalysisResult& result, const DriveSummary& drive) {
+  out.TextOrNull("state", drive.state);
+  out.Put("status_word", drive.status_word);
+  PutTexts(out, "status_bits", drive.status_bits);
+  out.Put("control_word", drive.control_word);
+  PutTexts(out, "control_bits", drive.control_bits);
+  out.Object("mode", [&](JsonObject& mode) {
+    mode.Put("requested", drive.mode_requested);
+    mode.TextOrNull("requested_name", drive.mode_requested_name);
+    mode.Put("shown", drive.mode_shown);
+    mode.TextOrNull("shown_name", drive.mode_shown_name);
+  });
+  out.Put("source", drive.by_sdo ? "sdo" : "process data");
+  out.Put("faults", drive.faults);
+  PutTexts(out, "enable_sequence", drive.enabled);
+  out.List("history", drive.history, [&](JsonObject& json, const DriveStep& step) { PutStep(json, result, step); });
+  out.Put("history_left_out", drive.history_left_out);
 }
 
 }  // namespace ecaudit::report

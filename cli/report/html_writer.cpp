@@ -2,6 +2,7 @@
 
 #include "cli/report/digest.h"
 #include "cli/report/finding_order.h"
+#include "cli/report/json_text.h"
 #include "cli/report/json_writer.h"
 #include "cli/report/text_writer.h"
 #include "cli/report/timeline_json.h"
@@ -11,20 +12,21 @@
 namespace ecaudit::report {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 /// What the page needs besides the JSON report.
-Json PageOf(const CaptureReport& capture) {
+void PutPage(JsonObject& out, const CaptureReport& capture) {
   const HeadlineParts headline = HeadlinePartsOf(DigestOf(capture));
-  Json json;
-  json["verdict"] = headline.verdict;
-  json["sentence"] = headline.sentence;
-  json["order"] = Json::array();
-  for (const OrderedFinding& finding : OrderForReading(capture)) {
-    json["order"].push_back({finding.index, finding.depth});
-  }
-  json["timeline"] = capture.timeline ? TimelineJson(capture.result, *capture.timeline) : Json(nullptr);
-  return json;
+  out.Put("verdict", headline.verdict);
+  out.Put("sentence", headline.sentence);
+  out.Array("order", [&](JsonArray& order) {
+    for (const OrderedFinding& finding : OrderForReading(capture)) {
+      order.AddArray([&](JsonArray& pair) {
+        pair.Add(finding.index);
+        pair.Add(finding.depth);
+      });
+    }
+  });
+  if (capture.timeline == nullptr) return out.Put("timeline", nullptr);
+  out.Object("timeline", [&](JsonObject& json) { PutTimeline(json, capture.result, *capture.timeline); });
 }
 
 /// JSON in which nothing looks like a tag, so that no text of the capture can end the element it stands in.
@@ -50,14 +52,13 @@ std::string Title(const Report& report) {
 }  // namespace
 
 std::string WriteHtml(const Report& report) {
-  Json data;
-  data["report"] = ReportJson(report);
-  data["pages"] = Json::array();
+  JsonText data(JsonText::Layout::kLine);
+  data.Object([&](JsonObject& out) {
+    out.Object("report", [&](JsonObject& json) { PutReport(json, report); });
+    out.List("pages", report.captures, PutPage);
+  });
   std::string summary;
-  for (const CaptureReport& capture : report.captures) {
-    data["pages"].push_back(PageOf(capture));
-    summary += Headline(capture) + "\n";
-  }
+  for (const CaptureReport& capture : report.captures) summary += Headline(capture) + "\n";
 
   std::string out;
   std::string_view page = HtmlPage();
@@ -71,7 +72,7 @@ std::string WriteHtml(const Report& report) {
   // In the order in which they stand in the page.
   fill(kTitleMark, XmlText(Title(report)));
   fill(kSummaryMark, XmlText(summary));
-  fill(kDataMark, WithoutTags(data.dump(-1, ' ', false, Json::error_handler_t::replace)));
+  fill(kDataMark, WithoutTags(data.Take()));
   out += page;
   return out;
 }

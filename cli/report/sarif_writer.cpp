@@ -1,31 +1,28 @@
 #include "cli/report/sarif_writer.h"
 
-#include <algorithm>
 #include <map>
 #include <optional>
 #include <string_view>
 #include <utility>
-
-#include <nlohmann/json.hpp>
+#include <vector>
 
 #include "cli/report/fingerprint.h"
+#include "cli/report/json_text.h"
 #include "cli/report/layout.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::report {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 std::string_view Level(Severity severity) {
   return severity == Severity::kError ? "error" : severity == Severity::kWarning ? "warning" : "note";
 }
 
 /// A message: braces mark placeholders, so literal ones are doubled (SARIF 2.1.0, 3.11.5).
-Json Message(std::string_view text) {
-  std::string out;
-  for (const char c : text) out.append(c == '{' || c == '}' ? 2 : 1, c);
-  return {{"text", out}};
+void PutMessage(JsonObject& out, std::string_view text) {
+  std::string doubled;
+  for (const char c : text) doubled.append(c == '{' || c == '}' ? 2 : 1, c);
+  out.Object("message", [&](JsonObject& message) { message.Put("text", doubled); });
 }
 
 /// A URI reference (RFC 3986): relative paths stay relative.
@@ -53,43 +50,56 @@ std::string Trimmed(std::string_view text) {
   return std::string(text.substr(begin, text.find_last_not_of(" \n") + 1 - begin));
 }
 
-Json RuleJson(const RuleInfo& rule) {
+void PutRule(JsonObject& out, const RuleInfo& rule) {
   const std::string page = Trimmed(rule.doc);
-  Json json;
-  json["id"] = rule.id;
-  json["shortDescription"] = {{"text", rule.title}};
-  json["fullDescription"] = {{"text", std::string(rule.title) + ". Needs: " + std::string(rule.needs) + "."}};
-  json["help"] = {{"text", page}, {"markdown", page}};
-  json["defaultConfiguration"] = {{"level", Level(rule.severity)}};
-  json["properties"] = {{"tags", {rule.group}}, {"source", rule.source}};
-  return json;
+  const std::string full = std::string(rule.title) + ". Needs: " + std::string(rule.needs) + ".";
+  out.Put("id", rule.id);
+  out.Object("shortDescription", [&](JsonObject& json) { json.Put("text", rule.title); });
+  out.Object("fullDescription", [&](JsonObject& json) { json.Put("text", full); });
+  out.Object("help", [&](JsonObject& json) {
+    json.Put("text", page);
+    json.Put("markdown", page);
+  });
+  out.Object("defaultConfiguration", [&](JsonObject& json) { json.Put("level", Level(rule.severity)); });
+  out.Object("properties", [&](JsonObject& json) {
+    json.Array("tags", [&](JsonArray& tags) { tags.Add(rule.group); });
+    json.Put("source", rule.source);
+  });
 }
 
-template <typename T>
-void AddIf(Json& json, const char* name, const std::optional<T>& value) {
-  if (value) json[name] = *value;
+/// Left out where it is unknown.
+void PutKnown(JsonObject& out, std::string_view key, JsonScalar value) {
+  if (!value.is_null()) out.Put(key, value);
 }
 
-std::string Dump(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
-/// A JSON array, one element a line, kept as text: the results of thousands of captures are large as objects.
+/// A JSON array, one element a line.
 class List {
  public:
-  void Add(const Json& element) { text_ += (text_.empty() ? "[\n" : ",\n") + Dump(element); }
+  /// Adds an object that `write(JsonObject&)` fills.
+  template <typename Write>
+  void Add(Write&& write) {
+    JsonText element(JsonText::Layout::kLine);
+    element.Object(write);
+    text_ += (text_.empty() ? "[\n" : ",\n") + element.Take();
+  }
   [[nodiscard]] std::string Take() { return text_.empty() ? "[]" : std::move(text_) + "\n]"; }
 
  private:
   std::string text_;
 };
 
+std::string Quoted(std::string_view text) {
+  std::string out;
+  JsonScalar(text).AppendTo(out);
+  return out;
+}
+
 class SarifWriter {
  public:
   explicit SarifWriter(const Digest& digest) : digest_(digest) {
     for (const RuleInfo* rule : digest.rules) {
-      index_.emplace(rule->id, rules_.size());
-      rules_.push_back(RuleJson(*rule));
+      index_.emplace(rule->id, index_.size());
+      rules_.Add([&](JsonObject& json) { PutRule(json, *rule); });
     }
   }
 
@@ -99,32 +109,30 @@ class SarifWriter {
       const std::size_t artifact = ArtifactIndex(capture.path);
       if (!capture.unreadable.empty()) {
         successful = false;
-        notifications_.Add(Notification("error", capture.unreadable, artifact));
+        AddNotification("error", capture.unreadable, artifact);
         continue;
       }
-      if (!capture.judged) notifications_.Add(Notification("note", HeadlinePartsOf(capture).sentence, artifact));
+      if (!capture.judged) AddNotification("note", HeadlinePartsOf(capture).sentence, artifact);
       if (const std::string limits = Text(capture.selection); !limits.empty()) {
-        notifications_.Add(Notification("note", "limited by " + OneLine(limits), artifact));
+        AddNotification("note", "limited by " + OneLine(limits), artifact);
       }
       std::map<Fingerprint, unsigned> seen;
       for (const FindingDigest& f : capture.findings) {
         const Fingerprint fingerprint = FingerprintOf(f);
-        results_.Add(Result(capture, f, artifact, fingerprint, ++seen[fingerprint]));
+        const unsigned which = ++seen[fingerprint];
+        results_.Add([&](JsonObject& json) { PutResult(json, capture, f, artifact, fingerprint, which); });
       }
       for (const NotJudged& entry : capture.not_judged) {
-        Json note = Notification("note", entry.rule + " not judged, " + PlaceOf(entry) + ": " + OneLine(entry.reason),
-                                 artifact);
-        note["associatedRule"] = {{"id", entry.rule}, {"index", RuleIndex(entry.rule)}};
-        notifications_.Add(note);
+        AddNotification("note", entry.rule + " not judged, " + PlaceOf(entry) + ": " + OneLine(entry.reason), artifact,
+                        &entry.rule);
       }
     }
-    List rules, artifacts;
-    for (const Json& rule : rules_) rules.Add(rule);
-    for (const Json& artifact : artifacts_) artifacts.Add(artifact);
-    const std::string version = Dump(digest_.version);
+    List artifacts;
+    for (const std::string& uri : artifacts_) artifacts.Add([&](JsonObject& json) { PutArtifact(json, uri); });
+    const std::string version = Quoted(digest_.version);
     return R"({"$schema": "https://json.schemastore.org/sarif-2.1.0.json", "version": "2.1.0", "runs": [{)"
            R"("tool": {"driver": {"name": "ecaudit", "version": )" +
-           version + R"(, "semanticVersion": )" + version + R"(, "rules": )" + rules.Take() + "}},\n" +
+           version + R"(, "semanticVersion": )" + version + R"(, "rules": )" + rules_.Take() + "}},\n" +
            R"("invocations": [{"executionSuccessful": )" + (successful ? "true" : "false") +
            R"(, "toolExecutionNotifications": )" + notifications_.Take() + "}],\n" + R"("artifacts": )" +
            artifacts.Take() + ",\n" + R"("results": )" + results_.Take() + "}]}\n";
@@ -133,85 +141,112 @@ class SarifWriter {
  private:
   /// Rules that this catalogue does not have (a report of another version) are added by their name.
   [[nodiscard]] std::size_t RuleIndex(const std::string& rule) {
-    const auto [entry, added] = index_.emplace(rule, rules_.size());
-    if (added) rules_.push_back({{"id", rule}});
+    const auto [entry, added] = index_.emplace(rule, index_.size());
+    if (added) rules_.Add([&](JsonObject& json) { json.Put("id", rule); });
     return entry->second;
   }
 
   /// A capture that was read twice is one artifact: the schema wants each once.
   [[nodiscard]] std::size_t ArtifactIndex(const std::string& path) {
     const auto [entry, added] = artifact_index_.emplace(path, artifacts_.size());
-    if (added) artifacts_.push_back({{"location", {{"uri", Uri(path)}}}, {"roles", {"analysisTarget"}}});
+    if (added) artifacts_.push_back(Uri(path));
     return entry->second;
   }
 
-  [[nodiscard]] Json Location(std::size_t artifact) const {
-    const Json& uri = artifacts_[artifact]["location"]["uri"];
-    return {{"physicalLocation", {{"artifactLocation", {{"uri", uri}, {"index", artifact}}}}}};
+  static void PutArtifact(JsonObject& out, const std::string& uri) {
+    out.Object("location", [&](JsonObject& location) { location.Put("uri", uri); });
+    out.Array("roles", [](JsonArray& roles) { roles.Add("analysisTarget"); });
   }
 
-  [[nodiscard]] Json Notification(std::string_view level, std::string_view text, std::size_t artifact) const {
-    Json json;
-    json["level"] = level;
-    json["message"] = Message(text);
-    json["locations"] = Json::array({Location(artifact)});
-    return json;
+  void PutLocation(JsonObject& out, std::size_t artifact) const {
+    out.Object("physicalLocation", [&](JsonObject& physical) {
+      physical.Object("artifactLocation", [&](JsonObject& location) {
+        location.Put("uri", artifacts_[artifact]);
+        location.Put("index", artifact);
+      });
+    });
   }
 
-  [[nodiscard]] Json Result(const CaptureDigest& capture, const FindingDigest& f, std::size_t artifact,
-                            const Fingerprint& fingerprint, unsigned which) {
-    Json location = Location(artifact);
-    location["logicalLocations"] = Json::array({{{"name", f.slave ? "slave " + std::to_string(*f.slave) : "bus"},
-                                                 {"fullyQualifiedName", OneLine(f.place)},
-                                                 {"kind", "resource"}}});
+  /// @param rule  that it is about; null: none
+  void AddNotification(std::string_view level, std::string_view text, std::size_t artifact,
+                       const std::string* rule = nullptr) {
+    notifications_.Add([&](JsonObject& json) {
+      json.Put("level", level);
+      PutMessage(json, text);
+      json.Array("locations", [&](JsonArray& locations) {
+        locations.AddObject([&](JsonObject& location) { PutLocation(location, artifact); });
+      });
+      if (rule == nullptr) return;
+      json.Object("associatedRule", [&](JsonObject& associated) {
+        associated.Put("id", *rule);
+        associated.Put("index", RuleIndex(*rule));
+      });
+    });
+  }
+
+  void PutResult(JsonObject& out, const CaptureDigest& capture, const FindingDigest& f, std::size_t artifact,
+                 const Fingerprint& fingerprint, unsigned which) {
+    const std::string slave = f.slave ? std::to_string(*f.slave) : "bus";
     std::string text = f.place + ": " + f.title;
     if (f.frame != 0) text += " (frame " + std::to_string(f.frame) + ")";
     text += ".";
     if (!f.message.empty()) text += " " + f.message;
-    const std::string identity =
-        f.rule + "\n" + (f.slave ? std::to_string(*f.slave) : "bus") + "\n" + fingerprint.title;
-    Json json;
-    json["ruleId"] = f.rule;
-    json["ruleIndex"] = RuleIndex(f.rule);
-    json["level"] = Level(f.severity);
-    json["message"] = Message(text);
-    json["locations"] = Json::array({std::move(location)});
-    json["partialFingerprints"] = {
-        {"ecauditFinding/v1", Hex(StableHash(identity), 16).substr(2) + ":" + std::to_string(which)}};
-    if (f.known) {
-      json["suppressions"] = Json::array(
-          {{{"kind", "external"},
-            {"justification", "known: listed in " + (capture.baseline.empty() ? "the baseline" : capture.baseline)}}});
-    }
-    json["properties"] = Properties(capture, f);
-    return json;
+    const std::string identity = f.rule + "\n" + slave + "\n" + fingerprint.title;
+    out.Put("ruleId", f.rule);
+    out.Put("ruleIndex", RuleIndex(f.rule));
+    out.Put("level", Level(f.severity));
+    PutMessage(out, text);
+    out.Array("locations", [&](JsonArray& locations) {
+      locations.AddObject([&](JsonObject& location) {
+        PutLocation(location, artifact);
+        location.Array("logicalLocations", [&](JsonArray& logical) {
+          logical.AddObject([&](JsonObject& json) {
+            json.Put("name", f.slave ? "slave " + slave : slave);
+            json.Put("fullyQualifiedName", OneLine(f.place));
+            json.Put("kind", "resource");
+          });
+        });
+      });
+    });
+    out.Object("partialFingerprints", [&](JsonObject& json) {
+      json.Put("ecauditFinding/v1", Hex(StableHash(identity), 16).substr(2) + ":" + std::to_string(which));
+    });
+    if (f.known) PutSuppression(out, capture);
+    out.Object("properties", [&](JsonObject& json) { PutProperties(json, capture, f); });
   }
 
-  [[nodiscard]] static Json Properties(const CaptureDigest& capture, const FindingDigest& f) {
-    Json json;
+  static void PutSuppression(JsonObject& out, const CaptureDigest& capture) {
+    out.Array("suppressions", [&](JsonArray& suppressions) {
+      suppressions.AddObject([&](JsonObject& json) {
+        json.Put("kind", "external");
+        json.Put("justification", "known: listed in " + (capture.baseline.empty() ? "the baseline" : capture.baseline));
+      });
+    });
+  }
+
+  static void PutProperties(JsonObject& out, const CaptureDigest& capture, const FindingDigest& f) {
     if (f.frame != 0) {
-      json["frame"] = f.frame;
-      json["last_frame"] = f.last_frame;
+      out.Put("frame", f.frame);
+      out.Put("last_frame", f.last_frame);
     }
-    json["count"] = f.count;
-    AddIf(json, "time_s", f.time_s);
-    AddIf(json, "slave", f.slave);
-    AddIf(json, "station_address", f.station_address);
-    if (!f.related_frames.empty()) json["related_frames"] = f.related_frames;
-    json["confidence"] = f.confidence == Confidence::kObserved ? "observed" : "inferred";
-    if (f.caused_by < capture.findings.size()) json["caused_by"] = capture.findings[f.caused_by].rule;
-    if (const std::string source = ReferenceText(f.document, f.section); !source.empty()) json["reference"] = source;
-    if (!f.wireshark_filter.empty()) json["wireshark_filter"] = f.wireshark_filter;
-    return json;
+    out.Put("count", f.count);
+    PutKnown(out, "time_s", f.time_s);
+    PutKnown(out, "slave", f.slave);
+    PutKnown(out, "station_address", f.station_address);
+    if (!f.related_frames.empty()) out.Values("related_frames", f.related_frames);
+    out.Put("confidence", f.confidence == Confidence::kObserved ? "observed" : "inferred");
+    if (f.caused_by < capture.findings.size()) out.Put("caused_by", capture.findings[f.caused_by].rule);
+    if (const std::string source = ReferenceText(f.document, f.section); !source.empty()) out.Put("reference", source);
+    if (!f.wireshark_filter.empty()) out.Put("wireshark_filter", f.wireshark_filter);
   }
 
   const Digest& digest_;
-  List results_;
+  List rules_;
   List notifications_;
-  std::vector<Json> rules_;
-  std::vector<Json> artifacts_;
+  List results_;
+  std::vector<std::string> artifacts_;                     ///< URIs
   std::map<std::string, std::size_t> artifact_index_;      ///< by path
-  std::map<std::string, std::size_t, std::less<>> index_;  ///< by rule id
+  std::map<std::string, std::size_t, std::less<>> index_;  ///< of each rule, by its id
 };
 
 }  // namespace

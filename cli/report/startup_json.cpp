@@ -1,19 +1,13 @@
-#include "cli/report/startup_json.h"
-
-#include <optional>
 #include <string_view>
 
-#include "cli/report/json_parts.h"
+#include "cli/report/json_sections.h"
+#include "cli/report/json_text.h"
 #include "cli/report/times.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/al.h"
 
 namespace ecaudit::report {
 namespace {
-
-Json StateOrNull(std::uint8_t state) {
-  return state == 0 ? Json(nullptr) : Json(esc::StateName(state));
-}
 
 std::string_view OutcomeText(StartupOutcome outcome) {
   switch (outcome) {
@@ -45,72 +39,83 @@ std::string_view KindText(StartupKey::Kind kind) {
   return "drive";
 }
 
-Json Step(const AnalysisResult& result, const StartupStep& step) {
-  Json json;
-  json["phase"] = Name(step.phase);
-  json["kind"] = KindText(step.key.kind);
-  json["frame"] = FrameOrNull(step.frame);
-  json["last_frame"] = FrameOrNull(step.last);
-  json["time_s"] = OrNull(SecondsSince(result.capture.origin, step.frame));
-  json["count"] = step.count;
-  const bool sdo = step.key.kind == StartupKey::Kind::kDownload || step.key.kind == StartupKey::Kind::kUpload;
-  if (sdo) {
-    json["index"] = step.key.address;
-    json["subindex"] = step.key.subindex;
-    json["complete_access"] = step.key.complete_access;
-  } else if (step.key.kind == StartupKey::Kind::kRequest) {
-    json["state"] = esc::StateName(static_cast<std::uint8_t>(step.key.address));
-  } else if (step.key.kind == StartupKey::Kind::kDrive) {
-    json["control_word"] = step.key.address;
-  } else {
-    json["address"] = step.key.address;
+/// What the step is about, in the words of its kind.
+void PutKey(JsonObject& out, const StartupKey& key) {
+  switch (key.kind) {
+    case StartupKey::Kind::kDownload:
+    case StartupKey::Kind::kUpload:
+      out.Put("index", key.address);
+      out.Put("subindex", key.subindex);
+      out.Put("complete_access", key.complete_access);
+      break;
+    case StartupKey::Kind::kRequest:
+      out.Put("state", esc::StateName(static_cast<std::uint8_t>(key.address)));
+      break;
+    case StartupKey::Kind::kDrive:
+      out.Put("control_word", key.address);
+      break;
+    case StartupKey::Kind::kWrite:
+    case StartupKey::Kind::kEeprom:
+      out.Put("address", key.address);
+      break;
   }
-  json["name"] = Printable(step.name);
-  json["data"] = step.data.empty() ? Json(nullptr) : Json(HexBytes(step.data));
-  json["length"] = step.size;
-  json["text"] = TextOrNull(step.text);
-  json["volatile"] = step.volatile_value;
-  json["broadcast"] = step.broadcast;
-  json["outcome"] = OutcomeText(step.outcome);
-  json["code"] = step.outcome == StartupOutcome::kRefused && step.code != 0 ? Json(step.code) : Json(nullptr);
-  json["note"] = TextOrNull(step.note);
-  json["read_back"] = nullptr;
-  if (step.read_back_frame.seen()) {
-    json["read_back"] = {{"frame", step.read_back_frame.number},
-                         {"data", HexBytes(step.read_back)},
-                         {"differs", !step.read_text.empty()},
-                         {"text", TextOrNull(step.read_text)}};
-  }
-  return json;
 }
 
-Json Phase(const AnalysisResult& result, const StartupPhaseSummary& phase) {
-  Json json;
-  json["phase"] = Name(phase.phase);
-  json["frame"] = FrameOrNull(phase.first);
-  json["last_frame"] = FrameOrNull(phase.last);
-  json["time_s"] = OrNull(SecondsSince(result.capture.origin, phase.first));
-  json["duration_ms"] = phase.duration ? Json(static_cast<double>(*phase.duration) / 1e6) : Json(nullptr);
-  json["accesses"] = phase.accesses;
-  json["result"] = TextOrNull(phase.result);
-  json["failed"] = phase.failed;
-  return json;
+void PutReadBack(JsonObject& out, const StartupStep& step) {
+  if (!step.read_back_frame.seen()) return out.Put("read_back", nullptr);
+  out.Object("read_back", [&](JsonObject& json) {
+    json.Put("frame", step.read_back_frame.number);
+    json.Put("data", HexBytes(step.read_back));
+    json.Put("differs", !step.read_text.empty());
+    json.TextOrNull("text", step.read_text);
+  });
+}
+
+void PutStep(JsonObject& out, const AnalysisResult& result, const StartupStep& step) {
+  out.Put("phase", Name(step.phase));
+  out.Put("kind", KindText(step.key.kind));
+  out.Frame("frame", step.frame);
+  out.Frame("last_frame", step.last);
+  out.Put("time_s", SecondsSince(result.capture.origin, step.frame));
+  out.Put("count", step.count);
+  PutKey(out, step.key);
+  out.Put("name", Printable(step.name));
+  out.TextOrNull("data", HexBytes(step.data));
+  out.Put("length", step.size);
+  out.TextOrNull("text", step.text);
+  out.Put("volatile", step.volatile_value);
+  out.Put("broadcast", step.broadcast);
+  out.Put("outcome", OutcomeText(step.outcome));
+  out.Put("code", OnlyIf(step.outcome == StartupOutcome::kRefused && step.code != 0, step.code));
+  out.TextOrNull("note", step.note);
+  PutReadBack(out, step);
+}
+
+void PutPhase(JsonObject& out, const AnalysisResult& result, const StartupPhaseSummary& phase) {
+  out.Put("phase", Name(phase.phase));
+  out.Frame("frame", phase.first);
+  out.Frame("last_frame", phase.last);
+  out.Put("time_s", SecondsSince(result.capture.origin, phase.first));
+  out.Put("duration_ms", OnlyIf(phase.duration.has_value(), static_cast<double>(phase.duration.value_or(0)) / 1e6));
+  out.Put("accesses", phase.accesses);
+  out.TextOrNull("result", phase.result);
+  out.Put("failed", phase.failed);
 }
 
 }  // namespace
 
-Json StartupJson(const AnalysisResult& result, const StartupSummary& startup) {
-  if (!startup.seen) return nullptr;
-  Json json;
-  json["reached"] = StateOrNull(startup.reached);
-  json["attempts"] = startup.again + 1;
-  json["again_frame"] = FrameOrNull(startup.again_frame);
-  json["phases"] = Json::array();
-  for (const StartupPhaseSummary& phase : startup.phases) json["phases"].push_back(Phase(result, phase));
-  json["steps"] = Json::array();
-  for (const StartupStep& step : startup.steps) json["steps"].push_back(Step(result, step));
-  json["steps_left_out"] = startup.steps_left_out;
-  return json;
+void PutStartup(JsonObject& out, std::string_view key, const AnalysisResult& result, const StartupSummary& startup) {
+  if (!startup.seen) return out.Put(key, nullptr);
+  out.Object(key, [&](JsonObject& json) {
+    json.Put("reached", OnlyIf(startup.reached != 0, esc::StateName(startup.reached)));
+    json.Put("attempts", startup.again + 1);
+    json.Frame("again_frame", startup.again_frame);
+    json.List("phases", startup.phases,
+              [&](JsonObject& out_phase, const StartupPhaseSummary& phase) { PutPhase(out_phase, result, phase); });
+    json.List("steps", startup.steps,
+              [&](JsonObject& out_step, const StartupStep& step) { PutStep(out_step, result, step); });
+    json.Put("steps_left_out", startup.steps_left_out);
+  });
 }
 
 }  // namespace ecaudit::report

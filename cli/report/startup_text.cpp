@@ -19,13 +19,6 @@ constexpr std::size_t kHanging = kStepIndent + kFrameColumn;
 /// Values longer than this are cut; the JSON has them whole.
 constexpr std::size_t kLongestValue = 160;
 
-std::string Shortened(std::string text) {
-  if (text.size() <= kLongestValue) return text;
-  std::size_t end = kLongestValue;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
-  return text.substr(0, end) + " ...";
-}
-
 std::string FrameText(const FrameRef& frame) {
   return frame.seen() ? "#" + std::to_string(frame.number) : "-";
 }
@@ -180,12 +173,12 @@ std::string StepLine(const StartupStep& step) {
       line = step.name + " (" + step.text + ")";
       break;
   }
-  line = Shortened(OneLine(line));
+  line = Shortened(OneLine(line), kLongestValue);
   if (step.count > 1) line += " (" + Count(step.count, "time") + ")";
   if (!step.note.empty()) line += ": " + OneLine(step.note);
   if (!step.read_text.empty()) {
-    line +=
-        "; read back in #" + std::to_string(step.read_back_frame.number) + ": " + Shortened(OneLine(step.read_text));
+    line += "; read back in #" + std::to_string(step.read_back_frame.number) + ": " +
+            Shortened(OneLine(step.read_text), kLongestValue);
   } else if (step.read_back_frame.seen()) {
     line += "; read back the same in #" + std::to_string(step.read_back_frame.number);
   }

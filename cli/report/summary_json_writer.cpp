@@ -1,78 +1,78 @@
-#include <nlohmann/json.hpp>
-
-#include "cli/report/json_parts.h"
+#include "cli/report/json_text.h"
 #include "cli/report/summary_tally.h"
 #include "cli/report/summary_writer.h"
 
 namespace ecaudit::report {
 namespace {
 
-Json FindingJson(const CaptureDigest& capture, const FindingDigest& f) {
-  return {{"rule", f.rule},
-          {"severity", Name(f.severity)},
-          {"title", f.title},
-          {"slave", OrNull(f.slave)},
-          {"station_address", OrNull(f.station_address)},
-          {"frame", FrameOrNull(f.frame)},
-          {"count", f.count},
-          {"known", f.known},
-          {"fails", Counts(capture, f)}};
+void PutFinding(JsonObject& out, const CaptureDigest& capture, const FindingDigest& f) {
+  out.Put("rule", f.rule);
+  out.Put("severity", Name(f.severity));
+  out.Put("title", f.title);
+  out.Put("slave", f.slave);
+  out.Put("station_address", f.station_address);
+  out.Frame("frame", f.frame);
+  out.Put("count", f.count);
+  out.Put("known", f.known);
+  out.Put("fails", Counts(capture, f));
 }
 
-Json CaptureJson(const CaptureDigest& capture) {
+void PutCapture(JsonObject& out, const CaptureDigest& capture) {
   const std::string headline = Headline(capture);
   const Summary summary = Summarise(capture);
   const bool read = capture.unreadable.empty();
-  Json json;
-  json["path"] = capture.path;
-  json["report"] = TextOrNull(capture.report);
-  json["status"] = Name(StatusOf(capture));
-  json["headline"] = headline.substr(headline.find(' ') + 1);
-  json["error"] = TextOrNull(capture.unreadable);
-  json["packets"] = read ? Json(capture.packets) : Json(nullptr);
-  json["ethercat_frames"] = read ? Json(capture.ethercat_frames) : Json(nullptr);
-  json["slaves"] = read ? Json(capture.slaves) : Json(nullptr);
-  json["first_time"] = TextOrNull(capture.first_time);
-  json["duration_s"] = OrNull(capture.duration_s);
-  json["complete"] = read && capture.complete;
-  json["fail_on"] = read ? Json(Name(capture.fail_on)) : Json(nullptr);
-  json["errors"] = summary.errors;
-  json["warnings"] = summary.warnings;
-  json["infos"] = summary.infos;
-  json["known"] = summary.known;
-  json["findings"] = Json::array();
-  for (const FindingDigest& f : capture.findings) json["findings"].push_back(FindingJson(capture, f));
-  return json;
+  out.Put("path", capture.path);
+  out.TextOrNull("report", capture.report);
+  out.Put("status", Name(StatusOf(capture)));
+  out.Put("headline", headline.substr(headline.find(' ') + 1));
+  out.TextOrNull("error", capture.unreadable);
+  out.Put("packets", OnlyIf(read, capture.packets));
+  out.Put("ethercat_frames", OnlyIf(read, capture.ethercat_frames));
+  out.Put("slaves", OnlyIf(read, capture.slaves));
+  out.TextOrNull("first_time", capture.first_time);
+  out.Put("duration_s", capture.duration_s);
+  out.Put("complete", read && capture.complete);
+  out.Put("fail_on", OnlyIf(read, Name(capture.fail_on)));
+  out.Put("errors", summary.errors);
+  out.Put("warnings", summary.warnings);
+  out.Put("infos", summary.infos);
+  out.Put("known", summary.known);
+  out.List("findings", capture.findings,
+           [&](JsonObject& json, const FindingDigest& f) { PutFinding(json, capture, f); });
+}
+
+void PutTally(JsonObject& out, const Digest& digest, const Tally& tally) {
+  out.Put("captures", digest.captures.size());
+  out.Put("passed", tally.passed);
+  out.Put("failed", tally.failed);
+  out.Put("unreadable", tally.unreadable);
+  out.Put("nothing_to_check", tally.nothing_to_check);
+  out.Put("not_reached", digest.not_reached);
+  out.Put("errors", tally.findings.errors);
+  out.Put("warnings", tally.findings.warnings);
+  out.Put("infos", tally.findings.infos);
+  out.Put("known", tally.findings.known);
+  out.Put("verdict", tally.Verdict(digest));
+}
+
+void PutRuleTally(JsonObject& out, const RuleTally& rule) {
+  out.Put("rule", rule.rule);
+  out.Put("severity", Name(rule.severity));
+  out.Put("captures", rule.captures);
+  out.Put("findings", rule.findings);
 }
 
 }  // namespace
 
 std::string WriteSummaryJson(const Digest& digest) {
   const Tally tally = TallyOf(digest);
-  Json json;
-  json["schema"] = "ecaudit.summary/1";
-  json["tool"] = {{"name", "ecaudit"}, {"version", digest.version}};
-  json["summary"] = {{"captures", digest.captures.size()},
-                     {"passed", tally.passed},
-                     {"failed", tally.failed},
-                     {"unreadable", tally.unreadable},
-                     {"nothing_to_check", tally.nothing_to_check},
-                     {"not_reached", digest.not_reached},
-                     {"errors", tally.findings.errors},
-                     {"warnings", tally.findings.warnings},
-                     {"infos", tally.findings.infos},
-                     {"known", tally.findings.known},
-                     {"verdict", tally.Verdict(digest)}};
-  json["rules"] = Json::array();
-  for (const RuleTally& rule : tally.rules) {
-    json["rules"].push_back({{"rule", rule.rule},
-                             {"severity", Name(rule.severity)},
-                             {"captures", rule.captures},
-                             {"findings", rule.findings}});
-  }
-  json["captures"] = Json::array();
-  for (const CaptureDigest& capture : digest.captures) json["captures"].push_back(CaptureJson(capture));
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return JsonDocumentText([&](JsonObject& out) {
+    out.Put("schema", "ecaudit.summary/1");
+    PutTool(out, digest.version);
+    out.Object("summary", [&](JsonObject& json) { PutTally(json, digest, tally); });
+    out.List("rules", tally.rules, PutRuleTally);
+    out.List("captures", digest.captures, PutCapture);
+  });
 }
 
 }  // namespace ecaudit::report

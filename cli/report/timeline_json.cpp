@@ -1,121 +1,122 @@
 #include "cli/report/timeline_json.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <string_view>
 
-#include "cli/report/json_parts.h"
+#include "cli/report/json_text.h"
 #include "cli/report/times.h"
-#include "decoder/base/text.h"
 
 namespace ecaudit::report {
 namespace {
 
+using Bucket = TimeSeries::Bucket;
+
 enum class Shows : std::uint8_t { kValues, kCounts };
 
 /// Whole numbers without ".0", which most process data are.
-Json Number(double value) {
+JsonScalar Number(double value) {
   constexpr double kExact = 9007199254740992.0;  // 2^53
   if (std::abs(value) < kExact && std::nearbyint(value) == value) return static_cast<std::int64_t>(value);
   return value;
 }
 
-Json Series(const AnalysisResult& result, const TimeSeries& series, Shows shows) {
-  if (series.empty() || !result.capture.origin.has_time) return nullptr;
+/// An array of what `value(bucket)` gives for each bucket that holds something.
+template <typename Value>
+void PutBuckets(JsonObject& out, std::string_view key, const TimeSeries& series, Value value) {
+  out.Array(key, [&](JsonArray& array) {
+    for (const Bucket& bucket : series.buckets) {
+      if (bucket.count != 0) array.Add(value(bucket));
+    }
+  });
+}
+
+void PutSeries(JsonObject& out, std::string_view key, const AnalysisResult& result, const TimeSeries& series,
+               Shows shows) {
   std::int64_t start = 0;
-  if (__builtin_sub_overflow(series.start, result.capture.origin.time, &start)) return nullptr;
-  Json json;
-  json["start_s"] = static_cast<double>(start) / 1e9;
-  json["width_s"] = static_cast<double>(series.width) / 1e9;
-  Json at = Json::array();
-  Json least = Json::array();
-  Json most = Json::array();
-  Json count = Json::array();
-  bool gaps = false;
-  bool ranges = false;
-  for (std::size_t i = 0; i < series.buckets.size(); ++i) {
-    const TimeSeries::Bucket& bucket = series.buckets[i];
-    if (bucket.count == 0) {
-      gaps = true;
-      continue;
+  if (series.empty() || !result.capture.origin.has_time ||
+      __builtin_sub_overflow(series.start, result.capture.origin.time, &start)) {
+    return out.Put(key, nullptr);
+  }
+  const auto any = [&](auto holds) { return std::any_of(series.buckets.begin(), series.buckets.end(), holds); };
+  out.Object(key, [&](JsonObject& json) {
+    json.Put("start_s", static_cast<double>(start) / 1e9);
+    json.Put("width_s", static_cast<double>(series.width) / 1e9);
+    if (any([](const Bucket& bucket) { return bucket.count == 0; })) {
+      PutBuckets(json, "at", series, [&](const Bucket& bucket) { return &bucket - series.buckets.data(); });
     }
-    at.push_back(i);
     if (shows == Shows::kCounts) {
-      count.push_back(bucket.count);
-      continue;
+      return PutBuckets(json, "count", series, [](const Bucket& bucket) { return bucket.count; });
     }
-    least.push_back(Number(bucket.least));
-    most.push_back(Number(bucket.most));
-    ranges = ranges || bucket.most != bucket.least;
-  }
-  if (gaps) json["at"] = std::move(at);
-  if (shows == Shows::kCounts) {
-    json["count"] = std::move(count);
-    return json;
-  }
-  json["least"] = std::move(least);
-  if (ranges) json["most"] = std::move(most);
-  return json;
+    PutBuckets(json, "least", series, [](const Bucket& bucket) { return Number(bucket.least); });
+    if (any([](const Bucket& bucket) { return bucket.count != 0 && bucket.most != bucket.least; })) {
+      PutBuckets(json, "most", series, [](const Bucket& bucket) { return Number(bucket.most); });
+    }
+  });
 }
 
-Json Signal(const AnalysisResult& result, const SignalSeries& signal) {
-  return {{"direction", signal.output ? "output" : "input"},
-          {"index", signal.index},
-          {"subindex", signal.subindex},
-          {"bits", signal.bits},
-          {"name", TextOrNull(signal.name)},
-          {"name_inferred", signal.name_inferred},
-          {"variable", TextOrNull(signal.variable)},
-          {"unit", TextOrNull(signal.unit)},
-          {"scaled", signal.scaled},
-          {"values", Series(result, signal.values, Shows::kValues)}};
+void PutSignal(JsonObject& out, const AnalysisResult& result, const SignalSeries& signal) {
+  out.Put("direction", signal.output ? "output" : "input");
+  out.Put("index", signal.index);
+  out.Put("subindex", signal.subindex);
+  out.Put("bits", signal.bits);
+  out.TextOrNull("name", signal.name);
+  out.Put("name_inferred", signal.name_inferred);
+  out.TextOrNull("variable", signal.variable);
+  out.TextOrNull("unit", signal.unit);
+  out.Put("scaled", signal.scaled);
+  PutSeries(out, "values", result, signal.values, Shows::kValues);
 }
 
-Json Sdo(const AnalysisResult& result, const SdoRow& row) {
+void PutSdo(JsonObject& out, const AnalysisResult& result, const SdoRow& row) {
   const FrameRef& shown = row.request.seen() ? row.request : row.response;
-  return {{"time_s", OrNull(SecondsSince(result.capture.origin, shown))},
-          {"request_frame", FrameOrNull(row.request)},
-          {"response_frame", FrameOrNull(row.response)},
-          {"service", row.download ? "download" : "upload"},
-          {"complete_access", row.complete_access},
-          {"index", OrNull(row.index)},
-          {"subindex", row.subindex},
-          {"name", TextOrNull(row.name)},
-          {"value", TextOrNull(row.value)},
-          {"outcome", row.outcome},
-          {"abort_code", OrNull(row.abort_code)},
-          {"abort_text", TextOrNull(row.abort_text)},
-          {"duration_ms", row.duration ? Json(static_cast<double>(*row.duration) / 1e6) : Json(nullptr)}};
+  out.Put("time_s", SecondsSince(result.capture.origin, shown));
+  out.Frame("request_frame", row.request);
+  out.Frame("response_frame", row.response);
+  out.Put("service", row.download ? "download" : "upload");
+  out.Put("complete_access", row.complete_access);
+  out.Put("index", row.index);
+  out.Put("subindex", row.subindex);
+  out.TextOrNull("name", row.name);
+  out.TextOrNull("value", row.value);
+  out.Put("outcome", row.outcome);
+  out.Put("abort_code", row.abort_code);
+  out.TextOrNull("abort_text", row.abort_text);
+  out.Put("duration_ms", OnlyIf(row.duration.has_value(), static_cast<double>(row.duration.value_or(0)) / 1e6));
+}
+
+void PutSlaveTimeline(JsonObject& out, const AnalysisResult& result, const SlaveTimeline& slave) {
+  const SlaveSummary* summary = result.slave(slave.slave);
+  out.Put("slave", summary != nullptr ? JsonScalar(summary->position) : nullptr);
+  if (summary == nullptr) {
+    out.Object("eni", [&](JsonObject& eni) {
+      eni.Put("position", slave.eni_position);
+      eni.Put("station_address", slave.eni_address);
+      eni.TextOrNull("name", slave.eni_name);
+    });
+  }
+  out.List("signals", slave.signals,
+           [&](JsonObject& json, const SignalSeries& signal) { PutSignal(json, result, signal); });
+  PutSeries(out, "mailbox", result, slave.mailbox, Shows::kCounts);
+  out.List("sdos", slave.sdos, [&](JsonObject& json, const SdoRow& row) { PutSdo(json, result, row); });
+  out.Put("sdos_left_out", slave.sdos_left_out);
+  PutSeries(out, "phase_us", result, slave.phase_us, Shows::kValues);
+  PutSeries(out, "difference_ns", result, slave.difference_ns, Shows::kValues);
 }
 
 }  // namespace
 
-Json TimelineJson(const AnalysisResult& result, const Timeline& timeline) {
-  Json json;
-  json["lost"] = Series(result, timeline.lost, Shows::kCounts);
-  json["cycle_us"] = Series(result, timeline.cycle_us, Shows::kValues);
-  json["slaves"] = Json::array();
-  for (const SlaveTimeline& slave : timeline.slaves) {
-    const SlaveSummary* summary = result.slave(slave.slave);
-    if (summary == nullptr && slave.slave != kNoSlave) continue;  // not one of --slave
-    Json& entry = json["slaves"].emplace_back();
-    entry["slave"] = summary != nullptr ? Json(summary->position) : Json(nullptr);
-    if (summary == nullptr) {
-      entry["eni"] = {{"position", OrNull(slave.eni_position)},
-                      {"station_address", OrNull(slave.eni_address)},
-                      {"name", TextOrNull(slave.eni_name)}};
+void PutTimeline(JsonObject& out, const AnalysisResult& result, const Timeline& timeline) {
+  PutSeries(out, "lost", result, timeline.lost, Shows::kCounts);
+  PutSeries(out, "cycle_us", result, timeline.cycle_us, Shows::kValues);
+  out.Array("slaves", [&](JsonArray& slaves) {
+    for (const SlaveTimeline& slave : timeline.slaves) {
+      if (result.slave(slave.slave) == nullptr && slave.slave != kNoSlave) continue;  // not one of --slave
+      slaves.AddObject([&](JsonObject& json) { PutSlaveTimeline(json, result, slave); });
     }
-    entry["signals"] = Json::array();
-    for (const SignalSeries& signal : slave.signals) entry["signals"].push_back(Signal(result, signal));
-    entry["mailbox"] = Series(result, slave.mailbox, Shows::kCounts);
-    entry["sdos"] = Json::array();
-    for (const SdoRow& row : slave.sdos) entry["sdos"].push_back(Sdo(result, row));
-    entry["sdos_left_out"] = slave.sdos_left_out;
-    entry["phase_us"] = Series(result, slave.phase_us, Shows::kValues);
-    entry["difference_ns"] = Series(result, slave.difference_ns, Shows::kValues);
-  }
-  json["signals_left_out"] = timeline.signals_left_out;
-  return json;
+  });
+  out.Put("signals_left_out", timeline.signals_left_out);
 }
 
 }  // namespace ecaudit::report

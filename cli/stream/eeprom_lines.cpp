@@ -1,29 +1,41 @@
 #include "cli/stream/eeprom_lines.h"
 
+#include <algorithm>
 #include <array>
 #include <string_view>
 
-#include <nlohmann/json.hpp>
-
+#include "cli/report/json_text.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/sii.h"
 
 namespace ecaudit::cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using report::JsonArray;
+using report::JsonObject;
+using report::JsonText;
+using report::OnlyIf;
 
 constexpr std::size_t kShownBytes = 24;
 constexpr std::uint32_t kFirstCategory = 0x40;
 constexpr FrameNo kIdleFrames = 64;  // masters ask several slaves in turn
 
-void SetRaw(EventRow& row, std::string_view key, const Json& value) {
-  row.json.Key(key) += value.dump(-1, ' ', false, Json::error_handler_t::replace);
+/// The member `key`, an object that `write(JsonObject&)` fills.
+template <typename Write>
+void PutObject(EventRow& row, std::string_view key, Write&& write) {
+  JsonText text(JsonText::Layout::kLine);
+  text.Object(write);
+  row.json.Key(key) += text.Take();
 }
 
-template <typename T>
-Json NumberOrNull(const std::optional<T>& value) {
-  return value ? Json(*value) : Json(nullptr);
+/// The member `key`, an array with an object for each of `items`, which `write(JsonObject&, item)` fills.
+template <typename Range, typename Write>
+void PutList(EventRow& row, std::string_view key, const Range& items, Write&& write) {
+  JsonText text(JsonText::Layout::kLine);
+  text.Array([&](JsonArray& array) {
+    for (const auto& item : items) array.AddObject([&](JsonObject& object) { write(object, item); });
+  });
+  row.json.Key(key) += text.Take();
 }
 
 std::string_view Name(esc::SiiChecksumState state) {
@@ -59,9 +71,40 @@ std::string_view FmmuUse(esc::SiiFmmuUse use) {
   return "unused";
 }
 
-Json MailboxJson(const std::optional<esc::SiiMailbox>& mailbox) {
-  if (!mailbox) return nullptr;
-  return {{"start", mailbox->offset}, {"length", mailbox->size}};
+void PutIdentity(JsonObject& out, const esc::SiiHeader& header) {
+  out.Put("vendor_id", header.vendor_id);
+  out.Put("product_code", header.product_code);
+  out.Put("revision", header.revision);
+  out.Put("serial", header.serial);
+}
+
+void PutMailbox(JsonObject& out, const esc::SiiMailbox& mailbox) {
+  out.Put("start", mailbox.offset);
+  out.Put("length", mailbox.size);
+}
+
+void PutMailboxes(JsonObject& out, const esc::SiiHeader& header) {
+  out.ObjectOrNull("out", header.standard_receive, PutMailbox);
+  out.ObjectOrNull("in", header.standard_send, PutMailbox);
+  out.ObjectOrNull("bootstrap_out", header.bootstrap_receive, PutMailbox);
+  out.ObjectOrNull("bootstrap_in", header.bootstrap_send, PutMailbox);
+}
+
+void PutCategory(JsonObject& out, const esc::SiiCategory& category) {
+  out.Put("type", category.type);
+  out.Put("name", esc::SiiCategoryName(category.type));
+  out.Put("address", category.first_word);
+  out.Put("words", category.words);
+  out.Put("complete", category.coverage == esc::SiiCategory::Coverage::kComplete);
+  out.Put("malformed", category.malformed);
+}
+
+void PutSyncManager(JsonObject& out, const esc::SiiSyncManager& sm) {
+  out.Put("start", sm.start);
+  out.Put("length", sm.length);
+  out.Put("control", sm.control);
+  out.Put("enable", sm.enable);
+  out.Put("use", SyncManagerUse(sm.type));
 }
 
 std::string MailboxText(std::string_view direction, const std::optional<esc::SiiMailbox>& mailbox) {
@@ -69,23 +112,17 @@ std::string MailboxText(std::string_view direction, const std::optional<esc::Sii
   return std::string(direction) + " " + Hex(mailbox->offset) + " " + Count(mailbox->size, "byte");
 }
 
-Json PdosJson(const std::vector<esc::SiiPdo>& pdos, const esc::SiiContents& contents) {
-  Json list = Json::array();
-  for (const esc::SiiPdo& pdo : pdos) {
-    Json entries = Json::array();
-    for (const esc::SiiPdoEntry& entry : pdo.entries) {
-      entries.push_back({{"index", entry.index},
-                         {"subindex", entry.subindex},
-                         {"bits", entry.bits},
-                         {"name", Printable(contents.String(entry.name_string))}});
-    }
-    list.push_back({{"index", pdo.index},
-                    {"sync_manager", pdo.sync_manager == 0xFF ? Json(nullptr) : Json(pdo.sync_manager)},
-                    {"name", Printable(contents.String(pdo.name_string))},
-                    {"bits", pdo.Bits()},
-                    {"entries", std::move(entries)}});
-  }
-  return list;
+void PutPdo(JsonObject& out, const esc::SiiPdo& pdo, const esc::SiiContents& contents) {
+  out.Put("index", pdo.index);
+  out.Put("sync_manager", OnlyIf(pdo.sync_manager != 0xFF, pdo.sync_manager));
+  out.Put("name", Printable(contents.String(pdo.name_string)));
+  out.Put("bits", pdo.Bits());
+  out.List("entries", pdo.entries, [&](JsonObject& json, const esc::SiiPdoEntry& entry) {
+    json.Put("index", entry.index);
+    json.Put("subindex", entry.subindex);
+    json.Put("bits", entry.bits);
+    json.Put("name", Printable(contents.String(entry.name_string)));
+  });
 }
 
 std::string PdosText(std::string_view kind, const std::vector<esc::SiiPdo>& pdos) {
@@ -131,14 +168,14 @@ std::string ContentsText(const esc::SiiContents& contents) {
 }
 
 /// Vendors keep texts in categories of their own.
-Json VendorTexts(const esc::SiiContents& contents) {
-  Json texts = Json::object();
+void PutVendorTexts(JsonObject& out, const esc::SiiContents& contents) {
+  std::vector<std::uint16_t> told;  // a category may stand twice; its text is one
   for (const esc::SiiRawCategory& raw : contents.raw) {
-    if (raw.type < esc::kSiiVendorCategory) continue;
+    if (raw.type < esc::kSiiVendorCategory || std::find(told.begin(), told.end(), raw.type) != told.end()) continue;
+    told.push_back(raw.type);
     const std::string text = contents.VendorText(raw.type);
-    if (!text.empty()) texts[Hex(raw.type)] = Printable(text);
+    if (!text.empty()) out.Put(Hex(raw.type), Printable(text));
   }
-  return texts;
 }
 
 std::string ErrorNames(std::uint16_t bits) {
@@ -302,49 +339,27 @@ void EepromLines::WriteContents(SlaveId id, Slave& slave) {
   row.json.Text("action", "contents");
   row.json.Number("known_words", known);
   row.json.Bool("complete", contents.chain_end == esc::SiiChainEnd::kEndMark);
-  SetRaw(row, "identity",
-         {{"vendor_id", NumberOrNull(header.vendor_id)},
-          {"product_code", NumberOrNull(header.product_code)},
-          {"revision", NumberOrNull(header.revision)},
-          {"serial", NumberOrNull(header.serial)}});
+  PutObject(row, "identity", [&](JsonObject& json) { PutIdentity(json, header); });
   row.TextOrNull("name", contents.Name());
   row.TextOrNull("order", contents.general && contents.general->order_string
                               ? contents.String(*contents.general->order_string)
                               : std::string_view());
   row.NumberOrNull("alias", header.alias);
   row.json.Text("checksum", Name(header.checksum_state));
-  SetRaw(row, "mailboxes",
-         {{"out", MailboxJson(header.standard_receive)},
-          {"in", MailboxJson(header.standard_send)},
-          {"bootstrap_out", MailboxJson(header.bootstrap_receive)},
-          {"bootstrap_in", MailboxJson(header.bootstrap_send)}});
+  PutObject(row, "mailboxes", [&](JsonObject& json) { PutMailboxes(json, header); });
   row.NumberOrNull("protocols", header.protocols);
   row.NumberOrNull("size_bytes", header.size_bytes);
-  Json categories = Json::array();
-  for (const esc::SiiCategory& category : contents.categories) {
-    categories.push_back({{"type", category.type},
-                          {"name", esc::SiiCategoryName(category.type)},
-                          {"address", category.first_word},
-                          {"words", category.words},
-                          {"complete", category.coverage == esc::SiiCategory::Coverage::kComplete},
-                          {"malformed", category.malformed}});
-  }
-  SetRaw(row, "categories", categories);
-  Json sync_managers = Json::array();
-  for (const esc::SiiSyncManager& sm : contents.sync_managers) {
-    sync_managers.push_back({{"start", sm.start},
-                             {"length", sm.length},
-                             {"control", sm.control},
-                             {"enable", sm.enable},
-                             {"use", SyncManagerUse(sm.type)}});
-  }
-  SetRaw(row, "sync_managers", sync_managers);
-  Json fmmus = Json::array();
-  for (const esc::SiiFmmuUse use : contents.fmmus) fmmus.push_back(FmmuUse(use));
-  SetRaw(row, "fmmus", fmmus);
-  SetRaw(row, "rx_pdos", PdosJson(contents.rx_pdos, contents));
-  SetRaw(row, "tx_pdos", PdosJson(contents.tx_pdos, contents));
-  SetRaw(row, "vendor_texts", VendorTexts(contents));
+  PutList(row, "categories", contents.categories, PutCategory);
+  PutList(row, "sync_managers", contents.sync_managers, PutSyncManager);
+  JsonText fmmus(JsonText::Layout::kLine);
+  fmmus.Array([&](JsonArray& uses) {
+    for (const esc::SiiFmmuUse use : contents.fmmus) uses.Add(FmmuUse(use));
+  });
+  row.json.Key("fmmus") += fmmus.Take();
+  const auto put_pdo = [&](JsonObject& json, const esc::SiiPdo& pdo) { PutPdo(json, pdo, contents); };
+  PutList(row, "rx_pdos", contents.rx_pdos, put_pdo);
+  PutList(row, "tx_pdos", contents.tx_pdos, put_pdo);
+  PutObject(row, "vendor_texts", [&](JsonObject& json) { PutVendorTexts(json, contents); });
   row.text = "contents as far as read, " + Count(known, "different word") + ": " + ContentsText(contents);
   if (header.checksum_state == esc::SiiChecksumState::kWrong) row.style = report::Style::kWarning;
 }

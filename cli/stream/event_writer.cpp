@@ -60,14 +60,14 @@ void EventWriter::Begin(Observation& observation, const StreamContext& context) 
                 model::DriveCommanded, model::DriveStateChanged, model::DriveMode, model::DriveWarning,
                 model::DriveFaultExplained, track::EepromError, mailbox::MailboxMessage, mailbox::MailboxRefused,
                 mailbox::MailboxReadLost, mailbox::MailboxRepeatRequest, mailbox::MailboxUnanswered,
-                mailbox::MailboxErrorReply, mailbox::SdoUnexpected, mailbox::EoeFrame, mailbox::EoeControl,
-                mailbox::FoeTransfer, mailbox::SoeMessage, mailbox::AoeMessage, mailbox::VoeMessage>(
-          Stage::kBeforeModel, *this);
+                mailbox::MailboxErrorReply, mailbox::SdoTransfer, mailbox::SdoUnexpected, mailbox::EoeFrame,
+                mailbox::EoeControl, mailbox::FoeTransfer, mailbox::SoeMessage, mailbox::AoeMessage,
+                mailbox::VoeMessage>(Stage::kBeforeModel, *this);
   // Shown with what the model makes of them: names, families, mappings.
   observation.bus()
       .ListenTo<track::EepromRead, track::EepromWrite, track::AlRequest, track::AlStatusRead, track::AlStatusCodeRead,
-                track::AlStateForgotten, mailbox::SdoTransfer, mailbox::SdoInfo, mailbox::Emergency>(Stage::kAfterModel,
-                                                                                                     *this);
+                track::AlStateForgotten, mailbox::SdoInfo, mailbox::Emergency>(Stage::kAfterModel, *this);
+  observation.bus().Listen(Stage::kAfterModel, *this, &EventWriter::OnTaken);
   output_->Begin();
 }
 

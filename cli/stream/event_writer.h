@@ -56,6 +56,8 @@ class EventWriter final : public LineWriter {
   void On(const mailbox::MailboxUnanswered& event);
   void On(const mailbox::MailboxErrorReply& event);
   void On(const mailbox::SdoTransfer& event);
+  /// The model has taken it: the mapping may be another one.
+  void OnTaken(const mailbox::SdoTransfer& event);
   void On(const mailbox::SdoUnexpected& event);
   void On(const mailbox::SdoInfo& event);
   void On(const mailbox::Emergency& event);
@@ -85,7 +87,6 @@ class EventWriter final : public LineWriter {
                     std::optional<std::uint16_t> code, bool error_bit_known);
   /// A code that was read apart from the state it explains.
   void ShowStatusCode(SlaveId slave, const FrameRef& frame, std::uint16_t code);
-  void WriteSdo(const mailbox::SdoTransfer& event);
   /// One line for each direction whose process data are known and differ from those of the last line.
   void WriteMappings(SlaveId slave, const FrameRef& frame);
   void WriteMapping(SlaveId slave, const FrameRef& frame, device::PdoDirection direction);

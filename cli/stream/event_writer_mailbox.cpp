@@ -333,12 +333,11 @@ void EventWriter::On(const mailbox::SdoUnexpected& event) {
   row.style = Style::kWarning;
 }
 
-void EventWriter::On(const mailbox::SdoTransfer& event) {
-  WriteSdo(event);
+void EventWriter::OnTaken(const mailbox::SdoTransfer& event) {
   if (event.has_object && process::IsPdoObject(event.index)) WriteMappings(event.slave, event.last);
 }
 
-void EventWriter::WriteSdo(const mailbox::SdoTransfer& event) {
+void EventWriter::On(const mailbox::SdoTransfer& event) {
   const FrameRef& frame = event.response.seen() ? event.response : event.last.seen() ? event.last : event.request;
   if (!output_->Wants(EventType::kSdo, frame, event.slave)) return;
   const SlaveNotes& notes = NotesOf(event.slave);

@@ -118,4 +118,12 @@ std::string Printable(std::string_view text) {
   return out;
 }
 
+std::string Shortened(std::string text, std::size_t most) {
+  if (text.size() <= most) return text;
+  std::size_t end = most;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
+  text.resize(end);
+  return text + " ...";
+}
+
 }  // namespace ecaudit

@@ -29,4 +29,7 @@ void AppendHexBytes(std::string& out, ByteSpan bytes);
 /// name can never control the reader's terminal.
 [[nodiscard]] std::string Printable(std::string_view text);
 
+/// The text where it has at most `most` bytes; else its beginning, cut between UTF-8 characters, and " ...".
+[[nodiscard]] std::string Shortened(std::string text, std::size_t most);
+
 }  // namespace ecaudit

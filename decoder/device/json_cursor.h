@@ -12,8 +12,7 @@
 #include <type_traits>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
+#include "decoder/base/json.h"
 #include "decoder/base/result.h"
 
 namespace ecaudit::device {
@@ -21,22 +20,20 @@ namespace ecaudit::device {
 /// Parses `text` with limits on depth, and errors by line and column; duplicate keys are errors.
 ///
 /// @param stop_after  a key of the top-level object: reading ends behind its value, and what follows is not looked at
-[[nodiscard]] Result<nlohmann::json> ParseJson(std::string_view text, std::string_view stop_after = {});
+[[nodiscard]] Result<JsonDocument> ParseJson(std::string_view text, std::string_view stop_after = {});
 
 /// One value and the way to it. Lives on the stack of the function that reads it; parents outlive children.
 class Cursor {
  public:
   /// The document itself. `error` receives the first error.
-  Cursor(const nlohmann::json& value, std::optional<Error>& error) : value_(value), error_(error) {}
+  Cursor(JsonValue value, std::optional<Error>& error) : value_(value), error_(error) {}
 
-  [[nodiscard]] Cursor Key(std::string_view key, const nlohmann::json& value) const {
+  [[nodiscard]] Cursor Key(std::string_view key, JsonValue value) const {
     return Cursor(value, error_, this, key, kNoIndex);
   }
-  [[nodiscard]] Cursor Index(std::size_t index, const nlohmann::json& value) const {
-    return Cursor(value, error_, this, {}, index);
-  }
+  [[nodiscard]] Cursor Index(std::size_t index) const { return Cursor(value_.element(index), error_, this, {}, index); }
 
-  [[nodiscard]] const nlohmann::json& value() const { return value_; }
+  [[nodiscard]] JsonValue value() const { return value_; }
   [[nodiscard]] bool failed() const { return error_.has_value(); }
   /// "al.transitions[3].from"; "document" for the whole.
   [[nodiscard]] std::string Path() const;
@@ -48,12 +45,11 @@ class Cursor {
  private:
   static constexpr std::size_t kNoIndex = std::numeric_limits<std::size_t>::max();
 
-  Cursor(const nlohmann::json& value, std::optional<Error>& error, const Cursor* parent, std::string_view key,
-         std::size_t index)
+  Cursor(JsonValue value, std::optional<Error>& error, const Cursor* parent, std::string_view key, std::size_t index)
       : value_(value), error_(error), parent_(parent), key_(key), index_(index) {}
   void AppendPath(std::string& out) const;
 
-  const nlohmann::json& value_;
+  JsonValue value_;
   std::optional<Error>& error_;
   const Cursor* parent_ = nullptr;
   std::string_view key_;
@@ -68,8 +64,8 @@ class ObjectReader {
   /// The member must be there.
   template <typename T>
   void Require(std::string_view key, T& out) {
-    if (const nlohmann::json* member = Member(key)) {
-      Read(cursor_.Key(key, *member), out);
+    if (const JsonValue member = Member(key); member.there()) {
+      Read(cursor_.Key(key, member), out);
     } else {
       Missing(key);
     }
@@ -77,18 +73,18 @@ class ObjectReader {
   /// The member may be missing; `out` then keeps its value.
   template <typename T>
   void Allow(std::string_view key, T& out) {
-    if (const nlohmann::json* member = Member(key)) Read(cursor_.Key(key, *member), out);
+    if (const JsonValue member = Member(key); member.there()) Read(cursor_.Key(key, member), out);
   }
   /// Hands the member, if it is there, to `read(cursor)`.
   template <typename Function>
   void AllowWith(std::string_view key, Function read) {
-    if (const nlohmann::json* member = Member(key)) read(cursor_.Key(key, *member));
+    if (const JsonValue member = Member(key); member.there()) read(cursor_.Key(key, member));
   }
   /// Fails with the name of a member that was neither required nor allowed.
   void Finish() const;
 
  private:
-  const nlohmann::json* Member(std::string_view key);
+  JsonValue Member(std::string_view key);
   void Missing(std::string_view key) const;
 
   const Cursor& cursor_;
@@ -123,10 +119,9 @@ void Read(const Cursor& cursor, std::vector<T>& out) {
   out.clear();
   if (!cursor.value().is_array()) return cursor.FailType("an array");
   out.reserve(cursor.value().size());
-  std::size_t index = 0;
-  for (const nlohmann::json& element : cursor.value()) {
+  for (std::size_t i = 0; i < cursor.value().size(); ++i) {
     T value{};
-    Read(cursor.Index(index++, element), value);
+    Read(cursor.Index(i), value);
     if (cursor.failed()) return;
     out.push_back(std::move(value));
   }

@@ -68,10 +68,10 @@ void ReadHead(ObjectReader& object, const Cursor& cursor, ProfileHead& head) {
 }  // namespace
 
 Result<ProfileHead> ReadProfileHead(std::string_view json) {
-  Result<nlohmann::json> document = ParseJson(json, "match");
+  const Result<JsonDocument> document = ParseJson(json, "match");
   if (!document) return document.error();
   std::optional<Error> error;
-  const Cursor cursor(*document, error);
+  const Cursor cursor(document->root(), error);
   ObjectReader object(cursor);
   ProfileHead head;
   ReadHead(object, cursor, head);
@@ -82,11 +82,11 @@ Result<ProfileHead> ReadProfileHead(std::string_view json) {
 }
 
 Result<DeviceDescription> ReadProfile(std::string_view json, const ProfileLookup& lookup) {
-  Result<nlohmann::json> document = ParseJson(json);
+  const Result<JsonDocument> document = ParseJson(json);
   if (!document) return document.error();
 
   std::optional<Error> error;
-  const Cursor cursor(*document, error);
+  const Cursor cursor(document->root(), error);
   ObjectReader object(cursor);
   ProfileHead head;
   ReadHead(object, cursor, head);

@@ -5,12 +5,11 @@
 #include <string>
 #include <string_view>
 
-#include <nlohmann/json.hpp>
-
 #include "analyzers/analysis.h"
 #include "analyzers/judge/catalogue.h"
 #include "cli/report/formats.h"
 #include "cli/report/report.h"
+#include "decoder/base/json.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::fuzz {
@@ -50,7 +49,7 @@ inline void AnalyseAndReport(capture::FrameSource& source) {
     const std::string text = format.write(report, {});
     Check(!text.empty());
     CheckLines(text);
-    if (format.name == "json") Check(!nlohmann::json::parse(text, nullptr, false).is_discarded());
+    if (format.name == "json") Check(ReadJson(text).document.has_value());
   }
 }
 

@@ -1,0 +1,38 @@
+/// The sections of the JSON report, each in a file of its own. Each function fills the object of its section; those
+/// with a key put the whole member, which may be null.
+#pragma once
+
+#include <string_view>
+
+#include "analyzers/result/analysis_result.h"
+
+namespace ecaudit::report {
+
+class JsonObject;
+
+// slave_json.cpp
+void PutSlave(JsonObject& out, const AnalysisResult& result, const SlaveSummary& slave);
+void PutEventBit(JsonObject& out, const EventBitSummary& bit);
+
+// process_data_json.cpp
+void PutSyncManager(JsonObject& out, const SyncManagerSummary& manager);
+void PutFmmu(JsonObject& out, const FmmuSummary& fmmu);
+void PutPdos(JsonObject& out, const PdoSummary& rx, const PdoSummary& tx);
+
+// latch_json.cpp
+void PutLatch(JsonObject& out, const LatchSummary& latch);
+
+// sync_json.cpp
+void PutCycle(JsonObject& out, const CycleSummary& cycle);
+/// Null when no time was read from the reference clock.
+void PutBusDc(JsonObject& out, std::string_view key, const AnalysisResult& result);
+void PutDc(JsonObject& out, const AnalysisResult& result, const DcSummary& dc);
+
+// drive_json.cpp
+void PutDrive(JsonObject& out, const AnalysisResult& result, const DriveSummary& drive);
+
+// startup_json.cpp
+/// Null when the capture shows nothing of it.
+void PutStartup(JsonObject& out, std::string_view key, const AnalysisResult& result, const StartupSummary& startup);
+
+}  // namespace ecaudit::report

@@ -1,0 +1,243 @@
+/// JSON text, written member by member as the data are walked through. Nothing is kept but the text: reports of
+/// thousands of slaves are large as objects. Each writer is a table of fields: a line for each, in the order of the
+/// document.
+///
+///   void Write(JsonObject& out, const FmmuSummary& fmmu) {
+///     out.Put("number", fmmu.number);
+///     out.Frame("frame", fmmu.since);
+///   }
+#pragma once
+
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+#include "decoder/base/ids.h"
+
+namespace ecaudit::report {
+
+/// What a field can hold without having fields itself. Text is borrowed until it is written.
+class JsonScalar {
+ public:
+  enum class Kind : std::uint8_t { kNull, kBoolean, kNatural, kInteger, kNumber, kText };
+
+  // Implicit, so that a field takes each of them.
+  // NOLINTBEGIN(google-explicit-constructor)
+  constexpr JsonScalar(std::nullptr_t) {}
+  template <std::integral T>
+  constexpr JsonScalar(T value)
+      : kind_(std::is_same_v<T, bool> ? Kind::kBoolean
+              : std::is_signed_v<T>   ? Kind::kInteger
+                                      : Kind::kNatural) {
+    if constexpr (std::is_signed_v<T>) {
+      integer_ = value;
+    } else {
+      natural_ = value;
+    }
+  }
+  constexpr JsonScalar(double value) : number_(value), kind_(Kind::kNumber) {}
+  constexpr JsonScalar(std::string_view text) : text_(text), kind_(Kind::kText) {}
+  constexpr JsonScalar(const char* text) : text_(text), kind_(Kind::kText) {}
+  JsonScalar(const std::string& text) : text_(text), kind_(Kind::kText) {}
+  /// Null where it is unknown.
+  template <typename T>
+  constexpr JsonScalar(const std::optional<T>& value) : JsonScalar(value ? JsonScalar(*value) : JsonScalar(nullptr)) {}
+  // NOLINTEND(google-explicit-constructor)
+
+  [[nodiscard]] constexpr bool is_null() const { return kind_ == Kind::kNull; }
+  void AppendTo(std::string& out) const;
+
+ private:
+  union {
+    std::uint64_t natural_ = 0;
+    std::int64_t integer_;
+    double number_;
+    std::string_view text_;
+  };
+  Kind kind_ = Kind::kNull;
+};
+
+/// A frame number of the capture, from 1; 0 stands for no frame and becomes null.
+[[nodiscard]] constexpr JsonScalar FrameOrNull(FrameNo frame) {
+  return frame == 0 ? JsonScalar(nullptr) : JsonScalar(frame);
+}
+
+/// `value` where it means something, else null.
+[[nodiscard]] constexpr JsonScalar OnlyIf(bool meaningful, JsonScalar value) {
+  return meaningful ? value : JsonScalar(nullptr);
+}
+
+class JsonArray;
+class JsonObject;
+
+/// The text that is being written, as nlohmann::json::dump() lays it out.
+class JsonText {
+ public:
+  /// kIndented: by two spaces, a line for each member and element. kLine: no white space.
+  enum class Layout : std::uint8_t { kIndented, kLine };
+
+  explicit JsonText(Layout layout) : indented_(layout == Layout::kIndented) {}
+
+  /// Opens the document, which `write(JsonObject&)` fills.
+  template <typename Write>
+  void Object(Write&& write);
+  /// Opens the document, which `write(JsonArray&)` fills.
+  template <typename Write>
+  void Array(Write&& write);
+
+  [[nodiscard]] std::string Take() { return std::move(out_); }
+
+ private:
+  friend class JsonArray;
+  friend class JsonCopy;
+  friend class JsonObject;
+
+  void Key(std::string_view key);
+  void Element();
+  void Value(JsonScalar value) { value.AppendTo(out_); }
+  void Open(char bracket);
+  void Close(char bracket);
+  void NewLine();
+
+  std::string out_;
+  std::size_t depth_ = 0;
+  bool empty_ = true;  ///< the object or array that is open has nothing yet
+  bool indented_;
+};
+
+/// The elements of an array.
+class JsonArray {
+ public:
+  explicit JsonArray(JsonText& text) : text_(text) {}
+
+  void Add(JsonScalar value);
+  /// Adds a JSON document as it is, in the layout of this text; keys keep their order.
+  void AddDocument(std::string_view json);
+  /// Adds an object that `write(JsonObject&)` fills.
+  template <typename Write>
+  void AddObject(Write&& write);
+  /// Adds an array that `write(JsonArray&)` fills.
+  template <typename Write>
+  void AddArray(Write&& write);
+
+ private:
+  JsonText& text_;
+};
+
+/// The members of an object. Keys must differ.
+class JsonObject {
+ public:
+  explicit JsonObject(JsonText& text) : text_(text) {}
+
+  void Put(std::string_view key, JsonScalar value);
+  /// Untrusted text as PrintableLines() makes it: line breaks kept.
+  void Text(std::string_view key, std::string_view text);
+  /// As Text(); null for an empty text.
+  void TextOrNull(std::string_view key, std::string_view text);
+  /// An array of untrusted texts, each as Text() writes it.
+  void Texts(std::string_view key, std::span<const std::string> texts);
+  /// Null for no frame.
+  void Frame(std::string_view key, FrameNo frame) { Put(key, FrameOrNull(frame)); }
+  void Frame(std::string_view key, const FrameRef& frame) { Frame(key, frame.number); }
+
+  /// A member that `write(JsonObject&)` fills.
+  template <typename Write>
+  void Object(std::string_view key, Write&& write);
+  /// A member that `write(JsonObject&, *value)` fills; null where `value` is unset.
+  template <typename T, typename Write>
+  void ObjectOrNull(std::string_view key, const std::optional<T>& value, Write&& write);
+  /// A member that `write(JsonArray&)` fills.
+  template <typename Write>
+  void Array(std::string_view key, Write&& write);
+  /// An array of values that are written as they are.
+  template <typename Range>
+  void Values(std::string_view key, const Range& values);
+  /// An array with an object for each of `items`, which `write(JsonObject&, item)` fills.
+  template <typename Range, typename Write>
+  void List(std::string_view key, const Range& items, Write&& write);
+
+ private:
+  JsonText& text_;
+};
+
+/// A whole document, indented, ended by a newline; `write(JsonObject&)` fills it.
+template <typename Write>
+[[nodiscard]] std::string JsonDocumentText(Write&& write) {
+  JsonText text(JsonText::Layout::kIndented);
+  text.Object(write);
+  return text.Take() + "\n";
+}
+
+/// The member "tool" with which every document of ours says who wrote it.
+void PutTool(JsonObject& out, std::string_view version);
+
+// --- templates: they only open, call and close
+// ------------------------------------------------------------------------
+
+template <typename Write>
+void JsonText::Object(Write&& write) {
+  Open('{');
+  JsonObject object(*this);
+  write(object);
+  Close('}');
+}
+
+template <typename Write>
+void JsonText::Array(Write&& write) {
+  Open('[');
+  JsonArray array(*this);
+  write(array);
+  Close(']');
+}
+
+template <typename Write>
+void JsonArray::AddObject(Write&& write) {
+  text_.Element();
+  text_.Object(write);
+}
+
+template <typename Write>
+void JsonArray::AddArray(Write&& write) {
+  text_.Element();
+  text_.Array(write);
+}
+
+template <typename Write>
+void JsonObject::Object(std::string_view key, Write&& write) {
+  text_.Key(key);
+  text_.Object(write);
+}
+
+template <typename T, typename Write>
+void JsonObject::ObjectOrNull(std::string_view key, const std::optional<T>& value, Write&& write) {
+  if (!value) return Put(key, nullptr);
+  Object(key, [&](JsonObject& object) { write(object, *value); });
+}
+
+template <typename Write>
+void JsonObject::Array(std::string_view key, Write&& write) {
+  text_.Key(key);
+  text_.Array(write);
+}
+
+template <typename Range>
+void JsonObject::Values(std::string_view key, const Range& values) {
+  Array(key, [&](JsonArray& array) {
+    for (const auto& value : values) array.Add(value);
+  });
+}
+
+template <typename Range, typename Write>
+void JsonObject::List(std::string_view key, const Range& items, Write&& write) {
+  Array(key, [&](JsonArray& array) {
+    for (const auto& item : items) array.AddObject([&](JsonObject& object) { write(object, item); });
+  });
+}
+
+}  // namespace ecaudit::report
