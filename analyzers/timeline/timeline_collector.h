@@ -81,7 +81,7 @@ class TimelineCollector final : public sync::SampleSink, private model::ProcessS
   bool signals_left_out_ = false;
   std::size_t sdos_ = 0;
   BucketSeries lost_;
-  std::map<const sync::CyclicImage*, BucketSeries> cycles_;  ///< at most SyncModel::kImages
+  std::map<const sync::CyclicImage*, BucketSeries> cycles_;  ///< at most CyclicImages::kMost
 };
 
 }  // namespace ecaudit::timeline
