@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "decoder/track/mailbox_tracker.h"
+#include "decoder/track/mailbox_window.h"
 
 namespace ecaudit::track {
 
