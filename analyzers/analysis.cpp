@@ -258,6 +258,18 @@ void SortFindings(std::vector<Finding>& findings) {
   findings = std::move(sorted);
 }
 
+PipelineOptions ReadingOptions(const AnalysisOptions& options) {
+  PipelineOptions reading;
+  reading.from_s = options.from_s;
+  reading.to_s = options.to_s;
+  reading.from_frame = options.from_frame;
+  reading.to_frame = options.to_frame;
+  reading.stop = options.stop;
+  reading.progress = options.progress;
+  reading.read_ahead = true;
+  return reading;
+}
+
 /// @param drawn  null: nothing is drawn
 AnalysisResult Run(capture::FrameSource& source, const AnalysisOptions& options, Timeline* drawn) {
   FindingStore store(options.rules);
@@ -287,15 +299,7 @@ AnalysisResult Run(capture::FrameSource& source, const AnalysisOptions& options,
   context.sync = &sync;
   for (const auto& rule : rules) rule->Attach(context);
 
-  PipelineOptions pipeline_options;
-  pipeline_options.from_s = options.from_s;
-  pipeline_options.to_s = options.to_s;
-  pipeline_options.from_frame = options.from_frame;
-  pipeline_options.to_frame = options.to_frame;
-  pipeline_options.stop = options.stop;
-  pipeline_options.progress = options.progress;
-  pipeline_options.read_ahead = true;
-  pipeline.Run(source, pipeline_options);
+  pipeline.Run(source, ReadingOptions(options));
   model.Finish();
   sync.Finish();
 
