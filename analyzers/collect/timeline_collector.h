@@ -85,7 +85,7 @@ class TimelineCollector final : public Collector {
   bool signals_left_out_ = false;
   std::size_t sdos_ = 0;
   BucketSeries lost_;
-  std::map<const sync::CyclicImage*, BucketSeries> cycles_;  ///< at most SyncModel::kImages
+  std::map<const sync::CyclicImage*, BucketSeries> cycles_;  ///< at most CyclicImages::kMost
 };
 
 }  // namespace ecaudit::timeline

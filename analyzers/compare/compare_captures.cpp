@@ -323,77 +323,96 @@ class Builder {
     return all;
   }
 
-  void Steps(std::optional<std::size_t> p, const StartupSummary& a, const StartupSummary& b) {
+  /// Two start-ups whose steps are compared. A's are what is expected; its frames are found again by the place of the
+  /// step.
+  struct Compared {
+    std::optional<std::size_t> pair;
+    const StartupSummary& a;
+    const StartupSummary& b;
+    startup::Expectation expectation;
+
+    [[nodiscard]] const StartupStep& InA(const ExpectedStep* expected) const {
+      return a.steps[static_cast<std::size_t>(expected - expectation.bus.data())];
+    }
+  };
+
+  [[nodiscard]] int RankOf(std::optional<std::size_t> p, const StartupKey& key, StartupPhase phase, FrameNo frame_a,
+                           FrameNo frame_b) const {
+    // What is only read changes nothing, and another sequence of states is told by the outcome.
+    if (key.kind == StartupKey::Kind::kUpload) return kRankEarly;
+    if (key.kind == StartupKey::Kind::kRequest) return kRankStep;
     const SlaveSummary* slave_a = p ? out_.pairs[*p].a : nullptr;
     const SlaveSummary* slave_b = p ? out_.pairs[*p].b : nullptr;
-    // A's steps are what is expected; its frames are found again by the place of the step.
+    if (IsSuspect(a_, slave_a, frame_a) || IsSuspect(b_, slave_b, frame_b)) return kRankSuspect;
+    return phase <= StartupPhase::kEeprom ? kRankEarly : kRankStep;
+  }
+
+  void Steps(std::optional<std::size_t> p, const StartupSummary& a, const StartupSummary& b) {
     AnalysisResult only_a;
     only_a.bus.startup = a;
-    const startup::Expectation expectation = startup::ExpectationOf(only_a);
+    const Compared compared{p, a, b, startup::ExpectationOf(only_a)};
     out_.steps_compared += a.steps.size();
     out_.compared = out_.compared || !a.steps.empty() || !b.steps.empty();
-    const FrameNo failed_a = FailedAt(a);
-    const FrameNo failed_b = FailedAt(b);
-    const auto step_of = [&](const ExpectedStep* expected) -> const StartupStep& {
-      return a.steps[static_cast<std::size_t>(expected - expectation.bus.data())];
-    };
-    const auto rank_of = [&](const StartupKey& key, StartupPhase phase, FrameNo frame_a, FrameNo frame_b) {
-      // What is only read changes nothing, and another sequence of states is told by the outcome.
-      if (key.kind == StartupKey::Kind::kUpload) return kRankEarly;
-      if (key.kind == StartupKey::Kind::kRequest) return kRankStep;
-      if (IsSuspect(a_, slave_a, frame_a) || IsSuspect(b_, slave_b, frame_b)) return kRankSuspect;
-      return phase <= StartupPhase::kEeprom ? kRankEarly : kRankStep;
-    };
-
-    const std::vector<Deviation> deviations = startup::CompareSteps(expectation.bus, b.steps, false, true);
-    for (const Deviation& deviation : deviations) {
-      switch (deviation.kind) {
-        case Deviation::Kind::kValue: {
-          const StartupStep& in_a = step_of(deviation.expected.front());
-          const StartupStep& in_b = *deviation.actual.front();
-          const auto [part_a, part_b] = startup::DifferingParts(in_b.key, in_a.data, in_b.data);
-          const int rank = rank_of(in_b.key, in_b.phase, in_a.frame.number, in_b.frame.number);
-          Difference& d = Add(Area::kStep, rank, p, startup::StepNoun(in_b.key, in_b.name),
-                              part_a.empty() ? WithNote(in_a) : part_a, part_b.empty() ? WithNote(in_b) : part_b);
-          d.frame_a = in_a.frame.number;
-          d.frame_b = in_b.frame.number;
-          if (LogicalStartOnly(in_a, in_b)) {
-            d.counts = false;
-            d.rank = kRankTiming;
-          }
-          break;
-        }
-        case Deviation::Kind::kMissing: {
-          std::vector<const StartupStep*> steps;
-          for (const ExpectedStep* step : deviation.expected) steps.push_back(&step_of(step));
-          const bool late = deviation.to_the_end || (failed_b != 0 && deviation.next == nullptr);
-          OneSided(p, {true, a, b, late}, std::move(steps), rank_of);
-          break;
-        }
-        case Deviation::Kind::kUnexpected:
-          OneSided(p, {false, b, a, failed_a != 0 && GoesOnBehind(a, failed_a, deviation)}, deviation.actual, rank_of);
-          break;
-        case Deviation::Kind::kOrder: {
-          const StartupStep& in_a = step_of(deviation.expected.front());
-          const std::string behind_a =
-              deviation.after != nullptr ? "behind " + step_of(deviation.after).name : "at the beginning";
-          const std::string behind_b =
-              deviation.previous != nullptr ? "behind " + deviation.previous->name : "at the beginning";
-          std::string what = "place of the " + startup::StepNoun(in_a.key, in_a.name);
-          if (deviation.expected.size() > 1) what += " and " + Grouped(deviation.expected.size() - 1) + " more";
-          Difference& d = Add(Area::kStep, rank_of(in_a.key, in_a.phase, in_a.frame.number, deviation.frame.number), p,
-                              what, behind_a, behind_b);
-          d.frame_a = in_a.frame.number;
-          d.frame_b = deviation.frame.number;
-          break;
-        }
-        case Deviation::Kind::kSlow:
-        case Deviation::Kind::kSlaveMissing:
-        case Deviation::Kind::kSlaveUnexpected:
-          break;
-      }
-    }
+    const std::vector<Deviation> deviations = startup::CompareSteps(compared.expectation.bus, b.steps, false, true);
+    for (const Deviation& deviation : deviations) Step(compared, deviation);
     Outcomes(p, a, b, All(deviations));
+  }
+
+  void Step(const Compared& compared, const Deviation& deviation) {
+    switch (deviation.kind) {
+      case Deviation::Kind::kValue:
+        OtherValue(compared, deviation);
+        break;
+      case Deviation::Kind::kMissing: {
+        std::vector<const StartupStep*> steps;
+        for (const ExpectedStep* step : deviation.expected) steps.push_back(&compared.InA(step));
+        const bool late = deviation.to_the_end || (FailedAt(compared.b) != 0 && deviation.next == nullptr);
+        OneSided(compared.pair, {true, compared.a, compared.b, late}, std::move(steps));
+        break;
+      }
+      case Deviation::Kind::kUnexpected: {
+        const FrameNo failed = FailedAt(compared.a);
+        const bool late = failed != 0 && GoesOnBehind(compared.a, failed, deviation);
+        OneSided(compared.pair, {false, compared.b, compared.a, late}, deviation.actual);
+        break;
+      }
+      case Deviation::Kind::kOrder:
+        OtherPlace(compared, deviation);
+        break;
+      case Deviation::Kind::kSlow:
+      case Deviation::Kind::kSlaveMissing:
+      case Deviation::Kind::kSlaveUnexpected:
+        break;
+    }
+  }
+
+  void OtherValue(const Compared& compared, const Deviation& deviation) {
+    const StartupStep& in_a = compared.InA(deviation.expected.front());
+    const StartupStep& in_b = *deviation.actual.front();
+    const auto [part_a, part_b] = startup::DifferingParts(in_b.key, in_a.data, in_b.data);
+    const int rank = RankOf(compared.pair, in_b.key, in_b.phase, in_a.frame.number, in_b.frame.number);
+    Difference& d = Add(Area::kStep, rank, compared.pair, startup::StepNoun(in_b.key, in_b.name),
+                        part_a.empty() ? WithNote(in_a) : part_a, part_b.empty() ? WithNote(in_b) : part_b);
+    d.frame_a = in_a.frame.number;
+    d.frame_b = in_b.frame.number;
+    if (LogicalStartOnly(in_a, in_b)) {
+      d.counts = false;
+      d.rank = kRankTiming;
+    }
+  }
+
+  void OtherPlace(const Compared& compared, const Deviation& deviation) {
+    const StartupStep& in_a = compared.InA(deviation.expected.front());
+    const std::string behind_a =
+        deviation.after != nullptr ? "behind " + compared.InA(deviation.after).name : "at the beginning";
+    const std::string behind_b =
+        deviation.previous != nullptr ? "behind " + deviation.previous->name : "at the beginning";
+    std::string what = "place of the " + startup::StepNoun(in_a.key, in_a.name);
+    if (deviation.expected.size() > 1) what += " and " + Grouped(deviation.expected.size() - 1) + " more";
+    const int rank = RankOf(compared.pair, in_a.key, in_a.phase, in_a.frame.number, deviation.frame.number);
+    Difference& d = Add(Area::kStep, rank, compared.pair, what, behind_a, behind_b);
+    d.frame_a = in_a.frame.number;
+    d.frame_b = deviation.frame.number;
   }
 
   /// Which start-up has the steps that the other one lacks.
@@ -405,9 +424,7 @@ class Builder {
   };
 
   /// Steps that one start-up has and the other has not, or less often.
-  template <typename RankOf>
-  void OneSided(std::optional<std::size_t> p, const Side& side, std::vector<const StartupStep*> steps,
-                RankOf&& rank_of) {
+  void OneSided(std::optional<std::size_t> p, const Side& side, std::vector<const StartupStep*> steps) {
     LeaveOutHidden(p, side.of_a, steps);
     const ExtraSteps extra = SortOut(steps, side.here, side.there);
     const auto text = [](const StartupStep& s) {
@@ -419,7 +436,7 @@ class Builder {
       const FrameNo other_frame = other == nullptr ? 0 : other->frame.number;
       const FrameNo frame_a = side.of_a ? frame : other_frame;
       const FrameNo frame_b = side.of_a ? other_frame : frame;
-      const int rank = side.late ? kRankConsequence : rank_of(telling.key, first.phase, frame_a, frame_b);
+      const int rank = side.late ? kRankConsequence : RankOf(p, telling.key, first.phase, frame_a, frame_b);
       Difference& d = Add(Area::kStep, rank, p, std::move(what), side.of_a ? std::move(here) : std::move(there),
                           side.of_a ? std::move(there) : std::move(here));
       d.frame_a = frame_a;

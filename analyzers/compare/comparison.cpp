@@ -365,71 +365,101 @@ std::vector<Deviation> CompareSteps(std::span<const ExpectedStep> expected, std:
   return deviations;
 }
 
-Comparison Compare(const Expectation& expectation, const AnalysisResult& result) {
-  Comparison comparison;
-  const FrameRef& end = result.capture.last;
-  const auto add = [&](std::vector<Deviation> found, SlaveId slave, const ExpectedSlave* expected,
-                       const FrameRef& startup_end) {
+namespace {
+
+/// One expectation against one result.
+class WholeComparison {
+ public:
+  WholeComparison(const Expectation& expectation, const AnalysisResult& result)
+      : expectation_(expectation), result_(result), end_(result.capture.last) {}
+
+  Comparison Run() {
+    if (!expectation_.bus.empty() || expectation_.strict) CompareBus();
+    const auto matches = MatchSlaves(expectation_.slaves, result_.slaves);
+    std::vector<bool> used(result_.slaves.size(), false);
+    for (std::size_t e = 0; e < expectation_.slaves.size(); ++e) {
+      const ExpectedSlave& expected = expectation_.slaves[e];
+      if (!matches[e]) {
+        Miss(expected);
+        continue;
+      }
+      used[*matches[e]] = true;
+      CompareSlave(expected, result_.slaves[*matches[e]]);
+    }
+    for (std::size_t a = 0; a < used.size() && expectation_.strict; ++a) {
+      if (!used[a]) Unexpected(result_.slaves[a]);
+    }
+    return std::move(out_);
+  }
+
+ private:
+  void Add(std::vector<Deviation> found, SlaveId slave, const ExpectedSlave* expected, const FrameRef& startup_end) {
     for (Deviation& deviation : found) {
       deviation.slave = slave;
       deviation.expected_slave = expected;
-      if (deviation.to_the_end || !deviation.frame.seen()) deviation.frame = startup_end.seen() ? startup_end : end;
-      comparison.deviations.push_back(std::move(deviation));
-    }
-  };
-  if (!expectation.bus.empty() || expectation.strict) {
-    // A capture that begins behind the scan shows slaves, but not the broadcasts before.
-    const StartupSummary& bus = result.bus.startup;
-    if (bus.steps.empty() && !expectation.bus.empty()) {
-      comparison.not_compared.push_back(
-          {kNoSlave, "the capture holds nothing that was sent to all slaves at once", {}});
-    } else {
-      add(CompareSteps(expectation.bus, bus.steps, expectation.separate_mailbox, expectation.strict), kNoSlave, nullptr,
-          bus.end);
+      if (deviation.to_the_end || !deviation.frame.seen()) deviation.frame = startup_end.seen() ? startup_end : end_;
+      out_.deviations.push_back(std::move(deviation));
     }
   }
 
-  const auto matches = MatchSlaves(expectation.slaves, result.slaves);
-  std::vector<bool> used(result.slaves.size(), false);
-  for (std::size_t e = 0; e < expectation.slaves.size(); ++e) {
-    const ExpectedSlave& expected = expectation.slaves[e];
-    if (!matches[e]) {
-      if (!ShowsPlace(result, expected.position)) {
-        comparison.not_compared.push_back(
-            {kNoSlave, "the capture does not show which slave is at position " + std::to_string(expected.position),
-             Deviation::Kind::kSlaveMissing});
-        continue;
-      }
-      Deviation missing;
-      missing.kind = Deviation::Kind::kSlaveMissing;
-      missing.expected_slave = &expected;
-      missing.frame = end;
-      comparison.deviations.push_back(std::move(missing));
-      continue;
-    }
-    used[*matches[e]] = true;
-    const SlaveSummary& slave = result.slaves[*matches[e]];
-    if (std::string reason = WhyNotCompared(slave, result.capture); !reason.empty()) {
-      comparison.not_compared.push_back({slave.id, std::move(reason), {}});
-      continue;
-    }
-    std::vector<Deviation> found =
-        CompareSteps(expected.steps, slave.startup.steps, expectation.separate_mailbox, expectation.strict);
-    LeaveOutUnseen(slave, found, comparison);
-    add(std::move(found), slave.id, &expected, slave.startup.end);
-    CompareLimits(expectation, expected, slave, comparison);
+  [[nodiscard]] std::vector<Deviation> Steps(const std::vector<ExpectedStep>& expected,
+                                             const StartupSummary& actual) const {
+    return CompareSteps(expected, actual.steps, expectation_.separate_mailbox, expectation_.strict);
   }
-  if (!expectation.strict) return comparison;
-  for (std::size_t a = 0; a < used.size(); ++a) {
-    if (used[a]) continue;
+
+  void CompareBus() {
+    // A capture that begins behind the scan shows slaves, but not the broadcasts before.
+    const StartupSummary& bus = result_.bus.startup;
+    if (bus.steps.empty() && !expectation_.bus.empty()) {
+      out_.not_compared.push_back({kNoSlave, "the capture holds nothing that was sent to all slaves at once", {}});
+    } else {
+      Add(Steps(expectation_.bus, bus), kNoSlave, nullptr, bus.end);
+    }
+  }
+
+  void Miss(const ExpectedSlave& expected) {
+    if (!ShowsPlace(result_, expected.position)) {
+      out_.not_compared.push_back(
+          {kNoSlave, "the capture does not show which slave is at position " + std::to_string(expected.position),
+           Deviation::Kind::kSlaveMissing});
+      return;
+    }
+    Deviation missing;
+    missing.kind = Deviation::Kind::kSlaveMissing;
+    missing.expected_slave = &expected;
+    missing.frame = end_;
+    out_.deviations.push_back(std::move(missing));
+  }
+
+  void CompareSlave(const ExpectedSlave& expected, const SlaveSummary& slave) {
+    if (std::string reason = WhyNotCompared(slave, result_.capture); !reason.empty()) {
+      out_.not_compared.push_back({slave.id, std::move(reason), {}});
+      return;
+    }
+    std::vector<Deviation> found = Steps(expected.steps, slave.startup);
+    LeaveOutUnseen(slave, found, out_);
+    Add(std::move(found), slave.id, &expected, slave.startup.end);
+    CompareLimits(expectation_, expected, slave, out_);
+  }
+
+  void Unexpected(const SlaveSummary& slave) {
     Deviation extra;
     extra.kind = Deviation::Kind::kSlaveUnexpected;
-    extra.slave = result.slaves[a].id;
-    const StartupSummary& startup = result.slaves[a].startup;
-    extra.frame = startup.phases.empty() ? end : startup.phases.front().first;
-    comparison.deviations.push_back(std::move(extra));
+    extra.slave = slave.id;
+    extra.frame = slave.startup.phases.empty() ? end_ : slave.startup.phases.front().first;
+    out_.deviations.push_back(std::move(extra));
   }
-  return comparison;
+
+  const Expectation& expectation_;
+  const AnalysisResult& result_;
+  const FrameRef& end_;  // of the capture
+  Comparison out_;
+};
+
+}  // namespace
+
+Comparison Compare(const Expectation& expectation, const AnalysisResult& result) {
+  return WholeComparison(expectation, result).Run();
 }
 
 namespace {

@@ -166,69 +166,80 @@ Still DriveUnit::OnCycle(const ProcessCycle& cycle, StillCycle& watched) {
   if (drive_ == nullptr) return Still::kIdle;
   const Places& places = PlacesOf(cycle.part);
   if (!places.known) return Still::kIdle;
+  const bool inputs = cycle.part.direction == device::PdoDirection::kTx;
+  return inputs ? OnInputs(cycle, places, watched) : OnOutputs(cycle, places, watched);
+}
+
+Still DriveUnit::OnInputs(const ProcessCycle& cycle, const Places& places, StillCycle& watched) {
+  const bool inferred = cycle.exchange == Exchange::kInferred;
+  if (!inferred && cycle.exchange != Exchange::kYes) return Still::kIdle;
+  if (cycle.data.empty()) return Still::kNo;
+  if (const Still still = InputsRepeat(places, cycle.data, watched); still != Still::kNo) {
+    if (still == Still::kCounts) Repeat(cycle);
+    return still;
+  }
+  if (places.error_code) {
+    const auto code = Read(cycle.data, places.error_code->bit, 16);
+    if (code && error_code_ != *code) {
+      error_code_ = static_cast<std::uint16_t>(*code);
+      if (*code != 0) {
+        Explain(DriveFaultExplained::Source::kErrorCode, static_cast<std::uint32_t>(*code), cycle.frame());
+      }
+    }
+  }
+  if (places.status) {
+    const auto word = Read(cycle.data, places.status->bit, 16);
+    if (word) {
+      status_mapped_ = true;
+      OnStatus(static_cast<std::uint16_t>(*word), cycle.frame(), false, inferred);
+    }
+  }
+  if (places.mode_shown) {
+    const auto mode = Read(cycle.data, places.mode_shown->bit, 8);
+    if (mode) OnMode(static_cast<std::int8_t>(*mode), true, cycle.frame(), false, inferred);
+  }
+  return Still::kNo;
+}
+
+Still DriveUnit::OnOutputs(const ProcessCycle& cycle, const Places& places, StillCycle& watched) {
   const bool inferred = cycle.exchange == Exchange::kInferred;
   const bool done = inferred || cycle.exchange == Exchange::kYes;
-  if (cycle.part.direction == device::PdoDirection::kTx) {
-    if (!done) return Still::kIdle;
-    if (cycle.data.empty()) return Still::kNo;
-    if (const Still still = InputsRepeat(places, cycle.data, watched); still != Still::kNo) {
-      if (still == Still::kCounts) Repeat(cycle);
-      return still;
-    }
-    if (places.error_code) {
-      const auto code = Read(cycle.data, places.error_code->bit, 16);
-      if (code && error_code_ != *code) {
-        error_code_ = static_cast<std::uint16_t>(*code);
-        if (*code != 0)
-          Explain(DriveFaultExplained::Source::kErrorCode, static_cast<std::uint32_t>(*code), cycle.frame());
-      }
-    }
-    if (places.status) {
-      const auto word = Read(cycle.data, places.status->bit, 16);
-      if (word) {
-        status_mapped_ = true;
-        OnStatus(static_cast<std::uint16_t>(*word), cycle.frame(), false, inferred);
-      }
-    }
-    if (places.mode_shown) {
-      const auto mode = Read(cycle.data, places.mode_shown->bit, 8);
-      if (mode) OnMode(static_cast<std::int8_t>(*mode), true, cycle.frame(), false, inferred);
-    }
-    return Still::kNo;
-  }
-
   if (cycle.data.empty()) return Still::kNo;
-  const FrameRef& frame = cycle.sent.seen() ? cycle.sent : cycle.returned;
   if (OutputsRepeat(places, cycle.data, done, watched) == Still::kIdle) return Still::kIdle;
-  if (places.controls > 0) {
-    const auto first = Read(cycle.data, places.control[0].bit, 16);
-    bool same = first.has_value();
-    for (std::size_t i = 1; i < places.controls && same; ++i) {
-      same = Read(cycle.data, places.control[i].bit, 16) == first;
-    }
-    if (!same) {
-      // Which of several mapped control words counts, no manual says.
-      if (first) ++ambiguous_;
-      control_.reset();
-      sent_.reset();
-      expected_count_ = 0;
-      candidate_.reset();
-    } else {
-      const auto word = static_cast<std::uint16_t>(*first);
-      control_seen_ = control_mapped_ = true;
-      if (sent_ != word) OnControlSent(word, frame, false);
-      if (done) {
-        if (control_ != word || acts_ != ActsOnControl()) OnControlTaken(word, frame, false, inferred);
-      } else if (cycle.exchange == Exchange::kUnknown && control_ != word) {
-        OnControlMaybeTaken(word, frame);
-      }
-    }
-  }
+  if (places.controls > 0) OnControlWords(cycle, places, done);
   if (places.mode && done) {
     const auto mode = Read(cycle.data, places.mode->bit, 8);
+    const FrameRef& frame = cycle.sent.seen() ? cycle.sent : cycle.returned;
     if (mode) OnMode(static_cast<std::int8_t>(*mode), false, frame, false, inferred);
   }
   return Still::kNo;
+}
+
+void DriveUnit::OnControlWords(const ProcessCycle& cycle, const Places& places, bool done) {
+  const auto first = Read(cycle.data, places.control[0].bit, 16);
+  bool same = first.has_value();
+  for (std::size_t i = 1; i < places.controls && same; ++i) {
+    same = Read(cycle.data, places.control[i].bit, 16) == first;
+  }
+  if (!same) {
+    // Which of several mapped control words counts, no manual says.
+    if (first) ++ambiguous_;
+    control_.reset();
+    sent_.reset();
+    expected_count_ = 0;
+    candidate_.reset();
+    return;
+  }
+  const auto word = static_cast<std::uint16_t>(*first);
+  const FrameRef& frame = cycle.sent.seen() ? cycle.sent : cycle.returned;
+  control_seen_ = control_mapped_ = true;
+  if (sent_ != word) OnControlSent(word, frame, false);
+  if (done) {
+    const bool inferred = cycle.exchange == Exchange::kInferred;
+    if (control_ != word || acts_ != ActsOnControl()) OnControlTaken(word, frame, false, inferred);
+  } else if (cycle.exchange == Exchange::kUnknown && control_ != word) {
+    OnControlMaybeTaken(word, frame);
+  }
 }
 
 void DriveUnit::OnSdo(const mailbox::SdoTransfer& transfer) {
@@ -506,44 +517,22 @@ void DriveUnit::OnState(std::optional<DriveState> to, const FrameRef& frame, boo
 }
 
 void DriveUnit::JudgeChange(DriveStateChanged& change) {
-  const DriveState from = *change.from;
-  const DriveState to = *change.to;
-  if (to == DriveState::kNotReadyToSwitchOn) {
+  if (*change.to == DriveState::kNotReadyToSwitchOn) {
     change.path.Add(0);
     expected_count_ = 0;
     sink_.Publish(change);
     return;
   }
-  if (expected_count_ > 0 && expected_[0].from == from) {
-    std::size_t step = 0;
-    while (step < expected_count_ && expected_[step].to != to) ++step;
-    if (step < expected_count_) {
-      for (std::size_t i = 0; i <= step; ++i) change.path.Add(expected_[i].number);
-      change.command = expected_[step].command;
-      if (change.command.has_time && change.frame.has_time) change.reaction = change.frame.time - change.command.time;
-      std::move(expected_.begin() + static_cast<std::ptrdiff_t>(step) + 1,
-                expected_.begin() + static_cast<std::ptrdiff_t>(expected_count_), expected_.begin());
-      expected_count_ -= step + 1;
-      expected_since_ = change.frame;
-      sink_.Publish(change);
-      return;
-    }
+  if (WasExpected(change)) {
+    sink_.Publish(change);
+    return;
   }
   expected_count_ = 0;
   bool whole = false;
   const std::uint32_t given = GivenSince(last_state_seen_, whole);
-  if (const auto path = FindPath(from, to, kOwn | given)) {
+  if (const auto path = FindPath(*change.from, *change.to, kOwn | given)) {
     change.path = *path;
-    // Whose word asked for it: the newest that commands a step which the drive did not have to take anyway.
-    for (std::size_t n = std::min(given_count_, given_.size()); n > 0 && !change.command.seen(); --n) {
-      const GivenCommand& command =
-          given_[(given_count_ - 1 - (std::min(given_count_, given_.size()) - n)) % given_.size()];
-      for (std::uint8_t i = 0; i < path->count; ++i) {
-        const device::DriveTransition* transition = drive_->Find(path->numbers[i]);
-        const bool automatic = transition == nullptr || transition->automatic;
-        if (!automatic && (command.transitions & given & Bit(path->numbers[i])) != 0) change.command = command.frame;
-      }
-    }
+    if (const FrameRef command = CommandOf(*path, given); command.seen()) change.command = command;
     sink_.Publish(change);
     return;
   }
@@ -552,20 +541,54 @@ void DriveUnit::JudgeChange(DriveStateChanged& change) {
   const bool in_op = al_.possible().empty() || al_.SettledIn(esc::AlState::OP);
   if (!control_ || !acts_ || !in_op || !whole || change.first_zero || behind_hole_) {
     ++unjudged_;
-    return;
+  } else {
+    TellIllegal(change, given);
   }
+}
+
+/// The drive goes where it was told to: these steps are awaited no longer.
+bool DriveUnit::WasExpected(DriveStateChanged& change) {
+  if (expected_count_ == 0 || expected_[0].from != *change.from) return false;
+  std::size_t step = 0;
+  while (step < expected_count_ && expected_[step].to != *change.to) ++step;
+  if (step == expected_count_) return false;
+  for (std::size_t i = 0; i <= step; ++i) change.path.Add(expected_[i].number);
+  change.command = expected_[step].command;
+  if (change.command.has_time && change.frame.has_time) change.reaction = change.frame.time - change.command.time;
+  std::move(expected_.begin() + static_cast<std::ptrdiff_t>(step) + 1,
+            expected_.begin() + static_cast<std::ptrdiff_t>(expected_count_), expected_.begin());
+  expected_count_ -= step + 1;
+  expected_since_ = change.frame;
+  return true;
+}
+
+/// Whose word asked for it: the newest that commands a step which the drive did not have to take anyway.
+FrameRef DriveUnit::CommandOf(const DrivePath& path, std::uint32_t given) const {
+  const std::size_t kept = std::min(given_count_, given_.size());
+  for (std::size_t n = 0; n < kept; ++n) {
+    const GivenCommand& command = given_[(given_count_ - 1 - n) % given_.size()];
+    for (std::uint8_t i = 0; i < path.count; ++i) {
+      const device::DriveTransition* transition = drive_->Find(path.numbers[i]);
+      const bool automatic = transition == nullptr || transition->automatic;
+      if (!automatic && (command.transitions & given & Bit(path.numbers[i])) != 0) return command.frame;
+    }
+  }
+  return {};
+}
+
+void DriveUnit::TellIllegal(const DriveStateChanged& change, std::uint32_t given) {
   DriveIllegalChange illegal;
   illegal.slave = slave_;
   illegal.frame = change.frame;
-  illegal.from = from;
-  illegal.to = to;
+  illegal.from = *change.from;
+  illegal.to = *change.to;
   illegal.from_last = last_state_seen_.number;
   illegal.word_before = last_state_word_;
   illegal.word = change.word;
   illegal.control = *control_;
   illegal.control_since = control_since_.number;
   illegal.inferred = change.inferred || control_inferred_;
-  if (const auto way = FindPath(from, to, ~0U)) {
+  if (const auto way = FindPath(*change.from, *change.to, ~0U)) {
     for (std::uint8_t i = 0; i < way->count; ++i) {
       if ((Bit(way->numbers[i]) & (kOwn | given)) == 0) illegal.missing.Add(way->numbers[i]);
     }

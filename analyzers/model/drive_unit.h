@@ -106,6 +106,9 @@ class DriveUnit {
   const Places& PlacesOf(const ImagePart& part);
   [[nodiscard]] Still InputsRepeat(const Places& places, ByteSpan data, StillCycle& watched) const;
   [[nodiscard]] Still OutputsRepeat(const Places& places, ByteSpan data, bool done, StillCycle& watched) const;
+  Still OnInputs(const ProcessCycle& cycle, const Places& places, StillCycle& watched);
+  Still OnOutputs(const ProcessCycle& cycle, const Places& places, StillCycle& watched);
+  void OnControlWords(const ProcessCycle& cycle, const Places& places, bool done);
   [[nodiscard]] bool ActsOnControl() const;
   [[nodiscard]] bool ShowsStatus() const;
   [[nodiscard]] int Rank(std::uint16_t word) const;
@@ -123,6 +126,9 @@ class DriveUnit {
   void OnStatus(std::uint16_t word, const FrameRef& frame, bool by_sdo, bool inferred);
   void OnState(std::optional<device::DriveState> to, const FrameRef& frame, bool inferred);
   void JudgeChange(DriveStateChanged& change);
+  [[nodiscard]] bool WasExpected(DriveStateChanged& change);
+  [[nodiscard]] FrameRef CommandOf(const DrivePath& path, std::uint32_t given) const;
+  void TellIllegal(const DriveStateChanged& change, std::uint32_t given);
   void CheckLimits(const FrameRef& frame);
   void OnFault(const FrameRef& frame);
   void Explain(DriveFaultExplained::Source source, std::uint32_t code, const FrameRef& frame);

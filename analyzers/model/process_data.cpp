@@ -216,127 +216,172 @@ void ProcessData::NameVariables(PdoDirection direction, ProcessLayout& layout) c
   }
 }
 
+/// Which PDOs, then what is in each, then whether the sync managers agree.
+class ProcessData::Computation {
+ public:
+  Computation(const ProcessData& data, PdoDirection direction)
+      : data_(data),
+        direction_(direction),
+        assignment_(direction == PdoDirection::kRx ? process::kRxAssignment : process::kTxAssignment),
+        eeprom_(data.state_.sii.image(), direction) {}
+
+  ProcessLayout Run() {
+    if (!Assign()) return std::move(layout_);
+    for (const AssignedPdo& pdo : assigned_) {
+      layout_.pdos.push_back(pdo.pdo);
+      if (layout_.reason.empty()) Add(pdo);
+    }
+    if (!layout_.reason.empty()) return std::move(layout_);
+    data_.NameVariables(direction_, layout_);
+    if (layout_.source != LayoutSource::kObserved) CompareLengths();
+    return std::move(layout_);
+  }
+
+ private:
+  bool Assign();
+  [[nodiscard]] std::string WhyUnassigned(bool partly);
+  void Add(const AssignedPdo& pdo);
+  [[nodiscard]] std::optional<std::vector<Entry>> EntriesOf(std::uint16_t pdo);
+  void Add(const AssignedPdo& pdo, Entry& entry);
+  void Name(Signal& signal, Entry& entry) const;
+  void CompareLengths();
+
+  const ProcessData& data_;
+  const PdoDirection direction_;
+  const std::uint16_t assignment_;
+  Eeprom eeprom_;
+  std::vector<AssignedPdo> assigned_;
+  std::array<std::uint32_t, esc::kMaxSyncManagers> offset_{};  // bits in the buffer of each
+  ProcessLayout layout_;
+};
+
+/// @return false: which PDOs is not known, and layout_.reason says why
+bool ProcessData::Computation::Assign() {
+  const process::PdoObject* object = data_.seen_.Find(assignment_);
+  if (const auto observed = data_.seen_.Assigned(assignment_)) {
+    layout_.source = LayoutSource::kObserved;
+    layout_.since = object->since;
+    layout_.assumed = object->count.certainty() == Certainty::kInferred;
+    const std::uint8_t manager = direction_ == PdoDirection::kRx ? kOutputs : kInputs;
+    for (const std::uint16_t pdo : *observed) assigned_.push_back({pdo, manager});
+    return true;
+  }
+  const auto& by_esi = data_.family_->pdo.fixed;
+  if (data_.eni_ != nullptr) {
+    layout_.source = LayoutSource::kEni;
+    assigned_ = AssignedBy(*data_.eni_, direction_);
+  } else if (auto by_eeprom = eeprom_.Assigned()) {
+    layout_.source = LayoutSource::kDefault;
+    assigned_ = std::move(*by_eeprom);
+  } else if (data_.family_->esi && !AssignedBy(by_esi, direction_).empty()) {
+    layout_.source = LayoutSource::kDefault;
+    assigned_ = AssignedBy(by_esi, direction_);
+  } else {
+    layout_.reason = WhyUnassigned(object != nullptr);
+    return false;
+  }
+  if (object == nullptr || Agrees(*object, assigned_)) return true;
+  layout_ = {};
+  layout_.reason = WhyUnassigned(true);
+  return false;
+}
+
+std::string ProcessData::Computation::WhyUnassigned(bool partly) {
+  const std::string object = "the assignment " + ObjectName(assignment_);
+  if (partly) return "only a part of " + object + " is in the capture";
+  if (eeprom_.LeftToCoe()) {
+    return object + " is not in the capture, and the EEPROM lists no PDO, which leaves them to CoE";
+  }
+  return object + " is not in the capture, and neither the EEPROM nor an ESI or ENI file tells the default";
+}
+
+void ProcessData::Computation::Add(const AssignedPdo& pdo) {
+  if (pdo.sync_manager >= offset_.size()) {
+    layout_.reason = "PDO " + ObjectName(pdo.pdo) + " belongs to a sync manager that no ESC has";
+    return;
+  }
+  auto entries = EntriesOf(pdo.pdo);
+  if (!entries) {
+    layout_.reason = "what PDO " + ObjectName(pdo.pdo) + " contains is not in the capture";
+    return;
+  }
+  for (Entry& entry : *entries) {
+    if (layout_.signals.size() == kMaxSignals) {
+      layout_.reason = "more than " + std::to_string(kMaxSignals) + " entries are assigned";
+      return;
+    }
+    Add(pdo, entry);
+  }
+}
+
+/// The mapping object as the capture shows it, else a description, else the EEPROM.
+std::optional<std::vector<Entry>> ProcessData::Computation::EntriesOf(std::uint16_t pdo) {
+  std::optional<std::vector<Entry>> entries;
+  if (const auto mapped = data_.seen_.Mapped(pdo)) {
+    entries.emplace();
+    for (const process::MappingEntry& entry : *mapped) {
+      entries->push_back({entry.index, entry.subindex, entry.bits, {}, mailbox::DataType::kUnknown});
+    }
+    const process::PdoObject* mapping = data_.seen_.Find(pdo);
+    layout_.since = std::max(layout_.since, mapping->since);
+    layout_.assumed |= mapping->count.certainty() == Certainty::kInferred;
+  }
+  const PdoContent* described = data_.eni_ != nullptr ? FindPdo(*data_.eni_, direction_, pdo) : nullptr;
+  if (described == nullptr) described = FindPdo(data_.family_->pdo.fixed, direction_, pdo);
+  if (entries && described != nullptr) NameAfter(*described, *entries);
+  if (!entries && described != nullptr && described->known) entries = model::EntriesOf(*described);
+  if (!entries) entries = eeprom_.EntriesOf(pdo);
+  return entries;
+}
+
+void ProcessData::Computation::Add(const AssignedPdo& pdo, Entry& entry) {
+  Signal signal;
+  signal.pdo = pdo.pdo;
+  signal.index = entry.index;
+  signal.subindex = entry.subindex;
+  signal.sync_manager = pdo.sync_manager;
+  signal.bits = entry.bits;
+  signal.bit_offset = offset_[pdo.sync_manager];
+  signal.type = entry.type;
+  offset_[pdo.sync_manager] += entry.bits;
+  layout_.bits += entry.bits;
+  if (!signal.gap()) Name(signal, entry);
+  layout_.signals.push_back(std::move(signal));
+}
+
+void ProcessData::Computation::Name(Signal& signal, Entry& entry) const {
+  events::ObjectInfo info = data_.names_.Find(data_.family_, entry.index, entry.subindex);
+  const bool inferred = info.name_source == events::NameSource::kInferred;
+  if (!entry.name.empty() && (info.name.empty() || inferred)) {
+    signal.name = std::move(entry.name);
+  } else {
+    signal.name = std::move(info.name);
+    signal.name_inferred = inferred;
+  }
+  if (signal.type == mailbox::DataType::kUnknown) signal.type = info.type;
+  signal.unit = std::move(info.unit);
+  signal.scale = std::move(info.scale);
+}
+
+/// A default need not be what is in force.
+void ProcessData::Computation::CompareLengths() {
+  for (std::size_t n = 0; n < offset_.size(); ++n) {
+    const auto manager = data_.state_.sync_manager(n, Certainty::kInferred);
+    if (offset_[n] == 0 || !manager || !manager->enabled() || manager->length == (offset_[n] + 7) / 8) continue;
+    layout_.contradicted = true;
+    layout_.reason = "the default PDOs fill " + Count((offset_[n] + 7) / 8, "byte") + ", but sync manager " +
+                     std::to_string(n) + " is set to " + Count(manager->length, "byte");
+    return;
+  }
+}
+
 const ProcessLayout& ProcessData::Layout(PdoDirection direction) const {
   Cached& cached = cached_[direction == PdoDirection::kRx ? 0 : 1];
   if (cached.version != version()) {
     cached.version = version();
-    cached.layout = Compute(direction);
+    cached.layout = Computation(*this, direction).Run();
   }
   return cached.layout;
-}
-
-ProcessLayout ProcessData::Compute(PdoDirection direction) const {
-  const bool rx = direction == PdoDirection::kRx;
-  const std::uint16_t assignment = rx ? process::kRxAssignment : process::kTxAssignment;
-  ProcessLayout layout;
-  Eeprom eeprom(state_.sii.image(), direction);
-
-  // Which PDOs.
-  std::vector<AssignedPdo> assigned;
-  const process::PdoObject* object = seen_.Find(assignment);
-  if (const auto observed = seen_.Assigned(assignment)) {
-    layout.source = LayoutSource::kObserved;
-    layout.since = object->since;
-    layout.assumed = object->count.certainty() == Certainty::kInferred;
-    for (const std::uint16_t pdo : *observed) assigned.push_back({pdo, rx ? kOutputs : kInputs});
-  } else if (eni_ != nullptr) {
-    layout.source = LayoutSource::kEni;
-    assigned = AssignedBy(*eni_, direction);
-  } else if (auto by_eeprom = eeprom.Assigned()) {
-    layout.source = LayoutSource::kDefault;
-    assigned = std::move(*by_eeprom);
-  } else if (family_->esi && !AssignedBy(family_->pdo.fixed, direction).empty()) {
-    layout.source = LayoutSource::kDefault;
-    assigned = AssignedBy(family_->pdo.fixed, direction);
-  } else {
-    layout.reason = object != nullptr ? "only a part of the assignment " + ObjectName(assignment) + " is in the capture"
-                    : eeprom.LeftToCoe()
-                        ? "the assignment " + ObjectName(assignment) +
-                              " is not in the capture, and the EEPROM lists no PDO, which leaves them to CoE"
-                        : "the assignment " + ObjectName(assignment) +
-                              " is not in the capture, and neither the EEPROM nor an ESI or ENI file tells the default";
-    return layout;
-  }
-  if (layout.source != LayoutSource::kObserved && object != nullptr && !Agrees(*object, assigned)) {
-    layout = {};
-    layout.reason = "only a part of the assignment " + ObjectName(assignment) + " is in the capture";
-    return layout;
-  }
-
-  // What is in them.
-  std::array<std::uint32_t, esc::kMaxSyncManagers> offset{};
-  for (const AssignedPdo& pdo : assigned) {
-    layout.pdos.push_back(pdo.pdo);
-    if (!layout.reason.empty()) continue;
-    if (pdo.sync_manager >= offset.size()) {
-      layout.reason = "PDO " + ObjectName(pdo.pdo) + " belongs to a sync manager that no ESC has";
-      continue;
-    }
-    std::optional<std::vector<Entry>> entries;
-    if (const auto mapped = seen_.Mapped(pdo.pdo)) {
-      entries.emplace();
-      for (const process::MappingEntry& entry : *mapped) {
-        entries->push_back({entry.index, entry.subindex, entry.bits, {}, mailbox::DataType::kUnknown});
-      }
-      const process::PdoObject* mapping = seen_.Find(pdo.pdo);
-      layout.since = std::max(layout.since, mapping->since);
-      layout.assumed |= mapping->count.certainty() == Certainty::kInferred;
-    }
-    const PdoContent* described = eni_ != nullptr ? FindPdo(*eni_, direction, pdo.pdo) : nullptr;
-    if (described == nullptr) described = FindPdo(family_->pdo.fixed, direction, pdo.pdo);
-    if (entries && described != nullptr) NameAfter(*described, *entries);
-    if (!entries && described != nullptr && described->known) entries = EntriesOf(*described);
-    if (!entries) entries = eeprom.EntriesOf(pdo.pdo);
-    if (!entries) {
-      layout.reason = "what PDO " + ObjectName(pdo.pdo) + " contains is not in the capture";
-      continue;
-    }
-    for (Entry& entry : *entries) {
-      if (layout.signals.size() == kMaxSignals) {
-        layout.reason = "more than " + std::to_string(kMaxSignals) + " entries are assigned";
-        break;
-      }
-      Signal signal;
-      signal.pdo = pdo.pdo;
-      signal.index = entry.index;
-      signal.subindex = entry.subindex;
-      signal.sync_manager = pdo.sync_manager;
-      signal.bits = entry.bits;
-      signal.bit_offset = offset[pdo.sync_manager];
-      signal.type = entry.type;
-      offset[pdo.sync_manager] += entry.bits;
-      layout.bits += entry.bits;
-      if (!signal.gap()) {
-        events::ObjectInfo info = names_.Find(family_, entry.index, entry.subindex);
-        const bool inferred = info.name_source == events::NameSource::kInferred;
-        if (!entry.name.empty() && (info.name.empty() || inferred)) {
-          signal.name = std::move(entry.name);
-        } else {
-          signal.name = std::move(info.name);
-          signal.name_inferred = inferred;
-        }
-        if (signal.type == mailbox::DataType::kUnknown) signal.type = info.type;
-        signal.unit = std::move(info.unit);
-        signal.scale = std::move(info.scale);
-      }
-      layout.signals.push_back(std::move(signal));
-    }
-  }
-  if (!layout.reason.empty()) return layout;
-  NameVariables(direction, layout);
-
-  // A default need not be what is in force.
-  if (layout.source != LayoutSource::kObserved) {
-    for (std::size_t n = 0; n < offset.size(); ++n) {
-      const auto manager = state_.sync_manager(n, Certainty::kInferred);
-      if (offset[n] == 0 || !manager || !manager->enabled() || manager->length == (offset[n] + 7) / 8) continue;
-      layout.contradicted = true;
-      layout.reason = "the default PDOs fill " + Count((offset[n] + 7) / 8, "byte") + ", but sync manager " +
-                      std::to_string(n) + " is set to " + Count(manager->length, "byte");
-      break;
-    }
-  }
-  return layout;
 }
 
 }  // namespace ecaudit::model

@@ -105,14 +105,14 @@ class ProcessData {
     std::uint64_t version = ~std::uint64_t{0};
     ProcessLayout layout;
   };
-  [[nodiscard]] ProcessLayout Compute(device::PdoDirection direction) const;
+  class Computation;  // of a layout
+
+  /// Gives the entries the names of the variables that lie where the master puts them in its process image.
+  void NameVariables(device::PdoDirection direction, ProcessLayout& layout) const;
 
   const track::SlaveState& state_;
   const events::ObjectNames& names_;
   const device::DeviceDescription* family_ = nullptr;
-  /// Gives the entries the names of the variables that lie where the master puts them in its process image.
-  void NameVariables(device::PdoDirection direction, ProcessLayout& layout) const;
-
   const device::EniSlave* eni_slave_ = nullptr;
   const device::EniConfig* eni_config_ = nullptr;
   /// The PDOs in it; null where the file describes none, which does not mean that the slave has none.

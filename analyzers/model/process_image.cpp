@@ -143,6 +143,110 @@ std::size_t Hash(wire::Command command, std::uint32_t address, std::uint16_t len
   return (address * 2654435761U >> 16U) + length * 7U + static_cast<std::size_t>(command);
 }
 
+/// Where the FMMUs map memory of the slave into a datagram.
+void AddRuns(ImagePart& part, const std::vector<esc::Fmmu>& fmmus, std::uint32_t address, std::uint16_t length) {
+  const std::uint64_t datagram = std::uint64_t{address} * 8;
+  std::uint64_t lowest = ~std::uint64_t{0};
+  for (const esc::Fmmu& fmmu : fmmus) lowest = std::min(lowest, fmmu.physical_bits().first);
+  for (const esc::Fmmu& fmmu : fmmus) {
+    const esc::BitRange here = fmmu.Overlap(address, length);
+    const auto physical = fmmu.ToPhysicalBit(here.first);
+    if (here.empty() || !physical) continue;
+    part.runs.push_back({static_cast<std::uint32_t>(*physical - lowest),
+                         static_cast<std::uint32_t>(here.first - datagram), static_cast<std::uint32_t>(here.count)});
+  }
+}
+
+/// Puts the signals of a known layout where the FMMUs map them.
+/// @param split gets those that do not lie in one piece
+/// @return the places that need no other datagram
+std::vector<ImagePart::Place> PlaceMapped(ImagePart& part, SplitSignals& split, const track::SlaveState& state,
+                                          const std::vector<esc::Fmmu>& fmmus, std::uint32_t address,
+                                          std::uint16_t length) {
+  const esc::BitRange datagram{std::uint64_t{address} * 8, std::uint64_t{length} * 8};
+  std::vector<ImagePart::Place> alone;
+  bool cut = false;
+  for (std::size_t i = 0; i < part.layout->signals.size(); ++i) {
+    const Signal& signal = part.layout->signals[i];
+    const auto start = BufferStart(state, *part.layout, signal.sync_manager, fmmus);
+    if (signal.gap() || signal.bits == 0 || !start) continue;
+    SplitSignal here = InDatagram(PiecesOf(fmmus, *start + signal.bit_offset, signal.bits), datagram, signal.bits);
+    if (here.pieces.empty()) continue;
+    const bool whole = here.role == SplitSignal::Role::kWhole;
+    if (whole && here.pieces.size() == 1) {
+      AddPlace(part, i, here.pieces[0].in_datagram);
+      alone.push_back(part.places.back());
+      continue;
+    }
+    cut = cut || !whole;
+    if (!whole && signal.bits > SplitSignal::kMaxJoinedBits) continue;
+    here.number = static_cast<std::uint16_t>(i);
+    const SplitSignal& added = split.Add(std::move(here));
+    if (added.role == SplitSignal::Role::kEarlier) continue;
+    AddPlace(part, i, added.bit);
+    if (whole) alone.push_back(part.places.back());
+  }
+  if (part.places.empty()) {
+    part.reason = cut ? "no entry lies in this datagram as a whole"
+                      : "the FMMUs map other memory than the sync managers of the PDOs";
+  }
+  return alone;
+}
+
+/// The last command of the ENI that is such a datagram; null: none.
+const device::EniCyclicCommand* FindCyclic(const device::EniConfig& eni, wire::Command command, std::uint32_t address,
+                                           std::uint16_t length) {
+  const device::EniCyclicCommand* found = nullptr;
+  for (const device::EniCyclicTask& task : eni.cyclic) {
+    for (const device::EniCyclicFrame& frame : task.frames) {
+      for (const device::EniCyclicCommand& candidate : frame.commands) {
+        if (candidate.command == command && candidate.logical == address && candidate.data_length == length) {
+          found = &candidate;
+        }
+      }
+    }
+  }
+  return found;
+}
+
+/// The sync managers of a layout, as they come.
+std::vector<std::uint8_t> ManagersOf(const ProcessLayout& layout) {
+  std::vector<std::uint8_t> managers;
+  for (const Signal& signal : layout.signals) {
+    if (std::find(managers.begin(), managers.end(), signal.sync_manager) == managers.end()) {
+      managers.push_back(signal.sync_manager);
+    }
+  }
+  return managers;
+}
+
+/// Puts the signals of a known layout where the ENI has them. The pieces are the buffers of the sync managers, or one
+/// piece is all of them together.
+/// @param bits of all pieces  @param begin, end bits of the process image that the datagram carries
+void PlaceByEni(ImagePart& part, const std::vector<device::EniImagePart>& pieces, std::uint64_t bits,
+                std::uint64_t begin, std::uint64_t end) {
+  const std::vector<std::uint8_t> managers = ManagersOf(*part.layout);
+  if (pieces.size() != 1 && pieces.size() != managers.size()) {
+    part.reason = "the ENI has " + Count(pieces.size(), "piece") + " of process data for " +
+                  Count(managers.size(), "sync manager");
+    return;
+  }
+  if (part.layout->bits > bits) {
+    part.reason = "the PDOs fill " + Count(part.layout->bits, "bit") + ", but the ENI's process image has " +
+                  std::to_string(bits);
+    return;
+  }
+  std::uint64_t in_all = 0;
+  for (std::size_t i = 0; i < part.layout->signals.size(); ++i) {
+    const Signal& signal = part.layout->signals[i];
+    const auto manager = std::find(managers.begin(), managers.end(), signal.sync_manager) - managers.begin();
+    const device::EniImagePart& piece = pieces[pieces.size() == 1 ? 0 : static_cast<std::size_t>(manager)];
+    const std::uint64_t bit = piece.bit_start + (pieces.size() == 1 ? in_all : signal.bit_offset);
+    in_all += signal.bits;
+    if (!signal.gap() && signal.bits != 0 && bit >= begin && bit + signal.bits <= end) AddPlace(part, i, bit - begin);
+  }
+}
+
 }  // namespace
 
 std::uint64_t ExtractAnyBits(ByteSpan data, std::uint64_t bit, unsigned count) {
@@ -314,49 +418,13 @@ void ProcessImage::AddMapped(Entry& entry, SlaveId slave, PdoDirection direction
   part.direction = direction;
   part.layout = &part.model->process.Layout(direction);
 
-  const std::uint64_t datagram = std::uint64_t{entry.address} * 8;
-  std::uint64_t lowest = ~std::uint64_t{0};
-  for (const esc::Fmmu& fmmu : fmmus) lowest = std::min(lowest, fmmu.physical_bits().first);
-  for (const esc::Fmmu& fmmu : fmmus) {
-    const esc::BitRange here = fmmu.Overlap(entry.address, entry.length);
-    const auto physical = fmmu.ToPhysicalBit(here.first);
-    if (here.empty() || !physical) continue;
-    part.runs.push_back({static_cast<std::uint32_t>(*physical - lowest),
-                         static_cast<std::uint32_t>(here.first - datagram), static_cast<std::uint32_t>(here.count)});
-  }
+  AddRuns(part, fmmus, entry.address, entry.length);
   if (part.runs.empty()) return;
   SumUp(part);
 
   SplitSignals split(entry.length);
   std::vector<ImagePart::Place> alone;
-  if (part.layout->known()) {
-    bool cut = false;
-    for (std::size_t i = 0; i < part.layout->signals.size(); ++i) {
-      const Signal& signal = part.layout->signals[i];
-      const auto start = BufferStart(state, *part.layout, signal.sync_manager, fmmus);
-      if (signal.gap() || signal.bits == 0 || !start) continue;
-      SplitSignal here = InDatagram(PiecesOf(fmmus, *start + signal.bit_offset, signal.bits),
-                                    {datagram, std::uint64_t{entry.length} * 8}, signal.bits);
-      if (here.pieces.empty()) continue;
-      const bool whole = here.role == SplitSignal::Role::kWhole;
-      if (whole && here.pieces.size() == 1) {
-        AddPlace(part, i, here.pieces[0].in_datagram);
-        alone.push_back(part.places.back());
-        continue;
-      }
-      cut = cut || !whole;
-      if (!whole && signal.bits > SplitSignal::kMaxJoinedBits) continue;
-      here.number = static_cast<std::uint16_t>(i);
-      const SplitSignal& added = split.Add(std::move(here));
-      if (added.role == SplitSignal::Role::kEarlier) continue;
-      AddPlace(part, i, added.bit);
-      if (whole) alone.push_back(part.places.back());
-    }
-    if (part.places.empty()) {
-      part.reason = cut ? "no entry lies in this datagram as a whole"
-                        : "the FMMUs map other memory than the sync managers of the PDOs";
-    }
-  }
+  if (part.layout->known()) alone = PlaceMapped(part, split, state, fmmus, entry.address, entry.length);
   Add(entry, std::move(part));
   if (split.empty()) return;
   ImagePart without = entry.parts.back();
@@ -385,88 +453,59 @@ const SlaveModel& ProcessImage::UnmetSlave(std::size_t number) {
 }
 
 void ProcessImage::AddByEni(Entry& entry) {
-  const device::EniCyclicCommand* command = nullptr;
-  for (const device::EniCyclicTask& task : eni_->cyclic) {
-    for (const device::EniCyclicFrame& frame : task.frames) {
-      for (const device::EniCyclicCommand& candidate : frame.commands) {
-        if (candidate.command == entry.command && candidate.logical == entry.address &&
-            candidate.data_length == entry.length) {
-          command = &candidate;
-        }
-      }
-    }
-  }
+  const device::EniCyclicCommand* command = FindCyclic(*eni_, entry.command, entry.address, entry.length);
   if (command == nullptr) return;
-
-  const auto add = [&](std::size_t number, PdoDirection direction, std::uint32_t image_offset) {
-    const device::EniSlave& eni = eni_->slaves[number];
-    const std::vector<device::EniImagePart>& pieces = direction == PdoDirection::kRx ? eni.outputs : eni.inputs;
-    if (pieces.empty()) return;
-    ImagePart part;
-    part.direction = direction;
-    part.by_eni = true;
-    for (std::size_t s = 0; s < slaves_.size(); ++s) {
-      const auto id = static_cast<SlaveId>(s);
-      if (slaves_[s].eni != &eni || network_.slaves()[id].replaced) continue;
-      if (network_.fmmus(id).any) return;  // what the slave was really told counts
-      part.slave = id;
-      part.model = &slaves_[s];
-    }
-    if (part.model == nullptr) part.model = &UnmetSlave(number);
-    part.layout = &part.model->process.Layout(direction);
-
-    // The pieces are the buffers of the sync managers, or one piece is all of them together.
-    std::vector<std::uint8_t> managers;
-    for (const Signal& signal : part.layout->signals) {
-      if (std::find(managers.begin(), managers.end(), signal.sync_manager) == managers.end()) {
-        managers.push_back(signal.sync_manager);
-      }
-    }
-    const std::uint64_t begin = std::uint64_t{image_offset} * 8;
-    const std::uint64_t end = begin + std::uint64_t{entry.length} * 8;
-    std::uint64_t before = 0;
-    for (const device::EniImagePart& piece : pieces) {
-      const bool here = piece.bit_start >= begin && std::uint64_t{piece.bit_start} + piece.bit_length <= end;
-      if (here && part.runs.size() < kMaxPieces) {
-        part.runs.push_back({static_cast<std::uint32_t>(before), static_cast<std::uint32_t>(piece.bit_start - begin),
-                             piece.bit_length});
-      }
-      before += piece.bit_length;
-    }
-    if (part.runs.empty()) return;
-    SumUp(part);
-    if (part.layout->known()) {
-      if (pieces.size() != 1 && pieces.size() != managers.size()) {
-        part.reason = "the ENI has " + ecaudit::Count(pieces.size(), "piece") + " of process data for " +
-                      ecaudit::Count(managers.size(), "sync manager");
-      } else if (part.layout->bits > before) {
-        part.reason = "the PDOs fill " + ecaudit::Count(part.layout->bits, "bit") +
-                      ", but the ENI's process image has " + std::to_string(before);
-      } else {
-        std::uint64_t in_all = 0;
-        for (std::size_t i = 0; i < part.layout->signals.size(); ++i) {
-          const Signal& signal = part.layout->signals[i];
-          const auto manager = std::find(managers.begin(), managers.end(), signal.sync_manager) - managers.begin();
-          const device::EniImagePart& piece = pieces[pieces.size() == 1 ? 0 : static_cast<std::size_t>(manager)];
-          const std::uint64_t bit = piece.bit_start + (pieces.size() == 1 ? in_all : signal.bit_offset);
-          in_all += signal.bits;
-          if (!signal.gap() && signal.bits != 0 && bit >= begin && bit + signal.bits <= end)
-            AddPlace(part, i, bit - begin);
-        }
-      }
-    }
-    entry.by_eni = true;
-    Add(entry, std::move(part));
-  };
   for (std::size_t number = 0; number < eni_->slaves.size(); ++number) {
     if (command->output_offset && entry.command != wire::Command::LRD) {
-      add(number, PdoDirection::kRx, *command->output_offset);
+      AddByEni(entry, number, PdoDirection::kRx, *command->output_offset);
     }
     if (command->input_offset && entry.command != wire::Command::LWR) {
-      add(number, PdoDirection::kTx, *command->input_offset);
+      AddByEni(entry, number, PdoDirection::kTx, *command->input_offset);
     }
   }
   if (entry.by_eni) entry.eni_counter = command->expected_wkc;
+}
+
+/// The slave with this number in the ENI; one that is met counts.
+/// @return false: what it was really told counts, not the ENI
+bool ProcessImage::FindModel(ImagePart& part, std::size_t number) {
+  for (std::size_t s = 0; s < slaves_.size(); ++s) {
+    const auto id = static_cast<SlaveId>(s);
+    if (slaves_[s].eni != &eni_->slaves[number] || network_.slaves()[id].replaced) continue;
+    if (network_.fmmus(id).any) return false;
+    part.slave = id;
+    part.model = &slaves_[s];
+  }
+  if (part.model == nullptr) part.model = &UnmetSlave(number);
+  return true;
+}
+
+void ProcessImage::AddByEni(Entry& entry, std::size_t number, PdoDirection direction, std::uint32_t image_offset) {
+  const device::EniSlave& eni = eni_->slaves[number];
+  const std::vector<device::EniImagePart>& pieces = direction == PdoDirection::kRx ? eni.outputs : eni.inputs;
+  if (pieces.empty()) return;
+  ImagePart part;
+  part.direction = direction;
+  part.by_eni = true;
+  if (!FindModel(part, number)) return;
+  part.layout = &part.model->process.Layout(direction);
+
+  const std::uint64_t begin = std::uint64_t{image_offset} * 8;
+  const std::uint64_t end = begin + std::uint64_t{entry.length} * 8;
+  std::uint64_t before = 0;
+  for (const device::EniImagePart& piece : pieces) {
+    const bool here = piece.bit_start >= begin && std::uint64_t{piece.bit_start} + piece.bit_length <= end;
+    if (here && part.runs.size() < kMaxPieces) {
+      part.runs.push_back(
+          {static_cast<std::uint32_t>(before), static_cast<std::uint32_t>(piece.bit_start - begin), piece.bit_length});
+    }
+    before += piece.bit_length;
+  }
+  if (part.runs.empty()) return;
+  SumUp(part);
+  if (part.layout->known()) PlaceByEni(part, pieces, before, begin, end);
+  entry.by_eni = true;
+  Add(entry, std::move(part));
 }
 
 void ProcessImage::BuildDirect(Entry& entry, SlaveId slave, EscAddress address) {

@@ -164,6 +164,8 @@ class ProcessImage {
   void Add(Entry& entry, ImagePart part);
   void AddMapped(Entry& entry, SlaveId slave, device::PdoDirection direction);
   void AddByEni(Entry& entry);
+  void AddByEni(Entry& entry, std::size_t number, device::PdoDirection direction, std::uint32_t image_offset);
+  [[nodiscard]] bool FindModel(ImagePart& part, std::size_t number);
   void Deliver(Entry& entry, std::size_t part, ProcessCycle& cycle, ProcessSink& sink);
   [[nodiscard]] Counted Count(const Entry& entry, const track::LogicalAccess& access,
                               const LogicalExpectation& expectation) const;

@@ -1,7 +1,5 @@
 #include "analyzers/sync/dc_unit.h"
 
-#include <algorithm>
-
 #include "decoder/esc/register_addresses.h"
 
 namespace ecaudit::sync {
@@ -9,6 +7,11 @@ namespace {
 
 bool Overlaps(const track::SlaveAccess& access, std::size_t length, EscAddress address, std::size_t bytes) {
   return access.address < address + bytes && access.address + length > address;
+}
+
+/// ARMW and FRMW hand the time of one slave to the others.
+bool Distributes(const track::SlaveAccess& access) {
+  return access.command == wire::Command::ARMW || access.command == wire::Command::FRMW;
 }
 
 }  // namespace
@@ -30,14 +33,11 @@ void DcUnit::Remember(const track::SlaveAccess& access) {
 }
 
 DcUnit::Change DcUnit::On(const track::SlaveAccess& access, const esc::RegisterImage& registers) {
-  const std::size_t length = std::max(access.written.size(), access.read.size());
+  const std::size_t length = access.length();
   if (access.address >= esc::kDcEnd || access.address + length <= esc::kDcFirst) return Change::kNone;
-  const bool distributes = access.command == wire::Command::ARMW || access.command == wire::Command::FRMW;
+  const bool configures = !access.written.empty() && !Distributes(access);
   // The receive times are latched by any write to them: nothing is configured by it.
-  if (!access.written.empty() && !distributes &&
-      !(access.address == esc::kReceiveTimes && access.written.size() <= 16)) {
-    Remember(access);
-  }
+  if (configures && !(access.address == esc::kReceiveTimes && access.written.size() <= 16)) Remember(access);
   if (!access.done()) {
     if (!access.written.empty() && access.acceptance == track::Acceptance::kUnknown &&
         Overlaps(access, access.written.size(), esc::kDcActivation, 1)) {
@@ -50,52 +50,64 @@ DcUnit::Change DcUnit::On(const track::SlaveAccess& access, const esc::RegisterI
 
   // The system time is read in every cycle, nearly always alone.
   if (access.address == esc::kSystemTime && access.read.size() == 8 && access.written.empty() && !access.broadcast) {
-    own_time_ = LittleEndian<std::uint64_t>(access.read, 0);
-    own_time_wide_ = true;
-    own_time_frame_ = access.frame();
+    SawOwnTime(LittleEndian<std::uint64_t>(access.read, 0), true, access.frame());
     return Change::kNone;
   }
-  if (!access.read.empty() && !access.broadcast) {
-    for (std::size_t port = 0; port < receive_times_.size(); ++port) {
-      const ByteSpan time = access.Covered(access.read, static_cast<EscAddress>(esc::kReceiveTimes + 4 * port), 4);
-      if (time.empty()) continue;
-      receive_times_[port] = LittleEndian<std::uint32_t>(time, 0);
-      latched_ = access.frame();
-    }
-    if (const ByteSpan core = access.Covered(access.read, esc::kReceiveTimeCore, 8); !core.empty()) {
-      receive_time_core_ = LittleEndian<std::uint64_t>(core, 0);
-    }
-    if (const ByteSpan wide = access.Covered(access.read, esc::kSystemTime, 8); !wide.empty()) {
-      own_time_ = LittleEndian<std::uint64_t>(wide, 0);
-      own_time_wide_ = true;
-      own_time_frame_ = access.frame();
-    } else if (const ByteSpan low = access.Covered(access.read, esc::kSystemTime, 4); !low.empty()) {
-      own_time_ = LittleEndian<std::uint32_t>(low, 0);
-      own_time_wide_ = false;
-      own_time_frame_ = access.frame();
-    }
-    if (const ByteSpan raw = access.Covered(access.read, esc::kSystemTimeDifference, 4); !raw.empty()) {
-      difference_last_ = esc::TimeDifference{LittleEndian<std::uint32_t>(raw, 0)}.magnitude_ns();
-      if (difference_reads_++ == 0 || difference_last_ > difference_max_) {
-        difference_max_ = difference_last_;
-        difference_max_frame_ = access.frame();
-      }
-    }
-  }
-  if (!access.written.empty() && !distributes) {
-    if (Overlaps(access, access.written.size(), esc::kSystemTimeOffset, 12)) {
-      adjusted_ = adjusted_ || !access.broadcast;
-      own_time_.reset();  // taken before the clock was set
-    }
-    if (Overlaps(access, access.written.size(), esc::kSystemTime, 8)) own_time_.reset();
-    if (Overlaps(access, access.written.size(), esc::kSync0Cycle, 4)) {
-      const auto cycle = registers.Value<std::uint32_t>(esc::kSync0Cycle);
-      cycle_configured_ = cycle && *cycle != 0 && !access.broadcast ? access.frame() : FrameRef{};
-    }
-  }
+  if (!access.read.empty() && !access.broadcast) OnRead(access);
+  if (configures) OnWrite(access, registers);
+  return OnActivation(access, registers);
+}
 
+void DcUnit::SawOwnTime(std::uint64_t time, bool wide, const FrameRef& frame) {
+  own_time_ = time;
+  own_time_wide_ = wide;
+  own_time_frame_ = frame;
+}
+
+void DcUnit::OnRead(const track::SlaveAccess& access) {
+  for (std::size_t port = 0; port < receive_times_.size(); ++port) {
+    const ByteSpan time = access.Covered(access.read, static_cast<EscAddress>(esc::kReceiveTimes + 4 * port), 4);
+    if (time.empty()) continue;
+    receive_times_[port] = LittleEndian<std::uint32_t>(time, 0);
+    latched_ = access.frame();
+  }
+  if (const ByteSpan core = access.Covered(access.read, esc::kReceiveTimeCore, 8); !core.empty()) {
+    receive_time_core_ = LittleEndian<std::uint64_t>(core, 0);
+  }
+  if (const ByteSpan wide = access.Covered(access.read, esc::kSystemTime, 8); !wide.empty()) {
+    SawOwnTime(LittleEndian<std::uint64_t>(wide, 0), true, access.frame());
+  } else if (const ByteSpan low = access.Covered(access.read, esc::kSystemTime, 4); !low.empty()) {
+    SawOwnTime(LittleEndian<std::uint32_t>(low, 0), false, access.frame());
+  }
+  OnDifference(access);
+}
+
+void DcUnit::OnDifference(const track::SlaveAccess& access) {
+  const ByteSpan raw = access.Covered(access.read, esc::kSystemTimeDifference, 4);
+  if (raw.empty()) return;
+  difference_last_ = esc::TimeDifference{LittleEndian<std::uint32_t>(raw, 0)}.magnitude_ns();
+  if (difference_reads_++ == 0 || difference_last_ > difference_max_) {
+    difference_max_ = difference_last_;
+    difference_max_frame_ = access.frame();
+  }
+}
+
+void DcUnit::OnWrite(const track::SlaveAccess& access, const esc::RegisterImage& registers) {
+  if (Overlaps(access, access.written.size(), esc::kSystemTimeOffset, 12)) {
+    adjusted_ = adjusted_ || !access.broadcast;
+    own_time_.reset();  // taken before the clock was set
+  }
+  if (Overlaps(access, access.written.size(), esc::kSystemTime, 8)) own_time_.reset();
+  if (Overlaps(access, access.written.size(), esc::kSync0Cycle, 4)) {
+    const auto cycle = registers.Value<std::uint32_t>(esc::kSync0Cycle);
+    cycle_configured_ = cycle && *cycle != 0 && !access.broadcast ? access.frame() : FrameRef{};
+  }
+}
+
+/// 0x0981, as it was written or, by the slave's own address, read.
+DcUnit::Change DcUnit::OnActivation(const track::SlaveAccess& access, const esc::RegisterImage& registers) {
   ByteSpan activation = access.Covered(access.written, esc::kDcActivation, 1);
-  const bool written = !activation.empty() && !distributes;
+  const bool written = !activation.empty() && !Distributes(access);
   if (activation.empty() && !access.broadcast) activation = access.Covered(access.read, esc::kDcActivation, 1);
   if (activation.empty()) return Change::kNone;
   const esc::SyncActivation now{activation[0]};
@@ -107,9 +119,16 @@ DcUnit::Change DcUnit::On(const track::SlaveAccess& access, const esc::RegisterI
     return was_active && written ? Change::kSwitchedOff : Change::kNone;
   }
   if (was_active) return Change::kNone;
-  SyncSettings settings;
+  SyncSettings settings = SettingsIn(registers);
   settings.frame = access.frame();
   settings.activation = now;
+  active_ = settings;
+  last_active_ = settings;
+  return written ? Change::kSwitchedOn : Change::kNone;
+}
+
+SyncSettings DcUnit::SettingsIn(const esc::RegisterImage& registers) {
+  SyncSettings settings;
   if (const auto wide = registers.Value<std::uint64_t>(esc::kDcStartTime)) {
     settings.start_ns = *wide;
     settings.start_is_64_bit = true;
@@ -118,9 +137,7 @@ DcUnit::Change DcUnit::On(const track::SlaveAccess& access, const esc::RegisterI
   }
   settings.sync0_cycle_ns = registers.Value<std::uint32_t>(esc::kSync0Cycle);
   settings.sync1_cycle_ns = registers.Value<std::uint32_t>(esc::kSync1Cycle);
-  active_ = settings;
-  last_active_ = settings;
-  return written ? Change::kSwitchedOn : Change::kNone;
+  return settings;
 }
 
 DcSummary DcUnit::Summary(const esc::RegisterImage& registers) const {

@@ -63,6 +63,12 @@ class DcUnit {
 
  private:
   void Remember(const track::SlaveAccess& access);
+  void OnRead(const track::SlaveAccess& access);
+  void OnWrite(const track::SlaveAccess& access, const esc::RegisterImage& registers);
+  void OnDifference(const track::SlaveAccess& access);
+  void SawOwnTime(std::uint64_t time, bool wide, const FrameRef& frame);
+  Change OnActivation(const track::SlaveAccess& access, const esc::RegisterImage& registers);
+  [[nodiscard]] static SyncSettings SettingsIn(const esc::RegisterImage& registers);
 
   bool present_ = false;
   bool adjusted_ = false;

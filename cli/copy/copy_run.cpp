@@ -159,6 +159,31 @@ std::optional<Error> CopyRun::CheckOutput(CommandFiles& files) {
   return files.Writes(output_);
 }
 
+/// What the command line comes to.
+struct CopyRun::Plan {
+  std::string name;       ///< of the capture, as typed
+  std::string file_name;  ///< without its folder
+  Settings settings;
+  FrameRange range;
+  std::vector<std::string> paths;  ///< of the captures; of a temporary file where one cannot be read twice
+  std::vector<std::unique_ptr<Spool>> spools;
+
+  [[nodiscard]] auto Open() const {
+    return paths.size() > 1 ? capture::OpenJoined(paths, &InterruptFlag())
+                            : capture::OpenCapture(paths.front(), &InterruptFlag());
+  }
+  [[nodiscard]] std::optional<Error> MakeReadableTwice() {
+    for (std::string& path : paths) {
+      if (Spool::CanBeReadTwice(path)) continue;
+      Result<std::unique_ptr<Spool>> spool = Spool::Read(path);
+      if (!spool) return spool.error();
+      path = (*spool)->path();
+      spools.push_back(std::move(*spool));
+    }
+    return std::nullopt;
+  }
+};
+
 ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::optional<std::string>& frames,
                         const Decide& decide) {
   // Everything that can be wrong with the command line is found before the capture is read.
@@ -166,86 +191,86 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
     return Fail(console, Error{std::string(command) +
                                " reads one capture; give --join when these are files of one ring buffer"});
   }
-  const std::string& name = capture_.captures.front();
+  Plan plan;
+  plan.name = capture_.captures.front();
+  plan.file_name = std::filesystem::path(plan.name).filename().string();
   GateOptions gate;
   gate.rules = rules_;
-  Result<Settings> settings = ResolveSettings(capture_, gate, name);
+  Result<Settings> settings = ResolveSettings(capture_, gate, plan.name);
   if (!settings) return Fail(console, settings.error());
-  const Result<FrameRange> range = ReadFrameRange(settings->analysis, frames);
+  plan.settings = std::move(*settings);
+  const Result<FrameRange> range = ReadFrameRange(plan.settings.analysis, frames);
   if (!range) return Fail(console, range.error());
+  plan.range = *range;
   CommandFiles files;
   if (const auto error = AddFiles(capture_, files)) return Fail(console, *error);
-  AddFiles(*settings, files);
+  AddFiles(plan.settings, files);
   if (const auto error = CheckOutput(files)) return Fail(console, *error);
   if (output_ == "-" && console.output_is_terminal()) {
     return Fail(console, Error{"a capture is nothing for a terminal; name a file, or pipe the output"});
   }
 
   ListenForInterrupt();
-  std::vector<std::string> paths = capture_.captures;
-  std::vector<std::unique_ptr<Spool>> spools;
-  for (std::string& path : paths) {
-    if (Spool::CanBeReadTwice(path)) continue;
-    Result<std::unique_ptr<Spool>> spool = Spool::Read(path);
-    if (!spool) return Fail(console, spool.error());
-    path = (*spool)->path();
-    spools.push_back(std::move(*spool));
-  }
-  const auto open = [&paths] {
-    return paths.size() > 1 ? capture::OpenJoined(paths, &InterruptFlag())
-                            : capture::OpenCapture(paths.front(), &InterruptFlag());
-  };
+  plan.paths = capture_.captures;
+  if (const auto error = plan.MakeReadableTwice()) return Fail(console, *error);
+  AnalysisResult result;
+  if (const ExitStatus status = Judge(console, plan, result); status != ExitStatus::kClean) return status;
+  Result<Wish> wish = decide(result, plan.range);
+  if (!wish) return Fail(console, Error{plan.name + ": " + wish.error().message});
+  return Copy(console, plan, result, *wish);
+}
 
-  // The whole capture is judged, so that findings have the numbers that `check` gives them.
-  AnalysisOptions analysis = settings->analysis;
+/// The whole capture is judged, so that findings have the numbers that `check` gives them.
+ExitStatus CopyRun::Judge(Console& console, const Plan& plan, AnalysisResult& result) const {
+  AnalysisOptions analysis = plan.settings.analysis;
   analysis.from_s = analysis.to_s = std::nullopt;
   analysis.from_frame = analysis.to_frame = std::nullopt;
   analysis.stop = &InterruptFlag();
-  const std::string file_name = std::filesystem::path(name).filename().string();
-  AnalysisResult result;
   {
-    auto source = open();
-    if (!source && InterruptFlag()) return InterruptedCopy(console, name);
+    auto source = plan.Open();
+    if (!source && InterruptFlag()) return InterruptedCopy(console, plan.name);
     if (!source) return Fail(console, source.error());
-    Progress progress(console, file_name + ", first pass");
+    Progress progress(console, plan.file_name + ", first pass");
     analysis.progress = [&progress](std::uint64_t done, std::uint64_t total, std::uint64_t packets) {
       progress.Update(done, total, packets);
     };
     result = Analyse(**source, analysis);
     progress.Clear();
   }
-  if (InterruptFlag()) return InterruptedCopy(console, name);
-  if (KeepSlaves(settings->slaves, result) == 0 && !settings->slaves.empty()) {
-    return Fail(console, Error{name + " has no slave " + capture_.slaves.front()});
+  if (InterruptFlag()) return InterruptedCopy(console, plan.name);
+  if (KeepSlaves(plan.settings.slaves, result) == 0 && !plan.settings.slaves.empty()) {
+    return Fail(console, Error{plan.name + " has no slave " + capture_.slaves.front()});
   }
   if (result.capture.file.damage) {
-    console.Warning(name + " is damaged: " + result.capture.file.damage->message);
+    console.Warning(plan.name + " is damaged: " + result.capture.file.damage->message);
   }
-  Result<Wish> wish = decide(result, *range);
-  if (!wish) return Fail(console, Error{name + ": " + wish.error().message});
+  return ExitStatus::kClean;
+}
 
-  auto source = open();
-  if (!source && InterruptFlag()) return InterruptedCopy(console, name);
+ExitStatus CopyRun::Copy(Console& console, const Plan& plan, const AnalysisResult& result, Wish& wish) const {
+  auto source = plan.Open();
+  if (!source && InterruptFlag()) return InterruptedCopy(console, plan.name);
   if (!source) return Fail(console, source.error());
   ByteOutput output;
   if (const auto error = output.Open(output_, console)) return Fail(console, *error);
   const FrameComments comments = CommentsOf(result);
-  std::string about = wish->what + " " + Printable(file_name) +
+  std::string about = wish.what + " " + Printable(plan.file_name) +
                       ". Frame numbers in the comments are those of that capture" +
                       (all_traffic_ ? "." : "; packets without EtherCAT are left out.");
   if (const std::string rest = FindingsWithoutFrame(result); !rest.empty()) about += "\n" + rest;
-  Progress progress(console, file_name);
-  Copier copier(**source, *wish, comments, all_traffic_);
+  Progress progress(console, plan.file_name);
+  Copier copier(**source, wish, comments, all_traffic_);
   const auto error = copier.Run(result.capture.file.interfaces, about, output, progress);
   progress.Clear();
   if (InterruptFlag()) {
-    return output_ == "-" ? InterruptedCopy(console, name, "the copy ends early") : InterruptedCopy(console, name);
+    return output_ == "-" ? InterruptedCopy(console, plan.name, "the copy ends early")
+                          : InterruptedCopy(console, plan.name);
   }
   if (error) return Fail(console, *error);
   const Copied& copied = copier.copied();
   if (copied.packets == 0 && !output.reader_gone()) {
     return Fail(console,
-                Error{name + ": there is nothing to write" +
+                Error{plan.name + ": there is nothing to write" +
                       (copied.other_left_out > 0 ? "; the chosen packets hold no EtherCAT (--all-traffic copies them)"
                                                  : " in this range")});
   }

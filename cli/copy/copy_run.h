@@ -32,7 +32,10 @@ class CopyRun {
                                const Decide& decide);
 
  private:
+  struct Plan;
   [[nodiscard]] std::optional<Error> CheckOutput(CommandFiles& files);
+  [[nodiscard]] ExitStatus Judge(Console& console, const Plan& plan, AnalysisResult& result) const;
+  [[nodiscard]] ExitStatus Copy(Console& console, const Plan& plan, const AnalysisResult& result, Wish& wish) const;
 
   CaptureOptions capture_;
   std::vector<std::string> rules_;

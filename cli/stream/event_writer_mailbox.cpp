@@ -204,6 +204,178 @@ void RequestJson(EventRow& row, const mailbox::RequestSummary& request) {
   row.Frame("request_frame", request.frame);
 }
 
+/// The object of a transfer and the value that went to it or came from it, as far as they are known.
+struct SdoObject {
+  bool has_value = false;
+  events::ObjectInfo info;
+  events::ObjectValue value;
+};
+
+SdoObject ObjectOf(const mailbox::SdoTransfer& event, const events::ObjectNames& names,
+                   const device::DeviceDescription* profile) {
+  SdoObject object;
+  if (!event.has_object) return object;
+  // An upload that was cut short has no value; what a download wanted to write is one all the same.
+  object.has_value =
+      !event.data_gap && !event.data.empty() &&
+      (event.service == mailbox::SdoService::kDownload || event.outcome == mailbox::SdoOutcome::kCompleted);
+  object.info =
+      event.complete_access ? names.FindWhole(profile, event.index) : names.Find(profile, event.index, event.subindex);
+  if (object.has_value) {
+    object.value = event.complete_access
+                       ? events::ReadCompleteAccess(names, profile, event.index, event.subindex, event.data)
+                       : events::ReadValue(names, profile, event.index, event.subindex, event.data);
+  }
+  return object;
+}
+
+std::string_view AbortTextOf(const mailbox::SdoTransfer& event) {
+  return event.outcome == mailbox::SdoOutcome::kAborted ? mailbox::AbortCodeText(event.abort_code) : std::string_view();
+}
+
+void WriteSdoFields(EventRow& row, const mailbox::SdoTransfer& event, const SdoObject& object) {
+  const bool aborted = event.outcome == mailbox::SdoOutcome::kAborted;
+  const bool service_known = event.service != mailbox::SdoService::kUnknown;
+  row.TextOrNull("service", service_known ? mailbox::Name(event.service) : "");
+  row.TextOrNull("transfer", event.kind != mailbox::SdoTransferKind::kUnknown ? mailbox::Name(event.kind) : "");
+  row.json.Bool("complete_access", event.complete_access);
+  WriteObject(row, event);
+  row.json.Bytes("data", event.data);
+  AppendValue(row.json.Key("value"), object.value);
+  row.TextOrNull("name", object.info.name);
+  row.NumberOrNull("abort_code", aborted ? std::optional(event.abort_code) : std::nullopt);
+  row.TextOrNull("abort_text", AbortTextOf(event));
+  row.Frame("request_frame", event.request);
+  row.Frame("response_frame", event.response);
+  row.Milliseconds("duration_ms", event.duration);
+  // Beyond the contract.
+  row.json.Text("outcome", OutcomeName(event.outcome));
+  row.TextOrNull("text", object.value.text);
+  const bool type_known = object.info.type != mailbox::DataType::kUnknown;
+  row.TextOrNull("type", type_known ? mailbox::Name(object.info.type) : "");
+  row.TextOrNull("name_source", events::Name(object.info.name_source));
+  row.json.Number("size", event.size);
+  row.NumberOrNull("declared_size", event.declared_size);
+  row.json.Number("segments", event.segments);
+  row.TextOrNull("aborted_by", !aborted ? "" : event.aborted_by == mailbox::Direction::kOut ? "master" : "slave");
+  row.NumberOrNull("mailbox_error", event.outcome == mailbox::SdoOutcome::kMailboxError
+                                        ? std::optional(event.mailbox_error)
+                                        : std::nullopt);
+}
+
+void WriteSdoText(EventRow& row, const mailbox::SdoTransfer& event, const SdoObject& object) {
+  row.text = event.service != mailbox::SdoService::kUnknown ? std::string(mailbox::Name(event.service)) : "transfer";
+  row.text += event.has_object ? " " + (event.complete_access ? ObjectName(event.index) + " complete"
+                                                              : ObjectName(event.index, event.subindex))
+                               : " of an object whose request was not captured";
+  if (!object.info.name.empty()) row.text += " " + Printable(object.info.name);
+  if (object.info.name_source == events::NameSource::kInferred) row.text += " (inferred)";
+  if (object.has_value) {
+    row.text += " = " + Shortened(object.value.text);
+    if (event.size > 8) row.Note(Count(event.size, "byte"));
+  }
+  if (event.outcome == mailbox::SdoOutcome::kAborted) {
+    const std::string_view abort_text = AbortTextOf(event);
+    row.text += std::string(": aborted by the ") + (event.aborted_by == mailbox::Direction::kOut ? "master" : "slave") +
+                ", " + Hex(event.abort_code, 8) + (abort_text.empty() ? "" : " " + std::string(abort_text));
+    row.style = Style::kError;
+  } else if (const std::string note = OutcomeNote(OutcomeName(event.outcome), event.mailbox_error); !note.empty()) {
+    row.text += ": " + note;
+    row.style = Style::kWarning;
+  }
+  if (event.duration) row.text += ", " + Duration(*event.duration);
+}
+
+/// A list of objects, as far as it came.
+void WriteList(EventRow& row, const mailbox::SdoInfo& event, bool completed) {
+  row.json.Text("kind", "list");
+  row.json.Number("list_type", event.list_type);
+  std::string& out = row.json.Key(event.list_type == 0 ? "lengths" : "indices");
+  out += '[';
+  for (std::size_t i = 0; i < event.indices.size(); ++i) {
+    if (i != 0) out += ',';
+    AppendNumber(out, event.indices[i]);
+  }
+  out += ']';
+  row.text = "list of " + mailbox::ListTypeName(event.list_type);
+  if (completed && event.list_type != 0) {
+    row.text += ": " + Count(event.indices.size(), "object");
+    constexpr std::size_t kShown = 12;
+    for (std::size_t i = 0; i < event.indices.size() && i < kShown; ++i) {
+      row.text += (i == 0 ? ", " : " ") + ObjectName(event.indices[i]);
+    }
+    if (event.indices.size() > kShown) row.text += " ...";
+  } else if (completed) {
+    row.text += ":";
+    for (const std::uint16_t length : event.indices) row.text += " " + std::to_string(length);
+  }
+}
+
+void WriteObjectDescription(EventRow& row, const mailbox::SdoInfo& event, bool completed) {
+  const std::string type_name = mailbox::Name(static_cast<mailbox::DataType>(event.data_type));
+  row.json.Text("kind", "object");
+  row.json.Number("index", event.index);
+  row.TextOrNull("name", event.name);
+  row.json.Number("data_type", event.data_type);
+  row.json.Text("type", type_name);
+  row.json.Number("object_code", event.object_code);
+  row.json.Number("max_subindex", event.max_subindex);
+  row.text = "object " + ObjectName(event.index);
+  if (completed) {
+    row.text += " " + Printable(event.name) + ": " + mailbox::ObjectCodeName(event.object_code) + ", " + type_name +
+                ", subindices up to " + std::to_string(event.max_subindex);
+  }
+}
+
+void WriteEntryDescription(EventRow& row, const mailbox::SdoInfo& event, bool completed) {
+  const auto type = static_cast<mailbox::DataType>(event.data_type);
+  const std::string type_name = mailbox::Name(type);
+  row.json.Text("kind", "entry");
+  row.json.Number("index", event.index);
+  row.json.Number("subindex", event.subindex);
+  row.TextOrNull("name", event.name);
+  row.json.Number("data_type", event.data_type);
+  row.json.Text("type", type_name);
+  row.json.Number("bit_length", event.bit_length);
+  row.json.Number("access", event.access);
+  row.json.Text("access_text", mailbox::AccessText(event.access));
+  row.NumberOrNull("unit", event.unit);
+  row.json.Bytes("default_value", event.default_value);
+  row.json.Bytes("minimum", event.minimum);
+  row.json.Bytes("maximum", event.maximum);
+  row.text = "entry " + ObjectName(event.index, event.subindex);
+  if (!completed) return;
+  row.text += " " + Printable(event.name) + ": " + type_name + ", " + std::to_string(event.bit_length) + " bit, " +
+              mailbox::AccessText(event.access);
+  const auto limit = [&](std::string_view name, ByteSpan bytes) {
+    if (!bytes.empty()) row.text += ", " + std::string(name) + " " + mailbox::FormatValue(type, bytes);
+  };
+  limit("default", event.default_value);
+  limit("minimum", event.minimum);
+  limit("maximum", event.maximum);
+}
+
+/// What was asked for, and the answer where it is whole.
+void WriteSubject(EventRow& row, const mailbox::SdoInfo& event) {
+  using Kind = mailbox::SdoInfo::Kind;
+  const bool completed = event.outcome == mailbox::SdoInfo::Outcome::kCompleted;
+  switch (event.kind) {
+    case Kind::kList:
+      WriteList(row, event, completed);
+      break;
+    case Kind::kObject:
+      WriteObjectDescription(row, event, completed);
+      break;
+    case Kind::kEntry:
+      WriteEntryDescription(row, event, completed);
+      break;
+    case Kind::kUnknown:
+      row.json.Null("kind");
+      row.text = "SDO information";
+      break;
+  }
+}
+
 }  // namespace
 
 void EventWriter::On(const mailbox::MailboxMessage& event) {
@@ -341,161 +513,25 @@ void EventWriter::On(const mailbox::SdoTransfer& event) {
   const FrameRef& frame = event.response.seen() ? event.response : event.last.seen() ? event.last : event.request;
   if (!output_->Wants(EventType::kSdo, frame, event.slave)) return;
   const SlaveNotes& notes = NotesOf(event.slave);
-  const events::ObjectNames& names = model_->slave(event.slave).names;
-  const device::DeviceDescription* profile = ProfileOf(event.slave);
-  const bool aborted = event.outcome == mailbox::SdoOutcome::kAborted;
-  // An upload that was cut short has no value; what a download wanted to write is one all the same.
-  const bool has_value =
-      event.has_object && !event.data_gap && !event.data.empty() &&
-      (event.service == mailbox::SdoService::kDownload || event.outcome == mailbox::SdoOutcome::kCompleted);
-  events::ObjectInfo info;
-  events::ObjectValue value;
-  if (event.has_object) {
-    info = event.complete_access ? names.FindWhole(profile, event.index)
-                                 : names.Find(profile, event.index, event.subindex);
-    if (has_value) {
-      value = event.complete_access
-                  ? events::ReadCompleteAccess(names, profile, event.index, event.subindex, event.data)
-                  : events::ReadValue(names, profile, event.index, event.subindex, event.data);
-    }
-  }
-  const std::string_view abort_text = aborted ? mailbox::AbortCodeText(event.abort_code) : std::string_view();
-
-  EventRow row(*output_, EventType::kSdo, frame, event.slave);
-  const bool service_known = event.service != mailbox::SdoService::kUnknown;
-  row.TextOrNull("service", service_known ? mailbox::Name(event.service) : "");
-  row.TextOrNull("transfer", event.kind != mailbox::SdoTransferKind::kUnknown ? mailbox::Name(event.kind) : "");
-  row.json.Bool("complete_access", event.complete_access);
-  WriteObject(row, event);
-  row.json.Bytes("data", event.data);
-  AppendValue(row.json.Key("value"), value);
-  row.TextOrNull("name", info.name);
-  row.NumberOrNull("abort_code", aborted ? std::optional(event.abort_code) : std::nullopt);
-  row.TextOrNull("abort_text", abort_text);
-  row.Frame("request_frame", event.request);
-  row.Frame("response_frame", event.response);
-  row.Milliseconds("duration_ms", event.duration);
-  // Beyond the contract.
-  row.json.Text("outcome", OutcomeName(event.outcome));
-  row.TextOrNull("text", value.text);
-  row.TextOrNull("type", info.type != mailbox::DataType::kUnknown ? mailbox::Name(info.type) : "");
-  row.TextOrNull("name_source", events::Name(info.name_source));
-  row.json.Number("size", event.size);
-  row.NumberOrNull("declared_size", event.declared_size);
-  row.json.Number("segments", event.segments);
-  row.TextOrNull("aborted_by", !aborted ? "" : event.aborted_by == mailbox::Direction::kOut ? "master" : "slave");
-  row.NumberOrNull("mailbox_error", event.outcome == mailbox::SdoOutcome::kMailboxError
-                                        ? std::optional(event.mailbox_error)
-                                        : std::nullopt);
+  const SdoObject object = ObjectOf(event, model_->slave(event.slave).names, ProfileOf(event.slave));
   const bool long_answer = event.response.seen() && event.response.number == notes.long_answer;
   const std::vector<std::string> deviations =
       Deviations(event, long_answer ? notes.long_answer_length : std::uint16_t{0});
+  EventRow row(*output_, EventType::kSdo, frame, event.slave);
+  WriteSdoFields(row, event, object);
   StringList(row.json, "deviations", deviations);
   row.json.Text("certainty", Name(event.certainty));
-
-  row.text = service_known ? std::string(mailbox::Name(event.service)) : "transfer";
-  row.text += event.has_object ? " " + (event.complete_access ? ObjectName(event.index) + " complete"
-                                                              : ObjectName(event.index, event.subindex))
-                               : " of an object whose request was not captured";
-  if (!info.name.empty()) row.text += " " + Printable(info.name);
-  if (info.name_source == events::NameSource::kInferred) row.text += " (inferred)";
-  if (has_value) {
-    row.text += " = " + Shortened(value.text);
-    if (event.size > 8) row.Note(Count(event.size, "byte"));
-  }
-  if (aborted) {
-    row.text += std::string(": aborted by the ") + (event.aborted_by == mailbox::Direction::kOut ? "master" : "slave") +
-                ", " + Hex(event.abort_code, 8) + (abort_text.empty() ? "" : " " + std::string(abort_text));
-    row.style = Style::kError;
-  } else if (const std::string note = OutcomeNote(OutcomeName(event.outcome), event.mailbox_error); !note.empty()) {
-    row.text += ": " + note;
-    row.style = Style::kWarning;
-  }
-  if (event.duration) row.text += ", " + Duration(*event.duration);
+  WriteSdoText(row, event, object);
   for (const std::string& deviation : deviations) row.text += " [" + deviation + "]";
 }
 
 void EventWriter::On(const mailbox::SdoInfo& event) {
-  using Kind = mailbox::SdoInfo::Kind;
   const FrameRef& frame = event.response.seen() ? event.response : event.request;
   if (!output_->Wants(EventType::kSdoInfo, frame, event.slave)) return;
-  const bool completed = event.outcome == mailbox::SdoInfo::Outcome::kCompleted;
   const bool failed = event.outcome == mailbox::SdoInfo::Outcome::kError;
   const std::string_view abort_text = failed ? mailbox::AbortCodeText(event.abort_code) : std::string_view();
-  const std::string type_name = mailbox::Name(static_cast<mailbox::DataType>(event.data_type));
   EventRow row(*output_, EventType::kSdoInfo, frame, event.slave);
-  switch (event.kind) {
-    case Kind::kList: {
-      row.json.Text("kind", "list");
-      row.json.Number("list_type", event.list_type);
-      std::string& out = row.json.Key(event.list_type == 0 ? "lengths" : "indices");
-      out += '[';
-      for (std::size_t i = 0; i < event.indices.size(); ++i) {
-        if (i != 0) out += ',';
-        AppendNumber(out, event.indices[i]);
-      }
-      out += ']';
-      row.text = "list of " + mailbox::ListTypeName(event.list_type);
-      if (completed && event.list_type != 0) {
-        row.text += ": " + Count(event.indices.size(), "object");
-        constexpr std::size_t kShown = 12;
-        for (std::size_t i = 0; i < event.indices.size() && i < kShown; ++i) {
-          row.text += (i == 0 ? ", " : " ") + ObjectName(event.indices[i]);
-        }
-        if (event.indices.size() > kShown) row.text += " ...";
-      } else if (completed) {
-        row.text += ":";
-        for (const std::uint16_t length : event.indices) row.text += " " + std::to_string(length);
-      }
-      break;
-    }
-    case Kind::kObject:
-      row.json.Text("kind", "object");
-      row.json.Number("index", event.index);
-      row.TextOrNull("name", event.name);
-      row.json.Number("data_type", event.data_type);
-      row.json.Text("type", type_name);
-      row.json.Number("object_code", event.object_code);
-      row.json.Number("max_subindex", event.max_subindex);
-      row.text = "object " + ObjectName(event.index);
-      if (completed) {
-        row.text += " " + Printable(event.name) + ": " + mailbox::ObjectCodeName(event.object_code) + ", " + type_name +
-                    ", subindices up to " + std::to_string(event.max_subindex);
-      }
-      break;
-    case Kind::kEntry:
-      row.json.Text("kind", "entry");
-      row.json.Number("index", event.index);
-      row.json.Number("subindex", event.subindex);
-      row.TextOrNull("name", event.name);
-      row.json.Number("data_type", event.data_type);
-      row.json.Text("type", type_name);
-      row.json.Number("bit_length", event.bit_length);
-      row.json.Number("access", event.access);
-      row.json.Text("access_text", mailbox::AccessText(event.access));
-      row.NumberOrNull("unit", event.unit);
-      row.json.Bytes("default_value", event.default_value);
-      row.json.Bytes("minimum", event.minimum);
-      row.json.Bytes("maximum", event.maximum);
-      row.text = "entry " + ObjectName(event.index, event.subindex);
-      if (completed) {
-        row.text += " " + Printable(event.name) + ": " + type_name + ", " + std::to_string(event.bit_length) +
-                    " bit, " + mailbox::AccessText(event.access);
-        const auto limit = [&](std::string_view name, ByteSpan bytes) {
-          if (bytes.empty()) return;
-          row.text += ", " + std::string(name) + " " +
-                      mailbox::FormatValue(static_cast<mailbox::DataType>(event.data_type), bytes);
-        };
-        limit("default", event.default_value);
-        limit("minimum", event.minimum);
-        limit("maximum", event.maximum);
-      }
-      break;
-    case Kind::kUnknown:
-      row.json.Null("kind");
-      row.text = "SDO information";
-      break;
-  }
+  WriteSubject(row, event);
   row.NumberOrNull("abort_code", failed ? std::optional(event.abort_code) : std::nullopt);
   row.TextOrNull("abort_text", abort_text);
   row.json.Text("outcome", OutcomeName(event.outcome));

@@ -98,10 +98,29 @@ struct StreamRun::Plan {
   std::vector<std::string> paths;  ///< of the captures; of a temporary file where one cannot be read twice
   const Settings& settings;
   const FrameRange& range;
+  std::vector<std::unique_ptr<Spool>> spools;  ///< the temporary files
 
   [[nodiscard]] auto Open() const {
     return paths.size() > 1 ? capture::OpenJoined(paths, &InterruptFlag())
                             : capture::OpenCapture(paths.front(), &InterruptFlag());
+  }
+  [[nodiscard]] std::optional<Error> MakeReadableTwice() {
+    for (std::string& path : paths) {
+      if (Spool::CanBeReadTwice(path)) continue;
+      Result<std::unique_ptr<Spool>> spool = Spool::Read(path);
+      if (!spool) return spool.error();
+      path = (*spool)->path();
+      spools.push_back(std::move(*spool));
+    }
+    return std::nullopt;
+  }
+  /// Users know nothing of temporary files.
+  [[nodiscard]] std::string WithoutSpools(std::string message) const {
+    for (const auto& spool : spools) {
+      const std::size_t at = message.find(spool->path());
+      if (at != std::string::npos) message.replace(at, spool->path().size(), "the input");
+    }
+    return message;
   }
 };
 
@@ -125,6 +144,19 @@ PipelineOptions RunOptions(const LineWriter& writer, const FrameRange& range, Pr
     options.to_s = range.to_s;
   }
   return options;
+}
+
+/// What the reader of a whole capture should know of it.
+void WarnOf(Console& console, const std::string& name, const TimedSource& source,
+            const PipelineStatistics& statistics) {
+  if (const auto& damage = source.info().damage) {
+    console.Warning(name + " is damaged: " + damage->message + "; everything up to frame " +
+                    std::to_string(damage->after_frame) + " was read");
+  } else if (statistics.ethercat_frames == 0) {
+    console.Warning(name + (source.info().packets == 0
+                                ? " holds no packets"
+                                : ": no EtherCAT frame among " + Count(source.info().packets, "packet")));
+  }
 }
 
 }  // namespace
@@ -155,8 +187,7 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
     return Fail(console, Error{std::string(command) +
                                " reads one capture; give --join when these are files of one ring buffer"});
   }
-  const std::string& name = capture_.captures.front();
-  const Result<Settings> settings = ResolveSettings(capture_, GateOptions{}, name);
+  const Result<Settings> settings = ResolveSettings(capture_, GateOptions{}, capture_.captures.front());
   if (!settings) return Fail(console, settings.error());
   const Result<FrameRange> range = ReadFrameRange(settings->analysis, frames_);
   if (!range) return Fail(console, range.error());
@@ -167,27 +198,15 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
   if (!outputs) return Fail(console, outputs.error());
 
   ListenForInterrupt();
-  Plan plan{capture_.captures, *settings, *range};
-  std::vector<std::unique_ptr<Spool>> spools;
+  Plan plan{capture_.captures, *settings, *range, {}};
   if (writer.learns()) {
-    for (std::string& path : plan.paths) {
-      if (Spool::CanBeReadTwice(path)) continue;
-      Result<std::unique_ptr<Spool>> spool = Spool::Read(path);
-      if (!spool) return Fail(console, spool.error());
-      path = (*spool)->path();
-      spools.push_back(std::move(*spool));
-    }
+    if (const auto error = plan.MakeReadableTwice()) return Fail(console, *error);
   }
   auto opened = plan.Open();
-  if (!opened && InterruptFlag()) return Interrupted(console, name + ": interrupted before anything was written");
-  if (!opened) {
-    std::string message = opened.error().message;
-    for (const auto& spool : spools) {
-      const std::size_t at = message.find(spool->path());
-      if (at != std::string::npos) message.replace(at, spool->path().size(), "the input");
-    }
-    return Fail(console, Error{message});
+  if (!opened && InterruptFlag()) {
+    return Interrupted(console, capture_.captures.front() + ": interrupted before anything was written");
   }
+  if (!opened) return Fail(console, Error{plan.WithoutSpools(opened.error().message)});
   if (writer.learns()) {
     do {
       const ExitStatus learned = Learn(console, writer, plan);
@@ -197,46 +216,43 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
   Result<std::vector<LineTarget>> targets =
       OpenTargets(*outputs, writer.formats(), console.color() && !output_.no_color, console);
   if (!targets) return Fail(console, targets.error());
+  return Write(console, writer, plan, **opened, *targets);
+}
 
-  TimedSource source(**opened, plan.range);
-  const StreamContext context{source, *settings, *range, *targets};
-  Observation observation(writer.Adapt(settings->analysis), writer.depth());
+ExitStatus StreamRun::Write(Console& console, LineWriter& writer, const Plan& plan, capture::FrameSource& opened,
+                            std::vector<LineTarget>& targets) {
+  const std::string& name = capture_.captures.front();
+  TimedSource source(opened, plan.range);
+  const StreamContext context{source, plan.settings, plan.range, targets};
+  Observation observation(writer.Adapt(plan.settings.analysis), writer.depth());
   writer.Begin(observation, context);
 
   Progress progress(console, std::filesystem::path(name).filename().string());
   // On a terminal the lines themselves show it.
-  observation.Run(source, RunOptions(writer, *range, progress, !console.output_is_terminal()));
+  observation.Run(source, RunOptions(writer, plan.range, progress, !console.output_is_terminal()));
   const bool all_closed =
-      std::all_of(targets->begin(), targets->end(), [](const LineTarget& t) { return t.output.closed(); });
+      std::all_of(targets.begin(), targets.end(), [](const LineTarget& t) { return t.output.closed(); });
   const bool interrupted = InterruptFlag() && !all_closed;
   writer.End();
   progress.Clear();
 
   if (!all_closed && !interrupted) {
-    if (const auto error = NothingInRange(name, source, *range)) return Fail(console, *error);
+    if (const auto error = NothingInRange(name, source, plan.range)) return Fail(console, *error);
   }
-  if (!all_closed && !interrupted && !writer.ShowsUnmet(settings->slaves)) {
-    if (const auto error = MissingSlaves(capture_, *settings, observation.pipeline().network()))
+  if (!all_closed && !interrupted && !writer.ShowsUnmet(plan.settings.slaves)) {
+    if (const auto error = MissingSlaves(capture_, plan.settings, observation.pipeline().network()))
       return Fail(console, *error);
   }
   ExitStatus status = ExitStatus::kClean;
-  for (LineTarget& target : *targets) {
+  for (LineTarget& target : targets) {
     if (const auto error = target.output.Finish()) status = Fail(console, *error);
   }
   if (status != ExitStatus::kClean) return status;
-  const PipelineStatistics& statistics = observation.pipeline().statistics();
   if (interrupted) {
-    return Interrupted(console, name + ": interrupted behind " + Count(statistics.packets, "packet"));
+    return Interrupted(console,
+                       name + ": interrupted behind " + Count(observation.pipeline().statistics().packets, "packet"));
   }
-  if (all_closed) return status;
-  if (const auto& damage = source.info().damage) {
-    console.Warning(name + " is damaged: " + damage->message + "; everything up to frame " +
-                    std::to_string(damage->after_frame) + " was read");
-  } else if (statistics.ethercat_frames == 0) {
-    console.Warning(name + (source.info().packets == 0
-                                ? " holds no packets"
-                                : ": no EtherCAT frame among " + Count(source.info().packets, "packet")));
-  }
+  if (!all_closed) WarnOf(console, name, source, observation.pipeline().statistics());
   return status;
 }
 

@@ -72,6 +72,8 @@ class StreamRun {
  private:
   struct Plan;
   [[nodiscard]] ExitStatus Learn(Console& console, LineWriter& writer, const Plan& plan);
+  [[nodiscard]] ExitStatus Write(Console& console, LineWriter& writer, const Plan& plan, capture::FrameSource& opened,
+                                 std::vector<LineTarget>& targets);
 
   CaptureOptions capture_;
   OutputOptions output_;

@@ -270,6 +270,48 @@ std::string DescribeRegister(const RegisterHit& hit, ByteSpan bytes, AccessKind 
   return RegisterName(hit) + ": " + DescribeValue(hit, bytes, kind, context);
 }
 
+namespace {
+
+/// Texts of one access. Neighbours that say the same, zeros or "cleared", become one.
+class Descriptions {
+ public:
+  void Add(std::string text) {
+    if (texts_.size() < kMaxDescribed) {
+      texts_.push_back(std::move(text));
+    } else {
+      ++left_out_;
+    }
+  }
+  void Add(Described unit, bool cleared) {
+    const bool continues = !run_.name.empty() && ((run_.zero && unit.zero) || (cleared && run_.value == unit.value));
+    if (!continues) End();
+    run_last_ = unit.name;
+    if (!continues) run_ = std::move(unit);
+  }
+  /// Another text does not continue what came before.
+  void End() {
+    if (run_.name.empty()) return;
+    const bool several = run_.name != run_last_;
+    Add(Joined(run_.name, run_last_) + ": " + (several && run_.zero ? "all 0" : run_.value));
+    run_ = {};
+  }
+  [[nodiscard]] std::string Take() {
+    End();
+    std::string line;
+    for (const std::string& text : texts_) line += (line.empty() ? "" : "; ") + text;
+    if (left_out_ != 0) line += "; " + std::to_string(left_out_) + " more";
+    return line;
+  }
+
+ private:
+  std::vector<std::string> texts_;
+  std::size_t left_out_ = 0;
+  Described run_;
+  std::string run_last_;
+};
+
+}  // namespace
+
 std::string DescribeAccess(EscAddress address, ByteSpan bytes, AccessKind kind) {
   if (kind == AccessKind::REQUEST) return AccessName(address, bytes.size());
   bytes = Slice(bytes, 0, kAddressSpace - address);
@@ -279,31 +321,14 @@ std::string DescribeAccess(EscAddress address, ByteSpan bytes, AccessKind kind) 
     context.watchdog_divider = LittleEndian<std::uint16_t>(bytes, static_cast<std::size_t>(0x0400 - address));
   }
 
-  std::vector<std::string> texts;
-  std::size_t left_out = 0;
-  const auto add = [&](std::string text) {
-    if (texts.size() < kMaxDescribed) {
-      texts.push_back(std::move(text));
-    } else {
-      ++left_out;
-    }
-  };
-  // Neighbours that say the same, zeros or "cleared", become one text.
-  Described run;
-  std::string run_end;
-  const auto flush = [&] {
-    if (run.name.empty()) return;
-    const bool several = run.name != run_end;
-    add(Joined(run.name, run_end) + ": " + (several && run.zero ? "all 0" : run.value));
-    run = {};
-  };
+  Descriptions texts;
   for (std::size_t at = 0; at < bytes.size();) {
     const RegisterPart part = PartAt(address, bytes.size(), at);
     const ByteSpan rest = bytes.subspan(at);
     if (!part.hit) {
       if (part.is_process_ram()) {
-        flush();
-        add("process RAM " + Hex(part.address) + ", " + Bytes(part.length));
+        texts.End();
+        texts.Add("process RAM " + Hex(part.address) + ", " + Bytes(part.length));
       }
       at += part.length;
       continue;
@@ -318,19 +343,10 @@ std::string DescribeAccess(EscAddress address, ByteSpan bytes, AccessKind kind) 
       cleared = kind == AccessKind::WRITE && part.hit.reg->access == EcatAccess::WRITE_CLEARS;
       now.zero = !cleared && part.complete && AllZero(rest.first(part.length));
     }
-    const bool continues = !run.name.empty() && ((run.zero && now.zero) || (cleared && run.value == now.value));
-    if (!continues) {
-      flush();
-      run = now;
-    }
-    run_end = now.name;
+    texts.Add(std::move(now), cleared);
     at += used;
   }
-  flush();
-
-  std::string line;
-  for (const std::string& text : texts) line += (line.empty() ? "" : "; ") + text;
-  if (left_out != 0) line += "; " + std::to_string(left_out) + " more";
+  std::string line = texts.Take();
   if (line.empty() && !bytes.empty()) line = "reserved, " + Bytes(bytes.size());
   return line;
 }

@@ -1,6 +1,7 @@
 /// out of bus/ and track/network: what one slave did with one datagram.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "decoder/base/bytes.h"
@@ -16,6 +17,11 @@ enum class Acceptance : std::uint8_t {
   kUnknown,   ///< a broadcast that some slaves refused, or a frame that never returned
   kAssumed,   ///< only outbound frames are captured: taken as done
 };
+
+/// Whether `length` bytes from `address` on hold `byte`.
+[[nodiscard]] inline bool CoversByte(EscAddress address, std::size_t length, EscAddress byte) {
+  return address <= byte && static_cast<std::size_t>(byte - address) < length;
+}
 
 /// One access of the master to the memory of one slave. The spans are valid during the call that hands it over.
 struct SlaveAccess {
@@ -33,6 +39,7 @@ struct SlaveAccess {
   /// The frame to cite: the returned copy where captured, else the outbound one.
   [[nodiscard]] const FrameRef& frame() const { return returned.seen() ? returned : sent; }
   [[nodiscard]] bool done() const { return acceptance == Acceptance::kAccepted || acceptance == Acceptance::kAssumed; }
+  [[nodiscard]] std::size_t length() const { return std::max(written.size(), read.size()); }
   /// Bytes of `span` (written or read) from ESC address `at` on, empty unless `length` bytes there are covered.
   [[nodiscard]] ByteSpan Covered(ByteSpan span, EscAddress at, std::size_t length) const {
     if (at < address || !Fits(span, static_cast<std::size_t>(at - address), length)) return {};

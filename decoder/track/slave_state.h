@@ -15,6 +15,10 @@
 
 namespace ecaudit::track {
 
+/// Where the registers of the FMMUs and sync managers are.
+inline constexpr EscAddress kMappingFirst = 0x0600;
+inline constexpr EscAddress kMappingEnd = 0x0880;
+
 /// What a slave's FMMUs do, as far as known.
 struct KnownFmmus {
   struct Unit {

@@ -131,39 +131,39 @@ class SyncCycleMismatch final : public Rule {
     }
     if (configured == 0) return;
     const sync::OutputWatch& outputs = context().sync().outputs(id);
-    if (outputs.rate_cycles < kEnoughCycles) {
+    if (outputs.rate.cycles < kEnoughCycles) {
       NotEvaluable(id, "fewer than 50 cycles of process data in OP to compare the configured cycle with");
       return;
     }
-    if (!context().sync().Uncertainty(outputs.rate_base)) {
+    if (!context().sync().Uncertainty(outputs.rate.base)) {
       NotEvaluable(id, std::string(kPoorStamps));
       return;
     }
-    const auto mean = static_cast<double>(outputs.rate_ns) / static_cast<double>(outputs.rate_cycles);
+    const auto mean = static_cast<double>(outputs.rate.ns) / static_cast<double>(outputs.rate.cycles);
     const double ratio = mean / static_cast<double>(configured);
     const bool one_each = !slave.profile->sync.source_with_dc.empty();
     const double nearest = one_each ? 1.0 : ratio >= 1 ? std::round(ratio) : 1.0 / std::round(1.0 / ratio);
     if (std::abs(ratio / nearest - 1) <= kTolerance) return;
     const bus::PairingStatistics& pairing = context().pairing();
-    if (pairing.holes > 0 && outputs.rate_last.number > pairing.first_hole.number) {
+    if (pairing.holes > 0 && outputs.rate.last.number > pairing.first_hole.number) {
       NotEvaluable(id, "the capture misses frames, in which another cycle may have been set",
                    pairing.first_hole.number);
       return;
     }
     Finding finding;
     finding.slave = id;
-    finding.first = outputs.rate_first;
-    finding.last = outputs.rate_last;
+    finding.first = outputs.rate.first;
+    finding.last = outputs.rate.last;
     if (settings) AddRelated(finding, settings->frame.number);
     const std::string cycle = Duration(static_cast<std::int64_t>(mean));
     finding.title = "Process data come every " + cycle + ", but the cycle is configured as " + Duration(configured);
     finding.message =
-        "In OP the outputs of this slave come every " + cycle + " in the mean of " + Grouped(outputs.rate_cycles) +
-        " cycles, " + std::string(BaseText(outputs.rate_base)) + "; the " + what + " is " + std::to_string(configured) +
+        "In OP the outputs of this slave come every " + cycle + " in the mean of " + Grouped(outputs.rate.cycles) +
+        " cycles, " + std::string(BaseText(outputs.rate.base)) + "; the " + what + " is " + std::to_string(configured) +
         " ns" + (one_each ? ", and the drive expects one frame in each cycle." : ", neither a multiple nor a part.") +
         " Let the master run with the configured cycle, or configure the one it runs with.";
     finding.evidence = {Real("observed_us", mean / 1e3), Real("configured_us", static_cast<double>(configured) / 1e3),
-                        Text("time_base", std::string(sync::Name(outputs.rate_base)))};
+                        Text("time_base", std::string(sync::Name(outputs.rate.base)))};
     Report(3, std::move(finding));
   }
 };

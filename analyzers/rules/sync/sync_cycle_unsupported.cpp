@@ -74,22 +74,22 @@ class SyncCycleUnsupported final : public Rule {
       const auto id = static_cast<SlaveId>(s);
       const sync::OutputWatch& outputs = context().sync().outputs(id);
       const device::SyncDescription& family = context().slave(id).profile->sync;
-      if (outputs.rate_cycles < kEnoughCycles || !family.cycle_min.value) continue;
-      const auto mean = static_cast<double>(outputs.rate_ns) / static_cast<double>(outputs.rate_cycles);
-      if (!context().sync().Uncertainty(outputs.rate_base)) continue;
+      if (outputs.rate.cycles < kEnoughCycles || !family.cycle_min.value) continue;
+      const auto mean = static_cast<double>(outputs.rate.ns) / static_cast<double>(outputs.rate.cycles);
+      if (!context().sync().Uncertainty(outputs.rate.base)) continue;
       if (mean >= static_cast<double>(*family.cycle_min) * 0.9) {
         CheckMultiple(id, mean, outputs);
         continue;
       }
       Finding finding;
       finding.slave = id;
-      finding.first = outputs.rate_first;
-      finding.last = outputs.rate_last;
+      finding.first = outputs.rate.first;
+      finding.last = outputs.rate.last;
       finding.reference = ReferenceTo(family.cycle_min.source);
       const std::string cycle = Duration(static_cast<std::int64_t>(mean));
       finding.title = "Process data come every " + cycle + ", faster than the drive supports";
-      finding.message = "In OP the outputs come every " + cycle + " in the mean of " + Grouped(outputs.rate_cycles) +
-                        " cycles, " + std::string(BaseText(outputs.rate_base)) + ". " +
+      finding.message = "In OP the outputs come every " + cycle + " in the mean of " + Grouped(outputs.rate.cycles) +
+                        " cycles, " + std::string(BaseText(outputs.rate.base)) + ". " +
                         LawText(*context().slave(id).profile) + " gives " + Duration(*family.cycle_min) +
                         " as the shortest cycle. Choose a longer cycle.";
       finding.evidence = {Real("cycle_us", mean / 1e3), Number("cycle_min_ns", *family.cycle_min)};
@@ -112,14 +112,14 @@ class SyncCycleUnsupported final : public Rule {
     if (off_ppm <= *family.pll_range_ppm + kClockPpm) return;
     Finding finding;
     finding.slave = id;
-    finding.first = outputs.rate_first;
-    finding.last = outputs.rate_last;
+    finding.first = outputs.rate.first;
+    finding.last = outputs.rate.last;
     finding.confidence = Confidence::kInferred;
     finding.reference = ReferenceTo(family.cycle_base.source);
     const std::string cycle = Duration(static_cast<std::int64_t>(mean));
     finding.title = "Process data come every " + cycle + ", no multiple of " + Duration(*family.cycle_base);
-    finding.message = "In OP the outputs come every " + cycle + " in the mean of " + Grouped(outputs.rate_cycles) +
-                      " cycles, " + std::string(BaseText(outputs.rate_base)) + "; the nearest multiple of " +
+    finding.message = "In OP the outputs come every " + cycle + " in the mean of " + Grouped(outputs.rate.cycles) +
+                      " cycles, " + std::string(BaseText(outputs.rate.base)) + "; the nearest multiple of " +
                       Duration(*family.cycle_base) + " is " + Duration(static_cast<std::int64_t>(nearest)) + ". " +
                       LawText(*slave.profile) + " lets the drive follow " + std::to_string(*family.pll_range_ppm) +
                       " ppm. Choose a multiple as the master's cycle, or do not let the drive synchronise to it.";

@@ -1,3 +1,4 @@
+#include <optional>
 #include <vector>
 
 #include "analyzers/judge/lossy_capture.h"
@@ -63,68 +64,12 @@ class SyncLost final : public Rule {
     if (!tolerated.value || !e.after.seen()) return;
     const auto supervision = model::ValueOf(slave, slave.profile->sync.supervision);
     if (supervision && supervision->value == 0) return;
-    TimeNs cycle = e.nominal_ns;
-    const auto& settings = context().sync().dc(e.slave).active();
-    if (settings && settings->activation.sync0() && settings->sync0_cycle_ns.value_or(0) > 0) {
-      cycle = *settings->sync0_cycle_ns;
-    } else if (const auto interpolation = InterpolationTime(slave)) {
-      cycle = *interpolation;
-    }
+    const TimeNs cycle = CycleOf(slave, e);
     if (cycle <= 0) return;
-    // The frame after the pause is not missing, and neither are those that may have arrived.
-    const auto missing_at = [&](TimeNs gap) {
-      return (gap + cycle / 2) / cycle - 1 - static_cast<TimeNs>(e.unreturned);
-    };
-    const TimeNs limit = *tolerated;
-    if (!e.uncertainty_ns) {
-      if (missing_at(e.gap.ns) > limit) NotEvaluable(e.slave, std::string(kPoorStamps), e.after.number);
-      return;
-    }
-    const TimeNs least = missing_at(e.gap.ns - *e.uncertainty_ns);
-    if (least <= limit) {
-      if (missing_at(e.gap.ns + *e.uncertainty_ns) > limit) {
-        NotEvaluable(e.slave, "whether more than seven frames are missing lies within the clock's uncertainty",
-                     e.after.number);
-      }
-      return;
-    }
-    // The watchdog was faster, and the drive says so: sync-watchdog-margin tells of the pause.
-    if (e.fell.seen() && (!e.fell_code || *e.fell_code == kWatchdogCode)) return;
-    if (!e.status_word) {
-      NotEvaluable(e.slave, "whether the drive was enabled is not known: the status word is not in its known inputs",
-                   e.after.number);
-      return;
-    }
-    if (!OperationEnabled(e.status_word)) return;
-    if (!e.fell.seen() && IsHole(context().sync().outputs(e.slave), static_cast<std::uint64_t>(least))) {
-      NotEvaluable(e.slave, kHole, e.after.number);
-      return;
-    }
+    const std::optional<TimeNs> missing = Missing(e, cycle, *tolerated);
+    if (!missing) return;
     FindingIndex index = Repeat(e.slave, 0, e.after);
-    if (index != kNoFinding) {
-      if (e.fell.seen()) Remember(e, index);
-      return;
-    }
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.after;
-    AddRelated(finding, e.before.number);
-    finding.reference = ReferenceTo(tolerated.source);
-    const std::string fault =
-        slave.profile->sync.lost_faults.empty() ? "loss of synchronisation" : slave.profile->sync.lost_faults.front();
-    finding.title = Count(static_cast<std::uint64_t>(least), "frame") + " with process data missing: " + fault;
-    finding.message =
-        "Between frame " + std::to_string(e.before.number) + " and frame " + std::to_string(e.after.number) +
-        " outputs paused for " + Duration(e.gap.ns) + PrecisionText(e.gap, *e.uncertainty_ns) + ": " +
-        Count(static_cast<std::uint64_t>(least), "frame") + " of the cycle of " + Duration(cycle) + " are missing. " +
-        LawText(*slave.profile) + " lets the drive fault (" + fault + ") when more than " + std::to_string(limit) +
-        " are missing while it is enabled, which the status word " + Hex(*e.status_word) +
-        " says it was. Find out why the master paused.";
-    finding.evidence = {Number("missing_frames", least), Number("tolerated_frames", limit),
-                        Real("gap_ms", static_cast<double>(e.gap.ns) / 1e6),
-                        Text("time_base", std::string(sync::Name(e.gap.base))),
-                        HexNumber("status_word", *e.status_word)};
-    index = Report(0, std::move(finding));
+    if (index == kNoFinding) index = Report(0, FindingOf(e, slave, cycle, *missing));
     if (e.fell.seen()) Remember(e, index);
   }
 
@@ -158,6 +103,76 @@ class SyncLost final : public Rule {
   }
 
  private:
+  [[nodiscard]] TimeNs CycleOf(const model::SlaveModel& slave, const sync::OutputGap& e) const {
+    const auto& settings = context().sync().dc(e.slave).active();
+    if (settings && settings->activation.sync0() && settings->sync0_cycle_ns.value_or(0) > 0) {
+      return *settings->sync0_cycle_ns;
+    }
+    const auto interpolation = InterpolationTime(slave);
+    return interpolation ? *interpolation : e.nominal_ns;
+  }
+
+  /// Frames that are certainly missing, where they are more than the drive tolerates and nothing else explains it.
+  /// Where that is open, it is said.
+  std::optional<TimeNs> Missing(const sync::OutputGap& e, TimeNs cycle, TimeNs limit) {
+    // The frame after the pause is not missing, and neither are those that may have arrived.
+    const auto missing_at = [&](TimeNs gap) {
+      return (gap + cycle / 2) / cycle - 1 - static_cast<TimeNs>(e.unreturned);
+    };
+    if (!e.uncertainty_ns) {
+      if (missing_at(e.gap.ns) > limit) NotEvaluable(e.slave, std::string(kPoorStamps), e.after.number);
+      return std::nullopt;
+    }
+    const TimeNs least = missing_at(e.gap.ns - *e.uncertainty_ns);
+    if (least <= limit) {
+      if (missing_at(e.gap.ns + *e.uncertainty_ns) > limit) {
+        NotEvaluable(e.slave, "whether more than seven frames are missing lies within the clock's uncertainty",
+                     e.after.number);
+      }
+      return std::nullopt;
+    }
+    // The watchdog was faster, and the drive says so: sync-watchdog-margin tells of the pause.
+    if (e.fell.seen() && (!e.fell_code || *e.fell_code == kWatchdogCode)) return std::nullopt;
+    if (!e.status_word) {
+      NotEvaluable(e.slave, "whether the drive was enabled is not known: the status word is not in its known inputs",
+                   e.after.number);
+      return std::nullopt;
+    }
+    if (!OperationEnabled(e.status_word)) return std::nullopt;
+    if (!e.fell.seen() && IsHole(context().sync().outputs(e.slave), static_cast<std::uint64_t>(least))) {
+      NotEvaluable(e.slave, kHole, e.after.number);
+      return std::nullopt;
+    }
+    return least;
+  }
+
+  [[nodiscard]] static Finding FindingOf(const sync::OutputGap& e, const model::SlaveModel& slave, TimeNs cycle,
+                                         TimeNs missing) {
+    const auto& tolerated = slave.profile->sync.lost_after_missing;
+    const TimeNs limit = *tolerated;
+    Finding finding;
+    finding.slave = e.slave;
+    finding.first = e.after;
+    AddRelated(finding, e.before.number);
+    finding.reference = ReferenceTo(tolerated.source);
+    const std::string fault =
+        slave.profile->sync.lost_faults.empty() ? "loss of synchronisation" : slave.profile->sync.lost_faults.front();
+    const std::string frames = Count(static_cast<std::uint64_t>(missing), "frame");
+    finding.title = frames + " with process data missing: " + fault;
+    finding.message = "Between frame " + std::to_string(e.before.number) + " and frame " +
+                      std::to_string(e.after.number) + " outputs paused for " + Duration(e.gap.ns) +
+                      PrecisionText(e.gap, *e.uncertainty_ns) + ": " + frames + " of the cycle of " + Duration(cycle) +
+                      " are missing. " + LawText(*slave.profile) + " lets the drive fault (" + fault +
+                      ") when more than " + std::to_string(limit) +
+                      " are missing while it is enabled, which the status word " + Hex(*e.status_word) +
+                      " says it was. Find out why the master paused.";
+    finding.evidence = {Number("missing_frames", missing), Number("tolerated_frames", limit),
+                        Real("gap_ms", static_cast<double>(e.gap.ns) / 1e6),
+                        Text("time_base", std::string(sync::Name(e.gap.base))),
+                        HexNumber("status_word", *e.status_word)};
+    return finding;
+  }
+
   /// Consecutive cycles outside the window.
   struct Run {
     std::uint64_t length = 0;

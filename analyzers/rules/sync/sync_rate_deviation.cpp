@@ -70,20 +70,20 @@ class SyncRateDeviation final : public Rule {
       return;
     }
     const sync::OutputWatch& outputs = context().sync().outputs(id);
-    if (outputs.rate_cycles < kEnoughCycles) {
+    if (outputs.rate.cycles < kEnoughCycles) {
       NotEvaluable(id, "fewer than 200 cycles of process data in OP to take a mean of");
       return;
     }
-    const auto uncertainty = context().sync().Uncertainty(outputs.rate_base);
+    const auto uncertainty = context().sync().Uncertainty(outputs.rate.base);
     if (!uncertainty) {
       NotEvaluable(id, std::string(kPoorStamps));
       return;
     }
-    const auto cycles = static_cast<double>(outputs.rate_cycles);
-    const double mean = static_cast<double>(outputs.rate_ns) / cycles;
+    const auto cycles = static_cast<double>(outputs.rate.cycles);
+    const double mean = static_cast<double>(outputs.rate.ns) / cycles;
     const double ppm = (mean / static_cast<double>(configured) - 1) * 1e6;
-    const double unsure = 2e6 * static_cast<double>(*uncertainty) / static_cast<double>(outputs.rate_ns) +
-                          (outputs.rate_base == sync::TimeBase::kDc ? 0 : kHostClock);
+    const double unsure = 2e6 * static_cast<double>(*uncertainty) / static_cast<double>(outputs.rate.ns) +
+                          (outputs.rate.base == sync::TimeBase::kDc ? 0 : kHostClock);
     const auto limit = static_cast<double>(*range);
     if (std::abs(ppm) > kAnotherCycle || std::abs(ppm) + unsure <= limit) return;
     if (std::abs(ppm) - unsure <= limit) {
@@ -92,14 +92,14 @@ class SyncRateDeviation final : public Rule {
     }
     Finding finding;
     finding.slave = id;
-    finding.first = outputs.rate_first;
-    finding.last = outputs.rate_last;
+    finding.first = outputs.rate.first;
+    finding.last = outputs.rate.last;
     if (settings) AddRelated(finding, settings->frame.number);
     finding.reference = ReferenceTo(range.source);
     const std::string deviation = Fixed(ppm, 0) + " ppm";
     finding.title = "The mean cycle is " + deviation + " off, the PLL follows " + std::to_string(*range) + " ppm";
-    finding.message = "In OP " + Grouped(outputs.rate_cycles) + " cycles have a mean of " + Fixed(mean / 1e3, 3) +
-                      " us, " + std::string(BaseText(outputs.rate_base)) + ": " + deviation + " from the configured " +
+    finding.message = "In OP " + Grouped(outputs.rate.cycles) + " cycles have a mean of " + Fixed(mean / 1e3, 3) +
+                      " us, " + std::string(BaseText(outputs.rate.base)) + ": " + deviation + " from the configured " +
                       Fixed(static_cast<double>(configured) / 1e3, 3) + " us. " + LawText(*slave.profile) + " gives " +
                       std::to_string(*range) +
                       " ppm as the range of the PLL. Let the master's cycle follow the DC time.";

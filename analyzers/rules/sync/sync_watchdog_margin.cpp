@@ -1,3 +1,4 @@
+#include <optional>
 #include <vector>
 
 #include "analyzers/judge/rule.h"
@@ -60,82 +61,19 @@ class SyncWatchdogMargin final : public Rule {
   }
 
   void On(const sync::OutputGap& e) {
-    const track::SlaveState& state = context().network().state(e.slave);
-    const auto divider = state.registers.Value<std::uint16_t>(esc::kWatchdogDivider);
-    const auto steps = state.registers.Value<std::uint16_t>(esc::kProcessWatchdog);
-    const TimeNs watchdog =
-        esc::WatchdogNs(divider.value_or(esc::kDefaultWatchdogDivider), steps.value_or(kDefaultSteps));
-    if (watchdog == 0) return;
+    const Watchdog watchdog = WatchdogOf(e.slave);
+    if (watchdog.ns == 0) return;
     const bool fell = e.fell.seen() && (!e.fell_code || *e.fell_code == kWatchdogCode);
-    const auto manager = state.sync_manager(2, Certainty::kInferred);
-    const bool monitored = manager && manager->watchdog_trigger();
-    if (!monitored && !fell) return;
-    if (!e.uncertainty_ns) {
-      if (e.gap.ns >= watchdog / 2) NotEvaluable(e.slave, std::string(kPoorStamps), e.after.number);
-      return;
-    }
-    if (!fell && context().sync().outputs(e.slave).may_be_hole && e.gap.ns >= watchdog / 2) {
-      NotEvaluable(
-          e.slave,
-          "nobody sent anything for long, and the slave is in OP before and after: the capture may have a hole "
-          "there",
-          e.after.number);
-      return;
-    }
-    const TimeNs uncertainty = *e.uncertainty_ns;
-    const bool exceeds = e.gap.ns - uncertainty >= watchdog;
-    const bool reaches_half = e.gap.ns - uncertainty >= watchdog / 2;
-    if (!exceeds && !(reaches_half && monitored)) {
-      if (monitored && e.gap.ns + uncertainty >= watchdog / 2) {
-        NotEvaluable(e.slave,
-                     "a pause of the process data is as long as half the watchdog within the clock's uncertainty",
-                     e.after.number);
-      }
-      return;
-    }
-    if (e.unreturned > 0) {
-      NotEvaluable(e.slave, "frames of a pause were sent and did not return: whether the slave got them is not known",
-                   e.after.number);
-      return;
-    }
+    if ((!watchdog.monitors && !fell) || !CanBeJudged(e, watchdog, fell)) return;
     const FrameRef& frame = e.after.seen() ? e.after : e.fell;
+    const bool exceeds = e.gap.ns - *e.uncertainty_ns >= watchdog.ns;
     const std::uint64_t key = (exceeds ? 1U : 0U) | (fell ? 2U : 0U);
     FindingIndex index = Repeat(e.slave, key, frame);
     if (index != kNoFinding) {
       AddRelated(context().store[index], frame.number);
     } else {
-      Finding finding;
-      finding.slave = e.slave;
-      finding.first = frame;
-      AddRelated(finding, e.before.number);
-      const bool known = divider && steps;
-      // What rests on the values after power-on is an assumption, unless the slave confirmed it.
-      finding.confidence = known || fell ? Confidence::kObserved : Confidence::kInferred;
-      const std::string pause = Duration(e.gap.ns);
-      finding.title =
-          exceeds ? "Process data paused for " + pause + ", longer than the watchdog of " + Duration(watchdog)
-                  : "Process data paused for " + pause + ", more than half the watchdog of " + Duration(watchdog);
-      finding.message = "Between frame " + std::to_string(e.before.number) + " and frame " +
-                        std::to_string(frame.number) +
-                        (e.after.seen() ? "" : ", where the slave is seen to have left OP,") +
-                        " the slave in OP got no outputs for " + pause + PrecisionText(e.gap, uncertainty) +
-                        ". Its process data watchdog is " + Duration(watchdog) +
-                        " (0x0400 = " + std::to_string(divider.value_or(esc::kDefaultWatchdogDivider)) +
-                        ", 0x0420 = " + std::to_string(steps.value_or(kDefaultSteps)) +
-                        (known ? "" : "; the value after power-on is assumed") + "). ";
-      if (fell) {
-        finding.message += "In frame " + std::to_string(e.fell.number) + " it shows " + esc::StatusText(e.fell_to.raw) +
-                           (e.fell_code ? ", AL status code " + Hex(*e.fell_code) : std::string()) + ". ";
-        if (e.fell.number != frame.number) AddRelated(finding, e.fell.number);
-      }
-      if (e.nominal_ns > 0) finding.message += "The process data usually come every " + Duration(e.nominal_ns) + ". ";
-      finding.message += "Find out why the master paused, or set a longer watchdog in PREOP.";
-      finding.evidence = {Real("gap_ms", static_cast<double>(e.gap.ns) / 1e6),
-                          Real("watchdog_ms", static_cast<double>(watchdog) / 1e6),
-                          Text("time_base", std::string(sync::Name(e.gap.base))),
-                          Real("uncertainty_us", static_cast<double>(uncertainty) / 1e3)};
-      const bool certain = exceeds && (known || fell);
-      index = Report(key, certain ? Severity::kError : Severity::kWarning, std::move(finding));
+      const bool certain = exceeds && (watchdog.known() || fell);
+      index = Report(key, certain ? Severity::kError : Severity::kWarning, FindingOf(e, watchdog, exceeds, fell));
     }
     if (fell) consequences_.push_back({"al-unexpected-change", e.slave, e.fell.number, index});
     if (consequences_.size() > kMaxConsequences) consequences_.erase(consequences_.begin());
@@ -188,6 +126,92 @@ class SyncWatchdogMargin final : public Rule {
   }
 
  private:
+  /// Of the process data of one slave.
+  struct Watchdog {
+    std::optional<std::uint16_t> divider, steps;
+    TimeNs ns = 0;
+    bool monitors = false;  ///< the sync manager of the outputs triggers it
+
+    [[nodiscard]] bool known() const { return divider && steps; }
+  };
+
+  [[nodiscard]] Watchdog WatchdogOf(SlaveId slave) const {
+    const track::SlaveState& state = context().network().state(slave);
+    Watchdog watchdog;
+    watchdog.divider = state.registers.Value<std::uint16_t>(esc::kWatchdogDivider);
+    watchdog.steps = state.registers.Value<std::uint16_t>(esc::kProcessWatchdog);
+    watchdog.ns = esc::WatchdogNs(watchdog.divider.value_or(esc::kDefaultWatchdogDivider),
+                                  watchdog.steps.value_or(kDefaultSteps));
+    const auto manager = state.sync_manager(2, Certainty::kInferred);
+    watchdog.monitors = manager && manager->watchdog_trigger();
+    return watchdog;
+  }
+
+  /// Whether the gap is certainly too long. Where that is open, it is said.
+  bool CanBeJudged(const sync::OutputGap& e, const Watchdog& watchdog, bool fell) {
+    const TimeNs half = watchdog.ns / 2;
+    if (!e.uncertainty_ns) {
+      if (e.gap.ns >= half) NotEvaluable(e.slave, std::string(kPoorStamps), e.after.number);
+      return false;
+    }
+    if (!fell && context().sync().outputs(e.slave).may_be_hole && e.gap.ns >= half) {
+      NotEvaluable(
+          e.slave,
+          "nobody sent anything for long, and the slave is in OP before and after: the capture may have a hole "
+          "there",
+          e.after.number);
+      return false;
+    }
+    const TimeNs least = e.gap.ns - *e.uncertainty_ns;
+    if (least < watchdog.ns && !(least >= half && watchdog.monitors)) {
+      if (watchdog.monitors && e.gap.ns + *e.uncertainty_ns >= half) {
+        NotEvaluable(e.slave,
+                     "a pause of the process data is as long as half the watchdog within the clock's uncertainty",
+                     e.after.number);
+      }
+      return false;
+    }
+    if (e.unreturned > 0) {
+      NotEvaluable(e.slave, "frames of a pause were sent and did not return: whether the slave got them is not known",
+                   e.after.number);
+      return false;
+    }
+    return true;
+  }
+
+  [[nodiscard]] static Finding FindingOf(const sync::OutputGap& e, const Watchdog& watchdog, bool exceeds, bool fell) {
+    const FrameRef& frame = e.after.seen() ? e.after : e.fell;
+    Finding finding;
+    finding.slave = e.slave;
+    finding.first = frame;
+    AddRelated(finding, e.before.number);
+    // What rests on the values after power-on is an assumption, unless the slave confirmed it.
+    finding.confidence = watchdog.known() || fell ? Confidence::kObserved : Confidence::kInferred;
+    const std::string pause = Duration(e.gap.ns);
+    finding.title = "Process data paused for " + pause +
+                    (exceeds ? ", longer than the watchdog of " : ", more than half the watchdog of ") +
+                    Duration(watchdog.ns);
+    finding.message =
+        "Between frame " + std::to_string(e.before.number) + " and frame " + std::to_string(frame.number) +
+        (e.after.seen() ? "" : ", where the slave is seen to have left OP,") + " the slave in OP got no outputs for " +
+        pause + PrecisionText(e.gap, *e.uncertainty_ns) + ". Its process data watchdog is " + Duration(watchdog.ns) +
+        " (0x0400 = " + std::to_string(watchdog.divider.value_or(esc::kDefaultWatchdogDivider)) +
+        ", 0x0420 = " + std::to_string(watchdog.steps.value_or(kDefaultSteps)) +
+        (watchdog.known() ? "" : "; the value after power-on is assumed") + "). ";
+    if (fell) {
+      finding.message += "In frame " + std::to_string(e.fell.number) + " it shows " + esc::StatusText(e.fell_to.raw) +
+                         (e.fell_code ? ", AL status code " + Hex(*e.fell_code) : std::string()) + ". ";
+      if (e.fell.number != frame.number) AddRelated(finding, e.fell.number);
+    }
+    if (e.nominal_ns > 0) finding.message += "The process data usually come every " + Duration(e.nominal_ns) + ". ";
+    finding.message += "Find out why the master paused, or set a longer watchdog in PREOP.";
+    finding.evidence = {Real("gap_ms", static_cast<double>(e.gap.ns) / 1e6),
+                        Real("watchdog_ms", static_cast<double>(watchdog.ns) / 1e6),
+                        Text("time_base", std::string(sync::Name(e.gap.base))),
+                        Real("uncertainty_us", static_cast<double>(*e.uncertainty_ns) / 1e3)};
+    return finding;
+  }
+
   struct Consequence {
     std::string_view rule;
     SlaveId slave = kNoSlave;

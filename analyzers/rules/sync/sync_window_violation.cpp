@@ -193,7 +193,7 @@ class SyncWindowViolation final : public Rule {
       const sync::OutputWatch& outputs = context().sync().outputs(id);
       const auto& settings = context().sync().dc(id).last_active();
       if (outputs.frames_in_op == 0 || !settings || !settings->activation.sync0()) continue;
-      if (outputs.phases == 0 && !context().slave(id).profile->sync.source_with_dc.empty()) {
+      if (outputs.phase.frames() == 0 && !context().slave(id).profile->sync.source_with_dc.empty()) {
         NotEvaluable(id, "the frames with process data carry no DC time to compare with SYNC0");
       }
     }

@@ -1,0 +1,275 @@
+#include "analyzers/model/latch_edges.h"
+
+#include <algorithm>
+
+namespace ecaudit::model {
+namespace {
+
+using Kind = LatchMisuse::Kind;
+
+/// How long a value may lie unread at the end of the capture before it counts as not read, in ns.
+constexpr std::int64_t kUnreadAtEnd = 1'000'000'000;
+
+}  // namespace
+
+void LatchEdges::SetFamily(const device::LatchDescription* latch) {
+  latch_ = latch;
+  captures_.clear();
+  captures_left_out_ = 0;
+  edges_.clear();
+}
+
+void LatchEdges::Need() {
+  if (edges_.empty()) edges_.resize(std::min(latch_->edges.size(), kMaxLatchEdges));
+}
+
+void LatchEdges::Forget() {
+  stray_read_ = false;
+  unread_ = 0;
+  for (LatchEdgeState& edge : edges_) {
+    edge.enabled = edge.valid = edge.open = edge.stale = edge.doubtful = edge.loss_pending = false;
+    edge.kept = LatchEdgeState::kNotKept;
+  }
+}
+
+// --- enable bits --------------------------------------------------------------------------------------------------
+
+void LatchEdges::OnEnable(std::size_t n, bool enabled, const LatchWord& word, bool first) {
+  LatchEdgeState& edge = edges_[n];
+  if (enabled && edge.enabled && control_.doubt && (control_.doubt_zero & latch_->edges[n].enable) != 0) {
+    edge.doubtful = true;
+  }
+  if (enabled == edge.enabled) return;
+  if (enabled && first) {
+    // Enabled before the capture began, or before its first word that the drive took.
+    FoundEnabled(n);
+    Keep(edge);
+  } else if (enabled) {
+    Arm(n, word);
+  } else {
+    Disarm(n, word);
+  }
+}
+
+void LatchEdges::FoundEnabled(std::size_t n) {
+  edges_[n].enabled = true;
+  if (!edges_[n].open) Open(n);
+}
+
+void LatchEdges::Open(std::size_t n) {
+  LatchEdgeState& edge = edges_[n];
+  edge.capture = {};
+  edge.capture.edge = static_cast<std::uint8_t>(n);
+  edge.open = true;
+  edge.stale = edge.doubtful = edge.loss_pending = false;
+  edge.released = {};
+  edge.armed_done = 0;
+  ClearUnread(n);
+  if (captures_.size() < kMaxCaptures && TakeFrom(allowance_, 1)) {
+    edge.kept = captures_.size();
+    captures_.push_back(edge.capture);
+  } else {
+    edge.kept = LatchEdgeState::kNotKept;
+    ++captures_left_out_;
+  }
+}
+
+void LatchEdges::Keep(const LatchEdgeState& edge) {
+  if (edge.kept != LatchEdgeState::kNotKept) captures_[edge.kept] = edge.capture;
+}
+
+void LatchEdges::Arm(std::size_t n, const LatchWord& word) {
+  LatchEdgeState& edge = edges_[n];
+  if (edge.open && edge.loss_pending) Lose(n);
+  const bool again = edge.history.armed > 0;
+  if (edge.kept != LatchEdgeState::kNotKept) captures_[edge.kept].rearmed = word.frame;
+  Open(n);
+  edge.enabled = true;
+  edge.stale = edge.valid;
+  edge.armed_done = word.done;
+  edge.capture.armed = word.frame;
+  edge.capture.assumed = word.inferred;
+  ++edge.history.armed;
+  Keep(edge);
+  Step(again ? LatchStep::Kind::kRearmed : LatchStep::Kind::kArmed, n, word.frame);
+}
+
+void LatchEdges::Disarm(std::size_t n, const LatchWord& word) {
+  LatchEdgeState& edge = edges_[n];
+  edge.enabled = false;
+  if (!edge.open) return;
+  edge.capture.disarmed = word.frame;
+  edge.disarmed_done = word.done;
+  Keep(edge);
+  Step(LatchStep::Kind::kDisarmed, n, word.frame);
+  const LatchCapture& capture = edge.capture;
+  // A value that the master had not heard of when it sent this word is none that it forgot.
+  if (capture.valid.seen() && !capture.read.seen() && !capture.valid_before && capture.valid.number < word.begun) {
+    edge.loss_pending = true;
+    return;
+  }
+  if (capture.valid.seen() && !capture.read.seen() && capture.valid_before) {
+    report_.NotJudged(Kind::kValueLost, word.frame, "the valid bit was set before the capture began");
+  }
+  if (edge.stale) {
+    report_.NotJudged(Kind::kValueLost, word.frame, "the valid bit did not fall when the edge was armed again");
+  }
+  edge.open = false;
+  ClearUnread(n);
+}
+
+void LatchEdges::ReadBy(std::size_t n, LatchReading reading, const FrameRef& frame,
+                        std::optional<std::int64_t> position) {
+  LatchEdgeState& edge = edges_[n];
+  if (!edge.open || edge.capture.read.seen()) return;
+  edge.capture.read = frame;
+  edge.capture.reading = reading;
+  if (position) edge.capture.position = position;
+  edge.loss_pending = false;
+  ++edge.history.read;
+  ClearUnread(n);
+  Keep(edge);
+  Step(LatchStep::Kind::kRead, n, frame);
+  if (!edge.enabled) edge.open = false;
+}
+
+void LatchEdges::Lose(std::size_t n) {
+  LatchEdgeState& edge = edges_[n];
+  edge.loss_pending = edge.open = false;
+  ++edge.history.lost;
+  ClearUnread(n);
+  if (!edge.history.first_unread.valid.seen()) edge.history.first_unread = edge.capture;
+  const FrameRef& frame = edge.capture.disarmed;
+  if (unknown_inputs_) {
+    report_.NotJudged(Kind::kValueLost, frame, "what the inputs hold is not known, so the position may be among them");
+    return;
+  }
+  if (stray_read_) {
+    report_.NotJudged(Kind::kValueLost, frame,
+                      "the manual does not say which edge the position belongs to that was read");
+    return;
+  }
+  LatchMisuse misuse =
+      report_.Misuse(Kind::kValueLost, {control_.value, frame, 0, 0, !control_.cyclic, edge.capture.assumed});
+  misuse.edge = &latch_->edges[n];
+  misuse.capture = edge.capture;
+  misuse.related = {edge.capture.armed.number, edge.capture.valid.number, edge.capture.selected.number, 0};
+  report_.Emit(misuse);
+}
+
+void LatchEdges::LearnMapping(std::size_t n) {
+  LatchEdgeState& edge = edges_[n];
+  using Mapping = LatchEdgeHistory::Mapping;
+  const std::vector<device::ObjectAddress>& positions = latch_->edges[n].positions;
+  if (positions.empty()) {
+    edge.history.mapping = Mapping::kUndocumented;
+    return;
+  }
+  const ProcessLayout& inputs = process_.tx();
+  if (!inputs.known()) {
+    edge.history.mapping = Mapping::kUnknown;
+    return;
+  }
+  const bool mapped = std::any_of(positions.begin(), positions.end(), [&](const device::ObjectAddress& object) {
+    return inputs.Find(object.index, object.subindex) != nullptr;
+  });
+  const bool stray = std::any_of(inputs.signals.begin(), inputs.signals.end(),
+                                 [this](const Signal& signal) { return LatchPlaces::IsStray(*latch_, signal.index); });
+  edge.history.mapping = mapped ? Mapping::kMapped : stray ? Mapping::kUndocumented : Mapping::kNotMapped;
+}
+
+// --- valid bits ---------------------------------------------------------------------------------------------------
+
+void LatchEdges::OnValid(const LatchWord& word, bool first) {
+  for (std::size_t n = 0; n < edges_.size(); ++n) {
+    LatchEdgeState& edge = edges_[n];
+    if ((word.value & latch_->edges[n].valid) == 0 || edge.valid) continue;
+    edge.valid = true;
+    const bool arming_seen = edge.open && edge.capture.armed.seen();
+    if (!edge.open && !first) continue;  // after the enable bit was cleared: nobody waits for it any more
+    if (!edge.open) Open(n);
+    if (arming_seen && word.begun <= edge.armed_done) {
+      edge.stale = true;
+      continue;
+    }
+    edge.capture.valid = word.frame;
+    edge.capture.valid_before = first && !arming_seen;
+    ++edge.history.valid;
+    SetUnread(n);
+    LearnMapping(n);
+    Keep(edge);
+    if (!edge.capture.valid_before) Step(LatchStep::Kind::kValid, n, word.frame);
+  }
+}
+
+void LatchEdges::OnInvalid(const LatchWord& word) {
+  for (std::size_t n = 0; n < edges_.size(); ++n) {
+    LatchEdgeState& edge = edges_[n];
+    if ((word.value & latch_->edges[n].valid) != 0 || !edge.valid) continue;
+    edge.valid = edge.stale = false;
+    if (!edge.open || !edge.capture.valid.seen()) continue;
+    if (edge.loss_pending && word.begun > edge.disarmed_done) Lose(n);
+    edge.loss_pending = edge.open = false;
+    ClearUnread(n);
+    if (edge.enabled) Open(n);  // the drive itself waits for the next edge
+  }
+}
+
+// --- the selector -------------------------------------------------------------------------------------------------
+
+void LatchEdges::Selected(std::size_t n, const FrameRef& frame) {
+  LatchEdgeState& edge = edges_[n];
+  if (!edge.open || edge.capture.selected.seen()) return;
+  edge.capture.selected = frame;
+  Keep(edge);
+}
+
+void LatchEdges::Acknowledged(std::size_t n, const FrameRef& frame) {
+  LatchEdgeState& edge = edges_[n];
+  edge.capture.acknowledged = frame;
+  Keep(edge);
+  ReadBy(n, LatchReading::kSelector, frame, std::nullopt);
+}
+
+// --- the end ------------------------------------------------------------------------------------------------------
+
+void LatchEdges::Finish(std::size_t n, const LatchStatus& status) {
+  LatchEdgeState& edge = edges_[n];
+  // Words by SDO: nobody looked at the status again, so the master does not know either whether the value is still
+  // there. In process data the last status word shows that it is.
+  if (edge.open && edge.loss_pending && !status.cyclic && status.begun <= edge.disarmed_done) Lose(n);
+  const LatchCapture& capture = edge.capture;
+  const bool lies_unread = edge.open && capture.valid.seen() && !capture.read.seen() && !capture.valid_before &&
+                           capture.valid.has_time && status.frame.has_time &&
+                           status.frame.time - capture.valid.time > kUnreadAtEnd;
+  if (lies_unread && !edge.history.first_unread.valid.seen()) edge.history.first_unread = capture;
+  const LatchCapture& unread = edge.history.first_unread;
+  if (!unread.valid.seen() || edge.history.read > 0) return;
+  const FrameRef& frame = unread.armed.seen() ? unread.armed : unread.valid;
+  switch (edge.history.mapping) {
+    case LatchEdgeHistory::Mapping::kMapped:
+      break;
+    case LatchEdgeHistory::Mapping::kUnknown:
+      report_.NotJudged(Kind::kNotMapped, frame, "what the inputs hold is not known");
+      break;
+    case LatchEdgeHistory::Mapping::kUndocumented:
+      report_.NotJudged(Kind::kNotMapped, frame,
+                        "the manual does not say which object holds the position of this edge");
+      break;
+    case LatchEdgeHistory::Mapping::kNotMapped: {
+      LatchMisuse misuse =
+          report_.Misuse(Kind::kNotMapped, {control_.value, frame, 0, 0, !control_.cyclic, unread.assumed});
+      misuse.edge = &latch_->edges[n];
+      misuse.capture = unread;
+      misuse.related = {unread.valid.number, unread.disarmed.number, 0, 0};
+      report_.Emit(misuse);
+      break;
+    }
+  }
+}
+
+void LatchEdges::Step(LatchStep::Kind kind, std::size_t n, const FrameRef& frame) {
+  report_.Step(kind, latch_->edges[n], edges_[n].capture, frame);
+}
+
+}  // namespace ecaudit::model

@@ -1,0 +1,87 @@
+#include "analyzers/model/latch_places.h"
+
+#include <algorithm>
+
+#include "analyzers/model/process_image.h"
+
+namespace ecaudit::model {
+namespace {
+
+using device::LatchEdge;
+
+/// Objects that hold latch positions in one family or another (MKD, 4.7).
+constexpr std::array<std::uint16_t, 6> kPositionObjects = {0x20A0, 0x20A1, 0x20A2, 0x20A3, 0x20A6, 0x20A7};
+
+bool IsPosition(std::uint16_t index) {
+  return std::find(kPositionObjects.begin(), kPositionObjects.end(), index) != kPositionObjects.end();
+}
+
+}  // namespace
+
+bool LatchPlaces::Holds(const LatchEdge& edge, std::uint16_t index, std::uint8_t subindex) {
+  return std::any_of(edge.positions.begin(), edge.positions.end(), [&](const device::ObjectAddress& object) {
+    return object.index == index && object.subindex == subindex;
+  });
+}
+
+bool LatchPlaces::IsStray(const device::LatchDescription& latch, std::uint16_t index) {
+  return IsPosition(index) && std::none_of(latch.edges.begin(), latch.edges.end(),
+                                           [index](const LatchEdge& edge) { return Holds(edge, index, 0); });
+}
+
+std::optional<std::int64_t> LatchPlaces::Supplied(const device::LatchDescription& latch, const LatchEdge& edge,
+                                                  const ProcessCycle& cycle) {
+  const ImagePart::Place* own = nullptr;
+  const ImagePart::Place* stray = nullptr;
+  std::size_t positions = 0;
+  for (const ImagePart::Place& place : cycle.part.places) {
+    const auto index = static_cast<std::uint16_t>(place.object >> 8U);
+    const auto subindex = static_cast<std::uint8_t>(place.object & 0xFFU);
+    if (place.bits == 0 || place.bits > 64) continue;
+    if (IsPosition(index)) ++positions;
+    if (Holds(edge, index, subindex)) own = &place;
+    if (IsStray(latch, index)) stray = &place;
+  }
+  const ImagePart::Place* place = own != nullptr ? own : positions == 1 ? stray : nullptr;
+  if (place == nullptr) return std::nullopt;
+  return SignExtend(ExtractBits(cycle.data, place->bit, place->bits), place->bits);
+}
+
+const LatchPart& LatchPlaces::Of(const ImagePart& part, const device::LatchDescription& latch, std::size_t edges) {
+  for (const LatchPart& known : parts_) {
+    if (known.used && known.serial == part.serial) return known;
+  }
+  return Learn(part, latch, edges);
+}
+
+const LatchPart& LatchPlaces::Learn(const ImagePart& from, const device::LatchDescription& latch, std::size_t edges) {
+  if (parts_.empty()) parts_.resize(kParts);
+  LatchPart& part = parts_[next_];
+  next_ = (next_ + 1) % parts_.size();
+  part = {};
+  part.used = true;
+  part.serial = from.serial;
+  part.unknown_layout = from.places.empty();
+  part.incomplete = from.incomplete;
+  for (const ImagePart::Place& place : from.places) {
+    const auto index = static_cast<std::uint16_t>(place.object >> 8U);
+    const auto subindex = static_cast<std::uint8_t>(place.object & 0xFFU);
+    if (place.bits == 0 || place.bits > 64) continue;
+    const LatchPart::Where where{place.bit, place.bits};
+    if (from.direction == device::PdoDirection::kRx) {
+      if (index == latch.control_object && subindex == 0) part.control = where;
+      if (index == kTouchProbeFunction && subindex == 0) part.probe = where;
+      continue;
+    }
+    if (index == latch.status_object && subindex == 0) part.status = where;
+    if (IsStray(latch, index)) part.stray_position = true;
+    for (std::size_t n = 0; n < edges; ++n) {
+      if (!Holds(latch.edges[n], index, subindex)) continue;
+      part.positions[n] = where;
+      part.any_position = true;
+    }
+  }
+  return part;
+}
+
+}  // namespace ecaudit::model

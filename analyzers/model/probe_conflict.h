@@ -1,0 +1,45 @@
+/// in: the latch control word and the touch probe function (60B8h).  out: LatchMisuse, where both use a capture unit.
+///
+/// keeps: the last 60B8h, and the conflicts that were told.
+#pragma once
+
+#include <cstdint>
+
+#include "analyzers/model/latch_edges.h"
+#include "analyzers/model/latch_reporter.h"
+#include "analyzers/model/latch_words.h"
+
+namespace ecaudit::model {
+
+class ProbeConflict {
+ public:
+  /// @param all must outlive this
+  ProbeConflict(const LatchControl& control, const LatchEdges& edges, LatchReporter& report)
+      : control_(control), edges_(edges), report_(report) {}
+
+  void SetFamily(const device::LatchDescription* latch) { latch_ = latch; }
+  void Forget() {
+    known_ = false;
+    conflict_ = 0;
+  }
+  /// 60B8h, as the drive took it with `word`.
+  void OnProbe(std::uint16_t value, const LatchWord& word) {
+    if (known_ && value == probe_) return;
+    known_ = true;
+    probe_ = value;
+    Judge(word);
+  }
+  /// The control word is another one, or 60B8h is.
+  void Judge(const LatchWord& word);
+
+ private:
+  const LatchControl& control_;
+  const LatchEdges& edges_;
+  LatchReporter& report_;
+  const device::LatchDescription* latch_ = nullptr;
+  bool known_ = false;
+  std::uint16_t probe_ = 0;
+  std::uint16_t conflict_ = 0;  // capture units in conflict
+};
+
+}  // namespace ecaudit::model

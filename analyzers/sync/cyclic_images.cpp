@@ -1,0 +1,87 @@
+#include "analyzers/sync/cyclic_images.h"
+
+#include <algorithm>
+
+namespace ecaudit::sync {
+namespace {
+
+/// Made-up stamps shall not make sums of cycles overflow.
+constexpr TimeNs kLongestCycle = 60'000'000'000;
+
+}  // namespace
+
+std::pair<const IntervalStatistics*, TimeBase> CyclicImage::Best() const {
+  // A clock that tells only of some of the frames does not tell of the cycle.
+  const std::uint64_t most = std::max({by_dc.count(), by_esl.count(), by_stamp.count()});
+  if (most == 0) return {&by_stamp, TimeBase::kNone};
+  if (by_dc.count() * 10 >= most * 9) return {&by_dc, TimeBase::kDc};
+  if (by_esl.count() * 10 >= most * 9) return {&by_esl, TimeBase::kEsl};
+  return {&by_stamp, TimeBase::kCapture};
+}
+
+bool CyclicImage::SentNext(FrameNo frame) const {
+  for (std::uint64_t i = sent_count; i > 1 && sent_count - i < kSent - 1; --i) {
+    if (sent[(i - 1) % kSent] == frame) return sent[(i - 2) % kSent] == last.frame.number;
+  }
+  return false;
+}
+
+bool CyclicImage::Add(const FrameTime& time, bool was_sent) {
+  if (time.frame.number == last.frame.number) return false;
+  const FrameTime from = last;
+  const bool next = was_sent ? last_was_sent && SentNext(time.frame.number) : !last_was_sent;
+  last = time;
+  last_was_sent = was_sent;
+  gap_from = from.frame.number;
+  gap = Between(from, time);
+  if (!next || !from.frame.seen()) return false;
+  AddInterval(from, time);
+  RenewNominal();
+  return true;
+}
+
+void CyclicImage::AddInterval(const FrameTime& from, const FrameTime& to) {
+  if (from.dc && to.dc && from.dc->epoch == to.dc->epoch && to.dc->ns > from.dc->ns) {
+    by_dc.Add(static_cast<TimeNs>(to.dc->ns - from.dc->ns), from.frame, to.frame);
+  }
+  if (from.esl && to.esl && *to.esl >= *from.esl) by_esl.Add(*to.esl - *from.esl, from.frame, to.frame);
+  if (from.stamp && to.stamp && *to.stamp >= *from.stamp) {
+    by_stamp.Add(Elapsed(*from.stamp, *to.stamp), from.frame, to.frame);
+  }
+}
+
+void CyclicImage::RenewNominal() {
+  const auto [best, base] = Best();
+  const std::uint64_t count = best->count();
+  if (base != TimeBase::kNone && (count % 1024 == 0 || (count >= kEnoughIntervals && nominal_of < kEnoughIntervals) ||
+                                  (count < 1024 && count == nominal_of * 2))) {
+    nominal_ns = std::min(best->Percentile(0.5), kLongestCycle);
+    nominal_of = count;
+  }
+}
+
+CyclicImage* CyclicImages::Find(wire::Command command, std::uint32_t address) {
+  for (CyclicImage& image : images_) {
+    if (!image.used) {
+      image.used = true;
+      image.address = address;
+      image.command = command;
+      return &image;
+    }
+    if (image.address == address && image.command == command) return &image;
+  }
+  return nullptr;
+}
+
+void CyclicImages::ForgetLast() {
+  for (CyclicImage& image : images_) image.last = {};
+}
+
+const CyclicImage* CyclicImages::Busiest() const {
+  const auto most = std::max_element(images_.begin(), images_.end(), [](const CyclicImage& a, const CyclicImage& b) {
+    return a.Best().first->count() < b.Best().first->count();
+  });
+  return most->Best().first->count() == 0 ? nullptr : &*most;
+}
+
+}  // namespace ecaudit::sync

@@ -1,0 +1,72 @@
+/// in: frames that carried process data, and when.  out: the rhythm of each logical address by every clock.
+///
+/// keeps: the first CyclicImages::kMost logical addresses; later ones are not measured.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <utility>
+
+#include "analyzers/sync/interval_statistics.h"
+#include "analyzers/sync/time_base.h"
+#include "decoder/wire/command.h"
+
+namespace ecaudit::sync {
+
+/// Frames that a median has to rest on.
+inline constexpr std::uint64_t kEnoughIntervals = 20;
+
+/// The cyclic process data of one logical address, and their rhythm by every clock.
+struct CyclicImage {
+  bool used = false;
+  wire::Command command = wire::Command::NOP;
+  std::uint32_t address = 0;
+  FrameTime last;
+  bool last_was_sent = false;  ///< its outbound copy is in the capture: the time is that of its sending
+  FrameNo gap_from = 0;        ///< last frame but one ...
+  Interval gap;                ///< ... and how far it lies before the last, for all slaves that both of them fed
+  IntervalStatistics by_dc, by_esl, by_stamp;
+  TimeNs nominal_ns = 0;  ///< median of the best clock, renewed now and then
+  std::uint64_t nominal_of = 0;
+
+  static constexpr std::size_t kSent = 16;
+  std::array<FrameNo, kSent> sent{};  ///< outbound frames with these data, the newest at sent_count - 1
+  std::uint64_t sent_count = 0;
+
+  [[nodiscard]] std::pair<const IntervalStatistics*, TimeBase> Best() const;
+  /// The median rests on enough intervals, and is none of 0.
+  [[nodiscard]] bool has_nominal() const { return nominal_of >= kEnoughIntervals && nominal_ns > 0; }
+  /// A frame with these data, once.
+  /// @param was_sent its outbound copy is in the capture
+  /// @return whether it is the next behind the last one, so that `gap` counts as an interval
+  bool Add(const FrameTime& time, bool was_sent);
+
+ private:
+  /// True when `frame` is the next that was sent behind `last`; frames that did not come back, or in another order,
+  /// would else count as cycles without data.
+  [[nodiscard]] bool SentNext(FrameNo frame) const;
+  /// Each clock for itself: which is best is known when all is measured.
+  void AddInterval(const FrameTime& from, const FrameTime& to);
+  void RenewNominal();
+};
+
+class CyclicImages {
+ public:
+  static constexpr std::size_t kMost = 32;
+
+  /// Of these process data, made when there is room for them; else null.
+  CyclicImage* Find(wire::Command command, std::uint32_t address);
+  /// An outbound frame carries these process data.
+  void OnSent(wire::Command command, std::uint32_t address, FrameNo frame) {
+    if (CyclicImage* image = Find(command, address)) image->sent[image->sent_count++ % CyclicImage::kSent] = frame;
+  }
+  /// No interval reaches back over here.
+  void ForgetLast();
+  /// The image that was exchanged most often; null when none was exchanged twice.
+  [[nodiscard]] const CyclicImage* Busiest() const;
+
+ private:
+  std::array<CyclicImage, kMost> images_;
+};
+
+}  // namespace ecaudit::sync

@@ -1,0 +1,83 @@
+#include "analyzers/sync/output_watch.h"
+
+#include <algorithm>
+
+namespace ecaudit::sync {
+namespace {
+
+constexpr std::uint16_t kStatusWord = 0x6041;
+
+}  // namespace
+
+void OutputWatch::Add(const FrameTime& time, FrameNo sent, const CyclicImage* of, bool slave_in_op) {
+  last = time;
+  last_sent = sent;
+  last_status_word = status_word;
+  image = of;
+  seen = true;
+  may_be_hole = false;
+  in_op = slave_in_op;
+  fell = {};
+  fell_code.reset();
+  if (in_op) ++frames_in_op;
+}
+
+Interval OutputWatch::GapTo(const FrameTime& time, const CyclicImage* of) const {
+  const bool as_image = of != nullptr && of->gap_from == last.frame.number && of == image;
+  return as_image ? of->gap : Between(last, time);
+}
+
+TimeNs OutputWatch::GapLimit(const CyclicImage* of) const {
+  TimeNs limit = 0;
+  if (of != nullptr && of->nominal_of >= kEnoughIntervals) limit = of->nominal_ns + of->nominal_ns / 2;
+  if (watchdog_ns > 0) limit = limit > 0 ? std::min(limit, watchdog_ns / 2) : watchdog_ns / 2;
+  return limit;
+}
+
+OutputGap OutputWatch::Describe(SlaveId slave, const Interval& gap) const {
+  OutputGap event;
+  event.slave = slave;
+  event.before = last.frame;
+  event.gap = gap;
+  if (image != nullptr) {
+    event.nominal_ns = image->nominal_of >= kEnoughIntervals ? image->nominal_ns : 0;
+    event.nominal_of = image->nominal_of;
+  }
+  event.fell = fell;
+  event.fell_to = fell_to;
+  event.fell_code = fell_code;
+  event.status_word = last_status_word;
+  return event;
+}
+
+void OutputWatch::Fell(const FrameRef& frame, esc::AlWord to, std::optional<std::uint16_t> code) {
+  if (!seen || !in_op || fell.seen()) return;
+  fell = frame;
+  fell_to = to;
+  fell_code = code;
+}
+
+void OutputWatch::OnHole(bool certain) {
+  may_be_hole = true;
+  if (!certain) return;
+  seen = false;
+  fell = {};
+  phase.End();
+  grid.End();
+}
+
+void OutputWatch::ReadStatusWord(const model::SlaveModel& slave, const model::LogicalShare& share, ByteSpan data) {
+  if (layout_version_ != slave.process.version()) {
+    layout_version_ = slave.process.version();
+    status_at_.reset();
+    const model::ProcessLayout& inputs = slave.process.tx();
+    const model::Signal* word = inputs.known() ? inputs.Find(kStatusWord, 0) : nullptr;
+    if (word != nullptr && word->bits == 16 && word->bit_offset % 8 == 0) status_at_ = word->bit_offset / 8;
+  }
+  status_word.reset();
+  if (!status_at_ || *status_at_ + 2 > share.input_bytes) return;
+  const std::size_t at = std::size_t{share.input_offset} + *status_at_;
+  if (Fits(data, at, 2)) status_word = LittleEndian<std::uint16_t>(data, at);
+}
+
+}  // namespace ecaudit::sync

@@ -1,0 +1,61 @@
+/// in: frames with outputs for one slave.  out: how they arrive.
+///
+/// keeps: the last frame and what the slave said of itself, its rate, its rhythm, and its phase to SYNC0.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "analyzers/model/logical_expectation.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/sync/arrival_grid.h"
+#include "analyzers/sync/cyclic_images.h"
+#include "analyzers/sync/output_rate.h"
+#include "analyzers/sync/sync0_phase.h"
+#include "analyzers/sync/sync_events.h"
+#include "analyzers/sync/time_base.h"
+#include "decoder/base/bytes.h"
+
+namespace ecaudit::sync {
+
+struct OutputWatch {
+  bool seen = false;  ///< a frame with outputs for it was seen
+  FrameTime last;
+  FrameNo last_sent = 0;
+  bool in_op = false;        ///< when the last frame came
+  bool may_be_hole = false;  ///< the capture may miss frames behind the last one
+  std::uint64_t frames_in_op = 0;
+  const CyclicImage* image = nullptr;
+  TimeNs watchdog_ns = 100'000'000;  ///< as set, else as after power-on; 0 is off
+  // Left OP by itself since the last frame.
+  FrameRef fell;
+  esc::AlWord fell_to;
+  std::optional<std::uint16_t> fell_code;
+  // While in OP.
+  OutputRate rate;
+  ArrivalGrid grid;  ///< for families with a jitter limit and without SYNC0
+  Sync0Phase phase;
+  /// Status word in the inputs of this frame and of the one before.
+  std::optional<std::uint16_t> status_word, last_status_word;
+
+  /// The frame at hand brought outputs.
+  void Add(const FrameTime& time, FrameNo sent, const CyclicImage* of, bool slave_in_op);
+  /// How far the frame at hand lies behind the last one.
+  [[nodiscard]] Interval GapTo(const FrameTime& time, const CyclicImage* of) const;
+  /// From which length on a gap is told, ns; 0: none is.
+  [[nodiscard]] TimeNs GapLimit(const CyclicImage* of) const;
+  /// Of this gap, as far as the watch knows it.
+  [[nodiscard]] OutputGap Describe(SlaveId slave, const Interval& gap) const;
+  /// The slave was seen to have left OP by itself.
+  void Fell(const FrameRef& frame, esc::AlWord to, std::optional<std::uint16_t> code);
+  /// The capture misses frames, or may do so.
+  void OnHole(bool certain);
+  /// @param data of a logical datagram to which the slave gave `share`
+  void ReadStatusWord(const model::SlaveModel& slave, const model::LogicalShare& share, ByteSpan data);
+
+ private:
+  std::uint64_t layout_version_ = ~std::uint64_t{0};
+  std::optional<std::uint32_t> status_at_;  // first byte in the inputs
+};
+
+}  // namespace ecaudit::sync

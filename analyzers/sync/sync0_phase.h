@@ -1,0 +1,62 @@
+/// in: frames with outputs for one slave, by the DC clock.  out: where each lies between two pulses of SYNC0.
+///
+/// keeps: the statistics of all of them, and the pulses that the last one came behind.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "analyzers/result/dc_summary.h"
+#include "analyzers/sync/dc_unit.h"
+#include "analyzers/sync/time_base.h"
+
+namespace ecaudit::sync {
+
+class Sync0Phase {
+ public:
+  struct Arrival {
+    bool measured = false;
+    TimeNs phase_ns = 0;      ///< since the SYNC0 before it
+    bool doubled = false;     ///< the frame before came behind the same pulse
+    std::uint64_t empty = 0;  ///< pulses since that frame without one
+  };
+
+  /// SYNC0 is on, and its pulses can be counted.
+  [[nodiscard]] static bool Counts(const DcUnit& unit) {
+    const std::optional<SyncSettings>& settings = unit.active();
+    return settings && settings->activation.sync0() && settings->start_ns && settings->sync0_cycle_ns &&
+           *settings->sync0_cycle_ns > 0 && settings->sync0_cycle_ns < 0x80000000U &&
+           !unit.activation()->auto_activation();
+  }
+  /// @param unit    one that Counts()
+  /// @param now     system time of the reference clock in the frame
+  /// @param wide    that clock has 64 bit
+  /// @param way_ns  how much later the last byte reaches the slave
+  Arrival Add(const DcUnit& unit, const FrameRef& frame, const DcTime& now, bool wide, std::int64_t way_ns);
+  /// The next frame is not compared with the last one.
+  void End() { has_slot_ = false; }
+
+  [[nodiscard]] std::uint64_t frames() const { return frames_; }
+  /// How well the slave's clock is known to agree with the reference, ns.
+  [[nodiscard]] TimeNs uncertainty_ns() const { return uncertainty_; }
+  /// Meaningful when there were frames.
+  [[nodiscard]] SyncPhase Summary(std::uint32_t cycle_ns) const;
+
+ private:
+  void Follow(const SyncSettings& settings, const DcTime& now, bool wide);
+  void Count(const FrameRef& frame, TimeNs phase, std::int64_t cycle);
+  void Place(Arrival& arrival, std::int64_t since, std::int64_t cycle);
+
+  FrameRef settings_frame_;
+  std::uint32_t epoch_ = 0;
+  std::int64_t start_ns_ = 0;
+  bool has_slot_ = false;
+  std::int64_t slot_least_ = 0, slot_most_ = 0;
+  std::uint64_t frames_ = 0, empty_ = 0, doubled_ = 0;
+  double mean_ = 0, squares_ = 0;
+  TimeNs min_ = 0, max_ = 0, margin_ = 0, uncertainty_ = 0;
+  FrameRef margin_frame_;
+  std::array<std::uint64_t, 50> bins_{};
+};
+
+}  // namespace ecaudit::sync

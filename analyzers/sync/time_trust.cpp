@@ -1,0 +1,30 @@
+#include "analyzers/sync/time_trust.h"
+
+#include <algorithm>
+
+namespace ecaudit::sync {
+namespace {
+
+/// Round trips that a percentile has to rest on.
+constexpr std::uint64_t kEnough = 20;
+/// One tick of the clocks of ESCs and probes, twice.
+constexpr TimeNs kTicks = 40;
+/// Stamps of a host, when the capture has no round trips to judge them by (esc-reference 10.3).
+constexpr TimeNs kHostStamps = 500'000;
+
+}  // namespace
+
+std::optional<TimeNs> TimeTrust::Uncertainty(TimeBase base) const {
+  if (base == TimeBase::kDc || base == TimeBase::kEsl) return kTicks;
+  if (base == TimeBase::kNone) return std::nullopt;
+  const PipelineStatistics& read = pipeline_.statistics();
+  const bus::PairingStatistics& pairing = pipeline_.pairing();
+  if (read.backwards > 0 || read.without_time > 0 || read.time_step_ns >= 50'000) return std::nullopt;
+  if (pairing.identical_stamps > 2 && pairing.identical_stamps * 10 >= pairing.paired) return std::nullopt;
+  const TimeNs step = std::max<TimeNs>(read.time_step_ns, 1);
+  if (round_trips_.count() < kEnough) return kHostStamps + step;
+  // A frame takes the same way every time: what round trips differ by is the host's doing.
+  return (round_trips_.Percentile(0.99) - round_trips_.Percentile(0.01) + 1) / 2 + step;
+}
+
+}  // namespace ecaudit::sync

@@ -1,0 +1,118 @@
+#include "decoder/track/addressing.h"
+
+namespace ecaudit::track {
+
+SlaveId Addressing::AddressedBy(const wire::DatagramView& sent) const {
+  return wire::IsNodeAddressed(sent.command()) ? slaves_.AtStation(sent.adp())
+                                               : slaves_.AtPosition(PositionSent(sent.adp()));
+}
+
+std::optional<std::uint16_t> Addressing::CountIn(const DatagramPair& d) {
+  if (d.any.circulating()) return std::nullopt;  // it may have passed slaves twice
+  std::uint16_t count = 0;
+  if (wire::IsBroadcast(d.command())) {
+    // Masters send broadcasts with 0. An outbound copy that already counted some was tapped behind that many slaves.
+    const bool tapped_behind_slaves = d.has_sent && d.transaction.sent->mac_bit() && d.sent().adp() != 0;
+    if (tapped_behind_slaves) upstream_ = d.sent().adp();
+    count = static_cast<std::uint16_t>(d.any.adp() - (d.has_sent && !tapped_behind_slaves ? d.sent().adp() : 0));
+  } else if (d.has_sent) {
+    count = static_cast<std::uint16_t>(d.any.adp() - d.sent().adp() + upstream_);
+  } else {
+    return std::nullopt;
+  }
+  if (count > bus::SlaveSet::kMaxSlaves) return std::nullopt;  // a damaged or made-up counter
+  return count;
+}
+
+std::optional<std::uint16_t> Addressing::Count(const DatagramPair& d) {
+  const std::optional<std::uint16_t> count = CountIn(d);
+  if (!count) return std::nullopt;
+  const std::uint16_t* before = slave_count_.if_known();
+  if (before != nullptr && *before == *count) return std::nullopt;
+  const SlaveCount event{*count, before != nullptr ? *before : std::uint16_t{0}, before == nullptr,
+                         d.transaction.returned_ref()};
+  slave_count_ = Known<std::uint16_t>::Observed(event.count, event.frame.number);
+  ++version_;
+  events_.Publish(event);
+  if (event.first || event.count < event.previous) return std::nullopt;
+  return event.previous;
+}
+
+void Addressing::ForgetCount(FrameNo frame) {
+  slave_count_.Forget(frame);
+  ++version_;
+}
+
+std::optional<SlavePos> Addressing::PositionOf(const DatagramPair& d) const {
+  if (d.has_sent) return PositionSent(d.sent().adp());
+  // Only the returned copy: each slave added one, so the slave count leads back to what was sent.
+  if (const std::uint16_t* count = slave_count_.if_known()) return static_cast<SlavePos>(*count - d.any.adp());
+  return std::nullopt;
+}
+
+SlaveId Addressing::Resolve(const DatagramPair& d, bool add) {
+  if (wire::IsNodeAddressed(d.command())) return AtStation(d, add);
+  const std::optional<SlavePos> position = PositionOf(d);
+  if (!position) return kNoSlave;
+  const SlaveId known = slaves_.AtPosition(*position);
+  if (known != kNoSlave || !add) return known;
+  if (const SlaveId met = MetByStation(d, *position); met != kNoSlave) return met;
+  const std::uint16_t* count = slave_count_.if_known();
+  if (count != nullptr && *position >= *count) return kNoSlave;  // behind the last slave: nobody
+  return slaves_.AddAtPosition(*position, d.transaction.any().ref().number);
+}
+
+SlaveId Addressing::AtStation(const DatagramPair& d, bool add) {
+  const SlaveId known = slaves_.AtStation(d.any.adp());
+  // Address 0 is what all slaves have while a master renumbers them: it names nobody.
+  if (known != kNoSlave || !add || d.any.adp() == 0) return known;
+  return slaves_.AddAtStation(d.any.adp(), d.transaction.any().ref().number);
+}
+
+/// A slave that was met by its station address in the running bus: an access by position to that address shows where it
+/// is.
+SlaveId Addressing::MetByStation(const DatagramPair& d, SlavePos position) {
+  if (!d.CoversByte(esc::kStationAddress + 1) || d.address() > esc::kStationAddress) return kNoSlave;
+  const ByteSpan data = wire::Writes(d.command()) ? d.written() : d.read();
+  const auto address = LittleEndian<std::uint16_t>(data, static_cast<std::size_t>(esc::kStationAddress - d.address()));
+  const SlaveId met = address != 0 ? slaves_.AtStation(address) : kNoSlave;
+  if (met == kNoSlave || slaves_[met].position.if_known() != nullptr) return kNoSlave;
+  ++version_;
+  return slaves_.AssignAtPosition(position, address, d.transaction.any().ref().number).slave;
+}
+
+void Addressing::OnAccess(const SlaveAccess& access) {
+  const ByteSpan enable = !access.written.empty()
+                              ? access.Covered(access.done() ? access.written : ByteSpan{}, kAliasEnable, 1)
+                              : access.Covered(access.read, kAliasEnable, 1);
+  if (!enable.empty() && !(access.broadcast && access.written.empty())) {
+    slaves_.EnableAlias(access.slave, (enable[0] & 1U) != 0);
+  }
+  if (access.broadcast) return;
+  const ByteSpan written = access.done() ? access.Covered(access.written, esc::kStationAddress, 2) : ByteSpan{};
+  const ByteSpan station = !written.empty() ? written : access.Covered(access.read, esc::kStationAddress, 2);
+  if (!station.empty()) LearnStation(access, LittleEndian<std::uint16_t>(station, 0));
+  if (const ByteSpan alias = access.Covered(access.read, esc::kStationAlias, 2); !alias.empty()) {
+    slaves_.LearnAlias(access.slave, LittleEndian<std::uint16_t>(alias, 0), access.frame().number);
+  }
+}
+
+void Addressing::LearnStation(const SlaveAccess& access, StationAddress address) {
+  const bus::SlaveAddress& known = slaves_[access.slave];
+  const StationAddress* before = known.station.if_known();
+  if (before != nullptr && *before == address && known.station_valid) return;
+  ++version_;
+  const FrameNo frame = access.frame().number;
+  const SlavePos* position = known.position.if_known();
+  const bus::Assignment assigned = position != nullptr ? slaves_.AssignAtPosition(*position, address, frame)
+                                                       : slaves_.AssignStation(access.slave, address, frame);
+  const bool shared = assigned.other != kNoSlave && OnBus(assigned.other);
+  events_.Publish(AddressAssigned{access.slave, access.frame(), address, shared ? assigned.other : kNoSlave});
+}
+
+void Addressing::ClearStations(FrameNo frame) {
+  slaves_.ClearStations(frame);
+  ++version_;
+}
+
+}  // namespace ecaudit::track

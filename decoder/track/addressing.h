@@ -1,0 +1,72 @@
+/// in: DatagramPair, SlaveAccess.  out: SlaveCount, AddressAssigned; the slave that a datagram means.
+///
+/// keeps: who is at which position and answers to which address, how many slaves pass a frame on, and how many of them
+/// are between the master and the tap.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "decoder/base/event_sink.h"
+#include "decoder/bus/slave_set.h"
+#include "decoder/esc/register_addresses.h"
+#include "decoder/track/datagram_pair.h"
+#include "decoder/track/events.h"
+
+namespace ecaudit::track {
+
+class Addressing {
+ public:
+  explicit Addressing(EventSink& events) : events_(events) {}
+
+  [[nodiscard]] const bus::SlaveSet& slaves() const { return slaves_; }
+  /// Slaves on the bus as the last frame with a position counter showed.
+  [[nodiscard]] const Known<std::uint16_t>& slave_count() const { return slave_count_; }
+  /// Changes whenever other slaves may be on the bus, or a slave may answer to another address.
+  [[nodiscard]] std::uint64_t version() const { return version_; }
+
+  /// False for a slave behind the last one that answers now, and for one that turned out to be another.
+  [[nodiscard]] bool OnBus(SlaveId id) const {
+    if (slaves_[id].replaced) return false;
+    const SlavePos* position = slaves_[id].position.if_known();
+    const std::uint16_t* count = slave_count_.if_known();
+    return position == nullptr || count == nullptr || *position < *count;
+  }
+  /// The slave that an outbound datagram addresses; kNoSlave when not known (yet).
+  [[nodiscard]] SlaveId AddressedBy(const wire::DatagramView& sent) const;
+  /// The slave that a datagram for one slave means; kNoSlave when not known.
+  /// @param add it took part: an unknown one becomes the next of slaves()
+  SlaveId Resolve(const DatagramPair& d, bool add);
+
+  /// Counts the slaves that a datagram with a position counter has passed.
+  /// @return the count before, where there are more of them now
+  std::optional<std::uint16_t> Count(const DatagramPair& d);
+  /// Frames are missing from the capture: slaves may have come or gone.
+  void ForgetCount(FrameNo frame);
+
+  /// An access to the addresses of a slave, or to the switch that lets it answer to its alias.
+  void OnAccess(const SlaveAccess& access);
+  [[nodiscard]] static bool Concerns(EscAddress address, std::size_t length) {
+    return address <= kAliasEnable && address + length > esc::kStationAddress;
+  }
+  /// A broadcast wrote to the station addresses of all slaves: nobody is told apart by them now.
+  void ClearStations(FrameNo frame);
+
+ private:
+  static constexpr EscAddress kAliasEnable = 0x0103;  // bit 0 = bit 24 of DL control
+
+  std::optional<std::uint16_t> CountIn(const DatagramPair& d);
+  [[nodiscard]] SlavePos PositionSent(std::uint16_t adp) const { return static_cast<SlavePos>(0U - adp + upstream_); }
+  [[nodiscard]] std::optional<SlavePos> PositionOf(const DatagramPair& d) const;
+  [[nodiscard]] SlaveId AtStation(const DatagramPair& d, bool add);
+  [[nodiscard]] SlaveId MetByStation(const DatagramPair& d, SlavePos position);
+  void LearnStation(const SlaveAccess& access, StationAddress address);
+
+  EventSink& events_;
+  bus::SlaveSet slaves_;
+  Known<std::uint16_t> slave_count_;
+  std::uint16_t upstream_ = 0;  // slaves between the master and the tap
+  std::uint64_t version_ = 0;
+};
+
+}  // namespace ecaudit::track

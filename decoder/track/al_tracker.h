@@ -1,0 +1,73 @@
+/// in: what was written to AL Control and read of AL Status.  out: AlRequest, AlStatusRead, AlStatusCodeRead,
+/// AlStateForgotten; polls of all slaves.
+///
+/// keeps: the last broadcast read that showed every slave in the state it was known to be in.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "decoder/base/event_sink.h"
+#include "decoder/esc/register_addresses.h"
+#include "decoder/track/addressing.h"
+#include "decoder/track/datagram_pair.h"
+#include "decoder/track/events.h"
+#include "decoder/track/holes.h"
+#include "decoder/track/slave_mailboxes.h"
+#include "decoder/track/slave_states.h"
+
+namespace ecaudit::track {
+
+class AlTracker {
+ public:
+  AlTracker(EventSink& events, const Addressing& addressing, SlaveStates& states, SlaveMailboxes& mailboxes,
+            Holes& holes)
+      : events_(events), addressing_(addressing), states_(states), mailboxes_(mailboxes), holes_(holes) {}
+
+  /// What an outbound frame will request of slaves.
+  void OnSent(const wire::FrameView& frame);
+  [[nodiscard]] static bool Concerns(EscAddress address, std::size_t length) {
+    return address < esc::kAlStatusCode + 2 && address + length > esc::kAlControl;
+  }
+  /// An access of one slave that Concerns().
+  void OnAccess(const SlaveAccess& access);
+  /// A broadcast read of AL Status came back, and somebody counted. The result is the OR of all slaves. One state bit
+  /// and everybody counted: all are in that state. A state that is not in the result is the state of nobody who
+  /// counted.
+  void OnBroadcastRead(const DatagramPair& d);
+
+ private:
+  struct Answer {  // of all slaves
+    FrameRef frame;
+    ByteSpan data;  // from AL Status on
+    std::uint8_t status = 0;
+    bool one_state = false;  // all slaves are in it
+
+    [[nodiscard]] std::uint8_t states() const { return status & 0x0FU; }
+    [[nodiscard]] bool error() const { return (status & 0x10U) != 0; }
+  };
+
+  void OnWritten(const SlaveAccess& access);
+  void OnRead(const SlaveAccess& access);
+  [[nodiscard]] SlaveId OnlySlave() const;
+  /// @return false: the slave is not as it was known, or not all of it shows
+  bool Compare(SlaveId id, const Answer& answer);
+  void Apply(SlaveId slave, const FrameRef& frame, std::uint16_t status, std::optional<std::uint16_t> code,
+             bool error_bit_known);
+  [[nodiscard]] std::uint64_t Version() const { return addressing_.version() + states_.al_version(); }
+
+  EventSink& events_;
+  const Addressing& addressing_;
+  SlaveStates& states_;
+  SlaveMailboxes& mailboxes_;
+  Holes& holes_;
+  struct Poll {
+    std::uint64_t version = 0;  ///< of who is on the bus and of the AL states; 0: none
+    std::uint8_t status = 0;
+    std::vector<SlaveId> slaves;
+  };
+  Poll poll_;
+};
+
+}  // namespace ecaudit::track

@@ -1,0 +1,65 @@
+#include "decoder/track/holes.h"
+
+#include <utility>
+
+namespace ecaudit::track {
+
+void Holes::OnHole(const FrameRef& frame, bool certain) {
+  events_.Publish(CaptureHole{frame, certain});
+  if (!certain) return;
+  states_.ForgetForLater();
+  addressing_.ForgetCount(frame.number);
+  for (std::size_t s = 0; s < states_.size(); ++s) {
+    const auto id = static_cast<SlaveId>(s);
+    SlaveState& state = states_[id];
+    const esc::AlWord* status = state.al_status.if_known();
+    if (!state.presumed && status != nullptr && status->raw == static_cast<std::uint16_t>(esc::AlState::OP)) {
+      state.presumed = true;
+      ++presumed_;
+      mailboxes_.Forget(id, frame);
+    } else if (!addressing_.slaves()[id].replaced) {
+      Forget(id, frame);
+    }
+  }
+}
+
+void Holes::Settle(SlaveId id, bool still_so, const FrameRef& frame) {
+  if (!still_so) {
+    Forget(id, frame);
+    return;
+  }
+  states_[id].presumed = false;
+  --presumed_;
+}
+
+void Holes::SettleAll(bool still_so, const FrameRef& frame) {
+  for (std::size_t s = 0; s < states_.size() && presumed_ > 0; ++s) Presume(static_cast<SlaveId>(s), still_so, frame);
+}
+
+void Holes::OnLogical(const DatagramPair& d) {
+  const std::uint32_t address = d.any.logical_address();
+  Habit& habit = habits_[(address >> 8U ^ address ^ static_cast<std::uint32_t>(d.command())) % habits_.size()];
+  const bool same = habit.command == d.command() && habit.address == address && habit.length == d.any.length();
+  PresumeAll(same && d.wkc() > 0 && d.wkc() == habit.wkc, d.transaction.first_ref());
+  habit = {d.command(), address, d.any.length(), d.wkc()};
+}
+
+void Holes::ForgetFrom(std::uint16_t first_position, const FrameRef& frame) {
+  states_.ForgetForLater();
+  for (std::size_t s = 0; s < states_.size(); ++s) {
+    const auto id = static_cast<SlaveId>(s);
+    const SlavePos* position = addressing_.slaves()[id].position.if_known();
+    if (position != nullptr && *position >= first_position) Forget(id, frame);
+  }
+}
+
+/// The slave may have been switched off, or set up anew.
+void Holes::Forget(SlaveId id, const FrameRef& frame) {
+  if (std::exchange(states_[id].presumed, false)) --presumed_;
+  states_.ForgetRegisters(id);
+  mailboxes_.Forget(id, frame);
+  states_.ForgetMapping(id);
+  if (states_.ForgetAl(id, frame.number)) events_.Publish(AlStateForgotten{id, frame});
+}
+
+}  // namespace ecaudit::track

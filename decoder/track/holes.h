@@ -1,0 +1,65 @@
+/// in: holes in the capture, and what the frames behind them show.  out: CaptureHole, AlStateForgotten.
+///
+/// keeps: how many slaves are presumed to be as they were before a hole, and how logical datagrams came back last.
+///
+/// In frames that the capture misses the master may have done anything. In OP it does nothing mostly: what is known of
+/// slaves in OP is presumed until the capture shows them again.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "decoder/base/event_sink.h"
+#include "decoder/track/addressing.h"
+#include "decoder/track/datagram_pair.h"
+#include "decoder/track/events.h"
+#include "decoder/track/slave_mailboxes.h"
+#include "decoder/track/slave_states.h"
+
+namespace ecaudit::track {
+
+class Holes {
+ public:
+  Holes(EventSink& events, Addressing& addressing, SlaveStates& states, SlaveMailboxes& mailboxes)
+      : events_(events), addressing_(addressing), states_(states), mailboxes_(mailboxes) {}
+
+  /// @param frame the first behind the hole
+  void OnHole(const FrameRef& frame, bool certain);
+  /// The capture shows whether what is presumed of this slave still holds.
+  void Presume(SlaveId id, bool still_so, const FrameRef& frame) {
+    if (states_[id].presumed) Settle(id, still_so, frame);
+  }
+  /// The same for all slaves.
+  void PresumeAll(bool still_so, const FrameRef& frame) {
+    if (presumed_ > 0) SettleAll(still_so, frame);
+  }
+  /// A logical datagram came back: with the working counter it had before the hole, if all is as it was.
+  void OnLogical(const DatagramPair& d);
+
+  /// More slaves answer than before: those from this position on may come back after a power cycle, and new ones have
+  /// taken no broadcast so far.
+  void ForgetFrom(std::uint16_t first_position, const FrameRef& frame);
+
+ private:
+  void Settle(SlaveId id, bool still_so, const FrameRef& frame);
+  void SettleAll(bool still_so, const FrameRef& frame);
+  void Forget(SlaveId id, const FrameRef& frame);
+
+  /// Working counter with which a logical datagram came back last. Where the first one behind a hole comes back with
+  /// the same, the slaves that were in OP before it still are, and are mapped as before.
+  struct Habit {
+    wire::Command command = wire::Command::NOP;
+    std::uint32_t address = 0;
+    std::uint16_t length = 0;
+    std::uint16_t wkc = 0;
+  };
+
+  EventSink& events_;
+  Addressing& addressing_;
+  SlaveStates& states_;
+  SlaveMailboxes& mailboxes_;
+  std::array<Habit, 8> habits_{};
+  std::size_t presumed_ = 0;  // slaves whose state is presumed
+};
+
+}  // namespace ecaudit::track

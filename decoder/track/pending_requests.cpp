@@ -1,0 +1,169 @@
+#include "decoder/track/pending_requests.h"
+
+#include <algorithm>
+
+#include "decoder/mailbox/eoe.h"
+#include "decoder/mailbox/foe.h"
+#include "decoder/mailbox/sdo.h"
+
+namespace ecaudit::track {
+namespace {
+
+using mailbox::MailboxMessage;
+using mailbox::MailboxUnanswered;
+using mailbox::Protocol;
+using mailbox::RequestSummary;
+using mailbox::TransferEnd;
+
+MailboxUnanswered::End EndOf(TransferEnd why) {
+  switch (why) {
+    case TransferEnd::kCaptureEnd:
+      return MailboxUnanswered::End::kCaptureEnd;
+    case TransferEnd::kReset:
+      return MailboxUnanswered::End::kReset;
+    case TransferEnd::kGap:
+      break;
+  }
+  return MailboxUnanswered::End::kGap;
+}
+
+RequestSummary Summarise(const MailboxMessage& message) {
+  RequestSummary request;
+  request.frame = message.frame();
+  request.protocol = message.header.protocol;
+  request.counter = message.header.counter;
+  const ByteSpan payload = message.payload;
+  switch (message.header.protocol) {
+    case Protocol::kCoE: {
+      const mailbox::CoeService service = mailbox::ParseCoeHeader(payload).service;
+      request.operation = static_cast<std::uint8_t>(service);
+      request.command = LittleEndian<std::uint8_t>(payload, mailbox::kCoeHeaderBytes);
+      if (service != mailbox::CoeService::kSdoRequest && service != mailbox::CoeService::kSdoResponse) break;
+      const mailbox::SdoMessage sdo = mailbox::ParseSdo(Slice(payload, mailbox::kCoeHeaderBytes), message.direction);
+      if (sdo.has_object && !sdo.too_short) {
+        request.index = sdo.index;
+        request.subindex = sdo.subindex;
+      }
+      break;
+    }
+    case Protocol::kEoE:
+      request.operation = static_cast<std::uint8_t>(mailbox::ParseEoe(payload).type);
+      break;
+    case Protocol::kFoE:
+      request.operation = static_cast<std::uint8_t>(mailbox::ParseFoe(payload).operation);
+      break;
+    case Protocol::kSoE: {
+      const mailbox::SoeHeader soe = mailbox::ParseSoe(payload);
+      request.operation = static_cast<std::uint8_t>(soe.operation);
+      if (!soe.incomplete && !soe.too_short) request.index = soe.idn_or_fragments_left;
+      break;
+    }
+    case Protocol::kAoE:
+      request.operation = static_cast<std::uint8_t>(mailbox::ParseAms(payload).command);
+      break;
+    case Protocol::kError:
+    case Protocol::kVoE:
+      break;
+  }
+  return request;
+}
+
+}  // namespace
+
+void PendingRequests::Wrote(const MailboxMessage& message) {
+  last_ = Summarise(message);
+  last_answerable_ = true;
+}
+
+void PendingRequests::Await(MailboxChannel channel, const MailboxMessage& message) {
+  Request& r = Of(channel);
+  if (r.active) Unanswered(r, MailboxUnanswered::End::kNextRequest, message.frame());
+  r = Request();
+  if (message.assumed) return;  // answers are not in the capture
+  r.active = true;
+  r.certainty = message.certainty;
+  r.request = Summarise(message);
+}
+
+void PendingRequests::Unanswered(Request& r, MailboxUnanswered::End end, const FrameRef& frame) {
+  r.active = false;
+  ++counters_.unanswered;
+  MailboxUnanswered event;
+  event.slave = slave_;
+  event.request = r.request;
+  event.end = end;
+  event.ended = frame;
+  event.polls = r.polls;
+  event.first_poll = r.first_poll;
+  event.last_poll = r.last_poll;
+  event.not_taken = out_full_ && out_full_since_ > r.request.frame.number;
+  event.read_lost = r.read_lost;
+  event.certainty = r.certainty;
+  sink_.Publish(event);
+}
+
+const PendingRequests::Request* PendingRequests::Latest() const {
+  const Request* latest = nullptr;
+  for (const Request& r : requests_) {
+    if (r.active && (latest == nullptr || r.request.frame.number > latest->request.frame.number)) latest = &r;
+  }
+  return latest;
+}
+
+std::uint8_t PendingRequests::LatestCounter() const {
+  const Request* latest = Latest();
+  return latest != nullptr ? latest->request.counter : last_.counter;
+}
+
+PendingRequests::ErrorAnswer PendingRequests::OnErrorReply(std::uint8_t counter) {
+  // Slaves number their answers themselves or repeat the number of the request; the latter settles it.
+  const Request* answered = nullptr;
+  for (const Request& r : requests_) {
+    if (!r.active || r.request.counter == 0 || r.request.counter != counter) continue;
+    if (answered == nullptr || r.request.frame.number > answered->request.frame.number) answered = &r;
+  }
+  if (answered == nullptr) answered = Latest();
+  ErrorAnswer answer;
+  if (answered != nullptr) {
+    answer.request = answered->request;
+    answer.channel = static_cast<MailboxChannel>(answered - requests_.data());
+  } else if (last_answerable_) {
+    answer.request = last_;
+  }
+  last_answerable_ = false;
+  if (answered != nullptr) Answered(answer.channel);
+  return answer;
+}
+
+void PendingRequests::Poll(const FrameRef& frame) {
+  for (Request& r : requests_) {
+    if (!r.active || frame.number <= r.request.frame.number) continue;
+    if (r.polls++ == 0) r.first_poll = frame;
+    r.last_poll = frame;
+  }
+}
+
+RequestSummary PendingRequests::OnLostRead(FrameNo sent) {
+  const Request* affected = nullptr;
+  for (Request& r : requests_) {
+    if (!r.active || r.request.frame.number > sent) continue;
+    r.read_lost = true;
+    if (affected == nullptr || r.request.frame.number > affected->request.frame.number) affected = &r;
+  }
+  return affected != nullptr ? affected->request : RequestSummary{};
+}
+
+void PendingRequests::Arrived(FrameNo frame, Certainty certainty) {
+  for (Request& r : requests_) {
+    if (r.active && r.request.frame.number == frame) r.certainty = std::max(r.certainty, certainty);
+  }
+}
+
+void PendingRequests::End(TransferEnd why, const FrameRef& frame) {
+  for (Request& r : requests_) {
+    if (r.active) Unanswered(r, EndOf(why), frame);
+  }
+  last_answerable_ = false;
+}
+
+}  // namespace ecaudit::track

@@ -1,0 +1,85 @@
+/// in: requests and answers of one slave, looks into its mailboxes.  out: MailboxUnanswered.
+///
+/// keeps: one request for each kind that can wait side by side with the others, and the latest one of all.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "decoder/base/event_sink.h"
+#include "decoder/mailbox/events.h"
+#include "decoder/track/mailbox_counters.h"
+
+namespace ecaudit::track {
+
+/// What kinds of request can wait for an answer side by side.
+enum class MailboxChannel : std::uint8_t { kAoE, kEoE, kSdo, kSdoInfo, kFoE, kSoE, kCount };
+
+class PendingRequests {
+ public:
+  /// @param counters, sink must outlive this
+  PendingRequests(SlaveId slave, MailboxCounters& counters, EventSink& sink)
+      : slave_(slave), counters_(counters), sink_(sink) {}
+
+  struct Request {
+    bool active = false;
+    bool read_lost = false;
+    Certainty certainty = Certainty::kObserved;
+    mailbox::RequestSummary request;
+    std::uint64_t polls = 0;
+    FrameRef first_poll;
+    FrameRef last_poll;
+  };
+
+  /// The master wrote something that an error reply may answer.
+  void Wrote(const mailbox::MailboxMessage& message);
+  void Await(MailboxChannel channel, const mailbox::MailboxMessage& message);
+  void Answered(MailboxChannel channel) { Of(channel).active = false; }
+  /// Frame of the request that waits, not seen() when none does.
+  [[nodiscard]] FrameRef Waiting(MailboxChannel channel) const {
+    const Request& r = requests_[static_cast<std::size_t>(channel)];
+    return r.active ? r.request.frame : FrameRef{};
+  }
+  /// The request that was written last, of those that wait; null: none does.
+  [[nodiscard]] const Request* Latest() const;
+  /// Counter of the request that an answer would echo.
+  [[nodiscard]] std::uint8_t LatestCounter() const;
+
+  /// What an error reply with this counter answers.
+  struct ErrorAnswer {
+    mailbox::RequestSummary request;                  ///< not seen() when it is not known
+    MailboxChannel channel = MailboxChannel::kCount;  ///< of the request that waited; kCount: none did
+  };
+  /// The request waits no longer.
+  [[nodiscard]] ErrorAnswer OnErrorReply(std::uint8_t counter);
+
+  /// The master looked for an answer and the mailbox was empty.
+  void Poll(const FrameRef& frame);
+  /// The master looked whether the out mailbox is full.
+  void SawOutMailbox(bool full, FrameNo frame) {
+    out_full_ = full;
+    out_full_since_ = frame;
+  }
+  /// A read sent in this frame never returned: it may have taken an answer.
+  /// @return the request it belongs to, not seen() when there is none
+  mailbox::RequestSummary OnLostRead(FrameNo sent);
+  /// The request in `frame` turns out to have reached the slave.
+  void Arrived(FrameNo frame, Certainty certainty);
+  /// Nothing is waited for any more.
+  void End(mailbox::TransferEnd why, const FrameRef& frame);
+
+ private:
+  Request& Of(MailboxChannel channel) { return requests_[static_cast<std::size_t>(channel)]; }
+  void Unanswered(Request& request, mailbox::MailboxUnanswered::End end, const FrameRef& frame);
+
+  SlaveId slave_;
+  MailboxCounters& counters_;
+  EventSink& sink_;
+  std::array<Request, static_cast<std::size_t>(MailboxChannel::kCount)> requests_;
+  mailbox::RequestSummary last_;
+  bool last_answerable_ = false;  // an error reply may still answer it
+  bool out_full_ = false;         // last look at the status of the out mailbox
+  FrameNo out_full_since_ = 0;    // frame of that look; 0: never looked
+};
+
+}  // namespace ecaudit::track

@@ -1,0 +1,26 @@
+#include "decoder/track/slave_state.h"
+
+namespace ecaudit::track {
+
+std::optional<esc::SyncManager> SlaveState::sync_manager(std::size_t n, Certainty at_least) const {
+  // Status and PDI control belong to the slave; unknown ones read as 0 and do not matter here.
+  const EscAddress at = esc::SyncManagerAddress(n);
+  if (registers.CertaintyOf(static_cast<EscAddress>(at + 6), 1) < at_least || registers.CertaintyOf(at, 5) < at_least) {
+    return std::nullopt;
+  }
+  std::array<std::uint8_t, esc::kSyncManagerBytes> bytes{};
+  registers.Read(at, bytes);
+  return esc::SyncManager::Decode(bytes);
+}
+
+std::optional<esc::Fmmu> SlaveState::fmmu(std::size_t n, Certainty at_least) const {
+  const EscAddress at = esc::FmmuAddress(n);
+  // The last byte first: most units of most slaves were never touched, and all are asked for after each change of one.
+  if (registers.CertaintyOf(static_cast<EscAddress>(at + 12), 1) < at_least) return std::nullopt;
+  if (registers.CertaintyOf(at, 13) < at_least) return std::nullopt;
+  std::array<std::uint8_t, esc::kFmmuBytes> bytes{};
+  registers.Read(at, bytes);
+  return esc::Fmmu::Decode(bytes);
+}
+
+}  // namespace ecaudit::track

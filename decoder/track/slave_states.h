@@ -1,0 +1,65 @@
+/// in: SlaveAccess.  out: one SlaveState a slave.
+///
+/// keeps: what each ESC is known to hold, what broadcasts left in slaves that are met later, and what the slaves may
+/// keep together.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+
+#include "decoder/base/allowance.h"
+#include "decoder/track/access.h"
+#include "decoder/track/mapping_cache.h"
+#include "decoder/track/recent_accesses.h"
+#include "decoder/track/slave_state.h"
+
+namespace ecaudit::track {
+
+class SlaveStates {
+ public:
+  /// @param mappings told of each change of a sync manager or FMMU
+  explicit SlaveStates(MappingCache& mappings) : mappings_(mappings) {}
+
+  [[nodiscard]] std::size_t size() const { return states_.size(); }
+  [[nodiscard]] const SlaveState& operator[](SlaveId id) const { return states_[id]; }
+  [[nodiscard]] SlaveState& operator[](SlaveId id) { return states_[id]; }
+  /// Changes with any AL state, and with each new slave.
+  [[nodiscard]] std::uint64_t al_version() const { return al_version_; }
+
+  /// One more slave, behind the others: it took the broadcasts so far.
+  void Add();
+  /// What one slave read or took of an access to its registers.
+  void Learn(const SlaveAccess& access);
+  /// What a broadcast wrote, for slaves that are met later.
+  void LearnForLater(const SlaveAccess& access);
+  /// Nobody knows whether the slave takes, or has taken, what the access writes to its registers.
+  void Doubt(const SlaveAccess& access);
+  /// Slaves that are met later may not have been there.
+  void ForgetForLater() { everyone_ = SlaveState(); }
+  // A slave may have been switched off, or set up anew. In three steps, for what is told between them sees the others.
+  void ForgetRegisters(SlaveId id);
+  void ForgetMapping(SlaveId id);
+  /// @return false: the AL state was not known anyway
+  bool ForgetAl(SlaveId id, FrameNo frame);
+
+  void SetAlStatus(SlaveId id, esc::AlWord status, FrameNo frame);
+
+ private:
+  [[nodiscard]] static Certainty CertaintyOfWrite(const SlaveAccess& access);
+  void Store(SlaveState& state, const SlaveAccess& access, ByteSpan bytes, Certainty certainty);
+  void MappingTouched(SlaveState& state, const SlaveAccess& access, std::size_t length);
+
+  // What a capture could make thousands of slaves keep.
+  static constexpr std::size_t kEepromPages = 8192;
+  static constexpr std::size_t kRegisterPages = 16'384;
+
+  MappingCache& mappings_;
+  Allowance eeprom_pages_{kEepromPages};
+  Allowance register_pages_{kRegisterPages};
+  std::deque<SlaveState> states_;  // grows without moving what rules refer to
+  SlaveState everyone_;            // what broadcasts wrote: a slave met later has taken it, too
+  RecentAccesses recent_;
+  std::uint64_t al_version_ = 1;
+};
+
+}  // namespace ecaudit::track
