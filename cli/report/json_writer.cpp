@@ -15,8 +15,9 @@
 namespace ecaudit::report {
 namespace {
 
-std::optional<std::string> TimeOf(const FrameRef& frame) {
-  return frame.has_time ? std::optional(IsoTime(frame.time)) : std::nullopt;
+/// Empty without a time stamp.
+std::string TimeOf(const FrameRef& frame) {
+  return frame.has_time ? IsoTime(frame.time) : std::string();
 }
 
 JsonScalar DirectionText(DirectionSeen direction) {
@@ -84,8 +85,8 @@ void PutCapture(JsonObject& out, const CaptureSummary& c) {
   out.Put("malformed_frames", c.malformed_frames);
   out.Put("cut_frames", c.cut_frames);
   out.Put("crc_error_frames", c.crc_error_frames);
-  out.Put("first_time", TimeOf(c.first));
-  out.Put("last_time", TimeOf(c.last));
+  out.TextOrNull("first_time", TimeOf(c.first));
+  out.TextOrNull("last_time", TimeOf(c.last));
   out.Put("duration_s", SecondsSince(c.origin, c.last));
   out.Put("direction", DirectionText(c.direction));
   out.Put("timestamp_resolution_ns", OnlyIf(c.timestamps.resolution_ns > 0, c.timestamps.resolution_ns));
@@ -186,7 +187,7 @@ void PutFinding(JsonObject& out, const CaptureReport& capture, std::size_t index
   out.Frame("frame", f.first);
   out.Frame("last_frame", f.last.number == 0 ? f.first : f.last);
   out.Put("count", f.count);
-  out.Put("time", TimeOf(f.first));
+  out.TextOrNull("time", TimeOf(f.first));
   out.Put("time_s", SecondsSince(result.capture.origin, f.first));
   out.Values("related_frames", f.related_frames);
   out.TextOrNull("caused_by", caused ? FindingId(f.caused_by) : "");
