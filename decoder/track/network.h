@@ -77,7 +77,11 @@ class Network final : public bus::BusSink {
   void WriteToAll(const DatagramPair& d);
   void OnAddressed(const DatagramPair& d);
   void OnLogical(const DatagramPair& d);
-  [[nodiscard]] SlaveId Resolve(const DatagramPair& d, bool add);
+  [[nodiscard]] SlaveId Resolve(const DatagramPair& d, bool add) {
+    const SlaveId id = addressing_.Resolve(d, add);
+    if (add && id != kNoSlave && id >= states_.size()) Meet(id, d.transaction.any().ref());
+    return id;
+  }
   void Meet(SlaveId id, const FrameRef& frame);
   void ApplyToAll(const DatagramPair& d, Acceptance acceptance);
   void Apply(const SlaveAccess& access);
