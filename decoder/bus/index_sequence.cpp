@@ -34,7 +34,8 @@ bool IndexSequence::IsNext(const wire::FrameView& frame) const noexcept {
 
 bool IndexSequence::IsBehind(const wire::FrameView& frame, std::uint64_t count) const noexcept {
   if (!any_ || frame.empty()) return false;
-  const std::uint32_t round = wrapped_ ? span() : 256;
+  // A step back that was no step of the sequence (a frame with index 0, say) leaves nothing to count by.
+  const std::uint32_t round = wrapped_ && span() > 0 ? span() : 256;
   const std::uint32_t behind = (std::uint32_t{last_first_} + round - frame[0].index() % round) % round;
   return behind <= count;
 }

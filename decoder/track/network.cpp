@@ -176,12 +176,13 @@ void Network::CountSlaves(const Datagram& d) {
   if (count > bus::SlaveSet::kMaxSlaves) return;  // a damaged or made-up counter
   const std::uint16_t* before = slave_count_.if_known();
   if (before != nullptr && *before == count) return;
-  const std::optional<std::uint16_t> before_count = before != nullptr ? std::optional(*before) : std::nullopt;
-  const SlaveCount event{count, before_count.value_or(0), !before_count, d.transaction.returned_ref()};
+  const bool first = before == nullptr;
+  const std::uint16_t before_count = first ? std::uint16_t{0} : *before;
+  const SlaveCount event{count, before_count, first, d.transaction.returned_ref()};
   slave_count_ = Known<std::uint16_t>::Observed(count, event.frame.number);
   ++states_version_;
   events_.On(event);
-  if (before_count && count > *before_count) ForgetReturning(*before_count, event.frame);
+  if (!first && count > before_count) ForgetReturning(before_count, event.frame);
 }
 
 /// Slaves that were away may come back after a power cycle, and new ones have taken no broadcast so far.

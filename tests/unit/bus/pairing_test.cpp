@@ -724,6 +724,17 @@ TEST(PairingHole, StampsThatGoBackAreNoneWhereIndicesGoOn) {
   }
 }
 
+TEST(PairingHole, AReturnOfUnknownOriginBehindAStepBackIsNotCountedByIt) {
+  // The index went back before any step was counted: there is no round yet to count by.
+  const Paired result = PairUp(R"(
++0us BRD 0x0130 01 00 idx=15
++1ms BRD 0x0130 01 00 idx=1 @lost
++1ms LRD 0x1000 00 00 idx=0 @returned-only
+)");
+  EXPECT_EQ(result.statistics.paired, 1U);
+  EXPECT_EQ(result.statistics.unmatched_returned, 1U);
+}
+
 TEST(PairingHole, AMasterThatAppearsLateStandsBehindAnotherCapture) {
   const Paired result =
       PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @lost\n@mac 10:10:10:10:10:10\n" +
