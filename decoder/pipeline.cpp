@@ -95,6 +95,7 @@ class Pipeline::Impl {
       case wire::FrameKind::kEtherCat:
         break;
     }
+    if (packet.padding() > 0) ++statistics_.padded_frames;
     if (packet.esl().present) ++statistics_.esl_frames;
     ++statistics_.ethercat_frames;
     statistics_.datagrams += packet.size();

@@ -19,6 +19,7 @@ struct PipelineStatistics {
   std::uint64_t datagrams = 0;
   std::uint64_t other_packets = 0;
   std::uint64_t malformed_frames = 0;
+  std::uint64_t padded_frames = 0;  ///< their EtherCAT length covers more than their datagrams
   std::uint64_t cut_frames = 0;
   FrameRef first_cut;  ///< first and last of the cut frames
   FrameRef last_cut;
