@@ -183,7 +183,7 @@ AnalysisResult Summarise(const capture::FrameSource& source, const Pipeline& pip
   result.bus.events = SummariseEventField(model.signalled().field());
   result.bus.lost_frames = pipeline.pairing().lost;
   result.bus.duplicated_frames = pipeline.pairing().duplicated;
-  result.bus.unanswered_at_end = pipeline.pairing().under_way_at_end;
+  result.bus.unanswered_at_end = pipeline.pairing().under_way;
   result.slaves.reserve(model.size());
   for (std::size_t s = 0; s < model.size(); ++s) {
     result.slaves.push_back(SummariseSlave(static_cast<SlaveId>(s), model, history, mailboxes));

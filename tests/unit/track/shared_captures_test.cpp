@@ -140,7 +140,7 @@ TEST_P(NetworkOnLabCapture, AgreesWithTheTruthFile) {
   EXPECT_THAT(std::vector<FrameNo>(story.lost.begin(), story.lost.begin() + static_cast<std::ptrdiff_t>(std::min(
                                                                                 story.lost.size(), unanswered.size()))),
               ElementsAreArray(unanswered));
-  EXPECT_EQ(pairing.undecided, 0U);
+  EXPECT_EQ(pairing.frames().undecided_total(), 0U);
   const std::vector<FrameNo> extra = Numbers(check["returned_without_outbound_packet_numbers_first60"]);
   if (GetParam() == "disturbed-returns") {
     EXPECT_THAT(story.duplicated, ElementsAreArray(extra));
@@ -245,7 +245,7 @@ TEST(RealCaptures, FramesAsTsharkCountsThem) {
     EXPECT_EQ(told->pipeline->statistics().other_packets, want.other) << want.name;
     EXPECT_EQ(pairing.outbound, want.outbound) << want.name;
     EXPECT_EQ(pairing.returned, want.returned) << want.name;
-    EXPECT_EQ(pairing.under_way_at_end, want.under_way) << want.name;
+    EXPECT_EQ(pairing.under_way, want.under_way) << want.name;
     EXPECT_EQ(pairing.unmatched_returned + pairing.foreign + pairing.duplicated + pairing.altered, 0U) << want.name;
     EXPECT_THAT(told->story.lost, ElementsAreArray(want.lost)) << want.name;
     EXPECT_EQ(told->pipeline->network().slaves().size(), want.slaves) << want.name;
