@@ -10,9 +10,6 @@
 namespace ecaudit::bus {
 namespace {
 
-/// Stamps go back so far only where two captures were put together, or the clock was set.
-constexpr std::int64_t kSeamNs = 1'000'000'000;
-
 /// Longer ones are the steps of coarse stamps.
 constexpr std::int64_t kMaxRoundTripNs = 500'000;
 
@@ -60,7 +57,7 @@ Pairing::Pairing(const DirectionLearner& directions, BusSink& sink) : directions
 void Pairing::Push(const wire::FrameView& frame) noexcept {
   if (frame.ref().has_time) {
     // Where a capture was put behind another one, the returns of what was under way are missing.
-    if (last_.has_time && Elapsed(frame.ref().time, last_.time) > kSeamNs) DoubtAll(Undecided::kSecondCapture);
+    if (last_.has_time && ClockJumps(last_.time, frame.ref().time)) DoubtAll(Undecided::kSecondCapture);
     last_ = frame.ref();
   }
   if (frame.kind() == wire::FrameKind::kOther) {
@@ -148,7 +145,7 @@ Hole Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats 
       (rhythm.indices.IsNumbered(frame) || (apart <= kRetryNs && !wire::IsLogical(frame[0].command())))) {
     return Hole::kNone;
   }
-  if (apart < -kSeamNs && !goes_on) {
+  if (ClockJumps(last.time, frame.ref().time) && !goes_on) {
     DoubtUnderWay(sender, Undecided::kSecondCapture);
     return Hole::kPossible;
   }

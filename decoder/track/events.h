@@ -148,6 +148,17 @@ struct CaptureHole {
   bool certain = false;  ///< false: the master may as well have been silent
 };
 
+/// Another run of the bus: what was measured and learned before does not judge what follows. Precedes all else from
+/// this frame. A master that only shuts the bus down begins one, too, in which nothing happens.
+struct RunBegan {
+  enum class Reason : std::uint8_t {
+    kClock,        ///< the clock jumps, and nothing shows that frames go on: another recording was put behind
+    kInitialised,  ///< the master requests INIT of all slaves, or clears their addresses, when some had left INIT
+  };
+  FrameRef frame;
+  Reason reason = Reason::kInitialised;
+};
+
 struct FrameLost {
   const wire::FrameView& sent;
   bus::Loss loss;
@@ -189,6 +200,7 @@ class EventSink : public mailbox::MailboxSink {
   virtual void On(const Answered&) {}
   virtual void On(const EventFieldChanged&) {}
   virtual void On(const CaptureHole&) {}
+  virtual void On(const RunBegan&) {}
   virtual void On(const FrameLost&) {}
   virtual void On(const FrameDuplicated&) {}
   virtual void On(const FrameUnusable&) {}

@@ -4,6 +4,7 @@
 #include <bit>
 #include <utility>
 
+#include "decoder/base/time.h"
 #include "decoder/esc/register_addresses.h"
 
 namespace ecaudit::track {
@@ -139,9 +140,15 @@ void Network::ApplyEventField(const bus::BusTransaction& transaction) {
 }
 
 void Network::OnTransaction(const bus::BusTransaction& transaction) {
+  const FrameRef& first = transaction.first_ref();
   if (transaction.hole != bus::Hole::kNone) {
-    OnHole(transaction.first_ref(), transaction.hole == bus::Hole::kCertain);
+    if (first.has_time && last_.has_time && ClockJumps(last_.time, first.time)) {
+      BeginRecording(first);
+    } else {
+      OnHole(first, transaction.hole == bus::Hole::kCertain);
+    }
   }
+  if (first.has_time) last_ = first;
   FollowEventField(transaction);
   for (std::size_t i = 0; i < transaction.size(); ++i) {
     const Datagram d{transaction, i, transaction.any()[i], transaction.sent != nullptr && i < transaction.sent->size(),
@@ -233,6 +240,34 @@ void Network::OnHole(const FrameRef& frame, bool certain) {
       Forget(id, frame);
     }
   }
+}
+
+/// In between anything may have happened, for any time.
+void Network::BeginRecording(const FrameRef& frame) {
+  events_.On(CaptureHole{frame, true});
+  events_.On(RunBegan{frame, RunBegan::Reason::kClock});
+  run_in_use_ = false;
+  everyone_ = SlaveState();
+  slave_count_.Forget(frame.number);
+  ++states_version_;
+  for (std::size_t s = 0; s < states_.size(); ++s) Forget(static_cast<SlaveId>(s), frame);
+}
+
+/// Masters that start set all slaves back, whatever these were doing.
+void Network::FollowRun(const Datagram& d) {
+  if (!run_in_use_ || (!d.assumed() && d.wkc() == 0)) return;
+  const ByteSpan written = d.written();
+  const auto covered = [&](EscAddress at) {
+    return CoversByte(d.address(), written.size(), at) ? Slice(written, static_cast<std::size_t>(at - d.address()), 2)
+                                                       : ByteSpan{};
+  };
+  const ByteSpan control = covered(esc::kAlControl);
+  const ByteSpan station = covered(esc::kStationAddress);
+  const bool init =
+      !control.empty() && esc::AlWord{WordOrByte(control)}.state() == static_cast<int>(esc::AlState::INIT);
+  if (!init && (station.size() < 2 || WordOrByte(station) != 0)) return;
+  run_in_use_ = false;
+  events_.On(RunBegan{d.transaction.first_ref(), RunBegan::Reason::kInitialised});
 }
 
 /// The capture shows whether what is presumed of this slave still holds.
@@ -354,6 +389,7 @@ Answered Network::AnswerOf(const Datagram& d, SlaveId slave) const {
 }
 
 void Network::OnBroadcast(const Datagram& d) {
+  if (wire::Writes(d.command())) FollowRun(d);
   const std::uint16_t* count = slave_count_.if_known();
   if (d.has_returned || (d.assumed() && wire::Writes(d.command()))) {
     events_.On(AnswerOf(d, kNoSlave));
@@ -569,6 +605,8 @@ void Network::Apply(const SlaveAccess& access) {
   const std::size_t control_at = static_cast<std::size_t>(esc::kAlControl - access.address);
   if (CoversByte(access.address, access.written.size(), esc::kAlControl)) {
     const ByteSpan control = Slice(access.written, control_at, 2);
+    const bool leaves_init = esc::AlWord{WordOrByte(control)}.state() > static_cast<std::uint8_t>(esc::AlState::INIT);
+    run_in_use_ = run_in_use_ || (leaves_init && access.acceptance != Acceptance::kRefused);
     events_.On(AlRequest{access.slave, access.sent, access.returned, esc::AlWord{WordOrByte(control)},
                          access.acceptance, access.broadcast});
     if (access.done() && esc::AlWord{WordOrByte(control)}.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) {
@@ -595,6 +633,7 @@ void Network::ApplyAlStatus(SlaveId slave, const FrameRef& frame, std::uint16_t 
   AlStatusRead event{slave, frame, esc::AlWord{status}, std::nullopt, code, error_bit_known};
   if (const esc::AlWord* before = state.al_status.if_known()) event.before = *before;
   if (event.changed()) {
+    run_in_use_ = run_in_use_ || event.status.state() > static_cast<std::uint8_t>(esc::AlState::INIT);
     const bool other_state = event.before && event.before->state() != event.status.state();
     if (other_state && event.status.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) {
       if (mailboxes_[slave]) mailboxes_[slave]->Reset(frame);

@@ -69,6 +69,8 @@ class Network final : public bus::BusSink, private SiiListener {
   void ForgetReturning(std::uint16_t first_position, const FrameRef& frame);
   void Forget(SlaveId id, const FrameRef& frame);
   void OnHole(const FrameRef& frame, bool certain);
+  void BeginRecording(const FrameRef& frame);
+  void FollowRun(const Datagram& d);
   void Presume(SlaveId id, bool still_so, const FrameRef& frame);
   void PresumeAll(bool still_so, const FrameRef& frame);
   void FollowLogical(const Datagram& d);
@@ -106,6 +108,8 @@ class Network final : public bus::BusSink, private SiiListener {
   std::deque<SlaveState> states_;     // grows without moving what rules refer to
   SlaveState everyone_;               // what broadcasts wrote: a slave met later has taken it, too
   Known<std::uint16_t> slave_count_;
+  FrameRef last_;            ///< first copy of the last transaction with a time stamp
+  bool run_in_use_ = false;  ///< some slave has left INIT in this run, or was to
   EventFieldRun event_field_;
   std::uint64_t mapping_version_ = 0;
   struct Mapping {

@@ -35,7 +35,7 @@ inline const char* Name(Acceptance acceptance) {
 
 /// "found 0", "address 0 = 0x1001", "address 1 = 0x1001 as 0", "count 3", "count 3 -> 2", "sent 0 <- 0x0002",
 /// "request 0 <- 0x0002 accepted", "state 0 0x0001 -> 0x0002", "code 0 0x0017", "forgotten 0",
-/// "logical LRW 0x00001000 wkc 3", "lost 5", "hole 5", "silence 5".
+/// "logical LRW 0x00001000 wkc 3", "lost 5", "hole 5", "silence 5", "run 5 (clock)", "run 5 (set up)".
 class EventLog final : public EventSink {
  public:
   using EventSink::On;
@@ -59,6 +59,9 @@ class EventLog final : public EventSink {
   }
   void On(const AlStatusCodeRead& e) override { Say("code " + Id(e.slave) + " " + Hex(e.code)); }
   void On(const AlStateForgotten& e) override { Say("forgotten " + Id(e.slave)); }
+  void On(const RunBegan& e) override {
+    Say("run " + std::to_string(e.frame.number) + (e.reason == RunBegan::Reason::kClock ? " (clock)" : " (set up)"));
+  }
   void On(const CaptureHole& e) override { Say((e.certain ? "hole " : "silence ") + std::to_string(e.frame.number)); }
   void On(const LogicalAccess& e) override {
     Say("logical " + std::string(wire::Name(e.command)) + " " + Hex(e.address, 8) + " wkc " + std::to_string(e.wkc) +
