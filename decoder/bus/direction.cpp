@@ -179,7 +179,9 @@ Direction DirectionLearner::Classify(const wire::FrameView& frame) const noexcep
     case Reading::kAllReturned:
       return bit_differs ? by_bit : Direction::kReturned;
     case Reading::kAllOutbound:
-      return bit_differs ? by_bit : Direction::kOutbound;
+      if (bit_differs) return by_bit;
+      // Whoever was plugged in meanwhile counts.
+      return AnyWorkingCounter(frame) ? Direction::kByPair : Direction::kOutbound;
     case Reading::kForeign:
       return Direction::kForeign;
   }

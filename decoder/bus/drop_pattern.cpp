@@ -23,7 +23,9 @@ void DropPattern::Take(const Gap& gap) noexcept {
   const bool first = gaps_ == 1;
   const bool last_is_return = last_.is_return;
   last_ = gap;
-  const bool alike = period_ > 0 && apart > 0 && apart % period_ == 0 && apart / period_ <= kMostBetween;
+  // One distance alone may be part of the true one.
+  const bool alike = period_ > 0 && apart > 0 &&
+                     (apart == period_ || (regular_ > 0 && apart % period_ == 0 && apart / period_ <= kMostBetween));
   if (!alike) {
     // Another one shows where there was no regular distance so far.
     if (regular_ >= kEnough) return;

@@ -1,6 +1,6 @@
 #include "decoder/bus/index_sequence.h"
 
-#include <algorithm>
+#include <bit>
 
 namespace ecaudit::bus {
 
@@ -18,30 +18,26 @@ std::size_t IndexSequence::KindOf(const wire::FrameView& frame) noexcept {
   return kHalf + 2 + d.adp() % (kHalf - 2);
 }
 
-void IndexSequence::Ask(Counter& counter, std::uint8_t first, std::uint8_t last, std::uint8_t* proven,
-                        Verdict& verdict) noexcept {
+IndexSequence::Said IndexSequence::Ask(Counter& counter, std::uint8_t first, std::uint8_t last, bool proven,
+                                       Verdict& verdict) const noexcept {
   const bool regular = counter.indices.IsRegular();
   const bool excused = counter.break_ != break_;
   const IndexCounter::Step step = counter.indices.Follow(first, last);
   counter.break_ = break_;
-  switch (step) {
-    case IndexCounter::Step::kUnknown:
-      break;
-    case IndexCounter::Step::kFollows:
-      verdict.next = verdict.next || regular;
-      if (proven != nullptr && *proven < kProven) ++*proven;
-      return;
-    case IndexCounter::Step::kBegins:
-      verdict.begins = true;
-      [[fallthrough]];
-    case IndexCounter::Step::kOdd:
-      if (regular && !excused && (proven == nullptr || *proven >= kProven)) {
-        verdict.broken = true;
-        return;
-      }
-      break;
+  if (step == IndexCounter::Step::kFollows) {
+    verdict.next = verdict.next || regular;
+    return Said::kFollows;
   }
-  if (proven != nullptr && step != IndexCounter::Step::kUnknown && !excused) *proven = 0;
+  if (step == IndexCounter::Step::kUnknown || excused) return Said::kNothing;
+  verdict.begins = verdict.begins || step == IndexCounter::Step::kBegins;
+  if (!regular || !proven) return Said::kOdd;
+  verdict.broken = true;
+  return Said::kNothing;
+}
+
+void IndexSequence::Prove(Said said, std::uint8_t& proven) noexcept {
+  if (said == Said::kFollows && proven < kProven) ++proven;
+  if (said == Said::kOdd) proven = 0;
 }
 
 IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool repeats) noexcept {
@@ -57,8 +53,13 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
   const std::size_t number = KindOf(frame);
   Kind& kind = kinds_[number];
   Counter& half = halves_[IsLogical(number) ? 0 : 1];
+  std::uint32_t& share_all = share_all_[IsLogical(number) ? 0 : 1];
   Verdict verdict;
-  Ask(all_, first, last, &kind.in_all, verdict);
+  const bool of_all = kind.in_all >= kProven || std::popcount(share_all) >= kProvenKinds;
+  const Said by_all = Ask(all_, first, last, of_all, verdict);
+  Prove(by_all, kind.in_all);
+  if (by_all == Said::kFollows) share_all |= 1U << number;
+  if (by_all == Said::kOdd) share_all = 0;
   span_ = all_.indices.round();
   if (verdict.next) {
     // Nearly always. What the others make of it does not matter.
@@ -67,10 +68,10 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
     (void)kind.own.indices.Follow(first, last);
     return Step::kNext;
   }
-  Ask(half, first, last, &kind.in_half, verdict);
+  Prove(Ask(half, first, last, kind.in_half >= kProven, verdict), kind.in_half);
   if (verdict.next) span_ = half.indices.round();
   const bool next_in_half = verdict.next;
-  Ask(kind.own, first, last, nullptr, verdict);
+  (void)Ask(kind.own, first, last, true, verdict);
   if (verdict.next) {
     if (!next_in_half) span_ = kind.own.indices.round();
     return Step::kNext;

@@ -39,7 +39,9 @@ class IndexSequence {
 
  private:
   /// A counter is one of a kind of frames when it was continued so often by them, without a miss between.
-  static constexpr std::uint8_t kProven = 8;
+  static constexpr std::uint8_t kProven = 4;
+  /// Where so many kinds of one half share the counter of all frames, the others of that half do.
+  static constexpr int kProvenKinds = 3;
   static constexpr std::size_t kKinds = 16;
 
   struct Counter {
@@ -60,14 +62,20 @@ class IndexSequence {
 
   [[nodiscard]] static std::size_t KindOf(const wire::FrameView& frame) noexcept;
   [[nodiscard]] static bool IsLogical(std::size_t kind) noexcept { return kind < kKinds / 2; }
-  void Ask(Counter& counter, std::uint8_t first, std::uint8_t last, std::uint8_t* proven, Verdict& verdict) noexcept;
+  enum class Said : std::uint8_t { kNothing, kFollows, kOdd };
+  /// @param proven the counter is one of this kind of frames
+  [[nodiscard]] Said Ask(Counter& counter, std::uint8_t first, std::uint8_t last, bool proven,
+                         Verdict& verdict) const noexcept;
+
+  static void Prove(Said said, std::uint8_t& proven) noexcept;
 
   bool any_ = false;
   std::uint8_t last_first_ = 0;  ///< of the first datagram of the last frame
   std::uint32_t span_ = 1;
   std::uint32_t break_ = 0;  ///< counts places behind which no counter need go on
   Counter all_;
-  std::array<Counter, 2> halves_;  ///< of logical commands, and of all others
+  std::array<std::uint32_t, 2> share_all_{};  ///< kinds of each half that continued it, one bit each
+  std::array<Counter, 2> halves_;             ///< of logical commands, and of all others
   std::array<Kind, kKinds> kinds_;
 };
 

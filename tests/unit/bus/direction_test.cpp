@@ -336,10 +336,12 @@ TEST(NobodyAnswers, NotWhereOnlyOutboundFramesAreCaptured) {
 }
 
 TEST(NobodyAnswers, NotWhereSomebodyDoesLater) {
-  const Paired result = PairUp(InVain(60, 5) + "+1ms FPRD 0x1001:0x0130 08 00 idx=3\n");
-  EXPECT_FALSE(result.statistics.nobody_answers);
-  EXPECT_EQ(result.statistics.paired, 1U);
-  EXPECT_TRUE(result.statistics.frames().Balances());
+  for (const char* mac : {"", "@mac 02:10:10:10:10:10\n"}) {
+    const Paired result = PairUp(mac + InVain(60, 5) + "+1ms FPRD 0x1001:0x0130 08 00 idx=3\n");
+    EXPECT_FALSE(result.statistics.nobody_answers) << mac;
+    EXPECT_EQ(result.statistics.paired, 1U) << mac;
+    EXPECT_TRUE(result.statistics.frames().Balances());
+  }
 }
 
 }  // namespace
