@@ -23,12 +23,15 @@ CaptureSummary SummariseCapture(const capture::FrameSource& source, const Pipeli
   summary.returned_frames = pairing.returned;
   summary.foreign_frames = pairing.foreign;
   summary.other_packets = read.other_packets;
+  summary.frames = pairing.frames();
   summary.malformed_frames = read.malformed_frames;
+  summary.padded_frames = read.padded_frames;
   summary.cut_frames = read.cut_frames;
   summary.crc_error_frames = read.crc_error_frames;
   summary.origin = read.origin;
   summary.first = read.first;
   summary.last = read.last;
+  if (read.first.has_time) summary.duration_ns = read.elapsed_ns;
   if (pairing.outbound > 0 && pairing.returned > 0) {
     summary.direction = DirectionSeen::kBoth;
   } else if (pairing.outbound > 0) {

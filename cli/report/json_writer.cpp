@@ -150,6 +150,19 @@ class CaptureWriter {
     return slave == nullptr ? Json(nullptr) : Json(slave->position);
   }
 
+  [[nodiscard]] static Json Frames(const bus::FrameLedger& frames) {
+    Json undecided = Json::array();
+    for (std::size_t i = 0; i < frames.undecided.size(); ++i) {
+      if (frames.undecided[i] == 0) continue;
+      undecided.push_back({{"reason", Describe(static_cast<bus::Undecided>(i))}, {"count", frames.undecided[i]}});
+    }
+    return {{"outbound", frames.outbound},
+            {"returned", frames.returned},
+            {"lost", frames.lost},
+            {"undecided", std::move(undecided)},
+            {"under_way", frames.under_way}};
+  }
+
   [[nodiscard]] Json Capture() const {
     const CaptureSummary& c = result_.capture;
     Json json;
@@ -160,15 +173,17 @@ class CaptureWriter {
     json["datagrams"] = c.datagrams;
     json["outbound_frames"] = c.outbound_frames;
     json["returned_frames"] = c.returned_frames;
+    json["frames"] = Frames(c.frames);
     json["unknown_direction_frames"] = c.unknown_direction_frames;
     json["foreign_frames"] = c.foreign_frames;
     json["other_packets"] = c.other_packets;
     json["malformed_frames"] = c.malformed_frames;
+    json["padded_frames"] = c.padded_frames;
     json["cut_frames"] = c.cut_frames;
     json["crc_error_frames"] = c.crc_error_frames;
     json["first_time"] = TimeOrNull(c.first);
     json["last_time"] = TimeOrNull(c.last);
-    json["duration_s"] = Seconds(c.last);
+    json["duration_s"] = c.duration_ns ? Json(static_cast<double>(*c.duration_ns) / 1e9) : Json(nullptr);
     json["direction"] = DirectionText(c.direction);
     json["timestamp_resolution_ns"] = c.timestamps.resolution_ns > 0 ? Json(c.timestamps.resolution_ns) : Json(nullptr);
     json["timestamps"] = {{"backwards", c.timestamps.backwards},
