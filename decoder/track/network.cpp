@@ -34,9 +34,16 @@ void KeepWhatCounted(const DatagramPair& d, SlaveAccess& access) {
 }  // namespace
 
 void Network::OnTransaction(const bus::BusTransaction& transaction) {
+  const FrameRef& first = transaction.first_ref();
   if (transaction.hole != bus::Hole::kNone) {
-    holes_.OnHole(transaction.first_ref(), transaction.hole == bus::Hole::kCertain);
+    if (runs_.IsOtherRecording(first)) {
+      holes_.OnOtherRecording(first);
+      runs_.BeginRecording(first);
+    } else {
+      holes_.OnHole(first, transaction.hole == bus::Hole::kCertain);
+    }
   }
+  runs_.OnFrame(first);
   event_field_.OnTransaction(transaction);
   for (std::size_t i = 0; i < transaction.size(); ++i) {
     const DatagramPair d(transaction, i);
@@ -106,6 +113,7 @@ Answered Network::AnswerOf(const DatagramPair& d, SlaveId slave) const {
 }
 
 void Network::OnBroadcast(const DatagramPair& d) {
+  if (wire::Writes(d.command())) runs_.OnBroadcastWrite(d);
   if (d.has_returned || (d.assumed() && wire::Writes(d.command()))) events_.Publish(AnswerOf(d, kNoSlave));
   if (wire::Writes(d.command())) WriteToAll(d);
   if (d.command() == wire::Command::BRD && d.has_returned && d.wkc() != 0 && d.CoversByte(esc::kAlStatus)) {
