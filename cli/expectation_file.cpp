@@ -360,8 +360,8 @@ void PutStep(JsonObject& out, const ExpectedStep& step) {
     case StartupKey::Kind::kRequest: {
       const auto state = static_cast<std::uint8_t>(key.address);
       // Masters also ask for what is no state.
-      out.Put("request", esc::IsAlState(state) ? report::JsonScalar(esc::StateName(state)) : key.address);
-      return;
+      if (esc::IsAlState(state)) return out.Put("request", esc::StateName(state));
+      return out.Put("request", key.address);
     }
     case StartupKey::Kind::kDownload:
     case StartupKey::Kind::kUpload:

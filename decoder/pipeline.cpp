@@ -95,6 +95,7 @@ class Pipeline::Impl {
       case wire::FrameKind::kEtherCat:
         break;
     }
+    if (packet.padding() > 0) ++statistics_.padded_frames;
     if (packet.esl().present) ++statistics_.esl_frames;
     ++statistics_.ethercat_frames;
     statistics_.datagrams += packet.size();
@@ -109,7 +110,14 @@ class Pipeline::Impl {
       return;
     }
     if (!statistics_.first.has_time) statistics_.first = frame;
-    if (statistics_.last.has_time && frame.time < statistics_.last.time) ++statistics_.backwards;
+    if (statistics_.last.has_time) {
+      if (frame.time < statistics_.last.time) ++statistics_.backwards;
+      if (ClockJumps(statistics_.last.time, frame.time)) {
+        ++statistics_.clock_jumps;
+      } else {
+        statistics_.elapsed_ns += frame.time - statistics_.last.time;
+      }
+    }
     // A step of 1 divides everything: spares a division a frame.
     if (statistics_.time_step_ns == 0 ||
         (statistics_.time_step_ns != 1 && frame.time % statistics_.time_step_ns != 0)) {

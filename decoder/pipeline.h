@@ -20,6 +20,7 @@ struct PipelineStatistics {
   std::uint64_t datagrams = 0;
   std::uint64_t other_packets = 0;
   std::uint64_t malformed_frames = 0;
+  std::uint64_t padded_frames = 0;  ///< their EtherCAT length covers more than their datagrams
   std::uint64_t cut_frames = 0;
   FrameRef first_cut;  ///< first and last of the cut frames
   FrameRef last_cut;
@@ -30,6 +31,8 @@ struct PipelineStatistics {
   FrameRef last;
   std::uint64_t without_time = 0;
   std::uint64_t backwards = 0;    ///< packets stamped earlier than their predecessor
+  std::uint64_t clock_jumps = 0;  ///< packets before which the clock jumped: another recording, or it was set
+  std::int64_t elapsed_ns = 0;    ///< from the first stamp to the last, without what the clock jumped
   std::int64_t time_step_ns = 0;  ///< greatest common divisor of the stamps: the step the clock really makes
   bool stopped = false;           ///< ended early on request
 };

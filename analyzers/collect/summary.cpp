@@ -23,6 +23,9 @@ CaptureSummary SummariseCapture(const capture::FrameSource& source, const Pipeli
   summary.datagrams = read.datagrams;
   summary.outbound_frames = pairing.outbound;
   summary.returned_frames = pairing.returned;
+  summary.frames = pairing.frames();
+  summary.padded_frames = read.padded_frames;
+  if (read.first.has_time) summary.duration_ns = read.elapsed_ns;
   summary.foreign_frames = pairing.foreign;
   summary.other_packets = read.other_packets;
   summary.malformed_frames = read.malformed_frames;
@@ -180,7 +183,7 @@ AnalysisResult Summarise(const capture::FrameSource& source, const Observation& 
   result.bus.events = SummariseEventField(model.signalled().field());
   result.bus.lost_frames = pipeline.pairing().lost;
   result.bus.duplicated_frames = pipeline.pairing().duplicated;
-  result.bus.unanswered_at_end = pipeline.pairing().under_way_at_end;
+  result.bus.unanswered_at_end = pipeline.pairing().under_way;
   result.bus.cycle = sync.SummariseCycle();
   result.bus.dc = sync.SummariseBus();
   result.slaves.reserve(model.size());

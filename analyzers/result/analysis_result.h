@@ -13,6 +13,7 @@
 #include "analyzers/result/latch_summary.h"
 #include "analyzers/result/startup_summary.h"
 #include "decoder/base/ids.h"
+#include "decoder/bus/frame_ledger.h"
 #include "decoder/capture/frame_source.h"
 
 namespace ecaudit {
@@ -38,12 +39,15 @@ struct CaptureSummary {
   std::uint64_t unknown_direction_frames = 0;
   std::uint64_t foreign_frames = 0;  ///< EtherCAT frames of senders that are not this bus's master
   std::uint64_t other_packets = 0;   ///< no EtherCAT, or another EtherCAT type
+  bus::FrameLedger frames;           ///< what became of the outbound frames
   std::uint64_t malformed_frames = 0;
+  std::uint64_t padded_frames = 0;     ///< their EtherCAT length covers more than their datagrams
   std::uint64_t cut_frames = 0;        ///< cut by the snap length
   std::uint64_t crc_error_frames = 0;  ///< marked bad by the probe
   FrameRef origin;                     ///< first packet of the file with a time stamp: seconds count from there
   FrameRef first;                      ///< first packet of the range with a time stamp
   FrameRef last;
+  std::optional<std::int64_t> duration_ns;  ///< from `first` to `last`, without what the clock jumped between
   DirectionSeen direction = DirectionSeen::kNone;
   TimestampQuality timestamps;
   bool complete = true;  ///< false: damaged file, or the analysis was stopped early

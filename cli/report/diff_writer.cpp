@@ -137,7 +137,7 @@ void PutSide(JsonObject& out, std::string_view key, const SlaveSummary* slave) {
   out.Object(key, [&](JsonObject& json) {
     json.Put("position", slave->position);
     json.Put("station_address", slave->station_address);
-    json.Put("name", OnlyIf(!slave->name.empty(), Printable(slave->name)));
+    json.TextOrNull("name", Printable(slave->name));
   });
 }
 

@@ -55,7 +55,7 @@ CaptureDigest DigestOf(const CaptureReport& capture) {
   out.without_ethercat = WithoutEtherCat(result);
   out.slaves = result.slaves.size();
   if (result.capture.first.has_time) out.first_time = IsoTime(result.capture.first.time);
-  out.duration_s = SecondsSince(result.capture.first, result.capture.last);
+  if (result.capture.duration_ns) out.duration_s = static_cast<double>(*result.capture.duration_ns) / 1e9;
   out.complete = result.capture.complete;
   out.judged = capture.judged;
   out.selection = capture.selection;

@@ -22,7 +22,8 @@
 
 namespace ecaudit::report {
 
-/// What a field can hold without having fields itself. Text is borrowed until it is written.
+/// What a field can hold without having fields itself. Text is borrowed until it is written, so a std::string does not
+/// become one by itself: it might be gone by then. Put() and Add() take it as it is.
 class JsonScalar {
  public:
   enum class Kind : std::uint8_t { kNull, kBoolean, kNatural, kInteger, kNumber, kText };
@@ -44,10 +45,11 @@ class JsonScalar {
   constexpr JsonScalar(double value) : number_(value), kind_(Kind::kNumber) {}
   constexpr JsonScalar(std::string_view text) : text_(text), kind_(Kind::kText) {}
   constexpr JsonScalar(const char* text) : text_(text), kind_(Kind::kText) {}
-  JsonScalar(const std::string& text) : text_(text), kind_(Kind::kText) {}
+  JsonScalar(const std::string& text) = delete;
   /// Null where it is unknown.
   template <typename T>
-  constexpr JsonScalar(const std::optional<T>& value) : JsonScalar(value ? JsonScalar(*value) : JsonScalar(nullptr)) {}
+  requires(!std::is_same_v<T, std::string>) constexpr JsonScalar(const std::optional<T>& value)
+      : JsonScalar(value ? JsonScalar(*value) : JsonScalar(nullptr)) {}
   // NOLINTEND(google-explicit-constructor)
 
   [[nodiscard]] constexpr bool is_null() const { return kind_ == Kind::kNull; }
@@ -117,6 +119,10 @@ class JsonArray {
   explicit JsonArray(JsonText& text) : text_(text) {}
 
   void Add(JsonScalar value);
+  template <std::same_as<std::string> T>
+  void Add(const T& text) {
+    Add(std::string_view(text));
+  }
   /// Adds a JSON document as it is, in the layout of this text; keys keep their order.
   void AddDocument(std::string_view json);
   /// Adds an object that `write(JsonObject&)` fills.
@@ -136,6 +142,10 @@ class JsonObject {
   explicit JsonObject(JsonText& text) : text_(text) {}
 
   void Put(std::string_view key, JsonScalar value);
+  template <std::same_as<std::string> T>
+  void Put(std::string_view key, const T& text) {
+    Put(key, std::string_view(text));
+  }
   /// Untrusted text as PrintableLines() makes it: line breaks kept.
   void Text(std::string_view key, std::string_view text);
   /// As Text(); null for an empty text.

@@ -15,8 +15,9 @@
 namespace ecaudit::report {
 namespace {
 
-std::optional<std::string> TimeOf(const FrameRef& frame) {
-  return frame.has_time ? std::optional(IsoTime(frame.time)) : std::nullopt;
+/// Empty without a time stamp.
+std::string TimeOf(const FrameRef& frame) {
+  return frame.has_time ? IsoTime(frame.time) : std::string();
 }
 
 JsonScalar DirectionText(DirectionSeen direction) {
@@ -70,6 +71,23 @@ void PutComment(JsonObject& out, const capture::Comment& comment) {
   out.Text("text", comment.text);
 }
 
+/// What became of the outbound frames.
+void PutFrames(JsonObject& out, const bus::FrameLedger& frames) {
+  out.Put("outbound", frames.outbound);
+  out.Put("returned", frames.returned);
+  out.Put("lost", frames.lost);
+  out.Array("undecided", [&](JsonArray& undecided) {
+    for (std::size_t i = 0; i < frames.undecided.size(); ++i) {
+      if (frames.undecided[i] == 0) continue;
+      undecided.AddObject([&](JsonObject& json) {
+        json.Put("reason", Describe(static_cast<bus::Undecided>(i)));
+        json.Put("count", frames.undecided[i]);
+      });
+    }
+  });
+  out.Put("under_way", frames.under_way);
+}
+
 void PutCapture(JsonObject& out, const CaptureSummary& c) {
   out.Text("path", c.file.path);
   out.Text("format", c.file.format);
@@ -78,15 +96,17 @@ void PutCapture(JsonObject& out, const CaptureSummary& c) {
   out.Put("datagrams", c.datagrams);
   out.Put("outbound_frames", c.outbound_frames);
   out.Put("returned_frames", c.returned_frames);
+  out.Object("frames", [&](JsonObject& json) { PutFrames(json, c.frames); });
   out.Put("unknown_direction_frames", c.unknown_direction_frames);
   out.Put("foreign_frames", c.foreign_frames);
   out.Put("other_packets", c.other_packets);
   out.Put("malformed_frames", c.malformed_frames);
+  out.Put("padded_frames", c.padded_frames);
   out.Put("cut_frames", c.cut_frames);
   out.Put("crc_error_frames", c.crc_error_frames);
-  out.Put("first_time", TimeOf(c.first));
-  out.Put("last_time", TimeOf(c.last));
-  out.Put("duration_s", SecondsSince(c.origin, c.last));
+  out.TextOrNull("first_time", TimeOf(c.first));
+  out.TextOrNull("last_time", TimeOf(c.last));
+  out.Put("duration_s", c.duration_ns ? JsonScalar(static_cast<double>(*c.duration_ns) / 1e9) : JsonScalar(nullptr));
   out.Put("direction", DirectionText(c.direction));
   out.Put("timestamp_resolution_ns", OnlyIf(c.timestamps.resolution_ns > 0, c.timestamps.resolution_ns));
   out.Object("timestamps", [&](JsonObject& json) { PutTimestamps(json, c.timestamps); });
@@ -186,7 +206,7 @@ void PutFinding(JsonObject& out, const CaptureReport& capture, std::size_t index
   out.Frame("frame", f.first);
   out.Frame("last_frame", f.last.number == 0 ? f.first : f.last);
   out.Put("count", f.count);
-  out.Put("time", TimeOf(f.first));
+  out.TextOrNull("time", TimeOf(f.first));
   out.Put("time_s", SecondsSince(result.capture.origin, f.first));
   out.Values("related_frames", f.related_frames);
   out.TextOrNull("caused_by", caused ? FindingId(f.caused_by) : "");

@@ -6,7 +6,7 @@
 namespace ecaudit::report {
 namespace {
 
-JsonScalar StateText(std::uint16_t al_word) {
+std::string StateText(std::uint16_t al_word) {
   return esc::StateName(esc::AlWord{al_word}.state());
 }
 
@@ -15,7 +15,7 @@ void PutAlStep(JsonObject& out, const AnalysisResult& result, const AlStep& step
   out.Put("kind", request ? "request" : "state");
   out.Frame("frame", step.frame);
   out.Put("time_s", SecondsSince(result.capture.origin, step.frame));
-  out.Put("from", OnlyIf(step.from != 0, StateText(step.from)));
+  out.TextOrNull("from", step.from == 0 ? "" : StateText(step.from));
   out.Put("to", StateText(step.to));
   out.Put("value", step.to);
   out.Put(request ? "acknowledge" : "error", esc::AlWord{step.to}.bit4());
@@ -24,9 +24,10 @@ void PutAlStep(JsonObject& out, const AnalysisResult& result, const AlStep& step
 }
 
 void PutAl(JsonObject& out, const AnalysisResult& result, const SlaveSummary& s) {
-  const esc::AlWord status{s.al_status.value_or(0)};
-  out.Put("state", OnlyIf(s.al_status.has_value(), esc::StateName(status.state())));
-  out.Put("error", OnlyIf(s.al_status.has_value(), status.bit4()));
+  const bool known = s.al_status.has_value();
+  const std::uint16_t status = s.al_status.value_or(0);
+  out.TextOrNull("state", known ? StateText(status) : "");
+  out.Put("error", OnlyIf(known, esc::AlWord{status}.bit4()));
   out.Put("status_code", s.al_status_code);
   out.List("history", s.al_history, [&](JsonObject& json, const AlStep& step) { PutAlStep(json, result, step); });
   out.Put("history_left_out", s.al_history_left_out);

@@ -107,7 +107,7 @@ void PutPhase(JsonObject& out, const AnalysisResult& result, const StartupPhaseS
 void PutStartup(JsonObject& out, std::string_view key, const AnalysisResult& result, const StartupSummary& startup) {
   if (!startup.seen) return out.Put(key, nullptr);
   out.Object(key, [&](JsonObject& json) {
-    json.Put("reached", OnlyIf(startup.reached != 0, esc::StateName(startup.reached)));
+    json.TextOrNull("reached", startup.reached == 0 ? "" : esc::StateName(startup.reached));
     json.Put("attempts", startup.again + 1);
     json.Frame("again_frame", startup.again_frame);
     json.List("phases", startup.phases,

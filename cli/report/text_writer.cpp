@@ -556,6 +556,7 @@ class CaptureText {
     if (c.unknown_direction_frames > 0) frames += ", " + Grouped(c.unknown_direction_frames) + " of unknown direction";
     frames += ") with " + Count(c.datagrams, "datagram");
     text_.Paragraph(frames, 2);
+    if (c.frames.outbound > 0) text_.Paragraph(Ledger(), 2);
     text_.Paragraph(TimeFacts(), 2);
     if (!WithoutEtherCat(result_)) text_.Paragraph(BusFacts(), 2);
     if (const std::string events = SignalledFacts(); !events.empty()) text_.Paragraph(events, 2);
@@ -569,11 +570,25 @@ class CaptureText {
     if (!capture_.config.empty()) text_.Paragraph("settings from " + OneLine(capture_.config), 2);
   }
 
+  [[nodiscard]] std::string Ledger() const {
+    const bus::FrameLedger& frames = result_.capture.frames;
+    std::string text = Grouped(frames.outbound) + " outbound = " + Grouped(frames.returned) + " returned + " +
+                       Grouped(frames.lost) + " lost + " + Grouped(frames.undecided_total()) + " undecided";
+    std::string reasons;
+    for (std::size_t i = 0; i < frames.undecided.size(); ++i) {
+      if (frames.undecided[i] == 0) continue;
+      if (!reasons.empty()) reasons += ", ";
+      reasons += Grouped(frames.undecided[i]) + ": " + std::string(Describe(static_cast<bus::Undecided>(i)));
+    }
+    if (!reasons.empty()) text += " (" + reasons + ")";
+    return text + " + " + Grouped(frames.under_way) + " under way at the end";
+  }
+
   [[nodiscard]] std::string TimeFacts() const {
     const CaptureSummary& c = result_.capture;
     if (!c.first.has_time) return "no time stamps";
     std::string text = "from " + IsoTime(c.first.time);
-    if (const auto duration = SecondsSince(c.first, c.last)) text += ", " + SecondsText(*duration);
+    if (c.duration_ns) text += ", " + SecondsText(static_cast<double>(*c.duration_ns) / 1e9);
     if (c.timestamps.resolution_ns > 0) text += ", time stamps in steps of " + Duration(c.timestamps.resolution_ns);
     if (c.timestamps.backwards > 0) text += ", " + Grouped(c.timestamps.backwards) + " backwards";
     if (c.timestamps.without > 0) text += ", " + Count(c.timestamps.without, "packet") + " without";
@@ -588,7 +603,9 @@ class CaptureText {
         text = "both directions";
         break;
       case DirectionSeen::kOutbound:
-        text = "outbound frames only: answers of the slaves are not in the capture";
+        text = result_.capture.frames.undecided[static_cast<std::size_t>(bus::Undecided::kNobodyAnswers)] > 0
+                   ? "outbound frames only: nobody answers"
+                   : "outbound frames only: answers of the slaves are not in the capture";
         break;
       case DirectionSeen::kReturned:
         text = "returned frames only";

@@ -15,4 +15,13 @@ namespace ecaudit {
   return to < from ? std::numeric_limits<std::int64_t>::min() : std::numeric_limits<std::int64_t>::max();
 }
 
+/// Clocks of captures go back a little where packets are not written in order, and stand still where nothing is sent.
+/// What is more than that is another recording, or a clock that was set.
+inline constexpr std::int64_t kClockJumpBackNs = 1'000'000'000;
+inline constexpr std::int64_t kClockJumpAheadNs = 3'600'000'000'000;
+[[nodiscard]] inline bool ClockJumps(TimeNs from, TimeNs to) {
+  const std::int64_t apart = Elapsed(from, to);
+  return apart < -kClockJumpBackNs || apart > kClockJumpAheadNs;
+}
+
 }  // namespace ecaudit

@@ -1,9 +1,19 @@
 #include "decoder/bus/direction.h"
 
 #include <algorithm>
+#include <utility>
+
+#include "decoder/base/time.h"
 
 namespace ecaudit::bus {
 namespace {
+
+/// No master repeats a frame sooner; a packet that was captured twice may come so soon.
+constexpr std::int64_t kPauseNs = 100'000;
+/// So many repetitions, and under so many other indices, show a time-out: where one index serves for all, equal polls
+/// do not.
+constexpr std::uint32_t kRepeated = 3;
+constexpr std::uint32_t kIndexChanges = 2;
 
 /// Where a packet was captured: port of the probe and capture interface.
 std::uint32_t PortOf(const wire::FrameView& frame) {
@@ -52,7 +62,23 @@ void DirectionLearner::Learn(const wire::FrameView& frame) noexcept {
   if (frame.flag() == capture::PacketFlag::kOutbound) ++sender->flag_out;
   ++(frame.mac_bit() ? sender->bit_set : sender->bit_clear);
   if (AnyWorkingCounter(frame)) ++sender->counted;
-  if (!frame.empty()) LearnPair(*sender, frame);
+  if (frame.empty()) return;
+  LearnPair(*sender, frame);
+  LearnRepetition(*sender, frame);
+}
+
+/// Process data may be the same in every cycle; what else a master sends again and again is meant to be answered.
+void DirectionLearner::LearnRepetition(Sender& sender, const wire::FrameView& frame) noexcept {
+  const std::uint8_t index = frame[0].index();
+  std::uint64_t content = frame.key();
+  for (const std::uint8_t byte : frame.payload()) content = (content ^ byte) * 0x100000001B3ULL;
+  const FrameRef last = std::exchange(sender.last, frame.ref());
+  const bool first = !last.seen();
+  const bool pause = !last.has_time || !frame.ref().has_time || Elapsed(last.time, frame.ref().time) >= kPauseNs;
+  if (!first && index != sender.last_index) ++sender.index_changes;
+  if (!first && pause && content == sender.last_content && !wire::IsLogical(frame[0].command())) ++sender.repeated;
+  sender.last_index = index;
+  sender.last_content = content;
 }
 
 void DirectionLearner::LearnPair(Sender& sender, const wire::FrameView& frame) noexcept {
@@ -114,11 +140,16 @@ void DirectionLearner::Finish() noexcept {
       // Masters send working counters of 0.
       s.reading = Reading::kAllReturned;
       any_returned = true;
+    } else if (s.counted == 0 && s.repeated >= kRepeated && s.repeated * 2 >= s.frames() &&
+               s.index_changes >= kIndexChanges) {
+      s.reading = s.bit_clear > 0 ? Reading::kMacBit : Reading::kAllOutbound;
+      s.in_vain = nobody_answers_ = true;
     } else {
       s.reading = s.bit_clear > 0 ? Reading::kMacBit : Reading::kByPair;
       any_outbound = true;
     }
   }
+  nobody_answers_ = nobody_answers_ && !any_outbound && !any_returned;
   outbound_only_ = any_outbound && !any_returned;
   returned_only_ = any_returned && !any_outbound;
 }
@@ -147,6 +178,10 @@ Direction DirectionLearner::Classify(const wire::FrameView& frame) const noexcep
       return bit_differs ? by_bit : Direction::kByPair;
     case Reading::kAllReturned:
       return bit_differs ? by_bit : Direction::kReturned;
+    case Reading::kAllOutbound:
+      if (bit_differs) return by_bit;
+      // Whoever was plugged in meanwhile counts.
+      return AnyWorkingCounter(frame) ? Direction::kByPair : Direction::kOutbound;
     case Reading::kForeign:
       return Direction::kForeign;
   }
@@ -159,7 +194,7 @@ bool DirectionLearner::IsGuest(const wire::FrameView& frame) const noexcept {
 
 bool DirectionLearner::Unanswered(const wire::FrameView& frame) const noexcept {
   const Sender* sender = Find(SenderOf(frame));
-  return sender != nullptr && !sender->answered;
+  return sender != nullptr && !sender->answered && !sender->in_vain;
 }
 
 bool DirectionLearner::BehindSlaves(const wire::FrameView& frame) const noexcept {

@@ -49,6 +49,9 @@ class DirectionLearner {
   [[nodiscard]] bool outbound_only() const { return outbound_only_; }
   /// True when the window held only frames that came back.
   [[nodiscard]] bool returned_only() const { return returned_only_; }
+  /// True when the window held frames of the master, repeated under one index after a time-out, and none that came
+  /// back: there is nobody who could answer.
+  [[nodiscard]] bool nobody_answers() const { return nobody_answers_; }
   /// True for a sender that was not there in the window, on a bus whose master was.
   [[nodiscard]] bool IsGuest(const wire::FrameView& frame) const noexcept;
   /// True when frames of this sender are captured, and none that came back to it: what it sends is taken as done.
@@ -57,7 +60,7 @@ class DirectionLearner {
   [[nodiscard]] bool BehindSlaves(const wire::FrameView& frame) const noexcept;
 
  private:
-  enum class Reading : std::uint8_t { kMacBit, kByPort, kByFlag, kByPair, kAllReturned, kForeign };
+  enum class Reading : std::uint8_t { kMacBit, kByPort, kByFlag, kByPair, kAllReturned, kAllOutbound, kForeign };
   struct Open {
     bool used = false;
     std::uint64_t key = 0;
@@ -76,7 +79,13 @@ class DirectionLearner {
     std::uint32_t flag_out = 0;
     std::uint32_t port_out = 0;
     std::uint32_t port_back = 0;
-    bool answered = false;  ///< some of its frames were seen coming back
+    bool answered = false;           ///< some of its frames were seen coming back
+    bool in_vain = false;            ///< it repeats what it sends, and nothing comes back
+    std::uint64_t last_content = 0;  ///< of the frame before ...
+    std::uint8_t last_index = 0;     ///< ... and the index of its first datagram
+    FrameRef last;
+    std::uint32_t repeated = 0;       ///< frames like the one before, behind a pause
+    std::uint32_t index_changes = 0;  ///< frames with another index than the one before
     Reading reading = Reading::kMacBit;
     std::array<Open, 32> open{};  ///< frames not answered yet, a small ring
     std::uint8_t open_next = 0;
@@ -87,12 +96,14 @@ class DirectionLearner {
   Sender* Find(std::uint64_t mac) noexcept;
   [[nodiscard]] const Sender* Find(std::uint64_t mac) const noexcept;
   static void LearnPair(Sender& sender, const wire::FrameView& frame) noexcept;
+  static void LearnRepetition(Sender& sender, const wire::FrameView& frame) noexcept;
 
   std::array<Sender, kMaxMasters> senders_{};
   std::size_t count_ = 0;
   bool master_proven_ = false;
   bool outbound_only_ = false;
   bool returned_only_ = false;
+  bool nobody_answers_ = false;
 };
 
 /// True when a slave visibly acted on any datagram: a working counter above 0.

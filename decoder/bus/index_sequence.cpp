@@ -1,91 +1,107 @@
 #include "decoder/bus/index_sequence.h"
 
-#include <algorithm>
-#include <array>
 #include <bit>
 
 namespace ecaudit::bus {
-namespace {
 
-/// Instead of a number of steps: the master numbers several kinds of frames side by side, cyclic and acyclic ones say.
-constexpr unsigned kSideBySide = ~0U;
-
-/// SOEM, TwinCAT, and whoever counts in so many bits.
-bool MayBeHighest(std::uint8_t index) {
-  constexpr std::array<std::uint8_t, 8> kKnown{15, 31, 63, 127, 238, 239, 254, 255};
-  return std::find(kKnown.begin(), kKnown.end(), index) != kKnown.end();
+/// Position counters change on the way: frames addressed by them are one kind.
+std::size_t IndexSequence::KindOf(const wire::FrameView& frame) noexcept {
+  constexpr std::size_t kHalf = kKinds / 2;
+  const wire::DatagramView d = frame[0];
+  const wire::Command c = d.command();
+  if (wire::IsLogical(c)) {
+    const std::uint32_t address = d.logical_address();
+    return (address ^ address >> 5U ^ address >> 11U ^ address >> 16U) % kHalf;
+  }
+  if (wire::IsBroadcast(c)) return kHalf;
+  if (wire::IncrementsAdp(c)) return kHalf + 1;
+  return kHalf + 2 + d.adp() % (kHalf - 2);
 }
 
-}  // namespace
-
-bool IndexSequence::IsRegular() const noexcept {
-  const auto regular = static_cast<unsigned>(std::popcount(history_));
-  return steps_ != kSideBySide && steps_ >= kEnough && (steps_ - regular) * kOneOddIn <= steps_;
+IndexSequence::Said IndexSequence::Ask(Counter& counter, std::uint8_t first, std::uint8_t last, bool proven,
+                                       Verdict& verdict) const noexcept {
+  const bool regular = counter.indices.IsRegular();
+  const bool excused = counter.break_ != break_;
+  const IndexCounter::Step step = counter.indices.Follow(first, last);
+  counter.break_ = break_;
+  if (step == IndexCounter::Step::kFollows) {
+    verdict.next = verdict.next || regular;
+    return Said::kFollows;
+  }
+  if (step == IndexCounter::Step::kUnknown || excused) return Said::kNothing;
+  verdict.begins = verdict.begins || step == IndexCounter::Step::kBegins;
+  if (!regular || !proven) return Said::kOdd;
+  verdict.broken = true;
+  return Said::kNothing;
 }
 
-bool IndexSequence::Follows(std::uint8_t first) const noexcept {
-  return first == static_cast<std::uint8_t>(last_first_ + 1U) || first == static_cast<std::uint8_t>(last_ + 1U) ||
-         (wrapped_ && AtHighest() && first == lowest_);
-}
-
-bool IndexSequence::IsNext(const wire::FrameView& frame) const noexcept {
-  return !skipped_ && !frame.empty() && IsRegular() && Follows(frame[0].index());
-}
-
-bool IndexSequence::IsBehind(const wire::FrameView& frame, std::uint64_t count) const noexcept {
-  if (!any_ || frame.empty()) return false;
-  const std::uint32_t round = wrapped_ ? span() : 256;
-  const std::uint32_t behind = (std::uint32_t{last_first_} + round - frame[0].index() % round) % round;
-  return behind <= count;
+void IndexSequence::Prove(Said said, std::uint8_t& proven) noexcept {
+  if (said == Said::kFollows && proven < kProven) ++proven;
+  if (said == Said::kOdd) proven = 0;
 }
 
 IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool repeats) noexcept {
   if (frame.empty()) {
-    skipped_ = true;
+    Skip();
     return Step::kUnknown;
   }
   const std::uint8_t first = frame[0].index();
+  const std::uint8_t last = frame[frame.size() - 1].index();
   if (any_ && repeats && first == last_first_) return Step::kUnknown;
-  const bool next = any_ && Follows(first);
-  // Not numbered, unless the master has few indices and 0 is one of them.
-  if (first == 0 && !next && !(wrapped_ && span() <= kFew)) return Step::kUnknown;
-  Step step = Step::kUnknown;
-  const bool back = any_ && first < last_first_;
-  // Where the master begins anew is not known before it has; index 0 may have been taken for none.
-  const bool may_begin_anew = back && !next && first <= std::max<std::uint8_t>(lowest_, 1) &&
-                              ((wrapped_ && AtHighest()) || MayBeHighest(last_first_));
-  const bool was_odd = steps_ > 0 && (history_ & 1U) == 0;
-  if (was_odd && !next && first == static_cast<std::uint8_t>(odd_from_ + 1U)) steps_ = kSideBySide;  // and back again
-  if (any_ && !skipped_ && !may_begin_anew && steps_ != kSideBySide) {
-    if (IsRegular()) step = next ? Step::kNext : Step::kBroken;
-    if (step == Step::kBroken && back) {
-      if (first == odd_to_ && last_first_ == odd_from_) {
-        // Twice the same step back: another master, which begins anew there.
-        lowest_ = first;
-        highest_ = last_first_;
-        step = Step::kUnknown;
-      }
-    }
-    if (!next) {
-      odd_from_ = last_first_;
-      odd_to_ = first;
-    }
-    history_ = history_ << 1U | (next ? 1U : 0U);
-    steps_ = std::min(steps_ + 1, kMost);
-  }
-  lowest_ = any_ ? std::min(lowest_, first) : first;
-  highest_ = may_begin_anew ? last_first_ : std::max(highest_, first);
-  wrapped_ = wrapped_ || back;
-  if (!wrapped_ && highest_ > kFew && lowest_ < kMany && IsRegular()) {
-    // Who counts further than SOEM and did not begin where TwinCAT does counts to the end.
-    highest_ = 255;
-    wrapped_ = true;
-  }
   any_ = true;
-  skipped_ = false;
   last_first_ = first;
-  last_ = frame[frame.size() - 1].index();
-  return step;
+  const std::size_t number = KindOf(frame);
+  Kind& kind = kinds_[number];
+  Counter& half = halves_[IsLogical(number) ? 0 : 1];
+  std::uint32_t& share_all = share_all_[IsLogical(number) ? 0 : 1];
+  Verdict verdict;
+  const bool of_all = kind.in_all >= kProven || std::popcount(share_all) >= kProvenKinds;
+  const Said by_all = Ask(all_, first, last, of_all, verdict);
+  Prove(by_all, kind.in_all);
+  if (by_all == Said::kFollows) share_all |= 1U << number;
+  if (by_all == Said::kOdd) share_all = 0;
+  span_ = all_.indices.round();
+  if (verdict.next) {
+    // Nearly always. What the others make of it does not matter.
+    (void)half.indices.Follow(first, last);
+    half.break_ = kind.own.break_ = break_;
+    (void)kind.own.indices.Follow(first, last);
+    return Step::kNext;
+  }
+  Prove(Ask(half, first, last, kind.in_half >= kProven, verdict), kind.in_half);
+  if (verdict.next) span_ = half.indices.round();
+  const bool next_in_half = verdict.next;
+  (void)Ask(kind.own, first, last, true, verdict);
+  if (verdict.next) {
+    if (!next_in_half) span_ = kind.own.indices.round();
+    return Step::kNext;
+  }
+  if (!verdict.broken) return Step::kUnknown;
+  ++break_;
+  all_.break_ = half.break_ = kind.own.break_ = break_;
+  // Who begins from the lowest with a command to all slaves sets up the bus.
+  return verdict.begins && wire::IsBroadcast(frame[0].command()) ? Step::kUnknown : Step::kBroken;
+}
+
+bool IndexSequence::IsNext(const wire::FrameView& frame) const noexcept {
+  if (frame.empty()) return false;
+  const std::uint8_t first = frame[0].index();
+  const std::size_t number = KindOf(frame);
+  const auto continues = [&](const Counter& counter) {
+    return counter.break_ == break_ && counter.indices.IsRegular() && counter.indices.IsNext(first);
+  };
+  return continues(all_) || continues(halves_[IsLogical(number) ? 0 : 1]) || continues(kinds_[number].own);
+}
+
+bool IndexSequence::IsNumbered(const wire::FrameView& frame) const noexcept {
+  if (frame.empty()) return false;
+  const std::size_t number = KindOf(frame);
+  return all_.indices.IsRegular() || halves_[IsLogical(number) ? 0 : 1].indices.IsRegular() ||
+         kinds_[number].own.indices.IsRegular();
+}
+
+bool IndexSequence::IsBehind(const wire::FrameView& frame, std::uint64_t count) const noexcept {
+  return any_ && !frame.empty() && all_.indices.IsBehind(frame[0].index(), count);
 }
 
 }  // namespace ecaudit::bus

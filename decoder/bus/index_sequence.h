@@ -1,15 +1,17 @@
 /// in: the frames of one master in the order in which they were sent.  out: whether frames between two of them are
 /// missing, by the indices alone.
 ///
-/// Masters number what they send: the index of a frame is one more than that of the frame before, or than that of its
-/// last datagram, up to the highest that the master uses (15 with SOEM, 239 with TwinCAT, 255 with others), then from
-/// the lowest again. Where a master has kept to that, a frame that does not follow proves that others between are not
-/// in the capture. Masters that use one index for everything, or number several kinds of frames side by side, tell
-/// nothing; frames with index 0 between others that leave out 0 are not numbered.
+/// Masters number what they send, each in its own way: all frames in one row, cyclic and acyclic frames side by side, a
+/// row for each slave, some frames not at all. Which way it is, is what the frames show: the counters of all three ways
+/// are followed at once, and a frame that continues any of them that has been regular so far proves that none is
+/// missing. One that continues none proves a hole where a counter that frames of its kind used to continue is left.
+/// Masters that use one index for everything, or numbers without order, tell nothing.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
+#include "decoder/bus/index_counter.h"
 #include "decoder/wire/frame_view.h"
 
 namespace ecaudit::bus {
@@ -23,43 +25,58 @@ class IndexSequence {
   };
 
   /// The next frame. @param repeats it has the key of the frame before, which has not come back: a master may repeat it
-  Step Follow(const wire::FrameView& frame, bool repeats) noexcept;
+  [[nodiscard]] Step Follow(const wire::FrameView& frame, bool repeats) noexcept;
   /// A frame was sent whose index cannot be read.
-  void Skip() noexcept { skipped_ = true; }
+  void Skip() noexcept { ++break_; }
   /// True when the master is regular and this is the index of its next frame.
   [[nodiscard]] bool IsNext(const wire::FrameView& frame) const noexcept;
   /// True when the index lies at most `count` behind the last one: what was sent before that.
   [[nodiscard]] bool IsBehind(const wire::FrameView& frame, std::uint64_t count) const noexcept;
   /// How many indices the master uses, as far as seen. After so many frames the next one has the same again.
-  [[nodiscard]] std::uint32_t span() const {
-    const std::uint32_t seen = steps_ == 0 ? 0 : std::uint32_t{highest_} - lowest_ + 1;
-    return wrapped_ || seen <= kFew ? seen : kMany;
-  }
+  [[nodiscard]] std::uint32_t span() const { return span_; }
+  /// True when the frames are numbered: equal indices one after the other are then no chance.
+  [[nodiscard]] bool IsNumbered(const wire::FrameView& frame) const noexcept;
 
  private:
-  /// Masters use 16 indices (SOEM), or 112 (TwinCAT) and more.
-  static constexpr std::uint32_t kFew = 16;
-  static constexpr std::uint32_t kMany = 112;
-  /// Steps that the judgement rests on, at most 32, and how many of them may be odd for the master to be regular.
-  static constexpr unsigned kEnough = 8;
-  static constexpr unsigned kMost = 32;
-  static constexpr unsigned kOneOddIn = 8;
+  /// A counter is one of a kind of frames when it was continued so often by them, without a miss between.
+  static constexpr std::uint8_t kProven = 4;
+  /// Where so many kinds of one half share the counter of all frames, the others of that half do.
+  static constexpr int kProvenKinds = 3;
+  static constexpr std::size_t kKinds = 16;
 
-  [[nodiscard]] bool IsRegular() const noexcept;
-  [[nodiscard]] bool Follows(std::uint8_t first) const noexcept;
-  [[nodiscard]] bool AtHighest() const noexcept { return last_first_ == highest_ || last_ == highest_; }
+  struct Counter {
+    IndexCounter indices;
+    std::uint32_t break_ = 0;  ///< of IndexSequence, when its last frame came
+  };
+  /// Frames of one kind: the same sort of command, and mostly the same slave or logical address.
+  struct Kind {
+    Counter own;
+    std::uint8_t in_all = 0;   ///< frames of this kind that continued the counter of all frames, and ...
+    std::uint8_t in_half = 0;  ///< ... that of their half
+  };
+  struct Verdict {
+    bool next = false;
+    bool broken = false;
+    bool begins = false;
+  };
 
-  bool any_ = false;             ///< a frame was seen
-  bool skipped_ = false;         ///< behind the last one there was one that could not be read
-  bool wrapped_ = false;         ///< the highest was followed by the lowest: both are known
+  [[nodiscard]] static std::size_t KindOf(const wire::FrameView& frame) noexcept;
+  [[nodiscard]] static bool IsLogical(std::size_t kind) noexcept { return kind < kKinds / 2; }
+  enum class Said : std::uint8_t { kNothing, kFollows, kOdd };
+  /// @param proven the counter is one of this kind of frames
+  [[nodiscard]] Said Ask(Counter& counter, std::uint8_t first, std::uint8_t last, bool proven,
+                         Verdict& verdict) const noexcept;
+
+  static void Prove(Said said, std::uint8_t& proven) noexcept;
+
+  bool any_ = false;
   std::uint8_t last_first_ = 0;  ///< of the first datagram of the last frame
-  std::uint8_t last_ = 0;        ///< of its last datagram
-  std::uint8_t lowest_ = 0;      ///< of the first datagrams of all frames
-  std::uint8_t highest_ = 0;
-  std::uint8_t odd_from_ = 0;  ///< the last step that was none to the next index ...
-  std::uint8_t odd_to_ = 0;    ///< ... 0 to 0: none
-  unsigned steps_ = 0;         ///< in history_
-  std::uint32_t history_ = 0;  ///< 1: the step was regular; newest in bit 0
+  std::uint32_t span_ = 1;
+  std::uint32_t break_ = 0;  ///< counts places behind which no counter need go on
+  Counter all_;
+  std::array<std::uint32_t, 2> share_all_{};  ///< kinds of each half that continued it, one bit each
+  std::array<Counter, 2> halves_;             ///< of logical commands, and of all others
+  std::array<Kind, kKinds> kinds_;
 };
 
 }  // namespace ecaudit::bus

@@ -10,9 +10,6 @@
 namespace ecaudit::bus {
 namespace {
 
-/// Stamps go back so far only where two captures were put together, or the clock was set.
-constexpr std::int64_t kSeamNs = 1'000'000'000;
-
 /// Longer ones are the steps of coarse stamps.
 constexpr std::int64_t kMaxRoundTripNs = 500'000;
 
@@ -49,6 +46,7 @@ bool OnlyIndexFlipped(const wire::DatagramView& a, const wire::DatagramView& b) 
 }  // namespace
 
 Pairing::Pairing(const DirectionLearner& directions, BusSink& sink) : directions_(directions), sink_(sink) {
+  statistics_.nobody_answers = directions.nobody_answers();
   std::iota(place_.begin(), place_.end(), std::uint16_t{0});
   for (Slot& slot : slots_) {
     slot.bytes.reserve(1536);
@@ -59,7 +57,7 @@ Pairing::Pairing(const DirectionLearner& directions, BusSink& sink) : directions
 void Pairing::Push(const wire::FrameView& frame) noexcept {
   if (frame.ref().has_time) {
     // Where a capture was put behind another one, the returns of what was under way are missing.
-    if (last_.has_time && Elapsed(frame.ref().time, last_.time) > kSeamNs) DoubtAll();
+    if (last_.has_time && ClockJumps(last_.time, frame.ref().time)) DoubtAll(Undecided::kSecondCapture);
     last_ = frame.ref();
   }
   if (frame.kind() == wire::FrameKind::kOther) {
@@ -67,7 +65,7 @@ void Pairing::Push(const wire::FrameView& frame) noexcept {
       At(head_ - 1).followed_by_other = true;
     }
     if (frame.cut_before_type()) {
-      DoubtAll();
+      DoubtAll(Undecided::kUnreadableReturn);
       for (Sender& sender : senders_) sender.rhythm.indices.Skip();
     }
     return;
@@ -83,6 +81,7 @@ void Pairing::Push(const wire::FrameView& frame) noexcept {
     sink_.OnFrame(frame, direction);
     if (direction == Direction::kOutbound) {
       ++statistics_.outbound;
+      Count(Undecided::kUnreadable);
       senders_[SenderIndex(frame)].rhythm.indices.Skip();
       sink_.OnUnusable(frame, Unusable::kMalformed, true);
     } else {
@@ -129,19 +128,25 @@ std::uint8_t Pairing::SenderIndex(const wire::FrameView& frame) noexcept {
 
 /// Whether the capture misses frames of this sender between its last one and this. Then what is under way may have come
 /// back unseen.
-Hole Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, bool repeats) noexcept {
+Hole Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats repeats) noexcept {
   Rhythm& rhythm = senders_[sender].rhythm;
-  const IndexSequence::Step step = rhythm.indices.Follow(frame, repeats);
+  const IndexSequence::Step step = rhythm.indices.Follow(frame, repeats != Repeats::kNo);
   const FrameRef last = std::exchange(rhythm.last, frame.ref());
   if (step == IndexSequence::Step::kBroken) {
     OnHole(sender, frame.ref());
     return Hole::kCertain;
   }
+  if (repeats == Repeats::kAll) ++statistics_.repeated_unanswered;
   if (!last.has_time || !frame.ref().has_time) return Hole::kNone;
   const bool goes_on = step == IndexSequence::Step::kNext;
   const std::int64_t apart = Elapsed(last.time, frame.ref().time);
-  if (apart < -kSeamNs && !goes_on) {
-    Doubt(sender);
+  // It was the time-out of a master that waits for its frame, whose index is never twice the same else.
+  if (repeats == Repeats::kAll && apart >= 0 &&
+      (rhythm.indices.IsNumbered(frame) || (apart <= kRetryNs && !wire::IsLogical(frame[0].command())))) {
+    return Hole::kNone;
+  }
+  if (ClockJumps(last.time, frame.ref().time) && !goes_on) {
+    DoubtUnderWay(sender, Undecided::kSecondCapture);
     return Hole::kPossible;
   }
   if (apart < 0) return Hole::kNone;  // where the numbers go on it was only the clock that was set
@@ -150,7 +155,7 @@ Hole Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, bool rep
   const bool round = apart / std::max<std::int64_t>(rhythm.mean_ns, 1) + 1 >= rhythm.indices.span();
   if (goes_on && !round) return Hole::kNone;
   // A master that waits for a frame until its time-out is silent, too.
-  if (!goes_on || apart > kSilentNs) Doubt(sender);
+  if (!goes_on || apart > kSilentNs) DoubtUnderWay(sender, Undecided::kSilence);
   return Hole::kPossible;
 }
 
@@ -172,16 +177,22 @@ bool Pairing::IsSilence(Rhythm& rhythm, std::int64_t apart) noexcept {
 
 /// What is under way may have come back unseen. What was overtaken more than once before had its time (a frame without
 /// number may stand between it and the one that shows the hole).
-void Pairing::Doubt(std::uint8_t sender) noexcept {
+void Pairing::DoubtUnderWay(std::uint8_t sender, Undecided reason) noexcept {
   for (std::uint64_t s = tail_; s != head_; ++s) {
     Slot& slot = At(s);
-    if (slot.state == SlotState::kOpen && slot.sender == sender && slot.overtaken <= 1) slot.undecided = true;
+    if (slot.state == SlotState::kOpen && slot.sender == sender && slot.overtaken <= 1) Doubt(slot, reason);
   }
+}
+
+void Pairing::Doubt(Slot& slot, Undecided reason) noexcept {
+  if (slot.undecided) return;
+  slot.undecided = true;
+  slot.reason = reason;
 }
 
 void Pairing::OnHole(std::uint8_t sender, const FrameRef& behind) noexcept {
   if (statistics_.holes++ == 0) statistics_.first_hole = behind;
-  Doubt(sender);
+  DoubtUnderWay(sender, Undecided::kHole);
   for (std::uint64_t s = tail_; s != head_; ++s) {
     Slot& slot = At(s);
     if (slot.state != SlotState::kOpen || slot.sender != sender || slot.overtaken > 0 || slot.copy) continue;
@@ -204,15 +215,25 @@ Hole Pairing::HoleBefore(const wire::FrameView& orphan) noexcept {
   }
   // Frames sent later may be under way already: then it only looks as if it came from before.
   if (open > 0 && senders_[sender].rhythm.indices.IsBehind(orphan, open)) return Hole::kNone;
-  const Hole hole = Follow(sender, orphan, false);
+  const Hole hole = Follow(sender, orphan, Repeats::kNo);
   return hole == Hole::kNone ? TakeHole(head_) : hole;
 }
 
-void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool undecided) noexcept {
+Pairing::Repeats Pairing::RepeatsLast(std::uint8_t sender, std::uint64_t key, ByteSpan kept) noexcept {
+  const std::uint64_t newest = senders_[sender].newest;
+  if (newest <= tail_) return Repeats::kNo;
+  const Slot& before = At(newest - 1);
+  if (before.state != SlotState::kOpen || before.key != key) return Repeats::kNo;
+  return std::equal(before.bytes.begin(), before.bytes.end(), kept.begin(), kept.end()) ? Repeats::kAll
+                                                                                        : Repeats::kIndex;
+}
+
+void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool before_first_return) noexcept {
   ++statistics_.outbound;
   const std::uint8_t sender = SenderIndex(frame);
   if (senders_[sender].assumed) {
-    sink_.OnTransaction({&frame, nullptr, true, Follow(sender, frame, false)});
+    Count(Undecided::kNoReturns);
+    sink_.OnTransaction({&frame, nullptr, true, Follow(sender, frame, Repeats::kNo)});
     return;
   }
   if (WasEarly(frame, key)) {
@@ -232,8 +253,7 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
   const ByteSpan kept = frame.bytes().first(frame.used_bytes());
   const bool copy = MayBeCopy(frame, kept);
   if (!copy) {
-    const Slot* before = head_ == tail_ ? nullptr : &At(head_ - 1);
-    const bool repeats = before != nullptr && before->state == SlotState::kOpen && before->key == key;
+    const Repeats repeats = RepeatsLast(sender, key, kept);
     if (const Hole hole = Follow(sender, frame, repeats); hole != Hole::kNone) {
       if (hole > hole_) hole_ = hole;
       behind_hole_ = head_;
@@ -242,10 +262,14 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
   TakeWarmSlot();
   Slot& slot = At(head_);
   slot.sequence = head_++;
+  slot.sent_before = statistics_.outbound;
+  senders_[sender].newest = head_;
+  ++statistics_.under_way;
   slot.state = SlotState::kOpen;
   slot.sender = sender;
   slot.followed_by_other = false;
-  slot.undecided = undecided;
+  slot.undecided = before_first_return;
+  slot.reason = Undecided::kBeforeFirstReturn;
   slot.copy = copy;
   slot.overtaken = 0;
   slot.key = key;
@@ -339,15 +363,16 @@ Pairing::Slot* Pairing::FindCut(const wire::FrameView& frame) noexcept {
     if (slot.view.kind() != wire::FrameKind::kCut && frame.kind() != wire::FrameKind::kCut) continue;
     const std::size_t common = std::min(slot.view.size(), frame.size());
     if (!Answers(slot.view, frame, common)) continue;
-    if (common == 0) DoubtAll();  // a guess: none of those under way can be called lost any more
+    if (common == 0)
+      DoubtAll(Undecided::kUnreadableReturn);  // a guess: none of those under way can be called lost any more
     return &slot;
   }
   return nullptr;
 }
 
 /// Nobody can say what a packet was; it may have been the return of any frame under way.
-void Pairing::DoubtAll() noexcept {
-  for (std::uint64_t s = tail_; s != head_; ++s) At(s).undecided = true;
+void Pairing::DoubtAll(Undecided reason) noexcept {
+  for (std::uint64_t s = tail_; s != head_; ++s) Doubt(At(s), reason);
 }
 
 Pairing::Slot* Pairing::FindAlike(const wire::FrameView& frame) noexcept {
@@ -371,6 +396,7 @@ void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datag
   slot.returned_interface = returned.interface_index();
   slot.returned_bytes.assign(datagrams.begin(), datagrams.end());
   ++statistics_.paired;
+  --statistics_.under_way;
   Sender& sender = senders_[slot.sender];
   sender.own_return_port = returned.interface_index() != slot.view.interface_index();
   // Captures of two interfaces do not begin at the same moment: what was sent before may have come back unseen.
@@ -380,7 +406,7 @@ void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datag
   for (std::uint64_t s = tail_; s != head_ && &At(s) != &slot; ++s) {
     Slot& other = At(s);
     if (other.state != SlotState::kOpen || other.sender != slot.sender) continue;
-    if (first_on_other_port) other.undecided = true;
+    if (first_on_other_port) Doubt(other, Undecided::kBeforeFirstReturn);
     if (++other.overtaken >= kOvertakenLimit) Lose(other, Loss::kOvertaken);
   }
   DropAnsweredTail();
@@ -427,6 +453,7 @@ bool Pairing::WasEarly(const wire::FrameView& frame, std::uint64_t key) noexcept
 
 void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot* slot) noexcept {
   ++statistics_.returned;
+  statistics_.nobody_answers = false;
   Sender& sender = senders_[SenderIndex(frame)];
   sender.assumed = false;
   // A master whose first frame comes back when another one has long been at work: another capture was put behind.
@@ -435,7 +462,7 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
     if (master.answered || statistics_.paired < kLong) return Hole::kNone;
     if (statistics_.holes++ == 0) statistics_.first_hole = behind;
     for (std::uint8_t other = 0; other < sender_count_; ++other) {
-      if (senders_[other].answered) Doubt(other);
+      if (senders_[other].answered) DoubtUnderWay(other, Undecided::kSecondCapture);
     }
     return Hole::kCertain;
   };
@@ -443,6 +470,8 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
     // Both copies of a packet that was captured twice came back, and so did those of its return.
     slot->state = SlotState::kAnswered;
     slot->returned_bytes.clear();
+    --statistics_.under_way;
+    Count(Undecided::kCapturedTwice);
     ++statistics_.captured_twice;
     ++statistics_.outbound_twice;
     DropAnsweredTail();
@@ -490,7 +519,10 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
   ++statistics_.unmatched_returned;
   // Frames do not overtake each other: what was sent before the capture began comes back before all others.
   const bool missed = statistics_.paired > 0;
-  if (missed) ++statistics_.missed_outbound;
+  if (missed) {
+    ++statistics_.missed_outbound;
+    drops_.MissOutbound(frame.ref().number, statistics_.outbound);
+  }
   early_[next_early_] = {key, frame.ref(), frame.interface_index(), true, missed};
   next_early_ = static_cast<std::uint8_t>((next_early_ + 1U) % early_.size());
   const Hole late = appears_late(sender, frame.ref());
@@ -500,6 +532,7 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
 
 void Pairing::PushUnusable(const wire::FrameView& frame) noexcept {
   ++statistics_.returned;
+  statistics_.nobody_answers = false;
   sink_.OnUnusable(frame, Unusable::kMalformed, true);
   // It did come back, so the frame it answers is damaged but not lost.
   if (Slot* alike = FindAlike(frame); alike != nullptr) {
@@ -507,7 +540,7 @@ void Pairing::PushUnusable(const wire::FrameView& frame) noexcept {
     sink_.OnDoubtful(alike->view);
     Answer(*alike, frame, {});
   } else {
-    DoubtAll();
+    DoubtAll(Undecided::kUnreadableReturn);
   }
 }
 
@@ -522,17 +555,22 @@ void Pairing::DoubtOvertakenBy(const Slot& slot) noexcept {
 
 void Pairing::Lose(Slot& slot, Loss loss) noexcept {
   slot.state = SlotState::kFree;
+  --statistics_.under_way;
   if (slot.copy) {
+    Count(Undecided::kCapturedTwice);
     ++statistics_.captured_twice;
     ++statistics_.outbound_twice;
     return;
   }
   if (slot.undecided || !senders_[slot.sender].answered) {
-    ++statistics_.undecided;
+    Count(slot.undecided               ? slot.reason
+          : statistics_.nobody_answers ? Undecided::kNobodyAnswers
+                                       : Undecided::kNoReturns);
     sink_.OnLost(slot.view, Loss::kUndecided, slot.followed_by_other);
     return;
   }
   ++statistics_.lost;
+  drops_.MissReturn(slot.view.ref().number, slot.sent_before);
   sink_.OnLost(slot.view, loss, slot.followed_by_other);
 }
 
@@ -558,10 +596,13 @@ void Pairing::Finish() noexcept {
       Lose(slot, Loss::kOvertaken);
     } else if (silent[tail_ % kSlots]) {
       Lose(slot, Loss::kSilence);
-    } else {
-      ++statistics_.under_way_at_end;
     }
   }
+  drops_.Finish();
+  statistics_.dropped_every = drops_.distance();
+  const std::uint64_t left_out = std::min(drops_.returns(), statistics_.lost);
+  statistics_.lost -= left_out;
+  statistics_.undecided[static_cast<std::size_t>(Undecided::kRecorder)] += left_out;
 }
 
 /// @param later how many frames the same sender sent after this one, none of which came back either

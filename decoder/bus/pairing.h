@@ -9,7 +9,8 @@
 /// frames from before the first return where each direction has its own interface, and frames of which a packet cut by
 /// the snap length may be the return, are undecided. So are frames under way where the capture has a hole: where the
 /// indices of a master that numbers its frames do not follow each other, and, where indices do not tell, where it was
-/// silent for much longer than before.
+/// silent for much longer than before. A master that sends the same frame again after a silence has shown that it was
+/// its time-out: the first one is lost. Where nobody answers at all nothing is lost, and nothing is taken as done.
 #pragma once
 
 #include <array>
@@ -18,6 +19,8 @@
 #include <vector>
 
 #include "decoder/bus/direction.h"
+#include "decoder/bus/drop_pattern.h"
+#include "decoder/bus/frame_ledger.h"
 #include "decoder/bus/index_sequence.h"
 #include "decoder/bus/transaction.h"
 
@@ -28,6 +31,9 @@ struct PairingStatistics {
   std::uint64_t returned = 0;
   std::uint64_t paired = 0;
   std::uint64_t lost = 0;
+  std::uint64_t under_way = 0;  ///< at the end of the capture those that may still come back
+  /// No return seen, but it may have come back; by reason.
+  std::array<std::uint64_t, kUndecidedReasons> undecided{};
   std::uint64_t duplicated = 0;
   std::uint64_t captured_twice =
       0;  ///< copies on another interface, or right behind: a matter of the capture, left out
@@ -38,9 +44,13 @@ struct PairingStatistics {
   FrameRef first_hole;                   ///< the frame behind the first of them
   std::uint64_t altered = 0;
   std::uint64_t foreign = 0;
-  std::uint64_t undecided = 0;  ///< no return seen, but it may have come back
-  std::uint64_t under_way_at_end = 0;
-  std::uint64_t identical_stamps = 0;  ///< pairs whose two copies have the same time stamp
+  std::uint64_t identical_stamps = 0;     ///< pairs whose two copies have the same time stamp
+  std::uint64_t repeated_unanswered = 0;  ///< the frame before once more, which had not come back
+  std::uint64_t dropped_every = 0;        ///< the recorder left out one of so many packets, regularly; 0: it did not
+  bool nobody_answers = false;            ///< frames are repeated after a time-out, and nothing ever came back
+
+  /// What became of the outbound frames; balances at any moment.
+  [[nodiscard]] FrameLedger frames() const { return {outbound, paired, lost, under_way, undecided}; }
 };
 
 class Pairing {
@@ -62,6 +72,8 @@ class Pairing {
   static constexpr std::int64_t kSilentTimes = 4;
   static constexpr std::uint32_t kWindow = 64;
   static constexpr std::uint32_t kLeast = 16;
+  /// Masters that do not number their frames repeat them after no longer than this.
+  static constexpr std::int64_t kRetryNs = 20'000'000;
   /// An outbound frame right behind an equal one, and no later than this, may be the same packet captured twice.
   static constexpr std::int64_t kCopyNs = 50'000;
 
@@ -90,17 +102,20 @@ class Pairing {
     bool answered = false;         ///< something came back to it
     bool assumed = false;          ///< its returns are not captured: what it sends is taken as done
     bool own_return_port = false;  ///< outbound and returned copies were captured on two interfaces
+    std::uint64_t newest = 0;      ///< one more than the sequence number of its last frame; 0: none
     Rhythm rhythm;
   };
   struct Slot {
     SlotState state = SlotState::kFree;
     std::uint8_t sender = 0;
     bool followed_by_other = false;  ///< the very next packet was no EtherCAT frame
-    bool undecided = false;          ///< may have come back unseen
+    bool undecided = false;          ///< may have come back unseen ...
+    Undecided reason{};              ///< ... because of this
     bool copy = false;               ///< may be the packet before it, captured twice
     std::uint32_t overtaken = 0;
     std::uint64_t key = 0;
     std::uint64_t sequence = 0;
+    std::uint64_t sent_before = 0;  ///< outbound frames up to this one
     FrameRef returned;
     std::uint16_t returned_interface = 0;
     wire::FrameView view;
@@ -116,15 +131,24 @@ class Pairing {
     bool counted_as_missed = false;
   };
 
-  void PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool undecided) noexcept;
+  /// How an outbound frame looks beside the one that its sender sent before, as far as that one is still under way.
+  enum class Repeats : std::uint8_t {
+    kNo,
+    kIndex,  ///< same header: a master may repeat it, changed
+    kAll,    ///< the same once more
+  };
+
+  void PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool before_first_return) noexcept;
   void PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot* slot) noexcept;
   void PushByPair(const wire::FrameView& frame, std::uint64_t key) noexcept;
   void PushUnusable(const wire::FrameView& frame) noexcept;
   void PushForeign(const wire::FrameView& frame) noexcept;
-  void DoubtAll() noexcept;
-  [[nodiscard]] Hole Follow(std::uint8_t sender, const wire::FrameView& frame, bool repeats) noexcept;
+  void DoubtAll(Undecided reason) noexcept;
+  static void Doubt(Slot& slot, Undecided reason) noexcept;
+  [[nodiscard]] Repeats RepeatsLast(std::uint8_t sender, std::uint64_t key, ByteSpan kept) noexcept;
+  [[nodiscard]] Hole Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats repeats) noexcept;
   [[nodiscard]] static bool IsSilence(Rhythm& rhythm, std::int64_t apart) noexcept;
-  void Doubt(std::uint8_t sender) noexcept;
+  void DoubtUnderWay(std::uint8_t sender, Undecided reason) noexcept;
   void OnHole(std::uint8_t sender, const FrameRef& behind) noexcept;
   [[nodiscard]] Hole HoleBefore(const wire::FrameView& orphan) noexcept;
   [[nodiscard]] Hole TakeHole(std::uint64_t sequence) noexcept;
@@ -136,6 +160,7 @@ class Pairing {
   [[nodiscard]] bool WasEarly(const wire::FrameView& frame, std::uint64_t key) noexcept;
   void Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datagrams) noexcept;
   void Lose(Slot& slot, Loss loss) noexcept;
+  void Count(Undecided reason) noexcept { ++statistics_.undecided[static_cast<std::size_t>(reason)]; }
   void DropAnsweredTail() noexcept;
   [[nodiscard]] bool MayBeCopy(const wire::FrameView& frame, ByteSpan kept) noexcept;
   void DoubtOvertakenBy(const Slot& slot) noexcept;
@@ -158,6 +183,7 @@ class Pairing {
   std::uint64_t behind_hole_ = 0;           ///< ... and the first frame behind it
   FrameRef last_;                           ///< last packet with a time stamp
   std::int64_t typical_round_trip_ns_ = 0;  ///< running average over unambiguous pairs; 0 until there was one
+  DropPattern drops_;
   PairingStatistics statistics_;
 };
 

@@ -5,6 +5,15 @@
 
 namespace ecaudit::device {
 
+DeviceDescription::DeviceDescription() = default;
+DeviceDescription::DeviceDescription(const DeviceDescription& other) = default;
+DeviceDescription::DeviceDescription(DeviceDescription&& other) noexcept = default;
+DeviceDescription& DeviceDescription::operator=(const DeviceDescription& other) {
+  return *this = DeviceDescription(other);
+}
+DeviceDescription& DeviceDescription::operator=(DeviceDescription&& other) noexcept = default;
+DeviceDescription::~DeviceDescription() = default;
+
 bool AlStatusCode::AppliesTo(esc::AlState from, esc::AlState to) const {
   if (any_transition) return true;
   return std::any_of(transitions.begin(), transitions.end(),

@@ -44,6 +44,14 @@ struct IdentityMatch {
 
 class DeviceDescription {
  public:
+  // Made in device_description.cpp, once: each of them goes through all that a family may state.
+  DeviceDescription();
+  DeviceDescription(const DeviceDescription& other);
+  DeviceDescription(DeviceDescription&& other) noexcept;
+  DeviceDescription& operator=(const DeviceDescription& other);
+  DeviceDescription& operator=(DeviceDescription&& other) noexcept;
+  ~DeviceDescription();
+
   std::string id;        ///< name on the command line: "kollmorgen-akd-2010"
   std::string extends;   ///< profile whose facts fill what this one does not state; empty: none
   std::string title;     ///< for people: "Kollmorgen AKD"

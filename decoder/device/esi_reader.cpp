@@ -4,6 +4,7 @@
 #include <map>
 #include <utility>
 
+#include "decoder/base/sort_by_key.h"
 #include "decoder/base/text.h"
 #include "decoder/device/description_file.h"
 #include "decoder/device/xml_cursor.h"
@@ -155,10 +156,8 @@ class EsiParser {
         xml_.Skip();
       }
     }
-    std::stable_sort(device.pdo.fixed.begin(), device.pdo.fixed.end(),
-                     [](const PdoContent& a, const PdoContent& b) { return a.index < b.index; });
-    std::stable_sort(device.pdo.selectable.begin(), device.pdo.selectable.end(),
-                     [](const SelectablePdo& a, const SelectablePdo& b) { return a.index < b.index; });
+    SortByKey(device.pdo.fixed, [](const PdoContent& pdo) { return pdo.index; });
+    SortByKey(device.pdo.selectable, [](const SelectablePdo& pdo) { return pdo.index; });
     device.pdo.selectable_complete = true;
     if (device.dictionary) SortObjects(device.dictionary->objects);
   }
@@ -544,8 +543,7 @@ DeviceDescription WithEsi(DeviceDescription family, const DeviceDescription& esi
   for (const SelectablePdo& pdo : esi.pdo.selectable) {
     if (!family.pdo.IsAssignable(pdo.direction, pdo.index)) family.pdo.selectable.push_back(pdo);
   }
-  std::stable_sort(family.pdo.selectable.begin(), family.pdo.selectable.end(),
-                   [](const SelectablePdo& a, const SelectablePdo& b) { return a.index < b.index; });
+  SortByKey(family.pdo.selectable, [](const SelectablePdo& pdo) { return pdo.index; });
 
   if (esi.dictionary) {
     ObjectDictionary merged = *esi.dictionary;

@@ -72,13 +72,11 @@ ObjectReader::ObjectReader(const Cursor& cursor) : cursor_(cursor) {
   if (!cursor.value().is_object()) cursor.FailType("an object");
 }
 
-JsonValue ObjectReader::Member(std::string_view key) {
+void ObjectReader::ReadMember(std::string_view key, bool required, void* out, void (*read)(const Cursor&, void*)) {
   known_.push_back(key);
-  return cursor_.value().member(key);
-}
-
-void ObjectReader::Missing(std::string_view key) const {
-  cursor_.Fail("\"" + std::string(key) + "\" is missing");
+  const JsonValue member = cursor_.value().member(key);
+  if (member.there()) return read(cursor_.Key(key, member), out);
+  if (required) cursor_.Fail("\"" + std::string(key) + "\" is missing");
 }
 
 void ObjectReader::Finish() const {

@@ -64,28 +64,30 @@ class ObjectReader {
   /// The member must be there.
   template <typename T>
   void Require(std::string_view key, T& out) {
-    if (const JsonValue member = Member(key); member.there()) {
-      Read(cursor_.Key(key, member), out);
-    } else {
-      Missing(key);
-    }
+    ReadMember(key, true, &out, ReadAs<T>);
   }
   /// The member may be missing; `out` then keeps its value.
   template <typename T>
   void Allow(std::string_view key, T& out) {
-    if (const JsonValue member = Member(key); member.there()) Read(cursor_.Key(key, member), out);
+    ReadMember(key, false, &out, ReadAs<T>);
   }
   /// Hands the member, if it is there, to `read(cursor)`.
   template <typename Function>
   void AllowWith(std::string_view key, Function read) {
-    if (const JsonValue member = Member(key); member.there()) read(cursor_.Key(key, member));
+    ReadMember(key, false, &read,
+               [](const Cursor& cursor, void* function) { (*static_cast<Function*>(function))(cursor); });
   }
   /// Fails with the name of a member that was neither required nor allowed.
   void Finish() const;
 
  private:
-  JsonValue Member(std::string_view key);
-  void Missing(std::string_view key) const;
+  template <typename T>
+  static void ReadAs(const Cursor& cursor, void* out) {
+    Read(cursor, *static_cast<T*>(out));
+  }
+  /// Calls `read` with the member and `out`. Members of all types come through here, which keeps the tables of fields
+  /// small.
+  void ReadMember(std::string_view key, bool required, void* out, void (*read)(const Cursor&, void*));
 
   const Cursor& cursor_;
   std::vector<std::string_view> known_;
@@ -109,22 +111,18 @@ template <typename T>
 void Read(const Cursor& cursor, std::optional<T>& out) {
   out.reset();
   if (cursor.value().is_null()) return;
-  T value{};
-  Read(cursor, value);
-  if (!cursor.failed()) out = std::move(value);
+  Read(cursor, out.emplace());
+  if (cursor.failed()) out.reset();
 }
 
 template <typename T>
 void Read(const Cursor& cursor, std::vector<T>& out) {
   out.clear();
   if (!cursor.value().is_array()) return cursor.FailType("an array");
-  out.reserve(cursor.value().size());
-  for (std::size_t i = 0; i < cursor.value().size(); ++i) {
-    T value{};
-    Read(cursor.Index(i), value);
-    if (cursor.failed()) return;
-    out.push_back(std::move(value));
-  }
+  // Not element by element: a vector that can grow is far more to compile.
+  std::vector<T> elements(cursor.value().size());
+  for (std::size_t i = 0; i < elements.size() && !cursor.failed(); ++i) Read(cursor.Index(i), elements[i]);
+  if (!cursor.failed()) out = std::move(elements);
 }
 
 /// Text that must be one of a fixed list of words.

@@ -4,6 +4,8 @@
 #include <array>
 #include <tuple>
 
+#include "decoder/base/sort_by_key.h"
+
 namespace ecaudit::device {
 namespace {
 
@@ -175,8 +177,9 @@ bool DictionaryObject::AllowsBits(std::uint8_t sub, std::uint32_t bits) const {
 }
 
 void SortObjects(std::vector<DictionaryObject>& objects) {
-  std::stable_sort(objects.begin(), objects.end(),
-                   [](const DictionaryObject& a, const DictionaryObject& b) { return SortKey(a) < SortKey(b); });
+  SortByKey(objects, [](const DictionaryObject& object) {
+    return static_cast<std::uint64_t>(object.index) << 16U | (object.head ? 0U : 0x100U) | object.subindex;
+  });
 }
 
 const DictionaryObject* FindObject(const std::vector<DictionaryObject>& objects, std::uint16_t index,

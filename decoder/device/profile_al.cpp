@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "decoder/base/sort_by_key.h"
 #include "decoder/base/text.h"
 #include "decoder/device/profile_sections.h"
 
@@ -68,17 +69,17 @@ void Read(const Cursor& cursor, AlDescription& out) {
   FinishRow(object, cursor, out.note, out.source);
   if (cursor.failed()) return;
 
-  const auto pair = [](const AlTransition& t) { return std::make_pair(t.from, t.to); };
-  std::sort(out.transitions.begin(), out.transitions.end(),
-            [&](const AlTransition& a, const AlTransition& b) { return pair(a) < pair(b); });
+  const auto pair = [](const AlTransition& t) {
+    return static_cast<std::uint64_t>(t.from) << 8U | static_cast<std::uint64_t>(t.to);
+  };
+  SortByKey(out.transitions, pair);
   const auto twice = std::adjacent_find(out.transitions.begin(), out.transitions.end(),
                                         [&](const auto& a, const auto& b) { return pair(a) == pair(b); });
   if (twice != out.transitions.end()) {
     return cursor.Fail("transition " + std::string(esc::StateName(twice->from)) + " to " +
                        std::string(esc::StateName(twice->to)) + " is listed twice");
   }
-  std::sort(out.status_codes.begin(), out.status_codes.end(),
-            [](const AlStatusCode& a, const AlStatusCode& b) { return a.code < b.code; });
+  SortByKey(out.status_codes, [](const AlStatusCode& code) { return code.code; });
   const auto same = std::adjacent_find(out.status_codes.begin(), out.status_codes.end(),
                                        [](const auto& a, const auto& b) { return a.code == b.code; });
   if (same != out.status_codes.end()) cursor.Fail("AL status code " + Hex(same->code) + " is listed twice");

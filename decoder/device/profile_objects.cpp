@@ -1,6 +1,7 @@
 /// Reads the sections "pdo", "dictionary" and "emergency" of a profile.
 #include <algorithm>
 
+#include "decoder/base/sort_by_key.h"
 #include "decoder/base/text.h"
 #include "decoder/device/profile_sections.h"
 
@@ -186,9 +187,9 @@ static void Read(const Cursor& cursor, FlexibleMapping& out) {
   object.Allow("max_tx_bytes", out.max_tx_bytes);
   object.Allow("paddings", out.paddings);
   object.Finish();
-  const auto by_bytes = [](const ByteLimit& a, const ByteLimit& b) { return a.bytes < b.bytes; };
-  std::stable_sort(out.max_rx_bytes.begin(), out.max_rx_bytes.end(), by_bytes);
-  std::stable_sort(out.max_tx_bytes.begin(), out.max_tx_bytes.end(), by_bytes);
+  const auto bytes = [](const ByteLimit& limit) { return limit.bytes; };
+  SortByKey(out.max_rx_bytes, bytes);
+  SortByKey(out.max_tx_bytes, bytes);
 }
 
 void Read(const Cursor& cursor, PdoDescription& out) {
@@ -204,10 +205,8 @@ void Read(const Cursor& cursor, PdoDescription& out) {
   object.Allow("rules", out.rules);
   FinishRow(object, cursor, out.note, out.source);
   if (cursor.failed()) return;
-  std::stable_sort(out.selectable.begin(), out.selectable.end(),
-                   [](const SelectablePdo& a, const SelectablePdo& b) { return a.index < b.index; });
-  std::stable_sort(out.fixed.begin(), out.fixed.end(),
-                   [](const PdoContent& a, const PdoContent& b) { return a.index < b.index; });
+  SortByKey(out.selectable, [](const SelectablePdo& pdo) { return pdo.index; });
+  SortByKey(out.fixed, [](const PdoContent& pdo) { return pdo.index; });
   const auto twice = std::adjacent_find(out.fixed.begin(), out.fixed.end(),
                                         [](const auto& a, const auto& b) { return a.index == b.index; });
   if (twice != out.fixed.end()) cursor.Fail("PDO " + Hex(twice->index) + " is listed twice");
@@ -231,8 +230,9 @@ void Read(const Cursor& cursor, EmergencyTable& out) {
   ObjectReader object(cursor);
   object.Allow("codes", out.codes);
   FinishRow(object, cursor, out.note, out.source);
-  std::stable_sort(out.codes.begin(), out.codes.end(), [](const EmergencyCode& a, const EmergencyCode& b) {
-    return a.code != b.code ? a.code < b.code : a.last_code > b.last_code;
+  // Of those with one beginning, the widest class first.
+  SortByKey(out.codes, [](const EmergencyCode& code) {
+    return static_cast<std::uint64_t>(code.code) << 16U | (0xFFFFU - code.last_code);
   });
   const auto twice = std::adjacent_find(out.codes.begin(), out.codes.end(), [](const auto& a, const auto& b) {
     return a.code == b.code && a.last_code == b.last_code;

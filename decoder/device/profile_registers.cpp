@@ -4,6 +4,7 @@
 #include <iterator>
 #include <utility>
 
+#include "decoder/base/sort_by_key.h"
 #include "decoder/base/text.h"
 #include "decoder/device/profile_sections.h"
 
@@ -104,8 +105,8 @@ void ReadRegisters(const Cursor& cursor, std::vector<RegisterRight>& inherited) 
   Read(cursor, rows);
   if (cursor.failed()) return;
   std::vector<RegisterRight> own = Expand(rows);
-  const auto by_address = [](const RegisterRight& a, const RegisterRight& b) { return a.address < b.address; };
-  std::sort(own.begin(), own.end(), by_address);
+  const auto address = [](const RegisterRight& row) { return row.address; };
+  SortByKey(own, address);
   const auto clash = std::adjacent_find(own.begin(), own.end(), Overlap);
   if (clash != own.end()) {
     return cursor.Fail("registers " + Hex(clash->address) + " and " + Hex(std::next(clash)->address) + " overlap");
@@ -113,8 +114,8 @@ void ReadRegisters(const Cursor& cursor, std::vector<RegisterRight>& inherited) 
   std::erase_if(inherited, [&](const RegisterRight& old) {
     return std::any_of(own.begin(), own.end(), [&](const RegisterRight& r) { return Overlap(old, r); });
   });
-  inherited.insert(inherited.end(), std::make_move_iterator(own.begin()), std::make_move_iterator(own.end()));
-  std::sort(inherited.begin(), inherited.end(), by_address);
+  for (RegisterRight& row : own) inherited.push_back(std::move(row));
+  SortByKey(inherited, address);
 }
 
 void Read(const Cursor& cursor, RegisterBits& out) {

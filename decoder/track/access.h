@@ -47,4 +47,10 @@ struct SlaveAccess {
   }
 };
 
+/// The first 16 bit of `data`, or its only byte (old masters access AL registers with a length of 1); 0 when empty.
+[[nodiscard]] inline std::uint16_t WordOrByte(ByteSpan data) {
+  if (data.size() >= 2) return LittleEndian<std::uint16_t>(data, 0);
+  return LittleEndian<std::uint8_t>(data, 0);
+}
+
 }  // namespace ecaudit::track

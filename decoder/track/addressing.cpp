@@ -7,7 +7,7 @@ SlaveId Addressing::AddressedBy(const wire::DatagramView& sent) const {
                                                : slaves_.AtPosition(PositionSent(sent.adp()));
 }
 
-std::optional<std::uint16_t> Addressing::CountIn(const DatagramPair& d) {
+std::optional<std::uint16_t> Addressing::Count(const DatagramPair& d) {
   if (d.any.circulating()) return std::nullopt;  // it may have passed slaves twice
   std::uint16_t count = 0;
   if (wire::IsBroadcast(d.command())) {
@@ -21,17 +21,11 @@ std::optional<std::uint16_t> Addressing::CountIn(const DatagramPair& d) {
     return std::nullopt;
   }
   if (count > bus::SlaveSet::kMaxSlaves) return std::nullopt;  // a damaged or made-up counter
-  return count;
-}
-
-std::optional<std::uint16_t> Addressing::Count(const DatagramPair& d) {
-  const std::optional<std::uint16_t> count = CountIn(d);
-  if (!count) return std::nullopt;
   const std::uint16_t* before = slave_count_.if_known();
-  if (before != nullptr && *before == *count) return std::nullopt;
-  const SlaveCount event{*count, before != nullptr ? *before : std::uint16_t{0}, before == nullptr,
+  if (before != nullptr && *before == count) return std::nullopt;
+  const SlaveCount event{count, before != nullptr ? *before : std::uint16_t{0}, before == nullptr,
                          d.transaction.returned_ref()};
-  slave_count_ = Known<std::uint16_t>::Observed(event.count, event.frame.number);
+  slave_count_ = Known<std::uint16_t>::Observed(count, event.frame.number);
   ++version_;
   events_.Publish(event);
   if (event.first || event.count < event.previous) return std::nullopt;

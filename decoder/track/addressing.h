@@ -55,7 +55,6 @@ class Addressing {
  private:
   static constexpr EscAddress kAliasEnable = 0x0103;  // bit 0 = bit 24 of DL control
 
-  std::optional<std::uint16_t> CountIn(const DatagramPair& d);
   [[nodiscard]] SlavePos PositionSent(std::uint16_t adp) const { return static_cast<SlavePos>(0U - adp + upstream_); }
   [[nodiscard]] std::optional<SlavePos> PositionOf(const DatagramPair& d) const;
   [[nodiscard]] SlaveId AtStation(const DatagramPair& d, bool add);

@@ -6,12 +6,6 @@
 namespace ecaudit::track {
 namespace {
 
-/// The first 16 bit of `data`, or its only byte (old masters access AL registers with a length of 1); 0 when empty.
-std::uint16_t WordOrByte(ByteSpan data) {
-  if (data.size() >= 2) return LittleEndian<std::uint16_t>(data, 0);
-  return LittleEndian<std::uint8_t>(data, 0);
-}
-
 /// 0x0134 in what was read from AL Status on.
 std::optional<std::uint16_t> CodeIn(ByteSpan status) {
   return status.size() >= 6 ? std::optional(LittleEndian<std::uint16_t>(status, 4)) : std::nullopt;
@@ -50,6 +44,7 @@ void AlTracker::OnAccess(const SlaveAccess& access) {
 void AlTracker::OnWritten(const SlaveAccess& access) {
   const ByteSpan bytes = Slice(access.written, static_cast<std::size_t>(esc::kAlControl - access.address), 2);
   const esc::AlWord control{WordOrByte(bytes)};
+  if (access.acceptance != Acceptance::kRefused) runs_.OnState(control);
   events_.Publish(AlRequest{access.slave, access.sent, access.returned, control, access.acceptance, access.broadcast});
   if (access.done() && control.state() == kInit) mailboxes_.Reset(access.slave, access.frame());
 }
@@ -142,6 +137,7 @@ void AlTracker::Apply(SlaveId slave, const FrameRef& frame, std::uint16_t status
   SlaveState& state = states_[slave];
   if (const esc::AlWord* before = state.al_status.if_known()) event.before = *before;
   if (event.changed()) {
+    runs_.OnState(event.status);
     const bool other_state = event.before && event.before->state() != event.status.state();
     if (other_state && event.status.state() == kInit) mailboxes_.Reset(slave, frame);
     states_.SetAlStatus(slave, event.status, frame.number);

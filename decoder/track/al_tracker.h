@@ -14,6 +14,7 @@
 #include "decoder/track/datagram_pair.h"
 #include "decoder/track/events.h"
 #include "decoder/track/holes.h"
+#include "decoder/track/runs.h"
 #include "decoder/track/slave_mailboxes.h"
 #include "decoder/track/slave_states.h"
 
@@ -22,8 +23,8 @@ namespace ecaudit::track {
 class AlTracker {
  public:
   AlTracker(EventSink& events, const Addressing& addressing, SlaveStates& states, SlaveMailboxes& mailboxes,
-            Holes& holes)
-      : events_(events), addressing_(addressing), states_(states), mailboxes_(mailboxes), holes_(holes) {}
+            Holes& holes, Runs& runs)
+      : events_(events), addressing_(addressing), states_(states), mailboxes_(mailboxes), holes_(holes), runs_(runs) {}
 
   /// What an outbound frame will request of slaves.
   void OnSent(const wire::FrameView& frame);
@@ -62,6 +63,7 @@ class AlTracker {
   SlaveStates& states_;
   SlaveMailboxes& mailboxes_;
   Holes& holes_;
+  Runs& runs_;
   struct Poll {
     std::uint64_t version = 0;  ///< of who is on the bus and of the AL states; 0: none
     std::uint8_t status = 0;

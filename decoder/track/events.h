@@ -166,6 +166,17 @@ struct CaptureHole {
   bool certain = false;  ///< false: the master may as well have been silent
 };
 
+/// Another run of the bus: what was measured and learned before does not judge what follows. Precedes all else from
+/// this frame. A master that only shuts the bus down begins one, too, in which nothing happens.
+struct RunBegan {
+  enum class Reason : std::uint8_t {
+    kClock,        ///< the clock jumps, and nothing shows that frames go on: another recording was put behind
+    kInitialised,  ///< the master requests INIT of all slaves, or clears their addresses, when some had left INIT
+  };
+  FrameRef frame;
+  Reason reason = Reason::kInitialised;
+};
+
 struct FrameLost {
   const wire::FrameView& sent;
   bus::Loss loss;

@@ -23,6 +23,13 @@ void Holes::OnHole(const FrameRef& frame, bool certain) {
   }
 }
 
+void Holes::OnOtherRecording(const FrameRef& frame) {
+  events_.Publish(CaptureHole{frame, true});
+  states_.ForgetForLater();
+  addressing_.ForgetCount(frame.number);
+  for (std::size_t s = 0; s < states_.size(); ++s) Forget(static_cast<SlaveId>(s), frame);
+}
+
 void Holes::Settle(SlaveId id, bool still_so, const FrameRef& frame) {
   if (!still_so) {
     Forget(id, frame);

@@ -25,6 +25,8 @@ class Holes {
 
   /// @param frame the first behind the hole
   void OnHole(const FrameRef& frame, bool certain);
+  /// Another recording begins: in between anything may have happened, for any time.
+  void OnOtherRecording(const FrameRef& frame);
   /// The capture shows whether what is presumed of this slave still holds.
   void Presume(SlaveId id, bool still_so, const FrameRef& frame) {
     if (states_[id].presumed) Settle(id, still_so, frame);

@@ -34,9 +34,16 @@ void KeepWhatCounted(const DatagramPair& d, SlaveAccess& access) {
 }  // namespace
 
 void Network::OnTransaction(const bus::BusTransaction& transaction) {
+  const FrameRef& first = transaction.first_ref();
   if (transaction.hole != bus::Hole::kNone) {
-    holes_.OnHole(transaction.first_ref(), transaction.hole == bus::Hole::kCertain);
+    if (runs_.IsOtherRecording(first)) {
+      holes_.OnOtherRecording(first);
+      runs_.BeginRecording(first);
+    } else {
+      holes_.OnHole(first, transaction.hole == bus::Hole::kCertain);
+    }
   }
+  runs_.OnFrame(first);
   event_field_.OnTransaction(transaction);
   for (std::size_t i = 0; i < transaction.size(); ++i) {
     const DatagramPair d(transaction, i);
@@ -56,12 +63,6 @@ void Network::OnTransaction(const bus::BusTransaction& transaction) {
   }
 }
 
-SlaveId Network::Resolve(const DatagramPair& d, bool add) {
-  const SlaveId id = addressing_.Resolve(d, add);
-  if (id != kNoSlave && id >= states_.size()) Meet(id, d.transaction.any().ref());
-  return id;
-}
-
 void Network::Meet(SlaveId id, const FrameRef& frame) {
   states_.Add();
   mailboxes_.Add();
@@ -70,17 +71,18 @@ void Network::Meet(SlaveId id, const FrameRef& frame) {
 }
 
 void Network::OnLogical(const DatagramPair& d) {
-  LogicalAccess access;
-  access.command = d.command();
-  access.address = d.any.logical_address();
-  access.sent = d.transaction.sent_ref();
-  access.returned = d.transaction.returned_ref();
-  if (d.has_sent) access.sent_data = d.sent().data();
-  if (d.has_returned) access.returned_data = d.any.data();
-  access.length = d.any.length();
-  access.wkc = d.wkc();
-  access.circulating = d.has_returned && d.any.circulating();
-  access.assumed = d.assumed();
+  const LogicalAccess access{
+      .command = d.command(),
+      .address = d.any.logical_address(),
+      .sent = d.transaction.sent_ref(),
+      .returned = d.transaction.returned_ref(),
+      .sent_data = d.has_sent ? d.sent().data() : ByteSpan{},
+      .returned_data = d.has_returned ? d.any.data() : ByteSpan{},
+      .length = d.any.length(),
+      .wkc = d.wkc(),
+      .circulating = d.has_returned && d.any.circulating(),
+      .assumed = d.assumed(),
+  };
   if (d.has_returned) holes_.OnLogical(d);
   events_.Publish(access);
   const auto& mapped_mailboxes = mapped_mailboxes_.Now();
@@ -91,25 +93,27 @@ void Network::OnLogical(const DatagramPair& d) {
 }
 
 Answered Network::AnswerOf(const DatagramPair& d, SlaveId slave) const {
-  Answered answer;
-  answer.command = d.command();
-  answer.adp = d.has_sent ? d.sent().adp() : wire::IsBroadcast(d.command()) ? std::uint16_t{0} : d.any.adp();
-  answer.address = d.address();
-  answer.length = d.any.length();
-  answer.wkc = d.wkc();
-  answer.circulating = d.any.circulating();
-  if (wire::IncrementsAdp(d.command())) {
-    if (const std::uint16_t* count = slave_count().if_known()) answer.slaves_passed = *count;
-  }
-  answer.slave = slave;
-  answer.sent = d.transaction.sent_ref();
-  answer.returned = d.transaction.returned_ref();
-  if (d.has_sent) answer.sent_data = d.sent().data();
-  if (d.has_returned) answer.returned_data = d.any.data();
-  return answer;
+  const std::uint16_t* count = wire::IncrementsAdp(d.command()) ? slave_count().if_known() : nullptr;
+  return {
+      .command = d.command(),
+      .adp = d.has_sent                       ? d.sent().adp()
+             : wire::IsBroadcast(d.command()) ? std::uint16_t{0}
+                                              : d.any.adp(),
+      .address = d.address(),
+      .length = d.any.length(),
+      .wkc = d.wkc(),
+      .circulating = d.any.circulating(),
+      .slaves_passed = count != nullptr ? std::optional(*count) : std::nullopt,
+      .slave = slave,
+      .sent = d.transaction.sent_ref(),
+      .returned = d.transaction.returned_ref(),
+      .sent_data = d.has_sent ? d.sent().data() : ByteSpan{},
+      .returned_data = d.has_returned ? d.any.data() : ByteSpan{},
+  };
 }
 
 void Network::OnBroadcast(const DatagramPair& d) {
+  if (wire::Writes(d.command())) runs_.OnBroadcastWrite(d);
   if (d.has_returned || (d.assumed() && wire::Writes(d.command()))) events_.Publish(AnswerOf(d, kNoSlave));
   if (wire::Writes(d.command())) WriteToAll(d);
   if (d.command() == wire::Command::BRD && d.has_returned && d.wkc() != 0 && d.CoversByte(esc::kAlStatus)) {

@@ -23,6 +23,7 @@
 #include "decoder/track/holes.h"
 #include "decoder/track/mapped_mailboxes.h"
 #include "decoder/track/mapping_cache.h"
+#include "decoder/track/runs.h"
 #include "decoder/track/slave_mailboxes.h"
 #include "decoder/track/slave_states.h"
 
@@ -37,7 +38,8 @@ class Network final : public bus::BusSink {
         mailboxes_(events, states_),
         mapped_mailboxes_(states_, mappings_),
         holes_(events, addressing_, states_, mailboxes_),
-        al_(events, addressing_, states_, mailboxes_, holes_),
+        runs_(events),
+        al_(events, addressing_, states_, mailboxes_, holes_, runs_),
         eeprom_(events, states_),
         event_field_(events) {}
   Network(const Network&) = delete;
@@ -77,7 +79,11 @@ class Network final : public bus::BusSink {
   void WriteToAll(const DatagramPair& d);
   void OnAddressed(const DatagramPair& d);
   void OnLogical(const DatagramPair& d);
-  [[nodiscard]] SlaveId Resolve(const DatagramPair& d, bool add);
+  [[nodiscard]] SlaveId Resolve(const DatagramPair& d, bool add) {
+    const SlaveId id = addressing_.Resolve(d, add);
+    if (add && id != kNoSlave && id >= states_.size()) Meet(id, d.transaction.any().ref());
+    return id;
+  }
   void Meet(SlaveId id, const FrameRef& frame);
   void ApplyToAll(const DatagramPair& d, Acceptance acceptance);
   void Apply(const SlaveAccess& access);
@@ -89,6 +95,7 @@ class Network final : public bus::BusSink {
   SlaveMailboxes mailboxes_;
   MappedMailboxes mapped_mailboxes_;
   Holes holes_;
+  Runs runs_;
   AlTracker al_;
   EepromReporter eeprom_;
   EventFieldTracker event_field_;

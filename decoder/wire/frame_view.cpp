@@ -74,8 +74,6 @@ std::string_view Describe(FrameProblem problem) {
       return "a datagram reaches past the EtherCAT length";
     case FrameProblem::kMoreWithoutDatagram:
       return "the more flag announces a datagram that does not follow";
-    case FrameProblem::kBytesAfterLast:
-      return "the more flag is clear although the EtherCAT length covers more bytes";
     case FrameProblem::kUnknownCommand:
       return "a datagram has a command that is not defined";
     case FrameProblem::kNoDatagram:
@@ -238,9 +236,15 @@ void FrameView::ParseDatagrams(std::size_t offset, bool cut) noexcept {
     at += size;
     offsets_[count_] = static_cast<std::uint16_t>(at);
   }
-  if (kind_ != FrameKind::kEtherCat) return;
-  if (more) fail(FrameProblem::kMoreWithoutDatagram);  // as many datagrams as the length can cover
-  if (!more && at < announced_end) fail(FrameProblem::kBytesAfterLast);
+  if (kind_ == FrameKind::kMalformed) return;
+  if (more) {
+    if (kind_ == FrameKind::kEtherCat) fail(FrameProblem::kMoreWithoutDatagram);  // as many as the length can cover
+    return;
+  }
+  // Slaves stop where the more flag is clear: what the length covers behind it is padding, whatever it holds, and all
+  // that the snap length has taken.
+  kind_ = FrameKind::kEtherCat;
+  if (at < announced_end) padding_ = static_cast<std::uint16_t>(announced_end - at);
 }
 
 }  // namespace ecaudit::wire

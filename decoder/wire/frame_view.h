@@ -74,7 +74,6 @@ enum class FrameProblem : std::uint8_t {
   kLengthBeyondFrame,     ///< the EtherCAT length says more than the packet holds
   kDatagramBeyondLength,  ///< a datagram's length reaches past the EtherCAT length
   kMoreWithoutDatagram,   ///< the more flag is set on the last datagram that fits
-  kBytesAfterLast,        ///< the more flag is clear although the EtherCAT length covers more
   kUnknownCommand,        ///< a command byte outside 0-14
   kNoDatagram,            ///< EtherCAT length 0
 };
@@ -106,6 +105,7 @@ struct FrameFields {
   Encapsulation encapsulation_ = Encapsulation::kEthernet;
   capture::PacketFlag flag_ = capture::PacketFlag::kNone;
   std::uint16_t interface_index_ = 0;
+  std::uint16_t padding_ = 0;
   std::uint8_t vlan_tags_ = 0;
   std::uint8_t ethercat_type_ = 0;
   bool has_header_ = false;
@@ -142,6 +142,14 @@ class FrameView : private FrameFields {
   [[nodiscard]] bool has_ethercat_header() const { return has_header_; }
   /// Cut by the snap length so early that nobody can say whether it is EtherCAT; kind() is kOther then.
   [[nodiscard]] bool cut_before_type() const { return cut_before_type_; }
+
+  /// Bytes that the EtherCAT length covers behind the last datagram: TwinCAT rounds it up to an even number, others
+  /// write the same for all small frames. Slaves do not look at them. padding_bytes() only for a view over
+  /// the whole packet.
+  [[nodiscard]] std::size_t padding() const { return padding_; }
+  [[nodiscard]] ByteSpan padding_bytes() const {
+    return bytes_.subspan(used_bytes(), std::min<std::size_t>(padding_, bytes_.size() - used_bytes()));
+  }
 
   [[nodiscard]] std::size_t size() const { return count_; }
   [[nodiscard]] bool empty() const { return count_ == 0; }

@@ -30,9 +30,10 @@ more while the master goes on sending. Frames still under way at the end of the 
 came back damaged is not lost either. Whether it was lost on the way out or back, a capture at the master cannot show.
 A capture machine that drops packets looks the same; where its file counts drops, the message says so. Frames that came
 back without an outbound copy prove that the capture misses packets: the message gives their number, and where there are
-half as many as lost frames or more, nothing says that any was lost on the bus, and the finding is an info. Nor is a
-frame lost that was under way where the capture has a hole: where the indices of a master that numbers its frames skip,
-or where a master that does not was silent for much longer than before.
+half as many as lost frames or more, nothing says that any was lost on the bus, and the finding is an info; so it is
+where packets are missing at a regular distance, every 124th say. Nor is a frame lost that was under way where the
+capture has a hole: where the indices of a master that numbers its frames skip, or where a master that does not was
+silent for much longer than before. A frame that its master sends once more is lost, however long the time-out was.
 
 ## Example
 samples/captures/lost-frames.pcapng
@@ -100,7 +101,17 @@ class FrameLost final : public Rule {
       finding.confidence = Confidence::kInferred;
       finding.evidence.push_back(Number("returned_without_outbound", static_cast<std::int64_t>(missed)));
     }
-    if (missed * 2 >= total_) {
+    if (pairing.lost == 0 && pairing.dropped_every > 0) {
+      context().store.Regrade(index_, Severity::kInfo);
+      finding.title = "The capture misses every " + std::to_string(pairing.dropped_every) +
+                      "th packet: " + Count(total_, "frame") + " without a return";
+      finding.message += "But what is missing is missing at a regular distance of " +
+                         Count(pairing.dropped_every, "packet") +
+                         ": the recorder left it out. Capture with a probe or with larger buffers before looking for "
+                         "losses on the bus.";
+      finding.confidence = Confidence::kInferred;
+      finding.evidence.push_back(Number("dropped_every", static_cast<std::int64_t>(pairing.dropped_every)));
+    } else if (missed * 2 >= total_) {
       context().store.Regrade(index_, Severity::kInfo);
       finding.title = "The capture misses packets: " + Count(total_, "frame") + " without a return, " +
                       Grouped(missed) + " without an outbound copy";

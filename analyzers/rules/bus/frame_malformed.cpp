@@ -24,7 +24,8 @@ Slaves stop processing such a frame, or process it wrongly: a bug in the master,
 
 ## How it is decided
 Packets cut by the snap length are not judged, nor frames of other EtherCAT types, nor frames of senders that are not
-this bus's master. Findings are folded by kind of problem.
+this bus's master. What the EtherCAT length covers behind the last datagram is padding, whatever it holds: slaves stop
+where the more flag is clear. Findings are folded by kind of problem.
 
 ## Example
 samples/captures/malformed.pcapng

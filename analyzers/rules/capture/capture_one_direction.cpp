@@ -22,7 +22,8 @@ Without returned frames nobody sees what the slaves answered: accesses are assum
 inferred, and rules that need an answer are not judged. Without outbound frames lost frames cannot be seen.
 
 ## How it is decided
-From the source addresses, working counters and position counters of the first frames.
+From the source addresses, working counters and position counters of the first frames. Frames that are repeated under
+one index after a pause show that nobody answered: then no direction is missing.
 
 ## Example
 samples/captures/outbound-only.pcapng
@@ -39,7 +40,7 @@ class CaptureOneDirection final : public Rule {
     const bool outbound = pairing.outbound > 0;
     const bool returned = pairing.returned > 0;
     if (!outbound && !returned) NotEvaluable(kNoSlave, "no EtherCAT frames in the capture");
-    if (outbound == returned) return;
+    if (outbound == returned || pairing.nobody_answers) return;
     Finding finding;
     finding.first = context().statistics().first;
     finding.last = context().statistics().last;

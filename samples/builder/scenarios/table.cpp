@@ -133,7 +133,7 @@ constexpr Scenario kScenarios[] = {
     {"no-ethercat", "Twenty ARP and UDP packets.", "No EtherCAT in the file.", NoEtherCat},
     {"foreign-traffic", "ARP and UDP packets between the EtherCAT frames of a start-up to PREOP.",
      "Clean; the foreign packets are counted.", ForeignTraffic},
-    {"malformed", "Seven kinds of broken EtherCAT frames, sent by the master itself.", "Each malformed frame.",
+    {"malformed", "Six kinds of broken EtherCAT frames, sent by the master itself.", "Each malformed frame.",
      Malformed},
 };
 

@@ -296,5 +296,53 @@ TEST(Direction, ProgressAcrossTheEndOfThePositionCounter) {
   EXPECT_TRUE(Further({.positions = 5, .counted = 1}, {.positions = 5, .counted = 0}));
 }
 
+/// A master that finds nobody: every frame `times` times under its index, 2 ms apart.
+std::string InVain(int frames, int times) {
+  std::string lines;
+  for (int i = 0; i < frames; ++i) {
+    for (int k = 0; k < times; ++k) lines += "+2ms BRD 0x0000 00 idx=" + std::to_string(i % 16) + " @lost\n";
+  }
+  return lines;
+}
+
+TEST(NobodyAnswers, FramesRepeatedUnderOneIndex) {
+  for (const bool bit : {false, true}) {
+    const Paired result = PairUp((bit ? "@mac 02:10:10:10:10:10\n" : "") + InVain(10, 5));
+    EXPECT_TRUE(result.statistics.nobody_answers) << bit;
+    EXPECT_FALSE(result.outbound_only) << "the returns are not missing: there are none";
+    EXPECT_EQ(result.statistics.outbound, 50U) << bit;
+    EXPECT_EQ(result.statistics.repeated_unanswered, 40U) << bit;
+    EXPECT_EQ(result.statistics.lost, 0U) << "nothing overtook them";
+    EXPECT_TRUE(result.statistics.frames().Balances());
+    EXPECT_THAT(result.log.Only("1?"), IsEmpty()) << "nothing is taken as done";
+  }
+}
+
+TEST(NobodyAnswers, NotWhereOnlyOutboundFramesAreCaptured) {
+  std::string running;
+  std::string polls;
+  std::string process;
+  for (int i = 0; i < 60; ++i) {
+    running += "+1ms FPRD 0x1001:0x0130 08 00 idx=" + std::to_string(i % 16) + " @lost\n";
+    polls += "+1ms FPRD 0x1001:0x0130 08 00 idx=255 @lost\n";
+    process += "+1ms LRW 0x1000 01 02 idx=" + std::to_string(i / 4) + " @lost\n";
+  }
+  for (const std::string& lines : {running, polls, process}) {
+    const Paired result = PairUp(lines);
+    EXPECT_FALSE(result.statistics.nobody_answers);
+    EXPECT_TRUE(result.outbound_only);
+    EXPECT_EQ(result.statistics.frames().undecided_total(), 60U);
+  }
+}
+
+TEST(NobodyAnswers, NotWhereSomebodyDoesLater) {
+  for (const char* mac : {"", "@mac 02:10:10:10:10:10\n"}) {
+    const Paired result = PairUp(mac + InVain(60, 5) + "+1ms FPRD 0x1001:0x0130 08 00 idx=3\n");
+    EXPECT_FALSE(result.statistics.nobody_answers) << mac;
+    EXPECT_EQ(result.statistics.paired, 1U) << mac;
+    EXPECT_TRUE(result.statistics.frames().Balances());
+  }
+}
+
 }  // namespace
 }  // namespace ecaudit::bus::test

@@ -61,7 +61,7 @@ TEST(Tap, MidRunBeginsWithAReturn) {
     const Paired result = PairUp(BehindSlaves(trace, 1));
     EXPECT_EQ(result.statistics.paired, 99U) << indices;
     EXPECT_EQ(result.statistics.lost, 0U) << indices;
-    EXPECT_EQ(result.statistics.undecided + result.statistics.under_way_at_end, 1U) << indices;
+    EXPECT_EQ(result.statistics.frames().undecided_total() + result.statistics.under_way, 1U) << indices;
   }
 }
 

@@ -86,7 +86,7 @@ void ExpectSame(const PairingStatistics& a, const PairingStatistics& b) {
   EXPECT_EQ(a.duplicated, b.duplicated);
   EXPECT_EQ(a.altered, b.altered);
   EXPECT_EQ(a.undecided, b.undecided);
-  EXPECT_EQ(a.under_way_at_end, b.under_way_at_end);
+  EXPECT_EQ(a.under_way, b.under_way);
 }
 
 TEST(TrafficReader, TellsWhatPairingTellsInTheSameOrder) {

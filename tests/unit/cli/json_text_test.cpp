@@ -14,12 +14,12 @@ using Json = nlohmann::ordered_json;
 
 struct Row {
   int number;
-  std::optional<std::string> name;
+  std::string name;
 };
 
 void PutRow(JsonObject& out, const Row& row) {
   out.Put("number", row.number);
-  out.Put("name", row.name);
+  out.TextOrNull("name", row.name);
 }
 
 /// Something of everything.
@@ -45,8 +45,8 @@ void Fill(JsonObject& out) {
   out.Values("values", std::vector<std::uint8_t>{1, 2});
   out.Values("bools", std::vector<bool>{true, false});
   out.Texts("texts", std::vector<std::string>{"x", "y"});
-  out.List("rows", std::vector<Row>{{1, "one"}, {2, std::nullopt}}, PutRow);
-  out.ObjectOrNull("row", std::optional(Row{3, std::nullopt}), PutRow);
+  out.List("rows", std::vector<Row>{{1, "one"}, {2, ""}}, PutRow);
+  out.ObjectOrNull("row", std::optional(Row{3, ""}), PutRow);
   out.ObjectOrNull("no row", std::optional<Row>(), PutRow);
   out.Array("nested", [](JsonArray& array) {
     array.Add(1);

@@ -36,12 +36,13 @@ inline const char* Name(Acceptance acceptance) {
 
 /// "found 0", "address 0 = 0x1001", "address 1 = 0x1001 as 0", "count 3", "count 3 -> 2", "sent 0 <- 0x0002",
 /// "request 0 <- 0x0002 accepted", "state 0 0x0001 -> 0x0002", "code 0 0x0017", "forgotten 0",
-/// "logical LRW 0x00001000 wkc 3", "lost 5", "hole 5", "silence 5".
+/// "logical LRW 0x00001000 wkc 3", "lost 5", "hole 5", "silence 5", "run 5 (clock)", "run 5 (set up)".
 class EventLog final : public EventBus {
  public:
   EventLog() {
     ListenTo<SlaveFound, AddressAssigned, SlaveCount, AlRequest, AlStatusRead, AlStatusCodeRead, AlStateForgotten,
-             CaptureHole, LogicalAccess, Answered, FrameLost, SlaveAccess, AlRequestSent>(Stage::kModel, *this);
+             RunBegan, CaptureHole, LogicalAccess, Answered, FrameLost, SlaveAccess, AlRequestSent>(Stage::kModel,
+                                                                                                    *this);
   }
 
   void On(const SlaveFound& e) { Say("found " + Id(e.slave)); }
@@ -63,6 +64,9 @@ class EventLog final : public EventBus {
   }
   void On(const AlStatusCodeRead& e) { Say("code " + Id(e.slave) + " " + Hex(e.code)); }
   void On(const AlStateForgotten& e) { Say("forgotten " + Id(e.slave)); }
+  void On(const RunBegan& e) {
+    Say("run " + std::to_string(e.frame.number) + (e.reason == RunBegan::Reason::kClock ? " (clock)" : " (set up)"));
+  }
   void On(const CaptureHole& e) { Say((e.certain ? "hole " : "silence ") + std::to_string(e.frame.number)); }
   void On(const LogicalAccess& e) {
     Say("logical " + std::string(wire::Name(e.command)) + " " + Hex(e.address, 8) + " wkc " + std::to_string(e.wkc) +

@@ -63,12 +63,64 @@ TEST(FrameProblem, MoreWithOnlyPaddingBehindIsNoDatagramOfZeros) {
   ExpectProblem(packet, FrameProblem::kMoreWithoutDatagram, 1);
 }
 
-TEST(FrameProblem, BytesAfterLast) {
-  const Bytes one = Datagrams({{.index = 1}});
-  Bytes payload = Header(one.size() + 4);
+TEST(FrameProblem, WhatTheLengthCoversBehindTheLastDatagramIsPadding) {
+  // TwinCAT rounds up to even, others always write 28; slaves stop where the more flag is clear.
+  for (const std::uint8_t fill : {std::uint8_t{0}, std::uint8_t{7}, std::uint8_t{255}}) {
+    for (std::size_t padding = 1; padding < 40; ++padding) {
+      const Bytes one = Datagrams({{.index = 1, .data = {1}}});
+      Bytes payload = Header(one.size() + padding);
+      Append(payload, one);
+      Append(payload, Bytes(padding, fill));
+      const Bytes packet = Plain(payload);
+      const FrameView view = Parse(packet);
+      EXPECT_EQ(view.kind(), FrameKind::kEtherCat);
+      EXPECT_EQ(view.problem(), FrameProblem::kNone);
+      ASSERT_EQ(view.size(), 1U);
+      EXPECT_EQ(view.payload().size(), one.size());
+      EXPECT_EQ(view.padding(), padding);
+      EXPECT_EQ(Bytes(view.padding_bytes().begin(), view.padding_bytes().end()), Bytes(padding, fill));
+    }
+  }
+}
+
+TEST(FrameProblem, PaddingChangesNothingThatTellsFramesApart) {
+  const Bytes one = Datagrams({{.index = 1, .data = {1}}});
+  const Bytes tight = Plain(Payload(one));
+  Bytes payload = Header(one.size() + 1);
   Append(payload, one);
-  Append(payload, {0, 0, 0, 0});
-  ExpectProblem(Plain(payload), FrameProblem::kBytesAfterLast, 1);
+  Append(payload, {0});
+  const Bytes padded = Plain(payload);
+  EXPECT_EQ(Parse(tight).key(), Parse(padded).key());
+  EXPECT_EQ(Parse(tight).used_bytes(), Parse(padded).used_bytes());
+  EXPECT_EQ(Parse(tight).padding(), 0U);
+}
+
+TEST(FrameProblem, MoreAtTheEndOfThePaddingIsStillWrong) {
+  const Bytes last = DatagramBytes{.index = 1, .flags = 0x8000}.Encode();
+  Bytes payload = Header(last.size() + 9);
+  Append(payload, last);
+  Append(payload, Bytes(9, 0));
+  const Bytes packet = Plain(payload);
+  ExpectProblem(packet, FrameProblem::kMoreWithoutDatagram, 1);
+}
+
+TEST(FrameProblem, PaddingBeyondTheFrameIsStillWrong) {
+  const Bytes one = Datagrams({{.index = 1}});
+  Bytes payload = Header(one.size() + 8);
+  Append(payload, one);
+  Append(payload, Bytes(7, 0));
+  ExpectProblem(Plain(payload), FrameProblem::kLengthBeyondFrame, 1);
+}
+
+TEST(FrameProblem, PaddingCutByTheSnapLengthLosesNoDatagram) {
+  const Bytes one = Datagrams({{.index = 1}});
+  Bytes payload = Header(one.size() + 8);
+  Append(payload, one);
+  const Bytes packet = Plain(payload);
+  const FrameView view = Parse(packet, 1, static_cast<std::uint32_t>(packet.size() + 8));
+  EXPECT_EQ(view.kind(), FrameKind::kEtherCat);
+  EXPECT_EQ(view.size(), 1U);
+  EXPECT_TRUE(view.padding_bytes().empty());
 }
 
 TEST(FrameProblem, UnknownCommand) {
@@ -105,13 +157,12 @@ TEST(FrameProblem, PaddingIsIgnored) {
 
 TEST(FrameProblem, EachHasItsOwnDescription) {
   std::set<std::string> texts;
-  for (const FrameProblem problem :
-       {FrameProblem::kNone, FrameProblem::kNoHeader, FrameProblem::kLengthBeyondFrame,
-        FrameProblem::kDatagramBeyondLength, FrameProblem::kMoreWithoutDatagram, FrameProblem::kBytesAfterLast,
-        FrameProblem::kUnknownCommand, FrameProblem::kNoDatagram}) {
+  for (const FrameProblem problem : {FrameProblem::kNone, FrameProblem::kNoHeader, FrameProblem::kLengthBeyondFrame,
+                                     FrameProblem::kDatagramBeyondLength, FrameProblem::kMoreWithoutDatagram,
+                                     FrameProblem::kUnknownCommand, FrameProblem::kNoDatagram}) {
     texts.insert(std::string(Describe(problem)));
   }
-  EXPECT_EQ(texts.size(), 8U);
+  EXPECT_EQ(texts.size(), 7U);
   EXPECT_EQ(texts.count("?"), 0U);
 }
 

@@ -1,0 +1,53 @@
+#include "decoder/bus/drop_pattern.h"
+
+#include <algorithm>
+
+namespace ecaudit::bus {
+
+void DropPattern::Add(const Gap& gap) noexcept {
+  if (open_count_ == open_.size()) {
+    Take(open_[0]);
+    std::move(open_.begin() + 1, open_.end(), open_.begin());
+    --open_count_;
+  }
+  std::size_t at = open_count_++;
+  for (; at > 0 && open_[at - 1].behind > gap.behind; --at) open_[at] = open_[at - 1];
+  open_[at] = gap;
+}
+
+void DropPattern::Take(const Gap& gap) noexcept {
+  ++gaps_;
+  if (gap.is_return) ++returns_;
+  const std::uint64_t apart = gap.behind - last_.behind;
+  const std::uint64_t frames = gap.outbound - last_.outbound;
+  const bool first = gaps_ == 1;
+  const bool last_is_return = last_.is_return;
+  last_ = gap;
+  // One distance alone may be part of the true one.
+  const bool alike = period_ > 0 && apart > 0 &&
+                     (apart == period_ || (regular_ > 0 && apart % period_ == 0 && apart / period_ <= kMostBetween));
+  if (!alike) {
+    // Another one shows where there was no regular distance so far.
+    if (regular_ >= kEnough) return;
+    period_ = apart;
+    frame_period_ = frames;
+    regular_ = frames_differ_ = 0;
+    regular_returns_ = gap.is_return ? 1 : 0;
+    if (!first && last_is_return) ++regular_returns_;
+    from_beginning_ = first;
+    return;
+  }
+  ++regular_;
+  if (gap.is_return) ++regular_returns_;
+  if (apart == period_ && frames != frame_period_) ++frames_differ_;
+}
+
+void DropPattern::Finish() noexcept {
+  for (std::size_t i = 0; i < open_count_; ++i) Take(open_[i]);
+  open_count_ = 0;
+  const bool regular = regular_ >= kEnough && (gaps_ - regular_) * kOneOddIn <= gaps_ + 2 * kOneOddIn;
+  const bool of_packets = frames_differ_ > 0 || from_beginning_ || returns_ < gaps_;
+  if (regular && of_packets) distance_ = period_ + 1;
+}
+
+}  // namespace ecaudit::bus

@@ -1,0 +1,120 @@
+#include "decoder/bus/index_counter.h"
+
+#include <algorithm>
+#include <bit>
+#include <utility>
+
+namespace ecaudit::bus {
+namespace {
+
+/// What masters write into frames that they do not number.
+constexpr bool MayBeNoNumber(std::uint8_t index) {
+  return index == 0 || index == 255;
+}
+
+}  // namespace
+
+bool IndexCounter::IsRegular() const noexcept {
+  const auto regular = static_cast<unsigned>(std::popcount(history_));
+  return steps_ >= kEnough && (steps_ - regular) * kOneOddIn <= steps_;
+}
+
+bool IndexCounter::FollowsFrom(std::uint8_t first, std::uint8_t from_first, std::uint8_t from_last) const noexcept {
+  if (first == static_cast<std::uint8_t>(from_first + stride_)) return true;
+  return from_last != from_first && first == static_cast<std::uint8_t>(from_last + 1U);
+}
+
+bool IndexCounter::Follows(std::uint8_t first) const noexcept {
+  return FollowsFrom(first, last_first_, last_) || (AtEnd() && first == begin_);
+}
+
+std::uint32_t IndexCounter::round() const noexcept {
+  if (ends_ > 0) return std::uint32_t{static_cast<std::uint8_t>(end_ - begin_)} + 1;
+  const std::uint32_t seen = std::uint32_t{static_cast<std::uint8_t>(highest_ - lowest_)} + 1;
+  return seen <= kFew ? seen : kMany;
+}
+
+bool IndexCounter::IsBehind(std::uint8_t first, std::uint64_t count) const noexcept {
+  if (!any_) return false;
+  const std::uint32_t whole = ends_ > 0 ? round() : 256;
+  return (std::uint32_t{last_first_} + whole - first % whole) % whole <= count;
+}
+
+void IndexCounter::MoveTo(std::uint8_t first, std::uint8_t last) noexcept {
+  lowest_ = any_ ? std::min(lowest_, first) : first;
+  highest_ = any_ ? std::max(highest_, first) : first;
+  any_ = true;
+  aside_ = false;
+  last_first_ = first;
+  last_ = last;
+}
+
+void IndexCounter::Note(bool regular) noexcept {
+  history_ = history_ << 1U | (regular ? 1U : 0U);
+  if (steps_ < kMost) ++steps_;
+}
+
+void IndexCounter::LearnEnd(std::uint8_t begin) noexcept {
+  const bool same = ends_ > 0 && AtEnd() && begin == begin_;
+  ends_ = same ? static_cast<std::uint8_t>(std::min(ends_ + 1, 255)) : std::uint8_t{1};
+  if (same) return;
+  end_ = last_;
+  begin_ = begin;
+}
+
+void IndexCounter::LearnStride(std::uint8_t first) noexcept {
+  const auto stride = static_cast<std::uint8_t>(first - last_first_);
+  other_seen_ = stride == other_stride_ ? static_cast<std::uint8_t>(other_seen_ + 1U) : std::uint8_t{1};
+  other_stride_ = stride;
+  if (other_seen_ < kStrideSeen) return;
+  stride_ = stride;
+  other_seen_ = 0;
+}
+
+/// Left out, until the frame behind it shows that it was one of the numbers.
+IndexCounter::Step IndexCounter::FollowUnnumbered(std::uint8_t first, std::uint8_t last) noexcept {
+  aside_ = true;
+  aside_first_ = first;
+  aside_last_ = last;
+  return Step::kUnknown;
+}
+
+IndexCounter::Step IndexCounter::Follow(std::uint8_t first, std::uint8_t last) noexcept {
+  if (!any_) {
+    MoveTo(first, last);
+    return Step::kUnknown;
+  }
+  if (Follows(first)) {
+    if (first < last_first_) {
+      LearnEnd(first);
+    } else if (AtEnd()) {
+      ends_ = 0;  // it goes on from there: it had only been set back
+    }
+    other_seen_ = 0;
+    Note(true);
+    MoveTo(first, last);
+    return Step::kFollows;
+  }
+  if (MayBeNoNumber(first) && first != last_first_) return FollowUnnumbered(first, last);
+  if (std::exchange(aside_, false) && FollowsFrom(first, aside_first_, aside_last_)) {
+    if (aside_first_ < last_first_) LearnEnd(aside_first_);
+    Note(true);
+    MoveTo(aside_first_, aside_last_);
+    MoveTo(first, last);
+    return Step::kFollows;
+  }
+  Note(false);
+  const bool back = first < last_first_;
+  Step step = Step::kOdd;
+  if (first == last_first_ || (back && ends_ < kSureOfEnd)) {
+    step = Step::kUnknown;
+  } else if (back && (first <= lowest_ || first == begin_)) {
+    step = Step::kBegins;
+  }
+  if (back && ends_ < kSureOfEnd) LearnEnd(first);
+  if (first > last_first_) LearnStride(first);
+  MoveTo(first, last);
+  return step;
+}
+
+}  // namespace ecaudit::bus

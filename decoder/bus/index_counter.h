@@ -1,0 +1,74 @@
+/// in: the indices of frames, one after the other.  out: whether each is the one that was to come next.
+///
+/// Nothing is known of the counter beforehand: how far it counts, where it begins and by how much it goes on is what
+/// the frames show. It goes on from the first datagram of the frame before, or from the last one where every datagram
+/// has a number of its own. A step back is taken for the place where the counter begins anew, until it shows that it is
+/// not; only where it has begun anew at the same place twice is another step back odd. 0 and 255 are what masters write
+/// into frames that they do not number: they count only where the counter is seen to come to them and to go on.
+#pragma once
+
+#include <cstdint>
+
+namespace ecaudit::bus {
+
+class IndexCounter {
+ public:
+  enum class Step : std::uint8_t {
+    kUnknown,  ///< tells nothing
+    kFollows,  ///< the index that was to come next
+    kOdd,      ///< another one
+    kBegins,   ///< back to the lowest: the counter may have been set back
+  };
+
+  [[nodiscard]] Step Follow(std::uint8_t first, std::uint8_t last) noexcept;
+  /// Goes on from this frame; whatever lies between is no step.
+  void MoveTo(std::uint8_t first, std::uint8_t last) noexcept;
+
+  /// True when it has gone on like this often enough, and lately.
+  [[nodiscard]] bool IsRegular() const noexcept;
+  [[nodiscard]] bool IsNext(std::uint8_t first) const noexcept { return any_ && Follows(first); }
+  /// How many frames further the index is the same again, as far as seen; never 0.
+  [[nodiscard]] std::uint32_t round() const noexcept;
+  /// True when the index lies at most `count` behind the last one.
+  [[nodiscard]] bool IsBehind(std::uint8_t first, std::uint64_t count) const noexcept;
+
+ private:
+  /// Steps that the judgement rests on, at most 32, and how many of them may be odd.
+  static constexpr unsigned kEnough = 8;
+  static constexpr unsigned kMost = 32;
+  static constexpr unsigned kOneOddIn = 8;
+  /// So often the same distance has to be seen before it is that of the counter.
+  static constexpr std::uint8_t kStrideSeen = 3;
+  /// So often it has begun anew at the same place before another place is odd.
+  static constexpr std::uint8_t kSureOfEnd = 2;
+  /// A counter that was not seen to begin anew: few indices, or as many as TwinCAT has and more.
+  static constexpr std::uint32_t kFew = 16;
+  static constexpr std::uint32_t kMany = 112;
+
+  [[nodiscard]] bool FollowsFrom(std::uint8_t first, std::uint8_t from_first, std::uint8_t from_last) const noexcept;
+  [[nodiscard]] bool AtEnd() const noexcept { return ends_ > 0 && (last_ == end_ || last_first_ == end_); }
+  [[nodiscard]] bool Follows(std::uint8_t first) const noexcept;
+  [[nodiscard]] Step FollowUnnumbered(std::uint8_t first, std::uint8_t last) noexcept;
+  void LearnEnd(std::uint8_t begin) noexcept;
+  void LearnStride(std::uint8_t first) noexcept;
+  void Note(bool regular) noexcept;
+
+  bool any_ = false;
+  bool aside_ = false;            ///< the frame before had an index that may be no number, and was left out ...
+  std::uint8_t aside_first_ = 0;  ///< ... this one
+  std::uint8_t aside_last_ = 0;
+  std::uint8_t last_first_ = 0;  ///< of the first datagram of the last frame
+  std::uint8_t last_ = 0;        ///< of its last datagram
+  std::uint8_t lowest_ = 0;      ///< of the first datagrams of all frames
+  std::uint8_t highest_ = 0;
+  std::uint8_t stride_ = 1;
+  std::uint8_t other_stride_ = 0;  ///< seen instead ...
+  std::uint8_t other_seen_ = 0;    ///< ... so often in a row
+  std::uint8_t end_ = 0;           ///< the last index before it begins anew ...
+  std::uint8_t begin_ = 0;         ///< ... at this one; both only where ends_ is not 0
+  std::uint8_t ends_ = 0;          ///< how often that was seen
+  std::uint8_t steps_ = 0;         ///< in history_
+  std::uint32_t history_ = 0;      ///< 1: the step was regular; newest in bit 0
+};
+
+}  // namespace ecaudit::bus

@@ -1,0 +1,228 @@
+#include "decoder/bus/index_sequence.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/trace_builder.h"
+
+namespace ecaudit::bus::test {
+namespace {
+
+using ecaudit::test::MemorySource;
+using ecaudit::test::Packet;
+using ecaudit::test::Trace;
+using samples::Bytes;
+
+/// What is sent: a poll of a slave, a process-data frame, a broadcast that sets the bus up.
+enum class Sort : std::uint8_t { kPoll, kProcess, kOtherSlave, kSetUp };
+struct Sent {
+  Sort sort = Sort::kPoll;
+  std::uint8_t index = 0;
+};
+
+/// One character a frame: '.' unknown, 'n' next, 'B' broken.
+std::string Follow(const std::vector<Sent>& frames) {
+  Trace trace;
+  for (const Sent& sent : frames) {
+    auto& frame = trace.After(1000);
+    switch (sent.sort) {
+      case Sort::kPoll:
+        frame.Fprd(0x1001, 0x0130, {8, 0});
+        break;
+      case Sort::kOtherSlave:
+        frame.Fprd(0x1002, 0x0130, {8, 0});
+        break;
+      case Sort::kProcess:
+        frame.Lrw(0x1000, Bytes(8, 0), Bytes(8, 1));
+        break;
+      case Sort::kSetUp:
+        frame.Bwr(0x0101, {0});
+        break;
+    }
+    frame.Index(sent.index).Lost();
+  }
+  const std::vector<Packet> packets = trace.Packets();
+  MemorySource source(packets);
+  IndexSequence sequence;
+  capture::CapturedFrame packet;
+  std::string out;
+  while (source.Next(packet) == capture::ReadStatus::kFrame) {
+    switch (sequence.Follow(wire::FrameView::Parse(packet), false)) {
+      case IndexSequence::Step::kUnknown:
+        out += '.';
+        break;
+      case IndexSequence::Step::kNext:
+        out += 'n';
+        break;
+      case IndexSequence::Step::kBroken:
+        out += 'B';
+        break;
+    }
+  }
+  return out;
+}
+
+/// Polls numbered by `index_of`, frame `left_out` and the two behind it missing.
+std::string WithHole(std::size_t count, std::size_t left_out, const std::function<unsigned(std::size_t)>& index_of) {
+  std::vector<Sent> frames;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i >= left_out && i < left_out + 3) continue;
+    frames.push_back({Sort::kPoll, static_cast<std::uint8_t>(index_of(i))});
+  }
+  return Follow(frames);
+}
+
+std::size_t Broken(const std::string& steps) {
+  return static_cast<std::size_t>(std::count(steps.begin(), steps.end(), 'B'));
+}
+
+struct Way {
+  const char* name;
+  std::function<unsigned(std::size_t)> index_of;
+};
+
+/// As masters number, and as none does.
+const std::vector<Way>& Ways() {
+  static const std::vector<Way> kWays{
+      {"16 indices", [](std::size_t i) { return i % 16; }},
+      {"100 indices", [](std::size_t i) { return i % 100; }},
+      {"256 indices", [](std::size_t i) { return i % 256; }},
+      {"128 to 239", [](std::size_t i) { return 128 + i % 112; }},
+      {"7 to 20", [](std::size_t i) { return 7 + i % 14; }},
+      {"every seventh", [](std::size_t i) { return i * 7 % 256; }},
+      {"every second of 128", [](std::size_t i) { return i * 2 % 128; }},
+  };
+  return kWays;
+}
+
+TEST(IndexSequence, AnyRegularWayOfNumberingTellsAHole) {
+  for (const Way& way : Ways()) {
+    const std::string steps = WithHole(600, 405, way.index_of);
+    EXPECT_EQ(Broken(steps), 1U) << way.name << ": " << steps;
+    EXPECT_EQ(steps[405], 'B') << way.name << ": " << steps;
+  }
+}
+
+TEST(IndexSequence, NoWayOfNumberingHasHolesByItself) {
+  for (const Way& way : Ways()) {
+    const std::string steps = WithHole(2000, 2000, way.index_of);
+    EXPECT_EQ(Broken(steps), 0U) << way.name << ": " << steps;
+    EXPECT_EQ(steps.substr(1000).find('.'), std::string::npos) << way.name;
+  }
+}
+
+TEST(IndexSequence, WhatIsNoOrderTellsNothing) {
+  const std::vector<Way> ways{
+      {"one index", [](std::size_t) { return 0xFFU; }},
+      {"another one", [](std::size_t) { return 0x41U; }},
+      {"none", [](std::size_t) { return 0U; }},
+      {"at random", [](std::size_t i) { return static_cast<unsigned>(i * 2654435761U >> 11U) % 256; }},
+      {"begins anew anywhere", [](std::size_t i) { return static_cast<unsigned>(i % 23 % (11 + i / 23 % 5)); }},
+  };
+  for (const Way& way : ways) EXPECT_EQ(Broken(WithHole(2000, 700, way.index_of)), 0U) << way.name;
+}
+
+/// Cyclic frames with a counter of their own and every `distance`-th time an acyclic one.
+std::vector<Sent> SideBySide(std::size_t cycles, std::size_t distance, unsigned first_acyclic, unsigned round) {
+  std::vector<Sent> frames;
+  unsigned acyclic = 0;
+  for (std::size_t i = 0; i < cycles; ++i) {
+    frames.push_back({Sort::kProcess, static_cast<std::uint8_t>(i % round)});
+    if (i % distance == distance - 1) {
+      frames.push_back({Sort::kPoll, static_cast<std::uint8_t>(first_acyclic + acyclic++ % round)});
+    }
+  }
+  return frames;
+}
+
+TEST(IndexSequence, TwoCountersSideBySideHaveNoHoles) {
+  for (const std::size_t distance : {1U, 2U, 3U, 7U, 20U, 50U, 300U}) {
+    EXPECT_EQ(Broken(Follow(SideBySide(2000, distance, 0x80, 0x80))), 0U) << distance;
+    EXPECT_EQ(Broken(Follow(SideBySide(2000, distance, 0, 256))), 0U) << distance;
+  }
+}
+
+TEST(IndexSequence, AHoleShowsInEitherOfTwoCounters) {
+  for (const std::size_t distance : {1U, 2U, 20U}) {
+    std::vector<Sent> frames = SideBySide(1000, distance, 0x80, 0x80);
+    const auto at = frames.begin() + 700;
+    frames.erase(at, at + 10);
+    const std::string steps = Follow(frames);
+    EXPECT_EQ(Broken(steps), 1U) << distance << steps;
+  }
+}
+
+TEST(IndexSequence, ACounterForEachSlave) {
+  std::vector<Sent> frames;
+  for (std::size_t i = 0; i < 400; ++i) {
+    const bool second = i % 5 == 1 || i % 5 == 3;
+    frames.push_back({second ? Sort::kOtherSlave : Sort::kPoll,
+                      static_cast<std::uint8_t>(second ? 0x40 + i * 2 / 5 % 64 : i * 3 / 5 % 64)});
+  }
+  EXPECT_EQ(Broken(Follow(frames)), 0U);
+}
+
+TEST(IndexSequence, TheFirstFramesOfAnotherKindAreNoHole) {
+  std::vector<Sent> frames;
+  for (unsigned i = 0; i < 200; ++i) frames.push_back({Sort::kProcess, static_cast<std::uint8_t>(i % 64)});
+  for (unsigned i = 0; i < 20; ++i) frames.push_back({Sort::kPoll, static_cast<std::uint8_t>(0x90 + i)});
+  for (unsigned i = 200; i < 400; ++i) frames.push_back({Sort::kProcess, static_cast<std::uint8_t>(i % 64)});
+  EXPECT_EQ(Broken(Follow(frames)), 0U);
+}
+
+TEST(IndexSequence, FramesThatAreNotNumberedBetweenOthers) {
+  for (const std::uint8_t none : {std::uint8_t{0}, std::uint8_t{255}}) {
+    std::vector<Sent> frames;
+    for (unsigned i = 0; i < 1000; ++i) {
+      frames.push_back({Sort::kPoll, static_cast<std::uint8_t>(128 + i % 112)});
+      if (i % 9 == 4) frames.push_back({Sort::kPoll, none});
+      if (i % 200 == 60) frames.insert(frames.end(), 12, {Sort::kPoll, none});
+    }
+    EXPECT_EQ(Broken(Follow(frames)), 0U) << int{none};
+  }
+}
+
+TEST(IndexSequence, WhoSetsUpTheBusBeginsAnew) {
+  // TwinCAT from 128 on at each initialisation, wherever it was.
+  std::vector<Sent> frames;
+  for (const unsigned length : {300U, 30U, 250U, 17U, 60U, 400U, 90U}) {
+    frames.push_back({Sort::kSetUp, 128});
+    for (unsigned i = 1; i < length; ++i) frames.push_back({Sort::kPoll, static_cast<std::uint8_t>(128 + i % 112)});
+  }
+  EXPECT_EQ(Broken(Follow(frames)), 0U);
+}
+
+TEST(IndexSequence, BackFromAnywhereElseIsAHoleOnceTheEndIsKnown) {
+  std::vector<Sent> frames;
+  for (unsigned i = 0; i < 110; ++i) frames.push_back({Sort::kPoll, static_cast<std::uint8_t>(i % 16)});
+  for (unsigned i = 120; i < 200; ++i) frames.push_back({Sort::kPoll, static_cast<std::uint8_t>(i % 16)});
+  const std::string steps = Follow(frames);
+  EXPECT_EQ(steps[110], 'B') << steps;
+  EXPECT_EQ(Broken(steps), 1U) << steps;
+}
+
+TEST(IndexSequence, BehindAFrameThatCannotBeReadNothingIsBroken) {
+  IndexSequence sequence;
+  Trace trace;
+  for (unsigned i = 0; i < 40; ++i)
+    trace.After(1000).Fprd(0x1001, 0x0130, {8, 0}).Index(static_cast<std::uint8_t>(i)).Lost();
+  trace.After(1000).Fprd(0x1001, 0x0130, {8, 0}).Index(44).Lost();
+  const std::vector<Packet> packets = trace.Packets();
+  MemorySource source(packets);
+  capture::CapturedFrame packet;
+  for (unsigned i = 0; i < 40; ++i) {
+    ASSERT_EQ(source.Next(packet), capture::ReadStatus::kFrame);
+    (void)sequence.Follow(wire::FrameView::Parse(packet), false);
+  }
+  sequence.Skip();
+  ASSERT_EQ(source.Next(packet), capture::ReadStatus::kFrame);
+  EXPECT_EQ(sequence.Follow(wire::FrameView::Parse(packet), false), IndexSequence::Step::kUnknown);
+}
+
+}  // namespace
+}  // namespace ecaudit::bus::test
