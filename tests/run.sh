@@ -1,10 +1,18 @@
 #!/usr/bin/env bash
-# Builds everything twice, with sanitizers and optimised, and runs all tests in both builds; and the program once more with
-# the thread sanitizer, for the tests of batch.
-# Installs what is missing (Debian packages). Safe to run again; run from anywhere. Ends with ctest's summary.
+# Builds everything once with sanitizers and runs all of it; then the optimised program with the tests of programs and of
+# memory; then the program with the thread sanitizer, for what has threads.
+#   --quick   for work: only what has sanitizers, without laws over all captures, browsers and long suites
+# Installs what is missing (Debian packages). Safe to run again; run from anywhere. Ends with what took how long.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source .ci/packages.sh
+
+quick=false
+case "${1:-}" in
+  --quick) quick=true ;;
+  "") ;;
+  *) echo "usage: tests/run.sh [--quick]" >&2; exit 2 ;;
+esac
 
 # tshark, jsonschema, xmllint, parallel, the SARIF schema, npm (which makes the page of HTML reports) and Chromium (which
 # opens it) are for tests that are skipped, with a message, without them.
@@ -21,22 +29,42 @@ export UBSAN_OPTIONS=print_stacktrace=1
 # Two checkouts of the same sources share what ccache has compiled.
 export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
 jobs=$(nproc)
+failed=()
+times=()
 
-# Configures, builds and tests one preset. Called where a failure must not end the script, so every step is chained.
-test_preset() {
-  local preset=$1
-  say "building with preset $preset (build/$preset)" &&
-    cmake --preset "$preset" -DECAUDIT_TESTS=ON &&
-    cmake --build --preset "$preset" -j "$jobs" &&
-    say "testing with preset $preset" &&
-    ctest --preset "$preset" -j "$jobs" --no-tests=error
+# step NAME COMMAND...: runs it, whatever failed before, and keeps its time.
+step() {
+  local name=$1 begin=$SECONDS status=0
+  shift
+  say "$name"
+  "$@" || status=$?
+  times+=("$(printf '%4d s  %s' $((SECONDS - begin)) "$name")")
+  [[ $status -eq 0 ]] || failed+=("$name")
+  return $status
 }
 
-failed=()
-test_preset asan || failed+=("the build with sanitizers")
-test_preset tsan || failed+=("the build with the thread sanitizer")
-# Last, so that its summary closes the output.
-test_preset release || failed+=("the optimised build")
+# build PRESET [TARGET...]: configures and builds.
+build() {
+  local preset=$1
+  shift
+  cmake --preset "$preset" -DECAUDIT_TESTS=ON && cmake --build --preset "$preset" -j "$jobs" ${@:+--target "$@"}
+}
 
+run() { ctest --preset "$1" -j "$jobs" --no-tests=error "${@:2}"; }
+
+if $quick; then
+  step "building with sanitizers" build asan ecaudit ecaudit_unit_tests &&
+    { step "quick tests with sanitizers" run asan -R '^(unit|build)\.|^cli\.(Usage|Messages|Gate|Reports|Fields|Samples)$' || true; }
+else
+  step "building with sanitizers" build asan &&
+    { step "all tests with sanitizers" run asan || true; }
+  step "building the optimised program" build release ecaudit ecaudit_memory_tests ecaudit_make_long_capture &&
+    { step "the optimised program" run release -L program || true; }
+  step "building with the thread sanitizer" build tsan ecaudit &&
+    { step "threads" run tsan || true; }
+fi || true
+
+say "what took how long"
+printf '   %s\n' "${times[@]}"
 for part in "${failed[@]}"; do say "FAILED: $part, see above" >&2; done
 [[ ${#failed[@]} -eq 0 ]]

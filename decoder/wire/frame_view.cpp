@@ -60,6 +60,78 @@ bool AllZero(ByteSpan bytes) {
   return std::all_of(bytes.begin(), bytes.end(), [](std::uint8_t byte) { return byte == 0; });
 }
 
+/// @return where the EtherType lies; nothing for a link type that carries no EtherCAT
+std::optional<std::size_t> PassLinkHeader(const capture::CapturedFrame& frame, bool cut, FrameFields& fields) {
+  ByteSpan bytes = frame.bytes;
+  std::size_t type = 0;
+  switch (static_cast<capture::LinkType>(frame.link_type)) {
+    case capture::LinkType::kEthernet:
+      if (IsEslCookie(bytes, 0)) {
+        fields.esl_ = ReadEsl(bytes.first(kEslBytes));
+        bytes = bytes.subspan(kEslBytes);
+      } else if (!cut && bytes.size() >= kEslBytes && IsEslCookie(bytes, bytes.size() - kEslBytes)) {
+        fields.esl_ = ReadEsl(bytes.last(kEslBytes));
+        bytes = bytes.first(bytes.size() - kEslBytes);
+      }
+      fields.source_mac_ = Mac(bytes, 6);
+      type = 12;
+      break;
+    case capture::LinkType::kLinuxCooked:
+      // packet type 2, ARPHRD 2, address length 2, address 8, protocol 2; packet type 4: sent by this machine
+      fields.source_mac_ = Mac(bytes, 6);
+      if (fields.flag_ == capture::PacketFlag::kNone && Fits(bytes, 0, 2)) {
+        fields.flag_ =
+            BigEndian<std::uint16_t>(bytes, 0) == 4 ? capture::PacketFlag::kOutbound : capture::PacketFlag::kInbound;
+      }
+      type = 14;
+      break;
+    case capture::LinkType::kLinuxCooked2:
+      // protocol 2, reserved 2, interface 4, ARPHRD 2, packet type 1, address length 1, address 8
+      fields.source_mac_ = Mac(bytes, 12);
+      if (fields.flag_ == capture::PacketFlag::kNone && Fits(bytes, 10, 1)) {
+        fields.flag_ = bytes[10] == 4 ? capture::PacketFlag::kOutbound : capture::PacketFlag::kInbound;
+      }
+      break;
+    default:
+      return std::nullopt;
+  }
+  fields.bytes_ = bytes;
+  return type;
+}
+
+/// Passes tags, and IP and UDP where they carry EtherCAT. @param offset of the EtherType
+/// @return where the EtherCAT header lies; nothing in a frame of another kind
+std::optional<std::size_t> PassToEtherCat(capture::LinkType link, std::size_t offset, bool cut, FrameFields& fields) {
+  const ByteSpan bytes = fields.bytes_;
+  const auto ends_before = [&](std::size_t end) { return cut && bytes.size() < end; };
+  fields.cut_before_type_ = ends_before(offset + 2);
+  auto ethertype = BigEndian<std::uint16_t>(bytes, offset);
+  offset = link == capture::LinkType::kLinuxCooked2 ? 20 : offset + 2;
+  while (IsVlanTag(ethertype) && fields.vlan_tags_ < 4) {
+    ++fields.vlan_tags_;
+    fields.cut_before_type_ = ends_before(offset + 4);
+    ethertype = BigEndian<std::uint16_t>(bytes, offset + 2);
+    offset += 4;
+  }
+  if (ethertype == kEtherTypeEtherCat) return offset;
+  if (ethertype != kEtherTypeIpv4) return std::nullopt;
+
+  fields.cut_before_type_ = ends_before(offset + 20);
+  if (!Fits(bytes, offset, 20) || bytes[offset] >> 4U != 4) return std::nullopt;
+  const std::size_t header = static_cast<std::size_t>(bytes[offset] & 0x0FU) * 4;
+  const bool fragment = (BigEndian<std::uint16_t>(bytes, offset + 6) & 0x3FFFU) != 0;
+  if (header < 20 || fragment || bytes[offset + 9] != kIpProtocolUdp) return std::nullopt;
+  fields.cut_before_type_ = ends_before(offset + header + 8);
+  if (!Fits(bytes, offset, header + 8)) return std::nullopt;
+  const std::size_t udp = offset + header;
+  if (BigEndian<std::uint16_t>(bytes, udp) != kUdpPortEtherCat &&
+      BigEndian<std::uint16_t>(bytes, udp + 2) != kUdpPortEtherCat) {
+    return std::nullopt;
+  }
+  fields.encapsulation_ = Encapsulation::kUdp;
+  return udp + 8;
+}
+
 }  // namespace
 
 std::string_view Describe(FrameProblem problem) {
@@ -88,79 +160,17 @@ FrameView FrameView::Parse(const capture::CapturedFrame& frame) noexcept {
   view.interface_index_ = frame.interface_index;
   view.flag_ = frame.flag;
   const bool cut = frame.bytes.size() < frame.original_length;
-  ByteSpan bytes = frame.bytes;
-
-  std::size_t offset = 0;  // of the EtherType that comes next
-  switch (static_cast<capture::LinkType>(frame.link_type)) {
-    case capture::LinkType::kEthernet:
-      if (IsEslCookie(bytes, 0)) {
-        view.esl_ = ReadEsl(bytes.first(kEslBytes));
-        bytes = bytes.subspan(kEslBytes);
-      } else if (!cut && bytes.size() >= kEslBytes && IsEslCookie(bytes, bytes.size() - kEslBytes)) {
-        view.esl_ = ReadEsl(bytes.last(kEslBytes));
-        bytes = bytes.first(bytes.size() - kEslBytes);
-      }
-      view.source_mac_ = Mac(bytes, 6);
-      offset = 12;
-      break;
-    case capture::LinkType::kLinuxCooked:
-      // packet type 2, ARPHRD 2, address length 2, address 8, protocol 2; packet type 4: sent by this machine
-      view.source_mac_ = Mac(bytes, 6);
-      if (view.flag_ == capture::PacketFlag::kNone && Fits(bytes, 0, 2)) {
-        view.flag_ =
-            BigEndian<std::uint16_t>(bytes, 0) == 4 ? capture::PacketFlag::kOutbound : capture::PacketFlag::kInbound;
-      }
-      offset = 14;
-      break;
-    case capture::LinkType::kLinuxCooked2:
-      // protocol 2, reserved 2, interface 4, ARPHRD 2, packet type 1, address length 1, address 8
-      view.source_mac_ = Mac(bytes, 12);
-      if (view.flag_ == capture::PacketFlag::kNone && Fits(bytes, 10, 1)) {
-        view.flag_ = bytes[10] == 4 ? capture::PacketFlag::kOutbound : capture::PacketFlag::kInbound;
-      }
-      offset = 0;
-      break;
-    default:
-      return view;
-  }
-  view.bytes_ = bytes;
-
-  const auto ends_before = [&](std::size_t end) { return cut && bytes.size() < end; };
-  view.cut_before_type_ = ends_before(offset + 2);
-  auto ethertype = BigEndian<std::uint16_t>(bytes, offset);
-  offset += 2;
-  if (static_cast<capture::LinkType>(frame.link_type) == capture::LinkType::kLinuxCooked2) offset = 20;
-  while (IsVlanTag(ethertype) && view.vlan_tags_ < 4) {
-    ++view.vlan_tags_;
-    view.cut_before_type_ = ends_before(offset + 4);
-    ethertype = BigEndian<std::uint16_t>(bytes, offset + 2);
-    offset += 4;
-  }
-
-  if (ethertype == kEtherTypeIpv4) {
-    view.cut_before_type_ = ends_before(offset + 20);
-    if (!Fits(bytes, offset, 20) || bytes[offset] >> 4U != 4) return view;
-    const std::size_t header = static_cast<std::size_t>(bytes[offset] & 0x0FU) * 4;
-    const bool fragment = (BigEndian<std::uint16_t>(bytes, offset + 6) & 0x3FFFU) != 0;
-    if (header < 20 || fragment || bytes[offset + 9] != kIpProtocolUdp) return view;
-    view.cut_before_type_ = ends_before(offset + header + 8);
-    if (!Fits(bytes, offset, header + 8)) return view;
-    const std::size_t udp = offset + header;
-    if (BigEndian<std::uint16_t>(bytes, udp) != kUdpPortEtherCat &&
-        BigEndian<std::uint16_t>(bytes, udp + 2) != kUdpPortEtherCat) {
-      return view;
-    }
-    view.encapsulation_ = Encapsulation::kUdp;
-    offset = udp + 8;
-  } else if (ethertype != kEtherTypeEtherCat) {
-    return view;
-  }
-
-  if (!Fits(bytes, offset, 2)) {
+  FrameFields& fields = view;
+  const std::optional<std::size_t> type = PassLinkHeader(frame, cut, fields);
+  if (!type) return view;
+  const std::optional<std::size_t> offset =
+      PassToEtherCat(static_cast<capture::LinkType>(frame.link_type), *type, cut, fields);
+  if (!offset) return view;
+  if (!Fits(view.bytes_, *offset, 2)) {
     view.kind_ = cut ? FrameKind::kCut : FrameKind::kMalformed;
     view.problem_ = cut ? FrameProblem::kNone : FrameProblem::kNoHeader;
   } else {
-    view.ParseDatagrams(offset, cut);
+    view.ParseDatagrams(*offset, cut);
     view.key_ = view.KeyOfDatagrams();
   }
   const bool damaged = view.esl_.crc_error || view.esl_.alignment_error;

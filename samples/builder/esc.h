@@ -15,6 +15,8 @@
 
 namespace ecaudit::samples {
 
+inline constexpr TimeNs kMs = 1'000'000;
+
 /// Register addresses that the builder uses by name.
 namespace reg {
 inline constexpr std::uint16_t kInformation = 0x0000;

@@ -16,8 +16,6 @@
 
 namespace ecaudit::samples {
 
-inline constexpr TimeNs kMs = 1'000'000;
-
 /// A finding that a correct report holds. Nothing but the expected findings may have severity error or warning;
 /// findings of severity info are listed only where they are the point of the sample.
 struct Expectation {

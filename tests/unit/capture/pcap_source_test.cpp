@@ -8,7 +8,7 @@
 namespace ecaudit::capture {
 namespace {
 
-const Bytes kData{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14};
+const Bytes kPcapSourceData{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14};
 constexpr std::uint32_t kMicroseconds = 0xA1B2C3D4;
 constexpr std::uint32_t kNanoseconds = 0xA1B23C4D;
 
@@ -45,14 +45,14 @@ TEST(Pcap, MicroAndNanosecondsInBothByteOrders) {
   for (const bool big_endian : {false, true}) {
     for (const std::uint32_t magic : {kMicroseconds, kNanoseconds}) {
       PcapBytes file(magic, big_endian, 113, 128);
-      file.Packet(1'795'230'943, 188'860, kData, 60).Packet(1'795'230'944, 0, kData);
+      file.Packet(1'795'230'943, 188'860, kPcapSourceData, 60).Packet(1'795'230'944, 0, kPcapSourceData);
       const WholeCapture capture = Read(file.bytes());
       ASSERT_EQ(capture.frames.size(), 2U) << capture.error << capture.damage();
       const TimeNs step = magic == kNanoseconds ? 1 : 1000;
       EXPECT_EQ(capture.frames[0].time, 1'795'230'943'000'000'000 + 188'860 * step);
       EXPECT_TRUE(capture.frames[0].has_time);
       EXPECT_EQ(capture.frames[0].number, 1U);
-      EXPECT_EQ(capture.frames[0].bytes, kData);
+      EXPECT_EQ(capture.frames[0].bytes, kPcapSourceData);
       EXPECT_EQ(capture.frames[0].original_length, 60U);
       EXPECT_EQ(capture.frames[0].link_type, 113);
       EXPECT_EQ(capture.frames[1].number, 2U);
@@ -77,23 +77,24 @@ TEST(Pcap, AnyLinkTypeIsPassedThroughWithTheNumberOfTheFile) {
   // 101 is LINKTYPE_RAW, which libpcap itself renames to DLT_RAW (12); 4095 nobody knows; the top bits are the FCS
   // length.
   for (const std::uint32_t link_type : {1U, 101U, 276U, 4095U, 1U | 0x24000000U}) {
-    const WholeCapture capture = Read(PcapBytes(kMicroseconds, false, link_type).Packet(1, 1, kData).bytes());
+    const WholeCapture capture = Read(PcapBytes(kMicroseconds, false, link_type).Packet(1, 1, kPcapSourceData).bytes());
     ASSERT_EQ(capture.frames.size(), 1U) << link_type << capture.error;
     EXPECT_EQ(capture.frames[0].link_type, link_type & 0xFFFFU);
   }
 }
 
 TEST(Pcap, SecondsBeyond2038AreUnsigned) {
-  const WholeCapture capture = Read(PcapBytes(kNanoseconds).Packet(0xFFFFFFFF, 999'999'999, kData).bytes());
+  const WholeCapture capture = Read(PcapBytes(kNanoseconds).Packet(0xFFFFFFFF, 999'999'999, kPcapSourceData).bytes());
   ASSERT_EQ(capture.frames.size(), 1U);
   EXPECT_EQ(capture.frames[0].time, 4'294'967'295'999'999'999);
 }
 
 TEST(Pcap, PacketsBeyondTheSnapLengthOfTheFileAreWhole) {
   for (const std::uint32_t snap_length : {0U, 8U, 0xFFFFFFFFU}) {
-    const WholeCapture capture = Read(PcapBytes(kMicroseconds, true, 1, snap_length).Packet(1, 1, kData).bytes());
+    const WholeCapture capture =
+        Read(PcapBytes(kMicroseconds, true, 1, snap_length).Packet(1, 1, kPcapSourceData).bytes());
     ASSERT_EQ(capture.frames.size(), 1U) << snap_length << capture.error;
-    EXPECT_EQ(capture.frames[0].bytes, kData) << snap_length;
+    EXPECT_EQ(capture.frames[0].bytes, kPcapSourceData) << snap_length;
     EXPECT_EQ(capture.info.interfaces[0].snap_length, snap_length);
   }
 }
@@ -108,9 +109,9 @@ TEST(Pcap, NoPacketIsAnEmptyCapture) {
 TEST(Pcap, CutAtAnyByteEndsInsideTheNextPacketOrAtTheEnd) {
   const PcapBytes header(kMicroseconds);
   PcapBytes file = header;
-  file.Packet(1, 1, kData).Packet(2, 2, kData).Packet(3, 3, kData);
+  file.Packet(1, 1, kPcapSourceData).Packet(2, 2, kPcapSourceData).Packet(3, 3, kPcapSourceData);
   const std::size_t header_size = header.bytes().size();
-  const std::size_t packet_size = 16 + kData.size();
+  const std::size_t packet_size = 16 + kPcapSourceData.size();
   for (std::size_t length = 0; length < file.bytes().size(); ++length) {
     const WholeCapture capture =
         Read(Bytes(file.bytes().begin(), file.bytes().begin() + static_cast<std::ptrdiff_t>(length)));
@@ -133,7 +134,7 @@ TEST(Pcap, CutAtAnyByteEndsInsideTheNextPacketOrAtTheEnd) {
 
 TEST(Pcap, ImpossibleCapturedLengthIsDamageOfThatPacket) {
   PcapBytes file(kMicroseconds);
-  file.Packet(1, 1, kData);
+  file.Packet(1, 1, kPcapSourceData);
   file.Raw(PcapngBytes::Join({file.U32(2), file.U32(2), file.U32(0xFFFFFFF0), file.U32(60)})).Raw(Bytes(100));
   const WholeCapture capture = Read(file.bytes());
   EXPECT_EQ(capture.frames.size(), 1U);
@@ -151,7 +152,7 @@ TEST(Pcap, BadFileHeadersDoNotOpen) {
 
 TEST(Pcap, CompressedAndCutNamesTheCompression) {
   PcapBytes file(kMicroseconds);
-  for (std::uint32_t i = 0; i < 5000; ++i) file.Packet(i, i * 77 % 1'000'000, kData);
+  for (std::uint32_t i = 0; i < 5000; ++i) file.Packet(i, i * 77 % 1'000'000, kPcapSourceData);
   const Bytes whole = Gzip(file.bytes());
   const WholeCapture good = Read(whole);
   EXPECT_EQ(good.frames.size(), 5000U);
@@ -164,7 +165,7 @@ TEST(Pcap, CompressedAndCutNamesTheCompression) {
 }
 
 TEST(Pcap, WrongChecksumBehindTheLastPacketIsDamage) {
-  Bytes gzip = Gzip(PcapBytes(kMicroseconds).Packet(1, 1, kData).bytes());
+  Bytes gzip = Gzip(PcapBytes(kMicroseconds).Packet(1, 1, kPcapSourceData).bytes());
   gzip[gzip.size() - 6] ^= 1U;
   const WholeCapture capture = Read(gzip);
   EXPECT_EQ(capture.frames.size(), 1U);

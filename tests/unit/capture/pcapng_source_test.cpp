@@ -8,7 +8,7 @@
 namespace ecaudit::capture {
 namespace {
 
-const Bytes kData{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14};
+const Bytes kPcapngSourceData{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14};
 
 WholeCapture Read(const PcapngBytes& file) {
   return ReadAll(OpenCaptureFromMemory(file.bytes(), "x"));
@@ -20,7 +20,7 @@ PcapngBytes Plain() {
 }
 
 TEST(Pcapng, OneEnhancedPacket) {
-  const WholeCapture capture = Read(Plain().Enhanced(0, 5'000'000, kData, {}, 60));
+  const WholeCapture capture = Read(Plain().Enhanced(0, 5'000'000, kPcapngSourceData, {}, 60));
   ASSERT_EQ(capture.frames.size(), 1U);
   const OwnedFrame& frame = capture.frames[0];
   EXPECT_EQ(frame.number, 1U);
@@ -30,7 +30,7 @@ TEST(Pcapng, OneEnhancedPacket) {
   EXPECT_EQ(frame.interface_index, 0);
   EXPECT_EQ(frame.flag, PacketFlag::kNone);
   EXPECT_EQ(frame.original_length, 60U);
-  EXPECT_EQ(frame.bytes, kData);
+  EXPECT_EQ(frame.bytes, kPcapngSourceData);
   EXPECT_EQ(capture.end, ReadStatus::kEnd);
   EXPECT_EQ(capture.info.path, "x");
   EXPECT_EQ(capture.info.format, "pcapng");
@@ -43,7 +43,7 @@ TEST(Pcapng, InterfacesWithTheirOwnClockNameAndLinkType) {
                                     file.EndOfOptions()}),
                  1, 128);
   file.Interface(PcapngBytes::Join({file.Option(2, "tap"), file.Option(9, Bytes{0x80 | 10})}), 113);
-  file.Enhanced(0, 7, kData).Enhanced(1, 3 * 1024 + 512, kData);
+  file.Enhanced(0, 7, kPcapngSourceData).Enhanced(1, 3 * 1024 + 512, kPcapngSourceData);
   const WholeCapture capture = Read(file);
   ASSERT_EQ(capture.frames.size(), 2U);
   EXPECT_EQ(capture.frames[0].time, 100'000'000'007);
@@ -64,21 +64,21 @@ TEST(Pcapng, BigEndianReadsTheSame) {
   PcapngBytes file(true);
   file.Section();
   file.Interface(PcapngBytes::Join({file.Option(9, Bytes{9}), file.Option(14, file.U64(100))}), 276, 64);
-  file.Enhanced(0, (1ULL << 32U) + 5, kData, file.Option(2, file.U32(1)));
+  file.Enhanced(0, (1ULL << 32U) + 5, kPcapngSourceData, file.Option(2, file.U32(1)));
   const WholeCapture capture = Read(file);
   ASSERT_EQ(capture.frames.size(), 1U);
   EXPECT_EQ(capture.frames[0].time, 100'000'000'000 + (1LL << 32U) + 5);
   EXPECT_EQ(capture.frames[0].flag, PacketFlag::kInbound);
   EXPECT_EQ(capture.frames[0].link_type, 276);
-  EXPECT_EQ(capture.frames[0].bytes, kData);
+  EXPECT_EQ(capture.frames[0].bytes, kPcapngSourceData);
   EXPECT_EQ(capture.info.interfaces[0].snap_length, 64U);
 }
 
 TEST(Pcapng, InterfaceNumbersGoOnOverSections) {
   PcapngBytes first;
-  first.Section().Interface().Interface().Enhanced(1, 1, kData);
+  first.Section().Interface().Interface().Enhanced(1, 1, kPcapngSourceData);
   PcapngBytes second(true);  // each section has its own byte order
-  second.Section().Interface({}, 113).Enhanced(0, 2, kData);
+  second.Section().Interface({}, 113).Enhanced(0, 2, kPcapngSourceData);
   const WholeCapture capture = Read(first.Raw(second.bytes()));
   ASSERT_EQ(capture.frames.size(), 2U) << capture.damage();
   EXPECT_EQ(capture.frames[0].interface_index, 1);
@@ -91,10 +91,10 @@ TEST(Pcapng, InterfaceNumbersGoOnOverSections) {
 TEST(Pcapng, DirectionFlags) {
   PcapngBytes file = Plain();
   for (const std::uint32_t flags : {0U, 1U, 2U, 3U, 0xFFFFFFFDU}) {
-    file.Enhanced(0, 1, kData, PcapngBytes::Join({file.Option(2, file.U32(flags)), file.EndOfOptions()}));
+    file.Enhanced(0, 1, kPcapngSourceData, PcapngBytes::Join({file.Option(2, file.U32(flags)), file.EndOfOptions()}));
   }
-  file.Enhanced(0, 1, kData, file.Option(2, file.U16(1)));  // wrong length: no direction
-  file.Enhanced(0, 1, kData, PcapngBytes::Join({file.EndOfOptions(), file.Option(2, file.U32(1))}));
+  file.Enhanced(0, 1, kPcapngSourceData, file.Option(2, file.U16(1)));  // wrong length: no direction
+  file.Enhanced(0, 1, kPcapngSourceData, PcapngBytes::Join({file.EndOfOptions(), file.Option(2, file.U32(1))}));
   const WholeCapture capture = Read(file);
   std::vector<PacketFlag> flags;
   for (const OwnedFrame& frame : capture.frames) flags.push_back(frame.flag);
@@ -118,7 +118,7 @@ TEST(Pcapng, SimplePacketsHaveNoStampAndEndAtTheSnapLength) {
 }
 
 TEST(Pcapng, SimplePacketsAfterStampedOnesLoseTheStamp) {
-  const WholeCapture capture = Read(Plain().Enhanced(0, 5, kData, {}).Simple(kData, 14));
+  const WholeCapture capture = Read(Plain().Enhanced(0, 5, kPcapngSourceData, {}).Simple(kPcapngSourceData, 14));
   ASSERT_EQ(capture.frames.size(), 2U);
   EXPECT_FALSE(capture.frames[1].has_time);
 }
@@ -126,15 +126,15 @@ TEST(Pcapng, SimplePacketsAfterStampedOnesLoseTheStamp) {
 TEST(Pcapng, ObsoletePacketsAndTheirDropCounts) {
   PcapngBytes file;
   file.Section().Interface().Interface();
-  file.Obsolete(1, 3, 1'000'000, kData, file.Option(2, file.U32(2)));
-  file.Obsolete(1, 0xFFFF, 2'000'000, kData);  // 0xFFFF: the writer does not know
-  file.Obsolete(1, 4, 3'000'000, kData);
+  file.Obsolete(1, 3, 1'000'000, kPcapngSourceData, file.Option(2, file.U32(2)));
+  file.Obsolete(1, 0xFFFF, 2'000'000, kPcapngSourceData);  // 0xFFFF: the writer does not know
+  file.Obsolete(1, 4, 3'000'000, kPcapngSourceData);
   const WholeCapture capture = Read(file);
   ASSERT_EQ(capture.frames.size(), 3U) << capture.damage();
   EXPECT_EQ(capture.frames[0].time, 1'000'000'000);
   EXPECT_EQ(capture.frames[0].interface_index, 1);
   EXPECT_EQ(capture.frames[0].flag, PacketFlag::kOutbound);
-  EXPECT_EQ(capture.frames[0].bytes, kData);
+  EXPECT_EQ(capture.frames[0].bytes, kPcapngSourceData);
   EXPECT_FALSE(capture.info.interfaces[0].dropped.has_value());
   EXPECT_EQ(capture.info.interfaces[1].dropped, 7U);
 }
@@ -145,7 +145,8 @@ TEST(Pcapng, DropsOfTheStatistics) {
   file.Statistics(0, PcapngBytes::Join({file.Option(4, file.U64(900)), file.Option(5, file.U64(10))}));
   file.Statistics(0, PcapngBytes::Join({file.Option(5, file.U64(12)), file.Option(7, file.U64(30))}));
   file.Statistics(1, PcapngBytes::Join({file.Option(4, file.U64(900))}));
-  file.Enhanced(2, 1, kData, file.Option(4, file.U64(5))).Enhanced(2, 1, kData, file.Option(4, file.U64(6)));
+  file.Enhanced(2, 1, kPcapngSourceData, file.Option(4, file.U64(5)))
+      .Enhanced(2, 1, kPcapngSourceData, file.Option(4, file.U64(6)));
   file.Statistics(7, file.Option(5, file.U64(1)));  // of no interface at all
   const WholeCapture capture = Read(file);
   ASSERT_EQ(capture.info.interfaces.size(), 3U);
@@ -159,8 +160,8 @@ TEST(Pcapng, CommentsOfFileAndPackets) {
   PcapngBytes file;
   file.Section(PcapngBytes::Join({file.Option(3, "Linux"), file.Option(1, "bench 4"), file.EndOfOptions()}))
       .Interface();
-  file.Enhanced(0, 1, kData);
-  file.Enhanced(0, 1, kData, PcapngBytes::Join({file.Option(1, "here"), file.Option(1, "and here")}));
+  file.Enhanced(0, 1, kPcapngSourceData);
+  file.Enhanced(0, 1, kPcapngSourceData, PcapngBytes::Join({file.Option(1, "here"), file.Option(1, "and here")}));
   const WholeCapture capture = Read(file);
   ASSERT_EQ(capture.info.comments.size(), 3U);
   EXPECT_EQ(capture.info.comments[0].frame, 0U);
@@ -175,7 +176,7 @@ TEST(Pcapng, CommentsAreBoundedInNumberAndLength) {
   // Longer than what is kept, and the cut would go through a two-byte character.
   std::string text = "x";
   while (text.size() < 10'000) text += "\xC3\xA4";
-  for (int i = 0; i < 1001; ++i) file.Enhanced(0, 1, kData, file.Option(1, text));
+  for (int i = 0; i < 1001; ++i) file.Enhanced(0, 1, kPcapngSourceData, file.Option(1, text));
   const WholeCapture capture = Read(file);
   EXPECT_EQ(capture.frames.size(), 1001U);
   ASSERT_EQ(capture.info.comments.size(), 1000U);
@@ -185,7 +186,7 @@ TEST(Pcapng, CommentsAreBoundedInNumberAndLength) {
 TEST(Pcapng, OtherBlocksArePassedOver) {
   PcapngBytes file = Plain();
   for (const std::uint32_t type : {4U, 7U, 8U, 10U, 0x80000001U, 0xFFFFFFFFU}) {
-    file.Block(type, Bytes(40)).Enhanced(0, 1, kData).Block(type, {});
+    file.Block(type, Bytes(40)).Enhanced(0, 1, kPcapngSourceData).Block(type, {});
   }
   const WholeCapture capture = Read(file);
   EXPECT_EQ(capture.frames.size(), 6U);
@@ -196,12 +197,12 @@ TEST(Pcapng, OtherBlocksArePassedOver) {
 TEST(Pcapng, RecordsThatWiresharkNumbersTakeTheirNumber) {
   PcapngBytes file = Plain();
   const std::string journal = "__REALTIME_TIMESTAMP=1404101101501873\nMESSAGE=x\n\n";
-  file.Enhanced(0, 1, kData)
+  file.Enhanced(0, 1, kPcapngSourceData)
       .Block(0xBAD, PcapngBytes::Join({file.U32(32473), {1, 2, 3, 4}}))
-      .Enhanced(0, 2, kData)
+      .Enhanced(0, 2, kPcapngSourceData)
       .Block(0x40000BAD, file.U32(32473))
       .Block(9, Bytes(journal.begin(), journal.end()))
-      .Enhanced(0, 3, kData);
+      .Enhanced(0, 3, kPcapngSourceData);
   const WholeCapture capture = Read(file);
   ASSERT_EQ(capture.frames.size(), 3U);
   EXPECT_EQ(capture.frames[0].number, 1U);
@@ -213,15 +214,15 @@ TEST(Pcapng, RecordsThatWiresharkNumbersTakeTheirNumber) {
   const TempFolder folder;
   std::vector<std::uint64_t> packets;  // of all that tshark lists, those with our length
   for (const TsharkFrame& frame : TsharkFrames(folder.Write("x.pcapng", file.bytes()))) {
-    if (frame.length == kData.size()) packets.push_back(frame.number);
+    if (frame.length == kPcapngSourceData.size()) packets.push_back(frame.number);
   }
   EXPECT_EQ(packets, (std::vector<std::uint64_t>{1, 3, 6}));
 }
 
 TEST(Pcapng, BadOptionsOfAPacketCostOnlyTheOptions) {
   PcapngBytes file = Plain();
-  file.Enhanced(0, 1, kData, PcapngBytes::Join({file.Option(1, "kept"), file.U16(1), file.U16(100)}));
-  file.Enhanced(0, 2, kData);
+  file.Enhanced(0, 1, kPcapngSourceData, PcapngBytes::Join({file.Option(1, "kept"), file.U16(1), file.U16(100)}));
+  file.Enhanced(0, 2, kPcapngSourceData);
   const WholeCapture capture = Read(file);
   EXPECT_EQ(capture.frames.size(), 2U);
   ASSERT_EQ(capture.info.comments.size(), 1U);
@@ -231,7 +232,7 @@ TEST(Pcapng, BadOptionsOfAPacketCostOnlyTheOptions) {
 TEST(Pcapng, StampsThatNoTimeCanHoldAreNoStamps) {
   PcapngBytes file;
   file.Section().Interface(file.Option(9, Bytes{9}));
-  const WholeCapture capture = Read(file.Enhanced(0, ~0ULL, kData));
+  const WholeCapture capture = Read(file.Enhanced(0, ~0ULL, kPcapngSourceData));
   ASSERT_EQ(capture.frames.size(), 1U);
   EXPECT_FALSE(capture.frames[0].has_time);
   EXPECT_EQ(capture.frames[0].time, 0);
@@ -247,10 +248,11 @@ TEST(Pcapng, NothingButASectionHeaderIsAnEmptyCapture) {
 TEST(Pcapng, FramesLargerThanTheWindowAreWhole) {
   Bytes large(3'000'000);
   for (std::size_t i = 0; i < large.size(); ++i) large[i] = static_cast<std::uint8_t>(i * 7);
-  const WholeCapture capture = Read(Plain().Enhanced(0, 1, kData).Enhanced(0, 2, large).Enhanced(0, 3, kData));
+  const WholeCapture capture =
+      Read(Plain().Enhanced(0, 1, kPcapngSourceData).Enhanced(0, 2, large).Enhanced(0, 3, kPcapngSourceData));
   ASSERT_EQ(capture.frames.size(), 3U) << capture.damage();
   EXPECT_EQ(capture.frames[1].bytes, large);
-  EXPECT_EQ(capture.frames[2].bytes, kData);
+  EXPECT_EQ(capture.frames[2].bytes, kPcapngSourceData);
 }
 
 /// A file whose packet 1 is good and that is damaged behind it.
@@ -263,7 +265,7 @@ struct Broken {
 std::vector<Broken> BrokenFiles() {
   const PcapngBytes f;
   const auto j = [](std::initializer_list<Bytes> parts) { return PcapngBytes::Join(parts); };
-  const Bytes whole = PcapngBytes().Enhanced(0, 2, kData).bytes();
+  const Bytes whole = PcapngBytes().Enhanced(0, 2, kPcapngSourceData).bytes();
   const auto patched = [&](std::size_t offset, const Bytes& bytes) {
     Bytes copy = whole;
     std::copy(bytes.begin(), bytes.end(), copy.begin() + static_cast<std::ptrdiff_t>(offset));
@@ -288,13 +290,13 @@ std::vector<Broken> BrokenFiles() {
       {"CapturedBeyondBlock", patched(20, f.U32(17)), "packet 2 has a captured length larger than its block, 17 bytes"},
       {"CapturedHuge", patched(20, f.U32(0xFFFFFFFF)),
        "packet 2 has a captured length larger than its block, 4,294,967,295 bytes"},
-      {"NoInterfaceInThisSection", PcapngBytes().Section().Enhanced(0, 1, kData).bytes(),
+      {"NoInterfaceInThisSection", PcapngBytes().Section().Enhanced(0, 1, kPcapngSourceData).bytes(),
        "packet 2 belongs to interface 0, which the file does not describe"},
-      {"SimpleWithoutInterface", PcapngBytes().Section().Simple(kData, 14).bytes(),
+      {"SimpleWithoutInterface", PcapngBytes().Section().Simple(kPcapngSourceData, 14).bytes(),
        "packet 2 belongs to interface 0, which the file does not describe"},
-      {"SimpleBeyondBlock", PcapngBytes().Simple(kData, 17).bytes(),
+      {"SimpleBeyondBlock", PcapngBytes().Simple(kPcapngSourceData, 17).bytes(),
        "packet 2 has a captured length larger than its block, 17 bytes"},
-      {"ObsoleteNoSuchInterface", PcapngBytes().Obsolete(9, 1, 0, kData).bytes(),
+      {"ObsoleteNoSuchInterface", PcapngBytes().Obsolete(9, 1, 0, kPcapngSourceData).bytes(),
        "packet 2 belongs to interface 9, which the file does not describe"},
       {"Version2", PcapngBytes().Section({}, 2).bytes(), "pcapng version 2 is not known"},
       {"NoByteOrder", j({f.U32(0x0A0D0D0A), f.U32(28), f.U32(0x12345678), Bytes(16)}),
@@ -323,7 +325,7 @@ std::vector<Broken> BrokenFiles() {
 
 TEST(Pcapng, DamageEndsReadingBehindTheGoodPackets) {
   for (const Broken& broken : BrokenFiles()) {
-    PcapngBytes file = Plain().Enhanced(0, 1, kData);
+    PcapngBytes file = Plain().Enhanced(0, 1, kPcapngSourceData);
     const std::size_t good = file.bytes().size();
     const WholeCapture capture = Read(file.Raw(broken.rest));
     EXPECT_EQ(capture.damage(), broken.message) << broken.name;
@@ -356,7 +358,9 @@ TEST(Pcapng, MoreInterfacesThanNumbersIsDamage) {
 TEST(Pcapng, CutAtAnyByteNeverGivesAFrameMore) {
   PcapngBytes file;
   file.Section(file.Option(1, "c")).Interface(file.Option(9, Bytes{9}));
-  file.Enhanced(0, 1, kData, file.Option(2, file.U32(1))).Simple(kData, 14).Obsolete(0, 0, 1, kData);
+  file.Enhanced(0, 1, kPcapngSourceData, file.Option(2, file.U32(1)))
+      .Simple(kPcapngSourceData, 14)
+      .Obsolete(0, 0, 1, kPcapngSourceData);
   const Bytes& all = file.bytes();
   const std::vector<OwnedFrame> frames = Read(file).frames;
   ASSERT_EQ(frames.size(), 3U);

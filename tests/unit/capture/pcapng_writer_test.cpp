@@ -10,9 +10,9 @@
 namespace ecaudit::capture {
 namespace {
 
-const Bytes kData{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13};
+const Bytes kPcapngWriterData{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13};
 
-CapturedFrame Packet(TimeNs time, std::uint16_t interface = 0, ByteSpan bytes = kData) {
+CapturedFrame Packet(TimeNs time, std::uint16_t interface = 0, ByteSpan bytes = kPcapngWriterData) {
   CapturedFrame frame;
   frame.time = time;
   frame.has_time = true;
@@ -49,7 +49,7 @@ TEST(PcapngWriter, IsReadAsItWasWritten) {
   EXPECT_EQ(read.end, ReadStatus::kEnd) << read.damage();
   ASSERT_EQ(read.frames.size(), 2U);
   EXPECT_EQ(read.frames[0].time, 1'556'712'000'000'000'007);
-  EXPECT_EQ(read.frames[0].bytes, kData);
+  EXPECT_EQ(read.frames[0].bytes, kPcapngWriterData);
   EXPECT_EQ(read.frames[0].original_length, 60U);
   EXPECT_EQ(read.frames[0].flag, PacketFlag::kNone);
   EXPECT_EQ(read.frames[1].time, 1'556'712'000'123'456'000);
@@ -77,7 +77,7 @@ TEST(PcapngWriter, KeepsTheResolutionAndTheStamps) {
     original.Interface(
         PcapngBytes::Join({original.Option(9, Bytes{static_cast<std::uint8_t>(tsresol)}), original.EndOfOptions()}));
     for (const std::uint64_t ticks : {0ULL, 1ULL, 3ULL, 999'999'937ULL, 1'500'000'001ULL}) {
-      original.Enhanced(0, ticks, kData);
+      original.Enhanced(0, ticks, kPcapngWriterData);
     }
     const WholeCapture before = ReadAll(OpenCaptureFromMemory(original.bytes(), "x"));
     std::string file;

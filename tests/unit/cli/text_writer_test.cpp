@@ -22,7 +22,7 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-std::string Written(const CaptureReport& capture) {
+std::string WrittenText(const CaptureReport& capture) {
   return WriteText(OneReport(capture), {});
 }
 
@@ -42,7 +42,7 @@ std::size_t LineWith(const std::vector<std::string>& lines, const std::string& p
 TEST(TextWriter, FirstLineSaysWhatMattersMost) {
   EXPECT_EQ(Headline(RefusedSafeop()),
             "FAIL akd.pcapng: slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d (frame 760)");
-  EXPECT_THAT(Written(RefusedSafeop()), StartsWith(Headline(RefusedSafeop()) + "\n1 error, 0 warnings, 0 infos"));
+  EXPECT_THAT(WrittenText(RefusedSafeop()), StartsWith(Headline(RefusedSafeop()) + "\n1 error, 0 warnings, 0 infos"));
 }
 
 TEST(TextWriter, HeadlineNamesTheCauseOfTheWorstFinding) {
@@ -77,7 +77,7 @@ TEST(TextWriter, CaptureWithoutEtherCat) {
   CaptureReport capture;
   capture.result.capture.file.path = "http.pcap";
   capture.result.capture.packets = 120;
-  const std::string text = Written(capture);
+  const std::string text = WrittenText(capture);
   EXPECT_THAT(text, StartsWith("NOTHING-TO-CHECK http.pcap: no EtherCAT frame among 120 packets\n"));
   EXPECT_THAT(text, Not(HasSubstr("PASS")));
 }
@@ -86,7 +86,7 @@ TEST(TextWriter, ConsequencesStandIndentedUnderTheirCause) {
   CaptureReport capture = RefusedSafeop();
   capture.result.findings.push_back(MakeFinding("al-timeout", Severity::kError, 7, 9000, 0));
   capture.result.findings.push_back(MakeFinding("emcy-received", Severity::kError, 7, 100));
-  const std::vector<std::string> lines = Lines(Written(capture));
+  const std::vector<std::string> lines = Lines(WrittenText(capture));
   const std::size_t emergency = LineWith(lines, "error emcy-received");
   const std::size_t cause = LineWith(lines, "error al-refused");
   const std::size_t consequence = LineWith(lines, "consequence: error al-timeout");
@@ -97,7 +97,7 @@ TEST(TextWriter, ConsequencesStandIndentedUnderTheirCause) {
 }
 
 TEST(TextWriter, FindingShowsEvidenceFilterAndSource) {
-  const std::string text = Written(RefusedSafeop());
+  const std::string text = WrittenText(RefusedSafeop());
   EXPECT_THAT(text, HasSubstr("frame 760 at 0.759000 s, 5,999 times until frame 6762"));
   EXPECT_THAT(text, HasSubstr("al_status_code = 0x001d, polls = 5999, acknowledged = no, mean_ms = 1.500, "
                               "requested = SAFEOP"));
@@ -108,7 +108,7 @@ TEST(TextWriter, FindingShowsEvidenceFilterAndSource) {
 }
 
 TEST(TextWriter, SlaveStory) {
-  const std::string text = Written(RefusedSafeop());
+  const std::string text = WrittenText(RefusedSafeop());
   EXPECT_THAT(text, HasSubstr("vendor 0x0000006a, product 0x00414b44, revision 0x00000002"));
   EXPECT_THAT(text, HasSubstr("kollmorgen-akd-2011 (EEPROM identity)"));
   EXPECT_THAT(text, HasSubstr("PREOP #400 at 0.399 s -> SAFEOP requested #743 at 0.742 s ->"));
@@ -117,16 +117,16 @@ TEST(TextWriter, SlaveStory) {
 
 TEST(TextWriter, MailboxTrafficInOneLine) {
   CaptureReport capture = RefusedSafeop();
-  EXPECT_THAT(Written(capture), Not(HasSubstr("mailbox "))) << "no line where the mailboxes were not used";
+  EXPECT_THAT(WrittenText(capture), Not(HasSubstr("mailbox "))) << "no line where the mailboxes were not used";
   MailboxSummary& mailbox = capture.result.slaves[0].mailbox;
   mailbox.requests = 1;
   mailbox.by_protocol = {{"CoE", 1, 0}};
-  EXPECT_THAT(Written(capture), HasSubstr("mailbox    1 request, 0 responses (CoE)\n"));
+  EXPECT_THAT(WrittenText(capture), HasSubstr("mailbox    1 request, 0 responses (CoE)\n"));
   mailbox = {52, 53, 40, 11, 2, 1, 3, 4, {{"error", 0, 3}, {"CoE", 50, 50}, {"FoE", 2, 0}}};
-  EXPECT_THAT(Written(capture),
+  EXPECT_THAT(WrittenText(capture),
               HasSubstr("52 requests, 53 responses (CoE, FoE); 40 uploads, 11 downloads, 2 aborted, 1 emergency, "
                         "3"));
-  EXPECT_THAT(Written(capture), HasSubstr("4 unanswered\n"));
+  EXPECT_THAT(WrittenText(capture), HasSubstr("4 unanswered\n"));
 }
 
 TEST(TextWriter, RequestsThatAreFollowedGoWithoutSaying) {
@@ -134,7 +134,7 @@ TEST(TextWriter, RequestsThatAreFollowedGoWithoutSaying) {
   capture.result.slaves[0].al_history = {
       test::MakeStep(AlStep::Kind::kState, 10, 0, 1), test::MakeStep(AlStep::Kind::kRequest, 20, 1, 2),
       test::MakeStep(AlStep::Kind::kState, 30, 1, 2), test::MakeStep(AlStep::Kind::kRequest, 40, 2, 4)};
-  EXPECT_THAT(Written(capture),
+  EXPECT_THAT(WrittenText(capture),
               HasSubstr("AL states  INIT #10 at 0.009 s -> PREOP #30 at 0.029 s -> SAFEOP requested #40 at 0.039 s\n"));
 }
 
@@ -144,7 +144,7 @@ TEST(TextWriter, LongStoriesAreShortened) {
   history.clear();
   for (FrameNo frame = 1; frame <= 1000; ++frame)
     history.push_back(test::MakeStep(AlStep::Kind::kState, frame, 0, 0x02));
-  const std::string text = Written(capture);
+  const std::string text = WrittenText(capture);
   EXPECT_THAT(text, HasSubstr("PREOP #1 "));
   EXPECT_THAT(text, HasSubstr("[984 more steps]"));
   EXPECT_THAT(text, HasSubstr("PREOP #1000 "));
@@ -157,7 +157,7 @@ TEST(TextWriter, AlikeQuietSlavesAreToldOnce) {
     capture.result.slaves.push_back(
         MakeSlave(id, static_cast<SlavePos>(id - 99), static_cast<StationAddress>(0x1002 + id - 100), "IO"));
   }
-  const std::string text = Written(capture);
+  const std::string text = WrittenText(capture);
   EXPECT_THAT(text, HasSubstr("slave 1 (IO, 0x1002)"));
   EXPECT_THAT(text, HasSubstr("slaves 2-39: the same device"));
   EXPECT_THAT(text, Not(HasSubstr("slave 17")));
@@ -166,7 +166,7 @@ TEST(TextWriter, AlikeQuietSlavesAreToldOnce) {
 TEST(TextWriter, KnownFindingsAreShownApart) {
   CaptureReport capture = RefusedSafeop();
   capture.known = {true};
-  const std::string text = Written(capture);
+  const std::string text = WrittenText(capture);
   EXPECT_THAT(text, StartsWith("PASS akd.pcapng: no new findings"));
   EXPECT_THAT(text, HasSubstr("Known from the baseline"));
   EXPECT_THAT(text, HasSubstr("error al-refused, slave 0 (AKD, 0x1001)"));
@@ -185,18 +185,18 @@ TEST(TextWriter, UntrustedTextNeverReachesTheTerminal) {
   r.findings[0].reference = {evil, evil};
   r.not_evaluable[0].reason = evil;
   r.capture.file.damage = capture::Damage{evil, 0, 0};
-  for (const char c : Written(capture)) EXPECT_TRUE(c == '\n' || static_cast<unsigned char>(c) >= 0x20);
+  for (const char c : WrittenText(capture)) EXPECT_TRUE(c == '\n' || static_cast<unsigned char>(c) >= 0x20);
 }
 
 TEST(TextWriter, ColourOnlyWhenAsked) {
-  EXPECT_THAT(Written(RefusedSafeop()), Not(HasSubstr("\x1b")));
+  EXPECT_THAT(WrittenText(RefusedSafeop()), Not(HasSubstr("\x1b")));
   EXPECT_THAT(WriteText(OneReport(RefusedSafeop()), {.color = true}), StartsWith("\x1b[1;31mFAIL\x1b[0m akd.pcapng"));
 }
 
 TEST(TextWriter, ReasonsAreGrouped) {
   CaptureReport capture = RefusedSafeop();
   capture.result.not_evaluable.push_back({"sync-rate-deviation", 7, "DC is not used", 0, 1});
-  EXPECT_THAT(Written(capture), HasSubstr("  DC is not used: sync-lost, sync-rate-deviation\n"));
+  EXPECT_THAT(WrittenText(capture), HasSubstr("  DC is not used: sync-lost, sync-rate-deviation\n"));
 }
 
 TEST(TextWriter, LinesFitAndLoseNoWord) {
@@ -204,7 +204,7 @@ TEST(TextWriter, LinesFitAndLoseNoWord) {
   std::string message;
   for (int i = 0; i < 100; ++i) message += "word" + std::to_string(i) + " ";
   capture.result.findings[0].message = message;
-  const std::string text = Written(capture);
+  const std::string text = WrittenText(capture);
   for (const std::string& line : Lines(text)) {
     if (line.find("word") != std::string::npos) {
       EXPECT_LE(Columns(line), kLineWidth) << line;
@@ -224,7 +224,7 @@ TEST(TextWriter, DamageIsSaid) {
   CaptureReport capture = RefusedSafeop();
   capture.result.capture.complete = false;
   capture.result.capture.file.damage = capture::Damage{"file ends inside packet 812", 4711, 811};
-  EXPECT_THAT(Written(capture), HasSubstr("damaged: file ends inside packet 812"));
+  EXPECT_THAT(WrittenText(capture), HasSubstr("damaged: file ends inside packet 812"));
 }
 
 }  // namespace

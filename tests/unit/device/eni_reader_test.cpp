@@ -106,7 +106,7 @@ constexpr std::string_view kEni = R"(<?xml version="1.0"?>
 </EtherCATConfig>
 )";
 
-EniConfig Read() {
+EniConfig ReadConfig() {
   Result<EniConfig> config = ReadEni(kEni);
   EXPECT_TRUE(config) << config.error().message;
   return config ? std::move(*config) : EniConfig{};
@@ -118,7 +118,7 @@ std::string ErrorOf(std::string_view xml) {
 }
 
 TEST(EniReader, ReadsSlaves) {
-  const EniConfig config = Read();
+  const EniConfig config = ReadConfig();
   EXPECT_EQ(config.master_name, "Device 1 (EtherCAT)");
   ASSERT_EQ(config.slaves.size(), 2U);
   EXPECT_EQ(config.slaves[1].name, "Drive 2 (AKD)");
@@ -135,7 +135,7 @@ TEST(EniReader, ReadsSlaves) {
 }
 
 TEST(EniReader, ReadsProcessData) {
-  const EniSlave slave = Read().slaves[1];
+  const EniSlave slave = ReadConfig().slaves[1];
   ASSERT_EQ(slave.outputs.size(), 1U);
   EXPECT_EQ(slave.outputs[0].bit_start, 208U);
   EXPECT_EQ(slave.inputs[0].bit_length, 56U);
@@ -156,7 +156,7 @@ TEST(EniReader, ReadsProcessData) {
 }
 
 TEST(EniReader, ReadsMailboxAndSdoCommands) {
-  const EniSlave slave = Read().slaves[1];
+  const EniSlave slave = ReadConfig().slaves[1];
   ASSERT_TRUE(slave.mailbox);
   EXPECT_EQ(slave.mailbox->send_start, 0x1800);
   EXPECT_EQ(slave.mailbox->receive_length, 1024);
@@ -178,7 +178,7 @@ TEST(EniReader, ReadsMailboxAndSdoCommands) {
 }
 
 TEST(EniReader, ReadsInitCommands) {
-  const EniConfig config = Read();
+  const EniConfig config = ReadConfig();
   ASSERT_EQ(config.master_init_commands.size(), 1U);
   EXPECT_THAT(config.master_init_commands[0].transitions, ElementsAre("IP", "BI"));
   EXPECT_EQ(config.master_init_commands[0].command, wire::Command::BRD);
@@ -201,18 +201,18 @@ TEST(EniReader, ReadsInitCommands) {
 }
 
 TEST(EniReader, ReadsDistributedClocks) {
-  const EniSlave slave = Read().slaves[1];
+  const EniSlave slave = ReadConfig().slaves[1];
   ASSERT_TRUE(slave.dc);
   EXPECT_TRUE(slave.dc->potential_reference);
   EXPECT_TRUE(slave.dc->reference);
   EXPECT_EQ(slave.dc->cycle0, 1'000'000);
   EXPECT_EQ(slave.dc->cycle1, 0);
   EXPECT_EQ(slave.dc->shift, -250'000);
-  EXPECT_FALSE(Read().slaves[0].dc);
+  EXPECT_FALSE(ReadConfig().slaves[0].dc);
 }
 
 TEST(EniReader, ReadsCyclicFrames) {
-  const EniConfig config = Read();
+  const EniConfig config = ReadConfig();
   ASSERT_EQ(config.cyclic.size(), 1U);
   EXPECT_EQ(config.cyclic[0].cycle, 1'000'000);
   ASSERT_EQ(config.cyclic[0].frames.size(), 1U);
@@ -228,7 +228,7 @@ TEST(EniReader, ReadsCyclicFrames) {
 }
 
 TEST(EniReader, ReadsTheProcessImage) {
-  const EniConfig config = Read();
+  const EniConfig config = ReadConfig();
   EXPECT_EQ(config.inputs.byte_size, 1536U);
   ASSERT_EQ(config.inputs.variables.size(), 1U);
   EXPECT_EQ(config.inputs.variables[0].name, "Drive 2 (AKD).Position.Position actual");

@@ -7,13 +7,13 @@
 namespace ecaudit::esc {
 namespace {
 
-using Bytes = std::array<std::uint8_t, kFmmuBytes>;
+using FmmuBytes = std::array<std::uint8_t, kFmmuBytes>;
 
 // esc-reference 7: TwinCAT maps one bit of the status of sync manager 1.
-constexpr Bytes kTwinCatStatus = {0, 0, 0, 9, 1, 0, 0, 0, 0x0D, 0x08, 0, 1, 1, 0, 0, 0};
+constexpr FmmuBytes kTwinCatStatus = {0, 0, 0, 9, 1, 0, 0, 0, 0x0D, 0x08, 0, 1, 1, 0, 0, 0};
 // soem-sdinfo-akd, frames 739 and 741.
-constexpr Bytes kAkdOutputs = {0, 0, 0, 0, 0x11, 0, 0, 7, 0x00, 0x11, 0, 2, 1, 0, 0, 0};
-constexpr Bytes kAkdInputs = {0x11, 0, 0, 0, 0x11, 0, 0, 7, 0x40, 0x11, 0, 1, 1, 0, 0, 0};
+constexpr FmmuBytes kAkdOutputs = {0, 0, 0, 0, 0x11, 0, 0, 7, 0x00, 0x11, 0, 2, 1, 0, 0, 0};
+constexpr FmmuBytes kAkdInputs = {0x11, 0, 0, 0, 0x11, 0, 0, 7, 0x40, 0x11, 0, 1, 1, 0, 0, 0};
 
 TEST(Fmmu, MailboxStateOfTwinCat) {
   const auto fmmu = Fmmu::Decode(kTwinCatStatus);
@@ -50,7 +50,7 @@ TEST(Fmmu, ProcessDataOfARealAkd) {
 
 // Bits 6 to 1 of the next byte, onto ESC bits 3 to 6 of 0x0F00: (2 - 1) * 8 + 1 - 6 + 1 = 4 bits.
 TEST(Fmmu, BitsAcrossAByte) {
-  const Fmmu fmmu = *Fmmu::Decode(Bytes{0x10, 0, 0, 0, 2, 0, 6, 1, 0x00, 0x0F, 3, 2, 1, 0, 0, 0});
+  const Fmmu fmmu = *Fmmu::Decode(FmmuBytes{0x10, 0, 0, 0, 2, 0, 6, 1, 0x00, 0x0F, 3, 2, 1, 0, 0, 0});
   EXPECT_EQ(fmmu.bit_count(), 4U);
   EXPECT_EQ(fmmu.logical_bits(), (BitRange{0x10 * 8 + 6, 4}));
   EXPECT_EQ(fmmu.physical_bits(), (BitRange{0x0F00 * 8 + 3, 4}));
@@ -92,7 +92,7 @@ TEST(Fmmu, EndsOfTheAddressSpaces) {
 }
 
 TEST(Fmmu, BitNumbersKeepThreeBitsAndShortInputIsRefused) {
-  const auto fmmu = Fmmu::Decode(Bytes{0, 0, 0, 0, 1, 0, 0xF8, 0xFF, 0, 0x10, 0x09, 3, 0xFF, 0, 0, 0});
+  const auto fmmu = Fmmu::Decode(FmmuBytes{0, 0, 0, 0, 1, 0, 0xF8, 0xFF, 0, 0x10, 0x09, 3, 0xFF, 0, 0, 0});
   EXPECT_EQ(fmmu->logical_start_bit, 0);
   EXPECT_EQ(fmmu->logical_stop_bit, 7);
   EXPECT_EQ(fmmu->physical_start_bit, 1);

@@ -13,8 +13,6 @@ namespace {
 using ::testing::Each;
 using ::testing::ElementsAre;
 
-constexpr TimeNs kMs = 1'000'000;
-
 /// Three drives with the addresses 0x1001 to 0x1003.
 class EscTest : public ::testing::Test {
  protected:

@@ -11,7 +11,6 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::ElementsAreArray;
 
-constexpr TimeNs kMs = 1'000'000;
 constexpr TimeNs kStart = 1'772'442'000'000'000'000;
 
 class MasterTest : public ::testing::Test {

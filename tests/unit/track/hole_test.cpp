@@ -20,13 +20,13 @@ constexpr std::string_view kTwo =
     "+1ms FPWR 0x1001:0x0420 E8 03\n"
     "+1ms FPWR 0x1002:0x0420 E8 03\n";
 
-Decoded After(std::string_view more) {
+Decoded TwoThen(std::string_view more) {
   return Decode(std::string(kTwo) + std::string(more));
 }
 
 TEST(Hole, BehindItNothingIsKnown) {
   const Decoded d =
-      After("+1ms FPRD 0x1001:0x0130 02 00\n+1ms FPRD 0x1001:0x0130 02 00 @missed\n+1ms BRD 0x0000 11 00\n");
+      TwoThen("+1ms FPRD 0x1001:0x0130 02 00\n+1ms FPRD 0x1001:0x0130 02 00 @missed\n+1ms BRD 0x0000 11 00\n");
   EXPECT_THAT(d.log->Only("hole"), ElementsAre("hole 51"));
   EXPECT_THAT(d.log->Only("forgotten"), ElementsAre("forgotten 0"));
   EXPECT_EQ(d.Register(0, 0x0420), "?");
@@ -35,13 +35,13 @@ TEST(Hole, BehindItNothingIsKnown) {
 }
 
 TEST(Hole, WithoutOneNothingIsForgotten) {
-  const Decoded d = After("+1ms FPRD 0x1001:0x0130 02 00\n+3ms BRD 0x0000 11 00\n");
+  const Decoded d = TwoThen("+1ms FPRD 0x1001:0x0130 02 00\n+3ms BRD 0x0000 11 00\n");
   EXPECT_THAT(d.log->Only("hole"), IsEmpty());
   EXPECT_EQ(d.Register(0, 0x0420), "0x03e8");
 }
 
 TEST(Hole, SlavesInOpWhoseWorkingCounterGoesOnAreStillThere) {
-  const Decoded d = After(
+  const Decoded d = TwoThen(
       "+1ms BRD 0x0130 08 00\n+1ms LRW 0x1000 01 02 wkc=6 times=5\n+1ms LRW 0x1000 01 02 wkc=6 @missed times=3\n"
       "+1ms LRW 0x1000 01 02 wkc=6\n");
   EXPECT_THAT(d.log->Only("hole"), ElementsAre("hole 61"));
@@ -50,7 +50,7 @@ TEST(Hole, SlavesInOpWhoseWorkingCounterGoesOnAreStillThere) {
 }
 
 TEST(Hole, SlavesInOpAreForgottenWhereTheWorkingCounterIsAnother) {
-  const Decoded d = After(
+  const Decoded d = TwoThen(
       "+1ms BRD 0x0130 08 00\n+1ms LRW 0x1000 01 02 wkc=6 times=5\n+1ms LRW 0x1000 01 02 wkc=6 @missed times=3\n"
       "+1ms LRW 0x1000 01 02 wkc=3\n");
   EXPECT_THAT(d.log->Only("forgotten"), ElementsAre("forgotten 0", "forgotten 1"));
@@ -58,7 +58,7 @@ TEST(Hole, SlavesInOpAreForgottenWhereTheWorkingCounterIsAnother) {
 }
 
 TEST(Hole, SlavesInOpAreForgottenWhereTheyShowAnotherState) {
-  const Decoded d = After(
+  const Decoded d = TwoThen(
       "+1ms BRD 0x0130 08 00\n+1ms LRW 0x1000 01 02 wkc=6 times=5\n+1ms LRW 0x1000 01 02 wkc=6 @missed times=3\n"
       "+1ms FPRD 0x1001:0x0130 04 00\n");
   EXPECT_THAT(d.log->Only("forgotten"), ElementsAre("forgotten 0"));
@@ -67,14 +67,14 @@ TEST(Hole, SlavesInOpAreForgottenWhereTheyShowAnotherState) {
 }
 
 TEST(Hole, SlavesInOpThatAreSetUpAreForgotten) {
-  const Decoded d = After(
+  const Decoded d = TwoThen(
       "+1ms BRD 0x0130 08 00\n+1ms LRW 0x1000 01 02 wkc=6 times=5\n+1ms LRW 0x1000 01 02 wkc=6 @missed times=3\n"
       "+1ms FPWR 0x1001:0x0120 01 00\n");
   EXPECT_THAT(d.log->Only("forgotten"), ElementsAre("forgotten 0"));
 }
 
 TEST(Hole, WhereItMayBeNothingIsForgotten) {
-  const Decoded d = After("+1ms FPRD 0x1001:0x0130 02 00\n+2s FPRD 0x1001:0x0130 02 00\n");
+  const Decoded d = TwoThen("+1ms FPRD 0x1001:0x0130 02 00\n+2s FPRD 0x1001:0x0130 02 00\n");
   EXPECT_THAT(d.log->Only("silence"), ElementsAre("silence 51"));
   EXPECT_EQ(d.Register(0, 0x0420), "0x03e8");
 }

@@ -1,0 +1,48 @@
+#include "analyzers/collect/broadcast_counter.h"
+#include "analyzers/judge/rule.h"
+
+namespace ecaudit::many_broadcasts {
+namespace {
+
+constexpr RuleInfo kInfo{
+    .id = "many-broadcasts",
+    .group = "Frame and bus",
+    .severity = Severity::kInfo,
+    .title = "A hundred broadcasts were answered",
+    .needs = "returned frames",
+    .source = "ETG1000.4, broadcast commands",
+    .doc = R"(
+## What it checks
+How many broadcasts the slaves answered.
+
+## Why it matters
+It does not: the rule shows how rules are added.
+
+## How it is decided
+By counting.
+
+## Example
+Any capture.
+
+## What to do
+Nothing.
+)"};
+
+class ManyBroadcasts final : public Rule {
+ public:
+  ManyBroadcasts() : Rule(kInfo) { Hear(&ManyBroadcasts::Counted); }
+
+  void Counted(const HundredBroadcasts& event) {
+    if (Repeat(kNoSlave, 0, event.frame) != kNoFinding) return;
+    Finding finding;
+    finding.first = event.frame;
+    finding.title = "A hundred broadcasts";
+    finding.message = "The slaves answered a hundred broadcasts.";
+    Report(0, std::move(finding));
+  }
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<ManyBroadcasts>};
+
+}  // namespace
+}  // namespace ecaudit::many_broadcasts
