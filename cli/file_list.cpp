@@ -6,7 +6,6 @@
 #include <glob.h>
 #include <map>
 #include <optional>
-#include <regex>
 #include <set>
 #include <system_error>
 #include <utility>
@@ -96,13 +95,48 @@ std::string Lower(std::string_view text) {
   return out;
 }
 
+/// Digits at the end of `text`.
+std::size_t TrailingDigits(std::string_view text) {
+  const std::size_t last = text.find_last_not_of("0123456789");
+  return last == std::string_view::npos ? text.size() : text.size() - last - 1;
+}
+
+/// dumpcap's NAME_00001_20260302021307.ENDING, or the numbers the other way round, as NAME_*.ENDING; empty for others.
+std::string DumpcapKey(std::string_view path) {
+  constexpr std::size_t kDate = 14;
+  constexpr std::size_t kLeastNumber = 5;
+  const std::size_t name = path.rfind('/') + 1;  // 0 where there is no folder
+  for (std::size_t dot = path.rfind('.'); dot != std::string_view::npos && dot > name; dot = path.rfind('.', dot - 1)) {
+    std::string_view stem = path.substr(0, dot);
+    const std::size_t second = TrailingDigits(stem);
+    stem.remove_suffix(second);
+    if (!stem.ends_with('_')) continue;
+    stem.remove_suffix(1);
+    const std::size_t first = TrailingDigits(stem);
+    stem.remove_suffix(first);
+    const bool numbered = (first >= kLeastNumber && second == kDate) || (first == kDate && second >= kLeastNumber);
+    if (!numbered || !stem.ends_with('_') || dot + 1 == path.size()) continue;
+    return std::string(stem) + "*" + std::string(path.substr(dot));
+  }
+  return {};
+}
+
+/// tcpdump's NAME.pcap12, compressed or not, as NAME.pcap; empty for others.
+std::string TcpdumpKey(std::string_view path) {
+  std::string_view packed;
+  for (const std::string_view ending : {".gz", ".zst"}) {
+    if (path.ends_with(ending)) packed = ending;
+  }
+  std::string_view stem = path.substr(0, path.size() - packed.size());
+  const std::size_t digits = TrailingDigits(stem);
+  stem.remove_suffix(digits);
+  return digits > 0 && stem.ends_with(".pcap") ? std::string(stem) + std::string(packed) : std::string();
+}
+
 /// The path without what tells the files of one ring buffer apart.
 std::string RingKey(const std::string& path) {
-  static const std::regex dumpcap(R"(^(.*)_([0-9]{5,}_[0-9]{14}|[0-9]{14}_[0-9]{5,})(\.[^/]+)$)");
-  static const std::regex tcpdump(R"(^(.*\.pcap)[0-9]+((\.gz|\.zst)?)$)");
-  std::smatch parts;
-  if (std::regex_match(path, parts, dumpcap)) return parts.str(1) + "_*" + parts.str(3);
-  if (std::regex_match(path, parts, tcpdump)) return parts.str(1) + parts.str(2);
+  if (std::string key = DumpcapKey(path); !key.empty()) return key;
+  if (std::string key = TcpdumpKey(path); !key.empty()) return key;
   return path;
 }
 

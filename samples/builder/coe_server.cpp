@@ -17,7 +17,7 @@ Bytes Coe(std::uint8_t service) {
   return LeBytes(static_cast<std::uint16_t>(service << 12U));
 }
 
-Bytes SdoAnswer(std::uint8_t command, std::uint16_t index, std::uint8_t subindex) {
+Bytes SdoReply(std::uint8_t command, std::uint16_t index, std::uint8_t subindex) {
   Bytes out = Coe(3);
   out.push_back(command);
   AppendLe(out, index);
@@ -126,7 +126,7 @@ std::optional<Bytes> CoeServer::Answer(ByteView service, ObjectDictionary& objec
 
 Bytes CoeServer::Abort(std::uint16_t index, std::uint8_t subindex, std::uint32_t code) {
   transfer_.reset();
-  Bytes out = SdoAnswer(0x80, index, subindex);
+  Bytes out = SdoReply(0x80, index, subindex);
   StoreLe(out, 0, static_cast<std::uint16_t>(behaviour_.abort_service << 12U));
   AppendLe(out, code);
   return out;
@@ -163,12 +163,12 @@ Bytes CoeServer::InitiateUpload(std::uint16_t index, std::uint8_t subindex, bool
   if (!entry->readable) return Abort(index, subindex, kAbortWriteOnly);
   const Bytes value = complete ? CompleteValue(objects, index, subindex) : entry->value;
   if (value.size() <= 4 && !value.empty() && !complete) {
-    Bytes out = SdoAnswer(static_cast<std::uint8_t>(0x43U | (4 - value.size()) << 2U), index, subindex);
+    Bytes out = SdoReply(static_cast<std::uint8_t>(0x43U | (4 - value.size()) << 2U), index, subindex);
     AppendBytes(out, value);
     out.resize(10, 0);
     return out;
   }
-  Bytes out = SdoAnswer(static_cast<std::uint8_t>(0x41U | (complete ? 0x10U : 0U)), index, subindex);
+  Bytes out = SdoReply(static_cast<std::uint8_t>(0x41U | (complete ? 0x10U : 0U)), index, subindex);
   AppendLe(out, static_cast<std::uint32_t>(value.size()));
   const std::size_t fits = std::min(value.size(), capacity - out.size());
   AppendBytes(out, ByteView(value).first(fits));
@@ -219,13 +219,13 @@ Bytes CoeServer::InitiateDownload(ByteView service, ObjectDictionary& objects) {
       transfer_ = Transfer{.complete = complete, .index = index, .subindex = subindex};
       transfer_->data = data;
       transfer_->size = size;
-      Bytes out = SdoAnswer(0x60, index, subindex);
+      Bytes out = SdoReply(0x60, index, subindex);
       out.resize(10, 0);
       return out;
     }
   }
   if (const std::uint32_t code = Store(index, subindex, complete, data, objects)) return Abort(index, subindex, code);
-  Bytes out = SdoAnswer(0x60, index, subindex);
+  Bytes out = SdoReply(0x60, index, subindex);
   out.resize(10, 0);
   return out;
 }

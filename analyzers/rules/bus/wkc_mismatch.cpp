@@ -102,6 +102,7 @@ class WkcMismatch final : public Rule {
   }
 
   void On(const track::Answered& e) {
+    if (!e.returned.seen()) return;  // there is no answer to judge
     if (wire::IsBroadcast(e.command)) {
       JudgeBroadcastRead(e);
     } else {

@@ -55,9 +55,9 @@ struct Seen {
   std::uint64_t serial = 0;  ///< of the part
 };
 
-class Recorder final : public EventBus {
+class CycleRecorder final : public EventBus {
  public:
-  Recorder() { ListenTo<track::LogicalAccess, ProcessDataUnplaced, ProcessCycle>(Stage::kBeforeModel, *this); }
+  CycleRecorder() { ListenTo<track::LogicalAccess, ProcessDataUnplaced, ProcessCycle>(Stage::kBeforeModel, *this); }
   void On(const track::LogicalAccess&) { placed.push_back(true); }
   void On(const ProcessDataUnplaced&) { placed.back() = false; }
   void On(const ProcessCycle& cycle) {
@@ -144,7 +144,7 @@ class ProcessImageTest : public ::testing::Test {
 
   std::shared_ptr<DeviceFiles> files = std::make_shared<DeviceFiles>();
   AnalysisOptions options;
-  Recorder recorder;
+  CycleRecorder recorder;
   Trace trace;
 };
 

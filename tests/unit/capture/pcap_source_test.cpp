@@ -37,7 +37,7 @@ class PcapBytes {
   Bytes bytes_;
 };
 
-WholeCapture Read(const Bytes& file) {
+WholeCapture ReadPcap(const Bytes& file) {
   return ReadAll(OpenCaptureFromMemory(file, "x"));
 }
 
@@ -46,7 +46,7 @@ TEST(Pcap, MicroAndNanosecondsInBothByteOrders) {
     for (const std::uint32_t magic : {kMicroseconds, kNanoseconds}) {
       PcapBytes file(magic, big_endian, 113, 128);
       file.Packet(1'795'230'943, 188'860, kPcapSourceData, 60).Packet(1'795'230'944, 0, kPcapSourceData);
-      const WholeCapture capture = Read(file.bytes());
+      const WholeCapture capture = ReadPcap(file.bytes());
       ASSERT_EQ(capture.frames.size(), 2U) << capture.error << capture.damage();
       const TimeNs step = magic == kNanoseconds ? 1 : 1000;
       EXPECT_EQ(capture.frames[0].time, 1'795'230'943'000'000'000 + 188'860 * step);
@@ -77,14 +77,16 @@ TEST(Pcap, AnyLinkTypeIsPassedThroughWithTheNumberOfTheFile) {
   // 101 is LINKTYPE_RAW, which libpcap itself renames to DLT_RAW (12); 4095 nobody knows; the top bits are the FCS
   // length.
   for (const std::uint32_t link_type : {1U, 101U, 276U, 4095U, 1U | 0x24000000U}) {
-    const WholeCapture capture = Read(PcapBytes(kMicroseconds, false, link_type).Packet(1, 1, kPcapSourceData).bytes());
+    const WholeCapture capture =
+        ReadPcap(PcapBytes(kMicroseconds, false, link_type).Packet(1, 1, kPcapSourceData).bytes());
     ASSERT_EQ(capture.frames.size(), 1U) << link_type << capture.error;
     EXPECT_EQ(capture.frames[0].link_type, link_type & 0xFFFFU);
   }
 }
 
 TEST(Pcap, SecondsBeyond2038AreUnsigned) {
-  const WholeCapture capture = Read(PcapBytes(kNanoseconds).Packet(0xFFFFFFFF, 999'999'999, kPcapSourceData).bytes());
+  const WholeCapture capture =
+      ReadPcap(PcapBytes(kNanoseconds).Packet(0xFFFFFFFF, 999'999'999, kPcapSourceData).bytes());
   ASSERT_EQ(capture.frames.size(), 1U);
   EXPECT_EQ(capture.frames[0].time, 4'294'967'295'999'999'999);
 }
@@ -92,7 +94,7 @@ TEST(Pcap, SecondsBeyond2038AreUnsigned) {
 TEST(Pcap, PacketsBeyondTheSnapLengthOfTheFileAreWhole) {
   for (const std::uint32_t snap_length : {0U, 8U, 0xFFFFFFFFU}) {
     const WholeCapture capture =
-        Read(PcapBytes(kMicroseconds, true, 1, snap_length).Packet(1, 1, kPcapSourceData).bytes());
+        ReadPcap(PcapBytes(kMicroseconds, true, 1, snap_length).Packet(1, 1, kPcapSourceData).bytes());
     ASSERT_EQ(capture.frames.size(), 1U) << snap_length << capture.error;
     EXPECT_EQ(capture.frames[0].bytes, kPcapSourceData) << snap_length;
     EXPECT_EQ(capture.info.interfaces[0].snap_length, snap_length);
@@ -100,7 +102,7 @@ TEST(Pcap, PacketsBeyondTheSnapLengthOfTheFileAreWhole) {
 }
 
 TEST(Pcap, NoPacketIsAnEmptyCapture) {
-  const WholeCapture capture = Read(PcapBytes(kMicroseconds).bytes());
+  const WholeCapture capture = ReadPcap(PcapBytes(kMicroseconds).bytes());
   EXPECT_EQ(capture.error, "");
   EXPECT_TRUE(capture.frames.empty());
   EXPECT_EQ(capture.end, ReadStatus::kEnd);
@@ -114,7 +116,7 @@ TEST(Pcap, CutAtAnyByteEndsInsideTheNextPacketOrAtTheEnd) {
   const std::size_t packet_size = 16 + kPcapSourceData.size();
   for (std::size_t length = 0; length < file.bytes().size(); ++length) {
     const WholeCapture capture =
-        Read(Bytes(file.bytes().begin(), file.bytes().begin() + static_cast<std::ptrdiff_t>(length)));
+        ReadPcap(Bytes(file.bytes().begin(), file.bytes().begin() + static_cast<std::ptrdiff_t>(length)));
     if (length < header_size) {
       EXPECT_NE(capture.error, "") << length;
       continue;
@@ -136,16 +138,16 @@ TEST(Pcap, ImpossibleCapturedLengthIsDamageOfThatPacket) {
   PcapBytes file(kMicroseconds);
   file.Packet(1, 1, kPcapSourceData);
   file.Raw(PcapngBytes::Join({file.U32(2), file.U32(2), file.U32(0xFFFFFFF0), file.U32(60)})).Raw(Bytes(100));
-  const WholeCapture capture = Read(file.bytes());
+  const WholeCapture capture = ReadPcap(file.bytes());
   EXPECT_EQ(capture.frames.size(), 1U);
   EXPECT_TRUE(capture.damage().starts_with("packet 2 is not valid (")) << capture.damage();
 }
 
 TEST(Pcap, BadFileHeadersDoNotOpen) {
   PcapBytes good(kMicroseconds);
-  EXPECT_EQ(Read(Bytes(good.bytes().begin(), good.bytes().begin() + 23)).error,
+  EXPECT_EQ(ReadPcap(Bytes(good.bytes().begin(), good.bytes().begin() + 23)).error,
             "x is not a readable capture: file ends inside its pcap file header");
-  const std::string error = Read(PcapBytes(kMicroseconds, false, 1, 65535, 9).bytes()).error;
+  const std::string error = ReadPcap(PcapBytes(kMicroseconds, false, 1, 65535, 9).bytes()).error;
   EXPECT_TRUE(error.starts_with("x is not a readable capture: ")) << error;
   EXPECT_NE(error.find("version"), std::string::npos) << error;
 }
@@ -154,11 +156,12 @@ TEST(Pcap, CompressedAndCutNamesTheCompression) {
   PcapBytes file(kMicroseconds);
   for (std::uint32_t i = 0; i < 5000; ++i) file.Packet(i, i * 77 % 1'000'000, kPcapSourceData);
   const Bytes whole = Gzip(file.bytes());
-  const WholeCapture good = Read(whole);
+  const WholeCapture good = ReadPcap(whole);
   EXPECT_EQ(good.frames.size(), 5000U);
   EXPECT_EQ(good.end, ReadStatus::kEnd);
   EXPECT_EQ(good.info.format, "pcap+gzip");
-  const WholeCapture cut = Read(Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(whole.size() / 2)));
+  const WholeCapture cut =
+      ReadPcap(Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(whole.size() / 2)));
   EXPECT_GT(cut.frames.size(), 1000U);
   EXPECT_LT(cut.frames.size(), 5000U);
   EXPECT_EQ(cut.damage(), "the gzip data end early, after packet " + std::to_string(cut.frames.size()));
@@ -167,7 +170,7 @@ TEST(Pcap, CompressedAndCutNamesTheCompression) {
 TEST(Pcap, WrongChecksumBehindTheLastPacketIsDamage) {
   Bytes gzip = Gzip(PcapBytes(kMicroseconds).Packet(1, 1, kPcapSourceData).bytes());
   gzip[gzip.size() - 6] ^= 1U;
-  const WholeCapture capture = Read(gzip);
+  const WholeCapture capture = ReadPcap(gzip);
   EXPECT_EQ(capture.frames.size(), 1U);
   EXPECT_EQ(capture.damage(), "the gzip data are damaged (incorrect data check), after packet 1");
 }

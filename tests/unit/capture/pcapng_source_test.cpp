@@ -10,7 +10,7 @@ namespace {
 
 const Bytes kPcapngSourceData{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14};
 
-WholeCapture Read(const PcapngBytes& file) {
+WholeCapture ReadPcapng(const PcapngBytes& file) {
   return ReadAll(OpenCaptureFromMemory(file.bytes(), "x"));
 }
 
@@ -20,7 +20,7 @@ PcapngBytes Plain() {
 }
 
 TEST(Pcapng, OneEnhancedPacket) {
-  const WholeCapture capture = Read(Plain().Enhanced(0, 5'000'000, kPcapngSourceData, {}, 60));
+  const WholeCapture capture = ReadPcapng(Plain().Enhanced(0, 5'000'000, kPcapngSourceData, {}, 60));
   ASSERT_EQ(capture.frames.size(), 1U);
   const OwnedFrame& frame = capture.frames[0];
   EXPECT_EQ(frame.number, 1U);
@@ -44,7 +44,7 @@ TEST(Pcapng, InterfacesWithTheirOwnClockNameAndLinkType) {
                  1, 128);
   file.Interface(PcapngBytes::Join({file.Option(2, "tap"), file.Option(9, Bytes{0x80 | 10})}), 113);
   file.Enhanced(0, 7, kPcapngSourceData).Enhanced(1, 3 * 1024 + 512, kPcapngSourceData);
-  const WholeCapture capture = Read(file);
+  const WholeCapture capture = ReadPcapng(file);
   ASSERT_EQ(capture.frames.size(), 2U);
   EXPECT_EQ(capture.frames[0].time, 100'000'000'007);
   EXPECT_EQ(capture.frames[1].time, 3'500'000'000);
@@ -65,7 +65,7 @@ TEST(Pcapng, BigEndianReadsTheSame) {
   file.Section();
   file.Interface(PcapngBytes::Join({file.Option(9, Bytes{9}), file.Option(14, file.U64(100))}), 276, 64);
   file.Enhanced(0, (1ULL << 32U) + 5, kPcapngSourceData, file.Option(2, file.U32(1)));
-  const WholeCapture capture = Read(file);
+  const WholeCapture capture = ReadPcapng(file);
   ASSERT_EQ(capture.frames.size(), 1U);
   EXPECT_EQ(capture.frames[0].time, 100'000'000'000 + (1LL << 32U) + 5);
   EXPECT_EQ(capture.frames[0].flag, PacketFlag::kInbound);
@@ -79,7 +79,7 @@ TEST(Pcapng, InterfaceNumbersGoOnOverSections) {
   first.Section().Interface().Interface().Enhanced(1, 1, kPcapngSourceData);
   PcapngBytes second(true);  // each section has its own byte order
   second.Section().Interface({}, 113).Enhanced(0, 2, kPcapngSourceData);
-  const WholeCapture capture = Read(first.Raw(second.bytes()));
+  const WholeCapture capture = ReadPcapng(first.Raw(second.bytes()));
   ASSERT_EQ(capture.frames.size(), 2U) << capture.damage();
   EXPECT_EQ(capture.frames[0].interface_index, 1);
   EXPECT_EQ(capture.frames[1].interface_index, 2);
@@ -95,7 +95,7 @@ TEST(Pcapng, DirectionFlags) {
   }
   file.Enhanced(0, 1, kPcapngSourceData, file.Option(2, file.U16(1)));  // wrong length: no direction
   file.Enhanced(0, 1, kPcapngSourceData, PcapngBytes::Join({file.EndOfOptions(), file.Option(2, file.U32(1))}));
-  const WholeCapture capture = Read(file);
+  const WholeCapture capture = ReadPcapng(file);
   std::vector<PacketFlag> flags;
   for (const OwnedFrame& frame : capture.frames) flags.push_back(frame.flag);
   EXPECT_EQ(flags, (std::vector{PacketFlag::kNone, PacketFlag::kInbound, PacketFlag::kOutbound, PacketFlag::kNone,
@@ -106,7 +106,7 @@ TEST(Pcapng, SimplePacketsHaveNoStampAndEndAtTheSnapLength) {
   PcapngBytes file;
   file.Section().Interface({}, 1, 8).Interface({}, 113);
   file.Simple({1, 2, 3, 4, 5, 6, 7, 8}, 60).Simple({1, 2, 3, 4, 5}, 5);
-  const WholeCapture capture = Read(file);
+  const WholeCapture capture = ReadPcapng(file);
   ASSERT_EQ(capture.frames.size(), 2U) << capture.damage();
   EXPECT_FALSE(capture.frames[0].has_time);
   EXPECT_EQ(capture.frames[0].time, 0);
@@ -118,7 +118,7 @@ TEST(Pcapng, SimplePacketsHaveNoStampAndEndAtTheSnapLength) {
 }
 
 TEST(Pcapng, SimplePacketsAfterStampedOnesLoseTheStamp) {
-  const WholeCapture capture = Read(Plain().Enhanced(0, 5, kPcapngSourceData, {}).Simple(kPcapngSourceData, 14));
+  const WholeCapture capture = ReadPcapng(Plain().Enhanced(0, 5, kPcapngSourceData, {}).Simple(kPcapngSourceData, 14));
   ASSERT_EQ(capture.frames.size(), 2U);
   EXPECT_FALSE(capture.frames[1].has_time);
 }
@@ -129,7 +129,7 @@ TEST(Pcapng, ObsoletePacketsAndTheirDropCounts) {
   file.Obsolete(1, 3, 1'000'000, kPcapngSourceData, file.Option(2, file.U32(2)));
   file.Obsolete(1, 0xFFFF, 2'000'000, kPcapngSourceData);  // 0xFFFF: the writer does not know
   file.Obsolete(1, 4, 3'000'000, kPcapngSourceData);
-  const WholeCapture capture = Read(file);
+  const WholeCapture capture = ReadPcapng(file);
   ASSERT_EQ(capture.frames.size(), 3U) << capture.damage();
   EXPECT_EQ(capture.frames[0].time, 1'000'000'000);
   EXPECT_EQ(capture.frames[0].interface_index, 1);
@@ -148,7 +148,7 @@ TEST(Pcapng, DropsOfTheStatistics) {
   file.Enhanced(2, 1, kPcapngSourceData, file.Option(4, file.U64(5)))
       .Enhanced(2, 1, kPcapngSourceData, file.Option(4, file.U64(6)));
   file.Statistics(7, file.Option(5, file.U64(1)));  // of no interface at all
-  const WholeCapture capture = Read(file);
+  const WholeCapture capture = ReadPcapng(file);
   ASSERT_EQ(capture.info.interfaces.size(), 3U);
   EXPECT_EQ(capture.info.interfaces[0].dropped, 42U);
   EXPECT_FALSE(capture.info.interfaces[1].dropped.has_value());
@@ -162,7 +162,7 @@ TEST(Pcapng, CommentsOfFileAndPackets) {
       .Interface();
   file.Enhanced(0, 1, kPcapngSourceData);
   file.Enhanced(0, 1, kPcapngSourceData, PcapngBytes::Join({file.Option(1, "here"), file.Option(1, "and here")}));
-  const WholeCapture capture = Read(file);
+  const WholeCapture capture = ReadPcapng(file);
   ASSERT_EQ(capture.info.comments.size(), 3U);
   EXPECT_EQ(capture.info.comments[0].frame, 0U);
   EXPECT_EQ(capture.info.comments[0].text, "bench 4");
@@ -177,7 +177,7 @@ TEST(Pcapng, CommentsAreBoundedInNumberAndLength) {
   std::string text = "x";
   while (text.size() < 10'000) text += "\xC3\xA4";
   for (int i = 0; i < 1001; ++i) file.Enhanced(0, 1, kPcapngSourceData, file.Option(1, text));
-  const WholeCapture capture = Read(file);
+  const WholeCapture capture = ReadPcapng(file);
   EXPECT_EQ(capture.frames.size(), 1001U);
   ASSERT_EQ(capture.info.comments.size(), 1000U);
   EXPECT_EQ(capture.info.comments[0].text, text.substr(0, 4095));
@@ -188,7 +188,7 @@ TEST(Pcapng, OtherBlocksArePassedOver) {
   for (const std::uint32_t type : {4U, 7U, 8U, 10U, 0x80000001U, 0xFFFFFFFFU}) {
     file.Block(type, Bytes(40)).Enhanced(0, 1, kPcapngSourceData).Block(type, {});
   }
-  const WholeCapture capture = Read(file);
+  const WholeCapture capture = ReadPcapng(file);
   EXPECT_EQ(capture.frames.size(), 6U);
   EXPECT_EQ(capture.frames.back().number, 6U);
   EXPECT_EQ(capture.end, ReadStatus::kEnd);
@@ -203,7 +203,7 @@ TEST(Pcapng, RecordsThatWiresharkNumbersTakeTheirNumber) {
       .Block(0x40000BAD, file.U32(32473))
       .Block(9, Bytes(journal.begin(), journal.end()))
       .Enhanced(0, 3, kPcapngSourceData);
-  const WholeCapture capture = Read(file);
+  const WholeCapture capture = ReadPcapng(file);
   ASSERT_EQ(capture.frames.size(), 3U);
   EXPECT_EQ(capture.frames[0].number, 1U);
   EXPECT_EQ(capture.frames[1].number, 3U);
@@ -223,7 +223,7 @@ TEST(Pcapng, BadOptionsOfAPacketCostOnlyTheOptions) {
   PcapngBytes file = Plain();
   file.Enhanced(0, 1, kPcapngSourceData, PcapngBytes::Join({file.Option(1, "kept"), file.U16(1), file.U16(100)}));
   file.Enhanced(0, 2, kPcapngSourceData);
-  const WholeCapture capture = Read(file);
+  const WholeCapture capture = ReadPcapng(file);
   EXPECT_EQ(capture.frames.size(), 2U);
   ASSERT_EQ(capture.info.comments.size(), 1U);
   EXPECT_EQ(capture.info.comments[0].text, "kept");
@@ -232,14 +232,14 @@ TEST(Pcapng, BadOptionsOfAPacketCostOnlyTheOptions) {
 TEST(Pcapng, StampsThatNoTimeCanHoldAreNoStamps) {
   PcapngBytes file;
   file.Section().Interface(file.Option(9, Bytes{9}));
-  const WholeCapture capture = Read(file.Enhanced(0, ~0ULL, kPcapngSourceData));
+  const WholeCapture capture = ReadPcapng(file.Enhanced(0, ~0ULL, kPcapngSourceData));
   ASSERT_EQ(capture.frames.size(), 1U);
   EXPECT_FALSE(capture.frames[0].has_time);
   EXPECT_EQ(capture.frames[0].time, 0);
 }
 
 TEST(Pcapng, NothingButASectionHeaderIsAnEmptyCapture) {
-  const WholeCapture capture = Read(PcapngBytes().Section());
+  const WholeCapture capture = ReadPcapng(PcapngBytes().Section());
   EXPECT_EQ(capture.error, "");
   EXPECT_TRUE(capture.frames.empty());
   EXPECT_EQ(capture.end, ReadStatus::kEnd);
@@ -249,7 +249,7 @@ TEST(Pcapng, FramesLargerThanTheWindowAreWhole) {
   Bytes large(3'000'000);
   for (std::size_t i = 0; i < large.size(); ++i) large[i] = static_cast<std::uint8_t>(i * 7);
   const WholeCapture capture =
-      Read(Plain().Enhanced(0, 1, kPcapngSourceData).Enhanced(0, 2, large).Enhanced(0, 3, kPcapngSourceData));
+      ReadPcapng(Plain().Enhanced(0, 1, kPcapngSourceData).Enhanced(0, 2, large).Enhanced(0, 3, kPcapngSourceData));
   ASSERT_EQ(capture.frames.size(), 3U) << capture.damage();
   EXPECT_EQ(capture.frames[1].bytes, large);
   EXPECT_EQ(capture.frames[2].bytes, kPcapngSourceData);
@@ -327,7 +327,7 @@ TEST(Pcapng, DamageEndsReadingBehindTheGoodPackets) {
   for (const Broken& broken : BrokenFiles()) {
     PcapngBytes file = Plain().Enhanced(0, 1, kPcapngSourceData);
     const std::size_t good = file.bytes().size();
-    const WholeCapture capture = Read(file.Raw(broken.rest));
+    const WholeCapture capture = ReadPcapng(file.Raw(broken.rest));
     EXPECT_EQ(capture.damage(), broken.message) << broken.name;
     EXPECT_EQ(capture.frames.size(), 1U) << broken.name;
     ASSERT_TRUE(capture.info.damage.has_value()) << broken.name;
@@ -350,7 +350,7 @@ TEST(Pcapng, MoreInterfacesThanNumbersIsDamage) {
   PcapngBytes file;
   file.Section();
   for (int i = 0; i < 65'536; ++i) file.Interface();
-  const WholeCapture capture = Read(file);
+  const WholeCapture capture = ReadPcapng(file);
   EXPECT_EQ(capture.info.interfaces.size(), 65'535U);
   EXPECT_EQ(capture.damage(), "there are more than 65,535 interfaces");
 }
@@ -362,7 +362,7 @@ TEST(Pcapng, CutAtAnyByteNeverGivesAFrameMore) {
       .Simple(kPcapngSourceData, 14)
       .Obsolete(0, 0, 1, kPcapngSourceData);
   const Bytes& all = file.bytes();
-  const std::vector<OwnedFrame> frames = Read(file).frames;
+  const std::vector<OwnedFrame> frames = ReadPcapng(file).frames;
   ASSERT_EQ(frames.size(), 3U);
   std::size_t last = 0;
   for (std::size_t length = 0; length < all.size(); ++length) {

@@ -138,7 +138,7 @@ EsiFile Read() {
   return file ? std::move(*file) : EsiFile{};
 }
 
-std::string ErrorOf(std::string_view xml) {
+std::string EsiErrorOf(std::string_view xml) {
   const Result<EsiFile> file = ReadEsi(xml);
   return file ? "no error" : file.error().message;
 }
@@ -262,12 +262,12 @@ TEST(EsiReader, AFamilyKeepsItsLawAndTakesTheDeviceFromTheEsi) {
 }
 
 TEST(EsiReader, ErrorsNameLineAndColumn) {
-  EXPECT_THAT(ErrorOf("<EtherCATInfo>\n <Vendor><Id>#xZZ</Id></Vendor></EtherCATInfo>"),
+  EXPECT_THAT(EsiErrorOf("<EtherCATInfo>\n <Vendor><Id>#xZZ</Id></Vendor></EtherCATInfo>"),
               ::testing::AllOf(StartsWith("line 2, column "), HasSubstr("\"#xZZ\" is not a number")));
-  EXPECT_THAT(ErrorOf("<EtherCATInfo>\n<Vendor>\n</EtherCATInfo>"), StartsWith("line 3, column "));
-  EXPECT_THAT(ErrorOf("<EtherCATInfo>"), StartsWith("line 1, column "));
-  EXPECT_THAT(ErrorOf(""), StartsWith("line 1, column "));
-  EXPECT_THAT(ErrorOf("<EtherCATConfig/>"), HasSubstr("expected the element EtherCATInfo, got EtherCATConfig"));
+  EXPECT_THAT(EsiErrorOf("<EtherCATInfo>\n<Vendor>\n</EtherCATInfo>"), StartsWith("line 3, column "));
+  EXPECT_THAT(EsiErrorOf("<EtherCATInfo>"), StartsWith("line 1, column "));
+  EXPECT_THAT(EsiErrorOf(""), StartsWith("line 1, column "));
+  EXPECT_THAT(EsiErrorOf("<EtherCATConfig/>"), HasSubstr("expected the element EtherCATInfo, got EtherCATConfig"));
 }
 
 TEST(EsiReader, NumbersAreCheckedAgainstTheirRange) {
@@ -275,23 +275,23 @@ TEST(EsiReader, NumbersAreCheckedAgainstTheirRange) {
     return "<EtherCATInfo><Descriptions><Devices><Device><RxPdo><Index>" + std::string(index) +
            "</Index></RxPdo></Device></Devices></Descriptions></EtherCATInfo>";
   };
-  EXPECT_EQ(ErrorOf(with_index("#xFFFF")), "no error");
-  EXPECT_EQ(ErrorOf(with_index(" 5632\n")), "no error");
-  EXPECT_THAT(ErrorOf(with_index("#x10000")), HasSubstr("65536 is outside 0 to 65535"));
-  EXPECT_THAT(ErrorOf(with_index("-1")), HasSubstr("-1 is outside 0 to 65535"));
-  EXPECT_THAT(ErrorOf(with_index("")), HasSubstr("\"\" is not a number"));
-  EXPECT_THAT(ErrorOf(with_index("#x")), HasSubstr("is not a number"));
-  EXPECT_THAT(ErrorOf(with_index("99999999999999999999")), HasSubstr("is not a number"));
+  EXPECT_EQ(EsiErrorOf(with_index("#xFFFF")), "no error");
+  EXPECT_EQ(EsiErrorOf(with_index(" 5632\n")), "no error");
+  EXPECT_THAT(EsiErrorOf(with_index("#x10000")), HasSubstr("65536 is outside 0 to 65535"));
+  EXPECT_THAT(EsiErrorOf(with_index("-1")), HasSubstr("-1 is outside 0 to 65535"));
+  EXPECT_THAT(EsiErrorOf(with_index("")), HasSubstr("\"\" is not a number"));
+  EXPECT_THAT(EsiErrorOf(with_index("#x")), HasSubstr("is not a number"));
+  EXPECT_THAT(EsiErrorOf(with_index("99999999999999999999")), HasSubstr("is not a number"));
 }
 
 // A "billion laughs" document: entities that expand to each other.
 TEST(EsiReader, EntitiesAndDocumentTypesAreRefused) {
-  EXPECT_THAT(ErrorOf("<?xml version=\"1.0\"?>\n<!DOCTYPE x [<!ENTITY a \"aaaa\"><!ENTITY b \"&a;&a;\">]>\n"
-                      "<EtherCATInfo><Vendor><Name>&b;</Name></Vendor></EtherCATInfo>"),
+  EXPECT_THAT(EsiErrorOf("<?xml version=\"1.0\"?>\n<!DOCTYPE x [<!ENTITY a \"aaaa\"><!ENTITY b \"&a;&a;\">]>\n"
+                         "<EtherCATInfo><Vendor><Name>&b;</Name></Vendor></EtherCATInfo>"),
               HasSubstr("document type declarations are not accepted"));
-  EXPECT_THAT(ErrorOf("<!DOCTYPE x SYSTEM \"file:///etc/passwd\"><EtherCATInfo/>"),
+  EXPECT_THAT(EsiErrorOf("<!DOCTYPE x SYSTEM \"file:///etc/passwd\"><EtherCATInfo/>"),
               HasSubstr("document type declarations are not accepted"));
-  EXPECT_THAT(ErrorOf("<EtherCATInfo><Vendor><Name>&b;</Name></Vendor></EtherCATInfo>"), HasSubstr("Entity 'b'"));
+  EXPECT_THAT(EsiErrorOf("<EtherCATInfo><Vendor><Name>&b;</Name></Vendor></EtherCATInfo>"), HasSubstr("Entity 'b'"));
 }
 
 TEST(EsiReader, TruncationAnywhereIsAnError) {

@@ -19,7 +19,7 @@ std::string Profile(std::string_view rest) {
   return R"({"schema": "ecaudit.profile/1", "id": "x", "title": "X", "document": "MKD")" + std::string(rest) + "}";
 }
 
-std::string ErrorOf(std::string_view json) {
+std::string ProfileErrorOf(std::string_view json) {
   const Result<DeviceDescription> profile = ReadProfile(json);
   return profile ? "no error" : profile.error().message;
 }
@@ -34,15 +34,15 @@ TEST(ProfileReader, ReadsTheHead) {
 }
 
 TEST(ProfileReader, SyntaxErrorsNameLineAndColumn) {
-  EXPECT_THAT(ErrorOf("{\n  \"id\": }"), HasSubstr("line 2, column 9"));
-  EXPECT_THAT(ErrorOf(""), HasSubstr("line 1"));
-  EXPECT_THAT(ErrorOf("{} {}"), HasSubstr("line 1, column 4"));
+  EXPECT_THAT(ProfileErrorOf("{\n  \"id\": }"), HasSubstr("line 2, column 9"));
+  EXPECT_THAT(ProfileErrorOf(""), HasSubstr("line 1"));
+  EXPECT_THAT(ProfileErrorOf("{} {}"), HasSubstr("line 1, column 4"));
 }
 
 TEST(ProfileReader, TruncationAnywhereIsAnError) {
   const std::string whole = Profile(R"(, "match": {"vendor_id": "0x6A", "product_codes": [1, 2], "source": "MKD, 5.2"},
       "registers": [{"address": "0x0120", "length": 2, "name": "n\u00e9\n", "ecat": "rw", "source": "MKD, 4.1"}])");
-  ASSERT_EQ(ErrorOf(whole), "no error");
+  ASSERT_EQ(ProfileErrorOf(whole), "no error");
   for (std::size_t length = 0; length < whole.size(); ++length) {
     EXPECT_FALSE(ReadProfile(std::string_view(whole).substr(0, length))) << length;
   }
@@ -62,12 +62,12 @@ TEST(ProfileReader, DamageNeverCrashes) {
 }
 
 TEST(ProfileReader, WrongTypesNameThePlace) {
-  EXPECT_EQ(ErrorOf("[]"), "document: expected an object, got an array");
-  EXPECT_EQ(ErrorOf(Profile(R"(, "registers": 3)")), "registers: expected an array, got a number");
-  EXPECT_EQ(ErrorOf(Profile(R"(, "registers": [{"address": true}])")),
+  EXPECT_EQ(ProfileErrorOf("[]"), "document: expected an object, got an array");
+  EXPECT_EQ(ProfileErrorOf(Profile(R"(, "registers": 3)")), "registers: expected an array, got a number");
+  EXPECT_EQ(ProfileErrorOf(Profile(R"(, "registers": [{"address": true}])")),
             "registers[0].address: expected a number, got true or false");
-  EXPECT_EQ(ErrorOf(Profile(R"(, "edition": 2010)")), "edition: expected text, got a number");
-  EXPECT_EQ(ErrorOf(Profile(R"(, "al": null)")), "al: expected an object, got null");
+  EXPECT_EQ(ProfileErrorOf(Profile(R"(, "edition": 2010)")), "edition: expected text, got a number");
+  EXPECT_EQ(ProfileErrorOf(Profile(R"(, "al": null)")), "al: expected an object, got null");
 }
 
 TEST(ProfileReader, NumbersAreCheckedAgainstTheirRange) {
@@ -75,56 +75,56 @@ TEST(ProfileReader, NumbersAreCheckedAgainstTheirRange) {
     return Profile(R"(, "registers": [{"address": )" + std::string(address) +
                    R"(, "length": 2, "name": "n", "source": "MKD, 4.1"}])");
   };
-  EXPECT_EQ(ErrorOf(with("288")), "no error");
-  EXPECT_EQ(ErrorOf(with("\"0x0120\"")), "no error");
-  EXPECT_EQ(ErrorOf(with("65536")), "registers[0].address: 65536 is outside 0 to 65535");
-  EXPECT_EQ(ErrorOf(with("-1")), "registers[0].address: -1 is outside 0 to 65535");
-  EXPECT_THAT(ErrorOf(with("\"0x\"")), StartsWith("registers[0].address: \"0x\" is not a number"));
-  EXPECT_THAT(ErrorOf(with("\"0x12g\"")), StartsWith("registers[0].address: \"0x12g\" is not a number"));
-  EXPECT_THAT(ErrorOf(with("\"120h\"")), StartsWith("registers[0].address: \"120h\" is not a number"));
-  EXPECT_THAT(ErrorOf(with("1e99")), StartsWith("registers[0].address: "));
-  EXPECT_THAT(ErrorOf(with("18446744073709551615")), StartsWith("registers[0].address: "));
-  EXPECT_THAT(ErrorOf(with("65535")), HasSubstr("ends inside 0x0000 to 0xFFFF"));
+  EXPECT_EQ(ProfileErrorOf(with("288")), "no error");
+  EXPECT_EQ(ProfileErrorOf(with("\"0x0120\"")), "no error");
+  EXPECT_EQ(ProfileErrorOf(with("65536")), "registers[0].address: 65536 is outside 0 to 65535");
+  EXPECT_EQ(ProfileErrorOf(with("-1")), "registers[0].address: -1 is outside 0 to 65535");
+  EXPECT_THAT(ProfileErrorOf(with("\"0x\"")), StartsWith("registers[0].address: \"0x\" is not a number"));
+  EXPECT_THAT(ProfileErrorOf(with("\"0x12g\"")), StartsWith("registers[0].address: \"0x12g\" is not a number"));
+  EXPECT_THAT(ProfileErrorOf(with("\"120h\"")), StartsWith("registers[0].address: \"120h\" is not a number"));
+  EXPECT_THAT(ProfileErrorOf(with("1e99")), StartsWith("registers[0].address: "));
+  EXPECT_THAT(ProfileErrorOf(with("18446744073709551615")), StartsWith("registers[0].address: "));
+  EXPECT_THAT(ProfileErrorOf(with("65535")), HasSubstr("ends inside 0x0000 to 0xFFFF"));
 }
 
 TEST(ProfileReader, MissingAndUnknownKeysAreNamed) {
-  EXPECT_EQ(ErrorOf("{}"), "document: \"schema\" is missing");
-  EXPECT_EQ(ErrorOf(Profile(R"(, "registerz": [])")), "document: unknown key \"registerz\"");
-  EXPECT_EQ(
-      ErrorOf(Profile(R"(, "registers": [{"address": 1, "length": 1, "name": "n", "acess": "r", "source": "s"}])")),
-      "registers[0]: unknown key \"acess\"");
-  EXPECT_EQ(ErrorOf(Profile(R"(, "registers": [{"address": 1, "length": 1, "name": "n"}])")),
+  EXPECT_EQ(ProfileErrorOf("{}"), "document: \"schema\" is missing");
+  EXPECT_EQ(ProfileErrorOf(Profile(R"(, "registerz": [])")), "document: unknown key \"registerz\"");
+  EXPECT_EQ(ProfileErrorOf(
+                Profile(R"(, "registers": [{"address": 1, "length": 1, "name": "n", "acess": "r", "source": "s"}])")),
+            "registers[0]: unknown key \"acess\"");
+  EXPECT_EQ(ProfileErrorOf(Profile(R"(, "registers": [{"address": 1, "length": 1, "name": "n"}])")),
             "registers[0]: \"source\" is missing");
-  EXPECT_EQ(ErrorOf(Profile(R"(, "registers": [{"address": 1, "length": 1, "name": "n", "source": ""}])")),
+  EXPECT_EQ(ProfileErrorOf(Profile(R"(, "registers": [{"address": 1, "length": 1, "name": "n", "source": ""}])")),
             "registers[0]: \"source\" is empty");
 }
 
 TEST(ProfileReader, AKeyThatAppearsTwiceIsNamed) {
-  EXPECT_EQ(ErrorOf(R"({"id": "a", "match": {}, "id": "b"})"), "key \"id\" appears twice in one object");
+  EXPECT_EQ(ProfileErrorOf(R"({"id": "a", "match": {}, "id": "b"})"), "key \"id\" appears twice in one object");
 }
 
 TEST(ProfileReader, WordsMustBeOnTheList) {
-  EXPECT_EQ(
-      ErrorOf(Profile(R"(, "registers": [{"address": 1, "length": 1, "name": "n", "ecat": "ro", "source": "s"}])")),
-      "registers[0].ecat: \"ro\" is none of unknown, -, r, w, rw");
-  EXPECT_EQ(ErrorOf(Profile(R"(, "al": {"transitions": [{"from": "SAVEOP"}]})")),
+  EXPECT_EQ(ProfileErrorOf(
+                Profile(R"(, "registers": [{"address": 1, "length": 1, "name": "n", "ecat": "ro", "source": "s"}])")),
+            "registers[0].ecat: \"ro\" is none of unknown, -, r, w, rw");
+  EXPECT_EQ(ProfileErrorOf(Profile(R"(, "al": {"transitions": [{"from": "SAVEOP"}]})")),
             "al.transitions[0].from: \"SAVEOP\" is none of INIT, PREOP, BOOT, SAFEOP, OP");
 }
 
 TEST(ProfileReader, AnotherSchemaIsRefused) {
-  EXPECT_THAT(ErrorOf(R"({"schema": "ecaudit.profile/2", "id": "x"})"), HasSubstr("\"ecaudit.profile/2\""));
+  EXPECT_THAT(ProfileErrorOf(R"({"schema": "ecaudit.profile/2", "id": "x"})"), HasSubstr("\"ecaudit.profile/2\""));
 }
 
 TEST(ProfileReader, DeepNestingIsRefused) {
-  EXPECT_THAT(ErrorOf(std::string(100000, '[')), HasSubstr("nested deeper than 32 levels"));
+  EXPECT_THAT(ProfileErrorOf(std::string(100000, '[')), HasSubstr("nested deeper than 32 levels"));
 }
 
 TEST(ProfileReader, RowsThatClashAreNamed) {
-  EXPECT_THAT(ErrorOf(Profile(R"(, "registers": [
+  EXPECT_THAT(ProfileErrorOf(Profile(R"(, "registers": [
       {"address": "0x0120", "length": 2, "name": "a", "source": "s"},
       {"address": "0x0121", "length": 1, "name": "b", "source": "s"}])")),
               HasSubstr("registers 0x0120 and 0x0121 overlap"));
-  EXPECT_THAT(ErrorOf(Profile(R"(, "al": {"status_codes_complete": true, "source": "s", "transitions": [],
+  EXPECT_THAT(ProfileErrorOf(Profile(R"(, "al": {"status_codes_complete": true, "source": "s", "transitions": [],
       "status_codes": [{"code": 17, "name": "a", "source": "s"}, {"code": 17, "name": "b", "source": "s"}]})")),
               HasSubstr("AL status code 0x0011 is listed twice"));
 }
@@ -153,11 +153,11 @@ TEST(ProfileReader, TheHeadIsReadWithoutTheRest) {
 }
 
 TEST(ProfileReader, ExtendingAnUnknownProfileIsAnError) {
-  EXPECT_EQ(ErrorOf(Profile(R"(, "extends": "acme")")), "extends: there is no profile \"acme\"");
+  EXPECT_EQ(ProfileErrorOf(Profile(R"(, "extends": "acme")")), "extends: there is no profile \"acme\"");
 }
 
 TEST(ProfileReader, TextOfAProfileCannotControlTheTerminal) {
-  EXPECT_EQ(ErrorOf(Profile(R"(, "\u001b[2J": 1)")).find('\x1b'), std::string::npos);
+  EXPECT_EQ(ProfileErrorOf(Profile(R"(, "\u001b[2J": 1)")).find('\x1b'), std::string::npos);
 }
 
 }  // namespace

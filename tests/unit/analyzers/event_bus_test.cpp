@@ -1,0 +1,116 @@
+#include "analyzers/wiring/event_bus.h"
+
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace ecaudit {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+struct Rang {
+  int number = 0;
+};
+struct Knocked {};
+
+using Lines = std::vector<std::string>;
+
+struct Listening {
+  Listening(std::string with_name, Lines& to) : name(std::move(with_name)), lines(to) {}
+  void On(const Rang& event) { lines.push_back(name + " rang " + std::to_string(event.number)); }
+  void On(const Knocked&) { lines.push_back(name + " knocked"); }
+
+  std::string name;
+  Lines& lines;
+};
+
+TEST(EventBus, ByStageAndThenByRegistration) {
+  Lines lines;
+  Listening a("a", lines), b("b", lines), c("c", lines), d("d", lines);
+  EventBus bus;
+  bus.ListenTo<Rang>(Stage::kAfterModel, a);
+  bus.ListenTo<Rang>(Stage::kBeforeModel, b);
+  bus.ListenTo<Rang>(Stage::kModel, c);
+  bus.ListenTo<Rang>(Stage::kBeforeModel, d);
+  bus.Publish(Rang{7});
+  EXPECT_THAT(lines, ElementsAre("b rang 7", "d rang 7", "c rang 7", "a rang 7"));
+}
+
+TEST(EventBus, OnlyThoseWhoListenToTheType) {
+  Lines lines;
+  Listening a("a", lines), b("b", lines);
+  EventBus bus;
+  bus.ListenTo<Rang, Knocked>(Stage::kModel, a);
+  bus.ListenTo<Knocked>(Stage::kModel, b);
+  bus.Publish(Rang{1});
+  bus.Publish(Knocked{});
+  EXPECT_THAT(lines, ElementsAre("a rang 1", "a knocked", "b knocked"));
+}
+
+TEST(EventBus, WhatNobodyHearsGoesNowhere) {
+  struct Unheard {};
+  EventBus bus;
+  EXPECT_FALSE(bus.IsHeard<Unheard>());
+  bus.Publish(Unheard{});
+  EventSink nobody;
+  nobody.Publish(Rang{1});
+  Lines lines;
+  Listening a("a", lines);
+  bus.ListenTo<Rang>(Stage::kModel, a);
+  EXPECT_TRUE(bus.IsHeard<Rang>());
+  EXPECT_THAT(lines, IsEmpty());
+}
+
+/// Knocks whenever it rings.
+struct Relaying {
+  explicit Relaying(EventBus& to) : bus(to) {}
+  void Ring(const Rang&) { bus.Publish(Knocked{}); }
+  EventBus& bus;
+};
+
+TEST(EventBus, AnEventOfAnEventIsToldBeforeTheFirstGoesOn) {
+  Lines lines;
+  Listening last("last", lines);
+  EventBus bus;
+  Relaying relaying(bus);
+  bus.Listen(Stage::kModel, relaying, &Relaying::Ring);
+  bus.ListenTo<Rang>(Stage::kAfterModel, last);
+  bus.ListenTo<Knocked>(Stage::kAfterModel, last);
+  bus.Publish(Rang{3});
+  EXPECT_THAT(lines, ElementsAre("last knocked", "last rang 3"));
+}
+
+struct Base {
+  virtual ~Base() = default;
+  virtual void On(const Rang&) = 0;
+};
+struct Derived final : Base {
+  void On(const Rang& event) override { heard = event.number; }
+  int heard = 0;
+};
+
+TEST(EventBus, AHandlerOfABaseIsTheOneThatOverridesIt) {
+  Derived derived;
+  EventBus bus;
+  bus.Listen(Stage::kModel, static_cast<Base&>(derived), &Base::On);
+  bus.Publish(Rang{9});
+  EXPECT_EQ(derived.heard, 9);
+}
+
+TEST(EventBus, AWishMayBeMadeBeforeThereIsABus) {
+  Lines lines;
+  Listening a("a", lines);
+  const auto wish = EventBus::Subscription::Of<Rang>(Stage::kModel, a, &Listening::On);
+  EventBus first, second;
+  second.Add(wish);
+  first.Publish(Rang{1});
+  second.Publish(Rang{2});
+  EXPECT_THAT(lines, ElementsAre("a rang 2"));
+}
+
+}  // namespace
+}  // namespace ecaudit
