@@ -31,7 +31,9 @@ bool IndexCounter::Follows(std::uint8_t first) const noexcept {
 std::uint32_t IndexCounter::round() const noexcept {
   if (ends_ > 0) return std::uint32_t{static_cast<std::uint8_t>(end_ - begin_)} + 1;
   const std::uint32_t seen = std::uint32_t{static_cast<std::uint8_t>(highest_ - lowest_)} + 1;
-  return seen <= kFew ? seen : kMany;
+  // Who counts further than SOEM and did not begin where TwinCAT does counts to the end.
+  if (seen > kFew) return lowest_ < kMany ? 256 : kMany;
+  return seen;
 }
 
 bool IndexCounter::IsBehind(std::uint8_t first, std::uint64_t count) const noexcept {
@@ -95,7 +97,8 @@ IndexCounter::Step IndexCounter::Follow(std::uint8_t first, std::uint8_t last) n
     MoveTo(first, last);
     return Step::kFollows;
   }
-  if (MayBeNoNumber(first) && first != last_first_) return FollowUnnumbered(first, last);
+  const bool is_number = ends_ >= kSureOfEnd && (first == begin_ || first == end_);
+  if (MayBeNoNumber(first) && !is_number && first != last_first_) return FollowUnnumbered(first, last);
   if (std::exchange(aside_, false) && FollowsFrom(first, aside_first_, aside_last_)) {
     if (aside_first_ < last_first_) LearnEnd(aside_first_);
     Note(true);
@@ -105,14 +108,18 @@ IndexCounter::Step IndexCounter::Follow(std::uint8_t first, std::uint8_t last) n
   }
   Note(false);
   const bool back = first < last_first_;
+  const bool begins = first <= lowest_ || (ends_ > 0 && first == begin_);
   Step step = Step::kOdd;
-  if (first == last_first_ || (back && ends_ < kSureOfEnd)) {
+  if (first == last_first_ || (back && begins && ends_ < kSureOfEnd)) {
     step = Step::kUnknown;
-  } else if (back && (first <= lowest_ || first == begin_)) {
+  } else if (back && begins) {
     step = Step::kBegins;
   }
   if (back && ends_ < kSureOfEnd) LearnEnd(first);
-  if (first > last_first_) LearnStride(first);
+  if (first > last_first_) {
+    LearnStride(first);
+    lowest_ = highest_ = first;  // what was before may have been another way of numbering
+  }
   MoveTo(first, last);
   return step;
 }

@@ -2,9 +2,10 @@
 ///
 /// Nothing is known of the counter beforehand: how far it counts, where it begins and by how much it goes on is what
 /// the frames show. It goes on from the first datagram of the frame before, or from the last one where every datagram
-/// has a number of its own. A step back is taken for the place where the counter begins anew, until it shows that it is
-/// not; only where it has begun anew at the same place twice is another step back odd. 0 and 255 are what masters write
-/// into frames that they do not number: they count only where the counter is seen to come to them and to go on.
+/// has a number of its own. A step back to the lowest index is taken for the place where the counter begins anew, until
+/// it shows that it is not; only where it has begun anew at the same place twice is one from elsewhere odd. 0 and 255
+/// are what masters write into frames that they do not number: they count only where the counter is seen to come to
+/// them and to go on.
 #pragma once
 
 #include <cstdint>

@@ -35,6 +35,13 @@ IndexSequence::Said IndexSequence::Ask(Counter& counter, std::uint8_t first, std
   return Said::kNothing;
 }
 
+/// Logical commands come last in a start-up. Where many others shared one counter until then, they do if they have done
+/// so once, and in their first frame if it has not the index of a counter that only begins.
+bool IndexSequence::SharesLikeOthers(std::size_t kind, std::uint8_t first) const noexcept {
+  if (!IsLogical(kind) || std::popcount(share_all_[1]) < kProvenKinds) return false;
+  return share_all_[0] != 0 || (!met_[0] && first % kRoundNumber > 1);
+}
+
 void IndexSequence::Prove(Said said, std::uint8_t& proven) noexcept {
   if (said == Said::kFollows && proven < kProven) ++proven;
   if (said == Said::kOdd) proven = 0;
@@ -55,9 +62,11 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
   Counter& half = halves_[IsLogical(number) ? 0 : 1];
   std::uint32_t& share_all = share_all_[IsLogical(number) ? 0 : 1];
   Verdict verdict;
-  const bool of_all = kind.in_all >= kProven || std::popcount(share_all) >= kProvenKinds;
+  const bool of_all =
+      kind.in_all >= kProven || std::popcount(share_all) >= kProvenKinds || SharesLikeOthers(number, first);
   const Said by_all = Ask(all_, first, last, of_all, verdict);
   Prove(by_all, kind.in_all);
+  met_[IsLogical(number) ? 0 : 1] = true;
   if (by_all == Said::kFollows) share_all |= 1U << number;
   if (by_all == Said::kOdd) share_all = 0;
   span_ = all_.indices.round();

@@ -42,6 +42,8 @@ class IndexSequence {
   static constexpr std::uint8_t kProven = 4;
   /// Where so many kinds of one half share the counter of all frames, the others of that half do.
   static constexpr int kProvenKinds = 3;
+  /// Counters begin at multiples of this, or one behind.
+  static constexpr unsigned kRoundNumber = 16;
   static constexpr std::size_t kKinds = 16;
 
   struct Counter {
@@ -67,6 +69,7 @@ class IndexSequence {
   [[nodiscard]] Said Ask(Counter& counter, std::uint8_t first, std::uint8_t last, bool proven,
                          Verdict& verdict) const noexcept;
 
+  [[nodiscard]] bool SharesLikeOthers(std::size_t kind, std::uint8_t first) const noexcept;
   static void Prove(Said said, std::uint8_t& proven) noexcept;
 
   bool any_ = false;
@@ -74,6 +77,7 @@ class IndexSequence {
   std::uint32_t span_ = 1;
   std::uint32_t break_ = 0;  ///< counts places behind which no counter need go on
   Counter all_;
+  std::array<bool, 2> met_{};                 ///< a frame of that half
   std::array<std::uint32_t, 2> share_all_{};  ///< kinds of each half that continued it, one bit each
   std::array<Counter, 2> halves_;             ///< of logical commands, and of all others
   std::array<Kind, kKinds> kinds_;

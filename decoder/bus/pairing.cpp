@@ -136,12 +136,13 @@ Hole Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats 
     OnHole(sender, frame.ref());
     return Hole::kCertain;
   }
-  if (repeats == Repeats::kAll) ++statistics_.repeated_unanswered;
   if (!last.has_time || !frame.ref().has_time) return Hole::kNone;
   const bool goes_on = step == IndexSequence::Step::kNext;
   const std::int64_t apart = Elapsed(last.time, frame.ref().time);
   // It was the time-out of a master that waits for its frame, whose index is never twice the same else.
-  if (repeats == Repeats::kAll && apart >= 0 &&
+  const bool waited = apart > std::max(kCopyNs, 2 * typical_round_trip_ns_);
+  if (repeats == Repeats::kAll && waited) ++statistics_.repeated_unanswered;
+  if (repeats == Repeats::kAll && waited &&
       (rhythm.indices.IsNumbered(frame) || (apart <= kRetryNs && !wire::IsLogical(frame[0].command())))) {
     return Hole::kNone;
   }

@@ -122,9 +122,23 @@ TEST(IndexSequence, WhatIsNoOrderTellsNothing) {
       {"another one", [](std::size_t) { return 0x41U; }},
       {"none", [](std::size_t) { return 0U; }},
       {"at random", [](std::size_t i) { return static_cast<unsigned>(i * 2654435761U >> 11U) % 256; }},
-      {"begins anew anywhere", [](std::size_t i) { return static_cast<unsigned>(i % 23 % (11 + i / 23 % 5)); }},
   };
   for (const Way& way : ways) EXPECT_EQ(Broken(WithHole(2000, 700, way.index_of)), 0U) << way.name;
+}
+
+TEST(IndexSequence, WhoBeginsAnewAnywhereHasNoHoles) {
+  const auto index_of = [](std::size_t i) { return static_cast<unsigned>(i % 23 % (11 + i / 23 % 5)); };
+  EXPECT_EQ(Broken(WithHole(2000, 2000, index_of)), 0U);
+}
+
+TEST(IndexSequence, BackToWhereNoCounterBeginsIsAHole) {
+  // The end of the counter is not seen before.
+  std::vector<Sent> frames;
+  for (unsigned i = 0; i < 98; ++i) frames.push_back({Sort::kPoll, static_cast<std::uint8_t>(0x80 + i)});
+  for (unsigned i = 10; i < 60; ++i) frames.push_back({Sort::kPoll, static_cast<std::uint8_t>(0x80 + i)});
+  const std::string steps = Follow(frames);
+  EXPECT_EQ(steps[98], 'B') << steps;
+  EXPECT_EQ(Broken(steps), 1U) << steps;
 }
 
 /// Cyclic frames with a counter of their own and every `distance`-th time an acyclic one.

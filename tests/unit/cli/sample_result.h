@@ -64,6 +64,7 @@ inline report::CaptureReport RefusedSafeop() {
   r.capture.other_packets = 3;
   r.capture.origin = r.capture.first = Frame(1);
   r.capture.last = Frame(6762);
+  r.capture.duration_ns = 6'761'000'000;
   r.capture.direction = DirectionSeen::kBoth;
   r.capture.timestamps.resolution_ns = 1000;
   r.bus.slave_count = 1;
