@@ -383,7 +383,7 @@ void PutPhase(JsonObject& out, const StartupPhaseSummary& phase) {
   if (phase.duration) out.Put("took_ms", std::round(static_cast<double>(*phase.duration) / 1e3) / 1e3);
 }
 
-std::string Quoted(std::string_view text) {
+std::string QuotedName(std::string_view text) {
   std::string out;
   AppendJson(out, text);
   return out;
@@ -433,29 +433,30 @@ Result<std::shared_ptr<const Expectation>> ReadExpectation(const std::string& pa
 
 std::string WriteExpectation(const AnalysisResult& result) {
   const Expectation expectation = startup::ExpectationOf(result);
-  std::string out = "{\n  \"schema\": " + Quoted(kExpectationSchema) + ",\n";
+  std::string out = "{\n  \"schema\": " + QuotedName(kExpectationSchema) + ",\n";
   out +=
       "  \"comment\": \"name, text and took_ms are for people. A value of null fits any; limit_ms null is no limit. "
       "strict: steps that are not listed are wrong.\",\n";
-  out += "  \"tool\": " + Quoted("ecaudit " + std::string(Version())) + ",\n";
-  out += "  \"saved_from\": " + Quoted(Printable(std::filesystem::path(result.capture.file.path).filename().string())) +
-         ",\n";
+  out += "  \"tool\": " + QuotedName("ecaudit " + std::string(Version())) + ",\n";
+  out += "  \"saved_from\": " +
+         QuotedName(Printable(std::filesystem::path(result.capture.file.path).filename().string())) + ",\n";
   out += "  \"strict\": false,\n  \"bus\": {";
   AppendSteps(out, expectation.bus, "    ");
   out += "},\n  \"slaves\": [";
   for (std::size_t s = 0; s < expectation.slaves.size(); ++s) {
     const ExpectedSlave& slave = expectation.slaves[s];
     out += s == 0 ? "\n    {" : ",\n    {";
-    out += "\"position\": " + std::to_string(slave.position) + ", \"name\": " + Quoted(Printable(slave.name));
+    out += "\"position\": " + std::to_string(slave.position) + ", \"name\": " + QuotedName(Printable(slave.name));
     for (const auto& [key, value] :
          {std::pair("vendor_id", &slave.vendor_id), std::pair("product_code", &slave.product_code),
           std::pair("revision", &slave.revision)}) {
-      if (*value) out += ", \"" + std::string(key) + "\": " + Quoted(Hex(**value, 8));
+      if (*value) out += ", \"" + std::string(key) + "\": " + QuotedName(Hex(**value, 8));
     }
     out += ",\n     \"phases\": {";
     const std::vector<StartupPhaseSummary>& phases = result.slaves[s].startup.phases;
     for (std::size_t p = 0; p < phases.size(); ++p) {
-      out += (p == 0 ? "\n       " : ",\n       ") + Quoted(Name(phases[p].phase)) + ": " + Line(PutPhase, phases[p]);
+      out +=
+          (p == 0 ? "\n       " : ",\n       ") + QuotedName(Name(phases[p].phase)) + ": " + Line(PutPhase, phases[p]);
     }
     out += "},\n     ";
     AppendSteps(out, slave.steps, "     ");

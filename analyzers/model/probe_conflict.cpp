@@ -13,7 +13,7 @@ struct CaptureUnit {
 };
 constexpr std::array<CaptureUnit, 2> kCaptureUnits = {{{0x0003, 0x0001}, {0x000C, 0x0100}}};
 
-std::uint16_t Bit(std::size_t n) {
+std::uint16_t ProbeBit(std::size_t n) {
   return static_cast<std::uint16_t>(1U << n);
 }
 
@@ -25,13 +25,13 @@ void ProbeConflict::Judge(const LatchWord& word) {
   for (std::size_t unit = 0; unit < kCaptureUnits.size(); ++unit) {
     const CaptureUnit& bits = kCaptureUnits[unit];
     if ((control_.value & bits.latch_enable) != 0 && (probe_ & bits.probe_enable) != 0) {
-      conflict = static_cast<std::uint16_t>(conflict | Bit(unit));
+      conflict = static_cast<std::uint16_t>(conflict | ProbeBit(unit));
     }
   }
   const auto appeared = static_cast<std::uint16_t>(conflict & ~conflict_);
   conflict_ = conflict;
   for (std::size_t unit = 0; unit < kCaptureUnits.size(); ++unit) {
-    if ((appeared & Bit(unit)) == 0) continue;
+    if ((appeared & ProbeBit(unit)) == 0) continue;
     LatchMisuse misuse = report_.Misuse(LatchMisuse::Kind::kTouchProbeConflict, word);
     misuse.control = control_.value;
     misuse.value = probe_;

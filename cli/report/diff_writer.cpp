@@ -126,7 +126,7 @@ class DiffText {
   TextBuilder text_;
 };
 
-void PutCapture(JsonObject& out, const AnalysisResult& result) {
+void PutDiffCapture(JsonObject& out, const AnalysisResult& result) {
   out.Put("path", Printable(result.capture.file.path));
   out.Put("packets", result.capture.packets);
   out.Put("slaves", result.slaves.size());
@@ -168,8 +168,8 @@ std::string WriteDiffJson(const DiffReport& report) {
   return JsonDocumentText([&](JsonObject& out) {
     out.Put("schema", "ecaudit.diff/1");
     PutTool(out, report.version);
-    out.Object("a", [&](JsonObject& json) { PutCapture(json, report.a); });
-    out.Object("b", [&](JsonObject& json) { PutCapture(json, report.b); });
+    out.Object("a", [&](JsonObject& json) { PutDiffCapture(json, report.a); });
+    out.Object("b", [&](JsonObject& json) { PutDiffCapture(json, report.b); });
     out.Put("different", report.diff.different());
     out.Put("steps_compared", report.diff.steps_compared);
     out.List("slaves", report.diff.pairs, PutPair);

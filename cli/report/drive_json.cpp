@@ -30,7 +30,7 @@ std::string_view KindText(DriveStep::Kind kind) {
   return "fault";
 }
 
-void PutStep(JsonObject& out, const AnalysisResult& result, const DriveStep& step) {
+void PutDriveStep(JsonObject& out, const AnalysisResult& result, const DriveStep& step) {
   out.Put("kind", KindText(step.kind));
   out.Frame("frame", step.frame);
   out.Put("time_s", SecondsSince(result.capture.origin, step.frame));
@@ -66,7 +66,8 @@ void PutDrive(JsonObject& out, const AnalysisResult& result, const DriveSummary&
   out.Put("source", drive.by_sdo ? "sdo" : "process data");
   out.Put("faults", drive.faults);
   PutTexts(out, "enable_sequence", drive.enabled);
-  out.List("history", drive.history, [&](JsonObject& json, const DriveStep& step) { PutStep(json, result, step); });
+  out.List("history", drive.history,
+           [&](JsonObject& json, const DriveStep& step) { PutDriveStep(json, result, step); });
   out.Put("history_left_out", drive.history_left_out);
 }
 

@@ -21,7 +21,7 @@ std::string_view OutcomeText(StartupOutcome outcome) {
   return "unknown";
 }
 
-std::string_view KindText(StartupKey::Kind kind) {
+std::string_view StepKindText(StartupKey::Kind kind) {
   switch (kind) {
     case StartupKey::Kind::kWrite:
       return "write";
@@ -73,7 +73,7 @@ void PutReadBack(JsonObject& out, const StartupStep& step) {
 
 void PutStep(JsonObject& out, const AnalysisResult& result, const StartupStep& step) {
   out.Put("phase", Name(step.phase));
-  out.Put("kind", KindText(step.key.kind));
+  out.Put("kind", StepKindText(step.key.kind));
   out.Frame("frame", step.frame);
   out.Frame("last_frame", step.last);
   out.Put("time_s", SecondsSince(result.capture.origin, step.frame));

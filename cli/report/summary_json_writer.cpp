@@ -5,7 +5,7 @@
 namespace ecaudit::report {
 namespace {
 
-void PutFinding(JsonObject& out, const CaptureDigest& capture, const FindingDigest& f) {
+void PutFindingDigest(JsonObject& out, const CaptureDigest& capture, const FindingDigest& f) {
   out.Put("rule", f.rule);
   out.Put("severity", Name(f.severity));
   out.Put("title", f.title);
@@ -17,7 +17,7 @@ void PutFinding(JsonObject& out, const CaptureDigest& capture, const FindingDige
   out.Put("fails", Counts(capture, f));
 }
 
-void PutCapture(JsonObject& out, const CaptureDigest& capture) {
+void PutCaptureDigest(JsonObject& out, const CaptureDigest& capture) {
   const std::string headline = Headline(capture);
   const Summary summary = Summarise(capture);
   const bool read = capture.unreadable.empty();
@@ -38,7 +38,7 @@ void PutCapture(JsonObject& out, const CaptureDigest& capture) {
   out.Put("infos", summary.infos);
   out.Put("known", summary.known);
   out.List("findings", capture.findings,
-           [&](JsonObject& json, const FindingDigest& f) { PutFinding(json, capture, f); });
+           [&](JsonObject& json, const FindingDigest& f) { PutFindingDigest(json, capture, f); });
 }
 
 void PutTally(JsonObject& out, const Digest& digest, const Tally& tally) {
@@ -71,7 +71,7 @@ std::string WriteSummaryJson(const Digest& digest) {
     PutTool(out, digest.version);
     out.Object("summary", [&](JsonObject& json) { PutTally(json, digest, tally); });
     out.List("rules", tally.rules, PutRuleTally);
-    out.List("captures", digest.captures, PutCapture);
+    out.List("captures", digest.captures, PutCaptureDigest);
   });
 }
 

@@ -12,7 +12,7 @@
 namespace ecaudit::report {
 namespace {
 
-void PutStep(JsonObject& out, const AnalysisResult& result, const DcStep& step) {
+void PutClockStep(JsonObject& out, const AnalysisResult& result, const DcStep& step) {
   std::array<std::uint8_t, 8> bytes{};
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(step.value >> (8 * i));
   const ByteSpan written = Slice(bytes, 0, step.length);
@@ -53,7 +53,7 @@ void PutPll(JsonObject& out, const PllSummary& pll) {
   out.Put("outside", pll.outside);
 }
 
-void PutDifference(JsonObject& out, const DcSummary& dc) {
+void PutClockDifference(JsonObject& out, const DcSummary& dc) {
   if (dc.difference_reads == 0) return out.Put("difference", nullptr);
   out.Object("difference", [&](JsonObject& json) {
     json.Put("reads", dc.difference_reads);
@@ -142,7 +142,7 @@ void PutDc(JsonObject& out, const AnalysisResult& result, const DcSummary& dc) {
   out.Put("receive_time_core_ns", dc.receive_time_core_ns);
   out.Put("offset_ns", dc.offset_ns);
   out.Put("delay_ns", dc.delay_ns);
-  PutDifference(out, dc);
+  PutClockDifference(out, dc);
   out.Put("speed_counter_start", dc.speed_counter_start);
   out.Put("speed_counter_difference", dc.speed_counter_difference);
   out.Put("assignment", dc.assignment);
@@ -153,7 +153,7 @@ void PutDc(JsonObject& out, const AnalysisResult& result, const DcSummary& dc) {
   out.ObjectOrNull("pll", dc.pll, PutPll);
   out.Array("latches", [&](JsonArray& latches) { PutLatches(latches, dc); });
   out.List("configuration", dc.configuration,
-           [&](JsonObject& json, const DcStep& step) { PutStep(json, result, step); });
+           [&](JsonObject& json, const DcStep& step) { PutClockStep(json, result, step); });
   out.Put("configuration_left_out", dc.configuration_left_out);
 }
 

@@ -52,7 +52,7 @@ std::string AddressText(const wire::DatagramView& d) {
   return Hex(d.adp()) + ":" + Hex(d.ado());
 }
 
-std::string_view Arrow(const DatagramRow& row) {
+std::string_view DatagramArrow(const DatagramRow& row) {
   return row.outbound() ? "->" : row.returned() ? "<-" : "--";
 }
 
@@ -145,7 +145,9 @@ void AppendDatagramText(std::string& out, const DatagramRow& row, bool color) {
   AppendCommand(command, d);
   const report::Style faint = row.outbound() ? report::Style::kPlain : report::Style::kFaint;
   Columns columns(out, color);
-  columns.Right(frame, 10).Right(SecondsText(row.since_start_ns), 16, report::Style::kFaint).Left(Arrow(row), 2, faint);
+  columns.Right(frame, 10)
+      .Right(SecondsText(row.since_start_ns), 16, report::Style::kFaint)
+      .Left(DatagramArrow(row), 2, faint);
   columns.Left(command, 4, report::Style::kInfo).Right(SlaveText(row), 5).Left(AddressText(d), 13);
   columns.Right(std::to_string(d.length()), 5);
   columns.Right(row.outbound() && d.wkc() == 0 ? "" : std::to_string(d.wkc()), 5,

@@ -18,7 +18,7 @@ constexpr std::uint16_t kControlWord = 0x6040;
 constexpr std::uint16_t kStatusWord = 0x6041;
 constexpr std::size_t kMaxPassedOver = 8;
 
-std::string Lower(std::string_view text) {
+std::string LowerCase(std::string_view text) {
   std::string lower(text);
   for (char& c : lower) {
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
@@ -97,7 +97,7 @@ Result<std::vector<std::string>> SignalChoice::ParsePatterns(const std::vector<s
   for (const std::string& text : texts) {
     for (std::size_t begin = 0; begin <= text.size();) {
       const std::size_t end = std::min(text.find(',', begin), text.size());
-      std::string pattern = Lower(std::string_view(text).substr(begin, end - begin));
+      std::string pattern = LowerCase(std::string_view(text).substr(begin, end - begin));
       if (pattern.empty()) return Error{"--signal is '" + text + "' but must be names or objects such as 6041h"};
       patterns.push_back(std::move(pattern));
       begin = end + 1;
@@ -116,11 +116,11 @@ std::vector<std::string> SignalColumns::unmatched() const {
 
 bool SignalColumns::Wants(const SignalColumn& column) {
   if (choice_.patterns.empty()) return true;
-  std::vector<std::string> names{Lower(column.name)};
-  if (!column.slave.empty()) names.push_back(Lower(column.slave) + "." + names.front());
-  if (!column.variable.empty()) names.push_back(Lower(column.variable));
+  std::vector<std::string> names{LowerCase(column.name)};
+  if (!column.slave.empty()) names.push_back(LowerCase(column.slave) + "." + names.front());
+  if (!column.variable.empty()) names.push_back(LowerCase(column.variable));
   if (column.index != 0) {
-    const std::string hex = Lower(Hex(column.index));
+    const std::string hex = LowerCase(Hex(column.index));
     const std::string sub = ":" + std::to_string(column.subindex);
     for (const std::string& object : {hex, hex.substr(2) + "h", hex.substr(2)}) {
       names.push_back(object);

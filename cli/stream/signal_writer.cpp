@@ -22,7 +22,7 @@ constexpr std::array kSignalFormats{OutputFormat{"csv", ".csv"}, OutputFormat{"j
 constexpr std::size_t kMaxKinds = 4096;
 constexpr std::size_t kMaxNamed = 4;  // things listed in one warning
 
-std::string_view DirectionName(PdoDirection direction) {
+std::string_view PdoDirectionName(PdoDirection direction) {
   return direction == PdoDirection::kRx ? "rx" : "tx";
 }
 
@@ -40,7 +40,7 @@ void AppendCsv(std::string& out, std::string_view text) {
   out += '"';
 }
 
-void AppendValue(std::string& out, const signals::SignalValue& value) {
+void AppendSignal(std::string& out, const signals::SignalValue& value) {
   if (const auto* number = std::get_if<std::uint64_t>(&value)) {
     AppendNumber(out, *number);
   } else if (const auto* with_sign = std::get_if<std::int64_t>(&value)) {
@@ -387,7 +387,7 @@ void SignalWriter::WriteHeader(LineTarget& target) {
     known(line, "slave", column.position);
     known(line, "station_address", column.station);
     text(line, "slave_name", column.slave_name);
-    text(line, "direction", datagram ? "" : std::string(DirectionName(column.direction)));
+    text(line, "direction", datagram ? "" : std::string(PdoDirectionName(column.direction)));
     if (column.index != 0) {
       line.Number("pdo", column.pdo);
       line.Number("index", column.index);
@@ -427,7 +427,7 @@ void SignalWriter::AppendCell(std::string& out, std::uint32_t number, bool json)
     if (json && std::holds_alternative<double>(value)) {
       AppendJsonNumber(out, std::get<double>(signals::Scaled(value, column.divisor)));
     } else {
-      AppendValue(out, signals::Scaled(value, column.divisor));
+      AppendSignal(out, signals::Scaled(value, column.divisor));
     }
     return;
   }

@@ -20,7 +20,7 @@ Error Failed(const std::string& what) {
 }
 
 /// All bytes, or false with errno.
-bool WriteAll(int fd, const std::uint8_t* data, std::size_t size) {
+bool SpoolAll(int fd, const std::uint8_t* data, std::size_t size) {
   while (size > 0) {
     const ssize_t written = ::write(fd, data, size);
     if (written < 0 && errno == EINTR) continue;
@@ -60,7 +60,7 @@ Result<std::unique_ptr<Spool>> Spool::Read(const std::string& path) {
   std::array<std::uint8_t, 1U << 16U> buffer;
   std::string error;
   while (const std::size_t got = reader->Read(buffer, error)) {
-    if (!WriteAll(fd, buffer.data(), got)) return Failed("cannot keep the capture in a temporary file");
+    if (!SpoolAll(fd, buffer.data(), got)) return Failed("cannot keep the capture in a temporary file");
   }
   if (!error.empty()) return Error{capture::DisplayName(path) + ": " + error};
   return spool;

@@ -51,11 +51,6 @@ void IndexCounter::MoveTo(std::uint8_t first, std::uint8_t last) noexcept {
   last_ = last;
 }
 
-void IndexCounter::Note(bool regular) noexcept {
-  history_ = history_ << 1U | (regular ? 1U : 0U);
-  if (steps_ < kMost) ++steps_;
-}
-
 void IndexCounter::LearnEnd(std::uint8_t begin) noexcept {
   const bool same = ends_ > 0 && AtEnd() && begin == begin_;
   ends_ = same ? static_cast<std::uint8_t>(std::min(ends_ + 1, 255)) : std::uint8_t{1};
@@ -81,7 +76,7 @@ IndexCounter::Step IndexCounter::FollowUnnumbered(std::uint8_t first, std::uint8
   return Step::kUnknown;
 }
 
-IndexCounter::Step IndexCounter::Follow(std::uint8_t first, std::uint8_t last) noexcept {
+IndexCounter::Step IndexCounter::FollowAny(std::uint8_t first, std::uint8_t last) noexcept {
   if (!any_) {
     MoveTo(first, last);
     return Step::kUnknown;

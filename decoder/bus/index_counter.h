@@ -21,7 +21,19 @@ class IndexCounter {
     kBegins,   ///< back to the lowest: the counter may have been set back
   };
 
-  [[nodiscard]] Step Follow(std::uint8_t first, std::uint8_t last) noexcept;
+  [[nodiscard]] Step Follow(std::uint8_t first, std::uint8_t last) noexcept {
+    // Nearly always.
+    if (any_ && first > last_first_ && first == last_first_ + stride_ && !AtEnd()) {
+      other_seen_ = 0;
+      aside_ = false;
+      Note(true);
+      if (first > highest_) highest_ = first;
+      last_first_ = first;
+      last_ = last;
+      return Step::kFollows;
+    }
+    return FollowAny(first, last);
+  }
   /// Goes on from this frame; whatever lies between is no step.
   void MoveTo(std::uint8_t first, std::uint8_t last) noexcept;
 
@@ -49,10 +61,14 @@ class IndexCounter {
   [[nodiscard]] bool FollowsFrom(std::uint8_t first, std::uint8_t from_first, std::uint8_t from_last) const noexcept;
   [[nodiscard]] bool AtEnd() const noexcept { return ends_ > 0 && (last_ == end_ || last_first_ == end_); }
   [[nodiscard]] bool Follows(std::uint8_t first) const noexcept;
+  [[nodiscard]] Step FollowAny(std::uint8_t first, std::uint8_t last) noexcept;
   [[nodiscard]] Step FollowUnnumbered(std::uint8_t first, std::uint8_t last) noexcept;
   void LearnEnd(std::uint8_t begin) noexcept;
   void LearnStride(std::uint8_t first) noexcept;
-  void Note(bool regular) noexcept;
+  void Note(bool regular) noexcept {
+    history_ = history_ << 1U | (regular ? 1U : 0U);
+    if (steps_ < kMost) ++steps_;
+  }
 
   bool any_ = false;
   bool aside_ = false;            ///< the frame before had an index that may be no number, and was left out ...

@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::size_t kKeptIndices = 512;
 
-SdoInfo::Kind KindOf(SdoInfoOpcode opcode) {
+SdoInfo::Kind InfoKindOf(SdoInfoOpcode opcode) {
   switch (opcode) {
     case SdoInfoOpcode::kListRequest:
     case SdoInfoOpcode::kListResponse:
@@ -108,7 +108,7 @@ void SdoInfoTracker::OnRequest(const MailboxMessage& message, const SdoInfoHeade
   if (open_) Close(SdoInfo::Outcome::kSuperseded, sink);
   info_ = SdoInfo();
   info_.slave = slave_;
-  info_.kind = KindOf(header.opcode);
+  info_.kind = InfoKindOf(header.opcode);
   info_.request = message.frame();
   if (info_.kind == SdoInfo::Kind::kList) {
     info_.list_type = LittleEndian<std::uint16_t>(header.data, 0);
@@ -122,7 +122,7 @@ void SdoInfoTracker::OnRequest(const MailboxMessage& message, const SdoInfoHeade
 }
 
 void SdoInfoTracker::OnResponse(const MailboxMessage& message, const SdoInfoHeader& header, EventSink& sink) {
-  const SdoInfo::Kind kind = KindOf(header.opcode);
+  const SdoInfo::Kind kind = InfoKindOf(header.opcode);
   const bool error = header.opcode == SdoInfoOpcode::kError;
   if (open_ && !error && info_.kind != kind) {
     if (info_.request.seen()) return;  // answers something else: the message itself is on record

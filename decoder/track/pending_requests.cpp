@@ -15,7 +15,7 @@ using mailbox::Protocol;
 using mailbox::RequestSummary;
 using mailbox::TransferEnd;
 
-MailboxUnanswered::End EndOf(TransferEnd why) {
+MailboxUnanswered::End UnansweredEnd(TransferEnd why) {
   switch (why) {
     case TransferEnd::kCaptureEnd:
       return MailboxUnanswered::End::kCaptureEnd;
@@ -161,7 +161,7 @@ void PendingRequests::Arrived(FrameNo frame, Certainty certainty) {
 
 void PendingRequests::End(TransferEnd why, const FrameRef& frame) {
   for (Request& r : requests_) {
-    if (r.active) Unanswered(r, EndOf(why), frame);
+    if (r.active) Unanswered(r, UnansweredEnd(why), frame);
   }
   last_answerable_ = false;
 }

@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "cli/report/layout.h"
 #include "cli/report/report.h"
+#include "cli/report/text_writer.h"
 
 namespace ecaudit::report {
 
