@@ -140,7 +140,7 @@ Hole Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats 
   const bool goes_on = step == IndexSequence::Step::kNext;
   const std::int64_t apart = Elapsed(last.time, frame.ref().time);
   // It was the time-out of a master that waits for its frame, whose index is never twice the same else.
-  const bool waited = apart > std::max(kCopyNs, 2 * typical_round_trip_ns_);
+  const bool waited = apart > kCopyNs && apart / 2 > typical_round_trip_ns_;
   if (repeats == Repeats::kAll && waited) ++statistics_.repeated_unanswered;
   if (repeats == Repeats::kAll && waited &&
       (rhythm.indices.IsNumbered(frame) || (apart <= kRetryNs && !wire::IsLogical(frame[0].command())))) {

@@ -62,9 +62,9 @@ const std::map<std::string, Expected>& LabTable() {
         {"error", "sm-process-config", 0, 647, 1, nullptr, {646}, 647, "SM3: not enabled"},
         {"error", "al-refused", 0, 650, 2, "sm-process-config", {647}, 652, "0x0017"}}},
       {"dc.pcapng", kClean},
-      // Three copies too many, and a bit flipped in the length of a datagram (LRW 4002); nothing is lost.
-      {"disturbed-returns.pcapng",
-       {{"warning", "frame-duplicated", kBus, 2923, 3}, {"error", "frame-malformed", kBus, 8929, 1}}},
+      // Three copies too many; nothing is lost. With a bit flipped in the length of its datagram (LRW 4002) a frame is
+      // still one that slaves can read, with padding behind.
+      {"disturbed-returns.pcapng", {{"warning", "frame-duplicated", kBus, 2923, 3}}},
       {"drive-fault.pcapng", kClean},
       {"empty-no-packets.pcap", kClean},
       {"empty-no-packets.pcapng", kClean},
