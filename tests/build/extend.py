@@ -20,7 +20,8 @@ LINES = [
      "    <file>profiles/sample-drive.json</file>"),
     ("cli/report/CMakeLists.txt", "add_library(ecaudit_report STATIC", "  count_writer.cpp"),
     ("cli/report/formats.cpp", '#include "cli/report/formats.h"', '#include "cli/report/count_writer.h"'),
-    ("cli/report/formats.cpp", "constexpr std::array kFormats{", '    Format{"count", ".txt", &WriteCount, nullptr},'),
+    ("cli/report/formats.cpp", '    Format{"sarif", ".sarif", &WriteSarifOf, &WriteSarifPlain},',
+     '    Format{"count", ".txt", &WriteCount, nullptr},'),
     ("cli/CMakeLists.txt", "  commands/explain.cpp", "  commands/greet.cpp"),
     ("cli/commands/command.h", "[[nodiscard]] std::unique_ptr<Command> MakeExplainCommand();",
      "std::unique_ptr<Command> MakeGreetCommand();"),
@@ -71,8 +72,8 @@ def main() -> None:
     text = run(program, "check", capture)
     wanted = [
         ("rule", "many-broadcasts", run(program, "rules")),
-        ("event, heard by the rule", "A hundred broadcasts", text),
-        ("collector", "broadcasts", text),
+        ("event, heard by the rule", "Ten broadcasts", text),
+        ("collector", " broadcasts", text),
         ("family", "sample-drive", run(program, "profiles")),
         ("format", "1 finding in 1 capture", run(program, "check", "--format", "count", capture)),
         ("command", "hello", run(program, "greet")),

@@ -10,7 +10,7 @@ BroadcastCounter::BroadcastCounter(EventBus& bus) : bus_(bus) {
 
 void BroadcastCounter::On(const track::Answered& answer) {
   if (!wire::IsBroadcast(answer.command) || !answer.returned.seen()) return;
-  if (++count_ % 100 == 0) bus_.Publish(HundredBroadcasts{answer.returned});
+  if (++count_ % 10 == 0) bus_.Publish(TenBroadcasts{answer.returned});
 }
 
 void BroadcastCounter::Summarise(AnalysisResult& result) {

@@ -1,4 +1,4 @@
-/// in: answers to datagrams.  out: HundredBroadcasts.  Here only to show how a collector and an event are added.
+/// in: answers to datagrams.  out: TenBroadcasts.  Here only to show how a collector and an event are added.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace ecaudit {
 
-/// The slaves have answered another hundred broadcasts.
-struct HundredBroadcasts {
+/// The slaves have answered another ten broadcasts.
+struct TenBroadcasts {
   FrameRef frame;
 };
 

@@ -4,14 +4,13 @@
 namespace ecaudit::many_broadcasts {
 namespace {
 
-constexpr RuleInfo kInfo{
-    .id = "many-broadcasts",
-    .group = "Frame and bus",
-    .severity = Severity::kInfo,
-    .title = "A hundred broadcasts were answered",
-    .needs = "returned frames",
-    .source = "ETG1000.4, broadcast commands",
-    .doc = R"(
+constexpr RuleInfo kInfo{.id = "many-broadcasts",
+                         .group = "Frame and bus",
+                         .severity = Severity::kInfo,
+                         .title = "Ten broadcasts were answered",
+                         .needs = "returned frames",
+                         .source = "ETG1000.4, broadcast commands",
+                         .doc = R"(
 ## What it checks
 How many broadcasts the slaves answered.
 
@@ -32,12 +31,12 @@ class ManyBroadcasts final : public Rule {
  public:
   ManyBroadcasts() : Rule(kInfo) { Hear(&ManyBroadcasts::Counted); }
 
-  void Counted(const HundredBroadcasts& event) {
+  void Counted(const TenBroadcasts& event) {
     if (Repeat(kNoSlave, 0, event.frame) != kNoFinding) return;
     Finding finding;
     finding.first = event.frame;
-    finding.title = "A hundred broadcasts";
-    finding.message = "The slaves answered a hundred broadcasts.";
+    finding.title = "Ten broadcasts";
+    finding.message = "The slaves answered ten broadcasts.";
     Report(0, std::move(finding));
   }
 };
