@@ -96,11 +96,6 @@ class BatchCommand : public Command {
   }
 
  private:
-  static ExitStatus Fail(Console& console, const Error& error) {
-    console.Error(error.message);
-    return ExitStatus::kUsage;
-  }
-
   [[nodiscard]] std::optional<Error> Prepare() {
     if (auto error = ReadWorkers()) return error;
     TakeFolderFromOutputs();

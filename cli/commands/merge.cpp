@@ -69,11 +69,6 @@ class MergeCommand : public Command {
   }
 
  private:
-  static ExitStatus Fail(Console& console, const Error& error) {
-    console.Error(error.message);
-    return ExitStatus::kUsage;
-  }
-
   [[nodiscard]] std::optional<Error> Prepare() {
     if (fail_on_) {
       parsed_fail_on_ = report::ParseFailOn(*fail_on_);

@@ -84,10 +84,11 @@ TEST_P(MissingPacketsTest, HolesMakeNoFinding) {
       for (int i = 0; i < 3; ++i) {
         // Behind the frames from which the tool learns how the master numbers them.
         const FrameNo first = 40 + random() % (packets - length);
-        // A single packet more or less looks as if it was lost on the bus; so does a return with a few frames behind it
-        // that the master did not number.
+        // A single packet more or less looks as if it was lost on the bus; so does, in the one capture whose master
+        // leaves frames without a number in between, a return with a few of these behind it.
+        const bool unnumbered = fs::path(path).filename() == "twincat-scan-boxes.pcapng";
         ExpectSilence(path, std::to_string(length) + " packets from " + std::to_string(first), Hole(first, length),
-                      length <= 5);
+                      length <= (unnumbered ? 5U : 2U));
       }
     }
   }
