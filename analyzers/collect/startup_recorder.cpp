@@ -162,6 +162,7 @@ void StartupRecorder::BeginAnew(Story& story) {
 void StartupRecorder::On(const track::AlRequest& request) {
   Story& story = Get(request.slave);
   const std::uint8_t wanted = request.control.state();
+  story.asked = request.returned.seen() ? request.returned.number : request.sent.number;
   if (!story.first_state) story.first_state = wanted;
   if (story.in_operation) {
     if (wanted < kOp) story.enabled = story.left_operation = true;
@@ -224,6 +225,8 @@ void StartupRecorder::On(const track::AlStatusRead& read) {
   Story& story = Get(read.slave);
   const std::uint8_t state = read.status.state();
   if (!story.first_state) story.first_state = state;
+  // Slaves act on a request when its frame has passed: what the same frame reads is the state before.
+  if (read.frame.number <= story.asked) return;
   story.SetState(state, read.frame.number);
   if (story.in_operation) {
     in_operation_[read.slave] = state == kOp;

@@ -86,6 +86,7 @@ class StartupRecorder final : public Collector {
     void SetState(std::uint8_t now, FrameNo frame);
     [[nodiscard]] std::uint8_t StateAt(FrameNo frame) const;
     std::optional<std::uint8_t> first_state;
+    FrameNo asked = 0;          ///< the frame that brought the last request back
     bool in_operation = false;  ///< OP was reached: the master's part is over
     bool enabled = false;       ///< and the drive is enabled, or OP was left
     bool left_operation = false;

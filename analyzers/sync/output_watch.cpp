@@ -22,7 +22,23 @@ void OutputWatch::Add(const FrameTime& time, FrameNo sent, const CyclicImage* of
   if (in_op) ++frames_in_op;
 }
 
+std::optional<FrameTime> OutputWatch::WaitsSince() const {
+  if (FedInOp()) return last;
+  if (!op_since.seen()) return std::nullopt;
+  FrameTime since;
+  since.frame = op_since;
+  if (op_since.has_time) since.stamp = op_since.time;
+  return since;
+}
+
 Interval OutputWatch::GapTo(const FrameTime& time, const CyclicImage* of) const {
+  if (!FedInOp()) {
+    const std::optional<FrameTime> since = WaitsSince();
+    FrameTime by_stamp = time;
+    by_stamp.dc.reset();
+    by_stamp.esl.reset();
+    return since ? Between(*since, by_stamp) : Interval{};
+  }
   const bool as_image = of != nullptr && of->gap_from == last.frame.number && of == image;
   return as_image ? of->gap : Between(last, time);
 }
@@ -37,7 +53,8 @@ TimeNs OutputWatch::GapLimit(const CyclicImage* of) const {
 OutputGap OutputWatch::Describe(SlaveId slave, const Interval& gap) const {
   OutputGap event;
   event.slave = slave;
-  event.before = last.frame;
+  event.fed_before = FedInOp();
+  event.before = event.fed_before ? last.frame : op_since;
   event.gap = gap;
   if (image != nullptr) {
     event.nominal_ns = image->nominal_of >= kEnoughIntervals ? image->nominal_ns : 0;
@@ -50,7 +67,13 @@ OutputGap OutputWatch::Describe(SlaveId slave, const Interval& gap) const {
   return event;
 }
 
+void OutputWatch::LeaveOp() {
+  op_since = {};
+  in_op = false;
+}
+
 void OutputWatch::Fell(const FrameRef& frame, esc::AlWord to, std::optional<std::uint16_t> code) {
+  op_since = {};
   if (!seen || !in_op || fell.seen()) return;
   fell = frame;
   fell_to = to;
@@ -61,6 +84,7 @@ void OutputWatch::OnHole(bool certain) {
   may_be_hole = true;
   if (!certain) return;
   seen = false;
+  op_since = {};
   fell = {};
   phase.End();
   grid.End();

@@ -19,10 +19,12 @@
 namespace ecaudit::sync {
 
 struct OutputWatch {
-  bool seen = false;  ///< a frame with outputs for it was seen
+  bool seen = false;    ///< a frame with outputs for it was seen
+  bool direct = false;  ///< the last one wrote them to the slave's memory, without FMMU
   FrameTime last;
   FrameNo last_sent = 0;
   bool in_op = false;        ///< when the last frame came
+  FrameRef op_since;         ///< it is known to be in OP since this frame; not seen: it is not in OP
   bool may_be_hole = false;  ///< the capture may miss frames behind the last one
   std::uint64_t frames_in_op = 0;
   const CyclicImage* image = nullptr;
@@ -40,12 +42,20 @@ struct OutputWatch {
 
   /// The frame at hand brought outputs.
   void Add(const FrameTime& time, FrameNo sent, const CyclicImage* of, bool slave_in_op);
-  /// How far the frame at hand lies behind the last one.
+  /// It got the last outputs in OP, as far as is known.
+  [[nodiscard]] bool FedInOp() const {
+    return seen && (in_op || (op_since.seen() && last.frame.number >= op_since.number));
+  }
+  /// Since when the slave in OP waits for outputs; unset when it is not known to be in OP.
+  [[nodiscard]] std::optional<FrameTime> WaitsSince() const;
+  /// How far the frame at hand lies behind that.
   [[nodiscard]] Interval GapTo(const FrameTime& time, const CyclicImage* of) const;
   /// From which length on a gap is told, ns; 0: none is.
   [[nodiscard]] TimeNs GapLimit(const CyclicImage* of) const;
   /// Of this gap, as far as the watch knows it.
   [[nodiscard]] OutputGap Describe(SlaveId slave, const Interval& gap) const;
+  /// The slave is to leave OP, or has left it, as the master asked.
+  void LeaveOp();
   /// The slave was seen to have left OP by itself.
   void Fell(const FrameRef& frame, esc::AlWord to, std::optional<std::uint16_t> code);
   /// The capture misses frames, or may do so.

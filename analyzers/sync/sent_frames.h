@@ -1,6 +1,6 @@
-/// in: frames as they pass.  out: how long a frame is, when a probe saw it, and which frames with outputs were sent.
+/// in: frames as they pass.  out: how long a frame is, when a probe saw it, and which outputs were sent.
 ///
-/// keeps: facts of the last 1024 frames, numbers of the last 256 outbound ones with outputs.
+/// keeps: facts of the last 1024 frames, the last 1024 outbound datagrams with outputs.
 #pragma once
 
 #include <array>
@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "decoder/base/ids.h"
+#include "decoder/track/slave_state.h"
 #include "decoder/wire/frame_view.h"
 
 namespace ecaudit::sync {
@@ -29,23 +30,33 @@ class SentFrames {
     if (frame.esl().present && frame.esl().has_time) facts.esl = static_cast<TimeNs>(frame.esl().time_ns);
   }
   /// The outbound frame writes process data.
-  void AddOutputs(FrameNo frame) { outputs_[outputs_count_++ % kOutputs] = frame; }
+  void AddOutputs(FrameNo frame, std::uint32_t address, std::uint16_t length) {
+    outputs_[outputs_count_++ % kOutputs] = {frame, address, length, false};
+  }
+  /// The frame came back: whether slaves took its outputs is known.
+  void Returned(FrameNo sent);
 
   /// Null when the frame is not in the capture, or long past.
   [[nodiscard]] const FrameFacts* FactsOf(FrameNo number) const {
     const FrameFacts& facts = facts_[number % kFacts];
     return number != 0 && facts.number == number ? &facts : nullptr;
   }
-  /// Frames with outputs that were sent behind `before` and before `after` (0: until now): those that did not come
-  /// back, where the two are neighbours among those that did.
-  [[nodiscard]] std::uint64_t UnreturnedBetween(FrameNo before, FrameNo after) const;
+  /// Frames with outputs for the slave with these FMMUs that were sent behind `before` and before `after` (0: until
+  /// now), and did not come back.
+  [[nodiscard]] std::uint64_t UnreturnedBetween(FrameNo before, FrameNo after, const track::KnownFmmus& fmmus) const;
 
  private:
+  struct Outputs {
+    FrameNo frame = 0;
+    std::uint32_t address = 0;
+    std::uint16_t length = 0;
+    bool returned = false;
+  };
   static constexpr std::size_t kFacts = 1024;
-  static constexpr std::size_t kOutputs = 256;
+  static constexpr std::size_t kOutputs = 1024;
 
   std::array<FrameFacts, kFacts> facts_{};
-  std::array<FrameNo, kOutputs> outputs_{};  // the newest at outputs_count_ - 1
+  std::array<Outputs, kOutputs> outputs_{};  // the newest at outputs_count_ - 1
   std::uint64_t outputs_count_ = 0;
 };
 

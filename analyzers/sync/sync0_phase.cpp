@@ -12,7 +12,7 @@ constexpr TimeNs kClocksAgree = 1000;
 }  // namespace
 
 Sync0Phase::Arrival Sync0Phase::Add(const DcUnit& unit, const FrameRef& frame, const DcTime& now, bool wide,
-                                    std::int64_t way_ns) {
+                                    std::int64_t way_ns, TimeNs doubt_ns) {
   Arrival arrival;
   const SyncSettings& settings = *unit.active();
   Follow(settings, now, wide);
@@ -21,7 +21,7 @@ Sync0Phase::Arrival Sync0Phase::Add(const DcUnit& unit, const FrameRef& frame, c
   const auto since =
       static_cast<std::int64_t>(now.ns + static_cast<std::uint64_t>(way_ns) - static_cast<std::uint64_t>(start_ns_));
   constexpr std::int64_t kNever = std::int64_t{1} << 62U;
-  uncertainty_ = std::max<TimeNs>(kClocksAgree, unit.last_difference_ns().value_or(0));
+  uncertainty_ = std::max<TimeNs>(kClocksAgree, unit.last_difference_ns().value_or(0)) + doubt_ns;
   if (since < uncertainty_ || since > kNever) {  // SYNC0 has not begun
     has_slot_ = false;
     return arrival;

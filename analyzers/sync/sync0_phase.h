@@ -32,7 +32,9 @@ class Sync0Phase {
   /// @param now     system time of the reference clock in the frame
   /// @param wide    that clock has 64 bit
   /// @param way_ns  how much later the last byte reaches the slave
-  Arrival Add(const DcUnit& unit, const FrameRef& frame, const DcTime& now, bool wide, std::int64_t way_ns);
+  /// @param doubt_ns  how wrong `now` may be besides
+  Arrival Add(const DcUnit& unit, const FrameRef& frame, const DcTime& now, bool wide, std::int64_t way_ns,
+              TimeNs doubt_ns = 0);
   /// The next frame is not compared with the last one.
   void End() { has_slot_ = false; }
 

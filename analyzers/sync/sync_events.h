@@ -41,15 +41,24 @@ struct PllMeasured {
   }
 };
 
-/// Two frames with outputs for a slave in OP are further apart than they should be.
+/// A slave in OP got no outputs for longer than it should.
 struct OutputGap {
+  enum class End : std::uint8_t {
+    kOutputs,  ///< outputs came again
+    kFell,     ///< none any more: the slave was seen to have left OP by itself
+    kRequest,  ///< none any more: the master requested another state
+    kCapture,  ///< none any more: the capture ends
+  };
   SlaveId slave = kNoSlave;
-  FrameRef before, after;  ///< `after` not seen: the slave left OP, and no outputs followed
+  FrameRef before;         ///< the last with outputs, or the one that showed OP where none came since
+  bool fed_before = true;  ///< `before` brought outputs
+  End end = End::kOutputs;
+  FrameRef after;  ///< not seen: kFell
   sync::Interval gap;
   std::optional<TimeNs> uncertainty_ns;  ///< unset: the clock cannot be trusted
   TimeNs nominal_ns = 0;                 ///< median distance of such frames, 0 when there were too few
   std::uint64_t nominal_of = 0;          ///< frames it rests on
-  std::uint64_t unreturned = 0;          ///< frames with process data in between that were sent and did not return
+  std::uint64_t unreturned = 0;          ///< frames with outputs for it that were sent in between and did not return
   /// The slave left OP by itself in the meantime.
   FrameRef fell;
   esc::AlWord fell_to;
@@ -65,6 +74,8 @@ struct SyncSlotMiss {
   std::uint32_t cycle_ns = 0;
   TimeNs phase_ns = 0;  ///< of `frame`: since the SYNC0 before it
   TimeNs uncertainty_ns = 0;
+  bool by_stamps =
+      false;  ///< the DC time was in another frame of the cycle; how much later this one came, the stamps tell
   std::uint64_t unreturned = 0;  ///< as in OutputGap
 };
 

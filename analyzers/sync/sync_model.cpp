@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "decoder/esc/register_addresses.h"
+#include "decoder/esc/register_map.h"
 
 namespace ecaudit::sync {
 namespace {
@@ -30,11 +31,12 @@ const device::JitterLimit* LimitFor(const device::SyncDescription& family, TimeN
 
 SyncModel::SyncModel(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus)
     : bus_(model), sink_(bus), trust_(pipeline), delays_(model) {
-  bus.ListenTo<FrameSeen, track::LogicalAccess, track::Answered, track::CaptureHole>(Stage::kBeforeModel, *this);
+  bus.ListenTo<FrameSeen, track::LogicalAccess, track::Answered, track::CaptureHole, track::AlRequest>(
+      Stage::kBeforeModel, *this);
   // What the slaves' models conclude is news to this one.
   bus.ListenTo<model::AlChangedByItself, model::AlErrorCode>(Stage::kModel, *this);
   // Objects and registers as the event left them.
-  bus.ListenTo<mailbox::SdoTransfer, track::SlaveAccess>(Stage::kAfterModel, *this);
+  bus.ListenTo<mailbox::SdoTransfer, track::SlaveAccess, track::AlStatusRead>(Stage::kAfterModel, *this);
 }
 
 SyncModel::Slave& SyncModel::Grow(SlaveId slave) {
@@ -56,16 +58,17 @@ void SyncModel::On(const FrameSeen& seen) {
   const wire::FrameView& frame = seen.frame;
   if (seen.direction == bus::Direction::kForeign) return;
   sent_frames_.Add(frame);
+  last_seen_ = frame.ref();
   if (seen.direction != bus::Direction::kOutbound) return;
-  bool outputs = false;
   for (std::size_t i = 0; i < frame.size(); ++i) {
     const wire::DatagramView datagram = frame[i];
     const wire::Command command = datagram.command();
     if (!wire::IsLogical(command)) continue;
-    outputs = outputs || command != wire::Command::LRD;
+    if (command != wire::Command::LRD) {
+      sent_frames_.AddOutputs(frame.ref().number, datagram.logical_address(), datagram.length());
+    }
     images_.OnSent(command, datagram.logical_address(), frame.ref().number);
   }
-  if (outputs) sent_frames_.AddOutputs(frame.ref().number);
 }
 
 void SyncModel::BeginFrame(const FrameRef& sent, const FrameRef& returned) {
@@ -78,7 +81,7 @@ void SyncModel::BeginFrame(const FrameRef& sent, const FrameRef& returned) {
 void SyncModel::On(const track::LogicalAccess& access) {
   BeginFrame(access.sent, access.returned);
   if (access.circulating || pending_count_ == kPending) return;
-  pending_[pending_count_++] = {access.command, access.address, access.length, access.wkc, access.assumed};
+  pending_[pending_count_++] = {access.command, access.address, access.length, access.wkc, access.assumed, kNoSlave};
   if (wire::Reads(access.command) && !access.returned_data.empty()) ReadStatusWords(access);
 }
 
@@ -105,6 +108,7 @@ std::optional<SyncModel::FrameAtHand> SyncModel::LookAtFrame() {
   if (!time.frame.seen()) return std::nullopt;
   if (time.frame.has_time) time.stamp = time.frame.time;
   time.dc = frame_dc_;
+  if (!frame_dc_) at_hand.by_stamps = DcByStamps();
   if (const FrameFacts* facts = sent_frames_.FactsOf(time.frame.number)) {
     time.esl = facts->esl;
     // Captures leave out the padding of short frames as the check sequence of all.
@@ -114,12 +118,29 @@ std::optional<SyncModel::FrameAtHand> SyncModel::LookAtFrame() {
   return at_hand;
 }
 
+/// Masters that send several frames a cycle let one of them carry the time.
+std::optional<DcTime> SyncModel::DcByStamps() const {
+  constexpr TimeNs kSameCycles = 20'000'000;
+  const std::optional<DcTime>& last = clock_.last();
+  const FrameRef& at = clock_.last_frame();
+  if (!last || last->epoch != clock_.epoch() || !at.has_time || !returned_.has_time) return std::nullopt;
+  const TimeNs since = Elapsed(at.time, returned_.time);
+  if (since < 0 || since > kSameCycles) return std::nullopt;
+  return DcTime{last->ns + static_cast<std::uint64_t>(since), last->epoch};
+}
+
 void SyncModel::Flush() {
   const std::optional<FrameAtHand> at_hand = pending_count_ > 0 ? LookAtFrame() : std::nullopt;
   if (at_hand) {
     trust_.AddRoundTrip(sent_, returned_);
+    if (sent_.seen() && returned_.seen()) sent_frames_.Returned(sent_.number);
     for (std::size_t i = 0; i < pending_count_; ++i) {
       const Pending& pending = pending_[i];
+      if (pending.slave != kNoSlave) {
+        Feed(pending.slave, *at_hand, nullptr);
+        Of(pending.slave).outputs.direct = true;
+        continue;
+      }
       const CyclicImage* image = Measure(pending, at_hand->time);
       if (pending.command == wire::Command::LRD || (pending.wkc == 0 && !pending.assumed)) continue;
       track::LogicalAccess access;
@@ -127,7 +148,9 @@ void SyncModel::Flush() {
       access.address = pending.address;
       access.length = pending.length;
       for (const model::LogicalShare& share : bus_.Expect(access).shares) {
-        if (share.outputs) Feed(share.slave, *at_hand, image);
+        if (!share.outputs) continue;
+        Feed(share.slave, *at_hand, image);
+        Of(share.slave).outputs.direct = false;
       }
     }
   }
@@ -152,8 +175,8 @@ void SyncModel::Feed(SlaveId id, const FrameAtHand& at_hand, const CyclicImage* 
   OutputWatch& watch = slave.outputs;
   if (watch.seen && watch.last.frame.number == time.frame.number) return;
   const bool in_op = bus_.slave(id).al.SettledIn(esc::AlState::OP);
-  if (watch.seen && watch.in_op && (in_op || watch.fell.seen())) FollowInterval(id, slave, time, image, in_op);
-  if (in_op && frame_dc_ && Sync0Phase::Counts(slave.dc)) {
+  if (watch.WaitsSince() && (in_op || watch.fell.seen())) FollowInterval(id, slave, time, image, in_op);
+  if (in_op && (frame_dc_ || at_hand.by_stamps) && Sync0Phase::Counts(slave.dc)) {
     MeasurePhase(id, slave, at_hand);
   } else {
     watch.phase.End();
@@ -169,10 +192,10 @@ void SyncModel::FollowInterval(SlaveId id, Slave& slave, const FrameTime& time, 
     OutputGap event = watch.Describe(id, gap);
     event.uncertainty_ns = Uncertainty(gap.base);
     event.after = time.frame;
-    event.unreturned = UnreturnedSince(watch);
+    event.unreturned = UnreturnedSince(id, watch);
     sink_.Publish(event);
   }
-  if (!in_op) return;
+  if (!in_op || !watch.in_op) return;
   const std::optional<SyncSettings>& sync = slave.dc.active();
   const bool by_sync0 = sync && sync->activation.sync0();
   if (watch.image != nullptr) {
@@ -202,7 +225,7 @@ void SyncModel::MeasureArrival(SlaveId id, OutputWatch& watch, const FrameTime& 
   event.cycle_ns = arrival->cycle_ns;
   event.base = interval.base;
   event.uncertainty_ns = uncertainty;
-  event.unreturned = UnreturnedSince(watch);
+  event.unreturned = UnreturnedSince(id, watch);
   sink_.Publish(event);
 }
 
@@ -210,7 +233,14 @@ void SyncModel::MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_han
   const FrameTime& time = at_hand.time;
   OutputWatch& watch = slave.outputs;
   const std::int64_t way = delays_.Of(id) - at_hand.reference_delay_ns + at_hand.length_ns;
-  const Sync0Phase::Arrival arrival = watch.phase.Add(slave.dc, time.frame, *time.dc, clock_.is_64_bit(), way);
+  TimeNs doubt = 0;
+  if (!time.dc) {
+    const auto uncertainty = Uncertainty(TimeBase::kCapture);
+    if (!uncertainty) return;
+    doubt = *uncertainty;
+  }
+  const DcTime& now = time.dc ? *time.dc : *at_hand.by_stamps;
+  const Sync0Phase::Arrival arrival = watch.phase.Add(slave.dc, time.frame, now, clock_.is_64_bit(), way, doubt);
   if (!arrival.measured) return;
   sink_.Publish(PhaseMeasured{id, time.frame, arrival.phase_ns});
   if (!arrival.doubled && arrival.empty == 0) return;
@@ -221,15 +251,18 @@ void SyncModel::MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_han
   miss.cycle_ns = *slave.dc.active()->sync0_cycle_ns;
   miss.phase_ns = arrival.phase_ns;
   miss.uncertainty_ns = watch.phase.uncertainty_ns();
+  miss.by_stamps = !time.dc;
   miss.empty = arrival.empty;
-  if (!arrival.doubled) miss.unreturned = UnreturnedSince(watch);
+  if (!arrival.doubled) miss.unreturned = UnreturnedSince(id, watch);
   sink_.Publish(miss);
 }
 
 void SyncModel::On(const track::SlaveAccess& access) {
   if (Touches(access, esc::kSystemTimeDelay, 4)) delays_.Touched();
   BeginFrame(access.sent, access.returned);
-  if (Touches(access, esc::kDcFirst, esc::kDcEnd - esc::kDcFirst)) {
+  if (access.address >= esc::kProcessRam) {
+    OnMemoryWritten(access);
+  } else if (Touches(access, esc::kDcFirst, esc::kDcEnd - esc::kDcFirst)) {
     OnDcAccess(access);
   } else if (Touches(access, esc::kWatchdogDivider, esc::kProcessWatchdog + 2 - esc::kWatchdogDivider)) {
     const esc::RegisterImage& registers = bus_.network().state(access.slave).registers;
@@ -237,6 +270,17 @@ void SyncModel::On(const track::SlaveAccess& access) {
         esc::WatchdogNs(registers.Value<std::uint16_t>(esc::kWatchdogDivider).value_or(esc::kDefaultWatchdogDivider),
                         registers.Value<std::uint16_t>(esc::kProcessWatchdog).value_or(kDefaultWatchdogSteps));
   }
+}
+
+/// Outputs may be written without FMMU, straight to the memory that the sync manager guards. The slave gets them when
+/// the last byte is written.
+void SyncModel::OnMemoryWritten(const track::SlaveAccess& access) {
+  if (access.written.empty() || access.broadcast || !access.done() || pending_count_ == kPending) return;
+  const auto manager = bus_.network().state(access.slave).process_manager(esc::SmDirection::ECAT_WRITES);
+  if (!manager || access.address >= manager->end() || access.address + access.written.size() < manager->end()) return;
+  Pending pending;
+  pending.slave = access.slave;
+  pending_[pending_count_++] = pending;
 }
 
 void SyncModel::OnDcAccess(const track::SlaveAccess& access) {
@@ -298,6 +342,27 @@ void SyncModel::On(const model::AlErrorCode& code) {
   if (watch.fell.seen() && !watch.fell_code) watch.fell_code = code.code;
 }
 
+/// The master lets the slave leave OP: what it waited for until now it does not get any more.
+void SyncModel::On(const track::AlRequest& request) {
+  if (request.acceptance == track::Acceptance::kRefused ||
+      request.control.state() == static_cast<std::uint8_t>(esc::AlState::OP) || request.slave >= slaves_.size()) {
+    return;
+  }
+  Starve(request.slave, request.frame(), OutputGap::End::kRequest);
+  slaves_[request.slave]->outputs.LeaveOp();
+}
+
+void SyncModel::On(const track::AlStatusRead& read) {
+  const bool op = read.status.state() == static_cast<std::uint8_t>(esc::AlState::OP);
+  if (read.slave < slaves_.size() ? slaves_[read.slave]->outputs.op_since.seen() == op : !op) return;
+  OutputWatch& watch = Of(read.slave).outputs;
+  if (!op) {
+    watch.op_since = {};
+  } else if (bus_.slave(read.slave).al.SettledIn(esc::AlState::OP)) {
+    watch.op_since = read.frame;
+  }
+}
+
 void SyncModel::On(const mailbox::SdoTransfer& transfer) {
   const model::SlaveModel& slave = bus_.slave(transfer.slave);
   if (!PllWatch::Concerns(transfer, slave)) return;
@@ -311,7 +376,10 @@ void SyncModel::Finish() {
   Flush();
   for (std::size_t s = 0; s < slaves_.size(); ++s) {
     OutputWatch& watch = slaves_[s]->outputs;
-    if (!watch.fell.seen()) continue;
+    if (!watch.fell.seen()) {
+      Starve(static_cast<SlaveId>(s), last_seen_, OutputGap::End::kCapture);
+      continue;
+    }
     // No outputs any more: the gap lasted at least until the slave was seen to have fallen.
     FrameTime end;
     end.frame = watch.fell;
@@ -323,9 +391,31 @@ void SyncModel::Finish() {
     if (gap.base == TimeBase::kNone) continue;
     OutputGap event = watch.Describe(static_cast<SlaveId>(s), gap);
     event.uncertainty_ns = Uncertainty(gap.base);
-    event.unreturned = sent_frames_.UnreturnedBetween(watch.last_sent, 0);
+    event.end = OutputGap::End::kFell;
+    event.unreturned =
+        sent_frames_.UnreturnedBetween(watch.last_sent, 0, bus_.network().fmmus(static_cast<SlaveId>(s)));
     sink_.Publish(event);
   }
+}
+
+/// The slave in OP has waited for outputs until this frame, and gets none any more.
+void SyncModel::Starve(SlaveId id, const FrameRef& until, OutputGap::End end) {
+  OutputWatch& watch = Of(id).outputs;
+  std::optional<FrameTime> since = watch.WaitsSince();
+  if (watch.fell.seen() || !since || watch.watchdog_ns == 0) return;
+  since->dc.reset();
+  since->esl.reset();
+  FrameTime now;
+  now.frame = until;
+  if (until.has_time) now.stamp = until.time;
+  const Interval gap = Between(*since, now);
+  if (gap.base == TimeBase::kNone || gap.ns < watch.watchdog_ns) return;
+  OutputGap event = watch.Describe(id, gap);
+  event.end = end;
+  event.after = until;
+  event.uncertainty_ns = Uncertainty(gap.base);
+  event.unreturned = sent_frames_.UnreturnedBetween(since->frame.number, 0, bus_.network().fmmus(id));
+  sink_.Publish(event);
 }
 
 CycleSummary SyncModel::SummariseCycle() const {

@@ -62,6 +62,8 @@ class SyncModel final {
   void On(const track::SlaveAccess& access);
   void On(const model::AlChangedByItself& change);
   void On(const model::AlErrorCode& code);
+  void On(const track::AlRequest& request);
+  void On(const track::AlStatusRead& read);
   /// The capture has ended.
   void Finish();
 
@@ -87,6 +89,7 @@ class SyncModel final {
   /// The frame at hand, once for all slaves.
   struct FrameAtHand {
     FrameTime time;
+    std::optional<DcTime> by_stamps;      ///< where the frame carried no DC time, but one shortly before did
     std::int64_t length_ns = 0;           ///< on the wire; 0 when not known
     std::int64_t reference_delay_ns = 0;  ///< delay register of the reference clock
   };
@@ -97,6 +100,7 @@ class SyncModel final {
     std::uint16_t length = 0;
     std::uint16_t wkc = 0;
     bool assumed = false;
+    SlaveId slave = kNoSlave;  ///< whose memory it addresses; kNoSlave: logical memory
   };
 
   Slave& Of(SlaveId slave) { return slave < slaves_.size() ? *slaves_[slave] : Grow(slave); }
@@ -111,9 +115,12 @@ class SyncModel final {
   void MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_hand);
   void ReadStatusWords(const track::LogicalAccess& access);
   /// Frames with outputs between the last one of the watch and the frame at hand.
-  [[nodiscard]] std::uint64_t UnreturnedSince(const OutputWatch& watch) const {
-    return sent_frames_.UnreturnedBetween(watch.last_sent, sent_.number);
+  [[nodiscard]] std::uint64_t UnreturnedSince(SlaveId id, const OutputWatch& watch) const {
+    return sent_frames_.UnreturnedBetween(watch.last_sent, sent_.number, bus_.network().fmmus(id));
   }
+  [[nodiscard]] std::optional<DcTime> DcByStamps() const;
+  void Starve(SlaveId id, const FrameRef& until, OutputGap::End end);
+  void OnMemoryWritten(const track::SlaveAccess& access);
   void OnDcAccess(const track::SlaveAccess& access);
   void SwitchedOn(SlaveId slave, const DcUnit& unit);
 
@@ -127,6 +134,7 @@ class SyncModel final {
   std::vector<std::unique_ptr<Slave>> slaves_;  // grows without moving what rules refer to
 
   FrameRef sent_, returned_;
+  FrameRef last_seen_;  // of the capture
   std::optional<DcTime> frame_dc_;
   static constexpr std::size_t kPending = 16;
   std::array<Pending, kPending> pending_{};

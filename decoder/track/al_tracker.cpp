@@ -49,6 +49,22 @@ void AlTracker::OnWritten(const SlaveAccess& access) {
   if (access.done() && control.state() == kInit) mailboxes_.Reset(access.slave, access.frame());
 }
 
+void AlTracker::OnBroadcastRequest(const DatagramPair& d, Acceptance acceptance) {
+  if (acceptance == Acceptance::kRefused || !d.CoversByte(esc::kAlControl)) return;
+  const SlaveAccess access = d.Access(kNoSlave, acceptance);
+  const ByteSpan bytes = Slice(access.written, static_cast<std::size_t>(esc::kAlControl - access.address), 2);
+  states_.RequestedForLater(
+      AlRequest{kNoSlave, access.sent, access.returned, esc::AlWord{WordOrByte(bytes)}, acceptance, true});
+}
+
+void AlTracker::OnMet(SlaveId slave) {
+  const std::optional<AlRequest>& before = states_.requested_for_later();
+  if (!before) return;
+  AlRequest request = *before;
+  request.slave = slave;
+  events_.Publish(request);
+}
+
 void AlTracker::OnRead(const SlaveAccess& access) {
   if (CoversByte(access.address, access.read.size(), esc::kAlStatus)) {
     const ByteSpan status = Slice(access.read, static_cast<std::size_t>(esc::kAlStatus - access.address));

@@ -33,6 +33,10 @@ class AlTracker {
   }
   /// An access of one slave that Concerns().
   void OnAccess(const SlaveAccess& access);
+  /// A broadcast wrote AL Control. Slaves that are met later have taken it like those that are known.
+  void OnBroadcastRequest(const DatagramPair& d, Acceptance acceptance);
+  /// A new slave: what a broadcast requested before it was met, it was asked for as well.
+  void OnMet(SlaveId slave);
   /// A broadcast read of AL Status came back, and somebody counted. The result is the OR of all slaves. One state bit
   /// and everybody counted: all are in that state. A state that is not in the result is the state of nobody who
   /// counted.

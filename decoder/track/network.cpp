@@ -68,6 +68,7 @@ void Network::Meet(SlaveId id, const FrameRef& frame) {
   mailboxes_.Add();
   mappings_.Add();
   events_.Publish(SlaveFound{id, frame});
+  al_.OnMet(id);
 }
 
 void Network::OnLogical(const DatagramPair& d) {
@@ -135,6 +136,7 @@ void Network::WriteToAll(const DatagramPair& d) {
     states_.LearnForLater(d.Access(kNoSlave, acceptance));
   }
   ApplyToAll(d, acceptance);
+  al_.OnBroadcastRequest(d, acceptance);
   if (d.CoversByte(esc::kStationAddress) && acceptance != Acceptance::kRefused) {
     addressing_.ClearStations(d.transaction.any().ref().number);
   }

@@ -23,4 +23,15 @@ std::optional<esc::Fmmu> SlaveState::fmmu(std::size_t n, Certainty at_least) con
   return esc::Fmmu::Decode(bytes);
 }
 
+std::optional<esc::SyncManager> SlaveState::process_manager(esc::SmDirection direction) const {
+  for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
+    const auto manager = sync_manager(n, Certainty::kInferred);
+    if (manager && manager->enabled() && manager->buffered() && manager->direction() == direction &&
+        manager->length > 0) {
+      return manager;
+    }
+  }
+  return std::nullopt;
+}
+
 }  // namespace ecaudit::track

@@ -44,6 +44,9 @@ struct SlaveState {
 
   /// Settings of sync manager n, if every byte that the master configures is known.
   [[nodiscard]] std::optional<esc::SyncManager> sync_manager(std::size_t n, Certainty at_least) const;
+  /// The first enabled one for process data in this direction, whatever its number: terminals without mailbox begin
+  /// with it. Only those known, inferred at least, are looked at.
+  [[nodiscard]] std::optional<esc::SyncManager> process_manager(esc::SmDirection direction) const;
   /// Settings of FMMU n, likewise.
   [[nodiscard]] std::optional<esc::Fmmu> fmmu(std::size_t n, Certainty at_least) const;
 };

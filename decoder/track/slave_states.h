@@ -6,9 +6,11 @@
 
 #include <cstdint>
 #include <deque>
+#include <optional>
 
 #include "decoder/base/allowance.h"
 #include "decoder/track/access.h"
+#include "decoder/track/events.h"
 #include "decoder/track/mapping_cache.h"
 #include "decoder/track/recent_accesses.h"
 #include "decoder/track/slave_state.h"
@@ -35,7 +37,13 @@ class SlaveStates {
   /// Nobody knows whether the slave takes, or has taken, what the access writes to its registers.
   void Doubt(const SlaveAccess& access);
   /// Slaves that are met later may not have been there.
-  void ForgetForLater() { everyone_ = SlaveState(); }
+  void ForgetForLater() {
+    everyone_ = SlaveState();
+    requested_.reset();
+  }
+  /// The AL state that a broadcast asked all slaves for last, also those that are not met yet.
+  void RequestedForLater(const AlRequest& request) { requested_ = request; }
+  [[nodiscard]] const std::optional<AlRequest>& requested_for_later() const { return requested_; }
   // A slave may have been switched off, or set up anew. In three steps, for what is told between them sees the others.
   void ForgetRegisters(SlaveId id);
   void ForgetMapping(SlaveId id);
@@ -58,6 +66,7 @@ class SlaveStates {
   Allowance register_pages_{kRegisterPages};
   std::deque<SlaveState> states_;  // grows without moving what rules refer to
   SlaveState everyone_;            // what broadcasts wrote: a slave met later has taken it, too
+  std::optional<AlRequest> requested_;
   RecentAccesses recent_;
   std::uint64_t al_version_ = 1;
 };

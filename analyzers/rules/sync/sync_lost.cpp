@@ -61,7 +61,7 @@ class SyncLost final : public Rule {
   void On(const sync::OutputGap& e) {
     const model::SlaveModel& slave = context().slave(e.slave);
     const auto& tolerated = slave.profile->sync.lost_after_missing;
-    if (!tolerated.value || !e.after.seen()) return;
+    if (!tolerated.value || e.end != sync::OutputGap::End::kOutputs || !e.fed_before) return;
     const auto supervision = model::ValueOf(slave, slave.profile->sync.supervision);
     if (supervision && supervision->value == 0) return;
     const TimeNs cycle = CycleOf(slave, e);

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -37,13 +38,16 @@ When the watchdog ends the slave leaves OP (AL status code 0x001B) and the drive
 near it will one day be too late.
 
 ## How it is decided
-Outputs are the LRW and LWR whose address an active write FMMU of the slave maps, and whose working counter is not 0.
-The time between two of them is measured by the DC time they carry, else by stamps; a limit inside the uncertainty of
-the clock is not judged, and neither is a pause in which frames were sent that did not return, nor one that may be a
-hole in the capture: nobody sent anything, the slave is still in OP, and the indices do not tell. Sync managers without
-watchdog trigger (control bit 6) do not feed a watchdog: then only a slave that really leaves OP is reported. Where
-the registers were never written in the capture, their values after power-on (100 ms) are assumed and the finding is
-inferred. A slave that leaves OP by itself in the pause (al-unexpected-change) names this finding as its cause.
+Outputs are the LRW and LWR whose address an active write FMMU of the slave maps, and whose working counter is not 0, or
+writes to the memory of its output sync manager: those for other slaves do not count. A slave in OP that got none yet
+waits since it is in OP, and one that gets none any more until it leaves OP or the capture ends. The time between two of
+them is measured by the DC time they carry, else by stamps; a limit inside the uncertainty of the clock is not judged,
+and neither is a pause in which frames were sent that did not return, nor one that may be a hole in the capture: nobody
+sent anything, the slave is still in OP, and the indices do not tell. Sync managers without watchdog trigger (control
+bit 6) do not feed a watchdog: then only a slave that really leaves OP is reported. Where the registers were never
+written in the capture, their values after power-on (100 ms) are assumed and the finding is inferred. Outputs that no
+FMMU maps are told by fmmu-inactive. A slave that leaves OP by itself in the pause (al-unexpected-change) names this
+finding as its cause.
 
 ## Example
 samples/captures/falls-out-of-op.pcapng: 130 ms without process data, watchdog 100 ms.
@@ -63,6 +67,10 @@ class SyncWatchdogMargin final : public Rule {
   void On(const sync::OutputGap& e) {
     const Watchdog watchdog = WatchdogOf(e.slave);
     if (watchdog.ns == 0) return;
+    // Nothing maps its outputs: that is the fault, and fmmu-inactive tells it.
+    if (e.end != sync::OutputGap::End::kOutputs && !context().sync().outputs(e.slave).direct && !IsMapped(e.slave)) {
+      return;
+    }
     const bool fell = e.fell.seen() && (!e.fell_code || *e.fell_code == kWatchdogCode);
     if ((!watchdog.monitors && !fell) || !CanBeJudged(e, watchdog, fell)) return;
     const FrameRef& frame = e.after.seen() ? e.after : e.fell;
@@ -72,8 +80,8 @@ class SyncWatchdogMargin final : public Rule {
     if (index != kNoFinding) {
       AddRelated(context().store[index], frame.number);
     } else {
-      const bool certain = exceeds && (watchdog.known() || fell);
-      index = Report(key, certain ? Severity::kError : Severity::kWarning, FindingOf(e, watchdog, exceeds, fell));
+      const Severity severity = exceeds ? Severity::kError : Severity::kWarning;
+      index = Report(key, severity, FindingOf(e, watchdog, exceeds, fell));
     }
     if (fell) consequences_.push_back({"al-unexpected-change", e.slave, e.fell.number, index});
     if (consequences_.size() > kMaxConsequences) consequences_.erase(consequences_.begin());
@@ -120,8 +128,9 @@ class SyncWatchdogMargin final : public Rule {
       const auto id = static_cast<SlaveId>(s);
       const model::SlaveModel& slave = context().slave(id);
       if (slave.al.possible().single() != static_cast<std::uint8_t>(esc::AlState::OP)) continue;
-      if (!context().sync().outputs(id).seen)
+      if (!context().sync().outputs(id).seen && !context().network().fmmus(id).any) {
         NotEvaluable(id, "which process data are outputs of the slave is not known");
+      }
     }
   }
 
@@ -142,9 +151,14 @@ class SyncWatchdogMargin final : public Rule {
     watchdog.steps = state.registers.Value<std::uint16_t>(esc::kProcessWatchdog);
     watchdog.ns = esc::WatchdogNs(watchdog.divider.value_or(esc::kDefaultWatchdogDivider),
                                   watchdog.steps.value_or(kDefaultSteps));
-    const auto manager = state.sync_manager(2, Certainty::kInferred);
+    const auto manager = state.process_manager(esc::SmDirection::ECAT_WRITES);
     watchdog.monitors = manager && manager->watchdog_trigger();
     return watchdog;
+  }
+
+  [[nodiscard]] bool IsMapped(SlaveId slave) const {
+    const track::KnownFmmus& fmmus = context().network().fmmus(slave);
+    return std::any_of(fmmus.active.begin(), fmmus.active.end(), [](const auto& f) { return f.fmmu.writes(); });
   }
 
   /// Whether the gap is certainly too long. Where that is open, it is said.
@@ -154,7 +168,8 @@ class SyncWatchdogMargin final : public Rule {
       if (e.gap.ns >= half) NotEvaluable(e.slave, std::string(kPoorStamps), e.after.number);
       return false;
     }
-    if (!fell && context().sync().outputs(e.slave).may_be_hole && e.gap.ns >= half) {
+    if (e.end == sync::OutputGap::End::kOutputs && !fell && context().sync().outputs(e.slave).may_be_hole &&
+        e.gap.ns >= half) {
       NotEvaluable(
           e.slave,
           "nobody sent anything for long, and the slave is in OP before and after: the capture may have a hole "
@@ -188,16 +203,17 @@ class SyncWatchdogMargin final : public Rule {
     // What rests on the values after power-on is an assumption, unless the slave confirmed it.
     finding.confidence = watchdog.known() || fell ? Confidence::kObserved : Confidence::kInferred;
     const std::string pause = Duration(e.gap.ns);
-    finding.title = "Process data paused for " + pause +
+    const bool goes_on = e.end == sync::OutputGap::End::kRequest || e.end == sync::OutputGap::End::kCapture;
+    finding.title = (goes_on ? "Process data stopped, for " : "Process data paused for ") + pause +
                     (exceeds ? ", longer than the watchdog of " : ", more than half the watchdog of ") +
                     Duration(watchdog.ns);
-    finding.message =
-        "Between frame " + std::to_string(e.before.number) + " and frame " + std::to_string(frame.number) +
-        (e.after.seen() ? "" : ", where the slave is seen to have left OP,") + " the slave in OP got no outputs for " +
-        pause + PrecisionText(e.gap, *e.uncertainty_ns) + ". Its process data watchdog is " + Duration(watchdog.ns) +
-        " (0x0400 = " + std::to_string(watchdog.divider.value_or(esc::kDefaultWatchdogDivider)) +
-        ", 0x0420 = " + std::to_string(watchdog.steps.value_or(kDefaultSteps)) +
-        (watchdog.known() ? "" : "; the value after power-on is assumed") + "). ";
+    finding.message = "Between frame " + std::to_string(e.before.number) + " and frame " +
+                      std::to_string(frame.number) + EndText(e.end) + " the slave in OP got no outputs for " + pause +
+                      PrecisionText(e.gap, *e.uncertainty_ns) + ". Its process data watchdog is " +
+                      Duration(watchdog.ns) +
+                      " (0x0400 = " + std::to_string(watchdog.divider.value_or(esc::kDefaultWatchdogDivider)) +
+                      ", 0x0420 = " + std::to_string(watchdog.steps.value_or(kDefaultSteps)) +
+                      (watchdog.known() ? "" : "; the value after power-on is assumed") + "). ";
     if (fell) {
       finding.message += "In frame " + std::to_string(e.fell.number) + " it shows " + esc::StatusText(e.fell_to.raw) +
                          (e.fell_code ? ", AL status code " + Hex(*e.fell_code) : std::string()) + ". ";
@@ -210,6 +226,20 @@ class SyncWatchdogMargin final : public Rule {
                         Text("time_base", std::string(sync::Name(e.gap.base))),
                         Real("uncertainty_us", static_cast<double>(*e.uncertainty_ns) / 1e3)};
     return finding;
+  }
+
+  [[nodiscard]] static std::string EndText(sync::OutputGap::End end) {
+    switch (end) {
+      case sync::OutputGap::End::kFell:
+        return ", where the slave is seen to have left OP,";
+      case sync::OutputGap::End::kRequest:
+        return ", where the master requests another state,";
+      case sync::OutputGap::End::kCapture:
+        return ", where the capture ends,";
+      case sync::OutputGap::End::kOutputs:
+        break;
+    }
+    return "";
   }
 
   struct Consequence {

@@ -94,7 +94,8 @@ class SyncWindowViolation final : public Rule {
              : "Between frame " + std::to_string(e.before.number) + " and frame " + std::to_string(e.frame.number) +
                    " " + Count(e.empty, "interval between two pulses") + " passed without outputs") +
         "; the latter arrives " + Duration(e.phase_ns) + " after a pulse, +-" + Duration(e.uncertainty_ns) +
-        " by the DC time in the frames. The drive needs one frame in each interval (" + family.source_with_dc +
+        " by the DC time in " + (e.by_stamps ? "another frame of the cycle and the stamps" : "the frames") +
+        ". The drive needs one frame in each interval (" + family.source_with_dc +
         "). Shift SYNC0 to the middle between two frames, and send more regularly.";
     finding.evidence = {Number("empty_intervals", static_cast<std::int64_t>(e.empty)),
                         Real("phase_us", static_cast<double>(e.phase_ns) / 1e3),
