@@ -13,6 +13,7 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/observation.h"
+#include "decoder/track/network.h"
 
 namespace ecaudit {
 namespace {
@@ -37,6 +38,23 @@ std::vector<std::unique_ptr<Rule>> Attached(RuleContext& context, EventBus& bus)
   return rules;
 }
 
+/// @return slaves that are left
+std::size_t ForgetReplaced(const RuleContext& context, FindingStore& store) {
+  const bus::SlaveSet& slaves = context.network().slaves();
+  std::size_t left = 0;
+  // Of several in a row the last one is kept.
+  for (std::size_t s = 0; s < slaves.size(); ++s) {
+    SlaveId kept = static_cast<SlaveId>(s);
+    for (std::size_t steps = 0; slaves[kept].replaced && steps < slaves.size(); ++steps) kept = slaves[kept].successor;
+    if (kept == static_cast<SlaveId>(s)) {
+      ++left;
+    } else {
+      store.Replace(static_cast<SlaveId>(s), kept);
+    }
+  }
+  return left;
+}
+
 }  // namespace
 
 AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& options, Timeline* timeline) {
@@ -59,7 +77,7 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
   }
   for (const auto& rule : rules) rule->Finish();
   if (MissesPackets(context.pairing())) WeakenWhatHistoryMayExplain(store, rules);
-  store.FoldNotEvaluable(context.slave_count());
+  store.FoldNotEvaluable(ForgetReplaced(context, store));
   result.findings = std::move(store.findings());
   SortFindings(result.findings);
   result.not_evaluable = store.not_evaluable();

@@ -146,7 +146,7 @@ SlaveSummary SummariseSlave(SlaveId id, const model::BusModel& model) {
   const model::SlaveModel& slave = model.slave(id);
   SlaveSummary summary;
   summary.id = id;
-  summary.position_inferred = address.position.if_known() == nullptr;
+  summary.position_inferred = address.position.if_observed() == nullptr;
   summary.position = address.position.value_or(0);
   if (const StationAddress* station = address.station.if_known()) summary.station_address = *station;
   if (const StationAddress* alias = address.alias.if_known()) summary.alias = *alias;
@@ -189,6 +189,7 @@ AnalysisResult Summarise(const capture::FrameSource& source, const Observation& 
   result.slaves.reserve(model.size());
   for (std::size_t s = 0; s < model.size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
+    if (model.network().slaves()[id].replaced) continue;
     result.slaves.push_back(SummariseSlave(id, model));
     result.slaves.back().dc = sync.Summarise(id);
   }

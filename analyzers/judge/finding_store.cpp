@@ -64,6 +64,13 @@ void FindingStore::AddNotEvaluable(const RuleInfo& rule, SlaveId slave, std::str
   not_evaluable_.push_back({rule.id, slave, std::move(reason), frame, 1});
 }
 
+void FindingStore::Replace(SlaveId slave, SlaveId successor) {
+  for (Finding& finding : findings_) {
+    if (finding.slave == slave) finding.slave = successor;
+  }
+  std::erase_if(not_evaluable_, [&](const NotEvaluable& entry) { return entry.slave == slave; });
+}
+
 void FindingStore::FoldNotEvaluable(std::size_t slaves) {
   if (slaves < 2) return;
   std::vector<NotEvaluable> folded;

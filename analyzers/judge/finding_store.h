@@ -49,6 +49,9 @@ class FindingStore {
   void AddNotEvaluable(const RuleInfo& rule, SlaveId slave, std::string reason, FrameNo frame);
   /// What holds for each of the `slaves` of the bus (two or more) for the same reason becomes one entry for the bus.
   void FoldNotEvaluable(std::size_t slaves);
+  /// `slave` turned out to be `successor`: what was found of it is its successor's, what was not judged of it is told of
+  /// that one.
+  void Replace(SlaveId slave, SlaveId successor);
   [[nodiscard]] const std::vector<NotEvaluable>& not_evaluable() const { return not_evaluable_; }
 
  private:

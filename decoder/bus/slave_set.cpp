@@ -1,5 +1,7 @@
 #include "decoder/bus/slave_set.h"
 
+#include <algorithm>
+
 namespace ecaudit::bus {
 
 SlaveId SlaveSet::AtPosition(SlavePos position) const {
@@ -68,12 +70,12 @@ Assignment SlaveSet::AssignStation(SlaveId id, StationAddress address, FrameNo f
   if (before != nullptr && slave.station_valid && *before != address) LeaveStation(id, *before);
   const SlaveId holder = by_station_[address];
   if (address != 0 && holder != kNoSlave && holder != id) {
-    // A slave that was only ever met by this address may be this very one; with a position of its own it is another.
-    if (slaves_[holder].position.if_known() != nullptr) {
+    // A slave that was only ever met by this address may be this very one; seen at a position of its own it is another.
+    if (slaves_[holder].position.if_observed() != nullptr) {
       result.other = holder;
     } else {
       slaves_[holder].station_valid = false;
-      slaves_[holder].replaced = slave.position.if_known() != nullptr;
+      if (slave.position.if_known() != nullptr) Replace(holder, id);
     }
   }
   slave.station = Known<StationAddress>::Observed(address, frame);
@@ -91,6 +93,38 @@ void SlaveSet::LeaveStation(SlaveId id, StationAddress address) {
     if (i != id && slaves_[i].station_valid && station != nullptr && *station == address) {
       by_station_[address] = static_cast<SlaveId>(i);
     }
+  }
+}
+
+bool SlaveSet::IsUnplaced(SlaveId id) const {
+  return !slaves_[id].replaced && slaves_[id].position.if_known() == nullptr &&
+         slaves_[id].station.if_known() != nullptr;
+}
+
+void SlaveSet::Replace(SlaveId id, SlaveId successor) {
+  slaves_[id].replaced = true;
+  slaves_[id].successor = successor;
+}
+
+void SlaveSet::PlaceByStation(std::uint16_t count, FrameNo frame) {
+  std::vector<SlaveId> unplaced;
+  std::size_t placed = 0;
+  std::vector<SlavePos> free;
+  for (SlavePos p = 0; p < count && p < kMaxSlaves; ++p) {
+    const SlaveId there = AtPosition(p);
+    const bool named = there != kNoSlave && slaves_[there].station.if_known() != nullptr;
+    named ? static_cast<void>(++placed) : free.push_back(p);
+  }
+  for (std::size_t i = 0; i < slaves_.size(); ++i) {
+    if (IsUnplaced(static_cast<SlaveId>(i))) unplaced.push_back(static_cast<SlaveId>(i));
+  }
+  if (unplaced.empty() || placed + unplaced.size() != count) return;
+  std::sort(unplaced.begin(), unplaced.end(),
+            [&](SlaveId a, SlaveId b) { return *slaves_[a].station.if_known() < *slaves_[b].station.if_known(); });
+  for (std::size_t i = 0; i < unplaced.size(); ++i) {
+    if (const SlaveId nameless = AtPosition(free[i]); nameless != kNoSlave) Replace(nameless, unplaced[i]);
+    PlaceAt(unplaced[i], free[i], frame);
+    slaves_[unplaced[i]].position = Known<SlavePos>::Inferred(free[i], frame);
   }
 }
 

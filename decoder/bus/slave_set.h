@@ -19,9 +19,10 @@ struct SlaveAddress {
   bool station_valid = false;     ///< the slave answers to `station` now
   Known<StationAddress> alias;
   bool alias_enabled = false;  ///< the master lets it answer to `alias` too (0x0100 bit 24; off after power-on)
-  /// Met by its station address before positions showed; a slave at a known position has that address now. Both are
-  /// most likely one slave, so this one counts for nothing any more.
+  /// Most likely one slave with another one that is kept: met by its station address, or by its position, before both
+  /// showed. This one counts for nothing any more.
   bool replaced = false;
+  SlaveId successor = kNoSlave;  ///< the one that is kept
 };
 
 /// What AssignStation() found out.
@@ -54,6 +55,10 @@ class SlaveSet {
   Assignment AssignAtPosition(SlavePos position, StationAddress address, FrameNo frame);
   /// The same for a slave that is already identified.
   Assignment AssignStation(SlaveId id, StationAddress address, FrameNo frame);
+  /// Slaves that are met by their station addresses, and never where they are, have the places that nobody else has,
+  /// in the order of their addresses, as masters give them: where all `count` slaves of the bus are met, and not
+  /// before. Who was met at such a place without its address is the same slave.
+  void PlaceByStation(std::uint16_t count, FrameNo frame);
   void LearnAlias(SlaveId id, StationAddress alias, FrameNo frame);
   void EnableAlias(SlaveId id, bool enabled);
   /// A broadcast wrote the same address to all slaves (masters write 0 when they scan): nobody is told apart by it now.
@@ -61,6 +66,8 @@ class SlaveSet {
 
  private:
   SlaveId Add();
+  [[nodiscard]] bool IsUnplaced(SlaveId id) const;
+  void Replace(SlaveId id, SlaveId successor);
   void PlaceAt(SlaveId id, SlavePos position, FrameNo frame);
   void LeaveStation(SlaveId id, StationAddress address);
 

@@ -48,8 +48,13 @@ SlaveId Addressing::Resolve(const DatagramPair& d, bool add) {
   if (wire::IsNodeAddressed(d.command())) return AtStation(d, add);
   const std::optional<SlavePos> position = PositionOf(d);
   if (!position) return kNoSlave;
+  // The distribution of the time shows that somebody is there; who that is other accesses tell, unless there is one
+  // slave only.
+  if (d.command() == wire::Command::ARMW && slave_count_.value_or(0) != 1) add = false;
   const SlaveId known = slaves_.AtPosition(*position);
   if (known != kNoSlave || !add) return known;
+  PlaceByStation(d.transaction.any().ref().number);
+  if (const SlaveId placed = slaves_.AtPosition(*position); placed != kNoSlave) return placed;
   if (const SlaveId met = MetByStation(d, *position); met != kNoSlave) return met;
   const std::uint16_t* count = slave_count_.if_known();
   if (count != nullptr && *position >= *count) return kNoSlave;  // behind the last slave: nobody
@@ -60,7 +65,19 @@ SlaveId Addressing::AtStation(const DatagramPair& d, bool add) {
   const SlaveId known = slaves_.AtStation(d.any.adp());
   // Address 0 is what all slaves have while a master renumbers them: it names nobody.
   if (known != kNoSlave || !add || d.any.adp() == 0) return known;
-  return slaves_.AddAtStation(d.any.adp(), d.transaction.any().ref().number);
+  ++unplaced_;
+  const FrameNo frame = d.transaction.any().ref().number;
+  const SlaveId added = slaves_.AddAtStation(d.any.adp(), frame);
+  // One of those at a position may have this address.
+  if (unplaced_ < slaves_.size()) PlaceByStation(frame);
+  return added;
+}
+
+void Addressing::PlaceByStation(FrameNo frame) {
+  const std::uint16_t* count = slave_count_.if_known();
+  if (count == nullptr || unplaced_ == 0) return;
+  slaves_.PlaceByStation(*count, frame);
+  ++version_;
 }
 
 /// A slave that was met by its station address in the running bus: an access by position to that address shows where it
@@ -105,6 +122,7 @@ void Addressing::LearnStation(const SlaveAccess& access, StationAddress address)
 }
 
 void Addressing::ClearStations(FrameNo frame) {
+  PlaceByStation(frame);
   slaves_.ClearStations(frame);
   ++version_;
 }

@@ -38,6 +38,17 @@ class Addressing {
   /// @param add it took part: an unknown one becomes the next of slaves()
   SlaveId Resolve(const DatagramPair& d, bool add);
 
+  /// Whether both may be one slave: one met by its place, the other by its station address only.
+  [[nodiscard]] bool MayBeOne(SlaveId a, SlaveId b) const {
+    const auto only_placed = [&](SlaveId id) {
+      return slaves_[id].position.if_known() != nullptr && slaves_[id].station.if_known() == nullptr;
+    };
+    const auto only_named = [&](SlaveId id) {
+      return slaves_[id].position.if_known() == nullptr && slaves_[id].station.if_known() != nullptr;
+    };
+    if (slaves_[a].replaced || slaves_[b].replaced) return false;
+    return (only_placed(a) && only_named(b)) || (only_named(a) && only_placed(b));
+  }
   /// Counts the slaves that a datagram with a position counter has passed.
   /// @return the count before, where there are more of them now
   std::optional<std::uint16_t> Count(const DatagramPair& d);
@@ -59,10 +70,12 @@ class Addressing {
   [[nodiscard]] std::optional<SlavePos> PositionOf(const DatagramPair& d) const;
   [[nodiscard]] SlaveId AtStation(const DatagramPair& d, bool add);
   [[nodiscard]] SlaveId MetByStation(const DatagramPair& d, SlavePos position);
+  void PlaceByStation(FrameNo frame);
   void LearnStation(const SlaveAccess& access, StationAddress address);
 
   EventSink& events_;
   bus::SlaveSet slaves_;
+  std::size_t unplaced_ = 0;  // slaves that were met by station address and may be without a position still
   Known<std::uint16_t> slave_count_;
   std::uint16_t upstream_ = 0;  // slaves between the master and the tap
   std::uint64_t version_ = 0;
