@@ -4,6 +4,7 @@
 #include "analyzers/collect/drive_history.h"
 #include "analyzers/collect/mailbox_summary.h"
 #include "analyzers/collect/prediction_statistics.h"
+#include "analyzers/collect/run_history.h"
 #include "analyzers/collect/startup_recorder.h"
 #include "analyzers/collect/timeline_collector.h"
 
@@ -19,6 +20,7 @@ std::vector<std::unique_ptr<Collector>> MakeCollectors(Observation& observation,
   collectors.push_back(std::make_unique<DriveHistory>(model, bus));
   collectors.push_back(std::make_unique<startup::StartupRecorder>(model, bus));
   collectors.push_back(std::make_unique<PredictionStatistics>(model, explanations, bus));
+  collectors.push_back(std::make_unique<RunHistory>(observation.sync(), observation.pipeline(), bus));
   if (drawn != nullptr) {
     collectors.push_back(std::make_unique<timeline::TimelineCollector>(model, *observation.sync(), bus, *drawn));
   }

@@ -11,6 +11,7 @@
 #include "analyzers/result/event_summary.h"
 #include "analyzers/result/finding.h"
 #include "analyzers/result/latch_summary.h"
+#include "analyzers/result/run_summary.h"
 #include "analyzers/result/startup_summary.h"
 #include "decoder/base/ids.h"
 #include "decoder/bus/frame_ledger.h"
@@ -76,6 +77,7 @@ struct BusSummary {
   std::uint64_t unanswered_at_end = 0;  ///< outbound frames still under way when the capture ends
   std::vector<EventBitSummary> events;  ///< bits that any slave raised
   PredictionSummary predictions;
+  std::vector<RunSummary> runs;  ///< one at least
   StartupSummary startup;  ///< what was sent to all slaves at once before the first one reached OP
 };
 

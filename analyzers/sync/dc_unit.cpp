@@ -113,7 +113,7 @@ DcUnit::Change DcUnit::OnActivation(const track::SlaveAccess& access, const esc:
   const esc::SyncActivation now{activation[0]};
   const bool was_active = activation_ && activation_->active();
   was_known_ = activation_.has_value();
-  activation_ = now;
+  activation_ = told_activation_ = now;
   if (!now.active()) {
     active_.reset();
     return was_active && written ? Change::kSwitchedOff : Change::kNone;
@@ -123,7 +123,7 @@ DcUnit::Change DcUnit::OnActivation(const track::SlaveAccess& access, const esc:
   settings.frame = access.frame();
   settings.activation = now;
   active_ = settings;
-  last_active_ = settings;
+  last_active_ = told_ = settings;
   return written ? Change::kSwitchedOn : Change::kNone;
 }
 
@@ -138,6 +138,14 @@ SyncSettings DcUnit::SettingsIn(const esc::RegisterImage& registers) {
   settings.sync0_cycle_ns = registers.Value<std::uint32_t>(esc::kSync0Cycle);
   settings.sync1_cycle_ns = registers.Value<std::uint32_t>(esc::kSync1Cycle);
   return settings;
+}
+
+void DcUnit::BeginAnew() {
+  activation_.reset();
+  active_.reset();
+  last_active_.reset();
+  cycle_configured_ = {};
+  own_time_.reset();
 }
 
 DcSummary DcUnit::Summary(const esc::RegisterImage& registers) const {
@@ -158,13 +166,13 @@ DcSummary DcUnit::Summary(const esc::RegisterImage& registers) const {
     s.speed_counter_difference = esc::SpeedCounterDifference(*difference);
   }
   s.assignment = registers.Value<std::uint8_t>(esc::kCyclicUnitControl);
-  if (activation_) s.activation = activation_->raw;
-  if (last_active_) {
-    s.activated = last_active_->frame;
-    s.activated_with = last_active_->activation.raw;
-    s.start_time_ns = last_active_->start_ns;
-    s.sync0_cycle_ns = last_active_->sync0_cycle_ns;
-    s.sync1_cycle_ns = last_active_->sync1_cycle_ns;
+  if (told_activation_) s.activation = told_activation_->raw;
+  if (told_) {
+    s.activated = told_->frame;
+    s.activated_with = told_->activation.raw;
+    s.start_time_ns = told_->start_ns;
+    s.sync0_cycle_ns = told_->sync0_cycle_ns;
+    s.sync1_cycle_ns = told_->sync1_cycle_ns;
   }
   for (std::size_t i = 0; i < 2; ++i) {
     s.latch_control[i] = registers.Value<std::uint8_t>(static_cast<EscAddress>(esc::kLatchControl + i));

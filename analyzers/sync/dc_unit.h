@@ -41,8 +41,10 @@ class DcUnit {
   [[nodiscard]] bool activation_was_known() const { return was_known_; }
   /// Set while SYNC0 or SYNC1 is being generated.
   [[nodiscard]] const std::optional<SyncSettings>& active() const { return active_; }
-  /// The settings of the last time it was on.
+  /// The settings of the last time it was on, since the slave was set up.
   [[nodiscard]] const std::optional<SyncSettings>& last_active() const { return last_active_; }
+  /// The same, of whichever run.
+  [[nodiscard]] const std::optional<SyncSettings>& told() const { return told_; }
   /// SYNC0 cycle written by this slave's own address: frame; seen() false when it never was, or was set to 0 since.
   [[nodiscard]] const FrameRef& cycle_configured() const { return cycle_configured_; }
   /// Last own read of the system time, and its frame.
@@ -57,7 +59,10 @@ class DcUnit {
     return difference_reads_ > 0 ? std::optional(difference_last_) : std::nullopt;
   }
   /// Something of the unit was read or configured by the slave's own address.
-  [[nodiscard]] bool touched() const { return present_ || latched_.seen() || last_active_; }
+  [[nodiscard]] bool touched() const { return present_ || latched_.seen() || told_; }
+
+  /// The slave is set up anew: what SYNC0 does now nobody knows until it is written or read.
+  void BeginAnew();
 
   [[nodiscard]] DcSummary Summary(const esc::RegisterImage& registers) const;
 
@@ -75,6 +80,9 @@ class DcUnit {
   bool was_known_ = false;
   std::optional<esc::SyncActivation> activation_;
   std::optional<SyncSettings> active_, last_active_;
+  // For reports: as they were last, whichever run that was.
+  std::optional<SyncSettings> told_;
+  std::optional<esc::SyncActivation> told_activation_;
   FrameRef cycle_configured_;
   std::optional<std::uint64_t> own_time_;
   bool own_time_wide_ = false;

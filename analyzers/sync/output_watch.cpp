@@ -67,6 +67,17 @@ OutputGap OutputWatch::Describe(SlaveId slave, const Interval& gap) const {
   return event;
 }
 
+void OutputWatch::BeginAnew() {
+  LeaveOp();
+  seen = false;
+  image = nullptr;
+  fell = {};
+  fell_code.reset();
+  rate = {};
+  grid.End();
+  phase.End();
+}
+
 void OutputWatch::LeaveOp() {
   op_since = {};
   in_op = false;

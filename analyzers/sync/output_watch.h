@@ -54,6 +54,8 @@ struct OutputWatch {
   [[nodiscard]] TimeNs GapLimit(const CyclicImage* of) const;
   /// Of this gap, as far as the watch knows it.
   [[nodiscard]] OutputGap Describe(SlaveId slave, const Interval& gap) const;
+  /// The slave is set up anew.
+  void BeginAnew();
   /// The slave is to leave OP, or has left it, as the master asked.
   void LeaveOp();
   /// The slave was seen to have left OP by itself.

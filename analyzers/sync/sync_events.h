@@ -66,6 +66,11 @@ struct OutputGap {
   std::optional<std::uint16_t> status_word;  ///< 6041h in the frame before, where it is mapped
 };
 
+/// A slave is set up anew, or the bus is: what was measured of it since the last time is judged now or not at all.
+struct SlaveRunEnded {
+  SlaveId slave = kNoSlave;
+};
+
 /// SYNC0 intervals of a slave in OP and the frames that fell into them, where it is not one each.
 struct SyncSlotMiss {
   SlaveId slave = kNoSlave;

@@ -34,7 +34,7 @@ SyncModel::SyncModel(const model::BusModel& model, const Pipeline& pipeline, Eve
   bus.ListenTo<FrameSeen, track::LogicalAccess, track::Answered, track::CaptureHole, track::AlRequest>(
       Stage::kBeforeModel, *this);
   // What the slaves' models conclude is news to this one.
-  bus.ListenTo<model::AlChangedByItself, model::AlErrorCode>(Stage::kModel, *this);
+  bus.ListenTo<track::RunBegan, model::AlChangedByItself, model::AlErrorCode>(Stage::kModel, *this);
   // Objects and registers as the event left them.
   bus.ListenTo<mailbox::SdoTransfer, track::SlaveAccess, track::AlStatusRead>(Stage::kAfterModel, *this);
 }
@@ -330,6 +330,28 @@ void SyncModel::On(const track::CaptureHole& hole) {
   if (hole.certain) images_.ForgetLast();
 }
 
+/// Another cycle, other settings, perhaps another clock: nothing that was measured so far is compared with what
+/// follows.
+void SyncModel::On(const track::RunBegan& run) {
+  Flush();
+  const bool asked = run.reason == track::RunBegan::Reason::kInitialised;
+  for (std::size_t s = 0; s < slaves_.size(); ++s) {
+    if (asked) Starve(static_cast<SlaveId>(s), run.frame, OutputGap::End::kRequest);
+    EndRun(static_cast<SlaveId>(s));
+  }
+  CycleSummary ended = SummariseRun();
+  if (ended.cycles > earlier_.cycles) earlier_ = std::move(ended);
+  images_ = {};
+  clock_.WasSet(clock_.reference());
+}
+
+void SyncModel::EndRun(SlaveId id) {
+  sink_.Publish(SlaveRunEnded{id});
+  Slave& slave = Of(id);
+  slave.dc.BeginAnew();
+  slave.outputs.BeginAnew();
+}
+
 void SyncModel::On(const model::AlChangedByItself& change) {
   if (change.before.state() == static_cast<std::uint8_t>(esc::AlState::OP) &&
       change.status.state() != static_cast<std::uint8_t>(esc::AlState::OP)) {
@@ -350,6 +372,7 @@ void SyncModel::On(const track::AlRequest& request) {
   }
   Starve(request.slave, request.frame(), OutputGap::End::kRequest);
   slaves_[request.slave]->outputs.LeaveOp();
+  if (request.control.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) EndRun(request.slave);
 }
 
 void SyncModel::On(const track::AlStatusRead& read) {
@@ -419,6 +442,11 @@ void SyncModel::Starve(SlaveId id, const FrameRef& until, OutputGap::End end) {
 }
 
 CycleSummary SyncModel::SummariseCycle() const {
+  CycleSummary last = SummariseRun();
+  return last.cycles >= earlier_.cycles ? last : earlier_;
+}
+
+CycleSummary SyncModel::SummariseRun() const {
   const CyclicImage* image = cycle();
   if (image == nullptr) return {};
   const auto [best, base] = image->Best();
@@ -450,8 +478,8 @@ std::optional<DcSummary> SyncModel::Summarise(SlaveId slave) const {
   summary.reference = clock_.samples() > 0 && clock_.reference() == slave;
   summary.pll = slaves_[slave]->pll.Summary(bus_.slave(slave));
   const Sync0Phase& phase = slaves_[slave]->outputs.phase;
-  if (phase.frames() > 0 && unit.last_active()) {
-    summary.phase = phase.Summary(unit.last_active()->sync0_cycle_ns.value_or(0));
+  if (phase.frames() > 0 && unit.told()) {
+    summary.phase = phase.Summary(unit.told()->sync0_cycle_ns.value_or(0));
   }
   return summary;
 }

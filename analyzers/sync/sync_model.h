@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "analyzers/model/bus_model.h"
+#include "analyzers/result/cycle_summary.h"
 #include "analyzers/sync/cyclic_images.h"
 #include "analyzers/sync/dc_clock.h"
 #include "analyzers/sync/dc_unit.h"
@@ -58,6 +59,7 @@ class SyncModel final {
   void On(const track::LogicalAccess& access);
   void On(const track::Answered& answer);
   void On(const track::CaptureHole& hole);
+  void On(const track::RunBegan& run);
   void On(const mailbox::SdoTransfer& transfer);
   void On(const track::SlaveAccess& access);
   void On(const model::AlChangedByItself& change);
@@ -70,12 +72,15 @@ class SyncModel final {
   [[nodiscard]] const DcUnit& dc(SlaveId slave) const;
   [[nodiscard]] const OutputWatch& outputs(SlaveId slave) const;
   [[nodiscard]] const DcClock& clock() const { return clock_; }
-  /// The image that was exchanged most often; null when none was exchanged twice.
+  /// The image that was exchanged most often since the run began; null when none was exchanged twice.
   [[nodiscard]] const CyclicImage* cycle() const { return images_.Busiest(); }
   /// How wrong an interval by this clock may be, ns; unset when the clock cannot be trusted at all.
   [[nodiscard]] std::optional<TimeNs> Uncertainty(TimeBase base) const { return trust_.Uncertainty(base); }
 
+  /// Of the run with the most cycles.
   [[nodiscard]] CycleSummary SummariseCycle() const;
+  /// Of the run that goes on.
+  [[nodiscard]] CycleSummary SummariseRun() const;
   [[nodiscard]] BusDcSummary SummariseBus() const;
   /// Unset when nothing was seen of the slave's unit.
   [[nodiscard]] std::optional<DcSummary> Summarise(SlaveId slave) const;
@@ -119,6 +124,7 @@ class SyncModel final {
     return sent_frames_.UnreturnedBetween(watch.last_sent, sent_.number, bus_.network().fmmus(id));
   }
   [[nodiscard]] std::optional<DcTime> DcByStamps() const;
+  void EndRun(SlaveId id);
   void Starve(SlaveId id, const FrameRef& until, OutputGap::End end);
   void OnMemoryWritten(const track::SlaveAccess& access);
   void OnDcAccess(const track::SlaveAccess& access);
@@ -130,6 +136,7 @@ class SyncModel final {
   TimeTrust trust_;
   SentFrames sent_frames_;
   CyclicImages images_;
+  CycleSummary earlier_;  // of the run before with the most cycles
   SlaveDelays delays_;
   std::vector<std::unique_ptr<Slave>> slaves_;  // grows without moving what rules refer to
 

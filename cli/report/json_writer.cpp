@@ -11,6 +11,7 @@
 #include "cli/report/times.h"
 #include "cli/report/wireshark_filter.h"
 #include "decoder/base/text.h"
+#include "decoder/esc/al.h"
 
 namespace ecaudit::report {
 namespace {
@@ -147,6 +148,16 @@ void PutPrediction(JsonObject& out, std::string_view key, const PredictionCount&
   });
 }
 
+void PutRun(JsonObject& out, const RunSummary& run) {
+  out.Put("first_frame", run.first.number);
+  out.Put("last_frame", run.last.number);
+  out.Put("reason", run.reason);
+  out.TextOrNull("highest_state", run.highest == 0 ? std::string() : esc::StateName(run.highest));
+  out.Put("slaves_in_op", run.slaves_in_op);
+  out.Put("preop_requests", run.preop_requests);
+  if (run.cycle_us > 0) out.Put("cycle_us", run.cycle_us);
+}
+
 void PutBus(JsonObject& out, const AnalysisResult& result) {
   const BusSummary& b = result.bus;
   out.Put("slave_count", b.slave_count);
@@ -156,6 +167,7 @@ void PutBus(JsonObject& out, const AnalysisResult& result) {
   out.Put("duplicated_frames", b.duplicated_frames);
   out.Put("unanswered_at_end", b.unanswered_at_end);
   out.List("events", b.events, PutEventBit);
+  out.List("runs", b.runs, PutRun);
   out.Object("predictions", [&](JsonObject& json) {
     PutPrediction(json, "al_answers", b.predictions.al_answers);
     PutPrediction(json, "mailbox_accesses", b.predictions.mailbox_accesses);

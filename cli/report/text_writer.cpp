@@ -559,6 +559,7 @@ class CaptureText {
     if (c.frames.outbound > 0) text_.Paragraph(Ledger(), 2);
     text_.Paragraph(TimeFacts(), 2);
     if (!WithoutEtherCat(result_)) text_.Paragraph(BusFacts(), 2);
+    if (const std::string runs = RunFacts(); !runs.empty()) text_.Paragraph(runs, 2);
     if (const std::string events = SignalledFacts(); !events.empty()) text_.Paragraph(events, 2);
     if (const std::string predictions = Predictions(); !predictions.empty()) text_.Paragraph(predictions, 2);
     if (const std::string left_out = LeftOut(); !left_out.empty()) text_.Paragraph(left_out, 2);
@@ -625,6 +626,25 @@ class CaptureText {
       text += "; by " + Printable(b.cycle.time_source) + " time)";
     }
     return text;
+  }
+
+  /// "2 runs: #1 to #1348 to OP (2 slaves, every 1000.0 us); #1349 to #2691 ..."; empty where there is one.
+  [[nodiscard]] std::string RunFacts() const {
+    constexpr std::size_t kShown = 6;
+    const std::vector<RunSummary>& runs = result_.bus.runs;
+    if (runs.size() < 2) return {};
+    std::string text = Count(runs.size(), "run") + ": ";
+    for (std::size_t i = 0; i < runs.size() && i < kShown; ++i) {
+      const RunSummary& run = runs[i];
+      if (i > 0) text += "; ";
+      text += "#" + std::to_string(run.first.number) + " to #" + std::to_string(run.last.number);
+      if (run.reason == "clock") text += ", another recording";
+      text += run.highest == 0 ? ", no state read" : ", up to " + esc::StateName(run.highest);
+      if (run.slaves_in_op > 0) text += " (" + Count(run.slaves_in_op, "slave") + ")";
+      if (run.cycle_us > 0) text += ", every " + Fixed(run.cycle_us, 1) + " us";
+    }
+    if (runs.size() > kShown) text += "; and " + std::to_string(runs.size() - kShown) + " more";
+    return text + "; each is judged for itself";
   }
 
   /// "slaves signalled: DL status in 47 frames, #2 to #94 (slave 0)"

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <set>
 #include <vector>
 
 #include "analyzers/judge/rule.h"
@@ -7,6 +8,7 @@
 #include "analyzers/model/drive_parameters.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/sync/sync_events.h"
 #include "analyzers/sync/sync_model.h"
 #include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
@@ -52,7 +54,10 @@ Set one cycle time in the master's configuration, and let it write 0x09A0 and 60
 
 class SyncCycleMismatch final : public Rule {
  public:
-  SyncCycleMismatch() : Rule(kInfo) { Hear<model::AlRequestJudged>(&SyncCycleMismatch::On); }
+  SyncCycleMismatch() : Rule(kInfo) {
+    Hear<model::AlRequestJudged>(&SyncCycleMismatch::On);
+    Hear<sync::SlaveRunEnded>(&SyncCycleMismatch::On);
+  }
 
   void On(const model::AlRequestJudged& e) {
     if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
@@ -62,8 +67,17 @@ class SyncCycleMismatch final : public Rule {
     }
   }
 
+  void On(const sync::SlaveRunEnded& e) {
+    if (context().sync().outputs(e.slave).rate.cycles < kEnoughCycles) return;
+    judged_.insert(e.slave);
+    Observed(e.slave);
+  }
+
   void Finish() override {
-    for (std::size_t s = 0; s < context().slave_count(); ++s) Observed(static_cast<SlaveId>(s));
+    for (std::size_t s = 0; s < context().slave_count(); ++s) {
+      const auto id = static_cast<SlaveId>(s);
+      if (context().sync().outputs(id).rate.cycles >= kEnoughCycles || !judged_.contains(id)) Observed(id);
+    }
   }
 
  private:
@@ -150,6 +164,7 @@ class SyncCycleMismatch final : public Rule {
                    pairing.first_hole.number);
       return;
     }
+    if (Repeat(id, 3, outputs.rate.first) != kNoFinding) return;
     Finding finding;
     finding.slave = id;
     finding.first = outputs.rate.first;
@@ -166,6 +181,8 @@ class SyncCycleMismatch final : public Rule {
                         Text("time_base", std::string(sync::Name(outputs.rate.base)))};
     Report(3, std::move(finding));
   }
+
+  std::set<SlaveId> judged_;  // in a run that has ended
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncCycleMismatch>};

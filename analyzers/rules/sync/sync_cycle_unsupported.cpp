@@ -52,6 +52,7 @@ class SyncCycleUnsupported final : public Rule {
   SyncCycleUnsupported() : Rule(kInfo) {
     Hear<sync::SyncSwitchedOn>(&SyncCycleUnsupported::On);
     Hear<model::AlRequestJudged>(&SyncCycleUnsupported::On);
+    Hear<sync::SlaveRunEnded>(&SyncCycleUnsupported::On);
   }
 
   void On(const sync::SyncSwitchedOn& e) {
@@ -69,35 +70,39 @@ class SyncCycleUnsupported final : public Rule {
     if (cycle) Check(e.slave, *cycle, "interpolation time (60C2h)", e.request.frame, 1);
   }
 
+  void On(const sync::SlaveRunEnded& e) { Observed(e.slave); }
+
   void Finish() override {
-    for (std::size_t s = 0; s < context().slave_count(); ++s) {
-      const auto id = static_cast<SlaveId>(s);
-      const sync::OutputWatch& outputs = context().sync().outputs(id);
-      const device::SyncDescription& family = context().slave(id).profile->sync;
-      if (outputs.rate.cycles < kEnoughCycles || !family.cycle_min.value) continue;
-      const auto mean = static_cast<double>(outputs.rate.ns) / static_cast<double>(outputs.rate.cycles);
-      if (!context().sync().Uncertainty(outputs.rate.base)) continue;
-      if (mean >= static_cast<double>(*family.cycle_min) * 0.9) {
-        CheckMultiple(id, mean, outputs);
-        continue;
-      }
-      Finding finding;
-      finding.slave = id;
-      finding.first = outputs.rate.first;
-      finding.last = outputs.rate.last;
-      finding.reference = ReferenceTo(family.cycle_min.source);
-      const std::string cycle = Duration(static_cast<std::int64_t>(mean));
-      finding.title = "Process data come every " + cycle + ", faster than the drive supports";
-      finding.message = "In OP the outputs come every " + cycle + " in the mean of " + Grouped(outputs.rate.cycles) +
-                        " cycles, " + std::string(BaseText(outputs.rate.base)) + ". " +
-                        LawText(*context().slave(id).profile) + " gives " + Duration(*family.cycle_min) +
-                        " as the shortest cycle. Choose a longer cycle.";
-      finding.evidence = {Real("cycle_us", mean / 1e3), Number("cycle_min_ns", *family.cycle_min)};
-      Report(2, std::move(finding));
-    }
+    for (std::size_t s = 0; s < context().slave_count(); ++s) Observed(static_cast<SlaveId>(s));
   }
 
  private:
+  void Observed(SlaveId id) {
+    const sync::OutputWatch& outputs = context().sync().outputs(id);
+    const device::SyncDescription& family = context().slave(id).profile->sync;
+    if (outputs.rate.cycles < kEnoughCycles || !family.cycle_min.value) return;
+    const auto mean = static_cast<double>(outputs.rate.ns) / static_cast<double>(outputs.rate.cycles);
+    if (!context().sync().Uncertainty(outputs.rate.base)) return;
+    if (mean >= static_cast<double>(*family.cycle_min) * 0.9) {
+      CheckMultiple(id, mean, outputs);
+      return;
+    }
+    if (Repeat(id, 2, outputs.rate.first) != kNoFinding) return;
+    Finding finding;
+    finding.slave = id;
+    finding.first = outputs.rate.first;
+    finding.last = outputs.rate.last;
+    finding.reference = ReferenceTo(family.cycle_min.source);
+    const std::string cycle = Duration(static_cast<std::int64_t>(mean));
+    finding.title = "Process data come every " + cycle + ", faster than the drive supports";
+    finding.message = "In OP the outputs come every " + cycle + " in the mean of " + Grouped(outputs.rate.cycles) +
+                      " cycles, " + std::string(BaseText(outputs.rate.base)) + ". " +
+                      LawText(*context().slave(id).profile) + " gives " + Duration(*family.cycle_min) +
+                      " as the shortest cycle. Choose a longer cycle.";
+    finding.evidence = {Real("cycle_us", mean / 1e3), Number("cycle_min_ns", *family.cycle_min)};
+    Report(2, std::move(finding));
+  }
+
   /// @param mean  observed cycle in ns, not shorter than the family supports
   void CheckMultiple(SlaveId id, double mean, const sync::OutputWatch& outputs) {
     const model::SlaveModel& slave = context().slave(id);
@@ -110,6 +115,7 @@ class SyncCycleUnsupported final : public Rule {
     const double nearest = std::round(mean / base) * base;
     const double off_ppm = std::abs(mean / nearest - 1) * 1e6;
     if (off_ppm <= *family.pll_range_ppm + kClockPpm) return;
+    if (Repeat(id, 3, outputs.rate.first) != kNoFinding) return;
     Finding finding;
     finding.slave = id;
     finding.first = outputs.rate.first;

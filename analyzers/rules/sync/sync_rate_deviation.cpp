@@ -1,9 +1,11 @@
 #include <cmath>
+#include <set>
 
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/judge/sync_text.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/sync/sync_events.h"
 #include "analyzers/sync/sync_model.h"
 #include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
@@ -49,10 +51,19 @@ that keeps the configured period in the mean.
 
 class SyncRateDeviation final : public Rule {
  public:
-  SyncRateDeviation() : Rule(kInfo) {}
+  SyncRateDeviation() : Rule(kInfo) { Hear<sync::SlaveRunEnded>(&SyncRateDeviation::On); }
+
+  void On(const sync::SlaveRunEnded& e) {
+    if (context().sync().outputs(e.slave).rate.cycles < kEnoughCycles) return;
+    judged_.insert(e.slave);
+    Judge(e.slave);
+  }
 
   void Finish() override {
-    for (std::size_t s = 0; s < context().slave_count(); ++s) Judge(static_cast<SlaveId>(s));
+    for (std::size_t s = 0; s < context().slave_count(); ++s) {
+      const auto id = static_cast<SlaveId>(s);
+      if (context().sync().outputs(id).rate.cycles >= kEnoughCycles || !judged_.contains(id)) Judge(id);
+    }
   }
 
  private:
@@ -90,6 +101,7 @@ class SyncRateDeviation final : public Rule {
       NotEvaluable(id, "the mean deviation of the cycle equals the limit within the clock's uncertainty");
       return;
     }
+    if (Repeat(id, 0, outputs.rate.first) != kNoFinding) return;
     Finding finding;
     finding.slave = id;
     finding.first = outputs.rate.first;
@@ -107,6 +119,8 @@ class SyncRateDeviation final : public Rule {
                         Real("configured_us", static_cast<double>(configured) / 1e3)};
     Report(0, std::move(finding));
   }
+
+  std::set<SlaveId> judged_;  // in a run that has ended
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncRateDeviation>};

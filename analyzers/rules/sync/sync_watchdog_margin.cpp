@@ -168,12 +168,13 @@ class SyncWatchdogMargin final : public Rule {
       if (e.gap.ns >= half) NotEvaluable(e.slave, std::string(kPoorStamps), e.after.number);
       return false;
     }
-    if (e.end == sync::OutputGap::End::kOutputs && !fell && context().sync().outputs(e.slave).may_be_hole &&
-        e.gap.ns >= half) {
+    if (!fell && context().sync().outputs(e.slave).may_be_hole && e.gap.ns >= half) {
       NotEvaluable(
           e.slave,
-          "nobody sent anything for long, and the slave is in OP before and after: the capture may have a hole "
-          "there",
+          e.end == sync::OutputGap::End::kOutputs
+              ? "nobody sent anything for long, and the slave is in OP before and after: the capture may have a hole "
+                "there"
+              : "nobody sent anything for long before the slave was to leave OP: the capture may have a hole there",
           e.after.number);
       return false;
     }

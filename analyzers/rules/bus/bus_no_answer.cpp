@@ -1,0 +1,99 @@
+#include <string>
+
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "decoder/base/text.h"
+#include "decoder/base/time.h"
+#include "decoder/pipeline.h"
+
+namespace ecaudit::bus_no_answer {
+namespace {
+
+/// So many frames, for so long, without one return: longer than any frame is under way, and masters wait for one.
+constexpr std::uint64_t kEnoughFrames = 3;
+constexpr std::int64_t kLongEnoughNs = 20'000'000;
+
+constexpr RuleInfo kInfo{.id = "bus-no-answer",
+                         .group = "Frame and bus",
+                         .severity = Severity::kError,
+                         .needs_no_history = true,
+                         .title = "Frames are sent, and none comes back",
+                         .needs = "frames that the master repeats after a time-out, or returns before",
+                         .source = "ETG1000.4, frame processing: each frame returns to its sender",
+                         .doc = R"(
+## What it checks
+Outbound frames that are repeated after a time-out and never come back, in the whole capture, or from some frame on
+until its end.
+
+## Why it matters
+The ring is open towards the master: no slave gets anything, and those in OP fall by their watchdogs.
+
+## How it is decided
+Where nothing ever came back, the master must have repeated frames under one index after a pause: else the capture may
+hold one direction only (capture-one-direction). Where frames came back before, three frames or more within at least 20
+ms must have been sent behind the last return.
+
+## Example
+tests/rules/bus-no-answer/violates.trace
+
+## What to do
+Look at the cable between the master and the first slave, the master's port (link, right interface), and the power of
+the first slave.
+)"};
+
+class BusNoAnswer final : public Rule {
+ public:
+  BusNoAnswer() : Rule(kInfo) { Hear<FrameSeen>(&BusNoAnswer::On); }
+
+  void On(const FrameSeen& e) {
+    if (e.direction == bus::Direction::kReturned) {
+      last_returned_ = e.frame.ref();
+      sent_since_ = 0;
+    } else if (e.direction == bus::Direction::kOutbound) {
+      if (sent_since_++ == 0) first_sent_ = e.frame.ref();
+      last_sent_ = e.frame.ref();
+    }
+  }
+
+  void Finish() override {
+    const bus::PairingStatistics& pairing = context().pairing();
+    if (pairing.outbound == 0) {
+      SaidNothingSent();
+      return;
+    }
+    const bool ever = pairing.returned > 0;
+    if (!ever && !pairing.nobody_answers) {
+      NotEvaluable(kNoSlave, "no returned frame is in the capture, and none is seen to be repeated after a time-out");
+      return;
+    }
+    if (sent_since_ < kEnoughFrames) return;
+    const bool timed = first_sent_.has_time && last_sent_.has_time;
+    const std::int64_t silence = timed ? Elapsed(first_sent_.time, last_sent_.time) : 0;
+    if (ever && silence < kLongEnoughNs) return;
+    Finding finding;
+    finding.first = first_sent_;
+    finding.last = last_sent_;
+    finding.count = sent_since_;
+    finding.title = ever ? "No frame comes back any more" : "No frame comes back: nobody answers";
+    finding.message = (ever ? "The last frame that came back is " + std::to_string(last_returned_.number) +
+                                  "; from frame " + std::to_string(first_sent_.number) + " on "
+                            : std::string("The master repeats its frames after a time-out; ")) +
+                      Count(sent_since_, "frame") + " went out" +
+                      (timed ? " within " + Duration(silence) : std::string()) +
+                      " and none returned. Look at the cable between master and first slave, at the master's port, and "
+                      "at the power of the first slave.";
+    if (ever) AddRelated(finding, last_returned_.number);
+    finding.evidence = {Number("frames", static_cast<std::int64_t>(sent_since_)),
+                        Real("silence_ms", static_cast<double>(silence) / 1e6)};
+    Report(0, std::move(finding));
+  }
+
+ private:
+  FrameRef last_returned_, first_sent_, last_sent_;
+  std::uint64_t sent_since_ = 0;
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<BusNoAnswer>};
+
+}  // namespace
+}  // namespace ecaudit::bus_no_answer
