@@ -19,10 +19,17 @@ constexpr std::array<std::string_view, 9> kKeys{"profile",  "slave_profiles", "p
                                                 "baseline", "limits",         "esi",        "eni"};
 
 /// Limits that rules let a project change; each rule's page (`ecaudit explain`) tells its own.
-constexpr std::array<std::string_view, 9> kLimits{
-    "al-timeout.preop",    "al-timeout.safeop-op",   "al-timeout.down",
-    "drive-no-reaction",   "drive-no-reaction.stop", "latch-ack-mismatch",
-    "mailbox-no-response", "sync-difference-large",  "sync-drift-uncompensated"};
+constexpr std::array<std::string_view, 11> kLimits{"al-timeout.preop",
+                                                   "al-timeout.safeop-op",
+                                                   "al-timeout.down",
+                                                   "drive-mode-not-shown",
+                                                   "drive-no-reaction",
+                                                   "drive-no-reaction.stop",
+                                                   "foe-error",
+                                                   "latch-ack-mismatch",
+                                                   "mailbox-no-response",
+                                                   "sync-difference-large",
+                                                   "sync-drift-uncompensated"};
 constexpr double kLargestLimitMs = 1e9;  // 11 days
 
 Error Wrong(const std::string& path, const std::string& what) {

@@ -344,6 +344,7 @@ void AlMachine::OnStateOnly(const track::AlStatusRead& read) {
     error_code_.reset();
     sink_.Publish(event);
   }
+  began_ = began_ || fell;
   error_reported_ = fell;  // the error bit, when a read of this slave shows it, belongs to this
   error_ = Error::kUnknown;
   MayBeIn(state);
@@ -387,6 +388,8 @@ void AlMachine::OnError(const track::AlStatusRead& read) {
     error_reported_ = true;
     error_code_ = read.status_code;
     acknowledged_ = false;
+    standing_ = Standing::kNo;
+    began_ = true;
     DropPendingBefore(open_->frame.number);
     open_.reset();
     sink_.Publish(event);
@@ -403,15 +406,28 @@ void AlMachine::OnError(const track::AlStatusRead& read) {
   error_since_ = read.frame.number;
   error_code_ = read.status_code;
   error_reported_ = before_known && pending_.empty();
-  if (!error_reported_) return;
+  if (!error_reported_) {
+    TellStanding(read, certain);
+    return;
+  }
+  began_ = true;
   sink_.Publish(ChangedByItself(read, before));
+}
+
+void AlMachine::TellStanding(const track::AlStatusRead& read, bool certain) {
+  const Standing now = certain ? Standing::kYes : Standing::kMaybe;
+  if (began_ || standing_ >= now) return;
+  standing_ = now;
+  sink_.Publish(AlErrorStands{slave_, read.frame, read.status, read.status_code, certain});
 }
 
 void AlMachine::OnNoError(const track::AlStatusRead& read) {
   const std::uint8_t state = read.status.state();
-  if (error_ == Error::kYes || (error_ == Error::kUnknown && error_reported_)) {
-    sink_.Publish(AlErrorCleared{slave_, read.frame});
+  if (error_ == Error::kYes || (error_ == Error::kUnknown && error_reported_) || standing_ != Standing::kNo) {
+    sink_.Publish(AlErrorCleared{slave_, read.frame, read.status.bit4()});
   }
+  standing_ = Standing::kNo;
+  began_ = true;
   const bool before_known = read_state_ != 0 && error_ != Error::kUnknown;
   const esc::AlWord before = Before();
   error_reported_ = false;

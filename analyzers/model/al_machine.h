@@ -98,6 +98,7 @@ class AlMachine {
   [[nodiscard]] esc::AlWord Before() const;
   void MayBeIn(std::uint8_t state);
   void OnError(const track::AlStatusRead& read);
+  void TellStanding(const track::AlStatusRead& read, bool certain);
   void OnNoError(const track::AlStatusRead& read);
   void CheckOverdue(const track::AlStatusRead& read);
   void ReportCode(const FrameRef& frame, std::uint16_t code);
@@ -118,6 +119,9 @@ class AlMachine {
   bool echo_ = false;            ///< the error bit shown is the echo of an acknowledge
   bool error_reported_ = false;  ///< as kRefused or AlChangedByItself: its code is wanted
   std::optional<std::uint16_t> error_code_;
+  enum class Standing : std::uint8_t { kNo, kMaybe, kYes };
+  Standing standing_ = Standing::kNo;  ///< the error bit was there when the slave was first read
+  bool began_ = false;                 ///< the slave was seen without error, or its error was told before
 
   std::optional<AlRequestRecord> open_;  ///< taken by the slave, not answered yet
   static constexpr std::size_t kMaxEarlier = 3;

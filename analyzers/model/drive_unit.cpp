@@ -157,7 +157,10 @@ Still DriveUnit::OutputsRepeat(const Places& places, ByteSpan data, bool done, S
 
 void DriveUnit::Repeat(const ProcessCycle& cycle) {
   status_last_ = cycle.frame();
-  if (!state_) return;
+  if (!state_) {
+    CountWithoutState(status_last_);
+    return;
+  }
   last_state_seen_ = status_last_;
   last_state_word_ = *status_;
 }
@@ -461,7 +464,10 @@ void DriveUnit::OnStatus(std::uint16_t word, const FrameRef& frame, bool by_sdo,
     status_ = word;
     status_by_sdo_ = by_sdo;
     // Before any other word, 0 is what unused memory holds.
-    if (word == 0 && !last_state_) return;
+    if (word == 0 && !last_state_) {
+      is_without_state_ = false;
+      return;
+    }
     const bool warned = before && (*before & kWarningBit) != 0;
     const bool warns = (word & kWarningBit) != 0;
     if (warned != warns) sink_.Publish(DriveWarning{slave_, frame, word, warns, inferred});
@@ -471,9 +477,17 @@ void DriveUnit::OnStatus(std::uint16_t word, const FrameRef& frame, bool by_sdo,
   if (state_) {
     last_state_seen_ = frame;
     last_state_word_ = word;
+  } else {
+    CountWithoutState(frame);
   }
   behind_hole_ = false;
   if (expected_count_ > 0 || candidate_) CheckLimits(frame);
+}
+
+void DriveUnit::CountWithoutState(const FrameRef& frame) {
+  if (!is_without_state_) return;
+  ++without_state_.words;
+  without_state_.last = frame;
 }
 
 void DriveUnit::OnState(std::optional<DriveState> to, const FrameRef& frame, bool inferred) {
@@ -488,7 +502,9 @@ void DriveUnit::OnState(std::optional<DriveState> to, const FrameRef& frame, boo
   change.by_sdo = status_by_sdo_;
   change.inferred = inferred;
   state_ = to;
+  is_without_state_ = !to;
   if (!to) {
+    without_state_ = {frame, frame, 0, change.word, change.from, change.from_last, inferred};
     sink_.Publish(change);
     return;
   }
@@ -524,6 +540,7 @@ void DriveUnit::JudgeChange(DriveStateChanged& change) {
     return;
   }
   if (WasExpected(change)) {
+    UseUp(change.path);
     sink_.Publish(change);
     return;
   }
@@ -533,6 +550,7 @@ void DriveUnit::JudgeChange(DriveStateChanged& change) {
   if (const auto path = FindPath(*change.from, *change.to, kOwn | given)) {
     change.path = *path;
     if (const FrameRef command = CommandOf(*path, given); command.seen()) change.command = command;
+    UseUp(*path);
     sink_.Publish(change);
     return;
   }
@@ -596,6 +614,20 @@ void DriveUnit::TellIllegal(const DriveStateChanged& change, std::uint32_t given
   sink_.Publish(illegal);
 }
 
+/// The drive works its commands off in order: what it has done now was asked for by the first that does, and those
+/// before that one are over.
+void DriveUnit::UseUp(const DrivePath& path) {
+  if (given_count_ > given_.size()) used_up_ = std::max(used_up_, given_count_ - given_.size());
+  for (std::uint8_t i = 0; i < path.count; ++i) {
+    if ((kOwn & Bit(path.numbers[i])) != 0) continue;
+    for (std::size_t n = used_up_; n < given_count_; ++n) {
+      if ((given_[n % given_.size()].transitions & Bit(path.numbers[i])) == 0) continue;
+      used_up_ = n;
+      break;
+    }
+  }
+}
+
 /// Transitions commanded since shortly before the state was last shown, and by the word in force then.
 /// @param whole set to false when some of these words may not be known
 std::uint32_t DriveUnit::GivenSince(const FrameRef& last, bool& whole) const {
@@ -604,9 +636,11 @@ std::uint32_t DriveUnit::GivenSince(const FrameRef& last, bool& whole) const {
   std::uint32_t given = 0;
   bool reached = false;  // a word from before the window: nothing older matters
   for (std::size_t n = 0; n < kept && !reached; ++n) {
-    const GivenCommand& command = given_[(given_count_ - 1 - n) % given_.size()];
+    const std::size_t number = given_count_ - 1 - n;
+    const GivenCommand& command = given_[number % given_.size()];
     given |= command.transitions;
-    reached = last.has_time && command.frame.has_time && command.frame.time <= begin;
+    reached = (used_up_ > 0 && number <= used_up_) ||
+              (last.has_time && command.frame.has_time && command.frame.time <= begin);
   }
   whole = reached || (history_whole_ && given_count_ <= given_.size());
   return given;

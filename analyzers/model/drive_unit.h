@@ -69,6 +69,16 @@ class DriveUnit {
   [[nodiscard]] bool without_time() const { return without_time_; }
   /// A command that looks illegal and is not decided when the capture ends: nothing came that makes it legal.
   [[nodiscard]] std::optional<DriveIllegalCommand> undecided_command() const;
+  /// The last run of status words that fit no state of the family.
+  struct WithoutState {
+    FrameRef first, last;
+    std::uint64_t words = 0;  ///< 0: there was none
+    std::uint16_t word = 0;   ///< the first of them
+    std::optional<device::DriveState> before;
+    FrameNo before_last = 0;  ///< last frame that showed the state before
+    bool inferred = false;
+  };
+  [[nodiscard]] const WithoutState& without_state() const { return without_state_; }
 
  private:
   struct Place {
@@ -124,6 +134,7 @@ class DriveUnit {
   void Expect(device::DriveState from, std::uint16_t before, std::uint16_t word, const FrameRef& frame);
 
   void OnStatus(std::uint16_t word, const FrameRef& frame, bool by_sdo, bool inferred);
+  void CountWithoutState(const FrameRef& frame);
   void OnState(std::optional<device::DriveState> to, const FrameRef& frame, bool inferred);
   void JudgeChange(DriveStateChanged& change);
   [[nodiscard]] bool WasExpected(DriveStateChanged& change);
@@ -135,6 +146,7 @@ class DriveUnit {
   void OnMode(std::int8_t value, bool shown, const FrameRef& frame, bool by_sdo, bool inferred);
   [[nodiscard]] std::optional<DrivePath> FindPath(device::DriveState from, device::DriveState to,
                                                   std::uint32_t available) const;
+  void UseUp(const DrivePath& path);
   [[nodiscard]] std::uint32_t GivenSince(const FrameRef& last, bool& all) const;
 
   SlaveId slave_;
@@ -164,6 +176,7 @@ class DriveUnit {
   static constexpr std::size_t kGiven = 8;
   std::vector<GivenCommand> given_;  ///< the newest, a ring
   std::size_t given_count_ = 0;      ///< ever given
+  std::size_t used_up_ = 0;          ///< of these: the drive took what they command, and they command nothing more
   std::vector<Expected> expected_;
   std::size_t expected_count_ = 0;
   FrameRef expected_since_;
@@ -179,6 +192,8 @@ class DriveUnit {
   bool last_was_zero_ = false;
   bool behind_hole_ = false;  ///< no status word since frames were missing
   FrameRef state_since_;
+  WithoutState without_state_;
+  bool is_without_state_ = false;
   FrameRef status_last_;      ///< last status word
   FrameRef last_state_seen_;  ///< last status word that showed last_state_
   std::uint16_t last_state_word_ = 0;

@@ -114,6 +114,16 @@ struct AlErrorCode {
 struct AlErrorCleared {
   SlaveId slave = kNoSlave;
   FrameRef frame;
+  bool echo = false;  ///< what looked like one was the echo of an acknowledge
+};
+
+/// The error bit is set when AL Status of the slave is first read; said again when it becomes certain.
+struct AlErrorStands {
+  SlaveId slave = kNoSlave;
+  FrameRef frame;
+  esc::AlWord status;
+  std::optional<std::uint16_t> code;  ///< where the same read covered 0x0134
+  bool certain = false;               ///< false: it may be the echo of an acknowledge
 };
 
 /// Neither the state nor an error appeared within the limit although the master kept reading.

@@ -71,8 +71,8 @@ void SiiAssembler::OnStatus(const SlaveAccess& access, std::uint16_t status, Sii
   const bool ends = command_.kind != Kind::kNone && !command_.ended;
   if (!access.broadcast) {
     if ((errors & ~reported_errors_) != 0 && listener != nullptr) {
-      listener->OnEepromError(
-          {slave_, ends ? command_.frame : FrameRef{}, access.frame(), errors, ends ? command_.address : std::nullopt});
+      listener->OnEepromError({slave_, ends ? command_.frame : FrameRef{}, access.frame(), errors,
+                               ends ? command_.address : std::nullopt, ends && command_.kind == Kind::kWrite});
     }
     reported_errors_ = errors;
   }
@@ -199,14 +199,15 @@ void SiiAssembler::EndWrite(const FrameRef& frame, bool confirmed, SiiListener* 
   if (command_.kind != Kind::kWrite || command_.ended) return;
   command_.ended = true;
   if (command_.address) {
+    const std::optional<std::uint16_t> before = image_.Word(*command_.address);
     if (command_.data && (confirmed || command_.assumed)) {
       Learn(*command_.address, *command_.data);
     } else {
       image_.Forget(*command_.address);
     }
     if (listener != nullptr) {
-      listener->OnEepromWrite(
-          {slave_, command_.frame, confirmed ? frame : FrameRef{}, *command_.address, command_.data, confirmed});
+      listener->OnEepromWrite({slave_, command_.frame, confirmed ? frame : FrameRef{}, *command_.address, command_.data,
+                               confirmed, before});
     }
   }
 }

@@ -30,10 +30,11 @@ struct EepromRead {
 struct EepromWrite {
   SlaveId slave = kNoSlave;
   FrameRef command;
-  FrameRef frame;                     ///< the status that ended it; not seen when `confirmed` is false
-  std::uint32_t address = 0;          ///< word address
-  std::optional<std::uint16_t> word;  ///< unknown when its bytes were not captured
-  bool confirmed = false;             ///< a status without busy and without error was read afterwards
+  FrameRef frame;                       ///< the status that ended it; not seen when `confirmed` is false
+  std::uint32_t address = 0;            ///< word address
+  std::optional<std::uint16_t> word;    ///< unknown when its bytes were not captured
+  bool confirmed = false;               ///< a status without busy and without error was read afterwards
+  std::optional<std::uint16_t> before;  ///< what the word was, where that is known
 };
 
 /// Bits of EepromError::bits, as in 0x0502.
@@ -52,6 +53,7 @@ struct EepromError {
   FrameRef frame;                        ///< the status read
   std::uint16_t bits = 0;                ///< EepromErrorBit
   std::optional<std::uint32_t> address;  ///< word address of the command
+  bool write = false;                    ///< the command is a write
 };
 
 class SiiListener {

@@ -118,7 +118,7 @@ void DriveModel::Run(TimeNs now, bool active, ObjectDictionary& objects) {
   }
   objects.Set(0x6063, 0, position);
   objects.Set(0x6064, 0, position);
-  objects.Set(0x6041, 0, static_cast<std::uint16_t>(StatusBits(state_) | kRemote));
+  objects.Set(0x6041, 0, static_cast<std::uint16_t>(shown_instead_.value_or(StatusBits(state_)) | kRemote));
   RunLatches(now, active, objects);
 }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "decoder/base/ids.h"
@@ -35,6 +36,8 @@ class DriveModel {
   void LatchEdgeAt(TimeNs at, int latch, std::int32_t position) { edges_.push_back({at, latch, position}); }
   /// True: the acknowledge of the latch status word does not follow the selector.
   void set_latch_acknowledge_stuck(bool stuck) { acknowledge_stuck_ = stuck; }
+  /// The state bits that the status word shows instead of those of its state, until it is told otherwise.
+  void ShowInstead(std::optional<std::uint16_t> bits) { shown_instead_ = bits; }
   [[nodiscard]] DriveState state() const { return state_; }
 
  private:
@@ -53,6 +56,7 @@ class DriveModel {
   TimeNs reaction_time_ = 2'000'000;
   TimeNs fault_at_ = 0;
   std::uint16_t last_control_ = 0;
+  std::optional<std::uint16_t> shown_instead_;
   std::vector<Edge> edges_;
   std::array<bool, 4> armed_{};
   std::uint16_t valid_ = 0;

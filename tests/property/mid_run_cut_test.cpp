@@ -46,6 +46,18 @@ bool IsIn(const AnalysisResult& whole, const AnalysisResult& cut, const Finding&
   });
 }
 
+/// A standing error or fault is the one whose beginning the whole capture shows.
+bool StandsSince(const AnalysisResult& whole, const AnalysisResult& cut, const Finding& finding) {
+  const bool fault = finding.rule == "drive-fault";
+  if (!fault && finding.rule != "al-error-standing") return false;
+  return std::any_of(whole.findings.begin(), whole.findings.end(), [&](const Finding& f) {
+    const bool began = fault ? f.rule == "drive-fault" : f.rule == "al-refused" || f.rule == "al-unexpected-change";
+    if (!began || f.slave == kNoSlave || f.first.number > finding.first.number + kRoundTrip) return false;
+    return finding.slave == kNoSlave ||
+           whole.slave(f.slave)->station_address == cut.slave(finding.slave)->station_address;
+  });
+}
+
 /// A slave whose object 1018h tells another product than its EEPROM is another one where the EEPROM was cut off.
 bool HasOtherIdentity(const AnalysisResult& whole, const AnalysisResult& cut, const Finding& finding) {
   if (finding.slave == kNoSlave) return false;
@@ -73,11 +85,31 @@ void CheckCuts(const fs::path& path, const std::vector<double>& shares) {
     for (const Finding& finding : cut.findings) {
       if (finding.confidence != Confidence::kObserved || finding.severity == Severity::kInfo) continue;
       if (finding.rule.starts_with("capture-")) continue;  // about the file, which is not cut
-      if (HasOtherIdentity(whole, cut, finding)) continue;
+      if (HasOtherIdentity(whole, cut, finding) || StandsSince(whole, cut, finding)) continue;
       EXPECT_TRUE(IsIn(whole, cut, finding)) << path.filename() << " from frame " << first << ": " << finding.rule
                                              << " in frame " << finding.first.number << ": " << finding.title;
     }
   }
+}
+
+/// Law: an error that stands is told wherever the capture begins, as long as it still shows behind the cut and process
+/// data run before it does.
+void CheckStanding(const fs::path& path) {
+  const AnalysisResult whole = AnalyseFrom(path, 1);
+  for (const Finding& f : whole.findings) {
+    if (f.rule != "al-unexpected-change" || f.count < 2 || f.slave == kNoSlave) continue;
+    const AnalysisResult cut = AnalyseFrom(path, f.first.number + 1);
+    EXPECT_TRUE(std::any_of(cut.findings.begin(), cut.findings.end(),
+                            [](const Finding& told) { return told.severity == Severity::kError; }))
+        << path.filename() << " from frame " << f.first.number + 1;
+  }
+}
+
+TEST(MidRunCut, StandingErrorsAreTold) {
+  for (const fs::path& path : CapturesIn(fs::path(test::SourceDir()) / "samples" / "captures")) CheckStanding(path);
+  const fs::path lab = fs::path(test::SharedDir()) / "captures" / "lab";
+  if (!fs::exists(lab)) return;
+  for (const fs::path& path : CapturesIn(lab)) CheckStanding(path);
 }
 
 TEST(MidRunCut, SamplesGainNoFinding) {

@@ -43,6 +43,8 @@ Look at the cause where one is named. Otherwise the AL status code says what the
 0x001E sync manager settings against the assigned PDOs, 0x001B missing outputs, 0x0030-0x0037 distributed clocks.
 )"};
 
+constexpr std::uint16_t kBootNotSupported = 0x0013;
+
 class AlRefused final : public Rule {
  public:
   AlRefused() : Rule(kInfo) {
@@ -165,9 +167,18 @@ class AlRefused final : public Rule {
     if (finding.caused_by != kNoFinding) {
       finding.message += "Correct the cause named first.";
     } else {
-      finding.message += told.codes.empty() ? "Let the master read the code" : "Check what the code names";
-      finding.message += only_acknowledge ? ", then acknowledge again."
-                                          : ", then acknowledge (bit 4 of AL Control) and request " + to + " again.";
+      const bool no_boot =
+          std::find(told.codes.begin(), told.codes.end(), kBootNotSupported) != told.codes.end() && !only_acknowledge;
+      finding.message += told.codes.empty() ? "Let the master read the code"
+                         : no_boot          ? "This slave has no " + to + ", so do not request it"
+                                            : std::string("Check what the code names");
+      if (only_acknowledge) {
+        finding.message += ", then acknowledge again.";
+      } else if (no_boot) {
+        finding.message += ": acknowledge (bit 4 of AL Control) and go on from the state it is in.";
+      } else {
+        finding.message += ", then acknowledge (bit 4 of AL Control) and request " + to + " again.";
+      }
     }
     if (!e.state_before_known) {
       finding.message +=

@@ -17,12 +17,13 @@ constexpr RuleInfo kInfo{.id = "drive-fault",
                          .group = "Drive profile (DS402)",
                          .severity = Severity::kError,
                          .needs_no_history = true,
-                         .title = "The drive goes into a fault",
-                         .needs = "status word 6041h before and in the fault, in the process data or by SDO",
+                         .title = "The drive goes into a fault, or is in one when first seen",
+                         .needs = "status word 6041h, in the process data or by SDO",
                          .source = "CIA402, state machine; AKD-2011, 4.4; MKD, 4.4; PILZ, 4.4",
                          .doc = R"(
 ## What it checks
-Whether the status word (6041h) changes to Fault reaction active or Fault, and what the drive says about the reason.
+Whether the status word (6041h) changes to Fault reaction active or Fault, or shows one of them from the first status
+word on, and what the drive says about the reason.
 
 ## Why it matters
 The axis brakes by itself and loses its torque. Until the fault is reset the drive takes no other command.
@@ -30,11 +31,13 @@ The axis brakes by itself and loses its torque. Until the fault is reset the dri
 ## How it is decided
 A change from a state that is none of the two; Fault reaction active followed by Fault is one fault. Explanations are an
 emergency message from one second before the fault until it is left, the error code 603Fh, the error history 1003h:1
-and the fault number 2001h read while it lasts. caused_by names the finding of the emergency. A drive that is in a fault
-when it is first seen is not counted: when that began is not in the capture. The same reason again counts as repetition.
+and the fault number 2001h read while it lasts. caused_by names the finding of the emergency. The same reason again
+counts as repetition. A drive that is in a fault when its status word is first seen (a word of 0 before it is what
+unused memory holds) is one as well: the fault *stands* since before the capture saw it, and the finding says whether it
+was reset later. Captures that begin in operation need to know where the status word lies: an ENI or ESI file tells.
 
 ## Example
-samples/captures/drive-fault.pcapng
+samples/captures/drive-fault.pcapng, and samples/captures/drive-in-fault.pcapng for one that stands
 
 ## What to do
 Correct what the code names, then reset the fault: bit 7 of the control word from 0 to 1. Where the capture has no code,
@@ -51,7 +54,7 @@ class DriveFault final : public Rule {
   void On(const model::DriveStateChanged& e) {
     if (!e.to) return;
     if (!IsFault(*e.to)) {
-      Close(e.slave);
+      Close(e.slave, e.frame.number);
       return;
     }
     if (e.from && IsFault(*e.from)) {
@@ -59,11 +62,7 @@ class DriveFault final : public Rule {
       if (open != open_.end() && *e.to == device::DriveState::kFault) open->second.fault = e.frame.number;
       return;
     }
-    if (!e.from || e.first_zero) {
-      NotEvaluable(e.slave, "the drive is in a fault when its status word is first seen", e.frame.number);
-      return;
-    }
-    open_[e.slave] = Open{e, {}, 0};
+    open_[e.slave] = Open{e, {}, 0, !e.from || e.first_zero};
   }
 
   void On(const model::DriveFaultExplained& e) {
@@ -86,7 +85,8 @@ class DriveFault final : public Rule {
   struct Open {
     model::DriveStateChanged change;
     std::vector<model::DriveFaultExplained> explanations;
-    FrameNo fault = 0;  ///< status word that showed Fault behind Fault reaction active
+    FrameNo fault = 0;    ///< status word that showed Fault behind Fault reaction active
+    bool stands = false;  ///< since before the drive was first seen
   };
 
   static bool IsFault(device::DriveState state) {
@@ -94,7 +94,8 @@ class DriveFault final : public Rule {
   }
 
   /// All is known that the capture tells of this fault.
-  void Close(SlaveId slave) {
+  /// @param left  status word that shows another state; 0: the capture ends with the fault
+  void Close(SlaveId slave, FrameNo left = 0) {
     const auto found = open_.find(slave);
     if (found == open_.end()) return;
     const Open open = std::move(found->second);
@@ -105,21 +106,34 @@ class DriveFault final : public Rule {
       const model::DriveFaultExplained& first = open.explanations.front();
       key = (std::uint64_t{first.code} << 8U) + static_cast<std::uint8_t>(first.source) + 1U;
     }
+    if (open.stands) key |= 1ULL << 63U;
     if (Repeat(slave, key, e.frame) != kNoFinding) return;
     const device::DeviceDescription& family = *context().slave(slave).profile;
     Finding finding;
     finding.slave = slave;
     finding.first = e.frame;
     finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
-    finding.title = StateText(e.to) + " from " + StateText(e.from);
-    finding.message = "The status word shows " + StateText(e.from) + " up to frame " + std::to_string(e.from_last) +
-                      " and " + StateText(e.to) + " (" + Hex(e.word) + ") in frame " + std::to_string(e.frame.number);
+    if (open.stands) {
+      finding.title = StateText(e.to) + " stands since before the capture saw the drive";
+      finding.message = "The first status word, in frame " + std::to_string(e.frame.number) + ", shows " +
+                        StateText(e.to) + " (" + Hex(e.word) + "): how it began is not in the capture";
+    } else {
+      finding.title = StateText(e.to) + " from " + StateText(e.from);
+      finding.message = "The status word shows " + StateText(e.from) + " up to frame " + std::to_string(e.from_last) +
+                        " and " + StateText(e.to) + " (" + Hex(e.word) + ") in frame " + std::to_string(e.frame.number);
+    }
     if (open.fault != 0) finding.message += ", Fault in frame " + std::to_string(open.fault);
     finding.message += ". ";
     finding.evidence.push_back(HexNumber("status_word", e.word));
-    finding.evidence.push_back(Text("state_before", StateText(e.from)));
+    if (!open.stands) finding.evidence.push_back(Text("state_before", StateText(e.from)));
     finding.evidence.push_back(Text("state", StateText(e.to)));
-    AddRelated(finding, e.from_last);
+    if (open.stands && left != 0) {
+      finding.message += "It is left in frame " + std::to_string(left) + ". ";
+      AddRelated(finding, left);
+    } else if (open.stands) {
+      finding.message += "It lasts until the capture ends. ";
+    }
+    if (!open.stands) AddRelated(finding, e.from_last);
     if (open.explanations.empty()) {
       finding.message +=
           "The reason is not in the capture: no emergency message, and none of 603Fh, 1003h and 2001h was read. Read "

@@ -39,7 +39,9 @@ samples/captures/sdo-aborts.pcapng: a download of 2 bytes to 60FFh:0 (INT32), ab
 
 ## What to do
 0x0601xxxx access, 0x0602 and 0x0609 001x the object, 0x0607 the size, 0x0609 003x the value, 0x0800 002x the state of
-the drive (many objects can be written in PREOP only, or while the drive is disabled).
+the drive (many objects can be written in PREOP only, or while the drive is disabled). Single codes mean something else
+than their class: 0x06010004 complete access, 0x06010005 longer than the mailbox, 0x06040043 other parameters,
+0x06090033 modules, 0x08000023 no dictionary, 0x08000024 no value yet.
 )"};
 
 constexpr std::uint32_t kNoObject = 0x06020000;
@@ -124,6 +126,37 @@ class SdoAbort final : public Rule {
   }
 
   static std::string Advice(std::uint32_t code) {
+    switch (code) {
+      case 0x06010003:
+        return "Write 0 to subindex 0 first, then the other subindices, then subindex 0.";
+      case kNoCompleteAccess:
+        return "Transfer the subindices one by one.";
+      case 0x06010005:
+        return "The object is longer than the mailbox: transfer it in segments or subindex by subindex, or set up "
+               "longer "
+               "mailboxes where the device has them.";
+      case 0x06010006:
+        return "The object is mapped into the outputs, which write it in every cycle: take it out of the mapping, or "
+               "write it by process data.";
+      case 0x06040043:
+        return "The value does not go together with other parameters: look at what was written before, and at their "
+               "order.";
+      case 0x06040047:
+        return "The device contradicts itself: look at its own diagnosis, and try again after a power cycle.";
+      case 0x06090033:
+        return "The modules in the device are not those that the master configures: compare F030h with F050h.";
+      case 0x06090036:
+        return "Minimum and maximum of the parameter are reversed: write them in another order.";
+      case 0x08000021:
+        return "The device is under local control: switch that off at the device or in its tool.";
+      case 0x08000023:
+        return "The device has no dictionary at hand (it makes it from a file, or while it starts): look at its own "
+               "diagnosis, and ask again later.";
+      case 0x08000024:
+        return "There is no value yet: ask again when the device has one.";
+      default:
+        break;
+    }
     switch (code >> 16U) {
       case 0x0503:
         return "Look at the toggle bits of the segments.";

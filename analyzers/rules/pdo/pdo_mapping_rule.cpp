@@ -137,7 +137,8 @@ class PdoMappingRule final : public PdoRule {
     finding.message = "With the download of " + Hex(write.value) + " to " + ObjectName(e.index, write.subindex) +
                       " in frame " + std::to_string(FrameOf(e).number) + " there are " + what + "; " + family.title +
                       " allows " + std::to_string(limit) + "." + OutcomeText(e) +
-                      " Spread the objects over several PDOs, or leave some out.";
+                      (std::string_view(name) == "pdos" ? " Map the objects into fewer PDOs, or leave some out."
+                                                        : " Spread the objects over several PDOs, or leave some out.");
     finding.evidence.push_back(Number(name, value));
     finding.evidence.push_back(Number(std::string("most_") + name, limit));
     finding.reference = ReferenceTo(source);

@@ -92,7 +92,7 @@ class SyncWindowViolation final : public Rule {
              ? "Frames " + std::to_string(e.before.number) + " and " + std::to_string(e.frame.number) +
                    " both arrive between the same two pulses"
              : "Between frame " + std::to_string(e.before.number) + " and frame " + std::to_string(e.frame.number) +
-                   " " + Count(e.empty, "interval between two pulses") + " passed without outputs") +
+                   " " + Count(e.empty, "interval") + " between two pulses passed without outputs") +
         "; the latter arrives " + Duration(e.phase_ns) + " after a pulse, +-" + Duration(e.uncertainty_ns) +
         " by the DC time in " + (e.by_stamps ? "another frame of the cycle and the stamps" : "the frames") +
         ". The drive needs one frame in each interval (" + family.source_with_dc +

@@ -227,6 +227,28 @@ Sample InvalidRequest() {
   return story.Finish();
 }
 
+Sample ErrorStanding() {
+  Story story;
+  SimulatedSlave& drive = story.Add(AkdDrive());
+  ScriptedMaster& master = story.master;
+  story.capture.Pause();
+  master.Scan();
+  master.BringToPreop();
+  master.BringToSafeop();
+  master.BringToOp();
+  master.Cycles(20);
+  drive.ChangeStatusAt(master.now() + 3 * kMs, 0x0014, 0x001B);
+  master.Cycles(10);
+  story.capture.Resume();
+  const AlAnswer first = master.Poll(0, 8, 0);
+  story.Expect("al-error-standing", 0, first.status_read, "SAFEOP+ERR, code 0x001B, from the first read on");
+  for (int i = 0; i < 10; ++i) {
+    master.Cycles(5);
+    master.Poll(0, 8, 0);
+  }
+  return story.Finish();
+}
+
 Sample UnexpectedErrorUnread() {
   MasterHabits habits;
   habits.reads_status_code = false;

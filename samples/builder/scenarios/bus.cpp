@@ -146,6 +146,25 @@ Sample LinkErrors() {
   return story.Finish();
 }
 
+Sample EepromChecksum() {
+  Story story;
+  story.Add(AkdDrive());
+  ScriptedMaster& master = story.master;
+  master.Scan();
+  for (std::uint16_t word = 0; word < 8; word += 2) master.ReadEeprom(0, word);
+  // A station alias, but not the checksum over it.
+  Bytes command = LeBytes(std::uint16_t{0x0201});
+  AppendLe(command, std::uint32_t{0x0004});
+  AppendLe(command, std::uint16_t{0x1234});
+  const Answer written = master.Fpwr(master.station(0), reg::kEepromControl, command);
+  story.Expect("eeprom-written", 0, written.frame, "the alias, and no checksum for it");
+  master.Wait(5 * kMs);
+  master.Fprd(master.station(0), reg::kEepromControl, 2);
+  master.BringToPreop();
+  master.ShutDown();
+  return story.Finish();
+}
+
 Sample ReadOnlyWrite() {
   Story story;
   story.Add(AkdDrive());

@@ -62,6 +62,60 @@ Sample DriveFault() {
   return story.Finish();
 }
 
+Sample DriveInFault() {
+  Story story;
+  SimulatedSlave& drive = story.Add(AkdDrive());
+  ToPreop(story);
+  // It has its fault from before: the first status word shows it.
+  drive.drive().FaultAt(story.master.now());
+  story.master.BringToSafeop();
+  story.master.BringToOp();
+  story.Expect("drive-fault", 0, story.master.last_cyclic(), "status word 0x0218 from the first one on");
+  story.master.Cycles(40);
+  story.master.ShutDown();
+  return story.Finish();
+}
+
+Sample DriveIllegalStatus() {
+  Story story;
+  SimulatedSlave& drive = story.Add(AkdDrive());
+  BringToOp(story);
+  story.EnableDrive(0);
+  story.Move(0, 0, 1000, 10);
+  // For one cycle, as a drive may between two states; then for twenty.
+  drive.drive().ShowInstead(0x0035);
+  story.master.Cycles(1);
+  drive.drive().ShowInstead({});
+  story.master.Cycles(10);
+  drive.drive().ShowInstead(0x0035);
+  const FrameIds first = CyclesUntil(story, 0x006F, 0x0025, 3);
+  story.Expect("drive-illegal-status", 0, first, "0x0235 is no state");
+  story.master.Cycles(19);
+  drive.drive().ShowInstead({});
+  story.master.Cycles(10);
+  story.DisableDrive(0, 1000);
+  story.master.ShutDown();
+  return story.Finish();
+}
+
+Sample SyncSwitchedOff() {
+  Story story;
+  story.Add(AkdDrive());
+  ToPreop(story);
+  story.master.SetUpClocks();
+  story.master.StartSync0(0, 1'000'000);
+  story.master.BringToSafeop();
+  story.master.BringToOp({.distributes_time = true});
+  story.EnableDrive(0);
+  story.Move(0, 0, 1000, 20);
+  story.DisableDrive(0, 1000);
+  const Answer off = story.master.Fpwr(story.master.station(0), reg::kSyncActivation, {0});
+  story.Expect("sync-switched-off", 0, off.frame, "0x0981 = 0 in OP");
+  story.master.Cycles(20);
+  story.master.ShutDown();
+  return story.Finish();
+}
+
 Sample DriveIllegalCommand() {
   Story story;
   story.Add(AkdDrive());

@@ -113,6 +113,7 @@ Sample UndocumentedStatusCode();
 Sample AcceptedIllegal();
 Sample InvalidRequest();
 Sample UnexpectedErrorUnread();
+Sample ErrorStanding();
 // mailbox.cpp
 Sample SdoAborts();
 Sample MailboxNoResponse();
@@ -128,6 +129,7 @@ Sample DuplicateAddress();
 Sample SlaveCountChanges();
 Sample LinkErrors();
 Sample ReadOnlyWrite();
+Sample EepromChecksum();
 // pdo.cpp
 Sample PdoAssignOrder();
 Sample PdoUnsupported();
@@ -141,10 +143,13 @@ Sample SyncManagerChangedInOp();
 Sample FmmusOverlap();
 // drive.cpp
 Sample DriveFault();
+Sample DriveInFault();
+Sample DriveIllegalStatus();
 Sample DriveIllegalCommand();
 Sample DriveUnsupportedMode();
 Sample DriveEnabledInSafeop();
 Sample SyncFramesMissing();
+Sample SyncSwitchedOff();
 // latch.cpp
 Sample LatchWellUsed();
 Sample LatchMisuse();

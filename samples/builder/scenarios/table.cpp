@@ -40,6 +40,8 @@ constexpr Scenario kScenarios[] = {
     {"invalid-request", "State 5 is requested and refused.", "The invalid request, and its refusal.", InvalidRequest},
     {"unexpected-error-unread", "The drive falls from OP to SAFEOP+ERR; the master reads AL Status, never the code.",
      "The state fell unexpectedly; the reason is not in the capture.", UnexpectedErrorUnread},
+    {"error-standing", "The capture begins behind the fall of a drive, which stands in SAFEOP+ERR with code 0x001B.",
+     "The error that stands, once.", ErrorStanding},
     // --- mailbox
     {"sdo-aborts",
      "Four downloads in PREOP are aborted: a read-only object, a wrong size, and twice an unknown object.",
@@ -68,6 +70,8 @@ constexpr Scenario kScenarios[] = {
     {"link-errors", "The error counters of slave 1, port 1 rise between two reads.", "Link errors at slave 1.",
      LinkErrors},
     {"read-only-write", "The master writes AL Status 0x0130.", "The write of a read-only register.", ReadOnlyWrite},
+    {"eeprom-checksum", "A station alias is written into the EEPROM, the checksum over it is not.",
+     "The words written, and that the checksum does not fit afterwards.", EepromChecksum},
     // --- PDO mapping
     {"pdo-assign-order",
      "The master writes 1C12h:1 while 1C12h:0 is 1; the drive keeps its PDO, and SAFEOP is refused for the length of "
@@ -98,6 +102,10 @@ constexpr Scenario kScenarios[] = {
     // --- drives
     {"drive-fault", "An enabled drive goes to Fault and sends an emergency; the master resets and enables it again.",
      "The fault, and the emergency that explains it.", DriveFault},
+    {"drive-in-fault", "A drive that shows Fault from its first status word on; nobody resets it.",
+     "The fault that stands.", DriveInFault},
+    {"drive-illegal-status", "The status word of an enabled drive is 0x0235, for one cycle and later for twenty.",
+     "The word that is no state, once.", DriveIllegalStatus},
     {"drive-illegal-command", "Enable operation is commanded in Switch on disabled, for more than a second.",
      "The command that this state does not offer.", DriveIllegalCommand},
     {"drive-unsupported-mode", "Mode 9 is written to 6060h of an AKD, then mode 7.",
@@ -107,6 +115,8 @@ constexpr Scenario kScenarios[] = {
      "The command that the drive does not look at.", DriveEnabledInSafeop},
     {"sync-frames-missing", "Seven frames in a row are missing, later eight; the drive is enabled.",
      "Synchronisation lost (F125) after the eighth only.", SyncFramesMissing},
+    {"sync-switched-off", "SYNC0 is switched off while the drive is in OP.", "The write that does it.",
+     SyncSwitchedOff},
     // --- latches
     {"latch-well-used", "Two positions are captured by latch 2 and read by their selector.", "Clean.", LatchWellUsed},
     {"latch-misuse",

@@ -1,0 +1,222 @@
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "analyzers/judge/drive_knowledge.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/words/drive_text.h"
+#include "decoder/base/text.h"
+#include "decoder/mailbox/events.h"
+#include "decoder/track/events.h"
+
+namespace ecaudit::drive_mode_not_shown {
+namespace {
+
+constexpr RuleInfo kInfo{.id = "drive-mode-not-shown",
+                         .group = "Drive profile (DS402)",
+                         .severity = Severity::kWarning,
+                         .title = "The mode display 6061h does not follow 6060h within the limit",
+                         .needs = "6060h and 6061h, each in the process data or by SDO; time stamps",
+                         .source = "CIA402, modes of operation; AKD-2011, 4.7; MKD, 4.8; PILZ, 4.5",
+                         .doc = R"(
+## What it checks
+Whether the mode that the drive shows (6061h) becomes the one that the master selected (6060h).
+
+## Why it matters
+Until the drive shows the new mode it works in the old one: it takes what the master sends as position for a speed, or
+the other way round. A master has to wait for 6061h before it enables the drive or sends setpoints of the new mode.
+
+## How it is decided
+A value other than 0 was written to 6060h and taken; 6061h still shows another one when the limit is over (1 s, limit
+`drive-mode-not-shown`), or takes longer than that to follow. In the process data 6060h counts in OP only, and the time
+begins when OP is reached; by SDO it counts from the download on. By SDO 6061h has to be read after the limit to say
+anything. Two values that differ from the first frame on are judged like a change. Where the mode is not in the family's
+list, caused_by names drive-unsupported-mode.
+
+## Example
+tests/rules/drive-mode-not-shown/violates.trace
+
+## What to do
+Check 6502h whether the drive has the mode, whether it takes a new one in its present state (many only while disabled),
+and whether something else writes 6060h: process data beat SDO.
+)"};
+
+constexpr TimeNs kLimitNs = 1'000'000'000;
+constexpr std::uint16_t kModesDisplay = 0x6061;
+
+class DriveModeNotShown final : public Rule {
+ public:
+  DriveModeNotShown() : Rule(kInfo) {
+    Hear<model::DriveMode>(&DriveModeNotShown::On);
+    Hear<model::AlAnswered>(&DriveModeNotShown::On);
+    Hear<model::AlRequestJudged>(&DriveModeNotShown::On);
+    Hear<model::AlChangedByItself>(&DriveModeNotShown::On);
+    Hear<mailbox::SdoTransfer>(&DriveModeNotShown::On);
+    Hear<track::CaptureHole>(&DriveModeNotShown::On);
+  }
+
+  void On(const model::DriveMode& e) {
+    Slave& slave = Of(e.slave);
+    if (e.shown) {
+      // By SDO the drive may have followed long before: only what showed the old mode counts.
+      Judge(e.slave, e.by_sdo ? slave.shown_last : e.frame);
+      slave.shown = e;
+      slave.shown_last = e.frame;
+      if (slave.requested && slave.requested->value != e.value) {
+        if (!slave.since.seen() && Acts(e.slave, *slave.requested)) slave.since = slave.requested->frame;
+      } else {
+        slave.since = {};
+      }
+      return;
+    }
+    Judge(e.slave, slave.shown && slave.shown->by_sdo ? slave.shown_last : e.frame);
+    slave.since = {};
+    slave.requested = e;
+    if (Differ(slave) && Acts(e.slave, e)) slave.since = e.frame;
+  }
+
+  void On(const mailbox::SdoTransfer& e) {
+    if (e.index != kModesDisplay || !e.has_object || e.service != mailbox::SdoService::kUpload ||
+        e.outcome != mailbox::SdoOutcome::kCompleted || e.slave >= slaves_.size() || e.data.size() != 1) {
+      return;
+    }
+    Slave& slave = slaves_[e.slave];
+    if (!slave.shown || static_cast<std::int8_t>(e.data[0]) != slave.shown->value) return;
+    slave.shown_last = e.response.seen() ? e.response : e.last;
+    Judge(e.slave, slave.shown_last);
+  }
+
+  void On(const model::AlAnswered& e) {
+    if (e.slave >= slaves_.size()) return;
+    Slave& slave = slaves_[e.slave];
+    if (e.status.raw != static_cast<std::uint16_t>(esc::AlState::OP) || !slave.requested || slave.requested->by_sdo) {
+      return;
+    }
+    slave.since = Differ(slave) ? e.frame : FrameRef{};
+  }
+  void On(const model::AlRequestJudged& e) {
+    if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) Leave(e.slave, e.request.frame);
+  }
+  void On(const model::AlChangedByItself& e) { Leave(e.slave, e.frame); }
+  void On(const track::CaptureHole& e) {
+    if (!e.certain) return;
+    for (Slave& slave : slaves_) slave.since = {};
+  }
+
+  void Finish() override {
+    for (std::size_t i = 0; i < slaves_.size(); ++i) {
+      const auto id = static_cast<SlaveId>(i);
+      const Slave& slave = slaves_[i];
+      if (!slave.requested && !slave.shown) continue;
+      const FrameRef& mapped = context().slave(id).inputs.last;
+      Judge(id, slave.shown && !slave.shown->by_sdo && mapped.seen() ? mapped : slave.shown_last);
+      if (slave.requested && !slave.shown) {
+        NotEvaluable(id, "6060h is written, but 6061h is neither mapped nor read");
+      } else if (slave.shown && !slave.requested) {
+        NotEvaluable(id, "6061h is shown, but 6060h is neither mapped nor written");
+      }
+    }
+    LinkCauses();
+    NotEvaluableFor([](const model::SlaveModel& slave) { return DriveWordsMissing(slave, true); });
+  }
+
+ private:
+  struct Slave {
+    std::optional<model::DriveMode> requested, shown;
+    FrameRef shown_last;  ///< last read of 6061h that showed this value by SDO, or its first frame in process data
+    FrameRef since;       ///< from here on the two differ and the drive is to follow; not seen(): they do not
+  };
+
+  Slave& Of(SlaveId id) {
+    if (id >= slaves_.size()) slaves_.resize(std::size_t{id} + 1);
+    return slaves_[id];
+  }
+
+  static bool Differ(const Slave& slave) {
+    return slave.requested && slave.shown && slave.requested->value != 0 &&
+           slave.requested->value != slave.shown->value;
+  }
+
+  /// Whether the drive takes 6060h as it was written.
+  [[nodiscard]] bool Acts(SlaveId id, const model::DriveMode& requested) const {
+    if (requested.by_sdo) return true;
+    const model::StateSet possible = context().slave(id).al.possible();
+    return possible.empty() || possible == model::StateSet::Of(static_cast<std::uint8_t>(esc::AlState::OP));
+  }
+
+  void Leave(SlaveId id, const FrameRef& frame) {
+    if (id >= slaves_.size()) return;
+    Slave& slave = slaves_[id];
+    if (!slave.requested || slave.requested->by_sdo) return;
+    Judge(id, slave.shown && slave.shown->by_sdo ? slave.shown_last : frame);
+    slave.since = {};
+  }
+
+  void Judge(SlaveId id, const FrameRef& until) {
+    Slave& slave = slaves_[id];
+    if (!slave.since.seen() || !Differ(slave) || !until.seen() || until.number <= slave.since.number) return;
+    if (!until.has_time || !slave.since.has_time) {
+      NotEvaluable(id, "frames have no time stamps, so how long 6061h takes to follow is not known", until.number);
+      return;
+    }
+    const TimeNs waited = until.time - slave.since.time;
+    const TimeNs limit = context().Limit(kInfo.id, kLimitNs);
+    if (waited <= limit) return;
+    const model::DriveMode& requested = *slave.requested;
+    const model::DriveMode& shown = *slave.shown;
+    const std::uint64_t key = static_cast<std::uint64_t>(static_cast<std::uint8_t>(requested.value)) << 8U |
+                              static_cast<std::uint8_t>(shown.value);
+    const FrameRef since = std::exchange(slave.since, FrameRef{});
+    if (Repeat(id, key, until) != kNoFinding) return;
+    const device::DeviceDescription& family = *context().slave(id).profile;
+    const auto name = [&family](std::int8_t value) {
+      return family.drive ? ModeText(*family.drive, value) : std::to_string(value);
+    };
+    Finding finding;
+    finding.slave = id;
+    finding.first = until;
+    finding.confidence = requested.inferred || shown.inferred ? Confidence::kInferred : Confidence::kObserved;
+    finding.title = "Mode " + name(requested.value) + " selected, but the drive shows " + name(shown.value);
+    finding.message = "6060h selects " + name(requested.value) + " in frame " + std::to_string(requested.frame.number) +
+                      (requested.by_sdo ? " (SDO)" : " (process data)") + "; 6061h shows " + name(shown.value) +
+                      " up to frame " + std::to_string(until.number) + ", " + Duration(waited) + " after " +
+                      (since.number == requested.frame.number
+                           ? std::string("it was written")
+                           : "frame " + std::to_string(since.number) + ", from which on the drive is to follow") +
+                      " (limit " + Duration(limit) +
+                      "). Until 6061h shows the new mode the drive takes setpoints by the old one. Check 6502h whether "
+                      "the drive has the mode, and whether it takes a new one in its present state.";
+    finding.evidence = {Number("mode", requested.value), Number("mode_shown", shown.value),
+                        Number("waited_ns", waited)};
+    AddRelated(finding, requested.frame.number);
+    if (const FindingIndex index = Report(key, std::move(finding)); index != kNoFinding) {
+      told_.push_back({index, requested.frame.number});
+    }
+  }
+
+  /// A mode that the drive does not have cannot be shown.
+  void LinkCauses() {
+    std::vector<Finding>& findings = context().store.findings();
+    for (const auto& [index, request] : told_) {
+      for (std::size_t i = 0; i < findings.size(); ++i) {
+        const Finding& other = findings[i];
+        if (other.rule == "drive-unsupported-mode" && other.slave == findings[index].slave &&
+            other.first.number <= request && request <= other.last.number) {
+          findings[index].caused_by = static_cast<FindingIndex>(i);
+        }
+      }
+    }
+  }
+
+  std::vector<Slave> slaves_;
+  std::vector<std::pair<FindingIndex, FrameNo>> told_;  // finding, frame that selected the mode
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<DriveModeNotShown>};
+
+}  // namespace
+}  // namespace ecaudit::drive_mode_not_shown
