@@ -78,7 +78,7 @@ Sample SnapLength() {
 }
 
 Sample CoarseTimestamps() {
-  Story story(TwinCatHabits());
+  Story story(WayOf("twincat"));
   story.capture.style.resolution = 6;
   story.capture.style.coarse_step = 1'000;
   HealthyRun(story);
