@@ -93,7 +93,10 @@ class Numberer {
     std::deque<Sent>& open = open_[view.key()];
     while (!open.empty() && next_ - open.front().number > depth_ + 1) open.pop_front();
     const bool by_bit = both_.at(view.source_mac() & ~kDirectionBit);
-    const bool returned = by_bit ? view.mac_bit() : !open.empty();
+    // Masters send working counters of 0.
+    bool counted = false;
+    for (std::size_t i = 0; i < view.size(); ++i) counted = counted || view[i].wkc() > 0;
+    const bool returned = by_bit ? view.mac_bit() : counted || !open.empty();
     if (returned) return Returned(view, open, by_bit);
     // The frame before once more, while that is still under way.
     const bool again = by_bit && !open.empty() && open.back().number + 1 == next_ && at > 0;
