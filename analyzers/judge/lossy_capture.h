@@ -30,6 +30,11 @@ inline constexpr const char* kMissesPackets =
   return pairing.missed_outbound + pairing.holes > 0;
 }
 
+/// True when a frame never came back. What it asked for may have been done: it may have been lost on its way back.
+[[nodiscard]] inline bool LosesAny(const bus::PairingStatistics& pairing) {
+  return pairing.lost > 0;
+}
+
 /// Takes what such a capture may only seem to show for what it is: an assumption.
 void WeakenWhatHistoryMayExplain(FindingStore& store, const std::vector<std::unique_ptr<Rule>>& rules);
 

@@ -78,6 +78,8 @@ IndexCounter::Step IndexCounter::FollowUnnumbered(std::uint8_t first, std::uint8
 
 IndexCounter::Step IndexCounter::FollowAny(std::uint8_t first, std::uint8_t last) noexcept {
   if (!any_) {
+    // A master that scans without numbers would else have to number many frames before they count.
+    if (first == 255) return FollowUnnumbered(first, last);
     MoveTo(first, last);
     return Step::kUnknown;
   }

@@ -4,15 +4,18 @@
 
 namespace ecaudit::bus {
 
-/// Position counters change on the way: frames addressed by them are one kind.
+/// Position counters change on the way: frames addressed by them are one kind. Process data make a frame cyclic
+/// wherever they stand in it: some masters put the time in front of them, and that into one of several frames a cycle.
 std::size_t IndexSequence::KindOf(const wire::FrameView& frame) noexcept {
   constexpr std::size_t kHalf = kKinds / 2;
-  const wire::DatagramView d = frame[0];
-  const wire::Command c = d.command();
-  if (wire::IsLogical(c)) {
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    const wire::DatagramView d = frame[i];
+    if (!wire::IsLogical(d.command())) continue;
     const std::uint32_t address = d.logical_address();
     return (address ^ address >> 5U ^ address >> 11U ^ address >> 16U) % kHalf;
   }
+  const wire::DatagramView d = frame[0];
+  const wire::Command c = d.command();
   if (wire::IsBroadcast(c)) return kHalf;
   if (wire::IncrementsAdp(c)) return kHalf + 1;
   return kHalf + 2 + d.adp() % (kHalf - 2);

@@ -457,6 +457,12 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
   statistics_.nobody_answers = false;
   Sender& sender = senders_[SenderIndex(frame)];
   sender.assumed = false;
+  // A frame that was overtaken is nearly always lost. What looks like its return is another copy of a later frame that
+  // came back a moment ago: with few indices equal frames are sent again soon.
+  if (slot != nullptr && slot->overtaken > 0 && !slot->copy && !sender.rhythm.indices.IsNext(frame)) {
+    const Slot* original = FindOriginal(frame, key);
+    if (original != nullptr && original->sequence > slot->sequence) slot = nullptr;
+  }
   // A master whose first frame comes back when another one has long been at work: another capture was put behind.
   const auto appears_late = [&](const Sender& master, const FrameRef& behind) {
     constexpr std::uint64_t kLong = 32;

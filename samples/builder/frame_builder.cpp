@@ -125,8 +125,9 @@ Bytes EncodeDatagrams(const std::vector<Datagram>& datagrams) {
   return out;
 }
 
-Bytes EncodePayload(const std::vector<Datagram>& datagrams) {
-  const Bytes body = EncodeDatagrams(datagrams);
+Bytes EncodePayload(const std::vector<Datagram>& datagrams, std::size_t padding) {
+  Bytes body = EncodeDatagrams(datagrams);
+  body.resize(body.size() + padding, 0);
   Bytes out = LeBytes(static_cast<std::uint16_t>((body.size() & 0x07FFU) | 0x1000U));
   AppendBytes(out, body);
   return out;
@@ -145,7 +146,7 @@ Bytes EncodePacket(const EtherCatFrame& frame, ByteView payload, const Encapsula
 }
 
 Bytes EncodePacket(const EtherCatFrame& frame, const Encapsulation& around) {
-  return EncodePacket(frame, EncodePayload(frame.datagrams), around);
+  return EncodePacket(frame, EncodePayload(frame.datagrams, frame.padding), around);
 }
 
 MacAddress AfterSlave(MacAddress source) {

@@ -70,6 +70,7 @@ struct EtherCatFrame {
   MacAddress destination{0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF};
   MacAddress source{0x01, 0x01, 0x01, 0x01, 0x01, 0x01};
   std::vector<Datagram> datagrams{};
+  std::size_t padding = 0;  ///< zeros behind the datagrams that the EtherCAT length covers
 };
 
 /// 16 bytes that an ET2000 or CU2508 probe adds (esc-reference 1.5).
@@ -99,8 +100,8 @@ struct Encapsulation {
 
 /// Datagrams one behind the other; the more flag is set on all but the last.
 [[nodiscard]] Bytes EncodeDatagrams(const std::vector<Datagram>& datagrams);
-/// EtherCAT header (type 1) and datagrams.
-[[nodiscard]] Bytes EncodePayload(const std::vector<Datagram>& datagrams);
+/// EtherCAT header (type 1) and datagrams, with `padding` zeros behind them that its length covers.
+[[nodiscard]] Bytes EncodePayload(const std::vector<Datagram>& datagrams, std::size_t padding = 0);
 /// `payload` (an EtherCAT header and what follows) with everything around it, as it stands in a capture file.
 [[nodiscard]] Bytes EncodePacket(const EtherCatFrame& frame, ByteView payload, const Encapsulation& around);
 /// The whole frame.

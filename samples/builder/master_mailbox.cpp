@@ -22,28 +22,50 @@ Bytes SdoRequest(std::uint8_t command, std::uint16_t index, std::uint8_t subinde
 Answer ScriptedMaster::WriteMailbox(std::size_t position, std::uint8_t type, Bytes service) {
   const SiiContent& sii = bus_.slave(position).description().sii;
   std::uint8_t& counter = mailbox_counter_[position];
-  counter = static_cast<std::uint8_t>(counter % 7 + 1);
+  if (way_.counts_mail) counter = static_cast<std::uint8_t>(counter % 7 + 1);
   Bytes mail = LeBytes(static_cast<std::uint16_t>(service.size()));
   AppendLe(mail, std::uint16_t{0});
   mail.push_back(0);
   mail.push_back(static_cast<std::uint8_t>(counter << 4U | type));
   AppendBytes(mail, service);
+  if (way_.mail == MailPolling::kStatus) Read(position, reg::kSyncManager + 5, 1);
+  if (way_.mail == MailPolling::kSyncManager) Read(position, reg::kSyncManager, 8);
+  if (way_.writes_last_byte_of_mail && mail.size() < sii.mailbox_out_length) {
+    const auto last = static_cast<std::uint16_t>(sii.mailbox_out_start + sii.mailbox_out_length - 1);
+    return Exchange({Addressed(position, true, sii.mailbox_out_start, std::move(mail)),
+                     Addressed(position, true, last, {0})})
+        .front();
+  }
   mail.resize(sii.mailbox_out_length, 0);
-  Fprd(station(position), reg::kSyncManager + 5, 1);
-  return Fpwr(station(position), sii.mailbox_out_start, std::move(mail));
+  return Write(position, sii.mailbox_out_start, std::move(mail));
+}
+
+bool ScriptedMaster::HasMail(std::size_t position) {
+  switch (way_.mail) {
+    case MailPolling::kStatus: {
+      const Answer status = Read(position, reg::kSyncManager + 13, 1);
+      return status.wkc != 0 && (status.data[0] & 0x08U) != 0;
+    }
+    case MailPolling::kSyncManager: {
+      const Answer all = Read(position, reg::kSyncManager + 8, 8);
+      return all.wkc != 0 && (all.data[5] & 0x08U) != 0;
+    }
+    case MailPolling::kMailbox:
+      return true;
+  }
+  return true;
 }
 
 std::optional<Bytes> ScriptedMaster::ReadMailbox(std::size_t position, TimeNs timeout, FrameIds* frame) {
   const SiiContent& sii = bus_.slave(position).description().sii;
   const TimeNs end = now_ + timeout;
   while (now_ < end) {
-    const Answer status = Fprd(station(position), reg::kSyncManager + 13, 1);
-    if (status.wkc != 0 && (status.data[0] & 0x08U) != 0) {
-      Answer mail = Fprd(station(position), sii.mailbox_in_start, sii.mailbox_in_length);
+    if (HasMail(position)) {
+      Answer mail = Read(position, sii.mailbox_in_start, sii.mailbox_in_length);
       if (frame != nullptr) *frame = mail.frame;
       if (mail.wkc != 0) return std::move(mail.data);
     }
-    Wait(habits_.mailbox_interval);
+    Wait(way_.mailbox_interval);
   }
   return std::nullopt;
 }

@@ -6,7 +6,8 @@
 namespace ecaudit::samples {
 namespace {
 
-constexpr TimeNs kRoom = 150'000;  // an acyclic frame starts only if the next process-data frame is further away
+constexpr TimeNs kNextFrame = 8'000;  // the driver, between two frames of one cycle
+constexpr TimeNs kRoom = 150'000;     // an acyclic frame starts only if the next process-data frame is further away
 
 Datagram Make(Cmd command, std::uint16_t adp, std::uint16_t ado, Bytes data) {
   Datagram d;
@@ -23,22 +24,10 @@ std::uint16_t AutoIncrement(std::size_t position) {
 
 }  // namespace
 
-MasterHabits SoemHabits() {
-  return {};
+ScriptedMaster::ScriptedMaster(SimulatedBus& bus, Recorder& recorder, TimeNs start, const MasterWay& way)
+    : bus_(bus), recorder_(recorder), way_(way), now_(start) {
+  recorder_.around.minimum_bytes = way_.padding.ethernet_size;
 }
-
-MasterHabits TwinCatHabits() {
-  MasterHabits habits;
-  habits.mac = {0x00, 0x00, 0x00, 0x00, 0x00, 0x00};
-  habits.first_station = 0x03E9;
-  habits.logical_base = 0x01000000;
-  habits.always_acknowledges = false;
-  habits.counts_index_per_datagram = true;
-  return habits;
-}
-
-ScriptedMaster::ScriptedMaster(SimulatedBus& bus, Recorder& recorder, TimeNs start, MasterHabits habits)
-    : bus_(bus), recorder_(recorder), habits_(habits), now_(start) {}
 
 // ---------------------------------------------------------------------------------------------- time
 
@@ -48,7 +37,7 @@ void ScriptedMaster::WaitUntil(TimeNs time) {
     const TimeNs shift = change == changes_.end() ? 0 : change->second.shift;
     const TimeNs due = first_cycle_ + cycles_since_start_ * task_.cycle + shift;
     if (due > time) break;
-    now_ = std::max(now_, due + jitter_.Next(habits_.wake_jitter));
+    now_ = std::max(now_, due + jitter_.Next(way_.wake_jitter));
     RunCycle();
   }
   now_ = std::max(now_, time);
@@ -64,21 +53,35 @@ void ScriptedMaster::MakeRoom() {
 
 // ---------------------------------------------------------------------------------------------- frames
 
-void ScriptedMaster::NumberDatagrams(std::vector<Datagram>& datagrams) {
-  if (!habits_.counts_index_per_datagram) {
-    for (Datagram& d : datagrams) d.index = index_;
-    index_ = static_cast<std::uint8_t>((index_ + 1) % 16);
+void ScriptedMaster::NumberDatagrams(Datagrams& datagrams, bool cyclic) {
+  const Numbering& numbering = way_.numbering;
+  if (scanning_ && numbering.while_scanning) {
+    for (Datagram& d : datagrams) d.index = *numbering.while_scanning;
     return;
   }
-  // As TwinCAT: the first datagram of a frame counts 0x80-0xEE, the others carry 0.
-  index_ = static_cast<std::uint8_t>(index_ < 0x80 || index_ >= 0xEE ? 0x80 : index_ + 1);
-  datagrams.front().index = index_;
+  const bool apart = cyclic && numbering.cyclic;
+  const Numbering::Counter& counter = apart ? *numbering.cyclic : numbering.all;
+  std::optional<std::uint8_t>& last = apart ? cyclic_index_ : index_;
+  const auto next = [&] {
+    last = !last || *last >= counter.last ? counter.first : static_cast<std::uint8_t>(*last + 1);
+    return *last;
+  };
+  const std::uint8_t first = next();
+  for (std::size_t i = 0; i < datagrams.size(); ++i) {
+    if (i == 0 || numbering.others == Numbering::Others::kSame) {
+      datagrams[i].index = first;
+    } else {
+      datagrams[i].index = numbering.others == Numbering::Others::kCounted ? next() : std::uint8_t{0};
+    }
+  }
 }
 
-std::optional<std::vector<Datagram>> ScriptedMaster::SendOnce(const std::vector<Datagram>& datagrams, FrameIds& ids) {
+std::optional<ScriptedMaster::Datagrams> ScriptedMaster::SendOnce(const Datagrams& datagrams, FrameIds& ids) {
   EtherCatFrame frame;
-  frame.source = habits_.mac;
+  frame.source = way_.mac;
   frame.datagrams = datagrams;
+  const std::size_t used = EncodeDatagrams(datagrams).size();
+  frame.padding = std::max<std::size_t>(used + (way_.padding.even ? used % 2 : 0), way_.padding.least) - used;
   ids = {};
   ids.sent = recorder_.Frame(frame, now_, false);
   SimulatedBus::Result result = bus_.Pass(std::move(frame), now_);
@@ -97,17 +100,19 @@ std::optional<std::vector<Datagram>> ScriptedMaster::SendOnce(const std::vector<
     result.at += 12'000;
   }
   now_ = result.at;
-  ready_at_ = now_ + habits_.think_time;
+  ready_at_ = now_ + way_.think_time;
   return std::move(result.frame.datagrams);
 }
 
 std::vector<Answer> ScriptedMaster::Exchange(std::vector<Datagram> datagrams) {
   MakeRoom();
-  NumberDatagrams(datagrams);
   std::vector<Answer> answers(datagrams.size());
-  for (int attempt = 0; attempt < habits_.attempts; ++attempt) {
+  if (way_.grouping.status_behind_others) datagrams.push_back(Make(Cmd::BRD, 0, reg::kAlStatus, Bytes(2, 0)));
+  NumberDatagrams(datagrams, false);
+  for (int attempt = 0; attempt < way_.attempts; ++attempt) {
+    if (attempt > 0 && way_.renumbers_repetitions) NumberDatagrams(datagrams, false);
     FrameIds ids;
-    std::optional<std::vector<Datagram>> back = SendOnce(datagrams, ids);
+    std::optional<Datagrams> back = SendOnce(datagrams, ids);
     for (std::size_t i = 0; i < answers.size(); ++i) {
       answers[i].frame = ids;
       answers[i].lost = !back;
@@ -117,9 +122,9 @@ std::vector<Answer> ScriptedMaster::Exchange(std::vector<Datagram> datagrams) {
       answers[i].adp = (*back)[i].adp;
     }
     if (back) break;
-    Wait(habits_.frame_timeout);
+    Wait(way_.frame_timeout);
   }
-  Wait(habits_.think_time);
+  Wait(way_.think_time);
   return answers;
 }
 
@@ -145,10 +150,36 @@ Answer ScriptedMaster::Bwr(std::uint16_t ado, Bytes data) {
   return One(Cmd::BWR, 0, ado, std::move(data));
 }
 
+Datagram ScriptedMaster::Addressed(std::size_t position, bool write, std::uint16_t ado, Bytes data) const {
+  if (way_.addressing == Addressing::kPosition) {
+    return Make(write ? Cmd::APWR : Cmd::APRD, AutoIncrement(position), ado, std::move(data));
+  }
+  const auto alias = aliases_.find(position);
+  const std::uint16_t address =
+      way_.addressing == Addressing::kAlias && alias != aliases_.end() ? alias->second : station(position);
+  return Make(write ? Cmd::FPWR : Cmd::FPRD, address, ado, std::move(data));
+}
+
+Answer ScriptedMaster::Read(std::size_t position, std::uint16_t ado, std::size_t length) {
+  return Exchange({Addressed(position, false, ado, Bytes(length, 0))}).front();
+}
+
+Answer ScriptedMaster::Write(std::size_t position, std::uint16_t ado, Bytes data) {
+  return Exchange({Addressed(position, true, ado, std::move(data))}).front();
+}
+
+Datagram ScriptedMaster::TimeDatagram() const {
+  const Bytes data(way_.time.bytes, 0);
+  if (way_.time.command == Cmd::ARMW) return Make(Cmd::ARMW, AutoIncrement(0), reg::kSystemTime, data);
+  Datagram d = Addressed(0, false, reg::kSystemTime, data);
+  d.command = way_.addressing == Addressing::kPosition ? Cmd::ARMW : Cmd::FRMW;
+  return d;
+}
+
 PacketId ScriptedMaster::Foreign(Bytes packet) {
   MakeRoom();
   const PacketId id = recorder_.Raw(std::move(packet), now_);
-  Wait(habits_.think_time);
+  Wait(way_.think_time);
   return id;
 }
 
@@ -191,31 +222,89 @@ void ScriptedMaster::RunCycle() {
   ++cycles_since_start_;
   if (change.skip) return;
 
-  std::size_t size = 0;
-  for (const Image& image : image_) size += std::size_t{image.output_bytes} + image.input_bytes;
-  Datagram lrw = Make(Cmd::LRW, 0, 0, Bytes(size, 0));
-  lrw.set_logical(habits_.logical_base);
-  for (const auto& [position, bytes] : outputs_) {
-    if (position >= image_.size()) continue;
-    for (std::size_t i = 0; i < bytes.size() && i < image_[position].output_bytes; ++i) {
-      lrw.data[image_[position].output_offset + i] = bytes[i];
-    }
+  std::vector<Datagrams> frames;
+  if (way_.grouping.own_frames) {
+    for (Datagram& d : ProcessDatagrams()) frames.push_back({std::move(d)});
+  } else {
+    frames.push_back(ProcessDatagrams());
   }
-  std::vector<Datagram> datagrams;
-  if (task_.distributes_time && task_.time_in_front)
-    datagrams.push_back(Make(Cmd::ARMW, 0, reg::kSystemTime, Bytes(8, 0)));
-  const std::size_t process_data = datagrams.size();
-  datagrams.push_back(std::move(lrw));
-  if (task_.distributes_time && !task_.time_in_front)
-    datagrams.push_back(Make(Cmd::FRMW, station(0), reg::kSystemTime, Bytes(8, 0)));
-  if (task_.reads_al_status) datagrams.push_back(Make(Cmd::BRD, 0, reg::kAlStatus, Bytes(2, 0)));
-  NumberDatagrams(datagrams);
+  if (task_.distributes_time) {
+    Datagrams& with_time = way_.time.in_front ? frames.front() : frames.back();
+    with_time.insert(way_.time.in_front ? with_time.begin() : with_time.end(), TimeDatagram());
+  }
+  if (task_.reads_al_status) frames.back().push_back(Make(Cmd::BRD, 0, reg::kAlStatus, Bytes(2, 0)));
   if (change.lose) ++lose_next_;
   if (change.twice) double_next_ = true;
   if (change.circulating) circulate_next_ = true;
-  if (const std::optional<std::vector<Datagram>> back = SendOnce(datagrams, last_cyclic_)) {
-    last_image_ = (*back)[process_data].data;
-    last_cyclic_wkc_ = (*back)[process_data].wkc;
+  last_cyclic_wkc_ = 0;
+  // The frames leave behind each other; none waits for the one before to come back.
+  TimeNs leaves = now_;
+  TimeNs back_at = now_;
+  for (Datagrams& frame : frames) {
+    NumberDatagrams(frame, true);
+    now_ = leaves;
+    FrameIds ids;
+    if (const std::optional<Datagrams> back = SendOnce(frame, ids)) TakeProcessData(*back);
+    if (&frame == &frames.front()) last_cyclic_ = ids;
+    leaves += kNextFrame + static_cast<TimeNs>(EncodeDatagrams(frame).size()) * kByteTime;
+    back_at = std::max(back_at, now_);
+  }
+  now_ = back_at;
+}
+
+std::vector<Datagram> ScriptedMaster::ProcessDatagrams() const {
+  Bytes outputs;
+  for (const Image& image : image_) {
+    outputs.resize(std::max<std::size_t>({outputs.size(), std::size_t{image.output_offset} + image.output_bytes,
+                                          std::size_t{image.input_offset} + image.input_bytes}),
+                   0);
+  }
+  for (const auto& [position, bytes] : outputs_) {
+    if (position >= image_.size()) continue;
+    for (std::size_t i = 0; i < bytes.size() && i < image_[position].output_bytes; ++i) {
+      outputs[image_[position].output_offset + i] = bytes[i];
+    }
+  }
+  Datagrams datagrams;
+  const auto add = [&](Cmd command, std::size_t from, std::size_t to) {
+    if (from >= to) return;
+    Bytes data(to - from, 0);
+    if (command != Cmd::LRD) {
+      std::copy(outputs.begin() + static_cast<std::ptrdiff_t>(from), outputs.begin() + static_cast<std::ptrdiff_t>(to),
+                data.begin());
+    }
+    datagrams.push_back(Make(command, 0, 0, std::move(data)));
+    datagrams.back().set_logical(way_.logical_base + static_cast<std::uint32_t>(from));
+  };
+  const auto add_range = [&](std::size_t out_from, std::size_t out_to, std::size_t in_from, std::size_t in_to) {
+    if (way_.grouping.apart_by_direction) {
+      add(Cmd::LWR, out_from, out_to);
+      add(Cmd::LRD, in_from, in_to);
+    } else {
+      add(Cmd::LRW, out_from < out_to ? out_from : in_from, in_from < in_to ? in_to : out_to);
+    }
+  };
+  if (way_.grouping.apart_by_slave) {
+    for (const Image& image : image_) {
+      add_range(image.output_offset, image.output_offset + image.output_bytes, image.input_offset,
+                image.input_offset + image.input_bytes);
+    }
+  } else {
+    std::size_t inputs = 0;
+    for (const Image& image : image_) inputs += image.output_bytes;
+    add_range(0, inputs, inputs, outputs.size());
+  }
+  return datagrams;
+}
+
+void ScriptedMaster::TakeProcessData(const Datagrams& back) {
+  for (const Datagram& d : back) {
+    if (!CmdIsLogical(d.command)) continue;
+    last_cyclic_wkc_ = static_cast<std::uint16_t>(last_cyclic_wkc_ + d.wkc);
+    if (!CmdReads(d.command)) continue;
+    const std::size_t at = d.logical() - way_.logical_base;
+    if (last_image_.size() < at + d.data.size()) last_image_.resize(at + d.data.size(), 0);
+    std::copy(d.data.begin(), d.data.end(), last_image_.begin() + static_cast<std::ptrdiff_t>(at));
   }
 }
 

@@ -1,5 +1,4 @@
-/// A master that does exactly what a scenario tells it, in virtual time. Its habits (source address, indices,
-/// acknowledge bit, polling) can be those of SOEM or of TwinCAT.
+/// A master that does exactly what a scenario tells it, in virtual time, in the way of any master (master_way.h).
 ///
 /// While the cyclic task runs, every call that lets time pass also sends the process-data frames that fall due.
 #pragma once
@@ -12,28 +11,11 @@
 #include <vector>
 
 #include "decoder/base/ids.h"
+#include "samples/builder/master_way.h"
 #include "samples/builder/recorder.h"
 #include "samples/builder/simulated_bus.h"
 
 namespace ecaudit::samples {
-
-struct MasterHabits {
-  MacAddress mac{0x01, 0x01, 0x01, 0x01, 0x01, 0x01};
-  std::uint16_t first_station = 0x1001;
-  std::uint32_t logical_base = 0;
-  bool always_acknowledges = true;         ///< AL Control is written as 0x11, 0x12, 0x14, 0x18
-  bool counts_index_per_datagram = false;  ///< else all datagrams of a frame carry the same of 16 indices
-  bool reads_status_code = true;           ///< polls 6 bytes from 0x0130, else 2
-  TimeNs think_time = 20'000;              ///< from a returned frame to the next one
-  TimeNs poll_interval = 1'000'000;        ///< between reads of AL Status
-  TimeNs mailbox_interval = 500'000;       ///< between reads of the mailbox
-  TimeNs frame_timeout = 2'000'000;        ///< until a frame is sent again
-  TimeNs wake_jitter = 3'000;              ///< process-data frames leave up to this late
-  int attempts = 3;
-};
-
-[[nodiscard]] MasterHabits SoemHabits();
-[[nodiscard]] MasterHabits TwinCatHabits();
 
 /// The packets of one frame.
 struct FrameIds {
@@ -80,8 +62,7 @@ struct CycleChange {
 
 struct CyclicTask {
   TimeNs cycle = 1'000'000;
-  bool distributes_time = false;  ///< FRMW 0x0910 of the first slave behind the process data
-  bool time_in_front = false;     ///< ARMW before them instead
+  bool distributes_time = false;  ///< 0x0910 of the first slave, as is the master's way
   bool reads_al_status = false;   ///< BRD 0x0130 behind
   /// Called before each cycle with its number, to change outputs; may be empty.
   std::function<void(int cycle)> before_cycle{};
@@ -89,7 +70,7 @@ struct CyclicTask {
 
 class ScriptedMaster {
  public:
-  ScriptedMaster(SimulatedBus& bus, Recorder& recorder, TimeNs start, MasterHabits habits = SoemHabits());
+  ScriptedMaster(SimulatedBus& bus, Recorder& recorder, TimeNs start, const MasterWay& way = WayOf("soem"));
 
   // --- time
   [[nodiscard]] TimeNs now() const { return now_; }
@@ -103,6 +84,9 @@ class ScriptedMaster {
   Answer Fpwr(std::uint16_t station, std::uint16_t ado, Bytes data);
   Answer Brd(std::uint16_t ado, std::size_t length);
   Answer Bwr(std::uint16_t ado, Bytes data);
+  /// A slave, addressed as is the master's way.
+  Answer Read(std::size_t position, std::uint16_t ado, std::size_t length);
+  Answer Write(std::size_t position, std::uint16_t ado, Bytes data);
   /// Any datagrams in one frame; a frame that does not return is repeated. One answer each.
   std::vector<Answer> Exchange(std::vector<Datagram> datagrams);
   /// The next `count` frames do not come back.
@@ -134,12 +118,12 @@ class ScriptedMaster {
 
   // --- AL
   [[nodiscard]] std::uint16_t station(std::size_t position) const {
-    return static_cast<std::uint16_t>(habits_.first_station + position);
+    return static_cast<std::uint16_t>(way_.first_station + position);
   }
   /// Writes AL Control and nothing else.
   FrameIds Request(std::size_t position, std::uint16_t control);
   FrameIds RequestAll(std::uint16_t control);
-  /// Writes AL Control as the habits say, and polls until the state or an error appears, or `timeout` passed.
+  /// Writes AL Control as is the master's way, and polls until the state or an error appears, or `timeout` passed.
   AlAnswer ChangeState(std::size_t position, Al state, TimeNs timeout = 2'000'000'000);
   AlAnswer Poll(std::size_t position, std::uint8_t state, TimeNs timeout = 2'000'000'000);
   /// Acknowledges an error by requesting the present state with bit 4.
@@ -183,27 +167,39 @@ class ScriptedMaster {
     std::uint16_t input_bytes = 0;
   };
 
+  using Datagrams = std::vector<Datagram>;
+
   Answer One(Cmd command, std::uint16_t adp, std::uint16_t ado, Bytes data);
-  std::optional<std::vector<Datagram>> SendOnce(const std::vector<Datagram>& datagrams, FrameIds& ids);
+  std::optional<Datagrams> SendOnce(const Datagrams& datagrams, FrameIds& ids);
+  /// A datagram to or from a slave, addressed as is the master's way.
+  [[nodiscard]] Datagram Addressed(std::size_t position, bool write, std::uint16_t ado, Bytes data) const;
+  [[nodiscard]] Datagram TimeDatagram() const;
+  [[nodiscard]] Datagrams ProcessDatagrams() const;
+  void TakeProcessData(const Datagrams& back);
   void MakeRoom();
   void RunCycle();
-  void NumberDatagrams(std::vector<Datagram>& datagrams);
+  void NumberDatagrams(Datagrams& datagrams, bool cyclic);
+  void ChangeAll(Al state);
   [[nodiscard]] std::uint16_t ControlFor(Al state) const;
+  [[nodiscard]] bool HasMail(std::size_t position);
   SdoAnswer Converse(std::size_t position, Bytes sdo);
   std::optional<Bytes> AwaitSdo(std::size_t position, SdoAnswer& answer);
 
   SimulatedBus& bus_;
   Recorder& recorder_;
-  MasterHabits habits_;
+  MasterWay way_;
   TimeNs now_;
   TimeNs ready_at_ = 0;  // not before this may the next acyclic frame leave
   Jitter jitter_{0xEC};
-  std::uint8_t index_ = 0;
+  std::optional<std::uint8_t> index_;         // last one given
+  std::optional<std::uint8_t> cyclic_index_;  // likewise, where process data have a counter of their own
+  bool scanning_ = false;
   int lose_next_ = 0;
   bool double_next_ = false;
   bool circulate_next_ = false;
 
   std::map<std::size_t, std::uint8_t> mailbox_counter_;
+  std::map<std::size_t, std::uint16_t> aliases_;  // of slaves that answer to them
   std::vector<Image> image_;
   std::map<std::size_t, Bytes> outputs_;
   Bytes last_image_;

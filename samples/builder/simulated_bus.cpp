@@ -9,7 +9,6 @@ constexpr TimeNs kToFirstSlave = 6'000;   // driver and network card of the mast
 constexpr TimeNs kHopForward = 640;       // processing unit and cable
 constexpr TimeNs kHopBack = 260;          // forwarding and cable
 constexpr TimeNs kToCapture = 18'000;     // network card, interrupt and driver on the way back
-constexpr TimeNs kByteTime = 80;          // 100 Mbit/s
 constexpr TimeNs kCaptureJitter = 4'000;  // of the interrupt
 
 }  // namespace

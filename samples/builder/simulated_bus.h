@@ -12,6 +12,8 @@
 
 namespace ecaudit::samples {
 
+inline constexpr TimeNs kByteTime = 80;  // 100 Mbit/s
+
 /// Small irregularities of a computer, the same in every run: a linear congruential generator.
 class Jitter {
  public:

@@ -51,7 +51,7 @@ void StartUp(samples::Story& story, TimeNs cycle_ns) {
   }
   // Half a cycle behind SYNC0, whose pulses stand at whole cycles.
   story.master.WaitUntil((story.master.now() / cycle_ns + 1) * cycle_ns + cycle_ns / 2);
-  story.master.BringToOp({.cycle = cycle_ns, .distributes_time = true, .time_in_front = true, .reads_al_status = true});
+  story.master.BringToOp({.cycle = cycle_ns, .distributes_time = true, .reads_al_status = true});
   for (const int control : {0x06, 0x07, 0x0F}) {
     for (std::size_t axis = 0; axis < axes; ++axis) Command(story, axis, static_cast<std::uint16_t>(control), 0);
     story.master.Cycles(6);
@@ -61,7 +61,9 @@ void StartUp(samples::Story& story, TimeNs cycle_ns) {
 }  // namespace
 
 std::uint64_t WriteLongRun(const LongRun& run, const std::function<void(const samples::Bytes&)>& write) {
-  samples::Story story;
+  samples::MasterWay way;
+  way.time = {.command = samples::Cmd::ARMW, .in_front = true};
+  samples::Story story(way);
   story.capture.style.format = run.format;
   for (std::size_t i = 0; i < run.slaves; ++i) {
     samples::SlaveDescription drive = samples::AkdDrive();

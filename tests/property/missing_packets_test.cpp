@@ -53,6 +53,10 @@ void ExpectSilence(const fs::path& path, const std::string& damage, Rewrite keep
   }
 }
 
+/// Its master writes one index into all frames: where both copies of a request are missing nothing shows that anything
+/// is, and what follows seems to be the slave's own doing.
+constexpr const char* kUnnumbered = "master-codesys.pcapng";
+
 class MissingPacketsTest : public testing::TestWithParam<const char*> {
  protected:
   /// Those without errors and warnings, and not too long to be read many times.
@@ -63,7 +67,7 @@ class MissingPacketsTest : public testing::TestWithParam<const char*> {
                                               : fs::path(test::SharedDir()) / "captures" / folder;
     std::vector<std::pair<fs::path, std::uint64_t>> healthy;
     for (const fs::path& capture : test::CapturesIn(path)) {
-      if (fs::file_size(capture) > kMostBytes) continue;
+      if (fs::file_size(capture) > kMostBytes || capture.filename() == kUnnumbered) continue;
       const AnalysisResult whole = AnalyseWithout(capture, {});
       if (std::none_of(whole.findings.begin(), whole.findings.end(),
                        [](const Finding& f) { return f.severity != Severity::kInfo; })) {
@@ -84,6 +88,9 @@ TEST_P(MissingPacketsTest, HolesMakeNoFinding) {
       for (int i = 0; i < 3; ++i) {
         // Behind the frames from which the tool learns how the master numbers them.
         const FrameNo first = 40 + random() % (packets - length);
+        // This master does so only behind its scan, which writes 0xFF into all frames; and until the first process
+        // data only frames of two kinds have shown that they share a counter.
+        if (fs::path(path).filename() == "clean-twincat-habits.pcapng" && first < 250) continue;
         // A single packet more or less looks as if it was lost on the bus; so does, in the one capture whose master
         // leaves frames without a number in between, a return with a few of these behind it.
         const bool unnumbered = fs::path(path).filename() == "twincat-scan-boxes.pcapng";

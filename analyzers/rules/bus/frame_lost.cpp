@@ -27,13 +27,14 @@ count missing frames and leave operation.
 ## How it is decided
 By content and order, not by time: a frame is lost when frames sent later have come back, or when nothing comes back any
 more while the master goes on sending. Frames still under way at the end of the capture are not lost, and a frame that
-came back damaged is not lost either. Whether it was lost on the way out or back, a capture at the master cannot show.
-A capture machine that drops packets looks the same; where its file counts drops, the message says so. Frames that came
-back without an outbound copy prove that the capture misses packets: the message gives their number, and where there are
-half as many as lost frames or more, nothing says that any was lost on the bus, and the finding is an info; so it is
-where packets are missing at a regular distance, every 124th say. Nor is a frame lost that was under way where the
-capture has a hole: where the indices of a master that numbers its frames skip, or where a master that does not was
-silent for much longer than before. A frame that its master sends once more is lost, however long the time-out was.
+came back damaged is not lost either. Whether it was lost on the way out or back, a capture at the master cannot show. A
+capture machine that drops packets looks the same; where its file counts drops, the message says so. Frames that came
+back without an outbound copy prove that the capture misses packets: the message gives their number, and where these and
+the places where indices skip are half as many as lost frames or more, nothing says that any was lost on the bus, and
+the finding is an info; so it is where packets are missing at a regular distance, every 124th say. Nor is a frame lost
+that was under way where the capture has a hole: where the indices of a master that numbers its frames skip, or where a
+master that does not was silent for much longer than before. A frame that its master sends once more is lost, however
+long the time-out was.
 
 ## Example
 samples/captures/lost-frames.pcapng
@@ -74,6 +75,11 @@ class FrameLost final : public Rule {
                        " (the indices of the frames skip): whether what was under way there came back is not known",
                    pairing.first_hole.number);
     }
+    const std::uint64_t silent = pairing.undecided[static_cast<std::size_t>(bus::Undecided::kSilence)];
+    if (silent > 0) {
+      NotEvaluable(kNoSlave, "the master was silent for long behind " + Count(silent, "frame") +
+                                 " without a return: whether it came back, the capture may not hold");
+    }
     if (index_ == kNoFinding) return;
     Finding& finding = context().store[index_];
     const std::uint64_t outbound = context().pairing().outbound;
@@ -94,7 +100,7 @@ class FrameLost final : public Rule {
                          "; these losses may be among them. ";
       finding.evidence.push_back(Number("dropped_by_capture", static_cast<std::int64_t>(dropped)));
     }
-    const std::uint64_t missed = context().pairing().missed_outbound;
+    const std::uint64_t missed = pairing.missed_outbound;
     if (missed > 0) {
       finding.message += "But " + Count(missed, "returned frame") + " " + (missed == 1 ? "has" : "have") +
                          " no outbound copy: the capture itself misses packets, and these losses may be among them. ";
@@ -111,7 +117,7 @@ class FrameLost final : public Rule {
                          "losses on the bus.";
       finding.confidence = Confidence::kInferred;
       finding.evidence.push_back(Number("dropped_every", static_cast<std::int64_t>(pairing.dropped_every)));
-    } else if (missed * 2 >= total_) {
+    } else if (missed > 0 && (missed + pairing.holes) * 2 >= total_) {
       context().store.Regrade(index_, Severity::kInfo);
       finding.title = "The capture misses packets: " + Count(total_, "frame") + " without a return, " +
                       Grouped(missed) + " without an outbound copy";

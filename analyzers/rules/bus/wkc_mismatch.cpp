@@ -36,7 +36,7 @@ capture starts in operation) the value that was constant before serves as expect
 state request or configuration in between, is reported as inferred warning. Refusals that are normal (mailbox empty or
 full, registers an ESC does not implement, a second AL Control write) are not judged, nor addresses that two slaves
 share for a moment while the master gives them out anew. Nor is a counter above what the FMMUs explain where the capture
-misses packets: one of them may have set another FMMU.
+misses packets or frames never came back: one of them may have set another FMMU.
 
 ## Example
 samples/captures/wkc-link-break.pcapng
@@ -68,11 +68,12 @@ class WkcMismatch final : public Rule {
     if (e.wkc >= range.least && e.wkc <= range.most) return;
     // Without outbound frames nothing shows what is missing.
     const bus::PairingStatistics& pairing = context().pairing();
-    if (e.wkc > range.most && (MissesAny(pairing) || pairing.paired == 0)) {
+    if (e.wkc > range.most && (MissesAny(pairing) || LosesAny(pairing) || pairing.paired == 0)) {
       if (!said_more_) {
         said_more_ = true;
         NotEvaluable(kNoSlave,
-                     "more slaves take part than have FMMUs, which may have been set in frames that the capture misses",
+                     std::string("more slaves take part than have FMMUs, which may have been set in frames that ") +
+                         (MissesAny(pairing) || !LosesAny(pairing) ? "the capture misses" : "never came back"),
                      e.frame().number);
       }
       return;

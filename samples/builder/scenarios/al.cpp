@@ -28,10 +28,10 @@ Sample InitToOpRefused() {
 }
 
 Sample RefusalNeverAcknowledged() {
-  MasterHabits habits;
-  habits.always_acknowledges = false;
-  habits.poll_interval = 20 * kMs;
-  Story story(habits);
+  MasterWay way;
+  way.always_acknowledges = false;
+  way.poll_interval = 20 * kMs;
+  Story story(way);
   story.Add(AkdDrive());
   story.master.Scan();
   story.master.SetUpMailbox(0);
@@ -139,9 +139,9 @@ Sample BadMailboxConfig() {
 }
 
 Sample AlTimeout() {
-  MasterHabits habits;
-  habits.poll_interval = 40 * kMs;
-  Story story(habits);
+  MasterWay way;
+  way.poll_interval = 40 * kMs;
+  Story story(way);
   SimulatedSlave& drive = story.Add(AkdDrive());
   drive.Override({.to = 2, .action = AlOverride::Action::kIgnore, .times = 1});
   ScriptedMaster& master = story.master;
@@ -250,9 +250,9 @@ Sample ErrorStanding() {
 }
 
 Sample UnexpectedErrorUnread() {
-  MasterHabits habits;
-  habits.reads_status_code = false;
-  Story story(habits);
+  MasterWay way;
+  way.reads_status_code = false;
+  Story story(way);
   SimulatedSlave& drive = story.Add(AkdDrive());
   ScriptedMaster& master = story.master;
   master.Scan();

@@ -78,7 +78,9 @@ Sample SnapLength() {
 }
 
 Sample CoarseTimestamps() {
-  Story story(TwinCatHabits());
+  MasterWay way = WayOf("twincat");
+  way.numbering = {.all = way.numbering.all, .others = way.numbering.others};
+  Story story(way);
   story.capture.style.resolution = 6;
   story.capture.style.coarse_step = 1'000;
   HealthyRun(story);

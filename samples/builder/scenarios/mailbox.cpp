@@ -41,9 +41,9 @@ Sample SdoAborts() {
 }
 
 Sample MailboxNoResponse() {
-  MasterHabits habits;
-  habits.mailbox_interval = 50 * kMs;
-  Story story(habits);
+  MasterWay way;
+  way.mailbox_interval = 50 * kMs;
+  Story story(way);
   SimulatedSlave& drive = story.Add(AkdDrive());
   ScriptedMaster& master = story.master;
   master.Scan();

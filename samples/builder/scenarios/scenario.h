@@ -55,7 +55,7 @@ class Story {
  public:
   static constexpr TimeNs kPowerOn = 1'772'442'000'000'000'000;
 
-  explicit Story(const MasterHabits& habits = SoemHabits());
+  explicit Story(const MasterWay& way = WayOf("soem"));
 
   SimulatedSlave& Add(SlaveDescription description) { return bus.Add(std::move(description)); }
   /// Notes a finding of a correct report at a frame of the master.
@@ -96,11 +96,22 @@ struct Scenario {
 /// All scenarios, in the order of samples/README.md.
 [[nodiscard]] std::span<const Scenario> AllScenarios();
 
+/// Two drives with distributed clocks and a terminal between them, from the scan to OP, moved for `cycles` cycles, and
+/// back to INIT: for `story` in any master's way, without slaves yet.
+void PlayHealthyRun(Story& story, int cycles = 20);
+
 // startup.cpp
 Sample CleanStartup();
 Sample CleanMixedBus();
 Sample CleanTwinCatHabits();
 Sample MidRun();
+// masters.cpp
+Sample MasterIgh();
+Sample MasterEtherCrab();
+Sample MasterEtherCrabEarly();
+Sample MasterKickCat();
+Sample MasterAcontis();
+Sample MasterCodesys();
 // al.cpp
 Sample InitToOpRefused();
 Sample RefusalNeverAcknowledged();

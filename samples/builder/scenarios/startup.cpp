@@ -40,7 +40,7 @@ Sample CleanMixedBus() {
 }
 
 Sample CleanTwinCatHabits() {
-  Story story(TwinCatHabits());
+  Story story(WayOf("twincat"));
   story.Add(AkdDrive());
   story.Add(AkdDrive());
   story.master.Scan();

@@ -4,7 +4,7 @@
 
 namespace ecaudit::samples {
 
-Story::Story(const MasterHabits& habits) : bus(kPowerOn), master(bus, capture, kPowerOn + 500'000'000, habits) {}
+Story::Story(const MasterWay& way) : bus(kPowerOn), master(bus, capture, kPowerOn + 500'000'000, way) {}
 
 Expectation& Story::Expect(std::string rule, int slave, const FrameIds& frame, std::string why) {
   Noted& noted = noted_.emplace_back();
