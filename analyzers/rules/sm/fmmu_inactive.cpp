@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/judge/sync_manager_text.h"
@@ -157,6 +158,14 @@ class FmmuInactive final : public Rule {
              unit.fmmu.physical_end() > manager->start;
     });
     if (mapped) return;
+    if (MayMapUnseen(state)) {
+      NotEvaluable(id, "whether a write to an FMMU was taken is not in the capture", frame.number);
+      return;
+    }
+    if (MissesPackets(context().pairing())) {
+      NotEvaluable(id, kMissesPackets, frame.number);
+      return;
+    }
     slave.told[outputs ? 1 : 0] = true;
     const std::uint64_t key = outputs ? 1 : 0;
     FindingIndex index = Repeat(id, key, frame);
@@ -185,6 +194,14 @@ class FmmuInactive final : public Rule {
         std::to_string(manager.length) + " bytes, with activate 1, before SAFEOP is requested.";
     finding.evidence = {HexNumber("physical_start", manager.start), Number("length", manager.length)};
     return finding;
+  }
+
+  /// The fate of a write to some FMMU is not known.
+  [[nodiscard]] static bool MayMapUnseen(const track::SlaveState& state) {
+    for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
+      if (state.fmmu_since[n] != 0 && !state.fmmu(n, Certainty::kInferred)) return true;
+    }
+    return false;
   }
 
   void Blame(SlaveId id, std::uint16_t code) {
