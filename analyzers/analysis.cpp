@@ -7,6 +7,8 @@
 #include "analyzers/collect/collectors.h"
 #include "analyzers/collect/summary.h"
 #include "analyzers/compare/comparison.h"
+#include "analyzers/judge/capture_advice.h"
+#include "analyzers/judge/coverage.h"
 #include "analyzers/judge/finding_order.h"
 #include "analyzers/judge/finding_store.h"
 #include "analyzers/judge/lossy_capture.h"
@@ -77,10 +79,14 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
   }
   for (const auto& rule : rules) rule->Finish();
   if (MissesPackets(context.pairing())) WeakenWhatHistoryMayExplain(store, rules);
-  store.FoldNotEvaluable(ForgetReplaced(context, store));
+  const std::size_t slaves = ForgetReplaced(context, store);
+  result.coverage = CoverageOf(context, result);
+  for (SlaveSummary& slave : result.slaves) slave.unjudged = WhyNothingWasJudged(slave, result);
+  store.FoldNotEvaluable(slaves);
   result.findings = std::move(store.findings());
   SortFindings(result.findings);
   result.not_evaluable = store.not_evaluable();
+  result.capture_next = WhatToCaptureNext(result);
   return result;
 }
 

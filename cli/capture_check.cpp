@@ -58,9 +58,12 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
   out.report.rules = RuleSettingTexts(settings.analysis);
   if (!report::WithoutEtherCat(out.report.result)) out.unmet = UnmetSlaves(settings.analysis, out.report.result);
   if (!report::WithoutEtherCat(out.report.result)) out.missing = MissingSlaves(settings.slaves, out.report.result);
+  const std::size_t slaves = out.report.result.slaves.size();
   out.lacks_slave = !report::WithoutEtherCat(out.report.result) &&
                     KeepSlaves(settings.slaves, out.report.result) == 0 && !settings.slaves.empty();
   if (out.lacks_slave) out.missing.clear();
+  out.report.required = settings.required.text;
+  if (settings.required.any()) out.report.unmet = MissingOf(settings.required, out.report.result, slaves);
   if (baseline != nullptr) ApplyBaseline(*baseline, out.report);
   return out;
 }

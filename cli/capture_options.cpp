@@ -65,6 +65,14 @@ std::optional<Error> ApplyFailOn(const std::optional<std::string>& text, report:
   return std::nullopt;
 }
 
+std::optional<Error> ApplyRequire(const std::optional<std::string>& text, Requirements& required) {
+  if (!text) return std::nullopt;
+  Result<Requirements> parsed = ParseRequirements(*text);
+  if (!parsed) return parsed.error();
+  required = std::move(*parsed);
+  return std::nullopt;
+}
+
 /// The configuration file for `capture`, if there is one.
 Result<std::optional<Config>> ConfigFor(const CaptureOptions& options, const std::string& capture) {
   const std::optional<std::string> path = options.config ? options.config : FindConfig(capture);
@@ -117,6 +125,9 @@ void GateOptions::Declare(OptionSet& options) {
                 "exit 1 from this severity on: error (default), warning, info, never");
   options.Values("--rule", "ID=SEVERITY", rules, "error, warning, info, or off for one rule (repeatable)");
   options.Value("--baseline", "FILE", baseline, "findings listed there are known and do not count");
+  options.Value(
+      "--require", "WHAT", require,
+      "exit 1 unless the capture shows it: slaves=N, state=OP (all of them, at the end), judged; with commas");
   options.Value("--write-baseline", "FILE", write_baseline, "list all findings of this run there");
 }
 
@@ -249,6 +260,7 @@ Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOption
     if (auto error = ApplyNames(config->profiles, config->parameters, config->rules, settings.analysis))
       return In(config->path, *error);
     if (auto error = ApplyFailOn(config->fail_on, settings.fail_on)) return In(config->path, *error);
+    if (auto error = ApplyRequire(config->require, settings.required)) return In(config->path, *error);
     settings.baseline = config->baseline.value_or("");
     settings.esi = config->esi;
     settings.eni = config->eni;
@@ -256,6 +268,7 @@ Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOption
   }
   if (auto error = ApplyNames(options.profiles, options.parameters, gate.rules, settings.analysis)) return *error;
   if (auto error = ApplyFailOn(gate.fail_on, settings.fail_on)) return *error;
+  if (auto error = ApplyRequire(gate.require, settings.required)) return *error;
   if (gate.baseline) settings.baseline = *gate.baseline;
   if (auto error = ApplyRange(options, settings.analysis)) return *error;
   for (const std::string& text : options.slaves) {

@@ -13,6 +13,7 @@
 #include "cli/command_files.h"
 #include "cli/options.h"
 #include "cli/report/report.h"
+#include "cli/requirements.h"
 #include "decoder/base/result.h"
 
 namespace ecaudit::cli {
@@ -43,6 +44,7 @@ struct GateOptions {
   std::vector<std::string> rules;
   std::optional<std::string> baseline;
   std::optional<std::string> write_baseline;
+  std::optional<std::string> require;
 
   void Declare(OptionSet& options);
 };
@@ -52,6 +54,7 @@ struct Settings {
   AnalysisOptions analysis;
   std::vector<SlaveSelector> slaves;  ///< empty: all
   report::FailOn fail_on = report::FailOn::kError;
+  Requirements required;
   std::string config;              ///< path; empty: none
   std::string baseline;            ///< path; empty: none
   std::vector<std::string> esi;    ///< paths of the files in `analysis.files`

@@ -79,6 +79,14 @@ ExitStatus CaptureRun::Run(const CaptureJob& job, report::Report& report, Consol
   return ExitStatus::kClean;
 }
 
+void CaptureRun::SayUnmet(const report::Report& report, Console& console) {
+  for (const report::CaptureReport& capture : report.captures) {
+    for (const std::string& missing : capture.unmet) {
+      console.Error(capture.result.capture.file.path + ": required and missing: " + missing);
+    }
+  }
+}
+
 void CaptureRun::MarkKnown(report::CaptureReport& capture) const {
   if (const Baseline* baseline = baselines_.Find(capture.baseline)) ApplyBaseline(*baseline, capture);
 }

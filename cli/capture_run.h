@@ -46,6 +46,9 @@ class CaptureRun {
   /// does not know.
   [[nodiscard]] ExitStatus SayMissingSlaves(const report::Report& report, Console& console) const;
 
+  /// Says what is missing of what --require asks for.
+  static void SayUnmet(const report::Report& report, Console& console);
+
   /// Marks what the job's baseline lists, anew. For commands that change the findings of a report.
   void MarkKnown(report::CaptureReport& capture) const;
   /// Writes --write-baseline, where it is given and all was read: half a baseline in the place of a whole one would

@@ -15,8 +15,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kFileName = ".ecaudit.json";
-constexpr std::array<std::string_view, 9> kKeys{"profile",  "slave_profiles", "parameters", "rules", "fail_on",
-                                                "baseline", "limits",         "esi",        "eni"};
+constexpr std::array<std::string_view, 10> kKeys{"profile", "slave_profiles", "parameters", "rules", "fail_on",
+                                                 "require", "baseline",       "limits",     "esi",   "eni"};
 
 /// Limits that rules let a project change; each rule's page (`ecaudit explain`) tells its own.
 constexpr std::array<std::string_view, 11> kLimits{"al-timeout.preop",
@@ -106,11 +106,12 @@ Result<Config> ReadConfig(const std::string& path) {
       error = ReadLimits(value, config);
     } else if (key == "esi") {
       error = ReadEsi(value, config);
-    } else if (key == "profile" || key == "fail_on" || key == "baseline" || key == "eni") {
+    } else if (key == "profile" || key == "fail_on" || key == "require" || key == "baseline" || key == "eni") {
       if (!value.is_text()) return Wrong(path, "'" + key + "' must be a string");
       const std::string& text = *value.text();
       if (key == "profile") config.profiles.push_back(text);
       if (key == "fail_on") config.fail_on = text;
+      if (key == "require") config.require = text;
       if (key == "eni") config.eni = (fs::path(path).parent_path() / text).string();
       if (key == "baseline") config.baseline = (fs::path(path).parent_path() / text).string();
     } else {

@@ -18,6 +18,7 @@ struct Config {
   std::vector<std::string> profiles;                        ///< as --profile: "NAME" or "SLAVE=NAME"
   std::vector<std::string> rules;                           ///< as --rule: "ID=SEVERITY"
   std::optional<std::string> fail_on;                       ///< as --fail-on
+  std::optional<std::string> require;                       ///< as --require
   std::optional<std::string> baseline;                      ///< as --baseline; the file has it relative to its folder
   std::vector<std::string> esi;                             ///< as --esi, likewise
   std::optional<std::string> eni;                           ///< as --eni, likewise

@@ -112,6 +112,7 @@ std::string SettingsKey(const Settings& settings) {
     }
     PutRows(key, "parameters", analysis.parameters, AddGivenParameter);
     key.Array("range", [&](JsonArray& range) { AddRange(range, analysis); });
+    if (settings.required.any()) key.Put("required", settings.required.text);
     key.Array("rules", [&](JsonArray& rules) {
       for (const auto& setting : RuleSettingTexts(analysis)) {
         rules.AddArray([&](JsonArray& row) {

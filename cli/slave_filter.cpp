@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "analyzers/judge/capture_advice.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
@@ -72,6 +73,9 @@ std::size_t KeepSlaves(std::span<const SlaveSelector> selectors, AnalysisResult&
   }
   findings = std::move(kept_findings);
   std::erase_if(result.not_evaluable, [&](const NotEvaluable& entry) { return !selected(entry.slave); });
+  for (RuleCoverage& rule : result.coverage) {
+    std::erase_if(rule.slaves, [&](const SlaveCoverage& entry) { return !selected(entry.slave); });
+  }
 
   // Slaves that a kept cause belongs to stay, so that the finding keeps its position and name.
   const auto cited = [&](SlaveId id) {
@@ -86,6 +90,7 @@ std::size_t KeepSlaves(std::span<const SlaveSelector> selectors, AnalysisResult&
     if (named || cited(slave.id)) kept_slaves.push_back(std::move(slave));
   }
   result.slaves = std::move(kept_slaves);
+  result.capture_next = WhatToCaptureNext(result);
   return matching;
 }
 

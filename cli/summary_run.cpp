@@ -17,13 +17,16 @@ void SortCaptures(report::Digest& digest) {
 
 ExitStatus Deliver(const report::Digest& digest, const ReportOutput& output,
                    const std::optional<std::string>& write_baseline, Console& console) {
-  ExitStatus status = report::Summarise(digest).fail ? ExitStatus::kFindings : ExitStatus::kClean;
+  ExitStatus status = report::Gates(report::Summarise(digest)) ? ExitStatus::kFindings : ExitStatus::kClean;
   const auto fail = [&](const std::string& message) {
     console.Error(message);
     status = ExitStatus::kUsage;
   };
   for (const report::CaptureDigest& capture : digest.captures) {
     if (!capture.unreadable.empty()) fail(capture.unreadable);
+    for (const std::string& missing : capture.unmet) {
+      console.Error(capture.path + ": required and missing: " + missing);
+    }
   }
   if (digest.not_reached > 0) status = ExitStatus::kUsage;
   if (const auto error = output.Write(digest, console)) fail(error->message);

@@ -6,6 +6,11 @@
 #include "analyzers/result/every_slave.h"
 
 namespace ecaudit {
+namespace {
+
+constexpr const char* kMoreThanListed = "more slaves or reasons than are listed one by one";
+
+}  // namespace
 
 bool FindingStore::IsOff(const RuleInfo& rule) const {
   const auto setting = settings_.find(rule.id);
@@ -52,15 +57,25 @@ void FindingStore::Regrade(FindingIndex index, Severity severity) {
   if (settings_.find(findings_[index].rule) == settings_.end()) findings_[index].severity = severity;
 }
 
+bool FindingStore::IsListed(const RuleInfo& rule, SlaveId slave, std::string_view reason) const {
+  return std::any_of(not_evaluable_.begin(), not_evaluable_.end(), [&](const NotEvaluable& entry) {
+    return entry.rule == rule.id && entry.slave == slave && entry.reason == reason;
+  });
+}
+
 void FindingStore::AddNotEvaluable(const RuleInfo& rule, SlaveId slave, std::string reason, FrameNo frame) {
   if (IsOff(rule)) return;
+  // Beyond the limit one entry for each rule stands for the rest: what is not listed must not look judged.
+  if (not_evaluable_.size() >= kMaxNotEvaluable && !IsListed(rule, slave, reason)) {
+    slave = kNoSlave;
+    reason = kMoreThanListed;
+  }
   for (NotEvaluable& entry : not_evaluable_) {
     if (entry.rule == rule.id && entry.slave == slave && entry.reason == reason) {
       ++entry.occasions;
       return;
     }
   }
-  if (not_evaluable_.size() >= kMaxNotEvaluable) return;
   not_evaluable_.push_back({rule.id, slave, std::move(reason), frame, 1});
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <unordered_map>
 #include <vector>
@@ -22,6 +23,7 @@ class FindingStore {
   /// Further ones count on the last of their rule and slave; where there is none, there is room for the first.
   static constexpr std::size_t kMaxFindings = 2500;
   static constexpr std::size_t kMaxWithFirstOnes = 5000;
+  /// Beyond it, one for each rule.
   static constexpr std::size_t kMaxNotEvaluable = 1000;
   static constexpr std::size_t kMaxRelatedFrames = 16;
 
@@ -55,6 +57,8 @@ class FindingStore {
   [[nodiscard]] const std::vector<NotEvaluable>& not_evaluable() const { return not_evaluable_; }
 
  private:
+  [[nodiscard]] bool IsListed(const RuleInfo& rule, SlaveId slave, std::string_view reason) const;
+
   using Key = std::tuple<const void*, SlaveId, std::uint64_t>;
 
   const std::map<std::string, RuleSetting, std::less<>>& settings_;

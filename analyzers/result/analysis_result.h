@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "analyzers/result/coverage.h"
 #include "analyzers/result/cycle_summary.h"
 #include "analyzers/result/dc_summary.h"
 #include "analyzers/result/event_summary.h"
@@ -225,6 +226,7 @@ struct SlaveSummary {
   MailboxSummary mailbox;
   EventSummary events;
   StartupSummary startup;  ///< steps of the master up to OP; `seen` is false where the capture holds none
+  std::string unjudged;    ///< why neither AL state nor process data could be judged; empty: one of them was
 };
 
 struct AnalysisResult {
@@ -233,6 +235,8 @@ struct AnalysisResult {
   std::vector<SlaveSummary> slaves;  ///< by position
   std::vector<Finding> findings;     ///< by first frame, causes before consequences
   std::vector<NotEvaluable> not_evaluable;
+  std::vector<CaptureAdvice> capture_next;  ///< the most valuable first
+  std::vector<RuleCoverage> coverage;       ///< all rules, by id; not those that a command left out
 
   [[nodiscard]] const SlaveSummary* slave(SlaveId id) const {
     for (const SlaveSummary& s : slaves) {

@@ -1,11 +1,34 @@
 /// What the catalogue knows of a rule; `ecaudit rules`, `ecaudit explain`, docs/rules.md and reports print it.
 #pragma once
 
+#include <cstdint>
 #include <string_view>
 
 #include "analyzers/result/finding.h"
 
 namespace ecaudit {
+
+/// What a rule is about: what must be on the bus, and in the capture, for it to have something to judge.
+enum class Subject : std::uint8_t {
+  kOfChapter,      ///< what the other rules of its chapter are about
+  kCapture,        ///< the file
+  kBus,            ///< frames, no single slave; all that follow are judged for each slave
+  kSlave,          ///< any slave
+  kAlState,        ///< a slave whose AL Status is read
+  kAlRequest,      ///< a slave of which states are requested
+  kConfiguration,  ///< a slave whose sync managers and FMMUs are seen to be set
+  kMailbox,        ///< a slave whose mailbox is used
+  kCoe,            ///< ... for CoE
+  kMapping,        ///< a slave with process data whose contents are known
+  kMappingWrites,  ///< a slave whose PDO assignment or mapping is written or read
+  kProcessData,    ///< a slave that exchanges process data
+  kTiming,         ///< ... under a clock that is good enough to measure it
+  kCycle,          ///< ... and for which a cycle time is set
+  kDrive,          ///< a drive whose control and status word are seen
+  kClock,          ///< a slave whose distributed clock is used
+  kLatch,          ///< a slave whose latch words are seen
+  kExpectation     ///< a start-up for which an expectation is given
+};
 
 struct RuleInfo {
   std::string_view id;     ///< the name in the catalogue; never reused
@@ -13,6 +36,7 @@ struct RuleInfo {
   Severity severity;       ///< default; where a rule has two, the higher
   /// What it finds stands in the frames that it cites: packets that the capture misses do not explain it.
   bool needs_no_history = false;
+  Subject subject = Subject::kOfChapter;
   std::string_view title;   ///< one line, present tense, no full stop
   std::string_view needs;   ///< what must be known before it can be judged
   std::string_view source;  ///< document and section it rests on

@@ -56,6 +56,8 @@ void KeepStartupFindings(report::CaptureReport& capture) {
   }
   capture.result.findings = std::move(kept);
   std::erase_if(capture.result.not_evaluable, [](const NotEvaluable& entry) { return !IsOfStartup(entry.rule); });
+  capture.result.capture_next.clear();
+  std::erase_if(capture.result.coverage, [](const RuleCoverage& rule) { return !IsOfStartup(rule.rule); });
 }
 
 class StartupCommand : public Command {
@@ -111,16 +113,21 @@ class StartupCommand : public Command {
     } else {
       // Nothing is judged here: that is what `check` is for.
       capture.judged = false;
+      capture.required.clear();
+      capture.unmet.clear();
       capture.result.findings.clear();
       capture.result.not_evaluable.clear();
+      capture.result.coverage.clear();
+      capture.result.capture_next.clear();
       capture.known.clear();
     }
+    CaptureRun::SayUnmet(report, console);
     if (const auto error = output->Write(report, console)) status = Worst(status, CaptureRun::Fail(console, *error));
     if (const auto error = run_.WriteBaselineOf(report)) status = Worst(status, CaptureRun::Fail(console, *error));
     if (status == ExitStatus::kClean && !HoldsStartup(capture.result)) {
       return CaptureRun::Fail(console, Error{run_.jobs().front().name() + " holds no start-up"});
     }
-    return Worst(status, report::Summarise(report).fail ? ExitStatus::kFindings : ExitStatus::kClean);
+    return Worst(status, report::Gates(report::Summarise(report)) ? ExitStatus::kFindings : ExitStatus::kClean);
   }
 
  private:
@@ -129,9 +136,9 @@ class StartupCommand : public Command {
       return Error{"startup reads one capture; give --join when these are files of one ring buffer"};
     }
     const GateOptions& gate = run_.gate;
-    if (!expect_ && (gate.fail_on || !gate.rules.empty() || gate.baseline || gate.write_baseline)) {
+    if (!expect_ && (gate.fail_on || !gate.rules.empty() || gate.baseline || gate.write_baseline || gate.require)) {
       return Error{
-          "--fail-on, --rule, --baseline and --write-baseline judge findings, which startup has with --expect "
+          "--fail-on, --rule, --require, --baseline and --write-baseline judge, which startup does with --expect "
           "only"};
     }
     if (expect_) run_.files.Reads(*expect_, kExpectationRole);

@@ -37,6 +37,12 @@ FindingDigest DigestOf(const Finding& finding, const AnalysisResult& result) {
   return out;
 }
 
+std::string Joined(const std::vector<std::string>& texts, std::string_view between) {
+  std::string joined;
+  for (const std::string& text : texts) joined += (joined.empty() ? "" : std::string(between)) + text;
+  return joined;
+}
+
 /// "SAFEOP refused with AL status code 0x001d (frame 760)"
 std::string TitleAndFrame(const FindingDigest& f) {
   std::string text = OneLine(f.title);
@@ -58,6 +64,9 @@ CaptureDigest DigestOf(const CaptureReport& capture) {
   if (result.capture.duration_ns) out.duration_s = static_cast<double>(*result.capture.duration_ns) / 1e9;
   out.complete = result.capture.complete;
   out.judged = capture.judged;
+  if (capture.judged) out.limited = PrintableLines(WhyLimited(result));
+  out.required = capture.required;
+  for (const std::string& missing : capture.unmet) out.unmet.push_back(PrintableLines(missing));
   out.selection = capture.selection;
   out.fail_on = capture.fail_on;
   out.baseline = PrintableLines(capture.baseline);
@@ -70,6 +79,9 @@ CaptureDigest DigestOf(const CaptureReport& capture) {
     const SlaveSummary* slave = result.slave(entry.slave);
     out.not_judged.push_back({std::string(entry.rule), slave == nullptr ? std::nullopt : std::optional(slave->position),
                               PrintableLines(entry.reason), entry.slave == kEverySlave});
+  }
+  for (const RuleCoverage& rule : result.coverage) {
+    out.coverage.push_back({std::string(rule.rule), CountOf(rule), std::string(WhyNotApplicable(rule))});
   }
   return out;
 }
@@ -99,6 +111,8 @@ std::string PlaceOf(const NotJudged& entry) {
 Summary Summarise(const CaptureDigest& capture) {
   Summary summary;
   summary.judged = capture.judged;
+  summary.limited = !capture.limited.empty();
+  summary.unmet = !capture.unmet.empty();
   for (const FindingDigest& finding : capture.findings) {
     summary.Add(finding.severity, finding.known, capture.fail_on);
   }
@@ -123,14 +137,16 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
   if (!capture.unreadable.empty()) return {"ERROR", OneLine(capture.unreadable)};
   const Summary summary = Summarise(capture);
   const std::string selected = Text(capture.selection);
-  const std::string limits = selected.empty() ? "" : " (limited by " + OneLine(selected) + ")";
+  std::string limits = selected.empty() ? "" : " (limited by " + OneLine(selected) + ")";
+  if (!capture.unmet.empty()) limits = "; required and missing: " + OneLine(Joined(capture.unmet, "; ")) + limits;
   if (capture.without_ethercat) {
     const std::string packets = capture.packets == 0 ? std::string("the capture holds no packet")
                                                      : "no EtherCAT frame among " + Count(capture.packets, "packet");
-    return {summary.fail ? "FAIL" : "NOTHING-TO-CHECK", packets + limits};
+    return {summary.fail ? "FAIL" : summary.unmet ? "UNMET" : "NOTHING-TO-CHECK", packets + limits};
   }
   if (!capture.judged) return {"NOT-JUDGED", "the start-up is shown; ecaudit check judges the capture" + limits};
-  const std::string verdict = summary.fail ? "FAIL" : "PASS";
+  const std::string verdict = summary.fail ? "FAIL" : summary.unmet ? "UNMET" : summary.limited ? "LIMITED" : "PASS";
+  if (summary.limited && !summary.fail && capture.slaves > 0) limits = "; not judged: " + capture.limited + limits;
   const std::vector<OrderedFinding> order = OrderForReading(capture);
   if (order.empty()) {
     const std::string none = std::string("no ") + (summary.known > 0 ? "new " : "") + "findings in " +
@@ -150,6 +166,7 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
   if (!summary.fail) line += std::string(Name(worst->severity)) + ": ";
   line += worst->place + ": " + TitleAndFrame(*worst);
   if (worst != &root) line += ", because: " + TitleAndFrame(root);
+  if (summary.limited && !summary.fail && capture.slaves == 0) line += "; " + capture.limited;
   return {verdict, line + limits};
 }
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "analyzers/result/rule_info.h"
+#include "cli/report/coverage_tally.h"
 #include "cli/report/report.h"
 
 namespace ecaudit::report {
@@ -50,6 +51,14 @@ struct NotJudged {
   bool operator==(const NotJudged&) const = default;
 };
 
+/// How far one rule was judged.
+struct RuleCoverageDigest {
+  std::string rule;
+  CoverageCount count;
+  std::string why;  ///< it does not apply; empty: it applies everywhere
+  bool operator==(const RuleCoverageDigest&) const = default;
+};
+
 /// One capture.
 struct CaptureDigest {
   std::string path;
@@ -62,14 +71,18 @@ struct CaptureDigest {
   std::uint64_t slaves = 0;       ///< that the report tells of
   std::string first_time;         ///< ISO 8601 UTC; empty when unknown
   std::optional<double> duration_s;
-  bool complete = true;  ///< false: damaged, or stopped early
-  bool judged = true;    ///< false: there is no verdict
+  bool complete = true;            ///< false: damaged, or stopped early
+  bool judged = true;              ///< false: there is no verdict
+  std::string limited;             ///< what makes a verdict "limited"; empty: nothing
+  std::string required;            ///< as in --require; empty: nothing
+  std::vector<std::string> unmet;  ///< what of it is missing
   Selection selection;
   FailOn fail_on = FailOn::kError;
   std::string baseline;                                    ///< path; empty: none
   std::vector<std::pair<std::string, std::string>> rules;  ///< settings of rules: id and severity, or "off"
   std::vector<FindingDigest> findings;                     ///< as in the report
   std::vector<NotJudged> not_judged;
+  std::vector<RuleCoverageDigest> coverage;  ///< empty in reports of the first versions
 
   bool operator==(const CaptureDigest&) const = default;
 };
@@ -102,7 +115,8 @@ struct Digest {
 
 /// The verdict and its main reason.
 struct HeadlineParts {
-  std::string verdict;   ///< "FAIL", "PASS", "NOTHING-TO-CHECK", "NOT-JUDGED", "ERROR"
+  std::string verdict;  ///< "FAIL", "UNMET" (something of --require is missing), "LIMITED", "PASS", "NOTHING-TO-CHECK",
+                        ///< "NOT-JUDGED", "ERROR"
   std::string sentence;  ///< "slave 0 (AKD, 0x1001): ... (frame 760)". Printable
 };
 [[nodiscard]] HeadlineParts HeadlinePartsOf(const CaptureDigest& capture);

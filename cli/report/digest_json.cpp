@@ -137,6 +137,26 @@ FindingDigest ReadFinding(JsonValue json, const std::vector<JsonValue>& slaves, 
   return f;
 }
 
+/// Reports of the first versions have none of it.
+void ReadCoverage(JsonValue json, CaptureDigest& out, Fields& fields) {
+  const JsonValue summary = fields.Object(json, "summary");
+  if (summary.member("limited_because").there()) out.limited = fields.TextOrNull(summary, "limited_because");
+  if (json.member("required").there() && !json.member("required").is_null()) {
+    const JsonValue required = fields.Object(json, "required");
+    out.required = fields.Text(required, "asked");
+    for (const JsonValue missing : fields.Array(required, "missing")) {
+      if (missing.is_text()) out.unmet.push_back(PrintableLines(*missing.text()));
+    }
+  }
+  if (!json.member("coverage").there()) return;
+  for (const JsonValue rule : fields.Array(fields.Object(json, "coverage"), "rules")) {
+    out.coverage.push_back({fields.Text(rule, "rule"),
+                            {fields.Number(rule, "judged"), fields.Number(rule, "partly"),
+                             fields.Number(rule, "not_judged"), fields.Number(rule, "not_applicable")},
+                            fields.TextOrNull(rule, "not_applicable_because")});
+  }
+}
+
 CaptureDigest ReadCapture(JsonValue json, Fields& fields) {
   CaptureDigest out;
   const JsonValue capture = fields.Object(json, "capture");
@@ -185,6 +205,7 @@ CaptureDigest ReadCapture(JsonValue json, Fields& fields) {
                               fields.Text(entry, "reason"),
                               entry.member("scope").there() && fields.Text(entry, "scope") == "all-slaves"});
   }
+  ReadCoverage(json, out, fields);
   return out;
 }
 

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "analyzers/result/every_slave.h"
+#include "cli/report/coverage_tally.h"
 #include "cli/report/json_sections.h"
 #include "cli/report/json_text.h"
 #include "cli/report/times.h"
@@ -44,7 +45,7 @@ void PutSummary(JsonObject& out, const Summary& summary) {
   out.Put("warnings", summary.warnings);
   out.Put("infos", summary.infos);
   out.Put("known", summary.known);
-  out.Put("verdict", OnlyIf(summary.judged, summary.fail ? "fail" : "pass"));
+  out.Put("verdict", OnlyIf(summary.judged, summary.Verdict()));
 }
 
 void PutTimestamps(JsonObject& out, const TimestampQuality& timestamps) {
@@ -242,6 +243,59 @@ void PutNotEvaluable(JsonObject& out, const AnalysisResult& result, const NotEva
   out.Put("occasions", entry.occasions);
 }
 
+void PutCount(JsonObject& out, const CoverageCount& count) {
+  out.Put("judged", count.judged);
+  out.Put("partly", count.partly);
+  out.Put("not_judged", count.not_judged);
+  out.Put("not_applicable", count.not_applicable);
+}
+
+void PutRuleCoverage(JsonObject& out, const AnalysisResult& result, const RuleCoverage& rule) {
+  const CoverageCount count = CountOf(rule);
+  out.Put("rule", rule.rule);
+  PutCount(out, count);
+  out.TextOrNull("not_applicable_because", WhyNotApplicable(rule));
+  // The rest tells it for each slave already where all are alike.
+  const std::uint64_t all = rule.slaves.size();
+  const bool alike =
+      count.judged == all || count.partly == all || count.not_judged == all || count.not_applicable == all;
+  if (alike) return out.Put("slaves", nullptr);
+  out.Object("slaves", [&](JsonObject& json) {
+    for (const Coverage coverage :
+         {Coverage::kJudged, Coverage::kPartly, Coverage::kNotJudged, Coverage::kNotApplicable}) {
+      json.Array(Name(coverage), [&](JsonArray& positions) {
+        // Slaves that --slave left out have no entry; the others stand in the same order.
+        auto slave = result.slaves.begin();
+        for (const SlaveCoverage& entry : rule.slaves) {
+          while (slave != result.slaves.end() && slave->id != entry.slave) ++slave;
+          if (slave == result.slaves.end()) break;
+          if (entry.coverage == coverage) positions.Add(slave->position);
+        }
+      });
+    }
+  });
+}
+
+void PutCoverage(JsonObject& out, const AnalysisResult& result) {
+  PutCount(out, CountOf(result.coverage));
+  out.List("by_chapter", ByChapter(result.coverage), [](JsonObject& json, const ChapterCoverage& chapter) {
+    json.Put("chapter", chapter.chapter);
+    PutCount(json, chapter.count);
+  });
+  out.List("rules", result.coverage,
+           [&](JsonObject& json, const RuleCoverage& rule) { PutRuleCoverage(json, result, rule); });
+}
+
+/// What was required of the capture; null where nothing was.
+void PutRequired(JsonObject& out, const CaptureReport& capture) {
+  if (capture.required.empty()) return out.Put("required", nullptr);
+  out.Object("required", [&](JsonObject& json) {
+    json.Text("asked", capture.required);
+    json.Put("met", capture.unmet.empty());
+    json.Texts("missing", capture.unmet);
+  });
+}
+
 void PutCaptureReport(JsonObject& out, const CaptureReport& capture) {
   const AnalysisResult& result = capture.result;
   out.Object("capture", [&](JsonObject& json) { PutCapture(json, result.capture); });
@@ -256,7 +310,16 @@ void PutCaptureReport(JsonObject& out, const CaptureReport& capture) {
   });
   out.List("not_evaluable", result.not_evaluable,
            [&](JsonObject& json, const NotEvaluable& entry) { PutNotEvaluable(json, result, entry); });
-  out.Object("summary", [&](JsonObject& json) { PutSummary(json, Summarise(capture)); });
+  out.Object("coverage", [&](JsonObject& json) { PutCoverage(json, result); });
+  out.List("capture_next", result.capture_next, [](JsonObject& json, const CaptureAdvice& advice) {
+    json.Text("what", advice.text);
+    json.Put("judgements", advice.judgements);
+  });
+  PutRequired(out, capture);
+  out.Object("summary", [&](JsonObject& json) {
+    PutSummary(json, Summarise(capture));
+    json.TextOrNull("limited_because", capture.judged ? WhyLimited(result) : std::string());
+  });
 }
 
 }  // namespace

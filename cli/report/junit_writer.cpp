@@ -112,6 +112,26 @@ TestCase Skipped(std::string name, const std::vector<std::string>& reasons) {
   return test;
 }
 
+/// Why there was nothing to judge for any slave; empty when there was something.
+std::string NothingToJudge(const CaptureDigest& capture, std::string_view rule) {
+  for (const RuleCoverageDigest& entry : capture.coverage) {
+    if (entry.rule == rule && entry.count.applicable() == 0) return entry.why;
+  }
+  return {};
+}
+
+/// What --require asks for, as a test of its own.
+TestCase Required(const CaptureDigest& capture) {
+  TestCase test{"required: " + capture.required, TestCase::Outcome::kPassed, {}, {}, {}};
+  if (capture.unmet.empty()) return test;
+  test.outcome = TestCase::Outcome::kFailed;
+  test.type = "required";
+  test.message = capture.unmet.front();
+  if (capture.unmet.size() > 1) test.message += ", and " + std::to_string(capture.unmet.size() - 1) + " more";
+  for (const std::string& missing : capture.unmet) test.text += (test.text.empty() ? "" : "\n") + missing;
+  return test;
+}
+
 bool SwitchedOff(const CaptureDigest& capture, std::string_view rule) {
   return std::any_of(capture.rules.begin(), capture.rules.end(),
                      [rule](const auto& setting) { return setting.first == rule && setting.second == "off"; });
@@ -134,8 +154,10 @@ std::vector<TestCase> TestCases(const Digest& digest, const CaptureDigest& captu
     }
   }
   std::vector<TestCase> tests;
+  if (!capture.required.empty()) tests.push_back(Required(capture));
   if (capture.without_ethercat && failed.empty()) {
-    return {Skipped("EtherCAT traffic", {"no EtherCAT frame among " + Count(capture.packets, "packet")})};
+    tests.push_back(Skipped("EtherCAT traffic", {"no EtherCAT frame among " + Count(capture.packets, "packet")}));
+    return tests;
   }
   if (!capture.judged) return {Skipped("verdict", {HeadlinePartsOf(capture).sentence})};
   // A report of another version may know rules that this catalogue lacks.
@@ -155,6 +177,8 @@ std::vector<TestCase> TestCases(const Digest& digest, const CaptureDigest& captu
       tests.push_back(Skipped(rule, reasons));
     } else if (SwitchedOff(capture, rule)) {
       tests.push_back(Skipped(rule, {"switched off by --rule or the configuration file"}));
+    } else if (const std::string why = NothingToJudge(capture, rule); !why.empty()) {
+      tests.push_back(Skipped(rule, {"not applicable: " + why}));
     } else if (failures == failed.end()) {
       tests.push_back({rule, TestCase::Outcome::kPassed, {}, {}, {}});
     }
@@ -229,6 +253,7 @@ std::string Suite(const Digest& digest, const CaptureDigest& capture, std::size_
   out += Property("ecaudit.version", digest.version) + Property("fail_on", Name(capture.fail_on));
   if (const std::string limits = Text(capture.selection); !limits.empty()) out += Property("limited_by", limits);
   if (!capture.baseline.empty()) out += Property("baseline", capture.baseline);
+  if (capture.unreadable.empty() && capture.judged) out += Property("verdict", Summarise(capture).Verdict());
   out += "    </properties>\n";
   for (const TestCase& test : tests) out += Write(test, class_name);
   out += "    <system-out>" + XmlText(OtherFindings(capture)) + "</system-out>\n    <system-err/>\n";

@@ -3,6 +3,8 @@
 #include <array>
 #include <charconv>
 
+#include "cli/report/coverage_tally.h"
+
 namespace ecaudit::report {
 bool Reaches(Severity severity, FailOn fail_on) {
   switch (fail_on) {
@@ -55,6 +57,8 @@ void Summary::Add(const Summary& other) {
   known += other.known;
   fail = fail || other.fail;
   judged = judged && other.judged;
+  limited = limited || other.limited;
+  unmet = unmet || other.unmet;
 }
 
 std::string Text(const Selection& selection) {
@@ -78,6 +82,8 @@ std::string Text(const Selection& selection) {
 Summary Summarise(const CaptureReport& capture) {
   Summary summary;
   summary.judged = capture.judged;
+  summary.limited = capture.judged && !WhyLimited(capture.result).empty();
+  summary.unmet = !capture.unmet.empty();
   for (std::size_t i = 0; i < capture.result.findings.size(); ++i) {
     summary.Add(capture.result.findings[i].severity, capture.IsKnown(i), capture.fail_on);
   }

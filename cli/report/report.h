@@ -51,6 +51,8 @@ struct CaptureReport {
   /// Path of the expectation that the start-up was compared with; empty when none. Then `result` holds the findings of
   /// that comparison only, and these count the others.
   std::string expectation;
+  std::string required;            ///< as in --require; empty: nothing
+  std::vector<std::string> unmet;  ///< what of it is missing, each a sentence without a full stop
   std::uint64_t other_errors = 0, other_warnings = 0;
 
   [[nodiscard]] bool IsKnown(std::size_t finding) const { return finding < known.size() && known[finding]; }
@@ -85,18 +87,27 @@ struct Summary {
   std::uint64_t warnings = 0;
   std::uint64_t infos = 0;
   std::uint64_t known = 0;
-  bool fail = false;   ///< a finding that is not known reaches fail_on
-  bool judged = true;  ///< false: there is no verdict
+  bool fail = false;     ///< a finding that is not known reaches fail_on
+  bool judged = true;    ///< false: there is no verdict
+  bool limited = false;  ///< nothing is known of some slave, or of all: see WhyLimited()
+  bool unmet = false;    ///< something of --require is missing
 
+  /// "pass", "limited", "fail"; what is required does not change it.
+  [[nodiscard]] std::string_view Verdict() const { return fail ? "fail" : limited ? "limited" : "pass"; }
   void Add(Severity severity, bool is_known, FailOn fail_on);
   void Add(const Summary& other);
 };
+
+/// True when the exit status is to be 1: the verdict is "fail", or something that is required is missing.
+[[nodiscard]] inline bool Gates(const Summary& summary) {
+  return summary.fail || summary.unmet;
+}
 
 /// True when a finding of `severity` makes the verdict "fail".
 [[nodiscard]] bool Reaches(Severity severity, FailOn fail_on);
 
 [[nodiscard]] Summary Summarise(const CaptureReport& capture);
-/// Sums over all captures; fails when one of them does.
+/// Sums over all captures; fails, or is limited, when one of them is.
 [[nodiscard]] Summary Summarise(const Report& report);
 
 /// True when there is nothing to judge: the capture holds no EtherCAT frame.

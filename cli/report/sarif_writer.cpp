@@ -116,6 +116,10 @@ class SarifWriter {
       if (const std::string limits = Text(capture.selection); !limits.empty()) {
         AddNotification("note", "limited by " + OneLine(limits), artifact);
       }
+      if (!capture.limited.empty()) AddNotification("warning", "verdict limited: " + capture.limited, artifact);
+      for (const std::string& missing : capture.unmet) {
+        AddNotification("error", "required and missing: " + missing, artifact);
+      }
       std::map<Fingerprint, unsigned> seen;
       for (const FindingDigest& f : capture.findings) {
         const Fingerprint fingerprint = FingerprintOf(f);

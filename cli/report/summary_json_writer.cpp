@@ -45,6 +45,8 @@ void PutTally(JsonObject& out, const Digest& digest, const Tally& tally) {
   out.Put("captures", digest.captures.size());
   out.Put("passed", tally.passed);
   out.Put("failed", tally.failed);
+  out.Put("unmet", tally.unmet);
+  out.Put("limited", tally.limited);
   out.Put("unreadable", tally.unreadable);
   out.Put("nothing_to_check", tally.nothing_to_check);
   out.Put("not_reached", digest.not_reached);

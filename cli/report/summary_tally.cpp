@@ -29,8 +29,12 @@ std::string_view Name(Status status) {
   switch (status) {
     case Status::kFail:
       return "fail";
+    case Status::kUnmet:
+      return "unmet";
     case Status::kUnreadable:
       return "unreadable";
+    case Status::kLimited:
+      return "limited";
     case Status::kPass:
       return "pass";
     case Status::kNothingToCheck:
@@ -41,13 +45,17 @@ std::string_view Name(Status status) {
 
 Status StatusOf(const CaptureDigest& capture) {
   if (!capture.unreadable.empty()) return Status::kUnreadable;
-  if (Summarise(capture).fail) return Status::kFail;
-  return capture.without_ethercat ? Status::kNothingToCheck : Status::kPass;
+  const Summary summary = Summarise(capture);
+  if (summary.fail) return Status::kFail;
+  if (summary.unmet) return Status::kUnmet;
+  if (capture.without_ethercat) return Status::kNothingToCheck;
+  return summary.limited ? Status::kLimited : Status::kPass;
 }
 
 std::string_view Tally::Verdict(const Digest& digest) const {
-  if (failed > 0) return "fail";
-  return unreadable > 0 || digest.not_reached > 0 ? "incomplete" : "pass";
+  if (failed + unmet > 0) return "fail";
+  if (unreadable > 0 || digest.not_reached > 0) return "incomplete";
+  return limited > 0 ? "limited" : "pass";
 }
 
 Tally TallyOf(const Digest& digest) {
@@ -59,6 +67,12 @@ Tally TallyOf(const Digest& digest) {
     switch (StatusOf(capture)) {
       case Status::kFail:
         ++tally.failed;
+        break;
+      case Status::kUnmet:
+        ++tally.unmet;
+        break;
+      case Status::kLimited:
+        ++tally.limited;
         break;
       case Status::kUnreadable:
         ++tally.unreadable;

@@ -11,9 +11,10 @@
 namespace ecaudit::report {
 
 /// What became of one capture.
-enum class Status : std::uint8_t { kFail, kUnreadable, kPass, kNothingToCheck };
+enum class Status : std::uint8_t { kFail, kUnmet, kUnreadable, kLimited, kPass, kNothingToCheck };
 
-/// "fail", "unreadable", "pass", "nothing-to-check" as in the JSON summary.
+/// "fail", "unmet" (something of --require is missing), "unreadable", "limited", "pass", "nothing-to-check" as in the
+/// JSON summary.
 [[nodiscard]] std::string_view Name(Status status);
 [[nodiscard]] Status StatusOf(const CaptureDigest& capture);
 
@@ -30,12 +31,15 @@ struct RuleTally {
 struct Tally {
   Summary findings;
   std::uint64_t failed = 0;
+  std::uint64_t unmet = 0;
+  std::uint64_t limited = 0;
   std::uint64_t unreadable = 0;
   std::uint64_t passed = 0;
   std::uint64_t nothing_to_check = 0;
   std::vector<RuleTally> rules;  ///< worst severity first, then the most captures, then by id
 
-  /// "fail": a capture failed; "incomplete": none did, but some could not be read or were not reached; "pass".
+  /// "fail": a capture failed, or lacks what is required; "incomplete": none did, but some could not be read or were
+  /// not reached; "limited": one of them is; "pass".
   [[nodiscard]] std::string_view Verdict(const Digest& digest) const;
 };
 

@@ -20,6 +20,9 @@ std::string FirstLine(const Digest& digest, const Tally& tally) {
                      (tally.failed > 0 ? Grouped(tally.failed) : "none") + " failed: ";
   text += Count(s.errors, "error") + ", " + Count(s.warnings, "warning") + ", " + Count(s.infos, "info");
   if (s.known > 0) text += ", " + Grouped(s.known) + " known from the baseline";
+  if (tally.unmet > 0)
+    text += "; " + Grouped(tally.unmet) + (tally.unmet == 1 ? " lacks" : " lack") + " what is required";
+  if (tally.limited > 0) text += "; " + Grouped(tally.limited) + " limited";
   if (tally.unreadable > 0) text += "; " + Grouped(tally.unreadable) + " could not be read";
   if (tally.nothing_to_check > 0) text += "; " + Grouped(tally.nothing_to_check) + " without EtherCAT";
   if (digest.not_reached > 0) text += "; interrupted, " + Grouped(digest.not_reached) + " not checked";
@@ -53,24 +56,29 @@ std::size_t Rank(const CaptureDigest& capture) {
   switch (StatusOf(capture)) {
     case Status::kFail:
       return 0;
-    case Status::kUnreadable:
+    case Status::kUnmet:
       return 1;
+    case Status::kUnreadable:
+      return 2;
     case Status::kPass: {
       const Summary s = Summarise(capture);
-      return s.errors + s.warnings + s.infos > 0 ? 2 : 4;
+      return s.errors + s.warnings + s.infos > 0 ? 3 : 6;
     }
+    case Status::kLimited:
+      return 4;
     case Status::kNothingToCheck:
-      return 3;
+      return 5;
   }
-  return 4;
+  return 6;
 }
 
-constexpr std::array kStyles{Style::kError, Style::kError, Style::kWarning, Style::kWarning, Style::kGood};
-constexpr std::size_t kQuiet = 4;
+constexpr std::array kStyles{Style::kError,   Style::kError,   Style::kError, Style::kWarning,
+                             Style::kWarning, Style::kWarning, Style::kGood};
+constexpr std::size_t kQuiet = 6;
 
 void Captures(const Digest& digest, TextBuilder& text) {
   if (digest.captures.empty()) return;
-  std::array<std::vector<const CaptureDigest*>, 5> ranks;
+  std::array<std::vector<const CaptureDigest*>, kStyles.size()> ranks;
   for (const CaptureDigest& capture : digest.captures) ranks[Rank(capture)].push_back(&capture);
   text.Line();
   text.Line(text.Styled("Captures", Style::kBold));
@@ -93,8 +101,12 @@ std::string WriteSummaryText(const Digest& digest, const TextStyle& style) {
   TextBuilder text(style.color);
   const Tally tally = TallyOf(digest);
   const std::string_view verdict = tally.Verdict(digest);
-  const std::string word = verdict == "fail" ? "FAIL" : verdict == "pass" ? "PASS" : "INCOMPLETE";
-  text.Line(text.Styled(word, verdict == "pass" ? Style::kGood : Style::kError) + " " + FirstLine(digest, tally));
+  const std::string word = verdict == "fail"      ? "FAIL"
+                           : verdict == "pass"    ? "PASS"
+                           : verdict == "limited" ? "LIMITED"
+                                                  : "INCOMPLETE";
+  const Style shown = verdict == "pass" ? Style::kGood : verdict == "limited" ? Style::kWarning : Style::kError;
+  text.Line(text.Styled(word, shown) + " " + FirstLine(digest, tally));
   Rules(digest, tally, text);
   Captures(digest, text);
   return text.Take();

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/report/coverage_tally.h"
 #include "cli/report/digest.h"
 #include "cli/report/finding_order.h"
 #include "cli/report/layout.h"
@@ -29,6 +30,10 @@ constexpr std::size_t kFindingsInFull = 25;
 constexpr std::size_t kKeptTogether = 50;
 /// Reasons shown under "Not judged".
 constexpr std::size_t kReasonsShown = 15;
+/// Ways to know more that are shown.
+constexpr std::size_t kAdviceShown = 3;
+/// Rules that one of them names.
+constexpr std::size_t kRulesNamed = 16;
 
 /// "0x00414b44", or "?" when unknown.
 std::string HexOr(const std::optional<std::uint32_t>& value) {
@@ -72,21 +77,6 @@ std::string StepText(const AlStep& step) {
 
 /// Between two steps of a story; a line may end behind it.
 const std::string kArrow = std::string(1, kHardSpace) + "-> ";
-
-/// "3", "0-2, 7".
-std::string Ranges(const std::set<unsigned>& sorted) {
-  const std::vector<unsigned> positions(sorted.begin(), sorted.end());
-  std::string text;
-  for (std::size_t i = 0; i < positions.size();) {
-    std::size_t end = i;
-    while (end + 1 < positions.size() && positions[end + 1] == positions[end] + 1) ++end;
-    if (!text.empty()) text += ", ";
-    text += std::to_string(positions[i]);
-    if (end > i) text += "-" + std::to_string(positions[end]);
-    i = end + 1;
-  }
-  return text;
-}
 
 std::string Counts(const Summary& s) {
   std::string text = Count(s.errors, "error") + ", " + Count(s.warnings, "warning") + ", " + Count(s.infos, "info");
@@ -132,7 +122,9 @@ class CaptureText {
     const std::string headline = Headline(capture_);
     const std::size_t word = headline.find(' ');
     const Summary summary = Summarise(capture_);
-    const Style style = summary.fail ? Style::kError : WithoutEtherCat(result_) ? Style::kWarning : Style::kGood;
+    const Style style = summary.fail || summary.unmet                 ? Style::kError
+                        : WithoutEtherCat(result_) || summary.limited ? Style::kWarning
+                                                                      : Style::kGood;
     text_.Line(text_.Styled(headline.substr(0, word), style) + headline.substr(word));
     if (WithoutEtherCat(result_)) return;
     std::string counts = Counts(summary);
@@ -479,7 +471,31 @@ class CaptureText {
 
   // --- what could not be judged -----------------------------------------------------------------------------------
 
+  /// How much was judged, by chapter.
+  void CoverageLines() {
+    const std::string text = CoverageText(result_.coverage);
+    if (text.empty()) return;
+    Heading("Judged (each rule once for a slave)");
+    text_.Paragraph(text, 2);
+  }
+
+  /// What would open most of what could not be judged.
+  void CaptureNext() {
+    if (result_.capture_next.empty()) return;
+    Heading("What to capture next (rules it may open, each once for a slave)");
+    for (std::size_t i = 0; i < std::min(result_.capture_next.size(), kAdviceShown); ++i) {
+      const CaptureAdvice& advice = result_.capture_next[i];
+      text_.Line(OneLine(advice.text) + " (" + Grouped(advice.judgements) + ")", 2);
+    }
+  }
+
   void NotJudged() {
+    NotJudgedLines();
+    CaptureNext();
+  }
+
+  void NotJudgedLines() {
+    CoverageLines();
     if (result_.not_evaluable.empty()) return;
     Heading("Could not be judged");
     // One line for each reason: the rules it silences, and for whom.
@@ -514,7 +530,13 @@ class CaptureText {
         line += (slaves == 1 ? " (slave " : " (slaves ") + Ranges(group.positions) + ")";
       }
       line += ": ";
-      for (std::size_t r = 0; r < group.rules.size(); ++r) line += (r > 0 ? ", " : "") + std::string(group.rules[r]);
+      for (std::size_t r = 0; r < group.rules.size(); ++r) {
+        if (r == kRulesNamed && group.rules.size() > kRulesNamed + 1) {
+          line += " and " + std::to_string(group.rules.size() - r) + " more";
+          break;
+        }
+        line += (r > 0 ? ", " : "") + std::string(group.rules[r]);
+      }
       text_.Paragraph(line, 2, 6);
     }
   }

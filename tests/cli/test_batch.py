@@ -543,7 +543,7 @@ class Merge(BatchTest):
                     yield from walk(value, path + [key])
 
         paths = [p for p in walk(document, []) if p[:1] in (["tool"], ["made_from"], ["unreadable"]) or
-                 p[:1] == ["reports"] and (len(p) < 4 or p[2] in ("capture", "settings", "findings", "not_evaluable") and
+                 p[:1] == ["reports"] and (len(p) < 4 or p[2] in ("capture", "settings", "findings", "not_evaluable", "required") and
                                            (len(p) < 5 or p[3] == 0))]
         self.assertGreater(len(paths), 60)
         for path in paths:

@@ -11,6 +11,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "al-accepted-illegal",
                          .group = "AL state machine",
                          .severity = Severity::kWarning,
+                         .subject = Subject::kAlRequest,
                          .title = "The slave performs a transition that its manual does not allow",
                          .needs = "the AL state before and after the request",
                          .source = "ETG1000.6, EtherCAT state machine",

@@ -10,6 +10,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "al-error-not-acknowledged",
                          .group = "AL state machine",
                          .severity = Severity::kError,
+                         .subject = Subject::kAlRequest,
                          .title = "A state is requested while the error bit is set, without acknowledging it",
                          .needs = "AL Status with the error bit before the request",
                          .source = "ETG1000.6, AL Control register 0x0120 bit 4",

@@ -11,6 +11,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "al-illegal-transition",
                          .group = "AL state machine",
                          .severity = Severity::kError,
+                         .subject = Subject::kAlRequest,
                          .title = "The master requests a state that cannot be reached from the slave's state",
                          .needs = "the AL state of the slave before the request",
                          .source = "ETG1000.6, EtherCAT state machine",

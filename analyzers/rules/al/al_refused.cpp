@@ -17,6 +17,7 @@ constexpr RuleInfo kInfo{
     .group = "AL state machine",
     .severity = Severity::kError,
     .needs_no_history = true,
+    .subject = Subject::kAlRequest,
     .title = "The slave answers a state request with the error bit",
     .needs = "AL Status after the request; the state before it, to tell the error from an older one",
     .source = "ETG1000.6, AL Status register 0x0130 and AL Status Code register 0x0134",

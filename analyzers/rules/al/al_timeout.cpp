@@ -10,6 +10,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "al-timeout",
                          .group = "AL state machine",
                          .severity = Severity::kError,
+                         .subject = Subject::kAlRequest,
                          .title = "Neither the requested state nor an error appears in time",
                          .needs = "AL Status reads after the request, and time stamps",
                          .source = "ETG2000, state machine time-outs",

@@ -14,6 +14,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "sdo-incomplete",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kWarning,
+                         .subject = Subject::kCoe,
                          .title = "A segmented SDO transfer never finishes",
                          .needs = "the initiate of the transfer and its answer",
                          .source = "ETG1000.6, SDO services",

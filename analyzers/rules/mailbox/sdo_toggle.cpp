@@ -12,6 +12,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "sdo-toggle",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
+                         .subject = Subject::kCoe,
                          .title = "The toggle bit of an SDO segment is wrong",
                          .needs = "the segments of the transfer, without a gap",
                          .source = "ETG1000.6, SDO services",

@@ -15,6 +15,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "sdo-unexpected-response",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kWarning,
+                         .subject = Subject::kCoe,
                          .title = "An SDO response does not match the outstanding request",
                          .needs = "the request before the response",
                          .source = "ETG1000.6, SDO services",

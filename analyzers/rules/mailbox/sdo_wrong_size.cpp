@@ -13,6 +13,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "sdo-wrong-size",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
+                         .subject = Subject::kCoe,
                          .title = "A download has another size than the object",
                          .needs = "the object's type in the dictionary of the family or of the standard",
                          .source = "ETG1000.6, CoE objects; CIA402, standard objects; MKD, 5.2, 5.3",

@@ -11,6 +11,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "pdo-assign-order",
                          .group = "PDO mapping",
                          .severity = Severity::kError,
+                         .subject = Subject::kMappingWrites,
                          .title = "A PDO assignment or mapping entry is written while its subindex 0 is not zero",
                          .needs = "the last value of subindex 0, from a transfer in the capture",
                          .source = "ETG1000.6, PDO assignment; MKD, 4.5; AKD-2011, 4.5",

@@ -11,6 +11,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "pdo-assign-state",
                          .group = "PDO mapping",
                          .severity = Severity::kError,
+                         .subject = Subject::kMappingWrites,
                          .title = "PDO assignment or mapping is changed outside PREOP",
                          .needs = "the AL state of the slave",
                          .source = "ETG1000.6, PDO assignment; MKD, 4.6",

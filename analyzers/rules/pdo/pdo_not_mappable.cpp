@@ -13,6 +13,7 @@ constexpr RuleInfo kInfo{
     .id = "pdo-not-mappable",
     .group = "PDO mapping",
     .severity = Severity::kError,
+    .subject = Subject::kMappingWrites,
     .title = "An object is mapped that cannot be, or with a wrong length, or in the wrong direction",
     .needs = "the family's list of objects that can be mapped: dictionary, cyclic objects, or an ESI file",
     .source = "ETG1000.6, PDO mapping; MKD, 4.6; MKD, 5.3",

@@ -16,6 +16,7 @@ constexpr RuleInfo kInfo{
     .group = "PDO mapping",
     .severity = Severity::kError,
     .needs_no_history = true,
+    .subject = Subject::kMappingWrites,
     .title = "A PDO is assigned that the drive does not have",
     .needs = "a complete list of the PDOs that may be assigned: the manual of the family, or an ESI file",
     .source = "ETG1000.6, PDO assignment; MKD, 4.5; AKD-2011, 4.5",

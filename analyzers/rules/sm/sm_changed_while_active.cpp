@@ -20,6 +20,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "sm-changed-while-active",
                          .group = "Sync managers and FMMUs",
                          .severity = Severity::kError,
+                         .subject = Subject::kSlave,
                          .title = "A sync manager is given other settings in a state that uses it",
                          .needs = "the settings before and after, and the AL state of the slave",
                          .source = "ESC-1, sync manager; ETG1000.6, sync managers",

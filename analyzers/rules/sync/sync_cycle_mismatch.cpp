@@ -24,6 +24,7 @@ constexpr double kTolerance = 0.1;
 constexpr RuleInfo kInfo{.id = "sync-cycle-mismatch",
                          .group = "Synchronisation",
                          .severity = Severity::kError,
+                         .subject = Subject::kCycle,
                          .title = "SYNC0 cycle, interpolation time and the rhythm of the process data disagree",
                          .needs =
                              "two of: SYNC0 cycle (0x09A0), object 60C2h, the drive's SAMPLEPERIOD or PTBASE "

@@ -23,6 +23,7 @@ constexpr TimeNs kSettleTime = 5'000'000'000;
 constexpr RuleInfo kInfo{.id = "sync-difference-large",
                          .group = "Synchronisation",
                          .severity = Severity::kWarning,
+                         .subject = Subject::kClock,
                          .title = "The clock of a slave stays away from the system time",
                          .needs = "reads of the time difference 0x092C in SAFEOP or OP",
                          .source = "ESC-1, distributed clocks, system time difference 0x092C",

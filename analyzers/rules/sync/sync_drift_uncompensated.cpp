@@ -21,6 +21,7 @@ constexpr TimeNs kPause = 100'000'000;
 constexpr RuleInfo kInfo{.id = "sync-drift-uncompensated",
                          .group = "Synchronisation",
                          .severity = Severity::kWarning,
+                         .subject = Subject::kClock,
                          .title = "Distributed clocks are in use in OP, but the system time is not distributed",
                          .needs = "SYNC0 switched on and AL state OP of a slave, two slaves with clocks, time stamps",
                          .source = "ESC-1, distributed clocks, clock synchronisation and drift compensation",

@@ -21,6 +21,7 @@ constexpr RuleInfo kInfo{
     .id = "sync-lost",
     .group = "Synchronisation",
     .severity = Severity::kError,
+    .subject = Subject::kTiming,
     .title = "By its manual the drive must have lost synchronisation",
     .needs = "AL state OP, FMMUs, a clock; AKD and MKD: the status word, to know that the drive is enabled",
     .source = "AKD-2011, 4.13; AKD-2010, 4.13; MKD, 3.4; PILZ, 4.8",

@@ -10,6 +10,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "sync-not-activated",
                          .group = "Synchronisation",
                          .severity = Severity::kWarning,
+                         .subject = Subject::kClock,
                          .title = "A SYNC0 cycle is configured, but SYNC0 never switched on before OP",
                          .needs = "writes of 0x09A0 and 0x0981 of the slave, AL Status OP",
                          .source = "ESC-1, distributed clocks, SYNC signal generation",

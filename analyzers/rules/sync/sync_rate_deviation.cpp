@@ -23,6 +23,7 @@ constexpr RuleInfo kInfo{
     .id = "sync-rate-deviation",
     .group = "Synchronisation",
     .severity = Severity::kError,
+    .subject = Subject::kCycle,
     .title = "The mean cycle deviates from the configured one by more than the drive's PLL can follow",
     .needs = "SYNC0 cycle or 60C2h, the family's PLL range, at least 200 cycles in OP, a clock",
     .source = "AKD-2011, 4.10; AKD-2010, 4.10; MKD, 4.11; PILZ, 4.8",

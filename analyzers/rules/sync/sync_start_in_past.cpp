@@ -9,6 +9,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "sync-start-in-past",
                          .group = "Synchronisation",
                          .severity = Severity::kError,
+                         .subject = Subject::kClock,
                          .title = "SYNC0 is switched on with a start time that lies in the past",
                          .needs = "start time 0x0990, activation 0x0981, and a read of the system time 0x0910 before",
                          .source = "ESC-1, distributed clocks, SYNC signal generation",

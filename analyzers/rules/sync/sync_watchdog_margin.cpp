@@ -24,6 +24,7 @@ constexpr RuleInfo kInfo{
     .id = "sync-watchdog-margin",
     .group = "Synchronisation",
     .severity = Severity::kError,
+    .subject = Subject::kTiming,
     .title = "Process data pause for half the sync manager watchdog or longer",
     .needs = "FMMUs and AL state of the slave; a clock: DC time in the frames, or good time stamps",
     .source = "ESC-1, watchdogs; ETG1000.6, AL Status Code register 0x0134",

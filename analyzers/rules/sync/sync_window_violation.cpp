@@ -16,6 +16,7 @@ constexpr RuleInfo kInfo{
     .id = "sync-window-violation",
     .group = "Synchronisation",
     .severity = Severity::kError,
+    .subject = Subject::kTiming,
     .title = "Process data arrive outside the window in which the drive expects them",
     .needs =
         "with SYNC0: DC time in the frames with process data; without: the family's permitted jitter and good stamps",

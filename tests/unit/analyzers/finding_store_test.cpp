@@ -130,6 +130,25 @@ TEST_F(FindingStoreTest, WhatHoldsForAllSlavesIsOneEntry) {
   EXPECT_EQ(store.not_evaluable()[2].slave, kNoSlave) << "the bus itself";
 }
 
+TEST_F(FindingStoreTest, BeyondTheLimitOneEntryForEachRuleStandsForTheRest) {
+  for (std::size_t i = 0; i < FindingStore::kMaxNotEvaluable; ++i) {
+    store.AddNotEvaluable(kRule, static_cast<SlaveId>(i), "why", 7);
+  }
+  for (const SlaveId slave : {SlaveId{2000}, SlaveId{2001}}) {
+    store.AddNotEvaluable(kRule, slave, "why", 9);
+    store.AddNotEvaluable(kOther, slave, "why", 9);
+  }
+  store.AddNotEvaluable(kRule, 5, "why", 9);
+  const auto& entries = store.not_evaluable();
+  ASSERT_EQ(entries.size(), FindingStore::kMaxNotEvaluable + 2);
+  EXPECT_EQ(entries[5].occasions, 2U) << "what is listed goes on counting";
+  const NotEvaluable& rest = entries[FindingStore::kMaxNotEvaluable];
+  EXPECT_EQ(rest.rule, "al-refused");
+  EXPECT_EQ(rest.slave, kNoSlave);
+  EXPECT_EQ(rest.occasions, 2U);
+  EXPECT_EQ(entries.back().rule, "al-timeout");
+}
+
 TEST_F(FindingStoreTest, TheOnlySlaveKeepsItsName) {
   store.AddNotEvaluable(kRule, 0, "all", 5);
   store.FoldNotEvaluable(1);

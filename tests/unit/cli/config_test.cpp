@@ -14,12 +14,13 @@ TEST(Config, ReadsAllKeys) {
   const std::string path = dir.Write(".ecaudit.json", R"({
     "profile": "generic", "slave_profiles": {"0x1001": "kollmorgen-mkd-n"},
     "rules": {"al-timeout": "warning", "sdo-abort": "off"}, "fail_on": "warning", "baseline": "known.json",
-    "limits": {"al-timeout.preop": 2500.5} })");
+    "require": "judged", "limits": {"al-timeout.preop": 2500.5} })");
   const auto config = ReadConfig(path);
   ASSERT_TRUE(config) << config.error().message;
   EXPECT_EQ(config->profiles, (std::vector<std::string>{"generic", "0x1001=kollmorgen-mkd-n"}));
   EXPECT_EQ(config->rules, (std::vector<std::string>{"al-timeout=warning", "sdo-abort=off"}));
   EXPECT_EQ(config->fail_on, "warning");
+  EXPECT_EQ(config->require, "judged");
   EXPECT_EQ(config->limits.at("al-timeout.preop"), 2'500'500'000) << "nanoseconds";
   EXPECT_EQ(config->baseline, dir.Path("known.json")) << "relative to the file, not to the current folder";
 }

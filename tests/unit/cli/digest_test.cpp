@@ -41,6 +41,10 @@ CaptureReport Awkward() {
   capture.selection = {0.0001, 1e6, 7, std::nullopt, {"0", "0x1001"}};
   r.not_evaluable.push_back({"al-timeout", kEverySlave, "no times", 0, 1});
   capture.rules = {{"al-refused", "warning"}, {"sdo-abort", "off"}};
+  capture.required = "slaves=2";
+  capture.unmet = {"slaves=2: the capture\nshows 1 slave"};
+  r.coverage = {{"al-refused", "AL state machine", {{7, Coverage::kPartly, {}}}},
+                {"sdo-abort", "Mailbox and CoE", {{7, Coverage::kNotApplicable, NotApplicable::kSwitchedOff}}}};
   return capture;
 }
 
@@ -97,6 +101,15 @@ TEST(Digest, Headlines) {
             "PASS akd.pcapng: error: slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d (frame 760)");
   capture.findings.clear();
   EXPECT_EQ(Headline(capture), "PASS akd.pcapng: no findings in 6,759 EtherCAT frames of 1 slave");
+  capture.limited = "slave 0: neither its AL state nor its process data are known";
+  EXPECT_EQ(Headline(capture),
+            "LIMITED akd.pcapng: no findings in 6,759 EtherCAT frames of 1 slave; not judged: slave 0: neither its AL "
+            "state nor its process data are known");
+  capture.limited.clear();
+  capture.unmet = {"slaves=2: the capture shows 1 slave", "judged: no"};
+  EXPECT_EQ(Headline(capture),
+            "UNMET akd.pcapng: no findings in 6,759 EtherCAT frames of 1 slave; required and missing: slaves=2: the "
+            "capture shows 1 slave; judged: no");
   CaptureDigest unreadable;
   unreadable.path = "x.pcap";
   unreadable.unreadable = "x.pcap is empty";

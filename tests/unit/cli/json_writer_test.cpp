@@ -140,12 +140,43 @@ TEST(JsonWriter, NotEvaluable) {
   EXPECT_EQ(entries[1]["first_frame"], 6000);
 }
 
+TEST(JsonWriter, CoverageIsCountedByRuleAndChapter) {
+  CaptureReport capture = RefusedSafeop();
+  capture.result.slaves.push_back(test::MakeSlave(9, 1, 0x1002, "B"));
+  capture.result.coverage = {
+      {"al-refused", "AL state machine", {{7, Coverage::kJudged, {}}, {9, Coverage::kPartly, {}}}},
+      {"frame-lost", "Frame and bus", {{kNoSlave, Coverage::kNotJudged, {}}}},
+      {"sdo-abort",
+       "Mailbox and CoE",
+       {{7, Coverage::kNotApplicable, NotApplicable::kNoCoe}, {9, Coverage::kNotApplicable, NotApplicable::kNoCoe}}}};
+  capture.result.capture_next = {{"both directions", 4}};
+  const json report = Written(capture)["reports"][0];
+  const json& coverage = report["coverage"];
+  EXPECT_EQ(coverage["judged"], 1);
+  EXPECT_EQ(coverage["partly"], 1);
+  EXPECT_EQ(coverage["not_judged"], 1);
+  EXPECT_EQ(coverage["not_applicable"], 2);
+  ASSERT_EQ(coverage["by_chapter"].size(), 3U);
+  EXPECT_EQ(
+      coverage["by_chapter"][0],
+      json({{"chapter", "Frame and bus"}, {"judged", 0}, {"partly", 0}, {"not_judged", 1}, {"not_applicable", 0}}));
+  EXPECT_EQ(coverage["rules"][0]["slaves"],
+            json({{"judged", {0}}, {"partly", {1}}, {"not_judged", json::array()}, {"not_applicable", json::array()}}));
+  EXPECT_EQ(coverage["rules"][1]["slaves"], nullptr);
+  EXPECT_EQ(coverage["rules"][2]["not_applicable_because"], "the mailbox is not used for CoE");
+  EXPECT_EQ(report["capture_next"], json::array({{{"what", "both directions"}, {"judgements", 4}}}));
+}
+
 TEST(JsonWriter, SummaryLeavesKnownFindingsOut) {
   CaptureReport capture = RefusedSafeop();
   capture.known = {true};
   const json document = Written(capture);
-  EXPECT_EQ(document["reports"][0]["summary"],
-            json({{"errors", 0}, {"warnings", 0}, {"infos", 0}, {"known", 1}, {"verdict", "pass"}}));
+  EXPECT_EQ(document["reports"][0]["summary"], json({{"errors", 0},
+                                                     {"warnings", 0},
+                                                     {"infos", 0},
+                                                     {"known", 1},
+                                                     {"verdict", "pass"},
+                                                     {"limited_because", nullptr}}));
   EXPECT_EQ(document["summary"]["captures"], 1);
   EXPECT_EQ(document["summary"]["verdict"], "pass");
   EXPECT_EQ(document["reports"][0]["findings"][0]["known"], true);

@@ -17,6 +17,7 @@ AnalysisResult ThreeSlaves() {
   result.slaves = {MakeSlave(10, 0, 0x1001, "a"), MakeSlave(11, 1, 0x1002, "b"), MakeSlave(12, 2, 0x1003, "c")};
   result.findings = {MakeFinding("bus", Severity::kError, kNoSlave, 1), MakeFinding("of-a", Severity::kError, 10, 2),
                      MakeFinding("of-b", Severity::kError, 11, 3), MakeFinding("of-c", Severity::kError, 12, 4, 2)};
+  result.coverage = {{"r", "c", {{10, {}, {}}, {11, {}, {}}}}, {"b", "c", {{kNoSlave, {}, {}}}}};
   result.not_evaluable = {{"r", 10, "why", 0, 1}, {"r", 11, "why", 0, 1}, {"r", kNoSlave, "why", 0, 1}};
   return result;
 }
@@ -31,6 +32,8 @@ TEST(SlaveFilter, KeepsTheSlaveAndTheBus) {
   ASSERT_EQ(result.slaves.size(), 1U);
   EXPECT_EQ(result.slaves[0].id, 10);
   EXPECT_EQ(result.not_evaluable.size(), 2U);
+  EXPECT_EQ(result.coverage[0].slaves.size(), 1U);
+  EXPECT_EQ(result.coverage[1].slaves.size(), 1U) << "of the bus";
 }
 
 TEST(SlaveFilter, KeepsCausesAndTheirSlaves) {

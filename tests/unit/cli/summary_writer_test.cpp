@@ -54,7 +54,8 @@ TEST(SummaryWriter, Text) {
 
 TEST(SummaryWriter, Json) {
   const auto json = nlohmann::json::parse(WriteSummaryJson(Fleet()));
-  EXPECT_EQ(json["summary"], nlohmann::json::parse(R"({"captures": 5, "passed": 2, "failed": 1, "unreadable": 1,
+  EXPECT_EQ(json["summary"], nlohmann::json::parse(
+                                 R"({"captures": 5, "passed": 2, "failed": 1, "unmet": 0, "limited": 0, "unreadable": 1,
     "nothing_to_check": 1, "not_reached": 0, "errors": 2, "warnings": 1, "infos": 0, "known": 0, "verdict": "fail"})"));
   EXPECT_EQ(json["rules"], nlohmann::json::parse(R"([
     {"rule": "al-refused", "severity": "error", "captures": 1, "findings": 2},

@@ -78,9 +78,9 @@ function overviewPanel(current, show) {
   const rows = report.reports.map((r, i) => ({ r, page: pages[i], i }));
   return h("details", { className: "panel slave", id: "captures", open: rows.length <= 8 },
     h("summary", null, h("h2", null, `${grouped(rows.length)} captures`),
-      h("span", { className: "muted" }, `${grouped(pages.filter((p) => p.verdict === "FAIL").length)} failed`)),
+      h("span", { className: "muted" }, `${grouped(pages.filter((p) => p.verdict === "FAIL" || p.verdict === "UNMET").length)} failed`)),
     table(rows, [
-      { title: "Verdict", value: ({ page }) => h("span", { className: `badge ${{ FAIL: "error", PASS: "good" }[page.verdict] ?? "plain"}` }, page.verdict.replaceAll("-", " ")) },
+      { title: "Verdict", value: ({ page }) => h("span", { className: `badge ${{ FAIL: "error", UNMET: "error", LIMITED: "warning", PASS: "good" }[page.verdict] ?? "plain"}` }, page.verdict.replaceAll("-", " ")) },
       { title: "Capture", value: ({ r, i }) => h("button", { type: "button", "aria-current": i === current ? "true" : null, onclick: () => show(i) }, fileName(r.capture.path)) },
       { title: "Why", value: ({ page }) => page.sentence, long: true },
     ], null, "wide"));
@@ -140,7 +140,7 @@ function start() {
     main,
     h("footer", null, `ecaudit ${report.tool.version}. This page is complete in itself and loads nothing.`));
   // The worst capture first.
-  const first = Math.max(0, pages.findIndex((p) => p.verdict === "FAIL"));
+  const first = ["FAIL", "UNMET", "LIMITED"].map((v) => pages.findIndex((p) => p.verdict === v)).find((i) => i >= 0) ?? 0;
   if (choice) choice.value = String(first);
   show(first);
   addEventListener("hashchange", follow);

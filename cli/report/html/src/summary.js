@@ -3,7 +3,7 @@ import { copyable, facts, h, table } from "./dom.js";
 import { count, duration, fileName, grouped, hex, shellWord } from "./format.js";
 import { alChip, driveChip, identityText, worst } from "./slaves.js";
 
-const STAMPS = { FAIL: "fail", PASS: "pass" };
+const STAMPS = { FAIL: "fail", UNMET: "fail", PASS: "pass" };
 const MANY_SLAVES = 12;
 
 function cycleText(cycle) {

@@ -1,0 +1,307 @@
+#include "analyzers/judge/coverage.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "analyzers/judge/catalogue.h"
+#include "analyzers/judge/drive_knowledge.h"
+#include "analyzers/judge/sync_text.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/options/options.h"
+#include "analyzers/sync/sync_model.h"
+#include "decoder/esc/al.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr std::string_view kNoFrames = "no EtherCAT frame is in the capture";
+constexpr std::string_view kNoSlaves = "no slave is known: no frame that returned shows one";
+
+/// What the rules of a chapter are about, where they do not say it themselves.
+constexpr std::array<std::pair<std::string_view, Subject>, 10> kChapters{
+    {{"Capture", Subject::kCapture},
+     {"Frame and bus", Subject::kBus},
+     {"AL state machine", Subject::kAlState},
+     {"Sync managers and FMMUs", Subject::kConfiguration},
+     {"Mailbox and CoE", Subject::kMailbox},
+     {"PDO mapping", Subject::kMapping},
+     {"Drive profile (DS402)", Subject::kDrive},
+     {"Synchronisation", Subject::kProcessData},
+     {"Latch", Subject::kLatch},
+     {"Start-up", Subject::kExpectation}}};
+
+Subject SubjectOf(const RuleInfo& rule) {
+  if (rule.subject != Subject::kOfChapter) return rule.subject;
+  for (const auto& [chapter, subject] : kChapters) {
+    if (chapter == rule.group) return subject;
+  }
+  return Subject::kSlave;
+}
+
+/// Whether there is something that a rule could look at.
+struct Presence {
+  NotApplicable absent = NotApplicable::kApplies;
+  std::string unseen;  ///< there may be, and the capture does not show it; empty: it does
+};
+
+Presence Absent(NotApplicable why) {
+  return {why, {}};
+}
+
+Presence Unseen(std::string_view why) {
+  return {NotApplicable::kApplies, std::string(why)};
+}
+
+bool InState(const SlaveSummary& slave, esc::AlState state) {
+  return slave.al_status && esc::AlWord{*slave.al_status}.state() == static_cast<std::uint8_t>(state);
+}
+
+/// True when a state was requested of it, whether it took the request or not.
+bool IsAsked(const SlaveSummary& slave, const model::SlaveModel& model) {
+  return model.al.requests() > 0 || std::any_of(slave.al_history.begin(), slave.al_history.end(),
+                                                [](const AlStep& step) { return step.kind == AlStep::Kind::kRequest; });
+}
+
+Presence OfProcessData(const SlaveSummary& slave, const model::SlaveModel& model, const AnalysisResult& result) {
+  if (slave.rx_pdo.exchanged + slave.tx_pdo.exchanged > 0) return {};
+  // Who was seen to be started had its FMMUs set before the eyes of the capture.
+  const bool may_have_them = result.bus.cycle.cycles > 0 && slave.fmmus.empty() && !IsAsked(slave, model) &&
+                             !InState(slave, esc::AlState::INIT) && !InState(slave, esc::AlState::PREOP) &&
+                             !InState(slave, esc::AlState::BOOT);
+  if (may_have_them) return Unseen("which process data are those of the slave is not in the capture");
+  return Absent(NotApplicable::kNoProcessData);
+}
+
+/// Intervals between its process data.
+Presence OfTiming(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
+  Presence data = OfProcessData(slave, context.slave(slave.id), result);
+  if (data.absent != NotApplicable::kApplies || !data.unseen.empty()) return data;
+  sync::TimeBase base = context.sync().outputs(slave.id).rate.base;
+  if (base == sync::TimeBase::kNone) base = sync::TimeBase::kCapture;
+  return context.sync().Uncertainty(base) ? Presence{} : Unseen(kPoorStamps);
+}
+
+/// A cycle time that they can be compared with.
+Presence OfCycle(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
+  const model::SlaveModel& model = context.slave(slave.id);
+  Presence data = OfProcessData(slave, model, result);
+  if (data.absent != NotApplicable::kApplies || !data.unseen.empty()) return data;
+  const auto& settings = context.sync().dc(slave.id).last_active();
+  const bool by_clock = settings && settings->activation.sync0();
+  return by_clock || InterpolationTime(model) || DriveCycle(model) ? Presence{} : Absent(NotApplicable::kNoCycle);
+}
+
+Presence OfMapping(const SlaveSummary& slave, const model::SlaveModel& model, const AnalysisResult& result) {
+  if (slave.rx_pdo.source != PdoSummary::Source::kUnknown || slave.tx_pdo.source != PdoSummary::Source::kUnknown) {
+    return {};
+  }
+  const bool has_buffers =
+      std::any_of(slave.sync_managers.begin(), slave.sync_managers.end(),
+                  [](const SyncManagerSummary& manager) { return manager.enabled && !manager.mailbox; });
+  if (has_buffers || slave.rx_pdo.exchanged + slave.tx_pdo.exchanged > 0) {
+    return Unseen("what PDOs are assigned and mapped is not known");
+  }
+  return OfProcessData(slave, model, result);
+}
+
+Presence OfConfiguration(const SlaveSummary& slave) {
+  if (!slave.sync_managers.empty() || !slave.fmmus.empty()) return {};
+  if (InState(slave, esc::AlState::INIT)) return Absent(NotApplicable::kInInit);
+  return Unseen("the sync managers and FMMUs of the slave are not in the capture");
+}
+
+Presence OfDrive(const SlaveSummary& slave, const model::SlaveModel& model) {
+  if (slave.drive || model.drive.mode_requested()) return {};
+  const std::string why = DriveWordsMissing(model, false);
+  if (why.empty()) return Absent(NotApplicable::kNoDrive);
+  const bool is_drive = !model.profile->drive->control_word_in.empty();
+  return Unseen(is_drive ? "neither status word nor mode of operation of the drive is in the capture" : why);
+}
+
+Presence OfClock(const SlaveSummary& slave) {
+  const bool used = slave.dc && (slave.dc->reference || slave.dc->delay_ns || slave.dc->difference_reads > 0 ||
+                                 slave.dc->activated.seen());
+  return used ? Presence{} : Absent(NotApplicable::kClockUnused);
+}
+
+Presence OfLatch(const SlaveSummary& slave, const model::SlaveModel& model) {
+  if (slave.latch || slave.touch_probe) return {};
+  return Absent(model.latch.description() == nullptr ? NotApplicable::kNoLatch : NotApplicable::kLatchUnused);
+}
+
+Presence OfMailbox(const MailboxSummary& mailbox, bool coe) {
+  if (mailbox.requests + mailbox.responses == 0) return Absent(NotApplicable::kMailboxUnused);
+  const bool used = std::any_of(mailbox.by_protocol.begin(), mailbox.by_protocol.end(),
+                                [](const MailboxSummary::Messages& messages) { return messages.protocol == "CoE"; });
+  return coe && !used ? Absent(NotApplicable::kNoCoe) : Presence{};
+}
+
+Presence PresenceOf(Subject subject, const SlaveSummary& slave, const RuleContext& context,
+                    const AnalysisResult& result) {
+  const model::SlaveModel& model = context.slave(slave.id);
+  switch (subject) {
+    case Subject::kAlState:
+      return slave.al_status ? Presence{} : Unseen("AL Status of the slave is not in the capture");
+    case Subject::kAlRequest:
+      return IsAsked(slave, model) ? Presence{} : Absent(NotApplicable::kNoRequest);
+    case Subject::kConfiguration:
+      return OfConfiguration(slave);
+    case Subject::kMailbox:
+      return OfMailbox(slave.mailbox, false);
+    case Subject::kCoe:
+      return OfMailbox(slave.mailbox, true);
+    case Subject::kMapping:
+      return OfMapping(slave, model, result);
+    case Subject::kMappingWrites:
+      return model.process.seen().version() > 0 ? Presence{} : Absent(NotApplicable::kMappingUntouched);
+    case Subject::kProcessData:
+      return OfProcessData(slave, model, result);
+    case Subject::kTiming:
+      return OfTiming(slave, context, result);
+    case Subject::kCycle:
+      return OfCycle(slave, context, result);
+    case Subject::kDrive:
+      return OfDrive(slave, model);
+    case Subject::kClock:
+      return OfClock(slave);
+    case Subject::kLatch:
+      return OfLatch(slave, model);
+    case Subject::kOfChapter:
+    case Subject::kCapture:
+    case Subject::kBus:
+    case Subject::kSlave:
+    case Subject::kExpectation:
+      break;
+  }
+  return {};
+}
+
+/// What was said of one rule and slave.
+struct Said {
+  bool of_all = false;          ///< a line without a frame: it holds from the beginning to the end
+  std::uint64_t occasions = 0;  ///< lines about moments
+  bool found = false;           ///< a finding: something was judged
+};
+
+class Judge {
+ public:
+  Judge(RuleContext& context, const AnalysisResult& result) : context_(context), result_(result) {
+    for (const NotEvaluable& entry : context.store.not_evaluable()) {
+      Said& said = said_[{entry.rule, entry.slave}];
+      said.of_all = said.of_all || entry.first_frame == 0;
+      if (entry.first_frame != 0) said.occasions += entry.occasions;
+    }
+    for (const Finding& finding : context.store.findings()) said_[{finding.rule, finding.slave}].found = true;
+  }
+
+  RuleCoverage Of(const RuleInfo& rule) {
+    RuleCoverage out{rule.id, rule.group, {}};
+    const Subject subject = SubjectOf(rule);
+    const bool whole = subject == Subject::kCapture || subject == Subject::kBus;
+    if (whole || result_.slaves.empty()) {
+      out.slaves.push_back(OfBus(rule, subject));
+      return out;
+    }
+    out.slaves.reserve(result_.slaves.size());
+    for (const SlaveSummary& slave : result_.slaves) out.slaves.push_back(OfSlave(rule, subject, slave));
+    return out;
+  }
+
+ private:
+  [[nodiscard]] bool Excluded(const RuleInfo& rule, Subject subject, SlaveCoverage& out) const {
+    if (context_.store.IsOff(rule)) out.why = NotApplicable::kSwitchedOff;
+    if (subject == Subject::kExpectation && context_.options().expectation == nullptr) {
+      out.why = out.why == NotApplicable::kApplies ? NotApplicable::kNoExpectation : out.why;
+    }
+    if (out.why == NotApplicable::kApplies) return false;
+    out.coverage = Coverage::kNotApplicable;
+    return true;
+  }
+
+  SlaveCoverage OfBus(const RuleInfo& rule, Subject subject) {
+    SlaveCoverage out;
+    if (Excluded(rule, subject, out)) return out;
+    // A line about one slave only is one about a part of the bus.
+    Said said;
+    for (auto at = said_.lower_bound({rule.id, 0}); at != said_.end() && at->first.first == rule.id; ++at) {
+      said.of_all = said.of_all || (at->second.of_all && at->first.second == kNoSlave);
+      said.occasions += at->second.occasions + (at->second.of_all && at->first.second != kNoSlave ? 1 : 0);
+      said.found = said.found || at->second.found;
+    }
+    Presence presence;
+    const bool of_slaves = subject != Subject::kCapture && subject != Subject::kBus;
+    if (subject != Subject::kCapture && NoFrames()) {
+      presence = Unseen(kNoFrames);
+    } else if (of_slaves) {
+      presence = Unseen(kNoSlaves);
+    }
+    Decide(rule, said, presence, out);
+    return out;
+  }
+
+  SlaveCoverage OfSlave(const RuleInfo& rule, Subject subject, const SlaveSummary& slave) {
+    SlaveCoverage out;
+    out.slave = slave.id;
+    if (Excluded(rule, subject, out)) return out;
+    Said said = Get(rule, slave.id);
+    const Said bus = Get(rule, kNoSlave);
+    said.of_all = said.of_all || bus.of_all;
+    said.occasions += bus.occasions;
+    const model::SlaveModel& model = context_.slave(slave.id);
+    // None of its requests could be judged.
+    if (subject == Subject::kAlRequest && said.occasions > 0 && said.occasions >= model.al.requests()) {
+      said.of_all = true;
+    }
+    Decide(rule, said, PresenceOf(subject, slave, context_, result_), out);
+    return out;
+  }
+
+  [[nodiscard]] Said Get(const RuleInfo& rule, SlaveId slave) const {
+    const auto found = said_.find({rule.id, slave});
+    return found == said_.end() ? Said{} : found->second;
+  }
+
+  void Decide(const RuleInfo& rule, const Said& said, const Presence& presence, SlaveCoverage& out) {
+    const bool nothing_to_see = !presence.unseen.empty() || presence.absent != NotApplicable::kApplies;
+    if (said.found) {
+      out.coverage = said.of_all || said.occasions > 0 ? Coverage::kPartly : Coverage::kJudged;
+    } else if (said.of_all || (said.occasions > 0 && nothing_to_see)) {
+      out.coverage = Coverage::kNotJudged;
+    } else if (said.occasions > 0) {
+      out.coverage = Coverage::kPartly;
+    } else if (presence.absent != NotApplicable::kApplies) {
+      out.coverage = Coverage::kNotApplicable;
+      out.why = presence.absent;
+    } else if (!presence.unseen.empty()) {
+      out.coverage = Coverage::kNotJudged;
+      context_.store.AddNotEvaluable(rule, out.slave, presence.unseen, 0);
+    }
+  }
+
+  [[nodiscard]] bool NoFrames() const { return result_.capture.ethercat_frames == 0; }
+
+  RuleContext& context_;
+  const AnalysisResult& result_;
+  std::map<std::pair<std::string_view, SlaveId>, Said> said_;
+};
+
+}  // namespace
+
+std::vector<RuleCoverage> CoverageOf(RuleContext& context, const AnalysisResult& result) {
+  std::vector<RuleCoverage> out;
+  Judge judge(context, result);
+  for (const RuleInfo* rule : RuleCatalogue()) out.push_back(judge.Of(*rule));
+  return out;
+}
+
+std::string WhyNothingWasJudged(const SlaveSummary& slave, const AnalysisResult& result) {
+  if (result.capture.direction == DirectionSeen::kOutbound) return "no answer of a slave is in the capture";
+  if (slave.al_status || slave.rx_pdo.exchanged + slave.tx_pdo.exchanged > 0) return {};
+  return "neither its AL state nor its process data are known";
+}
+
+}  // namespace ecaudit

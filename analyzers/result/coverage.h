@@ -1,0 +1,92 @@
+/// How far each rule could be judged: plain data for the writers.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "decoder/base/ids.h"
+
+namespace ecaudit {
+
+enum class Coverage : std::uint8_t {
+  kJudged,
+  kPartly,        ///< but not at every moment: a line in AnalysisResult::not_evaluable says why
+  kNotJudged,     ///< such a line says why
+  kNotApplicable  ///< there is nothing that the rule is about
+};
+
+/// Why a rule does not apply.
+enum class NotApplicable : std::uint8_t {
+  kApplies,
+  kSwitchedOff,
+  kNoExpectation,
+  kNoRequest,
+  kInInit,
+  kMailboxUnused,
+  kNoCoe,
+  kMappingUntouched,
+  kNoProcessData,
+  kNoCycle,
+  kNoDrive,
+  kClockUnused,
+  kNoLatch,
+  kLatchUnused
+};
+/// "its mailbox is not used"; empty for kApplies.
+[[nodiscard]] constexpr std::string_view Describe(NotApplicable why) {
+  switch (why) {
+    case NotApplicable::kApplies:
+      break;
+    case NotApplicable::kSwitchedOff:
+      return "switched off by --rule or the configuration file";
+    case NotApplicable::kNoExpectation:
+      return "no expectation of the start-up is given (startup --expect)";
+    case NotApplicable::kNoRequest:
+      return "no state is requested of the slave";
+    case NotApplicable::kInInit:
+      return "the slave stays in INIT, where it needs no sync manager";
+    case NotApplicable::kMailboxUnused:
+      return "the mailbox is not used";
+    case NotApplicable::kNoCoe:
+      return "the mailbox is not used for CoE";
+    case NotApplicable::kMappingUntouched:
+      return "no PDO assignment or mapping is written or read";
+    case NotApplicable::kNoProcessData:
+      return "no process data are exchanged with the slave";
+    case NotApplicable::kNoCycle:
+      return "no cycle time is set in the capture";
+    case NotApplicable::kNoDrive:
+      return "the slave is not used as a drive: no control or status word";
+    case NotApplicable::kClockUnused:
+      return "the distributed clock is not used";
+    case NotApplicable::kNoLatch:
+      return "the slave has no latches that are known";
+    case NotApplicable::kLatchUnused:
+      return "no latch word is exchanged";
+  }
+  return {};
+}
+
+/// One rule for one slave.
+struct SlaveCoverage {
+  SlaveId slave = kNoSlave;  ///< kNoSlave: the whole bus
+  Coverage coverage = Coverage::kJudged;
+  NotApplicable why = NotApplicable::kApplies;  ///< of kNotApplicable
+};
+
+/// One rule: an entry for each slave, in the order of the slaves, or one for the bus where the rule is about the bus, or no slave is known.
+struct RuleCoverage {
+  std::string_view rule;     ///< id in the catalogue
+  std::string_view chapter;  ///< the catalogue's heading; both live as long as the program
+  std::vector<SlaveCoverage> slaves;
+};
+
+/// What another capture of the same machine should hold, so that more can be judged.
+struct CaptureAdvice {
+  std::string text;              ///< "read AL Status (0x0130) of slave 1", without a full stop
+  std::uint64_t judgements = 0;  ///< rules that it may open, each once for a slave
+};
+
+}  // namespace ecaudit

@@ -1,0 +1,128 @@
+#include "cli/report/coverage_tally.h"
+
+#include <algorithm>
+#include <array>
+#include <set>
+
+#include "cli/report/layout.h"
+#include "cli/report/report.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit::report {
+namespace {
+
+/// The order of the catalogue; a chapter that is new comes behind them.
+constexpr std::array<std::string_view, 10> kChapters{
+    "Capture",         "Frame and bus", "AL state machine",      "Sync managers and FMMUs",
+    "Mailbox and CoE", "PDO mapping",   "Drive profile (DS402)", "Synchronisation",
+    "Latch",           "Start-up"};
+
+}  // namespace
+
+void CoverageCount::Add(Coverage coverage) {
+  switch (coverage) {
+    case Coverage::kJudged:
+      ++judged;
+      break;
+    case Coverage::kPartly:
+      ++partly;
+      break;
+    case Coverage::kNotJudged:
+      ++not_judged;
+      break;
+    case Coverage::kNotApplicable:
+      ++not_applicable;
+      break;
+  }
+}
+
+void CoverageCount::Add(const CoverageCount& other) {
+  judged += other.judged;
+  partly += other.partly;
+  not_judged += other.not_judged;
+  not_applicable += other.not_applicable;
+}
+
+CoverageCount CountOf(const RuleCoverage& rule) {
+  CoverageCount count;
+  for (const SlaveCoverage& slave : rule.slaves) count.Add(slave.coverage);
+  return count;
+}
+
+CoverageCount CountOf(std::span<const RuleCoverage> rules) {
+  CoverageCount count;
+  for (const RuleCoverage& rule : rules) count.Add(CountOf(rule));
+  return count;
+}
+
+std::vector<ChapterCoverage> ByChapter(std::span<const RuleCoverage> rules) {
+  std::vector<ChapterCoverage> chapters;
+  for (const std::string_view chapter : kChapters) chapters.push_back({chapter, {}});
+  for (const RuleCoverage& rule : rules) {
+    auto at = std::find_if(chapters.begin(), chapters.end(),
+                           [&](const ChapterCoverage& chapter) { return chapter.chapter == rule.chapter; });
+    if (at == chapters.end()) at = chapters.insert(chapters.end(), {rule.chapter, {}});
+    at->count.Add(CountOf(rule));
+  }
+  std::erase_if(chapters, [](const ChapterCoverage& chapter) { return chapter.count == CoverageCount{}; });
+  return chapters;
+}
+
+std::string_view Name(Coverage coverage) {
+  switch (coverage) {
+    case Coverage::kJudged:
+      return "judged";
+    case Coverage::kPartly:
+      return "partly";
+    case Coverage::kNotJudged:
+      return "not_judged";
+    case Coverage::kNotApplicable:
+      break;
+  }
+  return "not_applicable";
+}
+
+std::string_view WhyNotApplicable(const RuleCoverage& rule) {
+  for (const SlaveCoverage& slave : rule.slaves) {
+    if (slave.coverage == Coverage::kNotApplicable) return Describe(slave.why);
+  }
+  return {};
+}
+
+std::string CoverageText(std::span<const RuleCoverage> rules) {
+  const CoverageCount all = CountOf(rules);
+  if (all == CoverageCount{}) return {};
+  std::string text = Grouped(all.judged) + " of " + Grouped(all.applicable());
+  if (all.partly > 0) text += ", " + Grouped(all.partly) + " more in part";
+  std::string chapters, without;
+  for (const ChapterCoverage& chapter : ByChapter(rules)) {
+    const CoverageCount& count = chapter.count;
+    std::string& list = count.applicable() > 0 ? chapters : without;
+    list += list.empty() ? "" : ", ";
+    std::string name(chapter.chapter.substr(0, chapter.chapter.find(" (")));
+    std::replace(name.begin(), name.end(), ' ', kHardSpace);
+    list += name;
+    if (count.applicable() == 0) continue;
+    list += kHardSpace + Grouped(count.judged) + "/" + Grouped(count.applicable());
+  }
+  if (!chapters.empty()) text += ": " + chapters;
+  if (!without.empty()) text += "; nothing to judge: " + without;
+  return text;
+}
+
+std::string WhyLimited(const AnalysisResult& result) {
+  if (WithoutEtherCat(result)) return "the capture holds no EtherCAT frame";
+  if (result.slaves.empty()) return "which slaves are on the bus, the capture does not show";
+  std::set<unsigned> positions;
+  std::string_view reason;
+  for (const SlaveSummary& slave : result.slaves) {
+    if (slave.unjudged.empty()) continue;
+    if (positions.empty()) reason = slave.unjudged;
+    positions.insert(slave.position);
+  }
+  if (positions.empty()) return {};
+  const std::string slaves = positions.size() == 1 ? "slave " : "slaves ";
+  return slaves + Ranges(positions) + ": " + std::string(reason);
+}
+
+}  // namespace ecaudit::report

@@ -1,0 +1,48 @@
+/// How much of a capture was judged, counted: each rule once for a slave, rules about the bus once.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "analyzers/result/analysis_result.h"
+#include "analyzers/result/coverage.h"
+
+namespace ecaudit::report {
+
+struct CoverageCount {
+  std::uint64_t judged = 0, partly = 0, not_judged = 0, not_applicable = 0;
+
+  void Add(Coverage coverage);
+  void Add(const CoverageCount& other);
+  /// Where there was something to judge.
+  [[nodiscard]] std::uint64_t applicable() const { return judged + partly + not_judged; }
+  bool operator==(const CoverageCount&) const = default;
+};
+
+[[nodiscard]] CoverageCount CountOf(const RuleCoverage& rule);
+[[nodiscard]] CoverageCount CountOf(std::span<const RuleCoverage> rules);
+
+struct ChapterCoverage {
+  std::string_view chapter;
+  CoverageCount count;
+};
+/// In the order of the catalogue.
+[[nodiscard]] std::vector<ChapterCoverage> ByChapter(std::span<const RuleCoverage> rules);
+
+/// "judged", "partly", "not_judged", "not_applicable", as in the JSON report.
+[[nodiscard]] std::string_view Name(Coverage coverage);
+
+/// Why a rule does not apply: for the first slave to which it does not. Empty when it applies to all.
+[[nodiscard]] std::string_view WhyNotApplicable(const RuleCoverage& rule);
+
+/// The counts by chapter as one paragraph: "45 of 52 judged (3 more partly): Capture 4/4, ...; nothing to judge:
+/// Latch, Start-up". Empty when nothing was counted.
+[[nodiscard]] std::string CoverageText(std::span<const RuleCoverage> rules);
+
+/// What makes a verdict "limited": no slave is known, or neither AL state nor process data of some; empty: nothing.
+[[nodiscard]] std::string WhyLimited(const AnalysisResult& result);
+
+}  // namespace ecaudit::report

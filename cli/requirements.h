@@ -1,0 +1,34 @@
+/// `--require slaves=N,state=OP,judged`: what must be true of a capture besides having no findings.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "analyzers/result/analysis_result.h"
+#include "decoder/base/result.h"
+#include "decoder/esc/al.h"
+
+namespace ecaudit::cli {
+
+struct Requirements {
+  std::string text;  ///< as typed; empty: nothing is required
+  std::optional<std::uint16_t> slaves;
+  std::optional<esc::AlState> state;
+  bool judged = false;
+
+  [[nodiscard]] bool any() const { return !text.empty(); }
+};
+
+/// Reads "slaves=N,state=OP,judged": each part at most once, at least one.
+[[nodiscard]] Result<Requirements> ParseRequirements(std::string_view text);
+
+/// What of `required` is missing, each a sentence without a full stop; empty when it is all there.
+/// @param result  of the whole bus, or what --slave left of it
+/// @param slaves  that the capture shows, also those that --slave left out
+[[nodiscard]] std::vector<std::string> MissingOf(const Requirements& required, const AnalysisResult& result,
+                                                 std::size_t slaves);
+
+}  // namespace ecaudit::cli

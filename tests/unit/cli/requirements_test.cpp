@@ -1,0 +1,107 @@
+#include "cli/requirements.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/cli/sample_result.h"
+
+namespace ecaudit::cli {
+namespace {
+
+using test::MakeSlave;
+
+/// Two slaves in OP.
+AnalysisResult TwoInOp() {
+  AnalysisResult result;
+  result.capture.ethercat_frames = 100;
+  result.capture.direction = DirectionSeen::kBoth;
+  result.slaves = {MakeSlave(4, 0, 0x1001, "A"), MakeSlave(5, 1, 0x1002, "B")};
+  for (SlaveSummary& slave : result.slaves) slave.al_status = 0x08;
+  return result;
+}
+
+std::vector<std::string> Missing(std::string_view text, const AnalysisResult& result) {
+  const Result<Requirements> required = ParseRequirements(text);
+  EXPECT_TRUE(required) << text;
+  return required ? MissingOf(*required, result, result.slaves.size()) : std::vector<std::string>{"not read"};
+}
+
+using Texts = std::vector<std::string>;
+
+TEST(Requirements, EachPartIsRead) {
+  const auto all = ParseRequirements("slaves=3,state=OP,judged");
+  ASSERT_TRUE(all);
+  EXPECT_EQ(all->slaves, 3);
+  EXPECT_EQ(all->state, esc::AlState::OP);
+  EXPECT_TRUE(all->judged);
+  EXPECT_TRUE(all->any());
+  const auto one = ParseRequirements("judged");
+  ASSERT_TRUE(one);
+  EXPECT_FALSE(one->slaves || one->state);
+  EXPECT_FALSE(Requirements{}.any());
+}
+
+TEST(Requirements, WhatIsWrongIsSaidInOneLine) {
+  const auto error_of = [](std::string_view text) {
+    const auto required = ParseRequirements(text);
+    return required ? std::string() : required.error().message;
+  };
+  const std::string example = "; for example slaves=3,state=OP,judged";
+  EXPECT_EQ(error_of("slaves=x"), "--require is 'slaves=x' but slaves must be a number of slaves" + example);
+  EXPECT_EQ(error_of("state=RUN"),
+            "--require is 'state=RUN' but state must be INIT, PREOP, BOOT, SAFEOP or OP" + example);
+  EXPECT_EQ(error_of("judged,judged"), "--require is 'judged,judged' but judged stands twice" + example);
+  EXPECT_EQ(error_of("judged,"), "--require is 'judged,' but it ends with a comma" + example);
+  for (const char* text : {"", "slaves", "slaves=", "slaves=-1", "slaves=70000", "state=", "judged=yes",
+                           "state=OP;judged", "slaves=1,,judged", "slaves=1,slaves=1", "state=OP,state=OP"}) {
+    EXPECT_NE(error_of(text), "") << text;
+    EXPECT_EQ(error_of(text).find('\n'), std::string::npos) << text;
+  }
+  EXPECT_NE(error_of("slave=3").find("slaves"), std::string::npos);
+}
+
+TEST(Requirements, NothingIsMissingOfAHealthyBus) {
+  EXPECT_EQ(Missing("slaves=2,state=OP,judged", TwoInOp()), Texts{});
+  AnalysisResult counted = TwoInOp();
+  counted.bus.slave_count = 2;
+  EXPECT_EQ(Missing("slaves=2,state=OP,judged", counted), Texts{});
+}
+
+TEST(Requirements, OtherStatesAreNamed) {
+  AnalysisResult result = TwoInOp();
+  result.slaves[1].al_status = 0x14;
+  EXPECT_EQ(Missing("state=OP", result), Texts{"state=OP: slave 1 is in SAFEOP+ERR at the end"});
+  // In the state, with the error bit: not there.
+  EXPECT_EQ(Missing("state=SAFEOP", result).size(), 2U);
+  result.slaves[0].al_status = 0x14;
+  EXPECT_EQ(Missing("state=OP", result), Texts{"state=OP: slaves 0-1 are in SAFEOP+ERR at the end"});
+  result.slaves[0].al_status.reset();
+  EXPECT_EQ(Missing("state=OP", result).back(), "state=OP: the AL state of slave 0 is not in the capture");
+}
+
+TEST(Requirements, TheLastBroadcastCounts) {
+  AnalysisResult result = TwoInOp();
+  EXPECT_EQ(Missing("slaves=3", result), Texts{"slaves=3: the capture shows 2 slaves"});
+  result.bus.slave_count = 1;
+  EXPECT_EQ(Missing("slaves=2", result), Texts{"slaves=2: 1 slave answers broadcasts at the end"});
+  // One that nothing else shows.
+  result.bus.slave_count = 3;
+  EXPECT_EQ(Missing("slaves=3,state=OP", result),
+            Texts{"state=OP: the AL state of 1 further slave is not in the capture"});
+}
+
+TEST(Requirements, NothingIsKnownOfAnEmptyCapture) {
+  const Texts missing = Missing("slaves=1,state=OP,judged", AnalysisResult{});
+  ASSERT_EQ(missing.size(), 3U);
+  EXPECT_EQ(missing[0], "slaves=1: the capture shows no slave");
+  EXPECT_EQ(missing[1], "state=OP: the capture does not show the AL state of any slave");
+  EXPECT_EQ(missing[2], "judged: the capture holds no EtherCAT frame");
+}
+
+TEST(Requirements, UnjudgedSlavesAreNamed) {
+  AnalysisResult result = TwoInOp();
+  result.slaves[1].unjudged = "neither its AL state nor its process data are known";
+  EXPECT_EQ(Missing("judged", result), Texts{"judged: slave 1: neither its AL state nor its process data are known"});
+}
+
+}  // namespace
+}  // namespace ecaudit::cli
