@@ -69,9 +69,11 @@ Sample DriveInFault() {
   // It has its fault from before: the first status word shows it.
   drive.drive().FaultAt(story.master.now());
   story.master.BringToSafeop();
+  story.master.StartCyclic({});
   story.master.Cycles(1);
   story.Expect("drive-fault", 0, story.master.last_cyclic(), "status word 0x0218 from the first one on");
-  story.master.BringToOp();
+  story.master.Cycles(4);
+  story.master.ChangeState(0, Al::kOp);
   story.master.Cycles(40);
   story.master.ShutDown();
   return story.Finish();
