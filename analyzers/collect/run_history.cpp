@@ -6,7 +6,7 @@
 namespace ecaudit {
 namespace {
 
-constexpr std::uint8_t kPreop = static_cast<std::uint8_t>(esc::AlState::PREOP);
+constexpr std::uint8_t kRequestedPreop = static_cast<std::uint8_t>(esc::AlState::PREOP);
 constexpr std::uint8_t kBoot = static_cast<std::uint8_t>(esc::AlState::BOOT);
 constexpr std::uint8_t kOp = static_cast<std::uint8_t>(esc::AlState::OP);
 
@@ -29,7 +29,7 @@ void RunHistory::On(const track::RunBegan& run) {
 }
 
 void RunHistory::On(const track::AlRequest& request) {
-  if (request.control.state() != kPreop || request.acceptance == track::Acceptance::kRefused) return;
+  if (request.control.state() != kRequestedPreop || request.acceptance == track::Acceptance::kRefused) return;
   if (request.slave >= preop_requests_.size()) preop_requests_.resize(std::size_t{request.slave} + 1);
   const std::uint32_t requests = ++preop_requests_[request.slave];
   now_.preop_requests = std::max<std::uint64_t>(now_.preop_requests, requests);

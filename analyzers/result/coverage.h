@@ -76,7 +76,8 @@ struct SlaveCoverage {
   NotApplicable why = NotApplicable::kApplies;  ///< of kNotApplicable
 };
 
-/// One rule: an entry for each slave, in the order of the slaves, or one for the bus where the rule is about the bus, or no slave is known.
+/// One rule: an entry for each slave, in the order of the slaves, or one for the bus where the rule is about the bus,
+/// or no slave is known.
 struct RuleCoverage {
   std::string_view rule;     ///< id in the catalogue
   std::string_view chapter;  ///< the catalogue's heading; both live as long as the program

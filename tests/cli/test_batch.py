@@ -613,8 +613,8 @@ class BatchCaptures(BatchTest):
         summary = self.summary(*self.folders, status=2 if SHARED.is_dir() else 1)
         counted = summary["summary"]
         self.assertEqual(counted["captures"], len(summary["captures"]))
-        self.assertEqual(counted["captures"], counted["passed"] + counted["failed"] + counted["unreadable"] +
-                         counted["nothing_to_check"])
+        self.assertEqual(counted["captures"], counted["passed"] + counted["limited"] + counted["failed"] +
+                         counted["unreadable"] + counted["nothing_to_check"])
         for severity in ("error", "warning", "info"):
             self.assertEqual(counted[severity + "s"], sum(c[severity + "s"] for c in summary["captures"]))
         for rule in summary["rules"]:
