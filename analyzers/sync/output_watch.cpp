@@ -34,9 +34,9 @@ std::optional<FrameTime> OutputWatch::WaitsSince() const {
 Interval OutputWatch::GapTo(const FrameTime& time, const CyclicImage* of) const {
   if (!FedInOp()) {
     const std::optional<FrameTime> since = WaitsSince();
-    FrameTime by_stamp = time;
-    by_stamp.dc.reset();
-    by_stamp.esl.reset();
+    FrameTime by_stamp;
+    by_stamp.frame = time.frame;
+    by_stamp.stamp = time.stamp;
     return since ? Between(*since, by_stamp) : Interval{};
   }
   const bool as_image = of != nullptr && of->gap_from == last.frame.number && of == image;
