@@ -127,7 +127,7 @@ void GateOptions::Declare(OptionSet& options) {
   options.Value("--baseline", "FILE", baseline, "findings listed there are known and do not count");
   options.Value(
       "--require", "WHAT", require,
-      "exit 1 unless the capture shows it: slaves=N, state=OP (all, at the end), judged; with commas");
+      "exit 1 unless the capture shows slaves=N,state=OP,judged, or some of it");
   options.Value("--write-baseline", "FILE", write_baseline, "list all findings of this run there");
 }
 
