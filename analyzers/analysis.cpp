@@ -40,6 +40,7 @@ std::vector<std::unique_ptr<Rule>> Attached(RuleContext& context, EventBus& bus)
   return rules;
 }
 
+/// Slaves that turned out to be others give what was found of them to those.
 /// @return slaves that are left
 std::size_t ForgetReplaced(const RuleContext& context, FindingStore& store) {
   const bus::SlaveSet& slaves = context.network().slaves();

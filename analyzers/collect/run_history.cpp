@@ -21,7 +21,7 @@ RunHistory::RunHistory(const sync::SyncModel* sync, const Pipeline& pipeline, Ev
 
 void RunHistory::On(const track::RunBegan& run) {
   // A master that shuts down and starts anew says INIT twice: in between lies no run.
-  if (now_.highest <= 1 && now_.preop_requests == 0 && run.reason != track::RunBegan::Reason::kClock) return;
+  if (IsIdle() && run.reason != track::RunBegan::Reason::kClock) return;
   End();
   now_ = {};
   now_.first = run.frame;
@@ -47,18 +47,14 @@ void RunHistory::On(const track::AlStatusRead& read) {
 }
 
 void RunHistory::End() {
-  if (sync_ != nullptr) {
-    const CycleSummary cycle = sync_->SummariseRun();
-    now_.cycle_us = cycle.median_us;
-    now_.cycle_source = cycle.time_source;
-  }
+  if (sync_ != nullptr) now_.cycle_us = sync_->SummariseRun().median_us;
   in_op_.clear();
   preop_requests_.clear();
   if (runs_.size() < kMaxRuns) runs_.push_back(std::move(now_));
 }
 
 void RunHistory::Summarise(AnalysisResult& result) {
-  End();
+  if (runs_.empty() || !IsIdle() || now_.reason == "clock") End();
   runs_.front().first = pipeline_.statistics().first;
   for (std::size_t i = 0; i + 1 < runs_.size(); ++i) {
     runs_[i].last.number = runs_[i + 1].first.number - 1;

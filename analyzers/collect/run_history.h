@@ -1,7 +1,8 @@
 /// in: beginnings of runs, AL states, requests.  out: what each run of the bus reached.
 ///
-/// keeps: at most kMaxRuns runs; later ones are counted with the last. A run without a request and without a state, as
-/// between a shut-down and the next start, belongs to the one before.
+/// keeps: at most kMaxRuns runs; the last of them then reaches to the end of the capture. What lies between a shut-down
+/// and the next start, without a request or a state above INIT, begins the next run; at the end of the capture it
+/// belongs to the one before.
 #pragma once
 
 #include <cstdint>
@@ -31,6 +32,8 @@ class RunHistory final : public Collector {
 
  private:
   void End();
+  /// Nothing above INIT was requested or read in the run that goes on.
+  [[nodiscard]] bool IsIdle() const { return now_.highest <= 1 && now_.preop_requests == 0; }
 
   const sync::SyncModel* sync_;
   const Pipeline& pipeline_;
@@ -38,7 +41,6 @@ class RunHistory final : public Collector {
   RunSummary now_;
   std::vector<bool> in_op_;
   std::vector<std::uint32_t> preop_requests_;
-  FrameRef before_;  // last packet before the run that begins
 };
 
 }  // namespace ecaudit

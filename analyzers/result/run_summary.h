@@ -16,7 +16,6 @@ struct RunSummary {
   std::uint64_t slaves_in_op = 0;    ///< slaves that were in OP at some time
   std::uint64_t preop_requests = 0;  ///< attempts to leave INIT: the most that one slave saw
   double cycle_us = 0;               ///< median distance of the cyclic frames, 0: none
-  std::string cycle_source;          ///< as in CycleSummary
 };
 
 }  // namespace ecaudit

@@ -46,7 +46,9 @@ struct OutputWatch {
   [[nodiscard]] bool FedInOp() const {
     return seen && (in_op || (op_since.seen() && last.frame.number >= op_since.number));
   }
-  /// Since when the slave in OP waits for outputs; unset when it is not known to be in OP.
+  /// It is known to be in OP, and waits for outputs.
+  [[nodiscard]] bool Waits() const { return op_since.seen() || FedInOp(); }
+  /// Since when it does; unset when it is not known to be in OP.
   [[nodiscard]] std::optional<FrameTime> WaitsSince() const;
   /// How far the frame at hand lies behind that.
   [[nodiscard]] Interval GapTo(const FrameTime& time, const CyclicImage* of) const;

@@ -175,7 +175,7 @@ void SyncModel::Feed(SlaveId id, const FrameAtHand& at_hand, const CyclicImage* 
   OutputWatch& watch = slave.outputs;
   if (watch.seen && watch.last.frame.number == time.frame.number) return;
   const bool in_op = bus_.slave(id).al.SettledIn(esc::AlState::OP);
-  if (watch.WaitsSince() && (in_op || watch.fell.seen())) FollowInterval(id, slave, time, image, in_op);
+  if (watch.Waits() && (in_op || watch.fell.seen())) FollowInterval(id, slave, time, image, in_op);
   if (in_op && (frame_dc_ || at_hand.by_stamps) && Sync0Phase::Counts(slave.dc)) {
     MeasurePhase(id, slave, at_hand);
   } else {

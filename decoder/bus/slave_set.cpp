@@ -106,7 +106,7 @@ void SlaveSet::Replace(SlaveId id, SlaveId successor) {
   slaves_[id].successor = successor;
 }
 
-void SlaveSet::PlaceByStation(std::uint16_t count, FrameNo frame) {
+bool SlaveSet::PlaceByStation(std::uint16_t count, FrameNo frame) {
   std::vector<SlaveId> unplaced;
   std::size_t placed = 0;
   std::vector<SlavePos> free;
@@ -118,7 +118,7 @@ void SlaveSet::PlaceByStation(std::uint16_t count, FrameNo frame) {
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
     if (IsUnplaced(static_cast<SlaveId>(i))) unplaced.push_back(static_cast<SlaveId>(i));
   }
-  if (unplaced.empty() || placed + unplaced.size() != count) return;
+  if (unplaced.empty() || placed + unplaced.size() != count) return false;
   std::sort(unplaced.begin(), unplaced.end(),
             [&](SlaveId a, SlaveId b) { return *slaves_[a].station.if_known() < *slaves_[b].station.if_known(); });
   for (std::size_t i = 0; i < unplaced.size(); ++i) {
@@ -126,6 +126,7 @@ void SlaveSet::PlaceByStation(std::uint16_t count, FrameNo frame) {
     PlaceAt(unplaced[i], free[i], frame);
     slaves_[unplaced[i]].position = Known<SlavePos>::Inferred(free[i], frame);
   }
+  return true;
 }
 
 void SlaveSet::EnableAlias(SlaveId id, bool enabled) {

@@ -58,7 +58,8 @@ class SlaveSet {
   /// Slaves that are met by their station addresses, and never where they are, have the places that nobody else has,
   /// in the order of their addresses, as masters give them: where all `count` slaves of the bus are met, and not
   /// before. Who was met at such a place without its address is the same slave.
-  void PlaceByStation(std::uint16_t count, FrameNo frame);
+  /// @return whether some were placed
+  bool PlaceByStation(std::uint16_t count, FrameNo frame);
   void LearnAlias(SlaveId id, StationAddress alias, FrameNo frame);
   void EnableAlias(SlaveId id, bool enabled);
   /// A broadcast wrote the same address to all slaves (masters write 0 when they scan): nobody is told apart by it now.

@@ -76,8 +76,7 @@ SlaveId Addressing::AtStation(const DatagramPair& d, bool add) {
 void Addressing::PlaceByStation(FrameNo frame) {
   const std::uint16_t* count = slave_count_.if_known();
   if (count == nullptr || unplaced_ == 0) return;
-  slaves_.PlaceByStation(*count, frame);
-  ++version_;
+  if (slaves_.PlaceByStation(*count, frame)) ++version_;
 }
 
 /// A slave that was met by its station address in the running bus: an access by position to that address shows where it

@@ -47,7 +47,7 @@ void AlTracker::OnWritten(const SlaveAccess& access) {
   if (access.acceptance != Acceptance::kRefused) runs_.OnState(control);
   events_.Publish(AlRequest{access.slave, access.sent, access.returned, control, access.acceptance, access.broadcast});
   if (access.done() && control.state() == kInit) mailboxes_.Reset(access.slave, access.frame());
-  if (access.broadcast || access.acceptance == Acceptance::kRefused) return;
+  if (access.broadcast || access.acceptance == Acceptance::kRefused || addressing_.IsWhole(access.slave)) return;
   for (std::size_t s = 0; s < states_.size(); ++s) {
     const auto other = static_cast<SlaveId>(s);
     if (other == access.slave || !addressing_.MayBeOne(access.slave, other)) continue;

@@ -15,25 +15,11 @@ namespace {
 constexpr std::uint64_t kDirectionBit = std::uint64_t{1} << 41U;
 constexpr std::uint16_t kSystemTime = 0x0910;
 
-capture::CapturedFrame AsCaptured(const Packet& packet) {
-  capture::CapturedFrame frame;
-  frame.number = 1;
-  frame.time = packet.time;
-  frame.has_time = packet.has_time;
-  frame.link_type = packet.link_type;
-  frame.interface_index = packet.interface_index;
-  frame.flag = packet.flag;
-  frame.original_length =
-      packet.original_length != 0 ? packet.original_length : static_cast<std::uint32_t>(packet.bytes.size());
-  frame.bytes = packet.bytes;
-  return frame;
-}
-
 /// Of senders of which both kinds of addresses are seen the bit tells the direction.
 std::map<std::uint64_t, bool> SendersWithBothAddresses(const std::vector<Packet>& packets) {
   std::map<std::uint64_t, unsigned> seen;
   for (const Packet& packet : packets) {
-    const capture::CapturedFrame frame = AsCaptured(packet);
+    const capture::CapturedFrame frame = AsCaptured(packet, 1);
     const wire::FrameView view = wire::FrameView::Parse(frame);
     if (view.empty()) continue;
     seen[view.source_mac() & ~kDirectionBit] |= view.mac_bit() ? 2U : 1U;
@@ -84,7 +70,7 @@ class Numberer {
 
  private:
   std::uint32_t Number(const Packet& packet, std::size_t at) {
-    const capture::CapturedFrame frame = AsCaptured(packet);
+    const capture::CapturedFrame frame = AsCaptured(packet, 1);
     const wire::FrameView view = wire::FrameView::Parse(frame);
     if (view.empty() || view.kind() != wire::FrameKind::kEtherCat) {
       if (view.kind() == wire::FrameKind::kMalformed && view.mac_bit()) all_known_ = false;
@@ -155,7 +141,7 @@ std::optional<WireCapture> LoadCapture(const std::filesystem::path& path) {
 }
 
 std::optional<EtherCatPart> FindEtherCat(const Packet& packet) {
-  const capture::CapturedFrame frame = AsCaptured(packet);
+  const capture::CapturedFrame frame = AsCaptured(packet, 1);
   const wire::FrameView view = wire::FrameView::Parse(frame);
   if (view.empty() || view.kind() != wire::FrameKind::kEtherCat) return std::nullopt;
   EtherCatPart part;

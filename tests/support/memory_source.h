@@ -21,6 +21,22 @@ struct Packet {
   std::uint32_t original_length = 0;  ///< 0: as long as `bytes`
 };
 
+/// The packet as a reader hands it out; the bytes are those of `packet`.
+/// @param number of the frame, from 1
+inline capture::CapturedFrame AsCaptured(const Packet& packet, FrameNo number) {
+  capture::CapturedFrame frame;
+  frame.number = number;
+  frame.time = packet.has_time ? packet.time : 0;
+  frame.has_time = packet.has_time;
+  frame.link_type = packet.link_type;
+  frame.interface_index = packet.interface_index;
+  frame.flag = packet.flag;
+  frame.original_length =
+      packet.original_length != 0 ? packet.original_length : static_cast<std::uint32_t>(packet.bytes.size());
+  frame.bytes = packet.bytes;
+  return frame;
+}
+
 /// Hands out copies of `packets`, numbered from 1, then kEnd (or kDamaged when `damage` is set).
 class MemorySource final : public capture::FrameSource {
  public:
@@ -37,15 +53,7 @@ class MemorySource final : public capture::FrameSource {
   [[nodiscard]] capture::ReadStatus Next(capture::CapturedFrame& frame) noexcept override {
     if (next_ >= packets_.size()) return info_.damage ? capture::ReadStatus::kDamaged : capture::ReadStatus::kEnd;
     const Packet& packet = packets_[next_++];
-    frame.number = next_;
-    frame.time = packet.has_time ? packet.time : 0;
-    frame.has_time = packet.has_time;
-    frame.link_type = packet.link_type;
-    frame.interface_index = packet.interface_index;
-    frame.flag = packet.flag;
-    frame.original_length =
-        packet.original_length != 0 ? packet.original_length : static_cast<std::uint32_t>(packet.bytes.size());
-    frame.bytes = packet.bytes;
+    frame = AsCaptured(packet, next_);
     info_.packets = next_;
     return capture::ReadStatus::kFrame;
   }

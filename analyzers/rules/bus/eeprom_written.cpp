@@ -20,6 +20,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "eeprom-written",
                          .group = "Frame and bus",
                          .severity = Severity::kError,
+                         .subject = Subject::kSlave,
                          .title = "EEPROM words of a slave were written",
                          .needs = "the EEPROM interface 0x0500 to 0x050F of the slave",
                          .source = "ETG1000.4, slave information interface; ETG2010, configuration area",

@@ -21,6 +21,7 @@ namespace {
 constexpr RuleInfo kInfo{.id = "sync-switched-off",
                          .group = "Synchronisation",
                          .severity = Severity::kError,
+                         .subject = Subject::kClock,
                          .title = "SYNC0 is switched off, or the system time is shifted, while the slave is in OP",
                          .needs = "AL Status OP, writes of 0x0981 and 0x0920 of the slave",
                          .source = "ESC-1, distributed clocks, SYNC signal generation",
