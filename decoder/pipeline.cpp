@@ -51,7 +51,7 @@ class Pipeline::Impl {
       for (std::size_t i = 0; i < traffic->size(); ++i) {
         traffic->Prefetch(i + 3);
         traffic->Restore(i, packet);
-        pairing_ = &traffic->statistics(i);
+        traffic->ReadStatistics(i, pairing_);
         if (packet.ref().seen()) Count(packet);
         traffic->Replay(i, packet, fork_);
       }
@@ -61,8 +61,6 @@ class Pipeline::Impl {
       }
     }
     statistics_.origin = reader.origin();
-    pairing_at_end_ = *pairing_;
-    pairing_ = &pairing_at_end_;
     // A source that waited for packets ends on request, too.
     statistics_.stopped = options.stop != nullptr && options.stop->load(std::memory_order_relaxed);
     network_.Finish();
@@ -70,8 +68,7 @@ class Pipeline::Impl {
 
   track::Network network_;
   Fork fork_;
-  bus::PairingStatistics pairing_at_end_;
-  const bus::PairingStatistics* pairing_ = &pairing_at_end_;  ///< of the step at hand
+  bus::PairingStatistics pairing_;  ///< behind the step at hand
   PipelineStatistics statistics_;
 
  private:
@@ -136,7 +133,7 @@ const PipelineStatistics& Pipeline::statistics() const {
   return impl_->statistics_;
 }
 const bus::PairingStatistics& Pipeline::pairing() const {
-  return *impl_->pairing_;
+  return impl_->pairing_;
 }
 const track::Network& Pipeline::network() const {
   return impl_->network_;

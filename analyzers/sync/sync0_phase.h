@@ -47,11 +47,13 @@ class Sync0Phase {
  private:
   void Follow(const SyncSettings& settings, const DcTime& now, bool wide);
   void Count(const FrameRef& frame, TimeNs phase, std::int64_t cycle);
-  void Place(Arrival& arrival, std::int64_t since, std::int64_t cycle);
+  [[nodiscard]] std::int64_t PulsesBefore(std::int64_t since, std::int64_t cycle);
+  void Place(Arrival& arrival, std::int64_t since, std::int64_t pulses, std::int64_t cycle);
 
   FrameRef settings_frame_;
   std::uint32_t epoch_ = 0;
   std::int64_t start_ns_ = 0;
+  std::int64_t pulses_ = 0, last_pulse_ = -1;  // before the last frame, and when; -1: unknown
   bool has_slot_ = false;
   std::int64_t slot_least_ = 0, slot_most_ = 0;
   std::uint64_t frames_ = 0, empty_ = 0, doubled_ = 0;

@@ -27,6 +27,7 @@ struct FrameRef {
   bool has_time = false;  ///< false for pcapng simple packet blocks
 
   [[nodiscard]] bool seen() const { return number != 0; }
+  bool operator==(const FrameRef&) const = default;
 };
 
 }  // namespace ecaudit

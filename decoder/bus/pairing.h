@@ -26,12 +26,18 @@
 
 namespace ecaudit::bus {
 
-struct PairingStatistics {
+/// What changes with nearly every packet.
+struct PairingProgress {
   std::uint64_t outbound = 0;
   std::uint64_t returned = 0;
   std::uint64_t paired = 0;
+  std::uint64_t under_way = 0;         ///< at the end of the capture those that may still come back
+  std::uint64_t identical_stamps = 0;  ///< pairs whose two copies have the same time stamp
+};
+
+/// What changes now and then.
+struct PairingIncidents {
   std::uint64_t lost = 0;
-  std::uint64_t under_way = 0;  ///< at the end of the capture those that may still come back
   /// No return seen, but it may have come back; by reason.
   std::array<std::uint64_t, kUndecidedReasons> undecided{};
   std::uint64_t duplicated = 0;
@@ -44,11 +50,14 @@ struct PairingStatistics {
   FrameRef first_hole;                   ///< the frame behind the first of them
   std::uint64_t altered = 0;
   std::uint64_t foreign = 0;
-  std::uint64_t identical_stamps = 0;     ///< pairs whose two copies have the same time stamp
   std::uint64_t repeated_unanswered = 0;  ///< the frame before once more, which had not come back
   std::uint64_t dropped_every = 0;        ///< the recorder left out one of so many packets, regularly; 0: it did not
   bool nobody_answers = false;            ///< frames are repeated after a time-out, and nothing ever came back
 
+  bool operator==(const PairingIncidents&) const = default;
+};
+
+struct PairingStatistics : PairingProgress, PairingIncidents {
   /// What became of the outbound frames; balances at any moment.
   [[nodiscard]] FrameLedger frames() const { return {outbound, paired, lost, under_way, undecided}; }
 };

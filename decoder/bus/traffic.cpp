@@ -12,11 +12,12 @@ void Traffic::Clear() {
   kept_.clear();
   bytes_.clear();
   offsets_.clear();
+  incidents_.clear();
 }
 
 std::size_t Traffic::bytes() const {
   return steps_.size() * sizeof(Step) + calls_.size() * sizeof(Call) + kept_.size() * sizeof(Kept) + bytes_.size() +
-         offsets_.size() * sizeof(std::uint16_t);
+         offsets_.size() * sizeof(std::uint16_t) + incidents_.size() * sizeof(PairingIncidents);
 }
 
 Traffic::Place Traffic::Keep(const FrameView& frame, ByteSpan bytes) {
@@ -35,6 +36,13 @@ void Traffic::Prefetch(std::size_t i) const {
   __builtin_prefetch(reinterpret_cast<const std::uint8_t*>(&kept + 2) + kLine);
   const std::uint8_t* bytes = bytes_.data() + kept.bytes_at;
   for (std::size_t at = 0; at < kept.length && at < 8 * kLine; at += kLine) __builtin_prefetch(bytes + at);
+}
+
+void Traffic::ReadStatistics(std::size_t i, PairingStatistics& statistics) const {
+  const Step& step = steps_[i];
+  static_cast<PairingProgress&>(statistics) = step.progress;
+  if (i > 0 && steps_[i - 1].incidents == step.incidents) return;
+  static_cast<PairingIncidents&>(statistics) = incidents_[step.incidents];
 }
 
 void Traffic::Replay(std::size_t i, const FrameView& packet, BusSink& sink) const {
@@ -77,12 +85,16 @@ void Traffic::Replay(std::size_t i, const FrameView& packet, BusSink& sink) cons
 
 void TrafficRecorder::BeginStep(const FrameView& packet) {
   const bool ethercat = packet.kind() != wire::FrameKind::kOther;
-  to_->steps_.push_back({to_->Keep(packet, ethercat ? packet.bytes() : ByteSpan()), 0, {}});
+  to_->steps_.push_back({.kept = to_->Keep(packet, ethercat ? packet.bytes() : ByteSpan())});
 }
 
 void TrafficRecorder::EndStep(const PairingStatistics& statistics) {
-  to_->steps_.back().calls_end = to_->calls_.size();
-  to_->steps_.back().statistics = statistics;
+  const PairingIncidents& incidents = statistics;
+  if (to_->incidents_.empty() || to_->incidents_.back() != incidents) to_->incidents_.push_back(incidents);
+  Traffic::Step& step = to_->steps_.back();
+  step.incidents = static_cast<Traffic::Place>(to_->incidents_.size() - 1);
+  step.calls_end = to_->calls_.size();
+  step.progress = statistics;
 }
 
 Traffic::Place TrafficRecorder::PlaceOf(const FrameView& frame) {

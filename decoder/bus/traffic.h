@@ -26,8 +26,8 @@ class Traffic {
   void Restore(std::size_t i, wire::FrameView& packet) const { Restore(kept_[steps_[i].kept], packet); }
   /// Tells `sink` what was heard in step `i`. @param packet as Restore() gave it
   void Replay(std::size_t i, const wire::FrameView& packet, BusSink& sink) const;
-  /// Counters of Pairing behind step `i`.
-  [[nodiscard]] const PairingStatistics& statistics(std::size_t i) const { return steps_[i].statistics; }
+  /// Sets `statistics` to the counters of Pairing behind step `i`. @param statistics those of the step before, or new
+  void ReadStatistics(std::size_t i, PairingStatistics& statistics) const;
   /// Asks for the data of a step that comes soon: another thread's processor has them.
   void Prefetch(std::size_t i) const;
 
@@ -54,8 +54,9 @@ class Traffic {
   };
   struct Step {
     Place kept = kNone;         ///< the packet
+    Place incidents = 0;        ///< what Pairing counted behind it lies there
     std::size_t calls_end = 0;  ///< its calls begin where those of the step before end
-    PairingStatistics statistics;
+    PairingProgress progress;
   };
 
   Place Keep(const wire::FrameView& frame, ByteSpan bytes);
@@ -67,7 +68,8 @@ class Traffic {
   std::vector<Call> calls_;
   std::vector<Kept> kept_;
   std::vector<std::uint8_t> bytes_;
-  std::vector<std::uint16_t> offsets_;  ///< of datagrams
+  std::vector<std::uint16_t> offsets_;       ///< of datagrams
+  std::vector<PairingIncidents> incidents_;  ///< kept when they change: the other thread's processor reads all of this
 };
 
 /// Writes down what Pairing says.

@@ -62,7 +62,7 @@ struct ByteOrder {
   [[nodiscard]] std::uint16_t U16(ByteSpan bytes, std::size_t offset) const {
     return big_endian ? BigEndian<std::uint16_t>(bytes, offset) : LittleEndian<std::uint16_t>(bytes, offset);
   }
-  [[nodiscard]] std::uint32_t U32(ByteSpan bytes, std::size_t offset) const {
+  [[nodiscard]] [[gnu::always_inline]] std::uint32_t U32(ByteSpan bytes, std::size_t offset) const {
     return big_endian ? BigEndian<std::uint32_t>(bytes, offset) : LittleEndian<std::uint32_t>(bytes, offset);
   }
   [[nodiscard]] std::uint64_t U64(ByteSpan bytes, std::size_t offset) const {

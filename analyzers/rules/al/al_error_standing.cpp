@@ -170,6 +170,7 @@ class AlErrorStanding final : public Rule {
     }
     if (e.command != wire::Command::BRD || !track::CoversByte(e.address, e.length, esc::kAlStatus)) return;
     const std::size_t at = static_cast<std::size_t>(esc::kAlStatus - e.address);
+    if (all_well_ && !all_.open()) return;
     const std::uint16_t* count = context().network().slave_count().if_known();
     if (!e.returned.seen() || count == nullptr || e.wkc != *count || at >= e.returned_data.size()) return;
     // Bits that the master sent set would be taken for answers; and a single slave tells by itself.
