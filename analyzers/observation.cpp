@@ -1,6 +1,7 @@
 #include "analyzers/observation.h"
 
 #include "analyzers/model/bus_model.h"
+#include "analyzers/model/model_events.h"
 #include "analyzers/sync/sync_model.h"
 
 namespace ecaudit {
@@ -8,6 +9,12 @@ namespace ecaudit {
 Observation::Observation(const AnalysisOptions& options, Depth depth) : pipeline_(bus_) {
   if (depth >= Depth::kSlaves) model_ = std::make_unique<model::BusModel>(pipeline_.network(), options, bus_);
   if (depth >= Depth::kClocks) sync_ = std::make_unique<sync::SyncModel>(*model_, pipeline_, bus_);
+  // Who only looks at values reads them from the ENI's places as well.
+  if (depth >= Depth::kClocks) bus_.Listen<model::SlavePresumed>(Stage::kModel, *this, &Observation::On);
+}
+
+void Observation::On(const model::SlavePresumed& slave) {
+  pipeline_.Presume(slave.position, slave.station);
 }
 
 Observation::~Observation() = default;

@@ -14,6 +14,7 @@ namespace ecaudit {
 
 namespace model {
 class BusModel;
+struct SlavePresumed;
 }  // namespace model
 namespace sync {
 class SyncModel;
@@ -45,6 +46,8 @@ class Observation {
   void Run(capture::FrameSource& source, const PipelineOptions& options);
 
  private:
+  void On(const model::SlavePresumed& slave);
+
   EventBus bus_;
   Pipeline pipeline_;
   std::unique_ptr<model::BusModel> model_;

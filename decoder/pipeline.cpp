@@ -129,6 +129,9 @@ Pipeline::~Pipeline() = default;
 void Pipeline::Run(capture::FrameSource& source, const PipelineOptions& options) {
   impl_->Run(source, options);
 }
+void Pipeline::Presume(std::optional<SlavePos> position, std::optional<StationAddress> station) {
+  impl_->network_.Presume(position, station);
+}
 const PipelineStatistics& Pipeline::statistics() const {
   return impl_->statistics_;
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "decoder/base/event_sink.h"
 #include "decoder/bus/traffic_reader.h"
@@ -62,6 +63,9 @@ class Pipeline {
 
   /// Reads `source` to its end, its damage or options.stop. Memory does not grow with the length of the capture.
   void Run(capture::FrameSource& source, const PipelineOptions& options = {});
+
+  /// Network::Presume().
+  void Presume(std::optional<SlavePos> position, std::optional<StationAddress> station);
 
   /// Up to the packet at hand.
   [[nodiscard]] const PipelineStatistics& statistics() const;

@@ -1,5 +1,6 @@
 #include "analyzers/model/bus_model.h"
 
+#include <algorithm>
 #include <array>
 
 #include "decoder/esc/register_addresses.h"
@@ -159,7 +160,7 @@ void BusModel::On(const track::FrameLost& event) {
 /// Published first: who looks at the values sees them before the units of the slave conclude something from them.
 void BusModel::On(const ProcessCycle& cycle) {
   events_.Publish(cycle);
-  if (cycle.part.slave == kNoSlave) return;
+  if (cycle.part.slave == kNoSlave) return Presume(cycle);
   SlaveModel& slave = *by_id_[cycle.part.slave];
   ProcessTraffic& traffic = cycle.part.direction == device::PdoDirection::kRx ? slave.outputs : slave.inputs;
   if (cycle.exchange == Exchange::kYes || cycle.exchange == Exchange::kInferred) {
@@ -184,6 +185,15 @@ void BusModel::On(const ProcessCycle& cycle) {
   } else {
     still.Settle(slave.generation, cycle.exchange);
   }
+}
+
+/// Mid-run captures of nothing but process data: the ENI says whose they are, and the working counter that they are.
+void BusModel::Presume(const ProcessCycle& cycle) {
+  const device::EniSlave* eni = cycle.part.model->eni;
+  if (cycle.exchange != Exchange::kInferred || eni == nullptr) return;
+  if (std::find(presumed_.begin(), presumed_.end(), eni) != presumed_.end()) return;
+  presumed_.push_back(eni);
+  events_.Publish(SlavePresumed{eni->position(), eni->station_address});
 }
 
 void BusModel::On(const track::SlaveAccess& access) {

@@ -72,6 +72,7 @@ class BusModel final : private ProcessSink {
   void ChooseProfile(SlaveId id);
   void DescriptionChanged(SlaveId slave);
   void LearnIdentity(const mailbox::SdoTransfer& transfer);
+  void Presume(const ProcessCycle& cycle);
   void On(const ProcessCycle& cycle) override;
 
   const track::Network& network_;
@@ -88,6 +89,7 @@ class BusModel final : private ProcessSink {
   std::uint64_t states_version_ = 1;  ///< changes whenever a slave may have settled in OP, or left it
   ProcessImage image_;
   EventUnit signalled_;
+  std::vector<const device::EniSlave*> presumed_;
 };
 
 }  // namespace ecaudit::model

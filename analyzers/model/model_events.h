@@ -137,6 +137,12 @@ struct AlOverdue {
   std::uint64_t polls = 0;
 };
 
+/// A slave of the ENI exchanges process data, as the working counter says, and no frame addressed it so far.
+struct SlavePresumed {
+  std::optional<SlavePos> position;
+  std::optional<StationAddress> station;
+};
+
 /// A model foretold what the slave does with an access, and the capture shows what it did.
 struct Predicted {
   enum class Kind : std::uint8_t { kMailbox };

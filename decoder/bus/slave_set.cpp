@@ -39,6 +39,16 @@ void SlaveSet::PlaceAt(SlaveId id, SlavePos position, FrameNo frame) {
   slaves_[id].position = Known<SlavePos>::Observed(position, frame);
 }
 
+SlaveId SlaveSet::AddPresumed(std::optional<SlavePos> position, std::optional<StationAddress> address, FrameNo frame) {
+  const bool known = (position && AtPosition(*position) != kNoSlave) || (address && AtStation(*address) != kNoSlave);
+  if (known || (!position && !address)) return kNoSlave;
+  const SlaveId id = address ? AddAtStation(*address, frame) : AddAtPosition(*position, frame);
+  if (id == kNoSlave) return id;
+  if (address) slaves_[id].station = Known<StationAddress>::Inferred(*address, frame);
+  if (!address) slaves_[id].position = Known<SlavePos>::Inferred(*position, frame);
+  return id;
+}
+
 SlaveId SlaveSet::AddAtStation(StationAddress address, FrameNo frame) {
   if (const SlaveId known = AtStation(address); known != kNoSlave) return known;
   const SlaveId id = Add();

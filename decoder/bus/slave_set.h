@@ -49,6 +49,8 @@ class SlaveSet {
   /// The slave there, added when it is new; kNoSlave when kMaxSlaves is reached.
   SlaveId AddAtPosition(SlavePos position, FrameNo frame);
   SlaveId AddAtStation(StationAddress address, FrameNo frame);
+  /// One that is known to be there although no frame addressed it. kNoSlave: somebody at this place was met already.
+  SlaveId AddPresumed(std::optional<SlavePos> position, std::optional<StationAddress> address, FrameNo frame);
 
   /// The slave at `position` has taken, or reported, the station address. A slave that was only known by that address
   /// becomes the one at the position.

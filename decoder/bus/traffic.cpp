@@ -85,7 +85,9 @@ void Traffic::Replay(std::size_t i, const FrameView& packet, BusSink& sink) cons
 
 void TrafficRecorder::BeginStep(const FrameView& packet) {
   const bool ethercat = packet.kind() != wire::FrameKind::kOther;
-  to_->steps_.push_back({.kept = to_->Keep(packet, ethercat ? packet.bytes() : ByteSpan())});
+  Traffic::Step step;
+  step.kept = to_->Keep(packet, ethercat ? packet.bytes() : ByteSpan());
+  to_->steps_.push_back(step);
 }
 
 void TrafficRecorder::EndStep(const PairingStatistics& statistics) {

@@ -56,6 +56,11 @@ class Addressing {
   /// Counts the slaves that a datagram with a position counter has passed.
   /// @return the count before, where there are more of them now
   std::optional<std::uint16_t> Count(const DatagramPair& d);
+  /// The next of slaves(), although no frame addressed it; kNoSlave when it was met.
+  SlaveId Presume(std::optional<SlavePos> position, std::optional<StationAddress> address, FrameNo frame) {
+    ++version_;
+    return slaves_.AddPresumed(position, address, frame);
+  }
   /// Frames are missing from the capture: slaves may have come or gone.
   void ForgetCount(FrameNo frame);
 

@@ -1,6 +1,7 @@
 #include "decoder/track/network.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "decoder/esc/register_addresses.h"
 
@@ -34,6 +35,7 @@ void KeepWhatCounted(const DatagramPair& d, SlaveAccess& access) {
 }  // namespace
 
 void Network::OnTransaction(const bus::BusTransaction& transaction) {
+  if (!presumed_.empty()) MeetPresumed(transaction.any().ref());
   const FrameRef& first = transaction.first_ref();
   if (transaction.hole != bus::Hole::kNone) {
     if (runs_.IsOtherRecording(first)) {
@@ -69,6 +71,13 @@ void Network::Meet(SlaveId id, const FrameRef& frame) {
   mappings_.Add();
   events_.Publish(SlaveFound{id, frame});
   al_.OnMet(id);
+}
+
+void Network::MeetPresumed(const FrameRef& frame) {
+  for (const Presumed& presumed : std::exchange(presumed_, {})) {
+    const SlaveId id = addressing_.Presume(presumed.position, presumed.station, frame.number);
+    if (id != kNoSlave && id >= states_.size()) Meet(id, frame);
+  }
 }
 
 void Network::OnLogical(const DatagramPair& d) {

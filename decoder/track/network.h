@@ -10,6 +10,8 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <vector>
 
 #include "decoder/base/event_sink.h"
 #include "decoder/bus/slave_set.h"
@@ -63,6 +65,11 @@ class Network final : public bus::BusSink {
   /// The slave's FMMUs, at least inferred; decoded once after each change.
   [[nodiscard]] const KnownFmmus& fmmus(SlaveId id) const { return mappings_.fmmus(id, states_[id]); }
 
+  /// A slave that takes part in process data although no frame addresses it: from the next frame on it is met.
+  void Presume(std::optional<SlavePos> position, std::optional<StationAddress> station) {
+    presumed_.push_back({position, station});
+  }
+
   void OnFrame(const wire::FrameView&, bus::Direction) override {}
   void OnSent(const wire::FrameView& frame) override { al_.OnSent(frame); }
   void OnTransaction(const bus::BusTransaction& transaction) override;
@@ -85,6 +92,7 @@ class Network final : public bus::BusSink {
     return id;
   }
   void Meet(SlaveId id, const FrameRef& frame);
+  void MeetPresumed(const FrameRef& frame);
   void ApplyToAll(const DatagramPair& d, Acceptance acceptance);
   void Apply(const SlaveAccess& access);
 
@@ -99,6 +107,11 @@ class Network final : public bus::BusSink {
   AlTracker al_;
   EepromReporter eeprom_;
   EventFieldTracker event_field_;
+  struct Presumed {
+    std::optional<SlavePos> position;
+    std::optional<StationAddress> station;
+  };
+  std::vector<Presumed> presumed_;
 };
 
 }  // namespace ecaudit::track

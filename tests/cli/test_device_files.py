@@ -55,6 +55,18 @@ class DeviceFileOptions(CliTest):
         self.assertIsNone(slave["identity"]["frame"])
         self.assertTrue(slave["profile_source"].startswith("identity in the ENI"), slave["profile_source"])
 
+    def test_slaves_of_the_eni_are_met_where_only_process_data_show_them(self):
+        """Nothing but process data: whose they are the ENI says, and that they are theirs the working counter."""
+        eni = SOURCE / "samples" / "descriptions" / "two-axes.eni.xml"
+        healthy = self.report(SAMPLES / "mid-run.pcapng", "--eni", eni, status=0)["reports"][0]
+        self.assertEqual([(s["name"], s["station_address"]) for s in healthy["slaves"]],
+                         [("Axis X", 0x1001), ("Axis Y", 0x1002)])
+        self.assertEqual(healthy["findings"], [])
+        fault = self.report(SAMPLES / "mid-run-in-fault.pcapng", "--eni", eni, status=1)["reports"][0]
+        self.assertEqual([(f["rule"], f["slave"], f["confidence"]) for f in fault["findings"]],
+                         [("drive-fault", 0, "inferred"), ("drive-fault", 1, "inferred")])
+        self.assertEqual(self.report(SAMPLES / "mid-run-in-fault.pcapng", status=0)["reports"][0]["slaves"], [])
+
     def test_named_in_the_configuration_file_relative_to_it(self):
         self.file("machine/files/drive.xml", ESI)
         self.file("machine/network.xml", ENI.format(vendor=106))

@@ -105,6 +105,7 @@ Sample CleanStartup();
 Sample CleanMixedBus();
 Sample CleanTwinCatHabits();
 Sample MidRun();
+Sample MidRunInFault();
 // masters.cpp
 Sample MasterIgh();
 Sample MasterEtherCrab();

@@ -58,6 +58,25 @@ Sample CleanTwinCatHabits() {
   return story.Finish();
 }
 
+Sample MidRunInFault() {
+  Story story;
+  SimulatedSlave& first = story.Add(AkdDrive());
+  SimulatedSlave& second = story.Add(AkdDrive());
+  story.capture.Pause();
+  story.master.Scan();
+  story.master.BringToPreop();
+  story.master.BringToSafeop();
+  story.master.BringToOp({.reads_al_status = true});
+  story.EnableDrive(0);
+  story.EnableDrive(1);
+  first.drive().FaultAt(story.master.now());
+  second.drive().FaultAt(story.master.now());
+  story.master.Cycles(30);
+  story.capture.Resume();
+  story.master.Cycles(80);
+  return story.Finish();
+}
+
 Sample MidRun() {
   Story story;
   story.Add(AkdDrive());

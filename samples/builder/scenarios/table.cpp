@@ -33,6 +33,9 @@ constexpr Scenario kScenarios[] = {
      "Clean.", MasterCodesys},
     {"mid-run", "Two drives in OP; the capture begins long after the start-up.",
      "Clean; says what it could not evaluate.", MidRun},
+    {"mid-run-in-fault", "Two drives in Fault; the capture begins long after that, with nothing but process data.",
+     "Clean, and what it could not evaluate; with descriptions/two-axes.eni.xml the two faults that stand.",
+     MidRunInFault},
     // --- AL state machine
     {"init-to-op-refused", "INIT to OP requested, refused with 0x0011, acknowledged, then done step by step.",
      "The illegal request, and the refusal it causes.", InitToOpRefused},

@@ -49,10 +49,12 @@ void ExpectBalance(const std::filesystem::path& path) {
   const PacketRange all;
   TrafficReader reader(**source, all, nullptr, Ahead::kNo);
   std::uint64_t off = 0;
+  PairingStatistics statistics;
   FrameLedger last;
   while (const Traffic* traffic = reader.Next()) {
     for (std::size_t i = 0; i < traffic->size(); ++i) {
-      last = traffic->statistics(i).frames();
+      traffic->ReadStatistics(i, statistics);
+      last = statistics.frames();
       if (!last.Balances()) ++off;
     }
   }

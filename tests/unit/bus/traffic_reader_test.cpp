@@ -42,7 +42,7 @@ Heard Listen(TrafficReader& reader) {
         ++heard.ends;
       }
       traffic->Replay(i, packet, heard.log);
-      heard.statistics = traffic->statistics(i);
+      traffic->ReadStatistics(i, heard.statistics);
     }
   }
   EXPECT_EQ(reader.Next(), nullptr) << "the end is told again and again";
