@@ -8,6 +8,7 @@
 #include "analyzers/collect/summary.h"
 #include "analyzers/compare/comparison.h"
 #include "analyzers/judge/capture_advice.h"
+#include "analyzers/judge/common_causes.h"
 #include "analyzers/judge/coverage.h"
 #include "analyzers/judge/finding_order.h"
 #include "analyzers/judge/finding_store.h"
@@ -79,6 +80,7 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
     context.SetStartup(comparison);
   }
   for (const auto& rule : rules) rule->Finish();
+  JoinConsequences(context);
   if (MissesPackets(context.pairing())) WeakenWhatHistoryMayExplain(store, rules);
   const std::size_t slaves = ForgetReplaced(context, store);
   result.coverage = CoverageOf(context, result);

@@ -57,6 +57,10 @@ void AddOtherStates(esc::AlState wanted, const AnalysisResult& result, std::vect
     at->second.insert(slave.position);
   }
   const std::string state = "state=" + esc::StateName(static_cast<std::uint8_t>(wanted));
+  if (result.bus.al && (result.bus.al->status & 0xFU & ~static_cast<unsigned>(wanted)) != 0 && others.empty()) {
+    missing.push_back(state + ": the last broadcast read shows " + esc::StatesOfAllText(result.bus.al->status) +
+                      ", frame " + std::to_string(result.bus.al->last.number));
+  }
   for (const auto& [status, positions] : others) {
     missing.push_back(state + ": " + Slaves(positions) + (positions.size() == 1 ? " is in " : " are in ") +
                       esc::StatusText(status) + " at the end");

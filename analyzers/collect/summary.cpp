@@ -180,6 +180,9 @@ AnalysisResult Summarise(const capture::FrameSource& source, const Observation& 
   AnalysisResult result;
   result.capture = SummariseCapture(source, pipeline);
   if (const std::uint16_t* count = pipeline.network().slave_count().if_known()) result.bus.slave_count = *count;
+  if (const auto& told = model.al().told()) {
+    result.bus.al = BusAlSummary{told->status.raw, told->first, told->last, told->polls};
+  }
   result.bus.events = SummariseEventField(model.signalled().field());
   result.bus.lost_frames = pipeline.pairing().lost;
   result.bus.duplicated_frames = pipeline.pairing().duplicated;

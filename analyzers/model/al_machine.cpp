@@ -339,7 +339,8 @@ void AlMachine::OnStateOnly(const track::AlStatusRead& read) {
   const bool fell =
       read_state_ != 0 && error_ != Error::kUnknown && Height(state) < Height(read_state_) && !Explains(state);
   if (fell) {
-    const AlChangedByItself event = ChangedByItself(read, Before());
+    AlChangedByItself event = ChangedByItself(read, Before());
+    event.error_of_some = true;
     open_.reset();
     error_code_.reset();
     sink_.Publish(event);

@@ -24,7 +24,8 @@ BusModel::BusModel(const track::Network& network, const AnalysisOptions& options
       choice_(options),
       image_(network, slaves_, choice_,
              options.files != nullptr && options.files->eni ? &options.files->eni->content : nullptr),
-      signalled_(network, bus) {
+      signalled_(network, bus),
+      al_(network, bus) {
   const auto limit = [&](std::string_view name, std::int64_t& value) {
     const auto found = options.limits.find(name);
     if (found != options.limits.end()) value = found->second;
@@ -37,10 +38,10 @@ BusModel::BusModel(const track::Network& network, const AnalysisOptions& options
   limit("drive-no-reaction.stop", drive_limits_.leaving_operation_ns);
 
   bus.ListenTo<track::SlaveFound, track::AddressAssigned, track::IdentityLearned, track::EventFieldChanged,
-               track::AlRequestSent, track::AlRequest, track::AlStatusRead, track::AlPoll, track::AlStatusCodeRead,
-               track::AlStateForgotten, track::CaptureHole, track::LogicalAccess, track::FrameLost, track::SlaveAccess,
-               track::EepromRead, track::EepromWrite, mailbox::SdoTransfer, mailbox::SdoInfo, mailbox::Emergency>(
-      Stage::kModel, *this);
+               track::AlRequestSent, track::AlRequest, track::AlRequestOfAll, track::AlStatusRead, track::AlPoll,
+               track::AlStatusOfAll, track::AlStatusCodeRead, track::RunBegan, track::AlStateForgotten,
+               track::CaptureHole, track::LogicalAccess, track::FrameLost, track::SlaveAccess, track::EepromRead,
+               track::EepromWrite, mailbox::SdoTransfer, mailbox::SdoInfo, mailbox::Emergency>(Stage::kModel, *this);
 }
 
 const LogicalExpectation& BusModel::Expect(const track::LogicalAccess& access) const {
@@ -96,8 +97,13 @@ void BusModel::On(const track::AlRequest& event) {
   slaves_[event.slave].mailbox.Forget();
   if (!HasProcessData(event.control.state())) slaves_[event.slave].ForgetLatches();
   slaves_[event.slave].al.OnRequest(event);
+  if (!event.broadcast) al_.OnRequest(event.control, event.acceptance, event.frame());
+}
+void BusModel::On(const track::AlRequestOfAll& event) {
+  al_.OnRequest(event.control, event.acceptance, event.frame);
 }
 void BusModel::On(const track::AlStatusRead& event) {
+  al_.On(event);
   if (event.changed()) {
     slaves_[event.slave].Stir();
     slaves_[event.slave].mailbox.Forget();
@@ -129,6 +135,7 @@ void BusModel::On(const track::AlStateForgotten& event) {
 
 /// Whatever was said in the frames that are missing.
 void BusModel::On(const track::CaptureHole& event) {
+  al_.Forget();
   for (SlaveModel& slave : slaves_) {
     slave.al.OnPause();
     if (!event.certain) continue;
@@ -280,6 +287,7 @@ void BusModel::On(const track::AlRequestSent& request) {
 
 void BusModel::Finish() {
   signalled_.Finish();
+  al_.Finish();
   for (SlaveModel& slave : slaves_) {
     slave.latch.Finish();
     slave.touch_probe.Finish();

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "analyzers/model/bus_al.h"
 #include "analyzers/model/event_unit.h"
 #include "analyzers/model/logical_expectation.h"
 #include "analyzers/model/process_image.h"
@@ -30,6 +31,8 @@ class BusModel final : private ProcessSink {
   [[nodiscard]] const SlaveModel& slave(SlaveId id) const { return *by_id_[id]; }
   /// What the slaves signalled to the master.
   [[nodiscard]] const EventUnit& signalled() const { return signalled_; }
+  /// What the slaves' AL states are together.
+  [[nodiscard]] const BusAlUnit& al() const { return al_; }
   /// What the working counter of this logical access must be.
   [[nodiscard]] const LogicalExpectation& Expect(const track::LogicalAccess& access) const;
 
@@ -51,7 +54,10 @@ class BusModel final : private ProcessSink {
   void On(const track::AlStatusRead& event);
   /// Takes it, unless somebody wants to hear of each slave or some slave has to be told singly.
   void On(const track::AlPoll& poll);
+  void On(const track::AlRequestOfAll& event);
+  void On(const track::AlStatusOfAll& read) { al_.On(read); }
   void On(const track::AlStatusCodeRead& event);
+  void On(const track::RunBegan&) { al_.Forget(); }
   void On(const track::AlStateForgotten& event);
   void On(const track::CaptureHole& event);
   /// Hands the process data in it to the units of the slaves.
@@ -89,6 +95,7 @@ class BusModel final : private ProcessSink {
   std::uint64_t states_version_ = 1;  ///< changes whenever a slave may have settled in OP, or left it
   ProcessImage image_;
   EventUnit signalled_;
+  BusAlUnit al_;
   std::vector<const device::EniSlave*> presumed_;
 };
 

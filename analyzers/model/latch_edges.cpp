@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "decoder/base/time.h"
+
 namespace ecaudit::model {
 namespace {
 
@@ -89,7 +91,7 @@ void LatchEdges::Arm(std::size_t n, const LatchWord& word) {
   edge.armed_done = word.done;
   edge.capture.armed = word.frame;
   edge.capture.assumed = word.inferred;
-  ++edge.history.armed;
+  if (++edge.history.armed == 1) edge.history.first_armed = edge.capture;
   Keep(edge);
   Step(again ? LatchStep::Kind::kRearmed : LatchStep::Kind::kArmed, n, word.frame);
 }
@@ -208,7 +210,8 @@ void LatchEdges::OnInvalid(const LatchWord& word) {
     if ((word.value & latch_->edges[n].valid) != 0 || !edge.valid) continue;
     edge.valid = edge.stale = false;
     if (!edge.open || !edge.capture.valid.seen()) continue;
-    if (edge.loss_pending && word.begun > edge.disarmed_done) Lose(n);
+    // Also where the inputs of the frame that disarms it show it: the master knew of the value, and gave it up.
+    if (edge.loss_pending) Lose(n);
     edge.loss_pending = edge.open = false;
     ClearUnread(n);
     if (edge.enabled) Open(n);  // the drive itself waits for the next edge
@@ -235,6 +238,7 @@ void LatchEdges::Acknowledged(std::size_t n, const FrameRef& frame) {
 
 void LatchEdges::Finish(std::size_t n, const LatchStatus& status) {
   LatchEdgeState& edge = edges_[n];
+  JudgeUnreachable(n, status);
   // Words by SDO: nobody looked at the status again, so the master does not know either whether the value is still
   // there. In process data the last status word shows that it is.
   if (edge.open && edge.loss_pending && !status.cyclic && status.begun <= edge.disarmed_done) Lose(n);
@@ -265,6 +269,26 @@ void LatchEdges::Finish(std::size_t n, const LatchStatus& status) {
       report_.Emit(misuse);
       break;
     }
+  }
+}
+
+/// It was armed for long, and no status word came that could tell of a capture.
+void LatchEdges::JudgeUnreachable(std::size_t n, const LatchStatus& status) {
+  LatchEdgeState& edge = edges_[n];
+  const FrameRef& armed = edge.history.first_armed.armed;
+  if (!armed.seen() || edge.history.valid > 0 || status.known || status.words > 0 || asked_) return;
+  if (!armed.has_time || !control_.frame.has_time || Elapsed(armed.time, control_.frame.time) <= kUnreadAtEnd) return;
+  const ProcessLayout& inputs = process_.tx();
+  LearnMapping(n);
+  if (edge.history.mapping == LatchEdgeHistory::Mapping::kUnknown) {
+    report_.NotJudged(Kind::kNotMapped, armed, "what the inputs hold is not known");
+  } else if (edge.history.mapping == LatchEdgeHistory::Mapping::kNotMapped &&
+             inputs.Find(latch_->status_object, 0) == nullptr) {
+    LatchMisuse misuse = report_.Misuse(
+        Kind::kNotMapped, {control_.value, armed, 0, 0, !control_.cyclic, edge.history.first_armed.assumed});
+    misuse.edge = &latch_->edges[n];
+    misuse.capture = edge.history.first_armed;
+    report_.Emit(misuse);
   }
 }
 

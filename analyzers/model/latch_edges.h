@@ -26,6 +26,7 @@ struct LatchEdgeHistory {
   std::uint64_t valid = 0;
   std::uint64_t read = 0;
   std::uint64_t lost = 0;  ///< disarmed or armed again unread
+  LatchCapture first_armed;
   Mapping mapping = Mapping::kUnknown;
   LatchCapture
       first_unread;  ///< the first capture that was valid and not read; valid.seen() tells whether there is one
@@ -93,6 +94,8 @@ class LatchEdges {
   void ReadBy(std::size_t n, LatchReading reading, const FrameRef& frame, std::optional<std::int64_t> position);
   /// One came of which the manual does not say whose it is.
   void ReadStray() { stray_read_ = true; }
+  /// The master uploads the status word or a position, valid or not: it has a way to learn of a capture.
+  void Asked() { asked_ = true; }
   /// Inputs of unknown contents: a position may be among them.
   /// @return whether that is as before
   bool InputsUnknown(bool unknown) { return std::exchange(unknown_inputs_, unknown) == unknown; }
@@ -107,6 +110,7 @@ class LatchEdges {
   void Disarm(std::size_t n, const LatchWord& word);
   void Lose(std::size_t n);
   void LearnMapping(std::size_t n);
+  void JudgeUnreachable(std::size_t n, const LatchStatus& status);
   void Step(LatchStep::Kind kind, std::size_t n, const FrameRef& frame);
   void SetUnread(std::size_t n) { unread_ = static_cast<std::uint16_t>(unread_ | 1U << n); }
   void ClearUnread(std::size_t n) { unread_ = static_cast<std::uint16_t>(unread_ & ~(1U << n)); }
@@ -120,6 +124,7 @@ class LatchEdges {
   std::uint16_t unread_ = 0;  // edges that are valid and not read
   bool unknown_inputs_ = false;
   bool stray_read_ = false;
+  bool asked_ = false;
   std::vector<LatchCapture> captures_;
   std::uint64_t captures_left_out_ = 0;
 };

@@ -70,6 +70,7 @@ Still LatchUnit::OnOutputs(const ProcessCycle& cycle, const LatchPart& part, Sti
   if (settled && cycle.exchange != Exchange::kUnknown &&
       ExtractBits(cycle.data, part.control.bit, part.control.bits) == control_.value) {
     control_.cyclic = true;
+    control_.frame = cycle.frame();
     ++control_.words;
     return watched.Watch(cycle.data, part.control.bit, part.control.bits) ? Still::kCounts : Still::kNo;
   }
@@ -146,6 +147,7 @@ void LatchUnit::ReadPositions(const ProcessCycle& cycle, const LatchPart& part) 
 
 void LatchUnit::Repeat(const ProcessCycle& cycle) {
   if (cycle.part.direction == device::PdoDirection::kRx) {
+    control_.frame = cycle.frame();
     ++control_.words;
     return;
   }
@@ -158,6 +160,7 @@ void LatchUnit::Repeat(const ProcessCycle& cycle) {
 
 void LatchUnit::OnControl(const LatchWord& word) {
   edges_.Need();
+  control_.frame = word.frame;
   ++control_.words;
   selector_.OnControl(word);
   if (control_.known && !control_.doubt && word.value == control_.value) return;
@@ -257,6 +260,12 @@ void LatchUnit::OnUpload(const mailbox::SdoTransfer& transfer, std::uint64_t val
   const FrameRef& request = transfer.request.seen() ? transfer.request : transfer.response;
   const FrameRef& response = transfer.response.seen() ? transfer.response : request;
   const auto word = static_cast<std::uint16_t>(value);
+  if (transfer.index == latch_->status_object || LatchPlaces::IsStray(*latch_, transfer.index) ||
+      std::any_of(latch_->edges.begin(), latch_->edges.end(), [&](const device::LatchEdge& edge) {
+        return LatchPlaces::Holds(edge, transfer.index, transfer.subindex);
+      })) {
+    edges_.Asked();
+  }
   if (transfer.index == latch_->status_object && word_object && !status_.cyclic) {
     OnStatus({word, response, request.number, response.number, true, false});
     return;

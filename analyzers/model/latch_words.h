@@ -22,6 +22,7 @@ struct LatchWord {
 struct LatchControl {
   bool known = false;
   std::uint16_t value = 0;
+  FrameRef frame;                ///< it came last
   bool doubt = false;            ///< a word of which it is not known whether it was taken came since
   std::uint16_t doubt_zero = 0;  ///< bits that were 0 in it
   bool doubt_selector = false;   ///< its selector was another

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "analyzers/model/drive_events.h"
 #include "analyzers/model/latch_events.h"
@@ -98,8 +99,9 @@ struct AlChangedByItself {
   FrameRef frame;
   esc::AlWord before;
   esc::AlWord status;
-  FrameNo before_since = 0;  ///< last frame that showed the state before
-  bool after_pause = false;  ///< since then the master was silent, and the capture may have a hole there
+  FrameNo before_since = 0;    ///< last frame that showed the state before
+  bool after_pause = false;    ///< since then the master was silent, and the capture may have a hole there
+  bool error_of_some = false;  ///< a broadcast: the error bit of one slave at least is set, whose is not certain
   std::optional<std::uint16_t> code;
 };
 
@@ -135,6 +137,19 @@ struct AlOverdue {
   std::int64_t waited_ns = 0;
   std::int64_t limit_ns = 0;
   std::uint64_t polls = 0;
+};
+
+/// Broadcasts that all slaves counted for show that some slave fell, or set its error bit, without a request; no slave
+/// showed it by itself.
+struct BusAlChanged {
+  FrameRef frame;                     ///< the first that shows it
+  FrameRef last;                      ///< the last before it was gone, a request came or the capture ended
+  esc::AlWord before;                 ///< OR of all
+  esc::AlWord status;                 ///< OR of all, and of all reads since
+  esc::AlWord unexplained;            ///< of its bits those that no slave showed
+  FrameNo before_since = 0;           ///< last frame that showed it as before
+  std::uint16_t slaves = 0;           ///< who counted
+  std::span<const SlaveId> excluded;  ///< were read by themselves and showed none of it
 };
 
 /// A slave of the ENI exchanges process data, as the working counter says, and no frame addressed it so far.

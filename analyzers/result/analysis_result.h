@@ -69,8 +69,16 @@ struct PredictionSummary {
   PredictionCount working_counters;  ///< of datagrams with a logical address
 };
 
+/// What the last broadcast reads of AL Status show that all slaves counted for.
+struct BusAlSummary {
+  std::uint16_t status = 0;  ///< OR of all: state and error bit
+  FrameRef first, last;      ///< reads that show it
+  std::uint64_t reads = 0;
+};
+
 struct BusSummary {
   std::optional<std::uint16_t> slave_count;  ///< as the last broadcast showed
+  std::optional<BusAlSummary> al;
   CycleSummary cycle;
   BusDcSummary dc;
   std::uint64_t lost_frames = 0;
@@ -79,7 +87,7 @@ struct BusSummary {
   std::vector<EventBitSummary> events;  ///< bits that any slave raised
   PredictionSummary predictions;
   std::vector<RunSummary> runs;  ///< one at least
-  StartupSummary startup;  ///< what was sent to all slaves at once before the first one reached OP
+  StartupSummary startup;        ///< what was sent to all slaves at once before the first one reached OP
 };
 
 /// One step of a slave's AL history as it was seen.

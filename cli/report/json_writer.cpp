@@ -162,6 +162,15 @@ void PutRun(JsonObject& out, const RunSummary& run) {
 void PutBus(JsonObject& out, const AnalysisResult& result) {
   const BusSummary& b = result.bus;
   out.Put("slave_count", b.slave_count);
+  if (b.al) {
+    out.Object("al", [&](JsonObject& json) {
+      json.Put("status", b.al->status);
+      json.Put("status_text", esc::StatesOfAllText(b.al->status));
+      json.Put("first_frame", b.al->first.number);
+      json.Put("last_frame", b.al->last.number);
+      json.Put("reads", b.al->reads);
+    });
+  }
   out.Object("cycle", [&](JsonObject& json) { PutCycle(json, b.cycle); });
   PutBusDc(out, "dc", result);
   out.Put("lost_frames", b.lost_frames);

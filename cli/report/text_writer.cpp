@@ -638,6 +638,10 @@ class CaptureText {
         break;
     }
     if (b.slave_count) text += ", " + Count(*b.slave_count, "slave");
+    if (b.al) {
+      text += " (all together in " + esc::StatesOfAllText(b.al->status) + " at the end, #" +
+              std::to_string(b.al->last.number) + ")";
+    }
     if (result_.capture.direction == DirectionSeen::kBoth) text += ", " + Count(b.lost_frames, "frame") + " lost";
     if (b.duplicated_frames > 0) text += ", " + Grouped(b.duplicated_frames) + " duplicated";
     if (b.cycle.cycles > 0) {

@@ -394,6 +394,10 @@ Pairing::Slot* Pairing::FindAlike(const wire::FrameView& frame) noexcept {
 void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datagrams) noexcept {
   slot.state = SlotState::kAnswered;
   slot.returned = returned.ref();
+  if (slot.overtaken > 0) {
+    if (statistics_.reordered++ == 0) statistics_.first_reordered = returned.ref();
+    statistics_.last_reordered = returned.ref();
+  }
   slot.returned_interface = returned.interface_index();
   slot.returned_bytes.assign(datagrams.begin(), datagrams.end());
   ++statistics_.paired;

@@ -48,6 +48,9 @@ struct PairingIncidents {
   std::uint64_t missed_outbound = 0;     ///< of these, behind the first pair: here the capture itself misses packets
   std::uint64_t holes = 0;               ///< places where the capture misses frames, by the indices
   FrameRef first_hole;                   ///< the frame behind the first of them
+  std::uint64_t reordered = 0;           ///< came back behind frames that were sent later
+  FrameRef first_reordered;              ///< the first of them, as it came back ...
+  FrameRef last_reordered;               ///< ... and the last
   std::uint64_t altered = 0;
   std::uint64_t foreign = 0;
   std::uint64_t repeated_unanswered = 0;  ///< the frame before once more, which had not come back

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <vector>
 
 namespace ecaudit::esc {
 namespace {
@@ -112,6 +113,20 @@ std::string_view AlStatusCodeName(std::uint16_t code) {
   const auto found = std::lower_bound(kCodes.begin(), kCodes.end(), code,
                                       [](const CodeName& entry, std::uint16_t value) { return entry.code < value; });
   return found != kCodes.end() && found->code == code ? found->name : std::string_view{};
+}
+
+std::string StatesOfAllText(std::uint16_t status) {
+  std::vector<std::string> parts;
+  for (const std::uint8_t state : {std::uint8_t{1}, std::uint8_t{2}, std::uint8_t{4}, std::uint8_t{8}}) {
+    if ((status & state) != 0) parts.push_back(StateName(state));
+  }
+  if ((status & 0x10U) != 0) parts.emplace_back("the error bit");
+  std::string out;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (i > 0) out += i + 1 == parts.size() ? " and " : ", ";
+    out += parts[i];
+  }
+  return out.empty() ? "no state" : out;
 }
 
 std::string StatusText(std::uint16_t al_status) {

@@ -40,5 +40,7 @@ struct AlWord {
 
 /// "PREOP", "SAFEOP+ERR" as AL Status is usually written.
 [[nodiscard]] std::string StatusText(std::uint16_t al_status);
+/// "SAFEOP and OP", "SAFEOP, OP and the error bit": an OR of AL Status of all slaves.
+[[nodiscard]] std::string StatesOfAllText(std::uint16_t status);
 
 }  // namespace ecaudit::esc

@@ -59,8 +59,9 @@ void AlTracker::OnBroadcastRequest(const DatagramPair& d, Acceptance acceptance)
   if (acceptance == Acceptance::kRefused || !d.CoversByte(esc::kAlControl)) return;
   const SlaveAccess access = d.Access(kNoSlave, acceptance);
   const ByteSpan bytes = Slice(access.written, static_cast<std::size_t>(esc::kAlControl - access.address), 2);
-  states_.RequestedForLater(
-      AlRequest{kNoSlave, access.sent, access.returned, esc::AlWord{WordOrByte(bytes)}, acceptance, true});
+  const AlRequest request{kNoSlave, access.sent, access.returned, esc::AlWord{WordOrByte(bytes)}, acceptance, true};
+  states_.RequestedForLater(request);
+  events_.Publish(AlRequestOfAll{request.frame(), request.control, acceptance});
 }
 
 void AlTracker::OnMet(SlaveId slave) {
@@ -95,6 +96,7 @@ void AlTracker::OnBroadcastRead(const DatagramPair& d) {
   answer.data = Slice(d.any.data(), static_cast<std::size_t>(esc::kAlStatus - d.address()));
   answer.status = answer.data[0];
   answer.one_state = std::has_single_bit(static_cast<unsigned>(answer.states()));
+  events_.Publish(AlStatusOfAll{answer.frame, esc::AlWord{static_cast<std::uint16_t>(answer.status & 0x1FU)}, *count});
   if (poll_.version == Version() && poll_.status == answer.status) {
     const AlPoll poll{answer.frame, esc::AlWord{answer.states()}, poll_.slaves};
     events_.Publish(poll);

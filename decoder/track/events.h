@@ -54,6 +54,13 @@ struct AlRequest {
   [[nodiscard]] const FrameRef& frame() const { return sent.seen() ? sent : returned; }
 };
 
+/// A broadcast wrote AL Control, whoever is on the bus. AlRequest of each slave that is known comes before.
+struct AlRequestOfAll {
+  FrameRef frame;
+  esc::AlWord control;
+  Acceptance acceptance = Acceptance::kUnknown;
+};
+
 /// A write of AL Control is under way; AlRequest follows when the frame comes back or is lost.
 struct AlRequestSent {
   SlaveId slave = kNoSlave;
@@ -81,6 +88,13 @@ struct AlPoll {
   std::span<const SlaveId> slaves;
   mutable bool each_wanted = false;  ///< somebody has to hear of each slave
   mutable bool taken = false;        ///< nobody has to
+};
+
+/// A broadcast read of AL Status that all known slaves counted for, before what it tells of each of them.
+struct AlStatusOfAll {
+  FrameRef frame;
+  esc::AlWord status;        ///< OR of all: state and error bit
+  std::uint16_t slaves = 0;  ///< who counted
 };
 
 /// AL Status Code (0x0134) of one slave was read.

@@ -32,10 +32,12 @@ moment at which the machine stopped.
 ## How it is decided
 The state before was read, no request that was sent since then leads to the new one, not even over intermediate states,
 and no request is under way or lost. The frames between the last good read and this one are the time of the event. A
-broadcast read counts where its result tells the state of every slave. Where the capture misses many packets (returned
-frames without an outbound copy, indices that skip) the request may be among them, and nothing is said. Nor is it where
-the state fell without the error bit while nobody sent anything for long and the indices do not tell whether frames are
-missing there.
+broadcast read counts where its result tells the state of every slave. Where it is a mixture (0x001C: some in SAFEOP,
+some in OP, somebody's error bit), it tells that some slave fell or set its error bit: unless that slave shows it by
+itself before the next request, the finding belongs to the bus and names the slaves that it cannot be. Where the capture
+misses many packets (returned frames without an outbound copy, indices that skip) the request may be among them, and
+nothing is said. Nor is it where the state fell without the error bit while nobody sent anything for long and the
+indices do not tell whether frames are missing there.
 
 ## Example
 samples/captures/falls-out-of-op.pcapng: 0x001B after the process data paused.
@@ -53,6 +55,7 @@ class AlUnexpectedChange final : public Rule {
     Hear<model::AlErrorCode>(&AlUnexpectedChange::On);
     Hear<model::AlErrorCleared>(&AlUnexpectedChange::On);
     Hear<model::AlAnswered>(&AlUnexpectedChange::On);
+    Hear<model::BusAlChanged>(&AlUnexpectedChange::On);
   }
 
   void On(const model::AlChangedByItself& e) {
@@ -100,6 +103,40 @@ class AlUnexpectedChange final : public Rule {
   void On(const model::AlErrorCode& e) {
     if (const FindingIndex index = OpenOf(e.slave); index != kNoFinding) AddCode(index, e.frame, e.code);
   }
+  void On(const model::BusAlChanged& e) {
+    if (MissesPackets(context().pairing())) {
+      NotEvaluable(kNoSlave, kMissesPackets, e.frame.number);
+      return;
+    }
+    const std::uint64_t key = static_cast<std::uint64_t>(e.before.raw) << 16U | e.status.raw;
+    if (const FindingIndex repeated = Repeat(kNoSlave, key, e.last); repeated != kNoFinding) {
+      AddRelated(context().store[repeated], e.frame.number);
+      return;
+    }
+    Finding finding;
+    finding.first = e.frame;
+    finding.last = e.last;
+    AddRelated(finding, e.before_since);
+    const std::string slaves = e.slaves == 1 ? "The slave" : "One or more of " + std::to_string(e.slaves) + " slaves";
+    const std::uint8_t state = e.unexplained.state();
+    finding.title =
+        slaves +
+        (state != 0 ? " fell to " + esc::StatesOfAllText(state) + (e.unexplained.bit4() ? " with an error" : "")
+                    : std::string(" set the error bit")) +
+        " by itself, as broadcasts show";
+    finding.message = "A broadcast read of AL Status that " +
+                      (e.slaves == 1 ? std::string("the slave") : "all " + std::to_string(e.slaves) + " slaves") +
+                      " counted for showed " + esc::StatesOfAllText(e.before.raw) + " in frame " +
+                      std::to_string(e.before_since) + " and shows " + esc::StatesOfAllText(e.status.raw) +
+                      " from frame " + std::to_string(e.frame.number) + " to frame " + std::to_string(e.last.number) +
+                      "; no request of the master asked for it. Which slave it is, such a read does not tell" +
+                      ExcludedText(e.excluded) +
+                      ". Read AL Status (0x0130) and its code (0x0134) from each slave, and look at what happened "
+                      "between the first two frames.";
+    finding.evidence.push_back(HexNumber("al_status_of_all_before", e.before.raw));
+    finding.evidence.push_back(HexNumber("al_status_of_all", e.status.raw));
+    (void)Report(key, std::move(finding));
+  }
   void On(const model::AlErrorCleared& e) { Close(e.slave); }
   void On(const model::AlAnswered& e) { Close(e.slave); }
 
@@ -116,6 +153,18 @@ class AlUnexpectedChange final : public Rule {
     std::optional<std::uint16_t> code;
   };
 
+  /// "; it is none of 0x1001 and 0x1003, which showed nothing of it"
+  [[nodiscard]] std::string ExcludedText(std::span<const SlaveId> excluded) const {
+    constexpr std::size_t kNamed = 8;
+    if (excluded.empty()) return {};
+    std::string text = "; it is none of ";
+    for (std::size_t i = 0; i < excluded.size() && i < kNamed; ++i) {
+      if (i > 0) text += ", ";
+      text += context().Label(excluded[i]);
+    }
+    if (excluded.size() > kNamed) text += " and " + std::to_string(excluded.size() - kNamed) + " more";
+    return text + ", which were read and showed nothing of it";
+  }
   [[nodiscard]] FindingIndex OpenOf(SlaveId slave) const { return slave < open_.size() ? open_[slave] : kNoFinding; }
   void Close(SlaveId slave) {
     if (slave < open_.size()) open_[slave] = kNoFinding;
@@ -157,6 +206,11 @@ class AlUnexpectedChange final : public Rule {
       }
     } else if (e.status.bit4()) {
       finding.message += "The AL status code (0x0134) was not read. ";
+    } else if (e.error_of_some) {
+      finding.message +=
+          "The broadcast that shows it shows the error bit, too: one slave at least has it set, and no read of a "
+          "single "
+          "slave tells which. ";
     } else {
       finding.message += "Without the error bit this is typical of a restart of the slave, or of another master. ";
     }

@@ -22,7 +22,9 @@ The drive captures, and the master never gets the position.
 ## How it is decided
 Over the whole capture: the edge became valid, none of the objects that hold its position is in the known inputs, and
 no valid position was ever read by selector or SDO. A position that lies unread for less than a second when the capture
-ends does not count. Not evaluable where the inputs are not known, or the manual does not say which object it is.
+ends does not count. So does an edge that stays enabled for more than a second while the status word is not in the
+inputs either, and neither of them was ever uploaded: nothing can tell the master of a capture. Not evaluable where the
+inputs are not known, or the manual does not say which object it is.
 
 ## Example
 tests/rules/latch-not-mapped/violates.trace
@@ -40,6 +42,16 @@ class LatchNotMapped final : public LatchRule {
     std::string objects;
     for (const device::ObjectAddress& object : misuse.edge->positions) {
       objects += (objects.empty() ? "" : " or ") + ObjectName(object.index, object.subindex);
+    }
+    if (!misuse.capture.valid.seen()) {
+      finding.title = "Neither status nor position of " + EdgeText(misuse) + " can reach the master";
+      finding.message = "The master enabled " + EdgeText(misuse) + CaptureText(misuse.capture) +
+                        ", but neither the latch status word nor " + objects +
+                        ", which holds its position, is in the inputs, and the capture holds no upload of them: the "
+                        "master cannot learn of a capture. Map both, or read them by SDO.";
+      finding.evidence.push_back(Text("edge", misuse.edge->name));
+      finding.evidence.push_back(Text("position_objects", objects));
+      return;
     }
     finding.title = "Position of " + EdgeText(misuse) + " is neither mapped nor read";
     finding.message =

@@ -1,0 +1,128 @@
+#include "analyzers/judge/common_causes.h"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <variant>
+
+#include "analyzers/judge/finding_store.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/slave_model.h"
+#include "decoder/base/time.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr TimeNs kSoon = 100'000'000;
+constexpr TimeNs kLater = 10'000'000'000;
+
+std::string_view TextOf(const Finding& finding, std::string_view name) {
+  for (const Evidence& evidence : finding.evidence) {
+    const auto* text = std::get_if<std::string>(&evidence.value);
+    if (evidence.name == name && text != nullptr) return *text;
+  }
+  return {};
+}
+
+bool HasEvidence(const Finding& finding, std::string_view name) {
+  return std::any_of(finding.evidence.begin(), finding.evidence.end(),
+                     [name](const Evidence& evidence) { return evidence.name == name; });
+}
+
+/// The frame from which on the finding's matter was under way: what it names before its own.
+FrameNo BegunBy(const Finding& finding) {
+  FrameNo first = finding.first.number;
+  for (const FrameNo frame : finding.related_frames) first = std::min(first, frame);
+  return first;
+}
+
+/// `effect` came when `cause` had begun, and not much later than it was over.
+bool Follows(const Finding& effect, const Finding& cause, TimeNs within) {
+  if (effect.first.number < BegunBy(cause)) return false;
+  if (effect.first.number <= cause.last.number) return true;
+  return effect.first.has_time && cause.last.has_time && Elapsed(cause.last.time, effect.first.time) <= within;
+}
+
+/// The drive's own word for what happened, if it gave one, is that it lost synchronisation.
+bool SaysSynchronisationLost(const RuleContext& context, const Finding& effect) {
+  if (effect.rule == "drive-fault") return !HasEvidence(effect, "fault_code") && HasEvidence(effect, "state_before");
+  const auto& names = context.slave(effect.slave).profile->sync.lost_faults;
+  return std::find(names.begin(), names.end(), TextOf(effect, "id")) != names.end();
+}
+
+/// Mailbox error codes of ETG1000.6 that speak of how a message is built: syntax, header, size.
+bool SaysMalformed(const RuleContext&, const Finding& effect) {
+  for (const Evidence& evidence : effect.evidence) {
+    const auto* detail = std::get_if<std::int64_t>(&evidence.value);
+    if (evidence.name == "detail" && detail != nullptr) {
+      return *detail == 1 || *detail == 5 || *detail == 6 || *detail == 8;
+    }
+  }
+  return false;
+}
+
+bool Single(const RuleContext&, const Finding& effect) {
+  return effect.count == 1;
+}
+
+/// The slave's own code speaks of synchronisation: 0x001A, 0x002C to 0x0036.
+bool SaysSynchronisation(const RuleContext&, const Finding& effect) {
+  for (const Evidence& evidence : effect.evidence) {
+    const auto* code = std::get_if<std::int64_t>(&evidence.value);
+    if (evidence.name == "al_status_code" && code != nullptr) return *code == 0x1A || (*code >= 0x2C && *code <= 0x36);
+  }
+  return true;  // none was read
+}
+
+/// `effect` follows from `cause` of the same slave.
+struct Law {
+  std::string_view effect, cause;
+  TimeNs within = 0;  ///< behind the cause's last frame; < 0: at any time
+  bool (*holds)(const RuleContext&, const Finding& effect) = nullptr;  ///< what the effect has to say besides
+};
+
+/// Nearest first: of several causes the first row that fits counts.
+constexpr std::array kLaws{
+    Law{"sync-lost", "sync-cycle-mismatch", -1, nullptr},
+    Law{"sync-window-violation", "sync-cycle-mismatch", -1, nullptr},
+    Law{"sync-rate-deviation", "sync-cycle-mismatch", -1, nullptr},
+    Law{"sync-window-violation", "sync-lost", 0, Single},
+    Law{"emcy-received", "sync-lost", kSoon, SaysSynchronisationLost},
+    Law{"drive-fault", "sync-lost", kSoon, SaysSynchronisationLost},
+    Law{"al-unexpected-change", "sync-switched-off", kLater, SaysSynchronisation},
+    Law{"mailbox-error-reply", "mailbox-malformed", kLater, SaysMalformed},
+};
+
+/// True when `index` is `from`, or one of the causes behind it.
+bool LeadsTo(const std::vector<Finding>& findings, FindingIndex from, FindingIndex index) {
+  for (std::size_t steps = 0; from != kNoFinding && steps <= findings.size(); ++steps) {
+    if (from == index) return true;
+    from = findings[from].caused_by;
+  }
+  return false;
+}
+
+}  // namespace
+
+void JoinConsequences(RuleContext& context) {
+  std::vector<Finding>& findings = context.store.findings();
+  for (const Law& law : kLaws) {
+    for (FindingIndex e = 0; e < findings.size(); ++e) {
+      Finding& effect = findings[e];
+      if (effect.rule != law.effect || effect.caused_by != kNoFinding || effect.slave == kNoSlave) continue;
+      if (law.holds != nullptr && !law.holds(context, effect)) continue;
+      FindingIndex best = kNoFinding;
+      for (FindingIndex c = 0; c < findings.size(); ++c) {
+        const Finding& cause = findings[c];
+        if (cause.rule != law.cause || cause.slave != effect.slave) continue;
+        if (law.within >= 0 && !Follows(effect, cause, law.within)) continue;
+        if (LeadsTo(findings, c, e)) continue;
+        // The last one that had begun before the effect.
+        if (best == kNoFinding || BegunBy(cause) > BegunBy(findings[best])) best = c;
+      }
+      effect.caused_by = best;
+    }
+  }
+}
+
+}  // namespace ecaudit

@@ -1,0 +1,128 @@
+#include "analyzers/model/bus_al.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "decoder/base/time.h"
+
+namespace ecaudit::model {
+namespace {
+
+constexpr std::uint8_t kStateBits = 0x0F;
+constexpr std::uint8_t kAnyError = 0x10;
+
+std::uint8_t BitsOf(esc::AlWord status) {
+  return static_cast<std::uint8_t>(status.raw & (kStateBits | kAnyError));
+}
+
+/// A change is judged against what was shown so often; a single read may lie between a request before the capture and
+/// its answer.
+constexpr std::uint64_t kEnoughPolls = 3;
+/// Slaves have answered a request by then.
+constexpr TimeNs kSettled = 10'000'000'000;
+
+/// The highest state in an OR of states; 0: none.
+std::uint8_t Highest(std::uint8_t bits) {
+  return std::bit_floor(static_cast<std::uint8_t>(bits & kStateBits));
+}
+
+/// Those bits of `now` that nobody who rose can have brought.
+std::uint8_t Fallen(std::uint8_t before, std::uint8_t now) {
+  const auto states = static_cast<std::uint8_t>(before & kStateBits);
+  const auto lowest = static_cast<std::uint8_t>(states & -states);
+  auto fallen = static_cast<std::uint8_t>(now & ((lowest - 1) | kAnyError) & ~before);
+  // Who was highest has joined those who were lower.
+  if (Highest(now) < Highest(before)) fallen = static_cast<std::uint8_t>(fallen | Highest(now));
+  return lowest == 0 ? std::uint8_t{0} : fallen;
+}
+
+}  // namespace
+
+void BusAlUnit::OnRequest(esc::AlWord control, track::Acceptance acceptance, const FrameRef& frame) {
+  if (acceptance == track::Acceptance::kRefused) return;
+  Close();
+  requested_ = static_cast<std::uint8_t>(requested_ | (control.state() & kStateBits));
+  requested_at_ = frame;
+}
+
+/// All agree on what was requested, or have had time for it.
+bool BusAlUnit::Settled() const {
+  if (requested_ == 0) return true;
+  const std::uint8_t status = BitsOf(told_->status);
+  if (std::has_single_bit(status) && (status & requested_) != 0) return true;
+  const FrameRef& since = requested_at_.number > told_->first.number ? requested_at_ : told_->first;
+  return since.has_time && told_->last.has_time && Elapsed(since.time, told_->last.time) > kSettled;
+}
+
+void BusAlUnit::Change(const track::AlStatusOfAll& read) {
+  const std::uint8_t now = BitsOf(read.status);
+  std::uint8_t fallen = 0;
+  if (told_ && told_->slaves == read.slaves) {
+    if (Settled()) requested_ = 0;
+    fallen = Fallen(BitsOf(told_->status), now);
+    // A slave that is asked for a state may refuse it.
+    if (requested_ != 0) fallen = static_cast<std::uint8_t>(fallen & ~(requested_ | kAnyError));
+    fallen = static_cast<std::uint8_t>(fallen & ~ShownBySlaves());
+    if (told_->polls < kEnoughPolls && !open_) fallen = 0;
+  } else {
+    Close();
+  }
+  if (fallen != 0) Open(read, fallen);
+  if (open_) {
+    open_->status = esc::AlWord{static_cast<std::uint16_t>(open_->status.raw | now)};
+    if ((now & unexplained_) == 0) Close();
+  }
+  told_ = Told{esc::AlWord{now}, read.frame, read.frame, 1, read.slaves};
+}
+
+void BusAlUnit::Open(const track::AlStatusOfAll& read, std::uint8_t fallen) {
+  unexplained_ = static_cast<std::uint8_t>(unexplained_ | fallen);
+  if (open_) return;
+  open_.emplace();
+  open_->frame = read.frame;
+  open_->before = told_->status;
+  open_->before_since = told_->last.number;
+  open_->slaves = read.slaves;
+  excluded_.clear();
+}
+
+/// A slave that shows it by itself is told of by itself; one that shows nothing of it can be excluded.
+void BusAlUnit::Compare(const track::AlStatusRead& read) {
+  const std::uint8_t shown = BitsOf(read.status);
+  if ((shown & unexplained_) != 0) {
+    open_.reset();
+    unexplained_ = 0;
+    return;
+  }
+  if (read.error_bit_known && std::find(excluded_.begin(), excluded_.end(), read.slave) == excluded_.end()) {
+    excluded_.push_back(read.slave);
+  }
+}
+
+void BusAlUnit::Close() {
+  if (!open_) return;
+  BusAlChanged event = *open_;
+  open_.reset();
+  event.unexplained = esc::AlWord{unexplained_};
+  unexplained_ = 0;
+  event.last = told_->last.number > event.frame.number ? told_->last : event.frame;
+  event.excluded = excluded_;
+  events_.Publish(event);
+}
+
+void BusAlUnit::Forget() {
+  Close();
+  told_.reset();
+  requested_ = 0;
+}
+
+std::uint8_t BusAlUnit::ShownBySlaves() const {
+  std::uint8_t bits = 0;
+  for (std::size_t s = 0; s < network_.slaves().size(); ++s) {
+    const esc::AlWord* status = network_.state(static_cast<SlaveId>(s)).al_status.if_known();
+    if (status != nullptr) bits = static_cast<std::uint8_t>(bits | BitsOf(*status));
+  }
+  return bits;
+}
+
+}  // namespace ecaudit::model

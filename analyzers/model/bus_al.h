@@ -1,0 +1,73 @@
+/// in: broadcast reads of AL Status that everybody counted for, and what single slaves show.  out: BusAlChanged.
+///
+/// Such a read is the OR of all slaves: which of them is in which state it does not tell, but what nobody was in
+/// before, and nobody was asked for, some slave went to by itself. As soon as a slave shows that by itself, the change
+/// is its own.
+///
+/// keeps: the last such read, what was requested since all agreed, and one change that no slave has owned up to.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "analyzers/model/model_events.h"
+#include "decoder/base/event_sink.h"
+#include "decoder/track/events.h"
+#include "decoder/track/network.h"
+
+namespace ecaudit::model {
+
+class BusAlUnit {
+ public:
+  /// What all slaves say together.
+  struct Told {
+    esc::AlWord status;  ///< OR of all, bits 0 to 4
+    FrameRef first, last;
+    std::uint64_t polls = 0;
+    std::uint16_t slaves = 0;  ///< who counted
+  };
+
+  /// All arguments must outlive the unit.
+  BusAlUnit(const track::Network& network, const EventSink& events) : network_(network), events_(events) {}
+
+  /// As the last read showed it; unset when there was none.
+  [[nodiscard]] const std::optional<Told>& told() const { return told_; }
+
+  void On(const track::AlStatusOfAll& read) {
+    if (told_ && told_->status.raw == read.status.raw && told_->slaves == read.slaves) {
+      told_->last = read.frame;
+      ++told_->polls;
+      return;
+    }
+    Change(read);
+  }
+  void On(const track::AlStatusRead& read) {
+    if (open_) Compare(read);
+  }
+  /// One slave, or all of them, are asked for a state.
+  void OnRequest(esc::AlWord control, track::Acceptance acceptance, const FrameRef& frame);
+  /// What happened in a hole, or between two runs, nobody knows.
+  void Forget();
+  void Finish() { Close(); }
+
+ private:
+  void Change(const track::AlStatusOfAll& read);
+  void Open(const track::AlStatusOfAll& read, std::uint8_t fallen);
+  [[nodiscard]] bool Settled() const;
+  void Compare(const track::AlStatusRead& read);
+  /// The open change is told, for nobody owned up to it.
+  void Close();
+  [[nodiscard]] std::uint8_t ShownBySlaves() const;
+
+  const track::Network& network_;
+  const EventSink& events_;
+  std::optional<Told> told_;
+  std::uint8_t requested_ = 0;  // states asked for since all agreed on one of them
+  FrameRef requested_at_;
+  std::optional<BusAlChanged> open_;
+  std::uint8_t unexplained_ = 0;  // bits of the open change that no slave showed
+  std::vector<SlaveId> excluded_;
+};
+
+}  // namespace ecaudit::model
