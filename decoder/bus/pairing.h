@@ -43,7 +43,11 @@ struct PairingStatistics {
   std::uint64_t holes = 0;               ///< places where the capture misses frames, by the indices
   FrameRef first_hole;                   ///< the frame behind the first of them
   std::uint64_t altered = 0;
+  std::uint64_t flipped = 0;  ///< of these, those that differ in a bit or two
+  FrameNo first_flipped = 0;
   std::uint64_t foreign = 0;
+  std::uint64_t foreign_answered = 0;  ///< of these, frames that slaves took part in
+  FrameNo first_foreign = 0;
   std::uint64_t identical_stamps = 0;     ///< pairs whose two copies have the same time stamp
   std::uint64_t repeated_unanswered = 0;  ///< the frame before once more, which had not come back
   std::uint64_t dropped_every = 0;        ///< the recorder left out one of so many packets, regularly; 0: it did not
