@@ -79,7 +79,7 @@ struct BusSummary {
   std::vector<EventBitSummary> events;  ///< bits that any slave raised
   PredictionSummary predictions;
   std::vector<RunSummary> runs;  ///< one at least
-  StartupSummary startup;  ///< what was sent to all slaves at once before the first one reached OP
+  StartupSummary startup;        ///< what was sent to all slaves at once before the first one reached OP
 };
 
 /// One step of a slave's AL history as it was seen.
@@ -229,6 +229,13 @@ struct SlaveSummary {
   std::string unjudged;    ///< why neither AL state nor process data could be judged; empty: one of them was
 };
 
+/// A store of the analysis that was full: what it keeps, and what it left out.
+struct ReachedLimit {
+  std::string what;  ///< "findings that are listed one by one"
+  std::uint64_t limit = 0;
+  std::uint64_t left_out = 0;  ///< at least so many
+};
+
 struct AnalysisResult {
   CaptureSummary capture;
   BusSummary bus;
@@ -237,6 +244,8 @@ struct AnalysisResult {
   std::vector<NotEvaluable> not_evaluable;
   std::vector<CaptureAdvice> capture_next;  ///< the most valuable first
   std::vector<RuleCoverage> coverage;       ///< all rules, by id; not those that a command left out
+  std::vector<ReachedLimit> limits;         ///< docs/SECURITY.md has a table of all
+  std::string cut;                          ///< why no verdict can be better than "limited"; empty: nothing
 
   [[nodiscard]] const SlaveSummary* slave(SlaveId id) const {
     for (const SlaveSummary& s : slaves) {
