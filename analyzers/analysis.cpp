@@ -13,6 +13,7 @@
 #include "analyzers/judge/finding_order.h"
 #include "analyzers/judge/finding_store.h"
 #include "analyzers/judge/lossy_capture.h"
+#include "analyzers/judge/reached_limits.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/observation.h"
@@ -28,6 +29,7 @@ PipelineOptions WhatToRead(const AnalysisOptions& options) {
   reads.from_frame = options.from_frame;
   reads.to_frame = options.to_frame;
   reads.stop = options.stop;
+  reads.reached = options.reached;
   reads.progress = options.progress;
   reads.read_ahead = true;
   return reads;
@@ -90,6 +92,7 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
   SortFindings(result.findings);
   result.not_evaluable = store.not_evaluable();
   result.capture_next = WhatToCaptureNext(result);
+  TellLimits(store, context.network(), result);
   return result;
 }
 

@@ -1,17 +1,15 @@
 #include "cli/batch_run.h"
 
 #include <algorithm>
-#include <atomic>
-#include <chrono>
-#include <condition_variable>
-#include <exception>
 #include <filesystem>
-#include <mutex>
 #include <numeric>
-#include <thread>
+#include <poll.h>
+#include <sys/wait.h>
 #include <utility>
 
 #include "analyzers/options/options.h"
+#include "cli/batch_worker.h"
+#include "cli/crash.h"
 #include "cli/interrupt.h"
 #include "cli/output_file.h"
 #include "cli/progress.h"
@@ -22,143 +20,232 @@
 namespace ecaudit::cli {
 namespace {
 
-constexpr auto kProgressStep = std::chrono::milliseconds(100);
+using Kind = WorkerPiece::Kind;
+
+constexpr int kProgressStepMs = 100;
 
 class Batch {
  public:
   Batch(std::span<const BatchJob> jobs, const BatchOptions& options, std::vector<BatchResult>& results)
-      : jobs_(jobs), options_(options), results_(results), order_(jobs.size()), workers_(options.workers) {
+      : jobs_(jobs), options_(options), results_(results), order_(jobs.size()) {
     results_.assign(jobs.size(), {});
     // The longest first, so that no worker is left alone with one at the end.
     std::iota(order_.begin(), order_.end(), std::size_t{0});
     std::stable_sort(order_.begin(), order_.end(),
                      [&jobs](std::size_t a, std::size_t b) { return jobs[a].origin.bytes > jobs[b].origin.bytes; });
     for (const BatchJob& job : jobs) bytes_to_do_ += job.origin.bytes;
+    workers_.reserve(options.workers);
+    for (std::size_t i = 0; i < std::min<std::size_t>(options.workers, jobs.size()); ++i) workers_.emplace_back();
   }
 
   std::optional<Error> Run(const Console& console) {
-    std::vector<std::thread> threads;
-    threads.reserve(workers_.size());
-    for (WorkerState& state : workers_) threads.emplace_back([this, &state] { Work(state); });
-    ShowProgress(console);
-    for (std::thread& thread : threads) thread.join();
-    if (exception_) std::rethrow_exception(exception_);
+    Progress progress(console, "");
+    for (;;) {
+      for (BatchWorker& worker : workers_) {
+        if (!worker.busy()) GiveNext(worker);
+      }
+      if (std::none_of(workers_.begin(), workers_.end(), [](const BatchWorker& worker) { return worker.busy(); }))
+        break;
+      WaitAndRead();
+      Show(progress);
+    }
     return error_;
   }
 
  private:
-  /// What one worker tells of the capture it reads.
-  struct WorkerState {
-    std::atomic<std::uint64_t> bytes = 0;
-    std::atomic<std::uint64_t> frames = 0;
-  };
+  [[nodiscard]] bool stopped() const { return error_.has_value() || InterruptFlag(); }
 
-  [[nodiscard]] bool stopped() const { return stop_ || InterruptFlag(); }
-
-  void Work(WorkerState& state) {
-    try {
-      while (!stopped()) {
-        const std::size_t next = next_++;
-        if (next >= order_.size()) break;
-        DoJob(order_[next], state);
+  void GiveNext(BatchWorker& worker) {
+    while (!stopped() && next_ < order_.size()) {
+      const std::size_t job = order_[next_++];
+      if (TakeDone(job)) {
         ++finished_;
+        continue;
       }
-    } catch (...) {
-      const std::lock_guard lock(mutex_);
-      if (!exception_) exception_ = std::current_exception();
-      stop_ = true;
+      if (!worker.running()) {
+        error_ = worker.Start([this](std::size_t number, WorkerProgress& progress, const BatchWorker::Say& say) {
+          DoJob(jobs_[number], progress, say);
+        });
+        if (error_) return;
+      }
+      worker.Give(job);
+      return;
     }
-    const std::lock_guard lock(mutex_);
-    ++workers_ended_;
-    ended_.notify_all();
   }
 
-  void DoJob(std::size_t index, WorkerState& state) {
+  /// True when the job is done, by its report.
+  bool TakeDone(std::size_t index) {
     const BatchJob& job = jobs_[index];
+    if (!options_.skip_done || !job.problem.empty()) return false;
+    std::optional<report::CaptureDigest> done = ReadDoneReport(job.report, job.path, job.origin);
+    if (!done) return false;
     BatchResult& result = results_[index];
-    if (options_.skip_done && job.problem.empty()) {
-      if (std::optional<report::CaptureDigest> done = ReadDoneReport(job.report, job.path, job.origin)) {
-        result.digest = std::move(*done);
-        result.digest->report = std::filesystem::path(job.report).filename().string();
-        result.done_before = true;
-        result.lacks_slave =
-            !job.settings->slaves.empty() && result.digest->slaves == 0 && !result.digest->without_ethercat;
-        bytes_to_do_ -= job.origin.bytes;
-        return;
+    result.digest = std::move(*done);
+    result.digest->report = std::filesystem::path(job.report).filename().string();
+    result.done_before = true;
+    result.lacks_slave =
+        !job.settings->slaves.empty() && result.digest->slaves == 0 && !result.digest->without_ethercat;
+    bytes_to_do_ -= job.origin.bytes;
+    return true;
+  }
+
+  void WaitAndRead() {
+    std::vector<pollfd> waiting;
+    std::vector<BatchWorker*> busy;
+    for (BatchWorker& worker : workers_) {
+      if (!worker.busy()) continue;
+      waiting.push_back({worker.fd(), POLLIN, 0});
+      busy.push_back(&worker);
+    }
+    const int ready = ::poll(waiting.data(), waiting.size(), kProgressStepMs);
+    if (InterruptFlag() && !std::exchange(told_to_leave_, true)) {
+      for (BatchWorker* worker : busy) worker->Interrupt();
+    }
+    for (std::size_t i = 0; ready > 0 && i < busy.size(); ++i) {
+      if (waiting[i].revents == 0) continue;
+      BatchWorker& worker = *busy[i];
+      const BatchWorker::Got got = worker.Read();
+      if (got == BatchWorker::Got::kNothing) continue;
+      if (got == BatchWorker::Got::kJobDone) {
+        Take(worker.job(), worker.pieces());
+      } else {
+        const std::size_t job = worker.job();
+        const FrameNo reached = worker.progress()->reached;
+        const int status = worker.TakeStatus();
+        // A second signal ends everything.
+        if (!InterruptFlag()) Crashed(job, HowItEnded(status, reached));
+      }
+      bytes_done_ += jobs_[worker.job()].origin.bytes;
+      ++finished_;
+    }
+  }
+
+  static std::string HowItEnded(int status, FrameNo reached) {
+    if (WIFSIGNALED(status)) return DescribeCrash(WTERMSIG(status), reached);
+    return "ecaudit " + std::string(Version()) + " ended with status " + std::to_string(WEXITSTATUS(status));
+  }
+
+  /// What the worker said of a job, and its report.
+  void Take(std::size_t index, std::vector<WorkerPiece>& pieces) {
+    BatchResult& result = results_[index];
+    for (WorkerPiece& piece : pieces) {
+      switch (piece.kind) {
+        case Kind::kLacksSlave:
+          result.lacks_slave = true;
+          break;
+        case Kind::kMissing:
+          result.missing.push_back(std::move(piece.text));
+          break;
+        case Kind::kUnmet:
+          result.unmet.push_back(std::move(piece.text));
+          break;
+        case Kind::kFrames:
+          frames_done_ += std::stoull(piece.text);
+          break;
+        case Kind::kCannotWrite:
+          if (!error_) error_ = Error{piece.text};
+          return;
+        case Kind::kInternal:
+          return Crashed(index, piece.text);
+        case Kind::kInterrupted:
+        case Kind::kDone:
+          return;
       }
     }
+    TakeReport(index);
+  }
+
+  void TakeReport(std::size_t index) {
+    const BatchJob& job = jobs_[index];
+    Result<report::CaptureDigest> digest = ReadOwnReport(job.report);
+    if (!digest) return Crashed(index, "its report is not whole: " + digest.error().message);
+    digest->report = std::filesystem::path(job.report).filename().string();
+    results_[index].digest = std::move(*digest);
+  }
+
+  /// The capture has ended its worker: that is what its report says.
+  void Crashed(std::size_t index, const std::string& how) {
+    const BatchJob& job = jobs_[index];
+    results_[index].crashed = true;
+    report::Report report = ReportOf(job);
+    report.unreadable.push_back({job.path, job.path + ": internal error: " + how + "; " + kPleaseReport});
+    if (auto error = WriteReport(job, report)) {
+      if (!error_) error_ = error;
+      return;
+    }
+    if (Result<report::CaptureDigest> digest = ReadOwnReport(job.report)) {
+      digest->report = std::filesystem::path(job.report).filename().string();
+      results_[index].digest = std::move(*digest);
+    }
+  }
+
+  static report::Report ReportOf(const BatchJob& job) {
     report::Report report;
     report.version = Version();
     report.origin = job.origin;
-    Result<CheckedCapture> capture = Check(job, state);
-    bytes_done_ += job.origin.bytes;
-    if (capture) frames_done_ += capture->report.result.capture.packets;
-    state.frames = 0;
-    state.bytes = 0;
-    if (!capture && InterruptFlag()) {
-      return;
-    } else if (!capture) {
+    return report;
+  }
+
+  static std::optional<Error> WriteReport(const BatchJob& job, const report::Report& report) {
+    // Whatever stands there under the name of a report, it leads nowhere else.
+    if (auto error = CheckOutputPath(job.report, Links::kReplace)) return error;
+    return WriteOutputFile(job.report, WriteJson(report), Links::kReplace);
+  }
+
+  // In the worker.
+
+  static void DoJob(const BatchJob& job, WorkerProgress& progress, const BatchWorker::Say& say) {
+    report::Report report = ReportOf(job);
+    Result<CheckedCapture> capture = Check(job, progress);
+    if (!capture && InterruptFlag()) return say(Kind::kInterrupted, "");
+    if (!capture) {
       report.unreadable.push_back({job.path, capture.error().message});
     } else if (InterruptFlag() && !capture->report.result.capture.complete) {
-      return;
+      return say(Kind::kInterrupted, "");
     } else {
-      result.lacks_slave = capture->lacks_slave;
-      result.missing = std::move(capture->missing);
-      result.unmet = std::move(capture->unmet);
+      say(Kind::kFrames, std::to_string(capture->report.result.capture.packets));
+      if (capture->lacks_slave) say(Kind::kLacksSlave, "");
+      for (const std::string& slave : capture->missing) say(Kind::kMissing, slave);
+      for (const std::string& slave : capture->unmet) say(Kind::kUnmet, slave);
       report.captures.push_back(std::move(capture->report));
     }
-    std::optional<Error> error = CheckOutputPath(job.report);
-    if (!error) error = WriteOutputFile(job.report, WriteJson(report));
-    if (error) {
-      const std::lock_guard lock(mutex_);
-      if (!error_) error_ = error;
-      stop_ = true;
-      return;
-    }
-    result.digest = std::move(DigestOf(report).captures.front());
-    result.digest->report = std::filesystem::path(job.report).filename().string();
+    if (auto error = WriteReport(job, report)) say(Kind::kCannotWrite, error->message);
   }
 
-  [[nodiscard]] static Result<CheckedCapture> Check(const BatchJob& job, WorkerState& state) {
+  [[nodiscard]] static Result<CheckedCapture> Check(const BatchJob& job, WorkerProgress& progress) {
     if (!job.problem.empty()) return Error{job.problem};
-    return CheckCapture(job.files, *job.settings, job.baseline, InterruptFlag(),
-                        [&state](std::uint64_t done, std::uint64_t /*total*/, std::uint64_t frames) {
-                          state.bytes = done;
-                          state.frames = frames;
-                        });
+    return CheckCapture(
+        job.files, *job.settings, job.baseline, InterruptFlag(),
+        [&progress](std::uint64_t done, std::uint64_t /*total*/, std::uint64_t frames) {
+          progress.bytes = done;
+          progress.frames = frames;
+        },
+        false, &progress.reached);
   }
 
-  void ShowProgress(const Console& console) {
-    Progress progress(console, "");
-    std::unique_lock lock(mutex_);
-    while (!ended_.wait_for(lock, kProgressStep, [this] { return workers_ended_ == workers_.size(); })) {
-      std::uint64_t bytes = bytes_done_;
-      std::uint64_t frames = frames_done_;
-      for (const WorkerState& state : workers_) {
-        bytes += state.bytes;
-        frames += state.frames;
-      }
-      progress.Relabel(std::to_string(finished_) + " of " + std::to_string(jobs_.size()) + " captures");
-      progress.Update(bytes, bytes_to_do_, frames);
+  void Show(Progress& progress) const {
+    std::uint64_t bytes = bytes_done_;
+    std::uint64_t frames = frames_done_;
+    for (const BatchWorker& worker : workers_) {
+      if (!worker.busy()) continue;
+      bytes += worker.progress()->bytes;
+      frames += worker.progress()->frames;
     }
+    progress.Relabel(std::to_string(finished_) + " of " + std::to_string(jobs_.size()) + " captures");
+    progress.Update(bytes, bytes_to_do_, frames);
   }
 
   std::span<const BatchJob> jobs_;
   const BatchOptions& options_;
   std::vector<BatchResult>& results_;
   std::vector<std::size_t> order_;  ///< in which jobs are begun
-  std::vector<WorkerState> workers_;
-  std::atomic<std::size_t> next_ = 0;
-  std::atomic<std::size_t> finished_ = 0;
-  std::atomic<bool> stop_ = false;
-  std::atomic<std::uint64_t> bytes_to_do_ = 0;  ///< of all captures that are not done already
-  std::atomic<std::uint64_t> bytes_done_ = 0;
-  std::atomic<std::uint64_t> frames_done_ = 0;
-
-  std::mutex mutex_;
-  std::condition_variable ended_;
-  std::size_t workers_ended_ = 0;  ///< guarded by mutex_, as is all below
-  std::exception_ptr exception_;
+  std::vector<BatchWorker> workers_;
+  std::size_t next_ = 0;
+  std::size_t finished_ = 0;
+  bool told_to_leave_ = false;
+  std::uint64_t bytes_to_do_ = 0;  ///< of all captures that are not done already
+  std::uint64_t bytes_done_ = 0;
+  std::uint64_t frames_done_ = 0;
   std::optional<Error> error_;
 };
 

@@ -1,4 +1,7 @@
 /// Checks many captures with several workers. The results do not depend on their number.
+///
+/// Each worker is a process: a capture that ends one of them, by a bug or for lack of memory, is a capture that failed,
+/// and the others are checked nevertheless.
 #pragma once
 
 #include <memory>
@@ -29,6 +32,7 @@ struct BatchResult {
   std::optional<report::CaptureDigest> digest;  ///< nothing: not reached
   bool done_before = false;                     ///< taken from its report
   bool lacks_slave = false;
+  bool crashed = false;                     ///< a bug in ecaudit: the digest says it could not be read, and why
   std::vector<std::string> missing, unmet;  ///< as in CheckedCapture
 };
 
@@ -37,9 +41,9 @@ struct BatchOptions {
   bool skip_done = false;
 };
 
-/// Writes the report of each job and keeps its digest. Ends early when interrupted (interrupt.h), after a report that
-/// cannot be written, and after an exception in a worker, which is thrown on. A capture that is being read then is not
-/// reached: no report covers it in part.
+/// Writes the report of each job and keeps its digest. Ends early when interrupted (interrupt.h), and after a report
+/// that cannot be written. A capture that is being read then is not reached: no report covers it in part. To be called
+/// while the program has one thread.
 ///
 /// @param results  one for each job, in their order
 /// @return why a report could not be written

@@ -31,11 +31,12 @@ Error EmptyRange(const std::string& capture, report::Selection selection) {
 Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Settings& settings,
                                     const Baseline* baseline, const std::atomic<bool>& stop,
                                     std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress,
-                                    bool draws) {
+                                    bool draws, std::atomic<FrameNo>* reached) {
   auto source = paths.size() > 1 ? capture::OpenJoined(paths, &stop) : capture::OpenCapture(paths.front(), &stop);
   if (!source) return source.error();
   AnalysisOptions analysis = settings.analysis;
   analysis.stop = &stop;
+  analysis.reached = reached;
   analysis.progress = std::move(progress);
   CheckedCapture out;
   if (draws) {

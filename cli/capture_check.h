@@ -40,11 +40,12 @@ struct CheckedCapture {
 /// @param baseline  null: none
 /// @param progress  called now and then with bytes done, bytes in all, and frames; may be empty
 /// @param draws     collects what reports draw over time
+/// @param reached   holds the number of the packet at hand; null: nobody asks
 /// @return fails when the capture cannot be opened, and when none of its packets lies in the range; damage behind its
 /// header is a finding
 [[nodiscard]] Result<CheckedCapture> CheckCapture(
     std::span<const std::string> paths, const Settings& settings, const Baseline* baseline,
     const std::atomic<bool>& stop, std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress,
-    bool draws = false);
+    bool draws = false, std::atomic<FrameNo>* reached = nullptr);
 
 }  // namespace ecaudit::cli

@@ -77,6 +77,9 @@ std::optional<Error> ApplyRequire(const std::optional<std::string>& text, Requir
 Result<std::optional<Config>> ConfigFor(const CaptureOptions& options, const std::string& capture) {
   const std::optional<std::string> path = options.config ? options.config : FindConfig(capture);
   if (!path) return std::optional<Config>();
+  if (!options.config) {
+    if (auto error = CheckConfigOwner(*path)) return *error;
+  }
   Result<Config> config = ReadConfig(*path);
   if (!config) return config.error();
   return std::optional<Config>(std::move(*config));

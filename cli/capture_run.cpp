@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "cli/crash.h"
 #include "cli/interrupt.h"
 #include "cli/output_file.h"
 #include "cli/progress.h"
@@ -51,7 +52,7 @@ ExitStatus CaptureRun::Run(const CaptureJob& job, report::Report& report, Consol
       [&progress](std::uint64_t done, std::uint64_t total, std::uint64_t frames) {
         progress.Update(done, total, frames);
       },
-      draws);
+      draws, &ReachedFrame());
   progress.Clear();
   if (!capture && InterruptFlag()) return Interrupted(console, job.name() + ": interrupted before its first packet");
   if (!capture) {

@@ -4,7 +4,9 @@
 #include <array>
 #include <filesystem>
 #include <string_view>
+#include <sys/stat.h>
 #include <system_error>
+#include <unistd.h>
 
 #include "cli/json_file.h"
 #include "cli/suggest.h"
@@ -135,6 +137,19 @@ std::optional<std::string> FindConfig(const std::string& capture) {
     }
     if (folder == folder.root_path() || folder.empty()) return std::nullopt;
   }
+}
+
+std::optional<Error> CheckConfigOwner(const std::string& path) {
+  const auto distrusted = [](const struct stat& info) { return info.st_uid != ::geteuid() && info.st_uid != 0; };
+  struct stat link {};
+  struct stat file {};
+  if (::lstat(path.c_str(), &link) != 0 || ::stat(path.c_str(), &file) != 0) return std::nullopt;
+  std::string why;
+  if (distrusted(link) || distrusted(file)) why = "belongs to another user";
+  if (why.empty() && S_ISREG(file.st_mode) && (file.st_mode & S_IWOTH) != 0) why = "may be written by everybody";
+  if (why.empty()) return std::nullopt;
+  return Error{path + " " + why + ", and its settings would change the result; --config " + path +
+               " uses it, --config with a file of your own leaves it aside"};
 }
 
 }  // namespace ecaudit::cli

@@ -42,6 +42,7 @@ class Expansion {
 
   [[nodiscard]] FileList Take() {
     std::sort(list_.files.begin(), list_.files.end());
+    std::sort(list_.passed_over.begin(), list_.passed_over.end());
     return std::move(list_);
   }
 
@@ -53,10 +54,23 @@ class Expansion {
       const std::string name = entry->path().filename().string();
       std::error_code ignored;
       if (name.starts_with('.')) continue;
+      const std::string path = entry->path().string();
       if (entry->is_directory(ignored)) {
-        if (!entry->is_symlink(ignored)) AddFolder(entry->path());
-      } else if (wanted_(name) && entry->is_regular_file(ignored)) {
-        AddFile(entry->path().string());
+        if (!entry->is_symlink(ignored)) {
+          AddFolder(entry->path());
+        } else {
+          PassOver(path, "a link to a folder");
+        }
+      } else if (wanted_(name)) {
+        if (entry->is_regular_file(ignored)) {
+          AddFile(path);
+        } else if (!entry->exists(ignored)) {
+          PassOver(path, "a link to nothing");
+        } else {
+          PassOver(path, "a pipe or device");
+        }
+      } else if (wanted_ == IsCaptureName && IsForeignCaptureName(name)) {
+        PassOver(path, "packed in a way that is not read: only gzip and zstd are");
       }
     }
     if (code)
@@ -71,6 +85,10 @@ class Expansion {
     for (std::size_t i = 0; outcome == 0 && !error && i < matches.gl_pathc; ++i) error = Add(matches.gl_pathv[i]);
     globfree(&matches);
     return error;
+  }
+
+  void PassOver(const std::string& path, std::string_view why) {
+    list_.passed_over.push_back(path + " is passed over: it is " + std::string(why));
   }
 
   void AddFile(const std::string& path) {
@@ -161,6 +179,14 @@ bool IsCaptureName(std::string_view name) {
   const std::string ending = text.substr(dot + 1);
   return ending == "pcapng" || ending == "cap" ||
          (ending.starts_with("pcap") && ending.find_first_not_of("0123456789", 4) == std::string::npos);
+}
+
+bool IsForeignCaptureName(std::string_view name) {
+  const std::string text = Lower(name);
+  for (const std::string_view packed : {".xz", ".bz2", ".lz4", ".lzma", ".zip", ".7z"}) {
+    if (text.ends_with(packed)) return IsCaptureName(text.substr(0, text.size() - packed.size()));
+  }
+  return false;
 }
 
 std::vector<std::vector<std::string>> GroupRingBuffers(std::span<const std::string> files) {

@@ -14,6 +14,7 @@ namespace ecaudit::cli {
 struct FileList {
   std::vector<std::string> files;                     ///< sorted by path, each file once
   std::vector<report::UnreadableCapture> unreadable;  ///< folders that could not be read, and why
+  std::vector<std::string> passed_over;               ///< what a folder holds besides that may be wanted, and why not
 };
 
 /// Expands `paths`. A folder stands for the wanted files in it and in the folders below (names that begin with a dot
@@ -32,6 +33,8 @@ struct FileList {
 /// differ in nothing but the numbers that dumpcap and Wireshark (trace_00003_20190501120000.pcapng) or tcpdump
 /// (trace.pcap3) give them. Every other file stays alone.
 [[nodiscard]] std::vector<std::vector<std::string>> GroupRingBuffers(std::span<const std::string> files);
+/// A capture by its name that no program of this kind reads: packed by xz, bzip2, lz4 or zip.
+[[nodiscard]] bool IsForeignCaptureName(std::string_view name);
 /// JSON files.
 [[nodiscard]] bool IsReportName(std::string_view name);
 

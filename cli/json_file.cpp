@@ -1,13 +1,12 @@
 #include "cli/json_file.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <system_error>
+#include <utility>
 
+#include "decoder/base/regular_file.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
@@ -27,19 +26,22 @@ std::string LineAndColumn(const std::string& text, std::size_t position) {
 }  // namespace
 
 Result<std::string> ReadSmallFile(const std::string& path, std::uintmax_t largest) {
-  std::error_code code;
-  const auto status = std::filesystem::status(path, code);
-  if (!std::filesystem::exists(status)) return Error{"no such file: " + path};
-  if (std::filesystem::is_directory(status)) return Error{path + " is a directory, not a file"};
-  if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(path, code) > largest) {
-    return Error{path + " is too large (more than " + std::to_string(largest >> 20U) + " MiB)"};
+  FileContent content = ReadRegularFile(path, largest);
+  switch (content.outcome) {
+    case FileContent::Outcome::kRead:
+      return std::move(content.text);
+    case FileContent::Outcome::kMissing:
+      return Error{"no such file: " + path};
+    case FileContent::Outcome::kFolder:
+      return Error{path + " is a directory, not a file"};
+    case FileContent::Outcome::kOtherKind:
+      return Error{path + " is a pipe or device, not a file"};
+    case FileContent::Outcome::kTooLarge:
+      return Error{path + " is too large (more than " + std::to_string(largest >> 20U) + " MiB)"};
+    case FileContent::Outcome::kFailed:
+      break;
   }
-  errno = 0;
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return Error{"cannot read " + path + ": " + std::strerror(errno)};
-  std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  if (file.bad()) return Error{"cannot read " + path};
-  return text;
+  return Error{"cannot read " + path + ": " + std::strerror(content.reason)};
 }
 
 Result<JsonDocument> ReadJsonFile(const std::string& path, std::uintmax_t largest) {

@@ -74,6 +74,33 @@ std::optional<Error> WriteAll(int fd, std::string_view content, const std::strin
   return std::nullopt;
 }
 
+/// A link on the way to the file that somebody else made: where it leads, the user did not choose.
+std::optional<Error> ForeignLink(const std::string& path) {
+  constexpr int kMostLinks = 40;
+  fs::path at = path;
+  std::error_code code;
+  for (int i = 0; i < kMostLinks; ++i) {
+    struct stat info {};
+    if (lstat(at.c_str(), &info) != 0 || !S_ISLNK(info.st_mode)) return std::nullopt;
+    if (info.st_uid != geteuid() && info.st_uid != 0) {
+      return Error{"cannot write " + path + ": it is a link that another user made"};
+    }
+    const fs::path target = fs::read_symlink(at, code);
+    if (code) return std::nullopt;
+    at = target.is_absolute() ? target : at.parent_path() / target;
+  }
+  return std::nullopt;
+}
+
+/// What stands in a folder is on the disk once the folder is. A file system that cannot do so has done what it can.
+void SyncFolder(const std::string& file) {
+  const fs::path folder = fs::path(file).parent_path();
+  const int fd = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_CLOEXEC | O_DIRECTORY);
+  if (fd < 0) return;
+  fsync(fd);
+  close(fd);
+}
+
 /// Permissions a new file gets: as the old one had, else what the umask leaves.
 mode_t ModeFor(const struct stat* existing) {
   if (existing != nullptr) return existing->st_mode & 0777U;
@@ -100,11 +127,15 @@ std::string ResolveLinks(const std::string& path) {
   return resolved.string();
 }
 
-std::optional<Error> CheckOutputPath(const std::string& path) {
+std::optional<Error> CheckOutputPath(const std::string& path, Links links) {
   if (path.empty()) return Error{"the name of an output file is empty"};
   if (path == "-") return Error{"a file is needed here, - is standard output; a file of that name is ./-"};
   struct stat info {};
-  if (stat(path.c_str(), &info) == 0) {
+  const bool follow = links == Links::kFollow;
+  if (follow) {
+    if (auto error = ForeignLink(path)) return error;
+  }
+  if ((follow ? stat(path.c_str(), &info) : lstat(path.c_str(), &info)) == 0) {
     if (S_ISDIR(info.st_mode)) return Error{"cannot write " + path + ": it is a directory"};
     if (S_ISREG(info.st_mode) && IsCapture(path)) {
       return Error{path + " is a capture and will not be overwritten; name another output file"};
@@ -119,11 +150,16 @@ std::optional<Error> CheckOutputPath(const std::string& path) {
   return std::nullopt;
 }
 
-Result<OutputFile> OutputFile::Create(const std::string& path) {
+Result<OutputFile> OutputFile::Create(const std::string& path, Links links) {
   OutputFile file;
   file.path_ = path;
   struct stat info {};
-  const bool exists = stat(path.c_str(), &info) == 0;
+  const bool follow = links == Links::kFollow;
+  if (follow) {
+    if (auto error = ForeignLink(path)) return *error;
+  }
+  const bool exists =
+      follow ? stat(path.c_str(), &info) == 0 : lstat(path.c_str(), &info) == 0 && S_ISREG(info.st_mode);
   if (exists && !S_ISREG(info.st_mode)) {
     file.fd_ = open(path.c_str(), O_WRONLY | O_CLOEXEC);
     if (file.fd_ < 0) return CannotWrite(path, errno);
@@ -131,7 +167,7 @@ Result<OutputFile> OutputFile::Create(const std::string& path) {
   }
   // The file itself, not a link to it, is replaced.
   std::error_code ignored;
-  const fs::path resolved = exists ? fs::canonical(path, ignored) : fs::path(ResolveLinks(path));
+  const fs::path resolved = !follow ? fs::path() : exists ? fs::canonical(path, ignored) : fs::path(ResolveLinks(path));
   file.target_ = resolved.empty() ? path : resolved.string();
   file.mode_ = ModeFor(exists ? &info : nullptr);
   std::string temporary = file.target_ + ".XXXXXX";
@@ -175,20 +211,23 @@ std::optional<Error> OutputFile::Finish() {
   std::optional<Error> error;
   const bool direct = temporary_.empty();
   if (!direct && fchmod(fd_, mode_) != 0) error = CannotWrite(path_, errno);
+  // A name that the disk has and content that it has not would be half a report after a loss of power.
+  if (!direct && !error && fsync(fd_) != 0 && errno != EINVAL && errno != ENOSYS) error = CannotWrite(path_, errno);
   if (close(std::exchange(fd_, -1)) != 0 && !error) error = CannotWrite(path_, errno);
   if (!direct && !error) {
     if (rename(temporary_.c_str(), target_.c_str()) != 0) {
       error = CannotWrite(path_, errno);
     } else {
       temporary_.clear();
+      SyncFolder(target_);
     }
   }
   Discard();
   return error;
 }
 
-std::optional<Error> WriteOutputFile(const std::string& path, std::string_view content) {
-  Result<OutputFile> file = OutputFile::Create(path);
+std::optional<Error> WriteOutputFile(const std::string& path, std::string_view content, Links links) {
+  Result<OutputFile> file = OutputFile::Create(path, links);
   if (!file) return file.error();
   if (auto error = file->Write(content)) return error;
   return file->Finish();

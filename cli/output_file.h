@@ -1,6 +1,7 @@
 /// Results into files: whole or not at all, and never over a capture.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,16 +13,22 @@ namespace ecaudit::cli {
 /// `path`, or what it stands for when it is a link, also to a file that does not exist yet.
 [[nodiscard]] std::string ResolveLinks(const std::string& path);
 
-/// Asks, before any work, whether a report can go to `path`: its folder exists, it is no folder itself, and it is no
-/// capture (whatever its name).
+/// What becomes of a link where a file is to be written.
+enum class Links : std::uint8_t {
+  kFollow,   ///< the file it stands for is replaced, unless another user (not root) made the link
+  kReplace,  ///< the link itself is replaced; so are pipes and devices
+};
+
+/// Asks, before any work, whether a report can go to `path`: its folder exists, it is no folder itself, no link of
+/// another user, and no capture (whatever its name).
 /// @return what is in the way, or nothing
-[[nodiscard]] std::optional<Error> CheckOutputPath(const std::string& path);
+[[nodiscard]] std::optional<Error> CheckOutputPath(const std::string& path, Links links = Links::kFollow);
 
 /// A file written piece by piece to a temporary file beside `path`, so that readers see the old one or the whole new
-/// one. Links are followed; a device or pipe is written directly.
+/// one, also after the machine has lost its power. Links are followed; a device or pipe is written directly.
 class OutputFile {
  public:
-  [[nodiscard]] static Result<OutputFile> Create(const std::string& path);
+  [[nodiscard]] static Result<OutputFile> Create(const std::string& path, Links links = Links::kFollow);
   OutputFile(OutputFile&& other) noexcept;
   OutputFile& operator=(OutputFile&& other) noexcept;
   /// Takes an unfinished file away again.
@@ -43,6 +50,7 @@ class OutputFile {
 };
 
 /// The same in one go.
-[[nodiscard]] std::optional<Error> WriteOutputFile(const std::string& path, std::string_view content);
+[[nodiscard]] std::optional<Error> WriteOutputFile(const std::string& path, std::string_view content,
+                                                   Links links = Links::kFollow);
 
 }  // namespace ecaudit::cli

@@ -7,6 +7,7 @@
 
 #include "cli/commands/command.h"
 #include "cli/console.h"
+#include "cli/crash.h"
 #include "cli/exit_status.h"
 #include "cli/options.h"
 #include "cli/suggest.h"
@@ -62,13 +63,13 @@ ExitStatus Dispatch(const std::vector<std::string>& arguments, Console& console)
 int RunProgram(const std::vector<std::string>& arguments, std::FILE* out, std::FILE* err) {
   // A reader that closes the pipe early (head, less) must not kill us before the files of -o are written.
   std::signal(SIGPIPE, SIG_IGN);
+  ListenForCrashes();
   Console console(out, err);
   try {
     return static_cast<int>(Dispatch(arguments, console));
   } catch (const std::exception& e) {
     // We throw nothing ourselves: this is memory exhausted, or a bug.
-    console.Error(std::string("internal error: ") + e.what() +
-                  "; please report it with this line, the command and, if you may share it, the capture");
+    console.Error(std::string("internal error: ") + e.what() + "; " + kPleaseReport);
   }
   return static_cast<int>(ExitStatus::kInternal);
 }

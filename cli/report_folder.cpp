@@ -1,9 +1,15 @@
 #include "cli/report_folder.h"
 
 #include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <fcntl.h>
 #include <filesystem>
 #include <string_view>
+#include <sys/file.h>
 #include <system_error>
+#include <thread>
+#include <unistd.h>
 #include <utility>
 #include <vector>
 
@@ -52,6 +58,38 @@ void RemoveUnfinished(const std::string& folder, std::span<const std::string> re
     if (std::binary_search(names.begin(), names.end(), whole)) unfinished.push_back(entry->path());
   }
   for (const fs::path& path : unfinished) fs::remove(path, code);
+}
+
+FolderLock::FolderLock(const std::string& folder) : fd_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  // The workers of a batch that was killed a moment ago may hold it still.
+  constexpr int kTries = 5;
+  constexpr auto kPause = std::chrono::milliseconds(20);
+  // Where the file system knows no locks nobody can know to be alone.
+  for (int i = 0; i < kTries && fd_ >= 0 && !alone_; ++i) {
+    if (i > 0) std::this_thread::sleep_for(kPause);
+    alone_ = ::flock(fd_, LOCK_EX | LOCK_NB) == 0;
+    if (!alone_ && errno != EWOULDBLOCK) return;
+  }
+}
+
+FolderLock::~FolderLock() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+void FolderLock::Share() {
+  alone_ = false;
+  // Who is alone there is so for a moment only.
+  while (fd_ >= 0 && ::flock(fd_, LOCK_SH) != 0 && errno == EINTR) {
+  }
+}
+
+Result<report::CaptureDigest> ReadOwnReport(const std::string& path) {
+  const Result<JsonDocument> document = ReadJsonFile(path, kLargestReport);
+  if (!document) return document.error();
+  Result<report::ReportDigest> report = report::ReadReportDigest(document->root());
+  if (!report) return report.error();
+  if (report->captures.size() != 1) return Error{"it does not tell of one capture"};
+  return std::move(report->captures.front());
 }
 
 std::optional<report::CaptureDigest> ReadDoneReport(const std::string& path, const std::string& capture,

@@ -22,6 +22,28 @@ namespace ecaudit::cli {
 /// Takes away what a killed run has left: unfinished files of these reports.
 void RemoveUnfinished(const std::string& folder, std::span<const std::string> report_names);
 
+/// Held by each batch that writes to a folder. Several may do so at once, on several machines; whoever is alone there
+/// may take away what looks unfinished.
+class FolderLock {
+ public:
+  /// Tries to be alone in `folder`, for a tenth of a second.
+  explicit FolderLock(const std::string& folder);
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+  ~FolderLock();
+
+  [[nodiscard]] bool alone() const { return alone_; }
+  /// From now on others may work there, too.
+  void Share();
+
+ private:
+  int fd_;
+  bool alone_ = false;
+};
+
+/// What the report at `path` tells of its capture, be it that it could not be read.
+[[nodiscard]] Result<report::CaptureDigest> ReadOwnReport(const std::string& path);
+
 /// What the report at `path` says, when it is whole, tells of `capture` alone, could read it, and was made by this
 /// version of the program with the settings and from the file of `origin`. Nothing else counts as done.
 [[nodiscard]] std::optional<report::CaptureDigest> ReadDoneReport(const std::string& path, const std::string& capture,

@@ -1,18 +1,18 @@
 #include "cli/settings_key.h"
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <optional>
 #include <sys/stat.h>
 
 #include "analyzers/judge/catalogue.h"
 #include "analyzers/options/options.h"
 #include "analyzers/result/rule_info.h"
+#include "cli/json_file.h"
 #include "cli/report/fingerprint.h"
 #include "cli/report/json_text.h"
 #include "cli/report/times.h"
 #include "cli/version.h"
+#include "decoder/base/regular_file.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
@@ -26,9 +26,8 @@ std::string HashText(std::string_view text) {
 }
 
 void AddFileNameAndHash(JsonArray& out, const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
   out.Add(path);
-  out.Add(HashText(std::string((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>())));
+  out.Add(HashText(ReadRegularFile(path, kLargestReport).text));
 }
 
 /// Name and content of a file that settings name.

@@ -52,6 +52,7 @@ class Pipeline::Impl {
         traffic->Prefetch(i + 3);
         traffic->Restore(i, packet);
         traffic->ReadStatistics(i, pairing_);
+        if (options.reached != nullptr) options.reached->store(packet.ref().number, std::memory_order_relaxed);
         if (packet.ref().seen()) Count(packet);
         traffic->Replay(i, packet, fork_);
       }
@@ -77,6 +78,11 @@ class Pipeline::Impl {
     switch (packet.kind()) {
       case wire::FrameKind::kOther:
         ++statistics_.other_packets;
+        if (packet.cut_before_type()) ++statistics_.cut_before_type;
+        if (packet.other_link() && statistics_.other_link++ == 0) {
+          statistics_.first_other_link = packet.ref();
+          statistics_.other_link_interface = packet.interface_index();
+        }
         return;
       case wire::FrameKind::kMalformed:
         ++statistics_.malformed_frames;
@@ -87,7 +93,7 @@ class Pipeline::Impl {
         statistics_.last_cut = packet.ref();
         break;
       case wire::FrameKind::kDamagedOnWire:
-        ++statistics_.crc_error_frames;
+        if (statistics_.crc_error_frames++ == 0) statistics_.first_crc_error = packet.ref();
         break;
       case wire::FrameKind::kEtherCat:
         break;

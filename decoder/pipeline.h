@@ -26,9 +26,14 @@ struct PipelineStatistics {
   FrameRef first_cut;  ///< first and last of the cut frames
   FrameRef last_cut;
   std::uint64_t crc_error_frames = 0;
-  std::uint64_t esl_frames = 0;  ///< frames with a probe's record
-  FrameRef origin;               ///< first packet of the file with a time stamp, also where it lies before the range
-  FrameRef first;                ///< first packet, with a time stamp where there is one
+  FrameRef first_crc_error;
+  std::uint64_t cut_before_type = 0;  ///< packets cut so early that nobody can say whether they were EtherCAT
+  std::uint64_t other_link = 0;       ///< packets with what looks like EtherCAT, of a link type that is not read
+  FrameRef first_other_link;
+  std::uint16_t other_link_interface = 0;  ///< the interface of the first of them
+  std::uint64_t esl_frames = 0;            ///< frames with a probe's record
+  FrameRef origin;  ///< first packet of the file with a time stamp, also where it lies before the range
+  FrameRef first;   ///< first packet, with a time stamp where there is one
   FrameRef last;
   std::uint64_t without_time = 0;
   std::uint64_t backwards = 0;    ///< packets stamped earlier than their predecessor
@@ -40,6 +45,8 @@ struct PipelineStatistics {
 
 struct PipelineOptions : bus::PacketRange {
   const std::atomic<bool>* stop = nullptr;
+  /// Holds the number of the packet at hand, for whoever has to tell where the program ended; null: nobody.
+  std::atomic<FrameNo>* reached = nullptr;
   /// Called about every 65,536 packets: bytes done, bytes in total (0: unknown), packets.
   std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress;
   /// Large captures are read and paired by a thread of their own while the events of earlier packets are worked on; the

@@ -158,6 +158,9 @@ std::string WhyHidden(const AnalysisResult& result, const SlaveSummary* slave, c
   if (step.key.kind == StartupKey::Kind::kDrive && !ShowsDrive(result, *slave)) {
     return "commands to the drive: which of its process data is the control word is not known";
   }
+  if (slave->startup.steps_left_out > 0 && !slave->startup.steps.empty()) {
+    return "all steps of its start-up: " + Grouped(slave->startup.steps_left_out) + " were not kept";
+  }
   if (step.phase <= StartupPhase::kEeprom && slave->position_inferred) {
     return "the beginning of its start-up: it has its address already";
   }
@@ -189,6 +192,7 @@ class Builder {
       if (pair.a == nullptr || pair.b == nullptr) continue;
       Devices(p);
       Startups(p);
+      CutStartups(p);
       Mappings(p);
       Timing(p);
     }
@@ -550,6 +554,17 @@ class Builder {
     if (cycle(*pair.a) && cycle(*pair.b) && *cycle(*pair.a) != *cycle(*pair.b)) {
       Add(Area::kConfiguration, kRankStep, p, "SYNC0 cycle time", Duration(*cycle(*pair.a)), Duration(*cycle(*pair.b)));
     }
+  }
+
+  /// What was not kept cannot be called the same.
+  void CutStartups(std::size_t p) {
+    const std::uint64_t a = out_.pairs[p].a->startup.steps_left_out;
+    const std::uint64_t b = out_.pairs[p].b->startup.steps_left_out;
+    if (a == 0 && b == 0) return;
+    const auto text = [](std::uint64_t steps) {
+      return steps == 0 ? "all steps compared" : Count(steps, "step") + " not kept";
+    };
+    Add(Area::kStep, kRankConsequence, p, "end of the start-up", text(a), text(b));
   }
 
   void Mappings(std::size_t p) {

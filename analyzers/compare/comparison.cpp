@@ -280,6 +280,18 @@ void LeaveOutUnseen(const SlaveSummary& slave, std::vector<Deviation>& found, Co
          "the control word of the drive is not known: neither mapped by what the capture shows nor written by SDO",
          Deviation::Kind::kMissing});
   }
+  if (slave.startup.steps_left_out > 0) {
+    // What came behind the last step that was kept is cut off, not missing.
+    const std::size_t before = found.size();
+    std::erase_if(found, [](const Deviation& deviation) {
+      return deviation.kind == Deviation::Kind::kMissing && deviation.to_the_end;
+    });
+    if (found.size() < before) {
+      comparison.not_compared.push_back(
+          {slave.id, Grouped(slave.startup.steps_left_out) + " further steps of its start-up were not kept",
+           Deviation::Kind::kMissing});
+    }
+  }
   const auto early = [](const ExpectedStep* step) { return step->phase <= StartupPhase::kEeprom; };
   if (slave.position_inferred && LeaveOut(found, early)) {
     comparison.not_compared.push_back(

@@ -190,11 +190,12 @@ struct Said {
 class Judge {
  public:
   Judge(RuleContext& context, const AnalysisResult& result) : context_(context), result_(result) {
-    for (const NotEvaluable& entry : context.store.not_evaluable()) {
-      Said& said = said_[{entry.rule, entry.slave}];
-      said.of_all = said.of_all || entry.first_frame == 0;
-      if (entry.first_frame != 0) said.occasions += entry.occasions;
-    }
+    context.store.VisitNotEvaluable(
+        [this](std::string_view rule, SlaveId slave, FrameNo first_frame, std::uint64_t occasions) {
+          Said& said = said_[{rule, slave}];
+          said.of_all = said.of_all || first_frame == 0;
+          if (first_frame != 0) said.occasions += occasions;
+        });
     for (const Finding& finding : context.store.findings()) said_[{finding.rule, finding.slave}].found = true;
   }
 

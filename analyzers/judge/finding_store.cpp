@@ -30,25 +30,42 @@ FindingIndex FindingStore::Add(const RuleInfo& rule, std::uint64_t key, Finding 
   return Add(rule, key, rule.severity, std::move(finding));
 }
 
+FindingIndex FindingStore::CountOn(FindingIndex index, const Finding& finding) {
+  Finding& folded = findings_[index];
+  ++folded.count;
+  folded.last = finding.first;
+  return index;
+}
+
 FindingIndex FindingStore::Add(const RuleInfo& rule, std::uint64_t key, Severity severity, Finding finding) {
   if (IsOff(rule)) return kNoFinding;
-  auto& [number, last] = per_rule_[{&rule, finding.slave}];
-  if (number >= kMaxPerRuleAndSlave || (findings_.size() >= kMaxFindings && number > 0)) {
-    Finding& folded = findings_[last];
-    ++folded.count;
-    folded.last = finding.first;
-    return last;
-  }
-  if (findings_.size() >= kMaxWithFirstOnes) return kNoFinding;
-  finding.rule = rule.id;
   const auto setting = settings_.find(rule.id);
   finding.severity = setting != settings_.end() ? setting->second.severity : severity;
+  Listed& of_slave = per_slave_[{&rule, finding.slave, finding.severity}];
+  Listed& of_rule = per_rule_[{&rule, finding.severity}];
+  std::size_t& listed = by_severity_[static_cast<std::size_t>(finding.severity)];
+  const bool full = listed >= kMaxFindings;
+  if (full && of_slave.number > 0) {
+    ++findings_left_out_;
+    return CountOn(of_slave.last, finding);
+  }
+  if (of_slave.number >= kMaxPerRuleAndSlave) {
+    ++counted_on_slave_;
+    return CountOn(of_slave.last, finding);
+  }
+  if (listed >= kMaxWithFirstOnes && of_rule.number > 0) {
+    ++findings_left_out_;
+    return CountOn(of_rule.last, finding);
+  }
+  finding.rule = rule.id;
   if (!finding.last.seen()) finding.last = finding.first;
   if (finding.reference.document.empty()) finding.reference = ReferenceTo(rule.source);
   const auto index = static_cast<FindingIndex>(findings_.size());
   by_key_[Key{&rule, finding.slave, key}] = index;
-  ++number;
-  last = index;
+  ++of_slave.number;
+  ++of_rule.number;
+  ++listed;
+  of_slave.last = of_rule.last = index;
   findings_.push_back(std::move(finding));
   return index;
 }
@@ -57,58 +74,138 @@ void FindingStore::Regrade(FindingIndex index, Severity severity) {
   if (settings_.find(findings_[index].rule) == settings_.end()) findings_[index].severity = severity;
 }
 
-bool FindingStore::IsListed(const RuleInfo& rule, SlaveId slave, std::string_view reason) const {
-  return std::any_of(not_evaluable_.begin(), not_evaluable_.end(), [&](const NotEvaluable& entry) {
-    return entry.rule == rule.id && entry.slave == slave && entry.reason == reason;
-  });
+FindingStore::Group& FindingStore::GroupOf(std::string_view rule, std::string_view reason) {
+  auto& reasons = group_of_[rule];
+  auto found = reasons.find(reason);
+  if (found == reasons.end() && reasons.size() >= kMaxReasons) {
+    reason = kMoreThanListed;
+    found = reasons.find(reason);
+  }
+  if (found == reasons.end()) {
+    found = reasons.emplace(std::string(reason), groups_.size()).first;
+    groups_.push_back({rule, std::string(reason), {}});
+  }
+  return groups_[found->second];
 }
 
 void FindingStore::AddNotEvaluable(const RuleInfo& rule, SlaveId slave, std::string reason, FrameNo frame) {
   if (IsOff(rule)) return;
+  const auto find = [](Group& group, SlaveId of) {
+    // Nearly always in the order of the slaves, or about the last one again.
+    const bool behind = group.places.empty() || group.places.back().slave < of;
+    return behind ? group.places.end()
+                  : std::lower_bound(group.places.begin(), group.places.end(), of,
+                                     [](const Place& place, SlaveId wanted) { return place.slave < wanted; });
+  };
+  Group* group = &GroupOf(rule.id, reason);
+  auto place = find(*group, slave);
+  bool listed = place != group->places.end() && place->slave == slave;
   // Beyond the limit one entry for each rule stands for the rest: what is not listed must not look judged.
-  if (not_evaluable_.size() >= kMaxNotEvaluable && !IsListed(rule, slave, reason)) {
+  if (!listed && lines_ >= kMaxNotEvaluable) {
     slave = kNoSlave;
-    reason = kMoreThanListed;
+    group = &GroupOf(rule.id, kMoreThanListed);
+    place = find(*group, slave);
+    listed = place != group->places.end() && place->slave == slave;
+    ++lines_left_out_;
   }
-  for (NotEvaluable& entry : not_evaluable_) {
-    if (entry.rule == rule.id && entry.slave == slave && entry.reason == reason) {
-      ++entry.occasions;
-      return;
-    }
+  if (listed) {
+    ++place->occasions;
+    return;
   }
-  not_evaluable_.push_back({rule.id, slave, std::move(reason), frame, 1});
+  group->places.insert(place, {slave, static_cast<std::uint32_t>(lines_), frame, 1});
+  ++lines_;
 }
 
 void FindingStore::Replace(SlaveId slave, SlaveId successor) {
   for (Finding& finding : findings_) {
     if (finding.slave == slave) finding.slave = successor;
   }
-  std::erase_if(not_evaluable_, [&](const NotEvaluable& entry) { return entry.slave == slave; });
+  for (Group& group : groups_) {
+    std::erase_if(group.places, [&](const Place& place) { return place.slave == slave; });
+  }
+}
+
+namespace {
+
+struct Ordered {
+  std::uint32_t order = 0;
+  NotEvaluable line;
+};
+
+std::vector<NotEvaluable> InOrder(std::vector<Ordered> lines) {
+  std::sort(lines.begin(), lines.end(), [](const Ordered& a, const Ordered& b) { return a.order < b.order; });
+  std::vector<NotEvaluable> out;
+  out.reserve(lines.size());
+  for (Ordered& line : lines) out.push_back(std::move(line.line));
+  return out;
+}
+
+}  // namespace
+
+std::vector<NotEvaluable> FindingStore::not_evaluable() const {
+  if (folded_) return *folded_;
+  std::vector<Ordered> lines;
+  lines.reserve(lines_);
+  for (const Group& group : groups_) {
+    for (const Place& place : group.places) {
+      lines.push_back({place.order, {group.rule, place.slave, group.reason, place.first_frame, place.occasions}});
+    }
+  }
+  return InOrder(std::move(lines));
 }
 
 void FindingStore::FoldNotEvaluable(std::size_t slaves) {
-  if (slaves < 2) return;
-  std::vector<NotEvaluable> folded;
-  for (NotEvaluable& entry : not_evaluable_) {
-    const auto alike = [&](const NotEvaluable& other) {
-      return other.rule == entry.rule && other.reason == entry.reason && other.slave != kNoSlave;
-    };
-    const auto first = std::find_if(not_evaluable_.begin(), not_evaluable_.end(), alike);
-    const auto of_slaves = std::count_if(not_evaluable_.begin(), not_evaluable_.end(), alike);
-    if (entry.slave == kNoSlave || static_cast<std::size_t>(of_slaves) < slaves) {
-      folded.push_back(entry);
-    } else if (&*first == &entry) {
-      NotEvaluable all = entry;
-      all.slave = kEverySlave;
-      all.occasions = 0;
-      for (const NotEvaluable& other : not_evaluable_) {
-        if (alike(other)) all.occasions += other.occasions;
-        if (alike(other) && other.first_frame < all.first_frame) all.first_frame = other.first_frame;
-      }
-      folded.push_back(std::move(all));
+  // Folded first, and only then cut: what holds for every slave is one line, however many slaves there are.
+  std::vector<Ordered> lines;
+  struct Single {
+    const Group* group;
+    std::size_t count;
+  };
+  std::vector<Single> single;
+  std::size_t listed = 0;
+  const auto as_one = [&](const Group& group, SlaveId slave, const std::string& reason) {
+    Ordered all{0, {group.rule, slave, reason, 0, 0}};
+    bool first = true;
+    for (const Place& place : group.places) {
+      if (place.slave == kNoSlave) continue;
+      if (first || place.order < all.order) all.order = place.order;
+      if (first || place.first_frame < all.line.first_frame) all.line.first_frame = place.first_frame;
+      all.line.occasions += place.occasions;
+      first = false;
+    }
+    lines.push_back(std::move(all));
+  };
+  for (const Group& group : groups_) {
+    std::size_t of_slaves = group.places.size();
+    for (const Place& place : group.places) {
+      if (place.slave != kNoSlave) continue;
+      --of_slaves;
+      lines.push_back({place.order, {group.rule, kNoSlave, group.reason, place.first_frame, place.occasions}});
+    }
+    if (of_slaves == 0) continue;
+    if (slaves >= 2 && of_slaves >= slaves) {
+      as_one(group, kEverySlave, group.reason);
+    } else {
+      single.push_back({&group, of_slaves});
+      listed += of_slaves;
     }
   }
-  not_evaluable_ = std::move(folded);
+  std::stable_sort(single.begin(), single.end(), [](const Single& a, const Single& b) { return a.count > b.count; });
+  for (const Single& part : single) {
+    if (listed + lines.size() > kMaxListed && part.count > 1) {
+      as_one(*part.group, kNoSlave, part.group->reason + " (" + std::to_string(part.count) + " slaves)");
+      listed -= part.count;
+      lines_left_out_ += part.count;
+      continue;
+    }
+    for (const Place& place : part.group->places) {
+      if (place.slave == kNoSlave) continue;
+      lines.push_back(
+          {place.order, {part.group->rule, place.slave, part.group->reason, place.first_frame, place.occasions}});
+      --listed;
+    }
+  }
+  folded_ = InOrder(std::move(lines));
 }
 
 void AddRelated(Finding& finding, FrameNo frame) {

@@ -237,6 +237,13 @@ struct SlaveSummary {
   std::string unjudged;    ///< why neither AL state nor process data could be judged; empty: one of them was
 };
 
+/// A store of the analysis that was full: what it keeps, and what it left out.
+struct ReachedLimit {
+  std::string what;  ///< "findings that are listed one by one"
+  std::uint64_t limit = 0;
+  std::uint64_t left_out = 0;  ///< at least so many
+};
+
 struct AnalysisResult {
   CaptureSummary capture;
   BusSummary bus;
@@ -245,6 +252,8 @@ struct AnalysisResult {
   std::vector<NotEvaluable> not_evaluable;
   std::vector<CaptureAdvice> capture_next;  ///< the most valuable first
   std::vector<RuleCoverage> coverage;       ///< all rules, by id; not those that a command left out
+  std::vector<ReachedLimit> limits;         ///< docs/SECURITY.md has a table of all
+  std::string cut;                          ///< why no verdict can be better than "limited"; empty: nothing
 
   [[nodiscard]] const SlaveSummary* slave(SlaveId id) const {
     for (const SlaveSummary& s : slaves) {

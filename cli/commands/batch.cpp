@@ -80,7 +80,10 @@ class BatchCommand : public Command {
     if (const auto error = PlanBaseline(gate_.write_baseline, files_)) return Fail(console, *error);
     std::vector<std::string> names;
     for (const BatchJob& job : jobs_) names.push_back(fs::path(job.report).filename().string());
-    RemoveUnfinished(*folder_, names);
+    FolderLock lock(*folder_);
+    if (lock.alone()) RemoveUnfinished(*folder_, names);
+    lock.Share();
+    SayPassedOver(console);
 
     ListenForInterrupt();
     std::vector<BatchResult> results;
@@ -92,6 +95,8 @@ class BatchCommand : public Command {
     if (lack_slaves_) return Fail(console, Error{"no capture has a slave of --slave; there is no summary"});
     status = Worst(status, Deliver(digest, *output, gate_.write_baseline, console));
     TellOutcome(results, digest, console);
+    const bool crashed = std::any_of(results.begin(), results.end(), [](const BatchResult& r) { return r.crashed; });
+    if (crashed) status = Worst(status, ExitStatus::kInternal);
     return digest.not_reached > 0 && InterruptFlag() ? Worst(status, ExitStatus::kInterrupted) : status;
   }
 
@@ -106,6 +111,7 @@ class BatchCommand : public Command {
     Result<FileList> list = ExpandPaths(options_.captures, IsCaptureName, "capture");
     if (!list) return list.error();
     paths_ = std::move(list->files);
+    passed_over_ = std::move(list->passed_over);
     if (options_.join) {
       for (std::vector<std::string>& files : GroupRingBuffers(paths_)) {
         if (auto error = AddJob(std::move(files))) return error;
@@ -123,6 +129,14 @@ class BatchCommand : public Command {
       jobs_.push_back(std::move(job));
     }
     return std::nullopt;
+  }
+
+  void SayPassedOver(Console& console) const {
+    constexpr std::size_t kNamed = 20;
+    for (std::size_t i = 0; i < passed_over_.size() && i < kNamed; ++i) console.Warning(passed_over_[i]);
+    if (passed_over_.size() > kNamed) {
+      console.Warning(Grouped(passed_over_.size() - kNamed) + " more files and links are passed over");
+    }
   }
 
   [[nodiscard]] std::optional<Error> ReadWorkers() {
@@ -221,6 +235,7 @@ class BatchCommand : public Command {
   std::optional<std::string> jobs_text_;
   std::optional<std::string> folder_;
   std::vector<std::string> paths_;
+  std::vector<std::string> passed_over_;
   CommandFiles files_;
   std::map<std::string, Prepared> prepared_;  ///< by configuration file
   BaselineShelf baselines_;

@@ -16,6 +16,7 @@
 #include "cli/json_file.h"
 #include "cli/output_plan.h"
 #include "cli/report/digest_json.h"
+#include "cli/report/fingerprint.h"
 #include "cli/report/formats.h"
 #include "cli/report_output.h"
 #include "cli/summary_run.h"
@@ -115,7 +116,7 @@ class MergeCommand : public Command {
                         ": counted once");
         continue;
       }
-      by_path_.emplace(capture.path, digest.captures.size());
+      by_content_.emplace(ContentHash(capture), digest.captures.size());
       digest.captures.push_back(std::move(capture));
     }
     return std::nullopt;
@@ -124,7 +125,8 @@ class MergeCommand : public Command {
   /// The same capture with the same findings, of another report.
   [[nodiscard]] const report::CaptureDigest* Told(const report::Digest& digest,
                                                   const report::CaptureDigest& capture) const {
-    const auto [begin, end] = by_path_.equal_range(capture.path);
+    // What is alike is kept once, so hardly ever more than one has to be looked at, however many captures share a path.
+    const auto [begin, end] = by_content_.equal_range(ContentHash(capture));
     for (auto entry = begin; entry != end; ++entry) {
       const report::CaptureDigest& other = digest.captures[entry->second];
       report::CaptureDigest alike = capture;
@@ -132,6 +134,22 @@ class MergeCommand : public Command {
       if (alike == other) return &other;
     }
     return nullptr;
+  }
+
+  /// Equal for what is told alike; which report tells it does not count.
+  [[nodiscard]] static std::uint64_t ContentHash(const report::CaptureDigest& capture) {
+    std::string content = capture.path + '\n' + capture.unreadable + '\n' + capture.first_time;
+    const auto add = [&content](std::uint64_t number) { content += ' ' + std::to_string(number); };
+    add(capture.packets);
+    add(capture.ethercat_frames);
+    for (const report::FindingDigest& finding : capture.findings) {
+      add(finding.frame);
+      add(finding.last_frame);
+      add(finding.count);
+      content += finding.rule + finding.title + finding.message;
+    }
+    for (const report::NotJudged& line : capture.not_judged) content += line.rule + line.reason;
+    return report::StableHash(content);
   }
 
   void WarnOfVersions(Console& console) const {
@@ -148,8 +166,8 @@ class MergeCommand : public Command {
   std::optional<report::FailOn> parsed_fail_on_;
   Baseline known_;
   OutputOptions output_;
-  std::multimap<std::string, std::size_t> by_path_;  ///< places in the digest
-  std::set<std::string> versions_;                   ///< that made the reports
+  std::multimap<std::uint64_t, std::size_t> by_content_;  ///< places in the digest
+  std::set<std::string> versions_;                        ///< that made the reports
 };
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "analyzers/analysis.h"
+#include "cli/crash.h"
 #include "cli/interrupt.h"
 #include "cli/output_file.h"
 #include "cli/progress.h"
@@ -226,6 +227,7 @@ ExitStatus CopyRun::Judge(Console& console, const Plan& plan, AnalysisResult& re
   analysis.from_s = analysis.to_s = std::nullopt;
   analysis.from_frame = analysis.to_frame = std::nullopt;
   analysis.stop = &InterruptFlag();
+  analysis.reached = &ReachedFrame();
   {
     auto source = plan.Open();
     if (!source && InterruptFlag()) return InterruptedCopy(console, plan.name);

@@ -120,7 +120,7 @@ std::string WhyLimited(const AnalysisResult& result) {
     if (positions.empty()) reason = slave.unjudged;
     positions.insert(slave.position);
   }
-  if (positions.empty()) return {};
+  if (positions.empty()) return result.cut;
   const std::string slaves = positions.size() == 1 ? "slave " : "slaves ";
   return slaves + Ranges(positions) + ": " + std::string(reason);
 }

@@ -69,6 +69,7 @@ CaptureDigest DigestOf(const CaptureReport& capture) {
   for (const std::string& missing : capture.unmet) out.unmet.push_back(PrintableLines(missing));
   out.selection = capture.selection;
   out.fail_on = capture.fail_on;
+  out.config = PrintableLines(capture.config);
   out.baseline = PrintableLines(capture.baseline);
   out.rules = capture.rules;
   for (std::size_t i = 0; i < result.findings.size(); ++i) {

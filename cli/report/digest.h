@@ -78,6 +78,7 @@ struct CaptureDigest {
   std::vector<std::string> unmet;  ///< what of it is missing
   Selection selection;
   FailOn fail_on = FailOn::kError;
+  std::string config;                                      ///< path of the configuration file; empty: none
   std::string baseline;                                    ///< path; empty: none
   std::vector<std::pair<std::string, std::string>> rules;  ///< settings of rules: id and severity, or "off"
   std::vector<FindingDigest> findings;                     ///< as in the report

@@ -172,6 +172,7 @@ CaptureDigest ReadCapture(JsonValue json, Fields& fields) {
   const std::optional<FailOn> fail_on = ParseFailOn(fields.Text(settings, "fail_on"));
   if (!fail_on) fields.Fail("fail_on");
   out.fail_on = fail_on.value_or(FailOn::kError);
+  if (settings.member("config").there()) out.config = fields.TextOrNull(settings, "config");
   out.baseline = fields.TextOrNull(settings, "baseline");
   // Reports of the first versions do not have these.
   if (settings.member("judged").there()) out.judged = fields.Text(settings, "judged") != "nothing";

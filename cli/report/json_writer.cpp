@@ -319,6 +319,11 @@ void PutCaptureReport(JsonObject& out, const CaptureReport& capture) {
   });
   out.List("not_evaluable", result.not_evaluable,
            [&](JsonObject& json, const NotEvaluable& entry) { PutNotEvaluable(json, result, entry); });
+  out.List("limits_reached", result.limits, [](JsonObject& json, const ReachedLimit& reached) {
+    json.Text("what", reached.what);
+    json.Put("limit", reached.limit);
+    json.Put("left_out", reached.left_out);
+  });
   out.Object("coverage", [&](JsonObject& json) { PutCoverage(json, result); });
   out.List("capture_next", result.capture_next, [](JsonObject& json, const CaptureAdvice& advice) {
     json.Text("what", advice.text);

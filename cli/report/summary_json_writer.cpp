@@ -33,6 +33,7 @@ void PutCaptureDigest(JsonObject& out, const CaptureDigest& capture) {
   out.Put("duration_s", capture.duration_s);
   out.Put("complete", read && capture.complete);
   out.Put("fail_on", OnlyIf(read, Name(capture.fail_on)));
+  out.TextOrNull("config", capture.config);
   out.Put("errors", summary.errors);
   out.Put("warnings", summary.warnings);
   out.Put("infos", summary.infos);

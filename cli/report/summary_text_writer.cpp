@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <array>
+#include <map>
+#include <string>
 #include <string_view>
 
 #include "cli/report/layout.h"
@@ -12,6 +14,7 @@ namespace {
 
 /// Captures without findings are listed up to this number.
 constexpr std::size_t kQuietListed = 40;
+constexpr std::size_t kConfigurationsListed = 20;
 
 /// "9 captures, 3 failed: 5 errors, 2 warnings, 1 info; 1 could not be read"
 std::string FirstLine(const Digest& digest, const Tally& tally) {
@@ -95,6 +98,25 @@ void Captures(const Digest& digest, TextBuilder& text) {
   }
 }
 
+/// Files that nobody named on the command line, and that change the result.
+void Configurations(const Digest& digest, TextBuilder& text) {
+  std::map<std::string, std::size_t> captures;
+  for (const CaptureDigest& capture : digest.captures) {
+    if (!capture.config.empty()) ++captures[capture.config];
+  }
+  if (captures.empty()) return;
+  text.Line();
+  text.Line(text.Styled("Configuration files", Style::kBold));
+  std::size_t shown = 0;
+  for (const auto& [config, count] : captures) {
+    if (shown++ == kConfigurationsListed) {
+      text.Line("and " + Grouped(captures.size() - kConfigurationsListed) + " more", 2);
+      break;
+    }
+    text.Line(OneLine(config) + ": " + Count(count, "capture"), 2);
+  }
+}
+
 }  // namespace
 
 std::string WriteSummaryText(const Digest& digest, const TextStyle& style) {
@@ -109,6 +131,7 @@ std::string WriteSummaryText(const Digest& digest, const TextStyle& style) {
   text.Line(text.Styled(word, shown) + " " + FirstLine(digest, tally));
   Rules(digest, tally, text);
   Captures(digest, text);
+  Configurations(digest, text);
   return text.Take();
 }
 

@@ -585,6 +585,11 @@ class CaptureText {
     if (const std::string events = SignalledFacts(); !events.empty()) text_.Paragraph(events, 2);
     if (const std::string predictions = Predictions(); !predictions.empty()) text_.Paragraph(predictions, 2);
     if (const std::string left_out = LeftOut(); !left_out.empty()) text_.Paragraph(left_out, 2);
+    for (const ReachedLimit& reached : result_.limits) {
+      text_.Paragraph("limit reached: " + Grouped(reached.limit) + " " + OneLine(reached.what) + "; " +
+                          Grouped(reached.left_out) + " more are left out or counted on others",
+                      2);
+    }
     if (c.file.damage) text_.Paragraph("damaged: " + OneLine(c.file.damage->message), 2);
     if (const std::string limits = Text(capture_.selection); !limits.empty()) {
       text_.Paragraph("limited by " + OneLine(limits), 2);

@@ -18,7 +18,8 @@ using report::OnlyIf;
 
 constexpr std::size_t kShownBytes = 24;
 constexpr std::uint32_t kFirstCategory = 0x40;
-constexpr FrameNo kIdleFrames = 64;  // masters ask several slaves in turn
+constexpr FrameNo kIdleFrames = 64;          // masters ask several slaves in turn
+constexpr std::uint32_t kAlwaysShown = 512;  // words: the EEPROM of nearly every device
 
 /// The member `key`, an object that `write(JsonObject&)` fills.
 template <typename Write>
@@ -211,7 +212,7 @@ std::string EepromPartName(const esc::SiiImage& image, std::uint32_t first, std:
     if (first < part.end && end > part.first) Add(text, std::string(part.name));
   }
   if (end <= kFirstCategory) return text;
-  const esc::SiiContents contents = esc::ParseSii(image);
+  const esc::SiiContents contents = esc::ParseSii(image, esc::SiiDepth::kChain);
   for (const esc::SiiCategory& category : contents.categories) {
     const std::uint32_t header = category.first_word - 2;
     if (first < category.first_word + category.words && end > header) {
@@ -326,11 +327,13 @@ void EepromLines::On(const track::EepromError& event) {
   row.style = report::Style::kWarning;
 }
 
-void EepromLines::WriteContents(SlaveId id, Slave& slave) {
+void EepromLines::WriteContents(SlaveId id, Slave& slave, bool at_end) {
   if (!slave.last_read.seen()) return;
   const esc::SiiImage& image = output_.network().state(id).sii.image();
   const std::uint32_t known = image.KnownWords();
   if (known == slave.shown_words) return;  // read again what had been read
+  // A master that turns away after every few words would have all that went before told anew each time.
+  if (!at_end && known > kAlwaysShown && known < slave.shown_words + slave.shown_words / 8) return;
   slave.shown_words = known;
   if (!output_.Wants(EventType::kEeprom, slave.last_read, id)) return;
   const esc::SiiContents contents = esc::ParseSii(image);
@@ -367,11 +370,15 @@ void EepromLines::WriteContents(SlaveId id, Slave& slave) {
 void EepromLines::Pause(SlaveId slave) {
   if (slave >= slaves_.size()) return;
   Flush(slave, slaves_[slave]);
-  WriteContents(slave, slaves_[slave]);
+  WriteContents(slave, slaves_[slave], false);
 }
 
 void EepromLines::End() {
-  for (std::size_t i = 0; i < slaves_.size(); ++i) Pause(static_cast<SlaveId>(i));
+  for (std::size_t i = 0; i < slaves_.size(); ++i) {
+    const auto slave = static_cast<SlaveId>(i);
+    Flush(slave, slaves_[i]);
+    WriteContents(slave, slaves_[i], true);
+  }
 }
 
 }  // namespace ecaudit::cli

@@ -36,7 +36,8 @@ class EepromLines {
   void Flush(SlaveId id, Slave& slave);
   /// Ends runs that were not continued for a while.
   void FlushIdle(FrameNo now);
-  void WriteContents(SlaveId id, Slave& slave);
+  /// @param at_end  false: more may come, and what is new may be too little for another line
+  void WriteContents(SlaveId id, Slave& slave, bool at_end);
 
   EventOutput& output_;
   std::deque<Slave> slaves_;

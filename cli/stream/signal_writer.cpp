@@ -26,13 +26,17 @@ std::string_view PdoDirectionName(PdoDirection direction) {
   return direction == PdoDirection::kRx ? "rx" : "tx";
 }
 
-/// RFC 4180: between quotation marks, and those doubled, where a program could mistake it.
+/// RFC 4180: between quotation marks, and those doubled, where a program could mistake it. Names come from devices and
+/// files of others: what a spreadsheet would take for a formula gets an apostrophe in front, which makes it text.
 void AppendCsv(std::string& out, std::string_view text) {
+  const bool formula = !text.empty() && std::string_view("=+-@\t\r").find(text.front()) != std::string_view::npos;
   if (text.find_first_of(",\"\r\n;") == std::string_view::npos) {
+    if (formula) out += '\'';
     out += text;
     return;
   }
   out += '"';
+  if (formula) out += '\'';
   for (const char c : text) {
     if (c == '"') out += '"';
     out += c;

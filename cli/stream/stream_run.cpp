@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "cli/capture_check.h"
+#include "cli/crash.h"
 #include "cli/interrupt.h"
 #include "cli/progress.h"
 #include "cli/stream/spool.h"
@@ -136,6 +137,7 @@ namespace {
 PipelineOptions RunOptions(const LineWriter& writer, const FrameRange& range, Progress& progress, bool show_progress) {
   PipelineOptions options;
   options.stop = &InterruptFlag();
+  options.reached = &ReachedFrame();
   options.progress = [&progress, show_progress](std::uint64_t done, std::uint64_t total, std::uint64_t frames) {
     if (show_progress) progress.Update(done, total, frames);
   };

@@ -8,20 +8,34 @@ namespace ecaudit {
 
 class Allowance {
  public:
-  explicit Allowance(std::size_t most) : left_(most) {}
+  /// @param beyond  what more may be taken from, where these are used up; null: nothing, else must outlive this. So
+  /// each
+  ///                slave has something that the others cannot take from it
+  explicit Allowance(std::size_t most, Allowance* beyond = nullptr) : left_(most), beyond_(beyond) {}
   Allowance(const Allowance&) = delete;
   Allowance& operator=(const Allowance&) = delete;
 
   /// @return false, and nothing is taken, where less than `count` is left
   bool Take(std::size_t count) {
-    if (count > left_) return false;
-    left_ -= count;
+    const std::size_t own = count < left_ ? count : left_;
+    if (own < count) {
+      if (beyond_ == nullptr || !beyond_->Take(count - own)) return false;
+      borrowed_ += count - own;
+    }
+    left_ -= own;
     return true;
   }
-  void GiveBack(std::size_t count) { left_ += count; }
+  void GiveBack(std::size_t count) {
+    const std::size_t back = count < borrowed_ ? count : borrowed_;
+    if (back > 0) beyond_->GiveBack(back);
+    borrowed_ -= back;
+    left_ += count - back;
+  }
 
  private:
   std::size_t left_;
+  std::size_t borrowed_ = 0;
+  Allowance* beyond_;
 };
 
 /// The same where there may be no common limit.

@@ -43,6 +43,25 @@ bool OnlyIndexFlipped(const wire::DatagramView& a, const wire::DatagramView& b) 
          a.ado() == b.ado() && (wire::IncrementsAdp(a.command()) || a.adp() == b.adp());
 }
 
+/// True when the frames differ, in what slaves never change, in so few bits that they flipped on the way. Another frame
+/// of the same kind, whose own copy the capture misses, differs in more.
+bool FewBitsFlipped(const wire::FrameView& sent, const wire::FrameView& returned) {
+  constexpr int kFew = 2;
+  if (sent.size() != returned.size()) return false;
+  int flipped = 0;
+  for (std::size_t i = 0; i < sent.size() && flipped <= kFew; ++i) {
+    const wire::DatagramView a = sent[i];
+    const wire::DatagramView b = returned[i];
+    flipped += std::popcount(a.KeptHeader() ^ b.KeptHeader());
+    const wire::Command c = a.command();
+    if (wire::Reads(c) || !wire::Writes(c) || a.length() != b.length()) continue;
+    for (std::size_t k = 0; k < a.data().size(); ++k) {
+      flipped += std::popcount(static_cast<std::uint8_t>(a.data()[k] ^ b.data()[k]));
+    }
+  }
+  return flipped > 0 && flipped <= kFew;
+}
+
 }  // namespace
 
 Pairing::Pairing(const DirectionLearner& directions, BusSink& sink) : directions_(directions), sink_(sink) {
@@ -110,7 +129,8 @@ void Pairing::Push(const wire::FrameView& frame) noexcept {
 
 void Pairing::PushForeign(const wire::FrameView& frame) noexcept {
   sink_.OnFrame(frame, Direction::kForeign);
-  ++statistics_.foreign;
+  if (statistics_.foreign++ == 0) statistics_.first_foreign = frame.ref().number;
+  if (AnyWorkingCounter(frame)) ++statistics_.foreign_answered;
   if (frame.kind() == wire::FrameKind::kMalformed) sink_.OnUnusable(frame, Unusable::kMalformed, false);
 }
 
@@ -521,6 +541,9 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
   // Or bits flipped in a field that slaves never change (the FCS is not in the capture).
   if (Slot* alike = FindAlike(frame); alike != nullptr && !directions_.returned_only()) {
     ++statistics_.altered;
+    if (alike->overtaken == 0 && FewBitsFlipped(alike->view, frame) && statistics_.flipped++ == 0) {
+      statistics_.first_flipped = frame.ref().number;
+    }
     DoubtOvertakenBy(*alike);
     sink_.OnDoubtful(alike->view);
     sink_.OnUnusable(frame, Unusable::kAltered, true);

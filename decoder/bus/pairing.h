@@ -52,7 +52,11 @@ struct PairingIncidents {
   FrameRef first_reordered;              ///< the first of them, as it came back ...
   FrameRef last_reordered;               ///< ... and the last
   std::uint64_t altered = 0;
+  std::uint64_t flipped = 0;  ///< of these, those that differ in a bit or two
+  FrameNo first_flipped = 0;
   std::uint64_t foreign = 0;
+  std::uint64_t foreign_answered = 0;  ///< of these, frames that slaves took part in
+  FrameNo first_foreign = 0;
   std::uint64_t repeated_unanswered = 0;  ///< the frame before once more, which had not come back
   std::uint64_t dropped_every = 0;        ///< the recorder left out one of so many packets, regularly; 0: it did not
   bool nobody_answers = false;            ///< frames are repeated after a time-out, and nothing ever came back

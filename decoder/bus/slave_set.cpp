@@ -19,14 +19,20 @@ SlaveId SlaveSet::AtStation(StationAddress address) const {
 }
 
 SlaveId SlaveSet::Add() {
-  if (slaves_.size() >= kMaxSlaves) return kNoSlave;
+  if (slaves_.size() >= kMaxSlaves) {
+    ++left_out_;
+    return kNoSlave;
+  }
   slaves_.emplace_back();
   return static_cast<SlaveId>(slaves_.size() - 1);
 }
 
 SlaveId SlaveSet::AddAtPosition(SlavePos position, FrameNo frame) {
   if (const SlaveId known = AtPosition(position); known != kNoSlave) return known;
-  if (position >= kMaxSlaves) return kNoSlave;
+  if (position >= kMaxSlaves) {
+    ++left_out_;
+    return kNoSlave;
+  }
   const SlaveId id = Add();
   if (id == kNoSlave) return id;
   PlaceAt(id, position, frame);

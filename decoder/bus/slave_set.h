@@ -39,6 +39,8 @@ class SlaveSet {
   SlaveSet() : by_station_(65536, kNoSlave) {}
 
   [[nodiscard]] std::size_t size() const { return slaves_.size(); }
+  /// How often a slave beyond kMaxSlaves was met.
+  [[nodiscard]] std::uint64_t left_out() const { return left_out_; }
   [[nodiscard]] const SlaveAddress& operator[](SlaveId id) const { return slaves_[id]; }
 
   /// kNoSlave when not known (yet).
@@ -78,6 +80,7 @@ class SlaveSet {
   std::vector<SlaveId> by_position_;
   std::vector<SlaveId> by_station_;
   std::size_t aliases_enabled_ = 0;
+  std::uint64_t left_out_ = 0;
 };
 
 }  // namespace ecaudit::bus

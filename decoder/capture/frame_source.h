@@ -3,6 +3,7 @@
 /// FrameSource is the outside world of the decoder: a file (capture_reader.h), several files, or a test's frames.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -32,6 +33,7 @@ struct CapturedFrame {
   std::uint16_t link_type = 1;        ///< a LinkType, or any other number, which is then not decoded
   std::uint16_t interface_index = 0;  ///< pcapng interface, counted over all sections; 0 for pcap
   PacketFlag flag = PacketFlag::kNone;
+  bool damaged = false;  ///< the capture marks it: its frame check sequence, or its form on the wire, is wrong
   std::uint32_t original_length = 0;  ///< on the wire; more than bytes.size() when cut by the snap length
   ByteSpan bytes;
 
@@ -66,6 +68,18 @@ struct CaptureInfo {
   std::optional<Damage> damage;
   std::vector<Comment> comments;  ///< at most 1,000, later ones are left out
   std::uint64_t packets = 0;
+  std::uint64_t unread_blocks = 0;  ///< of types that are not known, with what looks like an EtherCAT frame in them
+
+  /// Packets that the capturing machine dropped, by its own count.
+  [[nodiscard]] std::uint64_t dropped() const {
+    std::uint64_t sum = 0;
+    for (const Interface& interface : interfaces) sum += std::min(interface.dropped.value_or(0), kMostDropped);
+    return sum;
+  }
+
+ private:
+  /// A count above it is no count.
+  static constexpr std::uint64_t kMostDropped = std::uint64_t{1} << 40U;
 };
 
 enum class ReadStatus : std::uint8_t {

@@ -87,6 +87,7 @@ class PcapSource final : public FrameSource {
     frame.link_type = info_.interfaces[0].link_type;
     frame.interface_index = 0;
     frame.flag = PacketFlag::kNone;
+    frame.damaged = false;
     frame.original_length = header->len;
     frame.bytes = {data, header->caplen};
     offset_ += record_header_bytes_ + header->caplen;

@@ -34,12 +34,25 @@ inline constexpr std::uint32_t kEnhancedPacket = 6;
   }
 }
 
+/// Blocks of other types that are known to hold no packet.
+[[nodiscard]] constexpr bool HoldsNoPacket(std::uint32_t type) {
+  constexpr std::uint32_t kNameResolution = 4;
+  constexpr std::uint32_t kDecryptionSecrets = 10;
+  return type == kNameResolution || type == kDecryptionSecrets;
+}
+
+/// Link-layer errors in epb_flags that make the bytes of a packet doubtful: wrong symbol, preamble, start of frame,
+/// unaligned frame, wrong frame check sequence. Gaps and lengths of the frame do not.
+inline constexpr std::uint32_t kDamagedOnWire = 0xF1000000;
+
 inline constexpr std::uint32_t kByteOrderMagic = 0x1A2B3C4D;
 inline constexpr std::size_t kBlockHeaderBytes = 8;
 inline constexpr std::size_t kTrailerBytes = 4;
 inline constexpr std::size_t kMinBlockBytes = kBlockHeaderBytes + kTrailerBytes;
 /// No tool writes blocks anywhere near this; a larger length field is a broken one.
 inline constexpr std::uint32_t kMaxBlockBytes = 64U * 1024U * 1024U;
+/// Likewise of blocks that are read, which have to be in memory at once.
+inline constexpr std::uint32_t kMaxReadBlockBytes = 16U * 1024U * 1024U;
 
 inline constexpr std::uint16_t kOptEnd = 0;
 inline constexpr std::uint16_t kOptComment = 1;

@@ -8,6 +8,7 @@
 
 #include "decoder/base/text.h"
 #include "decoder/capture/capture_stream.h"
+#include "decoder/capture/ethercat_traces.h"
 #include "decoder/capture/pcapng_block.h"
 #include "decoder/capture/time_scale.h"
 
@@ -20,6 +21,7 @@ using pcapng::OptionReader;
 constexpr std::size_t kMaxComments = 1000;
 constexpr std::size_t kMaxCommentBytes = 4096;
 constexpr std::size_t kMaxNameBytes = 256;
+constexpr std::uint32_t kPeekedAt = 256;       // bytes of a block that is passed over
 constexpr std::size_t kMaxInterfaces = 65535;  // CapturedFrame::interface_index
 
 /// What a block turned out to be.
@@ -171,7 +173,8 @@ BlockResult PcapngSource::ReadBlock(CapturedFrame& frame) {
     if (order_.U32(bytes, 8) != pcapng::kByteOrderMagic) return Damaged("a section header has no byte-order magic");
   }
   const std::uint32_t length = order_.U32(bytes, 4);
-  if (length < MinimumBytes(type) || length % 4 != 0 || length > pcapng::kMaxBlockBytes) {
+  if (length < MinimumBytes(type) || length % 4 != 0 ||
+      length > (IsRead(type) ? pcapng::kMaxReadBlockBytes : pcapng::kMaxBlockBytes)) {
     return Damaged(BlockName(type, NextPacket()) + " has an impossible block length, " + Grouped(length) + " bytes");
   }
   if (!IsRead(type)) return PassOver(type, length);
@@ -202,6 +205,9 @@ BlockResult PcapngSource::ReadBlock(CapturedFrame& frame) {
 
 BlockResult PcapngSource::PassOver(std::uint32_t type, std::uint32_t length) {
   const std::uint64_t start = stream_->offset();
+  if (!pcapng::HoldsNoPacket(type) && HoldsEtherCat(Slice(stream_->Peek(std::min(length, kPeekedAt)), 0, length))) {
+    ++info_.unread_blocks;
+  }
   const bool whole = stream_->Skip(length - pcapng::kTrailerBytes);
   const ByteSpan trailer = stream_->Peek(pcapng::kTrailerBytes);
   if (!whole || trailer.size() < pcapng::kTrailerBytes) return EndsInside(BlockName(type, NextPacket()), start);
@@ -304,6 +310,7 @@ void PcapngSource::PacketOptions(ByteSpan options, std::size_t interface, Captur
       const std::uint32_t direction = order_.U32(option->value, 0) & 3U;
       if (direction == 1) frame.flag = PacketFlag::kInbound;
       if (direction == 2) frame.flag = PacketFlag::kOutbound;
+      frame.damaged = (order_.U32(option->value, 0) & pcapng::kDamagedOnWire) != 0;
     }
     if (option->code == pcapng::kEpbDropCount && option->value.size() == 8) {
       interfaces_[interface].dropped_by_packets += order_.U64(option->value, 0);
@@ -355,6 +362,7 @@ void PcapngSource::FillFrame(std::size_t interface, std::uint32_t original_lengt
   frame.link_type = info_.interfaces[interface].link_type;
   frame.interface_index = static_cast<std::uint16_t>(interface);
   frame.flag = PacketFlag::kNone;
+  frame.damaged = false;
   frame.original_length = original_length;
   frame.bytes = bytes;
 }

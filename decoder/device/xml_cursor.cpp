@@ -1,5 +1,6 @@
 #include "decoder/device/xml_cursor.h"
 
+#include <algorithm>
 #include <charconv>
 
 #include <QByteArray>
@@ -30,6 +31,36 @@ std::string_view DeclaredEncoding(std::string_view xml) {
   return declaration.substr(open + 1, close - open - 1);
 }
 
+/// True when an element has so many attributes that looking for two of one name would take long: the parser compares
+/// each with each. Also right where a character takes two bytes.
+bool HasTooManyAttributes(std::string_view xml) {
+  std::size_t at = 0;
+  while ((at = xml.find('<', at)) != std::string_view::npos) {
+    ++at;
+    if (xml.substr(at, 3) == "!--") {
+      at = std::min(xml.find("-->", at), xml.size());
+      continue;
+    }
+    if (xml.substr(at, 8) == "![CDATA[") {
+      at = std::min(xml.find("]]>", at), xml.size());
+      continue;
+    }
+    std::size_t attributes = 0;
+    char quote = 0;
+    for (; at < xml.size() && (quote != 0 || xml[at] != '>'); ++at) {
+      const char c = xml[at];
+      if (quote != 0) {
+        if (c == quote) quote = 0;
+      } else if (c == '"' || c == '\'') {
+        quote = c;
+      } else if (c == '=' && ++attributes > kMaxXmlAttributes) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 struct XmlCursor::Parser {
@@ -39,6 +70,10 @@ struct XmlCursor::Parser {
 XmlCursor::XmlCursor(std::string_view xml) : parser_(std::make_unique<Parser>()) {
   if (xml.size() > kMaxXmlBytes) {
     error_ = Error{"larger than " + Grouped(kMaxXmlBytes) + " bytes"};
+    return;
+  }
+  if (HasTooManyAttributes(xml)) {
+    error_ = Error{"an element has more than " + Grouped(kMaxXmlAttributes) + " attributes"};
     return;
   }
   const std::string encoding(DeclaredEncoding(xml));

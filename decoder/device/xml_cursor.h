@@ -21,6 +21,8 @@ namespace ecaudit::device {
 inline constexpr std::size_t kMaxXmlBytes = 256U << 20U;
 /// Longer texts (names, hexadecimal data) are refused.
 inline constexpr std::size_t kMaxXmlText = 1U << 20U;
+/// Of one element; the largest known has about 20.
+inline constexpr std::size_t kMaxXmlAttributes = 1000;
 
 class XmlCursor {
  public:

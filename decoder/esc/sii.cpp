@@ -367,9 +367,9 @@ std::string SiiContents::VendorText(std::uint16_t type) const {
   return {};
 }
 
-SiiContents ParseSii(const SiiImage& image) {
+SiiContents ParseSii(const SiiImage& image, SiiDepth depth) {
   SiiContents contents;
-  contents.header = ParseHeader(image);
+  if (depth == SiiDepth::kWhole) contents.header = ParseHeader(image);
   std::uint32_t word = kFirstCategory;
   while (true) {
     contents.chain_end_word = word;
@@ -395,6 +395,10 @@ SiiContents ParseSii(const SiiImage& image) {
     word = category.first_word + category.words;
     if (category.type == static_cast<std::uint16_t>(SiiCategoryType::NOP))
       continue;  // an erased EEPROM has 32 Ki of them
+    if (depth == SiiDepth::kChain) {
+      contents.categories.push_back(category);
+      continue;
+    }
     const std::uint32_t known = image.KnownWords(category.first_word, category.words);
     if (known == category.words) {
       category.coverage = SiiCategory::Coverage::kComplete;

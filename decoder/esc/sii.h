@@ -264,7 +264,12 @@ struct SiiContents {
   [[nodiscard]] std::string VendorText(std::uint16_t type) const;
 };
 
+enum class SiiDepth : std::uint8_t {
+  kWhole,
+  kChain,  ///< where categories lie, not what they hold: costs a look at each category's header
+};
+
 /// Reads what the known words of `image` say. Any content is accepted.
-[[nodiscard]] SiiContents ParseSii(const SiiImage& image);
+[[nodiscard]] SiiContents ParseSii(const SiiImage& image, SiiDepth depth = SiiDepth::kWhole);
 
 }  // namespace ecaudit::esc

@@ -21,6 +21,8 @@ class MessageBytes {
   MessageBytes& operator=(const MessageBytes&) = delete;
 
   [[nodiscard]] std::size_t size() const { return bytes_.size(); }
+  /// Something was dropped.
+  [[nodiscard]] bool full() const { return full_; }
   operator ByteSpan() const { return bytes_; }  // NOLINT(google-explicit-constructor): it is one
 
   void Append(ByteSpan bytes) {

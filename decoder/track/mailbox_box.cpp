@@ -45,6 +45,11 @@ std::optional<ByteSpan> MailboxBox::Add(const SlaveAccess& access, ByteSpan data
     bytes.Append(fresh);
   }
   if (!to_last) return std::nullopt;
+  if (bytes.full()) {
+    // There was no room for it: what it said is not known, and nothing is wrong with it.
+    End();
+    return std::nullopt;
+  }
   return ByteSpan(bytes);
 }
 

@@ -14,6 +14,7 @@
 
 #include <cstdint>
 
+#include "decoder/base/allowance.h"
 #include "decoder/base/event_sink.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/track/access.h"
@@ -31,8 +32,9 @@ class MailboxTracker {
   MailboxTracker(SlaveId slave, EventSink& sink, Allowance* bytes = nullptr)
       : slave_(slave),
         sink_(sink),
-        out_(bytes),
-        in_(bytes),
+        box_bytes_(kBoxBytes, bytes),
+        out_(&box_bytes_),
+        in_(&box_bytes_),
         repeats_(slave, sink),
         protocols_(slave, counters_, sink, bytes) {}
   MailboxTracker(const MailboxTracker&) = delete;
@@ -56,6 +58,10 @@ class MailboxTracker {
   [[nodiscard]] const MailboxCounters& counters() const { return counters_; }
 
  private:
+  /// For the messages in its mailboxes. No other slave can take it away: a message that there is no room for would be
+  /// lost.
+  static constexpr std::size_t kBoxBytes = 4096;
+
   void OnWrite(const SlaveAccess& access);
   void OnRead(const SlaveAccess& access);
   void OnRegisters(const SlaveAccess& access);
@@ -79,6 +85,7 @@ class MailboxTracker {
   SlaveId slave_;
   EventSink& sink_;
   MailboxWindow window_;
+  Allowance box_bytes_;
   MailboxBox out_;
   MailboxBox in_;
   RepeatRequests repeats_;

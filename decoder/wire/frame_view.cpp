@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "decoder/capture/ethercat_traces.h"
+
 namespace ecaudit::wire {
 namespace {
 
@@ -107,8 +109,9 @@ std::optional<std::size_t> PassToEtherCat(capture::LinkType link, std::size_t of
   fields.cut_before_type_ = ends_before(offset + 2);
   auto ethertype = BigEndian<std::uint16_t>(bytes, offset);
   offset = link == capture::LinkType::kLinuxCooked2 ? 20 : offset + 2;
-  while (IsVlanTag(ethertype) && fields.vlan_tags_ < 4) {
-    ++fields.vlan_tags_;
+  // However many tags: what stands behind them is looked for as far as the packet goes.
+  while (IsVlanTag(ethertype)) {
+    if (fields.vlan_tags_ < 0xFF) ++fields.vlan_tags_;
     fields.cut_before_type_ = ends_before(offset + 4);
     ethertype = BigEndian<std::uint16_t>(bytes, offset + 2);
     offset += 4;
@@ -162,7 +165,10 @@ FrameView FrameView::Parse(const capture::CapturedFrame& frame) noexcept {
   const bool cut = frame.bytes.size() < frame.original_length;
   FrameFields& fields = view;
   const std::optional<std::size_t> type = PassLinkHeader(frame, cut, fields);
-  if (!type) return view;
+  if (!type) {
+    view.other_link_ = capture::HoldsEtherCat(frame.bytes);
+    return view;
+  }
   const std::optional<std::size_t> offset =
       PassToEtherCat(static_cast<capture::LinkType>(frame.link_type), *type, cut, fields);
   if (!offset) return view;
@@ -173,7 +179,7 @@ FrameView FrameView::Parse(const capture::CapturedFrame& frame) noexcept {
     view.ParseDatagrams(*offset, cut);
     view.key_ = view.KeyOfDatagrams();
   }
-  const bool damaged = view.esl_.crc_error || view.esl_.alignment_error;
+  const bool damaged = view.esl_.crc_error || view.esl_.alignment_error || frame.damaged;
   if (damaged && view.kind_ != FrameKind::kOther) view.kind_ = FrameKind::kDamagedOnWire;
   return view;
 }

@@ -64,7 +64,7 @@ enum class FrameKind : std::uint8_t {
   kEtherCat,       ///< all datagrams are consistent
   kMalformed,      ///< EtherCAT, but inconsistent: see problem(); the datagrams before the problem are readable
   kCut,            ///< cut by the snap length: the datagrams before the cut are readable
-  kDamagedOnWire,  ///< the probe (ESL record) saw a CRC or alignment error: not to be trusted
+  kDamagedOnWire,  ///< probe (ESL record) or capture saw a CRC or alignment error: not to be trusted
 };
 
 /// Why a frame is kMalformed.
@@ -110,6 +110,7 @@ struct FrameFields {
   std::uint8_t ethercat_type_ = 0;
   bool has_header_ = false;
   bool cut_before_type_ = false;
+  bool other_link_ = false;
   std::uint8_t count_ = 0;
 };
 
@@ -142,6 +143,8 @@ class FrameView : private FrameFields {
   [[nodiscard]] bool has_ethercat_header() const { return has_header_; }
   /// Cut by the snap length so early that nobody can say whether it is EtherCAT; kind() is kOther then.
   [[nodiscard]] bool cut_before_type() const { return cut_before_type_; }
+  /// What looks like an EtherCAT frame is in it, but its link type is none that is read; kind() is kOther then.
+  [[nodiscard]] bool other_link() const { return other_link_; }
 
   /// Bytes that the EtherCAT length covers behind the last datagram: TwinCAT rounds it up to an even number, others
   /// write the same for all small frames. Slaves do not look at them. padding_bytes() only for a view over

@@ -46,7 +46,8 @@ class BusNoAnswer final : public Rule {
   BusNoAnswer() : Rule(kInfo) { Hear<FrameSeen>(&BusNoAnswer::On); }
 
   void On(const FrameSeen& e) {
-    if (e.direction == bus::Direction::kReturned) {
+    // What cannot be read, and may have passed slaves, came back for all that anybody knows.
+    if (e.direction == bus::Direction::kReturned || e.direction == bus::Direction::kByPair) {
       last_returned_ = e.frame.ref();
       sent_since_ = 0;
     } else if (e.direction == bus::Direction::kOutbound) {

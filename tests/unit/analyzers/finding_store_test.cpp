@@ -103,6 +103,32 @@ TEST_F(FindingStoreTest, WhenThereAreTooManyTheFirstOfEachSlaveIsKeptNevertheles
     store.Add(kRule, 1, At(4, static_cast<SlaveId>(slave + other)));
   }
   EXPECT_EQ(store.findings().size(), FindingStore::kMaxWithFirstOnes);
+  EXPECT_EQ(store.findings_left_out(), 1U + 2 * FindingStore::kMaxWithFirstOnes - 1 -
+                                           (FindingStore::kMaxWithFirstOnes - FindingStore::kMaxFindings - 1));
+}
+
+TEST_F(FindingStoreTest, AnErrorBehindAnyNumberOfWarningsIsListed) {
+  for (SlaveId slave = 0; slave < 2 * FindingStore::kMaxWithFirstOnes; ++slave) {
+    store.Add(kRule, 1, Severity::kWarning, At(slave + 1, slave));
+  }
+  EXPECT_EQ(store.findings().size(), FindingStore::kMaxWithFirstOnes);
+  const FindingIndex of_rule = store.Add(kRule, 2, Severity::kError, At(50'000, 7));
+  ASSERT_NE(of_rule, kNoFinding);
+  EXPECT_EQ(store[of_rule].severity, Severity::kError);
+  EXPECT_EQ(store[of_rule].first.number, 50'000U);
+  const FindingIndex of_other = store.Add(kOther, 1, Severity::kError, At(50'001, 8));
+  EXPECT_EQ(store[of_other].first.number, 50'001U);
+}
+
+TEST_F(FindingStoreTest, TheFirstFindingOfARuleHasRoomWhenAllElseIsFull) {
+  for (SlaveId slave = 0; slave < 2 * FindingStore::kMaxWithFirstOnes; ++slave) {
+    store.Add(kRule, 1, Severity::kError, At(slave + 1, slave));
+  }
+  const FindingIndex first = store.Add(kOther, 1, Severity::kError, At(60'000, 8));
+  ASSERT_NE(first, kNoFinding);
+  EXPECT_EQ(store[first].rule, kOther.id);
+  EXPECT_EQ(store.Add(kOther, 1, Severity::kError, At(60'001, 9)), first) << "counted on it, not lost";
+  EXPECT_EQ(store[first].count, 2U);
 }
 
 TEST_F(FindingStoreTest, NotEvaluableOncePerReason) {
@@ -130,23 +156,39 @@ TEST_F(FindingStoreTest, WhatHoldsForAllSlavesIsOneEntry) {
   EXPECT_EQ(store.not_evaluable()[2].slave, kNoSlave) << "the bus itself";
 }
 
-TEST_F(FindingStoreTest, BeyondTheLimitOneEntryForEachRuleStandsForTheRest) {
-  for (std::size_t i = 0; i < FindingStore::kMaxNotEvaluable; ++i) {
-    store.AddNotEvaluable(kRule, static_cast<SlaveId>(i), "why", 7);
-  }
-  for (const SlaveId slave : {SlaveId{2000}, SlaveId{2001}}) {
-    store.AddNotEvaluable(kRule, slave, "why", 9);
-    store.AddNotEvaluable(kOther, slave, "why", 9);
+TEST_F(FindingStoreTest, WhatHoldsForAllSlavesIsOneEntryHoweverManySlavesThereAre) {
+  constexpr SlaveId kSlaves = 2048;
+  for (SlaveId slave = 0; slave < kSlaves; ++slave) {
+    store.AddNotEvaluable(kRule, slave, "why", 7);
+    store.AddNotEvaluable(kOther, slave, "why not", 9);
   }
   store.AddNotEvaluable(kRule, 5, "why", 9);
-  const auto& entries = store.not_evaluable();
-  ASSERT_EQ(entries.size(), FindingStore::kMaxNotEvaluable + 2);
-  EXPECT_EQ(entries[5].occasions, 2U) << "what is listed goes on counting";
-  const NotEvaluable& rest = entries[FindingStore::kMaxNotEvaluable];
-  EXPECT_EQ(rest.rule, "al-refused");
-  EXPECT_EQ(rest.slave, kNoSlave);
-  EXPECT_EQ(rest.occasions, 2U);
-  EXPECT_EQ(entries.back().rule, "al-timeout");
+  EXPECT_EQ(store.not_evaluable().size(), 2U * kSlaves);
+  store.FoldNotEvaluable(kSlaves);
+  ASSERT_EQ(store.not_evaluable().size(), 2U);
+  EXPECT_EQ(store.not_evaluable()[0].slave, kEverySlave);
+  EXPECT_EQ(store.not_evaluable()[0].occasions, kSlaves + 1U) << "what is listed goes on counting";
+  EXPECT_EQ(store.lines_left_out(), 0U);
+}
+
+TEST_F(FindingStoreTest, WhatHoldsForMoreSlavesThanAreListedIsOneEntryThatCountsThem) {
+  constexpr SlaveId kSlaves = 1500;
+  for (SlaveId slave = 0; slave < kSlaves; ++slave) store.AddNotEvaluable(kRule, slave, "why", 7);
+  store.AddNotEvaluable(kOther, 3, "why", 8);
+  store.FoldNotEvaluable(2000);
+  ASSERT_EQ(store.not_evaluable().size(), 2U);
+  EXPECT_EQ(store.not_evaluable()[0].slave, kNoSlave);
+  EXPECT_EQ(store.not_evaluable()[0].reason, "why (1500 slaves)");
+  EXPECT_EQ(store.not_evaluable()[1].slave, 3);
+  EXPECT_EQ(store.lines_left_out(), kSlaves);
+}
+
+TEST_F(FindingStoreTest, ReasonsWithoutEndBecomeOne) {
+  for (std::size_t i = 0; i < 3 * FindingStore::kMaxReasons; ++i) {
+    store.AddNotEvaluable(kRule, 1, "reason " + std::to_string(i), i + 1);
+  }
+  EXPECT_EQ(store.not_evaluable().size(), FindingStore::kMaxReasons + 1);
+  EXPECT_EQ(store.not_evaluable().back().occasions, 2 * FindingStore::kMaxReasons);
 }
 
 TEST_F(FindingStoreTest, TheOnlySlaveKeepsItsName) {

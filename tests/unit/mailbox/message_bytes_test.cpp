@@ -38,5 +38,31 @@ TEST(MessageBytes, WhatOneHasTheOthersCannotHave) {
   EXPECT_EQ(second.size(), 80'000U) << "what was given back is there again";
 }
 
+TEST(MessageBytes, WhatIsOnesOwnTheOthersCannotTake) {
+  Allowance all(10'000);
+  Allowance own(2'000, &all);
+  MessageBytes greedy(80'000, &all);
+  greedy.Append(Bytes(10'000, 1));
+  MessageBytes message(80'000, &own);
+  message.Append(Bytes(1'500, 2));
+  EXPECT_EQ(message.size(), 1'500U);
+  EXPECT_FALSE(message.full());
+  message.Append(Bytes(1'500, 2));
+  EXPECT_TRUE(message.full()) << "more than its own, and the others have the rest";
+}
+
+TEST(Allowance, GivesBackWhatItBorrowedFirst) {
+  Allowance all(100);
+  Allowance own(10, &all);
+  EXPECT_TRUE(own.Take(60));
+  EXPECT_FALSE(all.Take(60));
+  own.GiveBack(50);
+  EXPECT_TRUE(all.Take(100)) << "all that was borrowed is there again";
+  EXPECT_FALSE(own.Take(1));
+  own.GiveBack(10);
+  EXPECT_TRUE(own.Take(10));
+  EXPECT_FALSE(own.Take(1));
+}
+
 }  // namespace
 }  // namespace ecaudit::mailbox

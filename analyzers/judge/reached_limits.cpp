@@ -1,0 +1,40 @@
+#include "analyzers/judge/reached_limits.h"
+
+#include <string>
+#include <utility>
+
+#include "analyzers/collect/al_history.h"
+#include "analyzers/collect/drive_history.h"
+#include "analyzers/collect/startup_recorder.h"
+#include "decoder/base/text.h"
+#include "decoder/bus/slave_set.h"
+
+namespace ecaudit {
+
+void TellLimits(const FindingStore& store, const track::Network& network, AnalysisResult& result) {
+  const auto tell = [&result](std::string what, std::uint64_t limit, std::uint64_t left_out) {
+    if (left_out > 0) result.limits.push_back({std::move(what), limit, left_out});
+  };
+  const std::uint64_t slaves = network.slaves().left_out();
+  tell("slaves that are modelled", bus::SlaveSet::kMaxSlaves, slaves);
+  tell("findings of one severity that are listed one by one", FindingStore::kMaxFindings, store.findings_left_out());
+  tell("findings of one rule, slave and severity that are listed one by one", FindingStore::kMaxPerRuleAndSlave,
+       store.counted_on_slave());
+  tell("lines about what could not be judged", FindingStore::kMaxListed, store.lines_left_out());
+  std::uint64_t steps = result.bus.startup.steps_left_out;
+  std::uint64_t al = 0;
+  std::uint64_t drive = 0;
+  for (const SlaveSummary& slave : result.slaves) {
+    steps += slave.startup.steps_left_out;
+    al += slave.al_history_left_out;
+    if (slave.drive) drive += slave.drive->history_left_out;
+  }
+  tell("steps of a start-up that are kept", startup::StartupRecorder::kMaxSteps, steps);
+  tell("steps of an AL history that are kept", AlHistory::kMaxSteps, al);
+  tell("steps of a drive history that are kept", DriveHistory::kMaxSteps, drive);
+  if (slaves > 0) {
+    result.cut = "more slaves than the " + Grouped(bus::SlaveSet::kMaxSlaves) + " that are modelled";
+  }
+}
+
+}  // namespace ecaudit

@@ -1,0 +1,13 @@
+/// Which stores of the analysis were full: what they left out has to be said.
+#pragma once
+
+#include "analyzers/judge/finding_store.h"
+#include "analyzers/result/analysis_result.h"
+#include "decoder/track/network.h"
+
+namespace ecaudit {
+
+/// Fills AnalysisResult::limits and ::cut. The other parts of `result` are there already.
+void TellLimits(const FindingStore& store, const track::Network& network, AnalysisResult& result);
+
+}  // namespace ecaudit
