@@ -10,6 +10,7 @@
 #include "cli/baseline.h"
 #include "cli/config.h"
 #include "cli/device_files.h"
+#include "cli/families.h"
 #include "cli/suggest.h"
 #include "decoder/device/profile_registry.h"
 
@@ -30,12 +31,9 @@ std::string Quoted(std::string_view text) {
 }
 
 std::optional<Error> CheckProfile(std::string_view name) {
-  std::vector<std::string_view> names;
-  for (const std::string& known : device::BuiltinProfileNames()) {
-    if (known == name) return std::nullopt;
-    names.emplace_back(known);
-  }
-  return Error{"unknown profile " + Quoted(name) + Suggestion(name, names, "ecaudit profiles")};
+  const device::ProfileRegistry families;
+  if (families.Find(name) != nullptr) return std::nullopt;
+  return UnknownProfile(families, name);
 }
 
 /// Errors in a file name the file, those on the command line stand for themselves.

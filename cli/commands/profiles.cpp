@@ -8,9 +8,9 @@
 #include "cli/commands/catalogue_output.h"
 #include "cli/commands/command.h"
 #include "cli/commands/profile_page.h"
+#include "cli/families.h"
 #include "cli/report/json_text.h"
 #include "cli/report/layout.h"
-#include "cli/suggest.h"
 #include "decoder/device/profile_registry.h"
 
 namespace ecaudit::cli {
@@ -74,10 +74,7 @@ class ProfilesCommand : public Command {
     if (!name_) return output_.Print(console, ListText, ListJson);
     const device::DeviceDescription* profile = device::BuiltinProfile(*name_);
     if (profile == nullptr) {
-      const std::vector<std::string_view> names(device::BuiltinProfileNames().begin(),
-                                                device::BuiltinProfileNames().end());
-      console.Error("unknown profile '" + *name_ + "'" + Suggestion(*name_, names, "ecaudit profiles"));
-      return ExitStatus::kUsage;
+      return Fail(console, UnknownProfile(device::ProfileRegistry(), *name_));
     }
     return output_.Print(
         console, [this, profile](bool color) { return ProfileText(*profile, full_, color); },
