@@ -141,6 +141,7 @@ class ExplainCommand : public Command {
   void Declare(OptionSet& options) override {
     options.Argument("WHAT", what_, "id of a rule, or a number as below", true);
     options.Value("--profile", "PROFILE", profile_, "what the standard and this family say only");
+    options.Values("--profiles", "PATH", paths_, "more drive families: a JSON file or a folder of them (repeatable)");
     output_.Declare(options);
     options.Footer(
         "What can be asked for, without a capture and without network:\n"
@@ -161,7 +162,9 @@ class ExplainCommand : public Command {
           console, [rule](bool color) { return ExplainText(*rule, color); },
           [rule] { return report::JsonDocumentText([rule](report::JsonObject& out) { PutRule(out, *rule); }); });
     }
-    const Result<Families> families = AskedFamilies();
+    const Result<device::ProfileRegistry> known = LoadFamilies(paths_);
+    if (!known) return Fail(console, known.error());
+    const Result<Families> families = AskedFamilies(*known);
     if (!families) return Fail(console, families.error());
     const std::vector<Meaning> meanings = LookUp(what, *families);
     if (meanings.empty()) return Unknown(console, what);
@@ -171,8 +174,7 @@ class ExplainCommand : public Command {
   }
 
  private:
-  [[nodiscard]] Result<Families> AskedFamilies() const {
-    const device::ProfileRegistry registry;
+  [[nodiscard]] Result<Families> AskedFamilies(const device::ProfileRegistry& registry) const {
     Families families;
     if (profile_ && registry.Find(*profile_) == nullptr) return UnknownProfile(registry, *profile_);
     for (const std::string& name : registry.Names()) {
@@ -193,6 +195,7 @@ class ExplainCommand : public Command {
 
   std::optional<std::string> what_;
   std::optional<std::string> profile_;
+  std::vector<std::string> paths_;
   CatalogueOutput output_;
 };
 

@@ -61,7 +61,7 @@ Form FormOf(std::string_view what) {
     return form;
   }
   std::string_view digits = what;
-  if (!what.empty() && std::string_view("FfNnWw").find(what.front()) != std::string_view::npos) {
+  if (!what.empty() && std::isalpha(static_cast<unsigned char>(what.front())) != 0) {
     form.letter = what.front();
     digits.remove_prefix(1);
   }

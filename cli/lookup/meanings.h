@@ -39,7 +39,7 @@ void AddAlState(std::string_view name, const Families& families, std::vector<Mea
 void AddSdoAbort(std::uint32_t code, std::vector<Meaning>& out);
 void AddMailboxError(std::uint16_t detail, std::vector<Meaning>& out);
 void AddEmergency(std::uint16_t code, const Families& families, std::vector<Meaning>& out);
-/// @param letter  'F' or 'n' in any case; 0: any
+/// @param letter  'F', 'n', ... in any case; 0: any
 void AddDriveNumber(char letter, std::uint32_t number, const Families& families, std::vector<Meaning>& out);
 void AddObject(std::uint16_t index, std::optional<std::uint8_t> subindex, const Families& families,
                std::vector<Meaning>& out);

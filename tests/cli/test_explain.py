@@ -59,6 +59,8 @@ class Explain(CliTest):
         self.assertIn("0x3180 n503 (warning): DC bus capacitor overload [MKD, 5.1.2]", warning)
         self.assertNotIn("fault", warning)
         both = " ".join(self.explain("503").split())
+        acme = self.explain("e52", "--profiles", SOURCE / "samples" / "families")
+        self.assertIn("encoder: no signal [AS-2024, 9.1]", acme)
         self.assertTrue("F503" in both and "n503" in both, both)
 
     def test_objects_by_family(self):
