@@ -7,9 +7,11 @@
 #include <system_error>
 
 #include "analyzers/judge/catalogue.h"
+#include "analyzers/options/device_files.h"
 #include "cli/baseline.h"
 #include "cli/config.h"
 #include "cli/device_files.h"
+#include "cli/families.h"
 #include "cli/suggest.h"
 #include "decoder/device/profile_registry.h"
 
@@ -29,13 +31,10 @@ std::string Quoted(std::string_view text) {
   return "'" + std::string(text) + "'";
 }
 
-std::optional<Error> CheckProfile(std::string_view name) {
-  std::vector<std::string_view> names;
-  for (const std::string& known : device::BuiltinProfileNames()) {
-    if (known == name) return std::nullopt;
-    names.emplace_back(known);
-  }
-  return Error{"unknown profile " + Quoted(name) + Suggestion(name, names, "ecaudit profiles")};
+/// The families that `analysis` may name.
+const device::ProfileRegistry& FamiliesOf(const AnalysisOptions& analysis) {
+  static const device::ProfileRegistry builtin;
+  return analysis.files ? analysis.files->families : builtin;
 }
 
 /// Errors in a file name the file, those on the command line stand for themselves.
@@ -99,6 +98,19 @@ std::optional<Error> ApplyRange(const CaptureOptions& options, AnalysisOptions& 
   return std::nullopt;
 }
 
+/// Sets analysis.files from the files that `settings` name.
+std::optional<Error> ReadDeviceFiles(const CaptureOptions& options, Settings& settings) {
+  const std::tuple names(settings.esi, settings.eni, settings.families);
+  auto known = options.files.find(names);
+  if (known == options.files.end()) {
+    Result<std::shared_ptr<const DeviceFiles>> files = LoadDeviceFiles(settings.esi, settings.eni, settings.families);
+    if (!files) return files.error();
+    known = options.files.emplace(names, std::move(*files)).first;
+  }
+  settings.analysis.files = known->second;
+  return std::nullopt;
+}
+
 }  // namespace
 
 void CaptureOptions::Declare(OptionSet& options) {
@@ -115,6 +127,8 @@ void CaptureOptions::DeclareSettings(OptionSet& options) {
   options.Value("--to", "END", to, "end here, inclusive");
   options.Group("How to judge");
   options.Values("--profile", "[SLAVE=]NAME", profiles, "drive family of all slaves or of one (repeatable)");
+  options.Values("--profiles", "PATH", families,
+                 "more drive families: a JSON file or a folder of them, see docs/families.md (repeatable)");
   options.Values("--parameter", "[SLAVE:]NAME=VALUE", parameters,
                  "what the drive is set to and no SDO shows, for example PTBASE=8 (repeatable)");
   options.Values("--esi", "FILE", esi, "EtherCAT slave information (XML): objects and PDOs of devices (repeatable)");
@@ -180,7 +194,8 @@ std::vector<std::pair<std::string, std::string>> RuleSettingTexts(const Analysis
 std::optional<Error> AddProfile(std::string_view text, AnalysisOptions& analysis) {
   const std::size_t equals = text.find('=');
   const std::string_view name = equals == std::string_view::npos ? text : text.substr(equals + 1);
-  if (auto error = CheckProfile(name)) return error;
+  const device::ProfileRegistry& families = FamiliesOf(analysis);
+  if (families.Find(name) == nullptr) return UnknownProfile(families, name);
   if (equals == std::string_view::npos) {
     analysis.default_profile = name;
     return std::nullopt;
@@ -210,8 +225,9 @@ std::optional<Error> AddParameter(std::string_view text, AnalysisOptions& analys
   }
   parameter.keyword = colon == std::string_view::npos ? left : left.substr(colon + 1);
   std::set<std::string_view> known;
-  for (const std::string& profile : device::BuiltinProfileNames()) {
-    for (const device::DriveParameter* row : device::BuiltinProfile(profile)->sync.DriveParameters()) {
+  const device::ProfileRegistry& families = FamiliesOf(analysis);
+  for (const std::string& profile : families.Names()) {
+    for (const device::DriveParameter* row : families.Find(profile)->sync.DriveParameters()) {
       known.insert(row->keyword);
     }
   }
@@ -257,15 +273,25 @@ Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOption
   if (!found) return found.error();
 
   Settings settings;
-  if (const std::optional<Config>& config = *found) {
+  const std::optional<Config>& config = *found;
+  // Files first: the names in the other settings may be theirs.
+  if (config) {
+    settings.esi = config->esi;
+    settings.eni = config->eni;
+    settings.families = config->families;
+  }
+  if (!options.esi.empty()) settings.esi = options.esi;
+  if (options.eni) settings.eni = options.eni;
+  settings.families.insert(settings.families.end(), options.families.begin(), options.families.end());
+  if (auto error = ReadDeviceFiles(options, settings)) return *error;
+
+  if (config) {
     settings.config = config->path;
     if (auto error = ApplyNames(config->profiles, config->parameters, config->rules, settings.analysis))
       return In(config->path, *error);
     if (auto error = ApplyFailOn(config->fail_on, settings.fail_on)) return In(config->path, *error);
     if (auto error = ApplyRequire(config->require, settings.required)) return In(config->path, *error);
     settings.baseline = config->baseline.value_or("");
-    settings.esi = config->esi;
-    settings.eni = config->eni;
     settings.analysis.limits = config->limits;
   }
   if (auto error = ApplyNames(options.profiles, options.parameters, gate.rules, settings.analysis)) return *error;
@@ -278,16 +304,6 @@ Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOption
     if (!slave) return slave.error();
     settings.slaves.push_back(*slave);
   }
-  if (!options.esi.empty()) settings.esi = options.esi;
-  if (options.eni) settings.eni = options.eni;
-  const std::pair names(settings.esi, settings.eni);
-  auto known = options.files.find(names);
-  if (known == options.files.end()) {
-    Result<std::shared_ptr<const DeviceFiles>> files = LoadDeviceFiles(settings.esi, settings.eni);
-    if (!files) return files.error();
-    known = options.files.emplace(names, std::move(*files)).first;
-  }
-  settings.analysis.files = known->second;
   return settings;
 }
 
@@ -296,6 +312,9 @@ void AddFiles(const Settings& settings, CommandFiles& files) {
   files.Reads(settings.baseline, kBaselineRole);
   files.Reads(settings.esi, kEsiRole);
   files.Reads(settings.eni.value_or(""), kEniRole);
+  if (settings.analysis.files) {
+    for (const auto& [id, own] : settings.analysis.files->families.own()) files.Reads(own.path, kFamilyRole);
+  }
 }
 
 std::optional<Error> AddFiles(const CaptureOptions& options, CommandFiles& files) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -23,14 +24,16 @@ struct CaptureOptions {
   std::vector<std::string> captures;
   bool join = false;
   std::vector<std::string> profiles;
+  std::vector<std::string> families;  ///< files and folders of --profiles
   std::vector<std::string> parameters;
   std::vector<std::string> esi;
   std::optional<std::string> eni;
   std::vector<std::string> slaves;
   std::optional<std::string> from, to;
   std::optional<std::string> config;
-  /// ESI and ENI files by their names; kept by ResolveSettings() so that many captures read them once.
-  mutable std::map<std::pair<std::vector<std::string>, std::optional<std::string>>, std::shared_ptr<const DeviceFiles>>
+  /// ESI, ENI and families by the names of their files; kept by ResolveSettings() so that many captures read them once.
+  mutable std::map<std::tuple<std::vector<std::string>, std::optional<std::string>, std::vector<std::string>>,
+                   std::shared_ptr<const DeviceFiles>>
       files;
 
   void Declare(OptionSet& options);
@@ -55,10 +58,11 @@ struct Settings {
   std::vector<SlaveSelector> slaves;  ///< empty: all
   report::FailOn fail_on = report::FailOn::kError;
   Requirements required;
-  std::string config;              ///< path; empty: none
-  std::string baseline;            ///< path; empty: none
-  std::vector<std::string> esi;    ///< paths of the files in `analysis.files`
-  std::optional<std::string> eni;  ///< likewise
+  std::string config;                 ///< path; empty: none
+  std::string baseline;               ///< path; empty: none
+  std::vector<std::string> esi;       ///< paths of the files in `analysis.files`
+  std::vector<std::string> families;  ///< likewise: of --profiles and of the configuration
+  std::optional<std::string> eni;     ///< likewise
 };
 
 /// Joins what was typed with the configuration file that belongs to `capture` (--config, or found beside it). What was

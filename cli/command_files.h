@@ -53,6 +53,7 @@ inline constexpr std::string_view kConfigRole = "the configuration file";
 inline constexpr std::string_view kBaselineRole = "the baseline";
 inline constexpr std::string_view kEsiRole = "an ESI file";
 inline constexpr std::string_view kEniRole = "the ENI file";
+inline constexpr std::string_view kFamilyRole = "a drive family";
 inline constexpr std::string_view kExpectationRole = "the expectation";
 
 }  // namespace ecaudit::cli

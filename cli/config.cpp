@@ -17,8 +17,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kFileName = ".ecaudit.json";
-constexpr std::array<std::string_view, 10> kKeys{"profile", "slave_profiles", "parameters", "rules", "fail_on",
-                                                 "require", "baseline",       "limits",     "esi",   "eni"};
+constexpr std::array<std::string_view, 11> kKeys{"profile", "profiles", "slave_profiles", "parameters", "rules",
+                                                 "fail_on", "require",  "baseline",       "limits",     "esi",
+                                                 "eni"};
 
 /// Limits that rules let a project change; each rule's page (`ecaudit explain`) tells its own.
 constexpr std::array<std::string_view, 11> kLimits{"al-timeout.preop",
@@ -79,10 +80,11 @@ std::optional<Error> ReadLimits(JsonValue value, Config& config) {
 }
 
 /// Reads "FILE" or ["FILE", ...].
-std::optional<Error> ReadEsi(JsonValue value, Config& config) {
+std::optional<Error> ReadPaths(JsonValue value, const std::string& name, const Config& config,
+                               std::vector<std::string>& out) {
   for (const JsonValue file : value.is_array() ? value.Elements() : std::vector{value}) {
-    if (!file.is_text()) return Wrong(config.path, "'esi' must be a file name or a list of them");
-    config.esi.push_back((fs::path(config.path).parent_path() / *file.text()).string());
+    if (!file.is_text()) return Wrong(config.path, "'" + name + "' must be a file name or a list of them");
+    out.push_back((fs::path(config.path).parent_path() / *file.text()).string());
   }
   return std::nullopt;
 }
@@ -107,7 +109,9 @@ Result<Config> ReadConfig(const std::string& path) {
     } else if (key == "limits") {
       error = ReadLimits(value, config);
     } else if (key == "esi") {
-      error = ReadEsi(value, config);
+      error = ReadPaths(value, key, config, config.esi);
+    } else if (key == "profiles") {
+      error = ReadPaths(value, key, config, config.families);
     } else if (key == "profile" || key == "fail_on" || key == "require" || key == "baseline" || key == "eni") {
       if (!value.is_text()) return Wrong(path, "'" + key + "' must be a string");
       const std::string& text = *value.text();

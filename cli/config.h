@@ -16,6 +16,7 @@ struct Config {
   std::string path;                                         ///< of the file
   std::vector<std::string> parameters;                      ///< "[SLAVE:]NAME=VALUE"
   std::vector<std::string> profiles;                        ///< as --profile: "NAME" or "SLAVE=NAME"
+  std::vector<std::string> families;                        ///< as --profiles; the file has it relative to its folder
   std::vector<std::string> rules;                           ///< as --rule: "ID=SEVERITY"
   std::optional<std::string> fail_on;                       ///< as --fail-on
   std::optional<std::string> require;                       ///< as --require

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "cli/families.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
@@ -15,9 +16,13 @@ std::string FileName(const std::string& path) {
 }  // namespace
 
 Result<std::shared_ptr<const DeviceFiles>> LoadDeviceFiles(const std::vector<std::string>& esi,
-                                                           const std::optional<std::string>& eni) {
-  if (esi.empty() && !eni) return std::shared_ptr<const DeviceFiles>();
+                                                           const std::optional<std::string>& eni,
+                                                           const std::vector<std::string>& families) {
   auto files = std::make_shared<DeviceFiles>();
+  Result<device::ProfileRegistry> known = LoadFamilies(families);
+  if (!known) return known.error();
+  files->families = std::move(*known);
+  if (esi.empty() && !eni && files->families.own().empty()) return std::shared_ptr<const DeviceFiles>();
   for (const std::string& path : esi) {
     Result<device::EsiFile> file = device::LoadEsiFile(path);
     if (!file) return file.error();

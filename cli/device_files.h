@@ -1,4 +1,4 @@
-/// `--esi` and `--eni`: reads the files that say which devices are on the bus.
+/// `--esi`, `--eni` and `--profiles`: reads the files that say which devices are on the bus.
 #pragma once
 
 #include <memory>
@@ -12,8 +12,10 @@
 namespace ecaudit::cli {
 
 /// Reads them all. Fails with "PATH: line 12, column 5: reason" on the first that cannot be used.
-/// @return null when none is named
+/// @param families  as LoadFamilies()
+/// @return null when none is named, and the system has no families
 [[nodiscard]] Result<std::shared_ptr<const DeviceFiles>> LoadDeviceFiles(const std::vector<std::string>& esi,
-                                                                         const std::optional<std::string>& eni);
+                                                                         const std::optional<std::string>& eni,
+                                                                         const std::vector<std::string>& families = {});
 
 }  // namespace ecaudit::cli

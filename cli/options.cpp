@@ -155,7 +155,7 @@ std::string ProgramHelp(const std::vector<std::unique_ptr<Command>>& commands) {
   }
   text +=
       "\n"
-      "  ecaudit COMMAND --help     the options of a command\n"
+      "  ecaudit COMMAND --help     the options of a command (also: ecaudit help COMMAND)\n"
       "  ecaudit --version          the version of the program\n"
       "\n"
       "Exit status: 0 nothing at or above --fail-on, 1 findings, 2 wrong usage or unreadable input, 3 internal "

@@ -2,8 +2,10 @@
 
 #include <csignal>
 #include <exception>
+#include <filesystem>
 #include <memory>
 #include <string_view>
+#include <system_error>
 
 #include "cli/commands/command.h"
 #include "cli/console.h"
@@ -34,8 +36,12 @@ ExitStatus Dispatch(const std::vector<std::string>& arguments, Console& console)
   const std::vector<std::unique_ptr<Command>> commands = AllCommands();
   if (arguments.empty()) return WrongUsage(console, "no command given (see 'ecaudit --help')");
   const std::string& first = arguments.front();
-  if (first == "--help" || first == "-h") return Print(console, ProgramHelp(commands));
-  if (first == "--version") return Print(console, "ecaudit " + std::string(Version()) + "\n");
+  if (first == "--help" || first == "-h" || (first == "help" && arguments.size() == 1)) {
+    return Print(console, ProgramHelp(commands));
+  }
+  if (first == "--version" || first == "version") return Print(console, "ecaudit " + std::string(Version()) + "\n");
+  // 'help check' is 'check --help'.
+  if (first == "help") return Dispatch({arguments[1], "--help"}, console);
   if (first.starts_with("-")) {
     return WrongUsage(console, "a command comes first, found '" + first + "' (see 'ecaudit --help')");
   }
@@ -54,6 +60,12 @@ ExitStatus Dispatch(const std::vector<std::string>& arguments, Console& console)
       case OptionSet::Outcome::kParsed:
         return command->Run(console);
     }
+  }
+  std::error_code ignored;
+  if (std::filesystem::exists(first, ignored)) {
+    const bool folder = std::filesystem::is_directory(first, ignored);
+    return WrongUsage(console, folder ? "no command given; to check the captures of the folder: ecaudit batch " + first
+                                      : "no command given; to check the capture: ecaudit check " + first);
   }
   return WrongUsage(console, "unknown command '" + first + "'" + Suggestion(first, names, "ecaudit --help"));
 }

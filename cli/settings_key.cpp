@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include "analyzers/judge/catalogue.h"
+#include "analyzers/options/device_files.h"
 #include "analyzers/options/options.h"
 #include "analyzers/result/rule_info.h"
 #include "cli/json_file.h"
@@ -103,6 +104,11 @@ std::string SettingsKey(const Settings& settings) {
     key.Put("default_profile", analysis.default_profile);
     PutFile(key, "eni", settings.eni.value_or(""));
     PutRows(key, "esi", settings.esi, AddFileNameAndHash);
+    if (analysis.files && !analysis.files->families.own().empty()) {
+      key.Object("families", [&](JsonObject& families) {
+        for (const auto& [id, own] : analysis.files->families.own()) families.Put(id, HashText(own.text));
+      });
+    }
     key.Put("fail_on", Name(settings.fail_on));
     if (!analysis.limits.empty()) {
       key.Object("limits", [&](JsonObject& limits) {

@@ -1,6 +1,7 @@
 #include "cli/suggest.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstddef>
 #include <numeric>
 #include <vector>
@@ -24,6 +25,12 @@ std::size_t EditDistance(std::string_view a, std::string_view b) {
   return row[b.size()];
 }
 
+/// Upper and lower case count as the same.
+bool Contains(std::string_view text, std::string_view part) {
+  const auto same = [](unsigned char a, unsigned char b) { return std::tolower(a) == std::tolower(b); };
+  return std::search(text.begin(), text.end(), part.begin(), part.end(), same) != text.end();
+}
+
 }  // namespace
 
 std::string_view Nearest(std::string_view typed, std::span<const std::string_view> candidates) {
@@ -44,6 +51,20 @@ std::string_view Nearest(std::string_view typed, std::span<const std::string_vie
 }
 
 std::string Suggestion(std::string_view typed, std::span<const std::string_view> candidates, std::string_view hint) {
+  // A part of several names: 'akd' of kollmorgen-akd-2010 and kollmorgen-akd-2011. All are named where they are few.
+  constexpr std::size_t kFewNames = 6;
+  std::vector<std::string_view> holding;
+  for (const std::string_view candidate : candidates) {
+    if (typed.size() >= 3 && Contains(candidate, typed)) holding.push_back(candidate);
+  }
+  if (!holding.empty() && holding.size() <= kFewNames) {
+    std::string text = " (did you mean";
+    for (const std::string_view& candidate : holding) {
+      if (&candidate != &holding.front()) text += &candidate == &holding.back() ? " or" : ",";
+      text += " '" + std::string(candidate) + "'";
+    }
+    return text + "?)";
+  }
   if (const std::string_view near = Nearest(typed, candidates); !near.empty()) {
     return " (did you mean '" + std::string(near) + "'?)";
   }

@@ -82,32 +82,41 @@ ProfileChoice::EsiMatch ProfileChoice::FindEsi(const IdentityLearned& identity) 
   return match;
 }
 
+const device::ProfileRegistry& ProfileChoice::families() const {
+  static const device::ProfileRegistry builtin;
+  return options_.files ? options_.files->families : builtin;
+}
+
 std::pair<const DeviceDescription*, std::string> ProfileChoice::FindFamily(const bus::SlaveAddress& address,
                                                                            const IdentityLearned& identity,
                                                                            bool with_esi) const {
   for (const auto& [selector, name] : options_.slave_profiles) {
     if (!Selects(selector, address)) continue;
-    if (const DeviceDescription* profile = device::BuiltinProfile(name)) {
+    if (const DeviceDescription* profile = families().Find(name)) {
       return {profile, "option --profile for this slave"};
     }
   }
   if (!options_.default_profile.empty()) {
-    if (const DeviceDescription* profile = device::BuiltinProfile(options_.default_profile)) {
+    if (const DeviceDescription* profile = families().Find(options_.default_profile)) {
       return {profile, "option --profile"};
     }
   }
-  const DeviceDescription* generic = device::BuiltinProfile(kGeneric);
+  const DeviceDescription* generic = families().Find(kGeneric);
   if (!identity.vendor_id || !identity.product_code) {
     return {generic, "identity not in the capture: judged by the EtherCAT standard"};
   }
   const auto candidates =
-      device::MatchIdentity(*identity.vendor_id, *identity.product_code, identity.revision.value_or(0));
+      families().MatchIdentity(*identity.vendor_id, *identity.product_code, identity.revision.value_or(0));
   if (candidates.empty()) {
     return {generic, "no profile for " + ProductText(identity.vendor_id, identity.product_code) +
                          (with_esi ? ": the EtherCAT standard" : ": judged by the EtherCAT standard")};
   }
   std::string source = "identity in " + WhereSeen(identity);
-  if (candidates.size() > 1) source += ", newest of " + Count(candidates.size(), "edition");
+  if (const auto own = families().own().find(candidates.front()->id); own != families().own().end()) {
+    source += ", family of " + Printable(own->second.path);
+  } else if (candidates.size() > 1) {
+    source += ", newest of " + Count(candidates.size(), "edition");
+  }
   return {candidates.front(), std::move(source)};
 }
 

@@ -37,6 +37,7 @@ class ProfileChoice {
   }
 
  private:
+  [[nodiscard]] const device::ProfileRegistry& families() const;
   struct EsiMatch {
     const device::DeviceDescription* device = nullptr;
     const std::string* file = nullptr;

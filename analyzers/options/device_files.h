@@ -1,4 +1,4 @@
-/// What the user's files say of the devices on the bus (--esi, --eni). Read once, shared by all analyses of a run.
+/// What the user's files say of the devices on the bus (--esi, --eni, --profiles). Read once, shared by all analyses of a run.
 #pragma once
 
 #include <optional>
@@ -7,6 +7,7 @@
 
 #include "decoder/device/eni_reader.h"
 #include "decoder/device/esi_reader.h"
+#include "decoder/device/profile_registry.h"
 
 namespace ecaudit {
 
@@ -22,6 +23,7 @@ struct DeviceFiles {
 
   std::vector<Esi> esi;  ///< in the order of the command line
   std::optional<Eni> eni;
+  device::ProfileRegistry families;  ///< the built-in ones and those that were added
 };
 
 }  // namespace ecaudit

@@ -1,14 +1,17 @@
-/// `ecaudit explain RULE`: one rule with cause, remedy and manual section.
+/// `ecaudit explain WHAT`: one rule with cause, remedy and manual section; or what a number means, and who says so.
 #include <algorithm>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "analyzers/judge/catalogue.h"
 #include "analyzers/options/options.h"
 #include "analyzers/result/rule_info.h"
 #include "cli/commands/catalogue_output.h"
 #include "cli/commands/command.h"
+#include "cli/families.h"
+#include "cli/lookup/meaning.h"
 #include "cli/report/json_text.h"
 #include "cli/report/layout.h"
 #include "cli/suggest.h"
@@ -78,33 +81,121 @@ std::string ExplainText(const RuleInfo& rule, bool color) {
   return text.Take();
 }
 
+/// "[AKD-2011, 4.3.3]" is left to itself; long rows hang below the family's name.
+std::string MeaningsText(const std::vector<Meaning>& meanings, bool color) {
+  report::TextBuilder text(color);
+  for (const Meaning& meaning : meanings) {
+    if (&meaning != &meanings.front()) text.Line();
+    text.Line(text.Styled(report::OneLine(meaning.name), Style::kBold) + " (" + std::string(meaning.kind) + ")");
+    std::size_t label_width = 0;
+    for (const auto& [label, about] : meaning.details) label_width = std::max(label_width, label.size() + 2);
+    for (const auto& [label, about] : meaning.details) {
+      text.Paragraph(report::Padded(label, label_width) + report::OneLine(about), 2, 2 + label_width);
+    }
+    std::size_t family_width = 0;
+    for (const Statement& statement : meaning.statements) {
+      family_width = std::max(family_width, report::Columns(statement.family) + 2);
+    }
+    if (!meaning.details.empty()) text.Line();
+    for (const Statement& statement : meaning.statements) {
+      const bool same = &statement != meaning.statements.data() && (&statement - 1)->family == statement.family;
+      std::string line = report::Padded(same ? "" : report::OneLine(statement.family), family_width);
+      line += report::OneLine(statement.text);
+      if (!statement.note.empty()) line += "; " + report::OneLine(statement.note);
+      if (!statement.source.empty()) line += " [" + report::OneLine(statement.source) + "]";
+      text.Paragraph(line, 2, 2 + family_width);
+    }
+  }
+  return text.Take();
+}
+
+std::string MeaningsJson(const std::string& what, const std::vector<Meaning>& meanings) {
+  return report::JsonDocumentText([&](report::JsonObject& out) {
+    out.Put("schema", "ecaudit.explanation/1");
+    out.Text("what", what);
+    out.List("meanings", meanings, [](report::JsonObject& json, const Meaning& meaning) {
+      json.Put("kind", meaning.kind);
+      json.Text("name", meaning.name);
+      json.List("details", meaning.details, [](report::JsonObject& detail, const auto& row) {
+        detail.Put("label", row.first);
+        detail.Text("text", row.second);
+      });
+      json.List("statements", meaning.statements, [](report::JsonObject& row, const Statement& statement) {
+        row.Text("family", statement.family);
+        row.Text("text", statement.text);
+        row.TextOrNull("note", statement.note);
+        row.TextOrNull("source", statement.source);
+      });
+    });
+  });
+}
+
 class ExplainCommand : public Command {
  public:
   [[nodiscard]] std::string_view name() const override { return "explain"; }
-  [[nodiscard]] std::string_view usage() const override { return "explain RULE"; }
-  [[nodiscard]] std::string_view summary() const override { return "Say what a rule checks, why, and what to do"; }
+  [[nodiscard]] std::string_view usage() const override { return "explain WHAT"; }
+  [[nodiscard]] std::string_view summary() const override {
+    return "Say what a rule checks and what to do, or what a code or number means";
+  }
 
   void Declare(OptionSet& options) override {
-    options.Argument("RULE", rule_, "id of a rule, as reports and 'ecaudit rules' print it", true);
+    options.Argument("WHAT", what_, "id of a rule, or a number as below", true);
+    options.Value("--profile", "PROFILE", profile_, "what the standard and this family say only");
+    options.Values("--profiles", "PATH", paths_, "more drive families: a JSON file or a folder of them (repeatable)");
     output_.Declare(options);
+    options.Footer(
+        "What can be asked for, without a capture and without network:\n"
+        "  al-refused             a rule, as reports and 'ecaudit rules' print it\n"
+        "  0x001d                 AL status code, register, object or emergency: all that has this number\n"
+        "  0x06090011             SDO abort code\n"
+        "  F125, n503             fault or warning that a drive shows\n"
+        "  6040h, 1018h:1         object, by family; 6040h, 6041h and 6060h with bits and values\n"
+        "  0x0130, 0x0810         register with its bits\n"
+        "  FPRD                   datagram command\n"
+        "  SAFEOP                 AL state");
   }
 
   [[nodiscard]] ExitStatus Run(Console& console) override {
-    const std::string id = rule_.value_or("");
-    const RuleInfo* rule = FindRule(id);
-    if (rule == nullptr) {
-      std::vector<std::string_view> ids;
-      for (const RuleInfo* known : RuleCatalogue()) ids.push_back(known->id);
-      console.Error("unknown rule '" + id + "'" + Suggestion(id, ids, "ecaudit rules"));
-      return ExitStatus::kUsage;
+    const std::string what = what_.value_or("");
+    if (const RuleInfo* rule = FindRule(what)) {
+      return output_.Print(
+          console, [rule](bool color) { return ExplainText(*rule, color); },
+          [rule] { return report::JsonDocumentText([rule](report::JsonObject& out) { PutRule(out, *rule); }); });
     }
+    const Result<device::ProfileRegistry> known = LoadFamilies(paths_);
+    if (!known) return Fail(console, known.error());
+    const Result<Families> families = AskedFamilies(*known);
+    if (!families) return Fail(console, families.error());
+    const std::vector<Meaning> meanings = LookUp(what, *families);
+    if (meanings.empty()) return Unknown(console, what);
     return output_.Print(
-        console, [rule](bool color) { return ExplainText(*rule, color); },
-        [rule] { return report::JsonDocumentText([rule](report::JsonObject& out) { PutRule(out, *rule); }); });
+        console, [&meanings](bool color) { return MeaningsText(meanings, color); },
+        [&] { return MeaningsJson(what, meanings); });
   }
 
  private:
-  std::optional<std::string> rule_;
+  [[nodiscard]] Result<Families> AskedFamilies(const device::ProfileRegistry& registry) const {
+    Families families;
+    if (profile_ && registry.Find(*profile_) == nullptr) return UnknownProfile(registry, *profile_);
+    for (const std::string& name : registry.Names()) {
+      if (profile_ && name != *profile_ && name != "generic") continue;
+      families.push_back(registry.Find(name));
+    }
+    return families;
+  }
+
+  [[nodiscard]] static ExitStatus Unknown(Console& console, const std::string& what) {
+    if (IsNumberLike(what)) {
+      return Fail(console, Error{"nothing is known of '" + what + "' (see 'ecaudit explain --help')"});
+    }
+    std::vector<std::string_view> ids;
+    for (const RuleInfo* known : RuleCatalogue()) ids.push_back(known->id);
+    return Fail(console, Error{"unknown rule '" + what + "'" + Suggestion(what, ids, "ecaudit rules")});
+  }
+
+  std::optional<std::string> what_;
+  std::optional<std::string> profile_;
+  std::vector<std::string> paths_;
   CatalogueOutput output_;
 };
 

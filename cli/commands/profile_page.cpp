@@ -155,16 +155,18 @@ std::string ProfileText(const device::DeviceDescription& profile, bool full, boo
   return text.Take();
 }
 
-std::string ProfileJson(const device::DeviceDescription& profile) {
+std::string ProfileJson(const device::DeviceDescription& profile, const device::ProfileRegistry& families) {
   return report::JsonDocumentText([&](report::JsonObject& out) {
     out.Put("schema", "ecaudit.profile-page/1");
     out.Put("id", profile.id);
     out.Put("title", profile.title);
     out.Array("files", [&](report::JsonArray& files) {
-      std::set<std::string, std::less<>> written;
-      for (const device::DeviceDescription* at = &profile; at != nullptr && written.insert(at->id).second;
-           at = device::BuiltinProfile(at->extends)) {
-        files.AddDocument(device::BuiltinProfileText(at->id));
+      std::set<const device::DeviceDescription*> written;
+      for (const device::DeviceDescription* at = &profile; at != nullptr && written.insert(at).second;) {
+        const device::DeviceDescription* builtin = device::BuiltinProfile(at->id);
+        files.AddDocument(at == builtin ? device::BuiltinProfileText(at->id) : families.Text(at->id));
+        // A family may extend the built-in one whose place it takes.
+        at = at->extends == at->id ? builtin : families.Find(at->extends);
       }
     });
   });

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "decoder/device/device_description.h"
+#include "decoder/device/profile_registry.h"
 
 namespace ecaudit::cli {
 
@@ -11,6 +12,7 @@ namespace ecaudit::cli {
 [[nodiscard]] std::string ProfileText(const device::DeviceDescription& profile, bool full, bool color);
 /// Schema "ecaudit.profile-page/1": the profile's file, then those it extends, each as it was written. What one file
 /// does not state is taken from the next.
-[[nodiscard]] std::string ProfileJson(const device::DeviceDescription& profile);
+[[nodiscard]] std::string ProfileJson(const device::DeviceDescription& profile,
+                                      const device::ProfileRegistry& families);
 
 }  // namespace ecaudit::cli

@@ -65,6 +65,20 @@ void ReadHead(ObjectReader& object, const Cursor& cursor, ProfileHead& head) {
   object.Allow("extends", head.extends);
 }
 
+/// Manuals that the profile cites and docs/sources.md does not know. Their keys are all that is needed, for the check.
+void ReadDocuments(const Cursor& cursor) {
+  if (!cursor.value().is_array()) return cursor.FailType("an array");
+  for (std::size_t i = 0; i < cursor.value().size(); ++i) {
+    const Cursor row = cursor.Index(i);
+    ObjectReader object(row);
+    std::string key;
+    std::string title;
+    object.Require("key", key);
+    object.Require("title", title);
+    object.Finish();
+  }
+}
+
 }  // namespace
 
 Result<ProfileHead> ReadProfileHead(std::string_view json) {
@@ -109,6 +123,7 @@ Result<DeviceDescription> ReadProfile(std::string_view json, const ProfileLookup
   object.Allow("edition", out.edition);
   object.Require("document", out.document);
   object.Allow("note", out.note);
+  object.AllowWith("documents", ReadDocuments);
   object.Allow("match", out.match);
   object.Allow("al", out.al);
   object.AllowWith("registers", [&](const Cursor& at) { ReadRegisters(at, out.registers); });

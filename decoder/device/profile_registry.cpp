@@ -92,8 +92,18 @@ Result<std::string> ProfileRegistry::AddFile(const std::string& path) {
   Result<DeviceDescription> profile = ReadProfile(*text, [this](std::string_view id) { return Find(id); });
   if (!profile) return At(path, profile.error());
   std::string id = profile->id;
-  own_[id] = std::make_unique<const DeviceDescription>(std::move(*profile));
+  own_[id] = {path, std::move(*text), std::make_shared<const DeviceDescription>(std::move(*profile))};
   return id;
+}
+
+std::optional<Error> ProfileRegistry::AddPath(const std::string& path) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) {
+    const Result<std::size_t> added = AddDirectory(path);
+    return added ? std::nullopt : std::optional(added.error());
+  }
+  const Result<std::string> added = AddFile(path);
+  return added ? std::nullopt : std::optional(added.error());
 }
 
 Result<std::size_t> ProfileRegistry::AddDirectory(const std::string& path) {
@@ -110,7 +120,8 @@ Result<std::size_t> ProfileRegistry::AddDirectory(const std::string& path) {
   std::set<std::filesystem::path> files;  // sorted, so that errors do not depend on the file system
   for (const std::filesystem::directory_iterator end; entries != end; entries.increment(error)) {
     if (error) break;
-    if (entries->path().extension() == ".json") files.insert(entries->path());
+    const bool hidden = entries->path().filename().string().starts_with('.');
+    if (!hidden && entries->path().extension() == ".json") files.insert(entries->path());
   }
   if (error) return Error{Printable(path) + ": " + error.message()};
   for (const std::filesystem::path& file : files) {
@@ -118,6 +129,7 @@ Result<std::size_t> ProfileRegistry::AddDirectory(const std::string& path) {
     if (!text) return text.error();
     Result<ProfileHead> head = ReadProfileHead(*text);
     if (!head) return At(file, head.error());
+    if (EmbeddedProfileText(head->id) == *text) continue;
     const auto [it, added] = pending.try_emplace(head->id, Pending{file, *text, head->extends});
     if (!added) {
       return At(file, Error{"id \"" + Printable(head->id) + "\" is also that of " + it->second.path.string()});
@@ -147,32 +159,44 @@ Result<std::size_t> ProfileRegistry::AddDirectory(const std::string& path) {
     }
   }
   const std::size_t count = read.size();
-  for (auto& [id, description] : read) own_[id] = std::move(description);
+  for (auto& [id, description] : read) {
+    Pending& file = pending.find(id)->second;
+    own_[id] = {file.path.string(), std::move(file.text), std::move(description)};
+  }
   return count;
 }
 
 const DeviceDescription* ProfileRegistry::Find(std::string_view id) const {
   const auto it = own_.find(id);
-  return it != own_.end() ? it->second.get() : BuiltinProfile(id);
+  return it != own_.end() ? it->second.description.get() : BuiltinProfile(id);
+}
+
+std::string ProfileRegistry::Text(std::string_view id) const {
+  const auto it = own_.find(id);
+  return it != own_.end() ? it->second.text : EmbeddedProfileText(id);
 }
 
 std::vector<std::string> ProfileRegistry::Names() const {
   std::set<std::string> names(BuiltinProfileNames().begin(), BuiltinProfileNames().end());
-  for (const auto& [id, description] : own_) names.insert(id);
+  for (const auto& [id, own] : own_) names.insert(id);
   return {names.begin(), names.end()};
 }
 
 template <typename Predicate>
 std::vector<const DeviceDescription*> ProfileRegistry::Match(Predicate fits) const {
   std::vector<const DeviceDescription*> matches;
-  for (const auto& [id, description] : own_) {
-    if (fits(description->match)) matches.push_back(description.get());
-  }
-  for (const ProfileHead& head : BuiltinHeads()) {
-    if (own_.contains(head.id) || !fits(head.match)) continue;
-    if (const DeviceDescription* profile = BuiltinProfile(head.id)) matches.push_back(profile);
+  for (const auto& [id, own] : own_) {
+    if (fits(own.description->match)) matches.push_back(own.description.get());
   }
   SortNewestFirst(matches);
+  std::vector<const DeviceDescription*> builtin;
+  for (const ProfileHead& head : BuiltinHeads()) {
+    if (own_.contains(head.id) || !fits(head.match)) continue;
+    if (const DeviceDescription* profile = BuiltinProfile(head.id)) builtin.push_back(profile);
+  }
+  SortNewestFirst(builtin);
+  // Somebody who adds a family for this drive means it, whatever its manual's date.
+  matches.insert(matches.end(), builtin.begin(), builtin.end());
   return matches;
 }
 

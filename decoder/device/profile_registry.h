@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,7 +27,17 @@ namespace ecaudit::device {
 /// Built-in profiles plus the user's. A user's profile hides a built-in one with the same id.
 class ProfileRegistry {
  public:
+  /// A family that did not come with the program.
+  struct Own {
+    std::string path;
+    std::string text;                                      ///< of the file
+    std::shared_ptr<const DeviceDescription> description;  ///< shared by copies of the registry
+  };
+
+  /// A file, or a folder of them: AddFile() or AddDirectory().
+  [[nodiscard]] std::optional<Error> AddPath(const std::string& path);
   /// Reads all *.json files of a folder, in any order; they may extend each other and built-in profiles.
+  /// Hidden files are left out, and copies of built-in profiles, which change nothing.
   /// Fails, adding none, on the first file that cannot be read, a cycle of "extends", or an id that two files share.
   [[nodiscard]] Result<std::size_t> AddDirectory(const std::string& path);
   /// Adds one file, that may extend what is already there; returns its id.
@@ -34,9 +45,14 @@ class ProfileRegistry {
 
   /// Null when there is none of that name. The pointer stays valid as long as the registry.
   [[nodiscard]] const DeviceDescription* Find(std::string_view id) const;
+  /// The JSON text that a profile was read from; empty when there is none of that name.
+  [[nodiscard]] std::string Text(std::string_view id) const;
+  /// Those that were added, by id.
+  [[nodiscard]] const std::map<std::string, Own, std::less<>>& own() const { return own_; }
   /// Alphabetical.
   [[nodiscard]] std::vector<std::string> Names() const;
-  /// Profiles whose documented identity is this one, newest edition first; empty when nothing fits (use "generic").
+  /// Profiles whose documented identity is this one: added ones before built-in ones, newest edition first; empty when
+  /// nothing fits (use "generic").
   [[nodiscard]] std::vector<const DeviceDescription*> MatchIdentity(std::uint32_t vendor_id, std::uint32_t product_code,
                                                                     std::uint32_t revision) const;
   /// Profiles whose list of models contains a beginning of `model` (EEPROM category 0x0800, object 1008h).
@@ -46,7 +62,7 @@ class ProfileRegistry {
   template <typename Predicate>
   [[nodiscard]] std::vector<const DeviceDescription*> Match(Predicate fits) const;
 
-  std::map<std::string, std::unique_ptr<const DeviceDescription>, std::less<>> own_;
+  std::map<std::string, Own, std::less<>> own_;
 };
 
 /// ProfileRegistry::MatchIdentity() over the built-in profiles only.

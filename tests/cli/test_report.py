@@ -439,7 +439,7 @@ class Catalogue(CliTest):
 
     def test_unknown_rule(self):
         self.assertEqual(self.one_error("explain", "al-refusd"), "unknown rule 'al-refusd' (did you mean 'al-refused'?)")
-        self.assertIn("no RULE given", self.one_error("explain"))
+        self.assertIn("no WHAT given", self.one_error("explain"))
 
     def test_unknown_format(self):
         self.assertIn("unknown format 'xml'", self.one_error("rules", "--format", "xml"))

@@ -40,6 +40,20 @@ class Usage(CliTest):
         self.assertEqual(self.one_error("chek"), "unknown command 'chek' (did you mean 'check'?)")
         self.assertIn("--help", self.one_error("wibble"))
 
+    def test_help_and_version_as_words(self):
+        for words, same in ((["help"], ["--help"]), (["version"], ["--version"]), (["help", "check"], ["check", "--help"])):
+            self.assertEqual(self.run_program(*words).out, self.run_program(*same).out)
+        self.assertIn("unknown command 'chek'", self.one_error("help", "chek"))
+
+    def test_a_capture_without_a_command(self):
+        self.assertEqual(self.one_error(self.healthy),
+                         f"no command given; to check the capture: ecaudit check {self.healthy}")
+        self.assertIn("ecaudit batch", self.one_error(str(self.dir)))
+
+    def test_a_part_of_several_names_lists_them(self):
+        for command in (["profiles", "akd"], ["check", "--profile", "AKD", self.healthy]):
+            self.assertIn("(did you mean 'kollmorgen-akd-2010' or 'kollmorgen-akd-2011'?)", self.one_error(*command))
+
     def test_option_before_the_command(self):
         self.assertIn("a command comes first", self.one_error("--format", "json"))
 

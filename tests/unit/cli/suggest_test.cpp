@@ -28,5 +28,11 @@ TEST(Suggest, Wording) {
   EXPECT_EQ(Suggestion("foo", kNames, ""), "");
 }
 
+TEST(Suggest, PartOfSeveralNames) {
+  constexpr std::array<std::string_view, 3> kFamilies{"akd-2010", "akd-2011", "mkd-c"};
+  EXPECT_EQ(Suggestion("AKD", kFamilies, "ecaudit profiles"), " (did you mean 'akd-2010' or 'akd-2011'?)");
+  EXPECT_EQ(Suggestion("kd", kFamilies, "ecaudit profiles"), " (see 'ecaudit profiles')") << "two letters are in all";
+}
+
 }  // namespace
 }  // namespace ecaudit::cli

@@ -1,0 +1,39 @@
+#include "cli/families.h"
+
+#include <filesystem>
+#include <system_error>
+
+#include "cli/suggest.h"
+
+namespace ecaudit::cli {
+namespace {
+
+/// Where an installed program finds families for all of its users: beside itself, so that the tree can be moved.
+std::string SystemFolder() {
+  std::error_code error;
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+  if (error) return {};
+  const std::filesystem::path folder = program.parent_path().parent_path() / "share" / "ecaudit" / "profiles";
+  return std::filesystem::is_directory(folder, error) ? folder.string() : std::string();
+}
+
+}  // namespace
+
+Result<device::ProfileRegistry> LoadFamilies(const std::vector<std::string>& paths) {
+  device::ProfileRegistry families;
+  if (const std::string folder = SystemFolder(); !folder.empty()) {
+    if (auto error = families.AddPath(folder)) return *error;
+  }
+  for (const std::string& path : paths) {
+    if (auto error = families.AddPath(path)) return *error;
+  }
+  return families;
+}
+
+Error UnknownProfile(const device::ProfileRegistry& families, std::string_view name) {
+  const std::vector<std::string> names = families.Names();
+  const std::vector<std::string_view> views(names.begin(), names.end());
+  return Error{"unknown profile '" + std::string(name) + "'" + Suggestion(name, views, "ecaudit profiles")};
+}
+
+}  // namespace ecaudit::cli

@@ -1,0 +1,115 @@
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <optional>
+
+#include "cli/lookup/meanings.h"
+
+namespace ecaudit::cli {
+namespace {
+
+template <typename T>
+std::optional<T> WholeNumber(std::string_view digits, int base) {
+  T value = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value, base);
+  if (digits.empty() || error != std::errc{} || end != digits.data() + digits.size()) return std::nullopt;
+  return value;
+}
+
+struct Object {
+  std::uint16_t index = 0;
+  std::optional<std::uint8_t> subindex;
+};
+
+/// What `what` can be by its form alone.
+struct Form {
+  std::optional<std::uint32_t> hex;     ///< 0x...
+  bool short_hex = false;               ///< of at most four digits
+  std::optional<Object> object;         ///< 6040h, 6040h:1, 0x6040:1
+  std::optional<std::uint32_t> number;  ///< F125, n125, 125
+  char letter = 0;
+};
+
+bool StartsWithHex(std::string_view text) {
+  return text.starts_with("0x") || text.starts_with("0X");
+}
+
+/// Subindices are written in decimal; 0x also in hexadecimal.
+std::optional<std::uint8_t> Subindex(std::string_view text) {
+  return StartsWithHex(text) ? WholeNumber<std::uint8_t>(text.substr(2), 16) : WholeNumber<std::uint8_t>(text, 10);
+}
+
+Form FormOf(std::string_view what) {
+  Form form;
+  const std::size_t colon = what.find(':');
+  std::string_view head = what.substr(0, colon);
+  const bool suffixed = head.size() > 1 && head.size() <= 5 && (head.back() == 'h' || head.back() == 'H');
+  if (suffixed || (colon != std::string_view::npos && StartsWithHex(head))) {
+    head = suffixed ? head.substr(0, head.size() - 1) : head.substr(2);
+    const auto index = WholeNumber<std::uint16_t>(head, 16);
+    if (!index) return form;
+    form.object = Object{*index, std::nullopt};
+    if (colon != std::string_view::npos) {
+      form.object->subindex = Subindex(what.substr(colon + 1));
+      if (!form.object->subindex) form.object.reset();
+    }
+    return form;
+  }
+  if (StartsWithHex(what)) {
+    form.hex = WholeNumber<std::uint32_t>(what.substr(2), 16);
+    form.short_hex = form.hex && *form.hex <= 0xFFFF && what.size() <= 6;
+    return form;
+  }
+  std::string_view digits = what;
+  if (!what.empty() && std::isalpha(static_cast<unsigned char>(what.front())) != 0) {
+    form.letter = what.front();
+    digits.remove_prefix(1);
+  }
+  if (digits.size() <= 5) form.number = WholeNumber<std::uint32_t>(digits, 10);
+  return form;
+}
+
+std::string Upper(std::string_view text) {
+  std::string upper(text);
+  std::transform(upper.begin(), upper.end(), upper.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return upper;
+}
+
+}  // namespace
+
+bool IsNumberLike(std::string_view what) {
+  const Form form = FormOf(what);
+  return form.hex || form.object || form.number;
+}
+
+std::vector<Meaning> LookUp(std::string_view what, const Families& families) {
+  std::vector<Meaning> out;
+  const Form form = FormOf(what);
+  if (form.object) {
+    lookup::AddObject(form.object->index, form.object->subindex, families, out);
+    return out;
+  }
+  if (form.number) {
+    lookup::AddDriveNumber(form.letter, *form.number, families, out);
+    return out;
+  }
+  if (form.hex) {
+    if (form.short_hex) {
+      const auto word = static_cast<std::uint16_t>(*form.hex);
+      lookup::AddAlStatusCode(word, families, out);
+      if (word >= 0x1000) lookup::AddObject(word, std::nullopt, families, out);
+      if (word >= 0x1000) lookup::AddEmergency(word, families, out);
+      lookup::AddRegister(word, families, out);
+      lookup::AddMailboxError(word, out);
+    }
+    if (!form.short_hex || out.empty()) lookup::AddSdoAbort(*form.hex, out);
+    return out;
+  }
+  const std::string upper = Upper(what);
+  lookup::AddCommand(upper, out);
+  lookup::AddAlState(upper, families, out);
+  return out;
+}
+
+}  // namespace ecaudit::cli

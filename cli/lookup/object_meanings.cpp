@@ -1,0 +1,215 @@
+/// Objects by family: names, types, access, and for the words of a drive their bits.
+#include <algorithm>
+
+#include "analyzers/objects/object_names.h"
+#include "cli/lookup/meanings.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit::cli::lookup {
+namespace {
+
+using device::Access;
+using device::DeviceDescription;
+using device::DictionaryObject;
+
+/// A long array is the same row again and again; a page shows the first ones.
+constexpr std::size_t kMostRows = 40;
+
+void Join(std::string& text, std::string_view part) {
+  if (part.empty()) return;
+  if (!text.empty()) text += ", ";
+  text += part;
+}
+
+std::string_view Name(Access access) {
+  switch (access) {
+    case Access::kUnknown:
+    case Access::kNone:
+      return "";
+    case Access::kRead:
+      return "read only";
+    case Access::kWrite:
+      return "write only";
+    case Access::kReadWrite:
+      return "read and write";
+  }
+  return "";
+}
+
+std::string_view Name(device::Mappable mappable) {
+  switch (mappable) {
+    case device::Mappable::kUnknown:
+      return "";
+    case device::Mappable::kNo:
+      return "not mappable";
+    case device::Mappable::kYes:
+      return "mappable";
+    case device::Mappable::kConditional:
+      return "mappable under a condition";
+  }
+  return "";
+}
+
+/// ":1 Vendor ID, UINT32, read only, mappable"
+std::string RowText(const DictionaryObject& row) {
+  std::string text = row.name;
+  if (!row.head) {
+    std::string types;
+    for (const device::DataType type : row.types) {
+      const std::string_view name = device::DataTypeName(type);
+      if (name.empty() || type == device::DataType::kUnknown) continue;
+      types += (types.empty() ? "" : " or ") + std::string(name);
+    }
+    Join(text, types);
+    Join(text, row.constant ? "constant" : Name(row.access));
+    Join(text, Name(row.mappable));
+    if (row.only) Join(text, *row.only == device::PdoDirection::kRx ? "in RxPDOs only" : "in TxPDOs only");
+    Join(text, row.unit.empty() ? "" : "unit " + row.unit);
+    Join(text, row.scale.empty() ? "" : "scale " + row.scale);
+    Join(text, row.keyword.empty() ? "" : "parameter " + row.keyword);
+  }
+  std::string place;
+  if (!row.head && row.last_subindex != row.subindex) {
+    place = ":" + std::to_string(row.subindex) + "-" + std::to_string(row.last_subindex) + " ";
+  } else if (!row.head && row.subindex != 0) {
+    place = ":" + std::to_string(row.subindex) + " ";
+  }
+  return place + text;
+}
+
+/// The rows of an index in the list, one statement each.
+void AddRows(const std::string& family, const std::vector<DictionaryObject>& rows, std::uint16_t index,
+             std::optional<std::uint8_t> subindex, std::vector<Statement>& out) {
+  std::size_t shown = 0;
+  std::size_t more = 0;
+  for (const DictionaryObject& row : rows) {
+    if (row.index != index) continue;
+    if (subindex && !row.head && !row.Covers(*subindex)) continue;
+    if (++shown > kMostRows) {
+      ++more;
+      continue;
+    }
+    out.push_back({family, RowText(row), row.note, row.source});
+  }
+  if (more > 0) out.push_back({family, Count(more, "more row"), "ecaudit profiles " + family + " --full", {}});
+}
+
+void AddWordBits(const std::string& name, const std::vector<device::WordBit>& bits, std::vector<Statement>& out) {
+  for (const device::WordBit& bit : bits) {
+    std::string text = "bit " + std::to_string(bit.bit) + ": " + bit.name;
+    Join(text, bit.meaning);
+    out.push_back({name, text, bit.note, bit.source});
+  }
+}
+
+void AddModes(const std::string& name, const device::DriveProfile& drive, std::vector<Statement>& out) {
+  for (const device::OperationMode& mode : drive.modes) {
+    out.push_back({name, "value " + std::to_string(mode.value) + ": " + mode.name, mode.note, mode.source});
+  }
+}
+
+/// What only drives have: the bits of control and status word, the modes of operation.
+void AddDriveWords(const DeviceDescription& family, const std::string& name, const device::DriveProfile* standard,
+                   std::uint16_t index, std::vector<Statement>& out) {
+  if (!family.drive) return;
+  std::vector<Statement> rows;
+  if (index == 0x6040) AddWordBits(name, family.drive->control_bits, rows);
+  if (index == 0x6041) {
+    for (const device::DriveStateRow& row : family.drive->states) {
+      rows.push_back({name,
+                      "state " + std::string(device::DriveStateName(row.state)) + ": (word & " + Hex(row.printed.mask) +
+                          ") = " + Hex(row.printed.value),
+                      row.note, row.source});
+    }
+    AddWordBits(name, family.drive->status_bits, rows);
+  }
+  if (index == 0x6060 || index == 0x6061) AddModes(name, *family.drive, rows);
+  // A family that has nothing of its own to say repeats the standard.
+  if (standard != nullptr && standard != &*family.drive) {
+    std::vector<Statement> common;
+    if (index == 0x6040) AddWordBits(name, standard->control_bits, common);
+    if (index == 0x6041) AddWordBits(name, standard->status_bits, common);
+    if (index == 0x6060 || index == 0x6061) AddModes(name, *standard, common);
+    rows.erase(std::remove_if(rows.begin(), rows.end(),
+                              [&](const Statement& row) {
+                                return std::any_of(common.begin(), common.end(), [&](const Statement& known) {
+                                  return known.text == row.text && known.source == row.source;
+                                });
+                              }),
+               rows.end());
+  }
+  out.insert(out.end(), std::make_move_iterator(rows.begin()), std::make_move_iterator(rows.end()));
+}
+
+void AddPdos(const DeviceDescription& family, const std::string& name, std::uint16_t index,
+             std::optional<std::uint8_t> subindex, std::vector<Statement>& out) {
+  if (const device::PdoContent* pdo = family.pdo.FindFixed(index)) {
+    std::string text = std::string(pdo->direction == device::PdoDirection::kRx ? "RxPDO" : "TxPDO");
+    if (!pdo->name.empty()) text += " " + pdo->name;
+    text += ", " + std::to_string(pdo->bits()) + " bits:";
+    for (const device::PdoEntry& entry : pdo->entries) {
+      text += " " + (entry.index == 0 ? std::string("padding") : ObjectName(entry.index, entry.subindex)) + " " +
+              (entry.name.empty() ? "" : entry.name + " ") + "(" + std::to_string(entry.bits) + ")" +
+              (&entry == &pdo->entries.back() ? "" : ",");
+    }
+    if (!pdo->known) text += " content not in the manual";
+    out.push_back({name, text, pdo->note, pdo->source});
+  }
+  for (const device::CyclicObject& row : family.pdo.cyclic) {
+    if (row.index != index || (subindex && row.subindex != *subindex)) continue;
+    std::string text = (row.subindex == 0 ? "" : ":" + std::to_string(row.subindex) + " ") + row.name;
+    Join(text, row.type == device::DataType::kUnknown ? std::string_view() : device::DataTypeName(row.type));
+    Join(text, row.direction == device::PdoDirection::kRx ? "cyclic from the master" : "cyclic from the drive");
+    out.push_back({name, text, row.note, row.source});
+  }
+}
+
+}  // namespace
+
+void AddObject(std::uint16_t index, std::optional<std::uint8_t> subindex, const Families& families,
+               std::vector<Meaning>& out) {
+  Meaning meaning{
+      .kind = "object", .name = ObjectName(index, subindex ? *subindex : -1), .details = {}, .statements = {}};
+  const DeviceDescription* generic = nullptr;
+  for (const DeviceDescription* family : families) {
+    if (family->id == "generic") generic = family;
+  }
+  const auto add = [&](const DeviceDescription& family, const std::string& name) {
+    const bool is_standard = &family == generic;
+    const auto inherited = [&](const DictionaryObject* row) {
+      const DictionaryObject* standard =
+          generic == nullptr || row == nullptr ? nullptr : generic->object(index, row->subindex);
+      return !is_standard && standard != nullptr && row != nullptr && standard->source == row->source;
+    };
+    const std::size_t before = meaning.statements.size();
+    if (family.dictionary && !inherited(family.dictionary->FindIndex(index))) {
+      AddRows(name, family.dictionary->objects, index, subindex, meaning.statements);
+    }
+    if (family.drive && meaning.statements.size() == before &&
+        !inherited(device::FindObjectHead(family.drive->objects, index))) {
+      AddRows(name, family.drive->objects, index, subindex, meaning.statements);
+    }
+    AddPdos(family, name, index, subindex, meaning.statements);
+    AddDriveWords(family, name, generic != nullptr && generic->drive ? &*generic->drive : nullptr, index,
+                  meaning.statements);
+  };
+  if (generic != nullptr) add(*generic, "standard");
+  for (const DeviceDescription* family : families) {
+    if (family != generic) add(*family, family->id);
+  }
+  // Ranges of the standard (PDO mappings, PDO assignments), which no list has one by one.
+  const events::ObjectNames names;
+  const events::ObjectInfo info = subindex ? names.Find(nullptr, index, *subindex) : names.FindWhole(nullptr, index);
+  if (!info.name.empty()) meaning.name += " " + info.name;
+  if (meaning.statements.empty()) {
+    if (info.name.empty()) return;
+    meaning.statements.push_back({"standard", info.name, {}, "ETG1000.6, object dictionary"});
+  }
+  if (info.name.empty()) {
+    const std::string& text = meaning.statements.front().text;
+    meaning.name += " " + text.substr(0, text.find(','));
+  }
+  out.push_back(std::move(meaning));
+}
+
+}  // namespace ecaudit::cli::lookup

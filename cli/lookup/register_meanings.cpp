@@ -1,0 +1,241 @@
+/// Registers with their bits, and the commands of datagrams.
+#include <algorithm>
+
+#include "cli/lookup/meanings.h"
+#include "decoder/base/text.h"
+#include "decoder/esc/register_map.h"
+#include "decoder/wire/command.h"
+
+namespace ecaudit::cli::lookup {
+namespace {
+
+using device::DeviceDescription;
+
+std::string_view Text(esc::EcatAccess access) {
+  switch (access) {
+    case esc::EcatAccess::READ:
+      return "the master may read";
+    case esc::EcatAccess::READ_ACKNOWLEDGE:
+      return "the master may read, which acknowledges or clears";
+    case esc::EcatAccess::READ_WRITE:
+      return "the master may read and write";
+    case esc::EcatAccess::WRITE_IF:
+      return "the master may read, and write in some situations";
+    case esc::EcatAccess::WRITE_EFFECT:
+      return "the master may read and write; what is read is not what was written";
+    case esc::EcatAccess::WRITE_CLEARS:
+      return "the master may read; any write clears it";
+  }
+  return "";
+}
+
+std::string_view Text(esc::Unit unit) {
+  using esc::Unit;
+  switch (unit) {
+    case Unit::SIGNED:
+      return "signed";
+    case Unit::KIB:
+      return "KiB";
+    case Unit::BYTES:
+      return "bytes";
+    case Unit::BIT:
+      return "number of a bit";
+    case Unit::NS:
+      return "ns";
+    case Unit::SIGNED_NS:
+      return "ns, signed";
+    case Unit::DC_TIME:
+      return "ns since 2000-01-01, or its lower 32 bits";
+    case Unit::MAGNITUDE_NS:
+      return "ns, 31 bits and a sign";
+    case Unit::TEN_NS:
+      return "10 ns each";
+    case Unit::WATCHDOG_STEP:
+      return "(value + 2) * 40 ns";
+    case Unit::WATCHDOG_TIME:
+      return "steps of 0x0400; 0: off";
+    case Unit::AL_STATE:
+    case Unit::AL_STATUS:
+      return "1 INIT, 2 PREOP, 3 BOOT, 4 SAFEOP, 8 OP; bit 4 of AL Status: error";
+    case Unit::AL_STATUS_CODE:
+      return "AL status code (ecaudit explain 0x0017)";
+    case Unit::EEPROM_COMMAND:
+      return "0 idle or clear errors, 1 read, 2 write, 4 reload";
+    case Unit::WORD_ADDRESS:
+      return "word address of the EEPROM";
+    case Unit::FLAG:
+    case Unit::NUMBER:
+    case Unit::HEX:
+    case Unit::VALUE:
+    case Unit::DATA:
+      return "";
+  }
+  return "";
+}
+
+std::string Bits(unsigned first, unsigned last) {
+  return first == last ? "bit " + std::to_string(first) : "bits " + std::to_string(last) + ":" + std::to_string(first);
+}
+
+std::string FieldText(const esc::Field& field) {
+  std::string text(field.name);
+  const auto add = [&text](std::string_view part, std::string_view separator) {
+    if (part.empty()) return;
+    if (!text.empty()) text += separator;
+    text += part;
+  };
+  add(Text(field.unit), ": ");
+  std::string values;
+  for (const esc::ValueText& value : field.values) {
+    if (value.text.empty()) continue;
+    if (!values.empty()) values += ", ";
+    values += std::to_string(value.value) + " " + std::string(value.text);
+  }
+  add(values, ": ");
+  return text;
+}
+
+std::string Place(EscAddress address, std::size_t length) {
+  return length == 1 ? Hex(address) : Hex(address) + "-" + Hex(address + length - 1);
+}
+
+/// The registers of one sync manager, FMMU or port, when its first address is asked for.
+void AddUnit(const esc::RegisterHit& hit, Meaning& meaning) {
+  if (hit.unit == nullptr || hit.unit->name.empty()) return;
+  const EscAddress start =
+      static_cast<EscAddress>(hit.unit->address + (hit.number - hit.unit->first_number) * hit.unit->size);
+  if (hit.start != start || hit.offset != 0) return;
+  esc::CutAccess(start, hit.unit->size, [&](const esc::RegisterPart& part) {
+    if (part.hit.reg == nullptr || part.address == start) return;
+    meaning.details.emplace_back("beside it", Place(part.address, part.length) + " " + esc::RegisterName(part.hit));
+  });
+}
+
+/// The register map cites the two volumes of the data sheet by page ("B2:13"), and lists of other makers.
+std::string Source(std::string_view short_key) {
+  if (short_key.starts_with("B1:")) return "ESC-1, page " + std::string(short_key.substr(3));
+  if (short_key.starts_with("B2:")) return "ESC-2, page " + std::string(short_key.substr(3));
+  return short_key == "TI" ? "TI-ESC, registers" : std::string(short_key);
+}
+
+}  // namespace
+
+void AddRegister(std::uint16_t address, const Families& families, std::vector<Meaning>& out) {
+  const esc::RegisterHit hit = esc::RegisterAt(address);
+  Meaning meaning{.kind = "register", .name = {}, .details = {}, .statements = {}};
+  EscAddress start = address;
+  std::size_t length = 1;
+  if (hit) {
+    start = hit.start;
+    length = hit.reg->length;
+    meaning.name = Hex(start) + " " + esc::RegisterName(hit);
+    meaning.details.emplace_back("place",
+                                 Place(start, length) + ", " + Count(length, "byte") +
+                                     (hit.offset == 0 ? "" : "; asked for byte " + std::to_string(hit.offset)));
+    meaning.details.emplace_back("access", std::string(Text(hit.reg->access)));
+    for (const esc::Field& field : hit.reg->fields) {
+      const std::string text = FieldText(field);
+      if (!text.empty()) {
+        meaning.details.emplace_back(Bits(field.lsb, static_cast<unsigned>(field.lsb) + field.width - 1U), text);
+      }
+    }
+    AddUnit(hit, meaning);
+    meaning.statements.push_back({"standard", esc::RegisterName(hit), {}, Source(hit.reg->source)});
+  }
+  for (const DeviceDescription* family : families) {
+    if (family->id == "generic") continue;
+    const device::RegisterRight* right = family->register_right(address);
+    const bool own = right != nullptr && right->source.starts_with(family->document);
+    if (own && (hit || right->buffer)) {
+      if (!hit && meaning.name.empty()) meaning.name = Hex(address) + " " + right->name;
+      meaning.statements.push_back(
+          {family->id, Place(right->address, right->length) + " " + right->name, right->note, right->source});
+    }
+    for (const auto* rows : {&family->register_bits, &family->event_bits}) {
+      for (const device::RegisterBits& row : *rows) {
+        if (row.address < start || row.address >= start + length || !row.source.starts_with(family->document)) continue;
+        const unsigned shift = 8U * static_cast<unsigned>(row.address - start);
+        std::string text = Bits(row.first + shift, row.last + shift) +
+                           (row.value ? " = " + std::to_string(*row.value) : "") + ": " + row.name;
+        if (!row.meaning.empty()) text += ", " + row.meaning;
+        meaning.statements.push_back({family->id, text, row.note, row.source});
+      }
+    }
+  }
+  if (meaning.statements.empty()) return;
+  out.push_back(std::move(meaning));
+}
+
+void AddCommand(std::string_view name, std::vector<Meaning>& out) {
+  for (std::uint8_t number = 0; number < wire::kCommandCount; ++number) {
+    const auto command = static_cast<wire::Command>(number);
+    if (wire::Name(command) != name) continue;
+    Meaning meaning{.kind = "datagram command", .name = std::string(name), .details = {}, .statements = {}};
+    meaning.details.emplace_back("number", std::to_string(number));
+    std::string_view address = "none";
+    if (wire::IsPositionAddressed(command)) {
+      address = "position (ADP, each slave adds 1; who sees 0 is meant) and register (ADO)";
+    } else if (wire::IsNodeAddressed(command)) {
+      address = "station address or alias (ADP) and register (ADO)";
+    } else if (wire::IsBroadcast(command)) {
+      address = "every slave (ADP counts them) and register (ADO)";
+    } else if (wire::IsLogical(command)) {
+      address = "32-bit logical address, which the FMMUs of the slaves map to their memory";
+    }
+    meaning.details.emplace_back("address", std::string(address));
+    std::string_view does = "a read of the addressed slave";
+    switch (command) {
+      case wire::Command::NOP:
+        does = "nothing; no slave acts";
+        break;
+      case wire::Command::APRD:
+      case wire::Command::FPRD:
+        break;
+      case wire::Command::APWR:
+      case wire::Command::FPWR:
+        does = "a write to the addressed slave";
+        break;
+      case wire::Command::APRW:
+      case wire::Command::FPRW:
+        does = "a read and a write of the addressed slave, in one pass";
+        break;
+      case wire::Command::BRD:
+        does = "a read of every slave; their data are ORed";
+        break;
+      case wire::Command::BWR:
+        does = "a write to every slave";
+        break;
+      case wire::Command::BRW:
+        does = "a read (ORed) and a write of every slave";
+        break;
+      case wire::Command::LRD:
+        does = "a read of the inputs that are mapped there";
+        break;
+      case wire::Command::LWR:
+        does = "a write of the outputs that are mapped there";
+        break;
+      case wire::Command::LRW:
+        does = "inputs and outputs in one pass";
+        break;
+      case wire::Command::ARMW:
+      case wire::Command::FRMW:
+        does =
+            "a read of the addressed slave, whose data all slaves behind it write: spreads the time of the reference "
+            "clock";
+        break;
+    }
+    meaning.details.emplace_back("does", std::string(does));
+    std::string_view counter = "1 for each slave that did it";
+    if (command == wire::Command::NOP) counter = "stays as it is";
+    if (command == wire::Command::APRW || command == wire::Command::FPRW || command == wire::Command::BRW ||
+        command == wire::Command::LRW) {
+      counter = "1 for a slave that read, 2 for one that wrote, 3 for both";
+    }
+    meaning.details.emplace_back("working counter", std::string(counter));
+    meaning.statements.push_back(
+        {"standard", "datagram command " + std::to_string(number), {}, "ETG1000.4, frame and datagram header"});
+    out.push_back(std::move(meaning));
+  }
+}
+
+}  // namespace ecaudit::cli::lookup

@@ -1,0 +1,116 @@
+"""`explain` for what is not a rule: codes, numbers, objects, registers, commands, states."""
+import json
+import unittest
+
+from support import SOURCE, CliTest
+
+
+class Explain(CliTest):
+    def explain(self, *arguments) -> str:
+        done = self.run_program("explain", *arguments)
+        self.assertEqual(done.returncode, 0, done.err)
+        self.assertEqual(done.err, "")
+        return done.out
+
+    def meanings(self, *arguments) -> list:
+        answer = json.loads(self.explain(*arguments, "--format", "json"))
+        self.assertEqual((answer["schema"], answer["what"]), ("ecaudit.explanation/1", arguments[0]))
+        return answer["meanings"]
+
+    def kinds(self, what) -> list:
+        return [meaning["kind"] for meaning in self.meanings(what)]
+
+    def test_al_status_code(self):
+        page = self.explain("0x0017")
+        self.assertTrue(page.startswith("0x0017 invalid sync manager configuration (AL status code)\n"), page)
+        # The manual binds the code to two transitions and the standard does not; both name their place.
+        self.assertIn("refuses only INIT -> PREOP, PREOP -> SAFEOP", page)
+        self.assertIn("[AKD-2011, 4.3.3]", " ".join(page.split()))
+        self.assertIn("[ETG1000.6, table 11", " ".join(page.split()))
+        self.assertEqual(self.kinds("0x0017")[0], "AL status code")
+
+    def test_a_code_that_a_complete_list_lacks(self):
+        rows = [m for m in self.meanings("0x001d") if m["kind"] == "AL status code"][0]["statements"]
+        missing = {row["family"] for row in rows if row["text"].startswith("not in its list")}
+        self.assertLessEqual({"kollmorgen-akd-2010", "kollmorgen-akd-2011"}, missing)
+        self.assertNotIn("standard", missing)
+
+    def test_sdo_abort_code(self):
+        self.assertEqual(self.kinds("0x06090011"), ["SDO abort code"])
+        self.assertIn("subindex", self.explain("0x06090011").lower())
+
+    def test_every_emergency_of_every_family(self):
+        for file in sorted((SOURCE / "decoder/device/profiles").glob("*.json")):
+            profile = json.loads(file.read_text())
+            for row in (profile.get("emergency") or {}).get("codes", []):
+                if "last_code" in row or int(row["code"], 16) < 0x1000:
+                    continue
+                found = [m for m in self.meanings(row["code"], "--profile", profile["id"])
+                         if m["kind"] == "emergency error code"]
+                texts = [s["text"] for m in found for s in m["statements"]]
+                self.assertTrue(any(row["text"] in text for text in texts), (row, texts))
+                if row.get("id"):
+                    break  # one run of the program for each of hundreds of codes is enough for one family
+
+    def test_numbers_that_drives_show(self):
+        everything = " ".join(self.explain("F503").split())
+        self.assertIn("0x3130 F503 (fault): DC bus capacitor overload [MKD, 5.1.2]", everything)
+        warning = " ".join(self.explain("n503").split())
+        self.assertIn("0x3180 n503 (warning): DC bus capacitor overload [MKD, 5.1.2]", warning)
+        self.assertNotIn("fault", warning)
+        both = " ".join(self.explain("503").split())
+        acme = self.explain("e52", "--profiles", SOURCE / "samples" / "families")
+        self.assertIn("encoder: no signal [AS-2024, 9.1]", acme)
+        self.assertTrue("F503" in both and "n503" in both, both)
+
+    def test_objects_by_family(self):
+        for what in ("6040h", "0x6040:0", "0x6040"):
+            found = [m for m in self.meanings(what) if m["kind"] == "object"]
+            self.assertEqual(len(found), 1, what)
+            rows = found[0]["statements"]
+            self.assertLessEqual({"standard", "kollmorgen-mkd-n", "pilz-pmcprotego-d"}, {r["family"] for r in rows})
+            self.assertTrue(any(r["text"].startswith("bit 3: ") for r in rows), rows)
+        self.assertEqual(len(self.meanings("1018h:1")), 1)
+        self.assertIn("Identity", self.meanings("1018h:1")[0]["name"])
+        self.assertIn("RxPDO mapping", self.explain("1601h"))
+
+    def test_registers_with_bits(self):
+        page = " ".join(self.explain("0x0130").split())
+        self.assertIn("0x0130 AL Status (register)", page)
+        self.assertIn("0x0130-0x0131, 2 bytes", page)
+        self.assertIn("bits 4:0", page)
+        self.assertIn("[ESC-2, page ", page)
+        self.assertIn("asked for byte 1", self.explain("0x0131"))
+        unit = self.explain("0x0810")
+        self.assertIn("SM2 Start", unit)
+        self.assertIn("SM2 Length", unit)
+
+    def test_commands_and_states(self):
+        for command in ("NOP APRD APWR APRW FPRD FPWR FPRW BRD BWR BRW LRD LWR LRW ARMW FRMW").split():
+            self.assertEqual(self.kinds(command), ["datagram command"], command)
+        self.assertEqual(self.kinds("fprd"), ["datagram command"])
+        for state in ("INIT", "PREOP", "BOOT", "SAFEOP", "OP"):
+            self.assertEqual(self.kinds(state), ["AL state"], state)
+
+    def test_every_statement_names_its_source(self):
+        for what in ("0x0017", "0x06090011", "0x8611", "F503", "6040h", "6041h", "1018h", "0x0120", "0x0810", "LRW"):
+            for meaning in self.meanings(what):
+                for row in meaning["statements"]:
+                    self.assertTrue(row["source"] or row["note"], (what, row))
+
+    def test_one_family_only(self):
+        families = {row["family"] for m in self.meanings("0x0017", "--profile", "kollmorgen-akd-2011")
+                    for row in m["statements"]}
+        self.assertEqual(families, {"standard", "kollmorgen-akd-2011"})
+        self.assertIn("unknown profile 'foo'", self.one_error("explain", "0x0017", "--profile", "foo"))
+
+    def test_what_nobody_knows(self):
+        for what in ("0x0f0f0f0f", "F99999", "5fffh"):
+            self.assertEqual(self.one_error("explain", what),
+                             f"nothing is known of '{what}' (see 'ecaudit explain --help')")
+        for what in ("", ":", "0x", "h", "6040h:", "6040h:999", "F", "0x123456789"):
+            self.one_error("explain", what)
+
+
+if __name__ == "__main__":
+    unittest.main()
