@@ -31,6 +31,10 @@ CaptureSummary SummariseCapture(const capture::FrameSource& source, const Pipeli
   summary.malformed_frames = read.malformed_frames;
   summary.cut_frames = read.cut_frames;
   summary.crc_error_frames = read.crc_error_frames;
+  const std::uint64_t others =
+      read.other_link + read.cut_before_type + summary.file.unread_blocks + summary.file.dropped();
+  summary.may_be_ethercat = read.ethercat_frames + others;
+  summary.unusable = others + read.crc_error_frames + pairing.foreign_answered;
   summary.origin = read.origin;
   summary.first = read.first;
   summary.last = read.last;

@@ -284,7 +284,7 @@ void LeaveOutUnseen(const SlaveSummary& slave, std::vector<Deviation>& found, Co
     // What came behind the last step that was kept is cut off, not missing.
     const std::size_t before = found.size();
     std::erase_if(found, [](const Deviation& deviation) {
-      return deviation.kind == Deviation::Kind::kMissing && deviation.to_the_end;
+      return deviation.kind == Deviation::Kind::kMissing && (deviation.to_the_end || deviation.next == nullptr);
     });
     if (found.size() < before) {
       comparison.not_compared.push_back(

@@ -206,6 +206,25 @@ void FindingStore::FoldNotEvaluable(std::size_t slaves) {
     }
   }
   folded_ = InOrder(std::move(lines));
+  CutListed();
+}
+
+/// Reasons without end, each for one slave: what is not listed must not look judged, so its rule still has a line.
+void FindingStore::CutListed() {
+  std::vector<NotEvaluable>& lines = *folded_;
+  if (lines.size() <= kMaxListed) return;
+  std::map<std::string_view, NotEvaluable> rest;
+  for (std::size_t i = kMaxListed; i < lines.size(); ++i) {
+    const NotEvaluable& line = lines[i];
+    NotEvaluable& of_rule =
+        rest.try_emplace(line.rule, NotEvaluable{line.rule, kNoSlave, kMoreThanListed, line.first_frame, 0})
+            .first->second;
+    of_rule.first_frame = std::min(of_rule.first_frame, line.first_frame);
+    of_rule.occasions += line.occasions;
+    ++lines_left_out_;
+  }
+  lines.resize(kMaxListed);
+  for (auto& [rule, line] : rest) lines.push_back(std::move(line));
 }
 
 void AddRelated(Finding& finding, FrameNo frame) {

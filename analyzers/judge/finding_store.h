@@ -34,7 +34,7 @@ class FindingStore {
   static constexpr std::size_t kMaxNotEvaluable = 200'000;
   /// Different reasons of one rule that are kept.
   static constexpr std::size_t kMaxReasons = 200;
-  /// Lines of a report. Beyond it those about the most slaves become one.
+  /// Lines of a report. Beyond it those about the most slaves become one, and then the rest one for each rule.
   static constexpr std::size_t kMaxListed = 1000;
   static constexpr std::size_t kMaxRelatedFrames = 16;
 
@@ -106,6 +106,7 @@ class FindingStore {
 
   FindingIndex CountOn(FindingIndex index, const Finding& finding);
   Group& GroupOf(std::string_view rule, std::string_view reason);
+  void CutListed();
 
   const std::map<std::string, RuleSetting, std::less<>>& settings_;
   std::vector<Finding> findings_;

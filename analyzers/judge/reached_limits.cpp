@@ -32,6 +32,11 @@ void TellLimits(const FindingStore& store, const track::Network& network, Analys
   tell("steps of a start-up that are kept", startup::StartupRecorder::kMaxSteps, steps);
   tell("steps of an AL history that are kept", AlHistory::kMaxSteps, al);
   tell("steps of a drive history that are kept", DriveHistory::kMaxSteps, drive);
+  const CaptureSummary& capture = result.capture;
+  if (capture.unusable > 0 && capture.unusable * 2 >= capture.may_be_ethercat) {
+    result.cut = Grouped(capture.unusable) + " of " + Grouped(capture.may_be_ethercat) +
+                 " packets that may have been EtherCAT could not be used";
+  }
   if (slaves > 0) {
     result.cut = "more slaves than the " + Grouped(bus::SlaveSet::kMaxSlaves) + " that are modelled";
   }

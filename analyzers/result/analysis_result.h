@@ -45,7 +45,9 @@ struct CaptureSummary {
   std::uint64_t malformed_frames = 0;
   std::uint64_t padded_frames = 0;     ///< their EtherCAT length covers more than their datagrams
   std::uint64_t cut_frames = 0;        ///< cut by the snap length
-  std::uint64_t crc_error_frames = 0;  ///< marked bad by the probe
+  std::uint64_t crc_error_frames = 0;  ///< marked bad by the probe or the capture
+  std::uint64_t may_be_ethercat = 0;   ///< packets that are, or may have been, EtherCAT frames; ...
+  std::uint64_t unusable = 0;          ///< ... and of these those that could not be used
   FrameRef origin;                     ///< first packet of the file with a time stamp: seconds count from there
   FrameRef first;                      ///< first packet of the range with a time stamp
   FrameRef last;

@@ -1,6 +1,7 @@
 #include "cli/report/fingerprint.h"
 
 #include <algorithm>
+#include <array>
 
 namespace ecaudit::report {
 
@@ -20,7 +21,11 @@ std::string WithoutCounts(std::string_view title) {
     title.remove_prefix(word.size());
     const bool number = !word.empty() && kDigits.find(word.front()) != std::string_view::npos &&
                         word.find_first_not_of(kInNumbers) == std::string_view::npos;
-    if (!number || out.ends_with("port ") || out.ends_with("state ")) {
+    // Names that are numbers: another one is another thing.
+    constexpr std::array<std::string_view, 4> kNamed{"port ", "state ", "Mode of operation ", "Mode "};
+    const bool name =
+        std::any_of(kNamed.begin(), kNamed.end(), [&out](std::string_view what) { return out.ends_with(what); });
+    if (!number || name) {
       out += word;
       continue;
     }

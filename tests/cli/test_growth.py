@@ -29,11 +29,19 @@ def eeprom_reads(words: int) -> bytes:
 
 def slaves_and_broadcasts(slaves: int, frames: int) -> bytes:
     bus = Bus()
-    bus.exchange(BRD, 0, 0x0130, b"\0\0", b"\x01\0", slaves)
+
+    def pass_all(command, adp, ado, data, wkc):
+        bus.index = (bus.index + 1) & 0xFF
+        bus._packet(0x10, command, adp & 0xFFFF, ado, data, 0)
+        bus.time_ns += 20_000
+        bus._packet(0x12, command, (adp + slaves) & 0xFFFF, ado, data, wkc)
+        bus.time_ns += 980_000
+
+    pass_all(BRD, 0, 0x0130, b"\x01\0", slaves)
     for slave in range(slaves):
-        bus.exchange(APWR, -slave & 0xFFFF, 0x0010, struct.pack("<H", 0x1001 + slave), struct.pack("<H", 0x1001 + slave), 1)
+        pass_all(APWR, -slave, 0x0010, struct.pack("<H", 0x1001 + slave), 1)
     for n in range(frames):
-        bus.exchange(BWR, 0, 0x0200, bytes([n & 0xFF]), bytes([n & 0xFF]), slaves)
+        pass_all(BWR, 0, 0x0200, bytes([n & 0xFF]), slaves)
     return bus.pcap()
 
 

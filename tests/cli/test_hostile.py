@@ -97,6 +97,7 @@ class HostileCaptures(CliTest):
         report = self.one_report("drops.pcapng", pcapng(packets_of(healthy_capture()), dropped=100_000), 0)
         (finding,) = self.set_aside(report)
         self.assertIn("100,000 dropped by the capturing machine", finding["message"])
+        self.assertEqual(report["summary"]["verdict"], "limited")
         self.assertEqual(self.set_aside(self.one_report("none.pcapng", pcapng(packets_of(healthy_capture()), dropped=0), 0)), [])
 
     def test_one_answer_with_a_flipped_bit(self):
@@ -137,6 +138,35 @@ class HostileCaptures(CliTest):
         packets += [(end + 1000 * (n + 1), swap(p)) for n, (_, p) in enumerate(other)]
         report = self.one_report("two.pcapng", pcapng(packets), 0)
         self.assertTrue(any("of other masters" in f["message"] for f in self.set_aside(report)), report["findings"])
+
+
+class CutStartups(CliTest):
+    """A start-up of more steps than are kept: what was cut is neither the same nor missing."""
+
+    def setUp(self):
+        super().setUp()
+        bus = scanned_bus()
+        for n in range(1300):
+            bus.write(0x0800 + 8 * (n % 8), struct.pack("<HHI", 0x1000 + n, 16, 0))
+        bus.write(0x0120, b"\x02\0")
+        bus.read(0x0130, b"\x02\0")
+        self.long = self.file("long.pcap", bus.pcap())
+
+    def test_diff_does_not_call_it_the_same(self):
+        done = self.run_program("diff", self.long, self.file("again.pcap", pathlib.Path(self.long).read_bytes()))
+        self.assertEqual(done.returncode, 1, done.out)
+        self.assertRegex(done.out, r"A \d+ steps not kept")
+
+    def test_an_expectation_does_not_miss_it(self):
+        self.assertIn("without its last", self.run_program("startup", "--save", "m.json", self.long).err)
+        wanted = json.loads((self.dir / "m.json").read_text())
+        steps = wanted["slaves"][0]["steps"]
+        steps.append(dict(steps[-1], value="ffee100000000000"))
+        path = self.file("more.json", json.dumps(wanted))
+        report = json.loads(self.run_program("startup", "--expect", path, "--format", "json", self.long).out)["reports"][0]
+        self.assertEqual(report["findings"], [])
+        self.assertIn("were not kept", [n["reason"] for n in report["not_evaluable"] if n["rule"] == "startup-step-missing"][0])
+        self.assertTrue(any("start-up" in r["what"] for r in report["limits_reached"]))
 
 
 class HostileFiles(CliTest):
@@ -254,6 +284,23 @@ class CrashedWorker(CliTest):
             except (OSError, IndexError, ValueError):
                 pass
         return found
+
+    def test_a_signal_says_where(self):
+        pipe = self.dir / "slow.pcap"
+        os.mkfifo(pipe)
+        with subprocess.Popen([PROGRAM, "check", pipe], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                              stdin=subprocess.DEVNULL, cwd=self.dir) as child:
+            with open(pipe, "wb") as slow:
+                slow.write(healthy_capture())
+                slow.flush()
+                time.sleep(0.5)
+                child.send_signal(signal.SIGSEGV)
+                out, err = child.communicate(timeout=60)
+        if b"Sanitizer" in err:
+            self.skipTest("sanitizers have a report of their own")
+        self.assertEqual(child.returncode, 3)
+        self.assertEqual(out, b"")
+        self.assertRegex(err.decode(), r"^ecaudit: internal error: ecaudit [\d.]+ was ended by signal 11.*; please report it")
 
     def test_the_others_are_whole(self):
         """A worker that reads from a pipe is ended by a signal: its capture has failed, and is named."""

@@ -173,9 +173,14 @@ class InterruptedReading(InterruptionTest):
         big = self.big()
 
         def reading(child):
-            """It has decompressed for a moment."""
-            with open(f"/proc/{child.pid}/stat") as stat:
-                return int(stat.read().rsplit(")", 1)[1].split()[11]) > 0.2 * os.sysconf("SC_CLK_TCK")
+            """It, or a worker of a batch, has decompressed for a moment."""
+            with open(f"/proc/{child.pid}/task/{child.pid}/children") as children:
+                processes = [str(child.pid), *children.read().split()]
+            ticks = 0
+            for process in processes:
+                with open(f"/proc/{process}/stat") as stat:
+                    ticks += int(stat.read().rsplit(")", 1)[1].split()[11])
+            return ticks > 0.2 * os.sysconf("SC_CLK_TCK")
 
         for arguments in (["check", big], ["check", "-o", "report.html", big], ["check", "--join", big, "healthy.pcap"],
                           ["startup", big], ["signals", big], ["diff", "healthy.pcap", big],

@@ -36,7 +36,8 @@ inline void AnalyseAndReport(capture::FrameSource& source) {
   AnalysisResult& result = report.captures.back().result;
   result = Analyse(source, {});
 
-  Check(result.findings.size() <= 5000 && result.not_evaluable.size() <= 1000 + result.coverage.size());
+  Check(result.findings.size() <= 3 * (5000 + result.coverage.size()) &&
+        result.not_evaluable.size() <= 1000 + result.coverage.size());
   for (std::size_t i = 0; i < result.findings.size(); ++i) {
     const Finding& finding = result.findings[i];
     Check(FindRule(finding.rule) != nullptr);

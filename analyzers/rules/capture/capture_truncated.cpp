@@ -24,9 +24,9 @@ constexpr RuleInfo kInfo{.id = "capture-truncated",
                          .doc = R"(
 ## What it checks
 Whether the file ends inside a packet or block, or a block is damaged; and whether many packets that may have been
-EtherCAT frames could not be used: marked bad by the probe or the capture, of a link type or in blocks that are not read,
-cut before their EtherType, returned with flipped bits, sent by other masters, or dropped by the capturing machine, by
-its own count.
+EtherCAT frames could not be used: marked bad by the probe or the capture, of a link type or in blocks that are not
+read, cut before their EtherType, returned with flipped bits, sent by other masters, or dropped by the capturing
+machine, by its own count.
 
 ## Why it matters
 What follows the damage, and what was set aside, is not analysed: a fault in it is not in the report.
@@ -41,8 +41,8 @@ EtherType and datagram header stand in its first bytes.
 samples/captures/truncated.pcapng
 
 ## What to do
-Copy the file again; stop the capturing program properly before copying. Set the probe to Ethernet, look for the cause of
-damaged frames at the tap, and capture one bus at a time. Against drops: a larger buffer, a faster disk.
+Copy the file again; stop the capturing program properly before copying. Set the probe to Ethernet, look for the cause
+of damaged frames at the tap, and capture one bus at a time. Against drops: a larger buffer, a faster disk.
 )"};
 
 constexpr std::uint64_t kDamage = 0;

@@ -1,5 +1,8 @@
 #include "analyzers/judge/finding_store.h"
 
+#include <array>
+#include <string>
+
 #include <gtest/gtest.h>
 
 #include "analyzers/result/every_slave.h"
@@ -189,6 +192,22 @@ TEST_F(FindingStoreTest, ReasonsWithoutEndBecomeOne) {
   }
   EXPECT_EQ(store.not_evaluable().size(), FindingStore::kMaxReasons + 1);
   EXPECT_EQ(store.not_evaluable().back().occasions, 2 * FindingStore::kMaxReasons);
+}
+
+TEST_F(FindingStoreTest, WhatIsNotListedHasALineForItsRule) {
+  const RuleInfo third{
+      .id = "third", .group = "g", .severity = Severity::kInfo, .title = "t", .needs = "n", .source = "s", .doc = ""};
+  const std::array<const RuleInfo*, 3> rules{&kRule, &kOther, &third};
+  std::array<RuleInfo, 8> more{third, third, third, third, third, third, third, third};
+  const std::array<std::string, 8> names{"r1", "r2", "r3", "r4", "r5", "r6", "r7", "r8"};
+  for (std::size_t r = 0; r < more.size(); ++r) more[r].id = names[r];
+  for (std::size_t i = 0; i < FindingStore::kMaxReasons; ++i) {
+    for (const RuleInfo* rule : rules) store.AddNotEvaluable(*rule, 1, "reason " + std::to_string(i), i + 1);
+    for (const RuleInfo& rule : more) store.AddNotEvaluable(rule, 1, "reason " + std::to_string(i), i + 1);
+  }
+  store.FoldNotEvaluable(3);
+  EXPECT_EQ(store.not_evaluable().size(), FindingStore::kMaxListed + 11U);
+  EXPECT_EQ(store.lines_left_out(), 11 * FindingStore::kMaxReasons - FindingStore::kMaxListed);
 }
 
 TEST_F(FindingStoreTest, TheOnlySlaveKeepsItsName) {
