@@ -38,7 +38,7 @@ ExitStatus Dispatch(const std::vector<std::string>& arguments, Console& console)
   if (first == "--help" || first == "-h" || (first == "help" && arguments.size() == 1)) {
     return Print(console, ProgramHelp(commands));
   }
-  if (first == "--version" || first == "version") return Print(console, "ecaudit " + std::string(Version()) + "\n");
+  if (first == "--version" || first == "version") return Print(console, VersionPage());
   // 'help check' is 'check --help'.
   if (first == "help") return Dispatch({arguments[1], "--help"}, console);
   if (first.starts_with("-")) {
@@ -79,8 +79,10 @@ int RunProgram(const std::vector<std::string>& arguments, std::FILE* out, std::F
     return static_cast<int>(Dispatch(arguments, console));
   } catch (const std::exception& e) {
     // We throw nothing ourselves: this is memory exhausted, or a bug.
-    console.Error(std::string("internal error: ") + e.what() +
-                  "; please report it with this line, the command and, if you may share it, the capture");
+    console.Error(
+        std::string("internal error: ") + e.what() +
+        "; please report it as docs/CONTRIBUTING.md says, with this line, the output of 'ecaudit --version', the "
+        "command line and, if you may share it, the capture ('ecaudit anonymize' takes names out)");
   }
   return static_cast<int>(ExitStatus::kInternal);
 }
