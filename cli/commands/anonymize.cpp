@@ -23,7 +23,7 @@
 namespace ecaudit::cli {
 namespace {
 
-constexpr std::size_t kBufferBytes = std::size_t{1} << 20U;
+constexpr std::size_t kCopiedBytes = std::size_t{1} << 20U;
 
 /// A finding without its words: names that are gone may stand in them.
 std::vector<std::string> Facts(const AnalysisResult& result) {
@@ -183,7 +183,7 @@ class AnonymizeCommand : public Command {
       capture::CapturedFrame clean = frame;
       clean.bytes = bytes;
       writer.AddPacket(clean, {});
-      if (buffer.size() < kBufferBytes) continue;
+      if (buffer.size() < kCopiedBytes) continue;
       if (auto error = file->Write(buffer)) return error;
       buffer.clear();
     }

@@ -13,7 +13,7 @@ std::string Joined(const std::vector<std::string>& words) {
 }
 
 /// Between single quotes of a shell.
-std::string Quoted(std::string_view text) {
+std::string ShellQuoted(std::string_view text) {
   std::string quoted = "'";
   for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return quoted + "'";
@@ -33,7 +33,7 @@ std::string Bash(const std::vector<CommandRow>& table) {
   std::string cases;
   for (const CommandRow& command : table) {
     commands += " " + command.name;
-    cases += "    " + command.name + ")\n      options=" + Quoted(AllOptions(command)) + "\n";
+    cases += "    " + command.name + ")\n      options=" + ShellQuoted(AllOptions(command)) + "\n";
     std::string values;
     std::string words;
     for (const OptionSet::Row& row : command.options) {
@@ -45,10 +45,10 @@ std::string Bash(const std::vector<CommandRow>& table) {
       if (row.value.empty()) continue;
       std::string names;
       for (const std::string& name : NamesOf(row)) names += (names.empty() ? "" : "|") + name;
-      values += "        " + names + ") " + (list.empty() ? "files=1" : "words=" + Quoted(list)) + ";;\n";
+      values += "        " + names + ") " + (list.empty() ? "files=1" : "words=" + ShellQuoted(list)) + ";;\n";
     }
     if (!values.empty()) cases += "      case \"$previous\" in\n" + values + "      esac\n";
-    if (!words.empty()) cases += "      arguments=" + Quoted(words) + "\n";
+    if (!words.empty()) cases += "      arguments=" + ShellQuoted(words) + "\n";
     cases += "      ;;\n";
   }
   return "# bash completion for ecaudit, written by 'ecaudit completion bash'\n"
@@ -58,7 +58,7 @@ std::string Bash(const std::vector<CommandRow>& table) {
          "  COMPREPLY=()\n"
          "  if [ \"$COMP_CWORD\" -le 1 ] || { [ \"$COMP_CWORD\" -eq 2 ] && [ \"$command\" = help ]; }; then\n"
          "    COMPREPLY=($(compgen -W " +
-         Quoted(commands) +
+         ShellQuoted(commands) +
          " -- \"$current\"))\n"
          "    return\n"
          "  fi\n"
@@ -94,13 +94,14 @@ std::string Zsh(const std::vector<CommandRow>& table) {
   std::string commands;
   std::string cases;
   for (const CommandRow& command : table) {
-    commands += "    " + Quoted(command.name + ":" + ZshText(command.summary)) + "\n";
+    commands += "    " + ShellQuoted(command.name + ":" + ZshText(command.summary)) + "\n";
     cases += "    " + command.name + ")\n      _arguments -S \\\n        '(- *)'{-h,--help}'[This page]'";
     for (const OptionSet::Row& row : command.options) {
       const std::string list = Joined(ValuesOf(command.name, row));
       const std::string action = list.empty() ? "_files" : "(" + list + ")";
       if (row.argument) {
-        cases += " \\\n        " + Quoted(std::string(row.repeatable ? "*" : "1") + ":" + row.names + ":" + action);
+        cases +=
+            " \\\n        " + ShellQuoted(std::string(row.repeatable ? "*" : "1") + ":" + row.names + ":" + action);
         continue;
       }
       for (const std::string& name : NamesOf(row)) {
@@ -109,7 +110,7 @@ std::string Zsh(const std::vector<CommandRow>& table) {
         if (!row.value.empty()) specification += name.starts_with("--") ? "=" : "+";
         specification += "[" + ZshText(row.help) + "]";
         if (!row.value.empty()) specification += ":" + ZshText(row.value) + ":" + action;
-        cases += " \\\n        " + Quoted(specification);
+        cases += " \\\n        " + ShellQuoted(specification);
       }
     }
     cases += "\n      ;;\n";
@@ -142,20 +143,20 @@ std::string Fish(const std::vector<CommandRow>& table) {
       "complete -c ecaudit -n __fish_use_subcommand -f -a 'help version'\n"
       "complete -c ecaudit -s h -l help -d 'This page'\n";
   for (const CommandRow& command : table) {
-    out +=
-        "complete -c ecaudit -n __fish_use_subcommand -f -a " + command.name + " -d " + Quoted(command.summary) + "\n";
+    out += "complete -c ecaudit -n __fish_use_subcommand -f -a " + command.name + " -d " +
+           ShellQuoted(command.summary) + "\n";
     for (const OptionSet::Row& row : command.options) {
       const std::string list = Joined(ValuesOf(command.name, row));
-      std::string line = "complete -c ecaudit -n " + Quoted("__fish_seen_subcommand_from " + command.name);
+      std::string line = "complete -c ecaudit -n " + ShellQuoted("__fish_seen_subcommand_from " + command.name);
       if (row.argument) {
-        if (!list.empty()) out += line + " -f -a " + Quoted(list) + "\n";
+        if (!list.empty()) out += line + " -f -a " + ShellQuoted(list) + "\n";
         continue;
       }
       for (const std::string& name : NamesOf(row)) {
         line += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
       }
-      if (!row.value.empty()) line += list.empty() ? " -r" : " -x -a " + Quoted(list);
-      out += line + " -d " + Quoted(row.help) + "\n";
+      if (!row.value.empty()) line += list.empty() ? " -r" : " -x -a " + ShellQuoted(list);
+      out += line + " -d " + ShellQuoted(row.help) + "\n";
     }
   }
   return out;
