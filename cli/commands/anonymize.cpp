@@ -85,6 +85,7 @@ class AnonymizeCommand : public Command {
     }
     const Result<Settings> settings = ResolveSettings(capture_, {}, capture);
     if (!settings) return Fail(console, settings.error());
+    capture_.TellSkipped(console);
     CommandFiles files;
     if (const auto error = AddFiles(capture_, files)) return Fail(console, *error);
     AddFiles(*settings, files);

@@ -23,6 +23,8 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs/ DESTINATION ${doc} FILES_MATCHING 
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/samples/captures ${PROJECT_SOURCE_DIR}/samples/descriptions
                   ${PROJECT_SOURCE_DIR}/samples/families
         DESTINATION ${doc}/examples)
+# Whoever hands packages out names himself; this address is reserved for examples.
+set(CPACK_PACKAGE_CONTACT "the ecaudit authors <ecaudit@example.org>" CACHE STRING "Who maintains the package")
 # Debian wants its own changelog, compressed.
 find_program(GZIP_PROGRAM gzip)
 if(GZIP_PROGRAM)
@@ -34,14 +36,14 @@ endif()
 
 set(CPACK_PACKAGE_NAME ecaudit)
 set(CPACK_PACKAGE_VENDOR "the ecaudit authors")
-set(CPACK_PACKAGE_CONTACT "the ecaudit authors <ecaudit@localhost>" CACHE STRING "Who maintains the package")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Offline analyzer for captures of EtherCAT traffic")
 set(CPACK_PACKAGE_DESCRIPTION
-    "Reads captures (pcap, pcapng), replays them through a model of every EtherCAT slave, and reports what is wrong:
-refused state changes, wrong configurations, aborted transfers, faults of drives, lost synchronisation, each with its
-frames, the section of the manual and what to do. Reports as text, JSON, JUnit, SARIF and HTML.")
+    "Reads captures (pcap, pcapng), replays them through a model of every
+EtherCAT slave, and reports what is wrong: refused state changes, wrong
+configurations, aborted transfers, faults of drives, lost synchronisation,
+each with its frames, the section of the manual and what to do. Reports as
+text, JSON, JUnit, SARIF and HTML.")
 set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
-set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_GENERATOR DEB TGZ)
 set(CPACK_VERBATIM_VARIABLES ON)
@@ -56,5 +58,6 @@ set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXE
     WORLD_EXECUTE)
 set(CPACK_SOURCE_GENERATOR TGZ)
 set(CPACK_SOURCE_PACKAGE_FILE_NAME ecaudit-${PROJECT_VERSION})
-set(CPACK_SOURCE_IGNORE_FILES "/\\.git" "/build[^/]*/" "/\\.cache/" "/node_modules/" "~$" "\\.orig$")
+set(CPACK_SOURCE_IGNORE_FILES "${PROJECT_SOURCE_DIR}/build/" "/\\.git$" "/\\.git/" "/\\.cache/" "/node_modules/" "/__pycache__/"
+    "~$" "\\.orig$")
 include(CPack)

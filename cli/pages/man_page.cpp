@@ -66,7 +66,7 @@ constexpr std::string_view kExitStatus =
 }  // namespace
 
 std::string ManPage(const CommandRow* command, const std::vector<CommandRow>& all) {
-  std::string out = "'\\\" t\n";
+  std::string out;
   if (command != nullptr) {
     out += Heading("ecaudit-" + command->name, command->summary);
     out += ".SH SYNOPSIS\n\\fBecaudit " + Escaped(command->usage) + "\\fR [\\fIOPTIONS\\fR]\n";

@@ -12,7 +12,7 @@ from support import PROGRAM, SOURCE, CliTest
 BUILD = pathlib.Path(PROGRAM).resolve().parents[1]
 
 
-@unittest.skipUnless(shutil.which("cpack") and shutil.which("dpkg-deb"), "cpack or dpkg-deb is not installed")
+@unittest.skipUnless(all(map(shutil.which, ("cpack", "dpkg-deb", "dpkg-shlibdeps"))), "cpack or dpkg-dev is not installed")
 @unittest.skipUnless((BUILD / "CPackConfig.cmake").exists() and (BUILD / "pages" / "man1").is_dir(),
                      "no build folder with man pages (target ecaudit_pages)")
 class Package(CliTest):
@@ -45,6 +45,20 @@ class Package(CliTest):
         self.assertEqual(len(names), 2, names)
         for name in names:
             self.assertEqual((self.out / "first" / name).read_bytes(), (self.out / "second" / name).read_bytes(), name)
+
+    def test_sources(self):
+        for name in ("one", "two"):
+            done = subprocess.run(["cpack", "--config", BUILD / "CPackSourceConfig.cmake", "-B", self.out / name],
+                                  capture_output=True, timeout=300, cwd=BUILD,
+                                  env=os.environ | {"SOURCE_DATE_EPOCH": "1700000000"})
+            self.assertEqual(done.returncode, 0, done.stderr.decode())
+        first, = (self.out / "one").glob("*.tar.gz")
+        self.assertEqual(first.read_bytes(), (self.out / "two" / first.name).read_bytes())
+        with tarfile.open(first) as archive:
+            names = {name.split("/", 1)[-1] for name in archive.getnames()}
+        for path in ("CMakeLists.txt", "cli/main.cpp", "samples/builder/main.cpp", "tests/build/names.py", "LICENSE"):
+            self.assertIn(path, names)
+        self.assertFalse([n for n in names if n.startswith(("build/", ".git/"))])
 
     def test_control(self):
         self.assertEqual(self.field("Package"), "ecaudit")
