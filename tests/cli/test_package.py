@@ -89,6 +89,20 @@ class Package(CliTest):
         self.assertIn("al-illegal-transition", [f["rule"] for f in json.loads(out)["reports"][0]["findings"]])
         self.assertTrue(self.installed("--version")[1].startswith("ecaudit "))
 
+    def test_it_goes_as_it_came(self):
+        root = self.dir / "system"
+        database = root / "var" / "lib" / "dpkg"
+        for folder in ("info", "updates", "triggers"):
+            (database / folder).mkdir(parents=True)
+        for file in ("status", "available"):
+            (database / file).touch()
+        dpkg = ["dpkg", f"--root={root}", "--force-depends", "--force-not-root", "--log=/dev/null"]
+        for step in (["-i", self.deb], ["--purge", "ecaudit"]):
+            done = subprocess.run([*dpkg, *step], capture_output=True, timeout=120)
+            self.assertEqual(done.returncode, 0, done.stderr.decode())
+            self.assertEqual((root / "usr" / "bin" / "ecaudit").exists(), step[0] == "-i")
+        self.assertEqual([p for p in root.rglob("*") if p.is_file() and database not in p.parents], [])
+
     def test_families_for_all_users(self):
         profiles = self.root / "usr" / "share" / "ecaudit" / "profiles"
         listed = json.loads(self.installed("profiles", "--format", "json")[1])["profiles"]
