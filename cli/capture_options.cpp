@@ -103,15 +103,26 @@ std::optional<Error> ReadDeviceFiles(const CaptureOptions& options, Settings& se
   const std::tuple names(settings.esi, settings.eni, settings.families);
   auto known = options.files.find(names);
   if (known == options.files.end()) {
-    Result<std::shared_ptr<const DeviceFiles>> files = LoadDeviceFiles(settings.esi, settings.eni, settings.families);
+    Result<std::shared_ptr<const DeviceFiles>> files =
+        LoadDeviceFiles(settings.esi, settings.eni, settings.families, options.skipped);
     if (!files) return files.error();
     known = options.files.emplace(names, std::move(*files)).first;
   }
   settings.analysis.files = known->second;
+  // Folders have become the files that were taken from them.
+  settings.esi.clear();
+  if (known->second) {
+    for (const DeviceFiles::Esi& esi : known->second->esi) settings.esi.push_back(esi.path);
+  }
   return std::nullopt;
 }
 
 }  // namespace
+
+void CaptureOptions::TellSkipped(Console& console) const {
+  for (const std::string& reason : skipped) console.Warning("left out: " + reason);
+  skipped.clear();
+}
 
 void CaptureOptions::Declare(OptionSet& options) {
   options.Arguments("CAPTURE", captures, "pcap or pcapng files, also compressed by gzip or zstd; - is standard input");
@@ -131,7 +142,8 @@ void CaptureOptions::DeclareSettings(OptionSet& options) {
                  "more drive families: a JSON file or a folder of them, see docs/families.md (repeatable)");
   options.Values("--parameter", "[SLAVE:]NAME=VALUE", parameters,
                  "what the drive is set to and no SDO shows, for example PTBASE=8 (repeatable)");
-  options.Values("--esi", "FILE", esi, "EtherCAT slave information (XML): objects and PDOs of devices (repeatable)");
+  options.Values("--esi", "PATH", esi,
+                 "EtherCAT slave information (XML, or a folder of it): objects and PDOs (repeatable)");
   options.Value("--eni", "FILE", eni, "EtherCAT network information (XML): slaves, names and process image");
   options.Value("--config", "FILE", config, "settings (default: .ecaudit.json beside the capture or above it)");
 }

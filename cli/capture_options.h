@@ -12,6 +12,7 @@
 
 #include "analyzers/options/options.h"
 #include "cli/command_files.h"
+#include "cli/console.h"
 #include "cli/options.h"
 #include "cli/report/report.h"
 #include "cli/requirements.h"
@@ -35,6 +36,10 @@ struct CaptureOptions {
   mutable std::map<std::tuple<std::vector<std::string>, std::optional<std::string>, std::vector<std::string>>,
                    std::shared_ptr<const DeviceFiles>>
       files;
+
+  /// What ResolveSettings() left out and why; TellSkipped() warns of it once.
+  mutable std::vector<std::string> skipped;
+  void TellSkipped(Console& console) const;
 
   void Declare(OptionSet& options);
   /// All but the captures themselves and --join.

@@ -46,6 +46,7 @@ std::optional<Error> CaptureRun::Prepare() {
 }
 
 ExitStatus CaptureRun::Run(const CaptureJob& job, report::Report& report, Console& console) {
+  options.TellSkipped(console);
   Progress progress(console, std::filesystem::path(job.name()).filename().string());
   Result<CheckedCapture> capture = CheckCapture(
       job.paths, job.settings, baselines_.Find(job.settings.baseline), InterruptFlag(),

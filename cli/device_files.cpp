@@ -1,6 +1,10 @@
 #include "cli/device_files.h"
 
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
+#include <set>
+#include <system_error>
 #include <utility>
 
 #include "cli/families.h"
@@ -13,21 +17,53 @@ std::string FileName(const std::string& path) {
   return Printable(std::filesystem::path(path).filename().string());
 }
 
+std::optional<Error> AddEsi(const std::string& path, DeviceFiles& files) {
+  Result<device::EsiFile> file = device::LoadEsiFile(path);
+  if (!file) return file.error();
+  if (file->devices.empty()) return Error{Printable(path) + ": describes no device"};
+  files.esi.push_back({FileName(path), std::move(*file), path});
+  return std::nullopt;
+}
+
+/// A vendor's folder holds files of modules, drafts and other XML as well: what is no ESI file of a device is told of
+/// and left out.
+std::optional<Error> AddFolder(const std::string& folder, DeviceFiles& files, std::vector<std::string>& skipped) {
+  std::error_code error;
+  std::set<std::filesystem::path> paths;  // sorted, so that nothing depends on the file system
+  for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    std::string extension = entry->path().extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (extension == ".xml") paths.insert(entry->path());
+  }
+  if (error) return Error{Printable(folder) + ": " + error.message()};
+  const std::size_t before = files.esi.size();
+  for (const std::filesystem::path& path : paths) {
+    if (const auto problem = AddEsi(path.string(), files)) skipped.push_back(problem->message);
+  }
+  if (files.esi.size() > before) return std::nullopt;
+  return Error{Printable(folder) + ": none of its " + Count(paths.size(), "XML file") + " describes a device" +
+               (skipped.empty() ? "" : "; " + skipped.back())};
+}
+
 }  // namespace
 
 Result<std::shared_ptr<const DeviceFiles>> LoadDeviceFiles(const std::vector<std::string>& esi,
                                                            const std::optional<std::string>& eni,
-                                                           const std::vector<std::string>& families) {
+                                                           const std::vector<std::string>& families,
+                                                           std::vector<std::string>& skipped) {
   auto files = std::make_shared<DeviceFiles>();
   Result<device::ProfileRegistry> known = LoadFamilies(families);
   if (!known) return known.error();
   files->families = std::move(*known);
   if (esi.empty() && !eni && files->families.own().empty()) return std::shared_ptr<const DeviceFiles>();
   for (const std::string& path : esi) {
-    Result<device::EsiFile> file = device::LoadEsiFile(path);
-    if (!file) return file.error();
-    if (file->devices.empty()) return Error{Printable(path) + ": describes no device"};
-    files->esi.push_back({FileName(path), std::move(*file)});
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error)) {
+      if (auto problem = AddFolder(path, *files, skipped)) return *problem;
+      continue;
+    }
+    if (auto problem = AddEsi(path, *files)) return *problem;
   }
   if (eni) {
     Result<device::EniConfig> config = device::LoadEniFile(*eni);

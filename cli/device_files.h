@@ -12,10 +12,13 @@
 namespace ecaudit::cli {
 
 /// Reads them all. Fails with "PATH: line 12, column 5: reason" on the first that cannot be used.
+/// @param esi       files, and folders whose *.xml files are taken as far as they are ESI files
 /// @param families  as LoadFamilies()
+/// @param skipped   gets the reasons why files of folders were left out
 /// @return null when none is named, and the system has no families
 [[nodiscard]] Result<std::shared_ptr<const DeviceFiles>> LoadDeviceFiles(const std::vector<std::string>& esi,
                                                                          const std::optional<std::string>& eni,
-                                                                         const std::vector<std::string>& families = {});
+                                                                         const std::vector<std::string>& families,
+                                                                         std::vector<std::string>& skipped);
 
 }  // namespace ecaudit::cli

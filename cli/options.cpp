@@ -59,6 +59,8 @@ struct OptionSet::Impl {
   CLI::App app;
   std::string name;
   std::string group;
+  std::string footer;
+  std::vector<Row> rows;
 };
 
 OptionSet::OptionSet(std::string_view command, std::string_view summary)
@@ -70,12 +72,22 @@ void OptionSet::Group(std::string heading) {
   impl_->group = std::move(heading);
 }
 
+const std::vector<OptionSet::Row>& OptionSet::rows() const {
+  return impl_->rows;
+}
+
+const std::string& OptionSet::footer() const {
+  return impl_->footer;
+}
+
 void OptionSet::Flag(const std::string& names, bool& target, const std::string& help) {
+  impl_->rows.push_back({.names = names, .value = {}, .help = help, .group = impl_->group});
   impl_->InGroup(impl_->app.add_flag(names, target, help));
 }
 
 void OptionSet::Value(const std::string& names, const std::string& value_name, std::optional<std::string>& target,
                       const std::string& help) {
+  impl_->rows.push_back({.names = names, .value = value_name, .help = help, .group = impl_->group});
   impl_->InGroup(impl_->app
                      .add_option_function<std::string>(
                          names, [&target](const std::string& value) { target = value; }, help)
@@ -85,12 +97,15 @@ void OptionSet::Value(const std::string& names, const std::string& value_name, s
 
 void OptionSet::Values(const std::string& names, const std::string& value_name, std::vector<std::string>& target,
                        const std::string& help) {
+  impl_->rows.push_back({.names = names, .value = value_name, .help = help, .group = impl_->group, .repeatable = true});
   // Without allow_extra_args(false) the option would swallow the captures that follow its value.
   impl_->InGroup(impl_->app.add_option(names, target, help)->type_name(value_name)->allow_extra_args(false));
 }
 
 void OptionSet::Argument(const std::string& name, std::optional<std::string>& target, const std::string& help,
                          bool required) {
+  impl_->rows.push_back(
+      {.names = name, .value = {}, .help = help, .group = {}, .argument = true, .required = required});
   impl_->app
       .add_option_function<std::string>(
           name, [&target](const std::string& value) { target = value; }, help)
@@ -99,10 +114,13 @@ void OptionSet::Argument(const std::string& name, std::optional<std::string>& ta
 }
 
 void OptionSet::Arguments(const std::string& name, std::vector<std::string>& target, const std::string& help) {
+  impl_->rows.push_back(
+      {.names = name, .value = {}, .help = help, .group = {}, .argument = true, .required = true, .repeatable = true});
   impl_->app.add_option(name, target, help)->type_name("")->required();
 }
 
 void OptionSet::Footer(const std::string& text) {
+  impl_->footer = text;
   impl_->app.footer(text);
 }
 
@@ -156,7 +174,7 @@ std::string ProgramHelp(const std::vector<std::unique_ptr<Command>>& commands) {
   text +=
       "\n"
       "  ecaudit COMMAND --help     the options of a command (also: ecaudit help COMMAND)\n"
-      "  ecaudit --version          the version of the program\n"
+      "  ecaudit --version          version, commit, compiler and libraries\n"
       "\n"
       "Exit status: 0 nothing at or above --fail-on, 1 findings, 2 wrong usage or unreadable input, 3 internal "
       "error.\n";

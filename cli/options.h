@@ -36,6 +36,20 @@ class OptionSet {
   /// Text below the options in the help.
   void Footer(const std::string& text);
 
+  /// A line of the help, for man pages and completion.
+  struct Row {
+    std::string names;  ///< "-o,--output"; of an argument "CAPTURE"
+    std::string value;  ///< "PATH"; empty for a flag and for arguments
+    std::string help;
+    std::string group;  ///< its heading; empty: "Options"
+    bool argument = false;
+    bool required = false;
+    bool repeatable = false;
+  };
+  /// In the order in which they were declared.
+  [[nodiscard]] const std::vector<Row>& rows() const;
+  [[nodiscard]] const std::string& footer() const;
+
   enum class Outcome { kParsed, kHelp, kError };
   struct Parsed {
     Outcome outcome = Outcome::kParsed;

@@ -39,7 +39,7 @@ ExitStatus Dispatch(const std::vector<std::string>& arguments, Console& console)
   if (first == "--help" || first == "-h" || (first == "help" && arguments.size() == 1)) {
     return Print(console, ProgramHelp(commands));
   }
-  if (first == "--version" || first == "version") return Print(console, "ecaudit " + std::string(Version()) + "\n");
+  if (first == "--version" || first == "version") return Print(console, VersionPage());
   // 'help check' is 'check --help'.
   if (first == "help") return Dispatch({arguments[1], "--help"}, console);
   if (first.starts_with("-")) {

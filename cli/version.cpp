@@ -1,10 +1,17 @@
 #include "cli/version.h"
 
+#include <ecaudit_build_info.h>
+
 namespace ecaudit::cli {
 
 // Set by the build from project(ecaudit VERSION ...).
 std::string_view Version() {
   return ECAUDIT_VERSION;
+}
+
+std::string VersionPage() {
+  return "ecaudit " + std::string(Version()) + "\n" + "commit     " ECAUDIT_COMMIT "\n" +
+         "compiler   " ECAUDIT_COMPILER "\n" + "libraries  " ECAUDIT_LIBRARIES "\n";
 }
 
 }  // namespace ecaudit::cli

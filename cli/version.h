@@ -1,10 +1,13 @@
 #pragma once
 
+#include <string>
 #include <string_view>
 
 namespace ecaudit::cli {
 
-/// As `ecaudit --version` prints it: "0.1.0".
+/// As reports name it: "0.1.0".
 [[nodiscard]] std::string_view Version();
+/// The page of `ecaudit --version`: version, commit, compiler and libraries, as a report of a bug needs them.
+[[nodiscard]] std::string VersionPage();
 
 }  // namespace ecaudit::cli

@@ -15,6 +15,7 @@ struct DeviceFiles {
   struct Esi {
     std::string name;  ///< of the file, without folders, for people
     device::EsiFile content;
+    std::string path;
   };
   struct Eni {
     std::string name;

@@ -69,6 +69,7 @@ class BatchCommand : public Command {
   [[nodiscard]] ExitStatus Run(Console& console) override {
     // Everything that can be wrong with the command line is found before the first capture is read.
     if (const auto error = Prepare()) return Fail(console, *error);
+    options_.TellSkipped(console);
     files_.Reads(paths_, kCaptureRole);
     // First the folder: the summary may be meant to stand in it.
     if (const auto error = MakeReportFolder(*folder_)) return Fail(console, *error);

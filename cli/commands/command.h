@@ -39,9 +39,11 @@ class Command {
 [[nodiscard]] std::unique_ptr<Command> MakeSignalsCommand();
 [[nodiscard]] std::unique_ptr<Command> MakeSliceCommand();
 [[nodiscard]] std::unique_ptr<Command> MakeAnnotateCommand();
+[[nodiscard]] std::unique_ptr<Command> MakeAnonymizeCommand();
 [[nodiscard]] std::unique_ptr<Command> MakeRulesCommand();
 [[nodiscard]] std::unique_ptr<Command> MakeExplainCommand();
 [[nodiscard]] std::unique_ptr<Command> MakeProfilesCommand();
+[[nodiscard]] std::unique_ptr<Command> MakeCompletionCommand();
 
 /// All of them, in the order of the overview.
 [[nodiscard]] std::vector<std::unique_ptr<Command>> AllCommands();

@@ -14,9 +14,11 @@ std::vector<std::unique_ptr<Command>> AllCommands() {
   commands.push_back(MakeSignalsCommand());
   commands.push_back(MakeSliceCommand());
   commands.push_back(MakeAnnotateCommand());
+  commands.push_back(MakeAnonymizeCommand());
   commands.push_back(MakeRulesCommand());
   commands.push_back(MakeExplainCommand());
   commands.push_back(MakeProfilesCommand());
+  commands.push_back(MakeCompletionCommand());
   return commands;
 }
 

@@ -200,6 +200,7 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
   Result<Settings> settings = ResolveSettings(capture_, gate, plan.name);
   if (!settings) return Fail(console, settings.error());
   plan.settings = std::move(*settings);
+  capture_.TellSkipped(console);
   const Result<FrameRange> range = ReadFrameRange(plan.settings.analysis, frames);
   if (!range) return Fail(console, range.error());
   plan.range = *range;

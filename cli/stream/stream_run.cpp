@@ -191,6 +191,7 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
   }
   const Result<Settings> settings = ResolveSettings(capture_, GateOptions{}, capture_.captures.front());
   if (!settings) return Fail(console, settings.error());
+  capture_.TellSkipped(console);
   const Result<FrameRange> range = ReadFrameRange(settings->analysis, frames_);
   if (!range) return Fail(console, range.error());
   CommandFiles files;

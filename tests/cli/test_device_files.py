@@ -43,6 +43,27 @@ class DeviceFileOptions(CliTest):
         slave = self.slave(self.capture, "--esi", other, "--esi", self.file("drive.xml", ESI))
         self.assertTrue(slave["profile_source"].endswith(", with drive.xml"), slave["profile_source"])
 
+    def test_a_folder_of_esi_files(self):
+        self.file("esi/a-drive.xml", ESI)
+        self.file("esi/B-OTHER.XML", ESI.replace("#x6A", "#x6B"))
+        self.file("esi/network.xml", ENI.format(vendor=106))
+        self.file("esi/broken.xml", "<EtherCATInfo><Vendor>")
+        self.file("esi/notes.txt", "no XML")
+        done = self.check(self.capture, "--esi", self.dir / "esi", "--format", "json", status=0)
+        self.assertEqual(done.err.count("warning: left out: "), 2, done.err)
+        for name in ("network.xml", "broken.xml"):
+            self.assertIn(f"esi/{name}: ", done.err)
+        self.assertIn(", with a-drive.xml", done.out)
+        # As with the file alone; and every command that judges says what it left out, once.
+        alone = self.report(self.capture, "--esi", self.dir / "esi" / "a-drive.xml", status=0)["reports"][0]["slaves"]
+        self.assertEqual(self.report(self.capture, "--esi", self.dir / "esi", status=0)["reports"][0]["slaves"], alone)
+        for command in (["events"], ["batch"], ["check", self.healthy]):
+            done = self.run_program(*command, "--esi", self.dir / "esi", self.capture)
+            self.assertEqual(done.err.count("left out: "), 2, (command, done.err))
+        self.file("none/notes.txt", "")
+        self.assertIn("none of its 0 XML files describes a device",
+                      self.one_error("check", "--esi", self.dir / "none", self.capture))
+
     def test_eni_names_the_slave(self):
         slave = self.slave(self.capture, "--eni", self.file("network.xml", ENI.format(vendor=106)))
         self.assertEqual(slave["name"], "Axis X")

@@ -16,7 +16,9 @@ class Usage(CliTest):
     def test_version(self):
         done = self.run_program("--version")
         self.assertEqual(done.returncode, 0)
-        self.assertRegex(done.out, r"^ecaudit \d+\.\d+\.\d+\n$")
+        self.assertRegex(done.out, r"^ecaudit \d+\.\d+\.\d+\n")
+        for line in ("commit     ", "compiler   ", "libraries  libpcap "):
+            self.assertIn("\n" + line, done.out)
 
     def test_help_lists_every_command_that_exists(self):
         done = self.run_program("--help")
@@ -59,7 +61,7 @@ class Usage(CliTest):
 
     def test_unknown_option(self):
         self.assertEqual(self.one_error("check", "--profil=generic", self.healthy),
-                         "unknown option '--profil' (did you mean '--profile'?)")
+                         "unknown option '--profil' (did you mean '--profile' or '--profiles'?)")
 
     def test_missing_capture(self):
         self.assertIn("no CAPTURE given", self.one_error("check"))

@@ -87,7 +87,7 @@ class ProcessImageTest : public ::testing::Test {
   void Esi(std::string_view xml) {
     Result<device::EsiFile> file = device::ReadEsi(xml);
     ASSERT_TRUE(file) << file.error().message;
-    files->esi.push_back({"esi.xml", std::move(*file)});
+    files->esi.push_back({"esi.xml", std::move(*file), {}});
   }
   void Eni(std::string_view xml) {
     Result<device::EniConfig> config = device::ReadEni(xml);

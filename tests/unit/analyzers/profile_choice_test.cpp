@@ -46,7 +46,7 @@ class ProfileChoiceTest : public ::testing::Test {
   void AddEsi(std::string name, std::string_view xml) {
     Result<device::EsiFile> file = device::ReadEsi(xml);
     ASSERT_TRUE(file) << file.error().message;
-    files->esi.push_back({std::move(name), std::move(*file)});
+    files->esi.push_back({std::move(name), std::move(*file), {}});
   }
   void AddEni(std::string_view xml) {
     Result<device::EniConfig> config = device::ReadEni(xml);

@@ -155,6 +155,21 @@ TEST(ProfileRegistry, AUserProfileHidesTheIdentityOfTheBuiltInOne) {
   EXPECT_THAT(Ids(MatchIdentity(0x6A, 0x02, 0x00020000)), ElementsAre("kollmorgen-mkd-c"));
 }
 
+TEST(ProfileRegistry, WhatIsAddedComesBeforeWhatIsBuiltIn) {
+  const Folder folder;
+  folder.WriteProfile("mine", R"(, "edition": "1999", "match": {"vendor_id": "0x6A", "product_codes": ["0x00414B44"], )"
+                              R"("source": "s"})");
+  folder.Write("copy.json", BuiltinProfileText("kollmorgen-mkd-c"));
+  folder.Write(".settings.json", "{}");
+  ProfileRegistry registry;
+  EXPECT_EQ(registry.AddPath(folder.path()), std::nullopt);
+  EXPECT_THAT(Ids(registry.MatchIdentity(0x6A, 0x00414B44, 2)),
+              ElementsAre("mine", "kollmorgen-akd-2011", "kollmorgen-akd-2010"));
+  EXPECT_EQ(registry.own().size(), 1U) << "a copy of a built-in profile is none of its own";
+  EXPECT_THAT(registry.own().at("mine").path, HasSubstr("mine"));
+  EXPECT_NE(registry.AddPath(folder.path() + "/none.json"), std::nullopt);
+}
+
 TEST(ProfileRegistry, CyclesAndSharedIdsAreErrors) {
   const Folder folder;
   folder.WriteProfile("a", R"(, "extends": "b")");

@@ -1,0 +1,244 @@
+/// `ecaudit anonymize`: a copy that may leave the house, judged as the capture is.
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <system_error>
+#include <tuple>
+#include <vector>
+
+#include "analyzers/analysis.h"
+#include "cli/anonymize/frame_cleaner.h"
+#include "cli/capture_options.h"
+#include "cli/command_files.h"
+#include "cli/commands/command.h"
+#include "cli/interrupt.h"
+#include "cli/output_file.h"
+#include "cli/progress.h"
+#include "cli/version.h"
+#include "decoder/base/text.h"
+#include "decoder/capture/capture_reader.h"
+#include "decoder/capture/pcapng_writer.h"
+
+namespace ecaudit::cli {
+namespace {
+
+constexpr std::size_t kCopiedBytes = std::size_t{1} << 20U;
+
+/// A finding without its words: names that are gone may stand in them.
+std::vector<std::string> Facts(const AnalysisResult& result) {
+  std::vector<std::string> facts;
+  for (const Finding& finding : result.findings) {
+    // Of the file, not of the bus: the copy is whole.
+    if (finding.rule == "capture-truncated") continue;
+    std::string fact = std::string(finding.rule) + " " + std::string(Name(finding.severity));
+    fact += finding.slave == kNoSlave ? "" : ", slave " + std::to_string(finding.slave);
+    fact += ", frame " + std::to_string(finding.first.number) + " to " + std::to_string(finding.last.number) + ", " +
+            std::to_string(finding.count) + " times";
+    facts.push_back(std::move(fact));
+  }
+  std::sort(facts.begin(), facts.end());
+  return facts;
+}
+
+/// The first that only one of them has; empty: both have the same.
+std::string FirstDifference(const std::vector<std::string>& a, const std::vector<std::string>& b) {
+  std::vector<std::string> differing;
+  std::set_symmetric_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(differing));
+  return differing.empty() ? std::string() : differing.front();
+}
+
+class AnonymizeCommand : public Command {
+ public:
+  [[nodiscard]] std::string_view name() const override { return "anonymize"; }
+  [[nodiscard]] std::string_view usage() const override { return "anonymize CAPTURE"; }
+  [[nodiscard]] std::string_view summary() const override {
+    return "Copy a capture without what names people, places and devices";
+  }
+
+  void Declare(OptionSet& options) override {
+    capture_.Declare(options);
+    options.Group("Output");
+    options.Values("-o,--output", "PATH", outputs_, "the pcapng file to write");
+    options.Flag("--force", force_, "overwrite PATH when it exists");
+    options.Footer(
+        "\nTaken out: other traffic (empty packets of the same size stay), network frames over the mailbox (EoE), "
+        "file\n"
+        "names and contents (FoE), MAC and IP addresses, serial numbers, names and versions of devices and all other\n"
+        "texts in EEPROM and objects, contents of vendor messages, names of interfaces, comments.\n"
+        "Kept: sizes, times, addresses, working counters, states, configuration, process data, vendor and product "
+        "code,\n"
+        "names of objects that devices list. Both captures are judged; where a finding differs nothing is written.\n"
+        "Example: ecaudit anonymize trace.pcapng -o to-the-vendor.pcapng");
+  }
+
+  [[nodiscard]] ExitStatus Run(Console& console) override {
+    if (capture_.captures.size() > 1 && !capture_.join) {
+      return Fail(console, Error{"anonymize reads one capture; give --join when these are files of one ring buffer"});
+    }
+    if (outputs_.size() != 1) return Fail(console, Error{"say with one -o PATH which pcapng file to write"});
+    const std::string& output = outputs_.front();
+    if (output == "-") return Fail(console, Error{"the copy is judged before it is handed out: name a file behind -o"});
+    const std::string& capture = capture_.captures.front();
+    if (std::find(capture_.captures.begin(), capture_.captures.end(), "-") != capture_.captures.end()) {
+      return Fail(console, Error{"the capture is read three times: name a file, not standard input"});
+    }
+    const Result<Settings> settings = ResolveSettings(capture_, {}, capture);
+    if (!settings) return Fail(console, settings.error());
+    capture_.TellSkipped(console);
+    CommandFiles files;
+    if (const auto error = AddFiles(capture_, files)) return Fail(console, *error);
+    AddFiles(*settings, files);
+    const std::string unchecked = output + ".unchecked";
+    std::error_code ignored;
+    const bool there = std::filesystem::is_regular_file(output, ignored);
+    if (there && !force_) return Fail(console, Error{Printable(output) + " exists; give --force to overwrite it"});
+    if (auto error = there ? files.Claims(output) : files.Writes(output)) return Fail(console, *error);
+    if (auto error = files.Writes(unchecked)) return Fail(console, *error);
+
+    ListenForInterrupt();
+    const ExitStatus status = Work(console, *settings, unchecked, output);
+    std::filesystem::remove(unchecked, ignored);
+    return status;
+  }
+
+ private:
+  [[nodiscard]] auto Open(const std::vector<std::string>& paths) const {
+    return paths.size() > 1 ? capture::OpenJoined(paths, &InterruptFlag())
+                            : capture::OpenCapture(paths.front(), &InterruptFlag());
+  }
+
+  [[nodiscard]] Result<AnalysisResult> Judge(Console& console, const Settings& settings,
+                                             const std::vector<std::string>& paths, const std::string& what) const {
+    auto source = Open(paths);
+    if (!source) return source.error();
+    AnalysisOptions analysis = settings.analysis;
+    analysis.stop = &InterruptFlag();
+    Progress progress(console, what);
+    analysis.progress = [&progress](std::uint64_t done, std::uint64_t total, std::uint64_t packets) {
+      progress.Update(done, total, packets);
+    };
+    AnalysisResult result = Analyse(**source, analysis);
+    progress.Clear();
+    return result;
+  }
+
+  [[nodiscard]] ExitStatus Work(Console& console, const Settings& settings, const std::string& unchecked,
+                                const std::string& output) const {
+    const Result<AnalysisResult> before = Judge(console, settings, capture_.captures, "the capture");
+    if (!before) return Fail(console, before.error());
+    anonymize::FrameCleaner cleaner;
+    if (auto error = Copy(console, *before, unchecked, cleaner)) return Fail(console, *error);
+    const Result<AnalysisResult> after =
+        InterruptFlag() ? Result<AnalysisResult>(AnalysisResult()) : Judge(console, settings, {unchecked}, "the copy");
+    if (InterruptFlag()) {
+      console.Error("interrupted; nothing was written");
+      return ExitStatus::kInterrupted;
+    }
+    if (!after) return Fail(console, after.error());
+    const std::string& capture = capture_.captures.front();
+    if (before->capture.packets != after->capture.packets) {
+      return Fail(console, Error{Printable(capture) + ": the copy has another number of packets; nothing was written"});
+    }
+    const std::vector<std::string> facts = Facts(*before);
+    if (const std::string difference = FirstDifference(facts, Facts(*after)); !difference.empty()) {
+      return Fail(console,
+                  Error{Printable(capture) + ": the copy would be judged differently (" + difference +
+                        "); nothing was written. Families that are recognised by a device's name want --profile"});
+    }
+    if (auto error = CheckSecrets(unchecked, cleaner)) return Fail(console, *error);
+    std::error_code error;
+    std::filesystem::rename(unchecked, output, error);
+    if (error) return Fail(console, Error{Printable(output) + ": " + error.message()});
+    return Tell(console, output, cleaner, before->capture.packets, facts.size());
+  }
+
+  [[nodiscard]] std::optional<Error> Copy(Console& console, const AnalysisResult& before, const std::string& path,
+                                          anonymize::FrameCleaner& cleaner) const {
+    capture::CapturedFrame frame;
+    {
+      auto source = Open(capture_.captures);
+      if (!source) return source.error();
+      while (!InterruptFlag() && (*source)->Next(frame) == capture::ReadStatus::kFrame) cleaner.Learn(frame);
+    }
+    cleaner.EndLearning();
+    auto source = Open(capture_.captures);
+    if (!source) return source.error();
+    Result<OutputFile> file = OutputFile::Create(path);
+    if (!file) return file.error();
+    std::string buffer;
+    capture::PcapngWriter writer(buffer);
+    writer.BeginSection("ecaudit " + std::string(Version()), "Anonymized copy");
+    std::vector<capture::Interface> interfaces = before.capture.file.interfaces;
+    for (std::size_t i = 0; i < interfaces.size(); ++i) {
+      if (!interfaces[i].name.empty()) interfaces[i].name = "interface " + std::to_string(i);
+      writer.AddInterface(interfaces[i]);
+    }
+    Progress progress(console, "copying");
+    std::vector<std::uint8_t> bytes;
+    std::uint64_t read = 0;
+    while (!InterruptFlag() && (*source)->Next(frame) == capture::ReadStatus::kFrame) {
+      if ((++read & 0xFFFFU) == 0) progress.Update((*source)->bytes_read(), (*source)->bytes_total(), read);
+      bytes.assign(frame.bytes.begin(), frame.bytes.end());
+      cleaner.Clean(frame, bytes);
+      capture::CapturedFrame clean = frame;
+      clean.bytes = bytes;
+      writer.AddPacket(clean, {});
+      if (buffer.size() < kCopiedBytes) continue;
+      if (auto error = file->Write(buffer)) return error;
+      buffer.clear();
+    }
+    progress.Clear();
+    writer.AddStatistics(interfaces);
+    if (auto error = file->Write(buffer)) return error;
+    return file->Finish();
+  }
+
+  /// What was found to be a name anywhere must be nowhere.
+  [[nodiscard]] std::optional<Error> CheckSecrets(const std::string& path,
+                                                  const anonymize::FrameCleaner& cleaner) const {
+    auto source = capture::OpenCapture(path, &InterruptFlag());
+    if (!source) return source.error();
+    capture::CapturedFrame frame;
+    while ((*source)->Next(frame) == capture::ReadStatus::kFrame) {
+      if (!anonymize::HoldsSecret(frame.bytes, cleaner.secrets())) continue;
+      return Error{Printable(capture_.captures.front()) +
+                   ": a name that was taken out elsewhere still stands in frame " + std::to_string(frame.number) +
+                   "; nothing was written"};
+    }
+    return std::nullopt;
+  }
+
+  [[nodiscard]] static ExitStatus Tell(Console& console, const std::string& output,
+                                       const anonymize::FrameCleaner& cleaner, std::uint64_t packets,
+                                       std::size_t findings) {
+    const anonymize::Removed& removed = cleaner.removed();
+    std::string text = Printable(output) + ": " + Count(packets, "packet") + ", judged as the capture is (" +
+                       Count(findings, "finding") + ")\ntaken out: " + std::to_string(cleaner.addresses()) +
+                       (cleaner.addresses() == 1 ? " MAC address" : " MAC addresses");
+    const auto add = [&text](std::uint64_t count, std::string_view what) {
+      if (count > 0) text += ", " + Count(count, what);
+    };
+    add(removed.other_packets, "other packet");
+    add(removed.eeprom_words, "EEPROM word");
+    add(removed.sdo_values, "SDO value");
+    add(removed.network_frames, "EoE message");
+    add(removed.file_parts, "FoE message");
+    add(removed.other_messages, "other mailbox message");
+    text += "\n";
+    if (const auto error = console.Write(text)) return Fail(console, *error);
+    return ExitStatus::kClean;
+  }
+
+  CaptureOptions capture_;
+  std::vector<std::string> outputs_;
+  bool force_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeAnonymizeCommand() {
+  return std::make_unique<AnonymizeCommand>();
+}
+
+}  // namespace ecaudit::cli
