@@ -32,9 +32,12 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
                                     const Baseline* baseline, const std::atomic<bool>& stop,
                                     std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress,
                                     bool draws) {
+  AnalysisOptions analysis = settings.analysis;
+  if (settings.moments.needs_capture()) {
+    if (auto error = PlaceMoments(settings.moments, paths, analysis)) return *error;
+  }
   auto source = paths.size() > 1 ? capture::OpenJoined(paths, &stop) : capture::OpenCapture(paths.front(), &stop);
   if (!source) return source.error();
-  AnalysisOptions analysis = settings.analysis;
   analysis.stop = &stop;
   analysis.progress = std::move(progress);
   CheckedCapture out;

@@ -41,7 +41,7 @@ class ReportOutput {
 
   std::vector<report::Format> formats_;
   std::vector<OutputTarget> targets_;
-  bool no_color_ = false;
+  TextOptions text_;
 };
 
 }  // namespace ecaudit::cli

@@ -233,7 +233,7 @@ struct AnalysisResult {
   CaptureSummary capture;
   BusSummary bus;
   std::vector<SlaveSummary> slaves;  ///< by position
-  std::vector<Finding> findings;     ///< by first frame, causes before consequences
+  std::vector<Finding> findings;     ///< as they are read: reading_order.h
   std::vector<NotEvaluable> not_evaluable;
   std::vector<CaptureAdvice> capture_next;  ///< the most valuable first
   std::vector<RuleCoverage> coverage;       ///< all rules, by id; not those that a command left out

@@ -61,6 +61,8 @@ class BatchCommand : public Command {
     options_.DeclareSettings(options);
     gate_.Declare(options);
     output_.Declare(options, "of the summary: " + report::FormatList(report::SummaryFormats()));
+    output_.text.DeclareTime(options);
+    output_.text.DeclareQuiet(options);
     options.Footer(
         "\n-o and --format are for the summary. The exit status is the highest that check would give.\n"
         "Example: ecaudit batch --skip-done -o json=summary.json -o junit=summary.xml captures/");
@@ -97,6 +99,7 @@ class BatchCommand : public Command {
 
  private:
   [[nodiscard]] std::optional<Error> Prepare() {
+    options_.local_time = output_.text.time == Name(report::TimeMode::kLocal);
     if (auto error = ReadWorkers()) return error;
     TakeFolderFromOutputs();
     if (!folder_) folder_ = kDefaultFolder;

@@ -41,6 +41,8 @@ class MergeCommand : public Command {
     options.Value("--baseline", "FILE", baseline_, "findings listed there are known and do not count");
     options.Value("--write-baseline", "FILE", write_baseline_, "list all findings of the reports there");
     output_.Declare(options, report::FormatList(report::SummaryFormats()));
+    output_.text.DeclareTime(options);
+    output_.text.DeclareQuiet(options);
     options.Footer(
         "\nThe summary is that of one batch over all the captures, and so is the exit status.\n"
         "Example: ecaudit merge -o junit=summary.xml host1/reports host2/reports");

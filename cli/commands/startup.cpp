@@ -75,6 +75,7 @@ class StartupCommand : public Command {
     options.Value("--expect", "FILE", expect_, "compare with an expectation, or with the init commands of an ENI");
     run_.gate.Declare(options);
     output_.Declare(options, report::FormatList(report::Formats()));
+    output_.text.DeclareTime(options);
     options.Footer(
         "\nThe start-up of a slave goes from its first frame to OP, of a drive to Operation enabled. With --expect "
         "only\n"
@@ -85,6 +86,7 @@ class StartupCommand : public Command {
   }
 
   [[nodiscard]] ExitStatus Run(Console& console) override {
+    run_.options.local_time = output_.text.time == Name(report::TimeMode::kLocal);
     if (const auto error = Prepare()) return CaptureRun::Fail(console, *error);
     const Result<ReportOutput> output = ReportOutput::Plan(output_, StartupFormats(), run_.files);
     if (!output) return CaptureRun::Fail(console, output.error());

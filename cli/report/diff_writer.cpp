@@ -23,7 +23,7 @@ std::string FrameText(FrameNo frame) {
 
 class DiffText {
  public:
-  DiffText(const DiffReport& report, const TextStyle& style) : report_(report), text_(style.color) {}
+  DiffText(const DiffReport& report, const TextStyle& style) : report_(report), text_(style) {}
 
   std::string Write() {
     const std::vector<diff::Difference>& all = report_.diff.differences;

@@ -31,6 +31,7 @@ struct FindingDigest {
   FrameNo last_frame = 0;  ///< last repetition
   std::uint64_t count = 1;
   std::optional<double> time_s;  ///< from the first packet
+  std::optional<TimeNs> time;    ///< of the first frame
   std::vector<FrameNo> related_frames;
   std::size_t caused_by = kNoCause;  ///< place in CaptureDigest::findings
   Confidence confidence = Confidence::kObserved;
@@ -112,6 +113,15 @@ struct Digest {
 
 /// "slave 2", "all slaves", "bus"
 [[nodiscard]] std::string PlaceOf(const NotJudged& entry);
+
+/// What the first line tells of, as places in CaptureDigest::findings: the worst finding of the tree that is read
+/// first, and the root of that tree, which differs where the cause is the milder of the two.
+struct MainFinding {
+  std::size_t worst = 0;
+  std::size_t root = 0;
+};
+/// Nothing where there is no finding, or all are known.
+[[nodiscard]] std::optional<MainFinding> MainFindingOf(const CaptureDigest& capture);
 
 /// The verdict and its main reason.
 struct HeadlineParts {

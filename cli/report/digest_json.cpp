@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "cli/report/layout.h"
+#include "cli/report/times.h"
 
 namespace ecaudit::report {
 namespace {
@@ -118,6 +119,7 @@ FindingDigest ReadFinding(JsonValue json, const std::vector<JsonValue>& slaves, 
   f.last_frame = fields.NumberOrNull(json, "last_frame");
   f.count = fields.Number(json, "count");
   f.time_s = fields.SecondsOrNull(json, "time_s");
+  if (json.member("time").there()) f.time = ParseIsoTime(fields.TextOrNull(json, "time"), false);
   for (const JsonValue frame : fields.Array(json, "related_frames")) {
     const std::optional<FrameNo> number = frame.natural();
     if (!number) {

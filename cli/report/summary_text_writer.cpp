@@ -5,6 +5,7 @@
 #include "cli/report/layout.h"
 #include "cli/report/summary_tally.h"
 #include "cli/report/summary_writer.h"
+#include "cli/report/verdict_line.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::report {
@@ -76,21 +77,24 @@ constexpr std::array kStyles{Style::kError,   Style::kError,   Style::kError, St
                              Style::kWarning, Style::kWarning, Style::kGood};
 constexpr std::size_t kQuiet = 6;
 
-void Captures(const Digest& digest, TextBuilder& text) {
+void Captures(const Digest& digest, const TextStyle& style, TextBuilder& text) {
   if (digest.captures.empty()) return;
   std::array<std::vector<const CaptureDigest*>, kStyles.size()> ranks;
   for (const CaptureDigest& capture : digest.captures) ranks[Rank(capture)].push_back(&capture);
-  text.Line();
-  text.Line(text.Styled("Captures", Style::kBold));
+  if (!style.quiet) text.Line();
+  if (!style.quiet) text.Line(text.Styled("Captures", Style::kBold));
+  const std::size_t indent = style.quiet ? 0 : 2;
   for (std::size_t rank = 0; rank < ranks.size(); ++rank) {
-    if (rank == kQuiet && ranks[rank].size() > kQuietListed) {
+    if (rank == kQuiet && ranks[rank].size() > kQuietListed && !style.quiet) {
       text.Line("and " + Count(ranks[rank].size(), "capture") + " without findings", 2);
       continue;
     }
     for (const CaptureDigest* capture : ranks[rank]) {
-      const std::string line = Headline(*capture);
-      const std::size_t word = line.find(' ');
-      text.Line(text.Styled(line.substr(0, word), kStyles[rank]) + line.substr(word), 2);
+      VerdictLine line = VerdictLineOf(*capture, style, true);
+      for (const std::string& note : VerdictNotes(*capture)) {
+        if (line.rest.find(note) == std::string::npos) line.rest += "; " + note;
+      }
+      text.Line(text.Styled(line.word, kStyles[rank]) + line.rest, indent);
     }
   }
 }
@@ -98,7 +102,7 @@ void Captures(const Digest& digest, TextBuilder& text) {
 }  // namespace
 
 std::string WriteSummaryText(const Digest& digest, const TextStyle& style) {
-  TextBuilder text(style.color);
+  TextBuilder text(style);
   const Tally tally = TallyOf(digest);
   const std::string_view verdict = tally.Verdict(digest);
   const std::string word = verdict == "fail"      ? "FAIL"
@@ -107,8 +111,8 @@ std::string WriteSummaryText(const Digest& digest, const TextStyle& style) {
                                                   : "INCOMPLETE";
   const Style shown = verdict == "pass" ? Style::kGood : verdict == "limited" ? Style::kWarning : Style::kError;
   text.Line(text.Styled(word, shown) + " " + FirstLine(digest, tally));
-  Rules(digest, tally, text);
-  Captures(digest, text);
+  if (!style.quiet) Rules(digest, tally, text);
+  Captures(digest, style, text);
   return text.Take();
 }
 

@@ -8,7 +8,6 @@ namespace ecaudit::cli {
 namespace {
 
 constexpr std::size_t kFrameColumns = 8;
-constexpr std::size_t kTimeColumns = 16;
 constexpr std::size_t kSlaveColumns = 6;
 constexpr std::size_t kTypeColumns = 14;
 
@@ -26,7 +25,9 @@ void EventOutput::Begin() {
     if (target.format != LineFormat::kText) continue;
     const report::Style bold = report::Style::kBold;
     Columns columns(target.output.buffer(), target.color);
-    columns.Right("frame", kFrameColumns, bold).Right("time s", kTimeColumns, bold).Right("slave", kSlaveColumns, bold);
+    const TimeColumn time = context_.time();
+    columns.Right("frame", kFrameColumns, bold).Right(time.title(), time.width(), bold);
+    columns.Right("slave", kSlaveColumns, bold);
     columns.Left("event", kTypeColumns, bold).Last("what", bold);
     target.output.EndLine();
   }
@@ -49,7 +50,8 @@ void EventOutput::Write(const EventRow& row) {
     } else if (types_.chosen() || !row.told_elsewhere) {
       Columns columns(out, target.color);
       columns.Right(std::to_string(row.frame_.number), kFrameColumns);
-      columns.Right(SecondsText(SinceStart(row.frame_)), kTimeColumns, report::Style::kFaint);
+      const TimeColumn time = context_.time();
+      columns.Right(time.Text(row.frame_, SinceStart(row.frame_)), time.width(), report::Style::kFaint);
       columns.Right(slave_text, kSlaveColumns).Left(Name(row.type_), kTypeColumns, report::Style::kInfo);
       columns.Last(row.text, row.style);
       target.output.EndLine();
@@ -77,6 +79,7 @@ EventRow::EventRow(EventOutput& output, EventType type, const FrameRef& frame, S
   } else {
     json.Null("time_s");
   }
+  if (const std::string time = output.context_.time().Iso(frame); !time.empty()) json.Text("time", time);
   const bus::SlaveAddress none;
   const bus::SlaveAddress& address = slave != kNoSlave ? output.network().slaves()[slave] : none;
   const auto known = [this](std::string_view key, const auto& value) {

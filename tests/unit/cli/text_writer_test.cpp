@@ -42,7 +42,9 @@ std::size_t LineWith(const std::vector<std::string>& lines, const std::string& p
 TEST(TextWriter, FirstLineSaysWhatMattersMost) {
   EXPECT_EQ(Headline(RefusedSafeop()),
             "FAIL akd.pcapng: slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d (frame 760)");
-  EXPECT_THAT(WrittenText(RefusedSafeop()), StartsWith(Headline(RefusedSafeop()) + "\n1 error, 0 warnings, 0 infos"));
+  EXPECT_THAT(WrittenText(RefusedSafeop()),
+              StartsWith("FAIL akd.pcapng: slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d (frame 760 "
+                         "at 0.759 s)\n1 error, 0 warnings, 0 infos; 1 slave; 6.761 s from 2019-05-01 12:00:00 UTC\n"));
 }
 
 TEST(TextWriter, HeadlineNamesTheCauseOfTheWorstFinding) {
@@ -87,9 +89,9 @@ TEST(TextWriter, ConsequencesStandIndentedUnderTheirCause) {
   capture.result.findings.push_back(MakeFinding("al-timeout", Severity::kError, 7, 9000, 0));
   capture.result.findings.push_back(MakeFinding("emcy-received", Severity::kError, 7, 100));
   const std::vector<std::string> lines = Lines(WrittenText(capture));
-  const std::size_t emergency = LineWith(lines, "error emcy-received");
-  const std::size_t cause = LineWith(lines, "error al-refused");
-  const std::size_t consequence = LineWith(lines, "consequence: error al-timeout");
+  const std::size_t emergency = LineWith(lines, "f3 error emcy-received");
+  const std::size_t cause = LineWith(lines, "f1 error al-refused");
+  const std::size_t consequence = LineWith(lines, "f2 consequence: error al-timeout");
   EXPECT_LT(emergency, cause) << "equal severity: by frame";
   ASSERT_LT(cause, consequence);
   ASSERT_LT(consequence, lines.size());
@@ -99,12 +101,41 @@ TEST(TextWriter, ConsequencesStandIndentedUnderTheirCause) {
 TEST(TextWriter, FindingShowsEvidenceFilterAndSource) {
   const std::string text = WrittenText(RefusedSafeop());
   EXPECT_THAT(text, HasSubstr("frame 760 at 0.759000 s, 5,999 times until frame 6762"));
-  EXPECT_THAT(text, HasSubstr("al_status_code = 0x001d, polls = 5999, acknowledged = no, mean_ms = 1.500, "
-                              "requested = SAFEOP"));
+  EXPECT_THAT(text, HasSubstr("al_status_code = 0x001d, polls = 5999, acknowledged = no,\n"
+                              "                 mean_ms = 1.500, requested = SAFEOP"));
   EXPECT_THAT(text, HasSubstr("frame.number==760 || frame.number==6762 || frame.number==743"));
   EXPECT_THAT(text, HasSubstr("AKD EtherCAT Communication, 4.3"));
   EXPECT_THAT(text, HasSubstr("ecaudit explain al-refused"));
   EXPECT_THAT(text, HasSubstr("Check the output sync manager"));
+}
+
+TEST(TextWriter, FindingsStandBeforeSlavesAndTheCaptureLast) {
+  const std::vector<std::string> lines = Lines(WrittenText(RefusedSafeop()));
+  const std::vector<std::string> order{"Findings", "Slaves", "Could not be judged", "Capture"};
+  for (std::size_t i = 1; i < order.size(); ++i) {
+    EXPECT_LT(LineWith(lines, order[i - 1]), LineWith(lines, order[i])) << order[i];
+  }
+  EXPECT_EQ(lines[3], "");
+  EXPECT_EQ(lines[4], "Findings");
+}
+
+TEST(TextWriter, QuietIsTheVerdict) {
+  Report report = OneReport(RefusedSafeop());
+  TextStyle style;
+  style.quiet = true;
+  EXPECT_EQ(Lines(WriteText(report, style)).size(), 1U);
+  report.captures.push_back(RefusedSafeop());
+  const std::vector<std::string> lines = Lines(WriteText(report, style));
+  ASSERT_EQ(lines.size(), 3U);
+  EXPECT_THAT(lines[2], StartsWith("FAIL 2 captures, 2 failed"));
+}
+
+TEST(TextWriter, ClockTimes) {
+  TextStyle style;
+  style.time = TimeMode::kUtc;
+  const std::string text = WriteText(OneReport(RefusedSafeop()), style);
+  EXPECT_THAT(text, HasSubstr("frame 760 at 12:00:00.759000, 5,999 times until frame 6762"));
+  EXPECT_THAT(text, HasSubstr("PREOP #400 at 12:00:00.399 ->"));
 }
 
 TEST(TextWriter, SlaveStory) {
@@ -190,7 +221,8 @@ TEST(TextWriter, UntrustedTextNeverReachesTheTerminal) {
 
 TEST(TextWriter, ColourOnlyWhenAsked) {
   EXPECT_THAT(WrittenText(RefusedSafeop()), Not(HasSubstr("\x1b")));
-  EXPECT_THAT(WriteText(OneReport(RefusedSafeop()), {.color = true}), StartsWith("\x1b[1;31mFAIL\x1b[0m akd.pcapng"));
+  EXPECT_THAT(WriteText(OneReport(RefusedSafeop()), TextStyle{.color = true}),
+              StartsWith("\x1b[1;31mFAIL\x1b[0m akd.pcapng"));
 }
 
 TEST(TextWriter, ReasonsAreGrouped) {
