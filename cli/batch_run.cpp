@@ -77,7 +77,9 @@ class Batch {
     const BatchJob& job = jobs_[index];
     BatchResult& result = results_[index];
     if (options_.skip_done && job.problem.empty()) {
-      if (std::optional<report::CaptureDigest> done = ReadDoneReport(job.report, job.path, job.origin)) {
+      std::optional<report::CaptureDigest> done = ReadDoneReport(job.report, job.path, job.origin);
+      if (done && LacksLines(*done)) done.reset();
+      if (done) {
         result.digest = std::move(*done);
         result.digest->report = std::filesystem::path(job.report).filename().string();
         result.done_before = true;
@@ -90,7 +92,7 @@ class Batch {
     report::Report report;
     report.version = Version();
     report.origin = job.origin;
-    Result<CheckedCapture> capture = Check(job, state);
+    Result<CheckedCapture> capture = Check(job, options_.wanted, state);
     bytes_done_ += job.origin.bytes;
     if (capture) frames_done_ += capture->report.result.capture.packets;
     state.frames = 0;
@@ -119,13 +121,23 @@ class Batch {
     result.digest->report = std::filesystem::path(job.report).filename().string();
   }
 
-  [[nodiscard]] static Result<CheckedCapture> Check(const BatchJob& job, WorkerState& state) {
+  /// A report that was made without counting lines, where a format of this run names them.
+  [[nodiscard]] bool LacksLines(const report::CaptureDigest& done) const {
+    return options_.wanted.decode_lines &&
+           std::any_of(done.findings.begin(), done.findings.end(),
+                       [](const report::FindingDigest& f) { return f.frame != 0 && f.line == 0; });
+  }
+
+  [[nodiscard]] static Result<CheckedCapture> Check(const BatchJob& job, const WantedExtras& wanted,
+                                                    WorkerState& state) {
     if (!job.problem.empty()) return Error{job.problem};
-    return CheckCapture(job.files, *job.settings, job.baseline, InterruptFlag(),
-                        [&state](std::uint64_t done, std::uint64_t /*total*/, std::uint64_t frames) {
-                          state.bytes = done;
-                          state.frames = frames;
-                        });
+    return CheckCapture(
+        job.files, *job.settings, job.baseline, InterruptFlag(),
+        [&state](std::uint64_t done, std::uint64_t /*total*/, std::uint64_t frames) {
+          state.bytes = done;
+          state.frames = frames;
+        },
+        wanted);
   }
 
   void ShowProgress(const Console& console) {

@@ -35,6 +35,7 @@ struct BatchResult {
 struct BatchOptions {
   unsigned workers = 1;
   bool skip_done = false;
+  WantedExtras wanted;
 };
 
 /// Writes the report of each job and keeps its digest. Ends early when interrupted (interrupt.h), after a report that

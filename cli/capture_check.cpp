@@ -5,6 +5,7 @@
 
 #include "analyzers/analysis.h"
 #include "analyzers/result/timeline.h"
+#include "cli/decode_lines.h"
 #include "cli/slave_filter.h"
 #include "decoder/capture/capture_reader.h"
 
@@ -23,6 +24,14 @@ const Baseline* BaselineShelf::Find(const std::string& path) const {
   return baseline == baselines_.end() ? nullptr : &baseline->second;
 }
 
+void BaselineShelf::WarnOfExpired(Console& console) {
+  if (warned_) return;
+  warned_ = true;
+  for (const auto& [path, baseline] : baselines_) {
+    for (const std::string& text : ExpiredEntries(baseline)) console.Warning(path + ": " + text);
+  }
+}
+
 Error EmptyRange(const std::string& capture, report::Selection selection) {
   selection.slaves.clear();
   return Error{capture + ": no packet of the capture lies in the range " + Text(selection)};
@@ -31,7 +40,7 @@ Error EmptyRange(const std::string& capture, report::Selection selection) {
 Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Settings& settings,
                                     const Baseline* baseline, const std::atomic<bool>& stop,
                                     std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress,
-                                    bool draws) {
+                                    const WantedExtras& wanted) {
   AnalysisOptions analysis = settings.analysis;
   if (settings.moments.needs_capture()) {
     if (auto error = PlaceMoments(settings.moments, paths, analysis)) return *error;
@@ -41,7 +50,7 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
   analysis.stop = &stop;
   analysis.progress = std::move(progress);
   CheckedCapture out;
-  if (draws) {
+  if (wanted.timeline) {
     auto timeline = std::make_shared<Timeline>();
     out.report.result = Analyse(**source, analysis, timeline.get());
     out.report.timeline = std::move(timeline);
@@ -68,6 +77,7 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
   out.report.required = settings.required.text;
   if (settings.required.any()) out.report.unmet = MissingOf(settings.required, out.report.result, slaves);
   if (baseline != nullptr) ApplyBaseline(*baseline, out.report);
+  if (wanted.decode_lines && !stop) out.report.decode_lines = DecodeLines(paths, out.report.result.findings);
   return out;
 }
 

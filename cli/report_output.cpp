@@ -39,6 +39,11 @@ bool ReportOutput::draws() const {
                      [this](const OutputTarget& target) { return formats_[target.format].draws; });
 }
 
+bool ReportOutput::lines() const {
+  return std::any_of(targets_.begin(), targets_.end(),
+                     [this](const OutputTarget& target) { return formats_[target.format].lines; });
+}
+
 template <typename Writer>
 std::optional<Error> ReportOutput::WriteAll(Writer&& text_for, bool empty, Console& console) const {
   for (const OutputTarget& target : targets_) {

@@ -1,5 +1,8 @@
 #include "cli/text_options.h"
 
+#include <filesystem>
+#include <system_error>
+
 namespace ecaudit::cli {
 
 void TextOptions::DeclareColor(OptionSet& options) {
@@ -42,6 +45,8 @@ report::TextStyle TextOptions::Style(const Console& console, bool standard) cons
   if (standard) style.width = console.width().value_or(report::kLineWidth);
   style.quiet = quiet;
   style.time = time_mode();
+  std::error_code ignored;
+  style.folder = std::filesystem::current_path(ignored).string();
   return style;
 }
 

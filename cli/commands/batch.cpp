@@ -84,7 +84,9 @@ class BatchCommand : public Command {
     for (const BatchJob& job : jobs_) names.push_back(fs::path(job.report).filename().string());
     RemoveUnfinished(*folder_, names);
 
+    baselines_.WarnOfExpired(console);
     ListenForInterrupt();
+    batch_.wanted = {false, output->lines()};
     std::vector<BatchResult> results;
     const std::optional<Error> error = RunBatch(jobs_, batch_, results, console);
     ExitStatus status = ExitStatus::kClean;

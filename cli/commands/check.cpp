@@ -43,7 +43,7 @@ class CheckCommand : public Command {
     report.version = Version();
     report.rules = RuleCatalogue();
     ExitStatus status = ExitStatus::kClean;
-    run_.draws = output->draws();
+    run_.wanted = {output->draws(), output->lines()};
     for (std::size_t i = 0; i < run_.jobs().size(); ++i) {
       status = Worst(status, run_.Run(run_.jobs()[i], report, console));
       if (status != ExitStatus::kInterrupted) continue;

@@ -52,6 +52,7 @@ class MergeCommand : public Command {
     if (const auto error = Prepare()) return Fail(console, *error);
     const Result<ReportOutput> output = ReportOutput::PlanSummary(output_, command_files_);
     if (!output) return Fail(console, output.error());
+    for (const std::string& text : ExpiredEntries(known_)) console.Warning(*baseline_ + ": " + text);
     report::Digest digest;
     digest.version = Version();
     digest.rules = RuleCatalogue();

@@ -91,7 +91,7 @@ class StartupCommand : public Command {
     const Result<ReportOutput> output = ReportOutput::Plan(output_, StartupFormats(), run_.files);
     if (!output) return CaptureRun::Fail(console, output.error());
 
-    run_.draws = output->draws();
+    run_.wanted = {output->draws(), output->lines()};
     run_.needs_ethercat = true;
     report::Report report;
     report.version = Version();

@@ -75,6 +75,8 @@ CaptureDigest DigestOf(const CaptureReport& capture) {
   for (std::size_t i = 0; i < result.findings.size(); ++i) {
     out.findings.push_back(DigestOf(result.findings[i], result));
     out.findings.back().known = capture.IsKnown(i);
+    out.findings.back().known_because = PrintableLines(capture.WhyKnown(i));
+    if (i < capture.decode_lines.size()) out.findings.back().line = capture.decode_lines[i];
   }
   for (const NotEvaluable& entry : result.not_evaluable) {
     const SlaveSummary* slave = result.slave(entry.slave);

@@ -136,6 +136,8 @@ FindingDigest ReadFinding(JsonValue json, const std::vector<JsonValue>& slaves, 
   f.section = fields.TextOrNull(reference, "section");
   f.wireshark_filter = fields.TextOrNull(json, "wireshark_filter");
   f.known = fields.Flag(json, "known");
+  if (json.member("known_because").there()) f.known_because = fields.Text(json, "known_because");
+  if (json.member("decode_line").there()) f.line = fields.Number(json, "decode_line");
   return f;
 }
 

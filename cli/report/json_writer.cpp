@@ -231,6 +231,10 @@ void PutFinding(JsonObject& out, const CaptureReport& capture, std::size_t index
   });
   out.TextOrNull("wireshark_filter", WiresharkFilter(f));
   out.Put("known", capture.IsKnown(index));
+  if (!capture.WhyKnown(index).empty()) out.Text("known_because", capture.WhyKnown(index));
+  if (index < capture.decode_lines.size() && capture.decode_lines[index] > 0) {
+    out.Put("decode_line", capture.decode_lines[index]);
+  }
 }
 
 void PutNotEvaluable(JsonObject& out, const AnalysisResult& result, const NotEvaluable& entry) {

@@ -22,6 +22,7 @@ struct TextStyle {
   std::size_t width = kLineWidth;
   bool quiet = false;  ///< verdict lines only
   TimeMode time = TimeMode::kRelative;
+  std::string folder;  ///< the working directory, for formats whose readers want paths relative to it; may be empty
 };
 
 /// Stands for a space at which TextBuilder does not break the line. Printable text never holds it.

@@ -502,7 +502,8 @@ class CaptureText {
       if (!capture_.IsKnown(i)) continue;
       const Finding& f = result_.findings[i];
       text_.Paragraph("f" + std::to_string(i + 1) + " " + std::string(Name(f.severity)) + " " + std::string(f.rule) +
-                          ", " + SlaveLabel(result_, f.slave) + ", " + Place(f) + ": " + OneLine(f.title),
+                          ", " + SlaveLabel(result_, f.slave) + ", " + Place(f) + ": " + OneLine(f.title) +
+                          (capture_.WhyKnown(i).empty() ? "" : " (" + OneLine(capture_.WhyKnown(i)) + ")"),
                       2, 6);
     }
   }

@@ -81,6 +81,20 @@ bool TakeSign(std::string_view& text, std::string_view any_of) {
   return true;
 }
 
+/// Takes "2026-12-31" from the front of `text`.
+std::optional<std::chrono::year_month_day> TakeDate(std::string_view& text) {
+  const auto year = TakeNumber(text, 4);
+  if (!year || !TakeSign(text, "-")) return std::nullopt;
+  const auto month = TakeNumber(text, 2);
+  if (!month || !TakeSign(text, "-")) return std::nullopt;
+  const auto day = TakeNumber(text, 2);
+  if (!day) return std::nullopt;
+  const std::chrono::year_month_day date{std::chrono::year(static_cast<int>(*year)),
+                                         std::chrono::month(static_cast<unsigned>(*month)),
+                                         std::chrono::day(static_cast<unsigned>(*day))};
+  return date.ok() ? std::optional(date) : std::nullopt;
+}
+
 }  // namespace
 
 std::string IsoTime(TimeNs time) {
@@ -117,18 +131,16 @@ std::optional<std::int64_t> ParseClock(std::string_view& text) {
   return digits > 0 ? std::optional(ns) : std::nullopt;
 }
 
+bool IsDate(std::string_view text) {
+  return TakeDate(text).has_value() && text.empty();
+}
+
 std::optional<TimeNs> ParseIsoTime(std::string_view text, bool local) {
-  const auto year = TakeNumber(text, 4);
-  if (!year || !TakeSign(text, "-")) return std::nullopt;
-  const auto month = TakeNumber(text, 2);
-  if (!month || !TakeSign(text, "-")) return std::nullopt;
-  const auto day = TakeNumber(text, 2);
-  if (!day) return std::nullopt;
-  const std::chrono::year_month_day date{std::chrono::year(static_cast<int>(*year)),
-                                         std::chrono::month(static_cast<unsigned>(*month)),
-                                         std::chrono::day(static_cast<unsigned>(*day))};
+  const auto taken = TakeDate(text);
+  if (!taken) return std::nullopt;
+  const std::chrono::year_month_day date = *taken;
   // What 64 bits of nanoseconds reach.
-  if (!date.ok() || *year < 1678 || *year > 2261) return std::nullopt;
+  if (date.year() < std::chrono::year(1678) || date.year() > std::chrono::year(2261)) return std::nullopt;
   std::int64_t clock = 0;
   if (!text.empty()) {
     if (!TakeSign(text, "Tt ")) return std::nullopt;

@@ -19,6 +19,9 @@ namespace ecaudit::report {
 /// the Z. Without a zone it is `local` time of this machine or UTC.
 [[nodiscard]] std::optional<TimeNs> ParseIsoTime(std::string_view text, bool local);
 
+/// "2026-12-31", a day that calendars have.
+[[nodiscard]] bool IsDate(std::string_view text);
+
 /// Takes "02:13", "02:13:07" or "02:13:07.250" from the front of `text`: nanoseconds of the day.
 [[nodiscard]] std::optional<std::int64_t> ParseClock(std::string_view& text);
 

@@ -156,6 +156,11 @@ void AppendDatagramText(std::string& out, const DatagramRow& row, bool color) {
   columns.Last(ContentText(row));
 }
 
+std::size_t LinesOf(const wire::FrameView& frame) {
+  const bool problem = frame.kind() != wire::FrameKind::kOther && frame.kind() != wire::FrameKind::kEtherCat;
+  return frame.size() + (problem ? 1 : 0);
+}
+
 std::optional<std::string> FrameProblemText(const wire::FrameView& frame, std::optional<std::int64_t> since_start_ns,
                                             const TimeColumn& time, bool color) {
   std::string problem;

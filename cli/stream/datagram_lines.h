@@ -43,6 +43,8 @@ void AppendDatagramJson(std::string& out, const DatagramRow& row, RegisterNames&
 [[nodiscard]] std::string DatagramTextHeader(const TimeColumn& time, bool color);
 /// Appends frame, time, direction, command, slave, address, length, working counter and contents in columns.
 void AppendDatagramText(std::string& out, const DatagramRow& row, bool color);
+/// Lines that `decode` writes for a frame when it shows all slaves.
+[[nodiscard]] std::size_t LinesOf(const wire::FrameView& frame);
 /// What is wrong with a frame, as a line of its own; nothing when it is sound.
 [[nodiscard]] std::optional<std::string> FrameProblemText(const wire::FrameView& frame,
                                                           std::optional<std::int64_t> since_start_ns,

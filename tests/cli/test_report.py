@@ -23,7 +23,7 @@ class Formats(CliTest):
     def test_text_begins_with_the_verdict(self):
         done = self.check(self.faulty, status=1)
         first = done.out.splitlines()[0]
-        self.assertTrue(first.startswith(f"FAIL {self.faulty}: slave 0"), first)
+        self.assertTrue(first.startswith(f"FAIL {pathlib.Path(self.faulty).name}: slave 0"), first)
         self.assertRegex(first, r"\((frame |#)\d+( at|,) \d+\.\d{3} s\)$")
         self.assertLessEqual(len(first), 100)
         self.assertEqual(done.err, "")
@@ -370,6 +370,30 @@ class Baseline(CliTest):
         before = (self.dir / "known.json").read_bytes()
         self.check(self.faulty, "--baseline", "known.json", "--write-baseline", "known.json", status=0)
         self.assertEqual((self.dir / "known.json").read_bytes(), before)
+
+    def test_reasons_and_last_days(self):
+        self.check(self.faulty, "--write-baseline", "known.json", status=1)
+        baseline = json.loads((self.dir / "known.json").read_text())
+        for entry in baseline["findings"]:
+            entry.update(reason="spare axis, see ticket 17", expires="2999-12-31")
+        self.file("known.json", json.dumps(baseline))
+        done = self.check(self.faulty, "--baseline", "known.json", status=0)
+        self.assertIn("(spare axis, see ticket 17; until 2999-12-31)", " ".join(done.out.split()))
+        report = self.report(self.faulty, "--baseline", "known.json", status=0)["reports"][0]
+        self.assertEqual({f["known_because"] for f in report["findings"]},
+                         {"spare axis, see ticket 17; until 2999-12-31"})
+        for entry in baseline["findings"]:
+            entry["expires"] = "2019-05-01"
+        self.file("known.json", json.dumps(baseline))
+        done = self.check(self.faulty, "--baseline", "known.json", status=1)
+        self.assertIn("warning: known.json: al-refused of slave 0 was accepted until 2019-05-01 only", done.err)
+        # Brought up to date: the reason stays, the day that is over goes.
+        self.check(self.faulty, "--baseline", "known.json", "--write-baseline", "known.json", status=1)
+        entries = json.loads((self.dir / "known.json").read_text())["findings"]
+        self.assertTrue(all(e["reason"] == "spare axis, see ticket 17" and "expires" not in e for e in entries))
+        self.check(self.faulty, "--baseline", "known.json", status=0)
+        done = self.run_program("batch", "--baseline", "known.json", "-o", "json=s.json", self.faulty)
+        self.assertEqual(done.returncode, 0, done.err)
 
     def test_missing_or_wrong_file(self):
         self.assertIn("no such file", self.one_error("check", "--baseline", "none.json", self.faulty))

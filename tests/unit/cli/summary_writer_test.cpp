@@ -91,7 +91,9 @@ TEST(SummaryWriter, KnownFindingsAreNotTallied) {
 
 TEST(SummaryWriter, NoEscapeSequencesWithoutColor) {
   EXPECT_EQ(WriteSummaryText(Fleet(), {}).find('\x1b'), std::string::npos);
-  EXPECT_NE(WriteSummaryText(Fleet(), {true}).find("\x1b[1;31mFAIL"), std::string::npos);
+  TextStyle colored;
+  colored.color = true;
+  EXPECT_NE(WriteSummaryText(Fleet(), colored).find("\x1b[1;31mFAIL"), std::string::npos);
 }
 
 }  // namespace

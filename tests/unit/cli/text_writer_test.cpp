@@ -219,10 +219,15 @@ TEST(TextWriter, UntrustedTextNeverReachesTheTerminal) {
   for (const char c : WrittenText(capture)) EXPECT_TRUE(c == '\n' || static_cast<unsigned char>(c) >= 0x20);
 }
 
+TextStyle Colored() {
+  TextStyle style;
+  style.color = true;
+  return style;
+}
+
 TEST(TextWriter, ColourOnlyWhenAsked) {
   EXPECT_THAT(WrittenText(RefusedSafeop()), Not(HasSubstr("\x1b")));
-  EXPECT_THAT(WriteText(OneReport(RefusedSafeop()), TextStyle{.color = true}),
-              StartsWith("\x1b[1;31mFAIL\x1b[0m akd.pcapng"));
+  EXPECT_THAT(WriteText(OneReport(RefusedSafeop()), Colored()), StartsWith("\x1b[1;31mFAIL\x1b[0m akd.pcapng"));
 }
 
 TEST(TextWriter, ReasonsAreGrouped) {
