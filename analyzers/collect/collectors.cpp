@@ -7,6 +7,7 @@
 #include "analyzers/collect/run_history.h"
 #include "analyzers/collect/startup_recorder.h"
 #include "analyzers/collect/timeline_collector.h"
+#include "analyzers/collect/topology.h"
 
 namespace ecaudit {
 
@@ -15,12 +16,13 @@ std::vector<std::unique_ptr<Collector>> MakeCollectors(Observation& observation,
   EventBus& bus = observation.bus();
   const model::BusModel& model = observation.model();
   std::vector<std::unique_ptr<Collector>> collectors;
-  collectors.push_back(std::make_unique<AlHistory>(bus));
+  collectors.push_back(std::make_unique<AlHistory>(model, bus));
   collectors.push_back(std::make_unique<MailboxStatistics>(bus));
   collectors.push_back(std::make_unique<DriveHistory>(model, bus));
   collectors.push_back(std::make_unique<startup::StartupRecorder>(model, bus));
   collectors.push_back(std::make_unique<PredictionStatistics>(model, explanations, bus));
   collectors.push_back(std::make_unique<RunHistory>(observation.sync(), observation.pipeline(), bus));
+  collectors.push_back(std::make_unique<Topology>(bus));
   if (drawn != nullptr) {
     collectors.push_back(std::make_unique<timeline::TimelineCollector>(model, *observation.sync(), bus, *drawn));
   }

@@ -47,10 +47,10 @@ struct TopologyNode {
   /// What the frame comes from: another node (place in TopologySummary::nodes), or the master.
   enum class Above : std::uint8_t { kUnknown, kMaster, kSlave };
   Above above = Above::kUnknown;
-  std::size_t parent = 0;                    ///< where `above` is kSlave
-  std::optional<std::uint8_t> parent_port;   ///< unset: of the master, or not known
-  std::optional<std::int64_t> delay_ns;      ///< from the slave above, as the master wrote it (0x0928)
-  std::optional<std::int64_t> measured_ns;   ///< from the slave above, by the receive times of the ports
+  std::size_t parent = 0;                   ///< where `above` is kSlave
+  std::optional<std::uint8_t> parent_port;  ///< unset: of the master, or not known
+  std::optional<std::int64_t> delay_ns;     ///< from the slave above, as the master wrote it (0x0928)
+  std::optional<std::int64_t> measured_ns;  ///< from the slave above, by the receive times of the ports
 };
 
 struct TopologySummary {

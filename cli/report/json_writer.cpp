@@ -169,6 +169,7 @@ void PutBus(JsonObject& out, const AnalysisResult& result) {
   out.Put("unanswered_at_end", b.unanswered_at_end);
   out.List("events", b.events, PutEventBit);
   out.List("runs", b.runs, PutRun);
+  PutTopology(out, "topology", result);
   out.Object("predictions", [&](JsonObject& json) {
     PutPrediction(json, "al_answers", b.predictions.al_answers);
     PutPrediction(json, "mailbox_accesses", b.predictions.mailbox_accesses);

@@ -12,6 +12,7 @@
 #include "cli/report/finding_order.h"
 #include "cli/report/layout.h"
 #include "cli/report/times.h"
+#include "cli/report/topology_text.h"
 #include "cli/report/verdict_line.h"
 #include "cli/report/wireshark_filter.h"
 #include "decoder/base/text.h"
@@ -71,6 +72,7 @@ std::string StepText(const AlStep& step) {
     if (step.refused_by_wkc) text += " (not taken)";
     return text;
   }
+  if (step.echo) return esc::StateName(esc::AlWord{step.to}.state()) + " (acknowledge echoed)";
   std::string text = esc::StatusText(step.to);
   if (step.status_code && *step.status_code != 0) text += " code " + Hex(*step.status_code);
   return text;
@@ -98,6 +100,7 @@ class CaptureText {
       Findings();
       KnownFindings();
       Slaves();
+      Bus();
       NotJudged();
     }
     CaptureFacts();
@@ -405,6 +408,15 @@ class CaptureText {
     return text;
   }
 
+  // --- topology -------------------------------------------------------------------------------------------------
+
+  void Bus() {
+    if (!result_.bus.topology.known()) return;
+    Heading("Topology (positions as they are plugged in, by DL status)");
+    for (const std::string& chain : TopologyChains(result_.bus.topology)) text_.Paragraph(chain, 2, 6);
+    for (const std::string& note : TopologyNotes(result_, style_)) text_.Paragraph(note, 2, 6);
+  }
+
   // --- findings -------------------------------------------------------------------------------------------------
 
   void Findings() {
@@ -454,8 +466,9 @@ class CaptureText {
     std::string text = "frame " + std::to_string(f.first.number);
     if (const std::string moment = Moment(f.first, 6); !moment.empty()) text += " at " + moment;
     if (f.count > 1) {
-      text += ", " + Grouped(f.count) + " times";
-      if (f.last.number > f.first.number) text += " until frame " + std::to_string(f.last.number);
+      // What was seen so often may have happened once: polls that find it unchanged count, too.
+      text += ", seen " + Count(f.count, "time");
+      if (f.last.number > f.first.number) text += ", last in frame " + std::to_string(f.last.number);
     }
     return text;
   }

@@ -1,5 +1,8 @@
 #include "cli/stream/event_output.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "cli/interrupt.h"
 #include "cli/stream/columns.h"
 #include "decoder/base/text.h"
@@ -41,12 +44,11 @@ void EventOutput::Write(const EventRow& row) {
     const StationAddress* station = address.station.if_known();
     slave_text = position != nullptr ? std::to_string(*position) : station != nullptr ? Hex(*station) : "?";
   }
-  bool open = false;
-  for (LineTarget& target : context_.targets) {
-    std::string& out = target.output.buffer();
+  Waiting waiting{row.frame_.number, number_++, {}};
+  for (const LineTarget& target : context_.targets) {
+    std::string& out = waiting.lines.emplace_back();
     if (target.format == LineFormat::kJsonLines) {
-      out += json_;
-      target.output.EndLine();
+      out = json_;
     } else if (types_.chosen() || !row.told_elsewhere) {
       Columns columns(out, target.color);
       columns.Right(std::to_string(row.frame_.number), kFrameColumns);
@@ -54,11 +56,31 @@ void EventOutput::Write(const EventRow& row) {
       columns.Right(time.Text(row.frame_, SinceStart(row.frame_)), time.width(), report::Style::kFaint);
       columns.Right(slave_text, kSlaveColumns).Left(Name(row.type_), kTypeColumns, report::Style::kInfo);
       columns.Last(row.text, row.style);
+    }
+  }
+  newest_ = std::max(newest_, waiting.frame);
+  waiting_.push_back(std::move(waiting));
+  std::push_heap(waiting_.begin(), waiting_.end(), Later{});
+  while (waiting_.size() > kMostWaiting || waiting_.front().frame + kLongestWait < newest_) WriteFirst();
+}
+
+void EventOutput::WriteFirst() {
+  std::pop_heap(waiting_.begin(), waiting_.end(), Later{});
+  bool open = false;
+  for (std::size_t i = 0; i < context_.targets.size(); ++i) {
+    LineTarget& target = context_.targets[i];
+    if (const std::string& line = waiting_.back().lines[i]; !line.empty()) {
+      target.output.buffer() += line;
       target.output.EndLine();
     }
     open = open || !target.output.closed();
   }
+  waiting_.pop_back();
   if (!open) InterruptFlag() = true;  // nobody reads on
+}
+
+void EventOutput::End() {
+  while (!waiting_.empty()) WriteFirst();
 }
 
 namespace {

@@ -40,5 +40,8 @@ struct AlWord {
 
 /// "PREOP", "SAFEOP+ERR" as AL Status is usually written.
 [[nodiscard]] std::string StatusText(std::uint16_t al_status);
+/// What several slaves together may be in when a broadcast ORed their states: 14 is "PREOP, SAFEOP, OP", 3 "BOOT, or
+/// INIT and PREOP".
+[[nodiscard]] std::string OredStatesText(std::uint8_t states);
 
 }  // namespace ecaudit::esc

@@ -100,7 +100,7 @@ TEST(TextWriter, ConsequencesStandIndentedUnderTheirCause) {
 
 TEST(TextWriter, FindingShowsEvidenceFilterAndSource) {
   const std::string text = WrittenText(RefusedSafeop());
-  EXPECT_THAT(text, HasSubstr("frame 760 at 0.759000 s, 5,999 times until frame 6762"));
+  EXPECT_THAT(text, HasSubstr("frame 760 at 0.759000 s, seen 5,999 times, last in frame 6762"));
   EXPECT_THAT(text, HasSubstr("al_status_code = 0x001d, polls = 5999, acknowledged = no,\n"
                               "                 mean_ms = 1.500, requested = SAFEOP"));
   EXPECT_THAT(text, HasSubstr("frame.number==760 || frame.number==6762 || frame.number==743"));
@@ -134,7 +134,7 @@ TEST(TextWriter, ClockTimes) {
   TextStyle style;
   style.time = TimeMode::kUtc;
   const std::string text = WriteText(OneReport(RefusedSafeop()), style);
-  EXPECT_THAT(text, HasSubstr("frame 760 at 12:00:00.759000, 5,999 times until frame 6762"));
+  EXPECT_THAT(text, HasSubstr("frame 760 at 12:00:00.759000, seen 5,999 times, last in frame 6762"));
   EXPECT_THAT(text, HasSubstr("PREOP #400 at 12:00:00.399 ->"));
 }
 
