@@ -15,6 +15,7 @@
 #include "cli/interrupt.h"
 #include "cli/output_file.h"
 #include "cli/progress.h"
+#include "cli/report/html_writer.h"
 #include "cli/report/json_writer.h"
 #include "cli/report_folder.h"
 #include "cli/version.h"
@@ -78,10 +79,11 @@ class Batch {
     BatchResult& result = results_[index];
     if (options_.skip_done && job.problem.empty()) {
       std::optional<report::CaptureDigest> done = ReadDoneReport(job.report, job.path, job.origin);
-      if (done && LacksLines(*done)) done.reset();
+      if (done && (LacksLines(*done) || LacksPage(job))) done.reset();
       if (done) {
         result.digest = std::move(*done);
         result.digest->report = std::filesystem::path(job.report).filename().string();
+        result.digest->page = PageOf(job);
         result.done_before = true;
         result.lacks_slave =
             !job.settings->slaves.empty() && result.digest->slaves == 0 && !result.digest->without_ethercat;
@@ -111,6 +113,12 @@ class Batch {
     }
     std::optional<Error> error = CheckOutputPath(job.report);
     if (!error) error = WriteOutputFile(job.report, WriteJson(report));
+    const bool page = !error && !options_.pages.empty() && !report.captures.empty();
+    if (page) {
+      const std::string path = (std::filesystem::path(options_.pages) / PageOf(job)).string();
+      error = CheckOutputPath(path);
+      if (!error) error = WriteOutputFile(path, WriteHtml(report));
+    }
     if (error) {
       const std::lock_guard lock(mutex_);
       if (!error_) error_ = error;
@@ -118,7 +126,18 @@ class Batch {
       return;
     }
     result.digest = std::move(DigestOf(report).captures.front());
+    if (page) result.digest->page = PageOf(job);
     result.digest->report = std::filesystem::path(job.report).filename().string();
+  }
+
+  /// Named as the report is; empty where none is wanted.
+  [[nodiscard]] std::string PageOf(const BatchJob& job) const {
+    return options_.pages.empty() ? std::string() : std::filesystem::path(job.report).stem().string() + ".html";
+  }
+  [[nodiscard]] bool LacksPage(const BatchJob& job) const {
+    std::error_code ignored;
+    return !options_.pages.empty() &&
+           !std::filesystem::is_regular_file(std::filesystem::path(options_.pages) / PageOf(job), ignored);
   }
 
   /// A report that was made without counting lines, where a format of this run names them.

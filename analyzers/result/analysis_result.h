@@ -81,6 +81,7 @@ struct BusSummary {
   PredictionSummary predictions;
   std::vector<RunSummary> runs;  ///< one at least
   TopologySummary topology;
+  std::vector<CyclicDatagram> cyclic_datagrams;  ///< bounded; by command and address
   StartupSummary startup;  ///< what was sent to all slaves at once before the first one reached OP
 };
 

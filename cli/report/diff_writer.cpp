@@ -1,6 +1,7 @@
 #include "cli/report/diff_writer.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "cli/report/json_text.h"
@@ -37,13 +38,21 @@ class DiffText {
                           "; times, offsets, station addresses and the like are not compared.",
                       0);
     }
-    // The outcome first: what it is all about.
+    Section("Slaves", [](const diff::Difference& d) { return d.counts && d.area == diff::Area::kBus; });
+    // Then the outcome: what it is all about.
+    bool first = true;
     for (const diff::Difference& d : all) {
-      if (d.area == diff::Area::kOutcome) Outcome(d);
+      if (d.area != diff::Area::kOutcome) continue;
+      if (std::exchange(first, false)) {
+        text_.Line();
+        text_.Line(text_.Styled("States", Style::kBold));
+      }
+      Outcome(d);
     }
     Section(different && HasOutcome() ? "What is done differently, the most telling first" : "Differences",
             [](const diff::Difference& d) {
-              return d.counts && !d.consequence && d.area != diff::Area::kOutcome && d.area != diff::Area::kFinding;
+              return d.counts && !d.consequence && d.area != diff::Area::kOutcome && d.area != diff::Area::kFinding &&
+                     d.area != diff::Area::kBus;
             });
     Section("Findings in one of them only", [](const diff::Difference& d) { return d.area == diff::Area::kFinding; });
     Section("What follows from it: steps the other start-up did not come to",
@@ -85,7 +94,7 @@ class DiffText {
   }
 
   [[nodiscard]] std::string Labels(const diff::Difference& d) const {
-    if (d.pairs.empty()) return "all slaves";
+    if (d.pairs.empty()) return d.area == diff::Area::kBus || d.area == diff::Area::kTiming ? "bus" : "all slaves";
     std::string label = Label(report_.diff.pairs[d.pairs.front()]);
     if (d.pairs.size() > 1) label += " and " + Grouped(d.pairs.size() - 1) + " more";
     return label;
@@ -97,7 +106,7 @@ class DiffText {
   }
 
   void Outcome(const diff::Difference& d) {
-    text_.Line(text_.Styled(Labels(d), Style::kBold));
+    text_.Paragraph(Labels(d), kNoteIndent, kSideIndent);
     Sides(d);
   }
 

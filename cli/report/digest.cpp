@@ -22,6 +22,7 @@ FindingDigest DigestOf(const Finding& finding, const AnalysisResult& result) {
   if (const SlaveSummary* slave = result.slave(finding.slave)) {
     out.slave = slave->position;
     out.station_address = slave->station_address;
+    out.product = ProductText(slave->identity.vendor_id, slave->identity.product_code);
     out.place = SlaveLabel(slave->position, PrintableLines(slave->name), slave->station_address);
   }
   out.frame = finding.first.number;
@@ -145,6 +146,10 @@ std::optional<MainFinding> MainFindingOf(const CaptureDigest& capture) {
     if (capture.findings[order[i].index].severity > capture.findings[main.worst].severity) main.worst = order[i].index;
   }
   return main;
+}
+
+std::string ProductText(std::optional<std::uint32_t> vendor, std::optional<std::uint32_t> product) {
+  return vendor && product ? "vendor " + Hex(*vendor, 8) + ", product " + Hex(*product, 8) : std::string();
 }
 
 HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {

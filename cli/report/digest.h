@@ -27,6 +27,7 @@ struct FindingDigest {
   std::optional<SlavePos> slave;  ///< position; nothing for the whole bus
   std::optional<StationAddress> station_address;
   std::string place;       ///< "slave 0 (AKD, 0x1001)", "bus"
+  std::string product;     ///< of the slave: "vendor 0x0000006a, product 0x00414b44"; empty when unknown
   FrameNo frame = 0;       ///< 0: none
   FrameNo last_frame = 0;  ///< last repetition
   std::uint64_t count = 1;
@@ -66,6 +67,7 @@ struct RuleCoverageDigest {
 struct CaptureDigest {
   std::string path;
   std::string report;  ///< name of the file with the whole report; empty: none
+  std::string page;    ///< name of the file with its page (HTML); empty: none
   /// Why the capture could not be read, in which case nothing but `path` is filled. Empty: it was read.
   std::string unreadable;
   std::uint64_t packets = 0;
@@ -112,6 +114,9 @@ struct Digest {
 /// "slave 0 (AKD, 0x1001)" with what is known of it. Printable.
 [[nodiscard]] std::string SlaveLabel(SlavePos position, std::string_view name,
                                      const std::optional<StationAddress>& station_address);
+
+/// "vendor 0x0000006a, product 0x00414b44"; empty unless both are known.
+[[nodiscard]] std::string ProductText(std::optional<std::uint32_t> vendor, std::optional<std::uint32_t> product);
 
 /// "slave 2", "all slaves", "bus"
 [[nodiscard]] std::string PlaceOf(const NotJudged& entry);

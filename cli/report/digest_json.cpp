@@ -111,7 +111,14 @@ FindingDigest ReadFinding(JsonValue json, const std::vector<JsonValue>& slaves, 
   if (f.slave) {
     std::string name;
     for (const JsonValue slave : slaves) {
-      if (fields.WordOrNull(slave, "position") == f.slave) name = fields.TextOrNull(slave, "name");
+      if (fields.WordOrNull(slave, "position") != f.slave) continue;
+      name = fields.TextOrNull(slave, "name");
+      const JsonValue identity = slave.member("identity");
+      const auto number = [&](const char* key) -> std::optional<std::uint32_t> {
+        const auto value = identity.member(key).natural();
+        return value ? std::optional(static_cast<std::uint32_t>(*value)) : std::nullopt;
+      };
+      f.product = ProductText(number("vendor_id"), number("product_code"));
     }
     f.place = SlaveLabel(*f.slave, name, f.station_address);
   }

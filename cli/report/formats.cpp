@@ -6,6 +6,7 @@
 #include "cli/report/github_writer.h"
 #include "cli/report/gitlab_writer.h"
 #include "cli/report/html_writer.h"
+#include "cli/report/index_page.h"
 #include "cli/report/json_writer.h"
 #include "cli/report/junit_writer.h"
 #include "cli/report/sarif_writer.h"
@@ -61,7 +62,7 @@ std::string WriteHtmlPlain(const Report& report, const TextStyle& /*style*/) {
 constexpr std::array kFormats{
     Format{"text", ".txt", &WriteText, &WriteSummaryText},
     Format{"json", ".json", &WriteJsonPlain, &WriteSummaryJsonPlain},
-    Format{"html", ".html", &WriteHtmlPlain, nullptr, true, &MissingHtml},
+    Format{"html", ".html", &WriteHtmlPlain, &WriteIndexPage, true, &MissingHtml},
     Format{"junit", ".xml", &WriteJunitOf, &WriteJunitPlain},
     Format{"sarif", ".sarif", &WriteSarifOf, &WriteSarifPlain, false, nullptr, true},
     Format{"github", ".github", &WriteGithubOf, &WriteGithubPlain, false, nullptr, true},

@@ -52,6 +52,37 @@ void Rules(const Digest& digest, const Tally& tally, TextBuilder& text) {
   }
 }
 
+/// Groups of captures that are told.
+constexpr std::size_t kCausesTold = 20;
+
+/// "37 captures: error al-refused: SAFEOP refused ...; first seen 2026-03-02; slaves of ..."
+void Causes(const Digest& digest, const Tally& tally, TextBuilder& text) {
+  const auto shared = [](const CauseGroup& group) { return group.captures.size() > 1; };
+  if (std::none_of(tally.causes.begin(), tally.causes.end(), shared)) return;
+  text.Line();
+  text.Line(text.Styled("The same first cause in several captures", Style::kBold));
+  std::size_t told = 0;
+  for (const CauseGroup& group : tally.causes) {
+    if (!shared(group)) continue;
+    if (++told > kCausesTold) {
+      text.Line("and more (--format json has all)", 2);
+      break;
+    }
+    const CaptureDigest& first = digest.captures[group.captures.front()];
+    std::string line = Count(group.captures.size(), "capture") + ": " + std::string(Name(group.severity)) + " " +
+                       group.rule + ": " + OneLine(first.findings[group.example].title);
+    if (!group.first_time.empty()) {
+      const std::string day = group.first_time.substr(0, 10);
+      const std::string last = group.last_time.substr(0, 10);
+      line += day == last ? "; seen " + day : "; first seen " + day + ", last " + last;
+    }
+    for (std::size_t i = 0; i < group.products.size(); ++i) {
+      line += (i == 0 ? "; slaves of " : " and ") + group.products[i];
+    }
+    text.Paragraph(line + "; e.g. " + OneLine(first.path), 2, 6);
+  }
+}
+
 /// The order in which a person wants to hear of captures.
 std::size_t Rank(const CaptureDigest& capture) {
   switch (StatusOf(capture)) {
@@ -111,6 +142,7 @@ std::string WriteSummaryText(const Digest& digest, const TextStyle& style) {
                                                   : "INCOMPLETE";
   const Style shown = verdict == "pass" ? Style::kGood : verdict == "limited" ? Style::kWarning : Style::kError;
   text.Line(text.Styled(word, shown) + " " + FirstLine(digest, tally));
+  if (!style.quiet) Causes(digest, tally, text);
   if (!style.quiet) Rules(digest, tally, text);
   Captures(digest, style, text);
   return text.Take();
