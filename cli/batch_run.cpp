@@ -79,7 +79,7 @@ class Batch {
     BatchResult& result = results_[index];
     if (options_.skip_done && job.problem.empty()) {
       std::optional<report::CaptureDigest> done = ReadDoneReport(job.report, job.path, job.origin);
-      if (done && (LacksLines(*done) || LacksPage(job))) done.reset();
+      if (done && LacksPage(job)) done.reset();
       if (done) {
         result.digest = std::move(*done);
         result.digest->report = std::filesystem::path(job.report).filename().string();
@@ -138,13 +138,6 @@ class Batch {
     std::error_code ignored;
     return !options_.pages.empty() &&
            !std::filesystem::is_regular_file(std::filesystem::path(options_.pages) / PageOf(job), ignored);
-  }
-
-  /// A report that was made without counting lines, where a format of this run names them.
-  [[nodiscard]] bool LacksLines(const report::CaptureDigest& done) const {
-    return options_.wanted.decode_lines &&
-           std::any_of(done.findings.begin(), done.findings.end(),
-                       [](const report::FindingDigest& f) { return f.frame != 0 && f.line == 0; });
   }
 
   [[nodiscard]] static Result<CheckedCapture> Check(const BatchJob& job, const WantedExtras& wanted,

@@ -652,7 +652,8 @@ class Builder {
   /// What carries process data and time in every cycle.
   void Frames() {
     // What one direction alone does not show is no difference.
-    if (a_.capture.direction != DirectionSeen::kBoth || b_.capture.direction != DirectionSeen::kBoth) return;
+    if (!out_.compared || a_.capture.direction != DirectionSeen::kBoth || b_.capture.direction != DirectionSeen::kBoth)
+      return;
     const std::string layout_a = LayoutText(a_.bus);
     const std::string layout_b = LayoutText(b_.bus);
     if (layout_a.empty() || layout_b.empty()) return;

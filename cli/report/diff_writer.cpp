@@ -1,7 +1,6 @@
 #include "cli/report/diff_writer.h"
 
 #include <algorithm>
-#include <utility>
 #include <vector>
 
 #include "cli/report/json_text.h"
@@ -40,14 +39,12 @@ class DiffText {
     }
     Section("Slaves", [](const diff::Difference& d) { return d.counts && d.area == diff::Area::kBus; });
     // Then the outcome: what it is all about.
-    bool first = true;
+    if (HasOutcome() && std::any_of(all.begin(), all.end(),
+                                    [](const diff::Difference& d) { return d.counts && d.area == diff::Area::kBus; })) {
+      text_.Line();
+    }
     for (const diff::Difference& d : all) {
-      if (d.area != diff::Area::kOutcome) continue;
-      if (std::exchange(first, false)) {
-        text_.Line();
-        text_.Line(text_.Styled("States", Style::kBold));
-      }
-      Outcome(d);
+      if (d.area == diff::Area::kOutcome) Outcome(d);
     }
     Section(different && HasOutcome() ? "What is done differently, the most telling first" : "Differences",
             [](const diff::Difference& d) {
@@ -106,7 +103,7 @@ class DiffText {
   }
 
   void Outcome(const diff::Difference& d) {
-    text_.Paragraph(Labels(d), kNoteIndent, kSideIndent);
+    text_.Line(text_.Styled(Labels(d), Style::kBold));
     Sides(d);
   }
 

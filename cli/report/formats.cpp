@@ -61,8 +61,8 @@ std::string WriteHtmlPlain(const Report& report, const TextStyle& /*style*/) {
 
 constexpr std::array kFormats{
     Format{"text", ".txt", &WriteText, &WriteSummaryText},
-    Format{"json", ".json", &WriteJsonPlain, &WriteSummaryJsonPlain},
-    Format{"html", ".html", &WriteHtmlPlain, &WriteIndexPage, true, &MissingHtml},
+    Format{"json", ".json", &WriteJsonPlain, &WriteSummaryJsonPlain, false, nullptr, true},
+    Format{"html", ".html", &WriteHtmlPlain, &WriteIndexPage, true, &MissingHtml, true},
     Format{"junit", ".xml", &WriteJunitOf, &WriteJunitPlain},
     Format{"sarif", ".sarif", &WriteSarifOf, &WriteSarifPlain, false, nullptr, true},
     Format{"github", ".github", &WriteGithubOf, &WriteGithubPlain, false, nullptr, true},

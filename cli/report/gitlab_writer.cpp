@@ -27,9 +27,9 @@ struct Entry {
   std::uint64_t line = 1;
 };
 
-class List {
+class EntryList {
  public:
-  explicit List(std::string_view folder) : folder_(folder) {}
+  explicit EntryList(std::string_view folder) : folder_(folder) {}
 
   void Add(const std::string& path, const Entry& entry) {
     const std::string file = PathInProject(path, folder_);
@@ -64,7 +64,7 @@ class List {
 }  // namespace
 
 std::string WriteGitlab(const Digest& digest, std::string_view folder) {
-  List list(folder);
+  EntryList list(folder);
   for (const CaptureDigest& capture : digest.captures) {
     if (!capture.unreadable.empty()) {
       list.Add(capture.path, {"capture-unreadable", capture.unreadable, "", "unreadable", "blocker"});

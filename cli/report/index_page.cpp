@@ -31,21 +31,22 @@ th button:focus-visible,a:focus-visible,.same:focus-visible{outline:2px solid va
 th[aria-sort=ascending] button::after{content:" \2191"}th[aria-sort=descending] button::after{content:" \2193"}
 a{color:var(--link)}
 .muted{color:var(--muted)}
+summary{cursor:pointer;color:var(--link);padding:6px 0}
 .badge{display:inline-block;border-radius:4px;padding:0 7px;font-weight:600;white-space:nowrap}
 .error{color:var(--error);background:var(--error-bg)}.warning{color:var(--warning);background:var(--warning-bg)}
 .info{color:var(--info);background:var(--info-bg)}.good{color:var(--good);background:var(--good-bg)}
 .plain{color:var(--muted);border:1px solid var(--line)}
 .tools{display:flex;flex-wrap:wrap;gap:10px;align-items:end;margin-bottom:8px}
-label{display:grid;gap:2px;color:var(--muted);font-size:12px}
+label{display:grid;grid-template-columns:minmax(0,auto);gap:2px;color:var(--muted);font-size:12px;min-width:0;max-width:100%}
 input,select{font:inherit;color:var(--text);background:var(--panel);border:1px solid var(--line);border-radius:6px;padding:4px 8px;max-width:100%}
 .same{font:inherit;color:var(--link);background:none;border:0;padding:0;text-align:left;cursor:pointer;text-decoration:underline}
 @media(max-width:640px){main{padding:8px}
-.captures thead{display:none}.captures tr{display:grid;grid-template-columns:auto 1fr;gap:0 10px;border-bottom:1px solid var(--line);padding:8px 0}
+.captures thead{display:none}.captures,.captures tbody{display:block}.captures td{min-width:0}.captures tr:not([hidden]){display:grid;grid-template-columns:auto minmax(0,1fr);gap:0 10px;border-bottom:1px solid var(--line);padding:8px 0}
 .captures td{border:0;padding:1px 0;text-align:left!important}.captures td.what,.captures td.path{grid-column:1/-1}
 .captures td[data-name]::before{content:attr(data-name) " ";color:var(--muted)}}
 @media print{.tools{display:none}body{background:#fff}.panel{border:0;padding:0}@page{size:A4;margin:12mm}table{font-size:10px}td.path,td.what{min-width:0}}
 )css";
-constexpr std::string_view kStyleHash = "'sha256-q+ULTk668mRhoHyNRV6KQ4I46muN7wmunH2xvAFG48Y='";
+constexpr std::string_view kStyleHash = "'sha256-nbw5MkuZH6bAmX2t2kY/tw26ECJhXFzvSr6jujQssbA='";
 
 constexpr std::string_view kScript = R"js(
 "use strict";
@@ -184,17 +185,35 @@ class IndexPage {
     return DateText(*time, local) + " " + ClockText(*time, local, 0);
   }
 
+  /// Those of several captures; those of one behind a fold, unless they are few and alone.
   void Causes() {
+    constexpr std::size_t kFew = 8;
     if (tally_.causes.empty()) return;
+    const auto shared = [](const CauseGroup& group) { return group.captures.size() > 1; };
+    const auto several = static_cast<std::size_t>(std::count_if(tally_.causes.begin(), tally_.causes.end(), shared));
+    const std::size_t single = tally_.causes.size() - several;
+    out_ += "<section class=\"panel\" aria-labelledby=\"causes-title\">\n<h2 id=\"causes-title\">First causes</h2>\n";
+    if (several > 0) CauseTable([&](const CauseGroup& group) { return shared(group); });
+    if (single > 0) {
+      out_ += std::string("<details") + (several == 0 && single <= kFew ? " open" : "") + "><summary>" +
+              XmlText(Count(single, several > 0 ? "other cause" : "cause") + ", each of one capture") + "</summary>\n";
+      CauseTable([&](const CauseGroup& group) { return !shared(group); });
+      out_ += "</details>\n";
+    }
+    out_ += "</section>\n";
+  }
+
+  template <typename Belongs>
+  void CauseTable(Belongs&& belongs) {
     out_ +=
-        "<section class=\"panel\" aria-labelledby=\"causes-title\">\n<h2 id=\"causes-title\">First causes</h2>\n"
-        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"causes-title\"><table>\n<thead><tr>"
+        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"First causes\"><table>\n<thead><tr>"
         "<th scope=\"col\" class=\"number\">Captures</th><th scope=\"col\">Rule</th><th scope=\"col\">What</th>"
         "<th scope=\"col\">First seen</th><th scope=\"col\">Last seen</th><th scope=\"col\">Slaves "
         "of</th></tr></thead>\n"
         "<tbody>\n";
     for (std::size_t i = 0; i < tally_.causes.size(); ++i) {
       const CauseGroup& group = tally_.causes[i];
+      if (!belongs(group)) continue;
       std::string products;
       for (const std::string& product : group.products) products += (products.empty() ? "" : "; ") + product;
       out_ += "<tr>" + Cell("class=\"number\"", Grouped(group.captures.size())) +
@@ -204,7 +223,7 @@ class IndexPage {
               Cell("", XmlText(When(group.first_time))) + Cell("", XmlText(When(group.last_time))) +
               Cell("", XmlText(products)) + "</tr>\n";
     }
-    out_ += "</tbody></table></div>\n</section>\n";
+    out_ += "</tbody></table></div>\n";
   }
 
   void Filters() {

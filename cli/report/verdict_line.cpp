@@ -110,7 +110,8 @@ VerdictLine VerdictLineOf(const CaptureDigest& capture, const TextStyle& style, 
   for (const std::string& candidate :
        {line(path, parts.place, parts.what + parts.cause, parts.when),
         line(name, parts.place, parts.what + parts.cause, parts.when), line(path, parts.place, parts.what, parts.when),
-        line(name, parts.place, parts.what, parts.when), line(name, parts.short_place, parts.what, parts.when),
+        line(name, parts.place, parts.what, parts.when), line(name, parts.place, parts.what, parts.short_when),
+        line(name, parts.short_place, parts.what, parts.when),
         line(name, parts.short_place, parts.what, parts.short_when),
         line(stem, parts.short_place, parts.what, parts.short_when),
         line(stem, parts.short_place, bare, parts.short_when)}) {
@@ -137,7 +138,7 @@ std::vector<std::string> VerdictNotes(const CaptureDigest& capture) {
   if (const std::string selected = Text(capture.selection); !selected.empty()) {
     notes.push_back("limited by " + OneLine(selected));
   }
-  if (!capture.complete && capture.unreadable.empty()) notes.push_back("only a part of the capture was read");
+  if (!capture.complete && capture.unreadable.empty()) notes.push_back("complete only as far as the capture was read");
   return notes;
 }
 

@@ -198,10 +198,11 @@ class Gitlab(LineTest):
         self.assertGreater(entries[0]["location"]["lines"]["begin"], 1)
         self.assertEqual(entries, json.loads((self.dir / "b.json").read_text()))
 
-    def test_reports_without_lines_are_made_anew(self):
+    def test_reports_of_a_batch_hold_the_lines(self):
         capture = SOURCE / "samples" / "captures" / "falls-out-of-op.pcapng"
         self.run_program("batch", capture)
-        self.run_program("batch", "--skip-done", "-o", "gitlab=a.json", capture)
+        done = self.run_program("batch", "--skip-done", "-o", "gitlab=a.json", capture)
+        self.assertIn("1 of them done before", done.err)
         self.assertGreater(json.loads((self.dir / "a.json").read_text())[0]["location"]["lines"]["begin"], 1)
 
 

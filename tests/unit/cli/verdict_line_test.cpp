@@ -23,13 +23,13 @@ std::string Line(const CaptureReport& capture, const TextStyle& style = {}, bool
 
 TEST(VerdictLine, WhatWhereAndWhen) {
   EXPECT_EQ(Line(RefusedSafeop()),
-            "FAIL akd.pcapng: slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d (frame 760 at 0.759 s)");
+            "FAIL akd.pcapng: slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d (#760, 0.759 s)");
 }
 
 TEST(VerdictLine, ClockTime) {
   TextStyle style;
   style.time = TimeMode::kUtc;
-  EXPECT_THAT(Line(RefusedSafeop(), style), EndsWith(" (frame 760 at 12:00:00.759)"));
+  EXPECT_THAT(Line(RefusedSafeop(), style), EndsWith("760 at 12:00:00.759)"));
 }
 
 TEST(VerdictLine, NeverLongerThanItMayBe) {
@@ -75,11 +75,10 @@ TEST(VerdictLine, NamesTheCauseWhereThereIsRoom) {
   CaptureReport capture = RefusedSafeop();
   capture.result.findings[0].title = "SAFEOP refused";
   capture.result.findings[0].caused_by = 1;
-  capture.result.findings.push_back(MakeFinding("pdo-unsupported", Severity::kWarning, 7, 700));
+  capture.result.findings.push_back(MakeFinding("pdo-x", Severity::kWarning, 7, 700));
   capture.result.slaves[0].name.clear();
   EXPECT_EQ(Line(capture),
-            "FAIL akd.pcapng: slave 0 (0x1001): SAFEOP refused, because: title of pdo-unsupported (frame 760 at 0.759 "
-            "s)");
+            "FAIL akd.pcapng: slave 0 (0x1001): SAFEOP refused, because: title of pdo-x (frame 760 at 0.759 s)");
   capture.result.findings[1].title = std::string(60, 'x');
   EXPECT_THAT(Line(capture), Not(HasSubstr("because")));
   EXPECT_THAT(Line(capture), HasSubstr("SAFEOP refused"));
@@ -97,7 +96,7 @@ TEST(VerdictLine, NotesSayWhatTheLineHasNoRoomFor) {
                   "the end",
                   "not judged: slave 0: neither its AL state nor its process data are known", "limited by --to #100"));
   capture.result.findings.clear();
-  EXPECT_THAT(Line(capture), StartsWith("UNMET akd.pcapng: required and missing: slaves=2: the capture shows 1 slave"));
+  EXPECT_THAT(Line(capture), StartsWith("UNMET akd: required and missing: slaves=2: the capture shows 1 slave"));
 }
 
 }  // namespace
