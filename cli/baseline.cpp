@@ -1,35 +1,85 @@
 #include "cli/baseline.h"
 
+#include <chrono>
+#include <filesystem>
 #include <string_view>
+#include <system_error>
+#include <tuple>
+#include <utility>
 
 #include "cli/json_file.h"
 #include "cli/report/json_text.h"
 #include "cli/report/layout.h"
+#include "cli/report/times.h"
 
 namespace ecaudit::cli {
 namespace {
 
 constexpr std::string_view kBaselineSchema = "ecaudit.baseline/1";
 
+std::string Today() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return report::DateText(std::chrono::duration_cast<std::chrono::nanoseconds>(now).count(), false);
+}
+
 /// One entry of "findings"; nothing when its shape is wrong.
-std::optional<Fingerprint> ReadEntry(JsonValue entry) {
+std::optional<Baseline::value_type> ReadEntry(JsonValue entry) {
   const std::string* rule = entry.member("rule").text();
   const std::string* title = entry.member("title").text();
   const JsonValue slave = entry.member("slave");
-  if (entry.size() != 3 || rule == nullptr || title == nullptr || !slave.there()) return std::nullopt;
-  if (slave.is_null()) return Fingerprint{*rule, std::nullopt, *title};
-  const auto position = slave.natural();
-  if (!position || *position > 0xFFFF) return std::nullopt;
-  return Fingerprint{*rule, static_cast<SlavePos>(*position), *title};
+  std::size_t members = 3;
+  Acceptance accepted;
+  if (const JsonValue reason = entry.member("reason"); reason.there()) {
+    if (!reason.is_text()) return std::nullopt;
+    accepted.reason = *reason.text();
+    ++members;
+  }
+  if (const JsonValue expires = entry.member("expires"); expires.there()) {
+    if (!expires.is_text() || !report::IsDate(*expires.text())) return std::nullopt;
+    accepted.expires = *expires.text();
+    accepted.expired = accepted.expires < Today();  // ISO dates sort as text
+    ++members;
+  }
+  if (entry.size() != members || rule == nullptr || title == nullptr || !slave.there()) return std::nullopt;
+  Fingerprint fingerprint{*rule, std::nullopt, *title};
+  if (!slave.is_null()) {
+    const auto position = slave.natural();
+    if (!position || *position > 0xFFFF) return std::nullopt;
+    fingerprint.slave = static_cast<SlavePos>(*position);
+  }
+  return Baseline::value_type{std::move(fingerprint), std::move(accepted)};
+}
+
+/// Whether a finding is known, and what is said of it.
+std::pair<bool, std::string> Lookup(const Baseline& baseline, const Fingerprint& fingerprint) {
+  const auto found = baseline.find(fingerprint);
+  if (found == baseline.end() || found->second.expired) return {false, {}};
+  const Acceptance& accepted = found->second;
+  std::string because = accepted.reason;
+  if (!accepted.expires.empty()) because += (because.empty() ? "until " : "; until ") + accepted.expires;
+  return {true, because};
+}
+
+/// Adds a finding with what the file before said of it.
+void Add(const Fingerprint& fingerprint, const Baseline& before, Baseline& all) {
+  Acceptance accepted;
+  if (const auto found = before.find(fingerprint); found != before.end()) {
+    accepted.reason = found->second.reason;
+    // Who lists it anew accepts it anew.
+    if (!found->second.expired) accepted.expires = found->second.expires;
+  }
+  all.emplace(fingerprint, std::move(accepted));
 }
 
 std::string Write(const Baseline& all) {
   return report::JsonDocumentText([&](report::JsonObject& out) {
     out.Put("schema", kBaselineSchema);
-    out.List("findings", all, [](report::JsonObject& json, const Fingerprint& f) {
-      json.Put("rule", f.rule);
-      json.Put("slave", f.slave);
-      json.Put("title", f.title);
+    out.List("findings", all, [](report::JsonObject& json, const Baseline::value_type& entry) {
+      json.Put("rule", entry.first.rule);
+      json.Put("slave", entry.first.slave);
+      json.Put("title", entry.first.title);
+      if (!entry.second.reason.empty()) json.Text("reason", entry.second.reason);
+      if (!entry.second.expires.empty()) json.Text("expires", entry.second.expires);
     });
   });
 }
@@ -51,29 +101,51 @@ Result<Baseline> ReadBaseline(const std::string& path) {
   }
   Baseline baseline;
   for (const JsonValue entry : findings.Elements()) {
-    const auto fingerprint = ReadEntry(entry);
-    if (!fingerprint) {
-      return Error{path + ": each of 'findings' must hold 'rule', 'slave' (position or null) and 'title'"};
+    auto read = ReadEntry(entry);
+    if (!read) {
+      return Error{
+          path +
+          ": each of 'findings' must hold 'rule', 'slave' (position or null) and 'title'; it may hold 'reason' "
+          "and 'expires' (\"2026-12-31\")"};
     }
-    baseline.insert(*fingerprint);
+    baseline.insert(std::move(*read));
   }
   return baseline;
 }
 
-std::string WriteBaseline(const report::Report& report) {
+std::string WriteBaseline(const report::Report& report, const Baseline& before) {
   Baseline all;
   for (const report::CaptureReport& capture : report.captures) {
-    for (const Finding& finding : capture.result.findings) all.insert(FingerprintOf(finding, capture.result));
+    for (const Finding& finding : capture.result.findings) Add(FingerprintOf(finding, capture.result), before, all);
   }
   return Write(all);
 }
 
-std::string WriteBaseline(const report::Digest& digest) {
+std::string WriteBaseline(const report::Digest& digest, const Baseline& before) {
   Baseline all;
   for (const report::CaptureDigest& capture : digest.captures) {
-    for (const report::FindingDigest& finding : capture.findings) all.insert(report::FingerprintOf(finding));
+    for (const report::FindingDigest& finding : capture.findings) Add(report::FingerprintOf(finding), before, all);
   }
   return Write(all);
+}
+
+Baseline BaselineBefore(const std::string& path) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) return {};
+  Result<Baseline> before = ReadBaseline(path);
+  return before ? std::move(*before) : Baseline{};
+}
+
+std::vector<std::string> ExpiredEntries(const Baseline& baseline) {
+  std::vector<std::string> texts;
+  for (const auto& [fingerprint, accepted] : baseline) {
+    if (!accepted.expired) continue;
+    texts.push_back(fingerprint.rule + " of " +
+                    (fingerprint.slave ? "slave " + std::to_string(*fingerprint.slave) : std::string("the bus")) +
+                    " was accepted until " + accepted.expires + " only, and counts again" +
+                    (accepted.reason.empty() ? "" : " (" + accepted.reason + ")"));
+  }
+  return texts;
 }
 
 std::optional<Error> CheckBaselinePath(const std::string& path) {
@@ -82,14 +154,18 @@ std::optional<Error> CheckBaselinePath(const std::string& path) {
 
 void ApplyBaseline(const Baseline& baseline, report::CaptureReport& capture) {
   capture.known.clear();
+  capture.known_because.clear();
   for (const Finding& finding : capture.result.findings) {
-    capture.known.push_back(baseline.contains(FingerprintOf(finding, capture.result)));
+    auto [known, because] = Lookup(baseline, FingerprintOf(finding, capture.result));
+    capture.known.push_back(known);
+    capture.known_because.push_back(std::move(because));
   }
 }
 
 void ApplyBaseline(const Baseline& baseline, report::CaptureDigest& capture) {
   for (report::FindingDigest& finding : capture.findings) {
-    finding.known = baseline.contains(report::FingerprintOf(finding));
+    std::tie(finding.known, finding.known_because) = Lookup(baseline, report::FingerprintOf(finding));
+    finding.known_because = report::PrintableLines(finding.known_because);
   }
 }
 

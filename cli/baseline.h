@@ -1,9 +1,10 @@
 /// Findings that are known and accepted: the baseline file. docs/configuration.md describes it for users.
 #pragma once
 
+#include <map>
 #include <optional>
-#include <set>
 #include <string>
+#include <vector>
 
 #include "analyzers/result/analysis_result.h"
 #include "cli/report/digest.h"
@@ -17,18 +18,31 @@ using report::Fingerprint;
 
 [[nodiscard]] Fingerprint FingerprintOf(const Finding& finding, const AnalysisResult& result);
 
-using Baseline = std::set<Fingerprint>;
+/// What the file says of a finding besides which one it is.
+struct Acceptance {
+  std::string reason;    ///< why it is accepted; may be empty
+  std::string expires;   ///< last day on which it is, "2026-12-31"; empty: for ever
+  bool expired = false;  ///< that day is over (UTC): the finding counts again
+};
+
+using Baseline = std::map<Fingerprint, Acceptance>;
 
 [[nodiscard]] Result<Baseline> ReadBaseline(const std::string& path);
 /// The file that lists all findings of `report`, each once, sorted.
-[[nodiscard]] std::string WriteBaseline(const report::Report& report);
-[[nodiscard]] std::string WriteBaseline(const report::Digest& digest);
+/// @param before  the file that it replaces: reasons stay, and days that are not over
+[[nodiscard]] std::string WriteBaseline(const report::Report& report, const Baseline& before = {});
+[[nodiscard]] std::string WriteBaseline(const report::Digest& digest, const Baseline& before = {});
+/// What stands in the baseline that is to be replaced; empty where there is none.
+[[nodiscard]] Baseline BaselineBefore(const std::string& path);
+
+/// A sentence for each entry that does not hold any more.
+[[nodiscard]] std::vector<std::string> ExpiredEntries(const Baseline& baseline);
 
 /// What keeps --write-baseline from writing to `path`, besides what CheckOutputPath() asks: a file that is there and no
 /// baseline.
 [[nodiscard]] std::optional<Error> CheckBaselinePath(const std::string& path);
 
-/// Fills `known` of `capture`.
+/// Fills `known` and `known_because` of `capture`.
 void ApplyBaseline(const Baseline& baseline, report::CaptureReport& capture);
 /// Sets `known` of each finding.
 void ApplyBaseline(const Baseline& baseline, report::CaptureDigest& capture);

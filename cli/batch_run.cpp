@@ -13,6 +13,7 @@
 #include "cli/interrupt.h"
 #include "cli/output_file.h"
 #include "cli/progress.h"
+#include "cli/report/html_writer.h"
 #include "cli/report/json_writer.h"
 #include "cli/report_folder.h"
 #include "cli/version.h"
@@ -78,10 +79,11 @@ class Batch {
     const BatchJob& job = jobs_[index];
     if (!options_.skip_done || !job.problem.empty()) return false;
     std::optional<report::CaptureDigest> done = ReadDoneReport(job.report, job.path, job.origin);
-    if (!done) return false;
+    if (!done || LacksPage(job)) return false;
     BatchResult& result = results_[index];
     result.digest = std::move(*done);
     result.digest->report = std::filesystem::path(job.report).filename().string();
+    NamePage(job, *result.digest);
     result.done_before = true;
     result.lacks_slave =
         !job.settings->slaves.empty() && result.digest->slaves == 0 && !result.digest->without_ethercat;
@@ -160,6 +162,7 @@ class Batch {
     Result<report::CaptureDigest> digest = ReadOwnReport(job.report);
     if (!digest) return Crashed(index, "its report is not whole: " + digest.error().message);
     digest->report = std::filesystem::path(job.report).filename().string();
+    if (digest->unreadable.empty()) NamePage(job, *digest);
     results_[index].digest = std::move(*digest);
   }
 
@@ -194,9 +197,9 @@ class Batch {
 
   // In the worker.
 
-  static void DoJob(const BatchJob& job, WorkerProgress& progress, const BatchWorker::Say& say) {
+  void DoJob(const BatchJob& job, WorkerProgress& progress, const BatchWorker::Say& say) const {
     report::Report report = ReportOf(job);
-    Result<CheckedCapture> capture = Check(job, progress);
+    Result<CheckedCapture> capture = Check(job, options_.wanted, progress);
     if (!capture && InterruptFlag()) return say(Kind::kInterrupted, "");
     if (!capture) {
       report.unreadable.push_back({job.path, capture.error().message});
@@ -209,10 +212,33 @@ class Batch {
       for (const std::string& slave : capture->unmet) say(Kind::kUnmet, slave);
       report.captures.push_back(std::move(capture->report));
     }
-    if (auto error = WriteReport(job, report)) say(Kind::kCannotWrite, error->message);
+    auto error = WriteReport(job, report);
+    if (!error && !options_.pages.empty() && !report.captures.empty()) {
+      const std::string path = PathOfPage(job);
+      error = CheckOutputPath(path, Links::kReplace);
+      if (!error) error = WriteOutputFile(path, WriteHtml(report), Links::kReplace);
+    }
+    if (error) say(Kind::kCannotWrite, error->message);
   }
 
-  [[nodiscard]] static Result<CheckedCapture> Check(const BatchJob& job, WorkerProgress& progress) {
+  /// Named as the report is; empty where none is wanted.
+  [[nodiscard]] std::string PageOf(const BatchJob& job) const {
+    return options_.pages.empty() ? std::string() : std::filesystem::path(job.report).stem().string() + ".html";
+  }
+  [[nodiscard]] std::string PathOfPage(const BatchJob& job) const {
+    return (std::filesystem::path(options_.pages) / PageOf(job)).string();
+  }
+  [[nodiscard]] bool LacksPage(const BatchJob& job) const {
+    std::error_code ignored;
+    return !options_.pages.empty() && !std::filesystem::is_regular_file(PathOfPage(job), ignored);
+  }
+  /// Its page belongs to a capture that was read.
+  void NamePage(const BatchJob& job, report::CaptureDigest& digest) const {
+    if (!LacksPage(job)) digest.page = PageOf(job);
+  }
+
+  [[nodiscard]] static Result<CheckedCapture> Check(const BatchJob& job, const WantedExtras& wanted,
+                                                    WorkerProgress& progress) {
     if (!job.problem.empty()) return Error{job.problem};
     return CheckCapture(
         job.files, *job.settings, job.baseline, InterruptFlag(),
@@ -220,7 +246,7 @@ class Batch {
           progress.bytes = done;
           progress.frames = frames;
         },
-        false, &progress.reached);
+        wanted, &progress.reached);
   }
 
   void Show(Progress& progress) const {

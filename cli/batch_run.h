@@ -39,6 +39,8 @@ struct BatchResult {
 struct BatchOptions {
   unsigned workers = 1;
   bool skip_done = false;
+  WantedExtras wanted;
+  std::string pages;  ///< folder for a page (HTML) of each capture; empty: none
 };
 
 /// Writes the report of each job and keeps its digest. Ends early when interrupted (interrupt.h), and after a report

@@ -5,6 +5,7 @@
 
 #include "analyzers/analysis.h"
 #include "analyzers/result/timeline.h"
+#include "cli/decode_lines.h"
 #include "cli/slave_filter.h"
 #include "decoder/capture/capture_reader.h"
 
@@ -23,6 +24,14 @@ const Baseline* BaselineShelf::Find(const std::string& path) const {
   return baseline == baselines_.end() ? nullptr : &baseline->second;
 }
 
+void BaselineShelf::WarnOfExpired(Console& console) {
+  if (warned_) return;
+  warned_ = true;
+  for (const auto& [path, baseline] : baselines_) {
+    for (const std::string& text : ExpiredEntries(baseline)) console.Warning(path + ": " + text);
+  }
+}
+
 Error EmptyRange(const std::string& capture, report::Selection selection) {
   selection.slaves.clear();
   return Error{capture + ": no packet of the capture lies in the range " + Text(selection)};
@@ -31,15 +40,18 @@ Error EmptyRange(const std::string& capture, report::Selection selection) {
 Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Settings& settings,
                                     const Baseline* baseline, const std::atomic<bool>& stop,
                                     std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress,
-                                    bool draws, std::atomic<FrameNo>* reached) {
+                                    const WantedExtras& wanted, std::atomic<FrameNo>* reached) {
+  AnalysisOptions analysis = settings.analysis;
+  if (settings.moments.needs_capture()) {
+    if (auto error = PlaceMoments(settings.moments, paths, analysis)) return *error;
+  }
   auto source = paths.size() > 1 ? capture::OpenJoined(paths, &stop) : capture::OpenCapture(paths.front(), &stop);
   if (!source) return source.error();
-  AnalysisOptions analysis = settings.analysis;
   analysis.stop = &stop;
   analysis.reached = reached;
   analysis.progress = std::move(progress);
   CheckedCapture out;
-  if (draws) {
+  if (wanted.timeline) {
     auto timeline = std::make_shared<Timeline>();
     out.report.result = Analyse(**source, analysis, timeline.get());
     out.report.timeline = std::move(timeline);
@@ -66,6 +78,7 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
   out.report.required = settings.required.text;
   if (settings.required.any()) out.report.unmet = MissingOf(settings.required, out.report.result, slaves);
   if (baseline != nullptr) ApplyBaseline(*baseline, out.report);
+  if (wanted.decode_lines && !stop) out.report.decode_lines = DecodeLines(paths, out.report.result.findings);
   return out;
 }
 

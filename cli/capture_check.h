@@ -9,6 +9,7 @@
 
 #include "cli/baseline.h"
 #include "cli/capture_options.h"
+#include "cli/console.h"
 #include "cli/report/report.h"
 #include "decoder/base/result.h"
 
@@ -21,13 +22,22 @@ class BaselineShelf {
   [[nodiscard]] std::optional<Error> Load(const std::string& path);
   /// Null for an empty path.
   [[nodiscard]] const Baseline* Find(const std::string& path) const;
+  /// Says, once, which entries do not hold any more.
+  void WarnOfExpired(Console& console);
 
  private:
   std::map<std::string, Baseline> baselines_;
+  bool warned_ = false;
 };
 
 /// Why there is nothing to look at: none of the packets of `capture` lies in the range of `selection`.
 [[nodiscard]] Error EmptyRange(const std::string& capture, report::Selection selection);
+
+/// What costs time of its own, and only some reports show.
+struct WantedExtras {
+  bool timeline = false;      ///< what happened over time
+  bool decode_lines = false;  ///< where findings stand in the text of `decode`: the capture is read once more
+};
 
 struct CheckedCapture {
   report::CaptureReport report;
@@ -39,13 +49,13 @@ struct CheckedCapture {
 /// @param paths     one capture, or the files of one ring buffer
 /// @param baseline  null: none
 /// @param progress  called now and then with bytes done, bytes in all, and frames; may be empty
-/// @param draws     collects what reports draw over time
+/// @param wanted    what reports show besides the result
 /// @param reached   holds the number of the packet at hand; null: nobody asks
 /// @return fails when the capture cannot be opened, and when none of its packets lies in the range; damage behind its
 /// header is a finding
 [[nodiscard]] Result<CheckedCapture> CheckCapture(
     std::span<const std::string> paths, const Settings& settings, const Baseline* baseline,
     const std::atomic<bool>& stop, std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress,
-    bool draws = false, std::atomic<FrameNo>* reached = nullptr);
+    const WantedExtras& wanted = {}, std::atomic<FrameNo>* reached = nullptr);
 
 }  // namespace ecaudit::cli

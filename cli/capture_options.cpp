@@ -84,17 +84,13 @@ Result<std::optional<Config>> ConfigFor(const CaptureOptions& options, const std
   return std::optional<Config>(std::move(*config));
 }
 
-std::optional<Error> ApplyRange(const CaptureOptions& options, AnalysisOptions& analysis) {
-  if (options.from) {
-    if (auto error = ParseLimit("--from", *options.from, analysis.from_s, analysis.from_frame)) return error;
-  }
-  if (options.to) {
-    if (auto error = ParseLimit("--to", *options.to, analysis.to_s, analysis.to_frame)) return error;
-  }
-  if ((analysis.from_s && analysis.to_s && *analysis.from_s > *analysis.to_s) ||
-      (analysis.from_frame && analysis.to_frame && *analysis.from_frame > *analysis.to_frame)) {
-    return Error{"--from lies behind --to"};
-  }
+std::optional<Error> ReadMoment(std::string_view option, const std::optional<std::string>& text, bool local,
+                                MomentRange& range, std::optional<Moment>& moment) {
+  if (!text) return std::nullopt;
+  Result<Moment> parsed = ParseMoment(option, *text, local);
+  if (!parsed) return parsed.error();
+  moment = *parsed;
+  range.text += std::string(option) + "=" + *text + (local ? " local " : " ");
   return std::nullopt;
 }
 
@@ -117,6 +113,31 @@ std::optional<Error> ReadDeviceFiles(const CaptureOptions& options, Settings& se
   return std::nullopt;
 }
 
+/// Limits that need no look at the capture are placed at once.
+std::optional<Error> ApplyRange(const CaptureOptions& options, Settings& settings) {
+  constexpr double kWindow = 1;  // seconds before and behind
+  MomentRange& range = settings.moments;
+  if (options.around && (options.from || options.to)) return Error{"--around takes the place of --from and --to"};
+  if (options.window && !options.around) return Error{"--window is the time before and behind --around; give both"};
+  if (auto error = ReadMoment("--from", options.from, options.local_time, range, range.from)) return error;
+  if (auto error = ReadMoment("--to", options.to, options.local_time, range, range.to)) return error;
+  if (auto error = ReadMoment("--around", options.around, options.local_time, range, range.around)) return error;
+  range.window_s = kWindow;
+  if (options.window) {
+    const std::string_view text = *options.window;
+    const auto [rest, code] = std::from_chars(text.data(), text.data() + text.size(), range.window_s);
+    if (text.empty() || code != std::errc() || rest != text.data() + text.size() || !std::isfinite(range.window_s) ||
+        range.window_s < 0) {
+      return Error{"--window is " + Quoted(text) + " but must be seconds such as 0.5"};
+    }
+    range.text += "--window=" + std::string(text);
+  }
+  if (range.needs_capture()) return std::nullopt;
+  auto error = PlaceMoments(range, {}, settings.analysis);
+  range = {};
+  return error;
+}
+
 }  // namespace
 
 void CaptureOptions::TellSkipped(Console& console) const {
@@ -134,8 +155,11 @@ void CaptureOptions::Declare(OptionSet& options) {
 void CaptureOptions::DeclareSettings(OptionSet& options) {
   options.Group("What to read");
   options.Values("--slave", "SLAVE", slaves, "report only this slave: position 0, or address 0x1001 (repeatable)");
-  options.Value("--from", "START", from, "begin here: seconds from the first frame, or frame number #760");
+  options.Value("--from", "START", from,
+                "begin here: seconds from the first frame, #760, 02:13:07.250, or 2026-03-02T02:13Z");
   options.Value("--to", "END", to, "end here, inclusive");
+  options.Value("--around", "MOMENT", around, "only what lies around that time or frame");
+  options.Value("--window", "SECONDS", window, "how far before and behind --around (default: 1)");
   options.Group("How to judge");
   options.Values("--profile", "[SLAVE=]NAME", profiles, "drive family of all slaves or of one (repeatable)");
   options.Values("--profiles", "PATH", families,
@@ -262,24 +286,6 @@ std::optional<Error> AddParameter(std::string_view text, AnalysisOptions& analys
   return std::nullopt;
 }
 
-std::optional<Error> ParseLimit(std::string_view option, std::string_view text, std::optional<double>& seconds,
-                                std::optional<FrameNo>& frame) {
-  if (text.starts_with('#')) {
-    frame = ParseUnsigned<FrameNo>(text.substr(1), 10);
-    if (frame && *frame > 0) return std::nullopt;
-  } else {
-    double value = 0;
-    const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (!text.empty() && code == std::errc() && end == text.data() + text.size() && std::isfinite(value) &&
-        value >= 0) {
-      seconds = value;
-      return std::nullopt;
-    }
-  }
-  return Error{std::string(option) + " is " + Quoted(text) +
-               " but must be seconds such as 1.5, or a frame number such as #760"};
-}
-
 Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOptions& gate, const std::string& capture) {
   const Result<std::optional<Config>> found = ConfigFor(options, capture);
   if (!found) return found.error();
@@ -310,7 +316,7 @@ Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOption
   if (auto error = ApplyFailOn(gate.fail_on, settings.fail_on)) return *error;
   if (auto error = ApplyRequire(gate.require, settings.required)) return *error;
   if (gate.baseline) settings.baseline = *gate.baseline;
-  if (auto error = ApplyRange(options, settings.analysis)) return *error;
+  if (auto error = ApplyRange(options, settings)) return *error;
   for (const std::string& text : options.slaves) {
     const Result<SlaveSelector> slave = ParseSlave(text);
     if (!slave) return slave.error();

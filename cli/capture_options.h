@@ -13,6 +13,7 @@
 #include "analyzers/options/options.h"
 #include "cli/command_files.h"
 #include "cli/console.h"
+#include "cli/moments.h"
 #include "cli/options.h"
 #include "cli/report/report.h"
 #include "cli/requirements.h"
@@ -30,7 +31,8 @@ struct CaptureOptions {
   std::vector<std::string> esi;
   std::optional<std::string> eni;
   std::vector<std::string> slaves;
-  std::optional<std::string> from, to;
+  std::optional<std::string> from, to, around, window;
+  bool local_time = false;  ///< clock times without a zone are those of this machine
   std::optional<std::string> config;
   /// ESI, ENI and families by the names of their files; kept by ResolveSettings() so that many captures read them once.
   mutable std::map<std::tuple<std::vector<std::string>, std::optional<std::string>, std::vector<std::string>>,
@@ -61,6 +63,7 @@ struct GateOptions {
 struct Settings {
   AnalysisOptions analysis;
   std::vector<SlaveSelector> slaves;  ///< empty: all
+  MomentRange moments;                ///< limits that must be placed in each capture; the others stand in `analysis`
   report::FailOn fail_on = report::FailOn::kError;
   Requirements required;
   std::string config;                 ///< path; empty: none
@@ -96,8 +99,5 @@ void AddFiles(const Settings& settings, CommandFiles& files);
 /// "FBUS.SYNCDIST=500", or "0x1001:PTBASE=8": a value of a drive that captures do not show; decimal, or 0x and
 /// hexadecimal. The name must be one that some family's profile knows.
 [[nodiscard]] std::optional<Error> AddParameter(std::string_view text, AnalysisOptions& analysis);
-/// "1.5" is seconds from the first frame, "#760" a frame number.
-[[nodiscard]] std::optional<Error> ParseLimit(std::string_view option, std::string_view text,
-                                              std::optional<double>& seconds, std::optional<FrameNo>& frame);
 
 }  // namespace ecaudit::cli

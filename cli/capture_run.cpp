@@ -47,13 +47,14 @@ std::optional<Error> CaptureRun::Prepare() {
 
 ExitStatus CaptureRun::Run(const CaptureJob& job, report::Report& report, Console& console) {
   options.TellSkipped(console);
+  baselines_.WarnOfExpired(console);
   Progress progress(console, std::filesystem::path(job.name()).filename().string());
   Result<CheckedCapture> capture = CheckCapture(
       job.paths, job.settings, baselines_.Find(job.settings.baseline), InterruptFlag(),
       [&progress](std::uint64_t done, std::uint64_t total, std::uint64_t frames) {
         progress.Update(done, total, frames);
       },
-      draws, &ReachedFrame());
+      wanted, &ReachedFrame());
   progress.Clear();
   if (!capture && InterruptFlag()) return Interrupted(console, job.name() + ": interrupted before its first packet");
   if (!capture) {
@@ -111,7 +112,7 @@ ExitStatus CaptureRun::SayMissingSlaves(const report::Report& report, Console& c
 std::optional<Error> CaptureRun::WriteBaselineOf(const report::Report& report) const {
   if (!gate.write_baseline) return std::nullopt;
   if (interrupted_) return Error{"interrupted: the baseline " + *gate.write_baseline + " was not written"};
-  return WriteOutputFile(*gate.write_baseline, WriteBaseline(report));
+  return WriteOutputFile(*gate.write_baseline, WriteBaseline(report, BaselineBefore(*gate.write_baseline)));
 }
 
 }  // namespace ecaudit::cli

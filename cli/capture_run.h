@@ -30,7 +30,7 @@ class CaptureRun {
   CaptureOptions options;
   CommandFiles files;           ///< a command adds what it reads and writes itself
   GateOptions gate;             ///< commands whose exit status does not depend on findings leave it alone
-  bool draws = false;           ///< a report wants what happened over time
+  WantedExtras wanted;          ///< by the reports
   bool needs_ethercat = false;  ///< a capture without EtherCAT is an error, not only a warning
 
   /// Resolves settings and reads baselines, so that everything that can be wrong with the command line is found before

@@ -1,8 +1,10 @@
 #include "cli/console.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include "cli/report/layout.h"
@@ -29,6 +31,15 @@ Console::Console(std::FILE* out, std::FILE* err)
       color_(IsTerminal(out) && !ColorForbidden()),
       output_is_terminal_(IsTerminal(out)),
       error_is_terminal_(IsTerminal(err)) {}
+
+std::optional<std::size_t> Console::width() const {
+  // Narrower than this nothing reads well; wider, the eye loses the line.
+  constexpr std::size_t kLeast = 40;
+  constexpr std::size_t kMost = 120;
+  winsize size{};
+  if (!output_is_terminal_ || ioctl(fileno(out_), TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return std::nullopt;
+  return std::clamp<std::size_t>(size.ws_col, kLeast, kMost);
+}
 
 void Console::Error(std::string_view message) {
   const std::string line = "ecaudit: " + report::OneLine(message) + "\n";

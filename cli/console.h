@@ -1,6 +1,7 @@
 /// Standard output carries the result only, standard error everything else.
 #pragma once
 
+#include <cstddef>
 #include <cstdio>
 #include <optional>
 #include <string>
@@ -29,6 +30,8 @@ class Console {
 
   /// Colours are wanted on standard output: it is a terminal, and neither NO_COLOR nor TERM=dumb forbids them.
   [[nodiscard]] bool color() const { return color_; }
+  /// Columns of the terminal that standard output is, within reason; nothing where it is none.
+  [[nodiscard]] std::optional<std::size_t> width() const;
   /// Standard output is a terminal: a person waits for each line.
   [[nodiscard]] bool output_is_terminal() const { return output_is_terminal_; }
   /// Standard error is a terminal, so progress may be shown there.

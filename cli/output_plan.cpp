@@ -51,11 +51,12 @@ void OutputOptions::Declare(OptionSet& options, const std::string& formats) {
   options.Value("--format", "FORMAT", format, formats);
   options.Values("-o,--output", "[FORMAT=]PATH", outputs,
                  "PATH: write there, not to standard output; FORMAT=PATH: there too (repeatable)");
-  options.Flag("--no-color", no_color, "no colours (also: NO_COLOR=1; never in files and pipes)");
+  text.DeclareColor(options);
 }
 
 Result<std::vector<OutputTarget>> PlanOutputs(const OutputOptions& options, std::span<const OutputFormat> formats,
                                               CommandFiles& files) {
+  if (auto error = options.text.Check()) return *error;
   std::vector<OutputTarget> targets;
   std::optional<std::size_t> chosen;
   if (options.format) {

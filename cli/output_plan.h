@@ -9,6 +9,7 @@
 
 #include "cli/command_files.h"
 #include "cli/options.h"
+#include "cli/text_options.h"
 #include "decoder/base/result.h"
 
 namespace ecaudit::cli {
@@ -17,7 +18,7 @@ namespace ecaudit::cli {
 struct OutputOptions {
   std::optional<std::string> format;
   std::vector<std::string> outputs;
-  bool no_color = false;
+  TextOptions text;
 
   /// @param formats  what --format takes, for the help: "text (default) or json"
   void Declare(OptionSet& options, const std::string& formats);

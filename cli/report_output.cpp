@@ -30,7 +30,7 @@ Result<ReportOutput> ReportOutput::Plan(const OutputOptions& options, std::vecto
   ReportOutput plan;
   plan.formats_ = std::move(formats);
   plan.targets_ = std::move(*targets);
-  plan.no_color_ = options.no_color;
+  plan.text_ = options.text;
   return plan;
 }
 
@@ -39,11 +39,16 @@ bool ReportOutput::draws() const {
                      [this](const OutputTarget& target) { return formats_[target.format].draws; });
 }
 
+bool ReportOutput::lines() const {
+  return std::any_of(targets_.begin(), targets_.end(),
+                     [this](const OutputTarget& target) { return formats_[target.format].lines; });
+}
+
 template <typename Writer>
 std::optional<Error> ReportOutput::WriteAll(Writer&& text_for, bool empty, Console& console) const {
   for (const OutputTarget& target : targets_) {
     if (empty && target.standard()) continue;
-    const report::TextStyle style{target.standard() && console.color() && !no_color_};
+    const report::TextStyle style = text_.Style(console, target.standard());
     const std::string text = text_for(formats_[target.format], style);
     if (auto error = target.standard() ? console.Write(text) : WriteOutputFile(target.path, text)) return error;
   }

@@ -29,6 +29,8 @@ class ReportOutput {
 
   /// One of the formats shows what the analysis collects over time.
   [[nodiscard]] bool draws() const;
+  /// One of the formats names lines of the text of `decode`.
+  [[nodiscard]] bool lines() const;
 
   /// Files first, standard output last, so that a closed pipe costs nothing. When no capture could be read, files tell
   /// so and standard output stays empty: the reason stands on standard error.
@@ -41,7 +43,7 @@ class ReportOutput {
 
   std::vector<report::Format> formats_;
   std::vector<OutputTarget> targets_;
-  bool no_color_ = false;
+  TextOptions text_;
 };
 
 }  // namespace ecaudit::cli

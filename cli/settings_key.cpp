@@ -115,6 +115,7 @@ std::string SettingsKey(const Settings& settings) {
         for (const auto& [name, limit] : analysis.limits) limits.Put(name, limit);
       });
     }
+    if (!settings.moments.text.empty()) key.Put("moments", settings.moments.text);
     PutRows(key, "parameters", analysis.parameters, AddGivenParameter);
     key.Array("range", [&](JsonArray& range) { AddRange(range, analysis); });
     if (settings.required.any()) key.Put("required", settings.required.text);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "analyzers/judge/capture_advice.h"
+#include "analyzers/judge/finding_order.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
@@ -72,6 +73,7 @@ std::size_t KeepSlaves(std::span<const SlaveSelector> selectors, AnalysisResult&
     kept_findings.push_back(std::move(finding));
   }
   findings = std::move(kept_findings);
+  SortFindings(findings);
   std::erase_if(result.not_evaluable, [&](const NotEvaluable& entry) { return !selected(entry.slave); });
   for (RuleCoverage& rule : result.coverage) {
     std::erase_if(rule.slaves, [&](const SlaveCoverage& entry) { return !selected(entry.slave); });

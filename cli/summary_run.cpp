@@ -33,7 +33,8 @@ ExitStatus Deliver(const report::Digest& digest, const ReportOutput& output,
   if (write_baseline && digest.not_reached > 0) {
     fail("the baseline " + *write_baseline + " was not written: not all captures were checked");
   } else if (write_baseline) {
-    if (const auto error = WriteOutputFile(*write_baseline, WriteBaseline(digest))) fail(error->message);
+    const std::string text = WriteBaseline(digest, BaselineBefore(*write_baseline));
+    if (const auto error = WriteOutputFile(*write_baseline, text)) fail(error->message);
   }
   return status;
 }

@@ -4,8 +4,9 @@
 
 namespace ecaudit {
 
-AlHistory::AlHistory(EventBus& bus) {
-  bus.ListenTo<track::AlRequest, track::AlStatusRead, track::AlStatusCodeRead>(Stage::kBeforeModel, *this);
+AlHistory::AlHistory(const model::BusModel& model, EventBus& bus) : model_(model) {
+  // Behind the model, which tells what an error bit means.
+  bus.ListenTo<track::AlRequest, track::AlStatusRead, track::AlStatusCodeRead>(Stage::kAfterModel, *this);
 }
 
 AlHistory::Story& AlHistory::Get(SlaveId slave) {
@@ -19,6 +20,7 @@ void AlHistory::Summarise(AnalysisResult& result) {
     Story& story = stories_[slave.id];
     slave.al_status = story.status;
     slave.al_status_code = story.code;
+    slave.al_echo = story.echo;
     slave.al_history = std::move(story.steps);
     slave.al_history_left_out = story.left_out;
   }
@@ -54,7 +56,9 @@ void AlHistory::On(const track::AlStatusRead& read) {
     step.from = story.status.value_or(0);
     step.to = read.status.raw;
     step.status_code = read.status_code;
+    step.echo = read.status.bit4() && read.slave < model_.size() && model_.slave(read.slave).al.echoes();
     Add(story, step);
+    story.echo = step.echo;
     story.status = read.status.raw;
     if (!read.status_code) story.code.reset();
   }

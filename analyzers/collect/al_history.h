@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "analyzers/collect/collector.h"
+#include "analyzers/model/bus_model.h"
 #include "analyzers/wiring/event_bus.h"
 #include "decoder/track/events.h"
 
@@ -15,7 +16,8 @@ class AlHistory final : public Collector {
   static constexpr std::size_t kMaxSteps = 200;        ///< a slave; later ones are counted only
   static constexpr std::size_t kMaxAllSteps = 50'000;  ///< of all slaves
 
-  explicit AlHistory(EventBus& bus);
+  /// @param model  tells echoes from errors; must outlive this
+  AlHistory(const model::BusModel& model, EventBus& bus);
 
   void On(const track::AlRequest& request);
   void On(const track::AlStatusRead& read);
@@ -27,10 +29,12 @@ class AlHistory final : public Collector {
     std::vector<AlStep> steps;
     std::uint64_t left_out = 0;
     std::optional<std::uint16_t> status, code;  ///< last observed
+    bool echo = false;                          ///< the error bit of `status` is one
   };
   Story& Get(SlaveId slave);
   void Add(Story& story, const AlStep& step);
 
+  const model::BusModel& model_;
   std::deque<Story> stories_;
   std::size_t all_steps_ = 0;
 };

@@ -2,11 +2,13 @@
 
 #include "analyzers/collect/al_history.h"
 #include "analyzers/collect/drive_history.h"
+#include "analyzers/collect/frame_layout.h"
 #include "analyzers/collect/mailbox_summary.h"
 #include "analyzers/collect/prediction_statistics.h"
 #include "analyzers/collect/run_history.h"
 #include "analyzers/collect/startup_recorder.h"
 #include "analyzers/collect/timeline_collector.h"
+#include "analyzers/collect/topology.h"
 
 namespace ecaudit {
 
@@ -15,12 +17,14 @@ std::vector<std::unique_ptr<Collector>> MakeCollectors(Observation& observation,
   EventBus& bus = observation.bus();
   const model::BusModel& model = observation.model();
   std::vector<std::unique_ptr<Collector>> collectors;
-  collectors.push_back(std::make_unique<AlHistory>(bus));
+  collectors.push_back(std::make_unique<AlHistory>(model, bus));
   collectors.push_back(std::make_unique<MailboxStatistics>(bus));
   collectors.push_back(std::make_unique<DriveHistory>(model, bus));
   collectors.push_back(std::make_unique<startup::StartupRecorder>(model, bus));
   collectors.push_back(std::make_unique<PredictionStatistics>(model, explanations, bus));
   collectors.push_back(std::make_unique<RunHistory>(observation.sync(), observation.pipeline(), bus));
+  collectors.push_back(std::make_unique<Topology>(bus));
+  collectors.push_back(std::make_unique<FrameLayout>(bus));
   if (drawn != nullptr) {
     collectors.push_back(std::make_unique<timeline::TimelineCollector>(model, *observation.sync(), bus, *drawn));
   }

@@ -181,7 +181,12 @@ const std::vector<TimelineCollector::Followed>& TimelineCollector::FollowedIn(co
 }
 
 void TimelineCollector::On(const model::ProcessCycle& cycle) {
-  if (cycle.lost || !cycle.has_data() || !cycle.frame().has_time) return;
+  if (cycle.lost || !cycle.frame().has_time) return;
+  if (Slave* const slave = Of(cycle.part); slave != nullptr) {
+    const bool outputs = cycle.part.direction == device::PdoDirection::kRx;
+    (outputs ? slave->outputs : slave->inputs).Add(cycle.frame(), cycle.exchange);
+  }
+  if (!cycle.has_data()) return;
   for (const Followed& followed : FollowedIn(cycle.part)) {
     const model::ImagePart::Place& place = cycle.part.places[followed.place];
     const std::optional<std::uint64_t> raw = cycle.Value(place);
@@ -216,6 +221,8 @@ Timeline TimelineCollector::Draw(const sync::CyclicImage* cycle) const {
       out.signals.push_back(signal->about);
       out.signals.back().values = signal->series.series();
     }
+    out.outputs = slave.outputs.lane();
+    out.inputs = slave.inputs.lane();
     if (slave.mailbox) out.mailbox = slave.mailbox->series();
     if (slave.phase) out.phase_us = slave.phase->series();
     if (slave.difference) out.difference_ns = slave.difference->series();

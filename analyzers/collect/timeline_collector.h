@@ -14,6 +14,7 @@
 
 #include "analyzers/collect/bucket_series.h"
 #include "analyzers/collect/collector.h"
+#include "analyzers/collect/exchange_runs.h"
 #include "analyzers/model/bus_model.h"
 #include "analyzers/result/timeline.h"
 #include "analyzers/sync/sync_model.h"
@@ -57,6 +58,7 @@ class TimelineCollector final : public Collector {
   struct Slave {
     std::vector<std::unique_ptr<Signal>> signals;
     std::unique_ptr<BucketSeries> mailbox, phase, difference;
+    ExchangeRuns outputs, inputs;
     std::vector<SdoRow> sdos;
     std::uint64_t sdos_left_out = 0;
   };

@@ -27,13 +27,15 @@ constexpr TimeNs kAtLeastSlower = 10'000'000;
 constexpr double kSameCycle = 0.05;
 constexpr std::size_t kListed = 4;
 
-// Ranks, the most telling first.
+// Ranks, the most telling first: which slaves there are, what they came to, what they exchange, how they are set, how
+// the frames look, clocks last.
+constexpr int kRankBus = -2;
 constexpr int kRankRefused = -1;  ///< only one of them was refused a state
 constexpr int kRankOutcome = 0;
 constexpr int kRankSuspect = 1;  ///< a finding cites the step that differs
-constexpr int kRankBus = 2;
+constexpr int kRankMapping = 2;  ///< sync managers, FMMUs, PDOs
 constexpr int kRankStep = 3;
-constexpr int kRankMapping = 4;
+constexpr int kRankFrames = 4;  ///< distributed clocks, and what the cyclic frames hold
 constexpr int kRankFinding = 5;
 constexpr int kRankEarly = 6;  ///< scan and addressing: masters do it in many ways
 constexpr int kRankConsequence = 7;
@@ -136,6 +138,35 @@ bool LogicalStartOnly(const StartupStep& a, const StartupStep& b) {
          std::equal(a.data.begin() + kLogicalStart, a.data.end(), b.data.begin() + kLogicalStart);
 }
 
+/// Steps that say what is exchanged, and where it lies.
+bool IsMapping(const StartupKey& key) {
+  if (key.kind == StartupKey::Kind::kWrite) return key.address >= 0x0600 && key.address < 0x0900;
+  if (key.kind != StartupKey::Kind::kDownload) return false;
+  const bool assignment = key.address >= 0x1C00 && key.address < 0x1C40;
+  return assignment || (key.address >= 0x1600 && key.address < 0x1800) ||
+         (key.address >= 0x1A00 && key.address < 0x1C00);
+}
+
+bool IsClock(const StartupKey& key) {
+  return key.kind == StartupKey::Kind::kWrite && key.address >= 0x0900 && key.address < 0x0A00;
+}
+
+/// A write that reached the slave and changed nothing there: it has no such register, or did not want it.
+bool NotTaken(const StartupStep& step) {
+  return step.key.kind == StartupKey::Kind::kWrite && step.outcome == StartupOutcome::kRefused;
+}
+
+/// "LRW", "2 LRD, LWR": what carries the process data in every cycle.
+std::string LayoutText(const BusSummary& bus) {
+  std::map<std::string, std::uint64_t> commands;
+  for (const CyclicDatagram& datagram : bus.cyclic_datagrams) ++commands[datagram.command];
+  std::string text;
+  for (const auto& [command, count] : commands) {
+    text += (text.empty() ? "" : ", ") + (count > 1 ? Grouped(count) + " " : std::string()) + command;
+  }
+  return text;
+}
+
 std::string SmText(const SyncManagerSummary& manager) {
   return Hex(manager.start) + " " + Count(manager.length, "byte") + ", control " + Hex(manager.control, 2) +
          (manager.enabled ? ", enabled" : ", disabled");
@@ -197,8 +228,12 @@ class Builder {
       Timing(p);
     }
     Findings();
+    Frames();
     Cycle();
     Fold();
+    TellUnknownIdentities();
+    // What reads alike is none: registers cleared by writes of other lengths, for example.
+    std::erase_if(out_.differences, [](const Difference& d) { return d.in_a == d.in_b; });
     std::stable_sort(out_.differences.begin(), out_.differences.end(), [](const Difference& x, const Difference& y) {
       return std::tuple(!x.counts, x.rank) < std::tuple(!y.counts, y.rank);
     });
@@ -219,6 +254,10 @@ class Builder {
   }
 
   void MatchSlaves() {
+    if (a_.bus.slave_count && b_.bus.slave_count && *a_.bus.slave_count != *b_.bus.slave_count) {
+      Add(Area::kBus, kRankBus, std::nullopt, "slaves on the bus", Count(*a_.bus.slave_count, "slave"),
+          Count(*b_.bus.slave_count, "slave"));
+    }
     std::vector<startup::ExpectedSlave> expected;
     for (const SlaveSummary& slave : a_.slaves) {
       startup::ExpectedSlave& e = expected.emplace_back();
@@ -268,6 +307,9 @@ class Builder {
   void Devices(std::size_t p) {
     const Identity& a = out_.pairs[p].a->identity;
     const Identity& b = out_.pairs[p].b->identity;
+    const bool known_a = a.product_code.has_value();
+    const bool known_b = b.product_code.has_value();
+    if (!known_a || !known_b) unidentified_[known_a ? "B" : known_b ? "A" : "both"].insert(out_.pairs[p].a->position);
     if (a.revision && b.revision && *a.revision != *b.revision) {
       Add(Area::kBus, kRankBus, p, "revision of the device", Hex(*a.revision, 8), Hex(*b.revision, 8));
     }
@@ -275,6 +317,16 @@ class Builder {
       Add(Area::kBus, kRankTiming, p, "serial number of the device", std::to_string(*a.serial),
           std::to_string(*b.serial))
           .counts = false;
+    }
+  }
+
+  /// Such slaves are matched by their position only.
+  void TellUnknownIdentities() {
+    for (const auto& [where, positions] : unidentified_) {
+      std::string list;
+      for (const unsigned position : positions) list += (list.empty() ? "" : ", ") + std::to_string(position);
+      out_.notes.push_back((positions.size() == 1 ? "slave " : "slaves ") + list + ": the identity is not in " +
+                           (where == "both" ? "either capture" : where) + ", so matched by position");
     }
   }
 
@@ -348,6 +400,8 @@ class Builder {
     const SlaveSummary* slave_a = p ? out_.pairs[*p].a : nullptr;
     const SlaveSummary* slave_b = p ? out_.pairs[*p].b : nullptr;
     if (IsSuspect(a_, slave_a, frame_a) || IsSuspect(b_, slave_b, frame_b)) return kRankSuspect;
+    if (IsMapping(key) && phase > StartupPhase::kEeprom) return kRankMapping;
+    if (IsClock(key)) return kRankFrames;
     return phase <= StartupPhase::kEeprom ? kRankEarly : kRankStep;
   }
 
@@ -477,9 +531,19 @@ class Builder {
         d.rank = kRankTiming;
       }
     }
-    if (extra.fresh.empty()) return;
-    const StartupStep& first = *extra.fresh.front();
-    add(Telling(extra.fresh), first, nullptr, List(extra.fresh, text), "done", NotDone(first, side.there, side.late));
+    std::vector<const StartupStep*> taken, in_vain;
+    for (const StartupStep* step : extra.fresh) (NotTaken(*step) ? in_vain : taken).push_back(step);
+    if (!taken.empty()) {
+      const StartupStep& first = *taken.front();
+      add(Telling(taken), first, nullptr, List(taken, text), "done", NotDone(first, side.there, side.late));
+    }
+    if (!in_vain.empty()) {
+      const StartupStep& first = *in_vain.front();
+      Difference& d = add(Telling(in_vain), first, nullptr, List(in_vain, text), "tried, and not taken by the slave",
+                          NotDone(first, side.there, side.late));
+      d.counts = false;
+      d.rank = kRankTiming;
+    }
   }
 
   /// What the other capture cannot show is no difference.
@@ -544,7 +608,8 @@ class Builder {
       if (b == pair.b->sync_managers.end()) continue;  // one capture may simply not show it
       out_.compared = true;
       if (a.start == b->start && a.length == b->length && a.control == b->control && a.enabled == b->enabled) continue;
-      Difference& d = Add(Area::kConfiguration, kRankStep, p, "SM" + std::to_string(a.number), SmText(a), SmText(*b));
+      Difference& d =
+          Add(Area::kConfiguration, kRankMapping, p, "SM" + std::to_string(a.number), SmText(a), SmText(*b));
       d.frame_a = a.since;
       d.frame_b = b->since;
     }
@@ -552,7 +617,8 @@ class Builder {
       return slave.dc && slave.dc->sync0_cycle_ns ? slave.dc->sync0_cycle_ns : std::nullopt;
     };
     if (cycle(*pair.a) && cycle(*pair.b) && *cycle(*pair.a) != *cycle(*pair.b)) {
-      Add(Area::kConfiguration, kRankStep, p, "SYNC0 cycle time", Duration(*cycle(*pair.a)), Duration(*cycle(*pair.b)));
+      Add(Area::kConfiguration, kRankFrames, p, "SYNC0 cycle time", Duration(*cycle(*pair.a)),
+          Duration(*cycle(*pair.b)));
     }
   }
 
@@ -598,12 +664,31 @@ class Builder {
     }
   }
 
+  /// What carries process data and time in every cycle.
+  void Frames() {
+    // What one direction alone does not show is no difference.
+    if (!out_.compared || a_.capture.direction != DirectionSeen::kBoth || b_.capture.direction != DirectionSeen::kBoth)
+      return;
+    const std::string layout_a = LayoutText(a_.bus);
+    const std::string layout_b = LayoutText(b_.bus);
+    if (layout_a.empty() || layout_b.empty()) return;
+    if (layout_a != layout_b) {
+      Add(Area::kTiming, kRankFrames, std::nullopt, "datagrams that carry the process data", layout_a, layout_b);
+    }
+    const std::uint64_t times_a = a_.bus.dc.distributions;
+    const std::uint64_t times_b = b_.bus.dc.distributions;
+    if ((times_a == 0) == (times_b == 0)) return;
+    const auto text = [](std::uint64_t times) { return times == 0 ? std::string("never") : Count(times, "time"); };
+    Add(Area::kTiming, kRankFrames, std::nullopt, "distribution of the system time (FRMW or ARMW of 0x0910)",
+        text(times_a), text(times_b));
+  }
+
   void Cycle() {
     const CycleSummary& a = a_.bus.cycle;
     const CycleSummary& b = b_.bus.cycle;
     if (a.cycles == 0 || b.cycles == 0) return;
     if (std::abs(a.median_us - b.median_us) <= kSameCycle * std::max(a.median_us, b.median_us)) return;
-    Add(Area::kTiming, kRankMapping, std::nullopt, "cycle of the process data (median)", Fixed(a.median_us, 1) + " us",
+    Add(Area::kTiming, kRankFrames, std::nullopt, "cycle of the process data (median)", Fixed(a.median_us, 1) + " us",
         Fixed(b.median_us, 1) + " us");
   }
 
@@ -669,6 +754,7 @@ class Builder {
   const AnalysisResult& a_;
   const AnalysisResult& b_;
   const std::function<std::string(std::string_view)>& title_;
+  std::map<std::string, std::set<unsigned>> unidentified_;  ///< positions, by where the identity is missing
   CaptureDiff out_;
 };
 

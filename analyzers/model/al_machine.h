@@ -61,6 +61,8 @@ class AlMachine {
   /// The state is not known any more (contradicting broadcast, slave gone).
   void Forget(const FrameRef& frame);
 
+  /// The error bit that the last read showed is the echo of an acknowledge.
+  [[nodiscard]] bool echoes() const { return echo_; }
   /// The frame that showed the state read last.
   [[nodiscard]] FrameNo since() const { return since_; }
   /// States the slave may be in now; empty: unknown.

@@ -14,6 +14,7 @@
 #include "analyzers/result/latch_summary.h"
 #include "analyzers/result/run_summary.h"
 #include "analyzers/result/startup_summary.h"
+#include "analyzers/result/topology_summary.h"
 #include "decoder/base/ids.h"
 #include "decoder/bus/frame_ledger.h"
 #include "decoder/capture/frame_source.h"
@@ -89,7 +90,9 @@ struct BusSummary {
   std::vector<EventBitSummary> events;  ///< bits that any slave raised
   PredictionSummary predictions;
   std::vector<RunSummary> runs;  ///< one at least
-  StartupSummary startup;        ///< what was sent to all slaves at once before the first one reached OP
+  TopologySummary topology;
+  std::vector<CyclicDatagram> cyclic_datagrams;  ///< bounded; by command and address
+  StartupSummary startup;  ///< what was sent to all slaves at once before the first one reached OP
 };
 
 /// One step of a slave's AL history as it was seen.
@@ -101,6 +104,7 @@ struct AlStep {
   std::uint16_t to = 0;    ///< AL status, or AL control for a request
   std::optional<std::uint16_t> status_code;
   bool refused_by_wkc = false;  ///< request: no slave took it
+  bool echo = false;            ///< state: the error bit only echoes an acknowledge (slaves without a processor)
 };
 
 struct Identity {
@@ -223,6 +227,7 @@ struct SlaveSummary {
   std::string profile_source;              ///< "EEPROM identity", "option --profile", "default", ... in words
   std::optional<std::uint16_t> al_status;  ///< last observed AL Status
   std::optional<std::uint16_t> al_status_code;  ///< last observed AL Status Code
+  bool al_echo = false;                         ///< the error bit of al_status only echoes an acknowledge
   std::vector<AlStep> al_history;               ///< bounded; later steps are counted in al_history_left_out
   std::uint64_t al_history_left_out = 0;
   std::vector<SyncManagerSummary> sync_managers;  ///< those that were ever set
@@ -250,7 +255,7 @@ struct AnalysisResult {
   CaptureSummary capture;
   BusSummary bus;
   std::vector<SlaveSummary> slaves;  ///< by position
-  std::vector<Finding> findings;     ///< by first frame, causes before consequences
+  std::vector<Finding> findings;     ///< as they are read: reading_order.h
   std::vector<NotEvaluable> not_evaluable;
   std::vector<CaptureAdvice> capture_next;  ///< the most valuable first
   std::vector<RuleCoverage> coverage;       ///< all rules, by id; not those that a command left out

@@ -15,6 +15,14 @@ struct CycleBin {
   std::uint64_t count = 0;
 };
 
+/// Process data that were exchanged again and again.
+struct CyclicDatagram {
+  std::string command;  ///< "LRW"
+  std::uint32_t logical_address = 0;
+  std::uint16_t length = 0;
+  std::uint64_t count = 0;
+};
+
 struct CycleSummary {
   std::uint64_t cycles = 0;  ///< intervals measured; 0: no cyclic process data
   double mean_us = 0, min_us = 0, max_us = 0, stddev_us = 0;

@@ -52,12 +52,31 @@ struct SdoRow {
   std::optional<TimeNs> duration;
 };
 
+/// Datagrams, one after the other, in which a slave did the same with its process data.
+struct ExchangeRun {
+  enum class Kind : std::uint8_t {
+    kTaken,    ///< the slave took or gave them
+    kMissing,  ///< it did not count
+    kUnclear,  ///< the working counter is short, and does not show whose part is missing
+  };
+  Kind kind = Kind::kTaken;
+  FrameRef first, last;
+  std::uint64_t count = 0;
+};
+
+/// The exchange of one direction over time. Between two runs there is a pause, or another kind begins.
+struct ExchangeLane {
+  std::vector<ExchangeRun> runs;
+  bool left_out = false;  ///< later ones: the last run goes on as if nothing had changed
+};
+
 struct SlaveTimeline {
   SlaveId slave = kNoSlave;              ///< kNoSlave: known from the ENI file only, by its process data
   std::optional<SlavePos> eni_position;  ///< these three only then
   std::optional<StationAddress> eni_address;
   std::string eni_name;  ///< untrusted text
   std::vector<SignalSeries> signals;
+  ExchangeLane outputs, inputs;
   TimeSeries mailbox;  ///< messages of both directions: count of each bucket
   std::vector<SdoRow> sdos;
   std::uint64_t sdos_left_out = 0;

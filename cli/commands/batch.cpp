@@ -61,8 +61,11 @@ class BatchCommand : public Command {
     options_.DeclareSettings(options);
     gate_.Declare(options);
     output_.Declare(options, "of the summary: " + report::FormatList(report::SummaryFormats()));
+    output_.text.DeclareTime(options);
+    output_.text.DeclareQuiet(options);
     options.Footer(
-        "\n-o and --format are for the summary. The exit status is the highest that check would give.\n"
+        "\n-o and --format are for the summary; -o html=DIR makes a page for each capture, and an index of them.\n"
+        "The exit status is the highest that check would give.\n"
         "Example: ecaudit batch --skip-done -o json=summary.json -o junit=summary.xml captures/");
   }
 
@@ -73,6 +76,9 @@ class BatchCommand : public Command {
     files_.Reads(paths_, kCaptureRole);
     // First the folder: the summary may be meant to stand in it.
     if (const auto error = MakeReportFolder(*folder_)) return Fail(console, *error);
+    if (!batch_.pages.empty()) {
+      if (const auto error = MakeReportFolder(batch_.pages)) return Fail(console, *error);
+    }
     for (const BatchJob& job : jobs_) {
       if (const auto error = files_.Claims(job.report)) return Fail(console, *error);
     }
@@ -86,7 +92,10 @@ class BatchCommand : public Command {
     lock.Share();
     SayPassedOver(console);
 
+    baselines_.WarnOfExpired(console);
     ListenForInterrupt();
+    // Lines always: `merge` has no captures to count them in, and its summary is to be that of one batch.
+    batch_.wanted = {!batch_.pages.empty(), true};
     std::vector<BatchResult> results;
     const std::optional<Error> error = RunBatch(jobs_, batch_, results, console);
     ExitStatus status = ExitStatus::kClean;
@@ -103,7 +112,9 @@ class BatchCommand : public Command {
 
  private:
   [[nodiscard]] std::optional<Error> Prepare() {
+    options_.local_time = output_.text.time == Name(report::TimeMode::kLocal);
     if (auto error = ReadWorkers()) return error;
+    TakePagesFromOutputs();
     TakeFolderFromOutputs();
     if (!folder_) folder_ = kDefaultFolder;
     if (std::find(options_.captures.begin(), options_.captures.end(), "-") != options_.captures.end()) {
@@ -149,6 +160,16 @@ class BatchCommand : public Command {
       return std::nullopt;
     }
     return Error{"--jobs is '" + *jobs_text_ + "' but must be a number from 1 to " + std::to_string(kMostWorkers)};
+  }
+
+  /// "-o html=DIR": a page for each capture, and an index of them.
+  void TakePagesFromOutputs() {
+    constexpr std::string_view kHtml = "html=";
+    for (std::string& output : output_.outputs) {
+      if (!output.starts_with(kHtml) || output == "html=-") continue;
+      batch_.pages = output.substr(kHtml.size());
+      output += (batch_.pages.ends_with('/') ? "" : "/") + std::string("index.html");
+    }
   }
 
   /// "-o DIR/" and "-o DIR" with a folder that exists can only mean the folder of the reports.

@@ -12,7 +12,7 @@ namespace ecaudit::cli {
 
 void CatalogueOutput::Declare(OptionSet& options) {
   options.Value("--format", "FORMAT", format_, "text (default) or json");
-  options.Flag("--no-color", no_color_, "no colours (also: NO_COLOR=1; never in pipes)");
+  text_.DeclareColor(options);
 }
 
 ExitStatus CatalogueOutput::Print(Console& console, const std::function<std::string(bool)>& text,
@@ -22,7 +22,11 @@ ExitStatus CatalogueOutput::Print(Console& console, const std::function<std::str
     console.Error("unknown format '" + format + "' (text, json)");
     return ExitStatus::kUsage;
   }
-  if (const auto error = console.Write(format == "json" ? json() : text(console.color() && !no_color_))) {
+  if (const auto error = text_.Check()) {
+    console.Error(error->message);
+    return ExitStatus::kUsage;
+  }
+  if (const auto error = console.Write(format == "json" ? json() : text(text_.Colors(console)))) {
     console.Error(error->message);
     return ExitStatus::kUsage;
   }

@@ -11,6 +11,7 @@
 #include "cli/console.h"
 #include "cli/exit_status.h"
 #include "cli/options.h"
+#include "cli/text_options.h"
 
 namespace ecaudit::report {
 class JsonObject;
@@ -27,7 +28,7 @@ class CatalogueOutput {
 
  private:
   std::optional<std::string> format_;
-  bool no_color_ = false;
+  TextOptions text_;
 };
 
 /// The headings of the catalogue, in the order in which rules of an AL state machine are read: as the first rule of

@@ -25,6 +25,8 @@ class CheckCommand : public Command {
     run_.options.Declare(options);
     run_.gate.Declare(options);
     output_.Declare(options, report::FormatList(report::Formats()));
+    output_.text.DeclareTime(options);
+    output_.text.DeclareQuiet(options);
     options.Footer(
         "\nExit status: 0 nothing at or above --fail-on, 1 findings, 2 wrong usage or unreadable input,\n"
         "130 interrupted: the report covers what was read so far.\n"
@@ -32,6 +34,7 @@ class CheckCommand : public Command {
   }
 
   [[nodiscard]] ExitStatus Run(Console& console) override {
+    run_.options.local_time = output_.text.time == Name(report::TimeMode::kLocal);
     if (const auto error = run_.Prepare()) return CaptureRun::Fail(console, *error);
     const Result<ReportOutput> output = ReportOutput::Plan(output_, run_.files);
     if (!output) return CaptureRun::Fail(console, output.error());
@@ -40,7 +43,7 @@ class CheckCommand : public Command {
     report.version = Version();
     report.rules = RuleCatalogue();
     ExitStatus status = ExitStatus::kClean;
-    run_.draws = output->draws();
+    run_.wanted = {output->draws(), output->lines()};
     for (std::size_t i = 0; i < run_.jobs().size(); ++i) {
       status = Worst(status, run_.Run(run_.jobs()[i], report, console));
       if (status != ExitStatus::kInterrupted) continue;

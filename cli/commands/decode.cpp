@@ -21,7 +21,7 @@ class DatagramWriter final : public LineWriter {
     context_ = &context;
     for (LineTarget& target : context.targets) {
       if (target.format != LineFormat::kText) continue;
-      target.output.buffer() += DatagramTextHeader(target.color);
+      target.output.buffer() += DatagramTextHeader(context.time(), target.color);
       target.output.EndLine();
     }
   }
@@ -33,14 +33,14 @@ class DatagramWriter final : public LineWriter {
     const auto seconds = since_start ? std::optional(static_cast<double>(*since_start) / 1e9) : std::nullopt;
     if (!context_->range.Contains(frame.ref().number, seconds)) return;
     for (std::size_t i = 0; i < frame.size(); ++i) {
-      DatagramRow row{frame, frame[i], seen.direction, since_start, std::nullopt};
+      DatagramRow row{frame, frame[i], seen.direction, since_start, std::nullopt, context_->time()};
       if (!Resolve(row)) continue;
       for (LineTarget& target : context_->targets) Write(row, target);
     }
     if (context_->settings.slaves.empty() && frame.kind() != wire::FrameKind::kEtherCat) {
       for (LineTarget& target : context_->targets) {
         if (target.format != LineFormat::kText) continue;
-        const std::optional<std::string> problem = FrameProblemText(frame, since_start, target.color);
+        const std::optional<std::string> problem = FrameProblemText(frame, since_start, context_->time(), target.color);
         if (!problem) continue;
         target.output.buffer() += *problem;
         target.output.EndLine();
@@ -112,7 +112,8 @@ class DecodeCommand : public Command {
   void Declare(OptionSet& options) override {
     run_.Declare(options);
     options.Footer(
-        "\nColumns: frame (and datagram in it), seconds from the first packet, -> sent or <- returned, command, slave\n"
+        "\nColumns: frame (and datagram in it), seconds from the first packet or --time, -> sent or <- returned, "
+        "command, slave\n"
         "addressed, address, bytes, working counter, content. --slave leaves out broadcasts and process data.\n"
         "Example: ecaudit decode --frames 740-760 trace.pcapng");
   }

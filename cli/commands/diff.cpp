@@ -68,7 +68,7 @@ class DiffCommand : public Command {
     }
     const report::DiffReport report{std::string(Version()), a, b, differences};
     for (const OutputTarget& target : *targets) {
-      const report::TextStyle style{target.standard() && console.color() && !output_.no_color};
+      const report::TextStyle style = output_.text.Style(console, target.standard());
       const std::string text =
           target.format == kJson ? report::WriteDiffJson(report) : report::WriteDiffText(report, style);
       const auto error = target.standard() ? console.Write(text) : WriteOutputFile(target.path, text);

@@ -42,6 +42,8 @@ class MergeCommand : public Command {
     options.Value("--baseline", "FILE", baseline_, "findings listed there are known and do not count");
     options.Value("--write-baseline", "FILE", write_baseline_, "list all findings of the reports there");
     output_.Declare(options, report::FormatList(report::SummaryFormats()));
+    output_.text.DeclareTime(options);
+    output_.text.DeclareQuiet(options);
     options.Footer(
         "\nThe summary is that of one batch over all the captures, and so is the exit status.\n"
         "Example: ecaudit merge -o junit=summary.xml host1/reports host2/reports");
@@ -51,6 +53,7 @@ class MergeCommand : public Command {
     if (const auto error = Prepare()) return Fail(console, *error);
     const Result<ReportOutput> output = ReportOutput::PlanSummary(output_, command_files_);
     if (!output) return Fail(console, output.error());
+    for (const std::string& text : ExpiredEntries(known_)) console.Warning(*baseline_ + ": " + text);
     report::Digest digest;
     digest.version = Version();
     digest.rules = RuleCatalogue();

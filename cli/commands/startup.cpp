@@ -45,8 +45,11 @@ bool HoldsStartup(const AnalysisResult& result) {
 /// Leaves the findings about the expectation, and counts the others.
 void KeepStartupFindings(report::CaptureReport& capture) {
   std::vector<Finding> kept;
-  for (Finding& finding : capture.result.findings) {
+  std::vector<std::uint64_t> lines;
+  for (std::size_t i = 0; i < capture.result.findings.size(); ++i) {
+    Finding& finding = capture.result.findings[i];
     if (IsOfStartup(finding.rule)) {
+      if (i < capture.decode_lines.size()) lines.push_back(capture.decode_lines[i]);
       finding.caused_by = kNoFinding;
       kept.push_back(std::move(finding));
       continue;
@@ -55,6 +58,7 @@ void KeepStartupFindings(report::CaptureReport& capture) {
     if (finding.severity == Severity::kWarning) ++capture.other_warnings;
   }
   capture.result.findings = std::move(kept);
+  capture.decode_lines = std::move(lines);
   std::erase_if(capture.result.not_evaluable, [](const NotEvaluable& entry) { return !IsOfStartup(entry.rule); });
   capture.result.capture_next.clear();
   std::erase_if(capture.result.coverage, [](const RuleCoverage& rule) { return !IsOfStartup(rule.rule); });
@@ -75,6 +79,7 @@ class StartupCommand : public Command {
     options.Value("--expect", "FILE", expect_, "compare with an expectation, or with the init commands of an ENI");
     run_.gate.Declare(options);
     output_.Declare(options, report::FormatList(report::Formats()));
+    output_.text.DeclareTime(options);
     options.Footer(
         "\nThe start-up of a slave goes from its first frame to OP, of a drive to Operation enabled. With --expect "
         "only\n"
@@ -85,11 +90,12 @@ class StartupCommand : public Command {
   }
 
   [[nodiscard]] ExitStatus Run(Console& console) override {
+    run_.options.local_time = output_.text.time == Name(report::TimeMode::kLocal);
     if (const auto error = Prepare()) return CaptureRun::Fail(console, *error);
     const Result<ReportOutput> output = ReportOutput::Plan(output_, StartupFormats(), run_.files);
     if (!output) return CaptureRun::Fail(console, output.error());
 
-    run_.draws = output->draws();
+    run_.wanted = {output->draws(), output->lines()};
     run_.needs_ethercat = true;
     report::Report report;
     report.version = Version();
@@ -116,6 +122,7 @@ class StartupCommand : public Command {
       capture.required.clear();
       capture.unmet.clear();
       capture.result.findings.clear();
+      capture.decode_lines.clear();
       capture.result.not_evaluable.clear();
       capture.result.coverage.clear();
       capture.result.capture_next.clear();

@@ -201,6 +201,14 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
   if (!settings) return Fail(console, settings.error());
   plan.settings = std::move(*settings);
   capture_.TellSkipped(console);
+  plan.paths = capture_.captures;
+  const bool place = plan.settings.moments.needs_capture();
+  if (place) {
+    if (const auto error = plan.MakeReadableTwice()) return Fail(console, *error);
+    if (const auto error = PlaceMoments(plan.settings.moments, plan.paths, plan.settings.analysis)) {
+      return Fail(console, *error);
+    }
+  }
   const Result<FrameRange> range = ReadFrameRange(plan.settings.analysis, frames);
   if (!range) return Fail(console, range.error());
   plan.range = *range;
@@ -213,8 +221,9 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
   }
 
   ListenForInterrupt();
-  plan.paths = capture_.captures;
-  if (const auto error = plan.MakeReadableTwice()) return Fail(console, *error);
+  if (!place) {
+    if (const auto error = plan.MakeReadableTwice()) return Fail(console, *error);
+  }
   AnalysisResult result;
   if (const ExitStatus status = Judge(console, plan, result); status != ExitStatus::kClean) return status;
   Result<Wish> wish = decide(result, plan.range);

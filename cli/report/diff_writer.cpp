@@ -23,7 +23,7 @@ std::string FrameText(FrameNo frame) {
 
 class DiffText {
  public:
-  DiffText(const DiffReport& report, const TextStyle& style) : report_(report), text_(style.color) {}
+  DiffText(const DiffReport& report, const TextStyle& style) : report_(report), text_(style) {}
 
   std::string Write() {
     const std::vector<diff::Difference>& all = report_.diff.differences;
@@ -37,13 +37,19 @@ class DiffText {
                           "; times, offsets, station addresses and the like are not compared.",
                       0);
     }
-    // The outcome first: what it is all about.
+    Section("Slaves", [](const diff::Difference& d) { return d.counts && d.area == diff::Area::kBus; });
+    // Then the outcome: what it is all about.
+    if (HasOutcome() && std::any_of(all.begin(), all.end(),
+                                    [](const diff::Difference& d) { return d.counts && d.area == diff::Area::kBus; })) {
+      text_.Line();
+    }
     for (const diff::Difference& d : all) {
       if (d.area == diff::Area::kOutcome) Outcome(d);
     }
     Section(different && HasOutcome() ? "What is done differently, the most telling first" : "Differences",
             [](const diff::Difference& d) {
-              return d.counts && !d.consequence && d.area != diff::Area::kOutcome && d.area != diff::Area::kFinding;
+              return d.counts && !d.consequence && d.area != diff::Area::kOutcome && d.area != diff::Area::kFinding &&
+                     d.area != diff::Area::kBus;
             });
     Section("Findings in one of them only", [](const diff::Difference& d) { return d.area == diff::Area::kFinding; });
     Section("What follows from it: steps the other start-up did not come to",
@@ -85,7 +91,7 @@ class DiffText {
   }
 
   [[nodiscard]] std::string Labels(const diff::Difference& d) const {
-    if (d.pairs.empty()) return "all slaves";
+    if (d.pairs.empty()) return d.area == diff::Area::kBus || d.area == diff::Area::kTiming ? "bus" : "all slaves";
     std::string label = Label(report_.diff.pairs[d.pairs.front()]);
     if (d.pairs.size() > 1) label += " and " + Grouped(d.pairs.size() - 1) + " more";
     return label;

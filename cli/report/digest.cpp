@@ -22,12 +22,14 @@ FindingDigest DigestOf(const Finding& finding, const AnalysisResult& result) {
   if (const SlaveSummary* slave = result.slave(finding.slave)) {
     out.slave = slave->position;
     out.station_address = slave->station_address;
+    out.product = ProductText(slave->identity.vendor_id, slave->identity.product_code);
     out.place = SlaveLabel(slave->position, PrintableLines(slave->name), slave->station_address);
   }
   out.frame = finding.first.number;
   out.last_frame = finding.last.number == 0 ? finding.first.number : finding.last.number;
   out.count = finding.count;
   out.time_s = SecondsSince(result.capture.origin, finding.first);
+  if (finding.first.has_time) out.time = finding.first.time;
   out.related_frames = finding.related_frames;
   if (finding.caused_by < result.findings.size()) out.caused_by = finding.caused_by;
   out.confidence = finding.confidence;
@@ -75,6 +77,8 @@ CaptureDigest DigestOf(const CaptureReport& capture) {
   for (std::size_t i = 0; i < result.findings.size(); ++i) {
     out.findings.push_back(DigestOf(result.findings[i], result));
     out.findings.back().known = capture.IsKnown(i);
+    out.findings.back().known_because = PrintableLines(capture.WhyKnown(i));
+    if (i < capture.decode_lines.size()) out.findings.back().line = capture.decode_lines[i];
   }
   for (const NotEvaluable& entry : result.not_evaluable) {
     const SlaveSummary* slave = result.slave(entry.slave);
@@ -134,6 +138,21 @@ std::string SlaveLabel(SlavePos position, std::string_view name, const std::opti
   return label;
 }
 
+std::optional<MainFinding> MainFindingOf(const CaptureDigest& capture) {
+  const std::vector<OrderedFinding> order = OrderForReading(capture);
+  if (order.empty()) return std::nullopt;
+  // The first tree holds the worst finding. Its root is named, unless the root is the milder of the two.
+  MainFinding main{order.front().index, order.front().index};
+  for (std::size_t i = 1; i < order.size() && order[i].depth > 0; ++i) {
+    if (capture.findings[order[i].index].severity > capture.findings[main.worst].severity) main.worst = order[i].index;
+  }
+  return main;
+}
+
+std::string ProductText(std::optional<std::uint32_t> vendor, std::optional<std::uint32_t> product) {
+  return vendor && product ? "vendor " + Hex(*vendor, 8) + ", product " + Hex(*product, 8) : std::string();
+}
+
 HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
   if (!capture.unreadable.empty()) return {"ERROR", OneLine(capture.unreadable)};
   const Summary summary = Summarise(capture);
@@ -148,21 +167,16 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
   if (!capture.judged) return {"NOT-JUDGED", "the start-up is shown; ecaudit check judges the capture" + limits};
   const std::string verdict = summary.fail ? "FAIL" : summary.unmet ? "UNMET" : summary.limited ? "LIMITED" : "PASS";
   if (summary.limited && !summary.fail && capture.slaves > 0) limits = "; not judged: " + capture.limited + limits;
-  const std::vector<OrderedFinding> order = OrderForReading(capture);
-  if (order.empty()) {
+  const std::optional<MainFinding> main = MainFindingOf(capture);
+  if (!main) {
     const std::string none = std::string("no ") + (summary.known > 0 ? "new " : "") + "findings in " +
                              Count(capture.ethercat_frames, "EtherCAT frame");
     const std::string slaves = capture.slaves > 0 ? " of " + Count(capture.slaves, "slave")
                                                   : "; which slaves are on the bus, they do not show";
     return {verdict, none + slaves + (capture.complete ? "" : ", as far as the capture was read") + limits};
   }
-  // The first tree holds the worst finding. Name its root, unless the root is the milder of the two.
-  const FindingDigest& root = capture.findings[order.front().index];
-  const FindingDigest* worst = &root;
-  for (std::size_t i = 1; i < order.size() && order[i].depth > 0; ++i) {
-    const FindingDigest& f = capture.findings[order[i].index];
-    if (f.severity > worst->severity) worst = &f;
-  }
+  const FindingDigest& root = capture.findings[main->root];
+  const FindingDigest* worst = &capture.findings[main->worst];
   std::string line;
   if (!summary.fail) line += std::string(Name(worst->severity)) + ": ";
   line += worst->place + ": " + TitleAndFrame(*worst);

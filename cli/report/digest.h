@@ -27,16 +27,20 @@ struct FindingDigest {
   std::optional<SlavePos> slave;  ///< position; nothing for the whole bus
   std::optional<StationAddress> station_address;
   std::string place;       ///< "slave 0 (AKD, 0x1001)", "bus"
+  std::string product;     ///< of the slave: "vendor 0x0000006a, product 0x00414b44"; empty when unknown
   FrameNo frame = 0;       ///< 0: none
   FrameNo last_frame = 0;  ///< last repetition
   std::uint64_t count = 1;
   std::optional<double> time_s;  ///< from the first packet
+  std::optional<TimeNs> time;    ///< of the first frame
   std::vector<FrameNo> related_frames;
   std::size_t caused_by = kNoCause;  ///< place in CaptureDigest::findings
   Confidence confidence = Confidence::kObserved;
   std::string document, section;  ///< of the reference; may be empty
   std::string wireshark_filter;   ///< may be empty
   bool known = false;             ///< the baseline lists it
+  std::string known_because;      ///< what the baseline says of it; may be empty
+  std::uint64_t line = 0;         ///< of its frame in the text of `decode`; 0: not counted
 
   static constexpr std::size_t kNoCause = SIZE_MAX;
   bool operator==(const FindingDigest&) const = default;
@@ -63,6 +67,7 @@ struct RuleCoverageDigest {
 struct CaptureDigest {
   std::string path;
   std::string report;  ///< name of the file with the whole report; empty: none
+  std::string page;    ///< name of the file with its page (HTML); empty: none
   /// Why the capture could not be read, in which case nothing but `path` is filled. Empty: it was read.
   std::string unreadable;
   std::uint64_t packets = 0;
@@ -111,8 +116,20 @@ struct Digest {
 [[nodiscard]] std::string SlaveLabel(SlavePos position, std::string_view name,
                                      const std::optional<StationAddress>& station_address);
 
+/// "vendor 0x0000006a, product 0x00414b44"; empty unless both are known.
+[[nodiscard]] std::string ProductText(std::optional<std::uint32_t> vendor, std::optional<std::uint32_t> product);
+
 /// "slave 2", "all slaves", "bus"
 [[nodiscard]] std::string PlaceOf(const NotJudged& entry);
+
+/// What the first line tells of, as places in CaptureDigest::findings: the worst finding of the tree that is read
+/// first, and the root of that tree, which differs where the cause is the milder of the two.
+struct MainFinding {
+  std::size_t worst = 0;
+  std::size_t root = 0;
+};
+/// Nothing where there is no finding, or all are known.
+[[nodiscard]] std::optional<MainFinding> MainFindingOf(const CaptureDigest& capture);
 
 /// The verdict and its main reason.
 struct HeadlineParts {

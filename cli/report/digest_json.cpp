@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "cli/report/layout.h"
+#include "cli/report/times.h"
 
 namespace ecaudit::report {
 namespace {
@@ -110,7 +111,14 @@ FindingDigest ReadFinding(JsonValue json, const std::vector<JsonValue>& slaves, 
   if (f.slave) {
     std::string name;
     for (const JsonValue slave : slaves) {
-      if (fields.WordOrNull(slave, "position") == f.slave) name = fields.TextOrNull(slave, "name");
+      if (fields.WordOrNull(slave, "position") != f.slave) continue;
+      name = fields.TextOrNull(slave, "name");
+      const JsonValue identity = slave.member("identity");
+      const auto number = [&](const char* key) -> std::optional<std::uint32_t> {
+        const auto value = identity.member(key).natural();
+        return value ? std::optional(static_cast<std::uint32_t>(*value)) : std::nullopt;
+      };
+      f.product = ProductText(number("vendor_id"), number("product_code"));
     }
     f.place = SlaveLabel(*f.slave, name, f.station_address);
   }
@@ -118,6 +126,7 @@ FindingDigest ReadFinding(JsonValue json, const std::vector<JsonValue>& slaves, 
   f.last_frame = fields.NumberOrNull(json, "last_frame");
   f.count = fields.Number(json, "count");
   f.time_s = fields.SecondsOrNull(json, "time_s");
+  if (json.member("time").there()) f.time = ParseIsoTime(fields.TextOrNull(json, "time"), false);
   for (const JsonValue frame : fields.Array(json, "related_frames")) {
     const std::optional<FrameNo> number = frame.natural();
     if (!number) {
@@ -134,6 +143,8 @@ FindingDigest ReadFinding(JsonValue json, const std::vector<JsonValue>& slaves, 
   f.section = fields.TextOrNull(reference, "section");
   f.wireshark_filter = fields.TextOrNull(json, "wireshark_filter");
   f.known = fields.Flag(json, "known");
+  if (json.member("known_because").there()) f.known_because = fields.Text(json, "known_because");
+  if (json.member("decode_line").there()) f.line = fields.Number(json, "decode_line");
   return f;
 }
 

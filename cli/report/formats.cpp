@@ -3,7 +3,10 @@
 #include <array>
 
 #include "cli/report/digest.h"
+#include "cli/report/github_writer.h"
+#include "cli/report/gitlab_writer.h"
 #include "cli/report/html_writer.h"
+#include "cli/report/index_page.h"
 #include "cli/report/json_writer.h"
 #include "cli/report/junit_writer.h"
 #include "cli/report/sarif_writer.h"
@@ -20,8 +23,16 @@ std::string WriteJunitOf(const Report& report, const TextStyle& /*style*/) {
   return WriteJunit(DigestOf(report));
 }
 
-std::string WriteSarifOf(const Report& report, const TextStyle& /*style*/) {
-  return WriteSarif(DigestOf(report));
+std::string WriteSarifOf(const Report& report, const TextStyle& style) {
+  return WriteSarif(DigestOf(report), style.folder);
+}
+
+std::string WriteGithubOf(const Report& report, const TextStyle& style) {
+  return WriteGithub(DigestOf(report), style.folder);
+}
+
+std::string WriteGitlabOf(const Report& report, const TextStyle& style) {
+  return WriteGitlab(DigestOf(report), style.folder);
 }
 
 std::string WriteSummaryJsonPlain(const Digest& digest, const TextStyle& /*style*/) {
@@ -32,8 +43,16 @@ std::string WriteJunitPlain(const Digest& digest, const TextStyle& /*style*/) {
   return WriteJunit(digest);
 }
 
-std::string WriteSarifPlain(const Digest& digest, const TextStyle& /*style*/) {
-  return WriteSarif(digest);
+std::string WriteSarifPlain(const Digest& digest, const TextStyle& style) {
+  return WriteSarif(digest, style.folder);
+}
+
+std::string WriteGithubPlain(const Digest& digest, const TextStyle& style) {
+  return WriteGithub(digest, style.folder);
+}
+
+std::string WriteGitlabPlain(const Digest& digest, const TextStyle& style) {
+  return WriteGitlab(digest, style.folder);
 }
 
 std::string WriteHtmlPlain(const Report& report, const TextStyle& /*style*/) {
@@ -42,10 +61,12 @@ std::string WriteHtmlPlain(const Report& report, const TextStyle& /*style*/) {
 
 constexpr std::array kFormats{
     Format{"text", ".txt", &WriteText, &WriteSummaryText},
-    Format{"json", ".json", &WriteJsonPlain, &WriteSummaryJsonPlain},
-    Format{"html", ".html", &WriteHtmlPlain, nullptr, true, &MissingHtml},
+    Format{"json", ".json", &WriteJsonPlain, &WriteSummaryJsonPlain, false, nullptr, true},
+    Format{"html", ".html", &WriteHtmlPlain, &WriteIndexPage, true, &MissingHtml, true},
     Format{"junit", ".xml", &WriteJunitOf, &WriteJunitPlain},
-    Format{"sarif", ".sarif", &WriteSarifOf, &WriteSarifPlain},
+    Format{"sarif", ".sarif", &WriteSarifOf, &WriteSarifPlain, false, nullptr, true},
+    Format{"github", ".github", &WriteGithubOf, &WriteGithubPlain, false, nullptr, true},
+    Format{"gitlab", ".gitlab", &WriteGitlabOf, &WriteGitlabPlain, false, nullptr, true},
 };
 
 }  // namespace

@@ -21,6 +21,8 @@ struct Format {
   bool draws = false;  ///< uses CaptureReport::timeline
   /// Why this program cannot write it, empty when it can; null: it always can.
   std::string_view (*missing)() = nullptr;
+  bool lines =
+      false;  ///< tells lines of the text of `decode`, or what is made from it may: CaptureReport::decode_lines
 };
 
 /// The first one is the default.

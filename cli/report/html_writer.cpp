@@ -1,5 +1,8 @@
 #include "cli/report/html_writer.h"
 
+#include <set>
+#include <string_view>
+
 #include "cli/report/digest.h"
 #include "cli/report/finding_order.h"
 #include "cli/report/json_text.h"
@@ -29,6 +32,24 @@ void PutPage(JsonObject& out, const CaptureReport& capture) {
   out.Object("timeline", [&](JsonObject& json) { PutTimeline(json, capture.result, *capture.timeline); });
 }
 
+/// What `ecaudit explain` says of the rules that found something: who gets the page by mail has no program.
+void PutRulePages(JsonObject& out, const Report& report) {
+  std::set<std::string_view> fired;
+  for (const CaptureReport& capture : report.captures) {
+    for (const Finding& finding : capture.result.findings) fired.insert(finding.rule);
+  }
+  out.Object("rules", [&](JsonObject& rules) {
+    for (const RuleInfo* rule : report.rules) {
+      if (!fired.contains(rule->id)) continue;
+      rules.Object(rule->id, [&](JsonObject& json) {
+        json.Put("title", rule->title);
+        json.Put("source", rule->source);
+        json.Put("doc", rule->doc);
+      });
+    }
+  });
+}
+
 /// JSON in which nothing looks like a tag, so that no text of the capture can end the element it stands in.
 std::string WithoutTags(std::string_view json) {
   std::string out;
@@ -56,6 +77,7 @@ std::string WriteHtml(const Report& report) {
   data.Object([&](JsonObject& out) {
     out.Object("report", [&](JsonObject& json) { PutReport(json, report); });
     out.List("pages", report.captures, PutPage);
+    PutRulePages(out, report);
   });
   std::string summary;
   for (const CaptureReport& capture : report.captures) summary += Headline(capture) + "\n";

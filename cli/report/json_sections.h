@@ -28,6 +28,10 @@ void PutCycle(JsonObject& out, const CycleSummary& cycle);
 void PutBusDc(JsonObject& out, std::string_view key, const AnalysisResult& result);
 void PutDc(JsonObject& out, const AnalysisResult& result, const DcSummary& dc);
 
+// topology_json.cpp
+/// Null when DL status of no slave was read.
+void PutTopology(JsonObject& out, std::string_view key, const AnalysisResult& result);
+
 // drive_json.cpp
 void PutDrive(JsonObject& out, const AnalysisResult& result, const DriveSummary& drive);
 

@@ -178,6 +178,13 @@ void PutBus(JsonObject& out, const AnalysisResult& result) {
   out.Put("unanswered_at_end", b.unanswered_at_end);
   out.List("events", b.events, PutEventBit);
   out.List("runs", b.runs, PutRun);
+  PutTopology(out, "topology", result);
+  out.List("cyclic_datagrams", b.cyclic_datagrams, [](JsonObject& json, const CyclicDatagram& datagram) {
+    json.Put("command", datagram.command);
+    json.Put("logical_address", datagram.logical_address);
+    json.Put("length", datagram.length);
+    json.Put("count", datagram.count);
+  });
   out.Object("predictions", [&](JsonObject& json) {
     PutPrediction(json, "al_answers", b.predictions.al_answers);
     PutPrediction(json, "mailbox_accesses", b.predictions.mailbox_accesses);
@@ -230,6 +237,7 @@ void PutFinding(JsonObject& out, const CaptureReport& capture, std::size_t index
   out.Put("count", f.count);
   out.TextOrNull("time", TimeOf(f.first));
   out.Put("time_s", SecondsSince(result.capture.origin, f.first));
+  out.Put("last_time_s", SecondsSince(result.capture.origin, f.last.number == 0 ? f.first : f.last));
   out.Values("related_frames", f.related_frames);
   out.TextOrNull("caused_by", caused ? FindingId(f.caused_by) : "");
   out.Put("confidence", f.confidence == Confidence::kObserved ? "observed" : "inferred");
@@ -240,6 +248,10 @@ void PutFinding(JsonObject& out, const CaptureReport& capture, std::size_t index
   });
   out.TextOrNull("wireshark_filter", WiresharkFilter(f));
   out.Put("known", capture.IsKnown(index));
+  if (!capture.WhyKnown(index).empty()) out.Text("known_because", capture.WhyKnown(index));
+  if (index < capture.decode_lines.size() && capture.decode_lines[index] > 0) {
+    out.Put("decode_line", capture.decode_lines[index]);
+  }
 }
 
 void PutNotEvaluable(JsonObject& out, const AnalysisResult& result, const NotEvaluable& entry) {

@@ -46,12 +46,12 @@ std::string ClassName(const std::string& path) {
   return name.empty() ? "capture" : name;
 }
 
-/// "frame 760 at 0.759000 s, 5,999 times until frame 6762"
+/// "frame 760 at 0.759000 s, seen 5,999 times, last in frame 6762"
 std::string Where(const FindingDigest& f) {
   if (f.frame == 0) return "whole capture";
   std::string text = "frame " + std::to_string(f.frame);
   if (f.time_s) text += " at " + Fixed(*f.time_s, 6) + " s";
-  if (f.count > 1) text += ", " + Grouped(f.count) + " times until frame " + std::to_string(f.last_frame);
+  if (f.count > 1) text += ", seen " + Count(f.count, "time") + ", last in frame " + std::to_string(f.last_frame);
   return text;
 }
 

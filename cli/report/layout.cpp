@@ -1,6 +1,7 @@
 #include "cli/report/layout.h"
 
 #include <algorithm>
+#include <array>
 
 #include "decoder/base/text.h"
 
@@ -29,12 +30,72 @@ std::string_view EscapeSequence(Style style) {
   return "";
 }
 
+/// Takes one character from the front of `text`; a byte that is no UTF-8 counts as one.
+char32_t TakeCodePoint(std::string_view& text) {
+  const auto lead = static_cast<unsigned char>(text.front());
+  const std::size_t length = lead < 0x80 ? 1 : lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : lead >= 0xC0 ? 2 : 1;
+  char32_t point = length == 1 ? lead : lead & (0xFFU >> (length + 1));
+  std::size_t taken = 1;
+  for (; taken < length && taken < text.size(); ++taken) {
+    const auto next = static_cast<unsigned char>(text[taken]);
+    if ((next & 0xC0U) != 0x80U) break;
+    point = point << 6U | (next & 0x3FU);
+  }
+  text.remove_prefix(taken);
+  return point;
+}
+
+struct CodeRange {
+  char32_t first, last;
+};
+// Of Unicode's EastAsianWidth and combining classes, what names and texts of devices may hold.
+constexpr std::array<CodeRange, 9> kTwoColumns{{{0x1100, 0x115F},
+                                                {0x2E80, 0x303E},
+                                                {0x3041, 0xA4CF},
+                                                {0xAC00, 0xD7A3},
+                                                {0xF900, 0xFAFF},
+                                                {0xFE30, 0xFE6F},
+                                                {0xFF00, 0xFF60},
+                                                {0x1F300, 0x1FAFF},
+                                                {0x20000, 0x3FFFD}}};
+constexpr std::array<CodeRange, 6> kNoColumn{
+    {{0x0300, 0x036F}, {0x0483, 0x0489}, {0x200B, 0x200F}, {0x20D0, 0x20FF}, {0xFE00, 0xFE0F}, {0xFE20, 0xFE2F}}};
+
+std::size_t ColumnsOf(char32_t point) {
+  const auto holds = [point](const CodeRange& range) { return range.first <= point && point <= range.last; };
+  if (point < 0x0300) return 1;
+  if (std::any_of(kNoColumn.begin(), kNoColumn.end(), holds)) return 0;
+  return std::any_of(kTwoColumns.begin(), kTwoColumns.end(), holds) ? 2 : 1;
+}
+
 }  // namespace
 
 std::size_t Columns(std::string_view text) {
-  // Continuation bytes of UTF-8 take no column of their own.
-  return static_cast<std::size_t>(
-      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
+  std::size_t columns = 0;
+  while (!text.empty()) columns += ColumnsOf(TakeCodePoint(text));
+  return columns;
+}
+
+std::string CutToColumns(std::string_view text, std::size_t most) {
+  if (Columns(text) <= most) return std::string(text);
+  constexpr std::string_view kEnd = " ...";
+  constexpr std::size_t kLongestTail = 16;
+  const std::size_t room = most > kEnd.size() ? most - kEnd.size() : 0;
+  std::size_t columns = 0;
+  std::string_view rest = text;
+  std::size_t end = 0;
+  while (!rest.empty()) {
+    columns += ColumnsOf(TakeCodePoint(rest));
+    if (columns > room) break;
+    end = text.size() - rest.size();
+  }
+  const std::size_t space = text.substr(0, end + 1).rfind(' ');
+  if (space != std::string_view::npos && space > 0 && end - std::min(space, end) <= kLongestTail) end = space;
+  std::string out(text.substr(0, end));
+  while (!out.empty() && (out.back() == ' ' || out.back() == ',' || out.back() == ';' || out.back() == ':')) {
+    out.pop_back();
+  }
+  return out + std::string(kEnd);
 }
 
 std::string Padded(std::string_view text, std::size_t width) {
@@ -102,7 +163,7 @@ void TextBuilder::Paragraph(std::string_view text, std::size_t indent, std::size
     const std::string_view word = text.substr(0, text.find(' '));
     text.remove_prefix(word.size());
     const std::size_t width = Columns(word);
-    if (!empty_line && column + 1 + width > kLineWidth) {
+    if (!empty_line && column + 1 + width > width_) {
       out_ += '\n';
       start_line(hanging);
     }

@@ -7,10 +7,23 @@
 #include <string_view>
 
 #include "analyzers/result/finding.h"
+#include "cli/report/times.h"
 
 namespace ecaudit::report {
 
-inline constexpr std::size_t kLineWidth = 110;
+/// Columns of a line where no terminal says how many it has.
+inline constexpr std::size_t kLineWidth = 80;
+
+inline constexpr std::size_t kPageWidth = 110;
+
+/// How text for a person is written.
+struct TextStyle {
+  bool color = false;  ///< ANSI escape sequences
+  std::size_t width = kLineWidth;
+  bool quiet = false;  ///< verdict lines only
+  TimeMode time = TimeMode::kRelative;
+  std::string folder;  ///< the working directory, for formats whose readers want paths relative to it; may be empty
+};
 
 /// Stands for a space at which TextBuilder does not break the line. Printable text never holds it.
 inline constexpr char kHardSpace = '\x01';
@@ -21,8 +34,11 @@ enum class Style : std::uint8_t { kPlain, kBold, kFaint, kError, kWarning, kInfo
   return severity == Severity::kError ? Style::kError : severity == Severity::kWarning ? Style::kWarning : Style::kInfo;
 }
 
-/// Characters a terminal shows for `text` (UTF-8; each code point counted as one column).
+/// Columns of a terminal that `text` takes (UTF-8): characters of East Asia and pictures take two, combining ones none.
 [[nodiscard]] std::size_t Columns(std::string_view text);
+
+/// At most `most` columns of `text`, cut at a space where there is one near the end; what is cut ends in " ...".
+[[nodiscard]] std::string CutToColumns(std::string_view text, std::size_t most);
 
 /// Left-justified to `width` columns, at least one space behind it; not broken when the line is wrapped.
 [[nodiscard]] std::string Padded(std::string_view text, std::size_t width);
@@ -42,25 +58,29 @@ enum class Style : std::uint8_t { kPlain, kBold, kFaint, kError, kWarning, kInfo
 /// Collects lines. Text given to it is trusted: pass untrusted parts through Printable() or OneLine() first.
 class TextBuilder {
  public:
-  explicit TextBuilder(bool color) : color_(color) {}
+  /// For pages of the catalogue: as wide as the text of a rule is.
+  explicit TextBuilder(bool color) : color_(color), width_(kPageWidth) {}
+  explicit TextBuilder(const TextStyle& style) : color_(style.color), width_(style.width) {}
 
   /// `text` wrapped in the escape sequence of `style`, or as it is when colours are off.
   [[nodiscard]] std::string Styled(std::string_view text, Style style) const;
 
   /// One line as it is, indented.
   void Line(std::string_view text = {}, std::size_t indent = 0);
-  /// `text` broken at spaces to fit kLineWidth; the first line is indented by `indent`, the others by `hanging`.
+  /// `text` broken at spaces to fit the width; the first line is indented by `indent`, the others by `hanging`.
   /// Words longer than a line stay whole. `text` must hold no escape sequences.
   void Paragraph(std::string_view text, std::size_t indent, std::size_t hanging);
   void Paragraph(std::string_view text, std::size_t indent) { Paragraph(text, indent, indent); }
   /// "label     text", the text wrapped beside the label's column; nothing when `text` is empty.
   void Field(std::string_view label, std::string_view text, std::size_t indent);
 
+  [[nodiscard]] std::size_t width() const { return width_; }
   [[nodiscard]] std::string Take() { return std::move(out_); }
 
  private:
   std::string out_;
   bool color_;
+  std::size_t width_;
 };
 
 }  // namespace ecaudit::report

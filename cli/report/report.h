@@ -41,6 +41,9 @@ struct CaptureReport {
   std::shared_ptr<const Timeline> timeline;  ///< null: nothing to draw over time
   /// Per finding of `result`: true when the baseline lists it. Empty: no baseline.
   std::vector<bool> known;
+  std::vector<std::string> known_because;  ///< likewise, what the baseline says of it
+  /// Per finding: the line of its first frame in the text of `decode`, 0 where it has none. Empty: not counted.
+  std::vector<std::uint64_t> decode_lines;
   Selection selection;
   bool judged = true;  ///< false: the start-up is shown, and there is no verdict
   FailOn fail_on = FailOn::kError;
@@ -56,6 +59,9 @@ struct CaptureReport {
   std::uint64_t other_errors = 0, other_warnings = 0;
 
   [[nodiscard]] bool IsKnown(std::size_t finding) const { return finding < known.size() && known[finding]; }
+  [[nodiscard]] std::string_view WhyKnown(std::size_t finding) const {
+    return finding < known_because.size() ? std::string_view(known_because[finding]) : std::string_view();
+  }
 };
 
 /// A capture of which there is no result.

@@ -1,5 +1,6 @@
 #include "cli/report/sarif_writer.h"
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <string_view>
@@ -9,6 +10,7 @@
 #include "cli/report/fingerprint.h"
 #include "cli/report/json_text.h"
 #include "cli/report/layout.h"
+#include "cli/report/project_path.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::report {
@@ -25,8 +27,9 @@ void PutMessage(JsonObject& out, std::string_view text) {
   out.Object("message", [&](JsonObject& message) { message.Put("text", doubled); });
 }
 
-/// A URI reference (RFC 3986): relative paths stay relative.
-std::string Uri(std::string_view path) {
+/// A URI reference (RFC 3986): relative to the folder of the project, where it lies in it.
+std::string Uri(std::string_view given, std::string_view folder) {
+  const std::string path = PathInProject(given, folder);
   constexpr std::string_view kKept = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~/";
   constexpr std::string_view kHex = "0123456789ABCDEF";
   std::string uri = path.starts_with('/') ? "file://" : "";
@@ -50,8 +53,13 @@ std::string Trimmed(std::string_view text) {
   return std::string(text.substr(begin, text.find_last_not_of(" \n") + 1 - begin));
 }
 
+/// A capture has no lines, and yet servers want one.
+constexpr std::string_view kLineHelp =
+    "\n\n## Where it is shown\nThe line of a result is that of its first frame in the text that `ecaudit decode "
+    "CAPTURE` writes.";
+
 void PutRule(JsonObject& out, const RuleInfo& rule) {
-  const std::string page = Trimmed(rule.doc);
+  const std::string page = Trimmed(rule.doc) + std::string(kLineHelp);
   const std::string full = std::string(rule.title) + ". Needs: " + std::string(rule.needs) + ".";
   out.Put("id", rule.id);
   out.Object("shortDescription", [&](JsonObject& json) { json.Put("text", rule.title); });
@@ -96,7 +104,7 @@ std::string Quoted(std::string_view text) {
 
 class SarifWriter {
  public:
-  explicit SarifWriter(const Digest& digest) : digest_(digest) {
+  SarifWriter(const Digest& digest, std::string_view folder) : digest_(digest), folder_(folder) {
     for (const RuleInfo* rule : digest.rules) {
       index_.emplace(rule->id, index_.size());
       rules_.Add([&](JsonObject& json) { PutRule(json, *rule); });
@@ -153,7 +161,7 @@ class SarifWriter {
   /// A capture that was read twice is one artifact: the schema wants each once.
   [[nodiscard]] std::size_t ArtifactIndex(const std::string& path) {
     const auto [entry, added] = artifact_index_.emplace(path, artifacts_.size());
-    if (added) artifacts_.push_back(Uri(path));
+    if (added) artifacts_.push_back(Uri(path, folder_));
     return entry->second;
   }
 
@@ -162,12 +170,14 @@ class SarifWriter {
     out.Array("roles", [](JsonArray& roles) { roles.Add("analysisTarget"); });
   }
 
-  void PutLocation(JsonObject& out, std::size_t artifact) const {
+  /// @param line  of the text of `decode`; 0: of nothing in particular
+  void PutLocation(JsonObject& out, std::size_t artifact, std::uint64_t line = 0) const {
     out.Object("physicalLocation", [&](JsonObject& physical) {
       physical.Object("artifactLocation", [&](JsonObject& location) {
         location.Put("uri", artifacts_[artifact]);
         location.Put("index", artifact);
       });
+      if (line > 0) physical.Object("region", [&](JsonObject& region) { region.Put("startLine", line); });
     });
   }
 
@@ -202,7 +212,8 @@ class SarifWriter {
     PutMessage(out, text);
     out.Array("locations", [&](JsonArray& locations) {
       locations.AddObject([&](JsonObject& location) {
-        PutLocation(location, artifact);
+        // A result without a line is not shown by all; the whole capture begins in the first.
+        PutLocation(location, artifact, std::max<std::uint64_t>(f.line, 1));
         location.Array("logicalLocations", [&](JsonArray& logical) {
           logical.AddObject([&](JsonObject& json) {
             json.Put("name", f.slave ? "slave " + slave : slave);
@@ -215,15 +226,17 @@ class SarifWriter {
     out.Object("partialFingerprints", [&](JsonObject& json) {
       json.Put("ecauditFinding/v1", Hex(StableHash(identity), 16).substr(2) + ":" + std::to_string(which));
     });
-    if (f.known) PutSuppression(out, capture);
+    if (f.known) PutSuppression(out, capture, f);
     out.Object("properties", [&](JsonObject& json) { PutProperties(json, capture, f); });
   }
 
-  static void PutSuppression(JsonObject& out, const CaptureDigest& capture) {
+  static void PutSuppression(JsonObject& out, const CaptureDigest& capture, const FindingDigest& f) {
     out.Array("suppressions", [&](JsonArray& suppressions) {
       suppressions.AddObject([&](JsonObject& json) {
         json.Put("kind", "external");
-        json.Put("justification", "known: listed in " + (capture.baseline.empty() ? "the baseline" : capture.baseline));
+        const std::string baseline = capture.baseline.empty() ? "the baseline" : capture.baseline;
+        json.Put("justification",
+                 "known: listed in " + baseline + (f.known_because.empty() ? "" : " (" + f.known_because + ")"));
       });
     });
   }
@@ -245,6 +258,7 @@ class SarifWriter {
   }
 
   const Digest& digest_;
+  std::string_view folder_;
   List rules_;
   List notifications_;
   List results_;
@@ -255,8 +269,8 @@ class SarifWriter {
 
 }  // namespace
 
-std::string WriteSarif(const Digest& digest) {
-  return SarifWriter(digest).Write();
+std::string WriteSarif(const Digest& digest, std::string_view folder) {
+  return SarifWriter(digest, folder).Write();
 }
 
 }  // namespace ecaudit::report

@@ -18,7 +18,8 @@ void PutAlStep(JsonObject& out, const AnalysisResult& result, const AlStep& step
   out.TextOrNull("from", step.from == 0 ? "" : StateText(step.from));
   out.Put("to", StateText(step.to));
   out.Put("value", step.to);
-  out.Put(request ? "acknowledge" : "error", esc::AlWord{step.to}.bit4());
+  out.Put(request ? "acknowledge" : "error", esc::AlWord{step.to}.bit4() && !step.echo);
+  if (!request) out.Put("acknowledge_echoed", step.echo);
   if (request) out.Put("refused_by_wkc", step.refused_by_wkc);
   out.Put("status_code", step.status_code);
 }
@@ -27,7 +28,7 @@ void PutAl(JsonObject& out, const AnalysisResult& result, const SlaveSummary& s)
   const bool known = s.al_status.has_value();
   const std::uint16_t status = s.al_status.value_or(0);
   out.TextOrNull("state", known ? StateText(status) : "");
-  out.Put("error", OnlyIf(known, esc::AlWord{status}.bit4()));
+  out.Put("error", OnlyIf(known, esc::AlWord{status}.bit4() && !s.al_echo));
   out.Put("status_code", s.al_status_code);
   out.List("history", s.al_history, [&](JsonObject& json, const AlStep& step) { PutAlStep(json, result, step); });
   out.Put("history_left_out", s.al_history_left_out);

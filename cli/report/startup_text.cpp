@@ -117,7 +117,7 @@ class CaptureStartup {
       if (phase && step.phase != *phase) continue;
       const bool marked = step.outcome == StartupOutcome::kRefused && !step.broadcast;
       std::string line = Padded(FrameText(step.frame), kFrameColumn) + StepLine(step);
-      if (marked && line.size() < kLineWidth) {
+      if (marked && line.size() + kStepIndent < text_.width()) {
         std::replace(line.begin(), line.end(), kHardSpace, ' ');
         text_.Line(text_.Styled(line, step.key.kind == StartupKey::Kind::kWrite ? Style::kWarning : Style::kError),
                    kStepIndent);
@@ -132,8 +132,8 @@ class CaptureStartup {
 };
 
 /// What the verdict rests on, and what else there is to see.
-std::string Compared(const CaptureReport& capture) {
-  TextBuilder text(false);
+std::string Compared(const CaptureReport& capture, const TextStyle& style) {
+  TextBuilder text(style);
   std::uint64_t steps = 0;
   for (const SlaveSummary& slave : capture.result.slaves) steps += slave.startup.steps.size();
   text.Line();
@@ -189,10 +189,11 @@ std::string WriteStartupText(const Report& report, const TextStyle& style) {
   std::string out;
   for (std::size_t i = 0; i < report.captures.size(); ++i) {
     const CaptureReport& capture = report.captures[i];
-    TextBuilder text(style.color);
+    TextBuilder text(style);
     if (i > 0) text.Line();
     if (!capture.expectation.empty()) {
-      out += WriteVerdict(capture, style) + Compared(capture);
+      out += WriteVerdict(capture, style);
+      out += (style.quiet ? std::string() : Compared(capture, style));
       continue;
     }
     text.Line(text.Styled(OneLine(capture.result.capture.file.path), Style::kBold));

@@ -23,6 +23,7 @@ void PutCaptureDigest(JsonObject& out, const CaptureDigest& capture) {
   const bool read = capture.unreadable.empty();
   out.Put("path", capture.path);
   out.TextOrNull("report", capture.report);
+  out.TextOrNull("page", capture.page);
   out.Put("status", Name(StatusOf(capture)));
   out.Put("headline", headline.substr(headline.find(' ') + 1));
   out.TextOrNull("error", capture.unreadable);
@@ -65,6 +66,21 @@ void PutRuleTally(JsonObject& out, const RuleTally& rule) {
   out.Put("findings", rule.findings);
 }
 
+void PutCause(JsonObject& out, const Digest& digest, const CauseGroup& group) {
+  out.Put("rule", group.rule);
+  out.Put("severity", Name(group.severity));
+  out.Put("title", group.title);
+  out.Put("captures", group.captures.size());
+  out.TextOrNull("first_time", group.first_time);
+  out.TextOrNull("last_time", group.last_time);
+  out.Array("products", [&](JsonArray& products) {
+    for (const std::string& product : group.products) products.Add(product);
+  });
+  out.Array("paths", [&](JsonArray& paths) {
+    for (const std::size_t capture : group.captures) paths.Add(digest.captures[capture].path);
+  });
+}
+
 }  // namespace
 
 std::string WriteSummaryJson(const Digest& digest) {
@@ -73,6 +89,7 @@ std::string WriteSummaryJson(const Digest& digest) {
     out.Put("schema", "ecaudit.summary/1");
     PutTool(out, digest.version);
     out.Object("summary", [&](JsonObject& json) { PutTally(json, digest, tally); });
+    out.List("causes", tally.causes, [&](JsonObject& json, const CauseGroup& group) { PutCause(json, digest, group); });
     out.List("rules", tally.rules, PutRuleTally);
     out.List("captures", digest.captures, PutCaptureDigest);
   });

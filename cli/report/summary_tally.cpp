@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <tuple>
+#include <utility>
+
+#include "cli/report/fingerprint.h"
 
 namespace ecaudit::report {
 namespace {
@@ -20,6 +24,35 @@ void Add(const Digest& digest, std::size_t capture, std::map<std::string_view, R
     const bool seen_here = std::any_of(findings.begin(), findings.begin() + static_cast<std::ptrdiff_t>(i),
                                        [&f](const FindingDigest& g) { return !g.known && g.rule == f.rule; });
     if (!seen_here) ++tally.captures;
+  }
+}
+
+/// Puts a capture to those of the same first cause.
+void AddCause(const Digest& digest, std::size_t place,
+              std::map<std::pair<std::string, std::string>, CauseGroup>& causes) {
+  const CaptureDigest& capture = digest.captures[place];
+  if (!capture.unreadable.empty() || !capture.judged) return;
+  const std::optional<MainFinding> main = MainFindingOf(capture);
+  if (!main) return;
+  const FindingDigest& root = capture.findings[main->root];
+  const Fingerprint fingerprint = FingerprintOf(root);
+  const auto [entry, first] = causes.try_emplace({fingerprint.rule, fingerprint.title});
+  CauseGroup& group = entry->second;
+  if (first) {
+    group.rule = fingerprint.rule;
+    group.title = fingerprint.title;
+    group.example = main->root;
+  }
+  group.severity = std::max(group.severity, capture.findings[main->worst].severity);
+  group.captures.push_back(place);
+  if (!capture.first_time.empty()) {
+    // ISO times of one form sort as text.
+    if (group.first_time.empty() || capture.first_time < group.first_time) group.first_time = capture.first_time;
+    group.last_time = std::max(group.last_time, capture.first_time);
+  }
+  const auto at = std::lower_bound(group.products.begin(), group.products.end(), root.product);
+  if (!root.product.empty() && (at == group.products.end() || *at != root.product)) {
+    group.products.insert(at, root.product);
   }
 }
 
@@ -61,6 +94,7 @@ std::string_view Tally::Verdict(const Digest& digest) const {
 Tally TallyOf(const Digest& digest) {
   Tally tally;
   std::map<std::string_view, RuleTally> rules;
+  std::map<std::pair<std::string, std::string>, CauseGroup> causes;
   for (std::size_t i = 0; i < digest.captures.size(); ++i) {
     const CaptureDigest& capture = digest.captures[i];
     tally.findings.Add(Summarise(capture));
@@ -85,7 +119,12 @@ Tally TallyOf(const Digest& digest) {
         break;
     }
     Add(digest, i, rules);
+    AddCause(digest, i, causes);
   }
+  for (auto& [fingerprint, group] : causes) tally.causes.push_back(std::move(group));
+  std::stable_sort(tally.causes.begin(), tally.causes.end(), [](const CauseGroup& a, const CauseGroup& b) {
+    return std::tuple(b.severity, b.captures.size()) < std::tuple(a.severity, a.captures.size());
+  });
   for (auto& [rule, entry] : rules) tally.rules.push_back(entry);
   std::sort(tally.rules.begin(), tally.rules.end(), [](const RuleTally& a, const RuleTally& b) {
     return std::tuple(b.severity, b.captures, std::string_view(a.rule)) <

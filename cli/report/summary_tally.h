@@ -28,6 +28,18 @@ struct RuleTally {
   std::size_t first_finding = 0;  ///< ... and in its findings
 };
 
+/// Captures whose first cause is the same fault, wherever on the bus: rule and title without counts are equal. Of each
+/// capture the cause counts that is read first, known findings left out.
+struct CauseGroup {
+  std::string rule;
+  Severity severity = Severity::kInfo;  ///< the worst that occurs
+  std::string title;                    ///< counting numbers as '#'
+  std::vector<std::size_t> captures;    ///< places in Digest::captures
+  std::string first_time, last_time;    ///< when the captures begin, ISO 8601 UTC; empty when unknown
+  std::vector<std::string> products;    ///< of the slaves, each once, sorted
+  std::size_t example = 0;              ///< place of the finding in the first of the captures
+};
+
 struct Tally {
   Summary findings;
   std::uint64_t failed = 0;
@@ -36,7 +48,8 @@ struct Tally {
   std::uint64_t unreadable = 0;
   std::uint64_t passed = 0;
   std::uint64_t nothing_to_check = 0;
-  std::vector<RuleTally> rules;  ///< worst severity first, then the most captures, then by id
+  std::vector<RuleTally> rules;    ///< worst severity first, then the most captures, then by id
+  std::vector<CauseGroup> causes;  ///< likewise, then by title
 
   /// "fail": a capture failed, or lacks what is required; "incomplete": none did, but some could not be read or were
   /// not reached; "limited": one of them is; "pass".

@@ -7,6 +7,7 @@
 #include "cli/report/layout.h"
 #include "cli/report/summary_tally.h"
 #include "cli/report/summary_writer.h"
+#include "cli/report/verdict_line.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::report {
@@ -54,6 +55,37 @@ void Rules(const Digest& digest, const Tally& tally, TextBuilder& text) {
   }
 }
 
+/// Groups of captures that are told.
+constexpr std::size_t kCausesTold = 20;
+
+/// "37 captures: error al-refused: SAFEOP refused ...; first seen 2026-03-02; slaves of ..."
+void Causes(const Digest& digest, const Tally& tally, TextBuilder& text) {
+  const auto shared = [](const CauseGroup& group) { return group.captures.size() > 1; };
+  if (std::none_of(tally.causes.begin(), tally.causes.end(), shared)) return;
+  text.Line();
+  text.Line(text.Styled("The same first cause in several captures", Style::kBold));
+  std::size_t told = 0;
+  for (const CauseGroup& group : tally.causes) {
+    if (!shared(group)) continue;
+    if (++told > kCausesTold) {
+      text.Line("and more (--format json has all)", 2);
+      break;
+    }
+    const CaptureDigest& first = digest.captures[group.captures.front()];
+    std::string line = Count(group.captures.size(), "capture") + ": " + std::string(Name(group.severity)) + " " +
+                       group.rule + ": " + OneLine(first.findings[group.example].title);
+    if (!group.first_time.empty()) {
+      const std::string day = group.first_time.substr(0, 10);
+      const std::string last = group.last_time.substr(0, 10);
+      line += day == last ? "; seen " + day : "; first seen " + day + ", last " + last;
+    }
+    for (std::size_t i = 0; i < group.products.size(); ++i) {
+      line += (i == 0 ? "; slaves of " : " and ") + group.products[i];
+    }
+    text.Paragraph(line + "; e.g. " + OneLine(first.path), 2, 6);
+  }
+}
+
 /// The order in which a person wants to hear of captures.
 std::size_t Rank(const CaptureDigest& capture) {
   switch (StatusOf(capture)) {
@@ -79,21 +111,24 @@ constexpr std::array kStyles{Style::kError,   Style::kError,   Style::kError, St
                              Style::kWarning, Style::kWarning, Style::kGood};
 constexpr std::size_t kQuiet = 6;
 
-void Captures(const Digest& digest, TextBuilder& text) {
+void Captures(const Digest& digest, const TextStyle& style, TextBuilder& text) {
   if (digest.captures.empty()) return;
   std::array<std::vector<const CaptureDigest*>, kStyles.size()> ranks;
   for (const CaptureDigest& capture : digest.captures) ranks[Rank(capture)].push_back(&capture);
-  text.Line();
-  text.Line(text.Styled("Captures", Style::kBold));
+  if (!style.quiet) text.Line();
+  if (!style.quiet) text.Line(text.Styled("Captures", Style::kBold));
+  const std::size_t indent = style.quiet ? 0 : 2;
   for (std::size_t rank = 0; rank < ranks.size(); ++rank) {
-    if (rank == kQuiet && ranks[rank].size() > kQuietListed) {
+    if (rank == kQuiet && ranks[rank].size() > kQuietListed && !style.quiet) {
       text.Line("and " + Count(ranks[rank].size(), "capture") + " without findings", 2);
       continue;
     }
     for (const CaptureDigest* capture : ranks[rank]) {
-      const std::string line = Headline(*capture);
-      const std::size_t word = line.find(' ');
-      text.Line(text.Styled(line.substr(0, word), kStyles[rank]) + line.substr(word), 2);
+      VerdictLine line = VerdictLineOf(*capture, style, true);
+      for (const std::string& note : VerdictNotes(*capture)) {
+        if (line.rest.find(note) == std::string::npos) line.rest += "; " + note;
+      }
+      text.Line(text.Styled(line.word, kStyles[rank]) + line.rest, indent);
     }
   }
 }
@@ -120,7 +155,7 @@ void Configurations(const Digest& digest, TextBuilder& text) {
 }  // namespace
 
 std::string WriteSummaryText(const Digest& digest, const TextStyle& style) {
-  TextBuilder text(style.color);
+  TextBuilder text(style);
   const Tally tally = TallyOf(digest);
   const std::string_view verdict = tally.Verdict(digest);
   const std::string word = verdict == "fail"      ? "FAIL"
@@ -129,9 +164,10 @@ std::string WriteSummaryText(const Digest& digest, const TextStyle& style) {
                                                   : "INCOMPLETE";
   const Style shown = verdict == "pass" ? Style::kGood : verdict == "limited" ? Style::kWarning : Style::kError;
   text.Line(text.Styled(word, shown) + " " + FirstLine(digest, tally));
-  Rules(digest, tally, text);
-  Captures(digest, text);
-  Configurations(digest, text);
+  if (!style.quiet) Causes(digest, tally, text);
+  if (!style.quiet) Rules(digest, tally, text);
+  Captures(digest, style, text);
+  if (!style.quiet) Configurations(digest, text);
   return text.Take();
 }
 

@@ -12,6 +12,8 @@
 #include "cli/report/finding_order.h"
 #include "cli/report/layout.h"
 #include "cli/report/times.h"
+#include "cli/report/topology_text.h"
+#include "cli/report/verdict_line.h"
 #include "cli/report/wireshark_filter.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/al.h"
@@ -70,6 +72,7 @@ std::string StepText(const AlStep& step) {
     if (step.refused_by_wkc) text += " (not taken)";
     return text;
   }
+  if (step.echo) return esc::StateName(esc::AlWord{step.to}.state()) + " (acknowledge echoed)";
   std::string text = esc::StatusText(step.to);
   if (step.status_code && *step.status_code != 0) text += " code " + Hex(*step.status_code);
   return text;
@@ -88,14 +91,16 @@ std::string Counts(const Summary& s) {
 class CaptureText {
  public:
   CaptureText(const CaptureReport& capture, const TextStyle& style)
-      : capture_(capture), result_(capture.result), text_(style.color) {}
+      : capture_(capture), result_(capture.result), style_(style), text_(style) {}
 
   std::string Write() {
     FirstLines();
+    if (style_.quiet) return text_.Take();
     if (!WithoutEtherCat(result_)) {
-      Slaves();
       Findings();
       KnownFindings();
+      Slaves();
+      Bus();
       NotJudged();
     }
     CaptureFacts();
@@ -104,6 +109,7 @@ class CaptureText {
 
   std::string WriteVerdictOnly() {
     FirstLines();
+    if (style_.quiet) return text_.Take();
     if (!WithoutEtherCat(result_)) {
       Findings();
       KnownFindings();
@@ -118,20 +124,40 @@ class CaptureText {
     text_.Line(text_.Styled(heading, Style::kBold));
   }
 
+  /// The verdict; what was found in how much; what it does not rest on; how much was judged.
   void FirstLines() {
-    const std::string headline = Headline(capture_);
-    const std::size_t word = headline.find(' ');
-    const Summary summary = Summarise(capture_);
-    const Style style = summary.fail || summary.unmet                 ? Style::kError
-                        : WithoutEtherCat(result_) || summary.limited ? Style::kWarning
-                                                                      : Style::kGood;
-    text_.Line(text_.Styled(headline.substr(0, word), style) + headline.substr(word));
-    if (WithoutEtherCat(result_)) return;
-    std::string counts = Counts(summary);
-    if (!result_.not_evaluable.empty()) {
-      counts += "; " + Count(RulesNotJudged(), "rule") + " could not be judged everywhere (see below)";
+    const CaptureDigest digest = DigestOf(capture_);
+    const VerdictLine verdict = VerdictLineOf(digest, style_);
+    text_.Line(text_.Styled(verdict.word, verdict.style) + verdict.rest);
+    if (style_.quiet || WithoutEtherCat(result_)) return;
+    std::string counts = Counts(Summarise(capture_));
+    if (!result_.slaves.empty()) counts += "; " + Count(result_.slaves.size(), "slave");
+    const CaptureSummary& c = result_.capture;
+    if (c.duration_ns && c.first.has_time) {
+      const bool local = style_.time == TimeMode::kLocal;
+      counts += "; " + Fixed(static_cast<double>(*c.duration_ns) / 1e9, 3) + " s from " +
+                DateText(c.first.time, local) + " " + ClockText(c.first.time, local, 0) + " " +
+                ZoneText(c.first.time, local);
     }
-    text_.Line(counts);
+    text_.Paragraph(counts, 0);
+    for (const std::string& note : VerdictNotes(digest)) {
+      if (verdict.rest.find(note) == std::string::npos) text_.Paragraph(note, 0, 2);
+    }
+    if (const std::string judged = JudgedText(); !judged.empty()) text_.Paragraph(judged, 0, 2);
+  }
+
+  /// "judged: 204 of 216, 6 more in part; 4 rules not everywhere (see below)"
+  [[nodiscard]] std::string JudgedText() const {
+    const CoverageCount count = CountOf(result_.coverage);
+    std::string text;
+    if (count.applicable() > 0) {
+      text = "judged: " + Grouped(count.judged) + " of " + Grouped(count.applicable());
+      if (count.partly > 0) text += ", " + Grouped(count.partly) + " more in part";
+    }
+    if (!result_.not_evaluable.empty()) {
+      text += (text.empty() ? "" : "; ") + Count(RulesNotJudged(), "rule") + " not everywhere (see below)";
+    }
+    return text;
   }
 
   [[nodiscard]] std::uint64_t RulesNotJudged() const {
@@ -343,8 +369,7 @@ class CaptureText {
     std::string text = StepText(step);
     if (step.frame.seen()) {
       text += " #" + std::to_string(step.frame.number);
-      const auto seconds = SecondsSince(result_.capture.origin, step.frame);
-      if (seconds) text += " at " + Fixed(*seconds, 3) + " s";
+      if (const std::string moment = Moment(step.frame, 3); !moment.empty()) text += " at " + moment;
     }
     std::replace(text.begin(), text.end(), ' ', kHardSpace);
     return text;
@@ -383,6 +408,15 @@ class CaptureText {
     return text;
   }
 
+  // --- topology -------------------------------------------------------------------------------------------------
+
+  void Bus() {
+    if (!result_.bus.topology.known()) return;
+    Heading("Topology (positions as they are plugged in, by DL status)");
+    for (const std::string& chain : TopologyChains(result_.bus.topology)) text_.Paragraph(chain, 2, 6);
+    for (const std::string& note : TopologyNotes(result_, style_)) text_.Paragraph(note, 2, 6);
+  }
+
   // --- findings -------------------------------------------------------------------------------------------------
 
   void Findings() {
@@ -400,30 +434,47 @@ class CaptureText {
                          Style::kFaint),
             2);
       }
-      FindingHead(result_.findings[entry.index], entry.depth, indent);
+      FindingHead(entry.index, entry.depth, indent);
       if (i < kFindingsInFull) FindingBody(result_.findings[entry.index], indent + 4);
     }
   }
 
-  /// "error al-refused  slave 0 (AKD, 0x1001)  frame 760 at 1.950000 s" and the title below.
-  void FindingHead(const Finding& f, int depth, std::size_t indent) {
-    std::string head = text_.Styled(Name(f.severity), StyleOf(f.severity)) + " " +
-                       text_.Styled(std::string(f.rule), Style::kBold) + "  " + SlaveLabel(result_, f.slave) + "  " +
-                       Place(f);
-    if (depth > 0) head = "consequence: " + head;
-    text_.Line(head, indent);
+  /// "f1 error al-refused  slave 0 (AKD, 0x1001)  frame 760 at 1.950000 s" and the title below. The id is the one that
+  /// `slice --finding` takes.
+  void FindingHead(std::size_t index, int depth, std::size_t indent) {
+    const Finding& f = result_.findings[index];
+    const std::string id = "f" + std::to_string(index + 1) + " " + (depth > 0 ? "consequence: " : "");
+    const std::string head = id + text_.Styled(Name(f.severity), StyleOf(f.severity)) + " " +
+                             text_.Styled(std::string(f.rule), Style::kBold);
+    const std::string label = SlaveLabel(result_, f.slave) + "  ";
+    const std::string place = Place(f);
+    const std::size_t columns = indent + id.size() + Name(f.severity).size() + 1 + f.rule.size() + 2;
+    if (columns + Columns(label) + Columns(place) <= text_.width()) {
+      text_.Line(head + "  " + label + place, indent);
+    } else if (columns + Columns(label) <= text_.width() + 2) {
+      text_.Line(head + "  " + label.substr(0, label.size() - 2), indent);
+      text_.Paragraph(place, indent + 4);
+    } else {
+      text_.Line(head, indent);
+      text_.Paragraph(label + place, indent + 4);
+    }
     text_.Paragraph(OneLine(f.title), indent + 4);
   }
 
   [[nodiscard]] std::string Place(const Finding& f) const {
     if (!f.first.seen()) return "no single frame";
     std::string text = "frame " + std::to_string(f.first.number);
-    if (const auto seconds = SecondsSince(result_.capture.origin, f.first)) text += " at " + SecondsText(*seconds);
+    if (const std::string moment = Moment(f.first, 6); !moment.empty()) text += " at " + moment;
     if (f.count > 1) {
-      text += ", " + Grouped(f.count) + " times";
-      if (f.last.number > f.first.number) text += " until frame " + std::to_string(f.last.number);
+      // What was seen so often may have happened once: polls that find it unchanged count, too.
+      text += ", seen " + Count(f.count, "time");
+      if (f.last.number > f.first.number) text += ", last in frame " + std::to_string(f.last.number);
     }
     return text;
+  }
+
+  [[nodiscard]] std::string Moment(const FrameRef& frame, std::size_t digits) const {
+    return MomentText(style_.time, result_.capture.origin, frame, digits);
   }
 
   void FindingBody(const Finding& f, std::size_t indent) {
@@ -463,8 +514,9 @@ class CaptureText {
     for (std::size_t i = 0; i < result_.findings.size(); ++i) {
       if (!capture_.IsKnown(i)) continue;
       const Finding& f = result_.findings[i];
-      text_.Paragraph(std::string(Name(f.severity)) + " " + std::string(f.rule) + ", " + SlaveLabel(result_, f.slave) +
-                          ", " + Place(f) + ": " + OneLine(f.title),
+      text_.Paragraph("f" + std::to_string(i + 1) + " " + std::string(Name(f.severity)) + " " + std::string(f.rule) +
+                          ", " + SlaveLabel(result_, f.slave) + ", " + Place(f) + ": " + OneLine(f.title) +
+                          (capture_.WhyKnown(i).empty() ? "" : " (" + OneLine(capture_.WhyKnown(i)) + ")"),
                       2, 6);
     }
   }
@@ -485,7 +537,7 @@ class CaptureText {
     Heading("What to capture next (rules it may open, each once for a slave)");
     for (std::size_t i = 0; i < std::min(result_.capture_next.size(), kAdviceShown); ++i) {
       const CaptureAdvice& advice = result_.capture_next[i];
-      text_.Line(OneLine(advice.text) + " (" + Grouped(advice.judgements) + ")", 2);
+      text_.Paragraph(OneLine(advice.text) + " (" + Grouped(advice.judgements) + ")", 2, 6);
     }
   }
 
@@ -572,6 +624,7 @@ class CaptureText {
   void CaptureFacts() {
     const CaptureSummary& c = result_.capture;
     Heading("Capture");
+    text_.Paragraph(OneLine(c.file.path), 2, 4);
     std::string frames = Count(c.packets, "packet") + " (" + Printable(c.file.format) + "), " +
                          Count(c.ethercat_frames, "EtherCAT frame") + " (" + Grouped(c.outbound_frames) +
                          " outbound, " + Grouped(c.returned_frames) + " returned";
@@ -615,7 +668,8 @@ class CaptureText {
   [[nodiscard]] std::string TimeFacts() const {
     const CaptureSummary& c = result_.capture;
     if (!c.first.has_time) return "no time stamps";
-    std::string text = "from " + IsoTime(c.first.time);
+    const bool local = style_.time == TimeMode::kLocal;
+    std::string text = "from " + (local ? IsoLocalTime(c.first.time) : IsoTime(c.first.time));
     if (c.duration_ns) text += ", " + SecondsText(static_cast<double>(*c.duration_ns) / 1e9);
     if (c.timestamps.resolution_ns > 0) text += ", time stamps in steps of " + Duration(c.timestamps.resolution_ns);
     if (c.timestamps.backwards > 0) text += ", " + Grouped(c.timestamps.backwards) + " backwards";
@@ -722,6 +776,7 @@ class CaptureText {
 
   const CaptureReport& capture_;
   const AnalysisResult& result_;
+  const TextStyle& style_;
   TextBuilder text_;
 };
 
@@ -743,12 +798,12 @@ std::string WriteVerdict(const CaptureReport& capture, const TextStyle& style) {
 std::string WriteText(const Report& report, const TextStyle& style) {
   std::string out;
   for (const CaptureReport& capture : report.captures) {
-    if (!out.empty()) out += "\n";
+    if (!out.empty() && !style.quiet) out += "\n";
     out += CaptureText(capture, style).Write();
   }
   if (!report.unreadable.empty()) {
-    TextBuilder text(style.color);
-    if (!out.empty()) text.Line();
+    TextBuilder text(style);
+    if (!out.empty() && !style.quiet) text.Line();
     for (const UnreadableCapture& capture : report.unreadable) {
       text.Line(text.Styled("ERROR", Style::kError) + " " + OneLine(capture.path) + ": " + OneLine(capture.message));
     }
@@ -758,8 +813,8 @@ std::string WriteText(const Report& report, const TextStyle& style) {
     const Summary sum = Summarise(report);
     std::uint64_t failed = 0;
     for (const CaptureReport& capture : report.captures) failed += Summarise(capture).fail ? 1U : 0U;
-    TextBuilder text(style.color);
-    text.Line();
+    TextBuilder text(style);
+    if (!style.quiet) text.Line();
     text.Line(text.Styled(sum.fail ? "FAIL" : "PASS", sum.fail ? Style::kError : Style::kGood) + " " +
               Count(report.captures.size(), "capture") + ", " + Grouped(failed) + " failed: " + Counts(sum));
     out += text.Take();

@@ -1,15 +1,13 @@
-/// The report for a person: what matters most in the first line, then slaves, findings, and what could not be judged.
+/// The report for a person: what matters most in the first line, how much was judged, the findings with their ids, then
+/// slaves, what could not be judged, and the capture.
 #pragma once
 
 #include <string>
 
+#include "cli/report/layout.h"
 #include "cli/report/report.h"
 
 namespace ecaudit::report {
-
-struct TextStyle {
-  bool color = false;  ///< ANSI escape sequences; only for terminals
-};
 
 /// Lines end with "\n"; names and texts from the capture are made printable.
 [[nodiscard]] std::string WriteText(const Report& report, const TextStyle& style);

@@ -86,6 +86,22 @@ void PutSdo(JsonObject& out, const AnalysisResult& result, const SdoRow& row) {
   out.Put("duration_ms", OnlyIf(row.duration.has_value(), static_cast<double>(row.duration.value_or(0)) / 1e6));
 }
 
+void PutExchange(JsonObject& out, std::string_view key, const AnalysisResult& result, const ExchangeLane& lane) {
+  if (lane.runs.empty()) return out.Put(key, nullptr);
+  out.Object(key, [&](JsonObject& json) {
+    json.List("runs", lane.runs, [&](JsonObject& run, const ExchangeRun& entry) {
+      using Kind = ExchangeRun::Kind;
+      run.Put("kind", entry.kind == Kind::kTaken ? "taken" : entry.kind == Kind::kMissing ? "missing" : "unclear");
+      run.Put("from_s", SecondsSince(result.capture.origin, entry.first));
+      run.Put("to_s", SecondsSince(result.capture.origin, entry.last));
+      run.Frame("frame", entry.first);
+      run.Frame("last_frame", entry.last);
+      run.Put("count", entry.count);
+    });
+    json.Put("left_out", lane.left_out);
+  });
+}
+
 void PutSlaveTimeline(JsonObject& out, const AnalysisResult& result, const SlaveTimeline& slave) {
   const SlaveSummary* summary = result.slave(slave.slave);
   out.Put("slave", summary != nullptr ? JsonScalar(summary->position) : nullptr);
@@ -98,6 +114,8 @@ void PutSlaveTimeline(JsonObject& out, const AnalysisResult& result, const Slave
   }
   out.List("signals", slave.signals,
            [&](JsonObject& json, const SignalSeries& signal) { PutSignal(json, result, signal); });
+  PutExchange(out, "outputs", result, slave.outputs);
+  PutExchange(out, "inputs", result, slave.inputs);
   PutSeries(out, "mailbox", result, slave.mailbox, Shows::kCounts);
   out.List("sdos", slave.sdos, [&](JsonObject& json, const SdoRow& row) { PutSdo(json, result, row); });
   out.Put("sdos_left_out", slave.sdos_left_out);

@@ -30,6 +30,21 @@ std::string SecondsText(std::optional<std::int64_t> ns) {
   return text;
 }
 
+std::string_view TimeColumn::title() const {
+  return mode == report::TimeMode::kRelative ? "time s" : mode == report::TimeMode::kUtc ? "time UTC" : "local time";
+}
+
+std::string TimeColumn::Text(const FrameRef& frame, std::optional<std::int64_t> since_start_ns) const {
+  if (mode == report::TimeMode::kRelative) return SecondsText(since_start_ns);
+  std::string text = report::MomentText(mode, origin, frame, 9);
+  return text.empty() ? "-" : text;
+}
+
+std::string TimeColumn::Iso(const FrameRef& frame) const {
+  if (mode == report::TimeMode::kRelative || !frame.has_time) return {};
+  return mode == report::TimeMode::kUtc ? report::IsoTime(frame.time) : report::IsoLocalTime(frame.time);
+}
+
 void Columns::Gap() {
   if (!first_) out_ += "  ";
   first_ = false;

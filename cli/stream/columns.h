@@ -13,6 +13,19 @@ namespace ecaudit::cli {
 /// "12.000000345"; "-" when unknown.
 [[nodiscard]] std::string SecondsText(std::optional<std::int64_t> ns);
 
+/// The column that says when: seconds from the first packet, or a clock time.
+struct TimeColumn {
+  report::TimeMode mode = report::TimeMode::kRelative;
+  FrameRef origin;  ///< first time stamp of the capture
+
+  [[nodiscard]] std::string_view title() const;
+  [[nodiscard]] std::size_t width() const { return 16; }
+  /// @param since_start_ns  of `frame`
+  [[nodiscard]] std::string Text(const FrameRef& frame, std::optional<std::int64_t> since_start_ns) const;
+  /// For JSON and CSV: ISO 8601 with the zone; empty where times are relative, or there is none.
+  [[nodiscard]] std::string Iso(const FrameRef& frame) const;
+};
+
 class Columns {
  public:
   /// Appends to `out`, which must outlive this. Text given to it is trusted.

@@ -97,6 +97,7 @@ void AppendDatagramJson(std::string& out, const DatagramRow& row, RegisterNames&
   } else {
     line.Null("time_s");
   }
+  if (const std::string time = row.time.Iso(row.frame.ref()); !time.empty()) line.Text("time", time);
   line.Text("direction", DirectionName(row.direction));
   std::string& command = line.Key("command");
   command += '"';
@@ -127,10 +128,10 @@ void AppendDatagramJson(std::string& out, const DatagramRow& row, RegisterNames&
   line.Close();
 }
 
-std::string DatagramTextHeader(bool color) {
+std::string DatagramTextHeader(const TimeColumn& time, bool color) {
   std::string out;
   Columns columns(out, color);
-  columns.Right("frame", 10, report::Style::kBold).Right("time s", 16, report::Style::kBold);
+  columns.Right("frame", 10, report::Style::kBold).Right(time.title(), time.width(), report::Style::kBold);
   columns.Left("", 2).Left("cmd", 4, report::Style::kBold).Right("slave", 5, report::Style::kBold);
   columns.Left("address", 13, report::Style::kBold).Right("bytes", 5, report::Style::kBold);
   columns.Right("wkc", 5, report::Style::kBold).Last("content", report::Style::kBold);
@@ -146,7 +147,7 @@ void AppendDatagramText(std::string& out, const DatagramRow& row, bool color) {
   const report::Style faint = row.outbound() ? report::Style::kPlain : report::Style::kFaint;
   Columns columns(out, color);
   columns.Right(frame, 10)
-      .Right(SecondsText(row.since_start_ns), 16, report::Style::kFaint)
+      .Right(row.time.Text(row.frame.ref(), row.since_start_ns), row.time.width(), report::Style::kFaint)
       .Left(DatagramArrow(row), 2, faint);
   columns.Left(command, 4, report::Style::kInfo).Right(SlaveText(row), 5).Left(AddressText(d), 13);
   columns.Right(std::to_string(d.length()), 5);
@@ -155,8 +156,13 @@ void AppendDatagramText(std::string& out, const DatagramRow& row, bool color) {
   columns.Last(ContentText(row));
 }
 
+std::size_t LinesOf(const wire::FrameView& frame) {
+  const bool problem = frame.kind() != wire::FrameKind::kOther && frame.kind() != wire::FrameKind::kEtherCat;
+  return frame.size() + (problem ? 1 : 0);
+}
+
 std::optional<std::string> FrameProblemText(const wire::FrameView& frame, std::optional<std::int64_t> since_start_ns,
-                                            bool color) {
+                                            const TimeColumn& time, bool color) {
   std::string problem;
   switch (frame.kind()) {
     case wire::FrameKind::kOther:
@@ -175,7 +181,7 @@ std::optional<std::string> FrameProblemText(const wire::FrameView& frame, std::o
   std::string out;
   Columns columns(out, color);
   columns.Right(std::to_string(frame.ref().number), 10)
-      .Right(SecondsText(since_start_ns), 16, report::Style::kFaint)
+      .Right(time.Text(frame.ref(), since_start_ns), time.width(), report::Style::kFaint)
       .Left("!!", 2, report::Style::kError)
       .Last(problem, report::Style::kError);
   return out;

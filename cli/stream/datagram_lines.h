@@ -5,6 +5,7 @@
 #include <string>
 #include <unordered_map>
 
+#include "cli/stream/columns.h"
 #include "decoder/base/ids.h"
 #include "decoder/bus/direction.h"
 #include "decoder/wire/frame_view.h"
@@ -18,6 +19,7 @@ struct DatagramRow {
   bus::Direction direction = bus::Direction::kForeign;
   std::optional<std::int64_t> since_start_ns;  ///< from the first packet
   std::optional<SlavePos> slave;               ///< the slave it addresses
+  TimeColumn time;
 
   [[nodiscard]] bool outbound() const { return direction == bus::Direction::kOutbound; }
   [[nodiscard]] bool returned() const { return direction == bus::Direction::kReturned; }
@@ -38,11 +40,14 @@ class RegisterNames {
 void AppendDatagramJson(std::string& out, const DatagramRow& row, RegisterNames& names);
 
 /// The line above all others.
-[[nodiscard]] std::string DatagramTextHeader(bool color);
+[[nodiscard]] std::string DatagramTextHeader(const TimeColumn& time, bool color);
 /// Appends frame, time, direction, command, slave, address, length, working counter and contents in columns.
 void AppendDatagramText(std::string& out, const DatagramRow& row, bool color);
+/// Lines that `decode` writes for a frame when it shows all slaves.
+[[nodiscard]] std::size_t LinesOf(const wire::FrameView& frame);
 /// What is wrong with a frame, as a line of its own; nothing when it is sound.
 [[nodiscard]] std::optional<std::string> FrameProblemText(const wire::FrameView& frame,
-                                                          std::optional<std::int64_t> since_start_ns, bool color);
+                                                          std::optional<std::int64_t> since_start_ns,
+                                                          const TimeColumn& time, bool color);
 
 }  // namespace ecaudit::cli

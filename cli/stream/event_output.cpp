@@ -1,5 +1,8 @@
 #include "cli/stream/event_output.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "cli/interrupt.h"
 #include "cli/stream/columns.h"
 #include "decoder/base/text.h"
@@ -8,7 +11,6 @@ namespace ecaudit::cli {
 namespace {
 
 constexpr std::size_t kFrameColumns = 8;
-constexpr std::size_t kTimeColumns = 16;
 constexpr std::size_t kSlaveColumns = 6;
 constexpr std::size_t kTypeColumns = 14;
 
@@ -26,7 +28,9 @@ void EventOutput::Begin() {
     if (target.format != LineFormat::kText) continue;
     const report::Style bold = report::Style::kBold;
     Columns columns(target.output.buffer(), target.color);
-    columns.Right("frame", kFrameColumns, bold).Right("time s", kTimeColumns, bold).Right("slave", kSlaveColumns, bold);
+    const TimeColumn time = context_.time();
+    columns.Right("frame", kFrameColumns, bold).Right(time.title(), time.width(), bold);
+    columns.Right("slave", kSlaveColumns, bold);
     columns.Left("event", kTypeColumns, bold).Last("what", bold);
     target.output.EndLine();
   }
@@ -40,23 +44,43 @@ void EventOutput::Write(const EventRow& row) {
     const StationAddress* station = address.station.if_known();
     slave_text = position != nullptr ? std::to_string(*position) : station != nullptr ? Hex(*station) : "?";
   }
-  bool open = false;
-  for (LineTarget& target : context_.targets) {
-    std::string& out = target.output.buffer();
+  Waiting waiting{row.frame_.number, number_++, {}};
+  for (const LineTarget& target : context_.targets) {
+    std::string& out = waiting.lines.emplace_back();
     if (target.format == LineFormat::kJsonLines) {
-      out += json_;
-      target.output.EndLine();
+      out = json_;
     } else if (types_.chosen() || !row.told_elsewhere) {
       Columns columns(out, target.color);
       columns.Right(std::to_string(row.frame_.number), kFrameColumns);
-      columns.Right(SecondsText(SinceStart(row.frame_)), kTimeColumns, report::Style::kFaint);
+      const TimeColumn time = context_.time();
+      columns.Right(time.Text(row.frame_, SinceStart(row.frame_)), time.width(), report::Style::kFaint);
       columns.Right(slave_text, kSlaveColumns).Left(Name(row.type_), kTypeColumns, report::Style::kInfo);
       columns.Last(row.text, row.style);
+    }
+  }
+  newest_ = std::max(newest_, waiting.frame);
+  waiting_.push_back(std::move(waiting));
+  std::push_heap(waiting_.begin(), waiting_.end(), Later{});
+  while (waiting_.size() > kMostWaiting || waiting_.front().frame + kLongestWait < newest_) WriteFirst();
+}
+
+void EventOutput::WriteFirst() {
+  std::pop_heap(waiting_.begin(), waiting_.end(), Later{});
+  bool open = false;
+  for (std::size_t i = 0; i < context_.targets.size(); ++i) {
+    LineTarget& target = context_.targets[i];
+    if (const std::string& line = waiting_.back().lines[i]; !line.empty()) {
+      target.output.buffer() += line;
       target.output.EndLine();
     }
     open = open || !target.output.closed();
   }
+  waiting_.pop_back();
   if (!open) InterruptFlag() = true;  // nobody reads on
+}
+
+void EventOutput::End() {
+  while (!waiting_.empty()) WriteFirst();
 }
 
 namespace {
@@ -77,6 +101,7 @@ EventRow::EventRow(EventOutput& output, EventType type, const FrameRef& frame, S
   } else {
     json.Null("time_s");
   }
+  if (const std::string time = output.context_.time().Iso(frame); !time.empty()) json.Text("time", time);
   const bus::SlaveAddress none;
   const bus::SlaveAddress& address = slave != kNoSlave ? output.network().slaves()[slave] : none;
   const auto known = [this](std::string_view key, const auto& value) {

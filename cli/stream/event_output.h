@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "cli/report/layout.h"
 #include "cli/stream/event_type.h"
@@ -29,6 +30,8 @@ class EventOutput {
 
   /// Writes the titles of the columns.
   void Begin();
+  /// Writes what waits.
+  void End();
 
   [[nodiscard]] const track::Network& network() const { return pipeline_.network(); }
   [[nodiscard]] std::optional<std::int64_t> SinceStart(const FrameRef& frame) const {
@@ -37,12 +40,33 @@ class EventOutput {
 
  private:
   friend class EventRow;
+  /// What is known late belongs before what was known at once: so many events wait for others of earlier frames, until
+  /// the capture is so many frames further.
+  static constexpr std::size_t kMostWaiting = 4096;
+  static constexpr FrameNo kLongestWait = 20'000;
+
+  /// The lines of one event, a text for each target; empty where it is not shown there.
+  struct Waiting {
+    FrameNo frame = 0;
+    std::uint64_t number = 0;
+    std::vector<std::string> lines;
+  };
+  struct Later {
+    bool operator()(const Waiting& a, const Waiting& b) const {
+      return a.frame != b.frame ? a.frame > b.frame : a.number > b.number;
+    }
+  };
+
   void Write(const EventRow& row);
+  void WriteFirst();
 
   const Pipeline& pipeline_;
   const StreamContext& context_;
   EventTypes types_;
-  std::string json_;  ///< of the event under way
+  std::string json_;              ///< of the event under way
+  std::vector<Waiting> waiting_;  ///< a heap, the earliest frame on top
+  std::uint64_t number_ = 0;
+  FrameNo newest_ = 0;
 };
 
 /// One event. Begins with the keys that all events have; the rest is added to json; written when it ends.

@@ -73,6 +73,7 @@ void EventWriter::Begin(Observation& observation, const StreamContext& context) 
 
 void EventWriter::End() {
   eeprom_->End();
+  output_->End();
 }
 
 const device::DeviceDescription* EventWriter::ProfileOf(SlaveId slave) const {
@@ -200,6 +201,10 @@ void EventWriter::On(const track::AlRequest& event) {
   if (event.acceptance == track::Acceptance::kRefused) row.style = report::Style::kWarning;
 }
 
+std::string EventWriter::AlText(esc::AlWord status, bool echo) {
+  return echo ? esc::StateName(status.state()) + " (acknowledge echoed)" : esc::StatusText(status.raw);
+}
+
 void EventWriter::WriteAlState(SlaveId slave, const FrameRef& frame, esc::AlWord status,
                                const std::optional<esc::AlWord>& before, std::optional<std::uint16_t> code,
                                bool error_bit_known) {
@@ -207,22 +212,29 @@ void EventWriter::WriteAlState(SlaveId slave, const FrameRef& frame, esc::AlWord
   const device::DeviceDescription* profile = ProfileOf(slave);
   const bool tells_code = code && (*code != 0 || status.bit4());
   const std::string code_text = tells_code && profile != nullptr ? CodeText(*code, *profile) : "";
+  const bool echo = status.bit4() && slave < model_->size() && model_->slave(slave).al.echoes();
+  const bool from_echo = before && before->bit4() && NotesOf(slave).echo;
+  NotesOf(slave).echo = echo;
   EventRow row(*output_, EventType::kAlState, frame, slave);
   row.json.Text("state", esc::StateName(status.state()));
   if (error_bit_known) {
-    row.json.Bool("error", status.bit4());
+    row.json.Bool("error", status.bit4() && !echo);
+    row.json.Bool("acknowledge_echoed", echo);
   } else {
     row.json.Null("error");
+    row.json.Null("acknowledge_echoed");
   }
-  row.TextOrNull("from", before ? esc::StatusText(before->raw) : "");
+  row.TextOrNull("from", !before     ? std::string()
+                         : from_echo ? esc::StateName(before->state())
+                                     : esc::StatusText(before->raw));
   row.json.Number("status", status.raw);
   row.NumberOrNull("status_code", code);
   row.TextOrNull("status_code_text", code_text);
   const bool same = before && before->raw == status.raw;
-  row.text = (before && !same ? esc::StatusText(before->raw) + " -> " : "") + esc::StatusText(status.raw);
+  row.text = (before && !same ? AlText(*before, from_echo) + " -> " : "") + AlText(status, echo);
   if (!code_text.empty()) row.text += ": " + code_text;
   if (!error_bit_known) row.Note("error bit not known, read by broadcast");
-  if (status.bit4()) row.style = report::Style::kError;
+  if (status.bit4() && !echo) row.style = report::Style::kError;
 }
 
 void EventWriter::On(const track::AlStatusRead& event) {
@@ -253,7 +265,8 @@ void EventWriter::On(const track::AlStateForgotten& event) {
   NotesOf(event.slave).shown_code.reset();
   if (!output_->Wants(EventType::kAlState, event.frame, event.slave)) return;
   EventRow row(*output_, EventType::kAlState, event.frame, event.slave);
-  for (const char* key : {"state", "error", "from", "status", "status_code", "status_code_text"}) row.json.Null(key);
+  for (const char* key : {"state", "error", "from", "acknowledge_echoed", "status", "status_code", "status_code_text"})
+    row.json.Null(key);
   row.text = "no longer known: a broadcast read contradicts it";
 }
 

@@ -1,4 +1,4 @@
-/// Writes what the decoder reconstructed, one event a line, in the order in which it became known.
+/// Writes what the decoder reconstructed, one event a line, in the order of frames.
 #pragma once
 
 #include <array>
@@ -72,6 +72,7 @@ class EventWriter final : public LineWriter {
   /// What is remembered of a slave to tell its story.
   struct SlaveNotes {
     std::optional<std::uint16_t> shown_code;  ///< AL status code of the last al-state line
+    bool echo = false;                        ///< the error bit of the last al-state line is the echo of an acknowledge
     FrameNo long_answer = 0;                  ///< SDO answer whose mailbox length is more than it needs
     std::uint16_t long_answer_length = 0;
     std::array<std::uint64_t, 2> mapping{};  ///< Rx, Tx: digest of what the last pdo-mapping line told, 0: none yet
@@ -85,6 +86,8 @@ class EventWriter final : public LineWriter {
   void WriteClock(const track::SlaveAccess& access);
   void WriteAlState(SlaveId slave, const FrameRef& frame, esc::AlWord status, const std::optional<esc::AlWord>& before,
                     std::optional<std::uint16_t> code, bool error_bit_known);
+  /// "PREOP+ERR", "INIT (acknowledge echoed)"
+  [[nodiscard]] static std::string AlText(esc::AlWord status, bool echo);
   /// A code that was read apart from the state it explains.
   void ShowStatusCode(SlaveId slave, const FrameRef& frame, std::uint16_t code);
   /// One line for each direction whose process data are known and differ from those of the last line.

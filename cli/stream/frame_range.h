@@ -51,6 +51,8 @@ class TimedSource final : public capture::FrameSource {
   [[nodiscard]] std::optional<std::int64_t> SinceStart(const FrameRef& frame) const {
     return SinceStart(frame.has_time, frame.time);
   }
+  /// The first time stamp.
+  [[nodiscard]] FrameRef origin() const { return {1, origin_.value_or(0), origin_.has_value()}; }
   /// A packet lay in the range.
   [[nodiscard]] bool reached_range() const { return reached_; }
 

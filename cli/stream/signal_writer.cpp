@@ -357,7 +357,8 @@ void SignalWriter::EndRow() {
 void SignalWriter::WriteHeader(LineTarget& target) {
   std::string& out = target.output.buffer();
   if (target.format == LineFormat::kCsv) {
-    out += dc_seen_ ? "time_s,dc_time_ns,frame" : "time_s,frame";
+    out += context_->time_mode == report::TimeMode::kRelative ? "time_s" : "time";
+    out += dc_seen_ ? ",dc_time_ns,frame" : ",frame";
     for (const SignalColumn& column : columns_.columns()) {
       out += ',';
       AppendCsv(out, column.header);
@@ -452,7 +453,11 @@ void SignalWriter::AppendCell(std::string& out, std::uint32_t number, bool json)
 }
 
 void SignalWriter::WriteCsvRow(std::string& out) {
-  if (const auto since = context_->source.SinceStart(row_.frame())) AppendSeconds(out, *since);
+  if (context_->time_mode != report::TimeMode::kRelative) {
+    out += context_->time().Iso(row_.frame());
+  } else if (const auto since = context_->source.SinceStart(row_.frame())) {
+    AppendSeconds(out, *since);
+  }
   if (dc_seen_) {
     out += ',';
     if (row_.dc_time) AppendNumber(out, *row_.dc_time);
@@ -473,6 +478,7 @@ void SignalWriter::WriteJsonRow(std::string& out) {
   } else {
     line.Null("time_s");
   }
+  if (const std::string time = context_->time().Iso(row_.frame()); !time.empty()) line.Text("time", time);
   if (row_.dc_time) {
     line.Number("dc_time_ns", *row_.dc_time);
   } else {

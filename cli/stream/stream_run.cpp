@@ -130,6 +130,7 @@ void StreamRun::Declare(OptionSet& options, const std::string& formats) {
   options.Group("What to read");
   options.Value("--frames", "A-B", frames_, "only these frames: 743-800, 760, 743- or -800");
   output_.Declare(options, formats);
+  output_.text.DeclareTime(options);
 }
 
 namespace {
@@ -189,10 +190,11 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
     return Fail(console, Error{std::string(command) +
                                " reads one capture; give --join when these are files of one ring buffer"});
   }
-  const Result<Settings> settings = ResolveSettings(capture_, GateOptions{}, capture_.captures.front());
+  capture_.local_time = output_.text.time == Name(report::TimeMode::kLocal);
+  Result<Settings> settings = ResolveSettings(capture_, GateOptions{}, capture_.captures.front());
   if (!settings) return Fail(console, settings.error());
   capture_.TellSkipped(console);
-  const Result<FrameRange> range = ReadFrameRange(settings->analysis, frames_);
+  Result<FrameRange> range = ReadFrameRange(settings->analysis, frames_);
   if (!range) return Fail(console, range.error());
   CommandFiles files;
   if (const auto error = AddFiles(capture_, files)) return Fail(console, *error);
@@ -202,8 +204,17 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
 
   ListenForInterrupt();
   Plan plan{capture_.captures, *settings, *range, {}};
-  if (writer.learns()) {
+  const bool place = settings->moments.needs_capture();
+  if (writer.learns() || place) {
     if (const auto error = plan.MakeReadableTwice()) return Fail(console, *error);
+  }
+  if (place) {
+    if (const auto error = PlaceMoments(settings->moments, plan.paths, settings->analysis)) {
+      return Fail(console, Error{plan.WithoutSpools(error->message)});
+    }
+    const Result<FrameRange> placed = ReadFrameRange(settings->analysis, frames_);
+    if (!placed) return Fail(console, placed.error());
+    *range = *placed;
   }
   auto opened = plan.Open();
   if (!opened && InterruptFlag()) {
@@ -217,7 +228,7 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
     } while (writer.learns_again());
   }
   Result<std::vector<LineTarget>> targets =
-      OpenTargets(*outputs, writer.formats(), console.color() && !output_.no_color, console);
+      OpenTargets(*outputs, writer.formats(), output_.text.Colors(console), console);
   if (!targets) return Fail(console, targets.error());
   return Write(console, writer, plan, **opened, *targets);
 }
@@ -226,7 +237,7 @@ ExitStatus StreamRun::Write(Console& console, LineWriter& writer, const Plan& pl
                             std::vector<LineTarget>& targets) {
   const std::string& name = capture_.captures.front();
   TimedSource source(opened, plan.range);
-  const StreamContext context{source, plan.settings, plan.range, targets};
+  const StreamContext context{source, plan.settings, plan.range, targets, output_.text.time_mode()};
   Observation observation(writer.Adapt(plan.settings.analysis), writer.depth());
   writer.Begin(observation, context);
 

@@ -12,6 +12,7 @@
 #include "cli/console.h"
 #include "cli/exit_status.h"
 #include "cli/output_plan.h"
+#include "cli/stream/columns.h"
 #include "cli/stream/frame_range.h"
 #include "cli/stream/line_output.h"
 
@@ -32,6 +33,10 @@ struct StreamContext {
   const Settings& settings;
   const FrameRange& range;
   std::span<LineTarget> targets;
+  report::TimeMode time_mode = report::TimeMode::kRelative;
+
+  /// Only while the capture is read: the first packet tells the origin.
+  [[nodiscard]] TimeColumn time() const { return {time_mode, source.origin()}; }
 };
 
 /// Writes lines while a capture is read.

@@ -134,4 +134,15 @@ std::string StatusText(std::uint16_t al_status) {
   return StateName(word.state()) + (word.bit4() ? "+ERR" : "");
 }
 
+std::string OredStatesText(std::uint8_t states) {
+  if (states == static_cast<std::uint8_t>(AlState::BOOT)) return "BOOT, or INIT and PREOP";
+  if (IsAlState(states)) return std::string(StateName(static_cast<AlState>(states)));
+  std::string text;
+  for (const AlState state : {AlState::INIT, AlState::PREOP, AlState::SAFEOP, AlState::OP}) {
+    if ((states & static_cast<std::uint8_t>(state)) != 0)
+      text += (text.empty() ? "" : ", ") + std::string(StateName(state));
+  }
+  return text.empty() ? StateName(states) : text;
+}
+
 }  // namespace ecaudit::esc

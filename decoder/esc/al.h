@@ -42,5 +42,8 @@ struct AlWord {
 [[nodiscard]] std::string StatusText(std::uint16_t al_status);
 /// "SAFEOP and OP", "SAFEOP, OP and the error bit": an OR of AL Status of all slaves.
 [[nodiscard]] std::string StatesOfAllText(std::uint16_t status);
+/// What several slaves together may be in when a broadcast ORed their states: 14 is "PREOP, SAFEOP, OP", 3 "BOOT, or
+/// INIT and PREOP".
+[[nodiscard]] std::string OredStatesText(std::uint8_t states);
 
 }  // namespace ecaudit::esc

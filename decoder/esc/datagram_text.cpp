@@ -1,6 +1,8 @@
 #include "decoder/esc/datagram_text.h"
 
 #include "decoder/base/text.h"
+#include "decoder/esc/al.h"
+#include "decoder/esc/register_addresses.h"
 #include "decoder/esc/register_text.h"
 
 namespace ecaudit::esc {
@@ -29,7 +31,16 @@ std::string DescribeDatagram(const wire::DatagramView& datagram, bool returned) 
     return (name.empty() ? Hex(address) : name) + " (no answer)";
   }
   const bool ored = wire::IsBroadcast(command) && wkc > (writes ? 3 : 1);
-  return DescribeAccess(address, data, AccessKind::READ) + (ored ? " (all slaves ORed)" : "");
+  std::string text = DescribeAccess(address, data, AccessKind::READ);
+  if (!ored) return text;
+  if (address == kAlStatus && !data.empty()) {
+    // Nobody is in state 14: some are in one, some in another.
+    const AlWord status{data[0]};
+    const std::string one = StateName(status.state());
+    const std::size_t at = text.find(one);
+    if (at != std::string::npos) text.replace(at, one.size(), OredStatesText(status.state()));
+  }
+  return text + " (all slaves ORed)";
 }
 
 }  // namespace ecaudit::esc

@@ -28,6 +28,14 @@ test("bins that touch in the report touch in the chart", () => {
   }
 });
 
+test("an outlier does not take the middle its shape", () => {
+  const all = [...bins(1, [2, 30, 40, 20, 3], 998), { from: 301000, to: 301100, count: 1 }];
+  const { counts, beyond } = equalBins(all, 60, { from: 998.5, to: 1002.5 });
+  assert.deepEqual(counts, [2, 30, 40, 20, 3]);
+  assert.equal(beyond, 1);
+  assert.equal(equalBins(all, 60).beyond, 0);
+});
+
 test("a gap of the report stays a gap, and widths may differ", () => {
   assert.deepEqual(equalBins(bins(2, [4, 0, 0, 1]), 60).counts, [4, 0, 0, 1]);
   const mixed = [...bins(0.5, [1, 1, 1, 1], 0), ...bins(1, [1, 1, 1], 2)];

@@ -339,6 +339,77 @@ test("a narrow window scrolls down only", async () => {
   }, { viewport: { width: 420, height: 800 } });
 });
 
+test("nothing is cut in a narrow window, nor on paper", async () => {
+  const file = report("bus", path.join(SAMPLES, "clean-mixed-bus.pcapng"));
+  const beyond = (page, edge) => page.$$eval("#bus td, #bus th, #not-judged td, #topology svg", (all, most) =>
+    all.filter((e) => e.getBoundingClientRect().right > most + 1).map((e) => e.textContent.slice(0, 40)), edge);
+  await open(file, async (page) => {
+    assert.deepEqual(await beyond(page, 420), []);
+    assert.ok((await page.$$("#bus td[data-title=Family]")).length > 0, "a card names what it shows");
+  }, { viewport: { width: 420, height: 800 } });
+  await open(file, async (page) => {
+    await page.emulateMedia({ media: "print" });
+    assert.deepEqual(await beyond(page, 690), []);
+  }, { viewport: { width: 690, height: 900 } });
+});
+
+test("the topology, and the link that gave trouble", async () => {
+  await open(report("link", path.join(SAMPLES, "link-errors.pcapng")), async (page) => {
+    assert.ok((await page.$$("#topology rect.node")).length >= 1);
+    assert.ok((await page.$$("#topology path.trouble")).length + (await page.$$("#topology .notes li")).length > 0);
+    assert.match(await page.textContent("#topology .notes"), /counted|link/);
+  });
+});
+
+test("findings last as long as they do, with the page of their rule", async () => {
+  await open(report("falls", path.join(SAMPLES, "falls-out-of-op.pcapng")), async (page) => {
+    assert.match(await page.textContent("#finding-f1 .meta"), /\d\d:\d\d:\d\d\.\d{3} UTC/);
+    await page.click("#finding-f1 summary:has-text('About this rule')");
+    assert.match(await page.innerText("#finding-f1 .rule"), /What it checks/);
+    assert.match(await page.textContent("#time .legend"), /process data.*pause, or absent/);
+  });
+});
+
+test("the index of many captures sorts and filters", async () => {
+  const pages = path.join(folder, "pages");
+  const run = spawnSync(ECAUDIT, ["batch", "--output-dir", path.join(folder, "reports"), "-o", `html=${pages}`,
+    ...["init-to-op-refused", "falls-out-of-op", "clean-startup", "outbound-only"].map((n) => path.join(SAMPLES, `${n}.pcapng`))], { encoding: "utf8" });
+  assert.equal(run.status, 1, run.stderr);
+  const index = pathToFileURL(path.join(pages, "index.html")).href;
+  for (const viewport of [{ width: 1400, height: 900 }, { width: 420, height: 800 }]) {
+    const context = await browser.newContext({ viewport, colorScheme: viewport.width > 1000 ? "light" : "dark" });
+    const page = await context.newPage();
+    const complaints = [];
+    page.on("console", (message) => complaints.push(message.text()));
+    page.on("pageerror", (error) => complaints.push(String(error)));
+    await page.goto(index);
+    const shown = () => page.$$eval(".captures tbody tr:not([hidden]) .path", (all) => all.map((e) => e.textContent.replace(/.*\//, "")));
+    assert.equal((await shown()).length, 4);
+    const widths = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
+    assert.ok(widths[0] <= widths[1], `${widths}`);
+    await page.selectOption("#verdict", "fail");
+    assert.deepEqual(await shown(), ["falls-out-of-op.pcapng", "init-to-op-refused.pcapng"]);
+    await page.selectOption("#verdict", "");
+    await page.fill("#text", "falls op");
+    assert.deepEqual(await shown(), ["falls-out-of-op.pcapng"]);
+    await page.fill("#text", "");
+    if (viewport.width > 1000) {
+      await page.click(".captures th:nth-child(6) button");
+      await page.click(".captures th:nth-child(6) button");
+      assert.equal(await page.getAttribute(".captures th:nth-child(6)", "aria-sort"), "descending");
+      assert.notEqual((await shown())[0], "clean-startup.pcapng");
+    }
+    await page.click(".same >> nth=0");
+    assert.equal((await shown()).length, 1);
+    assert.deepEqual(await faint(page), []);
+    await page.click(".captures tbody tr:not([hidden]) a");
+    await page.waitForSelector(".stamp");
+    assert.equal(await page.textContent(".stamp"), "FAIL");
+    assert.deepEqual(complaints, []);
+    await context.close();
+  }
+});
+
 /// A capture of `packets` packets: the cycles of a sample again and again.
 function longCapture(packets) {
   const source = readFileSync(path.join(SAMPLES, "clean-startup.pcapng"));

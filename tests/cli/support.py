@@ -54,7 +54,10 @@ class Bus:
 
 def scanned_bus() -> Bus:
     """The slave gets its address and is seen in INIT."""
-    bus = Bus()
+    return scan(Bus())
+
+
+def scan(bus: Bus) -> Bus:
     bus.exchange(BRD, 0, 0x0130, b"\0\0", b"\x01\0", 1)
     bus.exchange(APWR, 0, 0x0010, b"\x01\x10", b"\x01\x10", 1)
     bus.read(0x0130, b"\x01\0")
@@ -70,14 +73,18 @@ def healthy_capture() -> bytes:
 
 
 def faulty_capture() -> bytes:
+    return faulty_bus(Bus()).pcap()
+
+
+def faulty_bus(bus: Bus) -> Bus:
     """OP is requested in INIT; the slave refuses with code 0x0011; the master acknowledges."""
-    bus = scanned_bus()
+    scan(bus)
     bus.write(0x0120, b"\x08\0")
     bus.read(0x0130, b"\x11\0")
     bus.read(0x0134, b"\x11\0")
     bus.write(0x0120, b"\x11\0")
     bus.read(0x0130, b"\x01\0")
-    return bus.pcap()
+    return bus
 
 
 def foreign_capture() -> bytes:

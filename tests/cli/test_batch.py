@@ -1,4 +1,7 @@
 """batch and merge: many captures, one report each, one summary."""
+import base64
+import hashlib
+import html
 import json
 import os
 import pathlib
@@ -9,9 +12,11 @@ import signal
 import subprocess
 import time
 import unittest
+import urllib.parse
 import xml.etree.ElementTree as ET
 
-from support import PROGRAM, SCHEMA, SHARED, SOURCE, CliTest, faulty_capture, foreign_capture, healthy_capture
+from support import (PROGRAM, SCHEMA, SHARED, SOURCE, Bus, CliTest, faulty_bus, faulty_capture, foreign_capture,
+                     healthy_capture)
 from test_ci_formats import JUNIT_SCHEMA, sarif_errors
 from test_report import strict
 
@@ -362,6 +367,90 @@ class Batch(BatchTest):
         (self.dir / "part/other.json.a1B2c3").unlink()
         self.assertEqual(self.reports("part"), self.reports("whole"))
         self.assertEqual(self.contents(resumed), self.contents(whole))
+
+
+class Fleet(CliTest):
+    """Captures of many machines: what they have in common, and a page to look at."""
+
+    def setUp(self):
+        super().setUp()
+        content = pathlib.Path(self.faulty).read_bytes()
+        # The same fault a day later on another machine, a healthy one, and one that cannot be read.
+        later = Bus()
+        later.time_ns += 86_400 * 10**9
+        first = later.time_ns
+        bus = faulty_bus(later)
+        self.file("in/monday/a.pcap", content)
+        self.file("in/tuesday/<b>.pcap", bus.pcap())
+        self.file("in/good.pcap", healthy_capture())
+        self.file("in/broken.pcap", b"no capture")
+        self.first = first
+
+    def batch(self, *arguments):
+        done = self.run_program("batch", *arguments, "in")
+        if "built without HTML reports" in done.err:
+            self.skipTest("built without HTML reports")
+        self.assertIn(done.returncode, (1, 2), done.err)
+        return done
+
+    def test_captures_with_the_same_first_cause(self):
+        done = self.batch("-o", "json=s.json", "-o", "-")
+        causes = json.loads((self.dir / "s.json").read_text())["causes"]
+        self.assertEqual(len(causes), 1)
+        cause = causes[0]
+        self.assertEqual((cause["rule"], cause["captures"]), ("al-illegal-transition", 2))
+        self.assertEqual(sorted(cause["paths"]), ["in/monday/a.pcap", "in/tuesday/<b>.pcap"])
+        self.assertTrue(cause["first_time"].startswith("2019-05-01"))
+        self.assertTrue(cause["last_time"].startswith("2019-05-02"))
+        text = " ".join(done.out.split())
+        self.assertIn("2 captures: error al-illegal-transition: ", text)
+        self.assertIn("first seen 2019-05-01, last 2019-05-02", text)
+        merged = self.run_program("merge", "-o", "json=m.json", "-o", "-", "ecaudit-reports")
+        self.assertEqual(json.loads((self.dir / "m.json").read_text())["causes"], causes)
+        self.assertIn("first seen 2019-05-01, last 2019-05-02", " ".join(merged.out.split()))
+
+    def test_pages_and_their_index(self):
+        self.batch("-o", "html=pages", "-o", "json=s.json")
+        index = (self.dir / "pages" / "index.html").read_text()
+        captures = {c["path"]: c for c in json.loads((self.dir / "s.json").read_text())["captures"]}
+        links = re.findall(r'<a href="([^"]+)">([^<]+)</a>', index)
+        self.assertEqual({html.unescape(text) for _, text in links},
+                         {path for path, c in captures.items() if c["status"] != "unreadable"})
+        for link, text in links:
+            page = (self.dir / "pages" / urllib.parse.unquote(link)).read_text()
+            self.assertIn("<!doctype html>", page)
+            self.assertEqual(captures[html.unescape(text)]["page"], urllib.parse.unquote(link))
+        self.assertIsNone(captures["in/broken.pcap"]["page"])
+        self.assertNotIn("<b>.pcap", index)
+        self.assertEqual(len(re.findall(r"<tr data-verdict", index)), 4)
+
+    def test_index_is_complete_in_itself(self):
+        self.batch("-o", "html=pages")
+        index = (self.dir / "pages" / "index.html").read_text()
+        policy = re.search(r'Content-Security-Policy" content="([^"]*)"', index)[1]
+        self.assertNotIn("unsafe", policy)
+        for tag in ("script", "style"):
+            texts = re.findall(rf"<{tag}>(.*?)</{tag}>", index, re.S)
+            self.assertEqual(len(texts), 1)
+            digest = base64.b64encode(hashlib.sha256(texts[0].encode()).digest()).decode()
+            self.assertIn(f"{tag}-src 'sha256-{digest}'", policy)
+        self.assertEqual(re.findall(r'(?:src|action)="(?!data:)[^"]*"', index), [])
+
+    def test_pages_that_are_there_are_kept(self):
+        self.batch("-o", "html=pages")
+        done = self.batch("--skip-done", "-o", "html=pages")
+        self.assertIn("3 of them done before", done.err)
+        for page in (self.dir / "pages").glob("a.pcap*.html"):
+            page.unlink()
+        self.assertIn("2 of them done before", self.batch("--skip-done", "-o", "html=pages").err)
+        self.assertEqual(len(list((self.dir / "pages").glob("a.pcap*.html"))), 1)
+
+    def test_merge_makes_an_index(self):
+        self.batch("-o", "html=pages")
+        self.run_program("merge", "-o", "html=all.html", "ecaudit-reports")
+        index = (self.dir / "all.html").read_text()
+        self.assertEqual(len(re.findall(r"<tr data-verdict", index)), 4)
+        self.assertEqual(re.findall(r"<a href", index), [])
 
 
 class SkipDone(BatchTest):

@@ -143,7 +143,95 @@ class Junit(CliTest):
         self.validate(*captures, "--fail-on", "info")
 
 
-class Sarif(CliTest):
+class LineTest(CliTest):
+    lines = {}
+
+    def assert_line_of_frame(self, capture, line, frame):
+        """`line` of the text of decode is the first one of `frame`, or where it would stand."""
+        if capture not in self.lines:
+            out = self.run_program("decode", capture).out.splitlines()
+            self.lines = {**self.lines, capture: [0] + [int(l.split()[0].split(".")[0]) for l in out[1:]]}
+        frames = self.lines[capture]
+        if line <= len(frames):
+            self.assertGreaterEqual(frames[line - 1], frame, (capture, line, frame))
+        self.assertTrue(all(f < frame for f in frames[1:line - 1]), (capture, line, frame))
+
+
+class Gitlab(LineTest):
+    def quality(self, *arguments, status):
+        entries = json.loads(self.check("--format", "gitlab", *arguments, status=status).out)
+        # What GitLab requires of a code quality report.
+        for entry in entries:
+            self.assertTrue(entry["description"])
+            self.assertTrue(entry["check_name"])
+            self.assertIn(entry["severity"], ("info", "minor", "major", "critical", "blocker"))
+            self.assertFalse(entry["location"]["path"].startswith("./"))
+            self.assertGreaterEqual(entry["location"]["lines"]["begin"], 1)
+        prints = [entry["fingerprint"] for entry in entries]
+        self.assertEqual(len(prints), len(set(prints)))
+        return entries
+
+    def test_entries_are_the_findings(self):
+        findings = self.report(self.faulty, status=1)["reports"][0]["findings"]
+        entries = self.quality(self.faulty, status=1)
+        self.assertEqual([e["check_name"] for e in entries], [f["rule"] for f in findings])
+        for entry, finding in zip(entries, findings):
+            self.assertIn(finding["title"], entry["description"])
+            self.assertEqual(entry["location"]["path"], "faulty.pcap")
+            self.assert_line_of_frame(self.faulty, entry["location"]["lines"]["begin"], finding["frame"])
+        self.assertEqual([e["fingerprint"] for e in entries],
+                         [e["fingerprint"] for e in self.quality("./faulty.pcap", status=1)])
+
+    def test_known_ones_are_left_out_and_the_rest_is_told(self):
+        self.check(self.faulty, "--write-baseline", "known.json", status=1)
+        self.assertEqual(self.quality(self.faulty, "--baseline", "known.json", status=0), [])
+        self.assertEqual(self.quality(self.healthy, status=0), [])
+        entries = self.quality("nowhere.pcap", self.healthy, "--require=slaves=2", status=2)
+        self.assertEqual({(e["check_name"], e["severity"]) for e in entries},
+                         {("capture-unreadable", "blocker"), ("requirement", "blocker")})
+
+    def test_of_a_batch_and_of_its_reports(self):
+        capture = SOURCE / "samples" / "captures" / "falls-out-of-op.pcapng"
+        self.run_program("batch", "-o", "gitlab=a.json", capture)
+        self.run_program("merge", "-o", "gitlab=b.json", "ecaudit-reports")
+        entries = json.loads((self.dir / "a.json").read_text())
+        self.assertGreater(entries[0]["location"]["lines"]["begin"], 1)
+        self.assertEqual(entries, json.loads((self.dir / "b.json").read_text()))
+
+    def test_reports_of_a_batch_hold_the_lines(self):
+        capture = SOURCE / "samples" / "captures" / "falls-out-of-op.pcapng"
+        self.run_program("batch", capture)
+        done = self.run_program("batch", "--skip-done", "-o", "gitlab=a.json", capture)
+        self.assertIn("1 of them done before", done.err)
+        self.assertGreater(json.loads((self.dir / "a.json").read_text())[0]["location"]["lines"]["begin"], 1)
+
+
+class Github(LineTest):
+    def test_annotations(self):
+        findings = self.report(self.faulty, status=1)["reports"][0]["findings"]
+        lines = self.check("--format", "github", self.faulty, status=1).out.splitlines()
+        self.assertEqual(len(lines), len(findings))
+        for line, finding in zip(lines, findings):
+            found = re.fullmatch(r"::(error|warning|notice) file=([^,:]+),line=(\d+),title=([^,:]+)::(.*)", line)
+            self.assertIsNotNone(found, line)
+            self.assertEqual(found[1], {"info": "notice"}.get(finding["severity"], finding["severity"]))
+            self.assertEqual((found[2], found[4]), ("faulty.pcap", finding["rule"]))
+            self.assertIn(finding["title"], found[5])
+            self.assert_line_of_frame(self.faulty, int(found[3]), finding["frame"])
+
+    def test_what_ends_a_property_is_escaped(self):
+        self.file("a,b:c%d.pcap", pathlib.Path(self.faulty).read_bytes())
+        out = self.check("--format", "github", "a,b:c%d.pcap", "--require=state=OP", status=1).out
+        for line in out.splitlines():
+            self.assertIn(" file=a%2Cb%3Ac%25d.pcap,", line)
+        self.assertIn("title=required and missing::state=OP", out)
+        self.assertTrue(self.check("--format", "github", "nowhere.pcap", status=2).err)
+
+    def test_nothing_to_tell(self):
+        self.assertEqual(self.check("--format", "github", self.healthy, status=0).out, "")
+
+
+class Sarif(LineTest):
     def sarif(self, *arguments, status):
         document = json.loads(self.check("--format", "sarif", *arguments, status=status).out)
         self.assertEqual(sarif_errors(document), [])
@@ -167,11 +255,29 @@ class Sarif(CliTest):
             location = result["locations"][0]
             artifact = location["physicalLocation"]["artifactLocation"]
             self.assertEqual(run["artifacts"][artifact["index"]]["location"]["uri"], artifact["uri"])
-            self.assertTrue(artifact["uri"].endswith("/faulty.pcap"), artifact)
+            self.assertEqual(artifact["uri"], "faulty.pcap")
+            self.assert_line_of_frame(self.faulty, location["physicalLocation"]["region"]["startLine"], finding["frame"])
             self.assertEqual(location["logicalLocations"][0]["name"],
                              "bus" if finding["slave"] is None else f"slave {finding['slave']}")
             self.assertEqual(result["properties"]["frame"], finding["frame"])
             self.assertEqual(result["properties"]["count"], finding["count"])
+
+    def test_each_result_has_a_line(self):
+        # GitHub wants a region of each result (rule GH1003), and shows what has the path of a file in the project.
+        shutil.copytree(SOURCE / "samples" / "captures", self.dir / "captures")
+        names = [f"captures/{name}.pcapng" for name in ("falls-out-of-op", "malformed", "esl-probe", "snaplen",
+                                                        "two-slaves-one-refuses", "foreign-traffic", "two-interfaces")]
+        run = self.sarif("--fail-on=never", *names, status=0)
+        self.assertGreater(len(run["results"]), 5)
+        for result in run["results"]:
+            physical = result["locations"][0]["physicalLocation"]
+            self.assertIn(physical["artifactLocation"]["uri"], names)
+            self.assertGreaterEqual(physical["region"]["startLine"], 1)
+            if "frame" in result["properties"]:
+                self.assert_line_of_frame(physical["artifactLocation"]["uri"], physical["region"]["startLine"],
+                                          result["properties"]["frame"])
+        for rule in run["tool"]["driver"]["rules"]:
+            self.assertIn("ecaudit decode CAPTURE", rule["help"]["markdown"])
 
     def test_rules_are_the_catalogue_with_help(self):
         rules = self.sarif(self.healthy, status=0)["tool"]["driver"]["rules"]
@@ -227,7 +333,9 @@ class Sarif(CliTest):
         self.assertEqual(uris["plain.pcap"], "plain.pcap")
         self.assertEqual(uris["with space#1.pcap"], "with%20space%231.pcap")
         self.assertEqual(uris["sub/a%b{c}.pcap"], "sub/a%25b%7Bc%7D.pcap")
-        self.assertTrue(self.sarif(self.faulty, status=1)["artifacts"][0]["location"]["uri"].startswith("file:///"))
+        # What lies elsewhere keeps its whole path.
+        elsewhere = self.sarif(SOURCE / "samples" / "captures" / "init-to-op-refused.pcapng", status=1)
+        self.assertTrue(elsewhere["artifacts"][0]["location"]["uri"].startswith("file:///"))
 
     @unittest.skipUnless(SARIF_SCHEMA.is_file() and jsonschema, "no SARIF schema: run tests/support/sarif_schema.sh")
     def test_valid_for_all_captures(self):

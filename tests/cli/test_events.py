@@ -4,7 +4,7 @@ import json
 import struct
 import subprocess
 
-from support import BRD, BWR, FPWR, PROGRAM, SHARED, Bus, CliTest, scanned_bus
+from support import BRD, BWR, FPWR, PROGRAM, SHARED, SOURCE, Bus, CliTest, scanned_bus
 
 SDO_KEYS = ["service", "transfer", "complete_access", "index", "subindex", "data", "value", "name", "abort_code",
             "abort_text", "request_frame", "response_frame", "duration_ms"]
@@ -99,6 +99,42 @@ class EventBasics(Events):
         self.assertEqual([(r["frame"], r["address"], r["broadcast"], r["slave"]) for r in rows],
                          [(1, 0x0200, True, None), (5, 0x0010, False, 0), (7, 0x0300, True, None)])
         self.assertIn("all  register-write", text[0])
+
+    def test_in_the_order_of_frames(self):
+        captures = sorted((SOURCE / "samples" / "captures").glob("*.pcap*")) + sorted((SHARED / "captures" / "real").glob("*.pcapng"))
+        for capture in captures:
+            lines = self.events("--format", "jsonl", capture).out.splitlines()
+            frames = [json.loads(line)["frame"] or 0 for line in lines]
+            self.assertEqual(frames, sorted(frames), capture)
+
+    def test_an_echo_is_no_error(self):
+        # A slave without a processor (0x0141 bit 0) copies AL Control into AL Status.
+        bus = scanned_bus()
+        bus.read(0x0141, b"\1")
+        bus.write(0x0120, b"\x11\0")
+        bus.read(0x0130, b"\x11\0")
+        bus.write(0x0120, b"\2\0")
+        bus.read(0x0130, b"\2\0")
+        rows, text = self.of(bus, "al-state")
+        self.assertEqual([(r["state"], r["error"], r["acknowledge_echoed"], r["from"]) for r in rows],
+                         [("INIT", False, False, None), ("INIT", False, True, "INIT"), ("PREOP", False, False, "INIT")])
+        self.assertIn("INIT -> INIT (acknowledge echoed)", text[1])
+        self.assertIn("INIT (acknowledge echoed) -> PREOP", text[2])
+        capture = self.file("echo.pcap", bus.pcap())
+        report = json.loads(self.run_program("check", "--format", "json", capture).out)["reports"][0]
+        self.assertNotIn("ERR", self.run_program("check", capture).out)
+        self.assertEqual([s["acknowledge_echoed"] for s in report["slaves"][0]["al"]["history"] if s["kind"] == "state"],
+                         [False, True, False])
+
+    def test_clock_times(self):
+        capture = self.file("x.pcap", scanned_bus().pcap())
+        rows = [json.loads(line) for line in
+                self.events("--format", "jsonl", "--time", "utc", capture).out.splitlines()]
+        self.assertTrue(rows[0]["time"].startswith("2019-05-01T12:00:00.00"), rows[0])
+        self.assertTrue(rows[0]["time"].endswith("Z"))
+        text = self.events("--time=utc", capture).out.splitlines()
+        self.assertIn("time UTC", text[0])
+        self.assertIn("12:00:00.0", text[1])
 
     def test_a_write_that_nobody_takes(self):
         bus = scanned_bus()

@@ -72,8 +72,18 @@ class HtmlPages(HtmlTest):
     def test_verdict_and_order_are_those_of_the_text(self):
         data = self.data(self.faulty)["pages"][0]
         first = self.run_program("check", self.faulty).out.splitlines()[0]
-        self.assertEqual(first, f"{data['verdict']} {self.faulty}: {data['sentence']}")
+        where, what = data["sentence"].split(": ", 1)
+        self.assertTrue(first.startswith(f"{data['verdict']} faulty.pcap: {where}: "), first)
+        self.assertIn(what.split(" (frame")[0], first)
         self.assertEqual(data["order"], [[0, 0], [1, 1]])
+
+    def test_rule_pages_of_the_rules_that_fired(self):
+        data = self.data(self.faulty)
+        self.assertEqual(set(data["rules"]), {f["rule"] for f in data["report"]["reports"][0]["findings"]})
+        for rule, page in data["rules"].items():
+            self.assertIn("## What it checks", page["doc"])
+            self.assertIn(page["title"], self.run_program("explain", rule).out)
+        self.assertEqual(self.data(self.healthy)["rules"], {})
 
     def test_title_and_text_without_scripts(self):
         page = self.page(self.faulty)
@@ -149,6 +159,35 @@ class HtmlTimeline(HtmlTest):
         report = self.json_report(path)["reports"][0]["slaves"][0]["mailbox"]
         counts = self.timeline(path)["slaves"][0]["mailbox"]["count"]
         self.assertGreaterEqual(sum(counts), report["requests"] + report["responses"])
+
+    def test_exchange_of_process_data(self):
+        # 131.7 ms without process data, then the slave falls out of OP.
+        path = SAMPLES / "falls-out-of-op.pcapng"
+        finding = next(f for f in self.json_report(path)["reports"][0]["findings"] if f["rule"] == "sync-watchdog-margin")
+        lanes = self.timeline(path)["slaves"][0]
+        for direction in ("outputs", "inputs"):
+            runs = [r for r in lanes[direction]["runs"] if r["kind"] == "taken"]
+            self.assertGreater(len(runs), 1)
+            pauses = [b["from_s"] - a["to_s"] for a, b in zip(runs, runs[1:])]
+            self.assertGreater(max(pauses), 0.1)
+            for run in lanes[direction]["runs"]:
+                self.assertLessEqual(run["from_s"], run["to_s"])
+                self.assertLessEqual(run["frame"], run["last_frame"])
+        self.assertGreater(finding["frame"], 0)
+
+    def test_a_slave_that_is_gone(self):
+        path = SHARED / "captures" / "lab" / "wkc-error-link-break.pcapng"
+        if not path.is_file():
+            self.skipTest("captures not beside the project")
+        slaves = {s["slave"]: s for s in self.timeline(path)["slaves"]}
+        # The working counter is short, and fits the absence of any of the three.
+        for slave in slaves.values():
+            unclear = [r for r in slave["inputs"]["runs"] if r["kind"] != "taken"]
+            self.assertEqual([r["kind"] for r in unclear], ["unclear"])
+            self.assertGreater(unclear[0]["to_s"] - unclear[0]["from_s"], 1.5)
+        finding = self.json_report(path)["reports"][0]["findings"][0]
+        self.assertEqual((finding["rule"], finding["slave"]), ("wkc-mismatch", 2))
+        self.assertGreater(finding["last_time_s"] - finding["time_s"], 1.5)
 
     def test_cycle(self):
         path = SAMPLES / "clean-startup.pcapng"

@@ -23,9 +23,50 @@ class Formats(CliTest):
     def test_text_begins_with_the_verdict(self):
         done = self.check(self.faulty, status=1)
         first = done.out.splitlines()[0]
-        self.assertTrue(first.startswith(f"FAIL {self.faulty}: slave 0"), first)
-        self.assertRegex(first, r"\(frame \d+\)")
+        self.assertTrue(first.startswith(f"FAIL {pathlib.Path(self.faulty).name}: slave 0"), first)
+        self.assertRegex(first, r"\((frame |#)\d+( at|,) \d+\.\d{3} s\)$")
+        self.assertLessEqual(len(first), 100)
         self.assertEqual(done.err, "")
+
+    def test_first_lines_tell_what_where_when_and_how_much(self):
+        for capture in sorted(SAMPLES.glob("*.pcap*")):
+            lines = self.run_program("check", capture).out.splitlines()
+            self.assertLessEqual(len(lines[0]), 100, lines[0])
+            if lines[0].startswith("NOTHING-TO-CHECK"):
+                continue
+            self.assertRegex(lines[1], r"^\d+ errors?, \d+ warnings?, \d+ infos?")
+            self.assertIn("judged: ", "\n".join(lines[2:6]))
+
+    def test_findings_first_with_the_ids_of_slice(self):
+        for name in ("falls-out-of-op", "two-slaves-one-refuses", "init-to-op-refused"):
+            capture = SAMPLES / f"{name}.pcapng"
+            text = self.check(capture, status=1).out
+            self.assertLess(text.index("\nFindings\n"), text.index("\nSlaves\n"))
+            self.assertLess(text.index("\nSlaves\n"), text.index("\nCapture\n"))
+            shown = re.findall(r"^ +(f\d+) (?:consequence: )?(?:error|warning|info) (\S+)", text, re.M)
+            findings = self.report(capture, status=1)["reports"][0]["findings"]
+            self.assertEqual(shown, [(f["id"], f["rule"]) for f in findings])
+            self.assertEqual([f["id"] for f in findings], [f"f{i + 1}" for i in range(len(findings))])
+            self.run_program("slice", capture, "--finding", shown[-1][0], "-o", f"{name}.pcapng")
+            comments = (self.dir / f"{name}.pcapng").read_bytes()
+            self.assertIn(f"{shown[-1][0]} ".encode(), comments)
+            self.assertIn(shown[-1][1].encode(), comments)
+
+    def test_quiet_is_one_line_a_capture(self):
+        self.assertEqual(len(self.check(self.faulty, "--quiet", status=1).out.splitlines()), 1)
+        out = self.check(self.faulty, self.healthy, "--quiet", status=1).out.splitlines()
+        self.assertEqual([line.split()[0] for line in out], ["FAIL", "PASS", "FAIL"])
+
+    def test_clock_times(self):
+        # The packets of these captures begin on 2019-05-01 at 12:00:00 UTC.
+        text = self.check(self.faulty, "--time", "utc", status=1).out
+        self.assertRegex(text.splitlines()[0], r"(frame |#)\d+( at|,) 12:00:00\.\d{3}\)$")
+        self.assertRegex(text, r"frame \d+ at 12:00:00\.\d{6}")
+        done = subprocess.run([PROGRAM, "check", "--time=local", self.faulty], capture_output=True, text=True,
+                              cwd=self.dir, env={**os.environ, "TZ": "CET-1CEST,M3.5.0,M10.5.0/3"})
+        self.assertIn("at 14:00:00.", done.stdout)
+        self.assertIn(" from 2019-05-01 14:00:00 +02:00", done.stdout)
+        self.assertIn("--time is 'noon'", self.check(self.faulty, "--time=noon", status=2).err)
 
     def test_clean_text(self):
         done = self.check(self.healthy, status=0)
@@ -232,7 +273,7 @@ class Files(CliTest):
                       self.one_error("check", "-o", "json=second.json", "-o", "text=other.json", self.faulty))
 
     def test_an_ending_of_another_format_needs_the_format_named(self):
-        for command, path in (("signals", "x.json"), ("decode", "x.csv"), ("batch", "x.html"), ("diff", "x.xml")):
+        for command, path in (("signals", "x.json"), ("decode", "x.csv"), ("events", "x.html"), ("diff", "x.xml")):
             captures = (self.healthy, self.faulty) if command == "diff" else (self.faulty,)
             self.assertIn(f"no format of this command has the ending {os.path.splitext(path)[1]}",
                           self.one_error(command, *captures, "-o", path))
@@ -329,6 +370,30 @@ class Baseline(CliTest):
         before = (self.dir / "known.json").read_bytes()
         self.check(self.faulty, "--baseline", "known.json", "--write-baseline", "known.json", status=0)
         self.assertEqual((self.dir / "known.json").read_bytes(), before)
+
+    def test_reasons_and_last_days(self):
+        self.check(self.faulty, "--write-baseline", "known.json", status=1)
+        baseline = json.loads((self.dir / "known.json").read_text())
+        for entry in baseline["findings"]:
+            entry.update(reason="spare axis, see ticket 17", expires="2999-12-31")
+        self.file("known.json", json.dumps(baseline))
+        done = self.check(self.faulty, "--baseline", "known.json", status=0)
+        self.assertIn("(spare axis, see ticket 17; until 2999-12-31)", " ".join(done.out.split()))
+        report = self.report(self.faulty, "--baseline", "known.json", status=0)["reports"][0]
+        self.assertEqual({f["known_because"] for f in report["findings"]},
+                         {"spare axis, see ticket 17; until 2999-12-31"})
+        for entry in baseline["findings"]:
+            entry["expires"] = "2019-05-01"
+        self.file("known.json", json.dumps(baseline))
+        done = self.check(self.faulty, "--baseline", "known.json", status=1)
+        self.assertIn("warning: known.json: al-refused of slave 0 was accepted until 2019-05-01 only", done.err)
+        # Brought up to date: the reason stays, the day that is over goes.
+        self.check(self.faulty, "--baseline", "known.json", "--write-baseline", "known.json", status=1)
+        entries = json.loads((self.dir / "known.json").read_text())["findings"]
+        self.assertTrue(all(e["reason"] == "spare axis, see ticket 17" and "expires" not in e for e in entries))
+        self.check(self.faulty, "--baseline", "known.json", status=0)
+        done = self.run_program("batch", "--baseline", "known.json", "-o", "json=s.json", self.faulty)
+        self.assertEqual(done.returncode, 0, done.err)
 
     def test_missing_or_wrong_file(self):
         self.assertIn("no such file", self.one_error("check", "--baseline", "none.json", self.faulty))
@@ -523,6 +588,20 @@ class Terminal(CliTest):
 
     def test_colours_on_a_terminal(self):
         self.assertIn(b"\x1b[1;31mFAIL", self.on_terminal())
+
+    def test_colours_by_option(self):
+        self.assertIn("\x1b[1;31mFAIL", self.check(self.faulty, "--color=always", status=1).out)
+        self.assertNotIn(b"\x1b", self.on_terminal("--color=never"))
+        self.assertIn(b"\x1b", self.on_terminal("--color", "auto"))
+        self.check(self.faulty, "--color=always", "-o", "text=a.txt", status=1)
+        self.assertNotIn("\x1b", (self.dir / "a.txt").read_text())
+        for given in (("--color=sometimes",), ("--color=always", "--no-color")):
+            done = self.check(self.faulty, *given, status=2)
+            self.assertEqual((done.out, len(done.err.splitlines())), ("", 1))
+
+    def test_lines_fit(self):
+        for line in self.check(SAMPLES / "falls-out-of-op.pcapng", status=1).out.splitlines()[1:]:
+            self.assertLessEqual(len(line), 80, line)
 
     def test_colours_switched_off(self):
         for arguments, environment in (((), {"NO_COLOR": "1"}), (("--no-color",), {}), ((), {"TERM": "dumb"})):

@@ -469,6 +469,22 @@ class Diff(StartupTest):
         self.assertIn("60C2h:1", steps[0]["what"])
         self.assertEqual((steps[0]["a"], steps[0]["b"]), ("done", "not done"))
 
+    def test_slaves_before_all_else(self):
+        samples = SOURCE / "samples" / "captures"
+        out = self.diff(samples / "clean-startup.pcapng", samples / "clean-mixed-bus.pcapng").out
+        self.assertEqual(out.splitlines()[3], "Slaves")
+        self.assertRegex("\n".join(out.splitlines()[4:7]), r"bus: slaves on the bus\n +A 1 slave\n +B \d slaves")
+        for line in out.splitlines():
+            self.assertLessEqual(len(line), 110 if "/" in line else 80, line)
+
+    def test_what_nobody_took_is_not_done(self):
+        document = json.loads(self.diff(SOURCE / "samples" / "captures" / "clean-startup.pcapng",
+                                        SOURCE / "samples" / "captures" / "master-igh.pcapng", "--format", "json").out)
+        for difference in document["differences"]:
+            self.assertNotEqual(difference["a"], difference["b"])
+            if "not taken by the slave" in difference["a"] + difference["b"]:
+                self.assertFalse(difference["counts"])
+
     def test_files(self):
         self.diff(self.good, self.good, "-o", "json=d.json", status=0)
         validate(json.loads((self.dir / "d.json").read_text()), DIFF_SCHEMA)
@@ -480,17 +496,19 @@ class Diff(StartupTest):
 
     def test_nothing_compared_is_not_the_same(self):
         samples = SOURCE / "samples" / "captures"
-        for a in ("mid-run", "clean-startup"):
-            self.assertIn("nothing to compare", self.one_error("diff", samples / f"{a}.pcapng", samples / "mid-run.pcapng"))
+        self.assertIn("nothing to compare", self.one_error("diff", samples / "mid-run.pcapng", samples / "mid-run.pcapng"))
+        # Two slaves where there was one are a difference, whatever else the captures show.
+        self.assertIn("slaves on the bus", self.diff(samples / "clean-startup.pcapng", samples / "mid-run.pcapng").out)
 
 
 class DiffCaptures(Diff):
     @unittest.skipUnless(LAB.exists() and REAL.exists(), "the shared captures are absent")
     def test_an_akd_that_works_and_one_that_is_refused(self):
         out = self.diff(LAB / "soem-slaveinfo-akd.pcapng", REAL / "soem-sdinfo-akd.pcapng").out
-        first = "\n".join(out.splitlines()[:12])
+        first = "\n".join(out.splitlines()[:18])
+        self.assertIn("A 2 slaves", first)
         self.assertIn("SAFEOP refused with 0x001d", first)
-        self.assertIn("write of SM2", "\n".join(out.splitlines()[:20]))
+        self.assertIn("write of SM2", "\n".join(out.splitlines()[:24]))
 
     @unittest.skipUnless(LAB.exists(), "the lab captures are absent")
     def test_containers_of_one_run_are_the_same(self):

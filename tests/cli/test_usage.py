@@ -2,6 +2,7 @@
 import gzip
 import json
 import os
+import pathlib
 import re
 import signal
 import subprocess
@@ -273,11 +274,44 @@ class Input(CliTest):
         self.assertLess(part["ethercat_frames"], whole)
         self.assertEqual(part["ethercat_frames"], 8)
 
+    def test_clock_times(self):
+        # The capture begins on 2019-05-01 at 12:00:00 UTC, a packet every 20 us or 980 us.
+        def frames(*given, env=None):
+            done = subprocess.run([PROGRAM, "decode", "--format", "jsonl", *given, self.healthy], capture_output=True,
+                                  text=True, cwd=self.dir, env={**os.environ, "TZ": "UTC", **(env or {})})
+            self.assertEqual(done.returncode, 0, done.stderr)
+            return [json.loads(line)["frame"] for line in done.stdout.splitlines()]
+
+        whole = frames()
+        self.assertEqual(frames("--from", "12:00:00.002", "--to", "12:00:00.004"), frames("--from", "0.002", "--to", "0.004"))
+        self.assertEqual(frames("--from", "11:59"), whole)
+        self.assertEqual(frames("--to", "2019-05-01T12:00:00.002Z"), frames("--to", "0.002"))
+        self.assertEqual(frames("--to", "2019-05-01 14:00:00.002+02:00"), frames("--to", "0.002"))
+        berlin = {"TZ": "CET-1CEST,M3.5.0,M10.5.0/3"}
+        self.assertEqual(frames("--time=local", "--to", "14:00:00.002", env=berlin), frames("--to", "0.002"))
+        self.assertEqual(frames("--around", "#7", "--window", "0.001"), [5, 6, 7, 8, 9])
+        self.assertEqual(frames("--around", "12:00:00.003", "--window=0.001"), frames("--from", "0.002", "--to", "0.004"))
+        self.assertEqual(frames("--around", "0.003"), whole)
+        part = self.report(self.healthy, "--from", "12:00:00.002", status=0)["reports"][0]
+        self.assertEqual(part["settings"]["range"]["from_s"], 0.002)
+        for given in (("--from", "14:00"), ("--to", "2018-01-01")):
+            self.assertIn("lies in the range", self.check(self.healthy, *given, status=2).err)
+        for given in (("--around", "#7", "--from", "1"), ("--window", "1"), ("--around", "#7", "--window", "x"),
+                      ("--from", "12:00:00.004", "--to", "12:00:00.002"), ("--around", "#7000"), ("--from", "25:00")):
+            done = self.check(self.healthy, *given, status=2)
+            self.assertEqual((done.out, len(done.err.splitlines())), ("", 1), done.err)
+        content = pathlib.Path(self.healthy).read_bytes()
+        done = subprocess.run([PROGRAM, "check", "--from", "12:00:01", "-"], input=content, capture_output=True)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn(b"can be read only once", done.stderr)
+        done = subprocess.run([PROGRAM, "decode", "--format=jsonl", "--to", "12:00:00.002", "-"], input=content, capture_output=True)
+        self.assertEqual([json.loads(line)["frame"] for line in done.stdout.splitlines()], frames("--to", "0.002"))
+
     def test_what_was_left_out_is_said(self):
         given = ("--slave", "0", "--from", "#3", "--to", "1.5")
         limits = "limited by --slave 0 --from #3 --to 1.5"
         text = self.check(self.healthy, *given, status=0).out
-        self.assertIn(f"({limits})", text.splitlines()[0])
+        self.assertIn(limits, "\n".join(text.splitlines()[:4]))
         self.assertIn(limits, text.split("Capture")[-1])
         settings = self.report(self.healthy, *given, status=0)["reports"][0]["settings"]
         self.assertEqual(settings["slaves"], ["0"])
@@ -287,7 +321,7 @@ class Input(CliTest):
             self.assertIn(limits[11:], (self.dir / name).read_text())
         merged = self.run_program("merge", "a.json")
         self.assertIn(limits, merged.out)
-        self.assertIn("(limited by --to #6)", self.check(self.faulty, "--to", "#6", status=0).out.splitlines()[0])
+        self.assertIn("limited by --to #6", "\n".join(self.check(self.faulty, "--to", "#6", status=0).out.splitlines()[:4]))
         plain = self.report(self.healthy, status=0)["reports"][0]["settings"]
         self.assertEqual((plain["slaves"], plain["range"], plain["judged"]), ([], None, "all"))
         self.assertNotIn("limited", self.check(self.healthy, status=0).out)

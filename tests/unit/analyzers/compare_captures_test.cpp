@@ -103,6 +103,32 @@ TEST(CompareCaptures, ASlaveThatACaptureCannotShowIsNotMissing) {
   EXPECT_FALSE(diff.compared);
 }
 
+TEST(CompareCaptures, OtherDatagramsForTheSameDataAreADifference) {
+  std::string one, two;
+  for (int i = 0; i < 25; ++i) {
+    one += "+1ms LRW 0x10000 00 00 -> 00 00\n";
+    two += "+1ms LRW 0x10000 00 -> 00\n+1us LRW 0x10001 00 -> 00\n";
+  }
+  const CaptureDiff diff =
+      Compared(ResultOf(kAddress + kMailbox + kUp + one), ResultOf(kAddress + kMailbox + kUp + two));
+  EXPECT_TRUE(std::any_of(diff.differences.begin(), diff.differences.end(), [](const Difference& d) {
+    return d.what == "datagrams that carry the process data" && d.in_a == "LRW" && d.in_b == "2 LRW" && d.counts;
+  }));
+  EXPECT_TRUE(std::any_of(diff.notes.begin(), diff.notes.end(), [](const std::string& note) {
+    return note == "slave 0: the identity is not in either capture, so matched by position";
+  }));
+}
+
+TEST(CompareCaptures, WhatReadsAlikeIsNoDifference) {
+  const AnalysisResult a = ResultOf(kAddress + kMailbox + kUp);
+  const AnalysisResult b = ResultOf("@slaves 2\n" + kAddress.substr(kAddress.find('\n') + 1) +
+                                    "+1ms APWR 1:0x0010 02 10\n" + kMailbox + kUp);
+  const CaptureDiff diff = Compared(a, b);
+  ASSERT_FALSE(diff.differences.empty());
+  EXPECT_EQ(diff.differences.front().what, "slaves on the bus");
+  for (const Difference& d : diff.differences) EXPECT_NE(d.in_a, d.in_b) << d.what;
+}
+
 TEST(CompareCaptures, ASlaveThatIsNotThereIsADifference) {
   const AnalysisResult a =
       ResultOf("@slaves 2\n+1ms BRD 0x0000 11\n+1ms APWR 0:0x0010 01 10\n+1ms APWR 1:0x0010 02 10\n" + kMailbox + kUp);

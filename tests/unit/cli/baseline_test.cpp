@@ -49,7 +49,7 @@ TEST(Baseline, NumbersThatNameSomethingAre) {
 }
 
 TEST(Baseline, AnotherSlaveOrCodeIsNew) {
-  const Baseline baseline{FingerprintOf(RefusedSafeop().result.findings[0], RefusedSafeop().result)};
+  const Baseline baseline{{FingerprintOf(RefusedSafeop().result.findings[0], RefusedSafeop().result), {}}};
   report::CaptureReport other_slave = RefusedSafeop();
   other_slave.result.slaves[0].position = 1;
   ApplyBaseline(baseline, other_slave);
@@ -59,6 +59,41 @@ TEST(Baseline, AnotherSlaveOrCodeIsNew) {
   other_code.result.findings[0].title = "SAFEOP refused with AL status code 0x001e";
   ApplyBaseline(baseline, other_code);
   EXPECT_FALSE(other_code.IsKnown(0));
+}
+
+TEST(Baseline, ReasonsStayAndDaysEnd) {
+  const TempDir dir;
+  const auto with = [&dir](const std::string& more) {
+    return dir.Write("b.json", R"({"schema": "ecaudit.baseline/1", "findings": [{"rule": "al-refused", "slave": 0, )"
+                               R"("title": "SAFEOP refused with AL status code 0x001d")" +
+                                   more + "}]}");
+  };
+  report::CaptureReport capture = RefusedSafeop();
+  auto baseline = ReadBaseline(with(R"(, "reason": "spare axis", "expires": "2999-12-31")"));
+  ASSERT_TRUE(baseline) << baseline.error().message;
+  ApplyBaseline(*baseline, capture);
+  EXPECT_TRUE(capture.IsKnown(0));
+  EXPECT_EQ(capture.WhyKnown(0), "spare axis; until 2999-12-31");
+  const std::string again = WriteBaseline(OneReport(capture), *baseline);
+  EXPECT_NE(again.find("\"reason\": \"spare axis\""), std::string::npos);
+  EXPECT_NE(again.find("\"expires\": \"2999-12-31\""), std::string::npos);
+
+  baseline = ReadBaseline(with(R"(, "reason": "until the repair", "expires": "2019-05-01")"));
+  ASSERT_TRUE(baseline);
+  ApplyBaseline(*baseline, capture);
+  EXPECT_FALSE(capture.IsKnown(0));
+  EXPECT_EQ(capture.WhyKnown(0), "");
+  ASSERT_EQ(ExpiredEntries(*baseline).size(), 1U);
+  EXPECT_NE(ExpiredEntries(*baseline)[0].find("al-refused of slave 0 was accepted until 2019-05-01 only"),
+            std::string::npos);
+  const std::string anew = WriteBaseline(OneReport(capture), *baseline);
+  EXPECT_NE(anew.find("until the repair"), std::string::npos);
+  EXPECT_EQ(anew.find("expires"), std::string::npos);
+
+  for (const char* wrong :
+       {R"(, "reason": 1)", R"(, "expires": "tomorrow")", R"(, "expires": "2026-12-31T12:00")", R"(, "why": "x")"}) {
+    EXPECT_FALSE(ReadBaseline(with(wrong))) << wrong;
+  }
 }
 
 TEST(Baseline, FindingsOfTheWholeBus) {

@@ -64,19 +64,6 @@ TEST(CaptureOptions, ParametersOfDrives) {
   EXPECT_EQ(analysis.parameters.size(), 2U);
 }
 
-TEST(CaptureOptions, Limits) {
-  std::optional<double> seconds;
-  std::optional<FrameNo> frame;
-  EXPECT_FALSE(ParseLimit("--from", "1.25", seconds, frame));
-  EXPECT_EQ(seconds, 1.25);
-  EXPECT_EQ(frame, std::nullopt);
-  EXPECT_FALSE(ParseLimit("--from", "#760", seconds, frame));
-  EXPECT_EQ(frame, 760U);
-  for (const char* text : {"", "#", "#0", "#-1", "-1", "nan", "inf", "1s", "1,5"}) {
-    EXPECT_TRUE(ParseLimit("--from", text, seconds, frame)) << text;
-  }
-}
-
 TEST(CaptureOptions, CommandLineWinsOverTheFile) {
   const TempDir dir;
   dir.Write(".ecaudit.json", R"({"profile": "generic", "slave_profiles": {"0": "generic"}, "fail_on": "never",

@@ -41,6 +41,27 @@ TEST(Layout, UmlautsTakeOneColumn) {
   EXPECT_EQ(Columns("\xC3\xA4rger"), 5U);
 }
 
+TEST(Layout, ColumnsOfTheTerminal) {
+  EXPECT_EQ(Columns("\xE8\xBB\xB8 1"), 4U) << "two columns for a character of East Asia";
+  EXPECT_EQ(Columns("a\xCC\x88"), 1U) << "none for what combines";
+  EXPECT_EQ(Columns("\xFF\xC3"), 2U) << "broken UTF-8 is as wide as its bytes";
+}
+
+TEST(Layout, LinesAreAsWideAsTheTerminal) {
+  TextStyle narrow;
+  narrow.width = 20;
+  TextBuilder text(narrow);
+  text.Paragraph("0123456789 0123456789 0", 0, 2);
+  EXPECT_EQ(text.Take(), "0123456789\n  0123456789 0\n");
+}
+
+TEST(Layout, CutToColumns) {
+  EXPECT_EQ(CutToColumns("short", 5), "short");
+  EXPECT_EQ(CutToColumns("one two three four", 13), "one two ...");
+  EXPECT_EQ(CutToColumns(std::string(40, 'x'), 10), "xxxxxx ...");
+  EXPECT_EQ(CutToColumns("state, and more", 11), "state ...");
+}
+
 TEST(Layout, OneLineHasNoLineBreaks) {
   EXPECT_EQ(OneLine("a\r\n\tb\x1b"), "a   b\\x1b");
 }

@@ -35,7 +35,7 @@ constexpr std::string_view kRule = R"({
     "id": "al-refused",
     "shortDescription": {"text": "A state request was refused"},
     "fullDescription": {"text": "A state request was refused. Needs: AL status."},
-    "help": {"text": "## What it checks\n\nRefusals.", "markdown": "## What it checks\n\nRefusals."},
+    "help": {"text": "## What it checks\n\nRefusals.\n\n## Where it is shown\nThe line of a result is that of its first frame in the text that `ecaudit decode CAPTURE` writes.", "markdown": "## What it checks\n\nRefusals.\n\n## Where it is shown\nThe line of a result is that of its first frame in the text that `ecaudit decode CAPTURE` writes."},
     "defaultConfiguration": {"level": "error"},
     "properties": {"tags": ["AL state machine"], "source": "AKD-2011, 4.3"}})";
 
@@ -43,7 +43,7 @@ constexpr std::string_view kResult = R"json({
     "ruleId": "al-refused", "ruleIndex": 0, "level": "error",
     "message": {"text": "slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d (frame 760). The slave stayed in PREOP. Check the output sync manager"},
     "locations": [{
-      "physicalLocation": {"artifactLocation": {"uri": "lab/my%20akd.pcapng", "index": 0}},
+      "physicalLocation": {"artifactLocation": {"uri": "lab/my%20akd.pcapng", "index": 0}, "region": {"startLine": 1}},
       "logicalLocations": [{"name": "slave 0", "fullyQualifiedName": "slave 0 (AKD, 0x1001)", "kind": "resource"}]}],
     "properties": {
       "frame": 760, "last_frame": 6762, "count": 5999, "time_s": 0.759, "slave": 0, "station_address": 4097,

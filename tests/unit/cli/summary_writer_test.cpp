@@ -40,14 +40,15 @@ TEST(SummaryWriter, Text) {
             "\n"
             "Findings by rule\n"
             "  error    al-refused  1 capture, 2 findings\n"
-            "           e.g. a.pcap frame 760: slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d\n"
+            "           e.g. a.pcap frame 760: slave 0 (AKD, 0x1001): SAFEOP refused with AL\n             status code "
+            "0x001d\n"
             "  warning  frame-lost  1 capture\n"
             "           e.g. b.pcap frame 5: bus: title of frame-lost\n"
             "\n"
             "Captures\n"
-            "  FAIL a.pcap: slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d (frame 760)\n"
+            "  FAIL a.pcap: slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d (frame 760 at 0.759 s)\n"
             "  ERROR e.pcap: e.pcap is empty\n"
-            "  PASS b.pcap: warning: bus: title of frame-lost (frame 5)\n"
+            "  PASS b.pcap: warning: bus: title of frame-lost (frame 5 at 0.004 s)\n"
             "  NOTHING-TO-CHECK d.pcap: the capture holds no packet\n"
             "  PASS c.pcap: no findings in 6,759 EtherCAT frames of 1 slave\n");
 }
@@ -91,7 +92,9 @@ TEST(SummaryWriter, KnownFindingsAreNotTallied) {
 
 TEST(SummaryWriter, NoEscapeSequencesWithoutColor) {
   EXPECT_EQ(WriteSummaryText(Fleet(), {}).find('\x1b'), std::string::npos);
-  EXPECT_NE(WriteSummaryText(Fleet(), {true}).find("\x1b[1;31mFAIL"), std::string::npos);
+  TextStyle colored;
+  colored.color = true;
+  EXPECT_NE(WriteSummaryText(Fleet(), colored).find("\x1b[1;31mFAIL"), std::string::npos);
 }
 
 }  // namespace

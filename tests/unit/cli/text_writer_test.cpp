@@ -33,6 +33,14 @@ std::vector<std::string> Lines(const std::string& text) {
   return lines;
 }
 
+/// Without the line breaks that the width made.
+std::string Unwrapped(const std::string& text) {
+  std::istringstream words(text);
+  std::string out;
+  for (std::string word; words >> word;) out += (out.empty() ? "" : " ") + word;
+  return out;
+}
+
 std::size_t LineWith(const std::vector<std::string>& lines, const std::string& part) {
   const auto at = std::find_if(lines.begin(), lines.end(),
                                [&](const std::string& line) { return line.find(part) != std::string::npos; });
@@ -42,7 +50,9 @@ std::size_t LineWith(const std::vector<std::string>& lines, const std::string& p
 TEST(TextWriter, FirstLineSaysWhatMattersMost) {
   EXPECT_EQ(Headline(RefusedSafeop()),
             "FAIL akd.pcapng: slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d (frame 760)");
-  EXPECT_THAT(WrittenText(RefusedSafeop()), StartsWith(Headline(RefusedSafeop()) + "\n1 error, 0 warnings, 0 infos"));
+  EXPECT_THAT(WrittenText(RefusedSafeop()),
+              StartsWith("FAIL akd.pcapng: slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d (#760, "
+                         "0.759 s)\n1 error, 0 warnings, 0 infos; 1 slave; 6.761 s from 2019-05-01 12:00:00 UTC\n"));
 }
 
 TEST(TextWriter, HeadlineNamesTheCauseOfTheWorstFinding) {
@@ -87,9 +97,9 @@ TEST(TextWriter, ConsequencesStandIndentedUnderTheirCause) {
   capture.result.findings.push_back(MakeFinding("al-timeout", Severity::kError, 7, 9000, 0));
   capture.result.findings.push_back(MakeFinding("emcy-received", Severity::kError, 7, 100));
   const std::vector<std::string> lines = Lines(WrittenText(capture));
-  const std::size_t emergency = LineWith(lines, "error emcy-received");
-  const std::size_t cause = LineWith(lines, "error al-refused");
-  const std::size_t consequence = LineWith(lines, "consequence: error al-timeout");
+  const std::size_t emergency = LineWith(lines, "f3 error emcy-received");
+  const std::size_t cause = LineWith(lines, "f1 error al-refused");
+  const std::size_t consequence = LineWith(lines, "f2 consequence: error al-timeout");
   EXPECT_LT(emergency, cause) << "equal severity: by frame";
   ASSERT_LT(cause, consequence);
   ASSERT_LT(consequence, lines.size());
@@ -98,35 +108,65 @@ TEST(TextWriter, ConsequencesStandIndentedUnderTheirCause) {
 
 TEST(TextWriter, FindingShowsEvidenceFilterAndSource) {
   const std::string text = WrittenText(RefusedSafeop());
-  EXPECT_THAT(text, HasSubstr("frame 760 at 0.759000 s, 5,999 times until frame 6762"));
-  EXPECT_THAT(text, HasSubstr("al_status_code = 0x001d, polls = 5999, acknowledged = no, mean_ms = 1.500, "
-                              "requested = SAFEOP"));
+  EXPECT_THAT(text, HasSubstr("frame 760 at 0.759000 s, seen 5,999 times, last in frame 6762"));
+  EXPECT_THAT(text, HasSubstr("al_status_code = 0x001d, polls = 5999, acknowledged = no,\n"
+                              "                 mean_ms = 1.500, requested = SAFEOP"));
   EXPECT_THAT(text, HasSubstr("frame.number==760 || frame.number==6762 || frame.number==743"));
   EXPECT_THAT(text, HasSubstr("AKD EtherCAT Communication, 4.3"));
   EXPECT_THAT(text, HasSubstr("ecaudit explain al-refused"));
   EXPECT_THAT(text, HasSubstr("Check the output sync manager"));
 }
 
+TEST(TextWriter, FindingsStandBeforeSlavesAndTheCaptureLast) {
+  const std::vector<std::string> lines = Lines(WrittenText(RefusedSafeop()));
+  const std::vector<std::string> order{"Findings", "Slaves", "Could not be judged", "Capture"};
+  for (std::size_t i = 1; i < order.size(); ++i) {
+    EXPECT_LT(LineWith(lines, order[i - 1]), LineWith(lines, order[i])) << order[i];
+  }
+  EXPECT_EQ(lines[3], "");
+  EXPECT_EQ(lines[4], "Findings");
+}
+
+TEST(TextWriter, QuietIsTheVerdict) {
+  Report report = OneReport(RefusedSafeop());
+  TextStyle style;
+  style.quiet = true;
+  EXPECT_EQ(Lines(WriteText(report, style)).size(), 1U);
+  report.captures.push_back(RefusedSafeop());
+  const std::vector<std::string> lines = Lines(WriteText(report, style));
+  ASSERT_EQ(lines.size(), 3U);
+  EXPECT_THAT(lines[2], StartsWith("FAIL 2 captures, 2 failed"));
+}
+
+TEST(TextWriter, ClockTimes) {
+  TextStyle style;
+  style.time = TimeMode::kUtc;
+  const std::string text = WriteText(OneReport(RefusedSafeop()), style);
+  EXPECT_THAT(text, HasSubstr("frame 760 at 12:00:00.759000, seen 5,999 times, last in frame 6762"));
+  EXPECT_THAT(text, HasSubstr("PREOP #400 at 12:00:00.399 ->"));
+}
+
 TEST(TextWriter, SlaveStory) {
-  const std::string text = WrittenText(RefusedSafeop());
+  const std::string text = Unwrapped(WrittenText(RefusedSafeop()));
   EXPECT_THAT(text, HasSubstr("vendor 0x0000006a, product 0x00414b44, revision 0x00000002"));
   EXPECT_THAT(text, HasSubstr("kollmorgen-akd-2011 (EEPROM identity)"));
   EXPECT_THAT(text, HasSubstr("PREOP #400 at 0.399 s -> SAFEOP requested #743 at 0.742 s ->"));
-  EXPECT_THAT(text, HasSubstr(" PREOP+ERR code 0x001d #760 at 0.759 s\n"));
+  EXPECT_THAT(text, HasSubstr(" PREOP+ERR code 0x001d #760 at 0.759 s"));
 }
 
 TEST(TextWriter, MailboxTrafficInOneLine) {
   CaptureReport capture = RefusedSafeop();
-  EXPECT_THAT(WrittenText(capture), Not(HasSubstr("mailbox "))) << "no line where the mailboxes were not used";
+  EXPECT_THAT(Unwrapped(WrittenText(capture)), Not(HasSubstr(" mailbox ")))
+      << "no line where the mailboxes were not used";
   MailboxSummary& mailbox = capture.result.slaves[0].mailbox;
   mailbox.requests = 1;
   mailbox.by_protocol = {{"CoE", 1, 0}};
-  EXPECT_THAT(WrittenText(capture), HasSubstr("mailbox    1 request, 0 responses (CoE)\n"));
+  EXPECT_THAT(Unwrapped(WrittenText(capture)), HasSubstr("mailbox 1 request, 0 responses (CoE)"));
   mailbox = {52, 53, 40, 11, 2, 1, 3, 4, {{"error", 0, 3}, {"CoE", 50, 50}, {"FoE", 2, 0}}};
-  EXPECT_THAT(WrittenText(capture),
+  EXPECT_THAT(Unwrapped(WrittenText(capture)),
               HasSubstr("52 requests, 53 responses (CoE, FoE); 40 uploads, 11 downloads, 2 aborted, 1 emergency, "
                         "3"));
-  EXPECT_THAT(WrittenText(capture), HasSubstr("4 unanswered\n"));
+  EXPECT_THAT(Unwrapped(WrittenText(capture)), HasSubstr("4 unanswered"));
 }
 
 TEST(TextWriter, RequestsThatAreFollowedGoWithoutSaying) {
@@ -134,8 +174,8 @@ TEST(TextWriter, RequestsThatAreFollowedGoWithoutSaying) {
   capture.result.slaves[0].al_history = {
       test::MakeStep(AlStep::Kind::kState, 10, 0, 1), test::MakeStep(AlStep::Kind::kRequest, 20, 1, 2),
       test::MakeStep(AlStep::Kind::kState, 30, 1, 2), test::MakeStep(AlStep::Kind::kRequest, 40, 2, 4)};
-  EXPECT_THAT(WrittenText(capture),
-              HasSubstr("AL states  INIT #10 at 0.009 s -> PREOP #30 at 0.029 s -> SAFEOP requested #40 at 0.039 s\n"));
+  EXPECT_THAT(Unwrapped(WrittenText(capture)),
+              HasSubstr("AL states INIT #10 at 0.009 s -> PREOP #30 at 0.029 s -> SAFEOP requested #40 at 0.039 s"));
 }
 
 TEST(TextWriter, LongStoriesAreShortened) {
@@ -144,7 +184,7 @@ TEST(TextWriter, LongStoriesAreShortened) {
   history.clear();
   for (FrameNo frame = 1; frame <= 1000; ++frame)
     history.push_back(test::MakeStep(AlStep::Kind::kState, frame, 0, 0x02));
-  const std::string text = WrittenText(capture);
+  const std::string text = Unwrapped(WrittenText(capture));
   EXPECT_THAT(text, HasSubstr("PREOP #1 "));
   EXPECT_THAT(text, HasSubstr("[984 more steps]"));
   EXPECT_THAT(text, HasSubstr("PREOP #1000 "));
@@ -188,9 +228,15 @@ TEST(TextWriter, UntrustedTextNeverReachesTheTerminal) {
   for (const char c : WrittenText(capture)) EXPECT_TRUE(c == '\n' || static_cast<unsigned char>(c) >= 0x20);
 }
 
+TextStyle Colored() {
+  TextStyle style;
+  style.color = true;
+  return style;
+}
+
 TEST(TextWriter, ColourOnlyWhenAsked) {
   EXPECT_THAT(WrittenText(RefusedSafeop()), Not(HasSubstr("\x1b")));
-  EXPECT_THAT(WriteText(OneReport(RefusedSafeop()), {.color = true}), StartsWith("\x1b[1;31mFAIL\x1b[0m akd.pcapng"));
+  EXPECT_THAT(WriteText(OneReport(RefusedSafeop()), Colored()), StartsWith("\x1b[1;31mFAIL\x1b[0m akd.pcapng"));
 }
 
 TEST(TextWriter, ReasonsAreGrouped) {

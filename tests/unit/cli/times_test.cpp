@@ -32,5 +32,41 @@ TEST(Times, SecondsSince) {
   EXPECT_FALSE(SecondsSince({1, std::numeric_limits<TimeNs>::min(), true}, {2, 1, true}).has_value());
 }
 
+constexpr TimeNs kNoon = 1'556'712'000'000'000'000;  // 2019-05-01 12:00:00 UTC
+
+TEST(Times, ReadsWhatItWrites) {
+  for (const TimeNs time : {TimeNs{0}, TimeNs{-1}, kNoon + 123'456'789, TimeNs{951'782'400'000'000'001}}) {
+    EXPECT_EQ(ParseIsoTime(IsoTime(time), false), time) << IsoTime(time);
+    EXPECT_EQ(ParseIsoTime(IsoLocalTime(time), false), time) << IsoLocalTime(time);
+  }
+}
+
+TEST(Times, ReadsWhatPeopleWrite) {
+  EXPECT_EQ(ParseIsoTime("2019-05-01T12:00:00Z", false), kNoon);
+  EXPECT_EQ(ParseIsoTime("2019-05-01 12:00", false), kNoon);
+  EXPECT_EQ(ParseIsoTime("2019-05-01T14:00:00.5+02:00", false), kNoon + 500'000'000);
+  EXPECT_EQ(ParseIsoTime("2019-05-01T09:30:00-0230", false), kNoon);
+  EXPECT_EQ(ParseIsoTime("2019-05-01", false), kNoon - TimeNs{43'200} * 1'000'000'000);
+  for (const char* text :
+       {"", "2019", "2019-13-01", "2019-02-29", "2019-05-01T", "2019-05-01T25:00", "2019-05-01T12:00x",
+        "2019-05-01T12:00:00.", "2019-05-01T12:00:00+2", "19-05-01", "2019-05-01T12:00:00ZZ"}) {
+    EXPECT_FALSE(ParseIsoTime(text, false)) << text;
+  }
+}
+
+TEST(Times, Moments) {
+  const FrameRef first{1, kNoon, true};
+  const FrameRef later{9, kNoon + 759'123'456, true};
+  EXPECT_EQ(MomentText(TimeMode::kRelative, first, later, 6), "0.759123 s");
+  EXPECT_EQ(MomentText(TimeMode::kUtc, first, later, 3), "12:00:00.759");
+  EXPECT_EQ(MomentText(TimeMode::kUtc, first, {9, kNoon + TimeNs{86'400} * 1'000'000'000, true}, 0),
+            "2019-05-02 12:00:00");
+  EXPECT_EQ(MomentText(TimeMode::kUtc, first, {9, 0, false}, 3), "");
+  EXPECT_EQ(MomentText(TimeMode::kRelative, {}, later, 3), "");
+  EXPECT_EQ(ZoneText(kNoon, false), "UTC");
+  EXPECT_EQ(ParseTimeMode("utc"), TimeMode::kUtc);
+  EXPECT_FALSE(ParseTimeMode("UTC"));
+}
+
 }  // namespace
 }  // namespace ecaudit::report

@@ -25,12 +25,12 @@ export function append(element, children) {
 export function table(rows, columns, caption, className) {
   if (rows.length === 0) return null;
   const kind = (column) => [column.num && "num", column.long && "long"].filter(Boolean).join(" ") || null;
-  return h("div", { className: "scroll" },
+  return h("div", { className: "scroll", tabindex: "0" },
     h("table", { className },
       caption && h("caption", null, caption),
       h("thead", null, h("tr", null, columns.map((c) => h("th", { scope: "col", className: kind(c) }, c.title)))),
       h("tbody", null, rows.map((row) =>
-        h("tr", null, columns.map((c) => h("td", { className: kind(c) }, c.value(row))))))));
+        h("tr", null, columns.map((c) => h("td", { className: kind(c), "data-title": c.title }, c.value(row))))))));
 }
 
 /// [[term, description]]; entries without description are left out.

@@ -1,6 +1,6 @@
 // Findings in the order in which they are best read: worst first, each cause before its consequences.
 import { copyable, facts, h } from "./dom.js";
-import { count, grouped, hex, seconds, slaveLabel, trim } from "./format.js";
+import { count, duration, grouped, hex, seconds, slaveLabel, trim } from "./format.js";
 
 const FIRST = 60;
 const HEX_NAMES = /address|word|code|index|status|control|value|activation|register|vendor|product|revision|logical|start/i;
@@ -13,7 +13,30 @@ function evidenceText(name, value) {
   return value > 9 && HEX_NAMES.test(name) ? `${hex(value)} (${grouped(value)})` : grouped(value);
 }
 
-function findingCard(capture, finding, depth, showInTime) {
+/// The page of the rule, as `ecaudit explain` has it: headings and paragraphs.
+function rulePage(rule) {
+  if (!rule) return null;
+  const parts = [];
+  let lines = [];
+  const end = () => {
+    if (lines.length) parts.push(h("p", null, lines.join(" ")));
+    lines = [];
+  };
+  for (const line of rule.doc.trim().split("\n")) {
+    if (line.startsWith("## ")) {
+      end();
+      parts.push(h("h4", null, line.slice(3)));
+    } else if (line.trim() === "") end();
+    else lines.push(line.trim());
+  }
+  end();
+  return h("details", { className: "more rule" }, h("summary", null, "About this rule"), h("p", null, `${rule.title}.`), parts,
+    h("p", { className: "muted" }, `Source: ${rule.source}`));
+}
+
+const clock = (time) => (time ? ` (${time.slice(11, 23)} UTC)` : "");
+
+function findingCard(capture, finding, depth, rules, showInTime) {
   const slave = capture.slaves.find((s) => s.position === finding.slave);
   const where = finding.slave === null ? "Bus" : slave ? slaveLabel(slave) : `Slave ${finding.slave}`;
   const consequences = capture.findings.filter((f) => f.caused_by === finding.id);
@@ -29,8 +52,9 @@ function findingCard(capture, finding, depth, showInTime) {
     h("div", { className: "meta" },
       h("span", null, h("b", null, finding.id)),
       slave ? h("a", { href: `#slave-${slave.position}` }, where) : h("span", null, where),
-      finding.frame && h("span", null, `frame ${finding.frame}`, finding.time_s !== null && ` at ${seconds(finding.time_s)}`),
-      finding.count > 1 && h("span", null, `${count(finding.count, "time")}, last in frame ${finding.last_frame}`),
+      finding.frame && h("span", null, `frame ${finding.frame}`, finding.time_s !== null && ` at ${seconds(finding.time_s)}${clock(finding.time)}`),
+      finding.count > 1 && h("span", null, `seen ${count(finding.count, "time")}, last in frame ${finding.last_frame}`,
+        finding.last_time_s > finding.time_s && `, ${duration((finding.last_time_s - finding.time_s) * 1000)} later`),
       finding.confidence === "inferred" && h("span", { title: "Rests on an assumption, which the text names" }, "inferred"),
       h("span", { className: "mono" }, finding.rule)),
     h("p", { className: "text" }, finding.message),
@@ -43,10 +67,11 @@ function findingCard(capture, finding, depth, showInTime) {
       finding.time_s !== null && showInTime &&
         h("button", { type: "button", onclick: () => showInTime(finding) }, "Show in time line"),
       finding.wireshark_filter && copyable(finding.wireshark_filter, "filter"),
-      reference && h("span", { className: "muted" }, `See ${reference}`)));
+      reference && h("span", { className: "muted" }, `See ${reference}`)),
+    rulePage(rules[finding.rule]));
 }
 
-export function findingsPanel(capture, page, showInTime) {
+export function findingsPanel(capture, page, rules, showInTime) {
   const panel = h("section", { className: "panel", id: "findings", "aria-labelledby": "findings-title" },
     h("h2", { id: "findings-title" }, "Findings"));
   const known = capture.findings.filter((f) => f.known).length;
@@ -56,7 +81,7 @@ export function findingsPanel(capture, page, showInTime) {
   }
   const add = (from, to) => {
     for (const [index, depth] of page.order.slice(from, to)) {
-      panel.append(findingCard(capture, capture.findings[index], depth, showInTime));
+      panel.append(findingCard(capture, capture.findings[index], depth, rules, showInTime));
     }
   };
   add(0, FIRST);

@@ -45,7 +45,12 @@ export function shellWord(text) {
 
 /// Equal bins for a chart over those of the report: at most `most`, and none narrower than the widest of the report, so
 /// that bins which touch there leave no gap between them here.
-export function equalBins(bins, most) {
+export function equalBins(all, most, middle) {
+  // One outlier would make two bars of it: what lies far from the middle is counted, not drawn.
+  const spread = middle ? Math.max(middle.to - middle.from, 1e-3 * Math.abs(middle.to), 1e-6) : Infinity;
+  const near = middle ? all.filter((b) => b.to >= middle.from - 4 * spread && b.from <= middle.to + 4 * spread) : all;
+  const bins = near.length > 0 ? near : all;
+  const beyond = all.reduce((sum, b) => sum + b.count, 0) - bins.reduce((sum, b) => sum + b.count, 0);
   const low = bins[0].from;
   const high = Math.max(bins[bins.length - 1].to, low + 1e-9);
   const widest = Math.max(...bins.map((b) => b.to - b.from));
@@ -55,5 +60,5 @@ export function equalBins(bins, most) {
   for (const bin of bins) {
     counts[Math.min(n - 1, Math.max(0, Math.floor(((bin.from + bin.to) / 2 - low) / width)))] += bin.count;
   }
-  return { low, high, width, counts };
+  return { low, high, width, counts, beyond };
 }

@@ -20,7 +20,7 @@ function buildLanes(capture, page) {
   const known = new Set(page.order.map(([index]) => index));
   const marksOf = (slave) => capture.findings
     .filter((f, i) => known.has(i) && f.slave === slave && f.time_s !== null)
-    .map((f) => ({ time: f.time_s, severity: f.severity, id: f.id, title: f.title, count: f.count, frame: f.frame }))
+    .map((f) => ({ time: f.time_s, to: f.last_time_s ?? f.time_s, severity: f.severity, rule: f.rule, id: f.id, title: f.title, count: f.count, frame: f.frame }))
     // Where marks lie upon each other, the worst is on top.
     .sort((a, b) => ["info", "warning", "error"].indexOf(a.severity) - ["info", "warning", "error"].indexOf(b.severity));
   const busMarks = marksOf(null);
@@ -30,7 +30,11 @@ function buildLanes(capture, page) {
     const drawn = timeline?.slaves.find((s) => s.slave === slave.position);
     const rows = [];
     const states = alSegments(slave, end);
-    rows.push({ kind: "al", segments: states, requests: slave.al.history.filter((s) => s.kind === "request" && s.time_s !== null) });
+    const absent = absences(drawn, marksOf(slave.position));
+    rows.push({ kind: "al", segments: states, absent, requests: slave.al.history.filter((s) => s.kind === "request" && s.time_s !== null) });
+    for (const direction of ["outputs", "inputs"]) {
+      if (drawn?.[direction]) rows.push({ kind: "exchange", direction, runs: drawn[direction].runs });
+    }
     const drive = driveSegments(slave, end);
     if (drive.length) rows.push({ kind: "drive", segments: drive });
     if (drawn?.mailbox) rows.push({ kind: "mailbox", series: drawn.mailbox });
@@ -44,6 +48,18 @@ function buildLanes(capture, page) {
   return lanes;
 }
 
+/// When the slave took no part in the exchange although others did: its state then is what it was before. Where the
+/// working counter alone does not show whose part is missing, a finding may.
+function absences(drawn, marks) {
+  const spans = marks.filter((mark) => mark.rule === "wkc-mismatch" && mark.to > mark.time).map((mark) => ({ from: mark.time, to: mark.to }));
+  for (const direction of ["outputs", "inputs"]) {
+    for (const run of drawn?.[direction]?.runs ?? []) {
+      if (run.kind === "missing" && run.count > 1) spans.push({ from: run.from_s, to: run.to_s });
+    }
+  }
+  return spans;
+}
+
 /// Gives lanes and rows their place; returns the height of all.
 function place(lanes) {
   const size = lanes.length > MANY ? DENSE : ROOMY;
@@ -54,7 +70,7 @@ function place(lanes) {
     y += lane.marks.length ? size.marks : size.gap;
     for (const row of lane.rows) {
       row.top = y;
-      row.height = row.segments ? size.bar : size.thin;
+      row.height = row.segments ? size.bar : row.runs ? Math.max(3, size.thin - 2) : size.thin;
       y += row.height + 2;
     }
     if (lane.rows.length === 0) y += 4;
@@ -80,6 +96,8 @@ function drawLanes(u, lanes, focus) {
     ctx.fillRect(left, y(lane.bottom), width, Math.max(1, r));
     for (const row of lane.rows) {
       if (row.segments) drawSegments(ctx, row, x, y, r, left, width);
+      if (row.absent) for (const span of row.absent) hatch(ctx, x(span.from), x(span.to), y(row.top), row.height * r, css("--panel"), css("--absent"), r);
+      if (row.runs) drawRuns(ctx, row, x, y, r);
       if (row.requests) drawRequests(ctx, row, x, y, r);
       if (row.series) drawCounts(ctx, row, u, x, y, r);
     }
@@ -110,6 +128,46 @@ function drawSegments(ctx, row, x, y, r, left, width) {
   }
 }
 
+/// What is absent: slanted lines that are told apart from any colour, on paper too.
+function hatch(ctx, from, to, top, height, ground, line, r) {
+  const width = Math.max(to - from, 1.5 * r);
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(from, top, width, height);
+  ctx.clip();
+  ctx.fillStyle = ground;
+  ctx.fillRect(from, top, width, height);
+  ctx.strokeStyle = line;
+  ctx.lineWidth = 1.2 * r;
+  const step = 5 * r;
+  // From a fixed origin, so that zooming does not make the lines crawl; only what is seen is drawn.
+  const first = Math.max(from, 0) - height - (Math.max(from, 0) % step);
+  const last = Math.min(from + width, ctx.canvas.width) + height;
+  ctx.beginPath();
+  for (let at = first; at < last; at += step) {
+    ctx.moveTo(at, top + height);
+    ctx.lineTo(at + height, top);
+  }
+  ctx.stroke();
+  ctx.restore();
+}
+
+function drawRuns(ctx, row, x, y, r) {
+  const top = y(row.top);
+  const height = row.height * r;
+  row.runs.forEach((run, i) => {
+    const before = row.runs[i - 1];
+    const from = x(run.from_s);
+    if (before) hatch(ctx, x(before.to_s), from, top, height, css("--panel"), before.kind === "taken" && run.kind === "taken" ? css("--absent") : css("--grid"), r);
+    if (run.kind === "taken") {
+      ctx.fillStyle = css("--exchange");
+      ctx.fillRect(from, top, Math.max(x(run.to_s) - from, 1.5 * r), height);
+    } else {
+      hatch(ctx, from, x(run.to_s), top, height, css("--panel"), css(run.kind === "missing" ? "--absent" : "--warning"), r);
+    }
+  });
+}
+
 function drawRequests(ctx, row, x, y, r) {
   ctx.fillStyle = css("--text");
   for (const request of row.requests) ctx.fillRect(x(request.time_s) - r / 2, y(row.top + row.height - 4), Math.max(1, r), 4 * r);
@@ -117,7 +175,7 @@ function drawRequests(ctx, row, x, y, r) {
 
 function drawCounts(ctx, row, u, x, y, r) {
   const { series } = row;
-  ctx.fillStyle = css(row.kind === "lost" ? "--s-error" : "--mailbox");
+  ctx.fillStyle = css(row.kind === "lost" ? "--lost" : "--mailbox");
   const at = series.at ?? series.count.map((_, i) => i);
   for (const bucket of at) {
     const from = x(series.start_s + bucket * series.width_s);
@@ -130,6 +188,14 @@ function drawMarks(ctx, lane, x, y, r, focus) {
   ctx.textAlign = "center";
   ctx.font = `${Math.round(12 * r)}px system-ui, sans-serif`;
   for (const mark of lane.marks) {
+    const to = x(mark.to);
+    if (to - x(mark.time) < 3 * r) continue;
+    ctx.globalAlpha = focus.id === mark.id ? 0.75 : 0.38;
+    ctx.fillStyle = css(`--${mark.severity}`);
+    ctx.fillRect(x(mark.time), y(lane.markY) - 1.5 * r, to - x(mark.time), 3 * r);
+    ctx.globalAlpha = 1;
+  }
+  for (const mark of lane.marks) {
     const at = x(mark.time);
     ctx.lineWidth = 2.5 * r;
     ctx.strokeStyle = css(focus.id === mark.id ? "--text" : "--panel");
@@ -139,7 +205,19 @@ function drawMarks(ctx, lane, x, y, r, focus) {
   }
 }
 
-const near = (u, mark, left) => Math.abs(u.valToPos(mark.time, "x") - left) <= 7;
+const near = (u, mark, left) => Math.abs(u.valToPos(mark.time, "x") - left) <= 7 ||
+  (left >= u.valToPos(mark.time, "x") && left <= u.valToPos(mark.to, "x"));
+
+/// What the slave did with its process data at `time`, in words.
+function exchangeAt(row, time) {
+  const what = { taken: "exchanged", missing: "not exchanged: the slave does not count", unclear: "working counter short, by whom is not clear" };
+  const name = row.direction === "outputs" ? "Outputs" : "Inputs";
+  const run = row.runs.find((r) => time >= r.from_s && time <= r.to_s);
+  if (run) return `${name}: ${what[run.kind]}, frames ${run.frame} to ${run.last_frame}`;
+  const i = row.runs.findIndex((r) => r.from_s > time);
+  if (i <= 0) return null;
+  return `${name}: pause of ${duration((row.runs[i].from_s - row.runs[i - 1].to_s) * 1000)}, frames ${row.runs[i - 1].last_frame} to ${row.runs[i].frame}`;
+}
 
 /// What lies under the pointer, in words.
 function textAt(u, lanes, left, top) {
@@ -148,11 +226,16 @@ function textAt(u, lanes, left, top) {
   const lines = [`${trim(u.posToVal(left, "x"), 6)} s`];
   const marks = lane.marks.filter((mark) => near(u, mark, left)).reverse();
   for (const mark of marks.slice(0, 4)) {
-    lines.push(`${GLYPHS[mark.severity]} ${mark.id}: ${mark.title} (frame ${mark.frame}${mark.count > 1 ? `, ${count(mark.count, "time")}` : ""})`);
+    lines.push(`${GLYPHS[mark.severity]} ${mark.id}: ${mark.title} (frame ${mark.frame}${mark.count > 1 ? `, seen ${count(mark.count, "time")}` : ""}${mark.to > mark.time ? ` over ${duration((mark.to - mark.time) * 1000)}` : ""})`);
   }
   if (marks.length > 4) lines.push(`and ${marks.length - 4} more`);
   const time = u.posToVal(left, "x");
   for (const row of lane.rows) {
+    if (row.runs) {
+      const text = exchangeAt(row, time);
+      if (text) lines.push(text);
+    }
+    if (row.absent?.some((span) => time >= span.from && time <= span.to)) lines.push("absent: takes no part in the exchange");
     if (!row.segments) continue;
     const segment = row.segments.find((s) => time >= s.from && time < s.to);
     if (segment) lines.push(`${{ al: "AL state: ", drive: "Drive: " }[row.kind] ?? ""}${segment.label}, from frame ${segment.frame}, ${duration((segment.to - segment.from) * 1000)}`);
@@ -172,7 +255,9 @@ function legend(lanes) {
     entries(AL_STATES, used("al"), "AL state"),
     entries(DRIVE_STATES, used("drive"), "Drive"),
     rows.some((r) => r.kind === "mailbox") && h("span", null, h("i", { className: "swatch bg-mailbox" }), "mailbox"),
-    rows.some((r) => r.kind === "lost") && h("span", null, h("i", { className: "swatch bg-error" }), "lost frames"),
+    rows.some((r) => r.kind === "exchange") && h("span", null, h("i", { className: "swatch bg-exchange" }), "process data (outputs, inputs)"),
+    rows.some((r) => r.absent?.length || r.runs?.length > 1) && h("span", null, h("i", { className: "swatch bg-absent" }), "pause, or absent"),
+    rows.some((r) => r.kind === "lost") && h("span", null, h("i", { className: "swatch bg-lost" }), "lost frames"),
     ["error", "warning", "info"].filter((s) => marks.has(s)).map((s) =>
       h("span", null, h("span", { className: `glyph ${s}` }, GLYPHS[s]), s)));
 }

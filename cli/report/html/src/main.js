@@ -7,6 +7,7 @@ import { live } from "./plots.js";
 import { slavePanel, startUp, unmetPanel } from "./slaves.js";
 import { busPanel, capturePanel, summaryPanel } from "./summary.js";
 import { timingPanel } from "./timing.js";
+import { topologyPanel } from "./topology.js";
 import { TimeAxis } from "./axis.js";
 
 const data = JSON.parse(document.getElementById("data").textContent);
@@ -64,7 +65,8 @@ function capturePage(index) {
     ["summary", null, summaryPanel(capture, page)],
     ["bus", "Bus", busPanel(capture)],
     ["time", "Time line", lanes?.panel],
-    ["findings", "Findings", judged && (capture.slaves.length || page.order.length) ? findingsPanel(capture, page, lanes?.show) : null],
+    ["findings", "Findings", judged && (capture.slaves.length || page.order.length) ? findingsPanel(capture, page, data.rules ?? {}, lanes?.show) : null],
+    ["topology", "Topology", topologyPanel(capture)],
     ["timing", "Cycle", timingPanel(capture, page, axis)],
     ["slaves", "Slaves", slavesPart(capture, page, axis)],
     ["not-judged", "Not judged", judged && (capture.slaves.length || capture.not_evaluable.length) ? notJudgedPanel(capture) : null],

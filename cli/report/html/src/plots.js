@@ -185,13 +185,13 @@ export function short(value) {
 }
 
 /// Equal bins over what was measured; counts on a logarithmic axis, so that the single late frame is seen.
-export function histogramChart({ title, unit, bins, note }) {
+export function histogramChart({ title, unit, bins, note, middle }) {
   if (bins.length === 0) return null;
-  const { low, high, width, counts } = equalBins(bins, 60);
+  const { low, high, width, counts, beyond } = equalBins(bins, 60, middle);
   const total = counts.reduce((a, b) => a + b, 0);
   const x = counts.map((_, i) => low + (i + 0.5) * width);
   const y = counts.map((c) => (c === 0 ? null : c));
-  const whole = note ?? "";
+  const whole = [note, beyond > 0 && `${grouped(beyond)} far outside not drawn`].filter(Boolean).join("; ");
   const value = h("span", { className: "value" }, whole);
   const box = h("div", { className: "plot" });
   const figure = h("figure", { className: "chart" }, h("figcaption", null, h("b", null, title), value), box);

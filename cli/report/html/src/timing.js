@@ -11,6 +11,7 @@ export function timingPanel(capture, page, axis) {
   const histogram = histogramChart({
     title: "Distribution", unit: "\u00b5s", note: `${grouped(cycle.cycles)} cycles, logarithmic`,
     bins: cycle.histogram.map((b) => ({ from: b.from_us, to: b.to_us, count: b.count })),
+    middle: { from: cycle.p1_us, to: cycle.p99_us },
   });
   return h("section", { className: "panel", id: "timing", "aria-labelledby": "timing-title" },
     h("h2", { id: "timing-title" }, "Cycle"),

@@ -1,0 +1,15 @@
+#include "cli/report/project_path.h"
+
+#include <filesystem>
+
+namespace ecaudit::report {
+
+std::string PathInProject(std::string_view path, std::string_view folder) {
+  std::string normal = std::filesystem::path(path).lexically_normal().string();
+  std::string root(folder);
+  if (!root.empty() && root.back() != '/') root += '/';
+  if (root.size() > 1 && normal.size() > root.size() && normal.starts_with(root)) normal.erase(0, root.size());
+  return normal;
+}
+
+}  // namespace ecaudit::report

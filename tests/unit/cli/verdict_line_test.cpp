@@ -1,0 +1,103 @@
+#include "cli/report/verdict_line.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/cli/sample_result.h"
+
+namespace ecaudit::report {
+namespace {
+
+using test::MakeFinding;
+using test::RefusedSafeop;
+using testing::ElementsAre;
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+std::string Line(const CaptureReport& capture, const TextStyle& style = {}, bool whole_path = false) {
+  const VerdictLine line = VerdictLineOf(DigestOf(capture), style, whole_path);
+  return line.word + line.rest;
+}
+
+TEST(VerdictLine, WhatWhereAndWhen) {
+  EXPECT_EQ(Line(RefusedSafeop()),
+            "FAIL akd.pcapng: slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d (#760, 0.759 s)");
+}
+
+TEST(VerdictLine, ClockTime) {
+  TextStyle style;
+  style.time = TimeMode::kUtc;
+  EXPECT_THAT(Line(RefusedSafeop(), style), EndsWith("760 at 12:00:00.759)"));
+}
+
+TEST(VerdictLine, NeverLongerThanItMayBe) {
+  CaptureReport capture = RefusedSafeop();
+  const std::string wide = "\xE8\xBB\xB8";  // two columns
+  for (const std::string& path :
+       {std::string("a.pcapng"), std::string(40, 'd') + "/" + std::string(20, 'n') + ".pcapng",
+        std::string(200, 'n') + ".pcapng", "x/" + wide + wide + wide + ".pcapng"}) {
+    for (const std::string& name : {std::string("AKD"), std::string(70, 'N'), wide + " " + wide}) {
+      for (const std::string& title :
+           {std::string("short"), "a long story " + std::string(20, 'w') + " of " + std::string(90, 'x') + wide}) {
+        capture.result.capture.file.path = path;
+        capture.result.slaves[0].name = name;
+        capture.result.findings[0].title = title;
+        const std::string line = Line(capture);
+        EXPECT_LE(Columns(line), kVerdictColumns) << line;
+        EXPECT_THAT(line, StartsWith("FAIL "));
+        EXPECT_THAT(line, HasSubstr("slave 0"));
+        EXPECT_THAT(line, testing::ContainsRegex("760( at|,) 0.759 s\\)$"));
+      }
+    }
+  }
+}
+
+TEST(VerdictLine, WhatStandsInBracketsIsExplanation) {
+  CaptureReport capture = RefusedSafeop();
+  capture.result.capture.file.path = "soem-sdinfo-akd.pcapng";
+  capture.result.findings[0].title =
+      "SAFEOP refused in PREOP with AL status code 0x001d (invalid output configuration)";
+  EXPECT_EQ(Line(capture),
+            "FAIL soem-sdinfo-akd: slave 0: SAFEOP refused in PREOP with AL status code 0x001d (#760, 0.759 s)");
+}
+
+TEST(VerdictLine, FolderGoesFirst) {
+  CaptureReport capture = RefusedSafeop();
+  capture.result.capture.file.path = "captures/2026/march/line4/akd.pcapng";
+  EXPECT_THAT(Line(capture), StartsWith("FAIL akd.pcapng: slave 0 (AKD, 0x1001): SAFEOP refused"));
+  EXPECT_THAT(Line(capture, {}, true),
+              StartsWith("FAIL captures/2026/march/line4/akd.pcapng: slave 0: SAFEOP refused"));
+}
+
+TEST(VerdictLine, NamesTheCauseWhereThereIsRoom) {
+  CaptureReport capture = RefusedSafeop();
+  capture.result.findings[0].title = "SAFEOP refused";
+  capture.result.findings[0].caused_by = 1;
+  capture.result.findings.push_back(MakeFinding("pdo-x", Severity::kWarning, 7, 700));
+  capture.result.slaves[0].name.clear();
+  EXPECT_EQ(Line(capture),
+            "FAIL akd.pcapng: slave 0 (0x1001): SAFEOP refused, because: title of pdo-x (frame 760 at 0.759 s)");
+  capture.result.findings[1].title = std::string(60, 'x');
+  EXPECT_THAT(Line(capture), Not(HasSubstr("because")));
+  EXPECT_THAT(Line(capture), HasSubstr("SAFEOP refused"));
+  EXPECT_LE(Columns(Line(capture)), kVerdictColumns);
+}
+
+TEST(VerdictLine, NotesSayWhatTheLineHasNoRoomFor) {
+  CaptureReport capture = RefusedSafeop();
+  capture.unmet = {"slaves=2: the capture shows 1 slave", "state=OP: slave 0 is in PREOP at the end"};
+  capture.result.slaves[0].unjudged = "neither its AL state nor its process data are known";
+  capture.selection.to_frame = 100;
+  EXPECT_THAT(
+      VerdictNotes(DigestOf(capture)),
+      ElementsAre("required and missing: slaves=2: the capture shows 1 slave; state=OP: slave 0 is in PREOP at "
+                  "the end",
+                  "not judged: slave 0: neither its AL state nor its process data are known", "limited by --to #100"));
+  capture.result.findings.clear();
+  EXPECT_THAT(Line(capture), StartsWith("UNMET akd: required and missing: slaves=2: the capture shows 1 slave"));
+}
+
+}  // namespace
+}  // namespace ecaudit::report
