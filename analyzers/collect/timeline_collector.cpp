@@ -65,13 +65,29 @@ TimelineCollector::Slave& TimelineCollector::Of(SlaveId slave) {
 }
 
 TimelineCollector::Slave* TimelineCollector::Of(const model::ImagePart& part) {
-  if (part.slave != kNoSlave) return &Of(part.slave);
+  if (part.slave != kNoSlave) {
+    if (!unmet_.empty()) TakeUnmet(part);
+    return &Of(part.slave);
+  }
   const auto found =
       std::find_if(unmet_.begin(), unmet_.end(), [&](const auto& entry) { return entry.first == part.model; });
   if (found != unmet_.end()) return &found->second;
   if (unmet_.size() >= kMaxUnmet) return nullptr;
   unmet_.emplace_back(part.model, Slave());
   return &unmet_.back().second;
+}
+
+/// A slave that only the ENI told of until now: what was drawn of it goes on as its own.
+void TimelineCollector::TakeUnmet(const model::ImagePart& part) {
+  const auto found = std::find_if(unmet_.begin(), unmet_.end(), [&](const auto& entry) {
+    return entry.first->eni != nullptr && entry.first->eni == part.model->eni;
+  });
+  Slave& slave = Of(part.slave);
+  if (found == unmet_.end() || !slave.signals.empty()) return;
+  slave.signals = std::move(found->second.signals);
+  slave.outputs = std::move(found->second.outputs);
+  slave.inputs = std::move(found->second.inputs);
+  unmet_.erase(found);
 }
 
 void TimelineCollector::On(const track::SlaveAccess& access) {

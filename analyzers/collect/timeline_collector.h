@@ -73,6 +73,7 @@ class TimelineCollector final : public Collector {
   Slave& Of(SlaveId slave);
   /// Null beyond the limit.
   Slave* Of(const model::ImagePart& part);
+  void TakeUnmet(const model::ImagePart& part);
   [[nodiscard]] bool HasSeries(SlaveId slave) const { return slave < kMaxSeriesSlaves; }
   const std::vector<Followed>& FollowedIn(const model::ImagePart& part);
   Signal* Find(Slave& slave, const model::Signal& entry, bool output);
