@@ -411,10 +411,33 @@ Pairing::Slot* Pairing::FindAlike(const wire::FrameView& frame) noexcept {
   return flipped;
 }
 
+/// True when a frame of the same commands, addresses and lengths that was sent later is still under way: what comes
+/// back may be that one's, where one before was lost and its sender numbers by what comes back.
+bool Pairing::MayBeOfLater(const Slot& slot) noexcept {
+  const auto same = [](const wire::DatagramView& a, const wire::DatagramView& b) {
+    return a.command() == b.command() && a.ado() == b.ado() && a.length() == b.length() &&
+           (wire::IncrementsAdp(a.command()) || a.adp() == b.adp());
+  };
+  bool later = false;
+  for (std::uint64_t s = tail_; s != head_; ++s) {
+    const Slot& other = At(s);
+    if (&other == &slot) {
+      later = true;
+      continue;
+    }
+    if (!later || other.state != SlotState::kOpen || other.sender != slot.sender) continue;
+    if (other.view.size() != slot.view.size()) continue;
+    bool alike = true;
+    for (std::size_t i = 0; alike && i < slot.view.size(); ++i) alike = same(slot.view[i], other.view[i]);
+    if (alike) return true;
+  }
+  return false;
+}
+
 void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datagrams) noexcept {
   slot.state = SlotState::kAnswered;
   slot.returned = returned.ref();
-  if (slot.overtaken > 0) {
+  if (slot.overtaken > 0 && !MayBeOfLater(slot)) {
     if (statistics_.reordered++ == 0) statistics_.first_reordered = returned.ref();
     statistics_.last_reordered = returned.ref();
   }

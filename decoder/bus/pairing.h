@@ -174,6 +174,7 @@ class Pairing {
   [[nodiscard]] Slot* FindAlike(const wire::FrameView& frame) noexcept;
   [[nodiscard]] const Slot* FindOriginal(const wire::FrameView& frame, std::uint64_t key) noexcept;
   [[nodiscard]] bool WasEarly(const wire::FrameView& frame, std::uint64_t key) noexcept;
+  [[nodiscard]] bool MayBeOfLater(const Slot& slot) noexcept;
   void Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datagrams) noexcept;
   void Lose(Slot& slot, Loss loss) noexcept;
   void Count(Undecided reason) noexcept { ++statistics_.undecided[static_cast<std::size_t>(reason)]; }

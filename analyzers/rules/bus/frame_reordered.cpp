@@ -23,9 +23,10 @@ network card sorts frames into several queues, or a switch stands between master
 is then not certain, and a master that expects its frames in order takes them for lost.
 
 ## How it is decided
-A frame that comes back behind one that its master sent later. Frames that never come back are frame-lost. Not
-evaluable where one direction is missing, or the capture misses so many packets that a frame may have been taken for
-another.
+A frame that comes back behind one that its master sent later. Where a frame of the same commands and addresses that
+was sent later is still under way, what came back may be that one's, and nothing is said. Frames that never come back
+are frame-lost. Not evaluable where one direction is missing, or the capture misses so many packets that a frame may
+have been taken for another.
 
 ## Example
 tests/rules/frame-reordered/violates.trace

@@ -136,7 +136,8 @@ class DriveFault final : public Rule {
     if (!open.stands) AddRelated(finding, e.from_last);
     if (open.explanations.empty()) {
       finding.message +=
-          "The drive's own reason is not in the capture: no emergency message, and none of 603Fh, 1003h and 2001h was read. Read "
+          "The drive's own reason is not in the capture: no emergency message, and none of 603Fh, 1003h and 2001h was "
+          "read. Read "
           "1003h:1 from the drive, correct the cause, then reset the fault.";
     } else {
       finding.message += "The drive's reason: ";
