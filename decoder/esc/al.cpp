@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <vector>
 
 namespace ecaudit::esc {
 namespace {
@@ -116,17 +115,8 @@ std::string_view AlStatusCodeName(std::uint16_t code) {
 }
 
 std::string StatesOfAllText(std::uint16_t status) {
-  std::vector<std::string> parts;
-  for (const std::uint8_t state : {std::uint8_t{1}, std::uint8_t{2}, std::uint8_t{4}, std::uint8_t{8}}) {
-    if ((status & state) != 0) parts.push_back(StateName(state));
-  }
-  if ((status & 0x10U) != 0) parts.emplace_back("the error bit");
-  std::string out;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    if (i > 0) out += i + 1 == parts.size() ? " and " : ", ";
-    out += parts[i];
-  }
-  return out.empty() ? "no state" : out;
+  const AlWord word{status};
+  return OredStatesText(word.state()) + (word.bit4() ? " and the error bit" : "");
 }
 
 std::string StatusText(std::uint16_t al_status) {

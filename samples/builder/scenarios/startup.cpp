@@ -58,10 +58,10 @@ Sample CleanTwinCatHabits() {
   return story.Finish();
 }
 
-Sample MidRunInFault() {
-  Story story;
-  SimulatedSlave& first = story.Add(AkdDrive());
-  SimulatedSlave& second = story.Add(AkdDrive());
+namespace {
+
+/// Two drives are enabled before the capture begins.
+void EnableUnseen(Story& story) {
   story.capture.Pause();
   story.master.Scan();
   story.master.BringToPreop();
@@ -69,6 +69,15 @@ Sample MidRunInFault() {
   story.master.BringToOp({.reads_al_status = true});
   story.EnableDrive(0);
   story.EnableDrive(1);
+}
+
+}  // namespace
+
+Sample MidRunInFault() {
+  Story story;
+  SimulatedSlave& first = story.Add(AkdDrive());
+  SimulatedSlave& second = story.Add(AkdDrive());
+  EnableUnseen(story);
   first.drive().FaultAt(story.master.now());
   second.drive().FaultAt(story.master.now());
   story.master.Cycles(30);
@@ -81,13 +90,7 @@ Sample MidRun() {
   Story story;
   story.Add(AkdDrive());
   story.Add(AkdDrive());
-  story.capture.Pause();
-  story.master.Scan();
-  story.master.BringToPreop();
-  story.master.BringToSafeop();
-  story.master.BringToOp({.reads_al_status = true});
-  story.EnableDrive(0);
-  story.EnableDrive(1);
+  EnableUnseen(story);
   story.capture.Resume();
   story.Move(0, 0, 6000, 80);
   story.Move(1, 0, -6000, 80);
