@@ -223,17 +223,17 @@ class Builder {
       if (pair.a == nullptr || pair.b == nullptr) continue;
       Devices(p);
       Startups(p);
-      CutStartups(p);
       Mappings(p);
       Timing(p);
     }
     Findings();
     Frames();
     Cycle();
-    Fold();
-    TellUnknownIdentities();
     // What reads alike is none: registers cleared by writes of other lengths, for example.
     std::erase_if(out_.differences, [](const Difference& d) { return d.in_a == d.in_b; });
+    for (std::size_t p = 0; p < out_.pairs.size(); ++p) CutStartups(p);
+    Fold();
+    TellUnknownIdentities();
     std::stable_sort(out_.differences.begin(), out_.differences.end(), [](const Difference& x, const Difference& y) {
       return std::tuple(!x.counts, x.rank) < std::tuple(!y.counts, y.rank);
     });
@@ -624,6 +624,7 @@ class Builder {
 
   /// What was not kept cannot be called the same.
   void CutStartups(std::size_t p) {
+    if (out_.pairs[p].a == nullptr || out_.pairs[p].b == nullptr) return;
     const std::uint64_t a = out_.pairs[p].a->startup.steps_left_out;
     const std::uint64_t b = out_.pairs[p].b->startup.steps_left_out;
     if (a == 0 && b == 0) return;
