@@ -587,8 +587,8 @@ void EventWriter::On(const mailbox::EoeFrame& event) {
   row.json.Number("size", event.size);
   row.json.Bytes("data", event.data);
   row.TextOrNull("problem", mailbox::Describe(event.problem));
-  row.TextOrNull("destination", ethernet.valid ? mailbox::MacText(ethernet.destination) : "");
-  row.TextOrNull("source", ethernet.valid ? mailbox::MacText(ethernet.source) : "");
+  row.TextOrNull("destination", ethernet.valid ? MacText(ethernet.destination) : "");
+  row.TextOrNull("source", ethernet.valid ? MacText(ethernet.source) : "");
   row.NumberOrNull("ether_type", ethernet.valid ? std::optional(ethernet.ether_type) : std::nullopt);
   row.NumberOrNull("vlan", ethernet.vlan);
   row.NumberOrNull("ip_protocol", ethernet.ip_protocol);
@@ -610,7 +610,7 @@ void EventWriter::On(const mailbox::EoeFrame& event) {
                                                 : " protocol " + std::to_string(*ethernet.ip_protocol);
     }
     const auto end = [](const auto& ip, const auto& port, const auto& mac) {
-      return (ip ? mailbox::IpText(*ip) : mailbox::MacText(mac)) + (port ? ":" + std::to_string(*port) : "");
+      return (ip ? mailbox::IpText(*ip) : MacText(mac)) + (port ? ":" + std::to_string(*port) : "");
     };
     row.text += " " + end(ethernet.source_ip, ethernet.source_port, ethernet.source) + " -> " +
                 end(ethernet.destination_ip, ethernet.destination_port, ethernet.destination);
@@ -631,7 +631,7 @@ void EventWriter::On(const mailbox::EoeControl& event) {
   row.json.Text("direction", mailbox::Name(event.direction));
   row.NumberOrNull("result", event.result);
   row.TextOrNull("result_text", event.result ? mailbox::EoeResultText(*event.result) : "");
-  row.TextOrNull("mac", ip.mac ? mailbox::MacText(*ip.mac) : "");
+  row.TextOrNull("mac", ip.mac ? MacText(*ip.mac) : "");
   row.TextOrNull("ip", address(ip.ip));
   row.TextOrNull("subnet_mask", address(ip.subnet_mask));
   row.TextOrNull("gateway", address(ip.gateway));
@@ -643,7 +643,7 @@ void EventWriter::On(const mailbox::EoeControl& event) {
   const auto add = [&row](std::string_view name, const std::string& value) {
     if (!value.empty()) row.text.append(", ").append(name).append(" ").append(value);
   };
-  add("MAC", ip.mac ? mailbox::MacText(*ip.mac) : "");
+  add("MAC", ip.mac ? MacText(*ip.mac) : "");
   add("IP", address(ip.ip));
   add("mask", address(ip.subnet_mask));
   add("gateway", address(ip.gateway));

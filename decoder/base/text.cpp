@@ -61,6 +61,15 @@ std::string HexBytes(ByteSpan bytes) {
   return out;
 }
 
+std::string MacText(ByteSpan mac) {
+  std::string text;
+  for (const std::uint8_t byte : mac) {
+    if (!text.empty()) text += ':';
+    AppendHexBytes(text, ByteSpan(&byte, 1));
+  }
+  return text;
+}
+
 std::string ObjectName(std::uint16_t index, int subindex) {
   constexpr std::string_view kUpper = "0123456789ABCDEF";
   std::string out;

@@ -15,6 +15,8 @@ namespace ecaudit {
 [[nodiscard]] std::string HexBytes(ByteSpan bytes);
 /// Appends what HexBytes() returns.
 void AppendHexBytes(std::string& out, ByteSpan bytes);
+/// "01:02:03:04:05:06": six bytes of an Ethernet address.
+[[nodiscard]] std::string MacText(ByteSpan mac);
 /// "1C12h:1" as the manuals print an object; without ":1" when `subindex` is negative.
 [[nodiscard]] std::string ObjectName(std::uint16_t index, int subindex = -1);
 /// `value` with `decimals` digits after the point, for example Fixed(1.5, 3) = "1.500".

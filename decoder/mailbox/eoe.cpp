@@ -166,15 +166,6 @@ std::string IpText(std::uint32_t address) {
          std::to_string(address >> 8U & 0xFFU) + "." + std::to_string(address & 0xFFU);
 }
 
-std::string MacText(const Mac& mac) {
-  std::string text;
-  for (const std::uint8_t byte : mac) {
-    if (!text.empty()) text += ':';
-    AppendHexBytes(text, ByteSpan(&byte, 1));
-  }
-  return text;
-}
-
 void EoeReassembler::OnMessage(const MailboxMessage& message, const FrameRef& request, EventSink& sink) {
   const EoeHeader header = ParseEoe(message.payload);
   if (header.too_short) return;

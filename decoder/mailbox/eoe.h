@@ -70,8 +70,6 @@ struct EoeHeader {
 [[nodiscard]] std::string EtherTypeName(std::uint16_t ether_type);
 /// "192.168.0.139" of an address with its first number in the most significant byte.
 [[nodiscard]] std::string IpText(std::uint32_t address);
-/// "00:0a:35:01:02:03".
-[[nodiscard]] std::string MacText(const std::array<std::uint8_t, 6>& mac);
 
 /// Puts the fragments of one direction together.
 ///

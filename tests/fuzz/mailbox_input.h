@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "analyzers/wiring/event_bus.h"
+#include "decoder/base/text.h"
 #include "decoder/mailbox/coe_types.h"
 #include "decoder/mailbox/eoe.h"
 #include "decoder/mailbox/error_reply.h"
@@ -85,7 +86,7 @@ class CheckingSink : public EventBus {
     Read(c.ip.dns_name);
     Text(Name(c.type));
     if (c.ip.ip) Text(IpText(*c.ip.ip));
-    if (c.ip.mac) Text(MacText(*c.ip.mac));
+    if (c.ip.mac) Text(ecaudit::MacText(*c.ip.mac));
     if (c.result) Text(EoeResultText(*c.result));
   }
   void On(const FoeTransfer& f) {

@@ -83,6 +83,31 @@ Sample WkcLinkBreak() {
   return story.Finish();
 }
 
+Sample SecondMaster() {
+  Story story;
+  story.Add(AkdDrive());
+  story.Add(AkdDrive());
+  BringAllToOp(story, {.reads_al_status = true});
+  ScriptedMaster& master = story.master;
+  MasterWay way = WayOf("soem");
+  way.mac = {0x00, 0x1B, 0x21, 0x0A, 0x0B, 0x0C};
+  ScriptedMaster laptop(story.bus, story.capture, master.now(), way);
+  FrameIds first;
+  constexpr int kPolls = 12;
+  for (int poll = 0; poll < kPolls; ++poll) {
+    master.Cycles(5);
+    laptop.WaitUntil(master.now() + 200'000);
+    const Answer states = laptop.Brd(0x0130, 2);
+    if (poll == 0) first = states.frame;
+    laptop.Fprd(0x1001, 0x0130, 6);
+  }
+  master.Cycles(10);
+  master.ShutDown();
+  story.Expect("bus-second-master", -1, first, "a laptop polls the AL states while the controller runs")
+      .Times(2 * kPolls);
+  return story.Finish();
+}
+
 Sample DuplicateAddress() {
   Story story;
   story.Add(AkdDrive());

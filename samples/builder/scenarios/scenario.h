@@ -134,6 +134,7 @@ Sample FoeUnsupported();
 Sample MailboxCounterSkipped();
 // bus.cpp
 Sample LostFrames();
+Sample SecondMaster();
 Sample DuplicatedFrames();
 Sample Circulating();
 Sample WkcLinkBreak();

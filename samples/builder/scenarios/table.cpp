@@ -85,6 +85,8 @@ constexpr Scenario kScenarios[] = {
      Circulating},
     {"wkc-link-break", "Three drives in OP; the cable to the third is out for 40 cycles.",
      "Working counter 6 instead of 9, slave 2 missing; slave count 2 instead of 3.", WkcLinkBreak},
+    {"second-master", "Two drives in OP; a laptop in the same switch polls their AL states.",
+     "A second master, and nothing of the drives.", SecondMaster},
     {"duplicate-address", "Two drives get the station address 0x1001; the master then corrects one of them.",
      "The address given twice.", DuplicateAddress},
     {"slave-count-changes", "Three drives in OP; two of them disappear for good.",

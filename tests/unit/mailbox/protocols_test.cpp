@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "decoder/base/text.h"
 #include "decoder/mailbox/aoe.h"
 #include "decoder/mailbox/emergency.h"
 #include "decoder/mailbox/eoe.h"
@@ -134,7 +135,7 @@ TEST(Eoe, IpParameters) {
       "616b640000000000000000000000000000000000000000000000000000000000");
   const EoeIpParameters ip = ParseIpParameters(bytes);
   ASSERT_TRUE(ip.mac && ip.ip && ip.subnet_mask && ip.gateway);
-  EXPECT_EQ(MacText(*ip.mac), "02:01:00:00:00:03");
+  EXPECT_EQ(ecaudit::MacText(*ip.mac), "02:01:00:00:00:03");
   EXPECT_EQ(IpText(*ip.ip), "192.168.0.139");
   EXPECT_EQ(IpText(*ip.subnet_mask), "255.255.255.0");
   EXPECT_EQ(IpText(*ip.gateway), "192.168.0.1");
@@ -151,7 +152,7 @@ TEST(Eoe, EthernetInside) {
       "ffffffffffff 000a35010203 0800 45000020 00010000 4011 0000 c0a8008b c0a800ff 3039 88a4 000c 0000 01020304");
   EthernetSummary s = SummariseEthernet(udp);
   EXPECT_TRUE(s.valid);
-  EXPECT_EQ(MacText(s.source), "00:0a:35:01:02:03");
+  EXPECT_EQ(ecaudit::MacText(s.source), "00:0a:35:01:02:03");
   EXPECT_EQ(EtherTypeName(s.ether_type), "IPv4");
   EXPECT_EQ(s.ip_protocol, 17);
   EXPECT_EQ(IpText(*s.source_ip), "192.168.0.139");
