@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Builds everything once with sanitizers and runs all of it; then the optimised program with the tests of programs and of
-# memory; then the program with the thread sanitizer, for what has threads.
-#   --quick   for work: only what has sanitizers, without laws over all captures, browsers and long suites
+# Builds everything once with sanitizers and runs it; then the optimised program with the tests of programs, of memory,
+# in a browser and against Wireshark; then the program with the thread sanitizer, for what has threads.
+#   --quick   for work: a build without optimisation, unit tests and short suites, without laws over all captures
 # Installs what is missing (Debian packages). Safe to run again; run from anywhere. Ends with what took how long.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -53,13 +53,13 @@ build() {
 run() { ctest --preset "$1" -j "$jobs" --no-tests=error "${@:2}"; }
 
 if $quick; then
-  step "building with sanitizers" build asan ecaudit ecaudit_unit_tests &&
-    { step "quick tests with sanitizers" run asan -R '^(unit|build)\.|^cli\.(Usage|Messages|Gate|Reports|Fields|Samples)$' || true; }
+  step "building" build quick ecaudit ecaudit_unit_tests &&
+    { step "quick tests" run quick -R '^(unit|build)\.|^cli\.(Usage|Messages|Gate|Reports|Fields|Samples)$' || true; }
 else
   step "building with sanitizers" build asan &&
-    { step "all tests with sanitizers" run asan || true; }
+    { step "all tests with sanitizers" run asan -LE optimised || true; }
   step "building the optimised program" build release ecaudit ecaudit_memory_tests ecaudit_make_long_capture &&
-    { step "the optimised program" run release -L program || true; }
+    { step "the optimised program" run release -L "program|optimised" || true; }
   step "building with the thread sanitizer" build tsan ecaudit &&
     { step "threads" run tsan || true; }
 fi || true
