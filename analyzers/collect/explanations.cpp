@@ -15,4 +15,13 @@ FindingIndex Explanations::Of(SlaveId slave, FrameNo request) const {
   return kNoFinding;
 }
 
+void Explanations::BlameMapping(SlaveId slave, device::PdoDirection direction, FindingIndex finding) {
+  mapping_faults_[{slave, direction}] = finding;
+}
+
+FindingIndex Explanations::MappingFault(SlaveId slave, device::PdoDirection direction) const {
+  const auto found = mapping_faults_.find({slave, direction});
+  return found == mapping_faults_.end() ? kNoFinding : found->second;
+}
+
 }  // namespace ecaudit

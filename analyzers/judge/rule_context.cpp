@@ -46,12 +46,11 @@ FindingIndex RuleContext::ExplanationOf(SlaveId slave, FrameNo request) const {
 }
 
 void RuleContext::BlameMapping(SlaveId slave, device::PdoDirection direction, FindingIndex finding) {
-  mapping_faults_[{slave, direction}] = finding;
+  explanations_.BlameMapping(slave, direction, finding);
 }
 
 FindingIndex RuleContext::MappingFault(SlaveId slave, device::PdoDirection direction) const {
-  const auto found = mapping_faults_.find({slave, direction});
-  return found == mapping_faults_.end() ? kNoFinding : found->second;
+  return explanations_.MappingFault(slave, direction);
 }
 
 std::string RuleContext::Label(SlaveId slave) const {

@@ -4,10 +4,8 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <string>
 #include <string_view>
-#include <utility>
 
 #include "analyzers/judge/finding_store.h"
 #include "analyzers/result/finding.h"
@@ -86,7 +84,6 @@ class RuleContext {
   const AnalysisOptions& options_;
   Explanations& explanations_;
   const startup::Comparison* startup_ = nullptr;
-  std::map<std::pair<SlaveId, device::PdoDirection>, FindingIndex> mapping_faults_;
 };
 
 }  // namespace ecaudit
