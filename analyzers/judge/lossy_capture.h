@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "analyzers/judge/finding_store.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/sync/sync_model.h"
 #include "decoder/bus/pairing.h"
