@@ -24,8 +24,8 @@ std::string Today() {
 
 /// One entry of "findings"; nothing when its shape is wrong.
 std::optional<Baseline::value_type> ReadEntry(JsonValue entry) {
-  const std::string* rule = entry.member("rule").text();
-  const std::string* title = entry.member("title").text();
+  const std::string_view* rule = entry.member("rule").text();
+  const std::string_view* title = entry.member("title").text();
   const JsonValue slave = entry.member("slave");
   std::size_t members = 3;
   Acceptance accepted;
@@ -41,7 +41,7 @@ std::optional<Baseline::value_type> ReadEntry(JsonValue entry) {
     ++members;
   }
   if (entry.size() != members || rule == nullptr || title == nullptr || !slave.there()) return std::nullopt;
-  Fingerprint fingerprint{*rule, std::nullopt, *title};
+  Fingerprint fingerprint{std::string(*rule), std::nullopt, std::string(*title)};
   if (!slave.is_null()) {
     const auto position = slave.natural();
     if (!position || *position > 0xFFFF) return std::nullopt;

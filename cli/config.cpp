@@ -44,8 +44,8 @@ std::optional<Error> ReadAssignments(JsonValue value, const std::string& name, c
                                      std::vector<std::string>& out) {
   if (!value.is_object()) return Wrong(path, "'" + name + "' must be an object");
   for (const auto& [key, text] : value.Members()) {
-    if (!text.is_text()) return Wrong(path, "'" + name + "': the value of '" + key + "' must be a string");
-    out.push_back(key + "=" + *text.text());
+    if (!text.is_text()) return Wrong(path, "'" + name + "': the value of '" + std::string(key) + "' must be a string");
+    out.push_back(std::string(key).append("=").append(*text.text()));
   }
   return std::nullopt;
 }
@@ -56,9 +56,9 @@ std::optional<Error> ReadParameters(JsonValue value, Config& config) {
   for (const auto& [name, number] : value.Members()) {
     const std::optional<std::uint64_t> natural = number.natural();
     if (!natural) {
-      return Wrong(config.path, "'parameters': the value of '" + name + "' must be a whole number");
+      return Wrong(config.path, "'parameters': the value of '" + std::string(name) + "' must be a whole number");
     }
-    config.parameters.push_back(name + "=" + std::to_string(*natural));
+    config.parameters.push_back(std::string(name) + "=" + std::to_string(*natural));
   }
   return std::nullopt;
 }
@@ -68,13 +68,13 @@ std::optional<Error> ReadLimits(JsonValue value, Config& config) {
   if (!value.is_object()) return Wrong(config.path, "'limits' must be an object");
   for (const auto& [name, limit] : value.Members()) {
     if (std::find(kLimits.begin(), kLimits.end(), name) == kLimits.end()) {
-      return Wrong(config.path, "unknown limit '" + name + "'" + Suggestion(name, kLimits, ""));
+      return Wrong(config.path, "unknown limit '" + std::string(name) + "'" + Suggestion(name, kLimits, ""));
     }
     const double ms = limit.number().value_or(0.0);
     if (!(ms > 0 && ms <= kLargestLimitMs)) {
-      return Wrong(config.path, "'limits': the value of '" + name + "' must be a number of milliseconds");
+      return Wrong(config.path, "'limits': the value of '" + std::string(name) + "' must be a number of milliseconds");
     }
-    config.limits[name] = static_cast<std::int64_t>(ms * 1e6);
+    config.limits[std::string(name)] = static_cast<std::int64_t>(ms * 1e6);
   }
   return std::nullopt;
 }
@@ -98,7 +98,8 @@ Result<Config> ReadConfig(const std::string& path) {
 
   Config config;
   config.path = path;
-  for (const auto& [key, value] : document->root().Members()) {
+  for (const auto& [member, value] : document->root().Members()) {
+    const std::string key(member);
     std::optional<Error> error;
     if (key == "rules") {
       error = ReadAssignments(value, key, path, config.rules);
@@ -114,7 +115,7 @@ Result<Config> ReadConfig(const std::string& path) {
       error = ReadPaths(value, key, config, config.families);
     } else if (key == "profile" || key == "fail_on" || key == "require" || key == "baseline" || key == "eni") {
       if (!value.is_text()) return Wrong(path, "'" + key + "' must be a string");
-      const std::string& text = *value.text();
+      const std::string text(*value.text());
       if (key == "profile") config.profiles.push_back(text);
       if (key == "fail_on") config.fail_on = text;
       if (key == "require") config.require = text;

@@ -144,7 +144,7 @@ class Reader {
         slave.position = static_cast<SlavePos>(*number);
       }
     }
-    if (const std::string* name = object.member("name").text()) slave.name = *name;
+    if (const std::string_view* name = object.member("name").text()) slave.name = *name;
     for (const auto& [key, target] :
          {std::pair("vendor_id", &slave.vendor_id), std::pair("product_code", &slave.product_code),
           std::pair("revision", &slave.revision)}) {
@@ -189,7 +189,7 @@ class Reader {
       Fail(where, "must hold exactly one of 'write', 'eeprom', 'request', 'download', 'upload' and 'drive'");
       return step;
     }
-    if (const std::string* name = object.member("name").text()) step.name = Printable(*name);
+    if (const std::string_view* name = object.member("name").text()) step.name = Printable(*name);
     Value(object, where, step);
     Key(object, where, step);
     const bool sdo = step.key.kind == StartupKey::Kind::kDownload || step.key.kind == StartupKey::Kind::kUpload;
@@ -232,7 +232,7 @@ class Reader {
       const bool upload = object.member("upload").there();
       step.key.kind = upload ? Kind::kUpload : Kind::kDownload;
       const std::string_view key = upload ? "upload" : "download";
-      const std::string* text = object.member(key).text();
+      const std::string_view* text = object.member(key).text();
       if (text == nullptr || !ParseObject(*text, step.key)) {
         Fail(At(where, key), "must be an object such as \"1C12h:1\" or \"0x1C12:1\"");
       }
@@ -272,7 +272,7 @@ class Reader {
     if (value.natural()) return Fail(here, "the number is too large; give the bytes in hexadecimal");
     if (!value.is_text()) return Fail(here, "must be a whole number, bytes in hexadecimal, or null for any");
     std::vector<std::uint8_t> bytes;
-    const std::string& text = *value.text();
+    const std::string_view text = *value.text();
     for (std::size_t i = 0; i < text.size();) {
       if (text[i] == ' ') {
         ++i;

@@ -10,9 +10,9 @@ using device::EmergencyCode;
 std::vector<const DeviceDescription*> Relatives(const DeviceDescription& profile) {
   std::vector<const DeviceDescription*> relatives;
   if (!profile.match.vendor_id) return relatives;
-  for (const std::string& name : device::BuiltinProfileNames()) {
-    const DeviceDescription* other = device::BuiltinProfile(name);
-    if (other == nullptr || other->id == profile.id || other->match.vendor_id != profile.match.vendor_id) continue;
+  for (const std::string& name : device::BuiltinProfilesOf(*profile.match.vendor_id)) {
+    const DeviceDescription* other = name == profile.id ? nullptr : device::BuiltinProfile(name);
+    if (other == nullptr) continue;
     if (other->drive.has_value() == profile.drive.has_value()) relatives.push_back(other);
   }
   return relatives;

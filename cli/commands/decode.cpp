@@ -56,7 +56,7 @@ class DatagramWriter final : public LineWriter {
     if (target.format == LineFormat::kJsonLines) {
       AppendDatagramJson(target.output.buffer(), row, names_);
     } else {
-      AppendDatagramText(target.output.buffer(), row, target.color);
+      AppendDatagramText(target.output.buffer(), row, contents_, target.color);
     }
     target.output.EndLine();
   }
@@ -101,6 +101,7 @@ class DatagramWriter final : public LineWriter {
   const Pipeline* pipeline_ = nullptr;
   const StreamContext* context_ = nullptr;
   RegisterNames names_;
+  ContentTexts contents_;
 };
 
 class DecodeCommand : public Command {

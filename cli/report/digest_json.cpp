@@ -27,7 +27,7 @@ class Fields {
     return value.Elements();
   }
   [[nodiscard]] std::string Text(JsonValue parent, std::string_view key) {
-    const std::string* text = parent.member(key).text();
+    const std::string_view* text = parent.member(key).text();
     if (text == nullptr) Fail(key);
     return text == nullptr ? std::string() : PrintableLines(*text);
   }
@@ -230,7 +230,7 @@ Origin ReadOrigin(JsonValue document, Fields& fields) {
 }  // namespace
 
 Result<ReportDigest> ReadReportDigest(JsonValue document) {
-  const std::string* schema = document.member("schema").text();
+  const std::string_view* schema = document.member("schema").text();
   if (schema == nullptr) {
     return Error{"not a report of ecaudit (\"schema\": \"" + std::string(kSchema) + "\")"};
   }

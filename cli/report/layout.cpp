@@ -72,6 +72,8 @@ std::size_t ColumnsOf(char32_t point) {
 
 std::size_t Columns(std::string_view text) {
   std::size_t columns = 0;
+  while (columns < text.size() && text[columns] >= 0x20 && text[columns] <= 0x7E) ++columns;
+  text.remove_prefix(columns);
   while (!text.empty()) columns += ColumnsOf(TakeCodePoint(text));
   return columns;
 }

@@ -1,9 +1,12 @@
 #include "cli/stream/datagram_lines.h"
 
+#include <algorithm>
+#include <span>
 #include <string_view>
 
 #include "cli/stream/columns.h"
 #include "cli/stream/json_line.h"
+#include "cli/stream/short_text.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/datagram_text.h"
 #include "decoder/esc/register_map.h"
@@ -84,48 +87,92 @@ const std::string& RegisterNames::Find(EscAddress address, std::uint16_t length)
   const auto found = names_.find(key);
   if (found != names_.end()) return found->second;
   if (names_.size() >= kMaxEntries) names_.clear();
-  return names_.emplace(key, esc::AccessName(address, length)).first->second;
+  const std::string name = esc::AccessName(address, length);
+  std::string json;
+  if (name.empty()) {
+    json = "null";
+  } else {
+    AppendJsonString(json, name);
+  }
+  return names_.emplace(key, std::move(json)).first->second;
 }
 
 void AppendDatagramJson(std::string& out, const DatagramRow& row, RegisterNames& names) {
   const wire::DatagramView& d = row.datagram;
-  JsonLine line(out);
-  line.Number("frame", row.frame.ref().number);
-  line.Number("datagram", d.ordinal());
-  if (row.since_start_ns) {
-    AppendSeconds(line.Key("time_s"), *row.since_start_ns);
-  } else {
-    line.Null("time_s");
+  ShortText<128> place;
+  place.Put("{\"frame\":");
+  place.Number(row.frame.ref().number);
+  place.Put(",\"datagram\":");
+  place.Number(d.ordinal());
+  place.Put(",\"time_s\":");
+  if (!row.since_start_ns) place.Put("null");
+  place.AppendTo(out);
+  if (row.since_start_ns) AppendSeconds(out, *row.since_start_ns);
+  if (const std::string time = row.time.Iso(row.frame.ref()); !time.empty()) {
+    out += ",\"time\":";
+    AppendJsonString(out, time);
   }
-  if (const std::string time = row.time.Iso(row.frame.ref()); !time.empty()) line.Text("time", time);
-  line.Text("direction", DirectionName(row.direction));
-  std::string& command = line.Key("command");
-  command += '"';
-  AppendCommand(command, d);
-  command += '"';
-  line.Number("index", d.index());
-  line.Number("adp", d.adp());
-  line.Number("ado", d.ado());
-  if (wire::IsLogical(d.command())) line.Number("logical", d.logical_address());
-  line.Number("length", d.length());
-  line.Number("irq", d.irq());
-  line.Number("wkc", d.wkc());
-  line.Bool("more", d.more());
-  line.Bool("circulating", d.circulating());
+
+  // Keys and separators come to 163 characters, numbers and words to 90 at most.
+  ShortText<320> fields;
+  fields.Put(",\"direction\":\"");
+  fields.Put(DirectionName(row.direction));
+  fields.Put("\",\"command\":\"");
+  if (wire::IsDefined(d.command_byte())) {
+    fields.Put(wire::Name(d.command()));
+  } else {
+    fields.Number(d.command_byte());
+  }
+  fields.Put("\",\"index\":");
+  fields.Number(d.index());
+  fields.Put(",\"adp\":");
+  fields.Number(d.adp());
+  fields.Put(",\"ado\":");
+  fields.Number(d.ado());
+  if (wire::IsLogical(d.command())) {
+    fields.Put(",\"logical\":");
+    fields.Number(d.logical_address());
+  }
+  fields.Put(",\"length\":");
+  fields.Number(d.length());
+  fields.Put(",\"irq\":");
+  fields.Number(d.irq());
+  fields.Put(",\"wkc\":");
+  fields.Number(d.wkc());
+  fields.Put(",\"more\":");
+  fields.Bool(d.more());
+  fields.Put(",\"circulating\":");
+  fields.Bool(d.circulating());
+  fields.Put(",\"slave\":");
   if (row.slave) {
-    line.Number("slave", *row.slave);
+    fields.Number(*row.slave);
   } else {
-    line.Null("slave");
+    fields.Put("null");
   }
-  static const std::string kNoName;
-  const std::string& name = HasEscAddress(d) ? names.Find(d.ado(), d.length()) : kNoName;
-  if (name.empty()) {
-    line.Null("register");
+  fields.Put(",\"register\":");
+  fields.AppendTo(out);
+  if (HasEscAddress(d)) {
+    out += names.Find(d.ado(), d.length());
   } else {
-    line.Text("register", name);
+    out += "null";
   }
-  line.Bytes("data", d.data());
-  line.Close();
+  out += ",\"data\":\"";
+  AppendHexBytes(out, d.data());
+  out += "\"}";
+}
+
+const std::string& ContentTexts::Find(const DatagramRow& row) {
+  const ByteSpan bytes = row.datagram.bytes();
+  Place& place = places_[(std::size_t{row.datagram.ordinal()} * 2 + (row.outbound() ? 1 : 0)) % kPlaces];
+  // All but the index, which every frame has another one of.
+  const auto kept = [](auto const& all) { return std::span(all).subspan(2); };
+  const bool same = place.bytes.size() == bytes.size() && place.direction == row.direction &&
+                    place.bytes[0] == bytes[0] && std::ranges::equal(kept(place.bytes), kept(bytes));
+  if (same) return place.text;
+  place.bytes.assign(bytes.begin(), bytes.end());
+  place.direction = row.direction;
+  place.text = ContentText(row);
+  return place.text;
 }
 
 std::string DatagramTextHeader(const TimeColumn& time, bool color) {
@@ -138,7 +185,7 @@ std::string DatagramTextHeader(const TimeColumn& time, bool color) {
   return out;
 }
 
-void AppendDatagramText(std::string& out, const DatagramRow& row, bool color) {
+void AppendDatagramText(std::string& out, const DatagramRow& row, ContentTexts& contents, bool color) {
   const wire::DatagramView& d = row.datagram;
   std::string frame = std::to_string(row.frame.ref().number);
   if (row.frame.size() > 1) frame += "." + std::to_string(d.ordinal());
@@ -153,7 +200,7 @@ void AppendDatagramText(std::string& out, const DatagramRow& row, bool color) {
   columns.Right(std::to_string(d.length()), 5);
   columns.Right(row.outbound() && d.wkc() == 0 ? "" : std::to_string(d.wkc()), 5,
                 Unanswered(row) ? report::Style::kWarning : report::Style::kPlain);
-  columns.Last(ContentText(row));
+  columns.Last(contents.Find(row));
 }
 
 std::size_t LinesOf(const wire::FrameView& frame) {

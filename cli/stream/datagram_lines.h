@@ -1,9 +1,12 @@
 /// One line for each datagram, as JSON or for people.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <vector>
 
 #include "cli/stream/columns.h"
 #include "decoder/base/ids.h"
@@ -25,10 +28,10 @@ struct DatagramRow {
   [[nodiscard]] bool returned() const { return direction == bus::Direction::kReturned; }
 };
 
-/// Names of accesses; the same few come again and again.
+/// Names of accesses as JSON text; the same few come again and again.
 class RegisterNames {
  public:
-  /// "" when there is none.
+  /// null when there is none.
   const std::string& Find(EscAddress address, std::uint16_t length);
 
  private:
@@ -39,10 +42,26 @@ class RegisterNames {
 /// Appends the object that contract and docs/json.md describe, without a line break.
 void AppendDatagramJson(std::string& out, const DatagramRow& row, RegisterNames& names);
 
+/// Contents of datagrams in words. A cycle mostly says what the one before said in the same place.
+class ContentTexts {
+ public:
+  /// Valid until the next call.
+  const std::string& Find(const DatagramRow& row);
+
+ private:
+  static constexpr std::size_t kPlaces = 128;
+  struct Place {
+    std::vector<std::uint8_t> bytes;  ///< of the datagram
+    bus::Direction direction = bus::Direction::kForeign;
+    std::string text;
+  };
+  std::array<Place, kPlaces> places_;
+};
+
 /// The line above all others.
 [[nodiscard]] std::string DatagramTextHeader(const TimeColumn& time, bool color);
 /// Appends frame, time, direction, command, slave, address, length, working counter and contents in columns.
-void AppendDatagramText(std::string& out, const DatagramRow& row, bool color);
+void AppendDatagramText(std::string& out, const DatagramRow& row, ContentTexts& contents, bool color);
 /// Lines that `decode` writes for a frame when it shows all slaves.
 [[nodiscard]] std::size_t LinesOf(const wire::FrameView& frame);
 /// What is wrong with a frame, as a line of its own; nothing when it is sound.

@@ -7,8 +7,6 @@
 namespace ecaudit::cli {
 namespace {
 
-constexpr std::string_view kHexDigits = "0123456789abcdef";
-
 /// Printable ASCII without what JSON escapes: nearly all text there is.
 bool IsPlain(std::string_view text) {
   for (const char c : text) {
@@ -47,31 +45,23 @@ void AppendJsonNumber(std::string& out, double value) {
 
 void AppendSeconds(std::string& out, std::int64_t ns) {
   // Negative when the stamps of a capture go backwards.
-  std::uint64_t magnitude = static_cast<std::uint64_t>(ns);
-  if (ns < 0) {
-    out += '-';
-    magnitude = ~magnitude + 1;
-  }
-  AppendNumber(out, magnitude / 1'000'000'000U);
-  std::uint64_t fraction = magnitude % 1'000'000'000U;
-  char digits[10] = ".";
-  for (int i = 9; i > 0; --i) {
-    digits[i] = static_cast<char>('0' + fraction % 10U);
+  const bool negative = ns < 0;
+  const std::uint64_t magnitude = negative ? ~static_cast<std::uint64_t>(ns) + 1 : static_cast<std::uint64_t>(ns);
+  char text[32] = "-";
+  char* at = std::to_chars(text + (negative ? 1 : 0), text + sizeof text, magnitude / 1'000'000'000U).ptr;
+  *at++ = '.';
+  auto fraction = static_cast<std::uint32_t>(magnitude % 1'000'000'000U);
+  for (int i = 8; i >= 0; --i) {
+    at[i] = static_cast<char>('0' + fraction % 10U);
     fraction /= 10U;
   }
-  out.append(digits, sizeof digits);
+  out.append(text, at + 9);
 }
 
 void JsonLine::Bytes(std::string_view key, ByteSpan bytes) {
   std::string& out = Key(key);
   out += '"';
-  const std::size_t at = out.size();
-  out.resize(at + 2 * bytes.size());
-  char* to = out.data() + at;
-  for (const std::uint8_t byte : bytes) {
-    *to++ = kHexDigits[byte >> 4U];
-    *to++ = kHexDigits[byte & 0x0FU];
-  }
+  AppendHexBytes(out, bytes);
   out += '"';
 }
 

@@ -127,6 +127,13 @@ std::optional<Error> SignalWriter::EndLearning(Console& console) {
   cells_.resize(columns_.columns().size());
   shown_.resize(cells_.size());
   drives_.resize(cells_.size(), nullptr);
+  words_.resize(cells_.size());
+  json_keys_.clear();
+  for (const SignalColumn& column : columns_.columns()) {
+    std::string& key = json_keys_.emplace_back(",");
+    AppendJsonString(key, column.header);
+    key += ':';
+  }
 
   SayWhatIsOdd(console);
   if (columns_.full()) {
@@ -420,36 +427,42 @@ void SignalWriter::AppendCell(std::string& out, std::uint32_t number, bool json)
     if (json) out += "null";
     return;
   }
-  std::string text;
   if (cell.content == Content::kBytes) {
     if (json) out += '"';
     AppendHexBytes(out, cell.bytes);
     if (json) out += '"';
     return;
   }
-  if (column.kind == ColumnKind::kSignal) {
-    const signals::SignalValue value = signals::ReadSignal(column.type, column.bits, cell.raw);
-    if (json && std::holds_alternative<double>(value)) {
-      AppendJsonNumber(out, std::get<double>(signals::Scaled(value, column.divisor)));
-    } else {
-      AppendSignal(out, signals::Scaled(value, column.divisor));
-    }
-    return;
-  }
-  const device::DriveProfile* drive = drives_[number];
-  const auto word = static_cast<std::uint16_t>(cell.raw);
-  if (drive != nullptr && column.kind == ColumnKind::kDriveState) {
-    if (const auto state = drive->StateOf(word)) text = device::DriveStateName(*state);
-  } else if (drive != nullptr) {
-    text = CommandText(*drive, static_cast<std::uint16_t>(cell.raw >> 16U), word);
-  }
-  if (json && text.empty()) {
-    out += "null";
-  } else if (json) {
-    AppendJsonString(out, text);
+  if (column.kind != ColumnKind::kSignal) return AppendWord(out, number, json);
+  const signals::SignalValue value = signals::ReadSignal(column.type, column.bits, cell.raw);
+  if (json && std::holds_alternative<double>(value)) {
+    AppendJsonNumber(out, std::get<double>(signals::Scaled(value, column.divisor)));
   } else {
-    AppendCsv(out, text);
+    AppendSignal(out, signals::Scaled(value, column.divisor));
   }
+}
+
+void SignalWriter::AppendWord(std::string& out, std::uint32_t number, bool json) {
+  const std::uint64_t raw = cells_[number].raw;
+  const device::DriveProfile* drive = drives_[number];
+  Word& said = words_[number];
+  if (said.raw != raw || said.drive != drive) {
+    const auto word = static_cast<std::uint16_t>(raw);
+    std::string text;
+    if (drive != nullptr && columns_.columns()[number].kind == ColumnKind::kDriveState) {
+      if (const auto state = drive->StateOf(word)) text = device::DriveStateName(*state);
+    } else if (drive != nullptr) {
+      text = CommandText(*drive, static_cast<std::uint16_t>(raw >> 16U), word);
+    }
+    said = {raw, drive, {}, {}};
+    AppendCsv(said.csv, text);
+    if (text.empty()) {
+      said.json = "null";
+    } else {
+      AppendJsonString(said.json, text);
+    }
+  }
+  out += json ? said.json : said.csv;
 }
 
 void SignalWriter::WriteCsvRow(std::string& out) {
@@ -488,10 +501,8 @@ void SignalWriter::WriteJsonRow(std::string& out) {
   bool first = true;
   for (std::uint32_t column = 0; column < cells_.size(); ++column) {
     if (cells_[column].content == Content::kAbsent) continue;
-    if (!first) out += ',';
+    out += first ? std::string_view(json_keys_[column]).substr(1) : std::string_view(json_keys_[column]);
     first = false;
-    AppendJsonString(out, columns_.columns()[column].header);
-    out += ':';
     AppendCell(out, column, true);
   }
   out += '}';

@@ -60,6 +60,12 @@ class SignalWriter final : public LineWriter {
     std::vector<std::uint8_t> bytes;
     friend bool operator==(const Cell&, const Cell&) = default;
   };
+  /// What a state or command column last said. Drives stay in a state for long, and its name takes a search.
+  struct Word {
+    std::optional<std::uint64_t> raw;  ///< unset: nothing yet
+    const device::DriveProfile* drive = nullptr;
+    std::string csv, json;
+  };
   /// The frame whose row is being put together.
   struct Row {
     FrameRef sent, returned;
@@ -84,6 +90,7 @@ class SignalWriter final : public LineWriter {
   void WriteCsvRow(std::string& out);
   void WriteJsonRow(std::string& out);
   void AppendCell(std::string& out, std::uint32_t column, bool json);
+  void AppendWord(std::string& out, std::uint32_t column, bool json);
 
   SignalOptions options_;
   SignalColumns columns_;
@@ -103,6 +110,8 @@ class SignalWriter final : public LineWriter {
   std::vector<Cell> cells_;
   std::vector<Cell> shown_;                          ///< as last written, for --changes
   std::vector<const device::DriveProfile*> drives_;  ///< of state and command columns
+  std::vector<Word> words_;                          ///< likewise
+  std::vector<std::string> json_keys_;               ///< of all columns, as JSON text with what stands around them
   std::vector<std::uint8_t> scratch_;
   std::unordered_map<std::uint64_t, std::uint64_t> rows_of_kind_;
   std::uint64_t rows_written_ = 0;

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
+#include "decoder/base/json_tree.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit {
@@ -24,28 +26,27 @@ bool Parse(std::string_view text, Sax& listener) {
 /// nor that a key stands twice, and nests without limit.
 class Builder : public Sax {
  public:
-  Builder(std::size_t max_depth, std::string_view stop_after) : max_depth_(max_depth), stop_after_(stop_after) {}
+  Builder(JsonTree& tree, std::size_t max_depth, std::string_view stop_after)
+      : tree_(tree), max_depth_(max_depth), stop_after_(stop_after) {}
 
   [[nodiscard]] bool stopped() const { return stopped_; }
-  [[nodiscard]] Json TakeRoot() { return std::move(root_); }
   [[nodiscard]] JsonReading TakeRest() { return std::move(reading_); }
 
-  bool null() override { return Add(nullptr); }
-  bool boolean(bool value) override { return Add(value); }
-  bool number_integer(number_integer_t value) override { return Add(value); }
-  bool number_unsigned(number_unsigned_t value) override { return Add(value); }
-  bool number_float(number_float_t value, const string_t& /*text*/) override { return Add(value); }
-  bool string(string_t& value) override { return Add(std::move(value)); }
+  bool null() override { return tree_.Null(), Continue(); }
+  bool boolean(bool value) override { return tree_.Boolean(value), Continue(); }
+  bool number_integer(number_integer_t value) override { return tree_.Integer(value), Continue(); }
+  bool number_unsigned(number_unsigned_t value) override { return tree_.Natural(value), Continue(); }
+  bool number_float(number_float_t value, const string_t& /*text*/) override { return tree_.Real(value), Continue(); }
+  bool string(string_t& value) override { return tree_.Text(value), Continue(); }
   bool binary(binary_t& /*value*/) override { return Fail("binary data"); }
-  bool start_object(std::size_t /*elements*/) override { return Open(Json::value_t::object); }
-  bool start_array(std::size_t /*elements*/) override { return Open(Json::value_t::array); }
+  bool start_object(std::size_t /*elements*/) override { return Open(JsonType::kObject); }
+  bool start_array(std::size_t /*elements*/) override { return Open(JsonType::kArray); }
   bool end_object() override { return Close(); }
   bool end_array() override { return Close(); }
   bool key(string_t& name) override {
-    const auto [at, added] = open_.back()->get_ref<Json::object_t&>().try_emplace(name, nullptr);
-    if (!added && !reading_.repeated_key) reading_.repeated_key = name;
-    member_ = &at->second;
-    if (open_.size() == 1) stop_here_ = !stop_after_.empty() && name == stop_after_;
+    if (!keys_.back().insert(name).second && !reading_.repeated_key) reading_.repeated_key = name;
+    if (tree_.depth() == 1) stop_here_ = !stop_after_.empty() && name == stop_after_;
+    tree_.Key(name);
     return true;
   }
   bool parse_error(std::size_t position, const std::string& /*token*/,
@@ -62,37 +63,26 @@ class Builder : public Sax {
     reading_.problem = std::move(problem);
     return false;
   }
-  /// Where the next value belongs.
-  Json& Place() {
-    if (open_.empty()) return root_;
-    if (open_.back()->is_object()) return *member_;
-    return open_.back()->get_ref<Json::array_t&>().emplace_back(nullptr);
-  }
-  bool Add(Json value) {
-    Place() = std::move(value);
-    return Continue();
-  }
-  bool Open(Json::value_t type) {
-    if (open_.size() >= max_depth_) return Fail("nested deeper than " + std::to_string(max_depth_) + " levels");
-    Json& place = Place();
-    place = Json(type);
-    // An element of an array may move when the array grows, but never while it is open itself.
-    open_.push_back(&place);
+  bool Open(JsonType type) {
+    if (tree_.depth() >= max_depth_) return Fail("nested deeper than " + std::to_string(max_depth_) + " levels");
+    tree_.Begin(type);
+    keys_.emplace_back();
     return true;
   }
   bool Close() {
-    open_.pop_back();
+    tree_.End();
+    keys_.pop_back();
     return Continue();
   }
   /// After each complete value.
   bool Continue() {
-    stopped_ = stop_here_ && open_.size() == 1;
+    stopped_ = stop_here_ && tree_.depth() == 1;
+    if (stopped_) tree_.End();
     return !stopped_;
   }
 
-  Json root_;
-  std::vector<Json*> open_;
-  Json* member_ = nullptr;
+  JsonTree& tree_;
+  std::vector<std::set<std::string, std::less<>>> keys_;  ///< of what is open
   std::size_t max_depth_;
   std::string_view stop_after_;
   bool stop_here_ = false;
@@ -138,30 +128,33 @@ void AppendDump(std::string& out, const Json& value) {
 
 JsonValue::Kind JsonValue::kind() const {
   if (value_ == nullptr) return Kind::kMissing;
-  switch (value_->type()) {
-    case Json::value_t::null:
+  switch (value_->type) {
+    case JsonType::kNull:
       return Kind::kNull;
-    case Json::value_t::object:
+    case JsonType::kObject:
       return Kind::kObject;
-    case Json::value_t::array:
+    case JsonType::kArray:
       return Kind::kArray;
-    case Json::value_t::string:
+    case JsonType::kText:
       return Kind::kText;
-    case Json::value_t::boolean:
+    case JsonType::kBoolean:
       return Kind::kBoolean;
-    default:
-      return Kind::kNumber;
+    case JsonType::kNatural:
+    case JsonType::kInteger:
+    case JsonType::kReal:
+      break;
   }
+  return Kind::kNumber;
 }
 
 std::optional<bool> JsonValue::boolean() const {
-  const auto* value = value_ == nullptr ? nullptr : value_->get_ptr<const Json::boolean_t*>();
-  return value == nullptr ? std::nullopt : std::optional(*value);
+  if (value_ == nullptr || value_->type != JsonType::kBoolean) return std::nullopt;
+  return value_->held.boolean;
 }
 
 std::optional<std::uint64_t> JsonValue::natural() const {
-  const auto* value = value_ == nullptr ? nullptr : value_->get_ptr<const Json::number_unsigned_t*>();
-  return value == nullptr ? std::nullopt : std::optional(*value);
+  if (value_ == nullptr || value_->type != JsonType::kNatural) return std::nullopt;
+  return value_->held.natural;
 }
 
 std::optional<std::int64_t> JsonValue::integer() const {
@@ -169,65 +162,73 @@ std::optional<std::int64_t> JsonValue::integer() const {
     if (*value > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) return std::nullopt;
     return static_cast<std::int64_t>(*value);
   }
-  const auto* value = value_ == nullptr ? nullptr : value_->get_ptr<const Json::number_integer_t*>();
-  return value == nullptr ? std::nullopt : std::optional(*value);
+  if (value_ == nullptr || value_->type != JsonType::kInteger) return std::nullopt;
+  return value_->held.integer;
 }
 
 std::optional<double> JsonValue::number() const {
   if (const auto value = natural()) return static_cast<double>(*value);
   if (const auto value = integer()) return static_cast<double>(*value);
-  const auto* value = value_ == nullptr ? nullptr : value_->get_ptr<const Json::number_float_t*>();
-  return value == nullptr ? std::nullopt : std::optional(*value);
+  if (value_ == nullptr || value_->type != JsonType::kReal) return std::nullopt;
+  return value_->held.real;
 }
 
-const std::string* JsonValue::text() const {
-  return value_ == nullptr ? nullptr : value_->get_ptr<const Json::string_t*>();
+const std::string_view* JsonValue::text() const {
+  return value_ != nullptr && value_->type == JsonType::kText ? &value_->text : nullptr;
 }
 
 bool JsonValue::is_text(std::string_view wanted) const {
-  const std::string* held = text();
+  const std::string_view* held = text();
   return held != nullptr && *held == wanted;
 }
 
 std::size_t JsonValue::size() const {
-  return is_array() || is_object() ? value_->size() : 0;
+  return value_ != nullptr && value_->holds_children() ? value_->held.children.count : 0;
 }
 
 JsonValue JsonValue::element(std::size_t index) const {
-  const auto* elements = value_ == nullptr ? nullptr : value_->get_ptr<const Json::array_t*>();
-  return elements == nullptr || index >= elements->size() ? JsonValue() : JsonValue(&(*elements)[index]);
+  if (value_ == nullptr || value_->type != JsonType::kArray || index >= size()) return {};
+  return JsonValue(value_->held.children.first + index);
 }
 
 JsonValue JsonValue::member(std::string_view key) const {
-  const auto* members = value_ == nullptr ? nullptr : value_->get_ptr<const Json::object_t*>();
-  if (members == nullptr) return {};
-  const auto found = members->find(key);
-  return found == members->end() ? JsonValue() : JsonValue(&found->second);
+  return value_ == nullptr ? JsonValue() : JsonValue(value_->Member(key));
 }
 
 std::vector<JsonValue> JsonValue::Elements() const {
   std::vector<JsonValue> all;
-  const auto* elements = value_ == nullptr ? nullptr : value_->get_ptr<const Json::array_t*>();
-  if (elements == nullptr) return all;
-  all.reserve(elements->size());
-  for (const Json& element : *elements) all.emplace_back(&element);
+  if (!is_array()) return all;
+  all.reserve(size());
+  for (std::size_t i = 0; i < size(); ++i) all.push_back(element(i));
   return all;
 }
 
 std::vector<JsonMember> JsonValue::Members() const {
   std::vector<JsonMember> all;
-  const auto* members = value_ == nullptr ? nullptr : value_->get_ptr<const Json::object_t*>();
-  if (members == nullptr) return all;
-  all.reserve(members->size());
-  for (const auto& [key, value] : *members) all.push_back({key, JsonValue(&value)});
+  if (!is_object()) return all;
+  all.reserve(size());
+  const JsonNode* const first = value_->held.children.first;
+  for (const JsonNode* node = first; node != first + size(); ++node) all.push_back({node->key, JsonValue(node)});
+  std::sort(all.begin(), all.end(), [](const JsonMember& a, const JsonMember& b) { return a.key < b.key; });
   return all;
 }
 
+std::size_t JsonValue::PlaceIn(JsonValue parent) const {
+  return static_cast<std::size_t>(value_ - parent.value_->held.children.first);
+}
+
+JsonValue JsonDocument::root() const {
+  return tree_ == nullptr ? JsonValue() : JsonValue(&tree_->root());
+}
+
 JsonReading ReadJson(std::string_view text, std::size_t max_depth, std::string_view stop_after) {
-  Builder builder(max_depth, stop_after);
+  auto tree = std::make_shared<JsonTree>();
+  if (ScanJson(text, max_depth, stop_after, *tree)) return {JsonDocument(std::move(tree)), {}, 0, std::nullopt};
+  tree = std::make_shared<JsonTree>();
+  Builder builder(*tree, max_depth, stop_after);
   const bool read = Parse(text, builder) || builder.stopped();
   JsonReading reading = builder.TakeRest();
-  if (read) reading.document.emplace(std::make_shared<const Json>(builder.TakeRoot()));
+  if (read) reading.document.emplace(std::move(tree));
   if (!read && reading.problem.empty()) reading.problem = "not a JSON document";
   return reading;
 }

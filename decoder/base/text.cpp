@@ -3,11 +3,22 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 
 namespace ecaudit {
 namespace {
 
 constexpr std::string_view kDigits = "0123456789abcdef";
+
+/// "000102...ff": both digits of a byte at once.
+constexpr std::array<char, 512> kBytePairs = [] {
+  std::array<char, 512> pairs{};
+  for (std::size_t byte = 0; byte < 256; ++byte) {
+    pairs[2 * byte] = kDigits[byte >> 4U];
+    pairs[2 * byte + 1] = kDigits[byte & 0xFU];
+  }
+  return pairs;
+}();
 
 void AppendByte(std::string& out, std::uint8_t byte) {
   out += kDigits[byte >> 4];
@@ -51,7 +62,13 @@ std::string Hex(std::uint64_t value, int digits) {
 }
 
 void AppendHexBytes(std::string& out, ByteSpan bytes) {
-  for (const std::uint8_t byte : bytes) AppendByte(out, byte);
+  const std::size_t at = out.size();
+  out.resize(at + 2 * bytes.size());
+  char* to = out.data() + at;
+  for (const std::uint8_t byte : bytes) {
+    std::memcpy(to, kBytePairs.data() + 2 * std::size_t{byte}, 2);
+    to += 2;
+  }
 }
 
 std::string HexBytes(ByteSpan bytes) {

@@ -1,9 +1,10 @@
 #include "decoder/device/embedded_files.h"
 
-#include <QByteArray>
-#include <QDir>
-#include <QFile>
+#include <algorithm>
+
+#include <QResource>
 #include <QString>
+#include <QStringList>
 
 // A static library does not register its resources by itself. The macro has to stand outside of all namespaces.
 static void RegisterProfiles() {
@@ -12,6 +13,13 @@ static void RegisterProfiles() {
 
 namespace ecaudit::device {
 namespace {
+
+/// A resource whose entries may be listed.
+class Folder : public QResource {
+ public:
+  using QResource::children;
+  using QResource::QResource;
+};
 
 void RegisterOnce() {
   static const bool kRegistered = [] {
@@ -26,21 +34,22 @@ void RegisterOnce() {
 std::vector<std::string> EmbeddedProfileNames() {
   RegisterOnce();
   std::vector<std::string> names;
-  const QStringList files = QDir(QStringLiteral(":/ecaudit/profiles")).entryList(QDir::Files, QDir::Name);
+  const QStringList files = Folder(QStringLiteral(":/ecaudit/profiles")).children();
   for (const QString& file : files) {
     if (file.endsWith(QStringLiteral(".json"))) names.push_back(file.chopped(5).toStdString());
   }
+  std::sort(names.begin(), names.end());
   return names;
 }
 
-std::string EmbeddedProfileText(std::string_view name) {
+std::string_view EmbeddedProfileText(std::string_view name) {
   RegisterOnce();
-  const QString path = QStringLiteral(":/ecaudit/profiles/") +
-                       QString::fromUtf8(name.data(), static_cast<qsizetype>(name.size())) + QStringLiteral(".json");
-  QFile file(path);
-  if (name.find('/') != std::string_view::npos || !file.open(QIODevice::ReadOnly)) return {};
-  const QByteArray bytes = file.readAll();
-  return std::string(bytes.constData(), static_cast<std::size_t>(bytes.size()));
+  if (name.find('/') != std::string_view::npos) return {};
+  const QResource file(QStringLiteral(":/ecaudit/profiles/") +
+                       QString::fromUtf8(name.data(), static_cast<qsizetype>(name.size())) + QStringLiteral(".json"));
+  // They are stored as they are (see CMakeLists.txt): to unpack them took longer than to read them.
+  if (!file.isValid() || file.compressionAlgorithm() != QResource::NoCompression) return {};
+  return {reinterpret_cast<const char*>(file.data()), static_cast<std::size_t>(file.size())};
 }
 
 }  // namespace ecaudit::device

@@ -9,7 +9,7 @@ namespace ecaudit::device {
 
 /// Names of the embedded profiles without ".json", alphabetical.
 [[nodiscard]] std::vector<std::string> EmbeddedProfileNames();
-/// The text of one; empty when there is none of that name.
-[[nodiscard]] std::string EmbeddedProfileText(std::string_view name);
+/// The text of one, where it lies in the program; empty when there is none of that name.
+[[nodiscard]] std::string_view EmbeddedProfileText(std::string_view name);
 
 }  // namespace ecaudit::device

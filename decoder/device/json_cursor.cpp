@@ -1,6 +1,7 @@
 #include "decoder/device/json_cursor.h"
 
 #include <algorithm>
+#include <bit>
 #include <charconv>
 #include <utility>
 
@@ -10,6 +11,7 @@ namespace ecaudit::device {
 namespace {
 
 constexpr std::size_t kMaxDepth = 32;
+constexpr std::size_t kBits = 64;  // of ObjectReader::asked_
 
 std::string_view TypeName(JsonValue value) {
   switch (value.kind()) {
@@ -68,23 +70,33 @@ void Cursor::FailType(std::string_view wanted) const {
 }
 
 ObjectReader::ObjectReader(const Cursor& cursor) : cursor_(cursor) {
-  known_.reserve(16);
   if (!cursor.value().is_object()) cursor.FailType("an object");
 }
 
 void ObjectReader::ReadMember(std::string_view key, bool required, void* out, void (*read)(const Cursor&, void*)) {
-  known_.push_back(key);
   const JsonValue member = cursor_.value().member(key);
-  if (member.there()) return read(cursor_.Key(key, member), out);
-  if (required) cursor_.Fail("\"" + std::string(key) + "\" is missing");
+  if (!member.there()) {
+    if (required) cursor_.Fail("\"" + std::string(key) + "\" is missing");
+    return;
+  }
+  const std::size_t place = member.PlaceIn(cursor_.value());
+  if (place < kBits) {
+    asked_ |= std::uint64_t{1} << place;
+  } else {
+    beyond_.push_back(place);
+  }
+  read(cursor_.Key(key, member), out);
 }
 
 void ObjectReader::Finish() const {
-  if (cursor_.failed() || !cursor_.value().is_object()) return;
-  for (const auto& [key, value] : cursor_.value().Members()) {
-    if (std::find(known_.begin(), known_.end(), key) == known_.end()) {
-      return cursor_.Fail("unknown key \"" + Printable(key) + "\"");
-    }
+  const JsonValue object = cursor_.value();
+  if (cursor_.failed() || !object.is_object()) return;
+  if (beyond_.empty() && static_cast<std::size_t>(std::popcount(asked_)) == object.size()) return;
+  for (const auto& [key, value] : object.Members()) {
+    const std::size_t place = value.PlaceIn(object);
+    const bool asked =
+        place < kBits ? (asked_ >> place & 1U) != 0 : std::find(beyond_.begin(), beyond_.end(), place) != beyond_.end();
+    if (!asked) return cursor_.Fail("unknown key \"" + Printable(key) + "\"");
   }
 }
 
@@ -95,7 +107,7 @@ void Read(const Cursor& cursor, bool& out) {
 }
 
 void Read(const Cursor& cursor, std::string& out) {
-  const std::string* text = cursor.value().text();
+  const std::string_view* text = cursor.value().text();
   if (text == nullptr) return cursor.FailType("text");
   out = *text;
 }
@@ -113,7 +125,7 @@ std::int64_t ReadInteger(const Cursor& cursor, std::int64_t min, std::int64_t ma
   } else if (cursor.value().natural()) {
     cursor.Fail("number too large");
     return 0;
-  } else if (const std::string* text = cursor.value().text()) {
+  } else if (const std::string_view* text = cursor.value().text()) {
     const char* end = text->data() + text->size();
     const bool prefixed = text->size() > 2 && (*text)[0] == '0' && (*text)[1] == 'x';
     std::uint64_t value = 0;

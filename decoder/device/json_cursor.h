@@ -90,7 +90,8 @@ class ObjectReader {
   void ReadMember(std::string_view key, bool required, void* out, void (*read)(const Cursor&, void*));
 
   const Cursor& cursor_;
-  std::vector<std::string_view> known_;
+  std::uint64_t asked_ = 0;          ///< members that somebody asked for, a bit each
+  std::vector<std::size_t> beyond_;  ///< those that have no bit
 };
 
 void Read(const Cursor& cursor, bool& out);
@@ -137,12 +138,14 @@ void ReadWord(const Cursor& cursor, const Word<Enum> (&words)[kCount], Enum& out
   std::string text;
   Read(cursor, text);
   if (cursor.failed()) return;
-  std::string all;
   for (const Word<Enum>& word : words) {
     if (word.text == text) {
       out = word.value;
       return;
     }
+  }
+  std::string all;
+  for (const Word<Enum>& word : words) {
     if (!all.empty()) all += ", ";
     all += word.text;
   }

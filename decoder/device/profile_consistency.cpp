@@ -19,7 +19,7 @@ namespace {
 
 std::optional<std::int64_t> NumberOf(JsonValue value) {
   if (const auto integer = value.integer()) return integer;
-  const std::string* text = value.text();
+  const std::string_view* text = value.text();
   if (text == nullptr || !text->starts_with("0x")) return std::nullopt;
   std::int64_t number = 0;
   const char* end = text->data() + text->size();
@@ -32,8 +32,8 @@ std::int64_t NumberOr(JsonValue value, std::int64_t otherwise) {
 }
 
 std::string TextOf(JsonValue value) {
-  const std::string* text = value.text();
-  return text == nullptr ? std::string() : *text;
+  const std::string_view* text = value.text();
+  return text == nullptr ? std::string() : std::string(*text);
 }
 
 /// "al.transitions" from the root.
@@ -140,7 +140,7 @@ class Consistency {
       for (std::size_t i = 0; i < value.size(); ++i) CheckCitations(value.element(i), Row(path, i));
     } else if (value.is_object()) {
       for (const auto& [key, member] : value.Members()) {
-        const std::string at = path.empty() ? key : path + "." + key;
+        const std::string at = path.empty() ? std::string(key) : path + "." + std::string(key);
         if (key == "source" && member.is_text()) {
           CheckCitation(at, *member.text());
         } else {

@@ -23,13 +23,14 @@ struct Builtin {
   std::unique_ptr<const DeviceDescription> description;
 };
 
+/// Never taken down: that would be work for nobody at the end of a program.
 std::map<std::string, Builtin, std::less<>>& Builtins() {
-  static std::map<std::string, Builtin, std::less<>> builtins = [] {
-    std::map<std::string, Builtin, std::less<>> made;
-    for (const std::string& name : EmbeddedProfileNames()) made[name];
+  static auto* const builtins = [] {
+    auto* made = new std::map<std::string, Builtin, std::less<>>;
+    for (const std::string& name : BuiltinProfileNames()) (*made)[name];
     return made;
   }();
-  return builtins;
+  return *builtins;
 }
 
 Error At(const std::filesystem::path& path, const Error& error) {
@@ -62,6 +63,14 @@ const std::vector<std::string>& BuiltinProfileNames() {
   return names;
 }
 
+std::vector<std::string> BuiltinProfilesOf(std::uint32_t vendor_id) {
+  std::vector<std::string> names;
+  for (const ProfileHead& head : BuiltinHeads()) {
+    if (head.match.vendor_id == vendor_id) names.push_back(head.id);
+  }
+  return names;
+}
+
 const DeviceDescription* BuiltinProfile(std::string_view name) {
   const auto it = Builtins().find(name);
   if (it == Builtins().end()) return nullptr;
@@ -75,7 +84,7 @@ const DeviceDescription* BuiltinProfile(std::string_view name) {
 }
 
 std::string BuiltinProfileText(std::string_view name) {
-  return EmbeddedProfileText(name);
+  return std::string(EmbeddedProfileText(name));
 }
 
 Result<DeviceDescription> LoadProfileFile(const std::string& path) {
@@ -173,7 +182,7 @@ const DeviceDescription* ProfileRegistry::Find(std::string_view id) const {
 
 std::string ProfileRegistry::Text(std::string_view id) const {
   const auto it = own_.find(id);
-  return it != own_.end() ? it->second.text : EmbeddedProfileText(id);
+  return it != own_.end() ? it->second.text : std::string(EmbeddedProfileText(id));
 }
 
 std::vector<std::string> ProfileRegistry::Names() const {

@@ -16,6 +16,8 @@ namespace ecaudit::device {
 
 /// Names of the built-in profiles, in alphabetical order; "generic" is one of them.
 [[nodiscard]] const std::vector<std::string>& BuiltinProfileNames();
+/// Those of one maker. Asking parses none of them.
+[[nodiscard]] std::vector<std::string> BuiltinProfilesOf(std::uint32_t vendor_id);
 /// A built-in profile, parsed at first use and kept; null when there is none of that name. Safe from several threads.
 [[nodiscard]] const DeviceDescription* BuiltinProfile(std::string_view name);
 /// The JSON text of a built-in profile as it was written; empty when there is none of that name.

@@ -58,6 +58,13 @@ void StartUp(samples::Story& story, TimeNs cycle_ns) {
   }
 }
 
+void StartTerminals(samples::Story& story, TimeNs cycle_ns) {
+  story.master.Scan();
+  story.master.BringToPreop();
+  story.master.BringToSafeop();
+  story.master.BringToOp({.cycle = cycle_ns, .reads_al_status = true});
+}
+
 }  // namespace
 
 std::uint64_t WriteLongRun(const LongRun& run, const std::function<void(const samples::Bytes&)>& write) {
@@ -66,18 +73,22 @@ std::uint64_t WriteLongRun(const LongRun& run, const std::function<void(const sa
   samples::Story story(way);
   story.capture.style.format = run.format;
   for (std::size_t i = 0; i < run.slaves; ++i) {
-    samples::SlaveDescription drive = samples::AkdDrive();
-    drive.esc.clock_ppb = static_cast<std::int64_t>(i) * 1'000;
-    story.Add(std::move(drive));
+    samples::SlaveDescription slave = run.terminals ? samples::InputTerminal() : samples::AkdDrive();
+    slave.esc.clock_ppb = static_cast<std::int64_t>(i) * 1'000;
+    story.Add(std::move(slave));
   }
-  StartUp(story, run.cycle_ns);
+  if (run.terminals) {
+    StartTerminals(story, run.cycle_ns);
+  } else {
+    StartUp(story, run.cycle_ns);
+  }
   std::uint64_t packets = story.capture.written();
   write(story.capture.Flush());
   for (int cycle = 0; packets < run.frames;) {
     const std::uint64_t wanted = (run.frames - packets + 1) / 2;  // two packets a cycle
     const int end = cycle + static_cast<int>(std::min<std::uint64_t>(wanted, kCyclesAPiece));
     for (; cycle < end; ++cycle) {
-      Move(story, cycle);
+      if (!run.terminals) Move(story, cycle);
       story.master.Cycles(1);
     }
     packets += story.capture.written();

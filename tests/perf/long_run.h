@@ -15,6 +15,8 @@ struct LongRun {
   std::uint64_t frames = 1'000'000;  ///< at least; both copies counted, start-up included
   samples::FileFormat format = samples::FileFormat::kPcapNg;
   TimeNs cycle_ns = 1'000'000;
+  /// Instead of drives terminals with one byte of inputs each: as many as an LRW has bytes. Without clocks.
+  bool terminals = false;
 };
 
 /// Hands the file piece by piece to `write`; memory does not grow with the length.

@@ -1,20 +1,23 @@
-// ecaudit_make_long_capture SLAVES FRAMES FILE: a healthy capture of that length; FILE.pcap or FILE.pcapng.
+// ecaudit_make_long_capture SLAVES FRAMES FILE [terminals]: a healthy capture of that length; FILE.pcap or FILE.pcapng.
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <string>
+#include <string_view>
 
 #include "tests/perf/long_run.h"
 
 int main(int argc, char** argv) {
   using namespace ecaudit;
   perf::LongRun run;
-  if (argc == 4) {
+  run.terminals = argc == 5 && argv[4] == std::string_view("terminals");
+  if (argc == 4 || run.terminals) {
     run.slaves = static_cast<std::size_t>(std::strtoul(argv[1], nullptr, 10));
     run.frames = std::strtoull(argv[2], nullptr, 10);
   }
-  if (argc != 4 || run.slaves == 0 || run.slaves > 100 || run.frames == 0) {
-    std::fprintf(stderr, "usage: ecaudit_make_long_capture SLAVES FRAMES FILE.pcap|FILE.pcapng\n");
+  const std::size_t most = run.terminals ? 1400 : 100;  // that fit into the process data of one frame
+  if (run.slaves == 0 || run.slaves > most || run.frames == 0 || argc != (run.terminals ? 5 : 4)) {
+    std::fprintf(stderr, "usage: ecaudit_make_long_capture SLAVES FRAMES FILE.pcap|FILE.pcapng [terminals]\n");
     return 2;
   }
   const std::string path = argv[3];

@@ -67,6 +67,19 @@ TEST(ProfileRegistry, EveryBuiltInProfileParses) {
   }
 }
 
+TEST(ProfileRegistry, ProfilesOfAMakerAreFoundWithoutParsing) {
+  for (const std::string& name : BuiltinProfileNames()) {
+    const auto& vendor = BuiltinProfile(name)->match.vendor_id;
+    if (!vendor) continue;
+    std::vector<std::string> wanted;
+    for (const std::string& other : BuiltinProfileNames()) {
+      if (BuiltinProfile(other)->match.vendor_id == vendor) wanted.push_back(other);
+    }
+    EXPECT_EQ(BuiltinProfilesOf(*vendor), wanted) << name;
+  }
+  EXPECT_TRUE(BuiltinProfilesOf(0xFFFF'FFFF).empty());
+}
+
 TEST(ProfileRegistry, UnknownNamesGiveNothing) {
   EXPECT_EQ(BuiltinProfile("acme"), nullptr);
   EXPECT_EQ(BuiltinProfile(""), nullptr);
