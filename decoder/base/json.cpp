@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <set>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -23,7 +22,7 @@ bool Parse(std::string_view text, Sax& listener) {
 }
 
 /// Builds the document in one pass. The library's own builder does not say where and why it fails without exceptions,
-/// nor that a key stands twice, and nests without limit.
+/// nor that a key stands twice, nests without limit, and takes a block of memory for each value.
 class Builder : public Sax {
  public:
   Builder(JsonTree& tree, std::size_t max_depth, std::string_view stop_after)
@@ -44,7 +43,6 @@ class Builder : public Sax {
   bool end_object() override { return Close(); }
   bool end_array() override { return Close(); }
   bool key(string_t& name) override {
-    if (!keys_.back().insert(name).second && !reading_.repeated_key) reading_.repeated_key = name;
     if (tree_.depth() == 1) stop_here_ = !stop_after_.empty() && name == stop_after_;
     tree_.Key(name);
     return true;
@@ -66,12 +64,10 @@ class Builder : public Sax {
   bool Open(JsonType type) {
     if (tree_.depth() >= max_depth_) return Fail("nested deeper than " + std::to_string(max_depth_) + " levels");
     tree_.Begin(type);
-    keys_.emplace_back();
     return true;
   }
   bool Close() {
     tree_.End();
-    keys_.pop_back();
     return Continue();
   }
   /// After each complete value.
@@ -82,7 +78,6 @@ class Builder : public Sax {
   }
 
   JsonTree& tree_;
-  std::vector<std::set<std::string, std::less<>>> keys_;  ///< of what is open
   std::size_t max_depth_;
   std::string_view stop_after_;
   bool stop_here_ = false;
@@ -223,11 +218,10 @@ JsonValue JsonDocument::root() const {
 
 JsonReading ReadJson(std::string_view text, std::size_t max_depth, std::string_view stop_after) {
   auto tree = std::make_shared<JsonTree>();
-  if (ScanJson(text, max_depth, stop_after, *tree)) return {JsonDocument(std::move(tree)), {}, 0, std::nullopt};
-  tree = std::make_shared<JsonTree>();
   Builder builder(*tree, max_depth, stop_after);
   const bool read = Parse(text, builder) || builder.stopped();
   JsonReading reading = builder.TakeRest();
+  reading.repeated_key = tree->repeated();
   if (read) reading.document.emplace(std::move(tree));
   if (!read && reading.problem.empty()) reading.problem = "not a JSON document";
   return reading;

@@ -84,10 +84,11 @@ void JsonTree::SortMembers(std::size_t first) {
   const JsonNode* const members = waiting_.data() + first;
   if (count <= JsonNode::kMostUnsorted && !AnyEqual(members, members + count)) return;
   std::stable_sort(begin, waiting_.end(), KeyLess);
+  const auto twice = std::adjacent_find(begin, waiting_.end(), KeyEqual);
+  if (twice == waiting_.end()) return;
+  if (!repeated_) repeated_ = twice->key;
   // From the back: the last of equal ones is the first that stays.
   const auto kept = std::unique(waiting_.rbegin(), std::reverse_iterator(begin), KeyEqual);
-  if (kept.base() == begin) return;
-  repeated_ = true;
   waiting_.erase(begin, kept.base());
 }
 

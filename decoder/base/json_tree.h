@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -42,11 +44,10 @@ struct JsonNode {
 class JsonTree {
  public:
   [[nodiscard]] const JsonNode& root() const { return root_; }
-  /// An object had one key twice; its last value stays.
-  [[nodiscard]] bool repeated() const { return repeated_; }
+  /// A key that stands twice in one object, whose last value stays.
+  [[nodiscard]] const std::optional<std::string>& repeated() const { return repeated_; }
   /// Arrays and objects that have begun and not ended.
   [[nodiscard]] std::size_t depth() const { return open_.size(); }
-  [[nodiscard]] bool in_object() const { return open_.back().node.type == JsonType::kObject; }
 
   void Null() { Add({}); }
   void Boolean(bool value) { Add({{}, {}, {.boolean = value}, JsonType::kBoolean}); }
@@ -74,17 +75,11 @@ class JsonTree {
   std::vector<Open> open_;
   std::vector<JsonNode> waiting_;  ///< children of what is open
   std::string_view key_;           ///< of the next value
-  bool repeated_ = false;
+  std::optional<std::string> repeated_;
 
   std::vector<std::unique_ptr<std::byte[]>> blocks_;
   std::byte* at_ = nullptr;
   std::size_t left_ = 0;
 };
-
-/// Reads well-formed text of the common kind fast.
-///
-/// @param stop_after  a key of the top-level object: reading ends behind its value
-/// @return false for everything else, be it JSON or not: what was put into `tree` is then of no use
-[[nodiscard]] bool ScanJson(std::string_view text, std::size_t max_depth, std::string_view stop_after, JsonTree& tree);
 
 }  // namespace ecaudit
