@@ -485,37 +485,39 @@ class Builder {
   void OneSided(std::optional<std::size_t> p, const Side& side, std::vector<const StartupStep*> steps) {
     LeaveOutHidden(p, side.of_a, steps);
     const ExtraSteps extra = SortOut(steps, side.here, side.there);
-    const auto text = [](const StartupStep& s) {
-      return startup::StepNoun(s.key, s.name) + (s.text.empty() ? "" : " = " + ValueOf(s.name, s.text));
-    };
-    const auto add = [&](const StartupStep& telling, const StartupStep& first, const StartupStep* other,
-                         std::string what, std::string here, std::string there) -> Difference& {
-      const FrameNo frame = first.frame.number;
-      const FrameNo other_frame = other == nullptr ? 0 : other->frame.number;
-      const FrameNo frame_a = side.of_a ? frame : other_frame;
-      const FrameNo frame_b = side.of_a ? other_frame : frame;
-      const int rank = side.late ? kRankConsequence : RankOf(p, telling.key, first.phase, frame_a, frame_b);
-      Difference& d = Add(Area::kStep, rank, p, std::move(what), side.of_a ? std::move(here) : std::move(there),
-                          side.of_a ? std::move(there) : std::move(here));
-      d.frame_a = frame_a;
-      d.frame_b = frame_b;
-      d.consequence = side.late;
-      return d;
-    };
-    for (std::size_t i = 0; i < extra.again.size(); ++i) {
-      const StepAgain& again = extra.again[i];
+    Again(p, side, extra.again);
+    std::vector<const StartupStep*> taken, in_vain;
+    for (const StartupStep* step : extra.fresh) (NotTaken(*step) ? in_vain : taken).push_back(step);
+    if (!taken.empty()) {
+      const StartupStep& first = *taken.front();
+      AddStep(p, side, {Telling(taken), first, nullptr}, List(taken, TextOf), "done",
+              NotDone(first, side.there, side.late));
+    }
+    if (!in_vain.empty()) {
+      const StartupStep& first = *in_vain.front();
+      Difference& d = AddStep(p, side, {Telling(in_vain), first, nullptr}, List(in_vain, TextOf),
+                              "tried, and not taken by the slave", NotDone(first, side.there, side.late));
+      d.counts = false;
+      d.rank = kRankTiming;
+    }
+  }
+
+  /// Steps that both have, and one has more often.
+  void Again(std::optional<std::size_t> p, const Side& side, const std::vector<StepAgain>& steps) {
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+      const StepAgain& again = steps[i];
       const StartupStep& step = *again.step;
       if (again.same_value) {
         // What is done once more for the same reason is one difference.
         std::vector<const StartupStep*> all{&step};
-        while (i + 1 < extra.again.size() && extra.again[i + 1].same_value && extra.again[i + 1].here == again.here &&
-               extra.again[i + 1].there == again.there) {
-          all.push_back(extra.again[++i].step);
+        while (i + 1 < steps.size() && steps[i + 1].same_value && steps[i + 1].here == again.here &&
+               steps[i + 1].there == again.there) {
+          all.push_back(steps[++i].step);
         }
         const std::size_t more = again.here > again.there ? again.here - again.there : 1;
-        add(step, step, again.other, List(all, text),
-            (more == 1 ? "once more" : Grouped(more) + " times more") + ", in " + std::string(Title(step.phase)),
-            TimesDone(again.there));
+        AddStep(p, side, {step, step, again.other}, List(all, TextOf),
+                (more == 1 ? "once more" : Grouped(more) + " times more") + ", in " + std::string(Title(step.phase)),
+                TimesDone(again.there));
         continue;
       }
       const auto [part_here, part_there] = startup::DifferingParts(step.key, step.data, again.other->data);
@@ -524,26 +526,38 @@ class Builder {
         here += again.as_there->frame.number > step.frame.number ? ", later as " : ", before as ";
         here += side.of_a ? "in B" : "in A";
       }
-      Difference& d = add(step, step, again.other, startup::StepNoun(step.key, step.name), std::move(here),
-                          part_there.empty() ? WithNote(*again.other) : part_there);
+      Difference& d = AddStep(p, side, {step, step, again.other}, startup::StepNoun(step.key, step.name),
+                              std::move(here), part_there.empty() ? WithNote(*again.other) : part_there);
       if (LogicalStartOnly(step, *again.other)) {
         d.counts = false;
         d.rank = kRankTiming;
       }
     }
-    std::vector<const StartupStep*> taken, in_vain;
-    for (const StartupStep* step : extra.fresh) (NotTaken(*step) ? in_vain : taken).push_back(step);
-    if (!taken.empty()) {
-      const StartupStep& first = *taken.front();
-      add(Telling(taken), first, nullptr, List(taken, text), "done", NotDone(first, side.there, side.late));
-    }
-    if (!in_vain.empty()) {
-      const StartupStep& first = *in_vain.front();
-      Difference& d = add(Telling(in_vain), first, nullptr, List(in_vain, text), "tried, and not taken by the slave",
-                          NotDone(first, side.there, side.late));
-      d.counts = false;
-      d.rank = kRankTiming;
-    }
+  }
+
+  static std::string TextOf(const StartupStep& s) {
+    return startup::StepNoun(s.key, s.name) + (s.text.empty() ? "" : " = " + ValueOf(s.name, s.text));
+  }
+
+  struct StepsAt {
+    const StartupStep& telling;  ///< decides how much it matters
+    const StartupStep& first;
+    const StartupStep* other = nullptr;  ///< in the other start-up
+  };
+
+  Difference& AddStep(std::optional<std::size_t> p, const Side& side, const StepsAt& steps, std::string what,
+                      std::string here, std::string there) {
+    const FrameNo frame = steps.first.frame.number;
+    const FrameNo other_frame = steps.other == nullptr ? 0 : steps.other->frame.number;
+    const FrameNo frame_a = side.of_a ? frame : other_frame;
+    const FrameNo frame_b = side.of_a ? other_frame : frame;
+    const int rank = side.late ? kRankConsequence : RankOf(p, steps.telling.key, steps.first.phase, frame_a, frame_b);
+    Difference& d = Add(Area::kStep, rank, p, std::move(what), side.of_a ? std::move(here) : std::move(there),
+                        side.of_a ? std::move(there) : std::move(here));
+    d.frame_a = frame_a;
+    d.frame_b = frame_b;
+    d.consequence = side.late;
+    return d;
   }
 
   /// What the other capture cannot show is no difference.

@@ -499,6 +499,17 @@ bool Pairing::WasEarly(const wire::FrameView& frame, std::uint64_t key) noexcept
   return false;
 }
 
+/// A master whose first frame comes back when another one has long been at work: another capture was put behind.
+Hole Pairing::AppearsLate(const Sender& master, const FrameRef& behind) noexcept {
+  constexpr std::uint64_t kLong = 32;
+  if (master.answered || statistics_.paired < kLong) return Hole::kNone;
+  if (statistics_.holes++ == 0) statistics_.first_hole = behind;
+  for (std::uint8_t other = 0; other < sender_count_; ++other) {
+    if (senders_[other].answered) DoubtUnderWay(other, Undecided::kSecondCapture);
+  }
+  return Hole::kCertain;
+}
+
 void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot* slot) noexcept {
   ++statistics_.returned;
   statistics_.nobody_answers = false;
@@ -510,16 +521,6 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
     const Slot* original = FindOriginal(frame, key);
     if (original != nullptr && original->sequence > slot->sequence) slot = nullptr;
   }
-  // A master whose first frame comes back when another one has long been at work: another capture was put behind.
-  const auto appears_late = [&](const Sender& master, const FrameRef& behind) {
-    constexpr std::uint64_t kLong = 32;
-    if (master.answered || statistics_.paired < kLong) return Hole::kNone;
-    if (statistics_.holes++ == 0) statistics_.first_hole = behind;
-    for (std::uint8_t other = 0; other < sender_count_; ++other) {
-      if (senders_[other].answered) DoubtUnderWay(other, Undecided::kSecondCapture);
-    }
-    return Hole::kCertain;
-  };
   if (slot != nullptr && slot->copy && FindOriginal(frame, key) != nullptr) {
     // Both copies of a packet that was captured twice came back, and so did those of its return.
     slot->state = SlotState::kAnswered;
@@ -532,47 +533,10 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
     return;
   }
   if (slot != nullptr) {
-    DoubtOvertakenBy(*slot);
-    const FrameRef& sent = slot->view.ref();
-    if (sent.has_time && frame.ref().has_time) {
-      const std::int64_t round_trip = Elapsed(sent.time, frame.ref().time);
-      if (round_trip == 0) ++statistics_.identical_stamps;
-      if (round_trip > 0 && slot->overtaken == 0) {
-        typical_round_trip_ns_ = typical_round_trip_ns_ == 0
-                                     ? round_trip
-                                     : typical_round_trip_ns_ + (round_trip - typical_round_trip_ns_) / 16;
-      }
-    }
-    const Hole hole = std::max(TakeHole(slot->sequence), appears_late(senders_[slot->sender], slot->view.ref()));
-    sink_.OnTransaction({&slot->view, &frame, false, hole});
-    Answer(*slot, frame, frame.payload());
+    AnswerUnderWay(*slot, frame);
     return;
   }
-  // Nothing under way fits: a second copy of something that already came back? Not where it is what the master was to
-  // send next.
-  const Slot* original = sender.rhythm.indices.IsNext(frame) ? nullptr : FindOriginal(frame, key);
-  if (original != nullptr) {
-    if (original->returned_interface != frame.interface_index()) {
-      // A bridge or mirror port, or the second port of a redundant master that sends on what it got.
-      ++statistics_.captured_twice;
-      return;
-    }
-    ++statistics_.duplicated;
-    sink_.OnDuplicate(frame, original->returned.number);
-    return;
-  }
-  // Or bits flipped in a field that slaves never change (the FCS is not in the capture).
-  if (Slot* alike = FindAlike(frame); alike != nullptr && !directions_.returned_only()) {
-    ++statistics_.altered;
-    if (alike->overtaken == 0 && FewBitsFlipped(alike->view, frame) && statistics_.flipped++ == 0) {
-      statistics_.first_flipped = frame.ref().number;
-    }
-    DoubtOvertakenBy(*alike);
-    sink_.OnDoubtful(alike->view);
-    sink_.OnUnusable(frame, Unusable::kAltered, true);
-    Answer(*alike, frame, frame.payload());
-    return;
-  }
+  if (IsSecondCopy(sender, frame, key) || IsAltered(frame)) return;
   ++statistics_.unmatched_returned;
   // Frames do not overtake each other: what was sent before the capture began comes back before all others.
   const bool missed = statistics_.paired > 0;
@@ -582,9 +546,56 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
   }
   early_[next_early_] = {key, frame.ref(), frame.interface_index(), true, missed};
   next_early_ = static_cast<std::uint8_t>((next_early_ + 1U) % early_.size());
-  const Hole late = appears_late(sender, frame.ref());
+  const Hole late = AppearsLate(sender, frame.ref());
   sender.answered = true;
   sink_.OnTransaction({nullptr, &frame, false, std::max(late, HoleBefore(frame))});
+}
+
+void Pairing::AnswerUnderWay(Slot& slot, const wire::FrameView& frame) noexcept {
+  DoubtOvertakenBy(slot);
+  const FrameRef& sent = slot.view.ref();
+  if (sent.has_time && frame.ref().has_time) {
+    const std::int64_t round_trip = Elapsed(sent.time, frame.ref().time);
+    if (round_trip == 0) ++statistics_.identical_stamps;
+    if (round_trip > 0 && slot.overtaken == 0) {
+      typical_round_trip_ns_ = typical_round_trip_ns_ == 0
+                                   ? round_trip
+                                   : typical_round_trip_ns_ + (round_trip - typical_round_trip_ns_) / 16;
+    }
+  }
+  const Hole hole = std::max(TakeHole(slot.sequence), AppearsLate(senders_[slot.sender], slot.view.ref()));
+  sink_.OnTransaction({&slot.view, &frame, false, hole});
+  Answer(slot, frame, frame.payload());
+}
+
+/// Nothing under way fits: a second copy of something that already came back? Not where it is what the master was to
+/// send next.
+bool Pairing::IsSecondCopy(const Sender& sender, const wire::FrameView& frame, std::uint64_t key) noexcept {
+  const Slot* original = sender.rhythm.indices.IsNext(frame) ? nullptr : FindOriginal(frame, key);
+  if (original == nullptr) return false;
+  if (original->returned_interface != frame.interface_index()) {
+    // A bridge or mirror port, or the second port of a redundant master that sends on what it got.
+    ++statistics_.captured_twice;
+    return true;
+  }
+  ++statistics_.duplicated;
+  sink_.OnDuplicate(frame, original->returned.number);
+  return true;
+}
+
+/// Or bits flipped in a field that slaves never change (the FCS is not in the capture)?
+bool Pairing::IsAltered(const wire::FrameView& frame) noexcept {
+  Slot* alike = directions_.returned_only() ? nullptr : FindAlike(frame);
+  if (alike == nullptr) return false;
+  ++statistics_.altered;
+  if (alike->overtaken == 0 && FewBitsFlipped(alike->view, frame) && statistics_.flipped++ == 0) {
+    statistics_.first_flipped = frame.ref().number;
+  }
+  DoubtOvertakenBy(*alike);
+  sink_.OnDoubtful(alike->view);
+  sink_.OnUnusable(frame, Unusable::kAltered, true);
+  Answer(*alike, frame, frame.payload());
+  return true;
 }
 
 void Pairing::PushUnusable(const wire::FrameView& frame) noexcept {

@@ -155,7 +155,11 @@ class Pairing {
   };
 
   void PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool before_first_return) noexcept;
+  Hole AppearsLate(const Sender& master, const FrameRef& behind) noexcept;
   void PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot* slot) noexcept;
+  void AnswerUnderWay(Slot& slot, const wire::FrameView& frame) noexcept;
+  bool IsSecondCopy(const Sender& sender, const wire::FrameView& frame, std::uint64_t key) noexcept;
+  bool IsAltered(const wire::FrameView& frame) noexcept;
   void PushByPair(const wire::FrameView& frame, std::uint64_t key) noexcept;
   void PushUnusable(const wire::FrameView& frame) noexcept;
   void PushForeign(const wire::FrameView& frame) noexcept;

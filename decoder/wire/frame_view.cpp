@@ -198,16 +198,12 @@ void FrameView::ParseDatagrams(std::size_t offset, bool cut) noexcept {
 
   const std::size_t start = offset + 2;
   const std::size_t announced_end = start + (header & 0x07FFU);
-  const auto fail = [&](FrameProblem problem) {
-    kind_ = FrameKind::kMalformed;
-    if (problem_ == FrameProblem::kNone) problem_ = problem;
-  };
   kind_ = FrameKind::kEtherCat;
   if (announced_end > bytes_.size()) {
     if (cut) {
       kind_ = FrameKind::kCut;
     } else {
-      fail(FrameProblem::kLengthBeyondFrame);
+      Fail(FrameProblem::kLengthBeyondFrame);
     }
   }
 
@@ -228,39 +224,52 @@ void FrameView::ParseDatagrams(std::size_t offset, bool cut) noexcept {
     at += size;
     offsets_[count_] = static_cast<std::uint16_t>(at);
   }
-  while (more && count_ < kMaxDatagrams) {
-    if (!Fits(bytes_, at, kDatagramHeaderBytes)) {
-      if (kind_ != FrameKind::kCut) {
-        fail(count_ == 0 ? FrameProblem::kNoDatagram : FrameProblem::kMoreWithoutDatagram);
-      }
-      break;
-    }
-    const auto length_word = LittleEndian<std::uint16_t>(bytes_, at + 6);
-    const std::size_t size = kDatagramHeaderBytes + (length_word & 0x07FFU) + kWorkingCounterBytes;
-    if (!Fits(bytes_, at, size) || at + size > kMaxOffset) {
-      if (kind_ != FrameKind::kCut) fail(FrameProblem::kDatagramBeyondLength);
-      break;
-    }
-    if (at + size > announced_end) {
-      fail(at >= announced_end ? (count_ == 0 ? FrameProblem::kNoDatagram : FrameProblem::kMoreWithoutDatagram)
-                               : FrameProblem::kDatagramBeyondLength);
-      if (at >= announced_end && AllZero(bytes_.subspan(at, size))) break;
-    }
-    if (!IsDefined(bytes_[at])) fail(FrameProblem::kUnknownCommand);
-    offsets_[count_++] = static_cast<std::uint16_t>(at);
-    more = (length_word & 0x8000U) != 0;
-    at += size;
-    offsets_[count_] = static_cast<std::uint16_t>(at);
-  }
+  if (more) more = ParseOddDatagrams(at, announced_end);
   if (kind_ == FrameKind::kMalformed) return;
   if (more) {
-    if (kind_ == FrameKind::kEtherCat) fail(FrameProblem::kMoreWithoutDatagram);  // as many as the length can cover
+    if (kind_ == FrameKind::kEtherCat) Fail(FrameProblem::kMoreWithoutDatagram);  // as many as the length can cover
     return;
   }
   // Slaves stop where the more flag is clear: what the length covers behind it is padding, whatever it holds, and all
   // that the snap length has taken.
   kind_ = FrameKind::kEtherCat;
   if (at < announced_end) padding_ = static_cast<std::uint16_t>(announced_end - at);
+}
+
+void FrameView::Fail(FrameProblem problem) noexcept {
+  kind_ = FrameKind::kMalformed;
+  if (problem_ == FrameProblem::kNone) problem_ = problem;
+}
+
+/// What is cut, goes beyond the length, or is no known command, from `at` on, which is left behind the last datagram.
+/// True when another datagram was announced.
+bool FrameView::ParseOddDatagrams(std::size_t& at, std::size_t announced_end) noexcept {
+  bool more = true;
+  while (more && count_ < kMaxDatagrams) {
+    if (!Fits(bytes_, at, kDatagramHeaderBytes)) {
+      if (kind_ != FrameKind::kCut) {
+        Fail(count_ == 0 ? FrameProblem::kNoDatagram : FrameProblem::kMoreWithoutDatagram);
+      }
+      break;
+    }
+    const auto length_word = LittleEndian<std::uint16_t>(bytes_, at + 6);
+    const std::size_t size = kDatagramHeaderBytes + (length_word & 0x07FFU) + kWorkingCounterBytes;
+    if (!Fits(bytes_, at, size) || at + size > kMaxOffset) {
+      if (kind_ != FrameKind::kCut) Fail(FrameProblem::kDatagramBeyondLength);
+      break;
+    }
+    if (at + size > announced_end) {
+      Fail(at >= announced_end ? (count_ == 0 ? FrameProblem::kNoDatagram : FrameProblem::kMoreWithoutDatagram)
+                               : FrameProblem::kDatagramBeyondLength);
+      if (at >= announced_end && AllZero(bytes_.subspan(at, size))) break;
+    }
+    if (!IsDefined(bytes_[at])) Fail(FrameProblem::kUnknownCommand);
+    offsets_[count_++] = static_cast<std::uint16_t>(at);
+    more = (length_word & 0x8000U) != 0;
+    at += size;
+    offsets_[count_] = static_cast<std::uint16_t>(at);
+  }
+  return more;
 }
 
 }  // namespace ecaudit::wire

@@ -189,6 +189,8 @@ class FrameView : private FrameFields {
   }
 
  private:
+  void Fail(FrameProblem problem) noexcept;
+  bool ParseOddDatagrams(std::size_t& at, std::size_t announced_end) noexcept;
   void ParseDatagrams(std::size_t offset, bool cut) noexcept;
   [[nodiscard]] std::uint64_t KeyOfDatagrams() const noexcept;
 

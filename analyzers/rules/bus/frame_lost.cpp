@@ -68,7 +68,12 @@ class FrameLost final : public Rule {
 
   void Finish() override {
     if (SaidNothingReturned() || SaidNothingSent()) return;
-    const bus::PairingStatistics& pairing = context().pairing();
+    TellWhatIsOpen(context().pairing());
+    if (index_ != kNoFinding) Describe(context().pairing(), context().store[index_]);
+  }
+
+ private:
+  void TellWhatIsOpen(const bus::PairingStatistics& pairing) {
     if (pairing.holes > 0) {
       NotEvaluable(kNoSlave,
                    "the capture misses frames in " + Count(pairing.holes, "place") +
@@ -80,9 +85,10 @@ class FrameLost final : public Rule {
       NotEvaluable(kNoSlave, "the master was silent for long behind " + Count(silent, "frame") +
                                  " without a return: whether it came back, the capture may not hold");
     }
-    if (index_ == kNoFinding) return;
-    Finding& finding = context().store[index_];
-    const std::uint64_t outbound = context().pairing().outbound;
+  }
+
+  void Describe(const bus::PairingStatistics& pairing, Finding& finding) {
+    const std::uint64_t outbound = pairing.outbound;
     finding.title = Count(total_, "frame") + " of " + Grouped(outbound) + " never came back";
     finding.message = Count(total_, "outbound frame") + " never came back although ";
     finding.message += silent_ == total_ ? "the master went on sending" : "later ones did";
@@ -132,7 +138,6 @@ class FrameLost final : public Rule {
     }
   }
 
- private:
   FindingIndex index_ = kNoFinding;
   FrameRef first_;
   std::uint64_t total_ = 0;

@@ -113,6 +113,21 @@ class DriveFault final : public Rule {
     finding.slave = slave;
     finding.first = e.frame;
     finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
+    TellState(finding, open, left);
+    TellReasons(finding, open, family);
+    finding.reference = ReferenceTo(family.drive->source);
+    const FindingIndex index = Report(key, std::move(finding));
+    if (index == kNoFinding) return;
+    for (const model::DriveFaultExplained& reason : open.explanations) {
+      if (reason.source != model::DriveFaultExplained::Source::kEmergency) continue;
+      emergencies_.emplace(index, reason.frame.number);
+      break;
+    }
+  }
+
+  /// What the status word shows, and how long.
+  static void TellState(Finding& finding, const Open& open, FrameNo left) {
+    const model::DriveStateChanged& e = open.change;
     if (open.stands) {
       finding.title = StateText(e.to) + " stands since before the capture saw the drive";
       finding.message = "The first status word, in frame " + std::to_string(e.frame.number) + ", shows " +
@@ -127,39 +142,35 @@ class DriveFault final : public Rule {
     finding.evidence.push_back(HexNumber("status_word", e.word));
     if (!open.stands) finding.evidence.push_back(Text("state_before", StateText(e.from)));
     finding.evidence.push_back(Text("state", StateText(e.to)));
-    if (open.stands && left != 0) {
+    if (!open.stands) {
+      AddRelated(finding, e.from_last);
+    } else if (left != 0) {
       finding.message += "It is left in frame " + std::to_string(left) + ". ";
       AddRelated(finding, left);
-    } else if (open.stands) {
+    } else {
       finding.message += "It lasts until the capture ends. ";
     }
-    if (!open.stands) AddRelated(finding, e.from_last);
+  }
+
+  /// What the drive itself says of it.
+  static void TellReasons(Finding& finding, const Open& open, const device::DeviceDescription& family) {
     if (open.explanations.empty()) {
       finding.message +=
           "The drive's own reason is not in the capture: no emergency message, and none of 603Fh, 1003h and 2001h was "
-          "read. Read "
-          "1003h:1 from the drive, correct the cause, then reset the fault.";
-    } else {
-      finding.message += "The drive's reason: ";
-      for (std::size_t i = 0; i < open.explanations.size(); ++i) {
-        const model::DriveFaultExplained& reason = open.explanations[i];
-        finding.message +=
-            (i == 0 ? "" : "; ") + FaultText(family, reason) + " (frame " + std::to_string(reason.frame.number) + ")";
-        AddRelated(finding, reason.frame.number == e.frame.number ? 0 : reason.frame.number);
-      }
-      finding.message += ". Correct it, then reset the fault.";
-      const model::DriveFaultExplained& first = open.explanations.front();
-      finding.title += ": " + FaultText(family, first);
-      finding.evidence.push_back(HexNumber("fault_code", first.code));
+          "read. Read 1003h:1 from the drive, correct the cause, then reset the fault.";
+      return;
     }
-    finding.reference = ReferenceTo(family.drive->source);
-    const FindingIndex index = Report(key, std::move(finding));
-    if (index == kNoFinding) return;
-    for (const model::DriveFaultExplained& reason : open.explanations) {
-      if (reason.source != model::DriveFaultExplained::Source::kEmergency) continue;
-      emergencies_.emplace(index, reason.frame.number);
-      break;
+    finding.message += "The drive's reason: ";
+    for (std::size_t i = 0; i < open.explanations.size(); ++i) {
+      const model::DriveFaultExplained& reason = open.explanations[i];
+      finding.message +=
+          (i == 0 ? "" : "; ") + FaultText(family, reason) + " (frame " + std::to_string(reason.frame.number) + ")";
+      AddRelated(finding, reason.frame.number == open.change.frame.number ? 0 : reason.frame.number);
     }
+    finding.message += ". Correct it, then reset the fault.";
+    const model::DriveFaultExplained& first = open.explanations.front();
+    finding.title += ": " + FaultText(family, first);
+    finding.evidence.push_back(HexNumber("fault_code", first.code));
   }
 
   void LinkEmergency(FindingIndex index, FrameNo frame) {
