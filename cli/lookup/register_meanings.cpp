@@ -118,6 +118,65 @@ std::string Source(std::string_view short_key) {
   return short_key == "TI" ? "TI-ESC, registers" : std::string(short_key);
 }
 
+/// Who is meant.
+std::string_view AddressedBy(wire::Command command) {
+  if (wire::IsPositionAddressed(command)) {
+    return "position (ADP, each slave adds 1; who sees 0 is meant) and register (ADO)";
+  }
+  if (wire::IsNodeAddressed(command)) return "station address or alias (ADP) and register (ADO)";
+  if (wire::IsBroadcast(command)) return "every slave (ADP counts them) and register (ADO)";
+  if (wire::IsLogical(command)) return "32-bit logical address, which the FMMUs of the slaves map to their memory";
+  return "none";
+}
+
+/// What the slaves do.
+std::string_view EffectOf(wire::Command command) {
+  switch (command) {
+    case wire::Command::NOP:
+      return "nothing; no slave acts";
+    case wire::Command::APRD:
+    case wire::Command::FPRD:
+      return "a read of the addressed slave";
+    case wire::Command::APWR:
+    case wire::Command::FPWR:
+      return "a write to the addressed slave";
+    case wire::Command::APRW:
+    case wire::Command::FPRW:
+      return "a read and a write of the addressed slave, in one pass";
+    case wire::Command::BRD:
+      return "a read of every slave; their data are ORed";
+    case wire::Command::BWR:
+      return "a write to every slave";
+    case wire::Command::BRW:
+      return "a read (ORed) and a write of every slave";
+    case wire::Command::LRD:
+      return "a read of the inputs that are mapped there";
+    case wire::Command::LWR:
+      return "a write of the outputs that are mapped there";
+    case wire::Command::LRW:
+      return "inputs and outputs in one pass";
+    case wire::Command::ARMW:
+    case wire::Command::FRMW:
+      return "a read of the addressed slave, whose data all slaves behind it write: spreads the time of the reference "
+             "clock";
+  }
+  return {};
+}
+
+std::string_view CounterOf(wire::Command command) {
+  switch (command) {
+    case wire::Command::NOP:
+      return "stays as it is";
+    case wire::Command::APRW:
+    case wire::Command::FPRW:
+    case wire::Command::BRW:
+    case wire::Command::LRW:
+      return "1 for a slave that read, 2 for one that wrote, 3 for both";
+    default:
+      return "1 for each slave that did it";
+  }
+}
+
 }  // namespace
 
 void AddRegister(std::uint16_t address, const Families& families, std::vector<Meaning>& out) {
@@ -172,66 +231,9 @@ void AddCommand(std::string_view name, std::vector<Meaning>& out) {
     if (wire::Name(command) != name) continue;
     Meaning meaning{.kind = "datagram command", .name = std::string(name), .details = {}, .statements = {}};
     meaning.details.emplace_back("number", std::to_string(number));
-    std::string_view address = "none";
-    if (wire::IsPositionAddressed(command)) {
-      address = "position (ADP, each slave adds 1; who sees 0 is meant) and register (ADO)";
-    } else if (wire::IsNodeAddressed(command)) {
-      address = "station address or alias (ADP) and register (ADO)";
-    } else if (wire::IsBroadcast(command)) {
-      address = "every slave (ADP counts them) and register (ADO)";
-    } else if (wire::IsLogical(command)) {
-      address = "32-bit logical address, which the FMMUs of the slaves map to their memory";
-    }
-    meaning.details.emplace_back("address", std::string(address));
-    std::string_view does = "a read of the addressed slave";
-    switch (command) {
-      case wire::Command::NOP:
-        does = "nothing; no slave acts";
-        break;
-      case wire::Command::APRD:
-      case wire::Command::FPRD:
-        break;
-      case wire::Command::APWR:
-      case wire::Command::FPWR:
-        does = "a write to the addressed slave";
-        break;
-      case wire::Command::APRW:
-      case wire::Command::FPRW:
-        does = "a read and a write of the addressed slave, in one pass";
-        break;
-      case wire::Command::BRD:
-        does = "a read of every slave; their data are ORed";
-        break;
-      case wire::Command::BWR:
-        does = "a write to every slave";
-        break;
-      case wire::Command::BRW:
-        does = "a read (ORed) and a write of every slave";
-        break;
-      case wire::Command::LRD:
-        does = "a read of the inputs that are mapped there";
-        break;
-      case wire::Command::LWR:
-        does = "a write of the outputs that are mapped there";
-        break;
-      case wire::Command::LRW:
-        does = "inputs and outputs in one pass";
-        break;
-      case wire::Command::ARMW:
-      case wire::Command::FRMW:
-        does =
-            "a read of the addressed slave, whose data all slaves behind it write: spreads the time of the reference "
-            "clock";
-        break;
-    }
-    meaning.details.emplace_back("does", std::string(does));
-    std::string_view counter = "1 for each slave that did it";
-    if (command == wire::Command::NOP) counter = "stays as it is";
-    if (command == wire::Command::APRW || command == wire::Command::FPRW || command == wire::Command::BRW ||
-        command == wire::Command::LRW) {
-      counter = "1 for a slave that read, 2 for one that wrote, 3 for both";
-    }
-    meaning.details.emplace_back("working counter", std::string(counter));
+    meaning.details.emplace_back("address", std::string(AddressedBy(command)));
+    meaning.details.emplace_back("does", std::string(EffectOf(command)));
+    meaning.details.emplace_back("working counter", std::string(CounterOf(command)));
     meaning.statements.push_back(
         {"standard", "datagram command " + std::to_string(number), {}, "ETG1000.4, frame and datagram header"});
     out.push_back(std::move(meaning));
