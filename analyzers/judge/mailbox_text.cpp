@@ -10,6 +10,11 @@ std::string WhichWay(mailbox::Direction direction) {
   return direction == mailbox::Direction::kOut ? "from the master" : "from the slave";
 }
 
+std::string WithArticle(mailbox::Protocol protocol) {
+  const std::string name(Name(protocol));
+  return (std::string_view("AEFS").find(name[0]) == std::string_view::npos ? "a " : "an ") + name;
+}
+
 std::string RequestText(const mailbox::RequestSummary& request) {
   if (request.protocol == mailbox::Protocol::kCoE && request.index) {
     return "the SDO request for " + ObjectName(*request.index, request.subindex ? *request.subindex : -1);

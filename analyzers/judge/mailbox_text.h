@@ -20,6 +20,8 @@ inline constexpr std::int64_t kMailboxAnswerLimit = 1'000'000'000;
 
 /// "from the master", "from the slave".
 [[nodiscard]] std::string WhichWay(mailbox::Direction direction);
+/// "a CoE", "an AoE": as the letters are spoken.
+[[nodiscard]] std::string WithArticle(mailbox::Protocol protocol);
 /// "the SDO request for 1018h:1", "the FoE request".
 [[nodiscard]] std::string RequestText(const mailbox::RequestSummary& request);
 /// "6040h:0 Control word": with the family's name for the object where it has one.

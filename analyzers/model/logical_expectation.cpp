@@ -12,6 +12,17 @@ std::size_t FmmuCount(const track::SlaveState& state) {
   return count && *count <= esc::kMaxFmmus ? *count : esc::kMaxFmmus;
 }
 
+/// The sync manager that an FMMU leads to, as far as it is known.
+std::optional<std::uint8_t> ManagerBehind(const track::SlaveState& state, const esc::Fmmu& fmmu) {
+  for (std::uint8_t number = 0; number < esc::kMaxSyncManagers; ++number) {
+    const auto manager = state.sync_manager(number, Certainty::kInferred);
+    if (!manager || manager->length == 0) continue;
+    const std::uint32_t offset = static_cast<std::uint32_t>(fmmu.physical_start) - manager->start;
+    if (fmmu.physical_start >= manager->start && offset < manager->length) return number;
+  }
+  return std::nullopt;
+}
+
 LogicalExpectation Compute(const track::Network& network, wire::Command command, std::uint32_t address,
                            std::uint16_t length) {
   LogicalExpectation result;
@@ -27,10 +38,15 @@ LogicalExpectation Compute(const track::Network& network, wire::Command command,
     if (!fmmus.any && FmmuCount(network.state(id)) != 0) result.mapping_known = false;
     LogicalShare share;
     share.slave = id;
+    const track::SlaveState& state = network.state(id);
     for (const auto& [number, fmmu] : fmmus.active) {
       const esc::BitRange overlap = fmmu.Overlap(address, length);
       if (overlap.empty()) continue;
+      const std::optional<std::uint8_t> manager = ManagerBehind(state, fmmu);
       if (fmmu.reads() && command != wire::Command::LWR) {
+        const bool mailbox = manager && state.sync_manager(*manager, Certainty::kInferred)->mailbox();
+        share.mailbox_only = mailbox && (share.mailbox_only || !share.inputs);
+        if (!mailbox || share.mailbox_only) share.input_manager = manager;
         share.inputs = true;
         // Registers are mapped, too (the mailbox state): only process memory tells a slave by its data.
         const std::uint64_t first = (overlap.first + 7) / 8 - address;
@@ -40,7 +56,10 @@ LogicalExpectation Compute(const track::Network& network, wire::Command command,
           share.input_bytes = static_cast<std::uint16_t>(end - first);
         }
       }
-      if (fmmu.writes() && command != wire::Command::LRD) share.outputs = true;
+      if (fmmu.writes() && command != wire::Command::LRD) {
+        share.outputs = true;
+        share.output_manager = manager;
+      }
     }
     if (!share.inputs && !share.outputs) continue;
     result.shares.push_back(share);
@@ -89,8 +108,10 @@ CounterRange RangeOf(const LogicalExpectation& expectation, wire::Command comman
   for (const LogicalShare& share : expectation.shares) {
     const std::uint16_t worth = WorthOf(share, command);
     range.most = static_cast<std::uint16_t>(range.most + worth);
-    if (slaves[share.slave].al.SettledIn(esc::AlState::OP))
-      range.least = static_cast<std::uint16_t>(range.least + worth);
+    if (!slaves[share.slave].al.SettledIn(esc::AlState::OP)) continue;
+    LogicalShare certain = share;
+    certain.inputs = share.inputs && !share.mailbox_only;
+    range.least = static_cast<std::uint16_t>(range.least + WorthOf(certain, command));
   }
   return range;
 }

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <vector>
 
 #include "decoder/track/network.h"
@@ -18,6 +19,10 @@ struct LogicalShare {
   SlaveId slave = kNoSlave;
   bool inputs = false;   ///< an active read FMMU overlaps: +1
   bool outputs = false;  ///< an active write FMMU overlaps: +2
+  /// All that is read is a mailbox, which counts only while a message lies in it.
+  bool mailbox_only = false;
+  /// Numbers of the sync managers behind it, where they are known.
+  std::optional<std::uint8_t> input_manager, output_manager;
   /// Bytes of the datagram that the slave's process data fill (whole bytes only; 0: none). A slave that takes part
   /// writes its inputs over what the master sent there.
   std::uint16_t input_offset = 0;

@@ -22,6 +22,9 @@ struct ErrorReply {
   return {LittleEndian<std::uint16_t>(payload, 0), LittleEndian<std::uint16_t>(payload, 2), payload.size() < 4};
 }
 
+/// Detail of a slave that does not know the protocol of a message.
+inline constexpr std::uint16_t kUnsupportedProtocol = 2;
+
 /// "the mailbox protocol is not supported" for detail 2; "" for a detail without a meaning.
 [[nodiscard]] constexpr std::string_view MailboxErrorText(std::uint16_t detail) {
   constexpr std::string_view kTexts[] = {"",

@@ -116,6 +116,7 @@ void MailboxProtocols::OnCoeRequest(const MailboxMessage& message) {
 }
 
 void MailboxProtocols::OnAnswer(const MailboxMessage& message) {
+  pending_.Heard(message.header.protocol);
   switch (message.header.protocol) {
     case Protocol::kError:
       OnErrorReply(message);
@@ -203,7 +204,7 @@ void MailboxProtocols::OnVoe(const MailboxMessage& message) {
 void MailboxProtocols::OnErrorReply(const MailboxMessage& message) {
   ++counters_.error_replies;
   const mailbox::ErrorReply reply = mailbox::ParseErrorReply(message.payload);
-  const PendingRequests::ErrorAnswer answered = pending_.OnErrorReply(message.header.counter);
+  const PendingRequests::ErrorAnswer answered = pending_.OnErrorReply(message.header.counter, reply.detail);
   mailbox::MailboxErrorReply event;
   event.slave = slave_;
   event.frame = message.frame();

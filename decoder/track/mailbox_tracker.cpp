@@ -83,11 +83,17 @@ void MailboxTracker::OnWrite(const SlaveAccess& access) {
   Assemble(out_, Direction::kOut, access, access.written);
 }
 
+/// Where a message was recognised, the next one need not look like one: a header that fits is enough.
+bool MailboxTracker::IsMessage(const MailboxBox& box, Direction direction, ByteSpan bytes) {
+  if (box.inferred_start == 0) return mailbox::LooksLikeMessage(bytes, direction);
+  return mailbox::ParseMessage(bytes, 0, direction).problem == mailbox::Problem::kNone;
+}
+
 /// No configuration says where the mailbox is, or it is off.
 void MailboxTracker::OnUnconfiguredWrite(const SlaveAccess& access) {
   if (out_.use == MailboxUse::kNone || access.address < kFirstRam || wire::IsLogical(access.command)) return;
   if (out_.inferred_start != 0 && access.address != out_.inferred_start) return;
-  if (!mailbox::LooksLikeMessage(access.written, Direction::kOut)) return;
+  if (!IsMessage(out_, Direction::kOut, access.written)) return;
   if (out_.use == MailboxUse::kOff && out_.length != 0 && access.address != out_.start) return;
   out_.inferred_start = out_.use == MailboxUse::kUnknown ? access.address : EscAddress{0};
   if (access.acceptance == Acceptance::kRefused) {
@@ -134,7 +140,7 @@ void MailboxTracker::OnUnconfiguredRead(const SlaveAccess& access) {
   } else if (access.acceptance == Acceptance::kUnknown && in_.inferred_start != 0) {
     OnLostRead(access);
   }
-  if (access.read.empty() || !mailbox::LooksLikeMessage(access.read, Direction::kIn)) return;
+  if (access.read.empty() || !IsMessage(in_, Direction::kIn, access.read)) return;
   in_.inferred_start = access.address;
   in_.Begin(access.frame(), access.acceptance);
   Deliver(in_, Direction::kIn, access.read, access);

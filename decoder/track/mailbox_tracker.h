@@ -67,6 +67,7 @@ class MailboxTracker {
   void OnRegisters(const SlaveAccess& access);
   void OnEmptyRead(const FrameRef& frame);
   void OnLostRead(const SlaveAccess& access);
+  [[nodiscard]] static bool IsMessage(const MailboxBox& box, mailbox::Direction direction, ByteSpan bytes);
   void OnUnconfiguredWrite(const SlaveAccess& access);
   void OnUnconfiguredRead(const SlaveAccess& access);
   void OnRefusedWrite(const SlaveAccess& access, ByteSpan bytes);

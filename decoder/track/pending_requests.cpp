@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "decoder/mailbox/eoe.h"
+#include "decoder/mailbox/error_reply.h"
 #include "decoder/mailbox/foe.h"
 #include "decoder/mailbox/sdo.h"
 
@@ -115,23 +116,38 @@ std::uint8_t PendingRequests::LatestCounter() const {
   return latest != nullptr ? latest->request.counter : last_.counter;
 }
 
-PendingRequests::ErrorAnswer PendingRequests::OnErrorReply(std::uint8_t counter) {
-  // Slaves number their answers themselves or repeat the number of the request; the latter settles it.
-  const Request* answered = nullptr;
-  for (const Request& r : requests_) {
-    if (!r.active || r.request.counter == 0 || r.request.counter != counter) continue;
-    if (answered == nullptr || r.request.frame.number > answered->request.frame.number) answered = &r;
-  }
-  if (answered == nullptr) answered = Latest();
+void PendingRequests::Answered(MailboxChannel channel) {
+  Request& r = Of(channel);
+  if (r.active && r.request.frame.number == last_.frame.number) last_answerable_ = false;
+  r.active = false;
+}
+
+PendingRequests::ErrorAnswer PendingRequests::OnErrorReply(std::uint8_t counter, std::uint16_t detail) {
+  // Slaves number their answers themselves or repeat the number of the request; the latter settles it. Else the latest
+  // one is answered, be it one that waits or another message.
   ErrorAnswer answer;
-  if (answered != nullptr) {
-    answer.request = answered->request;
-    answer.channel = static_cast<MailboxChannel>(answered - requests_.data());
-  } else if (last_answerable_) {
-    answer.request = last_;
+  bool settled = false;
+  const auto consider = [&](const RequestSummary& request, MailboxChannel channel) {
+    const bool spoken = (heard_ >> static_cast<unsigned>(request.protocol) & 1U) != 0;
+    if (detail == mailbox::kUnsupportedProtocol && spoken) return;
+    const bool echoed = request.counter != 0 && request.counter == counter;
+    if (settled && !echoed) return;
+    const bool later = request.frame.number > answer.request.frame.number;
+    if (echoed == settled && !later) return;
+    answer = {request, channel};
+    settled = echoed;
+  };
+  if (last_answerable_) consider(last_, MailboxChannel::kCount);
+  for (const Request& r : requests_) {
+    if (!r.active) continue;
+    if (answer.request.frame.seen() && r.request.frame.number == answer.request.frame.number) {
+      answer.channel = static_cast<MailboxChannel>(&r - requests_.data());  // the last message is what waits
+    } else {
+      consider(r.request, static_cast<MailboxChannel>(&r - requests_.data()));
+    }
   }
   last_answerable_ = false;
-  if (answered != nullptr) Answered(answer.channel);
+  if (answer.channel != MailboxChannel::kCount) Answered(answer.channel);
   return answer;
 }
 

@@ -34,7 +34,9 @@ class PendingRequests {
   /// The master wrote something that an error reply may answer.
   void Wrote(const mailbox::MailboxMessage& message);
   void Await(MailboxChannel channel, const mailbox::MailboxMessage& message);
-  void Answered(MailboxChannel channel) { Of(channel).active = false; }
+  void Answered(MailboxChannel channel);
+  /// The slave sent a message of this protocol: it has it.
+  void Heard(mailbox::Protocol protocol) { heard_ |= 1U << static_cast<unsigned>(protocol); }
   /// Frame of the request that waits, not seen() when none does.
   [[nodiscard]] FrameRef Waiting(MailboxChannel channel) const {
     const Request& r = requests_[static_cast<std::size_t>(channel)];
@@ -51,7 +53,8 @@ class PendingRequests {
     MailboxChannel channel = MailboxChannel::kCount;  ///< of the request that waited; kCount: none did
   };
   /// The request waits no longer.
-  [[nodiscard]] ErrorAnswer OnErrorReply(std::uint8_t counter);
+  /// @param detail  of the error reply: that a protocol is not supported is never said of one that the slave speaks
+  [[nodiscard]] ErrorAnswer OnErrorReply(std::uint8_t counter, std::uint16_t detail);
 
   /// The master looked for an answer and the mailbox was empty.
   void Poll(const FrameRef& frame);
@@ -78,6 +81,7 @@ class PendingRequests {
   std::array<Request, static_cast<std::size_t>(MailboxChannel::kCount)> requests_;
   mailbox::RequestSummary last_;
   bool last_answerable_ = false;  // an error reply may still answer it
+  unsigned heard_ = 0;            // protocols that the slave speaks, a bit each
   bool out_full_ = false;         // last look at the status of the out mailbox
   FrameNo out_full_since_ = 0;    // frame of that look; 0: never looked
 };

@@ -43,7 +43,7 @@ samples/captures/wkc-link-break.pcapng
 
 ## What to do
 If slaves are named, look at their AL status and power. If the number of slaves changed, the cable behind the last one
-that answers is broken. A share of 2 missing from one slave means its outputs were not taken: its sync manager 2 is off.
+that answers is broken. A share of 2 missing from one slave means its outputs were not taken: their sync manager is off.
 )"};
 
 class WkcMismatch final : public Rule {
@@ -307,6 +307,10 @@ class WkcMismatch final : public Rule {
     return length > 0 && (address < 0x000A || address == 0x0010 || address == 0x0110 || address == 0x0130);
   }
 
+  static std::string ManagerText(std::optional<std::uint8_t> number, std::string_view otherwise) {
+    return (number ? "sync manager " + std::to_string(*number) : std::string(otherwise)) + ".";
+  }
+
   [[nodiscard]] std::string Shares(const model::LogicalExpectation& expected, wire::Command command) const {
     std::string out;
     std::size_t n = 0;
@@ -343,9 +347,11 @@ class WkcMismatch final : public Rule {
       for (const model::LogicalShare& share : expected.shares) {
         if (share.slave != one || model::WorthOf(share, e.command) == missing) continue;
         return missing == 2 ? "Missing are the outputs of " + context().Label(one) +
-                                  ": it does not take them. Look at its AL status and sync manager 2."
+                                  ": it does not take them. Look at its AL status and " +
+                                  ManagerText(share.output_manager, "the sync manager of its outputs")
                             : "Missing are the inputs of " + context().Label(one) +
-                                  ": it does not give them. Look at its AL status and sync manager 3.";
+                                  ": it does not give them. Look at its AL status and " +
+                                  ManagerText(share.input_manager, "the sync manager of its inputs");
       }
       return "What is missing is the share of " + context().Label(one) + ": look at its AL status, power and cable.";
     }

@@ -33,7 +33,7 @@ where the slave says that it is busy or out of memory (7, 9) and a segmented tra
 caused_by names sdo-incomplete.
 
 ## Example
-samples/captures/foe-unsupported.pcapng: a FoE request to a drive without FoE, answered with detail 2.
+samples/captures/foe-unsupported.pcapng: an FoE request to a drive without FoE, answered with detail 2.
 
 ## What to do
 Look at the detail and at the request it answers. For 7 and 9 finish or abort the transfer before.

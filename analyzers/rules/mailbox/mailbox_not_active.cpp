@@ -75,7 +75,7 @@ class MailboxNotActive final : public Rule {
     finding.first = frame;
     finding.confidence = assumed || window_inferred ? Confidence::kInferred : Confidence::kObserved;
     finding.title = init ? "Mailbox written while the slave is in INIT" : "Mailbox written while it is switched off";
-    finding.message = "The master writes a " + Name(header.protocol) + " message in frame " +
+    finding.message = "The master writes " + WithArticle(header.protocol) + " message in frame " +
                       std::to_string(frame.number) +
                       (init ? " although the slave is in INIT, where no mailbox is served"
                             : " although sync manager 0 is switched off, so that the slave cannot hear it") +

@@ -37,7 +37,7 @@ counts: rejected by a mailbox error or not answered is a warning, and caused_by 
 an info only: the slave offers more than its documents say.
 
 ## Example
-samples/captures/foe-unsupported.pcapng: a FoE request to a drive whose EEPROM lists CoE only.
+samples/captures/foe-unsupported.pcapng: an FoE request to a drive whose EEPROM lists CoE only.
 
 ## What to do
 Switch the protocol off in the master's configuration of this slave (TwinCAT asks for EoE settings where EoE is ticked),
@@ -124,8 +124,8 @@ class MailboxUnsupportedProtocol final : public Rule {
     finding.slave = slave;
     finding.first = request;
     finding.title = Name(protocol) + " is not supported by this slave";
-    finding.message = "The master sends a " + Name(protocol) + " request in frame " + std::to_string(request.number) +
-                      ", but " + why.text + ".";
+    finding.message = "The master sends " + WithArticle(protocol) + " request in frame " +
+                      std::to_string(request.number) + ", but " + why.text + ".";
     finding.reference = why.reference;
     finding.evidence.push_back(Text("protocol", Name(protocol)));
     finding.evidence.push_back(Text("because", why.text));

@@ -32,9 +32,9 @@ The drive checks the master's cycle in SAFEOP. A master that requests OP at once
 follow, never gets the drive into operation.
 
 ## How it is decided
-Only for families whose list of codes for SAFEOP to OP holds 0x001A (Pilz). The refusal with 0x001A is the drive's
-own word. Staying in SAFEOP without an answer is reported as inferred: the drive waits for synchronisation for a time
-that the manual does not state.
+Only for families whose manual lists 0x001A for SAFEOP to OP (Pilz): a slave that is judged by the standard may refuse
+with it, but needs no clock to reach OP. The refusal with 0x001A is the drive's own word. Staying in SAFEOP without an
+answer is reported as inferred: the drive waits for synchronisation for a time that the manual does not state.
 
 ## Example
 tests/rules/sync-op-before-sync/violates.trace
@@ -98,9 +98,11 @@ class SyncOpBeforeSync final : public Rule {
     return open_[slave];
   }
 
+  /// The standard's list holds what any slave may refuse with; only a manual makes it a condition.
   [[nodiscard]] bool NeedsSync(SlaveId, const model::AlRequestRecord& request) const {
     if (request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP) || request.transition == nullptr)
       return false;
+    if (request.transition->basis != device::Basis::kPrinted) return false;
     const auto& codes = request.transition->refusal_codes;
     return request.verdict == model::AlVerdict::kLegal &&
            std::find(codes.begin(), codes.end(), kSyncError) != codes.end();
