@@ -9,6 +9,7 @@
 
 #include "analyzers/judge/catalogue.h"
 #include "analyzers/judge/drive_knowledge.h"
+#include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/sync_text.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/options/options.h"
@@ -19,6 +20,9 @@ namespace ecaudit {
 namespace {
 
 constexpr std::string_view kNoFrames = "no EtherCAT frame is in the capture";
+constexpr std::string_view kMissingUnseen =
+    "the capture misses packets (returned frames have no outbound copy, or indices skip): what these would have shown "
+    "is not known";
 constexpr std::string_view kNoSlaves = "no slave is known: no frame that returned shows one";
 
 /// What the rules of a chapter are about, where they do not say it themselves.
@@ -205,14 +209,26 @@ class Judge {
     const bool whole = subject == Subject::kCapture || subject == Subject::kBus;
     if (whole || result_.slaves.empty()) {
       out.slaves.push_back(OfBus(rule, subject));
+      TellMissing(rule, subject, out.slaves.back());
       return out;
     }
     out.slaves.reserve(result_.slaves.size());
-    for (const SlaveSummary& slave : result_.slaves) out.slaves.push_back(OfSlave(rule, subject, slave));
+    for (const SlaveSummary& slave : result_.slaves) {
+      out.slaves.push_back(OfSlave(rule, subject, slave));
+      TellMissing(rule, subject, out.slaves.back());
+    }
     return out;
   }
 
  private:
+  /// What the packets held that the capture misses, no rule has seen. Those about the file saw that they are missing.
+  void TellMissing(const RuleInfo& rule, Subject subject, SlaveCoverage& out) {
+    if (subject == Subject::kCapture || !MissesAny(context_.pairing())) return;
+    if (out.coverage != Coverage::kJudged) return;
+    out.coverage = Coverage::kPartly;
+    context_.store.AddNotEvaluable(rule, out.slave, std::string(kMissingUnseen), context_.pairing().first_hole.number);
+  }
+
   [[nodiscard]] bool Excluded(const RuleInfo& rule, Subject subject, SlaveCoverage& out) const {
     if (context_.store.IsOff(rule)) out.why = NotApplicable::kSwitchedOff;
     if (subject == Subject::kExpectation && context_.options().expectation == nullptr) {
