@@ -200,7 +200,10 @@ class Judge {
           said.of_all = said.of_all || first_frame == 0;
           if (first_frame != 0) said.occasions += occasions;
         });
-    for (const Finding& finding : context.store.findings()) said_[{finding.rule, finding.slave}].found = true;
+    for (const Finding& finding : context.store.findings()) {
+      said_[{finding.rule, finding.slave}].found = true;
+      two_masters_ = two_masters_ || finding.rule == "bus-second-master";
+    }
   }
 
   RuleCoverage Of(const RuleInfo& rule) {
@@ -224,7 +227,7 @@ class Judge {
   /// What the packets held that the capture misses, no rule has seen. Those about the file saw that they are missing.
   void TellMissing(const RuleInfo& rule, Subject subject, SlaveCoverage& out) {
     if (subject == Subject::kCapture || !MissesAny(context_.pairing())) return;
-    if (out.coverage != Coverage::kJudged) return;
+    if (out.coverage != Coverage::kJudged || two_masters_) return;
     out.coverage = Coverage::kPartly;
     context_.store.AddNotEvaluable(rule, out.slave, std::string(kMissingUnseen), context_.pairing().first_hole.number);
   }
@@ -304,6 +307,7 @@ class Judge {
   RuleContext& context_;
   const AnalysisResult& result_;
   std::map<std::pair<std::string_view, SlaveId>, Said> said_;
+  bool two_masters_ = false;  ///< who appears late looks like another recording, and nothing is missing
 };
 
 }  // namespace
