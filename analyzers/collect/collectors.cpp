@@ -2,6 +2,7 @@
 
 #include "analyzers/collect/al_history.h"
 #include "analyzers/collect/drive_history.h"
+#include "analyzers/collect/fault_words.h"
 #include "analyzers/collect/frame_layout.h"
 #include "analyzers/collect/mailbox_summary.h"
 #include "analyzers/collect/prediction_statistics.h"
@@ -25,6 +26,7 @@ std::vector<std::unique_ptr<Collector>> MakeCollectors(Observation& observation,
   collectors.push_back(std::make_unique<RunHistory>(observation.sync(), observation.pipeline(), bus));
   collectors.push_back(std::make_unique<Topology>(bus));
   collectors.push_back(std::make_unique<FrameLayout>(bus));
+  collectors.push_back(std::make_unique<FaultWords>(bus));
   if (drawn != nullptr) {
     collectors.push_back(std::make_unique<timeline::TimelineCollector>(model, *observation.sync(), bus, *drawn));
   }

@@ -104,6 +104,12 @@ bool LeadsTo(const std::vector<Finding>& findings, FindingIndex from, FindingInd
 
 }  // namespace
 
+std::vector<std::pair<std::string_view, std::string_view>> CommonCauses() {
+  std::vector<std::pair<std::string_view, std::string_view>> laws;
+  for (const Law& law : kLaws) laws.emplace_back(law.effect, law.cause);
+  return laws;
+}
+
 void JoinConsequences(RuleContext& context) {
   std::vector<Finding>& findings = context.store.findings();
   for (const Law& law : kLaws) {

@@ -9,6 +9,7 @@
 
 #include "analyzers/judge/catalogue.h"
 #include "analyzers/judge/drive_knowledge.h"
+#include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/sync_text.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/options/options.h"
@@ -19,6 +20,9 @@ namespace ecaudit {
 namespace {
 
 constexpr std::string_view kNoFrames = "no EtherCAT frame is in the capture";
+constexpr std::string_view kMissingUnseen =
+    "the capture misses packets (returned frames have no outbound copy, or indices skip): what these would have shown "
+    "is not known";
 constexpr std::string_view kNoSlaves = "no slave is known: no frame that returned shows one";
 
 /// What the rules of a chapter are about, where they do not say it themselves.
@@ -196,7 +200,10 @@ class Judge {
           said.of_all = said.of_all || first_frame == 0;
           if (first_frame != 0) said.occasions += occasions;
         });
-    for (const Finding& finding : context.store.findings()) said_[{finding.rule, finding.slave}].found = true;
+    for (const Finding& finding : context.store.findings()) {
+      said_[{finding.rule, finding.slave}].found = true;
+      two_masters_ = two_masters_ || finding.rule == "bus-second-master";
+    }
   }
 
   RuleCoverage Of(const RuleInfo& rule) {
@@ -205,14 +212,26 @@ class Judge {
     const bool whole = subject == Subject::kCapture || subject == Subject::kBus;
     if (whole || result_.slaves.empty()) {
       out.slaves.push_back(OfBus(rule, subject));
+      TellMissing(rule, subject, out.slaves.back());
       return out;
     }
     out.slaves.reserve(result_.slaves.size());
-    for (const SlaveSummary& slave : result_.slaves) out.slaves.push_back(OfSlave(rule, subject, slave));
+    for (const SlaveSummary& slave : result_.slaves) {
+      out.slaves.push_back(OfSlave(rule, subject, slave));
+      TellMissing(rule, subject, out.slaves.back());
+    }
     return out;
   }
 
  private:
+  /// What the packets held that the capture misses, no rule has seen. Those about the file saw that they are missing.
+  void TellMissing(const RuleInfo& rule, Subject subject, SlaveCoverage& out) {
+    if (subject == Subject::kCapture || !MissesAny(context_.pairing())) return;
+    if (out.coverage != Coverage::kJudged || two_masters_) return;
+    out.coverage = Coverage::kPartly;
+    context_.store.AddNotEvaluable(rule, out.slave, std::string(kMissingUnseen), context_.pairing().first_hole.number);
+  }
+
   [[nodiscard]] bool Excluded(const RuleInfo& rule, Subject subject, SlaveCoverage& out) const {
     if (context_.store.IsOff(rule)) out.why = NotApplicable::kSwitchedOff;
     if (subject == Subject::kExpectation && context_.options().expectation == nullptr) {
@@ -288,6 +307,7 @@ class Judge {
   RuleContext& context_;
   const AnalysisResult& result_;
   std::map<std::pair<std::string_view, SlaveId>, Said> said_;
+  bool two_masters_ = false;  ///< who appears late looks like another recording, and nothing is missing
 };
 
 }  // namespace

@@ -90,7 +90,6 @@ AlRequestRecord AlMachine::Judge(const track::AlRequest& request) const {
 }
 
 void AlMachine::AddPending(esc::AlWord control, const FrameRef& sent) {
-  if (!esc::IsAlState(control.state())) return;
   if (pending_.size() == kMaxPending) pending_.erase(pending_.begin());
   pending_.push_back({control, sent});
 }
@@ -133,8 +132,9 @@ StateSet AlMachine::PossibleBefore(FrameNo request) const {
   StateSet possible = possible_;
   if (possible.empty()) return possible;
   for (const Pending& p : pending_) {
-    if (p.sent.number >= request) continue;
     const std::uint8_t target = p.control.state();
+    // What is no state leads nowhere, and explains an error only.
+    if (p.sent.number >= request || !esc::IsAlState(target)) continue;
     for (const std::uint8_t from : kStates) {
       if (possible.contains(from)) possible.Add(StatesBetween(from, target));
     }
@@ -221,6 +221,7 @@ bool AlMachine::Explains(std::uint8_t state) const {
   };
   for (const Pending& p : pending_) {
     const std::uint8_t target = p.control.state();
+    if (!esc::IsAlState(target)) continue;
     if (target == state || StatesBetween(read_state_, target).contains(state)) return true;
   }
   if (open_ && leads_to(*open_)) return true;
@@ -241,6 +242,8 @@ void AlMachine::LearnEmulation(const track::AlStatusRead& read) {
 bool AlMachine::IsEcho(const track::AlStatusRead& read) const {
   if (emulation_) {
     if (!*emulation_) return false;
+    // Its status is AL Control, copied: some request had the bit, be it one that the capture misses.
+    if (read.status_code.value_or(0) == 0) return true;
   } else if (own_status_) {
     return false;
   }
@@ -306,6 +309,7 @@ bool AlMachine::IsQuiet(std::uint8_t state) const {
 void AlMachine::MayBeIn(std::uint8_t state) {
   possible_ = StateSet::Of(state);
   for (const Pending& p : pending_) {
+    if (!esc::IsAlState(p.control.state())) continue;
     possible_.Add(p.control.state());
     possible_.Add(StatesBetween(state, p.control.state()));
   }

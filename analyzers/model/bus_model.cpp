@@ -96,7 +96,15 @@ void BusModel::On(const track::AlRequest& event) {
   slaves_[event.slave].Stir();
   slaves_[event.slave].mailbox.Forget();
   if (!HasProcessData(event.control.state())) slaves_[event.slave].ForgetLatches();
-  slaves_[event.slave].al.OnRequest(event);
+  AlMachine& al = slaves_[event.slave].al;
+  al.OnRequest(event);
+  // Who is met after a broadcast request was in the state that a broadcast read showed of all since then.
+  const auto& told = al_.told();
+  const std::uint16_t* count = network_.slave_count().if_known();
+  if (event.broadcast && al.status_reads() == 0 && told && told->last.number >= event.frame().number &&
+      count != nullptr && *count == told->slaves && esc::IsAlState(static_cast<std::uint8_t>(told->status.raw))) {
+    al.OnStatus({event.slave, told->last, told->status, std::nullopt, std::nullopt, true});
+  }
   if (!event.broadcast) al_.OnRequest(event.control, event.acceptance, event.frame());
 }
 void BusModel::On(const track::AlRequestOfAll& event) {

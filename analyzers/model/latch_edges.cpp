@@ -282,8 +282,13 @@ void LatchEdges::JudgeUnreachable(std::size_t n, const LatchStatus& status) {
   LearnMapping(n);
   if (edge.history.mapping == LatchEdgeHistory::Mapping::kUnknown) {
     report_.NotJudged(Kind::kNotMapped, armed, "what the inputs hold is not known");
-  } else if (edge.history.mapping == LatchEdgeHistory::Mapping::kNotMapped &&
-             inputs.Find(latch_->status_object, 0) == nullptr) {
+    return;
+  }
+  // Of an edge whose object the manual does not name: none of those that could be it.
+  const bool none = std::none_of(inputs.signals.begin(), inputs.signals.end(),
+                                 [this](const Signal& signal) { return LatchPlaces::IsStray(*latch_, signal.index); });
+  const bool mapped = edge.history.mapping == LatchEdgeHistory::Mapping::kMapped;
+  if (!mapped && none && inputs.Find(latch_->status_object, 0) == nullptr) {
     LatchMisuse misuse = report_.Misuse(
         Kind::kNotMapped, {control_.value, armed, 0, 0, !control_.cyclic, edge.history.first_armed.assumed});
     misuse.edge = &latch_->edges[n];

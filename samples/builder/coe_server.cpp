@@ -9,6 +9,7 @@ namespace {
 constexpr std::size_t kCoeHeader = 2;
 constexpr std::uint8_t kTypeError = 0;
 constexpr std::uint8_t kTypeCoe = 3;
+constexpr std::uint8_t kTypeFoe = 4;
 constexpr std::uint16_t kErrorUnsupportedProtocol = 2;
 constexpr std::uint16_t kErrorInvalidHeader = 5;
 constexpr std::uint16_t kErrorServiceNotSupported = 4;
@@ -28,6 +29,13 @@ Bytes SdoReply(std::uint8_t command, std::uint16_t index, std::uint8_t subindex)
 Bytes ErrorReply(std::uint16_t detail) {
   Bytes out = LeBytes(std::uint16_t{1});
   AppendLe(out, detail);
+  return out;
+}
+
+Bytes FoeError(std::uint32_t code) {
+  constexpr std::uint16_t kError = 5;
+  Bytes out = LeBytes(kError);
+  AppendLe(out, code);
   return out;
 }
 
@@ -89,6 +97,9 @@ void CoeServer::Run(TimeNs now, Esc& esc, ObjectDictionary& objects) {
     } else if (length == 0 || length > request.size() - kMailboxHeader) {
       answer.type = kTypeError;
       answer.service = ErrorReply(kErrorInvalidHeader);
+    } else if (type == kTypeFoe && behaviour_.foe_error) {
+      answer.type = kTypeFoe;
+      answer.service = FoeError(*behaviour_.foe_error);
     } else if (type != kTypeCoe) {
       answer.type = kTypeError;
       answer.service = ErrorReply(kErrorUnsupportedProtocol);

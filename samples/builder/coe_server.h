@@ -33,9 +33,10 @@ inline constexpr std::uint32_t kAbortState = 0x08000022;
 struct CoeBehaviour {
   TimeNs response_time = 800'000;
   bool complete_access = false;
-  bool answers = true;             ///< false: requests are read and never answered
-  bool reads_requests = true;      ///< false: the mailbox stays full
-  std::uint8_t abort_service = 2;  ///< CoE service of aborts: 2 or 3, both exist
+  bool answers = true;                       ///< false: requests are read and never answered
+  bool reads_requests = true;                ///< false: the mailbox stays full
+  std::optional<std::uint32_t> foe_error{};  ///< answers what comes by FoE with this error; else it knows no FoE
+  std::uint8_t abort_service = 2;            ///< CoE service of aborts: 2 or 3, both exist
 };
 
 class CoeServer {

@@ -94,6 +94,8 @@ void DriveModel::RunLatches(TimeNs now, bool active, ObjectDictionary& objects) 
       valid_ = static_cast<std::uint16_t>(valid_ & ~(1U << i));
     }
   }
+  if (drops_latched_) valid_ = 0;
+  drops_latched_ = false;
   for (const Edge& edge : edges_) {
     const auto bit = static_cast<std::uint16_t>(1U << edge.latch);
     // Only the first edge after the enable bit rose counts.

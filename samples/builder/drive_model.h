@@ -34,6 +34,8 @@ class DriveModel {
   void FaultAt(TimeNs at) { fault_at_ = at; }
   /// An edge at a latch input: latch 0-3 = 1 rising, 1 falling, 2 rising, 2 falling.
   void LatchEdgeAt(TimeNs at, int latch, std::int32_t position) { edges_.push_back({at, latch, position}); }
+  /// What latches have captured is gone with the next pass, although they are still armed.
+  void DropLatched() { drops_latched_ = true; }
   /// True: the acknowledge of the latch status word does not follow the selector.
   void set_latch_acknowledge_stuck(bool stuck) { acknowledge_stuck_ = stuck; }
   /// The state bits that the status word shows instead of those of its state, until it is told otherwise.
@@ -61,6 +63,7 @@ class DriveModel {
   std::array<bool, 4> armed_{};
   std::uint16_t valid_ = 0;
   bool acknowledge_stuck_ = false;
+  bool drops_latched_ = false;
 };
 
 }  // namespace ecaudit::samples

@@ -20,7 +20,8 @@ PacketId Recorder::Frame(const EtherCatFrame& frame, TimeNs time, bool returned)
 }
 
 PacketId Recorder::Raw(Bytes bytes, TimeNs time, bool returned) {
-  packets_.push_back({.bytes = std::move(bytes), .time = time, .returned = returned, .hidden = paused_});
+  packets_.push_back(
+      {.bytes = std::move(bytes), .time = time, .clock_ahead = clock_ahead, .returned = returned, .hidden = paused_});
   return packets_.size() - 1;
 }
 
@@ -32,6 +33,10 @@ std::vector<PacketId> Recorder::Order() const {
   std::erase_if(order, [&](PacketId id) {
     return packets_[id].hidden || (packets_[id].returned ? !style.returned : !style.outbound);
   });
+  if (style.drops_every != 0) {
+    std::size_t count = 0;
+    std::erase_if(order, [&](PacketId) { return ++count % style.drops_every == 0; });
+  }
   return order;
 }
 
@@ -56,10 +61,10 @@ WrittenCapture Recorder::Written() const {
   TimeNs last_outbound = 0;
   for (const PacketId id : Order()) {
     const Recorded& from = packets_[id];
-    WrittenPacket packet{.bytes = from.bytes, .time = from.time, .comment = from.comment};
-    if (!from.returned) last_outbound = from.time;
+    WrittenPacket packet{.bytes = from.bytes, .time = from.time + from.clock_ahead, .comment = from.comment};
+    if (!from.returned) last_outbound = packet.time;
     if (style.coarse_step) {
-      const TimeNs stamp = from.returned ? last_outbound : from.time;
+      const TimeNs stamp = from.returned ? last_outbound : packet.time;
       packet.time = stamp / *style.coarse_step * *style.coarse_step;
     }
     if (style.snap_length != 0 && packet.bytes.size() > style.snap_length) {

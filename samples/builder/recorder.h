@@ -27,6 +27,7 @@ struct CaptureStyle {
   std::optional<TimeNs> coarse_step{};  ///< stamps rounded down to this; both copies of a frame carry the same one
   std::uint32_t snap_length = 0;
   std::size_t cut_file_by = 0;  ///< bytes missing at the end of the file
+  std::size_t drops_every = 0;  ///< the recorder leaves out every so many-th packet; 0: none
   bool two_interfaces = false;  ///< a tap: outbound on interface 0, returned on interface 1
   std::string comment{};
 };
@@ -35,6 +36,7 @@ class Recorder {
  public:
   CaptureStyle style{};
   Encapsulation around{};  ///< of frames encoded from now on
+  TimeNs clock_ahead = 0;  ///< of packets recorded from now on: their stamps are so much later
 
   PacketId Frame(const EtherCatFrame& frame, TimeNs time, bool returned);
   /// The returned copy with the stamp of the outbound one, where the style asks for it.
@@ -62,6 +64,7 @@ class Recorder {
   struct Recorded {
     Bytes bytes{};
     TimeNs time = 0;
+    TimeNs clock_ahead = 0;
     bool returned = false;
     bool hidden = false;
     std::string comment{};

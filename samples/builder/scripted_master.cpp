@@ -220,7 +220,7 @@ void ScriptedMaster::RunCycle() {
   if (const auto found = changes_.find(cycle_number_); found != changes_.end()) change = found->second;
   ++cycle_number_;
   ++cycles_since_start_;
-  if (change.skip) return;
+  if (change.skip && !change.frame) return;
 
   std::vector<Datagrams> frames;
   if (way_.grouping.own_frames) {
@@ -233,14 +233,18 @@ void ScriptedMaster::RunCycle() {
     with_time.insert(way_.time.in_front ? with_time.begin() : with_time.end(), TimeDatagram());
   }
   if (task_.reads_al_status) frames.back().push_back(Make(Cmd::BRD, 0, reg::kAlStatus, Bytes(2, 0)));
-  if (change.lose) ++lose_next_;
-  if (change.twice) double_next_ = true;
-  if (change.circulating) circulate_next_ = true;
+  const std::size_t changed = change.frame.value_or(0);
   last_cyclic_wkc_ = 0;
   // The frames leave behind each other; none waits for the one before to come back.
   TimeNs leaves = now_;
   TimeNs back_at = now_;
   for (Datagrams& frame : frames) {
+    if (&frame == &frames[std::min(changed, frames.size() - 1)]) {
+      if (change.skip) continue;
+      if (change.lose) ++lose_next_;
+      if (change.twice) double_next_ = true;
+      if (change.circulating) circulate_next_ = true;
+    }
     NumberDatagrams(frame, true);
     now_ = leaves;
     FrameIds ids;

@@ -58,6 +58,8 @@ struct CycleChange {
   bool lose = false;         ///< the returned copy never comes
   bool twice = false;        ///< it comes twice
   bool circulating = false;  ///< it comes with the circulating bit set
+  std::optional<std::size_t>
+      frame{};  ///< of a cycle of several frames only this one; else all are skipped, or the first lost
 };
 
 struct CyclicTask {

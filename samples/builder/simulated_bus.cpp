@@ -47,6 +47,7 @@ SimulatedBus::Result SimulatedBus::Pass(EtherCatFrame frame, TimeNs sent) {
   const TimeNs last = first + hops * kHopForward;
   Advance(first);
   for (std::size_t i = 0; i < reachable_; ++i) {
+    if (unplugged_ == i) continue;
     const auto behind = static_cast<TimeNs>(i);
     Passage passage{.arrival = first + behind * kHopForward, .back = last + (hops - behind) * kHopBack};
     slaves_[i]->Advance(passage.arrival);

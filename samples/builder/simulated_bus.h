@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "decoder/base/ids.h"
@@ -40,6 +41,8 @@ class SimulatedBus {
   /// Only the first `count` slaves can be reached from now on; the port behind them loses its link.
   void BreakBehind(std::size_t count);
   void Heal();
+  /// A slave on a branch of its own can be reached no more, those behind it still can.
+  void Unplug(std::size_t position) { unplugged_ = position; }
 
   struct Result {
     EtherCatFrame frame;
@@ -56,6 +59,7 @@ class SimulatedBus {
   TimeNs power_on_;
   std::vector<std::unique_ptr<SimulatedSlave>> slaves_;
   std::size_t reachable_ = 0;
+  std::optional<std::size_t> unplugged_;
   Jitter jitter_{0x5EED};
 };
 

@@ -28,6 +28,7 @@ struct Verdict {
   /// How often each rule fired, for each slave and severity.
   std::map<std::tuple<std::string, int, int>, std::uint64_t> findings;
   std::set<std::string> not_evaluable;
+  bool rests_on_numbers = false;  ///< nothing else tells what it shows
 };
 
 /// Frames that were lost or came twice are as many as there are frames.
@@ -41,6 +42,9 @@ Verdict VerdictOn(std::vector<test::Packet> packets, const capture::CaptureInfo&
   EXPECT_TRUE(result.capture.frames.Balances());
   Verdict verdict;
   for (const Finding& f : result.findings) {
+    // Numbers that go on where another recording begins make one recording of the two, whose clock was set; and where
+    // nothing comes back only the same number once more is a repetition.
+    if (f.rule == "capture-spliced" || f.rule == "bus-no-answer") verdict.rests_on_numbers = true;
     if (f.rule.starts_with("capture-")) continue;  // about the file
     const int slave = f.slave == kNoSlave ? -1 : static_cast<int>(result.slave(f.slave)->position);
     std::uint64_t& count = verdict.findings[{std::string(f.rule), slave, static_cast<int>(f.severity)}];
@@ -94,6 +98,7 @@ void CheckLaws(const WireCapture& capture) {
   const Verdict kept = VerdictOn(capture.packets, capture.info, Keeps::kFrames);
   for (std::size_t i = 0; i < count; ++i) {
     const test::RewriteLaw& law = laws[(first + i * kStep) % laws.size()];
+    if (law.renumbers && all.rests_on_numbers) continue;
     const auto rewritten = law.rewrite(capture);
     if (!rewritten) continue;
     const Verdict& before = law.keeps == Keeps::kFrames ? kept : all;

@@ -24,6 +24,7 @@ struct RewriteLaw {
   /// Nothing where the capture cannot be presented like that.
   std::optional<std::vector<Packet>> (*rewrite)(const WireCapture& capture);
   Keeps keeps = Keeps::kAll;
+  bool renumbers = false;
 };
 
 [[nodiscard]] std::span<const RewriteLaw> RewriteLaws();

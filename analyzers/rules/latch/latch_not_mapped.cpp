@@ -46,11 +46,12 @@ class LatchNotMapped final : public LatchRule {
     if (!misuse.capture.valid.seen()) {
       finding.title = "Neither status nor position of " + EdgeText(misuse) + " can reach the master";
       finding.message = "The master enabled " + EdgeText(misuse) + CaptureText(misuse.capture) +
-                        ", but neither the latch status word nor " + objects +
-                        ", which holds its position, is in the inputs, and the capture holds no upload of them: the "
+                        ", but neither the latch status word nor " +
+                        (objects.empty() ? "any latch position" : objects + ", which holds its position,") +
+                        " is in the inputs, and the capture holds no upload of them: the "
                         "master cannot learn of a capture. Map both, or read them by SDO.";
       finding.evidence.push_back(Text("edge", misuse.edge->name));
-      finding.evidence.push_back(Text("position_objects", objects));
+      if (!objects.empty()) finding.evidence.push_back(Text("position_objects", objects));
       return;
     }
     finding.title = "Position of " + EdgeText(misuse) + " is neither mapped nor read";

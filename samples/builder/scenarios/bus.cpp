@@ -203,4 +203,29 @@ Sample ReadOnlyWrite() {
   return story.Finish();
 }
 
+Sample EepromAlias() {
+  Story story;
+  story.Add(AkdDrive());
+  ScriptedMaster& master = story.master;
+  master.Scan();
+  for (std::uint16_t word = 0; word < 8; word += 2) master.ReadEeprom(0, word);
+  Bytes head = story.bus.slave(0).esc().eeprom();
+  StoreLe(head, 8, std::uint16_t{0x1234});
+  head.resize(14);
+  const auto write = [&](std::uint16_t word, std::uint16_t value) {
+    Bytes command = LeBytes(std::uint16_t{0x0201});
+    AppendLe(command, std::uint32_t{word});
+    AppendLe(command, value);
+    const FrameIds frame = master.Fpwr(master.station(0), reg::kEepromControl, command).frame;
+    master.Wait(5 * kMs);
+    master.Fprd(master.station(0), reg::kEepromControl, 2);
+    return frame;
+  };
+  write(4, 0x1234);
+  write(7, SiiChecksum(head));
+  master.BringToPreop();
+  master.ShutDown();
+  return story.Finish();
+}
+
 }  // namespace ecaudit::samples

@@ -189,4 +189,91 @@ Sample SyncFramesMissing() {
   return story.Finish();
 }
 
+Sample SyncLostFault() {
+  Story story;
+  SimulatedSlave& drive = story.Add(AkdDrive());
+  BringToOp(story);
+  story.EnableDrive(0);
+  story.Move(0, 0, 2000, 30);
+  const int next = story.master.next_cycle();
+  for (int i = 0; i < 8; ++i) story.master.ChangeCycle(next + i, {.skip = true});
+  story.master.Cycles(9);
+  story.Expect("sync-lost", 0, story.master.last_cyclic(), "eight frames missing: F125");
+  drive.drive().FaultAt(story.master.now());
+  const FrameIds fault = CyclesUntil(story, 0x0008, 0x0008, 10);
+  story.Expect("drive-fault", 0, fault, "the fault that follows from them");
+  story.master.Cycles(20);
+  story.master.ShutDown();
+  return story.Finish();
+}
+
+Sample DriveIllegalStateChange() {
+  Story story;
+  SimulatedSlave& drive = story.Add(AkdDrive());
+  BringToOp(story);
+  story.EnableDrive(0);
+  story.Move(0, 0, 1000, 10);
+  drive.drive().FaultAt(story.master.now());
+  const FrameIds fault = CyclesUntil(story, 0x000F, 0x0008, 20);
+  story.Expect("drive-fault", 0, "status word 0x021F, then 0x0218").Until(fault);
+  story.master.Cycles(10);
+  // Nobody resets it, and 0x000F stands there all the time: a command that was used up when the drive was enabled.
+  drive.drive().ShowInstead(0x0037);
+  const FrameIds enabled = CyclesUntil(story, 0x000F, 0x0007, 3);
+  story.Expect("drive-illegal-state-change", 0, enabled, "Fault to Operation enabled");
+  story.master.Cycles(20);
+  return story.Finish();
+}
+
+Sample DriveModeNotShown() {
+  Story story;
+  story.Add(AkdDrive());
+  ToPreop(story);
+  const SdoAnswer mode = story.master.Download(0, 0x6060, 0, {6});
+  SdoAnswer shown = story.master.Upload(0, 0x6061, 0);
+  story.master.Wait(1'200 * kMs);
+  shown = story.master.Upload(0, 0x6061, 0);
+  story.Expect("drive-mode-not-shown", 0, mode.request, "6060h = 6, and 6061h shows 7 after 1.2 s")
+      .Until(shown.response);
+  story.master.ShutDown();
+  return story.Finish();
+}
+
+Sample InterpolationTimeChanged() {
+  Story story;
+  story.Add(AkdDrive());
+  ToPreop(story);
+  // As it should be: 1 ms.
+  story.master.Download(0, 0x60C2, 1, {1});
+  story.master.Download(0, 0x60C2, 2, {0xFD});
+  story.master.BringToSafeop();
+  story.master.BringToOp();
+  story.master.Cycles(40);
+  const SdoAnswer change = story.master.Download(0, 0x60C2, 1, {2});
+  story.master.Cycles(60);
+  story.Expect("sync-cycle-mismatch", 0, "60C2h is 2 ms from here on, and the frames come every 1 ms")
+      .Until(change.response);
+  story.master.ShutDown();
+  return story.Finish();
+}
+
+Sample ClockOffsetRewritten() {
+  Story story;
+  story.Add(AkdDrive());
+  ToPreop(story);
+  // Before OP it is what every master does.
+  story.master.SetUpClocks();
+  story.master.StartSync0(0, 1'000'000);
+  story.master.BringToSafeop();
+  story.master.BringToOp({.distributes_time = true});
+  story.master.Cycles(30);
+  const Bytes offset = story.master.Fprd(story.master.station(0), reg::kTimeOffset, 8).data;
+  const Answer again =
+      story.master.Fpwr(story.master.station(0), reg::kTimeOffset, LeBytes(LoadLe<std::uint64_t>(offset, 0) + 250'000));
+  story.Expect("sync-switched-off", 0, again.frame, "0x0920 rewritten in OP");
+  story.master.Cycles(20);
+  story.master.ShutDown();
+  return story.Finish();
+}
+
 }  // namespace ecaudit::samples

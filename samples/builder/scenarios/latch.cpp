@@ -82,4 +82,47 @@ Sample LatchMisuse() {
   return story.Finish();
 }
 
+Sample LatchLostWhileDisarming() {
+  Story story;
+  SimulatedSlave& drive = LatchDrive(story);
+  Latch(story, 0, 4);
+  // Read by its selector, disarmed then: what the master wants to do.
+  drive.drive().LatchEdgeAt(story.master.now() + 3 * kMs, kLatch2Rising, 1000);
+  Latch(story, kEnable2Rising, 8);
+  Latch(story, kEnable2Rising | kSelect2Rising, 5);
+  Latch(story, 0, 4);
+  // Captured, and gone with the frame that disarms: its returned copy does not show the valid bit any more.
+  drive.drive().LatchEdgeAt(story.master.now() + 3 * kMs, kLatch2Rising, 2000);
+  Latch(story, kEnable2Rising, 8);
+  drive.drive().DropLatched();
+  const FrameIds lost = Latch(story, 0, 4);
+  story.Expect("latch-value-lost", 0, lost, "position of latch 2 rising");
+  Latch(story, kEnable2Rising, 8);
+  Latch(story, 0, 4);
+  story.master.ShutDown();
+  return story.Finish();
+}
+
+Sample LatchUnreadable() {
+  Story story;
+  SimulatedSlave& drive = story.Add(AkdDrive());
+  story.master.Scan();
+  story.master.BringToPreop();
+  // The latch control word is mapped; the inputs stay as they are by default, without status word and position.
+  story.master.Download(0, 0x1C12, 0, {0});
+  story.master.Download(0, 0x1C12, 1, LeBytes(std::uint16_t{0x1720}));
+  story.master.Download(0, 0x1C12, 0, {1});
+  for (std::uint8_t entry = 0; entry <= 2; ++entry) story.master.Upload(0, 0x1B01, entry);
+  story.master.Upload(0, 0x1C13, 1);
+  story.master.BringToSafeop();
+  story.master.BringToOp({.cycle = 20 * kMs});
+  Latch(story, 0, 4);
+  drive.drive().LatchEdgeAt(story.master.now() + 100 * kMs, kLatch2Rising, 1000);
+  const FrameIds armed = Latch(story, kEnable2Rising, 70);
+  story.Expect("latch-not-mapped", 0, armed, "enabled for 1.4 s, and nothing can tell the master of a capture");
+  Latch(story, 0, 4);
+  story.master.ShutDown();
+  return story.Finish();
+}
+
 }  // namespace ecaudit::samples

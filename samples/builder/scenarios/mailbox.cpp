@@ -105,4 +105,22 @@ Sample MailboxCounterSkipped() {
   return story.Finish();
 }
 
+Sample FoeEndsInError() {
+  Story story;
+  SlaveDescription description = AkdDrive();
+  constexpr std::uint16_t kFoeBit = 0x08;
+  description.sii.mailbox_protocols |= kFoeBit;
+  description.coe.foe_error = 0x8002;
+  story.Add(std::move(description));
+  ScriptedMaster& master = story.master;
+  master.Scan();
+  master.BringToPreop();
+  master.WriteMailbox(0, kFoe, {2, 0, 0, 0, 0, 0, 'f', 'w', '.', 'b', 'i', 'n'});
+  FrameIds reply{};
+  master.ReadMailbox(0, 100 * kMs, &reply);
+  story.Expect("foe-error", 0, "error 0x8002 where an acknowledge should be").Until(reply);
+  FinishFromPreop(story);
+  return story.Finish();
+}
+
 }  // namespace ecaudit::samples

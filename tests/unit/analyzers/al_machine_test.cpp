@@ -444,6 +444,23 @@ TEST_F(AlMachineTest, EchoIsPossibleOnlyWithDeviceEmulation) {
   EXPECT_THAT(log.lines, ElementsAre("refused"));
 }
 
+TEST_F(AlMachineTest, WithDeviceEmulationTheBitIsAnEchoOfARequestThatTheCaptureMisses) {
+  machine.SetDeviceEmulation(true);
+  Request(0x11);
+  Read(0x11);
+  Read(0x12);
+  EXPECT_THAT(log.lines, ElementsAre("reached"));
+}
+
+TEST_F(AlMachineTest, ARequestOfNoStateWhoseReturnIsMissingExplainsTheError) {
+  Read(0x02);
+  machine.OnRequestSent(Frame(), esc::AlWord{0x05});
+  After(kMs);
+  Read(0x12, 0x0011);
+  EXPECT_TRUE(log.lines.empty());
+  EXPECT_EQ(machine.possible().single(), 0x02);
+}
+
 TEST_F(AlMachineTest, SlaveThatClearedTheBitOnceDoesNotEcho) {
   Read(0x01);
   Request(0x12);

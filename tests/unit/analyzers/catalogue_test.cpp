@@ -15,6 +15,7 @@
 
 #include <gtest/gtest.h>
 
+#include "analyzers/judge/common_causes.h"
 #include "analyzers/options/options.h"
 #include "analyzers/result/rule_info.h"
 #include "cli/commands/catalogue_output.h"
@@ -50,6 +51,21 @@ std::vector<std::pair<std::string, std::string>> Parts(std::string_view doc) {
     }
   }
   return parts;
+}
+
+TEST(Catalogue, LawsOfCommonCausesNameRulesThatExist) {
+  const auto exists = [](std::string_view id) {
+    return std::any_of(RuleCatalogue().begin(), RuleCatalogue().end(),
+                       [id](const RuleInfo* rule) { return rule->id == id; });
+  };
+  const auto laws = CommonCauses();
+  EXPECT_FALSE(laws.empty());
+  for (const auto& [effect, cause] : laws) {
+    EXPECT_TRUE(exists(effect)) << effect;
+    EXPECT_TRUE(exists(cause)) << cause;
+    EXPECT_NE(effect, cause);
+    EXPECT_EQ(std::count(laws.begin(), laws.end(), std::pair(effect, cause)), 1) << effect << " from " << cause;
+  }
 }
 
 TEST(Catalogue, EveryRuleFileIsRegisteredUnderItsName) {

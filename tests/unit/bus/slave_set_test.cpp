@@ -136,5 +136,53 @@ TEST(SlaveSet, IsBounded) {
   EXPECT_EQ(slaves.size(), SlaveSet::kMaxSlaves);
 }
 
+TEST(SlaveSet, SlavesMetByStationTakeTheFreePlacesInOrderOfTheirAddresses) {
+  SlaveSet slaves;
+  const SlaveId high = slaves.AddAtStation(0x1003, 1);
+  const SlaveId low = slaves.AddAtStation(0x1001, 2);
+  const SlaveId placed = slaves.AssignAtPosition(1, 0x2000, 3).slave;
+  EXPECT_TRUE(slaves.PlaceByStation(3, 4));
+  EXPECT_EQ(slaves.AtPosition(0), low);
+  EXPECT_EQ(slaves.AtPosition(1), placed);
+  EXPECT_EQ(slaves.AtPosition(2), high);
+  // The order is a habit of masters, and nothing that was seen.
+  EXPECT_EQ(slaves[low].position.if_observed(), nullptr);
+  EXPECT_EQ(*slaves[low].position.if_known(), 0);
+  EXPECT_EQ(*slaves[placed].position.if_observed(), 1);
+  EXPECT_FALSE(slaves.PlaceByStation(3, 5)) << "nobody is left";
+}
+
+TEST(SlaveSet, NobodyIsPlacedBeforeAllSlavesAreMet) {
+  SlaveSet slaves;
+  const SlaveId one = slaves.AddAtStation(0x1001, 1);
+  slaves.AddAtStation(0x1002, 2);
+  EXPECT_FALSE(slaves.PlaceByStation(3, 3)) << "the third may have any address";
+  EXPECT_EQ(slaves[one].position.if_known(), nullptr);
+  slaves.AddAtStation(0x1000, 4);
+  EXPECT_TRUE(slaves.PlaceByStation(3, 5));
+  EXPECT_EQ(slaves.AtPosition(1), one);
+}
+
+TEST(SlaveSet, MoreSlavesThanCountedAreNotPlaced) {
+  SlaveSet slaves;
+  slaves.AddAtStation(0x1001, 1);
+  slaves.AddAtStation(0x1002, 2);
+  EXPECT_FALSE(slaves.PlaceByStation(1, 3));
+  EXPECT_EQ(slaves.AtPosition(0), kNoSlave);
+}
+
+TEST(SlaveSet, WhoWasMetAtAPlaceWithoutItsAddressIsTheSlaveThatIsPlacedThere) {
+  // ARMW to position 0, and FPWR to 0x1001: one slave.
+  SlaveSet slaves;
+  const SlaveId nameless = slaves.AddAtPosition(0, 1);
+  const SlaveId by_station = slaves.AddAtStation(0x1001, 2);
+  EXPECT_TRUE(slaves.PlaceByStation(1, 3));
+  EXPECT_TRUE(slaves[nameless].replaced);
+  EXPECT_EQ(slaves[nameless].successor, by_station);
+  EXPECT_FALSE(slaves[by_station].replaced);
+  EXPECT_EQ(slaves.AtPosition(0), by_station);
+  EXPECT_EQ(slaves.AtStation(0x1001), by_station);
+}
+
 }  // namespace
 }  // namespace ecaudit::bus
