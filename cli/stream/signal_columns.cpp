@@ -242,14 +242,14 @@ void SignalColumns::Finish() {
   };
   std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return rank(a) < rank(b); });
   std::vector<SignalColumn> sorted;
-  std::vector<std::uint32_t> place(columns_.size());
+  place_.resize(columns_.size());
   for (const std::uint32_t i : order) {
-    place[i] = static_cast<std::uint32_t>(sorted.size());
+    place_[i] = static_cast<std::uint32_t>(sorted.size());
     sorted.push_back(std::move(columns_[i]));
   }
   columns_ = std::move(sorted);
   for (auto& [key, column] : by_key_) {
-    if (column != PartColumns::kNone) column = place[column];
+    if (column != PartColumns::kNone) column = place_[column];
   }
 
   const auto count = [this] {

@@ -88,6 +88,8 @@ class SignalColumns {
   void Finish();
 
   [[nodiscard]] std::span<const SignalColumn> columns() const { return columns_; }
+  /// Where Finish() put the column that had this number before.
+  [[nodiscard]] std::uint32_t PlaceOf(std::uint32_t column) const { return place_[column]; }
   [[nodiscard]] bool full() const { return full_; }
   /// Patterns of --signal that no column matched.
   [[nodiscard]] std::vector<std::string> unmatched() const;
@@ -101,6 +103,7 @@ class SignalColumns {
   SignalChoice choice_;
   std::vector<bool> matched_ = std::vector<bool>(choice_.patterns.size());  ///< by pattern
   std::vector<SignalColumn> columns_;
+  std::vector<std::uint32_t> place_;  ///< by number before Finish()
   std::unordered_map<std::string, std::uint32_t> by_key_;
   std::unordered_map<std::uint64_t, PartColumns> parts_;  ///< by ImagePart::serial
   std::vector<std::string> passed_over_;

@@ -20,6 +20,7 @@ using device::PdoDirection;
 
 constexpr std::array kSignalFormats{OutputFormat{"csv", ".csv"}, OutputFormat{"jsonl", ".jsonl"}};
 constexpr std::size_t kMaxKinds = 4096;
+constexpr std::size_t kMaxLayouts = 4096;
 constexpr std::size_t kMaxNamed = 4;  // things listed in one warning
 
 std::string_view PdoDirectionName(PdoDirection direction) {
@@ -106,6 +107,14 @@ void SignalWriter::BeginLearning(Observation& observation, const StreamContext& 
   learning_ = true;
   again_ = false;
   if (!guessed_) guess_.emplace(context.settings.analysis.files.get());
+  keeps_ = true;
+  tape_.Clear();
+  layouts_.clear();
+  layout_of_kind_.clear();
+  kept_drives_.clear();
+  before_ = {};
+  cells_.clear();
+  drives_.clear();
   BeginPass(observation, context);
 }
 
@@ -123,11 +132,15 @@ std::optional<Error> SignalWriter::EndLearning(Console& console) {
   }
   if (guessed_)
     console.Warning("places of the process data inferred: " + guessed_->what + " (an ENI file tells them: --eni)");
+  keeps_ = keeps_ && !tape_.failed();
+  kept_kinds_.clear();
+  for (const SignalColumn& column : columns_.columns()) kept_kinds_.push_back(column.kind);
   columns_.Finish();
-  cells_.resize(columns_.columns().size());
-  shown_.resize(cells_.size());
-  drives_.resize(cells_.size(), nullptr);
-  words_.resize(cells_.size());
+  const std::size_t count = columns_.columns().size();
+  cells_.assign(count, {});
+  shown_.resize(count);
+  drives_.assign(count, nullptr);
+  words_.resize(count);
   json_keys_.clear();
   for (const SignalColumn& column : columns_.columns()) {
     std::string& key = json_keys_.emplace_back(",");
@@ -177,6 +190,107 @@ void SignalWriter::SayWhatIsOdd(Console& console) const {
   for (const auto& [objects, slaves] : guesses) {
     console.Warning(Listed(slaves) + ": " + objects + " named after another family of the same maker");
   }
+}
+
+/// The number of the row's layout; nothing when there are too many.
+std::optional<std::uint32_t> SignalWriter::LayoutOfRow() {
+  const auto [last, added] = layout_of_kind_.try_emplace(row_.kind, 0);
+  if (!added && layouts_[last->second].columns == row_.filled) return last->second;
+  if (layouts_.size() >= kMaxLayouts) return std::nullopt;
+  last->second = static_cast<std::uint32_t>(layouts_.size());
+  layouts_.push_back({row_.kind, row_.filled});
+  return last->second;
+}
+
+void SignalWriter::KeepRow() {
+  const auto layout = LayoutOfRow();
+  if (!layout || tape_.failed()) {
+    keeps_ = false;
+    tape_.Clear();
+    return;
+  }
+  const FrameRef& sent = row_.sent;
+  const FrameRef& returned = row_.returned;
+  const auto difference = [](auto value, auto before) {
+    return static_cast<std::int64_t>(static_cast<std::uint64_t>(value) - static_cast<std::uint64_t>(before));
+  };
+  tape_.PutNumber(*layout);
+  const bool all_numbers = std::all_of(row_.filled.begin(), row_.filled.end(), [this](std::uint32_t column) {
+    return cells_[column].content == Content::kNumber;
+  });
+  tape_.PutNumber((sent.has_time ? 1U : 0U) | (returned.has_time ? 2U : 0U) | (row_.dc_time ? 4U : 0U) |
+                  (all_numbers ? 8U : 0U));
+  tape_.PutSigned(difference(sent.number, before_.number));
+  tape_.PutSigned(difference(sent.time, before_.time));
+  tape_.PutSigned(difference(returned.number, sent.number));
+  tape_.PutSigned(difference(returned.time, sent.time));
+  if (row_.dc_time) {
+    tape_.PutSigned(difference(*row_.dc_time, before_.dc_time));
+    before_.dc_time = *row_.dc_time;
+  }
+  before_.number = sent.number;
+  before_.time = static_cast<std::uint64_t>(sent.time);
+  before_.raw.resize(cells_.size());
+  for (const std::uint32_t column : row_.filled) KeepCell(column, all_numbers);
+  tape_.EndRow();
+}
+
+void SignalWriter::KeepCell(std::uint32_t column, bool all_numbers) {
+  const Cell& cell = cells_[column];
+  if (!all_numbers) tape_.PutNumber(static_cast<std::uint64_t>(cell.content));
+  if (cell.content == Content::kBytes) {
+    tape_.PutNumber(cell.bytes.size());
+    tape_.Put(cell.bytes);
+  } else if (cell.content == Content::kNumber) {
+    tape_.PutNumber(cell.raw ^ before_.raw[column]);
+    before_.raw[column] = cell.raw;
+    if (columns_.columns()[column].kind == ColumnKind::kSignal) return;
+    const auto drive = std::find(kept_drives_.begin(), kept_drives_.end(), drives_[column]);
+    tape_.PutNumber(static_cast<std::uint64_t>(drive - kept_drives_.begin()));
+    if (drive == kept_drives_.end()) kept_drives_.push_back(drives_[column]);
+  }
+}
+
+void SignalWriter::TakeRow() {
+  const KeptLayout& layout = layouts_[tape_.TakeNumber()];
+  const std::uint64_t flags = tape_.TakeNumber();
+  const auto next = [this](std::uint64_t before) { return before + static_cast<std::uint64_t>(tape_.TakeSigned()); };
+  before_.number = next(before_.number);
+  before_.time = next(before_.time);
+  row_.kind = layout.kind;
+  row_.sent = {before_.number, static_cast<TimeNs>(before_.time), (flags & 1U) != 0};
+  const std::uint64_t number = next(before_.number);
+  row_.returned = {number, static_cast<TimeNs>(next(before_.time)), (flags & 2U) != 0};
+  if ((flags & 4U) != 0) row_.dc_time = before_.dc_time = next(before_.dc_time);
+  for (const std::uint32_t column : layout.columns) TakeCell(column, (flags & 8U) != 0);
+}
+
+void SignalWriter::TakeCell(std::uint32_t column, bool all_numbers) {
+  const std::uint32_t place = columns_.PlaceOf(column);
+  Cell& cell = Fill(place);
+  cell.content = all_numbers ? Content::kNumber : static_cast<Content>(tape_.TakeNumber());
+  if (cell.content == Content::kBytes) {
+    tape_.Take(cell.bytes, tape_.TakeNumber());
+  } else if (cell.content == Content::kNumber) {
+    cell.raw = before_.raw[column] ^= tape_.TakeNumber();
+    if (kept_kinds_[column] != ColumnKind::kSignal) drives_[place] = kept_drives_[tape_.TakeNumber()];
+  }
+}
+
+std::optional<Error> SignalWriter::WriteKept(const StreamContext& context) {
+  context_ = &context;
+  row_ = {};
+  const std::size_t columns = before_.raw.size();
+  before_ = {};
+  before_.raw.resize(columns);
+  for (LineTarget& target : context.targets) WriteHeader(target);
+  tape_.Rewind();
+  while (tape_.more() && !InterruptFlag()) {
+    TakeRow();
+    EndRow();
+  }
+  if (tape_.failed()) return Error{"the rows that were kept in a temporary file cannot be read"};
+  return std::nullopt;
 }
 
 void SignalWriter::Begin(Observation& observation, const StreamContext& context) {
@@ -234,6 +348,10 @@ void SignalWriter::On(const model::ProcessDataUnplaced& event) {
 }
 
 SignalWriter::Cell& SignalWriter::Fill(std::uint32_t column) {
+  if (column >= cells_.size()) {
+    cells_.resize(column + std::size_t{1});
+    drives_.resize(column + std::size_t{1});
+  }
   Cell& cell = cells_[column];
   if (cell.content == Content::kAbsent) row_.filled.push_back(column);
   return cell;
@@ -258,7 +376,7 @@ void SignalWriter::On(const model::ProcessCycle& cycle) {
     }
   }
   const PartColumns& places = columns_.Of(part, *network_);
-  if (learning_) {
+  if (learning_ && !keeps_) {
     if (!places.empty()) row_.filled.push_back(0);
     return;
   }
@@ -280,8 +398,8 @@ void SignalWriter::On(const model::ProcessCycle& cycle) {
     cell.content = value ? Content::kNumber : Content::kUnknown;
     cell.raw = value.value_or(0);
     if (signal.extra == PartColumns::kNone) continue;
-    drives_[signal.extra] = part.model->profile->drive ? &*part.model->profile->drive : nullptr;
     Cell& extra = Fill(signal.extra);
+    drives_[signal.extra] = part.model->profile->drive ? &*part.model->profile->drive : nullptr;
     if (!value) {
       extra.content = Content::kUnknown;
       continue;
@@ -309,7 +427,7 @@ void SignalWriter::ShowDatagram(const track::LogicalAccess& access) {
     if (!frame.seen()) return;
     const std::uint32_t column = columns_.OfDatagram(access, returned, learning_ ? WhyUnknown() : std::string());
     if (column == PartColumns::kNone) return;
-    if (learning_) {
+    if (learning_ && !keeps_) {
       row_.filled.push_back(0);
     } else {
       FillBytes(column, data);
@@ -352,8 +470,9 @@ void SignalWriter::EndRow() {
       }
       if (!open) InterruptFlag() = true;  // nobody reads on
     }
-    if (!learning_) {
-      for (const std::uint32_t column : row_.filled) cells_[column].content = Content::kAbsent;
+    if (learning_ && keeps_) KeepRow();
+    for (const std::uint32_t column : row_.filled) {
+      if (column < cells_.size()) cells_[column].content = Content::kAbsent;
     }
   }
   row_.filled.clear();

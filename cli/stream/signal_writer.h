@@ -10,6 +10,7 @@
 
 #include "analyzers/model/bus_model.h"
 #include "analyzers/signals/layout_guess.h"
+#include "cli/stream/row_tape.h"
 #include "cli/stream/signal_columns.h"
 #include "cli/stream/stream_run.h"
 #include "decoder/track/events.h"
@@ -30,11 +31,14 @@ class SignalWriter final : public LineWriter {
   [[nodiscard]] Depth depth() const override { return Depth::kSlaves; }
   /// With the places that an earlier pass inferred.
   [[nodiscard]] const AnalysisOptions& Adapt(const AnalysisOptions& options) override;
-  /// The columns stand above the first row, so all of them must be known by then.
+  /// The columns stand above the first row, so all of them must be known by then. Rows are kept until they are; where
+  /// they cannot be kept, the capture is read once more.
   [[nodiscard]] bool learns() const override { return true; }
   [[nodiscard]] bool learns_again() const override { return again_; }
   void BeginLearning(Observation& observation, const StreamContext& context) override;
   [[nodiscard]] std::optional<Error> EndLearning(Console& console) override;
+  [[nodiscard]] bool kept() const override { return keeps_; }
+  [[nodiscard]] std::optional<Error> WriteKept(const StreamContext& context) override;
   void Begin(Observation& observation, const StreamContext& context) override;
   void End() override;
   [[nodiscard]] bool ShowsUnmet(std::span<const SlaveSelector> selectors) const override;
@@ -76,7 +80,23 @@ class SignalWriter final : public LineWriter {
     [[nodiscard]] const FrameRef& frame() const { return returned.seen() ? returned : sent; }
   };
 
+  /// Columns that a row has, as numbered before they were sorted.
+  struct KeptLayout {
+    std::uint64_t kind = 0;
+    std::vector<std::uint32_t> columns;
+  };
+  /// What a row on the tape is told as a difference to.
+  struct KeptBefore {
+    std::uint64_t number = 0, time = 0, dc_time = 0;
+    std::vector<std::uint64_t> raw;  ///< by column, as numbered before they were sorted
+  };
+
   void SayWhatIsOdd(Console& console) const;
+  [[nodiscard]] std::optional<std::uint32_t> LayoutOfRow();
+  void KeepRow();
+  void KeepCell(std::uint32_t column, bool all_numbers);
+  void TakeRow();
+  void TakeCell(std::uint32_t column, bool all_numbers);
   void BeginPass(Observation& observation, const StreamContext& context);
   /// False when the frame is not to be shown.
   bool EnterRow(const FrameRef& sent, const FrameRef& returned);
@@ -98,6 +118,16 @@ class SignalWriter final : public LineWriter {
   bool again_ = false;
   std::optional<signals::LayoutGuess> guess_;           ///< of the first pass
   std::optional<signals::LayoutGuess::Found> guessed_;  ///< counts from the second pass on
+
+  // Rows that were read and not written yet.
+  bool keeps_ = false;
+  RowTape tape_;
+  std::vector<KeptLayout> layouts_;
+  std::unordered_map<std::uint64_t, std::uint32_t> layout_of_kind_;  ///< the last one
+  std::vector<const device::DriveProfile*> kept_drives_;
+  std::vector<ColumnKind> kept_kinds_;  ///< of columns, as numbered before they were sorted
+  KeptBefore before_;
+
   bool dc_seen_ = false;  ///< a frame carries both process data and the time of the reference clock
 
   // Of the pass under way.

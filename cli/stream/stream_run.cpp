@@ -90,6 +90,10 @@ std::optional<Error> LineWriter::EndLearning(Console&) {
   return std::nullopt;
 }
 
+std::optional<Error> LineWriter::WriteKept(const StreamContext&) {
+  return std::nullopt;
+}
+
 bool LineWriter::ShowsUnmet(std::span<const SlaveSelector>) const {
   return false;
 }
@@ -123,6 +127,18 @@ struct StreamRun::Plan {
     }
     return message;
   }
+};
+
+/// One reading of the captures, and what was understood of them.
+struct StreamRun::Pass {
+  Pass(std::unique_ptr<capture::FrameSource> capture, LineWriter& writer, const Plan& plan)
+      : opened(std::move(capture)),
+        source(*opened, plan.range),
+        observation(writer.Adapt(plan.settings.analysis), writer.depth()) {}
+
+  std::unique_ptr<capture::FrameSource> opened;
+  TimedSource source;
+  Observation observation;
 };
 
 void StreamRun::Declare(OptionSet& options, const std::string& formats) {
@@ -164,15 +180,13 @@ void WarnOf(Console& console, const std::string& name, const TimedSource& source
 
 }  // namespace
 
-ExitStatus StreamRun::Learn(Console& console, LineWriter& writer, const Plan& plan) {
-  auto opened = plan.Open();
-  if (!opened) return Fail(console, opened.error());
-  TimedSource source(**opened, plan.range);
+ExitStatus StreamRun::Learn(Console& console, LineWriter& writer, const Plan& plan, Pass& pass) {
+  const TimedSource& source = pass.source;
+  Observation& observation = pass.observation;
   const StreamContext context{source, plan.settings, plan.range, {}};
-  Observation observation(writer.Adapt(plan.settings.analysis), writer.depth());
   writer.BeginLearning(observation, context);
   Progress progress(console, std::filesystem::path(capture_.captures.front()).filename().string() + ", first pass");
-  observation.Run(source, RunOptions(writer, plan.range, progress, true));
+  observation.Run(pass.source, RunOptions(writer, plan.range, progress, true));
   progress.Clear();
   if (InterruptFlag()) {
     return Interrupted(console, capture_.captures.front() + ": interrupted before anything was written");
@@ -221,29 +235,36 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
     return Interrupted(console, capture_.captures.front() + ": interrupted before anything was written");
   }
   if (!opened) return Fail(console, Error{plan.WithoutSpools(opened.error().message)});
-  if (writer.learns()) {
-    do {
-      const ExitStatus learned = Learn(console, writer, plan);
-      if (learned != ExitStatus::kClean) return learned;
-    } while (writer.learns_again());
+  auto pass = std::make_unique<Pass>(std::move(*opened), writer, plan);
+  for (bool learns = writer.learns(); learns;) {
+    const ExitStatus learned = Learn(console, writer, plan, *pass);
+    if (learned != ExitStatus::kClean) return learned;
+    learns = writer.learns_again();
+    if (!learns && writer.kept()) break;
+    opened = plan.Open();
+    if (!opened) return Fail(console, Error{plan.WithoutSpools(opened.error().message)});
+    pass = std::make_unique<Pass>(std::move(*opened), writer, plan);
   }
   Result<std::vector<LineTarget>> targets =
       OpenTargets(*outputs, writer.formats(), output_.text.Colors(console), console);
   if (!targets) return Fail(console, targets.error());
-  return Write(console, writer, plan, **opened, *targets);
+  return Write(console, writer, plan, *pass, *targets);
 }
 
-ExitStatus StreamRun::Write(Console& console, LineWriter& writer, const Plan& plan, capture::FrameSource& opened,
+ExitStatus StreamRun::Write(Console& console, LineWriter& writer, const Plan& plan, Pass& pass,
                             std::vector<LineTarget>& targets) {
   const std::string& name = capture_.captures.front();
-  TimedSource source(opened, plan.range);
+  const TimedSource& source = pass.source;
+  Observation& observation = pass.observation;
   const StreamContext context{source, plan.settings, plan.range, targets, output_.text.time_mode()};
-  Observation observation(writer.Adapt(plan.settings.analysis), writer.depth());
-  writer.Begin(observation, context);
-
   Progress progress(console, std::filesystem::path(name).filename().string());
-  // On a terminal the lines themselves show it.
-  observation.Run(source, RunOptions(writer, plan.range, progress, !console.output_is_terminal()));
+  if (writer.kept()) {
+    if (const auto error = writer.WriteKept(context)) return Fail(console, *error);
+  } else {
+    writer.Begin(observation, context);
+    // On a terminal the lines themselves show it.
+    observation.Run(pass.source, RunOptions(writer, plan.range, progress, !console.output_is_terminal()));
+  }
   const bool all_closed =
       std::all_of(targets.begin(), targets.end(), [](const LineTarget& t) { return t.output.closed(); });
   const bool interrupted = InterruptFlag() && !all_closed;

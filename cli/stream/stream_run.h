@@ -57,10 +57,14 @@ class LineWriter {
   [[nodiscard]] virtual bool learns() const { return false; }
   /// True behind EndLearning() when what it found makes another such pass necessary.
   [[nodiscard]] virtual bool learns_again() const { return false; }
-  /// `observation` and `context` are gone after EndLearning(); the context has no targets.
+  /// `context` is gone after EndLearning(), and has no targets; `observation` lives until all is written.
   virtual void BeginLearning(Observation& observation, const StreamContext& context);
   /// @return why nothing can be written
   [[nodiscard]] virtual std::optional<Error> EndLearning(Console& console);
+  /// True behind EndLearning() when it has kept what it writes: WriteKept() then takes the place of another pass.
+  [[nodiscard]] virtual bool kept() const { return false; }
+  /// @return what went wrong
+  [[nodiscard]] virtual std::optional<Error> WriteKept(const StreamContext& context);
   /// Whether one of the slaves of --slave is shown that no frame of the capture addresses.
   [[nodiscard]] virtual bool ShowsUnmet(std::span<const SlaveSelector> selectors) const;
   /// True when nothing behind --to can change what is shown, so that reading may stop there.
@@ -76,8 +80,9 @@ class StreamRun {
 
  private:
   struct Plan;
-  [[nodiscard]] ExitStatus Learn(Console& console, LineWriter& writer, const Plan& plan);
-  [[nodiscard]] ExitStatus Write(Console& console, LineWriter& writer, const Plan& plan, capture::FrameSource& opened,
+  struct Pass;
+  [[nodiscard]] ExitStatus Learn(Console& console, LineWriter& writer, const Plan& plan, Pass& pass);
+  [[nodiscard]] ExitStatus Write(Console& console, LineWriter& writer, const Plan& plan, Pass& pass,
                                  std::vector<LineTarget>& targets);
 
   CaptureOptions capture_;

@@ -246,6 +246,19 @@ class SignalStreams(SignalTest):
         feeder.join(timeout=60)
         self.assertNotIn("/dev/fd", self.one_error("signals", "-", input=b"text, no packets"))
 
+    def test_rows_that_cannot_be_kept_are_read_once_more(self):
+        bus = drive_bus()
+        for n in range(4000):
+            exchange(bus, struct.pack("<HI", n // 900, n * 7919), struct.pack("<HH", n // 500, n), 3 if n % 50 else 1)
+        capture = self.file("long.pcap", bus.pcap())
+        for arguments in ((), ("--esi", self.esi, "--states"), ("--changes", "--format", "jsonl"), ("--every", "7")):
+            kept = self.signals(capture, *arguments)
+            self.assertGreater(len(kept.out.splitlines()), 500)
+            # Without a place for a temporary file the capture is read twice; small captures need none.
+            again = self.signals(capture, *arguments, env={**os.environ, "TMPDIR": "/nonexistent"})
+            self.assertEqual(again.out, kept.out)
+            self.assertEqual(again.err, kept.err)
+
     def test_several_outputs(self):
         self.signals(self.capture, "-o", "csv=a.csv", "-o", "jsonl=b.jsonl", "-o", "c.csv")
         table = (self.dir / "a.csv").read_text()
