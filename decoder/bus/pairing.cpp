@@ -332,7 +332,8 @@ void Pairing::PushByPair(const wire::FrameView& frame, std::uint64_t key) noexce
     if (Further(progress, sent)) {
       if (further == nullptr || (further->overtaken > 0 && slot.overtaken == 0)) further = &slot;
     } else if (progress.counted == 0 && sent.counted == 0 && progress.positions == sent.positions) {
-      if (untouched == nullptr) untouched = &slot;  // a poll that nobody answered
+      // A poll that nobody answered. What was overtaken is nearly always lost: then this is the next one like it.
+      if (untouched == nullptr && slot.overtaken == 0) untouched = &slot;
     }
   }
   Slot* slot = further != nullptr ? further : untouched;
