@@ -112,6 +112,7 @@ void SignalWriter::BeginLearning(Observation& observation, const StreamContext& 
   layouts_.clear();
   layout_of_kind_.clear();
   kept_drives_.clear();
+  kept_kinds_.clear();
   before_ = {};
   cells_.clear();
   drives_.clear();
@@ -133,9 +134,10 @@ std::optional<Error> SignalWriter::EndLearning(Console& console) {
   if (guessed_)
     console.Warning("places of the process data inferred: " + guessed_->what + " (an ENI file tells them: --eni)");
   keeps_ = keeps_ && !tape_.failed();
-  kept_kinds_.clear();
-  for (const SignalColumn& column : columns_.columns()) kept_kinds_.push_back(column.kind);
   columns_.Finish();
+  for (KeptLayout& layout : layouts_) {
+    for (const std::uint32_t column : layout.columns) layout.places.push_back(columns_.PlaceOf(column));
+  }
   const std::size_t count = columns_.columns().size();
   cells_.assign(count, {});
   shown_.resize(count);
@@ -198,7 +200,7 @@ std::optional<std::uint32_t> SignalWriter::LayoutOfRow() {
   if (!added && layouts_[last->second].columns == row_.filled) return last->second;
   if (layouts_.size() >= kMaxLayouts) return std::nullopt;
   last->second = static_cast<std::uint32_t>(layouts_.size());
-  layouts_.push_back({row_.kind, row_.filled});
+  layouts_.push_back({row_.kind, row_.filled, {}});
   return last->second;
 }
 
@@ -231,6 +233,8 @@ void SignalWriter::KeepRow() {
   before_.number = sent.number;
   before_.time = static_cast<std::uint64_t>(sent.time);
   before_.raw.resize(cells_.size());
+  while (kept_kinds_.size() < columns_.columns().size())
+    kept_kinds_.push_back(columns_.columns()[kept_kinds_.size()].kind);
   for (const std::uint32_t column : row_.filled) KeepCell(column, all_numbers);
   tape_.EndRow();
 }
@@ -244,7 +248,7 @@ void SignalWriter::KeepCell(std::uint32_t column, bool all_numbers) {
   } else if (cell.content == Content::kNumber) {
     tape_.PutNumber(cell.raw ^ before_.raw[column]);
     before_.raw[column] = cell.raw;
-    if (columns_.columns()[column].kind == ColumnKind::kSignal) return;
+    if (kept_kinds_[column] == ColumnKind::kSignal) return;
     const auto drive = std::find(kept_drives_.begin(), kept_drives_.end(), drives_[column]);
     tape_.PutNumber(static_cast<std::uint64_t>(drive - kept_drives_.begin()));
     if (drive == kept_drives_.end()) kept_drives_.push_back(drives_[column]);
@@ -262,12 +266,14 @@ void SignalWriter::TakeRow() {
   const std::uint64_t number = next(before_.number);
   row_.returned = {number, static_cast<TimeNs>(next(before_.time)), (flags & 2U) != 0};
   if ((flags & 4U) != 0) row_.dc_time = before_.dc_time = next(before_.dc_time);
-  for (const std::uint32_t column : layout.columns) TakeCell(column, (flags & 8U) != 0);
+  row_.filled = layout.places;
+  for (std::size_t i = 0; i < layout.columns.size(); ++i) {
+    TakeCell(layout.columns[i], layout.places[i], (flags & 8U) != 0);
+  }
 }
 
-void SignalWriter::TakeCell(std::uint32_t column, bool all_numbers) {
-  const std::uint32_t place = columns_.PlaceOf(column);
-  Cell& cell = Fill(place);
+void SignalWriter::TakeCell(std::uint32_t column, std::uint32_t place, bool all_numbers) {
+  Cell& cell = cells_[place];
   cell.content = all_numbers ? Content::kNumber : static_cast<Content>(tape_.TakeNumber());
   if (cell.content == Content::kBytes) {
     tape_.Take(cell.bytes, tape_.TakeNumber());

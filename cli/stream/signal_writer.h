@@ -80,10 +80,11 @@ class SignalWriter final : public LineWriter {
     [[nodiscard]] const FrameRef& frame() const { return returned.seen() ? returned : sent; }
   };
 
-  /// Columns that a row has, as numbered before they were sorted.
+  /// Columns that a row has.
   struct KeptLayout {
     std::uint64_t kind = 0;
-    std::vector<std::uint32_t> columns;
+    std::vector<std::uint32_t> columns;  ///< as numbered before they were sorted
+    std::vector<std::uint32_t> places;   ///< where they are now
   };
   /// What a row on the tape is told as a difference to.
   struct KeptBefore {
@@ -96,7 +97,7 @@ class SignalWriter final : public LineWriter {
   void KeepRow();
   void KeepCell(std::uint32_t column, bool all_numbers);
   void TakeRow();
-  void TakeCell(std::uint32_t column, bool all_numbers);
+  void TakeCell(std::uint32_t column, std::uint32_t place, bool all_numbers);
   void BeginPass(Observation& observation, const StreamContext& context);
   /// False when the frame is not to be shown.
   bool EnterRow(const FrameRef& sent, const FrameRef& returned);
