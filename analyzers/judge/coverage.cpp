@@ -202,7 +202,8 @@ class Judge {
         });
     for (const Finding& finding : context.store.findings()) {
       said_[{finding.rule, finding.slave}].found = true;
-      two_masters_ = two_masters_ || finding.rule == "bus-second-master";
+      if (finding.rule == "capture-spliced") no_holes_ += finding.count;
+      if (finding.rule == "bus-second-master") ++no_holes_;  // appears as late as another recording
     }
   }
 
@@ -226,10 +227,11 @@ class Judge {
  private:
   /// What the packets held that the capture misses, no rule has seen. Those about the file saw that they are missing.
   void TellMissing(const RuleInfo& rule, Subject subject, SlaveCoverage& out) {
-    if (subject == Subject::kCapture || !MissesAny(context_.pairing())) return;
-    if (out.coverage != Coverage::kJudged || two_masters_) return;
+    const bus::PairingStatistics& pairing = context_.pairing();
+    if (subject == Subject::kCapture || pairing.missed_outbound + pairing.holes <= no_holes_) return;
+    if (out.coverage != Coverage::kJudged) return;
     out.coverage = Coverage::kPartly;
-    context_.store.AddNotEvaluable(rule, out.slave, std::string(kMissingUnseen), context_.pairing().first_hole.number);
+    context_.store.AddNotEvaluable(rule, out.slave, std::string(kMissingUnseen), pairing.first_hole.number);
   }
 
   [[nodiscard]] bool Excluded(const RuleInfo& rule, Subject subject, SlaveCoverage& out) const {
@@ -307,7 +309,7 @@ class Judge {
   RuleContext& context_;
   const AnalysisResult& result_;
   std::map<std::pair<std::string_view, SlaveId>, Said> said_;
-  bool two_masters_ = false;  ///< who appears late looks like another recording, and nothing is missing
+  std::uint64_t no_holes_ = 0;  ///< places that look like holes, and where nothing is missing
 };
 
 }  // namespace

@@ -77,7 +77,7 @@ MasterWay TimeByPosition() {
 
 Sample BroadcastFirst() {
   MasterWay way = WayOf("kickcat");
-  way.numbering = {};
+  way.numbering.others = Numbering::Others::kSame;
   Story story(way);
   FiveInOpUnseen(story);
   story.capture.Resume();
