@@ -20,6 +20,74 @@ def fields(node, path, found):
     return found
 
 
+# Rows of the table of limits in docs/SECURITY.md: their first words, and where each of their numbers stands.
+LIMITS = {
+    "slaves that are modelled": [("decoder/bus/slave_set.h", "kMaxSlaves")],
+    "findings of one rule, slave": [("analyzers/judge/finding_store.h", "kMaxPerRuleAndSlave")],
+    "findings of one severity": [("analyzers/judge/finding_store.h", "kMaxFindings"),
+                                 ("analyzers/judge/finding_store.h", "kMaxWithFirstOnes")],
+    "lines about what could not": [("analyzers/judge/finding_store.h", "kMaxListed")],
+    "different reasons of one rule": [("analyzers/judge/finding_store.h", "kMaxReasons")],
+    "steps of a start-up": [("analyzers/collect/startup_recorder.h", "kMaxSteps"),
+                            ("analyzers/collect/startup_recorder.h", "kMaxAllSteps")],
+    "steps of an AL history": [("analyzers/collect/al_history.h", "kMaxSteps"),
+                               ("analyzers/collect/al_history.h", "kMaxAllSteps")],
+    "steps of a drive history": [("analyzers/collect/drive_history.h", "kMaxSteps"),
+                                 ("analyzers/collect/drive_history.h", "kMaxAllSteps")],
+    "writes to the distributed clock": [("analyzers/sync/dc_unit.h", "kMaxSteps")],
+    "messages in the making": [("decoder/track/mailbox_tracker.h", "kBoxBytes"),
+                               ("decoder/track/slave_mailboxes.h", "kMessageBytes")],
+    "object values": [("analyzers/model/object_values.h", "kMaxObjects")],
+    "a transfer's data": [("decoder/mailbox/sdo_transfer.h", "kMaxStoredBytes")],
+    "signals of process data": [("analyzers/model/process_data.h", "kMaxSignals")],
+    "masters told apart": [("decoder/bus/direction.h", "kMaxMasters")],
+    "packets compared for their return": [("decoder/bus/pairing.h", "kSlots")],
+    "packet comments": [("decoder/capture/pcapng_source.cpp", "kMaxComments"),
+                        ("decoder/capture/pcapng_source.cpp", "kMaxCommentBytes")],
+    "interfaces of a file": [("decoder/capture/pcapng_source.cpp", "kMaxInterfaces")],
+    "a pcapng block": [("decoder/capture/pcapng_block.h", "kMaxReadBlockBytes"),
+                       ("decoder/capture/pcapng_block.h", "kMaxBlockBytes")],
+    "settings, baseline": [("cli/json_file.h", "kLargestWritten")],
+    "report for `merge`": [("cli/json_file.h", "kLargestReport")],
+    "ESI, ENI": [("decoder/device/xml_cursor.h", "kMaxXmlBytes"), ("decoder/device/esi_reader.cpp", "kMaxEsiRows"),
+                 ("decoder/device/xml_cursor.h", "kMaxXmlAttributes")],
+}
+
+
+def constant(file: str, name: str) -> int:
+    """The value of a constant in the sources: products and shifts of numbers."""
+    text = (SOURCE / file).read_text()
+    (value,) = re.findall(rf"constexpr [\w:]+ {name}\s*=\s*([^;]+);", text)
+    value = re.sub(r"std::\w+\{(\d+)\}", r"\1", value).replace("'", "")
+    value = re.sub(r"(\d)[UL]+", r"\1", value)
+    if not re.fullmatch(r"[\d\s*<]+", value):
+        raise ValueError(value)
+    return eval(" ".join(value.split()))  # digits, * and << only
+
+
+def numbers(text: str) -> list:
+    """1,000 is 1000, 16 MiB is 16 << 20."""
+    units = {"KiB": 10, "MiB": 20, "GiB": 30}
+    return [int(number.replace(",", "")) << units.get(unit, 0)
+            for number, unit in re.findall(r"(\d[\d,]*\d|\d)(?: (KiB|MiB|GiB))?", text)]
+
+
+class Limits(unittest.TestCase):
+    def test_the_table_of_limits_has_those_of_the_code(self):
+        table = (SOURCE / "docs" / "SECURITY.md").read_text().split("\n## Limits\n")[1].split("\n## ")[0]
+        rows = [[cell.strip() for cell in line.strip("|").split("|")]
+                for line in table.splitlines() if line.startswith("| ") and not line.startswith("| what")]
+        left = dict(LIMITS)
+        for row in rows:
+            with self.subTest(row[0]):
+                key = next((k for k in left if row[0].startswith(k)), None)
+                self.assertIsNotNone(key, "add it to LIMITS above")
+                shown = numbers(" ".join(row))
+                for file, name in left.pop(key):
+                    self.assertIn(constant(file, name), shown, f"{name} in {file}")
+        self.assertEqual(left, {}, "no longer in the table")
+
+
 class Documents(unittest.TestCase):
     def test_every_field_of_the_report_is_described(self):
         schema = json.loads(SCHEMA.read_text())

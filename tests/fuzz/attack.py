@@ -1,13 +1,17 @@
 #!/usr/bin/env python3
-"""Damages captures packet by packet and field by field and runs the whole program on them. Seeds are fixed: what fails
-comes again. Captures that end the program by a signal, with status 3, or not in time are kept.
+"""Damages captures packet by packet and field by field, and in every third round the other files that the program reads
+(settings, baselines, expectations, reports, descriptions, families), and runs the whole program on them. Seeds are
+fixed: what fails comes again. What ends the program by a signal, with status 3, or not in time is kept.
 
   attack.py PROGRAM --minutes 10 --keep FOLDER [--seed N] [--runs N] CAPTURE...
 """
 import argparse
+import copy
+import json
 import os
 import pathlib
 import random
+import re
 import struct
 import subprocess
 import sys
@@ -142,6 +146,137 @@ def damage(packets: list, chance: random.Random) -> list:
     return out
 
 
+def change_block(head: bytes, chance: random.Random) -> bytes:
+    """A length, a link type or an option in front of the packets."""
+    if not head or chance.random() < 0.8:
+        return head
+    head = bytearray(head)
+    at = chance.randrange(max(1, len(head) - 4))
+    if chance.random() < 0.5:
+        head[at] = chance.choice((0, 1, 4, 0x7F, 0x80, 0xFF))
+    else:
+        struct.pack_into("<I", head, at & ~3 if len(head) > 8 else 0, chance.choice((0, 1, 12, 28, 0xFFFF, 0x7FFFFFFF)))
+    return bytes(head)
+
+
+NUMBERS = (0, 1, -1, 255, 256, 65535, 65536, 2**31 - 1, 2**31, 2**32, 2**53, 2**63 - 1, 2**64 - 1, -2**63, 1e308, -0.0,
+           1e-320, 0.5)
+TEXTS = ("", "0x", "0xFFFFFFFFFFFFFFFFF", "-1", "=cmd", "\x1b[31m", "\u0000", "\u202e", "../../etc/passwd", "a" * 5000,
+         "é" * 300, "{}", "*", "%s%n", "al-refused", "error", "2011-02-30", "99999999999999999999")
+
+
+def places(node, found):
+    if isinstance(node, dict):
+        found += [(node, key) for key in node]
+        for value in node.values():
+            places(value, found)
+    elif isinstance(node, list):
+        found += [(node, n) for n in range(len(node))]
+        for value in node[:200]:
+            places(value, found)
+    return found
+
+
+def change_json(text: str, chance: random.Random) -> str:
+    """Some values become others, of another type, are gone, are there twice or a thousand times, or deep."""
+    document = json.loads(text)
+    for _ in range(chance.choice((1, 1, 2, 5))):
+        where = places(document, [])
+        if not where:
+            break
+        parent, key = chance.choice(where)
+        kind = chance.randrange(9)
+        if kind == 0:
+            parent[key] = chance.choice(NUMBERS)
+        elif kind == 1:
+            parent[key] = chance.choice(TEXTS)
+        elif kind == 2:
+            parent[key] = chance.choice((None, True, [], {}, [[]], [None], {"": None}))
+        elif kind == 3:
+            del parent[key]
+        elif kind == 4 and isinstance(parent, list):
+            parent[key:key] = [copy.deepcopy(parent[key]) for _ in range(chance.choice((1, 3, 1000)))]
+        elif kind == 5 and isinstance(parent, dict):
+            parent[chance.choice(TEXTS)] = parent.pop(key)
+        elif kind == 6:
+            other, name = chance.choice(where)
+            if not isinstance(other[name], (dict, list)):
+                parent[key] = other[name]
+        elif kind == 7:
+            value = parent[key]
+            for _ in range(chance.choice((1, 20, 400))):
+                value = [value]
+            parent[key] = value
+        elif isinstance(parent[key], list):
+            chance.shuffle(parent[key])
+    return json.dumps(document, ensure_ascii=chance.random() < 0.5)
+
+
+def change_xml(text: str, chance: random.Random) -> str:
+    """Numbers and texts become others, elements are gone, twice, elsewhere or not closed."""
+    for _ in range(chance.choice((1, 1, 2, 5))):
+        elements = [m.span() for m in re.finditer(r"<(\w+)[^<>]*>[^<>]*</\1>", text)]
+        values = [m.span() for m in re.finditer(r"(?<=>)[^<>\s][^<>]*(?=<)|(?<=\")[^\"<>]*(?=\")", text)]
+        if not elements or not values:
+            break
+        begin, end = chance.choice(elements)
+        kind = chance.randrange(7)
+        if kind <= 2:
+            begin, end = chance.choice(values)
+            value = chance.choice([*TEXTS, *map(str, NUMBERS), "#x7FFFFFFF", "#xFFFFFFFFFF", "0,1,2", "true",
+                                   "&amp;" * 20])
+            text = text[:begin] + value.replace("<", "").replace("\0", "") + text[end:]
+        elif kind == 3:
+            text = text[:begin] + text[end:]
+        elif kind == 4:
+            text = text[:end] + text[begin:end] * chance.choice((1, 50)) + text[end:]
+        elif kind == 5:
+            at, _ = chance.choice(elements)
+            text = text[:at] + text[begin:end] + text[at:]
+        else:
+            begin = chance.randrange(len(text))
+            text = text[:begin] + text[begin + chance.randrange(40):]
+    return text
+
+
+def change_file(content: bytes, chance: random.Random) -> bytes:
+    if chance.random() < 0.15:  # no structure at all
+        raw = bytearray(content)
+        for _ in range(chance.choice((1, 3, 20))):
+            raw[chance.randrange(len(raw))] = chance.randrange(256)
+        return bytes(raw[:chance.randrange(1, len(raw) + 1)] if chance.random() < 0.3 else raw)
+    text = content.decode(errors="replace")
+    changed = change_xml(text, chance) if text.lstrip("\ufeff \n").startswith("<") else change_json(text, chance)
+    return changed.encode(errors="replace")
+
+
+def other_files(program: str, captures: list, folder: str) -> list:
+    """Files that are read besides captures: the command that reads one, and what a sound one holds."""
+    def made(name, *arguments):
+        path = os.path.join(folder, name)
+        last = 1 if arguments[0] == "startup" else 6
+        subprocess.run([program, *(path if a == "{}" else a for a in arguments), *captures[:last]],
+                       stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
+        return pathlib.Path(path).read_bytes() if os.path.exists(path) else b""
+
+    seeds = [
+        (["check", "--config", "{}"], json.dumps({
+            "rules": {"al-refused": "off", "sdo-abort": "info"}, "fail_on": "warning", "limits": {"jitter_us": 10},
+            "suppress": [{"rule": "al-refused", "slave": 0, "reason": "known", "until": "2031-01-01"}]}).encode()),
+        (["check", "--baseline", "{}"], made("baseline.json", "check", "--write-baseline", "{}")),
+        (["merge", "{}"], made("report.json", "check", "--format", "json", "-o", "{}")),
+        (["startup", "--expect", "{}"], made("expectation.json", "startup", "--save", "{}")),
+    ]
+    root = pathlib.Path(__file__).resolve().parents[2]
+    for pattern, command in (("tests/fuzz/corpus/fuzz_eni/*", ["check", "--eni", "{}"]),
+                             ("tests/fuzz/corpus/fuzz_esi/*", ["check", "--esi", "{}"]),
+                             ("samples/descriptions/*.xml", ["check", "--esi", "{}"]),
+                             ("samples/descriptions/*.xml", ["check", "--eni", "{}"]),
+                             ("samples/families/*.json", ["check", "--profiles", "{}"])):
+        seeds += [(command, path.read_bytes()) for path in sorted(root.glob(pattern))]
+    return [(command, content) for command, content in seeds if content]
+
+
 def sound(program: str, command: list, files: list) -> str:
     """What is wrong; empty: nothing."""
     try:
@@ -152,6 +287,28 @@ def sound(program: str, command: list, files: list) -> str:
     if done.returncode in (0, 1, 2) and b"runtime error" not in done.stderr:
         return ""
     return f"status {done.returncode}: {done.stderr.decode(errors='replace')[-2000:]}"
+
+
+def attack_others(options, others: list, made: int, folder: str) -> int:
+    failures = 0
+    for n in range(AT_ONCE):
+        chance = random.Random(f"{options.seed} {made} other {n}")
+        command, content = chance.choice(others)
+        path = pathlib.Path(folder) / f"{made + n}-{command[1].strip('-{}') or command[0]}.file"
+        try:
+            path.write_bytes(change_file(content, chance))
+        except (ValueError, RecursionError):
+            continue
+        files = [] if command[0] == "merge" else [chance.choice(options.captures)]
+        arguments = [str(path) if a == "{}" else a for a in command]
+        if wrong := sound(options.program, arguments, files):
+            failures += 1
+            os.makedirs(options.keep, exist_ok=True)
+            kept = pathlib.Path(options.keep) / path.name
+            kept.write_bytes(path.read_bytes())
+            print(f"{' '.join(command)} {' '.join(files)} {kept}\n  {wrong}", flush=True)
+        path.unlink()
+    return failures
 
 
 def main() -> int:
@@ -168,15 +325,19 @@ def main() -> int:
     end = time.monotonic() + options.minutes * 60
     made = failures = rounds = 0
     with tempfile.TemporaryDirectory(prefix="ecaudit-attack-") as folder:
+        others = other_files(options.program, sorted(options.captures), folder)
         while made < options.runs if options.runs else time.monotonic() < end:
             files = []
             for n in range(AT_ONCE):
                 chance = random.Random(f"{options.seed} {made + n}")
                 path, head, packets = chance.choice(sources)
                 name = os.path.join(folder, f"{made + n}-{pathlib.Path(path).name}")
-                pathlib.Path(name).write_bytes(head + b"".join(bytes(p.piece) for p in damage(packets, chance)))
+                damaged = b"".join(bytes(p.piece) for p in damage(packets, chance))
+                pathlib.Path(name).write_bytes(change_block(head, chance) + damaged)
                 files.append(name)
             made += AT_ONCE
+            if others and rounds % 3 == 2:
+                failures += attack_others(options, others, made, folder)
             command = COMMANDS[rounds % len(COMMANDS)]
             rounds += 1
             one_by_one = command[0] in ("events", "signals", "decode")
