@@ -5,6 +5,7 @@
 #include "cli/commands/command.h"
 #include "cli/interrupt.h"
 #include "cli/stream/datagram_lines.h"
+#include "cli/stream/json_line.h"
 #include "cli/stream/stream_run.h"
 
 namespace ecaudit::cli {
@@ -32,8 +33,10 @@ class DatagramWriter final : public LineWriter {
     const std::optional<std::int64_t> since_start = context_->source.SinceStart(frame.ref());
     const auto seconds = since_start ? std::optional(static_cast<double>(*since_start) / 1e9) : std::nullopt;
     if (!context_->range.Contains(frame.ref().number, seconds)) return;
+    seconds_.clear();
+    if (since_start) AppendSeconds(seconds_, *since_start);
     for (std::size_t i = 0; i < frame.size(); ++i) {
-      DatagramRow row{frame, frame[i], seen.direction, since_start, std::nullopt, context_->time()};
+      DatagramRow row{frame, frame[i], seen.direction, since_start, seconds_, std::nullopt, context_->time()};
       if (!Resolve(row)) continue;
       for (LineTarget& target : context_->targets) Write(row, target);
     }
@@ -101,6 +104,7 @@ class DatagramWriter final : public LineWriter {
   const Pipeline* pipeline_ = nullptr;
   const StreamContext* context_ = nullptr;
   RegisterNames names_;
+  std::string seconds_;  ///< of the frame at hand
   ContentTexts contents_;
 };
 

@@ -107,7 +107,7 @@ void AppendDatagramJson(std::string& out, const DatagramRow& row, RegisterNames&
   place.Put(",\"time_s\":");
   if (!row.since_start_ns) place.Put("null");
   place.AppendTo(out);
-  if (row.since_start_ns) AppendSeconds(out, *row.since_start_ns);
+  if (row.since_start_ns) out += row.seconds;
   if (const std::string time = row.time.Iso(row.frame.ref()); !time.empty()) {
     out += ",\"time\":";
     AppendJsonString(out, time);

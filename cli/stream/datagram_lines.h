@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <vector>
 
@@ -21,6 +22,7 @@ struct DatagramRow {
   wire::DatagramView datagram;
   bus::Direction direction = bus::Direction::kForeign;
   std::optional<std::int64_t> since_start_ns;  ///< from the first packet
+  std::string_view seconds;                    ///< that as text
   std::optional<SlavePos> slave;               ///< the slave it addresses
   TimeColumn time;
 

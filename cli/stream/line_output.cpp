@@ -5,7 +5,8 @@
 namespace ecaudit::cli {
 namespace {
 
-constexpr std::size_t kBufferBytes = std::size_t{256} << 10U;
+/// As much as a pipe takes, and little enough to stay in the processor's cache.
+constexpr std::size_t kBufferBytes = std::size_t{64} << 10U;
 constexpr std::size_t kRoomForALine = std::size_t{8} << 10U;
 
 }  // namespace

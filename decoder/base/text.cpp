@@ -1,6 +1,7 @@
 #include "decoder/base/text.h"
 
 #include <array>
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -19,6 +20,17 @@ constexpr std::array<char, 512> kBytePairs = [] {
   }
   return pairs;
 }();
+
+/// The eight digits of four bytes, the first one lowest.
+constexpr std::uint64_t DigitsOf(std::uint32_t bytes) {
+  std::uint64_t apart = bytes;  // a byte in 16 bits
+  apart = (apart | apart << 16U) & 0x0000'FFFF'0000'FFFF;
+  apart = (apart | apart << 8U) & 0x00FF'00FF'00FF'00FF;
+  const std::uint64_t nibbles = (apart >> 4U & 0x000F'000F'000F'000F) | (apart & 0x000F'000F'000F'000F) << 8U;
+  const std::uint64_t letters = (nibbles + 0x0606'0606'0606'0606) >> 4U & 0x0101'0101'0101'0101;
+  return nibbles + 0x3030'3030'3030'3030 + letters * ('a' - '0' - 10);
+}
+static_assert(DigitsOf(0xF09A'BC01) == 0x3066'6139'6362'3130);  // "01bc9af0"
 
 void AppendByte(std::string& out, std::uint8_t byte) {
   out += kDigits[byte >> 4];
@@ -65,10 +77,15 @@ void AppendHexBytes(std::string& out, ByteSpan bytes) {
   const std::size_t at = out.size();
   out.resize(at + 2 * bytes.size());
   char* to = out.data() + at;
-  for (const std::uint8_t byte : bytes) {
-    std::memcpy(to, kBytePairs.data() + 2 * std::size_t{byte}, 2);
-    to += 2;
+  const std::uint8_t* from = bytes.data();
+  const std::uint8_t* const end = from + bytes.size();
+  if constexpr (std::endian::native == std::endian::little) {
+    for (; end - from >= 4; from += 4, to += 8) {
+      const std::uint64_t digits = DigitsOf(LoadLittleEndian<std::uint32_t>(from));
+      std::memcpy(to, &digits, sizeof digits);
+    }
   }
+  for (; from != end; ++from, to += 2) std::memcpy(to, kBytePairs.data() + 2 * std::size_t{*from}, 2);
 }
 
 std::string HexBytes(ByteSpan bytes) {

@@ -1,5 +1,9 @@
 #include "decoder/base/text.h"
 
+#include <string>
+#include <string_view>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 namespace ecaudit {
@@ -36,6 +40,20 @@ TEST(Text, ControlSequencesNeverReachTheTerminal) {
   EXPECT_EQ(Printable("\xe2\x80\xae"), "\\xe2\\x80\\xae");  // right-to-left override
   EXPECT_EQ(Printable("\xff\xfe"), "\\xff\\xfe");
   EXPECT_EQ(Printable("\xe2\x82"), "\\xe2\\x82");  // cut sequence
+}
+
+TEST(Text, BytesInHexadecimalOfEveryValueAndLength) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::vector<std::uint8_t> bytes;
+  std::string wanted = "before ";
+  for (unsigned value = 0; value < 300; ++value) {
+    std::string out = "before ";
+    AppendHexBytes(out, bytes);
+    ASSERT_EQ(out, wanted);
+    bytes.push_back(static_cast<std::uint8_t>(value * 37));
+    wanted += kDigits[bytes.back() >> 4U];
+    wanted += kDigits[bytes.back() & 0x0FU];
+  }
 }
 
 }  // namespace
