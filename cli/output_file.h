@@ -26,6 +26,7 @@ enum class Links : std::uint8_t {
 
 /// A file written piece by piece to a temporary file beside `path`, so that readers see the old one or the whole new
 /// one, also after the machine has lost its power. Links are followed; a device or pipe is written directly.
+/// Not QSaveFile: it follows every link, takes no name that is not valid text, and leaves the folder unsynced.
 class OutputFile {
  public:
   [[nodiscard]] static Result<OutputFile> Create(const std::string& path, Links links = Links::kFollow);

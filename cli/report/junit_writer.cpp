@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "cli/report/layout.h"
+#include "cli/report/times.h"
 #include "cli/report/xml.h"
 #include "decoder/base/text.h"
 
@@ -25,14 +26,6 @@ struct TestCase {
   std::string text;     ///< several lines
 };
 
-std::string Attribute(std::string_view name, std::string_view value) {
-  return " " + std::string(name) + "=\"" + XmlText(OneLine(value)) + "\"";
-}
-
-std::string Attribute(std::string_view name, std::uint64_t value) {
-  return Attribute(name, std::to_string(value));
-}
-
 /// "samples.captures.trace_pcapng": CI servers make a tree of packages of it.
 std::string ClassName(const std::string& path) {
   std::string name;
@@ -46,11 +39,12 @@ std::string ClassName(const std::string& path) {
   return name.empty() ? "capture" : name;
 }
 
-/// "frame 760 at 0.759000 s, seen 5,999 times, last in frame 6762"
+/// "frame 760 at 0.759000 s (02:13:07.250 UTC), seen 5,999 times, last in frame 6762"
 std::string Where(const FindingDigest& f) {
   if (f.frame == 0) return "whole capture";
   std::string text = "frame " + std::to_string(f.frame);
   if (f.time_s) text += " at " + Fixed(*f.time_s, 6) + " s";
+  if (f.time) text += " (" + ClockText(*f.time, false, 3) + " UTC)";
   if (f.count > 1) text += ", seen " + Count(f.count, "time") + ", last in frame " + std::to_string(f.last_frame);
   return text;
 }
@@ -186,25 +180,18 @@ std::vector<TestCase> TestCases(const Digest& digest, const CaptureDigest& captu
   return tests;
 }
 
-std::string Write(const TestCase& test, const std::string& class_name) {
-  std::string out = "    <testcase" + Attribute("name", test.name) + Attribute("classname", class_name) + " time=\"0\"";
-  std::string_view element;
-  switch (test.outcome) {
-    case TestCase::Outcome::kPassed:
-      return out + "/>\n";
-    case TestCase::Outcome::kFailed:
-      element = "failure";
-      break;
-    case TestCase::Outcome::kError:
-      element = "error";
-      break;
-    case TestCase::Outcome::kSkipped:
-      element = "skipped";
-      break;
+void Write(XmlWriter& xml, const TestCase& test, const std::string& class_name) {
+  xml.Begin("testcase").Attribute("name", test.name).Attribute("classname", class_name).Attribute("time", 0);
+  const std::string_view element = test.outcome == TestCase::Outcome::kFailed    ? "failure"
+                                   : test.outcome == TestCase::Outcome::kError   ? "error"
+                                   : test.outcome == TestCase::Outcome::kSkipped ? "skipped"
+                                                                                 : "";
+  if (!element.empty()) {
+    xml.Begin(element).Attribute("message", test.message);
+    if (!test.type.empty()) xml.Attribute("type", test.type);
+    xml.Text(test.text).End();
   }
-  out += ">\n      <" + std::string(element) + Attribute("message", test.message);
-  if (!test.type.empty()) out += Attribute("type", test.type);
-  return out + ">" + XmlText(test.text) + "</" + std::string(element) + ">\n    </testcase>\n";
+  xml.End();
 }
 
 /// Findings that are told but do not fail the run.
@@ -233,12 +220,12 @@ struct Totals {
   }
 };
 
-std::string Property(std::string_view name, std::string_view value) {
-  return "      <property" + Attribute("name", name) + Attribute("value", value) + "/>\n";
+void Property(XmlWriter& xml, std::string_view name, std::string_view value) {
+  xml.Begin("property").Attribute("name", name).Attribute("value", value).End();
 }
 
-std::string Suite(const Digest& digest, const CaptureDigest& capture, std::size_t index,
-                  const std::vector<TestCase>& tests) {
+void Suite(XmlWriter& xml, const Digest& digest, const CaptureDigest& capture, std::size_t index,
+           const std::vector<TestCase>& tests) {
   Totals totals;
   totals.Add(tests);
   const std::string class_name = ClassName(capture.path);
@@ -246,35 +233,32 @@ std::string Suite(const Digest& digest, const CaptureDigest& capture, std::size_
   const std::string_view time = capture.first_time.size() < kNoTime.size()
                                     ? kNoTime
                                     : std::string_view(capture.first_time).substr(0, kNoTime.size());
-  std::string out = "  <testsuite" + Attribute("name", capture.path) + Attribute("package", class_name) +
-                    Attribute("id", index) + Attribute("tests", totals.tests) + Attribute("failures", totals.failures) +
-                    Attribute("errors", totals.errors) + Attribute("skipped", totals.skipped) + " time=\"0\"" +
-                    Attribute("timestamp", time) + " hostname=\"localhost\">\n    <properties>\n";
-  out += Property("ecaudit.version", digest.version) + Property("fail_on", Name(capture.fail_on));
-  if (const std::string limits = Text(capture.selection); !limits.empty()) out += Property("limited_by", limits);
-  if (!capture.baseline.empty()) out += Property("baseline", capture.baseline);
-  if (capture.unreadable.empty() && capture.judged) out += Property("verdict", Summarise(capture).Verdict());
-  out += "    </properties>\n";
-  for (const TestCase& test : tests) out += Write(test, class_name);
-  out += "    <system-out>" + XmlText(OtherFindings(capture)) + "</system-out>\n    <system-err/>\n";
-  return out + "  </testsuite>\n";
+  xml.Begin("testsuite").Attribute("name", capture.path).Attribute("package", class_name).Attribute("id", index);
+  xml.Attribute("tests", totals.tests).Attribute("failures", totals.failures).Attribute("errors", totals.errors);
+  xml.Attribute("skipped", totals.skipped).Attribute("time", 0).Attribute("timestamp", time);
+  xml.Attribute("hostname", "localhost").Begin("properties");
+  Property(xml, "ecaudit.version", digest.version);
+  Property(xml, "fail_on", Name(capture.fail_on));
+  if (const std::string limits = Text(capture.selection); !limits.empty()) Property(xml, "limited_by", limits);
+  if (!capture.baseline.empty()) Property(xml, "baseline", capture.baseline);
+  if (capture.unreadable.empty() && capture.judged) Property(xml, "verdict", Summarise(capture).Verdict());
+  xml.End();
+  for (const TestCase& test : tests) Write(xml, test, class_name);
+  xml.Begin("system-out").Text(OtherFindings(capture)).End();
+  xml.Begin("system-err").End().End();
 }
 
 }  // namespace
 
 std::string WriteJunit(const Digest& digest) {
   Totals totals;
-  std::string suites;
-  for (std::size_t i = 0; i < digest.captures.size(); ++i) {
-    const std::vector<TestCase> tests = TestCases(digest, digest.captures[i]);
-    totals.Add(tests);
-    suites += Suite(digest, digest.captures[i], i, tests);
-  }
-  suites.insert(0, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"ecaudit\"" +
-                       Attribute("tests", totals.tests) + Attribute("failures", totals.failures) +
-                       Attribute("errors", totals.errors) + " time=\"0\">\n");
-  suites += "</testsuites>\n";
-  return suites;
+  std::vector<std::vector<TestCase>> suites;
+  for (const CaptureDigest& capture : digest.captures) totals.Add(suites.emplace_back(TestCases(digest, capture)));
+  XmlWriter xml;
+  xml.Begin("testsuites").Attribute("name", "ecaudit").Attribute("tests", totals.tests);
+  xml.Attribute("failures", totals.failures).Attribute("errors", totals.errors).Attribute("time", 0);
+  for (std::size_t i = 0; i < suites.size(); ++i) Suite(xml, digest, digest.captures[i], i, suites[i]);
+  return xml.Take();
 }
 
 }  // namespace ecaudit::report

@@ -7,10 +7,13 @@
 #include <utility>
 #include <vector>
 
+#include <QByteArray>
+
 #include "cli/report/fingerprint.h"
 #include "cli/report/json_text.h"
 #include "cli/report/layout.h"
 #include "cli/report/project_path.h"
+#include "cli/report/times.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::report {
@@ -30,20 +33,9 @@ void PutMessage(JsonObject& out, std::string_view text) {
 /// A URI reference (RFC 3986): relative to the folder of the project, where it lies in it.
 std::string Uri(std::string_view given, std::string_view folder) {
   const std::string path = PathInProject(given, folder);
-  constexpr std::string_view kKept = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~/";
-  constexpr std::string_view kHex = "0123456789ABCDEF";
-  std::string uri = path.starts_with('/') ? "file://" : "";
-  for (const char c : path) {
-    if (kKept.find(c) != std::string_view::npos) {
-      uri += c;
-    } else {
-      const auto byte = static_cast<unsigned char>(c);
-      uri += '%';
-      uri += kHex[byte >> 4U];
-      uri += kHex[byte & 15U];
-    }
-  }
-  return uri;
+  // Names of files are bytes, and need not be text, which QUrl wants.
+  const QByteArray name = QByteArray::fromRawData(path.data(), static_cast<qsizetype>(path.size()));
+  return (path.starts_with('/') ? "file://" : "") + name.toPercentEncoding("/").toStdString();
 }
 
 /// Text from the catalogue without the empty lines around it.
@@ -248,6 +240,7 @@ class SarifWriter {
     }
     out.Put("count", f.count);
     PutKnown(out, "time_s", f.time_s);
+    if (f.time) out.Put("time", IsoTime(*f.time));
     PutKnown(out, "slave", f.slave);
     PutKnown(out, "station_address", f.station_address);
     if (!f.related_frames.empty()) out.Values("related_frames", f.related_frames);

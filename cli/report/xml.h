@@ -1,6 +1,8 @@
 /// XML for texts of any origin.
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -10,5 +12,30 @@ namespace ecaudit::report {
 /// characters become entities; control characters and broken UTF-8 appear as \xNN as everywhere in reports; the two
 /// characters that XML 1.0 forbids beyond these, U+FFFE and U+FFFF, become U+FFFD.
 [[nodiscard]] std::string XmlText(std::string_view text);
+
+/// A document, element by element, indented by two spaces. Texts may be of any origin, as for XmlText().
+class XmlWriter {
+ public:
+  XmlWriter();
+  XmlWriter(const XmlWriter&) = delete;
+  XmlWriter& operator=(const XmlWriter&) = delete;
+  ~XmlWriter();
+
+  /// Opens an element.
+  XmlWriter& Begin(std::string_view name);
+  /// Of the element opened last, which has no content yet. Line breaks become spaces.
+  XmlWriter& Attribute(std::string_view name, std::string_view value);
+  XmlWriter& Attribute(std::string_view name, std::uint64_t value);
+  /// The content of the element opened last.
+  XmlWriter& Text(std::string_view text);
+  /// Closes the element opened last.
+  XmlWriter& End();
+  /// Closes what is open. Nothing may be written afterwards.
+  [[nodiscard]] std::string Take();
+
+ private:
+  struct Stream;
+  std::unique_ptr<Stream> stream_;
+};
 
 }  // namespace ecaudit::report

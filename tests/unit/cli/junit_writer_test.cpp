@@ -46,7 +46,7 @@ constexpr std::string_view kOneCapture = R"xml(<?xml version="1.0" encoding="UTF
       <property name="verdict" value="fail"/>
     </properties>
     <testcase name="al-refused, slave 0 (AKD, 0x1001)" classname="lab.akd_pcapng" time="0">
-      <failure message="SAFEOP refused with AL status code 0x001d (frame 760)" type="error">error al-refused, slave 0 (AKD, 0x1001), frame 760 at 0.759000 s, seen 5,999 times, last in frame 6762
+      <failure message="SAFEOP refused with AL status code 0x001d (frame 760)" type="error">error al-refused, slave 0 (AKD, 0x1001), frame 760 at 0.759000 s (12:00:00.759 UTC), seen 5,999 times, last in frame 6762
 SAFEOP refused with AL status code 0x001d
 The slave &lt;stayed&gt; in PREOP &amp; waits
 source: AKD EtherCAT Communication, 4.3
@@ -107,7 +107,7 @@ TEST(JunitWriter, PathsBecomeClasses) {
 TEST(JunitWriter, NoCapture) {
   EXPECT_EQ(WriteJunit(Digest{}),
             "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
-            "<testsuites name=\"ecaudit\" tests=\"0\" failures=\"0\" errors=\"0\" time=\"0\">\n</testsuites>\n");
+            "<testsuites name=\"ecaudit\" tests=\"0\" failures=\"0\" errors=\"0\" time=\"0\"/>\n");
 }
 
 }  // namespace

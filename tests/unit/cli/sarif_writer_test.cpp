@@ -46,7 +46,8 @@ constexpr std::string_view kResult = R"json({
       "physicalLocation": {"artifactLocation": {"uri": "lab/my%20akd.pcapng", "index": 0}, "region": {"startLine": 1}},
       "logicalLocations": [{"name": "slave 0", "fullyQualifiedName": "slave 0 (AKD, 0x1001)", "kind": "resource"}]}],
     "properties": {
-      "frame": 760, "last_frame": 6762, "count": 5999, "time_s": 0.759, "slave": 0, "station_address": 4097,
+      "frame": 760, "last_frame": 6762, "count": 5999, "time_s": 0.759,
+      "time": "2019-05-01T12:00:00.759000000Z", "slave": 0, "station_address": 4097,
       "related_frames": [743], "confidence": "observed", "reference": "AKD EtherCAT Communication, 4.3",
       "wireshark_filter": "frame.number==760 || frame.number==6762 || frame.number==743"}})json";
 

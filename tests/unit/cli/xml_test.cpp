@@ -23,5 +23,17 @@ TEST(Xml, TextStaysAsItIs) {
   EXPECT_EQ(XmlText(""), "");
 }
 
+TEST(Xml, WritesElements) {
+  XmlWriter xml;
+  xml.Begin("a").Attribute("name", "x\ny \"<&\x01\xEF\xBF\xBE").Attribute("count", 7);
+  xml.Begin("b").Text("1 < 2\nAchsregler \xC3\xBC \xff").End().Begin("c").End();
+  EXPECT_EQ(xml.Take(),
+            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+            "<a name=\"x y &quot;&lt;&amp;\\x01\xEF\xBF\xBD\" count=\"7\">\n"
+            "  <b>1 &lt; 2\nAchsregler \xC3\xBC \\xff</b>\n"
+            "  <c/>\n"
+            "</a>\n");
+}
+
 }  // namespace
 }  // namespace ecaudit::report
