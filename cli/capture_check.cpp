@@ -47,6 +47,12 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
   }
   auto source = paths.size() > 1 ? capture::OpenJoined(paths, &stop) : capture::OpenCapture(paths.front(), &stop);
   if (!source) return source.error();
+  LineCounter* lines = nullptr;
+  if (wanted.decode_lines) {
+    auto counting = std::make_unique<LineCounter>(std::move(*source));
+    lines = counting.get();
+    *source = std::move(counting);
+  }
   analysis.stop = &stop;
   analysis.reached = reached;
   analysis.progress = std::move(progress);
@@ -78,7 +84,7 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
   out.report.required = settings.required.text;
   if (settings.required.any()) out.report.unmet = MissingOf(settings.required, out.report.result, slaves);
   if (baseline != nullptr) ApplyBaseline(*baseline, out.report);
-  if (wanted.decode_lines && !stop) out.report.decode_lines = DecodeLines(paths, out.report.result.findings);
+  if (lines != nullptr && !stop) out.report.decode_lines = DecodeLines(*lines, paths, out.report.result.findings);
   return out;
 }
 

@@ -36,7 +36,7 @@ class BaselineShelf {
 /// What costs time of its own, and only some reports show.
 struct WantedExtras {
   bool timeline = false;      ///< what happened over time
-  bool decode_lines = false;  ///< where findings stand in the text of `decode`: the capture is read once more
+  bool decode_lines = false;  ///< where findings stand in the text of `decode`
 };
 
 struct CheckedCapture {

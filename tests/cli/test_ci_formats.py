@@ -262,6 +262,13 @@ class Sarif(LineTest):
             self.assertEqual(result["properties"]["frame"], finding["frame"])
             self.assertEqual(result["properties"]["count"], finding["count"])
 
+    def test_lines_of_what_cannot_be_read_twice(self):
+        lines = lambda run: [r["locations"][0]["physicalLocation"]["region"]["startLine"] for r in run["results"]]
+        wanted = lines(self.sarif(self.faulty, status=1))
+        self.assertGreater(max(wanted), 1)
+        done = self.check("--format", "sarif", "-", status=1, input=pathlib.Path(self.faulty).read_bytes())
+        self.assertEqual(lines(json.loads(done.out)["runs"][0]), wanted)
+
     def test_each_result_has_a_line(self):
         # GitHub wants a region of each result (rule GH1003), and shows what has the path of a file in the project.
         shutil.copytree(SOURCE / "samples" / "captures", self.dir / "captures")
