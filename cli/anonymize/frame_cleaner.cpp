@@ -70,8 +70,17 @@ void FrameCleaner::Learn(const capture::CapturedFrame& frame) {
   const wire::FrameView view = wire::FrameView::Parse(frame);
   for (std::size_t i = 0; i < view.size(); ++i) {
     const wire::DatagramView datagram = view[i];
-    if (wire::IsLogical(datagram.command())) continue;
+    if (wire::IsLogical(datagram.command())) {
+      for (const MappedMailboxes::Place& place : mapped_.In(datagram)) {
+        const ByteSpan message = datagram.data().subspan(place.begin, place.length);
+        if (!mailbox::LooksLikeMessage(message, place.direction)) continue;
+        std::vector<std::uint8_t> copy(message.begin(), message.end());
+        mailboxes_.Clean(place.slave, place.direction, copy, {});
+      }
+      continue;
+    }
     eeprom_.Hear(datagram);
+    mapped_.Hear(datagram, eeprom_.SlaveOf(datagram));
     eeprom_.Learn(datagram);
     const bool in = !wire::Writes(datagram.command());
     if (datagram.ado() < kProcessRam || (in && datagram.wkc() == 0)) continue;
@@ -84,6 +93,7 @@ void FrameCleaner::Learn(const capture::CapturedFrame& frame) {
 
 void FrameCleaner::EndLearning() {
   eeprom_.EndLearning(secrets_);
+  mapped_ = {};
   learned_ = secrets_;
   removed_ = {};
 }
@@ -95,9 +105,17 @@ void FrameCleaner::Clean(const capture::CapturedFrame& frame, std::vector<std::u
   const std::uint8_t* const begin = frame.bytes.data();
   for (std::size_t i = 0; i < view.size(); ++i) {
     const wire::DatagramView datagram = view[i];
-    if (wire::IsLogical(datagram.command())) continue;
-    eeprom_.Hear(datagram);
     const auto at = static_cast<std::size_t>(datagram.data().data() - begin);
+    if (wire::IsLogical(datagram.command())) {
+      for (const MappedMailboxes::Place& place : mapped_.In(datagram)) {
+        const Bytes message = Part(bytes, at + place.begin, place.length);
+        if (!mailbox::LooksLikeMessage(message, place.direction)) continue;
+        mailboxes_.Clean(place.slave, place.direction, message, learned_);
+      }
+      continue;
+    }
+    eeprom_.Hear(datagram);
+    mapped_.Hear(datagram, eeprom_.SlaveOf(datagram));
     CleanDatagram(datagram, Part(bytes, at, datagram.data().size()));
   }
   // Behind the last whole datagram: padding, or in a broken or cut frame the header of one more.

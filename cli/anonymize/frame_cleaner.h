@@ -10,6 +10,7 @@
 
 #include "cli/anonymize/eeprom_watch.h"
 #include "cli/anonymize/mailbox_cleaner.h"
+#include "cli/anonymize/mapped_mailboxes.h"
 #include "cli/anonymize/text_runs.h"
 #include "decoder/capture/frame_source.h"
 #include "decoder/wire/frame_view.h"
@@ -39,6 +40,7 @@ class FrameCleaner {
   void CleanUdp(Bytes bytes, std::size_t ethercat);
 
   EepromWatch eeprom_;
+  MappedMailboxes mapped_;
   Secrets secrets_;
   Secrets learned_;  ///< of the first pass: names of objects may repeat them
   Removed removed_;

@@ -49,7 +49,7 @@ void MailboxCleaner::Clean(std::uint32_t slave, Direction direction, Bytes data,
   Bytes rest = From(data, mailbox::kHeaderBytes);
   const Bytes payload = rest.first(std::min<std::size_t>(header.length, rest.size()));
   // Behind a message stands what was left of earlier ones.
-  Clear(rest.subspan(payload.size()));
+  Cross(rest.subspan(payload.size()));
   switch (header.protocol) {
     case Protocol::kCoE: {
       if (payload.size() < mailbox::kCoeHeaderBytes) return;

@@ -73,6 +73,12 @@ void Clear(Bytes bytes) {
   std::fill(bytes.begin(), bytes.end(), std::uint8_t{0});
 }
 
+void Cross(Bytes bytes) {
+  for (std::uint8_t& byte : bytes) {
+    if (byte != 0) byte = 'x';
+  }
+}
+
 bool HoldsSecret(std::span<const std::uint8_t> bytes, const Secrets& secrets) {
   const std::string_view all = View(bytes);
   return std::any_of(secrets.begin(), secrets.end(),

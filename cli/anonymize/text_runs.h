@@ -24,6 +24,8 @@ void BlotRuns(Bytes bytes, std::size_t shortest, Secrets& secrets);
 /// Wherever one of `secrets` stands.
 void BlotSecrets(Bytes bytes, const Secrets& secrets);
 void Clear(Bytes bytes);
+/// All but zeros become x: where both copies of a datagram differed, they mostly still do.
+void Cross(Bytes bytes);
 
 /// Whether any of `secrets` stands in `bytes`.
 [[nodiscard]] bool HoldsSecret(std::span<const std::uint8_t> bytes, const Secrets& secrets);

@@ -82,7 +82,8 @@ class Anonymize(CliTest):
         for capture in sorted((SHARED / "captures" / "real").glob("*.pcapng")):
             self.check_copy(capture)
         for name in ("sdo-mix", "soem-slaveinfo-akd", "soem-eepromtool-read", "kickcat-ingenia-info", "mixed-traffic",
-                     "startup-ok-1slave-udp", "startup-ok-1slave-cooked", "foe-unsupported"):
+                     "startup-ok-1slave-udp", "startup-ok-1slave-cooked", "foe-unsupported",
+                     "garbage-flipped-startup-ok-1slave"):
             self.check_copy(SHARED / "captures" / "lab" / f"{name}.pcapng")
 
     def mailbox(self, protocol, payload, length=64) -> bytes:
@@ -110,6 +111,35 @@ class Anonymize(CliTest):
         self.assertNotIn(b"\x01\x02\x03\x04", whole)  # the password
         for what in ("MAC address", "SDO value", "EoE message", "FoE message", "other mailbox message"):
             self.assertIn(what, out)
+
+    def test_mailboxes_among_the_process_data(self):
+        # The master maps the mailbox into an FMMU and reads it with LRD, as some do.
+        bus = Bus()
+        bus.exchange(7, 0, 0x0130, b"\0\0", b"\x02\0", 1)
+        manager = struct.pack("<HHBBBB", 0x1C00, 64, 0x22, 0, 1, 0)
+        bus.exchange(5, 0x1001, 0x0808, manager, manager, 1)
+        fmmu = struct.pack("<IHBBHBBBxxx", 0x00010000, 64, 0, 7, 0x1C00, 0, 1, 1)
+        bus.exchange(5, 0x1001, 0x0610, fmmu, fmmu, 1)
+        secret = b"AxisOfMachine7"
+        sdo = struct.pack("<HBHBI", 3 << 12, 0x41, 0x1008, 0, len(secret)) + secret
+        bus.exchange(10, 0, 1, bytes(64), self.mailbox(3, sdo), 1)
+        path = self.file("mapped.pcap", bus.pcap())
+        self.assertIn(secret, (self.dir / "mapped.pcap").read_bytes())
+        copy, out = self.anonymize(path)
+        self.assertNotIn(secret, copy.read_bytes())
+        self.assertIn("SDO value", out)
+
+    def test_bits_behind_a_message(self):
+        # What a broken cable flips behind a message makes both copies differ; that they do stays.
+        bus = Bus()
+        bus.exchange(7, 0, 0x0130, b"\0\0", b"\x02\0", 1)
+        sdo = struct.pack("<HBHBI", 2 << 12, 0x40, 0x1008, 0, 0)
+        message = self.mailbox(3, sdo)
+        flipped = message[:40] + b"\x08" + message[41:]
+        bus.exchange(5, 0x1001, 0x1800, flipped, message, 1)
+        copy, _ = self.anonymize(self.file("flipped.pcap", bus.pcap()))
+        sent, returned = [packet for _, packet in packets(copy)][-2:]
+        self.assertNotEqual(sent[26:90], returned[26:90])
 
     def test_other_traffic_and_comments(self):
         copy = self.check_copy(SAMPLES / "foreign-traffic.pcapng")
