@@ -23,8 +23,27 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs/ DESTINATION ${doc} FILES_MATCHING 
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/samples/captures ${PROJECT_SOURCE_DIR}/samples/descriptions
                   ${PROJECT_SOURCE_DIR}/samples/families
         DESTINATION ${doc}/examples)
-# Whoever hands packages out names himself; this address is reserved for examples.
-set(CPACK_PACKAGE_CONTACT "the ecaudit authors <ecaudit@example.org>" CACHE STRING "Who maintains the package")
+# Who builds a package is who hands it out: as Debian's own tools ask, else as git knows the builder.
+function(package_builder result)
+  set(name "$ENV{DEBFULLNAME}")
+  set(mail "$ENV{DEBEMAIL}")
+  find_program(GIT_PROGRAM git)
+  foreach(part name mail)
+    if(NOT ${part} AND GIT_PROGRAM)
+      string(REPLACE "mail" "email" key ${part})
+      execute_process(COMMAND ${GIT_PROGRAM} config user.${key} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
+                      OUTPUT_VARIABLE ${part} OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+    endif()
+  endforeach()
+  if(NOT name OR NOT mail)
+    message(STATUS "nobody is named as the maintainer of packages: set DEBFULLNAME and DEBEMAIL, or CPACK_PACKAGE_CONTACT")
+    set(name "unknown")
+    set(mail "unknown@localhost.invalid")
+  endif()
+  set(${result} "${name} <${mail}>" PARENT_SCOPE)
+endfunction()
+package_builder(builder)
+set(CPACK_PACKAGE_CONTACT "${builder}" CACHE STRING "Who maintains the package")
 # Debian wants its own changelog, compressed.
 find_program(GZIP_PROGRAM gzip)
 if(GZIP_PROGRAM)

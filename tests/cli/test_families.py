@@ -177,6 +177,25 @@ class Families(CliTest):
         for section in ("match", "pdo", "dictionary", "mailbox", "facts"):
             self.assertEqual(begun[section], made[section], section)
 
+    def test_an_hour_with_the_drive_of_the_samples(self):
+        """As somebody does it who has an ESI, a manual and docs/families.md: begun, checked, loaded, and the report changes."""
+        self.run_program("profiles", "--new", "sim-drive", "--esi", ESI, "-o", "sim-drive.json")
+        self.assertEqual(self.problems(self.dir / "sim-drive.json", status=0), [])
+        family = json.loads((self.dir / "sim-drive.json").read_text().replace('"MANUAL"', '"SIM-2026"'))
+        # The two pieces that the guide shows, with the key of this manual.
+        guide = (SOURCE / "docs" / "families.md").read_text()
+        for key in ('"drive": {', '"al": {'):
+            text = re.search(r"```json\n(" + re.escape(key) + r".*?)```", guide, re.S)[1]
+            family |= json.loads("{" + text.replace("AS-2024", "SIM-2026") + "}")
+        (self.dir / "sim-drive.json").write_text(json.dumps(family))
+        self.assertEqual(self.problems(self.dir / "sim-drive.json", status=0), [])
+        for capture, without, title in (("emergency", "F417", "Following error of the first axis"),
+                                        ("drive-unsupported-mode", "operation 9", "operation 7")):
+            for given, said in (((), without), (("--profiles", "sim-drive.json"), title)):
+                done = self.run_program("check", *given, SAMPLES / f"{capture}.pcapng")
+                self.assertIn(said, done.out)
+        self.assertIn("sim-drive (identity in the EEPROM", done.out)
+
     def test_files_folders_and_settings(self):
         folder = self.dir / "families"
         folder.mkdir()
