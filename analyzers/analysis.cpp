@@ -69,6 +69,7 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
   Explanations explanations;
   const auto collectors = MakeCollectors(observation, explanations, timeline);
   FindingStore store(options.rules);
+  for (const auto& collector : collectors) collector->Follow(store.findings());
   RuleContext context(store, observation, source, options, explanations);
   const auto rules = Attached(context, observation.bus());
 
@@ -82,6 +83,7 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
     context.SetStartup(comparison);
   }
   for (const auto& rule : rules) rule->Finish();
+  for (const auto& collector : collectors) collector->Conclude();
   JoinConsequences(context);
   if (MissesPackets(context.pairing())) WeakenWhatHistoryMayExplain(store, rules);
   const std::size_t slaves = ForgetReplaced(context, store);

@@ -4,7 +4,10 @@
 /// line in collectors.cpp makes it.
 #pragma once
 
+#include <vector>
+
 #include "analyzers/result/analysis_result.h"
+#include "analyzers/result/finding.h"
 
 namespace ecaudit {
 
@@ -15,9 +18,13 @@ class Collector {
   Collector& operator=(const Collector&) = delete;
   virtual ~Collector() = default;
 
+  /// @param findings  grow while the capture is read; lives as long as the analysis
+  virtual void Follow(const std::vector<Finding>& findings) { static_cast<void>(findings); }
   /// The capture has ended: once, before the rules are asked for what only the whole shows.
   /// @param result  has its slaves, each with its id
   virtual void Summarise(AnalysisResult& result) = 0;
+  /// The rules have said the last they have to say: once, behind Summarise().
+  virtual void Conclude() {}
 };
 
 }  // namespace ecaudit

@@ -56,7 +56,8 @@ TimelineCollector::TimelineCollector(const model::BusModel& model, const sync::S
     : model_(model), sync_(sync), timeline_(timeline) {
   bus.ListenTo<model::ProcessCycle, sync::IntervalMeasured, sync::PhaseMeasured, track::FrameLost,
                mailbox::MailboxMessage>(Stage::kBeforeModel, *this);
-  bus.ListenTo<mailbox::SdoTransfer, track::SlaveAccess>(Stage::kAfterModel, *this);
+  bus.ListenTo<mailbox::SdoTransfer, track::SlaveAccess, model::DriveStateChanged, model::AlChangedByItself>(
+      Stage::kAfterModel, *this);
 }
 
 TimelineCollector::Slave& TimelineCollector::Of(SlaveId slave) {
@@ -197,6 +198,7 @@ const std::vector<TimelineCollector::Followed>& TimelineCollector::FollowedIn(co
 }
 
 void TimelineCollector::On(const model::ProcessCycle& cycle) {
+  LookCloser();
   if (cycle.lost || !cycle.frame().has_time) return;
   if (Slave* const slave = Of(cycle.part); slave != nullptr) {
     const bool outputs = cycle.part.direction == device::PdoDirection::kRx;
@@ -209,26 +211,89 @@ void TimelineCollector::On(const model::ProcessCycle& cycle) {
     if (!raw) continue;
     Signal& signal = *followed.signal;
     const double value = AsDouble(signals::ReadSignal(signal.type, place.bits, *raw)) / signal.divisor;
-    if (std::isfinite(value)) signal.series.Add(cycle.frame().time, value);
+    if (!std::isfinite(value)) continue;
+    signal.series.Add(cycle.frame().time, value);
+    signal.close.Add(cycle.frame(), value);
   }
 }
 
 void TimelineCollector::On(const sync::IntervalMeasured& event) {
-  if (event.frame.has_time) cycles_[&event.image].Add(event.frame.time, static_cast<double>(event.interval) / 1e3);
+  if (!event.frame.has_time) return;
+  Cycle& cycle = cycles_[&event.image];
+  const double us = static_cast<double>(event.interval) / 1e3;
+  cycle.series.Add(event.frame.time, us);
+  cycle.close.Add(event.frame, us);
 }
 
 void TimelineCollector::On(const sync::PhaseMeasured& event) {
   if (HasSeries(event.slave)) Count(Of(event.slave).phase, event.frame, static_cast<double>(event.phase) / 1e3);
 }
 
+/// Whoever judges a fault waits for the drive's own reason, maybe until the end of the capture.
+void TimelineCollector::On(const model::DriveStateChanged& event) {
+  using device::DriveState;
+  if (!event.from || (event.to && *event.to != DriveState::kFault && *event.to != DriveState::kFaultReactionActive)) {
+    return;
+  }
+  Remember(event.slave, event.frame.number);
+}
+
+void TimelineCollector::On(const model::AlChangedByItself& event) {
+  Remember(event.slave, event.frame.number);
+}
+
+void TimelineCollector::Remember(SlaveId slave, FrameNo frame) {
+  for (auto& [image, cycle] : cycles_) cycle.close.Remember(frame);
+  if (slave >= slaves_.size()) return;
+  for (const std::unique_ptr<Signal>& signal : slaves_[slave].signals) signal->close.Remember(frame);
+}
+
+void TimelineCollector::LookCloser() {
+  if (findings_ == nullptr) return;
+  for (; looked_at_ < findings_->size(); ++looked_at_) LookCloser((*findings_)[looked_at_]);
+}
+
+void TimelineCollector::LookCloser(const Finding& finding) {
+  const std::size_t most = finding.severity == Severity::kError     ? kMaxClose
+                           : finding.severity == Severity::kWarning ? kMaxClose / 2
+                                                                    : kMaxClose / 4;
+  if (!finding.first.seen()) return;
+  const auto keep = [&](CloseSeries& series) {
+    if (close_ < most) close_ += series.Keep(finding.first.number);
+  };
+  for (auto& [image, cycle] : cycles_) keep(cycle.close);
+  if (finding.slave != kNoSlave) {
+    if (finding.slave >= slaves_.size()) return;
+    for (const std::unique_ptr<Signal>& signal : slaves_[finding.slave].signals) keep(signal->close);
+    return;
+  }
+  // Of a bus of many slaves the first signals of each say most.
+  std::size_t left = kMaxCloseOfBus;
+  const std::size_t each = std::max<std::size_t>(2, kMaxCloseOfBus / std::max<std::size_t>(1, slaves_.size()));
+  for (Slave& slave : slaves_) {
+    for (std::size_t i = 0; i < std::min(each, slave.signals.size()) && left > 0; ++i, --left) {
+      keep(slave.signals[i]->close);
+    }
+  }
+}
+
 void TimelineCollector::Summarise(AnalysisResult& /*result*/) {
-  timeline_ = Draw(sync_.cycle());
+  cycle_ = sync_.cycle();
+}
+
+/// What only the whole capture showed is looked at, too, as far as it is not forgotten.
+void TimelineCollector::Conclude() {
+  LookCloser();
+  timeline_ = Draw(cycle_);
 }
 
 Timeline TimelineCollector::Draw(const sync::CyclicImage* cycle) const {
   Timeline timeline;
   timeline.lost = lost_.series();
-  if (const auto found = cycles_.find(cycle); found != cycles_.end()) timeline.cycle_us = found->second.series();
+  if (const auto found = cycles_.find(cycle); found != cycles_.end()) {
+    timeline.cycle_us = found->second.series.series();
+    timeline.cycle_close = found->second.close.kept();
+  }
   timeline.signals_left_out = signals_left_out_;
   const auto add = [&timeline](const Slave& slave) -> SlaveTimeline& {
     SlaveTimeline& out = timeline.slaves.emplace_back();
@@ -236,6 +301,7 @@ Timeline TimelineCollector::Draw(const sync::CyclicImage* cycle) const {
       if (signal->series.empty()) continue;
       out.signals.push_back(signal->about);
       out.signals.back().values = signal->series.series();
+      out.signals.back().close = signal->close.kept();
     }
     out.outputs = slave.outputs.lane();
     out.inputs = slave.inputs.lane();

@@ -1,7 +1,8 @@
 /// in: decoder events, process data, measurements of the clocks.  out: Timeline, for reports that draw.
 ///
 /// Only made when such a report is wanted. Memory is constant in the length of the
-/// capture: series of BucketSeries, a bounded number of them, and a bounded number of SDO transfers.
+/// capture: series of BucketSeries, a bounded number of them, of CloseSeries around findings, and a bounded number of
+/// SDO transfers.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +14,12 @@
 #include <vector>
 
 #include "analyzers/collect/bucket_series.h"
+#include "analyzers/collect/close_series.h"
 #include "analyzers/collect/collector.h"
 #include "analyzers/collect/exchange_runs.h"
 #include "analyzers/model/bus_model.h"
+#include "analyzers/model/drive_events.h"
+#include "analyzers/model/model_events.h"
 #include "analyzers/result/timeline.h"
 #include "analyzers/sync/sync_model.h"
 #include "analyzers/wiring/event_bus.h"
@@ -29,8 +33,11 @@ class TimelineCollector final : public Collector {
   static constexpr std::size_t kMaxSlaveSignals = 16;   ///< of one slave
   static constexpr std::size_t kMaxUnmet = 64;          ///< slaves that only the ENI file knows
   static constexpr std::size_t kMaxSeriesSlaves = 128;  ///< slaves with series of their clocks and mailboxes
-  static constexpr std::size_t kMaxSdos = 3000;         ///< transfers in all
-  static constexpr std::size_t kMaxSlaveSdos = 400;     ///< of one slave
+  static constexpr std::size_t kMaxClose = 24'000;   ///< single values around findings in all; warnings leave half of
+                                                     ///< it to errors, infos three quarters
+  static constexpr std::size_t kMaxCloseOfBus = 48;  ///< signals of which a finding about the whole bus keeps them
+  static constexpr std::size_t kMaxSdos = 3000;      ///< transfers in all
+  static constexpr std::size_t kMaxSlaveSdos = 400;  ///< of one slave
 
   /// @param timeline  receives what was collected, in Summarise()
   /// All arguments must outlive this.
@@ -43,10 +50,15 @@ class TimelineCollector final : public Collector {
   /// Behind the model: names and values as they are known then.
   void On(const mailbox::SdoTransfer& transfer);
 
+  void On(const model::DriveStateChanged& event);
+  void On(const model::AlChangedByItself& event);
+
   void On(const sync::IntervalMeasured& event);
   void On(const sync::PhaseMeasured& event);
 
+  void Follow(const std::vector<Finding>& findings) override { findings_ = &findings; }
   void Summarise(AnalysisResult& result) override;
+  void Conclude() override;
 
  private:
   struct Signal {
@@ -54,6 +66,11 @@ class TimelineCollector final : public Collector {
     mailbox::DataType type = mailbox::DataType::kUnknown;
     double divisor = 1;
     BucketSeries series;
+    CloseSeries close;
+  };
+  struct Cycle {
+    BucketSeries series;
+    CloseSeries close;
   };
   struct Slave {
     std::vector<std::unique_ptr<Signal>> signals;
@@ -76,6 +93,11 @@ class TimelineCollector final : public Collector {
   void TakeUnmet(const model::ImagePart& part);
   [[nodiscard]] bool HasSeries(SlaveId slave) const { return slave < kMaxSeriesSlaves; }
   const std::vector<Followed>& FollowedIn(const model::ImagePart& part);
+  /// Holds what lies around a frame that a finding may cite later.
+  void Remember(SlaveId slave, FrameNo frame);
+  /// Keeps what lies around findings that are new.
+  void LookCloser();
+  void LookCloser(const Finding& finding);
   Signal* Find(Slave& slave, const model::Signal& entry, bool output);
 
   const model::BusModel& model_;
@@ -87,8 +109,12 @@ class TimelineCollector final : public Collector {
   std::size_t signals_ = 0;
   bool signals_left_out_ = false;
   std::size_t sdos_ = 0;
+  const std::vector<Finding>* findings_ = nullptr;
+  const sync::CyclicImage* cycle_ = nullptr;  ///< whose intervals are the cycle
+  std::size_t looked_at_ = 0;                 ///< of them
+  std::size_t close_ = 0;                     ///< values kept around findings
   BucketSeries lost_;
-  std::map<const sync::CyclicImage*, BucketSeries> cycles_;  ///< at most CyclicImages::kMost
+  std::map<const sync::CyclicImage*, Cycle> cycles_;  ///< at most CyclicImages::kMost
 };
 
 }  // namespace ecaudit::timeline

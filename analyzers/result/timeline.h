@@ -23,6 +23,13 @@ struct TimeSeries {
   [[nodiscard]] bool empty() const { return buckets.empty(); }
 };
 
+/// One value as one frame carried it.
+struct CloseValue {
+  FrameNo frame = 0;
+  TimeNs time = 0;  ///< capture clock
+  double value = 0;
+};
+
 /// One entry of the process data over time.
 struct SignalSeries {
   bool output = false;  ///< master to slave
@@ -34,7 +41,8 @@ struct SignalSeries {
   std::string unit;     ///< of the values below; empty: none, or unknown
   bool scaled = false;  ///< divided by the documented scale; else as on the wire
   TimeSeries values;
-  std::string variable;  ///< what the ENI file calls it; empty: nothing (untrusted text)
+  std::vector<CloseValue> close;  ///< every value around findings, in the order of frames
+  std::string variable;           ///< what the ENI file calls it; empty: nothing (untrusted text)
 };
 
 /// One SDO transfer in words.
@@ -85,10 +93,11 @@ struct SlaveTimeline {
 };
 
 struct Timeline {
-  TimeSeries lost;                    ///< frames that did not return: count of each bucket
-  TimeSeries cycle_us;                ///< interval between process data of the cyclic datagram
-  std::vector<SlaveTimeline> slaves;  ///< those of which there is something
-  bool signals_left_out = false;      ///< there are more signals than series
+  TimeSeries lost;                      ///< frames that did not return: count of each bucket
+  TimeSeries cycle_us;                  ///< interval between process data of the cyclic datagram
+  std::vector<CloseValue> cycle_close;  ///< each interval around findings, by the frame that ends it
+  std::vector<SlaveTimeline> slaves;    ///< those of which there is something
+  bool signals_left_out = false;        ///< there are more signals than series
 };
 
 }  // namespace ecaudit

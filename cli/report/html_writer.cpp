@@ -7,6 +7,7 @@
 #include "cli/report/finding_order.h"
 #include "cli/report/json_text.h"
 #include "cli/report/json_writer.h"
+#include "cli/report/packed.h"
 #include "cli/report/text_writer.h"
 #include "cli/report/timeline_json.h"
 #include "cli/report/xml.h"
@@ -48,6 +49,19 @@ void PutRulePages(JsonObject& out, const Report& report) {
       });
     }
   });
+}
+
+/// Larger data are packed: the report of forty slaves says nearly the same forty times.
+constexpr std::size_t kPlainBytes = 256 * 1024;
+
+/// The data, or {"packed": "..."} with them.
+std::string MadeSmall(std::string data) {
+  if (data.size() <= kPlainBytes) return data;
+  const std::string packed = Packed(data);
+  if (packed.empty()) return data;
+  JsonText text(JsonText::Layout::kLine);
+  text.Object([&](JsonObject& json) { json.Put("packed", packed); });
+  return text.Take();
 }
 
 /// JSON in which nothing looks like a tag, so that no text of the capture can end the element it stands in.
@@ -94,7 +108,7 @@ std::string WriteHtml(const Report& report) {
   // In the order in which they stand in the page.
   fill(kTitleMark, XmlText(Title(report)));
   fill(kSummaryMark, XmlText(summary));
-  fill(kDataMark, WithoutTags(data.Take()));
+  fill(kDataMark, WithoutTags(MadeSmall(data.Take())));
   out += page;
   return out;
 }

@@ -56,7 +56,47 @@ void PutSeries(JsonObject& out, std::string_view key, const AnalysisResult& resu
   });
 }
 
-void PutSignal(JsonObject& out, const AnalysisResult& result, const SignalSeries& signal) {
+/// Which frames the values around findings are from. Signals that travel together share them.
+class CloseFrames {
+ public:
+  /// @return its place in lists()
+  std::size_t PlaceOf(const std::vector<CloseValue>& values) {
+    const auto same = [&values](const std::vector<CloseValue>* other) {
+      return std::equal(values.begin(), values.end(), other->begin(), other->end(),
+                        [](const CloseValue& a, const CloseValue& b) { return a.frame == b.frame; });
+    };
+    const auto found = std::find_if(lists_.begin(), lists_.end(), same);
+    if (found != lists_.end()) return static_cast<std::size_t>(found - lists_.begin());
+    lists_.push_back(&values);
+    return lists_.size() - 1;
+  }
+  [[nodiscard]] const std::vector<const std::vector<CloseValue>*>& lists() const { return lists_; }
+
+ private:
+  std::vector<const std::vector<CloseValue>*> lists_;
+};
+
+void PutCloseFrames(JsonObject& out, const AnalysisResult& result, const std::vector<CloseValue>& values) {
+  out.Array("frames", [&](JsonArray& array) {
+    for (const CloseValue& value : values) array.Add(value.frame);
+  });
+  out.Array("time_s", [&](JsonArray& array) {
+    for (const CloseValue& value : values) {
+      array.Add(SecondsSince(result.capture.origin, FrameRef{value.frame, value.time, true}));
+    }
+  });
+}
+
+/// One number where it never changes, as most process data.
+void PutCloseValues(JsonObject& out, const std::vector<CloseValue>& values) {
+  const auto differs = [&values](const CloseValue& value) { return value.value != values.front().value; };
+  if (std::none_of(values.begin(), values.end(), differs)) return out.Put("value", Number(values.front().value));
+  out.Array("values", [&](JsonArray& array) {
+    for (const CloseValue& value : values) array.Add(Number(value.value));
+  });
+}
+
+void PutSignal(JsonObject& out, const AnalysisResult& result, const SignalSeries& signal, CloseFrames& frames) {
   out.Put("direction", signal.output ? "output" : "input");
   out.Put("index", signal.index);
   out.Put("subindex", signal.subindex);
@@ -67,6 +107,11 @@ void PutSignal(JsonObject& out, const AnalysisResult& result, const SignalSeries
   out.TextOrNull("unit", signal.unit);
   out.Put("scaled", signal.scaled);
   PutSeries(out, "values", result, signal.values, Shows::kValues);
+  if (signal.close.empty()) return;
+  out.Object("close", [&](JsonObject& close) {
+    close.Put("at", frames.PlaceOf(signal.close));
+    PutCloseValues(close, signal.close);
+  });
 }
 
 void PutSdo(JsonObject& out, const AnalysisResult& result, const SdoRow& row) {
@@ -112,8 +157,11 @@ void PutSlaveTimeline(JsonObject& out, const AnalysisResult& result, const Slave
       eni.TextOrNull("name", slave.eni_name);
     });
   }
+  CloseFrames frames;
   out.List("signals", slave.signals,
-           [&](JsonObject& json, const SignalSeries& signal) { PutSignal(json, result, signal); });
+           [&](JsonObject& json, const SignalSeries& signal) { PutSignal(json, result, signal, frames); });
+  out.List("close", frames.lists(),
+           [&](JsonObject& json, const std::vector<CloseValue>* values) { PutCloseFrames(json, result, *values); });
   PutExchange(out, "outputs", result, slave.outputs);
   PutExchange(out, "inputs", result, slave.inputs);
   PutSeries(out, "mailbox", result, slave.mailbox, Shows::kCounts);
@@ -128,6 +176,12 @@ void PutSlaveTimeline(JsonObject& out, const AnalysisResult& result, const Slave
 void PutTimeline(JsonObject& out, const AnalysisResult& result, const Timeline& timeline) {
   PutSeries(out, "lost", result, timeline.lost, Shows::kCounts);
   PutSeries(out, "cycle_us", result, timeline.cycle_us, Shows::kValues);
+  if (!timeline.cycle_close.empty()) {
+    out.Object("cycle_close", [&](JsonObject& close) {
+      PutCloseFrames(close, result, timeline.cycle_close);
+      PutCloseValues(close, timeline.cycle_close);
+    });
+  }
   out.Array("slaves", [&](JsonArray& slaves) {
     for (const SlaveTimeline& slave : timeline.slaves) {
       if (result.slave(slave.slave) == nullptr && slave.slave != kNoSlave) continue;  // not one of --slave

@@ -5,8 +5,10 @@ import path from "node:path";
 import { test } from "node:test";
 import { pathToFileURL } from "node:url";
 
-const source = path.join(process.env.ECAUDIT_SOURCE_DIR, "cli", "report", "html", "src", "format.js");
-const { equalBins, shellWord } = await import(pathToFileURL(source));
+const part = (name) => import(pathToFileURL(path.join(process.env.ECAUDIT_SOURCE_DIR, "cli", "report", "html", "src", name)));
+const { equalBins, shellWord } = await part("format.js");
+const { closeOf, closeRange, merged, stretches } = await part("close.js");
+const { clockText, setClock } = await part("axis.js");
 
 test("a file name is one word of a shell, whatever it holds", () => {
   for (const name of ["trace.pcapng", "a b.pcap", "a;touch x", "$(id)", "`id`", "it's", "'", "-o", "*", "a\\b", "#x", "~", "\u00e4"]) {
@@ -40,4 +42,33 @@ test("a gap of the report stays a gap, and widths may differ", () => {
   assert.deepEqual(equalBins(bins(2, [4, 0, 0, 1]), 60).counts, [4, 0, 0, 1]);
   const mixed = [...bins(0.5, [1, 1, 1, 1], 0), ...bins(1, [1, 1, 1], 2)];
   assert.deepEqual(equalBins(mixed, 60).counts, [2, 2, 1, 1, 1]);
+});
+
+test("single values take the place of the buckets they lie in", () => {
+  const close = { frames: [11, 12, 13, 40, 41], time_s: [1.1, 1.2, 1.3, 4.0, 4.1], values: [5, 9, 5, 7, 8] };
+  assert.deepEqual(stretches(close.time_s), [[0, 2], [3, 4]]);
+  const [x, most, least, frames] = merged([[0.5, 1.25, 2, 3, 5], [1, 9, 3, 4, 6], [1, 5, 3, null, 6]], close);
+  assert.deepEqual(x, [0.5, 1.1, 1.2, 1.3, 2, 3, 4.0, 4.1, 5]);
+  assert.deepEqual(most, [1, 5, 9, 5, 3, 4, 7, 8, 6]);
+  assert.deepEqual(least, [1, 5, 9, 5, 3, null, 7, 8, 6]);
+  assert.deepEqual(frames, [null, 11, 12, 13, null, null, 40, 41, null]);
+  assert.deepEqual(merged([[1, 2], [3, 4], [3, 4]], null), [[1, 2], [3, 4], [3, 4], [null, null]]);
+});
+
+test("what was kept around a time", () => {
+  const drawn = { close: [{ frames: [1, 2], time_s: [1, 1.001] }] };
+  assert.deepEqual(closeOf(drawn, { close: { at: 0, value: 3 } }).values, [3, 3]);
+  assert.equal(closeOf(drawn, {}), null);
+  const close = closeOf(drawn, { close: { at: 0, values: [3, 4] } });
+  const [from, to] = closeRange(close, 1.0005);
+  assert.ok(from < 1 && to > 1.001 && to - from < 0.0012);
+  assert.equal(closeRange(close, 2), null);
+  assert.equal(closeRange(null, 2), null);
+});
+
+test("times of the clock, also across midnight", () => {
+  setClock("2026-03-02T23:59:59.999999000Z");
+  assert.equal(clockText(0, 6), "23:59:59.999999");
+  assert.equal(clockText(0.000001, 6), "00:00:00.000000");
+  assert.equal(clockText(61.5, 0), "00:01:01");
 });

@@ -10,7 +10,7 @@ import path from "node:path";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
 
-const { ECAUDIT, ECAUDIT_SOURCE_DIR, CHROMIUM, PLAYWRIGHT } = process.env;
+const { ECAUDIT, ECAUDIT_SOURCE_DIR, CHROMIUM, PLAYWRIGHT, AXE } = process.env;
 const { chromium } = createRequire(import.meta.url)(PLAYWRIGHT);
 const SAMPLES = path.join(ECAUDIT_SOURCE_DIR, "samples", "captures");
 const folder = mkdtempSync(path.join(tmpdir(), "ecaudit-browser-"));
@@ -315,6 +315,94 @@ test("light and dark, both legible", async () => {
   }
 });
 
+/// What axe-core finds wrong, in a line each.
+const violations = async (page) => {
+  await page.evaluate(readFileSync(AXE, "utf8"));
+  return page.evaluate(async () => (await window.axe.run(document, { resultTypes: ["violations"] })).violations
+    .map((v) => `${v.id}: ${v.help}: ${v.nodes.slice(0, 3).map((n) => `${n.html.slice(0, 120)} ${n.any[0]?.message ?? ""}`).join(" | ")}`));
+};
+
+test("axe-core finds no violation, light and dark, wide and narrow", async () => {
+  const eni = path.join(ECAUDIT_SOURCE_DIR, "samples", "descriptions", "two-axes.eni.xml");
+  const files = [refused(), report("axe-bus", path.join(SAMPLES, "clean-mixed-bus.pcapng")), report("axe-link", path.join(SAMPLES, "link-errors.pcapng")),
+    report("axe-axes", "--eni", eni, path.join(SAMPLES, "latch-misuse.pcapng"))];
+  for (const file of files) {
+    for (const colorScheme of ["light", "dark"]) {
+      for (const width of [1400, 420]) {
+        await open(file, async (page) => {
+          await page.$$eval("details", (all) => { for (const details of all) details.open = true; });
+          await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+          await page.$$eval("details details, article details", (all) => { for (const details of all) details.open = true; });
+          for (const input of (await page.$$("#overlay fieldset input")).slice(0, 2)) await input.check();
+          await drawn(page);
+          assert.deepEqual(await violations(page), [], `${path.basename(file)} ${colorScheme} ${width}`);
+        }, { colorScheme, viewport: { width, height: 900 } });
+      }
+    }
+  }
+});
+
+test("signals are picked and laid over the time line", async () => {
+  await open(report("overlay", path.join(SAMPLES, "latch-misuse.pcapng")), async (page) => {
+    await page.click("#overlay summary");
+    const boxes = await page.$$("#overlay fieldset input");
+    assert.ok(boxes.length >= 2);
+    assert.equal(await page.$("#overlay canvas"), null);
+    // By keyboard alone.
+    await boxes[0].focus();
+    await page.keyboard.press("Space");
+    await boxes[1].focus();
+    await page.keyboard.press("Space");
+    await drawn(page);
+    assert.equal((await page.$$("#overlay .picked li")).length, 2);
+    const label = await page.getAttribute("#overlay .u-over", "aria-label");
+    assert.match(label, /over time, each on a scale of its own/);
+    await page.check("#one-scale");
+    await drawn(page);
+    assert.match(await page.getAttribute("#overlay .u-over", "aria-label"), /on the same scale/);
+    const area = await plotArea(page, "#overlay");
+    await page.mouse.move(area.x + area.width * 0.7, area.y + 40);
+    assert.match(await page.textContent("#overlay .picked .value"), /\d/);
+    // Zooms with all others.
+    const whole = await range(page);
+    await page.focus("#overlay .u-over");
+    await page.keyboard.press("+");
+    assert.ok((await range(page))[1] - (await range(page))[0] < (whole[1] - whole[0]) * 0.6);
+    for (const input of (await page.$$("#overlay fieldset input")).slice(2, 6)) await input.check();
+    if (boxes.length > 6) assert.equal(await boxes[6].isDisabled(), true, "no more than can be told apart");
+    await boxes[0].uncheck();
+    if (boxes.length > 6) assert.equal(await boxes[6].isDisabled(), false);
+  });
+});
+
+test("around a finding every cycle is shown", async () => {
+  await open(report("close", path.join(SAMPLES, "drive-fault.pcapng")), async (page) => {
+    const kept = await page.evaluate(() => {
+      const { report, pages } = JSON.parse(document.getElementById("data").textContent);
+      const finding = report.reports[0].findings[0];
+      const slave = pages[0].timeline.slaves.find((s) => s.slave === finding.slave);
+      return { frame: finding.frame, slave: finding.slave, time: finding.time_s, close: slave?.close?.[0]?.frames ?? [],
+        cycles: pages[0].timeline.cycle_close?.frames ?? [] };
+    });
+    const frames = kept.close.length ? kept.close : kept.cycles;
+    assert.ok(frames.filter((f) => f <= kept.frame).length >= 5 && frames.length <= 2000, `${frames.length} around ${kept.frame}`);
+    await page.click("#finding-f1 >> text=Show in time line");
+    const [from, to] = await range(page);
+    assert.ok(from <= kept.time && kept.time <= to && to - from < 0.2, `${from} ${to}`);
+  });
+});
+
+test("times of the clock on the axis and under the pointer", async () => {
+  await open(refused(), async (page) => {
+    assert.equal(await page.getAttribute("#clock", "aria-pressed"), "false");
+    await page.click("#clock");
+    assert.equal(await page.getAttribute("#clock", "aria-pressed"), "true");
+    const area = await plotArea(page, "#time");
+    await page.mouse.move(area.x + area.width * 0.7, area.y + 24);
+    assert.match(await page.textContent("#time .tip:not([hidden])"), /0\.03\d+ s, 09:00:00\.03\d{4} UTC/);
+  });
+});
+
 test("prints without buttons, with what was folded", async () => {
   await open(report("mixed", path.join(SAMPLES, "clean-mixed-bus.pcapng")), async (page) => {
     await page.emulateMedia({ media: "print" });
@@ -448,6 +536,13 @@ function longCapture(packets) {
   writeFileSync(name, Buffer.concat(parts));
   return name;
 }
+
+test("the page of a start-up stays small", () => {
+  for (const name of Object.keys(JSON.parse(readFileSync(path.join(SAMPLES, "expected.json"), "utf8")))) {
+    const size = readFileSync(report("size", path.join(SAMPLES, name))).length;
+    assert.ok(size <= 500_000, `${name}: ${size} bytes`);
+  }
+});
 
 test("a long capture gives a small page that opens at once", async () => {
   const short = readFileSync(report("short", longCapture(2_000))).length;

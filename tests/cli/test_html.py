@@ -6,6 +6,7 @@ import io
 import json
 import re
 import unittest
+import zlib
 
 from support import SHARED, SOURCE, CliTest
 
@@ -25,7 +26,8 @@ class HtmlTest(CliTest):
 
     def data(self, *arguments):
         page = self.page(*arguments)
-        return json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.S)[1])
+        data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.S)[1])
+        return json.loads(zlib.decompress(base64.b64decode(data["packed"]))) if "packed" in data else data
 
     def json_report(self, *arguments):
         return json.loads(self.run_program("check", "--format", "json", *arguments).out)
@@ -48,6 +50,13 @@ class HtmlPages(HtmlTest):
 
     def test_holds_the_json_report(self):
         self.assertEqual(self.data(self.faulty, self.healthy)["report"], self.json_report(self.faulty, self.healthy))
+
+    def test_large_reports_are_packed(self):
+        captures = [SAMPLES / f"{name}.pcapng" for name in ("clean-mixed-bus", "wkc-link-break", "master-igh", "latch-misuse")] * 4
+        page = self.page(*captures)
+        self.assertIn('id="data">{"packed":', page)
+        self.assertLess(len(page), 400_000)
+        self.assertEqual(self.data(*captures)["report"], self.json_report(*captures))
 
     def test_complete_in_itself(self):
         page = self.page(self.faulty)

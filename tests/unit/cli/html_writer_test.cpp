@@ -76,7 +76,10 @@ TEST_F(HtmlWriter, SeriesOverTime) {
                           "",
                           false,
                           {test::kStart, 2'000'000, {{1, 1, 1}, {2.5, 7, 2}}},
+                          {{7, test::kStart + 1'000'000, 1}, {8, test::kStart + 2'000'000, 2.5}},
                           "Axis X.Control word"});
+  lane.signals.push_back(lane.signals.back());
+  for (CloseValue& value : lane.signals.back().close) value.value = 4;
   report_.captures[0].timeline = timeline;
   const auto data = nlohmann::ordered_json::parse(DataOf(WriteHtml(report_)))["pages"][0]["timeline"];
   EXPECT_EQ(data["lost"], nullptr);
@@ -86,6 +89,19 @@ TEST_F(HtmlWriter, SeriesOverTime) {
                                                                 "count": [2, 5]})"));
   EXPECT_EQ(drawn["signals"][0]["values"], nlohmann::ordered_json::parse(R"({"start_s": 0.0, "width_s": 0.002,
                                                                 "least": [1, 2.5], "most": [1, 7]})"));
+  // What is around findings: the frames once for all signals that they carry, and one number for what does not change.
+  EXPECT_EQ(drawn["close"], nlohmann::ordered_json::parse(R"([{"frames": [7, 8], "time_s": [0.001, 0.002]}])"));
+  EXPECT_EQ(drawn["signals"][0]["close"], nlohmann::ordered_json::parse(R"({"at": 0, "values": [1, 2.5]})"));
+  EXPECT_EQ(drawn["signals"][1]["close"], nlohmann::ordered_json::parse(R"({"at": 0, "value": 4})"));
+}
+
+TEST_F(HtmlWriter, LargeDataArePacked) {
+  for (int i = 0; i < 400; ++i) report_.captures.push_back(test::RefusedSafeop());
+  const std::string plain = WriteJson(report_);
+  const std::string page = WriteHtml(report_);
+  const auto data = nlohmann::ordered_json::parse(DataOf(page));
+  ASSERT_TRUE(data.contains("packed"));
+  EXPECT_LT(page.size(), plain.size() / 3);
 }
 
 }  // namespace

@@ -1,4 +1,27 @@
-// The part of time that all plots show.
+// The part of time that all plots show, and how times are told.
+
+/// `start`: seconds since midnight (UTC) of the first packet, null where the capture has no times. `on`: axes show the
+/// time of the clock.
+export const clock = { start: null, on: false };
+
+/// first: "2026-03-02T09:00:00.000000000Z" or null
+export function setClock(first) {
+  const parts = /T(\d\d):(\d\d):(\d\d(?:\.\d+)?)/.exec(first ?? "");
+  clock.start = parts ? Number(parts[1]) * 3600 + Number(parts[2]) * 60 + Number(parts[3]) : null;
+  clock.on = clock.on && clock.start !== null;
+}
+
+/// "09:00:00.005"; the day begins anew at midnight.
+export function clockText(time, decimals = 6) {
+  const step = 10 ** decimals;
+  const units = Math.round((clock.start + time) * step);
+  const day = 86400 * step;
+  const inDay = ((units % day) + day) % day;
+  const seconds = Math.floor(inDay / step);
+  const two = (value) => String(value).padStart(2, "0");
+  return `${two(Math.floor(seconds / 3600))}:${two(Math.floor(seconds / 60) % 60)}:${two(seconds % 60)}` +
+    (decimals > 0 ? `.${String(inDay - seconds * step).padStart(decimals, "0")}` : "");
+}
 
 export class TimeAxis {
   constructor(min, max) {

@@ -1,8 +1,11 @@
 // The time line over all slaves: a lane each, with AL states, drive states, mailbox activity and findings.
 import uPlot from "uplot";
+import { clock, clockText } from "./axis.js";
+import { closeOf, closeRange, spread } from "./close.js";
 import { h } from "./dom.js";
 import { count, duration, hex, trim } from "./format.js";
-import { css, followTime, LEFT, mount, selectTime, timeAxis, timeCursor } from "./plots.js";
+import { overlay } from "./overlay.js";
+import { css, followTime, live, LEFT, mount, selectTime, timeAxis, timeCursor } from "./plots.js";
 import { AL_STATES, alSegments, DRIVE_STATES, driveSegments } from "./states.js";
 
 const MAX_LANES = 64;
@@ -223,7 +226,8 @@ function exchangeAt(row, time) {
 function textAt(u, lanes, left, top) {
   const lane = lanes.find((l) => top >= l.top && top < l.bottom + 2);
   if (!lane) return "";
-  const lines = [`${trim(u.posToVal(left, "x"), 6)} s`];
+  const now = u.posToVal(left, "x");
+  const lines = [`${trim(now, 6)} s${clock.start === null ? "" : `, ${clockText(now)} UTC`}`];
   const marks = lane.marks.filter((mark) => near(u, mark, left)).reverse();
   for (const mark of marks.slice(0, 4)) {
     lines.push(`${GLYPHS[mark.severity]} ${mark.id}: ${mark.title} (frame ${mark.frame}${mark.count > 1 ? `, seen ${count(mark.count, "time")}` : ""}${mark.to > mark.time ? ` over ${duration((mark.to - mark.time) * 1000)}` : ""})`);
@@ -322,10 +326,16 @@ export function lanesPanel(capture, page, axis) {
       button("+", "Zoom in", () => axis.zoom(0.5)),
       button("\u2190", "Earlier", () => axis.pan(-0.25)),
       button("\u2192", "Later", () => axis.pan(0.25)),
-      h("button", { type: "button", onclick: () => axis.reset() }, "Whole capture")),
+      h("button", { type: "button", onclick: () => axis.reset() }, "Whole capture"),
+      clock.start !== null && h("button", { type: "button", id: "clock", "aria-pressed": String(clock.on), onclick: (event) => {
+        clock.on = !clock.on;
+        event.target.setAttribute("aria-pressed", String(clock.on));
+        for (const shown of live) shown.redraw(false, true);
+      } }, "Clock times (UTC)")),
     box,
     legend(lanes),
-    h("p", { className: "note screen" }, "Drag to zoom, double-click for the whole capture; when focused, arrows, + and \u2212 move and zoom. Times count from the first packet."),
+    overlay(capture, page, axis, lanes.flatMap((lane) => lane.marks)),
+    h("p", { className: "note screen" }, "Drag to zoom, double-click for the whole capture; when focused, arrows, + and \u2212 move and zoom. Times count from the first packet. Around findings every cycle is shown."),
     capture.slaves.length > MAX_LANES && h("p", { className: "note" }, `The first ${MAX_LANES} of ${capture.slaves.length} slaves.`),
     capture.slaves.some((s) => s.al.history_left_out || s.drive?.history_left_out) &&
       h("p", { className: "note" }, "States that changed too often to list are left out; their bars end there."));
@@ -377,7 +387,11 @@ export function lanesPanel(capture, page, axis) {
       focus.time = finding.time_s;
       focus.id = finding.id;
       panel.dataset.focus = finding.id;
-      if (finding.time_s < axis.min || finding.time_s > axis.max || axis.max - axis.min === axis.full.max - axis.full.min) axis.center(finding.time_s);
+      const drawnOf = page.timeline?.slaves.find((s) => s.slave === finding.slave);
+      const kept = [...(drawnOf?.signals ?? []).map((s) => closeOf(drawnOf, s)), spread(page.timeline?.cycle_close)];
+      const range = kept.map((close) => closeRange(close, finding.time_s)).find(Boolean);
+      if (range) axis.set(...range);
+      else if (finding.time_s < axis.min || finding.time_s > axis.max || axis.max - axis.min === axis.full.max - axis.full.min) axis.center(finding.time_s);
       plot?.redraw(false, false);
       panel.scrollIntoView({ block: "center" });
       plot?.over.focus({ preventScroll: true });

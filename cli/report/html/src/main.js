@@ -8,10 +8,11 @@ import { slavePanel, startUp, unmetPanel } from "./slaves.js";
 import { busPanel, capturePanel, summaryPanel } from "./summary.js";
 import { timingPanel } from "./timing.js";
 import { topologyPanel } from "./topology.js";
-import { TimeAxis } from "./axis.js";
+import { setClock, TimeAxis } from "./axis.js";
 
-const data = JSON.parse(document.getElementById("data").textContent);
-const { report, pages } = data;
+let data;
+let report;
+let pages;
 const root = document.documentElement;
 
 function themeButton() {
@@ -58,6 +59,7 @@ function slavesPart(capture, page, axis) {
 function capturePage(index) {
   const capture = report.reports[index];
   const page = pages[index];
+  setClock(capture.capture.first_time);
   const axis = new TimeAxis(0, capture.capture.duration_s ?? 0);
   const judged = capture.settings.judged !== "nothing";
   const lanes = lanesPanel(capture, page, axis);
@@ -150,4 +152,24 @@ function start() {
   printing();
 }
 
-start();
+/// Large reports are packed: zlib in Base64.
+async function unpack(text) {
+  const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).json();
+}
+
+async function begin() {
+  data = JSON.parse(document.getElementById("data").textContent);
+  if (data.packed) {
+    if (typeof DecompressionStream === "undefined") {
+      document.getElementById("app").append(h("main", null, h("h1", null, "This browser is too old for a report of this size"),
+        h("p", null, "It cannot unpack it (DecompressionStream). A browser of 2023 or later can; 'ecaudit check' also writes text and JSON.")));
+      return;
+    }
+    data = await unpack(data.packed);
+  }
+  ({ report, pages } = data);
+  start();
+}
+
+begin();

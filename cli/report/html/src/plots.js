@@ -1,6 +1,7 @@
 // uPlot with our colours, our zoom and our keys.
 import uPlot from "uplot";
-import { zoomKey } from "./axis.js";
+import { clock, clockText, zoomKey } from "./axis.js";
+import { merged } from "./close.js";
 import { h } from "./dom.js";
 import { equalBins, grouped, hex, number, trim, withUnit } from "./format.js";
 
@@ -11,6 +12,7 @@ export const live = new Set(); // all plots of the page: they are drawn anew whe
 export const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 function timeTicks(u, splits, index, space, step) {
+  if (clock.on) return splits.map((t) => clockText(t, Math.min(9, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)))));
   const ms = Math.max(...splits.map(Math.abs)) < 1;
   const width = ms ? step * 1000 : step;
   const decimals = width >= 1 ? 0 : Math.min(9, Math.max(0, -Math.floor(Math.log10(width) + 1e-9)));
@@ -25,7 +27,7 @@ export function timeAxis(show = true) {
     grid: { stroke: () => css("--grid"), width: 1 },
     ticks: { stroke: () => css("--grid"), width: 1, size: 5 },
     values: timeTicks,
-    space: 90,
+    space: () => (clock.on ? 130 : 90),
     size: 30,
     gap: 4,
   };
@@ -87,8 +89,9 @@ export function selectTime(axis) {
   };
 }
 
-/// A series of the report -> [x, most, least], with a null where nothing was measured for long.
-export function points(series) {
+/// A series of the report, with what was kept around findings -> [x, most, least, frames], with a null where nothing was
+/// measured for long.
+export function points(series, close) {
   const at = series.at ?? series.least.map((_, i) => i);
   const steps = at.slice(1).map((a, i) => a - at[i]).sort((a, b) => a - b);
   const usual = steps.length ? steps[Math.floor(steps.length / 2)] : 1;
@@ -106,7 +109,7 @@ export function points(series) {
     least.push(series.least[i]);
     most.push((series.most ?? series.least)[i]);
   });
-  return [x, most, least];
+  return merged([x, most, least], close);
 }
 
 export function extremes(series) {
@@ -120,7 +123,7 @@ export function extremes(series) {
   return [low, high];
 }
 
-/// chart: {title, unit, series, word (shown in hexadecimal), stepped, note}
+/// chart: {title, unit, series, close, word (shown in hexadecimal), stepped, note}
 export function seriesChart(axis, chart) {
   const { series, unit } = chart;
   const text = chart.word ? (v) => hex(v) : (v) => number(v);
@@ -131,14 +134,16 @@ export function seriesChart(axis, chart) {
   const box = h("div", { className: "plot" });
   const figure = h("figure", { className: "chart" },
     h("figcaption", null, h("span", null, h("b", null, chart.title), chart.note && h("span", { className: "muted" }, ` ${chart.note}`)), value), box);
-  const data = points(series);
+  const data = points(series, chart.close);
+  const frames = data.pop();
   // Least and most coincide where buckets hold one value; the second line is left out then.
   if (!series.most) data.pop();
   const line = (name) => ({
     label: name,
     stroke: () => css("--plot"),
     width: 1.25,
-    points: { show: data[0].length < 3, size: 4 },
+    // Single values are seen as such where there is room for them.
+    points: { show: (u, i, from, to) => data[0].length < 3 || (to - from < 90 && frames[from] !== null), size: 4 },
     paths: chart.stepped ? uPlot.paths.stepped({ align: 1 }) : undefined,
   });
   queueMicrotask(() => requestAnimationFrame(() => {
@@ -166,7 +171,7 @@ export function seriesChart(axis, chart) {
             return;
           }
           const bottom = series.most ? u.data[2][i] : top;
-          value.textContent = `${trim(u.data[0][i], 6)} s: ` +
+          value.textContent = `${trim(u.data[0][i], 6)} s${frames[i] ? `, frame ${frames[i]}` : ""}: ` +
             (bottom === top ? full(top) : `${text(bottom)} to ${full(top)}`);
         }],
       },

@@ -1,4 +1,5 @@
 // What is known of each slave; its content is made when it is opened.
+import { closeOf } from "./close.js";
 import { append, facts, h, table } from "./dom.js";
 import { count, duration, grouped, hex, number, objectName, seconds, slaveLabel, trim, withUnit } from "./format.js";
 import { stateStrips } from "./lanes.js";
@@ -76,7 +77,7 @@ export function startUp(startup, title = "Start-up") {
         { title: "Frame", value: (s) => frame(s.frame), num: true },
         { title: "At", value: (s) => seconds(s.time_s), num: true },
         { title: "Phase", value: (s) => h("span", { className: "nowrap" }, s.phase) },
-        { title: "", value: (s) => h("span", { className: "nowrap" }, KINDS[s.kind] ?? s.kind) },
+        { title: "Kind", value: (s) => h("span", { className: "nowrap" }, KINDS[s.kind] ?? s.kind) },
         { title: "What", value: (s) => [s.kind === "request" ? s.state : s.name, s.count > 1 && h("span", { className: "muted" }, `, ${count(s.count, "time")}`)], long: true },
         { title: "Value", value: stepValue, long: true },
         { title: "Outcome", value: stepOutcome },
@@ -191,6 +192,7 @@ function signals(slave, drawn, axis) {
       note: `${objectName(s.index, s.subindex)}${s.variable && s.name ? ` ${s.name}` : ""}, ${s.direction}${s.name_inferred ? ", name inferred" : ""}`,
       unit: s.unit,
       series: s.values,
+      close: closeOf(drawn, s),
       word: isWord(s),
       stepped: isWord(s) || s.bits <= 8,
     })),
@@ -205,7 +207,7 @@ function sdos(drawn) {
     folded(drawn.sdos, [
       { title: "Frame", value: (s) => frame(s.request_frame ?? s.response_frame), num: true },
       { title: "At", value: (s) => seconds(s.time_s), num: true },
-      { title: "", value: (s) => (s.service === "download" ? "write" : "read") },
+      { title: "Kind", value: (s) => (s.service === "download" ? "write" : "read") },
       { title: "Object", value: (s) => (s.index === null ? "not known" : objectName(s.index, s.complete_access ? null : s.subindex) + (s.complete_access ? " all" : "")) },
       { title: "Name", value: (s) => s.name ?? "", long: true },
       { title: "Value", value: (s) => s.outcome === "aborted"
@@ -248,7 +250,7 @@ function clocks(slave, drawn, axis) {
         { title: "At", value: (s) => seconds(s.time_s), num: true },
         { title: "Register", value: (s) => `${hex(s.address)} ${s.register ?? ""}`, long: true },
         { title: "Value", value: (s) => s.text, long: true },
-        { title: "", value: (s) => (s.refused ? "not taken" : s.broadcast ? "broadcast" : "") },
+        { title: "Outcome", value: (s) => (s.refused ? "not taken" : s.broadcast ? "broadcast" : "") },
       ])));
 }
 

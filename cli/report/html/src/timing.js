@@ -1,4 +1,5 @@
 // How regularly the process data came.
+import { spread } from "./close.js";
 import { facts, h } from "./dom.js";
 import { duration, grouped, trim } from "./format.js";
 import { histogramChart, seriesChart } from "./plots.js";
@@ -24,6 +25,6 @@ export function timingPanel(capture, page, axis) {
       ["Measured at", cycle.command ? `${cycle.command} 0x${(cycle.logical_address ?? 0).toString(16).padStart(8, "0")}` : null],
     ], "evidence"),
     h("div", { className: series ? "pair" : null },
-      series && seriesChart(axis, { title: "Time between process data", unit: "\u00b5s", series }),
+      series && seriesChart(axis, { title: "Time between process data", unit: "\u00b5s", series, close: spread(page.timeline.cycle_close) }),
       histogram));
 }
