@@ -70,7 +70,15 @@ std::optional<Error> BatchWorker::Start(const Work& work) {
   std::array<int, 2> ends{};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) return failed(errno);
   const pid_t parent = ::getpid();
+  // A worker that is told to leave before it listens would not hear of it: what comes meanwhile waits.
+  sigset_t leave{};
+  sigset_t before{};
+  sigemptyset(&leave);
+  sigaddset(&leave, SIGINT);
+  sigaddset(&leave, SIGTERM);
+  ::pthread_sigmask(SIG_BLOCK, &leave, &before);
   pid_ = ::fork();
+  if (pid_ != 0) ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
   if (pid_ < 0) {
     const int reason = errno;
     pid_ = 0;
@@ -83,6 +91,10 @@ std::optional<Error> BatchWorker::Start(const Work& work) {
     // Whatever becomes of the parent, nobody is to work on in the dark.
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != parent) ::_exit(static_cast<int>(ExitStatus::kInternal));
+    // Ctrl-C reaches all processes of a terminal; the parent says when it is meant.
+    ListenForInterrupt();
+    std::signal(SIGINT, SIG_IGN);
+    ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
     Serve(ends[1], work);
   }
   ::close(ends[1]);
@@ -94,9 +106,6 @@ std::optional<Error> BatchWorker::Start(const Work& work) {
 }
 
 void BatchWorker::Serve(int fd, const Work& work) {
-  // Ctrl-C reaches all processes of a terminal; the parent says when it is meant.
-  ListenForInterrupt();
-  std::signal(SIGINT, SIG_IGN);
   LeaveCrashesAlone();
   const Say say = [fd](WorkerPiece::Kind kind, const std::string& text) {
     std::string piece(1, static_cast<char>(kind));
