@@ -50,6 +50,7 @@ class AlRefused final : public Rule {
  public:
   AlRefused() : Rule(kInfo) {
     Hear<model::AlAnswered>(&AlRefused::On);
+    Hear<model::AlAnswerUnclear>(&AlRefused::On);
     Hear<model::AlErrorRepeated>(&AlRefused::On);
     Hear<model::AlErrorCode>(&AlRefused::On);
     Hear<model::AlErrorCleared>(&AlRefused::On);
@@ -82,6 +83,10 @@ class AlRefused final : public Rule {
     if (e.code) AddCode(index, e.frame, *e.code);
   }
 
+  void On(const model::AlAnswerUnclear& e) {
+    NotEvaluable(e.slave, "the error bit may be older than the request, before which the state was not read",
+                 e.frame.number);
+  }
   void On(const model::AlErrorRepeated& e) {
     const FindingIndex index = OpenOf(e.slave);
     if (index == kNoFinding) return;
