@@ -94,7 +94,7 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
   SortFindings(result.findings);
   result.not_evaluable = store.not_evaluable();
   result.capture_next = WhatToCaptureNext(result);
-  TellLimits(store, context.network(), result);
+  TellLimits(store, observation.pipeline(), result);
   return result;
 }
 

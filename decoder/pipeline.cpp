@@ -9,6 +9,8 @@ namespace {
 
 /// Smaller captures are read before a thread is at work.
 constexpr std::uint64_t kWorthReadingAhead = std::uint64_t{4} << 20U;
+/// What a packet takes in a file at least, besides its frame.
+constexpr std::uint64_t kRecordBytes = 16;
 constexpr std::uint64_t kProgressEvery = bus::TrafficReader::kNewsEvery;
 
 /// Passes everything on to the network; frames are published first.
@@ -48,14 +50,16 @@ class Pipeline::Impl {
     std::uint64_t next_progress = kProgressEvery;
     wire::FrameView packet;
     while (const bus::Traffic* traffic = reader.Next()) {
-      for (std::size_t i = 0; i < traffic->size(); ++i) {
+      for (std::size_t i = 0; i < traffic->size() && !statistics_.overworked.seen(); ++i) {
         traffic->Prefetch(i + 3);
         traffic->Restore(i, packet);
         traffic->ReadStatistics(i, pairing_);
         if (options.reached != nullptr) options.reached->store(packet.ref().number, std::memory_order_relaxed);
         if (packet.ref().seen()) Count(packet);
         traffic->Replay(i, packet, fork_);
+        if (network_.overworked()) statistics_.overworked = statistics_.last;
       }
+      if (statistics_.overworked.seen()) break;
       if (options.progress && reader.packets_read() >= next_progress) {
         options.progress(reader.bytes_read(), reader.bytes_total(), reader.packets_read());
         next_progress = reader.packets_read() + kProgressEvery;
@@ -75,6 +79,7 @@ class Pipeline::Impl {
  private:
   void Count(const wire::FrameView& packet) {
     CountTime(packet.ref());
+    statistics_.frame_bytes += kRecordBytes + packet.used_bytes();
     switch (packet.kind()) {
       case wire::FrameKind::kOther:
         ++statistics_.other_packets;

@@ -41,6 +41,9 @@ struct PipelineStatistics {
   std::int64_t elapsed_ns = 0;    ///< from the first stamp to the last, without what the clock jumped
   std::int64_t time_step_ns = 0;  ///< greatest common divisor of the stamps: the step the clock really makes
   bool stopped = false;           ///< ended early on request
+  std::uint64_t frame_bytes = 0;  ///< of EtherCAT frames, and a little for each packet
+  /// Reading ended behind this packet: telling every slave of each broadcast costs too much (slave_work.h).
+  FrameRef overworked;
 };
 
 struct PipelineOptions : bus::PacketRange {

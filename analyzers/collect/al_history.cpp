@@ -27,8 +27,9 @@ void AlHistory::Summarise(AnalysisResult& result) {
 }
 
 void AlHistory::Add(Story& story, const AlStep& step) {
-  if (story.steps.size() < kMaxSteps && all_steps_ < kMaxAllSteps) {
-    ++all_steps_;
+  const bool own = story.steps.size() < kOwnSteps;
+  if (own || (story.steps.size() < kMaxSteps && all_steps_ < kMaxAllSteps)) {
+    if (!own) ++all_steps_;
     story.steps.push_back(step);
   } else {
     ++story.left_out;

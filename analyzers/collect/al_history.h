@@ -14,7 +14,8 @@ namespace ecaudit {
 class AlHistory final : public Collector {
  public:
   static constexpr std::size_t kMaxSteps = 200;        ///< a slave; later ones are counted only
-  static constexpr std::size_t kMaxAllSteps = 50'000;  ///< of all slaves
+  static constexpr std::size_t kOwnSteps = 12;         ///< that a slave has, whatever the others take
+  static constexpr std::size_t kMaxAllSteps = 10'000;  ///< of all slaves, beyond these
 
   /// @param model  tells echoes from errors; must outlive this
   AlHistory(const model::BusModel& model, EventBus& bus);

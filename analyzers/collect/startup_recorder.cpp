@@ -84,7 +84,7 @@ StartupRecorder::StartupRecorder(const model::BusModel& model, EventBus& bus) : 
 StartupRecorder::Story& StartupRecorder::Get(SlaveId slave) {
   while (stories_.size() <= slave) {
     stories_.emplace_back();
-    in_operation_.push_back(false);
+    told_.push_back(0);
   }
   return stories_[slave];
 }
@@ -161,6 +161,7 @@ void StartupRecorder::BeginAnew(Story& story) {
 
 void StartupRecorder::On(const track::AlRequest& request) {
   Story& story = Get(request.slave);
+  told_[request.slave] = 0;
   const std::uint8_t wanted = request.control.state();
   story.asked = request.returned.seen() ? request.returned.number : request.sent.number;
   if (!story.first_state) story.first_state = wanted;
@@ -216,9 +217,10 @@ void StartupRecorder::On(const track::AlRequest& request) {
 }
 
 void StartupRecorder::On(const track::AlPoll& poll) {
-  const bool over = std::all_of(poll.slaves.begin(), poll.slaves.end(),
-                                [&](SlaveId slave) { return slave < in_operation_.size() && in_operation_[slave]; });
-  if (!over) poll.each_wanted = true;
+  const std::uint8_t state = poll.status.state();
+  const bool all_told = std::all_of(poll.slaves.begin(), poll.slaves.end(),
+                                    [&](SlaveId slave) { return slave < told_.size() && told_[slave] == state; });
+  if (!all_told) poll.each_wanted = true;
 }
 
 void StartupRecorder::On(const track::AlStatusRead& read) {
@@ -229,7 +231,7 @@ void StartupRecorder::On(const track::AlStatusRead& read) {
   if (read.frame.number <= story.asked) return;
   story.SetState(state, read.frame.number);
   if (story.in_operation) {
-    in_operation_[read.slave] = state == kOp;
+    told_[read.slave] = state == kOp ? kOp : std::uint8_t{0};
     if (state != kOp) story.enabled = story.left_operation = true;
     return;
   }
@@ -246,8 +248,9 @@ void StartupRecorder::On(const track::AlStatusRead& read) {
   }
   if (state != kBoot) story.record.highest = std::max(story.record.highest, state);
   if (state >= kPreop) scan_done_ = true;
+  told_[read.slave] = state;
   if (state == kOp) {
-    story.in_operation = in_operation_[read.slave] = true;
+    story.in_operation = true;
     story.operation_since = read.frame.number;
     bus_done_ = true;
   }

@@ -112,7 +112,8 @@ class StartupRecorder final : public Collector {
 
   const model::BusModel& model_;
   std::deque<Story> stories_;
-  std::vector<bool> in_operation_;  ///< of each story: in OP now, the master's part is over
+  /// Of each story: a read of this state would tell nothing new; 0: any may. In OP the master's part is over.
+  std::vector<std::uint8_t> told_;
   Record bus_;
   bool scan_done_ = false;  ///< a slave reached PREOP
   bool bus_done_ = false;   ///< a slave reached OP

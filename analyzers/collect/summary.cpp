@@ -52,7 +52,7 @@ CaptureSummary SummariseCapture(const capture::FrameSource& source, const Pipeli
   summary.timestamps.identical_pairs = pairing.identical_stamps;
   summary.timestamps.pairs = pairing.paired;
   summary.timestamps.without = read.without_time;
-  summary.complete = !read.stopped && !summary.file.damage;
+  summary.complete = !read.stopped && !summary.file.damage && !read.overworked.seen();
   return summary;
 }
 

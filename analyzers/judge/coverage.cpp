@@ -70,19 +70,22 @@ bool IsAsked(const SlaveSummary& slave, const model::SlaveModel& model) {
                                                 [](const AlStep& step) { return step.kind == AlStep::Kind::kRequest; });
 }
 
-Presence OfProcessData(const SlaveSummary& slave, const model::SlaveModel& model, const AnalysisResult& result) {
+Presence OfProcessData(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
+  const model::SlaveModel& model = context.slave(slave.id);
   if (slave.rx_pdo.exchanged + slave.tx_pdo.exchanged > 0) return {};
   // Who was seen to be started had its FMMUs set before the eyes of the capture.
   const bool may_have_them = result.bus.cycle.cycles > 0 && slave.fmmus.empty() && !IsAsked(slave, model) &&
                              !InState(slave, esc::AlState::INIT) && !InState(slave, esc::AlState::PREOP) &&
                              !InState(slave, esc::AlState::BOOT);
-  if (may_have_them) return Unseen("which process data are those of the slave is not in the capture");
+  const bool may_have_missed_them = slave.fmmus.empty() && model.al.operated() && MissesAny(context.pairing());
+  if (may_have_them || may_have_missed_them)
+    return Unseen("which process data are those of the slave is not in the capture");
   return Absent(NotApplicable::kNoProcessData);
 }
 
 /// Intervals between its process data.
 Presence OfTiming(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
-  Presence data = OfProcessData(slave, context.slave(slave.id), result);
+  Presence data = OfProcessData(slave, context, result);
   if (data.absent != NotApplicable::kApplies || !data.unseen.empty()) return data;
   sync::TimeBase base = context.sync().outputs(slave.id).rate.base;
   if (base == sync::TimeBase::kNone) base = sync::TimeBase::kCapture;
@@ -92,14 +95,14 @@ Presence OfTiming(const SlaveSummary& slave, const RuleContext& context, const A
 /// A cycle time that they can be compared with.
 Presence OfCycle(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
   const model::SlaveModel& model = context.slave(slave.id);
-  Presence data = OfProcessData(slave, model, result);
+  Presence data = OfProcessData(slave, context, result);
   if (data.absent != NotApplicable::kApplies || !data.unseen.empty()) return data;
   const auto& settings = context.sync().dc(slave.id).last_active();
   const bool by_clock = settings && settings->activation.sync0();
   return by_clock || InterpolationTime(model) || DriveCycle(model) ? Presence{} : Absent(NotApplicable::kNoCycle);
 }
 
-Presence OfMapping(const SlaveSummary& slave, const model::SlaveModel& model, const AnalysisResult& result) {
+Presence OfMapping(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
   if (slave.rx_pdo.source != PdoSummary::Source::kUnknown || slave.tx_pdo.source != PdoSummary::Source::kUnknown) {
     return {};
   }
@@ -109,7 +112,7 @@ Presence OfMapping(const SlaveSummary& slave, const model::SlaveModel& model, co
   if (has_buffers || slave.rx_pdo.exchanged + slave.tx_pdo.exchanged > 0) {
     return Unseen("what PDOs are assigned and mapped is not known");
   }
-  return OfProcessData(slave, model, result);
+  return OfProcessData(slave, context, result);
 }
 
 Presence OfConfiguration(const SlaveSummary& slave) {
@@ -159,11 +162,11 @@ Presence PresenceOf(Subject subject, const SlaveSummary& slave, const RuleContex
     case Subject::kCoe:
       return OfMailbox(slave.mailbox, true);
     case Subject::kMapping:
-      return OfMapping(slave, model, result);
+      return OfMapping(slave, context, result);
     case Subject::kMappingWrites:
       return model.process.seen().version() > 0 ? Presence{} : Absent(NotApplicable::kMappingUntouched);
     case Subject::kProcessData:
-      return OfProcessData(slave, model, result);
+      return OfProcessData(slave, context, result);
     case Subject::kTiming:
       return OfTiming(slave, context, result);
     case Subject::kCycle:

@@ -17,7 +17,8 @@ std::string DriveWordsMissing(const model::SlaveModel& slave, bool needs_control
     return "neither the identity of the slave nor its process data mapping is in the capture, it may be a drive";
   }
   const model::StateSet possible = slave.al.possible();
-  const bool active = possible.empty() || possible.contains(static_cast<std::uint8_t>(esc::AlState::SAFEOP)) ||
+  const bool active = possible.empty() || slave.al.operated() ||
+                      possible.contains(static_cast<std::uint8_t>(esc::AlState::SAFEOP)) ||
                       possible.contains(static_cast<std::uint8_t>(esc::AlState::OP));
   if (!active && slave.inputs.exchanged == 0 && slave.outputs.exchanged == 0) return {};
   return drive.status_seen() ? "no control word (6040h) is in the capture" : "no status word (6041h) is in the capture";

@@ -8,14 +8,19 @@
 #include "analyzers/collect/startup_recorder.h"
 #include "decoder/base/text.h"
 #include "decoder/bus/slave_set.h"
+#include "decoder/track/slave_work.h"
 
 namespace ecaudit {
 
-void TellLimits(const FindingStore& store, const track::Network& network, AnalysisResult& result) {
+void TellLimits(const FindingStore& store, const Pipeline& pipeline, AnalysisResult& result) {
   const auto tell = [&result](std::string what, std::uint64_t limit, std::uint64_t left_out) {
     if (left_out > 0) result.limits.push_back({std::move(what), limit, left_out});
   };
-  const std::uint64_t slaves = network.slaves().left_out();
+  const std::uint64_t slaves = pipeline.network().slaves().left_out();
+  const FrameRef& overworked = pipeline.statistics().overworked;
+  tell("slaves told of broadcasts, and one for each byte of the frames; the packets behind #" +
+           std::to_string(overworked.number) + " are not read",
+       track::SlaveWork::kAtOnce, overworked.seen() ? 1 : 0);
   tell("slaves that are modelled", bus::SlaveSet::kMaxSlaves, slaves);
   tell("findings of one severity that are listed one by one", FindingStore::kMaxFindings, store.findings_left_out());
   tell("findings of one rule, slave and severity that are listed one by one", FindingStore::kMaxPerRuleAndSlave,
@@ -36,6 +41,10 @@ void TellLimits(const FindingStore& store, const track::Network& network, Analys
   if (capture.unusable > 0 && capture.unusable * 2 >= capture.may_be_ethercat) {
     result.cut = Grouped(capture.unusable) + " of " + Grouped(capture.may_be_ethercat) +
                  " packets that may have been EtherCAT could not be used";
+  }
+  if (overworked.seen()) {
+    result.cut = "what is behind packet " + Grouped(overworked.number) +
+                 " was not read: broadcasts to that many slaves would take too long";
   }
   if (slaves > 0) {
     result.cut = "more slaves than the " + Grouped(bus::SlaveSet::kMaxSlaves) + " that are modelled";

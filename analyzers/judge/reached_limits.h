@@ -3,11 +3,11 @@
 
 #include "analyzers/judge/finding_store.h"
 #include "analyzers/result/analysis_result.h"
-#include "decoder/track/network.h"
+#include "decoder/pipeline.h"
 
 namespace ecaudit {
 
 /// Fills AnalysisResult::limits and ::cut. The other parts of `result` are there already.
-void TellLimits(const FindingStore& store, const track::Network& network, AnalysisResult& result);
+void TellLimits(const FindingStore& store, const Pipeline& pipeline, AnalysisResult& result);
 
 }  // namespace ecaudit

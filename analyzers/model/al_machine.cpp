@@ -291,6 +291,7 @@ void AlMachine::OnStatus(const track::AlStatusRead& read) {
     DropPendingReached(state, read.frame.number);
   }
   if (read_state_ != state) since_ = read.frame.number;
+  operated_ = operated_ || state == kSafeop || state == kOp;
   read_state_ = state;
   last_seen_ = read.frame.number;
   paused_ = false;
@@ -375,7 +376,10 @@ void AlMachine::OnError(const track::AlStatusRead& read) {
     return;
   }
   if (open_) {
-    if (MayBeAcknowledgedError(read)) return;
+    if (MayBeAcknowledgedError(read)) {
+      if (read_state_ == 0) sink_.Publish(AlAnswerUnclear{slave_, read.frame});
+      return;
+    }
     AlAnswered event;
     event.slave = slave_;
     event.outcome = AlAnswered::Outcome::kRefused;

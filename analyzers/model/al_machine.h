@@ -63,6 +63,8 @@ class AlMachine {
 
   /// The error bit that the last read showed is the echo of an acknowledge.
   [[nodiscard]] bool echoes() const { return echo_; }
+  /// It was seen in SAFEOP or OP at some time.
+  [[nodiscard]] bool operated() const { return operated_; }
   /// The frame that showed the state read last.
   [[nodiscard]] FrameNo since() const { return since_; }
   /// States the slave may be in now; empty: unknown.
@@ -145,8 +147,9 @@ class AlMachine {
   static constexpr std::size_t kMaxPending = 8;
   std::vector<Pending> pending_;  ///< oldest first
 
-  bool paused_ = false;  ///< since the last read of the status
-  bool quiet_ = false;   ///< another read of the same status would change nothing but counters
+  bool paused_ = false;    ///< since the last read of the status
+  bool operated_ = false;  ///< was seen in SAFEOP or OP
+  bool quiet_ = false;     ///< another read of the same status would change nothing but counters
 
   std::uint64_t requests_ = 0;
   std::uint64_t status_reads_ = 0;

@@ -29,10 +29,11 @@ BusModel::BusModel(const track::Network& network, const AnalysisOptions& options
   const auto limit = [&](std::string_view name, std::int64_t& value) {
     const auto found = options.limits.find(name);
     if (found != options.limits.end()) value = found->second;
+    return found != options.limits.end();
   };
-  limit("al-timeout.preop", timeouts_.to_preop_ns);
-  limit("al-timeout.safeop-op", timeouts_.to_safeop_or_op_ns);
-  limit("al-timeout.down", timeouts_.downwards_ns);
+  own_preop_limit_ = limit("al-timeout.preop", timeouts_.to_preop_ns);
+  own_op_limit_ = limit("al-timeout.safeop-op", timeouts_.to_safeop_or_op_ns);
+  own_down_limit_ = limit("al-timeout.down", timeouts_.downwards_ns);
   limit("latch-ack-mismatch", latch_acknowledge_ns_);
   limit("drive-no-reaction", drive_limits_.reaction_ns);
   limit("drive-no-reaction.stop", drive_limits_.leaving_operation_ns);
@@ -82,6 +83,7 @@ void BusModel::ChooseProfile(SlaveId id) {
   slave.Stir();
   choice_.Choose(network_.slaves()[id], seen_identities_[id], slave);
   slave.al.SetFamily(*slave.profile);
+  slave.al.SetTimeouts(TimeoutsOf(*slave.profile));
   const std::uint64_t layouts = slave.process.version();
   slave.process.SetFamily(*slave.profile);
   slave.latch.SetFamily(*slave.profile);
@@ -89,6 +91,19 @@ void BusModel::ChooseProfile(SlaveId id) {
   slave.drive.SetFamily(*slave.profile);
   slave.process.SetEni(slave.eni, choice_.eni());
   if (slave.process.version() != layouts) image_.OnLayoutChanged(id);
+}
+
+AlTimeouts BusModel::TimeoutsOf(const device::DeviceDescription& device) const {
+  AlTimeouts timeouts = timeouts_;
+  if (!device.esi) return timeouts;
+  const device::StateTimeouts& esi = device.esi->timeouts;
+  const auto take = [](bool own, const std::optional<TimeNs>& stated, std::int64_t& limit) {
+    if (!own && stated.value_or(0) > 0) limit = *stated;
+  };
+  take(own_preop_limit_, esi.preop, timeouts.to_preop_ns);
+  take(own_op_limit_, esi.safeop_op, timeouts.to_safeop_or_op_ns);
+  take(own_down_limit_, esi.back_to_init, timeouts.downwards_ns);
+  return timeouts;
 }
 
 void BusModel::On(const track::AlRequest& event) {

@@ -83,7 +83,11 @@ class BusModel final : private ProcessSink {
 
   const track::Network& network_;
   EventSink& events_;
+  /// The user's limits, else those of the ESI, else the usual ones.
+  [[nodiscard]] AlTimeouts TimeoutsOf(const device::DeviceDescription& device) const;
+
   AlTimeouts timeouts_;
+  bool own_preop_limit_ = false, own_op_limit_ = false, own_down_limit_ = false;  ///< the user set them
   std::int64_t latch_acknowledge_ns_ = 100'000'000;
   DriveLimits drive_limits_;
   ProfileChoice choice_;

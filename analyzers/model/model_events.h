@@ -86,6 +86,13 @@ struct AlAnswered {
   bool state_before_known = true;     ///< false: the error bit may be older than the request
 };
 
+/// AL Status shows the error bit behind a request that acknowledges, and nothing was known of the slave before: it may
+/// be the error that is acknowledged, or the answer.
+struct AlAnswerUnclear {
+  SlaveId slave = kNoSlave;
+  FrameRef frame;
+};
+
 /// AL Status still shows the error that was reported before.
 struct AlErrorRepeated {
   SlaveId slave = kNoSlave;

@@ -17,7 +17,7 @@ bool Distributes(const track::SlaveAccess& access) {
 }  // namespace
 
 void DcUnit::Remember(const track::SlaveAccess& access) {
-  if (steps_.size() >= kMaxSteps) {
+  if (steps_.size() >= (access.broadcast ? kMaxBroadcasts : kMaxSteps)) {
     ++steps_left_out_;
     return;
   }

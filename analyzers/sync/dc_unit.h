@@ -26,6 +26,7 @@ class DcUnit {
  public:
   /// Later steps are counted only.
   static constexpr std::size_t kMaxSteps = 64;
+  static constexpr std::size_t kMaxBroadcasts = 12;  ///< of these steps: every slave has the same
 
   enum class Change : std::uint8_t { kNone, kSwitchedOn, kSwitchedOff };
 

@@ -18,22 +18,6 @@ std::string_view Word(PdoDirection direction) {
   return direction == PdoDirection::kRx ? "rx" : "tx";
 }
 
-std::string_view Word(device::SyncManagerUse use) {
-  switch (use) {
-    case device::SyncManagerUse::kUnused:
-      return "unused";
-    case device::SyncManagerUse::kMailboxOut:
-      return "mailbox out";
-    case device::SyncManagerUse::kMailboxIn:
-      return "mailbox in";
-    case device::SyncManagerUse::kProcessOut:
-      return "process out";
-    case device::SyncManagerUse::kProcessIn:
-      return "process in";
-  }
-  return "unused";
-}
-
 std::string_view Word(device::Access access) {
   switch (access) {
     case device::Access::kRead:
@@ -129,7 +113,7 @@ void PutMailbox(JsonObject& out, const DeviceDescription& esi, const std::string
   out.Object("mailbox", [&](JsonObject& json) {
     json.List("sync_managers", mailbox.sync_managers, [&](JsonObject& row, const device::SyncManagerRule& rule) {
       row.Put("number", rule.number);
-      row.Put("use", Word(rule.use));
+      row.Put("use", device::Name(rule.use));
       if (rule.start) row.Put("start", Hex(*rule.start));
       if (rule.mailbox_mode && !rule.lengths.empty()) row.Values("lengths", rule.lengths);
       row.Put("source", source);
@@ -161,13 +145,28 @@ std::string Activation(const device::DcMode& mode) {
 }
 
 void PutFacts(JsonObject& out, const DeviceDescription& esi, const std::string& source) {
-  if (!esi.esi || esi.esi->dc_modes.empty()) return;
-  out.List("facts", esi.esi->dc_modes, [&](JsonObject& row, const device::DcMode& mode) {
-    row.Put("category", "DC mode");
-    row.Text("name", mode.name);
-    row.Text("value", Activation(mode));
-    if (!mode.description.empty()) row.Text("note", mode.description);
-    row.Put("source", source);
+  if (!esi.esi || esi.esi->dc_modes.size() + esi.esi->init_commands.size() == 0) return;
+  out.Array("facts", [&](report::JsonArray& facts) {
+    for (const device::DcMode& mode : esi.esi->dc_modes) {
+      facts.AddObject([&](JsonObject& row) {
+        row.Put("category", "DC mode");
+        row.Text("name", mode.name);
+        row.Text("value", Activation(mode));
+        if (!mode.description.empty()) row.Text("note", mode.description);
+        row.Put("source", source);
+      });
+    }
+    for (const device::EsiInitCommand& command : esi.esi->init_commands) {
+      facts.AddObject([&](JsonObject& row) {
+        row.Put("category", "init command");
+        row.Put("name", Hex(command.index) + ":" + std::to_string(command.subindex));
+        std::string when;
+        for (const std::string& transition : command.transitions) when += (when.empty() ? "" : ", ") + transition;
+        row.Text("value", "written at " + when + ": " + HexBytes(command.data));
+        if (!command.comment.empty()) row.Text("note", command.comment);
+        row.Put("source", source);
+      });
+    }
   });
 }
 

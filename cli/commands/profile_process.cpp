@@ -22,22 +22,6 @@ void SourcedRow(std::string_view name, const device::Sourced<T>& fact, Format fo
   if (fact.value) Row(name, format(*fact.value), fact.note, fact.source, text);
 }
 
-std::string_view Name(device::SyncManagerUse use) {
-  switch (use) {
-    case device::SyncManagerUse::kUnused:
-      return "unused";
-    case device::SyncManagerUse::kMailboxOut:
-      return "mailbox out";
-    case device::SyncManagerUse::kMailboxIn:
-      return "mailbox in";
-    case device::SyncManagerUse::kProcessOut:
-      return "process data out";
-    case device::SyncManagerUse::kProcessIn:
-      return "process data in";
-  }
-  return "unused";
-}
-
 std::string_view Name(device::PdoDirection direction) {
   return direction == device::PdoDirection::kRx ? "Rx" : "Tx";
 }

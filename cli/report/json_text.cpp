@@ -81,7 +81,7 @@ void JsonScalar::AppendTo(std::string& out) const {
 }
 
 void JsonText::NewLine() {
-  if (!indented_) return;
+  if (!indents()) return;
   out_ += '\n';
   out_.append(depth_ * kIndent, ' ');
 }
@@ -95,7 +95,7 @@ void JsonText::Element() {
 void JsonText::Key(std::string_view key) {
   Element();
   AppendJson(out_, key);
-  out_ += indented_ ? ": " : ":";
+  out_ += indents() ? ": " : ":";
 }
 
 void JsonText::Open(char bracket) {

@@ -17,7 +17,6 @@ using report::JsonText;
 using report::OnlyIf;
 
 constexpr std::size_t kShownBytes = 24;
-constexpr std::uint32_t kFirstCategory = 0x40;
 constexpr FrameNo kIdleFrames = 64;          // masters ask several slaves in turn
 constexpr std::uint32_t kAlwaysShown = 512;  // words: the EEPROM of nearly every device
 
@@ -194,39 +193,6 @@ std::string WordRange(std::uint32_t first, std::size_t count) {
 
 }  // namespace
 
-std::string EepromPartName(const esc::SiiImage& image, std::uint32_t first, std::uint32_t count) {
-  struct Part {
-    std::uint32_t first, end;
-    std::string_view name;
-  };
-  constexpr std::array<Part, 7> kParts = {{{0x00, 0x08, "configuration"},
-                                           {0x08, 0x10, "identity"},
-                                           {0x10, 0x14, "delays"},
-                                           {0x14, 0x18, "bootstrap mailboxes"},
-                                           {0x18, 0x1C, "standard mailboxes"},
-                                           {0x1C, 0x1D, "mailbox protocols"},
-                                           {0x3E, 0x40, "size and version"}}};
-  std::string text;
-  const std::uint32_t end = first + count;
-  for (const Part& part : kParts) {
-    if (first < part.end && end > part.first) Add(text, std::string(part.name));
-  }
-  if (end <= kFirstCategory) return text;
-  const esc::SiiContents contents = esc::ParseSii(image, esc::SiiDepth::kChain);
-  for (const esc::SiiCategory& category : contents.categories) {
-    const std::uint32_t header = category.first_word - 2;
-    if (first < category.first_word + category.words && end > header) {
-      const std::string name = esc::SiiCategoryName(category.type);
-      Add(text, name.starts_with("category") ? name : "category " + name);
-    }
-  }
-  if (contents.chain_end == esc::SiiChainEnd::kEndMark && first <= contents.chain_end_word &&
-      end > contents.chain_end_word) {
-    Add(text, "end of categories");
-  }
-  return text;
-}
-
 EepromLines::Slave& EepromLines::At(SlaveId slave) {
   while (slaves_.size() <= slave) slaves_.emplace_back();
   return slaves_[slave];
@@ -271,7 +237,7 @@ void EepromLines::Flush(SlaveId id, Slave& slave) {
   if (output_.Wants(EventType::kEeprom, slave.last, id)) {
     const std::size_t words = slave.bytes.size() / 2;
     const std::string part =
-        EepromPartName(output_.network().state(id).sii.image(), slave.address, static_cast<std::uint32_t>(words));
+        esc::SiiPartNames(output_.network().state(id).sii.image(), slave.address, static_cast<std::uint32_t>(words));
     EventRow row(output_, EventType::kEeprom, slave.last, id);
     row.json.Text("action", "read");
     row.json.Number("address", slave.address);
@@ -296,7 +262,7 @@ void EepromLines::On(const track::EepromWrite& event) {
   row.json.Number("words", 1);
   const std::string part = event.address == 4
                                ? "station alias"
-                               : EepromPartName(output_.network().state(event.slave).sii.image(), event.address, 1);
+                               : esc::SiiPartNames(output_.network().state(event.slave).sii.image(), event.address, 1);
   row.TextOrNull("part", part);
   if (event.word) {
     const std::array<std::uint8_t, 2> bytes = {static_cast<std::uint8_t>(*event.word & 0xFFU),

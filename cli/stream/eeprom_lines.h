@@ -44,7 +44,4 @@ class EepromLines {
   std::vector<SlaveId> open_;  ///< slaves with a run under way
 };
 
-/// What the words [first, first + count) are: "identity", "category general"; "" when unknown.
-[[nodiscard]] std::string EepromPartName(const esc::SiiImage& image, std::uint32_t first, std::uint32_t count);
-
 }  // namespace ecaudit::cli

@@ -16,11 +16,36 @@ constexpr std::size_t kTypeColumns = 14;
 
 }  // namespace
 
-bool EventOutput::Wants(EventType type, const FrameRef& frame, SlaveId slave) const {
+bool EventOutput::Wants(EventType type, const FrameRef& frame, SlaveId slave) {
   if (!types_.Has(type)) return false;
   if (slave != kNoSlave && !SelectsSlave(context_.settings.slaves, network(), slave)) return false;
   const std::optional<std::int64_t> since = SinceStart(frame);
-  return context_.range.Contains(frame.number, since ? std::optional(static_cast<double>(*since) / 1e9) : std::nullopt);
+  if (!context_.range.Contains(frame.number, since ? std::optional(static_cast<double>(*since) / 1e9) : std::nullopt)) {
+    return false;
+  }
+  return HasRoom(frame);
+}
+
+bool EventOutput::HasRoom(const FrameRef& frame) {
+  const std::uint64_t room = kRoom + kTimesInput * pipeline_.statistics().frame_bytes;
+  if (written_ + (left_out_ > 0 ? kRoomToGoOn : 0) > room) {
+    if (left_out_++ == 0) first_left_out_ = frame;
+    last_left_out_ = frame;
+    return false;
+  }
+  TellLeftOut();
+  return true;
+}
+
+void EventOutput::TellLeftOut() {
+  if (left_out_ == 0) return;
+  const std::uint64_t lines = std::exchange(left_out_, 0);
+  EventRow row(*this, EventType::kLeftOut, first_left_out_, kNoSlave);
+  row.json.Number("lines", lines);
+  row.Frame("last_frame", last_left_out_);
+  row.text = Grouped(lines) + " events up to #" + std::to_string(last_left_out_.number) +
+             " are not shown: out of proportion to the capture";
+  row.style = report::Style::kWarning;
 }
 
 void EventOutput::Begin() {
@@ -58,6 +83,9 @@ void EventOutput::Write(const EventRow& row) {
       columns.Last(row.text, row.style);
     }
   }
+  std::uint64_t bytes = 0;
+  for (const std::string& line : waiting.lines) bytes = std::max<std::uint64_t>(bytes, line.size() + 1);
+  written_ += bytes;
   newest_ = std::max(newest_, waiting.frame);
   waiting_.push_back(std::move(waiting));
   std::push_heap(waiting_.begin(), waiting_.end(), Later{});
@@ -80,6 +108,7 @@ void EventOutput::WriteFirst() {
 }
 
 void EventOutput::End() {
+  TellLeftOut();
   while (!waiting_.empty()) WriteFirst();
 }
 

@@ -26,7 +26,10 @@ class EventOutput {
   [[nodiscard]] bool Wants(EventType type) const { return types_.Has(type); }
   /// Whether this one is shown: type, frame and slave are asked for.
   /// @param slave kNoSlave: the whole bus
-  [[nodiscard]] bool Wants(EventType type, const FrameRef& frame, SlaveId slave) const;
+  ///
+  /// Lines grow with the bytes of the capture. A broadcast that makes an event of each of a thousand slaves has its
+  /// lines as long as there is room; what has none is counted, and said.
+  [[nodiscard]] bool Wants(EventType type, const FrameRef& frame, SlaveId slave);
 
   /// Writes the titles of the columns.
   void Begin();
@@ -57,6 +60,14 @@ class EventOutput {
     }
   };
 
+  // What a format may take: so much, and so many times the bytes of the frames. Where that is used up, it goes on when
+  // there is room for a good many lines again.
+  static constexpr std::uint64_t kRoom = std::uint64_t{2} << 20U;
+  static constexpr std::uint64_t kTimesInput = 8;
+  static constexpr std::uint64_t kRoomToGoOn = std::uint64_t{64} << 10U;
+
+  [[nodiscard]] bool HasRoom(const FrameRef& frame);
+  void TellLeftOut();
   void Write(const EventRow& row);
   void WriteFirst();
 
@@ -67,6 +78,9 @@ class EventOutput {
   std::vector<Waiting> waiting_;  ///< a heap, the earliest frame on top
   std::uint64_t number_ = 0;
   FrameNo newest_ = 0;
+  std::uint64_t written_ = 0;   ///< bytes of the format that has most
+  std::uint64_t left_out_ = 0;  ///< lines, since there was room last
+  FrameRef first_left_out_, last_left_out_;
 };
 
 /// One event. Begins with the keys that all events have; the rest is added to json; written when it ends.

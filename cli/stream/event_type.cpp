@@ -9,9 +9,9 @@ namespace ecaudit::cli {
 namespace {
 
 constexpr std::array<std::string_view, kEventTypes> kNames = {
-    "register-write", "al-request", "al-state",    "mailbox",   "sdo", "sdo-info", "pdo-mapping",
-    "latch",          "emergency",  "foe",         "eoe",       "soe", "aoe",      "voe",
-    "eeprom",         "dc",         "drive-state", "ecat-event"};
+    "register-write", "al-request", "al-state",    "mailbox",    "sdo",     "sdo-info", "pdo-mapping",
+    "latch",          "emergency",  "foe",         "eoe",        "soe",     "aoe",      "voe",
+    "eeprom",         "dc",         "drive-state", "ecat-event", "left-out"};
 
 }  // namespace
 
@@ -34,6 +34,7 @@ Result<EventTypes> EventTypes::Parse(const std::vector<std::string>& options) {
     types.set_.reset(static_cast<std::size_t>(EventType::kEcatEvent));
   }
   types.chosen_ = !options.empty();
+  types.set_.set(static_cast<std::size_t>(EventType::kLeftOut));
   for (const std::string& option : options) {
     std::size_t at = 0;
     while (at <= option.size()) {

@@ -31,6 +31,7 @@ enum class EventType : std::uint8_t {
   kDc,
   kDriveState,
   kEcatEvent,
+  kLeftOut,  ///< no event of the bus: how many lines were not written; always shown
   kCount,
 };
 inline constexpr std::size_t kEventTypes = static_cast<std::size_t>(EventType::kCount);

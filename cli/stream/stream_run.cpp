@@ -168,7 +168,10 @@ PipelineOptions RunOptions(const LineWriter& writer, const FrameRange& range, Pr
 /// What the reader of a whole capture should know of it.
 void WarnOf(Console& console, const std::string& name, const TimedSource& source,
             const PipelineStatistics& statistics) {
-  if (const auto& damage = source.info().damage) {
+  if (statistics.overworked.seen()) {
+    console.Warning(name + ": read up to packet " + Grouped(statistics.overworked.number) +
+                    "; what is behind it holds broadcasts to too many slaves");
+  } else if (const auto& damage = source.info().damage) {
     console.Warning(name + " is damaged: " + damage->message + "; everything up to frame " +
                     std::to_string(damage->after_frame) + " was read");
   } else if (statistics.ethercat_frames == 0) {

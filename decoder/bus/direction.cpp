@@ -14,6 +14,9 @@ constexpr std::int64_t kPauseNs = 100'000;
 /// do not.
 constexpr std::uint32_t kRepeated = 3;
 constexpr std::uint32_t kIndexChanges = 2;
+/// So many turns are no recording behind another one, and of the frames of a redundant line nearly all are twins.
+constexpr std::uint32_t kTurns = 8;
+constexpr std::uint32_t kTwinsOneIn = 8;
 
 /// Where a packet was captured: port of the probe and capture interface.
 std::uint32_t PortOf(const wire::FrameView& frame) {
@@ -63,8 +66,39 @@ void DirectionLearner::Learn(const wire::FrameView& frame) noexcept {
   ++(frame.mac_bit() ? sender->bit_set : sender->bit_clear);
   if (AnyWorkingCounter(frame)) ++sender->counted;
   if (frame.empty()) return;
+  LearnTurn(*sender, frame);
   LearnPair(*sender, frame);
   LearnRepetition(*sender, frame);
+}
+
+void DirectionLearner::LearnTurn(Sender& sender, const wire::FrameView& frame) noexcept {
+  if (std::exchange(last_, &sender) != &sender) ++sender.turns;
+  const std::uint64_t key = frame.key();
+  for (std::size_t i = 0; i < count_; ++i) {
+    Sender& other = senders_[i];
+    if (&other == &sender || !other.last.seen()) continue;
+    // At the other end of a redundant line some masters send another frame under the same index.
+    const bool same_index = frame[0].index() == other.last_index;
+    if (!same_index &&
+        std::none_of(other.open.begin(), other.open.end(), [key](const Open& o) { return o.key == key; }))
+      continue;
+    ++sender.twins;
+    ++other.twins;
+  }
+}
+
+/// The bus is that of the master that is seen most.
+void DirectionLearner::SetOtherBusesAside() noexcept {
+  const Sender* main = nullptr;
+  for (std::size_t i = 0; i < count_; ++i) {
+    const Sender& s = senders_[i];
+    if (s.answered && (main == nullptr || s.frames() > main->frames())) main = &s;
+  }
+  for (std::size_t i = 0; i < count_; ++i) {
+    Sender& s = senders_[i];
+    if (!s.answered || &s == main || s.turns < kTurns || s.twins * kTwinsOneIn >= s.frames()) continue;
+    if (s.slaves && main->slaves && *s.slaves != *main->slaves) s.reading = Reading::kForeign;
+  }
 }
 
 /// Process data may be the same in every cycle; what else a master sends again and again is meant to be answered.
@@ -103,6 +137,9 @@ void DirectionLearner::LearnPair(Sender& sender, const wire::FrameView& frame) n
       sender.port_back = port;
     }
     ++sender.pairs;
+    if (frame.size() == 1 && wire::IncrementsAdp(frame[0].command())) {
+      sender.slaves = static_cast<std::uint16_t>(progress.positions - open->progress.positions);
+    }
     if (open->port == sender.port_out && port == sender.port_back) ++sender.pairs_by_port;
     if (open->progress.counted != 0) ++sender.pairs_counted;
   }
@@ -130,6 +167,7 @@ void DirectionLearner::Finish() noexcept {
     s.answered = true;
     master_proven_ = any_outbound = any_returned = true;
   }
+  SetOtherBusesAside();
   for (std::size_t i = 0; i < count_; ++i) {
     Sender& s = senders_[i];
     if (s.answered) continue;

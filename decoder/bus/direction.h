@@ -4,11 +4,16 @@
 /// master's own address has it (virtual NICs, KickCAT), or the tap sits between slaves. Then the copies are told apart
 /// by the port of a probe or the capture interface, by what the file says of the direction, or by pairs: of two copies
 /// the one with the lower position counter and working counter is the outbound one (esc-reference 3.1).
+///
+/// Several senders may be masters of one bus: with a redundant line the same frames or indices go out at both ends. Who
+/// speaks in turns with the master, sends others, and whose broadcasts pass another number of slaves has a bus of its
+/// own.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "decoder/wire/frame_view.h"
 
@@ -79,10 +84,13 @@ class DirectionLearner {
     std::uint32_t flag_out = 0;
     std::uint32_t port_out = 0;
     std::uint32_t port_back = 0;
-    bool answered = false;           ///< some of its frames were seen coming back
-    bool in_vain = false;            ///< it repeats what it sends, and nothing comes back
-    std::uint64_t last_content = 0;  ///< of the frame before ...
-    std::uint8_t last_index = 0;     ///< ... and the index of its first datagram
+    std::uint32_t turns = 0;              ///< frames right behind one of another sender
+    std::uint32_t twins = 0;              ///< frames that another sender has sent just before
+    std::optional<std::uint16_t> slaves;  ///< that a frame has passed on its way back
+    bool answered = false;                ///< some of its frames were seen coming back
+    bool in_vain = false;                 ///< it repeats what it sends, and nothing comes back
+    std::uint64_t last_content = 0;       ///< of the frame before ...
+    std::uint8_t last_index = 0;          ///< ... and the index of its first datagram
     FrameRef last;
     std::uint32_t repeated = 0;       ///< frames like the one before, behind a pause
     std::uint32_t index_changes = 0;  ///< frames with another index than the one before
@@ -95,11 +103,14 @@ class DirectionLearner {
 
   Sender* Find(std::uint64_t mac) noexcept;
   [[nodiscard]] const Sender* Find(std::uint64_t mac) const noexcept;
+  void LearnTurn(Sender& sender, const wire::FrameView& frame) noexcept;
+  void SetOtherBusesAside() noexcept;
   static void LearnPair(Sender& sender, const wire::FrameView& frame) noexcept;
   static void LearnRepetition(Sender& sender, const wire::FrameView& frame) noexcept;
 
   std::array<Sender, kMaxMasters> senders_{};
   std::size_t count_ = 0;
+  const Sender* last_ = nullptr;  ///< whose frame was the last
   bool master_proven_ = false;
   bool outbound_only_ = false;
   bool returned_only_ = false;

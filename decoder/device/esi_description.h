@@ -34,6 +34,16 @@ struct StateTimeouts {
   std::optional<TimeNs> back_to_safeop;
 };
 
+/// An SDO that the device wants to be written at a state change (Mailbox/CoE/InitCmd).
+struct EsiInitCommand {
+  std::vector<std::string> transitions;  ///< "IP", "PS", "SO", ... as in the file
+  std::uint16_t index = 0;
+  std::uint8_t subindex = 0;
+  bool complete_access = false;
+  std::vector<std::uint8_t> data;
+  std::string comment;
+};
+
 struct EsiDetails {
   std::string vendor_name;
   std::string type;                             ///< order code, the text of the element Type
@@ -41,6 +51,9 @@ struct EsiDetails {
   std::optional<std::uint32_t> profile_number;  ///< 402 for a drive
   std::vector<FmmuUse> fmmus;                   ///< by FMMU number
   std::vector<DcMode> dc_modes;
+  std::vector<EsiInitCommand> init_commands;
+  /// CoE features; unset where the file does not say.
+  std::optional<bool> pdo_assign, pdo_config;
   StateTimeouts timeouts;
 };
 

@@ -149,7 +149,7 @@ class EsiParser {
       } else if (name == "TxPdo") {
         ReadPdo(PdoDirection::kTx, device.pdo);
       } else if (name == "Mailbox") {
-        ReadMailbox(device.mailbox);
+        ReadMailbox(device.mailbox, *device.esi);
       } else if (name == "Dc") {
         ReadDc(*device.esi);
       } else {
@@ -228,7 +228,7 @@ class EsiParser {
     rule.source = kEsiSource;
   }
 
-  void ReadMailbox(MailboxDescription& mailbox) {
+  void ReadMailbox(MailboxDescription& mailbox, EsiDetails& esi) {
     struct Protocol {
       std::string_view element;
       std::uint8_t type;
@@ -251,8 +251,45 @@ class EsiParser {
       if (xml_.name() == "CoE") {
         mailbox.complete_access = xml_.Flag("CompleteAccess");
         mailbox.sdo_information = xml_.Flag("SdoInfo");
+        const auto feature = [this](std::string_view name) -> std::optional<bool> {
+          if (xml_.Attribute(name).empty()) return std::nullopt;
+          return xml_.Flag(name);
+        };
+        esi.pdo_assign = feature("PdoAssign");
+        esi.pdo_config = feature("PdoConfig");
+        ReadCoe(esi);
+        continue;
       }
       xml_.Skip();
+    }
+  }
+
+  void ReadCoe(EsiDetails& esi) {
+    while (xml_.NextChild()) {
+      if (xml_.name() != "InitCmd") {
+        xml_.Skip();
+        continue;
+      }
+      EsiInitCommand& command = esi.init_commands.emplace_back();
+      command.complete_access = xml_.Flag("CompleteAccess");
+      CountRow();
+      while (xml_.NextChild()) {
+        const std::string& name = xml_.name();
+        if (name == "Transition") {
+          command.transitions.push_back(xml_.Text());
+          CountRow();
+        } else if (name == "Index") {
+          command.index = xml_.Number<std::uint16_t>();
+        } else if (name == "SubIndex") {
+          command.subindex = xml_.Number<std::uint8_t>();
+        } else if (name == "Data") {
+          command.data = xml_.Bytes();
+        } else if (name == "Comment") {
+          ReadLocalName(xml_, command.comment);
+        } else {
+          xml_.Skip();
+        }
+      }
     }
   }
 

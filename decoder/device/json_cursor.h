@@ -133,19 +133,20 @@ struct Word {
   Enum value;
 };
 
-template <typename Enum, std::size_t kCount>
-void ReadWord(const Cursor& cursor, const Word<Enum> (&words)[kCount], Enum& out) {
+/// @tparam Entry  Word<Enum>, or another with `text` and `value`
+template <typename Enum, typename Entry, std::size_t kCount>
+void ReadWord(const Cursor& cursor, const Entry (&words)[kCount], Enum& out) {
   std::string text;
   Read(cursor, text);
   if (cursor.failed()) return;
-  for (const Word<Enum>& word : words) {
+  for (const Entry& word : words) {
     if (word.text == text) {
       out = word.value;
       return;
     }
   }
   std::string all;
-  for (const Word<Enum>& word : words) {
+  for (const Entry& word : words) {
     if (!all.empty()) all += ", ";
     all += word.text;
   }

@@ -1,8 +1,15 @@
 #include "decoder/device/mailbox_description.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace ecaudit::device {
+
+std::string_view Name(SyncManagerUse use) {
+  const auto* const found = std::find_if(std::begin(kSyncManagerUses), std::end(kSyncManagerUses),
+                                         [use](const SyncManagerUseWord& word) { return word.value == use; });
+  return found == std::end(kSyncManagerUses) ? std::string_view() : found->text;
+}
 
 const SyncManagerRule* MailboxDescription::FindSyncManager(std::uint8_t number) const {
   const auto it = std::find_if(sync_managers.begin(), sync_managers.end(),

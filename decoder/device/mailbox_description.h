@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "decoder/base/ids.h"
@@ -12,6 +13,18 @@
 namespace ecaudit::device {
 
 enum class SyncManagerUse : std::uint8_t { kUnused, kMailboxOut, kMailboxIn, kProcessOut, kProcessIn };
+
+/// How families and reports write it.
+struct SyncManagerUseWord {
+  std::string_view text;
+  SyncManagerUse value;
+};
+inline constexpr SyncManagerUseWord kSyncManagerUses[] = {{"unused", SyncManagerUse::kUnused},
+                                                          {"mailbox out", SyncManagerUse::kMailboxOut},
+                                                          {"mailbox in", SyncManagerUse::kMailboxIn},
+                                                          {"process out", SyncManagerUse::kProcessOut},
+                                                          {"process in", SyncManagerUse::kProcessIn}};
+[[nodiscard]] std::string_view Name(SyncManagerUse use);
 
 /// What a sync manager of the drive must be set to.
 struct SyncManagerRule {

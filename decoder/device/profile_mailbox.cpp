@@ -16,14 +16,9 @@ void ReadRequest(const Cursor& cursor, bool& out) {
 }  // namespace
 
 static void Read(const Cursor& cursor, SyncManagerRule& out) {
-  static constexpr Word<SyncManagerUse> kUses[] = {{"unused", SyncManagerUse::kUnused},
-                                                   {"mailbox out", SyncManagerUse::kMailboxOut},
-                                                   {"mailbox in", SyncManagerUse::kMailboxIn},
-                                                   {"process out", SyncManagerUse::kProcessOut},
-                                                   {"process in", SyncManagerUse::kProcessIn}};
   ObjectReader object(cursor);
   object.Require("number", out.number);
-  object.AllowWith("use", [&](const Cursor& at) { ReadWord(at, kUses, out.use); });
+  object.AllowWith("use", [&](const Cursor& at) { ReadWord(at, kSyncManagerUses, out.use); });
   object.Allow("start", out.start);
   object.Allow("lengths", out.lengths);
   object.Allow("max_length", out.max_length);

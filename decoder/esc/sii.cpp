@@ -411,4 +411,71 @@ SiiContents ParseSii(const SiiImage& image, SiiDepth depth) {
   return contents;
 }
 
+namespace {
+
+/// The words before the categories: what each is, and the part it belongs to.
+struct SiiPart {
+  std::uint32_t first, end;
+  std::string_view name;
+  std::string_view part;
+};
+constexpr std::array<SiiPart, 17> kSiiParts = {{{0x00, 0x01, "PDI control", "configuration"},
+                                                {0x01, 0x02, "PDI configuration", "configuration"},
+                                                {0x02, 0x03, "length of the SYNC pulse", "configuration"},
+                                                {0x03, 0x04, "PDI configuration 2", "configuration"},
+                                                {0x04, 0x05, "station alias", "configuration"},
+                                                {0x05, 0x07, "reserved configuration", "configuration"},
+                                                {0x07, 0x08, "checksum of the configuration", "configuration"},
+                                                {0x08, 0x0A, "vendor id", "identity"},
+                                                {0x0A, 0x0C, "product code", "identity"},
+                                                {0x0C, 0x0E, "revision", "identity"},
+                                                {0x0E, 0x10, "serial number", "identity"},
+                                                {0x10, 0x14, "delays", "delays"},
+                                                {0x14, 0x18, "bootstrap mailboxes", "bootstrap mailboxes"},
+                                                {0x18, 0x1C, "standard mailboxes", "standard mailboxes"},
+                                                {0x1C, 0x1D, "mailbox protocols", "mailbox protocols"},
+                                                {0x3E, 0x3F, "size", "size and version"},
+                                                {0x3F, 0x40, "version", "size and version"}}};
+
+std::string CategoryText(std::uint16_t type) {
+  const std::string name = SiiCategoryName(type);
+  return name.starts_with("category") ? name : "category " + name;
+}
+
+}  // namespace
+
+std::string SiiWordName(const SiiImage& image, std::uint32_t word) {
+  for (const SiiPart& part : kSiiParts) {
+    if (word >= part.first && word < part.end) return std::string(part.name);
+  }
+  if (word < kFirstCategory) return "reserved";
+  for (const SiiCategory& category : ParseSii(image, SiiDepth::kChain).categories) {
+    if (word + 2 >= category.first_word && word < category.first_word + category.words) {
+      return CategoryText(category.type);
+    }
+  }
+  return {};
+}
+
+std::string SiiPartNames(const SiiImage& image, std::uint32_t first, std::uint32_t count) {
+  const std::uint32_t end = first + count;
+  std::string text;
+  const auto add = [&text](std::string_view part) { text.append(text.empty() ? "" : ", ").append(part); };
+  std::string_view before;
+  for (const SiiPart& part : kSiiParts) {
+    if (first >= part.end || end <= part.first || part.part == before) continue;
+    add(before = part.part);
+  }
+  if (end <= kFirstCategory) return text;
+  const SiiContents contents = ParseSii(image, SiiDepth::kChain);
+  for (const SiiCategory& category : contents.categories) {
+    if (first < category.first_word + category.words && end > category.first_word - 2) add(CategoryText(category.type));
+  }
+  if (contents.chain_end == SiiChainEnd::kEndMark && first <= contents.chain_end_word &&
+      end > contents.chain_end_word) {
+    add("end of categories");
+  }
+  return text;
+}
+
 }  // namespace ecaudit::esc

@@ -137,6 +137,11 @@ inline constexpr std::uint16_t kSiiVendorCategory = 0x0800;
 /// "strings", "TxPDO", "vendor 0x0800", "category 77".
 [[nodiscard]] std::string SiiCategoryName(std::uint16_t type);
 
+/// What one word means: "station alias", "category strings"; empty where nothing says it.
+[[nodiscard]] std::string SiiWordName(const SiiImage& image, std::uint32_t word);
+/// The parts that `count` words from `first` on belong to: "configuration, identity"; empty where nothing says it.
+[[nodiscard]] std::string SiiPartNames(const SiiImage& image, std::uint32_t first, std::uint32_t count);
+
 /// One category as the chain of headers shows it.
 struct SiiCategory {
   enum class Coverage : std::uint8_t {

@@ -26,6 +26,7 @@ void AlTracker::OnSent(const wire::FrameView& frame) {
     const std::size_t at = static_cast<std::size_t>(esc::kAlControl - d.ado());
     const esc::AlWord control{WordOrByte(Slice(d.data(), at, 2))};
     if (wire::IsBroadcast(c)) {
+      states_.work().Take(states_.size());
       for (std::size_t s = 0; s < states_.size(); ++s) {
         const auto id = static_cast<SlaveId>(s);
         if (addressing_.OnBus(id)) events_.Publish(AlRequestSent{id, frame.ref(), control});
@@ -51,6 +52,7 @@ void AlTracker::OnWritten(const SlaveAccess& access) {
   for (std::size_t s = 0; s < states_.size(); ++s) {
     const auto other = static_cast<SlaveId>(s);
     if (other == access.slave || !addressing_.MayBeOne(access.slave, other)) continue;
+    states_.work().Take(1);
     events_.Publish(AlRequest{other, access.sent, access.returned, control, Acceptance::kUnknown, false});
   }
 }
@@ -139,6 +141,7 @@ bool AlTracker::Compare(SlaveId id, const Answer& answer) {
       return false;
     }
     poll_.slaves.push_back(id);
+    states_.work().Take(1);
     events_.Publish(AlStatusRead{id, answer.frame, *before, *before, std::nullopt, true});
     return true;
   }
@@ -156,6 +159,7 @@ bool AlTracker::Compare(SlaveId id, const Answer& answer) {
 
 void AlTracker::Apply(SlaveId slave, const FrameRef& frame, std::uint16_t status, std::optional<std::uint16_t> code,
                       bool error_bit_known) {
+  states_.work().Take(1);
   holes_.Presume(slave, status == static_cast<std::uint16_t>(esc::AlState::OP), frame);
   AlStatusRead event{slave, frame, esc::AlWord{status}, std::nullopt, code, error_bit_known};
   SlaveState& state = states_[slave];

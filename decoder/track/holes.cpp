@@ -5,6 +5,8 @@
 namespace ecaudit::track {
 
 void Holes::OnHole(const FrameRef& frame, bool certain) {
+  // The models of all slaves hear of it, too.
+  states_.work().Take(states_.size());
   events_.Publish(CaptureHole{frame, certain});
   if (!certain) return;
   states_.ForgetForLater();
@@ -62,6 +64,7 @@ void Holes::ForgetFrom(std::uint16_t first_position, const FrameRef& frame) {
 
 /// The slave may have been switched off, or set up anew.
 void Holes::Forget(SlaveId id, const FrameRef& frame) {
+  states_.work().Take(1);
   if (std::exchange(states_[id].presumed, false)) --presumed_;
   states_.ForgetRegisters(id);
   mailboxes_.Forget(id, frame);

@@ -45,6 +45,9 @@ void Network::OnTransaction(const bus::BusTransaction& transaction) {
       holes_.OnHole(first, transaction.hole == bus::Hole::kCertain);
     }
   }
+  for (const wire::FrameView* copy : {transaction.sent, transaction.returned}) {
+    if (copy != nullptr) states_.work().Allow(copy->bytes().size());
+  }
   runs_.OnFrame(first);
   event_field_.OnTransaction(transaction);
   for (std::size_t i = 0; i < transaction.size(); ++i) {
@@ -172,6 +175,7 @@ void Network::OnAddressed(const DatagramPair& d) {
 }
 
 void Network::ApplyToAll(const DatagramPair& d, Acceptance acceptance) {
+  states_.work().Take(states_.size());
   for (std::size_t s = 0; s < states_.size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
     if (OnBus(id)) Apply(d.Access(id, acceptance));
@@ -222,6 +226,7 @@ void Network::OnDoubtful(const wire::FrameView& sent) {
       mailboxes_.FollowWindow(slave, access.frame());
     };
     if (wire::IsBroadcast(c)) {
+      states_.work().Take(states_.size());
       for (std::size_t s = 0; s < states_.size(); ++s) doubt(static_cast<SlaveId>(s));
     } else if (const SlaveId slave = Resolve(d, false); slave != kNoSlave) {
       doubt(slave);

@@ -57,6 +57,8 @@ class Network final : public bus::BusSink {
   /// The run of frames that lasts until now.
   [[nodiscard]] const EventFieldRun& event_field() const { return event_field_.run(); }
 
+  /// Telling every slave of what was meant for all has cost more than the frames allow for: whoever feeds this stops.
+  [[nodiscard]] bool overworked() const { return states_.work().exceeded(); }
   /// Changes whenever any sync manager or FMMU may have changed, or a slave was added.
   [[nodiscard]] std::uint64_t mapping_version() const { return mappings_.version(); }
   /// The mapping version that the last change of this slave's sync managers or FMMUs made. What rests on the mappings

@@ -13,6 +13,7 @@
 #include "decoder/track/events.h"
 #include "decoder/track/mapping_cache.h"
 #include "decoder/track/recent_accesses.h"
+#include "decoder/track/slave_work.h"
 #include "decoder/track/slave_state.h"
 
 namespace ecaudit::track {
@@ -25,6 +26,9 @@ class SlaveStates {
   [[nodiscard]] std::size_t size() const { return states_.size(); }
   [[nodiscard]] const SlaveState& operator[](SlaveId id) const { return states_[id]; }
   [[nodiscard]] SlaveState& operator[](SlaveId id) { return states_[id]; }
+  /// What telling every slave of something has cost so far.
+  [[nodiscard]] SlaveWork& work() { return work_; }
+  [[nodiscard]] const SlaveWork& work() const { return work_; }
   /// Changes with any AL state, and with each new slave.
   [[nodiscard]] std::uint64_t al_version() const { return al_version_; }
 
@@ -68,6 +72,7 @@ class SlaveStates {
   SlaveState everyone_;            // what broadcasts wrote: a slave met later has taken it, too
   std::optional<AlRequest> requested_;
   RecentAccesses recent_;
+  SlaveWork work_;
   std::uint64_t al_version_ = 1;
 };
 

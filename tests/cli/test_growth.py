@@ -1,4 +1,4 @@
-"""Work and output grow with the bytes of what is read, not faster: each hostile pattern at a size and at four times that."""
+"""Work and output grow with the bytes of what is read, not faster: each hostile pattern at one size and at four times it."""
 import json
 import os
 import struct
@@ -6,7 +6,7 @@ import subprocess
 import unittest
 
 from support import APRD, APWR, BRD, BWR, FPRD, FPWR, PROGRAM, Bus, CliTest, healthy_capture, scanned_bus
-from test_hostile import block, option, pcapng
+from test_hostile import block, option, packets_of
 
 TIMES = 4
 MOST_TIMES = 7  # quadratic work would take 16 times as long
@@ -43,6 +43,54 @@ def slaves_and_broadcasts(slaves: int, frames: int) -> bytes:
     for n in range(frames):
         pass_all(BWR, 0, 0x0200, bytes([n & 0xFF]), slaves)
     return bus.pcap()
+
+
+def crowded_frames(slaves: int, frames: int, command: int, address: int, answers) -> bytes:
+    """Frames full of small broadcasts to many slaves. @param answers of a datagram: what is sent, what comes back"""
+    bus = Bus()
+
+    def exchange(datagrams):
+        bus.index = (bus.index + 1) & 0xFF
+        for first, returned in ((0x10, False), (0x12, True)):
+            body = b""
+            for n, (kind, adp, ado, sent, back, counter) in enumerate(datagrams):
+                data = back if returned else sent
+                more = 0x8000 if n + 1 < len(datagrams) else 0
+                passed = (adp + slaves * returned) & 0xFFFF
+                body += struct.pack("<BBHHHH", kind, bus.index, passed, ado, len(data) | more, 0)
+                body += data + struct.pack("<H", counter * returned)
+            header = b"\x88\xa4" + struct.pack("<H", len(body) | 0x1000)
+            frame = b"\xff" * 6 + bytes([first]) + b"\x10" * 5 + header + body
+            bus.packets.append((bus.time_ns, frame.ljust(60, b"\0")))
+            bus.time_ns += 20_000
+        bus.time_ns += 960_000
+
+    exchange([(BRD, 0, 0x0130, b"\0\0", b"\x01\0", slaves)])
+    for begin in range(0, slaves, 50):
+        exchange([(APWR, -s, 0x0010, *[struct.pack("<H", 0x1001 + s)] * 2, 1) for s in range(begin, begin + 50)])
+    for frame in range(frames):
+        exchange([(command, 0, address, *answers(frame + n), slaves) for n in range(100)])
+    return bus.pcap()
+
+
+def crowded_writes(frames: int) -> bytes:
+    return crowded_frames(2000, frames, BWR, 0x0200, lambda n: [bytes([n & 0xFF])] * 2)
+
+
+def crowded_requests(frames: int) -> bytes:
+    return crowded_frames(2000, frames, BWR, 0x0120, lambda n: [bytes([1 + n % 8])] * 2)
+
+
+def crowded_states(frames: int) -> bytes:
+    return crowded_frames(2000, frames, BRD, 0x0130, lambda n: (b"\0\0", bytes([1 << n % 4, 0])))
+
+
+def crowded_polls(frames: int) -> bytes:
+    return crowded_frames(2000, frames, BRD, 0x0130, lambda n: (b"\0\0", b"\x01\0"))
+
+
+def crowded_clocks(frames: int) -> bytes:
+    return crowded_frames(2000, frames, BWR, 0x0980, lambda n: [bytes([n & 0xFF])] * 2)
 
 
 def distinct_findings(count: int) -> bytes:
@@ -89,6 +137,58 @@ class Growth(CliTest):
 
     def test_broadcasts(self):
         self.expect_linear(lambda n: slaves_and_broadcasts(200, n), 400, "check", "--format", "json")
+
+    def read_up_to(self, content: bytes, slaves: int) -> int:
+        """The packet at which reading ends because of broadcasts. @return it"""
+        path = self.file("crowded.pcap", content)
+        report = json.loads(self.run_program("check", "--format", "json", path).out)["reports"][0]
+        self.assertFalse(report["capture"]["complete"])
+        self.assertIn(report["summary"]["verdict"], ("limited", "fail"))
+        (finding,) = [f for f in report["findings"] if f["rule"] == "capture-truncated"]
+        self.assertIn("Not read to its end", finding["title"])
+        self.assertEqual(len([r for r in report["limits_reached"] if "slaves told of broadcasts" in r["what"]]), 1)
+        # What was done is bounded by the bytes that were read, and no packet more than needed was left out.
+        packets = [p for _, p in packets_of(content)][:finding["frame"]]
+        self.assertEqual(report["capture"]["packets"], len(packets))
+        broadcasts = 100 * (len(packets) - 2 - 2 * slaves // 50) // 2
+        allowed = 1_000_000 + sum(len(p) for p in packets)
+        self.assertLess(slaves * (broadcasts - 100), 2 * allowed)
+        self.assertGreater(slaves * (broadcasts + 100) * 2, allowed // 2)
+        for command in ("events", "startup"):
+            done = self.run_program(command, path)
+            self.assertIn("read up to packet" if command == "events" else "", done.err)
+        return finding["frame"]
+
+    def test_broadcasts_to_thousands_of_slaves(self):
+        """Counted, not timed: reading ends where the bytes allow for no more, wherever the capture ends."""
+        for make in (crowded_writes, crowded_requests, crowded_states):
+            with self.subTest(make.__name__):
+                self.assertEqual(self.read_up_to(make(100), 2000), self.read_up_to(make(400), 2000))
+
+    def test_polls_that_show_nothing_new_are_not_counted(self):
+        for frames in (50, 200):
+            report = self.report(self.file("polls.pcap", crowded_polls(frames)), status=0)["reports"][0]
+            self.assertTrue(report["capture"]["complete"])
+            self.assertEqual(report["limits_reached"], [])
+
+    def test_output_of_thousands_of_slaves(self):
+        for make in (crowded_requests, crowded_states, crowded_clocks):
+            content = make(400)
+            path = self.file("crowded.pcap", content)
+            for command in (("check", "--format", "json"), ("events", "--format", "jsonl"), ("events",), ("check",)):
+                with self.subTest(make.__name__, command=command):
+                    _, memory, output = self.cost(*command, path)
+                    base = 3 << 20 if command[0] == "check" else 0  # slaves, of which each has its place
+                    self.assertLess(output, OUTPUT_FREE + base + OUTPUT_TIMES * len(content))
+                    self.assertLess(memory, MEMORY_MIB)
+
+    def test_lines_that_are_left_out_are_counted(self):
+        path = self.file("crowded.pcap", crowded_states(60))
+        rows = [json.loads(line) for line in self.run_program("events", "--format", "jsonl", path).out.splitlines()]
+        left_out = [row for row in rows if row["event"] == "left-out"]
+        self.assertGreater(sum(row["lines"] for row in left_out), 10_000)
+        self.assertTrue(all(row["last_frame"] >= row["frame"] for row in left_out))
+        self.assertRegex(self.run_program("events", path).out, r"left-out +[\d,]+ events up to #\d+ are not shown")
 
     def test_findings(self):
         self.expect_linear(distinct_findings, 1500, "check", "--format", "json")

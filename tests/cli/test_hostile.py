@@ -140,6 +140,43 @@ class HostileCaptures(CliTest):
         self.assertTrue(any("of other masters" in f["message"] for f in self.set_aside(report)), report["findings"])
 
 
+    def test_two_masters_from_the_first_packet_on(self):
+        """A bus without faults, and another one that is seen as often: neither is taken for a part of the other."""
+        first, second = scanned_bus(), scanned_bus()
+        second.index = 100
+        for _ in range(60):
+            first.read(0x0130, b"\x01\0")
+            second.read(0x0130, b"\x01\0")
+            second.read(0x0110, b"\0\0")
+        for _ in range(40):
+            first.read(0x0130, b"\x01\0")
+        second.write(0x0120, b"\x08\0")
+        second.read(0x0130, b"\x11\0")
+
+        def swap(packet):
+            """Another address; and there are two slaves."""
+            packet = bytearray(packet[:6] + packet[6:7] + b"\x20" * 5 + packet[12:])
+            if packet[6] == 0x12 and packet[16] in (BRD, 2):
+                packet[18] += 1
+                packet[28] = 2 if packet[16] == BRD else packet[28]
+            return bytes(packet)
+
+        packets = sorted([*first.packets, *((t + 5000, swap(p)) for t, p in second.packets)])
+        report = self.one_report("both.pcapng", pcapng(packets), 1)
+        self.assertEqual({f["rule"] for f in report["findings"]} - {"capture-truncated"}, {"al-refused"})
+        self.assertTrue(any("of other masters" in f["message"] for f in self.set_aside(report)), report["findings"])
+
+    def test_a_redundant_line_is_one_bus(self):
+        """The same frames go out at both ends, each with an address of its own."""
+        bus = scanned_bus()
+        for _ in range(100):
+            bus.read(0x0130, b"\x01\0")
+        swap = lambda p: p[:6] + bytes([p[6]]) + b"\x20" * 5 + p[12:]
+        packets = sorted([*bus.packets, *((t + 500, swap(p)) for t, p in bus.packets)])
+        report = self.one_report("redundant.pcapng", pcapng(packets), 0)
+        self.assertEqual(self.set_aside(report), [])
+
+
 class CutStartups(CliTest):
     """A start-up of more steps than are kept: what was cut is neither the same nor missing."""
 

@@ -2,6 +2,7 @@
 #include <map>
 #include <vector>
 
+#include "analyzers/judge/init_command_watch.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
@@ -34,7 +35,8 @@ The error bit appears after a request that the slave took, and was not set befor
 with another code, or stay for 200 ms. Slaves without a processor echo the acknowledge bit of the request; that is no
 error. Where the state before the request was never read, the error may be
 older and the finding is marked inferred. Where the model knows why the slave had to refuse (an illegal transition, a
-wrong sync manager), caused_by names that finding.
+wrong sync manager), caused_by names that finding. With an ESI file (--esi) the text names the writes that it asks for
+before the refused state (init commands) and that the capture, which shows the slave's way to PREOP, does not have.
 
 ## Example
 samples/captures/init-to-op-refused.pcapng: OP refused with 0x0011.
@@ -50,13 +52,16 @@ class AlRefused final : public Rule {
  public:
   AlRefused() : Rule(kInfo) {
     Hear<model::AlAnswered>(&AlRefused::On);
+    Hear<model::AlAnswerUnclear>(&AlRefused::On);
     Hear<model::AlErrorRepeated>(&AlRefused::On);
     Hear<model::AlErrorCode>(&AlRefused::On);
     Hear<model::AlErrorCleared>(&AlRefused::On);
     Hear<model::AlChangedByItself>(&AlRefused::On);
+    Hear<mailbox::SdoTransfer>(&AlRefused::On);
   }
 
   void On(const model::AlAnswered& e) {
+    init_commands_.On(e);
     if (e.slave >= open_.size()) open_.resize(static_cast<std::size_t>(e.slave) + 1, kNoFinding);
     open_[e.slave] = kNoFinding;
     if (e.outcome != model::AlAnswered::Outcome::kRefused) return;
@@ -74,7 +79,9 @@ class AlRefused final : public Rule {
       AddRelated(finding, e.request.frame.number);
       index = Report(key, std::move(finding));
       if (index == kNoFinding) return;
-      if (told_.emplace(index, Told{e, {}}).second) Describe(context().store[index], told_[index]);
+      const device::DeviceDescription& family = *context().slave(e.slave).profile;
+      Told told{e, {}, init_commands_.MissingText(e.slave, family, e.request)};
+      if (told_.emplace(index, std::move(told)).second) Describe(context().store[index], told_[index]);
     } else {
       AddRelated(context().store[index], e.request.frame.number);
     }
@@ -82,6 +89,10 @@ class AlRefused final : public Rule {
     if (e.code) AddCode(index, e.frame, *e.code);
   }
 
+  void On(const model::AlAnswerUnclear& e) {
+    NotEvaluable(e.slave, "the error bit may be older than the request, before which the state was not read",
+                 e.frame.number);
+  }
   void On(const model::AlErrorRepeated& e) {
     const FindingIndex index = OpenOf(e.slave);
     if (index == kNoFinding) return;
@@ -91,6 +102,7 @@ class AlRefused final : public Rule {
   void On(const model::AlErrorCode& e) {
     if (const FindingIndex index = OpenOf(e.slave); index != kNoFinding) AddCode(index, e.frame, e.code);
   }
+  void On(const mailbox::SdoTransfer& transfer) { init_commands_.On(transfer); }
   void On(const model::AlErrorCleared& e) { Close(e.slave); }
   void On(const model::AlChangedByItself& e) { Close(e.slave); }
 
@@ -101,6 +113,7 @@ class AlRefused final : public Rule {
   struct Told {
     model::AlAnswered answer;
     std::vector<std::uint16_t> codes;
+    std::string missing;  ///< init commands of the ESI that were not sent; empty: none
   };
   static constexpr std::size_t kMaxCodes = 4;
 
@@ -165,6 +178,7 @@ class AlRefused final : public Rule {
       finding.message += "For this transition the slave needs: " + row->requirement + ". ";
       finding.reference = ReferenceTo(row->source);
     }
+    finding.message += told.missing;
     if (finding.caused_by != kNoFinding) {
       finding.message += "Correct the cause named first.";
     } else {
@@ -189,6 +203,7 @@ class AlRefused final : public Rule {
 
   std::vector<FindingIndex> open_;  // of each slave: whose repetitions and code are awaited
   std::map<FindingIndex, Told> told_;
+  InitCommandWatch init_commands_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<AlRefused>};

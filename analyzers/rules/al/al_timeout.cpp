@@ -1,6 +1,7 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
 #include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
 
@@ -16,8 +17,8 @@ constexpr RuleInfo kInfo{.id = "al-timeout",
                          .source = "ETG2000, state machine time-outs",
                          .doc = R"(
 ## What it checks
-The time from a request that the slave took to the state or the error bit in AL Status. Limits: PREOP and BOOT 3 s,
-SAFEOP and OP 10 s, downwards 5 s.
+The time from a request that the slave took to the state or the error bit in AL Status. Limits: those of the device's
+ESI file (--esi) where it states any; else PREOP and BOOT 3 s, SAFEOP and OP 10 s, downwards 5 s.
 
 ## Why it matters
 The slave neither follows nor says why. Firmware that hangs, a drive that waits for synchronisation or power, or a
@@ -54,7 +55,8 @@ class AlTimeout final : public Rule {
                       std::to_string(e.request.frame.number) + RepetitionText(e.request) + " and read AL Status " +
                       Count(e.polls, "time") + " since; after " + Duration(e.waited_ns) + " (frame " +
                       std::to_string(e.frame.number) + ") it still shows " + esc::StateName(e.status.state()) +
-                      " without an error. Check the slave itself: is it running, does it wait for power, inputs or "
+                      " without an error" + LimitText(e) +
+                      ". Check the slave itself: is it running, does it wait for power, inputs or "
                       "synchronisation?";
     finding.evidence.push_back(Text("requested", esc::StateName(e.request.control.state())));
     finding.evidence.push_back(HexNumber("al_status", e.status.raw));
@@ -73,6 +75,17 @@ class AlTimeout final : public Rule {
     }
   }
   void Finish() override { SayWhereRequestsAreNotFollowed(); }
+
+ private:
+  [[nodiscard]] std::string LimitText(const model::AlOverdue& e) const {
+    const auto& esi = context().slave(e.slave).profile->esi;
+    const auto states = [&e](const std::optional<TimeNs>& stated) { return stated.value_or(0) == e.limit_ns; };
+    if (!esi ||
+        !(states(esi->timeouts.preop) || states(esi->timeouts.safeop_op) || states(esi->timeouts.back_to_init))) {
+      return {};
+    }
+    return ", although its ESI gives it " + Duration(e.limit_ns);
+  }
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<AlTimeout>};

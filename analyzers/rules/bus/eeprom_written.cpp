@@ -129,45 +129,8 @@ class EepromWritten final : public Rule {
     return "no acknowledge or invalid command";
   }
 
-  /// What a word means, "" where nothing says it.
-  static std::string Meaning(std::uint32_t word, const esc::SiiImage& image) {
-    struct Part {
-      std::uint32_t first, end;
-      std::string_view name;
-    };
-    constexpr std::array<Part, 17> kParts = {{{0x00, 0x01, "PDI control"},
-                                              {0x01, 0x02, "PDI configuration"},
-                                              {0x02, 0x03, "length of the SYNC pulse"},
-                                              {0x03, 0x04, "PDI configuration 2"},
-                                              {0x04, 0x05, "station alias"},
-                                              {0x05, 0x07, "reserved configuration"},
-                                              {0x07, 0x08, "checksum of the configuration"},
-                                              {0x08, 0x0A, "vendor id"},
-                                              {0x0A, 0x0C, "product code"},
-                                              {0x0C, 0x0E, "revision"},
-                                              {0x0E, 0x10, "serial number"},
-                                              {0x10, 0x14, "delays"},
-                                              {0x14, 0x18, "bootstrap mailboxes"},
-                                              {0x18, 0x1C, "standard mailboxes"},
-                                              {0x1C, 0x1D, "mailbox protocols"},
-                                              {0x3E, 0x3F, "size"},
-                                              {0x3F, 0x40, "version"}}};
-    for (const Part& part : kParts) {
-      if (word >= part.first && word < part.end) return std::string(part.name);
-    }
-    if (word < kFirstCategory) return "reserved";
-    for (const esc::SiiCategory& category : esc::ParseSii(image).categories) {
-      if (word + 2 >= category.first_word && word < category.first_word + category.words) {
-        const std::string name = esc::SiiCategoryName(category.type);
-        return name.starts_with("category") ? name : "category " + name;
-      }
-    }
-    return {};
-  }
-  static constexpr std::uint32_t kFirstCategory = 0x40;
-
   static std::string WordText(std::uint32_t address, const Word& word, const esc::SiiImage& image) {
-    const std::string meaning = Meaning(address, image);
+    const std::string meaning = esc::SiiWordName(image, address);
     std::string text = "word " + Hex(address, 2) + (meaning.empty() ? "" : " (" + meaning + ")");
     if (word.before) text += " from " + Hex(*word.before);
     if (word.values.empty()) text += " to a value not in the capture";
@@ -199,7 +162,7 @@ class EepromWritten final : public Rule {
       finding.title += Count(slave.words.size(), "word");
     } else {
       for (const auto& [address, word] : slave.words) {
-        const std::string meaning = Meaning(address, image);
+        const std::string meaning = esc::SiiWordName(image, address);
         finding.title += (address == slave.words.begin()->first ? "" : " and ") +
                          (meaning.empty() ? "word " + Hex(address, 2) : meaning);
       }

@@ -35,7 +35,8 @@ What follows the damage, and what was set aside, is not analysed: a fault in it 
 By the reader of the file, which names packet and place. Packets set aside are counted by reason; from 100, or one in a
 hundred of those that may have been EtherCAT, they are a finding. A single frame that came back with flipped bits is
 one, because it stands for an answer that nobody can read. A packet of another link type may have been EtherCAT where
-EtherType and datagram header stand in its first bytes.
+EtherType and datagram header stand in its first bytes. Reading also ends where frames full of broadcasts to thousands
+of slaves would take out of proportion long.
 
 ## Example
 samples/captures/truncated.pcapng
@@ -47,6 +48,7 @@ of damaged frames at the tap, and capture one bus at a time. Against drops: a la
 
 constexpr std::uint64_t kDamage = 0;
 constexpr std::uint64_t kSetAside = 1;
+constexpr std::uint64_t kTooMuchWork = 2;
 constexpr std::uint64_t kMany = 100;
 constexpr std::uint64_t kOneIn = 100;
 
@@ -55,6 +57,7 @@ class CaptureTruncated final : public Rule {
   CaptureTruncated() : Rule(kInfo) {}
   void Finish() override {
     TellDamage();
+    TellTooMuchWork();
     TellSetAside();
   }
 
@@ -78,6 +81,21 @@ class CaptureTruncated final : public Rule {
     finding.evidence.push_back(Number("last_frame_read", static_cast<std::int64_t>(info.damage->after_frame)));
     finding.evidence.push_back(Number("file_offset", static_cast<std::int64_t>(info.damage->offset)));
     Report(kDamage, std::move(finding));
+  }
+
+  void TellTooMuchWork() {
+    const FrameRef& last = context().statistics().overworked;
+    if (!last.seen()) return;
+    Finding finding;
+    finding.first = last;
+    finding.title = "Not read to its end: broadcasts to thousands of slaves";
+    finding.message =
+        "Reading stopped behind packet " + Grouped(last.number) +
+        ": the frames hold so many broadcasts to so many slaves that telling every slave of each would take "
+        "out of proportion long. No real bus needs that. A fault behind it is not in this report; --from '#" +
+        std::to_string(last.number + 1) + "' reads on.";
+    finding.evidence.push_back(Number("last_frame_read", static_cast<std::int64_t>(last.number)));
+    Report(kTooMuchWork, std::move(finding));
   }
 
   void TellSetAside() {

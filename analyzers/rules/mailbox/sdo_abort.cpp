@@ -86,6 +86,7 @@ class SdoAbort final : public Rule {
     } else if (by_slave) {
       finding.message += " " + Advice(code);
     }
+    if (by_slave) finding.message += EsiText(t);
     if (t.service == mailbox::SdoService::kDownload) {
       finding.message += " The master wrote " + Count(t.size, "byte") + ValueText(t.data) + ".";
     }
@@ -110,6 +111,21 @@ class SdoAbort final : public Rule {
     const std::string_view text = mailbox::AbortCodeText(code);
     return Hex(code, 8) +
            (text.empty() ? ", a code without a meaning in the standard" : " (" + std::string(text) + ")");
+  }
+
+  /// What the ESI says of a feature that the transfer needs.
+  [[nodiscard]] std::string EsiText(const mailbox::SdoTransfer& t) const {
+    const device::DeviceDescription& device = *context().slave(t.slave).profile;
+    if (!device.esi || !t.has_object) return {};
+    if (t.complete_access && !device.mailbox.complete_access) return " Its ESI does not offer complete access.";
+    if (t.service != mailbox::SdoService::kDownload) return {};
+    constexpr std::uint16_t kFirstAssignment = 0x1C10, kLastAssignment = 0x1C2F;
+    if (t.index >= kFirstAssignment && t.index <= kLastAssignment && device.esi->pdo_assign == false) {
+      return " Its ESI says that the PDO assignment is fixed (PdoAssign).";
+    }
+    const bool mapping = (t.index >= 0x1600 && t.index < 0x1800) || (t.index >= 0x1A00 && t.index < 0x1C00);
+    if (mapping && device.esi->pdo_config == false) return " Its ESI says that the PDO mapping is fixed (PdoConfig).";
+    return {};
   }
 
   static bool IsProbe(const mailbox::SdoTransfer& t) {

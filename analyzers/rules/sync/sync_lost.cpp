@@ -126,6 +126,9 @@ class SyncLost final : public Rule {
     }
     const TimeNs least = missing_at(e.gap.ns - *e.uncertainty_ns);
     if (least <= limit) {
+      if (least + static_cast<TimeNs>(e.unreturned) > limit && OperationEnabled(e.status_word)) {
+        NotEvaluable(e.slave, "frames were sent in the pause whose fate is not in the capture", e.after.number);
+      }
       if (missing_at(e.gap.ns + *e.uncertainty_ns) > limit) {
         NotEvaluable(e.slave, "whether more than seven frames are missing lies within the clock's uncertainty",
                      e.after.number);

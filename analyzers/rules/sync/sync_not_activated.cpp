@@ -1,6 +1,7 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_model.h"
 #include "decoder/base/text.h"
 
@@ -13,10 +14,12 @@ constexpr RuleInfo kInfo{.id = "sync-not-activated",
                          .subject = Subject::kClock,
                          .title = "A SYNC0 cycle is configured, but SYNC0 never switched on before OP",
                          .needs = "writes of 0x09A0 and 0x0981 of the slave, AL Status OP",
-                         .source = "ESC-1, distributed clocks, SYNC signal generation",
+                         .source = "ESC-1, distributed clocks, SYNC signal generation; ETG2000, Dc/OpMode",
                          .doc = R"(
 ## What it checks
-A slave that reaches OP with a SYNC0 cycle (0x09A0) written for it, while cyclic operation (0x0981 bit 0) is off.
+A slave that reaches OP with a SYNC0 cycle (0x09A0) written for it, while cyclic operation (0x0981 bit 0) is off. With
+an ESI file (--esi): also SYNC0 and SYNC1 that are switched on in OP as none of its operation modes has it
+(AssignActivate, high byte; a cycle time that a mode fixes).
 
 ## Why it matters
 The master meant to synchronise this drive; without activation no pulse comes. The drive runs by the arrival of the
@@ -24,7 +27,8 @@ frames, with all their jitter, or refuses to synchronise.
 
 ## How it is decided
 The cycle was written by the slave's own address (not by a broadcast) and is not 0, and 0x0981 is known to be off
-when AL Status shows OP after a request. Where 0x0981 was never seen nothing is said.
+when AL Status shows OP after a request. Where 0x0981 was never seen nothing is said. Of AssignActivate the bits for
+cyclic operation, SYNC0 and SYNC1 count; the others are the master's own. A file without modes says nothing.
 
 ## Example
 tests/rules/sync-not-activated/violates.trace
@@ -49,7 +53,8 @@ class SyncNotActivated final : public Rule {
       NotEvaluable(e.slave, "whether SYNC is switched on (0x0981) is not known", e.frame.number);
       return;
     }
-    if (unit.activation()->active() || Repeat(e.slave, 0, e.frame) != kNoFinding) return;
+    if (unit.activation()->active()) return CompareWithEsi(e, unit);
+    if (Repeat(e.slave, 0, e.frame) != kNoFinding) return;
     Finding finding;
     finding.slave = e.slave;
     finding.first = e.frame;
@@ -67,6 +72,47 @@ class SyncNotActivated final : public Rule {
   }
 
   void Finish() override { (void)SaidNothingReturned(); }
+
+ private:
+  static constexpr unsigned kCompared = 0x07;  ///< cyclic operation, SYNC0, SYNC1
+
+  /// Switched on: as one of the modes that the ESI offers?
+  void CompareWithEsi(const model::AlAnswered& e, const sync::DcUnit& unit) {
+    const device::DeviceDescription& device = *context().slave(e.slave).profile;
+    if (!device.esi || device.esi->dc_modes.empty() || !unit.active()) return;
+    const sync::SyncSettings& on = *unit.active();
+    const std::optional<std::uint32_t> cycle = on.sync0_cycle_ns;
+    std::string offered;
+    bool same_units = false;
+    for (const device::DcMode& mode : device.esi->dc_modes) {
+      const esc::SyncActivation wanted =
+          esc::AssignActivate{static_cast<std::uint16_t>(mode.assign_activate)}.activation();
+      const bool units = (wanted.raw & kCompared) == (on.activation.raw & kCompared);
+      // A cycle that is fixed stands there without a factor.
+      const bool fixed = mode.cycle_sync0.value_or(0) > 0 && mode.factor_sync0 == 0;
+      if (units && (!fixed || !cycle || *cycle == *mode.cycle_sync0)) return;
+      same_units = same_units || units;
+      offered += (offered.empty() ? "" : ", ") + (mode.name.empty() ? std::string("a mode") : mode.name) +
+                 " (0x0981 = " + Hex(wanted.raw, 2) + (fixed ? ", SYNC0 every " + Duration(*mode.cycle_sync0) : "") +
+                 ")";
+    }
+    if (Repeat(e.slave, 1, e.frame) != kNoFinding) return;
+    Finding finding;
+    finding.slave = e.slave;
+    finding.first = e.frame;
+    AddRelated(finding, on.frame.number);
+    finding.title = same_units ? "SYNC0 runs with a cycle that the ESI does not offer"
+                               : "SYNC0 and SYNC1 are switched on as the ESI does not offer it";
+    finding.message = "When frame " + std::to_string(e.frame.number) + " shows OP, 0x0981 is " +
+                      Hex(on.activation.raw, 2) + (cycle ? " with a SYNC0 cycle of " + Duration(*cycle) : "") +
+                      " (frame " + std::to_string(on.frame.number) + "). The ESI of the device offers: " + offered +
+                      ". Choose one of these operation modes in the master's configuration.";
+    finding.reference = ReferenceTo("ETG2000, Dc/OpMode");
+    finding.evidence = {HexNumber("activation", on.activation.raw)};
+    if (cycle) finding.evidence.push_back(Number("sync0_cycle_ns", *cycle));
+    finding.evidence.push_back(Text("offered", offered));
+    Report(1, std::move(finding));
+  }
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncNotActivated>};

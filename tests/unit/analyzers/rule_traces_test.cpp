@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <set>
 #include <sstream>
 #include <unistd.h>
@@ -17,6 +18,7 @@
 
 #include "analyzers/analysis.h"
 #include "analyzers/judge/catalogue.h"
+#include "analyzers/options/device_files.h"
 #include "analyzers/result/rule_info.h"
 #include "cli/expectation_file.h"
 #include "decoder/capture/capture_reader.h"
@@ -123,6 +125,13 @@ TEST_P(RuleTrace, FindsWhatIsExpected) {
     const auto expectation = cli::ReadExpectation((path.parent_path() / expect->second).string());
     ASSERT_TRUE(expectation) << expectation.error().message;
     options.expectation = *expectation;
+  }
+  if (const auto esi = trace->attributes().find("esi"); esi != trace->attributes().end()) {
+    auto file = device::LoadEsiFile((path.parent_path() / esi->second).string());
+    ASSERT_TRUE(file) << file.error().message;
+    auto files = std::make_shared<DeviceFiles>();
+    files->esi.push_back({esi->second, std::move(*file), esi->second});
+    options.files = std::move(files);
   }
   // Parameters of drives have names in capitals, other attributes do not.
   for (const auto& [key, value] : trace->attributes()) {

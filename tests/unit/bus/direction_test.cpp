@@ -30,6 +30,38 @@ std::string Alternating(std::size_t pairs) {
   return out;
 }
 
+constexpr samples::MacAddress kOtherMaster{0x10, 0x20, 0x20, 0x20, 0x20, 0x20};
+
+/// Two masters whose frames take turns: of three slaves and of `other` ones.
+Paired TwoMasters(std::uint16_t other, std::uint8_t index_step) {
+  Trace trace;
+  for (int i = 0; i < 60; ++i) {
+    const auto index = static_cast<std::uint8_t>(i);
+    trace.Mac(samples::MacAddress{0x00, 1, 2, 3, 4, 5}).Slaves(3);
+    trace.After(100).Brd(0x0130, {1, 0}).Index(index);
+    trace.After(100).Brd(0x0110, {1, 0}).Index(index);
+    trace.Mac(kOtherMaster).Slaves(other);
+    trace.After(100).Brd(0x0130, {1, 0}).Index(static_cast<std::uint8_t>(index + index_step));
+  }
+  return PairUp(trace);
+}
+
+TEST(Direction, AnotherBusIsSetAside) {
+  const Paired result = TwoMasters(2, 100);
+  EXPECT_EQ(result.statistics.foreign, 120U);
+  EXPECT_EQ(result.statistics.foreign_answered, 60U);
+  EXPECT_EQ(result.statistics.paired, 120U);
+}
+
+TEST(Direction, AsManySlavesMayBeTheSameOnes) {
+  EXPECT_EQ(TwoMasters(3, 100).statistics.foreign, 0U);
+}
+
+TEST(Direction, TheSameIndicesAreOneMaster) {
+  // Both ends of a redundant line that is broken somewhere.
+  EXPECT_EQ(TwoMasters(2, 0).statistics.foreign, 0U);
+}
+
 TEST(Direction, ByTheMacBit) {
   Trace trace;
   AddScan(trace, 3);

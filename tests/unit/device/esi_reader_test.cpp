@@ -223,6 +223,30 @@ TEST(EsiReader, ReadsDcModesAndTimeouts) {
   EXPECT_EQ(esi.timeouts.back_to_safeop, 200'000'000);
 }
 
+TEST(EsiReader, ReadsInitCommandsAndWhatCoeOffers) {
+  const auto file = ReadEsi(R"(<EtherCATInfo><Descriptions><Devices><Device><Type ProductCode="1">x</Type><Mailbox>
+      <CoE PdoAssign="1" CompleteAccess="1">
+        <InitCmd CompleteAccess="1"><Transition>PS</Transition><Transition>SO</Transition><Index>#x1C12</Index>
+          <SubIndex>0</SubIndex><Data>01000016</Data><Comment>assign</Comment></InitCmd>
+        <Vendor>skipped</Vendor>
+        <InitCmd><Transition>IP</Transition><Index>24672</Index><SubIndex>0</SubIndex><Data>08</Data></InitCmd>
+      </CoE><FoE/></Mailbox></Device></Devices></Descriptions></EtherCATInfo>)");
+  ASSERT_TRUE(file) << file.error().message;
+  const DeviceDescription& device = file->devices.at(0);
+  ASSERT_EQ(device.esi->init_commands.size(), 2U);
+  const EsiInitCommand& first = device.esi->init_commands[0];
+  EXPECT_EQ(first.transitions, (std::vector<std::string>{"PS", "SO"}));
+  EXPECT_EQ(first.index, 0x1C12);
+  EXPECT_TRUE(first.complete_access);
+  EXPECT_EQ(first.data, (std::vector<std::uint8_t>{1, 0, 0, 0x16}));
+  EXPECT_EQ(first.comment, "assign");
+  EXPECT_EQ(device.esi->init_commands[1].index, 0x6060);
+  EXPECT_EQ(device.esi->pdo_assign, true);
+  EXPECT_EQ(device.esi->pdo_config, std::nullopt) << "not stated";
+  EXPECT_TRUE(device.mailbox.complete_access);
+  ASSERT_EQ(device.mailbox.protocols.size(), 2U);
+}
+
 TEST(EsiReader, ReadsTheDictionary) {
   const ObjectDictionary dictionary = *Read().devices[0].dictionary;
   ASSERT_NE(dictionary.Find(0x1008, 0), nullptr);

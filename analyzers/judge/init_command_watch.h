@@ -1,0 +1,84 @@
+/// in: SDO transfers and answered state requests.  out: which writes that the ESI of a slave asks for did not come.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <map>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "analyzers/model/model_events.h"
+#include "decoder/base/text.h"
+#include "decoder/device/device_description.h"
+#include "decoder/mailbox/events.h"
+
+namespace ecaudit {
+
+/// Judges only slaves of which the capture shows how they reached PREOP: what came before is not in it.
+class InitCommandWatch {
+ public:
+  void On(const mailbox::SdoTransfer& transfer) {
+    const auto run = written_.find(transfer.slave);
+    if (run == written_.end() || transfer.service != mailbox::SdoService::kDownload || !transfer.has_object ||
+        transfer.outcome != mailbox::SdoOutcome::kCompleted || run->second.size() >= kMostObjects) {
+      return;
+    }
+    run->second.insert(Key(transfer.index, transfer.subindex, transfer.complete_access));
+  }
+
+  void On(const model::AlAnswered& answer) {
+    const auto state = static_cast<esc::AlState>(answer.request.control.state());
+    if (answer.outcome == model::AlAnswered::Outcome::kRefused || state != esc::AlState::PREOP) return;
+    if (answer.request.from == static_cast<std::uint8_t>(esc::AlState::INIT)) written_[answer.slave] = {};
+  }
+
+  /// "Its ESI asks for writes of 1C12h:1 (PS) before that; the capture shows none. "; empty where nothing is missing.
+  [[nodiscard]] std::string MissingText(SlaveId slave, const device::DeviceDescription& device,
+                                        const model::AlRequestRecord& request) const {
+    const auto run = written_.find(slave);
+    if (!device.esi || run == written_.end()) return {};
+    const std::vector<std::string_view> due = DueBefore(request);
+    std::string missing;
+    std::size_t number = 0;
+    for (const device::EsiInitCommand& command : device.esi->init_commands) {
+      const auto is_due = [&due](const std::string& transition) {
+        return std::find(due.begin(), due.end(), transition) != due.end();
+      };
+      const auto transition = std::find_if(command.transitions.begin(), command.transitions.end(), is_due);
+      if (transition == command.transitions.end()) continue;
+      const bool whole =
+          run->second.contains(Key(command.index, 0, true)) || run->second.contains(Key(command.index, 1, true));
+      if (whole || run->second.contains(Key(command.index, command.subindex, false))) continue;
+      if (++number > kMostNamed) continue;
+      missing += (missing.empty() ? "" : ", ") + ObjectName(command.index, command.subindex) + " (" + *transition + ")";
+    }
+    if (number == 0) return {};
+    if (number > kMostNamed) missing += " and " + std::to_string(number - kMostNamed) + " more";
+    return "Its ESI asks the master to write " + missing + " before that, and the capture shows no such write. ";
+  }
+
+ private:
+  static constexpr std::size_t kMostObjects = 4096;
+  static constexpr std::size_t kMostNamed = 4;
+
+  [[nodiscard]] static std::uint32_t Key(std::uint16_t index, std::uint8_t subindex, bool complete_access) {
+    return static_cast<std::uint32_t>(index) << 8U | subindex | (complete_access ? 1U << 24U : 0U);
+  }
+  [[nodiscard]] static std::string ObjectName(std::uint16_t index, std::uint8_t subindex) {
+    return Hex(index).substr(2) + "h:" + std::to_string(subindex);
+  }
+  /// The transitions that a slave has behind it, or is in, when it refuses the request.
+  [[nodiscard]] static std::vector<std::string_view> DueBefore(const model::AlRequestRecord& request) {
+    const auto from = static_cast<esc::AlState>(request.from);
+    const auto to = static_cast<esc::AlState>(request.control.state());
+    if (from == esc::AlState::PREOP && to == esc::AlState::SAFEOP) return {"IP", "PS"};
+    if (from == esc::AlState::SAFEOP && to == esc::AlState::OP) return {"IP", "PS", "SO"};
+    return {};
+  }
+
+  std::map<SlaveId, std::set<std::uint32_t>> written_;  ///< since PREOP
+};
+
+}  // namespace ecaudit
