@@ -299,70 +299,82 @@ std::uint32_t CoeServer::StoreOne(std::uint16_t index, std::uint8_t subindex, By
   return 0;
 }
 
+namespace {
+
+Bytes InformationHeader(std::uint8_t answer) {
+  Bytes out = Coe(8);
+  out.push_back(answer);
+  out.push_back(0);
+  AppendLe(out, std::uint16_t{0});
+  return out;
+}
+
+Bytes InformationError(std::uint32_t code) {
+  Bytes out = InformationHeader(7);
+  AppendLe(out, code);
+  return out;
+}
+
+// Indices that fit the mailbox, or for list 0 how many there are of each list.
+Bytes ObjectList(std::uint16_t list, const ObjectDictionary& objects, std::size_t capacity) {
+  std::vector<std::uint16_t> indices;
+  for (const auto& [key, entry] : objects.entries()) {
+    if (indices.empty() || indices.back() != key.first) indices.push_back(key.first);
+  }
+  Bytes out = InformationHeader(2);
+  AppendLe(out, list);
+  if (list == 0) {
+    AppendLe(out, static_cast<std::uint16_t>(indices.size()));
+    for (int i = 0; i < 4; ++i) AppendLe(out, std::uint16_t{0});
+    return out;
+  }
+  for (const std::uint16_t index : indices) {
+    if (out.size() + 2 <= capacity) AppendLe(out, index);
+  }
+  return out;
+}
+
+Bytes ObjectDescription(std::uint16_t index, const ObjectDictionary& objects) {
+  std::uint8_t maximum = 0;
+  for (const auto& [key, entry] : objects.entries()) {
+    if (key.first == index) maximum = key.second;
+  }
+  const auto first = objects.entries().lower_bound({index, 0});
+  Bytes out = InformationHeader(4);
+  AppendLe(out, index);
+  AppendLe(out, first->second.type);
+  out.push_back(maximum);
+  out.push_back(maximum == 0 ? 7 : 9);
+  AppendText(out, first->second.name);
+  return out;
+}
+
+Bytes EntryDescription(std::uint16_t index, std::uint8_t subindex, std::uint8_t wanted, const ObjectEntry& entry) {
+  Bytes out = InformationHeader(6);
+  AppendLe(out, index);
+  out.push_back(subindex);
+  out.push_back(wanted);
+  AppendLe(out, entry.type);
+  AppendLe(out, static_cast<std::uint16_t>(entry.value.size() * 8));
+  AppendLe(out, static_cast<std::uint16_t>((entry.readable ? 0x07U : 0U) | (entry.writable ? 0x38U : 0U)));
+  AppendText(out, entry.name);
+  return out;
+}
+
+}  // namespace
+
 // Object lists, object and entry descriptions; what does not fit one mailbox is cut.
 Bytes CoeServer::Information(ByteView service, const ObjectDictionary& objects, std::size_t capacity) {
   const std::uint8_t opcode = LoadLe<std::uint8_t>(service, kCoeHeader) & 0x7FU;
-  Bytes out = Coe(8);
-  const auto header = [&](std::uint8_t answer) {
-    out.push_back(answer);
-    out.push_back(0);
-    AppendLe(out, std::uint16_t{0});
-  };
-  const auto failed = [&](std::uint32_t code) {
-    out = Coe(8);
-    header(7);
-    AppendLe(out, code);
-    return out;
-  };
-  if (opcode == 1) {
-    const auto list = LoadLe<std::uint16_t>(service, 6);
-    header(2);
-    AppendLe(out, list);
-    std::vector<std::uint16_t> indices;
-    for (const auto& [key, entry] : objects.entries()) {
-      if (indices.empty() || indices.back() != key.first) indices.push_back(key.first);
-    }
-    if (list == 0) {
-      AppendLe(out, static_cast<std::uint16_t>(indices.size()));
-      for (int i = 0; i < 4; ++i) AppendLe(out, std::uint16_t{0});
-    } else {
-      for (const std::uint16_t index : indices) {
-        if (out.size() + 2 <= capacity) AppendLe(out, index);
-      }
-    }
-    return out;
-  }
   const auto index = LoadLe<std::uint16_t>(service, 6);
-  if (!objects.Has(index)) return failed(kAbortNoObject);
-  if (opcode == 3) {
-    std::uint8_t maximum = 0;
-    for (const auto& [key, entry] : objects.entries()) {
-      if (key.first == index) maximum = key.second;
-    }
-    const auto first = objects.entries().lower_bound({index, 0});
-    header(4);
-    AppendLe(out, index);
-    AppendLe(out, first->second.type);
-    out.push_back(maximum);
-    out.push_back(maximum == 0 ? 7 : 9);
-    AppendText(out, first->second.name);
-    return out;
-  }
-  if (opcode == 5) {
-    const std::uint8_t subindex = LoadLe<std::uint8_t>(service, 8);
-    const ObjectEntry* entry = objects.Find(index, subindex);
-    if (entry == nullptr) return failed(kAbortNoSubindex);
-    header(6);
-    AppendLe(out, index);
-    out.push_back(subindex);
-    out.push_back(LoadLe<std::uint8_t>(service, 9));
-    AppendLe(out, entry->type);
-    AppendLe(out, static_cast<std::uint16_t>(entry->value.size() * 8));
-    AppendLe(out, static_cast<std::uint16_t>((entry->readable ? 0x07U : 0U) | (entry->writable ? 0x38U : 0U)));
-    AppendText(out, entry->name);
-    return out;
-  }
-  return failed(kAbortCommand);
+  if (opcode == 1) return ObjectList(index, objects, capacity);
+  if (!objects.Has(index)) return InformationError(kAbortNoObject);
+  if (opcode == 3) return ObjectDescription(index, objects);
+  if (opcode != 5) return InformationError(kAbortCommand);
+  const std::uint8_t subindex = LoadLe<std::uint8_t>(service, 8);
+  const ObjectEntry* entry = objects.Find(index, subindex);
+  if (entry == nullptr) return InformationError(kAbortNoSubindex);
+  return EntryDescription(index, subindex, LoadLe<std::uint8_t>(service, 9), *entry);
 }
 
 }  // namespace ecaudit::samples

@@ -154,16 +154,7 @@ class AlRefused final : public Rule {
     finding.evidence.push_back(Text("requested", to));
     if (e.request.from != 0) finding.evidence.push_back(Text("state_before", esc::StateName(e.request.from)));
     finding.evidence.push_back(HexNumber("al_status", e.status.raw));
-    if (told.codes.empty()) {
-      finding.message += "The AL status code (0x0134) was not read, so the slave's reason is not in the capture. ";
-    } else {
-      finding.title += " with AL status code " + CodeText(told.codes.front(), family);
-      finding.message += "AL status code " + CodeText(told.codes.front(), family);
-      for (std::size_t i = 1; i < told.codes.size(); ++i)
-        finding.message += ", later " + CodeText(told.codes[i], family);
-      finding.message += ". ";
-      finding.evidence.push_back(HexNumber("al_status_code", told.codes.front()));
-    }
+    DescribeCodes(finding, told.codes, family);
     if (e.request.frame.has_time && e.frame.has_time) {
       finding.evidence.push_back(
           Real("answered_after_ms", static_cast<double>(e.frame.time - e.request.frame.time) / 1e6));
@@ -179,26 +170,37 @@ class AlRefused final : public Rule {
       finding.reference = ReferenceTo(row->source);
     }
     finding.message += told.missing;
-    if (finding.caused_by != kNoFinding) {
-      finding.message += "Correct the cause named first.";
-    } else {
-      const bool no_boot =
-          std::find(told.codes.begin(), told.codes.end(), kBootNotSupported) != told.codes.end() && !only_acknowledge;
-      finding.message += told.codes.empty() ? "Let the master read the code"
-                         : no_boot          ? "This slave has no " + to + ", so do not request it"
-                                            : std::string("Check what the code names");
-      if (only_acknowledge) {
-        finding.message += ", then acknowledge again.";
-      } else if (no_boot) {
-        finding.message += ": acknowledge (bit 4 of AL Control) and go on from the state it is in.";
-      } else {
-        finding.message += ", then acknowledge (bit 4 of AL Control) and request " + to + " again.";
-      }
-    }
+    finding.message +=
+        finding.caused_by != kNoFinding ? "Correct the cause named first." : Advice(told.codes, to, only_acknowledge);
     if (!e.state_before_known) {
       finding.message +=
           " AL Status was not read between the start of the capture and the request: the error may be older.";
     }
+  }
+
+  static void DescribeCodes(Finding& finding, const std::vector<std::uint16_t>& codes,
+                            const device::DeviceDescription& family) {
+    if (codes.empty()) {
+      finding.message += "The AL status code (0x0134) was not read, so the slave's reason is not in the capture. ";
+      return;
+    }
+    finding.title += " with AL status code " + CodeText(codes.front(), family);
+    finding.message += "AL status code " + CodeText(codes.front(), family);
+    for (std::size_t i = 1; i < codes.size(); ++i) finding.message += ", later " + CodeText(codes[i], family);
+    finding.message += ". ";
+    finding.evidence.push_back(HexNumber("al_status_code", codes.front()));
+  }
+
+  /// What to do about a refusal that is nobody else's fault.
+  static std::string Advice(const std::vector<std::uint16_t>& codes, const std::string& to, bool only_acknowledge) {
+    const bool no_boot = !only_acknowledge && std::find(codes.begin(), codes.end(), kBootNotSupported) != codes.end();
+    if (no_boot) {
+      return "This slave has no " + to +
+             ", so do not request it: acknowledge (bit 4 of AL Control) and go on from the state it is in.";
+    }
+    return std::string(codes.empty() ? "Let the master read the code" : "Check what the code names") + ", then " +
+           (only_acknowledge ? "acknowledge again."
+                             : "acknowledge (bit 4 of AL Control) and request " + to + " again.");
   }
 
   std::vector<FindingIndex> open_;  // of each slave: whose repetitions and code are awaited
