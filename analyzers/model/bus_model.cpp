@@ -286,11 +286,19 @@ void BusModel::On(const mailbox::SdoTransfer& transfer) {
   SlaveModel& slave = slaves_[transfer.slave];
   slave.Stir();
   slave.objects.Apply(transfer);
+  slave.modules.Apply(transfer);
+  // Once the list is behind: a description for each of its entries would be kept for nothing.
+  if (transfer.has_object && !SlotModules::IsList(transfer.index)) TakeModules(transfer.slave);
   if (slave.process.Apply(transfer)) image_.OnLayoutChanged(transfer.slave);
   slave.latch.OnSdo(transfer);
   slave.touch_probe.OnSdo(transfer);
   slave.drive.OnSdo(transfer);
 }
+
+void BusModel::TakeModules(SlaveId id) {
+  if (slaves_[id].modules.TakeChanged()) ChooseProfile(id);
+}
+
 void BusModel::On(const mailbox::SdoInfo& info) {
   slaves_[info.slave].names.Learn(info);
   DescriptionChanged(info.slave);
@@ -304,6 +312,7 @@ void BusModel::On(const mailbox::Emergency& emergency) {
 void BusModel::On(const track::AlRequestSent& request) {
   ++states_version_;
   if (request.slave >= slaves_.size()) return;
+  TakeModules(request.slave);
   slaves_[request.slave].Stir();
   slaves_[request.slave].al.OnRequestSent(request.frame, request.control);
 }
@@ -311,6 +320,7 @@ void BusModel::On(const track::AlRequestSent& request) {
 void BusModel::Finish() {
   signalled_.Finish();
   al_.Finish();
+  for (std::size_t id = 0; id < slaves_.size(); ++id) TakeModules(static_cast<SlaveId>(id));
   for (SlaveModel& slave : slaves_) {
     slave.latch.Finish();
     slave.touch_probe.Finish();

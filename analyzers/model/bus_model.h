@@ -78,6 +78,8 @@ class BusModel final : private ProcessSink {
   void ChooseProfile(SlaveId id);
   void DescriptionChanged(SlaveId slave);
   void LearnIdentity(const mailbox::SdoTransfer& transfer);
+  /// Describes a modular slave anew once the list of its modules is there.
+  void TakeModules(SlaveId id);
   void Presume(const ProcessCycle& cycle);
   void On(const ProcessCycle& cycle) override;
 

@@ -273,7 +273,7 @@ bool ProcessData::Computation::Assign() {
   } else if (auto by_eeprom = eeprom_.Assigned()) {
     layout_.source = LayoutSource::kDefault;
     assigned_ = std::move(*by_eeprom);
-  } else if (data_.family_->esi && !AssignedBy(by_esi, direction_).empty()) {
+  } else if (data_.family_->esi && !data_.family_->esi->misses_modules() && !AssignedBy(by_esi, direction_).empty()) {
     layout_.source = LayoutSource::kDefault;
     assigned_ = AssignedBy(by_esi, direction_);
   } else {
@@ -291,6 +291,9 @@ std::string ProcessData::Computation::WhyUnassigned(bool partly) {
   if (partly) return "only a part of " + object + " is in the capture";
   if (eeprom_.LeftToCoe()) {
     return object + " is not in the capture, and the EEPROM lists no PDO, which leaves them to CoE";
+  }
+  if (data_.family_->esi && data_.family_->esi->misses_modules()) {
+    return object + " is not in the capture, and neither is which modules are in the slots (F030h or F050h)";
   }
   return object + " is not in the capture, and neither the EEPROM nor an ESI or ENI file tells the default";
 }

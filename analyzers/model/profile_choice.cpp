@@ -1,5 +1,6 @@
 #include "analyzers/model/profile_choice.h"
 
+#include <algorithm>
 #include <set>
 
 #include "analyzers/model/slave_model.h"
@@ -130,6 +131,32 @@ const DeviceDescription* ProfileChoice::Overlay(const DeviceDescription& family,
   return entry.get();
 }
 
+const DeviceDescription* ProfileChoice::WithModules(const DeviceDescription& device, const SlaveModel& slave,
+                                                    const std::string& file, std::string& source) {
+  const auto idents = slave.modules.Idents();
+  if (!idents) return &device;
+  auto entry = modular_.find({&device, *idents});
+  if (entry == modular_.end()) {
+    if (modular_.size() >= kMaxModular) {
+      source += ", without its modules: more than " + std::to_string(kMaxModular) + " sets of modules are told";
+      return &device;
+    }
+    entry = modular_.emplace(std::pair{&device, *idents}, nullptr).first;
+    entry->second = std::make_unique<const DeviceDescription>(device::WithModules(device, *idents));
+  }
+  const auto filled = std::count_if(idents->begin(), idents->end(), [](std::uint32_t ident) { return ident != 0; });
+  if (entry->second->esi->modules_known) {
+    source += ", " + Count(static_cast<std::uint64_t>(filled), "module") + " in its slots";
+    return entry->second.get();
+  }
+  for (std::size_t slot = 0; slot < idents->size(); ++slot) {
+    if ((*idents)[slot] == 0 || device.esi->slot_rules->Find((*idents)[slot]) != nullptr) continue;
+    source += ", but module " + Hex((*idents)[slot], 8) + " in slot " + std::to_string(slot + 1) + " is not in " + file;
+    break;
+  }
+  return &device;
+}
+
 void ProfileChoice::Choose(const bus::SlaveAddress& address, const IdentityLearned& seen, SlaveModel& slave) {
   slave.identity = seen;
   slave.name.clear();
@@ -162,6 +189,7 @@ void ProfileChoice::Choose(const bus::SlaveAddress& address, const IdentityLearn
         source += " (for revision " + Hex(*revision, 8) + ", the slave has " + Hex(*slave.identity.revision, 8) + ")";
       }
     }
+    if (slave.profile->esi->slot_rules) slave.profile = WithModules(*slave.profile, slave, *esi.file, source);
     if (slave.name.empty() && !esi.assumed) slave.name = esi.device->title;
   }
   if (other != nullptr) {

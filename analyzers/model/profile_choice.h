@@ -3,14 +3,16 @@
 ///
 /// The family comes from --profile, else from the identity, else it is "generic". An ESI device of that identity lies
 /// over it: PDOs, objects, sync managers and mailbox are those of the file, while what only manuals tell (AL tables,
-/// codes, limits) stays the family's. An ENI names slaves and fills in the identity where the capture does not show it;
-/// it never beats the capture.
+/// codes, limits) stays the family's. What is in the slots of a modular device comes from F030h or F050h. An ENI names
+/// slaves and fills in the identity where the capture does not show it; it never beats the capture.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "analyzers/options/device_files.h"
 #include "analyzers/options/options.h"
@@ -30,6 +32,7 @@ class ProfileChoice {
   /// Sets profile, profile_source, identity, eni and name of `slave`. The pointers stay valid as long as this and the
   /// options.
   /// @param seen  identity as the capture shows it, whatever of it
+  /// @param slave  its `modules` are looked at, too
   void Choose(const bus::SlaveAddress& address, const track::IdentityLearned& seen, SlaveModel& slave);
   /// The user's ENI file; null: none.
   [[nodiscard]] const device::EniConfig* eni() const {
@@ -51,12 +54,24 @@ class ProfileChoice {
       const bus::SlaveAddress& address, const track::IdentityLearned& identity, bool with_esi) const;
   [[nodiscard]] const device::DeviceDescription* Overlay(const device::DeviceDescription& family,
                                                          const device::DeviceDescription& esi);
+  /// `device` with the modules that the slave's lists name.
+  /// @param file  the ESI, for texts  @param source  how the description was chosen; gets what there is to say
+  [[nodiscard]] const device::DeviceDescription* WithModules(const device::DeviceDescription& device,
+                                                             const SlaveModel& slave, const std::string& file,
+                                                             std::string& source);
+
+  /// Stations of a bus have few different sets of modules; what a capture changes again and again is not described.
+  static constexpr std::size_t kMaxModular = 64;
 
   const AnalysisOptions& options_;
   /// Families with an ESI device over them, by both.
   std::map<std::pair<const device::DeviceDescription*, const device::DeviceDescription*>,
            std::unique_ptr<const device::DeviceDescription>>
       overlays_;
+  /// Those with modules in their slots.
+  std::map<std::pair<const device::DeviceDescription*, std::vector<std::uint32_t>>,
+           std::unique_ptr<const device::DeviceDescription>>
+      modular_;
 };
 
 }  // namespace ecaudit::model

@@ -12,6 +12,7 @@
 #include "analyzers/model/mailbox_unit.h"
 #include "analyzers/model/object_values.h"
 #include "analyzers/model/process_data.h"
+#include "analyzers/model/slot_modules.h"
 #include "analyzers/objects/object_names.h"
 #include "decoder/base/allowance.h"
 #include "decoder/base/event_sink.h"
@@ -72,6 +73,7 @@ struct SlaveModel {
   std::map<std::string, std::int64_t, std::less<>> given;
   ObjectValues objects;       ///< dictionary: last value of each object seen
   events::ObjectNames names;  ///< what the slave itself calls its objects
+  SlotModules modules;        ///< what is in the slots of a modular device
   ProcessData process;        ///< PDO assignment and mapping
   ProcessTraffic outputs, inputs;
   DriveUnit drive;  ///< CiA 402 state machine, where the family has one

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <map>
+#include <memory>
+#include <set>
 #include <utility>
 
 #include "decoder/base/sort_by_key.h"
@@ -86,7 +88,10 @@ class EsiParser {
       }
     }
     if (xml_.failed()) return xml_.error();
+    SortByKey(modules_, [](const EsiModule& module) { return module.ident; });
+    const auto modules = std::make_shared<const std::vector<EsiModule>>(std::move(modules_));
     for (DeviceDescription& device : file_.devices) {
+      if (device.esi->slot_rules) device.esi->slot_rules->modules = modules;
       device.match.vendor_id = file_.vendor_id;
       if (device.esi) device.esi->vendor_name = file_.vendor_name;
     }
@@ -108,18 +113,62 @@ class EsiParser {
 
   void ReadDescriptions() {
     while (xml_.NextChild()) {
-      if (xml_.name() != "Devices") {
+      const bool modules = xml_.name() == "Modules";
+      if (!modules && xml_.name() != "Devices") {
         xml_.Skip();
         continue;
       }
       while (xml_.NextChild()) {
-        if (xml_.name() == "Device") {
+        if (!modules && xml_.name() == "Device") {
           ReadDevice();
+        } else if (modules && xml_.name() == "Module") {
+          ReadModule();
         } else {
           xml_.Skip();
         }
       }
     }
+  }
+
+  void ReadModule() {
+    EsiModule module;
+    ObjectDictionary dictionary;
+    std::set<std::uint16_t> by_slot;
+    CountRow();
+    while (xml_.NextChild()) {
+      const std::string& name = xml_.name();
+      if (name == "Type") {
+        module.ident = xml_.NumberAttribute<std::uint32_t>("ModuleIdent").value_or(0);
+        std::string type = xml_.Text();
+        if (module.name.empty()) module.name = std::move(type);
+      } else if (name == "Name") {
+        ReadLocalName(xml_, module.name);
+      } else if (name == "RxPdo" || name == "TxPdo") {
+        module.pdos.push_back(ReadPdo(name == "RxPdo" ? PdoDirection::kRx : PdoDirection::kTx));
+      } else if (name == "Profile") {
+        while (xml_.NextChild()) {
+          if (xml_.name() == "Dictionary") {
+            ReadDictionary(dictionary, &by_slot);
+          } else {
+            xml_.Skip();
+          }
+        }
+      } else {
+        xml_.Skip();
+      }
+    }
+    for (DictionaryObject& row : dictionary.objects) {
+      const bool depends = by_slot.count(row.index) != 0;
+      module.objects.push_back({std::move(row), depends});
+    }
+    modules_.push_back(std::move(module));
+  }
+
+  void ReadSlots(std::optional<EsiSlots>& slot_rules) {
+    slot_rules.emplace();
+    slot_rules->pdo_increment = xml_.NumberAttribute<std::uint16_t>("SlotPdoIncrement").value_or(0);
+    slot_rules->index_increment = xml_.NumberAttribute<std::uint16_t>("SlotIndexIncrement").value_or(0);
+    xml_.Skip();
   }
 
   void ReadDevice() {
@@ -145,13 +194,15 @@ class EsiParser {
       } else if (name == "Sm") {
         ReadSyncManager(device.mailbox);
       } else if (name == "RxPdo") {
-        ReadPdo(PdoDirection::kRx, device.pdo);
+        AddPdo(ReadPdo(PdoDirection::kRx), device.pdo);
       } else if (name == "TxPdo") {
-        ReadPdo(PdoDirection::kTx, device.pdo);
+        AddPdo(ReadPdo(PdoDirection::kTx), device.pdo);
       } else if (name == "Mailbox") {
         ReadMailbox(device.mailbox, *device.esi);
       } else if (name == "Dc") {
         ReadDc(*device.esi);
+      } else if (name == "Slots") {
+        ReadSlots(device.esi->slot_rules);
       } else {
         xml_.Skip();
       }
@@ -326,8 +377,9 @@ class EsiParser {
     }
   }
 
-  void ReadPdo(PdoDirection direction, PdoDescription& pdo) {
-    PdoContent content;
+  EsiModule::Pdo ReadPdo(PdoDirection direction) {
+    EsiModule::Pdo pdo;
+    PdoContent& content = pdo.content;
     content.direction = direction;
     content.fixed = xml_.Flag("Fixed");
     content.mandatory = xml_.Flag("Mandatory");
@@ -335,6 +387,7 @@ class EsiParser {
     content.source = kEsiSource;
     while (xml_.NextChild()) {
       if (xml_.name() == "Index") {
+        pdo.by_slot = xml_.Flag("DependOnSlot");
         content.index = xml_.Number<std::uint16_t>();
       } else if (xml_.name() == "Name") {
         ReadLocalName(xml_, content.name);
@@ -342,14 +395,19 @@ class EsiParser {
         content.excludes.push_back(xml_.Number<std::uint16_t>());
         CountRow();
       } else if (xml_.name() == "Entry") {
-        ReadPdoEntry(content);
+        ReadPdoEntry(pdo);
       } else {
         xml_.Skip();
       }
     }
+    return pdo;
+  }
+
+  void AddPdo(EsiModule::Pdo read, PdoDescription& pdo) {
+    PdoContent& content = read.content;
     // A PDO that may be remapped freely can have no entries by default.
     SelectablePdo selectable;
-    selectable.direction = direction;
+    selectable.direction = content.direction;
     selectable.index = content.index;
     selectable.source = kEsiSource;
     pdo.selectable.push_back(std::move(selectable));
@@ -357,10 +415,12 @@ class EsiParser {
     CountRow();
   }
 
-  void ReadPdoEntry(PdoContent& content) {
+  void ReadPdoEntry(EsiModule::Pdo& pdo) {
     PdoEntry entry;
+    bool by_slot = false;
     while (xml_.NextChild()) {
       if (xml_.name() == "Index") {
+        by_slot = xml_.Flag("DependOnSlot");
         entry.index = xml_.Number<std::uint16_t>();
       } else if (xml_.name() == "SubIndex") {
         entry.subindex = xml_.Number<std::uint8_t>();
@@ -374,7 +434,8 @@ class EsiParser {
         xml_.Skip();
       }
     }
-    content.entries.push_back(std::move(entry));
+    pdo.content.entries.push_back(std::move(entry));
+    pdo.entry_by_slot.push_back(by_slot);
     CountRow();
   }
 
@@ -385,14 +446,15 @@ class EsiParser {
       } else if (xml_.name() == "Dictionary") {
         if (!device.dictionary) device.dictionary.emplace();
         device.dictionary->source = kEsiSource;
-        ReadDictionary(*device.dictionary);
+        ReadDictionary(*device.dictionary, nullptr);
       } else {
         xml_.Skip();
       }
     }
   }
 
-  void ReadDictionary(ObjectDictionary& dictionary) {
+  /// @param by_slot  gets the indices that depend on the slot; null: nothing can
+  void ReadDictionary(ObjectDictionary& dictionary, std::set<std::uint16_t>* by_slot) {
     EsiTypes types;
     while (xml_.NextChild()) {
       if (xml_.name() == "DataTypes") {
@@ -406,7 +468,7 @@ class EsiParser {
       } else if (xml_.name() == "Objects") {
         while (xml_.NextChild()) {
           if (xml_.name() == "Object") {
-            ReadObject(types, dictionary);
+            ReadObject(types, dictionary, by_slot);
           } else {
             xml_.Skip();
           }
@@ -464,14 +526,16 @@ class EsiParser {
     return item;
   }
 
-  void ReadObject(const EsiTypes& types, ObjectDictionary& dictionary) {
+  void ReadObject(const EsiTypes& types, ObjectDictionary& dictionary, std::set<std::uint16_t>* by_slot) {
     DictionaryObject object;
     object.source = kEsiSource;
     std::string type_name;
     Flags flags;
     while (xml_.NextChild()) {
       if (xml_.name() == "Index") {
+        const bool depends = xml_.Flag("DependOnSlot");
         object.index = xml_.Number<std::uint16_t>();
+        if (depends && by_slot != nullptr) by_slot->insert(object.index);
       } else if (xml_.name() == "Name") {
         ReadLocalName(xml_, object.name);
       } else if (xml_.name() == "Type") {
@@ -533,6 +597,7 @@ class EsiParser {
 
   XmlCursor xml_;
   EsiFile file_;
+  std::vector<EsiModule> modules_;
   std::size_t rows_ = 0;
 };
 
