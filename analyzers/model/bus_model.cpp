@@ -83,7 +83,7 @@ void BusModel::ChooseProfile(SlaveId id) {
   slave.Stir();
   choice_.Choose(network_.slaves()[id], seen_identities_[id], slave);
   slave.al.SetFamily(*slave.profile);
-  slave.al.SetTimeouts(TimeoutsOf(*slave.profile));
+  slave.al.SetTimeouts(TimeoutsOf(slave));
   const std::uint64_t layouts = slave.process.version();
   slave.process.SetFamily(*slave.profile);
   slave.latch.SetFamily(*slave.profile);
@@ -93,16 +93,19 @@ void BusModel::ChooseProfile(SlaveId id) {
   if (slave.process.version() != layouts) image_.OnLayoutChanged(id);
 }
 
-AlTimeouts BusModel::TimeoutsOf(const device::DeviceDescription& device) const {
+AlTimeouts BusModel::TimeoutsOf(const SlaveModel& slave) const {
   AlTimeouts timeouts = timeouts_;
-  if (!device.esi) return timeouts;
-  const device::StateTimeouts& esi = device.esi->timeouts;
   const auto take = [](bool own, const std::optional<TimeNs>& stated, std::int64_t& limit) {
     if (!own && stated.value_or(0) > 0) limit = *stated;
   };
-  take(own_preop_limit_, esi.preop, timeouts.to_preop_ns);
-  take(own_op_limit_, esi.safeop_op, timeouts.to_safeop_or_op_ns);
-  take(own_down_limit_, esi.back_to_init, timeouts.downwards_ns);
+  const auto take_all = [&](const device::StateTimeouts& stated) {
+    take(own_preop_limit_, stated.preop, timeouts.to_preop_ns);
+    take(own_op_limit_, stated.safeop_op, timeouts.to_safeop_or_op_ns);
+    take(own_down_limit_, stated.back_to_init, timeouts.downwards_ns);
+  };
+  if (slave.profile->esi) take_all(slave.profile->esi->timeouts);
+  // A device may be given longer than its maker asks for, or the master give up earlier: what it does counts.
+  if (slave.eni != nullptr) take_all(slave.eni->Waits());
   return timeouts;
 }
 

@@ -85,8 +85,8 @@ class BusModel final : private ProcessSink {
 
   const track::Network& network_;
   EventSink& events_;
-  /// The user's limits, else those of the ESI, else the usual ones.
-  [[nodiscard]] AlTimeouts TimeoutsOf(const device::DeviceDescription& device) const;
+  /// The user's limits, else those of the ENI, else those of the ESI, else the usual ones.
+  [[nodiscard]] AlTimeouts TimeoutsOf(const SlaveModel& slave) const;
 
   AlTimeouts timeouts_;
   bool own_preop_limit_ = false, own_op_limit_ = false, own_down_limit_ = false;  ///< the user set them

@@ -204,15 +204,14 @@ void ProcessData::NameVariables(PdoDirection direction, ProcessLayout& layout) c
   const std::vector<device::EniImagePart>& parts = rx ? eni_slave_->outputs : eni_slave_->inputs;
   const std::uint8_t manager = rx ? kOutputs : kInputs;
   if (parts.size() != 1 || parts[0].bit_length / 8 != layout.bytes_of(manager)) return;
-  const device::EniImage& image = rx ? eni_config_->outputs : eni_config_->inputs;
   for (Signal& signal : layout.signals) {
     if (signal.gap() || signal.sync_manager != manager) continue;
     const std::uint32_t at = parts[0].bit_start + signal.bit_offset;
-    const auto found =
-        std::find_if(image.variables.begin(), image.variables.end(), [&](const device::EniVariable& variable) {
-          return variable.bit_offset == at && variable.bit_size == signal.bits;
-        });
-    if (found != image.variables.end()) signal.variable = found->name;
+    if (rx) {
+      signal.variable = eni_config_->OutputAt(at, signal.bits);
+    } else if (const device::EniVariable* variable = eni_config_->inputs.Find(at, signal.bits)) {
+      signal.variable = variable->name;
+    }
   }
 }
 

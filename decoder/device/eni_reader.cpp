@@ -6,6 +6,7 @@
 #include "decoder/base/text.h"
 #include "decoder/device/description_file.h"
 #include "decoder/device/xml_cursor.h"
+#include "decoder/esc/register_addresses.h"
 
 namespace ecaudit::device {
 namespace {
@@ -467,11 +468,35 @@ class EniParser {
         command.input_offset = xml_.Number<std::uint32_t>();
       } else if (name == "OutputOffs") {
         command.output_offset = xml_.Number<std::uint32_t>();
+      } else if (name == "CopyInfos") {
+        ReadCopies(command.copies);
       } else if (!ReadField(name, command)) {
         xml_.Skip();
       }
     }
     return command;
+  }
+
+  void ReadCopies(std::vector<EniCopy>& copies) {
+    while (xml_.NextChild()) {
+      if (xml_.name() != "CopyInfo") {
+        xml_.Skip();
+        continue;
+      }
+      EniCopy& copy = copies.emplace_back();
+      CountRow();
+      while (xml_.NextChild()) {
+        if (xml_.name() == "SrcBitOffs") {
+          copy.from_bit = xml_.Number<std::uint32_t>();
+        } else if (xml_.name() == "DstBitOffs") {
+          copy.to_bit = xml_.Number<std::uint32_t>();
+        } else if (xml_.name() == "BitSize") {
+          copy.bits = xml_.Number<std::uint32_t>();
+        } else {
+          xml_.Skip();
+        }
+      }
+    }
   }
 
   void ReadProcessImage() {
@@ -535,6 +560,47 @@ class EniParser {
 std::optional<SlavePos> EniSlave::position() const {
   if (!auto_increment) return std::nullopt;
   return static_cast<SlavePos>(0x10000 - *auto_increment);  // 0 stays 0 in 16 bits
+}
+
+const EniVariable* EniImage::Find(std::uint32_t bit, std::uint32_t bits) const {
+  const auto found = std::find_if(variables.begin(), variables.end(), [&](const EniVariable& variable) {
+    return variable.bit_offset == bit && variable.bit_size == bits;
+  });
+  return found == variables.end() ? nullptr : &*found;
+}
+
+std::string EniConfig::OutputAt(std::uint32_t bit, std::uint32_t bits) const {
+  if (const EniVariable* variable = outputs.Find(bit, bits)) return variable->name;
+  for (const EniCyclicTask& task : cyclic) {
+    for (const EniCyclicFrame& frame : task.frames) {
+      for (const EniCyclicCommand& command : frame.commands) {
+        for (const EniCopy& copy : command.copies) {
+          if (bit < copy.to_bit || std::uint64_t{bit} + bits > std::uint64_t{copy.to_bit} + copy.bits) continue;
+          const std::uint64_t source = std::uint64_t{copy.from_bit} + (bit - copy.to_bit);
+          if (source > UINT32_MAX) continue;
+          if (const EniVariable* variable = inputs.Find(static_cast<std::uint32_t>(source), bits)) {
+            return "copy of " + variable->name;
+          }
+        }
+      }
+    }
+  }
+  return {};
+}
+
+StateTimeouts EniSlave::Waits() const {
+  StateTimeouts waits;
+  for (const EniInitCommand& command : init_commands) {
+    const TimeNs wait = command.validate_timeout.value_or(0);
+    if (command.ado != esc::kAlStatus || !wire::Reads(command.command) || wait <= 0) continue;
+    for (const EniTransition& transition : command.transitions) {
+      std::optional<TimeNs>& limit = transition == "IP" || transition == "IB"   ? waits.preop
+                                     : transition == "PS" || transition == "SO" ? waits.safeop_op
+                                                                                : waits.back_to_init;
+      limit = std::max(limit.value_or(0), wait);
+    }
+  }
+  return waits;
 }
 
 const EniSlave* EniConfig::FindByAddress(StationAddress address) const {

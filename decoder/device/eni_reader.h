@@ -9,6 +9,7 @@
 
 #include "decoder/base/ids.h"
 #include "decoder/base/result.h"
+#include "decoder/device/esi_description.h"
 #include "decoder/device/mailbox_description.h"
 #include "decoder/device/pdo_description.h"
 #include "decoder/wire/command.h"
@@ -95,6 +96,16 @@ struct EniSlave {
 
   /// Place on the bus by the auto-increment address; nothing when the file gives none.
   [[nodiscard]] std::optional<SlavePos> position() const;
+  /// How long the master waits for a state: what its checks of AL Status behind a request allow, the longest of
+  /// several.
+  [[nodiscard]] StateTimeouts Waits() const;
+};
+
+/// Bits that the master copies from the image of inputs to that of outputs: from slave to slave.
+struct EniCopy {
+  std::uint32_t from_bit = 0;
+  std::uint32_t to_bit = 0;
+  std::uint32_t bits = 0;
 };
 
 /// One datagram of a cyclic frame.
@@ -109,6 +120,7 @@ struct EniCyclicCommand {
   std::optional<std::uint16_t> expected_wkc;
   std::optional<std::uint32_t> input_offset;   ///< byte in the image of inputs
   std::optional<std::uint32_t> output_offset;  ///< byte in the image of outputs
+  std::vector<EniCopy> copies;                 ///< done when it came back
 };
 
 struct EniCyclicFrame {
@@ -133,6 +145,9 @@ struct EniVariable {
 struct EniImage {
   std::uint32_t byte_size = 0;
   std::vector<EniVariable> variables;
+
+  /// Null: no variable lies at just these bits.
+  [[nodiscard]] const EniVariable* Find(std::uint32_t bit, std::uint32_t bits) const;
 };
 
 struct EniConfig {
@@ -143,6 +158,9 @@ struct EniConfig {
   EniImage inputs;   ///< from the slaves
   EniImage outputs;  ///< to the slaves
 
+  /// The variable that lies at these bits of the image of outputs, or the one of the inputs that is copied there (then
+  /// "copy of NAME"); empty where there is none.
+  [[nodiscard]] std::string OutputAt(std::uint32_t bit, std::uint32_t bits) const;
   [[nodiscard]] const EniSlave* FindByAddress(StationAddress address) const;
   [[nodiscard]] const EniSlave* FindByPosition(SlavePos position) const;
 };

@@ -17,8 +17,9 @@ constexpr RuleInfo kInfo{.id = "al-timeout",
                          .source = "ETG2000, state machine time-outs",
                          .doc = R"(
 ## What it checks
-The time from a request that the slave took to the state or the error bit in AL Status. Limits: those of the device's
-ESI file (--esi) where it states any; else PREOP and BOOT 3 s, SAFEOP and OP 10 s, downwards 5 s.
+The time from a request that the slave took to the state or the error bit in AL Status. Limits: what the ENI
+(--eni) lets the master wait, else those of the device's ESI file (--esi), else PREOP and BOOT 3 s, SAFEOP and OP 10 s,
+downwards 5 s.
 
 ## Why it matters
 The slave neither follows nor says why. Firmware that hangs, a drive that waits for synchronisation or power, or a
@@ -78,12 +79,14 @@ class AlTimeout final : public Rule {
 
  private:
   [[nodiscard]] std::string LimitText(const model::AlOverdue& e) const {
-    const auto& esi = context().slave(e.slave).profile->esi;
-    const auto states = [&e](const std::optional<TimeNs>& stated) { return stated.value_or(0) == e.limit_ns; };
-    if (!esi ||
-        !(states(esi->timeouts.preop) || states(esi->timeouts.safeop_op) || states(esi->timeouts.back_to_init))) {
-      return {};
+    const model::SlaveModel& slave = context().slave(e.slave);
+    const auto state = [&e](const device::StateTimeouts& stated) {
+      return stated.preop == e.limit_ns || stated.safeop_op == e.limit_ns || stated.back_to_init == e.limit_ns;
+    };
+    if (slave.eni != nullptr && state(slave.eni->Waits())) {
+      return ", and longer the master does not wait by the ENI (" + Duration(e.limit_ns) + ")";
     }
+    if (!slave.profile->esi || !state(slave.profile->esi->timeouts)) return {};
     return ", although its ESI gives it " + Duration(e.limit_ns);
   }
 };

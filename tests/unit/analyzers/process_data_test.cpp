@@ -221,6 +221,14 @@ TEST_F(ProcessDataTest, VariablesOfTheEniNameWhatLiesAtTheirPlace) {
   ASSERT_EQ(process_.rx().signals.size(), 2U);
   EXPECT_EQ(process_.rx().signals[0].variable, "Axis.CW");
   EXPECT_EQ(process_.rx().signals[1].variable, "") << "only half of the entry";
+  // What is copied there from an input is called after that.
+  config.inputs.variables = {{"Encoder.Position", "", "DINT", 32, 64}};
+  config.cyclic.resize(1);
+  config.cyclic[0].frames.resize(1);
+  config.cyclic[0].frames[0].commands.resize(1);
+  config.cyclic[0].frames[0].commands[0].copies = {{64, 176, 32}};
+  process_.OnDescriptionChanged();
+  EXPECT_EQ(process_.rx().signals[1].variable, "copy of Encoder.Position");
   // The master's place for the slave has another size than what the slave has mapped: nothing can be said.
   eni.outputs = {{160, 32}};
   process_.OnDescriptionChanged();

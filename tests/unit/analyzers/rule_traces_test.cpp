@@ -22,6 +22,7 @@
 #include "analyzers/result/rule_info.h"
 #include "cli/expectation_file.h"
 #include "decoder/capture/capture_reader.h"
+#include "decoder/device/eni_reader.h"
 #include "samples/builder/capture_writer.h"
 #include "tests/support/folders.h"
 #include "tests/unit/analyzers/expected_findings.h"
@@ -126,13 +127,20 @@ TEST_P(RuleTrace, FindsWhatIsExpected) {
     ASSERT_TRUE(expectation) << expectation.error().message;
     options.expectation = *expectation;
   }
-  if (const auto esi = trace->attributes().find("esi"); esi != trace->attributes().end()) {
+  const auto esi = trace->attributes().find("esi");
+  const auto eni = trace->attributes().find("eni");
+  auto files = std::make_shared<DeviceFiles>();
+  if (esi != trace->attributes().end()) {
     auto file = device::LoadEsiFile((path.parent_path() / esi->second).string());
     ASSERT_TRUE(file) << file.error().message;
-    auto files = std::make_shared<DeviceFiles>();
     files->esi.push_back({esi->second, std::move(*file), esi->second});
-    options.files = std::move(files);
   }
+  if (eni != trace->attributes().end()) {
+    auto file = device::LoadEniFile((path.parent_path() / eni->second).string());
+    ASSERT_TRUE(file) << file.error().message;
+    files->eni.emplace(DeviceFiles::Eni{eni->second, std::move(*file)});
+  }
+  if (!files->esi.empty() || files->eni) options.files = std::move(files);
   // Parameters of drives have names in capitals, other attributes do not.
   for (const auto& [key, value] : trace->attributes()) {
     if (std::isupper(static_cast<unsigned char>(key[0])) != 0) {

@@ -90,7 +90,8 @@ constexpr std::string_view kEni = R"(<?xml version="1.0"?>
       <CycleTime>1000</CycleTime>
       <Frame>
         <Comment>task 1</Comment>
-        <Cmd><State>SAFEOP</State><State>OP</State><Cmd>12</Cmd><Addr>16777216</Addr><DataLength>13</DataLength><Cnt>3</Cnt><InputOffs>26</InputOffs><OutputOffs>26</OutputOffs></Cmd>
+        <Cmd><State>SAFEOP</State><State>OP</State><Cmd>12</Cmd><Addr>16777216</Addr><DataLength>13</DataLength><Cnt>3</Cnt><InputOffs>26</InputOffs><OutputOffs>26</OutputOffs>
+          <CopyInfos><CopyInfo><SrcBitOffs>216</SrcBitOffs><DstBitOffs>320</DstBitOffs><BitSize>64</BitSize></CopyInfo></CopyInfos></Cmd>
         <Cmd><State>OP</State><Cmd>7</Cmd><Adp>0</Adp><Ado>304</Ado><DataLength>2</DataLength><Cnt>2</Cnt></Cmd>
       </Frame>
     </Cyclic>
@@ -115,6 +116,27 @@ EniConfig ReadConfig() {
 std::string ErrorOf(std::string_view xml) {
   const Result<EniConfig> config = ReadEni(xml);
   return config ? "no error" : config.error().message;
+}
+
+TEST(EniReader, ReadsWhatIsCopiedFromSlaveToSlave) {
+  const EniConfig config = ReadConfig();
+  const std::vector<EniCopy>& copies = config.cyclic.at(0).frames.at(0).commands.at(0).copies;
+  ASSERT_EQ(copies.size(), 1U);
+  EXPECT_EQ(copies[0].from_bit, 216U);
+  EXPECT_EQ(copies[0].to_bit, 320U);
+  EXPECT_EQ(copies[0].bits, 64U);
+  EXPECT_EQ(config.OutputAt(320, 32), "copy of Drive 2 (AKD).Position.Position actual");
+  EXPECT_EQ(config.OutputAt(352, 32), "") << "copied, too, but no variable lies there";
+  EXPECT_EQ(config.OutputAt(352, 64), "") << "reaches beyond";
+  EXPECT_EQ(config.OutputAt(240, 16), "Drive 2 (AKD).Position.Control word");
+}
+
+TEST(EniReader, TellsHowLongTheMasterWaits) {
+  const EniConfig config = ReadConfig();
+  const StateTimeouts waits = config.slaves.at(1).Waits();
+  EXPECT_EQ(waits.preop, 3'000'000'000);
+  EXPECT_EQ(waits.safeop_op, std::nullopt);
+  EXPECT_EQ(waits.back_to_init, std::nullopt);
 }
 
 TEST(EniReader, ReadsSlaves) {
