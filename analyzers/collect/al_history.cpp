@@ -4,7 +4,8 @@
 
 namespace ecaudit {
 
-AlHistory::AlHistory(const model::BusModel& model, EventBus& bus) : model_(model) {
+AlHistory::AlHistory(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus)
+    : model_(model), room_(pipeline, kAtOnce, kBytesAStep) {
   // Behind the model, which tells what an error bit means.
   bus.ListenTo<track::AlRequest, track::AlStatusRead, track::AlStatusCodeRead>(Stage::kAfterModel, *this);
 }
@@ -28,8 +29,10 @@ void AlHistory::Summarise(AnalysisResult& result) {
 
 void AlHistory::Add(Story& story, const AlStep& step) {
   const bool own = story.steps.size() < kOwnSteps;
-  if (own || (story.steps.size() < kMaxSteps && all_steps_ < kMaxAllSteps)) {
-    if (!own) ++all_steps_;
+  const bool kept = own || (story.steps.size() < kMaxSteps && shared_steps_ < kMaxAllSteps);
+  if (kept && room_.HasRoomFor(all_steps_)) {
+    ++all_steps_;
+    if (!own) ++shared_steps_;
     story.steps.push_back(step);
   } else {
     ++story.left_out;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "analyzers/collect/collector.h"
+#include "analyzers/collect/step_room.h"
 #include "analyzers/model/bus_model.h"
 #include "analyzers/wiring/event_bus.h"
 #include "decoder/track/events.h"
@@ -16,9 +17,11 @@ class AlHistory final : public Collector {
   static constexpr std::size_t kMaxSteps = 200;        ///< a slave; later ones are counted only
   static constexpr std::size_t kOwnSteps = 12;         ///< that a slave has, whatever the others take
   static constexpr std::size_t kMaxAllSteps = 10'000;  ///< of all slaves, beyond these
+  static constexpr std::uint64_t kAtOnce = 4'000;      ///< of all slaves, however short the capture is, and ...
+  static constexpr std::uint64_t kBytesAStep = 100;    ///< ... one more for so many bytes of frames
 
-  /// @param model  tells echoes from errors; must outlive this
-  AlHistory(const model::BusModel& model, EventBus& bus);
+  /// @param model tells echoes from errors; must outlive this, as @param pipeline must
+  AlHistory(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus);
 
   void On(const track::AlRequest& request);
   void On(const track::AlStatusRead& read);
@@ -37,7 +40,9 @@ class AlHistory final : public Collector {
 
   const model::BusModel& model_;
   std::deque<Story> stories_;
-  std::size_t all_steps_ = 0;
+  StepRoom room_;
+  std::uint64_t all_steps_ = 0;
+  std::size_t shared_steps_ = 0;  // beyond those that each slave has
 };
 
 }  // namespace ecaudit

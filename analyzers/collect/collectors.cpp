@@ -18,10 +18,10 @@ std::vector<std::unique_ptr<Collector>> MakeCollectors(Observation& observation,
   EventBus& bus = observation.bus();
   const model::BusModel& model = observation.model();
   std::vector<std::unique_ptr<Collector>> collectors;
-  collectors.push_back(std::make_unique<AlHistory>(model, bus));
+  collectors.push_back(std::make_unique<AlHistory>(model, observation.pipeline(), bus));
   collectors.push_back(std::make_unique<MailboxStatistics>(bus));
   collectors.push_back(std::make_unique<DriveHistory>(model, bus));
-  collectors.push_back(std::make_unique<startup::StartupRecorder>(model, bus));
+  collectors.push_back(std::make_unique<startup::StartupRecorder>(model, observation.pipeline(), bus));
   collectors.push_back(std::make_unique<PredictionStatistics>(model, explanations, bus));
   collectors.push_back(std::make_unique<RunHistory>(observation.sync(), observation.pipeline(), bus));
   collectors.push_back(std::make_unique<Topology>(bus));

@@ -73,7 +73,8 @@ bool IsEarly(StartupPhase phase) {
 
 }  // namespace
 
-StartupRecorder::StartupRecorder(const model::BusModel& model, EventBus& bus) : model_(model) {
+StartupRecorder::StartupRecorder(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus)
+    : model_(model), room_(pipeline, kAtOnce, kBytesAStep) {
   bus.ListenTo<track::AlRequest, track::AlStatusRead, track::AlPoll, track::Answered, mailbox::SdoTransfer,
                model::AlAnswered, model::AlErrorCode, model::DriveCommanded, model::DriveStateChanged>(
       Stage::kBeforeModel, *this);
@@ -115,7 +116,7 @@ void StartupRecorder::Extend(Record& record, StartupPhase phase, const FrameRef&
 }
 
 void StartupRecorder::Add(Record& record, StartupStep step, ByteSpan data) {
-  if (record.steps.size() >= kMaxSteps || all_steps_ >= kMaxAllSteps) {
+  if (record.steps.size() >= kMaxSteps || all_steps_ >= kMaxAllSteps || !room_.HasRoomFor(all_steps_)) {
     ++record.left_out;
     return;
   }

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "analyzers/collect/collector.h"
+#include "analyzers/collect/step_room.h"
 #include "analyzers/model/bus_model.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/result/startup_summary.h"
@@ -32,10 +33,12 @@ class StartupRecorder final : public Collector {
   static constexpr std::size_t kMaxBytes = 1U << 16U;  ///< of values, a slave
   // Of all slaves; real buses stay far below.
   static constexpr std::size_t kMaxAllSteps = 25'000;
+  static constexpr std::uint64_t kAtOnce = 4'000;   ///< of all slaves, however short the capture is, and ...
+  static constexpr std::uint64_t kBytesAStep = 80;  ///< ... one more for so many bytes of frames
   static constexpr std::size_t kMaxAllBytes = std::size_t{4} << 20U;
 
-  /// @param model must outlive this
-  StartupRecorder(const model::BusModel& model, EventBus& bus);
+  /// @param model must outlive this, as @param pipeline must
+  StartupRecorder(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus);
 
   void On(const track::AlRequest& request);
   void On(const track::AlStatusRead& read);
@@ -119,6 +122,7 @@ class StartupRecorder final : public Collector {
   bool bus_done_ = false;   ///< a slave reached OP
   FrameNo broadcast_frame_ = 0;
   std::uint8_t broadcast_datagram_ = 0;
+  StepRoom room_;
   std::size_t all_steps_ = 0;
   std::size_t all_bytes_ = 0;
 };

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "decoder/base/wrapping.h"
 #include "decoder/esc/register_addresses.h"
 
 namespace ecaudit {
@@ -46,7 +47,7 @@ std::optional<std::int64_t> RoundTrip(const TopologyNode& node, const DcSummary&
     if (node.ports[next].communication.value_or(false)) before = next;
   }
   if (!dc.receive_times_ns[before] || !dc.receive_times_ns[port]) return std::nullopt;
-  return static_cast<std::int32_t>(*dc.receive_times_ns[port] - *dc.receive_times_ns[before]);
+  return static_cast<std::int32_t>(WrappingDifference(*dc.receive_times_ns[port], *dc.receive_times_ns[before]));
 }
 
 /// Time that a frame spent in the slave and behind it.
@@ -57,7 +58,7 @@ std::optional<std::int64_t> OwnRoundTrip(const TopologyNode& node, const DcSumma
   }
   if (last == 0) return 0;
   if (!dc.receive_times_ns[0] || !dc.receive_times_ns[last]) return std::nullopt;
-  return static_cast<std::int32_t>(*dc.receive_times_ns[last] - *dc.receive_times_ns[0]);
+  return static_cast<std::int32_t>(WrappingDifference(*dc.receive_times_ns[last], *dc.receive_times_ns[0]));
 }
 
 void AddDelays(const AnalysisResult& result, TopologySummary& topology) {

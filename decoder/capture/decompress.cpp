@@ -1,4 +1,5 @@
 #include <array>
+#include <bit>
 #include <utility>
 #include <vector>
 
@@ -11,7 +12,8 @@ namespace ecaudit::capture {
 namespace {
 
 constexpr std::size_t kInputBytes = std::size_t{128} * 1024;
-constexpr int kZstdWindowLogMax = 27;  // 128 MiB, the largest that the zstd program itself writes without --long
+// The largest that the zstd program itself writes without --long.
+constexpr std::size_t kZstdWindowBytes = std::size_t{128} << 20U;
 
 /// Compressed bytes on their way into a decompressor.
 class CompressedInput {
@@ -113,7 +115,7 @@ class ZstdReader final : public ByteReader {
  public:
   ZstdReader(std::unique_ptr<ByteReader> source, ByteSpan head)
       : input_(std::move(source), head), state_(ZSTD_createDStream()) {
-    if (state_ != nullptr) ZSTD_DCtx_setParameter(state_, ZSTD_d_windowLogMax, kZstdWindowLogMax);
+    if (state_ != nullptr) ZSTD_DCtx_setParameter(state_, ZSTD_d_windowLogMax, std::countr_zero(kZstdWindowBytes));
   }
   ~ZstdReader() override { ZSTD_freeDStream(state_); }
 

@@ -62,7 +62,7 @@ class EniParser {
       if (xml_.name() == "Info") {
         while (xml_.NextChild()) {
           if (xml_.name() == "Name") {
-            config_.master_name = xml_.Text();
+            config_.master_name = xml_.Label();
           } else {
             xml_.Skip();
           }
@@ -100,7 +100,7 @@ class EniParser {
     while (xml_.NextChild()) {
       const std::string& name = xml_.name();
       if (name == "Name") {
-        slave.name = xml_.Text();
+        slave.name = xml_.Label();
       } else if (name == "PhysAddr") {
         slave.station_address = xml_.Number<std::uint16_t>();
       } else if (name == "AutoIncAddr") {
@@ -221,7 +221,7 @@ class EniParser {
       if (name == "Index") {
         content.index = xml_.Number<std::uint16_t>();
       } else if (name == "Name") {
-        content.name = xml_.Text();
+        content.name = xml_.Label();
       } else if (name == "Exclude") {
         content.excludes.push_back(xml_.Number<std::uint16_t>());
         CountRow();
@@ -235,7 +235,7 @@ class EniParser {
           } else if (xml_.name() == "BitLen") {
             entry.bits = xml_.Number<std::uint16_t>();
           } else if (xml_.name() == "Name") {
-            entry.name = xml_.Text();
+            entry.name = xml_.Label();
           } else if (xml_.name() == "DataType") {
             entry.type = DataTypeFromName(xml_.Text());
           } else {
@@ -315,7 +315,7 @@ class EniParser {
         command.transitions.push_back(xml_.Text());
         CountRow();
       } else if (name == "Comment") {
-        command.comment = xml_.Text();
+        command.comment = xml_.Label();
       } else if (name == "Timeout") {
         command.timeout = TimeNs{xml_.Number<std::int32_t>()} * 1'000'000;  // milliseconds
       } else if (name == "Ccs") {
@@ -357,7 +357,7 @@ class EniParser {
   template <typename C>
   bool ReadField(const std::string& name, C& command) {
     if (name == "Comment") {
-      command.comment = xml_.Text();
+      command.comment = xml_.Label();
     } else if (name == "Cmd") {
       command.command = ReadCommand();
     } else if (name == "Adp") {
@@ -441,7 +441,7 @@ class EniParser {
         CountRow();
         while (xml_.NextChild()) {
           if (xml_.name() == "Comment") {
-            frame.comment = xml_.Text();
+            frame.comment = xml_.Label();
           } else if (xml_.name() == "Cmd") {
             frame.commands.push_back(ReadCyclicCommand());
             CountRow();
@@ -521,11 +521,11 @@ class EniParser {
         while (xml_.NextChild()) {
           const std::string& name = xml_.name();
           if (name == "Name") {
-            variable.name = xml_.Text();
+            variable.name = xml_.Label();
           } else if (name == "Comment") {
-            variable.comment = xml_.Text();
+            variable.comment = xml_.Label();
           } else if (name == "DataType") {
-            variable.data_type = xml_.Text();
+            variable.data_type = xml_.Label();
           } else if (name == "BitSize") {
             variable.bit_size = xml_.Number<std::uint32_t>();
           } else if (name == "BitOffs") {

@@ -17,12 +17,14 @@ namespace {
 constexpr const char* kEsiSource = "ESI, device description";
 /// Limits against files made to exhaust memory; the largest ESI files known stay far below.
 constexpr std::size_t kMaxDevices = 20'000;
-constexpr std::size_t kMaxEsiRows = 4'000'000;  // PDO entries and dictionary rows of the whole file
+constexpr std::size_t kMaxInitCommands = 10'000;  // of a device
+constexpr std::size_t kMaxTransitions = 64;       // of an init command; there are 14
+constexpr std::size_t kMaxEsiRows = 4'000'000;    // PDO entries and dictionary rows of the whole file
 
 /// English text of an element that stands once per language.
 void ReadLocalName(XmlCursor& xml, std::string& out) {
   const bool english = xml.Attribute("LcId") == "1033";
-  std::string text = xml.Text();
+  std::string text = xml.Label();
   if (out.empty() || english) out = std::move(text);
 }
 
@@ -184,7 +186,7 @@ class EsiParser {
       } else if (name == "Name") {
         ReadLocalName(xml_, device.title);
       } else if (name == "GroupType") {
-        device.esi->group = xml_.Text();
+        device.esi->group = xml_.Label();
       } else if (name == "Info") {
         ReadInfo(device.esi->timeouts);
       } else if (name == "Profile") {
@@ -220,7 +222,7 @@ class EsiParser {
     if (const auto revision = xml_.NumberAttribute<std::uint32_t>("RevisionNo")) {
       device.match.revision_min = device.match.revision_max = *revision;
     }
-    device.esi->type = xml_.Text();
+    device.esi->type = xml_.Label();
     if (device.title.empty()) device.title = device.esi->type;
   }
 
@@ -321,14 +323,18 @@ class EsiParser {
         xml_.Skip();
         continue;
       }
+      if (esi.init_commands.size() >= kMaxInitCommands) {
+        return xml_.Fail("more than " + Grouped(kMaxInitCommands) + " init commands");
+      }
       EsiInitCommand& command = esi.init_commands.emplace_back();
       command.complete_access = xml_.Flag("CompleteAccess");
       CountRow();
       while (xml_.NextChild()) {
         const std::string& name = xml_.name();
         if (name == "Transition") {
-          command.transitions.push_back(xml_.Text());
-          CountRow();
+          if (command.transitions.size() >= kMaxTransitions)
+            return xml_.Fail("an init command of too many transitions");
+          command.transitions.push_back(xml_.Label());
         } else if (name == "Index") {
           command.index = xml_.Number<std::uint16_t>();
         } else if (name == "SubIndex") {
@@ -355,9 +361,9 @@ class EsiParser {
       while (xml_.NextChild()) {
         const std::string& name = xml_.name();
         if (name == "Name") {
-          mode.name = xml_.Text();
+          mode.name = xml_.Label();
         } else if (name == "Desc") {
-          mode.description = xml_.Text();
+          mode.description = xml_.Label();
         } else if (name == "AssignActivate") {
           mode.assign_activate = xml_.Number<std::uint32_t>();
         } else if (name == "CycleTimeSync0") {

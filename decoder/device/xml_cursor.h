@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "decoder/base/result.h"
+#include "decoder/base/text.h"
 
 namespace ecaudit::device {
 
@@ -21,6 +22,8 @@ namespace ecaudit::device {
 inline constexpr std::size_t kMaxXmlBytes = 256U << 20U;
 /// Longer texts (names, hexadecimal data) are refused.
 inline constexpr std::size_t kMaxXmlText = 1U << 20U;
+/// Longer names and comments are cut, in bytes.
+inline constexpr std::size_t kMaxXmlLabel = 250;
 /// Of one element; the largest known has about 20.
 inline constexpr std::size_t kMaxXmlAttributes = 1000;
 
@@ -41,6 +44,8 @@ class XmlCursor {
   [[nodiscard]] const std::string& name() const { return name_; }
   /// Text of the current element, without white space at its ends; leaves it.
   [[nodiscard]] std::string Text();
+  /// The same for what reports repeat for each finding: a name, a title, a comment. A long one is cut.
+  [[nodiscard]] std::string Label() { return Shortened(Text(), kMaxXmlLabel); }
   /// Leaves the current element.
   void Skip();
   /// An attribute of the current element; empty when it has none of that name.

@@ -29,10 +29,14 @@ LIMITS = {
     "lines about what could not": [("analyzers/judge/finding_store.h", "kMaxListed")],
     "different reasons of one rule": [("analyzers/judge/finding_store.h", "kMaxReasons")],
     "steps of a start-up": [("analyzers/collect/startup_recorder.h", "kMaxSteps"),
-                            ("analyzers/collect/startup_recorder.h", "kMaxAllSteps")],
+                            ("analyzers/collect/startup_recorder.h", "kMaxAllSteps"),
+                            ("analyzers/collect/startup_recorder.h", "kAtOnce"),
+                            ("analyzers/collect/startup_recorder.h", "kBytesAStep")],
     "steps of an AL history": [("analyzers/collect/al_history.h", "kMaxSteps"),
                                ("analyzers/collect/al_history.h", "kOwnSteps"),
-                               ("analyzers/collect/al_history.h", "kMaxAllSteps")],
+                               ("analyzers/collect/al_history.h", "kMaxAllSteps"),
+                               ("analyzers/collect/al_history.h", "kAtOnce"),
+                               ("analyzers/collect/al_history.h", "kBytesAStep")],
     "steps of a drive history": [("analyzers/collect/drive_history.h", "kMaxSteps"),
                                  ("analyzers/collect/drive_history.h", "kMaxAllSteps")],
     "writes to the distributed clock": [("analyzers/sync/dc_unit.h", "kMaxSteps"),
@@ -54,7 +58,10 @@ LIMITS = {
     "settings, baseline": [("cli/json_file.h", "kLargestWritten")],
     "report for `merge`": [("cli/json_file.h", "kLargestReport")],
     "ESI, ENI": [("decoder/device/xml_cursor.h", "kMaxXmlBytes"), ("decoder/device/esi_reader.cpp", "kMaxEsiRows"),
-                 ("decoder/device/xml_cursor.h", "kMaxXmlAttributes")],
+                 ("decoder/device/xml_cursor.h", "kMaxXmlAttributes"),
+                 ("decoder/device/esi_reader.cpp", "kMaxInitCommands")],
+    "names and comments": [("decoder/device/xml_cursor.h", "kMaxXmlLabel")],
+    "window of a zstd file": [("decoder/capture/decompress.cpp", "kZstdWindowBytes")],
 }
 
 

@@ -139,7 +139,6 @@ class HostileCaptures(CliTest):
         report = self.one_report("two.pcapng", pcapng(packets), 0)
         self.assertTrue(any("of other masters" in f["message"] for f in self.set_aside(report)), report["findings"])
 
-
     def test_two_masters_from_the_first_packet_on(self):
         """A bus without faults, and another one that is seen as often: neither is taken for a part of the other."""
         first, second = scanned_bus(), scanned_bus()
@@ -161,9 +160,10 @@ class HostileCaptures(CliTest):
                 packet[28] = 2 if packet[16] == BRD else packet[28]
             return bytes(packet)
 
-        packets = sorted([*first.packets, *((t + 5000, swap(p)) for t, p in second.packets)])
-        report = self.one_report("both.pcapng", pcapng(packets), 1)
-        self.assertEqual({f["rule"] for f in report["findings"]} - {"capture-truncated"}, {"al-refused"})
+        begin = second.packets[0][0]  # the other one is twice as fast: its bus is the one that is judged
+        faster = [(begin + (t - begin) // 2 + 5000, swap(p)) for t, p in second.packets]
+        report = self.one_report("both.pcapng", pcapng(sorted([*first.packets, *faster])), 1)
+        self.assertLessEqual({"al-refused", "bus-second-master"}, {f["rule"] for f in report["findings"]})
         self.assertTrue(any("of other masters" in f["message"] for f in self.set_aside(report)), report["findings"])
 
     def test_a_redundant_line_is_one_bus(self):
@@ -293,6 +293,13 @@ class HostileFiles(CliTest):
         long = "a" * 60_000
         self.assertEqual(self.run_program("batch", "--join", long, self.healthy).returncode, 2)
         self.assertEqual(self.run_program("batch", "--join", "b_00001_" * 7000, self.healthy).returncode, 2)
+
+    def test_long_names_are_not_repeated_with_each_finding(self):
+        name = "N" * 1_000_000
+        eni = self.file("eni.xml", f"""<EtherCATConfig><Config><Slave><Info><Name>{name}</Name><PhysAddr>4097</PhysAddr>
+            <AutoIncAddr>0</AutoIncAddr></Info></Slave></Config></EtherCATConfig>""")
+        for arguments in ((), ("--format", "json")):
+            self.assertLess(len(self.check("--eni", eni, *arguments, self.faulty, status=1).out), 100_000)
 
     def test_names_are_no_formulas_in_csv(self):
         eni = (SOURCE / "samples" / "descriptions" / "two-axes.eni.xml").read_text().replace("Axis X", "=cmd()")

@@ -1,3 +1,7 @@
+#include <algorithm>
+#include <string>
+#include <vector>
+
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
@@ -75,6 +79,26 @@ class SyncNotActivated final : public Rule {
 
  private:
   static constexpr unsigned kCompared = 0x07;  ///< cyclic operation, SYNC0, SYNC1
+  static constexpr std::size_t kMostNamed = 6;
+
+  [[nodiscard]] static esc::SyncActivation WantedBy(const device::DcMode& mode) {
+    return esc::AssignActivate{static_cast<std::uint16_t>(mode.assign_activate & 0xFFFFU)}.activation();
+  }
+  /// A cycle that is fixed stands there without a factor.
+  [[nodiscard]] static bool HasFixedCycle(const device::DcMode& mode) {
+    return mode.cycle_sync0.value_or(0) > 0 && mode.factor_sync0 == 0;
+  }
+  [[nodiscard]] static std::string OfferedText(const std::vector<device::DcMode>& modes) {
+    std::string text;
+    for (std::size_t i = 0; i < std::min(modes.size(), kMostNamed); ++i) {
+      const device::DcMode& mode = modes[i];
+      text += (i == 0 ? "" : ", ") + (mode.name.empty() ? std::string("a mode") : mode.name) +
+              " (0x0981 = " + Hex(WantedBy(mode).raw, 2) +
+              (HasFixedCycle(mode) ? ", SYNC0 every " + Duration(*mode.cycle_sync0) : "") + ")";
+    }
+    if (modes.size() > kMostNamed) text += " and " + std::to_string(modes.size() - kMostNamed) + " more";
+    return text;
+  }
 
   /// Switched on: as one of the modes that the ESI offers?
   void CompareWithEsi(const model::AlAnswered& e, const sync::DcUnit& unit) {
@@ -82,21 +106,14 @@ class SyncNotActivated final : public Rule {
     if (!device.esi || device.esi->dc_modes.empty() || !unit.active()) return;
     const sync::SyncSettings& on = *unit.active();
     const std::optional<std::uint32_t> cycle = on.sync0_cycle_ns;
-    std::string offered;
     bool same_units = false;
     for (const device::DcMode& mode : device.esi->dc_modes) {
-      const esc::SyncActivation wanted =
-          esc::AssignActivate{static_cast<std::uint16_t>(mode.assign_activate)}.activation();
-      const bool units = (wanted.raw & kCompared) == (on.activation.raw & kCompared);
-      // A cycle that is fixed stands there without a factor.
-      const bool fixed = mode.cycle_sync0.value_or(0) > 0 && mode.factor_sync0 == 0;
-      if (units && (!fixed || !cycle || *cycle == *mode.cycle_sync0)) return;
+      const bool units = (WantedBy(mode).raw & kCompared) == (on.activation.raw & kCompared);
+      if (units && (!HasFixedCycle(mode) || !cycle || *cycle == *mode.cycle_sync0)) return;
       same_units = same_units || units;
-      offered += (offered.empty() ? "" : ", ") + (mode.name.empty() ? std::string("a mode") : mode.name) +
-                 " (0x0981 = " + Hex(wanted.raw, 2) + (fixed ? ", SYNC0 every " + Duration(*mode.cycle_sync0) : "") +
-                 ")";
     }
     if (Repeat(e.slave, 1, e.frame) != kNoFinding) return;
+    const std::string offered = OfferedText(device.esi->dc_modes);
     Finding finding;
     finding.slave = e.slave;
     finding.first = e.frame;

@@ -247,6 +247,22 @@ TEST(EsiReader, ReadsInitCommandsAndWhatCoeOffers) {
   ASSERT_EQ(device.mailbox.protocols.size(), 2U);
 }
 
+TEST(EsiReader, BoundsWhatEachRefusalLooksThrough) {
+  const auto with = [](const std::string& commands, const std::string& name) {
+    return ReadEsi("<EtherCATInfo><Descriptions><Devices><Device><Type ProductCode=\"1\">x</Type><Name>" + name +
+                   "</Name><Mailbox><CoE>" + commands +
+                   "</CoE></Mailbox></Device></Devices></Descriptions></EtherCATInfo>");
+  };
+  std::string many, transitions;
+  for (int i = 0; i < 10'001; ++i) many += "<InitCmd/>";
+  for (int i = 0; i < 65; ++i) transitions += "<Transition>PS</Transition>";
+  EXPECT_THAT(with(many, "").error().message, HasSubstr("more than 10,000 init commands"));
+  EXPECT_THAT(with("<InitCmd>" + transitions + "</InitCmd>", "").error().message, HasSubstr("too many transitions"));
+  const auto named = with("", std::string(100'000, 'n'));
+  ASSERT_TRUE(named);
+  EXPECT_LT(named->devices.at(0).title.size(), 300U) << "each finding of its slave repeats it";
+}
+
 TEST(EsiReader, ReadsTheDictionary) {
   const ObjectDictionary dictionary = *Read().devices[0].dictionary;
   ASSERT_NE(dictionary.Find(0x1008, 0), nullptr);
