@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "decoder/base/time.h"
+#include "decoder/bus/pairing.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/esc/register_map.h"
 
@@ -58,8 +60,11 @@ void SyncModel::On(const FrameSeen& seen) {
   const wire::FrameView& frame = seen.frame;
   if (seen.direction == bus::Direction::kForeign) return;
   sent_frames_.Add(frame);
+  const bool outbound = seen.direction == bus::Direction::kOutbound;
+  const bool copy = outbound && IsCopyOfLast(frame);
   last_seen_ = frame.ref();
-  if (seen.direction != bus::Direction::kOutbound) return;
+  last_key_ = outbound ? frame.key() : 0;
+  if (!outbound || copy) return;
   for (std::size_t i = 0; i < frame.size(); ++i) {
     const wire::DatagramView datagram = frame[i];
     const wire::Command command = datagram.command();
@@ -69,6 +74,14 @@ void SyncModel::On(const FrameSeen& seen) {
     }
     images_.OnSent(command, datagram.logical_address(), frame.ref().number);
   }
+}
+
+/// The packet before this one was the same frame: captured twice, but sent once.
+bool SyncModel::IsCopyOfLast(const wire::FrameView& frame) const {
+  if (frame.key() != last_key_ || frame.ref().number != last_seen_.number + 1) return false;
+  if (!frame.ref().has_time || !last_seen_.has_time) return false;
+  const std::int64_t apart = Elapsed(last_seen_.time, frame.ref().time);
+  return apart >= -bus::Pairing::kCopyNs && apart <= bus::Pairing::kCopyNs;
 }
 
 void SyncModel::BeginFrame(const FrameRef& sent, const FrameRef& returned) {

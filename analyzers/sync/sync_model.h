@@ -110,6 +110,7 @@ class SyncModel final {
 
   Slave& Of(SlaveId slave) { return slave < slaves_.size() ? *slaves_[slave] : Grow(slave); }
   Slave& Grow(SlaveId slave);
+  [[nodiscard]] bool IsCopyOfLast(const wire::FrameView& frame) const;
   void BeginFrame(const FrameRef& sent, const FrameRef& returned);
   void Flush();
   [[nodiscard]] std::optional<FrameAtHand> LookAtFrame();
@@ -141,7 +142,8 @@ class SyncModel final {
   std::vector<std::unique_ptr<Slave>> slaves_;  // grows without moving what rules refer to
 
   FrameRef sent_, returned_;
-  FrameRef last_seen_;  // of the capture
+  FrameRef last_seen_;          // of the capture
+  std::uint64_t last_key_ = 0;  // of that frame, where it was outbound
   std::optional<DcTime> frame_dc_;
   static constexpr std::size_t kPending = 16;
   std::array<Pending, kPending> pending_{};
