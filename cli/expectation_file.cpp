@@ -337,7 +337,7 @@ void PutValue(JsonObject& out, const ExpectedStep& step) {
   std::string written;
   if (step.data->size() <= 4 && !step.key.complete_access) {
     std::uint64_t number = 0;
-    for (std::size_t i = step.data->size(); i-- > 0;) number = number << 8U | (*step.data)[i];
+    for (std::size_t i = step.data->size(); i > 0; --i) number = number << 8U | (*step.data)[i - 1];
     out.Put("value", number);
     written = std::to_string(number);
   } else {

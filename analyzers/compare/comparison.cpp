@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "analyzers/compare/startup_registers.h"
+#include "decoder/base/text.h"
 #include "decoder/esc/al.h"
 
 namespace ecaudit::startup {
@@ -43,8 +44,10 @@ std::vector<std::pair<std::size_t, std::size_t>> LongestCommon(std::size_t left,
   const auto at = [&](std::size_t row, std::size_t column) -> std::uint16_t& {
     return table[row * (columns + 1) + column];
   };
-  for (std::size_t row = rows; row-- > 0;) {
-    for (std::size_t column = columns; column-- > 0;) {
+  for (std::size_t below = rows; below > 0; --below) {
+    const std::size_t row = below - 1;
+    for (std::size_t behind = columns; behind > 0; --behind) {
+      const std::size_t column = behind - 1;
       at(row, column) = same(begin + row, begin + column) ? static_cast<std::uint16_t>(at(row + 1, column + 1) + 1)
                                                           : std::max(at(row + 1, column), at(row, column + 1));
     }
@@ -58,7 +61,7 @@ std::vector<std::pair<std::size_t, std::size_t>> LongestCommon(std::size_t left,
       ++column;
     }
   }
-  for (std::size_t i = tail; i-- > 0;) pairs.emplace_back(left - 1 - i, right - 1 - i);
+  for (std::size_t i = tail; i > 0; --i) pairs.emplace_back(left - i, right - i);
   return pairs;
 }
 
@@ -146,9 +149,9 @@ class ChainComparison {
   [[nodiscard]] std::pair<std::size_t, std::size_t> Gap(std::size_t e) const {
     std::size_t low = 0;
     std::size_t high = actual_.size();
-    for (std::size_t before = e; before-- > 0;) {
-      if (aligned_[before] == kNone) continue;
-      low = aligned_[before] + 1;
+    for (std::size_t before = e; before > 0; --before) {
+      if (aligned_[before - 1] == kNone) continue;
+      low = aligned_[before - 1] + 1;
       break;
     }
     for (std::size_t behind = e + 1; behind < expected_.size(); ++behind) {
@@ -174,8 +177,8 @@ class ChainComparison {
         missing.expected.push_back(expected_[e]);
       }
       --e;
-      for (std::size_t before = first; before-- > 0 && missing.previous == nullptr;) {
-        if (aligned_[before] != kNone) missing.previous = actual_[aligned_[before]];
+      for (std::size_t before = first; before > 0 && missing.previous == nullptr; --before) {
+        if (aligned_[before - 1] != kNone) missing.previous = actual_[aligned_[before - 1]];
       }
       // The phase ended with the next state that was requested; where none was, with the next step.
       for (std::size_t behind = e + 1; behind < expected_.size(); ++behind) {
@@ -330,7 +333,7 @@ bool HasValue(const ExpectedStep& expected, const StartupStep& actual) {
   if (expected.data) return SameValue(expected.key, *expected.data, actual.data);
   if (actual.data.empty() || actual.data.size() > 8) return false;
   std::uint64_t raw = 0;
-  for (std::size_t i = actual.data.size(); i-- > 0;) raw = raw << 8U | actual.data[i];
+  for (std::size_t i = actual.data.size(); i > 0; --i) raw = raw << 8U | actual.data[i - 1];
   const auto wanted = static_cast<std::uint64_t>(*expected.number);
   const unsigned unused = 64U - 8U * static_cast<unsigned>(actual.data.size());
   if (*expected.number >= 0) return raw == wanted;

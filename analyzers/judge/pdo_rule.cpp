@@ -210,7 +210,8 @@ std::optional<MappingSuspicions::Suspicion> MappingSuspicions::Ripen(const RuleC
   suspicion.code = code;
   suspicion.shown = frame;
   const std::vector<Finding>& findings = context.store.findings();
-  for (std::size_t i = findings.size(); i-- > 0 && suspicion.refusal == kNoFinding;) {
+  for (std::size_t end = findings.size(); end > 0 && suspicion.refusal == kNoFinding; --end) {
+    const std::size_t i = end - 1;
     const Finding& f = findings[i];
     if (f.rule != "al-refused" || f.slave != slave) continue;
     const auto& related = f.related_frames;

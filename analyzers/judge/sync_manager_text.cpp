@@ -5,6 +5,7 @@
 #include "analyzers/model/slave_model.h"
 #include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
+#include "decoder/base/wrapping.h"
 
 namespace ecaudit {
 namespace {
@@ -79,6 +80,11 @@ std::string SettingsText(const esc::SyncManager& settings) {
 std::uint64_t SettingsKey(std::size_t number, const esc::SyncManager& settings) {
   return std::uint64_t{settings.start} << 40U | std::uint64_t{settings.length} << 24U |
          std::uint64_t{settings.control} << 16U | std::uint64_t{settings.enabled() ? 1U : 0U} << 8U | number;
+}
+
+std::uint64_t KeyOfBoth(std::uint64_t one, std::uint64_t other) {
+  constexpr std::uint64_t kSpread = 31;
+  return WrappingSum(WrappingProduct(one, kSpread), other);
 }
 
 Finding DescribeFaults(const RuleContext& context, const model::AlRequestJudged& e,

@@ -26,6 +26,8 @@ struct KnownSyncManager {
 [[nodiscard]] std::string SettingsText(const esc::SyncManager& settings);
 /// Distinguishes settings of one sync manager, to fold repetitions.
 [[nodiscard]] std::uint64_t SettingsKey(std::size_t number, const esc::SyncManager& settings);
+/// The same for two settings.
+[[nodiscard]] std::uint64_t KeyOfBoth(std::uint64_t one, std::uint64_t other);
 
 /// The finding for `faults` (at least one) of one sync manager when the master requests a state.
 [[nodiscard]] Finding DescribeFaults(const RuleContext& context, const model::AlRequestJudged& request,

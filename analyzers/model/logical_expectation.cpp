@@ -1,6 +1,7 @@
 #include "analyzers/model/logical_expectation.h"
 
 #include "analyzers/model/slave_model.h"
+#include "decoder/base/wrapping.h"
 
 namespace ecaudit::model {
 namespace {
@@ -17,8 +18,7 @@ std::optional<std::uint8_t> ManagerBehind(const track::SlaveState& state, const 
   for (std::uint8_t number = 0; number < esc::kMaxSyncManagers; ++number) {
     const auto manager = state.sync_manager(number, Certainty::kInferred);
     if (!manager || manager->length == 0) continue;
-    const std::uint32_t offset = static_cast<std::uint32_t>(fmmu.physical_start) - manager->start;
-    if (fmmu.physical_start >= manager->start && offset < manager->length) return number;
+    if (fmmu.physical_start >= manager->start && fmmu.physical_start - manager->start < manager->length) return number;
   }
   return std::nullopt;
 }
@@ -89,7 +89,8 @@ const LogicalExpectation& LogicalExpectations::Look(const track::Network& networ
     for (Entry& entry : entries_) entry.used = false;
     version_ = network.mapping_version();
   }
-  const std::size_t hash = (address * 2654435761U >> 16U) + length * 7U + static_cast<std::size_t>(command);
+  const std::size_t hash =
+      (WrappingProduct(address, 2654435761U) >> 16U) + length * 7U + static_cast<std::size_t>(command);
   Entry& entry = entries_[hash % kEntries];
   if (!entry.used || entry.command != command || entry.address != address || entry.length != length) {
     entry.expectation = Compute(network, command, address, length);

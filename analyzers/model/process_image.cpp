@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "decoder/base/text.h"
+#include "decoder/base/wrapping.h"
 #include "decoder/esc/bit_copy.h"
 
 namespace ecaudit::model {
@@ -140,7 +141,7 @@ void MarkCovered(std::vector<ImagePart>& parts, std::size_t length) {
 }
 
 std::size_t Hash(wire::Command command, std::uint32_t address, std::uint16_t length) {
-  return (address * 2654435761U >> 16U) + length * 7U + static_cast<std::size_t>(command);
+  return (WrappingProduct(address, 2654435761U) >> 16U) + length * 7U + static_cast<std::size_t>(command);
 }
 
 /// Where the FMMUs map memory of the slave into a datagram.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "decoder/base/time.h"
+#include "decoder/base/wrapping.h"
 #include "decoder/esc/register_addresses.h"
 
 namespace ecaudit::sync {
@@ -60,8 +61,8 @@ std::optional<DcTime> DcClock::On(const track::Answered& answer) {
         ++epoch_;
         time = {raw, epoch_};
       } else {
-        time.ns = last_->ns +
-                  static_cast<std::uint32_t>(static_cast<std::uint32_t>(raw) - static_cast<std::uint32_t>(last_->ns));
+        const auto since = WrappingDifference(static_cast<std::uint32_t>(raw), static_cast<std::uint32_t>(last_->ns));
+        time.ns = WrappingSum(last_->ns, std::uint64_t{since});
       }
     } else if (raw <= last_->ns) {
       time.epoch = ++epoch_;  // set back by something that is not in the capture

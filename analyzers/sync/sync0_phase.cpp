@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "decoder/base/wrapping.h"
+
 namespace ecaudit::sync {
 namespace {
 
@@ -18,8 +20,8 @@ Sync0Phase::Arrival Sync0Phase::Add(const DcUnit& unit, const FrameRef& frame, c
   Follow(settings, now, wide);
   const auto cycle = static_cast<std::int64_t>(*settings.sync0_cycle_ns);
   // Clocks come from the capture and may hold anything: unsigned numbers wrap where signed ones must not.
-  const auto since =
-      static_cast<std::int64_t>(now.ns + static_cast<std::uint64_t>(way_ns) - static_cast<std::uint64_t>(start_ns_));
+  const auto since = static_cast<std::int64_t>(WrappingDifference(
+      WrappingSum(now.ns, static_cast<std::uint64_t>(way_ns)), static_cast<std::uint64_t>(start_ns_)));
   constexpr std::int64_t kNever = std::int64_t{1} << 62U;
   uncertainty_ = std::max<TimeNs>(kClocksAgree, unit.last_difference_ns().value_or(0)) + doubt_ns;
   if (since < uncertainty_ || since > kNever) {  // SYNC0 has not begun

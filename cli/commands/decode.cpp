@@ -7,6 +7,7 @@
 #include "cli/stream/datagram_lines.h"
 #include "cli/stream/json_line.h"
 #include "cli/stream/stream_run.h"
+#include "decoder/base/wrapping.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -93,9 +94,9 @@ class DatagramWriter final : public LineWriter {
     const std::uint16_t adp = row.datagram.adp();
     std::optional<SlavePos> position;
     if (row.outbound()) {
-      position = static_cast<SlavePos>(0U - adp);
+      position = WrappingDifference(SlavePos{0}, adp);
     } else if (row.returned() && count != nullptr) {
-      position = static_cast<SlavePos>(*count - adp);
+      position = WrappingDifference(*count, adp);
     }
     if (position && count != nullptr && *position >= *count) return std::nullopt;  // behind the last slave: nobody
     return position;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "decoder/base/wrapping.h"
+
 namespace ecaudit::report {
 
 Fingerprint FingerprintOf(const FindingDigest& finding) {
@@ -38,7 +40,9 @@ std::string WithoutCounts(std::string_view title) {
 
 std::uint64_t StableHash(std::string_view bytes) {
   std::uint64_t hash = 0xCBF29CE484222325;
-  for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3;
+  for (const char c : bytes) {
+    hash = WrappingProduct(hash ^ static_cast<unsigned char>(c), std::uint64_t{0x100000001B3});
+  }
   return hash;
 }
 

@@ -1,6 +1,7 @@
 /// The events "pdo-mapping": what the process data of a slave hold, whenever that becomes known or changes.
 #include "cli/stream/event_writer.h"
 #include "decoder/base/text.h"
+#include "decoder/base/wrapping.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -8,7 +9,9 @@ namespace {
 /// Never 0. Two mappings with the same digest are taken for the same one.
 std::uint64_t DigestOf(const model::ProcessLayout& layout) {
   std::uint64_t digest = 14695981039346656037U;  // FNV-1a
-  const auto add = [&digest](std::uint64_t value) { digest = (digest ^ value) * 1099511628211U; };
+  const auto add = [&digest](std::uint64_t value) {
+    digest = WrappingProduct(digest ^ value, std::uint64_t{1099511628211U});
+  };
   add(static_cast<std::uint64_t>(layout.source));
   for (const std::uint16_t pdo : layout.pdos) add(pdo);
   for (const model::Signal& signal : layout.signals) {

@@ -32,7 +32,8 @@ class RowTape {
   }
   /// Likewise; small are those near 0.
   void PutSigned(std::int64_t value) {
-    PutNumber(static_cast<std::uint64_t>(value) << 1U ^ (value < 0 ? ~std::uint64_t{0} : 0));
+    constexpr std::uint64_t kAllBits = ~std::uint64_t{0};
+    PutNumber((static_cast<std::uint64_t>(value) & kAllBits >> 1U) << 1U ^ (value < 0 ? kAllBits : 0));
   }
   /// Call it between rows: hands what came so far to the file when it is much.
   void EndRow() {

@@ -9,6 +9,7 @@
 #include "cli/report/layout.h"
 #include "cli/stream/json_line.h"
 #include "decoder/base/text.h"
+#include "decoder/base/wrapping.h"
 #include "decoder/esc/bit_copy.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/esc/register_map.h"
@@ -214,7 +215,8 @@ void SignalWriter::KeepRow() {
   const FrameRef& sent = row_.sent;
   const FrameRef& returned = row_.returned;
   const auto difference = [](auto value, auto before) {
-    return static_cast<std::int64_t>(static_cast<std::uint64_t>(value) - static_cast<std::uint64_t>(before));
+    return static_cast<std::int64_t>(
+        WrappingDifference(static_cast<std::uint64_t>(value), static_cast<std::uint64_t>(before)));
   };
   tape_.PutNumber(*layout);
   const bool all_numbers = std::all_of(row_.filled.begin(), row_.filled.end(), [this](std::uint32_t column) {
@@ -258,7 +260,9 @@ void SignalWriter::KeepCell(std::uint32_t column, bool all_numbers) {
 void SignalWriter::TakeRow() {
   const KeptLayout& layout = layouts_[tape_.TakeNumber()];
   const std::uint64_t flags = tape_.TakeNumber();
-  const auto next = [this](std::uint64_t before) { return before + static_cast<std::uint64_t>(tape_.TakeSigned()); };
+  const auto next = [this](std::uint64_t before) {
+    return WrappingSum(before, static_cast<std::uint64_t>(tape_.TakeSigned()));
+  };
   before_.number = next(before_.number);
   before_.time = next(before_.time);
   row_.kind = layout.kind;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "decoder/base/time.h"
+#include "decoder/base/wrapping.h"
 
 namespace ecaudit::bus {
 namespace {
@@ -105,7 +106,9 @@ void DirectionLearner::SetOtherBusesAside() noexcept {
 void DirectionLearner::LearnRepetition(Sender& sender, const wire::FrameView& frame) noexcept {
   const std::uint8_t index = frame[0].index();
   std::uint64_t content = frame.key();
-  for (const std::uint8_t byte : frame.payload()) content = (content ^ byte) * 0x100000001B3ULL;
+  for (const std::uint8_t byte : frame.payload()) {
+    content = WrappingProduct(content ^ byte, std::uint64_t{0x100000001B3});
+  }
   const FrameRef last = std::exchange(sender.last, frame.ref());
   const bool first = !last.seen();
   const bool pause = !last.has_time || !frame.ref().has_time || Elapsed(last.time, frame.ref().time) >= kPauseNs;

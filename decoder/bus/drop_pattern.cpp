@@ -18,8 +18,9 @@ void DropPattern::Add(const Gap& gap) noexcept {
 void DropPattern::Take(const Gap& gap) noexcept {
   ++gaps_;
   if (gap.is_return) ++returns_;
-  const std::uint64_t apart = gap.behind - last_.behind;
-  const std::uint64_t frames = gap.outbound - last_.outbound;
+  // Damage may have put them in another order: then they are no distance apart.
+  const std::uint64_t apart = gap.behind > last_.behind ? gap.behind - last_.behind : 0;
+  const std::uint64_t frames = gap.outbound > last_.outbound ? gap.outbound - last_.outbound : 0;
   const bool first = gaps_ == 1;
   const bool last_is_return = last_.is_return;
   last_ = gap;

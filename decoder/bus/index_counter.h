@@ -66,7 +66,8 @@ class IndexCounter {
   void LearnEnd(std::uint8_t begin) noexcept;
   void LearnStride(std::uint8_t first) noexcept;
   void Note(bool regular) noexcept {
-    history_ = history_ << 1U | (regular ? 1U : 0U);
+    constexpr std::uint32_t kAllButOldest = 0x7FFF'FFFF;
+    history_ = (history_ & kAllButOldest) << 1U | (regular ? 1U : 0U);
     if (steps_ < kMost) ++steps_;
   }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "decoder/base/ids.h"
+#include "decoder/base/wrapping.h"
 
 namespace ecaudit::esc {
 
@@ -19,8 +20,8 @@ inline constexpr TimeNs kDcEpoch = 946'684'800'000'000'000;
 /// The 64-bit time next to `near` whose low half is `low`: ESCs with 32-bit clocks wrap every 4.29 s.
 /// @param near any estimate less than 2.1 s off, ns
 [[nodiscard]] constexpr std::uint64_t UnwrapDcTime(std::uint32_t low, std::uint64_t near) {
-  const auto delta = static_cast<std::int32_t>(low - static_cast<std::uint32_t>(near));
-  return near + static_cast<std::uint64_t>(static_cast<std::int64_t>(delta));
+  const auto delta = static_cast<std::int32_t>(WrappingDifference(low, static_cast<std::uint32_t>(near)));
+  return WrappingSum(near, static_cast<std::uint64_t>(static_cast<std::int64_t>(delta)));
 }
 
 /// 0x092C: mean distance of the local copy of the system time from the received one. What bit 31 means differs between

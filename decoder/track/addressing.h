@@ -75,7 +75,9 @@ class Addressing {
  private:
   static constexpr EscAddress kAliasEnable = 0x0103;  // bit 0 = bit 24 of DL control
 
-  [[nodiscard]] SlavePos PositionSent(std::uint16_t adp) const { return static_cast<SlavePos>(0U - adp + upstream_); }
+  [[nodiscard]] SlavePos PositionSent(std::uint16_t adp) const {
+    return static_cast<SlavePos>((0x10000U - adp + upstream_) & 0xFFFFU);
+  }
   [[nodiscard]] std::optional<SlavePos> PositionOf(const DatagramPair& d) const;
   [[nodiscard]] SlaveId AtStation(const DatagramPair& d, bool add);
   [[nodiscard]] SlaveId MetByStation(const DatagramPair& d, SlavePos position);

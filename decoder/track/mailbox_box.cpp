@@ -1,11 +1,15 @@
 #include "decoder/track/mailbox_box.h"
 
+#include "decoder/base/wrapping.h"
+
 namespace ecaudit::track {
 
 std::uint64_t HashOfMessage(ByteSpan bytes) {
   std::uint64_t hash = 0xCBF29CE484222325ULL;
   const std::size_t whole = mailbox::kHeaderBytes + mailbox::ParseHeader(bytes).length;
-  for (const std::uint8_t byte : Slice(bytes, 0, whole)) hash = (hash ^ byte) * 0x100000001B3ULL;
+  for (const std::uint8_t byte : Slice(bytes, 0, whole)) {
+    hash = WrappingProduct(hash ^ byte, std::uint64_t{0x100000001B3});
+  }
   return hash;
 }
 

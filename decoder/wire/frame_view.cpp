@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "decoder/base/wrapping.h"
 #include "decoder/capture/ethercat_traces.h"
 
 namespace ecaudit::wire {
@@ -54,8 +55,9 @@ EslRecord ReadEsl(ByteSpan record) {
 }
 
 std::uint64_t Mix(std::uint64_t hash, std::uint64_t value) {
-  hash ^= value + 0x9E3779B97F4A7C15ULL + (hash << 6U) + (hash >> 2U);
-  return hash * 0xFF51AFD7ED558CCDULL;
+  constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15U, kSpread = 0xFF51AFD7ED558CCDU, kShift = 64;
+  hash ^= WrappingSum(WrappingSum(value, kGolden), WrappingSum(WrappingProduct(hash, kShift), hash >> 2U));
+  return WrappingProduct(hash, kSpread);
 }
 
 bool AllZero(ByteSpan bytes) {

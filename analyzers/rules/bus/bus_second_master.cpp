@@ -58,10 +58,7 @@ segment. If the recorder joins two segments with the same addresses on one inter
 
 std::string NameOf(std::uint64_t mac) {
   std::array<std::uint8_t, 6> bytes{};
-  for (std::uint8_t& byte : bytes) {
-    byte = static_cast<std::uint8_t>(mac >> 40U);
-    mac <<= 8U;
-  }
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(mac >> (40U - 8U * i) & 0xFFU);
   return MacText(bytes);
 }
 

@@ -7,6 +7,7 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "decoder/base/text.h"
+#include "decoder/base/wrapping.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/mailbox/foe.h"
 #include "decoder/pipeline.h"
@@ -100,7 +101,7 @@ class FoeError final : public Rule {
 
   static std::uint64_t KeyOf(const mailbox::FoeTransfer& t) {
     std::uint64_t key = 0xCBF29CE484222325ULL;  // FNV-1a
-    const auto add = [&key](std::uint64_t byte) { key = (key ^ byte) * 0x100000001B3ULL; };
+    const auto add = [&key](std::uint64_t byte) { key = WrappingProduct(key ^ byte, std::uint64_t{0x100000001B3}); };
     for (const char c : t.file_name) add(static_cast<std::uint8_t>(c));
     add(static_cast<std::uint64_t>(t.outcome));
     add(t.write ? 1 : 0);

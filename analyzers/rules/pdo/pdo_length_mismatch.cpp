@@ -67,7 +67,7 @@ class PdoLengthMismatch final : public Rule {
       FindMapped();
       cache_ = {};
     }
-    Cached& cached = cache_[(e.address * 31U + e.length) % cache_.size()];
+    Cached& cached = cache_[(std::uint64_t{e.address} * 31U + e.length) % cache_.size()];
     if (!cached.used || cached.address != e.address || cached.length != e.length || cached.command != e.command) {
       cached = {true, e.command, e.address, e.length, PartsOf(e)};
     }

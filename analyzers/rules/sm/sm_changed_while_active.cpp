@@ -161,7 +161,7 @@ class SmChangedWhileActive final : public Rule {
 
   FindingIndex Tell(SlaveId slave, std::size_t n, const KnownSyncManager& before, const KnownSyncManager& now,
                     const FrameRef& frame, esc::AlState state) {
-    const std::uint64_t key = SettingsKey(n, before.settings) * 31 + SettingsKey(n, now.settings);
+    const std::uint64_t key = KeyOfBoth(SettingsKey(n, before.settings), SettingsKey(n, now.settings));
     if (const FindingIndex index = Repeat(slave, key, frame); index != kNoFinding) return index;
     const std::string name = "SM" + std::to_string(n);
     const std::string in = esc::StateName(static_cast<std::uint8_t>(state));

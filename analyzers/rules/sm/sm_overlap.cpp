@@ -131,7 +131,8 @@ class SmOverlap final : public Rule {
   }
 
   void Tell(const model::AlRequestJudged& e, const Used& a, const Used& b) {
-    const std::uint64_t key = SettingsKey(a.number, a.known.settings) * 31 + SettingsKey(b.number, b.known.settings);
+    const std::uint64_t key =
+        KeyOfBoth(SettingsKey(a.number, a.known.settings), SettingsKey(b.number, b.known.settings));
     FindingIndex index = Repeat(e.slave, key, e.request.frame);
     if (index == kNoFinding) {
       const bool own = SlavesOwnLayout(e.slave, a, b);
