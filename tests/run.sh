@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Builds everything once with sanitizers and runs it; then the optimised program with the tests of programs, of memory,
-# in a browser and against Wireshark; then the program with the thread sanitizer, for what has threads.
+# in a browser and against Wireshark; then the program with the thread sanitizer, for what has threads, and with clang's
+# sanitizers of integers over all captures, with a fixed share of fuzzing.
 #   --quick   for work: a build without optimisation, unit tests and short suites, without laws over all captures
 # Installs what is missing (Debian packages). Safe to run again; run from anywhere. Ends with what took how long.
 set -euo pipefail
@@ -16,7 +17,7 @@ esac
 
 # tshark, jsonschema, xmllint, parallel, the SARIF schema, npm (which makes the page of HTML reports) and Chromium (which
 # opens it) are for tests that are skipped, with a message, without them.
-packages=("${BUILD_PACKAGES[@]}" dpkg-dev libgtest-dev libgmock-dev libbenchmark-dev python3 python3-jsonschema tshark ccache
+packages=("${BUILD_PACKAGES[@]}" clang dpkg-dev libgtest-dev libgmock-dev libbenchmark-dev python3 python3-jsonschema tshark ccache
           libxml2-utils parallel)
 # Where node comes from elsewhere, Debian's npm would take its place.
 command -v npm >/dev/null || packages+=(npm)
@@ -62,6 +63,8 @@ else
     { step "the optimised program" run release -L "program|optimised" || true; }
   step "building with the thread sanitizer" build tsan ecaudit &&
     { step "threads" run tsan || true; }
+  step "building with clang's sanitizers of integers" build fuzz ecaudit ecaudit_fuzz_targets &&
+    { step "integers and fuzz targets" run fuzz || true; }
 fi || true
 
 say "what took how long"

@@ -316,7 +316,7 @@ def main() -> int:
     parser.add_argument("program")
     parser.add_argument("captures", nargs="+")
     parser.add_argument("--minutes", type=float, default=1)
-    parser.add_argument("--runs", type=int, default=0, help="so many damaged captures, however long it takes")
+    parser.add_argument("--runs", type=int, default=0, help="so many damaged captures, if they take less time")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--keep", default="attack-failures")
     options = parser.parse_args()
@@ -326,7 +326,7 @@ def main() -> int:
     made = failures = rounds = 0
     with tempfile.TemporaryDirectory(prefix="ecaudit-attack-") as folder:
         others = other_files(options.program, sorted(options.captures), folder)
-        while made < options.runs if options.runs else time.monotonic() < end:
+        while time.monotonic() < end and (not options.runs or made < options.runs):
             files = []
             for n in range(AT_ONCE):
                 chance = random.Random(f"{options.seed} {made + n}")

@@ -1,26 +1,36 @@
-#!/bin/sh
-# run.sh MINUTES: each libFuzzer target (clang, preset "fuzz") and the attack on the whole program for so long. What fails
-# is in build/found.
+#!/usr/bin/env bash
+# run.sh MINUTES [TARGET...]: each libFuzzer target (clang, preset "fuzz"), or those named, and the attack on the whole
+# program ("attack") for so long. RUNS=N: until so many inputs were run, if that is earlier. What fails is in build/found.
 set -eu
 minutes=${1:-5}
+targets=("${@:2}")
 cd "$(dirname "$0")/../.."
-cmake --preset fuzz >/dev/null
+cmake --preset fuzz -DECAUDIT_TESTS=ON >/dev/null
 cmake --build --preset fuzz
+if [[ ${#targets[@]} -eq 0 ]]; then
+  for source in tests/fuzz/fuzz_*.cpp; do targets+=("$(basename "$source" .cpp)"); done
+  targets+=(attack)
+fi
+export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 mkdir -p build/found
 status=0
-for source in tests/fuzz/fuzz_*.cpp; do
-  target=$(basename "$source" .cpp)
-  mkdir -p "build/found/$target"
-  dictionary=tests/fuzz/dictionaries/$target.dict
-  set -- "build/found/$target"
+for target in "${targets[@]}"; do
+  found=build/found/$target
+  if [[ $target == attack ]]; then
+    UBSAN_OPTIONS=halt_on_error=0 python3 tests/fuzz/attack.py build/fuzz/cli/ecaudit --minutes "$minutes" \
+      --runs "${RUNS:-0}" --seed "${SEED:-$(date +%s)}" --keep "$found" samples/captures/*.pcap* || status=1
+    continue
+  fi
+  mkdir -p "$found"
+  arguments=("-max_total_time=$((minutes * 60))" "-runs=${RUNS:--1}" -rss_limit_mb=2048 -timeout=20
+             "-artifact_prefix=$found-" -print_final_stats=1)
+  [[ ! -f tests/fuzz/dictionaries/$target.dict ]] || arguments+=("-dict=tests/fuzz/dictionaries/$target.dict")
+  arguments+=("$found")
   for folder in corpus regressions; do
-    [ ! -d "tests/fuzz/$folder/$target" ] || set -- "$@" "tests/fuzz/$folder/$target"
+    [[ ! -d tests/fuzz/$folder/$target ]] || arguments+=("tests/fuzz/$folder/$target")
   done
-  [ ! -f "$dictionary" ] || set -- -dict="$dictionary" "$@"
-  "build/fuzz/tests/fuzz/$target" -max_total_time=$((minutes * 60)) -rss_limit_mb=2048 -timeout=20 \
-    -artifact_prefix="build/found/$target-" -print_final_stats=1 "$@" 2>"build/found/$target.log" || status=1
-  grep -E "stat::number_of_executed_units|ERROR|SUMMARY" "build/found/$target.log" | sed "s/^/$target: /"
+  "build/fuzz/tests/fuzz/$target" "${arguments[@]}" 2>"$found.log" || status=1
+  grep -E "stat::number_of_executed_units|stat::average_exec_per_sec|ERROR|runtime error|SUMMARY" "$found.log" |
+    sed "s/^/$target: /" || true
 done
-python3 tests/fuzz/attack.py build/fuzz/cli/ecaudit --minutes "$minutes" --seed "$(date +%s)" --keep build/found/attack \
-  samples/captures/*.pcap* || status=1
 exit $status

@@ -1,0 +1,38 @@
+"""Every command over every capture: no number overflows, wraps or loses bits. Where the program is built so that it says so."""
+import os
+import re
+import unittest
+
+from support import SHARED, SOURCE, CliTest
+
+CAPTURES = (".pcap", ".pcapng", ".gz", ".zst")
+COMMANDS = (("check", "-o", "json=report.json", "-o", "html=report.html", "-o", "junit=report.xml", "-o", "sarif=report.sarif",
+             "-o", "gitlab=gitlab.json", "-o", "github=github.txt"),
+            ("decode", "--format", "jsonl"), ("events", "--format", "jsonl"), ("events",), ("signals", "--format", "jsonl"),
+            ("signals", "--format", "csv"), ("startup", "--format", "json"), ("startup",))
+# A finding names file, line and what happened; all of them are shown, not the first one only.
+GO_ON = {**os.environ, "UBSAN_OPTIONS": "halt_on_error=0:print_stacktrace=0"}
+
+
+class Integers(CliTest):
+    maxDiff = None
+
+    def captures(self):
+        folders = [SOURCE / "samples" / "captures", *sorted((SHARED / "captures").glob("*"))]
+        return [p for folder in folders if folder.is_dir() for p in sorted(folder.iterdir()) if p.suffix in CAPTURES]
+
+    def test_all_commands_over_all_captures(self):
+        captures = self.captures()
+        self.assertGreater(len(captures), 80)
+        found = {}  # the first of each place
+        for capture in captures:
+            for command in COMMANDS:
+                done = self.run_program(*command, capture, env=GO_ON)
+                for place, what in re.findall(r"(\S+): runtime error: (.*)", done.err):
+                    found.setdefault(place, f"{what} ({' '.join(command)} {capture.name})")
+                self.assertIn(done.returncode, (0, 1, 2), f"{command} {capture}: {done.err[-2000:]}")
+        self.assertEqual(found, {})
+
+
+if __name__ == "__main__":
+    unittest.main()
