@@ -43,9 +43,14 @@ bool Follows(const Finding& effect, const Finding& cause, TimeNs within) {
   return effect.first.has_time && cause.last.has_time && Elapsed(cause.last.time, effect.first.time) <= within;
 }
 
+/// The drive was seen without fault before, and gave no reason.
+bool SaysNothing(const RuleContext&, const Finding& effect) {
+  return !HasEvidence(effect, "fault_code") && HasEvidence(effect, "state_before");
+}
+
 /// The drive's own word for what happened, if it gave one, is that it lost synchronisation.
 bool SaysSynchronisationLost(const RuleContext& context, const Finding& effect) {
-  if (effect.rule == "drive-fault") return !HasEvidence(effect, "fault_code") && HasEvidence(effect, "state_before");
+  if (effect.rule == "drive-fault") return SaysNothing(context, effect);
   const auto& names = context.slave(effect.slave).profile->sync.lost_faults;
   return std::find(names.begin(), names.end(), TextOf(effect, "id")) != names.end();
 }
@@ -89,9 +94,15 @@ constexpr std::array kLaws{
     Law{"sync-window-violation", "sync-lost", 0, Single},
     Law{"emcy-received", "sync-lost", kSoon, SaysSynchronisationLost},
     Law{"drive-fault", "sync-lost", kSoon, SaysSynchronisationLost},
+    Law{"drive-fault", "sync-watchdog-margin", kSoon, SaysNothing},
     Law{"al-unexpected-change", "sync-switched-off", kLater, SaysSynchronisation},
     Law{"mailbox-error-reply", "mailbox-malformed", kLater, SaysMalformed},
 };
+
+/// What is worth a warning only (half of a watchdog's time) has no error as its consequence.
+bool IsError(const Finding& finding) {
+  return finding.severity == Severity::kError;
+}
 
 /// True when `index` is `from`, or one of the causes behind it.
 bool LeadsTo(const std::vector<Finding>& findings, FindingIndex from, FindingIndex index) {
@@ -121,6 +132,7 @@ void JoinConsequences(RuleContext& context) {
       for (FindingIndex c = 0; c < findings.size(); ++c) {
         const Finding& cause = findings[c];
         if (cause.rule != law.cause || cause.slave != effect.slave) continue;
+        if (cause.severity == Severity::kInfo || (cause.severity == Severity::kWarning && IsError(effect))) continue;
         if (law.within >= 0 && !Follows(effect, cause, law.within)) continue;
         if (LeadsTo(findings, c, e)) continue;
         // The last one that had begun before the effect.

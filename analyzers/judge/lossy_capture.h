@@ -3,6 +3,7 @@
 /// capture's.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -20,10 +21,12 @@ inline constexpr const char* kMissesPackets =
     "not "
     "show may have happened";
 
-/// From one returned frame in twenty on. With fewer, both copies of one frame are hardly ever missing.
+/// From about one packet in sixty on. With fewer, both copies of one frame are hardly ever missing. A recorder leaves
+/// out as many of one direction as of the other: so many of the frames that seem to be lost are counted, too.
 [[nodiscard]] inline bool MissesPackets(const bus::PairingStatistics& pairing) {
   const std::uint64_t missed = pairing.missed_outbound + pairing.holes;
-  return missed > 2 && missed * 20 >= pairing.returned;
+  const std::uint64_t seemingly_lost = std::min(pairing.lost, pairing.missed_outbound);
+  return missed > 2 && (missed + seemingly_lost) * 60 >= pairing.outbound + pairing.returned;
 }
 
 /// True when it misses at least one.

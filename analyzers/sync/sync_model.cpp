@@ -186,7 +186,8 @@ void SyncModel::Feed(SlaveId id, const FrameAtHand& at_hand, const CyclicImage* 
   const FrameTime& time = at_hand.time;
   Slave& slave = Of(id);
   OutputWatch& watch = slave.outputs;
-  if (watch.seen && watch.last.frame.number == time.frame.number) return;
+  // What comes late was in its place when it was sent.
+  if (watch.seen && time.frame.number <= watch.last.frame.number) return;
   const bool in_op = bus_.slave(id).al.SettledIn(esc::AlState::OP);
   if (watch.Waits() && (in_op || watch.fell.seen())) FollowInterval(id, slave, time, image, in_op);
   if (in_op && (frame_dc_ || at_hand.by_stamps) && Sync0Phase::Counts(slave.dc)) {

@@ -25,22 +25,34 @@ void DropPattern::Take(const Gap& gap) noexcept {
   const bool last_is_return = last_.is_return;
   last_ = gap;
   // One distance alone may be part of the true one.
-  const bool alike = period_ > 0 && apart > 0 &&
-                     (apart == period_ || (regular_ > 0 && apart % period_ == 0 && apart / period_ <= kMostBetween));
+  const std::uint64_t periods = PeriodsIn(apart);
+  const bool alike = periods == 1 || (periods > 1 && regular_ > 0);
   if (!alike) {
     // Another one shows where there was no regular distance so far.
     if (regular_ >= kEnough) return;
     period_ = apart;
     frame_period_ = frames;
     regular_ = frames_differ_ = 0;
+    between_ = apart;
+    periods_ = 1;
     regular_returns_ = gap.is_return ? 1 : 0;
     if (!first && last_is_return) ++regular_returns_;
     from_beginning_ = first;
     return;
   }
   ++regular_;
+  between_ += apart;
+  periods_ += periods;
   if (gap.is_return) ++regular_returns_;
   if (apart == period_ && frames != frame_period_) ++frames_differ_;
+}
+
+/// How many times the period, give or take; 0: not so.
+std::uint64_t DropPattern::PeriodsIn(std::uint64_t apart) const noexcept {
+  if (period_ == 0 || apart == 0) return 0;
+  const std::uint64_t slack = period_ >= kLong ? kSlack : 0;
+  const std::uint64_t periods = (apart + slack) / period_;
+  return periods <= kMostBetween && apart + slack - periods * period_ <= 2 * slack ? periods : 0;
 }
 
 void DropPattern::Finish() noexcept {
@@ -48,7 +60,7 @@ void DropPattern::Finish() noexcept {
   open_count_ = 0;
   const bool regular = regular_ >= kEnough && (gaps_ - regular_) * kOneOddIn <= gaps_ + 2 * kOneOddIn;
   const bool of_packets = frames_differ_ > 0 || from_beginning_ || returns_ < gaps_;
-  if (regular && of_packets) distance_ = period_ + 1;
+  if (regular && of_packets) distance_ = (between_ + periods_ / 2) / periods_ + 1;
 }
 
 }  // namespace ecaudit::bus

@@ -41,9 +41,14 @@ class DropPattern {
   static constexpr std::size_t kOpen = 64;
   /// A packet of another kind may be missing between two gaps.
   static constexpr std::uint64_t kMostBetween = 4;
+  /// With several frames under way it is not known to the packet where a return stood. Of a short distance so much
+  /// would be too large a part.
+  static constexpr std::uint64_t kSlack = 2;
+  static constexpr std::uint64_t kLong = 32;
 
   void Add(const Gap& gap) noexcept;
   void Take(const Gap& gap) noexcept;
+  [[nodiscard]] std::uint64_t PeriodsIn(std::uint64_t apart) const noexcept;
 
   std::array<Gap, kOpen> open_{};  ///< sorted
   std::size_t open_count_ = 0;
@@ -52,6 +57,8 @@ class DropPattern {
   std::uint64_t returns_ = 0;
   std::uint64_t period_ = 0;
   std::uint64_t frame_period_ = 0;
+  std::uint64_t between_ = 0;  ///< packets between the gaps that are alike, ...
+  std::uint64_t periods_ = 0;  ///< ... and how many periods these are
   std::uint64_t regular_ = 0;
   std::uint64_t regular_returns_ = 0;
   std::uint64_t frames_differ_ = 0;

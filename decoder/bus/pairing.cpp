@@ -32,6 +32,15 @@ bool Answers(const wire::FrameView& sent, const wire::FrameView& returned, std::
   return true;
 }
 
+/// How many slaves the frame passed, where a datagram counts them.
+std::optional<std::uint16_t> Passed(const wire::FrameView& sent, const wire::FrameView& returned) {
+  for (std::size_t i = 0; i < sent.size() && i < returned.size(); ++i) {
+    if (!wire::IncrementsAdp(sent[i].command())) continue;
+    return static_cast<std::uint16_t>(returned[i].adp() - sent[i].adp());
+  }
+  return std::nullopt;
+}
+
 bool Answers(const wire::FrameView& sent, const wire::FrameView& returned) {
   return sent.size() == returned.size() && Answers(sent, returned, sent.size());
 }
@@ -359,6 +368,7 @@ Pairing::Slot* Pairing::FindOpen(const wire::FrameView& frame, std::uint64_t key
   for (std::uint64_t s = tail_; s != head_; ++s) {
     Slot& slot = At(s);
     if (slot.state != SlotState::kOpen || slot.key != key || !Answers(slot.view, frame)) continue;
+    if (slot.overtaken > 0 && PassedOthers(slot, frame)) continue;
     // A frame that was overtaken is nearly always lost; it only answers when no other candidate exists.
     if (oldest == nullptr || (oldest->overtaken > 0 && slot.overtaken == 0)) oldest = &slot;
     newest = &slot;
@@ -374,6 +384,14 @@ Pairing::Slot* Pairing::FindOpen(const wire::FrameView& frame, std::uint64_t key
     if (age_first / 8 > typical_round_trip_ns_ && age_second > typical_round_trip_ns_ / 2) return newest;
   }
   return oldest;
+}
+
+/// True when the frame would have passed another number of slaves than the one before: positions are no part of what
+/// slaves never change, so frames to two of them look alike.
+bool Pairing::PassedOthers(const Slot& slot, const wire::FrameView& frame) const noexcept {
+  if (!passed_) return false;
+  const std::optional<std::uint16_t> passed = Passed(slot.view, frame);
+  return passed && passed != passed_;
 }
 
 /// Where one of the copies was cut by the snap length, the datagrams that both still hold must agree. A cut in the
@@ -438,6 +456,9 @@ bool Pairing::MayBeOfLater(const Slot& slot) noexcept {
 void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datagrams) noexcept {
   slot.state = SlotState::kAnswered;
   slot.returned = returned.ref();
+  // Only a number tells a frame that comes late from one whose outbound copy the capture misses.
+  const IndexSequence& indices = senders_[slot.sender].rhythm.indices;
+  if (slot.overtaken > latest_ && indices.IsNumbered(slot.view) && !indices.IsNext(slot.view)) latest_ = slot.overtaken;
   if (slot.overtaken > 0 && !MayBeOfLater(slot)) {
     if (statistics_.reordered++ == 0) statistics_.first_reordered = returned.ref();
     statistics_.last_reordered = returned.ref();
@@ -456,7 +477,7 @@ void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datag
     Slot& other = At(s);
     if (other.state != SlotState::kOpen || other.sender != slot.sender) continue;
     if (first_on_other_port) Doubt(other, Undecided::kBeforeFirstReturn);
-    if (++other.overtaken >= kOvertakenLimit) Lose(other, Loss::kOvertaken);
+    if (++other.overtaken >= GivenUpAfter()) Lose(other, Loss::kOvertaken);
   }
   DropAnsweredTail();
 }
@@ -565,6 +586,7 @@ void Pairing::AnswerUnderWay(Slot& slot, const wire::FrameView& frame) noexcept 
     }
   }
   const Hole hole = std::max(TakeHole(slot.sequence), AppearsLate(senders_[slot.sender], slot.view.ref()));
+  if (const std::optional<std::uint16_t> passed = Passed(slot.view, frame)) passed_ = passed;
   sink_.OnTransaction({&slot.view, &frame, false, hole});
   Answer(slot, frame, frame.payload());
 }

@@ -16,6 +16,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "decoder/bus/direction.h"
@@ -72,7 +73,8 @@ struct PairingStatistics : PairingProgress, PairingIncidents {
 class Pairing {
  public:
   static constexpr std::size_t kSlots = 256;
-  /// A frame is given up when this many frames sent later came back.
+  /// A frame is given up when this many frames sent later came back, and more where others came back late: see
+  /// GivenUpAfter().
   static constexpr std::uint32_t kOvertakenLimit = 32;
   /// At the end of the capture a frame is given up when it is older than this many round trips and this many ns, ...
   static constexpr std::int64_t kSilentRoundTrips = 100;
@@ -174,6 +176,7 @@ class Pairing {
   [[nodiscard]] Hole TakeHole(std::uint64_t sequence) noexcept;
   std::uint8_t SenderIndex(const wire::FrameView& frame) noexcept;
   [[nodiscard]] Slot* FindOpen(const wire::FrameView& frame, std::uint64_t key) noexcept;
+  [[nodiscard]] bool PassedOthers(const Slot& slot, const wire::FrameView& frame) const noexcept;
   [[nodiscard]] Slot* FindCut(const wire::FrameView& frame) noexcept;
   [[nodiscard]] Slot* FindAlike(const wire::FrameView& frame) noexcept;
   [[nodiscard]] const Slot* FindOriginal(const wire::FrameView& frame, std::uint64_t key) noexcept;
@@ -182,6 +185,8 @@ class Pairing {
   void Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datagrams) noexcept;
   void Lose(Slot& slot, Loss loss) noexcept;
   void Count(Undecided reason) noexcept { ++statistics_.undecided[static_cast<std::size_t>(reason)]; }
+  /// As often as a frame that did come back was overtaken, one that has not may still be: twice that is added.
+  [[nodiscard]] std::uint32_t GivenUpAfter() const noexcept { return kOvertakenLimit + 2 * latest_; }
   void DropAnsweredTail() noexcept;
   [[nodiscard]] bool MayBeCopy(const wire::FrameView& frame, ByteSpan kept) noexcept;
   void DoubtOvertakenBy(const Slot& slot) noexcept;
@@ -203,6 +208,8 @@ class Pairing {
   Hole hole_ = Hole::kNone;                 ///< not handed on yet ...
   std::uint64_t behind_hole_ = 0;           ///< ... and the first frame behind it
   FrameRef last_;                           ///< last packet with a time stamp
+  std::optional<std::uint16_t> passed_;     ///< slaves that the last frame addressed by position passed
+  std::uint32_t latest_ = 0;                ///< frames that overtook a numbered one which came back then, at most
   std::int64_t typical_round_trip_ns_ = 0;  ///< running average over unambiguous pairs; 0 until there was one
   DropPattern drops_;
   PairingStatistics statistics_;

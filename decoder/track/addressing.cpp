@@ -1,5 +1,7 @@
 #include "decoder/track/addressing.h"
 
+#include "decoder/bus/direction.h"
+
 namespace ecaudit::track {
 
 SlaveId Addressing::AddressedBy(const wire::DatagramView& sent) const {
@@ -22,7 +24,17 @@ std::optional<std::uint16_t> Addressing::Count(const DatagramPair& d) {
   }
   if (count > bus::SlaveSet::kMaxSlaves) return std::nullopt;  // a damaged or made-up counter
   const std::uint16_t* before = slave_count_.if_known();
+  const wire::FrameView& frame = d.transaction.any();
+  const std::uint64_t sender = bus::SenderOf(frame);
+  if (sender == counts_for_) counted_ = frame.ref().number;
   if (before != nullptr && *before == count) return std::nullopt;
+  // At the other end of a redundant line frames pass nobody, or those behind a break. The end with more of them counts.
+  const bool other_end =
+      before != nullptr && sender != counts_for_ && (count == 0 || frame.ref().number - counted_ <= kTogether);
+  if (other_end && count < *before) return std::nullopt;
+  if (other_end) before = nullptr;
+  counts_for_ = sender;
+  counted_ = frame.ref().number;
   const SlaveCount event{count, before != nullptr ? *before : std::uint16_t{0}, before == nullptr,
                          d.transaction.returned_ref()};
   slave_count_ = Known<std::uint16_t>::Observed(count, event.frame.number);

@@ -73,6 +73,8 @@ class Addressing {
   void ClearStations(FrameNo frame);
 
  private:
+  /// Two senders are at work at once where one is heard of again within so many packets.
+  static constexpr FrameNo kTogether = 64;
   static constexpr EscAddress kAliasEnable = 0x0103;  // bit 0 = bit 24 of DL control
 
   [[nodiscard]] SlavePos PositionSent(std::uint16_t adp) const {
@@ -88,7 +90,9 @@ class Addressing {
   bus::SlaveSet slaves_;
   std::size_t unplaced_ = 0;  // slaves that were met by station address and may be without a position still
   Known<std::uint16_t> slave_count_;
-  std::uint16_t upstream_ = 0;  // slaves between the master and the tap
+  std::uint64_t counts_for_ = 0;  // the sender whose frames slave_count_ was learned from ...
+  FrameNo counted_ = 0;           // ... and the last of them
+  std::uint16_t upstream_ = 0;    // slaves between the master and the tap
   std::uint64_t version_ = 0;
 };
 

@@ -107,6 +107,9 @@ void Network::OnLogical(const DatagramPair& d) {
 
 Answered Network::AnswerOf(const DatagramPair& d, SlaveId slave) const {
   const std::uint16_t* count = wire::IncrementsAdp(d.command()) ? slave_count().if_known() : nullptr;
+  // What is sent at the other end of a redundant line.
+  const bool passed_nobody = count != nullptr && wire::IsBroadcast(d.command()) && d.has_sent && d.has_returned &&
+                             d.sent().adp() == 0 && d.any.adp() == 0;
   return {
       .command = d.command(),
       .adp = d.has_sent                       ? d.sent().adp()
@@ -116,7 +119,9 @@ Answered Network::AnswerOf(const DatagramPair& d, SlaveId slave) const {
       .length = d.any.length(),
       .wkc = d.wkc(),
       .circulating = d.any.circulating(),
-      .slaves_passed = count != nullptr ? std::optional(*count) : std::nullopt,
+      .slaves_passed = passed_nobody      ? std::optional<std::uint16_t>(0)
+                       : count != nullptr ? std::optional(*count)
+                                          : std::nullopt,
       .slave = slave,
       .sent = d.transaction.sent_ref(),
       .returned = d.transaction.returned_ref(),

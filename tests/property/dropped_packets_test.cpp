@@ -53,18 +53,6 @@ constexpr Known kKnown[] = {
      "every look at the state in which it was OP is gone: the drive seems to have refused the last request"},
     {"pdo-odd-mapping.pcapng", "pdo-assign-order",
      "the answer to the download of subindex 0 is gone; that its request was taken is not concluded yet"},
-    {"master-codesys.pcapng", "al-unexpected-change",
-     "both copies of the request are gone, and with one index for all nothing shows that a frame is"},
-    {"master-codesys.pcapng", "sync-window-violation",
-     "the return of one cycle is gone, and with one index for all nothing shows that it was not lost"},
-    {"master-codesys.pcapng", "bus-slave-count-changed",
-     "with one index for all a return can be taken for that of an alike frame whose own return is gone"},
-    {"master-codesys.pcapng", "al-refused",
-     "the request is gone whose acknowledge bit the terminal echoes, as slaves without a processor do"},
-    {"startup-40slaves-2frames.pcapng", "frame-lost",
-     "with several frames under way it is not known to the packet where a missing return stood, so the regular "
-     "distance "
-     "of the recorder's holes does not show"},
 };
 
 bool IsKnown(std::string_view capture, std::string_view rule) {

@@ -44,7 +44,9 @@ al-unexpected-change. It *stays* when one of these holds:
 - the slave still shows it after the master requested another state without acknowledging, spoke to its mailbox, or
   exchanged its process data;
 - the slave stands in SAFEOP with it, and the master does not begin anew by INIT: process data were exchanged on the
-  bus before the slave was first read, or behind the acknowledge the master asks for OP at once.
+  bus before the slave was first read, or behind the acknowledge the master asks for OP at once;
+- the slave stands in PREOP with it and names a code, and behind the acknowledge the master asks for SAFEOP or OP at
+  once, without INIT.
 
 A master that finds an error at its scan and acknowledges it (bit 4 of AL Control, or a request of INIT) before it does
 any of these, so that the error goes away, does what every start-up does: nothing is said. Nor is it where the capture
@@ -65,6 +67,9 @@ Correct what the code names (0x001B: process data stopped; 0x001D, 0x001E: sync 
 0x0032, 0x0034: synchronisation), acknowledge by bit 4 of AL Control, and request the states in order. To see how it
 began, capture from power-on or from the start of the master.
 )"};
+
+constexpr const char* kNotShownGone =
+    "the error that stood there was acknowledged, and the capture does not show it gone";
 
 class AlErrorStanding final : public Rule {
  public:
@@ -129,8 +134,8 @@ class AlErrorStanding final : public Rule {
     if (e.slave >= slaves_.size() || !slaves_[e.slave].open()) return;
     Standing& s = slaves_[e.slave];
     if (s.gone) {
-      // Acknowledged where it stood: a master that goes on to OP from there goes on with a run.
-      if (control.state() == static_cast<std::uint8_t>(esc::AlState::OP)) (void)Tell(e.slave, s);
+      // Acknowledged where it stood: a master that goes on from there goes on with a run.
+      if (GoesOn(s, control)) (void)Tell(e.slave, s);
       s.Close();
       return;
     }
@@ -141,7 +146,8 @@ class AlErrorStanding final : public Rule {
   void On(const model::AlErrorCleared& e) {
     if (e.slave >= slaves_.size() || !slaves_[e.slave].open()) return;
     Standing& s = slaves_[e.slave];
-    if (!e.echo && !s.stays && s.acknowledged && !s.anew && !s.flowing && InSafeop(s)) {
+    if (!e.echo && !s.stays && s.acknowledged && !s.anew && !(s.flowing && InSafeop(s)) &&
+        (InSafeop(s) || InPreop(s))) {
       s.gone = true;
       return;
     }
@@ -203,15 +209,13 @@ class AlErrorStanding final : public Rule {
       if (!slaves_[i].open() || slaves_[i].gone) continue;
       const auto slave = static_cast<SlaveId>(i);
       if (slaves_[i].acknowledged && !Stood(slaves_[i])) {
-        NotEvaluable(slave, "the error that stood there was acknowledged, and the capture ends before it is gone",
-                     slaves_[i].first.number);
+        NotEvaluable(slave, kNotShownGone, slaves_[i].first.number);
       } else {
         (void)Tell(slave, slaves_[i]);
       }
     }
     if (all_.open() && all_.acknowledged && !Stood(all_)) {
-      NotEvaluable(kNoSlave, "the error that stood there was acknowledged, and the capture ends before it is gone",
-                   all_.first.number);
+      NotEvaluable(kNoSlave, kNotShownGone, all_.first.number);
     } else if (all_.open()) {
       TellBus();
     }
@@ -274,6 +278,16 @@ class AlErrorStanding final : public Rule {
 
   static bool InSafeop(const Standing& s) {
     return s.status.state() == static_cast<std::uint8_t>(esc::AlState::SAFEOP);
+  }
+
+  static bool InPreop(const Standing& s) {
+    return s.certain && s.status.state() == static_cast<std::uint8_t>(esc::AlState::PREOP);
+  }
+
+  /// A start-up from there would ask for INIT first.
+  static bool GoesOn(const Standing& s, esc::AlWord control) {
+    const bool op = control.state() == static_cast<std::uint8_t>(esc::AlState::OP);
+    return op || (InPreop(s) && control.state() == static_cast<std::uint8_t>(esc::AlState::SAFEOP));
   }
 
   /// It was there when the master did something else than to find and to acknowledge it at the start of a run.

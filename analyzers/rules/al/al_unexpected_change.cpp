@@ -34,10 +34,11 @@ The state before was read, no request that was sent since then leads to the new 
 and no request is under way or lost. The frames between the last good read and this one are the time of the event. A
 broadcast read counts where its result tells the state of every slave. Where it is a mixture (0x001C: some in SAFEOP,
 some in OP, somebody's error bit), it tells that some slave fell or set its error bit: unless that slave shows it by
-itself before the next request, the finding belongs to the bus and names the slaves that it cannot be. Where the capture
-misses many packets (returned frames without an outbound copy, indices that skip) the request may be among them, and
-nothing is said. Nor is it where the state fell without the error bit while nobody sent anything for long and the
-indices do not tell whether frames are missing there.
+itself before the next request, the finding belongs to the bus and names the slaves that it cannot be. Where it shows
+all slaves in one lower state and the error bit (0x14: all in SAFEOP), that is one finding of the bus, too, unless
+slaves are read before the next request. Where the capture misses many packets (returned frames without an outbound
+copy, indices that skip) the request may be among them, and nothing is said. Nor is it where the state fell without
+the error bit while nobody sent anything for long and the indices do not tell whether frames are missing there.
 
 ## Example
 samples/captures/falls-out-of-op.pcapng: 0x001B after the process data paused.
@@ -59,36 +60,16 @@ class AlUnexpectedChange final : public Rule {
   }
 
   void On(const model::AlChangedByItself& e) {
-    if (e.slave >= open_.size()) open_.resize(static_cast<std::size_t>(e.slave) + 1, kNoFinding);
-    open_[e.slave] = kNoFinding;
-    if (MissesPackets(context().pairing())) {
-      NotEvaluable(e.slave, kMissesPackets, e.frame.number);
-      return;
-    }
-    if (e.after_pause && !e.status.bit4()) {
-      NotEvaluable(e.slave,
-                   "between two looks at AL Status nobody sent anything for long: what is missing there may be a "
-                   "request, a restart, or the end of another capture",
-                   e.frame.number);
-      return;
-    }
-    const std::uint64_t key = static_cast<std::uint64_t>(e.before.raw) << 16U | e.status.raw;
-    FindingIndex index = Repeat(e.slave, key, e.frame);
-    if (index == kNoFinding) {
-      Finding finding;
-      finding.slave = e.slave;
-      finding.first = e.frame;
-      AddRelated(finding, e.before_since);
-      index = Report(key, std::move(finding));
-      if (index == kNoFinding) return;
-      if (told_.emplace(index, Told{e, {}}).second) Describe(context().store[index], told_[index]);
+    const bool of_all = e.error_of_some && !e.after_pause && context().slave_count() > 1;
+    if (!of_all || (!pending_.empty() && pending_.front().frame.number != e.frame.number)) Settle();
+    if (of_all) {
+      pending_.push_back(e);
     } else {
-      AddRelated(context().store[index], e.frame.number);
+      Tell(e);
     }
-    open_[e.slave] = index;
-    if (e.code && e.status.bit4()) AddCode(index, e.frame, *e.code);
   }
   void On(const model::AlErrorRepeated& e) {
+    Flush();
     const FindingIndex index = OpenOf(e.slave);
     if (index == kNoFinding) return;
     ++context().store[index].count;
@@ -101,6 +82,7 @@ class AlUnexpectedChange final : public Rule {
     }
   }
   void On(const model::AlErrorCode& e) {
+    Flush();
     if (const FindingIndex index = OpenOf(e.slave); index != kNoFinding) AddCode(index, e.frame, e.code);
   }
   void On(const model::BusAlChanged& e) {
@@ -137,10 +119,17 @@ class AlUnexpectedChange final : public Rule {
     finding.evidence.push_back(HexNumber("al_status_of_all", e.status.raw));
     (void)Report(key, std::move(finding));
   }
-  void On(const model::AlErrorCleared& e) { Close(e.slave); }
-  void On(const model::AlAnswered& e) { Close(e.slave); }
+  void On(const model::AlErrorCleared& e) {
+    Settle();
+    Close(e.slave);
+  }
+  void On(const model::AlAnswered& e) {
+    Settle();
+    Close(e.slave);
+  }
 
   void Finish() override {
+    Settle();
     if (SaidNothingReturned()) return;
     NotEvaluableWhere([](const model::SlaveModel& s) { return s.al.status_reads() < 2; },
                       "AL Status of the slave was not read twice");
@@ -168,6 +157,72 @@ class AlUnexpectedChange final : public Rule {
   [[nodiscard]] FindingIndex OpenOf(SlaveId slave) const { return slave < open_.size() ? open_[slave] : kNoFinding; }
   void Close(SlaveId slave) {
     if (slave < open_.size()) open_[slave] = kNoFinding;
+  }
+
+  void Tell(const model::AlChangedByItself& e) {
+    if (e.slave >= open_.size()) open_.resize(static_cast<std::size_t>(e.slave) + 1, kNoFinding);
+    open_[e.slave] = kNoFinding;
+    if (MissesPackets(context().pairing())) {
+      NotEvaluable(e.slave, kMissesPackets, e.frame.number);
+      return;
+    }
+    if (e.after_pause && !e.status.bit4()) {
+      NotEvaluable(e.slave,
+                   "between two looks at AL Status nobody sent anything for long: what is missing there may be a "
+                   "request, a restart, or the end of another capture",
+                   e.frame.number);
+      return;
+    }
+    const std::uint64_t key = static_cast<std::uint64_t>(e.before.raw) << 16U | e.status.raw;
+    FindingIndex index = Repeat(e.slave, key, e.frame);
+    if (index == kNoFinding) {
+      Finding finding;
+      finding.slave = e.slave;
+      finding.first = e.frame;
+      AddRelated(finding, e.before_since);
+      index = Report(key, std::move(finding));
+      if (index == kNoFinding) return;
+      if (told_.emplace(index, Told{e, {}}).second) Describe(context().store[index], told_[index]);
+    } else {
+      AddRelated(context().store[index], e.frame.number);
+    }
+    open_[e.slave] = index;
+    if (e.code && e.status.bit4()) AddCode(index, e.frame, *e.code);
+  }
+
+  /// A read of a slave shows what is its own.
+  void Flush() {
+    for (const model::AlChangedByItself& e : pending_) Tell(e);
+    pending_.clear();
+  }
+
+  /// Nobody read the slaves: what one broadcast shows of all of them is one matter, of the bus.
+  void Settle() {
+    if (pending_.empty()) return;
+    const auto alike = [&](const model::AlChangedByItself& e) { return e.before.raw == pending_.front().before.raw; };
+    if (pending_.size() < context().slave_count() || MissesPackets(context().pairing()) ||
+        !std::all_of(pending_.begin(), pending_.end(), alike)) {
+      return Flush();
+    }
+    const model::AlChangedByItself e = pending_.front();
+    pending_.clear();
+    const std::uint64_t key = kOfAll | static_cast<std::uint64_t>(e.before.raw) << 16U | e.status.raw;
+    if (Repeat(kNoSlave, key, e.frame) != kNoFinding) return;
+    const std::string from = esc::StatusText(e.before.raw);
+    const std::string to = esc::StatusText(e.status.raw);
+    const std::string all = "All " + std::to_string(context().slave_count()) + " slaves";
+    Finding finding;
+    finding.first = e.frame;
+    AddRelated(finding, e.before_since);
+    finding.title = all + " left " + from + " for " + to + " by themselves, one at least with an error";
+    finding.message = all + " were in " + from + " in frame " + std::to_string(e.before_since) + "; from frame " +
+                      std::to_string(e.frame.number) + " on a broadcast read of AL Status shows all of them in " + to +
+                      ", and the error bit of at least one; no request of the master asked for it. Read AL Status "
+                      "(0x0130) and its code (0x0134) from each slave, and look at what happened between these two "
+                      "frames.";
+    finding.evidence.push_back(HexNumber("al_status_before", e.before.raw));
+    finding.evidence.push_back(HexNumber("al_status_of_all", e.status.raw | kErrorBit));
+    (void)Report(key, std::move(finding));
   }
 
   void AddCode(FindingIndex index, const FrameRef& frame, std::uint16_t code) {
@@ -217,7 +272,11 @@ class AlUnexpectedChange final : public Rule {
     finding.message += "Look at what happened between these two frames.";
   }
 
-  std::vector<FindingIndex> open_;  // of each slave: whose repetitions and code are awaited
+  static constexpr std::uint64_t kOfAll = std::uint64_t{1} << 40U;
+  static constexpr std::uint16_t kErrorBit = 0x10;
+
+  std::vector<model::AlChangedByItself> pending_;  // shown by one broadcast: of all slaves, or to be told one by one
+  std::vector<FindingIndex> open_;                 // of each slave: whose repetitions and code are awaited
   std::map<FindingIndex, Told> told_;
 };
 

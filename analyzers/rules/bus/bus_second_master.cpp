@@ -12,6 +12,7 @@
 #include "decoder/bus/direction.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/pipeline.h"
+#include "decoder/track/network.h"
 
 namespace ecaudit::bus_second_master {
 namespace {
@@ -161,6 +162,13 @@ class BusSecondMaster final : public Rule {
     first_->mac = first_mac_;
     second_->mac = mac;
     first_->last = before_second_ = last_of_first_;
+    // What is known of the bus up to here the slaves told the first one.
+    const track::Network& network = context().network();
+    for (std::size_t s = 0; s < network.slaves().size(); ++s) {
+      const std::uint16_t* station = network.slaves()[static_cast<SlaveId>(s)].station.if_known();
+      if (station != nullptr) first_->stations.set(*station);
+    }
+    if (const std::uint16_t* count = network.slave_count().if_known()) first_->slaves = *count;
   }
 
   void Add(Sender& sender, const wire::FrameView& frame) {

@@ -1,3 +1,7 @@
+#include <map>
+#include <utility>
+
+#include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
@@ -29,12 +33,18 @@ From returned frames only. The bus is in use once a slave took a request for a s
 exchanged (a logical datagram with a working counter above 0). It is not while the master scans: after it opened or
 closed ports (0x0101) or requested INIT by broadcast.
 
+Where the capture misses packets, the return of a frame may be taken for that of another one that was sent to another
+position. So a number that one frame shows and the next ones do not is an info there.
+
 ## Example
 samples/captures/slave-count-changes.pcapng
 
 ## What to do
 The slave behind the last one that still answers, or the cable to it, is the place to look. The message names both.
 )"};
+
+/// Packets after which the next frame shows the number of slaves again.
+constexpr FrameNo kBrief = 12;
 
 class BusSlaveCountChanged final : public Rule {
  public:
@@ -64,10 +74,42 @@ class BusSlaveCountChanged final : public Rule {
 
   void On(const track::SlaveCount& e) {
     if (e.first || !in_use_) return;
+    const Change before = std::exchange(last_, Change{e.previous, e.count, e.frame.number, kNoFinding});
+    const bool back = before.to == e.previous && before.from == e.count && e.frame.number - before.frame <= kBrief;
+    if (back && before.finding != kNoFinding) ++brief_[before.finding];
+    last_.finding = Tell(e);
+    if (back && last_.finding != kNoFinding) ++brief_[last_.finding];
+  }
+
+  void Finish() override {
+    if (SaidNothingReturned()) return;
+    if (context().pairing().returned > 0 && context().network().slave_count().if_known() == nullptr) {
+      NotEvaluable(kNoSlave, "no returned broadcast or position-addressed datagram shows the number of slaves");
+    }
+    if (!MissesAny(context().pairing())) return;
+    for (const auto& [index, times] : brief_) {
+      Finding& finding = context().store[index];
+      if (times < finding.count) continue;
+      context().store.Regrade(index, Severity::kInfo);
+      finding.confidence = Confidence::kInferred;
+      finding.message +=
+          " But only one frame shows it, and the capture misses packets: this may be the return of another frame.";
+    }
+  }
+
+ private:
+  struct Change {
+    std::uint16_t from = 0;
+    std::uint16_t to = 0;
+    FrameNo frame = 0;
+    FindingIndex finding = kNoFinding;
+  };
+
+  FindingIndex Tell(const track::SlaveCount& e) {
     const std::uint64_t key = static_cast<std::uint64_t>(e.previous) << 16U | e.count;
     if (FindingIndex index = Repeat(kNoSlave, key, e.frame); index != kNoFinding) {
       AddRelated(context().store[index], e.frame.number);
-      return;
+      return index;
     }
     Finding finding;
     finding.first = e.frame;
@@ -87,16 +129,9 @@ class BusSlaveCountChanged final : public Rule {
     if (e.count > e.previous) finding.caused_by = drop_;  // what left has come back
     const FindingIndex index = Report(key, std::move(finding));
     if (e.count < e.previous) drop_ = index;
+    return index;
   }
 
-  void Finish() override {
-    if (SaidNothingReturned()) return;
-    if (context().pairing().returned > 0 && context().network().slave_count().if_known() == nullptr) {
-      NotEvaluable(kNoSlave, "no returned broadcast or position-addressed datagram shows the number of slaves");
-    }
-  }
-
- private:
   [[nodiscard]] std::string Missing(const track::SlaveCount& e) const {
     const bus::SlaveSet& slaves = context().network().slaves();
     std::string out;
@@ -110,6 +145,8 @@ class BusSlaveCountChanged final : public Rule {
 
   bool in_use_ = false;
   FindingIndex drop_ = kNoFinding;
+  Change last_;
+  std::map<FindingIndex, std::uint64_t> brief_;  ///< findings: on how many occasions the next frame denied them
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<BusSlaveCountChanged>};

@@ -29,9 +29,11 @@ By content and order, not by time: a frame is lost when frames sent later have c
 more while the master goes on sending. Frames still under way at the end of the capture are not lost, and a frame that
 came back damaged is not lost either. Whether it was lost on the way out or back, a capture at the master cannot show. A
 capture machine that drops packets looks the same; where its file counts drops, the message says so. Frames that came
-back without an outbound copy prove that the capture misses packets: the message gives their number, and where these and
-the places where indices skip are a third as many as lost frames or more, nothing says that any was lost on the bus, and
-the finding is an info; so it is where packets are missing at a regular distance, every 124th say. Nor is a frame lost
+back without an outbound copy prove that the capture misses packets: the message gives their number. A recorder that
+leaves out packets takes as many of one direction as of the other: where the lost frames are no more than these, the
+places where indices skip, and what chance adds (three times the root of the sum; where the file has several interfaces,
+three times as many), nothing says that any was lost on the bus, and the finding is an info; so it is where
+packets are missing at a regular distance, every 124th say. Nor is a frame lost
 that was under way where the capture has a hole: where the indices of a master that numbers its frames skip, or where a
 master that does not was silent for much longer than before. A frame that its master sends once more is lost, however
 long the time-out was.
@@ -45,7 +47,18 @@ connectors, and link errors at the slaves (0x0300-0x0313).
 )"};
 
 /// A recorder that leaves out packets here and there takes as many of one direction as of the other, give or take.
+/// Where the directions have an interface each, these may differ by so much.
 constexpr std::uint64_t kFair = 3;
+/// By chance they differ by no more than so many times the root of their sum.
+constexpr std::uint64_t kRoots = 3;
+
+/// True when a recorder that missed `missed` outbound copies may well have missed `lost` returns.
+bool MayBeTheRecorders(std::uint64_t lost, std::uint64_t missed, bool interface_each) {
+  if (missed == 0) return false;
+  if (interface_each) return missed * kFair >= lost;
+  const std::uint64_t more = lost > missed ? lost - missed : 0;
+  return more * more <= kRoots * kRoots * (lost + missed);
+}
 
 class FrameLost final : public Rule {
  public:
@@ -126,7 +139,8 @@ class FrameLost final : public Rule {
                          "losses on the bus.";
       finding.confidence = Confidence::kInferred;
       finding.evidence.push_back(Number("dropped_every", static_cast<std::int64_t>(pairing.dropped_every)));
-    } else if (missed > 0 && (missed + pairing.holes) * kFair >= total_) {
+    } else if (missed > 0 &&
+               MayBeTheRecorders(total_, missed + pairing.holes, context().source().info().interfaces.size() > 1)) {
       context().store.Regrade(index_, Severity::kInfo);
       finding.title = "The capture misses packets: " + Count(total_, "frame") + " without a return, " +
                       Grouped(missed) + " without an outbound copy";

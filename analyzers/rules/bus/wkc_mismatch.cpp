@@ -68,13 +68,16 @@ class WkcMismatch final : public Rule {
     if (e.wkc >= range.least && e.wkc <= range.most) return;
     // Without outbound frames nothing shows what is missing.
     const bus::PairingStatistics& pairing = context().pairing();
-    if (e.wkc > range.most && (MissesAny(pairing) || LosesAny(pairing) || pairing.paired == 0)) {
+    // A frame that is under way still, when this one is back, may turn out to be lost.
+    const bool open = pairing.under_way > 0;
+    if (e.wkc > range.most && (MissesAny(pairing) || LosesAny(pairing) || open || pairing.paired == 0)) {
       if (!said_more_) {
         said_more_ = true;
-        NotEvaluable(kNoSlave,
-                     std::string("more slaves take part than have FMMUs, which may have been set in frames that ") +
-                         (MissesAny(pairing) || !LosesAny(pairing) ? "the capture misses" : "never came back"),
-                     e.frame().number);
+        NotEvaluable(
+            kNoSlave,
+            std::string("more slaves take part than have FMMUs, which may have been set in frames that ") +
+                (MissesAny(pairing) || (!LosesAny(pairing) && !open) ? "the capture misses" : "did not come back"),
+            e.frame().number);
       }
       return;
     }
@@ -99,6 +102,7 @@ class WkcMismatch final : public Rule {
       episode.finding = index;
       episode.only_candidate = OnlyCandidate(expected, e, range);
       episode.hint = Missing(expected, e, range);
+      episode.missing = range.most - e.wkc;
     }
   }
 
@@ -152,7 +156,9 @@ class WkcMismatch final : public Rule {
     struct Watched {
       SlaveId slave = kNoSlave;
       std::uint64_t refreshed = 0;  ///< frames in which the inputs differ from what the master sent there
+      int worth = 0;                ///< what it adds to the working counter
     };
+    int missing = 0;
     std::vector<Watched> slaves;
   };
   static constexpr std::size_t kMaxEpisodes = 32;
@@ -179,7 +185,9 @@ class WkcMismatch final : public Rule {
       if (episodes_.size() >= kMaxEpisodes) return;
       Episode fresh;
       fresh.key = key;
-      for (const model::LogicalShare& share : expected.shares) fresh.slaves.push_back({share.slave, 0});
+      for (const model::LogicalShare& share : expected.shares) {
+        fresh.slaves.push_back({share.slave, 0, model::WorthOf(share, e.command)});
+      }
       episodes_.push_back(std::move(fresh));
       episode = episodes_.end() - 1;
     }
@@ -198,6 +206,11 @@ class WkcMismatch final : public Rule {
   void NameMissing(const Episode& episode) const {
     if (episode.finding == kNoFinding) return;
     Finding& finding = context().store[episode.finding];
+    if (const std::string left = ThoseThatLeft(episode); !left.empty()) {
+      finding.message += "What is missing is the share of " + left + ", which left the bus.";
+      finding.evidence.push_back(Text("missing", left));
+      return;
+    }
     finding.message += episode.hint;
     SlaveId missing = episode.only_candidate;
     if (missing == kNoSlave && episode.frames >= 3) {
@@ -218,6 +231,34 @@ class WkcMismatch final : public Rule {
     if (missing == kNoSlave) return;
     finding.slave = missing;
     finding.evidence.push_back(Text("missing", context().Label(missing)));
+  }
+
+  /// The slaves behind the place where the bus ends since about then, several of them, where what is missing is just
+  /// their shares.
+  [[nodiscard]] std::string ThoseThatLeft(const Episode& episode) const {
+    constexpr FrameNo kAbout = 20;
+    const Finding& own = context().store[episode.finding];
+    for (const Finding& f : context().store.findings()) {
+      if (f.rule != "bus-slave-count-changed" || Distance(f, own) > kAbout) continue;
+      std::optional<std::int64_t> end;
+      for (const Evidence& evidence : f.evidence) {
+        if (const auto* now = std::get_if<std::int64_t>(&evidence.value); now && evidence.name == "slaves_now")
+          end = *now;
+      }
+      if (!end) continue;
+      int worth = 0;
+      int slaves = 0;
+      std::string names;
+      for (const Episode::Watched& w : episode.slaves) {
+        const SlavePos* position = context().network().slaves()[w.slave].position.if_known();
+        if (position == nullptr || *position < *end) continue;
+        worth += w.worth;
+        ++slaves;
+        names += (names.empty() ? "" : ", ") + context().Label(w.slave);
+      }
+      if (worth == episode.missing && slaves > 1) return names;
+    }
+    return {};
   }
 
   void JudgeByHabit(const track::LogicalAccess& e) {

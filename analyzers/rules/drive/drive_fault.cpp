@@ -31,8 +31,9 @@ The axis brakes by itself and loses its torque. Until the fault is reset the dri
 ## How it is decided
 A change from a state that is none of the two; Fault reaction active followed by Fault is one fault. Explanations are an
 emergency message from one second before the fault until it is left, the error code 603Fh, the error history 1003h:1
-and the fault number 2001h read while it lasts. caused_by names the finding of the emergency. The same reason again
-counts as repetition. A drive that is in a fault when its status word is first seen (a word of 0 before it is what
+and the fault number 2001h read while it lasts. caused_by names the finding of the emergency; where the
+drive gave no reason, that of the lost synchronisation or of the pause of its process data just before. The same reason
+again counts as repetition. A drive that is in a fault when its status word is first seen (a word of 0 before it is what
 unused memory holds) is one as well: the fault *stands* since before the capture saw it, and the finding says whether it
 was reset later. Captures that begin in operation need to know where the status word lies: an ENI or ESI file tells.
 

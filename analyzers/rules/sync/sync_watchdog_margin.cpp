@@ -31,8 +31,8 @@ constexpr RuleInfo kInfo{
     .doc = R"(
 ## What it checks
 The longest time without outputs for a slave in OP, against its process data watchdog: (0x0400 + 2) * 40 ns * 0x0420.
-A pause as long as the watchdog is an error, half of it a warning. So is OP that is refused with 0x001B because no
-outputs were sent.
+A pause as long as the watchdog is an error, half of it a warning. So is OP that is refused with 0x001B, or waited for
+in vain, because no outputs were sent.
 
 ## Why it matters
 When the watchdog ends the slave leaves OP (AL status code 0x001B) and the drive stops. A master that sometimes comes
@@ -63,6 +63,7 @@ class SyncWatchdogMargin final : public Rule {
   SyncWatchdogMargin() : Rule(kInfo) {
     Hear<sync::OutputGap>(&SyncWatchdogMargin::On);
     Hear<model::AlAnswered>(&SyncWatchdogMargin::On);
+    Hear<model::AlOverdue>(&SyncWatchdogMargin::On);
   }
 
   void On(const sync::OutputGap& e) {
@@ -120,6 +121,28 @@ class SyncWatchdogMargin final : public Rule {
       index = Report(4, std::move(finding));
     }
     consequences_.push_back({"al-refused", e.slave, e.frame.number, index});
+  }
+
+  /// The slave waits in SAFEOP for outputs that nobody sends.
+  void On(const model::AlOverdue& e) {
+    const bool to_op = e.request.control.state() == static_cast<std::uint8_t>(esc::AlState::OP);
+    if (!to_op || e.status.state() != static_cast<std::uint8_t>(esc::AlState::SAFEOP)) return;
+    if (context().sync().outputs(e.slave).seen || !IsMapped(e.slave)) return;
+    FindingIndex index = Repeat(e.slave, 4, e.frame);
+    if (index == kNoFinding) {
+      Finding finding;
+      finding.slave = e.slave;
+      finding.first = e.frame;
+      AddRelated(finding, e.request.frame.number);
+      finding.title = "OP requested while no process data flow";
+      finding.message = "The master requested OP in frame " + std::to_string(e.request.frame.number) +
+                        ", but sends no outputs for this slave, which has an FMMU for them: it still shows " +
+                        esc::StatusText(e.status.raw) + " after " + Duration(e.waited_ns) +
+                        ". Start the cyclic exchange in SAFEOP, then request OP.";
+      finding.evidence = {HexNumber("al_status", e.status.raw)};
+      index = Report(4, std::move(finding));
+    }
+    consequences_.push_back({"al-timeout", e.slave, e.frame.number, index});
   }
 
   void Finish() override {

@@ -105,4 +105,39 @@ Sample BroadcastShowsError() {
   return story.Finish();
 }
 
+Sample BroadcastShowsAllFall() {
+  Story story;
+  SimulatedSlave& first = story.Add(AkdDrive());
+  SimulatedSlave& second = story.Add(AkdDrive());
+  ScriptedMaster& master = story.master;
+  master.Scan();
+  master.BringToPreop();
+  master.BringToSafeop();
+  master.BringToOp({.reads_al_status = true});
+  master.Cycles(30);
+  first.ChangeStatusAt(master.now(), 0x0014, 0x001A);
+  second.ChangeStatusAt(master.now(), 0x0004, 0x0000);
+  master.Cycles(1);
+  story.Expect("al-unexpected-change", -1, master.last_cyclic(), "BRD 0x0130 turns from 0x08 to 0x14");
+  master.Cycles(150);
+  return story.Finish();
+}
+
+Sample OpWaitsForProcessData() {
+  MasterWay way;
+  way.poll_interval = 100 * kMs;
+  Story story(way);
+  SimulatedSlave& drive = story.Add(AkdDrive());
+  drive.Override({.to = 8, .action = AlOverride::Action::kIgnore, .times = 1});
+  ScriptedMaster& master = story.master;
+  master.Scan();
+  master.BringToPreop();
+  master.BringToSafeop();
+  const AlAnswer silent = master.ChangeState(0, Al::kOp, 10'600 * kMs);
+  story.Expect("sync-watchdog-margin", 0, silent.request, "OP requested, and no outputs are sent")
+      .Until(silent.status_read);
+  story.Expect("al-timeout", 0, silent.request, "no OP and no error, as nothing flows").Until(silent.status_read);
+  return story.Finish();
+}
+
 }  // namespace ecaudit::samples

@@ -126,6 +126,8 @@ Sample FmmuSwitchedOff();
 Sample ProcessDataStop();
 Sample OpWithoutProcessData();
 Sample BroadcastShowsError();
+Sample BroadcastShowsAllFall();
+Sample OpWaitsForProcessData();
 // masters.cpp
 Sample MasterIgh();
 Sample MasterEtherCrab();
