@@ -34,8 +34,8 @@ bool Contains(std::string_view text, std::string_view part) {
 }  // namespace
 
 std::string_view Nearest(std::string_view typed, std::span<const std::string_view> candidates) {
-  constexpr std::size_t kLongestName = 100;
-  if (typed.empty() || typed.size() > kLongestName) return {};
+  constexpr std::size_t kLongestTyped = 100;
+  if (typed.empty() || typed.size() > kLongestTyped) return {};
   std::string_view best;
   std::size_t best_distance = std::max<std::size_t>(1, typed.size() / 3) + 1;
   for (const std::string_view candidate : candidates) {

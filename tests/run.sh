@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
 # Builds everything once with sanitizers and runs it; then the optimised program with the tests of programs, of memory,
-# in a browser and against Wireshark; then the program with the thread sanitizer, for what has threads, and with clang's
-# sanitizers of integers over all captures, with a fixed share of fuzzing.
+# in a browser and against Wireshark; then the program with the thread sanitizer, for what has threads.
 #   --quick   for work: a build without optimisation, unit tests and short suites, without laws over all captures
 # Installs what is missing (Debian packages). Safe to run again; run from anywhere. Ends with what took how long.
 set -euo pipefail
@@ -26,7 +25,7 @@ ensure_packages "${packages[@]}"
 tests/support/sarif_schema.sh
 
 export ASAN_OPTIONS=detect_leaks=1:strict_string_checks=1
-export UBSAN_OPTIONS=print_stacktrace=1
+export UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1
 # Two checkouts of the same sources share what ccache has compiled.
 export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
 jobs=$(nproc)
@@ -63,8 +62,6 @@ else
     { step "the optimised program" run release -L "program|optimised" || true; }
   step "building with the thread sanitizer" build tsan ecaudit &&
     { step "threads" run tsan || true; }
-  step "building with clang's sanitizers of integers" build fuzz ecaudit ecaudit_fuzz_targets &&
-    { step "integers and fuzz targets" run fuzz || true; }
 fi || true
 
 say "what took how long"

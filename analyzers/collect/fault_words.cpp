@@ -38,7 +38,7 @@ void FaultWords::On(const model::ProcessDataUnplaced& event) {
     const Datagram& known = datagrams_[d];
     if (known.address != access.address || known.command != access.command || known.length != access.length) continue;
     for (std::size_t i = 0; i < found_; ++i) {
-      if (words_[i].datagram == d) Follow(words_[i], access);
+      if (words_[i].datagram == d) FollowWord(words_[i], access);
     }
     return;
   }
@@ -63,7 +63,7 @@ void FaultWords::Begin(const track::LogicalAccess& access) {
   ++used_;
 }
 
-void FaultWords::Follow(Word& word, const track::LogicalAccess& access) const {
+void FaultWords::FollowWord(Word& word, const track::LogicalAccess& access) const {
   if (word.dropped || word.left) return;
   const std::uint16_t now = LittleEndian<std::uint16_t>(access.returned_data, word.at);
   if (InFault(now)) {

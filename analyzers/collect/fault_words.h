@@ -48,7 +48,7 @@ class FaultWords final : public Collector {
   };
   [[nodiscard]] bool InFault(std::uint16_t word) const;
   void Begin(const track::LogicalAccess& access);
-  void Follow(Word& word, const track::LogicalAccess& access) const;
+  void FollowWord(Word& word, const track::LogicalAccess& access) const;
 
   const device::DriveProfile* drive_ = nullptr;  ///< the standard's
   std::array<Datagram, kMostDatagrams> datagrams_{};

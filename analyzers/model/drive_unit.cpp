@@ -647,12 +647,12 @@ std::uint32_t DriveUnit::GivenSince(const FrameRef& last, bool& whole) const {
 }
 
 std::optional<DrivePath> DriveUnit::FindPath(DriveState from, DriveState to, std::uint32_t available) const {
-  constexpr std::size_t kStates = 8;
-  std::array<std::optional<DrivePath>, kStates> reached;
-  std::array<DriveState, kStates> queue{};
+  constexpr std::size_t kAllStates = 8;
+  std::array<std::optional<DrivePath>, kAllStates> reached;
+  std::array<DriveState, kAllStates> queue{};
   std::size_t head = 0;
   std::size_t tail = 0;
-  const auto slot = [](DriveState state) { return static_cast<std::size_t>(state) % kStates; };
+  const auto slot = [](DriveState state) { return static_cast<std::size_t>(state) % kAllStates; };
   reached[slot(from)] = DrivePath{};
   queue[tail++] = from;
   while (head < tail) {

@@ -118,16 +118,16 @@ void MailboxCleaner::CleanSdo(std::uint32_t slave, Direction direction, Bytes sd
 
 void MailboxCleaner::CleanFoe(Bytes payload) {
   if (payload.empty()) return;
-  enum : std::uint8_t { kRead = 1, kWrite = 2, kData = 3, kError = 5, kBusy = 6 };
+  enum : std::uint8_t { kFoeRead = 1, kFoeWrite = 2, kFoeData = 3, kFoeError = 5, kFoeBusy = 6 };
   const std::uint8_t operation = payload[0];
   const Bytes rest = From(payload, 6);
-  if (operation == kRead || operation == kWrite) {
+  if (operation == kFoeRead || operation == kFoeWrite) {
     const Bytes password = From(payload, 2);
     Clear(password.first(password.size() - rest.size()));
   }
-  if (operation == kData) {
+  if (operation == kFoeData) {
     Clear(rest);
-  } else if (operation == kRead || operation == kWrite || operation == kError || operation == kBusy) {
+  } else if (operation == kFoeRead || operation == kFoeWrite || operation == kFoeError || operation == kFoeBusy) {
     BlotText(rest, secrets_);
   } else {
     return;

@@ -13,7 +13,7 @@
 
 namespace ecaudit::device {
 
-struct DeviceDescription;
+class DeviceDescription;
 
 /// One module. What depends on the slot is as in the first one; in a later slot its index is higher.
 struct EsiModule {
