@@ -70,16 +70,32 @@ bool IsAsked(const SlaveSummary& slave, const model::SlaveModel& model) {
                                                 [](const AlStep& step) { return step.kind == AlStep::Kind::kRequest; });
 }
 
+bool IsBelowSafeop(const SlaveSummary& slave) {
+  return InState(slave, esc::AlState::INIT) || InState(slave, esc::AlState::PREOP) ||
+         InState(slave, esc::AlState::BOOT);
+}
+
+bool MayExchange(const SlaveSummary& slave, const model::SlaveModel& model) {
+  return model.al.operated() || !IsBelowSafeop(slave);
+}
+
+bool Exchanges(const SlaveSummary& slave) {
+  return slave.rx_pdo.exchanged + slave.tx_pdo.exchanged > 0;
+}
+
 Presence OfProcessData(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
   const model::SlaveModel& model = context.slave(slave.id);
-  if (slave.rx_pdo.exchanged + slave.tx_pdo.exchanged > 0) return {};
+  if (Exchanges(slave)) return {};
   // Who was seen to be started had its FMMUs set before the eyes of the capture.
-  const bool may_have_them = result.bus.cycle.cycles > 0 && slave.fmmus.empty() && !IsAsked(slave, model) &&
-                             !InState(slave, esc::AlState::INIT) && !InState(slave, esc::AlState::PREOP) &&
-                             !InState(slave, esc::AlState::BOOT);
+  const bool may_have_them =
+      result.bus.cycle.cycles > 0 && slave.fmmus.empty() && !IsAsked(slave, model) && !IsBelowSafeop(slave);
+  // Process data that no slave is known to have are somebody's, whoever was seen to be started.
+  const bool nobodys = result.bus.cycle.cycles > 0 && slave.fmmus.empty() && MayExchange(slave, model) &&
+                       std::none_of(result.slaves.begin(), result.slaves.end(), Exchanges);
   const bool may_have_missed_them = slave.fmmus.empty() && model.al.operated() && MissesAny(context.pairing());
-  if (may_have_them || may_have_missed_them)
+  if (may_have_them || nobodys || may_have_missed_them) {
     return Unseen("which process data are those of the slave is not in the capture");
+  }
   return Absent(NotApplicable::kNoProcessData);
 }
 
@@ -135,9 +151,12 @@ Presence OfClock(const SlaveSummary& slave) {
   return used ? Presence{} : Absent(NotApplicable::kClockUnused);
 }
 
-Presence OfLatch(const SlaveSummary& slave, const model::SlaveModel& model) {
+Presence OfLatch(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
   if (slave.latch || slave.touch_probe) return {};
-  return Absent(model.latch.description() == nullptr ? NotApplicable::kNoLatch : NotApplicable::kLatchUnused);
+  if (context.slave(slave.id).latch.description() == nullptr) return Absent(NotApplicable::kNoLatch);
+  // Where the mapping is not known, latch words may be among the process data.
+  Presence mapping = OfMapping(slave, context, result);
+  return mapping.unseen.empty() ? Absent(NotApplicable::kLatchUnused) : mapping;
 }
 
 Presence OfMailbox(const MailboxSummary& mailbox, bool coe) {
@@ -176,7 +195,7 @@ Presence PresenceOf(Subject subject, const SlaveSummary& slave, const RuleContex
     case Subject::kClock:
       return OfClock(slave);
     case Subject::kLatch:
-      return OfLatch(slave, model);
+      return OfLatch(slave, context, result);
     case Subject::kOfChapter:
     case Subject::kCapture:
     case Subject::kBus:

@@ -15,7 +15,7 @@ CAPTURE_RULES = {"capture-truncated", "capture-snaplen", "capture-one-direction"
 UNREADABLE = {"frame-malformed", "frame-lost"}
 # How many findings of all captures may be lost without a word so far. Where a hole hides how a drive or its process data
 # are mapped, the rules about them say that there are none; a bus of as many slaves as another one is taken for it.
-UNSAID = {"a hole": 4, "another master": 1, "cut at the end": 1}
+UNSAID = {"a hole": 3, "another master": 1, "cut at the end": 1}
 ETHERCAT = b"\x88\xa4"
 USER_LINK = 147
 ROOM = 4  # packets around what a finding shows that belong to it

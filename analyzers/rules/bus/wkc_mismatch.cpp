@@ -36,7 +36,7 @@ capture starts in operation) the value that was constant before serves as expect
 state request or configuration in between, is reported as inferred warning. Refusals that are normal (mailbox empty or
 full, registers an ESC does not implement, a second AL Control write) are not judged, nor addresses that two slaves
 share for a moment while the master gives them out anew. Nor is a counter above what the FMMUs explain where the capture
-misses packets or frames never came back: one of them may have set another FMMU.
+misses packets or frames never came back: one of them may have set another FMMU; nor any where no slave has an FMMU.
 
 ## Example
 samples/captures/wkc-link-break.pcapng
@@ -66,11 +66,13 @@ class WkcMismatch final : public Rule {
     }
     const model::CounterRange range = context().bus().RangeFor(expected, e.command);
     if (e.wkc >= range.least && e.wkc <= range.most) return;
-    // Without outbound frames nothing shows what is missing.
+    // Without outbound frames nothing shows what is missing. Where no slave has an FMMU at all none can count: how they
+    // were set is not in the capture, though no gap shows.
     const bus::PairingStatistics& pairing = context().pairing();
+    const bool nobodys = range.most == 0 && !AnyMapped();
     // A frame that is under way still, when this one is back, may turn out to be lost.
     const bool open = pairing.under_way > 0;
-    if (e.wkc > range.most && (MissesAny(pairing) || LosesAny(pairing) || open || pairing.paired == 0)) {
+    if (e.wkc > range.most && (MissesAny(pairing) || LosesAny(pairing) || open || pairing.paired == 0 || nobodys)) {
       if (!said_more_) {
         said_more_ = true;
         NotEvaluable(
@@ -162,6 +164,20 @@ class WkcMismatch final : public Rule {
     std::vector<Watched> slaves;
   };
   static constexpr std::size_t kMaxEpisodes = 32;
+
+  /// Any slave has an FMMU that is switched on.
+  [[nodiscard]] bool AnyMapped() {
+    const track::Network& network = context().network();
+    if (mapped_version_ != network.mapping_version()) {
+      mapped_version_ = network.mapping_version();
+      any_mapped_ = false;
+      for (std::size_t s = 0; s < network.slaves().size(); ++s) {
+        any_mapped_ = any_mapped_ || !network.fmmus(static_cast<SlaveId>(s)).active.empty();
+      }
+    }
+    return any_mapped_;
+  }
+
   /// Working counters of one kind of datagram while its expectation is not known.
   struct Habit {
     std::uint64_t key = 0;
@@ -403,6 +419,8 @@ class WkcMismatch final : public Rule {
   std::array<Habit, 32> habits_{};
   bool said_unknown_ = false;
   bool said_more_ = false;
+  std::uint64_t mapped_version_ = 0;
+  bool any_mapped_ = false;
   bool numbering_ = false;  ///< station addresses were given out and not used yet
 };
 
