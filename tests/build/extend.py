@@ -14,7 +14,7 @@ LINES = [
     ("analyzers/CMakeLists.txt", "  collect/al_history.cpp", "  collect/broadcast_counter.cpp"),
     ("analyzers/collect/collectors.cpp", '#include "analyzers/collect/al_history.h"',
      '#include "analyzers/collect/broadcast_counter.h"'),
-    ("analyzers/collect/collectors.cpp", "  collectors.push_back(std::make_unique<AlHistory>(model, bus));",
+    ("analyzers/collect/collectors.cpp", "  collectors.push_back(std::make_unique<AlHistory>(model, observation.pipeline(), bus));",
      "  collectors.push_back(std::make_unique<BroadcastCounter>(bus));"),
     ("decoder/device/profiles.qrc", "    <file>profiles/generic.json</file>",
      "    <file>profiles/sample-drive.json</file>"),
