@@ -337,7 +337,7 @@ bool HasValue(const ExpectedStep& expected, const StartupStep& actual) {
   const auto wanted = static_cast<std::uint64_t>(*expected.number);
   const unsigned unused = 64U - 8U * static_cast<unsigned>(actual.data.size());
   if (*expected.number >= 0) return raw == wanted;
-  return raw == (wanted << unused) >> unused;
+  return raw == (wanted & ~std::uint64_t{0} >> unused);
 }
 
 std::vector<std::optional<std::size_t>> MatchSlaves(std::span<const ExpectedSlave> expected,

@@ -1,6 +1,7 @@
 #include "cli/report/json_text.h"
 #include "cli/report/summary_tally.h"
 #include "cli/report/summary_writer.h"
+#include "decoder/base/wrapping.h"
 
 namespace ecaudit::report {
 namespace {
@@ -25,7 +26,7 @@ void PutCaptureDigest(JsonObject& out, const CaptureDigest& capture) {
   out.TextOrNull("report", capture.report);
   out.TextOrNull("page", capture.page);
   out.Put("status", Name(StatusOf(capture)));
-  out.Put("headline", headline.substr(headline.find(' ') + 1));
+  out.Put("headline", headline.substr(WrappingSum(headline.find(' '), std::size_t{1})));
   out.TextOrNull("error", capture.unreadable);
   out.Put("packets", OnlyIf(read, capture.packets));
   out.Put("ethercat_frames", OnlyIf(read, capture.ethercat_frames));

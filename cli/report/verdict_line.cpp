@@ -4,6 +4,7 @@
 
 #include "cli/report/times.h"
 #include "decoder/base/text.h"
+#include "decoder/base/wrapping.h"
 
 namespace ecaudit::report {
 namespace {
@@ -96,7 +97,7 @@ VerdictLine VerdictLineOf(const CaptureDigest& capture, const TextStyle& style, 
   const HeadlineParts headline = HeadlinePartsOf(capture);
   const Parts parts = PartsOf(capture, headline, style);
   const std::string path = OneLine(capture.path);
-  const std::string name = whole_path ? path : path.substr(path.rfind('/') + 1);
+  const std::string name = whole_path ? path : path.substr(WrappingSum(path.rfind('/'), std::size_t{1}));
   const std::string stem = whole_path ? path : WithoutEnding(name);
   const std::string bare = WithoutBrackets(parts.what);
   const auto line = [&](const std::string& of, const std::string& place, const std::string& what,

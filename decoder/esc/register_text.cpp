@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "decoder/base/text.h"
+#include "decoder/base/wrapping.h"
 #include "decoder/esc/al.h"
 #include "decoder/esc/dc_registers.h"
 #include "decoder/esc/register_addresses.h"
@@ -49,7 +50,7 @@ std::string Bits(std::uint64_t value, unsigned width) {
 std::int64_t SignExtend(std::uint64_t value, unsigned width) {
   if (width >= 64) return static_cast<std::int64_t>(value);
   const std::uint64_t sign = std::uint64_t{1} << (width - 1);
-  return static_cast<std::int64_t>((value ^ sign) - sign);
+  return static_cast<std::int64_t>(WrappingDifference(value ^ sign, sign));
 }
 
 std::string EepromCommandText(std::uint64_t command, AccessKind kind) {

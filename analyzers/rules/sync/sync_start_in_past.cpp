@@ -2,6 +2,7 @@
 #include "analyzers/judge/sync_text.h"
 #include "analyzers/sync/sync_events.h"
 #include "decoder/base/text.h"
+#include "decoder/base/wrapping.h"
 
 namespace ecaudit::sync_start_in_past {
 namespace {
@@ -54,9 +55,11 @@ class SyncStartInPast final : public Rule {
       return;
     }
     // How far ahead the start lies, by the time that was read.
-    const TimeNs ahead = e.low_half_only ? static_cast<std::int32_t>(static_cast<std::uint32_t>(*e.start_ns) -
-                                                                     static_cast<std::uint32_t>(*e.read_time_ns))
-                                         : static_cast<TimeNs>(*e.start_ns - *e.read_time_ns);
+    const TimeNs ahead =
+        e.low_half_only
+            ? static_cast<std::int32_t>(WrappingDifference(static_cast<std::uint32_t>(*e.start_ns & 0xFFFFFFFFU),
+                                                           static_cast<std::uint32_t>(*e.read_time_ns & 0xFFFFFFFFU)))
+            : static_cast<TimeNs>(WrappingDifference<std::uint64_t>(*e.start_ns, *e.read_time_ns));
     TimeNs late = -ahead;
     if (ahead >= 0) {
       if (!e.since_read_ns) {
