@@ -163,7 +163,10 @@ class HostileCaptures(CliTest):
         begin = second.packets[0][0]  # the other one is twice as fast: its bus is the one that is judged
         faster = [(begin + (t - begin) // 2 + 5000, swap(p)) for t, p in second.packets]
         report = self.one_report("both.pcapng", pcapng(sorted([*first.packets, *faster])), 1)
-        self.assertLessEqual({"al-refused", "bus-second-master"}, {f["rule"] for f in report["findings"]})
+        rules = {f["rule"] for f in report["findings"]}
+        self.assertIn("al-refused", rules)
+        # The slaves' numbers differ: two segments, not two masters on one.
+        self.assertNotIn("bus-second-master", rules)
         self.assertTrue(any("of other masters" in f["message"] for f in self.set_aside(report)), report["findings"])
 
     def test_a_redundant_line_is_one_bus(self):
