@@ -134,13 +134,17 @@ class Cost(CliTest):
 
     def expect_linear(self, make, size: int, *command, free=0) -> None:
         """@param free bytes of output, besides those that any capture may have"""
-        costs = []
-        for n in (size, TIMES * size):
-            content = make(n)
-            costs.append((self.cost(*command, self.file(f"{n}.pcap", content)), len(content)))
-        ((small, _, _), bytes_small), ((large, memory, output), bytes_large) = costs
-        times = bytes_large / bytes_small
-        self.assertLess(large, MOST_TIMES / TIMES * times * small + NOISE_S, f"{command}: {small:.2f} s, {large:.2f} s")
+        contents = [make(n) for n in (size, TIMES * size)]
+        paths = [self.file(f"{n}.pcap", content) for n, content in zip((size, TIMES * size), contents)]
+        bytes_small, bytes_large = map(len, contents)
+        small, _, _ = self.cost(*command, paths[0])
+        large, memory, output = self.cost(*command, paths[1])
+        most = MOST_TIMES / TIMES * (bytes_large / bytes_small) * small + NOISE_S
+        # A machine that does other things is slow now and then; work that grows faster is so each time.
+        for _ in range(2):
+            if large >= most:
+                large = min(large, self.cost(*command, paths[1])[0])
+        self.assertLess(large, most, f"{command}: {small:.2f} s, {large:.2f} s")
         self.assertLess(memory, MEMORY_MIB, command)
         self.assertLess(output, OUTPUT_FREE + free + OUTPUT_TIMES * bytes_large, command)
 
@@ -239,7 +243,7 @@ class Growth(Cost):
         reports("few", 150)
         reports("many", 600)
         few, _, _ = self.cost("merge", "--format", "json", "few")
-        many, _, _ = self.cost("merge", "--format", "json", "many")
+        many = min(self.cost("merge", "--format", "json", "many")[0] for _ in range(2))
         self.assertLess(many, MOST_TIMES * few + NOISE_S)
 
 
