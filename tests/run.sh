@@ -16,7 +16,7 @@ esac
 
 # tshark, jsonschema, xmllint, parallel, the SARIF schema, npm (which makes the page of HTML reports) and Chromium (which
 # opens it) are for tests that are skipped, with a message, without them.
-packages=("${BUILD_PACKAGES[@]}" clang dpkg-dev libgtest-dev libgmock-dev libbenchmark-dev python3 python3-jsonschema tshark ccache
+packages=("${BUILD_PACKAGES[@]}" clang libclang-rt-dev dpkg-dev libgtest-dev libgmock-dev libbenchmark-dev python3 python3-jsonschema tshark ccache
           libxml2-utils parallel)
 # Where node comes from elsewhere, Debian's npm would take its place.
 command -v npm >/dev/null || packages+=(npm)
