@@ -8,10 +8,11 @@
 
 namespace ecaudit::report {
 
+class AlikeSteps;
 class JsonObject;
 
 // slave_json.cpp
-void PutSlave(JsonObject& out, const AnalysisResult& result, const SlaveSummary& slave);
+void PutSlave(JsonObject& out, const AnalysisResult& result, const SlaveSummary& slave, const AlikeSteps& alike);
 void PutEventBit(JsonObject& out, const EventBitSummary& bit);
 
 // process_data_json.cpp
@@ -36,7 +37,11 @@ void PutTopology(JsonObject& out, std::string_view key, const AnalysisResult& re
 void PutDrive(JsonObject& out, const AnalysisResult& result, const DriveSummary& drive);
 
 // startup_json.cpp
-/// Null when the capture shows nothing of it.
-void PutStartup(JsonObject& out, std::string_view key, const AnalysisResult& result, const StartupSummary& startup);
+/// Null when the capture shows nothing of it. Steps that stand in `alike` are told there.
+void PutStartup(JsonObject& out, std::string_view key, const AnalysisResult& result, const StartupSummary& startup,
+                const AlikeSteps* alike = nullptr);
+/// What was done, and how it ended; not when, nor what was read there later.
+void PutStepWhat(JsonObject& out, const StartupStep& step);
+void PutAlikeSteps(JsonObject& out, std::string_view key, const AlikeSteps& alike);
 
 }  // namespace ecaudit::report

@@ -78,8 +78,8 @@ class JsonScalar {
 class JsonArray;
 class JsonObject;
 
-/// The text that is being written, as nlohmann::json::dump() lays it out; from 1 MiB on each slave and finding is one
-/// line.
+/// The text that is being written, as nlohmann::json::dump() lays it out; from 256 KiB on each slave and finding is
+/// one line.
 class JsonText {
  public:
   /// kIndented: by two spaces, a line for each member and element. kLine: no white space.
@@ -107,10 +107,10 @@ class JsonText {
   void Open(char bracket);
   void Close(char bracket);
   void NewLine();
-  /// Reports of thousands of slaves are white space by half, and nobody reads them from above.
+  /// Reports of many slaves are white space by half, and nobody reads them from above.
   [[nodiscard]] bool indents() const { return indented_ && (depth_ <= kLineDepth || out_.size() < kIndentedBytes); }
 
-  static constexpr std::size_t kIndentedBytes = std::size_t{1} << 20U;
+  static constexpr std::size_t kIndentedBytes = std::size_t{1} << 18U;
   static constexpr std::size_t kLineDepth = 4;  ///< of the elements of a list of a report
 
   std::string out_;

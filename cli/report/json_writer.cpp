@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "analyzers/result/every_slave.h"
+#include "cli/report/alike_steps.h"
 #include "cli/report/coverage_tally.h"
 #include "cli/report/json_sections.h"
 #include "cli/report/json_text.h"
@@ -319,11 +320,13 @@ void PutRequired(JsonObject& out, const CaptureReport& capture) {
 
 void PutCaptureReport(JsonObject& out, const CaptureReport& capture) {
   const AnalysisResult& result = capture.result;
+  const AlikeSteps alike(result.slaves);
   out.Object("capture", [&](JsonObject& json) { PutCapture(json, result.capture); });
   out.Object("settings", [&](JsonObject& json) { PutSettings(json, capture); });
   out.Object("bus", [&](JsonObject& json) { PutBus(json, result); });
+  PutAlikeSteps(out, "alike_steps", alike);
   out.List("slaves", result.slaves,
-           [&](JsonObject& json, const SlaveSummary& slave) { PutSlave(json, result, slave); });
+           [&](JsonObject& json, const SlaveSummary& slave) { PutSlave(json, result, slave, alike); });
   out.Array("findings", [&](JsonArray& findings) {
     for (std::size_t i = 0; i < result.findings.size(); ++i) {
       findings.AddObject([&](JsonObject& json) { PutFinding(json, capture, i); });

@@ -96,7 +96,7 @@ void PutEventBit(JsonObject& out, const EventBitSummary& bit) {
   out.Put("set_at_end", bit.at_end);
 }
 
-void PutSlave(JsonObject& out, const AnalysisResult& result, const SlaveSummary& s) {
+void PutSlave(JsonObject& out, const AnalysisResult& result, const SlaveSummary& s, const AlikeSteps& alike) {
   out.Put("position", s.position);
   out.Put("position_source", s.position_inferred ? "inferred" : "observed");
   out.Put("station_address", s.station_address);
@@ -108,7 +108,7 @@ void PutSlave(JsonObject& out, const AnalysisResult& result, const SlaveSummary&
   out.Object("al", [&](JsonObject& json) { PutAl(json, result, s); });
   out.ObjectOrNull("dc", s.dc, [&](JsonObject& json, const DcSummary& dc) { PutDc(json, result, dc); });
   out.ObjectOrNull("drive", s.drive, [&](JsonObject& json, const DriveSummary& d) { PutDrive(json, result, d); });
-  PutStartup(out, "startup", result, s.startup);
+  PutStartup(out, "startup", result, s.startup, &alike);
   out.List("sync_managers", s.sync_managers, PutSyncManager);
   out.List("fmmus", s.fmmus, PutFmmu);
   out.Object("pdo", [&](JsonObject& json) { PutPdos(json, s.rx_pdo, s.tx_pdo); });

@@ -1,5 +1,7 @@
+#include <optional>
 #include <string_view>
 
+#include "cli/report/alike_steps.h"
 #include "cli/report/json_sections.h"
 #include "cli/report/json_text.h"
 #include "cli/report/times.h"
@@ -71,23 +73,13 @@ void PutReadBack(JsonObject& out, const StartupStep& step) {
   });
 }
 
-void PutStep(JsonObject& out, const AnalysisResult& result, const StartupStep& step) {
-  out.Put("phase", Name(step.phase));
-  out.Put("kind", StepKindText(step.key.kind));
+/// When the slave had it; what it was, unless a row of steps that are alike tells it.
+void PutStep(JsonObject& out, const AnalysisResult& result, const StartupStep& step, std::optional<std::size_t> alike) {
+  if (alike) out.Put("alike", *alike);
   out.Frame("frame", step.frame);
   out.Frame("last_frame", step.last);
   out.Put("time_s", SecondsSince(result.capture.origin, step.frame));
-  out.Put("count", step.count);
-  PutKey(out, step.key);
-  out.Put("name", Printable(step.name));
-  out.TextOrNull("data", HexBytes(step.data));
-  out.Put("length", step.size);
-  out.TextOrNull("text", step.text);
-  out.Put("volatile", step.volatile_value);
-  out.Put("broadcast", step.broadcast);
-  out.Put("outcome", OutcomeText(step.outcome));
-  out.Put("code", OnlyIf(step.outcome == StartupOutcome::kRefused && step.code != 0, step.code));
-  out.TextOrNull("note", step.note);
+  if (!alike) PutStepWhat(out, step);
   PutReadBack(out, step);
 }
 
@@ -104,7 +96,31 @@ void PutPhase(JsonObject& out, const AnalysisResult& result, const StartupPhaseS
 
 }  // namespace
 
-void PutStartup(JsonObject& out, std::string_view key, const AnalysisResult& result, const StartupSummary& startup) {
+void PutStepWhat(JsonObject& out, const StartupStep& step) {
+  out.Put("phase", Name(step.phase));
+  out.Put("kind", StepKindText(step.key.kind));
+  out.Put("count", step.count);
+  PutKey(out, step.key);
+  out.Put("name", Printable(step.name));
+  out.TextOrNull("data", HexBytes(step.data));
+  out.Put("length", step.size);
+  out.TextOrNull("text", step.text);
+  out.Put("volatile", step.volatile_value);
+  out.Put("broadcast", step.broadcast);
+  out.Put("outcome", OutcomeText(step.outcome));
+  out.Put("code", OnlyIf(step.outcome == StartupOutcome::kRefused && step.code != 0, step.code));
+  out.TextOrNull("note", step.note);
+}
+
+void PutAlikeSteps(JsonObject& out, std::string_view key, const AlikeSteps& alike) {
+  out.List(key, alike.rows(), [](JsonObject& json, const AlikeSteps::Row& row) {
+    json.Values("slaves", row.slaves);
+    PutStepWhat(json, *row.step);
+  });
+}
+
+void PutStartup(JsonObject& out, std::string_view key, const AnalysisResult& result, const StartupSummary& startup,
+                const AlikeSteps* alike) {
   if (!startup.seen) return out.Put(key, nullptr);
   out.Object(key, [&](JsonObject& json) {
     json.TextOrNull("reached", startup.reached == 0 ? "" : esc::StateName(startup.reached));
@@ -112,8 +128,9 @@ void PutStartup(JsonObject& out, std::string_view key, const AnalysisResult& res
     json.Frame("again_frame", startup.again_frame);
     json.List("phases", startup.phases,
               [&](JsonObject& out_phase, const StartupPhaseSummary& phase) { PutPhase(out_phase, result, phase); });
-    json.List("steps", startup.steps,
-              [&](JsonObject& out_step, const StartupStep& step) { PutStep(out_step, result, step); });
+    json.List("steps", startup.steps, [&](JsonObject& out_step, const StartupStep& step) {
+      PutStep(out_step, result, step, alike == nullptr ? std::nullopt : alike->RowOf(step));
+    });
     json.Put("steps_left_out", startup.steps_left_out);
   });
 }

@@ -662,6 +662,10 @@ class Reports(CliTest):
             if finding["frame"] is not None:
                 self.assertLessEqual(finding["frame"], finding["last_frame"], path)
                 self.assertLessEqual(finding["last_frame"], report["capture"]["packets"], path)
+        for slave in report["slaves"]:
+            for step in (slave["startup"] or {"steps": []})["steps"]:
+                if "alike" in step:
+                    self.assertIn(slave["position"], report["alike_steps"][step["alike"]]["slaves"], path)
 
     def validate_all(self, folder):
         captures = sorted(p for p in folder.rglob("*") if p.suffix in (".pcap", ".pcapng", ".gz", ".zst"))
@@ -670,6 +674,23 @@ class Reports(CliTest):
         for path in captures:
             with self.subTest(path.name):
                 self.validate(path)
+
+    def test_steps_told_once_are_those_of_each_slave(self):
+        def reported(*arguments):
+            done = self.run_program("check", "--format", "json", SAMPLES / "two-slaves-one-refuses.pcapng", *arguments)
+            return json.loads(done.out)["reports"][0]
+
+        both = reported()
+        self.assertTrue(both["alike_steps"])
+        for slave in both["slaves"]:
+            alone = reported("--slave", str(slave["position"]))
+            self.assertEqual(alone["alike_steps"], [])
+            told = [{**(both["alike_steps"][step["alike"]] if "alike" in step else {}), **step}
+                    for step in slave["startup"]["steps"]]
+            for step in told:
+                step.pop("alike", None)
+                step.pop("slaves", None)
+            self.assertEqual(told, alone["slaves"][0]["startup"]["steps"])
 
     def test_made_here(self):
         self.validate(self.healthy)

@@ -113,6 +113,40 @@ TEST(JsonWriter, SlaveWithMailbox) {
   EXPECT_EQ(unused["by_protocol"], json::object());
 }
 
+/// A step of nothing but its name.
+StartupStep NamedStep(std::string name, FrameNo frame) {
+  StartupStep step;
+  step.name = std::move(name);
+  step.frame = step.last = Frame(frame);
+  return step;
+}
+
+TEST(JsonWriter, StepsThatSlavesHaveAlikeAreToldOnce) {
+  CaptureReport capture;
+  for (const FrameNo frame : {10U, 20U, 30U}) {
+    SlaveSummary& slave = capture.result.slaves.emplace_back();
+    slave.position = static_cast<SlavePos>(capture.result.slaves.size() - 1);
+    slave.startup.seen = true;
+    slave.startup.steps = {NamedStep("own " + std::to_string(frame), frame), NamedStep("alike", frame + 1),
+                           NamedStep("alike", frame + 2)};
+  }
+  capture.result.slaves[2].startup.steps.pop_back();
+  capture.result.slaves[2].startup.steps.back().outcome = StartupOutcome::kRefused;
+  const json report = Written(std::move(capture))["reports"][0];
+  ASSERT_EQ(report["alike_steps"].size(), 1U);
+  EXPECT_EQ(report["alike_steps"][0]["name"], "alike");
+  EXPECT_EQ(report["alike_steps"][0]["slaves"], json::array({0, 1}));
+  const auto steps_of = [&](std::size_t slave) { return report["slaves"][slave]["startup"]["steps"]; };
+  EXPECT_EQ(steps_of(0)[0]["name"], "own 10");
+  EXPECT_FALSE(steps_of(0)[0].contains("alike"));
+  for (const std::size_t i : {1U, 2U}) {
+    EXPECT_EQ(steps_of(1)[i]["alike"], 0);
+    EXPECT_EQ(steps_of(1)[i]["frame"], 20 + i);
+    EXPECT_FALSE(steps_of(1)[i].contains("name"));
+  }
+  EXPECT_EQ(steps_of(2)[1]["outcome"], "refused") << "told by itself: not alike";
+}
+
 TEST(JsonWriter, NothingKnownIsNull) {
   CaptureReport capture;
   capture.result.slaves.push_back({});

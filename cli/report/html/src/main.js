@@ -158,6 +158,13 @@ async function unpack(text) {
   return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).json();
 }
 
+/// Steps that several slaves have alike are told once.
+function completeSteps(capture) {
+  for (const { startup } of capture.slaves) {
+    if (startup) startup.steps = startup.steps.map((step) => ({ ...capture.alike_steps[step.alike], ...step }));
+  }
+}
+
 async function begin() {
   data = JSON.parse(document.getElementById("data").textContent);
   if (data.packed) {
@@ -169,6 +176,7 @@ async function begin() {
     data = await unpack(data.packed);
   }
   ({ report, pages } = data);
+  for (const capture of report.reports) completeSteps(capture);
   start();
 }
 
