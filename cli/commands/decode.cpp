@@ -58,7 +58,7 @@ class DatagramWriter final : public LineWriter {
 
   void Write(const DatagramRow& row, LineTarget& target) {
     if (target.format == LineFormat::kJsonLines) {
-      AppendDatagramJson(target.output.buffer(), row, names_);
+      AppendDatagramJson(target.output.buffer(), row, fields_);
     } else {
       AppendDatagramText(target.output.buffer(), row, contents_, target.color);
     }
@@ -104,7 +104,7 @@ class DatagramWriter final : public LineWriter {
 
   const Pipeline* pipeline_ = nullptr;
   const StreamContext* context_ = nullptr;
-  RegisterNames names_;
+  DatagramFields fields_;
   std::string seconds_;  ///< of the frame at hand
   ContentTexts contents_;
 };

@@ -97,7 +97,74 @@ const std::string& RegisterNames::Find(EscAddress address, std::uint16_t length)
   return names_.emplace(key, std::move(json)).first->second;
 }
 
-void AppendDatagramJson(std::string& out, const DatagramRow& row, RegisterNames& names) {
+const DatagramFields::Place& DatagramFields::Find(const DatagramRow& row) {
+  constexpr std::uint64_t kIndex = 0xFF00;
+  const wire::DatagramView& d = row.datagram;
+  const Key key{.header = LoadLittleEndian<std::uint64_t>(d.bytes().data()) & ~kIndex,
+                .irq = d.irq(),
+                .wkc = d.wkc(),
+                .slave = row.slave,
+                .direction = row.direction};
+  Place& place = places_[(std::size_t{d.ordinal()} * 2 + (row.outbound() ? 1 : 0)) % kPlaces];
+  if (place.ahead.empty() || place.key != key) {
+    place.key = key;
+    Write(row, place);
+  }
+  return place;
+}
+
+void DatagramFields::Write(const DatagramRow& row, Place& place) {
+  const wire::DatagramView& d = row.datagram;
+  // Keys and separators come to 163 characters, numbers and words to 90 at most.
+  ShortText<320> fields;
+  fields.Put(",\"direction\":\"");
+  fields.Put(DirectionName(row.direction));
+  fields.Put("\",\"command\":\"");
+  if (wire::IsDefined(d.command_byte())) {
+    fields.Put(wire::Name(d.command()));
+  } else {
+    fields.Number(d.command_byte());
+  }
+  fields.Put("\",\"index\":");
+  place.ahead.clear();
+  fields.AppendTo(place.ahead);
+  ShortText<320> behind;
+  behind.Put(",\"adp\":");
+  behind.Number(d.adp());
+  behind.Put(",\"ado\":");
+  behind.Number(d.ado());
+  if (wire::IsLogical(d.command())) {
+    behind.Put(",\"logical\":");
+    behind.Number(d.logical_address());
+  }
+  behind.Put(",\"length\":");
+  behind.Number(d.length());
+  behind.Put(",\"irq\":");
+  behind.Number(d.irq());
+  behind.Put(",\"wkc\":");
+  behind.Number(d.wkc());
+  behind.Put(",\"more\":");
+  behind.Bool(d.more());
+  behind.Put(",\"circulating\":");
+  behind.Bool(d.circulating());
+  behind.Put(",\"slave\":");
+  if (row.slave) {
+    behind.Number(*row.slave);
+  } else {
+    behind.Put("null");
+  }
+  behind.Put(",\"register\":");
+  place.behind.clear();
+  behind.AppendTo(place.behind);
+  if (HasEscAddress(d)) {
+    place.behind += names_.Find(d.ado(), d.length());
+  } else {
+    place.behind += "null";
+  }
+  place.behind += ",\"data\":\"";
+}
+
+void AppendDatagramJson(std::string& out, const DatagramRow& row, DatagramFields& fields) {
   const wire::DatagramView& d = row.datagram;
   ShortText<128> place;
   place.Put("{\"frame\":");
@@ -112,51 +179,10 @@ void AppendDatagramJson(std::string& out, const DatagramRow& row, RegisterNames&
     out += ",\"time\":";
     AppendJsonString(out, time);
   }
-
-  // Keys and separators come to 163 characters, numbers and words to 90 at most.
-  ShortText<320> fields;
-  fields.Put(",\"direction\":\"");
-  fields.Put(DirectionName(row.direction));
-  fields.Put("\",\"command\":\"");
-  if (wire::IsDefined(d.command_byte())) {
-    fields.Put(wire::Name(d.command()));
-  } else {
-    fields.Number(d.command_byte());
-  }
-  fields.Put("\",\"index\":");
-  fields.Number(d.index());
-  fields.Put(",\"adp\":");
-  fields.Number(d.adp());
-  fields.Put(",\"ado\":");
-  fields.Number(d.ado());
-  if (wire::IsLogical(d.command())) {
-    fields.Put(",\"logical\":");
-    fields.Number(d.logical_address());
-  }
-  fields.Put(",\"length\":");
-  fields.Number(d.length());
-  fields.Put(",\"irq\":");
-  fields.Number(d.irq());
-  fields.Put(",\"wkc\":");
-  fields.Number(d.wkc());
-  fields.Put(",\"more\":");
-  fields.Bool(d.more());
-  fields.Put(",\"circulating\":");
-  fields.Bool(d.circulating());
-  fields.Put(",\"slave\":");
-  if (row.slave) {
-    fields.Number(*row.slave);
-  } else {
-    fields.Put("null");
-  }
-  fields.Put(",\"register\":");
-  fields.AppendTo(out);
-  if (HasEscAddress(d)) {
-    out += names.Find(d.ado(), d.length());
-  } else {
-    out += "null";
-  }
-  out += ",\"data\":\"";
+  const DatagramFields::Place& kept = fields.Find(row);
+  out += kept.ahead;
+  AppendNumber(out, d.index());
+  out += kept.behind;
   AppendHexBytes(out, d.data());
   out += "\"}";
 }

@@ -41,8 +41,37 @@ class RegisterNames {
   std::unordered_map<std::uint32_t, std::string> names_;
 };
 
+/// What a JSON line says of a datagram between its time and its data, but for the index, which every frame has another
+/// one of. A cycle mostly says what the one before said in the same place.
+class DatagramFields {
+ public:
+  struct Key {
+    std::uint64_t header = 0;  ///< command, address, length and flags
+    std::uint16_t irq = 0;
+    std::uint16_t wkc = 0;
+    std::optional<SlavePos> slave;
+    bus::Direction direction = bus::Direction::kForeign;
+    bool operator==(const Key&) const = default;
+  };
+  struct Place {
+    Key key;
+    std::string ahead;   ///< of the index
+    std::string behind;  ///< up to the first digit of the data
+  };
+
+  /// Valid until the next call.
+  const Place& Find(const DatagramRow& row);
+
+ private:
+  void Write(const DatagramRow& row, Place& place);
+
+  static constexpr std::size_t kPlaces = 128;
+  std::array<Place, kPlaces> places_;
+  RegisterNames names_;
+};
+
 /// Appends the object that contract and docs/json.md describe, without a line break.
-void AppendDatagramJson(std::string& out, const DatagramRow& row, RegisterNames& names);
+void AppendDatagramJson(std::string& out, const DatagramRow& row, DatagramFields& fields);
 
 /// Contents of datagrams in words. A cycle mostly says what the one before said in the same place.
 class ContentTexts {

@@ -40,7 +40,8 @@ void AppendJsonNumber(std::string& out, double value) {
     return;
   }
   char digits[40];
-  out.append(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
+  const char* const end = std::to_chars(digits, digits + sizeof digits, value).ptr;
+  out.append(digits, static_cast<std::size_t>(end - digits));  // by length: two iterators make it replace()
 }
 
 void AppendSeconds(std::string& out, std::int64_t ns) {
@@ -55,7 +56,7 @@ void AppendSeconds(std::string& out, std::int64_t ns) {
     at[i] = static_cast<char>('0' + fraction % 10U);
     fraction /= 10U;
   }
-  out.append(text, at + 9);
+  out.append(text, static_cast<std::size_t>(at + 9 - text));
 }
 
 void JsonLine::Bytes(std::string_view key, ByteSpan bytes) {

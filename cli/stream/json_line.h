@@ -23,7 +23,8 @@ void AppendSeconds(std::string& out, std::int64_t ns);
 template <std::integral T>
 void AppendNumber(std::string& out, T value) {
   char digits[24];
-  out.append(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
+  const char* const end = std::to_chars(digits, digits + sizeof digits, value).ptr;
+  out.append(digits, static_cast<std::size_t>(end - digits));  // by length: two iterators make it replace()
 }
 
 class JsonLine {

@@ -1,5 +1,6 @@
 #include "cli/stream/row_tape.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <filesystem>
 #include <string>
@@ -26,27 +27,26 @@ void RowTape::Clear() {
   if (fd_ >= 0) ::close(fd_);
   fd_ = -1;
   buffer_.clear();
-  at_ = 0;
+  end_ = at_ = 0;
   failed_ = false;
 }
 
 void RowTape::Put(ByteSpan bytes) {
-  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
+  if (buffer_.size() - end_ < bytes.size()) MakeRoom(bytes.size());
+  std::copy(bytes.begin(), bytes.end(), buffer_.begin() + static_cast<std::ptrdiff_t>(end_));
+  end_ += bytes.size();
 }
 
-void RowTape::PutLong(std::uint64_t value) {
-  while (value >= 0x80) {
-    buffer_.push_back(static_cast<std::uint8_t>(value | 0x80U));
-    value >>= 7U;
-  }
-  buffer_.push_back(static_cast<std::uint8_t>(value));
+void RowTape::MakeRoom(std::size_t bytes) {
+  constexpr std::size_t kLeast = 256;
+  buffer_.resize(std::max({kLeast, 2 * buffer_.size(), end_ + bytes}));
 }
 
 void RowTape::Flush() {
   if (fd_ < 0 && !failed_) fd_ = MakeNameless();
   failed_ = failed_ || fd_ < 0;
   const std::uint8_t* data = buffer_.data();
-  for (std::size_t left = buffer_.size(); left > 0 && !failed_;) {
+  for (std::size_t left = end_; left > 0 && !failed_;) {
     const ssize_t written = ::write(fd_, data, left);
     if (written < 0 && errno == EINTR) continue;
     failed_ = written <= 0;
@@ -54,7 +54,7 @@ void RowTape::Flush() {
     data += written;
     left -= static_cast<std::size_t>(written);
   }
-  buffer_.clear();
+  end_ = 0;
 }
 
 void RowTape::Rewind() {
@@ -65,17 +65,17 @@ void RowTape::Rewind() {
 
 bool RowTape::more() {
   if (failed_) return false;
-  if (at_ < buffer_.size()) return true;
+  if (at_ < end_) return true;
   if (fd_ < 0) return false;
   buffer_.resize(kBufferBytes);
-  at_ = 0;
+  end_ = at_ = 0;
   ssize_t got = 0;
   do {
     got = ::read(fd_, buffer_.data(), buffer_.size());
   } while (got < 0 && errno == EINTR);
   failed_ = got < 0;
-  buffer_.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
-  return !buffer_.empty();
+  end_ = got > 0 ? static_cast<std::size_t>(got) : 0;
+  return end_ > 0;
 }
 
 std::uint64_t RowTape::TakeLong() {

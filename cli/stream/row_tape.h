@@ -27,8 +27,11 @@ class RowTape {
   void Put(ByteSpan bytes);
   /// Small numbers take few bytes.
   void PutNumber(std::uint64_t value) {
-    if (value >= 0x80) return PutLong(value);
-    buffer_.push_back(static_cast<std::uint8_t>(value));
+    if (buffer_.size() - end_ < kLongestNumber) MakeRoom(kLongestNumber);
+    std::uint8_t* to = buffer_.data() + end_;
+    for (; value >= 0x80; value >>= 7U) *to++ = static_cast<std::uint8_t>(value | 0x80U);
+    *to++ = static_cast<std::uint8_t>(value);
+    end_ = static_cast<std::size_t>(to - buffer_.data());
   }
   /// Likewise; small are those near 0.
   void PutSigned(std::int64_t value) {
@@ -37,7 +40,7 @@ class RowTape {
   }
   /// Call it between rows: hands what came so far to the file when it is much.
   void EndRow() {
-    if (buffer_.size() >= kBufferBytes) Flush();
+    if (end_ >= kBufferBytes) Flush();
   }
 
   /// Nothing more is written; reading begins at the front.
@@ -45,7 +48,14 @@ class RowTape {
   /// There is more to read.
   [[nodiscard]] bool more();
   [[nodiscard]] std::uint64_t TakeNumber() {
-    return at_ < buffer_.size() && buffer_[at_] < 0x80 ? buffer_[at_++] : TakeLong();
+    if (end_ - at_ < kLongestNumber) return TakeLong();
+    const std::uint8_t* from = buffer_.data() + at_;
+    std::uint64_t value = *from & 0x7FU;
+    for (unsigned shift = 7; *from >= 0x80 && shift < 64; shift += 7) {
+      value |= static_cast<std::uint64_t>(*++from & 0x7FU) << shift;
+    }
+    at_ = static_cast<std::size_t>(from + 1 - buffer_.data());
+    return value;
   }
   [[nodiscard]] std::int64_t TakeSigned() {
     const std::uint64_t value = TakeNumber();
@@ -55,14 +65,16 @@ class RowTape {
 
  private:
   static constexpr std::size_t kBufferBytes = std::size_t{64} << 10U;
+  static constexpr std::size_t kLongestNumber = 10;  ///< 64 bits, 7 in a byte
 
   void Flush();
-  void PutLong(std::uint64_t value);
+  void MakeRoom(std::size_t bytes);
   [[nodiscard]] std::uint64_t TakeLong();
   [[nodiscard]] std::uint8_t TakeByte() { return more() ? buffer_[at_++] : std::uint8_t{0}; }
 
   std::vector<std::uint8_t> buffer_;
-  std::size_t at_ = 0;  ///< read up to here
+  std::size_t end_ = 0;  ///< of what it holds
+  std::size_t at_ = 0;   ///< read up to here
   int fd_ = -1;
   bool failed_ = false;
 };

@@ -145,7 +145,9 @@ std::optional<Error> SignalWriter::EndLearning(Console& console) {
   drives_.assign(count, nullptr);
   words_.resize(count);
   json_keys_.clear();
+  forms_.clear();
   for (const SignalColumn& column : columns_.columns()) {
+    forms_.push_back(FormOf(column));
     std::string& key = json_keys_.emplace_back(",");
     AppendJsonString(key, column.header);
     key += ':';
@@ -195,6 +197,14 @@ void SignalWriter::SayWhatIsOdd(Console& console) const {
   }
 }
 
+/// How nearly all signals are written, said once: as signals::ReadSignal() reads them.
+SignalWriter::Form SignalWriter::FormOf(const SignalColumn& column) {
+  if (column.divisor != 1.0) return Form::kOther;
+  const signals::SignalValue none = signals::ReadSignal(column.type, column.bits, 0);
+  if (std::holds_alternative<std::uint64_t>(none)) return Form::kNatural;
+  return std::holds_alternative<std::int64_t>(none) ? Form::kInteger : Form::kOther;
+}
+
 /// The number of the row's layout; nothing when there are too many.
 std::optional<std::uint32_t> SignalWriter::LayoutOfRow() {
   const auto [last, added] = layout_of_kind_.try_emplace(row_.kind, 0);
@@ -237,24 +247,33 @@ void SignalWriter::KeepRow() {
   before_.raw.resize(cells_.size());
   while (kept_kinds_.size() < columns_.columns().size())
     kept_kinds_.push_back(columns_.columns()[kept_kinds_.size()].kind);
-  for (const std::uint32_t column : row_.filled) KeepCell(column, all_numbers);
+  if (all_numbers) {
+    for (const std::uint32_t column : row_.filled) KeepNumber(column);
+  } else {
+    for (const std::uint32_t column : row_.filled) KeepCell(column);
+  }
   tape_.EndRow();
 }
 
-void SignalWriter::KeepCell(std::uint32_t column, bool all_numbers) {
+void SignalWriter::KeepCell(std::uint32_t column) {
   const Cell& cell = cells_[column];
-  if (!all_numbers) tape_.PutNumber(static_cast<std::uint64_t>(cell.content));
+  tape_.PutNumber(static_cast<std::uint64_t>(cell.content));
   if (cell.content == Content::kBytes) {
     tape_.PutNumber(cell.bytes.size());
     tape_.Put(cell.bytes);
   } else if (cell.content == Content::kNumber) {
-    tape_.PutNumber(cell.raw ^ before_.raw[column]);
-    before_.raw[column] = cell.raw;
-    if (kept_kinds_[column] == ColumnKind::kSignal) return;
-    const auto drive = std::find(kept_drives_.begin(), kept_drives_.end(), drives_[column]);
-    tape_.PutNumber(static_cast<std::uint64_t>(drive - kept_drives_.begin()));
-    if (drive == kept_drives_.end()) kept_drives_.push_back(drives_[column]);
+    KeepNumber(column);
   }
+}
+
+void SignalWriter::KeepNumber(std::uint32_t column) {
+  const std::uint64_t raw = cells_[column].raw;
+  tape_.PutNumber(raw ^ before_.raw[column]);
+  before_.raw[column] = raw;
+  if (kept_kinds_[column] == ColumnKind::kSignal) return;
+  const auto drive = std::find(kept_drives_.begin(), kept_drives_.end(), drives_[column]);
+  tape_.PutNumber(static_cast<std::uint64_t>(drive - kept_drives_.begin()));
+  if (drive == kept_drives_.end()) kept_drives_.push_back(drives_[column]);
 }
 
 void SignalWriter::TakeRow() {
@@ -271,20 +290,22 @@ void SignalWriter::TakeRow() {
   row_.returned = {number, static_cast<TimeNs>(next(before_.time)), (flags & 2U) != 0};
   if ((flags & 4U) != 0) row_.dc_time = before_.dc_time = next(before_.dc_time);
   row_.filled = layout.places;
+  const bool all_numbers = (flags & 8U) != 0;
   for (std::size_t i = 0; i < layout.columns.size(); ++i) {
-    TakeCell(layout.columns[i], layout.places[i], (flags & 8U) != 0);
+    const std::uint32_t place = layout.places[i];
+    Cell& cell = cells_[place];
+    cell.content = all_numbers ? Content::kNumber : static_cast<Content>(tape_.TakeNumber());
+    if (cell.content == Content::kNumber) {
+      TakeNumber(layout.columns[i], place);
+    } else if (cell.content == Content::kBytes) {
+      tape_.Take(cell.bytes, tape_.TakeNumber());
+    }
   }
 }
 
-void SignalWriter::TakeCell(std::uint32_t column, std::uint32_t place, bool all_numbers) {
-  Cell& cell = cells_[place];
-  cell.content = all_numbers ? Content::kNumber : static_cast<Content>(tape_.TakeNumber());
-  if (cell.content == Content::kBytes) {
-    tape_.Take(cell.bytes, tape_.TakeNumber());
-  } else if (cell.content == Content::kNumber) {
-    cell.raw = before_.raw[column] ^= tape_.TakeNumber();
-    if (kept_kinds_[column] != ColumnKind::kSignal) drives_[place] = kept_drives_[tape_.TakeNumber()];
-  }
+void SignalWriter::TakeNumber(std::uint32_t column, std::uint32_t place) {
+  cells_[place].raw = before_.raw[column] ^= tape_.TakeNumber();
+  if (kept_kinds_[column] != ColumnKind::kSignal) drives_[place] = kept_drives_[tape_.TakeNumber()];
 }
 
 std::optional<Error> SignalWriter::WriteKept(const StreamContext& context) {
@@ -563,6 +584,8 @@ void SignalWriter::AppendCell(std::string& out, std::uint32_t number, bool json)
     return;
   }
   if (column.kind != ColumnKind::kSignal) return AppendWord(out, number, json);
+  if (forms_[number] == Form::kNatural) return AppendNumber(out, cell.raw);
+  if (forms_[number] == Form::kInteger) return AppendNumber(out, SignExtend(cell.raw, column.bits));
   const signals::SignalValue value = signals::ReadSignal(column.type, column.bits, cell.raw);
   if (json && std::holds_alternative<double>(value)) {
     AppendJsonNumber(out, std::get<double>(signals::Scaled(value, column.divisor)));

@@ -92,12 +92,17 @@ class SignalWriter final : public LineWriter {
     std::vector<std::uint64_t> raw;  ///< by column, as numbered before they were sorted
   };
 
+  /// What a column's numbers are.
+  enum class Form : std::uint8_t { kNatural, kInteger, kOther };
+
+  [[nodiscard]] static Form FormOf(const SignalColumn& column);
   void SayWhatIsOdd(Console& console) const;
   [[nodiscard]] std::optional<std::uint32_t> LayoutOfRow();
   void KeepRow();
-  void KeepCell(std::uint32_t column, bool all_numbers);
+  void KeepCell(std::uint32_t column);
+  void KeepNumber(std::uint32_t column);
   void TakeRow();
-  void TakeCell(std::uint32_t column, std::uint32_t place, bool all_numbers);
+  void TakeNumber(std::uint32_t column, std::uint32_t place);
   void BeginPass(Observation& observation, const StreamContext& context);
   /// False when the frame is not to be shown.
   bool EnterRow(const FrameRef& sent, const FrameRef& returned);
@@ -142,6 +147,7 @@ class SignalWriter final : public LineWriter {
   std::vector<Cell> shown_;                          ///< as last written, for --changes
   std::vector<const device::DriveProfile*> drives_;  ///< of state and command columns
   std::vector<Word> words_;                          ///< likewise
+  std::vector<Form> forms_;                          ///< of all columns
   std::vector<std::string> json_keys_;               ///< of all columns, as JSON text with what stands around them
   std::vector<std::uint8_t> scratch_;
   std::unordered_map<std::uint64_t, std::uint64_t> rows_of_kind_;

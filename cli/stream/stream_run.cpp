@@ -76,8 +76,11 @@ bool SelectsSlave(std::span<const SlaveSelector> selectors, const track::Network
   const bus::SlaveAddress& address = network.slaves()[slave];
   const SlavePos* position = address.position.if_known();
   const StationAddress* station = address.station.if_known();
-  return SelectsAddress(selectors, position != nullptr ? std::optional(*position) : std::nullopt,
-                        station != nullptr ? std::optional(*station) : std::nullopt);
+  for (const SlaveSelector& selector : selectors) {
+    const std::uint16_t* const own = selector.by_address ? station : position;
+    if (own != nullptr && *own == selector.value) return true;
+  }
+  return false;
 }
 
 std::span<const OutputFormat> LineWriter::formats() const {
