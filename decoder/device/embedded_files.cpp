@@ -9,6 +9,7 @@
 // A static library does not register its resources by itself. The macro has to stand outside of all namespaces.
 static void RegisterProfiles() {
   Q_INIT_RESOURCE(profiles);
+  Q_INIT_RESOURCE(packed_profiles);
 }
 
 namespace ecaudit::device {
@@ -29,6 +30,15 @@ void RegisterOnce() {
   static_cast<void>(kRegistered);
 }
 
+std::string_view Stored(const QString& folder, std::string_view name, const QString& extension) {
+  RegisterOnce();
+  if (name.find('/') != std::string_view::npos) return {};
+  const QResource file(folder + QString::fromUtf8(name.data(), static_cast<qsizetype>(name.size())) + extension);
+  // They are stored as they are (see CMakeLists.txt): to unpack them took longer than to read them.
+  if (!file.isValid() || file.compressionAlgorithm() != QResource::NoCompression) return {};
+  return {reinterpret_cast<const char*>(file.data()), static_cast<std::size_t>(file.size())};
+}
+
 }  // namespace
 
 std::vector<std::string> EmbeddedProfileNames() {
@@ -43,13 +53,15 @@ std::vector<std::string> EmbeddedProfileNames() {
 }
 
 std::string_view EmbeddedProfileText(std::string_view name) {
-  RegisterOnce();
-  if (name.find('/') != std::string_view::npos) return {};
-  const QResource file(QStringLiteral(":/ecaudit/profiles/") +
-                       QString::fromUtf8(name.data(), static_cast<qsizetype>(name.size())) + QStringLiteral(".json"));
-  // They are stored as they are (see CMakeLists.txt): to unpack them took longer than to read them.
-  if (!file.isValid() || file.compressionAlgorithm() != QResource::NoCompression) return {};
-  return {reinterpret_cast<const char*>(file.data()), static_cast<std::size_t>(file.size())};
+  return Stored(QStringLiteral(":/ecaudit/profiles/"), name, QStringLiteral(".json"));
+}
+
+std::string_view EmbeddedPackedProfile(std::string_view name) {
+  return Stored(QStringLiteral(":/ecaudit/packed/"), name, QStringLiteral(".packed"));
+}
+
+std::string_view EmbeddedPackedHead(std::string_view name) {
+  return Stored(QStringLiteral(":/ecaudit/packed/"), name, QStringLiteral(".head"));
 }
 
 }  // namespace ecaudit::device

@@ -11,5 +11,9 @@ namespace ecaudit::device {
 [[nodiscard]] std::vector<std::string> EmbeddedProfileNames();
 /// The text of one, where it lies in the program; empty when there is none of that name.
 [[nodiscard]] std::string_view EmbeddedProfileText(std::string_view name);
+/// The same as PackJson() made it when the program was built; empty when there is none of that name.
+[[nodiscard]] std::string_view EmbeddedPackedProfile(std::string_view name);
+/// Likewise of nothing but its head.
+[[nodiscard]] std::string_view EmbeddedPackedHead(std::string_view name);
 
 }  // namespace ecaudit::device

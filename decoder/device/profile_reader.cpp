@@ -84,8 +84,12 @@ void ReadDocuments(const Cursor& cursor) {
 Result<ProfileHead> ReadProfileHead(std::string_view json) {
   const Result<JsonDocument> document = ParseJson(json, "match");
   if (!document) return document.error();
+  return ReadProfileHead(*document);
+}
+
+Result<ProfileHead> ReadProfileHead(const JsonDocument& document) {
   std::optional<Error> error;
-  const Cursor cursor(document->root(), error);
+  const Cursor cursor(document.root(), error);
   ObjectReader object(cursor);
   ProfileHead head;
   ReadHead(object, cursor, head);
@@ -98,9 +102,12 @@ Result<ProfileHead> ReadProfileHead(std::string_view json) {
 Result<DeviceDescription> ReadProfile(std::string_view json, const ProfileLookup& lookup) {
   const Result<JsonDocument> document = ParseJson(json);
   if (!document) return document.error();
+  return ReadProfile(*document, lookup);
+}
 
+Result<DeviceDescription> ReadProfile(const JsonDocument& document, const ProfileLookup& lookup) {
   std::optional<Error> error;
-  const Cursor cursor(document->root(), error);
+  const Cursor cursor(document.root(), error);
   ObjectReader object(cursor);
   ProfileHead head;
   ReadHead(object, cursor, head);

@@ -7,6 +7,7 @@
 #include <system_error>
 #include <utility>
 
+#include "decoder/base/packed_json.h"
 #include "decoder/base/text.h"
 #include "decoder/device/description_file.h"
 #include "decoder/device/embedded_files.h"
@@ -42,7 +43,9 @@ const std::vector<ProfileHead>& BuiltinHeads() {
   static const std::vector<ProfileHead> heads = [] {
     std::vector<ProfileHead> read;
     for (const std::string& name : BuiltinProfileNames()) {
-      if (Result<ProfileHead> head = ReadProfileHead(EmbeddedProfileText(name))) read.push_back(std::move(*head));
+      const std::optional<JsonDocument> document = UnpackJson(EmbeddedPackedHead(name));
+      if (!document) continue;
+      if (Result<ProfileHead> head = ReadProfileHead(*document)) read.push_back(std::move(*head));
     }
     return read;
   }();
@@ -77,7 +80,9 @@ const DeviceDescription* BuiltinProfile(std::string_view name) {
   Builtin& builtin = it->second;
   std::call_once(builtin.once, [&] {
     // Tests parse every built-in profile, so a failure cannot ship; an "extends" cycle would hang here.
-    Result<DeviceDescription> read = ReadProfile(EmbeddedProfileText(name), BuiltinProfile);
+    const std::optional<JsonDocument> document = UnpackJson(EmbeddedPackedProfile(name));
+    if (!document) return;
+    Result<DeviceDescription> read = ReadProfile(*document, BuiltinProfile);
     if (read) builtin.description = std::make_unique<const DeviceDescription>(std::move(*read));
   });
   return builtin.description.get();

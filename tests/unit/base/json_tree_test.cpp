@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "decoder/base/json.h"
+#include "decoder/base/packed_json.h"
 
 namespace ecaudit {
 namespace {
@@ -60,6 +61,12 @@ void ExpectAsTheLibrary(const std::string& text) {
   ASSERT_EQ(reading.document.has_value(), !wanted.is_discarded()) << text << "\n" << reading.problem;
   if (!reading.document) return;
   EXPECT_EQ(Differ(reading.document->root(), wanted, "root"), "") << text;
+  const std::string packed = PackJson(text);
+  EXPECT_EQ(packed.empty(), reading.repeated_key.has_value()) << text;
+  if (packed.empty()) return;
+  const std::optional<JsonDocument> unpacked = UnpackJson(packed);
+  ASSERT_TRUE(unpacked.has_value()) << text;
+  EXPECT_EQ(Differ(unpacked->root(), wanted, "root"), "") << text;
 }
 
 constexpr std::string_view kDocument =
@@ -72,6 +79,19 @@ TEST(JsonTree, KeepsWhatThereIs) {
   for (const char* text : {"1", "\"x\"", "[]", "{}", " null ", "-0", "[[[[]]]]", "0.1", "1e0", "-1"}) {
     ExpectAsTheLibrary(text);
   }
+}
+
+TEST(JsonTree, WhatIsNotPackedWholeIsNothing) {
+  const std::string packed = PackJson(kDocument);
+  ASSERT_FALSE(packed.empty());
+  for (std::size_t length = 0; length < packed.size(); ++length) {
+    EXPECT_FALSE(UnpackJson(std::string_view(packed).substr(0, length)).has_value()) << length;
+  }
+  EXPECT_FALSE(UnpackJson(packed + '\0').has_value());
+  std::string nested;
+  for (unsigned i = 0; i < 1000; ++i) nested += "\x06\x01";
+  EXPECT_FALSE(UnpackJson(nested).has_value());
+  EXPECT_TRUE(PackJson("[1").empty());
 }
 
 TEST(JsonTree, TakesAndRefusesWhatTheLibraryDoes) {

@@ -9,6 +9,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "decoder/base/packed_json.h"
+#include "decoder/device/embedded_files.h"
+#include "decoder/device/profile_reader.h"
+
 namespace ecaudit::device {
 namespace {
 
@@ -20,6 +24,16 @@ std::vector<std::string> Ids(const std::vector<const DeviceDescription*>& profil
   std::vector<std::string> ids;
   for (const DeviceDescription* profile : profiles) ids.push_back(profile->id);
   return ids;
+}
+
+TEST(ProfileRegistry, BuiltinProfilesArePackedAsTheyAreWritten) {
+  for (const std::string& name : BuiltinProfileNames()) {
+    const std::string packed = PackJson(EmbeddedProfileText(name));
+    EXPECT_FALSE(packed.empty()) << name;
+    EXPECT_TRUE(EmbeddedPackedProfile(name) == packed) << name;
+    EXPECT_TRUE(EmbeddedPackedHead(name) == PackJson(EmbeddedProfileText(name), kHeadKeys)) << name;
+  }
+  EXPECT_TRUE(EmbeddedPackedProfile("nobody").empty());
 }
 
 /// A folder of its own for one test.
