@@ -26,18 +26,23 @@ class RowTape {
 
   void Put(ByteSpan bytes);
   /// Small numbers take few bytes.
-  void PutNumber(std::uint64_t value) {
-    if (buffer_.size() - end_ < kLongestNumber) MakeRoom(kLongestNumber);
-    std::uint8_t* to = buffer_.data() + end_;
-    for (; value >= 0x80; value >>= 7U) *to++ = static_cast<std::uint8_t>(value | 0x80U);
-    *to++ = static_cast<std::uint8_t>(value);
-    end_ = static_cast<std::size_t>(to - buffer_.data());
-  }
+  void PutNumber(std::uint64_t value) { PutUpTo(PutAt(RoomForNumbers(1), value)); }
   /// Likewise; small are those near 0.
   void PutSigned(std::int64_t value) {
     constexpr std::uint64_t kAllBits = ~std::uint64_t{0};
     PutNumber((static_cast<std::uint64_t>(value) & kAllBits >> 1U) << 1U ^ (value < 0 ? kAllBits : 0));
   }
+  /// Many numbers at once: PutAt() each of them one behind the other in room for so many, then PutUpTo() the end.
+  [[nodiscard]] std::uint8_t* RoomForNumbers(std::size_t count) {
+    if (buffer_.size() - end_ < count * kLongestNumber) MakeRoom(count * kLongestNumber);
+    return buffer_.data() + end_;
+  }
+  [[nodiscard]] static std::uint8_t* PutAt(std::uint8_t* to, std::uint64_t value) {
+    for (; value >= 0x80; value >>= 7U) *to++ = static_cast<std::uint8_t>(value | 0x80U);
+    *to++ = static_cast<std::uint8_t>(value);
+    return to;
+  }
+  void PutUpTo(const std::uint8_t* end) { end_ = static_cast<std::size_t>(end - buffer_.data()); }
   /// Call it between rows: hands what came so far to the file when it is much.
   void EndRow() {
     if (end_ >= kBufferBytes) Flush();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <map>
 
 #include "analyzers/signals/signal_value.h"
@@ -22,7 +23,8 @@ using device::PdoDirection;
 constexpr std::array kSignalFormats{OutputFormat{"csv", ".csv"}, OutputFormat{"jsonl", ".jsonl"}};
 constexpr std::size_t kMaxKinds = 4096;
 constexpr std::size_t kMaxLayouts = 4096;
-constexpr std::size_t kMaxNamed = 4;  // things listed in one warning
+constexpr std::size_t kLongestCell = 24;  // a comma and an integer of 64 bits
+constexpr std::size_t kMaxNamed = 4;      // things listed in one warning
 
 std::string_view PdoDirectionName(PdoDirection direction) {
   return direction == PdoDirection::kRx ? "rx" : "tx";
@@ -199,7 +201,7 @@ void SignalWriter::SayWhatIsOdd(Console& console) const {
 
 /// How nearly all signals are written, said once: as signals::ReadSignal() reads them.
 SignalWriter::Form SignalWriter::FormOf(const SignalColumn& column) {
-  if (column.divisor != 1.0) return Form::kOther;
+  if (column.kind != ColumnKind::kSignal || column.divisor != 1.0) return Form::kOther;
   const signals::SignalValue none = signals::ReadSignal(column.type, column.bits, 0);
   if (std::holds_alternative<std::uint64_t>(none)) return Form::kNatural;
   return std::holds_alternative<std::int64_t>(none) ? Form::kInteger : Form::kOther;
@@ -248,7 +250,7 @@ void SignalWriter::KeepRow() {
   while (kept_kinds_.size() < columns_.columns().size())
     kept_kinds_.push_back(columns_.columns()[kept_kinds_.size()].kind);
   if (all_numbers) {
-    for (const std::uint32_t column : row_.filled) KeepNumber(column);
+    KeepNumbers(row_.filled);
   } else {
     for (const std::uint32_t column : row_.filled) KeepCell(column);
   }
@@ -262,18 +264,25 @@ void SignalWriter::KeepCell(std::uint32_t column) {
     tape_.PutNumber(cell.bytes.size());
     tape_.Put(cell.bytes);
   } else if (cell.content == Content::kNumber) {
-    KeepNumber(column);
+    KeepNumbers(std::span(&column, 1));
   }
 }
 
-void SignalWriter::KeepNumber(std::uint32_t column) {
-  const std::uint64_t raw = cells_[column].raw;
-  tape_.PutNumber(raw ^ before_.raw[column]);
-  before_.raw[column] = raw;
-  if (kept_kinds_[column] == ColumnKind::kSignal) return;
-  const auto drive = std::find(kept_drives_.begin(), kept_drives_.end(), drives_[column]);
-  tape_.PutNumber(static_cast<std::uint64_t>(drive - kept_drives_.begin()));
-  if (drive == kept_drives_.end()) kept_drives_.push_back(drives_[column]);
+void SignalWriter::KeepNumbers(std::span<const std::uint32_t> columns) {
+  std::uint8_t* to = tape_.RoomForNumbers(2 * columns.size());
+  const Cell* const cells = cells_.data();
+  std::uint64_t* const before = before_.raw.data();
+  const ColumnKind* const kinds = kept_kinds_.data();
+  for (const std::uint32_t column : columns) {
+    const std::uint64_t raw = cells[column].raw;
+    to = RowTape::PutAt(to, raw ^ before[column]);
+    before[column] = raw;
+    if (kinds[column] == ColumnKind::kSignal) continue;
+    const auto drive = std::find(kept_drives_.begin(), kept_drives_.end(), drives_[column]);
+    to = RowTape::PutAt(to, static_cast<std::uint64_t>(drive - kept_drives_.begin()));
+    if (drive == kept_drives_.end()) kept_drives_.push_back(drives_[column]);
+  }
+  tape_.PutUpTo(to);
 }
 
 void SignalWriter::TakeRow() {
@@ -291,21 +300,21 @@ void SignalWriter::TakeRow() {
   if ((flags & 4U) != 0) row_.dc_time = before_.dc_time = next(before_.dc_time);
   row_.filled = layout.places;
   const bool all_numbers = (flags & 8U) != 0;
-  for (std::size_t i = 0; i < layout.columns.size(); ++i) {
-    const std::uint32_t place = layout.places[i];
-    Cell& cell = cells_[place];
+  Cell* const cells = cells_.data();
+  std::uint64_t* const before = before_.raw.data();
+  const ColumnKind* const kinds = kept_kinds_.data();
+  const std::uint32_t* place = layout.places.data();
+  for (const std::uint32_t column : layout.columns) {
+    Cell& cell = cells[*place];
     cell.content = all_numbers ? Content::kNumber : static_cast<Content>(tape_.TakeNumber());
     if (cell.content == Content::kNumber) {
-      TakeNumber(layout.columns[i], place);
+      cell.raw = before[column] ^= tape_.TakeNumber();
+      if (kinds[column] != ColumnKind::kSignal) drives_[*place] = kept_drives_[tape_.TakeNumber()];
     } else if (cell.content == Content::kBytes) {
       tape_.Take(cell.bytes, tape_.TakeNumber());
     }
+    ++place;
   }
-}
-
-void SignalWriter::TakeNumber(std::uint32_t column, std::uint32_t place) {
-  cells_[place].raw = before_.raw[column] ^= tape_.TakeNumber();
-  if (kept_kinds_[column] != ColumnKind::kSignal) drives_[place] = kept_drives_[tape_.TakeNumber()];
 }
 
 std::optional<Error> SignalWriter::WriteKept(const StreamContext& context) {
@@ -629,10 +638,26 @@ void SignalWriter::WriteCsvRow(std::string& out) {
   }
   out += ',';
   AppendNumber(out, row_.frame().number);
-  for (std::uint32_t column = 0; column < cells_.size(); ++column) {
-    out += ',';
-    AppendCell(out, column, false);
+  // Nearly all cells are integers: the text of as many as stand side by side joins the row at once.
+  line_.resize(cells_.size() * kLongestCell);
+  char* const begin = line_.data();
+  char* at = begin;
+  const Cell* cell = cells_.data();
+  for (std::uint32_t column = 0; column < cells_.size(); ++column, ++cell) {
+    *at++ = ',';
+    if (cell->content == Content::kAbsent || cell->content == Content::kUnknown) continue;
+    const Form form = cell->content == Content::kNumber ? forms_[column] : Form::kOther;
+    if (form == Form::kNatural) {
+      at = std::to_chars(at, at + kLongestCell, cell->raw).ptr;
+    } else if (form == Form::kInteger) {
+      at = std::to_chars(at, at + kLongestCell, SignExtend(cell->raw, columns_.columns()[column].bits)).ptr;
+    } else {
+      out.append(begin, static_cast<std::size_t>(at - begin));
+      at = begin;
+      AppendCell(out, column, false);
+    }
   }
+  out.append(begin, static_cast<std::size_t>(at - begin));
 }
 
 void SignalWriter::WriteJsonRow(std::string& out) {

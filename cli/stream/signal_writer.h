@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -100,9 +101,8 @@ class SignalWriter final : public LineWriter {
   [[nodiscard]] std::optional<std::uint32_t> LayoutOfRow();
   void KeepRow();
   void KeepCell(std::uint32_t column);
-  void KeepNumber(std::uint32_t column);
+  void KeepNumbers(std::span<const std::uint32_t> columns);
   void TakeRow();
-  void TakeNumber(std::uint32_t column, std::uint32_t place);
   void BeginPass(Observation& observation, const StreamContext& context);
   /// False when the frame is not to be shown.
   bool EnterRow(const FrameRef& sent, const FrameRef& returned);
@@ -150,6 +150,7 @@ class SignalWriter final : public LineWriter {
   std::vector<Form> forms_;                          ///< of all columns
   std::vector<std::string> json_keys_;               ///< of all columns, as JSON text with what stands around them
   std::vector<std::uint8_t> scratch_;
+  std::string line_;  ///< room for the cells of a row
   std::unordered_map<std::uint64_t, std::uint64_t> rows_of_kind_;
   std::uint64_t rows_written_ = 0;
 };

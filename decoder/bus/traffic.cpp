@@ -1,10 +1,19 @@
 #include "decoder/bus/traffic.h"
 
 #include <algorithm>
+#include <cstring>
 
 namespace ecaudit::bus {
 
 using wire::FrameView;
+
+namespace {
+
+bool SameIncidents(const PairingIncidents& a, const PairingIncidents& b) {
+  return std::memcmp(&a, &b, sizeof a) == 0 || a == b;  // nearly always they are, byte for byte
+}
+
+}  // namespace
 
 void Traffic::Clear() {
   steps_.clear();
@@ -92,7 +101,8 @@ void TrafficRecorder::BeginStep(const FrameView& packet) {
 
 void TrafficRecorder::EndStep(const PairingStatistics& statistics) {
   const PairingIncidents& incidents = statistics;
-  if (to_->incidents_.empty() || to_->incidents_.back() != incidents) to_->incidents_.push_back(incidents);
+  if (to_->incidents_.empty() || !SameIncidents(to_->incidents_.back(), incidents))
+    to_->incidents_.push_back(incidents);
   Traffic::Step& step = to_->steps_.back();
   step.incidents = static_cast<Traffic::Place>(to_->incidents_.size() - 1);
   step.calls_end = to_->calls_.size();

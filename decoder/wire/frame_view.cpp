@@ -188,7 +188,11 @@ FrameView FrameView::Parse(const capture::CapturedFrame& frame) noexcept {
 
 std::uint64_t FrameView::KeyOfDatagrams() const noexcept {
   std::uint64_t hash = count_;
-  for (std::size_t i = 0; i < count_; ++i) hash = Mix(hash, (*this)[i].KeptHeader());
+  // ParseDatagrams() found all of them inside; here nothing but their headers is looked at.
+  const std::uint16_t* offset = offsets_.data();
+  for (const std::uint16_t* const end = offset + count_; offset != end; ++offset) {
+    hash = Mix(hash, DatagramView(ByteSpan(bytes_.data() + *offset, kDatagramHeaderBytes), 0).KeptHeader());
+  }
   return hash;
 }
 
