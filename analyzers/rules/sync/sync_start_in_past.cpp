@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/sync_text.h"
 #include "analyzers/sync/sync_events.h"
@@ -54,12 +56,15 @@ class SyncStartInPast final : public Rule {
       NotEvaluable(e.slave, "system time (0x0910) not read before SYNC was switched on", e.frame.number);
       return;
     }
-    // How far ahead the start lies, by the time that was read.
-    const TimeNs ahead =
+    // How far ahead the start lies, by the time that was read. Beyond 146 years it is kept there, so that what is added
+    // to it later fits.
+    constexpr TimeNs kFarNs = TimeNs{1} << 62;
+    const TimeNs ahead = std::clamp(
         e.low_half_only
             ? static_cast<std::int32_t>(WrappingDifference(static_cast<std::uint32_t>(*e.start_ns & 0xFFFFFFFFU),
                                                            static_cast<std::uint32_t>(*e.read_time_ns & 0xFFFFFFFFU)))
-            : static_cast<TimeNs>(WrappingDifference<std::uint64_t>(*e.start_ns, *e.read_time_ns));
+            : static_cast<TimeNs>(WrappingDifference<std::uint64_t>(*e.start_ns, *e.read_time_ns)),
+        -kFarNs, kFarNs);
     TimeNs late = -ahead;
     if (ahead >= 0) {
       if (!e.since_read_ns) {
