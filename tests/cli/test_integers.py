@@ -6,10 +6,11 @@ import unittest
 from support import SHARED, SOURCE, CliTest
 
 CAPTURES = (".pcap", ".pcapng", ".gz", ".zst")
-COMMANDS = (("check", "-o", "json=report.json", "-o", "html=report.html", "-o", "junit=report.xml", "-o", "sarif=report.sarif",
-             "-o", "gitlab=gitlab.json", "-o", "github=github.txt"),
-            ("decode", "--format", "jsonl"), ("events", "--format", "jsonl"), ("events",), ("signals", "--format", "jsonl"),
-            ("signals", "--format", "csv"), ("startup", "--format", "json"), ("startup",))
+CHECK = ("check", "-o", "json=report.json", "-o", "html=report.html", "-o", "junit=report.xml", "-o", "sarif=report.sarif",
+         "-o", "gitlab=gitlab.json", "-o", "github=github.txt")
+# Two forms of one content each: captures take them in turn.
+FORMS = ((("decode",), ("decode", "--format", "jsonl")), (("events",), ("events", "--format", "jsonl")),
+         (("signals", "--format", "csv"), ("signals", "--format", "jsonl")), (("startup",), ("startup", "--format", "json")))
 # A finding names file, line and what happened; all of them are shown, not the first one only.
 GO_ON = {**os.environ, "UBSAN_OPTIONS": "halt_on_error=0:print_stacktrace=0"}
 
@@ -25,8 +26,8 @@ class Integers(CliTest):
         captures = self.captures()
         self.assertGreater(len(captures), 80)
         found = {}  # the first of each place
-        for capture in captures:
-            for command in COMMANDS:
+        for turn, capture in enumerate(captures):
+            for command in (CHECK, *(forms[turn % 2] for forms in FORMS)):
                 done = self.run_program(*command, capture, env=GO_ON)
                 for place, what in re.findall(r"(\S+): runtime error: (.*)", done.err):
                     found.setdefault(place, f"{what} ({' '.join(command)} {capture.name})")

@@ -141,7 +141,7 @@ AnalysisResult ByHand(const WireCapture& capture, FrameNo first) {
 }
 
 /// @return places that were tried
-std::size_t CheckStanding(const fs::path& path) {
+std::size_t CutWhereItStands(const fs::path& path) {
   const AnalysisResult whole = ByOption(path, 1);
   const std::vector<Standing> standing = WhatStands(whole);
   if (standing.empty()) return 0;
@@ -169,7 +169,7 @@ std::size_t CheckStanding(const fs::path& path) {
 TEST(StandingFault, IsNoPassWhereverASampleBegins) {
   std::size_t tried = 0;
   for (const fs::path& path : test::CapturesIn(fs::path(test::SourceDir()) / "samples" / "captures")) {
-    tried += CheckStanding(path);
+    tried += CutWhereItStands(path);
   }
   EXPECT_GE(tried, 10U) << "else the law says nothing";
 }
@@ -178,7 +178,7 @@ TEST(StandingFault, IsNoPassWhereverALabCaptureBegins) {
   const fs::path folder = fs::path(test::SharedDir()) / "captures" / "lab";
   if (!fs::exists(folder)) GTEST_SKIP() << "the lab captures are not beside the project";
   std::size_t tried = 0;
-  for (const fs::path& path : test::CapturesIn(folder)) tried += CheckStanding(path);
+  for (const fs::path& path : test::CapturesIn(folder)) tried += CutWhereItStands(path);
   EXPECT_GE(tried, 5U) << "else the law says nothing";
 }
 
