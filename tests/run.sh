@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Builds everything once with sanitizers and runs it; then the optimised program with the tests of programs, of memory,
-# in a browser and against Wireshark, and the laws over all captures; then the program with the thread sanitizer, for what has threads.
+# in a browser and against Wireshark, and the laws over all captures; then the program with the thread sanitizer, for what
+# has threads.
 #   --quick   for work: a build without optimisation, unit tests and short suites, without laws over all captures
 # Installs what is missing (Debian packages). Safe to run again; run from anywhere. Ends with what took how long.
 set -euo pipefail

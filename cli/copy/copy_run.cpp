@@ -166,23 +166,7 @@ struct CopyRun::Plan {
   std::string file_name;  ///< without its folder
   Settings settings;
   FrameRange range;
-  std::vector<std::string> paths;  ///< of the captures; of a temporary file where one cannot be read twice
-  std::vector<std::unique_ptr<Spool>> spools;
-
-  [[nodiscard]] auto Open() const {
-    return paths.size() > 1 ? capture::OpenJoined(paths, &InterruptFlag())
-                            : capture::OpenCapture(paths.front(), &InterruptFlag());
-  }
-  [[nodiscard]] std::optional<Error> MakeReadableTwice() {
-    for (std::string& path : paths) {
-      if (Spool::CanBeReadTwice(path)) continue;
-      Result<std::unique_ptr<Spool>> spool = Spool::Read(path);
-      if (!spool) return spool.error();
-      path = (*spool)->path();
-      spools.push_back(std::move(*spool));
-    }
-    return std::nullopt;
-  }
+  CapturePaths paths;
 };
 
 ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::optional<std::string>& frames,
@@ -201,12 +185,12 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
   if (!settings) return Fail(console, settings.error());
   plan.settings = std::move(*settings);
   capture_.TellSkipped(console);
-  plan.paths = capture_.captures;
+  plan.paths = CapturePaths(capture_.captures);
   const bool place = plan.settings.moments.needs_capture();
   if (place) {
-    if (const auto error = plan.MakeReadableTwice()) return Fail(console, *error);
-    if (const auto error = PlaceMoments(plan.settings.moments, plan.paths, plan.settings.analysis)) {
-      return Fail(console, *error);
+    if (const auto error = plan.paths.MakeReadableTwice()) return Fail(console, *error);
+    if (const auto error = PlaceMoments(plan.settings.moments, plan.paths.paths(), plan.settings.analysis)) {
+      return Fail(console, plan.paths.WithoutSpools(*error));
     }
   }
   const Result<FrameRange> range = ReadFrameRange(plan.settings.analysis, frames);
@@ -222,7 +206,7 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
 
   ListenForInterrupt();
   if (!place) {
-    if (const auto error = plan.MakeReadableTwice()) return Fail(console, *error);
+    if (const auto error = plan.paths.MakeReadableTwice()) return Fail(console, *error);
   }
   AnalysisResult result;
   if (const ExitStatus status = Judge(console, plan, result); status != ExitStatus::kClean) return status;
@@ -239,7 +223,7 @@ ExitStatus CopyRun::Judge(Console& console, const Plan& plan, AnalysisResult& re
   analysis.stop = &InterruptFlag();
   analysis.reached = &ReachedFrame();
   {
-    auto source = plan.Open();
+    auto source = plan.paths.Open();
     if (!source && InterruptFlag()) return InterruptedCopy(console, plan.name);
     if (!source) return Fail(console, source.error());
     Progress progress(console, plan.file_name + ", first pass");
@@ -260,7 +244,7 @@ ExitStatus CopyRun::Judge(Console& console, const Plan& plan, AnalysisResult& re
 }
 
 ExitStatus CopyRun::Copy(Console& console, const Plan& plan, const AnalysisResult& result, Wish& wish) const {
-  auto source = plan.Open();
+  auto source = plan.paths.Open();
   if (!source && InterruptFlag()) return InterruptedCopy(console, plan.name);
   if (!source) return Fail(console, source.error());
   ByteOutput output;

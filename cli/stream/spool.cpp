@@ -10,6 +10,7 @@
 #include "cli/interrupt.h"
 #include "decoder/base/text.h"
 #include "decoder/capture/byte_reader.h"
+#include "decoder/capture/capture_reader.h"
 #include "decoder/capture/capture_stream.h"
 
 namespace ecaudit::cli {
@@ -64,6 +65,32 @@ Result<std::unique_ptr<Spool>> Spool::Read(const std::string& path) {
   }
   if (!error.empty()) return Error{capture::DisplayName(path) + ": " + error};
   return spool;
+}
+
+std::optional<Error> CapturePaths::MakeReadableTwice() {
+  for (std::string& path : paths_) {
+    if (Spool::CanBeReadTwice(path)) continue;
+    Result<std::unique_ptr<Spool>> spool = Spool::Read(path);
+    if (!spool) return spool.error();
+    path = (*spool)->path();
+    spools_.push_back(std::move(*spool));
+  }
+  return std::nullopt;
+}
+
+Result<std::unique_ptr<capture::FrameSource>> CapturePaths::Open() const {
+  auto source = paths_.size() > 1 ? capture::OpenJoined(paths_, &InterruptFlag())
+                                  : capture::OpenCapture(paths_.front(), &InterruptFlag());
+  if (!source) return WithoutSpools(source.error());
+  return source;
+}
+
+Error CapturePaths::WithoutSpools(Error error) const {
+  for (const auto& spool : spools_) {
+    const std::size_t at = error.message.find(spool->path());
+    if (at != std::string::npos) error.message.replace(at, spool->path().size(), "the input");
+  }
+  return error;
 }
 
 }  // namespace ecaudit::cli

@@ -2,9 +2,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "decoder/base/result.h"
+#include "decoder/capture/frame_source.h"
 
 namespace ecaudit::cli {
 
@@ -27,6 +31,26 @@ class Spool {
 
   int fd_;
   std::string path_;
+};
+
+/// What one command reads: a capture, or several as one.
+class CapturePaths {
+ public:
+  CapturePaths() = default;
+  explicit CapturePaths(std::vector<std::string> paths) : paths_(std::move(paths)) {}
+
+  /// Those that cannot be read twice are read into temporary files.
+  [[nodiscard]] std::optional<Error> MakeReadableTwice();
+  /// From the beginning; ends at the interrupt signal.
+  [[nodiscard]] Result<std::unique_ptr<capture::FrameSource>> Open() const;
+  /// The captures, or the temporary files in their place.
+  [[nodiscard]] const std::vector<std::string>& paths() const { return paths_; }
+  /// Users know nothing of temporary files: what `error` says of one it says of the input.
+  [[nodiscard]] Error WithoutSpools(Error error) const;
+
+ private:
+  std::vector<std::string> paths_;
+  std::vector<std::unique_ptr<Spool>> spools_;
 };
 
 }  // namespace ecaudit::cli

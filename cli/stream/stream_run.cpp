@@ -103,33 +103,9 @@ bool LineWriter::ShowsUnmet(std::span<const SlaveSelector>) const {
 
 /// What the command line comes to.
 struct StreamRun::Plan {
-  std::vector<std::string> paths;  ///< of the captures; of a temporary file where one cannot be read twice
+  CapturePaths paths;
   const Settings& settings;
   const FrameRange& range;
-  std::vector<std::unique_ptr<Spool>> spools;  ///< the temporary files
-
-  [[nodiscard]] auto Open() const {
-    return paths.size() > 1 ? capture::OpenJoined(paths, &InterruptFlag())
-                            : capture::OpenCapture(paths.front(), &InterruptFlag());
-  }
-  [[nodiscard]] std::optional<Error> MakeReadableTwice() {
-    for (std::string& path : paths) {
-      if (Spool::CanBeReadTwice(path)) continue;
-      Result<std::unique_ptr<Spool>> spool = Spool::Read(path);
-      if (!spool) return spool.error();
-      path = (*spool)->path();
-      spools.push_back(std::move(*spool));
-    }
-    return std::nullopt;
-  }
-  /// Users know nothing of temporary files.
-  [[nodiscard]] std::string WithoutSpools(std::string message) const {
-    for (const auto& spool : spools) {
-      const std::size_t at = message.find(spool->path());
-      if (at != std::string::npos) message.replace(at, spool->path().size(), "the input");
-    }
-    return message;
-  }
 };
 
 /// One reading of the captures, and what was understood of them.
@@ -223,32 +199,32 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
   if (!outputs) return Fail(console, outputs.error());
 
   ListenForInterrupt();
-  Plan plan{capture_.captures, *settings, *range, {}};
+  Plan plan{CapturePaths(capture_.captures), *settings, *range};
   const bool place = settings->moments.needs_capture();
   if (writer.learns() || place) {
-    if (const auto error = plan.MakeReadableTwice()) return Fail(console, *error);
+    if (const auto error = plan.paths.MakeReadableTwice()) return Fail(console, *error);
   }
   if (place) {
-    if (const auto error = PlaceMoments(settings->moments, plan.paths, settings->analysis)) {
-      return Fail(console, Error{plan.WithoutSpools(error->message)});
+    if (const auto error = PlaceMoments(settings->moments, plan.paths.paths(), settings->analysis)) {
+      return Fail(console, plan.paths.WithoutSpools(*error));
     }
     const Result<FrameRange> placed = ReadFrameRange(settings->analysis, frames_);
     if (!placed) return Fail(console, placed.error());
     *range = *placed;
   }
-  auto opened = plan.Open();
+  auto opened = plan.paths.Open();
   if (!opened && InterruptFlag()) {
     return Interrupted(console, capture_.captures.front() + ": interrupted before anything was written");
   }
-  if (!opened) return Fail(console, Error{plan.WithoutSpools(opened.error().message)});
+  if (!opened) return Fail(console, opened.error());
   auto pass = std::make_unique<Pass>(std::move(*opened), writer, plan);
   for (bool learns = writer.learns(); learns;) {
     const ExitStatus learned = Learn(console, writer, plan, *pass);
     if (learned != ExitStatus::kClean) return learned;
     learns = writer.learns_again();
     if (!learns && writer.kept()) break;
-    opened = plan.Open();
-    if (!opened) return Fail(console, Error{plan.WithoutSpools(opened.error().message)});
+    opened = plan.paths.Open();
+    if (!opened) return Fail(console, opened.error());
     pass = std::make_unique<Pass>(std::move(*opened), writer, plan);
   }
   Result<std::vector<LineTarget>> targets =

@@ -178,6 +178,13 @@ class Annotate(CopyTest):
                               capture_output=True, check=True, timeout=60)
         self.assertEqual(list(packets(done.stdout)), plain)
 
+    def test_messages_do_not_name_the_temporary_file_of_a_pipe(self):
+        for command in (("annotate", "-o", "out.pcapng"), ("signals",)):
+            done = subprocess.run([self.program(), *command, "-"], input=b"this is no capture at all", capture_output=True,
+                                  cwd=self.dir, timeout=60)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(b"the input is not a capture", done.stderr)
+
     @staticmethod
     def program():
         from support import PROGRAM
