@@ -276,6 +276,7 @@ void AlMachine::OnStatus(const track::AlStatusRead& read) {
   if (requests_ > 0) ++reads_after_request_;
   quiet_ = false;
   DropOldPending(read.frame);
+  NoteRise(read);
   if (!read.error_bit_known) {
     OnStateOnly(read);
     paused_ = false;
@@ -334,7 +335,14 @@ AlChangedByItself AlMachine::ChangedByItself(const track::AlStatusRead& read, es
   event.before_since = last_seen_;
   event.code = read.status_code;
   event.after_pause = paused_;
+  event.rose_unasked = unasked_.Proof(read.status.state());
   return event;
+}
+
+void AlMachine::NoteRise(const track::AlStatusRead& read) {
+  if (read_state_ == 0 || paused_ || open_ || !pending_.empty()) return;
+  const std::uint8_t state = read.status.state();
+  if (Height(state) > Height(read_state_) && !Explains(state)) unasked_.Add(read.frame.number);
 }
 
 /// A broadcast that some slave answered with the error bit: the state is certain, whose error it is, is not.

@@ -23,6 +23,26 @@ struct AlTimeouts {
   std::int64_t downwards_ns = 5'000'000'000;
 };
 
+/// Rises that no request of the capture asked for. No slave rises by itself: the capture does not hold all requests (a
+/// filter chose its packets), and what looks like a fall may have been asked for, too.
+class UnaskedRises {
+ public:
+  void Add(FrameNo frame) {
+    if (first_ == 0) first_ = frame;
+    ++count_;
+  }
+  /// The frame that proves it for a fall to `state`; 0: none. The request of one rise may lie before the capture: it
+  /// does not explain a slave in INIT, which may have been switched off.
+  [[nodiscard]] FrameNo Proof(std::uint8_t state) const {
+    const bool init = (state & static_cast<std::uint8_t>(esc::AlState::INIT)) != 0;
+    return count_ > (init ? 1U : 0U) ? first_ : 0;
+  }
+
+ private:
+  FrameNo first_ = 0;
+  std::uint64_t count_ = 0;
+};
+
 class AlMachine {
  public:
   /// @param sink receives the conclusions; must outlive the machine
@@ -98,6 +118,7 @@ class AlMachine {
   [[nodiscard]] StateSet PossibleBefore(FrameNo request) const;
   [[nodiscard]] AlChangedByItself ChangedByItself(const track::AlStatusRead& read, esc::AlWord before) const;
   void OnStateOnly(const track::AlStatusRead& read);
+  void NoteRise(const track::AlStatusRead& read);
   [[nodiscard]] bool IsQuiet(std::uint8_t state) const;
   [[nodiscard]] esc::AlWord Before() const;
   void MayBeIn(std::uint8_t state);
@@ -147,7 +168,8 @@ class AlMachine {
   static constexpr std::size_t kMaxPending = 8;
   std::vector<Pending> pending_;  ///< oldest first
 
-  bool paused_ = false;    ///< since the last read of the status
+  bool paused_ = false;  ///< since the last read of the status
+  UnaskedRises unasked_;
   bool operated_ = false;  ///< was seen in SAFEOP or OP
   bool quiet_ = false;     ///< another read of the same status would change nothing but counters
 

@@ -54,10 +54,24 @@ bool BusAlUnit::Settled() const {
   return since.has_time && told_->last.has_time && Elapsed(since.time, told_->last.time) > kSettled;
 }
 
+/// The lowest of all rose, or one rose above all, and nobody was asked for anything since they agreed on a state.
+void BusAlUnit::NoteRise(const track::AlStatusOfAll& read) {
+  const auto states = [](esc::AlWord status) { return static_cast<std::uint8_t>(status.raw & kStateBits); };
+  const std::uint8_t before = states(told_->status);
+  const std::uint8_t now = states(read.status);
+  if (before == 0 || now == 0) return;
+  const bool asked = requested_ != 0 && !(std::has_single_bit(before) && before == requested_);
+  // The one that is highest, or the last that joins it.
+  const bool rose =
+      Highest(now) > Highest(before) || (unasked_.Proof(0) == 0 && std::countr_zero(now) > std::countr_zero(before));
+  if (rose && !asked) unasked_.Add(read.frame.number);
+}
+
 void BusAlUnit::Change(const track::AlStatusOfAll& read) {
   const std::uint8_t now = BitsOf(read.status);
   std::uint8_t fallen = 0;
   if (told_ && told_->slaves == read.slaves) {
+    NoteRise(read);
     if (Settled()) requested_ = 0;
     fallen = Fallen(BitsOf(told_->status), now);
     // A slave that is asked for a state may refuse it.
@@ -104,6 +118,7 @@ void BusAlUnit::Close() {
   BusAlChanged event = *open_;
   open_.reset();
   event.unexplained = esc::AlWord{unexplained_};
+  event.rose_unasked = unasked_.Proof(event.unexplained.state());
   unexplained_ = 0;
   event.last = told_->last.number > event.frame.number ? told_->last : event.frame;
   event.excluded = excluded_;

@@ -11,6 +11,7 @@
 #include <optional>
 #include <vector>
 
+#include "analyzers/model/al_machine.h"
 #include "analyzers/model/model_events.h"
 #include "decoder/base/event_sink.h"
 #include "decoder/track/events.h"
@@ -55,6 +56,7 @@ class BusAlUnit {
   void Change(const track::AlStatusOfAll& read);
   void Open(const track::AlStatusOfAll& read, std::uint8_t fallen);
   [[nodiscard]] bool Settled() const;
+  void NoteRise(const track::AlStatusOfAll& read);
   void Compare(const track::AlStatusRead& read);
   /// The open change is told, for nobody owned up to it.
   void Close();
@@ -65,6 +67,7 @@ class BusAlUnit {
   std::optional<Told> told_;
   std::uint8_t requested_ = 0;  // states asked for since all agreed on one of them
   FrameRef requested_at_;
+  UnaskedRises unasked_;
   std::optional<BusAlChanged> open_;
   std::uint8_t unexplained_ = 0;  // bits of the open change that no slave showed
   std::vector<SlaveId> excluded_;

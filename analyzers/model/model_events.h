@@ -109,6 +109,7 @@ struct AlChangedByItself {
   FrameNo before_since = 0;    ///< last frame that showed the state before
   bool after_pause = false;    ///< since then the master was silent, and the capture may have a hole there
   bool error_of_some = false;  ///< a broadcast: the error bit of one slave at least is set, whose is not certain
+  FrameNo rose_unasked = 0;    ///< it rose there without a request before: the capture does not hold all requests
   std::optional<std::uint16_t> code;
 };
 
@@ -156,6 +157,7 @@ struct BusAlChanged {
   esc::AlWord unexplained;            ///< of its bits those that no slave showed
   FrameNo before_since = 0;           ///< last frame that showed it as before
   std::uint16_t slaves = 0;           ///< who counted
+  FrameNo rose_unasked = 0;           ///< see AlChangedByItself
   std::span<const SlaveId> excluded;  ///< were read by themselves and showed none of it
 };
 

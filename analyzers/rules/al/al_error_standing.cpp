@@ -57,7 +57,8 @@ an AL status code nor a mailbox nor the family tells that the slave has a proces
 gives an inferred finding, and one in INIT or OP, where such echoes are usual, is not judged.
 
 A broadcast read with the working counter of all slaves that shows the error bit from the first one on, while none of
-the slaves is known to have it, gives a finding of the bus.
+the slaves is known to have it, gives a finding of the bus; not so where it stayed while all of them were in OP and they
+may be slaves without a processor: no error lets a slave be there.
 
 ## Example
 samples/captures/error-standing.pcapng
@@ -200,6 +201,7 @@ class AlErrorStanding final : public Rule {
     }
     all_.last = e.returned;
     all_.status = status;
+    all_.in_op = all_.in_op || status.state() == static_cast<std::uint8_t>(esc::AlState::OP);
     ++all_.reads;
   }
 
@@ -238,6 +240,7 @@ class AlErrorStanding final : public Rule {
     bool gone = false;  ///< acknowledged, and whether the master goes on from there is to be seen
     bool stays = false;
     bool certain = false;      ///< no echo of an acknowledge
+    bool in_op = false;        ///< of the bus: all were in OP with it
     bool has_mailbox = false;  ///< so it has a processor
 
     [[nodiscard]] bool open() const { return first.seen(); }
@@ -374,7 +377,7 @@ class AlErrorStanding final : public Rule {
     bool certain = known == all_.slaves;
     for (std::size_t i = 0; i < known && certain; ++i) certain = HasProcessor(static_cast<SlaveId>(i));
     const Standing s = std::exchange(all_, {});
-    if (!certain && MayWellBeEcho(s.status)) {
+    if (!certain && (s.in_op || MayWellBeEcho(s.status))) {
       NotEvaluable(kNoSlave,
                    "AL Status of all slaves shows the error bit, but slaves without a processor echo an acknowledge so",
                    s.first.number);

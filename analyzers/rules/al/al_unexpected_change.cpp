@@ -38,7 +38,9 @@ itself before the next request, the finding belongs to the bus and names the sla
 all slaves in one lower state and the error bit (0x14: all in SAFEOP), that is one finding of the bus, too, unless
 slaves are read before the next request. Where the capture misses many packets (returned frames without an outbound
 copy, indices that skip) the request may be among them, and nothing is said. Nor is it where the state fell without
-the error bit while nobody sent anything for long and the indices do not tell whether frames are missing there.
+the error bit while nobody sent anything for long and the indices do not tell whether frames are missing there. No
+slave rises by itself: where one did before, without a request in the capture, the capture does not hold all requests (a
+filter chose its packets), and a fall without the error bit is not judged.
 
 ## Example
 samples/captures/falls-out-of-op.pcapng: 0x001B after the process data paused.
@@ -88,6 +90,10 @@ class AlUnexpectedChange final : public Rule {
   void On(const model::BusAlChanged& e) {
     if (MissesPackets(context().pairing())) {
       NotEvaluable(kNoSlave, kMissesPackets, e.frame.number);
+      return;
+    }
+    if (e.rose_unasked != 0 && !e.unexplained.bit4()) {
+      NotEvaluable(kNoSlave, RoseUnasked("slaves", e.rose_unasked), e.frame.number);
       return;
     }
     const std::uint64_t key = static_cast<std::uint64_t>(e.before.raw) << 16U | e.status.raw;
@@ -142,6 +148,12 @@ class AlUnexpectedChange final : public Rule {
     std::optional<std::uint16_t> code;
   };
 
+  /// A slave never rises by itself: the capture does not hold every request.
+  [[nodiscard]] static std::string RoseUnasked(const char* who, FrameNo frame) {
+    return std::string(who) + " rose to a higher state in frame " + std::to_string(frame) +
+           " without a request in the capture, so it does not hold all requests: one may have asked for the fall, too";
+  }
+
   /// "; it is none of 0x1001 and 0x1003, which showed nothing of it"
   [[nodiscard]] std::string ExcludedText(std::span<const SlaveId> excluded) const {
     constexpr std::size_t kNamed = 8;
@@ -171,6 +183,10 @@ class AlUnexpectedChange final : public Rule {
                    "between two looks at AL Status nobody sent anything for long: what is missing there may be a "
                    "request, a restart, or the end of another capture",
                    e.frame.number);
+      return;
+    }
+    if (e.rose_unasked != 0 && !e.status.bit4() && !e.error_of_some) {
+      NotEvaluable(e.slave, RoseUnasked("the slave", e.rose_unasked), e.frame.number);
       return;
     }
     const std::uint64_t key = static_cast<std::uint64_t>(e.before.raw) << 16U | e.status.raw;
