@@ -47,6 +47,8 @@ constexpr std::int64_t kAcknowledgeNs = 200'000'000;
 constexpr std::uint64_t kAcknowledgeReads = 200;
 /// Masters that wait for a state look for it more often.
 constexpr std::int64_t kLongPauseNs = 1'000'000'000;
+/// No master that waits leaves so long a time between two looks.
+constexpr std::int64_t kClockSetNs = 60'000'000'000;
 /// A request that was lost on its way does not explain what happens this much later.
 constexpr std::int64_t kPendingNs = 10'000'000'000;
 
@@ -86,6 +88,8 @@ AlRequestRecord AlMachine::Judge(const track::AlRequest& request) const {
   for (const std::uint8_t from : kStates) {
     if (possible.contains(from) && LegalFrom(from, target)) record.verdict = AlVerdict::kLegal;
   }
+  // Behind a pause that may be a hole in the capture nobody knows what the slave was asked for in it.
+  if (record.verdict == AlVerdict::kIllegal && paused_) record.verdict = AlVerdict::kUnknown;
   return record;
 }
 
@@ -480,14 +484,15 @@ void AlMachine::OnNoError(const track::AlStatusRead& read) {
 
 void AlMachine::CheckOverdue(const track::AlStatusRead& read) {
   const FrameRef before = std::exchange(last_poll_, read.frame);
-  if (paused_ && before.has_time && read.frame.has_time && read.frame.time - before.time > kLongPauseNs) {
-    waiting_since_ = read.frame;  // or the clock was set
-  }
   if (overdue_reported_ || !read.frame.has_time || !waiting_since_.has_time) return;
   const std::uint8_t target = open_->control.state();
   std::int64_t limit = timeouts_.to_safeop_or_op_ns;
   if (target == kPreop || target == kBoot) limit = timeouts_.to_preop_ns;
   if (Height(target) < Height(read.status.state())) limit = timeouts_.downwards_ns;
+  // Nobody looked: the capture has a hole there, or the clock was set.
+  if (before.has_time && read.frame.time - before.time > (paused_ ? kLongPauseNs : kClockSetNs)) {
+    waiting_since_ = read.frame;
+  }
   const std::int64_t waited = read.frame.time - waiting_since_.time;
   if (waited <= limit) return;
   overdue_reported_ = true;

@@ -28,8 +28,9 @@ that fails.
 ## How it is decided
 The state is the one last read from AL Status (0x0130), together with what requests since then may have led to. The rule
 fires when the request is allowed from none of them. It is silent while no state was read yet, for requests of INIT and
-of the state the slave is in, and for a request the slave did not take (working counter 0). In a capture without
-returned frames the slave is assumed to have followed earlier requests; such a finding is marked inferred.
+of the state the slave is in, for a request the slave did not take (working counter 0), and for one behind a long
+silence that may be a hole in the capture. In a capture without returned frames the slave is assumed to have followed
+earlier requests; such a finding is marked inferred.
 
 ## Example
 samples/captures/init-to-op-refused.pcapng: OP is requested in INIT.
@@ -45,7 +46,12 @@ class AlIllegalTransition final : public Rule {
   void On(const model::AlRequestJudged& e) {
     const model::AlRequestRecord& request = e.request;
     if (request.verdict == model::AlVerdict::kUnknown) {
-      NotEvaluable(e.slave, "the state of the slave was not read before the request", request.frame.number);
+      NotEvaluable(e.slave,
+                   request.possible.empty()
+                       ? "the state of the slave was not read before the request"
+                       : "between the last look at the state and the request nobody sent anything for long: what "
+                         "happened meanwhile may not be in the capture",
+                   request.frame.number);
       return;
     }
     if (request.verdict != model::AlVerdict::kIllegal) return;

@@ -176,7 +176,10 @@ class SyncSwitchedOff final : public Rule {
 
   /// Right behind the last time that SYNC0 of some slave was switched off.
   [[nodiscard]] bool Near(const FrameRef& frame) const {
-    if (frame.has_time && last_off_.has_time) return frame.time - last_off_.time <= kShutDownNs;
+    if (frame.has_time && last_off_.has_time) {
+      // A clock that moves in steps shows a whole one where next to nothing passed.
+      return frame.time - last_off_.time <= kShutDownNs + context().statistics().time_step_ns;
+    }
     return frame.number - last_off_.number <= kShutDownFrames;
   }
 
