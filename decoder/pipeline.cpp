@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "decoder/base/time.h"
+#include "decoder/bus/ring_join.h"
 
 namespace ecaudit {
 namespace {
@@ -16,12 +17,13 @@ constexpr std::uint64_t kProgressEvery = bus::TrafficReader::kNewsEvery;
 /// Passes everything on to the network; frames are published first.
 class Fork final : public bus::BusSink {
  public:
-  Fork(track::Network& network, EventSink& events) : network_(network), events_(events) {}
+  Fork(track::Network& network, EventSink& events) : network_(network), events_(events), ends_(network) {}
   void OnFrame(const wire::FrameView& frame, bus::Direction direction) override {
+    ends_.Pass(frame.ref().number);
     events_.Publish(FrameSeen{frame, direction});
   }
   void OnSent(const wire::FrameView& frame) override { network_.OnSent(frame); }
-  void OnTransaction(const bus::BusTransaction& transaction) override { network_.OnTransaction(transaction); }
+  void OnTransaction(const bus::BusTransaction& transaction) override { ends_.Push(transaction); }
   void OnDoubtful(const wire::FrameView& sent) override { network_.OnDoubtful(sent); }
   void OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_by_other) override {
     network_.OnLost(sent, loss, followed_by_other);
@@ -32,10 +34,12 @@ class Fork final : public bus::BusSink {
   void OnUnusable(const wire::FrameView& frame, bus::Unusable reason, bool own_master) override {
     network_.OnUnusable(frame, reason, own_master);
   }
+  void Finish() { ends_.Flush(); }
 
  private:
   track::Network& network_;
   EventSink& events_;
+  bus::RingJoin ends_;
 };
 
 }  // namespace
@@ -68,6 +72,7 @@ class Pipeline::Impl {
     statistics_.origin = reader.origin();
     // A source that waited for packets ends on request, too.
     statistics_.stopped = options.stop != nullptr && options.stop->load(std::memory_order_relaxed);
+    fork_.Finish();
     network_.Finish();
   }
 

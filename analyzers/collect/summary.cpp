@@ -27,6 +27,7 @@ CaptureSummary SummariseCapture(const capture::FrameSource& source, const Pipeli
   summary.padded_frames = read.padded_frames;
   if (read.first.has_time) summary.duration_ns = read.elapsed_ns;
   summary.foreign_frames = pairing.foreign;
+  summary.other_end_frames = pairing.other_end;
   summary.other_packets = read.other_packets;
   summary.malformed_frames = read.malformed_frames;
   summary.cut_frames = read.cut_frames;

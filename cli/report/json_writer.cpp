@@ -102,6 +102,7 @@ void PutCapture(JsonObject& out, const CaptureSummary& c) {
   out.Object("frames", [&](JsonObject& json) { PutFrames(json, c.frames); });
   out.Put("unknown_direction_frames", c.unknown_direction_frames);
   out.Put("foreign_frames", c.foreign_frames);
+  out.Put("other_end_frames", c.other_end_frames);
   out.Put("other_packets", c.other_packets);
   out.Put("malformed_frames", c.malformed_frames);
   out.Put("padded_frames", c.padded_frames);

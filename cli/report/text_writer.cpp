@@ -181,7 +181,7 @@ class CaptureText {
       if (end - i > 1) {
         text_.Paragraph("slaves " + std::to_string(result_.slaves[i + 1].position) + "-" +
                             std::to_string(result_.slaves[end - 1].position) +
-                            ": the same device, profile and steps, no findings",
+                            ": the same device, profile and steps, no findings of their own",
                         2, 5);
       }
       i = end;
@@ -768,6 +768,7 @@ class CaptureText {
     };
     add(c.other_packets, "not EtherCAT commands");
     add(c.foreign_frames, "EtherCAT of other senders");
+    add(c.other_end_frames, "at the other end of a redundant line");
     add(c.malformed_frames, "malformed");
     add(c.cut_frames, "cut by the snap length");
     add(c.crc_error_frames, "with CRC errors");

@@ -18,6 +18,40 @@ constexpr std::uint32_t kIndexChanges = 2;
 /// So many turns are no recording behind another one, and of the frames of a redundant line nearly all are twins.
 constexpr std::uint32_t kTurns = 8;
 constexpr std::uint32_t kTwinsOneIn = 8;
+/// The other end of a redundant line sends within this, so many frames at least, and of so many one is no copy at most.
+constexpr std::int64_t kAtOnceNs = 50'000;
+constexpr std::uint32_t kEndFrames = 8;
+constexpr std::uint32_t kNoCopyOneIn = 8;
+
+/// The same for frames that ask for the same of the same slaves, whatever index they carry.
+std::uint64_t WhatIsAsked(const wire::FrameView& frame) {
+  constexpr std::uint64_t kIndex = 0xFF00;
+  std::uint64_t hash = frame.size();
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    hash = WrappingProduct(hash ^ (frame[i].KeptHeader() & ~kIndex), std::uint64_t{0x9E3779B97F4A7C15});
+    hash ^= hash >> 32U;
+  }
+  return hash;
+}
+
+bool IsExchanged(const wire::FrameView& frame) {
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    if (wire::IsLogical(frame[i].command()) && frame[i].wkc() > 0) return true;
+  }
+  return false;
+}
+
+/// True when the frame names slaves by their addresses, and each of these took part.
+bool IsTaken(const wire::FrameView& frame) {
+  bool any = false;
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    const wire::Command c = frame[i].command();
+    if (!wire::IsNodeAddressed(c) || c == wire::Command::FRMW) continue;  // FRMW all the others take
+    if (frame[i].wkc() == 0) return false;
+    any = true;
+  }
+  return any;
+}
 
 /// Where a packet was captured: port of the probe and capture interface.
 std::uint32_t PortOf(const wire::FrameView& frame) {
@@ -66,6 +100,7 @@ void DirectionLearner::Learn(const wire::FrameView& frame) noexcept {
   if (frame.flag() == capture::PacketFlag::kOutbound) ++sender->flag_out;
   ++(frame.mac_bit() ? sender->bit_set : sender->bit_clear);
   if (AnyWorkingCounter(frame)) ++sender->counted;
+  if (IsExchanged(frame)) ++sender->exchanged;
   if (frame.empty()) return;
   LearnTurn(*sender, frame);
   LearnPair(*sender, frame);
@@ -74,17 +109,84 @@ void DirectionLearner::Learn(const wire::FrameView& frame) noexcept {
 
 void DirectionLearner::LearnTurn(Sender& sender, const wire::FrameView& frame) noexcept {
   if (std::exchange(last_, &sender) != &sender) ++sender.turns;
-  const std::uint64_t key = frame.key();
+  const bool copy = LearnCopy(sender, frame);
+  // At the other end of a redundant line some masters send one broadcast under the index of each frame.
+  const auto only_broadcast = [](std::size_t datagrams, wire::Command first) {
+    return datagrams == 1 && wire::IsBroadcast(first);
+  };
   for (std::size_t i = 0; i < count_; ++i) {
     Sender& other = senders_[i];
     if (&other == &sender || !other.last.seen()) continue;
-    // At the other end of a redundant line some masters send another frame under the same index.
-    const bool same_index = frame[0].index() == other.last_index;
-    if (!same_index &&
-        std::none_of(other.open.begin(), other.open.end(), [key](const Open& o) { return o.key == key; }))
-      continue;
+    const bool dummy = frame[0].index() == other.last_index &&
+                       (only_broadcast(frame.size(), frame[0].command()) || other.last_only_broadcast);
+    if (!copy && !dummy) continue;
     ++sender.twins;
     ++other.twins;
+  }
+  sender.last_only_broadcast = only_broadcast(frame.size(), frame[0].command());
+}
+
+/// @return true when another sender has just asked for the same
+bool DirectionLearner::LearnCopy(Sender& sender, const wire::FrameView& frame) noexcept {
+  const Asked asked{WhatIsAsked(frame), frame.ref(), IsTaken(frame)};
+  bool alike = false;
+  bool copy = false;
+  bool taken = false;
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (&senders_[i] == &sender) continue;
+    for (const Asked& other : senders_[i].asked) {
+      if (!other.frame.seen() || other.what != asked.what) continue;
+      alike = true;
+      taken = taken || (asked.taken && other.taken);
+      if (!other.frame.has_time || !asked.frame.has_time) continue;
+      const std::int64_t apart = Elapsed(other.frame.time, asked.frame.time);
+      copy = copy || (apart >= -kAtOnceNs && apart <= kAtOnceNs);
+    }
+  }
+  if (alike) ++sender.alike;
+  if (copy) ++sender.copies;
+  if (taken) ++sender.both_taken;
+  sender.asked[sender.asked_next] = asked;
+  sender.asked_next = static_cast<std::uint8_t>((sender.asked_next + 1U) % sender.asked.size());
+  return copy;
+}
+
+/// The main end is who sends first, else of whom slaves take most. Who sends what it sends is its other end, unless
+/// both are answered by the slaves that they name, or exchange process data and are not at it at once: then two
+/// segments with equal programs were captured.
+void DirectionLearner::JudgeCopies() noexcept {
+  const auto nearly_all = [](std::uint32_t part, const Sender& s) {
+    return (s.frames() - part) * kNoCopyOneIn <= s.frames();
+  };
+  const Sender* main = nullptr;
+  bool main_copies = false;
+  for (std::size_t i = 0; i < count_; ++i) {
+    const Sender& s = senders_[i];
+    if (!s.answered || s.counted == 0) continue;
+    const bool copies = nearly_all(s.copies, s);
+    const bool better =
+        main == nullptr || (main_copies && !copies) || (main_copies == copies && s.counted > main->counted);
+    if (!better) continue;
+    main = &s;
+    main_copies = copies;
+  }
+  if (main == nullptr) return;
+  for (std::size_t i = 0; i < count_; ++i) {
+    Sender& s = senders_[i];
+    if (&s == main || s.frames() < kEndFrames) continue;
+    const bool as_many = s.frames() >= main->frames() || (main->frames() - s.frames()) * kNoCopyOneIn <= s.frames();
+    const bool in_step = s.answered && s.counted > 0 && as_many && nearly_all(s.alike, s);
+    const bool both_exchange = s.exchanged >= kTurns && main->exchanged >= kTurns;
+    const bool passes_nobody = s.answered && s.counted == 0 && !s.moved && s.passed_nobody > 0;
+    if (in_step && (s.both_taken >= kTurns || (both_exchange && !nearly_all(s.copies, s)))) {
+      s.reading = Reading::kForeign;
+    } else if (passes_nobody || (nearly_all(s.copies, s) && s.both_taken == 0)) {
+      s.other_end = redundant_ = true;
+      if (s.answered) continue;
+      // On their way back slaves hand frames on without setting the bit.
+      s.answered = true;
+      s.reading = Reading::kByPair;
+    }
   }
 }
 
@@ -97,8 +199,11 @@ void DirectionLearner::SetOtherBusesAside() noexcept {
   }
   for (std::size_t i = 0; i < count_; ++i) {
     Sender& s = senders_[i];
-    if (!s.answered || &s == main || s.turns < kTurns || s.twins * kTwinsOneIn >= s.frames()) continue;
-    if (s.slaves && main->slaves && *s.slaves != *main->slaves) s.reading = Reading::kForeign;
+    if (!s.answered || s.other_end || &s == main || s.turns < kTurns || s.twins * kTwinsOneIn >= s.frames()) continue;
+    // Slaves whose process data two masters set up would take those of the last one only.
+    const bool both_exchange = s.exchanged >= kTurns && main->exchanged >= kTurns;
+    const bool other_slaves = s.slaves && main->slaves && *s.slaves != *main->slaves;
+    if (both_exchange || other_slaves) s.reading = Reading::kForeign;
   }
 }
 
@@ -122,6 +227,9 @@ void DirectionLearner::LearnPair(Sender& sender, const wire::FrameView& frame) n
   const std::uint64_t key = frame.key();
   const Progress progress = ProgressOf(frame);
   const std::uint32_t port = PortOf(frame);
+  if (frame.mac_bit() && wire::IncrementsAdp(frame[0].command()) && frame[0].adp() == 0 && progress.counted == 0) {
+    ++sender.passed_nobody;
+  }
   const auto open = std::find_if(sender.open.begin(), sender.open.end(), [&](const Open& o) {
     if (!o.used || o.key != key) return false;
     // A mailbox poll that nobody answered comes back as it was sent.
@@ -140,6 +248,7 @@ void DirectionLearner::LearnPair(Sender& sender, const wire::FrameView& frame) n
       sender.port_back = port;
     }
     ++sender.pairs;
+    sender.moved = true;
     if (frame.size() == 1 && wire::IncrementsAdp(frame[0].command())) {
       sender.slaves = static_cast<std::uint16_t>(progress.positions - open->progress.positions);
     }
@@ -170,6 +279,7 @@ void DirectionLearner::Finish() noexcept {
     s.answered = true;
     master_proven_ = any_outbound = any_returned = true;
   }
+  JudgeCopies();
   SetOtherBusesAside();
   for (std::size_t i = 0; i < count_; ++i) {
     Sender& s = senders_[i];
@@ -241,6 +351,11 @@ bool DirectionLearner::Unanswered(const wire::FrameView& frame) const noexcept {
 bool DirectionLearner::BehindSlaves(const wire::FrameView& frame) const noexcept {
   const Sender* sender = Find(SenderOf(frame));
   return sender != nullptr && sender->pairs > 0 && sender->pairs_counted * 4 >= sender->pairs;
+}
+
+bool DirectionLearner::IsOtherEnd(const wire::FrameView& frame) const noexcept {
+  const Sender* sender = redundant_ ? Find(SenderOf(frame)) : nullptr;
+  return sender != nullptr && sender->other_end;
 }
 
 }  // namespace ecaudit::bus

@@ -7,7 +7,10 @@
 ///
 /// Several senders may be masters of one bus: with a redundant line the same frames or indices go out at both ends. Who
 /// speaks in turns with the master, sends others, and whose broadcasts pass another number of slaves has a bus of its
-/// own.
+/// own; so has who exchanges process data beside the master's, and who sends what the master sends, in step with it,
+/// while the slaves answer both. The other end of a
+/// redundant line is who sends, at once, what the master sends, or whose frames come back and passed nobody: as long as
+/// the line is whole they meet the slaves on their way back only, where nobody takes part.
 #pragma once
 
 #include <array>
@@ -63,6 +66,8 @@ class DirectionLearner {
   [[nodiscard]] bool Unanswered(const wire::FrameView& frame) const noexcept;
   /// True when outbound copies of this sender have already been counted by slaves: the tap sits behind slaves.
   [[nodiscard]] bool BehindSlaves(const wire::FrameView& frame) const noexcept;
+  /// True for the second port of a redundant line: that nobody takes what it sends says nothing of the slaves.
+  [[nodiscard]] bool IsOtherEnd(const wire::FrameView& frame) const noexcept;
 
  private:
   enum class Reading : std::uint8_t { kMacBit, kByPort, kByFlag, kByPair, kAllReturned, kAllOutbound, kForeign };
@@ -71,6 +76,12 @@ class DirectionLearner {
     std::uint64_t key = 0;
     Progress progress;
     std::uint32_t port = 0;
+  };
+  /// What a frame asks for, whatever its index.
+  struct Asked {
+    std::uint64_t what = 0;
+    FrameRef frame;
+    bool taken = false;  ///< each slave that it names took part
   };
   struct Sender {
     std::uint64_t mac = 0;  ///< with bit 1 of the first byte cleared
@@ -86,17 +97,27 @@ class DirectionLearner {
     std::uint32_t port_back = 0;
     std::uint32_t turns = 0;              ///< frames right behind one of another sender
     std::uint32_t twins = 0;              ///< frames that another sender has sent just before
+    std::uint32_t alike = 0;              ///< frames that ask for what another sender has asked for lately ...
+    std::uint32_t copies = 0;             ///< ... of these, at once
+    std::uint32_t both_taken = 0;         ///< ... of these, where the slave named took part in both
+    std::uint32_t passed_nobody = 0;      ///< broadcasts that came back and counted no slave
+    std::uint32_t exchanged = 0;          ///< frames with process data that slaves took part in
+    bool moved = false;                   ///< a frame of it passed a slave
+    bool other_end = false;               ///< of a redundant line
     std::optional<std::uint16_t> slaves;  ///< that a frame has passed on its way back
     bool answered = false;                ///< some of its frames were seen coming back
     bool in_vain = false;                 ///< it repeats what it sends, and nothing comes back
     std::uint64_t last_content = 0;       ///< of the frame before ...
     std::uint8_t last_index = 0;          ///< ... and the index of its first datagram
+    bool last_only_broadcast = false;     ///< ... which is a broadcast and the only one
     FrameRef last;
     std::uint32_t repeated = 0;       ///< frames like the one before, behind a pause
     std::uint32_t index_changes = 0;  ///< frames with another index than the one before
     Reading reading = Reading::kMacBit;
     std::array<Open, 32> open{};  ///< frames not answered yet, a small ring
     std::uint8_t open_next = 0;
+    std::array<Asked, 16> asked{};  ///< by its last frames
+    std::uint8_t asked_next = 0;
 
     [[nodiscard]] std::uint32_t frames() const { return bit_clear + bit_set; }
   };
@@ -104,6 +125,8 @@ class DirectionLearner {
   Sender* Find(std::uint64_t mac) noexcept;
   [[nodiscard]] const Sender* Find(std::uint64_t mac) const noexcept;
   void LearnTurn(Sender& sender, const wire::FrameView& frame) noexcept;
+  bool LearnCopy(Sender& sender, const wire::FrameView& frame) noexcept;
+  void JudgeCopies() noexcept;
   void SetOtherBusesAside() noexcept;
   static void LearnPair(Sender& sender, const wire::FrameView& frame) noexcept;
   static void LearnRepetition(Sender& sender, const wire::FrameView& frame) noexcept;
@@ -111,6 +134,7 @@ class DirectionLearner {
   std::array<Sender, kMaxMasters> senders_{};
   std::size_t count_ = 0;
   const Sender* last_ = nullptr;  ///< whose frame was the last
+  bool redundant_ = false;        ///< a sender is the other end
   bool master_proven_ = false;
   bool outbound_only_ = false;
   bool returned_only_ = false;

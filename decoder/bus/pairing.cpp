@@ -298,6 +298,7 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
   slot.state = SlotState::kOpen;
   slot.sender = sender;
   slot.followed_by_other = false;
+  slot.other_end = directions_.IsOtherEnd(frame);
   slot.undecided = before_first_return;
   slot.reason = Undecided::kBeforeFirstReturn;
   slot.copy = copy;
@@ -305,7 +306,7 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
   slot.key = key;
   slot.bytes.assign(kept.begin(), kept.end());
   slot.view.Rebase(frame, slot.bytes);
-  sink_.OnSent(slot.view);
+  if (!slot.other_end) sink_.OnSent(slot.view);
 }
 
 /// True when the very packet before this one holds the same bytes, and no master repeats a frame so soon.
@@ -334,9 +335,11 @@ void Pairing::PushByPair(const wire::FrameView& frame, std::uint64_t key) noexce
   const Progress progress = ProgressOf(frame);
   Slot* further = nullptr;
   Slot* untouched = nullptr;
+  const bool other_end = directions_.IsOtherEnd(frame);
   for (std::uint64_t s = tail_; s != head_; ++s) {
     Slot& slot = At(s);
-    if (slot.state != SlotState::kOpen || slot.key != key || !Answers(slot.view, frame)) continue;
+    if (slot.state != SlotState::kOpen || slot.key != key || slot.other_end != other_end) continue;
+    if (!Answers(slot.view, frame)) continue;
     const Progress sent = ProgressOf(slot.view);
     if (Further(progress, sent)) {
       if (further == nullptr || (further->overtaken > 0 && slot.overtaken == 0)) further = &slot;
@@ -365,9 +368,11 @@ void Pairing::PushByPair(const wire::FrameView& frame, std::uint64_t key) noexce
 Pairing::Slot* Pairing::FindOpen(const wire::FrameView& frame, std::uint64_t key) noexcept {
   Slot* oldest = nullptr;
   Slot* newest = nullptr;
+  const bool other_end = directions_.IsOtherEnd(frame);
   for (std::uint64_t s = tail_; s != head_; ++s) {
     Slot& slot = At(s);
-    if (slot.state != SlotState::kOpen || slot.key != key || !Answers(slot.view, frame)) continue;
+    if (slot.state != SlotState::kOpen || slot.key != key || slot.other_end != other_end) continue;
+    if (!Answers(slot.view, frame)) continue;
     if (slot.overtaken > 0 && PassedOthers(slot, frame)) continue;
     // A frame that was overtaken is nearly always lost; it only answers when no other candidate exists.
     if (oldest == nullptr || (oldest->overtaken > 0 && slot.overtaken == 0)) oldest = &slot;
@@ -570,7 +575,17 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
   next_early_ = static_cast<std::uint8_t>((next_early_ + 1U) % early_.size());
   const Hole late = AppearsLate(sender, frame.ref());
   sender.answered = true;
-  sink_.OnTransaction({nullptr, &frame, false, std::max(late, HoleBefore(frame))});
+  HandOver({nullptr, &frame, false, std::max(late, HoleBefore(frame))});
+}
+
+/// At the other end of a redundant line that is whole the frames meet nobody: what was not taken there is no refusal.
+void Pairing::HandOver(BusTransaction transaction) noexcept {
+  transaction.other_end = directions_.IsOtherEnd(*transaction.returned);
+  if (transaction.other_end && !AnyWorkingCounter(*transaction.returned)) {
+    ++statistics_.other_end;
+  } else {
+    sink_.OnTransaction(transaction);
+  }
 }
 
 void Pairing::AnswerUnderWay(Slot& slot, const wire::FrameView& frame) noexcept {
@@ -587,7 +602,7 @@ void Pairing::AnswerUnderWay(Slot& slot, const wire::FrameView& frame) noexcept 
   }
   const Hole hole = std::max(TakeHole(slot.sequence), AppearsLate(senders_[slot.sender], slot.view.ref()));
   if (const std::optional<std::uint16_t> passed = Passed(slot.view, frame)) passed_ = passed;
-  sink_.OnTransaction({&slot.view, &frame, false, hole});
+  HandOver({&slot.view, &frame, false, hole});
   Answer(slot, frame, frame.payload());
 }
 

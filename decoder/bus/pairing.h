@@ -56,6 +56,7 @@ struct PairingIncidents {
   std::uint64_t flipped = 0;  ///< of these, those that differ in a bit or two
   FrameNo first_flipped = 0;
   std::uint64_t foreign = 0;
+  std::uint64_t other_end = 0;         ///< came back at the other end of a redundant line, and no slave took part
   std::uint64_t foreign_answered = 0;  ///< of these, frames that slaves took part in
   FrameNo first_foreign = 0;
   std::uint64_t repeated_unanswered = 0;  ///< the frame before once more, which had not come back
@@ -129,6 +130,7 @@ class Pairing {
     bool followed_by_other = false;  ///< the very next packet was no EtherCAT frame
     bool undecided = false;          ///< may have come back unseen ...
     Undecided reason{};              ///< ... because of this
+    bool other_end = false;          ///< sent at the other end of a redundant line
     bool copy = false;               ///< may be the packet before it, captured twice
     std::uint32_t overtaken = 0;
     std::uint64_t key = 0;
@@ -159,6 +161,7 @@ class Pairing {
   void PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool before_first_return) noexcept;
   Hole AppearsLate(const Sender& master, const FrameRef& behind) noexcept;
   void PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot* slot) noexcept;
+  void HandOver(BusTransaction transaction) noexcept;
   void AnswerUnderWay(Slot& slot, const wire::FrameView& frame) noexcept;
   bool IsSecondCopy(const Sender& sender, const wire::FrameView& frame, std::uint64_t key) noexcept;
   bool IsAltered(const wire::FrameView& frame) noexcept;

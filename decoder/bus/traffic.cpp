@@ -73,7 +73,8 @@ void Traffic::Replay(std::size_t i, const FrameView& packet, BusSink& sink) cons
       case Kind::kTransaction: {
         // What came back is always the packet at hand.
         const FrameView* sent = call.first == kNone ? nullptr : &view(call.first);
-        sink.OnTransaction({sent, call.second == kNone ? nullptr : &packet, call.flag, static_cast<Hole>(call.what)});
+        sink.OnTransaction(
+            {sent, call.second == kNone ? nullptr : &packet, call.flag, static_cast<Hole>(call.what), call.other_end});
         break;
       }
       case Kind::kDoubtful:
@@ -133,6 +134,7 @@ void TrafficRecorder::OnTransaction(const BusTransaction& transaction) {
   to_->calls_.push_back({.kind = Traffic::Kind::kTransaction,
                          .what = static_cast<std::uint8_t>(transaction.hole),
                          .flag = transaction.assumed,
+                         .other_end = transaction.other_end,
                          .first = sent,
                          .second = place(transaction.returned)});
 }

@@ -42,8 +42,9 @@ class Traffic {
     Kind kind = Kind::kFrame;
     std::uint8_t what = 0;  ///< Direction, Loss, Unusable or Hole
     bool flag = false;      ///< assumed, followed_by_other or own_master
-    Place first = kNone;    ///< the only frame, or the one sent
-    Place second = kNone;   ///< the one returned
+    bool other_end = false;
+    Place first = kNone;   ///< the only frame, or the one sent
+    Place second = kNone;  ///< the one returned
     FrameNo original = 0;
   };
   struct Kept {

@@ -24,6 +24,9 @@ struct BusTransaction {
   bool assumed = false;
   /// Before the first frame that became known behind it.
   Hole hole = Hole::kNone;
+  /// Sent at the other end of a redundant line. Such frames are handed over only where a slave took part, which shows
+  /// that the line is broken.
+  bool other_end = false;
 
   [[nodiscard]] const wire::FrameView& any() const { return returned != nullptr ? *returned : *sent; }
   [[nodiscard]] std::size_t size() const { return any().size(); }

@@ -143,7 +143,7 @@ class WkcMismatch final : public Rule {
         if (own.slave != kNoSlave && f.slave != kNoSlave && f.slave != own.slave) continue;
         if (best == kNoFinding || Distance(f, own) < Distance(findings[best], own)) best = static_cast<FindingIndex>(i);
       }
-      own.caused_by = best;
+      own.caused_by = best != kNoFinding ? best : EndOfTheBusBefore(own);
     }
   }
 
@@ -164,6 +164,31 @@ class WkcMismatch final : public Rule {
     std::vector<Watched> slaves;
   };
   static constexpr std::size_t kMaxEpisodes = 32;
+
+  /// The last change of the number of slaves before, if the bus ended in front of this slave since then.
+  [[nodiscard]] FindingIndex EndOfTheBusBefore(const Finding& own) const {
+    if (own.slave == kNoSlave) return kNoFinding;
+    const SlavePos* position = context().network().slaves()[own.slave].position.if_known();
+    const std::vector<Finding>& findings = context().store.findings();
+    FindingIndex found = kNoFinding;
+    FrameNo latest = 0;
+    for (std::size_t i = 0; position != nullptr && i < findings.size(); ++i) {
+      const Finding& f = findings[i];
+      if (f.rule != "bus-slave-count-changed" || f.first.number > own.first.number || f.first.number < latest) continue;
+      latest = f.first.number;
+      const std::optional<std::int64_t> end = SlavesNow(f);
+      found = end && *position >= *end ? static_cast<FindingIndex>(i) : kNoFinding;
+    }
+    return found;
+  }
+
+  static std::optional<std::int64_t> SlavesNow(const Finding& changed) {
+    for (const Evidence& evidence : changed.evidence) {
+      if (const auto* now = std::get_if<std::int64_t>(&evidence.value); now && evidence.name == "slaves_now")
+        return *now;
+    }
+    return std::nullopt;
+  }
 
   /// Any slave has an FMMU that is switched on.
   [[nodiscard]] bool AnyMapped() {
@@ -256,11 +281,7 @@ class WkcMismatch final : public Rule {
     const Finding& own = context().store[episode.finding];
     for (const Finding& f : context().store.findings()) {
       if (f.rule != "bus-slave-count-changed" || Distance(f, own) > kAbout) continue;
-      std::optional<std::int64_t> end;
-      for (const Evidence& evidence : f.evidence) {
-        if (const auto* now = std::get_if<std::int64_t>(&evidence.value); now && evidence.name == "slaves_now")
-          end = *now;
-      }
+      const std::optional<std::int64_t> end = SlavesNow(f);
       if (!end) continue;
       int worth = 0;
       int slaves = 0;

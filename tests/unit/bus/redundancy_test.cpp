@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "decoder/bus/ring_join.h"
 #include "tests/unit/bus/pairing_log.h"
 
 namespace ecaudit::bus::test {
@@ -100,6 +101,141 @@ TEST(Redundancy, BrokenRingTheReturnedFrameGoesOutAgain) {
     EXPECT_EQ(result.statistics.duplicated, 0U) << mac_bit_kept;
     EXPECT_EQ(result.log.Only("altered").size(), 0U) << mac_bit_kept;
     EXPECT_EQ(result.statistics.frames().undecided_total(), 0U) << mac_bit_kept;
+  }
+}
+
+/// One request of the master at both ends. At the second one nobody takes part; some slaves set the MAC bit all the
+/// same.
+void AddAtBothEnds(Trace& trace, int i, bool same_index) {
+  const auto index = static_cast<std::uint8_t>(i);
+  trace.Mac(kPrimary).Slaves(3);
+  trace.After(1000).Fprd(static_cast<std::uint16_t>(0x1001 + i % 3), 0x0130, {8, 0}).Index(index);
+  trace.Mac(kSecondary);
+  trace.After(1)
+      .Fprd(static_cast<std::uint16_t>(0x1001 + i % 3), 0x0130, {0, 0})
+      .Wkc(0)
+      .Index(static_cast<std::uint8_t>(same_index ? index : index + 100));
+}
+
+TEST(Redundancy, WhatNobodyTakesAtTheOtherEndIsNoAnswer) {
+  for (const bool bit_set : {true, false}) {
+    Trace trace;
+    for (int i = 0; i < 100; ++i) AddAtBothEnds(trace, i, bit_set);
+    std::vector<Packet> packets = trace.Packets();
+    for (Packet& packet : packets) {
+      if ((packet.bytes[6] & ~2U) == 0x04 && !bit_set) packet.bytes[6] = 0x04;
+    }
+    const Paired result = PairUp(packets);
+    EXPECT_EQ(result.statistics.paired, 200U) << bit_set;
+    EXPECT_EQ(result.statistics.other_end, 100U) << bit_set;
+    EXPECT_EQ(result.log.words.size(), 100U) << bit_set;
+    EXPECT_EQ(result.log.sent.size(), 100U) << bit_set;
+  }
+}
+
+TEST(Redundancy, EqualProgramsOnTwoSegmentsAreNoRing) {
+  // The same frames, in step; the slaves named answer both.
+  Trace trace;
+  for (int i = 0; i < 100; ++i) {
+    for (const samples::MacAddress& mac : {kPrimary, kSecondary}) {
+      trace.Mac(mac).Slaves(3);
+      trace.After(100).Fprd(static_cast<std::uint16_t>(0x1001 + i % 3), 0x0130, {8, 0});
+    }
+  }
+  const Paired result = PairUp(trace);
+  EXPECT_EQ(result.statistics.foreign, 200U);
+  EXPECT_EQ(result.statistics.paired, 100U);
+  EXPECT_EQ(result.statistics.other_end, 0U);
+}
+
+TEST(Redundancy, WhoExchangesProcessDataBesideTheMasterHasAnotherSegment) {
+  Trace trace;
+  for (int i = 0; i < 60; ++i) {
+    trace.Mac(kPrimary).Slaves(3);
+    trace.After(400).Lrw(0, Bytes(6, 0), Bytes(6, 1));
+    trace.After(200).Brd(0x0130, {8, 0});
+    trace.Mac(kSecondary);
+    trace.After(400).Lrw(0, Bytes(9, 0), Bytes(9, 1));
+    if (i % 7 == 0) trace.After(10).Brd(0x0130, {8, 0});
+  }
+  const Paired result = PairUp(trace);
+  EXPECT_EQ(result.statistics.foreign, 2U * (60U + 9U));
+  EXPECT_EQ(result.statistics.paired, 120U);
+}
+
+TEST(Redundancy, PollsThatAreThoseOfTheMasterAreASecondMaster) {
+  Trace trace;
+  for (int i = 0; i < 100; ++i) {
+    trace.Mac(kPrimary).Slaves(3);
+    trace.After(400).Lrw(0, Bytes(6, 0), Bytes(6, 1));
+    trace.After(200).Brd(0x0130, {8, 0});
+    trace.Mac(kSecondary);
+    trace.After(400).Brd(0x0130, {8, 0});
+  }
+  const Paired result = PairUp(trace);
+  EXPECT_EQ(result.statistics.foreign, 0U);
+  EXPECT_EQ(result.statistics.paired, 300U);
+}
+
+/// Hears transactions only.
+class Transactions : public BusSink {
+ public:
+  void OnFrame(const wire::FrameView&, Direction) override {}
+  void OnSent(const wire::FrameView&) override {}
+  void OnDoubtful(const wire::FrameView&) override {}
+  void OnLost(const wire::FrameView&, Loss, bool) override {}
+  void OnDuplicate(const wire::FrameView&, FrameNo) override {}
+  void OnUnusable(const wire::FrameView&, Unusable, bool) override {}
+};
+
+/// Both halves of what a master asks for, while the line is broken.
+class RingJoined final : public Transactions {
+ public:
+  void OnTransaction(const BusTransaction& t) override {
+    wkc.push_back((*t.returned)[0].wkc());
+    const ByteSpan bytes = (*t.returned)[0].data();
+    data.emplace_back(bytes.begin(), bytes.end());
+  }
+  std::vector<std::uint16_t> wkc;
+  std::vector<std::vector<std::uint8_t>> data;
+};
+
+TEST(Redundancy, TheHalvesOfABrokenLineAreJoined) {
+  Trace trace;
+  for (int i = 0; i < 20; ++i) {
+    trace.Mac(kPrimary).After(1000).Lrw(0, {1, 2, 0, 0}, {1, 2, 7, 0}).Wkc(3);
+    trace.Mac(kSecondary).After(1).Lrw(0, {1, 2, 0, 0}, {1, 2, 0, 8}).Wkc(3);
+    trace.Mac(kPrimary).After(1000).Fprd(0x1002, 0x0130, {0, 0}).Wkc(0);
+    trace.Mac(kSecondary).After(1).Fprd(0x1002, 0x0130, {8, 0}).Wkc(1);
+  }
+  const std::vector<Packet> packets = trace.Packets();
+  RingJoined log;
+  RingJoin join(log);
+  DirectionLearner directions;
+  ecaudit::test::MemorySource first(packets);
+  capture::CapturedFrame frame;
+  while (first.Next(frame) == capture::ReadStatus::kFrame) directions.Learn(wire::FrameView::Parse(frame));
+  directions.Finish();
+  class Forward final : public Transactions {
+   public:
+    explicit Forward(RingJoin& to) : to_(to) {}
+    void OnTransaction(const BusTransaction& t) override { to_.Push(t); }
+
+   private:
+    RingJoin& to_;
+  } forward(join);
+  Pairing pairing(directions, forward);
+  ecaudit::test::MemorySource again(packets);
+  while (again.Next(frame) == capture::ReadStatus::kFrame) pairing.Push(wire::FrameView::Parse(frame));
+  pairing.Finish();
+  join.Flush();
+  // That the line is broken shows with the second frame.
+  ASSERT_EQ(log.wkc.size(), 41U);
+  for (std::size_t i = 3; i < log.wkc.size(); i += 2) {
+    EXPECT_EQ(log.wkc[i], 6U) << i;
+    EXPECT_EQ(log.data[i], (std::vector<std::uint8_t>{1, 2, 7, 8})) << i;
+    EXPECT_EQ(log.wkc[i - 1], 1U) << i;
+    EXPECT_EQ(log.data[i - 1], (std::vector<std::uint8_t>{8, 0})) << i;
   }
 }
 
