@@ -13,6 +13,7 @@
 #include "analyzers/judge/finding_order.h"
 #include "analyzers/judge/finding_store.h"
 #include "analyzers/judge/lossy_capture.h"
+#include "analyzers/judge/one_for_many.h"
 #include "analyzers/judge/reached_limits.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
@@ -91,6 +92,12 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
   for (SlaveSummary& slave : result.slaves) slave.unjudged = WhyNothingWasJudged(slave, result);
   store.FoldNotEvaluable(slaves);
   result.findings = std::move(store.findings());
+  JoinSlaves(
+      result.findings, [&](SlaveId slave) { return context.Label(slave); },
+      [&](SlaveId slave) {
+        const SlaveSummary* summary = result.slave(slave);
+        return summary != nullptr ? summary->position : static_cast<SlavePos>(slave);
+      });
   SortFindings(result.findings);
   result.not_evaluable = store.not_evaluable();
   result.capture_next = WhatToCaptureNext(result);

@@ -79,11 +79,32 @@ bool SaysSynchronisation(const RuleContext&, const Finding& effect) {
   return true;  // none was read
 }
 
-/// `effect` follows from `cause` of the same slave.
+/// Whether the cause is one of the bus. These fold what happened now and then: a part of it has to lie between the last
+/// look before the effect and the effect.
+enum class Bus : std::uint8_t { kNo, kYes };
+
+bool TouchesLookBefore(const Finding& effect, const Finding& cause) {
+  const FrameNo from = BegunBy(effect);
+  const auto between = [&](FrameNo frame) { return frame >= from && frame <= effect.first.number; };
+  return between(cause.first.number) || between(cause.last.number) ||
+         std::any_of(cause.related_frames.begin(), cause.related_frames.end(), between);
+}
+
+/// The process data watchdog ran out.
+bool SaysWatchdog(const RuleContext&, const Finding& effect) {
+  constexpr std::int64_t kWatchdog = 0x1B;
+  return std::any_of(effect.evidence.begin(), effect.evidence.end(), [](const Evidence& evidence) {
+    const auto* code = std::get_if<std::int64_t>(&evidence.value);
+    return evidence.name == "al_status_code" && code != nullptr && *code == kWatchdog;
+  });
+}
+
+/// `effect` follows from `cause` of the same slave, or of the bus.
 struct Law {
   std::string_view effect, cause;
   TimeNs within = 0;  ///< behind the cause's last frame; < 0: at any time
   bool (*holds)(const RuleContext&, const Finding& effect) = nullptr;  ///< what the effect has to say besides
+  Bus of_bus = Bus::kNo;
 };
 
 /// Nearest first: of several causes the first row that fits counts.
@@ -96,6 +117,8 @@ constexpr std::array kLaws{
     Law{"drive-fault", "sync-lost", kSoon, SaysSynchronisationLost},
     Law{"drive-fault", "sync-watchdog-margin", kSoon, SaysNothing},
     Law{"al-unexpected-change", "sync-switched-off", kLater, SaysSynchronisation},
+    Law{"al-unexpected-change", "sync-watchdog-margin", kSoon, SaysWatchdog},
+    Law{"al-unexpected-change", "frame-lost", kSoon, SaysWatchdog, Bus::kYes},
     Law{"mailbox-error-reply", "mailbox-malformed", kLater, SaysMalformed},
 };
 
@@ -131,7 +154,9 @@ void JoinConsequences(RuleContext& context) {
       FindingIndex best = kNoFinding;
       for (FindingIndex c = 0; c < findings.size(); ++c) {
         const Finding& cause = findings[c];
-        if (cause.rule != law.cause || cause.slave != effect.slave) continue;
+        const bool bus = law.of_bus == Bus::kYes;
+        if (cause.rule != law.cause || cause.slave != (bus ? kNoSlave : effect.slave)) continue;
+        if (bus && !TouchesLookBefore(effect, cause)) continue;
         if (cause.severity == Severity::kInfo || (cause.severity == Severity::kWarning && IsError(effect))) continue;
         if (law.within >= 0 && !Follows(effect, cause, law.within)) continue;
         if (LeadsTo(findings, c, e)) continue;

@@ -1,0 +1,157 @@
+#include "analyzers/judge/one_for_many.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <set>
+#include <string_view>
+#include <tuple>
+
+#include "analyzers/judge/finding_store.h"
+#include "analyzers/judge/rule.h"
+
+namespace ecaudit {
+namespace {
+
+/// What happens at once is seen in each slave's own frames, one after the other.
+constexpr FrameNo kFramesApart = 512;
+
+/// Figures differ from slave to slave; codes ("0x001b") say what it is.
+std::string WithoutFigures(std::string_view title) {
+  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+  std::string text;
+  constexpr std::string_view kAddress = "station address ";
+  for (std::size_t i = 0; i < title.size(); ++i) {
+    if (title.substr(i).starts_with(kAddress)) {  // its own
+      text += kAddress;
+      i = title.find(' ', i + kAddress.size());
+      if (i == std::string_view::npos) break;
+    }
+    const bool code = title[i] == '0' && i + 1 < title.size() && title[i + 1] == 'x';
+    if (!digit(title[i]) || code) {
+      text += title[i];
+      if (code) {
+        while (++i < title.size() && title[i] != ' ' && title[i] != ',') text += title[i];
+        --i;
+      }
+      continue;
+    }
+    text += '#';
+    while (i + 1 < title.size() && (digit(title[i + 1]) || title[i + 1] == '.')) ++i;
+  }
+  return text;
+}
+
+using Group = std::vector<FindingIndex>;
+
+/// Those of one group that may be one matter: each slave once, and without a common cause at about the same time.
+std::vector<Group> Clusters(const std::vector<Finding>& findings, Group group, bool same_cause) {
+  std::sort(group.begin(), group.end(), [&](FindingIndex a, FindingIndex b) {
+    return std::tuple(findings[a].first.number, a) < std::tuple(findings[b].first.number, b);
+  });
+  std::vector<Group> clusters;
+  std::set<SlaveId> slaves;
+  FrameNo last = 0;
+  for (const FindingIndex index : group) {
+    const Finding& finding = findings[index];
+    const bool apart = !same_cause && finding.first.number > last + kFramesApart;
+    if (clusters.empty() || apart || slaves.contains(finding.slave)) {
+      clusters.emplace_back();
+      slaves.clear();
+    }
+    clusters.back().push_back(index);
+    slaves.insert(finding.slave);
+    last = finding.first.number;
+  }
+  return clusters;
+}
+
+/// "0-3, 7"
+std::string Ranges(std::vector<SlavePos> positions) {
+  std::sort(positions.begin(), positions.end());
+  std::string text;
+  for (std::size_t i = 0; i < positions.size();) {
+    std::size_t end = i + 1;
+    while (end < positions.size() && positions[end] - positions[end - 1] <= 1) ++end;
+    text += (text.empty() ? "" : ", ") + std::to_string(positions[i]);
+    if (end - i > 1) text += "-" + std::to_string(positions[end - 1]);
+    i = end;
+  }
+  return text;
+}
+
+void Speak(Finding& first, const std::vector<Finding>& findings, const Group& all,
+           const std::function<std::string(SlaveId)>& label, const std::function<SlavePos(SlaveId)>& position) {
+  constexpr std::size_t kNamed = 8;
+  std::string names;
+  std::vector<SlavePos> positions;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Finding& other = findings[all[i]];
+    positions.push_back(position(other.slave));
+    if (i < kNamed) names += (i > 0 ? ", " : "") + label(other.slave);
+    first.count = std::max(first.count, other.count);
+    if (other.last.number > first.last.number) first.last = other.last;
+    if (other.confidence == Confidence::kInferred) first.confidence = Confidence::kInferred;
+    if (other.first.number != first.first.number) AddRelated(first, other.first.number);
+  }
+  if (all.size() > kNamed) names += " and " + std::to_string(all.size() - kNamed) + " more";
+  const std::string number = std::to_string(all.size());
+  first.title += " (the first of " + number + " slaves)";
+  first.message =
+      "The same befell " + number + " slaves: " + names + ". Of " + label(first.slave) + ": " + first.message;
+  first.evidence.push_back(Number("slaves", static_cast<std::int64_t>(all.size())));
+  first.evidence.push_back(Text("positions", Ranges(std::move(positions))));
+  first.slave = kNoSlave;
+}
+
+}  // namespace
+
+void JoinSlaves(std::vector<Finding>& findings, const std::function<std::string(SlaveId)>& label,
+                const std::function<SlavePos(SlaveId)>& position) {
+  if (findings.size() < kManySlaves) return;
+  std::vector<FindingIndex> speaker(findings.size());
+  std::iota(speaker.begin(), speaker.end(), FindingIndex{0});
+  std::map<FindingIndex, Group> joined;
+  // What follows from findings that are one is one, too: from the causes on to their consequences.
+  constexpr int kSteps = 4;
+  bool any = true;
+  for (int step = 0; step < kSteps && any; ++step) {
+    any = false;
+    std::map<std::tuple<std::string_view, Severity, FindingIndex, std::string>, Group> groups;
+    for (FindingIndex i = 0; i < findings.size(); ++i) {
+      const Finding& f = findings[i];
+      if (f.slave == kNoSlave || speaker[i] != i || joined.contains(i)) continue;
+      const FindingIndex cause = f.caused_by < findings.size() ? speaker[f.caused_by] : kNoFinding;
+      groups[{f.rule, f.severity, cause, WithoutFigures(f.title)}].push_back(i);
+    }
+    for (const auto& [key, group] : groups) {
+      if (group.size() < kManySlaves) continue;
+      for (const Group& cluster : Clusters(findings, group, std::get<FindingIndex>(key) != kNoFinding)) {
+        if (cluster.size() < kManySlaves) continue;
+        any = true;
+        for (const FindingIndex i : cluster) speaker[i] = cluster.front();
+        joined[cluster.front()] = cluster;
+      }
+    }
+  }
+  if (joined.empty()) return;
+  for (const auto& [first, all] : joined) {
+    Finding speaks = findings[first];
+    Speak(speaks, findings, all, label, position);
+    findings[first] = std::move(speaks);
+  }
+  std::vector<FindingIndex> place(findings.size(), kNoFinding);
+  std::vector<Finding> left;
+  left.reserve(findings.size());
+  for (FindingIndex i = 0; i < findings.size(); ++i) {
+    if (speaker[i] != i) continue;
+    place[i] = static_cast<FindingIndex>(left.size());
+    left.push_back(std::move(findings[i]));
+  }
+  for (Finding& finding : left) {
+    if (finding.caused_by < speaker.size()) finding.caused_by = place[speaker[finding.caused_by]];
+  }
+  findings = std::move(left);
+}
+
+}  // namespace ecaudit
