@@ -206,6 +206,20 @@ Presence PresenceOf(Subject subject, const SlaveSummary& slave, const RuleContex
   return {};
 }
 
+/// True for what a few packets show, which may be those that a capture misses.
+bool MayBeUnseen(NotApplicable why) {
+  switch (why) {
+    case NotApplicable::kNoRequest:
+    case NotApplicable::kMailboxUnused:
+    case NotApplicable::kNoCoe:
+    case NotApplicable::kMappingUntouched:
+    case NotApplicable::kClockUnused:
+      return true;
+    default:
+      return false;
+  }
+}
+
 /// What was said of one rule and slave.
 struct Said {
   bool of_all = false;          ///< a line without a frame: it holds from the beginning to the end
@@ -251,6 +265,13 @@ class Judge {
   void TellMissing(const RuleInfo& rule, Subject subject, SlaveCoverage& out) {
     const bus::PairingStatistics& pairing = context_.pairing();
     if (subject == Subject::kCapture || pairing.missed_outbound + pairing.holes <= no_holes_) return;
+    if (out.coverage == Coverage::kNotApplicable && MayBeUnseen(out.why)) {
+      std::string reason = std::string(kMissingUnseen) + "; in what it holds, " + std::string(Describe(out.why));
+      out.coverage = Coverage::kNotJudged;
+      out.why = NotApplicable::kApplies;
+      context_.store.AddNotEvaluable(rule, out.slave, std::move(reason), 0);
+      return;
+    }
     if (out.coverage != Coverage::kJudged) return;
     out.coverage = Coverage::kPartly;
     context_.store.AddNotEvaluable(rule, out.slave, std::string(kMissingUnseen), pairing.first_hole.number);

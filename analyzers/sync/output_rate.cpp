@@ -26,6 +26,7 @@ void OutputRate::Add(const CyclicImage& image, const Interval& interval, const F
     return;
   }
   cycles += static_cast<std::uint64_t>(count);
+  usual = image.nominal_ns;
   last = to;
 }
 

@@ -10,7 +10,8 @@ namespace ecaudit::sync {
 
 struct OutputRate {
   std::uint64_t cycles = 0;
-  TimeNs ns = 0;  ///< length of all of them
+  TimeNs ns = 0;     ///< length of all of them
+  TimeNs usual = 0;  ///< median of the intervals: where it keeps to a cycle, a mean that does not tells of pauses
   TimeBase base = TimeBase::kNone;
   FrameRef first, last;
 

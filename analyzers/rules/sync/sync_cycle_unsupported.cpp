@@ -38,7 +38,8 @@ steps.
 SYNC0 cycle and 60C2h are exact numbers that the master wrote. The observed cycle is a mean over at least 100 cycles
 in OP: too short with a tenth as margin, since its exact value depends on the clock; no multiple of the base when it
 is further from the nearest one than the drive's PLL range and the precision of the clock (100 ppm) together. That is
-inferred: the drive may be set not to synchronise. A configured cycle is compared by sync-rate-deviation instead.
+inferred: the drive may be set not to synchronise. Where most cycles do keep to a multiple, the master is only late now
+and then. A configured cycle is compared by sync-rate-deviation instead.
 
 ## Example
 tests/rules/sync-cycle-unsupported/violates.trace
@@ -115,6 +116,10 @@ class SyncCycleUnsupported final : public Rule {
     const double nearest = std::round(mean / base) * base;
     const double off_ppm = std::abs(mean / nearest - 1) * 1e6;
     if (off_ppm <= *family.pll_range_ppm + kClockPpm) return;
+    // A master that polls between two cycles is late now and then, by no whole number of cycles.
+    const auto usual = static_cast<double>(outputs.rate.usual);
+    const double usual_nearest = std::max(std::round(usual / base), 1.0) * base;
+    if (std::abs(usual / usual_nearest - 1) * 1e6 <= *family.pll_range_ppm) return;
     if (Repeat(id, 3, outputs.rate.first) != kNoFinding) return;
     Finding finding;
     finding.slave = id;

@@ -39,7 +39,8 @@ synchronised, however small the jitter is.
 ## How it is decided
 The mean is taken over all cycles in OP; an interval of n cycles counts as n, pauses of more than 16 are left out. By
 DC time the mean is exact; by stamps 100 ppm of the host's clock are added to their uncertainty, and a limit inside
-that is not judged. The configured cycle is that of SYNC0, else the 60C2h the master wrote. More than a tenth off is
+that is not judged; nor is a mean that pauses of no whole number of cycles have moved, while most cycles are as long as
+configured. The configured cycle is that of SYNC0, else the 60C2h the master wrote. More than a tenth off is
 another cycle and told by sync-cycle-mismatch.
 
 ## Example
@@ -100,6 +101,11 @@ class SyncRateDeviation final : public Rule {
     if (std::abs(ppm) > kAnotherCycle || std::abs(ppm) + unsure <= limit) return;
     if (std::abs(ppm) - unsure <= limit) {
       NotEvaluable(id, "the mean deviation of the cycle equals the limit within the clock's uncertainty");
+      return;
+    }
+    const double usual_ppm = (static_cast<double>(outputs.rate.usual) / static_cast<double>(configured) - 1) * 1e6;
+    if (std::abs(usual_ppm) <= limit) {
+      NotEvaluable(id, "most cycles are as long as configured; pauses of no whole number of cycles move the mean");
       return;
     }
     if (Repeat(id, 0, outputs.rate.first) != kNoFinding) return;
