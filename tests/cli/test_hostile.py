@@ -170,12 +170,13 @@ class HostileCaptures(CliTest):
         self.assertTrue(any("of other masters" in f["message"] for f in self.set_aside(report)), report["findings"])
 
     def test_a_redundant_line_is_one_bus(self):
-        """The same frames go out at both ends, each with an address of its own."""
+        """The same frames go out at both ends, each with an address of its own; at the far one they pass nobody."""
         bus = scanned_bus()
         for _ in range(100):
             bus.read(0x0130, b"\x01\0")
-        swap = lambda p: p[:6] + bytes([p[6]]) + b"\x20" * 5 + p[12:]
-        packets = sorted([*bus.packets, *((t + 500, swap(p)) for t, p in bus.packets)])
+        far = lambda p, bit: p[:6] + bytes([p[6] | bit]) + b"\x20" * 5 + p[12:]
+        sent = [(t, p) for t, p in bus.packets if not p[6] & 2]
+        packets = sorted([*bus.packets, *((t + 500, far(p, 0)) for t, p in sent), *((t + 700, far(p, 2)) for t, p in sent)])
         report = self.one_report("redundant.pcapng", pcapng(packets), 0)
         self.assertEqual(self.set_aside(report), [])
 
