@@ -21,7 +21,7 @@
 namespace ecaudit::cli {
 namespace {
 
-using Kind = WorkerPiece::Kind;
+using PieceKind = WorkerPiece::Kind;
 
 constexpr int kProgressStepMs = 100;
 
@@ -132,25 +132,25 @@ class Batch {
     BatchResult& result = results_[index];
     for (WorkerPiece& piece : pieces) {
       switch (piece.kind) {
-        case Kind::kLacksSlave:
+        case PieceKind::kLacksSlave:
           result.lacks_slave = true;
           break;
-        case Kind::kMissing:
+        case PieceKind::kMissing:
           result.missing.push_back(std::move(piece.text));
           break;
-        case Kind::kUnmet:
+        case PieceKind::kUnmet:
           result.unmet.push_back(std::move(piece.text));
           break;
-        case Kind::kFrames:
+        case PieceKind::kFrames:
           frames_done_ += std::stoull(piece.text);
           break;
-        case Kind::kCannotWrite:
+        case PieceKind::kCannotWrite:
           if (!error_) error_ = Error{piece.text};
           return;
-        case Kind::kInternal:
+        case PieceKind::kInternal:
           return Crashed(index, piece.text);
-        case Kind::kInterrupted:
-        case Kind::kDone:
+        case PieceKind::kInterrupted:
+        case PieceKind::kDone:
           return;
       }
     }
@@ -200,16 +200,16 @@ class Batch {
   void DoJob(const BatchJob& job, WorkerProgress& progress, const BatchWorker::Say& say) const {
     report::Report report = ReportOf(job);
     Result<CheckedCapture> capture = Check(job, options_.wanted, progress);
-    if (!capture && InterruptFlag()) return say(Kind::kInterrupted, "");
+    if (!capture && InterruptFlag()) return say(PieceKind::kInterrupted, "");
     if (!capture) {
       report.unreadable.push_back({job.path, capture.error().message});
     } else if (InterruptFlag() && !capture->report.result.capture.complete) {
-      return say(Kind::kInterrupted, "");
+      return say(PieceKind::kInterrupted, "");
     } else {
-      say(Kind::kFrames, std::to_string(capture->report.result.capture.packets));
-      if (capture->lacks_slave) say(Kind::kLacksSlave, "");
-      for (const std::string& slave : capture->missing) say(Kind::kMissing, slave);
-      for (const std::string& slave : capture->unmet) say(Kind::kUnmet, slave);
+      say(PieceKind::kFrames, std::to_string(capture->report.result.capture.packets));
+      if (capture->lacks_slave) say(PieceKind::kLacksSlave, "");
+      for (const std::string& slave : capture->missing) say(PieceKind::kMissing, slave);
+      for (const std::string& slave : capture->unmet) say(PieceKind::kUnmet, slave);
       report.captures.push_back(std::move(capture->report));
     }
     auto error = WriteReport(job, report);
@@ -218,7 +218,7 @@ class Batch {
       error = CheckOutputPath(path, Links::kReplace);
       if (!error) error = WriteOutputFile(path, WriteHtml(report), Links::kReplace);
     }
-    if (error) say(Kind::kCannotWrite, error->message);
+    if (error) say(PieceKind::kCannotWrite, error->message);
   }
 
   /// Named as the report is; empty where none is wanted.

@@ -14,6 +14,7 @@
 #include "analyzers/model/slave_model.h"
 #include "analyzers/options/options.h"
 #include "analyzers/sync/sync_model.h"
+#include "decoder/base/text.h"
 #include "decoder/esc/al.h"
 
 namespace ecaudit {
@@ -366,6 +367,9 @@ std::vector<RuleCoverage> CoverageOf(RuleContext& context, const AnalysisResult&
 
 std::string WhyNothingWasJudged(const SlaveSummary& slave, const AnalysisResult& result) {
   if (result.capture.direction == DirectionSeen::kOutbound) return "no answer of a slave is in the capture";
+  if (slave.al_status && !esc::IsAlState(esc::AlWord{*slave.al_status}.state())) {
+    return "its AL Status showed " + Hex(*slave.al_status) + " last, which is no state";
+  }
   if (slave.al_status || slave.rx_pdo.exchanged + slave.tx_pdo.exchanged > 0) return {};
   return "neither its AL state nor its process data are known";
 }

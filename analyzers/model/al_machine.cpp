@@ -274,7 +274,8 @@ void AlMachine::OnStatus(const track::AlStatusRead& read) {
     return;
   }
   const std::uint8_t state = read.status.state();
-  if (!esc::IsAlState(state)) return;
+  if (!esc::IsAlState(state)) return OnNoState(read);
+  no_state_ = {};
   ++polls_;
   ++status_reads_;
   if (requests_ > 0) ++reads_after_request_;
@@ -302,6 +303,33 @@ void AlMachine::OnStatus(const track::AlStatusRead& read) {
   paused_ = false;
   MayBeIn(state);
   quiet_ = !read.status.bit4() && IsQuiet(state);
+}
+
+/// A value that is none of the five states. One read may have been disturbed; two in a row are what the slave shows.
+void AlMachine::OnNoState(const track::AlStatusRead& read) {
+  if (!read.error_bit_known) return;
+  ++polls_;
+  ++status_reads_;
+  if (requests_ > 0) ++reads_after_request_;
+  quiet_ = false;
+  if (!no_state_.seen()) {
+    no_state_ = read.frame;
+    return;
+  }
+  if (open_) {
+    if (!read.status.bit4()) CheckOverdue(read);
+  } else if (read_state_ != 0 && pending_.empty()) {
+    track::AlStatusRead first = read;
+    first.frame = no_state_;
+    sink_.Publish(ChangedByItself(first, Before()));
+  }
+  possible_.Clear();
+  error_ = Error::kUnknown;
+  error_reported_ = false;
+  echo_ = false;
+  read_state_ = 0;
+  since_ = last_seen_ = read.frame.number;
+  paused_ = false;
 }
 
 /// Nothing is waited for, nothing is left to learn: a master polls thousands of times a second, and all of these reads

@@ -78,6 +78,12 @@ class AlMachine {
     quiet_ = false;
     paused_ = true;
   }
+  /// Another device stands there now: what the one before could do says nothing of it.
+  void OnOtherDevice() {
+    emulation_.reset();
+    own_status_ = false;
+    quiet_ = false;
+  }
   /// The state is not known any more (contradicting broadcast, slave gone).
   void Forget(const FrameRef& frame);
 
@@ -118,6 +124,7 @@ class AlMachine {
   [[nodiscard]] StateSet PossibleBefore(FrameNo request) const;
   [[nodiscard]] AlChangedByItself ChangedByItself(const track::AlStatusRead& read, esc::AlWord before) const;
   void OnStateOnly(const track::AlStatusRead& read);
+  void OnNoState(const track::AlStatusRead& read);
   void NoteRise(const track::AlStatusRead& read);
   [[nodiscard]] bool IsQuiet(std::uint8_t state) const;
   [[nodiscard]] esc::AlWord Before() const;
@@ -169,6 +176,7 @@ class AlMachine {
   std::vector<Pending> pending_;  ///< oldest first
 
   bool paused_ = false;  ///< since the last read of the status
+  FrameRef no_state_;    ///< the first of the last reads that showed a value that is none of the five
   UnaskedRises unasked_;
   bool operated_ = false;  ///< was seen in SAFEOP or OP
   bool quiet_ = false;     ///< another read of the same status would change nothing but counters

@@ -38,9 +38,17 @@ std::uint8_t Fallen(std::uint8_t before, std::uint8_t now) {
 
 }  // namespace
 
-void BusAlUnit::OnRequest(esc::AlWord control, track::Acceptance acceptance, const FrameRef& frame) {
+void BusAlUnit::OnRequest(esc::AlWord control, track::Acceptance acceptance, const FrameRef& frame, bool of_all) {
   if (acceptance == track::Acceptance::kRefused) return;
+  TellRefusal();
   Close();
+  // What was asked for before, and all agree on, is over.
+  if (told_ && Settled()) requested_ = 0;
+  const std::uint16_t* count = network_.slave_count().if_known();
+  if (requested_ == 0 || (count != nullptr && NobodyHadError(*count, requested_at_.number))) acknowledging_ = false;
+  // What all took is what all copy.
+  acknowledging_ = control.bit4() || (acknowledging_ && !(of_all && acceptance == track::Acceptance::kAccepted));
+  control_ = control;
   requested_ = static_cast<std::uint8_t>(requested_ | (control.state() & kStateBits));
   requested_at_ = frame;
 }
@@ -48,8 +56,9 @@ void BusAlUnit::OnRequest(esc::AlWord control, track::Acceptance acceptance, con
 /// All agree on what was requested, or have had time for it.
 bool BusAlUnit::Settled() const {
   if (requested_ == 0) return true;
-  const std::uint8_t status = BitsOf(told_->status);
-  if (std::has_single_bit(status) && (status & requested_) != 0) return true;
+  // An error bit beside may be the echo of an acknowledge.
+  const auto states = static_cast<std::uint8_t>(told_->status.raw & kStateBits);
+  if (std::has_single_bit(states) && (states & requested_) != 0) return true;
   const FrameRef& since = requested_at_.number > told_->first.number ? requested_at_ : told_->first;
   return since.has_time && told_->last.has_time && Elapsed(since.time, told_->last.time) > kSettled;
 }
@@ -125,7 +134,35 @@ void BusAlUnit::Close() {
   events_.Publish(event);
 }
 
+/// By what the last broadcast showed, else by what each slave showed; looked at behind that frame.
+bool BusAlUnit::NobodyHadError(std::uint16_t slaves, FrameNo since) const {
+  if (told_) return told_->slaves == slaves && !told_->status.bit4() && told_->last.number >= since;
+  if (network_.slaves().size() != slaves) return false;
+  for (std::size_t s = 0; s < network_.slaves().size(); ++s) {
+    const Known<esc::AlWord>& status = network_.state(static_cast<SlaveId>(s)).al_status;
+    if (status.if_known() == nullptr || status.if_known()->bit4() || status.since() < since) return false;
+  }
+  return true;
+}
+
+void BusAlUnit::NoteRefusal(const track::AlStatusOfAll& read) {
+  if (acknowledging_ || !read.status.bit4()) return;
+  if (!refused_) {
+    if ((told_ && told_->status.bit4()) || !NobodyHadError(read.slaves, 0)) return;
+    refused_ = BusAlRefused{read.frame, read.frame, requested_at_, control_, read.status, read.slaves, 0};
+  }
+  refused_->last = read.frame;
+  refused_->status = read.status;
+  ++refused_->reads;
+}
+
+void BusAlUnit::TellRefusal() {
+  if (refused_ && refused_->reads >= kEnoughPolls) events_.Publish(*refused_);
+  refused_.reset();
+}
+
 void BusAlUnit::Forget() {
+  TellRefusal();
   Close();
   told_.reset();
   requested_ = 0;

@@ -36,6 +36,7 @@ class BusAlUnit {
   [[nodiscard]] const std::optional<Told>& told() const { return told_; }
 
   void On(const track::AlStatusOfAll& read) {
+    if (requested_ != 0 || refused_) NoteRefusal(read);
     if (told_ && told_->status.raw == read.status.raw && told_->slaves == read.slaves) {
       told_->last = read.frame;
       ++told_->polls;
@@ -45,16 +46,23 @@ class BusAlUnit {
   }
   void On(const track::AlStatusRead& read) {
     if (open_) Compare(read);
+    if (read.status.bit4() && read.error_bit_known) refused_.reset();  // that slave is told of by itself
   }
   /// One slave, or all of them, are asked for a state.
-  void OnRequest(esc::AlWord control, track::Acceptance acceptance, const FrameRef& frame);
+  void OnRequest(esc::AlWord control, track::Acceptance acceptance, const FrameRef& frame, bool of_all);
   /// What happened in a hole, or between two runs, nobody knows.
   void Forget();
-  void Finish() { Close(); }
+  void Finish() {
+    TellRefusal();
+    Close();
+  }
 
  private:
   void Change(const track::AlStatusOfAll& read);
   void Open(const track::AlStatusOfAll& read, std::uint8_t fallen);
+  void NoteRefusal(const track::AlStatusOfAll& read);
+  [[nodiscard]] bool NobodyHadError(std::uint16_t slaves, FrameNo since) const;
+  void TellRefusal();
   [[nodiscard]] bool Settled() const;
   void NoteRise(const track::AlStatusOfAll& read);
   void Compare(const track::AlStatusRead& read);
@@ -67,6 +75,9 @@ class BusAlUnit {
   std::optional<Told> told_;
   std::uint8_t requested_ = 0;  // states asked for since all agreed on one of them
   FrameRef requested_at_;
+  esc::AlWord control_;         // of the last request
+  bool acknowledging_ = false;  // some request since had the acknowledge bit, which may be echoed
+  std::optional<BusAlRefused> refused_;
   UnaskedRises unasked_;
   std::optional<BusAlChanged> open_;
   std::uint8_t unexplained_ = 0;  // bits of the open change that no slave showed

@@ -42,7 +42,8 @@ BusModel::BusModel(const track::Network& network, const AnalysisOptions& options
                track::AlRequestSent, track::AlRequest, track::AlRequestOfAll, track::AlStatusRead, track::AlPoll,
                track::AlStatusOfAll, track::AlStatusCodeRead, track::RunBegan, track::AlStateForgotten,
                track::CaptureHole, track::LogicalAccess, track::FrameLost, track::SlaveAccess, track::EepromRead,
-               track::EepromWrite, mailbox::SdoTransfer, mailbox::SdoInfo, mailbox::Emergency>(Stage::kModel, *this);
+               track::EepromWrite, mailbox::SdoTransfer, mailbox::SdoUnexpected, mailbox::SdoInfo, mailbox::Emergency>(
+      Stage::kModel, *this);
 }
 
 const LogicalExpectation& BusModel::Expect(const track::LogicalAccess& access) const {
@@ -66,6 +67,14 @@ void BusModel::On(const track::AddressAssigned& event) {
 
 void BusModel::On(const track::IdentityLearned& event) {
   track::IdentityLearned& known = seen_identities_[event.slave];
+  const auto differs = [](const auto& a, const auto& b) { return a && b && *a != *b; };
+  if (differs(known.vendor_id, event.vendor_id) || differs(known.product_code, event.product_code)) {
+    SlaveModel& slave = slaves_[event.slave];
+    slave.al.OnOtherDevice();
+    slave.objects.Clear();
+    slave.process.OnOtherDevice();
+    image_.OnLayoutChanged(event.slave);
+  }
   const auto take = [](auto& to, const auto& from) {
     if (from) to = from;
   };
@@ -114,6 +123,7 @@ void BusModel::On(const track::AlRequest& event) {
   slaves_[event.slave].Stir();
   slaves_[event.slave].mailbox.Forget();
   if (!HasProcessData(event.control.state())) slaves_[event.slave].ForgetLatches();
+  if (event.control.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) DoubtSettings(event.slave);
   AlMachine& al = slaves_[event.slave].al;
   al.OnRequest(event);
   // Who is met after a broadcast request was in the state that a broadcast read showed of all since then.
@@ -123,10 +133,10 @@ void BusModel::On(const track::AlRequest& event) {
       count != nullptr && *count == told->slaves && esc::IsAlState(static_cast<std::uint8_t>(told->status.raw))) {
     al.OnStatus({event.slave, told->last, told->status, std::nullopt, std::nullopt, true});
   }
-  if (!event.broadcast) al_.OnRequest(event.control, event.acceptance, event.frame());
+  if (!event.broadcast) al_.OnRequest(event.control, event.acceptance, event.frame(), false);
 }
 void BusModel::On(const track::AlRequestOfAll& event) {
-  al_.OnRequest(event.control, event.acceptance, event.frame);
+  al_.OnRequest(event.control, event.acceptance, event.frame, true);
 }
 void BusModel::On(const track::AlStatusRead& event) {
   al_.On(event);
@@ -284,6 +294,36 @@ void BusModel::LearnIdentity(const mailbox::SdoTransfer& transfer) {
   ChooseProfile(transfer.slave);
 }
 
+/// Whether the slave wrote what it was told the capture does not show: the object holds the old value or the new one.
+void BusModel::ForgetObject(SlaveId id, std::uint16_t index, std::uint8_t subindex, bool whole) {
+  SlaveModel& slave = slaves_[id];
+  slave.objects.Forget(index, subindex);
+  if (slave.process.Forget(index, subindex, whole)) image_.OnLayoutChanged(id);
+  slave.drive.ForgetObject(index);
+}
+
+/// An answer to a download that the capture lacks.
+void BusModel::On(const mailbox::SdoUnexpected& answer) {
+  constexpr std::uint8_t kDownloaded = 0x60;
+  if (!answer.has_object || answer.abort || answer.command != kDownloaded) return;
+  slaves_[answer.slave].Stir();
+  ForgetObject(answer.slave, answer.index, answer.subindex, false);
+}
+
+void BusModel::On(const track::RunBegan&) {
+  al_.Forget();
+  for (std::size_t id = 0; id < slaves_.size(); ++id) DoubtSettings(static_cast<SlaveId>(id));
+}
+
+/// What was written by SDO a device may forget in INIT, and does without power.
+void BusModel::DoubtSettings(SlaveId id) {
+  SlaveModel& slave = slaves_[id];
+  slave.Stir();
+  slave.process.OnRunBegan();
+  slave.drive.OnRunBegan();
+  image_.OnLayoutChanged(id);
+}
+
 void BusModel::On(const mailbox::SdoTransfer& transfer) {
   if (transfer.has_object && transfer.index == kIdentityObject) LearnIdentity(transfer);
   SlaveModel& slave = slaves_[transfer.slave];
@@ -293,6 +333,9 @@ void BusModel::On(const mailbox::SdoTransfer& transfer) {
   // Once the list is behind: a description for each of its entries would be kept for nothing.
   if (transfer.has_object && !SlotModules::IsList(transfer.index)) TakeModules(transfer.slave);
   if (slave.process.Apply(transfer)) image_.OnLayoutChanged(transfer.slave);
+  if (transfer.has_object && transfer.service == mailbox::SdoService::kDownload && transfer.incomplete()) {
+    ForgetObject(transfer.slave, transfer.index, transfer.subindex, transfer.complete_access);
+  }
   slave.latch.OnSdo(transfer);
   slave.touch_probe.OnSdo(transfer);
   slave.drive.OnSdo(transfer);

@@ -57,7 +57,7 @@ class BusModel final : private ProcessSink {
   void On(const track::AlRequestOfAll& event);
   void On(const track::AlStatusOfAll& read) { al_.On(read); }
   void On(const track::AlStatusCodeRead& event);
-  void On(const track::RunBegan&) { al_.Forget(); }
+  void On(const track::RunBegan& event);
   void On(const track::AlStateForgotten& event);
   void On(const track::CaptureHole& event);
   /// Hands the process data in it to the units of the slaves.
@@ -68,6 +68,7 @@ class BusModel final : private ProcessSink {
   void On(const track::EepromRead& event);
   void On(const track::EepromWrite& event);
   void On(const mailbox::SdoTransfer& transfer);
+  void On(const mailbox::SdoUnexpected& answer);
   void On(const mailbox::SdoInfo& info);
   /// The capture has ended.
   void Finish();
@@ -76,6 +77,8 @@ class BusModel final : private ProcessSink {
 
  private:
   void ChooseProfile(SlaveId id);
+  void DoubtSettings(SlaveId id);
+  void ForgetObject(SlaveId id, std::uint16_t index, std::uint8_t subindex, bool whole);
   void DescriptionChanged(SlaveId slave);
   void LearnIdentity(const mailbox::SdoTransfer& transfer);
   /// Describes a modular slave anew once the list of its modules is there.

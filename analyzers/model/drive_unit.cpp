@@ -150,7 +150,8 @@ Still DriveUnit::OutputsRepeat(const Places& places, ByteSpan data, bool done, S
   for (std::size_t i = 0; i < places.controls; ++i) {
     if (!Same(data, places.control[i].bit, places.control[i].bits, sent_, watched)) return Still::kNo;
   }
-  return !places.mode || !done || Same(data, places.mode->bit, places.mode->bits, mode_requested_, watched)
+  return !places.mode || !done ||
+                 (!mode_of_run_before_[0] && Same(data, places.mode->bit, places.mode->bits, mode_requested_, watched))
              ? Still::kIdle
              : Still::kNo;
 }
@@ -293,6 +294,15 @@ void DriveUnit::OnSdo(const mailbox::SdoTransfer& transfer) {
     default:
       return;
   }
+}
+
+void DriveUnit::ForgetObject(std::uint16_t index) {
+  if (index == kModes) mode_requested_.reset();
+}
+
+void DriveUnit::OnRunBegan() {
+  Forget();
+  mode_of_run_before_ = {true, true};
 }
 
 void DriveUnit::Forget() {
@@ -721,8 +731,10 @@ void DriveUnit::Explain(DriveFaultExplained::Source source, std::uint32_t code, 
 
 void DriveUnit::OnMode(std::int8_t value, bool shown, const FrameRef& frame, bool by_sdo, bool inferred) {
   std::optional<std::int8_t>& known = shown ? mode_shown_ : mode_requested_;
-  if (known == value) return;
+  bool& of_run_before = mode_of_run_before_.at(shown ? 1 : 0);
+  if (known == value && !of_run_before) return;
   known = value;
+  of_run_before = false;
   sink_.Publish(DriveMode{slave_, frame, shown, value, by_sdo, inferred});
 }
 

@@ -45,6 +45,10 @@ class DriveUnit {
   /// A cycle like one that left the unit at Still::kCounts.
   void Repeat(const ProcessCycle& cycle);
   void OnSdo(const mailbox::SdoTransfer& transfer);
+  /// A download of this object may have been done or not.
+  void ForgetObject(std::uint16_t index);
+  /// The bus is initialised anew: devices may have been without power.
+  void OnRunBegan();
   void OnEmergency(const mailbox::Emergency& emergency);
   /// Frames are missing from the capture: commands and states among them.
   void Forget();
@@ -202,6 +206,7 @@ class DriveUnit {
 
   // Modes, warning, fault.
   std::optional<std::int8_t> mode_requested_, mode_shown_;
+  std::array<bool, 2> mode_of_run_before_{};  ///< 6060h, 6061h: to be told again
   std::optional<std::uint16_t> error_code_;
   FrameRef fault_;  ///< status word that showed the fault the drive is in; not seen(): it is in none
   std::optional<mailbox::EmergencyData> emergency_;  ///< last one that tells a fault

@@ -280,7 +280,7 @@ void LatchEdges::JudgeUnreachable(std::size_t n, const LatchStatus& status) {
   if (!armed.has_time || !control_.frame.has_time || Elapsed(armed.time, control_.frame.time) <= kUnreadAtEnd) return;
   const ProcessLayout& inputs = process_.tx();
   LearnMapping(n);
-  if (edge.history.mapping == LatchEdgeHistory::Mapping::kUnknown) {
+  if (!inputs.known()) {
     report_.NotJudged(Kind::kNotMapped, armed, "what the inputs hold is not known");
     return;
   }

@@ -161,6 +161,18 @@ struct BusAlChanged {
   std::span<const SlaveId> excluded;  ///< were read by themselves and showed none of it
 };
 
+/// Some slave answered a request by its error bit, as broadcasts show: nobody had it set before, no request
+/// acknowledged anything that could be echoed, and no slave was read by itself since.
+struct BusAlRefused {
+  FrameRef frame;            ///< the first that shows it
+  FrameRef last;             ///< the last before the next request or the end of the capture
+  FrameRef request;          ///< the last one before
+  esc::AlWord control;       ///< of that request
+  esc::AlWord status;        ///< OR of all
+  std::uint16_t slaves = 0;  ///< who counted
+  std::uint64_t reads = 0;
+};
+
 /// A slave of the ENI exchanges process data, as the working counter says, and no frame addressed it so far.
 struct SlavePresumed {
   std::optional<SlavePos> position;

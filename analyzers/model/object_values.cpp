@@ -19,6 +19,15 @@ void ObjectValues::Apply(const mailbox::SdoTransfer& transfer) {
   value.since = transfer.response.seen() ? transfer.response.number : transfer.request.number;
 }
 
+void ObjectValues::Forget(std::uint16_t index, std::uint8_t subindex) {
+  if (values_.erase({index, subindex}) > 0 && objects_ != nullptr) objects_->GiveBack(1);
+}
+
+void ObjectValues::Clear() {
+  if (objects_ != nullptr) objects_->GiveBack(values_.size());
+  values_.clear();
+}
+
 const ObjectValue* ObjectValues::Find(std::uint16_t index, std::uint8_t subindex) const {
   const auto found = values_.find({index, subindex});
   return found == values_.end() ? nullptr : &found->second;

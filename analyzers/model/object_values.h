@@ -37,6 +37,9 @@ class ObjectValues {
   /// Takes a completed transfer of a single subindex, or a download whose answer cannot be in the capture (then as
   /// inferred). Others change nothing.
   void Apply(const mailbox::SdoTransfer& transfer);
+  /// What was known of it may not be true any more.
+  void Forget(std::uint16_t index, std::uint8_t subindex);
+  void Clear();
   /// Null when it was never seen.
   [[nodiscard]] const ObjectValue* Find(std::uint16_t index, std::uint8_t subindex) const;
 

@@ -197,6 +197,26 @@ bool ProcessData::Apply(const mailbox::SdoTransfer& transfer) {
   return true;
 }
 
+bool ProcessData::Forget(std::uint16_t index, std::uint8_t subindex, bool whole) {
+  if (!seen_.Forget(index, subindex, whole)) return false;
+  ++changes_;
+  return true;
+}
+
+void ProcessData::OnRunBegan() {
+  for (const auto direction : {PdoDirection::kRx, PdoDirection::kTx}) {
+    const ProcessLayout& layout = Layout(direction);
+    if (layout.source == LayoutSource::kObserved) doubted_ = std::max(doubted_, layout.since);
+  }
+  ++changes_;
+}
+
+void ProcessData::OnOtherDevice() {
+  seen_.Clear();
+  doubted_ = 0;
+  ++changes_;
+}
+
 void ProcessData::NameVariables(PdoDirection direction, ProcessLayout& layout) const {
   if (eni_slave_ == nullptr || eni_config_ == nullptr) return;
   const bool rx = direction == PdoDirection::kRx;
@@ -232,7 +252,7 @@ class ProcessData::Computation {
     }
     if (!layout_.reason.empty()) return std::move(layout_);
     data_.NameVariables(direction_, layout_);
-    if (layout_.source != LayoutSource::kObserved) CompareLengths();
+    if (layout_.source != LayoutSource::kObserved || layout_.since <= data_.doubted_) CompareLengths();
     return std::move(layout_);
   }
 
@@ -371,7 +391,8 @@ void ProcessData::Computation::CompareLengths() {
     const auto manager = data_.state_.sync_manager(n, Certainty::kInferred);
     if (offset_[n] == 0 || !manager || !manager->enabled() || manager->length == (offset_[n] + 7) / 8) continue;
     layout_.contradicted = true;
-    layout_.reason = "the default PDOs fill " + Count((offset_[n] + 7) / 8, "byte") + ", but sync manager " +
+    layout_.reason = (layout_.source == LayoutSource::kObserved ? "the PDOs of the run before" : "the default PDOs") +
+                     std::string(" fill ") + Count((offset_[n] + 7) / 8, "byte") + ", but sync manager " +
                      std::to_string(n) + " is set to " + Count(manager->length, "byte");
     return;
   }

@@ -89,6 +89,13 @@ class ProcessData {
   void SetEni(const device::EniSlave* slave, const device::EniConfig* config);
   /// @return true when something changed
   bool Apply(const mailbox::SdoTransfer& transfer);
+  /// A download of this object may have been done or not. @return true when something changed
+  bool Forget(std::uint16_t index, std::uint8_t subindex, bool whole);
+  /// The bus is initialised anew: devices may have been without power, and forget what was assigned. A sync manager
+  /// that is then set to another length shows that this one did.
+  void OnRunBegan();
+  /// Another device stands there.
+  void OnOtherDevice();
   /// A word of the EEPROM was read or written, or the slave told the name of an object.
   void OnDescriptionChanged() { ++changes_; }
 
@@ -119,6 +126,7 @@ class ProcessData {
   const std::vector<device::PdoContent>* eni_ = nullptr;
   process::PdoMapping seen_;
   std::uint64_t changes_ = 0;
+  FrameNo doubted_ = 0;  ///< the last frame before the present run that changed seen_; 0: none
   mutable std::array<Cached, 2> cached_;
 };
 

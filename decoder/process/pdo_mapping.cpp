@@ -81,7 +81,33 @@ bool PdoMapping::Set(std::uint16_t index, std::uint8_t subindex, std::uint32_t v
   return true;
 }
 
-void PdoMapping::Clear(FrameNo /*why*/) {
+bool PdoMapping::Forget(std::uint16_t index, std::uint8_t subindex, bool whole) {
+  const auto found = objects_.find(index);
+  if (found == objects_.end()) return false;
+  PdoObject& object = found->second;
+  bool known = false;
+  if (whole || subindex == 0) {
+    known = object.count.if_known() != nullptr;
+    object.count = {};
+  }
+  if (whole || subindex != 0) {
+    const std::size_t before = object.values.size();
+    if (whole) {
+      object.values.clear();
+    } else {
+      object.values.erase(subindex);
+    }
+    const std::size_t gone = before - object.values.size();
+    values_ -= gone;
+    if (allowance_ != nullptr) allowance_->GiveBack(gone);
+    known = known || gone > 0;
+  }
+  if (known) ++version_;
+  return known;
+}
+
+void PdoMapping::Clear() {
+  if (allowance_ != nullptr) allowance_->GiveBack(values_ + objects_.size());
   objects_.clear();
   values_ = 0;
   ++version_;

@@ -71,8 +71,11 @@ class PdoMapping {
   /// Takes a transfer that was completed, or that is assumed to be (outbound-only capture, then as inferred).
   /// @return true when something changed
   bool Apply(const mailbox::SdoTransfer& transfer);
-  /// The slave restarted: it may have forgotten what was written.
-  void Clear(FrameNo why);
+  /// A download of it may have been done or not.
+  /// @param whole all subindices (complete access)  @return true when something was known of it
+  bool Forget(std::uint16_t index, std::uint8_t subindex, bool whole);
+  /// Another device stands there.
+  void Clear();
 
   /// Null when the object was never seen.
   [[nodiscard]] const PdoObject* Find(std::uint16_t index) const;

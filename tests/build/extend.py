@@ -1,7 +1,7 @@
 """Adds a rule, an event, a collector, a family, a format and a command to a copy of the tree by the steps of
 docs/architecture.md ("Where things go") and nothing else, builds it, and looks whether each is there.
 
-usage: extend.py SOURCE_DIR WORK_DIR
+usage: extend.py SOURCE_DIR WORK_DIR COMPILER
 """
 import os
 import pathlib
@@ -47,7 +47,7 @@ def run(*words: str, allowed: tuple = (0, 1)) -> str:
 
 
 def main() -> None:
-    source, work = map(pathlib.Path, sys.argv[1:])
+    source, work = map(pathlib.Path, sys.argv[1:3])
     tree, build = work / "tree", work / "build"
     shutil.rmtree(tree, ignore_errors=True)
     for folder in ("decoder", "analyzers", "cli", "samples", ".ci"):
@@ -60,7 +60,8 @@ def main() -> None:
 
     run("cmake", "-D", f"ROOT={tree}", "-P", str(tree / ".ci/check_layers.cmake"))
     run("cmake", "-S", str(tree), "-B", str(build), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Debug",
-        "-DCMAKE_CXX_FLAGS_DEBUG=-O0", "-DECAUDIT_TESTS=OFF", allowed=(0,))
+        "-DCMAKE_CXX_FLAGS_DEBUG=-O0", f"-DCMAKE_CXX_COMPILER={sys.argv[3]}", "-DECAUDIT_UNITY_BATCH=32", "-DECAUDIT_TESTS=OFF",
+        allowed=(0,))
     jobs = os.environ.get("CTEST_PARALLEL_LEVEL", "2")
     built = subprocess.run(["cmake", "--build", str(build), "--target", "ecaudit", "-j", jobs], capture_output=True,
                            text=True)

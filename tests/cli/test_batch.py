@@ -666,13 +666,25 @@ class Merge(BatchTest):
         self.assertEqual(self.merge("ecaudit-reports", status=1).out, before)
 
 
-class BatchCaptures(BatchTest):
+class OverEverything(BatchTest):
     """Over everything there is."""
 
     def setUp(self):
         super().setUp()
         self.folders = [p for p in (SOURCE / "samples", SHARED / "captures") if p.is_dir()]
 
+
+class TwoWorkers(OverEverything):
+    """Once, for the thread sanitizer, whose findings end a program with another exit status."""
+
+    def test_over_everything(self):
+        options, _ = self.outputs("both")
+        done = self.run_program("batch", *self.folders, "--jobs", "2", "--output-dir", "both", *options)
+        self.assertIn(done.returncode, (1, 2), done.err)
+        self.assertNotIn("WARNING: ThreadSanitizer", done.err)
+
+
+class BatchCaptures(OverEverything):
     def test_workers_resumption_and_merging_change_nothing(self):
         first_options, first = self.outputs("first")
         done = self.run_program("batch", *self.folders, "--jobs", "1", "--output-dir", "first", *first_options)

@@ -10,6 +10,8 @@ namespace {
 
 constexpr int kCyclesAPiece = 1000;
 constexpr double kTwoPi = 6.283185307179586;
+/// A frame takes about a microsecond a slave there and back; a cycle has room for it and for one that is not cyclic.
+constexpr TimeNs kCycleASlave = 4'000;
 
 /// RxPDO 1720h: control word, position, latch control, torque, digital outputs.
 void Command(samples::Story& story, std::size_t axis, std::uint16_t control, std::int32_t position) {
@@ -78,7 +80,7 @@ std::uint64_t WriteLongRun(const LongRun& run, const std::function<void(const sa
     story.Add(std::move(slave));
   }
   if (run.terminals) {
-    StartTerminals(story, run.cycle_ns);
+    StartTerminals(story, std::max(run.cycle_ns, kCycleASlave * static_cast<TimeNs>(run.slaves)));
   } else {
     StartUp(story, run.cycle_ns);
   }

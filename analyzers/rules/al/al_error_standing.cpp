@@ -54,7 +54,8 @@ ends before the acknowledge is answered.
 
 Slaves without a processor (0x0141 bit 0, device emulation) echo the acknowledge bit; that is no error. Where neither
 an AL status code nor a mailbox nor the family tells that the slave has a processor, an error bit in PREOP or SAFEOP
-gives an inferred finding, and one in INIT or OP, where such echoes are usual, is not judged.
+gives an inferred finding; one in INIT or OP, where such echoes are usual, or with the code 0, which slaves without a
+processor leave there, is not judged.
 
 A broadcast read with the working counter of all slaves that shows the error bit from the first one on, while none of
 the slaves is known to have it, gives a finding of the bus; not so where it stayed while all of them were in OP and they
@@ -99,6 +100,7 @@ class AlErrorStanding final : public Rule {
     }
     s.certain = s.certain || e.certain;
     if (e.code && *e.code != 0) s.code = e.code;
+    s.no_code = s.no_code || e.code == 0;
   }
 
   void On(const track::AlStatusRead& e) {
@@ -240,6 +242,7 @@ class AlErrorStanding final : public Rule {
     bool gone = false;  ///< acknowledged, and whether the master goes on from there is to be seen
     bool stays = false;
     bool certain = false;      ///< no echo of an acknowledge
+    bool no_code = false;      ///< the code was read, and it was 0
     bool in_op = false;        ///< of the bus: all were in OP with it
     bool has_mailbox = false;  ///< so it has a processor
 
@@ -269,6 +272,7 @@ class AlErrorStanding final : public Rule {
   }
 
   static void OnCode(Standing& s, std::uint16_t code) {
+    s.no_code = s.no_code || code == 0;
     if (code == 0) return;
     if (!s.code) s.code = code;
     s.certain = true;  // who copies AL Control into AL Status has no code
@@ -326,10 +330,11 @@ class AlErrorStanding final : public Rule {
 
   FindingIndex Tell(SlaveId slave, const Standing& s) {
     const bool certain = s.certain || HasProcessor(slave);
-    if (!certain && MayWellBeEcho(s.status)) {
+    if (!certain && (MayWellBeEcho(s.status) || s.no_code)) {
       NotEvaluable(slave,
-                   "AL Status shows the error bit from the first read on, but no code was read: a slave without a "
-                   "processor echoes an acknowledge so",
+                   std::string("AL Status shows the error bit from the first read on, but ") +
+                       (s.no_code ? "the AL status code is 0" : "no code was read") +
+                       ": a slave without a processor echoes an acknowledge so",
                    s.first.number);
       return kNoFinding;
     }
@@ -357,6 +362,8 @@ class AlErrorStanding final : public Rule {
         finding.reference = ReferenceTo(known.source);
         break;
       }
+    } else if (s.no_code) {
+      finding.message += "The AL status code (0x0134) is 0: the slave gives no reason. ";
     } else {
       finding.message += "The AL status code (0x0134) was not read, so the slave's reason is not in the capture. ";
     }

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "analyzers/judge/init_command_watch.h"
+#include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
@@ -37,6 +38,8 @@ error. Where the state before the request was never read, the error may be
 older and the finding is marked inferred. Where the model knows why the slave had to refuse (an illegal transition, a
 wrong sync manager), caused_by names that finding. With an ESI file (--esi) the text names the writes that it asks for
 before the refused state (init commands) and that the capture, which shows the slave's way to PREOP, does not have.
+Where only broadcasts show the error bit behind a request without the acknowledge bit, three times at least, the finding
+belongs to the bus.
 
 ## Example
 samples/captures/init-to-op-refused.pcapng: OP refused with 0x0011.
@@ -58,6 +61,37 @@ class AlRefused final : public Rule {
     Hear<model::AlErrorCleared>(&AlRefused::On);
     Hear<model::AlChangedByItself>(&AlRefused::On);
     Hear<mailbox::SdoTransfer>(&AlRefused::On);
+    Hear<model::BusAlRefused>(&AlRefused::On);
+  }
+
+  /// Which of them it was, and why, broadcasts do not tell.
+  void On(const model::BusAlRefused& e) {
+    if (MissesPackets(context().pairing())) {
+      NotEvaluable(kNoSlave, kMissesPackets, e.frame.number);
+      return;
+    }
+    const std::uint64_t key = kOfAll | e.control.raw;
+    if (const FindingIndex repeated = Repeat(kNoSlave, key, e.frame); repeated != kNoFinding) {
+      AddRelated(context().store[repeated], e.request.number);
+      return;
+    }
+    const std::string state = esc::StateName(e.control.state());
+    const std::string who = e.slaves == 1 ? "The slave" : "One or more of " + std::to_string(e.slaves) + " slaves";
+    Finding finding;
+    finding.first = e.frame;
+    finding.last = e.last;
+    finding.count = e.reads;
+    AddRelated(finding, e.request.number);
+    finding.title = who + " refused " + state + ", as broadcasts show";
+    finding.message =
+        "The master requested " + state + " in frame " + std::to_string(e.request.number) + "; from frame " +
+        std::to_string(e.frame.number) + " to frame " + std::to_string(e.last.number) +
+        " a broadcast read of AL Status shows " + esc::StatesOfAllText(e.status.raw) +
+        ", and before the request no error bit. Which slave it is and its AL status code, such a read does "
+        "not tell: read six bytes from 0x0130 of each slave.";
+    finding.evidence.push_back(Text("requested", state));
+    finding.evidence.push_back(HexNumber("al_status_of_all", e.status.raw));
+    (void)Report(key, std::move(finding));
   }
 
   void On(const model::AlAnswered& e) {
@@ -116,6 +150,7 @@ class AlRefused final : public Rule {
     std::string missing;  ///< init commands of the ESI that were not sent; empty: none
   };
   static constexpr std::size_t kMaxCodes = 4;
+  static constexpr std::uint64_t kOfAll = std::uint64_t{1} << 63U;
 
   [[nodiscard]] FindingIndex OpenOf(SlaveId slave) const { return slave < open_.size() ? open_[slave] : kNoFinding; }
   void Close(SlaveId slave) {

@@ -36,7 +36,8 @@ broadcast read counts where its result tells the state of every slave. Where it 
 some in OP, somebody's error bit), it tells that some slave fell or set its error bit: unless that slave shows it by
 itself before the next request, the finding belongs to the bus and names the slaves that it cannot be. Where it shows
 all slaves in one lower state and the error bit (0x14: all in SAFEOP), that is one finding of the bus, too, unless
-slaves are read before the next request. Where the capture misses many packets (returned frames without an outbound
+slaves are read before the next request. A value that is no state at all counts as a fall where two reads in a row show
+it. Where the capture misses many packets (returned frames without an outbound
 copy, indices that skip) the request may be among them, and nothing is said. Nor is it where the state fell without
 the error bit while nobody sent anything for long and the indices do not tell whether frames are missing there. No
 slave rises by itself: where one did before, without a request in the capture, the capture does not hold all requests (a
@@ -282,6 +283,10 @@ class AlUnexpectedChange final : public Rule {
           "The broadcast that shows it shows the error bit, too: one slave at least has it set, and no read of a "
           "single "
           "slave tells which. ";
+    } else if (!esc::IsAlState(e.status.state())) {
+      finding.message +=
+          "That value is none of 1, 2, 3, 4 and 8: what the slave's processor should write there it did not write, or "
+          "not as the standard has it. ";
     } else {
       finding.message += "Without the error bit this is typical of a restart of the slave, or of another master. ";
     }

@@ -57,6 +57,7 @@ class DriveModeNotShown final : public Rule {
     Hear<model::AlChangedByItself>(&DriveModeNotShown::On);
     Hear<mailbox::SdoTransfer>(&DriveModeNotShown::On);
     Hear<track::CaptureHole>(&DriveModeNotShown::On);
+    Hear<track::RunBegan>(&DriveModeNotShown::On);
   }
 
   void On(const model::DriveMode& e) {
@@ -66,7 +67,7 @@ class DriveModeNotShown final : public Rule {
       Judge(e.slave, e.by_sdo ? slave.shown_last : e.frame);
       slave.shown = e;
       slave.shown_last = e.frame;
-      if (slave.requested && slave.requested->value != e.value) {
+      if (slave.requested && !slave.of_run_before && slave.requested->value != e.value) {
         if (!slave.since.seen() && Acts(e.slave, *slave.requested)) slave.since = slave.requested->frame;
       } else {
         slave.since = {};
@@ -75,6 +76,7 @@ class DriveModeNotShown final : public Rule {
     }
     Judge(e.slave, slave.shown && slave.shown->by_sdo ? slave.shown_last : e.frame);
     slave.since = {};
+    slave.of_run_before = false;
     slave.requested = e;
     if (Differ(slave) && Acts(e.slave, e)) slave.since = e.frame;
   }
@@ -99,12 +101,22 @@ class DriveModeNotShown final : public Rule {
     slave.since = Differ(slave) ? e.frame : FrameRef{};
   }
   void On(const model::AlRequestJudged& e) {
-    if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) Leave(e.slave, e.request.frame);
+    const std::uint8_t target = e.request.control.state();
+    if (target != static_cast<std::uint8_t>(esc::AlState::OP)) Leave(e.slave, e.request.frame);
+    if (target == static_cast<std::uint8_t>(esc::AlState::INIT)) Of(e.slave).of_run_before = true;
   }
   void On(const model::AlChangedByItself& e) { Leave(e.slave, e.frame); }
   void On(const track::CaptureHole& e) {
     if (!e.certain) return;
     for (Slave& slave : slaves_) slave.since = {};
+  }
+
+  /// A drive that was without power has forgotten what was selected.
+  void On(const track::RunBegan&) {
+    for (Slave& slave : slaves_) {
+      slave.since = {};
+      slave.of_run_before = true;
+    }
   }
 
   void Finish() override {
@@ -128,7 +140,8 @@ class DriveModeNotShown final : public Rule {
   struct Slave {
     std::optional<model::DriveMode> requested, shown;
     FrameRef shown_last;  ///< last read of 6061h that showed this value by SDO, or its first frame in process data
-    FrameRef since;       ///< from here on the two differ and the drive is to follow; not seen(): they do not
+    bool of_run_before = false;  ///< the request
+    FrameRef since;              ///< from here on the two differ and the drive is to follow; not seen(): they do not
   };
 
   Slave& Of(SlaveId id) {
@@ -137,7 +150,7 @@ class DriveModeNotShown final : public Rule {
   }
 
   static bool Differ(const Slave& slave) {
-    return slave.requested && slave.shown && slave.requested->value != 0 &&
+    return slave.requested && !slave.of_run_before && slave.shown && slave.requested->value != 0 &&
            slave.requested->value != slave.shown->value;
   }
 

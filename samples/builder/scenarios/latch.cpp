@@ -113,7 +113,7 @@ Sample LatchUnreadable() {
   story.master.Download(0, 0x1C12, 1, LeBytes(std::uint16_t{0x1720}));
   story.master.Download(0, 0x1C12, 0, {1});
   for (std::uint8_t entry = 0; entry <= 2; ++entry) story.master.Upload(0, 0x1B01, entry);
-  story.master.Upload(0, 0x1C13, 1);
+  for (std::uint8_t entry = 0; entry <= 1; ++entry) story.master.Upload(0, 0x1C13, entry);
   story.master.BringToSafeop();
   story.master.BringToOp({.cycle = 20 * kMs});
   Latch(story, 0, 4);

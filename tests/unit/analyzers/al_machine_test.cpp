@@ -734,13 +734,19 @@ TEST_F(AlMachineTest, CountsForRulesThatSayWhereTheyCouldNotJudge) {
   EXPECT_EQ(machine.reads_after_request(), 1U);
 }
 
-TEST_F(AlMachineTest, StatusThatIsNoStateIsIgnored) {
+TEST_F(AlMachineTest, StatusThatIsNoStateIsDisturbedOnceAndAFallWhenItStays) {
   Read(0x08);
   Read(0x00);
+  Read(0x08);
   Read(0x07);
   Read(0x08);
   EXPECT_THAT(log.lines, IsEmpty());
-  EXPECT_EQ(machine.status_reads(), 2U);
+  Read(0x00);
+  Read(0x07);
+  Read(0x00);
+  EXPECT_THAT(log.lines, ElementsAre("by-itself 8>7"));
+  EXPECT_TRUE(machine.possible().empty());
+  EXPECT_EQ(machine.status_reads(), 8U);
 }
 
 }  // namespace

@@ -201,13 +201,13 @@ TEST_P(RuleTrace, FindsWhatIsExpected) {
   }
 }
 
-std::string NameOf(const ::testing::TestParamInfo<fs::path>& info) {
+std::string TraceName(const ::testing::TestParamInfo<fs::path>& info) {
   std::string name = info.param.parent_path().filename().string() + "_" + info.param.stem().string();
   for (char& c : name) c = c == '-' ? '_' : c;
   return name;
 }
 
-INSTANTIATE_TEST_SUITE_P(Traces, RuleTrace, ::testing::ValuesIn(AllTraces()), NameOf);
+INSTANTIATE_TEST_SUITE_P(Traces, RuleTrace, ::testing::ValuesIn(AllTraces()), TraceName);
 
 }  // namespace
 }  // namespace ecaudit::test

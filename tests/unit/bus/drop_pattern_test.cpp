@@ -8,7 +8,7 @@ namespace ecaudit::bus::test {
 namespace {
 
 /// `count` frames and their returns, a foreign packet behind every `other_every`-th frame.
-std::vector<Packet> Traffic(int count, int other_every) {
+std::vector<Packet> SomeTraffic(int count, int other_every) {
   std::string lines;
   for (int i = 0; i < count; ++i) {
     lines += "+1ms LRW 0x1000 01 02 idx=" + std::to_string(i % 256) + "\n";
@@ -28,21 +28,21 @@ std::vector<Packet> Without(const std::vector<Packet>& packets, std::size_t ever
 }
 
 TEST(DropPattern, EveryPacketAtADistanceIsTheRecorders) {
-  const Paired result = PairUp(Without(Traffic(1000, 10), 124, 160));
+  const Paired result = PairUp(Without(SomeTraffic(1000, 10), 124, 160));
   EXPECT_EQ(result.statistics.dropped_every, 124U);
   EXPECT_LE(result.statistics.lost, 1U);
   EXPECT_TRUE(result.statistics.frames().Balances());
 }
 
 TEST(DropPattern, OfBothDirections) {
-  const Paired result = PairUp(Without(Traffic(1000, 0), 123, 160));
+  const Paired result = PairUp(Without(SomeTraffic(1000, 0), 123, 160));
   EXPECT_EQ(result.statistics.dropped_every, 123U);
   EXPECT_LE(result.statistics.lost, 1U);
   EXPECT_GT(result.statistics.missed_outbound, 4U);
 }
 
 TEST(DropPattern, FromTheBeginningOn) {
-  const Paired result = PairUp(Without(Traffic(1000, 0), 124, 123));
+  const Paired result = PairUp(Without(SomeTraffic(1000, 0), 124, 123));
   EXPECT_EQ(result.statistics.dropped_every, 124U);
   EXPECT_EQ(result.statistics.lost, 0U);
 }
@@ -50,7 +50,7 @@ TEST(DropPattern, FromTheBeginningOn) {
 TEST(DropPattern, FramesThatABusLosesAreLost) {
   // Every fiftieth frame, however many packets of others lie between.
   for (const int other_every : {0, 7}) {
-    std::vector<Packet> packets = Traffic(1000, other_every);
+    std::vector<Packet> packets = SomeTraffic(1000, other_every);
     std::vector<Packet> kept;
     int returned = 0;
     for (const Packet& packet : packets) {

@@ -13,7 +13,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string Range(unsigned first, unsigned last) {
+std::string RangeText(unsigned first, unsigned last) {
   return first == last ? std::to_string(first) : std::to_string(first) + "-" + std::to_string(last);
 }
 
@@ -29,7 +29,7 @@ TEST(LatchProfile, WordsAreThoseOfTheManuals) {
       const auto& fields = control ? latch.control : latch.status;
       ASSERT_EQ(fields.size(), rows.size());
       for (std::size_t i = 0; i < rows.size(); ++i) {
-        EXPECT_EQ(Range(fields[i].first, fields[i].last), rows[i].at("bits"));
+        EXPECT_EQ(RangeText(fields[i].first, fields[i].last), rows[i].at("bits"));
         EXPECT_EQ(fields[i].mask, Number(rows[i].at("mask")));
         EXPECT_EQ(fields[i].reserved, rows[i].at("value").empty());
         if (!rows[i].at("value").empty()) {
@@ -236,7 +236,7 @@ TEST(MailboxProfile, TablesAreThoseOfTheManuals) {
     const auto services = Table("coe_types", family);
     ASSERT_EQ(mailbox.coe_services.size(), services.size());
     for (std::size_t i = 0; i < services.size(); ++i) {
-      EXPECT_EQ(Range(mailbox.coe_services[i].first, mailbox.coe_services[i].last), services[i].at("value"));
+      EXPECT_EQ(RangeText(mailbox.coe_services[i].first, mailbox.coe_services[i].last), services[i].at("value"));
       EXPECT_EQ(mailbox.coe_services[i].meaning, services[i].at("meaning"));
     }
     const auto commands = Table("sdo_command_bytes", family);
