@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <optional>
 #include <string_view>
 #include <variant>
 
@@ -79,6 +81,20 @@ bool SaysSynchronisation(const RuleContext&, const Finding& effect) {
   return true;  // none was read
 }
 
+std::optional<std::int64_t> NumberOf(const Finding& finding, std::string_view name) {
+  for (const Evidence& evidence : finding.evidence) {
+    const auto* number = std::get_if<std::int64_t>(&evidence.value);
+    if (evidence.name == name && number != nullptr) return *number;
+  }
+  return {};
+}
+
+/// The drive refused to have the number of entries of that object set to 0.
+bool CountRefused(const Finding& effect, const Finding& cause) {
+  return NumberOf(cause, "subindex") == 0 && NumberOf(cause, "index") == NumberOf(effect, "index") &&
+         TextOf(cause, "service") == "download";
+}
+
 /// Whether the cause is one of the bus. These fold what happened now and then: a part of it has to lie between the last
 /// look before the effect and the effect.
 enum class Bus : std::uint8_t { kNo, kYes };
@@ -105,6 +121,7 @@ struct Law {
   TimeNs within = 0;  ///< behind the cause's last frame; < 0: at any time
   bool (*holds)(const RuleContext&, const Finding& effect) = nullptr;  ///< what the effect has to say besides
   Bus of_bus = Bus::kNo;
+  bool (*fits)(const Finding& effect, const Finding& cause) = nullptr;  ///< what both have to say of the same
 };
 
 /// Nearest first: of several causes the first row that fits counts.
@@ -120,6 +137,7 @@ constexpr std::array kLaws{
     Law{"al-unexpected-change", "sync-watchdog-margin", kSoon, SaysWatchdog},
     Law{"al-unexpected-change", "frame-lost", kSoon, SaysWatchdog, Bus::kYes},
     Law{"mailbox-error-reply", "mailbox-malformed", kLater, SaysMalformed},
+    Law{"pdo-assign-order", "sdo-abort", kLater, nullptr, Bus::kNo, CountRefused},
 };
 
 /// What is worth a warning only (half of a watchdog's time) has no error as its consequence.
@@ -159,6 +177,7 @@ void JoinConsequences(RuleContext& context) {
         if (bus && !TouchesLookBefore(effect, cause)) continue;
         if (cause.severity == Severity::kInfo || (cause.severity == Severity::kWarning && IsError(effect))) continue;
         if (law.within >= 0 && !Follows(effect, cause, law.within)) continue;
+        if (law.fits != nullptr && !law.fits(effect, cause)) continue;
         if (LeadsTo(findings, c, e)) continue;
         // The last one that had begun before the effect.
         if (best == kNoFinding || BegunBy(cause) > BegunBy(findings[best])) best = c;

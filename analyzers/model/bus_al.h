@@ -48,7 +48,7 @@ class BusAlUnit {
     if (open_) Compare(read);
     if (read.status.bit4() && read.error_bit_known) refused_.reset();  // that slave is told of by itself
   }
-  /// One slave, or all of them, are asked for a state.
+  /// A state is asked for.  @param of_all of all slaves, by a broadcast; else of one that they hide
   void OnRequest(esc::AlWord control, track::Acceptance acceptance, const FrameRef& frame, bool of_all);
   /// What happened in a hole, or between two runs, nobody knows.
   void Forget();

@@ -66,6 +66,7 @@ bool PdoMapping::Set(std::uint16_t index, std::uint8_t subindex, std::uint32_t v
     const auto count = static_cast<std::uint8_t>(value);
     const bool changed = before == nullptr || *before != count;
     object.count = known(count);
+    object.count_lost = false;
     if (!changed) return false;
   } else {
     const auto before = object.values.find(subindex);
@@ -89,6 +90,7 @@ bool PdoMapping::Forget(std::uint16_t index, std::uint8_t subindex, bool whole) 
   if (whole || subindex == 0) {
     known = object.count.if_known() != nullptr;
     object.count = {};
+    object.count_lost = true;
   }
   if (whole || subindex != 0) {
     const std::size_t before = object.values.size();

@@ -53,6 +53,7 @@ struct MappingEntry {
 /// An assignment or mapping object as last written or read.
 struct PdoObject {
   Known<std::uint8_t> count;                     ///< subindex 0
+  bool count_lost = false;                       ///< it was written, and whether that was done is not known
   std::map<std::uint8_t, std::uint32_t> values;  ///< subindices 1-255 that were seen
   FrameNo since = 0;                             ///< last frame that changed it
 

@@ -1,3 +1,6 @@
+#include <array>
+#include <bitset>
+
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
@@ -29,7 +32,8 @@ and new settings.
 An aborted download is an error: the master wanted to change something and did not. So is an aborted upload, with one
 exception: an upload that is answered by "object does not exist" (0x06020000), "subindex does not exist" (0x06090011) or
 "complete access not supported" (0x06010004) is an info. Masters ask like that to find out what a slave offers (SOEM's
-slaveinfo, TwinCAT's optional objects); nothing is changed and the master has its answer.
+slaveinfo, TwinCAT's optional objects); nothing is changed and the master has its answer. And a download with complete
+access that the slave does not support is an info once the same entries were written one by one.
 Where the model knows why the slave had to abort (sdo-write-read-only, sdo-wrong-size, sdo-unknown-object, sdo-toggle),
 caused_by names that finding. The command byte of an abort is 0x80 in its top three bits; some slave stacks leave bits
 of the request in it, and some put the code four bytes too far back, which the text then says. Aborts of SDO information
@@ -54,6 +58,7 @@ class SdoAbort final : public Rule {
   SdoAbort() : Rule(kInfo) { Hear<mailbox::SdoTransfer>(&SdoAbort::On); }
 
   void On(const mailbox::SdoTransfer& t) {
+    if (t.outcome == mailbox::SdoOutcome::kCompleted) WrittenSingly(t);
     if (t.outcome != mailbox::SdoOutcome::kAborted) return;
     const bool by_slave = t.aborted_by == mailbox::Direction::kIn;
     const std::uint64_t key = static_cast<std::uint64_t>(t.abort_code) | static_cast<std::uint64_t>(t.index) << 32U |
@@ -62,6 +67,7 @@ class SdoAbort final : public Rule {
                               (t.has_object ? 0U : 1ULL << 61U) | (t.complete_access ? 1ULL << 62U : 0U);
     if (const FindingIndex known = Repeat(t.slave, key, t.last); known != kNoFinding) {
       AddRelated(context().store[known], t.request.number);
+      MissSingly(t, known);
       return;
     }
     const std::uint32_t code = t.displaced_abort_code.value_or(t.abort_code);
@@ -101,12 +107,47 @@ class SdoAbort final : public Rule {
     finding.evidence.push_back(Text("meaning", std::string(mailbox::AbortCodeText(code))));
     finding.evidence.push_back(Text("aborted_by", by_slave ? "slave" : "master"));
     AddRelated(finding, t.request.number);
-    Report(key, IsProbe(t) ? Severity::kInfo : Severity::kError, std::move(finding));
+    MissSingly(t, Report(key, IsProbe(t) ? Severity::kInfo : Severity::kError, std::move(finding)));
   }
 
   void Finish() override { (void)SaidNothingReturned(); }
 
  private:
+  /// Complete access that was refused: what has to be written singly for the master to have what it wanted.
+  struct Whole {
+    SlaveId slave = kNoSlave;
+    FindingIndex finding = kNoFinding;
+    std::uint16_t index = 0;
+    std::bitset<256> missing;  ///< subindices
+  };
+
+  void MissSingly(const mailbox::SdoTransfer& t, FindingIndex finding) {
+    if (finding == kNoFinding || t.service != mailbox::SdoService::kDownload || !t.complete_access ||
+        t.abort_code != kNoCompleteAccess || t.subindex != 0 || t.data.empty()) {
+      return;
+    }
+    Whole whole{.slave = t.slave, .finding = finding, .index = t.index, .missing = {}};
+    // Subindex 0 stands first and says how many there are.
+    whole.missing.set(0);
+    for (unsigned subindex = 1; subindex <= t.data[0]; ++subindex) whole.missing.set(subindex);
+    whole_[next_whole_++ % whole_.size()] = whole;
+  }
+
+  void WrittenSingly(const mailbox::SdoTransfer& t) {
+    if (t.service != mailbox::SdoService::kDownload || t.complete_access || !t.has_object) return;
+    for (Whole& whole : whole_) {
+      if (whole.finding == kNoFinding || whole.slave != t.slave || whole.index != t.index) continue;
+      whole.missing.reset(t.subindex);
+      if (whole.missing.any()) continue;
+      Finding& finding = context().store[whole.finding];
+      finding.message += " Then the master wrote the same entries one by one, the last of them in frame " +
+                         std::to_string(t.last.number) + ": nothing is missing.";
+      AddRelated(finding, t.last.number);
+      context().store.Regrade(whole.finding, Severity::kInfo);
+      whole.finding = kNoFinding;
+    }
+  }
+
   static std::string CodeText(std::uint32_t code) {
     const std::string_view text = mailbox::AbortCodeText(code);
     return Hex(code, 8) +
@@ -195,6 +236,8 @@ class SdoAbort final : public Rule {
         return "Look the object up in the dictionary of the drive.";
     }
   }
+  std::array<Whole, 32> whole_{};  // the newest
+  std::size_t next_whole_ = 0;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SdoAbort>};

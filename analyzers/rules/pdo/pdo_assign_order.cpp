@@ -46,7 +46,12 @@ class PdoAssignOrder final : public PdoRule {
     const process::PdoObject* object = context().slave(e.slave).process.seen().Find(e.index);
     const std::uint8_t* count = object != nullptr ? object->count.if_known() : nullptr;
     if (count == nullptr) {
-      NotEvaluable(e.slave, "subindex 0 of the object was neither written nor read before", FrameOf(e).number);
+      NotEvaluable(
+          e.slave,
+          object != nullptr && object->count_lost
+              ? "subindex 0 of the object was written before, and whether that was done the capture does not show"
+              : "subindex 0 of the object was neither written nor read before",
+          FrameOf(e).number);
       return;
     }
     if (*count == 0) return;
@@ -60,6 +65,7 @@ class PdoAssignOrder final : public PdoRule {
                       std::to_string(object->count.since()) + ")." + OutcomeText(e) +
                       " Write 0 to subindex 0 first, then the entries, then their number.";
     finding.evidence.push_back(Text("object", name));
+    finding.evidence.push_back(HexNumber("index", e.index));
     finding.evidence.push_back(HexNumber("value", write.value));
     finding.evidence.push_back(Number("number_of_entries", *count));
     finding.evidence.push_back(Number("expected_number_of_entries", 0));

@@ -40,6 +40,23 @@ TEST(PdoMapping, TheSequenceOfTheManualsSelectsAFixedPdo) {
   EXPECT_FALSE(mapping.Mapped(0x1701)) << "contents were never seen";
 }
 
+TEST(PdoMapping, WhatMayHaveBeenWrittenIsForgotten) {
+  PdoMapping mapping;
+  mapping.Apply(Transfer(SdoService::kUpload, 0x1C12, 0, {1}).sdo);
+  mapping.Apply(Transfer(SdoService::kUpload, 0x1C12, 1, {0x00, 0x16}).sdo);
+  EXPECT_TRUE(mapping.Forget(kRxAssignment, 1, false));
+  EXPECT_FALSE(mapping.Forget(kRxAssignment, 1, false)) << "it is gone";
+  EXPECT_FALSE(mapping.Assigned(kRxAssignment));
+  EXPECT_TRUE(mapping.Find(kRxAssignment)->count.if_known()) << "another subindex stays";
+  EXPECT_TRUE(mapping.Forget(kRxAssignment, 0, true));
+  EXPECT_FALSE(mapping.Find(kRxAssignment)->count.if_known());
+  EXPECT_TRUE(mapping.Find(kRxAssignment)->count_lost);
+  mapping.Apply(Transfer(SdoService::kDownload, 0x1C12, 0, {0}).sdo);
+  EXPECT_FALSE(mapping.Find(kRxAssignment)->count_lost);
+  EXPECT_EQ(mapping.Assigned(kRxAssignment)->size(), 0U);
+  EXPECT_FALSE(mapping.Forget(kTxAssignment, 0, true)) << "nothing was known of it";
+}
+
 TEST(PdoMapping, UploadsTeachAsMuchAsDownloads) {
   PdoMapping mapping;
   mapping.Apply(Transfer(SdoService::kUpload, 0x1600, 0, {2}).sdo);
