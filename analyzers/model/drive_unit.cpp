@@ -18,6 +18,17 @@ constexpr std::uint16_t kStatusWord = 0x6041;
 constexpr std::uint16_t kModes = 0x6060;
 constexpr std::uint16_t kModesDisplay = 0x6061;
 
+/// ETG.6010: the objects of each further axis lie so much behind those of the one before, for eight axes.
+constexpr std::uint16_t kAxisDistance = 0x800;
+constexpr std::uint16_t kAxes = 8;
+
+/// Control or status word of the second to the eighth axis.
+bool IsWordOfFurtherAxis(std::uint32_t index) {
+  const std::uint32_t axis = index < kControlWord ? 0 : (index - kControlWord) / kAxisDistance;
+  const std::uint32_t word = index - axis * kAxisDistance;
+  return axis > 0 && axis < kAxes && (word == kControlWord || word == kStatusWord);
+}
+
 constexpr std::uint16_t kWarningBit = 0x0080;
 /// An emergency that is older does not explain a fault.
 constexpr std::int64_t kEmergencyBeforeFault_ns = 1'000'000'000;
@@ -87,6 +98,7 @@ const DriveUnit::Places& DriveUnit::PlacesOf(const ImagePart& part) {
   places.serial = part.serial;
   for (const ImagePart::Place& place : part.places) {
     const Place here{place.bit, place.bits};
+    places.further = places.further || (place.bits == 16 && IsWordOfFurtherAxis(place.object >> 8U));
     const auto is = [&place](std::uint16_t index, unsigned bits) {
       return place.object == std::uint32_t{index} << 8U && place.bits == bits;
     };
@@ -169,6 +181,7 @@ void DriveUnit::Repeat(const ProcessCycle& cycle) {
 Still DriveUnit::OnCycle(const ProcessCycle& cycle, StillCycle& watched) {
   if (drive_ == nullptr) return Still::kIdle;
   const Places& places = PlacesOf(cycle.part);
+  if (places.further && !further_axes_.seen()) further_axes_ = cycle.frame();
   if (!places.known) return Still::kIdle;
   const bool inputs = cycle.part.direction == device::PdoDirection::kTx;
   return inputs ? OnInputs(cycle, places, watched) : OnOutputs(cycle, places, watched);
@@ -254,6 +267,7 @@ void DriveUnit::OnSdo(const mailbox::SdoTransfer& transfer) {
   if (transfer.data.empty() || transfer.size != transfer.data.size()) return;
   const FrameRef& frame = download || !transfer.response.seen() ? transfer.request : transfer.response;
   if (!frame.seen()) return;
+  if (!further_axes_.seen() && IsWordOfFurtherAxis(transfer.index)) further_axes_ = frame;
   const auto word = [&] { return LittleEndian<std::uint16_t>(transfer.data, 0); };
   switch (transfer.index) {
     case kControlWord:

@@ -65,6 +65,8 @@ class DriveUnit {
   [[nodiscard]] std::optional<std::int8_t> mode_requested() const { return mode_requested_; }
   [[nodiscard]] std::optional<std::int8_t> mode_shown() const { return mode_shown_; }
   [[nodiscard]] bool status_by_sdo() const { return status_by_sdo_; }
+  /// First frame with a control or status word of another axis (6840h, 6841h, ...); those are not followed.
+  [[nodiscard]] const FrameRef& further_axes() const { return further_axes_; }
   /// Several mapped copies of 6040h differed, so that the command was not known.
   [[nodiscard]] std::uint64_t ambiguous_controls() const { return ambiguous_; }
   /// State changes that were not judged since earlier control words may be missing.
@@ -93,6 +95,7 @@ class DriveUnit {
   struct Places {
     std::uint64_t serial = 0;  ///< of the part; 0: unused
     bool known = false;        ///< at least one object is mapped
+    bool further = false;      ///< words of further axes are
     std::uint8_t controls = 0;
     std::array<Place, 4> control{};
     std::optional<Place> status, mode, mode_shown, error_code;
@@ -159,6 +162,7 @@ class DriveUnit {
   const device::DeviceDescription* family_ = nullptr;
   const device::DriveProfile* drive_ = nullptr;  ///< null: no drive
   DriveLimits limits_;
+  FrameRef further_axes_;
   std::uint16_t control_mask_ = 0;  ///< bits of the control word that command transitions
 
   // Empty until they are needed: most slaves are no drives.

@@ -230,6 +230,7 @@ struct MailboxUnanswered {
   FrameRef first_poll;
   FrameRef last_poll;                          ///< last look that found nothing; not seen() when there was none
   bool not_taken = false;                      ///< the last look at the out mailbox (0x0805) found it still full
+  bool taken = false;                          ///< it was found empty, or took the next request
   bool read_lost = false;                      ///< a mailbox read was lost meanwhile: the answer may have been in it
   Certainty certainty = Certainty::kObserved;  ///< that the slave got the request
 };

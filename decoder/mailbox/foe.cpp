@@ -125,7 +125,8 @@ void FoeTracker::OnData(const MailboxMessage& message, const FoeMessage& foe) {
     ++transfer_.repeated_packets;  // after busy, or because the acknowledge got lost
     return;
   }
-  if (foe.parameter != packet_ + 1) {
+  const bool next = foe.parameter != 0 && foe.parameter - 1 == packet_;  // the last number there is has no next one
+  if (!next) {
     if (transfer_.packet_errors++ == 0) transfer_.packet_error = message.frame();
   }
   packet_ = foe.parameter;

@@ -97,7 +97,9 @@ void PendingRequests::Unanswered(Request& r, MailboxUnanswered::End end, const F
   event.polls = r.polls;
   event.first_poll = r.first_poll;
   event.last_poll = r.last_poll;
-  event.not_taken = out_full_ && out_full_since_ > r.request.frame.number;
+  const bool looked = out_full_since_ > r.request.frame.number;
+  event.not_taken = looked && out_full_;
+  event.taken = (looked && !out_full_) || end == MailboxUnanswered::End::kNextRequest;
   event.read_lost = r.read_lost;
   event.certainty = r.certainty;
   sink_.Publish(event);

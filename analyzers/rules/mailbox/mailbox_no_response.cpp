@@ -1,10 +1,13 @@
 #include <array>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "decoder/base/text.h"
+#include "decoder/base/time.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/pipeline.h"
 
@@ -31,6 +34,7 @@ empty) until the limit was over; or it gave up earlier, after half of the limit 
 took the slave to INIT, or looked no more for longer than the limit. SOEM gives up after 700 ms. An answer that comes
 late, however late, is an answer.
 The status of the out mailbox (0x0805) tells whether the slave took the request at all: still full, it did not.
+While nothing comes out of the mailbox of a slave, all of its requests without an answer are one finding.
 Where a frame that read the mailbox never came back, the answer may have been in it: the finding is marked inferred and
 caused_by names frame-lost. Where frames are missing from the capture nothing is said.
 
@@ -48,6 +52,8 @@ class MailboxNoResponse final : public Rule {
   MailboxNoResponse() : Rule(kInfo) {
     Hear<mailbox::MailboxUnanswered>(&MailboxNoResponse::On);
     Hear<mailbox::MailboxReadLost>(&MailboxNoResponse::On);
+    Hear<mailbox::MailboxMessage>(&MailboxNoResponse::On);
+    Hear<mailbox::SdoUnexpected>(&MailboxNoResponse::On);
   }
 
   void On(const mailbox::MailboxUnanswered& e) {
@@ -68,17 +74,48 @@ class MailboxNoResponse final : public Rule {
       case WaitVerdict::kUnanswered:
         break;
     }
-    const std::uint64_t key =
-        RequestKey(e.request) | (e.not_taken ? 1ULL << 40U : 0U) | (e.read_lost ? 1ULL << 41U : 0U);
+    std::uint64_t key = RequestKey(e.request) | (e.not_taken ? 1ULL << 40U : 0U) | (e.read_lost ? 1ULL << 41U : 0U);
+    Silence& silence = SilenceOf(e.slave);
+    if (silence.finding != kNoFinding && !e.read_lost) key = silence.key;
     FindingIndex index = Repeat(e.slave, key, request);
     if (index == kNoFinding) index = Report(key, Describe(e));
     if (index == kNoFinding) return;
+    if (silence.finding == index) {
+      ++silence.further;
+      silence.last = e.request;
+    } else if (!e.read_lost && e.certainty == Certainty::kObserved) {
+      silence = {.finding = index, .key = key, .further = 0, .last = {}};
+    }
     AddRelated(context().store[index], e.last_poll.number);
     context().ExplainRequest(e.slave, request.number, index);
     const FrameNo until = e.ended.seen() ? e.ended.number : ~FrameNo{0};
-    reported_[next_reported_++ % reported_.size()] = {e.slave, index, request.number, until};
+    reported_[next_reported_++ % reported_.size()] = {e.slave, index,           request.number,
+                                                      until,   e.request.index, e.request.subindex};
     if ((e.read_lost || e.certainty == Certainty::kUnknown) && lost_.size() < FindingStore::kMaxFindings)
-      lost_.push_back({e.slave, index, request.number, until});
+      lost_.push_back({e.slave, index, request.number, until, {}, {}});
+  }
+
+  /// Its mailbox works: what is not answered from here on is another matter.
+  void On(const mailbox::MailboxMessage& m) {
+    if (m.direction == mailbox::Direction::kIn && m.slave < silences_.size())
+      BreakSilence(silences_[m.slave], m.frame().number);
+  }
+
+  /// An answer that nobody waits for any more.
+  void On(const mailbox::SdoUnexpected& e) {
+    if (e.reason == mailbox::SdoUnexpected::Reason::kWrongCommand || !e.has_object) return;
+    for (const LostRead& r : reported_) {
+      if (r.finding == kNoFinding || r.slave != e.slave || r.index != e.index || r.subindex != e.subindex) continue;
+      Finding& finding = context().store[r.finding];
+      if (e.response.number <= r.from || finding.count > 1) continue;
+      const std::string after = e.response.has_time && finding.first.has_time
+                                    ? ", " + Duration(Elapsed(finding.first.time, e.response.time)) + " after it"
+                                    : std::string();
+      finding.message += " The answer came in frame " + std::to_string(e.response.number) + after +
+                         ": the slave is slower than the time-out of the master.";
+      AddRelated(finding, e.response.number);
+      return;
+    }
   }
 
   /// That a frame was lost may show only after its answer was given up.
@@ -97,6 +134,7 @@ class MailboxNoResponse final : public Rule {
   }
 
   void Finish() override {
+    for (Silence& silence : silences_) BreakSilence(silence, 0);
     if (SaidNothingReturned()) return;
     std::vector<Finding>& findings = context().store.findings();
     for (std::size_t i = 0; i < findings.size(); ++i) {
@@ -117,7 +155,34 @@ class MailboxNoResponse final : public Rule {
     SlaveId slave = kNoSlave;
     FindingIndex finding = kNoFinding;
     FrameNo from = 0, until = 0;
+    std::optional<std::uint16_t> index;  ///< object that was asked for
+    std::optional<std::uint8_t> subindex;
   };
+
+  /// Nothing came out of a mailbox since a request of it was not answered.
+  struct Silence {
+    FindingIndex finding = kNoFinding;
+    std::uint64_t key = 0;
+    std::uint64_t further = 0;     ///< requests without an answer after the first
+    mailbox::RequestSummary last;  ///< of these
+  };
+
+  Silence& SilenceOf(SlaveId slave) {
+    if (slave >= silences_.size()) silences_.resize(static_cast<std::size_t>(slave) + 1);
+    return silences_[slave];
+  }
+
+  /// @param until  frame of what came out of the mailbox; 0: nothing did
+  void BreakSilence(Silence& silence, FrameNo until) {
+    if (silence.finding != kNoFinding && silence.further > 0) {
+      context().store[silence.finding].message +=
+          " Nothing came out of this mailbox " +
+          (until != 0 ? "until frame " + std::to_string(until) : std::string("afterwards")) + ": " +
+          Count(silence.further, "further request") + " had no answer, the last of them " + RequestText(silence.last) +
+          " in frame " + std::to_string(silence.last.frame.number) + ".";
+    }
+    silence = {};
+  }
 
   static Finding Describe(const mailbox::MailboxUnanswered& e) {
     using End = mailbox::MailboxUnanswered::End;
@@ -151,6 +216,10 @@ class MailboxNoResponse final : public Rule {
           "request (bit 1 of 0x080E) has to bring it back.";
     } else if (e.certainty != Certainty::kObserved) {
       finding.message += "The frame with the request itself never came back: the slave may not have got it.";
+    } else if (!e.taken) {
+      finding.message +=
+          "Whether the slave took the request the capture does not show: the master did not look at its out mailbox "
+          "(0x0805). Its processor does not serve the mailbox, or drops the request.";
     } else {
       finding.message +=
           "The slave took the request and does not answer it: look for an equal mailbox counter in the "
@@ -165,6 +234,7 @@ class MailboxNoResponse final : public Rule {
   }
 
   std::vector<LostRead> lost_;
+  std::vector<Silence> silences_;        // by slave
   std::array<LostRead, 16> reported_{};  // the newest
   std::size_t next_reported_ = 0;
 };

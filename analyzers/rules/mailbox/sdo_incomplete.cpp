@@ -1,5 +1,6 @@
 #include <map>
 
+#include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
@@ -15,13 +16,14 @@ constexpr RuleInfo kInfo{.id = "sdo-incomplete",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kWarning,
                          .subject = Subject::kCoe,
-                         .title = "A segmented SDO transfer never finishes",
+                         .title = "A segmented SDO transfer never finishes, or not with the size it began with",
                          .needs = "the initiate of the transfer and its answer",
                          .source = "ETG1000.6, SDO services",
                          .doc = R"(
 ## What it checks
 Segmented SDO transfers (more data than one mailbox holds) that begin and are neither finished nor aborted: the master
-begins another transfer, takes the slave back to INIT, or simply stops.
+begins another transfer, takes the slave back to INIT, or simply stops. And those that end with a last segment, but with more or
+less data than the initiate announced.
 
 ## Why it matters
 The value is not whole. The slave keeps the transfer open, and some reject every later request ("no memory", "service
@@ -30,7 +32,8 @@ already in work").
 ## How it is decided
 The slave answered the initiate or a segment, and the announced size was not reached. At the end of the capture only
 when the master was silent for longer than 1 s (the limit of mailbox-no-response) before it; otherwise the rest may just
-be missing. Where a segment request got no answer, caused_by names mailbox-no-response. Requests in one piece without an
+be missing. What ends with another size is an info where the slave sent it: some announce the room for a text, not its
+length. Where a segment request got no answer, caused_by names mailbox-no-response. Requests in one piece without an
 answer are no matter of this rule.
 
 ## Example
@@ -49,6 +52,9 @@ class SdoIncomplete final : public Rule {
     if (t.outcome == mailbox::SdoOutcome::kGap) {
       NotEvaluable(t.slave, "frames are missing from the capture during a segmented transfer", t.last.number);
     }
+    // Else sdo-toggle says why, or what is missing is missing from the capture.
+    const bool whole = t.toggle_errors == 0 && !t.answer_lost && !MissesPackets(context().pairing());
+    if (t.size_mismatch && t.declared_size && whole) EndedOtherwise(t);
     if (!t.incomplete()) return;
     if (t.answer_lost) {
       NotEvaluable(t.slave, "a lost frame may have carried the rest of a segmented transfer", t.last.number);
@@ -59,8 +65,7 @@ class SdoIncomplete final : public Rule {
       return;
     }
     const FrameRef& frame = t.request.seen() ? t.request : t.last;
-    const std::uint64_t key = static_cast<std::uint64_t>(t.index) | static_cast<std::uint64_t>(t.subindex) << 16U |
-                              static_cast<std::uint64_t>(t.service) << 24U;
+    const std::uint64_t key = KeyOf(t);
     FindingIndex index = Repeat(t.slave, key, frame);
     if (index == kNoFinding) index = Report(key, Describe(t, frame));
     if (index == kNoFinding) return;
@@ -84,6 +89,48 @@ class SdoIncomplete final : public Rule {
     const FrameRef& end = context().statistics().last;
     return end.has_time && last.has_time &&
            end.time - last.time >= context().Limit("mailbox-no-response", kMailboxAnswerLimit);
+  }
+
+  void EndedOtherwise(const mailbox::SdoTransfer& t) {
+    constexpr std::uint64_t kEnded = 1ULL << 40U;
+    const std::uint64_t key = KeyOf(t) | kEnded;
+    if (Repeat(t.slave, key, t.last) != kNoFinding) return;
+    const bool upload = t.service == mailbox::SdoService::kUpload;
+    const bool less = t.size < *t.declared_size;
+    const std::string service(Name(t.service));
+    const std::string object =
+        t.has_object ? ObjectText(t, *context().slave(t.slave).profile) : std::string("an object not in the capture");
+    Finding finding;
+    finding.slave = t.slave;
+    finding.first = t.last;
+    finding.confidence = ConfidenceOf(t.certainty);
+    finding.title = "SDO " + service + " of " + object + " ends after " + std::to_string(t.size) + " of " +
+                    std::to_string(*t.declared_size) + " bytes announced";
+    finding.message = "The segmented " + service + " of " + object + " was begun with " +
+                      Count(*t.declared_size, "byte") + (upload ? " by the slave" : " by the master") +
+                      "; the segment marked as the last one (frame " + std::to_string(t.last.number) +
+                      ") ends it after " + std::to_string(t.size) + ". ";
+    if (upload) {
+      finding.message +=
+          less ? "Either the value is not whole, or the slave announced the room it has for it."
+               : "The slave announced too little, and a master that reserved that much has lost the rest.";
+    } else {
+      finding.message += "The slave accepted it; what it made of the value is not known.";
+    }
+    finding.evidence.push_back(Text("service", service));
+    if (t.has_object) {
+      finding.evidence.push_back(HexNumber("index", t.index));
+      finding.evidence.push_back(Number("subindex", t.subindex));
+    }
+    finding.evidence.push_back(Number("bytes", static_cast<std::int64_t>(t.size)));
+    finding.evidence.push_back(Number("announced", *t.declared_size));
+    AddRelated(finding, t.request.number);
+    Report(key, upload ? Severity::kInfo : Severity::kWarning, std::move(finding));
+  }
+
+  static std::uint64_t KeyOf(const mailbox::SdoTransfer& t) {
+    return static_cast<std::uint64_t>(t.index) | static_cast<std::uint64_t>(t.subindex) << 16U |
+           static_cast<std::uint64_t>(t.service) << 24U;
   }
 
   [[nodiscard]] Finding Describe(const mailbox::SdoTransfer& t, const FrameRef& frame) const {
