@@ -35,6 +35,9 @@ class BusAlUnit {
   /// As the last read showed it; unset when there was none.
   [[nodiscard]] const std::optional<Told>& told() const { return told_; }
 
+  /// Broadcasts show that some slave refused what was asked for last.
+  [[nodiscard]] bool refused() const { return refused_.has_value(); }
+
   void On(const track::AlStatusOfAll& read) {
     if (requested_ != 0 || refused_) NoteRefusal(read);
     if (told_ && told_->status.raw == read.status.raw && told_->slaves == read.slaves) {

@@ -25,7 +25,8 @@ BusModel::BusModel(const track::Network& network, const AnalysisOptions& options
       image_(network, slaves_, choice_,
              options.files != nullptr && options.files->eni ? &options.files->eni->content : nullptr),
       signalled_(network, bus),
-      al_(network, bus) {
+      al_(network, bus),
+      al_wait_(bus) {
   const auto limit = [&](std::string_view name, std::int64_t& value) {
     const auto found = options.limits.find(name);
     if (found != options.limits.end()) value = found->second;
@@ -34,6 +35,7 @@ BusModel::BusModel(const track::Network& network, const AnalysisOptions& options
   own_preop_limit_ = limit("al-timeout.preop", timeouts_.to_preop_ns);
   own_op_limit_ = limit("al-timeout.safeop-op", timeouts_.to_safeop_or_op_ns);
   own_down_limit_ = limit("al-timeout.down", timeouts_.downwards_ns);
+  al_wait_.SetTimeouts(timeouts_);
   limit("latch-ack-mismatch", latch_acknowledge_ns_);
   limit("drive-no-reaction", drive_limits_.reaction_ns);
   limit("drive-no-reaction.stop", drive_limits_.leaving_operation_ns);
@@ -133,13 +135,17 @@ void BusModel::On(const track::AlRequest& event) {
       count != nullptr && *count == told->slaves && esc::IsAlState(static_cast<std::uint8_t>(told->status.raw))) {
     al.OnStatus({event.slave, told->last, told->status, std::nullopt, std::nullopt, true});
   }
-  if (!event.broadcast) al_.OnRequest(event.control, event.acceptance, event.frame(), false);
+  if (event.broadcast) return;
+  al_.OnRequest(event.control, event.acceptance, event.frame(), false);
+  al_wait_.OnRequest(event.control, event.acceptance, event.frame(), event.slave);
 }
 void BusModel::On(const track::AlRequestOfAll& event) {
   al_.OnRequest(event.control, event.acceptance, event.frame, true);
+  al_wait_.OnRequest(event.control, event.acceptance, event.frame, kNoSlave);
 }
 void BusModel::On(const track::AlStatusRead& event) {
   al_.On(event);
+  al_wait_.On(event);
   if (event.changed()) {
     slaves_[event.slave].Stir();
     slaves_[event.slave].mailbox.Forget();
@@ -172,6 +178,7 @@ void BusModel::On(const track::AlStateForgotten& event) {
 /// Whatever was said in the frames that are missing.
 void BusModel::On(const track::CaptureHole& event) {
   al_.Forget();
+  al_wait_.Forget();
   for (SlaveModel& slave : slaves_) {
     slave.al.OnPause();
     if (!event.certain) continue;
@@ -312,6 +319,7 @@ void BusModel::On(const mailbox::SdoUnexpected& answer) {
 
 void BusModel::On(const track::RunBegan&) {
   al_.Forget();
+  al_wait_.Forget();
   for (std::size_t id = 0; id < slaves_.size(); ++id) DoubtSettings(static_cast<SlaveId>(id));
 }
 
@@ -366,6 +374,7 @@ void BusModel::On(const track::AlRequestSent& request) {
 void BusModel::Finish() {
   signalled_.Finish();
   al_.Finish();
+  al_wait_.Finish();
   for (std::size_t id = 0; id < slaves_.size(); ++id) TakeModules(static_cast<SlaveId>(id));
   for (SlaveModel& slave : slaves_) {
     slave.latch.Finish();

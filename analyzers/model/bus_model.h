@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "analyzers/model/bus_al.h"
+#include "analyzers/model/bus_al_wait.h"
 #include "analyzers/model/event_unit.h"
 #include "analyzers/model/logical_expectation.h"
 #include "analyzers/model/process_image.h"
@@ -55,7 +56,11 @@ class BusModel final : private ProcessSink {
   /// Takes it, unless somebody wants to hear of each slave or some slave has to be told singly.
   void On(const track::AlPoll& poll);
   void On(const track::AlRequestOfAll& event);
-  void On(const track::AlStatusOfAll& read) { al_.On(read); }
+  void On(const track::AlStatusOfAll& read) {
+    al_.On(read);
+    al_wait_.On(read);
+    if (al_.refused()) al_wait_.Refused();
+  }
   void On(const track::AlStatusCodeRead& event);
   void On(const track::RunBegan& event);
   void On(const track::AlStateForgotten& event);
@@ -105,6 +110,7 @@ class BusModel final : private ProcessSink {
   ProcessImage image_;
   EventUnit signalled_;
   BusAlUnit al_;
+  BusAlWait al_wait_;
   std::vector<const device::EniSlave*> presumed_;
 };
 

@@ -173,6 +173,20 @@ struct BusAlRefused {
   std::uint64_t reads = 0;
 };
 
+/// Broadcasts do not show the state that was asked for, and the limit is over; no slave was read by itself then.
+struct BusAlOverdue {
+  FrameRef frame;            ///< the first read past the limit
+  FrameRef last;             ///< the last before the next request, or before the state was reached
+  FrameRef request;          ///< the last of those that asked for it, the repeated ones apart
+  esc::AlWord control;       ///< of these
+  esc::AlWord status;        ///< OR of all
+  std::uint16_t slaves = 0;  ///< who counted
+  bool all_asked = false;    ///< else some were, and nobody shows it
+  std::int64_t waited_ns = 0;
+  std::int64_t limit_ns = 0;
+  std::uint64_t polls = 0;
+};
+
 /// A slave of the ENI exchanges process data, as the working counter says, and no frame addressed it so far.
 struct SlavePresumed {
   std::optional<SlavePos> position;

@@ -1,3 +1,4 @@
+#include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
@@ -29,6 +30,8 @@ request that was never read by the slave's processor.
 AL Status is read and still shows the old state when the limit is over. A master that stops reading before the limit
 gives no finding. A request that the slave has to ignore (see al-error-not-acknowledged) is not waited for. Where nobody
 sent anything for long, or the clock was set, the wait counts from the next read on.
+Where only broadcasts are read, their OR decides: a state that not all show although all were asked for it, or that
+nobody shows, is a finding of the bus.
 
 ## Example
 samples/captures/al-timeout.pcapng
@@ -43,6 +46,7 @@ class AlTimeout final : public Rule {
   AlTimeout() : Rule(kInfo) {
     Hear<model::AlOverdue>(&AlTimeout::On);
     Hear<model::AlRequestJudged>(&AlTimeout::On);
+    Hear<model::BusAlOverdue>(&AlTimeout::On);
   }
 
   void On(const model::AlOverdue& e) {
@@ -70,6 +74,34 @@ class AlTimeout final : public Rule {
     }
     Report(RequestKey(e.request), std::move(finding));
   }
+  /// Which of them it is, broadcasts do not tell.
+  void On(const model::BusAlOverdue& e) {
+    if (MissesPackets(context().pairing())) {
+      NotEvaluable(kNoSlave, kMissesPackets, e.frame.number);
+      return;
+    }
+    const std::uint64_t key = kOfAll | e.control.raw;
+    if (Repeat(kNoSlave, key, e.frame) != kNoFinding) return;
+    const std::string state = esc::StateName(e.control.state());
+    const std::string who = e.slaves == 1 ? "the slave"
+                            : e.all_asked ? "all of " + std::to_string(e.slaves) + " slaves"
+                                          : "any slave";
+    Finding finding;
+    finding.first = e.frame;
+    AddRelated(finding, e.request.number);
+    finding.title = state + " not reached by " + who + " within " + Duration(e.limit_ns) + ", as broadcasts show";
+    finding.message = "The master requested " + state +
+                      (e.all_asked ? " of all slaves (the last in frame " : " (frame ") +
+                      std::to_string(e.request.number) + ") and read AL Status of all by broadcast; after " +
+                      Duration(e.waited_ns) + " (frame " + std::to_string(e.frame.number) + ") and up to frame " +
+                      std::to_string(e.last.number) + " it shows " + esc::StatesOfAllText(e.status.raw) +
+                      ". Which slave it is, such a read does not tell: read six bytes from 0x0130 of each slave.";
+    finding.evidence.push_back(Text("requested", state));
+    finding.evidence.push_back(HexNumber("al_status_of_all", e.status.raw));
+    finding.evidence.push_back(Real("waited_ms", static_cast<double>(e.waited_ns) / 1e6));
+    finding.evidence.push_back(Real("limit_ms", static_cast<double>(e.limit_ns) / 1e6));
+    Report(key, std::move(finding));
+  }
   void On(const model::AlRequestJudged& e) {
     if (!e.request.frame.has_time) {
       NotEvaluable(e.slave, "the request has no time stamp", e.request.frame.number);
@@ -78,6 +110,8 @@ class AlTimeout final : public Rule {
   void Finish() override { SayWhereRequestsAreNotFollowed(); }
 
  private:
+  static constexpr std::uint64_t kOfAll = std::uint64_t{1} << 63U;
+
   [[nodiscard]] std::string LimitText(const model::AlOverdue& e) const {
     const model::SlaveModel& slave = context().slave(e.slave);
     const auto state = [&e](const device::StateTimeouts& stated) {

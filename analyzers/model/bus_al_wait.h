@@ -1,0 +1,57 @@
+/// in: requests of AL states, broadcast reads of AL Status that everybody counted for, what single slaves show.
+/// out: BusAlOverdue.
+///
+/// Where only broadcasts are read, the state asked for is late when not all show it although all were asked, or nobody
+/// does. A slave that shows it by itself is told of by itself.
+///
+/// keeps: the state that was asked for last, of whom, and how long the broadcasts have not shown it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "analyzers/model/al_machine.h"
+#include "analyzers/model/model_events.h"
+#include "decoder/base/event_sink.h"
+#include "decoder/track/events.h"
+
+namespace ecaudit::model {
+
+class BusAlWait {
+ public:
+  /// @param events must outlive this
+  explicit BusAlWait(const EventSink& events) : events_(events) {}
+
+  void SetTimeouts(const AlTimeouts& timeouts) { timeouts_ = timeouts; }
+
+  /// @param slave kNoSlave: all were asked, by a broadcast
+  void OnRequest(esc::AlWord control, track::Acceptance acceptance, const FrameRef& frame, SlaveId slave);
+  void On(const track::AlStatusOfAll& read);
+  void On(const track::AlStatusRead& read);
+  /// Some slave refused: that is what has to be told.
+  void Refused() { wait_.reset(); }
+  /// What happened in a hole, or between two runs, nobody knows.
+  void Forget() { Close(); }
+  void Finish() { Close(); }
+
+ private:
+  struct Wait {
+    BusAlOverdue late;
+    bool is_late = false;
+    FrameRef looked;  ///< last read, or the request
+  };
+
+  [[nodiscard]] bool AllAsked(std::uint16_t slaves) const { return of_all_ || asked_.size() == slaves; }
+  [[nodiscard]] std::int64_t LimitTo(std::uint8_t target, std::uint8_t from) const;
+  /// What is late is told.
+  void Close();
+
+  const EventSink& events_;
+  AlTimeouts timeouts_;
+  std::optional<Wait> wait_;
+  bool of_all_ = false;
+  std::vector<SlaveId> asked_;  // by themselves, for what is waited for
+};
+
+}  // namespace ecaudit::model
