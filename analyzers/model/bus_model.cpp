@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "decoder/esc/register_addresses.h"
 #include "decoder/esc/register_map.h"
+#include "decoder/esc/sii.h"
 
 namespace ecaudit::model {
 namespace {
@@ -15,6 +17,7 @@ bool HasProcessData(std::uint8_t state) {
 }
 
 constexpr std::uint16_t kIdentityObject = 0x1018;
+constexpr std::uint16_t kDeviceName = 0x1008;
 
 }  // namespace
 
@@ -59,6 +62,7 @@ void BusModel::On(const track::SlaveFound& event) {
   slaves_.back().latch.SetAcknowledgeLimit(latch_acknowledge_ns_);
   slaves_.back().drive.SetLimits(drive_limits_);
   seen_identities_.emplace_back().slave = event.slave;
+  eeprom_looks_.emplace_back();
   signalled_.OnSlave(event.slave);
   ChooseProfile(event.slave);
 }
@@ -72,6 +76,7 @@ void BusModel::On(const track::IdentityLearned& event) {
   const auto differs = [](const auto& a, const auto& b) { return a && b && *a != *b; };
   if (differs(known.vendor_id, event.vendor_id) || differs(known.product_code, event.product_code)) {
     SlaveModel& slave = slaves_[event.slave];
+    known.model.clear();
     slave.al.OnOtherDevice();
     slave.objects.Clear();
     slave.process.OnOtherDevice();
@@ -258,6 +263,7 @@ void BusModel::On(const track::SlaveAccess& access) {
 }
 
 void BusModel::On(const track::EepromRead& event) {
+  eeprom_looks_[event.slave].read = event.frame;
   DescriptionChanged(event.slave);
 }
 void BusModel::On(const track::EepromWrite& event) {
@@ -266,6 +272,36 @@ void BusModel::On(const track::EepromWrite& event) {
 void BusModel::DescriptionChanged(SlaveId slave) {
   slaves_[slave].process.OnDescriptionChanged();
   image_.OnLayoutChanged(slave);
+}
+
+void BusModel::LearnModel(SlaveId id, std::string model, const FrameRef& frame) {
+  track::IdentityLearned& known = seen_identities_[id];
+  if (model.empty() || known.model == model) return;
+  known.model = std::move(model);
+  if (!known.frame.seen()) known.frame = frame;
+  ChooseProfile(id);
+}
+
+/// Object 1008h, the manufacturer's name of the device.
+void BusModel::LearnName(const mailbox::SdoTransfer& transfer) {
+  constexpr std::size_t kLongest = 128;
+  if (transfer.service != mailbox::SdoService::kUpload || transfer.outcome != mailbox::SdoOutcome::kCompleted ||
+      transfer.data_gap || transfer.data.size() > kLongest || !seen_identities_[transfer.slave].model.empty()) {
+    return;
+  }
+  std::string name(transfer.data.begin(), transfer.data.end());
+  while (!name.empty() && (name.back() == '\0' || name.back() == ' ')) name.pop_back();
+  LearnModel(transfer.slave, std::move(name), transfer.response);
+}
+
+void BusModel::TakeModel(SlaveId id) {
+  constexpr std::uint8_t kLooks = 16;  // the whole image is gone through
+  EepromLook& look = eeprom_looks_[id];
+  if (!look.read.seen() || look.looks >= kLooks || !seen_identities_[id].model.empty()) return;
+  ++look.looks;
+  const FrameRef read = std::exchange(look.read, {});
+  const esc::SiiContents contents = esc::ParseSii(network_.state(id).sii.image());
+  LearnModel(id, contents.VendorText(esc::kSiiVendorCategory), read);
 }
 
 /// Object 1018h tells what the EEPROM did not.
@@ -334,13 +370,18 @@ void BusModel::DoubtSettings(SlaveId id) {
 
 void BusModel::On(const mailbox::SdoTransfer& transfer) {
   if (transfer.has_object && transfer.index == kIdentityObject) LearnIdentity(transfer);
+  if (transfer.has_object && transfer.index == kDeviceName && !transfer.complete_access) LearnName(transfer);
   SlaveModel& slave = slaves_[transfer.slave];
   slave.Stir();
   slave.objects.Apply(transfer);
   slave.modules.Apply(transfer);
   // Once the list is behind: a description for each of its entries would be kept for nothing.
   if (transfer.has_object && !SlotModules::IsList(transfer.index)) TakeModules(transfer.slave);
-  if (slave.process.Apply(transfer)) image_.OnLayoutChanged(transfer.slave);
+  if (slave.process.Apply(transfer)) {
+    image_.OnLayoutChanged(transfer.slave);
+    // Of several editions the one that has what the drive takes.
+    if (process::IsAssignment(transfer.index)) ChooseProfile(transfer.slave);
+  }
   if (transfer.has_object && transfer.service == mailbox::SdoService::kDownload && transfer.incomplete()) {
     ForgetObject(transfer.slave, transfer.index, transfer.subindex, transfer.complete_access);
   }
@@ -366,6 +407,7 @@ void BusModel::On(const mailbox::Emergency& emergency) {
 void BusModel::On(const track::AlRequestSent& request) {
   ++states_version_;
   if (request.slave >= slaves_.size()) return;
+  TakeModel(request.slave);
   TakeModules(request.slave);
   slaves_[request.slave].Stir();
   slaves_[request.slave].al.OnRequestSent(request.frame, request.control);
@@ -375,7 +417,10 @@ void BusModel::Finish() {
   signalled_.Finish();
   al_.Finish();
   al_wait_.Finish();
-  for (std::size_t id = 0; id < slaves_.size(); ++id) TakeModules(static_cast<SlaveId>(id));
+  for (std::size_t id = 0; id < slaves_.size(); ++id) {
+    TakeModel(static_cast<SlaveId>(id));
+    TakeModules(static_cast<SlaveId>(id));
+  }
   for (SlaveModel& slave : slaves_) {
     slave.latch.Finish();
     slave.touch_probe.Finish();

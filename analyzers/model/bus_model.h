@@ -86,6 +86,11 @@ class BusModel final : private ProcessSink {
   void ForgetObject(SlaveId id, std::uint16_t index, std::uint8_t subindex, bool whole);
   void DescriptionChanged(SlaveId slave);
   void LearnIdentity(const mailbox::SdoTransfer& transfer);
+  void LearnName(const mailbox::SdoTransfer& transfer);
+  /// The model type, by which families are recognised whose product code no manual tells.
+  void LearnModel(SlaveId id, std::string model, const FrameRef& frame);
+  /// Looks for it in the EEPROM once more was read of it.
+  void TakeModel(SlaveId id);
   /// Describes a modular slave anew once the list of its modules is there.
   void TakeModules(SlaveId id);
   void Presume(const ProcessCycle& cycle);
@@ -105,6 +110,11 @@ class BusModel final : private ProcessSink {
   std::deque<SlaveModel> slaves_;
   std::vector<SlaveModel*> by_id_;  ///< the same: found without the deque's arithmetic, for every datagram
   std::deque<track::IdentityLearned> seen_identities_;  ///< a slave: what the capture shows of its identity
+  struct EepromLook {
+    FrameRef read;  ///< the last words since the last look; not seen: none
+    std::uint8_t looks = 0;
+  };
+  std::deque<EepromLook> eeprom_looks_;  ///< a slave
   mutable LogicalExpectations expectations_;
   std::uint64_t states_version_ = 1;  ///< changes whenever a slave may have settled in OP, or left it
   ProcessImage image_;

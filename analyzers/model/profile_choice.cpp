@@ -42,6 +42,31 @@ std::string WhereSeen(const IdentityLearned& identity) {
   return std::string(where) + " (frame " + std::to_string(identity.frame.number) + ")";
 }
 
+/// The edition says what is in each of the PDOs that the slave has assigned, or that they are mapped freely.
+bool Describes(const DeviceDescription& edition, const process::PdoMapping& seen) {
+  for (const std::uint16_t assignment : {process::kRxAssignment, process::kTxAssignment}) {
+    for (const std::uint16_t pdo : seen.Assigned(assignment).value_or(std::vector<std::uint16_t>{})) {
+      const auto& flexible = edition.pdo.flexible;
+      const bool free = flexible && (std::count(flexible->rx_pdos.begin(), flexible->rx_pdos.end(), pdo) > 0 ||
+                                     std::count(flexible->tx_pdos.begin(), flexible->tx_pdos.end(), pdo) > 0);
+      const device::PdoContent* fixed = edition.pdo.FindFixed(pdo);
+      if (!free && (fixed == nullptr || !fixed->known)) return false;
+    }
+  }
+  return true;
+}
+
+/// Families of this vendor that are recognised by the model type.
+std::vector<const DeviceDescription*> OfModel(const device::ProfileRegistry& families,
+                                              const IdentityLearned& identity) {
+  std::vector<const DeviceDescription*> fitting;
+  if (identity.model.empty()) return fitting;
+  for (const DeviceDescription* family : families.MatchModel(identity.model)) {
+    if (family->match.vendor_id == identity.vendor_id) fitting.push_back(family);
+  }
+  return fitting;
+}
+
 }  // namespace
 
 const device::EniSlave* ProfileChoice::FindEni(const bus::SlaveAddress& address) const {
@@ -90,7 +115,8 @@ const device::ProfileRegistry& ProfileChoice::families() const {
 
 std::pair<const DeviceDescription*, std::string> ProfileChoice::FindFamily(const bus::SlaveAddress& address,
                                                                            const IdentityLearned& identity,
-                                                                           bool with_esi) const {
+                                                                           bool with_esi,
+                                                                           const process::PdoMapping& seen) const {
   for (const auto& [selector, name] : options_.slave_profiles) {
     if (!Selects(selector, address)) continue;
     if (const DeviceDescription* profile = families().Find(name)) {
@@ -106,19 +132,31 @@ std::pair<const DeviceDescription*, std::string> ProfileChoice::FindFamily(const
   if (!identity.vendor_id || !identity.product_code) {
     return {generic, "identity not in the capture: judged by the EtherCAT standard"};
   }
-  const auto candidates =
-      families().MatchIdentity(*identity.vendor_id, *identity.product_code, identity.revision.value_or(0));
+  auto candidates = OfModel(families(), identity);
+  const bool by_model = !candidates.empty();
+  if (!by_model) {
+    candidates = families().MatchIdentity(*identity.vendor_id, *identity.product_code, identity.revision.value_or(0));
+  }
   if (candidates.empty()) {
     return {generic, "no profile for " + ProductText(identity.vendor_id, identity.product_code) +
                          (with_esi ? ": the EtherCAT standard" : ": judged by the EtherCAT standard")};
   }
   std::string source = "identity in " + WhereSeen(identity);
-  if (const auto own = families().own().find(candidates.front()->id); own != families().own().end()) {
+  if (by_model) source += ", model type " + Printable(identity.model);
+  const DeviceDescription* chosen = candidates.front();
+  if (const auto own = families().own().find(chosen->id); own != families().own().end()) {
     source += ", family of " + Printable(own->second.path);
-  } else if (candidates.size() > 1) {
-    source += ", newest of " + Count(candidates.size(), "edition");
+    return {chosen, std::move(source)};
   }
-  return {candidates.front(), std::move(source)};
+  if (candidates.size() > 1) {
+    const auto fits = std::find_if(candidates.begin(), candidates.end(),
+                                   [&](const DeviceDescription* edition) { return Describes(*edition, seen); });
+    const bool newest = fits == candidates.begin() || fits == candidates.end();
+    if (!newest) chosen = *fits;
+    source += ", newest of " + Count(candidates.size(), "edition");
+    if (!newest) source += " that describes the assigned PDOs";
+  }
+  return {chosen, std::move(source)};
 }
 
 const DeviceDescription* ProfileChoice::Overlay(const DeviceDescription& family, const DeviceDescription& esi) {
@@ -176,7 +214,7 @@ void ProfileChoice::Choose(const bus::SlaveAddress& address, const IdentityLearn
   }
 
   const EsiMatch esi = FindEsi(slave.identity);
-  auto [family, source] = FindFamily(address, slave.identity, esi.device != nullptr);
+  auto [family, source] = FindFamily(address, slave.identity, esi.device != nullptr, slave.process.seen());
   slave.profile = family;
   if (esi.device != nullptr) {
     slave.profile = Overlay(*family, *esi.device);

@@ -18,6 +18,7 @@
 #include "analyzers/options/options.h"
 #include "decoder/bus/slave_set.h"
 #include "decoder/device/device_description.h"
+#include "decoder/process/pdo_mapping.h"
 #include "decoder/track/events.h"
 
 namespace ecaudit::model {
@@ -50,8 +51,10 @@ class ProfileChoice {
   [[nodiscard]] const device::EniSlave* FindEni(const bus::SlaveAddress& address) const;
   [[nodiscard]] EsiMatch FindEsi(const track::IdentityLearned& identity) const;
   /// The family and how it was found.
+  /// @param seen  PDOs that the slave has assigned: of several editions one that describes them is taken
   [[nodiscard]] std::pair<const device::DeviceDescription*, std::string> FindFamily(
-      const bus::SlaveAddress& address, const track::IdentityLearned& identity, bool with_esi) const;
+      const bus::SlaveAddress& address, const track::IdentityLearned& identity, bool with_esi,
+      const process::PdoMapping& seen) const;
   [[nodiscard]] const device::DeviceDescription* Overlay(const device::DeviceDescription& family,
                                                          const device::DeviceDescription& esi);
   /// `device` with the modules that the slave's lists name.

@@ -117,6 +117,7 @@ struct IdentityLearned {
   FrameRef frame;
   Source source = Source::kEeprom;
   std::optional<std::uint32_t> vendor_id, product_code, revision, serial;
+  std::string model;  ///< type of the device in the vendor's words (EEPROM, 1008h; untrusted text); empty: not known
 };
 
 /// The EEPROM, object 1008h, ESI or ENI gave a slave its name (untrusted text).
