@@ -74,7 +74,7 @@ static void Read(const Cursor& cursor, RegisterRow& row) {
   object.Allow("printed_length", out.printed_length);
   FinishRow(object, cursor, out.note, out.source);
   if (cursor.failed()) return;
-  const std::uint64_t last = out.address + (row.repeat.count - 1ULL) * row.repeat.stride;
+  const std::uint64_t last = out.address + (std::max<std::uint64_t>(row.repeat.count, 1) - 1) * row.repeat.stride;
   if (out.length == 0 || row.repeat.count == 0 || last + out.length > 0x10000) {
     cursor.Fail("a register is at least one byte long and ends inside 0x0000 to 0xFFFF");
   }

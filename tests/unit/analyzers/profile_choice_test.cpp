@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "analyzers/analysis.h"
 #include "analyzers/model/slave_model.h"
+#include "tests/support/trace_builder.h"
 
 namespace ecaudit::model {
 namespace {
@@ -75,6 +77,46 @@ class ProfileChoiceTest : public ::testing::Test {
   IdentityLearned seen;
   ProfileChoice choice{options};
 };
+
+TEST_F(ProfileChoiceTest, TheModelTypeChoosesAFamilyWithoutProductCode) {
+  // MKD, 4.14: category 0x0800 of the EEPROM holds the model type; 5.3.2: 1018h:2 of MKD-N has no value.
+  Saw(kVendor, 1, 2);
+  Choose();
+  EXPECT_EQ(slave.profile->id, "generic");
+  seen.model = "MKD-N-00606";
+  Choose();
+  EXPECT_EQ(slave.profile->id, "kollmorgen-mkd-n");
+  EXPECT_THAT(slave.profile_source, HasSubstr("model type MKD-N-00606"));
+  seen.vendor_id = kVendor + 1;
+  Choose();
+  EXPECT_EQ(slave.profile->id, "generic") << "others may call their devices so, too";
+}
+
+TEST_F(ProfileChoiceTest, TheEditionIsOneThatDescribesTheAssignedPdos) {
+  // AKD-2010, 4.5 lists 1B20h; AKD-2011, 4.5 does not. Both have 1B01h.
+  const auto assign = [this](std::uint8_t low) {
+    for (const auto& [subindex, data] :
+         {std::pair<std::uint8_t, std::vector<std::uint8_t>>{1, {low, 0x1B}}, {0, {1}}}) {
+      mailbox::SdoTransfer transfer;
+      transfer.service = mailbox::SdoService::kDownload;
+      transfer.outcome = mailbox::SdoOutcome::kCompleted;
+      transfer.has_object = true;
+      transfer.index = process::kTxAssignment;
+      transfer.subindex = subindex;
+      transfer.data = data;
+      transfer.size = data.size();
+      slave.process.Apply(transfer);
+    }
+  };
+  Saw(kVendor, kAkd, 2);
+  assign(0x01);
+  Choose();
+  EXPECT_EQ(slave.profile->id, "kollmorgen-akd-2011");
+  assign(0x20);
+  Choose();
+  EXPECT_EQ(slave.profile->id, "kollmorgen-akd-2010");
+  EXPECT_THAT(slave.profile_source, HasSubstr("that describes the assigned PDOs"));
+}
 
 TEST_F(ProfileChoiceTest, WithoutFilesTheIdentitySeenChoosesTheFamily) {
   options.files = nullptr;
@@ -233,6 +275,24 @@ TEST_F(ProfileChoiceTest, SlaveThatTheEniDoesNotKnow) {
   Choose();
   EXPECT_EQ(slave.eni, nullptr);
   EXPECT_THAT(slave.profile_source, Not(HasSubstr("network.xml")));
+}
+
+TEST(ModelType, IsReadFromTheDeviceName) {
+  const auto trace = test::Trace::Parse(R"(
++0us    FPRD 0x1001:0x0130  02 00
++1ms    FPWR 0x1001:0x0800  00 10 20 00 26 00 01 00
++1ms    FPWR 0x1001:0x0808  00 14 20 00 22 00 01 00
++1ms    FPWR 0x1001:0x1000  0A 00 00 00 00 13 00 20 40 18 10 01 00 00 00 00  len=32
++1ms    FPRD 0x1001:0x1400  0A 00 00 00 00 13 00 30 43 18 10 01 6A 00 00 00  len=32
++1ms    FPWR 0x1001:0x1000  0A 00 00 00 00 23 00 20 40 18 10 02 00 00 00 00  len=32
++1ms    FPRD 0x1001:0x1400  0A 00 00 00 00 23 00 30 43 18 10 02 01 00 00 00  len=32
++1ms    FPWR 0x1001:0x1000  0A 00 00 00 00 33 00 20 40 08 10 00 00 00 00 00  len=32
++1ms    FPRD 0x1001:0x1400  15 00 00 00 00 33 00 30 41 08 10 00 0B 00 00 00 4D 4B 44 2D 4E 2D 30 30 36 30 36  len=32
+)");
+  ASSERT_TRUE(trace) << trace.error().message;
+  const AnalysisResult result = Analyse(*trace->Source(), {});
+  ASSERT_EQ(result.slaves.size(), 1U);
+  EXPECT_EQ(result.slaves[0].profile, "kollmorgen-mkd-n");
 }
 
 }  // namespace
