@@ -130,6 +130,7 @@ class AlMachine {
   [[nodiscard]] esc::AlWord Before() const;
   void MayBeIn(std::uint8_t state);
   void OnError(const track::AlStatusRead& read);
+  [[nodiscard]] bool FellBefore(const track::AlStatusRead& read) const;
   void TellStanding(const track::AlStatusRead& read, bool certain);
   void OnNoError(const track::AlStatusRead& read);
   void CheckOverdue(const track::AlStatusRead& read);

@@ -106,6 +106,7 @@ void BusAlUnit::Open(const track::AlStatusOfAll& read, std::uint8_t fallen) {
   open_->before = told_->status;
   open_->before_since = told_->last.number;
   open_->slaves = read.slaves;
+  open_->after_pause = paused_;
   excluded_.clear();
 }
 

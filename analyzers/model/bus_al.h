@@ -43,9 +43,10 @@ class BusAlUnit {
     if (told_ && told_->status.raw == read.status.raw && told_->slaves == read.slaves) {
       told_->last = read.frame;
       ++told_->polls;
-      return;
+    } else {
+      Change(read);
     }
-    Change(read);
+    paused_ = false;
   }
   void On(const track::AlStatusRead& read) {
     if (open_) Compare(read);
@@ -53,6 +54,12 @@ class BusAlUnit {
   }
   /// A state is asked for.  @param of_all of all slaves, by a broadcast; else of one that they hide
   void OnRequest(esc::AlWord control, track::Acceptance acceptance, const FrameRef& frame, bool of_all);
+  /// Nobody sent anything for long, and the capture may have a hole there.
+  void OnPause() {
+    TellRefusal();
+    Close();
+    paused_ = true;
+  }
   /// What happened in a hole, or between two runs, nobody knows.
   void Forget();
   void Finish() {
@@ -83,6 +90,7 @@ class BusAlUnit {
   std::optional<BusAlRefused> refused_;
   UnaskedRises unasked_;
   std::optional<BusAlChanged> open_;
+  bool paused_ = false;           // no such read since a pause
   std::uint8_t unexplained_ = 0;  // bits of the open change that no slave showed
   std::vector<SlaveId> excluded_;
 };

@@ -182,7 +182,11 @@ void BusModel::On(const track::AlStateForgotten& event) {
 
 /// Whatever was said in the frames that are missing.
 void BusModel::On(const track::CaptureHole& event) {
-  al_.Forget();
+  if (event.certain) {
+    al_.Forget();
+  } else {
+    al_.OnPause();
+  }
   al_wait_.Forget();
   for (SlaveModel& slave : slaves_) {
     slave.al.OnPause();

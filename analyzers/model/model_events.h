@@ -158,6 +158,7 @@ struct BusAlChanged {
   FrameNo before_since = 0;           ///< last frame that showed it as before
   std::uint16_t slaves = 0;           ///< who counted
   FrameNo rose_unasked = 0;           ///< see AlChangedByItself
+  bool after_pause = false;           ///< see AlChangedByItself
   std::span<const SlaveId> excluded;  ///< were read by themselves and showed none of it
 };
 

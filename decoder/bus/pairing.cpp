@@ -14,6 +14,8 @@ namespace {
 constexpr std::int64_t kMaxRoundTripNs = 500'000;
 
 /// What was overtaken so often is lost: masters with few indices have begun to use its index anew.
+/// Numbers that go on behind a silence although frames are missing there do so once in as many times.
+constexpr std::uint32_t kNoChance = 64;
 constexpr std::uint32_t kStale = 8;
 
 /// True when the first `count` datagrams of `returned` can be what became of those of `sent`. Slaves never change what
@@ -181,9 +183,9 @@ Hole Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats 
   }
   if (apart < 0) return Hole::kNone;  // where the numbers go on it was only the clock that was set
   if (!IsSilence(rhythm, apart)) return Hole::kNone;
-  // So many frames may be missing that the indices came round.
+  // So many frames may be missing that the indices came round, and by chance to the very next one.
   const bool round = apart / std::max<std::int64_t>(rhythm.mean_ns, 1) + 1 >= rhythm.indices.span();
-  if (goes_on && !round) return Hole::kNone;
+  if (goes_on && (!round || rhythm.indices.span() >= kNoChance)) return Hole::kNone;
   // A master that waits for a frame until its time-out is silent, too.
   if (!goes_on || apart > kSilentNs) DoubtUnderWay(sender, Undecided::kSilence);
   return Hole::kPossible;

@@ -51,6 +51,11 @@ Look at the AL status code: 0x001B process data stopped (watchdog), 0x001A, 0x00
 at what happened between the two frames named: gaps in the process data, lost frames, link errors, other requests.
 )"};
 
+constexpr const char* kAfterPause =
+    "between two looks at AL Status nobody sent anything for long: what is missing there may be a request, a restart, "
+    "or "
+    "the end of another capture";
+
 class AlUnexpectedChange final : public Rule {
  public:
   AlUnexpectedChange() : Rule(kInfo) {
@@ -91,6 +96,10 @@ class AlUnexpectedChange final : public Rule {
   void On(const model::BusAlChanged& e) {
     if (MissesPackets(context().pairing())) {
       NotEvaluable(kNoSlave, kMissesPackets, e.frame.number);
+      return;
+    }
+    if (e.after_pause && !e.unexplained.bit4()) {
+      NotEvaluable(kNoSlave, kAfterPause, e.frame.number);
       return;
     }
     if (e.rose_unasked != 0 && !e.unexplained.bit4()) {
@@ -180,10 +189,7 @@ class AlUnexpectedChange final : public Rule {
       return;
     }
     if (e.after_pause && !e.status.bit4()) {
-      NotEvaluable(e.slave,
-                   "between two looks at AL Status nobody sent anything for long: what is missing there may be a "
-                   "request, a restart, or the end of another capture",
-                   e.frame.number);
+      NotEvaluable(e.slave, kAfterPause, e.frame.number);
       return;
     }
     if (e.rose_unasked != 0 && !e.status.bit4() && !e.error_of_some) {

@@ -22,8 +22,8 @@ constexpr RuleInfo kInfo{.id = "sdo-incomplete",
                          .doc = R"(
 ## What it checks
 Segmented SDO transfers (more data than one mailbox holds) that begin and are neither finished nor aborted: the master
-begins another transfer, takes the slave back to INIT, or simply stops. And those that end with a last segment, but with more
-or less data than the initiate announced.
+begins another transfer, takes the slave back to INIT, or simply stops. And those whose last segment comes with more or
+less data than the initiate announced.
 
 ## Why it matters
 The value is not whole. The slave keeps the transfer open, and some reject every later request ("no memory", "service

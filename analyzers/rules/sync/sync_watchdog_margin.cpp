@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "analyzers/judge/rule.h"
@@ -64,6 +65,21 @@ class SyncWatchdogMargin final : public Rule {
     Hear<sync::OutputGap>(&SyncWatchdogMargin::On);
     Hear<model::AlAnswered>(&SyncWatchdogMargin::On);
     Hear<model::AlOverdue>(&SyncWatchdogMargin::On);
+    Hear<model::AlChangedByItself>(&SyncWatchdogMargin::On);
+  }
+
+  /// AL Status may be read later than outputs come again.
+  void On(const model::AlChangedByItself& e) {
+    if (e.slave >= doubtful_.size() || !doubtful_[e.slave]) return;
+    sync::OutputGap gap = *std::exchange(doubtful_[e.slave], std::nullopt);
+    if ((e.code && *e.code != kWatchdogCode) || !e.status.bit4()) {
+      SayMayBeHole(gap);
+      return;
+    }
+    gap.fell = e.frame;
+    gap.fell_to = e.status;
+    gap.fell_code = e.code;
+    On(gap);
   }
 
   void On(const sync::OutputGap& e) {
@@ -146,6 +162,9 @@ class SyncWatchdogMargin final : public Rule {
   }
 
   void Finish() override {
+    for (const std::optional<sync::OutputGap>& gap : doubtful_) {
+      if (gap) SayMayBeHole(*gap);
+    }
     for (const Consequence& c : consequences_) NameCause(context(), c.rule, c.slave, c.frame, c.cause);
     if (SaidNothingReturned()) return;
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
@@ -185,6 +204,16 @@ class SyncWatchdogMargin final : public Rule {
     return std::any_of(fmmus.active.begin(), fmmus.active.end(), [](const auto& f) { return f.fmmu.writes(); });
   }
 
+  void SayMayBeHole(const sync::OutputGap& e) {
+    NotEvaluable(
+        e.slave,
+        e.end == sync::OutputGap::End::kOutputs
+            ? "nobody sent anything for long, and nothing shows that the slave left OP for it: the capture may "
+              "have a hole there"
+            : "nobody sent anything for long before the slave was to leave OP: the capture may have a hole there",
+        e.after.number);
+  }
+
   /// Whether the gap is certainly too long. Where that is open, it is said.
   bool CanBeJudged(const sync::OutputGap& e, const Watchdog& watchdog, bool fell) {
     const TimeNs half = watchdog.ns / 2;
@@ -193,13 +222,9 @@ class SyncWatchdogMargin final : public Rule {
       return false;
     }
     if (!fell && context().sync().outputs(e.slave).may_be_hole && e.gap.ns >= half) {
-      NotEvaluable(
-          e.slave,
-          e.end == sync::OutputGap::End::kOutputs
-              ? "nobody sent anything for long, and the slave is in OP before and after: the capture may have a hole "
-                "there"
-              : "nobody sent anything for long before the slave was to leave OP: the capture may have a hole there",
-          e.after.number);
+      if (e.slave >= doubtful_.size()) doubtful_.resize(static_cast<std::size_t>(e.slave) + 1);
+      if (doubtful_[e.slave]) SayMayBeHole(*doubtful_[e.slave]);
+      doubtful_[e.slave] = e;
       return false;
     }
     const TimeNs least = e.gap.ns - *e.uncertainty_ns;
@@ -276,6 +301,7 @@ class SyncWatchdogMargin final : public Rule {
   static constexpr std::size_t kMaxConsequences = 256;
 
   std::vector<Consequence> consequences_;
+  std::vector<std::optional<sync::OutputGap>> doubtful_;  // of each slave: the capture may have a hole there
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncWatchdogMargin>};

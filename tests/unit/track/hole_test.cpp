@@ -74,9 +74,14 @@ TEST(Hole, SlavesInOpThatAreSetUpAreForgotten) {
 }
 
 TEST(Hole, WhereItMayBeNothingIsForgotten) {
-  const Decoded d = TwoThen("+1ms FPRD 0x1001:0x0130 02 00\n+2s FPRD 0x1001:0x0130 02 00\n");
+  const Decoded d = TwoThen("+1ms FPRD 0x1001:0x0130 02 00 idx=0\n+2s FPRD 0x1001:0x0130 02 00 idx=0\n");
   EXPECT_THAT(d.log->Only("silence"), ElementsAre("silence 51"));
   EXPECT_EQ(d.Register(0, 0x0420), "0x03e8");
+}
+
+TEST(Hole, IsNoneWhereTheNumbersGoOnBehindASilence) {
+  const Decoded d = TwoThen("+1ms FPRD 0x1001:0x0130 02 00\n+2s FPRD 0x1001:0x0130 02 00\n");
+  EXPECT_THAT(d.log->Only("silence"), IsEmpty());
 }
 
 }  // namespace
