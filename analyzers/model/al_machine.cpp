@@ -192,6 +192,7 @@ void AlMachine::Open(const AlRequestRecord& record) {
     ++open_->repetitions;
   } else {
     if (open_) {
+      TellGivenUp(record);
       if (earlier_.size() == kMaxEarlier) earlier_.erase(earlier_.begin());
       earlier_.push_back(*open_);
     }
@@ -217,6 +218,18 @@ void AlMachine::Open(const AlRequestRecord& record) {
     }
     possible_.Add(target);
   }
+}
+
+void AlMachine::TellGivenUp(const AlRequestRecord& next) const {
+  const bool legal = open_->verdict == AlVerdict::kLegal || open_->verdict == AlVerdict::kUnknown;
+  if (!legal || overdue_reported_ || read_state_ == 0 || polls_ < kGivenUpPolls) return;
+  if (Height(next.control.state()) >= Height(open_->control.state())) return;
+  if (!last_poll_.has_time || !waiting_since_.has_time) return;
+  const std::int64_t waited = Elapsed(waiting_since_.time, last_poll_.time);
+  // Since the last look it may have got there.
+  const bool looked = next.frame.has_time && Elapsed(last_poll_.time, next.frame.time) <= waited / 4;
+  if (waited < kGivenUpNs || !looked) return;
+  sink_.Publish(AlGivenUp{slave_, *open_, last_poll_, next.frame, read_state_, waited, polls_});
 }
 
 bool AlMachine::Explains(std::uint8_t state) const {

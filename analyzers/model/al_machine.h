@@ -101,6 +101,10 @@ class AlMachine {
            pending_.empty();
   }
   /// What the capture shows of this slave, for rules that say where they could not judge.
+  /// The request that the slave has neither followed nor refused so far, although AL Status was read; null: none.
+  [[nodiscard]] const AlRequestRecord* waits_for() const {
+    return open_ && !overdue_reported_ && polls_ > 0 ? &*open_ : nullptr;
+  }
   [[nodiscard]] std::uint64_t requests() const { return requests_; }  ///< taken by the slave
   [[nodiscard]] std::uint64_t status_reads() const { return status_reads_; }
   [[nodiscard]] std::uint64_t reads_after_request() const { return reads_after_request_; }
@@ -130,6 +134,7 @@ class AlMachine {
   [[nodiscard]] esc::AlWord Before() const;
   void MayBeIn(std::uint8_t state);
   void OnError(const track::AlStatusRead& read);
+  void TellGivenUp(const AlRequestRecord& next) const;
   [[nodiscard]] bool FellBefore(const track::AlStatusRead& read) const;
   void TellStanding(const track::AlStatusRead& read, bool certain);
   void OnNoError(const track::AlStatusRead& read);

@@ -20,6 +20,7 @@ void BusAlWait::OnRequest(esc::AlWord control, track::Acceptance acceptance, con
   if (acceptance == track::Acceptance::kRefused) return;
   const std::uint8_t state = control.state();
   if (!wait_ || wait_->late.control.state() != state) {
+    if (wait_ && state < wait_->late.control.state()) GiveUp();
     Close();
     of_all_ = false;
     asked_.clear();
@@ -88,6 +89,16 @@ void BusAlWait::On(const track::AlStatusRead& read) {
   const bool timed = read.frame.has_time && late.request.has_time;
   const std::int64_t limit = LimitTo(late.control.state(), read.status.state());
   if (timed && Elapsed(late.request.time, read.frame.time) > limit) wait_.reset();
+}
+
+void BusAlWait::GiveUp() {
+  if (!wait_) return;
+  BusAlOverdue& late = wait_->late;
+  if (wait_->is_late || late.polls < kGivenUpPolls || !late.last.has_time || !late.request.has_time) return;
+  late.waited_ns = Elapsed(late.request.time, late.last.time);
+  if (late.waited_ns < kGivenUpNs) return;
+  late.frame = late.last;
+  late.given_up = wait_->is_late = true;
 }
 
 void BusAlWait::Close() {

@@ -2,7 +2,7 @@
 /// out: BusAlOverdue.
 ///
 /// Where only broadcasts are read, the state asked for is late when not all show it although all were asked, or nobody
-/// does. A slave that shows it by itself is told of by itself.
+/// does; and where the master gives up waiting. A slave that shows it by itself is told of by itself.
 ///
 /// keeps: the state that was asked for last, of whom, and how long the broadcasts have not shown it.
 #pragma once
@@ -29,6 +29,8 @@ class BusAlWait {
   void OnRequest(esc::AlWord control, track::Acceptance acceptance, const FrameRef& frame, SlaveId slave);
   void On(const track::AlStatusOfAll& read);
   void On(const track::AlStatusRead& read);
+  /// The master asks for a lower state instead.
+  void GiveUp();
   /// Some slave refused: that is what has to be told.
   void Refused() { wait_.reset(); }
   /// What happened in a hole, or between two runs, nobody knows.

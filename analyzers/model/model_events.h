@@ -136,6 +136,11 @@ struct AlErrorStands {
   bool certain = false;               ///< false: it may be the echo of an acknowledge
 };
 
+/// A master that asks for a lower state so long after the request has given it up.
+inline constexpr std::int64_t kGivenUpNs = 200'000'000;
+/// ... and has looked so often.
+inline constexpr std::uint64_t kGivenUpPolls = 3;
+
 /// Neither the state nor an error appeared within the limit although the master kept reading.
 struct AlOverdue {
   SlaveId slave = kNoSlave;
@@ -144,6 +149,17 @@ struct AlOverdue {
   esc::AlWord status;
   std::int64_t waited_ns = 0;
   std::int64_t limit_ns = 0;
+  std::uint64_t polls = 0;
+};
+
+/// The master read AL Status for a while, saw neither the state nor an error, and asked for a lower state instead.
+struct AlGivenUp {
+  SlaveId slave = kNoSlave;
+  AlRequestRecord request;  ///< that was not followed
+  FrameRef frame;           ///< the last read
+  FrameRef next;            ///< the request that ended the wait
+  std::uint8_t shown = 0;   ///< state in these reads
+  std::int64_t waited_ns = 0;
   std::uint64_t polls = 0;
 };
 
@@ -174,15 +190,17 @@ struct BusAlRefused {
   std::uint64_t reads = 0;
 };
 
-/// Broadcasts do not show the state that was asked for, and the limit is over; no slave was read by itself then.
+/// Broadcasts do not show the state that was asked for, and the limit is over or the master gave up; no slave was read
+/// by itself then.
 struct BusAlOverdue {
-  FrameRef frame;            ///< the first read past the limit
+  FrameRef frame;            ///< the first read past the limit; the last one where the master gave up
   FrameRef last;             ///< the last before the next request, or before the state was reached
   FrameRef request;          ///< the last of those that asked for it, the repeated ones apart
   esc::AlWord control;       ///< of these
   esc::AlWord status;        ///< OR of all
   std::uint16_t slaves = 0;  ///< who counted
   bool all_asked = false;    ///< else some were, and nobody shows it
+  bool given_up = false;     ///< the limit is not over: the master asked for a lower state before
   std::int64_t waited_ns = 0;
   std::int64_t limit_ns = 0;
   std::uint64_t polls = 0;

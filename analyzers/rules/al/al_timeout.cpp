@@ -28,8 +28,9 @@ request that was never read by the slave's processor.
 
 ## How it is decided
 AL Status is read and still shows the old state when the limit is over. A master that stops reading before the limit
-gives no finding. A request that the slave has to ignore (see al-error-not-acknowledged) is not waited for. Where nobody
-sent anything for long, or the clock was set, the wait counts from the next read on.
+gives no finding; one that asks for a lower state instead, after 0.2 s and three looks at the least, gives a warning: it
+gave up. A request that the slave has to ignore (see al-error-not-acknowledged) is not waited for. Where nobody sent
+anything for long, or the clock was set, the wait counts from the next read on.
 Where only broadcasts are read, their OR decides: a state that not all show although all were asked for it, or that
 nobody shows, is a finding of the bus.
 
@@ -47,6 +48,7 @@ class AlTimeout final : public Rule {
     Hear<model::AlOverdue>(&AlTimeout::On);
     Hear<model::AlRequestJudged>(&AlTimeout::On);
     Hear<model::BusAlOverdue>(&AlTimeout::On);
+    Hear<model::AlGivenUp>(&AlTimeout::On);
   }
 
   void On(const model::AlOverdue& e) {
@@ -74,13 +76,35 @@ class AlTimeout final : public Rule {
     }
     Report(RequestKey(e.request), std::move(finding));
   }
+  void On(const model::AlGivenUp& e) {
+    const std::uint64_t key = kGivenUp | RequestKey(e.request);
+    if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
+    const std::string state = esc::StateName(e.request.control.state());
+    Finding finding;
+    finding.slave = e.slave;
+    finding.first = e.frame;
+    finding.title = state + " not reached in " + Duration(e.waited_ns) + ", then the master gave up";
+    finding.message = "The master requested " + RequestText(e.request) + " in frame " +
+                      std::to_string(e.request.frame.number) + RepetitionText(e.request) + " and read AL Status " +
+                      Count(e.polls, "time") + ", which showed " + esc::StateName(e.shown) +
+                      " without an error up to frame " + std::to_string(e.frame.number) + "; in frame " +
+                      std::to_string(e.next.number) +
+                      " it asks for a lower state. Slaves may take longer: give it more time, or look at the slave.";
+    finding.evidence.push_back(Text("requested", state));
+    finding.evidence.push_back(Real("waited_ms", static_cast<double>(e.waited_ns) / 1e6));
+    finding.caused_by = context().ExplanationOf(e.slave, e.request.frame.number);
+    AddRelated(finding, e.request.frame.number);
+    AddRelated(finding, e.next.number);
+    Report(key, Severity::kWarning, std::move(finding));
+  }
+
   /// Which of them it is, broadcasts do not tell.
   void On(const model::BusAlOverdue& e) {
     if (MissesPackets(context().pairing())) {
       NotEvaluable(kNoSlave, kMissesPackets, e.frame.number);
       return;
     }
-    const std::uint64_t key = kOfAll | e.control.raw;
+    const std::uint64_t key = kOfAll | (e.given_up ? kGivenUp : 0) | e.control.raw;
     if (Repeat(kNoSlave, key, e.frame) != kNoFinding) return;
     const std::string state = esc::StateName(e.control.state());
     const std::string who = e.slaves == 1 ? "the slave"
@@ -89,7 +113,8 @@ class AlTimeout final : public Rule {
     Finding finding;
     finding.first = e.frame;
     AddRelated(finding, e.request.number);
-    finding.title = state + " not reached by " + who + " within " + Duration(e.limit_ns) + ", as broadcasts show";
+    finding.title = state + " not reached by " + who + " within " + Duration(e.given_up ? e.waited_ns : e.limit_ns) +
+                    (e.given_up ? ", then the master gave up, as broadcasts show" : ", as broadcasts show");
     finding.message = "The master requested " + state +
                       (e.all_asked ? " of all slaves (the last in frame " : " (frame ") +
                       std::to_string(e.request.number) + ") and read AL Status of all by broadcast; after " +
@@ -100,17 +125,29 @@ class AlTimeout final : public Rule {
     finding.evidence.push_back(HexNumber("al_status_of_all", e.status.raw));
     finding.evidence.push_back(Real("waited_ms", static_cast<double>(e.waited_ns) / 1e6));
     finding.evidence.push_back(Real("limit_ms", static_cast<double>(e.limit_ns) / 1e6));
-    Report(key, std::move(finding));
+    Report(key, e.given_up ? Severity::kWarning : Severity::kError, std::move(finding));
   }
   void On(const model::AlRequestJudged& e) {
     if (!e.request.frame.has_time) {
       NotEvaluable(e.slave, "the request has no time stamp", e.request.frame.number);
     }
   }
-  void Finish() override { SayWhereRequestsAreNotFollowed(); }
+  void Finish() override {
+    SayWhereRequestsAreNotFollowed();
+    for (std::size_t s = 0; s < context().slave_count(); ++s) {
+      const auto id = static_cast<SlaveId>(s);
+      const model::AlMachine& al = context().slave(id).al;
+      const model::AlRequestRecord* open = al.waits_for();
+      if (open == nullptr || !open->frame.has_time) continue;
+      NotEvaluable(id,
+                   "the state requested last was not seen, and no look at AL Status behind the limit is in the capture",
+                   open->frame.number);
+    }
+  }
 
  private:
   static constexpr std::uint64_t kOfAll = std::uint64_t{1} << 63U;
+  static constexpr std::uint64_t kGivenUp = std::uint64_t{1} << 62U;
 
   [[nodiscard]] std::string LimitText(const model::AlOverdue& e) const {
     const model::SlaveModel& slave = context().slave(e.slave);
