@@ -17,6 +17,7 @@ namespace {
 
 constexpr TimeNs kSoon = 100'000'000;
 constexpr TimeNs kLater = 10'000'000'000;
+constexpr std::int64_t kWatchdog = 0x1B;  // AL status code
 
 std::string_view TextOf(const Finding& finding, std::string_view name) {
   for (const Evidence& evidence : finding.evidence) {
@@ -29,6 +30,14 @@ std::string_view TextOf(const Finding& finding, std::string_view name) {
 bool HasEvidence(const Finding& finding, std::string_view name) {
   return std::any_of(finding.evidence.begin(), finding.evidence.end(),
                      [name](const Evidence& evidence) { return evidence.name == name; });
+}
+
+std::optional<std::int64_t> NumberOf(const Finding& finding, std::string_view name) {
+  for (const Evidence& evidence : finding.evidence) {
+    const auto* number = std::get_if<std::int64_t>(&evidence.value);
+    if (evidence.name == name && number != nullptr) return *number;
+  }
+  return {};
 }
 
 /// The frame from which on the finding's matter was under way: what it names before its own.
@@ -81,18 +90,18 @@ bool SaysSynchronisation(const RuleContext&, const Finding& effect) {
   return true;  // none was read
 }
 
-std::optional<std::int64_t> NumberOf(const Finding& finding, std::string_view name) {
-  for (const Evidence& evidence : finding.evidence) {
-    const auto* number = std::get_if<std::int64_t>(&evidence.value);
-    if (evidence.name == name && number != nullptr) return *number;
-  }
-  return {};
-}
-
 /// The drive refused to have the number of entries of that object set to 0.
 bool CountRefused(const Finding& effect, const Finding& cause) {
   return NumberOf(cause, "subindex") == 0 && NumberOf(cause, "index") == NumberOf(effect, "index") &&
          TextOf(cause, "service") == "download";
+}
+
+bool SaysSynchronisationByCode(const RuleContext& context, const Finding& effect) {
+  return HasEvidence(effect, "al_status_code") && SaysSynchronisation(context, effect);
+}
+
+bool SaysSynchronisationOrWatchdog(const RuleContext& context, const Finding& effect) {
+  return NumberOf(effect, "al_status_code") == kWatchdog || SaysSynchronisationByCode(context, effect);
 }
 
 /// Whether the cause is one of the bus. These fold what happened now and then: a part of it has to lie between the last
@@ -101,6 +110,8 @@ enum class Bus : std::uint8_t { kNo, kYes };
 
 bool TouchesLookBefore(const Finding& effect, const Finding& cause) {
   const FrameNo from = BegunBy(effect);
+  // A message is no look: what came soon before it counts.
+  if (from == effect.first.number) return Follows(effect, cause, kSoon);
   const auto between = [&](FrameNo frame) { return frame >= from && frame <= effect.first.number; };
   return between(cause.first.number) || between(cause.last.number) ||
          std::any_of(cause.related_frames.begin(), cause.related_frames.end(), between);
@@ -108,11 +119,7 @@ bool TouchesLookBefore(const Finding& effect, const Finding& cause) {
 
 /// The process data watchdog ran out.
 bool SaysWatchdog(const RuleContext&, const Finding& effect) {
-  constexpr std::int64_t kWatchdog = 0x1B;
-  return std::any_of(effect.evidence.begin(), effect.evidence.end(), [](const Evidence& evidence) {
-    const auto* code = std::get_if<std::int64_t>(&evidence.value);
-    return evidence.name == "al_status_code" && code != nullptr && *code == kWatchdog;
-  });
+  return NumberOf(effect, "al_status_code") == kWatchdog;
 }
 
 /// `effect` follows from `cause` of the same slave, or of the bus.
@@ -133,10 +140,20 @@ constexpr std::array kLaws{
     Law{"emcy-received", "sync-lost", kSoon, SaysSynchronisationLost},
     Law{"drive-fault", "sync-lost", kSoon, SaysSynchronisationLost},
     Law{"drive-fault", "sync-watchdog-margin", kSoon, SaysNothing},
+    Law{"emcy-received", "sync-watchdog-margin", kSoon, SaysSynchronisationLost},
+    Law{"emcy-received", "sync-switched-off", kLater, SaysSynchronisationLost},
+    Law{"drive-fault", "sync-switched-off", kLater, SaysSynchronisationLost},
+    Law{"emcy-received", "frame-lost", kSoon, SaysSynchronisationLost, Bus::kYes},
+    Law{"drive-fault", "frame-lost", kSoon, SaysNothing, Bus::kYes},
+    Law{"al-refused", "sync-start-in-past", kLater, SaysSynchronisationByCode},
+    Law{"al-refused", "sync-cycle-mismatch", -1, SaysSynchronisationByCode},
+    Law{"al-refused", "sync-cycle-unsupported", -1, SaysSynchronisationByCode},
     Law{"al-unexpected-change", "sync-switched-off", kLater, SaysSynchronisation},
     Law{"al-unexpected-change", "sync-watchdog-margin", kSoon, SaysWatchdog},
+    Law{"al-unexpected-change", "sync-lost", kSoon, SaysSynchronisationOrWatchdog},
     Law{"al-unexpected-change", "frame-lost", kSoon, SaysWatchdog, Bus::kYes},
     Law{"mailbox-error-reply", "mailbox-malformed", kLater, SaysMalformed},
+    Law{"fmmu-inactive", "fmmu-mismatch", -1},
     Law{"pdo-assign-order", "sdo-abort", kLater, nullptr, Bus::kNo, CountRefused},
 };
 

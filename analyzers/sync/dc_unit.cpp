@@ -32,6 +32,11 @@ void DcUnit::Remember(const track::SlaveAccess& access) {
   steps_.push_back(step);
 }
 
+void DcUnit::Meet(const esc::RegisterImage& registers) {
+  const auto activation = registers.Value<std::uint8_t>(esc::kDcActivation);
+  if (activation && *activation == 0) activation_ = told_activation_ = esc::SyncActivation{*activation};
+}
+
 DcUnit::Change DcUnit::On(const track::SlaveAccess& access, const esc::RegisterImage& registers) {
   const std::size_t length = access.length();
   if (access.address >= esc::kDcEnd || access.address + length <= esc::kDcFirst) return Change::kNone;
@@ -101,6 +106,7 @@ void DcUnit::OnWrite(const track::SlaveAccess& access, const esc::RegisterImage&
   if (Overlaps(access, access.written.size(), esc::kSync0Cycle, 4)) {
     const auto cycle = registers.Value<std::uint32_t>(esc::kSync0Cycle);
     cycle_configured_ = cycle && *cycle != 0 && !access.broadcast ? access.frame() : FrameRef{};
+    if (active_ && cycle && cycle != active_->sync0_cycle_ns) cycle_rewritten_ = access.frame();
   }
 }
 
@@ -123,6 +129,7 @@ DcUnit::Change DcUnit::OnActivation(const track::SlaveAccess& access, const esc:
   settings.frame = access.frame();
   settings.activation = now;
   active_ = settings;
+  cycle_rewritten_ = {};
   last_active_ = told_ = settings;
   return written ? Change::kSwitchedOn : Change::kNone;
 }
@@ -141,10 +148,11 @@ SyncSettings DcUnit::SettingsIn(const esc::RegisterImage& registers) {
 }
 
 void DcUnit::BeginAnew() {
-  activation_.reset();
+  // What was off is off behind a power cycle, too.
+  if (activation_ && activation_->active()) activation_.reset();
   active_.reset();
   last_active_.reset();
-  cycle_configured_ = {};
+  cycle_configured_ = cycle_rewritten_ = {};
   own_time_.reset();
 }
 

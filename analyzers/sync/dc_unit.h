@@ -30,6 +30,8 @@ class DcUnit {
 
   enum class Change : std::uint8_t { kNone, kSwitchedOn, kSwitchedOff };
 
+  /// The slave is met: broadcasts before have left this in its registers.
+  void Meet(const esc::RegisterImage& registers);
   /// @param registers the slave's registers, this access included
   /// @return whether the SYNC unit was switched on or off by it
   Change On(const track::SlaveAccess& access, const esc::RegisterImage& registers);
@@ -48,6 +50,8 @@ class DcUnit {
   [[nodiscard]] const std::optional<SyncSettings>& told() const { return told_; }
   /// SYNC0 cycle written by this slave's own address: frame; seen() false when it never was, or was set to 0 since.
   [[nodiscard]] const FrameRef& cycle_configured() const { return cycle_configured_; }
+  /// Last write of another SYNC0 cycle while SYNC was on; seen() false when there was none.
+  [[nodiscard]] const FrameRef& cycle_rewritten() const { return cycle_rewritten_; }
   /// Last own read of the system time, and its frame.
   [[nodiscard]] const std::optional<std::uint64_t>& own_time() const { return own_time_; }
   [[nodiscard]] bool own_time_is_64_bit() const { return own_time_wide_; }
@@ -85,6 +89,7 @@ class DcUnit {
   std::optional<SyncSettings> told_;
   std::optional<esc::SyncActivation> told_activation_;
   FrameRef cycle_configured_;
+  FrameRef cycle_rewritten_;
   std::optional<std::uint64_t> own_time_;
   bool own_time_wide_ = false;
   FrameRef own_time_frame_;

@@ -36,7 +36,7 @@ SyncModel::SyncModel(const model::BusModel& model, const Pipeline& pipeline, Eve
   bus.ListenTo<FrameSeen, track::LogicalAccess, track::Answered, track::CaptureHole, track::AlRequest>(
       Stage::kBeforeModel, *this);
   // What the slaves' models conclude is news to this one.
-  bus.ListenTo<track::RunBegan, model::AlChangedByItself, model::AlErrorCode>(Stage::kModel, *this);
+  bus.ListenTo<track::SlaveFound, track::RunBegan, model::AlChangedByItself, model::AlErrorCode>(Stage::kModel, *this);
   // Objects and registers as the event left them.
   bus.ListenTo<mailbox::SdoTransfer, track::SlaveAccess, track::AlStatusRead>(Stage::kAfterModel, *this);
 }
@@ -44,6 +44,10 @@ SyncModel::SyncModel(const model::BusModel& model, const Pipeline& pipeline, Eve
 SyncModel::Slave& SyncModel::Grow(SlaveId slave) {
   while (slaves_.size() <= slave) slaves_.push_back(std::make_unique<Slave>());
   return *slaves_[slave];
+}
+
+void SyncModel::On(const track::SlaveFound& event) {
+  Grow(event.slave).dc.Meet(bus_.network().state(event.slave).registers);
 }
 
 const DcUnit& SyncModel::dc(SlaveId slave) const {

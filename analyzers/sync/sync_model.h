@@ -60,6 +60,7 @@ class SyncModel final {
   void On(const track::Answered& answer);
   void On(const track::CaptureHole& hole);
   void On(const track::RunBegan& run);
+  void On(const track::SlaveFound& event);
   void On(const mailbox::SdoTransfer& transfer);
   void On(const track::SlaveAccess& access);
   void On(const model::AlChangedByItself& change);

@@ -1,5 +1,7 @@
 #include <cmath>
+#include <map>
 #include <set>
+#include <string>
 #include <vector>
 
 #include "analyzers/judge/rule.h"
@@ -12,12 +14,15 @@
 #include "analyzers/sync/sync_model.h"
 #include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
+#include "decoder/esc/register_addresses.h"
+#include "decoder/mailbox/events.h"
 #include "decoder/pipeline.h"
 
 namespace ecaudit::sync_cycle_mismatch {
 namespace {
 
 constexpr std::uint64_t kEnoughCycles = 50;
+constexpr std::uint16_t kInterpolationTime = 0x60C2;
 /// Deviations up to this are a matter of sync-rate-deviation and of the master's jitter.
 constexpr double kTolerance = 0.1;
 
@@ -41,10 +46,11 @@ The drive interpolates its setpoints over 60C2h and executes them with SYNC0. If
 repeats setpoints or skips them: the axis is jerky, follows with a wrong velocity or loses synchronisation.
 
 ## How it is decided
-SYNC0 cycle and 60C2h are compared exactly when OP is requested, for families that take the cycle from 60C2h. The
-process data are the mean over the cycles in OP, by the DC time in the frames or by good stamps; it disagrees when it
-is more than a tenth off. SAMPLEPERIOD and PTBASE are no objects: --parameter tells them. For devices whose family is
-not known to need one frame a cycle, SYNC0 may be a multiple of the frame cycle or a part of it.
+SYNC0 cycle and 60C2h are compared exactly when OP is requested, and again where one of them was written in OP, for
+families that take the cycle from 60C2h. The process data are the mean over the cycles in OP, by the DC time in the
+frames or by good stamps; it disagrees when it is more than a tenth off. SAMPLEPERIOD and PTBASE are no objects:
+--parameter tells them. For devices whose family is not known to need one frame a cycle, SYNC0 may be a multiple of the
+frame cycle or a part of it.
 
 ## Example
 tests/rules/sync-cycle-mismatch/violates.trace
@@ -58,17 +64,27 @@ class SyncCycleMismatch final : public Rule {
   SyncCycleMismatch() : Rule(kInfo) {
     Hear<model::AlRequestJudged>(&SyncCycleMismatch::On);
     Hear<sync::SlaveRunEnded>(&SyncCycleMismatch::On);
+    Hear<mailbox::SdoTransfer>(&SyncCycleMismatch::On);
   }
 
   void On(const model::AlRequestJudged& e) {
-    if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
-    const std::vector<Setting> settings = SettingsOf(e.slave);
-    for (std::size_t i = 1; i < settings.size(); ++i) {
-      if (settings[i].time != settings[0].time) ReportSettings(e, settings[0], settings[i]);
+    if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) {
+      CompareChanged(e.slave);
+      return;
     }
+    Compare(e.slave, SettingsOf(e.slave), e.request.frame, "When OP is requested in frame ");
+  }
+
+  /// Units and exponent of the interpolation time are written one after the other: what they say is looked at later.
+  void On(const mailbox::SdoTransfer& t) {
+    const bool changes = t.has_object && t.index == kInterpolationTime && t.service == mailbox::SdoService::kDownload &&
+                         t.outcome == mailbox::SdoOutcome::kCompleted;
+    if (!changes || !context().slave(t.slave).al.SettledIn(esc::AlState::OP)) return;
+    changed_in_op_[t.slave] = t.last;
   }
 
   void On(const sync::SlaveRunEnded& e) {
+    CompareChanged(e.slave);
     if (context().sync().outputs(e.slave).rate.cycles < kEnoughCycles) return;
     judged_.insert(e.slave);
     Observed(e.slave);
@@ -77,6 +93,7 @@ class SyncCycleMismatch final : public Rule {
   void Finish() override {
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
+      CompareChanged(id);
       if (context().sync().outputs(id).rate.cycles >= kEnoughCycles || !judged_.contains(id)) Observed(id);
     }
   }
@@ -103,7 +120,7 @@ class SyncCycleMismatch final : public Rule {
     const auto interpolation = InterpolationTime(slave);
     if (interpolation && family.cycle_by_60c2.value.value_or(false)) {
       settings.push_back({0, "60C2h", "interpolation time (60C2h)", "interpolation_ns", *interpolation,
-                          slave.objects.Find(0x60C2, 1)->since, family.cycle_by_60c2.source});
+                          slave.objects.Find(kInterpolationTime, 1)->since, family.cycle_by_60c2.source});
     }
     if (const auto drive = DriveCycle(slave)) {
       settings.push_back({2, family.cycle_count->keyword, family.cycle_count->keyword + ", as given,", "drive_cycle_ns",
@@ -112,18 +129,44 @@ class SyncCycleMismatch final : public Rule {
     return settings;
   }
 
-  void ReportSettings(const model::AlRequestJudged& e, const Setting& one, const Setting& other) {
-    if (Repeat(e.slave, other.key, e.request.frame) != kNoFinding) return;
+  void Compare(SlaveId slave, const std::vector<Setting>& settings, const FrameRef& frame, const std::string& when) {
+    for (std::size_t i = 1; i < settings.size(); ++i) {
+      if (settings[i].time != settings[0].time) ReportSettings(slave, settings[0], settings[i], frame, when);
+    }
+  }
+
+  /// What was changed while the slave was in OP.
+  void CompareChanged(SlaveId slave) {
+    if (const auto changed = changed_in_op_.find(slave); changed != changed_in_op_.end()) {
+      Compare(slave, SettingsOf(slave), changed->second, "Since the change in OP in frame ");
+      changed_in_op_.erase(changed);
+    }
+    const sync::DcUnit& unit = context().sync().dc(slave);
+    const auto now = context().network().state(slave).registers.Value<std::uint32_t>(esc::kSync0Cycle);
+    const auto& active = unit.active();
+    if (!active || !active->activation.sync0() || !unit.cycle_rewritten().seen() || !now) return;
+    if (*now == active->sync0_cycle_ns.value_or(*now) || !context().slave(slave).al.operated()) return;
+    const std::string& source = context().slave(slave).profile->sync.cycle_base.source;
+    ReportSettings(slave,
+                   {1, "The SYNC0 cycle as it was switched on", "SYNC0 cycle with which SYNC was switched on",
+                    "sync0_cycle_ns", *active->sync0_cycle_ns, active->frame.number, source},
+                   {4, "0x09A0", "register 0x09A0 as written there", "sync0_cycle_now_ns", *now, 0, source},
+                   unit.cycle_rewritten(), "In frame ");
+  }
+
+  void ReportSettings(SlaveId slave, const Setting& one, const Setting& other, const FrameRef& frame,
+                      const std::string& when) {
+    if (Repeat(slave, other.key, frame) != kNoFinding) return;
     Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.request.frame;
+    finding.slave = slave;
+    finding.first = frame;
     if (one.since != 0) AddRelated(finding, one.since);
     if (other.since != 0) AddRelated(finding, other.since);
     finding.reference = ReferenceTo(other.source);
     finding.title = one.name + " is " + Duration(one.time) + ", but " + other.name + " says " + Duration(other.time);
-    finding.message = "When OP is requested in frame " + std::to_string(e.request.frame.number) + " the " + one.where +
-                      " is " + std::to_string(one.time) + " ns, while the " + other.where + " is " +
-                      std::to_string(other.time) + " ns. Set the same time in both.";
+    finding.message = when + std::to_string(frame.number) + " the " + one.where + " is " + std::to_string(one.time) +
+                      " ns, while the " + other.where + " is " + std::to_string(other.time) +
+                      " ns. Set the same time in both.";
     finding.evidence = {Number(one.evidence, one.time), Number(other.evidence, other.time)};
     Report(other.key, std::move(finding));
   }
@@ -183,6 +226,7 @@ class SyncCycleMismatch final : public Rule {
     Report(3, std::move(finding));
   }
 
+  std::map<SlaveId, FrameRef> changed_in_op_;
   std::set<SlaveId> judged_;  // in a run that has ended
 };
 

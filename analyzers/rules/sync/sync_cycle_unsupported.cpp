@@ -62,7 +62,11 @@ class SyncCycleUnsupported final : public Rule {
       NotEvaluable(e.slave, "SYNC0 cycle (0x09A0) not known", e.frame.number);
       return;
     }
-    if (*e.sync0_cycle_ns != 0) Check(e.slave, *e.sync0_cycle_ns, "SYNC0 cycle (0x09A0)", e.frame, 0);
+    if (*e.sync0_cycle_ns != 0) {
+      Check(e.slave, *e.sync0_cycle_ns, "SYNC0 cycle (0x09A0)", e.frame, 0);
+    } else if (!context().slave(e.slave).profile->sync.source_with_dc.empty()) {
+      ReportSinglePulse(e);
+    }
   }
 
   void On(const model::AlRequestJudged& e) {
@@ -78,6 +82,21 @@ class SyncCycleUnsupported final : public Rule {
   }
 
  private:
+  /// The drive waits for a pulse in every cycle.
+  void ReportSinglePulse(const sync::SyncSwitchedOn& e) {
+    constexpr std::uint64_t kSinglePulse = 4;
+    if (Repeat(e.slave, kSinglePulse, e.frame) != kNoFinding) return;
+    Finding finding;
+    finding.slave = e.slave;
+    finding.first = e.frame;
+    finding.title = "SYNC0 is switched on with a cycle of 0: one pulse, and no more";
+    finding.message = "In frame " + std::to_string(e.frame.number) +
+                      " SYNC0 is switched on while its cycle (0x09A0) is 0, which means a single pulse. The drive "
+                      "synchronises to one in every cycle: write the cycle time before 0x0981.";
+    finding.evidence = {Number("sync0_cycle_ns", 0)};
+    Report(kSinglePulse, std::move(finding));
+  }
+
   void Observed(SlaveId id) {
     const sync::OutputWatch& outputs = context().sync().outputs(id);
     const device::SyncDescription& family = context().slave(id).profile->sync;

@@ -4,6 +4,7 @@
 
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/sync_text.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_model.h"
@@ -21,7 +22,8 @@ constexpr RuleInfo kInfo{.id = "sync-not-activated",
                          .source = "ESC-1, distributed clocks, SYNC signal generation; ETG2000, Dc/OpMode",
                          .doc = R"(
 ## What it checks
-A slave that reaches OP with a SYNC0 cycle (0x09A0) written for it, while cyclic operation (0x0981 bit 0) is off. With
+A slave that reaches OP, or refuses it because it sees no SYNC0 (AL status code 0x002D), with a SYNC0 cycle (0x09A0)
+written for it, while cyclic operation (0x0981 bit 0) is off. With
 an ESI file (--esi): also SYNC0 and SYNC1 that are switched on in OP as none of its operation modes has it
 (AssignActivate, high byte; a cycle time that a mode fixes).
 
@@ -47,38 +49,57 @@ class SyncNotActivated final : public Rule {
   SyncNotActivated() : Rule(kInfo) { Hear<model::AlAnswered>(&SyncNotActivated::On); }
 
   void On(const model::AlAnswered& e) {
-    if (e.outcome == model::AlAnswered::Outcome::kRefused ||
-        e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) {
-      return;
-    }
+    if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
+    const bool refused = e.outcome == model::AlAnswered::Outcome::kRefused;
+    if (refused && e.code.value_or(0) != kNoSync) return;
     const sync::DcUnit& unit = context().sync().dc(e.slave);
     if (!unit.cycle_configured().seen()) return;
     if (!unit.activation()) {
       NotEvaluable(e.slave, "whether SYNC is switched on (0x0981) is not known", e.frame.number);
       return;
     }
-    if (unit.activation()->active()) return CompareWithEsi(e, unit);
-    if (Repeat(e.slave, 0, e.frame) != kNoFinding) return;
+    if (unit.activation()->active()) return refused ? void() : CompareWithEsi(e, unit);
+    FindingIndex index = Repeat(e.slave, refused ? 1 : 0, e.frame);
+    const Severity severity = refused ? Severity::kError : kInfo.severity;
+    if (index == kNoFinding) index = Report(refused ? 1 : 0, severity, Describe(e, unit, refused));
+    if (refused) refusals_.push_back({e.slave, e.frame.number, index});
+  }
+
+  void Finish() override {
+    for (const Refusal& refusal : refusals_) {
+      NameCause(context(), "al-refused", refusal.slave, refusal.frame, refusal.cause);
+    }
+    (void)SaidNothingReturned();
+  }
+
+ private:
+  struct Refusal {
+    SlaveId slave = kNoSlave;
+    FrameNo frame = 0;
+    FindingIndex cause = kNoFinding;
+  };
+
+  [[nodiscard]] static Finding Describe(const model::AlAnswered& e, const sync::DcUnit& unit, bool refused) {
     Finding finding;
     finding.slave = e.slave;
     finding.first = e.frame;
     AddRelated(finding, unit.cycle_configured().number);
     AddRelated(finding, e.request.frame.number);
-    finding.title = "OP reached with a SYNC0 cycle but SYNC0 off";
+    finding.title = std::string(refused ? "OP refused" : "OP reached") + " with a SYNC0 cycle but SYNC0 off";
     finding.message =
         "Frame " + std::to_string(unit.cycle_configured().number) +
         " writes a SYNC0 cycle (0x09A0) for this slave, but 0x0981 is " + Hex(unit.activation()->raw, 2) +
         " when frame " + std::to_string(e.frame.number) +
-        " shows OP: no SYNC0 is generated, and the drive is not synchronised to the other axes. Switch it "
+        (refused
+             ? " shows that OP is refused: no SYNC0 is generated, and the drive says that it sees none. Switch it "
+             : " shows OP: no SYNC0 is generated, and the drive is not synchronised to the other axes. Switch it ") +
         "on after start time and cycle (0x0981 = 3), or leave the cycle 0.";
     finding.evidence = {HexNumber("activation", unit.activation()->raw)};
-    Report(0, std::move(finding));
+    return finding;
   }
 
-  void Finish() override { (void)SaidNothingReturned(); }
-
- private:
-  static constexpr unsigned kCompared = 0x07;  ///< cyclic operation, SYNC0, SYNC1
+  static constexpr std::uint16_t kNoSync = 0x002D;  ///< "no sync error": SYNC0 was never seen
+  static constexpr unsigned kCompared = 0x07;       ///< cyclic operation, SYNC0, SYNC1
   static constexpr std::size_t kMostNamed = 6;
 
   [[nodiscard]] static esc::SyncActivation WantedBy(const device::DcMode& mode) {
@@ -130,6 +151,8 @@ class SyncNotActivated final : public Rule {
     finding.evidence.push_back(Text("offered", offered));
     Report(1, std::move(finding));
   }
+
+  std::vector<Refusal> refusals_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncNotActivated>};
