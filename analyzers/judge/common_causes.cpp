@@ -136,6 +136,8 @@ constexpr std::array kLaws{
     Law{"sync-lost", "sync-cycle-mismatch", -1, nullptr},
     Law{"sync-window-violation", "sync-cycle-mismatch", -1, nullptr},
     Law{"sync-rate-deviation", "sync-cycle-mismatch", -1, nullptr},
+    Law{"sync-op-before-sync", "sync-cycle-mismatch", -1},
+    Law{"sync-lost", "sync-watchdog-margin", 0},
     Law{"sync-window-violation", "sync-lost", 0, Single},
     Law{"emcy-received", "sync-lost", kSoon, SaysSynchronisationLost},
     Law{"drive-fault", "sync-lost", kSoon, SaysSynchronisationLost},
@@ -153,6 +155,7 @@ constexpr std::array kLaws{
     Law{"al-unexpected-change", "sync-lost", kSoon, SaysSynchronisationOrWatchdog},
     Law{"al-unexpected-change", "frame-lost", kSoon, SaysWatchdog, Bus::kYes},
     Law{"mailbox-error-reply", "mailbox-malformed", kLater, SaysMalformed},
+    Law{"drive-fault", "al-unexpected-change", kSoon, SaysNothing},
     Law{"fmmu-inactive", "fmmu-mismatch", -1},
     Law{"pdo-assign-order", "sdo-abort", kLater, nullptr, Bus::kNo, CountRefused},
 };

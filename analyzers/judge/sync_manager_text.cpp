@@ -1,5 +1,8 @@
 #include "analyzers/judge/sync_manager_text.h"
 
+#include <algorithm>
+#include <array>
+
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
@@ -59,6 +62,17 @@ void AddEvidence(Finding& finding, const Fault& fault) {
   }
 }
 
+/// The code with which a slave refuses the transition because of this sync manager; unset where the family leaves it
+/// open which of several it is.
+std::optional<std::uint16_t> RefusalCode(const device::AlTransition& row, std::size_t manager) {
+  constexpr std::array<std::uint16_t, 4> kOfManager{0x0016, 0x0016, 0x001D, 0x001E};
+  const std::vector<std::uint16_t>& codes = row.refusal_codes;
+  if (manager < kOfManager.size() && std::find(codes.begin(), codes.end(), kOfManager[manager]) != codes.end()) {
+    return kOfManager[manager];
+  }
+  return codes.size() == 1 ? std::optional(codes.front()) : std::nullopt;
+}
+
 }  // namespace
 
 std::optional<KnownSyncManager> SyncManagerOf(const track::SlaveState& state, std::size_t number) {
@@ -113,9 +127,8 @@ Finding DescribeFaults(const RuleContext& context, const model::AlRequestJudged&
     if (!row->requirement.empty()) {
       finding.message += "For this transition the slave needs: " + row->requirement + ". ";
     }
-    if (!row->refusal_codes.empty()) {
-      finding.message += "It is to answer with the error bit and AL status code " +
-                         CodeText(row->refusal_codes.front(), family) + ". ";
+    if (const auto code = RefusalCode(*row, demand.number)) {
+      finding.message += "It is to answer with the error bit and AL status code " + CodeText(*code, family) + ". ";
     }
   }
   finding.message +=

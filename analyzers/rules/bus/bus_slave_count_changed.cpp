@@ -34,7 +34,8 @@ exchanged (a logical datagram with a working counter above 0). It is not while t
 closed ports (0x0101) or requested INIT by broadcast.
 
 Where the capture misses packets, the return of a frame may be taken for that of another one that was sent to another
-position. So a number that one frame shows and the next ones do not is an info there.
+position. So a number that one frame shows and the next ones do not is an info there. And so are slaves that are new or
+back, once the master starts them up.
 
 ## Example
 samples/captures/slave-count-changes.pcapng
@@ -65,6 +66,7 @@ class BusSlaveCountChanged final : public Rule {
 
   void On(const track::AlRequest& e) {
     if (e.acceptance != track::Acceptance::kAccepted) return;
+    TakenUp(e);
     if (e.control.state() != static_cast<std::uint8_t>(esc::AlState::INIT)) {
       in_use_ = true;
     } else if (e.broadcast) {
@@ -122,15 +124,42 @@ class BusSlaveCountChanged final : public Rule {
                                       : "Check power and cable between position " + std::to_string(e.count - 1) +
                                             " and position " + std::to_string(e.count) + ".";
     } else {
-      finding.message += "What came back has to be started up again; its state is not known to the master.";
+      finding.message += drop_ != kNoFinding
+                             ? "What came back has to be started up again; its state is not known to the master."
+                             : "What is new has to be started up.";
     }
     finding.evidence.push_back(Number("slaves_before", e.previous));
     finding.evidence.push_back(Number("slaves_now", e.count));
     if (e.count > e.previous) finding.caused_by = drop_;  // what left has come back
     const FindingIndex index = Report(key, std::move(finding));
-    if (e.count < e.previous) drop_ = index;
+    if (e.count < e.previous) {
+      drop_ = index;
+      more_ = {};
+    } else {
+      more_ = {index, e.previous};
+    }
     return index;
   }
+
+  /// The master knows of what is new or back: it starts it up.
+  void TakenUp(const track::AlRequest& e) {
+    if (more_.finding == kNoFinding || e.broadcast ||
+        e.control.state() == static_cast<std::uint8_t>(esc::AlState::INIT))
+      return;
+    const SlavePos* position = context().network().slaves()[e.slave].position.if_known();
+    if (position == nullptr || *position < more_.first) return;
+    Finding& finding = context().store[more_.finding];
+    finding.message += " The master does so from frame " + std::to_string(e.frame().number) + " on.";
+    AddRelated(finding, e.frame().number);
+    context().store.Regrade(more_.finding, Severity::kInfo);
+    more_ = {};
+  }
+
+  /// Slaves from this position on are new or back.
+  struct More {
+    FindingIndex finding = kNoFinding;
+    std::uint16_t first = 0;
+  };
 
   [[nodiscard]] std::string Missing(const track::SlaveCount& e) const {
     const bus::SlaveSet& slaves = context().network().slaves();
@@ -144,6 +173,7 @@ class BusSlaveCountChanged final : public Rule {
   }
 
   bool in_use_ = false;
+  More more_;
   FindingIndex drop_ = kNoFinding;
   Change last_;
   std::map<FindingIndex, std::uint64_t> brief_;  ///< findings: on how many occasions the next frame denied them
