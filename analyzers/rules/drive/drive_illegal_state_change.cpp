@@ -1,3 +1,4 @@
+#include <optional>
 #include <string>
 
 #include "analyzers/judge/drive_knowledge.h"
@@ -35,6 +36,9 @@ also in frames whose answer was lost. Several transitions may have been passed u
 judged: words that show no state, changes from a status word of 0 (inputs that were not valid yet), and changes outside
 OP.
 
+A drive that leaves Operation enabled by itself, for a state without torque that is no fault, while the control word
+still enables it, may do so: that is a warning.
+
 ## Example
 tests/rules/drive-illegal-state-change/violates.trace
 
@@ -45,7 +49,41 @@ is mapped where the master reads it.
 
 class DriveIllegalStateChange final : public Rule {
  public:
-  DriveIllegalStateChange() : Rule(kInfo) { Hear<model::DriveIllegalChange>(&DriveIllegalStateChange::On); }
+  DriveIllegalStateChange() : Rule(kInfo) {
+    Hear<model::DriveIllegalChange>(&DriveIllegalStateChange::On);
+    Hear<model::DriveStateChanged>(&DriveIllegalStateChange::On);
+  }
+
+  /// Torque may be taken away at any time; but somebody who looks for the reason of a stop wants to know where.
+  void On(const model::DriveStateChanged& e) {
+    using device::DriveState;
+    const bool fell = e.to == DriveState::kSwitchOnDisabled || e.to == DriveState::kReadyToSwitchOn ||
+                      e.to == DriveState::kSwitchedOn;
+    if (!fell || e.from != DriveState::kOperationEnabled || e.command.seen()) return;
+    const model::SlaveModel& slave = context().slave(e.slave);
+    const std::optional<std::uint16_t> control = slave.drive.control_word();
+    constexpr std::uint16_t kEnable = 0x008F, kEnabled = 0x000F;
+    if (!control || (*control & kEnable) != kEnabled || !slave.al.SettledIn(esc::AlState::OP)) return;
+    constexpr std::uint64_t kByItself = 1ULL << 32U;
+    const std::uint64_t key = kByItself | static_cast<std::uint8_t>(*e.to);
+    if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
+    Finding finding;
+    finding.slave = e.slave;
+    finding.first = e.frame;
+    finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
+    finding.title = "The drive left Operation enabled for " + StateText(*e.to) + " by itself";
+    finding.message =
+        "The status word shows Operation enabled up to frame " + std::to_string(e.from_last) + " and " +
+        StateText(*e.to) + " (" + Hex(e.word) + ") in frame " + std::to_string(e.frame.number) +
+        ", while the control word is still " + Hex(*control) +
+        ". A drive may do so when its supply or hardware enable goes (STO), or at a limit. Look at these, "
+        "and at the drive's own messages.";
+    AddRelated(finding, e.from_last);
+    finding.evidence.push_back(HexNumber("status_word", e.word));
+    finding.evidence.push_back(HexNumber("control_word", *control));
+    finding.evidence.push_back(Text("state", StateText(*e.to)));
+    Report(key, Severity::kWarning, std::move(finding));
+  }
 
   void On(const model::DriveIllegalChange& e) {
     const std::uint64_t key = std::uint64_t{static_cast<std::uint8_t>(e.from)} << 8U | static_cast<std::uint8_t>(e.to);
