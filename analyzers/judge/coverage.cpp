@@ -11,6 +11,7 @@
 #include "analyzers/judge/drive_knowledge.h"
 #include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/sync_text.h"
+#include "analyzers/model/drive_parameters.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/options/options.h"
 #include "analyzers/sync/sync_model.h"
@@ -116,7 +117,8 @@ Presence OfCycle(const SlaveSummary& slave, const RuleContext& context, const An
   if (data.absent != NotApplicable::kApplies || !data.unseen.empty()) return data;
   const auto& settings = context.sync().dc(slave.id).last_active();
   const bool by_clock = settings && settings->activation.sync0();
-  return by_clock || InterpolationTime(model) || DriveCycle(model) ? Presence{} : Absent(NotApplicable::kNoCycle);
+  return by_clock || model::InterpolationTime(model) || DriveCycle(model) ? Presence{}
+                                                                          : Absent(NotApplicable::kNoCycle);
 }
 
 Presence OfMapping(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {

@@ -25,20 +25,6 @@ std::string PrecisionText(const sync::Interval& interval, TimeNs uncertainty) {
   return ", +-" + Duration(uncertainty) + " " + std::string(BaseText(interval.base));
 }
 
-std::optional<TimeNs> InterpolationTime(const model::SlaveModel& slave) {
-  constexpr std::uint16_t kInterpolationTime = 0x60C2;
-  const model::ObjectValue* units = slave.objects.Find(kInterpolationTime, 1);
-  const model::ObjectValue* index = slave.objects.Find(kInterpolationTime, 2);
-  if (units == nullptr || index == nullptr || !units->written || !index->written || units->raw == 0) {
-    return std::nullopt;
-  }
-  const std::int64_t power = index->as_signed();
-  if (power < -9 || power > 0 || units->raw > 255) return std::nullopt;
-  TimeNs unit = 1'000'000'000;
-  for (std::int64_t i = power; i < 0; ++i) unit /= 10;
-  return static_cast<TimeNs>(units->raw) * unit;
-}
-
 std::optional<TimeNs> DriveCycle(const model::SlaveModel& slave) {
   const device::SyncDescription& family = slave.profile->sync;
   const auto count = model::ValueOf(slave, family.cycle_count);

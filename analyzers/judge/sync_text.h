@@ -20,10 +20,6 @@ inline constexpr std::string_view kPoorStamps = "time stamps too poor to measure
 /// ", +-40 ns by the DC time in the frames".
 [[nodiscard]] std::string PrecisionText(const sync::Interval& interval, TimeNs uncertainty);
 
-/// The cycle that object 60C2h states, ns: units times ten to the power of the index seconds. Nothing unless the master
-/// wrote both parts and they make sense.
-[[nodiscard]] std::optional<TimeNs> InterpolationTime(const model::SlaveModel& slave);
-
 /// The drive's own cycle (FBUS.SAMPLEPERIOD, PTBASE), ns, where it is known.
 [[nodiscard]] std::optional<TimeNs> DriveCycle(const model::SlaveModel& slave);
 

@@ -28,4 +28,8 @@ struct ParameterValue {
 /// "FBUS.SYNCDIST (3496h:1) is 500, given" or "..., frame 812", for messages.
 [[nodiscard]] std::string ParameterText(const device::DriveParameter& parameter, const ParameterValue& value);
 
+/// The cycle that object 60C2h states, ns: units times ten to the power of the index seconds. Nothing unless the master
+/// wrote both parts and they make sense.
+[[nodiscard]] std::optional<TimeNs> InterpolationTime(const SlaveModel& slave);
+
 }  // namespace ecaudit::model

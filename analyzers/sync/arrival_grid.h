@@ -1,7 +1,8 @@
 /// in: intervals between frames with outputs for one slave without SYNC0.  out: how far each lies from where the cycles
 /// so far put it.
 ///
-/// keeps: the number and length of these cycles, pauses left out.
+/// keeps: the line through these frames, as a Kalman filter: where the last cycle should have been, how long one is,
+/// and how well either is known.
 #pragma once
 
 #include <cstdint>
@@ -15,22 +16,36 @@ class ArrivalGrid {
  public:
   struct Arrival {
     TimeNs deviation_ns = 0;    ///< positive: late
+    TimeNs uncertainty_ns = 0;  ///< of it, as far as the frames before scatter
     std::uint64_t missing = 0;  ///< cycles without process data before it
     std::uint64_t cycle = 0;    ///< ordinal of the cycle that it counts for
     TimeNs cycle_ns = 0;        ///< mean so far
   };
 
-  /// @param nominal_ns median of the cycle, while there are too few for a mean
-  /// @return nothing while the grid is not good enough to judge by
-  std::optional<Arrival> Add(const Interval& interval, TimeNs nominal_ns);
+  /// The grid goes on with intervals by this clock.
+  [[nodiscard]] bool Follows(TimeBase base) const { return base != TimeBase::kNone && base == base_; }
+  /// @param cycle_ns about how long a cycle is, > 0; how long it is exactly, the intervals tell
+  void Begin(TimeBase base, TimeNs cycle_ns);
+  /// @return nothing while the grid is not good enough to judge by, and where a pause ends it
+  std::optional<Arrival> Add(TimeNs interval_ns);
   /// The rhythm does not reach over here: what comes next begins a new one.
   void End() { base_ = TimeBase::kNone; }
 
  private:
-  std::uint64_t cycles_ = 0;
+  struct Gains {
+    double phase = 0, cycle = 0;
+  };
+  Gains Weigh(double cycles);
+  void Scatter(double deviation);
+
   TimeBase base_ = TimeBase::kNone;
-  double ns_ = 0;         // length of cycles_ cycles
+  std::uint64_t cycles_ = 0;
+  std::uint64_t frames_ = 0;  // that square_ rests on
+  double cycle_ns_ = 0;
   double deviation_ = 0;  // of the last frame, ns
+  double square_ = 0;     // mean of the deviations' squares
+  // How uncertain place and length of the cycle are, in parts of the variance of one arrival.
+  double phase_variance_ = 0, covariance_ = 0, cycle_variance_ = 0;
 };
 
 }  // namespace ecaudit::sync

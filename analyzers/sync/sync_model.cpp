@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
+#include "analyzers/model/drive_parameters.h"
 #include "decoder/base/time.h"
 #include "decoder/bus/pairing.h"
 #include "decoder/esc/register_addresses.h"
@@ -26,9 +28,15 @@ bool Touches(const track::SlaveAccess& access, EscAddress first, std::size_t byt
 
 }  // namespace
 
-const device::JitterLimit* LimitFor(const device::SyncDescription& family, TimeNs cycle) {
+TimeNs ConfiguredOr(const model::SlaveModel& slave, TimeNs measured) {
+  const std::optional<TimeNs> configured = model::InterpolationTime(slave);
+  // More than a tenth off is another cycle: sync-cycle-mismatch tells.
+  return configured && std::abs(measured - *configured) <= *configured / 10 ? *configured : measured;
+}
+
+const device::JitterLimit* LimitFor(const model::SlaveModel& slave, TimeNs measured) {
   constexpr TimeNs kRound = 10'000;
-  return family.FindJitter((cycle + kRound / 2) / kRound * kRound);
+  return slave.profile->sync.FindJitter((ConfiguredOr(slave, measured) + kRound / 2) / kRound * kRound);
 }
 
 SyncModel::SyncModel(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus)
@@ -213,9 +221,11 @@ void SyncModel::FollowInterval(SlaveId id, Slave& slave, const FrameTime& time, 
     event.unreturned = UnreturnedSince(id, watch);
     sink_.Publish(event);
   }
-  if (!in_op || !watch.in_op) return;
   const std::optional<SyncSettings>& sync = slave.dc.active();
   const bool by_sync0 = sync && sync->activation.sync0();
+  // The grid begins anew when its cycles do.
+  if (!in_op || !watch.in_op || by_sync0) watch.grid.End();
+  if (!in_op || !watch.in_op) return;
   if (watch.image != nullptr) {
     const TimeNs configured = by_sync0 ? TimeNs{sync->sync0_cycle_ns.value_or(0)} : 0;
     watch.rate.Add(*watch.image, gap, watch.last.frame, time.frame, configured);
@@ -224,14 +234,25 @@ void SyncModel::FollowInterval(SlaveId id, Slave& slave, const FrameTime& time, 
 }
 
 void SyncModel::MeasureArrival(SlaveId id, OutputWatch& watch, const FrameTime& time, const Interval& interval) {
-  const device::SyncDescription& family = bus_.slave(id).profile->sync;
-  if (family.jitter.empty() || watch.image == nullptr || !watch.image->has_nominal()) return;
-  const std::optional<ArrivalGrid::Arrival> arrival = watch.grid.Add(interval, watch.image->nominal_ns);
+  const model::SlaveModel& slave = bus_.slave(id);
+  if (slave.profile->sync.jitter.empty()) return;
+  if (interval.base == TimeBase::kNone || watch.image == nullptr || !watch.image->has_nominal()) {
+    watch.grid.End();
+    return;
+  }
+  if (!watch.grid.Follows(interval.base)) {
+    watch.grid.Begin(interval.base, ConfiguredOr(slave, watch.image->nominal_ns));
+  }
+  const std::optional<ArrivalGrid::Arrival> arrival = watch.grid.Add(interval.ns);
   if (!arrival) return;
-  const device::JitterLimit* limit = LimitFor(family, arrival->cycle_ns);
-  if (limit == nullptr) return;
-  const auto uncertainty = Uncertainty(interval.base);
+  std::optional<TimeNs> uncertainty = Uncertainty(interval.base);
+  if (uncertainty) {  // clock and grid are wrong independently
+    *uncertainty = static_cast<TimeNs>(
+        std::hypot(static_cast<double>(*uncertainty), static_cast<double>(arrival->uncertainty_ns)));
+  }
   const TimeNs off = std::abs(arrival->deviation_ns) + uncertainty.value_or(0);
+  const device::JitterLimit* limit = LimitFor(slave, arrival->cycle_ns);
+  if (limit == nullptr) return;
   if (arrival->missing == 0 && off <= limit->jitter) return;
   ArrivalOff event;
   event.slave = id;

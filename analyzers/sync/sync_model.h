@@ -30,9 +30,11 @@
 
 namespace ecaudit::sync {
 
-/// The family's limit for a cycle that was measured: a cycle of 999.9 us counts as one of 1 ms. Null when there is
-/// none.
-[[nodiscard]] const device::JitterLimit* LimitFor(const device::SyncDescription& family, TimeNs cycle);
+/// The cycle that the master configured (60C2h) where the measured one is about that, else the measured one.
+[[nodiscard]] TimeNs ConfiguredOr(const model::SlaveModel& slave, TimeNs measured);
+/// The family's limit for a cycle that was measured: that for the configured one where it agrees, else a cycle of
+/// 999.9 us counts as one of 1 ms. Null when there is none.
+[[nodiscard]] const device::JitterLimit* LimitFor(const model::SlaveModel& slave, TimeNs measured);
 
 /// Process data of `image` came `interval` behind the last ones, by the best clock that both frames have.
 struct IntervalMeasured {

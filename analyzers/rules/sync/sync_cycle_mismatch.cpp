@@ -117,7 +117,7 @@ class SyncCycleMismatch final : public Rule {
       settings.push_back({1, "SYNC0 cycle", "SYNC0 cycle (0x09A0)", "sync0_cycle_ns", *active->sync0_cycle_ns,
                           active->frame.number, family.cycle_base.source});
     }
-    const auto interpolation = InterpolationTime(slave);
+    const auto interpolation = model::InterpolationTime(slave);
     if (interpolation && family.cycle_by_60c2.value.value_or(false)) {
       settings.push_back({0, "60C2h", "interpolation time (60C2h)", "interpolation_ns", *interpolation,
                           slave.objects.Find(kInterpolationTime, 1)->since, family.cycle_by_60c2.source});
@@ -174,7 +174,7 @@ class SyncCycleMismatch final : public Rule {
   void Observed(SlaveId id) {
     const model::SlaveModel& slave = context().slave(id);
     const auto& settings = context().sync().dc(id).last_active();
-    const auto interpolation = InterpolationTime(slave);
+    const auto interpolation = model::InterpolationTime(slave);
     const auto drive = DriveCycle(slave);
     TimeNs configured = 0;
     std::string what = "SYNC0 cycle (0x09A0)";

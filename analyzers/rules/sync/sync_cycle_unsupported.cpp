@@ -3,6 +3,7 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/judge/sync_text.h"
+#include "analyzers/model/drive_parameters.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_events.h"
@@ -71,7 +72,7 @@ class SyncCycleUnsupported final : public Rule {
 
   void On(const model::AlRequestJudged& e) {
     if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
-    const auto cycle = InterpolationTime(context().slave(e.slave));
+    const auto cycle = model::InterpolationTime(context().slave(e.slave));
     if (cycle) Check(e.slave, *cycle, "interpolation time (60C2h)", e.request.frame, 1);
   }
 
@@ -128,7 +129,7 @@ class SyncCycleUnsupported final : public Rule {
     const model::SlaveModel& slave = context().slave(id);
     const device::SyncDescription& family = slave.profile->sync;
     const auto& settings = context().sync().dc(id).last_active();
-    if ((settings && settings->activation.sync0()) || InterpolationTime(slave) || DriveCycle(slave)) return;
+    if ((settings && settings->activation.sync0()) || model::InterpolationTime(slave) || DriveCycle(slave)) return;
     if (!family.cycle_base.value || *family.cycle_base <= 0 || !family.pll_range_ppm.value) return;
     constexpr double kClockPpm = 100;
     const double base = static_cast<double>(*family.cycle_base);

@@ -80,7 +80,7 @@ class SyncLost final : public Rule {
 
   void On(const sync::ArrivalOff& e) {
     const device::SyncDescription& family = context().slave(e.slave).profile->sync;
-    const device::JitterLimit* limit = sync::LimitFor(family, e.cycle_ns);
+    const device::JitterLimit* limit = sync::LimitFor(context().slave(e.slave), e.cycle_ns);
     if (!family.lost_after_jitter.value || limit == nullptr || limit->undocumented || !e.uncertainty_ns) return;
     const std::uint64_t missing = e.missing > e.unreturned ? e.missing - e.unreturned : 0;
     const TimeNs size = e.deviation_ns < 0 ? -e.deviation_ns : e.deviation_ns;
@@ -109,7 +109,7 @@ class SyncLost final : public Rule {
     if (settings && settings->activation.sync0() && settings->sync0_cycle_ns.value_or(0) > 0) {
       return *settings->sync0_cycle_ns;
     }
-    const auto interpolation = InterpolationTime(slave);
+    const auto interpolation = model::InterpolationTime(slave);
     return interpolation ? *interpolation : e.nominal_ns;
   }
 

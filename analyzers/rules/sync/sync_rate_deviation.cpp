@@ -4,6 +4,7 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/judge/sync_text.h"
+#include "analyzers/model/drive_parameters.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_events.h"
 #include "analyzers/sync/sync_model.h"
@@ -72,7 +73,7 @@ class SyncRateDeviation final : public Rule {
   void Judge(SlaveId id) {
     const model::SlaveModel& slave = context().slave(id);
     const auto& settings = context().sync().dc(id).last_active();
-    const auto interpolation = InterpolationTime(slave);
+    const auto interpolation = model::InterpolationTime(slave);
     TimeNs configured = 0;
     if (settings && settings->activation.sync0()) configured = settings->sync0_cycle_ns.value_or(0);
     if (configured == 0) configured = interpolation.value_or(0);

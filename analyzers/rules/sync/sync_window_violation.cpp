@@ -36,13 +36,14 @@ synchronisation.
 ## How it is decided
 The arrival is the DC time that the frame itself carries, plus the slave's propagation delay, plus the length of the
 frame; it is on no side while it lies within 1 us (or the slave's own 0x092C) of a pulse. Without SYNC0 the expected
-arrival is that of the cycles so far, which it follows slowly, from the 100th cycle in OP on. Stamps that are too poor,
-or a deviation that equals the limit within their uncertainty, are not judged; neither are frames that were sent and
-did not return, nor 64 and more missing cycles of a drive that stays enabled (the capture has a hole there). SYNCACT
-counts in OP with SYNC0 on, after PLLTHRESH cycles where that is known; SYNCDIST and SYNCWND come from SDO transfers or
-from --parameter. The AKD manuals do not print these objects: they are those of the MKD, and the finding is inferred.
-Only families that are known to synchronise this way are judged. Between 750 us and 1 ms the Pilz manual gives no
-figure: 70 us is applied as a warning.
+arrival lies on the line through the frames so far, which it follows slowly, from the 100th cycle in OP on; the limit
+is that for 60C2h where the master wrote it and its cycle is about that, else for the measured cycle. Stamps that are
+too poor, or a deviation that equals the limit within their uncertainty and that of the line, are not judged; neither
+are frames that were sent and did not return, nor 64 and more missing cycles of a drive that stays enabled (the capture
+has a hole there). SYNCACT counts in OP with SYNC0 on, after PLLTHRESH cycles where that is known; SYNCDIST and SYNCWND
+come from SDO transfers or from --parameter. The AKD manuals do not print these objects: they are those of the MKD,
+and the finding is inferred. Only families that are known to synchronise this way are judged. Between 750 us and 1 ms
+the Pilz manual gives no figure: 70 us is applied as a warning.
 
 ## Example
 tests/rules/sync-window-violation/violates.trace
@@ -106,7 +107,7 @@ class SyncWindowViolation final : public Rule {
 
   void On(const sync::ArrivalOff& e) {
     const device::DeviceDescription& profile = *context().slave(e.slave).profile;
-    const device::JitterLimit* limit = sync::LimitFor(profile.sync, e.cycle_ns);
+    const device::JitterLimit* limit = sync::LimitFor(context().slave(e.slave), e.cycle_ns);
     if (limit == nullptr) return;
     if (!e.uncertainty_ns) {
       NotEvaluable(e.slave, std::string(kPoorStamps), e.frame.number);
@@ -119,8 +120,10 @@ class SyncWindowViolation final : public Rule {
     }
     const TimeNs size = e.deviation_ns < 0 ? -e.deviation_ns : e.deviation_ns;
     if (!missing && size - *e.uncertainty_ns <= limit->jitter) {
-      NotEvaluable(e.slave, "jitter of the process data equals the permitted one within the clock's uncertainty",
-                   e.frame.number);
+      NotEvaluable(
+          e.slave,
+          "jitter of the process data equals the permitted one within the uncertainty of what it is measured by",
+          e.frame.number);
       return;
     }
     const std::uint64_t key = missing ? 3 : 4;

@@ -31,13 +31,13 @@ std::string Hex8(std::uint64_t value) {
   return out;
 }
 
-AnalysisResult AnalyseText(const std::string& text) {
+AnalysisResult AnalyseText(const std::string& text, const AnalysisOptions& options = {}) {
   const auto trace = Trace::Parse(text);
   if (!trace) {
     ADD_FAILURE() << trace.error().message;
     return {};
   }
-  return Analyse(*trace->Source(), {});
+  return Analyse(*trace->Source(), options);
 }
 
 TEST(SyncModel, TheTimeOfAFrameMayStandBehindItsProcessData) {
@@ -135,6 +135,46 @@ TEST(SyncModel, PhaseAgainstSync0) {
   EXPECT_NEAR(phase.max_us, 505.12, 0.5);
   EXPECT_EQ(phase.empty_intervals, 2U);  // the second where the frame that came early is missing
   EXPECT_EQ(phase.double_intervals, 1U);
+}
+
+/// A Pilz drive in OP without SYNC0, 60C2h 500 us. Frames are 60 us late and in time by turns, so that no interval is
+/// as long as a cycle, and one comes `late_us` late.
+AnalysisResult AlternatingFrames(int late_us) {
+  std::string text = kInOp;
+  text += "+1ms FPWR 0x1001:0x0800 00 18 10 00 26 00 01 00\n+1ms FPWR 0x1001:0x0808 00 1C 10 00 22 00 01 00\n";
+  text += "+100us FPWR 0x1001:0x1800 0A 00 00 00 00 13 00 20 2F C2 60 01 05 00 00 00\n";
+  text += "+100us FPRD 0x1001:0x1C00 0A 00 00 00 00 13 00 30 60 C2 60 01 00 00 00 00\n";
+  text += "+100us FPWR 0x1001:0x1800 0A 00 00 00 00 23 00 20 2F C2 60 02 FC 00 00 00\n";
+  text += "+100us FPRD 0x1001:0x1C00 0A 00 00 00 00 23 00 30 60 C2 60 02 00 00 00 00\n";
+  int behind = 0;
+  for (int i = 0; i < 400; ++i) {
+    const int now = i == 300 ? late_us : i % 2 * 60;
+    text += "+" + std::to_string(500 + now - behind) + "us LRW 0x10000 01 00 -> 00 00 wkc=3\n";
+    behind = now;
+  }
+  AnalysisOptions options;
+  options.default_profile = "pilz-pmcprotego-d";
+  return AnalyseText(text, options);
+}
+
+TEST(SyncModel, JitterWithinTheLimitIsNone) {
+  const AnalysisResult result = AlternatingFrames(60);
+  for (const Finding& finding : result.findings) {
+    EXPECT_NE(finding.rule, "sync-window-violation") << finding.message;
+    EXPECT_NE(finding.rule, "sync-lost") << finding.message;
+  }
+}
+
+TEST(SyncModel, JitterBeyondTheLimitIsFoundOnce) {
+  const AnalysisResult result = AlternatingFrames(150);
+  std::size_t found = 0;
+  for (const Finding& finding : result.findings) {
+    EXPECT_NE(finding.rule, "sync-lost") << finding.message;
+    if (finding.rule != "sync-window-violation") continue;
+    ++found;
+    EXPECT_EQ(finding.count, 1U) << finding.message;
+  }
+  EXPECT_EQ(found, 1U);
 }
 
 TEST(SyncModel, SettingsAreThoseOfTheMomentSync0WasSwitchedOn) {
