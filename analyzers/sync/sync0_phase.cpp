@@ -32,7 +32,16 @@ Sync0Phase::Arrival Sync0Phase::Add(const DcUnit& unit, const FrameRef& frame, c
   const std::int64_t pulses = PulsesBefore(since, cycle);
   arrival.phase_ns = since - pulses * cycle;
   Count(frame, arrival.phase_ns, cycle);
-  Place(arrival, since, pulses, cycle);
+  const Slot slot = SlotOf(since, pulses, cycle, uncertainty_);
+  if (slot.least != slot.most && undecided_++ == 0) first_undecided_ = frame;
+  Place(arrival, slot);
+  // One stamp in a hundred is worse than the uncertainty of stamps: it must not count against a whole capture.
+  const bool by_stamps = doubt_ns > 0;
+  const Slot firm = by_stamps ? SlotOf(since, pulses, cycle, std::max(uncertainty_, cycle / 4)) : slot;
+  Carry(arrival, frame, firm, has_slot_ && !arrival.missed() && since - since_ < cycle + cycle / 2);
+  has_slot_ = true;
+  slot_ = slot;
+  since_ = since;
   return arrival;
 }
 
@@ -83,22 +92,51 @@ void Sync0Phase::Count(const FrameRef& frame, TimeNs phase, std::int64_t cycle) 
 }
 
 /// Near a pulse nobody can say on which side of it the frame arrived.
-void Sync0Phase::Place(Arrival& arrival, std::int64_t since, std::int64_t pulses, std::int64_t cycle) {
-  const TimeNs phase = arrival.phase_ns;
-  const bool narrow = uncertainty_ < cycle;
-  const std::int64_t least = narrow ? pulses - (phase < uncertainty_) : (since - uncertainty_) / cycle;
-  const std::int64_t most = narrow ? pulses + (phase >= cycle - uncertainty_) : (since + uncertainty_) / cycle;
-  const std::int64_t between = least - slot_most_;
-  if (has_slot_ && most <= slot_least_) {
+Sync0Phase::Slot Sync0Phase::SlotOf(std::int64_t since, std::int64_t pulses, std::int64_t cycle, TimeNs uncertainty) {
+  const TimeNs phase = since - pulses * cycle;
+  if (uncertainty >= cycle) return {(since - uncertainty) / cycle, (since + uncertainty) / cycle};
+  return {pulses - (phase < uncertainty), pulses + (phase >= cycle - uncertainty)};
+}
+
+/// The frame against the one before it.
+void Sync0Phase::Place(Arrival& arrival, const Slot& slot) {
+  if (!has_slot_) return;
+  const std::int64_t between = slot.least - slot_.most;
+  if (slot.most <= slot_.least) {
     arrival.doubled = true;
     ++doubled_;
-  } else if (has_slot_ && between >= 2) {
+  } else if (between >= 2) {
     arrival.empty = static_cast<std::uint64_t>(between - 1);
     empty_ += arrival.empty;
   }
-  has_slot_ = true;
-  slot_least_ = least;
-  slot_most_ = most;
+}
+
+/// The frame against all before it that followed each other without a pause. While each interval has its frame, pulses
+/// lead by the same number; what every frame leaves possible of it is kept, until nothing is left.
+/// @param follows no frame can be missing before it
+void Sync0Phase::Carry(Arrival& arrival, const FrameRef& frame, const Slot& slot, bool follows) {
+  const auto count = static_cast<std::int64_t>(frames_);
+  const Lead least{slot.least - count, frames_, frame};
+  const Lead most{slot.most - count, frames_, frame};
+  const bool raised = !follows || least.pulses >= least_.pulses;
+  const bool lowered = !follows || most.pulses <= most_.pulses;
+  if (raised) least_ = least;
+  if (lowered) most_ = most;
+  const std::int64_t ahead = least_.pulses - most_.pulses;
+  if (ahead <= 0) return;
+  // The frame at hand moved only one of both: with itself it agrees.
+  const Lead& other = raised ? most_ : least_;
+  arrival.since = other.frame;
+  arrival.frames = frames_ - other.frames;
+  arrival.doubled = lowered;
+  if (raised) {
+    arrival.empty = static_cast<std::uint64_t>(ahead);
+    empty_ += arrival.empty;
+  } else {
+    ++doubled_;
+  }
+  least_ = least;
+  most_ = most;
 }
 
 SyncPhase Sync0Phase::Summary(std::uint32_t cycle_ns) const {

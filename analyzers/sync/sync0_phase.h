@@ -1,6 +1,7 @@
 /// in: frames with outputs for one slave, by the DC clock.  out: where each lies between two pulses of SYNC0.
 ///
-/// keeps: the statistics of all of them, and the pulses that the last one came behind.
+/// keeps: the statistics of all of them, the pulses that the last one came behind, and by how many the pulses can be
+/// ahead of the frames if each had one so far.
 #pragma once
 
 #include <array>
@@ -17,8 +18,13 @@ class Sync0Phase {
   struct Arrival {
     bool measured = false;
     TimeNs phase_ns = 0;      ///< since the SYNC0 before it
-    bool doubled = false;     ///< the frame before came behind the same pulse
-    std::uint64_t empty = 0;  ///< pulses since that frame without one
+    bool doubled = false;     ///< two frames came behind the same pulse
+    std::uint64_t empty = 0;  ///< pulses without a frame
+    /// Seen: it is certain only of all frames behind this one, `frames` of them, that crept over a pulse. Else these
+    /// are the one before and this one.
+    FrameRef since;
+    std::uint64_t frames = 0;
+    [[nodiscard]] bool missed() const { return doubled || empty > 0; }
   };
 
   /// SYNC0 is on, and its pulses can be counted.
@@ -32,7 +38,7 @@ class Sync0Phase {
   /// @param now     system time of the reference clock in the frame
   /// @param wide    that clock has 64 bit
   /// @param way_ns  how much later the last byte reaches the slave
-  /// @param doubt_ns  how wrong `now` may be besides
+  /// @param doubt_ns  how wrong `now` may be besides, mostly: stamps know no bound; 0: the frame itself carried it
   Arrival Add(const DcUnit& unit, const FrameRef& frame, const DcTime& now, bool wide, std::int64_t way_ns,
               TimeNs doubt_ns = 0);
   /// The next frame is not compared with the last one.
@@ -41,22 +47,43 @@ class Sync0Phase {
   [[nodiscard]] std::uint64_t frames() const { return frames_; }
   /// How well the slave's clock is known to agree with the reference, ns.
   [[nodiscard]] TimeNs uncertainty_ns() const { return uncertainty_; }
+  /// Frames so near to a pulse that nobody knows on which side, and the first of them.
+  [[nodiscard]] std::uint64_t undecided() const { return undecided_; }
+  [[nodiscard]] const FrameRef& first_undecided() const { return first_undecided_; }
+  /// Intervals without a frame or with two were found.
+  [[nodiscard]] bool missed() const { return empty_ + doubled_ > 0; }
   /// Meaningful when there were frames.
   [[nodiscard]] SyncPhase Summary(std::uint32_t cycle_ns) const;
 
  private:
+  /// How many pulses were before a frame.
+  struct Slot {
+    std::int64_t least = 0, most = 0;
+  };
+  /// By how many they are ahead of the frames, and the frame that shows it.
+  struct Lead {
+    std::int64_t pulses = 0;
+    std::uint64_t frames = 0;
+    FrameRef frame;
+  };
+
   void Follow(const SyncSettings& settings, const DcTime& now, bool wide);
   void Count(const FrameRef& frame, TimeNs phase, std::int64_t cycle);
   [[nodiscard]] std::int64_t PulsesBefore(std::int64_t since, std::int64_t cycle);
-  void Place(Arrival& arrival, std::int64_t since, std::int64_t pulses, std::int64_t cycle);
+  static Slot SlotOf(std::int64_t since, std::int64_t pulses, std::int64_t cycle, TimeNs uncertainty);
+  void Place(Arrival& arrival, const Slot& slot);
+  void Carry(Arrival& arrival, const FrameRef& frame, const Slot& slot, bool follows);
 
   FrameRef settings_frame_;
   std::uint32_t epoch_ = 0;
   std::int64_t start_ns_ = 0;
   std::int64_t pulses_ = 0, last_pulse_ = -1;  // before the last frame, and when; -1: unknown
   bool has_slot_ = false;
-  std::int64_t slot_least_ = 0, slot_most_ = 0;
-  std::uint64_t frames_ = 0, empty_ = 0, doubled_ = 0;
+  Slot slot_;               // of the last frame
+  std::int64_t since_ = 0;  // the first pulse, at the last frame
+  Lead least_, most_;       // with one pulse for each frame since a frame that did not follow on another
+  std::uint64_t frames_ = 0, empty_ = 0, doubled_ = 0, undecided_ = 0;
+  FrameRef first_undecided_;
   double mean_ = 0, squares_ = 0;
   TimeNs min_ = 0, max_ = 0, margin_ = 0, uncertainty_ = 0;
   FrameRef margin_frame_;

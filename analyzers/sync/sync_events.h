@@ -76,6 +76,9 @@ struct SyncSlotMiss {
   SlaveId slave = kNoSlave;
   FrameRef before, frame;
   std::uint64_t empty = 0;  ///< intervals without a frame between the two; 0: both fell into the same interval
+  /// Frames from `before` to `frame`, without `before`, where it is certain only of all of them together: they crept
+  /// over a pulse. 0: the two follow each other.
+  std::uint64_t crept = 0;
   std::uint32_t cycle_ns = 0;
   TimeNs phase_ns = 0;  ///< of `frame`: since the SYNC0 before it
   TimeNs uncertainty_ns = 0;

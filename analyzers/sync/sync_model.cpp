@@ -282,17 +282,21 @@ void SyncModel::MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_han
   const Sync0Phase::Arrival arrival = watch.phase.Add(slave.dc, time.frame, now, clock_.is_64_bit(), way, doubt);
   if (!arrival.measured) return;
   sink_.Publish(PhaseMeasured{id, time.frame, arrival.phase_ns});
-  if (!arrival.doubled && arrival.empty == 0) return;
+  if (!arrival.missed()) return;
   SyncSlotMiss miss;
   miss.slave = id;
-  miss.before = watch.last.frame;
+  miss.before = arrival.since.seen() ? arrival.since : watch.last.frame;
+  miss.crept = arrival.frames;
   miss.frame = time.frame;
   miss.cycle_ns = *slave.dc.active()->sync0_cycle_ns;
   miss.phase_ns = arrival.phase_ns;
   miss.uncertainty_ns = watch.phase.uncertainty_ns();
   miss.by_stamps = !time.dc;
   miss.empty = arrival.empty;
-  if (!arrival.doubled) miss.unreturned = UnreturnedSince(id, watch);
+  if (!arrival.doubled) {
+    const FrameNo before = arrival.since.seen() ? arrival.since.number : watch.last_sent;
+    miss.unreturned = sent_frames_.UnreturnedBetween(before, sent_.number, bus_.network().fmmus(id));
+  }
   sink_.Publish(miss);
 }
 

@@ -35,15 +35,18 @@ synchronisation.
 
 ## How it is decided
 The arrival is the DC time that the frame itself carries, plus the slave's propagation delay, plus the length of the
-frame; it is on no side while it lies within 1 us (or the slave's own 0x092C) of a pulse. Without SYNC0 the expected
-arrival lies on the line through the frames so far, which it follows slowly, from the 100th cycle in OP on; the limit
-is that for 60C2h where the master wrote it and its cycle is about that, else for the measured cycle. Stamps that are
-too poor, or a deviation that equals the limit within their uncertainty and that of the line, are not judged; neither
-are frames that were sent and did not return, nor 64 and more missing cycles of a drive that stays enabled (the capture
-has a hole there). SYNCACT counts in OP with SYNC0 on, after PLLTHRESH cycles where that is known; SYNCDIST and SYNCWND
-come from SDO transfers or from --parameter. The AKD manuals do not print these objects: they are those of the MKD,
-and the finding is inferred. Only families that are known to synchronise this way are judged. Between 750 us and 1 ms
-the Pilz manual gives no figure: 70 us is applied as a warning.
+frame; it is on no side while it lies within 1 us (or the slave's own 0x092C) of a pulse. Frames that creep over a
+pulse do so inside of that: so frames and pulses are counted from the last frame whose side is certain, as long as no
+interval is so long that a frame may be missing in it. Where the frames themselves carry no time but others of the
+cycle do, certain is for this count what lies a quarter of the cycle off. Without SYNC0 the expected arrival lies on
+the line through the frames so far, which it follows slowly, from the 100th cycle in OP on; the limit is that for
+60C2h where the master wrote it and its cycle is about that, else for the measured cycle. Stamps that are too poor, or
+a deviation that equals the limit within their uncertainty and that of the line, are not judged; neither are frames
+that were sent and did not return, nor 64 and more missing cycles of a drive that stays enabled (the capture has a
+hole there). SYNCACT counts in OP with SYNC0 on, after PLLTHRESH cycles where that is known; SYNCDIST and SYNCWND come
+from SDO transfers or from --parameter. The AKD manuals do not print these objects: they are those of the MKD, and the
+finding is inferred. Only families that are known to synchronise this way are judged. Between 750 us and 1 ms the Pilz
+manual gives no figure: 70 us is applied as a warning.
 
 ## Example
 tests/rules/sync-window-violation/violates.trace
@@ -75,6 +78,12 @@ class SyncWindowViolation final : public Rule {
       NotEvaluable(e.slave, kHole, e.frame.number);
       return;
     }
+    if (const sync::DcClock& clock = context().sync().clock();
+        e.crept > 0 && clock.distributions() == 0 && e.slave != clock.reference()) {
+      NotEvaluable(e.slave, "the frames creep over SYNC0 by a clock that the slave's own need not follow",
+                   e.frame.number);
+      return;
+    }
     const std::uint64_t key = e.empty > 0 ? 1 : 2;
     if (const FindingIndex index = Repeat(e.slave, key, e.frame); index != kNoFinding) {
       AddRelated(context().store[index], e.frame.number);
@@ -88,17 +97,12 @@ class SyncWindowViolation final : public Rule {
     finding.title = e.empty == 0   ? "Two frames with process data in one SYNC0 interval"
                     : e.empty == 1 ? "SYNC0 interval without process data"
                                    : std::to_string(e.empty) + " SYNC0 intervals without process data";
-    finding.message =
-        "SYNC0 comes every " + cycle + ". " +
-        (e.empty == 0
-             ? "Frames " + std::to_string(e.before.number) + " and " + std::to_string(e.frame.number) +
-                   " both arrive between the same two pulses"
-             : "Between frame " + std::to_string(e.before.number) + " and frame " + std::to_string(e.frame.number) +
-                   " " + Count(e.empty, "interval") + " between two pulses passed without outputs") +
-        "; the latter arrives " + Duration(e.phase_ns) + " after a pulse, +-" + Duration(e.uncertainty_ns) +
-        " by the DC time in " + (e.by_stamps ? "another frame of the cycle and the stamps" : "the frames") +
-        ". The drive needs one frame in each interval (" + family.source_with_dc +
-        "). Shift SYNC0 to the middle between two frames, and send more regularly.";
+    finding.message = "SYNC0 comes every " + cycle + ". " + MissText(e) + "; the latter arrives " +
+                      Duration(e.phase_ns) + " after a pulse, +-" + Duration(e.uncertainty_ns) + " by the DC time in " +
+                      (e.by_stamps ? "another frame of the cycle and the stamps" : "the frames") +
+                      ". The drive needs one frame in each interval (" + family.source_with_dc + "). " +
+                      (e.crept > 0 ? "Let the master's cycle follow the DC time."
+                                   : "Shift SYNC0 to the middle between two frames, and send more regularly.");
     finding.evidence = {Number("empty_intervals", static_cast<std::int64_t>(e.empty)),
                         Real("phase_us", static_cast<double>(e.phase_ns) / 1e3),
                         Real("cycle_us", static_cast<double>(e.cycle_ns) / 1e3)};
@@ -198,10 +202,31 @@ class SyncWindowViolation final : public Rule {
       const sync::OutputWatch& outputs = context().sync().outputs(id);
       const auto& settings = context().sync().dc(id).last_active();
       if (outputs.frames_in_op == 0 || !settings || !settings->activation.sync0()) continue;
-      if (outputs.phase.frames() == 0 && !context().slave(id).profile->sync.source_with_dc.empty()) {
+      if (context().slave(id).profile->sync.source_with_dc.empty()) continue;
+      if (outputs.phase.frames() == 0) {
         NotEvaluable(id, "the frames with process data carry no DC time to compare with SYNC0");
+      } else if (outputs.phase.undecided() > 0 && !outputs.phase.missed()) {
+        NotEvaluable(id, "frames with process data arrive so near to SYNC0 that the clocks do not tell on which side",
+                     outputs.phase.first_undecided().number);
       }
     }
+  }
+
+ private:
+  static std::string MissText(const sync::SyncSlotMiss& e) {
+    const std::string before = std::to_string(e.before.number);
+    const std::string frame = std::to_string(e.frame.number);
+    const std::string intervals = Count(e.empty, "interval") + " between two pulses passed without outputs";
+    if (e.crept > 0) {
+      const std::string frames =
+          "From frame " + before + " to frame " + frame + " " + Count(e.crept, "frame") + " and ";
+      return e.empty > 0
+                 ? frames + Count(e.crept + e.empty, "pulse") + " came: the frames creep over SYNC0, and " + intervals
+                 : frames + Count(e.crept - 1, "pulse") +
+                       " came: the frames creep over SYNC0, and two arrive between the same two pulses";
+    }
+    if (e.empty == 0) return "Frames " + before + " and " + frame + " both arrive between the same two pulses";
+    return "Between frame " + before + " and frame " + frame + " " + intervals;
   }
 };
 

@@ -137,6 +137,80 @@ TEST(SyncModel, PhaseAgainstSync0) {
   EXPECT_EQ(phase.double_intervals, 1U);
 }
 
+/// An AKD in OP with SYNC0 every millisecond; 100 us before each frame with its process data comes one with the time.
+class ByStamps {
+ public:
+  ByStamps() : trace_(*Trace::Parse(kSync0On)) {}
+
+  /// Process data that arrive `phase_us` behind a pulse, with half a microsecond besides, as the stamps tell; these are
+  /// so much too late.
+  void Cycle(int phase_us, int late_of_time_us = 0, int late_of_data_us = 0) {
+    const std::int64_t at = 20'000 + 1'000 * cycles_++ + phase_us;
+    const std::uint64_t dc = 1'000'010'000'000 + static_cast<std::uint64_t>(at - 20'000) * 1000 + 1'000'000 - 104'620;
+    Bytes time;
+    for (int i = 0; i < 8; ++i) time.push_back(static_cast<std::uint8_t>(dc >> (8 * i)));
+    trace_.At(at - 100).Frmw(0x1001, 0x0910, time).Wkc(1).Rtt(30'000 + 1000 * late_of_time_us);
+    trace_.At(at).Lrw(0x10000, {1, 0}, {0, 0}).Wkc(3).Rtt(30'000 + 1000 * late_of_data_us);
+  }
+  [[nodiscard]] AnalysisResult Result() const {
+    AnalysisOptions options;
+    options.default_profile = "kollmorgen-akd-2011";
+    return Analyse(*trace_.Source(), options);
+  }
+
+ private:
+  static inline const std::string kSync0On = kInOp + std::string("+1ms FPWR 0x1001:0x0920 00 00 00 00 00 00 00 00\n") +
+                                             "+1ms FPWR 0x1001:0x0990" + Hex8(1'000'010'000'000) +
+                                             "\n+1ms FPWR 0x1001:0x09A0 40 42 0f 00\n+1ms FPWR 0x1001:0x0981 03\n";
+
+  Trace trace_;
+  int cycles_ = 0;
+};
+
+std::vector<Finding> WindowViolations(const AnalysisResult& result) {
+  std::vector<Finding> found;
+  for (const Finding& finding : result.findings) {
+    if (finding.rule == "sync-window-violation") found.push_back(finding);
+  }
+  return found;
+}
+
+/// Reasons why the window was not judged.
+std::vector<std::string> WindowNotJudged(const AnalysisResult& result) {
+  std::vector<std::string> reasons;
+  for (const NotEvaluable& not_evaluable : result.not_evaluable) {
+    if (not_evaluable.rule == "sync-window-violation") reasons.push_back(not_evaluable.reason);
+  }
+  return reasons;
+}
+
+TEST(SyncModel, FramesThatCreepOverSync0AreFoundByStampsToo) {
+  ByStamps frames;
+  for (int phase = -300; phase < 300; ++phase) frames.Cycle(phase);  // how good the stamps are is known after twenty
+  const std::vector<Finding> found = WindowViolations(frames.Result());
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].count, 1U);
+  EXPECT_NE(found[0].title.find("without process data"), std::string::npos) << found[0].title;
+}
+
+// Of half a second, one stamp is wrong one way and one the other.
+TEST(SyncModel, AStampThatIsWrongMovesNoFrameOverSync0) {
+  ByStamps frames;
+  for (int i = 0; i < 520; ++i) frames.Cycle(0, i == 100 ? 20 : 0, i == 300 ? 20 : 0);
+  const AnalysisResult result = frames.Result();
+  EXPECT_TRUE(WindowViolations(result).empty());
+  EXPECT_EQ(WindowNotJudged(result).size(), 1U);
+}
+
+// Nor one that creeps, as long as it is not well over it: that it may have been is told.
+TEST(SyncModel, FramesThatCreepALittleOverSync0AreNotJudgedByStamps) {
+  ByStamps frames;
+  for (int phase = -100; phase < 100; ++phase) frames.Cycle(phase);
+  const AnalysisResult result = frames.Result();
+  EXPECT_TRUE(WindowViolations(result).empty());
+  EXPECT_EQ(WindowNotJudged(result).size(), 1U);
+}
+
 /// A Pilz drive in OP without SYNC0, 60C2h 500 us. Frames are 60 us late and in time by turns, so that no interval is
 /// as long as a cycle, and one comes `late_us` late.
 AnalysisResult AlternatingFrames(int late_us) {
