@@ -104,6 +104,27 @@ bool SaysSynchronisationOrWatchdog(const RuleContext& context, const Finding& ef
   return NumberOf(effect, "al_status_code") == kWatchdog || SaysSynchronisationByCode(context, effect);
 }
 
+/// A download to what sync manager 2 (1C12h, 1600h-17FFh) or 3 (1C13h, 1A00h-1BFFh) carries; 0: to something else.
+std::int64_t ManagerOfDownload(const Finding& abort) {
+  const std::int64_t index = NumberOf(abort, "index").value_or(0);
+  if (TextOf(abort, "service") != "download" || abort.severity != Severity::kError) return 0;
+  if (index == 0x1C12 || (index >= 0x1600 && index < 0x1800)) return 2;
+  return index == 0x1C13 || (index >= 0x1A00 && index < 0x1C00) ? 3 : 0;
+}
+
+/// The slave's process data are not those that the master wanted: it refused them before.
+bool MappingRefused(const Finding& effect, const Finding& cause) {
+  const std::int64_t manager = ManagerOfDownload(cause);
+  return manager != 0 && NumberOf(effect, "sync_manager").value_or(manager) == manager;
+}
+
+/// The slave's own code speaks of process data: their sync managers, length or mapping.
+bool SaysProcessData(const RuleContext&, const Finding& effect) {
+  constexpr std::array<std::int64_t, 6> kCodes{0x0017, 0x001D, 0x001E, 0x0021, 0x0024, 0x0025};
+  const auto code = NumberOf(effect, "al_status_code");
+  return code && std::find(kCodes.begin(), kCodes.end(), *code) != kCodes.end();
+}
+
 /// Whether the cause is one of the bus. These fold what happened now and then: a part of it has to lie between the last
 /// look before the effect and the effect.
 enum class Bus : std::uint8_t { kNo, kYes };
@@ -157,6 +178,8 @@ constexpr std::array kLaws{
     Law{"mailbox-error-reply", "mailbox-malformed", kLater, SaysMalformed},
     Law{"drive-fault", "al-unexpected-change", kSoon, SaysNothing},
     Law{"fmmu-inactive", "fmmu-mismatch", -1},
+    Law{"sm-process-config", "sdo-abort", kLater, nullptr, Bus::kNo, MappingRefused},
+    Law{"al-refused", "sdo-abort", kLater, SaysProcessData, Bus::kNo, MappingRefused},
     Law{"pdo-assign-order", "sdo-abort", kLater, nullptr, Bus::kNo, CountRefused},
 };
 

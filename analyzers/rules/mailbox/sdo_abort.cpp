@@ -1,5 +1,8 @@
+#include <algorithm>
 #include <array>
 #include <bitset>
+#include <set>
+#include <utility>
 
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
@@ -33,7 +36,8 @@ An aborted download is an error: the master wanted to change something and did n
 exception: an upload that is answered by "object does not exist" (0x06020000), "subindex does not exist" (0x06090011) or
 "complete access not supported" (0x06010004) is an info. Masters ask like that to find out what a slave offers (SOEM's
 slaveinfo, TwinCAT's optional objects); nothing is changed and the master has its answer. And a download with complete
-access that the slave does not support is an info once the same entries were written one by one.
+access that the slave does not support is an info once the same entries were written one by one. A value that the slave
+takes later, in another state, is a warning.
 Where the model knows why the slave had to abort (sdo-write-read-only, sdo-wrong-size, sdo-unknown-object, sdo-toggle),
 caused_by names that finding. The command byte of an abort is 0x80 in its top three bits; some slave stacks leave bits
 of the request in it, and some put the code four bytes too far back, which the text then says. Aborts of SDO information
@@ -58,7 +62,10 @@ class SdoAbort final : public Rule {
   SdoAbort() : Rule(kInfo) { Hear<mailbox::SdoTransfer>(&SdoAbort::On); }
 
   void On(const mailbox::SdoTransfer& t) {
-    if (t.outcome == mailbox::SdoOutcome::kCompleted) WrittenSingly(t);
+    if (t.outcome == mailbox::SdoOutcome::kCompleted) {
+      WrittenSingly(t);
+      WrittenLater(t);
+    }
     if (t.outcome != mailbox::SdoOutcome::kAborted) return;
     const bool by_slave = t.aborted_by == mailbox::Direction::kIn;
     const std::uint64_t key = static_cast<std::uint64_t>(t.abort_code) | static_cast<std::uint64_t>(t.index) << 32U |
@@ -68,6 +75,7 @@ class SdoAbort final : public Rule {
     if (const FindingIndex known = Repeat(t.slave, key, t.last); known != kNoFinding) {
       AddRelated(context().store[known], t.request.number);
       MissSingly(t, known);
+      Remember(t, known);
       return;
     }
     const std::uint32_t code = t.displaced_abort_code.value_or(t.abort_code);
@@ -107,7 +115,9 @@ class SdoAbort final : public Rule {
     finding.evidence.push_back(Text("meaning", std::string(mailbox::AbortCodeText(code))));
     finding.evidence.push_back(Text("aborted_by", by_slave ? "slave" : "master"));
     AddRelated(finding, t.request.number);
-    MissSingly(t, Report(key, IsProbe(t) ? Severity::kInfo : Severity::kError, std::move(finding)));
+    const FindingIndex index = Report(key, IsProbe(t) ? Severity::kInfo : Severity::kError, std::move(finding));
+    MissSingly(t, index);
+    Remember(t, index);
   }
 
   void Finish() override { (void)SaidNothingReturned(); }
@@ -236,6 +246,47 @@ class SdoAbort final : public Rule {
         return "Look the object up in the dictionary of the drive.";
     }
   }
+  /// A download that was refused: the master may write the same once more, in a state that allows it.
+  struct Refused {
+    SlaveId slave = kNoSlave;
+    FindingIndex finding = kNoFinding;
+    std::uint16_t index = 0;
+    std::uint8_t subindex = 0;
+    std::uint8_t bytes = 0;
+    std::array<std::uint8_t, 8> value{};
+  };
+
+  void Remember(const mailbox::SdoTransfer& t, FindingIndex finding) {
+    Refused refused{
+        .slave = t.slave, .finding = finding, .index = t.index, .subindex = t.subindex, .bytes = 0, .value = {}};
+    const bool whole = t.has_object && !t.complete_access && t.size == t.data.size() && t.size <= refused.value.size();
+    if (finding == kNoFinding || t.service != mailbox::SdoService::kDownload || !whole || t.data.empty()) return;
+    refused.bytes = static_cast<std::uint8_t>(t.data.size());
+    std::copy(t.data.begin(), t.data.end(), refused.value.begin());
+    refused_[next_refused_++ % refused_.size()] = refused;
+  }
+
+  void WrittenLater(const mailbox::SdoTransfer& t) {
+    if (t.service != mailbox::SdoService::kDownload || t.complete_access || !t.has_object) return;
+    for (Refused& refused : refused_) {
+      const bool same =
+          refused.finding != kNoFinding && refused.slave == t.slave && refused.index == t.index &&
+          refused.subindex == t.subindex &&
+          std::equal(t.data.begin(), t.data.end(), refused.value.begin(), refused.value.begin() + refused.bytes);
+      if (!same) continue;
+      const FindingIndex index = std::exchange(refused.finding, kNoFinding);
+      if (told_later_.contains(index)) continue;
+      told_later_.insert(index);
+      Finding& finding = context().store[index];
+      finding.message += " In frame " + std::to_string(t.last.number) + " the slave takes the same value.";
+      AddRelated(finding, t.last.number);
+      if (finding.severity == Severity::kError) context().store.Regrade(index, Severity::kWarning);
+    }
+  }
+
+  std::array<Refused, 32> refused_{};  // the newest
+  std::size_t next_refused_ = 0;
+  std::set<FindingIndex> told_later_;
   std::array<Whole, 32> whole_{};  // the newest
   std::size_t next_whole_ = 0;
 };
