@@ -34,7 +34,7 @@ constexpr RuleInfo kInfo{.id = "fmmu-inactive",
                          .doc = R"(
 ## What it checks
 A slave in OP with an enabled sync manager for outputs (or inputs) of which no byte is mapped by an active FMMU of that
-direction, and whose memory nobody writes (or reads) directly either.
+direction, and whose memory nobody writes (or reads) directly either. And one that refuses OP for this (0x001B).
 
 ## Why it matters
 The slave takes part in no exchange: its outputs stay as they were and its watchdog ends OP (0x001B), or the master
@@ -62,6 +62,21 @@ class FmmuInactive final : public Rule {
     Hear<track::SlaveAccess>(&FmmuInactive::On, Stage::kAfterModel);
     Hear<model::AlChangedByItself>(&FmmuInactive::On);
     Hear<model::AlErrorCode>(&FmmuInactive::On);
+    Hear<model::AlAnswered>(&FmmuInactive::On);
+  }
+
+  /// OP is refused because no outputs come.
+  void On(const model::AlAnswered& e) {
+    const bool refused = e.outcome == model::AlAnswered::Outcome::kRefused && e.code == kWatchdogCode;
+    if (!refused || e.request.control.state() != kOp) return;
+    if (e.slave >= slaves_.size()) slaves_.resize(static_cast<std::size_t>(e.slave) + 1);
+    Watched& slave = slaves_[e.slave];
+    if (slave.op_since.seen()) return;
+    slave.told.fill(false);
+    slave.outputs = kNoFinding;
+    Judge(e.slave, true, e.frame, nullptr, true);
+    if (slave.outputs != kNoFinding) refusals_.push_back({e.slave, e.frame.number, slave.outputs});
+    if (refusals_.size() > kMost) refusals_.erase(refusals_.begin());
   }
 
   void On(const track::AlStatusRead& e) {
@@ -102,6 +117,7 @@ class FmmuInactive final : public Rule {
   void Finish() override {
     for (std::size_t s = 0; s < slaves_.size(); ++s) Leave(static_cast<SlaveId>(s), context().statistics().last);
     for (const Fall& fall : falls_) NameCause(context(), "al-unexpected-change", fall.slave, fall.frame, fall.cause);
+    for (const Fall& fall : refusals_) NameCause(context(), "al-refused", fall.slave, fall.frame, fall.cause);
     if (SaidNothingReturned()) return;
     for (std::size_t s = 0; s < slaves_.size(); ++s) {
       const auto id = static_cast<SlaveId>(s);
@@ -119,6 +135,7 @@ class FmmuInactive final : public Rule {
     FindingIndex outputs = kNoFinding;
     FrameNo fell = 0;
   };
+  static constexpr std::size_t kMost = 256;
   struct Fall {
     SlaveId slave = kNoSlave;
     FrameNo frame = 0;
@@ -147,7 +164,8 @@ class FmmuInactive final : public Rule {
   }
 
   /// @param off  the write that switched it off in OP; null: it was never on
-  void Judge(SlaveId id, bool outputs, const FrameRef& frame, const track::SlaveAccess* off) {
+  /// @param refused  the slave is not in OP, but refused it
+  void Judge(SlaveId id, bool outputs, const FrameRef& frame, const track::SlaveAccess* off, bool refused = false) {
     Watched& slave = slaves_[id];
     const track::SlaveState& state = context().network().state(id);
     const track::KnownFmmus& fmmus = context().network().fmmus(id);
@@ -167,14 +185,18 @@ class FmmuInactive final : public Rule {
       return;
     }
     slave.told[outputs ? 1 : 0] = true;
-    const std::uint64_t key = outputs ? 1 : 0;
+    const std::uint64_t key = refused ? 2 : outputs ? 1 : 0;
     FindingIndex index = Repeat(id, key, frame);
-    if (index == kNoFinding) index = Report(key, Describe(id, outputs, *manager, frame, off));
+    if (index == kNoFinding) {
+      Finding finding = Describe(id, outputs, *manager, frame, off, refused);
+      if (refused) finding.title = "OP requested, but no active FMMU maps the outputs";
+      index = Report(key, std::move(finding));
+    }
     if (outputs) slave.outputs = index;
   }
 
   [[nodiscard]] static Finding Describe(SlaveId id, bool outputs, const esc::SyncManager& manager,
-                                        const FrameRef& frame, const track::SlaveAccess* off) {
+                                        const FrameRef& frame, const track::SlaveAccess* off, bool refused) {
     Finding finding;
     finding.slave = id;
     finding.first = frame;
@@ -182,14 +204,16 @@ class FmmuInactive final : public Rule {
     finding.title = off != nullptr ? "The FMMU of the " + what + " is switched off in OP"
                                    : "In OP, but no active FMMU maps the " + what;
     finding.message =
-        (off != nullptr ? "In frame " + std::to_string(frame.number) + " the master writes " + Hex(off->address) +
-                              " while the slave is in OP; then no active FMMU maps its " + what
-                        : "The slave is in OP since frame " + std::to_string(frame.number) +
-                              ", but no active FMMU maps its " + what) +
+        (off != nullptr
+             ? "In frame " + std::to_string(frame.number) + " the master writes " + Hex(off->address) +
+                   " while the slave is in OP; then no active FMMU maps its " + what
+             : (refused ? "The slave refuses OP in frame " : "The slave is in OP since frame ") +
+                   std::to_string(frame.number) + (refused ? ": no" : ", but no") + " active FMMU maps its " + what) +
         " (sync manager with " + SettingsText(manager) + "), and nobody " + (outputs ? "writes" : "reads") +
         " them directly. " +
-        (outputs ? "The slave gets no outputs, and its watchdog will end OP (0x001b). "
-                 : "The master gets no inputs of this slave. ") +
+        (refused   ? "It gets no outputs, whatever flows for others, and says so by its watchdog (0x001b). "
+         : outputs ? "The slave gets no outputs, and its watchdog will end OP (0x001b). "
+                   : "The master gets no inputs of this slave. ") +
         "Write an FMMU of type " + (outputs ? "2" : "1") + " for " + Hex(manager.start) + ", " +
         std::to_string(manager.length) + " bytes, with activate 1, before SAFEOP is requested.";
     finding.evidence = {HexNumber("physical_start", manager.start), Number("length", manager.length)};
@@ -205,7 +229,6 @@ class FmmuInactive final : public Rule {
   }
 
   void Blame(SlaveId id, std::uint16_t code) {
-    constexpr std::size_t kMost = 256;
     if (code != kWatchdogCode || id >= slaves_.size() || falls_.size() >= kMost) return;
     const Watched& slave = slaves_[id];
     if (slave.outputs != kNoFinding && slave.fell != 0) falls_.push_back({id, slave.fell, slave.outputs});
@@ -213,6 +236,7 @@ class FmmuInactive final : public Rule {
 
   std::vector<Watched> slaves_;
   std::vector<Fall> falls_;
+  std::vector<Fall> refusals_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<FmmuInactive>};

@@ -111,6 +111,8 @@ class SyncWatchdogMargin final : public Rule {
       return;
     }
     const sync::OutputWatch& outputs = context().sync().outputs(e.slave);
+    // Whatever flows, nothing brings it to this slave: fmmu-inactive tells it.
+    if (!outputs.direct && !IsMapped(e.slave) && context().network().fmmus(e.slave).any) return;
     // The watchdog counts from the last outputs, wherever they came from.
     const bool none = !outputs.seen;
     TimeNs since = 0;
