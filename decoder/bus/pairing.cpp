@@ -73,6 +73,13 @@ bool FewBitsFlipped(const wire::FrameView& sent, const wire::FrameView& returned
   return flipped > 0 && flipped <= kFew;
 }
 
+bool IsBroadcastOnly(const wire::FrameView& frame) {
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    if (!wire::IsBroadcast(frame[i].command())) return false;
+  }
+  return !frame.empty();
+}
+
 }  // namespace
 
 Pairing::Pairing(const DirectionLearner& directions, BusSink& sink) : directions_(directions), sink_(sink) {
@@ -528,15 +535,28 @@ bool Pairing::WasEarly(const wire::FrameView& frame, std::uint64_t key) noexcept
   return false;
 }
 
-/// A master whose first frame comes back when another one has long been at work: another capture was put behind.
-Hole Pairing::AppearsLate(const Sender& master, const FrameRef& behind) noexcept {
+/// A master whose first frame comes back when another one has long been at work. Who begins with a command to all
+/// slaves when nothing is under way sets the bus up: another program was started. Else another capture was put behind.
+Hole Pairing::AppearsLate(const Sender& master, const wire::FrameView* sent, const FrameRef& behind) noexcept {
   constexpr std::uint64_t kLong = 32;
   if (master.answered || statistics_.paired < kLong) return Hole::kNone;
+  const bool begins = sent != nullptr && IsBroadcastOnly(*sent);
+  if (begins && !IsWaitedForByOthers(master)) return Hole::kPossible;
   if (statistics_.holes++ == 0) statistics_.first_hole = behind;
   for (std::uint8_t other = 0; other < sender_count_; ++other) {
     if (senders_[other].answered) DoubtUnderWay(other, Undecided::kSecondCapture);
   }
   return Hole::kCertain;
+}
+
+/// True when a frame of another sender to which frames come back is under way.
+bool Pairing::IsWaitedForByOthers(const Sender& sender) noexcept {
+  for (std::uint64_t s = tail_; s != head_; ++s) {
+    const Slot& slot = At(s);
+    const Sender& other = senders_[slot.sender];
+    if (slot.state == SlotState::kOpen && &other != &sender && other.answered) return true;
+  }
+  return false;
 }
 
 void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot* slot) noexcept {
@@ -575,7 +595,7 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
   }
   early_[next_early_] = {key, frame.ref(), frame.interface_index(), true, missed};
   next_early_ = static_cast<std::uint8_t>((next_early_ + 1U) % early_.size());
-  const Hole late = AppearsLate(sender, frame.ref());
+  const Hole late = AppearsLate(sender, nullptr, frame.ref());
   sender.answered = true;
   HandOver({nullptr, &frame, false, std::max(late, HoleBefore(frame))});
 }
@@ -602,7 +622,7 @@ void Pairing::AnswerUnderWay(Slot& slot, const wire::FrameView& frame) noexcept 
                                    : typical_round_trip_ns_ + (round_trip - typical_round_trip_ns_) / 16;
     }
   }
-  const Hole hole = std::max(TakeHole(slot.sequence), AppearsLate(senders_[slot.sender], slot.view.ref()));
+  const Hole hole = std::max(TakeHole(slot.sequence), AppearsLate(senders_[slot.sender], &slot.view, sent));
   if (const std::optional<std::uint16_t> passed = Passed(slot.view, frame)) passed_ = passed;
   HandOver({&slot.view, &frame, false, hole});
   Answer(slot, frame, frame.payload());

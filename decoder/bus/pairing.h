@@ -159,7 +159,8 @@ class Pairing {
   };
 
   void PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool before_first_return) noexcept;
-  Hole AppearsLate(const Sender& master, const FrameRef& behind) noexcept;
+  Hole AppearsLate(const Sender& master, const wire::FrameView* sent, const FrameRef& behind) noexcept;
+  [[nodiscard]] bool IsWaitedForByOthers(const Sender& sender) noexcept;
   void PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot* slot) noexcept;
   void HandOver(BusTransaction transaction) noexcept;
   void AnswerUnderWay(Slot& slot, const wire::FrameView& frame) noexcept;

@@ -756,5 +756,19 @@ TEST(PairingHole, AMasterThatAppearsLateStandsBehindAnotherCapture) {
   EXPECT_THAT(result.log.Only("lost"), IsEmpty());
 }
 
+TEST(PairingHole, AMasterThatAppearsInTheMiddleOfItsWorkStandsBehindAnotherCapture) {
+  const Paired result = PairUp(Numbered(40, 0, 16) + "@mac 10:10:10:10:10:10\n" + Numbered(60, 3, 256));
+  EXPECT_THAT(result.log.holes, ElementsAre("hole 81+82"));
+  EXPECT_EQ(result.statistics.holes, 1U);
+}
+
+TEST(PairingHole, AMasterThatSetsTheBusUpWhenNothingIsUnderWayIsAnotherProgram) {
+  const Paired result =
+      PairUp(Numbered(40, 0, 16) + "@mac 10:10:10:10:10:10\n+1ms BRD 0x0000 11 00 idx=0\n" + Numbered(60, 1, 256));
+  EXPECT_THAT(result.log.holes, ElementsAre("silence 81+82"));
+  EXPECT_EQ(result.statistics.holes, 0U);
+  EXPECT_EQ(result.statistics.paired, 101U);
+}
+
 }  // namespace
 }  // namespace ecaudit::bus::test
