@@ -161,6 +161,12 @@ std::string Duration(std::int64_t ns) {
   return Fixed(static_cast<double>(ns) / 1e9, 3) + " s";
 }
 
+std::string Ordinal(std::uint64_t n) {
+  const std::uint64_t last = n / 10 % 10 == 1 ? 0 : n % 10;
+  const char* ending = last == 1 ? "st" : last == 2 ? "nd" : last == 3 ? "rd" : "th";
+  return Grouped(n) + ending;
+}
+
 std::string Count(std::uint64_t n, std::string_view noun) {
   std::string out = Grouped(n);
   out += ' ';

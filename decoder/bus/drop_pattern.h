@@ -1,7 +1,8 @@
 /// in: where packets are missing in a capture.  out: whether they are missing at a regular distance.
 ///
 /// A recorder that leaves out every 124th packet leaves out returned frames mostly, and looks like a bus that loses
-/// them. But a bus loses frames when something happens to it, not when so many packets were captured. Where the
+/// them. But a bus loses frames when something happens to it, not when so many packets were captured; and where nothing
+/// comes back between two frames that did not, it is silent. Where the
 /// distance is that of the frames as well, it may be either: then packets of both directions have to be missing, or the
 /// first one at just that distance from the beginning.
 #pragma once

@@ -392,9 +392,11 @@ Pairing::Slot* Pairing::FindOpen(const wire::FrameView& frame, std::uint64_t key
   // The master repeated a frame: two equal ones are under way and one came back.
   const FrameRef& first = oldest->view.ref();
   const FrameRef& second = newest->view.ref();
-  if (typical_round_trip_ns_ > 0 && first.has_time && second.has_time && frame.ref().has_time) {
+  if (first.has_time && second.has_time && frame.ref().has_time) {
     const std::int64_t age_first = Elapsed(first.time, frame.ref().time);
     const std::int64_t age_second = Elapsed(second.time, frame.ref().time);
+    // Before the first pair nothing is known but that no frame is under way for so long.
+    if (typical_round_trip_ns_ == 0) return age_first > kSilentNs && age_first / 8 > age_second ? newest : oldest;
     if (age_first / 8 > typical_round_trip_ns_ && age_second > typical_round_trip_ns_ / 2) return newest;
   }
   return oldest;
@@ -485,6 +487,7 @@ void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datag
   sender.own_return_port = returned.interface_index() != slot.view.interface_index();
   // Captures of two interfaces do not begin at the same moment: what was sent before may have come back unseen.
   const bool first_on_other_port = !sender.answered && sender.own_return_port;
+  if (!sender.answered) DoubtSentInVain(slot);
   sender.answered = true;
   // Everything this sender sent before and that is still open has been overtaken.
   for (std::uint64_t s = tail_; s != head_ && &At(s) != &slot; ++s) {
@@ -494,6 +497,27 @@ void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datag
     if (++other.overtaken >= GivenUpAfter()) Lose(other, Loss::kOvertaken);
   }
   DropAnsweredTail();
+}
+
+/// Before the first frame that comes back to its sender: as many as no bus loses in a row, for longer than a frame is
+/// under way. Nobody was there who could answer.
+void Pairing::DoubtSentInVain(const Slot& first_answered) noexcept {
+  std::uint32_t in_vain = 0;
+  FrameRef first;
+  for (std::uint64_t s = tail_; s != head_ && &At(s) != &first_answered; ++s) {
+    const Slot& slot = At(s);
+    if (slot.state != SlotState::kOpen || slot.sender != first_answered.sender) continue;
+    if (in_vain++ == 0) first = slot.view.ref();
+  }
+  const FrameRef& answered = first_answered.view.ref();
+  const bool timed = first.has_time && answered.has_time;
+  if (in_vain < kSilentFramesWithTime || !timed || Elapsed(first.time, answered.time) <= kSilentNs) return;
+  for (std::uint64_t s = tail_; s != head_ && &At(s) != &first_answered; ++s) {
+    Slot& slot = At(s);
+    if (slot.state == SlotState::kOpen && slot.sender == first_answered.sender) {
+      Doubt(slot, Undecided::kNobodyAnswers);
+    }
+  }
 }
 
 /// What came back a moment ago with the same bytes. A master with few indices sends equal frames again and again, so

@@ -10,7 +10,7 @@
 /// the snap length may be the return, are undecided. So are frames under way where the capture has a hole: where the
 /// indices of a master that numbers its frames do not follow each other, and, where indices do not tell, where it was
 /// silent for much longer than before. A master that sends the same frame again after a silence has shown that it was
-/// its time-out: the first one is lost. Where nobody answers at all nothing is lost, and nothing is taken as done.
+/// its time-out: the first one is lost. Where nobody answers at all, or nobody yet, nothing is lost or taken as done.
 #pragma once
 
 #include <array>
@@ -187,6 +187,7 @@ class Pairing {
   [[nodiscard]] bool WasEarly(const wire::FrameView& frame, std::uint64_t key) noexcept;
   [[nodiscard]] bool MayBeOfLater(const Slot& slot) noexcept;
   void Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datagrams) noexcept;
+  void DoubtSentInVain(const Slot& first_answered) noexcept;
   void Lose(Slot& slot, Loss loss) noexcept;
   void Count(Undecided reason) noexcept { ++statistics_.undecided[static_cast<std::size_t>(reason)]; }
   /// As often as a frame that did come back was overtaken, one that has not may still be: twice that is added.

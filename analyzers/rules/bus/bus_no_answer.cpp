@@ -13,6 +13,9 @@ namespace {
 constexpr std::uint64_t kEnoughFrames = 3;
 constexpr std::int64_t kLongEnoughNs = 20'000'000;
 
+constexpr std::uint64_t kForGood = 0;
+constexpr std::uint64_t kInVain = 1;
+
 constexpr RuleInfo kInfo{.id = "bus-no-answer",
                          .group = "Frame and bus",
                          .severity = Severity::kError,
@@ -23,7 +26,7 @@ constexpr RuleInfo kInfo{.id = "bus-no-answer",
                          .doc = R"(
 ## What it checks
 Outbound frames that are repeated after a time-out and never come back, in the whole capture, or from some frame on
-until its end.
+until its end; and those that are sent in vain until somebody answers.
 
 ## Why it matters
 The ring is open towards the master: no slave gets anything, and those in OP fall by their watchdogs.
@@ -31,7 +34,8 @@ The ring is open towards the master: no slave gets anything, and those in OP fal
 ## How it is decided
 Where nothing ever came back, the master must have repeated frames under one index after a pause: else the capture may
 hold one direction only (capture-one-direction). Where frames came back before, three frames or more within at least 20
-ms must have been sent behind the last return.
+ms must have been sent behind the last return. Three and more in more than 50 ms before the first one that came back are
+an info: the slaves may have been switched on later than the master.
 
 ## Example
 tests/rules/bus-no-answer/violates.trace
@@ -48,10 +52,16 @@ class BusNoAnswer final : public Rule {
   void On(const FrameSeen& e) {
     // What cannot be read, and may have passed slaves, came back for all that anybody knows.
     if (e.direction == bus::Direction::kReturned || e.direction == bus::Direction::kByPair) {
+      if (!last_returned_.seen()) {
+        first_returned_ = e.frame.ref();
+        first_in_vain_ = first_sent_;
+        last_in_vain_ = sent_before_last_;
+      }
       last_returned_ = e.frame.ref();
       sent_since_ = 0;
     } else if (e.direction == bus::Direction::kOutbound) {
       if (sent_since_++ == 0) first_sent_ = e.frame.ref();
+      sent_before_last_ = last_sent_.seen() ? last_sent_ : e.frame.ref();
       last_sent_ = e.frame.ref();
     }
   }
@@ -67,6 +77,7 @@ class BusNoAnswer final : public Rule {
       NotEvaluable(kNoSlave, "no returned frame is in the capture, and none is seen to be repeated after a time-out");
       return;
     }
+    TellInVain(pairing);
     if (sent_since_ < kEnoughFrames) return;
     const bool timed = first_sent_.has_time && last_sent_.has_time;
     const std::int64_t silence = timed ? Elapsed(first_sent_.time, last_sent_.time) : 0;
@@ -86,10 +97,30 @@ class BusNoAnswer final : public Rule {
     if (ever) AddRelated(finding, last_returned_.number);
     finding.evidence = {Number("frames", static_cast<std::int64_t>(sent_since_)),
                         Real("silence_ms", static_cast<double>(silence) / 1e6)};
-    Report(0, std::move(finding));
+    Report(kForGood, std::move(finding));
   }
 
  private:
+  void TellInVain(const bus::PairingStatistics& pairing) {
+    const std::uint64_t in_vain = pairing.undecided[static_cast<std::size_t>(bus::Undecided::kNobodyAnswers)];
+    if (in_vain == 0 || !first_returned_.seen() || !first_in_vain_.seen()) return;
+    Finding finding;
+    finding.first = first_in_vain_;
+    finding.last = last_in_vain_;
+    finding.count = in_vain;
+    finding.title = "Nobody answers before frame " + std::to_string(first_returned_.number);
+    finding.message =
+        Count(in_vain, "frame") + " went out before the first one that came back, frame " +
+        std::to_string(first_returned_.number) +
+        ": until then no slave was reached. They were switched on later than the master, or the link came "
+        "up late.";
+    AddRelated(finding, first_returned_.number);
+    finding.evidence = {Number("frames", static_cast<std::int64_t>(in_vain))};
+    const FindingIndex index = Report(kInVain, std::move(finding));
+    if (index != kNoFinding) context().store.Regrade(index, Severity::kInfo);
+  }
+
+  FrameRef first_returned_, first_in_vain_, last_in_vain_, sent_before_last_;
   FrameRef last_returned_, first_sent_, last_sent_;
   std::uint64_t sent_since_ = 0;
 };

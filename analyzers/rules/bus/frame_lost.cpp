@@ -33,10 +33,10 @@ back without an outbound copy prove that the capture misses packets: the message
 leaves out packets takes as many of one direction as of the other: where the lost frames are no more than these, the
 places where indices skip, and what chance adds (three times the root of the sum; where the file has several interfaces,
 three times as many), nothing says that any was lost on the bus, and the finding is an info; so it is where
-packets are missing at a regular distance, every 124th say. Nor is a frame lost
-that was under way where the capture has a hole: where the indices of a master that numbers its frames skip, or where a
-master that does not was silent for much longer than before. A frame that its master sends once more is lost, however
-long the time-out was.
+packets are missing at a regular distance, every 124th say, while others come back. Nor is a frame lost that was sent
+before anybody answered (bus-no-answer), or that was under way where the capture has a hole: where the indices of a
+master that numbers its frames skip, or where a master that does not was silent for much longer than before. A frame
+that its master sends once more is lost, however long the time-out was.
 
 ## Example
 samples/captures/lost-frames.pcapng
@@ -131,8 +131,8 @@ class FrameLost final : public Rule {
     }
     if (pairing.lost == 0 && pairing.dropped_every > 0) {
       context().store.Regrade(index_, Severity::kInfo);
-      finding.title = "The capture misses every " + std::to_string(pairing.dropped_every) +
-                      "th packet: " + Count(total_, "frame") + " without a return";
+      finding.title = "The capture misses every " + Ordinal(pairing.dropped_every) +
+                      " packet: " + Count(total_, "frame") + " without a return";
       finding.message += "But what is missing is missing at a regular distance of " +
                          Count(pairing.dropped_every, "packet") +
                          ": the recorder left it out. Capture with a probe or with larger buffers before looking for "

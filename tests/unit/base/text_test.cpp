@@ -27,6 +27,16 @@ TEST(Text, DurationsPickTheirUnit) {
   EXPECT_EQ(Duration(3'000'000'000), "3.000 s");
 }
 
+TEST(Text, Ordinals) {
+  EXPECT_EQ(Ordinal(1), "1st");
+  EXPECT_EQ(Ordinal(2), "2nd");
+  EXPECT_EQ(Ordinal(3), "3rd");
+  EXPECT_EQ(Ordinal(4), "4th");
+  EXPECT_EQ(Ordinal(11), "11th");
+  EXPECT_EQ(Ordinal(112), "112th");
+  EXPECT_EQ(Ordinal(1123), "1,123rd");
+}
+
 TEST(Text, CountsAreGroupedAndPlural) {
   EXPECT_EQ(Count(1, "frame"), "1 frame");
   EXPECT_EQ(Count(1234567, "frame"), "1,234,567 frames");

@@ -63,6 +63,17 @@ TEST(DropPattern, FramesThatABusLosesAreLost) {
   }
 }
 
+TEST(DropPattern, ATimeInWhichNothingComesBackIsNone) {
+  for (const bool others_before : {false, true}) {
+    DropPattern pattern;
+    // One frame sent, and none that came back, between any two.
+    if (others_before) pattern.MissOutbound(5, 3);
+    for (FrameNo at = 11; at < 61; ++at) pattern.MissReturn(at, at - 5);
+    pattern.Finish();
+    EXPECT_EQ(pattern.distance(), 0U) << others_before;
+  }
+}
+
 TEST(DropPattern, AFewAreNoPattern) {
   DropPattern pattern;
   for (FrameNo at = 1000; at < 1400; at += 100) pattern.MissReturn(at, at / 2);

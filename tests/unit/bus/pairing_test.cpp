@@ -756,6 +756,18 @@ TEST(PairingHole, AMasterThatAppearsLateStandsBehindAnotherCapture) {
   EXPECT_THAT(result.log.Only("lost"), IsEmpty());
 }
 
+TEST(Pairing, WhatIsSentBeforeAnybodyAnswersIsNotLost) {
+  std::string lines;
+  for (int i = 0; i < 20; ++i) lines += "+20ms BRD 0x0000 00 idx=" + std::to_string(i % 16) + " @lost\n";
+  lines += "+20ms BRD 0x0000 11 idx=4\n" + Numbered(20, 5, 16);
+  const Paired result = PairUp(lines);
+  EXPECT_EQ(result.statistics.lost, 0U);
+  EXPECT_EQ(result.statistics.undecided[static_cast<std::size_t>(Undecided::kNobodyAnswers)], 20U);
+  EXPECT_EQ(result.log.Only("21+22").size(), 1U) << "not the frame of the same index long before";
+  EXPECT_EQ(result.statistics.dropped_every, 0U);
+  EXPECT_TRUE(result.statistics.frames().Balances());
+}
+
 TEST(PairingHole, AMasterThatAppearsInTheMiddleOfItsWorkStandsBehindAnotherCapture) {
   const Paired result = PairUp(Numbered(40, 0, 16) + "@mac 10:10:10:10:10:10\n" + Numbered(60, 3, 256));
   EXPECT_THAT(result.log.holes, ElementsAre("hole 81+82"));
