@@ -33,6 +33,8 @@ enum class Direction : std::uint8_t {
 struct Progress {
   std::uint16_t positions = 0;  ///< sum of the position counters modulo 65536; its start does not matter
   std::uint32_t counted = 0;    ///< sum of the working counters
+
+  bool operator==(const Progress&) const = default;
 };
 
 [[nodiscard]] Progress ProgressOf(const wire::FrameView& frame) noexcept;

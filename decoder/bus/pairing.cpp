@@ -339,11 +339,13 @@ void Pairing::TakeWarmSlot() noexcept {
   if (asked_for > 0) std::swap(place_[head_ % kSlots], place_[(asked_for - 1) % kSlots]);
 }
 
-/// Both copies of a sender's frames look alike: what has come further than a frame under way is its return.
+/// Both copies of a sender's frames look alike: what has come further than a frame under way is its return. Where the
+/// tap has slaves on its way out, what they alone were asked comes back as it passed.
 void Pairing::PushByPair(const wire::FrameView& frame, std::uint64_t key) noexcept {
   const Progress progress = ProgressOf(frame);
   Slot* further = nullptr;
   Slot* untouched = nullptr;
+  const bool behind_slaves = directions_.BehindSlaves(frame);
   const bool other_end = directions_.IsOtherEnd(frame);
   for (std::uint64_t s = tail_; s != head_; ++s) {
     Slot& slot = At(s);
@@ -352,14 +354,14 @@ void Pairing::PushByPair(const wire::FrameView& frame, std::uint64_t key) noexce
     const Progress sent = ProgressOf(slot.view);
     if (Further(progress, sent)) {
       if (further == nullptr || (further->overtaken > 0 && slot.overtaken == 0)) further = &slot;
-    } else if (progress.counted == 0 && sent.counted == 0 && progress.positions == sent.positions) {
+    } else if (progress == sent && (progress.counted == 0 || (behind_slaves && IsSoon(slot.view.ref(), frame.ref())))) {
       // A poll that nobody answered. What was overtaken is nearly always lost: then this is the next one like it.
       if (untouched == nullptr && slot.overtaken == 0) untouched = &slot;
     }
   }
   Slot* slot = further != nullptr ? further : untouched;
   // Masters send working counters of 0; behind slaves the outbound copy has some, too.
-  const bool counted = progress.counted > 0 && !directions_.BehindSlaves(frame);
+  const bool counted = progress.counted > 0 && !behind_slaves;
   if (slot == nullptr && directions_.IsGuest(frame)) {
     PushForeign(frame);
     return;
@@ -531,15 +533,18 @@ const Pairing::Slot* Pairing::FindOriginal(const wire::FrameView& frame, std::ui
     if (answered.state != SlotState::kAnswered || answered.key != key) continue;
     const std::vector<std::uint8_t>& bytes = answered.returned_bytes;
     if (bytes.empty() || !std::equal(bytes.begin(), bytes.end(), datagrams.begin(), datagrams.end())) continue;
-    const FrameRef& before = answered.returned;
-    if (!before.has_time || !frame.ref().has_time) return &answered;
-    // Nothing takes much longer on its way than the others. With stamps too coarse for that, frames go by alone.
-    const bool fine = typical_round_trip_ns_ > 0 && typical_round_trip_ns_ <= kMaxRoundTripNs;
-    const std::int64_t longest =
-        fine ? std::min(kDuplicateNs, kDuplicateRoundTrips * typical_round_trip_ns_) : kDuplicateNs;
-    return Elapsed(before.time, frame.ref().time) > longest ? nullptr : &answered;
+    return IsSoon(answered.returned, frame.ref()) ? &answered : nullptr;
   }
   return nullptr;
+}
+
+/// Nothing takes much longer on its way than the others. With stamps too coarse for that, frames go by alone.
+bool Pairing::IsSoon(const FrameRef& first, const FrameRef& second) const noexcept {
+  if (!first.has_time || !second.has_time) return true;
+  const bool fine = typical_round_trip_ns_ > 0 && typical_round_trip_ns_ <= kMaxRoundTripNs;
+  const std::int64_t longest =
+      fine ? std::min(kDuplicateNs, kDuplicateRoundTrips * typical_round_trip_ns_) : kDuplicateNs;
+  return Elapsed(first.time, second.time) <= longest;
 }
 
 /// True when the returned copy of this outbound frame stands before it in the file: interfaces and receive queues, each

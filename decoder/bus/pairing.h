@@ -184,6 +184,7 @@ class Pairing {
   [[nodiscard]] Slot* FindCut(const wire::FrameView& frame) noexcept;
   [[nodiscard]] Slot* FindAlike(const wire::FrameView& frame) noexcept;
   [[nodiscard]] const Slot* FindOriginal(const wire::FrameView& frame, std::uint64_t key) noexcept;
+  [[nodiscard]] bool IsSoon(const FrameRef& first, const FrameRef& second) const noexcept;
   [[nodiscard]] bool WasEarly(const wire::FrameView& frame, std::uint64_t key) noexcept;
   [[nodiscard]] bool MayBeOfLater(const Slot& slot) noexcept;
   void Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datagrams) noexcept;

@@ -76,6 +76,36 @@ TEST(Tap, LossesBehindSlavesAreSeen) {
   EXPECT_THAT(result.log.Only("lost"), ElementsAre("lost " + std::to_string(trace.Sent("lost"))));
 }
 
+/// Polls of the slave before the tap, and of the one behind it, between process data of both.
+std::string PollsOfBothSides(int cycles, int first_index) {
+  std::string lines;
+  int index = first_index;
+  const auto add = [&](const std::string& line) { lines += line + " idx=" + std::to_string(index++ % 16) + "\n"; };
+  for (int i = 0; i < cycles; ++i) {
+    add("+1ms LRW 0x1000 01 02 -> 03 04 swkc=3 wkc=6");
+    add("+100us FPRD 0x1001:0x0130 08 00 -> 08 00 swkc=1 wkc=1");
+    add("+100us FPRD 0x1002:0x0130 08 00 wkc=1");
+  }
+  return lines;
+}
+constexpr const char* kBehindASlave = "@mac 03:01:01:01:01:01\n";
+
+TEST(Tap, WhatOnlySlavesBeforeItAnswerComesBackAsItPassed) {
+  const Paired result = PairUp(kBehindASlave + PollsOfBothSides(40, 0));
+  EXPECT_EQ(result.statistics.paired, 120U);
+  EXPECT_EQ(result.statistics.outbound, 120U);
+  EXPECT_EQ(result.statistics.lost, 0U);
+  EXPECT_EQ(result.statistics.frames().undecided_total() + result.statistics.under_way, 0U);
+}
+
+TEST(Tap, WhatIsRepeatedAfterATimeOutIsNoReturn) {
+  const std::string poll = "+2ms FPRD 0x1001:0x0130 08 00 -> 08 00 swkc=1 wkc=1 idx=8";
+  const Paired result =
+      PairUp(kBehindASlave + PollsOfBothSides(40, 0) + poll + " @lost\n" + poll + "\n" + PollsOfBothSides(40, 9));
+  EXPECT_EQ(result.statistics.paired, 241U);
+  EXPECT_EQ(result.statistics.lost, 1U);
+}
+
 TEST(Tap, MasterWithTheBitMidRunBeginsWithAReturn) {
   // No slave before the tap, but the master's own address has the bit: working counters say what came back.
   Trace trace;
