@@ -39,11 +39,12 @@ CaptureSummary SummariseCapture(const capture::FrameSource& source, const Pipeli
   summary.origin = read.origin;
   summary.first = read.first;
   summary.last = read.last;
-  if (pairing.outbound > 0 && pairing.returned > 0) {
+  const bool returned = pairing.returned > pairing.other_end;
+  if (pairing.outbound > 0 && returned) {
     summary.direction = DirectionSeen::kBoth;
   } else if (pairing.outbound > 0) {
     summary.direction = DirectionSeen::kOutbound;
-  } else if (pairing.returned > 0) {
+  } else if (returned) {
     summary.direction = DirectionSeen::kReturned;
   }
   // A few stamps have some large number in common by chance.

@@ -79,7 +79,7 @@ void Rule::NotEvaluable(SlaveId slave, std::string reason, FrameNo frame) {
 
 bool Rule::SaidNothingReturned() {
   const bus::PairingStatistics& pairing = context_->pairing();
-  if (pairing.outbound == 0 || pairing.returned > 0) return false;
+  if (pairing.outbound == 0 || pairing.returned > pairing.other_end) return false;
   NotEvaluable(kNoSlave, "no returned frames in the capture");
   return true;
 }

@@ -22,6 +22,8 @@ constexpr std::uint32_t kTwinsOneIn = 8;
 constexpr std::int64_t kAtOnceNs = 50'000;
 constexpr std::uint32_t kEndFrames = 8;
 constexpr std::uint32_t kNoCopyOneIn = 8;
+/// What the other end sends arrives within this: a round trip.
+constexpr std::int64_t kEchoNs = 500'000;
 
 /// The same for frames that ask for the same of the same slaves, whatever index they carry.
 std::uint64_t WhatIsAsked(const wire::FrameView& frame) {
@@ -128,7 +130,12 @@ void DirectionLearner::LearnTurn(Sender& sender, const wire::FrameView& frame) n
 
 /// @return true when another sender has just asked for the same
 bool DirectionLearner::LearnCopy(Sender& sender, const wire::FrameView& frame) noexcept {
-  const Asked asked{WhatIsAsked(frame), frame.ref(), IsTaken(frame)};
+  const Asked asked{.what = WhatIsAsked(frame),
+                    .key = frame.key(),
+                    .frame = frame.ref(),
+                    .index = frame[0].index(),
+                    .dummy = frame.size() == 1 && wire::IsBroadcast(frame[0].command()),
+                    .taken = IsTaken(frame)};
   bool alike = false;
   bool copy = false;
   bool taken = false;
@@ -143,12 +150,53 @@ bool DirectionLearner::LearnCopy(Sender& sender, const wire::FrameView& frame) n
       copy = copy || (apart >= -kAtOnceNs && apart <= kAtOnceNs);
     }
   }
+  LearnEcho(sender, asked);
   if (alike) ++sender.alike;
   if (copy) ++sender.copies;
   if (taken) ++sender.both_taken;
   sender.asked[sender.asked_next] = asked;
   sender.asked_next = static_cast<std::uint8_t>((sender.asked_next + 1U) % sender.asked.size());
   return copy;
+}
+
+/// The same under the same index, or one broadcast under the index of the frame before, within a round trip.
+void DirectionLearner::LearnEcho(Sender& sender, const Asked& asked) noexcept {
+  bool echo = false;
+  for (std::size_t i = 0; i < count_; ++i) {
+    Sender& other = senders_[i];
+    if (&other == &sender) continue;
+    const bool found = std::any_of(other.asked.begin(), other.asked.end(), [&](const Asked& before) {
+      if (!before.frame.has_time || !asked.frame.has_time) return false;
+      const bool same = before.key == asked.key || (before.index == asked.index && (before.dummy || asked.dummy));
+      return same && Elapsed(before.frame.time, asked.frame.time) <= kEchoNs;
+    });
+    if (!found) continue;
+    echo = true;
+    ++other.echoes;
+  }
+  if (echo) ++sender.echoes;
+}
+
+/// Where nothing comes back to anybody: who has passed slaves has come to this port from the main end, and what this
+/// one sends is the other end's. Else who sends first is at this port, and what arrives here untouched is the other
+/// end's.
+void DirectionLearner::JudgeOnePort() noexcept {
+  const auto nearly_all = [](std::uint32_t part, const Sender& s) {
+    return part >= s.frames() || (s.frames() - part) * kNoCopyOneIn <= s.frames();
+  };
+  Sender* main = nullptr;
+  for (std::size_t i = 0; i < count_; ++i) {
+    Sender& s = senders_[i];
+    if (s.answered) return;
+    if (nearly_all(s.echoes, s) && (main == nullptr || (main->counted == 0 && s.counted > 0))) main = &s;
+  }
+  if (main == nullptr) return;
+  for (std::size_t i = 0; i < count_; ++i) {
+    Sender& s = senders_[i];
+    if (&s == main || s.frames() < kEndFrames || s.counted > 0 || s.bit_set > 0 || !nearly_all(s.echoes, s)) continue;
+    s.other_end = redundant_ = true;
+    main->one_port = one_port_ = main->counted == 0 && main->bit_set == 0;
+  }
 }
 
 /// The main end is who sends first, else of whom slaves take most. Who sends what it sends is its other end, unless
@@ -280,6 +328,7 @@ void DirectionLearner::Finish() noexcept {
     master_proven_ = any_outbound = any_returned = true;
   }
   JudgeCopies();
+  JudgeOnePort();
   SetOtherBusesAside();
   for (std::size_t i = 0; i < count_; ++i) {
     Sender& s = senders_[i];
@@ -287,6 +336,8 @@ void DirectionLearner::Finish() noexcept {
     if (master_proven_) {
       // The bus's master has both copies; who has only one is a guest.
       s.reading = Reading::kForeign;
+    } else if (s.other_end && one_port_) {
+      s.reading = Reading::kAllReturned;
     } else if (s.counted * 4 >= s.frames()) {
       // Masters send working counters of 0.
       s.reading = Reading::kAllReturned;
@@ -351,6 +402,11 @@ bool DirectionLearner::Unanswered(const wire::FrameView& frame) const noexcept {
 bool DirectionLearner::BehindSlaves(const wire::FrameView& frame) const noexcept {
   const Sender* sender = Find(SenderOf(frame));
   return sender != nullptr && sender->pairs > 0 && sender->pairs_counted * 4 >= sender->pairs;
+}
+
+bool DirectionLearner::IsOnePort(const wire::FrameView& frame) const noexcept {
+  const Sender* sender = one_port_ ? Find(SenderOf(frame)) : nullptr;
+  return sender != nullptr && sender->one_port;
 }
 
 bool DirectionLearner::IsOtherEnd(const wire::FrameView& frame) const noexcept {

@@ -10,7 +10,9 @@
 /// own; so has who exchanges process data beside the master's, and who sends what the master sends, in step with it,
 /// while the slaves answer both. The other end of a
 /// redundant line is who sends, at once, what the master sends, or whose frames come back and passed nobody: as long as
-/// the line is whole they meet the slaves on their way back only, where nobody takes part.
+/// the line is whole they meet the slaves on their way back only, where nobody takes part. Where one port of such a
+/// line was captured, what the other end sends arrives there as it was sent, and what the port itself sends comes back
+/// at the other one: that the one arrives shows that the other did.
 #pragma once
 
 #include <array>
@@ -70,6 +72,10 @@ class DirectionLearner {
   [[nodiscard]] bool BehindSlaves(const wire::FrameView& frame) const noexcept;
   /// True for the second port of a redundant line: that nobody takes what it sends says nothing of the slaves.
   [[nodiscard]] bool IsOtherEnd(const wire::FrameView& frame) const noexcept;
+  /// True where one port of a redundant line was captured, and what it sends was not seen to come back.
+  [[nodiscard]] bool HasOnePort() const { return one_port_; }
+  /// True for the port of a redundant line at which alone was captured, where what it sends was not seen to come back.
+  [[nodiscard]] bool IsOnePort(const wire::FrameView& frame) const noexcept;
 
  private:
   enum class Reading : std::uint8_t { kMacBit, kByPort, kByFlag, kByPair, kAllReturned, kAllOutbound, kForeign };
@@ -82,7 +88,10 @@ class DirectionLearner {
   /// What a frame asks for, whatever its index.
   struct Asked {
     std::uint64_t what = 0;
+    std::uint64_t key = 0;
     FrameRef frame;
+    std::uint8_t index = 0;
+    bool dummy = false;  ///< one broadcast and nothing else
     bool taken = false;  ///< each slave that it names took part
   };
   struct Sender {
@@ -105,7 +114,9 @@ class DirectionLearner {
     std::uint32_t passed_nobody = 0;      ///< broadcasts that came back and counted no slave
     std::uint32_t exchanged = 0;          ///< frames with process data that slaves took part in
     bool moved = false;                   ///< a frame of it passed a slave
+    std::uint32_t echoes = 0;             ///< frames with a copy of another sender within a round trip
     bool other_end = false;               ///< of a redundant line
+    bool one_port = false;                ///< the only one of a redundant line that was captured
     std::optional<std::uint16_t> slaves;  ///< that a frame has passed on its way back
     bool answered = false;                ///< some of its frames were seen coming back
     bool in_vain = false;                 ///< it repeats what it sends, and nothing comes back
@@ -128,7 +139,9 @@ class DirectionLearner {
   [[nodiscard]] const Sender* Find(std::uint64_t mac) const noexcept;
   void LearnTurn(Sender& sender, const wire::FrameView& frame) noexcept;
   bool LearnCopy(Sender& sender, const wire::FrameView& frame) noexcept;
+  void LearnEcho(Sender& sender, const Asked& asked) noexcept;
   void JudgeCopies() noexcept;
+  void JudgeOnePort() noexcept;
   void SetOtherBusesAside() noexcept;
   static void LearnPair(Sender& sender, const wire::FrameView& frame) noexcept;
   static void LearnRepetition(Sender& sender, const wire::FrameView& frame) noexcept;
@@ -137,6 +150,7 @@ class DirectionLearner {
   std::size_t count_ = 0;
   const Sender* last_ = nullptr;  ///< whose frame was the last
   bool redundant_ = false;        ///< a sender is the other end
+  bool one_port_ = false;         ///< ... of a line of which one port was captured
   bool master_proven_ = false;
   bool outbound_only_ = false;
   bool returned_only_ = false;

@@ -84,6 +84,7 @@ bool IsBroadcastOnly(const wire::FrameView& frame) {
 
 Pairing::Pairing(const DirectionLearner& directions, BusSink& sink) : directions_(directions), sink_(sink) {
   statistics_.nobody_answers = directions.nobody_answers();
+  statistics_.one_port = directions.HasOnePort();
   std::iota(place_.begin(), place_.end(), std::uint16_t{0});
   for (Slot& slot : slots_) {
     slot.bytes.reserve(1536);
@@ -160,7 +161,7 @@ std::uint8_t Pairing::SenderIndex(const wire::FrameView& frame) noexcept {
   // More senders than any bus has: they share the last place.
   if (sender_count_ == senders_.size()) return static_cast<std::uint8_t>(senders_.size() - 1);
   senders_[sender_count_].mac = mac;
-  senders_[sender_count_].assumed = directions_.Unanswered(frame);
+  senders_[sender_count_].assumed = directions_.Unanswered(frame) && !directions_.IsOnePort(frame);
   return sender_count_++;
 }
 
@@ -272,7 +273,9 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
   const std::uint8_t sender = SenderIndex(frame);
   if (senders_[sender].assumed) {
     Count(Undecided::kNoReturns);
-    sink_.OnTransaction({&frame, nullptr, true, Follow(sender, frame, Repeats::kNo)});
+    const Hole hole = Follow(sender, frame, Repeats::kNo);
+    // The other end of a redundant line sends what the main end sends: that counts.
+    if (!directions_.IsOtherEnd(frame)) sink_.OnTransaction({&frame, nullptr, true, hole});
     return;
   }
   if (WasEarly(frame, key)) {
@@ -491,13 +494,11 @@ void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datag
   const bool first_on_other_port = !sender.answered && sender.own_return_port;
   if (!sender.answered) DoubtSentInVain(slot);
   sender.answered = true;
-  // Everything this sender sent before and that is still open has been overtaken.
-  for (std::uint64_t s = tail_; s != head_ && &At(s) != &slot; ++s) {
+  for (std::uint64_t s = tail_; first_on_other_port && s != head_ && &At(s) != &slot; ++s) {
     Slot& other = At(s);
-    if (other.state != SlotState::kOpen || other.sender != slot.sender) continue;
-    if (first_on_other_port) Doubt(other, Undecided::kBeforeFirstReturn);
-    if (++other.overtaken >= GivenUpAfter()) Lose(other, Loss::kOvertaken);
+    if (other.state == SlotState::kOpen && other.sender == slot.sender) Doubt(other, Undecided::kBeforeFirstReturn);
   }
+  Overtake(slot);
   DropAnsweredTail();
 }
 
@@ -593,6 +594,10 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
   statistics_.nobody_answers = false;
   Sender& sender = senders_[SenderIndex(frame)];
   sender.assumed = false;
+  if (slot == nullptr && directions_.HasOnePort() && directions_.IsOtherEnd(frame) && !AnyWorkingCounter(frame)) {
+    PushFromOtherEnd(frame, key);
+    return;
+  }
   // A frame that was overtaken is nearly always lost. What looks like its return is another copy of a later frame that
   // came back a moment ago: with few indices equal frames are sent again soon.
   if (slot != nullptr && slot->overtaken > 0 && !slot->copy && !sender.rhythm.indices.IsNext(frame)) {
@@ -627,6 +632,39 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
   const Hole late = AppearsLate(sender, nullptr, frame.ref());
   sender.answered = true;
   HandOver({nullptr, &frame, false, std::max(late, HoleBefore(frame))});
+}
+
+/// At the only port that was captured: the line is whole, and what this port sent has reached the other one.
+void Pairing::PushFromOtherEnd(const wire::FrameView& frame, std::uint64_t key) noexcept {
+  ++statistics_.unmatched_returned;
+  ++statistics_.other_end;
+  const bool dummy = frame.size() == 1 && wire::IsBroadcast(frame[0].command());
+  for (std::uint64_t s = head_; s != tail_; --s) {
+    Slot& slot = At(s - 1);
+    if (slot.state != SlotState::kOpen || !directions_.IsOnePort(slot.view)) continue;
+    if (slot.key != key && !(dummy && slot.view[0].index() == frame[0].index())) continue;
+    slot.state = SlotState::kAnswered;
+    slot.returned_bytes.clear();
+    --statistics_.under_way;
+    Count(Undecided::kNoReturns);
+    for (std::uint64_t before = tail_; before != s - 1; ++before) {
+      Slot& other = At(before);
+      if (other.state == SlotState::kOpen && other.sender == slot.sender) Doubt(other, Undecided::kNoReturns);
+    }
+    Overtake(slot);
+    sink_.OnTransaction({&slot.view, nullptr, true, TakeHole(slot.sequence)});
+    DropAnsweredTail();
+    return;
+  }
+}
+
+/// Everything that the sender of this frame sent before and that is still open has been overtaken.
+void Pairing::Overtake(const Slot& slot) noexcept {
+  for (std::uint64_t s = tail_; s != head_ && &At(s) != &slot; ++s) {
+    Slot& other = At(s);
+    if (other.state != SlotState::kOpen || other.sender != slot.sender) continue;
+    if (++other.overtaken >= GivenUpAfter()) Lose(other, Loss::kOvertaken);
+  }
 }
 
 /// At the other end of a redundant line that is whole the frames meet nobody: what was not taken there is no refusal.

@@ -11,6 +11,9 @@
 /// indices of a master that numbers its frames do not follow each other, and, where indices do not tell, where it was
 /// silent for much longer than before. A master that sends the same frame again after a silence has shown that it was
 /// its time-out: the first one is lost. Where nobody answers at all, or nobody yet, nothing is lost or taken as done.
+///
+/// Where one port of a redundant line was captured, what it sends comes back at the other one, and is taken as done
+/// when what that one sent arrives; what comes back here shows that the line is broken.
 #pragma once
 
 #include <array>
@@ -61,6 +64,7 @@ struct PairingIncidents {
   FrameNo first_foreign = 0;
   std::uint64_t repeated_unanswered = 0;  ///< the frame before once more, which had not come back
   std::uint64_t dropped_every = 0;        ///< the recorder left out one of so many packets, regularly; 0: it did not
+  bool one_port = false;                  ///< of a redundant line was captured: what it sends comes back at the other
   bool nobody_answers = false;            ///< frames are repeated after a time-out, and nothing ever came back
 
   bool operator==(const PairingIncidents&) const = default;
@@ -162,6 +166,8 @@ class Pairing {
   Hole AppearsLate(const Sender& master, const wire::FrameView* sent, const FrameRef& behind) noexcept;
   [[nodiscard]] bool IsWaitedForByOthers(const Sender& sender) noexcept;
   void PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot* slot) noexcept;
+  void PushFromOtherEnd(const wire::FrameView& frame, std::uint64_t key) noexcept;
+  void Overtake(const Slot& slot) noexcept;
   void HandOver(BusTransaction transaction) noexcept;
   void AnswerUnderWay(Slot& slot, const wire::FrameView& frame) noexcept;
   bool IsSecondCopy(const Sender& sender, const wire::FrameView& frame, std::uint64_t key) noexcept;

@@ -1,6 +1,7 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "decoder/base/text.h"
+#include "decoder/bus/pairing.h"
 #include "decoder/pipeline.h"
 
 namespace ecaudit::capture_one_direction {
@@ -23,13 +24,15 @@ inferred, and rules that need an answer are not judged. Without outbound frames 
 
 ## How it is decided
 From the source addresses, working counters and position counters of the first frames. Frames that are repeated under
-one index after a pause show that nobody answered: then no direction is missing.
+one index after a pause show that nobody answered: then no direction is missing. Where frames of another sender arrive
+that are those of the master, as they were sent, one port of a redundant line was captured.
 
 ## Example
 samples/captures/outbound-only.pcapng
 
 ## What to do
-Capture at a place where both directions pass: on the master itself, or with a probe.
+Capture at a place where both directions pass: on the master itself, or with a probe. Of a redundant line capture both
+ports into one file.
 )"};
 
 class CaptureOneDirection final : public Rule {
@@ -38,8 +41,12 @@ class CaptureOneDirection final : public Rule {
   void Finish() override {
     const bus::PairingStatistics& pairing = context().pairing();
     const bool outbound = pairing.outbound > 0;
-    const bool returned = pairing.returned > 0;
+    const bool returned = pairing.returned > pairing.other_end;
     if (!outbound && !returned) NotEvaluable(kNoSlave, "no EtherCAT frames in the capture");
+    if (pairing.one_port) {
+      TellOnePort(pairing);
+      return;
+    }
     if (outbound == returned || pairing.nobody_answers) return;
     Finding finding;
     finding.first = context().statistics().first;
@@ -50,6 +57,26 @@ class CaptureOneDirection final : public Rule {
                             "are assumed to be done, and rules that need an answer are not judged."
                           : "No frame in this capture is on its way to the slaves. Answers are complete, but lost "
                             "frames cannot be seen.";
+    Report(0, std::move(finding));
+  }
+
+ private:
+  void TellOnePort(const bus::PairingStatistics& pairing) {
+    Finding finding;
+    finding.first = context().statistics().first;
+    finding.last = context().statistics().last;
+    finding.title = "Only one port of a redundant line was captured";
+    finding.message = "What this port sends comes back at the other one, which is not in the capture: " +
+                      Count(pairing.other_end, "frame") +
+                      " that the other one sent arrived as they were sent. What the slaves answered is not known: "
+                      "accesses are assumed to be done, and rules that need an answer are not judged.";
+    if (pairing.paired > 0) {
+      finding.title += ", and the line was broken for a time";
+      finding.message += " " + Count(pairing.paired, "frame") +
+                         " came back at this port: then the line was broken behind the last slave that answered.";
+    }
+    finding.evidence = {Number("from_other_port", static_cast<std::int64_t>(pairing.other_end)),
+                        Number("came_back", static_cast<std::int64_t>(pairing.paired))};
     Report(0, std::move(finding));
   }
 };

@@ -68,6 +68,75 @@ TEST(Redundancy, IntactRingOnlyTheSecondaryPortCaptured) {
   EXPECT_EQ(result.statistics.unmatched_returned, 600U);
 }
 
+/// What the captured port of a line sends and gets: the main end's frames go out, and what the other end sent arrives
+/// as it was sent; from `broken` to `closed` the main end's frames come back instead.
+std::vector<Packet> MainPort(int frames, int broken, int closed, bool dummies) {
+  Trace trace;
+  trace.Slaves(3);
+  for (int i = 0; i < frames; ++i) {
+    const auto index = static_cast<std::uint8_t>(i % 16);
+    const auto station = static_cast<std::uint16_t>(0x1001 + i % 3);
+    trace.Mac(kPrimary);
+    auto& main = trace.After(1000).Fprd(station, 0x0130, {8, 0}).Index(index);
+    if (i >= broken && i < closed) continue;
+    main.Lost();
+    trace.Mac(kSecondary);
+    auto& other = trace.After(60);
+    (dummies ? other.Brd(0, {0, 0}) : other.Fprd(station, 0x0130, {0, 0})).Index(index).Lost();
+  }
+  return trace.Packets();
+}
+
+TEST(Redundancy, AtTheMainPortAloneWhatTheOtherEndSentShowsThatTheLineIsWhole) {
+  for (const bool dummies : {false, true}) {
+    const Paired result = PairUp(MainPort(600, 600, 600, dummies));
+    EXPECT_TRUE(result.statistics.one_port) << dummies;
+    EXPECT_EQ(result.statistics.other_end, 600U) << dummies;
+    EXPECT_EQ(result.statistics.outbound, 600U) << dummies;
+    EXPECT_EQ(result.statistics.frames().undecided_total(), 600U) << dummies;
+    EXPECT_EQ(result.log.words.size(), 600U) << "each frame is taken as done, once";
+    EXPECT_EQ(result.log.words.front(), "1?") << dummies;
+  }
+}
+
+TEST(Redundancy, AtTheMainPortAloneABrokenLineBringsFramesBackAndAWholeOneLosesNone) {
+  for (const bool dummies : {false, true}) {
+    const Paired result = PairUp(MainPort(900, 300, 600, dummies));
+    EXPECT_EQ(result.statistics.paired, 300U) << dummies;
+    EXPECT_EQ(result.statistics.lost, 0U) << dummies;
+    EXPECT_EQ(result.statistics.missed_outbound, 0U) << dummies;
+    EXPECT_EQ(result.statistics.altered, 0U) << dummies;
+    EXPECT_EQ(result.statistics.other_end, 600U) << dummies;
+    EXPECT_TRUE(result.statistics.frames().Balances());
+  }
+}
+
+TEST(Redundancy, AtTheOtherPortAloneWhatItSendsIsNotDoneTwice) {
+  Trace trace;
+  trace.Slaves(3);
+  for (int i = 0; i < 100; ++i) {
+    const auto index = static_cast<std::uint8_t>(i % 16);
+    trace.Mac(kSecondary).After(1000).Fpwr(0x1001, 0x1000, {1, 2}).Index(index).Lost();
+    trace.Mac(kPrimary).After(25).Fpwr(0x1001, 0x1000, {1, 2}).Index(index).ReturnedOnly();
+  }
+  const Paired result = PairUp(trace);
+  EXPECT_FALSE(result.statistics.one_port);
+  EXPECT_THAT(result.log.words, ::testing::Each(::testing::StartsWith("+")));
+  EXPECT_EQ(result.log.words.size(), 100U);
+}
+
+TEST(Redundancy, TwoMastersWhoseReturnsAreNotCapturedAreNoLine) {
+  Trace trace;
+  trace.Slaves(3);
+  for (int i = 0; i < 100; ++i) {
+    trace.Mac(kPrimary).After(1000).Lrw(0x1000, {1, 2}, {3, 4}).Lost();
+    trace.Mac(kSecondary).After(60).Fprd(0x1001, 0x0130, {0, 0}).Lost();
+  }
+  const Paired result = PairUp(trace);
+  EXPECT_FALSE(result.statistics.one_port);
+  EXPECT_EQ(result.log.words.size(), 200U);
+}
+
 TEST(Redundancy, BrokenRingTheReturnedFrameGoesOutAgain) {
   // Broken behind the first of three slaves: the process frame returns on the primary port with a part of the counter,
   // goes out on the secondary port as it is, and returns there complete.
