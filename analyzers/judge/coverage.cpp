@@ -159,7 +159,9 @@ Presence OfClock(const SlaveSummary& slave) {
 }
 
 Presence OfLatch(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
-  if (slave.latch || slave.touch_probe) return {};
+  if (slave.latch) return {};
+  if (slave.touch_probe)
+    return Unseen("the touch probe (60B8h) is followed and told, but these rules judge latch words only");
   if (context.slave(slave.id).latch.description() == nullptr) return Absent(NotApplicable::kNoLatch);
   // Where the mapping is not known, latch words may be among the process data.
   Presence mapping = OfMapping(slave, context, result);

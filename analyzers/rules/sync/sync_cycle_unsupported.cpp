@@ -1,4 +1,6 @@
 #include <cmath>
+#include <cstdlib>
+#include <map>
 
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
@@ -121,7 +123,7 @@ class SyncCycleUnsupported final : public Rule {
                       LawText(*context().slave(id).profile) + " gives " + Duration(*family.cycle_min) +
                       " as the shortest cycle. Choose a longer cycle.";
     finding.evidence = {Real("cycle_us", mean / 1e3), Number("cycle_min_ns", *family.cycle_min)};
-    Report(2, std::move(finding));
+    ReportOnce(id, 2, static_cast<TimeNs>(mean), std::move(finding));
   }
 
   /// @param mean  observed cycle in ns, not shorter than the family supports
@@ -190,8 +192,24 @@ class SyncCycleUnsupported final : public Rule {
     finding.evidence = {Number("cycle_ns", cycle)};
     if (family.cycle_min.value) finding.evidence.push_back(Number("cycle_min_ns", *family.cycle_min));
     if (family.cycle_base.value) finding.evidence.push_back(Number("cycle_base_ns", *family.cycle_base));
-    Report(key, std::move(finding));
+    ReportOnce(id, key, cycle, std::move(finding));
   }
+
+  /// The same cycle, wherever it shows next, follows from where it showed first.
+  void ReportOnce(SlaveId id, std::uint64_t key, TimeNs cycle, Finding finding) {
+    constexpr TimeNs kSame = 20;  // its part by which the mean of frames may differ
+    const auto first = first_.find(id);
+    const bool same = first != first_.end() && std::abs(first->second.cycle - cycle) <= first->second.cycle / kSame;
+    if (same) finding.caused_by = first->second.finding;
+    const FindingIndex index = Report(key, std::move(finding));
+    if (first == first_.end() && index != kNoFinding) first_.emplace(id, First{cycle, index});
+  }
+
+  struct First {
+    TimeNs cycle = 0;
+    FindingIndex finding = kNoFinding;
+  };
+  std::map<SlaveId, First> first_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncCycleUnsupported>};
