@@ -49,6 +49,8 @@ struct Progress {
 
 class DirectionLearner {
  public:
+  /// No clocks of two interfaces differ by more where they are to be compared at all.
+  static constexpr std::int64_t kSkewNs = 1'000'000;
   static constexpr std::size_t kMaxMasters = 16;
 
   /// Looks at one frame of the look-ahead window, before any call of Classify().
@@ -56,6 +58,8 @@ class DirectionLearner {
   /// Ends the look-ahead: fixes how each MAC address is read.
   void Finish() noexcept;
   [[nodiscard]] Direction Classify(const wire::FrameView& frame) const noexcept;
+  /// True where the clocks of two interfaces differ by so much that returns are stamped before their outbound copies.
+  [[nodiscard]] bool returns_stamped_first() const { return returns_stamped_first_; }
 
   /// True when the window held frames of the master and none that came back: then returns are not waited for.
   [[nodiscard]] bool outbound_only() const { return outbound_only_; }
@@ -84,6 +88,8 @@ class DirectionLearner {
     std::uint64_t key = 0;
     Progress progress;
     std::uint32_t port = 0;
+    FrameRef frame;
+    bool mac_bit = false;
   };
   /// What a frame asks for, whatever its index.
   struct Asked {
@@ -102,6 +108,7 @@ class DirectionLearner {
     std::uint32_t pairs = 0;          ///< frames that have come further than an earlier copy
     std::uint32_t pairs_by_port = 0;  ///< ... from port_out to port_back
     std::uint32_t pairs_counted = 0;  ///< ... whose earlier copy had a working counter above 0
+    std::uint32_t back_first = 0;     ///< returns on another interface, stamped shortly before their outbound copy
     std::uint32_t flag_in = 0;
     std::uint32_t flag_out = 0;
     std::uint32_t port_out = 0;
@@ -143,6 +150,7 @@ class DirectionLearner {
   void JudgeCopies() noexcept;
   void JudgeOnePort() noexcept;
   void SetOtherBusesAside() noexcept;
+  static bool LearnBackFirst(Sender& sender, const wire::FrameView& frame) noexcept;
   static void LearnPair(Sender& sender, const wire::FrameView& frame) noexcept;
   static void LearnRepetition(Sender& sender, const wire::FrameView& frame) noexcept;
 
@@ -155,6 +163,7 @@ class DirectionLearner {
   bool outbound_only_ = false;
   bool returned_only_ = false;
   bool nobody_answers_ = false;
+  bool returns_stamped_first_ = false;
 };
 
 /// True when a slave visibly acted on any datagram: a working counter above 0.

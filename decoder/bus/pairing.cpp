@@ -281,6 +281,7 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
   if (WasEarly(frame, key)) {
     ++statistics_.paired;
     --statistics_.unmatched_returned;
+    if (directions_.returns_stamped_first()) Overtake(sender, head_);
     return;
   }
   if (head_ - tail_ >= kSlots) {
@@ -387,7 +388,7 @@ Pairing::Slot* Pairing::FindOpen(const wire::FrameView& frame, std::uint64_t key
     Slot& slot = At(s);
     if (slot.state != SlotState::kOpen || slot.key != key || slot.other_end != other_end) continue;
     if (!Answers(slot.view, frame)) continue;
-    if (slot.overtaken > 0 && PassedOthers(slot, frame)) continue;
+    if (slot.overtaken > 0 && (PassedOthers(slot, frame) || IsTooOld(slot, frame))) continue;
     // A frame that was overtaken is nearly always lost; it only answers when no other candidate exists.
     if (oldest == nullptr || (oldest->overtaken > 0 && slot.overtaken == 0)) oldest = &slot;
     newest = &slot;
@@ -413,6 +414,13 @@ bool Pairing::PassedOthers(const Slot& slot, const wire::FrameView& frame) const
   if (!passed_) return false;
   const std::optional<std::uint16_t> passed = Passed(slot.view, frame);
   return passed && passed != passed_;
+}
+
+/// Where returns may be stamped first, the frame that this one answers may come yet: what was sent long before is lost.
+bool Pairing::IsTooOld(const Slot& slot, const wire::FrameView& frame) const noexcept {
+  const FrameRef& sent = slot.view.ref();
+  return directions_.returns_stamped_first() && sent.has_time && frame.ref().has_time &&
+         Elapsed(sent.time, frame.ref().time) > DirectionLearner::kSkewNs;
 }
 
 /// Where one of the copies was cut by the snap length, the datagrams that both still hold must agree. A cut in the
@@ -498,7 +506,7 @@ void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datag
     Slot& other = At(s);
     if (other.state == SlotState::kOpen && other.sender == slot.sender) Doubt(other, Undecided::kBeforeFirstReturn);
   }
-  Overtake(slot);
+  Overtake(slot.sender, slot.sequence);
   DropAnsweredTail();
 }
 
@@ -549,15 +557,19 @@ bool Pairing::IsSoon(const FrameRef& first, const FrameRef& second) const noexce
 }
 
 /// True when the returned copy of this outbound frame stands before it in the file: interfaces and receive queues, each
-/// with a buffer of its own, are not always written in order. The time stamps have to say so.
+/// with a buffer of its own, are not always written in order. The time stamps have to say so, but where the clocks of
+/// the interfaces are seen to differ.
 bool Pairing::WasEarly(const wire::FrameView& frame, std::uint64_t key) noexcept {
   for (Early& early : early_) {
     if (!early.used || early.key != key) continue;
     if (!frame.ref().has_time || !early.ref.has_time) continue;
     const std::int64_t round_trip = Elapsed(frame.ref().time, early.ref.time);
     // On one interface equal stamps say nothing: a later frame of a master that uses one index only looks the same.
-    const std::int64_t least = early.interface_index == frame.interface_index() ? 1 : 0;
+    const bool one_interface = early.interface_index == frame.interface_index();
+    const bool skewed = directions_.returns_stamped_first() && !one_interface;
+    const std::int64_t least = one_interface ? 1 : skewed ? -DirectionLearner::kSkewNs : 0;
     if (round_trip < least || round_trip > kDuplicateNs) continue;
+    if (round_trip < 0) ++statistics_.stamped_first;
     early.used = false;
     if (early.counted_as_missed) --statistics_.missed_outbound;
     return true;
@@ -651,18 +663,18 @@ void Pairing::PushFromOtherEnd(const wire::FrameView& frame, std::uint64_t key) 
       Slot& other = At(before);
       if (other.state == SlotState::kOpen && other.sender == slot.sender) Doubt(other, Undecided::kNoReturns);
     }
-    Overtake(slot);
+    Overtake(slot.sender, slot.sequence);
     sink_.OnTransaction({&slot.view, nullptr, true, TakeHole(slot.sequence)});
     DropAnsweredTail();
     return;
   }
 }
 
-/// Everything that the sender of this frame sent before and that is still open has been overtaken.
-void Pairing::Overtake(const Slot& slot) noexcept {
-  for (std::uint64_t s = tail_; s != head_ && &At(s) != &slot; ++s) {
+/// Everything that this sender sent before the frame of this number and that is still open has been overtaken.
+void Pairing::Overtake(std::uint8_t sender, std::uint64_t sequence) noexcept {
+  for (std::uint64_t s = tail_; s != sequence; ++s) {
     Slot& other = At(s);
-    if (other.state != SlotState::kOpen || other.sender != slot.sender) continue;
+    if (other.state != SlotState::kOpen || other.sender != sender) continue;
     if (++other.overtaken >= GivenUpAfter()) Lose(other, Loss::kOvertaken);
   }
 }
@@ -712,7 +724,8 @@ bool Pairing::IsSecondCopy(const Sender& sender, const wire::FrameView& frame, s
 
 /// Or bits flipped in a field that slaves never change (the FCS is not in the capture)?
 bool Pairing::IsAltered(const wire::FrameView& frame) noexcept {
-  Slot* alike = directions_.returned_only() ? nullptr : FindAlike(frame);
+  const bool expected = directions_.returned_only() || directions_.returns_stamped_first();
+  Slot* alike = expected ? nullptr : FindAlike(frame);
   if (alike == nullptr) return false;
   ++statistics_.altered;
   if (alike->overtaken == 0 && FewBitsFlipped(alike->view, frame) && statistics_.flipped++ == 0) {

@@ -64,6 +64,7 @@ struct PairingIncidents {
   FrameNo first_foreign = 0;
   std::uint64_t repeated_unanswered = 0;  ///< the frame before once more, which had not come back
   std::uint64_t dropped_every = 0;        ///< the recorder left out one of so many packets, regularly; 0: it did not
+  std::uint64_t stamped_first = 0;        ///< pairs whose return is stamped before the frame was sent
   bool one_port = false;                  ///< of a redundant line was captured: what it sends comes back at the other
   bool nobody_answers = false;            ///< frames are repeated after a time-out, and nothing ever came back
 
@@ -167,7 +168,7 @@ class Pairing {
   [[nodiscard]] bool IsWaitedForByOthers(const Sender& sender) noexcept;
   void PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot* slot) noexcept;
   void PushFromOtherEnd(const wire::FrameView& frame, std::uint64_t key) noexcept;
-  void Overtake(const Slot& slot) noexcept;
+  void Overtake(std::uint8_t sender, std::uint64_t sequence) noexcept;
   void HandOver(BusTransaction transaction) noexcept;
   void AnswerUnderWay(Slot& slot, const wire::FrameView& frame) noexcept;
   bool IsSecondCopy(const Sender& sender, const wire::FrameView& frame, std::uint64_t key) noexcept;
@@ -187,6 +188,7 @@ class Pairing {
   std::uint8_t SenderIndex(const wire::FrameView& frame) noexcept;
   [[nodiscard]] Slot* FindOpen(const wire::FrameView& frame, std::uint64_t key) noexcept;
   [[nodiscard]] bool PassedOthers(const Slot& slot, const wire::FrameView& frame) const noexcept;
+  [[nodiscard]] bool IsTooOld(const Slot& slot, const wire::FrameView& frame) const noexcept;
   [[nodiscard]] Slot* FindCut(const wire::FrameView& frame) noexcept;
   [[nodiscard]] Slot* FindAlike(const wire::FrameView& frame) noexcept;
   [[nodiscard]] const Slot* FindOriginal(const wire::FrameView& frame, std::uint64_t key) noexcept;

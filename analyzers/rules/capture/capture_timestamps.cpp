@@ -16,14 +16,16 @@ constexpr RuleInfo kInfo{.id = "capture-timestamps",
                          .doc = R"(
 ## What it checks
 Stamps that go backwards, steps of 50 us and more, equal stamps for the outbound and returned copy of frames (a tenth of
-the pairs or more), and packets without stamps.
+the pairs or more), returns on another interface that are stamped before the frames they answer, and packets without
+stamps.
 
 ## Why it matters
 Durations, cycle times and time-outs measured with such a clock are wrong. The distributed clock that the frames
 themselves carry is not affected.
 
 ## How it is decided
-By counting. One microsecond steps, as most capture programs have, are fine.
+By counting. Returns stamped first are told by index and content; the clocks of two interfaces then differ by more than
+a round trip takes. One microsecond steps, as most capture programs have, are fine.
 
 ## Example
 samples/captures/coarse-timestamps.pcapng
@@ -57,6 +59,11 @@ class CaptureTimestamps final : public Rule {
       add(Grouped(pairing.identical_stamps) + " of " + Grouped(pairing.paired) +
               " frames have the same stamp outbound and returned",
           "identical_pairs", pairing.identical_stamps);
+    }
+    if (pairing.stamped_first > 0) {
+      add(Grouped(pairing.stamped_first) + " of " + Grouped(pairing.paired) +
+              " frames have a return that is stamped before them: the clocks of two interfaces differ",
+          "returns_stamped_first", pairing.stamped_first);
     }
     if (read.time_step_ns >= 50'000 && read.packets > 10) {
       add("stamps are multiples of " + Duration(read.time_step_ns), "step_ns",

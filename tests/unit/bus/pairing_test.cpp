@@ -756,6 +756,41 @@ TEST(PairingHole, AMasterThatAppearsLateStandsBehindAnotherCapture) {
   EXPECT_THAT(result.log.Only("lost"), IsEmpty());
 }
 
+/// What a tap writes whose clock of the returns is `early_ns` behind.
+std::vector<Packet> Skewed(const std::string& lines, TimeNs early_ns) {
+  Result<Trace> trace = Trace::Parse("@two-interfaces\n" + lines);
+  EXPECT_TRUE(trace);
+  std::vector<Packet> packets = trace->Packets();
+  for (Packet& packet : packets) {
+    if (packet.interface_index == 1) packet.time -= early_ns;
+  }
+  std::stable_sort(packets.begin(), packets.end(), [](const Packet& a, const Packet& b) { return a.time < b.time; });
+  return packets;
+}
+
+TEST(Pairing, ReturnsStampedBeforeTheirFramesArePairedByIndexAndContent) {
+  const Paired result = PairUp(
+      Skewed(Numbered(60, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=12 @lost\n" + Numbered(60, 13, 16), 60'000));
+  EXPECT_EQ(result.statistics.paired, 120U);
+  EXPECT_EQ(result.statistics.lost, 1U);
+  EXPECT_EQ(result.statistics.stamped_first, 120U);
+  EXPECT_THAT(result.log.words, ::testing::Each(::testing::AnyOf(::testing::StartsWith("+"), "lost 121")));
+  EXPECT_EQ(result.statistics.missed_outbound, 0U);
+  EXPECT_EQ(result.statistics.unmatched_returned, 0U);
+  EXPECT_TRUE(result.statistics.frames().Balances());
+}
+
+TEST(Pairing, AnOutboundCopyThatTheRecorderMissedIsNoSkew) {
+  std::string lines = Numbered(60, 0, 16);
+  for (int i = 0; i < 20; ++i) {
+    lines += "+1ms FPRD 0x1001:0x0130 08 00 idx=" + std::to_string((12 + 2 * i) % 16) + " @returned-only\n" +
+             "+1ms FPRD 0x1001:0x0130 08 00 idx=" + std::to_string((13 + 2 * i) % 16) + "\n";
+  }
+  const Paired result = PairUp(Skewed(lines, 0));
+  EXPECT_EQ(result.statistics.stamped_first, 0U);
+  EXPECT_EQ(result.statistics.missed_outbound, 20U);
+}
+
 TEST(Pairing, WhatIsSentBeforeAnybodyAnswersIsNotLost) {
   std::string lines;
   for (int i = 0; i < 20; ++i) lines += "+20ms BRD 0x0000 00 idx=" + std::to_string(i % 16) + " @lost\n";
