@@ -34,8 +34,8 @@ exchanged (a logical datagram with a working counter above 0). It is not while t
 closed ports (0x0101) or requested INIT by broadcast.
 
 Where the capture misses packets, the return of a frame may be taken for that of another one that was sent to another
-position. So a number that one frame shows and the next ones do not is an info there. And so are slaves that are new or
-back, once the master starts them up.
+position. So a number that one frame shows and the next ones do not is an info there. And so are slaves that are
+new, once the master starts them up.
 
 ## Example
 samples/captures/slave-count-changes.pcapng
@@ -151,7 +151,8 @@ class BusSlaveCountChanged final : public Rule {
     Finding& finding = context().store[more_.finding];
     finding.message += " The master does so from frame " + std::to_string(e.frame().number) + " on.";
     AddRelated(finding, e.frame().number);
-    context().store.Regrade(more_.finding, Severity::kInfo);
+    // What had left before is told as its consequence.
+    if (finding.caused_by == kNoFinding) context().store.Regrade(more_.finding, Severity::kInfo);
     more_ = {};
   }
 

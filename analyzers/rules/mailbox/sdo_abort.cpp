@@ -36,8 +36,8 @@ An aborted download is an error: the master wanted to change something and did n
 exception: an upload that is answered by "object does not exist" (0x06020000), "subindex does not exist" (0x06090011) or
 "complete access not supported" (0x06010004) is an info. Masters ask like that to find out what a slave offers (SOEM's
 slaveinfo, TwinCAT's optional objects); nothing is changed and the master has its answer. And a download with complete
-access that the slave does not support is an info once the same entries were written one by one. A value that the slave
-takes later, in another state, is a warning.
+access that the slave does not support is an info once the same entries were written one by one. Where the slave takes
+the same value later, the text says so.
 Where the model knows why the slave had to abort (sdo-write-read-only, sdo-wrong-size, sdo-unknown-object, sdo-toggle),
 caused_by names that finding. The command byte of an abort is 0x80 in its top three bits; some slave stacks leave bits
 of the request in it, and some put the code four bytes too far back, which the text then says. Aborts of SDO information
@@ -280,7 +280,6 @@ class SdoAbort final : public Rule {
       Finding& finding = context().store[index];
       finding.message += " In frame " + std::to_string(t.last.number) + " the slave takes the same value.";
       AddRelated(finding, t.last.number);
-      if (finding.severity == Severity::kError) context().store.Regrade(index, Severity::kWarning);
     }
   }
 
