@@ -36,6 +36,11 @@ void RefusalPredictions::On(RuleContext& context, const model::AlAnswered& answe
       context.store.Regrade(index, told.severity);
     } else if (!refused && !told.refused && !told.accepted) {
       told.accepted = true;
+      // Where the slave refused the write itself, what was foretold did happen.
+      const std::vector<Evidence>& evidence = context.store[index].evidence;
+      const bool aborted =
+          std::any_of(evidence.begin(), evidence.end(), [](const Evidence& e) { return e.name == "abort_code"; });
+      if (aborted) continue;
       context.store.Regrade(index, Severity::kInfo);
       context.store[index].message += " The slave reached " + esc::StateName(answer.request.control.state()) +
                                       " all the same (frame " + std::to_string(answer.frame.number) + ").";
