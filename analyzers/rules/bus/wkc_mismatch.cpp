@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "analyzers/judge/lossy_capture.h"
@@ -144,6 +145,7 @@ class WkcMismatch final : public Rule {
         if (best == kNoFinding || Distance(f, own) < Distance(findings[best], own)) best = static_cast<FindingIndex>(i);
       }
       own.caused_by = best != kNoFinding ? best : EndOfTheBusBefore(own);
+      if (best != kNoFinding) SayWhoFell(own, findings[best]);
     }
   }
 
@@ -164,6 +166,28 @@ class WkcMismatch final : public Rule {
     std::vector<Watched> slaves;
   };
   static constexpr std::size_t kMaxEpisodes = 32;
+
+  static constexpr std::string_view kSeveralFit = " missing; the shares of several slaves fit.";
+
+  /// Of several shares that fit, that of the slave which left its state is missing.
+  void SayWhoFell(Finding& own, Finding& cause) const {
+    const std::size_t at = own.message.find(kSeveralFit);
+    if (cause.rule != "al-unexpected-change" || cause.slave == kNoSlave || at == std::string::npos) return;
+    for (const Episode& episode : episodes_) {
+      if (episode.finding == kNoFinding || &context().store[episode.finding] != &own) continue;
+      const bool fits = std::any_of(episode.slaves.begin(), episode.slaves.end(), [&](const Episode::Watched& w) {
+        return w.slave == cause.slave && w.worth >= episode.missing;
+      });
+      if (!fits) continue;
+      own.message.replace(at, kSeveralFit.size(),
+                          " missing: it fits what " + context().Label(cause.slave) + " counts, which left its state.");
+      if (own.first.number < cause.first.number) {
+        cause.message += " Its working counter is missing from frame " + std::to_string(own.first.number) + " on.";
+        AddRelated(cause, own.first.number);
+      }
+      return;
+    }
+  }
 
   /// The last change of the number of slaves before, if the bus ended in front of this slave since then.
   [[nodiscard]] FindingIndex EndOfTheBusBefore(const Finding& own) const {
@@ -433,7 +457,7 @@ class WkcMismatch final : public Rule {
       }
       return "What is missing is the share of " + context().Label(one) + ": look at its AL status, power and cable.";
     }
-    return std::to_string(missing) + " missing; the shares of several slaves fit.";
+    return std::to_string(missing) + std::string(kSeveralFit);
   }
 
   std::vector<Episode> episodes_;
