@@ -90,6 +90,11 @@ bool SaysSynchronisation(const RuleContext&, const Finding& effect) {
   return true;  // none was read
 }
 
+/// Both tell of one frame.
+bool SameFrame(const Finding& effect, const Finding& cause) {
+  return effect.first.number == cause.first.number;
+}
+
 /// The drive refused to have the number of entries of that object set to 0.
 bool CountRefused(const Finding& effect, const Finding& cause) {
   return NumberOf(cause, "subindex") == 0 && NumberOf(cause, "index") == NumberOf(effect, "index") &&
@@ -178,6 +183,7 @@ constexpr std::array kLaws{
     Law{"mailbox-error-reply", "mailbox-malformed", kLater, SaysMalformed},
     Law{"drive-fault", "al-unexpected-change", kSoon, SaysNothing},
     Law{"fmmu-inactive", "fmmu-mismatch", -1},
+    Law{"mailbox-no-response", "mailbox-counter", -1, nullptr, Bus::kNo, SameFrame},
     Law{"sm-process-config", "sdo-abort", kLater, nullptr, Bus::kNo, MappingRefused},
     Law{"al-refused", "sdo-abort", kLater, SaysProcessData, Bus::kNo, MappingRefused},
     Law{"pdo-assign-order", "sdo-abort", kLater, nullptr, Bus::kNo, CountRefused},
@@ -218,7 +224,8 @@ void JoinConsequences(RuleContext& context) {
         const bool bus = law.of_bus == Bus::kYes;
         if (cause.rule != law.cause || cause.slave != (bus ? kNoSlave : effect.slave)) continue;
         if (bus && !TouchesLookBefore(effect, cause)) continue;
-        if (cause.severity == Severity::kInfo || (cause.severity == Severity::kWarning && IsError(effect))) continue;
+        const bool weaker = cause.severity == Severity::kWarning && IsError(effect) && law.fits != SameFrame;
+        if (cause.severity == Severity::kInfo || weaker) continue;
         if (law.within >= 0 && !Follows(effect, cause, law.within)) continue;
         if (law.fits != nullptr && !law.fits(effect, cause)) continue;
         if (LeadsTo(findings, c, e)) continue;

@@ -1,6 +1,8 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "analyzers/judge/mailbox_text.h"
@@ -78,13 +80,14 @@ class MailboxNoResponse final : public Rule {
     Silence& silence = SilenceOf(e.slave);
     if (silence.finding != kNoFinding && !e.read_lost) key = silence.key;
     FindingIndex index = Repeat(e.slave, key, request);
-    if (index == kNoFinding) index = Report(key, Describe(e));
+    if (index == kNoFinding) index = Report(key, Describe(e, silence));
     if (index == kNoFinding) return;
     if (silence.finding == index) {
       ++silence.further;
       silence.last = e.request;
     } else if (!e.read_lost && e.certainty == Certainty::kObserved) {
-      silence = {.finding = index, .key = key, .further = 0, .last = {}};
+      silence.finding = index;
+      silence.key = key;
     }
     AddRelated(context().store[index], e.last_poll.number);
     context().ExplainRequest(e.slave, request.number, index);
@@ -97,8 +100,12 @@ class MailboxNoResponse final : public Rule {
 
   /// Its mailbox works: what is not answered from here on is another matter.
   void On(const mailbox::MailboxMessage& m) {
-    if (m.direction == mailbox::Direction::kIn && m.slave < silences_.size())
-      BreakSilence(silences_[m.slave], m.frame().number);
+    Silence& silence = SilenceOf(m.slave);
+    if (m.direction == mailbox::Direction::kIn) {
+      BreakSilence(silence, m.frame().number);
+    } else {
+      silence.sent[1] = std::exchange(silence.sent[0], {m.frame().number, m.counter_step});
+    }
   }
 
   /// An answer that nobody waits for any more.
@@ -111,7 +118,12 @@ class MailboxNoResponse final : public Rule {
       const std::string after = e.response.has_time && finding.first.has_time
                                     ? ", " + Duration(Elapsed(finding.first.time, e.response.time)) + " after it"
                                     : std::string();
-      finding.message += " The answer came in frame " + std::to_string(e.response.number) + after +
+      if (const std::size_t at = finding.message.find(kTakenAndSilent); at != std::string::npos) {
+        finding.message.resize(at);
+      } else {
+        finding.message += ' ';
+      }
+      finding.message += "The answer came in frame " + std::to_string(e.response.number) + after +
                          ": the slave is slower than the time-out of the master.";
       AddRelated(finding, e.response.number);
       return;
@@ -165,6 +177,11 @@ class MailboxNoResponse final : public Rule {
     std::uint64_t key = 0;
     std::uint64_t further = 0;     ///< requests without an answer after the first
     mailbox::RequestSummary last;  ///< of these
+    struct Sent {
+      FrameNo frame = 0;
+      mailbox::CounterStep step = mailbox::CounterStep::kUnknown;
+    };
+    std::array<Sent, 2> sent{};  ///< the newest messages of the master
   };
 
   Silence& SilenceOf(SlaveId slave) {
@@ -181,10 +198,27 @@ class MailboxNoResponse final : public Rule {
           Count(silence.further, "further request") + " had no answer, the last of them " + RequestText(silence.last) +
           " in frame " + std::to_string(silence.last.frame.number) + ".";
     }
-    silence = {};
+    silence.finding = kNoFinding;
+    silence.further = 0;
   }
 
-  static Finding Describe(const mailbox::MailboxUnanswered& e) {
+  static constexpr std::string_view kTakenAndSilent = "The slave took the request and does not answer it";
+
+  /// Whether the slave may have taken it for a repetition.
+  static std::string CounterText(const mailbox::MailboxUnanswered& e, const Silence& silence) {
+    for (const Silence::Sent& sent : silence.sent) {
+      if (sent.frame != e.request.frame.number) continue;
+      if (sent.step == mailbox::CounterStep::kNext)
+        return ". Its mailbox counter is right, so look for a fault of the slave.";
+      if (sent.step == mailbox::CounterStep::kSame) {
+        return ": it has the mailbox counter of the request before, so the slave takes it for a repetition and drops "
+               "it.";
+      }
+    }
+    return ": look for an equal mailbox counter in the request before, else for a fault of the slave.";
+  }
+
+  static Finding Describe(const mailbox::MailboxUnanswered& e, const Silence& silence) {
     using End = mailbox::MailboxUnanswered::End;
     const std::int64_t wait = WaitOf(e).value_or(0);
     Finding finding;
@@ -221,9 +255,7 @@ class MailboxNoResponse final : public Rule {
           "Whether the slave took the request the capture does not show: the master did not look at its out mailbox "
           "(0x0805). Its processor does not serve the mailbox, or drops the request.";
     } else {
-      finding.message +=
-          "The slave took the request and does not answer it: look for an equal mailbox counter in the "
-          "request before, else for a fault of the slave.";
+      finding.message += std::string(kTakenAndSilent) + CounterText(e, silence);
     }
     finding.evidence.push_back(Text("protocol", Name(e.request.protocol)));
     finding.evidence.push_back(Real("waited_ms", static_cast<double>(wait) / 1e6));
