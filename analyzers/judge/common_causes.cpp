@@ -77,6 +77,11 @@ bool SaysMalformed(const RuleContext&, const Finding& effect) {
   return false;
 }
 
+/// The drive took its torque away, which it may.
+bool IsWarning(const RuleContext&, const Finding& effect) {
+  return effect.severity == Severity::kWarning;
+}
+
 bool Single(const RuleContext&, const Finding& effect) {
   return effect.count == 1;
 }
@@ -170,7 +175,7 @@ constexpr std::array kLaws{
     Law{"drive-fault", "sync-watchdog-margin", kSoon, SaysNothing},
     Law{"emcy-received", "sync-watchdog-margin", kSoon, SaysSynchronisationLost},
     Law{"emcy-received", "sync-switched-off", kLater, SaysSynchronisationLost},
-    Law{"drive-fault", "sync-switched-off", kLater, SaysSynchronisationLost},
+    Law{"drive-fault", "sync-switched-off", kSoon, SaysSynchronisationLost},
     Law{"emcy-received", "frame-lost", kSoon, SaysSynchronisationLost, Bus::kYes},
     Law{"drive-fault", "frame-lost", kSoon, SaysNothing, Bus::kYes},
     Law{"al-refused", "sync-start-in-past", kLater, SaysSynchronisationByCode},
@@ -182,6 +187,9 @@ constexpr std::array kLaws{
     Law{"al-unexpected-change", "frame-lost", kSoon, SaysWatchdog, Bus::kYes},
     Law{"mailbox-error-reply", "mailbox-malformed", kLater, SaysMalformed},
     Law{"drive-fault", "al-unexpected-change", kSoon, SaysNothing},
+    Law{"drive-illegal-state-change", "al-unexpected-change", kSoon, IsWarning},
+    Law{"drive-illegal-state-change", "sync-watchdog-margin", kSoon, IsWarning},
+    Law{"drive-illegal-state-change", "emcy-received", kSoon, IsWarning},
     Law{"fmmu-inactive", "fmmu-mismatch", -1},
     Law{"mailbox-no-response", "mailbox-counter", -1, nullptr, Bus::kNo, SameFrame},
     Law{"sm-process-config", "sdo-abort", kLater, nullptr, Bus::kNo, MappingRefused},

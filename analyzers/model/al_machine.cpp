@@ -476,13 +476,12 @@ void AlMachine::OnError(const track::AlStatusRead& read) {
   sink_.Publish(ChangedByItself(read, before));
 }
 
-/// Downwards nothing is refused but what is no state or no transition: a slave that shows another error below its last
-/// state, while it was asked to go down, had fallen by itself (its watchdog ran out because the master stopped first),
-/// and goes on from there.
+/// A slave that shows the code of a watchdog or of lost synchronisation below its last state, while it was asked to go
+/// down, had fallen by itself, because the master stopped its process data first, and goes on from there.
 bool AlMachine::FellBefore(const track::AlStatusRead& read) const {
-  constexpr std::uint16_t kFirstOfRequest = 0x0011, kLastOfRequest = 0x0013;
   const std::uint16_t code = read.status_code.value_or(0);
-  if (open_->verdict == AlVerdict::kIllegal || (code >= kFirstOfRequest && code <= kLastOfRequest)) return false;
+  const bool runs_out = code == 0x001A || code == 0x001B || (code >= 0x002C && code <= 0x0036);
+  if (open_->verdict == AlVerdict::kIllegal || !runs_out) return false;
   const bool before_known = read_state_ != 0 && error_ == Error::kNo;
   return before_known && Height(read.status.state()) < Height(read_state_) &&
          Height(open_->control.state()) < Height(read_state_);

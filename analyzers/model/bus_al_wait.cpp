@@ -20,13 +20,14 @@ void BusAlWait::OnRequest(esc::AlWord control, track::Acceptance acceptance, con
   if (acceptance == track::Acceptance::kRefused) return;
   const std::uint8_t state = control.state();
   if (!wait_ || wait_->late.control.state() != state) {
-    if (wait_ && state < wait_->late.control.state()) GiveUp();
+    if (wait_ && state < wait_->late.control.state() && Concerns(slave)) GiveUp(frame);
     Close();
     of_all_ = false;
     asked_.clear();
     // BOOT has the bits of two states.
     if (!std::has_single_bit(state)) return;
     wait_ = Wait{};
+    read_singly_ = false;
     wait_->late.request = frame;
     wait_->looked = frame;
   }
@@ -88,15 +89,26 @@ void BusAlWait::On(const track::AlStatusRead& read) {
   const BusAlOverdue& late = wait_->late;
   const bool timed = read.frame.has_time && late.request.has_time;
   const std::int64_t limit = LimitTo(late.control.state(), read.status.state());
-  if (timed && Elapsed(late.request.time, read.frame.time) > limit) wait_.reset();
+  if (timed && Elapsed(late.request.time, read.frame.time) > limit) {
+    wait_.reset();
+  } else if (read.frame.number != wait_->looked.number) {
+    read_singly_ = true;  // no broadcast
+  }
 }
 
-void BusAlWait::GiveUp() {
+/// That slave, or all, are waited for.
+bool BusAlWait::Concerns(SlaveId slave) const {
+  return slave == kNoSlave || (!of_all_ && asked_.size() == 1 && asked_.front() == slave);
+}
+
+void BusAlWait::GiveUp(const FrameRef& frame) {
   if (!wait_) return;
   BusAlOverdue& late = wait_->late;
+  if (read_singly_ || !frame.has_time) return;
   if (wait_->is_late || late.polls < kGivenUpPolls || !late.last.has_time || !late.request.has_time) return;
   late.waited_ns = Elapsed(late.request.time, late.last.time);
-  if (late.waited_ns < kGivenUpNs) return;
+  // Since the last look they may have got there.
+  if (late.waited_ns < kGivenUpNs || Elapsed(late.last.time, frame.time) > late.waited_ns / 4) return;
   late.frame = late.last;
   late.given_up = wait_->is_late = true;
 }

@@ -29,13 +29,23 @@ class BusAlWait {
   void OnRequest(esc::AlWord control, track::Acceptance acceptance, const FrameRef& frame, SlaveId slave);
   void On(const track::AlStatusOfAll& read);
   void On(const track::AlStatusRead& read);
-  /// The master asks for a lower state instead.
-  void GiveUp();
+  /// The master asks for a lower state instead, in this frame.
+  void GiveUp(const FrameRef& frame);
+  /// Broadcasts do not show the state that was asked for last, and the limit is not over. Not seen: nothing is waited
+  /// for.
+  [[nodiscard]] FrameRef waits_since() const {
+    return wait_ && !wait_->is_late && wait_->late.polls >= kGivenUpPolls ? wait_->late.request : FrameRef{};
+  }
   /// Some slave refused: that is what has to be told.
   void Refused() { wait_.reset(); }
   /// What happened in a hole, or between two runs, nobody knows.
   void Forget() { Close(); }
-  void Finish() { Close(); }
+  void Finish() {
+    unfinished_ = waits_since();
+    Close();
+  }
+  /// What was still waited for when the capture ended: the request, or not seen.
+  [[nodiscard]] const FrameRef& unfinished() const { return unfinished_; }
 
  private:
   struct Wait {
@@ -44,6 +54,7 @@ class BusAlWait {
     FrameRef looked;  ///< last read, or the request
   };
 
+  [[nodiscard]] bool Concerns(SlaveId slave) const;
   [[nodiscard]] bool AllAsked(std::uint16_t slaves) const { return of_all_ || asked_.size() == slaves; }
   [[nodiscard]] std::int64_t LimitTo(std::uint8_t target, std::uint8_t from) const;
   /// What is late is told.
@@ -52,7 +63,9 @@ class BusAlWait {
   const EventSink& events_;
   AlTimeouts timeouts_;
   std::optional<Wait> wait_;
+  FrameRef unfinished_;
   bool of_all_ = false;
+  bool read_singly_ = false;    // one that was asked: it is told by itself
   std::vector<SlaveId> asked_;  // by themselves, for what is waited for
 };
 

@@ -360,7 +360,7 @@ void BusModel::On(const mailbox::SdoUnexpected& answer) {
 void BusModel::On(const track::RunBegan& event) {
   al_.Forget();
   // Who initialises the bus anew waits for nothing any more.
-  if (event.reason == track::RunBegan::Reason::kInitialised) al_wait_.GiveUp();
+  if (event.reason == track::RunBegan::Reason::kInitialised) al_wait_.GiveUp(event.frame);
   al_wait_.Forget();
   for (std::size_t id = 0; id < slaves_.size(); ++id) DoubtSettings(static_cast<SlaveId>(id));
 }

@@ -34,6 +34,7 @@ class BusModel final : private ProcessSink {
   [[nodiscard]] const EventUnit& signalled() const { return signalled_; }
   /// What the slaves' AL states are together.
   [[nodiscard]] const BusAlUnit& al() const { return al_; }
+  [[nodiscard]] const BusAlWait& al_wait() const { return al_wait_; }
   /// What the working counter of this logical access must be.
   [[nodiscard]] const LogicalExpectation& Expect(const track::LogicalAccess& access) const;
 

@@ -46,6 +46,7 @@ struct DriveStateChanged {
   DrivePath path;                  ///< how it got there, states passed unseen included; empty when that is not known
   FrameRef command;                ///< control word that asked for it; not seen() when the drive did it by itself
   std::optional<TimeNs> reaction;  ///< from the control word to this status word
+  FrameRef settings_since;         ///< last change of control word or mode; not seen(): not known, a hole lies behind
   bool first_zero = false;         ///< `from` rests on a status word of 0, which may mean that no inputs were valid yet
   bool by_sdo = false;
   bool inferred = false;

@@ -324,6 +324,7 @@ void DriveUnit::Forget() {
   control_.reset();
   expected_count_ = 0;
   candidate_.reset();
+  settings_since_ = {};
   behind_hole_ = true;
 }
 
@@ -363,6 +364,7 @@ void DriveUnit::OnControlTaken(std::uint16_t word, const FrameRef& frame, bool b
   const bool activated = acts && !acts_;
   const bool changed = before && ((*before ^ word) & control_mask_) != 0;
   acts_ = acts;
+  if (!before || *before != word) settings_since_ = frame;
   control_ = word;
   control_inferred_ = inferred;
   if (!before && !first_control_.seen()) {
@@ -525,6 +527,7 @@ void DriveUnit::OnState(std::optional<DriveState> to, const FrameRef& frame, boo
   change.first_zero = last_was_zero_;
   change.by_sdo = status_by_sdo_;
   change.inferred = inferred;
+  if (!behind_hole_) change.settings_since = settings_since_;
   state_ = to;
   is_without_state_ = !to;
   if (!to) {
@@ -749,6 +752,7 @@ void DriveUnit::OnMode(std::int8_t value, bool shown, const FrameRef& frame, boo
   if (known == value && !of_run_before) return;
   known = value;
   of_run_before = false;
+  if (!shown) settings_since_ = frame;
   sink_.Publish(DriveMode{slave_, frame, shown, value, by_sdo, inferred});
 }
 

@@ -176,6 +176,7 @@ class DriveUnit {
   std::optional<std::uint16_t> sent_;     ///< as the master sent it last
   std::optional<std::uint16_t> control_;  ///< as the drive took it last
   FrameRef control_since_;
+  FrameRef settings_since_;  ///< last change of control word or mode requested; not seen(): not known
   bool control_inferred_ = false;
   bool acts_ = false;           ///< the drive acted on control_
   bool history_whole_ = false;  ///< no control word that may still act was given before the first one seen

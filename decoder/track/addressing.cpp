@@ -1,5 +1,6 @@
 #include "decoder/track/addressing.h"
 
+#include "decoder/base/time.h"
 #include "decoder/bus/direction.h"
 
 namespace ecaudit::track {
@@ -7,6 +8,11 @@ namespace ecaudit::track {
 SlaveId Addressing::AddressedBy(const wire::DatagramView& sent) const {
   return wire::IsNodeAddressed(sent.command()) ? slaves_.AtStation(sent.adp())
                                                : slaves_.AtPosition(PositionSent(sent.adp()));
+}
+
+bool Addressing::Together(const FrameRef& one, const FrameRef& other) {
+  const bool soon = !one.has_time || !other.has_time || Elapsed(one.time, other.time) <= kTogetherNs;
+  return other.number - one.number <= kTogether && soon;
 }
 
 std::optional<std::uint16_t> Addressing::Count(const DatagramPair& d) {
@@ -26,21 +32,22 @@ std::optional<std::uint16_t> Addressing::Count(const DatagramPair& d) {
   const std::uint16_t* before = slave_count_.if_known();
   const wire::FrameView& frame = d.transaction.any();
   const std::uint64_t sender = bus::SenderOf(frame);
-  if (sender == counts_for_) counted_ = frame.ref().number;
+  if (sender == counts_for_) counted_ = frame.ref();
   if (before != nullptr && *before == count) return std::nullopt;
   // At the other end of a redundant line frames pass nobody, or those behind a break. The end with more of them counts.
-  const bool other_end =
-      before != nullptr && sender != counts_for_ && (count == 0 || frame.ref().number - counted_ <= kTogether);
+  const bool other_end = before != nullptr && sender != counts_for_ && (count == 0 || Together(counted_, frame.ref()));
   if (other_end && count < *before) return std::nullopt;
   if (other_end) before = nullptr;
+  // Another program, perhaps at another line: what it counts first is no change.
+  const bool other_program = before != nullptr && sender != counts_for_ && counts_for_ != 0;
   counts_for_ = sender;
-  counted_ = frame.ref().number;
-  const SlaveCount event{count, before != nullptr ? *before : std::uint16_t{0}, before == nullptr,
+  counted_ = frame.ref();
+  const SlaveCount event{count, before != nullptr ? *before : std::uint16_t{0}, before == nullptr || other_program,
                          d.transaction.returned_ref()};
   slave_count_ = Known<std::uint16_t>::Observed(count, event.frame.number);
   ++version_;
   events_.Publish(event);
-  if (event.first || event.count < event.previous) return std::nullopt;
+  if (before == nullptr || event.count < event.previous) return std::nullopt;
   return event.previous;
 }
 

@@ -73,8 +73,10 @@ class Addressing {
   void ClearStations(FrameNo frame);
 
  private:
-  /// Two senders are at work at once where one is heard of again within so many packets.
+  /// Two senders are at work at once where one is heard of again within so many packets, and soon.
   static constexpr FrameNo kTogether = 64;
+  static constexpr std::int64_t kTogetherNs = 500'000'000;
+  [[nodiscard]] static bool Together(const FrameRef& one, const FrameRef& other);
   static constexpr EscAddress kAliasEnable = 0x0103;  // bit 0 = bit 24 of DL control
 
   [[nodiscard]] SlavePos PositionSent(std::uint16_t adp) const {
@@ -91,7 +93,7 @@ class Addressing {
   std::size_t unplaced_ = 0;  // slaves that were met by station address and may be without a position still
   Known<std::uint16_t> slave_count_;
   std::uint64_t counts_for_ = 0;  // the sender whose frames slave_count_ was learned from ...
-  FrameNo counted_ = 0;           // ... and the last of them
+  FrameRef counted_;              // ... and the last of them
   std::uint16_t upstream_ = 0;    // slaves between the master and the tap
   std::uint64_t version_ = 0;
 };

@@ -143,6 +143,10 @@ class AlTimeout final : public Rule {
                    "the state requested last was not seen, and no look at AL Status behind the limit is in the capture",
                    open->frame.number);
     }
+    if (const FrameRef& since = context().bus().al_wait().unfinished(); since.seen()) {
+      NotEvaluable(kNoSlave, "broadcasts do not show the state requested last, and the limit is not over at the end",
+                   since.number);
+    }
   }
 
  private:

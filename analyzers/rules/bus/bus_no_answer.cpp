@@ -112,8 +112,8 @@ class BusNoAnswer final : public Rule {
     finding.message =
         Count(in_vain, "frame") + " went out before the first one that came back, frame " +
         std::to_string(first_returned_.number) +
-        ": until then no slave was reached. They were switched on later than the master, or the link came "
-        "up late.";
+        ": nobody was reached, because the slaves were switched on later or the link came up late; or the capture "
+        "does not hold the returns of its beginning.";
     AddRelated(finding, first_returned_.number);
     finding.evidence = {Number("frames", static_cast<std::int64_t>(in_vain))};
     const FindingIndex index = Report(kInVain, std::move(finding));

@@ -1,4 +1,5 @@
 #include <map>
+#include <set>
 #include <utility>
 
 #include "analyzers/judge/lossy_capture.h"
@@ -136,7 +137,7 @@ class BusSlaveCountChanged final : public Rule {
       drop_ = index;
       more_ = {};
     } else {
-      more_ = {index, e.previous};
+      more_ = {index, e.previous, e.count, {}};
     }
     return index;
   }
@@ -147,19 +148,22 @@ class BusSlaveCountChanged final : public Rule {
         e.control.state() == static_cast<std::uint8_t>(esc::AlState::INIT))
       return;
     const SlavePos* position = context().network().slaves()[e.slave].position.if_known();
-    if (position == nullptr || *position < more_.first) return;
+    if (position == nullptr || *position < more_.first || *position >= more_.end) return;
+    more_.asked.insert(*position);
+    if (more_.asked.size() < static_cast<std::size_t>(more_.end - more_.first)) return;
     Finding& finding = context().store[more_.finding];
-    finding.message += " The master does so from frame " + std::to_string(e.frame().number) + " on.";
+    finding.message += " The master does so, up to frame " + std::to_string(e.frame().number) + " of all of them.";
     AddRelated(finding, e.frame().number);
     // What had left before is told as its consequence.
     if (finding.caused_by == kNoFinding) context().store.Regrade(more_.finding, Severity::kInfo);
     more_ = {};
   }
 
-  /// Slaves from this position on are new or back.
+  /// Slaves at these positions are new or back.
   struct More {
     FindingIndex finding = kNoFinding;
-    std::uint16_t first = 0;
+    std::uint16_t first = 0, end = 0;
+    std::set<SlavePos> asked;  ///< for a state above INIT since
   };
 
   [[nodiscard]] std::string Missing(const track::SlaveCount& e) const {

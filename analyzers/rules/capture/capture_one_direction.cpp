@@ -71,13 +71,15 @@ class CaptureOneDirection final : public Rule {
                       " that the other one sent arrived as they were sent. What the slaves answered is not known: "
                       "accesses are assumed to be done, and rules that need an answer are not judged.";
     if (pairing.paired > 0) {
-      finding.title += ", and the line was broken for a time";
+      finding.title += ", and the line was broken";
       finding.message += " " + Count(pairing.paired, "frame") +
                          " came back at this port: then the line was broken behind the last slave that answered.";
     }
     finding.evidence = {Number("from_other_port", static_cast<std::int64_t>(pairing.other_end)),
                         Number("came_back", static_cast<std::int64_t>(pairing.paired))};
-    Report(0, std::move(finding));
+    const FindingIndex index = Report(0, std::move(finding));
+    // Half of the slaves are behind the break.
+    if (pairing.paired > 0 && index != kNoFinding) context().store.Regrade(index, Severity::kWarning);
   }
 };
 

@@ -8,6 +8,7 @@
 #include "analyzers/model/slave_model.h"
 #include "analyzers/words/drive_text.h"
 #include "decoder/base/text.h"
+#include "decoder/base/time.h"
 
 namespace ecaudit::drive_illegal_state_change {
 namespace {
@@ -37,7 +38,7 @@ judged: words that show no state, changes from a status word of 0 (inputs that w
 OP.
 
 A drive that leaves Operation enabled by itself, for a state without torque that is no fault, while the control word
-still enables it, may do so: that is a warning.
+still enables it, and control word and mode were not touched for 0.1 s, may do so: that is a warning.
 
 ## Example
 tests/rules/drive-illegal-state-change/violates.trace
@@ -64,6 +65,10 @@ class DriveIllegalStateChange final : public Rule {
     const std::optional<std::uint16_t> control = slave.drive.control_word();
     constexpr std::uint16_t kEnable = 0x008F, kEnabled = 0x000F;
     if (!control || (*control & kEnable) != kEnabled || !slave.al.SettledIn(esc::AlState::OP)) return;
+    // What was set shortly before, or in a hole of the capture, may be why.
+    constexpr TimeNs kSettled = 100'000'000;
+    if (!e.settings_since.seen() || !e.settings_since.has_time || !e.frame.has_time) return;
+    if (Elapsed(e.settings_since.time, e.frame.time) < kSettled) return;
     constexpr std::uint64_t kByItself = 1ULL << 32U;
     const std::uint64_t key = kByItself | static_cast<std::uint8_t>(*e.to);
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;

@@ -10,6 +10,7 @@
 #include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
 #include "decoder/mailbox/events.h"
+#include "decoder/process/pdo_mapping.h"
 
 namespace ecaudit::sdo_abort {
 namespace {
@@ -36,8 +37,8 @@ An aborted download is an error: the master wanted to change something and did n
 exception: an upload that is answered by "object does not exist" (0x06020000), "subindex does not exist" (0x06090011) or
 "complete access not supported" (0x06010004) is an info. Masters ask like that to find out what a slave offers (SOEM's
 slaveinfo, TwinCAT's optional objects); nothing is changed and the master has its answer. And a download with complete
-access that the slave does not support is an info once the same entries were written one by one. Where the slave takes
-the same value later, the text says so.
+access that the slave does not support is an info once the same PDOs or entries and their number were written one by
+one. Where the slave takes the same value later, the text says so.
 Where the model knows why the slave had to abort (sdo-write-read-only, sdo-wrong-size, sdo-unknown-object, sdo-toggle),
 caused_by names that finding. The command byte of an abort is 0x80 in its top three bits; some slave stacks leave bits
 of the request in it, and some put the code four bytes too far back, which the text then says. Aborts of SDO information
@@ -128,18 +129,26 @@ class SdoAbort final : public Rule {
     SlaveId slave = kNoSlave;
     FindingIndex finding = kNoFinding;
     std::uint16_t index = 0;
-    std::bitset<256> missing;  ///< subindices
+    std::uint8_t count = 0;               ///< subindex 0
+    std::array<std::uint32_t, 16> value;  ///< of subindices 1 to count
+    std::bitset<17> missing;              ///< subindices
   };
 
+  /// Values of assignments (two bytes) and mappings (four) behind the count and a byte of padding; others are of sizes
+  /// that nobody knows here.
   void MissSingly(const mailbox::SdoTransfer& t, FindingIndex finding) {
     if (finding == kNoFinding || t.service != mailbox::SdoService::kDownload || !t.complete_access ||
-        t.abort_code != kNoCompleteAccess || t.subindex != 0 || t.data.empty()) {
+        t.abort_code != kNoCompleteAccess || t.subindex != 0 || t.data.size() < 2 || !process::IsPdoObject(t.index)) {
       return;
     }
-    Whole whole{.slave = t.slave, .finding = finding, .index = t.index, .missing = {}};
-    // Subindex 0 stands first and says how many there are.
-    whole.missing.set(0);
-    for (unsigned subindex = 1; subindex <= t.data[0]; ++subindex) whole.missing.set(subindex);
+    const std::size_t bytes = process::IsAssignment(t.index) ? 2 : 4;
+    Whole whole{.slave = t.slave, .finding = finding, .index = t.index, .count = t.data[0], .value = {}, .missing = {}};
+    if (whole.count > whole.value.size() || t.data.size() < 2 + whole.count * bytes) return;
+    for (std::size_t n = 0; n <= whole.count; ++n) {
+      whole.missing.set(n);
+      if (n > 0)
+        whole.value[n - 1] = static_cast<std::uint32_t>(UnsignedOf(t.data.subspan(2 + (n - 1) * bytes, bytes)));
+    }
     whole_[next_whole_++ % whole_.size()] = whole;
   }
 
@@ -147,7 +156,9 @@ class SdoAbort final : public Rule {
     if (t.service != mailbox::SdoService::kDownload || t.complete_access || !t.has_object) return;
     for (Whole& whole : whole_) {
       if (whole.finding == kNoFinding || whole.slave != t.slave || whole.index != t.index) continue;
-      whole.missing.reset(t.subindex);
+      if (t.subindex > whole.count || t.data.size() > 4) continue;
+      const std::uint32_t wanted = t.subindex == 0 ? whole.count : whole.value[t.subindex - 1U];
+      whole.missing.set(t.subindex, UnsignedOf(t.data) != wanted);
       if (whole.missing.any()) continue;
       Finding& finding = context().store[whole.finding];
       finding.message += " Then the master wrote the same entries one by one, the last of them in frame " +

@@ -72,7 +72,8 @@ class SyncWatchdogMargin final : public Rule {
   void On(const model::AlChangedByItself& e) {
     if (e.slave >= doubtful_.size() || !doubtful_[e.slave]) return;
     sync::OutputGap gap = *std::exchange(doubtful_[e.slave], std::nullopt);
-    if ((e.code && *e.code != kWatchdogCode) || !e.status.bit4()) {
+    // Seen in OP behind the gap, or for another reason: that was no watchdog.
+    if (e.code != kWatchdogCode || e.before_since > gap.after.number) {
       SayMayBeHole(gap);
       return;
     }
