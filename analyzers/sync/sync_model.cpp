@@ -6,6 +6,7 @@
 
 #include "analyzers/model/drive_parameters.h"
 #include "decoder/base/time.h"
+#include "decoder/base/wrapping.h"
 #include "decoder/bus/pairing.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/esc/register_map.h"
@@ -151,7 +152,7 @@ std::optional<DcTime> SyncModel::DcByStamps() const {
   if (!last || last->epoch != clock_.epoch() || !at.has_time || !returned_.has_time) return std::nullopt;
   const TimeNs since = Elapsed(at.time, returned_.time);
   if (since < 0 || since > kSameCycles) return std::nullopt;
-  return DcTime{last->ns + static_cast<std::uint64_t>(since), last->epoch};
+  return DcTime{WrappingSum(last->ns, static_cast<std::uint64_t>(since)), last->epoch};
 }
 
 void SyncModel::Flush() {

@@ -47,7 +47,8 @@ std::optional<std::uint16_t> Addressing::Count(const DatagramPair& d) {
   slave_count_ = Known<std::uint16_t>::Observed(count, event.frame.number);
   ++version_;
   events_.Publish(event);
-  if (before == nullptr || event.count < event.previous) return std::nullopt;
+  if (other_program) return std::uint16_t{0};
+  if (event.first || event.count < event.previous) return std::nullopt;
   return event.previous;
 }
 

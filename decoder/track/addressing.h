@@ -54,7 +54,8 @@ class Addressing {
     return (only_placed(a) && only_named(b)) || (only_named(a) && only_placed(b));
   }
   /// Counts the slaves that a datagram with a position counter has passed.
-  /// @return the count before, where there are more of them now
+  /// @return the position from which on they may be other slaves than before, where there are more of them now or
+  ///         another program counts
   std::optional<std::uint16_t> Count(const DatagramPair& d);
   /// The next of slaves(), although no frame addressed it; kNoSlave when it was met.
   SlaveId Presume(std::optional<SlavePos> position, std::optional<StationAddress> address, FrameNo frame) {
