@@ -9,8 +9,8 @@ namespace ecaudit::model {
 namespace {
 
 constexpr std::uint8_t kStatesOfAll = 0x0F;
-/// A single look past the limit may be one at a bus that nobody waits for any more.
-constexpr std::uint64_t kPollsPastLimit = 3;
+/// Looks at the least: who looks once or twice does not wait.
+constexpr std::uint64_t kLeastPolls = 3;
 /// Nobody looked, or the clock was set: the wait counts from the next look on.
 constexpr TimeNs kNobodyLooked = 3'000'000'000;
 
@@ -114,7 +114,7 @@ void BusAlWait::GiveUp(const FrameRef& frame) {
 }
 
 void BusAlWait::Close() {
-  if (wait_ && wait_->is_late && wait_->late.polls >= kPollsPastLimit) events_.Publish(wait_->late);
+  if (wait_ && wait_->is_late && wait_->late.polls >= kLeastPolls) events_.Publish(wait_->late);
   wait_.reset();
 }
 

@@ -10,6 +10,7 @@
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_model.h"
 #include "decoder/base/text.h"
+#include "decoder/base/wrapping.h"
 #include "decoder/esc/dc_registers.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/pipeline.h"
@@ -167,7 +168,7 @@ class SyncSwitchedOff final : public Rule {
       return;
     }
     if (!Generates(*slave.activation)) return;
-    const std::uint64_t shift = before ? now - *before : now;
+    const std::uint64_t shift = before ? WrappingDifference(now, *before) : now;
     const auto moved = both_wide ? static_cast<std::int64_t>(shift)
                                  : std::int64_t{static_cast<std::int32_t>(static_cast<std::uint32_t>(shift))};
     if (before && moved == 0) return;
