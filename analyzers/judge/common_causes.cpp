@@ -11,6 +11,8 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
 #include "decoder/base/time.h"
+#include "decoder/esc/al.h"
+#include "decoder/process/pdo_mapping.h"
 
 namespace ecaudit {
 namespace {
@@ -90,7 +92,7 @@ bool Single(const RuleContext&, const Finding& effect) {
 bool SaysSynchronisation(const RuleContext&, const Finding& effect) {
   for (const Evidence& evidence : effect.evidence) {
     const auto* code = std::get_if<std::int64_t>(&evidence.value);
-    if (evidence.name == "al_status_code" && code != nullptr) return *code == 0x1A || (*code >= 0x2C && *code <= 0x36);
+    if (evidence.name == "al_status_code" && code != nullptr) return esc::SpeaksOfSynchronisation(*code);
   }
   return true;  // none was read
 }
@@ -116,10 +118,10 @@ bool SaysSynchronisationOrWatchdog(const RuleContext& context, const Finding& ef
 
 /// A download to what sync manager 2 (1C12h, 1600h-17FFh) or 3 (1C13h, 1A00h-1BFFh) carries; 0: to something else.
 std::int64_t ManagerOfDownload(const Finding& abort) {
-  const std::int64_t index = NumberOf(abort, "index").value_or(0);
+  const auto index = static_cast<std::uint16_t>(NumberOf(abort, "index").value_or(0));
   if (TextOf(abort, "service") != "download" || abort.severity != Severity::kError) return 0;
-  if (index == 0x1C12 || (index >= 0x1600 && index < 0x1800)) return 2;
-  return index == 0x1C13 || (index >= 0x1A00 && index < 0x1C00) ? 3 : 0;
+  if (index == process::kRxAssignment || process::IsRxMapping(index)) return 2;
+  return index == process::kTxAssignment || process::IsTxMapping(index) ? 3 : 0;
 }
 
 /// The slave's process data are not those that the master wanted: it refused them before.
@@ -160,6 +162,7 @@ struct Law {
   bool (*holds)(const RuleContext&, const Finding& effect) = nullptr;  ///< what the effect has to say besides
   Bus of_bus = Bus::kNo;
   bool (*fits)(const Finding& effect, const Finding& cause) = nullptr;  ///< what both have to say of the same
+  bool by_warning = false;                                              ///< a warning may cause an error
 };
 
 /// Nearest first: of several causes the first row that fits counts.
@@ -191,7 +194,7 @@ constexpr std::array kLaws{
     Law{"drive-illegal-state-change", "sync-watchdog-margin", kSoon, IsWarning},
     Law{"drive-illegal-state-change", "emcy-received", kSoon, IsWarning},
     Law{"fmmu-inactive", "fmmu-mismatch", -1},
-    Law{"mailbox-no-response", "mailbox-counter", -1, nullptr, Bus::kNo, SameFrame},
+    Law{"mailbox-no-response", "mailbox-counter", -1, nullptr, Bus::kNo, SameFrame, true},
     Law{"sm-process-config", "sdo-abort", kLater, nullptr, Bus::kNo, MappingRefused},
     Law{"al-refused", "sdo-abort", kLater, SaysProcessData, Bus::kNo, MappingRefused},
     Law{"pdo-assign-order", "sdo-abort", kLater, nullptr, Bus::kNo, CountRefused},
@@ -232,7 +235,7 @@ void JoinConsequences(RuleContext& context) {
         const bool bus = law.of_bus == Bus::kYes;
         if (cause.rule != law.cause || cause.slave != (bus ? kNoSlave : effect.slave)) continue;
         if (bus && !TouchesLookBefore(effect, cause)) continue;
-        const bool weaker = cause.severity == Severity::kWarning && IsError(effect) && law.fits != SameFrame;
+        const bool weaker = cause.severity == Severity::kWarning && IsError(effect) && !law.by_warning;
         if (cause.severity == Severity::kInfo || weaker) continue;
         if (law.within >= 0 && !Follows(effect, cause, law.within)) continue;
         if (law.fits != nullptr && !law.fits(effect, cause)) continue;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "decoder/base/time.h"
+
 namespace ecaudit::model {
 namespace {
 
@@ -480,7 +482,8 @@ void AlMachine::OnError(const track::AlStatusRead& read) {
 /// down, had fallen by itself, because the master stopped its process data first, and goes on from there.
 bool AlMachine::FellBefore(const track::AlStatusRead& read) const {
   const std::uint16_t code = read.status_code.value_or(0);
-  const bool runs_out = code == 0x001A || code == 0x001B || (code >= 0x002C && code <= 0x0036);
+  constexpr std::uint16_t kWatchdog = 0x001B;
+  const bool runs_out = code == kWatchdog || esc::SpeaksOfSynchronisation(code);
   if (open_->verdict == AlVerdict::kIllegal || !runs_out) return false;
   const bool before_known = read_state_ != 0 && error_ == Error::kNo;
   return before_known && Height(read.status.state()) < Height(read_state_) &&
@@ -538,9 +541,7 @@ void AlMachine::CheckOverdue(const track::AlStatusRead& read) {
   const FrameRef before = std::exchange(last_poll_, read.frame);
   if (overdue_reported_ || !read.frame.has_time || !waiting_since_.has_time) return;
   const std::uint8_t target = open_->control.state();
-  std::int64_t limit = timeouts_.to_safeop_or_op_ns;
-  if (target == kPreop || target == kBoot) limit = timeouts_.to_preop_ns;
-  if (Height(target) < Height(read.status.state())) limit = timeouts_.downwards_ns;
+  const std::int64_t limit = timeouts_.To(target, Height(target) < Height(read.status.state()));
   // Nobody looked: the capture has a hole there, or the clock was set.
   if (before.has_time && read.frame.time - before.time > (paused_ ? kLongPauseNs : kClockSetNs)) {
     waiting_since_ = read.frame;

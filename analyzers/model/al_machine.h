@@ -21,6 +21,14 @@ struct AlTimeouts {
   std::int64_t to_preop_ns = 3'000'000'000;
   std::int64_t to_safeop_or_op_ns = 10'000'000'000;
   std::int64_t downwards_ns = 5'000'000'000;
+
+  /// @param target  the state requested: a value of esc::AlState  @param down  from a higher one
+  [[nodiscard]] std::int64_t To(std::uint8_t target, bool down) const {
+    if (down) return downwards_ns;
+    const bool early = target == static_cast<std::uint8_t>(esc::AlState::PREOP) ||
+                       target == static_cast<std::uint8_t>(esc::AlState::BOOT);
+    return early ? to_preop_ns : to_safeop_or_op_ns;
+  }
 };
 
 /// Rises that no request of the capture asked for. No slave rises by itself: the capture does not hold all requests (a

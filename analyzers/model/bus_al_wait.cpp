@@ -43,10 +43,7 @@ void BusAlWait::OnRequest(esc::AlWord control, track::Acceptance acceptance, con
 }
 
 std::int64_t BusAlWait::LimitTo(std::uint8_t target, std::uint8_t from) const {
-  const bool down = target < std::bit_floor(from);
-  if (down) return timeouts_.downwards_ns;
-  return target == static_cast<std::uint8_t>(esc::AlState::PREOP) ? timeouts_.to_preop_ns
-                                                                  : timeouts_.to_safeop_or_op_ns;
+  return timeouts_.To(target, target < std::bit_floor(from));
 }
 
 void BusAlWait::On(const track::AlStatusOfAll& read) {

@@ -18,6 +18,11 @@ enum class AlState : std::uint8_t {
 [[nodiscard]] constexpr bool IsAlState(std::uint8_t value) {
   return value == 1 || value == 2 || value == 3 || value == 4 || value == 8;
 }
+/// AL status codes of a slave in operation whose SYNC signals or their relation to the process data went wrong
+/// (esc-reference 5.5): 0x001A, 0x002C to 0x0036.
+[[nodiscard]] constexpr bool SpeaksOfSynchronisation(std::int64_t al_status_code) {
+  return al_status_code == 0x001A || (al_status_code >= 0x002C && al_status_code <= 0x0036);
+}
 /// "INIT", "PREOP", ...; for other values "state 5".
 [[nodiscard]] std::string StateName(std::uint8_t value);
 /// "PREOP" for a defined state.

@@ -98,8 +98,7 @@ class SdoIncomplete final : public Rule {
     const bool upload = t.service == mailbox::SdoService::kUpload;
     const bool less = t.size < *t.declared_size;
     const std::string service(Name(t.service));
-    const std::string object =
-        t.has_object ? ObjectText(t, *context().slave(t.slave).profile) : std::string("an object not in the capture");
+    const std::string object = ObjectOf(t);
     Finding finding;
     finding.slave = t.slave;
     finding.first = t.last;
@@ -117,15 +116,24 @@ class SdoIncomplete final : public Rule {
     } else {
       finding.message += "The slave accepted it; what it made of the value is not known.";
     }
-    finding.evidence.push_back(Text("service", service));
+    AddTransfer(finding, t);
+    AddRelated(finding, t.request.number);
+    Report(key, upload ? Severity::kInfo : Severity::kWarning, std::move(finding));
+  }
+
+  [[nodiscard]] std::string ObjectOf(const mailbox::SdoTransfer& t) const {
+    return t.has_object ? ObjectText(t, *context().slave(t.slave).profile)
+                        : std::string("an object not in the capture");
+  }
+
+  static void AddTransfer(Finding& finding, const mailbox::SdoTransfer& t) {
+    finding.evidence.push_back(Text("service", std::string(Name(t.service))));
     if (t.has_object) {
       finding.evidence.push_back(HexNumber("index", t.index));
       finding.evidence.push_back(Number("subindex", t.subindex));
     }
     finding.evidence.push_back(Number("bytes", static_cast<std::int64_t>(t.size)));
-    finding.evidence.push_back(Number("announced", *t.declared_size));
-    AddRelated(finding, t.request.number);
-    Report(key, upload ? Severity::kInfo : Severity::kWarning, std::move(finding));
+    if (t.declared_size) finding.evidence.push_back(Number("announced", *t.declared_size));
   }
 
   static std::uint64_t KeyOf(const mailbox::SdoTransfer& t) {
@@ -134,8 +142,7 @@ class SdoIncomplete final : public Rule {
   }
 
   [[nodiscard]] Finding Describe(const mailbox::SdoTransfer& t, const FrameRef& frame) const {
-    const std::string object =
-        t.has_object ? ObjectText(t, *context().slave(t.slave).profile) : std::string("an object not in the capture");
+    const std::string object = ObjectOf(t);
     const std::string service(Name(t.service));
     const std::string of = t.declared_size ? " of " + std::to_string(*t.declared_size) : std::string();
     Finding finding;
@@ -157,13 +164,7 @@ class SdoIncomplete final : public Rule {
         break;
     }
     finding.message += ". It was not aborted, so the slave still holds it open. Finish or abort it.";
-    finding.evidence.push_back(Text("service", service));
-    if (t.has_object) {
-      finding.evidence.push_back(HexNumber("index", t.index));
-      finding.evidence.push_back(Number("subindex", t.subindex));
-    }
-    finding.evidence.push_back(Number("bytes", static_cast<std::int64_t>(t.size)));
-    if (t.declared_size) finding.evidence.push_back(Number("announced", *t.declared_size));
+    AddTransfer(finding, t);
     finding.evidence.push_back(Text("ended", std::string(Name(t.outcome))));
     return finding;
   }
