@@ -181,8 +181,8 @@ Hole Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats 
   // It was the time-out of a master that waits for its frame, whose index is never twice the same else.
   const bool waited = apart > kCopyNs && apart / 2 > typical_round_trip_ns_;
   if (repeats == Repeats::kAll && waited) ++statistics_.repeated_unanswered;
-  if (repeats == Repeats::kAll && waited &&
-      (rhythm.indices.IsNumbered(frame) || (apart <= kRetryNs && !wire::IsLogical(frame[0].command())))) {
+  const bool cyclic = !frame.empty() && wire::IsLogical(frame[0].command());
+  if (repeats == Repeats::kAll && waited && (rhythm.indices.IsNumbered(frame) || (apart <= kRetryNs && !cyclic))) {
     return Hole::kNone;
   }
   if (ClockJumps(last.time, frame.ref().time) && !goes_on) {
@@ -654,7 +654,8 @@ void Pairing::PushFromOtherEnd(const wire::FrameView& frame, std::uint64_t key) 
   for (std::uint64_t s = head_; s != tail_; --s) {
     Slot& slot = At(s - 1);
     if (slot.state != SlotState::kOpen || !directions_.IsOnePort(slot.view)) continue;
-    if (slot.key != key && !(dummy && slot.view[0].index() == frame[0].index())) continue;
+    const bool same_dummy = dummy && !slot.view.empty() && slot.view[0].index() == frame[0].index();
+    if (slot.key != key && !same_dummy) continue;
     slot.state = SlotState::kAnswered;
     slot.returned_bytes.clear();
     --statistics_.under_way;

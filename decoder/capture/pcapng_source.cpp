@@ -167,12 +167,12 @@ BlockResult PcapngSource::ReadBlock(CapturedFrame& frame) {
   if (bytes.empty() && stream_->error().empty()) return BlockResult::kEnd;
   if (bytes.size() < pcapng::kMinBlockBytes) return EndsInside("a block header before " + NextPacket());
 
-  const std::uint32_t type = order_.U32(bytes, 0);
+  const std::uint32_t type = order_.At(bytes.data());
   if (type == pcapng::kSectionHeader) {
     order_.big_endian = BigEndian<std::uint32_t>(bytes, 8) == pcapng::kByteOrderMagic;
     if (order_.U32(bytes, 8) != pcapng::kByteOrderMagic) return Damaged("a section header has no byte-order magic");
   }
-  const std::uint32_t length = order_.U32(bytes, 4);
+  const std::uint32_t length = order_.At(bytes.data() + pcapng::kBlockHeaderBytes / 2);
   if (length < MinimumBytes(type) || length % 4 != 0 ||
       length > (IsRead(type) ? pcapng::kMaxReadBlockBytes : pcapng::kMaxBlockBytes)) {
     return Damaged(BlockName(type, NextPacket()) + " has an impossible block length, " + Grouped(length) + " bytes");
@@ -181,7 +181,7 @@ BlockResult PcapngSource::ReadBlock(CapturedFrame& frame) {
   if (bytes.size() < length) bytes = stream_->Peek(length);
   if (bytes.size() < length) return EndsInside(BlockName(type, NextPacket()));
   bytes = bytes.first(length);
-  if (order_.U32(bytes, length - pcapng::kTrailerBytes) != length) {
+  if (order_.At(bytes.data() + length - pcapng::kTrailerBytes) != length) {
     return Damaged(BlockName(type, NextPacket()) + std::string(kTwoLengths));
   }
   last_block_ = length;
@@ -287,13 +287,15 @@ BlockResult PcapngSource::StampedPacket(ByteSpan block, std::uint32_t interface,
     return Damaged(NextPacket() + " belongs to interface " + std::to_string(interface) +
                    ", which the file does not describe");
   }
-  const std::uint32_t captured = order_.U32(block, 20);
+  // A block of this type has these fields, and its trailer was taken off (MinimumBytes()).
+  const std::uint8_t* const fields = block.data();
+  const std::uint32_t captured = order_.At(fields + 20);
   if (!Fits(block, kDataOffset, captured)) {
     return Damaged(NextPacket() + " has a captured length larger than its block, " + Grouped(captured) + " bytes");
   }
   const std::size_t index = section_start_ + interface;
-  FillFrame(index, order_.U32(block, 24), block.subspan(kDataOffset, captured), frame);
-  const std::uint64_t ticks = static_cast<std::uint64_t>(order_.U32(block, 12)) << 32U | order_.U32(block, 16);
+  FillFrame(index, order_.At(fields + 24), ByteSpan(fields + kDataOffset, captured), frame);
+  const std::uint64_t ticks = static_cast<std::uint64_t>(order_.At(fields + 12)) << 32U | order_.At(fields + 16);
   const std::optional<TimeNs> time = interfaces_[index].scale.ToNs(ticks);
   frame.time = time.value_or(0);
   frame.has_time = time.has_value();

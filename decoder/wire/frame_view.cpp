@@ -191,7 +191,7 @@ std::uint64_t FrameView::KeyOfDatagrams() const noexcept {
   // ParseDatagrams() found all of them inside; here nothing but their headers is looked at.
   const std::uint16_t* offset = offsets_.data();
   for (const std::uint16_t* const end = offset + count_; offset != end; ++offset) {
-    hash = Mix(hash, DatagramView(ByteSpan(bytes_.data() + *offset, kDatagramHeaderBytes), 0).KeptHeader());
+    hash = Mix(hash, DatagramView::KeptHeaderAt(bytes_.data() + *offset));
   }
   return hash;
 }
@@ -220,15 +220,16 @@ void FrameView::ParseDatagrams(std::size_t offset, bool cut) noexcept {
   bool more = true;
   // What nearly all datagrams are: whole, inside the length, known.
   const std::size_t end = std::min({announced_end, bytes_.size(), kMaxOffset});
+  std::uint16_t* const offsets = offsets_.data();
   while (more && count_ < kMaxDatagrams && at + kDatagramHeaderBytes + kWorkingCounterBytes <= end) {
     const std::uint8_t* datagram = bytes_.data() + at;
     const auto length_word = LoadLittleEndian<std::uint16_t>(datagram + 6);
     const std::size_t size = kDatagramHeaderBytes + (length_word & 0x07FFU) + kWorkingCounterBytes;
     if (size > end - at || !IsDefined(*datagram)) break;
-    offsets_[count_++] = static_cast<std::uint16_t>(at);
+    offsets[count_++] = static_cast<std::uint16_t>(at);
     more = (length_word & 0x8000U) != 0;
     at += size;
-    offsets_[count_] = static_cast<std::uint16_t>(at);
+    offsets[count_] = static_cast<std::uint16_t>(at);
   }
   if (more) more = ParseOddDatagrams(at, announced_end);
   if (kind_ == FrameKind::kMalformed) return;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cstdint>
 #include <span>
 #include <string_view>
@@ -21,16 +22,19 @@ namespace ecaudit::wire {
 inline constexpr std::size_t kDatagramHeaderBytes = 10;
 inline constexpr std::size_t kWorkingCounterBytes = 2;
 
-/// One datagram; borrows the packet's bytes. All getters are plain loads: FrameView checked the lengths.
+/// One datagram; borrows the packet's bytes. All getters are plain loads: FrameView checked the lengths, and once is
+/// enough for what is read a dozen times a frame.
 class DatagramView {
  public:
   /// @param bytes header, data and working counter of exactly this datagram: at least 12 bytes
-  DatagramView(ByteSpan bytes, std::uint8_t ordinal) : bytes_(bytes), ordinal_(ordinal) {}
+  DatagramView(ByteSpan bytes, std::uint8_t ordinal) : bytes_(bytes), ordinal_(ordinal) {
+    assert(bytes.size() >= kDatagramHeaderBytes + kWorkingCounterBytes);
+  }
 
   [[nodiscard]] std::uint8_t ordinal() const { return ordinal_; }  ///< from 0 in the frame
-  [[nodiscard]] Command command() const { return static_cast<Command>(bytes_[0]); }
-  [[nodiscard]] std::uint8_t command_byte() const { return bytes_[0]; }
-  [[nodiscard]] std::uint8_t index() const { return bytes_[1]; }
+  [[nodiscard]] Command command() const { return static_cast<Command>(*bytes_.data()); }
+  [[nodiscard]] std::uint8_t command_byte() const { return *bytes_.data(); }
+  [[nodiscard]] std::uint8_t index() const { return bytes_.data()[1]; }
   [[nodiscard]] std::uint16_t adp() const { return LoadLittleEndian<std::uint16_t>(bytes_.data() + 2); }
   [[nodiscard]] std::uint16_t ado() const { return LoadLittleEndian<std::uint16_t>(bytes_.data() + 4); }
   [[nodiscard]] std::uint32_t logical_address() const { return LoadLittleEndian<std::uint32_t>(bytes_.data() + 2); }
@@ -38,18 +42,22 @@ class DatagramView {
   [[nodiscard]] bool circulating() const { return (length_word() & 0x4000U) != 0; }
   [[nodiscard]] bool more() const { return (length_word() & 0x8000U) != 0; }
   [[nodiscard]] std::uint16_t irq() const { return LoadLittleEndian<std::uint16_t>(bytes_.data() + 8); }
-  [[nodiscard]] ByteSpan data() const { return bytes_.subspan(kDatagramHeaderBytes, bytes_.size() - 12); }
+  [[nodiscard]] ByteSpan data() const {
+    return {bytes_.data() + kDatagramHeaderBytes, bytes_.size() - kDatagramHeaderBytes - kWorkingCounterBytes};
+  }
   [[nodiscard]] std::uint16_t wkc() const {
     return LoadLittleEndian<std::uint16_t>(bytes_.data() + bytes_.size() - kWorkingCounterBytes);
   }
   [[nodiscard]] ByteSpan bytes() const { return bytes_; }
   /// Command, index, length and address as one number, without what slaves change: a returned datagram has the same as
   /// the one that was sent.
-  [[nodiscard]] std::uint64_t KeptHeader() const {
+  [[nodiscard]] std::uint64_t KeptHeader() const { return KeptHeaderAt(bytes_.data()); }
+  /// The same of a datagram whose header begins at `at`.
+  [[nodiscard]] static std::uint64_t KeptHeaderAt(const std::uint8_t* at) {
     constexpr std::uint64_t kPosition = 0xFFFF'0000;  // adp, bytes 2 and 3
     constexpr std::uint64_t kLengthFlags = 0xF800'0000'0000'0000;
-    const std::uint64_t header = LoadLittleEndian<std::uint64_t>(bytes_.data()) & ~kLengthFlags;
-    return IncrementsAdp(command()) ? header & ~kPosition : header;
+    const std::uint64_t header = LoadLittleEndian<std::uint64_t>(at) & ~kLengthFlags;
+    return IncrementsAdp(static_cast<Command>(*at)) ? header & ~kPosition : header;
   }
 
  private:
@@ -157,13 +165,16 @@ class FrameView : private FrameFields {
   [[nodiscard]] std::size_t size() const { return count_; }
   [[nodiscard]] bool empty() const { return count_ == 0; }
   [[nodiscard]] DatagramView operator[](std::size_t i) const {
-    return {bytes_.subspan(offsets_[i], static_cast<std::size_t>(offsets_[i + 1]) - offsets_[i]),
+    if (i >= count_) [[unlikely]]
+      __builtin_trap();  // offsets behind are not set
+    const std::uint16_t* const begin = offsets_.data() + i;
+    return {ByteSpan(bytes_.data() + *begin, static_cast<std::size_t>(begin[1] - begin[0])),
             static_cast<std::uint8_t>(i)};
   }
   /// The datagrams as they stand in the packet, without EtherCAT header and padding.
   [[nodiscard]] ByteSpan payload() const {
     return count_ == 0 ? ByteSpan{}
-                       : bytes_.subspan(offsets_[0], static_cast<std::size_t>(offsets_[count_]) - offsets_[0]);
+                       : bytes_.subspan(offsets_[0], static_cast<std::size_t>(offsets_[count_] - offsets_[0]));
   }
   [[nodiscard]] ByteSpan bytes() const { return bytes_; }
   /// Identifies the frame by what slaves never change: commands, indices, lengths and addresses (without the position
@@ -184,7 +195,13 @@ class FrameView : private FrameFields {
   /// Becomes the view that `fields` and `offsets` were taken from, over a copy of the packet's bytes.
   void Restore(const FrameFields& fields, const std::uint16_t* offsets, ByteSpan copy) {
     static_cast<FrameFields&>(*this) = fields;
-    if (count_ > 0) std::copy_n(offsets, count_ + std::size_t{1}, offsets_.begin());
+    constexpr std::uint8_t kFew = 8;
+    if (count_ > kFew) {
+      std::copy_n(offsets, count_ + std::size_t{1}, offsets_.begin());
+    } else if (count_ > 0) {  // nearly always: no call
+      std::uint16_t* to = offsets_.data();
+      for (const std::uint16_t* const end = offsets + count_ + 1; offsets != end; ++offsets) *to++ = *offsets;
+    }
     bytes_ = copy;
   }
 
