@@ -51,10 +51,14 @@ void CyclicImage::AddInterval(const FrameTime& from, const FrameTime& to) {
 }
 
 void CyclicImage::RenewNominal() {
+  constexpr std::uint64_t kRenewed = 1024;
+  const auto due = [](const IntervalStatistics& clock) { return clock.count() > 0 && clock.count() % kRenewed == 0; };
+  if (nominal_of >= kRenewed && !due(by_dc) && !due(by_esl) && !due(by_stamp)) return;
   const auto [best, base] = Best();
   const std::uint64_t count = best->count();
-  if (base != TimeBase::kNone && (count % 1024 == 0 || (count >= kEnoughIntervals && nominal_of < kEnoughIntervals) ||
-                                  (count < 1024 && count == nominal_of * 2))) {
+  if (base != TimeBase::kNone &&
+      (count % kRenewed == 0 || (count >= kEnoughIntervals && nominal_of < kEnoughIntervals) ||
+       (count < kRenewed && count == nominal_of * 2))) {
     nominal_ns = std::min(best->Percentile(0.5), kLongestCycle);
     nominal_of = count;
   }

@@ -31,7 +31,7 @@ std::optional<FrameTime> OutputWatch::WaitsSince() const {
   return since;
 }
 
-Interval OutputWatch::GapTo(const FrameTime& time, const CyclicImage* of) const {
+Interval OutputWatch::GapByClocks(const FrameTime& time) const {
   if (!FedInOp()) {
     const std::optional<FrameTime> since = WaitsSince();
     FrameTime by_stamp;
@@ -39,8 +39,7 @@ Interval OutputWatch::GapTo(const FrameTime& time, const CyclicImage* of) const 
     by_stamp.stamp = time.stamp;
     return since ? Between(*since, by_stamp) : Interval{};
   }
-  const bool as_image = of != nullptr && of->gap_from == last.frame.number && of == image;
-  return as_image ? of->gap : Between(last, time);
+  return Between(last, time);
 }
 
 TimeNs OutputWatch::GapLimit(const CyclicImage* of) const {

@@ -116,12 +116,12 @@ void Sync0Phase::Place(Arrival& arrival, const Slot& slot) {
 /// @param follows no frame can be missing before it
 void Sync0Phase::Carry(Arrival& arrival, const FrameRef& frame, const Slot& slot, bool follows) {
   const auto count = static_cast<std::int64_t>(frames_);
-  const Lead least{slot.least - count, frames_, frame};
-  const Lead most{slot.most - count, frames_, frame};
-  const bool raised = !follows || least.pulses >= least_.pulses;
-  const bool lowered = !follows || most.pulses <= most_.pulses;
-  if (raised) least_ = least;
-  if (lowered) most_ = most;
+  const std::int64_t least = slot.least - count;
+  const std::int64_t most = slot.most - count;
+  const bool raised = !follows || least >= least_.pulses;
+  const bool lowered = !follows || most <= most_.pulses;
+  if (raised) least_ = {least, frames_, frame};
+  if (lowered) most_ = {most, frames_, frame};
   const std::int64_t ahead = least_.pulses - most_.pulses;
   if (ahead <= 0) return;
   // The frame at hand moved only one of both: with itself it agrees.
@@ -135,8 +135,8 @@ void Sync0Phase::Carry(Arrival& arrival, const FrameRef& frame, const Slot& slot
   } else {
     ++doubled_;
   }
-  least_ = least;
-  most_ = most;
+  least_ = {least, frames_, frame};
+  most_ = {most, frames_, frame};
 }
 
 SyncPhase Sync0Phase::Summary(std::uint32_t cycle_ns) const {
