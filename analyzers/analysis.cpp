@@ -74,6 +74,8 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
   RuleContext context(store, observation, source, options, explanations);
   const auto rules = Attached(context, observation.bus());
 
+  // A time line shows the data of each cycle.
+  if (timeline == nullptr && !options.tells_each_cycle) observation.SkipRepeatedCycles();
   observation.Run(source, WhatToRead(options));
 
   AnalysisResult result = Summarise(source, observation);

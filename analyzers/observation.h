@@ -42,6 +42,9 @@ class Observation {
   /// Null unless Depth::kClocks.
   [[nodiscard]] const sync::SyncModel* sync() const { return sync_.get(); }
 
+  /// What is told of cycles that are like the one before is not needed: see decoder/track/repeated_cycles.h. Only where
+  /// nobody hears of the data of each cycle.
+  void SkipRepeatedCycles() { pipeline_.SkipRepeatedCycles(); }
   /// Reads `source` to its end, its damage or the stop that the options name, then lets the models conclude.
   void Run(capture::FrameSource& source, const PipelineOptions& options);
 

@@ -1,9 +1,11 @@
 #include "decoder/pipeline.h"
 
+#include <array>
 #include <numeric>
 
 #include "decoder/base/time.h"
 #include "decoder/bus/ring_join.h"
+#include "decoder/track/repeated_cycles.h"
 
 namespace ecaudit {
 namespace {
@@ -17,27 +19,30 @@ constexpr std::uint64_t kProgressEvery = bus::TrafficReader::kNewsEvery;
 /// Passes everything on to the network; frames are published first.
 class Fork final : public bus::BusSink {
  public:
-  Fork(track::Network& network, EventSink& events) : network_(network), events_(events), ends_(network) {}
+  Fork(track::RepeatedCycles& cycles, EventSink& events) : cycles_(cycles), events_(events), ends_(cycles) {}
   void OnFrame(const wire::FrameView& frame, bus::Direction direction) override {
     ends_.Pass(frame.ref().number);
     events_.Publish(FrameSeen{frame, direction});
   }
-  void OnSent(const wire::FrameView& frame) override { network_.OnSent(frame); }
+  void OnSent(const wire::FrameView& frame) override { cycles_.OnSent(frame); }
   void OnTransaction(const bus::BusTransaction& transaction) override { ends_.Push(transaction); }
-  void OnDoubtful(const wire::FrameView& sent) override { network_.OnDoubtful(sent); }
+  void OnDoubtful(const wire::FrameView& sent) override { cycles_.OnDoubtful(sent); }
   void OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_by_other) override {
-    network_.OnLost(sent, loss, followed_by_other);
+    cycles_.OnLost(sent, loss, followed_by_other);
   }
   void OnDuplicate(const wire::FrameView& returned, FrameNo original) override {
-    network_.OnDuplicate(returned, original);
+    cycles_.OnDuplicate(returned, original);
   }
   void OnUnusable(const wire::FrameView& frame, bus::Unusable reason, bool own_master) override {
-    network_.OnUnusable(frame, reason, own_master);
+    cycles_.OnUnusable(frame, reason, own_master);
   }
-  void Finish() { ends_.Flush(); }
+  void Finish() {
+    ends_.Flush();
+    cycles_.Settle();
+  }
 
  private:
-  track::Network& network_;
+  track::RepeatedCycles& cycles_;
   EventSink& events_;
   bus::RingJoin ends_;
 };
@@ -46,23 +51,25 @@ class Fork final : public bus::BusSink {
 
 class Pipeline::Impl {
  public:
-  explicit Impl(EventSink& events) : network_(events), fork_(network_, events) {}
+  explicit Impl(EventSink& events) : network_(events), cycles_(network_, events), fork_(cycles_, events) {}
 
   void Run(capture::FrameSource& source, const PipelineOptions& options) {
     const bool ahead = options.read_ahead && source.bytes_total() >= kWorthReadingAhead;
     bus::TrafficReader reader(source, options, options.stop, ahead ? bus::Ahead::kYes : bus::Ahead::kNo);
     std::uint64_t next_progress = kProgressEvery;
-    wire::FrameView packet;
+    std::array<wire::FrameView, 2> views;  // of the packet at hand and the one before
     while (const bus::Traffic* traffic = reader.Next()) {
       for (std::size_t i = 0; i < traffic->size() && !statistics_.overworked.seen(); ++i) {
+        wire::FrameView& packet = views[i % 2];
         traffic->Prefetch(i + 3);
         traffic->Restore(i, packet);
         traffic->ReadStatistics(i, pairing_);
         if (options.reached != nullptr) options.reached->store(packet.ref().number, std::memory_order_relaxed);
         if (packet.ref().seen()) Count(packet);
-        traffic->Replay(i, packet, fork_);
+        traffic->Replay(i, packet, fork_, &views[(i + 1) % 2]);
         if (network_.overworked()) statistics_.overworked = statistics_.last;
       }
+      cycles_.Keep();
       if (statistics_.overworked.seen()) break;
       if (options.progress && reader.packets_read() >= next_progress) {
         options.progress(reader.bytes_read(), reader.bytes_total(), reader.packets_read());
@@ -77,6 +84,7 @@ class Pipeline::Impl {
   }
 
   track::Network network_;
+  track::RepeatedCycles cycles_;
   Fork fork_;
   bus::PairingStatistics pairing_;  ///< behind the step at hand
   PipelineStatistics statistics_;
@@ -147,6 +155,9 @@ void Pipeline::Run(capture::FrameSource& source, const PipelineOptions& options)
 }
 void Pipeline::Presume(std::optional<SlavePos> position, std::optional<StationAddress> station) {
   impl_->network_.Presume(position, station);
+}
+void Pipeline::SkipRepeatedCycles() {
+  impl_->cycles_.Begin();
 }
 const PipelineStatistics& Pipeline::statistics() const {
   return impl_->statistics_;

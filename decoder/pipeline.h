@@ -59,6 +59,7 @@ struct PipelineOptions : bus::PacketRange {
 
 /// Every frame with its direction; precedes the events that follow from it.
 struct FrameSeen {
+  static constexpr bool kRoutine = true;
   const wire::FrameView& frame;
   bus::Direction direction = bus::Direction::kForeign;
 };
@@ -76,6 +77,9 @@ class Pipeline {
 
   /// Network::Presume().
   void Presume(std::optional<SlavePos> position, std::optional<StationAddress> station);
+
+  /// From here on cycles that tell nothing new are not told in full: see track/repeated_cycles.h.
+  void SkipRepeatedCycles();
 
   /// Up to the packet at hand.
   [[nodiscard]] const PipelineStatistics& statistics() const;

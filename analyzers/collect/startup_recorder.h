@@ -45,6 +45,8 @@ class StartupRecorder final : public Collector {
   /// Wants to hear of each slave, unless all are in OP: reading once more that they are tells nothing new.
   void On(const track::AlPoll& poll);
   void On(const track::Answered& event);
+  /// Until a slave is in operation its steps are counted.
+  void On(const track::CycleAtRest& asked);
   void On(const track::EepromRead& event);
   void On(const track::EepromWrite& event);
   void On(const mailbox::SdoTransfer& transfer);

@@ -56,8 +56,9 @@ TimelineCollector::TimelineCollector(const model::BusModel& model, const sync::S
     : model_(model), sync_(sync), timeline_(timeline) {
   bus.ListenTo<model::ProcessCycle, sync::IntervalMeasured, sync::PhaseMeasured, track::FrameLost,
                mailbox::MailboxMessage>(Stage::kBeforeModel, *this);
-  bus.ListenTo<mailbox::SdoTransfer, track::SlaveAccess, model::DriveStateChanged, model::AlChangedByItself>(
-      Stage::kAfterModel, *this);
+  bus.ListenTo<mailbox::SdoTransfer, model::DriveStateChanged, model::AlChangedByItself>(Stage::kAfterModel, *this);
+  bus.Listen<track::SlaveAccess>(Stage::kAfterModel, *this, &TimelineCollector::On,
+                                 MemoryRange::Of(esc::kSystemTimeDifference, 4));
 }
 
 TimelineCollector::Slave& TimelineCollector::Of(SlaveId slave) {

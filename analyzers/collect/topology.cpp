@@ -87,7 +87,8 @@ void AddDelays(const AnalysisResult& result, TopologySummary& topology) {
 }  // namespace
 
 Topology::Topology(EventBus& bus) {
-  bus.ListenTo<track::SlaveAccess, track::CaptureHole>(Stage::kBeforeModel, *this);
+  bus.Listen<track::SlaveAccess>(Stage::kBeforeModel, *this, &Topology::On, MemoryRange::Of(0, kCountersEnd));
+  bus.ListenTo<track::CaptureHole>(Stage::kBeforeModel, *this);
 }
 
 Topology::Slave& Topology::Get(SlaveId slave) {

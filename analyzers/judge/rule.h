@@ -42,6 +42,11 @@ class Rule {
   void Hear(void (T::*handler)(const Event&), Stage stage = Stage::kBeforeModel) {
     heard_.push_back(EventBus::Subscription::Of(stage, static_cast<T&>(*this), handler));
   }
+  /// Of events about some bytes of a slave, those that touch `range`.
+  template <OfMemory Event, class T>
+  void Hear(void (T::*handler)(const Event&), MemoryRange range, Stage stage = Stage::kBeforeModel) {
+    heard_.push_back(EventBus::Subscription::Of(stage, static_cast<T&>(*this), handler, range));
+  }
   [[nodiscard]] RuleContext& context() const { return *context_; }
 
   FindingIndex Repeat(SlaveId slave, std::uint64_t key, const FrameRef& frame);

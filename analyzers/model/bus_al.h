@@ -48,6 +48,10 @@ class BusAlUnit {
     }
     paused_ = false;
   }
+  /// So many reads showed what the next one shows.
+  void OnSkipped(std::uint64_t count) {
+    if (told_) told_->polls += count;
+  }
   void On(const track::AlStatusRead& read) {
     if (open_) Compare(read);
     if (read.status.bit4() && read.error_bit_known) refused_.reset();  // that slave is told of by itself

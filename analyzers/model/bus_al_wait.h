@@ -28,6 +28,8 @@ class BusAlWait {
   /// @param slave kNoSlave: all were asked, by a broadcast
   void OnRequest(esc::AlWord control, track::Acceptance acceptance, const FrameRef& frame, SlaveId slave);
   void On(const track::AlStatusOfAll& read);
+  /// A state was asked for that broadcasts have not shown.
+  [[nodiscard]] bool waits() const { return wait_.has_value(); }
   void On(const track::AlStatusRead& read);
   /// The master asks for a lower state instead, in this frame.
   void GiveUp(const FrameRef& frame);

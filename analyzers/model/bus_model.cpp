@@ -7,6 +7,7 @@
 #include "decoder/esc/register_addresses.h"
 #include "decoder/esc/register_map.h"
 #include "decoder/esc/sii.h"
+#include "decoder/track/datagram_pair.h"
 
 namespace ecaudit::model {
 namespace {
@@ -47,8 +48,8 @@ BusModel::BusModel(const track::Network& network, const AnalysisOptions& options
                track::AlRequestSent, track::AlRequest, track::AlRequestOfAll, track::AlStatusRead, track::AlPoll,
                track::AlStatusOfAll, track::AlStatusCodeRead, track::RunBegan, track::AlStateForgotten,
                track::CaptureHole, track::LogicalAccess, track::FrameLost, track::SlaveAccess, track::EepromRead,
-               track::EepromWrite, mailbox::SdoTransfer, mailbox::SdoUnexpected, mailbox::SdoInfo, mailbox::Emergency>(
-      Stage::kModel, *this);
+               track::EepromWrite, mailbox::SdoTransfer, mailbox::SdoUnexpected, mailbox::SdoInfo, mailbox::Emergency,
+               track::CycleAtRest, track::CyclesSkipped>(Stage::kModel, *this);
 }
 
 const LogicalExpectation& BusModel::Expect(const track::LogicalAccess& access) const {
@@ -169,6 +170,7 @@ void BusModel::On(const track::AlPoll& poll) {
   }
   for (const SlaveId id : poll.slaves) by_id_[id]->al.Repeat(poll.frame.number);
   poll.taken = true;
+  poll_taken_ = poll.frame.number;
 }
 void BusModel::On(const track::AlStatusCodeRead& event) {
   slaves_[event.slave].Stir();
@@ -200,6 +202,7 @@ void BusModel::On(const track::CaptureHole& event) {
 
 void BusModel::On(const track::LogicalAccess& access) {
   if (!image_.Read(access, Expect(access), *this)) events_.Publish(ProcessDataUnplaced{access});
+  if (image_.TakeReplaced()) events_.Publish(SlaveStirred{});
 }
 
 void BusModel::On(const track::FrameLost& event) {
@@ -241,8 +244,54 @@ void BusModel::On(const ProcessCycle& cycle) {
   still.drive = slave.drive.OnCycle(cycle, still);
   if (still.latch == Still::kNo || still.probe == Still::kNo || still.drive == Still::kNo) {
     slave.Stir();  // what changed here may matter to the slave's other data
+    events_.Publish(SlaveStirred{cycle.part.slave});
   } else {
     still.Settle(slave.generation, cycle.exchange);
+  }
+}
+
+void BusModel::On(const track::CycleAtRest& asked) {
+  const auto matters = [&](std::size_t i) {
+    const track::DatagramPair d(asked.transaction, i);
+    if (wire::IsLogical(d.command())) {
+      const track::LogicalAccess access = track::Network::LogicalAccessOf(d);
+      const LogicalExpectation& expected = Expect(access);
+      const CounterRange range = RangeFor(expected, access.command);
+      if (!expected.mapping_known || access.wkc != range.least || access.wkc != range.most) return true;
+      return !image_.Watch(access, expected, asked, i);
+    }
+    // States that nobody waits for.
+    return d.command() == wire::Command::BRD &&
+           (poll_taken_ != d.transaction.returned_ref().number || al_wait_.waits());
+  };
+  for (std::size_t i = 0; i < asked.datagrams.size() && !asked.each_wanted; ++i) asked.each_wanted = matters(i);
+}
+
+void BusModel::On(const track::CyclesSkipped& skipped) {
+  const std::uint64_t count = skipped.count;
+  for (std::size_t i = 0; i < skipped.last.size(); ++i) {
+    const track::DatagramPair d(skipped.last, i);
+    if (d.command() == wire::Command::BRD) {
+      al_.OnSkipped(count);
+      for (std::size_t s = 0; s < slaves_.size(); ++s) {
+        if (network_.OnBus(static_cast<SlaveId>(s))) by_id_[s]->al.OnSkipped(count);
+      }
+    }
+    if (!wire::IsLogical(d.command())) continue;
+    const track::LogicalAccess access = track::Network::LogicalAccessOf(d);
+    image_.ForEachPart(access, Expect(access), [&](const ImagePart& part, Exchange exchange) {
+      SlaveModel& slave = *by_id_[part.slave];
+      const bool outputs = part.direction == device::PdoDirection::kRx;
+      ProcessTraffic& traffic = outputs ? slave.outputs : slave.inputs;
+      if (exchange == Exchange::kYes || exchange == Exchange::kInferred) {
+        traffic.exchanged += count;
+      } else if (exchange == Exchange::kNo) {
+        traffic.missed += count;
+      }
+      if (part.still.latch == Still::kCounts) slave.latch.OnSkipped(outputs, count);
+      if (part.still.probe == Still::kCounts) slave.touch_probe.OnSkipped(outputs, count);
+      if (part.still.drive == Still::kCounts) slave.drive.OnSkipped(count);
+    });
   }
 }
 

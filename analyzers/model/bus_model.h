@@ -79,6 +79,9 @@ class BusModel final : private ProcessSink {
   /// The capture has ended.
   void Finish();
   void On(const mailbox::Emergency& emergency);
+  /// Says which words the units of the slaves look at, or that each frame matters to some of them.
+  void On(const track::CycleAtRest& asked);
+  void On(const track::CyclesSkipped& skipped);
   void On(const track::AlRequestSent& request);
 
  private:
@@ -123,6 +126,7 @@ class BusModel final : private ProcessSink {
   BusAlUnit al_;
   BusAlWait al_wait_;
   std::vector<const device::EniSlave*> presumed_;
+  FrameNo poll_taken_ = 0;  ///< the last AlPoll that was
 };
 
 }  // namespace ecaudit::model

@@ -44,6 +44,10 @@ class DriveUnit {
   Still OnCycle(const ProcessCycle& cycle, StillCycle& watched);
   /// A cycle like one that left the unit at Still::kCounts.
   void Repeat(const ProcessCycle& cycle);
+  /// Repeat() was not called so often.
+  void OnSkipped(std::uint64_t count) {
+    if (!state_ && is_without_state_) without_state_.words += count;
+  }
   void OnSdo(const mailbox::SdoTransfer& transfer);
   /// A download of this object may have been done or not.
   void ForgetObject(std::uint16_t index);

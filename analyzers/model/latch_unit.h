@@ -75,6 +75,8 @@ class LatchUnit {
   Still OnCycle(const ProcessCycle& cycle, StillCycle& watched);
   /// A cycle like one that left the unit at Still::kCounts.
   void Repeat(const ProcessCycle& cycle);
+  /// Repeat() was not called so often. @param outputs of the control word; else of the status word
+  void OnSkipped(bool outputs, std::uint64_t count) { (outputs ? control_.words : status_.words) += count; }
   void OnSdo(const mailbox::SdoTransfer& transfer);
   /// The slave leaves the states in which it has process data: its latches begin anew, unjudged.
   void Forget();

@@ -212,6 +212,11 @@ struct SlavePresumed {
   std::optional<StationAddress> station;
 };
 
+/// Process data told a slave's units something, or they wait for something in them.
+struct SlaveStirred {
+  SlaveId slave = kNoSlave;  ///< kNoSlave: what was known of a datagram had to make room
+};
+
 /// A model foretold what the slave does with an access, and the capture shows what it did.
 struct Predicted {
   enum class Kind : std::uint8_t { kMailbox };

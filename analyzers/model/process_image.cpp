@@ -300,6 +300,13 @@ bool ProcessImage::ChangedSince(const Version& version, SlaveId slave) const {
          (slave < layout_changed_.size() && layout_changed_[slave] > version.layouts);
 }
 
+const ProcessImage::Entry* ProcessImage::Look(wire::Command command, std::uint32_t address,
+                                              std::uint16_t length) const {
+  const Entry& entry = entries_[Hash(command, address, length) % kEntries];
+  const bool found = entry.used && entry.command == command && entry.address == address && entry.length == length;
+  return found && entry.version == version() ? &entry : nullptr;
+}
+
 ProcessImage::Entry& ProcessImage::Find(wire::Command command, std::uint32_t address, std::uint16_t length,
                                         bool& found) {
   if (version_ != version()) {
@@ -309,6 +316,7 @@ ProcessImage::Entry& ProcessImage::Find(wire::Command command, std::uint32_t add
   Entry& entry = entries_[Hash(command, address, length) % kEntries];
   found = entry.used && entry.command == command && entry.address == address && entry.length == length;
   if (!found) {
+    replaced_ = replaced_ || entry.used;
     entry.command = command;
     entry.address = address;
     entry.length = length;
@@ -645,6 +653,20 @@ bool ProcessImage::Read(const track::LogicalAccess& access, const LogicalExpecta
     }
   }
   return !entry.parts.empty();
+}
+
+bool ProcessImage::Watch(const track::LogicalAccess& access, const LogicalExpectation& expectation,
+                         const track::CycleAtRest& asked, std::size_t i) const {
+  const Entry* entry = Look(access.command, access.address, access.length);
+  if (entry == nullptr || entry->parts.empty() || !entry->splits.empty() || entry->by_eni) return false;
+  const Counted counted = Count(*entry, access, expectation);
+  for (const ImagePart& part : entry->parts) {
+    const bool inputs = part.direction == PdoDirection::kTx;
+    const Exchange exchange = inputs ? counted.inputs : counted.outputs;
+    if (part.slave == kNoSlave || !part.still.IsSettled(slaves_[part.slave].generation, exchange)) return false;
+    part.still.ForEachWord([&](std::size_t at, std::size_t count) { asked.Watch(i, inputs, at, count); });
+  }
+  return true;
 }
 
 bool ProcessImage::Read(const track::SlaveAccess& access, ProcessSink& sink) {

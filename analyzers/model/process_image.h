@@ -14,6 +14,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "analyzers/model/exchange.h"
@@ -65,6 +66,7 @@ struct ImagePart {
 
 /// One slave's data of one direction in one datagram. Valid during the call that hands it over.
 struct ProcessCycle {
+  static constexpr bool kRoutine = true;
   const ImagePart& part;
   Exchange exchange = Exchange::kUnknown;
   FrameRef sent;
@@ -110,6 +112,23 @@ class ProcessImage {
   bool Read(const track::LogicalAccess& access, const LogicalExpectation& expectation, ProcessSink& sink);
   /// The same for a datagram that reads or writes a slave's process data buffer itself (FPRD, FPWR, ...).
   bool Read(const track::SlaveAccess& access, ProcessSink& sink);
+  /// Says which bytes of the process data have to be the same in the next frames, for these to tell nothing new.
+  /// @param i  the datagram of the frame that is asked about
+  /// @return false when every frame may tell something
+  [[nodiscard]] bool Watch(const track::LogicalAccess& access, const LogicalExpectation& expectation,
+                           const track::CycleAtRest& asked, std::size_t i) const;
+  /// Calls `visit(part, exchange)` for each slave's part of a datagram that Watch() was asked about since.
+  template <class Visit>
+  void ForEachPart(const track::LogicalAccess& access, const LogicalExpectation& expectation, Visit visit) const {
+    const Entry* entry = Look(access.command, access.address, access.length);
+    if (entry == nullptr) return;
+    const Counted counted = Count(*entry, access, expectation);
+    for (const ImagePart& part : entry->parts) {
+      visit(part, part.direction == device::PdoDirection::kRx ? counted.outputs : counted.inputs);
+    }
+  }
+  /// Whether a datagram has taken another one's place since this was asked last: what was known of that one is lost.
+  [[nodiscard]] bool TakeReplaced() { return std::exchange(replaced_, false); }
   /// The slave's PDOs may be others now. Its FMMUs and sync managers are looked after without being told.
   void OnLayoutChanged(SlaveId slave);
 
@@ -152,6 +171,8 @@ class ProcessImage {
 
   [[nodiscard]] Version version() const { return {network_.mapping_version(), layout_changes_}; }
   [[nodiscard]] bool ChangedSince(const Version& version, SlaveId slave) const;
+  /// Null where Find() would have to make it.
+  [[nodiscard]] const Entry* Look(wire::Command command, std::uint32_t address, std::uint16_t length) const;
   Entry& Find(wire::Command command, std::uint32_t address, std::uint16_t length, bool& found);
   void BuildLogical(Entry& entry);
   void RefreshLogical(Entry& entry);
@@ -182,6 +203,7 @@ class ProcessImage {
   std::vector<std::uint64_t> layout_changed_;  ///< of each slave that ever changed: layout_changes_ after it
   Version version_;                            ///< that fragments_ belong to
   std::uint64_t parts_made_ = 0;
+  bool replaced_ = false;
   std::array<Entry, kEntries> entries_;
   SignalFragments fragments_;
 };

@@ -42,8 +42,17 @@ class StillCycle {
     generation_ = generation;
     exchange_ = exchange;
   }
+  /// The units are still as Settle() left them.
+  [[nodiscard]] bool IsSettled(std::uint64_t generation, Exchange exchange) const {
+    return generation == generation_ && exchange == exchange_;
+  }
+  /// Calls `visit(first byte, bytes)` for each word that is watched.
+  template <class Visit>
+  void ForEachWord(Visit visit) const {
+    for (std::size_t i = 0; i < count_; ++i) visit(words_[i].at, words_[i].two_bytes ? 2 : 1);
+  }
   [[nodiscard]] bool Repeats(std::uint64_t generation, Exchange exchange, ByteSpan data) const {
-    if (generation != generation_ || exchange != exchange_) return false;
+    if (!IsSettled(generation, exchange)) return false;
     for (std::size_t i = 0; i < count_; ++i) {
       const Word& word = words_[i];
       if (!Fits(data, word.at, word.two_bytes ? 2 : 1) || Load(data, word.at, word.two_bytes) != word.value) {

@@ -42,8 +42,8 @@ const device::JitterLimit* LimitFor(const model::SlaveModel& slave, TimeNs measu
 
 SyncModel::SyncModel(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus)
     : bus_(model), sink_(bus), trust_(pipeline), delays_(model) {
-  bus.ListenTo<FrameSeen, track::LogicalAccess, track::Answered, track::CaptureHole, track::AlRequest>(
-      Stage::kBeforeModel, *this);
+  bus.ListenTo<FrameSeen, track::LogicalAccess, track::LogicalRepeated, track::Answered, track::TimeRepeated,
+               track::CaptureHole, track::AlRequest>(Stage::kBeforeModel, *this);
   // What the slaves' models conclude is news to this one.
   bus.ListenTo<track::SlaveFound, track::RunBegan, model::AlChangedByItself, model::AlErrorCode>(Stage::kModel, *this);
   // Objects and registers as the event left them.
@@ -105,6 +105,16 @@ void SyncModel::BeginFrame(const FrameRef& sent, const FrameRef& returned) {
 }
 
 void SyncModel::On(const track::LogicalAccess& access) {
+  if (!WasRepeated(access.returned)) Add(access);
+}
+
+/// Each frame has its time, whatever else it tells.
+void SyncModel::On(const track::LogicalRepeated& repeated) {
+  repeated_until_ = repeated.access.returned.number;
+  Add(repeated.access);
+}
+
+void SyncModel::Add(const track::LogicalAccess& access) {
   BeginFrame(access.sent, access.returned);
   if (access.circulating || pending_count_ == kPending) return;
   pending_[pending_count_++] = {access.command, access.address, access.length, access.wkc, access.assumed, kNoSlave};
@@ -122,9 +132,16 @@ void SyncModel::ReadStatusWords(const track::LogicalAccess& access) {
 }
 
 void SyncModel::On(const track::Answered& answer) {
-  if (!answer.returned.seen()) return;  // there is no answer to measure
+  // There is no answer to measure, or it was measured.
+  if (!answer.returned.seen() || WasRepeated(answer.returned)) return;
   BeginFrame(answer.sent, answer.returned);
   if (const auto time = clock_.On(answer)) frame_dc_ = time;
+}
+
+void SyncModel::On(const track::TimeRepeated& repeated) {
+  repeated_until_ = repeated.answer.returned.number;
+  BeginFrame(repeated.answer.sent, repeated.answer.returned);
+  if (const auto time = clock_.On(repeated.answer)) frame_dc_ = time;
 }
 
 std::optional<SyncModel::FrameAtHand> SyncModel::LookAtFrame() {
@@ -189,7 +206,7 @@ const CyclicImage* SyncModel::Measure(const Pending& pending, const FrameTime& t
   CyclicImage* image = images_.Find(pending.command, pending.address);
   if (image == nullptr) return nullptr;
   const bool interval = image->Add(time, sent_.seen());
-  if (interval && image->gap.base != TimeBase::kNone) {
+  if (interval && image->gap.base != TimeBase::kNone && sink_.IsHeard<IntervalMeasured>()) {
     sink_.Publish(IntervalMeasured{*image, time.frame, image->gap.ns});
   }
   return image;
@@ -282,7 +299,7 @@ void SyncModel::MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_han
   const DcTime& now = time.dc ? *time.dc : *at_hand.by_stamps;
   const Sync0Phase::Arrival arrival = watch.phase.Add(slave.dc, time.frame, now, clock_.is_64_bit(), way, doubt);
   if (!arrival.measured) return;
-  sink_.Publish(PhaseMeasured{id, time.frame, arrival.phase_ns});
+  if (sink_.IsHeard<PhaseMeasured>()) sink_.Publish(PhaseMeasured{id, time.frame, arrival.phase_ns});
   if (!arrival.missed()) return;
   SyncSlotMiss miss;
   miss.slave = id;
@@ -303,7 +320,7 @@ void SyncModel::MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_han
 
 void SyncModel::On(const track::SlaveAccess& access) {
   if (Touches(access, esc::kSystemTimeDelay, 4)) delays_.Touched();
-  BeginFrame(access.sent, access.returned);
+  if (!WasRepeated(access.returned)) BeginFrame(access.sent, access.returned);
   if (access.address >= esc::kProcessRam) {
     OnMemoryWritten(access);
   } else if (Touches(access, esc::kDcFirst, esc::kDcEnd - esc::kDcFirst)) {

@@ -38,6 +38,7 @@ namespace ecaudit::sync {
 
 /// Process data of `image` came `interval` behind the last ones, by the best clock that both frames have.
 struct IntervalMeasured {
+  static constexpr bool kRoutine = true;
   const CyclicImage& image;
   FrameRef frame;
   TimeNs interval = 0;
@@ -45,6 +46,7 @@ struct IntervalMeasured {
 
 /// A frame with process data for a slave in OP ended `phase` behind SYNC0.
 struct PhaseMeasured {
+  static constexpr bool kRoutine = true;
   SlaveId slave = kNoSlave;
   FrameRef frame;
   TimeNs phase = 0;
@@ -59,6 +61,8 @@ class SyncModel final {
 
   void On(const FrameSeen& seen);
   void On(const track::LogicalAccess& access);
+  void On(const track::LogicalRepeated& repeated);
+  void On(const track::TimeRepeated& repeated);
   void On(const track::Answered& answer);
   void On(const track::CaptureHole& hole);
   void On(const track::RunBegan& run);
@@ -123,6 +127,11 @@ class SyncModel final {
   void MeasureArrival(SlaveId id, OutputWatch& watch, const FrameTime& time, const Interval& interval);
   void MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_hand);
   void ReadStatusWords(const track::LogicalAccess& access);
+  void Add(const track::LogicalAccess& access);
+  /// The last of several cycles is told once more, in full: its time was measured.
+  [[nodiscard]] bool WasRepeated(const FrameRef& returned) const {
+    return returned.seen() && returned.number <= repeated_until_;
+  }
   /// Frames with outputs between the last one of the watch and the frame at hand.
   [[nodiscard]] std::uint64_t UnreturnedSince(SlaveId id, const OutputWatch& watch) const {
     return sent_frames_.UnreturnedBetween(watch.last_sent, sent_.number, bus_.network().fmmus(id));
@@ -145,6 +154,7 @@ class SyncModel final {
   std::vector<std::unique_ptr<Slave>> slaves_;  // grows without moving what rules refer to
 
   FrameRef sent_, returned_;
+  FrameNo repeated_until_ = 0;
   FrameRef last_seen_;          // of the capture
   std::uint64_t last_key_ = 0;  // of that frame, where it was outbound
   std::optional<DcTime> frame_dc_;

@@ -26,12 +26,14 @@ class EventBus : public EventSink {
   class Subscription {
    public:
     template <class Event, class T>
-    [[nodiscard]] static Subscription Of(Stage stage, T& listener, void (T::*handler)(const Event&)) {
+    [[nodiscard]] static Subscription Of(Stage stage, T& listener, void (T::*handler)(const Event&),
+                                         MemoryRange range = {}) {
       static_assert(sizeof handler <= Listener::kHandlerBytes);
       Subscription wish;
       wish.type_ = event_types::kNumber<Event>;
       wish.stage_ = stage;
       wish.listener_.object = &listener;
+      wish.listener_.range = range;
       std::memcpy(wish.listener_.handler.data(), &handler, sizeof handler);
       wish.listener_.call = [](const Listener& self, const void* event) {
         void (T::*member)(const Event&) = nullptr;
@@ -52,9 +54,10 @@ class EventBus : public EventSink {
   void Add(const Subscription& wish) { Insert(wish.type_, wish.stage_, wish.listener_); }
 
   /// @param handler  called with every event of this type; where it is overloaded: Listen<Event>(...)
+  /// @param range  of events OfMemory, those that touch it
   template <class Event, class T>
-  void Listen(Stage stage, T& listener, void (T::*handler)(const Event&)) {
-    Add(Subscription::Of(stage, listener, handler));
+  void Listen(Stage stage, T& listener, void (T::*handler)(const Event&), MemoryRange range = {}) {
+    Add(Subscription::Of(stage, listener, handler, range));
   }
 
   /// Listen() for several types whose handlers are all called On.

@@ -20,6 +20,9 @@ class DatagramWriter final : public LineWriter {
   void Begin(Observation& observation, const StreamContext& context) override {
     pipeline_ = &observation.pipeline();
     observation.bus().Listen(Stage::kBeforeModel, *this, &DatagramWriter::On);
+    // Frames are written as they pass; what they did matters for who is where only.
+    observation.SkipRepeatedCycles();
+    observation.bus().Listen(Stage::kModel, *this, &DatagramWriter::OnPoll);
     context_ = &context;
     for (LineTarget& target : context.targets) {
       if (target.format != LineFormat::kText) continue;
@@ -29,6 +32,9 @@ class DatagramWriter final : public LineWriter {
   }
 
  private:
+  /// Nobody hears what it says of each slave.
+  void OnPoll(const track::AlPoll& poll) { poll.taken = true; }
+
   void On(const FrameSeen& seen) {
     const wire::FrameView& frame = seen.frame;
     const std::optional<std::int64_t> since_start = context_->source.SinceStart(frame.ref());

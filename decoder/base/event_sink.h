@@ -6,9 +6,12 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+
+#include "decoder/base/ids.h"
 
 namespace ecaudit {
 
@@ -30,6 +33,31 @@ inline const std::uint16_t kNumber = Next();
 
 }  // namespace event_types
 
+/// Part of the memory of an ESC, both ends included.
+struct MemoryRange {
+  EscAddress first = 0;
+  EscAddress last = 0xFFFF;
+
+  /// @param length of none, as of one, byte the first counts
+  [[nodiscard]] static constexpr MemoryRange Of(EscAddress first, std::size_t length) {
+    const std::size_t last = first + (length > 0 ? length - 1 : 0);
+    return {first, last < 0xFFFF ? static_cast<EscAddress>(last) : EscAddress{0xFFFF}};
+  }
+  [[nodiscard]] constexpr bool Meets(const MemoryRange& other) const {
+    return first <= other.last && other.first <= last;
+  }
+};
+
+/// An event about some bytes of a slave: who listens may name those that matter, and hears of nothing else.
+template <class Event>
+concept OfMemory = requires(const Event& event) {
+  { event.range() } -> std::same_as<MemoryRange>;
+};
+
+/// What is published of nearly every frame, whether or not anything changed; all other events are news.
+template <class Event>
+concept Routine = Event::kRoutine;
+
 /// By itself it has no listeners: what is published goes nowhere. EventBus has them.
 class EventSink {
  public:
@@ -40,9 +68,21 @@ class EventSink {
   /// Allocates nothing; an event that nobody hears costs a load. Listeners may publish further events.
   template <class Event>
   void Publish(const Event& event) const {
-    const Heard& heard = heard_[event_types::kNumber<Event>];
-    for (std::size_t i = 0; i < heard.size; ++i) heard.first[i].call(heard.first[i], &event);
+    if constexpr (!Routine<Event>) ++news_;
+    const Heard& heard = heard_.data()[event_types::kNumber<Event>];  // Next() keeps below kMost
+    const Listener* const end = heard.first + heard.size;
+    if constexpr (OfMemory<Event>) {
+      const MemoryRange range = event.range();
+      for (const Listener* listener = heard.first; listener != end; ++listener) {
+        if (listener->range.Meets(range)) listener->call(*listener, &event);
+      }
+    } else {
+      for (const Listener* listener = heard.first; listener != end; ++listener) listener->call(*listener, &event);
+    }
   }
+
+  /// Events so far that were no Routine.
+  [[nodiscard]] std::uint64_t news() const { return news_; }
 
   /// Whether it is worth to make such an event at all.
   template <class Event>
@@ -57,12 +97,16 @@ class EventSink {
     void (*call)(const Listener& self, const void* event) = nullptr;
     void* object = nullptr;
     std::array<std::byte, kHandlerBytes> handler{};
+    MemoryRange range;  ///< of events OfMemory
   };
   struct Heard {
     const Listener* first = nullptr;
     std::size_t size = 0;
   };
   std::array<Heard, event_types::kMost> heard_{};
+
+ private:
+  mutable std::uint64_t news_ = 0;
 };
 
 }  // namespace ecaudit

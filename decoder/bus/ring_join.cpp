@@ -65,13 +65,13 @@ void RingJoin::Push(const BusTransaction& transaction) {
   }
   wire::FrameView view;
   view.Rebase(main, joined_);
-  to_.OnTransaction({&main_sent, &view, false, std::max(half_.hole, transaction.hole)});
+  to_.OnTransaction({&main_sent, &view, false, std::max(half_.hole, transaction.hole), false, true});
 }
 
 void RingJoin::Flush() {
   if (!waits_) return;
   waits_ = false;
-  to_.OnTransaction({&half_.sent, &half_.returned, false, half_.hole, half_.other_end});
+  to_.OnTransaction({&half_.sent, &half_.returned, false, half_.hole, half_.other_end, true});
 }
 
 void RingJoin::Keep(const BusTransaction& transaction) {

@@ -33,7 +33,7 @@ Traffic::Place Traffic::Keep(const FrameView& frame, ByteSpan bytes) {
   const auto offsets = frame.offsets();
   kept_.push_back({frame.fields(), bytes_.size(), bytes.size(), offsets_.size()});
   bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
-  offsets_.insert(offsets_.end(), offsets.begin(), offsets.end());
+  for (const std::uint16_t offset : offsets) offsets_.push_back(offset);
   return static_cast<Place>(kept_.size() - 1);
 }
 
@@ -54,15 +54,19 @@ void Traffic::ReadStatistics(std::size_t i, PairingStatistics& statistics) const
   static_cast<PairingIncidents&>(statistics) = incidents_[step.incidents];
 }
 
-void Traffic::Replay(std::size_t i, const FrameView& packet, BusSink& sink) const {
+void Traffic::Replay(std::size_t i, const FrameView& packet, BusSink& sink, const FrameView* before) const {
+  const Place own = steps_[i].kept;
+  const Place place_before = i > 0 && before != nullptr ? steps_[i - 1].kept : kNone;
   FrameView other;  // a frame that came before this packet
   const auto view = [&](Place place) -> const FrameView& {
-    if (place == steps_[i].kept) return packet;
+    if (place == own) return packet;
+    if (place == place_before) return *before;
     Restore(kept_[place], other);
     return other;
   };
-  for (std::size_t c = i == 0 ? 0 : steps_[i - 1].calls_end; c < steps_[i].calls_end; ++c) {
-    const Call& call = calls_[c];
+  const Call* const end = calls_.data() + steps_[i].calls_end;
+  for (const Call* next = calls_.data() + (i == 0 ? 0 : steps_[i - 1].calls_end); next != end; ++next) {
+    const Call& call = *next;
     switch (call.kind) {
       case Kind::kFrame:
         sink.OnFrame(view(call.first), static_cast<Direction>(call.what));
@@ -114,9 +118,10 @@ Traffic::Place TrafficRecorder::PlaceOf(const FrameView& frame) {
   // Most frames come back at once: the outbound copy is one of the last packets.
   constexpr std::size_t kRecent = 8;
   const std::vector<Traffic::Kept>& kept = to_->kept_;
-  const std::size_t oldest = kept.size() - std::min(kept.size(), kRecent);
-  for (std::size_t k = kept.size(); k > oldest; --k) {
-    if (kept[k - 1].fields.ref_.number == frame.ref().number) return static_cast<Traffic::Place>(k - 1);
+  const Traffic::Kept* const first = kept.data();
+  const Traffic::Kept* const oldest = first + (kept.size() - std::min(kept.size(), kRecent));
+  for (const Traffic::Kept* k = first + kept.size(); k != oldest; --k) {
+    if (k[-1].fields.ref_.number == frame.ref().number) return static_cast<Traffic::Place>(k - 1 - first);
   }
   return to_->Keep(frame, frame.bytes());
 }

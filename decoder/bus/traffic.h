@@ -24,8 +24,11 @@ class Traffic {
   /// Packet of step `i`; valid as long as nothing is added. Without number at the end of the capture. Of packets that
   /// are no EtherCAT frames only the fields are there, no bytes.
   void Restore(std::size_t i, wire::FrameView& packet) const { Restore(kept_[steps_[i].kept], packet); }
-  /// Tells `sink` what was heard in step `i`. @param packet as Restore() gave it
-  void Replay(std::size_t i, const wire::FrameView& packet, BusSink& sink) const;
+  /// Tells `sink` what was heard in step `i`.
+  /// @param packet as Restore() gave it  @param before likewise of step `i` - 1, which spares to restore it once more:
+  ///               most frames come back at once
+  void Replay(std::size_t i, const wire::FrameView& packet, BusSink& sink,
+              const wire::FrameView* before = nullptr) const;
   /// Sets `statistics` to the counters of Pairing behind step `i`. @param statistics those of the step before, or new
   void ReadStatistics(std::size_t i, PairingStatistics& statistics) const;
   /// Asks for the data of a step that comes soon: another thread's processor has them.

@@ -27,6 +27,8 @@ struct BusTransaction {
   /// Sent at the other end of a redundant line. Such frames are handed over only where a slave took part, which shows
   /// that the line is broken.
   bool other_end = false;
+  /// Put together of both ends, or held back for that: the views lie in no packet.
+  bool joined = false;
 
   [[nodiscard]] const wire::FrameView& any() const { return returned != nullptr ? *returned : *sent; }
   [[nodiscard]] std::size_t size() const { return any().size(); }

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "decoder/base/bytes.h"
+#include "decoder/base/event_sink.h"
 #include "decoder/base/ids.h"
 #include "decoder/wire/command.h"
 
@@ -25,6 +26,7 @@ enum class Acceptance : std::uint8_t {
 
 /// One access of the master to the memory of one slave. The spans are valid during the call that hands it over.
 struct SlaveAccess {
+  static constexpr bool kRoutine = true;
   SlaveId slave = kNoSlave;
   FrameRef sent;      ///< the outbound copy; number 0 if it is not in the capture
   FrameRef returned;  ///< the returned copy; number 0 if it is not in the capture (yet)
@@ -40,6 +42,7 @@ struct SlaveAccess {
   [[nodiscard]] const FrameRef& frame() const { return returned.seen() ? returned : sent; }
   [[nodiscard]] bool done() const { return acceptance == Acceptance::kAccepted || acceptance == Acceptance::kAssumed; }
   [[nodiscard]] std::size_t length() const { return std::max(written.size(), read.size()); }
+  [[nodiscard]] MemoryRange range() const { return MemoryRange::Of(address, length()); }
   /// Bytes of `span` (written or read) from ESC address `at` on, empty unless `length` bytes there are covered.
   [[nodiscard]] ByteSpan Covered(ByteSpan span, EscAddress at, std::size_t length) const {
     if (at < address || !Fits(span, static_cast<std::size_t>(at - address), length)) return {};

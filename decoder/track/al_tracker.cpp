@@ -11,18 +11,29 @@ std::optional<std::uint16_t> CodeIn(ByteSpan status) {
   return status.size() >= 6 ? std::optional(LittleEndian<std::uint16_t>(status, 4)) : std::nullopt;
 }
 
+/// Of slaves that are not named by the data of the datagram.
+bool WritesControl(const wire::DatagramView& d) {
+  const wire::Command c = d.command();
+  return !wire::IsLogical(c) && wire::Writes(c) && c != wire::Command::ARMW && c != wire::Command::FRMW &&
+         CoversByte(d.ado(), d.length(), esc::kAlControl);
+}
+
 constexpr auto kInit = static_cast<std::uint8_t>(esc::AlState::INIT);
 
 }  // namespace
 
+bool AlTracker::AsksForState(const wire::FrameView& frame) {
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    if (WritesControl(frame[i])) return true;
+  }
+  return false;
+}
+
 void AlTracker::OnSent(const wire::FrameView& frame) {
   for (std::size_t i = 0; i < frame.size(); ++i) {
     const wire::DatagramView d = frame[i];
+    if (!WritesControl(d)) continue;
     const wire::Command c = d.command();
-    if (wire::IsLogical(c) || !wire::Writes(c) || c == wire::Command::ARMW || c == wire::Command::FRMW ||
-        !CoversByte(d.ado(), d.length(), esc::kAlControl)) {
-      continue;
-    }
     const std::size_t at = static_cast<std::size_t>(esc::kAlControl - d.ado());
     const esc::AlWord control{WordOrByte(Slice(d.data(), at, 2))};
     if (wire::IsBroadcast(c)) {

@@ -28,6 +28,8 @@ class AlTracker {
 
   /// What an outbound frame will request of slaves.
   void OnSent(const wire::FrameView& frame);
+  /// Whether OnSent() makes anything of it.
+  [[nodiscard]] static bool AsksForState(const wire::FrameView& frame);
   [[nodiscard]] static bool Concerns(EscAddress address, std::size_t length) {
     return address < esc::kAlStatusCode + 2 && address + length > esc::kAlControl;
   }

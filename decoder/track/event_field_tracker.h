@@ -29,6 +29,9 @@ class EventFieldTracker {
     }
   }
 
+  /// So many frames like the next came back before it.
+  void OnSkipped(std::uint64_t count) { run_.frames += count; }
+
  private:
   void Apply(const bus::BusTransaction& transaction);
 

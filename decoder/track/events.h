@@ -83,6 +83,7 @@ struct AlStatusRead {
 /// A broadcast showed all of `slaves` once more in the state that the last AlStatusRead of each told. Masters poll so
 /// in every cycle; unless somebody takes it for all of them, AlStatusRead of each slave follows.
 struct AlPoll {
+  static constexpr bool kRoutine = true;
   FrameRef frame;
   esc::AlWord status;
   std::span<const SlaveId> slaves;
@@ -92,6 +93,7 @@ struct AlPoll {
 
 /// A broadcast read of AL Status that all known slaves counted for, before what it tells of each of them.
 struct AlStatusOfAll {
+  static constexpr bool kRoutine = true;
   FrameRef frame;
   esc::AlWord status;        ///< OR of all: state and error bit
   std::uint16_t slaves = 0;  ///< who counted
@@ -129,6 +131,7 @@ struct NameLearned {
 
 /// A datagram with a logical address came back (or was sent, in an outbound-only capture).
 struct LogicalAccess {
+  static constexpr bool kRoutine = true;
   wire::Command command = wire::Command::LRW;
   std::uint32_t address = 0;
   FrameRef sent;
@@ -145,6 +148,7 @@ struct LogicalAccess {
 
 /// A broadcast or configured-address datagram came back; outbound-only: a broadcast write, assumed, `returned` unseen.
 struct Answered {
+  static constexpr bool kRoutine = true;
   wire::Command command = wire::Command::NOP;
   std::uint16_t adp = 0;  ///< as sent, as far as it is known
   EscAddress address = 0;
@@ -157,6 +161,52 @@ struct Answered {
   FrameRef returned;
   ByteSpan sent_data;
   ByteSpan returned_data;
+
+  [[nodiscard]] MemoryRange range() const { return MemoryRange::Of(address, length); }
+};
+
+/// One datagram of a frame that comes in every cycle.
+struct RepeatedDatagram {
+  std::size_t data_at = 0;   ///< its data, in FrameView::payload()
+  SlaveId slave = kNoSlave;  ///< ARMW and FRMW: who gives the time
+};
+
+/// A frame came back like those before, and nothing happened since: the next ones need not be told in full (see
+/// repeated_cycles.h), unless somebody wants that.
+struct CycleAtRest {
+  static constexpr bool kRoutine = true;
+  const bus::BusTransaction& transaction;
+  std::span<const RepeatedDatagram> datagrams;
+  /// Over FrameView::payload() of either copy: set are the bits in which the next frames have to be the same. To begin
+  /// with all but indices, times and process data.
+  std::span<std::uint8_t> sent_mask, returned_mask;
+  mutable bool each_wanted = false;
+
+  /// `count` bytes of the data of datagram `i` have to be the same.
+  void Watch(std::size_t i, bool in_returned, std::size_t at, std::size_t count) const {
+    const std::span<std::uint8_t> mask = in_returned ? returned_mask : sent_mask;
+    const std::size_t first = datagrams[i].data_at + at;
+    for (std::size_t n = 0; n < count && first + n < mask.size(); ++n) mask[first + n] = 0xFF;
+  }
+};
+
+/// A datagram with a logical address came back like the one before, and nothing else is told of it.
+struct LogicalRepeated {
+  static constexpr bool kRoutine = true;
+  LogicalAccess access;
+};
+
+/// So did one that distributes the time.
+struct TimeRepeated {
+  static constexpr bool kRoutine = true;
+  Answered answer;
+};
+
+/// So many frames like this were not told in full; this one is, next.
+struct CyclesSkipped {
+  static constexpr bool kRoutine = true;
+  const bus::BusTransaction& last;
+  std::uint64_t count = 0;
 };
 
 /// Frames, one after the other, that came back with the same ECAT event field: what the slaves have in 0x0210, as far

@@ -83,8 +83,8 @@ void Network::MeetPresumed(const FrameRef& frame) {
   }
 }
 
-void Network::OnLogical(const DatagramPair& d) {
-  const LogicalAccess access{
+LogicalAccess Network::LogicalAccessOf(const DatagramPair& d) {
+  return {
       .command = d.command(),
       .address = d.any.logical_address(),
       .sent = d.transaction.sent_ref(),
@@ -96,6 +96,10 @@ void Network::OnLogical(const DatagramPair& d) {
       .circulating = d.has_returned && d.any.circulating(),
       .assumed = d.assumed(),
   };
+}
+
+void Network::OnLogical(const DatagramPair& d) {
+  const LogicalAccess access = LogicalAccessOf(d);
   if (d.has_returned) holes_.OnLogical(d);
   events_.Publish(access);
   const auto& mapped_mailboxes = mapped_mailboxes_.Now();

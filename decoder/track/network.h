@@ -79,11 +79,23 @@ class Network final : public bus::BusSink {
   void OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_by_other) override;
   void OnDuplicate(const wire::FrameView& returned, FrameNo original) override;
   void OnUnusable(const wire::FrameView& frame, bus::Unusable reason, bool own_master) override;
+  /// So many frames were not handed over because they were like the next (repeated_cycles.h).
+  /// @param bytes of all of them
+  void OnSkipped(std::uint64_t count, std::uint64_t bytes) {
+    states_.work().Allow(bytes);
+    event_field_.OnSkipped(count);
+  }
+  /// The slave that a datagram addresses, if it was met.
+  [[nodiscard]] SlaveId Find(const DatagramPair& d) { return addressing_.Resolve(d, false); }
+  /// Mailboxes are read by FMMU.
+  [[nodiscard]] bool HasMappedMailboxes() { return !mapped_mailboxes_.Now().empty(); }
+  [[nodiscard]] static LogicalAccess LogicalAccessOf(const DatagramPair& d);
+  /// @param slave that is addressed  @param d has come back
+  [[nodiscard]] Answered AnswerOf(const DatagramPair& d, SlaveId slave) const;
   /// The capture has ended: what is open in mailboxes and EEPROM interfaces is handed out.
   void Finish();
 
  private:
-  [[nodiscard]] Answered AnswerOf(const DatagramPair& d, SlaveId slave) const;
   void OnBroadcast(const DatagramPair& d);
   void WriteToAll(const DatagramPair& d);
   void OnAddressed(const DatagramPair& d);

@@ -43,12 +43,12 @@ std::vector<Packet> WithoutOneIn(const WireCapture& capture, unsigned many, unsi
 }
 
 /// What one missing packet in a hundred makes of these is another error about the same fault.
-struct Known {
+struct KnownCase {
   std::string_view capture;
   std::string_view rule;
   std::string_view why;
 };
-constexpr Known kKnown[] = {
+constexpr KnownCase kKnown[] = {
     {"unexpected-error-unread.pcapng", "al-refused",
      "every look at the state in which it was OP is gone: the drive seems to have refused the last request"},
     {"pdo-odd-mapping.pcapng", "pdo-assign-order",
@@ -57,7 +57,7 @@ constexpr Known kKnown[] = {
 
 bool IsKnown(std::string_view capture, std::string_view rule) {
   return std::any_of(std::begin(kKnown), std::end(kKnown),
-                     [&](const Known& k) { return k.capture == capture && k.rule == rule; });
+                     [&](const KnownCase& k) { return k.capture == capture && k.rule == rule; });
 }
 
 /// A frame of which one copy is missing looks as if the bus had lost it; with so many missing the outbound copies that

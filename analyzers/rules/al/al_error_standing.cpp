@@ -78,7 +78,7 @@ class AlErrorStanding final : public Rule {
   AlErrorStanding() : Rule(kInfo) {
     Hear<track::AlStatusRead>(&AlErrorStanding::On);
     Hear<track::AlStatusCodeRead>(&AlErrorStanding::On);
-    Hear<track::Answered>(&AlErrorStanding::On);
+    Hear<track::Answered>(&AlErrorStanding::On, MemoryRange{esc::kAlControl, esc::kAlStatus});
     Hear<track::LogicalAccess>(&AlErrorStanding::On);
     Hear<mailbox::MailboxMessage>(&AlErrorStanding::On);
     Hear<model::AlErrorStands>(&AlErrorStanding::On);

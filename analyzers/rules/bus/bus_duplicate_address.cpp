@@ -45,7 +45,7 @@ class BusDuplicateAddress final : public Rule {
   BusDuplicateAddress() : Rule(kInfo) {
     Hear<track::AddressAssigned>(&BusDuplicateAddress::On);
     Hear<track::Answered>(&BusDuplicateAddress::On);
-    Hear<track::SlaveAccess>(&BusDuplicateAddress::On);
+    Hear<track::SlaveAccess>(&BusDuplicateAddress::On, MemoryRange::Of(esc::kStationAddress, 2));
     Hear<track::LogicalAccess>(&BusDuplicateAddress::On);
   }
 

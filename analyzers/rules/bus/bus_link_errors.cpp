@@ -51,7 +51,7 @@ cable at the first slave (in frame direction) whose own counters rise.
 class BusLinkErrors final : public Rule {
  public:
   BusLinkErrors() : Rule(kInfo) {
-    Hear<track::SlaveAccess>(&BusLinkErrors::On);
+    Hear<track::SlaveAccess>(&BusLinkErrors::On, MemoryRange::Of(0, kEnd));
     Hear<track::CaptureHole>(&BusLinkErrors::On);
   }
 

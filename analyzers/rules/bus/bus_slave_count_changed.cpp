@@ -15,6 +15,8 @@
 namespace ecaudit::bus_slave_count_changed {
 namespace {
 
+constexpr EscAddress kPortControl = 0x0101;  // DL control
+
 constexpr RuleInfo kInfo{.id = "bus-slave-count-changed",
                          .group = "Frame and bus",
                          .severity = Severity::kError,
@@ -53,7 +55,7 @@ class BusSlaveCountChanged final : public Rule {
   BusSlaveCountChanged() : Rule(kInfo) {
     Hear<track::SlaveCount>(&BusSlaveCountChanged::On);
     Hear<track::LogicalAccess>(&BusSlaveCountChanged::On);
-    Hear<track::SlaveAccess>(&BusSlaveCountChanged::On);
+    Hear<track::SlaveAccess>(&BusSlaveCountChanged::On, MemoryRange::Of(kPortControl, 1));
     Hear<track::AlRequest>(&BusSlaveCountChanged::On);
   }
 
@@ -61,7 +63,7 @@ class BusSlaveCountChanged final : public Rule {
 
   void On(const track::SlaveAccess& e) {
     // DL control: opening and closing ports changes how many slaves a frame passes, on purpose.
-    const ByteSpan ports = e.Covered(e.written, 0x0101, 1);
+    const ByteSpan ports = e.Covered(e.written, kPortControl, 1);
     if (!ports.empty() && e.acceptance != track::Acceptance::kRefused) in_use_ = false;
   }
 

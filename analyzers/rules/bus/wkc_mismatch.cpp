@@ -47,11 +47,13 @@ If slaves are named, look at their AL status and power. If the number of slaves 
 that answers is broken. A share of 2 missing from one slave means its outputs were not taken: their sync manager is off.
 )"};
 
+constexpr EscAddress kLastAlwaysThere = 0x0130;  // AL Status
+
 class WkcMismatch final : public Rule {
  public:
   WkcMismatch() : Rule(kInfo) {
     Hear<track::LogicalAccess>(&WkcMismatch::On);
-    Hear<track::Answered>(&WkcMismatch::On);
+    Hear<track::Answered>(&WkcMismatch::On, MemoryRange{0, kLastAlwaysThere});
     Hear<track::AlRequest>(&WkcMismatch::On);
     Hear<track::SlaveFound>(&WkcMismatch::On, Stage::kAfterModel);
     Hear<track::AddressAssigned>(&WkcMismatch::On);
@@ -406,7 +408,7 @@ class WkcMismatch final : public Rule {
 
   /// Registers that no ESC lacks and that can always be read: type to features, station address, DL and AL status.
   static bool EveryEscAnswers(EscAddress address, std::uint16_t length) {
-    return length > 0 && (address < 0x000A || address == 0x0010 || address == 0x0110 || address == 0x0130);
+    return length > 0 && (address < 0x000A || address == 0x0010 || address == 0x0110 || address == kLastAlwaysThere);
   }
 
   static std::string ManagerText(std::optional<std::uint8_t> number, std::string_view otherwise) {

@@ -12,6 +12,7 @@
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
+#include "decoder/track/datagram_pair.h"
 #include "decoder/track/events.h"
 #include "decoder/track/network.h"
 
@@ -51,6 +52,7 @@ class PdoLengthMismatch final : public Rule {
   PdoLengthMismatch() : Rule(kInfo) {
     Hear<model::AlAnswered>(&PdoLengthMismatch::On);
     Hear<track::LogicalAccess>(&PdoLengthMismatch::On);
+    Hear<track::CycleAtRest>(&PdoLengthMismatch::On);
   }
 
   void On(const model::AlAnswered& e) {
@@ -72,6 +74,15 @@ class PdoLengthMismatch final : public Rule {
       cached = {true, e.command, e.address, e.length, PartsOf(e)};
     }
     for (const std::size_t part : cached.parts) Follow(e, mapped_[part]);
+  }
+
+  /// Where several datagrams share an FMMU their order tells.
+  void On(const track::CycleAtRest& asked) {
+    for (std::size_t i = 0; i < asked.datagrams.size(); ++i) {
+      const track::DatagramPair d(asked.transaction, i);
+      if (wire::IsLogical(d.command()) && !PartsOf(track::Network::LogicalAccessOf(d)).empty())
+        asked.each_wanted = true;
+    }
   }
 
   void Finish() override {

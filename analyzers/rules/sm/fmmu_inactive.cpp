@@ -59,7 +59,9 @@ class FmmuInactive final : public Rule {
   FmmuInactive() : Rule(kInfo) {
     Hear<track::AlStatusRead>(&FmmuInactive::On);
     Hear<track::AlRequest>(&FmmuInactive::On);
-    Hear<track::SlaveAccess>(&FmmuInactive::On, Stage::kAfterModel);
+    Hear<track::SlaveAccess>(&FmmuInactive::On, MemoryRange::Of(esc::kFmmuBase, esc::kMaxFmmus * esc::kFmmuBytes),
+                             Stage::kAfterModel);
+    Hear<track::SlaveAccess>(&FmmuInactive::On, MemoryRange{esc::RegisterImage::kSize, 0xFFFF}, Stage::kAfterModel);
     Hear<model::AlChangedByItself>(&FmmuInactive::On);
     Hear<model::AlErrorCode>(&FmmuInactive::On);
     Hear<model::AlAnswered>(&FmmuInactive::On);

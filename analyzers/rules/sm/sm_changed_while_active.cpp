@@ -50,16 +50,15 @@ Go to INIT before the mailboxes, and to PREOP before the process data are config
 class SmChangedWhileActive final : public Rule {
  public:
   SmChangedWhileActive() : Rule(kInfo) {
-    Hear<track::SlaveAccess>(&SmChangedWhileActive::On);
+    Hear<track::SlaveAccess>(&SmChangedWhileActive::On,
+                             MemoryRange::Of(esc::kSyncManagerBase, esc::kMaxSyncManagers * esc::kSyncManagerBytes));
     Hear<track::AlRequest>(&SmChangedWhileActive::On);
     Hear<model::AlChangedByItself>(&SmChangedWhileActive::On);
   }
 
   void On(const track::SlaveAccess& e) {
-    constexpr EscAddress kFirst = esc::kSyncManagerBase;
-    constexpr EscAddress kEnd = esc::SyncManagerAddress(esc::kMaxSyncManagers);
     const std::size_t length = std::max(e.written.size(), e.read.size());
-    if (length == 0 || e.address >= kEnd || e.address + length <= kFirst) return;
+    if (length == 0) return;
     Slave& slave = slaves_[e.slave];
     const track::SlaveState& state = context().network().state(e.slave);
     for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {

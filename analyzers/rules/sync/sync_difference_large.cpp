@@ -53,13 +53,12 @@ of the topology. Let the start-up wait until 0x092C is small.
 class SyncDifferenceLarge final : public Rule {
  public:
   SyncDifferenceLarge() : Rule(kInfo) {
-    Hear<track::SlaveAccess>(&SyncDifferenceLarge::On);
-    Hear<track::Answered>(&SyncDifferenceLarge::On);
+    Hear<track::SlaveAccess>(&SyncDifferenceLarge::On,
+                             MemoryRange::Of(esc::kSystemTimeOffset, kControlEnd - esc::kSystemTimeOffset));
+    Hear<track::Answered>(&SyncDifferenceLarge::On, MemoryRange::Of(esc::kSystemTimeDifference, 4));
   }
 
   void On(const track::SlaveAccess& access) {
-    const std::size_t length = std::max(access.written.size(), access.read.size());
-    if (access.address >= kControlEnd || access.address + length <= esc::kSystemTimeOffset) return;
     if (access.slave >= slaves_.size()) slaves_.resize(static_cast<std::size_t>(access.slave) + 1);
     Slave& slave = slaves_[access.slave];
     if (!access.written.empty() && access.acceptance != track::Acceptance::kRefused) {

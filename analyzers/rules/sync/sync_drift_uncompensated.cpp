@@ -48,9 +48,24 @@ Send FRMW (or ARMW) of 0x0910 to the reference clock in each cycle, with the pro
 
 class SyncDriftUncompensated final : public Rule {
  public:
-  SyncDriftUncompensated() : Rule(kInfo) { Hear<track::LogicalAccess>(&SyncDriftUncompensated::On); }
+  SyncDriftUncompensated() : Rule(kInfo) {
+    Hear<track::LogicalAccess>(&SyncDriftUncompensated::On);
+    Hear<track::LogicalRepeated>(&SyncDriftUncompensated::On);
+  }
 
   void On(const track::LogicalAccess& e) {
+    // The last of several cycles is told once more, in full.
+    if (!e.returned.seen() || e.returned.number > repeated_until_) Measure(e);
+  }
+  void On(const track::LogicalRepeated& e) {
+    repeated_until_ = e.access.returned.number;
+    Measure(e.access);
+  }
+
+  void Finish() override { (void)SaidNothingReturned(); }
+
+ private:
+  void Measure(const track::LogicalAccess& e) {
     if (frames_++ % kLookEvery == 0) Look(e.frame());
     if (!in_use_since_.has_time || !e.frame().has_time) return;
     const FrameRef& last = context().sync().clock().last_distribution();
@@ -94,9 +109,6 @@ class SyncDriftUncompensated final : public Rule {
     Report(0, std::move(finding));
   }
 
-  void Finish() override { (void)SaidNothingReturned(); }
-
- private:
   void Look(const FrameRef& frame) {
     std::size_t clocks = 0;
     SlaveId in_use = kNoSlave;
@@ -116,6 +128,7 @@ class SyncDriftUncompensated final : public Rule {
     }
   }
 
+  FrameNo repeated_until_ = 0;
   std::uint32_t frames_ = 0;
   FrameRef in_use_since_;
   SlaveId slave_ = kNoSlave;

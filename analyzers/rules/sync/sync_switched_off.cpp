@@ -57,12 +57,12 @@ constexpr FrameNo kShutDownFrames = 64;
 class SyncSwitchedOff final : public Rule {
  public:
   SyncSwitchedOff() : Rule(kInfo) {
-    Hear<track::SlaveAccess>(&SyncSwitchedOff::On);
+    Hear<track::SlaveAccess>(&SyncSwitchedOff::On,
+                             MemoryRange::Of(esc::kSystemTimeOffset, esc::kDcEnd - esc::kSystemTimeOffset));
     Hear<track::AlRequestSent>(&SyncSwitchedOff::On);
   }
 
   void On(const track::SlaveAccess& access) {
-    if (access.address >= esc::kDcEnd || access.address + access.length() <= esc::kSystemTimeOffset) return;
     Slave& slave = Of(access.slave);
     OnOffset(access, slave);
     OnActivation(access, slave);

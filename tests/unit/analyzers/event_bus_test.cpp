@@ -112,5 +112,43 @@ TEST(EventBus, AWishMayBeMadeBeforeThereIsABus) {
   EXPECT_THAT(lines, ElementsAre("a rang 2"));
 }
 
+struct Touched {
+  MemoryRange bytes;
+  [[nodiscard]] MemoryRange range() const { return bytes; }
+};
+struct Hand {
+  void On(const Touched& event) { felt.push_back(event.bytes.first); }
+  std::vector<EscAddress> felt;
+};
+
+TEST(EventBus, OfMemoryThoseHearWhoseBytesAreTouched) {
+  Hand status, all;
+  EventBus bus;
+  bus.Listen(Stage::kModel, status, &Hand::On, MemoryRange::Of(0x0130, 2));
+  bus.ListenTo<Touched>(Stage::kModel, all);
+  for (const MemoryRange& bytes :
+       {MemoryRange::Of(0x012F, 1), MemoryRange::Of(0x012E, 3), MemoryRange::Of(0x0131, 8), MemoryRange::Of(0x0132, 8),
+        MemoryRange::Of(0x0130, 0), MemoryRange::Of(0x0000, 0xFFFF), MemoryRange::Of(0xFFFF, 2)}) {
+    bus.Publish(Touched{bytes});
+  }
+  EXPECT_THAT(status.felt, ElementsAre(0x012E, 0x0131, 0x0130, 0x0000));
+  EXPECT_EQ(all.felt.size(), 7U);
+  EXPECT_EQ(MemoryRange::Of(0xFFFF, 2).last, 0xFFFF) << "there is nothing behind";
+}
+
+struct Ticked {
+  static constexpr bool kRoutine = true;
+};
+
+TEST(EventBus, WhatIsNotRoutineIsNews) {
+  EventBus bus;
+  bus.Publish(Ticked{});
+  EXPECT_EQ(bus.news(), 0U);
+  bus.Publish(Knocked{});
+  bus.Publish(Rang{1});
+  bus.Publish(Ticked{});
+  EXPECT_EQ(bus.news(), 2U);
+}
+
 }  // namespace
 }  // namespace ecaudit
