@@ -91,6 +91,9 @@ bool RingJoin::IsOtherHalf(const BusTransaction& transaction) const {
   const FrameRef& mine = half_.sent.ref();
   const FrameRef& theirs = transaction.sent->ref();
   if (half_.other_end == transaction.other_end || !mine.has_time || !theirs.has_time) return false;
+  // A copy that the snap length has cut has not all of them.
+  const std::size_t datagrams = half_.sent.size();
+  if (half_.returned.size() != datagrams || transaction.returned->size() != datagrams) return false;
   const std::int64_t apart = Elapsed(mine.time, theirs.time);
   return apart >= -kAtOnceNs && apart <= kAtOnceNs && AsksTheSame(*transaction.sent, half_.sent);
 }

@@ -308,5 +308,38 @@ TEST(Redundancy, TheHalvesOfABrokenLineAreJoined) {
   }
 }
 
+/// The snap length has taken datagrams of one half: they are no halves of one answer.
+TEST(Redundancy, AHalfThatWasCutIsNotJoined) {
+  Trace trace;
+  for (int i = 0; i < 2; ++i) {
+    trace.Mac(kSecondary).After(1000).Lrw(0, {1, 2, 0, 0}, {1, 2, 0, 8}).Wkc(3);
+    trace.Mac(kPrimary).After(1).Lrw(0, {1, 2, 0, 0}, {1, 2, 7, 0}).Wkc(3);
+  }
+  std::vector<Packet> packets = trace.Packets();
+  ASSERT_EQ(packets.size(), 8U);
+  constexpr std::size_t kInFirstDatagram = 30;
+  packets[5].original_length = static_cast<std::uint32_t>(packets[5].bytes.size());
+  packets[5].bytes.resize(kInFirstDatagram);
+  std::vector<wire::FrameView> views;
+  for (std::size_t i = 0; i < packets.size(); ++i) {
+    const capture::CapturedFrame frame = ecaudit::test::AsCaptured(packets[i], i + 1);
+    views.push_back(wire::FrameView::Parse(frame));
+  }
+  ASSERT_EQ(views[5].kind(), wire::FrameKind::kCut);
+  ASSERT_TRUE(views[5].empty());
+  struct Counted final : Transactions {
+    void OnTransaction(const BusTransaction& t) override {
+      returned.push_back(t.joined && t.returned->ref().number == 4);
+    }
+    std::vector<bool> returned;
+  } log;
+  RingJoin join(log);
+  for (std::size_t i = 0; i < views.size(); i += 2) {
+    join.Push({&views[i], &views[i + 1], false, Hole::kNone, i % 4 == 0});
+  }
+  join.Flush();
+  EXPECT_EQ(log.returned, (std::vector<bool>{true, false, false})) << "one answer of two halves, and two alone";
+}
+
 }  // namespace
 }  // namespace ecaudit::bus::test
