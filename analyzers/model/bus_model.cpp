@@ -244,10 +244,10 @@ void BusModel::On(const ProcessCycle& cycle) {
   still.drive = slave.drive.OnCycle(cycle, still);
   if (still.latch == Still::kNo || still.probe == Still::kNo || still.drive == Still::kNo) {
     slave.Stir();  // what changed here may matter to the slave's other data
-    events_.Publish(SlaveStirred{cycle.part.slave});
   } else {
     still.Settle(slave.generation, cycle.exchange);
   }
+  events_.Publish(SlaveStirred{cycle.part.slave});
 }
 
 void BusModel::On(const track::CycleAtRest& asked) {

@@ -212,7 +212,7 @@ struct SlavePresumed {
   std::optional<StationAddress> station;
 };
 
-/// Process data told a slave's units something, or they wait for something in them.
+/// Process data were not those that a slave's units had seen before, or they wait for something in them.
 struct SlaveStirred {
   SlaveId slave = kNoSlave;  ///< kNoSlave: what was known of a datagram had to make room
 };

@@ -42,8 +42,8 @@ const device::JitterLimit* LimitFor(const model::SlaveModel& slave, TimeNs measu
 
 SyncModel::SyncModel(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus)
     : bus_(model), sink_(bus), trust_(pipeline), delays_(model) {
-  bus.ListenTo<FrameSeen, track::LogicalAccess, track::LogicalRepeated, track::Answered, track::TimeRepeated,
-               track::CaptureHole, track::AlRequest>(Stage::kBeforeModel, *this);
+  bus.ListenTo<FrameSeen, track::LogicalAccess, track::FrameRepeated, track::LogicalRepeated, track::Answered,
+               track::TimeRepeated, track::CaptureHole, track::AlRequest>(Stage::kBeforeModel, *this);
   // What the slaves' models conclude is news to this one.
   bus.ListenTo<track::SlaveFound, track::RunBegan, model::AlChangedByItself, model::AlErrorCode>(Stage::kModel, *this);
   // Objects and registers as the event left them.
@@ -109,8 +109,12 @@ void SyncModel::On(const track::LogicalAccess& access) {
 }
 
 /// Each frame has its time, whatever else it tells.
+void SyncModel::On(const track::FrameRepeated& repeated) {
+  repeated_until_ = repeated.returned.number;
+  BeginFrame(repeated.sent, repeated.returned);
+}
+
 void SyncModel::On(const track::LogicalRepeated& repeated) {
-  repeated_until_ = repeated.access.returned.number;
   Add(repeated.access);
 }
 
@@ -139,8 +143,6 @@ void SyncModel::On(const track::Answered& answer) {
 }
 
 void SyncModel::On(const track::TimeRepeated& repeated) {
-  repeated_until_ = repeated.answer.returned.number;
-  BeginFrame(repeated.answer.sent, repeated.answer.returned);
   if (const auto time = clock_.On(repeated.answer)) frame_dc_ = time;
 }
 

@@ -61,6 +61,7 @@ class SyncModel final {
 
   void On(const FrameSeen& seen);
   void On(const track::LogicalAccess& access);
+  void On(const track::FrameRepeated& repeated);
   void On(const track::LogicalRepeated& repeated);
   void On(const track::TimeRepeated& repeated);
   void On(const track::Answered& answer);

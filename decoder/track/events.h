@@ -190,6 +190,12 @@ struct CycleAtRest {
   }
 };
 
+/// A frame that is not told in full, before what is told of it.
+struct FrameRepeated {
+  static constexpr bool kRoutine = true;
+  FrameRef sent, returned;
+};
+
 /// A datagram with a logical address came back like the one before, and nothing else is told of it.
 struct LogicalRepeated {
   static constexpr bool kRoutine = true;

@@ -34,6 +34,17 @@ bool IsPlain(const BusTransaction& t) {
          t.hole == bus::Hole::kNone;
 }
 
+/// Unless the data changed, the slave that gives the time did not answer, whoever else counted.
+bool ClockAnswers(const BusTransaction& t) {
+  for (std::size_t i = 0; i < t.returned->size() && i < t.sent->size(); ++i) {
+    const wire::DatagramView returned = (*t.returned)[i];
+    if (!DistributesTime(returned.command())) continue;
+    const ByteSpan sent = (*t.sent)[i].data();
+    if (std::equal(sent.begin(), sent.end(), returned.data().begin(), returned.data().end())) return false;
+  }
+  return true;
+}
+
 /// The first bytes of a frame's datagrams that all frames of its kind share.
 std::uint64_t HeadOf(const FrameView& frame) {
   constexpr std::uint64_t kIndex = 0xFF00;
@@ -63,6 +74,8 @@ void RepeatedCycles::Copy::Take(const FrameView& frame, bool anew) {
 bool RepeatedCycles::Copy::Matches(const FrameView& frame) const {
   const ByteSpan payload = frame.payload();
   if (payload.size() != size || frame.source_mac() != source_mac) return false;
+  // Behind another link header (a tag, UDP) they lie elsewhere.
+  if (offsets.empty() || frame.offsets()[0] != offsets[0]) return false;
   const std::uint8_t* const bytes = payload.data();
   std::uint64_t different = 0;
   for (const Word& word : words) {
@@ -79,14 +92,16 @@ void RepeatedCycles::Copy::Keep() {
 
 /// Both copies are there, and nothing in them but what cycles are made of.
 bool RepeatedCycles::MayRepeat(const BusTransaction& t) {
-  if (t.sent == nullptr || t.returned == nullptr || t.assumed || t.other_end || t.hole != bus::Hole::kNone)
-    return false;
+  if (!IsPlain(t)) return false;
   const FrameView& returned = *t.returned;
   if (returned.empty() || t.sent->size() != returned.size()) return false;
+  std::size_t polls = 0;
   for (std::size_t i = 0; i < returned.size(); ++i) {
     if (!IsCyclic(returned[i]) || !IsCyclic((*t.sent)[i]) || returned[i].wkc() == 0) return false;
+    if (returned[i].command() == Command::BRD) ++polls;
   }
-  return true;
+  // Of two polls in one frame each may show something else.
+  return polls <= 1 && ClockAnswers(t);
 }
 
 RepeatedCycles::Kind* RepeatedCycles::KindOf(const BusTransaction& t) {
@@ -103,7 +118,8 @@ RepeatedCycles::Kind* RepeatedCycles::KindOf(const BusTransaction& t) {
 void RepeatedCycles::OnTransaction(const BusTransaction& t) {
   if (!skips_) return network_.OnTransaction(t);
   Kind* kind = IsPlain(t) ? KindOf(t) : nullptr;
-  if (kind != nullptr && kind->skips && kind->sent.Matches(*t.sent) && kind->returned.Matches(*t.returned)) {
+  if (kind != nullptr && kind->skips && kind->sent.Matches(*t.sent) && kind->returned.Matches(*t.returned) &&
+      ClockAnswers(t)) {
     Skip(*kind, t);
     return;
   }
@@ -118,6 +134,7 @@ void RepeatedCycles::Skip(Kind& kind, const BusTransaction& t) {
   kind.sent.Skip(*t.sent);
   kind.returned.Skip(*t.returned);
   const std::uint64_t news = events_.news();
+  events_.Publish(FrameRepeated{t.sent->ref(), t.returned->ref()});
   for (std::size_t i = 0; i < kind.datagrams.size(); ++i) {
     const DatagramPair d(t, i);
     if (wire::IsLogical(d.command())) {
@@ -243,6 +260,7 @@ void RepeatedCycles::OnSent(const FrameView& frame) {
   if (!AlTracker::AsksForState(frame)) return;
   Settle();
   network_.OnSent(frame);
+  Disturb();  // what is under way already comes back to slaves that were asked for something
 }
 
 void RepeatedCycles::OnDoubtful(const FrameView& sent) {

@@ -2,6 +2,8 @@
 /// last byte: of every capture, and of what flipped bits, missing packets and faults in the middle of a run make of it.
 #include <algorithm>
 #include <filesystem>
+#include <functional>
+#include <iterator>
 #include <random>
 #include <string>
 #include <utility>
@@ -62,6 +64,39 @@ std::vector<Packet> Damaged(const WireCapture& capture, unsigned seed, unsigned 
   return packets;
 }
 
+/// A packet here and there has a VLAN tag: what it carries lies elsewhere in it.
+std::vector<Packet> Tagged(const WireCapture& capture, unsigned seed, unsigned one_in) {
+  std::mt19937 random(seed);
+  std::vector<Packet> packets = capture.packets;
+  for (Packet& packet : packets) {
+    if (random() % one_in != 0 || packet.link_type != 1 || packet.bytes.size() < 14) continue;
+    constexpr std::uint8_t kTag[] = {0x81, 0x00, 0x60, 0x05};
+    packet.bytes.insert(packet.bytes.begin() + 12, std::begin(kTag), std::end(kTag));
+    if (packet.original_length != 0) packet.original_length += sizeof kTag;
+  }
+  return packets;
+}
+
+/// Every cycle a dozen times, as in a run that lasts longer: the packets between two polls of all states again and
+/// again.
+std::vector<Packet> Lasting(const WireCapture& capture) {
+  constexpr std::size_t kMost = 4'000;
+  constexpr int kTimes = 12;
+  std::vector<Packet> packets;
+  for (std::size_t i = 0; i < capture.packets.size() && packets.size() < kMost; i += 2) {
+    const std::size_t end = std::min(i + 2, capture.packets.size());
+    const auto part = test::FindEtherCat(capture.packets[i]);
+    const int times = part && part->cyclic ? kTimes : 1;
+    for (int n = 0; n < times; ++n) {
+      packets.insert(packets.end(), capture.packets.begin() + static_cast<std::ptrdiff_t>(i),
+                     capture.packets.begin() + static_cast<std::ptrdiff_t>(end));
+    }
+  }
+  // Later by a microsecond each, so that no stamp comes twice.
+  for (std::size_t i = 0; i < packets.size(); ++i) packets[i].time += static_cast<TimeNs>(i) * 1'000;
+  return packets;
+}
+
 class RepeatedCyclesTest : public testing::TestWithParam<const char*> {};
 
 TEST_P(RepeatedCyclesTest, MakeNoDifference) {
@@ -78,6 +113,8 @@ TEST_P(RepeatedCyclesTest, MakeNoDifference) {
     CheckThat(*capture, "as it is", capture->packets);
     CheckThat(*capture, "with flipped bits", Damaged(*capture, seed, 300, false));
     CheckThat(*capture, "with missing packets", Damaged(*capture, seed, 300, true));
+    CheckThat(*capture, "with tags", Tagged(*capture, seed, 40));
+    CheckThat(*capture, "lasting longer", Lasting(*capture));
   }
 }
 
@@ -144,6 +181,78 @@ TEST(RepeatedCycles, AreNotToldInFull) {
     // Of each run the last is told in full, too.
     EXPECT_LT(told.skipped, told.in_short);
     EXPECT_GT(told.skipped + 20, told.in_short);
+  }
+}
+
+/// Builds a run of cycles and changes one frame near its end; whatever it is, the reports are the same.
+void CheckChanged(const std::string& how, const std::function<void(std::vector<Packet>&, std::size_t)>& change) {
+  Story story;
+  PlayAtRest(story);
+  story.master.Cycles(200);
+  WireCapture capture = test::CaptureOf(story, "changed");
+  for (const std::size_t before_end : {2U, 3U, 40U, 41U}) {
+    std::vector<Packet> packets = capture.packets;
+    change(packets, packets.size() - before_end);
+    CheckThat(capture, how + ", " + std::to_string(before_end) + " before the end", packets);
+  }
+}
+
+/// Offset of the first datagram of this command; 0: there is none.
+std::size_t FindCommand(const Packet& packet, wire::Command command) {
+  const auto part = test::FindEtherCat(packet);
+  for (std::size_t i = 0; part && i < part->count(); ++i) {
+    if (packet.bytes[part->datagrams[i]] == static_cast<std::uint8_t>(command)) return part->datagrams[i];
+  }
+  return 0;
+}
+
+TEST(RepeatedCycles, MakeNoDifferenceWhateverChangesAtTheEnd) {
+  CheckChanged("another tag", [](std::vector<Packet>& packets, std::size_t at) {
+    constexpr std::uint8_t kTag[] = {0x81, 0x00, 0x60, 0x05};
+    packets[at].bytes.insert(packets[at].bytes.begin() + 12, std::begin(kTag), std::end(kTag));
+  });
+  CheckChanged("no time", [](std::vector<Packet>& packets, std::size_t at) {
+    // What was sent comes back as it was.
+    const std::size_t pair = at / 2 * 2;
+    const std::size_t frmw = FindCommand(packets[pair], wire::Command::FRMW);
+    ASSERT_NE(frmw, 0U);
+    std::copy_n(packets[pair].bytes.begin() + static_cast<std::ptrdiff_t>(frmw + 10), 8,
+                packets[pair + 1].bytes.begin() + static_cast<std::ptrdiff_t>(frmw + 10));
+  });
+  CheckChanged("another status", [](std::vector<Packet>& packets, std::size_t at) {
+    const std::size_t brd = FindCommand(packets[at / 2 * 2 + 1], wire::Command::BRD);
+    ASSERT_NE(brd, 0U);
+    packets[at / 2 * 2 + 1].bytes[brd + 10] = 0x0C;
+  });
+  CheckChanged("another counter", [](std::vector<Packet>& packets, std::size_t at) {
+    std::vector<std::uint8_t>& bytes = packets[at / 2 * 2 + 1].bytes;
+    const std::size_t lrw = FindCommand(packets[at / 2 * 2 + 1], wire::Command::LRW);
+    ASSERT_NE(lrw, 0U);
+    const std::size_t length = bytes[lrw + 6] | static_cast<std::size_t>(bytes[lrw + 7] & 7U) << 8U;
+    bytes[lrw + 10 + length] ^= 1U;
+  });
+}
+
+/// A state is asked for while a cycle is under way.
+TEST(RepeatedCycles, MakeNoDifferenceToARequestThatCrossesThem) {
+  Story story;
+  PlayAtRest(story);
+  story.master.Cycles(100);
+  WireCapture capture = test::CaptureOf(story, "crossing");
+  Story asked;
+  PlayAtRest(asked);
+  asked.master.ShutDown();
+  const WireCapture down = test::CaptureOf(asked, "down");
+  const auto request = std::find_if(down.packets.rbegin(), down.packets.rend(), [](const Packet& packet) {
+    return FindCommand(packet, wire::Command::FPWR) != 0 || FindCommand(packet, wire::Command::BWR) != 0;
+  });
+  ASSERT_NE(request, down.packets.rend());
+  for (const std::size_t before_end : {1U, 3U, 21U}) {
+    std::vector<Packet> packets = capture.packets;
+    Packet crossing = *std::next(request);
+    crossing.time = packets[packets.size() - before_end].time;
+    packets.insert(packets.end() - static_cast<std::ptrdiff_t>(before_end), crossing);
+    CheckThat(capture, "a request " + std::to_string(before_end) + " before the end", packets);
   }
 }
 
