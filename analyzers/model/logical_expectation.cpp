@@ -64,6 +64,7 @@ LogicalExpectation Compute(const track::Network& network, wire::Command command,
     if (!share.inputs && !share.outputs) continue;
     result.shares.push_back(share);
     if (share.inputs) ++result.inputs;
+    result.fills_bytes = result.fills_bytes || share.input_bytes != 0;
     if (share.outputs) ++result.outputs;
     result.full = static_cast<std::uint16_t>(result.full + WorthOf(share, command));
   }

@@ -41,6 +41,7 @@ struct LogicalExpectation {
   std::uint16_t full = 0;     ///< when every slave takes part
   std::uint16_t inputs = 0;   ///< slaves that have inputs in it
   std::uint16_t outputs = 0;  ///< slaves that have outputs in it
+  bool fills_bytes = false;   ///< some share has input_bytes
 
   // Three stages ask for the range in every cycle, and it changes with the states of the slaves only.
   mutable CounterRange range{};

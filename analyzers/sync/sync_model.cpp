@@ -127,7 +127,8 @@ void SyncModel::Add(const track::LogicalAccess& access) {
 
 void SyncModel::ReadStatusWords(const track::LogicalAccess& access) {
   const model::LogicalExpectation& expected = bus_.Expect(access);
-  if (access.wkc != expected.full) return;  // whose inputs these are is not certain
+  // Whose inputs these are is not certain, or nobody fills whole bytes.
+  if (access.wkc != expected.full || !expected.fills_bytes) return;
   for (const model::LogicalShare& share : expected.shares) {
     const model::SlaveModel& slave = bus_.slave(share.slave);
     if (share.input_bytes == 0 || !slave.profile->sync.lost_after_missing.value) continue;
@@ -192,7 +193,9 @@ void SyncModel::Flush() {
       access.command = pending.command;
       access.address = pending.address;
       access.length = pending.length;
-      for (const model::LogicalShare& share : bus_.Expect(access).shares) {
+      const model::LogicalExpectation& expected = bus_.Expect(access);
+      if (expected.outputs == 0) continue;
+      for (const model::LogicalShare& share : expected.shares) {
         if (!share.outputs) continue;
         Feed(share.slave, *at_hand, image);
         Of(share.slave).outputs.direct = false;
