@@ -12,6 +12,8 @@ namespace {
 constexpr std::size_t kLookAheadFrames = 256;
 constexpr std::size_t kLookAheadPackets = 4096;
 constexpr std::size_t kLookAheadBytes = std::size_t{4} << 20U;
+/// Packets of a batch without thread: pairing some and then working on them keeps the code of either in the cache.
+constexpr std::size_t kFewPackets = 64;
 
 }  // namespace
 
@@ -47,7 +49,7 @@ const Traffic* TrafficReader::Next() noexcept {
     changed_.notify_all();
   } else {
     in_hand_ = &batches_[0];
-    Fill(*in_hand_, 1);
+    Fill(*in_hand_, bytes_total_ > 0 ? kFewPackets : 1);
   }
   return &in_hand_->traffic;
 }

@@ -44,8 +44,9 @@ class TrafficReader {
   TrafficReader(const TrafficReader&) = delete;
   TrafficReader& operator=(const TrafficReader&) = delete;
 
-  /// The next packets, none or more, valid until the next call; null at the end, again and again. With Ahead::kNo, a
-  /// packet is handed over before the next one is read, once the directions are known.
+  /// The next packets, none or more, valid until the next call; null at the end, again and again. With Ahead::kNo and a
+  /// source whose size is not known (a pipe), a packet is handed over before the next one is read, once the directions
+  /// are known.
   [[nodiscard]] const Traffic* Next() noexcept;
   /// Up to what Next() handed over: packets read and bytes of the file, and its size (0: not known).
   [[nodiscard]] std::uint64_t packets_read() const { return in_hand_ == nullptr ? 0 : in_hand_->packets_read; }

@@ -14,7 +14,6 @@ namespace ecaudit::capture {
 namespace {
 
 constexpr std::size_t kWindowBytes = std::size_t{256} * 1024;
-constexpr std::size_t kDirectReadBytes = std::size_t{16} * 1024;
 constexpr std::uint32_t kZstdMagic = 0xFD2FB528;
 constexpr std::uint32_t kZstdSkippableMagic = 0x184D2A50;  // and the 15 numbers above it
 
@@ -120,19 +119,6 @@ bool InputStream::Skip(std::uint64_t count) {
     count -= step;
   }
   return true;
-}
-
-std::size_t InputStream::Read(std::span<std::uint8_t> out) {
-  if (begin_ == end_ && !ended_ && out.size() >= kDirectReadBytes) {  // spares the copy through the window
-    const std::size_t count = Produce(out);
-    offset_ += count;
-    return count;
-  }
-  const ByteSpan available = Peek(1);
-  const std::size_t count = std::min(available.size(), out.size());
-  std::copy_n(available.begin(), count, out.begin());
-  Consume(count);
-  return count;
 }
 
 }  // namespace ecaudit::capture

@@ -47,7 +47,7 @@ class InputStream {
                                                  std::uint64_t decompressed_limit = kDefaultDecompressedLimit);
 
   /// Shows the next bytes: at least `count` of them, or fewer when the input ends or fails before.
-  /// The span is valid until the next call of Peek(), Read() or Skip().
+  /// The span is valid until the next call of Peek() or Skip().
   [[nodiscard]] ByteSpan Peek(std::size_t count) {
     if (end_ - begin_ < count) Fill(count);
     return {window_.data() + begin_, end_ - begin_};
@@ -60,8 +60,6 @@ class InputStream {
   }
   /// Passes over `count` bytes. False when the input ends or fails before.
   [[nodiscard]] bool Skip(std::uint64_t count);
-  /// Copies up to out.size() bytes; 0 at the end or after a failure.
-  [[nodiscard]] std::size_t Read(std::span<std::uint8_t> out);
 
   /// Why the input failed, one line without a full stop ("the gzip data end early"); empty while it has not. The bytes
   /// before the failure are all handed out.

@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <span>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 #include <pcap/pcap.h>
 
 #include "decoder/base/text.h"
+#include "decoder/capture/byte_order.h"
 #include "decoder/capture/capture_stream.h"
 
 namespace ecaudit::capture {
@@ -23,19 +22,16 @@ constexpr std::size_t kFileHeaderBytes = 24;
 constexpr std::size_t kSnapLengthOffset = 16;
 constexpr std::size_t kRecordHeaderBytes = 16;
 constexpr std::size_t kLongRecordHeaderBytes = 24;
-constexpr std::size_t kStdioBufferBytes = std::size_t{64} * 1024;
+/// Longer packets libpcap takes for damage.
+constexpr std::uint32_t kMaxPacketBytes = 262'144;
 
 constexpr std::array kMagics{kMicroseconds, kNanoseconds, kMicrosecondsLongRecords};
 
 class PcapSource final : public FrameSource {
  public:
-  PcapSource(std::unique_ptr<InputStream> stream, const std::string& name)
-      : stream_(std::move(stream)), stdio_buffer_(kStdioBufferBytes) {
+  PcapSource(std::unique_ptr<InputStream> stream, const std::string& name) : stream_(std::move(stream)) {
     info_.path = name;
     info_.format = FormatName("pcap", stream_->compression());
-  }
-  ~PcapSource() override {
-    if (pcap_ != nullptr) pcap_close(pcap_);  // closes the FILE, too
   }
 
   /// @return what is wrong with the file header; empty when nothing is
@@ -44,53 +40,48 @@ class PcapSource final : public FrameSource {
     if (header.size() < kFileHeaderBytes) {
       return stream_->error().empty() ? "file ends inside its pcap file header" : stream_->error();
     }
-    const bool big_endian = LittleEndian<std::uint32_t>(header, 0) != Magic(header);
-    const auto field = [&](std::size_t offset) {
-      return big_endian ? BigEndian<std::uint32_t>(header, offset) : LittleEndian<std::uint32_t>(header, offset);
-    };
+    if (std::string problem = AskLibpcap(header); !problem.empty()) return problem;
+    const std::uint32_t magic = Magic(header);
+    order_.big_endian = LittleEndian<std::uint32_t>(header, 0) != magic;
+    record_header_bytes_ = magic == kMicrosecondsLongRecords ? kLongRecordHeaderBytes : kRecordHeaderBytes;
+    step_ns_ = magic == kNanoseconds ? 1 : 1000;
     Interface interface;
-    interface.resolution_ns = Magic(header) == kNanoseconds ? 1 : 1000;
-    interface.snap_length = field(kSnapLengthOffset);
-    interface.link_type =
-        static_cast<std::uint16_t>(field(20) & 0xFFFFU);  // above it: length of the frame check sequence
-    record_header_bytes_ = Magic(header) == kMicrosecondsLongRecords ? kLongRecordHeaderBytes : kRecordHeaderBytes;
-
-    // libpcap cuts packets to the snap length of the file header. Where a writer put in less than it captured, all of
-    // the packet is wanted nevertheless, as Wireshark shows it: libpcap gets a header without snap length.
-    std::copy(header.begin(), header.end(), header_.begin());
-    std::fill_n(header_.begin() + kSnapLengthOffset, sizeof(std::uint32_t), std::uint8_t{0});
-    stream_->Consume(kFileHeaderBytes);
-
-    FILE* file = fopencookie(this, "rb", {&ReadCookie, nullptr, nullptr, nullptr});
-    if (file == nullptr) return "cannot open a stream";
-    std::setvbuf(file, stdio_buffer_.data(), _IOFBF, stdio_buffer_.size());
-    std::array<char, PCAP_ERRBUF_SIZE> message{};
-    pcap_ = pcap_fopen_offline_with_tstamp_precision(file, PCAP_TSTAMP_PRECISION_NANO, message.data());
-    if (pcap_ == nullptr) {
-      std::fclose(file);
-      return stream_->error().empty() ? Printable(message.data()) : stream_->error();
-    }
+    interface.resolution_ns = step_ns_;
+    interface.snap_length = order_.U32(header, kSnapLengthOffset);
+    // Above it: length of the frame check sequence.
+    interface.link_type = static_cast<std::uint16_t>(order_.U32(header, 20) & 0xFFFFU);
     info_.interfaces.push_back(std::move(interface));
+    stream_->Consume(kFileHeaderBytes);
     return {};
   }
 
   ReadStatus Next(CapturedFrame& frame) noexcept override {
     if (status_ != ReadStatus::kFrame) return status_;
-    pcap_pkthdr* header = nullptr;
-    const u_char* data = nullptr;
-    const int result = pcap_next_ex(pcap_, &header, &data);
-    if (result != 1) return Stop(result);
+    stream_->Consume(std::exchange(lent_, 0));
+    ByteSpan bytes = stream_->Peek(record_header_bytes_);
+    if (bytes.size() < record_header_bytes_) return Stop(bytes.empty());
+    std::uint32_t captured = order_.At(bytes.data() + 8);
+    std::uint32_t original = order_.At(bytes.data() + 12);
+    if (lengths_ == Lengths::kSwapped || (lengths_ == Lengths::kSwappedWhereLonger && captured > original)) {
+      std::swap(captured, original);
+    }
+    if (captured > kMaxPacketBytes) {
+      return Damaged("packet " + std::to_string(info_.packets + 1) + " is not valid (captured length " +
+                     Grouped(captured) + " bytes)");
+    }
+    const std::size_t size = record_header_bytes_ + captured;
+    if (bytes.size() < size) bytes = stream_->Peek(size);
+    if (bytes.size() < size) return Stop(false);
+    lent_ = size;
     frame.number = ++info_.packets;
-    frame.time = static_cast<TimeNs>(static_cast<std::uint32_t>(header->ts.tv_sec)) * 1'000'000'000 +
-                 static_cast<std::uint32_t>(header->ts.tv_usec);
+    frame.time = TimeNs{order_.At(bytes.data())} * 1'000'000'000 + order_.At(bytes.data() + 4) * step_ns_;
     frame.has_time = true;
     frame.link_type = info_.interfaces[0].link_type;
     frame.interface_index = 0;
     frame.flag = PacketFlag::kNone;
     frame.damaged = false;
-    frame.original_length = header->len;
-    frame.bytes = {data, header->caplen};
-    offset_ += record_header_bytes_ + header->caplen;
+    frame.original_length = original;
+    frame.bytes = bytes.subspan(record_header_bytes_, captured);
     return ReadStatus::kFrame;
   }
   const CaptureInfo& info() const noexcept override { return info_; }
@@ -105,47 +96,50 @@ class PcapSource final : public FrameSource {
   }
 
  private:
-  static ssize_t ReadCookie(void* cookie, char* buffer, std::size_t size) {
-    auto& source = *static_cast<PcapSource*>(cookie);
-    const std::span<std::uint8_t> out(reinterpret_cast<std::uint8_t*>(buffer), size);
-    const ByteSpan header = Slice(source.header_, source.header_read_, size);
-    if (!header.empty()) {
-      std::copy(header.begin(), header.end(), out.begin());
-      source.header_read_ += header.size();
-      return static_cast<ssize_t>(header.size());
+  /// Versions before 2.4, and one that never was official, wrote both lengths of a packet the other way round.
+  enum class Lengths : std::uint8_t { kInOrder, kSwapped, kSwappedWhereLonger };
+
+  /// @return why libpcap does not read a file that begins like this; empty when it does
+  std::string AskLibpcap(ByteSpan header) {
+    std::array<std::uint8_t, kFileHeaderBytes> copy{};
+    std::copy(header.begin(), header.end(), copy.begin());
+    FILE* file = fmemopen(copy.data(), copy.size(), "rb");
+    if (file == nullptr) return "cannot open a stream";
+    std::array<char, PCAP_ERRBUF_SIZE> message{};
+    pcap_t* pcap = pcap_fopen_offline(file, message.data());
+    if (pcap == nullptr) {
+      std::fclose(file);
+      return Printable(message.data());
     }
-    const std::size_t count = source.stream_->Read(out);
-    return count == 0 && !source.stream_->error().empty() ? -1 : static_cast<ssize_t>(count);
+    constexpr int kOfDgUx = 543;
+    const int major = pcap_major_version(pcap);
+    const int minor = pcap_minor_version(pcap);
+    if (major == kOfDgUx || (major == 2 && minor < 3)) lengths_ = Lengths::kSwapped;
+    if (major == 2 && minor == 3) lengths_ = Lengths::kSwappedWhereLonger;
+    pcap_close(pcap);  // closes the file, too
+    return {};
   }
 
-  ReadStatus Stop(int result) {
-    constexpr int kEndOfFile = -2;
-    if ((result == kEndOfFile && stream_->error().empty()) || stream_->stopped()) return status_ = ReadStatus::kEnd;
-    Damage damage;
-    damage.after_frame = info_.packets;
-    damage.offset = offset_;
-    const std::string next = std::to_string(info_.packets + 1);
-    const std::string_view reason = pcap_geterr(pcap_);
-    if (!stream_->error().empty()) {
-      damage.message = StreamDamage(*stream_, info_.packets);
-    } else if (reason.starts_with("truncated")) {
-      damage.message = "file ends inside packet " + next;
-    } else {
-      damage.message = "packet " + next + " is not valid (" + Printable(reason) + ")";
-    }
-    info_.damage = std::move(damage);
+  /// No whole packet comes any more. @param between  the input ends where a packet does
+  ReadStatus Stop(bool between) {
+    if ((between && stream_->error().empty()) || stream_->stopped()) return status_ = ReadStatus::kEnd;
+    return Damaged(stream_->error().empty() ? "file ends inside packet " + std::to_string(info_.packets + 1)
+                                            : StreamDamage(*stream_, info_.packets));
+  }
+
+  ReadStatus Damaged(std::string message) {
+    info_.damage = Damage{std::move(message), stream_->offset(), info_.packets};
     return status_ = ReadStatus::kDamaged;
   }
 
   std::unique_ptr<InputStream> stream_;
-  std::vector<char> stdio_buffer_;
-  std::array<std::uint8_t, kFileHeaderBytes> header_{};  // what libpcap gets instead of the file's own
-  std::size_t header_read_ = 0;
-  pcap_t* pcap_ = nullptr;
   CaptureInfo info_;
   ReadStatus status_ = ReadStatus::kFrame;
+  ByteOrder order_;
+  Lengths lengths_ = Lengths::kInOrder;
   std::size_t record_header_bytes_ = kRecordHeaderBytes;
-  std::uint64_t offset_ = kFileHeaderBytes;
+  TimeNs step_ns_ = 1000;
+  std::size_t lent_ = 0;  ///< bytes of the packet that is lent out, consumed by the next call
 };
 
 }  // namespace

@@ -15,7 +15,6 @@
 namespace ecaudit::capture {
 namespace {
 
-using pcapng::ByteOrder;
 using pcapng::OptionReader;
 
 constexpr std::size_t kMaxComments = 1000;

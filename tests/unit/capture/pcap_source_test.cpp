@@ -1,6 +1,10 @@
 #include "decoder/capture/pcap_source.h"
 
+#include <cstdio>
+#include <random>
+
 #include <gtest/gtest.h>
+#include <pcap/pcap.h>
 
 #include "decoder/capture/capture_stream.h"
 #include "tests/unit/capture/pcapng_bytes.h"
@@ -173,6 +177,85 @@ TEST(Pcap, WrongChecksumBehindTheLastPacketIsDamage) {
   const WholeCapture capture = ReadPcap(gzip);
   EXPECT_EQ(capture.frames.size(), 1U);
   EXPECT_EQ(capture.damage(), "the gzip data are damaged (incorrect data check), after packet 1");
+}
+
+/// What libpcap's own loop makes of a file.
+struct ByLibpcap {
+  std::vector<Bytes> packets;
+  std::vector<std::uint32_t> original;
+  std::vector<TimeNs> times;
+  bool opens = false;
+  bool damaged = false;
+};
+
+ByLibpcap ReadByLibpcap(Bytes file) {
+  // libpcap cuts packets to the snap length of the file header, which some writers exceed.
+  std::fill_n(file.begin() + 16, 4, std::uint8_t{0});
+  ByLibpcap read;
+  char message[PCAP_ERRBUF_SIZE] = {};
+  FILE* memory = fmemopen(file.data(), file.size(), "rb");
+  pcap_t* pcap = pcap_fopen_offline_with_tstamp_precision(memory, PCAP_TSTAMP_PRECISION_NANO, message);
+  if (pcap == nullptr) {
+    std::fclose(memory);
+    return read;
+  }
+  read.opens = true;
+  pcap_pkthdr* header = nullptr;
+  const u_char* bytes = nullptr;
+  int result = 0;
+  while ((result = pcap_next_ex(pcap, &header, &bytes)) == 1) {
+    read.packets.emplace_back(bytes, bytes + header->caplen);
+    read.original.push_back(header->len);
+    read.times.push_back(TimeNs{static_cast<std::uint32_t>(header->ts.tv_sec)} * 1'000'000'000 + header->ts.tv_usec);
+  }
+  read.damaged = result != PCAP_ERROR_BREAK;
+  pcap_close(pcap);
+  return read;
+}
+
+void ExpectAsLibpcap(const Bytes& file, const std::string& what) {
+  const ByLibpcap expected = ReadByLibpcap(file);
+  const WholeCapture capture = ReadPcap(file);
+  ASSERT_EQ(capture.error.empty(), expected.opens) << what << capture.error;
+  ASSERT_EQ(capture.frames.size(), expected.packets.size()) << what << capture.damage();
+  EXPECT_EQ(capture.info.damage.has_value(), expected.damaged) << what << capture.damage();
+  for (std::size_t i = 0; i < expected.packets.size(); ++i) {
+    ASSERT_EQ(capture.frames[i].bytes, expected.packets[i]) << what << i;
+    ASSERT_EQ(capture.frames[i].original_length, expected.original[i]) << what << i;
+    // A fraction that damage made greater than a second is above or below 0 to libpcap, by the byte order of the file.
+    const TimeNs turn = (TimeNs{1} << 32U) * capture.info.interfaces[0].resolution_ns;
+    ASSERT_EQ((capture.frames[i].time - expected.times[i]) % turn, 0) << what << i;
+  }
+}
+
+TEST(Pcap, ReadsWhatLibpcapReads) {
+  std::mt19937 random(20261123);
+  for (const bool big_endian : {false, true}) {
+    for (const std::uint32_t magic : {kMicroseconds, kNanoseconds, 0xA1B2CD34U}) {
+      for (const int minor : {4, 3, 2, 0, 5}) {
+        PcapBytes file(magic, big_endian, 1, 65535);
+        for (std::uint32_t i = 0; i < 12; ++i) {
+          const Bytes data(random() % 90, static_cast<std::uint8_t>(i));
+          const auto length = static_cast<std::uint32_t>(data.size());
+          const std::uint32_t other = length + random() % 3;
+          const bool turned = minor < 4 && random() % 2 == 0;
+          file.Raw(PcapngBytes::Join({file.U32(1'700'000'000 + i), file.U32(random() % 1'000'000),
+                                      file.U32(turned ? other : length), file.U32(turned ? length : other)}));
+          if (magic == 0xA1B2CD34U) file.Raw(Bytes(8, 0x55));  // interface index, protocol, packet type
+          file.Raw(data);
+        }
+        Bytes bytes = file.bytes();
+        bytes[big_endian ? 7 : 6] = static_cast<std::uint8_t>(minor);
+        ExpectAsLibpcap(bytes, "minor version " + std::to_string(minor) + ": ");
+        for (int damage = 0; damage < 60; ++damage) {
+          Bytes damaged = bytes;
+          damaged[24 + random() % (damaged.size() - 24)] = static_cast<std::uint8_t>(random());
+          if (damage % 3 == 0) damaged.resize(24 + random() % (damaged.size() - 24));
+          ExpectAsLibpcap(damaged, "damage " + std::to_string(damage) + ": ");
+        }
+      }
+    }
+  }
 }
 
 }  // namespace
