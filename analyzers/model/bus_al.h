@@ -51,6 +51,7 @@ class BusAlUnit {
   /// So many reads showed what the next one shows.
   void OnSkipped(std::uint64_t count) {
     if (told_) told_->polls += count;
+    if (refused_) refused_->reads += count;
   }
   void On(const track::AlStatusRead& read) {
     if (open_) Compare(read);

@@ -273,7 +273,9 @@ void BusModel::On(const track::CyclesSkipped& skipped) {
     const track::DatagramPair d(skipped.last, i);
     if (d.command() == wire::Command::BRD) {
       al_.OnSkipped(count);
-      for (std::size_t s = 0; s < slaves_.size(); ++s) {
+      // With some error bit it told of no slave.
+      const bool of_each = !esc::AlWord{d.any.data()[0]}.bit4();
+      for (std::size_t s = 0; of_each && s < slaves_.size(); ++s) {
         if (network_.OnBus(static_cast<SlaveId>(s))) by_id_[s]->al.OnSkipped(count);
       }
     }

@@ -86,6 +86,7 @@ void AlTracker::OnMet(SlaveId slave) {
 }
 
 void AlTracker::OnRead(const SlaveAccess& access) {
+  if (poll_.length > 1) poll_.version = 0;  // a single slave: its code may be told anew
   if (CoversByte(access.address, access.read.size(), esc::kAlStatus)) {
     const ByteSpan status = Slice(access.read, static_cast<std::size_t>(esc::kAlStatus - access.address));
     Apply(access.slave, access.frame(), WordOrByte(status), CodeIn(status), true);
@@ -110,30 +111,37 @@ void AlTracker::OnBroadcastRead(const DatagramPair& d) {
   answer.status = answer.data[0];
   answer.one_state = std::has_single_bit(static_cast<unsigned>(answer.states()));
   events_.Publish(AlStatusOfAll{answer.frame, esc::AlWord{static_cast<std::uint16_t>(answer.status & 0x1FU)}, *count});
-  if (poll_.version == Version() && poll_.status == answer.status) {
-    const AlPoll poll{answer.frame, esc::AlWord{answer.states()}, poll_.slaves};
-    events_.Publish(poll);
-    if (poll.taken) return;
-  }
+  const SlaveId only = *count == 1 ? OnlySlave() : kNoSlave;
+  const ByteSpan shown = only == kNoSlave ? answer.data.first(1) : answer.data;
+  if (TakesAgain(answer, shown, only)) return;
   holes_.PresumeAll(!answer.error() && answer.states() == static_cast<std::uint8_t>(esc::AlState::OP), answer.frame);
   poll_.version = 0;
   poll_.slaves.clear();
   bool all_same = true;
-  const SlaveId only = *count == 1 ? OnlySlave() : kNoSlave;
   for (std::size_t s = 0; s < states_.size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
     if (!addressing_.OnBus(id)) continue;
-    if (id == only) {
-      Apply(id, answer.frame, WordOrByte(answer.data), CodeIn(answer.data), true);
-      all_same = false;  // a single slave tells more than its state
-    } else if (!Compare(id, answer)) {
-      all_same = false;
-    }
+    const bool same = id == only ? CompareOnly(id, answer) : Compare(id, answer);
+    all_same = all_same && same;
   }
-  if (all_same && answer.one_state && !answer.error()) {
-    poll_.version = Version();
-    poll_.status = answer.status;
+  if (!all_same || !answer.one_state || shown.size() > kShown) return;
+  poll_.version = Version();
+  poll_.length = shown.size();
+  std::copy(shown.begin(), shown.end(), poll_.shown.begin());
+}
+
+/// The same as at the last poll, and nobody has to hear of each slave.
+bool AlTracker::TakesAgain(const Answer& answer, ByteSpan shown, SlaveId only) {
+  if (poll_.version != Version() || shown.size() != poll_.length) return false;
+  if (!std::equal(shown.begin(), shown.end(), poll_.shown.begin())) return false;
+  if (answer.error() && holes_.presumes()) return false;
+  const AlPoll poll{answer.frame, esc::AlWord{answer.states()}, poll_.slaves};
+  events_.Publish(poll);
+  if (!poll.taken) return false;
+  if (const auto code = CodeIn(shown)) {
+    states_[only].al_status_code = Known<std::uint16_t>::Observed(*code, answer.frame.number);
   }
+  return true;
 }
 
 /// The one slave on the bus, where its place or its being alone tells which that is.
@@ -158,14 +166,26 @@ bool AlTracker::Compare(SlaveId id, const Answer& answer) {
   }
   if (answer.one_state) {
     // The state is certain, whose error bit it is, is not.
-    if (before == nullptr || before->state() != answer.states()) {
-      Apply(id, answer.frame, answer.states(), std::nullopt, false);
-    }
+    if (before != nullptr && before->state() == answer.states()) return true;
+    Apply(id, answer.frame, answer.states(), std::nullopt, false);
   } else if (before != nullptr && (before->state() & ~answer.status & 0x0FU) != 0) {
     states_.ForgetAl(id, answer.frame.number);
     events_.Publish(AlStateForgotten{id, answer.frame});
   }
   return false;
+}
+
+/// A single slave tells more than its state.
+bool AlTracker::CompareOnly(SlaveId id, const Answer& answer) {
+  const std::uint16_t status = WordOrByte(answer.data);
+  const std::optional<std::uint16_t> code = CodeIn(answer.data);
+  const esc::AlWord* before = states_[id].al_status.if_known();
+  const std::uint16_t* code_before = states_[id].al_status_code.if_known();
+  const bool same = before != nullptr && before->raw == status && !answer.error() &&
+                    (!code || (code_before != nullptr && *code_before == *code));
+  Apply(id, answer.frame, status, code, true);
+  if (same) poll_.slaves.push_back(id);
+  return same;
 }
 
 void AlTracker::Apply(SlaveId slave, const FrameRef& frame, std::uint16_t status, std::optional<std::uint16_t> code,

@@ -4,6 +4,7 @@
 /// keeps: the last broadcast read that showed every slave in the state it was known to be in.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -45,6 +46,8 @@ class AlTracker {
   void OnBroadcastRead(const DatagramPair& d);
 
  private:
+  /// AL Status to AL Status Code.
+  static constexpr std::size_t kShown = 6;
   struct Answer {  // of all slaves
     FrameRef frame;
     ByteSpan data;  // from AL Status on
@@ -55,11 +58,21 @@ class AlTracker {
     [[nodiscard]] bool error() const { return (status & 0x10U) != 0; }
   };
 
+  /// What all slaves were last seen to be, where the same once more tells nothing new.
+  struct Poll {
+    std::uint64_t version = 0;  ///< of who is on the bus and of the AL states; 0: none
+    std::array<std::uint8_t, kShown> shown{};
+    std::size_t length = 0;       ///< of `shown`: the first byte, and all of it where a single slave shows more
+    std::vector<SlaveId> slaves;  ///< of which it told; none where only some error bit is theirs
+  };
+
   void OnWritten(const SlaveAccess& access);
   void OnRead(const SlaveAccess& access);
   [[nodiscard]] SlaveId OnlySlave() const;
+  [[nodiscard]] bool TakesAgain(const Answer& answer, ByteSpan shown, SlaveId only);
   /// @return false: the slave is not as it was known, or not all of it shows
   bool Compare(SlaveId id, const Answer& answer);
+  bool CompareOnly(SlaveId id, const Answer& answer);
   void Apply(SlaveId slave, const FrameRef& frame, std::uint16_t status, std::optional<std::uint16_t> code,
              bool error_bit_known);
   [[nodiscard]] std::uint64_t Version() const { return addressing_.version() + states_.al_version(); }
@@ -70,11 +83,6 @@ class AlTracker {
   SlaveMailboxes& mailboxes_;
   Holes& holes_;
   Runs& runs_;
-  struct Poll {
-    std::uint64_t version = 0;  ///< of who is on the bus and of the AL states; 0: none
-    std::uint8_t status = 0;
-    std::vector<SlaveId> slaves;
-  };
   Poll poll_;
 };
 

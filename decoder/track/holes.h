@@ -35,6 +35,8 @@ class Holes {
   void PresumeAll(bool still_so, const FrameRef& frame) {
     if (presumed_ > 0) SettleAll(still_so, frame);
   }
+  /// Something is presumed of some slave.
+  [[nodiscard]] bool presumes() const { return presumed_ > 0; }
   /// A logical datagram came back: with the working counter it had before the hole, if all is as it was.
   void OnLogical(const DatagramPair& d);
 

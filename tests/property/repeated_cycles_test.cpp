@@ -146,6 +146,15 @@ TEST(RepeatedCycles, MakeNoDifferenceUnderAnyMaster) {
   }
 }
 
+/// Offset of the first datagram of this command; 0: there is none.
+std::size_t FindCommand(const Packet& packet, wire::Command command) {
+  const auto part = test::FindEtherCat(packet);
+  for (std::size_t i = 0; part && i < part->count(); ++i) {
+    if (packet.bytes[part->datagrams[i]] == static_cast<std::uint8_t>(command)) return part->datagrams[i];
+  }
+  return 0;
+}
+
 /// How a run was told; every cycle distributes the time.
 struct Told {
   std::uint64_t in_full = 0;
@@ -184,6 +193,68 @@ TEST(RepeatedCycles, AreNotToldInFull) {
   }
 }
 
+std::uint64_t SkippedOf(const WireCapture& capture) {
+  const AnalysisOptions options;
+  Observation observation(options, Depth::kClocks);
+  Told told;
+  observation.bus().ListenTo<track::CyclesSkipped>(Stage::kBeforeModel, told);
+  observation.SkipRepeatedCycles();
+  test::MemorySource source(capture.packets, capture.info);
+  observation.Run(source, {});
+  return told.skipped;
+}
+
+/// Terminals without a processor, which echo the acknowledge as error bit, or a single slave, of which each poll shows
+/// all.
+void PlaySlaves(Story& story, const samples::SlaveDescription& slave, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) story.Add(samples::SlaveDescription(slave));
+  story.master.Scan();
+  story.master.BringToPreop();
+  story.master.BringToSafeop();
+  story.master.BringToOp({.cycle = 2 * samples::kMs, .reads_al_status = true});
+  story.master.Cycles(120);
+}
+
+TEST(RepeatedCycles, MakeNoDifferenceToTerminalsAndSingleSlaves) {
+  struct Bus {
+    const char* name;
+    samples::SlaveDescription slave;
+    std::size_t count;
+    bool rests;
+  };
+  unsigned seed = 0;
+  for (const Bus& bus :
+       {Bus{"terminals", samples::InputTerminal(), 12, true}, Bus{"one terminal", samples::InputTerminal(), 1, false},
+        Bus{"one drive", samples::AkdDrive(), 1, true}}) {
+    Story story;
+    PlaySlaves(story, bus.slave, bus.count);
+    const WireCapture capture = test::CaptureOf(story, bus.name);
+    EXPECT_EQ(SkippedOf(capture) > 90, bus.rests) << bus.name;
+    CheckThat(capture, "as it is", capture.packets);
+    for (int again = 0; again < 4; ++again) {
+      CheckThat(capture, "with flipped bits", Damaged(capture, ++seed, 60, false));
+      CheckThat(capture, "with missing packets", Damaged(capture, ++seed, 60, true));
+    }
+    const auto polled = [&](std::size_t at, std::uint16_t status, std::uint16_t code) {
+      std::vector<Packet> packets = capture.packets;
+      const std::size_t brd = FindCommand(packets[at / 2 * 2 + 1], wire::Command::BRD);
+      EXPECT_NE(brd, 0U);
+      std::vector<std::uint8_t>& bytes = packets[at / 2 * 2 + 1].bytes;
+      bytes[brd + 10] = static_cast<std::uint8_t>(status);
+      const std::size_t length = bytes[brd + 6];
+      if (length >= 6) bytes[brd + 14] = static_cast<std::uint8_t>(code);
+      return packets;
+    };
+    const std::size_t end = capture.packets.size();
+    for (const std::uint16_t status : {0x08, 0x18, 0x28, 0x04, 0x14, 0x1C, 0x0C}) {
+      for (const std::uint16_t code : {0x00, 0x1B}) {
+        CheckThat(capture, "another status", polled(end - 2, status, code));
+        CheckThat(capture, "another status for once", polled(end - 60, status, code));
+      }
+    }
+  }
+}
+
 /// Builds a run of cycles and changes one frame near its end; whatever it is, the reports are the same.
 void CheckChanged(const std::string& how, const std::function<void(std::vector<Packet>&, std::size_t)>& change) {
   Story story;
@@ -195,15 +266,6 @@ void CheckChanged(const std::string& how, const std::function<void(std::vector<P
     change(packets, packets.size() - before_end);
     CheckThat(capture, how + ", " + std::to_string(before_end) + " before the end", packets);
   }
-}
-
-/// Offset of the first datagram of this command; 0: there is none.
-std::size_t FindCommand(const Packet& packet, wire::Command command) {
-  const auto part = test::FindEtherCat(packet);
-  for (std::size_t i = 0; part && i < part->count(); ++i) {
-    if (packet.bytes[part->datagrams[i]] == static_cast<std::uint8_t>(command)) return part->datagrams[i];
-  }
-  return 0;
 }
 
 TEST(RepeatedCycles, MakeNoDifferenceWhateverChangesAtTheEnd) {
