@@ -61,14 +61,15 @@ class Pipeline::Impl {
     while (const bus::Traffic* traffic = reader.Next()) {
       for (std::size_t i = 0; i < traffic->size() && !statistics_.overworked.seen(); ++i) {
         wire::FrameView& packet = views[i % 2];
-        traffic->Prefetch(i + 3);
         traffic->Restore(i, packet);
-        traffic->ReadStatistics(i, pairing_);
+        at_ = {traffic, i};
         if (options.reached != nullptr) options.reached->store(packet.ref().number, std::memory_order_relaxed);
         if (packet.ref().seen()) Count(packet);
         traffic->Replay(i, packet, fork_, &views[(i + 1) % 2]);
         if (network_.overworked()) statistics_.overworked = statistics_.last;
       }
+      (void)Pairing();  // before what it is read from goes away
+      at_ = counted_ = {};
       cycles_.Keep();
       if (statistics_.overworked.seen()) break;
       if (options.progress && reader.packets_read() >= next_progress) {
@@ -86,10 +87,25 @@ class Pipeline::Impl {
   track::Network network_;
   track::RepeatedCycles cycles_;
   Fork fork_;
-  bus::PairingStatistics pairing_;  ///< behind the step at hand
+  /// Behind the step at hand.
+  const bus::PairingStatistics& Pairing() {
+    if (at_.traffic != nullptr && (at_.traffic != counted_.traffic || at_.step != counted_.step)) {
+      pairing_ = at_.traffic->StatisticsBehind(at_.step);
+      counted_ = at_;
+    }
+    return pairing_;
+  }
   PipelineStatistics statistics_;
 
  private:
+  struct Place {
+    const bus::Traffic* traffic = nullptr;
+    std::size_t step = 0;
+  };
+  Place at_;       ///< of the packet at hand
+  Place counted_;  ///< to which pairing_ belongs
+  bus::PairingStatistics pairing_;
+
   void Count(const wire::FrameView& packet) {
     CountTime(packet.ref());
     statistics_.frame_bytes += kRecordBytes + packet.used_bytes();
@@ -163,7 +179,7 @@ const PipelineStatistics& Pipeline::statistics() const {
   return impl_->statistics_;
 }
 const bus::PairingStatistics& Pipeline::pairing() const {
-  return impl_->pairing_;
+  return impl_->Pairing();
 }
 const track::Network& Pipeline::network() const {
   return impl_->network_;

@@ -7,7 +7,8 @@ void OutputRate::Add(const CyclicImage& image, const Interval& interval, const F
   if (!image.has_nominal()) return;
   // The median jumps where early and late frames alternate: a configured cycle near it counts better.
   TimeNs nominal = image.nominal_ns;
-  if (configured > 0 && nominal > configured - configured / 3 && nominal < configured + configured / 3) {
+  if (configured > 0 && nominal != configured && nominal > configured - configured / 3 &&
+      nominal < configured + configured / 3) {
     nominal = configured;
   }
   TimeNs shifted = 0;

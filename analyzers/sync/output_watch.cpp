@@ -42,13 +42,6 @@ Interval OutputWatch::GapByClocks(const FrameTime& time) const {
   return Between(last, time);
 }
 
-TimeNs OutputWatch::GapLimit(const CyclicImage* of) const {
-  TimeNs limit = 0;
-  if (of != nullptr && of->nominal_of >= kEnoughIntervals) limit = of->nominal_ns + of->nominal_ns / 2;
-  if (watchdog_ns > 0) limit = limit > 0 ? std::min(limit, watchdog_ns / 2) : watchdog_ns / 2;
-  return limit;
-}
-
 OutputGap OutputWatch::Describe(SlaveId slave, const Interval& gap) const {
   OutputGap event;
   event.slave = slave;

@@ -3,6 +3,7 @@
 /// keeps: the last frame and what the slave said of itself, its rate, its rhythm, and its phase to SYNC0.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 
@@ -57,7 +58,12 @@ struct OutputWatch {
     return GapByClocks(time);
   }
   /// From which length on a gap is told, ns; 0: none is.
-  [[nodiscard]] TimeNs GapLimit(const CyclicImage* of) const;
+  [[nodiscard]] TimeNs GapLimit(const CyclicImage* of) const {
+    const bool known = of != nullptr && of->nominal_of >= kEnoughIntervals;
+    const TimeNs by_cycle = known ? of->nominal_ns + of->nominal_ns / 2 : 0;
+    if (watchdog_ns == 0) return by_cycle;
+    return by_cycle > 0 ? std::min(by_cycle, watchdog_ns / 2) : watchdog_ns / 2;
+  }
   /// Of this gap, as far as the watch knows it.
   [[nodiscard]] OutputGap Describe(SlaveId slave, const Interval& gap) const;
   /// The slave is set up anew.

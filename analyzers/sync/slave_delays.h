@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "analyzers/model/bus_model.h"
@@ -18,12 +19,15 @@ class SlaveDelays {
 
   /// A delay register may have changed.
   void Touched() { ++version_; }
+  /// What follows is asked at one moment: slaves may be others than before, or have come back after a power cycle.
+  void Look() {
+    const std::uint64_t mappings = bus_.network().mapping_version();
+    if (std::exchange(mappings_, mappings) != mappings) ++version_;
+  }
   /// ns; 0 where it is not known.
   [[nodiscard]] std::int64_t Of(SlaveId id) {
-    if (id == kNoSlave) return 0;
-    // The network's version changes when a slave may be another one, or comes back after a power cycle.
-    const std::uint64_t version = version_ + bus_.network().mapping_version();
-    return id < delays_.size() && delays_[id].version == version ? delays_[id].ns : Read(id, version);
+    if (id < delays_.size() && delays_[id].version == version_) return delays_[id].ns;
+    return id == kNoSlave ? 0 : Read(id);
   }
 
  private:
@@ -32,15 +36,17 @@ class SlaveDelays {
     std::uint64_t version = 0;  // that it was read at
   };
 
-  std::int64_t Read(SlaveId id, std::uint64_t version) {
+  std::int64_t Read(SlaveId id) {
     if (id >= delays_.size()) delays_.resize(std::size_t{id} + 1);
-    delays_[id] = {bus_.network().state(id).registers.Value<std::uint32_t>(esc::kSystemTimeDelay).value_or(0), version};
+    delays_[id] = {bus_.network().state(id).registers.Value<std::uint32_t>(esc::kSystemTimeDelay).value_or(0),
+                   version_};
     return delays_[id].ns;
   }
 
   const model::BusModel& bus_;
   std::vector<Delay> delays_;
   std::uint64_t version_ = 1;
+  std::uint64_t mappings_ = 0;  // the network's version of them at the last look
 };
 
 }  // namespace ecaudit::sync

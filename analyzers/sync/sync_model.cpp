@@ -160,6 +160,7 @@ std::optional<SyncModel::FrameAtHand> SyncModel::LookAtFrame() {
     // Captures leave out the padding of short frames as the check sequence of all.
     at_hand.length_ns = static_cast<std::int64_t>(std::max(facts->bytes, kMinFrameBytes) + kFcsBytes) * kNsPerByte;
   }
+  delays_.Look();
   at_hand.reference_delay_ns = delays_.Of(clock_.reference());
   return at_hand;
 }

@@ -31,27 +31,19 @@ std::size_t Traffic::bytes() const {
 
 Traffic::Place Traffic::Keep(const FrameView& frame, ByteSpan bytes) {
   const auto offsets = frame.offsets();
-  kept_.push_back({frame.fields(), bytes_.size(), bytes.size(), offsets_.size()});
+  Kept& kept = kept_.emplace_back();
+  kept.fields = frame.fields();
+  kept.bytes_at = bytes_.size();
+  kept.length = bytes.size();
+  kept.offsets_at = offsets_.size();
   bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
-  for (const std::uint16_t offset : offsets) offsets_.push_back(offset);
+  offsets_.insert(offsets_.end(), offsets.begin(), offsets.end());
   return static_cast<Place>(kept_.size() - 1);
 }
 
-void Traffic::Prefetch(std::size_t i) const {
-  if (i >= steps_.size()) return;
-  constexpr std::size_t kLine = 64;
-  const Kept& kept = kept_[steps_[i].kept];
-  __builtin_prefetch(&kept + 2);
-  __builtin_prefetch(reinterpret_cast<const std::uint8_t*>(&kept + 2) + kLine);
-  const std::uint8_t* bytes = bytes_.data() + kept.bytes_at;
-  for (std::size_t at = 0; at < kept.length && at < 8 * kLine; at += kLine) __builtin_prefetch(bytes + at);
-}
-
-void Traffic::ReadStatistics(std::size_t i, PairingStatistics& statistics) const {
+PairingStatistics Traffic::StatisticsBehind(std::size_t i) const {
   const Step& step = steps_[i];
-  static_cast<PairingProgress&>(statistics) = step.progress;
-  if (i > 0 && steps_[i - 1].incidents == step.incidents) return;
-  static_cast<PairingIncidents&>(statistics) = incidents_[step.incidents];
+  return {step.progress, incidents_[step.incidents]};
 }
 
 void Traffic::Replay(std::size_t i, const FrameView& packet, BusSink& sink, const FrameView* before) const {
@@ -64,13 +56,11 @@ void Traffic::Replay(std::size_t i, const FrameView& packet, BusSink& sink, cons
     Restore(kept_[place], other);
     return other;
   };
+  if (steps_[i].direction) sink.OnFrame(packet, *steps_[i].direction);
   const Call* const end = calls_.data() + steps_[i].calls_end;
   for (const Call* next = calls_.data() + (i == 0 ? 0 : steps_[i - 1].calls_end); next != end; ++next) {
     const Call& call = *next;
     switch (call.kind) {
-      case Kind::kFrame:
-        sink.OnFrame(view(call.first), static_cast<Direction>(call.what));
-        break;
       case Kind::kSent:
         sink.OnSent(view(call.first));
         break;
@@ -99,9 +89,8 @@ void Traffic::Replay(std::size_t i, const FrameView& packet, BusSink& sink, cons
 
 void TrafficRecorder::BeginStep(const FrameView& packet) {
   const bool ethercat = packet.kind() != wire::FrameKind::kOther;
-  Traffic::Step step;
-  step.kept = to_->Keep(packet, ethercat ? packet.bytes() : ByteSpan());
-  to_->steps_.push_back(step);
+  const Traffic::Place kept = to_->Keep(packet, ethercat ? packet.bytes() : ByteSpan());
+  to_->steps_.emplace_back().kept = kept;
 }
 
 void TrafficRecorder::EndStep(const PairingStatistics& statistics) {
@@ -126,9 +115,8 @@ Traffic::Place TrafficRecorder::PlaceOf(const FrameView& frame) {
   return to_->Keep(frame, frame.bytes());
 }
 
-void TrafficRecorder::OnFrame(const FrameView& frame, Direction direction) {
-  to_->calls_.push_back(
-      {.kind = Traffic::Kind::kFrame, .what = static_cast<std::uint8_t>(direction), .first = PlaceOf(frame)});
+void TrafficRecorder::OnFrame(const FrameView& /*the packet of this step*/, Direction direction) {
+  to_->steps_.back().direction = direction;
 }
 void TrafficRecorder::OnSent(const FrameView& frame) {
   to_->calls_.push_back({.kind = Traffic::Kind::kSent, .first = PlaceOf(frame)});

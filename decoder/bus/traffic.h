@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "decoder/bus/pairing.h"
@@ -29,10 +30,8 @@ class Traffic {
   ///               most frames come back at once
   void Replay(std::size_t i, const wire::FrameView& packet, BusSink& sink,
               const wire::FrameView* before = nullptr) const;
-  /// Sets `statistics` to the counters of Pairing behind step `i`. @param statistics those of the step before, or new
-  void ReadStatistics(std::size_t i, PairingStatistics& statistics) const;
-  /// Asks for the data of a step that comes soon: another thread's processor has them.
-  void Prefetch(std::size_t i) const;
+  /// The counters of Pairing behind step `i`.
+  [[nodiscard]] PairingStatistics StatisticsBehind(std::size_t i) const;
 
  private:
   friend class TrafficRecorder;
@@ -40,10 +39,10 @@ class Traffic {
   using Place = std::uint32_t;
   static constexpr Place kNone = ~Place{0};
 
-  enum class Kind : std::uint8_t { kFrame, kSent, kTransaction, kDoubtful, kLost, kDuplicate, kUnusable };
+  enum class Kind : std::uint8_t { kSent, kTransaction, kDoubtful, kLost, kDuplicate, kUnusable };
   struct Call {
-    Kind kind = Kind::kFrame;
-    std::uint8_t what = 0;  ///< Direction, Loss, Unusable or Hole
+    Kind kind = Kind::kSent;
+    std::uint8_t what = 0;  ///< Loss, Unusable or Hole
     bool flag = false;      ///< assumed, followed_by_other or own_master
     bool other_end = false;
     Place first = kNone;   ///< the only frame, or the one sent
@@ -57,9 +56,10 @@ class Traffic {
     std::size_t offsets_at = 0;
   };
   struct Step {
-    Place kept = kNone;         ///< the packet
-    Place incidents = 0;        ///< what Pairing counted behind it lies there
-    std::size_t calls_end = 0;  ///< its calls begin where those of the step before end
+    Place kept = kNone;                  ///< the packet
+    Place incidents = 0;                 ///< what Pairing counted behind it lies there
+    std::optional<Direction> direction;  ///< of a frame: OnFrame() comes before all other calls
+    std::size_t calls_end = 0;           ///< its calls begin where those of the step before end
     PairingProgress progress;
   };
 

@@ -168,8 +168,11 @@ struct Answered {
 
 /// One datagram of a frame that comes in every cycle.
 struct RepeatedDatagram {
+  enum class Is : std::uint8_t { kProcessData, kTime, kPoll };
+  Is is = Is::kPoll;
   std::size_t data_at = 0;   ///< its data, in FrameView::payload()
-  SlaveId slave = kNoSlave;  ///< ARMW and FRMW: who gives the time
+  std::size_t length = 0;    ///< of its data
+  SlaveId slave = kNoSlave;  ///< kTime: who gives it
 };
 
 /// A frame came back like those before, and nothing happened since: the next ones need not be told in full (see

@@ -118,13 +118,20 @@ RepeatedCycles::Kind* RepeatedCycles::KindOf(const BusTransaction& t) {
 void RepeatedCycles::OnTransaction(const BusTransaction& t) {
   if (!skips_) return network_.OnTransaction(t);
   Kind* kind = IsPlain(t) ? KindOf(t) : nullptr;
-  if (kind != nullptr && kind->skips && kind->sent.Matches(*t.sent) && kind->returned.Matches(*t.returned) &&
-      ClockAnswers(t)) {
-    Skip(*kind, t);
-    return;
-  }
+  if (kind != nullptr && kind->skips && kind->Repeats(t)) return Skip(*kind, t);
   Settle();
   Tell(kind, t);
+}
+
+bool RepeatedCycles::Kind::Repeats(const BusTransaction& t) const {
+  if (!sent.Matches(*t.sent) || !returned.Matches(*t.returned)) return false;
+  // Of the same size, and with datagrams of the same lengths at the same places.
+  const std::uint8_t* const out = t.sent->payload().data();
+  const std::uint8_t* const back = t.returned->payload().data();
+  return std::none_of(datagrams.begin(), datagrams.end(), [&](const RepeatedDatagram& d) {
+    return d.is == RepeatedDatagram::Is::kTime &&
+           std::equal(out + d.data_at, out + d.data_at + d.length, back + d.data_at);
+  });
 }
 
 void RepeatedCycles::Skip(Kind& kind, const BusTransaction& t) {
@@ -136,11 +143,11 @@ void RepeatedCycles::Skip(Kind& kind, const BusTransaction& t) {
   const std::uint64_t news = events_.news();
   events_.Publish(FrameRepeated{t.sent->ref(), t.returned->ref()});
   for (std::size_t i = 0; i < kind.datagrams.size(); ++i) {
-    const DatagramPair d(t, i);
-    if (wire::IsLogical(d.command())) {
-      events_.Publish(LogicalRepeated{Network::LogicalAccessOf(d)});
-    } else if (DistributesTime(d.command())) {
-      events_.Publish(TimeRepeated{network_.AnswerOf(d, kind.datagrams[i].slave)});
+    const RepeatedDatagram& datagram = kind.datagrams[i];
+    if (datagram.is == RepeatedDatagram::Is::kProcessData) {
+      events_.Publish(LogicalRepeated{Network::LogicalAccessOf(DatagramPair(t, i))});
+    } else if (datagram.is == RepeatedDatagram::Is::kTime) {
+      events_.Publish(TimeRepeated{network_.AnswerOf(DatagramPair(t, i), datagram.slave)});
     }
   }
   if (events_.news() == news) return;
@@ -225,7 +232,12 @@ void RepeatedCycles::MaskHeaders(Kind& kind, const BusTransaction& t) {
     const wire::DatagramView d = (*t.returned)[i];
     RepeatedDatagram datagram;
     datagram.data_at = static_cast<std::size_t>(d.data().data() - t.returned->payload().data());
-    if (DistributesTime(d.command())) datagram.slave = network_.Find(DatagramPair(t, i));
+    datagram.length = d.data().size();
+    if (wire::IsLogical(d.command())) datagram.is = RepeatedDatagram::Is::kProcessData;
+    if (DistributesTime(d.command())) {
+      datagram.is = RepeatedDatagram::Is::kTime;
+      datagram.slave = network_.Find(DatagramPair(t, i));
+    }
     kind.datagrams.push_back(datagram);
   }
 }

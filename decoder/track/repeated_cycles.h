@@ -85,6 +85,9 @@ class RepeatedCycles final : public bus::BusSink {
     std::uint64_t bytes_skipped = 0;
     std::uint64_t order = 0;  ///< of the last one skipped
     std::vector<RepeatedDatagram> datagrams;
+
+    /// Told last like this one, and who gives the time answered.
+    [[nodiscard]] bool Repeats(const bus::BusTransaction& t) const;
   };
 
   [[nodiscard]] static bool MayRepeat(const bus::BusTransaction& transaction);

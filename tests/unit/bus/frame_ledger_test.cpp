@@ -49,12 +49,10 @@ void ExpectBalance(const std::filesystem::path& path) {
   const PacketRange all;
   TrafficReader reader(**source, all, nullptr, Ahead::kNo);
   std::uint64_t off = 0;
-  PairingStatistics statistics;
   FrameLedger last;
   while (const Traffic* traffic = reader.Next()) {
     for (std::size_t i = 0; i < traffic->size(); ++i) {
-      traffic->ReadStatistics(i, statistics);
-      last = statistics.frames();
+      last = traffic->StatisticsBehind(i).frames();
       if (!last.Balances()) ++off;
     }
   }

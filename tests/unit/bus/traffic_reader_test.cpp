@@ -42,7 +42,7 @@ Heard Listen(TrafficReader& reader) {
         ++heard.ends;
       }
       traffic->Replay(i, packet, heard.log);
-      traffic->ReadStatistics(i, heard.statistics);
+      heard.statistics = traffic->StatisticsBehind(i);
     }
   }
   EXPECT_EQ(reader.Next(), nullptr) << "the end is told again and again";
@@ -162,7 +162,7 @@ TEST(TrafficReader, HandsOverTheBytesOfBothCopiesAcrossBatches) {
       }
     }
     EXPECT_EQ(sink.transactions, kExchanges);
-    EXPECT_GT(batches, 10U);
+    EXPECT_GT(batches, 5U);
     EXPECT_EQ(reader.packets_read(), packets.size());
   }
 }
