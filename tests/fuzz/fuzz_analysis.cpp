@@ -8,6 +8,6 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   constexpr std::uint64_t kDecompressedLimit = 1U << 20U;
   auto opened = ecaudit::capture::OpenCaptureFromMemory({data, size}, "in\x1b[2Jput\xff", kDecompressedLimit);
-  if (opened) ecaudit::fuzz::AnalyseAndReport(**opened);
+  if (opened) ecaudit::fuzz::AnalyseAndReport(**opened, size);
   return 0;
 }

@@ -105,6 +105,6 @@ std::vector<test::Packet> Packets(Input input) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   ecaudit::test::MemorySource source(ecaudit::Packets(ecaudit::Input({data, size})));
-  ecaudit::fuzz::AnalyseAndReport(source);
+  ecaudit::fuzz::AnalyseAndReport(source, size);
   return 0;
 }

@@ -12,6 +12,8 @@ if [[ ${#targets[@]} -eq 0 ]]; then
   targets+=(attack)
 fi
 export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
+# Where memory was taken is told by the input that fails, run alone.
+export ASAN_OPTIONS=malloc_context_size=1:quarantine_size_mb=16
 mkdir -p build/found
 status=0
 for target in "${targets[@]}"; do

@@ -28,8 +28,9 @@ inline void CheckLines(std::string_view text) {
   }
 }
 
-/// Analyses `source` with all rules and writes every report there is.
-inline void AnalyseAndReport(capture::FrameSource& source) {
+/// Analyses `source` with all rules and writes a report: in the format that the size of the input chooses, for writing
+/// all of them takes three quarters of the time.
+inline void AnalyseAndReport(capture::FrameSource& source, std::size_t input_bytes) {
   report::Report report;
   report.version = "fuzz";
   report.captures.emplace_back();
@@ -46,13 +47,13 @@ inline void AnalyseAndReport(capture::FrameSource& source) {
     Check(finding.caused_by != i);
     Check(finding.first.number <= result.capture.packets || !finding.first.seen());
   }
-  for (const report::Format& format : report::Formats()) {
-    const std::string text = format.write(report, {});
-    // Annotations of findings, and nothing else.
-    Check(!text.empty() || format.name == "github");
-    CheckLines(text);
-    if (format.name == "json") Check(ReadJson(text).document.has_value());
-  }
+  const auto& formats = report::Formats();
+  const report::Format& format = formats[input_bytes % formats.size()];
+  const std::string text = format.write(report, {});
+  // Annotations of findings, and nothing else.
+  Check(!text.empty() || format.name == "github");
+  CheckLines(text);
+  if (format.name == "json") Check(ReadJson(text).document.has_value());
 }
 
 }  // namespace ecaudit::fuzz
