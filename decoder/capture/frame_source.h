@@ -70,16 +70,15 @@ struct CaptureInfo {
   std::uint64_t packets = 0;
   std::uint64_t unread_blocks = 0;  ///< of types that are not known, with what looks like an EtherCAT frame in them
 
+  /// A count of dropped packets above it is no count.
+  static constexpr std::uint64_t kMostDropped = std::uint64_t{1} << 40U;
+
   /// Packets that the capturing machine dropped, by its own count.
   [[nodiscard]] std::uint64_t dropped() const {
     std::uint64_t sum = 0;
     for (const Interface& interface : interfaces) sum += std::min(interface.dropped.value_or(0), kMostDropped);
     return sum;
   }
-
- private:
-  /// A count above it is no count.
-  static constexpr std::uint64_t kMostDropped = std::uint64_t{1} << 40U;
 };
 
 enum class ReadStatus : std::uint8_t {

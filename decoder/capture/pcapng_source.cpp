@@ -33,6 +33,11 @@ std::string Text(ByteSpan value, std::size_t limit) {
   return {value.begin(), value.begin() + static_cast<std::ptrdiff_t>(length)};
 }
 
+/// More packets were dropped; a sum of counts, which may hold anything, stops at what is no count any more.
+std::uint64_t AndDropped(std::uint64_t before, std::uint64_t more) {
+  return std::min(before + std::min(more, CaptureInfo::kMostDropped), CaptureInfo::kMostDropped);
+}
+
 class PcapngSource final : public FrameSource {
  public:
   PcapngSource(std::unique_ptr<InputStream> stream, const std::string& name) : stream_(std::move(stream)) {
@@ -274,7 +279,8 @@ BlockResult PcapngSource::ObsoletePacket(ByteSpan block, CapturedFrame& frame) {
   const std::uint16_t drops = order_.U16(block, 10);
   const BlockResult result = StampedPacket(block, interface, frame);
   if (result == BlockResult::kPacket && drops != kUnknown) {
-    interfaces_[section_start_ + interface].dropped_by_packets += drops;
+    std::uint64_t& dropped = interfaces_[section_start_ + interface].dropped_by_packets;
+    dropped = AndDropped(dropped, drops);
     CountDropped(section_start_ + interface);
   }
   return result;
@@ -314,7 +320,8 @@ void PcapngSource::PacketOptions(ByteSpan options, std::size_t interface, Captur
       frame.damaged = (order_.U32(option->value, 0) & pcapng::kDamagedOnWire) != 0;
     }
     if (option->code == pcapng::kEpbDropCount && option->value.size() == 8) {
-      interfaces_[interface].dropped_by_packets += order_.U64(option->value, 0);
+      std::uint64_t& dropped = interfaces_[interface].dropped_by_packets;
+      dropped = AndDropped(dropped, order_.U64(option->value, 0));
       CountDropped(interface);
     }
   }
@@ -346,7 +353,7 @@ BlockResult PcapngSource::InterfaceStatistics(ByteSpan block) {
   OptionReader options(Slice(block, 20), order_);
   while (const auto option = options.Next()) {
     if ((option->code == pcapng::kIsbIfDrop || option->code == pcapng::kIsbOsDrop) && option->value.size() == 8) {
-      dropped = dropped.value_or(0) + order_.U64(option->value, 0);
+      dropped = AndDropped(dropped.value_or(0), order_.U64(option->value, 0));
     }
   }
   if (dropped) {

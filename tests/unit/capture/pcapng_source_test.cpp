@@ -139,6 +139,20 @@ TEST(Pcapng, ObsoletePacketsAndTheirDropCounts) {
   EXPECT_EQ(capture.info.interfaces[1].dropped, 7U);
 }
 
+TEST(Pcapng, DropCountsThatNobodyCanHaveCountedDoNotWrap) {
+  constexpr std::uint64_t kAll = ~std::uint64_t{0};
+  PcapngBytes file;
+  file.Section().Interface().Interface();
+  file.Statistics(0, PcapngBytes::Join({file.Option(5, file.U64(kAll)), file.Option(7, file.U64(2))}));
+  file.Enhanced(1, 1, kPcapngSourceData, file.Option(4, file.U64(kAll)))
+      .Enhanced(1, 1, kPcapngSourceData, file.Option(4, file.U64(9)));
+  const WholeCapture capture = ReadPcapng(file);
+  ASSERT_EQ(capture.info.interfaces.size(), 2U);
+  EXPECT_EQ(capture.info.interfaces[0].dropped, CaptureInfo::kMostDropped);
+  EXPECT_EQ(capture.info.interfaces[1].dropped, CaptureInfo::kMostDropped);
+  EXPECT_EQ(capture.info.dropped(), 2 * CaptureInfo::kMostDropped);
+}
+
 TEST(Pcapng, DropsOfTheStatistics) {
   PcapngBytes file;
   file.Section().Interface().Interface().Interface();
