@@ -18,12 +18,24 @@ inline void Check(bool condition) {
   if (!condition) std::abort();
 }
 
+/// Nearly all lines of all reports are. Counting the ways through this loop would take a third of the time.
+#ifdef __clang__
+__attribute__((no_sanitize("coverage")))
+#endif
+inline bool
+IsPlainAscii(std::string_view line) {
+  for (const char c : line) {
+    if (c < 0x20 || c == 0x7F) return false;
+  }
+  return true;
+}
+
 /// Nothing that controls a terminal, and valid UTF-8: Printable() would leave each line as it is.
 inline void CheckLines(std::string_view text) {
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     const std::string_view line = text.substr(0, end);
-    Check(Printable(line) == line);
+    Check(IsPlainAscii(line) || Printable(line) == line);
     text.remove_prefix(std::min(end + 1, text.size()));
   }
 }
