@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <utility>
 
 #include "decoder/esc/register_addresses.h"
@@ -273,8 +274,9 @@ void BusModel::On(const track::CyclesSkipped& skipped) {
     const track::DatagramPair d(skipped.last, i);
     if (d.command() == wire::Command::BRD) {
       al_.OnSkipped(count);
-      // With some error bit it told of no slave.
-      const bool of_each = !esc::AlWord{d.any.data()[0]}.bit4();
+      // With several states or some error bit it told of no slave.
+      const esc::AlWord status{d.any.data()[0]};
+      const bool of_each = std::has_single_bit(status.state()) && !status.bit4();
       for (std::size_t s = 0; of_each && s < slaves_.size(); ++s) {
         if (network_.OnBus(static_cast<SlaveId>(s))) by_id_[s]->al.OnSkipped(count);
       }

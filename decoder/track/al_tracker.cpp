@@ -124,7 +124,7 @@ void AlTracker::OnBroadcastRead(const DatagramPair& d) {
     const bool same = id == only ? CompareOnly(id, answer) : Compare(id, answer);
     all_same = all_same && same;
   }
-  if (!all_same || !answer.one_state || shown.size() > kShown) return;
+  if (!all_same || shown.size() > kShown) return;
   poll_.version = Version();
   poll_.length = shown.size();
   std::copy(shown.begin(), shown.end(), poll_.shown.begin());
@@ -134,7 +134,7 @@ void AlTracker::OnBroadcastRead(const DatagramPair& d) {
 bool AlTracker::TakesAgain(const Answer& answer, ByteSpan shown, SlaveId only) {
   if (poll_.version != Version() || shown.size() != poll_.length) return false;
   if (!std::equal(shown.begin(), shown.end(), poll_.shown.begin())) return false;
-  if (answer.error() && holes_.presumes()) return false;
+  if (holes_.presumes() && (answer.error() || !answer.one_state)) return false;
   const AlPoll poll{answer.frame, esc::AlWord{answer.states()}, poll_.slaves};
   events_.Publish(poll);
   if (!poll.taken) return false;
@@ -168,10 +168,11 @@ bool AlTracker::Compare(SlaveId id, const Answer& answer) {
     // The state is certain, whose error bit it is, is not.
     if (before != nullptr && before->state() == answer.states()) return true;
     Apply(id, answer.frame, answer.states(), std::nullopt, false);
-  } else if (before != nullptr && (before->state() & ~answer.status & 0x0FU) != 0) {
-    states_.ForgetAl(id, answer.frame.number);
-    events_.Publish(AlStateForgotten{id, answer.frame});
+    return false;
   }
+  if (before == nullptr || (before->state() & ~answer.status & 0x0FU) == 0) return true;
+  states_.ForgetAl(id, answer.frame.number);
+  events_.Publish(AlStateForgotten{id, answer.frame});
   return false;
 }
 
@@ -181,7 +182,7 @@ bool AlTracker::CompareOnly(SlaveId id, const Answer& answer) {
   const std::optional<std::uint16_t> code = CodeIn(answer.data);
   const esc::AlWord* before = states_[id].al_status.if_known();
   const std::uint16_t* code_before = states_[id].al_status_code.if_known();
-  const bool same = before != nullptr && before->raw == status && !answer.error() &&
+  const bool same = before != nullptr && before->raw == status && answer.one_state && !answer.error() &&
                     (!code || (code_before != nullptr && *code_before == *code));
   Apply(id, answer.frame, status, code, true);
   if (same) poll_.slaves.push_back(id);

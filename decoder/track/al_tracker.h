@@ -70,7 +70,7 @@ class AlTracker {
   void OnRead(const SlaveAccess& access);
   [[nodiscard]] SlaveId OnlySlave() const;
   [[nodiscard]] bool TakesAgain(const Answer& answer, ByteSpan shown, SlaveId only);
-  /// @return false: the slave is not as it was known, or not all of it shows
+  /// @return false: something of the slave had to be told
   bool Compare(SlaveId id, const Answer& answer);
   bool CompareOnly(SlaveId id, const Answer& answer);
   void Apply(SlaveId slave, const FrameRef& frame, std::uint16_t status, std::optional<std::uint16_t> code,

@@ -81,8 +81,9 @@ struct AlStatusRead {
 };
 
 /// A broadcast showed all of `slaves` once more in the state that the last AlStatusRead of each told; none of them where
-/// it only showed that some slave has its error bit, as before (terminals without a processor echo acknowledges). Masters
-/// poll so in every cycle; unless somebody takes it for all of them, AlStatusRead of each slave follows.
+/// it showed, as before, several states, or that some slave has its error bit (terminals without a processor echo
+/// acknowledges). Masters poll so in every cycle; unless somebody takes it for all of them, AlStatusRead of each slave
+/// follows.
 struct AlPoll {
   static constexpr bool kRoutine = true;
   FrameRef frame;

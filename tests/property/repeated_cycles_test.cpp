@@ -246,6 +246,18 @@ TEST(RepeatedCycles, MakeNoDifferenceToTerminalsAndSingleSlaves) {
       return packets;
     };
     const std::size_t end = capture.packets.size();
+    for (const std::uint8_t status : {0x0A, 0x0C, 0x1A, 0x18, 0x04, 0x00}) {
+      // From some cycle on, to the end or for some time.
+      for (const std::size_t until : {end, end - 40}) {
+        WireCapture other = capture;
+        for (std::size_t at = end - 160; at < until; ++at) {
+          const std::size_t brd = FindCommand(other.packets[at], wire::Command::BRD);
+          if (brd != 0 && at % 2 == 1) other.packets[at].bytes[brd + 10] = status;
+        }
+        CheckThat(capture, "with status " + std::to_string(status) + " for long", other.packets);
+        if (status == 0x0A && until == end) EXPECT_EQ(SkippedOf(other) > 90, bus.count > 1) << bus.name;
+      }
+    }
     for (const std::uint16_t status : {0x08, 0x18, 0x28, 0x04, 0x14, 0x1C, 0x0C}) {
       for (const std::uint16_t code : {0x00, 0x1B}) {
         CheckThat(capture, "another status", polled(end - 2, status, code));
