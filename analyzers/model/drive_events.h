@@ -43,6 +43,7 @@ struct DriveStateChanged {
   FrameNo from_last = 0;                   ///< last frame that showed it
   std::optional<device::DriveState> to;    ///< unset: the word fits no state
   std::uint16_t word = 0;
+  std::optional<std::uint16_t> word_before;  ///< the last that showed `from`
   DrivePath path;                  ///< how it got there, states passed unseen included; empty when that is not known
   FrameRef command;                ///< control word that asked for it; not seen() when the drive did it by itself
   std::optional<TimeNs> reaction;  ///< from the control word to this status word

@@ -364,7 +364,8 @@ void DriveUnit::OnControlTaken(std::uint16_t word, const FrameRef& frame, bool b
   const bool activated = acts && !acts_;
   const bool changed = before && ((*before ^ word) & control_mask_) != 0;
   acts_ = acts;
-  if (!before || *before != word) settings_since_ = frame;
+  // Bits of the mode (new set-point) and of the maker (heartbeats) take no torque away.
+  if (!before || changed) settings_since_ = frame;
   control_ = word;
   control_inferred_ = inferred;
   if (!before && !first_control_.seen()) {
@@ -524,6 +525,7 @@ void DriveUnit::OnState(std::optional<DriveState> to, const FrameRef& frame, boo
   change.from_last = last_state_seen_.number;
   change.to = to;
   change.word = *status_;
+  if (last_state_) change.word_before = last_state_word_;
   change.first_zero = last_was_zero_;
   change.by_sdo = status_by_sdo_;
   change.inferred = inferred;

@@ -46,6 +46,8 @@ class Sync0Phase {
 
   [[nodiscard]] std::uint64_t frames() const { return frames_; }
   /// How well the slave's clock is known to agree with the reference, ns.
+  /// How far behind a pulse the frames arrived so far, on average.
+  [[nodiscard]] TimeNs mean_ns() const { return static_cast<TimeNs>(mean_); }
   [[nodiscard]] TimeNs uncertainty_ns() const { return uncertainty_; }
   /// Frames so near to a pulse that nobody knows on which side, and the first of them.
   [[nodiscard]] std::uint64_t undecided() const { return undecided_; }

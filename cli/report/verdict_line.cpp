@@ -41,8 +41,12 @@ std::string MomentOf(const CaptureDigest& capture, const FindingDigest& f, const
 /// Without what stands in brackets: "refused with 0x001d (invalid output configuration)" loses the name of the code.
 std::string WithoutBrackets(std::string text) {
   for (std::size_t open = text.find(" ("); open != std::string::npos; open = text.find(" (", open)) {
-    const std::size_t close = text.find(')', open);
-    if (close == std::string::npos) break;
+    std::size_t close = open + 1;
+    for (std::size_t depth = 1; depth > 0;) {
+      close = text.find_first_of("()", close + 1);
+      if (close == std::string::npos) return text;
+      text[close] == '(' ? ++depth : --depth;
+    }
     text.erase(open, close + 1 - open);
   }
   return text;

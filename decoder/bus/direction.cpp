@@ -26,6 +26,10 @@ constexpr std::uint32_t kNoCopyOneIn = 8;
 constexpr std::uint32_t kBackFirst = 8;
 /// A master that numbers its frames: of both copies of a frame one has another index than the packet before.
 constexpr std::uint32_t kNumberedOneIn = 4;
+/// Masters send working counters of 0: so many frames, and one of so many, with another one that goes up later have
+/// passed slaves before they came to the tap.
+constexpr std::uint32_t kCountedOnTheirWay = 3;
+constexpr std::uint32_t kCountedOneIn = 32;
 /// What the other end sends arrives within this: a round trip.
 constexpr std::int64_t kEchoNs = 500'000;
 
@@ -424,7 +428,9 @@ bool DirectionLearner::Unanswered(const wire::FrameView& frame) const noexcept {
 
 bool DirectionLearner::BehindSlaves(const wire::FrameView& frame) const noexcept {
   const Sender* sender = Find(SenderOf(frame));
-  return sender != nullptr && sender->pairs > 0 && sender->pairs_counted * 4 >= sender->pairs;
+  // With a single slave in front most of what others are asked passes it uncounted.
+  return sender != nullptr && sender->pairs_counted >= kCountedOnTheirWay &&
+         sender->pairs_counted * kCountedOneIn >= sender->pairs;
 }
 
 bool DirectionLearner::IsOnePort(const wire::FrameView& frame) const noexcept {

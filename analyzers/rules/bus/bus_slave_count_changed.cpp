@@ -40,6 +40,9 @@ Where the capture misses packets, the return of a frame may be taken for that of
 position. So a number that one frame shows and the next ones do not is an info there. And so are slaves that are
 new, once the master starts them up.
 
+A broadcast tells how many are left, not which: the last ones by position, unless one of these still answers at its
+station address. Then a branch in the middle has left.
+
 ## Example
 samples/captures/slave-count-changes.pcapng
 
@@ -57,6 +60,18 @@ class BusSlaveCountChanged final : public Rule {
     Hear<track::LogicalAccess>(&BusSlaveCountChanged::On);
     Hear<track::SlaveAccess>(&BusSlaveCountChanged::On, MemoryRange::Of(kPortControl, 1));
     Hear<track::AlRequest>(&BusSlaveCountChanged::On);
+    Hear<track::Answered>(&BusSlaveCountChanged::On);
+  }
+
+  void On(const track::Answered& e) {
+    if (left_.finding == kNoFinding || e.wkc == 0) return;
+    if (e.slaves_passed && *e.slaves_passed == left_.first && left_.answers != kNoSlave) TellBranch();
+    const bool by_station = e.command >= wire::Command::FPRD && e.command <= wire::Command::FPRW;
+    if (!by_station || e.slave == kNoSlave || !e.returned.seen()) return;
+    const SlavePos* position = context().network().slaves()[e.slave].position.if_known();
+    if (position == nullptr || *position < left_.first || *position >= left_.end) return;
+    left_.answers = e.slave;
+    left_.answer = e.returned.number;
   }
 
   void On(const track::LogicalAccess& e) { in_use_ = in_use_ || (e.wkc > 0 && !e.assumed); }
@@ -122,22 +137,22 @@ class BusSlaveCountChanged final : public Rule {
     finding.message = "Frame " + std::to_string(e.frame.number) + " came back after " + Count(e.count, "slave") +
                       ", frames before after " + Count(e.previous, "slave") + ". ";
     if (e.count < e.previous) {
-      finding.message += "Missing: " + Missing(e) + ". ";
-      finding.message += e.count == 0 ? "Check the cable at the master and the first slave."
-                                      : "Check power and cable between position " + std::to_string(e.count - 1) +
-                                            " and position " + std::to_string(e.count) + ".";
+      finding.message += WhereItBroke(e);
     } else {
       finding.message += drop_ != kNoFinding
-                             ? "What came back has to be started up again; its state is not known to the master."
+                             ? "What came back may have lost its power or its process data meanwhile: its AL state "
+                               "tells whether it has to be started up again."
                              : "What is new has to be started up.";
     }
     finding.evidence.push_back(Number("slaves_before", e.previous));
     finding.evidence.push_back(Number("slaves_now", e.count));
     if (e.count > e.previous) finding.caused_by = drop_;  // what left has come back
     const FindingIndex index = Report(key, std::move(finding));
+    left_ = {};
     if (e.count < e.previous) {
       drop_ = index;
       more_ = {};
+      left_ = {index, e.count, e.previous, kNoSlave, 0, WhereItBroke(e)};
     } else {
       more_ = {index, e.previous, e.count, {}};
     }
@@ -161,12 +176,44 @@ class BusSlaveCountChanged final : public Rule {
     more_ = {};
   }
 
+  /// One of those that should be missing answers, and the broadcast behind that still counts as few.
+  void TellBranch() {
+    Finding& finding = context().store[left_.finding];
+    const std::size_t at = finding.message.find(left_.text);
+    if (at != std::string::npos) {
+      const auto missing = static_cast<std::uint64_t>(left_.end - left_.first);
+      finding.message.replace(at, left_.text.size(),
+                              Count(missing, "slave") + (missing == 1 ? " is" : " are") + " missing, but " +
+                                  context().Label(left_.answers) + " still answers in frame " +
+                                  std::to_string(left_.answer) +
+                                  ": a branch in the middle has left. Check the branches, their power and cables.");
+      AddRelated(finding, left_.answer);
+    }
+    left_ = {};
+  }
+
+  /// Slaves that have left, by their positions.
+  struct Left {
+    FindingIndex finding = kNoFinding;
+    std::uint16_t first = 0, end = 0;
+    SlaveId answers = kNoSlave;  ///< one of them that does
+    FrameNo answer = 0;
+    std::string text;  ///< what the finding says of where they were
+  };
+
   /// Slaves at these positions are new or back.
   struct More {
     FindingIndex finding = kNoFinding;
     std::uint16_t first = 0, end = 0;
     std::set<SlavePos> asked;  ///< for a state above INIT since
   };
+
+  [[nodiscard]] std::string WhereItBroke(const track::SlaveCount& e) const {
+    const std::string missing = "Missing: " + Missing(e) + ". ";
+    if (e.count == 0) return missing + "Check the cable at the master and the first slave.";
+    return missing + "Check power and cable between position " + std::to_string(e.count - 1) + " and position " +
+           std::to_string(e.count) + ".";
+  }
 
   [[nodiscard]] std::string Missing(const track::SlaveCount& e) const {
     const bus::SlaveSet& slaves = context().network().slaves();
@@ -181,6 +228,7 @@ class BusSlaveCountChanged final : public Rule {
 
   bool in_use_ = false;
   More more_;
+  Left left_;
   FindingIndex drop_ = kNoFinding;
   Change last_;
   std::map<FindingIndex, std::uint64_t> brief_;  ///< findings: on how many occasions the next frame denied them

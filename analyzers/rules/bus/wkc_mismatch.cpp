@@ -352,12 +352,13 @@ class WkcMismatch final : public Rule {
     finding.confidence = Confidence::kInferred;
     finding.title = std::string(wire::Name(e.command)) + " working counter " + std::to_string(e.wkc) + " instead of " +
                     std::to_string(habit.wkc);
-    finding.message = std::string(wire::Name(e.command)) + " of " + Count(e.length, "byte") + " at logical address " +
-                      Hex(e.address, 8) + " came back with working counter " + std::to_string(e.wkc) + "; it was " +
-                      std::to_string(habit.wkc) + " in " + Count(habit.times, "frame") + " from frame " +
-                      std::to_string(habit.since) +
-                      " on, with no state request in between. The FMMUs were configured before the capture began, so "
-                      "which slave is missing cannot be told.";
+    finding.message =
+        std::string(wire::Name(e.command)) + " of " + Count(e.length, "byte") + " at logical address " +
+        Hex(e.address, 8) + " came back with working counter " + std::to_string(e.wkc) + "; it was " +
+        std::to_string(habit.wkc) + " in " + Count(habit.times, "frame") + " from frame " +
+        std::to_string(habit.since) +
+        " on, with no state request in between. The FMMUs are not, or no longer, known from the capture, so "
+        "which slave is missing cannot be told.";
     finding.evidence.push_back(Number("working_counter", e.wkc));
     finding.evidence.push_back(Number("before", habit.wkc));
     AddRelated(finding, habit.since);

@@ -37,8 +37,9 @@ also in frames whose answer was lost. Several transitions may have been passed u
 judged: words that show no state, changes from a status word of 0 (inputs that were not valid yet), and changes outside
 OP.
 
-A drive that leaves Operation enabled by itself, for a state without torque that is no fault, while the control word
-still enables it, and control word and mode were not touched for 0.1 s, may do so: that is a warning.
+A drive that leaves Operation enabled by itself, for Quick stop active or a state without torque that is no fault, while
+the control word still enables it, and mode and the control word's bits of the state machine were not touched for 0.1 s,
+may do so: that is a warning.
 
 ## Example
 tests/rules/drive-illegal-state-change/violates.trace
@@ -47,6 +48,19 @@ tests/rules/drive-illegal-state-change/violates.trace
 Look for another source of commands: the service tool, an enable input, a second master. Check that the status word
 is mapped where the master reads it.
 )"};
+
+/// Bits of the status word that say why, and went to 0 together with the state.
+std::string WhatFellWithIt(const model::DriveStateChanged& e) {
+  constexpr std::uint16_t kVoltage = 1U << 4U, kRemote = 1U << 9U;
+  const std::uint16_t gone = e.word_before.value_or(0) & static_cast<std::uint16_t>(~e.word);
+  std::string text;
+  if ((gone & kVoltage) != 0)
+    text += "Bit 4 (voltage enabled) went to 0 with it: the power stage has lost its supply. ";
+  if ((gone & kRemote) != 0) {
+    text += "Bit 9 (remote) went to 0 with it: the drive no longer obeys the fieldbus (local control, service tool). ";
+  }
+  return text;
+}
 
 class DriveIllegalStateChange final : public Rule {
  public:
@@ -59,7 +73,7 @@ class DriveIllegalStateChange final : public Rule {
   void On(const model::DriveStateChanged& e) {
     using device::DriveState;
     const bool fell = e.to == DriveState::kSwitchOnDisabled || e.to == DriveState::kReadyToSwitchOn ||
-                      e.to == DriveState::kSwitchedOn;
+                      e.to == DriveState::kSwitchedOn || e.to == DriveState::kQuickStopActive;
     if (!fell || e.from != DriveState::kOperationEnabled || e.command.seen()) return;
     const model::SlaveModel& slave = context().slave(e.slave);
     const std::optional<std::uint16_t> control = slave.drive.control_word();
@@ -77,12 +91,11 @@ class DriveIllegalStateChange final : public Rule {
     finding.first = e.frame;
     finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
     finding.title = "The drive left Operation enabled for " + StateText(*e.to) + " by itself";
-    finding.message =
-        "The status word shows Operation enabled up to frame " + std::to_string(e.from_last) + " and " +
-        StateText(*e.to) + " (" + Hex(e.word) + ") in frame " + std::to_string(e.frame.number) +
-        ", while the control word is still " + Hex(*control) +
-        ". A drive may do so when its supply or hardware enable goes (STO), or at a limit. Look at these, "
-        "and at the drive's own messages.";
+    finding.message = "The status word shows Operation enabled up to frame " + std::to_string(e.from_last) + " and " +
+                      StateText(*e.to) + " (" + Hex(e.word) + ") in frame " + std::to_string(e.frame.number) +
+                      ", while the control word is still " + Hex(*control) + ". " + WhatFellWithIt(e) +
+                      "A drive may do so when its supply or hardware enable goes (STO), or at a limit. Look at these, "
+                      "and at the drive's own messages.";
     AddRelated(finding, e.from_last);
     finding.evidence.push_back(HexNumber("status_word", e.word));
     finding.evidence.push_back(HexNumber("control_word", *control));

@@ -100,13 +100,23 @@ class SyncWindowViolation final : public Rule {
     finding.message = "SYNC0 comes every " + cycle + ". " + MissText(e) + "; the latter arrives " +
                       Duration(e.phase_ns) + " after a pulse, +-" + Duration(e.uncertainty_ns) + " by the DC time in " +
                       (e.by_stamps ? "another frame of the cycle and the stamps" : "the frames") +
-                      ". The drive needs one frame in each interval (" + family.source_with_dc + "). " +
-                      (e.crept > 0 ? "Let the master's cycle follow the DC time."
-                                   : "Shift SYNC0 to the middle between two frames, and send more regularly.");
+                      ". The drive needs one frame in each interval (" + family.source_with_dc + "). " + AdviceOn(e);
     finding.evidence = {Number("empty_intervals", static_cast<std::int64_t>(e.empty)),
                         Real("phase_us", static_cast<double>(e.phase_ns) / 1e3),
                         Real("cycle_us", static_cast<double>(e.cycle_ns) / 1e3)};
     Report(key, std::move(finding));
+  }
+
+  /// SYNC0 in the middle between two frames is not to be shifted.
+  [[nodiscard]] std::string AdviceOn(const sync::SyncSlotMiss& e) const {
+    if (e.crept > 0) return "Let the master's cycle follow the DC time.";
+    const TimeNs usual = context().sync().outputs(e.slave).phase.mean_ns();
+    if (usual < e.cycle_ns / 4 || usual > e.cycle_ns - e.cycle_ns / 4) {
+      return "Shift SYNC0 to the middle between two frames, and send more regularly.";
+    }
+    return "On average the frames arrive " + Duration(usual) +
+           " after a pulse, far from the next: look for what delayed the master here, or whether its cycle follows the "
+           "DC time.";
   }
 
   void On(const sync::ArrivalOff& e) {
