@@ -188,6 +188,7 @@ constexpr std::array kLaws{
     Law{"al-unexpected-change", "sync-watchdog-margin", kSoon, SaysWatchdog},
     Law{"al-unexpected-change", "sync-lost", kSoon, SaysSynchronisationOrWatchdog},
     Law{"al-unexpected-change", "frame-lost", kSoon, SaysWatchdog, Bus::kYes},
+    Law{"al-error-standing", "bus-slave-count-changed", -1, nullptr, Bus::kYes},
     Law{"mailbox-error-reply", "mailbox-malformed", kLater, SaysMalformed},
     Law{"drive-fault", "al-unexpected-change", kSoon, SaysNothing},
     Law{"drive-illegal-state-change", "al-unexpected-change", kSoon, IsWarning},

@@ -494,7 +494,7 @@ void AlMachine::TellStanding(const track::AlStatusRead& read, bool certain) {
   const Standing now = certain ? Standing::kYes : Standing::kMaybe;
   if (began_ || standing_ >= now) return;
   standing_ = now;
-  sink_.Publish(AlErrorStands{slave_, read.frame, read.status, read.status_code, certain});
+  sink_.Publish(AlErrorStands{slave_, read.frame, read.status, read.status_code, certain, well_until_});
 }
 
 void AlMachine::OnNoError(const track::AlStatusRead& read) {
@@ -573,6 +573,11 @@ void AlMachine::OnStatusCode(const track::AlStatusCodeRead& read) {
 
 void AlMachine::Forget(const FrameRef& frame) {
   quiet_ = false;
+  if (read_state_ != 0 && error_ == Error::kNo) {
+    // An error that it shows when it is seen again is news.
+    began_ = false;
+    well_until_ = last_seen_;
+  }
   possible_.Clear();
   read_state_ = 0;
   since_ = last_seen_ = frame.number;

@@ -174,6 +174,7 @@ class AlMachine {
   enum class Standing : std::uint8_t { kNo, kMaybe, kYes };
   Standing standing_ = Standing::kNo;  ///< the error bit was there when the slave was first read
   bool began_ = false;                 ///< the slave was seen without error, or its error was told before
+  FrameNo well_until_ = 0;             ///< last frame without error before it was lost from sight; 0: it was not
 
   std::optional<AlRequestRecord> open_;  ///< taken by the slave, not answered yet
   static constexpr std::size_t kMaxEarlier = 3;

@@ -134,6 +134,7 @@ struct AlErrorStands {
   esc::AlWord status;
   std::optional<std::uint16_t> code;  ///< where the same read covered 0x0134
   bool certain = false;               ///< false: it may be the echo of an acknowledge
+  FrameNo well_until = 0;             ///< it was seen without error up to there, and then not at all; 0: it never was
 };
 
 /// A master that asks for a lower state so long after the request has given it up.

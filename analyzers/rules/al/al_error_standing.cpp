@@ -37,8 +37,9 @@ What is wrong need not have begun in the capture. The slave refused or left a st
 stands it follows no request: the machine does not run.
 
 ## How it is decided
-The slave was never seen without error before; an error whose beginning the capture shows belongs to al-refused or
-al-unexpected-change. It *stays* when one of these holds:
+The slave was never seen without error before, or not since it was lost from sight (it had left the bus, or the capture
+has a hole there); an error whose beginning the capture shows belongs to al-refused or al-unexpected-change. It *stays*
+when one of these holds:
 
 - the capture ends with it, and nobody acknowledged it;
 - the slave still shows it after the master requested another state without acknowledging, spoke to its mailbox, or
@@ -97,6 +98,7 @@ class AlErrorStanding final : public Rule {
       s.reads = 1;
       s.flowing = flows_;
       s.exchanged = Exchanged(e.slave);
+      s.well_until = e.well_until;
     }
     s.certain = s.certain || e.certain;
     if (e.code && *e.code != 0) s.code = e.code;
@@ -234,6 +236,7 @@ class AlErrorStanding final : public Rule {
     std::optional<std::uint16_t> code;
     std::uint64_t reads = 0;
     std::uint64_t exchanged = 0;  ///< process data of the slave up to the first read
+    FrameNo well_until = 0;       ///< it was seen without error until there, and not since; 0: never
     std::uint16_t slaves = 0;     ///< of the bus: who counted
     bool flowing = false;         ///< process data flowed before the first read
     bool ignored = false;         ///< the master did something else since
@@ -312,9 +315,11 @@ class AlErrorStanding final : public Rule {
   }
 
   static std::string SinceText(const Standing& s) {
-    return (s.reads > 1 ? "From the first read in frame " + std::to_string(s.first.number) + " to frame " +
-                              std::to_string(s.last.number) + " (" + std::to_string(s.reads) + " reads)"
-                        : "In frame " + std::to_string(s.first.number) + ", the only read,") +
+    return (s.reads > 1 ? std::string(s.well_until != 0 ? "From frame " : "From the first read in frame ") +
+                              std::to_string(s.first.number) + " to frame " + std::to_string(s.last.number) + " (" +
+                              std::to_string(s.reads) + " reads)"
+                        : "In frame " + std::to_string(s.first.number) + ", the only read" +
+                              (s.well_until != 0 ? " since," : ",")) +
            " AL Status ";
   }
 
@@ -342,9 +347,16 @@ class AlErrorStanding final : public Rule {
     const std::string status = esc::StatusText(s.status.raw);
     Finding finding = Begin(s, certain);
     finding.slave = slave;
-    finding.title = "Slave stands in " + status + " since it is first seen";
-    finding.message = SinceText(s) + "shows " + status + " (" + Hex(s.status.raw) +
-                      "): the error began before the capture saw the slave. ";
+    const bool again = s.well_until != 0;
+    finding.title = "Slave stands in " + status + " since it is " + (again ? "seen again" : "first seen");
+    finding.message = SinceText(s) + "shows " + status + " (" + Hex(s.status.raw) + "): the error began ";
+    if (again) {
+      finding.message +=
+          "while nothing was seen of the slave, which frame " + std::to_string(s.well_until) + " shows without error. ";
+      AddRelated(finding, s.well_until);
+    } else {
+      finding.message += "before the capture saw the slave. ";
+    }
     finding.reference = ReferenceTo(kInfo.source);
     if (s.code) {
       finding.title += ", AL status code " + CodeText(*s.code, family);
@@ -373,9 +385,8 @@ class AlErrorStanding final : public Rule {
     }
     if (s.ignored) finding.message += "The master went on without acknowledging it. ";
     finding.message += s.code ? "Correct what the code names" : "Let the master read the code";
-    finding.message +=
-        ", then acknowledge (bit 4 of AL Control) and request the states in order. How it began a capture from the "
-        "start of the master on would show.";
+    finding.message += ", then acknowledge (bit 4 of AL Control) and request the states in order.";
+    if (!again) finding.message += " How it began a capture from the start of the master on would show.";
     return Report(s.status.raw, std::move(finding));
   }
 

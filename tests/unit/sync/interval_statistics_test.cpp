@@ -1,5 +1,7 @@
 #include "analyzers/sync/interval_statistics.h"
 
+#include <limits>
+
 #include <gtest/gtest.h>
 
 namespace ecaudit::sync {
@@ -71,6 +73,15 @@ TEST(IntervalStatistics, MissingCyclesAndBurstsAgainstTheMedian) {
   const CycleSummary summary = s.Summary();
   EXPECT_EQ(summary.missing, 9U);
   EXPECT_EQ(summary.bursts, 1U);
+}
+
+TEST(IntervalStatistics, IntervalsOfCenturiesOverflowNothing) {
+  IntervalStatistics s;
+  const TimeNs most = std::numeric_limits<TimeNs>::max();
+  for (int i = 0; i < 3; ++i) s.Add(most - i, Frame(1), Frame(2));
+  const CycleSummary summary = s.Summary();
+  EXPECT_EQ(summary.missing, 0U);
+  EXPECT_EQ(summary.cycles, 3U);
 }
 
 }  // namespace
