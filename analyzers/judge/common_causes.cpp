@@ -155,6 +155,14 @@ bool SaysWatchdog(const RuleContext&, const Finding& effect) {
   return NumberOf(effect, "al_status_code") == kWatchdog;
 }
 
+/// The master did not look: it asks for the next state although the slave still stands where it refused the one before.
+bool GoesOnFromRefusal(const Finding& effect, const Finding& cause) {
+  const std::string_view refused = TextOf(cause, "requested");
+  const std::string_view next = refused == "PREOP" ? "SAFEOP" : refused == "SAFEOP" ? "OP" : "";
+  return !next.empty() && TextOf(effect, "requested") == next &&
+         TextOf(effect, "state") == TextOf(cause, "state_before") && effect.first.number > cause.first.number;
+}
+
 /// `effect` follows from `cause` of the same slave, or of the bus.
 struct Law {
   std::string_view effect, cause;
@@ -189,6 +197,7 @@ constexpr std::array kLaws{
     Law{"al-unexpected-change", "sync-lost", kSoon, SaysSynchronisationOrWatchdog},
     Law{"al-unexpected-change", "frame-lost", kSoon, SaysWatchdog, Bus::kYes},
     Law{"al-error-standing", "bus-slave-count-changed", -1, nullptr, Bus::kYes},
+    Law{"al-illegal-transition", "al-refused", kLater, nullptr, Bus::kNo, GoesOnFromRefusal},
     Law{"mailbox-error-reply", "mailbox-malformed", kLater, SaysMalformed},
     Law{"drive-fault", "al-unexpected-change", kSoon, SaysNothing},
     Law{"drive-illegal-state-change", "al-unexpected-change", kSoon, IsWarning},

@@ -30,7 +30,8 @@ Both slaves answer each access to that address: reads are mixed, writes reach th
 The addresses are those that the slaves took (working counter) or reported. Two slaves that the master gave the same
 address in one scan are reported as soon as both answer to it. A slave that still holds an address of an earlier scan
 may share it for a moment while the master gives out addresses anew; then the rule waits until the address is used for
-an AL request, the mailbox, or process data flow. Writing 0 to all slaves is how masters clear addresses, and not a
+an AL request, the mailbox, or process data flow. Where a single slave answers to it, the other one has lost it
+meanwhile. Writing 0 to all slaves is how masters clear addresses, and not a
 duplicate.
 
 ## Example
@@ -77,7 +78,11 @@ class BusDuplicateAddress final : public Rule {
     const auto shared = std::find_if(open_.begin(), open_.end(), [&](const Shared& s) { return s.address == e.adp; });
     if (shared != open_.end()) {
       const bool both_answer = e.wkc > (e.command == wire::Command::FPRW ? 3 : 1);
-      if (used || (both_answer && (shared->given_twice || shared->told || process_data_)))
+      const bool one_answers = e.returned.seen() && e.wkc > 0 && !both_answer;
+      if (one_answers) {
+        // The other one has lost its address meanwhile: it had no power.
+        open_.erase(shared);
+      } else if (used || (both_answer && (shared->given_twice || shared->told || process_data_)))
         Tell(*shared, e, both_answer);
     }
     if (used && assigned_in_scan_) {

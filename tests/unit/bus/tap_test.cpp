@@ -98,6 +98,22 @@ TEST(Tap, WhatOnlySlavesBeforeItAnswerComesBackAsItPassed) {
   EXPECT_EQ(result.statistics.frames().undecided_total() + result.statistics.under_way, 0U);
 }
 
+TEST(Tap, BehindASingleSlaveThatFewFramesCount) {
+  // A start-up asks each of the others more than the one before the tap.
+  std::string lines;
+  int index = 0;
+  const auto add = [&](const std::string& line) { lines += line + " idx=" + std::to_string(index++ % 16) + "\n"; };
+  for (int i = 0; i < 20; ++i) {
+    add("+1ms BRD 0x0130 00 00 -> 02 00 swkc=1 wkc=3");
+    for (int n = 0; n < 12; ++n) add("+100us FPRD 0x1002:0x0130 00 00 -> 02 00 wkc=1");
+    add("+100us FPRD 0x1001:0x0130 02 00 -> 02 00 swkc=1 wkc=1");
+  }
+  const Paired result = PairUp(kBehindASlave + lines);
+  EXPECT_EQ(result.statistics.outbound, 280U);
+  EXPECT_EQ(result.statistics.paired, 280U);
+  EXPECT_EQ(result.statistics.unmatched_returned, 0U);
+}
+
 TEST(Tap, WhatIsRepeatedAfterATimeOutIsNoReturn) {
   const std::string poll = "+2ms FPRD 0x1001:0x0130 08 00 -> 08 00 swkc=1 wkc=1 idx=8";
   const Paired result =
