@@ -25,8 +25,8 @@ records packets twice.
 ## How it is decided
 By content: repeats by the master have an outbound copy of their own and are not counted. Where outbound frames stand
 twice in the capture, too, one right behind the other, it is the capture that holds packets twice: then the finding is
-an info, and where both copies of a frame stand there twice it is counted once and nothing is said. A single
-circulating frame during a redundancy switch-over is no finding.
+an info, and where both copies of a frame stand there twice it is counted once and nothing is said. So is nearly every
+returned frame twice, none of them with the circulating bit: a mirror port does that. A single circulating frame during a redundancy switch-over is no finding.
 
 ## Example
 samples/captures/duplicated-frames.pcapng
@@ -82,6 +82,14 @@ class FrameDuplicated final : public Rule {
                          " there twice, too, which no slave can do: it is the capture.";
       finding.confidence = Confidence::kInferred;
       finding.evidence.push_back(Number("outbound_twice", static_cast<std::int64_t>(sent_twice)));
+    } else if (twice_ != kNoFinding && circulating_ == 0 && IsNearlyEach(context().store[twice_].count)) {
+      Finding& finding = context().store[twice_];
+      context().store.Regrade(twice_, Severity::kInfo);
+      finding.title = "The capture holds returned frames twice: " + Grouped(finding.count);
+      finding.message +=
+          " Nearly every returned frame stands there twice, and none has the circulating bit: it is the capture (a "
+          "mirror port, for example).";
+      finding.confidence = Confidence::kInferred;
     }
     if (SaidNothingReturned()) return;
     if (context().pairing().outbound == 0 && context().pairing().returned > 0) {
@@ -90,6 +98,12 @@ class FrameDuplicated final : public Rule {
   }
 
  private:
+  /// What loops frames back does so with the circulating bit, or now and then.
+  [[nodiscard]] bool IsNearlyEach(std::uint64_t count) const {
+    constexpr std::uint64_t kMany = 64;
+    return count >= kMany && count * 10 >= context().pairing().paired * 9;
+  }
+
   void OnCirculating(const FrameRef& returned) {
     if (returned.number == last_circulating_) return;  // another datagram of the same frame
     last_circulating_ = returned.number;

@@ -84,8 +84,18 @@ class DriveNoReaction final : public Rule {
   void Finish() override {
     NotEvaluableFor([](const model::SlaveModel& slave) {
       const std::string missing = DriveWordsMissing(slave, true);
-      if (!missing.empty() || !slave.drive.without_time()) return missing;
-      return std::string("frames with the status word have no time stamps");
+      if (!missing.empty()) return missing;
+      if (slave.drive.without_time()) return std::string("frames with the status word have no time stamps");
+      // No command is legal then, so none is without effect.
+      const auto state = slave.drive.state();
+      if (!state && slave.drive.status_word() == 0) {
+        return std::string("the status word is 0 until the end, as of inputs that are not valid");
+      }
+      if (state == device::DriveState::kNotReadyToSwitchOn) {
+        return std::string(
+            "the drive shows Not ready to switch on until the end: it has not come up, or has no supply");
+      }
+      return missing;
     });
   }
 };
