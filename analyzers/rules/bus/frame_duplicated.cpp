@@ -26,7 +26,8 @@ records packets twice.
 By content: repeats by the master have an outbound copy of their own and are not counted. Where outbound frames stand
 twice in the capture, too, one right behind the other, it is the capture that holds packets twice: then the finding is
 an info, and where both copies of a frame stand there twice it is counted once and nothing is said. So is nearly every
-returned frame twice, none of them with the circulating bit: a mirror port does that. A single circulating frame during a redundancy switch-over is no finding.
+returned frame twice, none of them with the circulating bit: a mirror port does that. A single circulating frame during
+a redundancy switch-over is no finding.
 
 ## Example
 samples/captures/duplicated-frames.pcapng
