@@ -53,6 +53,7 @@ LIMITS = {
     "packet comments": [("decoder/capture/pcapng_source.cpp", "kMaxComments"),
                         ("decoder/capture/pcapng_source.cpp", "kMaxCommentBytes")],
     "interfaces of a file": [("decoder/capture/pcapng_source.cpp", "kMaxInterfaces")],
+    "a packet of a pcap file": [("decoder/capture/pcap_source.cpp", "kMaxPacketBytes")],
     "a pcapng block": [("decoder/capture/pcapng_block.h", "kMaxReadBlockBytes"),
                        ("decoder/capture/pcapng_block.h", "kMaxBlockBytes")],
     "settings, baseline": [("cli/json_file.h", "kLargestWritten")],

@@ -235,7 +235,7 @@ TEST(RepeatedCycles, MakeNoDifferenceToTerminalsAndSingleSlaves) {
       CheckThat(capture, "with flipped bits", Damaged(capture, ++seed, 60, false));
       CheckThat(capture, "with missing packets", Damaged(capture, ++seed, 60, true));
     }
-    const auto polled = [&](std::size_t at, std::uint16_t status, std::uint16_t code) {
+    const auto polled = [&](std::size_t at, int status, int code) {
       std::vector<Packet> packets = capture.packets;
       const std::size_t brd = FindCommand(packets[at / 2 * 2 + 1], wire::Command::BRD);
       EXPECT_NE(brd, 0U);
@@ -246,20 +246,20 @@ TEST(RepeatedCycles, MakeNoDifferenceToTerminalsAndSingleSlaves) {
       return packets;
     };
     const std::size_t end = capture.packets.size();
-    for (const std::uint8_t status : {0x0A, 0x0C, 0x1A, 0x18, 0x04, 0x00}) {
+    for (const int status : {0x0A, 0x0C, 0x1A, 0x18, 0x04, 0x00}) {
       // From some cycle on, to the end or for some time.
       for (const std::size_t until : {end, end - 40}) {
         WireCapture other = capture;
         for (std::size_t at = end - 160; at < until; ++at) {
           const std::size_t brd = FindCommand(other.packets[at], wire::Command::BRD);
-          if (brd != 0 && at % 2 == 1) other.packets[at].bytes[brd + 10] = status;
+          if (brd != 0 && at % 2 == 1) other.packets[at].bytes[brd + 10] = static_cast<std::uint8_t>(status);
         }
         CheckThat(capture, "with status " + std::to_string(status) + " for long", other.packets);
         if (status == 0x0A && until == end) EXPECT_EQ(SkippedOf(other) > 90, bus.count > 1) << bus.name;
       }
     }
-    for (const std::uint16_t status : {0x08, 0x18, 0x28, 0x04, 0x14, 0x1C, 0x0C}) {
-      for (const std::uint16_t code : {0x00, 0x1B}) {
+    for (const int status : {0x08, 0x18, 0x28, 0x04, 0x14, 0x1C, 0x0C}) {
+      for (const int code : {0x00, 0x1B}) {
         CheckThat(capture, "another status", polled(end - 2, status, code));
         CheckThat(capture, "another status for once", polled(end - 60, status, code));
       }
