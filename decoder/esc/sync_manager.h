@@ -91,7 +91,7 @@ struct SyncManager {
   [[nodiscard]] constexpr std::uint32_t occupied_end() const { return std::uint32_t{start} + occupied_bytes(); }
   /// True when the access [address, address + bytes) touches the buffer the master addresses.
   [[nodiscard]] constexpr bool Touches(EscAddress address, std::size_t bytes) const {
-    return bytes != 0 && address < end() && address + bytes > start;
+    return bytes != 0 && length != 0 && address < end() && address + bytes > start;
   }
   /// True when the occupied memory of both has bytes in common; neither activation is considered.
   [[nodiscard]] constexpr bool Overlaps(const SyncManager& other) const {

@@ -100,6 +100,9 @@ TEST(SyncManager, Touches) {
   EXPECT_FALSE(sm.Touches(0x17FF, 1));
   EXPECT_FALSE(sm.Touches(0x1C00, 4));
   EXPECT_FALSE(sm.Touches(0x1900, 0));
+  SyncManager empty = sm;
+  empty.length = 0;
+  EXPECT_FALSE(empty.Touches(0x17FF, 4)) << "an access across it";
 }
 
 TEST(SyncManager, OverlapCountsThreeBuffers) {
