@@ -155,6 +155,12 @@ bool SaysWatchdog(const RuleContext&, const Finding& effect) {
   return NumberOf(effect, "al_status_code") == kWatchdog;
 }
 
+/// It did not answer at its address between the look before and the one that shows what it did meanwhile.
+bool WasAway(const Finding& effect, const Finding& cause) {
+  return HasEvidence(cause, "station_address") && NumberOf(cause, "working_counter") == 0 &&
+         cause.first.number > BegunBy(effect) && cause.last.number < effect.first.number;
+}
+
 /// The master did not look: it asks for the next state although the slave still stands where it refused the one before.
 bool GoesOnFromRefusal(const Finding& effect, const Finding& cause) {
   const std::string_view refused = TextOf(cause, "requested");
@@ -196,6 +202,7 @@ constexpr std::array kLaws{
     Law{"al-unexpected-change", "sync-watchdog-margin", kSoon, SaysWatchdog},
     Law{"al-unexpected-change", "sync-lost", kSoon, SaysSynchronisationOrWatchdog},
     Law{"al-unexpected-change", "frame-lost", kSoon, SaysWatchdog, Bus::kYes},
+    Law{"al-unexpected-change", "wkc-mismatch", -1, SaysSynchronisationOrWatchdog, Bus::kNo, WasAway},
     Law{"al-error-standing", "bus-slave-count-changed", -1, nullptr, Bus::kYes},
     Law{"al-illegal-transition", "al-refused", kLater, nullptr, Bus::kNo, GoesOnFromRefusal},
     Law{"mailbox-error-reply", "mailbox-malformed", kLater, SaysMalformed},

@@ -138,11 +138,14 @@ class WkcMismatch final : public Rule {
       FindingIndex best = kNoFinding;
       for (std::size_t i = 0; i < findings.size(); ++i) {
         const Finding& f = findings[i];
-        if (f.rule != "bus-slave-count-changed" && f.rule != "al-unexpected-change" && f.rule != "bus-link-errors" &&
-            f.rule != "bus-duplicate-address") {
+        const bool fell = f.rule == "al-unexpected-change";
+        if (!fell && f.rule != "bus-slave-count-changed" && f.rule != "bus-link-errors" &&
+            f.rule != "bus-duplicate-address" && !(IsAway(f) && !IsAway(own))) {
           continue;
         }
-        if (f.first.number > own.last.number + 2000 || f.last.number + 20 < own.first.number) continue;
+        if (f.first.number > own.last.number + kAbout || f.last.number + 20 < own.first.number) continue;
+        // It was away and answers again when it is seen to have fallen: being away is the cause then.
+        if (fell && IsAway(own) && f.first.number > own.last.number) continue;
         if (own.slave != kNoSlave && f.slave != kNoSlave && f.slave != own.slave) continue;
         if (best == kNoFinding || Distance(f, own) < Distance(findings[best], own)) best = static_cast<FindingIndex>(i);
       }
@@ -168,6 +171,7 @@ class WkcMismatch final : public Rule {
     std::vector<Watched> slaves;
   };
   static constexpr std::size_t kMaxEpisodes = 32;
+  static constexpr FrameNo kAbout = 2000;  ///< what is seen so many frames later may be the same matter
 
   static constexpr std::string_view kSeveralFit = " missing; the shares of several slaves fit.";
 
@@ -189,6 +193,19 @@ class WkcMismatch final : public Rule {
       }
       return;
     }
+  }
+
+  /// A slave that does not answer any more at its own address.
+  static bool IsAway(const Finding& f) {
+    if (f.rule != kInfo.id || f.slave == kNoSlave) return false;
+    bool none = false;
+    bool at_address = false;
+    for (const Evidence& evidence : f.evidence) {
+      const auto* number = std::get_if<std::int64_t>(&evidence.value);
+      none = none || (evidence.name == "working_counter" && number != nullptr && *number == 0);
+      at_address = at_address || evidence.name == "station_address";
+    }
+    return none && at_address;
   }
 
   /// The last change of the number of slaves before, if the bus ended in front of this slave since then.
@@ -278,6 +295,11 @@ class WkcMismatch final : public Rule {
       finding.evidence.push_back(Text("missing", left));
       return;
     }
+    if (const std::string away = ThoseAway(episode); !away.empty()) {
+      finding.message += "What is missing is the share of " + away + ", which do not answer at their addresses either.";
+      finding.evidence.push_back(Text("missing", away));
+      return;
+    }
     finding.message += episode.hint;
     SlaveId missing = episode.only_candidate;
     if (missing == kNoSlave && episode.frames >= 3) {
@@ -303,10 +325,10 @@ class WkcMismatch final : public Rule {
   /// The slaves behind the place where the bus ends since about then, several of them, where what is missing is just
   /// their shares.
   [[nodiscard]] std::string ThoseThatLeft(const Episode& episode) const {
-    constexpr FrameNo kAbout = 20;
+    constexpr FrameNo kAtOnce = 20;
     const Finding& own = context().store[episode.finding];
     for (const Finding& f : context().store.findings()) {
-      if (f.rule != "bus-slave-count-changed" || Distance(f, own) > kAbout) continue;
+      if (f.rule != "bus-slave-count-changed" || Distance(f, own) > kAtOnce) continue;
       const std::optional<std::int64_t> end = SlavesNow(f);
       if (!end) continue;
       int worth = 0;
@@ -322,6 +344,24 @@ class WkcMismatch final : public Rule {
       if (worth == episode.missing && slaves > 1) return names;
     }
     return {};
+  }
+
+  /// Several slaves that stopped answering at about that time, where what is missing is just their shares.
+  [[nodiscard]] std::string ThoseAway(const Episode& episode) const {
+    const Finding& own = context().store[episode.finding];
+    int worth = 0;
+    int slaves = 0;
+    std::string names;
+    for (const Finding& f : context().store.findings()) {
+      if (!IsAway(f) || f.first.number > own.last.number + kAbout || f.last.number < own.first.number) continue;
+      for (const Episode::Watched& w : episode.slaves) {
+        if (w.slave != f.slave) continue;
+        worth += w.worth;
+        ++slaves;
+        names += (names.empty() ? "" : ", ") + context().Label(w.slave);
+      }
+    }
+    return worth == episode.missing && slaves > 1 ? names : std::string{};
   }
 
   void JudgeByHabit(const track::LogicalAccess& e) {
