@@ -1,8 +1,12 @@
 #include "analyzers/judge/mailbox_text.h"
 
+#include <algorithm>
+
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
 #include "decoder/mailbox/events.h"
+#include "decoder/pipeline.h"
 
 namespace ecaudit {
 
@@ -49,20 +53,27 @@ std::optional<std::int64_t> WaitOf(const mailbox::MailboxUnanswered& event) {
   return until.time - event.request.frame.time;
 }
 
-WaitVerdict JudgeWait(const mailbox::MailboxUnanswered& event, const FrameRef& capture_end, std::int64_t limit_ns) {
+WaitVerdict JudgeWait(const mailbox::MailboxUnanswered& event, const FrameRef& capture_end, std::int64_t limit_ns,
+                      bool state_asked) {
   using End = mailbox::MailboxUnanswered::End;
   if (event.end == End::kGap) return WaitVerdict::kGap;
   if (event.polls == 0 && !event.read_lost) return WaitVerdict::kNeverLooked;
   const std::optional<std::int64_t> wait = WaitOf(event);
   if (!wait) return event.polls == 0 ? WaitVerdict::kTooShort : WaitVerdict::kNoTime;
   if (*wait >= limit_ns) return WaitVerdict::kUnanswered;
-  // Masters have shorter time-outs of their own (SOEM 700 ms). One that asks for something else, takes the slave back
-  // to INIT, or stops looking for longer than the limit has given up.
-  bool given_up = event.end != End::kCaptureEnd;
+  // Masters have shorter time-outs of their own (SOEM 700 ms). One that asks for something else, or for another state,
+  // or stops looking for longer than the limit has given up.
+  bool given_up = event.end != End::kCaptureEnd || state_asked;
   if (!given_up && capture_end.has_time && event.last_poll.has_time) {
     given_up = capture_end.time - event.last_poll.time >= limit_ns;
   }
   return given_up && *wait >= limit_ns / 2 ? WaitVerdict::kUnanswered : WaitVerdict::kTooShort;
+}
+
+WaitVerdict JudgeWait(const RuleContext& context, const mailbox::MailboxUnanswered& event) {
+  const FrameNo last_look = std::max(event.last_poll.number, event.request.frame.number);
+  return JudgeWait(event, context.statistics().last, context.Limit("mailbox-no-response", kMailboxAnswerLimit),
+                   context.slave(event.slave).al.last_request() > last_look);
 }
 
 void ExplainFindings(RuleContext& context, std::string_view rule, SlaveId slave, FrameNo frame, FindingIndex cause) {

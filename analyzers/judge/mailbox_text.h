@@ -41,8 +41,11 @@ enum class WaitVerdict : std::uint8_t {
   kGap,          ///< frames are missing from the capture
 };
 /// @param capture_end  last frame of the capture where that ended the wait, else not seen()
+/// @param state_asked  the slave was asked for another state behind the last look
 [[nodiscard]] WaitVerdict JudgeWait(const mailbox::MailboxUnanswered& event, const FrameRef& capture_end,
-                                    std::int64_t limit_ns);
+                                    std::int64_t limit_ns, bool state_asked = false);
+/// With the end of the capture, the limit of mailbox-no-response, and what the slave was asked for.
+[[nodiscard]] WaitVerdict JudgeWait(const RuleContext& context, const mailbox::MailboxUnanswered& event);
 /// Points the findings of `rule` about this slave that were reported last with `frame` to `cause`, unless they have
 /// one.
 void ExplainFindings(RuleContext& context, std::string_view rule, SlaveId slave, FrameNo frame, FindingIndex cause);

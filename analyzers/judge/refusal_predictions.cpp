@@ -40,7 +40,8 @@ void RefusalPredictions::On(RuleContext& context, const model::AlAnswered& answe
       const std::vector<Evidence>& evidence = context.store[index].evidence;
       const bool aborted =
           std::any_of(evidence.begin(), evidence.end(), [](const Evidence& e) { return e.name == "abort_code"; });
-      if (aborted) continue;
+      // A slave without a processor takes every state, and says nothing by it.
+      if (aborted || context.slave(answer.slave).al.echoes()) continue;
       context.store.Regrade(index, Severity::kInfo);
       context.store[index].message += " The slave reached " + esc::StateName(answer.request.control.state()) +
                                       " all the same (frame " + std::to_string(answer.frame.number) + ").";

@@ -120,6 +120,8 @@ class AlMachine {
     return open_ && !overdue_reported_ && polls_ > 0 ? &*open_ : nullptr;
   }
   [[nodiscard]] std::uint64_t requests() const { return requests_; }  ///< taken by the slave
+  /// Frame of the last request that the slave took since the last restart; 0: none.
+  [[nodiscard]] FrameNo last_request() const { return control_ ? control_since_ : 0; }
   [[nodiscard]] std::uint64_t status_reads() const { return status_reads_; }
   [[nodiscard]] std::uint64_t reads_after_request() const { return reads_after_request_; }
 

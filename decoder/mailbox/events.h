@@ -62,6 +62,8 @@ struct MailboxMessage {
   CounterStep counter_step = CounterStep::kUnknown;
   /// In: the counter equals that of the latest request, as slaves that echo it do instead of counting themselves.
   bool counter_echoes_request = false;
+  /// Out: how often the slave did not take the same bytes before, since another message was refused.
+  std::uint32_t refused_before = 0;
 
   [[nodiscard]] const FrameRef& frame() const {
     const FrameRef& preferred = direction == Direction::kOut ? sent : returned;
@@ -199,6 +201,9 @@ struct MailboxRefused {
   bool same_as_last = false;   ///< byte for byte the last message that was written: a repetition
   bool off = false;            ///< the mailbox is known to be switched off
   RequestSummary outstanding;  ///< the latest request still without an answer, if any
+  std::uint32_t attempt = 1;   ///< how often it refused these bytes by now, since another message was refused
+  FrameNo last_message = 0;    ///< frame of the last message that was written before; 0: none is in the capture
+  Protocol last_protocol = Protocol::kError;  ///< of that message
 
   [[nodiscard]] const FrameRef& frame() const { return sent.seen() ? sent : returned; }
 };

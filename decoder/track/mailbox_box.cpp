@@ -69,12 +69,21 @@ bool MailboxBox::SameAsLast(ByteSpan message) const {
   return has_last && HashOfMessage(message) == last_hash;
 }
 
+void MailboxBox::Refused(ByteSpan message) {
+  const std::uint64_t hash = HashOfMessage(message);
+  if (refusals == 0 || hash != refused_hash) refusals = 0;
+  refused_hash = hash;
+  if (refusals < UINT32_MAX) ++refusals;
+}
+
 void MailboxBox::Delivered(const mailbox::MailboxMessage& message, std::uint64_t hash) {
   counter = message.header.counter;
   counter_known = message.problem != mailbox::Problem::kNoHeader;
   has_last = true;
   last_hash = hash;
   last_frame = message.frame().number;
+  last_protocol = message.header.protocol;
+  if (message.refused_before > 0) refusals = 0;
   // A repetition that was accepted proves that the slave has the message, even if the first copy never returned.
   if (!message.repeated || acceptance != Acceptance::kUnknown) last_acceptance = acceptance;
   if (!message.repeated) last_original = last_frame;

@@ -25,8 +25,11 @@ struct MailboxBox {
   bool has_last = false;  ///< last message, for recognising repetitions
   std::uint64_t last_hash = 0;
   Acceptance last_acceptance = Acceptance::kAccepted;
-  FrameNo last_frame = 0;     ///< of the newest message, repetitions included
-  FrameNo last_original = 0;  ///< of the newest message, repetitions left out
+  FrameNo last_frame = 0;                                       ///< of the newest message, repetitions included
+  FrameNo last_original = 0;                                    ///< of the newest message, repetitions left out
+  mailbox::Protocol last_protocol = mailbox::Protocol::kError;  ///< of the newest message
+  std::uint64_t refused_hash = 0;                               ///< of the message that the slave did not take last
+  std::uint32_t refusals = 0;                                   ///< how often it did not take that one
   Acceptance acceptance = Acceptance::kAccepted;
   FrameRef first;
   EscAddress inferred_start = 0;  ///< 0: none recognised yet
@@ -47,10 +50,15 @@ struct MailboxBox {
   [[nodiscard]] mailbox::CounterStep StepOf(const mailbox::Header& header) const;
   /// The bytes are those of the last message, as far as their hash tells.
   [[nodiscard]] bool SameAsLast(ByteSpan message) const;
+  /// The slave did not take this message.
+  void Refused(ByteSpan message);
   /// A message is whole.
   void Delivered(const mailbox::MailboxMessage& message, std::uint64_t hash);
   /// What comes next has nothing to do with what was before.
-  void End() { open = counter_known = has_last = false; }
+  void End() {
+    open = counter_known = has_last = false;
+    refusals = 0;
+  }
 };
 
 /// Tells two messages apart; collisions only make a repetition out of a message that follows a repeat request. What

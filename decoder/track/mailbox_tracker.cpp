@@ -164,6 +164,12 @@ void MailboxTracker::OnRefusedWrite(const SlaveAccess& access, ByteSpan bytes) {
   event.header = mailbox::ParseHeader(bytes);
   event.same_as_last = out_.SameAsLast(bytes);
   event.off = out_.use == MailboxUse::kOff;
+  if (out_.has_last) {
+    event.last_message = out_.last_original;
+    event.last_protocol = out_.last_protocol;
+  }
+  out_.Refused(bytes);
+  event.attempt = out_.refusals;
   if (const PendingRequests::Request* latest = protocols_.pending().Latest()) {
     event.outstanding = latest->request;
   } else {
@@ -264,6 +270,9 @@ void MailboxTracker::Deliver(MailboxBox& box, Direction direction, ByteSpan byte
   const std::uint64_t hash = HashOfMessage(bytes);
   MailboxMessage message = Message(box, direction, bytes, access);
   message.repeated = IsRepetition(box, message, hash);
+  if (direction == Direction::kOut && box.refusals > 0 && hash == box.refused_hash) {
+    message.refused_before = box.refusals;
+  }
   if (direction == Direction::kIn) {
     const std::uint8_t request_counter = protocols_.pending().LatestCounter();
     message.counter_echoes_request = request_counter != 0 && request_counter == message.header.counter;

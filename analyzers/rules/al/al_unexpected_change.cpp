@@ -107,15 +107,18 @@ class AlUnexpectedChange final : public Rule {
       return;
     }
     const std::uint64_t key = static_cast<std::uint64_t>(e.before.raw) << 16U | e.status.raw;
-    if (const FindingIndex repeated = Repeat(kNoSlave, key, e.last); repeated != kNoFinding) {
+    const SlaveId only = OnlyOneLeft(e);
+    if (const FindingIndex repeated = Repeat(only, key, e.last); repeated != kNoFinding) {
       AddRelated(context().store[repeated], e.frame.number);
       return;
     }
     Finding finding;
+    finding.slave = only;
     finding.first = e.frame;
     finding.last = e.last;
     AddRelated(finding, e.before_since);
-    const std::string slaves = e.slaves == 1 ? "The slave" : "One or more of " + std::to_string(e.slaves) + " slaves";
+    const std::string slaves =
+        e.slaves == 1 || only != kNoSlave ? "The slave" : "One or more of " + std::to_string(e.slaves) + " slaves";
     const std::uint8_t state = e.unexplained.state();
     finding.title =
         slaves +
@@ -127,10 +130,8 @@ class AlUnexpectedChange final : public Rule {
                       " counted for showed " + esc::StatesOfAllText(e.before.raw) + " in frame " +
                       std::to_string(e.before_since) + " and shows " + esc::StatesOfAllText(e.status.raw) +
                       " from frame " + std::to_string(e.frame.number) + " to frame " + std::to_string(e.last.number) +
-                      "; no request of the master asked for it. Which slave it is, such a read does not tell" +
-                      ExcludedText(e.excluded) +
-                      ". Read AL Status (0x0130) and its code (0x0134) from each slave, and look at what happened "
-                      "between the first two frames.";
+                      "; no request of the master asked for it. " + WhoItIs(only, e.excluded) +
+                      "Look at what happened between the first two frames.";
     finding.evidence.push_back(HexNumber("al_status_of_all_before", e.before.raw));
     finding.evidence.push_back(HexNumber("al_status_of_all", e.status.raw));
     (void)Report(key, std::move(finding));
@@ -162,6 +163,25 @@ class AlUnexpectedChange final : public Rule {
   [[nodiscard]] static std::string RoseUnasked(const char* who, FrameNo frame) {
     return std::string(who) + " rose to a higher state in frame " + std::to_string(frame) +
            " without a request in the capture, so it does not hold all requests: one may have asked for the fall, too";
+  }
+
+  /// The one of the slaves that was not read, where all others were and showed nothing of it.
+  [[nodiscard]] SlaveId OnlyOneLeft(const model::BusAlChanged& e) const {
+    const std::size_t slaves = context().network().slaves().size();
+    if (slaves != e.slaves || e.excluded.empty() || e.excluded.size() + 1 != slaves) return kNoSlave;
+    for (std::size_t s = 0; s < slaves; ++s) {
+      const auto slave = static_cast<SlaveId>(s);
+      if (std::find(e.excluded.begin(), e.excluded.end(), slave) == e.excluded.end()) return slave;
+    }
+    return kNoSlave;
+  }
+
+  [[nodiscard]] std::string WhoItIs(SlaveId only, std::span<const SlaveId> excluded) const {
+    if (only != kNoSlave) {
+      return "It is " + context().Label(only) + ": all others were read and showed nothing of it. ";
+    }
+    return "Which slave it is, such a read does not tell" + ExcludedText(excluded) +
+           ". Read AL Status (0x0130) and its code (0x0134) from each slave. ";
   }
 
   /// "; it is none of 0x1001 and 0x1003, which showed nothing of it"

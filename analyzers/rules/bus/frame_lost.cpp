@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <vector>
+
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "decoder/base/text.h"
@@ -85,7 +88,10 @@ class FrameLost final : public Rule {
   void Finish() override {
     if (SaidNothingReturned() || SaidNothingSent()) return;
     TellWhatIsOpen(context().pairing());
-    if (index_ != kNoFinding) Describe(context().pairing(), context().store[index_]);
+    if (index_ == kNoFinding) return;
+    const FindingIndex change = ChangeOfTheBus(context().store[index_]);
+    Describe(context().pairing(), context().store[index_], change != kNoFinding);
+    context().store[index_].caused_by = change;
   }
 
  private:
@@ -103,7 +109,32 @@ class FrameLost final : public Rule {
     }
   }
 
-  void Describe(const bus::PairingStatistics& pairing, Finding& finding) {
+  /// The change of the number of slaves that took all of these frames with it: what is under way where a cable comes
+  /// out or a slave goes down is lost.
+  [[nodiscard]] FindingIndex ChangeOfTheBus(const Finding& lost) const {
+    constexpr FrameNo kAround = 64;
+    if (lost.related_frames.size() + 1 != total_) return kNoFinding;  // not all of them are known
+    std::vector<FrameNo> changes;
+    FindingIndex first = kNoFinding;
+    const std::vector<Finding>& findings = context().store.findings();
+    for (std::size_t i = 0; i < findings.size(); ++i) {
+      const Finding& f = findings[i];
+      if (f.rule != "bus-slave-count-changed") continue;
+      changes.push_back(f.first.number);
+      changes.insert(changes.end(), f.related_frames.begin(), f.related_frames.end());
+      if (first == kNoFinding || f.first.number < findings[first].first.number) first = static_cast<FindingIndex>(i);
+    }
+    const auto near = [&](FrameNo frame) {
+      return std::any_of(changes.begin(), changes.end(), [frame](FrameNo change) {
+        return frame > change ? frame - change <= kAround : change - frame <= kAround;
+      });
+    };
+    const bool all =
+        near(lost.first.number) && std::all_of(lost.related_frames.begin(), lost.related_frames.end(), near);
+    return all ? first : kNoFinding;
+  }
+
+  void Describe(const bus::PairingStatistics& pairing, Finding& finding, bool with_change) {
     const std::uint64_t outbound = pairing.outbound;
     finding.title = Count(total_, "frame") + " of " + Grouped(outbound) + " never came back";
     finding.message = Count(total_, "outbound frame") + " never came back although ";
@@ -145,6 +176,8 @@ class FrameLost final : public Rule {
       finding.title = "The capture misses packets: " + Count(total_, "frame") + " without a return, " +
                       Grouped(missed) + " without an outbound copy";
       finding.message += "Capture with a probe or with larger buffers before looking for losses on the bus.";
+    } else if (with_change) {
+      finding.message += "They were under way when the number of slaves on the bus changed.";
     } else {
       finding.message += "Check cables and connectors, and the error counters 0x0300-0x0313 of the slaves.";
     }

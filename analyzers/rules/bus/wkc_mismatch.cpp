@@ -290,41 +290,58 @@ class WkcMismatch final : public Rule {
   void NameMissing(const Episode& episode) const {
     if (episode.finding == kNoFinding) return;
     Finding& finding = context().store[episode.finding];
-    if (const std::string left = ThoseThatLeft(episode); !left.empty()) {
-      finding.message += "What is missing is the share of " + left + ", which left the bus.";
-      finding.evidence.push_back(Text("missing", left));
+    const std::vector<SlaveId> left = ThoseThatLeft(episode);
+    if (left.size() > 1) {
+      finding.message += "What is missing is the share of " + LabelsOf(left) + ", which left the bus.";
+      finding.evidence.push_back(Text("missing", LabelsOf(left)));
       return;
     }
-    if (const std::string away = ThoseAway(episode); !away.empty()) {
-      finding.message += "What is missing is the share of " + away + ", which do not answer at their addresses either.";
-      finding.evidence.push_back(Text("missing", away));
+    if (const std::vector<SlaveId> away = ThoseAway(episode); away.size() > 1) {
+      finding.message +=
+          "What is missing is the share of " + LabelsOf(away) + ", which do not answer at their addresses either.";
+      finding.evidence.push_back(Text("missing", LabelsOf(away)));
       return;
     }
     finding.message += episode.hint;
     SlaveId missing = episode.only_candidate;
-    if (missing == kNoSlave && episode.frames >= 3) {
-      std::size_t silent = 0;
-      for (const Episode::Watched& w : episode.slaves) {
-        if (w.refreshed != 0) continue;
-        ++silent;
-        missing = w.slave;
-      }
-      if (silent != 1) return;
-      finding.message += " The inputs of " + context().Label(missing) +
-                         " came back as the master sent them in all of these frames, those of the other slaves were "
-                         "refreshed: it is " +
-                         context().Label(missing) +
-                         " that does not take part. Look at its power, the cable to it, and its AL status.";
-      finding.confidence = Confidence::kInferred;
+    if (missing == kNoSlave) missing = OnlySilent(episode, finding);
+    if (missing == kNoSlave && left.size() == 1) {
+      missing = left.front();
+      finding.message += " One of them is that of " + context().Label(missing) + ", which left the bus.";
     }
     if (missing == kNoSlave) return;
     finding.slave = missing;
     finding.evidence.push_back(Text("missing", context().Label(missing)));
   }
 
-  /// The slaves behind the place where the bus ends since about then, several of them, where what is missing is just
-  /// their shares.
-  [[nodiscard]] std::string ThoseThatLeft(const Episode& episode) const {
+  /// The only slave whose inputs came back as they were sent, and says so.
+  [[nodiscard]] SlaveId OnlySilent(const Episode& episode, Finding& finding) const {
+    SlaveId missing = kNoSlave;
+    std::size_t silent = 0;
+    for (const Episode::Watched& w : episode.slaves) {
+      if (w.refreshed != 0) continue;
+      ++silent;
+      missing = w.slave;
+    }
+    if (episode.frames < 3 || silent != 1) return kNoSlave;
+    finding.message += " The inputs of " + context().Label(missing) +
+                       " came back as the master sent them in all of these frames, those of the other slaves were "
+                       "refreshed: it is " +
+                       context().Label(missing) +
+                       " that does not take part. Look at its power, the cable to it, and its AL status.";
+    finding.confidence = Confidence::kInferred;
+    return missing;
+  }
+
+  [[nodiscard]] std::string LabelsOf(const std::vector<SlaveId>& slaves) const {
+    std::string names;
+    for (const SlaveId slave : slaves) names += (names.empty() ? "" : ", ") + context().Label(slave);
+    return names;
+  }
+
+  /// The slaves behind the place where the bus ends since about then, where what is missing is just their shares. Who
+  /// still gives inputs has not left, wherever it stands.
+  [[nodiscard]] std::vector<SlaveId> ThoseThatLeft(const Episode& episode) const {
     constexpr FrameNo kAtOnce = 20;
     const Finding& own = context().store[episode.finding];
     for (const Finding& f : context().store.findings()) {
@@ -332,36 +349,32 @@ class WkcMismatch final : public Rule {
       const std::optional<std::int64_t> end = SlavesNow(f);
       if (!end) continue;
       int worth = 0;
-      int slaves = 0;
-      std::string names;
+      std::vector<SlaveId> left;
       for (const Episode::Watched& w : episode.slaves) {
         const SlavePos* position = context().network().slaves()[w.slave].position.if_known();
-        if (position == nullptr || *position < *end) continue;
+        if (position == nullptr || *position < *end || w.refreshed != 0) continue;
         worth += w.worth;
-        ++slaves;
-        names += (names.empty() ? "" : ", ") + context().Label(w.slave);
+        left.push_back(w.slave);
       }
-      if (worth == episode.missing && slaves > 1) return names;
+      if (worth == episode.missing) return left;
     }
     return {};
   }
 
   /// Several slaves that stopped answering at about that time, where what is missing is just their shares.
-  [[nodiscard]] std::string ThoseAway(const Episode& episode) const {
+  [[nodiscard]] std::vector<SlaveId> ThoseAway(const Episode& episode) const {
     const Finding& own = context().store[episode.finding];
     int worth = 0;
-    int slaves = 0;
-    std::string names;
+    std::vector<SlaveId> away;
     for (const Finding& f : context().store.findings()) {
       if (!IsAway(f) || f.first.number > own.last.number + kAbout || f.last.number < own.first.number) continue;
       for (const Episode::Watched& w : episode.slaves) {
         if (w.slave != f.slave) continue;
         worth += w.worth;
-        ++slaves;
-        names += (names.empty() ? "" : ", ") + context().Label(w.slave);
+        away.push_back(w.slave);
       }
     }
-    return worth == episode.missing && slaves > 1 ? names : std::string{};
+    return worth == episode.missing ? away : std::vector<SlaveId>{};
   }
 
   void JudgeByHabit(const track::LogicalAccess& e) {

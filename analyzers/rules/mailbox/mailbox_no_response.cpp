@@ -60,7 +60,7 @@ class MailboxNoResponse final : public Rule {
 
   void On(const mailbox::MailboxUnanswered& e) {
     const FrameRef& request = e.request.frame;
-    switch (JudgeWait(e, context().statistics().last, context().Limit("mailbox-no-response", kMailboxAnswerLimit))) {
+    switch (JudgeWait(context(), e)) {
       case WaitVerdict::kGap:
         NotEvaluable(e.slave, "frames are missing from the capture while a request was open", request.number);
         return;
@@ -248,7 +248,7 @@ class MailboxNoResponse final : public Rule {
       finding.message +=
           "A frame that read the mailbox never came back meanwhile, so the answer was probably lost with it; a repeat "
           "request (bit 1 of 0x080E) has to bring it back.";
-    } else if (e.certainty != Certainty::kObserved) {
+    } else if (e.certainty == Certainty::kUnknown) {
       finding.message += "The frame with the request itself never came back: the slave may not have got it.";
     } else if (!e.taken) {
       finding.message +=

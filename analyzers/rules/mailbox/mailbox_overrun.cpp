@@ -1,4 +1,6 @@
 #include <map>
+#include <set>
+#include <utility>
 
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
@@ -26,8 +28,9 @@ A mailbox holds one message. The refused one is lost unless the master notices a
 
 ## How it is decided
 The write came back with working counter 0, the mailbox is switched on, and a request is outstanding. The same message
-again, byte for byte, is a repetition after a time-out and no overrun. Where the outstanding request was never answered,
-caused_by names mailbox-no-response: the slave stopped taking messages.
+again, byte for byte, is a repetition after a time-out and no overrun. Where a message of another protocol fills the
+mailbox, and the master writes the refused one unchanged until it is taken, nothing is lost: an info. Where the
+outstanding request was never answered, caused_by names mailbox-no-response: the slave stopped taking messages.
 
 ## Example
 samples/captures/mailbox-no-response.pcapng: the second request comes back with working counter 0.
@@ -38,45 +41,89 @@ Wait for the answer, or until sync manager 0 shows the mailbox empty (0x0805 bit
 
 class MailboxOverrun final : public Rule {
  public:
-  MailboxOverrun() : Rule(kInfo) { Hear<mailbox::MailboxRefused>(&MailboxOverrun::On); }
+  MailboxOverrun() : Rule(kInfo) {
+    Hear<mailbox::MailboxRefused>(&MailboxOverrun::On);
+    Hear<mailbox::MailboxMessage>(&MailboxOverrun::On);
+  }
 
   void On(const mailbox::MailboxRefused& e) {
     if (e.same_as_last || e.off) return;
     const model::StateSet possible = context().slave(e.slave).al.possible();
     if (possible.single() == static_cast<std::uint8_t>(esc::AlState::INIT)) return;  // mailbox-not-active
-    if (!e.outstanding.frame.seen()) {
+    const bool requested = e.outstanding.frame.seen();
+    if (!requested && e.last_message == 0) {
       NotEvaluable(e.slave, "a refused mailbox write, and the message that fills the mailbox is not in the capture",
                    e.frame().number);
       return;
     }
-    const std::uint64_t key = RequestKey(e.outstanding);
-    if (Repeat(e.slave, key, e.frame()) != kNoFinding) return;
+    const mailbox::Protocol full_of = requested ? e.outstanding.protocol : e.last_protocol;
+    const bool beside = full_of != e.header.protocol;
+    const std::uint64_t key = (requested ? RequestKey(e.outstanding) : static_cast<std::uint64_t>(full_of)) |
+                              static_cast<std::uint64_t>(beside) << 63U;
+    FindingIndex index = Repeat(e.slave, key, e.frame());
+    if (index == kNoFinding) index = Tell(e, key, requested);
+    if (index == kNoFinding) return;
+    std::set<FindingIndex>& open = open_[e.slave];
+    if (e.attempt == 1) open.clear();  // another message: the one before is lost
+    Told& told = told_[index];
+    told.beside = beside;
+    if (open.insert(index).second) ++told.open;
+  }
+
+  /// What was refused is taken after all.
+  void On(const mailbox::MailboxMessage& e) {
+    if (e.direction != mailbox::Direction::kOut || e.refused_before == 0) return;
+    for (const FindingIndex index : std::exchange(open_[e.slave], {})) {
+      Told& told = told_[index];
+      --told.open;
+      told.taken = e.frame().number;
+    }
+  }
+
+  void Finish() override {
+    if (SaidNothingReturned()) return;
+    for (const auto& [index, told] : told_) {
+      Finding& finding = context().store[index];
+      if (told.request != 0) finding.caused_by = context().ExplanationOf(finding.slave, told.request);
+      if (!told.beside || told.open > 0) continue;
+      // Who serves two protocols side by side does not know of the other's message, and tries until there is room.
+      context().store.Regrade(index, Severity::kInfo);
+      finding.message += " The master wrote it again, unchanged, until the slave took it, last in frame " +
+                         std::to_string(told.taken) + ": nothing was lost.";
+      AddRelated(finding, told.taken);
+    }
+  }
+
+ private:
+  /// What became of the refused messages of one finding.
+  struct Told {
+    FrameNo request = 0;
+    bool beside = false;     ///< of another protocol than what filled the mailbox
+    std::uint64_t open = 0;  ///< not taken since
+    FrameNo taken = 0;
+  };
+
+  FindingIndex Tell(const mailbox::MailboxRefused& e, std::uint64_t key, bool requested) {
+    const FrameNo full_since = requested ? e.outstanding.frame.number : e.last_message;
+    const std::string full_of = requested ? RequestText(e.outstanding) : "the " + Name(e.last_protocol) + " message";
     Finding finding;
     finding.slave = e.slave;
     finding.first = e.frame();
     finding.title = Name(e.header.protocol) + " message refused: the mailbox is still full";
     finding.message = "The " + Name(e.header.protocol) + " message in frame " + std::to_string(e.frame().number) +
-                      " came back with working counter 0: " + RequestText(e.outstanding) + " of frame " +
-                      std::to_string(e.outstanding.frame.number) +
+                      " came back with working counter 0: " + full_of + " of frame " + std::to_string(full_since) +
                       " is still in the mailbox. Wait for the answer, or look at 0x0805, before the next message.";
     finding.evidence.push_back(Number("working_counter", 0));
-    finding.evidence.push_back(Text("outstanding", RequestText(e.outstanding)));
+    finding.evidence.push_back(Text("outstanding", full_of));
     finding.evidence.push_back(Number("counter", e.header.counter));
-    AddRelated(finding, e.outstanding.frame.number);
+    AddRelated(finding, full_since);
     const FindingIndex index = Report(key, std::move(finding));
-    if (index != kNoFinding) outstanding_.emplace(index, e.outstanding.frame.number);
+    if (index != kNoFinding && requested) told_[index].request = full_since;
+    return index;
   }
 
-  void Finish() override {
-    if (SaidNothingReturned()) return;
-    for (const auto& [index, request] : outstanding_) {
-      Finding& finding = context().store[index];
-      finding.caused_by = context().ExplanationOf(finding.slave, request);
-    }
-  }
-
- private:
-  std::map<FindingIndex, FrameNo> outstanding_;
+  std::map<FindingIndex, Told> told_;
+  std::map<SlaveId, std::set<FindingIndex>> open_;  ///< those that tell of the message that the slave refused last
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<MailboxOverrun>};

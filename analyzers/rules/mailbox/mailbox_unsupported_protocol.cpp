@@ -80,10 +80,7 @@ class MailboxUnsupportedProtocol final : public Rule {
   }
 
   void On(const mailbox::MailboxUnanswered& e) {
-    if (JudgeWait(e, context().statistics().last, context().Limit("mailbox-no-response", kMailboxAnswerLimit)) !=
-        WaitVerdict::kUnanswered) {
-      return;
-    }
+    if (JudgeWait(context(), e) != WaitVerdict::kUnanswered) return;
     // A lost read or a mailbox that is not served at all says nothing about the protocol.
     if (e.read_lost || e.not_taken) return;
     const FindingIndex index = Judge(e.slave, e.request, Outcome::kUnanswered, e.last_poll);

@@ -163,7 +163,9 @@ class SdoIncomplete final : public Rule {
         finding.message += "nothing followed until the end of the capture";
         break;
     }
-    finding.message += ". It was not aborted, so the slave still holds it open. Finish or abort it.";
+    finding.message += t.outcome == mailbox::SdoOutcome::kReset
+                           ? ". It was neither finished nor aborted before."
+                           : ". It was not aborted, so the slave still holds it open. Finish or abort it.";
     AddTransfer(finding, t);
     finding.evidence.push_back(Text("ended", std::string(Name(t.outcome))));
     return finding;

@@ -124,7 +124,8 @@ class FmmuInactive final : public Rule {
     for (std::size_t s = 0; s < slaves_.size(); ++s) {
       const auto id = static_cast<SlaveId>(s);
       if (!slaves_[s].was_in_op || IsKnown(id)) continue;
-      NotEvaluable(id, "which sync managers and FMMUs the slave in OP has is not in the capture");
+      NotEvaluable(id, IsSwitchedOff(id) ? "no sync manager of process data of the slave in OP is on"
+                                         : "which sync managers and FMMUs the slave in OP has is not in the capture");
     }
   }
 
@@ -151,6 +152,15 @@ class FmmuInactive final : public Rule {
     const track::SlaveState& state = context().network().state(id);
     return context().network().fmmus(id).any && (state.process_manager(esc::SmDirection::ECAT_WRITES) ||
                                                  state.process_manager(esc::SmDirection::ECAT_READS));
+  }
+
+  /// The capture shows what it has: nothing that is switched on.
+  [[nodiscard]] bool IsSwitchedOff(SlaveId id) const {
+    const track::SlaveState& state = context().network().state(id);
+    if (!context().network().fmmus(id).any) return false;
+    bool any = false;
+    for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) any = any || state.sync_manager(n, Certainty::kInferred);
+    return any;
   }
 
   void Leave(SlaveId id, const FrameRef& frame) {

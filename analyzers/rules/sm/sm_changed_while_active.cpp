@@ -37,8 +37,8 @@ INIT with 0x0016, 0x001D or 0x001E.
 ## How it is decided
 Only where the slave is known to be in that state with no request under way, and both settings are known. Writing the
 same values again, the repeat bit of a mailbox and broadcasts (masters blank everything when they scan) do not count.
-Switching off alone counts only when the slave then changes its state by itself: masters switch sync managers off before
-they request a lower state.
+Switching off alone counts only when the slave then changes its state by itself, or when it is left in OP so for longer
+than 100 ms, its process data standing still: masters switch sync managers off before they request a lower state.
 
 ## Example
 samples/captures/sm-changed-in-op.pcapng
@@ -73,7 +73,11 @@ class SmChangedWhileActive final : public Rule {
   }
 
   /// Whatever is requested, sync managers may be switched off for it; lower states may be configured anew.
-  void On(const track::AlRequest& e) { slaves_[e.slave] = Current(e.slave); }
+  void On(const track::AlRequest& e) {
+    const auto found = slaves_.find(e.slave);
+    if (found != slaves_.end()) TellStandstill(e.slave, found->second, e.frame());
+    slaves_[e.slave] = Current(e.slave);
+  }
 
   void On(const model::AlChangedByItself& e) {
     const auto found = slaves_.find(e.slave);
@@ -82,10 +86,8 @@ class SmChangedWhileActive final : public Rule {
       Sync& sync = found->second[n];
       FindingIndex cause = sync.reported;
       if (sync.off && sync.in_force) {
-        KnownSyncManager now = *sync.in_force;
-        now.settings.activate = static_cast<std::uint8_t>(now.settings.activate & ~1U);
-        now.since = sync.off->frame.number;
-        cause = Tell(e.slave, n, *sync.in_force, now, sync.off->frame, sync.off->state);
+        const KnownSyncManager now = Off(sync);
+        cause = Tell(e.slave, n, *sync.in_force, now, *sync.off, "The slave then changes its state by itself. ");
       }
       if (cause == kNoFinding) continue;
       for (Finding& finding : context().store.findings()) {
@@ -98,7 +100,10 @@ class SmChangedWhileActive final : public Rule {
     found->second = Current(e.slave);
   }
 
-  void Finish() override { SaidNothingReturned(); }
+  void Finish() override {
+    if (SaidNothingReturned()) return;
+    for (auto& [id, slave] : slaves_) TellStandstill(id, slave, context().statistics().last);
+  }
 
  private:
   struct SwitchedOff {
@@ -155,15 +160,41 @@ class SmChangedWhileActive final : public Rule {
       return;
     }
     sync.off.reset();
-    if (!Same(before, now.settings)) sync.reported = Tell(e.slave, n, *sync.in_force, now, e.frame(), *state);
+    if (Same(before, now.settings)) return;
+    sync.reported = Tell(e.slave, n, *sync.in_force, now, {e.frame(), *state},
+                         "An ESC ignores the values while the sync manager is enabled; where it was switched off "
+                         "first, the slave checks them anew and may leave its state. ");
+  }
+
+  static KnownSyncManager Off(const Sync& sync) {
+    KnownSyncManager now = *sync.in_force;
+    now.settings.activate = static_cast<std::uint8_t>(now.settings.activate & ~1U);
+    now.since = sync.off->frame.number;
+    return now;
+  }
+
+  /// A slave that nobody takes out of OP although its process data were switched off.
+  void TellStandstill(SlaveId id, Slave& slave, const FrameRef& now) {
+    constexpr TimeNs kLeftSo = 100'000'000;
+    for (std::size_t n = 0; n < slave.size(); ++n) {
+      Sync& sync = slave[n];
+      if (!sync.off || !sync.in_force || IsMailbox(n, sync.in_force->settings)) continue;
+      const FrameRef& off = sync.off->frame;
+      if (sync.off->state != esc::AlState::OP || !off.has_time || !now.has_time) continue;
+      if (Elapsed(off.time, now.time) < kLeftSo) continue;
+      sync.reported = Tell(id, n, *sync.in_force, Off(sync), *sync.off,
+                           "The slave is left in OP, and these process data stand still from then on. ");
+      sync.off.reset();
+    }
   }
 
   FindingIndex Tell(SlaveId slave, std::size_t n, const KnownSyncManager& before, const KnownSyncManager& now,
-                    const FrameRef& frame, esc::AlState state) {
+                    const SwitchedOff& change, std::string_view what_follows) {
+    const FrameRef& frame = change.frame;
     const std::uint64_t key = KeyOfBoth(SettingsKey(n, before.settings), SettingsKey(n, now.settings));
     if (const FindingIndex index = Repeat(slave, key, frame); index != kNoFinding) return index;
     const std::string name = "SM" + std::to_string(n);
-    const std::string in = esc::StateName(static_cast<std::uint8_t>(state));
+    const std::string in = esc::StateName(static_cast<std::uint8_t>(change.state));
     const bool off = !now.settings.enabled();
     Finding finding;
     finding.slave = slave;
@@ -173,10 +204,8 @@ class SmChangedWhileActive final : public Rule {
                       std::to_string(n) + " (" + SettingsText(now.settings) + ") while the slave is in " + in +
                       " and uses it for " + (IsMailbox(n, before.settings) ? "the mailbox" : "process data") +
                       " with " + SettingsText(before.settings) + " (frame " + std::to_string(before.since) + "). ";
-    finding.message += off ? "The slave then changes its state by itself. "
-                           : "An ESC ignores the values while the sync manager is enabled; where it was switched off "
-                             "first, the slave checks them anew and may leave its state. ";
-    finding.message += std::string("Configure it in ") + (IsMailbox(n, before.settings) ? "INIT" : "PREOP") + ".";
+    finding.message += std::string(what_follows) + std::string("Configure it in ") +
+                       (IsMailbox(n, before.settings) ? "INIT" : "PREOP") + ".";
     finding.evidence.push_back(Number("sync_manager", static_cast<std::int64_t>(n)));
     finding.evidence.push_back(HexNumber("start_before", before.settings.start));
     finding.evidence.push_back(Number("length_before", before.settings.length));

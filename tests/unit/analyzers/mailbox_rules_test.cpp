@@ -52,6 +52,12 @@ TEST(MailboxWait, TheEndOfTheCaptureIsNoGivingUpUnlessItComesLate) {
   EXPECT_EQ(JudgeWait(event, {}, kLimit), WaitVerdict::kTooShort);
 }
 
+TEST(MailboxWait, AskingForAnotherStateIsGivingUp) {
+  using End = MailboxUnanswered::End;
+  EXPECT_EQ(JudgeWait(Wait(5, 700, End::kCaptureEnd, 0), At(50, 800), kLimit, true), WaitVerdict::kUnanswered);
+  EXPECT_EQ(JudgeWait(Wait(5, 499, End::kCaptureEnd, 0), At(50, 800), kLimit, true), WaitVerdict::kTooShort);
+}
+
 TEST(MailboxWait, NothingIsSaidWhereTheMasterNeverLookedOrTimeIsUnknown) {
   using End = MailboxUnanswered::End;
   EXPECT_EQ(JudgeWait(Wait(0, 0, End::kNextRequest, 5000), {}, kLimit), WaitVerdict::kNeverLooked);
