@@ -7,7 +7,8 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   constexpr std::uint64_t kDecompressedLimit = 1U << 20U;
+  constexpr std::uint64_t kLeastRecord = 12;  // journal entries of pcapng have numbers, too
   auto opened = ecaudit::capture::OpenCaptureFromMemory({data, size}, "in\x1b[2Jput\xff", kDecompressedLimit);
-  if (opened) ecaudit::fuzz::AnalyseAndReport(**opened, size);
+  if (opened) ecaudit::fuzz::AnalyseAndReport(**opened, size, kDecompressedLimit / kLeastRecord);
   return 0;
 }

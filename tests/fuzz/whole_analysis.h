@@ -1,6 +1,7 @@
 /// The whole way from packets to reports, and what must hold whatever the packets are.
 #pragma once
 
+#include <cstdint>
 #include <cstdlib>
 #include <string>
 #include <string_view>
@@ -40,9 +41,10 @@ inline void CheckLines(std::string_view text) {
   }
 }
 
-/// Analyses `source` with all rules, and for every fourth size of the input writes a report, in the format that the size
-/// chooses: writing takes as long as all the rest, and writing all formats three times as long.
-inline void AnalyseAndReport(capture::FrameSource& source, std::size_t input_bytes) {
+/// Analyses `source` with all rules, and for every fourth size of the input writes a report, in the format that the
+/// size chooses: writing takes as long as all the rest, and writing all formats three times as long.
+/// @param other_records  at most so many records of the file have a frame number and are no packet
+inline void AnalyseAndReport(capture::FrameSource& source, std::size_t input_bytes, std::uint64_t other_records = 0) {
   report::Report report;
   report.version = "fuzz";
   report.captures.emplace_back();
@@ -57,7 +59,7 @@ inline void AnalyseAndReport(capture::FrameSource& source, std::size_t input_byt
     Check(!finding.title.empty() && finding.count >= 1);
     Check(finding.caused_by == kNoFinding || finding.caused_by < result.findings.size());
     Check(finding.caused_by != i);
-    Check(finding.first.number <= result.capture.packets || !finding.first.seen());
+    Check(finding.first.number <= result.capture.packets + other_records || !finding.first.seen());
   }
   const auto& formats = report::Formats();
   if (input_bytes % 4 != 0) return;

@@ -187,6 +187,7 @@ class BusSlaveCountChanged final : public Rule {
                                   context().Label(left_.answers) + " still answers in frame " +
                                   std::to_string(left_.answer) +
                                   ": a branch in the middle has left. Check the branches, their power and cables.");
+      finding.evidence.push_back(Text("still_answers", context().Label(left_.answers)));
       AddRelated(finding, left_.answer);
     }
     left_ = {};

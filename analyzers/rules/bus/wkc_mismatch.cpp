@@ -296,7 +296,8 @@ class WkcMismatch final : public Rule {
       finding.evidence.push_back(Text("missing", LabelsOf(left)));
       return;
     }
-    if (const std::vector<SlaveId> away = ThoseAway(episode); away.size() > 1) {
+    const std::vector<SlaveId> away = ThoseAway(episode);
+    if (away.size() > 1) {
       finding.message +=
           "What is missing is the share of " + LabelsOf(away) + ", which do not answer at their addresses either.";
       finding.evidence.push_back(Text("missing", LabelsOf(away)));
@@ -305,7 +306,10 @@ class WkcMismatch final : public Rule {
     finding.message += episode.hint;
     SlaveId missing = episode.only_candidate;
     if (missing == kNoSlave) missing = OnlySilent(episode, finding);
-    if (missing == kNoSlave && left.size() == 1) {
+    if (missing == kNoSlave && away.size() == 1) {
+      missing = away.front();
+      finding.message += " One of them is that of " + context().Label(missing) + ", which does not answer either.";
+    } else if (missing == kNoSlave && left.size() == 1) {
       missing = left.front();
       finding.message += " One of them is that of " + context().Label(missing) + ", which left the bus.";
     }
@@ -333,6 +337,12 @@ class WkcMismatch final : public Rule {
     return missing;
   }
 
+  /// Not the last slaves have left, but some in the middle: which, a count does not tell.
+  static bool IsOfABranch(const Finding& changed) {
+    return std::any_of(changed.evidence.begin(), changed.evidence.end(),
+                       [](const Evidence& evidence) { return evidence.name == "still_answers"; });
+  }
+
   [[nodiscard]] std::string LabelsOf(const std::vector<SlaveId>& slaves) const {
     std::string names;
     for (const SlaveId slave : slaves) names += (names.empty() ? "" : ", ") + context().Label(slave);
@@ -347,7 +357,7 @@ class WkcMismatch final : public Rule {
     for (const Finding& f : context().store.findings()) {
       if (f.rule != "bus-slave-count-changed" || Distance(f, own) > kAtOnce) continue;
       const std::optional<std::int64_t> end = SlavesNow(f);
-      if (!end) continue;
+      if (!end || IsOfABranch(f)) continue;
       int worth = 0;
       std::vector<SlaveId> left;
       for (const Episode::Watched& w : episode.slaves) {
