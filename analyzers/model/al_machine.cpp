@@ -462,7 +462,7 @@ void AlMachine::OnError(const track::AlStatusRead& read) {
   // An error that was there before only counts again when the state falls further.
   const bool before_known =
       read_state_ != 0 &&
-      (error_ == Error::kNo || (error_ == Error::kYes && error_reported_ && Height(state) < Height(read_state_)));
+      (error_ == Error::kNo || ((error_ == Error::kUnknown || error_reported_) && Height(state) < Height(read_state_)));
   const esc::AlWord before = Before();
   // The first thing seen of a slave may be the echo of an acknowledge; only a status code makes it an error for sure.
   const bool certain = before_known || error_ == Error::kYes || read.status_code.value_or(0) != 0;

@@ -53,6 +53,18 @@ void BusAlUnit::OnRequest(esc::AlWord control, track::Acceptance acceptance, con
   requested_at_ = frame;
 }
 
+std::optional<BusAlUnit::Common> BusAlUnit::common() const {
+  const std::uint16_t* count = network_.slave_count().if_known();
+  if (!told_ || requested_ != 0 || count == nullptr || told_->slaves != *count) return std::nullopt;
+  const auto of = [](esc::AlWord status, const FrameRef& frame) -> std::optional<Common> {
+    const auto state = static_cast<std::uint8_t>(status.raw & kStateBits);
+    if (!std::has_single_bit(state)) return std::nullopt;
+    return Common{frame, state, status.bit4()};
+  };
+  // Somebody left it since, and which slave it was nobody has shown yet.
+  return open_ ? of(open_->before, before_open_) : of(told_->status, told_->last);
+}
+
 /// All agree on what was requested, or have had time for it.
 bool BusAlUnit::Settled() const {
   if (requested_ == 0) return true;
@@ -105,6 +117,7 @@ void BusAlUnit::Open(const track::AlStatusOfAll& read, std::uint8_t fallen) {
   open_->frame = read.frame;
   open_->before = told_->status;
   open_->before_since = told_->last.number;
+  before_open_ = told_->last;
   open_->slaves = read.slaves;
   open_->after_pause = paused_;
   excluded_.clear();

@@ -35,6 +35,14 @@ class BusAlUnit {
   /// As the last read showed it; unset when there was none.
   [[nodiscard]] const std::optional<Told>& told() const { return told_; }
 
+  /// A state that everybody was in, also slaves that were not met yet, with no request since.
+  struct Common {
+    FrameRef frame;  ///< the last known to show it
+    std::uint8_t state = 0;
+    bool error_of_some = false;  ///< whose error bit it shows, if anybody's, is not known
+  };
+  [[nodiscard]] std::optional<Common> common() const;
+
   /// Broadcasts show that some slave refused what was asked for last.
   [[nodiscard]] bool refused() const { return refused_.has_value(); }
 
@@ -95,6 +103,7 @@ class BusAlUnit {
   std::optional<BusAlRefused> refused_;
   UnaskedRises unasked_;
   std::optional<BusAlChanged> open_;
+  FrameRef before_open_;          ///< the last read before it
   bool paused_ = false;           // no such read since a pause
   std::uint8_t unexplained_ = 0;  // bits of the open change that no slave showed
   std::vector<SlaveId> excluded_;

@@ -67,6 +67,13 @@ void BusModel::On(const track::SlaveFound& event) {
   eeprom_looks_.emplace_back();
   signalled_.OnSlave(event.slave);
   ChooseProfile(event.slave);
+  // In a capture that begins in the run broadcasts may have shown it before it is met. Where a broadcast asked for a
+  // state, AlRequest of the slave follows, and what was shown behind that.
+  if (const auto common = al_.common(); common && !asked_of_all_) {
+    const esc::AlWord status{common->state};
+    slaves_.back().al.OnStatus(
+        {event.slave, common->frame, status, std::nullopt, std::nullopt, !common->error_of_some});
+  }
 }
 
 void BusModel::On(const track::AddressAssigned& event) {
@@ -147,6 +154,7 @@ void BusModel::On(const track::AlRequest& event) {
   al_wait_.OnRequest(event.control, event.acceptance, event.frame(), event.slave);
 }
 void BusModel::On(const track::AlRequestOfAll& event) {
+  asked_of_all_ = asked_of_all_ || event.acceptance != track::Acceptance::kRefused;
   al_.OnRequest(event.control, event.acceptance, event.frame, true);
   al_wait_.OnRequest(event.control, event.acceptance, event.frame, kNoSlave);
 }

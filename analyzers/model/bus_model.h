@@ -124,6 +124,7 @@ class BusModel final : private ProcessSink {
   ProcessImage image_;
   EventUnit signalled_;
   BusAlUnit al_;
+  bool asked_of_all_ = false;  ///< a broadcast requested a state
   BusAlWait al_wait_;
   std::vector<const device::EniSlave*> presumed_;
   FrameNo poll_taken_ = 0;  ///< the last AlPoll that was

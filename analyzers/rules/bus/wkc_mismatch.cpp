@@ -208,7 +208,8 @@ class WkcMismatch final : public Rule {
     return none && at_address;
   }
 
-  /// The last change of the number of slaves before, if the bus ended in front of this slave since then.
+  /// The last change of the number of slaves before, if the bus ended in front of this slave since then, or a branch
+  /// left that it may be of.
   [[nodiscard]] FindingIndex EndOfTheBusBefore(const Finding& own) const {
     if (own.slave == kNoSlave) return kNoFinding;
     const SlavePos* position = context().network().slaves()[own.slave].position.if_known();
@@ -220,7 +221,7 @@ class WkcMismatch final : public Rule {
       if (f.rule != "bus-slave-count-changed" || f.first.number > own.first.number || f.first.number < latest) continue;
       latest = f.first.number;
       const std::optional<std::int64_t> end = SlavesNow(f);
-      found = end && *position >= *end ? static_cast<FindingIndex>(i) : kNoFinding;
+      found = end && (*position >= *end || IsOfABranch(f)) ? static_cast<FindingIndex>(i) : kNoFinding;
     }
     return found;
   }
