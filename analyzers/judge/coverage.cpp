@@ -14,6 +14,7 @@
 #include "analyzers/model/drive_parameters.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/options/options.h"
+#include "analyzers/result/misses_packets.h"
 #include "analyzers/sync/sync_model.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/al.h"
@@ -25,6 +26,7 @@ constexpr std::string_view kNoFrames = "no EtherCAT frame is in the capture";
 constexpr std::string_view kMissingUnseen =
     "the capture misses packets (returned frames have no outbound copy, or indices skip): what these would have shown "
     "is not known";
+static_assert(kMissingUnseen.starts_with(kSaysItMissesPackets));
 constexpr std::string_view kNoSlaves = "no slave is known: no frame that returned shows one";
 
 /// What the rules of a chapter are about, where they do not say it themselves.

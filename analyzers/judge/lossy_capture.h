@@ -11,6 +11,7 @@
 
 #include "analyzers/judge/finding_store.h"
 #include "analyzers/judge/rule.h"
+#include "analyzers/result/misses_packets.h"
 #include "analyzers/sync/sync_model.h"
 #include "decoder/bus/pairing.h"
 
@@ -18,8 +19,8 @@ namespace ecaudit {
 
 inline constexpr const char* kMissesPackets =
     "the capture misses packets: many returned frames have no outbound copy, or their indices skip, so what it does "
-    "not "
-    "show may have happened";
+    "not show may have happened";
+static_assert(std::string_view(kMissesPackets).starts_with(kSaysItMissesPackets));
 
 /// From about one packet in sixty on. With fewer, both copies of one frame are hardly ever missing. A recorder leaves
 /// out as many of one direction as of the other: so many of the frames that seem to be lost are counted, too.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "analyzers/result/every_slave.h"
+#include "analyzers/result/misses_packets.h"
 #include "cli/report/finding_order.h"
 #include "cli/report/layout.h"
 #include "cli/report/times.h"
@@ -52,7 +53,18 @@ std::string TitleAndFrame(const FindingDigest& f) {
   return text;
 }
 
+/// Said by the rules that could not be judged for it.
+bool MissesPackets(const CaptureDigest& capture) {
+  return std::any_of(capture.not_judged.begin(), capture.not_judged.end(),
+                     [](const NotJudged& entry) { return entry.reason.starts_with(kSaysItMissesPackets); });
+}
+
 }  // namespace
+
+std::string SlavesText(std::uint64_t told, std::uint64_t there) {
+  if (there <= told) return Count(told, "slave");
+  return Count(there, "slave") + ", " + Grouped(there - told) + " of them known by broadcasts only";
+}
 
 CaptureDigest DigestOf(const CaptureReport& capture) {
   const AnalysisResult& result = capture.result;
@@ -62,6 +74,7 @@ CaptureDigest DigestOf(const CaptureReport& capture) {
   out.ethercat_frames = result.capture.ethercat_frames;
   out.without_ethercat = WithoutEtherCat(result);
   out.slaves = result.slaves.size();
+  out.slaves_there = result.bus.slave_count.value_or(0);
   if (result.capture.first.has_time) out.first_time = IsoTime(result.capture.first.time);
   if (result.capture.duration_ns) out.duration_s = static_cast<double>(*result.capture.duration_ns) / 1e9;
   out.complete = result.capture.complete;
@@ -171,9 +184,11 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
   if (!main) {
     const std::string none = std::string("no ") + (summary.known > 0 ? "new " : "") + "findings in " +
                              Count(capture.ethercat_frames, "EtherCAT frame");
-    const std::string slaves = capture.slaves > 0 ? " of " + Count(capture.slaves, "slave")
+    const std::string slaves = capture.slaves > 0 ? " of " + SlavesText(capture.slaves, capture.slaves_there)
                                                   : "; which slaves are on the bus, they do not show";
-    return {verdict, none + slaves + (capture.complete ? "" : ", as far as the capture was read") + limits};
+    std::string reach = capture.complete ? "" : ", as far as the capture was read";
+    if (MissesPackets(capture)) reach += ", but the capture misses packets";
+    return {verdict, none + slaves + reach + limits};
   }
   const FindingDigest& root = capture.findings[main->root];
   const FindingDigest* worst = &capture.findings[main->worst];

@@ -72,9 +72,10 @@ struct CaptureDigest {
   std::string unreadable;
   std::uint64_t packets = 0;
   std::uint64_t ethercat_frames = 0;
-  bool without_ethercat = false;  ///< nothing to check
-  std::uint64_t slaves = 0;       ///< that the report tells of
-  std::string first_time;         ///< ISO 8601 UTC; empty when unknown
+  bool without_ethercat = false;   ///< nothing to check
+  std::uint64_t slaves = 0;        ///< that the report tells of
+  std::uint64_t slaves_there = 0;  ///< as the last broadcast showed; 0: none did
+  std::string first_time;          ///< ISO 8601 UTC; empty when unknown
   std::optional<double> duration_s;
   bool complete = true;            ///< false: damaged, or stopped early
   bool judged = true;              ///< false: there is no verdict
@@ -141,5 +142,8 @@ struct HeadlineParts {
 
 /// The same as one line, with the capture's name: "FAIL a.pcapng: slave 0 (AKD, 0x1001): ... (frame 760)". Printable.
 [[nodiscard]] std::string Headline(const CaptureDigest& capture);
+/// "7 slaves, 6 of them known by broadcasts only".
+/// @param there  as the last broadcast counted; 0: none did
+[[nodiscard]] std::string SlavesText(std::uint64_t told, std::uint64_t there);
 
 }  // namespace ecaudit::report

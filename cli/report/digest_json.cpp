@@ -209,6 +209,9 @@ CaptureDigest ReadCapture(JsonValue json, Fields& fields) {
   }
   const std::vector<JsonValue> slaves = fields.Array(json, "slaves");
   out.slaves = slaves.size();
+  if (const JsonValue bus = json.member("bus"); bus.there() && bus.member("slave_count").there()) {
+    out.slaves_there = fields.NumberOrNull(bus, "slave_count");
+  }
   for (const JsonValue finding : fields.Array(json, "findings")) {
     out.findings.push_back(ReadFinding(finding, slaves, fields));
   }

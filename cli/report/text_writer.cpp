@@ -131,7 +131,7 @@ class CaptureText {
     text_.Line(text_.Styled(verdict.word, verdict.style) + verdict.rest);
     if (style_.quiet || WithoutEtherCat(result_)) return;
     std::string counts = Counts(Summarise(capture_));
-    if (!result_.slaves.empty()) counts += "; " + Count(result_.slaves.size(), "slave");
+    if (!result_.slaves.empty()) counts += "; " + SlavesText(digest.slaves, digest.slaves_there);
     const CaptureSummary& c = result_.capture;
     if (c.duration_ns && c.first.has_time) {
       const bool local = style_.time == TimeMode::kLocal;

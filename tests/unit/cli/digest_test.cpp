@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/result/every_slave.h"
+#include "analyzers/result/misses_packets.h"
 #include "cli/report/digest_json.h"
 #include "cli/report/json_writer.h"
 #include "tests/unit/cli/sample_result.h"
@@ -101,6 +102,14 @@ TEST(Digest, Headlines) {
             "PASS akd.pcapng: error: slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d (frame 760)");
   capture.findings.clear();
   EXPECT_EQ(Headline(capture), "PASS akd.pcapng: no findings in 6,759 EtherCAT frames of 1 slave");
+  capture.slaves_there = 7;
+  EXPECT_EQ(Headline(capture),
+            "PASS akd.pcapng: no findings in 6,759 EtherCAT frames of 7 slaves, 6 of them known by broadcasts only");
+  capture.slaves_there = 0;
+  capture.not_judged.push_back({"frame-lost", {}, std::string(kSaysItMissesPackets) + ": what was there", false});
+  EXPECT_EQ(Headline(capture),
+            "PASS akd.pcapng: no findings in 6,759 EtherCAT frames of 1 slave, but the capture misses packets");
+  capture.not_judged.clear();
   capture.limited = "slave 0: neither its AL state nor its process data are known";
   EXPECT_EQ(Headline(capture),
             "LIMITED akd.pcapng: no findings in 6,759 EtherCAT frames of 1 slave; not judged: slave 0: neither its AL "
