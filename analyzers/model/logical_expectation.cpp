@@ -23,6 +23,13 @@ std::optional<std::uint8_t> ManagerBehind(const track::SlaveState& state, const 
   return std::nullopt;
 }
 
+/// An ESC refuses access to the buffer of a sync manager of the other direction (esc-reference 2.2): nobody counts.
+bool IsRefused(const track::SlaveState& state, std::optional<std::uint8_t> manager, bool write) {
+  if (!manager) return false;
+  const auto settings = state.sync_manager(*manager, Certainty::kInferred);
+  return settings && settings->enabled() && settings->ecat_writes() != write;
+}
+
 LogicalExpectation Compute(const track::Network& network, wire::Command command, std::uint32_t address,
                            std::uint16_t length) {
   LogicalExpectation result;
@@ -43,7 +50,7 @@ LogicalExpectation Compute(const track::Network& network, wire::Command command,
       const esc::BitRange overlap = fmmu.Overlap(address, length);
       if (overlap.empty()) continue;
       const std::optional<std::uint8_t> manager = ManagerBehind(state, fmmu);
-      if (fmmu.reads() && command != wire::Command::LWR) {
+      if (fmmu.reads() && command != wire::Command::LWR && !IsRefused(state, manager, false)) {
         const bool mailbox = manager && state.sync_manager(*manager, Certainty::kInferred)->mailbox();
         share.mailbox_only = mailbox && (share.mailbox_only || !share.inputs);
         if (!mailbox || share.mailbox_only) share.input_manager = manager;
@@ -56,7 +63,7 @@ LogicalExpectation Compute(const track::Network& network, wire::Command command,
           share.input_bytes = static_cast<std::uint16_t>(end - first);
         }
       }
-      if (fmmu.writes() && command != wire::Command::LRD) {
+      if (fmmu.writes() && command != wire::Command::LRD && !IsRefused(state, manager, true)) {
         share.outputs = true;
         share.output_manager = manager;
       }
