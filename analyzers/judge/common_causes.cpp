@@ -102,6 +102,18 @@ bool SameFrame(const Finding& effect, const Finding& cause) {
   return effect.first.number == cause.first.number;
 }
 
+/// Both tell of one object.
+bool SameObject(const Finding& effect, const Finding& cause) {
+  const std::string_view object = TextOf(effect, "object");
+  return !object.empty() && object.substr(0, object.find(':')) == TextOf(cause, "object").substr(0, object.find(':'));
+}
+
+/// Emergencies of ETG.1000.6 for a transition that failed: 0xA000, 0xA001.
+bool SaysTransitionFailed(const RuleContext&, const Finding& effect) {
+  const auto code = NumberOf(effect, "error_code");
+  return code == 0xA000 || code == 0xA001;
+}
+
 /// The drive refused to have the number of entries of that object set to 0.
 bool CountRefused(const Finding& effect, const Finding& cause) {
   return NumberOf(cause, "subindex") == 0 && NumberOf(cause, "index") == NumberOf(effect, "index") &&
@@ -212,6 +224,10 @@ constexpr std::array kLaws{
     Law{"drive-illegal-state-change", "emcy-received", kSoon, IsWarning},
     Law{"fmmu-inactive", "fmmu-mismatch", -1},
     Law{"mailbox-no-response", "mailbox-counter", -1, nullptr, Bus::kNo, SameFrame, true},
+    Law{"mailbox-no-response", "mailbox-not-active", -1, nullptr, Bus::kNo, SameFrame},
+    Law{"foe-error", "mailbox-no-response", -1, nullptr, Bus::kNo, SameFrame},
+    Law{"emcy-received", "al-refused", kSoon, SaysTransitionFailed},
+    Law{"pdo-assign-order", "pdo-assign-state", kLater, nullptr, Bus::kNo, SameObject},
     Law{"sm-process-config", "sdo-abort", kLater, nullptr, Bus::kNo, MappingRefused},
     Law{"al-refused", "sdo-abort", kLater, SaysProcessData, Bus::kNo, MappingRefused},
     Law{"pdo-assign-order", "sdo-abort", kLater, nullptr, Bus::kNo, CountRefused},

@@ -63,7 +63,7 @@ class PdoAssignOrder final : public PdoRule {
                       Hex(write.value, process::IsAssignment(e.index) ? 4 : 8) + " to " + name + " while " +
                       ObjectName(e.index, 0) + ", the number of entries, is " + std::to_string(*count) + " (frame " +
                       std::to_string(object->count.since()) + ")." + OutcomeText(e) +
-                      " Write 0 to subindex 0 first, then the entries, then their number.";
+                      " It has to be 0 then: 0 to subindex 0, then the entries, then their number.";
     finding.evidence.push_back(Text("object", name));
     finding.evidence.push_back(HexNumber("index", e.index));
     finding.evidence.push_back(HexNumber("value", write.value));
