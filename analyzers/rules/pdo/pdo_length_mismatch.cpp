@@ -9,6 +9,7 @@
 #include "analyzers/judge/pdo_rule.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/sync_text.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
@@ -37,8 +38,10 @@ reach the application, and its watchdog takes the slave out of OP; inputs that a
 ## How it is decided
 FMMUs: their bits in one direction against the assigned PDOs (SDO transfers of the capture, ENI file), when the slave
 reaches OP; only where sync manager and PDOs agree, so that the lengths are certain (a sync manager that disagrees is
-sm-process-config). Datagrams: where three cycles in a row leave out a part of what an FMMU maps although the slave is
-in OP; parts that come in several datagrams or frames add up. Mailbox state and other registers do not count.
+sm-process-config). Where the PDOs are not known: FMMUs that reach into a sync manager's buffer but none its last byte.
+Outputs also when the slave refuses OP with 0x001b. Datagrams: where three cycles in a row leave out a part of what an
+FMMU maps although the slave is in OP; parts that come in several datagrams or frames add up. Mailbox state and other
+registers do not count.
 
 ## Example
 samples/captures/pdo-length-mismatch.pcapng
@@ -56,9 +59,17 @@ class PdoLengthMismatch final : public Rule {
   }
 
   void On(const model::AlAnswered& e) {
-    const bool reached = e.outcome != model::AlAnswered::Outcome::kRefused;
-    if (!reached || e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
-    for (const auto direction : {device::PdoDirection::kRx, device::PdoDirection::kTx}) JudgeFmmus(e, direction);
+    if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
+    if (e.outcome == model::AlAnswered::Outcome::kRefused) {
+      constexpr std::uint16_t kWatchdog = 0x001B;  // no outputs come, although they are sent
+      if (e.code != kWatchdog) return;
+      const FindingIndex cause = JudgeFmmus(e, device::PdoDirection::kRx);
+      if (cause != kNoFinding && refused_.size() < FindingStore::kMaxFindings) {
+        refused_.push_back({e.slave, e.frame.number, cause});
+      }
+      return;
+    }
+    for (const auto direction : {device::PdoDirection::kRx, device::PdoDirection::kTx}) (void)JudgeFmmus(e, direction);
   }
 
   void On(const track::LogicalAccess& e) {
@@ -86,6 +97,7 @@ class PdoLengthMismatch final : public Rule {
   }
 
   void Finish() override {
+    for (const Refused& r : refused_) NameCause(context(), "al-refused", r.slave, r.frame, r.cause);
     if (SaidNothingReturned()) return;
     for (const SlaveId slave : unknown_) NotEvaluable(slave, "what PDOs are assigned and mapped is not known");
     if (version_ && mapped_.empty()) NotEvaluable(kNoSlave, "no FMMU was set in the capture");
@@ -180,73 +192,121 @@ class PdoLengthMismatch final : public Rule {
     Report(key, std::move(finding));
   }
 
-  void JudgeFmmus(const model::AlAnswered& e, device::PdoDirection direction) {
+  /// How much of a sync manager's buffer the FMMUs of one direction map.
+  struct Reach {
+    std::uint64_t bits = 0;
+    bool last_byte = false;
+    FrameNo since = 0;
+  };
+
+  static Reach ReachOf(const track::SlaveState& state, const esc::SyncManager& manager,
+                       device::PdoDirection direction) {
+    const std::uint64_t start = std::uint64_t{manager.start} * 8;
+    const std::uint64_t size = std::uint64_t{manager.length} * 8;
+    Reach reach;
+    for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
+      const auto fmmu = state.fmmu(n, Certainty::kInferred);
+      if (!fmmu || !fmmu->active()) continue;
+      if (!(direction == device::PdoDirection::kRx ? fmmu->writes() : fmmu->reads())) continue;
+      const esc::BitRange mapped = fmmu->physical_bits();
+      reach.bits += esc::Intersect(mapped, {start, size}).count;
+      reach.last_byte = reach.last_byte || !esc::Intersect(mapped, {start + size - 8, 8}).empty();
+      reach.since = std::max(reach.since, state.fmmu_since[n]);
+    }
+    return reach;
+  }
+
+  /// @return what it found, for outputs of which the last byte is missing
+  FindingIndex JudgeFmmus(const model::AlAnswered& e, device::PdoDirection direction) {
     const model::ProcessLayout& layout = context().slave(e.slave).process.Layout(direction);
     const bool given = layout.source == model::LayoutSource::kObserved || layout.source == model::LayoutSource::kEni;
     if (!given || !layout.known()) {
       unknown_.insert(e.slave);
-      return;
+      return JudgeBuffers(e, direction);
     }
-    if (layout.signals.empty()) return;
+    if (layout.signals.empty()) return kNoFinding;
     const track::SlaveState& state = context().network().state(e.slave);
     std::set<std::uint8_t> managers;
     for (const model::Signal& signal : layout.signals) managers.insert(signal.sync_manager);
+    FindingIndex found = kNoFinding;
     for (const std::uint8_t number : managers) {
       const auto manager = state.sync_manager(number, Certainty::kInferred);
       if (!manager || !manager->enabled() || manager->length != layout.bytes_of(number)) continue;
-      std::uint64_t bits = 0;
-      FrameNo since = 0;
-      for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
-        const auto fmmu = state.fmmu(n, Certainty::kInferred);
-        if (!fmmu || !fmmu->active()) continue;
-        const bool same_way = direction == device::PdoDirection::kRx ? fmmu->writes() : fmmu->reads();
-        const esc::BitRange buffer{std::uint64_t{manager->start} * 8, std::uint64_t{manager->length} * 8};
-        if (!same_way) continue;
-        bits += esc::Intersect(fmmu->physical_bits(), buffer).count;
-        since = std::max(since, state.fmmu_since[n]);
-      }
       std::uint64_t wanted = 0;
       for (const model::Signal& signal : layout.signals) {
         if (signal.sync_manager == number) wanted += signal.bits;
       }
+      const Reach reach = ReachOf(state, *manager, direction);
       // Without FMMUs the master reads and writes the buffers by their address.
-      if (bits != 0 && bits < wanted) TellFmmu(e, direction, layout, number, bits, wanted, since);
+      if (reach.bits == 0 || reach.bits >= wanted) continue;
+      const FindingIndex index = TellFmmu(e, direction, &layout, number, reach, wanted);
+      if (!reach.last_byte) found = index;
     }
+    return found;
   }
 
-  void TellFmmu(const model::AlAnswered& e, device::PdoDirection direction, const model::ProcessLayout& layout,
-                std::uint8_t manager, std::uint64_t bits, std::uint64_t wanted, FrameNo since) {
-    const std::uint64_t key = std::uint64_t{manager} << 48U | bits << 24U | wanted;
-    if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
+  /// The PDOs are not known; the sync managers are, and hand over what they hold when their last byte is accessed.
+  FindingIndex JudgeBuffers(const model::AlAnswered& e, device::PdoDirection direction) {
+    const track::SlaveState& state = context().network().state(e.slave);
+    FindingIndex found = kNoFinding;
+    for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
+      const auto manager = state.sync_manager(n, Certainty::kInferred);
+      if (!manager || !manager->enabled() || !manager->buffered() || manager->length == 0) continue;
+      if (manager->start < kProcessMemory) continue;
+      if (manager->ecat_writes() != (direction == device::PdoDirection::kRx)) continue;
+      const Reach reach = ReachOf(state, *manager, direction);
+      if (reach.bits == 0 || reach.last_byte) continue;
+      found = TellFmmu(e, direction, nullptr, static_cast<std::uint8_t>(n), reach, std::uint64_t{manager->length} * 8);
+    }
+    return found;
+  }
+
+  /// @param layout  null: the PDOs are not known, `wanted` is the size of the sync manager
+  FindingIndex TellFmmu(const model::AlAnswered& e, device::PdoDirection direction, const model::ProcessLayout* layout,
+                        std::uint8_t manager, const Reach& reach, std::uint64_t wanted) {
+    const std::uint64_t key = std::uint64_t{manager} << 48U | reach.bits << 24U | wanted;
+    if (const FindingIndex index = Repeat(e.slave, key, e.frame); index != kNoFinding) return index;
     std::string pdos;
-    for (const std::uint16_t pdo : layout.pdos) pdos += (pdos.empty() ? "" : ", ") + ObjectName(pdo);
+    if (layout != nullptr) {
+      for (const std::uint16_t pdo : layout->pdos) pdos += ObjectName(pdo) + ", ";
+    }
     const std::string what = direction == device::PdoDirection::kRx ? "outputs" : "inputs";
     const auto text = [](std::uint64_t n) { return n % 8 == 0 ? Count(n / 8, "byte") : Count(n, "bit"); };
+    const bool refused = e.outcome == model::AlAnswered::Outcome::kRefused;
     Finding finding;
     finding.slave = e.slave;
     finding.first = e.frame;
-    finding.title = "FMMUs map " + text(bits) + " of the " + what + ", the PDOs have " + text(wanted);
-    finding.message = "The slave reached OP in frame " + std::to_string(e.frame.number) + " with " + text(wanted) +
-                      " of " + what + " (" + pdos + ", sync manager " + std::to_string(manager) +
-                      "), but its FMMUs, set up to frame " + std::to_string(since) + ", map only " + text(bits) +
-                      " of them. " +
+    finding.title = "FMMUs map " + text(reach.bits) + " of the " + what + ", the " +
+                    (layout != nullptr ? "PDOs have " : "sync manager has ") + text(wanted);
+    finding.message = std::string("The slave ") + (refused ? "refused" : "reached") + " OP in frame " +
+                      std::to_string(e.frame.number) + " with " + text(wanted) + " of " + what + " (" + pdos +
+                      "sync manager " + std::to_string(manager) + "), but its FMMUs, set up to frame " +
+                      std::to_string(reach.since) + ", map only " + text(reach.bits) + " of them. " +
                       (direction == device::PdoDirection::kRx
                            ? "The sync manager hands outputs over when their last byte is written. "
                            : "The rest of the inputs never reaches the master. ") +
                       "Give the FMMU the length of the sync manager.";
-    finding.evidence.push_back(Number("mapped_bits", static_cast<std::int64_t>(bits)));
-    finding.evidence.push_back(Number("pdo_bits", static_cast<std::int64_t>(wanted)));
+    finding.evidence.push_back(Number("mapped_bits", static_cast<std::int64_t>(reach.bits)));
+    finding.evidence.push_back(
+        Number(layout != nullptr ? "pdo_bits" : "sync_manager_bits", static_cast<std::int64_t>(wanted)));
     finding.evidence.push_back(Number("sync_manager", manager));
-    AddRelated(finding, since);
-    AddRelated(finding, layout.since);
-    if (layout.assumed) finding.confidence = Confidence::kInferred;
-    Report(key, std::move(finding));
+    AddRelated(finding, reach.since);
+    if (layout != nullptr) AddRelated(finding, layout->since);
+    if (layout != nullptr && layout->assumed) finding.confidence = Confidence::kInferred;
+    return Report(key, std::move(finding));
   }
+
+  struct Refused {
+    SlaveId slave = kNoSlave;
+    FrameNo frame = 0;
+    FindingIndex cause = kNoFinding;
+  };
 
   std::optional<std::uint64_t> version_;
   std::vector<Mapped> mapped_;
   std::array<Cached, 16> cache_;
   std::set<SlaveId> unknown_;
+  std::vector<Refused> refused_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<PdoLengthMismatch>};
