@@ -49,7 +49,9 @@ void AddOtherStates(esc::AlState wanted, const AnalysisResult& result, std::vect
       unknown.insert(slave.position);
       continue;
     }
-    const esc::AlWord status{*slave.al_status};
+    esc::AlWord status{*slave.al_status};
+    // A slave without a processor shows the acknowledge bit as its master wrote it: no error, and no other state.
+    if (slave.al_echo) status = esc::AlWord{status.state()};
     if (status.state() == static_cast<std::uint8_t>(wanted) && !status.bit4()) continue;
     auto at = others.begin();
     while (at != others.end() && at->first != status.raw) ++at;

@@ -78,6 +78,17 @@ TEST(Requirements, OtherStatesAreNamed) {
   EXPECT_EQ(Missing("state=OP", result).back(), "state=OP: the AL state of slave 0 is not in the capture");
 }
 
+TEST(Requirements, AnEchoedAcknowledgeIsNoError) {
+  AnalysisResult result = TwoInOp();
+  result.slaves[1].al_status = 0x18;
+  EXPECT_EQ(Missing("state=OP", result), Texts{"state=OP: slave 1 is in OP+ERR at the end"});
+  result.slaves[1].al_echo = true;
+  EXPECT_EQ(Missing("state=OP", result), Texts{});
+  // It is in the state it shows, and in no other.
+  result.slaves[1].al_status = 0x14;
+  EXPECT_EQ(Missing("state=OP", result), Texts{"state=OP: slave 1 is in SAFEOP at the end"});
+}
+
 TEST(Requirements, TheLastBroadcastCounts) {
   AnalysisResult result = TwoInOp();
   EXPECT_EQ(Missing("slaves=3", result), Texts{"slaves=3: the capture shows 2 slaves"});
