@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "analyzers/collect/startup_outcomes.h"
 #include "analyzers/compare/startup_registers.h"
 #include "analyzers/words/al_text.h"
 #include "analyzers/words/drive_text.h"
@@ -77,8 +78,9 @@ bool IsEarly(StartupPhase phase) {
 StartupRecorder::StartupRecorder(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus)
     : model_(model), room_(pipeline, kAtOnce, kBytesAStep) {
   bus.ListenTo<track::AlRequest, track::AlStatusRead, track::AlPoll, track::Answered, track::CycleAtRest,
-               mailbox::SdoTransfer, model::AlAnswered, model::AlErrorCode, model::DriveCommanded,
-               model::DriveStateChanged>(Stage::kBeforeModel, *this);
+               mailbox::SdoTransfer, mailbox::MailboxUnanswered, model::AlAnswered, model::AlErrorCode,
+               model::AlOverdue, model::AlGivenUp, model::DriveCommanded, model::DriveStateChanged>(Stage::kBeforeModel,
+                                                                                                    *this);
   // The EEPROM's words and the registers as the access left them.
   bus.ListenTo<track::EepromRead, track::EepromWrite, track::SlaveAccess>(Stage::kAfterModel, *this);
 }
@@ -182,11 +184,12 @@ void StartupRecorder::On(const track::AlRequest& request) {
   std::uint8_t state = story.state;
   for (auto step = story.record.steps.rbegin(); step != story.record.steps.rend(); ++step) {
     if (step->key.kind != StartupKey::Kind::kRequest) continue;
-    const bool pending = step->outcome == StartupOutcome::kUnknown;
+    const bool pending = IsOpen(step->outcome);
     if (step->key.address != wanted || (!pending && wanted != kInit)) {
       // A master that does not look takes it that the state was reached.
       const FrameNo looked = model_.network().state(request.slave).al_status.since();
-      if (pending && looked < step->last.number) state = static_cast<std::uint8_t>(step->key.address);
+      if (step->outcome == StartupOutcome::kUnknown && looked < step->last.number)
+        state = static_cast<std::uint8_t>(step->key.address);
       break;
     }
     // A master that writes its request until the state follows makes one step.
@@ -239,7 +242,7 @@ void StartupRecorder::On(const track::AlStatusRead& read) {
   }
   for (auto step = story.record.steps.rbegin(); step != story.record.steps.rend(); ++step) {
     if (step->key.kind != StartupKey::Kind::kRequest) continue;
-    if (step->key.address != state || step->outcome != StartupOutcome::kUnknown) break;
+    if (step->key.address != state || !IsOpen(step->outcome)) break;
     step->outcome = StartupOutcome::kDone;
     step->last = read.frame;
     Phase& phase = story.record.phases[At(step->phase)];
@@ -275,6 +278,21 @@ void StartupRecorder::On(const model::AlAnswered& event) {
     phase.reached = 0;
     break;
   }
+}
+
+void StartupRecorder::NotFollowed(Story& story, std::uint8_t wanted, const FrameRef& last_look) {
+  if (story.in_operation) return;
+  TellNotFollowed(story.record.steps, wanted, last_look);
+  // That it was given up may show by the request that begins another attempt.
+  if (story.best) TellNotFollowed(story.best->steps, wanted, last_look);
+}
+
+void StartupRecorder::On(const model::AlOverdue& event) {
+  NotFollowed(Get(event.slave), event.request.control.state(), event.frame);
+}
+
+void StartupRecorder::On(const model::AlGivenUp& event) {
+  NotFollowed(Get(event.slave), event.request.control.state(), event.frame);
 }
 
 void StartupRecorder::On(const model::AlErrorCode& event) {
@@ -435,6 +453,12 @@ void StartupRecorder::On(const track::EepromWrite& event) {
   Add(story.record, std::move(step), event.word ? ByteSpan(bytes) : ByteSpan());
 }
 
+void StartupRecorder::On(const mailbox::MailboxUnanswered& event) {
+  Story& story = Get(event.slave);
+  story.unanswered = event;
+  TellUnanswered(story.record.steps, event);
+}
+
 void StartupRecorder::On(const mailbox::SdoTransfer& transfer) {
   Story& story = Get(transfer.slave);
   if (!transfer.has_object || transfer.service == mailbox::SdoService::kUnknown) return;
@@ -481,7 +505,8 @@ void StartupRecorder::On(const mailbox::SdoTransfer& transfer) {
   // A master that reads an object until it has a certain value makes one step, and one that tries a download again.
   bool newest = true;
   for (auto known = story.record.steps.rbegin(); known != story.record.steps.rend(); ++known) {
-    if (known->key == step.key && known->phase == step.phase && known->outcome == step.outcome &&
+    const bool alike = known->outcome == step.outcome || (IsOpen(known->outcome) && IsOpen(step.outcome));
+    if (known->key == step.key && known->phase == step.phase && alike &&
         (upload ||
          (newest && known->size == transfer.data.size() && SameValue(step.key, known->data, transfer.data)))) {
       ++known->count;
@@ -493,6 +518,8 @@ void StartupRecorder::On(const mailbox::SdoTransfer& transfer) {
     if (known->phase != step.phase && upload) break;
   }
   Add(story.record, std::move(step), transfer.data);
+  // Which of the two is told first does not matter.
+  if (story.unanswered.request.frame.number >= frame.number) TellUnanswered(story.record.steps, story.unanswered);
 }
 
 void StartupRecorder::On(const model::DriveCommanded& event) {
@@ -502,6 +529,7 @@ void StartupRecorder::On(const model::DriveCommanded& event) {
   // Outputs that are still 0 command nothing.
   if (!story.drive_commanded && bits == 0) return;
   story.drive_commanded = true;
+  if (event.state) story.drive_shows = event.state;
   StartupStep step;
   step.key.kind = StartupKey::Kind::kDrive;
   step.key.address = bits;
@@ -511,6 +539,9 @@ void StartupRecorder::On(const model::DriveCommanded& event) {
   step.name = drive ? CommandName(*drive, event.path, event.before, event.word) : "control word";
   step.text = "control word " + Hex(event.word);
   Extend(story.record, step.phase, event.frame, event.frame);
+  if (Enables(step.key) && event.state != device::DriveState::kOperationEnabled) {
+    step.outcome = StartupOutcome::kUnknown;
+  }
   if (!story.record.steps.empty() && story.record.steps.back().key == step.key) {
     ++story.record.steps.back().count;
     return;
@@ -522,7 +553,11 @@ void StartupRecorder::On(const model::DriveStateChanged& event) {
   Story& story = Get(event.slave);
   if (story.enabled || !story.drive_commanded) return;
   Extend(story.record, StartupPhase::kDriveEnable, event.frame, event.frame);
+  story.drive_shows = event.to;
   if (event.to != device::DriveState::kOperationEnabled) return;
+  for (StartupStep& step : story.record.steps) {
+    if (Enables(step.key) && step.outcome == StartupOutcome::kUnknown) step.outcome = StartupOutcome::kDone;
+  }
   story.record.phases[At(StartupPhase::kDriveEnable)].enabled = true;
   if (story.in_operation) story.enabled = true;
 }
@@ -536,6 +571,9 @@ void StartupRecorder::Describe(StartupStep& step, SlaveId slave) const {
     step.read_text = StepValue(step.key, step.read_back, model);
   }
   if (sdo && step.outcome == StartupOutcome::kUnknown) step.note = "no answer in the capture";
+  // That of a drive says what it shows.
+  if (step.key.kind == StartupKey::Kind::kDrive) return;
+  if (step.outcome == StartupOutcome::kUnanswered) step.note = sdo ? "not answered" : "not followed";
   if (step.outcome != StartupOutcome::kRefused) return;
   if (sdo) {
     step.note = step.code == 0 ? "refused by a mailbox error" : "aborted with " + Hex(step.code, 8);
@@ -590,9 +628,16 @@ StartupSummary StartupRecorder::Finish(Record& record, SlaveId slave) const {
   return summary;
 }
 
-StartupSummary StartupRecorder::SummariseSlave(SlaveId slave) {
+StartupSummary StartupRecorder::SummariseSlave(SlaveId slave, const FrameRef& capture_end) {
   if (slave >= stories_.size()) return {};
   Story& story = stories_[slave];
+  if (slave < model_.size()) {
+    const model::AlMachine& al = model_.slave(slave).al;
+    if (al.waits_for() != nullptr && StoppedLooking(al.wait(), capture_end)) {
+      NotFollowed(story, al.waits_for()->control.state(), al.wait().last_poll);
+    }
+  }
+  if (!story.left_operation && story.drive_shows) TellDrive(story.record.steps, *story.drive_shows, capture_end);
   const bool earlier = story.best && story.best->highest >= story.record.highest;
   StartupSummary summary = Finish(earlier ? *story.best : story.record, slave);
   summary.first_state = story.first_state;
@@ -604,7 +649,7 @@ StartupSummary StartupRecorder::SummariseSlave(SlaveId slave) {
 
 void StartupRecorder::Summarise(AnalysisResult& result) {
   result.bus.startup = SummariseBus();
-  for (SlaveSummary& slave : result.slaves) slave.startup = SummariseSlave(slave.id);
+  for (SlaveSummary& slave : result.slaves) slave.startup = SummariseSlave(slave.id, result.capture.last);
 }
 
 StartupSummary StartupRecorder::SummariseBus() {

@@ -52,6 +52,9 @@ class StartupRecorder final : public Collector {
   void On(const mailbox::SdoTransfer& transfer);
   void On(const model::AlAnswered& event);
   void On(const model::AlErrorCode& event);
+  void On(const model::AlOverdue& event);
+  void On(const model::AlGivenUp& event);
+  void On(const mailbox::MailboxUnanswered& event);
   void On(const model::DriveCommanded& event);
   void On(const model::DriveStateChanged& event);
   void On(const track::SlaveAccess& access);
@@ -96,11 +99,14 @@ class StartupRecorder final : public Collector {
     bool enabled = false;       ///< and the drive is enabled, or OP was left
     bool left_operation = false;
     bool drive_commanded = false;
+    std::optional<device::DriveState> drive_shows;
+    mailbox::MailboxUnanswered unanswered;  ///< the last request to the mailbox that got no answer
     std::uint64_t again = 0;
     FrameRef again_frame;
   };
 
-  [[nodiscard]] StartupSummary SummariseSlave(SlaveId slave);
+  [[nodiscard]] StartupSummary SummariseSlave(SlaveId slave, const FrameRef& capture_end);
+  static void NotFollowed(Story& story, std::uint8_t wanted, const FrameRef& last_look);
   /// What was sent to all slaves at once.
   [[nodiscard]] StartupSummary SummariseBus();
   Story& Get(SlaveId slave);

@@ -100,6 +100,21 @@ bool IsWithoutOrder(const StartupKey& key) {
   return kReceiveTimes.holds(address) || kSystemTime.holds(address);
 }
 
+bool IsMapping(const StartupKey& key) {
+  if (key.kind == StartupKey::Kind::kWrite) return key.address >= 0x0600 && key.address < 0x0900;
+  if (key.kind != StartupKey::Kind::kDownload) return false;
+  const bool assignment = key.address >= 0x1C00 && key.address < 0x1C40;
+  return assignment || (key.address >= 0x1600 && key.address < 0x1800) ||
+         (key.address >= 0x1A00 && key.address < 0x1C00);
+}
+
+bool LogicalStartOnly(const StartupKey& key, ByteSpan a, ByteSpan b) {
+  if (key.kind != StartupKey::Kind::kWrite || key.address < 0x0600 || key.address >= 0x0700) return false;
+  constexpr std::size_t kLogicalStart = 4;
+  return a.size() == b.size() && a.size() > kLogicalStart &&
+         std::equal(a.begin() + kLogicalStart, a.end(), b.begin() + kLogicalStart);
+}
+
 bool SameValue(const StartupKey& key, ByteSpan a, ByteSpan b) {
   if (a.size() != b.size()) return false;
   const auto address = static_cast<EscAddress>(key.address);

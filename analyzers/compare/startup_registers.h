@@ -52,6 +52,17 @@ void CutIntoUnits(EscAddress address, ByteSpan data, Visit&& visit) {
   if (zero || (!cut(0x0800, 0x0880, 8) && !cut(0x0600, 0x0700, 16))) visit(address, data);
 }
 
+/// A command that enables a drive: bits 0 to 3, and not bit 7, which resets faults. Source: CIA402, control word.
+[[nodiscard]] constexpr bool Enables(const StartupKey& key) {
+  return key.kind == StartupKey::Kind::kDrive && (key.address & 0x008FU) == 0x000FU;
+}
+
+/// Steps that say what is exchanged, and where it lies: sync managers, FMMUs, PDOs.
+[[nodiscard]] bool IsMapping(const StartupKey& key);
+
+/// An FMMU that maps the same bytes of the slave to another logical address: the bus has another layout.
+[[nodiscard]] bool LogicalStartOnly(const StartupKey& key, ByteSpan a, ByteSpan b);
+
 /// Same value by what the master configures: what only the ESC sets (status bytes of a sync manager) does not count.
 [[nodiscard]] bool SameValue(const StartupKey& key, ByteSpan a, ByteSpan b);
 

@@ -119,6 +119,12 @@ class AlMachine {
   [[nodiscard]] const AlRequestRecord* waits_for() const {
     return open_ && !overdue_reported_ && polls_ > 0 ? &*open_ : nullptr;
   }
+  /// How the master looks for what it waits_for().
+  struct Wait {
+    std::uint64_t polls = 0;    ///< reads of AL Status
+    FrameRef since, last_poll;  ///< from the request to the last of them
+  };
+  [[nodiscard]] Wait wait() const { return {polls_, waiting_since_, last_poll_}; }
   [[nodiscard]] std::uint64_t requests() const { return requests_; }  ///< taken by the slave
   /// Frame of the last request that the slave took since the last restart; 0: none.
   [[nodiscard]] FrameNo last_request() const { return control_ ? control_since_ : 0; }

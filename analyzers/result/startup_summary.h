@@ -78,9 +78,10 @@ struct StartupKey {
 };
 
 enum class StartupOutcome : std::uint8_t {
-  kDone,
-  kRefused,  ///< register: no slave took it; request: the slave answered with the error bit; SDO: aborted
-  kUnknown,  ///< the answer is not in the capture
+  kDone,        ///< a command to enable a drive: it shows Operation enabled
+  kRefused,     ///< register: no slave took it; request: answered with the error bit; SDO: aborted; drive: in Fault
+  kUnanswered,  ///< the master waited for the state or the answer and gave up: the capture shows that none came
+  kUnknown,     ///< what came of it is not in the capture
 };
 
 /// One thing the master did to configure a slave. Immediate repetitions are one step.
@@ -105,7 +106,8 @@ struct StartupStep {
   std::string name;       ///< "SM2", "1C12h:0 RxPDO assign", "SAFEOP requested", "Enable operation"
   std::string text;       ///< the value: "0x1100 6 bytes, buffered, ...", "7 (0x07)"; empty when there is none
   std::string read_text;  ///< read_back likewise; empty when not read or as written
-  std::string note;       ///< what went wrong: "aborted 0x06010002 ...", "refused with 0x001d ..."; else empty
+  std::string
+      note;  ///< what went wrong: "aborted 0x06010002 ...", "refused with 0x001d ...", "not answered"; else empty
 };
 
 struct StartupPhaseSummary {

@@ -17,6 +17,8 @@ std::string_view OutcomeText(StartupOutcome outcome) {
       return "done";
     case StartupOutcome::kRefused:
       return "refused";
+    case StartupOutcome::kUnanswered:
+      return "unanswered";
     case StartupOutcome::kUnknown:
       break;
   }

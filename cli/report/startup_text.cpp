@@ -115,7 +115,8 @@ class CaptureStartup {
   void Steps(const StartupSummary& startup, std::optional<StartupPhase> phase) {
     for (const StartupStep& step : startup.steps) {
       if (phase && step.phase != *phase) continue;
-      const bool marked = step.outcome == StartupOutcome::kRefused && !step.broadcast;
+      const bool failed = step.outcome == StartupOutcome::kRefused || step.outcome == StartupOutcome::kUnanswered;
+      const bool marked = failed && !step.broadcast;
       std::string line = Padded(FrameText(step.frame), kFrameColumn) + StepLine(step);
       if (marked && line.size() + kStepIndent < text_.width()) {
         std::replace(line.begin(), line.end(), kHardSpace, ' ');

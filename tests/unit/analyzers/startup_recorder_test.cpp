@@ -108,6 +108,29 @@ TEST(StartupRecorder, ARefusalIsMarkedWithItsCode) {
   EXPECT_FALSE(startup.ended);
 }
 
+std::string Polls(int state, int times) {
+  return "+1ms FPRD 0x1001:0x0130 0" + std::to_string(state) + " 00 times=" + std::to_string(times) + "\n";
+}
+
+TEST(StartupRecorder, ARequestThatTheMasterGivesUpIsNotFollowed) {
+  const std::string waits = kAddress + State(2) + "+1ms FPWR 0x1001:0x0120 04 00\n" + Polls(2, 1) +
+                            "+100ms FPRD 0x1001:0x0130 02 00\n+100ms FPRD 0x1001:0x0130 02 00\n" +
+                            "+100ms FPRD 0x1001:0x0130 02 00\n";
+  // The capture ends while it looks.
+  EXPECT_EQ(StartupOf(waits).steps.back().outcome, StartupOutcome::kUnknown);
+  EXPECT_EQ(StartupOf(waits + "+300ms FPRD 0x1001:0x0110 00 00\n").steps.back().outcome, StartupOutcome::kUnknown);
+  // It looks no more.
+  const StartupSummary left = StartupOf(waits + "+2s FPRD 0x1001:0x0110 00 00\n");
+  EXPECT_EQ(left.steps.back().outcome, StartupOutcome::kUnanswered);
+  EXPECT_EQ(left.steps.back().note, "not followed");
+  // It goes back.
+  const StartupSummary back = StartupOf(waits + "+1ms FPWR 0x1001:0x0120 02 00\n");
+  ASSERT_GE(back.steps.size(), 3U);
+  EXPECT_EQ(back.steps[2].outcome, StartupOutcome::kUnanswered);
+  // The state comes late.
+  EXPECT_EQ(StartupOf(waits + "+5s FPRD 0x1001:0x0130 04 00\n").steps.back().outcome, StartupOutcome::kDone);
+}
+
 TEST(StartupRecorder, APhaseBeginsInItsState) {
   // OP requested in INIT belongs to what leads out of INIT; from SAFEOP to OP is what happens in SAFEOP.
   const StartupSummary startup =
