@@ -35,6 +35,8 @@ constexpr std::string_view kExpectationSchema = "ecaudit.expectation/1";
 constexpr std::size_t kMaxSteps = 5000;
 constexpr std::size_t kMaxSlaves = 4096;
 constexpr double kLongestMs = 1e9;
+/// The only outcome that can be expected.
+constexpr std::string_view kDone = "done";
 
 std::string At(const std::string& where, std::string_view key) {
   return where.empty() ? std::string(key) : where + "." + std::string(key);
@@ -178,7 +180,7 @@ class Reader {
     ExpectedStep step;
     if (!Keys(object, where,
               {"comment", "phase", "write", "eeprom", "request", "download", "upload", "drive", "complete_access",
-               "name", "value", "text"})) {
+               "name", "value", "text", "outcome"})) {
       return step;
     }
     std::size_t kinds = 0;
@@ -192,6 +194,10 @@ class Reader {
     if (const std::string_view* name = object.member("name").text()) step.name = Printable(*name);
     Value(object, where, step);
     Key(object, where, step);
+    if (const JsonValue outcome = Find(object, "outcome"); outcome.there()) {
+      step.succeeds = outcome.is_text(kDone);
+      if (!step.succeeds) Fail(At(where, "outcome"), "must be \"done\", or null for any");
+    }
     const bool sdo = step.key.kind == StartupKey::Kind::kDownload || step.key.kind == StartupKey::Kind::kUpload;
     if (!error_ && sdo && object.member("complete_access").there()) Complete(object, where, step);
     step.phase = PhaseOf(step, state);
@@ -347,8 +353,7 @@ void PutValue(JsonObject& out, const ExpectedStep& step) {
   if (!step.text.empty() && step.text != written) out.Put("text", Printable(step.text));
 }
 
-void PutStep(JsonObject& out, const ExpectedStep& step) {
-  out.Put("phase", Name(step.phase));
+void PutKeyAndValue(JsonObject& out, const ExpectedStep& step) {
   const StartupKey& key = step.key;
   switch (key.kind) {
     case StartupKey::Kind::kWrite:
@@ -376,6 +381,12 @@ void PutStep(JsonObject& out, const ExpectedStep& step) {
   }
   out.Put("name", Printable(step.name));
   PutValue(out, step);
+}
+
+void PutStep(JsonObject& out, const ExpectedStep& step) {
+  out.Put("phase", Name(step.phase));
+  PutKeyAndValue(out, step);
+  if (step.succeeds) out.Put("outcome", kDone);
 }
 
 void PutPhase(JsonObject& out, const StartupPhaseSummary& phase) {
@@ -436,7 +447,7 @@ std::string WriteExpectation(const AnalysisResult& result) {
   std::string out = "{\n  \"schema\": " + QuotedName(kExpectationSchema) + ",\n";
   out +=
       "  \"comment\": \"name, text and took_ms are for people. A value of null fits any; limit_ms null is no limit. "
-      "strict: steps that are not listed are wrong.\",\n";
+      "outcome: without it the slave need not follow. strict: steps that are not listed are wrong.\",\n";
   out += "  \"tool\": " + QuotedName("ecaudit " + std::string(Version())) + ",\n";
   out += "  \"saved_from\": " +
          QuotedName(Printable(std::filesystem::path(result.capture.file.path).filename().string())) + ",\n";

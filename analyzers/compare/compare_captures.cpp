@@ -9,6 +9,8 @@
 
 #include "analyzers/compare/comparison.h"
 #include "analyzers/compare/extra_steps.h"
+#include "analyzers/compare/slave_matches.h"
+#include "analyzers/compare/startup_registers.h"
 #include "analyzers/words/step_text.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/al.h"
@@ -130,23 +132,6 @@ bool SameMapping(const PdoSummary& a, const PdoSummary& b) {
          std::equal(a.objects.begin(), a.objects.end(), b.objects.begin(), b.objects.end(), same);
 }
 
-/// An FMMU that maps the same bytes of the slave to another logical address: the bus has another layout.
-bool LogicalStartOnly(const StartupStep& a, const StartupStep& b) {
-  if (a.key.kind != StartupKey::Kind::kWrite || a.key.address < 0x0600 || a.key.address >= 0x0700) return false;
-  constexpr std::size_t kLogicalStart = 4;
-  return a.data.size() == b.data.size() && a.data.size() > kLogicalStart &&
-         std::equal(a.data.begin() + kLogicalStart, a.data.end(), b.data.begin() + kLogicalStart);
-}
-
-/// Steps that say what is exchanged, and where it lies.
-bool IsMapping(const StartupKey& key) {
-  if (key.kind == StartupKey::Kind::kWrite) return key.address >= 0x0600 && key.address < 0x0900;
-  if (key.kind != StartupKey::Kind::kDownload) return false;
-  const bool assignment = key.address >= 0x1C00 && key.address < 0x1C40;
-  return assignment || (key.address >= 0x1600 && key.address < 0x1800) ||
-         (key.address >= 0x1A00 && key.address < 0x1C00);
-}
-
 bool IsClock(const StartupKey& key) {
   return key.kind == StartupKey::Kind::kWrite && key.address >= 0x0900 && key.address < 0x0A00;
 }
@@ -170,6 +155,10 @@ std::string LayoutText(const BusSummary& bus) {
 std::string SmText(const SyncManagerSummary& manager) {
   return Hex(manager.start) + " " + Count(manager.length, "byte") + ", control " + Hex(manager.control, 2) +
          (manager.enabled ? ", enabled" : ", disabled");
+}
+
+std::string PlaceText(const SlaveSummary& slave) {
+  return "slave " + std::to_string(slave.position);
 }
 
 /// Whether the capture shows that no slave is at this position but those it holds.
@@ -269,9 +258,12 @@ class Builder {
     std::vector<bool> used(b_.slaves.size(), false);
     for (std::size_t i = 0; i < matches.size(); ++i) {
       SlavePair pair{&a_.slaves[i], nullptr};
-      if (matches[i]) {
-        pair.b = &b_.slaves[*matches[i]];
-        used[*matches[i]] = true;
+      if (matches[i].place) {
+        pair.b = &b_.slaves[*matches[i].place];
+        used[*matches[i].place] = true;
+      }
+      if (matches[i].moved) {
+        Add(Area::kBus, kRankBus, out_.pairs.size(), "place on the bus", PlaceText(*pair.a), PlaceText(*pair.b));
       }
       out_.pairs.push_back(pair);
     }
@@ -400,7 +392,7 @@ class Builder {
     const SlaveSummary* slave_a = p ? out_.pairs[*p].a : nullptr;
     const SlaveSummary* slave_b = p ? out_.pairs[*p].b : nullptr;
     if (IsSuspect(a_, slave_a, frame_a) || IsSuspect(b_, slave_b, frame_b)) return kRankSuspect;
-    if (IsMapping(key) && phase > StartupPhase::kEeprom) return kRankMapping;
+    if (startup::IsMapping(key) && phase > StartupPhase::kEeprom) return kRankMapping;
     if (IsClock(key)) return kRankFrames;
     return phase <= StartupPhase::kEeprom ? kRankEarly : kRankStep;
   }
@@ -437,9 +429,14 @@ class Builder {
       case Deviation::Kind::kOrder:
         OtherPlace(compared, deviation);
         break;
+      // What came of the steps Outcomes() tells.
+      case Deviation::Kind::kFailed:
+      case Deviation::Kind::kNotShown:
       case Deviation::Kind::kSlow:
       case Deviation::Kind::kSlaveMissing:
       case Deviation::Kind::kSlaveUnexpected:
+      case Deviation::Kind::kSlaveMoved:
+      case Deviation::Kind::kRevision:
         break;
     }
   }
@@ -453,7 +450,7 @@ class Builder {
                         part_a.empty() ? WithNote(in_a) : part_a, part_b.empty() ? WithNote(in_b) : part_b);
     d.frame_a = in_a.frame.number;
     d.frame_b = in_b.frame.number;
-    if (LogicalStartOnly(in_a, in_b)) {
+    if (startup::LogicalStartOnly(in_b.key, in_a.data, in_b.data)) {
       d.counts = false;
       d.rank = kRankTiming;
     }
@@ -528,7 +525,7 @@ class Builder {
       }
       Difference& d = AddStep(p, side, {step, step, again.other}, startup::StepNoun(step.key, step.name),
                               std::move(here), part_there.empty() ? WithNote(*again.other) : part_there);
-      if (LogicalStartOnly(step, *again.other)) {
+      if (startup::LogicalStartOnly(step.key, step.data, again.other->data)) {
         d.counts = false;
         d.rank = kRankTiming;
       }

@@ -1,10 +1,16 @@
 #include "analyzers/compare/comparison.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
+#include "analyzers/compare/longest_common.h"
+#include "analyzers/compare/slave_matches.h"
 #include "analyzers/compare/startup_registers.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/words/step_text.h"
 #include "decoder/base/text.h"
+#include "decoder/base/time.h"
 #include "decoder/esc/al.h"
 
 namespace ecaudit::startup {
@@ -25,44 +31,13 @@ bool IsRequest(const StartupKey& key) {
   return key.kind == StartupKey::Kind::kRequest;
 }
 
-/// Pairs of places, ascending on both sides, as many as possible.
-/// @param same  (place on the left, place on the right)
-template <typename Same>
-std::vector<std::pair<std::size_t, std::size_t>> LongestCommon(std::size_t left, std::size_t right, Same&& same) {
-  // What both begin or end with needs no table.
-  std::vector<std::pair<std::size_t, std::size_t>> pairs;
-  std::size_t begin = 0;
-  while (begin < left && begin < right && same(begin, begin)) {
-    pairs.emplace_back(begin, begin);
-    ++begin;
-  }
-  std::size_t tail = 0;
-  while (begin + tail < left && begin + tail < right && same(left - 1 - tail, right - 1 - tail)) ++tail;
-  const std::size_t rows = left - begin - tail;
-  const std::size_t columns = right - begin - tail;
-  std::vector<std::uint16_t> table((rows + 1) * (columns + 1), 0);
-  const auto at = [&](std::size_t row, std::size_t column) -> std::uint16_t& {
-    return table[row * (columns + 1) + column];
-  };
-  for (std::size_t below = rows; below > 0; --below) {
-    const std::size_t row = below - 1;
-    for (std::size_t behind = columns; behind > 0; --behind) {
-      const std::size_t column = behind - 1;
-      at(row, column) = same(begin + row, begin + column) ? static_cast<std::uint16_t>(at(row + 1, column + 1) + 1)
-                                                          : std::max(at(row + 1, column), at(row, column + 1));
-    }
-  }
-  for (std::size_t row = 0, column = 0; row < rows && column < columns;) {
-    if (same(begin + row, begin + column) && at(row, column) == at(row + 1, column + 1) + 1) {
-      pairs.emplace_back(begin + row++, begin + column++);
-    } else if (at(row + 1, column) >= at(row, column + 1)) {
-      ++row;
-    } else {
-      ++column;
-    }
-  }
-  for (std::size_t i = tail; i > 0; --i) pairs.emplace_back(left - i, right - i);
-  return pairs;
+bool IsDrive(const StartupKey& key) {
+  return key.kind == StartupKey::Kind::kDrive;
+}
+
+bool Failed(const ExpectedStep& expected, const StartupStep& actual) {
+  return expected.succeeds &&
+         (actual.outcome == StartupOutcome::kRefused || actual.outcome == StartupOutcome::kUnanswered);
 }
 
 /// Compares one chain.
@@ -77,19 +52,26 @@ class ChainComparison {
 
   void Run(bool strict, std::vector<Deviation>& out) {
     for (const auto& [e, a] : LongestCommon(expected_.size(), actual_.size(), [&](std::size_t e, std::size_t a) {
-           return expected_[e]->key == actual_[a]->key && HasValue(*expected_[e], *actual_[a]);
+           return Same(e, a) && !Failed(*expected_[e], *actual_[a]);
          })) {
-      actual_of_[e] = a;
-      expected_of_[a] = e;
+      Pair(e, a);
     }
     aligned_ = actual_of_;
+    PairFailed(true);
     PairMoved(out);
+    PairFailed(false);
+    TellFailed(out);
+    TellNotShown(out);
     PairChanged(out);
     Missing(out);
     if (strict) Unexpected(out);
   }
 
  private:
+  [[nodiscard]] bool Same(std::size_t e, std::size_t a) const {
+    return expected_[e]->key == actual_[a]->key && HasValue(*expected_[e], *actual_[a]);
+  }
+
   void Pair(std::size_t e, std::size_t a) {
     actual_of_[e] = a;
     expected_of_[a] = e;
@@ -102,9 +84,7 @@ class ChainComparison {
     for (std::size_t e = 0; e < expected_.size(); ++e) {
       if (actual_of_[e] != kNone) continue;
       for (std::size_t a = 0; a < actual_.size(); ++a) {
-        if (expected_of_[a] != kNone || expected_[e]->key != actual_[a]->key || !HasValue(*expected_[e], *actual_[a])) {
-          continue;
-        }
+        if (expected_of_[a] != kNone || !Same(e, a) || Failed(*expected_[e], *actual_[a])) continue;
         Pair(e, a);
         if (!ordered_) break;
         if (moved.expected.empty()) {
@@ -120,6 +100,67 @@ class ChainComparison {
       }
     }
     if (!moved.expected.empty()) out.push_back(std::move(moved));
+  }
+
+  /// Steps with the right value that had to succeed and did not.
+  /// @param in_place  only those where they should be; else wherever they are
+  void PairFailed(bool in_place) {
+    for (std::size_t e = 0; e < expected_.size(); ++e) {
+      if (actual_of_[e] != kNone || !expected_[e]->succeeds) continue;
+      const auto [low, high] = in_place ? Gap(e) : std::pair(std::size_t{0}, actual_.size());
+      for (std::size_t a = low; a < high; ++a) {
+        if (expected_of_[a] != kNone || !Same(e, a)) continue;
+        Pair(e, a);
+        if (in_place) aligned_[e] = a;
+        break;
+      }
+    }
+  }
+
+  /// A state that is not reached has others behind it that are not either, and a drive that cannot be enabled.
+  void TellFailed(std::vector<Deviation>& out) {
+    const std::size_t before = out.size();
+    for (std::size_t e = 0; e < expected_.size(); ++e) {
+      if (actual_of_[e] == kNone || !Failed(*expected_[e], *actual_[actual_of_[e]])) continue;
+      const ExpectedStep& expected = *expected_[e];
+      const StartupStep& actual = *actual_[actual_of_[e]];
+      if (IsRequest(expected.key) || IsDrive(expected.key)) {
+        const auto cause = std::find_if(out.begin() + static_cast<std::ptrdiff_t>(before), out.end(),
+                                        [](const Deviation& d) { return IsRequest(d.expected.front()->key); });
+        if (cause != out.end()) {
+          cause->expected.push_back(&expected);
+          cause->actual.push_back(&actual);
+          continue;
+        }
+      }
+      Deviation failed;
+      failed.kind = Deviation::Kind::kFailed;
+      failed.phase = actual.phase;
+      failed.frame = actual.frame;
+      failed.expected.push_back(&expected);
+      failed.actual.push_back(&actual);
+      out.push_back(std::move(failed));
+    }
+  }
+
+  /// A step done again behind the one whose outcome is not known, as masters do where an answer is lost, settles it.
+  [[nodiscard]] bool DoneAgain(std::size_t e) const {
+    for (std::size_t a = actual_of_[e] + 1; a < actual_.size(); ++a) {
+      if (expected_of_[a] == kNone && Same(e, a) && actual_[a]->outcome == StartupOutcome::kDone) return true;
+    }
+    return false;
+  }
+
+  void TellNotShown(std::vector<Deviation>& out) const {
+    Deviation unknown;
+    unknown.kind = Deviation::Kind::kNotShown;
+    for (std::size_t e = 0; e < expected_.size(); ++e) {
+      if (actual_of_[e] == kNone || !expected_[e]->succeeds || DoneAgain(e)) continue;
+      if (actual_[actual_of_[e]]->outcome != StartupOutcome::kUnknown) continue;
+      unknown.expected.push_back(expected_[e]);
+      unknown.actual.push_back(actual_[actual_of_[e]]);
+    }
+    if (!unknown.expected.empty()) out.push_back(std::move(unknown));
   }
 
   void PairChanged(std::vector<Deviation>& out) {
@@ -227,15 +268,6 @@ class ChainComparison {
   std::vector<std::size_t> aligned_;      ///< actual_of_ of steps in the common sequence
 };
 
-bool Fits(const std::optional<std::uint32_t>& a, const std::optional<std::uint32_t>& b) {
-  return !a || !b || *a == *b;
-}
-
-bool SameDevice(const ExpectedSlave& expected, const SlaveSummary& actual) {
-  return Fits(expected.vendor_id, actual.identity.vendor_id) &&
-         Fits(expected.product_code, actual.identity.product_code) && Fits(expected.revision, actual.identity.revision);
-}
-
 void CompareLimits(const Expectation& expectation, const ExpectedSlave& expected, const SlaveSummary& slave,
                    Comparison& comparison) {
   bool without_time = false;
@@ -275,7 +307,8 @@ bool LeaveOut(std::vector<Deviation>& deviations, Hidden&& hidden) {
 }
 
 /// Of a slave that can be compared: what of its start-up the capture does not show.
-void LeaveOutUnseen(const SlaveSummary& slave, std::vector<Deviation>& found, Comparison& comparison) {
+void LeaveOutUnseen(const SlaveSummary& slave, const FrameRef& end, std::vector<Deviation>& found,
+                    Comparison& comparison) {
   const auto of_drive = [](const ExpectedStep* step) { return step->key.kind == StartupKey::Kind::kDrive; };
   if (!slave.drive && LeaveOut(found, of_drive)) {
     comparison.not_compared.push_back(
@@ -293,6 +326,20 @@ void LeaveOutUnseen(const SlaveSummary& slave, std::vector<Deviation>& found, Co
       comparison.not_compared.push_back(
           {slave.id, Grouped(slave.startup.steps_left_out) + " further steps of its start-up were not kept",
            Deviation::Kind::kMissing});
+    }
+  }
+  // A master that is at it when the capture ends has not left anything out yet.
+  const bool at_it =
+      slave.startup.end.has_time && end.has_time && Elapsed(slave.startup.end.time, end.time) < model::kGivenUpNs;
+  if (at_it) {
+    const std::size_t before = found.size();
+    std::erase_if(found, [](const Deviation& d) {
+      const bool refused = d.previous != nullptr && d.previous->outcome == StartupOutcome::kRefused;
+      return d.kind == Deviation::Kind::kMissing && (d.to_the_end || d.next == nullptr) && !refused;
+    });
+    if (found.size() < before) {
+      comparison.not_compared.push_back(
+          {slave.id, "the capture ends while the slave is started", Deviation::Kind::kMissing});
     }
   }
   const auto early = [](const ExpectedStep* step) { return step->phase <= StartupPhase::kEeprom; };
@@ -340,28 +387,6 @@ bool HasValue(const ExpectedStep& expected, const StartupStep& actual) {
   return raw == (wanted & ~std::uint64_t{0} >> unused);
 }
 
-std::vector<std::optional<std::size_t>> MatchSlaves(std::span<const ExpectedSlave> expected,
-                                                    std::span<const SlaveSummary> actual) {
-  std::vector<std::optional<std::size_t>> matches(expected.size());
-  // An untouched bus: everybody where he is expected.
-  bool in_place = true;
-  for (std::size_t e = 0; e < expected.size() && in_place; ++e) {
-    const auto found = std::find_if(actual.begin(), actual.end(),
-                                    [&](const SlaveSummary& s) { return s.position == expected[e].position; });
-    in_place = found != actual.end() && SameDevice(expected[e], *found);
-    if (in_place) matches[e] = static_cast<std::size_t>(found - actual.begin());
-  }
-  if (in_place) return matches;
-  std::fill(matches.begin(), matches.end(), std::nullopt);
-  for (const auto& [e, a] : LongestCommon(expected.size(), actual.size(), [&](std::size_t e, std::size_t a) {
-         const bool known = expected[e].product_code && actual[a].identity.product_code;
-         return SameDevice(expected[e], actual[a]) && (known || expected[e].position == actual[a].position);
-       })) {
-    matches[e] = a;
-  }
-  return matches;
-}
-
 std::vector<Deviation> CompareSteps(std::span<const ExpectedStep> expected, std::span<const StartupStep> actual,
                                     bool separate_mailbox, bool strict) {
   std::vector<Deviation> deviations;
@@ -382,6 +407,58 @@ std::vector<Deviation> CompareSteps(std::span<const ExpectedStep> expected, std:
 
 namespace {
 
+/// Takes requests out of what failed, or may have: a higher state was reached, and so was theirs.
+void LeaveOutOvercome(const StartupSummary& startup, std::vector<Deviation>& found) {
+  for (Deviation& d : found) {
+    if (d.kind != Deviation::Kind::kFailed && d.kind != Deviation::Kind::kNotShown) continue;
+    for (std::size_t i = d.expected.size(); i > 0; --i) {
+      const StartupStep& step = *d.actual[i - 1];
+      const bool refused = step.outcome == StartupOutcome::kRefused;
+      if (!IsRequest(step.key) || refused || step.key.address >= startup.reached) continue;
+      d.expected.erase(d.expected.begin() + static_cast<std::ptrdiff_t>(i - 1));
+      d.actual.erase(d.actual.begin() + static_cast<std::ptrdiff_t>(i - 1));
+    }
+  }
+  std::erase_if(found, [](const Deviation& d) {
+    return (d.kind == Deviation::Kind::kFailed || d.kind == Deviation::Kind::kNotShown) && d.expected.empty();
+  });
+}
+
+/// What the capture does not show the end of is no deviation; behind a state that was refused it says nothing new.
+void TellNotShown(const SlaveSummary& slave, std::vector<Deviation>& found, Comparison& comparison) {
+  const auto cause = std::find_if(found.begin(), found.end(), [](const Deviation& d) {
+    return d.kind == Deviation::Kind::kFailed && IsRequest(d.expected.front()->key);
+  });
+  const FrameNo until = cause != found.end() ? cause->frame.number : ~FrameNo{0};
+  std::vector<const StartupStep*> steps;
+  for (const Deviation& d : found) {
+    if (d.kind != Deviation::Kind::kNotShown) continue;
+    std::copy_if(d.actual.begin(), d.actual.end(), std::back_inserter(steps),
+                 [&](const StartupStep* step) { return step->frame.number < until; });
+  }
+  std::erase_if(found, [](const Deviation& d) { return d.kind == Deviation::Kind::kNotShown; });
+  if (steps.empty()) return;
+  std::string reason = "the capture does not show what came of the " + StepNoun(steps[0]->key, steps[0]->name);
+  if (steps.size() > 1) reason += " and " + Count(steps.size() - 1, "more step");
+  comparison.not_compared.push_back({slave.id, std::move(reason), Deviation::Kind::kFailed});
+}
+
+/// What a start-up did not come to, because a state was not reached, is told with that.
+void TakeConsequences(std::vector<Deviation>& found) {
+  const auto cause = std::find_if(found.begin(), found.end(), [](const Deviation& d) {
+    return d.kind == Deviation::Kind::kFailed && IsRequest(d.expected.front()->key);
+  });
+  if (cause == found.end()) return;
+  const FrameNo since = cause->actual.front()->frame.number;
+  for (Deviation& d : found) {
+    const bool at_end = d.kind == Deviation::Kind::kMissing && (d.to_the_end || d.next == nullptr);
+    if (!at_end || d.previous == nullptr || d.previous->frame.number < since) continue;
+    cause->behind.insert(cause->behind.end(), d.expected.begin(), d.expected.end());
+    d.expected.clear();
+  }
+  std::erase_if(found, [](const Deviation& d) { return d.kind == Deviation::Kind::kMissing && d.expected.empty(); });
+}
+
 /// One expectation against one result.
 class WholeComparison {
  public:
@@ -390,20 +467,30 @@ class WholeComparison {
 
   Comparison Run() {
     if (!expectation_.bus.empty() || expectation_.strict) CompareBus();
-    const auto matches = MatchSlaves(expectation_.slaves, result_.slaves);
+    const std::vector<SlaveMatch> matches = MatchSlaves(expectation_.slaves, result_.slaves);
     std::vector<bool> used(result_.slaves.size(), false);
     for (std::size_t e = 0; e < expectation_.slaves.size(); ++e) {
       const ExpectedSlave& expected = expectation_.slaves[e];
-      if (!matches[e]) {
+      if (!matches[e].place) {
         Miss(expected);
         continue;
       }
-      used[*matches[e]] = true;
-      CompareSlave(expected, result_.slaves[*matches[e]]);
+      used[*matches[e].place] = true;
+      const SlaveSummary& slave = result_.slaves[*matches[e].place];
+      if (matches[e].moved) Moved(expected, slave);
+      CompareRevision(expected, slave);
+      CompareSlave(expected, slave);
     }
-    for (std::size_t a = 0; a < used.size() && expectation_.strict; ++a) {
-      if (!used[a]) Unexpected(result_.slaves[a]);
+    for (std::size_t a = 0; a < used.size(); ++a) {
+      if (used[a]) continue;
+      other_layout_ = true;
+      if (expectation_.strict) {
+        Unexpected(result_.slaves[a]);
+      } else {
+        New(result_.slaves[a]);
+      }
     }
+    AddShifted();
     return std::move(out_);
   }
 
@@ -413,8 +500,34 @@ class WholeComparison {
       deviation.slave = slave;
       deviation.expected_slave = expected;
       if (deviation.to_the_end || !deviation.frame.seen()) deviation.frame = startup_end.seen() ? startup_end : end_;
-      out_.deviations.push_back(std::move(deviation));
+      const bool shifted = deviation.kind == Deviation::Kind::kValue && deviation.expected.front()->data &&
+                           LogicalStartOnly(deviation.expected.front()->key, *deviation.expected.front()->data,
+                                            deviation.actual.front()->data);
+      other_layout_ = other_layout_ || (!shifted && ChangesMapping(deviation));
+      (shifted ? shifted_ : out_.deviations).push_back(std::move(deviation));
     }
+  }
+
+  static bool ChangesMapping(const Deviation& deviation) {
+    if (deviation.kind == Deviation::Kind::kFailed) return false;
+    return std::any_of(deviation.expected.begin(), deviation.expected.end(),
+                       [](const ExpectedStep* step) { return IsMapping(step->key); }) ||
+           std::any_of(deviation.actual.begin(), deviation.actual.end(),
+                       [](const StartupStep* step) { return IsMapping(step->key); });
+  }
+
+  /// Where process data lie depends on those of all slaves. With another bus, or other data of one slave, they lie
+  /// elsewhere; nothing is wrong with that.
+  void AddShifted() {
+    if (shifted_.empty()) return;
+    if (!other_layout_) {
+      std::move(shifted_.begin(), shifted_.end(), std::back_inserter(out_.deviations));
+      return;
+    }
+    out_.not_compared.push_back({kNoSlave,
+                                 "logical addresses of " + Count(shifted_.size(), "FMMU") +
+                                     ": with other slaves or process data on the bus they lie elsewhere",
+                                 Deviation::Kind::kValue});
   }
 
   [[nodiscard]] std::vector<Deviation> Steps(const std::vector<ExpectedStep>& expected,
@@ -427,9 +540,11 @@ class WholeComparison {
     const StartupSummary& bus = result_.bus.startup;
     if (bus.steps.empty() && !expectation_.bus.empty()) {
       out_.not_compared.push_back({kNoSlave, "the capture holds nothing that was sent to all slaves at once", {}});
-    } else {
-      Add(Steps(expectation_.bus, bus), kNoSlave, nullptr, bus.end);
+      return;
     }
+    std::vector<Deviation> found = Steps(expectation_.bus, bus);
+    std::erase_if(found, [](const Deviation& d) { return d.kind == Deviation::Kind::kNotShown; });
+    Add(std::move(found), kNoSlave, nullptr, bus.end);
   }
 
   void Miss(const ExpectedSlave& expected) {
@@ -439,11 +554,42 @@ class WholeComparison {
            Deviation::Kind::kSlaveMissing});
       return;
     }
+    other_layout_ = true;
     Deviation missing;
     missing.kind = Deviation::Kind::kSlaveMissing;
     missing.expected_slave = &expected;
-    missing.frame = end_;
+    // Who is there the scan tells; what it means for the slaves that are there comes behind it.
+    const StartupPhaseSummary* scan = result_.bus.startup.phase(StartupPhase::kScan);
+    missing.frame = scan != nullptr ? scan->first : end_;
     out_.deviations.push_back(std::move(missing));
+  }
+
+  [[nodiscard]] const FrameRef& FirstFrame(const SlaveSummary& slave) const {
+    return slave.startup.phases.empty() ? end_ : slave.startup.phases.front().first;
+  }
+
+  void Moved(const ExpectedSlave& expected, const SlaveSummary& slave) {
+    other_layout_ = true;
+    Deviation moved;
+    moved.kind = Deviation::Kind::kSlaveMoved;
+    moved.slave = slave.id;
+    moved.expected_slave = &expected;
+    moved.position = slave.position;
+    moved.frame = FirstFrame(slave);
+    out_.deviations.push_back(std::move(moved));
+  }
+
+  void CompareRevision(const ExpectedSlave& expected, const SlaveSummary& slave) {
+    const std::optional<std::uint32_t>& revision = slave.identity.revision;
+    if (!expected.revision || !revision || *expected.revision == *revision) return;
+    Deviation other;
+    other.kind = Deviation::Kind::kRevision;
+    other.slave = slave.id;
+    other.expected_slave = &expected;
+    other.revision = *revision;
+    const StartupPhaseSummary* eeprom = slave.startup.phase(StartupPhase::kEeprom);
+    other.frame = eeprom != nullptr ? eeprom->first : FirstFrame(slave);
+    out_.deviations.push_back(std::move(other));
   }
 
   void CompareSlave(const ExpectedSlave& expected, const SlaveSummary& slave) {
@@ -452,16 +598,26 @@ class WholeComparison {
       return;
     }
     std::vector<Deviation> found = Steps(expected.steps, slave.startup);
-    LeaveOutUnseen(slave, found, out_);
+    LeaveOutUnseen(slave, end_, found, out_);
+    LeaveOutOvercome(slave.startup, found);
+    TakeConsequences(found);
+    TellNotShown(slave, found, out_);
     Add(std::move(found), slave.id, &expected, slave.startup.end);
     CompareLimits(expectation_, expected, slave, out_);
+  }
+
+  void New(const SlaveSummary& slave) {
+    out_.not_compared.push_back({slave.id,
+                                 "the slave is new: the expectation, which is not strict, lists none with its identity "
+                                 "at its place",
+                                 Deviation::Kind::kSlaveUnexpected});
   }
 
   void Unexpected(const SlaveSummary& slave) {
     Deviation extra;
     extra.kind = Deviation::Kind::kSlaveUnexpected;
     extra.slave = slave.id;
-    extra.frame = slave.startup.phases.empty() ? end_ : slave.startup.phases.front().first;
+    extra.frame = FirstFrame(slave);
     out_.deviations.push_back(std::move(extra));
   }
 
@@ -469,6 +625,8 @@ class WholeComparison {
   const AnalysisResult& result_;
   const FrameRef& end_;  // of the capture
   Comparison out_;
+  std::vector<Deviation> shifted_;  // FMMUs whose logical address alone differs
+  bool other_layout_ = false;       // other slaves, or other process data, than expected
 };
 
 }  // namespace
@@ -492,6 +650,14 @@ ExpectedStep Expected(const StartupStep& step) {
   return expected;
 }
 
+/// What a slave answered is what it has to answer again; who answers what is sent to all depends on who is there.
+ExpectedStep ExpectedOfSlave(const StartupStep& step) {
+  ExpectedStep expected = Expected(step);
+  // Of what a drive is commanded only that it was enabled in the end is an outcome.
+  expected.succeeds = step.outcome == StartupOutcome::kDone && (!IsDrive(step.key) || Enables(step.key));
+  return expected;
+}
+
 }  // namespace
 
 Expectation ExpectationOf(const AnalysisResult& result) {
@@ -504,7 +670,7 @@ Expectation ExpectationOf(const AnalysisResult& result) {
     expected.product_code = slave.identity.product_code;
     expected.revision = slave.identity.revision;
     expected.name = slave.name;
-    for (const StartupStep& step : slave.startup.steps) expected.steps.push_back(Expected(step));
+    for (const StartupStep& step : slave.startup.steps) expected.steps.push_back(ExpectedOfSlave(step));
   }
   return expectation;
 }

@@ -1,7 +1,8 @@
 /// Where a start-up differs from what is expected.
 ///
 /// Steps are aligned as the longest common sequence of both. What is left over on both sides is the same step with
-/// another value, or at another place; what is left over on one side is missing or unexpected.
+/// another value, or at another place; what is left over on one side is missing or unexpected. A step that has to
+/// succeed and was refused, or waited for in vain, is one that failed.
 #pragma once
 
 #include <cstdint>
@@ -17,12 +18,26 @@ namespace ecaudit::startup {
 
 /// Neighbouring missing steps of one phase are one deviation, likewise unexpected ones.
 struct Deviation {
-  enum class Kind : std::uint8_t { kMissing, kUnexpected, kOrder, kValue, kSlow, kSlaveMissing, kSlaveUnexpected };
+  enum class Kind : std::uint8_t {
+    kMissing,
+    kUnexpected,
+    kOrder,
+    kValue,
+    kFailed,
+    kNotShown,  ///< may have failed: the capture ends before, or nobody looked
+    kSlow,
+    kSlaveMissing,
+    kSlaveUnexpected,
+    kSlaveMoved,
+    kRevision,
+  };
   Kind kind = Kind::kMissing;
   SlaveId slave = kNoSlave;  ///< kNoSlave: the bus
   StartupPhase phase = StartupPhase::kScan;
-  std::vector<const ExpectedStep*> expected;  ///< missing; value and order: the one or ones it is about
-  std::vector<const StartupStep*> actual;     ///< unexpected, value; order: where they happened
+  /// Missing; value, order, failed: the one or ones it is about. A request that failed, and others behind it.
+  std::vector<const ExpectedStep*> expected;
+  std::vector<const StartupStep*> actual;   ///< unexpected, value, failed; order: where they happened
+  std::vector<const ExpectedStep*> behind;  ///< failed: steps that a start-up did not come to for that
   const ExpectedSlave* expected_slave = nullptr;
   /// Missing: the step that came where these should have come, usually a state request; null at the end.
   const StartupStep* next = nullptr;
@@ -32,6 +47,8 @@ struct Deviation {
   bool to_the_end = false;     ///< missing: nothing that is expected later happened
   FrameRef frame;              ///< to cite
   TimeNs limit = 0, took = 0;  ///< slow
+  SlavePos position = 0;       ///< slave moved: where it stands
+  std::uint32_t revision = 0;  ///< revision: of the device that stands there
 };
 
 /// A slave whose start-up, or a part of it, the capture does not show, so that nothing can be said.
@@ -45,12 +62,6 @@ struct Comparison {
   std::vector<Deviation> deviations;  ///< slave by slave, in the order of what is expected
   std::vector<NotCompared> not_compared;
 };
-
-/// Which slave of the capture is which expected one: by identity, and by position among equal ones. A slave whose
-/// identity one side does not know matches by position.
-/// @return for each expected slave the place of its match in `actual`; nothing where there is none
-[[nodiscard]] std::vector<std::optional<std::size_t>> MatchSlaves(std::span<const ExpectedSlave> expected,
-                                                                  std::span<const SlaveSummary> actual);
 
 /// True when the step has the value that is expected.
 [[nodiscard]] bool HasValue(const ExpectedStep& expected, const StartupStep& actual);

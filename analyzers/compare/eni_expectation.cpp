@@ -32,6 +32,7 @@ void AddWrite(const device::EniInitCommand& command, std::uint8_t state, std::ve
     ExpectedStep& step = steps.emplace_back();
     step.key.kind = StartupKey::Kind::kRequest;
     step.key.address = esc::AlWord{command.data[0]}.state();
+    step.succeeds = true;
     step.phase = StartupPhase::kSafeopToOp;
     if (step.key.address <= static_cast<std::uint32_t>(esc::AlState::SAFEOP)) step.phase = StartupPhase::kPreopToSafeop;
     if (step.key.address <= static_cast<std::uint32_t>(esc::AlState::PREOP)) step.phase = StartupPhase::kInitToPreop;
@@ -59,6 +60,7 @@ void AddSdo(const device::EniSdoCommand& command, std::uint8_t state, std::vecto
                                                                         : StartupPhase::kPreopParameters;
   step.name = command.comment;
   if (!command.upload && !command.data.empty()) step.data = command.data;
+  step.succeeds = !command.upload;
 }
 
 }  // namespace

@@ -51,6 +51,12 @@ std::string StartupRule::Refusal(const startup::Deviation& deviation, Finding& f
   return " The " + Noun(*step) + " was " + step->note + " (frame " + std::to_string(step->last.number) + ").";
 }
 
+std::string SlaveText(const startup::ExpectedSlave& slave) {
+  std::string text = "slave " + std::to_string(slave.position);
+  if (!slave.name.empty()) text += " (" + Printable(slave.name) + ")";
+  return text;
+}
+
 std::string ListText(const std::vector<std::string>& texts) {
   std::string list;
   for (std::size_t i = 0; i < texts.size(); ++i) {

@@ -30,6 +30,8 @@ class StartupRule : public Rule {
   [[nodiscard]] std::string Refusal(const startup::Deviation& deviation, Finding& finding) const;
 };
 
+/// "slave 3 (Axis X)", as the expectation has it.
+[[nodiscard]] std::string SlaveText(const startup::ExpectedSlave& slave);
 /// "a, b, c and 4 more".
 [[nodiscard]] std::string ListText(const std::vector<std::string>& texts);
 

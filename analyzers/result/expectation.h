@@ -18,8 +18,9 @@ struct ExpectedStep {
   std::optional<std::vector<std::uint8_t>> data;
   /// A number instead of bytes: little endian in however many bytes were written.
   std::optional<std::int64_t> number;
-  std::string name;  ///< what people call it, safe to print
-  std::string text;  ///< the value in words; may be empty
+  bool succeeds = false;  ///< the slave has to follow or answer; else what comes of it is open
+  std::string name;       ///< what people call it, safe to print
+  std::string text;       ///< the value in words; may be empty
 
   [[nodiscard]] bool any_value() const { return !data && !number; }
 };

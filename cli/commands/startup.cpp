@@ -8,6 +8,7 @@
 
 #include "analyzers/compare/comparison.h"
 #include "analyzers/judge/catalogue.h"
+#include "analyzers/words/step_text.h"
 #include "cli/capture_run.h"
 #include "cli/commands/command.h"
 #include "cli/expectation_file.h"
@@ -16,6 +17,7 @@
 #include "cli/report/startup_text.h"
 #include "cli/report_output.h"
 #include "cli/version.h"
+#include "decoder/base/text.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -34,6 +36,28 @@ std::vector<report::Format> StartupFormats() {
 bool IsOfStartup(std::string_view rule) {
   const RuleInfo* info = FindRule(rule);
   return info != nullptr && info->group == kGroup;
+}
+
+/// A state that was not reached, a transfer that failed for good, a drive that was not enabled.
+bool FailedForGood(const StartupStep& step, const StartupSummary& startup) {
+  if (step.outcome != StartupOutcome::kRefused && step.outcome != StartupOutcome::kUnanswered) return false;
+  if (step.key.kind == StartupKey::Kind::kRequest) return step.key.address > startup.reached;
+  if (step.key.kind == StartupKey::Kind::kDrive) return true;
+  return step.key.kind == StartupKey::Kind::kDownload &&
+         std::none_of(startup.steps.begin(), startup.steps.end(), [&](const StartupStep& other) {
+           return other.key == step.key && other.outcome == StartupOutcome::kDone;
+         });
+}
+
+/// "the request of SAFEOP was refused with 0x001d ... and 1 step more"; empty where all went well.
+std::string WhatFailed(const StartupSummary& startup) {
+  std::string first;
+  std::size_t failed = 0;
+  for (const StartupStep& step : startup.steps) {
+    if (!FailedForGood(step, startup)) continue;
+    if (failed++ == 0) first = "the " + startup::StepNoun(step.key, step.name) + " was " + step.note;
+  }
+  return failed > 1 ? first + ", and " + Count(failed - 1, "further step") + " failed" : first;
 }
 
 bool HoldsStartup(const AnalysisResult& result) {
@@ -173,6 +197,10 @@ class StartupCommand : public Command {
       } else if (slave.startup.steps_left_out > 0) {
         console.Warning("slave " + std::to_string(slave.position) + " is saved without its last " +
                         std::to_string(slave.startup.steps_left_out) + " steps");
+      }
+      if (const std::string failed = WhatFailed(slave.startup); !failed.empty()) {
+        console.Warning("slave " + std::to_string(slave.position) + " is saved with a start-up that failed: " + failed +
+                        "; what failed is not expected to succeed");
       }
     }
     if (std::filesystem::is_regular_file(*save_)) console.Warning("the expectation " + *save_ + " is replaced");

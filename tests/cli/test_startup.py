@@ -44,8 +44,7 @@ class StartupBus(Bus):
         self.read(0x0130, bytes([state if shown is None else shown, 0, 0, 0, 0x1D if shown else 0, 0]))
 
 
-def startup_capture(downloads=(MODE, PERIOD, FACTOR), outputs=6, refuses_safeop=False, start_time=1000) -> bytes:
-    bus = StartupBus()
+def start(bus, downloads=(MODE, PERIOD, FACTOR), outputs=6, refuses_safeop=False, start_time=1000):
     bus.exchange(BWR, 0, 0x0101, b"\0", b"\0", 1)
     bus.exchange(APWR, 0, 0x0010, b"\x01\x10", b"\x01\x10", 1)
     bus.read(0x0130, bytes([1, 0]))
@@ -61,6 +60,11 @@ def startup_capture(downloads=(MODE, PERIOD, FACTOR), outputs=6, refuses_safeop=
         bus.state(8)
     for _ in range(5):
         bus.read(0x0130, bytes([0x12 if refuses_safeop else 8, 0]))
+
+
+def startup_capture(**how) -> bytes:
+    bus = StartupBus()
+    start(bus, **how)
     return bus.pcap()
 
 
@@ -203,7 +207,7 @@ class StartupExpect(StartupTest):
         self.assertTrue(out.startswith("PASS"), out)
 
     def test_a_changed_parameter_is_one_finding(self):
-        changed = self.file("changed.pcap", startup_capture((MODE, ("", 0x60C2, 1, 4), FACTOR)))
+        changed = self.file("changed.pcap", startup_capture(downloads=(MODE, ("", 0x60C2, 1, 4), FACTOR)))
         finding = self.one_finding(changed, self.expectation())
         self.assertEqual(finding["rule"], "startup-value")
         self.assertEqual(finding["slave"], 0)
@@ -216,7 +220,7 @@ class StartupExpect(StartupTest):
         self.assertEqual(finding["title"], "SM2 has length 8 bytes instead of length 6 bytes")
 
     def test_a_missing_sdo_is_one_finding_at_the_end_of_its_phase(self):
-        missing = self.file("missing.pcap", startup_capture((MODE, FACTOR)))
+        missing = self.file("missing.pcap", startup_capture(downloads=(MODE, FACTOR)))
         finding = self.one_finding(missing, self.expectation())
         self.assertEqual(finding["rule"], "startup-step-missing")
         self.assertIn("60C2h:1", finding["title"])
@@ -226,12 +230,12 @@ class StartupExpect(StartupTest):
 
     def test_a_swapped_order_is_one_finding(self):
         for downloads in ((PERIOD, MODE, FACTOR), (FACTOR, PERIOD, MODE)):
-            swapped = self.file("swapped.pcap", startup_capture(downloads))
+            swapped = self.file("swapped.pcap", startup_capture(downloads=downloads))
             finding = self.one_finding(swapped, self.expectation())
             self.assertEqual(finding["rule"], "startup-order")
 
     def test_more_than_expected_is_wrong_only_when_strict(self):
-        more = self.file("more.pcap", startup_capture((MODE, ("", 0x6065, 0, 9), PERIOD, FACTOR)))
+        more = self.file("more.pcap", startup_capture(downloads=(MODE, ("", 0x6065, 0, 9), PERIOD, FACTOR)))
         self.assertEqual(self.findings(more, self.expectation(), status=0), [])
         finding = self.one_finding(more, self.expectation(strict=True))
         self.assertEqual(finding["rule"], "startup-step-unexpected")
@@ -247,12 +251,35 @@ class StartupExpect(StartupTest):
     def test_a_start_up_that_stops_is_one_finding(self):
         refused = self.file("refused.pcap", startup_capture(refuses_safeop=True))
         done = self.startup("--expect", self.expectation(), refused, status=1)
-        self.assertIn("The start-up stops: request of OP", done.out.splitlines()[0])
-        self.assertIn("refused with 0x001d", done.out)
+        self.assertIn("The request of SAFEOP was refused with 0x001d", done.out.splitlines()[0])
+        self.assertIn("did not happen: request of OP", " ".join(done.out.split()))
+        self.assertIn("1 error, 0 warnings", done.out)
         self.assertIn("ecaudit check finds 1 error", done.out)
 
+    def test_a_file_without_outcomes_judges_what_was_sent(self):
+        document = self.saved()
+        for step in document["slaves"][0]["steps"]:
+            step.pop("outcome", None)
+        old = self.file("old.json", json.dumps(document))
+        self.startup("--expect", old, self.good)
+        refused = self.file("refused.pcap", startup_capture(refuses_safeop=True))
+        done = self.startup("--expect", old, refused, status=1)
+        self.assertIn("The start-up stops: request of OP", done.out.splitlines()[0])
+        # The master went on to the end: all was sent.
+        document["slaves"][0]["steps"] = [s for s in document["slaves"][0]["steps"] if s.get("request") != "OP"]
+        self.startup("--expect", self.file("old.json", json.dumps(document)), refused)
+
+    def test_a_start_up_that_failed_is_saved_with_a_warning(self):
+        refused = self.file("refused.pcap", startup_capture(refuses_safeop=True))
+        done = self.startup("--save", "failed.json", refused)
+        self.assertIn("slave 0 is saved with a start-up that failed: the request of SAFEOP was refused with 0x001d",
+                      done.err)
+        self.startup("--expect", "failed.json", refused)
+        self.startup("--expect", "failed.json", self.good)
+        self.assertEqual(self.startup("--save", "good.json", self.good).err, "")
+
     def test_gates(self):
-        changed = self.file("changed.pcap", startup_capture((MODE, ("", 0x60C2, 1, 4), FACTOR)))
+        changed = self.file("changed.pcap", startup_capture(downloads=(MODE, ("", 0x60C2, 1, 4), FACTOR)))
         expected = self.expectation()
         self.startup("--expect", expected, "--fail-on", "never", changed)
         self.startup("--expect", expected, "--rule", "startup-value=off", changed)
@@ -327,6 +354,7 @@ class StartupFiles(StartupTest):
             (slaves({"upload": "6060h:0", "value": "0"}), "slaves[0].steps[0].value"),
             (slaves({"upload": "6060h:0", "value": 1.5}), "slaves[0].steps[0].value"),
             (slaves({"request": "OP", "value": 8}), "slaves[0].steps[0].value"),
+            (slaves({"request": "OP", "outcome": "refused"}), "slaves[0].steps[0].outcome"),
             (slaves({"request": "OP", "write": 1}), "slaves[0].steps[0]: must hold exactly one"),
             (slaves({}), "slaves[0].steps[0]: must hold exactly one"),
             ({"schema": "ecaudit.expectation/1", "slaves": [{"position": -1}]}, "slaves[0].position"),
@@ -460,7 +488,7 @@ class Diff(StartupTest):
         self.assertIn("length 8 bytes", "\n".join(lines[:11]))
 
     def test_json(self):
-        bad = self.file("bad.pcap", startup_capture((MODE, FACTOR)))
+        bad = self.file("bad.pcap", startup_capture(downloads=(MODE, FACTOR)))
         document = json.loads(self.diff(self.good, bad, "--format", "json").out)
         validate(document, DIFF_SCHEMA)
         self.assertTrue(document["different"])

@@ -12,7 +12,7 @@ constexpr RuleInfo kInfo{.id = "startup-order",
                          .source = "ETG2100, init commands",
                          .doc = R"(
 ## What it checks
-The order of the steps of one slave.
+The order of the steps of one slave, and that of the slaves on the bus.
 
 ## Why it matters
 Order carries meaning: PDO assignment before or after the mapping it refers to, a mode of operation before the
@@ -21,8 +21,10 @@ parameters that belong to it, SYNC0 before or after SAFEOP.
 ## How it is decided
 The longest sequence that the expected and the observed start-up have in common counts as in place; steps that happen
 with the expected value but outside of it were moved. All steps of a slave that were moved are one finding, at the
-first of them. The order of steps of different slaves is not judged, nor that of latching receive times and
-distributing the system time. An ENI lists datagrams and mailbox commands apart: each list is judged by itself.
+first of them. A slave that is found by its identity on the other side of its neighbours was moved; one whose position
+merely counts otherwise, because another slave came or went, was not. The order of steps of different slaves is not
+judged, nor that of latching receive times and distributing the system time. An ENI lists datagrams and mailbox commands
+apart: each list is judged by itself.
 
 ## Example
 tests/rules/startup-order/violates.trace
@@ -38,9 +40,20 @@ class StartupOrder final : public StartupRule {
  private:
   using Kind = startup::Deviation::Kind;
 
-  [[nodiscard]] bool Reports(Kind kind) const override { return kind == Kind::kOrder; }
+  [[nodiscard]] bool Reports(Kind kind) const override { return kind == Kind::kOrder || kind == Kind::kSlaveMoved; }
 
   void Describe(const startup::Deviation& deviation, Finding& finding) const override {
+    if (deviation.kind == Kind::kSlaveMoved) {
+      const startup::ExpectedSlave& slave = *deviation.expected_slave;
+      const std::string place = "position " + std::to_string(deviation.position);
+      finding.title = "The expected " + SlaveText(slave) + " stands at " + place;
+      finding.message = "A device with its identity stands at " + place +
+                        ", on the other side of slaves that it is "
+                        "expected before or behind.";
+      finding.evidence.push_back(Number("expected_position", slave.position));
+      finding.evidence.push_back(Number("position", deviation.position));
+      return;
+    }
     std::vector<std::string> steps;
     for (const startup::ExpectedStep* step : deviation.expected) steps.push_back(Noun(deviation, *step));
     const std::string expected =

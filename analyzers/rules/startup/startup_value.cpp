@@ -13,14 +13,16 @@ constexpr RuleInfo kInfo{.id = "startup-value",
                          .source = "ETG2100, init commands",
                          .doc = R"(
 ## What it checks
-What register writes and SDO downloads of the start-up write, and what uploads bring where the expectation says.
+What register writes and SDO downloads of the start-up write, and what uploads bring where the expectation says; and
+the revision of the devices.
 
 ## Why it matters
 The usual reason why "the same" machine behaves differently: one parameter, one sync manager length, one cycle time.
 
 ## How it is decided
 Bytes as they were on the wire; a number in the expectation is compared whatever the width. A value of null, or none,
-fits all. In sync managers only what the master sets counts, not the status bytes of the controller.
+fits all. In sync managers only what the master sets counts, not the status bytes of the controller. Logical addresses
+that differ because the bus holds other slaves, or other process data, than expected are no wrong values.
 
 ## Example
 tests/rules/startup-value/violates.trace
@@ -36,9 +38,10 @@ class StartupValue final : public StartupRule {
  private:
   using Kind = startup::Deviation::Kind;
 
-  [[nodiscard]] bool Reports(Kind kind) const override { return kind == Kind::kValue; }
+  [[nodiscard]] bool Reports(Kind kind) const override { return kind == Kind::kValue || kind == Kind::kRevision; }
 
   void Describe(const startup::Deviation& deviation, Finding& finding) const override {
+    if (deviation.kind == Kind::kRevision) return DescribeRevision(deviation, finding);
     const startup::ExpectedStep& expected = *deviation.expected.front();
     const StartupStep& actual = *deviation.actual.front();
     const bool reads = actual.key.kind == StartupKey::Kind::kUpload;
@@ -58,6 +61,19 @@ class StartupValue final : public StartupRule {
     if (expected.data) finding.evidence.push_back(Text("expected_bytes", HexBytes(*expected.data)));
     finding.evidence.push_back(Text("actual_bytes", HexBytes(actual.data)));
     if (actual.last.number != actual.frame.number) AddRelated(finding, actual.last.number);
+  }
+
+  static void DescribeRevision(const startup::Deviation& deviation, Finding& finding) {
+    const std::uint32_t wanted = deviation.expected_slave->revision.value_or(0);
+    const std::string got = Hex(deviation.revision, 8);
+    finding.title = "The revision of the device is " + got + " instead of " + Hex(wanted, 8);
+    finding.message = "Vendor and product are those of the expected " + SlaveText(*deviation.expected_slave) +
+                      ", the revision is " + got + "; expected is " + Hex(wanted, 8) + ". ";
+    finding.message += deviation.revision > wanted
+                           ? "Masters accept a newer one; take \"revision\" out of the expectation if you do, too."
+                           : "It is older: what the newer one added it may not have.";
+    finding.evidence.push_back(HexNumber("expected_revision", wanted));
+    finding.evidence.push_back(HexNumber("revision", deviation.revision));
   }
 
   /// Register texts begin with the register's name, which stands before them already.

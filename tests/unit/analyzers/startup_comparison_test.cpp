@@ -5,6 +5,7 @@
 
 #include "analyzers/compare/comparison.h"
 #include "analyzers/compare/eni_expectation.h"
+#include "analyzers/compare/slave_matches.h"
 #include "analyzers/compare/startup_registers.h"
 
 namespace ecaudit::startup {
@@ -186,19 +187,185 @@ SlaveSummary Seen(SlavePos position, std::optional<std::uint32_t> product) {
 
 using Matches = std::vector<std::optional<std::size_t>>;
 
+Matches Places(const std::vector<ExpectedSlave>& expected, const std::vector<SlaveSummary>& actual) {
+  Matches places;
+  for (const SlaveMatch& match : MatchSlaves(expected, actual)) places.push_back(match.place);
+  return places;
+}
+
 TEST(MatchSlaves, ByIdentityWhereSlavesMoved) {
   const std::vector<ExpectedSlave> expected{Device(0, 1), Device(1, 2), Device(2, 3)};
-  EXPECT_EQ(MatchSlaves(expected, std::vector{Seen(0, 1), Seen(1, 2), Seen(2, 3)}), (Matches{0, 1, 2}));
+  EXPECT_EQ(Places(expected, {Seen(0, 1), Seen(1, 2), Seen(2, 3)}), (Matches{0, 1, 2}));
   // A coupler more in front: everybody moves by one.
-  EXPECT_EQ(MatchSlaves(expected, std::vector{Seen(0, 9), Seen(1, 1), Seen(2, 2), Seen(3, 3)}), (Matches{1, 2, 3}));
+  EXPECT_EQ(Places(expected, {Seen(0, 9), Seen(1, 1), Seen(2, 2), Seen(3, 3)}), (Matches{1, 2, 3}));
   // One is gone.
-  EXPECT_EQ(MatchSlaves(expected, std::vector{Seen(0, 1), Seen(1, 3)}), (Matches{0, std::nullopt, 1}));
+  EXPECT_EQ(Places(expected, {Seen(0, 1), Seen(1, 3)}), (Matches{0, std::nullopt, 1}));
 }
 
 TEST(MatchSlaves, ByPositionWhereTheIdentityIsNotKnown) {
   const std::vector<ExpectedSlave> expected{Device(0, std::nullopt), Device(1, 2)};
-  EXPECT_EQ(MatchSlaves(expected, std::vector{Seen(0, 7), Seen(1, std::nullopt)}), (Matches{0, 1}));
-  EXPECT_EQ(MatchSlaves(expected, std::vector{Seen(0, 7)}), (Matches{0, std::nullopt}));
+  EXPECT_EQ(Places(expected, {Seen(0, 7), Seen(1, std::nullopt)}), (Matches{0, 1}));
+  EXPECT_EQ(Places(expected, {Seen(0, 7)}), (Matches{0, std::nullopt}));
+}
+
+TEST(MatchSlaves, ASlaveThatWasPutElsewhereIsFound) {
+  const std::vector<ExpectedSlave> expected{Device(0, 1), Device(1, 2), Device(2, 3)};
+  const std::vector<SlaveMatch> swapped = MatchSlaves(expected, std::vector{Seen(0, 1), Seen(1, 3), Seen(2, 2)});
+  EXPECT_EQ(swapped[1].place, 2U);
+  EXPECT_EQ(swapped[2].place, 1U);
+  EXPECT_TRUE(swapped[1].moved != swapped[2].moved) << "one of them changed sides";
+  // Shifted by another one, nobody did.
+  for (const SlaveMatch& match : MatchSlaves(expected, std::vector{Seen(0, 1), Seen(1, 9), Seen(2, 2), Seen(3, 3)})) {
+    EXPECT_FALSE(match.moved);
+  }
+  // Somebody else is no move.
+  EXPECT_EQ(Places(expected, {Seen(0, 1), Seen(1, 9), Seen(2, 3)}), (Matches{0, std::nullopt, 2}));
+}
+
+TEST(MatchSlaves, AnotherRevisionIsTheSameDevice) {
+  std::vector<ExpectedSlave> expected{Device(0, 1), Device(1, 2)};
+  expected[1].revision = 1;
+  std::vector<SlaveSummary> actual{Seen(0, 1), Seen(1, 2)};
+  actual[1].identity.revision = 2;
+  EXPECT_EQ(Places(expected, actual), (Matches{0, 1}));
+}
+
+/// Steps that all have to succeed.
+std::vector<ExpectedStep> Succeeding(std::string_view letters) {
+  std::vector<ExpectedStep> steps = Wanted(letters);
+  for (ExpectedStep& step : steps) step.succeeds = true;
+  return steps;
+}
+
+/// An expectation of one slave, and a capture that ends two seconds behind its start-up.
+struct OneSlave {
+  Expectation expectation;
+  AnalysisResult result;
+
+  OneSlave(std::string_view wanted, std::string_view happened) {
+    expectation.slaves.resize(1);
+    expectation.slaves[0].steps = Succeeding(wanted);
+    SlaveSummary& slave = result.slaves.emplace_back();
+    slave.id = 0;
+    slave.startup.steps = Happened(happened);
+    slave.startup.reached = 8;
+    slave.startup.end.number = happened.size();
+    slave.startup.end.has_time = result.capture.last.has_time = true;
+    result.capture.last.number = 1000;
+    result.capture.last.time = 2'000'000'000;
+  }
+
+  StartupStep& Step(std::size_t at) { return result.slaves[0].startup.steps[at]; }
+
+  Found Run() {
+    out = Compare(expectation, result);
+    Found found;
+    for (const Deviation& d : out.deviations) {
+      found.emplace_back(d.kind, std::max(d.expected.size(), d.actual.size()), d.frame.number);
+    }
+    return found;
+  }
+  [[nodiscard]] std::vector<std::string> Reasons() const {
+    std::vector<std::string> reasons;
+    for (const NotCompared& entry : out.not_compared) reasons.push_back(entry.reason);
+    return reasons;
+  }
+  Comparison out;
+};
+
+TEST(StartupOutcomes, AStepThatHasToSucceedAndIsRefusedFailed) {
+  for (const StartupOutcome outcome : {StartupOutcome::kRefused, StartupOutcome::kUnanswered}) {
+    OneSlave bus("abSO", "abSO");
+    bus.Step(1).outcome = outcome;
+    EXPECT_EQ(bus.Run(), (Found{{Kind::kFailed, 1, 2}}));
+    // An expectation that does not hold outcomes judges what was sent, no more.
+    for (ExpectedStep& step : bus.expectation.slaves[0].steps) step.succeeds = false;
+    EXPECT_EQ(bus.Run(), Found{});
+    EXPECT_EQ(bus.Reasons(), std::vector<std::string>{});
+  }
+}
+
+TEST(StartupOutcomes, WhatIsDoneAgainWithSuccessDidNotFail) {
+  OneSlave bus("abSO", "abbSO");
+  bus.Step(1).outcome = StartupOutcome::kRefused;
+  EXPECT_EQ(bus.Run(), Found{});
+  bus.Step(1).outcome = StartupOutcome::kUnknown;
+  EXPECT_EQ(bus.Run(), Found{});
+  EXPECT_EQ(bus.Reasons(), std::vector<std::string>{});
+}
+
+TEST(StartupOutcomes, WhatTheCaptureDoesNotShowIsNoFailure) {
+  OneSlave bus("abSO", "abSO");
+  bus.Step(1).outcome = StartupOutcome::kUnknown;
+  EXPECT_EQ(bus.Run(), Found{});
+  ASSERT_EQ(bus.Reasons().size(), 1U);
+  EXPECT_EQ(bus.out.not_compared[0].only, Kind::kFailed);
+  // A request whose state was passed was followed.
+  bus.Step(1).outcome = StartupOutcome::kDone;
+  bus.Step(2).outcome = StartupOutcome::kUnknown;
+  EXPECT_EQ(bus.Run(), Found{});
+  EXPECT_EQ(bus.Reasons(), std::vector<std::string>{});
+}
+
+TEST(StartupOutcomes, WhatFollowsFromAStateThatIsNotReachedIsToldWithIt) {
+  // The master goes on, ...
+  OneSlave bus("aSbO", "aSbO");
+  bus.result.slaves[0].startup.reached = 2;
+  bus.Step(1).outcome = StartupOutcome::kRefused;
+  bus.Step(3).outcome = StartupOutcome::kUnanswered;
+  EXPECT_EQ(bus.Run(), (Found{{Kind::kFailed, 2, 2}}));
+  // ... and it does not.
+  OneSlave stops("aSbO", "aS");
+  stops.result.slaves[0].startup.reached = 2;
+  stops.Step(1).outcome = StartupOutcome::kRefused;
+  EXPECT_EQ(stops.Run(), (Found{{Kind::kFailed, 1, 2}}));
+  EXPECT_EQ(stops.out.deviations[0].behind.size(), 2U);
+}
+
+TEST(StartupOutcomes, AStepWithAnotherValueIsOneDeviationWhateverCameOfIt) {
+  OneSlave bus("abSO", "abSO");
+  bus.Step(1).data = {2};
+  bus.Step(1).outcome = StartupOutcome::kRefused;
+  EXPECT_EQ(bus.Run(), (Found{{Kind::kValue, 1, 2}}));
+}
+
+TEST(StartupOutcomes, AMasterThatIsAtItWhenTheCaptureEndsHasLeftNothingOut) {
+  OneSlave bus("abSO", "ab");
+  EXPECT_EQ(bus.Run().size(), 1U);
+  bus.result.capture.last.time = 50'000'000;
+  EXPECT_EQ(bus.Run(), Found{});
+  EXPECT_EQ(bus.Reasons(), std::vector<std::string>{"the capture ends while the slave is started"});
+}
+
+TEST(StartupComparison, AnotherRevisionIsOneOfTheDevice) {
+  OneSlave bus("aSO", "aSO");
+  bus.expectation.slaves[0].revision = 0x10000;
+  EXPECT_EQ(bus.Run(), Found{}) << "not known";
+  bus.result.slaves[0].identity.revision = 0x10000;
+  EXPECT_EQ(bus.Run(), Found{});
+  bus.result.slaves[0].identity.revision = 0x10001;
+  ASSERT_EQ(bus.Run().size(), 1U);
+  EXPECT_EQ(bus.out.deviations[0].kind, Kind::kRevision);
+  EXPECT_EQ(bus.out.deviations[0].revision, 0x10001U);
+}
+
+TEST(StartupComparison, LogicalAddressesThatAreShiftedWithTheBusAreNotWrong) {
+  OneSlave bus("aSO", "aSO");
+  bus.expectation.slaves[0].steps[0].key = StartupKey{StartupKey::Kind::kWrite, false, 0, 0x0600};
+  bus.expectation.slaves[0].steps[0].data = Bytes{8, 0, 0, 0, 6, 0, 0, 7, 0, 0x12, 0, 2, 1, 0, 0, 0};
+  bus.Step(0).key = bus.expectation.slaves[0].steps[0].key;
+  bus.Step(0).data = {2, 0, 0, 0, 6, 0, 0, 7, 0, 0x12, 0, 2, 1, 0, 0, 0};
+  bus.Step(0).size = 16;
+  EXPECT_EQ(bus.Run(), (Found{{Kind::kValue, 1, 1}})) << "the same bus has another layout";
+  // A slave that the expectation does not list shifts the others.
+  SlaveSummary extra;
+  extra.id = extra.position = 1;
+  bus.result.slaves.push_back(extra);
+  EXPECT_EQ(bus.Run(), Found{});
+  EXPECT_EQ(bus.Reasons().size(), 2U) << "the new slave, and the logical address";
+  // Another length is wrong on any bus.
+  bus.Step(0).data[4] = 4;
+  EXPECT_EQ(bus.Run(), (Found{{Kind::kValue, 1, 1}}));
 }
 
 TEST(EniExpectation, TakesWritesOfTheWayUp) {
