@@ -171,9 +171,11 @@ void StartupRecorder::On(const track::AlRequest& request) {
   if (!story.first_state) story.first_state = wanted;
   if (story.in_operation) {
     if (wanted < kOp) story.enabled = story.left_operation = true;
+    if (story.left_operation && wanted == kInit) story.to_init = request.frame();
     if (story.left_operation && wanted == kPreop && story.state <= kInit) {
       ++story.again;
-      if (!story.again_frame.seen()) story.again_frame = request.frame();
+      // It begins in INIT: scan, addresses and mailbox come before the request of PREOP.
+      if (!story.again_frame.seen()) story.again_frame = story.to_init.seen() ? story.to_init : request.frame();
     }
     return;
   }

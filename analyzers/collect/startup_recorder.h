@@ -103,6 +103,7 @@ class StartupRecorder final : public Collector {
     mailbox::MailboxUnanswered unanswered;  ///< the last request to the mailbox that got no answer
     std::uint64_t again = 0;
     FrameRef again_frame;
+    FrameRef to_init;  ///< the last request of INIT since operation was left
   };
 
   [[nodiscard]] StartupSummary SummariseSlave(SlaveId slave, const FrameRef& capture_end);

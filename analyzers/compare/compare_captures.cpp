@@ -11,6 +11,7 @@
 #include "analyzers/compare/extra_steps.h"
 #include "analyzers/compare/slave_matches.h"
 #include "analyzers/compare/startup_registers.h"
+#include "analyzers/result/further_startups.h"
 #include "analyzers/words/step_text.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/al.h"
@@ -223,6 +224,8 @@ class Builder {
     for (std::size_t p = 0; p < out_.pairs.size(); ++p) CutStartups(p);
     Fold();
     TellUnknownIdentities();
+    TellFurther(a_, "A");
+    TellFurther(b_, "B");
     std::stable_sort(out_.differences.begin(), out_.differences.end(), [](const Difference& x, const Difference& y) {
       return std::tuple(!x.counts, x.rank) < std::tuple(!y.counts, y.rank);
     });
@@ -319,6 +322,14 @@ class Builder {
       for (const unsigned position : positions) list += (list.empty() ? "" : ", ") + std::to_string(position);
       out_.notes.push_back((positions.size() == 1 ? "slave " : "slaves ") + list + ": the identity is not in " +
                            (where == "both" ? "either capture" : where) + ", so matched by position");
+    }
+  }
+
+  /// Only one start-up of each slave is kept.
+  void TellFurther(const AnalysisResult& result, const std::string& which) {
+    if (const FrameNo next = startup::NextStartup(result); next != 0) {
+      out_.notes.push_back(which + " starts slaves again from frame " + std::to_string(next) +
+                           " on; what is before is compared, that start-up is not");
     }
   }
 

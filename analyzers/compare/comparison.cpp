@@ -8,6 +8,7 @@
 #include "analyzers/compare/slave_matches.h"
 #include "analyzers/compare/startup_registers.h"
 #include "analyzers/model/model_events.h"
+#include "analyzers/result/further_startups.h"
 #include "analyzers/words/step_text.h"
 #include "decoder/base/text.h"
 #include "decoder/base/time.h"
@@ -491,6 +492,7 @@ class WholeComparison {
       }
     }
     AddShifted();
+    TellFurther();
     return std::move(out_);
   }
 
@@ -528,6 +530,17 @@ class WholeComparison {
                                  "logical addresses of " + Count(shifted_.size(), "FMMU") +
                                      ": with other slaves or process data on the bus they lie elsewhere",
                                  Deviation::Kind::kValue});
+  }
+
+  /// Only one start-up of each slave is kept.
+  void TellFurther() {
+    const FrameNo next = NextStartup(result_);
+    if (next == 0) return;
+    out_.not_compared.push_back({kNoSlave,
+                                 "the master starts slaves again from frame " + std::to_string(next) +
+                                     " on: that start-up is not compared, --from '#" + std::to_string(next) +
+                                     "' does it",
+                                 Deviation::Kind::kMissing});
   }
 
   [[nodiscard]] std::vector<Deviation> Steps(const std::vector<ExpectedStep>& expected,

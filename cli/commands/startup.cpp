@@ -8,6 +8,7 @@
 
 #include "analyzers/compare/comparison.h"
 #include "analyzers/judge/catalogue.h"
+#include "analyzers/result/further_startups.h"
 #include "analyzers/words/step_text.h"
 #include "cli/capture_run.h"
 #include "cli/commands/command.h"
@@ -202,6 +203,10 @@ class StartupCommand : public Command {
         console.Warning("slave " + std::to_string(slave.position) + " is saved with a start-up that failed: " + failed +
                         "; what failed is not expected to succeed");
       }
+    }
+    if (const FrameNo next = startup::NextStartup(result); next != 0) {
+      console.Warning("the start-up before frame " + std::to_string(next) + " is saved; with --from '#" +
+                      std::to_string(next) + "' the one from there on");
     }
     if (std::filesystem::is_regular_file(*save_)) console.Warning("the expectation " + *save_ + " is replaced");
     return WriteOutputFile(*save_, WriteExpectation(result));

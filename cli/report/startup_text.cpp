@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "analyzers/result/further_startups.h"
 #include "cli/report/layout.h"
 #include "cli/report/times.h"
 #include "decoder/base/text.h"
@@ -142,6 +143,12 @@ std::string Compared(const CaptureReport& capture, const TextStyle& style) {
                      Count(capture.result.slaves.size(), "slave") +
                      " in this capture. Without --expect, ecaudit startup shows them all.",
                  0);
+  if (const FrameNo next = startup::NextStartup(capture.result); next != 0) {
+    text.Paragraph("The master starts slaves again from frame " + std::to_string(next) +
+                       " on. Compared is the start-up before it; --from '#" + std::to_string(next) +
+                       "' compares that one.",
+                   0);
+  }
   if (capture.other_errors + capture.other_warnings > 0) {
     text.Paragraph("Apart from the expectation, ecaudit check finds " + Count(capture.other_errors, "error") + " and " +
                        Count(capture.other_warnings, "warning") + " in this capture.",
@@ -202,6 +209,11 @@ std::string WriteStartupText(const Report& report, const TextStyle& style) {
       text.Paragraph("limited by " + OneLine(limits), 0);
     }
     if (!capture.result.capture.complete) text.Paragraph("incomplete: only a part of the capture was read", 0);
+    if (const FrameNo next = startup::NextStartup(capture.result); next != 0) {
+      text.Paragraph("The master starts slaves again from frame " + std::to_string(next) +
+                         " on. Shown is the start-up before it; --from '#" + std::to_string(next) + "' shows that one.",
+                     0);
+    }
     CaptureStartup(capture, text).Write();
     out += text.Take();
   }

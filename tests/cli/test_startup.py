@@ -68,6 +68,16 @@ def startup_capture(**how) -> bytes:
     return bus.pcap()
 
 
+def two_startups(**second) -> bytes:
+    bus = StartupBus()
+    start(bus)
+    for state in (4, 2, 1):
+        bus.state(state)
+    bus.time_ns += 2_000_000_000
+    start(bus, **second)
+    return bus.pcap()
+
+
 class StartupTest(CliTest):
     def setUp(self):
         super().setUp()
@@ -277,6 +287,21 @@ class StartupExpect(StartupTest):
         self.startup("--expect", "failed.json", refused)
         self.startup("--expect", "failed.json", self.good)
         self.assertEqual(self.startup("--save", "good.json", self.good).err, "")
+
+    def test_of_two_start_ups_it_says_which_one_is_compared(self):
+        twice = self.file("twice.pcap", two_startups(downloads=(MODE, ("", 0x60C2, 1, 4), FACTOR)))
+        expected = self.expectation()
+        once = self.startup("--expect", expected, self.good).out
+        self.assertNotIn("again", once)
+        text = " ".join(self.startup("--expect", expected, twice).out.split())
+        self.assertIn("The master starts slaves again from frame", text)
+        report = json.loads(self.startup("--expect", expected, "--format", "json", twice).out)["reports"][0]
+        reason = [entry["reason"] for entry in report["not_evaluable"] if "starts slaves again" in entry["reason"]]
+        self.assertEqual(len(reason), 1, report["not_evaluable"])
+        frame = reason[0].split("--from '")[1].split("'")[0]
+        self.assertEqual(self.one_finding(twice, expected, "--from", frame)["rule"], "startup-value")
+        self.assertIn("again from frame " + frame[1:], " ".join(self.startup(twice).out.split()))
+        self.assertIn(f"the start-up before frame {frame[1:]} is saved", self.startup("--save", "one.json", twice).err)
 
     def test_gates(self):
         changed = self.file("changed.pcap", startup_capture(downloads=(MODE, ("", 0x60C2, 1, 4), FACTOR)))
@@ -512,6 +537,11 @@ class Diff(StartupTest):
             self.assertNotEqual(difference["a"], difference["b"])
             if "not taken by the slave" in difference["a"] + difference["b"]:
                 self.assertFalse(difference["counts"])
+
+    def test_what_nobody_compared_is_said(self):
+        twice = self.file("twice.pcap", two_startups())
+        self.assertIn("B starts slaves again from frame", self.diff(self.good, twice, status=0).out)
+        self.assertNotIn("again", self.diff(self.good, self.good, status=0).out)
 
     def test_files(self):
         self.diff(self.good, self.good, "-o", "json=d.json", status=0)

@@ -29,7 +29,8 @@ the capture begins, or whose start-up runs into the end of a damaged capture, is
 A step that has to succeed failed where the slave refused or aborted it, or where the master looked for the state or the
 answer for a while and then went on, or looked no more although the capture goes on; a drive where it shows a fault, or
 does not show Operation enabled within a second. A step done again with success counts. What did not come about behind
-a state that was not reached is told with it. Where the capture ends before, or nobody looks, nothing is judged.
+a state that was not reached is told with it. Where the capture ends before, or nobody looks, nothing is judged. A
+second start-up in the same capture is not compared, which the report says.
 
 ## Example
 tests/rules/startup-step-missing/violates.trace

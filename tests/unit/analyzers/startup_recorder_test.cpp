@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/analysis.h"
+#include "analyzers/result/further_startups.h"
 #include "tests/support/trace_builder.h"
 
 namespace ecaudit::startup {
@@ -88,6 +89,17 @@ TEST(StartupRecorder, OfSeveralAttemptsTellsTheOneThatCameFurthest) {
   // Of equal ones the first.
   const StartupSummary equal = StartupOf(kAddress + up + State(1) + up);
   EXPECT_EQ(equal.steps.back().frame.number, StartupOf(kAddress + up).steps.back().frame.number);
+}
+
+TEST(StartupRecorder, AnotherStartUpBehindOperationBeginsInInit) {
+  const std::string up = kMailbox + State(2) + kOutputs + State(4) + State(8);
+  const AnalysisResult once = ResultOf(kAddress + up + State(4) + State(1));
+  EXPECT_EQ(NextStartup(once), 0U) << "it is only taken down";
+  const AnalysisResult twice = ResultOf(kAddress + up + State(4) + State(1) + up);
+  EXPECT_EQ(twice.slaves[0].startup.again, 1U);
+  EXPECT_EQ(NextStartup(twice), once.capture.last.number - 3) << "the request of INIT";
+  // An attempt before the one that is kept is none behind it.
+  EXPECT_EQ(NextStartup(ResultOf(kAddress + kMailbox + State(2) + State(1) + up)), 0U);
 }
 
 TEST(StartupRecorder, ARequestThatIsWrittenAgainIsOneStep) {
