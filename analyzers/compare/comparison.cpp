@@ -307,9 +307,28 @@ bool LeaveOut(std::vector<Deviation>& deviations, Hidden&& hidden) {
   return left_out > 0;
 }
 
+/// What a start-up told last came shortly before the end of the capture.
+bool EndsWith(const StartupSummary& startup, const FrameRef& end) {
+  return startup.end.has_time && end.has_time && Elapsed(startup.end.time, end.time) < model::kGivenUpNs;
+}
+
+/// A master that is at it when the capture ends has not left out yet what it did not come to.
+/// @param what  it is at
+/// @return whether there was anything of that kind
+bool LeaveOutToCome(SlaveId slave, const char* what, std::vector<Deviation>& found, Comparison& comparison) {
+  const std::size_t before = found.size();
+  std::erase_if(found, [](const Deviation& d) {
+    const bool refused = d.previous != nullptr && d.previous->outcome == StartupOutcome::kRefused;
+    return d.kind == Deviation::Kind::kMissing && (d.to_the_end || d.next == nullptr) && !refused;
+  });
+  if (found.size() == before) return false;
+  comparison.not_compared.push_back(
+      {slave, std::string("the capture ends while ") + what + " started", Deviation::Kind::kMissing});
+  return true;
+}
+
 /// Of a slave that can be compared: what of its start-up the capture does not show.
-void LeaveOutUnseen(const SlaveSummary& slave, const FrameRef& end, std::vector<Deviation>& found,
-                    Comparison& comparison) {
+void LeaveOutUnseen(const SlaveSummary& slave, std::vector<Deviation>& found, Comparison& comparison) {
   const auto of_drive = [](const ExpectedStep* step) { return step->key.kind == StartupKey::Kind::kDrive; };
   if (!slave.drive && LeaveOut(found, of_drive)) {
     comparison.not_compared.push_back(
@@ -327,20 +346,6 @@ void LeaveOutUnseen(const SlaveSummary& slave, const FrameRef& end, std::vector<
       comparison.not_compared.push_back(
           {slave.id, Grouped(slave.startup.steps_left_out) + " further steps of its start-up were not kept",
            Deviation::Kind::kMissing});
-    }
-  }
-  // A master that is at it when the capture ends has not left anything out yet.
-  const bool at_it =
-      slave.startup.end.has_time && end.has_time && Elapsed(slave.startup.end.time, end.time) < model::kGivenUpNs;
-  if (at_it) {
-    const std::size_t before = found.size();
-    std::erase_if(found, [](const Deviation& d) {
-      const bool refused = d.previous != nullptr && d.previous->outcome == StartupOutcome::kRefused;
-      return d.kind == Deviation::Kind::kMissing && (d.to_the_end || d.next == nullptr) && !refused;
-    });
-    if (found.size() < before) {
-      comparison.not_compared.push_back(
-          {slave.id, "the capture ends while the slave is started", Deviation::Kind::kMissing});
     }
   }
   const auto early = [](const ExpectedStep* step) { return step->phase <= StartupPhase::kEeprom; };
@@ -464,7 +469,11 @@ void TakeConsequences(std::vector<Deviation>& found) {
 class WholeComparison {
  public:
   WholeComparison(const Expectation& expectation, const AnalysisResult& result)
-      : expectation_(expectation), result_(result), end_(result.capture.last) {}
+      : expectation_(expectation), result_(result), end_(result.capture.last) {
+    under_way_ = std::any_of(result.slaves.begin(), result.slaves.end(), [&](const SlaveSummary& slave) {
+      return !slave.startup.ended && EndsWith(slave.startup, end_);
+    });
+  }
 
   Comparison Run() {
     if (!expectation_.bus.empty() || expectation_.strict) CompareBus();
@@ -557,6 +566,7 @@ class WholeComparison {
     }
     std::vector<Deviation> found = Steps(expectation_.bus, bus);
     std::erase_if(found, [](const Deviation& d) { return d.kind == Deviation::Kind::kNotShown; });
+    if (EndsWith(bus, end_) || under_way_) LeaveOutToCome(kNoSlave, "slaves are", found, out_);
     Add(std::move(found), kNoSlave, nullptr, bus.end);
   }
 
@@ -611,7 +621,11 @@ class WholeComparison {
       return;
     }
     std::vector<Deviation> found = Steps(expected.steps, slave.startup);
-    LeaveOutUnseen(slave, end_, found, out_);
+    LeaveOutUnseen(slave, found, out_);
+    if (EndsWith(slave.startup, end_) || (!slave.startup.ended && under_way_)) {
+      const bool cut = LeaveOutToCome(slave.id, "the slave is", found, out_);
+      if (cut && !slave.startup.ended) ++out_.cut;
+    }
     LeaveOutOvercome(slave.startup, found);
     TakeConsequences(found);
     TellNotShown(slave, found, out_);
@@ -639,7 +653,8 @@ class WholeComparison {
   const FrameRef& end_;  // of the capture
   Comparison out_;
   std::vector<Deviation> shifted_;  // FMMUs whose logical address alone differs
-  bool other_layout_ = false;       // other slaves, or other process data, than expected
+  bool under_way_ = false;     // some slave is brought up, one after the other as masters do, when the capture ends
+  bool other_layout_ = false;  // other slaves, or other process data, than expected
 };
 
 }  // namespace

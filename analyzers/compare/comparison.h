@@ -61,6 +61,7 @@ struct NotCompared {
 struct Comparison {
   std::vector<Deviation> deviations;  ///< slave by slave, in the order of what is expected
   std::vector<NotCompared> not_compared;
+  std::size_t cut = 0;  ///< slaves that the master had not brought to OP yet when the capture ended
 };
 
 /// True when the step has the value that is expected.

@@ -44,11 +44,16 @@ std::vector<SlaveMatch> MatchSlaves(std::span<const ExpectedSlave> expected, std
   std::vector<SlaveMatch> matches(expected.size());
   // An untouched bus: everybody where he is expected.
   bool in_place = true;
+  std::vector<bool> used(actual.size(), false);
   for (std::size_t e = 0; e < expected.size() && in_place; ++e) {
     const auto found = std::find_if(actual.begin(), actual.end(),
                                     [&](const SlaveSummary& s) { return s.position == expected[e].position; });
-    in_place = found != actual.end() && SameDevice(expected[e], *found);
-    if (in_place) matches[e].place = static_cast<std::size_t>(found - actual.begin());
+    const auto place = static_cast<std::size_t>(found - actual.begin());
+    // A hand-written expectation may name one position twice.
+    in_place = found != actual.end() && !used[place] && SameDevice(expected[e], *found);
+    if (!in_place) break;
+    matches[e].place = place;
+    used[place] = true;
   }
   if (in_place) return matches;
   std::fill(matches.begin(), matches.end(), SlaveMatch{});

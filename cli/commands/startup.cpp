@@ -226,6 +226,10 @@ class StartupCommand : public Command {
     if (hidden > 0 && static_cast<std::size_t>(hidden) == expectation_->slaves.size()) {
       return Error{name + " shows none of the expected slaves: " + comparison.not_compared.back().reason};
     }
+    if (comparison.cut > 0 && comparison.cut + static_cast<std::size_t>(without) >= result.slaves.size() &&
+        comparison.deviations.empty()) {
+      return Error{name + " holds no whole start-up to compare: it ends while the slaves are started"};
+    }
     if (static_cast<std::size_t>(without) < result.slaves.size()) return std::nullopt;
     return Error{name + " holds no start-up to compare: " + comparison.not_compared.back().reason};
   }

@@ -402,6 +402,14 @@ class StartupFiles(StartupTest):
         self.startup("--save", "new.json", self.good)
         self.assertIn("is replaced", self.startup("--save", "new.json", self.good).err)
 
+    def test_a_start_up_that_the_capture_cuts_is_not_as_expected(self):
+        expected = self.expectation()
+        packets = StartupBus()
+        start(packets)
+        packets.packets = packets.packets[:24]
+        error = self.one_error("startup", "--expect", expected, self.file("cut.pcap", packets.pcap()))
+        self.assertIn("holds no whole start-up to compare: it ends while the slaves are started", error)
+
     def test_a_capture_without_start_up_is_not_saved(self):
         bus = Bus()
         for _ in range(5):

@@ -335,6 +335,19 @@ TEST(StartupOutcomes, AMasterThatIsAtItWhenTheCaptureEndsHasLeftNothingOut) {
   bus.result.capture.last.time = 50'000'000;
   EXPECT_EQ(bus.Run(), Found{});
   EXPECT_EQ(bus.Reasons(), std::vector<std::string>{"the capture ends while the slave is started"});
+  EXPECT_EQ(bus.out.cut, 1U);
+  // It is at another slave: this one has its turn later.
+  bus.result.slaves[0].startup.end.time = -1'000'000'000;
+  EXPECT_EQ(bus.Run().size(), 1U);
+  SlaveSummary other = bus.result.slaves[0];
+  other.id = other.position = 1;
+  other.startup.end.time = 0;
+  bus.result.slaves.push_back(other);
+  EXPECT_EQ(bus.Run(), Found{});
+  // What was left out before the last step is missing all the same.
+  OneSlave gap("abcSO", "acS");
+  gap.result.capture.last.time = 50'000'000;
+  EXPECT_EQ(gap.Run(), (Found{{Kind::kMissing, 1, 3}}));
 }
 
 TEST(StartupComparison, AnotherRevisionIsOneOfTheDevice) {
