@@ -320,6 +320,33 @@ class StartupExpect(StartupTest):
         self.assertEqual(finding["rule"], "startup-step-missing")
         self.assertIn("slave 1 (Axis Y)", finding["title"])
 
+    def test_another_revision_is_one_of_the_device(self):
+        mixed = SAMPLES / "clean-mixed-bus.pcapng"
+        document = self.saved(mixed)
+        slave = document["slaves"][1]
+        slave["revision"] = "0x0000ffff"
+        finding = self.one_finding(mixed, self.file("older.json", json.dumps(document)))
+        self.assertEqual((finding["rule"], finding["severity"], finding["slave"]), ("startup-value", "error", 1))
+        self.assertIn("revision of the device is 0x00010000 instead of 0x0000ffff", finding["title"])
+        self.assertIn("Masters accept a newer one", finding["message"])
+        del slave["revision"]
+        self.assertEqual(self.findings(mixed, self.file("any.json", json.dumps(document)), status=0), [])
+
+    def test_a_slave_at_another_place_has_moved(self):
+        mixed = SAMPLES / "clean-mixed-bus.pcapng"
+        document = self.saved(mixed)
+        first, second = document["slaves"][:2]
+        first["position"], second["position"] = 1, 0
+        finding = self.one_finding(mixed, self.file("swapped.json", json.dumps(document)))
+        self.assertEqual(finding["rule"], "startup-order")
+        self.assertRegex(finding["title"], r"The expected slave \d stands at position \d")
+        # One that is not there is said to be missing, and those behind it have not moved.
+        first["position"], second["position"] = 0, 1
+        document["slaves"][2]["position"] = 3
+        document["slaves"].append({"position": 2, "vendor_id": 106, "product_code": 1, "steps": []})
+        finding = self.one_finding(mixed, self.file("more.json", json.dumps(document)))
+        self.assertEqual((finding["rule"], finding["frame"]), ("startup-step-missing", 1))
+
     def test_hand_written(self):
         expected = self.file("hand.json", json.dumps({"schema": "ecaudit.expectation/1", "slaves": [{"steps": [
             {"download": "0x6060:0", "value": 7}, {"download": "60C2h:1"}, {"request": "SAFEOP"},
