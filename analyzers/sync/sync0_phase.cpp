@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "decoder/base/wrapping.h"
 
@@ -61,6 +62,7 @@ std::int64_t Sync0Phase::PulsesBefore(std::int64_t since, std::int64_t cycle) {
 /// Settings or clock may be others than at the last frame.
 void Sync0Phase::Follow(const SyncSettings& settings, const DcTime& now, bool wide) {
   if (settings_frame_.number == settings.frame.number && epoch_ == now.epoch) return;
+  if (settings_frame_.number != settings.frame.number) begins_anew_ = true;
   settings_frame_ = settings.frame;
   epoch_ = now.epoch;
   has_slot_ = false;
@@ -70,7 +72,17 @@ void Sync0Phase::Follow(const SyncSettings& settings, const DcTime& now, bool wi
                                        : esc::UnwrapDcTime(static_cast<std::uint32_t>(*settings.start_ns), now.ns));
 }
 
+/// What was found stays found.
+void Sync0Phase::ForgetStatistics() {
+  begins_anew_ = false;
+  frames_ = 0;
+  mean_ = squares_ = 0;
+  bins_ = {};
+}
+
 void Sync0Phase::Count(const FrameRef& frame, TimeNs phase, std::int64_t cycle) {
+  if (begins_anew_) ForgetStatistics();
+  if (frames_ == 0) origin_ = phase;
   const TimeNs margin = std::min(phase, cycle - phase);
   if (frames_ == 0 || phase < min_) min_ = phase;
   if (frames_ == 0 || phase > max_) max_ = phase;
@@ -79,7 +91,10 @@ void Sync0Phase::Count(const FrameRef& frame, TimeNs phase, std::int64_t cycle) 
     margin_frame_ = frame;
   }
   ++frames_;
-  const auto value = static_cast<double>(phase);
+  TimeNs apart = phase - origin_;
+  if (apart > cycle / 2) apart -= cycle;
+  if (apart < -(cycle / 2)) apart += cycle;
+  const auto value = static_cast<double>(apart);
   const double delta = value - mean_;
   mean_ += delta / static_cast<double>(frames_);
   squares_ += delta * (value - mean_);
@@ -139,11 +154,26 @@ void Sync0Phase::Carry(Arrival& arrival, const FrameRef& frame, const Slot& slot
   most_ = {most, frames_, frame};
 }
 
+TimeNs Sync0Phase::UsualNs(TimeNs cycle) const {
+  const auto count = static_cast<double>(bins_.size());
+  double x = 0, y = 0;
+  for (std::size_t i = 0; i < bins_.size(); ++i) {
+    const double angle = 2 * std::numbers::pi * (static_cast<double>(i) + 0.5) / count;
+    x += static_cast<double>(bins_[i]) * std::cos(angle);
+    y += static_cast<double>(bins_[i]) * std::sin(angle);
+  }
+  const double turns = std::atan2(y, x) / (2 * std::numbers::pi);
+  return static_cast<TimeNs>((turns < 0 ? turns + 1 : turns) * static_cast<double>(cycle));
+}
+
 SyncPhase Sync0Phase::Summary(std::uint32_t cycle_ns) const {
   SyncPhase phase;
   phase.frames = frames_;
   phase.cycle_ns = cycle_ns;
-  phase.mean_us = mean_ / 1e3;
+  double mean = static_cast<double>(origin_) + mean_;
+  if (mean < 0) mean += cycle_ns;
+  if (mean >= cycle_ns) mean -= cycle_ns;
+  phase.mean_us = mean / 1e3;
   phase.min_us = static_cast<double>(min_) / 1e3;
   phase.max_us = static_cast<double>(max_) / 1e3;
   phase.stddev_us = std::sqrt(squares_ / static_cast<double>(frames_)) / 1e3;

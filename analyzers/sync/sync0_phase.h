@@ -43,11 +43,17 @@ class Sync0Phase {
               TimeNs doubt_ns = 0);
   /// The next frame is not compared with the last one.
   void End() { has_slot_ = false; }
+  /// What comes next is measured for itself; until then what was measured last counts.
+  void BeginAnew() {
+    End();
+    begins_anew_ = true;
+  }
 
   [[nodiscard]] std::uint64_t frames() const { return frames_; }
+  /// How far behind a pulse the frames arrived so far, on average: just before one and just behind it is at it, not in
+  /// the middle.
+  [[nodiscard]] TimeNs UsualNs(TimeNs cycle) const;
   /// How well the slave's clock is known to agree with the reference, ns.
-  /// How far behind a pulse the frames arrived so far, on average.
-  [[nodiscard]] TimeNs mean_ns() const { return static_cast<TimeNs>(mean_); }
   [[nodiscard]] TimeNs uncertainty_ns() const { return uncertainty_; }
   /// Frames so near to a pulse that nobody knows on which side, and the first of them.
   [[nodiscard]] std::uint64_t undecided() const { return undecided_; }
@@ -69,6 +75,7 @@ class Sync0Phase {
     FrameRef frame;
   };
 
+  void ForgetStatistics();
   void Follow(const SyncSettings& settings, const DcTime& now, bool wide);
   void Count(const FrameRef& frame, TimeNs phase, std::int64_t cycle);
   [[nodiscard]] std::int64_t PulsesBefore(std::int64_t since, std::int64_t cycle);
@@ -81,12 +88,14 @@ class Sync0Phase {
   std::int64_t start_ns_ = 0;
   std::int64_t pulses_ = 0, last_pulse_ = -1;  // before the last frame, and when; -1: unknown
   bool has_slot_ = false;
+  bool begins_anew_ = false;
   Slot slot_;               // of the last frame
   std::int64_t since_ = 0;  // the first pulse, at the last frame
   Lead least_, most_;       // with one pulse for each frame since a frame that did not follow on another
   std::uint64_t frames_ = 0, empty_ = 0, doubled_ = 0, undecided_ = 0;
   FrameRef first_undecided_;
-  double mean_ = 0, squares_ = 0;
+  TimeNs origin_ = 0;              // phase of the first frame, from which the others are told ...
+  double mean_ = 0, squares_ = 0;  // ... the shorter way round: their mean, and the squares of what they differ by
   TimeNs min_ = 0, max_ = 0, margin_ = 0, uncertainty_ = 0;
   FrameRef margin_frame_;
   std::array<std::uint64_t, 50> bins_{};

@@ -110,7 +110,7 @@ class SyncWindowViolation final : public Rule {
   /// SYNC0 in the middle between two frames is not to be shifted.
   [[nodiscard]] std::string AdviceOn(const sync::SyncSlotMiss& e) const {
     if (e.crept > 0) return "Let the master's cycle follow the DC time.";
-    const TimeNs usual = context().sync().outputs(e.slave).phase.mean_ns();
+    const TimeNs usual = context().sync().outputs(e.slave).phase.UsualNs(e.cycle_ns);
     if (usual < e.cycle_ns / 4 || usual > e.cycle_ns - e.cycle_ns / 4) {
       return "Shift SYNC0 to the middle between two frames, and send more regularly.";
     }
