@@ -107,7 +107,7 @@ Presence OfProcessData(const SlaveSummary& slave, const RuleContext& context, co
 Presence OfTiming(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
   Presence data = OfProcessData(slave, context, result);
   if (data.absent != NotApplicable::kApplies || !data.unseen.empty()) return data;
-  sync::TimeBase base = context.sync().outputs(slave.id).rate.base;
+  sync::TimeBase base = context.sync().outputs(slave.id).rate.base();
   if (base == sync::TimeBase::kNone) base = sync::TimeBase::kCapture;
   return context.sync().Uncertainty(base) ? Presence{} : Unseen(kPoorStamps);
 }

@@ -51,17 +51,21 @@ void CyclicImage::AddInterval(const FrameTime& from, const FrameTime& to) {
 }
 
 void CyclicImage::RenewNominal() {
-  constexpr std::uint64_t kRenewed = 1024;
-  const auto due = [](const IntervalStatistics& clock) { return clock.count() > 0 && clock.count() % kRenewed == 0; };
-  if (nominal_of >= kRenewed && !due(by_dc) && !due(by_esl) && !due(by_stamp)) return;
-  const auto [best, base] = Best();
-  const std::uint64_t count = best->count();
-  if (base != TimeBase::kNone &&
-      (count % kRenewed == 0 || (count >= kEnoughIntervals && nominal_of < kEnoughIntervals) ||
-       (count < kRenewed && count == nominal_of * 2))) {
-    nominal_ns = std::min(best->Percentile(0.5), kLongestCycle);
-    nominal_of = count;
-  }
+  if (gap.base == TimeBase::kNone) return;
+  recent_[intervals_++ % kRecent] = gap.ns;
+  if (intervals_ % kRecent != 0 && intervals_ != kEnoughIntervals && intervals_ != 2 * kEnoughIntervals) return;
+  std::array<TimeNs, kRecent> sorted = recent_;
+  const std::size_t count = std::min<std::uint64_t>(intervals_, kRecent);
+  const auto at = [&](std::size_t quarters) {
+    return sorted.begin() + static_cast<std::ptrdiff_t>(count * quarters / 4);
+  };
+  const auto end = sorted.begin() + static_cast<std::ptrdiff_t>(count);
+  std::nth_element(sorted.begin(), at(2), end);
+  std::nth_element(sorted.begin(), at(1), at(2));
+  std::nth_element(at(2), at(3), end);
+  nominal_ns = std::min(*at(2), kLongestCycle);
+  spread_ns = std::min(*at(3), kLongestCycle) - std::min(*at(1), kLongestCycle);
+  nominal_of = intervals_;
 }
 
 CyclicImage* CyclicImages::Find(wire::Command command, std::uint32_t address) {

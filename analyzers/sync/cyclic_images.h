@@ -26,8 +26,9 @@ struct CyclicImage {
   FrameNo gap_from = 0;        ///< last frame but one ...
   Interval gap;                ///< ... and how far it lies before the last, for all slaves that both of them fed
   IntervalStatistics by_dc, by_esl, by_stamp;
-  TimeNs nominal_ns = 0;  ///< median of the best clock, renewed now and then
-  std::uint64_t nominal_of = 0;
+  TimeNs nominal_ns = 0;         ///< median of the last intervals, renewed now and then: masters change their cycle
+  TimeNs spread_ns = 0;          ///< half of these intervals lie within this
+  std::uint64_t nominal_of = 0;  ///< intervals so far when it was renewed
 
   static constexpr std::size_t kSent = 16;
   std::array<FrameNo, kSent> sent{};  ///< outbound frames with these data, the newest at sent_count - 1
@@ -48,6 +49,10 @@ struct CyclicImage {
   /// Each clock for itself: which is best is known when all is measured.
   void AddInterval(const FrameTime& from, const FrameTime& to);
   void RenewNominal();
+
+  static constexpr std::size_t kRecent = 128;
+  std::array<TimeNs, kRecent> recent_{};  // intervals, the newest at intervals_ - 1
+  std::uint64_t intervals_ = 0;
 };
 
 class CyclicImages {

@@ -1,34 +1,147 @@
 #include "analyzers/sync/output_rate.h"
 
-namespace ecaudit::sync {
+#include <algorithm>
+#include <cstdlib>
 
-void OutputRate::Add(const CyclicImage& image, const Interval& interval, const FrameRef& from, const FrameRef& to,
-                     TimeNs configured) {
-  if (!image.has_nominal()) return;
-  // The median jumps where early and late frames alternate: a configured cycle near it counts better.
-  TimeNs nominal = image.nominal_ns;
-  if (configured > 0 && nominal != configured && nominal > configured - configured / 3 &&
-      nominal < configured + configured / 3) {
-    nominal = configured;
+namespace ecaudit::sync {
+namespace {
+
+/// Cycles, or frames whose number of cycles stays open: longer ones are pauses.
+constexpr TimeNs kPause = 16;
+/// By no more than this part of a cycle intervals may differ from whole ones.
+constexpr TimeNs kFirm = 4;
+/// By no more than this two rhythms are the same.
+constexpr TimeNs kSame = 8;
+
+}  // namespace
+
+double OutputRate::JitterShare() const {
+  if (sum_.ns <= 0 || intervals_ == 0) return 0;
+  // First and last frame are wrong by as much as an interval is: hardly ever by more than three times the usual.
+  const double ends =
+      std::min(3 * static_cast<double>(off_) / static_cast<double>(intervals_), static_cast<double>(most_off_));
+  const double cycles = static_cast<double>(std::abs(sum_.doubtful)) + static_cast<double>(sum_.open) / 2;
+  return (ends + cycles * static_cast<double>(nominal_)) / static_cast<double>(sum_.ns);
+}
+
+bool OutputRate::Renew(const CyclicImage& image, TimeNs configured) {
+  renewed_at_ = image.nominal_of;
+  // Where frames are late and early by much, so is a median of few of them.
+  const auto is_about = [&](TimeNs cycle, TimeNs other) {
+    return std::abs(cycle - other) <= std::min(std::max(other / kSame, image.spread_ns), other / 3);
+  };
+  // What came last is newer than the median of the image.
+  const bool by_turn = nominal_ > 0 && strange_ >= kEnoughIntervals;
+  const TimeNs measured = by_turn ? strange_ns_ / static_cast<TimeNs>(strange_) : image.nominal_ns;
+  const TimeNs next = is_about(measured, configured) ? configured : measured;
+  const bool other = nominal_ > 0 && next > 0 && !is_about(next, nominal_);
+  if (other && (by_turn || seen_strange_ > seen_ / 2)) {
+    sum_ = strange_ > 0 ? turn_ : firm_;
+    next_ = next;
+    return true;
   }
-  TimeNs shifted = 0;
-  if (__builtin_add_overflow(interval.ns, nominal / 2, &shifted)) return;
-  const TimeNs count = shifted >= nominal && shifted - nominal < nominal ? 1 : shifted / nominal;
-  constexpr TimeNs kPause = 16;
-  if (interval.base == TimeBase::kNone || count > kPause) return;
-  if (interval.base != base) {
-    base = interval.base;
-    cycles = 0;
-    ns = 0;
+  if (!other && next > 0) {
+    nominal_ = next;
+    usual_ = measured;
+    firm_ = sum_;
   }
-  if (cycles == 0) first = from;
-  if (__builtin_add_overflow(ns, interval.ns, &ns)) {
-    base = TimeBase::kNone;  // begins anew with the next one
+  seen_ = seen_strange_ = 0;
+  return false;
+}
+
+void OutputRate::Add(const Interval& interval, const FrameRef& from, const FrameRef& to) {
+  if (interval.base == TimeBase::kNone) return;
+  if (interval.ns > kPause * nominal_ + nominal_ / 2) {
+    open_ns_ = open_ = 0;
+    strange_ = 0;
     return;
   }
-  cycles += static_cast<std::uint64_t>(count);
-  usual = image.nominal_ns;
-  last = to;
+  if (interval.base != base_) {
+    base_ = interval.base;
+    sum_ = firm_ = {};
+    open_ns_ = open_ = 0;
+    strange_ = 0;
+  }
+  if (sum_.cycles == 0 && open_ == 0) {
+    first_ = from;
+    off_ = most_off_ = 0;
+    intervals_ = 0;
+  }
+  ++intervals_;
+  TimeNs off = std::abs(interval.ns - nominal_);
+  const bool one = off <= nominal_ / kFirm;  // nearly always
+  if (!one) off = OffOf(interval.ns);
+  off_ += off;
+  most_off_ = std::max(most_off_, off);
+  ++seen_;
+  if (off <= nominal_ / kSame && one) {
+    strange_ = 0;
+  } else {
+    if (strange_++ == 0) BeginTurn(from);
+    strange_ns_ += interval.ns;
+    ++seen_strange_;
+  }
+  if (one && open_ == 0) {
+    Count(interval.ns, 1, to);
+  } else {
+    Close(open_ns_ + interval.ns, to);
+  }
+}
+
+void OutputRate::BeginTurn(const FrameRef& from) {
+  turn_ = sum_;
+  turn_from_ = from;
+  strange_ns_ = 0;
+}
+
+void OutputRate::GoOnFromTurn(const FrameRef& last) {
+  const Sum strange{strange_, 0, 0, strange_ns_, last};
+  const FrameRef from = turn_from_;
+  const TimeNs nominal = next_;
+  const std::uint64_t renewed_at = renewed_at_;
+  BeginAnew();
+  nominal_ = usual_ = nominal;
+  renewed_at_ = renewed_at;
+  if (strange.cycles == 0) return;
+  sum_ = firm_ = strange;
+  first_ = from;
+}
+
+/// From the nearest whole number of cycles.
+TimeNs OutputRate::OffOf(TimeNs interval) const {
+  return std::abs(interval - (interval + nominal_ / 2) / nominal_ * nominal_);
+}
+
+void OutputRate::Close(TimeNs since, const FrameRef& to) {
+  const TimeNs cycles = (since + nominal_ / 2) / nominal_;
+  const bool whole = OffOf(since) <= nominal_ / kFirm;
+  const TimeNs frames = open_ + 1;
+  if (!whole && frames < kPause) {
+    open_ = frames;
+    open_ns_ = since;
+    return;
+  }
+  open_ns_ = open_ = 0;
+  // Late by nearly a cycle is as far from whole ones as hardly early: one each is as likely.
+  if (frames > 1) sum_.doubtful += cycles - frames;
+  if (!whole) ++sum_.open;
+  Count(since, cycles, to);
+}
+
+void OutputRate::Count(TimeNs since, TimeNs cycles, const FrameRef& to) {
+  // Made-up stamps shall not make the sum overflow.
+  if (__builtin_add_overflow(sum_.ns, since, &sum_.ns)) {
+    BeginAnew();
+    return;
+  }
+  sum_.cycles += static_cast<std::uint64_t>(cycles);
+  sum_.last = to;
+}
+
+void OutputRate::BeginAnew() {
+  const TimeBase base = base_;
+  *this = {};
+  base_ = base;
 }
 
 }  // namespace ecaudit::sync

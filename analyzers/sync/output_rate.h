@@ -1,4 +1,7 @@
 /// in: intervals between frames with outputs for one slave in OP.  out: their mean, pauses left out.
+///
+/// An interval of n cycles counts as n. Where jitter leaves open how many an interval is, it counts together with those
+/// behind it, until their sum is about a whole number: what is late now is early then.
 #pragma once
 
 #include <cstdint>
@@ -8,16 +11,67 @@
 
 namespace ecaudit::sync {
 
-struct OutputRate {
-  std::uint64_t cycles = 0;
-  TimeNs ns = 0;     ///< length of all of them
-  TimeNs usual = 0;  ///< median of the intervals: where it keeps to a cycle, a mean that does not tells of pauses
-  TimeBase base = TimeBase::kNone;
-  FrameRef first, last;
+class OutputRate {
+ public:
+  [[nodiscard]] std::uint64_t cycles() const { return sum_.cycles; }
+  /// Meaningful when there are cycles.
+  [[nodiscard]] double mean_ns() const { return static_cast<double>(sum_.ns) / static_cast<double>(sum_.cycles); }
+  /// How wrong the mean may be for the frames' jitter, in parts of it: of the first and the last of them, and of those
+  /// where the number of cycles stayed open.
+  [[nodiscard]] double JitterShare() const;
+  /// Length of all of them.
+  [[nodiscard]] TimeNs ns() const { return sum_.ns; }
+  /// Median of the intervals: where it keeps to a cycle, a mean that does not tells of pauses.
+  [[nodiscard]] TimeNs usual() const { return usual_; }
+  [[nodiscard]] TimeBase base() const { return base_; }
+  [[nodiscard]] const FrameRef& first() const { return first_; }
+  [[nodiscard]] const FrameRef& last() const { return sum_.last; }
 
+  /// What the intervals are counted by is as new as the image's median, and most of them are one cycle by it.
+  [[nodiscard]] bool Follows(const CyclicImage& image) const {
+    return nominal_ > 0 && image.nominal_of <= renewed_at_ && strange_ != kEnoughIntervals;
+  }
+  /// Takes the median of `image`, or the configured cycle where that is about it.
   /// @param configured cycle by the master's settings, 0 when not known
-  void Add(const CyclicImage& image, const Interval& interval, const FrameRef& from, const FrameRef& to,
-           TimeNs configured);
+  /// @return whether the frames came to another rhythm. Then this ends where they kept the old one for certain
+  bool Renew(const CyclicImage& image, TimeNs configured);
+  /// After that: the intervals behind the place where it did are the first of the new one.
+  /// @param last  where these end
+  void GoOnFromTurn(const FrameRef& last);
+  void Add(const Interval& interval, const FrameRef& from, const FrameRef& to);
+  /// What follows has nothing to do with what was so far, but for the clock.
+  void BeginAnew();
+
+ private:
+  struct Sum {
+    std::uint64_t cycles = 0;
+    std::uint64_t open = 0;     ///< times that jitter left their number open
+    std::int64_t doubtful = 0;  ///< cycles more than frames, where jitter leaves open which is right
+    TimeNs ns = 0;
+    FrameRef last;
+  };
+
+  void BeginTurn(const FrameRef& from);
+  [[nodiscard]] TimeNs OffOf(TimeNs interval) const;
+  void Close(TimeNs since, const FrameRef& to);
+  void Count(TimeNs since, TimeNs cycles, const FrameRef& to);
+
+  TimeBase base_ = TimeBase::kNone;
+  TimeNs nominal_ = 0, usual_ = 0, next_ = 0;  // next_: of the rhythm that Renew() found
+  std::uint64_t renewed_at_ = 0;
+  FrameRef first_;
+  Sum sum_, firm_;  // firm_: when the rhythm was looked at last
+  TimeNs open_ns_ = 0;
+  TimeNs open_ = 0;      // intervals in open_ns_
+  TimeNs off_ = 0;       // all intervals from whole cycles, ...
+  TimeNs most_off_ = 0;  // ... and the one that was off most
+  std::uint64_t intervals_ = 0;
+  // The last intervals that were none of a cycle, and what was before: perhaps they are another rhythm.
+  std::uint64_t strange_ = 0;
+  TimeNs strange_ns_ = 0;
+  Sum turn_;
+  FrameRef turn_from_;
+  std::uint64_t seen_ = 0, seen_strange_ = 0;  // since the last look at the image's median
 };
 
 }  // namespace ecaudit::sync

@@ -65,7 +65,6 @@ void OutputWatch::BeginAnew() {
   image = nullptr;
   fell = {};
   fell_code.reset();
-  rate = {};
   grid.End();
   phase.End();
 }
@@ -73,6 +72,8 @@ void OutputWatch::BeginAnew() {
 void OutputWatch::LeaveOp() {
   op_since = {};
   in_op = false;
+  rate.BeginAnew();
+  phase.BeginAnew();
 }
 
 void OutputWatch::Fell(const FrameRef& frame, esc::AlWord to, std::optional<std::uint16_t> code) {

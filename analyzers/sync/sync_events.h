@@ -71,6 +71,12 @@ struct SlaveRunEnded {
   SlaveId slave = kNoSlave;
 };
 
+/// The outputs of a slave come in another rhythm from here on, by other settings, or no more in OP: how they came since
+/// the last time is judged now or not at all.
+struct RateEnded {
+  SlaveId slave = kNoSlave;
+};
+
 /// SYNC0 intervals of a slave in OP and the frames that fell into them, where it is not one each.
 struct SyncSlotMiss {
   SlaveId slave = kNoSlave;

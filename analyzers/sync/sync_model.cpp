@@ -250,11 +250,28 @@ void SyncModel::FollowInterval(SlaveId id, Slave& slave, const FrameTime& time, 
   // The grid begins anew when its cycles do.
   if (!in_op || !watch.in_op || by_sync0) watch.grid.End();
   if (!in_op || !watch.in_op) return;
-  if (watch.image != nullptr) {
-    const TimeNs configured = by_sync0 ? TimeNs{sync->sync0_cycle_ns.value_or(0)} : 0;
-    watch.rate.Add(*watch.image, gap, watch.last.frame, time.frame, configured);
-  }
+  if (watch.image != nullptr && watch.image->has_nominal()) AddToRate(id, slave, gap, time.frame);
   if (!by_sync0) MeasureArrival(id, watch, time, gap);
+}
+
+void SyncModel::AddToRate(SlaveId id, Slave& slave, const Interval& interval, const FrameRef& to) {
+  OutputWatch& watch = slave.outputs;
+  if (!watch.rate.Follows(*watch.image)) {
+    const std::optional<SyncSettings>& sync = slave.dc.active();
+    const bool by_sync0 = sync && sync->activation.sync0();
+    const TimeNs configured =
+        by_sync0 ? TimeNs{sync->sync0_cycle_ns.value_or(0)} : model::InterpolationTime(bus_.slave(id)).value_or(0);
+    if (watch.rate.Renew(*watch.image, configured)) {
+      if (watch.rate.cycles() > 0) sink_.Publish(RateEnded{id});
+      watch.rate.GoOnFromTurn(watch.last.frame);
+    }
+  }
+  watch.rate.Add(interval, watch.last.frame, to);
+}
+
+void SyncModel::EndRate(SlaveId id, OutputWatch& watch) {
+  if (watch.rate.cycles() > 0) sink_.Publish(RateEnded{id});
+  watch.rate.BeginAnew();
 }
 
 void SyncModel::MeasureArrival(SlaveId id, OutputWatch& watch, const FrameTime& time, const Interval& interval) {
@@ -358,7 +375,12 @@ void SyncModel::OnDcAccess(const track::SlaveAccess& access) {
     clock_.WasSet(access.slave);
   }
   const DcUnit::Change change = slave.dc.On(access, bus_.network().state(access.slave).registers);
-  if (change == DcUnit::Change::kSwitchedOn) SwitchedOn(access.slave, slave.dc);
+  // What came so far is judged while it is known by which settings.
+  if (change == DcUnit::Change::kSwitchedOff) EndRate(access.slave, slave.outputs);
+  if (change == DcUnit::Change::kSwitchedOn) {
+    slave.outputs.rate.BeginAnew();
+    SwitchedOn(access.slave, slave.dc);
+  }
 }
 
 void SyncModel::SwitchedOn(SlaveId slave, const DcUnit& unit) {
@@ -413,8 +435,9 @@ void SyncModel::On(const track::RunBegan& run) {
 }
 
 void SyncModel::EndRun(SlaveId id) {
-  sink_.Publish(SlaveRunEnded{id});
   Slave& slave = Of(id);
+  EndRate(id, slave.outputs);
+  sink_.Publish(SlaveRunEnded{id});
   slave.dc.BeginAnew();
   slave.outputs.BeginAnew();
 }
@@ -438,7 +461,9 @@ void SyncModel::On(const track::AlRequest& request) {
     return;
   }
   Starve(request.slave, request.frame(), OutputGap::End::kRequest);
-  slaves_[request.slave]->outputs.LeaveOp();
+  OutputWatch& watch = slaves_[request.slave]->outputs;
+  EndRate(request.slave, watch);
+  watch.LeaveOp();
   if (request.control.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) EndRun(request.slave);
 }
 

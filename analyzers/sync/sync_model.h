@@ -139,6 +139,9 @@ class SyncModel final {
   }
   [[nodiscard]] std::optional<DcTime> DcByStamps() const;
   void EndRun(SlaveId id);
+  /// The rhythm of its outputs is judged now or not at all.
+  void EndRate(SlaveId id, OutputWatch& watch);
+  void AddToRate(SlaveId id, Slave& slave, const Interval& interval, const FrameRef& to);
   void Starve(SlaveId id, const FrameRef& until, OutputGap::End end);
   void OnMemoryWritten(const track::SlaveAccess& access);
   void OnDcAccess(const track::SlaveAccess& access);

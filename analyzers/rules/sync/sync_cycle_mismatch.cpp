@@ -48,7 +48,8 @@ repeats setpoints or skips them: the axis is jerky, follows with a wrong velocit
 ## How it is decided
 SYNC0 cycle and 60C2h are compared exactly when OP is requested, and again where one of them was written in OP, for
 families that take the cycle from 60C2h. The process data are the mean over the cycles in OP, by the DC time in the
-frames or by good stamps; it disagrees when it is more than a tenth off. SAMPLEPERIOD and PTBASE are no objects:
+frames or by good stamps; it disagrees when it is more than a tenth off. A new mean begins when the slave leaves OP or
+SYNC0 is switched off, and where the frames come to another rhythm. SAMPLEPERIOD and PTBASE are no objects:
 --parameter tells them. For devices whose family is not known to need one frame a cycle, SYNC0 may be a multiple of the
 frame cycle or a part of it.
 
@@ -64,6 +65,7 @@ class SyncCycleMismatch final : public Rule {
   SyncCycleMismatch() : Rule(kInfo) {
     Hear<model::AlRequestJudged>(&SyncCycleMismatch::On);
     Hear<sync::SlaveRunEnded>(&SyncCycleMismatch::On);
+    Hear<sync::RateEnded>(&SyncCycleMismatch::On);
     Hear<mailbox::SdoTransfer>(&SyncCycleMismatch::On);
   }
 
@@ -83,9 +85,10 @@ class SyncCycleMismatch final : public Rule {
     changed_in_op_[t.slave] = t.last;
   }
 
-  void On(const sync::SlaveRunEnded& e) {
-    CompareChanged(e.slave);
-    if (context().sync().outputs(e.slave).rate.cycles < kEnoughCycles) return;
+  void On(const sync::SlaveRunEnded& e) { CompareChanged(e.slave); }
+
+  void On(const sync::RateEnded& e) {
+    if (context().sync().outputs(e.slave).rate.cycles() < kEnoughCycles) return;
     judged_.insert(e.slave);
     Observed(e.slave);
   }
@@ -94,7 +97,7 @@ class SyncCycleMismatch final : public Rule {
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
       CompareChanged(id);
-      if (context().sync().outputs(id).rate.cycles >= kEnoughCycles || !judged_.contains(id)) Observed(id);
+      if (context().sync().outputs(id).rate.cycles() >= kEnoughCycles || !judged_.contains(id)) Observed(id);
     }
   }
 
@@ -189,40 +192,41 @@ class SyncCycleMismatch final : public Rule {
     }
     if (configured == 0) return;
     const sync::OutputWatch& outputs = context().sync().outputs(id);
-    if (outputs.rate.cycles < kEnoughCycles) {
+    if (outputs.rate.cycles() < kEnoughCycles) {
       NotEvaluable(id, "fewer than 50 cycles of process data in OP to compare the configured cycle with");
       return;
     }
-    if (!context().sync().Uncertainty(outputs.rate.base)) {
+    if (!context().sync().Uncertainty(outputs.rate.base())) {
       NotEvaluable(id, std::string(kPoorStamps));
       return;
     }
-    const auto mean = static_cast<double>(outputs.rate.ns) / static_cast<double>(outputs.rate.cycles);
+    const auto mean = outputs.rate.mean_ns();
     const double ratio = mean / static_cast<double>(configured);
     const bool one_each = !slave.profile->sync.source_with_dc.empty();
     const double nearest = one_each ? 1.0 : ratio >= 1 ? std::round(ratio) : 1.0 / std::round(1.0 / ratio);
     if (std::abs(ratio / nearest - 1) <= kTolerance) return;
     const bus::PairingStatistics& pairing = context().pairing();
-    if (pairing.holes > 0 && outputs.rate.last.number > pairing.first_hole.number) {
+    if (pairing.holes > 0 && outputs.rate.last().number > pairing.first_hole.number) {
       NotEvaluable(id, "the capture misses frames, in which another cycle may have been set",
                    pairing.first_hole.number);
       return;
     }
-    if (Repeat(id, 3, outputs.rate.first) != kNoFinding) return;
+    if (Repeat(id, 3, outputs.rate.first()) != kNoFinding) return;
     Finding finding;
     finding.slave = id;
-    finding.first = outputs.rate.first;
-    finding.last = outputs.rate.last;
+    finding.first = outputs.rate.first();
+    finding.last = outputs.rate.last();
     if (settings) AddRelated(finding, settings->frame.number);
     const std::string cycle = Duration(static_cast<std::int64_t>(mean));
     finding.title = "Process data come every " + cycle + ", but the cycle is configured as " + Duration(configured);
     finding.message =
-        "In OP the outputs of this slave come every " + cycle + " in the mean of " + Grouped(outputs.rate.cycles) +
-        " cycles, " + std::string(BaseText(outputs.rate.base)) + "; the " + what + " is " + std::to_string(configured) +
-        " ns" + (one_each ? ", and the drive expects one frame in each cycle." : ", neither a multiple nor a part.") +
+        "In OP the outputs of this slave come every " + cycle + " in the mean of " + Grouped(outputs.rate.cycles()) +
+        " cycles, " + std::string(BaseText(outputs.rate.base())) + "; the " + what + " is " +
+        std::to_string(configured) + " ns" +
+        (one_each ? ", and the drive expects one frame in each cycle." : ", neither a multiple nor a part.") +
         " Let the master run with the configured cycle, or configure the one it runs with.";
     finding.evidence = {Real("observed_us", mean / 1e3), Real("configured_us", static_cast<double>(configured) / 1e3),
-                        Text("time_base", std::string(sync::Name(outputs.rate.base)))};
+                        Text("time_base", std::string(sync::Name(outputs.rate.base())))};
     Report(3, std::move(finding));
   }
 

@@ -56,7 +56,7 @@ class SyncCycleUnsupported final : public Rule {
   SyncCycleUnsupported() : Rule(kInfo) {
     Hear<sync::SyncSwitchedOn>(&SyncCycleUnsupported::On);
     Hear<model::AlRequestJudged>(&SyncCycleUnsupported::On);
-    Hear<sync::SlaveRunEnded>(&SyncCycleUnsupported::On);
+    Hear<sync::RateEnded>(&SyncCycleUnsupported::On);
   }
 
   void On(const sync::SyncSwitchedOn& e) {
@@ -78,7 +78,7 @@ class SyncCycleUnsupported final : public Rule {
     if (cycle) Check(e.slave, *cycle, "interpolation time (60C2h)", e.request.frame, 1);
   }
 
-  void On(const sync::SlaveRunEnded& e) { Observed(e.slave); }
+  void On(const sync::RateEnded& e) { Observed(e.slave); }
 
   void Finish() override {
     for (std::size_t s = 0; s < context().slave_count(); ++s) Observed(static_cast<SlaveId>(s));
@@ -103,23 +103,23 @@ class SyncCycleUnsupported final : public Rule {
   void Observed(SlaveId id) {
     const sync::OutputWatch& outputs = context().sync().outputs(id);
     const device::SyncDescription& family = context().slave(id).profile->sync;
-    if (outputs.rate.cycles < kEnoughCycles || !family.cycle_min.value) return;
-    const auto mean = static_cast<double>(outputs.rate.ns) / static_cast<double>(outputs.rate.cycles);
-    if (!context().sync().Uncertainty(outputs.rate.base)) return;
+    if (outputs.rate.cycles() < kEnoughCycles || !family.cycle_min.value) return;
+    const auto mean = outputs.rate.mean_ns();
+    if (!context().sync().Uncertainty(outputs.rate.base())) return;
     if (mean >= static_cast<double>(*family.cycle_min) * 0.9) {
       CheckMultiple(id, mean, outputs);
       return;
     }
-    if (Repeat(id, 2, outputs.rate.first) != kNoFinding) return;
+    if (Repeat(id, 2, outputs.rate.first()) != kNoFinding) return;
     Finding finding;
     finding.slave = id;
-    finding.first = outputs.rate.first;
-    finding.last = outputs.rate.last;
+    finding.first = outputs.rate.first();
+    finding.last = outputs.rate.last();
     finding.reference = ReferenceTo(family.cycle_min.source);
     const std::string cycle = Duration(static_cast<std::int64_t>(mean));
     finding.title = "Process data come every " + cycle + ", faster than the drive supports";
-    finding.message = "In OP the outputs come every " + cycle + " in the mean of " + Grouped(outputs.rate.cycles) +
-                      " cycles, " + std::string(BaseText(outputs.rate.base)) + ". " +
+    finding.message = "In OP the outputs come every " + cycle + " in the mean of " + Grouped(outputs.rate.cycles()) +
+                      " cycles, " + std::string(BaseText(outputs.rate.base())) + ". " +
                       LawText(*context().slave(id).profile) + " gives " + Duration(*family.cycle_min) +
                       " as the shortest cycle. Choose a longer cycle.";
     finding.evidence = {Real("cycle_us", mean / 1e3), Number("cycle_min_ns", *family.cycle_min)};
@@ -139,20 +139,20 @@ class SyncCycleUnsupported final : public Rule {
     const double off_ppm = std::abs(mean / nearest - 1) * 1e6;
     if (off_ppm <= *family.pll_range_ppm + kClockPpm) return;
     // A master that polls between two cycles is late now and then, by no whole number of cycles.
-    const auto usual = static_cast<double>(outputs.rate.usual);
+    const auto usual = static_cast<double>(outputs.rate.usual());
     const double usual_nearest = std::max(std::round(usual / base), 1.0) * base;
     if (std::abs(usual / usual_nearest - 1) * 1e6 <= *family.pll_range_ppm) return;
-    if (Repeat(id, 3, outputs.rate.first) != kNoFinding) return;
+    if (Repeat(id, 3, outputs.rate.first()) != kNoFinding) return;
     Finding finding;
     finding.slave = id;
-    finding.first = outputs.rate.first;
-    finding.last = outputs.rate.last;
+    finding.first = outputs.rate.first();
+    finding.last = outputs.rate.last();
     finding.confidence = Confidence::kInferred;
     finding.reference = ReferenceTo(family.cycle_base.source);
     const std::string cycle = Duration(static_cast<std::int64_t>(mean));
     finding.title = "Process data come every " + cycle + ", no multiple of " + Duration(*family.cycle_base);
-    finding.message = "In OP the outputs come every " + cycle + " in the mean of " + Grouped(outputs.rate.cycles) +
-                      " cycles, " + std::string(BaseText(outputs.rate.base)) + "; the nearest multiple of " +
+    finding.message = "In OP the outputs come every " + cycle + " in the mean of " + Grouped(outputs.rate.cycles()) +
+                      " cycles, " + std::string(BaseText(outputs.rate.base())) + "; the nearest multiple of " +
                       Duration(*family.cycle_base) + " is " + Duration(static_cast<std::int64_t>(nearest)) + ". " +
                       LawText(*slave.profile) + " lets the drive follow " + std::to_string(*family.pll_range_ppm) +
                       " ppm. Choose a multiple as the master's cycle, or do not let the drive synchronise to it.";

@@ -38,26 +38,28 @@ The drive's PLL stretches and shrinks its own clock to follow the master. Beyond
 synchronised, however small the jitter is.
 
 ## How it is decided
-The mean is taken over all cycles in OP; an interval of n cycles counts as n, pauses of more than 16 are left out. By
-DC time the mean is exact; by stamps 100 ppm of the host's clock are added to their uncertainty, and a limit inside
-that is not judged; nor is a mean that pauses of no whole number of cycles have moved, while most cycles are as long as
-configured. The configured cycle is that of SYNC0, else the 60C2h the master wrote. More than a tenth off is
-another cycle and told by sync-cycle-mismatch.
+The mean is taken over the cycles in OP, until the slave leaves it, SYNC0 is switched off or the frames come to another
+rhythm. An interval of n cycles counts as n, and where jitter leaves open how many it is, together with those behind it;
+pauses of more than 16 are left out. By DC time the clock is exact; by stamps 100 ppm of the host's clock are added to
+their uncertainty. The jitter of the frames makes the mean uncertain, too: a limit inside all that is not judged; nor is
+a mean that pauses of no whole number of cycles have moved, while most cycles are as long as configured. The configured
+cycle is that of SYNC0, else the 60C2h the master wrote. More than a tenth off is another cycle and told by
+sync-cycle-mismatch.
 
 ## Example
 tests/rules/sync-rate-deviation/violates.trace
 
 ## What to do
-Let the master's cycle follow the DC time (shift its timer by the phase it reads with FRMW 0x0910), or use a timer
-that keeps the configured period in the mean.
+With distributed clocks, let the master's cycle follow the DC time (shift its timer by the phase it reads with FRMW
+0x0910); without, use a timer that keeps the configured period in the mean.
 )"};
 
 class SyncRateDeviation final : public Rule {
  public:
-  SyncRateDeviation() : Rule(kInfo) { Hear<sync::SlaveRunEnded>(&SyncRateDeviation::On); }
+  SyncRateDeviation() : Rule(kInfo) { Hear<sync::RateEnded>(&SyncRateDeviation::On); }
 
-  void On(const sync::SlaveRunEnded& e) {
-    if (context().sync().outputs(e.slave).rate.cycles < kEnoughCycles) return;
+  void On(const sync::RateEnded& e) {
+    if (context().sync().outputs(e.slave).rate.cycles() < kEnoughCycles) return;
     judged_.insert(e.slave);
     Judge(e.slave);
   }
@@ -65,7 +67,7 @@ class SyncRateDeviation final : public Rule {
   void Finish() override {
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
-      if (context().sync().outputs(id).rate.cycles >= kEnoughCycles || !judged_.contains(id)) Judge(id);
+      if (context().sync().outputs(id).rate.cycles() >= kEnoughCycles || !judged_.contains(id)) Judge(id);
     }
   }
 
@@ -73,10 +75,9 @@ class SyncRateDeviation final : public Rule {
   void Judge(SlaveId id) {
     const model::SlaveModel& slave = context().slave(id);
     const auto& settings = context().sync().dc(id).last_active();
-    const auto interpolation = model::InterpolationTime(slave);
     TimeNs configured = 0;
     if (settings && settings->activation.sync0()) configured = settings->sync0_cycle_ns.value_or(0);
-    if (configured == 0) configured = interpolation.value_or(0);
+    if (configured == 0) configured = model::InterpolationTime(slave).value_or(0);
     if (configured == 0) return;
     const auto& range = slave.profile->sync.pll_range_ppm;
     if (!range.value) {
@@ -84,46 +85,56 @@ class SyncRateDeviation final : public Rule {
       return;
     }
     const sync::OutputWatch& outputs = context().sync().outputs(id);
-    if (outputs.rate.cycles < kEnoughCycles) {
+    if (outputs.rate.cycles() < kEnoughCycles) {
       NotEvaluable(id, "fewer than 200 cycles of process data in OP to take a mean of");
       return;
     }
-    const auto uncertainty = context().sync().Uncertainty(outputs.rate.base);
+    const auto uncertainty = context().sync().Uncertainty(outputs.rate.base());
     if (!uncertainty) {
       NotEvaluable(id, std::string(kPoorStamps));
       return;
     }
-    const auto cycles = static_cast<double>(outputs.rate.cycles);
-    const double mean = static_cast<double>(outputs.rate.ns) / cycles;
-    const double ppm = (mean / static_cast<double>(configured) - 1) * 1e6;
-    const double unsure = 2e6 * static_cast<double>(*uncertainty) / static_cast<double>(outputs.rate.ns) +
-                          (outputs.rate.base == sync::TimeBase::kDc ? 0 : kHostClock);
+    const sync::OutputRate& rate = outputs.rate;
+    const double ppm = (rate.mean_ns() / static_cast<double>(configured) - 1) * 1e6;
+    const double unsure = 2e6 * static_cast<double>(*uncertainty) / static_cast<double>(rate.ns()) +
+                          1e6 * rate.JitterShare() + (rate.base() == sync::TimeBase::kDc ? 0 : kHostClock);
     const auto limit = static_cast<double>(*range);
     if (std::abs(ppm) > kAnotherCycle || std::abs(ppm) + unsure <= limit) return;
     if (std::abs(ppm) - unsure <= limit) {
-      NotEvaluable(id, "the mean deviation of the cycle equals the limit within the clock's uncertainty");
+      NotEvaluable(id, "the mean deviation of the cycle equals the limit within the uncertainty of clock and jitter");
       return;
     }
-    const double usual_ppm = (static_cast<double>(outputs.rate.usual) / static_cast<double>(configured) - 1) * 1e6;
+    const double usual_ppm = (static_cast<double>(rate.usual()) / static_cast<double>(configured) - 1) * 1e6;
     if (std::abs(usual_ppm) <= limit) {
       NotEvaluable(id, "most cycles are as long as configured; pauses of no whole number of cycles move the mean");
       return;
     }
-    if (Repeat(id, 0, outputs.rate.first) != kNoFinding) return;
+    Tell(id, configured, ppm, unsure);
+  }
+
+  void Tell(SlaveId id, TimeNs configured, double ppm, double unsure) {
+    const sync::OutputRate& rate = context().sync().outputs(id).rate;
+    if (Repeat(id, 0, rate.first()) != kNoFinding) return;
+    const device::DeviceDescription& profile = *context().slave(id).profile;
+    const auto& settings = context().sync().dc(id).last_active();
+    const bool by_clock = settings && settings->activation.sync0();
+    const auto& range = profile.sync.pll_range_ppm;
     Finding finding;
     finding.slave = id;
-    finding.first = outputs.rate.first;
-    finding.last = outputs.rate.last;
+    finding.first = rate.first();
+    finding.last = rate.last();
     if (settings) AddRelated(finding, settings->frame.number);
     finding.reference = ReferenceTo(range.source);
     const std::string deviation = Fixed(ppm, 0) + " ppm";
+    const double mean_us = rate.mean_ns() / 1e3;
     finding.title = "The mean cycle is " + deviation + " off, the PLL follows " + std::to_string(*range) + " ppm";
-    finding.message = "In OP " + Grouped(outputs.rate.cycles) + " cycles have a mean of " + Fixed(mean / 1e3, 3) +
-                      " us, " + std::string(BaseText(outputs.rate.base)) + ": " + deviation + " from the configured " +
-                      Fixed(static_cast<double>(configured) / 1e3, 3) + " us. " + LawText(*slave.profile) + " gives " +
-                      std::to_string(*range) +
-                      " ppm as the range of the PLL. Let the master's cycle follow the DC time.";
-    finding.evidence = {Real("deviation_ppm", ppm), Real("uncertainty_ppm", unsure), Real("mean_us", mean / 1e3),
+    finding.message = "In OP " + Grouped(rate.cycles()) + " cycles have a mean of " + Fixed(mean_us, 3) + " us, " +
+                      std::string(BaseText(rate.base())) + ": " + deviation + " from the configured " +
+                      Fixed(static_cast<double>(configured) / 1e3, 3) + " us. " + LawText(profile) + " gives " +
+                      std::to_string(*range) + " ppm as the range of the PLL. " +
+                      (by_clock ? "Let the master's cycle follow the DC time."
+                                : "Let the master send by a timer that keeps the configured cycle in the mean.");
+    finding.evidence = {Real("deviation_ppm", ppm), Real("uncertainty_ppm", unsure), Real("mean_us", mean_us),
                         Real("configured_us", static_cast<double>(configured) / 1e3)};
     Report(0, std::move(finding));
   }
