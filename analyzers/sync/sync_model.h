@@ -85,6 +85,9 @@ class SyncModel final {
   /// How wrong an interval by this clock may be, ns; unset when the clock cannot be trusted at all.
   [[nodiscard]] std::optional<TimeNs> Uncertainty(TimeBase base) const { return trust_.Uncertainty(base); }
 
+  /// What hardly any frame with process data takes longer than, ns; unset without enough good stamps.
+  [[nodiscard]] std::optional<TimeNs> UsualRoundTrip() const { return trust_.UsualRoundTrip(); }
+
   /// Of the run with the most cycles.
   [[nodiscard]] CycleSummary SummariseCycle() const;
   /// Of the run that goes on.

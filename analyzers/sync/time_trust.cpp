@@ -14,6 +14,12 @@ constexpr TimeNs kHostStamps = 500'000;
 
 }  // namespace
 
+std::optional<TimeNs> TimeTrust::UsualRoundTrip() const {
+  const auto uncertainty = Uncertainty(TimeBase::kCapture);
+  if (!uncertainty || round_trips_.count() < kEnough) return std::nullopt;
+  return round_trips_.Percentile(0.99) + *uncertainty;
+}
+
 std::optional<TimeNs> TimeTrust::Uncertainty(TimeBase base) const {
   if (base == TimeBase::kDc || base == TimeBase::kEsl) return kTicks;
   if (base == TimeBase::kNone) return std::nullopt;

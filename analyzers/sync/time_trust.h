@@ -20,6 +20,8 @@ class TimeTrust {
     const TimeNs trip = Elapsed(sent.time, returned.time);
     if (trip >= 0) round_trips_.Add(trip, sent, returned);
   }
+  /// What hardly any frame with process data takes longer than, ns; unset without enough good stamps.
+  [[nodiscard]] std::optional<TimeNs> UsualRoundTrip() const;
   /// ns; unset when the clock cannot be trusted at all.
   [[nodiscard]] std::optional<TimeNs> Uncertainty(TimeBase base) const;
 

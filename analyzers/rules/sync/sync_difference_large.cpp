@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <bit>
+#include <optional>
 #include <vector>
 
 #include "analyzers/judge/rule.h"
@@ -19,18 +21,23 @@ namespace {
 constexpr EscAddress kControlEnd = 0x0936;
 constexpr std::int64_t kDefaultLimit = 1000;
 constexpr TimeNs kSettleTime = 5'000'000'000;
+/// 0x092C is the mean over so many times (0x0934 after power-on), and begins with 0.
+constexpr std::uint64_t kFilter = 16;
+/// Longer than any line of slaves delays a frame, wherever on it the capture was taken.
+constexpr TimeNs kLongestLine = 1'000'000;
 
 constexpr RuleInfo kInfo{.id = "sync-difference-large",
                          .group = "Synchronisation",
                          .severity = Severity::kWarning,
                          .subject = Subject::kClock,
                          .title = "The clock of a slave stays away from the system time",
-                         .needs = "reads of the time difference 0x092C in SAFEOP or OP",
+                         .needs = "reads of the time difference 0x092C in SAFEOP or OP while the time is distributed",
                          .source = "ESC-1, distributed clocks, system time difference 0x092C",
                          .doc = R"(
 ## What it checks
 The magnitude of 0x092C, the mean difference between a slave's copy of the system time and the time it receives,
-while the slave is in SAFEOP or OP: more than 1 us after it settled.
+while the slave is in SAFEOP or OP: more than 1 us after it settled. And the propagation delay (0x0928) of a slave with
+SYNC0: it is part of its clock, and no 0x092C shows that it is wrong.
 
 ## Why it matters
 SYNC0 of this slave is off by that much against the other axes. It also shows a wrong propagation delay, a drifting
@@ -38,9 +45,11 @@ clock that is not compensated, or a control loop that does not settle.
 
 ## How it is decided
 A slave has settled once a read was within the limit, or 5 s after the first read, counted anew when offset, delay or
-the control loop (0x0920-0x0935) are written. Only bits 0-30 count: what bit 31 means differs between the manuals. A
+the control loop (0x0920-0x0935) are written. A read counts only once the time was distributed 16 times since (ARMW or
+FRMW of 0x0910): before, 0x092C is 0 or old. Only bits 0-30 count: what bit 31 means differs between the manuals. A
 broadcast read is the OR over all slaves; there at least half of the value must be true of some slave. The limit in
-ns is configurable: sync-difference-large.
+ns is configurable: sync-difference-large. A propagation delay is wrong for certain when it is longer than 1 ms and than
+the whole round trip of the frames with process data, by good stamps.
 
 ## Example
 tests/rules/sync-difference-large/violates.trace
@@ -62,14 +71,22 @@ class SyncDifferenceLarge final : public Rule {
     if (access.slave >= slaves_.size()) slaves_.resize(static_cast<std::size_t>(access.slave) + 1);
     Slave& slave = slaves_[access.slave];
     if (!access.written.empty() && access.acceptance != track::Acceptance::kRefused) {
-      slave.settled = false;
-      slave.first = {};
+      slave.settled = any_.settled = false;
+      slave.first = any_.first = {};
+      slave.distributed = any_.distributed = context().sync().clock().distributions();
+    }
+    const ByteSpan written = access.Covered(access.written, esc::kSystemTimeDelay, 4);
+    const ByteSpan delay = written.empty() ? access.Covered(access.read, esc::kSystemTimeDelay, 4) : written;
+    if (!delay.empty() && !access.broadcast && access.done()) {
+      slave.delay_ns = LittleEndian<std::uint32_t>(delay, 0);
+      slave.delay_frame = access.frame();
     }
     if (access.broadcast) return;
     const ByteSpan raw = access.Covered(access.read, esc::kSystemTimeDifference, 4);
     if (raw.empty() || !Synchronous(access.slave)) return;
     const std::uint32_t magnitude = esc::TimeDifference{LittleEndian<std::uint32_t>(raw, 0)}.magnitude_ns();
     slave.read = true;
+    if (!IsDistributed(slave)) return;
     if (!Settled(slave, access.frame(), magnitude)) return;
     if (Repeat(access.slave, 0, access.frame()) != kNoFinding) return;
     Finding finding;
@@ -95,6 +112,7 @@ class SyncDifferenceLarge final : public Rule {
     const std::uint32_t all = esc::TimeDifference{LittleEndian<std::uint32_t>(e.returned_data, at)}.magnitude_ns();
     const std::uint32_t of_some = all == 0 ? 0 : std::bit_floor(all);
     any_.read = true;
+    if (!IsDistributed(any_)) return;
     if (!Settled(any_, e.returned, of_some) || Repeat(kNoSlave, 1, e.returned) != kNoFinding) return;
     Finding finding;
     finding.first = e.returned;
@@ -109,19 +127,27 @@ class SyncDifferenceLarge final : public Rule {
   }
 
   void Finish() override {
-    if (SaidNothingReturned() || any_.read) return;
+    if (SaidNothingReturned()) return;
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
-      if (!context().sync().dc(id).last_active() || (s < slaves_.size() && slaves_[s].read)) continue;
-      NotEvaluable(id, "the time difference 0x092C was not read in SAFEOP or OP");
+      if (!context().sync().dc(id).last_active()) continue;
+      if (s < slaves_.size()) CheckDelay(id, slaves_[s]);
+      const bool read = any_.read || (s < slaves_.size() && slaves_[s].read);
+      const bool counted = any_.counted || (s < slaves_.size() && slaves_[s].counted);
+      if (!read) NotEvaluable(id, "the time difference 0x092C was not read in SAFEOP or OP");
+      if (read && !counted) NotEvaluable(id, "the time difference 0x092C was read only while no time was distributed");
     }
   }
 
  private:
   struct Slave {
-    bool read = false;
+    bool read = false;     ///< 0x092C was
+    bool counted = false;  ///< and it meant something
     bool settled = false;
     FrameRef first;
+    std::uint64_t distributed = 0;  ///< how often the time was when the clock was set up
+    std::uint32_t delay_ns = 0;     ///< 0x0928
+    FrameRef delay_frame;
   };
 
   [[nodiscard]] std::int64_t LimitNs() const { return context().Limit("sync-difference-large", kDefaultLimit); }
@@ -129,6 +155,29 @@ class SyncDifferenceLarge final : public Rule {
     const model::AlMachine& al = context().slave(id).al;
     return al.SettledIn(esc::AlState::OP) || al.SettledIn(esc::AlState::SAFEOP);
   }
+  [[nodiscard]] bool IsDistributed(Slave& slave) {
+    const bool is = context().sync().clock().distributions() >= slave.distributed + kFilter;
+    slave.counted = slave.counted || is;
+    return is;
+  }
+
+  void CheckDelay(SlaveId id, const Slave& slave) {
+    const std::optional<TimeNs> trip = context().sync().UsualRoundTrip();
+    const TimeNs delay = slave.delay_ns;
+    if (!trip || delay <= std::max(*trip, kLongestLine) || Repeat(id, 2, slave.delay_frame) != kNoFinding) return;
+    Finding finding;
+    finding.slave = id;
+    finding.first = slave.delay_frame;
+    finding.title = "Propagation delay of " + Duration(delay) + ", longer than a whole round trip";
+    finding.message = "In frame " + std::to_string(slave.delay_frame.number) + " the propagation delay (0x0928) is " +
+                      Duration(delay) + ", but frames with process data are back after " + Duration(*trip) +
+                      ": they cannot be under way to this slave for longer. Its system time and its SYNC0 are off by "
+                      "the difference, which 0x092C does not show. Compute the delay from receive times (0x0900) that "
+                      "were latched and read in one go.";
+    finding.evidence = {Number("delay_ns", delay), Number("round_trip_ns", *trip)};
+    Report(2, std::move(finding));
+  }
+
   /// True when `magnitude` is to be reported.
   bool Settled(Slave& slave, const FrameRef& frame, std::uint32_t magnitude) const {
     if (!slave.first.seen()) slave.first = frame;
