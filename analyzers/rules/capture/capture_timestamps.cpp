@@ -31,7 +31,8 @@ a round trip takes. One microsecond steps, as most capture programs have, are fi
 samples/captures/coarse-timestamps.pcapng
 
 ## What to do
-Capture on Linux, or with a probe that stamps in hardware.
+Capture on Linux, or with a probe that stamps in hardware. Where a probe does, but the packets have the stamps of the
+host, let the capture program take the probe's.
 )"};
 
 class CaptureTimestamps final : public Rule {
@@ -74,8 +75,12 @@ class CaptureTimestamps final : public Rule {
     finding.last = read.last;
     finding.title = "Time stamps are poor: " + what;
     finding.message = "Of " + Grouped(read.packets) + " packets: " + what +
-                      ". Cycle times and round trips taken from these stamps are not reliable. Capture with a machine "
-                      "or probe that stamps each packet when it passes.";
+                      (read.esl_frames > 0
+                           ? ". Cycle times are measured by the stamps that the probe put into the frames; round trips "
+                             "and time-outs by those of the packets, and are not reliable. Let the capture program "
+                             "take the probe's stamps for its own."
+                           : ". Cycle times and round trips taken from these stamps are not reliable. Capture with a "
+                             "machine or probe that stamps each packet when it passes.");
     Report(0, std::move(finding));
   }
 };
