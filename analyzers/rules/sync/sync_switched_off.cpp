@@ -60,6 +60,15 @@ class SyncSwitchedOff final : public Rule {
     Hear<track::SlaveAccess>(&SyncSwitchedOff::On,
                              MemoryRange::Of(esc::kSystemTimeOffset, esc::kDcEnd - esc::kSystemTimeOffset));
     Hear<track::AlRequestSent>(&SyncSwitchedOff::On);
+    Hear<track::Answered>(&SyncSwitchedOff::On, MemoryRange::Of(esc::kAlStatus, 1));
+  }
+
+  /// Where each slave's own state is not known, those of all may be.
+  void On(const track::Answered& e) {
+    if (e.command != wire::Command::BRD || e.wkc == 0 || e.circulating || e.address > esc::kAlStatus) return;
+    const auto at = static_cast<std::size_t>(esc::kAlStatus - e.address);
+    if (!Fits(e.returned_data, at, 1)) return;
+    some_in_op_ = (e.returned_data[at] & static_cast<std::uint8_t>(esc::AlState::OP)) != 0;
   }
 
   void On(const track::SlaveAccess& access) {
@@ -112,6 +121,9 @@ class SyncSwitchedOff final : public Rule {
 
   [[nodiscard]] bool InOp(SlaveId id) const { return context().slave(id).al.SettledIn(esc::AlState::OP); }
 
+  /// By what broadcasts show, and nothing else.
+  [[nodiscard]] bool MayBeInOp(SlaveId id) const { return some_in_op_ && context().slave(id).al.possible().empty(); }
+
   void OnActivation(const track::SlaveAccess& access, Slave& slave) {
     if (const ByteSpan written = access.Covered(access.written, esc::kDcActivation, 1); !written.empty()) {
       if (!access.done()) {
@@ -125,7 +137,16 @@ class SyncSwitchedOff final : public Rule {
         TellOff(access.slave, *slave.off);
         slave.off.reset();
       }
-      if (Generates(now) || !InOp(access.slave)) return;
+      if (Generates(now)) return;
+      if (!InOp(access.slave)) {
+        if (MayBeInOp(access.slave) && (!before || Generates(*before))) {
+          NotEvaluable(access.slave,
+                       "whether the slave was in OP when SYNC0 was switched off (0x0981) is not known: its own AL "
+                       "Status was not read",
+                       access.frame().number);
+        }
+        return;
+      }
       if (!before) {
         NotEvaluable(access.slave, "whether SYNC0 was on (0x0981) before it was switched off in OP is not known",
                      access.frame().number);
@@ -228,6 +249,7 @@ class SyncSwitchedOff final : public Rule {
 
   std::vector<Slave> slaves_;
   FrameRef last_off_;  // of any slave
+  bool some_in_op_ = false;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncSwitchedOff>};
