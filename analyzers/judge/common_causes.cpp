@@ -149,9 +149,9 @@ bool SaysProcessData(const RuleContext&, const Finding& effect) {
   return code && std::find(kCodes.begin(), kCodes.end(), *code) != kCodes.end();
 }
 
-/// Whether the cause is one of the bus. These fold what happened now and then: a part of it has to lie between the last
-/// look before the effect and the effect.
-enum class Bus : std::uint8_t { kNo, kYes };
+/// Which of both is one of the bus. Causes of the bus fold what happened now and then: a part of it has to lie between
+/// the last look before the effect and the effect, unless it goes on until it ends.
+enum class Bus : std::uint8_t { kNo, kYes, kGoesOn, kEffect };
 
 bool TouchesLookBefore(const Finding& effect, const Finding& cause) {
   const FrameNo from = BegunBy(effect);
@@ -165,6 +165,11 @@ bool TouchesLookBefore(const Finding& effect, const Finding& cause) {
 /// The process data watchdog ran out.
 bool SaysWatchdog(const RuleContext&, const Finding& effect) {
   return NumberOf(effect, "al_status_code") == kWatchdog;
+}
+
+/// It was found before the effect, not only begun.
+bool Precedes(const Finding& effect, const Finding& cause) {
+  return cause.first.number <= effect.first.number;
 }
 
 /// It did not answer at its address between the look before and the one that shows what it did meanwhile.
@@ -213,6 +218,11 @@ constexpr std::array kLaws{
     Law{"al-unexpected-change", "sync-switched-off", kLater, SaysSynchronisation},
     Law{"al-unexpected-change", "sync-watchdog-margin", kSoon, SaysWatchdog},
     Law{"al-unexpected-change", "sync-lost", kSoon, SaysSynchronisationOrWatchdog},
+    Law{"al-unexpected-change", "sync-window-violation", kLater, SaysSynchronisationByCode, Bus::kNo, Precedes},
+    Law{"al-unexpected-change", "sync-difference-large", kLater, SaysSynchronisationByCode, Bus::kNo, Precedes, true},
+    Law{"al-unexpected-change", "sync-drift-uncompensated", kLater, SaysSynchronisationByCode, Bus::kGoesOn, Precedes,
+        true},
+    Law{"al-unexpected-change", "sync-watchdog-margin", 0, nullptr, Bus::kEffect},
     Law{"al-unexpected-change", "frame-lost", kSoon, SaysWatchdog, Bus::kYes},
     Law{"al-unexpected-change", "wkc-mismatch", -1, SaysSynchronisationOrWatchdog, Bus::kNo, WasAway},
     Law{"al-error-standing", "bus-slave-count-changed", -1, nullptr, Bus::kYes},
@@ -238,6 +248,12 @@ bool IsError(const Finding& finding) {
   return finding.severity == Severity::kError;
 }
 
+/// The cause lies where the law looks for it.
+bool IsWhose(Bus bus, const Finding& effect, const Finding& cause) {
+  if (bus == Bus::kEffect) return cause.slave != kNoSlave;
+  return cause.slave == (bus == Bus::kNo ? effect.slave : kNoSlave);
+}
+
 /// True when `index` is `from`, or one of the causes behind it.
 bool LeadsTo(const std::vector<Finding>& findings, FindingIndex from, FindingIndex index) {
   for (std::size_t steps = 0; from != kNoFinding && steps <= findings.size(); ++steps) {
@@ -251,7 +267,10 @@ bool LeadsTo(const std::vector<Finding>& findings, FindingIndex from, FindingInd
 
 std::vector<std::pair<std::string_view, std::string_view>> CommonCauses() {
   std::vector<std::pair<std::string_view, std::string_view>> laws;
-  for (const Law& law : kLaws) laws.emplace_back(law.effect, law.cause);
+  for (const Law& law : kLaws) {
+    const std::pair pair(law.effect, law.cause);
+    if (std::find(laws.begin(), laws.end(), pair) == laws.end()) laws.push_back(pair);  // of a slave, of the bus
+  }
   return laws;
 }
 
@@ -260,14 +279,14 @@ void JoinConsequences(RuleContext& context) {
   for (const Law& law : kLaws) {
     for (FindingIndex e = 0; e < findings.size(); ++e) {
       Finding& effect = findings[e];
-      if (effect.rule != law.effect || effect.caused_by != kNoFinding || effect.slave == kNoSlave) continue;
+      if (effect.rule != law.effect || effect.caused_by != kNoFinding) continue;
+      if ((effect.slave == kNoSlave) != (law.of_bus == Bus::kEffect)) continue;
       if (law.holds != nullptr && !law.holds(context, effect)) continue;
       FindingIndex best = kNoFinding;
       for (FindingIndex c = 0; c < findings.size(); ++c) {
         const Finding& cause = findings[c];
-        const bool bus = law.of_bus == Bus::kYes;
-        if (cause.rule != law.cause || cause.slave != (bus ? kNoSlave : effect.slave)) continue;
-        if (bus && !TouchesLookBefore(effect, cause)) continue;
+        if (cause.rule != law.cause || !IsWhose(law.of_bus, effect, cause)) continue;
+        if (law.of_bus == Bus::kYes && !TouchesLookBefore(effect, cause)) continue;
         const bool weaker = cause.severity == Severity::kWarning && IsError(effect) && !law.by_warning;
         if (cause.severity == Severity::kInfo || weaker) continue;
         if (law.within >= 0 && !Follows(effect, cause, law.within)) continue;

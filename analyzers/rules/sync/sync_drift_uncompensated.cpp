@@ -92,9 +92,13 @@ class SyncDriftUncompensated final : public Rule {
       return;
     }
     if (gap - *uncertainty <= limit) return;
-    if (from.number == told_from_) return;  // the same gap goes on
+    if (from.number == told_from_) {  // the same gap goes on
+      if (told_ != kNoFinding) context().store[told_].last = e.frame();
+      return;
+    }
     told_from_ = from.number;
-    if (Repeat(kNoSlave, 0, e.frame()) != kNoFinding) return;
+    told_ = Repeat(kNoSlave, 0, e.frame());
+    if (told_ != kNoFinding) return;
     Finding finding;
     finding.first = e.frame();
     AddRelated(finding, from.number);
@@ -106,7 +110,7 @@ class SyncDriftUncompensated final : public Rule {
                       ". The clocks of the slaves drift apart. Send FRMW 0x0910 to the reference clock in each cycle.";
     finding.evidence = {Real("gap_ms", static_cast<double>(gap) / 1e6),
                         Real("limit_ms", static_cast<double>(limit) / 1e6)};
-    Report(0, std::move(finding));
+    told_ = Report(0, std::move(finding));
   }
 
   void Look(const FrameRef& frame) {
@@ -133,6 +137,7 @@ class SyncDriftUncompensated final : public Rule {
   FrameRef in_use_since_;
   SlaveId slave_ = kNoSlave;
   FrameNo told_from_ = 0;
+  FindingIndex told_ = kNoFinding;
   FrameRef last_frame_;        ///< last process data
   FrameNo measured_from_ = 0;  ///< last distribution, or since when clocks are in use ...
   TimeNs gap_ = 0;             ///< ... and how long process data have been exchanged since
