@@ -13,6 +13,7 @@
 #include "decoder/base/text.h"
 #include "decoder/esc/dc_registers.h"
 #include "decoder/esc/register_addresses.h"
+#include "decoder/track/access.h"
 #include "decoder/track/network.h"
 
 namespace ecaudit::sync_watchdog_margin {
@@ -20,6 +21,10 @@ namespace {
 
 constexpr std::uint16_t kDefaultSteps = 1000;
 constexpr std::uint16_t kWatchdogCode = 0x001B;
+/// A cycle of half the watchdog is measured a little shorter now and then: by no more than this part.
+constexpr TimeNs kAboutHalf = 64;
+/// Gaps that are as long as usual, where nothing else tells what that is.
+constexpr std::size_t kFewGaps = 3;
 
 constexpr RuleInfo kInfo{
     .id = "sync-watchdog-margin",
@@ -33,7 +38,8 @@ constexpr RuleInfo kInfo{
 ## What it checks
 The longest time without outputs for a slave in OP, against its process data watchdog: (0x0400 + 2) * 40 ns * 0x0420.
 A pause as long as the watchdog is an error, half of it a warning. So is OP that is refused with 0x001B, or waited for
-in vain, because no outputs were sent.
+in vain, because no outputs were sent. Where the cycle itself is that long, nothing pauses, and the watchdog is what is
+wrong: that is told once, as an error where it is shorter than the cycle.
 
 ## Why it matters
 When the watchdog ends the slave leaves OP (AL status code 0x001B) and the drive stops. A master that sometimes comes
@@ -42,13 +48,14 @@ near it will one day be too late.
 ## How it is decided
 Outputs are the LRW and LWR whose address an active write FMMU of the slave maps, and whose working counter is not 0, or
 writes to the memory of its output sync manager: those for other slaves do not count. A slave in OP that got none yet
-waits since it is in OP, and one that gets none any more until it leaves OP or the capture ends. The time between two of
-them is measured by the DC time they carry, else by stamps; a limit inside the uncertainty of the clock is not judged,
-and neither is a pause in which frames were sent that did not return, nor one that may be a hole in the capture: nobody
-sent anything, the slave is still in OP, and the indices do not tell. Sync managers without watchdog trigger (control
-bit 6) do not feed a watchdog: then only a slave that really leaves OP is reported. Where the registers were never
-written in the capture, their values after power-on (100 ms) are assumed and the finding is inferred. Outputs that no
-FMMU maps are told by fmmu-inactive. A slave that leaves OP by itself in the pause (al-unexpected-change) names this
+waits since it is in OP, and one that gets none any more until it leaves OP or the capture ends. Up to one and a half
+times the usual distance (the median of the last frames) is no pause, unless it exceeds the watchdog. The time between
+two of them is measured by the DC time they carry, else by stamps; a limit inside the uncertainty of the clock is not
+judged, and neither is a pause in which frames were sent that did not return, nor one that may be a hole in the capture:
+nobody sent anything, the slave is still in OP, and the indices do not tell. Sync managers without watchdog trigger
+(control bit 6) do not feed a watchdog: then only a slave that really leaves OP is reported. Where the registers were
+never written in the capture, their values after power-on (100 ms) are assumed and the finding is inferred. Outputs that
+no FMMU maps are told by fmmu-inactive. A slave that leaves OP by itself in the pause (al-unexpected-change) names this
 finding as its cause.
 
 ## Example
@@ -63,6 +70,9 @@ class SyncWatchdogMargin final : public Rule {
  public:
   SyncWatchdogMargin() : Rule(kInfo) {
     Hear<sync::OutputGap>(&SyncWatchdogMargin::On);
+    Hear<sync::SlaveRunEnded>(&SyncWatchdogMargin::On);
+    Hear<track::SlaveAccess>(&SyncWatchdogMargin::On,
+                             MemoryRange::Of(esc::kWatchdogDivider, esc::kProcessWatchdog + 2 - esc::kWatchdogDivider));
     Hear<model::AlAnswered>(&SyncWatchdogMargin::On);
     Hear<model::AlOverdue>(&SyncWatchdogMargin::On);
     Hear<model::AlChangedByItself>(&SyncWatchdogMargin::On);
@@ -80,30 +90,35 @@ class SyncWatchdogMargin final : public Rule {
     gap.fell = e.frame;
     gap.fell_to = e.status;
     gap.fell_code = e.code;
-    On(gap);
+    Judge(gap);
+  }
+
+  /// The registers of the watchdog are set: what was said of it is another matter.
+  void On(const track::SlaveAccess& access) {
+    const bool sets = !access.Covered(access.written, esc::kWatchdogDivider, 2).empty() ||
+                      !access.Covered(access.written, esc::kProcessWatchdog, 2).empty();
+    if (!sets || access.acceptance == track::Acceptance::kRefused) return;
+    Of(access.slave).written = access.frame();
+    Of(access.slave).told_short = kNoFinding;
+  }
+
+  void On(const sync::SlaveRunEnded& e) {
+    if (e.slave < slaves_.size()) JudgeEarly(e.slave);
   }
 
   void On(const sync::OutputGap& e) {
-    const Watchdog watchdog = WatchdogOf(e.slave);
-    if (watchdog.ns == 0) return;
-    // Nothing maps its outputs: that is the fault, and fmmu-inactive tells it.
-    if (e.end != sync::OutputGap::End::kOutputs && !context().sync().outputs(e.slave).direct && !IsMapped(e.slave)) {
+    Slave& slave = Of(e.slave);
+    sync::OutputGap gap = e;
+    if (gap.nominal_ns == 0) gap.nominal_ns = slave.usual_ns;
+    const bool may_wait =
+        e.end == sync::OutputGap::End::kOutputs && !e.fell.seen() && !context().sync().outputs(e.slave).may_be_hole;
+    if (gap.nominal_ns == 0 && may_wait && slave.early.size() < kMostEarly) {
+      slave.early.push_back(e);
+      if (slave.early.size() == kMostEarly) JudgeEarly(e.slave);
       return;
     }
-    const bool fell = e.fell.seen() && (!e.fell_code || *e.fell_code == kWatchdogCode);
-    if ((!watchdog.monitors && !fell) || !CanBeJudged(e, watchdog, fell)) return;
-    const FrameRef& frame = e.after.seen() ? e.after : e.fell;
-    const bool exceeds = e.gap.ns - *e.uncertainty_ns >= watchdog.ns;
-    const std::uint64_t key = (exceeds ? 1U : 0U) | (fell ? 2U : 0U);
-    FindingIndex index = Repeat(e.slave, key, frame);
-    if (index != kNoFinding) {
-      AddRelated(context().store[index], frame.number);
-    } else {
-      const Severity severity = exceeds ? Severity::kError : Severity::kWarning;
-      index = Report(key, severity, FindingOf(e, watchdog, exceeds, fell));
-    }
-    if (fell) consequences_.push_back({"al-unexpected-change", e.slave, e.fell.number, index});
-    if (consequences_.size() > kMaxConsequences) consequences_.erase(consequences_.begin());
+    JudgeEarly(e.slave);
+    Judge(gap);
   }
 
   void On(const model::AlAnswered& e) {
@@ -165,6 +180,7 @@ class SyncWatchdogMargin final : public Rule {
   }
 
   void Finish() override {
+    for (std::size_t s = 0; s < slaves_.size(); ++s) JudgeEarly(static_cast<SlaveId>(s));
     for (const std::optional<sync::OutputGap>& gap : doubtful_) {
       if (gap) SayMayBeHole(*gap);
     }
@@ -189,6 +205,120 @@ class SyncWatchdogMargin final : public Rule {
 
     [[nodiscard]] bool known() const { return divider && steps; }
   };
+
+  struct Slave {
+    FrameRef written;                      ///< the registers of its watchdog
+    FindingIndex told_short = kNoFinding;  ///< that this is too short for the cycle
+    std::vector<sync::OutputGap> early;    ///< before it was known how far its outputs usually are apart
+    TimeNs usual_ns = 0;                   ///< by these
+  };
+  /// So many make a rhythm of their own.
+  static constexpr std::size_t kMostEarly = 32;
+
+  Slave& Of(SlaveId id) {
+    if (id >= slaves_.size()) slaves_.resize(std::size_t{id} + 1);
+    return slaves_[id];
+  }
+
+  /// Gaps that waited until it is known what is usual.
+  void JudgeEarly(SlaveId id) {
+    std::vector<sync::OutputGap> early;
+    early.swap(Of(id).early);
+    if (early.empty()) return;
+    const sync::CyclicImage* image = context().sync().outputs(id).image;
+    TimeNs usual = image != nullptr && image->has_nominal() ? image->nominal_ns : 0;
+    if (usual == 0 && early.size() >= kFewGaps) {
+      std::vector<TimeNs> sorted;
+      for (const sync::OutputGap& gap : early) sorted.push_back(gap.gap.ns);
+      std::sort(sorted.begin(), sorted.end());
+      usual = Of(id).usual_ns = sorted[sorted.size() / 2];
+    }
+    for (sync::OutputGap& gap : early) {
+      gap.nominal_ns = usual;
+      Judge(gap);
+    }
+  }
+
+  void Judge(const sync::OutputGap& e) {
+    const Watchdog watchdog = WatchdogOf(e.slave);
+    if (watchdog.ns == 0) return;
+    // Nothing maps its outputs: that is the fault, and fmmu-inactive tells it.
+    if (e.end != sync::OutputGap::End::kOutputs && !context().sync().outputs(e.slave).direct && !IsMapped(e.slave)) {
+      return;
+    }
+    const bool fell = e.fell.seen() && (!e.fell_code || *e.fell_code == kWatchdogCode);
+    if (!watchdog.monitors && !fell) return;
+    FindingIndex index = kNoFinding;
+    if (IsUsual(e, watchdog)) {
+      // Nothing paused, and half the watchdog is for what does.
+      if (e.nominal_ns + e.nominal_ns / kAboutHalf >= watchdog.ns / 2) index = TellShort(e, watchdog, fell);
+    } else if (CanBeJudged(e, watchdog, fell)) {
+      index = TellPause(e, watchdog, fell);
+    }
+    if (fell && index != kNoFinding) consequences_.push_back({"al-unexpected-change", e.slave, e.fell.number, index});
+    if (consequences_.size() > kMaxConsequences) consequences_.erase(consequences_.begin());
+  }
+
+  /// The gap is one of those that the outputs always have.
+  [[nodiscard]] static bool IsUsual(const sync::OutputGap& e, const Watchdog& watchdog) {
+    if (e.end != sync::OutputGap::End::kOutputs || e.nominal_ns == 0 || !e.uncertainty_ns) return false;
+    if (e.gap.ns - *e.uncertainty_ns > e.nominal_ns + e.nominal_ns / 2) return false;
+    // Late by less than half a cycle, but late enough.
+    return e.nominal_ns >= watchdog.ns || e.gap.ns - *e.uncertainty_ns < watchdog.ns;
+  }
+
+  FindingIndex TellPause(const sync::OutputGap& e, const Watchdog& watchdog, bool fell) {
+    const FrameRef& frame = e.after.seen() ? e.after : e.fell;
+    const bool exceeds = e.gap.ns - *e.uncertainty_ns >= watchdog.ns;
+    const std::uint64_t key = (exceeds ? 1U : 0U) | (fell ? 2U : 0U);
+    const FindingIndex index = Repeat(e.slave, key, frame);
+    if (index != kNoFinding) {
+      AddRelated(context().store[index], frame.number);
+      return index;
+    }
+    return Report(key, exceeds ? Severity::kError : Severity::kWarning, FindingOf(e, watchdog, exceeds, fell));
+  }
+
+  /// Once for each watchdog that is set: it is so in every cycle.
+  FindingIndex TellShort(const sync::OutputGap& e, const Watchdog& watchdog, bool fell) {
+    Slave& slave = Of(e.slave);
+    if (slave.told_short != kNoFinding) {
+      context().store[slave.told_short].last = e.after;  // it goes on
+      return slave.told_short;
+    }
+    const bool shorter = e.nominal_ns - *e.uncertainty_ns >= watchdog.ns;
+    const std::uint64_t key = shorter ? 8 : 9;
+    slave.told_short = Repeat(e.slave, key, e.after);
+    if (slave.told_short != kNoFinding) return slave.told_short;
+    Finding finding;
+    finding.slave = e.slave;
+    finding.first = e.after;
+    AddRelated(finding, e.before.number);
+    if (slave.written.seen()) AddRelated(finding, slave.written.number);
+    finding.confidence = watchdog.known() || fell ? Confidence::kObserved : Confidence::kInferred;
+    const std::string cycle = Duration(e.nominal_ns);
+    finding.title = "The watchdog of " + Duration(watchdog.ns) + " is " + (shorter ? "shorter" : "hardly longer") +
+                    " than the cycle of " + cycle;
+    finding.message =
+        "The outputs of this slave come every " + cycle + PrecisionText({0, e.gap.base}, *e.uncertainty_ns) + ". " +
+        WatchdogText(watchdog) +
+        (slave.written.seen() ? " It was set in frame " + std::to_string(slave.written.number) + "." : "") +
+        (shorter ? " It runs out in every cycle." : " A single frame that is lost or late lets it run out.") +
+        " Set a watchdog of several cycles in PREOP.";
+    finding.evidence = {Real("cycle_ms", static_cast<double>(e.nominal_ns) / 1e6),
+                        Real("watchdog_ms", static_cast<double>(watchdog.ns) / 1e6),
+                        Text("time_base", std::string(sync::Name(e.gap.base))),
+                        Real("uncertainty_us", static_cast<double>(*e.uncertainty_ns) / 1e3)};
+    slave.told_short = Report(key, shorter ? Severity::kError : Severity::kWarning, std::move(finding));
+    return slave.told_short;
+  }
+
+  [[nodiscard]] static std::string WatchdogText(const Watchdog& watchdog) {
+    return "Its process data watchdog is " + Duration(watchdog.ns) +
+           " (0x0400 = " + std::to_string(watchdog.divider.value_or(esc::kDefaultWatchdogDivider)) +
+           ", 0x0420 = " + std::to_string(watchdog.steps.value_or(kDefaultSteps)) +
+           (watchdog.known() ? "" : "; the value after power-on is assumed") + ").";
+  }
 
   [[nodiscard]] Watchdog WatchdogOf(SlaveId slave) const {
     const track::SlaveState& state = context().network().state(slave);
@@ -262,11 +392,7 @@ class SyncWatchdogMargin final : public Rule {
                     Duration(watchdog.ns);
     finding.message = "Between frame " + std::to_string(e.before.number) + " and frame " +
                       std::to_string(frame.number) + EndText(e.end) + " the slave in OP got no outputs for " + pause +
-                      PrecisionText(e.gap, *e.uncertainty_ns) + ". Its process data watchdog is " +
-                      Duration(watchdog.ns) +
-                      " (0x0400 = " + std::to_string(watchdog.divider.value_or(esc::kDefaultWatchdogDivider)) +
-                      ", 0x0420 = " + std::to_string(watchdog.steps.value_or(kDefaultSteps)) +
-                      (watchdog.known() ? "" : "; the value after power-on is assumed") + "). ";
+                      PrecisionText(e.gap, *e.uncertainty_ns) + ". " + WatchdogText(watchdog) + " ";
     if (fell) {
       finding.message += "In frame " + std::to_string(e.fell.number) + " it shows " + esc::StatusText(e.fell_to.raw) +
                          (e.fell_code ? ", AL status code " + Hex(*e.fell_code) : std::string()) + ". ";
@@ -303,6 +429,7 @@ class SyncWatchdogMargin final : public Rule {
   };
   static constexpr std::size_t kMaxConsequences = 256;
 
+  std::vector<Slave> slaves_;
   std::vector<Consequence> consequences_;
   std::vector<std::optional<sync::OutputGap>> doubtful_;  // of each slave: the capture may have a hole there
 };
