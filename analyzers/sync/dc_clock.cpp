@@ -53,6 +53,7 @@ std::optional<DcTime> DcClock::On(const track::Answered& answer) {
   if (raw == 0) return std::nullopt;
   if (eight && raw >= kWrap) wide_ = true;
   DcTime time{raw, epoch_};
+  if (!last_ || last_->epoch != epoch_) full_ = false;
   if (last_ && last_->epoch == epoch_) {
     const bool full = eight && (wide_ || raw > last_->ns);
     if (!full) {
@@ -60,14 +61,16 @@ std::optional<DcTime> DcClock::On(const track::Answered& answer) {
           Elapsed(last_frame_.time, answer.returned.time) > kTooLongFor32Bit) {
         ++epoch_;
         time = {raw, epoch_};
+        full_ = false;
       } else {
         const auto since = WrappingDifference(static_cast<std::uint32_t>(raw), static_cast<std::uint32_t>(last_->ns));
         time.ns = WrappingSum(last_->ns, std::uint64_t{since});
       }
-    } else if (raw <= last_->ns) {
-      time.epoch = ++epoch_;  // set back by something that is not in the capture
+    } else if (raw <= last_->ns || (!full_ && raw - last_->ns >= kWrap)) {
+      time.epoch = ++epoch_;  // set back by something that is not in the capture, or read in full for the first time
     }
   }
+  full_ = full_ || eight;
   last_ = time;
   last_frame_ = answer.returned;
   ++samples_;

@@ -25,7 +25,8 @@ class DcClock {
   [[nodiscard]] const std::optional<DcTime>& last() const { return last_; }
   [[nodiscard]] const FrameRef& last_frame() const { return last_frame_; }
   [[nodiscard]] std::uint32_t epoch() const { return epoch_; }
-  [[nodiscard]] bool is_64_bit() const { return wide_; }
+  /// It has 64 bit, and so has last().
+  [[nodiscard]] bool is_64_bit() const { return wide_ && full_; }
 
   // Distribution of the time: frames with ARMW or FRMW of 0x0910.
   [[nodiscard]] std::uint64_t distributions() const { return distributions_; }
@@ -39,6 +40,7 @@ class DcClock {
   SlaveId reference_ = kNoSlave;
   bool distributed_ = false;  ///< the reference is known from ARMW or FRMW
   bool wide_ = false;         ///< upper half seen in use
+  bool full_ = false;         ///< since its epoch began the upper half was read
   std::optional<DcTime> last_;
   FrameRef last_frame_;
   std::uint32_t epoch_ = 0;

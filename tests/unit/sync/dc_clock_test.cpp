@@ -52,6 +52,20 @@ TEST(DcClock, SixtyFourBitTimesPassAsTheyAre) {
   EXPECT_EQ(c.clock.longest_gap(), 110'925);
 }
 
+TEST(DcClock, LowHalvesAreNoWholeTimesAlthoughTheClockHasThem) {
+  Clock c;
+  c.Read({.command = wire::Command::FPRD, .time = 848546483402428137});
+  EXPECT_TRUE(c.clock.is_64_bit());
+  c.clock.WasSet(0);
+  const auto low = c.Read({.time = 0x12345678, .bytes = 4, .at = 1000});
+  EXPECT_FALSE(c.clock.is_64_bit());
+  EXPECT_EQ(c.Read({.time = 0x12345A78, .bytes = 4, .at = 2000})->epoch, low->epoch);
+  const auto full = c.Read({.command = wire::Command::FPRD, .time = 848546483402430137, .at = 3000});
+  EXPECT_TRUE(c.clock.is_64_bit());
+  EXPECT_NE(full->epoch, low->epoch);
+  EXPECT_EQ(c.Read({.time = 848546483402431137 & 0xFFFFFFFF, .bytes = 4, .at = 4000})->ns, 848546483402431137U);
+}
+
 TEST(DcClock, ThirtyTwoBitTimesAreExtendedOverTheirWrap) {
   Clock c;
   EXPECT_EQ(c.Read({.time = 0xFFFFFF00, .bytes = 4})->ns, 0xFFFFFF00U);
