@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -99,7 +100,7 @@ class SyncWatchdogMargin final : public Rule {
                       !access.Covered(access.written, esc::kProcessWatchdog, 2).empty();
     if (!sets || access.acceptance == track::Acceptance::kRefused) return;
     Of(access.slave).written = access.frame();
-    Of(access.slave).told_short = kNoFinding;
+    Of(access.slave).told_short = {kNoFinding, kNoFinding};
   }
 
   void On(const sync::SlaveRunEnded& e) {
@@ -207,10 +208,11 @@ class SyncWatchdogMargin final : public Rule {
   };
 
   struct Slave {
-    FrameRef written;                      ///< the registers of its watchdog
-    FindingIndex told_short = kNoFinding;  ///< that this is too short for the cycle
-    std::vector<sync::OutputGap> early;    ///< before it was known how far its outputs usually are apart
-    TimeNs usual_ns = 0;                   ///< by these
+    FrameRef written;  ///< the registers of its watchdog
+    /// That this is too short for the cycle: a warning, an error.
+    std::array<FindingIndex, 2> told_short{kNoFinding, kNoFinding};
+    std::vector<sync::OutputGap> early;  ///< before it was known how far its outputs usually are apart
+    TimeNs usual_ns = 0;                 ///< by these
   };
   /// So many make a rhythm of their own.
   static constexpr std::size_t kMostEarly = 32;
@@ -262,9 +264,10 @@ class SyncWatchdogMargin final : public Rule {
   /// The gap is one of those that the outputs always have.
   [[nodiscard]] static bool IsUsual(const sync::OutputGap& e, const Watchdog& watchdog) {
     if (e.end != sync::OutputGap::End::kOutputs || e.nominal_ns == 0 || !e.uncertainty_ns) return false;
-    if (e.gap.ns - *e.uncertainty_ns > e.nominal_ns + e.nominal_ns / 2) return false;
+    const TimeNs least = e.gap.ns - *e.uncertainty_ns;
+    if (least > e.nominal_ns + e.nominal_ns / 2) return false;
     // Late by less than half a cycle, but late enough.
-    return e.nominal_ns >= watchdog.ns || e.gap.ns - *e.uncertainty_ns < watchdog.ns;
+    return e.nominal_ns >= watchdog.ns || least < watchdog.ns || least <= e.nominal_ns + e.nominal_ns / 8;
   }
 
   FindingIndex TellPause(const sync::OutputGap& e, const Watchdog& watchdog, bool fell) {
@@ -282,35 +285,38 @@ class SyncWatchdogMargin final : public Rule {
   /// Once for each watchdog that is set: it is so in every cycle.
   FindingIndex TellShort(const sync::OutputGap& e, const Watchdog& watchdog, bool fell) {
     Slave& slave = Of(e.slave);
-    if (slave.told_short != kNoFinding) {
-      context().store[slave.told_short].last = e.after;  // it goes on
-      return slave.told_short;
+    const bool shorter = std::max(e.nominal_ns, e.gap.ns) - *e.uncertainty_ns >= watchdog.ns;
+    FindingIndex& told = slave.told_short[shorter ? 1 : 0];
+    if (told != kNoFinding) {
+      context().store[told].last = e.after;  // it goes on
+      return told;
     }
-    const bool shorter = e.nominal_ns - *e.uncertainty_ns >= watchdog.ns;
     const std::uint64_t key = shorter ? 8 : 9;
-    slave.told_short = Repeat(e.slave, key, e.after);
-    if (slave.told_short != kNoFinding) return slave.told_short;
+    told = Repeat(e.slave, key, e.after);
+    if (told != kNoFinding) return told;
     Finding finding;
     finding.slave = e.slave;
     finding.first = e.after;
     AddRelated(finding, e.before.number);
     if (slave.written.seen()) AddRelated(finding, slave.written.number);
     finding.confidence = watchdog.known() || fell ? Confidence::kObserved : Confidence::kInferred;
-    const std::string cycle = Duration(e.nominal_ns);
+    const std::string cycle = Duration(shorter ? std::max(e.nominal_ns, e.gap.ns) : e.nominal_ns);
     finding.title = "The watchdog of " + Duration(watchdog.ns) + " is " + (shorter ? "shorter" : "hardly longer") +
                     " than the cycle of " + cycle;
     finding.message =
-        "The outputs of this slave come every " + cycle + PrecisionText({0, e.gap.base}, *e.uncertainty_ns) + ". " +
-        WatchdogText(watchdog) +
+        "The outputs of this slave come every " + Duration(e.nominal_ns) +
+        PrecisionText({0, e.gap.base}, *e.uncertainty_ns) + ". " + WatchdogText(watchdog) +
         (slave.written.seen() ? " It was set in frame " + std::to_string(slave.written.number) + "." : "") +
-        (shorter ? " It runs out in every cycle." : " A single frame that is lost or late lets it run out.") +
+        (e.nominal_ns >= watchdog.ns ? " It runs out in every cycle."
+         : shorter                   ? " Here it ran out in a cycle of " + cycle + "."
+                                     : " A single frame that is lost or late lets it run out.") +
         " Set a watchdog of several cycles in PREOP.";
     finding.evidence = {Real("cycle_ms", static_cast<double>(e.nominal_ns) / 1e6),
                         Real("watchdog_ms", static_cast<double>(watchdog.ns) / 1e6),
                         Text("time_base", std::string(sync::Name(e.gap.base))),
                         Real("uncertainty_us", static_cast<double>(*e.uncertainty_ns) / 1e3)};
-    slave.told_short = Report(key, shorter ? Severity::kError : Severity::kWarning, std::move(finding));
-    return slave.told_short;
+    told = Report(key, shorter ? Severity::kError : Severity::kWarning, std::move(finding));
+    return told;
   }
 
   [[nodiscard]] static std::string WatchdogText(const Watchdog& watchdog) {
