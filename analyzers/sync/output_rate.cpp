@@ -20,7 +20,10 @@ double OutputRate::JitterShare() const {
   // First and last frame are wrong by as much as an interval is: hardly ever by more than three times the usual.
   const double ends =
       std::min(3 * static_cast<double>(off_) / static_cast<double>(intervals_), static_cast<double>(most_off_));
-  const double cycles = static_cast<double>(std::abs(sum_.doubtful)) + static_cast<double>(sum_.open) / 2;
+  // Frames that follow a pause all at once make up for it.
+  const std::int64_t doubtful =
+      sum_.doubtful < 0 ? std::min<std::int64_t>(sum_.doubtful + sum_.left_out, 0) : sum_.doubtful;
+  const double cycles = static_cast<double>(std::abs(doubtful)) + static_cast<double>(sum_.open) / 2;
   return (ends + cycles * static_cast<double>(nominal_)) / static_cast<double>(sum_.ns);
 }
 
@@ -95,7 +98,7 @@ void OutputRate::BeginTurn(const FrameRef& from) {
 }
 
 void OutputRate::GoOnFromTurn(const FrameRef& last) {
-  const Sum strange{strange_, 0, 0, strange_ns_, last};
+  const Sum strange{strange_, 0, 0, 0, strange_ns_, last};
   const FrameRef from = turn_from_;
   const TimeNs nominal = next_;
   const std::uint64_t renewed_at = renewed_at_;
@@ -122,8 +125,12 @@ void OutputRate::Close(TimeNs since, const FrameRef& to) {
     return;
   }
   open_ns_ = open_ = 0;
-  // Late by nearly a cycle is as far from whole ones as hardly early: one each is as likely.
-  if (frames > 1) sum_.doubtful += cycles - frames;
+  // Late by nearly a cycle is as far from whole ones as hardly early: one each is as likely. So is it for none.
+  if (frames > 1 || cycles == 0) {
+    sum_.doubtful += cycles - frames;
+  } else {
+    sum_.left_out += cycles - 1;
+  }
   if (!whole) ++sum_.open;
   Count(since, cycles, to);
 }

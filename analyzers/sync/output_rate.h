@@ -47,6 +47,7 @@ class OutputRate {
     std::uint64_t cycles = 0;
     std::uint64_t open = 0;     ///< times that jitter left their number open
     std::int64_t doubtful = 0;  ///< cycles more than frames, where jitter leaves open which is right
+    std::int64_t left_out = 0;  ///< cycles without a frame in pauses of whole cycles
     TimeNs ns = 0;
     FrameRef last;
   };

@@ -204,7 +204,12 @@ class SyncCycleMismatch final : public Rule {
     const double ratio = mean / static_cast<double>(configured);
     const bool one_each = !slave.profile->sync.source_with_dc.empty();
     const double nearest = one_each ? 1.0 : ratio >= 1 ? std::round(ratio) : 1.0 / std::round(1.0 / ratio);
-    if (std::abs(ratio / nearest - 1) <= kTolerance) return;
+    const double off = std::abs(ratio / nearest - 1);
+    if (off <= kTolerance) return;
+    if (off - outputs.rate.JitterShare() <= kTolerance) {
+      NotEvaluable(id, "the process data come too irregularly to tell their cycle");
+      return;
+    }
     const bus::PairingStatistics& pairing = context().pairing();
     if (pairing.holes > 0 && outputs.rate.last().number > pairing.first_hole.number) {
       NotEvaluable(id, "the capture misses frames, in which another cycle may have been set",
