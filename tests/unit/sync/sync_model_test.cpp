@@ -137,6 +137,51 @@ TEST(SyncModel, PhaseAgainstSync0) {
   EXPECT_EQ(phase.double_intervals, 1U);
 }
 
+std::string Sync0From(std::uint64_t start) {
+  return "+1ms FPWR 0x1001:0x0981 00\n+1ms FPWR 0x1001:0x0990" + Hex8(start) +
+         "\n+1ms FPWR 0x1001:0x09A0 40 42 0f 00\n+1ms FPWR 0x1001:0x0981 03\n";
+}
+
+std::string FramesFrom(std::uint64_t time, std::uint64_t count) {
+  std::string text;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    text += "+1ms LRW 0x10000 01 00 -> 00 00 wkc=3 & FRMW 0x1001:0x0910" + Hex8(time + i * 1'000'000) + " wkc=1\n";
+  }
+  return text;
+}
+
+TEST(SyncModel, APhaseIsThatOfTheLastSettingsAndTheLastTimeInOp) {
+  const std::string first = kInOp + std::string("+1ms FPWR 0x1001:0x0920 00 00 00 00 00 00 00 00\n") +
+                            Sync0From(1'000'010'000'000) + FramesFrom(1'000'010'300'000, 20);
+  const std::string leave_op = "+1ms FPWR 0x1001:0x0120 04 00\n+1ms FPRD 0x1001:0x0130 04 00 00 00 00 00\n";
+  const std::string back = "+1ms FPWR 0x1001:0x0120 08 00\n+1ms FPRD 0x1001:0x0130 08 00 00 00 00 00\n";
+  // In OP with other settings, and with the same when it was left.
+  const std::string shifted = first + Sync0From(1'000'040'200'000) + FramesFrom(1'000'041'300'000, 10);
+  const std::string again = first + leave_op + back + FramesFrom(1'000'041'100'000, 10);
+  for (const std::string& text : {shifted, again}) {
+    const AnalysisResult result = AnalyseText(text);
+    ASSERT_TRUE(result.slaves.size() == 1 && result.slaves[0].dc && result.slaves[0].dc->phase);
+    EXPECT_EQ(result.slaves[0].dc->phase->frames, 10U);
+    EXPECT_NEAR(result.slaves[0].dc->phase->mean_us, 105.12, 0.5);
+  }
+  // No frame in OP since: the last phase stands.
+  const AnalysisResult stopped = AnalyseText(first + leave_op);
+  ASSERT_TRUE(stopped.slaves.size() == 1 && stopped.slaves[0].dc && stopped.slaves[0].dc->phase);
+  EXPECT_GE(stopped.slaves[0].dc->phase->frames, 19U);
+}
+
+TEST(SyncModel, FramesOnBothSidesOfAPulseAreAtItInTheMean) {
+  std::string text =
+      kInOp + std::string("+1ms FPWR 0x1001:0x0920 00 00 00 00 00 00 00 00\n") + Sync0From(1'000'010'000'000);
+  for (std::uint64_t i = 0; i < 20; ++i) {
+    text += FramesFrom(1'000'010'974'880 + i * 1'000'000 + (i % 2) * 50'000, 1);
+  }
+  const AnalysisResult result = AnalyseText(text);
+  ASSERT_TRUE(result.slaves.size() == 1 && result.slaves[0].dc && result.slaves[0].dc->phase);
+  EXPECT_NEAR(result.slaves[0].dc->phase->mean_us, 5, 0.5);
+  EXPECT_NEAR(result.slaves[0].dc->phase->stddev_us, 25, 0.5);
+}
+
 /// An AKD in OP with SYNC0 every millisecond; 100 us before each frame with its process data comes one with the time.
 class ByStamps {
  public:
