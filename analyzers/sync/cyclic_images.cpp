@@ -53,7 +53,9 @@ void CyclicImage::AddInterval(const FrameTime& from, const FrameTime& to) {
 void CyclicImage::RenewNominal() {
   if (gap.base == TimeBase::kNone) return;
   recent_[intervals_++ % kRecent] = gap.ns;
-  if (intervals_ % kRecent != 0 && intervals_ != kEnoughIntervals && intervals_ != 2 * kEnoughIntervals) return;
+  constexpr std::uint64_t kRenewed = 4 * kRecent;  // sorting is dear
+  const bool first = intervals_ == kEnoughIntervals || intervals_ == 2 * kEnoughIntervals || intervals_ == kRecent;
+  if (intervals_ % kRenewed != 0 && !first) return;
   std::array<TimeNs, kRecent> sorted = recent_;
   const std::size_t count = std::min<std::uint64_t>(intervals_, kRecent);
   const auto at = [&](std::size_t quarters) {

@@ -73,16 +73,17 @@ void Sync0Phase::Follow(const SyncSettings& settings, const DcTime& now, bool wi
 }
 
 /// What was found stays found.
-void Sync0Phase::ForgetStatistics() {
+void Sync0Phase::ForgetStatistics(TimeNs origin) {
   begins_anew_ = false;
+  origin_ = origin;
   frames_ = 0;
   mean_ = squares_ = 0;
   bins_ = {};
 }
 
 void Sync0Phase::Count(const FrameRef& frame, TimeNs phase, std::int64_t cycle) {
-  if (begins_anew_) ForgetStatistics();
-  if (frames_ == 0) origin_ = phase;
+  if (begins_anew_) [[unlikely]]
+    ForgetStatistics(phase);
   const TimeNs margin = std::min(phase, cycle - phase);
   if (frames_ == 0 || phase < min_) min_ = phase;
   if (frames_ == 0 || phase > max_) max_ = phase;
@@ -92,8 +93,8 @@ void Sync0Phase::Count(const FrameRef& frame, TimeNs phase, std::int64_t cycle) 
   }
   ++frames_;
   TimeNs apart = phase - origin_;
-  if (apart > cycle / 2) apart -= cycle;
-  if (apart < -(cycle / 2)) apart += cycle;
+  if (2 * apart > cycle) apart -= cycle;
+  if (2 * apart < -cycle) apart += cycle;
   const auto value = static_cast<double>(apart);
   const double delta = value - mean_;
   mean_ += delta / static_cast<double>(frames_);

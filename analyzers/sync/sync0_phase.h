@@ -75,7 +75,7 @@ class Sync0Phase {
     FrameRef frame;
   };
 
-  void ForgetStatistics();
+  [[gnu::cold]] void ForgetStatistics(TimeNs origin);
   void Follow(const SyncSettings& settings, const DcTime& now, bool wide);
   void Count(const FrameRef& frame, TimeNs phase, std::int64_t cycle);
   [[nodiscard]] std::int64_t PulsesBefore(std::int64_t since, std::int64_t cycle);
@@ -88,7 +88,7 @@ class Sync0Phase {
   std::int64_t start_ns_ = 0;
   std::int64_t pulses_ = 0, last_pulse_ = -1;  // before the last frame, and when; -1: unknown
   bool has_slot_ = false;
-  bool begins_anew_ = false;
+  bool begins_anew_ = true;
   Slot slot_;               // of the last frame
   std::int64_t since_ = 0;  // the first pulse, at the last frame
   Lead least_, most_;       // with one pulse for each frame since a frame that did not follow on another
