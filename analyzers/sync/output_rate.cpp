@@ -27,25 +27,32 @@ double OutputRate::JitterShare() const {
   return (ends + cycles * static_cast<double>(nominal_)) / static_cast<double>(sum_.ns);
 }
 
-bool OutputRate::Renew(const CyclicImage& image, TimeNs configured) {
-  renewed_at_ = image.nominal_of;
+OutputRate::Look OutputRate::LookAt(const CyclicImage& image, TimeNs configured) const {
   // Where frames are late and early by much, so is a median of few of them.
   const auto is_about = [&](TimeNs cycle, TimeNs other) {
     return std::abs(cycle - other) <= std::min(std::max(other / kSame, image.spread_ns), other / 3);
   };
+  Look look;
   // What came last is newer than the median of the image.
-  const bool by_turn = nominal_ > 0 && strange_ >= kEnoughIntervals;
-  const TimeNs measured = by_turn ? strange_ns_ / static_cast<TimeNs>(strange_) : image.nominal_ns;
-  const TimeNs next = is_about(measured, configured) ? configured : measured;
-  const bool other = nominal_ > 0 && next > 0 && !is_about(next, nominal_);
-  if (other && (by_turn || seen_strange_ > seen_ / 2)) {
+  const bool by_turn = nominal_ > 0 && strange_ >= kEnoughIntervals && IsRhythm();
+  look.measured = by_turn ? strange_ns_ / static_cast<TimeNs>(strange_) : image.nominal_ns;
+  look.next = is_about(look.measured, configured) ? configured : look.measured;
+  look.other = nominal_ > 0 && look.next > 0 && !is_about(look.next, nominal_);
+  look.turned = look.other && (by_turn || seen_strange_ > seen_ / 2);
+  return look;
+}
+
+bool OutputRate::Renew(const CyclicImage& image, TimeNs configured, bool frames_missing) {
+  renewed_at_ = image.nominal_of;
+  const Look look = LookAt(image, configured);
+  if (look.turned && !frames_missing) {
     sum_ = strange_ > 0 ? turn_ : firm_;
-    next_ = next;
+    next_ = look.next;
     return true;
   }
-  if (!other && next > 0) {
-    nominal_ = next;
-    usual_ = measured;
+  if (!look.other && look.next > 0) {
+    nominal_ = look.next;
+    usual_ = look.measured;
     firm_ = sum_;
   }
   seen_ = seen_strange_ = 0;
@@ -82,6 +89,8 @@ void OutputRate::Add(const Interval& interval, const FrameRef& from, const Frame
   } else {
     if (strange_++ == 0) BeginTurn(from);
     strange_ns_ += interval.ns;
+    strange_least_ = strange_ == 1 ? interval.ns : std::min(strange_least_, interval.ns);
+    strange_most_ = strange_ == 1 ? interval.ns : std::max(strange_most_, interval.ns);
     ++seen_strange_;
   }
   if (one && open_ == 0) {
@@ -89,6 +98,11 @@ void OutputRate::Add(const Interval& interval, const FrameRef& from, const Frame
   } else {
     Close(open_ns_ + interval.ns, to);
   }
+}
+
+/// The strange intervals are about the same: those of frames that are lost or late at random are not.
+bool OutputRate::IsRhythm() const {
+  return strange_ > 0 && strange_most_ - strange_least_ <= strange_ns_ / static_cast<TimeNs>(strange_) / 2;
 }
 
 void OutputRate::BeginTurn(const FrameRef& from) {

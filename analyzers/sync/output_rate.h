@@ -33,8 +33,15 @@ class OutputRate {
   }
   /// Takes the median of `image`, or the configured cycle where that is about it.
   /// @param configured cycle by the master's settings, 0 when not known
+  /// @param frames_missing  between those that were added last others were sent: no other rhythm is to be told by them
   /// @return whether the frames came to another rhythm. Then this ends where they kept the old one for certain
-  bool Renew(const CyclicImage& image, TimeNs configured);
+  bool Renew(const CyclicImage& image, TimeNs configured, bool frames_missing);
+  /// Renew() would say so, were no frames missing.
+  [[nodiscard]] bool MayTurn(const CyclicImage& image, TimeNs configured) const {
+    return LookAt(image, configured).turned;
+  }
+  /// The frame behind which the intervals lie by which it would.
+  [[nodiscard]] FrameNo turn_from() const { return strange_ > 0 ? turn_from_.number : firm_.last.number; }
   /// After that: the intervals behind the place where it did are the first of the new one.
   /// @param last  where these end
   void GoOnFromTurn(const FrameRef& last);
@@ -52,7 +59,14 @@ class OutputRate {
     FrameRef last;
   };
 
+  /// What the intervals come to now.
+  struct Look {
+    TimeNs measured = 0, next = 0;
+    bool other = false, turned = false;
+  };
+  [[nodiscard]] Look LookAt(const CyclicImage& image, TimeNs configured) const;
   void BeginTurn(const FrameRef& from);
+  [[nodiscard]] bool IsRhythm() const;
   [[nodiscard]] TimeNs OffOf(TimeNs interval) const;
   void Close(TimeNs since, const FrameRef& to);
   void Count(TimeNs since, TimeNs cycles, const FrameRef& to);
@@ -70,6 +84,7 @@ class OutputRate {
   // The last intervals that were none of a cycle, and what was before: perhaps they are another rhythm.
   std::uint64_t strange_ = 0;
   TimeNs strange_ns_ = 0;
+  TimeNs strange_least_ = 0, strange_most_ = 0;
   Sum turn_;
   FrameRef turn_from_;
   std::uint64_t seen_ = 0, seen_strange_ = 0;  // since the last look at the image's median

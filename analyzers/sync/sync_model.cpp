@@ -261,12 +261,19 @@ void SyncModel::AddToRate(SlaveId id, Slave& slave, const Interval& interval, co
     const bool by_sync0 = sync && sync->activation.sync0();
     const TimeNs configured =
         by_sync0 ? TimeNs{sync->sync0_cycle_ns.value_or(0)} : model::InterpolationTime(bus_.slave(id)).value_or(0);
-    if (watch.rate.Renew(*watch.image, configured)) {
+    if (watch.rate.Renew(*watch.image, configured, FramesMissing(id, watch.rate, *watch.image, configured))) {
       if (watch.rate.cycles() > 0) sink_.Publish(RateEnded{id});
       watch.rate.GoOnFromTurn(watch.last.frame);
     }
   }
   watch.rate.Add(interval, watch.last.frame, to);
+}
+
+/// Many frames for the slave were sent since its intervals are others than before, and did not come back so far.
+bool SyncModel::FramesMissing(SlaveId id, const OutputRate& rate, const CyclicImage& image, TimeNs configured) const {
+  if (!rate.MayTurn(image, configured)) return false;
+  return sent_frames_.UnreturnedBetween(rate.turn_from(), sent_.number, bus_.network().fmmus(id)) >=
+         kEnoughIntervals / 4;
 }
 
 void SyncModel::EndRate(SlaveId id, OutputWatch& watch) {

@@ -143,6 +143,8 @@ class SyncModel final {
   [[nodiscard]] std::optional<DcTime> DcByStamps() const;
   void EndRun(SlaveId id);
   /// The rhythm of its outputs is judged now or not at all.
+  [[nodiscard]] bool FramesMissing(SlaveId id, const OutputRate& rate, const CyclicImage& image,
+                                   TimeNs configured) const;
   void EndRate(SlaveId id, OutputWatch& watch);
   void AddToRate(SlaveId id, Slave& slave, const Interval& interval, const FrameRef& to);
   void Starve(SlaveId id, const FrameRef& until, OutputGap::End end);
