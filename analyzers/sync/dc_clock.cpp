@@ -28,7 +28,7 @@ std::optional<DcTime> DcClock::On(const track::Answered& answer) {
   if (distributes) {
     // Slaves that only write count as well: unless the data changed, the reference itself did not answer.
     const ByteSpan sent = Slice(answer.sent_data, at, 8);
-    if (std::equal(sent.begin(), sent.end(), data.begin(), data.end())) return std::nullopt;
+    if (SameBytes(sent, data)) return std::nullopt;
     if (distributions_++ == 0) first_distribution_ = answer.returned;
     if (last_distribution_.has_time && answer.returned.has_time) {
       const TimeNs gap = Elapsed(last_distribution_.time, answer.returned.time);

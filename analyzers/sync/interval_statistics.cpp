@@ -35,9 +35,13 @@ TimeNs Middle(std::size_t bin) {
 }  // namespace
 
 void IntervalStatistics::Add(TimeNs ns, const FrameRef& from, const FrameRef& to) {
-  if (bins_.empty()) bins_.resize(kBins);
-  if (count_ == 0 || ns < min_) min_ = ns;
-  if (count_ == 0 || ns > max_) {
+  if (count_ == 0) [[unlikely]] {
+    bins_.resize(kBins);
+    min_ = ns;
+    max_ = ns - 1;
+  }
+  if (ns < min_) min_ = ns;
+  if (ns > max_) {
     max_ = ns;
     longest_from_ = from;
     longest_to_ = to;

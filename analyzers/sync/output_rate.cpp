@@ -10,8 +10,6 @@ namespace {
 constexpr TimeNs kPause = 16;
 /// By no more than this part of a cycle intervals may differ from whole ones.
 constexpr TimeNs kFirm = 4;
-/// By no more than this two rhythms are the same.
-constexpr TimeNs kSame = 8;
 
 }  // namespace
 
@@ -98,6 +96,16 @@ void OutputRate::Add(const Interval& interval, const FrameRef& from, const Frame
   } else {
     Close(open_ns_ + interval.ns, to);
   }
+}
+
+void OutputRate::AddRun(const IntervalRun& run) {
+  intervals_ += run.count;
+  seen_ += run.count;
+  off_ += run.off;
+  most_off_ = std::max(most_off_, run.most_off);
+  sum_.ns += run.ns;
+  sum_.cycles += run.count;
+  sum_.last = run.last;
 }
 
 /// The strange intervals are about the same: those of frames that are lost or late at random are not.

@@ -5,11 +5,20 @@
 #pragma once
 
 #include <cstdint>
+#include <cstdlib>
 
 #include "analyzers/sync/cyclic_images.h"
 #include "analyzers/sync/time_base.h"
 
 namespace ecaudit::sync {
+
+/// Intervals that are about a cycle each, one behind the other.
+struct IntervalRun {
+  std::uint64_t count = 0;
+  TimeNs ns = 0;                 ///< all of them
+  TimeNs off = 0, most_off = 0;  ///< from the cycle: all of them, and the one that is off most
+  FrameRef last;
+};
 
 class OutputRate {
  public:
@@ -46,10 +55,26 @@ class OutputRate {
   /// @param last  where these end
   void GoOnFromTurn(const FrameRef& last);
   void Add(const Interval& interval, const FrameRef& from, const FrameRef& to);
+  /// The last interval was one cycle by this clock, and nothing is open behind it.
+  [[nodiscard]] bool IsCalm(TimeBase base) const {
+    constexpr TimeNs kFar = TimeNs{1} << 60U;
+    return base == base_ && sum_.cycles > 0 && open_ == 0 && strange_ == 0 && sum_.ns < kFar && off_ < kFar;
+  }
+  /// What an interval is compared with, ns.
+  [[nodiscard]] TimeNs nominal() const { return nominal_; }
+  /// It is one cycle, and of the rhythm so far.
+  [[nodiscard]] static bool IsOne(TimeNs interval, TimeNs nominal) {
+    return std::abs(interval - nominal) <= nominal / kSame;
+  }
+  /// Add() of each of a run of which each IsOne(), where this IsCalm().
+  void AddRun(const IntervalRun& run);
   /// What follows has nothing to do with what was so far, but for the clock.
   void BeginAnew();
 
  private:
+  /// By no more than this part of a cycle two rhythms, or an interval and the cycle, are the same.
+  static constexpr TimeNs kSame = 8;
+
   struct Sum {
     std::uint64_t cycles = 0;
     std::uint64_t open = 0;     ///< times that jitter left their number open

@@ -103,9 +103,14 @@ void OutputWatch::ReadStatusWord(const model::SlaveModel& slave, const model::Lo
     if (word != nullptr && word->bits == 16 && word->bit_offset % 8 == 0) status_at_ = word->bit_offset / 8;
   }
   status_word.reset();
-  if (!status_at_ || *status_at_ + 2 > share.input_bytes) return;
+  if (const auto at = StatusWordAt(share, data.size())) status_word = LittleEndian<std::uint16_t>(data, *at);
+}
+
+std::optional<std::size_t> OutputWatch::StatusWordAt(const model::LogicalShare& share, std::size_t length) const {
+  if (!status_at_ || *status_at_ + 2 > share.input_bytes) return std::nullopt;
   const std::size_t at = std::size_t{share.input_offset} + *status_at_;
-  if (Fits(data, at, 2)) status_word = LittleEndian<std::uint16_t>(data, at);
+  if (at + 2 > length) return std::nullopt;
+  return at;
 }
 
 }  // namespace ecaudit::sync

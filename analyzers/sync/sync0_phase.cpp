@@ -43,6 +43,7 @@ Sync0Phase::Arrival Sync0Phase::Add(const DcUnit& unit, const FrameRef& frame, c
   has_slot_ = true;
   slot_ = slot;
   since_ = since;
+  last_frame_ = frame.number;
   return arrival;
 }
 
@@ -77,7 +78,7 @@ void Sync0Phase::ForgetStatistics(TimeNs origin) {
   begins_anew_ = false;
   origin_ = origin;
   frames_ = 0;
-  mean_ = squares_ = 0;
+  sum_ = squares_ = 0;
   bins_ = {};
 }
 
@@ -92,19 +93,70 @@ void Sync0Phase::Count(const FrameRef& frame, TimeNs phase, std::int64_t cycle) 
     margin_frame_ = frame;
   }
   ++frames_;
-  TimeNs apart = phase - origin_;
-  if (2 * apart > cycle) apart -= cycle;
-  if (2 * apart < -cycle) apart += cycle;
-  const auto value = static_cast<double>(apart);
-  const double delta = value - mean_;
-  mean_ += delta / static_cast<double>(frames_);
-  squares_ += delta * (value - mean_);
+  const TimeNs apart = Apart(phase, cycle);
+  sum_ += apart;
+  squares_ += Signed128{apart} * apart;
+  ++bins_[BinOf(phase, cycle)];
+}
+
+std::size_t Sync0Phase::BinOf(TimeNs phase, std::int64_t cycle) const {
   // Divisions of 32 bit are several times as fast.
   const auto scaled = static_cast<std::uint64_t>(phase) * bins_.size();
   const std::uint64_t bin = scaled <= UINT32_MAX
                                 ? static_cast<std::uint32_t>(scaled) / static_cast<std::uint32_t>(cycle)
                                 : scaled / static_cast<std::uint64_t>(cycle);
-  ++bins_[std::min<std::uint64_t>(bin, bins_.size() - 1)];
+  return std::min<std::uint64_t>(bin, bins_.size() - 1);
+}
+
+/// The last phase, and by how much each of the run differs from it, is all that Add() would ask for.
+void Sync0Phase::AddRun(const PhaseRun& run) {
+  const auto count = static_cast<std::int64_t>(run.shifts_ns.size());
+  CountRun(run, since_ - last_pulse_);
+  pulses_ += count;
+  last_pulse_ += count * run.cycle_ns;
+  since_ += count * run.cycle_ns + run.shifts_ns.back();
+  slot_ = {pulses_, pulses_};
+  last_frame_ = run.last.number;
+  // Each had its pulse: they lead by the same number all the time, and the last frame is the newest to show it.
+  const std::int64_t lead = pulses_ - static_cast<std::int64_t>(frames_);
+  if (lead >= least_.pulses) least_ = {lead, frames_, run.last};
+  if (lead <= most_.pulses) most_ = {lead, frames_, run.last};
+}
+
+/// Count() of each frame of the run.
+/// @param phase of the frame before it
+void Sync0Phase::CountRun(const PhaseRun& run, TimeNs phase) {
+  const auto count = static_cast<std::int64_t>(run.shifts_ns.size());
+  const TimeNs least = phase + run.least.shift_ns;
+  const TimeNs most = phase + run.most.shift_ns;
+  min_ = std::min(min_, least);
+  max_ = std::max(max_, most);
+  // Of all between two phases one of these two is nearest to a pulse; of two equal ones the first counts.
+  const TimeNs of_least = std::min(least, run.cycle_ns - least);
+  const TimeNs of_most = std::min(most, run.cycle_ns - most);
+  const bool at_most = of_most < of_least || (of_most == of_least && run.most.frame.number < run.least.frame.number);
+  if (const TimeNs margin = std::min(of_least, of_most); margin < margin_) {
+    margin_ = margin;
+    margin_frame_ = at_most ? run.most.frame : run.least.frame;
+  }
+  frames_ += run.shifts_ns.size();
+  const TimeNs apart = Apart(least, run.cycle_ns) - run.least.shift_ns;
+  if (Apart(most, run.cycle_ns) - run.most.shift_ns == apart) {  // nothing between goes the other way round
+    sum_ += Signed128{apart} * count + run.sum;
+    squares_ += Signed128{apart} * apart * count + Signed128{2 * apart} * run.sum + run.squares;
+  } else {
+    for (const std::int32_t shift : run.shifts_ns) {
+      const TimeNs one = Apart(phase + shift, run.cycle_ns);
+      sum_ += one;
+      squares_ += Signed128{one} * one;
+    }
+  }
+  const std::size_t first_bin = BinOf(least, run.cycle_ns);
+  if (BinOf(most, run.cycle_ns) == first_bin) {
+    bins_[first_bin] += run.shifts_ns.size();
+  } else {
+    for (const std::int32_t shift : run.shifts_ns) ++bins_[BinOf(phase + shift, run.cycle_ns)];
+  }
 }
 
 /// Near a pulse nobody can say on which side of it the frame arrived.
@@ -171,13 +223,16 @@ SyncPhase Sync0Phase::Summary(std::uint32_t cycle_ns) const {
   SyncPhase phase;
   phase.frames = frames_;
   phase.cycle_ns = cycle_ns;
-  double mean = static_cast<double>(origin_) + mean_;
+  const auto count = static_cast<long double>(frames_);
+  const long double apart = static_cast<long double>(sum_) / count;
+  double mean = static_cast<double>(static_cast<long double>(origin_) + apart);
   if (mean < 0) mean += cycle_ns;
   if (mean >= cycle_ns) mean -= cycle_ns;
   phase.mean_us = mean / 1e3;
   phase.min_us = static_cast<double>(min_) / 1e3;
   phase.max_us = static_cast<double>(max_) / 1e3;
-  phase.stddev_us = std::sqrt(squares_ / static_cast<double>(frames_)) / 1e3;
+  const long double variance = static_cast<long double>(squares_) / count - apart * apart;
+  phase.stddev_us = static_cast<double>(std::sqrt(std::max(variance, 0.0L))) / 1e3;
   phase.margin_us = static_cast<double>(margin_) / 1e3;
   phase.margin_frame = margin_frame_;
   phase.empty_intervals = empty_;

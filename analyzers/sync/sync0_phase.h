@@ -6,12 +6,31 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
+#include <utility>
 
 #include "analyzers/result/dc_summary.h"
 #include "analyzers/sync/dc_unit.h"
 #include "analyzers/sync/time_base.h"
+#include "decoder/base/wide_integers.h"
 
 namespace ecaudit::sync {
+
+/// Frames with outputs that came behind one pulse of SYNC0 each, every one behind the next. How far they lie from the
+/// place between two pulses where the frame before them was is the same at all slaves that they feed.
+struct PhaseRun {
+  /// One that is further ahead, or further behind, than those before it.
+  struct End {
+    std::int64_t shift_ns = 0;
+    FrameRef frame;
+  };
+  std::int64_t cycle_ns = 0;
+  std::span<const std::int32_t> shifts_ns;  ///< of each frame
+  std::int64_t sum = 0;                     ///< of these
+  std::int64_t squares = 0;                 ///< of their squares
+  End least, most;
+  FrameRef last;
+};
 
 class Sync0Phase {
  public:
@@ -41,6 +60,20 @@ class Sync0Phase {
   /// @param doubt_ns  how wrong `now` may be besides, mostly: stamps know no bound; 0: the frame itself carried it
   Arrival Add(const DcUnit& unit, const FrameRef& frame, const DcTime& now, bool wide, std::int64_t way_ns,
               TimeNs doubt_ns = 0);
+  /// The frame at hand was the last one here, and nothing stands out of it or is told of what comes behind it as far
+  /// as MayShift() allows.
+  [[nodiscard]] bool IsCalm(const DcUnit& unit, const FrameRef& frame) const {
+    return has_slot_ && !begins_anew_ && unit.active() && settings_frame_.number == unit.active()->frame.number &&
+           last_frame_ == frame.number && last_pulse_ >= 0 && slot_.least == pulses_ && slot_.most == pulses_;
+  }
+  /// By how much further ahead or behind the last frame the next ones may lie in their cycles, so that it is sure which
+  /// pulse each came behind: least and most, both included.
+  [[nodiscard]] std::pair<std::int64_t, std::int64_t> MayShift(std::int64_t cycle) const {
+    const std::int64_t phase = since_ - last_pulse_;
+    return {uncertainty_ - phase, cycle - uncertainty_ - 1 - phase};
+  }
+  /// Add() of each frame of a run that MayShift() allows, behind a frame that IsCalm().
+  void AddRun(const PhaseRun& run);
   /// The next frame is not compared with the last one.
   void End() { has_slot_ = false; }
   /// What comes next is measured for itself; until then what was measured last counts.
@@ -78,6 +111,15 @@ class Sync0Phase {
   [[gnu::cold]] void ForgetStatistics(TimeNs origin);
   void Follow(const SyncSettings& settings, const DcTime& now, bool wide);
   void Count(const FrameRef& frame, TimeNs phase, std::int64_t cycle);
+  void CountRun(const PhaseRun& run, TimeNs phase);
+  /// From the first frame, the shorter way round.
+  [[nodiscard]] TimeNs Apart(TimeNs phase, std::int64_t cycle) const {
+    TimeNs apart = phase - origin_;
+    if (2 * apart > cycle) apart -= cycle;
+    if (2 * apart < -cycle) apart += cycle;
+    return apart;
+  }
+  [[nodiscard]] std::size_t BinOf(TimeNs phase, std::int64_t cycle) const;
   [[nodiscard]] std::int64_t PulsesBefore(std::int64_t since, std::int64_t cycle);
   static Slot SlotOf(std::int64_t since, std::int64_t pulses, std::int64_t cycle, TimeNs uncertainty);
   void Place(Arrival& arrival, const Slot& slot);
@@ -87,6 +129,7 @@ class Sync0Phase {
   std::uint32_t epoch_ = 0;
   std::int64_t start_ns_ = 0;
   std::int64_t pulses_ = 0, last_pulse_ = -1;  // before the last frame, and when; -1: unknown
+  FrameNo last_frame_ = 0;
   bool has_slot_ = false;
   bool begins_anew_ = true;
   Slot slot_;               // of the last frame
@@ -94,8 +137,9 @@ class Sync0Phase {
   Lead least_, most_;       // with one pulse for each frame since a frame that did not follow on another
   std::uint64_t frames_ = 0, empty_ = 0, doubled_ = 0, undecided_ = 0;
   FrameRef first_undecided_;
-  TimeNs origin_ = 0;              // phase of the first frame, from which the others are told ...
-  double mean_ = 0, squares_ = 0;  // ... the shorter way round: their mean, and the squares of what they differ by
+  TimeNs origin_ = 0;      // phase of the first frame, from which the others are told ...
+  Signed128 sum_ = 0;      // ... the shorter way round: the sum of that, and ...
+  Signed128 squares_ = 0;  // ... of its squares
   TimeNs min_ = 0, max_ = 0, margin_ = 0, uncertainty_ = 0;
   FrameRef margin_frame_;
   std::array<std::uint64_t, 50> bins_{};

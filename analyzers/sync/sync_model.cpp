@@ -27,6 +27,11 @@ bool Touches(const track::SlaveAccess& access, EscAddress first, std::size_t byt
   return access.address < first + bytes && access.address + access.length() > first;
 }
 
+/// Slaves may take outputs from it.
+bool BringsOutputs(const ProcessDatagram& datagram) {
+  return datagram.command != wire::Command::LRD && (datagram.wkc != 0 || datagram.assumed);
+}
+
 }  // namespace
 
 TimeNs ConfiguredOr(const model::SlaveModel& slave, TimeNs measured) {
@@ -43,7 +48,8 @@ const device::JitterLimit* LimitFor(const model::SlaveModel& slave, TimeNs measu
 SyncModel::SyncModel(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus)
     : bus_(model), sink_(bus), trust_(pipeline), delays_(model) {
   bus.ListenTo<FrameSeen, track::LogicalAccess, track::FrameRepeated, track::LogicalRepeated, track::Answered,
-               track::TimeRepeated, track::CaptureHole, track::AlRequest>(Stage::kBeforeModel, *this);
+               track::TimeRepeated, track::RepetitionEnds, track::CaptureHole, track::AlRequest>(Stage::kBeforeModel,
+                                                                                                 *this);
   // What the slaves' models conclude is news to this one.
   bus.ListenTo<track::SlaveFound, track::RunBegan, model::AlChangedByItself, model::AlErrorCode>(Stage::kModel, *this);
   // Objects and registers as the event left them.
@@ -111,7 +117,13 @@ void SyncModel::On(const track::LogicalAccess& access) {
 /// Each frame has its time, whatever else it tells.
 void SyncModel::On(const track::FrameRepeated& repeated) {
   repeated_until_ = repeated.returned.number;
+  repeats_ = true;
   BeginFrame(repeated.sent, repeated.returned);
+  repeats_ = false;
+}
+
+void SyncModel::On(const track::RepetitionEnds& /*end*/) {
+  EndSteady();
 }
 
 void SyncModel::On(const track::LogicalRepeated& repeated) {
@@ -121,8 +133,10 @@ void SyncModel::On(const track::LogicalRepeated& repeated) {
 void SyncModel::Add(const track::LogicalAccess& access) {
   BeginFrame(access.sent, access.returned);
   if (access.circulating || pending_count_ == kPending) return;
-  pending_[pending_count_++] = {access.command, access.address, access.length, access.wkc, access.assumed, kNoSlave};
-  if (wire::Reads(access.command) && !access.returned_data.empty()) ReadStatusWords(access);
+  const ProcessDatagram& datagram = pending_[pending_count_++] = {access.command, access.address, access.length,
+                                                                  access.wkc,     access.assumed, kNoSlave};
+  if (!wire::Reads(access.command) || access.returned_data.empty()) return;
+  if (!steady_.any() || !steady_.Read(datagram, access.returned_data)) ReadStatusWords(access);
 }
 
 void SyncModel::ReadStatusWords(const track::LogicalAccess& access) {
@@ -132,7 +146,9 @@ void SyncModel::ReadStatusWords(const track::LogicalAccess& access) {
   for (const model::LogicalShare& share : expected.shares) {
     const model::SlaveModel& slave = bus_.slave(share.slave);
     if (share.input_bytes == 0 || !slave.profile->sync.lost_after_missing.value) continue;
-    Of(share.slave).outputs.ReadStatusWord(slave, share, access.returned_data);
+    OutputWatch& watch = Of(share.slave).outputs;
+    if (steady_.any() && steady_.Reads(watch)) EndSteady();
+    watch.ReadStatusWord(slave, share, access.returned_data);
   }
 }
 
@@ -147,22 +163,25 @@ void SyncModel::On(const track::TimeRepeated& repeated) {
   if (const auto time = clock_.On(repeated.answer)) frame_dc_ = time;
 }
 
-std::optional<SyncModel::FrameAtHand> SyncModel::LookAtFrame() {
-  FrameAtHand at_hand;
+/// @param at_hand  of no frame so far
+/// @return whether there is one
+bool SyncModel::LookAtFrame(FrameAtHand& at_hand) {
+  const FrameRef& frame = sent_.seen() ? sent_ : returned_;
+  if (!frame.seen()) return false;
   FrameTime& time = at_hand.time;
-  time.frame = sent_.seen() ? sent_ : returned_;
-  if (!time.frame.seen()) return std::nullopt;
-  if (time.frame.has_time) time.stamp = time.frame.time;
+  time.frame = frame;
+  if (frame.has_time) time.stamp = frame.time;
   time.dc = frame_dc_;
   if (!frame_dc_) at_hand.by_stamps = DcByStamps();
-  if (const FrameFacts* facts = sent_frames_.FactsOf(time.frame.number)) {
+  if (const FrameFacts* facts = sent_frames_.FactsOf(frame.number)) {
     time.esl = facts->esl;
     // Captures leave out the padding of short frames as the check sequence of all.
-    at_hand.length_ns = static_cast<std::int64_t>(std::max(facts->bytes, kMinFrameBytes) + kFcsBytes) * kNsPerByte;
+    at_hand.way.length_ns = static_cast<std::int64_t>(std::max(facts->bytes, kMinFrameBytes) + kFcsBytes) * kNsPerByte;
   }
   delays_.Look();
-  at_hand.reference_delay_ns = delays_.Of(clock_.reference());
-  return at_hand;
+  at_hand.way.reference_delay_ns = delays_.Of(clock_.reference());
+  at_hand.way.wide_clock = clock_.is_64_bit();
+  return true;
 }
 
 /// Masters that send several frames a cycle let one of them carry the time.
@@ -177,38 +196,132 @@ std::optional<DcTime> SyncModel::DcByStamps() const {
 }
 
 void SyncModel::Flush() {
-  const std::optional<FrameAtHand> at_hand = pending_count_ > 0 ? LookAtFrame() : std::nullopt;
-  if (at_hand) {
+  FrameAtHand at_hand;
+  if (pending_count_ > 0 && LookAtFrame(at_hand)) {
     trust_.AddRoundTrip(sent_, returned_);
     if (sent_.seen() && returned_.seen()) sent_frames_.Returned(sent_.number);
-    for (std::size_t i = 0; i < pending_count_; ++i) {
-      const Pending& pending = pending_[i];
-      if (pending.slave != kNoSlave) {
-        Feed(pending.slave, *at_hand, nullptr);
-        Of(pending.slave).outputs.direct = true;
-        continue;
-      }
-      const CyclicImage* image = Measure(pending, at_hand->time);
-      if (pending.command == wire::Command::LRD || (pending.wkc == 0 && !pending.assumed)) continue;
-      track::LogicalAccess access;
-      access.command = pending.command;
-      access.address = pending.address;
-      access.length = pending.length;
-      const model::LogicalExpectation& expected = bus_.Expect(access);
-      if (expected.outputs == 0) continue;
-      for (const model::LogicalShare& share : expected.shares) {
-        if (!share.outputs) continue;
-        Feed(share.slave, *at_hand, image);
-        Of(share.slave).outputs.direct = false;
-      }
-    }
+    if (!steady_.any() || !TakeSteady(at_hand)) FeedEach(at_hand);
   }
   pending_count_ = 0;
   frame_dc_.reset();
   sent_ = returned_ = {};
 }
 
-const CyclicImage* SyncModel::Measure(const Pending& pending, const FrameTime& time) {
+const model::LogicalExpectation& SyncModel::ExpectationOf(const ProcessDatagram& datagram) const {
+  track::LogicalAccess access;
+  access.command = datagram.command;
+  access.address = datagram.address;
+  access.length = datagram.length;
+  return bus_.Expect(access);
+}
+
+void SyncModel::FeedEach(const FrameAtHand& at_hand) {
+  bool fed = false;
+  steady_.Tell();
+  for (const ProcessDatagram& datagram : pending()) {
+    if (datagram.slave != kNoSlave) {
+      EndSteady();
+      Feed(datagram.slave, at_hand, nullptr);
+      Of(datagram.slave).outputs.direct = true;
+      continue;
+    }
+    const CyclicImage* image = Measure(datagram, at_hand.time);
+    if (!BringsOutputs(datagram)) continue;
+    const model::LogicalExpectation& expected = ExpectationOf(datagram);
+    if (expected.outputs == 0) continue;
+    for (const model::LogicalShare& share : expected.shares) {
+      if (!share.outputs) continue;
+      OutputWatch& watch = Of(share.slave).outputs;
+      if (steady_.any() && steady_.Feeds(watch)) EndSteady();
+      Feed(share.slave, at_hand, image);
+      watch.direct = false;
+      fed = true;
+    }
+  }
+  if (!fed || !repeats_) return;
+  if (steady_wait_ > 0) {
+    --steady_wait_;
+  } else {
+    BeginSteady(at_hand);
+  }
+}
+
+bool SyncModel::TakeSteady(const FrameAtHand& at_hand) {
+  for (const ProcessDatagram& datagram : pending()) {
+    if (datagram.slave == kNoSlave) Measure(datagram, at_hand.time);
+  }
+  return steady_.Take(pending(), at_hand.time, sent_.number, at_hand.way);
+}
+
+/// Behind a frame that every slave was told of: the next ones may be further cycles and nothing else.
+void SyncModel::BeginSteady(const FrameAtHand& at_hand) {
+  WaitForSteady(false);  // unless it proves to be
+  if (sink_.IsHeard<IntervalMeasured>() || sink_.IsHeard<PhaseMeasured>()) return;
+  fed_.clear();
+  words_.clear();
+  Interval interval;
+  for (std::size_t i = 0; i < pending_count_; ++i) {
+    const ProcessDatagram& datagram = pending_[i];
+    if (datagram.slave != kNoSlave) return;
+    const model::LogicalExpectation& expected = ExpectationOf(datagram);
+    const CyclicImage* image = images_.Find(datagram.command, datagram.address);
+    const bool has_words = wire::Reads(datagram.command) && datagram.wkc == expected.full && expected.fills_bytes;
+    for (const model::LogicalShare& share : expected.shares) {
+      if (has_words && !CollectWords(datagram, i, share)) return;
+      if (!share.outputs || !BringsOutputs(datagram)) continue;
+      if (!MayBeSteady(share.slave, at_hand, image)) return;
+      Slave& slave = Of(share.slave);
+      const bool phase = Sync0Phase::Counts(slave.dc);
+      fed_.push_back({&slave.outputs, image, phase ? *slave.dc.active()->sync0_cycle_ns : 0});
+      interval = image->gap;
+    }
+  }
+  // Words that other frames carry are of another age than these.
+  const bool all_words = std::all_of(fed_.begin(), fed_.end(), [&](const SteadyCycles::Fed& fed) {
+    return !fed.watch->status_word || std::any_of(words_.begin(), words_.end(), [&](const SteadyCycles::StatusWord& w) {
+      return w.watch == fed.watch;
+    });
+  });
+  if (all_words && steady_.Begin(pending(), at_hand.time, interval, at_hand.way, fed_, words_)) steady_wait_ = 0;
+}
+
+/// @return whether it is plain where the slave's status word lies
+bool SyncModel::CollectWords(const ProcessDatagram& datagram, std::size_t index, const model::LogicalShare& share) {
+  if (share.input_bytes == 0 || !bus_.slave(share.slave).profile->sync.lost_after_missing.value) return true;
+  OutputWatch& watch = Of(share.slave).outputs;
+  const auto own = [&](const SteadyCycles::StatusWord& word) { return word.watch == &watch; };
+  if (std::any_of(words_.begin(), words_.end(), own)) return false;  // in two datagrams
+  if (const auto at = watch.StatusWordAt(share, datagram.length)) words_.push_back({&watch, index, *at});
+  return true;
+}
+
+/// Of the frame at hand this slave learned nothing but that it is one more, and so it is with the next ones if they
+/// come in time.
+bool SyncModel::MayBeSteady(SlaveId id, const FrameAtHand& at_hand, const CyclicImage* image) {
+  const Slave& slave = Of(id);
+  const OutputWatch& watch = slave.outputs;
+  if (image == nullptr || watch.image != image || !image->has_nominal() || !watch.in_op || watch.direct) return false;
+  if (!watch.rate.Follows(*image)) return false;
+  const std::optional<SyncSettings>& sync = slave.dc.active();
+  const bool by_sync0 = sync && sync->activation.sync0();
+  if (!by_sync0 && !bus_.slave(id).profile->sync.jitter.empty()) return false;
+  if (!Sync0Phase::Counts(slave.dc)) return true;
+  return at_hand.time.dc && watch.phase.IsCalm(slave.dc, at_hand.time.frame);
+}
+
+void SyncModel::EndSteady() {
+  if (!steady_.any()) return;
+  constexpr std::uint64_t kWorthIt = 8;
+  WaitForSteady(steady_.End() >= kWorthIt);
+}
+
+void SyncModel::WaitForSteady(bool worth_it) {
+  constexpr std::uint32_t kLongest = 1023;
+  steady_pause_ = worth_it ? 0 : std::min(2 * steady_pause_ + 1, kLongest);
+  steady_wait_ = steady_pause_;
+}
+
+const CyclicImage* SyncModel::Measure(const ProcessDatagram& pending, const FrameTime& time) {
   CyclicImage* image = images_.Find(pending.command, pending.address);
   if (image == nullptr) return nullptr;
   const bool interval = image->Add(time, sent_.seen());
@@ -319,7 +432,7 @@ void SyncModel::MeasureArrival(SlaveId id, OutputWatch& watch, const FrameTime& 
 void SyncModel::MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_hand) {
   const FrameTime& time = at_hand.time;
   OutputWatch& watch = slave.outputs;
-  const std::int64_t way = delays_.Of(id) - at_hand.reference_delay_ns + at_hand.length_ns;
+  const std::int64_t way = delays_.Of(id) - at_hand.way.reference_delay_ns + at_hand.way.length_ns;
   TimeNs doubt = 0;
   if (!time.dc) {
     const auto uncertainty = Uncertainty(TimeBase::kCapture);
@@ -327,7 +440,7 @@ void SyncModel::MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_han
     doubt = *uncertainty;
   }
   const DcTime& now = time.dc ? *time.dc : *at_hand.by_stamps;
-  const Sync0Phase::Arrival arrival = watch.phase.Add(slave.dc, time.frame, now, clock_.is_64_bit(), way, doubt);
+  const Sync0Phase::Arrival arrival = watch.phase.Add(slave.dc, time.frame, now, at_hand.way.wide_clock, way, doubt);
   if (!arrival.measured) return;
   if (sink_.IsHeard<PhaseMeasured>()) sink_.Publish(PhaseMeasured{id, time.frame, arrival.phase_ns});
   if (!arrival.missed()) return;
@@ -369,7 +482,7 @@ void SyncModel::OnMemoryWritten(const track::SlaveAccess& access) {
   if (access.written.empty() || access.broadcast || !access.done() || pending_count_ == kPending) return;
   const auto manager = bus_.network().state(access.slave).process_manager(esc::SmDirection::ECAT_WRITES);
   if (!manager || access.address >= manager->end() || access.address + access.written.size() < manager->end()) return;
-  Pending pending;
+  ProcessDatagram pending;
   pending.slave = access.slave;
   pending_[pending_count_++] = pending;
 }
@@ -422,6 +535,7 @@ void SyncModel::SwitchedOn(SlaveId slave, const DcUnit& unit) {
 /// What was sent in a hole nobody knows: no interval, no slot and no rhythm reaches over it.
 void SyncModel::On(const track::CaptureHole& hole) {
   Flush();
+  EndSteady();
   for (const auto& slave : slaves_) slave->outputs.OnHole(hole.certain);
   if (hole.certain) images_.ForgetLast();
 }
@@ -430,6 +544,7 @@ void SyncModel::On(const track::CaptureHole& hole) {
 /// follows.
 void SyncModel::On(const track::RunBegan& run) {
   Flush();
+  EndSteady();
   const bool asked = run.reason == track::RunBegan::Reason::kInitialised;
   for (std::size_t s = 0; s < slaves_.size(); ++s) {
     if (asked) Starve(static_cast<SlaveId>(s), run.frame, OutputGap::End::kRequest);
@@ -496,6 +611,7 @@ void SyncModel::On(const mailbox::SdoTransfer& transfer) {
 
 void SyncModel::Finish() {
   Flush();
+  EndSteady();
   for (std::size_t s = 0; s < slaves_.size(); ++s) {
     OutputWatch& watch = slaves_[s]->outputs;
     if (!watch.fell.seen()) {

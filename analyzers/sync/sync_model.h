@@ -6,12 +6,14 @@
 ///   CyclicImages  rhythm of the process data       DcUnit, DcClock  distributed clocks
 ///   OutputWatch   how outputs reach one slave      PllWatch         what the drive says of its own clock
 ///   SentFrames    frames as they passed            TimeTrust        how good the stamps are
+///   SteadyCycles  frames of which slaves hear later, many at once
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "analyzers/model/bus_model.h"
@@ -23,6 +25,7 @@
 #include "analyzers/sync/pll_watch.h"
 #include "analyzers/sync/sent_frames.h"
 #include "analyzers/sync/slave_delays.h"
+#include "analyzers/sync/steady_cycles.h"
 #include "analyzers/sync/time_base.h"
 #include "analyzers/sync/time_trust.h"
 #include "analyzers/wiring/event_bus.h"
@@ -64,6 +67,7 @@ class SyncModel final {
   void On(const track::FrameRepeated& repeated);
   void On(const track::LogicalRepeated& repeated);
   void On(const track::TimeRepeated& repeated);
+  void On(const track::RepetitionEnds& end);
   void On(const track::Answered& answer);
   void On(const track::CaptureHole& hole);
   void On(const track::RunBegan& run);
@@ -78,6 +82,7 @@ class SyncModel final {
   void Finish();
 
   [[nodiscard]] const DcUnit& dc(SlaveId slave) const;
+  /// While frames are repeated it is as old as the first of them.
   [[nodiscard]] const OutputWatch& outputs(SlaveId slave) const;
   [[nodiscard]] const DcClock& clock() const { return clock_; }
   /// The image that was exchanged most often since the run began; null when none was exchanged twice.
@@ -105,18 +110,8 @@ class SyncModel final {
   /// The frame at hand, once for all slaves.
   struct FrameAtHand {
     FrameTime time;
-    std::optional<DcTime> by_stamps;      ///< where the frame carried no DC time, but one shortly before did
-    std::int64_t length_ns = 0;           ///< on the wire; 0 when not known
-    std::int64_t reference_delay_ns = 0;  ///< delay register of the reference clock
-  };
-  /// A logical datagram of the frame at hand; its time may come with a later datagram.
-  struct Pending {
-    wire::Command command = wire::Command::NOP;
-    std::uint32_t address = 0;
-    std::uint16_t length = 0;
-    std::uint16_t wkc = 0;
-    bool assumed = false;
-    SlaveId slave = kNoSlave;  ///< whose memory it addresses; kNoSlave: logical memory
+    std::optional<DcTime> by_stamps;  ///< where the frame carried no DC time, but one shortly before did
+    FrameWay way;
   };
 
   Slave& Of(SlaveId slave) { return slave < slaves_.size() ? *slaves_[slave] : Grow(slave); }
@@ -124,8 +119,18 @@ class SyncModel final {
   [[nodiscard]] bool IsCopyOfLast(const wire::FrameView& frame) const;
   void BeginFrame(const FrameRef& sent, const FrameRef& returned);
   void Flush();
-  [[nodiscard]] std::optional<FrameAtHand> LookAtFrame();
-  const CyclicImage* Measure(const Pending& pending, const FrameTime& time);
+  [[nodiscard]] bool LookAtFrame(FrameAtHand& at_hand);
+  const CyclicImage* Measure(const ProcessDatagram& pending, const FrameTime& time);
+  void FeedEach(const FrameAtHand& at_hand);
+  [[nodiscard]] bool TakeSteady(const FrameAtHand& at_hand);
+  void BeginSteady(const FrameAtHand& at_hand);
+  [[nodiscard]] bool MayBeSteady(SlaveId id, const FrameAtHand& at_hand, const CyclicImage* image);
+  void EndSteady();
+  /// Only after some frames, and ever more of them, is it worth to try again.
+  void WaitForSteady(bool worth_it);
+  [[nodiscard]] bool CollectWords(const ProcessDatagram& datagram, std::size_t index, const model::LogicalShare& share);
+  [[nodiscard]] std::span<const ProcessDatagram> pending() const { return std::span(pending_).first(pending_count_); }
+  [[nodiscard]] const model::LogicalExpectation& ExpectationOf(const ProcessDatagram& datagram) const;
   void Feed(SlaveId id, const FrameAtHand& at_hand, const CyclicImage* image);
   void FollowInterval(SlaveId id, Slave& slave, const FrameTime& time, const CyclicImage* image, bool in_op);
   void MeasureArrival(SlaveId id, OutputWatch& watch, const FrameTime& time, const Interval& interval);
@@ -168,8 +173,14 @@ class SyncModel final {
   std::uint64_t last_key_ = 0;  // of that frame, where it was outbound
   std::optional<DcTime> frame_dc_;
   static constexpr std::size_t kPending = 16;
-  std::array<Pending, kPending> pending_{};
+  std::array<ProcessDatagram, kPending> pending_{};
   std::size_t pending_count_ = 0;
+
+  SteadyCycles steady_;
+  bool repeats_ = false;                              // the next frame is no other than the one at hand
+  std::uint32_t steady_wait_ = 0, steady_pause_ = 0;  // frames until it is tried, and the last time it was
+  std::vector<SteadyCycles::Fed> fed_;                // kept for their room
+  std::vector<SteadyCycles::StatusWord> words_;
 };
 
 }  // namespace ecaudit::sync

@@ -57,6 +57,14 @@ template <typename T>
   return value;
 }
 
+/// Whether both hold the same; without a call where that is a number of four or eight bytes.
+[[nodiscard]] inline bool SameBytes(ByteSpan a, ByteSpan b) {
+  if (a.size() != b.size()) return false;
+  if (a.size() == 8) return LoadLittleEndian<std::uint64_t>(a.data()) == LoadLittleEndian<std::uint64_t>(b.data());
+  if (a.size() == 4) return LoadLittleEndian<std::uint32_t>(a.data()) == LoadLittleEndian<std::uint32_t>(b.data());
+  return a.empty() || std::memcmp(a.data(), b.data(), a.size()) == 0;
+}
+
 /// The lowest `bits` of `raw` as two's complement; all 64 where `bits` is 0 or at least 64.
 [[nodiscard]] constexpr std::int64_t SignExtend(std::uint64_t raw, unsigned bits) {
   if (bits == 0 || bits >= 64) return static_cast<std::int64_t>(raw);

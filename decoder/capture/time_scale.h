@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "decoder/base/ids.h"
+#include "decoder/base/wide_integers.h"
 
 namespace ecaudit::capture {
 
@@ -53,8 +54,6 @@ class TimeScale {
   }
 
  private:
-  __extension__ using Unsigned128 = unsigned __int128;
-  __extension__ using Signed128 = __int128;
   static constexpr std::uint64_t kNsPerSecond = 1'000'000'000;
 
   std::uint64_t multiplier_ = 1000;

@@ -80,8 +80,8 @@ struct AlStatusRead {
   [[nodiscard]] bool changed() const { return !before || before->raw != status.raw; }
 };
 
-/// A broadcast showed all of `slaves` once more in the state that the last AlStatusRead of each told; none of them where
-/// it showed, as before, several states, or that some slave has its error bit (terminals without a processor echo
+/// A broadcast showed all of `slaves` once more in the state that the last AlStatusRead of each told; none of them
+/// where it showed, as before, several states, or that some slave has its error bit (terminals without a processor echo
 /// acknowledges). Masters poll so in every cycle; unless somebody takes it for all of them, AlStatusRead of each slave
 /// follows.
 struct AlPoll {
@@ -211,6 +211,12 @@ struct LogicalRepeated {
 struct TimeRepeated {
   static constexpr bool kRoutine = true;
   Answered answer;
+};
+
+/// Frames are told in full from here on, the last of those that were not first: whoever put something off while each
+/// was like the one before does it now.
+struct RepetitionEnds {
+  static constexpr bool kRoutine = true;
 };
 
 /// So many frames like this were not told in full; this one is, next.

@@ -129,8 +129,7 @@ bool RepeatedCycles::Kind::Repeats(const BusTransaction& t) const {
   const std::uint8_t* const out = t.sent->payload().data();
   const std::uint8_t* const back = t.returned->payload().data();
   return std::none_of(datagrams.begin(), datagrams.end(), [&](const RepeatedDatagram& d) {
-    return d.is == RepeatedDatagram::Is::kTime &&
-           std::equal(out + d.data_at, out + d.data_at + d.length, back + d.data_at);
+    return d.is == RepeatedDatagram::Is::kTime && SameBytes({out + d.data_at, d.length}, {back + d.data_at, d.length});
   });
 }
 
@@ -159,6 +158,7 @@ void RepeatedCycles::Skip(Kind& kind, const BusTransaction& t) {
 void RepeatedCycles::Settle() {
   if (pending_ == 0) return;
   const std::uint64_t news = events_.news();
+  events_.Publish(RepetitionEnds{});
   while (pending_ > 0) {
     Kind* first = nullptr;
     for (Kind& kind : kinds_) {

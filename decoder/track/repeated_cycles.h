@@ -6,9 +6,9 @@
 /// positions are others, and nobody looks at those of each frame but who measures times. A frame that came back like
 /// the one before, all at rest behind it, is asked about (CycleAtRest): who hears that says what of its data matters,
 /// or that every frame does. From then on frames that are the same in what matters are not told in full: FrameRepeated
-/// of each is enough, and LogicalRepeated or TimeRepeated of its datagrams. Before anything else is told the last of
-/// them is, as the cycle that it was, and how many came before it (CyclesSkipped). So whoever looks finds everything as
-/// if each had been told.
+/// of each is enough, and LogicalRepeated or TimeRepeated of its datagrams. Before anything else is told whoever put
+/// something off is asked to do it (RepetitionEnds), and the last of them is told as the cycle that it was, and how
+/// many came before it (CyclesSkipped). So whoever looks finds everything as if each had been told.
 ///
 /// Whatever is published besides (EventSink::news()), and any frame that is no cycle, ends that for all.
 #pragma once

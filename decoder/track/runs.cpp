@@ -18,8 +18,8 @@ void Runs::OnBroadcastWrite(const DatagramPair& d) {
   };
   const ByteSpan control = covered(esc::kAlControl);
   const ByteSpan station = covered(esc::kStationAddress);
-  const bool init = !control.empty() &&
-                    esc::AlWord{WordOrByte(control)}.state() == static_cast<std::uint8_t>(esc::AlState::INIT);
+  const bool init =
+      !control.empty() && esc::AlWord{WordOrByte(control)}.state() == static_cast<std::uint8_t>(esc::AlState::INIT);
   if (!init && (station.size() < 2 || WordOrByte(station) != 0)) return;
   in_use_ = false;
   events_.Publish(RunBegan{d.transaction.first_ref(), RunBegan::Reason::kInitialised});

@@ -13,8 +13,8 @@
 #include "decoder/track/events.h"
 #include "decoder/track/mapping_cache.h"
 #include "decoder/track/recent_accesses.h"
-#include "decoder/track/slave_work.h"
 #include "decoder/track/slave_state.h"
+#include "decoder/track/slave_work.h"
 
 namespace ecaudit::track {
 

@@ -13,6 +13,7 @@
 
 #include "analyzers/analysis.h"
 #include "analyzers/observation.h"
+#include "analyzers/sync/sync_model.h"
 #include "cli/report/json_writer.h"
 #include "cli/report/report.h"
 #include "decoder/track/events.h"
@@ -190,6 +191,75 @@ TEST(RepeatedCycles, AreNotToldInFull) {
     // Of each run the last is told in full, too.
     EXPECT_LT(told.skipped, told.in_short);
     EXPECT_GT(told.skipped + 20, told.in_short);
+  }
+}
+
+/// The time of each cycle is another one by up to `most` ns, and so is when it was captured.
+/// @param drift  ns that each cycle is later than it should be
+std::vector<Packet> Jittering(const WireCapture& capture, unsigned seed, std::int64_t most, std::int64_t drift) {
+  std::mt19937 random(seed);
+  std::vector<Packet> packets = capture.packets;
+  std::int64_t shift = 0;
+  std::int64_t late = 0;
+  for (std::size_t i = 0; i < packets.size(); ++i) {
+    Packet& packet = packets[i];
+    if (i % 2 == 0) {
+      const auto range = static_cast<std::uint64_t>(2 * most + 1);
+      shift = static_cast<std::int64_t>(random() % range) - most;
+      late += drift;
+    }
+    packet.time += shift + late;
+    const std::size_t frmw = FindCommand(packet, wire::Command::FRMW);
+    if (frmw == 0 || i % 2 == 0) continue;
+    std::uint8_t* const at = packet.bytes.data() + frmw + wire::kDatagramHeaderBytes;
+    auto time = LoadLittleEndian<std::uint64_t>(at);
+    time += static_cast<std::uint64_t>(shift + late);
+    for (std::size_t byte = 0; byte < 8; ++byte) at[byte] = static_cast<std::uint8_t>(time >> (8 * byte));
+  }
+  return packets;
+}
+
+/// Which of these a slave was not told of at once.
+struct PutOff {
+  explicit PutOff(const Observation& of) : observation(of) {}
+  const Observation& observation;
+  std::uint64_t repeated = 0, put_off = 0;
+
+  void On(const track::FrameRepeated& frame) {
+    ++repeated;
+    if (observation.sync()->outputs(0).last.frame.number + 10 < frame.sent.number) ++put_off;
+  }
+};
+
+TEST(RepeatedCycles, MakeNoDifferenceWhereverBetweenTwoPulsesTheyArrive) {
+  Story story;
+  PlayAtRest(story);
+  story.master.Cycles(600);
+  const WireCapture capture = test::CaptureOf(story, "arriving");
+  struct Way {
+    std::int64_t most, drift;
+    bool steady;
+  };
+  unsigned seed = 0;
+  for (const Way& way : {Way{0, 0, true}, Way{200, 0, true}, Way{20'000, 0, true}, Way{0, 300, true},
+                         Way{0, -700, true}, Way{5'000, 9'000, true}, Way{240'000, 0, false}, Way{600'000, 0, false},
+                         Way{0, 100'000, true}, Way{900'000, 40'000, false}}) {
+    SCOPED_TRACE(way.most);
+    SCOPED_TRACE(way.drift);
+    WireCapture jittering = capture;
+    jittering.packets = Jittering(capture, ++seed, way.most, way.drift);
+    CheckThat(jittering, "jittering", jittering.packets);
+    CheckThat(jittering, "jittering with missing packets", Damaged(jittering, seed, 90, true));
+
+    const AnalysisOptions options;
+    Observation observation(options, Depth::kClocks);
+    PutOff put_off(observation);
+    observation.bus().ListenTo<track::FrameRepeated>(Stage::kBeforeModel, put_off);
+    observation.SkipRepeatedCycles();
+    test::MemorySource source(jittering.packets, jittering.info);
+    observation.Run(source, {});
+    EXPECT_GT(put_off.repeated, 100U);
+    EXPECT_TRUE(!way.steady || put_off.put_off * 2 > put_off.repeated) << put_off.put_off;
   }
 }
 
