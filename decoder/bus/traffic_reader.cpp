@@ -92,7 +92,7 @@ void TrafficReader::Fill(Batch& batch, std::size_t most_packets) noexcept {
   capture::CapturedFrame packet;
   while (ready && !ended_ && read_ < until && batch.traffic.size() < most_packets &&
          batch.traffic.bytes() < kBatchBytes && !abandoned_.load(std::memory_order_relaxed)) {
-    if (Read(packet) == Got::kPacket) Push(wire::FrameView::Parse(packet));
+    if (Read(packet) == Got::kPacket) Push(parser_.Parse(packet));
   }
   if (ready && ended_) {
     recorder_.BeginStep({});
@@ -113,7 +113,7 @@ bool TrafficReader::LearnDirections(std::uint64_t until) noexcept {
     const Got got = Read(packet);
     if (got == Got::kEnd) return true;
     if (got == Got::kOutside) continue;
-    const wire::FrameView view = wire::FrameView::Parse(packet);
+    const wire::FrameView& view = parser_.Parse(packet);
     directions_.Learn(view);
     if (view.kind() != wire::FrameKind::kOther) ++early_ethercat_;
     early_.push_back({view, {view.bytes().begin(), view.bytes().end()}});

@@ -17,6 +17,7 @@
 #include "decoder/bus/pairing.h"
 #include "decoder/bus/traffic.h"
 #include "decoder/capture/frame_source.h"
+#include "decoder/wire/frame_parser.h"
 
 namespace ecaudit::bus {
 
@@ -30,8 +31,8 @@ enum class Ahead : std::uint8_t { kNo, kYes };
 
 class TrafficReader {
  public:
-  static constexpr std::size_t kBatches = 3;
-  static constexpr std::size_t kBatchBytes = std::size_t{1} << 20U;  ///< large: a thread that wakes costs
+  static constexpr std::size_t kBatches = 6;
+  static constexpr std::size_t kBatchBytes = std::size_t{1} << 19U;  ///< large: a thread that wakes costs
   /// So many packets are read at most before the caller hears of it, also where none is in the range.
   static constexpr std::uint64_t kNewsEvery = 65536;
 
@@ -88,6 +89,7 @@ class TrafficReader {
   std::vector<Early> early_;
   std::size_t early_bytes_ = 0;
   std::size_t early_ethercat_ = 0;
+  wire::FrameParser parser_;
   DirectionLearner directions_;
   TrafficRecorder recorder_;
   std::optional<Pairing> pairing_;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "decoder/base/wrapping.h"
 #include "decoder/capture/ethercat_traces.h"
 
 namespace ecaudit::wire {
@@ -52,12 +51,6 @@ EslRecord ReadEsl(ByteSpan record) {
     }
   }
   return esl;
-}
-
-std::uint64_t Mix(std::uint64_t hash, std::uint64_t value) {
-  constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15U, kSpread = 0xFF51AFD7ED558CCDU, kShift = 64;
-  hash ^= WrappingSum(WrappingSum(value, kGolden), WrappingSum(WrappingProduct(hash, kShift), hash >> 2U));
-  return WrappingProduct(hash, kSpread);
 }
 
 bool AllZero(ByteSpan bytes) {
@@ -191,7 +184,7 @@ std::uint64_t FrameView::KeyOfDatagrams() const noexcept {
   // ParseDatagrams() found all of them inside; here nothing but their headers is looked at.
   const std::uint16_t* offset = offsets_.data();
   for (const std::uint16_t* const end = offset + count_; offset != end; ++offset) {
-    hash = Mix(hash, DatagramView::KeptHeaderAt(bytes_.data() + *offset));
+    hash = MixKey(hash, DatagramView::KeptHeaderAt(bytes_.data() + *offset));
   }
   return hash;
 }

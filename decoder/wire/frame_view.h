@@ -13,6 +13,7 @@
 
 #include "decoder/base/bytes.h"
 #include "decoder/base/ids.h"
+#include "decoder/base/wrapping.h"
 #include "decoder/capture/frame_source.h"
 #include "decoder/wire/command.h"
 
@@ -54,10 +55,13 @@ class DatagramView {
   [[nodiscard]] std::uint64_t KeptHeader() const { return KeptHeaderAt(bytes_.data()); }
   /// The same of a datagram whose header begins at `at`.
   [[nodiscard]] static std::uint64_t KeptHeaderAt(const std::uint8_t* at) {
+    return LoadLittleEndian<std::uint64_t>(at) & KeptMask(static_cast<Command>(*at));
+  }
+  /// The bits of a header's first eight bytes that it keeps.
+  [[nodiscard]] static std::uint64_t KeptMask(Command command) {
     constexpr std::uint64_t kPosition = 0xFFFF'0000;  // adp, bytes 2 and 3
     constexpr std::uint64_t kLengthFlags = 0xF800'0000'0000'0000;
-    const std::uint64_t header = LoadLittleEndian<std::uint64_t>(at) & ~kLengthFlags;
-    return IncrementsAdp(static_cast<Command>(*at)) ? header & ~kPosition : header;
+    return IncrementsAdp(command) ? ~(kLengthFlags | kPosition) : ~kLengthFlags;
   }
 
  private:
@@ -180,12 +184,28 @@ class FrameView : private FrameFields {
   /// Identifies the frame by what slaves never change: commands, indices, lengths and addresses (without the position
   /// counter of position-addressed and broadcast commands). Equal for the outbound and returned copy of one frame.
   [[nodiscard]] std::uint64_t key() const { return key_; }
+  /// The key of a frame's first datagrams, and the kept header of the next one: that with this. Begins with their
+  /// number.
+  [[nodiscard]] static std::uint64_t MixKey(std::uint64_t key, std::uint64_t kept_header) noexcept {
+    constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15U, kSpread = 0xFF51AFD7ED558CCDU, kShift = 64;
+    key ^= WrappingSum(WrappingSum(kept_header, kGolden), WrappingSum(WrappingProduct(key, kShift), key >> 2U));
+    return WrappingProduct(key, kSpread);
+  }
   /// As many of bytes() as the view needs to read its datagrams: at most about 2,200.
   [[nodiscard]] std::size_t used_bytes() const { return count_ == 0 ? 0 : offsets_[count_]; }
 
   /// Becomes the same view over a copy of the packet's bytes; `copy` must hold the same bytes, at least used_bytes() of
   /// them.
   void Rebase(const FrameView& from, ByteSpan copy) { Restore(from.fields(), from.offsets_.data(), copy); }
+
+  /// Becomes the view of another packet, of plain Ethernet, which is cut at the same places. @param key of that one
+  void MoveTo(const capture::CapturedFrame& frame, std::uint64_t key) {
+    ref_ = frame.ref();
+    interface_index_ = frame.interface_index;
+    flag_ = frame.flag;
+    bytes_ = frame.bytes;
+    key_ = key;
+  }
 
   /// What has to be kept, beside a copy of bytes(), to have the view again.
   [[nodiscard]] const FrameFields& fields() const { return *this; }
