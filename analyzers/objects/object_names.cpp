@@ -198,7 +198,7 @@ ObjectInfo ObjectNames::Find(const DeviceDescription* profile, std::uint16_t ind
   }
   if (!Complete(info)) TakeStandardRange(index, subindex, info);
   if (profile != nullptr && !Complete(info)) {
-    for (const DeviceDescription* other : Relatives(*profile)) {
+    for (const DeviceDescription* other : RelativesWith(*profile, index)) {
       Take(FindIn(*other, index, subindex), subindex, NameSource::kInferred, info);
     }
   }
@@ -226,8 +226,8 @@ ObjectInfo ObjectNames::FindWhole(const DeviceDescription* profile, std::uint16_
     TakeStandardRange(index, 0, info);
     if (const std::size_t colon = info.name.find(": "); colon != std::string::npos) info.name.resize(colon);
   }
-  if (profile != nullptr) {
-    for (const DeviceDescription* other : Relatives(*profile)) head(other, NameSource::kInferred);
+  if (profile != nullptr && info.name.empty()) {
+    for (const DeviceDescription* other : RelativesWith(*profile, index)) head(other, NameSource::kInferred);
   }
   info.type = mailbox::DataType::kUnknown;
   info.type_source = NameSource::kNone;

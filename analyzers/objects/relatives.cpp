@@ -7,15 +7,29 @@ namespace ecaudit::events {
 using device::DeviceDescription;
 using device::EmergencyCode;
 
-std::vector<const DeviceDescription*> Relatives(const DeviceDescription& profile) {
+namespace {
+
+/// @param wanted  says of a profile's name whether it shall be read
+template <class Wanted>
+std::vector<const DeviceDescription*> RelativesThat(const DeviceDescription& profile, const Wanted& wanted) {
   std::vector<const DeviceDescription*> relatives;
   if (!profile.match.vendor_id) return relatives;
   for (const std::string& name : device::BuiltinProfilesOf(*profile.match.vendor_id)) {
-    const DeviceDescription* other = name == profile.id ? nullptr : device::BuiltinProfile(name);
+    const DeviceDescription* other = name != profile.id && wanted(name) ? device::BuiltinProfile(name) : nullptr;
     if (other == nullptr) continue;
     if (other->drive.has_value() == profile.drive.has_value()) relatives.push_back(other);
   }
   return relatives;
+}
+
+}  // namespace
+
+std::vector<const DeviceDescription*> Relatives(const DeviceDescription& profile) {
+  return RelativesThat(profile, [](const std::string&) { return true; });
+}
+
+std::vector<const DeviceDescription*> RelativesWith(const DeviceDescription& profile, std::uint16_t index) {
+  return RelativesThat(profile, [&](const std::string& name) { return device::BuiltinProfileLists(name, index); });
 }
 
 EmergencyInfo FindEmergency(const DeviceDescription* profile, std::uint16_t code) {

@@ -11,6 +11,10 @@ namespace ecaudit::events {
 /// Families of the same maker (by vendor ID) that are the same kind of device: drives for a drive.
 [[nodiscard]] std::vector<const device::DeviceDescription*> Relatives(const device::DeviceDescription& profile);
 
+/// Those of them whose manuals list this object themselves: nobody else has more to say of it than the standard.
+[[nodiscard]] std::vector<const device::DeviceDescription*> RelativesWith(const device::DeviceDescription& profile,
+                                                                          std::uint16_t index);
+
 struct EmergencyInfo {
   const device::EmergencyCode* code = nullptr;  ///< null: unknown
   bool inferred = false;                        ///< from a sister family

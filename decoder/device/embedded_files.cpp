@@ -64,4 +64,8 @@ std::string_view EmbeddedPackedHead(std::string_view name) {
   return Stored(QStringLiteral(":/ecaudit/packed/"), name, QStringLiteral(".head"));
 }
 
+std::string_view EmbeddedObjects(std::string_view name) {
+  return Stored(QStringLiteral(":/ecaudit/packed/"), name, QStringLiteral(".objects"));
+}
+
 }  // namespace ecaudit::device

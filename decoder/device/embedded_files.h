@@ -15,5 +15,8 @@ namespace ecaudit::device {
 [[nodiscard]] std::string_view EmbeddedPackedProfile(std::string_view name);
 /// Likewise of nothing but its head.
 [[nodiscard]] std::string_view EmbeddedPackedHead(std::string_view name);
+/// Indices of the objects that it has rows of, without those of the profile that it extends: ascending, 16 bit each,
+/// low byte first.
+[[nodiscard]] std::string_view EmbeddedObjects(std::string_view name);
 
 }  // namespace ecaudit::device

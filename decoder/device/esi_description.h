@@ -57,7 +57,7 @@ struct EsiDetails {
   std::optional<bool> pdo_assign, pdo_config;
   StateTimeouts timeouts;
   std::optional<EsiSlots> slot_rules;  ///< a modular device
-  bool modules_known = false;     ///< PDOs and objects of the modules in its slots are part of the description
+  bool modules_known = false;          ///< PDOs and objects of the modules in its slots are part of the description
 
   /// PDOs of modules are missing, so that what the file assigns by itself is not all of it.
   [[nodiscard]] bool misses_modules() const { return slot_rules && !modules_known; }

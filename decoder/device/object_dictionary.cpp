@@ -131,7 +131,8 @@ std::string_view DataTypeName(DataType type) {
 
 DataType DataTypeFromName(std::string_view name) {
   if (const auto bracket = name.find('('); bracket != std::string_view::npos) name = name.substr(0, bracket);
-  const auto it = std::find_if(kNames.begin(), kNames.end(), [&](const NamedType& known) { return known.name == name; });
+  const auto it =
+      std::find_if(kNames.begin(), kNames.end(), [&](const NamedType& known) { return known.name == name; });
   return it == kNames.end() ? DataType::kUnknown : it->type;
 }
 

@@ -7,6 +7,7 @@
 #include <system_error>
 #include <utility>
 
+#include "decoder/base/bytes.h"
 #include "decoder/base/packed_json.h"
 #include "decoder/base/text.h"
 #include "decoder/device/description_file.h"
@@ -72,6 +73,22 @@ std::vector<std::string> BuiltinProfilesOf(std::uint32_t vendor_id) {
     if (head.match.vendor_id == vendor_id) names.push_back(head.id);
   }
   return names;
+}
+
+bool BuiltinProfileLists(std::string_view name, std::uint16_t index) {
+  const std::string_view objects = EmbeddedObjects(name);
+  const auto* const bytes = reinterpret_cast<const std::uint8_t*>(objects.data());
+  std::size_t first = 0;
+  for (std::size_t count = objects.size() / 2; count > 0;) {
+    const std::size_t half = count / 2;
+    if (LoadLittleEndian<std::uint16_t>(bytes + 2 * (first + half)) < index) {
+      first += half + 1;
+      count -= half + 1;
+    } else {
+      count = half;
+    }
+  }
+  return first < objects.size() / 2 && LoadLittleEndian<std::uint16_t>(bytes + 2 * first) == index;
 }
 
 const DeviceDescription* BuiltinProfile(std::string_view name) {

@@ -18,6 +18,9 @@ namespace ecaudit::device {
 [[nodiscard]] const std::vector<std::string>& BuiltinProfileNames();
 /// Those of one maker. Asking parses none of them.
 [[nodiscard]] std::vector<std::string> BuiltinProfilesOf(std::uint32_t vendor_id);
+/// Whether it has rows of this object itself, not from the profile that it extends; false for any other name. Asking
+/// parses none of them.
+[[nodiscard]] bool BuiltinProfileLists(std::string_view name, std::uint16_t index);
 /// A built-in profile, parsed at first use and kept; null when there is none of that name. Safe from several threads.
 [[nodiscard]] const DeviceDescription* BuiltinProfile(std::string_view name);
 /// The JSON text of a built-in profile as it was written; empty when there is none of that name.

@@ -36,6 +36,37 @@ TEST(ProfileRegistry, BuiltinProfilesArePackedAsTheyAreWritten) {
   EXPECT_TRUE(EmbeddedPackedProfile("nobody").empty());
 }
 
+TEST(ProfileRegistry, ObjectsOfAProfileAreKnownWithoutParsing) {
+  const auto row_of = [](const DeviceDescription& profile, std::uint16_t index) {
+    const DictionaryObject* row = profile.dictionary ? profile.dictionary->FindIndex(index) : nullptr;
+    return row == nullptr && profile.drive ? FindObjectHead(profile.drive->objects, index) : row;
+  };
+  const DeviceDescription& generic = *BuiltinProfile("generic");
+  std::size_t inherited = 0, own = 0;
+  for (const std::string& name : BuiltinProfileNames()) {
+    const DeviceDescription& profile = *BuiltinProfile(name);
+    for (unsigned index = 0; index <= 0xFFFF; ++index) {
+      const auto i = static_cast<std::uint16_t>(index);
+      const DictionaryObject* row = row_of(profile, i);
+      if (BuiltinProfileLists(name, i)) {
+        ++own;
+        EXPECT_NE(row, nullptr) << name << " " << index;
+      } else if (row != nullptr) {  // all that it says of the object the standard says
+        ++inherited;
+        const DictionaryObject* standard = row_of(generic, i);
+        ASSERT_NE(standard, nullptr) << name << " " << index;
+        EXPECT_EQ(row->name, standard->name) << name << " " << index;
+        EXPECT_EQ(row->source, standard->source) << name << " " << index;
+      }
+    }
+  }
+  EXPECT_GT(own, 500U);
+  EXPECT_GT(inherited, 100U);
+  EXPECT_TRUE(BuiltinProfileLists("generic", 0x6041));
+  EXPECT_FALSE(BuiltinProfileLists("kollmorgen-akd-2011", 0x3470));
+  EXPECT_FALSE(BuiltinProfileLists("nobody", 0x1000));
+}
+
 /// A folder of its own for one test.
 class Folder {
  public:
