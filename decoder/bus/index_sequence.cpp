@@ -21,8 +21,9 @@ std::size_t IndexSequence::KindOf(const wire::FrameView& frame) noexcept {
   return kHalf + 2 + d.adp() % (kHalf - 2);
 }
 
-IndexSequence::Said IndexSequence::Ask(Counter& counter, std::uint8_t first, std::uint8_t last, bool proven,
-                                       Verdict& verdict) const noexcept {
+template <class Proven>
+IndexSequence::Said IndexSequence::Ask(Counter& counter, std::uint8_t first, std::uint8_t last, Verdict& verdict,
+                                       const Proven& proven) const noexcept {
   const bool regular = counter.indices.IsRegular();
   const bool excused = counter.break_ != break_;
   const IndexCounter::Step step = counter.indices.Follow(first, last);
@@ -33,7 +34,7 @@ IndexSequence::Said IndexSequence::Ask(Counter& counter, std::uint8_t first, std
   }
   if (step == IndexCounter::Step::kUnknown || excused) return Said::kNothing;
   verdict.begins = verdict.begins || step == IndexCounter::Step::kBegins;
-  if (!regular || !proven) return Said::kOdd;
+  if (!regular || !proven()) return Said::kOdd;
   verdict.broken = true;
   return Said::kNothing;
 }
@@ -65,9 +66,9 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
   Counter& half = halves_[IsLogical(number) ? 0 : 1];
   std::uint32_t& share_all = share_all_[IsLogical(number) ? 0 : 1];
   Verdict verdict;
-  const bool of_all =
-      kind.in_all >= kProven || std::popcount(share_all) >= kProvenKinds || SharesLikeOthers(number, first);
-  const Said by_all = Ask(all_, first, last, of_all, verdict);
+  const Said by_all = Ask(all_, first, last, verdict, [&] {
+    return kind.in_all >= kProven || std::popcount(share_all) >= kProvenKinds || SharesLikeOthers(number, first);
+  });
   Prove(by_all, kind.in_all);
   met_[IsLogical(number) ? 0 : 1] = true;
   if (by_all == Said::kFollows) share_all |= 1U << number;
@@ -80,10 +81,10 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
     (void)kind.own.indices.Follow(first, last);
     return Step::kNext;
   }
-  Prove(Ask(half, first, last, kind.in_half >= kProven, verdict), kind.in_half);
+  Prove(Ask(half, first, last, verdict, [&] { return kind.in_half >= kProven; }), kind.in_half);
   if (verdict.next) span_ = half.indices.round();
   const bool next_in_half = verdict.next;
-  (void)Ask(kind.own, first, last, true, verdict);
+  (void)Ask(kind.own, first, last, verdict, [] { return true; });
   if (verdict.next) {
     if (!next_in_half) span_ = kind.own.indices.round();
     return Step::kNext;

@@ -65,9 +65,10 @@ class IndexSequence {
   [[nodiscard]] static std::size_t KindOf(const wire::FrameView& frame) noexcept;
   [[nodiscard]] static bool IsLogical(std::size_t kind) noexcept { return kind < kKinds / 2; }
   enum class Said : std::uint8_t { kNothing, kFollows, kOdd };
-  /// @param proven the counter is one of this kind of frames
-  [[nodiscard]] Said Ask(Counter& counter, std::uint8_t first, std::uint8_t last, bool proven,
-                         Verdict& verdict) const noexcept;
+  /// @param proven tells whether the counter is one of this kind of frames; asked where it is not continued
+  template <class Proven>
+  [[nodiscard]] Said Ask(Counter& counter, std::uint8_t first, std::uint8_t last, Verdict& verdict,
+                         const Proven& proven) const noexcept;
 
   [[nodiscard]] bool SharesLikeOthers(std::size_t kind, std::uint8_t first) const noexcept;
   static void Prove(Said said, std::uint8_t& proven) noexcept;

@@ -34,6 +34,15 @@ bool Answers(const wire::FrameView& sent, const wire::FrameView& returned, std::
   return true;
 }
 
+/// Writes to slaves, and more than process data or the time.
+bool Instructs(const wire::FrameView& frame) {
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    const wire::Command c = frame[i].command();
+    if (wire::Writes(c) && !wire::IsLogical(c) && c != wire::Command::ARMW && c != wire::Command::FRMW) return true;
+  }
+  return false;
+}
+
 /// How many slaves the frame passed, where a datagram counts them.
 std::optional<std::uint16_t> Passed(const wire::FrameView& sent, const wire::FrameView& returned) {
   for (std::size_t i = 0; i < sent.size() && i < returned.size(); ++i) {
@@ -319,7 +328,7 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
   slot.key = key;
   slot.bytes.assign(kept.begin(), kept.end());
   slot.view.Rebase(frame, slot.bytes);
-  if (!slot.other_end) sink_.OnSent(slot.view);
+  if (!slot.other_end && Instructs(slot.view)) sink_.OnSent(slot.view);
 }
 
 /// True when the very packet before this one holds the same bytes, and no master repeats a frame so soon.
@@ -560,6 +569,7 @@ bool Pairing::IsSoon(const FrameRef& first, const FrameRef& second) const noexce
 /// with a buffer of its own, are not always written in order. The time stamps have to say so, but where the clocks of
 /// the interfaces are seen to differ.
 bool Pairing::WasEarly(const wire::FrameView& frame, std::uint64_t key) noexcept {
+  if (!any_early_) return false;
   for (Early& early : early_) {
     if (!early.used || early.key != key) continue;
     if (!frame.ref().has_time || !early.ref.has_time) continue;
@@ -639,6 +649,7 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
     ++statistics_.missed_outbound;
     drops_.MissOutbound(frame.ref().number, statistics_.outbound);
   }
+  any_early_ = true;
   early_[next_early_] = {key, frame.ref(), frame.interface_index(), true, missed};
   next_early_ = static_cast<std::uint8_t>((next_early_ + 1U) % early_.size());
   const Hole late = AppearsLate(sender, nullptr, frame.ref());

@@ -218,6 +218,7 @@ class Pairing {
   std::uint8_t sender_count_ = 0;
   std::array<Early, 8> early_{};
   std::uint8_t next_early_ = 0;
+  bool any_early_ = false;  ///< ever was one
   bool any_cut_ = false;
   Hole hole_ = Hole::kNone;                 ///< not handed on yet ...
   std::uint64_t behind_hole_ = 0;           ///< ... and the first frame behind it

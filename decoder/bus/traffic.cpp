@@ -24,20 +24,10 @@ void Traffic::Clear() {
   incidents_.clear();
 }
 
-std::size_t Traffic::bytes() const {
-  return steps_.size() * sizeof(Step) + calls_.size() * sizeof(Call) + kept_.size() * sizeof(Kept) + bytes_.size() +
-         offsets_.size() * sizeof(std::uint16_t) + incidents_.size() * sizeof(PairingIncidents);
-}
-
 Traffic::Place Traffic::Keep(const FrameView& frame, ByteSpan bytes) {
-  const auto offsets = frame.offsets();
-  Kept& kept = kept_.emplace_back();
-  kept.fields = frame.fields();
-  kept.bytes_at = bytes_.size();
-  kept.length = bytes.size();
-  kept.offsets_at = offsets_.size();
+  kept_.push_back({frame.fields(), bytes_.size(), bytes.size(), offsets_.size()});
   bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
-  offsets_.insert(offsets_.end(), offsets.begin(), offsets.end());
+  for (const std::uint16_t offset : frame.offsets()) offsets_.push_back(offset);
   return static_cast<Place>(kept_.size() - 1);
 }
 
@@ -49,41 +39,51 @@ PairingStatistics Traffic::StatisticsBehind(std::size_t i) const {
 void Traffic::Replay(std::size_t i, const FrameView& packet, BusSink& sink, const FrameView* before) const {
   const Place own = steps_[i].kept;
   const Place place_before = i > 0 && before != nullptr ? steps_[i - 1].kept : kNone;
-  FrameView other;  // a frame that came before this packet
-  const auto view = [&](Place place) -> const FrameView& {
-    if (place == own) return packet;
-    if (place == place_before) return *before;
-    Restore(kept_[place], other);
-    return other;
-  };
   if (steps_[i].direction) sink.OnFrame(packet, *steps_[i].direction);
   const Call* const end = calls_.data() + steps_[i].calls_end;
-  for (const Call* next = calls_.data() + (i == 0 ? 0 : steps_[i - 1].calls_end); next != end; ++next) {
-    const Call& call = *next;
-    switch (call.kind) {
-      case Kind::kSent:
-        sink.OnSent(view(call.first));
-        break;
-      case Kind::kTransaction: {
-        // What came back is always the packet at hand.
-        const FrameView* sent = call.first == kNone ? nullptr : &view(call.first);
-        sink.OnTransaction(
-            {sent, call.second == kNone ? nullptr : &packet, call.flag, static_cast<Hole>(call.what), call.other_end});
-        break;
-      }
-      case Kind::kDoubtful:
-        sink.OnDoubtful(view(call.first));
-        break;
-      case Kind::kLost:
-        sink.OnLost(view(call.first), static_cast<Loss>(call.what), call.flag);
-        break;
-      case Kind::kDuplicate:
-        sink.OnDuplicate(view(call.first), call.original);
-        break;
-      case Kind::kUnusable:
-        sink.OnUnusable(view(call.first), static_cast<Unusable>(call.what), call.flag);
-        break;
+  for (const Call* call = calls_.data() + (i == 0 ? 0 : steps_[i - 1].calls_end); call != end; ++call) {
+    if (call->first == own) {
+      Tell(*call, &packet, packet, sink);
+    } else if (call->first == kNone) {
+      Tell(*call, nullptr, packet, sink);
+    } else if (call->first == place_before) {
+      Tell(*call, before, packet, sink);
+    } else {
+      TellOfEarlier(*call, packet, sink);
     }
+  }
+}
+
+/// Of a frame that came before this packet, and not as the last one: seldom.
+void Traffic::TellOfEarlier(const Call& call, const FrameView& packet, BusSink& sink) const {
+  FrameView earlier;
+  Restore(kept_[call.first], earlier);
+  Tell(call, &earlier, packet, sink);
+}
+
+/// @param first  the frame of `call.first`; null: there is none
+void Traffic::Tell(const Call& call, const FrameView* first, const FrameView& packet, BusSink& sink) {
+  switch (call.kind) {
+    case Kind::kTransaction:
+      // What came back is always the packet at hand.
+      sink.OnTransaction(
+          {first, call.second == kNone ? nullptr : &packet, call.flag, static_cast<Hole>(call.what), call.other_end});
+      break;
+    case Kind::kSent:
+      sink.OnSent(*first);
+      break;
+    case Kind::kDoubtful:
+      sink.OnDoubtful(*first);
+      break;
+    case Kind::kLost:
+      sink.OnLost(*first, static_cast<Loss>(call.what), call.flag);
+      break;
+    case Kind::kDuplicate:
+      sink.OnDuplicate(*first, call.original);
+      break;
+    case Kind::kUnusable:
+      sink.OnUnusable(*first, static_cast<Unusable>(call.what), call.flag);
+      break;
   }
 }
 

@@ -21,7 +21,10 @@ class Traffic {
   /// Steps: one a packet, and one for what the end of the capture means.
   [[nodiscard]] std::size_t size() const { return steps_.size(); }
   /// Bytes kept.
-  [[nodiscard]] std::size_t bytes() const;
+  [[nodiscard]] std::size_t bytes() const {
+    return steps_.size() * sizeof(Step) + calls_.size() * sizeof(Call) + kept_.size() * sizeof(Kept) + bytes_.size() +
+           offsets_.size() * sizeof(std::uint16_t) + incidents_.size() * sizeof(PairingIncidents);
+  }
   /// Packet of step `i`; valid as long as nothing is added. Without number at the end of the capture. Of packets that
   /// are no EtherCAT frames only the fields are there, no bytes.
   void Restore(std::size_t i, wire::FrameView& packet) const { Restore(kept_[steps_[i].kept], packet); }
@@ -64,6 +67,8 @@ class Traffic {
   };
 
   Place Keep(const wire::FrameView& frame, ByteSpan bytes);
+  static void Tell(const Call& call, const wire::FrameView* first, const wire::FrameView& packet, BusSink& sink);
+  [[gnu::noinline]] void TellOfEarlier(const Call& call, const wire::FrameView& packet, BusSink& sink) const;
   void Restore(const Kept& kept, wire::FrameView& frame) const {
     frame.Restore(kept.fields, offsets_.data() + kept.offsets_at, ByteSpan(bytes_).subspan(kept.bytes_at, kept.length));
   }

@@ -55,7 +55,8 @@ class BusSink {
   virtual ~BusSink() = default;
   /// Every EtherCAT frame in file order, before what follows from it: for `decode` and for counting.
   virtual void OnFrame(const wire::FrameView& frame, Direction direction) = 0;
-  /// An outbound frame was seen; what it does is not known yet. Not called when `assumed` transactions follow at once.
+  /// An outbound frame was seen that writes to slaves, and more than process data or the time; what it does is not
+  /// known yet. Not called when `assumed` transactions follow at once.
   virtual void OnSent(const wire::FrameView& frame) = 0;
   virtual void OnTransaction(const BusTransaction& transaction) = 0;
   /// A frame sent later came back before `sent`, or `sent` came back damaged: whether slaves took it is open. Called

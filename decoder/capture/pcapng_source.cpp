@@ -147,6 +147,8 @@ std::string BlockName(std::uint32_t type, const std::string& next_packet) {
   }
 }
 
+constexpr std::size_t kStampedPacketBytes = 32;
+
 std::size_t MinimumBytes(std::uint32_t type) {
   switch (type) {
     case pcapng::kSectionHeader:
@@ -155,7 +157,7 @@ std::size_t MinimumBytes(std::uint32_t type) {
       return 20;
     case pcapng::kEnhancedPacket:
     case pcapng::kObsoletePacket:
-      return 32;
+      return kStampedPacketBytes;
     case pcapng::kSimplePacket:
       return 16;
     case pcapng::kInterfaceStatistics:
@@ -177,11 +179,13 @@ BlockResult PcapngSource::ReadBlock(CapturedFrame& frame) {
     if (order_.U32(bytes, 8) != pcapng::kByteOrderMagic) return Damaged("a section header has no byte-order magic");
   }
   const std::uint32_t length = order_.At(bytes.data() + pcapng::kBlockHeaderBytes / 2);
-  if (length < MinimumBytes(type) || length % 4 != 0 ||
-      length > (IsRead(type) ? pcapng::kMaxReadBlockBytes : pcapng::kMaxBlockBytes)) {
+  const bool packet = type == pcapng::kEnhancedPacket;  // nearly always
+  const bool read = packet || IsRead(type);
+  if (length < (packet ? kStampedPacketBytes : MinimumBytes(type)) || length % 4 != 0 ||
+      length > (read ? pcapng::kMaxReadBlockBytes : pcapng::kMaxBlockBytes)) {
     return Damaged(BlockName(type, NextPacket()) + " has an impossible block length, " + Grouped(length) + " bytes");
   }
-  if (!IsRead(type)) return PassOver(type, length);
+  if (!read) return PassOver(type, length);
   if (bytes.size() < length) bytes = stream_->Peek(length);
   if (bytes.size() < length) return EndsInside(BlockName(type, NextPacket()));
   bytes = bytes.first(length);
@@ -191,9 +195,8 @@ BlockResult PcapngSource::ReadBlock(CapturedFrame& frame) {
   last_block_ = length;
 
   const ByteSpan block = bytes.first(length - pcapng::kTrailerBytes);
+  if (packet) return EnhancedPacket(block, frame);
   switch (type) {
-    case pcapng::kEnhancedPacket:
-      return EnhancedPacket(block, frame);
     case pcapng::kSimplePacket:
       return SimplePacket(block, frame);
     case pcapng::kObsoletePacket:
@@ -269,7 +272,7 @@ BlockResult PcapngSource::InterfaceDescription(ByteSpan block) {
 
 //  | type 4 | length 4 | interface 4 | time high 4 | time low 4 | captured 4 | original 4 | data | options |
 BlockResult PcapngSource::EnhancedPacket(ByteSpan block, CapturedFrame& frame) {
-  return StampedPacket(block, order_.U32(block, 8), frame);
+  return StampedPacket(block, order_.At(block.data() + 8), frame);  // long enough: MinimumBytes()
 }
 
 //  | type 4 | length 4 | interface 2 | drops 2 | time high 4 | time low 4 | captured 4 | original 4 | data | options |

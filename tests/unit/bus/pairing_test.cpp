@@ -21,7 +21,7 @@ TEST(Pairing, OneAfterTheOther) {
 +1ms FPWR 0x1001:0x0120 02 00 & FPRD 0x1001:0x0130 01 00
 )");
   EXPECT_THAT(result.log.words, ElementsAre("1+2", "3+4", "5+6"));
-  EXPECT_THAT(result.log.sent, ElementsAre(1, 3, 5));
+  EXPECT_THAT(result.log.sent, ElementsAre(5)) << "what only reads is not told before it comes back";
   EXPECT_EQ(result.statistics.outbound, 3U);
   EXPECT_EQ(result.statistics.returned, 3U);
   EXPECT_EQ(result.statistics.paired, 3U);

@@ -178,10 +178,10 @@ TEST(Redundancy, BrokenRingTheReturnedFrameGoesOutAgain) {
 void AddAtBothEnds(Trace& trace, int i, bool same_index) {
   const auto index = static_cast<std::uint8_t>(i);
   trace.Mac(kPrimary).Slaves(3);
-  trace.After(1000).Fprd(static_cast<std::uint16_t>(0x1001 + i % 3), 0x0130, {8, 0}).Index(index);
+  trace.After(1000).Fpwr(static_cast<std::uint16_t>(0x1001 + i % 3), 0x0120, {8, 0}).Index(index);
   trace.Mac(kSecondary);
   trace.After(1)
-      .Fprd(static_cast<std::uint16_t>(0x1001 + i % 3), 0x0130, {0, 0})
+      .Fpwr(static_cast<std::uint16_t>(0x1001 + i % 3), 0x0120, {8, 0})
       .Wkc(0)
       .Index(static_cast<std::uint8_t>(same_index ? index : index + 100));
 }
