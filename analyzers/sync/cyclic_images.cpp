@@ -41,8 +41,8 @@ bool CyclicImage::Add(const FrameTime& time, bool was_sent) {
 }
 
 void CyclicImage::AddInterval(const FrameTime& from, const FrameTime& to) {
-  if (from.dc && to.dc && from.dc->epoch == to.dc->epoch && to.dc->ns > from.dc->ns) {
-    by_dc.Add(static_cast<TimeNs>(to.dc->ns - from.dc->ns), from.frame, to.frame);
+  if (from.dc && to.dc) {
+    if (const auto ns = Forward(*from.dc, *to.dc)) by_dc.Add(*ns, from.frame, to.frame);
   }
   if (from.esl && to.esl && *to.esl >= *from.esl) by_esl.Add(*to.esl - *from.esl, from.frame, to.frame);
   if (from.stamp && to.stamp && *to.stamp >= *from.stamp) {

@@ -11,6 +11,15 @@ namespace {
 
 constexpr std::uint64_t kWrap = std::uint64_t{1} << 32U;
 constexpr TimeNs kTooLongFor32Bit = 4'000'000'000;
+/// Frames are stamped late at times, when the capturing machine is busy, but not by so much.
+constexpr std::uint64_t kLateStampNs = 500'000'000;
+
+/// The clock went on by more than the time that passed by the stamps: it was set by something that is not in the
+/// capture, or what was read of it is damaged.
+bool Leaps(std::uint64_t step, const FrameRef& from, const FrameRef& to) {
+  if (!from.has_time || !to.has_time || to.time < from.time) return false;
+  return step > kLateStampNs && step - kLateStampNs > static_cast<std::uint64_t>(Elapsed(from.time, to.time));
+}
 
 }  // namespace
 
@@ -65,9 +74,14 @@ std::optional<DcTime> DcClock::On(const track::Answered& answer) {
       } else {
         const auto since = WrappingDifference(static_cast<std::uint32_t>(raw), static_cast<std::uint32_t>(last_->ns));
         time.ns = WrappingSum(last_->ns, std::uint64_t{since});
+        if (Leaps(since, last_frame_, answer.returned)) {
+          time = {raw, ++epoch_};
+          full_ = false;
+        }
       }
-    } else if (raw <= last_->ns || (!full_ && raw - last_->ns >= kWrap)) {
-      time.epoch = ++epoch_;  // set back by something that is not in the capture, or read in full for the first time
+    } else if (raw <= last_->ns || (!full_ && raw - last_->ns >= kWrap) ||
+               Leaps(raw - last_->ns, last_frame_, answer.returned)) {
+      time.epoch = ++epoch_;  // set by something that is not in the capture, or read in full for the first time
     }
   }
   full_ = full_ || eight;

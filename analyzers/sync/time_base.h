@@ -48,6 +48,14 @@ struct FrameTime {
   std::optional<TimeNs> stamp;
 };
 
+/// From `a` to `b`; nothing where the clock was set in between, runs backwards, or leaps by a century: a capture may
+/// hold any number.
+[[nodiscard]] constexpr std::optional<TimeNs> Forward(const DcTime& a, const DcTime& b) {
+  constexpr std::uint64_t kCentury = std::uint64_t{1} << 62U;
+  if (a.epoch != b.epoch || b.ns <= a.ns || b.ns - a.ns > kCentury) return std::nullopt;
+  return static_cast<TimeNs>(b.ns - a.ns);
+}
+
 struct Interval {
   TimeNs ns = 0;
   TimeBase base = TimeBase::kNone;
@@ -55,10 +63,11 @@ struct Interval {
 
 /// From `a` to `b` by the best clock that both have; kNone when there is none, or when it runs backwards.
 [[nodiscard]] inline Interval Between(const FrameTime& a, const FrameTime& b) {
-  if (a.dc && b.dc && a.dc->epoch == b.dc->epoch && b.dc->ns > a.dc->ns) {
-    return {static_cast<TimeNs>(b.dc->ns - a.dc->ns), TimeBase::kDc};
+  if (a.dc && b.dc) {
+    const auto ns = Forward(*a.dc, *b.dc);
+    if (!ns) return {};  // the bases shall not be mixed
+    return {*ns, TimeBase::kDc};
   }
-  if (a.dc && b.dc) return {};  // the clock was set in between: the bases shall not be mixed
   if (a.esl && b.esl && *b.esl >= *a.esl) return {Elapsed(*a.esl, *b.esl), TimeBase::kEsl};
   if (a.stamp && b.stamp && *b.stamp >= *a.stamp) return {Elapsed(*a.stamp, *b.stamp), TimeBase::kCapture};
   return {};

@@ -88,6 +88,40 @@ TEST(DcClock, APauseLongerThanAWrapBeginsANewEpoch) {
   EXPECT_NE(before->epoch, after->epoch);
 }
 
+TEST(DcClock, ALeapThatTheStampsDoNotShowBeginsANewEpoch) {
+  Clock c;
+  c.Read({.time = 5'000'000'000});
+  EXPECT_EQ(c.Read({.time = 5'001'000'000, .at = 1'000'000})->epoch, 0U);
+  EXPECT_EQ(c.Read({.time = 6'002'000'000, .at = 2'000'000})->epoch, 1U);  // set a second ahead
+  EXPECT_EQ(c.Read({.time = 6'003'000'000, .at = 3'000'000})->epoch, 1U);
+  EXPECT_EQ(c.Read({.time = 7'503'000'000, .at = 1'103'000'000})->epoch, 1U);  // stamped late by 0.4 s
+  EXPECT_EQ(c.Read({.time = 7'504'000'000U | std::uint64_t{1} << 63U, .at = 1'104'000'000})->epoch, 2U);
+  EXPECT_EQ(c.Read({.time = 7'505'000'000, .at = 1'105'000'000})->epoch, 3U);
+}
+
+TEST(DcClock, AStepBackOf32BitIsNoWrapThatTheStampsDoNotShow) {
+  Clock c;
+  c.Read({.time = 2'000'000'000, .bytes = 4});
+  const auto back = c.Read({.time = 1'984'000'000, .bytes = 4, .at = 1'000'000});
+  EXPECT_EQ(back->epoch, 1U);
+  EXPECT_EQ(back->ns, 1'984'000'000U);
+}
+
+TEST(DcClock, TimesACenturyApartAreNoInterval) {
+  constexpr std::uint64_t kFar = std::uint64_t{1} << 63U;
+  EXPECT_EQ(Forward({1000, 0}, {3000, 0}), 2000);
+  EXPECT_FALSE(Forward({3000, 0}, {3000, 0}));
+  EXPECT_FALSE(Forward({3000, 0}, {1000, 0}));
+  EXPECT_FALSE(Forward({1000, 0}, {3000, 1}));
+  EXPECT_FALSE(Forward({1000, 0}, {kFar + 500, 0}));
+  FrameTime a, b;
+  a.dc = DcTime{1000, 0};
+  b.dc = DcTime{kFar + 1500, 0};
+  a.stamp = 0;
+  b.stamp = 1'000'000;
+  EXPECT_EQ(Between(a, b).base, TimeBase::kNone);
+}
+
 TEST(DcClock, SettingTheReferenceBeginsANewEpoch) {
   Clock c;
   const auto before = c.Read({.time = 1'000'000'000'000});
