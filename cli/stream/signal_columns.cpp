@@ -164,6 +164,7 @@ std::uint32_t SignalColumns::Find(SignalColumn column) {
 }
 
 const PartColumns& SignalColumns::Of(const model::ImagePart& part, const track::Network& network) {
+  if (parts_.size() >= kMaxParts && !parts_.contains(part.serial)) parts_.clear();
   const auto [entry, added] = parts_.try_emplace(part.serial);
   PartColumns& result = entry->second;
   if (!added) return result;

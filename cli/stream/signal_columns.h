@@ -74,6 +74,8 @@ class SignalColumns {
  public:
   /// More columns are left out and said: no bus has as many.
   static constexpr std::size_t kMaxColumns = 16'384;
+  /// So many parts are remembered, more than any bus has at a time; then each is looked up again.
+  static constexpr std::size_t kMaxParts = 32'768;
 
   explicit SignalColumns(SignalChoice choice) : choice_(std::move(choice)) {}
 
@@ -105,7 +107,8 @@ class SignalColumns {
   std::vector<SignalColumn> columns_;
   std::vector<std::uint32_t> place_;  ///< by number before Finish()
   std::unordered_map<std::string, std::uint32_t> by_key_;
-  std::unordered_map<std::uint64_t, PartColumns> parts_;  ///< by ImagePart::serial
+  /// By ImagePart::serial. Parts that were made anew leave theirs behind.
+  std::unordered_map<std::uint64_t, PartColumns> parts_;
   std::vector<std::string> passed_over_;
   bool finished_ = false;
   bool full_ = false;
