@@ -18,7 +18,7 @@ void TellLimits(const FindingStore& store, const Pipeline& pipeline, AnalysisRes
   };
   const std::uint64_t slaves = pipeline.network().slaves().left_out();
   const FrameRef& overworked = pipeline.statistics().overworked;
-  tell("slaves told of broadcasts, and one for each byte of the frames; the packets behind #" +
+  tell("slaves told of broadcasts and of process data that they share, and one for each byte of the frames; the packets behind #" +
            std::to_string(overworked.number) + " are not read",
        track::SlaveWork::kAtOnce, overworked.seen() ? 1 : 0);
   tell("slaves that are modelled", bus::SlaveSet::kMaxSlaves, slaves);
@@ -44,7 +44,7 @@ void TellLimits(const FindingStore& store, const Pipeline& pipeline, AnalysisRes
   }
   if (overworked.seen()) {
     result.cut = "what is behind packet " + Grouped(overworked.number) +
-                 " was not read: broadcasts to that many slaves would take too long";
+                 " was not read: it concerns so many slaves at once that it would take too long";
   }
   if (slaves > 0) {
     result.cut = "more slaves than the " + Grouped(bus::SlaveSet::kMaxSlaves) + " that are modelled";

@@ -212,6 +212,7 @@ void BusModel::On(const track::CaptureHole& event) {
 void BusModel::On(const track::LogicalAccess& access) {
   if (!image_.Read(access, Expect(access), *this)) events_.Publish(ProcessDataUnplaced{access});
   if (image_.TakeReplaced()) events_.Publish(SlaveStirred{});
+  access.told += image_.TakeWork() + expectations_.TakeWork();
 }
 
 void BusModel::On(const track::FrameLost& event) {
@@ -226,6 +227,7 @@ void BusModel::On(const track::FrameLost& event) {
     access.length = datagram.length();
     (void)image_.Read(access, Expect(access), *this);
   }
+  event.told += image_.TakeWork() + expectations_.TakeWork();
 }
 
 /// Published first: who looks at the values sees them before the units of the slave conclude something from them.

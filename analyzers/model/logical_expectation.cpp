@@ -1,7 +1,8 @@
 #include "analyzers/model/logical_expectation.h"
 
+#include <utility>
+
 #include "analyzers/model/slave_model.h"
-#include "decoder/base/wrapping.h"
 
 namespace ecaudit::model {
 namespace {
@@ -14,9 +15,9 @@ std::size_t FmmuCount(const track::SlaveState& state) {
 }
 
 /// The sync manager that an FMMU leads to, as far as it is known.
-std::optional<std::uint8_t> ManagerBehind(const track::SlaveState& state, const esc::Fmmu& fmmu) {
+std::optional<std::uint8_t> ManagerBehind(const track::KnownFmmus& known, const esc::Fmmu& fmmu) {
   for (std::uint8_t number = 0; number < esc::kMaxSyncManagers; ++number) {
-    const auto manager = state.sync_manager(number, Certainty::kInferred);
+    const auto& manager = known.managers[number];
     if (!manager || manager->length == 0) continue;
     if (fmmu.physical_start >= manager->start && fmmu.physical_start - manager->start < manager->length) return number;
   }
@@ -24,58 +25,52 @@ std::optional<std::uint8_t> ManagerBehind(const track::SlaveState& state, const 
 }
 
 /// An ESC refuses access to the buffer of a sync manager of the other direction (esc-reference 2.2): nobody counts.
-bool IsRefused(const track::SlaveState& state, std::optional<std::uint8_t> manager, bool write) {
+bool IsRefused(const track::KnownFmmus& known, std::optional<std::uint8_t> manager, bool write) {
   if (!manager) return false;
-  const auto settings = state.sync_manager(*manager, Certainty::kInferred);
+  const auto& settings = known.managers[*manager];
   return settings && settings->enabled() && settings->ecat_writes() != write;
 }
 
-LogicalExpectation Compute(const track::Network& network, wire::Command command, std::uint32_t address,
-                           std::uint16_t length) {
-  LogicalExpectation result;
-  result.mapping_known = network.slaves().size() > 0;
-  const std::uint16_t* count = network.slave_count().if_known();
-  if (count == nullptr || *count > network.slaves().size()) result.mapping_known = false;
-  for (std::size_t s = 0; s < network.slaves().size(); ++s) {
-    const auto id = static_cast<SlaveId>(s);
-    if (network.slaves()[id].replaced) continue;
-    const track::KnownFmmus& fmmus = network.fmmus(id);
-    // The FMMUs that were never touched since the capture began could map something; a master that configures
-    // a slave clears them first or uses them from 0 on.
-    if (!fmmus.any && FmmuCount(network.state(id)) != 0) result.mapping_known = false;
-    LogicalShare share;
-    share.slave = id;
-    const track::SlaveState& state = network.state(id);
-    for (const auto& [number, fmmu] : fmmus.active) {
-      const esc::BitRange overlap = fmmu.Overlap(address, length);
-      if (overlap.empty()) continue;
-      const std::optional<std::uint8_t> manager = ManagerBehind(state, fmmu);
-      if (fmmu.reads() && command != wire::Command::LWR && !IsRefused(state, manager, false)) {
-        const bool mailbox = manager && state.sync_manager(*manager, Certainty::kInferred)->mailbox();
-        share.mailbox_only = mailbox && (share.mailbox_only || !share.inputs);
-        if (!mailbox || share.mailbox_only) share.input_manager = manager;
-        share.inputs = true;
-        // Registers are mapped, too (the mailbox state): only process memory tells a slave by its data.
-        const std::uint64_t first = (overlap.first + 7) / 8 - address;
-        const std::uint64_t end = overlap.end() / 8 - address;
-        if (fmmu.physical_start >= 0x0F00 && end > first && end - first > share.input_bytes) {
-          share.input_offset = static_cast<std::uint16_t>(first);
-          share.input_bytes = static_cast<std::uint16_t>(end - first);
-        }
-      }
-      if (fmmu.writes() && command != wire::Command::LRD && !IsRefused(state, manager, true)) {
-        share.outputs = true;
-        share.output_manager = manager;
+/// The part of one slave; neither inputs nor outputs: none.
+LogicalShare ShareOf(SlaveId id, const track::KnownFmmus& known, const LogicalKind& kind) {
+  LogicalShare share;
+  share.slave = id;
+  for (const auto& [number, fmmu] : known.active) {
+    const esc::BitRange overlap = fmmu.Overlap(kind.address, kind.length);
+    if (overlap.empty()) continue;
+    const std::optional<std::uint8_t> manager = ManagerBehind(known, fmmu);
+    if (fmmu.reads() && kind.command != wire::Command::LWR && !IsRefused(known, manager, false)) {
+      const bool mailbox = manager && known.managers[*manager]->mailbox();
+      share.mailbox_only = mailbox && (share.mailbox_only || !share.inputs);
+      if (!mailbox || share.mailbox_only) share.input_manager = manager;
+      share.inputs = true;
+      // Registers are mapped, too (the mailbox state): only process memory tells a slave by its data.
+      const std::uint64_t first = (overlap.first + 7) / 8 - kind.address;
+      const std::uint64_t end = overlap.end() / 8 - kind.address;
+      if (fmmu.physical_start >= 0x0F00 && end > first && end - first > share.input_bytes) {
+        share.input_offset = static_cast<std::uint16_t>(first);
+        share.input_bytes = static_cast<std::uint16_t>(end - first);
       }
     }
-    if (!share.inputs && !share.outputs) continue;
-    result.shares.push_back(share);
-    if (share.inputs) ++result.inputs;
-    result.fills_bytes = result.fills_bytes || share.input_bytes != 0;
-    if (share.outputs) ++result.outputs;
-    result.full = static_cast<std::uint16_t>(result.full + WorthOf(share, command));
+    if (fmmu.writes() && kind.command != wire::Command::LRD && !IsRefused(known, manager, true)) {
+      share.outputs = true;
+      share.output_manager = manager;
+    }
   }
-  return result;
+  return share;
+}
+
+/// What follows from all shares.
+void SumUp(LogicalExpectation& expectation, wire::Command command) {
+  expectation.full = expectation.inputs = expectation.outputs = 0;
+  expectation.fills_bytes = false;
+  expectation.range_of = 0;
+  for (const LogicalShare& share : expectation.shares) {
+    if (share.inputs) ++expectation.inputs;
+    if (share.outputs) ++expectation.outputs;
+    expectation.fills_bytes = expectation.fills_bytes || share.input_bytes != 0;
+    expectation.full = static_cast<std::uint16_t>(expectation.full + WorthOf(share, command));
+  }
 }
 
 }  // namespace
@@ -91,24 +86,48 @@ std::uint16_t WorthOf(const LogicalShare& share, wire::Command command) {
   }
 }
 
-const LogicalExpectation& LogicalExpectations::Look(const track::Network& network, wire::Command command,
-                                                    std::uint32_t address, std::uint16_t length) {
-  if (version_ != network.mapping_version()) {
-    for (Entry& entry : entries_) entry.used = false;
-    version_ = network.mapping_version();
+const LogicalExpectation& LogicalExpectations::Look(const track::Network& network, const LogicalKind& kind) {
+  Entry* entry = entries_.Find(kind);
+  if (entry == nullptr) {
+    bool replaced = false;
+    entry = &entries_.Take(kind, replaced);
+    entry->version = 0;
+    entry->expectation.shares.clear();
   }
-  const std::size_t hash =
-      (WrappingProduct(address, 2654435761U) >> 16U) + length * 7U + static_cast<std::size_t>(command);
-  Entry& entry = entries_[hash % kEntries];
-  if (!entry.used || entry.command != command || entry.address != address || entry.length != length) {
-    entry.expectation = Compute(network, command, address, length);
-    entry.command = command;
-    entry.address = address;
-    entry.length = length;
-    entry.used = true;
+  if (entry->version == 0 || entry->version != network.mapping_version()) Renew(*entry, network, kind);
+  last_kind_ = kind;
+  last_ = entry;
+  return entry->expectation;
+}
+
+void LogicalExpectations::Renew(Entry& entry, const track::Network& network, const LogicalKind& kind) {
+  LogicalExpectation& expectation = entry.expectation;
+  expectation.mapping_known = network.slaves().size() > 0;
+  const std::uint16_t* count = network.slave_count().if_known();
+  if (count == nullptr || *count > network.slaves().size()) expectation.mapping_known = false;
+  std::vector<LogicalShare> shares;  // by slave, as those before
+  auto before = expectation.shares.cbegin();
+  for (std::size_t s = 0; s < network.slaves().size(); ++s) {
+    const auto id = static_cast<SlaveId>(s);
+    const bool had_one = before != expectation.shares.cend() && before->slave == id;
+    const LogicalShare* kept = had_one ? &*before++ : nullptr;
+    if (network.slaves()[id].replaced) continue;
+    const track::KnownFmmus& known = network.fmmus(id);
+    // The FMMUs that were never touched since the capture began could map something; a master that configures
+    // a slave clears them first or uses them from 0 on.
+    if (!known.any && FmmuCount(network.state(id)) != 0) expectation.mapping_known = false;
+    if (network.mapping_changed(id) <= entry.version) {
+      if (kept != nullptr) shares.push_back(*kept);
+      continue;
+    }
+    const LogicalShare share = ShareOf(id, known, kind);
+    if (share.inputs || share.outputs) shares.push_back(share);
+    work_ += known.active.size() + 1;
   }
-  last_ = &entry;
-  return entry.expectation;
+  work_ += network.slaves().size() / kLooksPerSlave;
+  expectation.shares = std::move(shares);
+  entry.version = network.mapping_version();
+  SumUp(expectation, kind.command);
 }
 
 CounterRange RangeOf(const LogicalExpectation& expectation, wire::Command command,

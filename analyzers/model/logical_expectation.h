@@ -2,12 +2,13 @@
 /// of every slave (esc-reference 2.1: +1 a slave that is read, +2 a slave that is written, once each).
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <utility>
 #include <vector>
 
+#include "analyzers/model/logical_kinds.h"
 #include "decoder/track/network.h"
 
 namespace ecaudit::model {
@@ -48,7 +49,8 @@ struct LogicalExpectation {
   mutable std::uint64_t range_of = 0;  ///< version of the states that `range` belongs to
 };
 
-/// Caches one expectation a (command, address, length).
+/// Keeps one expectation for each kind of datagram. Where FMMUs or sync managers change, those slaves are looked at
+/// again whose they are.
 class LogicalExpectations {
  public:
   LogicalExpectations() = default;
@@ -58,27 +60,29 @@ class LogicalExpectations {
   /// Valid until the next call.
   const LogicalExpectation& Find(const track::Network& network, wire::Command command, std::uint32_t address,
                                  std::uint16_t length) {
-    const bool again = version_ == network.mapping_version() && last_->used && last_->command == command &&
-                       last_->address == address && last_->length == length;
-    return again ? last_->expectation : Look(network, command, address, length);
+    const LogicalKind kind{command, address, length};
+    const bool again = last_ != nullptr && last_->version == network.mapping_version() && last_kind_ == kind;
+    return again ? last_->expectation : Look(network, kind);
   }
+  /// What was done since this was asked last, in slaves that were told of something.
+  [[nodiscard]] std::uint64_t TakeWork() { return std::exchange(work_, 0) / kLooksPerSlave; }
 
  private:
-  const LogicalExpectation& Look(const track::Network& network, wire::Command command, std::uint32_t address,
-                                 std::uint16_t length);
+  /// FMMUs that are looked at in about the time that telling a slave takes.
+  static constexpr std::uint64_t kLooksPerSlave = 16;
 
   struct Entry {
-    bool used = false;
-    wire::Command command = wire::Command::NOP;
-    std::uint32_t address = 0;
-    std::uint16_t length = 0;
+    std::uint64_t version = 0;  ///< track::Network::mapping_version() that it rests on; 0: none
     LogicalExpectation expectation;
   };
-  static constexpr std::size_t kEntries = 64;
 
-  std::uint64_t version_ = 0;
-  std::array<Entry, kEntries> entries_;
-  const Entry* last_ = &entries_[0];  ///< found last: one datagram is asked for several times
+  const LogicalExpectation& Look(const track::Network& network, const LogicalKind& kind);
+  void Renew(Entry& entry, const track::Network& network, const LogicalKind& kind);
+
+  LogicalKinds<Entry> entries_;
+  LogicalKind last_kind_;
+  const Entry* last_ = nullptr;  ///< found last: one datagram is asked for several times
+  std::uint64_t work_ = 0;
 };
 
 /// How far the slaves' states allow to judge: a slave that is settled in OP counts in full, any other may count.

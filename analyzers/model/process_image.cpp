@@ -1,7 +1,9 @@
 #include "analyzers/model/process_image.h"
 
 #include <algorithm>
+#include <cstring>
 #include <iterator>
+#include <span>
 
 #include "decoder/base/text.h"
 #include "decoder/base/wrapping.h"
@@ -16,9 +18,8 @@ constexpr EscAddress kFirstDataAddress = 0x0F00;  // below are registers; 0x0F00
 constexpr EscAddress kProcessMemory = 0x1000;
 constexpr std::size_t kMaxPieces = 256;  // of one slave in an ENI; a slave has at most as many sync managers
 
-bool InMailbox(const track::SlaveState& state, const esc::Fmmu& fmmu) {
-  for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
-    const auto manager = state.sync_manager(n, Certainty::kInferred);
+bool InMailbox(const track::KnownFmmus& known, const esc::Fmmu& fmmu) {
+  for (const auto& manager : known.managers) {
     if (manager && manager->enabled() && manager->mailbox() && manager->Touches(fmmu.physical_start, fmmu.length)) {
       return true;
     }
@@ -27,12 +28,11 @@ bool InMailbox(const track::SlaveState& state, const esc::Fmmu& fmmu) {
 }
 
 /// The active FMMUs of one direction that map process data.
-std::vector<esc::Fmmu> DataFmmus(const track::SlaveState& state, const track::KnownFmmus& known,
-                                 PdoDirection direction) {
+std::vector<esc::Fmmu> DataFmmus(const track::KnownFmmus& known, PdoDirection direction) {
   std::vector<esc::Fmmu> found;
   for (const auto& [number, fmmu] : known.active) {
     if (fmmu.bit_count() == 0 || fmmu.physical_start < kFirstDataAddress) continue;
-    if (!(direction == PdoDirection::kRx ? fmmu.writes() : fmmu.reads()) || InMailbox(state, fmmu)) continue;
+    if (!(direction == PdoDirection::kRx ? fmmu.writes() : fmmu.reads()) || InMailbox(known, fmmu)) continue;
     found.push_back(fmmu);
   }
   return found;
@@ -40,9 +40,9 @@ std::vector<esc::Fmmu> DataFmmus(const track::SlaveState& state, const track::Kn
 
 /// First bit of a sync manager's buffer in ESC memory. Where its registers are not known, the lowest address that the
 /// FMMUs reach, provided that all signals lie in one buffer.
-std::optional<std::uint64_t> BufferStart(const track::SlaveState& state, const ProcessLayout& layout, std::uint8_t n,
+std::optional<std::uint64_t> BufferStart(const track::KnownFmmus& known, const ProcessLayout& layout, std::uint8_t n,
                                          const std::vector<esc::Fmmu>& fmmus) {
-  if (const auto manager = state.sync_manager(n, Certainty::kInferred)) return std::uint64_t{manager->start} * 8;
+  if (n < known.managers.size() && known.managers[n]) return std::uint64_t{known.managers[n]->start} * 8;
   const bool one_buffer = std::all_of(layout.signals.begin(), layout.signals.end(),
                                       [n](const Signal& signal) { return signal.sync_manager == n; });
   if (!one_buffer || fmmus.empty()) return std::nullopt;
@@ -119,29 +119,23 @@ void SumUp(ImagePart& part) {
 
 /// Marks outputs that share a byte of the datagram with inputs.
 void MarkCovered(std::vector<ImagePart>& parts, std::size_t length) {
-  std::vector<bool> inputs(length);
-  const auto any = [&](const ImagePart& part, auto&& visit) {
-    for (const BitRun& run : part.runs) {
-      for (std::size_t byte = run.in_datagram / 8; byte < length && byte * 8 < run.in_datagram + run.bits; ++byte) {
-        if (visit(byte)) return true;
-      }
-    }
-    return false;
+  std::vector<std::uint8_t> inputs(length);
+  const auto bytes = [&](const BitRun& run) {
+    const std::size_t begin = std::min<std::size_t>(run.in_datagram / 8, length);
+    const std::size_t end = (std::uint64_t{run.in_datagram} + run.bits + 7) / 8;
+    return std::span(inputs).subspan(begin, std::min(end, length) - begin);
   };
   for (const ImagePart& part : parts) {
     if (part.direction != PdoDirection::kTx) continue;
-    any(part, [&](std::size_t byte) {
-      inputs[byte] = true;
-      return false;
-    });
+    for (const BitRun& run : part.runs) std::ranges::fill(bytes(run), std::uint8_t{1});
   }
   for (ImagePart& part : parts) {
-    if (part.direction == PdoDirection::kRx) part.covered = any(part, [&](std::size_t byte) { return inputs[byte]; });
+    if (part.direction != PdoDirection::kRx) continue;
+    part.covered = std::any_of(part.runs.begin(), part.runs.end(), [&](const BitRun& run) {
+      const auto here = bytes(run);
+      return !here.empty() && std::memchr(here.data(), 1, here.size()) != nullptr;
+    });
   }
-}
-
-std::size_t Hash(wire::Command command, std::uint32_t address, std::uint16_t length) {
-  return (WrappingProduct(address, 2654435761U) >> 16U) + length * 7U + static_cast<std::size_t>(command);
 }
 
 /// Where the FMMUs map memory of the slave into a datagram.
@@ -161,7 +155,7 @@ void AddRuns(ImagePart& part, const std::vector<esc::Fmmu>& fmmus, std::uint32_t
 /// Puts the signals of a known layout where the FMMUs map them.
 /// @param split gets those that do not lie in one piece
 /// @return the places that need no other datagram
-std::vector<ImagePart::Place> PlaceMapped(ImagePart& part, SplitSignals& split, const track::SlaveState& state,
+std::vector<ImagePart::Place> PlaceMapped(ImagePart& part, SplitSignals& split, const track::KnownFmmus& known,
                                           const std::vector<esc::Fmmu>& fmmus, std::uint32_t address,
                                           std::uint16_t length) {
   const esc::BitRange datagram{std::uint64_t{address} * 8, std::uint64_t{length} * 8};
@@ -169,7 +163,7 @@ std::vector<ImagePart::Place> PlaceMapped(ImagePart& part, SplitSignals& split, 
   bool cut = false;
   for (std::size_t i = 0; i < part.layout->signals.size(); ++i) {
     const Signal& signal = part.layout->signals[i];
-    const auto start = BufferStart(state, *part.layout, signal.sync_manager, fmmus);
+    const auto start = BufferStart(known, *part.layout, signal.sync_manager, fmmus);
     if (signal.gap() || signal.bits == 0 || !start) continue;
     SplitSignal here = InDatagram(PiecesOf(fmmus, *start + signal.bit_offset, signal.bits), datagram, signal.bits);
     if (here.pieces.empty()) continue;
@@ -300,33 +294,27 @@ bool ProcessImage::ChangedSince(const Version& version, SlaveId slave) const {
          (slave < layout_changed_.size() && layout_changed_[slave] > version.layouts);
 }
 
-const ProcessImage::Entry* ProcessImage::Look(wire::Command command, std::uint32_t address,
-                                              std::uint16_t length) const {
-  const Entry& entry = entries_[Hash(command, address, length) % kEntries];
-  const bool found = entry.used && entry.command == command && entry.address == address && entry.length == length;
-  return found && entry.version == version() ? &entry : nullptr;
+const ProcessImage::Entry* ProcessImage::Look(const LogicalKind& kind) const {
+  const Entry* entry = entries_.Look(kind);
+  return entry != nullptr && entry->version == version() ? entry : nullptr;
 }
 
-ProcessImage::Entry& ProcessImage::Find(wire::Command command, std::uint32_t address, std::uint16_t length,
-                                        bool& found) {
+ProcessImage::Entry& ProcessImage::Find(const LogicalKind& kind, bool& found) {
   if (version_ != version()) {
     fragments_.Clear();
     version_ = version();
   }
-  Entry& entry = entries_[Hash(command, address, length) % kEntries];
-  found = entry.used && entry.command == command && entry.address == address && entry.length == length;
+  Entry* entry = entries_.Find(kind);
+  found = entry != nullptr;
   if (!found) {
-    replaced_ = replaced_ || entry.used;
-    entry.command = command;
-    entry.address = address;
-    entry.length = length;
-    Clear(entry);
+    entry = &entries_.Take(kind, replaced_);
+    entry->kind = kind;
+    Clear(*entry);
   }
-  return entry;
+  return *entry;
 }
 
 void ProcessImage::Clear(Entry& entry) {
-  entry.used = true;
   entry.version = version_;
   entry.parts.clear();
   entry.splits.clear();
@@ -336,22 +324,20 @@ void ProcessImage::Clear(Entry& entry) {
 
 void ProcessImage::AddSlave(Entry& entry, SlaveId slave) {
   if (network_.slaves()[slave].replaced) return;
-  if (entry.command != wire::Command::LRD) AddMapped(entry, slave, PdoDirection::kRx);
-  if (entry.command != wire::Command::LWR) AddMapped(entry, slave, PdoDirection::kTx);
+  if (entry.kind.command != wire::Command::LRD) AddMapped(entry, slave, PdoDirection::kRx);
+  if (entry.kind.command != wire::Command::LWR) AddMapped(entry, slave, PdoDirection::kTx);
 }
 
 /// Thousands of slaves may have data in each of many datagrams: those of the others are built again when they come.
 void ProcessImage::MakeRoom(const Entry& kept) {
   std::size_t parts = 0;
-  for (const Entry& entry : entries_) parts += entry.parts.capacity();
-  if (parts <= kMaxParts) return;
-  for (Entry& entry : entries_) {
-    if (&entry != &kept) entry = {};
-  }
+  entries_.ForEachValue([&](const Entry& entry) { parts += entry.parts.capacity(); });
+  if (parts > kMaxParts) entries_.KeepOnly(kept);
 }
 
 void ProcessImage::BuildLogical(Entry& entry) {
   MakeRoom(entry);
+  work_ += slaves_.size() / kLooksPerSlave;
   for (std::size_t s = 0; s < slaves_.size(); ++s) AddSlave(entry, static_cast<SlaveId>(s));
   if (eni_ != nullptr) AddByEni(entry);
   FindCovered(entry);
@@ -364,9 +350,8 @@ void ProcessImage::RefreshLogical(Entry& entry) {
     return BuildLogical(entry);
   }
   Entry fresh;
-  fresh.command = entry.command;
-  fresh.address = entry.address;
-  fresh.length = entry.length;
+  fresh.kind = entry.kind;
+  work_ += (slaves_.size() + entry.parts.size()) / kLooksPerSlave;
   for (std::size_t s = 0; s < slaves_.size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
     if (!ChangedSince(entry.version, id) && !network_.slaves()[id].replaced) continue;
@@ -404,23 +389,23 @@ void ProcessImage::Replace(Entry& entry, SlaveId slave, Entry& fresh) {
 }
 
 void ProcessImage::FindCovered(Entry& entry) {
-  MarkCovered(entry.parts, entry.length);
+  MarkCovered(entry.parts, entry.kind.length);
   for (Split& split : entry.splits) split.alone.covered = entry.parts[split.part].covered;
 }
 
 void ProcessImage::Add(Entry& entry, ImagePart part) {
   part.serial = ++parts_made_;
+  work_ += kMakingPart;
   entry.parts.push_back(std::move(part));
 }
 
 void ProcessImage::AddMapped(Entry& entry, SlaveId slave, PdoDirection direction) {
-  const track::SlaveState& state = network_.state(slave);
   const track::KnownFmmus& known = network_.fmmus(slave);
   const bool touched = std::any_of(known.active.begin(), known.active.end(), [&](const auto& unit) {
-    return !unit.fmmu.Overlap(entry.address, entry.length).empty();
+    return !unit.fmmu.Overlap(entry.kind.address, entry.kind.length).empty();
   });
   if (!touched) return;
-  const std::vector<esc::Fmmu> fmmus = DataFmmus(state, known, direction);
+  const std::vector<esc::Fmmu> fmmus = DataFmmus(known, direction);
   if (fmmus.empty()) return;
   ImagePart part;
   part.slave = slave;
@@ -428,13 +413,13 @@ void ProcessImage::AddMapped(Entry& entry, SlaveId slave, PdoDirection direction
   part.direction = direction;
   part.layout = &part.model->process.Layout(direction);
 
-  AddRuns(part, fmmus, entry.address, entry.length);
+  AddRuns(part, fmmus, entry.kind.address, entry.kind.length);
   if (part.runs.empty()) return;
   SumUp(part);
 
-  SplitSignals split(entry.length);
+  SplitSignals split(entry.kind.length);
   std::vector<ImagePart::Place> alone;
-  if (part.layout->known()) alone = PlaceMapped(part, split, state, fmmus, entry.address, entry.length);
+  if (part.layout->known()) alone = PlaceMapped(part, split, known, fmmus, entry.kind.address, entry.kind.length);
   Add(entry, std::move(part));
   if (split.empty()) return;
   ImagePart without = entry.parts.back();
@@ -463,13 +448,14 @@ const SlaveModel& ProcessImage::UnmetSlave(std::size_t number) {
 }
 
 void ProcessImage::AddByEni(Entry& entry) {
-  const device::EniCyclicCommand* command = FindCyclic(*eni_, entry.command, entry.address, entry.length);
+  const device::EniCyclicCommand* command =
+      FindCyclic(*eni_, entry.kind.command, entry.kind.address, entry.kind.length);
   if (command == nullptr) return;
   for (std::size_t number = 0; number < eni_->slaves.size(); ++number) {
-    if (command->output_offset && entry.command != wire::Command::LRD) {
+    if (command->output_offset && entry.kind.command != wire::Command::LRD) {
       AddByEni(entry, number, PdoDirection::kRx, *command->output_offset);
     }
-    if (command->input_offset && entry.command != wire::Command::LWR) {
+    if (command->input_offset && entry.kind.command != wire::Command::LWR) {
       AddByEni(entry, number, PdoDirection::kTx, *command->input_offset);
     }
   }
@@ -501,7 +487,7 @@ void ProcessImage::AddByEni(Entry& entry, std::size_t number, PdoDirection direc
   part.layout = &part.model->process.Layout(direction);
 
   const std::uint64_t begin = std::uint64_t{image_offset} * 8;
-  const std::uint64_t end = begin + std::uint64_t{entry.length} * 8;
+  const std::uint64_t end = begin + std::uint64_t{entry.kind.length} * 8;
   std::uint64_t before = 0;
   for (const device::EniImagePart& piece : pieces) {
     const bool here = piece.bit_start >= begin && std::uint64_t{piece.bit_start} + piece.bit_length <= end;
@@ -519,15 +505,15 @@ void ProcessImage::AddByEni(Entry& entry, std::size_t number, PdoDirection direc
 }
 
 void ProcessImage::BuildDirect(Entry& entry, SlaveId slave, EscAddress address) {
-  const track::SlaveState& state = network_.state(slave);
+  const track::KnownFmmus& known = network_.fmmus(slave);
   for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
-    const auto manager = state.sync_manager(n, Certainty::kInferred);
+    const auto& manager = known.managers[n];
     if (!manager || !manager->enabled() || !manager->buffered() || manager->start < kProcessMemory ||
-        !manager->Touches(address, entry.length)) {
+        !manager->Touches(address, entry.kind.length)) {
       continue;
     }
     const bool outputs = manager->ecat_writes();
-    if (!(outputs ? wire::Writes(entry.command) : wire::Reads(entry.command))) continue;
+    if (!(outputs ? wire::Writes(entry.kind.command) : wire::Reads(entry.kind.command))) continue;
     ImagePart part;
     part.slave = slave;
     part.model = &slaves_[slave];
@@ -536,7 +522,7 @@ void ProcessImage::BuildDirect(Entry& entry, SlaveId slave, EscAddress address) 
     const std::uint64_t datagram = std::uint64_t{address} * 8;
     const std::uint64_t buffer = std::uint64_t{manager->start} * 8;
     const esc::BitRange here =
-        esc::Intersect({datagram, std::uint64_t{entry.length} * 8}, {buffer, std::uint64_t{manager->length} * 8});
+        esc::Intersect({datagram, std::uint64_t{entry.kind.length} * 8}, {buffer, std::uint64_t{manager->length} * 8});
     part.runs.push_back({static_cast<std::uint32_t>(here.first - buffer),
                          static_cast<std::uint32_t>(here.first - datagram), static_cast<std::uint32_t>(here.count)});
     SumUp(part);
@@ -627,13 +613,14 @@ void ProcessImage::Deliver(Entry& entry, std::size_t part, ProcessCycle& cycle, 
 
 bool ProcessImage::Read(const track::LogicalAccess& access, const LogicalExpectation& expectation, ProcessSink& sink) {
   bool found = false;
-  Entry& entry = Find(access.command, access.address, access.length, found);
+  Entry& entry = Find({access.command, access.address, access.length}, found);
   if (!found) {
     BuildLogical(entry);
   } else if (entry.version != version_) {
     RefreshLogical(entry);
   }
   if (entry.parts.empty()) return false;
+  work_ += entry.parts.size();
   const Counted counted = Count(entry, access, expectation);
   for (std::size_t n = 0; n < entry.parts.size(); ++n) {
     const ImagePart& part = entry.parts[n];
@@ -657,8 +644,10 @@ bool ProcessImage::Read(const track::LogicalAccess& access, const LogicalExpecta
 
 bool ProcessImage::Watch(const track::LogicalAccess& access, const LogicalExpectation& expectation,
                          const track::CycleAtRest& asked, std::size_t i) const {
-  const Entry* entry = Look(access.command, access.address, access.length);
+  const Entry* entry = Look({access.command, access.address, access.length});
   if (entry == nullptr || entry->parts.empty() || !entry->splits.empty() || entry->by_eni) return false;
+  // What that costs more than the bytes allow for is counted each time.
+  if (entry->parts.size() > track::SlaveWork::Due(access.length)) return false;
   const Counted counted = Count(*entry, access, expectation);
   for (const ImagePart& part : entry->parts) {
     const bool inputs = part.direction == PdoDirection::kTx;
@@ -675,7 +664,7 @@ bool ProcessImage::Read(const track::SlaveAccess& access, ProcessSink& sink) {
     return false;
   bool found = false;
   const std::uint32_t key = std::uint32_t{access.slave} << 16U | access.address;
-  Entry& entry = Find(access.command, key, static_cast<std::uint16_t>(length), found);
+  Entry& entry = Find({access.command, key, static_cast<std::uint16_t>(length)}, found);
   if (found && ChangedSince(entry.version, access.slave)) {
     Clear(entry);
     found = false;

@@ -8,7 +8,6 @@
 /// Source: esc-reference 2.1, 6, 7; ETG.2100 (cyclic commands, process image).
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -19,6 +18,7 @@
 
 #include "analyzers/model/exchange.h"
 #include "analyzers/model/logical_expectation.h"
+#include "analyzers/model/logical_kinds.h"
 #include "analyzers/model/process_data.h"
 #include "analyzers/model/profile_choice.h"
 #include "analyzers/model/slave_model.h"
@@ -120,7 +120,7 @@ class ProcessImage {
   /// Calls `visit(part, exchange)` for each slave's part of a datagram that Watch() was asked about since.
   template <class Visit>
   void ForEachPart(const track::LogicalAccess& access, const LogicalExpectation& expectation, Visit visit) const {
-    const Entry* entry = Look(access.command, access.address, access.length);
+    const Entry* entry = Look({access.command, access.address, access.length});
     if (entry == nullptr) return;
     const Counted counted = Count(*entry, access, expectation);
     for (const ImagePart& part : entry->parts) {
@@ -129,6 +129,8 @@ class ProcessImage {
   }
   /// Whether a datagram has taken another one's place since this was asked last: what was known of that one is lost.
   [[nodiscard]] bool TakeReplaced() { return std::exchange(replaced_, false); }
+  /// What was done since this was asked last, in slaves that were told of something.
+  [[nodiscard]] std::uint64_t TakeWork() { return std::exchange(work_, 0); }
   /// The slave's PDOs may be others now. Its FMMUs and sync managers are looked after without being told.
   void OnLayoutChanged(SlaveId slave);
 
@@ -147,10 +149,7 @@ class ProcessImage {
     SplitSignals signals;
   };
   struct Entry {
-    bool used = false;
-    wire::Command command = wire::Command::NOP;
-    std::uint32_t address = 0;
-    std::uint16_t length = 0;
+    LogicalKind kind;              ///< of a direct one: the slave and the address in its memory
     Version version;               ///< what it rests on
     std::vector<ImagePart> parts;  ///< by slave; those of the ENI behind
     std::vector<Split> splits;
@@ -166,14 +165,16 @@ class ProcessImage {
     Exchange inputs = Exchange::kUnknown;
     Exchange outputs = Exchange::kUnknown;
   };
-  static constexpr std::size_t kEntries = 64;
+  // What takes about as long as telling a slave does, or how many times as long.
+  static constexpr std::uint64_t kLooksPerSlave = 16;
+  static constexpr std::uint64_t kMakingPart = 2;
   static constexpr std::size_t kMaxParts = 16'384;  ///< of all entries but the one at hand
 
   [[nodiscard]] Version version() const { return {network_.mapping_version(), layout_changes_}; }
   [[nodiscard]] bool ChangedSince(const Version& version, SlaveId slave) const;
   /// Null where Find() would have to make it.
-  [[nodiscard]] const Entry* Look(wire::Command command, std::uint32_t address, std::uint16_t length) const;
-  Entry& Find(wire::Command command, std::uint32_t address, std::uint16_t length, bool& found);
+  [[nodiscard]] const Entry* Look(const LogicalKind& kind) const;
+  Entry& Find(const LogicalKind& kind, bool& found);
   void BuildLogical(Entry& entry);
   void RefreshLogical(Entry& entry);
   void Clear(Entry& entry);
@@ -204,7 +205,8 @@ class ProcessImage {
   Version version_;                            ///< that fragments_ belong to
   std::uint64_t parts_made_ = 0;
   bool replaced_ = false;
-  std::array<Entry, kEntries> entries_;
+  std::uint64_t work_ = 0;  ///< see TakeWork()
+  LogicalKinds<Entry> entries_;
   SignalFragments fragments_;
 };
 

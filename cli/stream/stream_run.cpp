@@ -149,7 +149,7 @@ void WarnOf(Console& console, const std::string& name, const TimedSource& source
             const PipelineStatistics& statistics) {
   if (statistics.overworked.seen()) {
     console.Warning(name + ": read up to packet " + Grouped(statistics.overworked.number) +
-                    "; what is behind it holds broadcasts to too many slaves");
+                    "; what is behind it concerns too many slaves at once");
   } else if (const auto& damage = source.info().damage) {
     console.Warning(name + " is damaged: " + damage->message + "; everything up to frame " +
                     std::to_string(damage->after_frame) + " was read");

@@ -144,6 +144,8 @@ struct LogicalAccess {
   std::uint16_t wkc = 0;     ///< of the returned copy
   bool circulating = false;  ///< circulating bit of the returned copy
   bool assumed = false;      ///< outbound-only capture: wkc means nothing
+  /// How many slaves were looked at for it; see slave_work.h.
+  mutable std::uint64_t told = 0;
 
   [[nodiscard]] const FrameRef& frame() const { return returned.seen() ? returned : sent; }
 };
@@ -263,6 +265,8 @@ struct FrameLost {
   const wire::FrameView& sent;
   bus::Loss loss;
   bool followed_by_other = false;  ///< the packet right behind it in the capture was no EtherCAT frame
+  /// How many slaves were looked at for process data in it; see slave_work.h.
+  mutable std::uint64_t told = 0;
 };
 
 struct FrameDuplicated {

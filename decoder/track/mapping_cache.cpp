@@ -23,6 +23,9 @@ const KnownFmmus& MappingCache::Decode(SlaveId id, const SlaveState& state) cons
     mapping.fmmus.any = true;
     if (fmmu->active()) mapping.fmmus.active.push_back({static_cast<std::uint8_t>(n), *fmmu});
   }
+  for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
+    mapping.fmmus.managers[n] = state.sync_manager(n, Certainty::kInferred);
+  }
   return mapping.fmmus;
 }
 

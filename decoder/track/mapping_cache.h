@@ -18,7 +18,7 @@ class MappingCache {
   /// The version that the last change of this slave's sync managers or FMMUs made.
   [[nodiscard]] std::uint64_t changed(SlaveId id) const { return mappings_[id].changed; }
   [[nodiscard]] std::size_t size() const { return mappings_.size(); }
-  /// The slave's FMMUs, at least inferred.
+  /// The slave's FMMUs and sync managers, at least inferred.
   [[nodiscard]] const KnownFmmus& fmmus(SlaveId id, const SlaveState& state) const {
     const Mapping& mapping = mappings_[id];
     return mapping.decoded == mapping.changed ? mapping.fmmus : Decode(id, state);

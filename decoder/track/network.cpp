@@ -102,6 +102,7 @@ void Network::OnLogical(const DatagramPair& d) {
   const LogicalAccess access = LogicalAccessOf(d);
   if (d.has_returned) holes_.OnLogical(d);
   events_.Publish(access);
+  states_.work().TakeForData(access.told, access.length);
   const auto& mapped_mailboxes = mapped_mailboxes_.Now();
   if (mapped_mailboxes.empty() || !wire::Reads(d.command())) return;
   for (const MappedMailboxes::Mapped& mapped : mapped_mailboxes) {
@@ -244,7 +245,11 @@ void Network::OnDoubtful(const wire::FrameView& sent) {
 }
 
 void Network::OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_by_other) {
-  if (loss != bus::Loss::kUndecided) events_.Publish(FrameLost{sent, loss, followed_by_other});
+  if (loss != bus::Loss::kUndecided) {
+    const FrameLost lost{sent, loss, followed_by_other};
+    events_.Publish(lost);
+    states_.work().TakeForData(lost.told, sent.bytes().size());
+  }
   // Whether the slaves got it, nobody knows: what it wrote is unknown from here on.
   const bus::BusTransaction transaction{&sent, nullptr, false};
   for (std::size_t i = 0; i < sent.size(); ++i) {

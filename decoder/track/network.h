@@ -64,7 +64,7 @@ class Network final : public bus::BusSink {
   /// The mapping version that the last change of this slave's sync managers or FMMUs made. What rests on the mappings
   /// of all slaves need look again at those only that changed.
   [[nodiscard]] std::uint64_t mapping_changed(SlaveId id) const { return mappings_.changed(id); }
-  /// The slave's FMMUs, at least inferred; decoded once after each change.
+  /// The slave's FMMUs and sync managers, at least inferred; decoded once after each change.
   [[nodiscard]] const KnownFmmus& fmmus(SlaveId id) const { return mappings_.fmmus(id, states_[id]); }
 
   /// A slave that takes part in process data although no frame addresses it: from the next frame on it is met.

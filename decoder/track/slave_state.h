@@ -19,7 +19,7 @@ namespace ecaudit::track {
 inline constexpr EscAddress kMappingFirst = 0x0600;
 inline constexpr EscAddress kMappingEnd = 0x0880;
 
-/// What a slave's FMMUs do, as far as known.
+/// What a slave's FMMUs and sync managers do, as far as known.
 struct KnownFmmus {
   struct Unit {
     std::uint8_t number = 0;
@@ -27,6 +27,8 @@ struct KnownFmmus {
   };
   bool any = false;          ///< some FMMU is known, and be it that it maps nothing
   std::vector<Unit> active;  ///< by number
+  /// SlaveState::sync_manager() of each, inferred at least.
+  std::array<std::optional<esc::SyncManager>, esc::kMaxSyncManagers> managers;
 };
 
 struct SlaveState {

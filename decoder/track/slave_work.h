@@ -1,21 +1,30 @@
-/// How often slaves were told of what was meant for all of them, against what the bytes of the frames allow for.
+/// How often slaves were told of what was meant for many of them, against what the bytes of the frames allow for.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 namespace ecaudit::track {
 
-/// Broadcasts are few: a start-up has some dozens, and a poll that shows nothing new is one event for all slaves.
-/// Frames full of them to thousands of slaves would take a hundred times as long as others.
+/// Broadcasts are few: a start-up has some dozens, and a poll that shows nothing new is one event for all slaves. Of
+/// process data each slave has a part of its own. Frames full of broadcasts to thousands of slaves, or of datagrams of
+/// a byte that thousands of FMMUs lead to, would take hundreds of times as long as others.
 class SlaveWork {
  public:
   static constexpr std::uint64_t kAtOnce = 1'000'000;  ///< 500 broadcasts to 2,000 slaves
   static constexpr std::uint64_t kPerByte = 1;         ///< of frames; a broadcast to 100 slaves in each of the smallest
+  /// Slaves that have a part of their own in a byte of process data: inputs of one bit each, and outputs of one.
+  static constexpr std::uint64_t kPerByteOfData = 16;
 
   void Allow(std::uint64_t bytes) { allowed_ += bytes * kPerByte; }
   /// So many slaves are told of one datagram.
   void Take(std::uint64_t slaves) { taken_ += slaves; }
+  /// So many are told of, or were looked at for, one or more datagrams with so many bytes of process data.
+  void TakeForData(std::uint64_t slaves, std::uint64_t bytes) { Take(slaves - std::min(slaves, Due(bytes))); }
   [[nodiscard]] bool exceeded() const { return taken_ > allowed_; }
+
+  /// How many slaves' data so many bytes may hold.
+  [[nodiscard]] static constexpr std::uint64_t Due(std::uint64_t bytes) { return bytes * kPerByteOfData; }
 
  private:
   std::uint64_t allowed_ = kAtOnce;

@@ -65,6 +65,29 @@ def varying_process_data(count):
     return bus.pcap()
 
 
+def shared_process_data(count):
+    """Thousands of slaves whose FMMUs lead to the same few bytes, in datagrams of ever other addresses."""
+    bus = WideBus(1500)
+    for s in range(0, 1500, 20):
+        mapping = fmmu(0, 64, 0x1100, 0) + fmmu(0, 64, 0x1180, 1)
+        bus.together([(FPWR, 0x1001 + k, 0x0600, mapping, mapping, 1) for k in range(s, s + 20)])
+    for n in range(count):
+        bus.together([(LRW, (n + k) % 64, 0, b"\0", bytes([n & 0xFF]), 3) for k in range(50)])
+    return bus.pcap()
+
+
+def mapped_and_used(count):
+    """Each frame changes how one of many slaves that share a byte is mapped, and exchanges it."""
+    bus = WideBus(1500)
+    for s in range(0, 1500, 40):
+        bus.together([(FPWR, 0x1001 + k, 0x0600, fmmu(0, 1, 0x1100, 0), fmmu(0, 1, 0x1100, 0), 1)
+                      for k in range(s, min(s + 40, 1500))])
+    for n in range(count):
+        bus.together([(FPWR, 0x1001 + n % 1500, 0x0608, bytes([n & 1]), bytes([n & 1]), 1),
+                      (LRW, 0, 0, b"\0", bytes([n & 0xFF]), 3)])
+    return bus.pcap()
+
+
 def lost_process_data(count):
     """Each other frame comes back with a working counter of its own."""
     bus = mapped_bus(100)
@@ -175,7 +198,8 @@ def other_blocks(count):
     return out
 
 
-PATTERNS = {fmmu_changes: 1500, varying_process_data: 2000, lost_process_data: 1500, distinct_objects: 1500,
+PATTERNS = {fmmu_changes: 1500, varying_process_data: 2000,
+            shared_process_data: 20, mapped_and_used: 200, lost_process_data: 1500, distinct_objects: 1500,
             unfinished_transfers: 1500, refused_transfers: 1500, unfinished_fragments: 1500, emergencies: 2500,
             drive_states: 2000, al_states: 2000, new_stations: 4000, error_counters: 4000, sections: 4000,
             other_blocks: 3000}
