@@ -18,9 +18,11 @@ void TellLimits(const FindingStore& store, const Pipeline& pipeline, AnalysisRes
   };
   const std::uint64_t slaves = pipeline.network().slaves().left_out();
   const FrameRef& overworked = pipeline.statistics().overworked;
-  tell("slaves told of broadcasts and of process data that they share, and one for each byte of the frames; the packets behind #" +
-           std::to_string(overworked.number) + " are not read",
-       track::SlaveWork::kAtOnce, overworked.seen() ? 1 : 0);
+  tell(
+      "slaves told of broadcasts and of process data that they share, and one for each byte of the frames; the packets "
+      "behind #" +
+          std::to_string(overworked.number) + " are not read",
+      track::SlaveWork::kAtOnce, overworked.seen() ? 1 : 0);
   tell("slaves that are modelled", bus::SlaveSet::kMaxSlaves, slaves);
   tell("findings of one severity that are listed one by one", FindingStore::kMaxFindings, store.findings_left_out());
   tell("findings of one rule, slave and severity that are listed one by one", FindingStore::kMaxPerRuleAndSlave,

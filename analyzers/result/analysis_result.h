@@ -40,10 +40,10 @@ struct CaptureSummary {
   std::uint64_t outbound_frames = 0;
   std::uint64_t returned_frames = 0;
   std::uint64_t unknown_direction_frames = 0;
-  std::uint64_t foreign_frames = 0;  ///< EtherCAT frames of senders that are not this bus's master
+  std::uint64_t foreign_frames = 0;    ///< EtherCAT frames of senders that are not this bus's master
   std::uint64_t other_end_frames = 0;  ///< came back at the other end of a redundant line, where nobody took part
-  std::uint64_t other_packets = 0;   ///< no EtherCAT, or another EtherCAT type
-  bus::FrameLedger frames;           ///< what became of the outbound frames
+  std::uint64_t other_packets = 0;     ///< no EtherCAT, or another EtherCAT type
+  bus::FrameLedger frames;             ///< what became of the outbound frames
   std::uint64_t malformed_frames = 0;
   std::uint64_t padded_frames = 0;     ///< their EtherCAT length covers more than their datagrams
   std::uint64_t cut_frames = 0;        ///< cut by the snap length

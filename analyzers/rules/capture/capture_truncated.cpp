@@ -89,11 +89,12 @@ class CaptureTruncated final : public Rule {
     Finding finding;
     finding.first = last;
     finding.title = "Not read to its end: frames for thousands of slaves at once";
-    finding.message =
-        "Reading stopped behind packet " + Grouped(last.number) +
-        ": the frames hold so many broadcasts to so many slaves, or process data that so many slaves share, that telling "
-        "every slave of each would take out of proportion long. No real bus needs that. A fault behind it is not in this report; --from '#" +
-        std::to_string(last.number + 1) + "' reads on.";
+    finding.message = "Reading stopped behind packet " + Grouped(last.number) +
+                      ": the frames hold so many broadcasts to so many slaves, or process data that so many slaves "
+                      "share, that telling "
+                      "every slave of each would take out of proportion long. No real bus needs that. A fault behind "
+                      "it is not in this report; --from '#" +
+                      std::to_string(last.number + 1) + "' reads on.";
     finding.evidence.push_back(Number("last_frame_read", static_cast<std::int64_t>(last.number)));
     Report(kTooMuchWork, std::move(finding));
   }
