@@ -198,6 +198,7 @@ def other_blocks(count):
     return out
 
 
+SHARED = (shared_process_data, mapped_and_used)
 PATTERNS = {fmmu_changes: 1500, varying_process_data: 2000,
             shared_process_data: 20, mapped_and_used: 200, lost_process_data: 1500, distinct_objects: 1500,
             unfinished_transfers: 1500, refused_transfers: 1500, unfinished_fragments: 1500, emergencies: 2500,
