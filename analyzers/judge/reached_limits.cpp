@@ -48,6 +48,7 @@ void TellLimits(const FindingStore& store, const Pipeline& pipeline, AnalysisRes
   }
   if (slaves > 0) {
     result.cut = "more slaves than the " + Grouped(bus::SlaveSet::kMaxSlaves) + " that are modelled";
+  tell("bytes of interface names that are kept", capture::CaptureInfo::kNameBytes, capture.file.name_bytes_left_out);
   }
 }
 

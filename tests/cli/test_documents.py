@@ -59,6 +59,7 @@ LIMITS = {
     "settings, baseline": [("cli/json_file.h", "kLargestWritten")],
     "report for `merge`": [("cli/json_file.h", "kLargestReport")],
     "ESI, ENI": [("decoder/device/xml_cursor.h", "kMaxXmlBytes"), ("decoder/device/esi_reader.cpp", "kMaxEsiRows"),
+    "names of all interfaces": [("decoder/capture/frame_source.h", "kNameBytes")],
                  ("decoder/device/xml_cursor.h", "kMaxXmlAttributes"),
                  ("decoder/device/esi_reader.cpp", "kMaxInitCommands")],
     "names and comments": [("decoder/device/xml_cursor.h", "kMaxXmlLabel")],
