@@ -10,6 +10,7 @@
 #include "analyzers/judge/capture_advice.h"
 #include "analyzers/judge/common_causes.h"
 #include "analyzers/judge/coverage.h"
+#include "analyzers/judge/crowded_lists.h"
 #include "analyzers/judge/finding_order.h"
 #include "analyzers/judge/finding_store.h"
 #include "analyzers/judge/lossy_capture.h"
@@ -103,7 +104,8 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
   SortFindings(result.findings);
   result.not_evaluable = store.not_evaluable();
   result.capture_next = WhatToCaptureNext(result);
-  TellLimits(store, observation.pipeline(), result);
+  const CrowdedLists lists = LeaveOutCrowdedLists(observation.pipeline(), result);
+  TellLimits(store, observation.pipeline(), lists, result);
   return result;
 }
 

@@ -192,7 +192,8 @@ class Batch {
   static std::optional<Error> WriteReport(const BatchJob& job, const report::Report& report) {
     // Whatever stands there under the name of a report, it leads nowhere else.
     if (auto error = CheckOutputPath(job.report, Links::kReplace)) return error;
-    return WriteOutputFile(job.report, WriteJson(report), Links::kReplace);
+    return WriteOutputPieces(
+        job.report, [&](const report::TextSink& sink) { WriteJson(report, sink); }, Links::kReplace);
   }
 
   // In the worker.

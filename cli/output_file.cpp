@@ -233,4 +233,15 @@ std::optional<Error> WriteOutputFile(const std::string& path, std::string_view c
   return file->Finish();
 }
 
+std::optional<Error> WriteOutputPieces(const std::string& path,
+                                       const std::function<void(const report::TextSink&)>& write, Links links) {
+  Result<OutputFile> file = OutputFile::Create(path, links);
+  if (!file) return file.error();
+  std::optional<Error> error;
+  write([&](std::string_view piece) {
+    if (!error) error = file->Write(piece);
+  });
+  return error ? error : file->Finish();
+}
+
 }  // namespace ecaudit::cli

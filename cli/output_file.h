@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "cli/report/json_text.h"
 #include "decoder/base/result.h"
 
 namespace ecaudit::cli {
@@ -49,6 +51,11 @@ class OutputFile {
   std::string temporary_;  ///< empty: written directly
   unsigned mode_ = 0;      ///< permissions
 };
+
+/// Writes piece by piece what `write` gives its sink, and says what went wrong first.
+[[nodiscard]] std::optional<Error> WriteOutputPieces(const std::string& path,
+                                                     const std::function<void(const report::TextSink&)>& write,
+                                                     Links links = Links::kFollow);
 
 /// The same in one go.
 [[nodiscard]] std::optional<Error> WriteOutputFile(const std::string& path, std::string_view content,

@@ -44,27 +44,45 @@ bool ReportOutput::lines() const {
                      [this](const OutputTarget& target) { return formats_[target.format].lines; });
 }
 
-template <typename Writer>
-std::optional<Error> ReportOutput::WriteAll(Writer&& text_for, bool empty, Console& console) const {
+namespace {
+
+std::optional<Error> WriteTo(const OutputTarget& target, const std::string& text, Console& console) {
+  return target.standard() ? console.Write(text) : WriteOutputFile(target.path, text);
+}
+
+/// A report that may be larger than all it was made from: no text of it is kept.
+std::optional<Error> WritePieces(const OutputTarget& target, const report::Format& format, const report::Report& report,
+                                 Console& console) {
+  const auto write = [&](const report::TextSink& sink) { format.write_pieces(report, sink); };
+  if (!target.standard()) return WriteOutputPieces(target.path, write);
+  std::optional<Error> error;
+  write([&](std::string_view piece) {
+    if (!error) error = console.Write(piece);
+  });
+  return error;
+}
+
+}  // namespace
+
+std::optional<Error> ReportOutput::Write(const report::Report& report, Console& console) const {
   for (const OutputTarget& target : targets_) {
-    if (empty && target.standard()) continue;
+    if (report.captures.empty() && target.standard()) continue;
+    const report::Format& format = formats_[target.format];
     const report::TextStyle style = text_.Style(console, target.standard());
-    const std::string text = text_for(formats_[target.format], style);
-    if (auto error = target.standard() ? console.Write(text) : WriteOutputFile(target.path, text)) return error;
+    if (auto error = format.write_pieces != nullptr ? WritePieces(target, format, report, console)
+                                                    : WriteTo(target, format.write(report, style), console)) {
+      return error;
+    }
   }
   return std::nullopt;
 }
 
-std::optional<Error> ReportOutput::Write(const report::Report& report, Console& console) const {
-  return WriteAll(
-      [&](const report::Format& format, const report::TextStyle& style) { return format.write(report, style); },
-      report.captures.empty(), console);
-}
-
 std::optional<Error> ReportOutput::Write(const report::Digest& digest, Console& console) const {
-  return WriteAll(
-      [&](const report::Format& format, const report::TextStyle& style) { return format.write_summary(digest, style); },
-      false, console);
+  for (const OutputTarget& target : targets_) {
+    const report::TextStyle style = text_.Style(console, target.standard());
+    if (auto error = WriteTo(target, formats_[target.format].write_summary(digest, style), console)) return error;
+  }
+  return std::nullopt;
 }
 
 }  // namespace ecaudit::cli

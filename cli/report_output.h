@@ -38,9 +38,6 @@ class ReportOutput {
   [[nodiscard]] std::optional<Error> Write(const report::Digest& digest, Console& console) const;
 
  private:
-  template <typename Writer>
-  [[nodiscard]] std::optional<Error> WriteAll(Writer&& text_for, bool empty, Console& console) const;
-
   std::vector<report::Format> formats_;
   std::vector<OutputTarget> targets_;
   TextOptions text_;

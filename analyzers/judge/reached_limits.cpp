@@ -12,7 +12,8 @@
 
 namespace ecaudit {
 
-void TellLimits(const FindingStore& store, const Pipeline& pipeline, AnalysisResult& result) {
+void TellLimits(const FindingStore& store, const Pipeline& pipeline, const CrowdedLists& lists,
+                AnalysisResult& result) {
   const auto tell = [&result](std::string what, std::uint64_t limit, std::uint64_t left_out) {
     if (left_out > 0) result.limits.push_back({std::move(what), limit, left_out});
   };
@@ -39,7 +40,17 @@ void TellLimits(const FindingStore& store, const Pipeline& pipeline, AnalysisRes
   tell("steps of a start-up that are kept", startup::StartupRecorder::kMaxSteps, steps);
   tell("steps of an AL history that are kept", AlHistory::kMaxSteps, al);
   tell("steps of a drive history that are kept", DriveHistory::kMaxSteps, drive);
+  tell("settings of sync managers and FMMUs, and one for each " + std::to_string(CrowdedLists::kBytesAUnit) +
+           " bytes of the frames",
+       CrowdedLists::kUnits, lists.units_left_out);
+  tell("writes to distributed clocks, and one for each " + std::to_string(CrowdedLists::kBytesADcStep) +
+           " bytes of the frames",
+       CrowdedLists::kDcSteps, lists.dc_steps_left_out);
+  tell("distributed clocks that only broadcasts tell of, and one for each " + std::to_string(CrowdedLists::kBytesADc) +
+           " bytes of the frames",
+       CrowdedLists::kDcByBroadcast, lists.dc_left_out);
   const CaptureSummary& capture = result.capture;
+  tell("bytes of interface names that are kept", capture::CaptureInfo::kNameBytes, capture.file.name_bytes_left_out);
   if (capture.unusable > 0 && capture.unusable * 2 >= capture.may_be_ethercat) {
     result.cut = Grouped(capture.unusable) + " of " + Grouped(capture.may_be_ethercat) +
                  " packets that may have been EtherCAT could not be used";

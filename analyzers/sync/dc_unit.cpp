@@ -21,7 +21,6 @@ void DcUnit::Remember(const track::SlaveAccess& access) {
     ++steps_left_out_;
     return;
   }
-  if (steps_.empty()) steps_.reserve(kMaxSteps);  // then nothing is allocated any more
   DcStep step;
   step.frame = access.frame();
   step.address = access.address;

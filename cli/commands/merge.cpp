@@ -1,7 +1,8 @@
 /// `ecaudit merge`: reports of many captures, made anywhere, as one summary.
+#include <cstddef>
 #include <filesystem>
-#include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -16,7 +17,6 @@
 #include "cli/json_file.h"
 #include "cli/output_plan.h"
 #include "cli/report/digest_json.h"
-#include "cli/report/fingerprint.h"
 #include "cli/report/formats.h"
 #include "cli/report_output.h"
 #include "cli/summary_run.h"
@@ -24,6 +24,20 @@
 
 namespace ecaudit::cli {
 namespace {
+
+/// Orders captures by what is told of them; which report tells it does not count. Ordered, not hashed: who makes
+/// reports can make any number that share a hash.
+struct ByContent {
+  using is_transparent = void;
+  const std::vector<report::CaptureDigest>& captures;
+
+  bool operator()(std::size_t a, std::size_t b) const { return Before(captures[a], captures[b]); }
+  bool operator()(std::size_t a, const report::CaptureContent& b) const { return Before(captures[a], b); }
+  bool operator()(const report::CaptureContent& a, std::size_t b) const { return Before(a, captures[b]); }
+
+ private:
+  static bool Before(const report::CaptureContent& a, const report::CaptureContent& b) { return a < b; }
+};
 
 class MergeCommand : public Command {
  public:
@@ -54,22 +68,21 @@ class MergeCommand : public Command {
     const Result<ReportOutput> output = ReportOutput::PlanSummary(output_, command_files_);
     if (!output) return Fail(console, output.error());
     for (const std::string& text : ExpiredEntries(known_)) console.Warning(*baseline_ + ": " + text);
-    report::Digest digest;
-    digest.version = Version();
-    digest.rules = RuleCatalogue();
+    digest_.version = Version();
+    digest_.rules = RuleCatalogue();
     bool complete = true;
     for (const std::string& file : files_) {
-      if (const auto error = Read(file, digest, console)) {
+      if (const auto error = Read(file, console)) {
         console.Error(error->message);
         complete = false;
       }
     }
     // A summary that lacks captures without saying so would be worse than none.
     if (!complete) return ExitStatus::kUsage;
-    if (digest.captures.empty()) return Fail(console, Error{"the reports tell of no capture"});
-    if (versions_.size() > 1 || !versions_.contains(digest.version)) WarnOfVersions(console);
-    SortCaptures(digest);
-    return Deliver(digest, *output, write_baseline_, console);
+    if (digest_.captures.empty()) return Fail(console, Error{"the reports tell of no capture"});
+    if (versions_.size() > 1 || !versions_.contains(digest_.version)) WarnOfVersions(console);
+    SortCaptures(digest_);
+    return Deliver(digest_, *output, write_baseline_, console);
   }
 
  private:
@@ -94,7 +107,7 @@ class MergeCommand : public Command {
     return PlanBaseline(write_baseline_, command_files_);
   }
 
-  [[nodiscard]] std::optional<Error> Read(const std::string& file, report::Digest& digest, Console& console) {
+  [[nodiscard]] std::optional<Error> Read(const std::string& file, Console& console) {
     const Result<JsonDocument> document = ReadJsonFile(file, kLargestReport);
     if (!document) return document.error();
     if (document->root().member("schema").is_text("ecaudit.summary/1")) {
@@ -114,45 +127,15 @@ class MergeCommand : public Command {
         capture.baseline = *baseline_;
         ApplyBaseline(known_, capture);
       }
-      if (const report::CaptureDigest* same = Told(digest, capture)) {
-        console.Warning(capture.path + " is told alike by " + same->report + " and " + capture.report +
-                        ": counted once");
+      if (const auto same = told_.find(capture); same != told_.end()) {
+        console.Warning(capture.path + " is told alike by " + digest_.captures[*same].report + " and " +
+                        capture.report + ": counted once");
         continue;
       }
-      by_content_.emplace(ContentHash(capture), digest.captures.size());
-      digest.captures.push_back(std::move(capture));
+      digest_.captures.push_back(std::move(capture));
+      told_.insert(digest_.captures.size() - 1);
     }
     return std::nullopt;
-  }
-
-  /// The same capture with the same findings, of another report.
-  [[nodiscard]] const report::CaptureDigest* Told(const report::Digest& digest,
-                                                  const report::CaptureDigest& capture) const {
-    // What is alike is kept once, so hardly ever more than one has to be looked at, however many captures share a path.
-    const auto [begin, end] = by_content_.equal_range(ContentHash(capture));
-    for (auto entry = begin; entry != end; ++entry) {
-      const report::CaptureDigest& other = digest.captures[entry->second];
-      report::CaptureDigest alike = capture;
-      alike.report = other.report;
-      if (alike == other) return &other;
-    }
-    return nullptr;
-  }
-
-  /// Equal for what is told alike; which report tells it does not count.
-  [[nodiscard]] static std::uint64_t ContentHash(const report::CaptureDigest& capture) {
-    std::string content = capture.path + '\n' + capture.unreadable + '\n' + capture.first_time;
-    const auto add = [&content](std::uint64_t number) { content += ' ' + std::to_string(number); };
-    add(capture.packets);
-    add(capture.ethercat_frames);
-    for (const report::FindingDigest& finding : capture.findings) {
-      add(finding.frame);
-      add(finding.last_frame);
-      add(finding.count);
-      content += finding.rule + finding.title + finding.message;
-    }
-    for (const report::NotJudged& line : capture.not_judged) content += line.rule + line.reason;
-    return report::StableHash(content);
   }
 
   void WarnOfVersions(Console& console) const {
@@ -169,8 +152,9 @@ class MergeCommand : public Command {
   std::optional<report::FailOn> parsed_fail_on_;
   Baseline known_;
   OutputOptions output_;
-  std::multimap<std::uint64_t, std::size_t> by_content_;  ///< places in the digest
-  std::set<std::string> versions_;                        ///< that made the reports
+  report::Digest digest_;
+  std::set<std::size_t, ByContent> told_{ByContent{digest_.captures}};  ///< places in the digest
+  std::set<std::string> versions_;                                      ///< that made the reports
 };
 
 }  // namespace

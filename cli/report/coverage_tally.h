@@ -19,7 +19,7 @@ struct CoverageCount {
   void Add(const CoverageCount& other);
   /// Where there was something to judge.
   [[nodiscard]] std::uint64_t applicable() const { return judged + partly + not_judged; }
-  bool operator==(const CoverageCount&) const = default;
+  auto operator<=>(const CoverageCount&) const = default;
 };
 
 [[nodiscard]] CoverageCount CountOf(const RuleCoverage& rule);

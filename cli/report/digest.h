@@ -4,6 +4,7 @@
 /// the same, so a summary does not depend on which of them it was made from.
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -43,7 +44,7 @@ struct FindingDigest {
   std::uint64_t line = 0;         ///< of its frame in the text of `decode`; 0: not counted
 
   static constexpr std::size_t kNoCause = SIZE_MAX;
-  bool operator==(const FindingDigest&) const = default;
+  auto operator<=>(const FindingDigest&) const = default;
 };
 
 /// A rule that could not be judged.
@@ -52,7 +53,7 @@ struct NotJudged {
   std::optional<SlavePos> slave;  ///< position; nothing for the whole bus, and for all slaves alike
   std::string reason;
   bool every_slave = false;  ///< it holds for each slave
-  bool operator==(const NotJudged&) const = default;
+  auto operator<=>(const NotJudged&) const = default;
 };
 
 /// How far one rule was judged.
@@ -60,14 +61,12 @@ struct RuleCoverageDigest {
   std::string rule;
   CoverageCount count;
   std::string why;  ///< it does not apply; empty: it applies everywhere
-  bool operator==(const RuleCoverageDigest&) const = default;
+  auto operator<=>(const RuleCoverageDigest&) const = default;
 };
 
-/// One capture.
-struct CaptureDigest {
+/// What is told of one capture.
+struct CaptureContent {
   std::string path;
-  std::string report;  ///< name of the file with the whole report; empty: none
-  std::string page;    ///< name of the file with its page (HTML); empty: none
   /// Why the capture could not be read, in which case nothing but `path` is filled. Empty: it was read.
   std::string unreadable;
   std::uint64_t packets = 0;
@@ -90,6 +89,14 @@ struct CaptureDigest {
   std::vector<FindingDigest> findings;                     ///< as in the report
   std::vector<NotJudged> not_judged;
   std::vector<RuleCoverageDigest> coverage;  ///< empty in reports of the first versions
+
+  auto operator<=>(const CaptureContent&) const = default;
+};
+
+/// One capture, and where more of it stands.
+struct CaptureDigest : CaptureContent {
+  std::string report;  ///< name of the file with the whole report; empty: none
+  std::string page;    ///< name of the file with its page (HTML); empty: none
 
   bool operator==(const CaptureDigest&) const = default;
 };

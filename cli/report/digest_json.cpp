@@ -1,7 +1,9 @@
 #include "cli/report/digest_json.h"
 
+#include <map>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "cli/report/layout.h"
 #include "cli/report/times.h"
@@ -97,7 +99,52 @@ std::size_t FindingIndexOf(std::string_view id, Fields& fields) {
   return number - 1;
 }
 
-FindingDigest ReadFinding(JsonValue json, const std::vector<JsonValue>& slaves, Fields& fields) {
+/// What findings say of their slaves. Looked up, not searched for: a report may have thousands of both.
+class SlaveTexts {
+ public:
+  /// Of two slaves at one position the last one counts.
+  SlaveTexts(const std::vector<JsonValue>& slaves, Fields& fields) {
+    for (const JsonValue slave : slaves) {
+      if (const auto position = fields.WordOrNull(slave, "position")) slaves_[*position].json = slave;
+    }
+  }
+
+  /// Fills in what is known of its slave.
+  void Describe(FindingDigest& f, Fields& fields) {
+    f.place = "bus";
+    if (!f.slave) return;
+    const auto slave = slaves_.find(*f.slave);
+    if (slave != slaves_.end() && !slave->second.read) Read(slave->second, fields);
+    f.place = SlaveLabel(*f.slave, slave == slaves_.end() ? std::string() : slave->second.name, f.station_address);
+    if (slave != slaves_.end()) f.product = slave->second.product;
+  }
+
+ private:
+  /// Each finding repeats the name of its slave, so one of megabytes would cost that for each of them. Names that a
+  /// slave has are 255 bytes at most, four times that when none can be printed.
+  static constexpr std::size_t kMaxNameBytes = 1'024;
+
+  [[nodiscard]] static std::optional<std::uint32_t> Number(JsonValue identity, const char* key) {
+    const auto value = identity.member(key).natural();
+    return value ? std::optional(static_cast<std::uint32_t>(*value)) : std::nullopt;
+  }
+
+  struct Slave {
+    JsonValue json;
+    bool read = false;
+    std::string name, product;
+  };
+  static void Read(Slave& slave, Fields& fields) {
+    slave.read = true;
+    slave.name = fields.TextOrNull(slave.json, "name").substr(0, kMaxNameBytes);
+    const JsonValue identity = slave.json.member("identity");
+    slave.product = ProductText(Number(identity, "vendor_id"), Number(identity, "product_code"));
+  }
+
+  std::map<SlavePos, Slave> slaves_;
+};
+
+FindingDigest ReadFinding(JsonValue json, SlaveTexts& slaves, Fields& fields) {
   FindingDigest f;
   f.rule = fields.Text(json, "rule");
   const std::optional<Severity> severity = ParseSeverity(fields.Text(json, "severity"));
@@ -107,21 +154,7 @@ FindingDigest ReadFinding(JsonValue json, const std::vector<JsonValue>& slaves, 
   f.message = fields.Text(json, "message");
   f.slave = fields.WordOrNull(json, "slave");
   f.station_address = fields.WordOrNull(json, "station_address");
-  f.place = "bus";
-  if (f.slave) {
-    std::string name;
-    for (const JsonValue slave : slaves) {
-      if (fields.WordOrNull(slave, "position") != f.slave) continue;
-      name = fields.TextOrNull(slave, "name");
-      const JsonValue identity = slave.member("identity");
-      const auto number = [&](const char* key) -> std::optional<std::uint32_t> {
-        const auto value = identity.member(key).natural();
-        return value ? std::optional(static_cast<std::uint32_t>(*value)) : std::nullopt;
-      };
-      f.product = ProductText(number("vendor_id"), number("product_code"));
-    }
-    f.place = SlaveLabel(*f.slave, name, f.station_address);
-  }
+  slaves.Describe(f, fields);
   f.frame = fields.NumberOrNull(json, "frame");
   f.last_frame = fields.NumberOrNull(json, "last_frame");
   f.count = fields.Number(json, "count");
@@ -212,8 +245,9 @@ CaptureDigest ReadCapture(JsonValue json, Fields& fields) {
   if (const JsonValue bus = json.member("bus"); bus.there() && bus.member("slave_count").there()) {
     out.slaves_there = fields.NumberOrNull(bus, "slave_count");
   }
+  SlaveTexts texts(slaves, fields);
   for (const JsonValue finding : fields.Array(json, "findings")) {
-    out.findings.push_back(ReadFinding(finding, slaves, fields));
+    out.findings.push_back(ReadFinding(finding, texts, fields));
   }
   for (const JsonValue entry : fields.Array(json, "not_evaluable")) {
     out.not_judged.push_back({fields.Text(entry, "rule"), fields.WordOrNull(entry, "slave"),

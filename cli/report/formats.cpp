@@ -61,7 +61,7 @@ std::string WriteHtmlPlain(const Report& report, const TextStyle& /*style*/) {
 
 constexpr std::array kFormats{
     Format{"text", ".txt", &WriteText, &WriteSummaryText},
-    Format{"json", ".json", &WriteJsonPlain, &WriteSummaryJsonPlain, false, nullptr, true},
+    Format{"json", ".json", &WriteJsonPlain, &WriteSummaryJsonPlain, false, nullptr, true, &WriteJson},
     Format{"html", ".html", &WriteHtmlPlain, &WriteIndexPage, true, &MissingHtml, true},
     Format{"junit", ".xml", &WriteJunitOf, &WriteJunitPlain},
     Format{"sarif", ".sarif", &WriteSarifOf, &WriteSarifPlain, false, nullptr, true},

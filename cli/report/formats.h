@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cli/report/digest.h"
+#include "cli/report/json_text.h"
 #include "cli/report/report.h"
 #include "cli/report/text_writer.h"
 
@@ -23,6 +24,8 @@ struct Format {
   std::string_view (*missing)() = nullptr;
   bool lines =
       false;  ///< tells lines of the text of `decode`, or what is made from it may: CaptureReport::decode_lines
+  /// As `write`, piece by piece, for a format that may become large; null: in one go.
+  void (*write_pieces)(const Report& report, const TextSink& sink) = nullptr;
 };
 
 /// The first one is the default.

@@ -88,6 +88,11 @@ void JsonText::NewLine() {
 }
 
 void JsonText::Element() {
+  if (sink_ && out_.size() >= kPieceBytes) {
+    sink_(out_);
+    given_ += out_.size();
+    out_.clear();
+  }
   if (!empty_) out_ += ',';
   empty_ = false;
   NewLine();

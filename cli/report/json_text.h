@@ -11,6 +11,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -78,6 +79,9 @@ class JsonScalar {
 class JsonArray;
 class JsonObject;
 
+/// Takes a text piece by piece.
+using TextSink = std::function<void(std::string_view)>;
+
 /// The text that is being written, as nlohmann::json::dump() lays it out; from 256 KiB on each slave and finding is
 /// one line.
 class JsonText {
@@ -86,6 +90,8 @@ class JsonText {
   enum class Layout : std::uint8_t { kIndented, kLine };
 
   explicit JsonText(Layout layout) : indented_(layout == Layout::kIndented) {}
+  /// @param sink takes the text while it grows; what is left of it is to be taken at the end
+  JsonText(Layout layout, TextSink sink) : sink_(std::move(sink)), indented_(layout == Layout::kIndented) {}
 
   /// Opens the document, which `write(JsonObject&)` fills.
   template <typename Write>
@@ -108,12 +114,17 @@ class JsonText {
   void Close(char bracket);
   void NewLine();
   /// Reports of many slaves are white space by half, and nobody reads them from above.
-  [[nodiscard]] bool indents() const { return indented_ && (depth_ <= kLineDepth || out_.size() < kIndentedBytes); }
+  [[nodiscard]] bool indents() const {
+    return indented_ && (depth_ <= kLineDepth || given_ + out_.size() < kIndentedBytes);
+  }
 
   static constexpr std::size_t kIndentedBytes = std::size_t{1} << 18U;
   static constexpr std::size_t kLineDepth = 4;  ///< of the elements of a list of a report
+  static constexpr std::size_t kPieceBytes = std::size_t{1} << 16U;
 
+  TextSink sink_;  ///< empty: all text is kept
   std::string out_;
+  std::size_t given_ = 0;  ///< bytes that the sink has
   std::size_t depth_ = 0;
   bool empty_ = true;  ///< the object or array that is open has nothing yet
   bool indented_;
@@ -188,6 +199,14 @@ template <typename Write>
   JsonText text(JsonText::Layout::kIndented);
   text.Object(write);
   return text.Take() + "\n";
+}
+
+/// The same piece by piece.
+template <typename Write>
+void WriteJsonDocument(const TextSink& sink, Write&& write) {
+  JsonText text(JsonText::Layout::kIndented, sink);
+  text.Object(write);
+  sink(text.Take() + "\n");
 }
 
 /// The member "tool" with which every document of ours says who wrote it.

@@ -379,4 +379,8 @@ std::string WriteJson(const Report& report) {
   return JsonDocumentText([&](JsonObject& out) { PutReport(out, report); });
 }
 
+void WriteJson(const Report& report, const TextSink& sink) {
+  WriteJsonDocument(sink, [&](JsonObject& out) { PutReport(out, report); });
+}
+
 }  // namespace ecaudit::report

@@ -3,16 +3,17 @@
 
 #include <string>
 
+#include "cli/report/json_text.h"
 #include "cli/report/report.h"
 
 namespace ecaudit::report {
-
-class JsonObject;
 
 /// What is not known is null; sections that are not analysed are absent. Control characters and invalid UTF-8 from the
 /// capture appear as \xNN, so that the document is safe on a terminal.
 void PutReport(JsonObject& out, const Report& report);
 /// The same as one UTF-8 document, indented, ended by a newline.
 [[nodiscard]] std::string WriteJson(const Report& report);
+/// The same piece by piece: reports of thousands of slaves are large.
+void WriteJson(const Report& report, const TextSink& sink);
 
 }  // namespace ecaudit::report

@@ -1,6 +1,7 @@
 /// What the writers receive: plain data, complete, without text formatting.
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -30,7 +31,7 @@ struct Selection {
   std::vector<std::string> slaves;  ///< positions "0" or addresses "0x1001"; empty: all
 
   [[nodiscard]] bool range() const { return from_s || to_s || from_frame || to_frame; }
-  bool operator==(const Selection&) const = default;
+  auto operator<=>(const Selection&) const = default;
 };
 /// As it is typed: "--slave 0 --to #100"; empty for whole captures.
 [[nodiscard]] std::string Text(const Selection& selection);

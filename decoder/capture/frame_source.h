@@ -68,8 +68,11 @@ struct CaptureInfo {
   std::optional<Damage> damage;
   std::vector<Comment> comments;  ///< at most 1,000, later ones are left out
   std::uint64_t packets = 0;
+  std::uint64_t name_bytes_left_out = 0;  ///< of interface names beyond kNameBytes
   std::uint64_t unread_blocks = 0;  ///< of types that are not known, with what looks like an EtherCAT frame in them
 
+  /// What the names of all interfaces may take; an interface whose name has no room goes without.
+  static constexpr std::size_t kNameBytes = std::size_t{2} << 20U;
   /// A count of dropped packets above it is no count.
   static constexpr std::uint64_t kMostDropped = std::uint64_t{1} << 40U;
 

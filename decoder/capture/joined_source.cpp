@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "decoder/base/allowance.h"
 #include "decoder/capture/capture_reader.h"
 #include "decoder/capture/capture_stream.h"
 
@@ -59,12 +60,15 @@ class JoinedSource final : public FrameSource {
   void Advance(std::size_t rank);
   void Close(File& file);
   void AddDamage(const File& file, const std::string& message, std::uint64_t offset);
+  /// Of the next interface of a file.
+  static InterfaceKey KeyOf(File& file, const Interface& interface);
   /// False when there are too many interfaces.
   bool MapInterfaces(File& file);
   void TakeComments(File& file, FrameNo head_number);
 
   const std::atomic<bool>* stop_;
   CaptureInfo info_;
+  Allowance name_bytes_{CaptureInfo::kNameBytes};
   std::map<InterfaceKey, std::size_t> interfaces_;
   std::vector<File> files_;          // by time of the first packet: the index is the rank
   std::size_t next_file_ = 0;        // the first one that was not opened yet
@@ -172,8 +176,10 @@ void JoinedSource::Close(File& file) {
   } else if (file.interfaces.size() < info.interfaces.size()) {
     AddDamage(file, "there are more than 65,535 interfaces", 0);
   }
+  info_.name_bytes_left_out += info.name_bytes_left_out;
   finished_bytes_ += file.source->bytes_read();
   file.source.reset();
+  file.equal_interfaces.clear();
 }
 
 void JoinedSource::AddDamage(const File& file, const std::string& message, std::uint64_t offset) {
@@ -188,12 +194,22 @@ void JoinedSource::AddDamage(const File& file, const std::string& message, std::
   }
 }
 
+InterfaceKey JoinedSource::KeyOf(File& file, const Interface& interface) {
+  InterfaceKey key{interface.name, interface.link_type, interface.snap_length, interface.resolution_ns, 0};
+  std::get<std::size_t>(key) = file.equal_interfaces[key]++;
+  return key;
+}
+
 bool JoinedSource::MapInterfaces(File& file) {
   const std::vector<Interface>& theirs = file.source->info().interfaces;
   while (file.interfaces.size() < theirs.size()) {
-    const Interface& interface = theirs[file.interfaces.size()];
-    InterfaceKey key{interface.name, interface.link_type, interface.snap_length, interface.resolution_ns, 0};
-    std::get<std::size_t>(key) = file.equal_interfaces[key]++;
+    Interface interface = theirs[file.interfaces.size()];
+    InterfaceKey key = KeyOf(file, interface);
+    if (!interfaces_.contains(key) && !name_bytes_.Take(interface.name.size())) {
+      info_.name_bytes_left_out += interface.name.size();
+      interface.name = {};
+      key = KeyOf(file, interface);
+    }
     const auto [ours, is_new] = interfaces_.try_emplace(std::move(key), info_.interfaces.size());
     if (is_new) {
       if (ours->second >= kMaxJoinedInterfaces) {

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "decoder/base/allowance.h"
 #include "decoder/base/text.h"
 #include "decoder/capture/capture_stream.h"
 #include "decoder/capture/ethercat_traces.h"
@@ -107,6 +108,7 @@ class PcapngSource final : public FrameSource {
 
   std::unique_ptr<InputStream> stream_;
   CaptureInfo info_;
+  Allowance name_bytes_{CaptureInfo::kNameBytes};
   ReadStatus status_ = ReadStatus::kFrame;
   FrameNo number_ = 0;  // of the last block that Wireshark would number
   ByteOrder order_;
@@ -261,6 +263,10 @@ BlockResult PcapngSource::InterfaceDescription(ByteSpan block) {
   // Without its options the time stamps would be wrong by orders of magnitude: better no packets than these.
   if (!valid || options.broken()) {
     return Damaged("the options of interface " + std::to_string(interfaces_.size()) + " are not valid");
+  }
+  if (!name_bytes_.Take(interface.name.size())) {
+    info_.name_bytes_left_out += interface.name.size();
+    interface.name = {};
   }
   InterfaceState state;
   state.scale = TimeScale(resolution, offset_s);

@@ -17,7 +17,8 @@
 
 namespace ecaudit::esc {
 
-/// At most 16 pages of 256 bytes plus as many certainties (8 KiB); a page exists once a byte of it was learned.
+/// At most 16 pages of 256 bytes plus as many certainties (8 KiB); a page exists once a byte of it was learned. Copies
+/// share their pages until one of them learns something else.
 /// Addresses from 0x1000 on are ignored when written and unknown when read.
 class RegisterImage {
  public:
@@ -45,18 +46,31 @@ class RegisterImage {
     ForEachPage(address, bytes.size(), [&](std::size_t page, std::size_t at, std::size_t offset, std::size_t n) {
       if (!pages_[page]) {
         if (!TakeFrom(allowance_, 1)) return;
-        pages_[page] = std::make_unique<Page>();
+        pages_[page] = std::make_shared<Page>();
       }
-      std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(offset), n, pages_[page]->bytes.begin() + at);
-      std::fill_n(pages_[page]->certainty.begin() + at, n, certainty);
+      const auto first = bytes.begin() + static_cast<std::ptrdiff_t>(offset);
+      if (pages_[page].use_count() > 1 && pages_[page]->Holds(at, first, n, certainty)) return;
+      Page& own = Own(page);
+      std::copy_n(first, n, own.bytes.begin() + at);
+      std::fill_n(own.certainty.begin() + at, n, certainty);
     });
   }
 
   /// Makes the bytes of [address, address + length) unknown.
   void Forget(EscAddress address, std::size_t length) {
     ForEachPage(address, length, [&](std::size_t page, std::size_t at, std::size_t /*offset*/, std::size_t n) {
-      if (pages_[page]) std::fill_n(pages_[page]->certainty.begin() + at, n, Certainty::kUnknown);
+      if (pages_[page]) std::fill_n(Own(page).certainty.begin() + at, n, Certainty::kUnknown);
     });
+  }
+  /// Of the pages of [address, address + length) that hold the same in both, only the other's are kept.
+  void ShareWith(const RegisterImage& other, EscAddress address, std::size_t length) {
+    ForEachPage(address, length,
+                [&](std::size_t page, std::size_t /*at*/, std::size_t /*offset*/, std::size_t /*bytes*/) {
+                  const auto& theirs = other.pages_[page];
+                  if (pages_[page] && theirs && pages_[page] != theirs && *pages_[page] == *theirs) {
+                    pages_[page] = theirs;
+                  }
+                });
   }
   /// Makes everything unknown (power cycle, another slave at this place).
   void Clear() {
@@ -116,7 +130,19 @@ class RegisterImage {
   struct Page {
     std::array<std::uint8_t, kPageSize> bytes{};
     std::array<Certainty, kPageSize> certainty{};
+
+    bool operator==(const Page&) const = default;
+    [[nodiscard]] bool Holds(std::size_t at, ByteSpan::iterator first, std::size_t n, Certainty all) const {
+      return std::equal(first, first + static_cast<std::ptrdiff_t>(n), bytes.begin() + at) &&
+             std::all_of(certainty.begin() + at, certainty.begin() + at + n, [all](Certainty c) { return c == all; });
+    }
   };
+
+  /// For writing to it: others keep what it held.
+  Page& Own(std::size_t page) {
+    if (pages_[page].use_count() > 1) pages_[page] = std::make_shared<Page>(*pages_[page]);
+    return *pages_[page];
+  }
 
   [[nodiscard]] static constexpr bool Fits(std::size_t address, std::size_t length) {
     return address < kSize && length <= kSize - address;
@@ -138,12 +164,12 @@ class RegisterImage {
   void CopyFrom(const RegisterImage& other) {
     Clear();
     for (std::size_t i = 0; i < pages_.size(); ++i) {
-      if (other.pages_[i] && TakeFrom(allowance_, 1)) pages_[i] = std::make_unique<Page>(*other.pages_[i]);
+      if (other.pages_[i] && TakeFrom(allowance_, 1)) pages_[i] = other.pages_[i];
     }
   }
 
   Allowance* allowance_ = nullptr;
-  std::array<std::unique_ptr<Page>, kSize / kPageSize> pages_;
+  std::array<std::shared_ptr<Page>, kSize / kPageSize> pages_;
 };
 
 }  // namespace ecaudit::esc

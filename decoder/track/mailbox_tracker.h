@@ -13,6 +13,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "decoder/base/allowance.h"
 #include "decoder/base/event_sink.h"
@@ -40,6 +41,11 @@ class MailboxTracker {
   MailboxTracker(const MailboxTracker&) = delete;
   MailboxTracker& operator=(const MailboxTracker&) = delete;
 
+  /// What was said to the slave before there was something to track.
+  void Begin(const MailboxWindow& window, std::optional<bool> repeat_bit) {
+    SetWindow(window, {});
+    if (repeat_bit) repeats_.Begin(*repeat_bit);
+  }
   /// The configuration valid from now on; nothing happens when it is the same as before. A change of a known one ends
   /// everything that is open.
   void SetWindow(const MailboxWindow& window, const FrameRef& frame);

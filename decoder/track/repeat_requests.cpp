@@ -12,6 +12,15 @@ constexpr std::uint8_t kRepeatBit = 0x02;
 
 }  // namespace
 
+bool RepeatRequests::TakesSettings(const SlaveAccess& access, std::optional<bool>& bit) {
+  if (access.acceptance == Acceptance::kRefused) return true;
+  const ByteSpan activate = access.Covered(access.written, kInActivate, 1);
+  if (activate.empty()) return true;
+  if (access.Covered(access.written, kInConfig, 1).empty()) return false;
+  bit = (activate[0] & kRepeatBit) != 0;
+  return true;
+}
+
 void RepeatRequests::OnWrite(const SlaveAccess& access) {
   if (access.acceptance == Acceptance::kRefused) return;
   const ByteSpan activate = access.Covered(access.written, kInActivate, 1);

@@ -3,6 +3,8 @@
 /// keeps: the bit that the master set last, and whether the slave has to give an answer once more.
 #pragma once
 
+#include <optional>
+
 #include "decoder/base/event_sink.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/track/access.h"
@@ -14,6 +16,15 @@ class RepeatRequests {
   /// @param sink must outlive this
   RepeatRequests(SlaveId slave, EventSink& sink) : slave_(slave), sink_(sink) {}
 
+  /// The bit stood so when the slave got its settings.
+  void Begin(bool bit) {
+    bit_ = bit;
+    bit_known_ = true;
+  }
+  /// Settings are no request: they only say how the bit stands.
+  /// @param bit  how it stands then
+  /// @return whether the access is nothing else: one that leaves the bit alone, or settings
+  static bool TakesSettings(const SlaveAccess& access, std::optional<bool>& bit);
   /// The master may toggle the bit.
   void OnWrite(const SlaveAccess& access);
   /// The slave may say that the answer is back.

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "decoder/base/allowance.h"
@@ -26,7 +27,9 @@ class SlaveMailboxes {
   }
   /// Slaves without a mailbox, and those of which only the AL state is polled, need no tracker.
   void OnAccess(const SlaveAccess& access) {
-    if (slaves_[access.slave].tracker || MailboxTracker::Concerns(access)) Need(access.slave).OnAccess(access);
+    Slave& slave = slaves_[access.slave];
+    if (!slave.tracker && (!MailboxTracker::Concerns(access) || TakesQuietly(slave, access))) return;
+    Need(access.slave).OnAccess(access);
   }
   /// The slave went to INIT.
   void Reset(SlaveId slave, const FrameRef& frame) {
@@ -45,7 +48,14 @@ class SlaveMailboxes {
   struct Slave {
     std::unique_ptr<MailboxTracker> tracker;  // null until there is something to track
     std::uint32_t window_version = 0;         // mapping version of the state that its window rests on
+    // With which it will begin: broadcasts give a window to thousands of slaves to whom nobody ever speaks.
+    MailboxWindow window;
+    std::optional<bool> repeat_bit;
   };
+
+  /// A broadcast that gives sync manager 1 its settings only says with which repeat bit the slave begins.
+  /// @return whether that was all
+  static bool TakesQuietly(Slave& slave, const SlaveAccess& access);
 
   void UpdateWindow(SlaveId slave, const FrameRef& frame);
   MailboxTracker& Need(SlaveId slave);

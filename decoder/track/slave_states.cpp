@@ -23,6 +23,11 @@ void SlaveStates::Learn(const SlaveAccess& access) {
                       recent_.Since(sent, access.slave, access.address, access.length());
     if (!late) Store(state, access, access.written, CertaintyOfWrite(access));
   }
+  // What all were told, or showed, at once is kept once: there may be thousands of them.
+  if (access.broadcast && access.slave > 0) {
+    state.registers.ShareWith(states_[static_cast<SlaveId>(access.slave - 1)].registers, access.address,
+                              access.length());
+  }
   if (access.acceptance == Acceptance::kAccepted && access.length() > 0) {
     recent_.Add(sent, access.slave, access.address, access.length());
   }

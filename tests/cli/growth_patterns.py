@@ -1,7 +1,7 @@
 """Captures of any length that someone makes to cost more than their bytes: each takes how often its pattern comes."""
 import struct
 
-from support import APWR, BRD, FPRD, FPWR, LRW, Bus, scanned_bus
+from support import APWR, BRD, BWR, FPRD, FPWR, LRW, Bus, scanned_bus
 from test_events import COE, EOE, MailboxBus
 from test_hostile import block, option
 
@@ -198,9 +198,90 @@ def other_blocks(count):
     return out
 
 
-SHARED = (shared_process_data, mapped_and_used)
+def sync_manager(start, length, control):
+    return struct.pack("<HHBBBB", start, length, control, 0, 1, 0)
+
+
+def set_up_by_broadcast(count):
+    """All FMMUs, all sync managers and the clocks of 2,040 slaves, by a few frames."""
+    slaves = 2040
+    bus = WideBus(slaves)
+    for n in range(count):
+        units = b"".join(fmmu(0x10000 * (k + 1) + n, 4, 0x1000 + k * 16, k % 2) for k in range(16))
+        managers = b"".join(sync_manager(0x1000 + k * 64, 32, (0x20, 0x24)[k % 2]) for k in range(16))
+        times = struct.pack("<II", 1_000_000, 500_000)
+        bus.together([(BWR, 0, address, data, data, slaves) for address, data in (
+            (0x0600, units), (0x0800, managers), (0x0980, b"\0\7"), (0x09A0, times))])
+    for state in (2, 4, 8):
+        bus.together([(BWR, 0, 0x0120, bytes([state, 0]), bytes([state, 0]), slaves)])
+        bus.together([(BRD, 0, 0x0130, bytes(6), bytes([state, 0, 0, 0, 0, 0]), slaves)])
+    return bus.pcap()
+
+
+def operated_bus(slaves, length):
+    """Mailboxes and process data of `length` bytes, which all slaves share; SYNC0; in OP."""
+    bus = WideBus(slaves)
+    managers = (sync_manager(0x1000, 16, 0x26) + sync_manager(0x1080, 16, 0x22) + sync_manager(0x1100, length, 0x64) +
+                sync_manager(0x1180, length, 0x20))
+    bus.together([(BWR, 0, 0x0800, managers, managers, slaves)])
+    mapping = fmmu(0, length, 0x1100, 0) + fmmu(0, length, 0x1180, 1)
+    for begin in range(0, slaves, 20):
+        bus.together([(FPWR, 0x1001 + s, 0x0600, mapping, mapping, 1) for s in range(begin, min(begin + 20, slaves))])
+    for address, data in ((0x09A0, struct.pack("<II", 1_000_000, 0)), (0x0990, struct.pack("<Q", 10**9)),
+                          (0x0980, b"\0\3")):
+        bus.together([(BWR, 0, address, data, data, slaves)])
+    for state in (1, 2, 4, 8):
+        bus.together([(BWR, 0, 0x0120, bytes([state, 0]), bytes([state, 0]), slaves)])
+        for _ in range(2):
+            bus.together([(BRD, 0, 0x0130, bytes(2), bytes([state, 0]), slaves)])
+    return bus
+
+
+def cycles_of_thousands(count):
+    """One byte of process data, of 2,000 slaves."""
+    bus = operated_bus(2000, 1)
+    for n in range(count):
+        time = struct.pack("<Q", 10**9 + n * 1_000_000)
+        bus.together([(LRW, 0, 0, bytes([n & 0xFF]), bytes([n * 3 & 0xFF]), 6000), (14, 0x1001, 0x0910, time, time, 2000)])
+    return bus.pcap()
+
+
+def crowded_process_data(count):
+    """Frames full of small logical datagrams, some of which not all slaves answer."""
+    bus = operated_bus(1000, 64)
+    for n in range(count):
+        bus.together([(LRW, (50 * n + k) * 5 % 64, 0, bytes([k * 7 & 0xFF]), bytes([k * 3 & 0xFF]), 3000 if k % 3 else 2000)
+                      for k in range(50)])
+    return bus.pcap()
+
+
+def values_of_thousands(count):
+    """Downloads to 1,000 slaves in turn, ever other objects."""
+    slaves = 1000
+    bus = WideBus(slaves)
+    mailboxes = sync_manager(0x1000, 16, 0x26) + sync_manager(0x1080, 16, 0x22)
+    bus.together([(BWR, 0, 0x0800, mailboxes, mailboxes, slaves)])
+    bus.together([(BWR, 0, 0x0120, b"\2\0", b"\2\0", slaves)])
+    bus.together([(BRD, 0, 0x0130, bytes(2), b"\2\0", slaves)])
+    datagrams = []
+    for n in range(count):
+        round_, slave = divmod(n, slaves)
+        head = struct.pack("<HHBB", 10, 0, 0, 3 | (round_ % 7 + 1) << 4)
+        place = struct.pack("<HB", 0x2000 + round_ // 200, round_ % 200)
+        request = head + b"\0\x20\x23" + place + struct.pack("<I", n)
+        answer = head + b"\0\x30\x60" + place + bytes(4)
+        datagrams += [(FPWR, 0x1001 + slave, 0x1000, request, request, 1),
+                      (FPRD, 0x1001 + slave, 0x1080, bytes(16), answer, 1)]
+        if len(datagrams) == 50:
+            bus.together(datagrams)
+            datagrams = []
+    return bus.pcap()
+
+
+SHARED = (shared_process_data, mapped_and_used, cycles_of_thousands, crowded_process_data)
 PATTERNS = {fmmu_changes: 1500, varying_process_data: 2000,
             shared_process_data: 20, mapped_and_used: 200, lost_process_data: 1500, distinct_objects: 1500,
             unfinished_transfers: 1500, refused_transfers: 1500, unfinished_fragments: 1500, emergencies: 2500,
             drive_states: 2000, al_states: 2000, new_stations: 4000, error_counters: 4000, sections: 4000,
-            other_blocks: 3000}
+            other_blocks: 3000, set_up_by_broadcast: 4, cycles_of_thousands: 300, crowded_process_data: 5,
+            values_of_thousands: 10_000}

@@ -7,7 +7,7 @@ import subprocess
 import sys
 import unittest
 
-from growth_patterns import PATTERNS, SHARED
+from growth_patterns import PATTERNS, SHARED, mapped_bus, set_up_by_broadcast
 from support import APRD, APWR, BRD, BWR, FPRD, FPWR, PROGRAM, Bus, CliTest, healthy_capture, scanned_bus
 from test_hostile import block, option, packets_of
 
@@ -124,6 +124,13 @@ def interfaces(count: int) -> bytes:
     return out
 
 
+def named_interfaces(count: int) -> bytes:
+    out = block(0x0A0D0D0A, struct.pack("<IHHq", 0x1A2B3C4D, 1, 0, -1))
+    out += b"".join(block(1, struct.pack("<HHI", 1, 0, 0) + option(2, (b"%05d" % n).ljust(250, b"\xff")))
+                    for n in range(count))
+    return out
+
+
 class Cost(CliTest):
     def cost(self, *arguments) -> tuple:
         """Seconds of processor time, MiB, bytes of output."""
@@ -230,6 +237,36 @@ class Growth(Cost):
     def test_interfaces(self):
         self.expect_linear(interfaces, 4000, "check", "--format", "json")
 
+    def test_names_of_interfaces(self):
+        self.expect_linear(named_interfaces, 16_000, "check", "--format", "json")
+        (report,) = self.report(self.file("named.pcapng", named_interfaces(10_000)), status=0)["reports"]
+        named = sum(interface["name"] is not None for interface in report["capture"]["interfaces"])
+        (limit,) = [r for r in report["limits_reached"] if "interface names" in r["what"]]
+        self.assertEqual(named, (2 << 20) // 250)
+        self.assertEqual(limit["left_out"], 250 * (10_000 - named))
+
+    def test_lists_of_thousands_of_slaves(self):
+        """What a few broadcasts set is told of some slaves; what each slave is given by frames of its own, of all."""
+        (report,) = self.report(self.file("few.pcap", set_up_by_broadcast(4)), status=1)["reports"]
+        limits = {r["what"].split(",")[0]: r["left_out"] for r in report["limits_reached"]}
+        units = sum(len(s["sync_managers"]) + len(s["fmmus"]) for s in report["slaves"])
+        self.assertEqual(units + limits["settings of sync managers and FMMUs"], 32 * 2040)
+        clocks = [s["dc"] for s in report["slaves"] if s["dc"]]
+        self.assertEqual(len(clocks) + limits["distributed clocks that only broadcasts tell of"], 2040)
+        steps = sum(len(dc["configuration"]) + dc["configuration_left_out"] for dc in clocks)
+        self.assertEqual(steps, 8 * len(clocks))
+        (report,) = self.report(self.file("own.pcap", mapped_bus(1900).pcap()), status=0)["reports"]
+        self.assertEqual(sum(len(s["fmmus"]) for s in report["slaves"]), 2 * 1900)
+        self.assertFalse([r for r in report["limits_reached"] if "FMMU" in r["what"]])
+
+    def test_formats_and_copies_of_thousands_of_slaves(self):
+        path = self.file("few.pcap", set_up_by_broadcast(16))
+        for command in (("check",), ("check", "--format", "html"), ("check", "--format", "sarif"),
+                        ("check", "--format", "junit"), ("annotate", "--force", "-o", "copy.pcapng"),
+                        ("anonymize", "--force", "-o", "copy.pcapng")):
+            with self.subTest(command=command):
+                self.assertLess(self.cost(*command, path)[1], MEMORY_MIB)
+
     def test_events_of_all_kinds(self):
         def many(n):
             content = healthy_capture()
@@ -249,6 +286,45 @@ class Growth(Cost):
         few, _, _ = self.cost("merge", "--format", "json", "few")
         many = min(self.cost("merge", "--format", "json", "many")[0] for _ in range(2))
         self.assertLess(many, MOST_TIMES * few + NOISE_S)
+
+    def test_merge_of_many_findings_and_slaves(self):
+        report = self.report(self.healthy, status=0)
+        (capture,) = report["reports"]
+        slave = {"position": 0, "name": "x", "identity": {"vendor_id": 1, "product_code": 2}}
+        finding = {"rule": "al-refused", "severity": "error", "title": "t", "message": "m", "slave": 0,
+                   "station_address": None, "frame": 1, "last_frame": 1, "count": 1, "time_s": 0, "related_frames": [],
+                   "caused_by": None, "confidence": "observed", "reference": {"document": None, "section": None},
+                   "wireshark_filter": None, "known": False}
+
+        def merge(count, position, name):
+            capture["slaves"] = [dict(slave, position=position, name=name)] * count
+            capture["findings"] = [finding] * count
+            path = self.file(f"{count}.json", json.dumps(report))
+            return min(self.cost("merge", "--format", "json", path)[0] for _ in range(2))
+
+        for position in (0, 1):
+            with self.subTest(position=position):
+                self.assertLess(merge(8000, position, "x"), MOST_TIMES * merge(2000, position, "x") + NOISE_S)
+        capture["slaves"] = [dict(slave, name="n" * (1 << 20))]
+        capture["findings"] = [finding] * 4000
+        path = self.file("name.json", json.dumps(report))
+        _, memory, output = self.cost("merge", "--format", "json", path)
+        self.assertLess(memory, MEMORY_MIB)
+        self.assertLess(output, OUTPUT_FREE + OUTPUT_TIMES * os.path.getsize(path))
+
+    def test_merge_of_captures_that_are_nearly_alike(self):
+        report = self.report(self.healthy, status=0)
+        (capture,) = report["reports"]
+        for key in ("coverage", "alike_steps", "capture_next", "limits_reached"):
+            capture.pop(key, None)
+        capture["slaves"] = capture["findings"] = capture["not_evaluable"] = []
+
+        def merge(count):
+            report["reports"] = [dict(capture, capture=dict(capture["capture"], duration_s=n)) for n in range(count)]
+            path = self.file(f"{count}.json", json.dumps(report))
+            return min(self.cost("merge", "--format", "json", path)[0] for _ in range(2))
+
+        self.assertLess(merge(2000), MOST_TIMES * merge(500) + NOISE_S)
 
 
 if __name__ == "__main__":

@@ -209,6 +209,28 @@ TEST_F(Joined, MoreFilesThanAProcessMayHoldOpen) {
   EXPECT_EQ(capture.info.interfaces.size(), 1U);
 }
 
+TEST_F(Joined, NamesOfInterfacesHaveRoomTogether) {
+  const std::size_t half = CaptureInfo::kNameBytes / 200 / 2;
+  std::vector<std::string> paths;
+  for (char tag : {'a', 'b', 'c'}) {
+    PcapngBytes file;
+    file.Section();
+    for (std::size_t i = 0; i < half; ++i) {
+      std::string name = tag + std::to_string(i);
+      name.resize(200, '.');
+      file.Interface(file.Option(2, name));
+    }
+    file.Enhanced(static_cast<std::uint32_t>(half - 1), static_cast<std::uint64_t>(tag), Bytes{1, 2, 3, 4});
+    paths.push_back(Write(std::string(1, tag), file));
+  }
+  const WholeCapture capture = Join(paths);
+  EXPECT_EQ(capture.error, "");
+  ASSERT_EQ(capture.info.interfaces.size(), 3 * half);
+  EXPECT_EQ(capture.info.interfaces[capture.frames[1].interface_index].name.front(), 'b');
+  EXPECT_EQ(capture.info.interfaces[capture.frames[2].interface_index].name, "");
+  EXPECT_EQ(capture.info.name_bytes_left_out, half * 200);
+}
+
 TEST_F(Joined, SplitCaptureIsTheWholeOneAgain) {
   const std::string path = SharedCapture("lab/startup-ok-1slave.pcapng");
   if (path.empty()) GTEST_SKIP() << "no captures beside the project";

@@ -36,6 +36,22 @@ TEST(Pcapng, OneEnhancedPacket) {
   EXPECT_EQ(capture.info.format, "pcapng");
 }
 
+TEST(Pcapng, NamesOfInterfacesHaveRoomTogether) {
+  PcapngBytes file;
+  file.Section();
+  const std::size_t most = CaptureInfo::kNameBytes / 250;
+  for (std::size_t i = 0; i < most + 3; ++i) file.Interface(file.Option(2, std::string(250, 'n')));
+  file.Interface(file.Option(2, "eth0"));  // for which there is room
+  file.Enhanced(0, 7, kPcapngSourceData);
+  const WholeCapture capture = ReadPcapng(file);
+  EXPECT_EQ(capture.frames.size(), 1U);
+  ASSERT_EQ(capture.info.interfaces.size(), most + 4);
+  EXPECT_EQ(capture.info.interfaces[most - 1].name.size(), 250U);
+  EXPECT_EQ(capture.info.interfaces[most].name, "");
+  EXPECT_EQ(capture.info.interfaces.back().name, "eth0");
+  EXPECT_EQ(capture.info.name_bytes_left_out, 3U * 250);
+}
+
 TEST(Pcapng, InterfacesWithTheirOwnClockNameAndLinkType) {
   PcapngBytes file;
   file.Section();

@@ -75,6 +75,32 @@ TEST(Digest, SaysWhatWasLookedAtAndWhatWasNotJudged) {
   EXPECT_TRUE(sentence.ends_with(" (limited by --to #100)")) << sentence;
 }
 
+TEST(Digest, FindingsNameTheLastSlaveAtTheirPosition) {
+  CaptureReport capture = RefusedSafeop();
+  capture.result.slaves.push_back(capture.result.slaves[0]);
+  capture.result.slaves[1].id = 99;
+  capture.result.slaves[1].name = std::string(5000, 'n');
+  capture.result.slaves[1].identity.product_code = 0x1234;
+  const auto digest = ReadBack(OneReport(capture));
+  ASSERT_TRUE(digest) << digest.error().message;
+  const FindingDigest& finding = digest->captures[0].findings[0];
+  EXPECT_TRUE(finding.product.ends_with("0x00001234")) << finding.product;
+  EXPECT_LT(finding.place.size(), 1100U) << "each finding repeats it";
+}
+
+TEST(Digest, CapturesAreOrderedByAllThatIsToldOfThem) {
+  const CaptureDigest one = DigestOf(RefusedSafeop());
+  CaptureDigest other = one;
+  other.report = "elsewhere.json";
+  const CaptureContent& content = one;
+  EXPECT_FALSE(content < other || other < content);
+  other.findings[0].related_frames.push_back(1);
+  EXPECT_NE(content < other, static_cast<const CaptureContent&>(other) < content);
+  other = one;
+  other.duration_s = 77;
+  EXPECT_NE(content < other, static_cast<const CaptureContent&>(other) < content);
+}
+
 TEST(Digest, UnreadableCapturesAndOriginAreReadBack) {
   Report report = OneReport(RefusedSafeop());
   report.unreadable = {{"b.pcap", "b.pcap is empty"}};

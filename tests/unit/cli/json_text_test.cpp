@@ -1,5 +1,6 @@
 #include "cli/report/json_text.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -97,6 +98,25 @@ TEST(JsonText, OnOneLineAsTheLibraryDoes) {
   JsonText text(JsonText::Layout::kLine);
   text.Object(Fill);
   EXPECT_EQ(text.Take(), Expected().dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+TEST(JsonText, PiecesAreTheWholeDocument) {
+  const auto fill = [](JsonObject& out) {
+    out.List("slaves", std::vector<Row>(50'000, Row{7, "seven"}), [](JsonObject& json, const Row& row) {
+      json.Object("deep",
+                  [&](JsonObject& deep) { deep.Object("deeper", [&](JsonObject& most) { PutRow(most, row); }); });
+    });
+  };
+  std::string joined;
+  std::size_t largest = 0;
+  WriteJsonDocument(
+      [&](std::string_view piece) {
+        joined += piece;
+        largest = std::max(largest, piece.size());
+      },
+      fill);
+  EXPECT_EQ(joined, JsonDocumentText(fill));
+  EXPECT_LT(largest, joined.size() / 10);
 }
 
 TEST(JsonText, ADocumentOfNothing) {

@@ -88,5 +88,25 @@ TEST(RegisterImage, CopiesAreIndependent) {
   EXPECT_EQ(image.Value<std::uint8_t>(0x0100), 0x78);
 }
 
+TEST(RegisterImage, PagesThatAreSharedAreIndependent) {
+  RegisterImage image;
+  RegisterImage other;
+  for (RegisterImage* i : {&image, &other}) i->Write(0x0100, kBytes, Certainty::kObserved);
+  image.ShareWith(other, 0x0100, 4);
+  EXPECT_EQ(image.Value<std::uint32_t>(0x0100), other.Value<std::uint32_t>(0x0100));
+  image.Write(0x0102, ByteSpan(kBytes).first(1), Certainty::kInferred);
+  EXPECT_EQ(image.CertaintyOf(0x0100, 4), Certainty::kInferred);
+  EXPECT_EQ(other.CertaintyOf(0x0100, 4), Certainty::kObserved);
+  image.ShareWith(other, 0x0100, 4);  // they differ now
+  EXPECT_EQ(image.CertaintyOf(0x0100, 4), Certainty::kInferred);
+  image.Write(0x0102, ByteSpan(kBytes).subspan(2, 1), Certainty::kObserved);
+  image.ShareWith(other, 0x0100, 4);
+  other.Forget(0x0101, 1);
+  EXPECT_TRUE(image.Value<std::uint8_t>(0x0101));
+  image.Write(0x0100, kBytes, Certainty::kInferred);  // the same bytes, less certain
+  EXPECT_EQ(image.CertaintyOf(0x0100, 4), Certainty::kInferred);
+  EXPECT_EQ(other.CertaintyOf(0x0100, 1), Certainty::kObserved);
+}
+
 }  // namespace
 }  // namespace ecaudit::esc

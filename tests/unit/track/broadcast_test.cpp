@@ -37,6 +37,17 @@ TEST(Broadcast, OneStateAndEverybodyCounted) {
   EXPECT_THAT(StatesAfter("+1ms BRD 0x0130 02 00\n"), IsEmpty());
 }
 
+TEST(Broadcast, MailboxesThatAllAreGivenAtOnceKeepTheirRepeatBit) {
+  const std::string settings = "+1ms BWR 0x0800 00 10 80 00 26 00 01 00 80 10 80 00 22 00 03 00\n";
+  EXPECT_THAT(StatesAfter(settings, "repeat"), IsEmpty()) << "settings are no request";
+  EXPECT_THAT(StatesAfter(settings + "+1ms FPWR 0x1002:0x080E 03\n", "repeat"), IsEmpty()) << "as it stood";
+  EXPECT_THAT(StatesAfter(settings + "+1ms FPWR 0x1002:0x080E 01\n", "repeat"), ElementsAre("repeat 1 requested"));
+  EXPECT_THAT(StatesAfter(settings + "+1ms BWR 0x080E 01\n", "repeat"),
+              ElementsAre("repeat 0 requested", "repeat 1 requested", "repeat 2 requested"));
+  EXPECT_THAT(StatesAfter(settings + settings + "+1ms FPWR 0x1001:0x080E 01\n+1ms FPRD 0x1001:0x080F 00\n", "repeat"),
+              ElementsAre("repeat 0 requested", "repeat 0 acknowledged"));
+}
+
 TEST(Broadcast, NotEverybodyCounted) {
   EXPECT_THAT(StatesAfter("+1ms BRD 0x0130 04 00 wkc=2\n"), IsEmpty());
   EXPECT_THAT(StatesAfter("+1ms BRD 0x0130 00 00 wkc=0\n"), IsEmpty());

@@ -10,6 +10,7 @@
 
 #include "analyzers/wiring/event_bus.h"
 #include "decoder/base/text.h"
+#include "decoder/mailbox/events.h"
 #include "decoder/pipeline.h"
 #include "tests/support/trace_builder.h"
 
@@ -36,13 +37,14 @@ inline const char* Name(Acceptance acceptance) {
 
 /// "found 0", "address 0 = 0x1001", "address 1 = 0x1001 as 0", "count 3", "count 3 -> 2", "sent 0 <- 0x0002",
 /// "request 0 <- 0x0002 accepted", "state 0 0x0001 -> 0x0002", "code 0 0x0017", "forgotten 0",
-/// "logical LRW 0x00001000 wkc 3", "lost 5", "hole 5", "silence 5", "run 5 (clock)", "run 5 (set up)".
+/// "repeat 0 requested", "logical LRW 0x00001000 wkc 3", "lost 5", "hole 5", "silence 5", "run 5 (clock)", "run 5 (set
+/// up)".
 class EventLog final : public EventBus {
  public:
   EventLog() {
     ListenTo<SlaveFound, AddressAssigned, SlaveCount, AlRequest, AlStatusRead, AlStatusCodeRead, AlStateForgotten,
-             RunBegan, CaptureHole, LogicalAccess, Answered, FrameLost, SlaveAccess, AlRequestSent>(Stage::kModel,
-                                                                                                    *this);
+             RunBegan, CaptureHole, LogicalAccess, Answered, FrameLost, SlaveAccess, AlRequestSent,
+             mailbox::MailboxRepeatRequest>(Stage::kModel, *this);
   }
 
   void On(const SlaveFound& e) { Say("found " + Id(e.slave)); }
@@ -61,6 +63,10 @@ class EventLog final : public EventBus {
     if (!e.changed()) return;
     Say("state " + Id(e.slave) + " " + (e.before ? Hex(e.before->raw) : "?") + " -> " + Hex(e.status.raw) +
         (e.status_code ? " code " + Hex(*e.status_code) : "") + (e.error_bit_known ? "" : " (error bit of somebody)"));
+  }
+  void On(const mailbox::MailboxRepeatRequest& e) {
+    const bool asked = e.kind == mailbox::MailboxRepeatRequest::Kind::kRequested;
+    Say("repeat " + Id(e.slave) + (asked ? " requested" : " acknowledged"));
   }
   void On(const AlStatusCodeRead& e) { Say("code " + Id(e.slave) + " " + Hex(e.code)); }
   void On(const AlStateForgotten& e) { Say("forgotten " + Id(e.slave)); }

@@ -1,0 +1,31 @@
+/// Lists of slaves that a few broadcasts fill for thousands of them: what the report has no room for is left out.
+#pragma once
+
+#include <cstdint>
+
+#include "analyzers/result/analysis_result.h"
+#include "decoder/pipeline.h"
+
+namespace ecaudit {
+
+struct CrowdedLists {
+  /// Settings of sync managers and FMMUs, all slaves together: any capture may have so many, and one more for so many
+  /// bytes of frames. Where each slave is set up by frames of its own, these are many times as long.
+  static constexpr std::uint64_t kUnits = 2'000;
+  static constexpr std::uint64_t kBytesAUnit = 160;
+  /// Writes to the distributed clock, likewise.
+  static constexpr std::uint64_t kDcSteps = 2'000;
+  static constexpr std::uint64_t kBytesADcStep = 200;
+  /// Clocks of which nothing is known but what all slaves were told at once, likewise.
+  static constexpr std::uint64_t kDcByBroadcast = 300;
+  static constexpr std::uint64_t kBytesADc = 1'000;
+
+  std::uint64_t units_left_out = 0;
+  std::uint64_t dc_steps_left_out = 0;
+  std::uint64_t dc_left_out = 0;
+};
+
+/// Once everything is judged: judgement looks at what the slaves were set up with.
+CrowdedLists LeaveOutCrowdedLists(const Pipeline& pipeline, AnalysisResult& result);
+
+}  // namespace ecaudit
