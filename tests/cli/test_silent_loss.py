@@ -14,7 +14,7 @@ CAPTURE_RULES = {"capture-truncated", "capture-snaplen", "capture-one-direction"
 # So do these: frames that nobody could read, or that never came back.
 UNREADABLE = {"frame-malformed", "frame-lost"}
 # How many findings of all captures may be lost without a word so far: a request judged before the read that shows the
-# state is back; PDOs of which the missing packets held what makes them wrong.
+# state is back; a start-up where neither indices nor returns tell that packets are missing.
 UNSAID = {"returns behind the next frame": 2, "a run of packets missing, 2": 2}
 ETHERCAT = b"\x88\xa4"
 USER_LINK = 147
