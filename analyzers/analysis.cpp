@@ -92,7 +92,7 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
   if (MissesPackets(context.pairing())) WeakenWhatHistoryMayExplain(store, rules);
   const std::size_t slaves = ForgetReplaced(context, store);
   result.coverage = CoverageOf(context, result);
-  for (SlaveSummary& slave : result.slaves) slave.unjudged = WhyNothingWasJudged(slave, result);
+  for (SlaveSummary& slave : result.slaves) slave.unjudged = WhyNothingWasJudged(slave, context, result);
   store.FoldNotEvaluable(slaves);
   result.findings = std::move(store.findings());
   JoinSlaves(

@@ -96,7 +96,10 @@ Presence OfProcessData(const SlaveSummary& slave, const RuleContext& context, co
   // Process data that no slave is known to have are somebody's, whoever was seen to be started.
   const bool nobodys = result.bus.cycle.cycles > 0 && slave.fmmus.empty() && MayExchange(slave, model) &&
                        std::none_of(result.slaves.begin(), result.slaves.end(), Exchanges);
-  const bool may_have_missed_them = slave.fmmus.empty() && model.al.operated() && MissesAny(context.pairing());
+  // Where packets are missing, those may have held the request for SAFEOP and the FMMUs: what its AL state was before
+  // says nothing of the process data behind them.
+  const bool may_have_missed_them =
+      slave.fmmus.empty() && MissesAny(context.pairing()) && (model.al.operated() || result.bus.cycle.cycles > 0);
   if (may_have_them || nobodys || may_have_missed_them) {
     return Unseen("which process data are those of the slave is not in the capture");
   }
@@ -123,17 +126,25 @@ Presence OfCycle(const SlaveSummary& slave, const RuleContext& context, const An
                                                                           : Absent(NotApplicable::kNoCycle);
 }
 
-Presence OfMapping(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
-  if (slave.rx_pdo.source != PdoSummary::Source::kUnknown || slave.tx_pdo.source != PdoSummary::Source::kUnknown) {
-    return {};
-  }
-  const bool has_buffers =
-      std::any_of(slave.sync_managers.begin(), slave.sync_managers.end(),
-                  [](const SyncManagerSummary& manager) { return manager.enabled && !manager.mailbox; });
-  if (has_buffers || slave.rx_pdo.exchanged + slave.tx_pdo.exchanged > 0) {
-    return Unseen("what PDOs are assigned and mapped is not known");
-  }
+/// What is mapped to the outputs, or to the inputs.
+Presence OfDirection(const SlaveSummary& slave, bool outputs, const RuleContext& context,
+                     const AnalysisResult& result) {
+  const PdoSummary& pdo = outputs ? slave.rx_pdo : slave.tx_pdo;
+  if (pdo.source != PdoSummary::Source::kUnknown) return {};
+  const bool has_buffer =
+      std::any_of(slave.sync_managers.begin(), slave.sync_managers.end(), [&](const SyncManagerSummary& manager) {
+        return manager.enabled && !manager.mailbox && manager.ecat_writes == outputs;
+      });
+  if (has_buffer || pdo.exchanged > 0) return Unseen("what PDOs are assigned and mapped is not known");
   return OfProcessData(slave, context, result);
+}
+
+Presence OfMapping(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
+  Presence outputs = OfDirection(slave, true, context, result);
+  const bool known =
+      slave.rx_pdo.source != PdoSummary::Source::kUnknown || slave.tx_pdo.source != PdoSummary::Source::kUnknown;
+  if (known || !outputs.unseen.empty()) return known ? Presence{} : outputs;
+  return OfDirection(slave, false, context, result);
 }
 
 Presence OfConfiguration(const SlaveSummary& slave) {
@@ -165,9 +176,13 @@ Presence OfLatch(const SlaveSummary& slave, const RuleContext& context, const An
   if (slave.touch_probe)
     return Unseen("the touch probe (60B8h) is followed and told, but these rules judge latch words only");
   if (context.slave(slave.id).latch.description() == nullptr) return Absent(NotApplicable::kNoLatch);
-  // Where the mapping is not known, latch words may be among the process data.
-  Presence mapping = OfMapping(slave, context, result);
-  return mapping.unseen.empty() ? Absent(NotApplicable::kLatchUnused) : mapping;
+  // Where a mapping is not known, latch words may be among the process data: the control word among the outputs, the
+  // status word and positions among the inputs.
+  for (const bool outputs : {true, false}) {
+    Presence mapping = OfDirection(slave, outputs, context, result);
+    if (!mapping.unseen.empty()) return mapping;
+  }
+  return Absent(NotApplicable::kLatchUnused);
 }
 
 Presence OfMailbox(const MailboxSummary& mailbox, bool coe) {
@@ -224,7 +239,11 @@ bool MayBeUnseen(NotApplicable why) {
     case NotApplicable::kMailboxUnused:
     case NotApplicable::kNoCoe:
     case NotApplicable::kMappingUntouched:
+    case NotApplicable::kNoProcessData:
+    case NotApplicable::kNoCycle:
+    case NotApplicable::kNoDrive:
     case NotApplicable::kClockUnused:
+    case NotApplicable::kLatchUnused:
       return true;
     default:
       return false;
@@ -383,10 +402,15 @@ std::vector<RuleCoverage> CoverageOf(RuleContext& context, const AnalysisResult&
   return out;
 }
 
-std::string WhyNothingWasJudged(const SlaveSummary& slave, const AnalysisResult& result) {
+std::string WhyNothingWasJudged(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
   if (result.capture.direction == DirectionSeen::kOutbound) return "no answer of a slave is in the capture";
   if (slave.al_status && !esc::IsAlState(esc::AlWord{*slave.al_status}.state())) {
     return "its AL Status showed " + Hex(*slave.al_status) + " last, which is no state";
+  }
+  // What was known of it, a hole has made worthless, and nothing behind it shows the slave.
+  const bool out_of_sight = MissesAny(context.pairing()) && context.slave(slave.id).al.possible().empty();
+  if (out_of_sight && !OfProcessData(slave, context, result).unseen.empty()) {
+    return "behind the packets that the capture misses neither its AL state nor its process data are known";
   }
   if (slave.al_status || slave.rx_pdo.exchanged + slave.tx_pdo.exchanged > 0) return {};
   return "neither its AL state nor its process data are known";

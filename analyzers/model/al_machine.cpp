@@ -126,7 +126,7 @@ void AlMachine::DropPendingBefore(FrameNo request) {
 /// True when a request without a known fate, sent since the error was last seen, acknowledges it.
 bool AlMachine::MayHaveBeenAcknowledged(FrameNo before) const {
   for (const Pending& p : pending_) {
-    if (p.sent.number >= before || p.sent.number < last_seen_) continue;
+    if (p.sent.number >= before || p.sent.number < last_asked_) continue;
     if (p.control.bit4() || p.control.state() == kInit) return true;
   }
   return false;
@@ -234,13 +234,20 @@ void AlMachine::TellGivenUp(const AlRequestRecord& next) const {
   sink_.Publish(AlGivenUp{slave_, *open_, last_poll_, next.frame, read_state_, waited, polls_});
 }
 
-bool AlMachine::Explains(std::uint8_t state) const {
+/// True when no request was under way when that read was sent: one sent behind it says nothing of what the read shows.
+bool AlMachine::NonePendingFor(const track::AlStatusRead& read) const {
+  return std::none_of(pending_.begin(), pending_.end(),
+                      [&](const Pending& p) { return p.sent.number <= read.asked(); });
+}
+
+bool AlMachine::Explains(const track::AlStatusRead& read) const {
+  const std::uint8_t state = read.status.state();
   const auto leads_to = [&](const AlRequestRecord& r) {
     return r.control.state() == state || StatesBetween(read_state_, r.control.state()).contains(state);
   };
   for (const Pending& p : pending_) {
     const std::uint8_t target = p.control.state();
-    if (!esc::IsAlState(target)) continue;
+    if (p.sent.number > read.asked() || !esc::IsAlState(target)) continue;
     if (target == state || StatesBetween(read_state_, target).contains(state)) return true;
   }
   if (open_ && leads_to(*open_)) return true;
@@ -252,7 +259,7 @@ void AlMachine::LearnEmulation(const track::AlStatusRead& read) {
   if (own_status_ || emulation_.value_or(false)) return;
   if (read.status.bit4() && read.status_code.value_or(0) != 0) own_status_ = true;
   // Only a read that was sent after the slave took its last request tells something, and only if none is under way.
-  if (!control_ || !pending_.empty() || read.frame.number <= control_since_) return;
+  if (!control_ || !NonePendingFor(read) || read.asked() <= control_since_) return;
   const bool same_state = read.status.state() == control_->state();
   if (read.status.bit4() && !(same_state && control_->bit4())) own_status_ = true;
   if (!read.status.bit4() && same_state && control_->bit4()) own_status_ = true;
@@ -269,7 +276,8 @@ bool AlMachine::IsEcho(const track::AlStatusRead& read) const {
   // A copy stays what it is until AL Control is written again.
   if (echo_ && read.status.state() == read_state_) return true;
   for (const Pending& p : pending_) {
-    if (p.control.bit4() && p.control.state() == read.status.state()) return true;
+    const bool before = p.sent.number <= read.asked();
+    if (before && p.control.bit4() && p.control.state() == read.status.state()) return true;
   }
   return control_ && control_->bit4() && control_->state() == read.status.state();
 }
@@ -309,12 +317,13 @@ void AlMachine::OnStatus(const track::AlStatusRead& read) {
   } else {
     echo_ = read.status.bit4();
     OnNoError(read);
-    DropPendingReached(state, read.frame.number);
+    DropPendingReached(state, read.asked());
   }
   if (read_state_ != state) since_ = read.frame.number;
   operated_ = operated_ || state == kSafeop || state == kOp;
   read_state_ = state;
   last_seen_ = read.frame.number;
+  last_asked_ = read.asked();
   paused_ = false;
   MayBeIn(state);
   quiet_ = !read.status.bit4() && IsQuiet(state);
@@ -333,7 +342,7 @@ void AlMachine::OnNoState(const track::AlStatusRead& read) {
   }
   if (open_) {
     if (!read.status.bit4()) CheckOverdue(read);
-  } else if (read_state_ != 0 && pending_.empty()) {
+  } else if (read_state_ != 0 && NonePendingFor(read)) {
     track::AlStatusRead first = read;
     first.frame = no_state_;
     sink_.Publish(ChangedByItself(first, Before()));
@@ -387,9 +396,9 @@ AlChangedByItself AlMachine::ChangedByItself(const track::AlStatusRead& read, es
 }
 
 void AlMachine::NoteRise(const track::AlStatusRead& read) {
-  if (read_state_ == 0 || paused_ || open_ || !pending_.empty()) return;
+  if (read_state_ == 0 || paused_ || open_ || !NonePendingFor(read)) return;
   const std::uint8_t state = read.status.state();
-  if (Height(state) > Height(read_state_) && !Explains(state)) unasked_.Add(read.frame.number);
+  if (Height(state) > Height(read_state_) && !Explains(read)) unasked_.Add(read.frame.number);
 }
 
 /// A broadcast that some slave answered with the error bit: the state is certain, whose error it is, is not.
@@ -397,7 +406,7 @@ void AlMachine::OnStateOnly(const track::AlStatusRead& read) {
   const std::uint8_t state = read.status.state();
   if (state == read_state_) return;
   const bool fell =
-      read_state_ != 0 && error_ != Error::kUnknown && Height(state) < Height(read_state_) && !Explains(state);
+      read_state_ != 0 && error_ != Error::kUnknown && Height(state) < Height(read_state_) && !Explains(read);
   if (fell) {
     AlChangedByItself event = ChangedByItself(read, Before());
     event.error_of_some = true;
@@ -469,7 +478,7 @@ void AlMachine::OnError(const track::AlStatusRead& read) {
   error_ = certain ? Error::kYes : Error::kUnknown;
   error_since_ = read.frame.number;
   error_code_ = read.status_code;
-  error_reported_ = before_known && pending_.empty();
+  error_reported_ = before_known && NonePendingFor(read);
   if (!error_reported_) {
     TellStanding(read, certain);
     return;
@@ -525,13 +534,13 @@ void AlMachine::OnNoError(const track::AlStatusRead& read) {
     return;
   }
   if (open_) {
-    if (state == read_state_ || Explains(state) || read_state_ == 0) {
+    if (state == read_state_ || Explains(read) || read_state_ == 0) {
       CheckOverdue(read);
       return;
     }
     // Another state than the one requested and none on the way there: not an answer to the request.
   }
-  if (state != read_state_ && before_known && Height(state) < Height(read_state_) && !Explains(state)) {
+  if (state != read_state_ && before_known && Height(state) < Height(read_state_) && !Explains(read)) {
     open_.reset();  // what it asked for is not what is waited for any more
     sink_.Publish(ChangedByItself(read, before));
   }

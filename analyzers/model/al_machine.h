@@ -137,7 +137,8 @@ class AlMachine {
   [[nodiscard]] bool LegalFrom(std::uint8_t from, std::uint8_t target) const;
   AlRequestRecord Judge(const track::AlRequest& request) const;
   void Open(const AlRequestRecord& record);
-  [[nodiscard]] bool Explains(std::uint8_t state) const;
+  [[nodiscard]] bool Explains(const track::AlStatusRead& read) const;
+  [[nodiscard]] bool NonePendingFor(const track::AlStatusRead& read) const;
   void LearnEmulation(const track::AlStatusRead& read);
   [[nodiscard]] bool IsEcho(const track::AlStatusRead& read) const;
   [[nodiscard]] bool MayBeAcknowledgedError(const track::AlStatusRead& read) const;
@@ -173,6 +174,7 @@ class AlMachine {
   StateSet possible_;
   FrameNo since_ = 0;            ///< frame that showed the state last read
   FrameNo last_seen_ = 0;        ///< last frame that confirmed it
+  FrameNo last_asked_ = 0;       ///< and the frame that asked, where the slave was not quiet
   std::uint8_t read_state_ = 0;  ///< state last read, 0 unknown
   Error error_ = Error::kUnknown;
   FrameNo error_since_ = 0;

@@ -11,6 +11,8 @@ using Kind = LatchMisuse::Kind;
 
 /// How long a value may lie unread at the end of the capture before it counts as not read, in ns.
 constexpr std::int64_t kUnreadAtEnd = 1'000'000'000;
+constexpr const char* kEndsTooEarly =
+    "the capture ends, or its time stamps do, before it shows that nobody reads the position: that takes 1 s";
 
 }  // namespace
 
@@ -243,12 +245,18 @@ void LatchEdges::Finish(std::size_t n, const LatchStatus& status) {
   // there. In process data the last status word shows that it is.
   if (edge.open && edge.loss_pending && !status.cyclic && status.begun <= edge.disarmed_done) Lose(n);
   const LatchCapture& capture = edge.capture;
-  const bool lies_unread = edge.open && capture.valid.seen() && !capture.read.seen() && !capture.valid_before &&
-                           capture.valid.has_time && status.frame.has_time &&
-                           status.frame.time - capture.valid.time > kUnreadAtEnd;
-  if (lies_unread && !edge.history.first_unread.valid.seen()) edge.history.first_unread = capture;
+  const bool lies_unread = edge.open && capture.valid.seen() && !capture.read.seen() && !capture.valid_before;
+  const bool long_enough =
+      capture.valid.has_time && status.frame.has_time && Elapsed(capture.valid.time, status.frame.time) > kUnreadAtEnd;
+  if (lies_unread && long_enough && !edge.history.first_unread.valid.seen()) edge.history.first_unread = capture;
   const LatchCapture& unread = edge.history.first_unread;
-  if (!unread.valid.seen() || edge.history.read > 0) return;
+  if (edge.history.read > 0) return;
+  if (!unread.valid.seen()) {
+    if (lies_unread && edge.history.mapping == LatchEdgeHistory::Mapping::kNotMapped) {
+      report_.NotJudged(Kind::kNotMapped, capture.valid, kEndsTooEarly);
+    }
+    return;
+  }
   const FrameRef& frame = unread.armed.seen() ? unread.armed : unread.valid;
   switch (edge.history.mapping) {
     case LatchEdgeHistory::Mapping::kMapped:
@@ -277,7 +285,8 @@ void LatchEdges::JudgeUnreachable(std::size_t n, const LatchStatus& status) {
   LatchEdgeState& edge = edges_[n];
   const FrameRef& armed = edge.history.first_armed.armed;
   if (!armed.seen() || edge.history.valid > 0 || status.known || status.words > 0 || asked_) return;
-  if (!armed.has_time || !control_.frame.has_time || Elapsed(armed.time, control_.frame.time) <= kUnreadAtEnd) return;
+  const bool long_enough =
+      armed.has_time && control_.frame.has_time && Elapsed(armed.time, control_.frame.time) > kUnreadAtEnd;
   const ProcessLayout& inputs = process_.tx();
   LearnMapping(n);
   if (!inputs.known()) {
@@ -288,7 +297,10 @@ void LatchEdges::JudgeUnreachable(std::size_t n, const LatchStatus& status) {
   const bool none = std::none_of(inputs.signals.begin(), inputs.signals.end(),
                                  [this](const Signal& signal) { return LatchPlaces::IsStray(*latch_, signal.index); });
   const bool mapped = edge.history.mapping == LatchEdgeHistory::Mapping::kMapped;
-  if (!mapped && none && inputs.Find(latch_->status_object, 0) == nullptr) {
+  if (mapped || !none || inputs.Find(latch_->status_object, 0) != nullptr) return;
+  if (!long_enough) {
+    report_.NotJudged(Kind::kNotMapped, armed, kEndsTooEarly);
+  } else {
     LatchMisuse misuse = report_.Misuse(
         Kind::kNotMapped, {control_.value, armed, 0, 0, !control_.cyclic, edge.history.first_armed.assumed});
     misuse.edge = &latch_->edges[n];

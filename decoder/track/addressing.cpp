@@ -32,6 +32,7 @@ std::optional<std::uint16_t> Addressing::Count(const DatagramPair& d) {
   const std::uint16_t* before = slave_count_.if_known();
   const wire::FrameView& frame = d.transaction.any();
   const std::uint64_t sender = bus::SenderOf(frame);
+  segments_.OnCounted(sender);
   if (sender == counts_for_) counted_ = frame.ref();
   if (before != nullptr && *before == count) return std::nullopt;
   // At the other end of a redundant line frames pass nobody, or those behind a break. The end with more of them counts.
@@ -73,7 +74,7 @@ SlaveId Addressing::Resolve(const DatagramPair& d, bool add) {
   if (d.command() == wire::Command::ARMW && slave_count_.value_or(0) != 1) add = false;
   const SlaveId known = slaves_.AtPosition(*position);
   if (known != kNoSlave || !add) return known;
-  PlaceByStation(d.transaction.any().ref().number);
+  PlaceByStation(d);
   if (const SlaveId placed = slaves_.AtPosition(*position); placed != kNoSlave) return placed;
   if (const SlaveId met = MetByStation(d, *position); met != kNoSlave) return met;
   const std::uint16_t* count = slave_count_.if_known();
@@ -87,16 +88,36 @@ SlaveId Addressing::AtStation(const DatagramPair& d, bool add) {
   if (known != kNoSlave || !add || d.any.adp() == 0) return known;
   ++unplaced_;
   const FrameNo frame = d.transaction.any().ref().number;
+  // Whom another program counted are not the slaves of this bus, as far as anything shows.
+  if (slave_count_.if_known() != nullptr && !IsCountOf(d)) ForgetCount(frame);
   const SlaveId added = slaves_.AddAtStation(d.any.adp(), frame);
   // One of those at a position may have this address.
-  if (unplaced_ < slaves_.size()) PlaceByStation(frame);
+  if (unplaced_ < slaves_.size()) PlaceByStation(d);
   return added;
 }
 
-void Addressing::PlaceByStation(FrameNo frame) {
+void Addressing::OnAnswered(SlaveId id, const DatagramPair& d) {
+  if (segments_.OnAnswered(id, bus::SenderOf(d.transaction.any()))) ++version_;
+}
+
+bool Addressing::TellsOf(SlaveId id, const DatagramPair& d) const {
+  return d.transaction.other_end || d.transaction.joined || segments_.MayTell(id, bus::SenderOf(d.transaction.any()));
+}
+
+bool Addressing::TellsOfAll(const DatagramPair& d) const {
+  return d.transaction.other_end || d.transaction.joined || segments_.MayTellAll(bus::SenderOf(d.transaction.any()));
+}
+
+/// The slaves were counted by who sent this: another program may count those of another bus.
+bool Addressing::IsCountOf(const DatagramPair& d) const {
+  const std::uint64_t sender = bus::SenderOf(d.transaction.any());
+  return sender == counts_for_ || segments_.HasCounted(sender) || d.transaction.other_end || d.transaction.joined;
+}
+
+void Addressing::PlaceByStation(const DatagramPair& d) {
   const std::uint16_t* count = slave_count_.if_known();
-  if (count == nullptr || unplaced_ == 0) return;
-  if (slaves_.PlaceByStation(*count, frame)) ++version_;
+  if (count == nullptr || unplaced_ == 0 || !IsCountOf(d)) return;
+  if (slaves_.PlaceByStation(*count, d.transaction.any().ref().number)) ++version_;
 }
 
 /// A slave that was met by its station address in the running bus: an access by position to that address shows where it
@@ -140,9 +161,9 @@ void Addressing::LearnStation(const SlaveAccess& access, StationAddress address)
   events_.Publish(AddressAssigned{access.slave, access.frame(), address, shared ? assigned.other : kNoSlave});
 }
 
-void Addressing::ClearStations(FrameNo frame) {
-  PlaceByStation(frame);
-  slaves_.ClearStations(frame);
+void Addressing::ClearStations(const DatagramPair& d) {
+  PlaceByStation(d);
+  slaves_.ClearStations(d.transaction.any().ref().number);
   ++version_;
 }
 

@@ -1,7 +1,7 @@
 /// in: DatagramPair, SlaveAccess.  out: SlaveCount, AddressAssigned; the slave that a datagram means.
 ///
-/// keeps: who is at which position and answers to which address, how many slaves pass a frame on, and how many of them
-/// are between the master and the tap.
+/// keeps: who is at which position and answers to which address, on whose segment, how many slaves pass a frame on, and
+/// how many of them are between the master and the tap.
 #pragma once
 
 #include <cstdint>
@@ -12,6 +12,7 @@
 #include "decoder/esc/register_addresses.h"
 #include "decoder/track/datagram_pair.h"
 #include "decoder/track/events.h"
+#include "decoder/track/segments.h"
 
 namespace ecaudit::track {
 
@@ -53,6 +54,12 @@ class Addressing {
     if (slaves_[a].replaced || slaves_[b].replaced) return false;
     return (only_placed(a) && only_named(b)) || (only_named(a) && only_placed(b));
   }
+  /// A slave answered a datagram that was meant for it alone.
+  void OnAnswered(SlaveId id, const DatagramPair& d);
+  /// What all slaves answered to a broadcast tells of this one, too: nothing says that it may be on another segment.
+  [[nodiscard]] bool TellsOf(SlaveId id, const DatagramPair& d) const;
+  /// ... of every slave that has answered anything.
+  [[nodiscard]] bool TellsOfAll(const DatagramPair& d) const;
   /// Counts the slaves that a datagram with a position counter has passed.
   /// @return the position from which on they may be other slaves than before, where there are more of them now or
   ///         another program counts
@@ -71,7 +78,7 @@ class Addressing {
     return address <= kAliasEnable && address + length > esc::kStationAddress;
   }
   /// A broadcast wrote to the station addresses of all slaves: nobody is told apart by them now.
-  void ClearStations(FrameNo frame);
+  void ClearStations(const DatagramPair& d);
 
  private:
   /// Two senders are at work at once where one is heard of again within so many packets, and soon.
@@ -86,13 +93,15 @@ class Addressing {
   [[nodiscard]] std::optional<SlavePos> PositionOf(const DatagramPair& d) const;
   [[nodiscard]] SlaveId AtStation(const DatagramPair& d, bool add);
   [[nodiscard]] SlaveId MetByStation(const DatagramPair& d, SlavePos position);
-  void PlaceByStation(FrameNo frame);
+  void PlaceByStation(const DatagramPair& d);
+  [[nodiscard]] bool IsCountOf(const DatagramPair& d) const;
   void LearnStation(const SlaveAccess& access, StationAddress address);
 
   EventSink& events_;
   bus::SlaveSet slaves_;
   std::size_t unplaced_ = 0;  // slaves that were met by station address and may be without a position still
   Known<std::uint16_t> slave_count_;
+  Segments segments_;
   std::uint64_t counts_for_ = 0;  // the sender whose frames slave_count_ was learned from ...
   FrameRef counted_;              // ... and the last of them
   std::uint16_t upstream_ = 0;    // slaves between the master and the tap

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "decoder/bus/direction.h"
+
 namespace ecaudit::track {
 namespace {
 
@@ -89,7 +91,8 @@ void AlTracker::OnRead(const SlaveAccess& access) {
   if (poll_.length > 1) poll_.version = 0;  // a single slave: its code may be told anew
   if (CoversByte(access.address, access.read.size(), esc::kAlStatus)) {
     const ByteSpan status = Slice(access.read, static_cast<std::size_t>(esc::kAlStatus - access.address));
-    Apply(access.slave, access.frame(), WordOrByte(status), CodeIn(status), true);
+    Apply({access.slave, access.frame(), esc::AlWord{WordOrByte(status)}, std::nullopt, CodeIn(status), true,
+           access.sent});
   } else if (const ByteSpan code = access.Covered(access.read, esc::kAlStatusCode, 2); !code.empty()) {
     const auto value = LittleEndian<std::uint16_t>(code, 0);
     states_[access.slave].al_status_code = Known<std::uint16_t>::Observed(value, access.frame().number);
@@ -97,9 +100,20 @@ void AlTracker::OnRead(const SlaveAccess& access) {
   }
 }
 
+/// Slaves of which nothing says that they are on the sender's segment are told by others only.
+bool AlTracker::TellsOfAny(const DatagramPair& d) const {
+  for (std::size_t s = 0; s < states_.size(); ++s) {
+    const auto id = static_cast<SlaveId>(s);
+    if (addressing_.OnBus(id) && addressing_.TellsOf(id, d)) return true;
+  }
+  return false;
+}
+
 void AlTracker::OnBroadcastRead(const DatagramPair& d) {
   const std::uint16_t* count = addressing_.slave_count().if_known();
   if (count == nullptr || d.wkc() != *count) return;
+  const bool of_all = addressing_.TellsOfAll(d);
+  if (!of_all && !TellsOfAny(d)) return;
   if (d.has_sent) {
     // Bits that the master sent set would be taken for answers.
     const ByteSpan sent = d.sent().data();
@@ -107,32 +121,38 @@ void AlTracker::OnBroadcastRead(const DatagramPair& d) {
   }
   Answer answer;
   answer.frame = d.transaction.returned_ref();
+  answer.sent = d.transaction.sent_ref();
   answer.data = Slice(d.any.data(), static_cast<std::size_t>(esc::kAlStatus - d.address()));
   answer.status = answer.data[0];
   answer.one_state = std::has_single_bit(static_cast<unsigned>(answer.states()));
   events_.Publish(AlStatusOfAll{answer.frame, esc::AlWord{static_cast<std::uint16_t>(answer.status & 0x1FU)}, *count});
-  const SlaveId only = *count == 1 ? OnlySlave() : kNoSlave;
+  answer.sender = bus::SenderOf(d.transaction.any());
+  SlaveId only = *count == 1 ? OnlySlave() : kNoSlave;
+  if (only != kNoSlave && !addressing_.TellsOf(only, d)) only = kNoSlave;
   const ByteSpan shown = only == kNoSlave ? answer.data.first(1) : answer.data;
   if (TakesAgain(answer, shown, only)) return;
-  holes_.PresumeAll(!answer.error() && answer.states() == static_cast<std::uint8_t>(esc::AlState::OP), answer.frame);
+  const bool all_in_op = !answer.error() && answer.states() == static_cast<std::uint8_t>(esc::AlState::OP);
+  if (of_all) holes_.PresumeAll(all_in_op, answer.frame);
   poll_.version = 0;
   poll_.slaves.clear();
   bool all_same = true;
   for (std::size_t s = 0; s < states_.size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
-    if (!addressing_.OnBus(id)) continue;
+    if (!addressing_.OnBus(id) || (!of_all && !addressing_.TellsOf(id, d))) continue;
+    if (!of_all) holes_.Presume(id, all_in_op, answer.frame);
     const bool same = id == only ? CompareOnly(id, answer) : Compare(id, answer);
     all_same = all_same && same;
   }
   if (!all_same || shown.size() > kShown) return;
   poll_.version = Version();
+  poll_.sender = answer.sender;
   poll_.length = shown.size();
   std::copy(shown.begin(), shown.end(), poll_.shown.begin());
 }
 
 /// The same as at the last poll, and nobody has to hear of each slave.
 bool AlTracker::TakesAgain(const Answer& answer, ByteSpan shown, SlaveId only) {
-  if (poll_.version != Version() || shown.size() != poll_.length) return false;
+  if (poll_.version != Version() || poll_.sender != answer.sender || shown.size() != poll_.length) return false;
   if (!std::equal(shown.begin(), shown.end(), poll_.shown.begin())) return false;
   if (holes_.presumes() && (answer.error() || !answer.one_state)) return false;
   const AlPoll poll{answer.frame, esc::AlWord{answer.states()}, poll_.slaves};
@@ -156,18 +176,18 @@ bool AlTracker::Compare(SlaveId id, const Answer& answer) {
     // Bits above the error bit are an OR of all: they say nothing of this slave.
     const bool same = before != nullptr && before->state() == answer.states() && !before->bit4();
     if (!same) {
-      Apply(id, answer.frame, answer.states(), std::nullopt, true);
+      Apply({id, answer.frame, esc::AlWord{answer.states()}, std::nullopt, std::nullopt, true, answer.sent});
       return false;
     }
     poll_.slaves.push_back(id);
     states_.work().Take(1);
-    events_.Publish(AlStatusRead{id, answer.frame, *before, *before, std::nullopt, true});
+    events_.Publish(AlStatusRead{id, answer.frame, *before, *before, std::nullopt, true, answer.sent});
     return true;
   }
   if (answer.one_state) {
     // The state is certain, whose error bit it is, is not.
     if (before != nullptr && before->state() == answer.states()) return true;
-    Apply(id, answer.frame, answer.states(), std::nullopt, false);
+    Apply({id, answer.frame, esc::AlWord{answer.states()}, std::nullopt, std::nullopt, false, answer.sent});
     return false;
   }
   if (before == nullptr || (before->state() & ~answer.status & 0x0FU) == 0) return true;
@@ -184,25 +204,24 @@ bool AlTracker::CompareOnly(SlaveId id, const Answer& answer) {
   const std::uint16_t* code_before = states_[id].al_status_code.if_known();
   const bool same = before != nullptr && before->raw == status && answer.one_state && !answer.error() &&
                     (!code || (code_before != nullptr && *code_before == *code));
-  Apply(id, answer.frame, status, code, true);
+  Apply({id, answer.frame, esc::AlWord{status}, std::nullopt, code, true, answer.sent});
   if (same) poll_.slaves.push_back(id);
   return same;
 }
 
-void AlTracker::Apply(SlaveId slave, const FrameRef& frame, std::uint16_t status, std::optional<std::uint16_t> code,
-                      bool error_bit_known) {
+void AlTracker::Apply(const AlStatusRead& read) {
   states_.work().Take(1);
-  holes_.Presume(slave, status == static_cast<std::uint16_t>(esc::AlState::OP), frame);
-  AlStatusRead event{slave, frame, esc::AlWord{status}, std::nullopt, code, error_bit_known};
-  SlaveState& state = states_[slave];
+  holes_.Presume(read.slave, read.status.raw == static_cast<std::uint16_t>(esc::AlState::OP), read.frame);
+  AlStatusRead event = read;
+  SlaveState& state = states_[read.slave];
   if (const esc::AlWord* before = state.al_status.if_known()) event.before = *before;
   if (event.changed()) {
     runs_.OnState(event.status);
     const bool other_state = event.before && event.before->state() != event.status.state();
-    if (other_state && event.status.state() == kInit) mailboxes_.Reset(slave, frame);
-    states_.SetAlStatus(slave, event.status, frame.number);
+    if (other_state && event.status.state() == kInit) mailboxes_.Reset(read.slave, read.frame);
+    states_.SetAlStatus(read.slave, event.status, read.frame.number);
   }
-  if (code) state.al_status_code = Known<std::uint16_t>::Observed(*code, frame.number);
+  if (read.status_code) state.al_status_code = Known<std::uint16_t>::Observed(*read.status_code, read.frame.number);
   events_.Publish(event);
 }
 

@@ -50,9 +50,11 @@ class AlTracker {
   static constexpr std::size_t kShown = 6;
   struct Answer {  // of all slaves
     FrameRef frame;
+    FrameRef sent;  // the frame that asked
     ByteSpan data;  // from AL Status on
     std::uint8_t status = 0;
     bool one_state = false;  // all slaves are in it
+    std::uint64_t sender = 0;
 
     [[nodiscard]] std::uint8_t states() const { return status & 0x0FU; }
     [[nodiscard]] bool error() const { return (status & 0x10U) != 0; }
@@ -60,6 +62,7 @@ class AlTracker {
 
   /// What all slaves were last seen to be, where the same once more tells nothing new.
   struct Poll {
+    std::uint64_t sender = 0;   ///< whose slaves they are
     std::uint64_t version = 0;  ///< of who is on the bus and of the AL states; 0: none
     std::array<std::uint8_t, kShown> shown{};
     std::size_t length = 0;       ///< of `shown`: the first byte, and all of it where a single slave shows more
@@ -69,12 +72,12 @@ class AlTracker {
   void OnWritten(const SlaveAccess& access);
   void OnRead(const SlaveAccess& access);
   [[nodiscard]] SlaveId OnlySlave() const;
+  [[nodiscard]] bool TellsOfAny(const DatagramPair& d) const;
   [[nodiscard]] bool TakesAgain(const Answer& answer, ByteSpan shown, SlaveId only);
   /// @return false: something of the slave had to be told
   bool Compare(SlaveId id, const Answer& answer);
   bool CompareOnly(SlaveId id, const Answer& answer);
-  void Apply(SlaveId slave, const FrameRef& frame, std::uint16_t status, std::optional<std::uint16_t> code,
-             bool error_bit_known);
+  void Apply(const AlStatusRead& read);
   [[nodiscard]] std::uint64_t Version() const { return addressing_.version() + states_.al_version(); }
 
   EventSink& events_;

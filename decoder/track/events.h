@@ -76,7 +76,10 @@ struct AlStatusRead {
   std::optional<esc::AlWord> before;         ///< last status read, if any
   std::optional<std::uint16_t> status_code;  ///< 0x0134, when the same access covered it
   bool error_bit_known = true;               ///< false: from a broadcast that some slave answered with the error bit
+  FrameRef sent = {};                        ///< the frame that asked for it; number 0 if it is not in the capture
 
+  /// What was sent behind this frame, the answer does not show: the slave had given it before.
+  [[nodiscard]] FrameNo asked() const { return sent.seen() ? sent.number : frame.number; }
   [[nodiscard]] bool changed() const { return !before || before->raw != status.raw; }
 };
 

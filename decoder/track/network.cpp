@@ -160,7 +160,7 @@ void Network::WriteToAll(const DatagramPair& d) {
   ApplyToAll(d, acceptance);
   al_.OnBroadcastRequest(d, acceptance);
   if (d.CoversByte(esc::kStationAddress) && acceptance != Acceptance::kRefused) {
-    addressing_.ClearStations(d.transaction.any().ref().number);
+    addressing_.ClearStations(d);
   }
 }
 
@@ -181,6 +181,7 @@ void Network::OnAddressed(const DatagramPair& d) {
     const bool changed = !std::equal(sent.begin(), sent.end(), access.read.begin(), access.read.end());
     if (!changed && (count == nullptr || d.wkc() != *count)) return;
   }
+  if (access.acceptance == Acceptance::kAccepted) addressing_.OnAnswered(slave, d);
   Apply(access);
 }
 

@@ -13,9 +13,9 @@ CAPTURE_RULES = {"capture-truncated", "capture-snaplen", "capture-one-direction"
                  "capture-timestamps", "bus-second-master"}
 # So do these: frames that nobody could read, or that never came back.
 UNREADABLE = {"frame-malformed", "frame-lost"}
-# How many findings of all captures may be lost without a word so far. Where a hole hides how a drive or its process data
-# are mapped, the rules about them say that there are none; a bus of as many slaves as another one is taken for it.
-UNSAID = {"a hole": 3, "another master": 1, "cut at the end": 1}
+# How many findings of all captures may be lost without a word so far: a request judged before the read that shows the
+# state is back; a start-up where neither indices nor returns tell that packets are missing.
+UNSAID = {"returns behind the next frame": 2, "a run of packets missing, 2": 2}
 ETHERCAT = b"\x88\xa4"
 USER_LINK = 147
 ROOM = 4  # packets around what a finding shows that belong to it
@@ -149,6 +149,32 @@ def foreign_master(packets, chance):
     return out
 
 
+def later(packets, chance):
+    """Each return behind the next outbound frame, as where a master sends before the last frame is back."""
+    out, held = [], None
+    for p in packets:
+        back = p.data[6] >> 1 & 1
+        if back and held is None:
+            held = p
+            continue
+        out.append(p)
+        if not back and held is not None:
+            out.append(held.copy(time_ns=p.time_ns + 1))
+            held = None
+    return out + ([held] if held is not None else [])
+
+
+def missing_run(packets, chance):
+    length = chance.randint(2, 200)
+    first = chance.randrange(max(1, len(packets) - length))
+    return packets[:first] + packets[first + length:]
+
+
+def missing(packets, chance, count):
+    first = chance.randrange(max(1, len(packets) - count + 1))
+    return packets[:first] + packets[first + count:]
+
+
 def half_on(packets, link):
     middle = len(packets) // 2
     return packets[:middle] + [p.copy(link=link, interface=1) for p in packets[middle:]]
@@ -186,6 +212,10 @@ DAMAGES = (
     ("an interface a direction", lambda p, r: by_interface(p, 0), False),
     ("an interface a direction, returns first", lambda p, r: by_interface(p, 1), False),
     ("another master", foreign_master, False),
+    ("returns behind the next frame", later, False),
+    *((f"a run of packets missing, {n}", missing_run, False) for n in range(4)),
+    *((f"a pair missing, {n}", lambda p, r: missing(p, r, 2), False) for n in range(3)),
+    *((f"one missing, {n}", lambda p, r: missing(p, r, 1), False) for n in range(3)),
 )
 
 

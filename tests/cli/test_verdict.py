@@ -4,6 +4,7 @@ import re
 import xml.etree.ElementTree as ET
 
 from support import SOURCE, CliTest, Bus, foreign_capture, scanned_bus
+from test_silent_loss import read, written
 
 SAMPLES = SOURCE / "samples" / "captures"
 LRW = 12
@@ -41,6 +42,13 @@ class Verdict(CliTest):
     def test_nothing_to_check_is_limited(self):
         self.assertEqual(self.one(self.foreign)["summary"]["verdict"], "limited")
         self.assertTrue(self.check(self.foreign, status=0).out.startswith("NOTHING-TO-CHECK "))
+
+    def test_a_slave_out_of_sight_behind_missing_packets(self):
+        packets = read((SAMPLES / "process-data-stop.pcapng").read_bytes())
+        left = packets[:len(packets) // 3] + packets[len(packets) // 2:]
+        summary = self.one(self.file("hole.pcapng", written(left)))["summary"]
+        self.assertEqual(summary["verdict"], "limited")
+        self.assertIn("behind the packets that the capture misses", summary["limited_because"])
 
     def test_one_direction(self):
         outbound = self.one(SAMPLES / "outbound-only.pcapng")

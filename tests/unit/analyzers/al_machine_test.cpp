@@ -88,6 +88,16 @@ class AlMachineTest : public ::testing::Test {
     machine.OnStatus(read);
     After(kMs);
   }
+  /// The same, asked for by a frame that was sent before others.
+  void ReadAskedBy(const FrameRef& sent, std::uint16_t status, std::optional<std::uint16_t> code = std::nullopt) {
+    track::AlStatusRead read;
+    read.sent = sent;
+    read.frame = Frame();
+    read.status = esc::AlWord{status};
+    read.status_code = code;
+    machine.OnStatus(read);
+    After(kMs);
+  }
   /// A broadcast of several slaves, one of which has the error bit set: only the state is known.
   void ReadStateOnly(std::uint16_t state) {
     track::AlStatusRead read;
@@ -129,6 +139,43 @@ TEST_F(AlMachineTest, EachStepOfAStartUpIsLegalAndReached) {
   EXPECT_THAT(log.judged, ElementsAre("legal", "legal", "legal"));
   EXPECT_THAT(log.lines, ElementsAre("reached", "reached", "reached"));
   EXPECT_TRUE(machine.SettledIn(esc::AlState::OP));
+}
+
+TEST_F(AlMachineTest, WhatIsSentBehindAReadDoesNotExplainIt) {
+  Read(0x08);
+  const FrameRef asked = Frame();
+  machine.OnRequestSent(Frame(), esc::AlWord{0x12});
+  ReadAskedBy(asked, 0x14, 0x001B);
+  EXPECT_THAT(log.lines, ElementsAre("by-itself 8>20"));
+  Returned(0x12, track::Acceptance::kAccepted);
+  Read(0x02);
+  EXPECT_THAT(log.lines, ElementsAre("by-itself 8>20", "cleared", "reached"));
+}
+
+TEST_F(AlMachineTest, AFallShownByAReadSentBeforeTheRequest) {
+  Read(0x08);
+  const FrameRef asked = Frame();
+  machine.OnRequestSent(Frame(), esc::AlWord{0x02});
+  ReadAskedBy(asked, 0x02);
+  EXPECT_THAT(log.lines, ElementsAre("by-itself 8>2"));
+}
+
+TEST_F(AlMachineTest, WhatIsSentBeforeAReadMayExplainIt) {
+  Read(0x08);
+  machine.OnRequestSent(Frame(), esc::AlWord{0x02});
+  const FrameRef asked = Frame();
+  ReadAskedBy(asked, 0x14, 0x001B);
+  EXPECT_TRUE(log.lines.empty());
+}
+
+TEST_F(AlMachineTest, AnAcknowledgeSentBehindTheReadOfTheErrorMayHaveBeenTaken) {
+  Read(0x08);
+  const FrameRef asked = Frame();
+  const FrameRef acknowledge = Frame();
+  machine.OnRequestSent(acknowledge, esc::AlWord{0x14});
+  ReadAskedBy(asked, 0x14, 0x001B);
+  Request(0x08);
+  EXPECT_THAT(log.judged, ElementsAre("legal"));
 }
 
 TEST_F(AlMachineTest, NotSettledWhileARequestIsOpenOrUnderWay) {

@@ -84,6 +84,29 @@ TEST(Broadcast, WhatTheMasterSentSetProvesNothing) {
   EXPECT_THAT(StatesAfter("+1ms BRD 0x0130 08 00 -> 08 00\n"), IsEmpty());
 }
 
+TEST(Broadcast, OfAnotherProgramTellsOfSlavesThatAnswerItOnly) {
+  constexpr std::string_view kOther = "@mac 00:0a:35:01:02:03\n";
+  constexpr std::string_view kPoll = "+1ms BRD 0x0130 04 00\n";
+  EXPECT_THAT(StatesAfter(std::string(kOther) + std::string(kPoll)), IsEmpty()) << "three slaves, but of which bus?";
+  EXPECT_THAT(StatesAfter(std::string(kOther) + "+1ms FPRD 0x1002:0x0130 02 00\n" + std::string(kPoll)),
+              ElementsAre("state 0 0x0002 -> 0x0004", "state 1 0x0002 -> 0x0004", "state 2 0x0002 -> 0x0004"))
+      << "one slave answered both";
+}
+
+TEST(Broadcast, TheCountOfAnotherProgramPlacesNobody) {
+  const Decoded d = Decode(R"(
+@slaves 1
+@mac 00:0a:35:01:02:03
++1ms BRD  0x0130 01 00
+@mac 01:01:01:01:01:01
++1ms FPRD 0x1001:0x0130 14 00 00 00 1B 00
+@mac 00:0a:35:01:02:03
++1ms BRD  0x0130 01 00
+)");
+  EXPECT_THAT(d.log->Only("state"), ElementsAre("state 0 ? -> 0x0014 code 0x001b"));
+  EXPECT_EQ(d.slaves()[0].position.if_known(), nullptr);
+}
+
 TEST(Broadcast, ASingleSlaveIsReadExactly) {
   const Decoded d = Decode(R"(
 +1ms BRD 0x0130 01 00 00 00 00 00
