@@ -159,10 +159,27 @@ bool BusAlUnit::NobodyHadError(std::uint16_t slaves, FrameNo since) const {
   return true;
 }
 
+/// Since the request all were in that state: who shows an error now has followed it before.
+bool BusAlUnit::Agreed() const {
+  if (!told_ || told_->last.number <= requested_at_.number) return false;
+  return (told_->status.raw & kStateBits) == control_.state();
+}
+
+/// Some slave showed an error by itself since a broadcast showed none: it is told of by itself, refusal or not.
+bool BusAlUnit::SomeoneShowsError() const {
+  const FrameNo since = told_ ? told_->last.number : 0;
+  for (std::size_t s = 0; s < network_.slaves().size(); ++s) {
+    const Known<esc::AlWord>& status = network_.state(static_cast<SlaveId>(s)).al_status;
+    if (status.if_known() != nullptr && status.if_known()->bit4() && status.since() > since) return true;
+  }
+  return false;
+}
+
 void BusAlUnit::NoteRefusal(const track::AlStatusOfAll& read) {
   if (acknowledging_ || !read.status.bit4()) return;
   if (!refused_) {
     if ((told_ && told_->status.bit4()) || !NobodyHadError(read.slaves, 0)) return;
+    if (Agreed() || SomeoneShowsError()) return;
     refused_ = BusAlRefused{read.frame, read.frame, requested_at_, control_, read.status, read.slaves, 0};
   }
   refused_->last = read.frame;

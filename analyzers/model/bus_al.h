@@ -85,6 +85,8 @@ class BusAlUnit {
   void Open(const track::AlStatusOfAll& read, std::uint8_t fallen);
   void NoteRefusal(const track::AlStatusOfAll& read);
   [[nodiscard]] bool NobodyHadError(std::uint16_t slaves, FrameNo since) const;
+  [[nodiscard]] bool Agreed() const;
+  [[nodiscard]] bool SomeoneShowsError() const;
   void TellRefusal();
   [[nodiscard]] bool Settled() const;
   void NoteRise(const track::AlStatusOfAll& read);

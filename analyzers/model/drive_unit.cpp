@@ -4,6 +4,7 @@
 
 #include "analyzers/model/process_image.h"
 #include "analyzers/objects/relatives.h"
+#include "decoder/base/time.h"
 
 namespace ecaudit::model {
 namespace {
@@ -278,7 +279,7 @@ void DriveUnit::OnSdo(const mailbox::SdoTransfer& transfer) {
       OnControlTaken(word(), frame, true, inferred);
       return;
     case kStatusWord:
-      if (download || transfer.size != 2 || status_mapped_) return;
+      if (download || transfer.size != 2 || (status_mapped_ && !AskedLongAfterInputs(transfer))) return;
       OnStatus(word(), frame, true, false);
       return;
     case kModes:
@@ -308,6 +309,15 @@ void DriveUnit::OnSdo(const mailbox::SdoTransfer& transfer) {
     default:
       return;
   }
+}
+
+/// Inputs come no more, and the mailbox is all that tells of the drive. In between two cycles it may be older than
+/// they.
+bool DriveUnit::AskedLongAfterInputs(const mailbox::SdoTransfer& transfer) const {
+  constexpr std::int64_t kLong = 100'000'000;
+  const FrameRef& asked = transfer.request;
+  if (!asked.seen() || asked.number <= status_last_.number || !asked.has_time || !status_last_.has_time) return false;
+  return Elapsed(status_last_.time, asked.time) >= kLong;
 }
 
 void DriveUnit::ForgetObject(std::uint16_t index) {

@@ -130,6 +130,7 @@ class DriveUnit {
   Still OnInputs(const ProcessCycle& cycle, const Places& places, StillCycle& watched);
   Still OnOutputs(const ProcessCycle& cycle, const Places& places, StillCycle& watched);
   void OnControlWords(const ProcessCycle& cycle, const Places& places, bool done);
+  [[nodiscard]] bool AskedLongAfterInputs(const mailbox::SdoTransfer& transfer) const;
   [[nodiscard]] bool ActsOnControl() const;
   [[nodiscard]] bool ShowsStatus() const;
   [[nodiscard]] int Rank(std::uint16_t word) const;

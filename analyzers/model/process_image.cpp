@@ -5,6 +5,7 @@
 #include <iterator>
 #include <span>
 
+#include "analyzers/model/inputs_given.h"
 #include "decoder/base/text.h"
 #include "decoder/base/wrapping.h"
 #include "decoder/esc/bit_copy.h"
@@ -581,7 +582,7 @@ ProcessImage::Counted ProcessImage::Count(const Entry& entry, const track::Logic
     return most == 0 ? Exchange::kNo : Exchange::kUnknown;
   };
   Counted counted{judge(wkc - step * o_most, wkc - step * o_least, inputs), judge(o_least, o_most, outputs)};
-  if (counted.inputs != Exchange::kUnknown || wkc < inputs || (wkc - inputs) % step != 0) return counted;
+  if (counted.inputs != Exchange::kUnknown || inputs == 0) return counted;
   // Slaves in SAFEOP and OP give their inputs.
   for (const LogicalShare& share : expectation.shares) {
     const esc::AlWord* status = network_.state(share.slave).al_status.if_known();
@@ -589,6 +590,11 @@ ProcessImage::Counted ProcessImage::Count(const Entry& entry, const track::Logic
       return counted;
     }
   }
+  Counting others;
+  others.step = step;
+  others.inputs = others.miss = inputs - expectation.inputs;
+  others.take = outputs - expectation.outputs;
+  if (!AllInputsGiven(expectation, slaves_, others, wkc)) return counted;
   const unsigned o = (wkc - inputs) / step;
   counted.inputs = Exchange::kInferred;
   counted.outputs = o == outputs ? Exchange::kInferred : o == 0 ? Exchange::kNo : Exchange::kUnknown;

@@ -77,7 +77,7 @@ struct DcSummary {
 struct BusDcSummary {
   SlaveId reference = kNoSlave;
   std::uint64_t samples = 0;        ///< times read from the reference clock
-  std::uint64_t distributions = 0;  ///< frames with ARMW or FRMW of 0x0910 that it answered
+  std::uint64_t distributions = 0;  ///< frames with ARMW or FRMW of 0x0910 that it answered, or with BWR
   FrameRef first, last;             ///< of these
   double longest_gap_us = 0;        ///< between two of them, by the capture's stamps
   FrameRef longest_gap_end;

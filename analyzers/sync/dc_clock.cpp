@@ -1,6 +1,7 @@
 #include "analyzers/sync/dc_clock.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "decoder/base/time.h"
 #include "decoder/base/wrapping.h"
@@ -23,7 +24,36 @@ bool Leaps(std::uint64_t step, const FrameRef& from, const FrameRef& to) {
 
 }  // namespace
 
+/// A master may write its own time to all clocks, which follow it as they follow that of a reference. What does not go
+/// on from the write before is no time (zeros of a scan, a first value).
+void DcClock::NoteWritten(const track::Answered& answer) {
+  if (answer.wkc == 0 || answer.circulating || answer.address > esc::kSystemTime) return;
+  const auto at = static_cast<std::size_t>(esc::kSystemTime - answer.address);
+  const ByteSpan data = Slice(answer.returned_data, at, 4);
+  if (data.size() < 4) return;
+  const auto time = LittleEndian<std::uint32_t>(data, 0);
+  const std::optional<std::uint32_t> before = std::exchange(written_, time);
+  if (!before || *before == 0 || time == *before || WrappingDifference(time, *before) >= kWrap / 2) return;
+  NoteDistribution(answer.returned);
+}
+
+void DcClock::NoteDistribution(const FrameRef& frame) {
+  if (distributions_++ == 0) first_distribution_ = frame;
+  if (last_distribution_.has_time && frame.has_time) {
+    const TimeNs gap = Elapsed(last_distribution_.time, frame.time);
+    if (gap > longest_gap_) {
+      longest_gap_ = gap;
+      longest_gap_end_ = frame;
+    }
+  }
+  last_distribution_ = frame;
+}
+
 std::optional<DcTime> DcClock::On(const track::Answered& answer) {
+  if (answer.command == wire::Command::BWR) {
+    NoteWritten(answer);
+    return std::nullopt;
+  }
   const bool distributes = answer.command == wire::Command::ARMW || answer.command == wire::Command::FRMW;
   const bool reads = answer.command == wire::Command::APRD || answer.command == wire::Command::FPRD;
   // A broadcast that one slave answered holds the time of that one.
@@ -38,15 +68,7 @@ std::optional<DcTime> DcClock::On(const track::Answered& answer) {
     // Slaves that only write count as well: unless the data changed, the reference itself did not answer.
     const ByteSpan sent = Slice(answer.sent_data, at, 8);
     if (SameBytes(sent, data)) return std::nullopt;
-    if (distributions_++ == 0) first_distribution_ = answer.returned;
-    if (last_distribution_.has_time && answer.returned.has_time) {
-      const TimeNs gap = Elapsed(last_distribution_.time, answer.returned.time);
-      if (gap > longest_gap_) {
-        longest_gap_ = gap;
-        longest_gap_end_ = answer.returned;
-      }
-    }
-    last_distribution_ = answer.returned;
+    NoteDistribution(answer.returned);
   }
   const bool first = samples_ == 0;
   if (first || (distributes && (!distributed_ || answer.slave != reference_))) {

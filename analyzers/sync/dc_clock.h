@@ -28,7 +28,7 @@ class DcClock {
   /// It has 64 bit, and so has last().
   [[nodiscard]] bool is_64_bit() const { return wide_ && full_; }
 
-  // Distribution of the time: frames with ARMW or FRMW of 0x0910.
+  // Distribution of the time: frames with ARMW or FRMW of 0x0910, or with BWR of a time that goes on.
   [[nodiscard]] std::uint64_t distributions() const { return distributions_; }
   [[nodiscard]] const FrameRef& first_distribution() const { return first_distribution_; }
   [[nodiscard]] const FrameRef& last_distribution() const { return last_distribution_; }
@@ -37,6 +37,9 @@ class DcClock {
   [[nodiscard]] const FrameRef& longest_gap_end() const { return longest_gap_end_; }
 
  private:
+  void NoteWritten(const track::Answered& answer);
+  void NoteDistribution(const FrameRef& frame);
+
   SlaveId reference_ = kNoSlave;
   bool distributed_ = false;  ///< the reference is known from ARMW or FRMW
   bool wide_ = false;         ///< upper half seen in use
@@ -46,6 +49,7 @@ class DcClock {
   std::uint32_t epoch_ = 0;
   std::uint64_t samples_ = 0;
   std::uint64_t distributions_ = 0;
+  std::optional<std::uint32_t> written_;  ///< time that was broadcast last, lower half
   FrameRef first_distribution_, last_distribution_, longest_gap_end_;
   TimeNs longest_gap_ = 0;
 };

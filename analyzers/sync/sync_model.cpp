@@ -640,14 +640,16 @@ void SyncModel::Finish() {
 void SyncModel::Starve(SlaveId id, const FrameRef& until, OutputGap::End end) {
   OutputWatch& watch = Of(id).outputs;
   std::optional<FrameTime> since = watch.WaitsSince();
-  if (watch.fell.seen() || !since || watch.watchdog_ns == 0) return;
+  if (watch.fell.seen() || !since) return;
+  // Without a watchdog the pause that it would have after power-on: masters take less to stop before they ask.
+  const TimeNs limit = watch.watchdog_ns != 0 ? watch.watchdog_ns : OutputWatch{}.watchdog_ns;
   since->dc.reset();
   since->esl.reset();
   FrameTime now;
   now.frame = until;
   if (until.has_time) now.stamp = until.time;
   const Interval gap = Between(*since, now);
-  if (gap.base == TimeBase::kNone || gap.ns < watch.watchdog_ns) return;
+  if (gap.base == TimeBase::kNone || gap.ns < limit) return;
   OutputGap event = watch.Describe(id, gap);
   event.end = end;
   event.after = until;

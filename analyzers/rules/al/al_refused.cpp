@@ -39,7 +39,8 @@ older and the finding is marked inferred. Where the model knows why the slave ha
 wrong sync manager), caused_by names that finding. With an ESI file (--esi) the text names the writes that it asks for
 before the refused state (init commands) and that the capture, which shows the slave's way to PREOP, does not have.
 Where only broadcasts show the error bit behind a request without the acknowledge bit, three times at least, the finding
-belongs to the bus.
+belongs to the bus; not where one showed before that all had followed the request, nor where a slave that was read by
+itself shows an error.
 
 ## Example
 samples/captures/init-to-op-refused.pcapng: OP refused with 0x0011.

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/bus_model.h"
 #include "decoder/base/text.h"
+#include "decoder/base/time.h"
 #include "decoder/pipeline.h"
 #include "decoder/track/events.h"
 
@@ -36,8 +38,10 @@ the rule fires and names the slaves whose share is missing where that is unambig
 capture starts in operation) the value that was constant before serves as expectation: a drop below it, without any
 state request or configuration in between, is reported as inferred warning. Refusals that are normal (mailbox empty or
 full, registers an ESC does not implement, a second AL Control write) are not judged, nor addresses that two slaves
-share for a moment while the master gives them out anew. Nor is a counter above what the FMMUs explain where the capture
-misses packets or frames never came back: one of them may have set another FMMU; nor any where no slave has an FMMU.
+share for a moment while the master gives them out anew. Nor is a counter above what the FMMUs explain where the
+capture misses packets or frames never came back: one of them may have set another FMMU; nor any where no slave has an
+FMMU. Where a capture begins behind the start-up, an address that is asked for half a second or longer and never
+answers, while others do, is an inferred warning.
 
 ## Example
 samples/captures/wkc-link-break.pcapng
@@ -125,11 +129,12 @@ class WkcMismatch final : public Rule {
     habits_ = {};
     if (!e.broadcast) numbering_ = false;
   }
-  void On(const track::AddressAssigned&) { numbering_ = true; }
+  void On(const track::AddressAssigned&) { numbering_ = assigned_ = true; }
   void On(const track::SlaveFound&) { habits_ = {}; }
 
   void Finish() override {
     if (SaidNothingReturned()) return;
+    for (const auto& [station, reads] : unanswered_) TellNobody(station, reads);
     for (const Episode& episode : episodes_) NameMissing(episode);
     // What a slave that left the bus or its state does not count any more is a consequence of that.
     std::vector<Finding>& findings = context().store.findings();
@@ -446,8 +451,47 @@ class WkcMismatch final : public Rule {
     Report(key, std::move(finding));
   }
 
+  /// Reads of registers that every ESC has at a station address where no slave was ever met.
+  struct Unanswered {
+    FrameRef first, last;
+    EscAddress address = 0;
+  };
+
+  void NoteUnanswered(const track::Answered& e) {
+    constexpr std::size_t kMost = 64;
+    if (e.wkc != 0 || assigned_ || (unanswered_.size() == kMost && !unanswered_.contains(e.adp))) return;
+    Unanswered& reads = unanswered_[e.adp];
+    if (!reads.first.seen()) reads = {e.returned, e.returned, e.address};
+    reads.last = e.returned;
+  }
+
+  /// A master that has set its bus up asks those whom it has found.
+  void TellNobody(std::uint16_t station, const Unanswered& reads) {
+    constexpr TimeNs kLong = 500'000'000;
+    if (assigned_ || !answered_ || !reads.first.has_time || !reads.last.has_time) return;
+    if (Elapsed(reads.first.time, reads.last.time) < kLong) return;
+    Finding finding;
+    finding.first = reads.first;
+    finding.last = reads.last;
+    finding.confidence = Confidence::kInferred;
+    finding.title = "Nobody answers at station address " + Hex(station);
+    finding.message = "FPRD of register " + Hex(reads.address) + " at station address " + Hex(station) +
+                      " comes back with working counter 0 from frame " + std::to_string(reads.first.number) +
+                      " to frame " + std::to_string(reads.last.number) +
+                      ", while other slaves answer at theirs. The capture begins behind the start-up: the "
+                      "master asks for a slave that it has found, and that has lost power, link or its address since.";
+    finding.evidence.push_back(Number("working_counter", 0));
+    finding.evidence.push_back(Number("expected", 1));
+    finding.evidence.push_back(HexNumber("station_address", station));
+    const std::uint64_t key = 0x2000000000000000ULL | station;
+    if (Repeat(kNoSlave, key, reads.first) == kNoFinding) Report(key, Severity::kWarning, std::move(finding));
+  }
+
   void JudgeAddressedRead(const track::Answered& e) {
-    if (e.command != wire::Command::FPRD || e.slave == kNoSlave || !EveryEscAnswers(e.address, e.length)) return;
+    if (e.command != wire::Command::FPRD || !EveryEscAnswers(e.address, e.length)) return;
+    if (e.slave == kNoSlave) return NoteUnanswered(e);
+    answered_ = true;
+    if (!unanswered_.empty()) unanswered_.erase(e.adp);
     if (e.wkc == 1 || (e.wkc > 1 && numbering_)) return;
     const std::uint64_t key = 0x4000000000000000ULL | static_cast<std::uint64_t>(e.wkc);
     if (Repeat(e.slave, key, e.returned) != kNoFinding) return;
@@ -533,6 +577,9 @@ class WkcMismatch final : public Rule {
   bool said_more_ = false;
   std::uint64_t mapped_version_ = 0;
   bool any_mapped_ = false;
+  std::map<std::uint16_t, Unanswered> unanswered_;
+  bool answered_ = false;   ///< a slave did, at its own address
+  bool assigned_ = false;   ///< station addresses were given out in the capture
   bool numbering_ = false;  ///< station addresses were given out and not used yet
 };
 

@@ -36,6 +36,9 @@ drive gave no reason, that of the lost synchronisation or of the pause of its pr
 again counts as repetition. A drive that is in a fault when its status word is first seen (a word of 0 before it is what
 unused memory holds) is one as well: the fault *stands* since before the capture saw it, and the finding says whether it
 was reset later. Captures that begin in operation need to know where the status word lies: an ENI or ESI file tells.
+Inputs count where the working counter says that the slave gave them: not where it is made up as well by others alone,
+for what comes back then may be the master's own words. A status word that is read by SDO counts where none is mapped,
+or no inputs came for 100 ms.
 
 ## Example
 samples/captures/drive-fault.pcapng, and samples/captures/drive-in-fault.pcapng for one that stands

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "analyzers/judge/exchange_watch.h"
+#include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/pdo_rule.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
@@ -13,6 +15,8 @@
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "decoder/base/text.h"
+#include "decoder/base/time.h"
+#include "decoder/pipeline.h"
 #include "decoder/track/datagram_pair.h"
 #include "decoder/track/events.h"
 #include "decoder/track/network.h"
@@ -40,8 +44,9 @@ FMMUs: their bits in one direction against the assigned PDOs (SDO transfers of t
 reaches OP; only where sync manager and PDOs agree, so that the lengths are certain (a sync manager that disagrees is
 sm-process-config). Where the PDOs are not known: FMMUs that reach into a sync manager's buffer but none its last byte.
 Outputs also when the slave refuses OP with 0x001b. Datagrams: where three cycles in a row leave out a part of what an
-FMMU maps although the slave is in OP; parts that come in several datagrams or frames add up. Mailbox state and other
-registers do not count.
+FMMU maps although the slave is in OP; parts that come in several datagrams or frames add up. Where none covers any of
+it, and nothing accesses the memory behind it, although the slave is in OP and others are exchanged for half a second or
+longer, nothing of it is exchanged. Mailbox state and other registers do not count.
 
 ## Example
 samples/captures/pdo-length-mismatch.pcapng
@@ -56,6 +61,11 @@ class PdoLengthMismatch final : public Rule {
     Hear<model::AlAnswered>(&PdoLengthMismatch::On);
     Hear<track::LogicalAccess>(&PdoLengthMismatch::On);
     Hear<track::CycleAtRest>(&PdoLengthMismatch::On);
+    Hear<track::SlaveAccess>(&PdoLengthMismatch::On, MemoryRange{kProcessMemory, 0xFFFF});
+    Hear<model::AlRequestJudged>(&PdoLengthMismatch::On);
+    Hear<model::AlChangedByItself>(&PdoLengthMismatch::On);
+    Hear<track::AlStateForgotten>(&PdoLengthMismatch::On);
+    Hear<track::RunBegan>(&PdoLengthMismatch::On);
   }
 
   void On(const model::AlAnswered& e) {
@@ -70,11 +80,25 @@ class PdoLengthMismatch final : public Rule {
       return;
     }
     for (const auto direction : {device::PdoDirection::kRx, device::PdoDirection::kTx}) (void)JudgeFmmus(e, direction);
+    exchange_.EnteredOp(e.slave, e.frame);
+  }
+
+  void On(const track::SlaveAccess& e) { exchange_.On(e); }
+  void On(const model::AlRequestJudged& e) {
+    if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) JudgeExchange(e.slave);
+  }
+  void On(const model::AlChangedByItself& e) { JudgeExchange(e.slave); }
+  void On(const track::AlStateForgotten& e) { (void)exchange_.Leaves(e.slave); }
+  void On(const track::RunBegan& e) {
+    const bool asked = e.reason == track::RunBegan::Reason::kInitialised;
+    for (std::size_t s = 0; s < context().slave_count() && asked; ++s) JudgeExchange(static_cast<SlaveId>(s));
+    exchange_.Forget();
   }
 
   void On(const track::LogicalAccess& e) {
-    if (e.assumed || !e.returned.seen() || e.wkc == 0) return;
     const track::Network& network = context().network();
+    exchange_.On(e, network);
+    if (e.assumed || !e.returned.seen() || e.wkc == 0) return;
     if (version_ != network.mapping_version()) {
       version_ = network.mapping_version();
       FindMapped();
@@ -97,6 +121,10 @@ class PdoLengthMismatch final : public Rule {
   }
 
   void Finish() override {
+    for (std::size_t s = 0; s < context().slave_count(); ++s) {
+      const auto id = static_cast<SlaveId>(s);
+      if (context().slave(id).al.SettledIn(esc::AlState::OP)) JudgeExchange(id);
+    }
     for (const Refused& r : refused_) NameCause(context(), "al-refused", r.slave, r.frame, r.cause);
     if (SaidNothingReturned()) return;
     for (const SlaveId slave : unknown_) NotEvaluable(slave, "what PDOs are assigned and mapped is not known");
@@ -123,6 +151,38 @@ class PdoLengthMismatch final : public Rule {
     std::uint16_t length = 0;
     std::vector<std::size_t> parts;  ///< indices into mapped_ of what the datagram covers only in part
   };
+
+  /// The slave leaves OP, or the capture ends in it.
+  void JudgeExchange(SlaveId slave) {
+    const std::optional<Unexchanged> e = exchange_.Leaves(slave);
+    if (!e) return;
+    if (MissesPackets(context().pairing()) || context().statistics().cut_frames > 0) {
+      NotEvaluable(slave, "datagrams with the rest of the process data may lie in what the capture misses",
+                   e->until.number);
+      return;
+    }
+    constexpr std::uint64_t kNothing = 1ULL << 62U;
+    if (Repeat(slave, kNothing, e->since) != kNoFinding) return;
+    const std::string what = e->output_bytes == 0 ? "inputs" : e->input_bytes == 0 ? "outputs" : "outputs and inputs";
+    const std::string bytes = Count(e->output_bytes + e->input_bytes, "byte");
+    Finding finding;
+    finding.slave = slave;
+    finding.first = e->since;
+    finding.last = e->until;
+    AddRelated(finding, e->mapped);
+    finding.title = "0 of " + bytes + " of the " + what + " are exchanged";
+    finding.message = "The FMMUs of the slave, set up to frame " + std::to_string(e->mapped) + ", map " + bytes +
+                      " of " + what + " to the logical addresses from " + Hex(e->address, 8) +
+                      " on, and it is in OP from frame " + std::to_string(e->since.number) + " to frame " +
+                      std::to_string(e->until.number) + ", " + Duration(Elapsed(e->since.time, e->until.time)) +
+                      ", while other process data are exchanged; but no datagram covers any of it. " +
+                      (e->output_bytes > 0 ? "It gets no set points. " : "Its actual values reach nobody. ") +
+                      "Let the cyclic frames cover the whole process image.";
+    finding.evidence = {Number("bytes", 0),
+                        Number("expected_bytes", static_cast<std::int64_t>(e->output_bytes + e->input_bytes)),
+                        HexNumber("logical_address", e->address)};
+    Report(kNothing, std::move(finding));
+  }
 
   void FindMapped() {
     mapped_.clear();
@@ -307,6 +367,7 @@ class PdoLengthMismatch final : public Rule {
   std::array<Cached, 16> cache_;
   std::set<SlaveId> unknown_;
   std::vector<Refused> refused_;
+  ExchangeWatch exchange_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<PdoLengthMismatch>};

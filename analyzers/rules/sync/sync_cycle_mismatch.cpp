@@ -176,7 +176,10 @@ class SyncCycleMismatch final : public Rule {
 
   void Observed(SlaveId id) {
     const model::SlaveModel& slave = context().slave(id);
-    const auto& settings = context().sync().dc(id).last_active();
+    // Of a run that ended without a judgement the settings still say that there was something to judge.
+    const sync::DcUnit& unit = context().sync().dc(id);
+    const bool ended = context().sync().outputs(id).rate.cycles() == 0;
+    const auto& settings = ended ? unit.told() : unit.last_active();
     const auto interpolation = model::InterpolationTime(slave);
     const auto drive = DriveCycle(slave);
     TimeNs configured = 0;

@@ -7,6 +7,7 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/sync/sync_events.h"
 #include "analyzers/sync/sync_model.h"
 #include "decoder/base/text.h"
 #include "decoder/base/time.h"
@@ -45,18 +46,18 @@ clock that is not compensated, or a control loop that does not settle.
 
 ## How it is decided
 A slave has settled once a read was within the limit, or 5 s after the first read, counted anew when offset, delay or
-the control loop (0x0920-0x0935) are written. A read counts only once the time was distributed 16 times since (ARMW or
-FRMW of 0x0910): before, 0x092C is 0 or old. Only bits 0-30 count: what bit 31 means differs between the manuals. A
-broadcast read is the OR over all slaves; there at least half of the value must be true of some slave. The limit in
-ns is configurable: sync-difference-large. A propagation delay is wrong for certain when it is longer than 1 ms and than
-the whole round trip of the frames with process data, by good stamps.
+the control loop (0x0920-0x0935) are written. A read counts only once the time was distributed 16 times since (ARMW,
+FRMW or BWR of 0x0910): before, 0x092C is 0 or old. Only bits 0-30 count: what bit 31 means differs between the
+manuals. A broadcast read is the OR over all slaves; there at least half of the value must be true of some slave. The
+limit in ns is configurable: sync-difference-large. A propagation delay is wrong for certain when it is longer than 1
+ms and than the whole round trip of the frames with process data, by good stamps.
 
 ## Example
 tests/rules/sync-difference-large/violates.trace
 
 ## What to do
-Check that ARMW or FRMW of 0x0910 runs in each cycle, and that offset and delay were computed after the last change
-of the topology. Let the start-up wait until 0x092C is small.
+Check that ARMW, FRMW or BWR of 0x0910 runs in each cycle, and that offset and delay were computed after the last
+change of the topology. Let the start-up wait until 0x092C is small.
 )"};
 
 class SyncDifferenceLarge final : public Rule {
@@ -65,6 +66,12 @@ class SyncDifferenceLarge final : public Rule {
     Hear<track::SlaveAccess>(&SyncDifferenceLarge::On,
                              MemoryRange::Of(esc::kSystemTimeOffset, kControlEnd - esc::kSystemTimeOffset));
     Hear<track::Answered>(&SyncDifferenceLarge::On, MemoryRange::Of(esc::kSystemTimeDifference, 4));
+    Hear<sync::SlaveRunEnded>(&SyncDifferenceLarge::On);
+  }
+
+  /// The next run may have another delay, or no SYNC0.
+  void On(const sync::SlaveRunEnded& e) {
+    if (e.slave < slaves_.size() && context().sync().dc(e.slave).last_active()) CheckDelay(e.slave, slaves_[e.slave]);
   }
 
   void On(const track::SlaveAccess& access) {
@@ -95,8 +102,8 @@ class SyncDifferenceLarge final : public Rule {
     finding.title = "Clock is " + Duration(magnitude) + " away from the system time";
     finding.message = "0x092C reads " + Duration(magnitude) + " in frame " + std::to_string(access.frame().number) +
                       ", in operation and after settling; up to " + Duration(LimitNs()) +
-                      " is usual. Check the distribution of the system time (ARMW or FRMW of 0x0910 in each cycle), "
-                      "the offset and the propagation delay.";
+                      " is usual. Check the distribution of the system time (ARMW, FRMW or BWR of 0x0910 in each "
+                      "cycle), the offset and the propagation delay.";
     finding.evidence = {Number("difference_ns", magnitude), Number("limit_ns", LimitNs())};
     Report(0, std::move(finding));
   }
@@ -130,7 +137,8 @@ class SyncDifferenceLarge final : public Rule {
     if (SaidNothingReturned()) return;
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
-      if (!context().sync().dc(id).last_active()) continue;
+      // Of whichever run: that the last one ended in INIT makes nothing known.
+      if (!context().sync().dc(id).told()) continue;
       if (s < slaves_.size()) CheckDelay(id, slaves_[s]);
       const bool read = any_.read || (s < slaves_.size() && slaves_[s].read);
       const bool counted = any_.counted || (s < slaves_.size() && slaves_[s].counted);
@@ -148,6 +156,7 @@ class SyncDifferenceLarge final : public Rule {
     std::uint64_t distributed = 0;  ///< how often the time was when the clock was set up
     std::uint32_t delay_ns = 0;     ///< 0x0928
     FrameRef delay_frame;
+    FrameNo told_delay = 0;  ///< the frame of the one that was told of last
   };
 
   [[nodiscard]] std::int64_t LimitNs() const { return context().Limit("sync-difference-large", kDefaultLimit); }
@@ -161,10 +170,12 @@ class SyncDifferenceLarge final : public Rule {
     return is;
   }
 
-  void CheckDelay(SlaveId id, const Slave& slave) {
+  void CheckDelay(SlaveId id, Slave& slave) {
     const std::optional<TimeNs> trip = context().sync().UsualRoundTrip();
     const TimeNs delay = slave.delay_ns;
-    if (!trip || delay <= std::max(*trip, kLongestLine) || Repeat(id, 2, slave.delay_frame) != kNoFinding) return;
+    if (!trip || delay <= std::max(*trip, kLongestLine) || slave.told_delay == slave.delay_frame.number) return;
+    slave.told_delay = slave.delay_frame.number;
+    if (Repeat(id, 2, slave.delay_frame) != kNoFinding) return;
     Finding finding;
     finding.slave = id;
     finding.first = slave.delay_frame;

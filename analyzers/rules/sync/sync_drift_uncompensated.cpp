@@ -27,7 +27,8 @@ constexpr RuleInfo kInfo{.id = "sync-drift-uncompensated",
                          .source = "ESC-1, distributed clocks, clock synchronisation and drift compensation",
                          .doc = R"(
 ## What it checks
-While a slave with SYNC0 is in OP: more than a second without ARMW or FRMW of the system time (0x0910).
+While a slave with SYNC0 is in OP: more than a second without ARMW or FRMW of the system time (0x0910),
+or BWR of a time that goes on from write to write.
 
 ## Why it matters
 Each slave has a quartz of its own. Without distribution the clocks drift apart by up to 0.1 ms a second, and with
@@ -106,7 +107,7 @@ class SyncDriftUncompensated final : public Rule {
     finding.message = "Since frame " + std::to_string(from.number) +
                       (from.number == in_use_since_.number ? " " + context().Label(slave_) + " is in OP with SYNC0"
                                                            : ", the last distribution,") +
-                      " no ARMW or FRMW of 0x0910 was answered for " + Duration(gap) +
+                      " no ARMW, FRMW or BWR of 0x0910 was answered for " + Duration(gap) +
                       ". The clocks of the slaves drift apart. Send FRMW 0x0910 to the reference clock in each cycle.";
     finding.evidence = {Real("gap_ms", static_cast<double>(gap) / 1e6),
                         Real("limit_ms", static_cast<double>(limit) / 1e6)};

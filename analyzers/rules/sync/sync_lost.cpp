@@ -11,11 +11,17 @@
 #include "analyzers/sync/sync_model.h"
 #include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
+#include "decoder/base/time.h"
+#include "decoder/track/events.h"
 
 namespace ecaudit::sync_lost {
 namespace {
 
 constexpr std::uint16_t kWatchdogCode = 0x001B;
+/// A master that stops takes less until it asks for another state.
+constexpr TimeNs kCertainPause = 100'000'000;
+constexpr const char* kMayBeHole =
+    "process data stop where nobody sent anything: the master was silent, or the capture has a hole there";
 
 constexpr RuleInfo kInfo{
     .id = "sync-lost",
@@ -36,13 +42,15 @@ The drive stops the axis. The capture shows what the drive saw before it did.
 
 ## How it is decided
 Missing frames are those of a pause in OP: its length over the cycle (SYNC0, else 60C2h, else the usual distance of
-the frames), less one. Frames that were sent and did not return may have arrived and do not count as missing. Enabled
-is the status word 6041h in the inputs before the pause: Operation enabled; where it is not mapped nothing is judged.
-The AKD's supervision can be switched off (FBUS.PARAM04): where the capture or --parameter shows it to be 0, or the
-limit lies within the uncertainty of the clock, nothing is said. A drive that is still enabled after 64 or more was
-not without frames: the capture has a hole there. After fewer it may have, too, where nobody sent anything and the
-indices of the frames do not tell that none are missing. A slave that left OP with 0x001B in the pause fell by its
-watchdog: that is told by sync-watchdog-margin. Pilz: as sync-window-violation judges each cycle.
+the frames), less one. One that never ends is judged from 100 ms on (or the watchdog that is set), until the master
+requests another state or the capture ends; behind a silence that may be a hole in the capture only what comes after
+counts. Frames that were sent and did not return may have arrived and do not count as missing. Enabled is the status
+word 6041h in the inputs before the pause: Operation enabled; where it is not mapped nothing is judged. The AKD's
+supervision can be switched off (FBUS.PARAM04): where the capture or --parameter shows it to be 0, or the limit lies
+within the uncertainty of the clock, nothing is said. A drive that is still enabled after 64 or more was not without
+frames: the capture has a hole there. After fewer it may have, too, where nobody sent anything and the indices of the
+frames do not tell that none are missing. A slave that left OP with 0x001B in the pause fell by its watchdog: that is
+told by sync-watchdog-margin. Pilz: as sync-window-violation judges each cycle.
 
 ## Example
 samples/captures/sync-frames-missing.pcapng
@@ -54,22 +62,33 @@ Find the pause in the master named here. Seven missing frames are tolerated, eig
 class SyncLost final : public Rule {
  public:
   SyncLost() : Rule(kInfo) {
+    Hear<track::CaptureHole>(&SyncLost::On);
     Hear<sync::OutputGap>(&SyncLost::On);
     Hear<sync::ArrivalOff>(&SyncLost::On);
     Hear<sync::SyncSlotMiss>(&SyncLost::On);
   }
 
-  void On(const sync::OutputGap& e) {
-    const model::SlaveModel& slave = context().slave(e.slave);
+  void On(const track::CaptureHole& e) { behind_hole_ = e.frame; }
+
+  void On(const sync::OutputGap& told) {
+    const model::SlaveModel& slave = context().slave(told.slave);
+    if (!told.fed_before) return;
+    const sync::OutputGap e = told.end == sync::OutputGap::End::kOutputs ? told : CertainPart(told);
+    if (!slave.profile->sync.lost_after_missing.value && !slave.profile->sync.lost_after_jitter.value) return;
+    if (const char* reason = WhyOpen(e, slave); reason != nullptr) {
+      NotEvaluable(e.slave, reason, EndOf(e).number);
+      return;
+    }
+    if (e.end != sync::OutputGap::End::kOutputs) JudgeOpen(e, slave);
     const auto& tolerated = slave.profile->sync.lost_after_missing;
-    if (!tolerated.value || e.end != sync::OutputGap::End::kOutputs || !e.fed_before) return;
+    if (!tolerated.value) return;
     const auto supervision = model::ValueOf(slave, slave.profile->sync.supervision);
     if (supervision && supervision->value == 0) return;
     const TimeNs cycle = CycleOf(slave, e);
     if (cycle <= 0) return;
     const std::optional<TimeNs> missing = Missing(e, cycle, *tolerated);
     if (!missing) return;
-    FindingIndex index = Repeat(e.slave, 0, e.after);
+    FindingIndex index = Repeat(e.slave, 0, EndOf(e));
     if (index == kNoFinding) index = Report(0, FindingOf(e, slave, cycle, *missing));
     if (e.fell.seen()) Remember(e, index);
   }
@@ -105,6 +124,45 @@ class SyncLost final : public Rule {
   }
 
  private:
+  static const FrameRef& EndOf(const sync::OutputGap& e) { return e.after.seen() ? e.after : e.fell; }
+
+  /// Of a pause that does not end: what lies behind a silence of the master that may be a hole in the capture. The
+  /// frames that come since then show that it goes on, and bring no process data.
+  [[nodiscard]] sync::OutputGap CertainPart(const sync::OutputGap& told) const {
+    sync::OutputGap e = told;
+    const FrameRef& end = EndOf(e);
+    const bool doubtful = context().sync().outputs(e.slave).may_be_hole && behind_hole_.number > e.before.number;
+    if (!doubtful || !behind_hole_.has_time || !end.has_time) return e;
+    e.before = behind_hole_;
+    e.gap = {Elapsed(behind_hole_.time, end.time), sync::TimeBase::kCapture};
+    e.uncertainty_ns = context().sync().Uncertainty(sync::TimeBase::kCapture);
+    return e;
+  }
+
+  /// Why a pause that does not end cannot be judged; null where it can, or ends.
+  [[nodiscard]] const char* WhyOpen(const sync::OutputGap& e, const model::SlaveModel& slave) const {
+    if (e.end == sync::OutputGap::End::kOutputs || e.fell.seen()) return nullptr;
+    const bool asked = e.end == sync::OutputGap::End::kRequest;
+    const bool in_op = asked ? slave.al.possible().contains(static_cast<std::uint8_t>(esc::AlState::OP))
+                             : slave.al.SettledIn(esc::AlState::OP);
+    if (!in_op) return "process data stop, and whether the slave is in OP still is not known";
+    const bool doubtful = context().sync().outputs(e.slave).may_be_hole && e.gap.ns < kCertainPause;
+    return doubtful ? kMayBeHole : nullptr;
+  }
+
+  /// Where process data never come again no arrival tells of the cycles without them.
+  void JudgeOpen(const sync::OutputGap& e, const model::SlaveModel& slave) {
+    if (!slave.profile->sync.lost_after_jitter.value) return;
+    const TimeNs cycle = CycleOf(slave, e);
+    if (cycle <= 0 || (e.fell.seen() && (!e.fell_code || *e.fell_code == kWatchdogCode))) return;
+    if (!e.uncertainty_ns) {
+      NotEvaluable(e.slave, std::string(kPoorStamps), EndOf(e).number);
+      return;
+    }
+    const TimeNs missing = (e.gap.ns - *e.uncertainty_ns) / cycle - 1 - static_cast<TimeNs>(e.unreturned);
+    if (missing > 0) Judge(e.slave, {static_cast<std::uint64_t>(missing), 0, e.before}, EndOf(e));
+  }
+
   [[nodiscard]] TimeNs CycleOf(const model::SlaveModel& slave, const sync::OutputGap& e) const {
     const auto& settings = context().sync().dc(e.slave).active();
     if (settings && settings->activation.sync0() && settings->sync0_cycle_ns.value_or(0) > 0) {
@@ -122,17 +180,17 @@ class SyncLost final : public Rule {
       return (gap + cycle / 2) / cycle - 1 - static_cast<TimeNs>(e.unreturned);
     };
     if (!e.uncertainty_ns) {
-      if (missing_at(e.gap.ns) > limit) NotEvaluable(e.slave, std::string(kPoorStamps), e.after.number);
+      if (missing_at(e.gap.ns) > limit) NotEvaluable(e.slave, std::string(kPoorStamps), EndOf(e).number);
       return std::nullopt;
     }
     const TimeNs least = missing_at(e.gap.ns - *e.uncertainty_ns);
     if (least <= limit) {
       if (least + static_cast<TimeNs>(e.unreturned) > limit && OperationEnabled(e.status_word)) {
-        NotEvaluable(e.slave, "frames were sent in the pause whose fate is not in the capture", e.after.number);
+        NotEvaluable(e.slave, "frames were sent in the pause whose fate is not in the capture", EndOf(e).number);
       }
       if (missing_at(e.gap.ns + *e.uncertainty_ns) > limit) {
         NotEvaluable(e.slave, "whether more than seven frames are missing lies within the clock's uncertainty",
-                     e.after.number);
+                     EndOf(e).number);
       }
       return std::nullopt;
     }
@@ -140,12 +198,13 @@ class SyncLost final : public Rule {
     if (e.fell.seen() && (!e.fell_code || *e.fell_code == kWatchdogCode)) return std::nullopt;
     if (!e.status_word) {
       NotEvaluable(e.slave, "whether the drive was enabled is not known: the status word is not in its known inputs",
-                   e.after.number);
+                   EndOf(e).number);
       return std::nullopt;
     }
     if (!OperationEnabled(e.status_word)) return std::nullopt;
-    if (!e.fell.seen() && IsHole(context().sync().outputs(e.slave), static_cast<std::uint64_t>(least))) {
-      NotEvaluable(e.slave, kHole, e.after.number);
+    const bool ends = e.end == sync::OutputGap::End::kOutputs;
+    if (ends && !e.fell.seen() && IsHole(context().sync().outputs(e.slave), static_cast<std::uint64_t>(least))) {
+      NotEvaluable(e.slave, kHole, EndOf(e).number);
       return std::nullopt;
     }
     return least;
@@ -157,7 +216,7 @@ class SyncLost final : public Rule {
     const TimeNs limit = *tolerated;
     Finding finding;
     finding.slave = e.slave;
-    finding.first = e.after;
+    finding.first = EndOf(e);
     AddRelated(finding, e.before.number);
     finding.reference = ReferenceTo(tolerated.source);
     const std::string fault =
@@ -165,7 +224,7 @@ class SyncLost final : public Rule {
     const std::string frames = Count(static_cast<std::uint64_t>(missing), "frame");
     finding.title = frames + " with process data missing: " + fault;
     finding.message = "Between frame " + std::to_string(e.before.number) + " and frame " +
-                      std::to_string(e.after.number) + " outputs paused for " + Duration(e.gap.ns) +
+                      std::to_string(EndOf(e).number) + WhereText(e.end) + " outputs paused for " + Duration(e.gap.ns) +
                       PrecisionText(e.gap, *e.uncertainty_ns) + ": " + frames + " of the cycle of " + Duration(cycle) +
                       " are missing. " + LawText(*slave.profile) + " lets the drive fault (" + fault +
                       ") when more than " + std::to_string(limit) +
@@ -176,6 +235,12 @@ class SyncLost final : public Rule {
                         Text("time_base", std::string(sync::Name(e.gap.base))),
                         HexNumber("status_word", *e.status_word)};
     return finding;
+  }
+
+  static std::string WhereText(sync::OutputGap::End end) {
+    if (end == sync::OutputGap::End::kCapture) return ", where the capture ends,";
+    if (end == sync::OutputGap::End::kRequest) return ", where the master requests another state,";
+    return "";
   }
 
   /// Consecutive cycles outside the window.
@@ -230,6 +295,7 @@ class SyncLost final : public Rule {
     Report(1, std::move(finding));
   }
 
+  FrameRef behind_hole_;  ///< the last frame before which the capture may have one
   std::vector<Run> runs_;
   std::vector<Fall> falls_;
 };

@@ -74,7 +74,10 @@ class SyncRateDeviation final : public Rule {
  private:
   void Judge(SlaveId id) {
     const model::SlaveModel& slave = context().slave(id);
-    const auto& settings = context().sync().dc(id).last_active();
+    // Of a run that ended without a judgement the settings still say that there was something to judge.
+    const sync::DcUnit& unit = context().sync().dc(id);
+    const bool ended = context().sync().outputs(id).rate.cycles() == 0;
+    const auto& settings = ended ? unit.told() : unit.last_active();
     TimeNs configured = 0;
     if (settings && settings->activation.sync0()) configured = settings->sync0_cycle_ns.value_or(0);
     if (configured == 0) configured = model::InterpolationTime(slave).value_or(0);

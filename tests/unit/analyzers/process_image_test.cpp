@@ -289,6 +289,30 @@ TEST_F(ProcessImageTest, AmbiguousCounterIsReadWithTheStatesOfTheSlaves) {
   }
 }
 
+TEST_F(ProcessImageTest, WhoIsAskedToLeaveNeedNotGiveInputs) {
+  Esi(kDrive);
+  Scan(3);
+  for (std::uint16_t i = 0; i < 3; ++i) {
+    Drive(static_cast<std::uint16_t>(0x1001 + i), 0x10000U + 10U * i, 0x10006U + 10U * i);
+    trace.After(1000).Fprd(static_cast<std::uint16_t>(0x1001 + i), 0x0130, {4, 0});
+  }
+  trace.After(1000).Lrw(0x10000, Bytes(30), Bytes(30)).Wkc(3);  // inputs of all: they are in SAFEOP
+  for (std::uint16_t i = 0; i < 3; ++i) trace.After(1000).Fprd(static_cast<std::uint16_t>(0x1001 + i), 0x0130, {8, 0});
+  trace.After(1000).Lrw(0x10000, Bytes(30), Bytes(30)).Wkc(9);
+  trace.After(1000).Lrw(0x10000, Bytes(30), Bytes(30)).Wkc(3);  // one of them, or their watchdogs have ended
+  trace.After(1000).Lrw(0x10000, Bytes(30), Bytes(30)).Wkc(7);  // one watchdog has
+  trace.After(1000).Bwr(0x0120, {1, 0});
+  trace.After(1000).Lrw(0x10000, Bytes(30), Bytes(30)).Wkc(3);
+  Run();
+  const std::array<Exchange, 5> in{Exchange::kInferred, Exchange::kYes, Exchange::kUnknown, Exchange::kInferred,
+                                   Exchange::kUnknown};
+  for (const SlaveId slave : {SlaveId{0}, SlaveId{1}, SlaveId{2}}) {
+    const auto inputs = Of(slave, PdoDirection::kTx);
+    ASSERT_EQ(inputs.size(), 5U);
+    for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(inputs[i].exchange, in[i]) << i;
+  }
+}
+
 TEST_F(ProcessImageTest, BitsOfTwoTerminalsShareAByte) {
   Esi(kInputs);
   Scan(2);

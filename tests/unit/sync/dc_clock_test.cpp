@@ -52,6 +52,25 @@ TEST(DcClock, SixtyFourBitTimesPassAsTheyAre) {
   EXPECT_EQ(c.clock.longest_gap(), 110'925);
 }
 
+TEST(DcClock, BroadcastTimeThatGoesOnIsDistributed) {
+  Clock c;
+  const auto write = [&](std::uint64_t time, TimeNs at, std::uint16_t wkc = 3) {
+    EXPECT_FALSE(c.Read({.command = wire::Command::BWR, .slave = kNoSlave, .time = time, .at = at, .wkc = wkc}));
+  };
+  write(0, 0);  // a scan
+  EXPECT_EQ(c.clock.distributions(), 0U);
+  write(848546483402428137, 1'000'000);
+  write(848546483403428137, 2'000'000);
+  EXPECT_EQ(c.clock.distributions(), 1U);
+  write(848546483403428137, 3'000'000);     // the same again
+  write(848546483402428137, 4'000'000);     // back
+  write(848546483409428137, 5'000'000, 0);  // nobody took it
+  EXPECT_EQ(c.clock.distributions(), 1U);
+  EXPECT_EQ(c.clock.last_distribution().time, 2'030'000);
+  EXPECT_EQ(c.clock.reference(), kNoSlave);
+  EXPECT_EQ(c.clock.samples(), 0U);
+}
+
 TEST(DcClock, LowHalvesAreNoWholeTimesAlthoughTheClockHasThem) {
   Clock c;
   c.Read({.command = wire::Command::FPRD, .time = 848546483402428137});

@@ -1,0 +1,81 @@
+#include "analyzers/judge/exchange_watch.h"
+
+#include <algorithm>
+
+#include "decoder/base/time.h"
+#include "decoder/esc/sync_manager.h"
+
+namespace ecaudit {
+namespace {
+
+constexpr std::uint32_t kProcessMemory = 0x0F00;  // below are registers
+/// Process data that a slow task exchanges come more often.
+constexpr TimeNs kLong = 500'000'000;
+
+bool MapsMailbox(const track::SlaveState& state, const esc::Fmmu& fmmu) {
+  for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
+    const auto manager = state.sync_manager(n, Certainty::kInferred);
+    if (manager && manager->mailbox() && manager->Touches(fmmu.physical_start, fmmu.length)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+void ExchangeWatch::FindMapped(const track::LogicalAccess& access, const track::Network& network) {
+  version_ = network.mapping_version();
+  mapped_since_ = access.frame();
+  known_ = {};
+  mapped_.clear();
+  for (std::size_t s = 0; s < network.slaves().size(); ++s) {
+    const auto id = static_cast<SlaveId>(s);
+    if (network.slaves()[id].replaced) continue;
+    const track::SlaveState& state = network.state(id);
+    for (const auto& [number, fmmu] : network.fmmus(id).active) {
+      if (fmmu.bit_count() == 0 || fmmu.physical_start < kProcessMemory) continue;
+      if ((!fmmu.reads() && !fmmu.writes()) || MapsMailbox(state, fmmu)) continue;
+      const esc::BitRange bits = fmmu.logical_bits();
+      mapped_.push_back({id, fmmu.writes(), bits.first / 8, (bits.end() + 7) / 8,
+                         MemoryRange::Of(fmmu.physical_start, fmmu.length), state.fmmu_since[number], false});
+    }
+  }
+}
+
+void ExchangeWatch::Mark(const track::LogicalAccess& access) {
+  const std::uint64_t begin = access.address;
+  const std::uint64_t end = begin + access.length;
+  for (Mapped& m : mapped_) {
+    const bool carried = m.outputs ? access.command != wire::Command::LRD : access.command != wire::Command::LWR;
+    m.touched = m.touched || (carried && begin < m.end && end > m.begin);
+  }
+}
+
+void ExchangeWatch::On(const track::SlaveAccess& access) {
+  for (Mapped& m : mapped_) m.touched = m.touched || (m.slave == access.slave && m.memory.Meets(access.range()));
+}
+
+void ExchangeWatch::EnteredOp(SlaveId slave, const FrameRef& frame) {
+  if (slave >= op_since_.size()) op_since_.resize(std::size_t{slave} + 1);
+  op_since_[slave] = frame;
+}
+
+std::optional<Unexchanged> ExchangeWatch::Leaves(SlaveId slave) {
+  if (slave >= op_since_.size() || !op_since_[slave].seen()) return std::nullopt;
+  Unexchanged found;
+  const FrameRef in_op = op_since_[slave];
+  op_since_[slave] = {};
+  found.since = in_op.number > mapped_since_.number ? in_op : mapped_since_;
+  found.until = last_;
+  if (!found.since.has_time || !found.until.has_time || found.until.number <= found.since.number) return std::nullopt;
+  if (Elapsed(found.since.time, found.until.time) < kLong) return std::nullopt;
+  for (const Mapped& m : mapped_) {
+    if (m.slave != slave || m.touched) continue;
+    const bool first = found.output_bytes + found.input_bytes == 0;
+    found.address = first ? m.begin : std::min(found.address, m.begin);
+    (m.outputs ? found.output_bytes : found.input_bytes) += m.end - m.begin;
+    found.mapped = std::max(found.mapped, m.set);
+  }
+  return found.output_bytes + found.input_bytes > 0 ? std::optional(found) : std::nullopt;
+}
+
+}  // namespace ecaudit
