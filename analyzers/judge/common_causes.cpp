@@ -236,9 +236,23 @@ bool Precedes(const Finding& effect, const Finding& cause) {
   return cause.first.number <= effect.first.number;
 }
 
+/// Every one of the effect's frames is one of the cause's.
+bool WithinItsFrames(const Finding& effect, const Finding& cause) {
+  return cause.first.number <= effect.first.number && effect.last.number <= cause.last.number;
+}
+
 /// Somebody set the error bit: broadcasts do not show the code.
 bool ShowsError(const RuleContext&, const Finding& effect) {
   return (NumberOf(effect, "al_status_of_all").value_or(0) & kErrorBit) != 0;
+}
+
+bool OfProcessData(const RuleContext&, const Finding& effect) {
+  return HasEvidence(effect, "logical_address");
+}
+
+/// Outputs that are never complete make the slave drop all of them: its watchdog runs out.
+bool TellsOfOutputs(const Finding&, const Finding& cause) {
+  return cause.title.find("of the outputs") != std::string::npos;
 }
 
 bool LostInARow(const Finding&, const Finding& cause) {
@@ -298,6 +312,12 @@ constexpr std::array kLaws{
     Law{"al-unexpected-change", "sync-watchdog-margin", 0, nullptr, Bus::kEffect},
     Law{"al-unexpected-change", "frame-lost", kSoon, SaysWatchdog, Bus::kYes},
     Law{"al-unexpected-change", "frame-lost", kSoon, ShowsError, Bus::kBoth, LostInARow},
+    Law{"frame-lost", "bus-no-answer", -1, nullptr, Bus::kBoth, WithinItsFrames},
+    Law{"wkc-mismatch", "pdo-length-mismatch", kSoon, OfProcessData, Bus::kNo, TellsOfOutputs},
+    Law{"mailbox-counter", "bus-duplicate-address", -1, nullptr, Bus::kNo, WithinItsFrames},
+    Law{"mailbox-malformed", "bus-duplicate-address", -1, nullptr, Bus::kNo, WithinItsFrames},
+    Law{"mailbox-no-response", "bus-duplicate-address", -1, nullptr, Bus::kNo, WithinItsFrames},
+    Law{"sdo-unexpected-response", "bus-duplicate-address", -1, nullptr, Bus::kNo, WithinItsFrames},
     Law{"al-unexpected-change", "wkc-mismatch", -1, SaysSynchronisationOrWatchdog, Bus::kNo, WasAway},
     Law{"al-error-standing", "bus-slave-count-changed", -1, nullptr, Bus::kYes},
     Law{"al-illegal-transition", "al-refused", kLater, nullptr, Bus::kNo, GoesOnFromRefusal},
