@@ -291,6 +291,8 @@ constexpr std::array kLaws{
     Law{"sync-op-before-sync", "sync-cycle-mismatch", -1},
     Law{"sync-lost", "sync-watchdog-margin", 0},
     Law{"sync-window-violation", "sync-lost", 0, Single},
+    Law{"sync-window-violation", "sync-switched-off", kLater, nullptr, Bus::kNo, Precedes},
+    Law{"sync-difference-large", "sync-switched-off", kLater, nullptr, Bus::kNo, Precedes},
     Law{"emcy-received", "sync-lost", kSoon, SaysSynchronisationLost},
     Law{"drive-fault", "sync-lost", kSoon, SaysSynchronisationLost},
     Law{"drive-fault", "sync-watchdog-margin", kSoon, SaysNothing},
