@@ -1,5 +1,7 @@
 #include "analyzers/collect/al_history.h"
 
+#include <algorithm>
+#include <cstddef>
 #include <utility>
 
 namespace ecaudit {
@@ -27,13 +29,13 @@ void AlHistory::Summarise(AnalysisResult& result) {
   }
 }
 
-void AlHistory::Add(Story& story, const AlStep& step) {
+void AlHistory::Add(Story& story, const AlStep& step, std::size_t place) {
   const bool own = story.steps.size() < kOwnSteps;
   const bool kept = own || (story.steps.size() < kMaxSteps && shared_steps_ < kMaxAllSteps);
   if (kept && room_.HasRoomFor(all_steps_)) {
     ++all_steps_;
     if (!own) ++shared_steps_;
-    story.steps.push_back(step);
+    story.steps.insert(story.steps.begin() + static_cast<std::ptrdiff_t>(std::min(place, story.steps.size())), step);
   } else {
     ++story.left_out;
   }
@@ -47,7 +49,12 @@ void AlHistory::On(const track::AlRequest& request) {
   step.from = story.status.value_or(0);
   step.to = request.control.raw;
   step.refused_by_wkc = request.acceptance == track::Acceptance::kRefused;
-  Add(story, step);
+  std::size_t place = story.steps.size();
+  // That a frame was lost shows when later ones came back, which may have shown another state.
+  while (!request.returned.seen() && place > 0 && story.steps[place - 1].frame.number > step.frame.number) {
+    if (story.steps[--place].kind == AlStep::Kind::kState) step.from = story.steps[place].from;
+  }
+  Add(story, step, place);
 }
 
 void AlHistory::On(const track::AlStatusRead& read) {
@@ -61,7 +68,7 @@ void AlHistory::On(const track::AlStatusRead& read) {
     step.to = read.status.raw;
     step.status_code = read.status_code;
     step.echo = read.status.bit4() && read.slave < model_.size() && model_.slave(read.slave).al.echoes();
-    Add(story, step);
+    Add(story, step, story.steps.size());
     story.echo = step.echo;
     story.status = read.status.raw;
     if (!read.status_code) story.code.reset();

@@ -36,7 +36,7 @@ class AlHistory final : public Collector {
     bool echo = false;                          ///< the error bit of `status` is one
   };
   Story& Get(SlaveId slave);
-  void Add(Story& story, const AlStep& step);
+  void Add(Story& story, const AlStep& step, std::size_t place);
 
   const model::BusModel& model_;
   std::deque<Story> stories_;

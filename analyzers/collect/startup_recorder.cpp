@@ -163,12 +163,47 @@ void StartupRecorder::BeginAnew(Story& story) {
   ++story.again;
 }
 
+/// That a frame was lost shows when later ones came back, and the master may have gone on with these: its request has
+/// its place before them. It is one with those for the same state right before or behind it, for masters repeat it.
+bool StartupRecorder::TookItsPlace(Story& story, const track::AlRequest& request) {
+  const FrameNo frame = request.frame().number;
+  if (request.acceptance != track::Acceptance::kUnknown) return false;
+  if (story.in_operation && frame >= story.operation_since) return false;
+  StartupStep* before = nullptr;
+  StartupStep* behind = nullptr;
+  for (StartupStep& step : story.record.steps) {
+    if (step.key.kind != StartupKey::Kind::kRequest) continue;
+    if (step.frame.number < frame && (before == nullptr || step.frame.number > before->frame.number)) before = &step;
+    if (step.frame.number > frame && (behind == nullptr || step.frame.number < behind->frame.number)) behind = &step;
+  }
+  if (behind == nullptr) return false;  // it is the newest
+  const std::uint8_t wanted = request.control.state();
+  if (behind->key.address == wanted) {
+    behind->frame = request.frame();
+    ++behind->count;
+    Extend(story.record, behind->phase, request.frame(), request.frame());
+  } else if (before != nullptr && before->key.address == wanted && before->last.number > frame) {
+    ++before->count;
+  } else {
+    StartupStep step;
+    step.key.kind = StartupKey::Kind::kRequest;
+    step.key.address = wanted;
+    step.phase = PhaseOfRequest(wanted, story.StateAt(frame));
+    step.frame = step.last = request.frame();
+    step.outcome = StartupOutcome::kUnknown;
+    step.broadcast = request.broadcast;
+    Add(story.record, std::move(step), {});
+  }
+  return true;
+}
+
 void StartupRecorder::On(const track::AlRequest& request) {
   Story& story = Get(request.slave);
   told_[request.slave] = 0;
   const std::uint8_t wanted = request.control.state();
-  story.asked = request.returned.seen() ? request.returned.number : request.sent.number;
+  story.asked = std::max(story.asked, request.returned.seen() ? request.returned.number : request.sent.number);
   if (!story.first_state) story.first_state = wanted;
+  if (TookItsPlace(story, request)) return;
   if (story.in_operation) {
     if (wanted < kOp) story.enabled = story.left_operation = true;
     if (story.left_operation && wanted == kInit) story.to_init = request.frame();
@@ -183,7 +218,7 @@ void StartupRecorder::On(const track::AlRequest& request) {
     BeginAnew(story);
     if (!story.again_frame.seen()) story.again_frame = request.frame();
   }
-  std::uint8_t state = story.state;
+  std::uint8_t state = request.returned.seen() ? story.state : story.StateAt(request.frame().number);
   for (auto step = story.record.steps.rbegin(); step != story.record.steps.rend(); ++step) {
     if (step->key.kind != StartupKey::Kind::kRequest) continue;
     const bool pending = IsOpen(step->outcome);

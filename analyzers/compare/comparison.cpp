@@ -1,6 +1,7 @@
 #include "analyzers/compare/comparison.h"
 
 #include <algorithm>
+#include <functional>
 #include <iterator>
 #include <utility>
 
@@ -58,6 +59,7 @@ class ChainComparison {
       Pair(e, a);
     }
     aligned_ = actual_of_;
+    PairCovered();
     PairFailed(true);
     PairMoved(out);
     PairFailed(false);
@@ -78,27 +80,76 @@ class ChainComparison {
     expected_of_[a] = e;
   }
 
+  /// A register may be written together with its neighbours, or in parts. What counts is what was written to it,
+  /// between the steps between which it is expected.
+  void PairCovered() {
+    std::vector<std::pair<std::size_t, std::size_t>> pairs;
+    for (std::size_t e = 0; e < expected_.size(); ++e) {
+      if (actual_of_[e] != kNone || expected_[e]->key.kind != StartupKey::Kind::kWrite) continue;
+      const auto [low, high] = Gap(e);
+      for (const std::size_t a : WritesOf(*expected_[e], low, high)) pairs.emplace_back(e, a);
+    }
+    for (const auto& [e, a] : pairs) {
+      expected_of_[a] = e;
+      if (actual_of_[e] == kNone) actual_of_[e] = aligned_[e] = a;
+    }
+  }
+
+  /// The steps of [low, high) that nothing else expects and that together write what `expected` does; none where they
+  /// do not.
+  [[nodiscard]] std::vector<std::size_t> WritesOf(const ExpectedStep& expected, std::size_t low,
+                                                  std::size_t high) const {
+    const WantedBytes wanted = BytesOf(expected);
+    std::vector<std::size_t> writes;
+    std::vector<bool> written(wanted.data.size());
+    for (std::size_t a = low; a < high; ++a) {
+      if (expected_of_[a] != kNone || Failed(expected, *actual_[a])) continue;
+      const std::vector<bool> here = WrittenBy(*actual_[a], wanted);
+      if (std::find(here.begin(), here.end(), true) == here.end()) continue;
+      writes.push_back(a);
+      std::transform(here.begin(), here.end(), written.begin(), written.begin(), std::logical_or<>());
+    }
+    if (std::find(written.begin(), written.end(), false) != written.end()) writes.clear();
+    return writes;
+  }
+
+  /// The step, maybe together with other registers.
+  [[nodiscard]] bool Covers(std::size_t e, std::size_t a) const {
+    if (expected_[e]->key.kind != StartupKey::Kind::kWrite) return false;
+    const std::vector<bool> written = WrittenBy(*actual_[a], BytesOf(*expected_[e]));
+    return !written.empty() && std::find(written.begin(), written.end(), false) == written.end();
+  }
+
+  /// The first step that nothing else expects and that is the same, else one that does the same together with others.
+  [[nodiscard]] std::size_t Elsewhere(std::size_t e) const {
+    std::size_t covering = kNone;
+    for (std::size_t a = 0; a < actual_.size(); ++a) {
+      if (expected_of_[a] != kNone || Failed(*expected_[e], *actual_[a])) continue;
+      if (Same(e, a)) return a;
+      if (covering == kNone && Covers(e, a)) covering = a;
+    }
+    return covering;
+  }
+
   /// Steps with the right value at the wrong place; all of one chain are one deviation.
   void PairMoved(std::vector<Deviation>& out) {
     Deviation moved;
     moved.kind = Deviation::Kind::kOrder;
     for (std::size_t e = 0; e < expected_.size(); ++e) {
       if (actual_of_[e] != kNone) continue;
-      for (std::size_t a = 0; a < actual_.size(); ++a) {
-        if (expected_of_[a] != kNone || !Same(e, a) || Failed(*expected_[e], *actual_[a])) continue;
-        Pair(e, a);
-        if (!ordered_) break;
-        if (moved.expected.empty()) {
-          moved.phase = expected_[e]->phase;
-          moved.frame = actual_[a]->frame;
-          moved.after = e > 0 ? expected_[e - 1] : nullptr;
-          moved.previous = a > 0 ? actual_[a - 1] : nullptr;
-          moved.next = a + 1 < actual_.size() ? actual_[a + 1] : nullptr;
-        }
-        moved.expected.push_back(expected_[e]);
-        moved.actual.push_back(actual_[a]);
-        break;
+      const std::size_t a = Elsewhere(e);
+      if (a == kNone) continue;
+      Pair(e, a);
+      if (!ordered_) continue;
+      if (moved.expected.empty()) {
+        moved.phase = expected_[e]->phase;
+        moved.frame = actual_[a]->frame;
+        moved.after = e > 0 ? expected_[e - 1] : nullptr;
+        moved.previous = a > 0 ? actual_[a - 1] : nullptr;
+        moved.next = a + 1 < actual_.size() ? actual_[a + 1] : nullptr;
       }
+      moved.expected.push_back(expected_[e]);
+      moved.actual.push_back(actual_[a]);
     }
     if (!moved.expected.empty()) out.push_back(std::move(moved));
   }

@@ -115,6 +115,36 @@ bool LogicalStartOnly(const StartupKey& key, ByteSpan a, ByteSpan b) {
          std::equal(a.begin() + kLogicalStart, a.end(), b.begin() + kLogicalStart);
 }
 
+WantedBytes BytesOf(const ExpectedStep& expected) {
+  WantedBytes wanted;
+  wanted.address = static_cast<EscAddress>(expected.key.address);
+  wanted.any_value = expected.any_value();
+  if (expected.data) {
+    wanted.data = *expected.data;
+    return wanted;
+  }
+  const esc::Register* reg = esc::FindRegister(wanted.address);
+  const std::size_t width = expected.number && reg != nullptr ? std::min<std::size_t>(reg->length, 8) : 1;
+  for (std::size_t i = 0; i < width; ++i) {
+    wanted.data.push_back(
+        static_cast<std::uint8_t>(static_cast<std::uint64_t>(expected.number.value_or(0)) >> 8U * i & 0xFFU));
+  }
+  return wanted;
+}
+
+std::vector<bool> WrittenBy(const StartupStep& actual, const WantedBytes& wanted) {
+  std::vector<bool> written(wanted.data.size());
+  if (actual.key.kind != StartupKey::Kind::kWrite || actual.data.size() != actual.size) return written;
+  for (std::size_t i = 0; i < written.size(); ++i) {
+    const std::size_t byte = std::size_t{wanted.address} + i;
+    if (byte < actual.key.address || byte - actual.key.address >= actual.data.size()) continue;
+    if (!wanted.any_value && actual.data[byte - actual.key.address] != wanted.data[i])
+      return std::vector<bool>(written.size());
+    written[i] = true;
+  }
+  return written;
+}
+
 bool SameValue(const StartupKey& key, ByteSpan a, ByteSpan b) {
   if (a.size() != b.size()) return false;
   const auto address = static_cast<EscAddress>(key.address);

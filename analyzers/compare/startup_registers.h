@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
+#include "analyzers/result/expectation.h"
 #include "analyzers/result/startup_summary.h"
 #include "decoder/base/bytes.h"
 #include "decoder/base/ids.h"
@@ -62,6 +64,18 @@ void CutIntoUnits(EscAddress address, ByteSpan data, Visit&& visit) {
 
 /// An FMMU that maps the same bytes of the slave to another logical address: the bus has another layout.
 [[nodiscard]] bool LogicalStartOnly(const StartupKey& key, ByteSpan a, ByteSpan b);
+
+/// What a step of an expectation wants written to registers.
+struct WantedBytes {
+  EscAddress address = 0;
+  std::vector<std::uint8_t> data;
+  bool any_value = false;  ///< whatever `data` says
+};
+/// Of a register write; a number is as wide as its register.
+[[nodiscard]] WantedBytes BytesOf(const ExpectedStep& expected);
+/// Which of these bytes a write sets as they are wanted, together with other registers or not; none where it sets one
+/// of them to another value.
+[[nodiscard]] std::vector<bool> WrittenBy(const StartupStep& actual, const WantedBytes& wanted);
 
 /// Same value by what the master configures: what only the ESC sets (status bytes of a sync manager) does not count.
 [[nodiscard]] bool SameValue(const StartupKey& key, ByteSpan a, ByteSpan b);

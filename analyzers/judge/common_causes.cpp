@@ -10,6 +10,7 @@
 #include "analyzers/judge/finding_store.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/sync/sync_model.h"
 #include "decoder/base/time.h"
 #include "decoder/esc/al.h"
 #include "decoder/process/pdo_mapping.h"
@@ -20,6 +21,7 @@ namespace {
 constexpr TimeNs kSoon = 100'000'000;
 constexpr TimeNs kLater = 10'000'000'000;
 constexpr std::int64_t kWatchdog = 0x1B;  // AL status code
+constexpr std::int64_t kErrorBit = 0x10;  // of AL Status
 
 std::string_view TextOf(const Finding& finding, std::string_view name) {
   for (const Evidence& evidence : finding.evidence) {
@@ -42,6 +44,14 @@ std::optional<std::int64_t> NumberOf(const Finding& finding, std::string_view na
   return {};
 }
 
+std::optional<double> RealOf(const Finding& finding, std::string_view name) {
+  for (const Evidence& evidence : finding.evidence) {
+    const auto* number = std::get_if<double>(&evidence.value);
+    if (evidence.name == name && number != nullptr) return *number;
+  }
+  return {};
+}
+
 /// The frame from which on the finding's matter was under way: what it names before its own.
 FrameNo BegunBy(const Finding& finding) {
   FrameNo first = finding.first.number;
@@ -49,11 +59,65 @@ FrameNo BegunBy(const Finding& finding) {
   return first;
 }
 
-/// `effect` came when `cause` had begun, and not much later than it was over.
-bool Follows(const Finding& effect, const Finding& cause, TimeNs within) {
-  if (effect.first.number < BegunBy(cause)) return false;
-  if (effect.first.number <= cause.last.number) return true;
-  return effect.first.has_time && cause.last.has_time && Elapsed(cause.last.time, effect.first.time) <= within;
+/// When the matter of an effect came: behind the last look that showed it well (0: no look is known), and not later
+/// than the frame that shows it.
+struct Moment {
+  FrameNo look = 0;
+  FrameRef shown;
+};
+
+/// The first frame that these name besides their own is the last one that showed the slave well.
+bool NamesLookBefore(const Finding& finding) {
+  return finding.rule == "al-unexpected-change" || finding.rule == "al-error-standing" ||
+         (finding.rule == "drive-fault" && HasEvidence(finding, "state_before"));
+}
+
+Moment MomentOf(const std::vector<Finding>& findings, FindingIndex effect) {
+  const Finding* shows = &findings[effect];
+  // A master fetches messages when it has time for them: the status word showed the fault in the next cycle.
+  if (shows->rule == "emcy-received") {
+    for (const Finding& fault : findings) {
+      if (fault.caused_by == effect && NamesLookBefore(fault) && fault.first.number < shows->first.number)
+        shows = &fault;
+    }
+  }
+  const FrameNo begun = BegunBy(*shows);
+  return {NamesLookBefore(*shows) && begun < shows->first.number ? begun : 0, shows->first};
+}
+
+/// The watchdog of the slave's outputs; of the bus: the shortest.
+TimeNs WatchdogOf(const RuleContext& context, SlaveId slave) {
+  if (slave != kNoSlave) return context.sync().outputs(slave).watchdog_ns;
+  TimeNs least = 0;
+  for (std::size_t s = 0; s < context.slave_count(); ++s) {
+    const TimeNs of = context.sync().outputs(static_cast<SlaveId>(s)).watchdog_ns;
+    if (of > 0 && (least == 0 || of < least)) least = of;
+  }
+  return least;
+}
+
+/// Frames that are lost here and there let no watchdog run out: behind the look so many were lost in a row that nothing
+/// came for as long as that takes.
+bool StarvesBehind(FrameNo look, const Finding& lost, TimeNs watchdog) {
+  const auto frames = NumberOf(lost, "in_a_row");
+  const auto last = NumberOf(lost, "in_a_row_last_frame");
+  const auto took = RealOf(lost, "in_a_row_ms");
+  if (!frames || !last || !took || watchdog <= 0 || static_cast<FrameNo>(*last) <= look) return false;
+  // One cycle before the first of them and one behind the last have to be added.
+  const auto count = static_cast<double>(*frames);
+  return *took * 1e6 * (count + 1) / (count - 1) >= static_cast<double>(watchdog);
+}
+
+/// The effect came when `cause` had begun, and not much later than it was over. Where the cause brings its effect at
+/// once, how late the master looked does not matter: it may be what was over behind the last look before.
+bool Follows(const RuleContext& context, SlaveId slave, const Moment& effect, const Finding& cause, TimeNs within) {
+  if (effect.shown.number < BegunBy(cause)) return false;
+  if (effect.shown.number <= cause.last.number) return true;
+  if (within <= kSoon && effect.look != 0 && cause.last.number > effect.look &&
+      (cause.rule != "frame-lost" || StarvesBehind(effect.look, cause, WatchdogOf(context, slave)))) {
+    return true;
+  }
+  return effect.shown.has_time && cause.last.has_time && Elapsed(cause.last.time, effect.shown.time) <= within;
 }
 
 /// The drive was seen without fault before, and gave no reason.
@@ -149,15 +213,15 @@ bool SaysProcessData(const RuleContext&, const Finding& effect) {
   return code && std::find(kCodes.begin(), kCodes.end(), *code) != kCodes.end();
 }
 
-/// Which of both is one of the bus. Causes of the bus fold what happened now and then: a part of it has to lie between
-/// the last look before the effect and the effect, unless it goes on until it ends.
-enum class Bus : std::uint8_t { kNo, kYes, kGoesOn, kEffect };
+/// Which of both is one of the bus: none, the cause, the effect, both. Causes of the bus fold what happened now and
+/// then: a part of it has to lie between the last look before the effect and the effect, unless it goes on until it
+/// ends.
+enum class Bus : std::uint8_t { kNo, kYes, kGoesOn, kEffect, kBoth };
 
-bool TouchesLookBefore(const Finding& effect, const Finding& cause) {
-  const FrameNo from = BegunBy(effect);
+bool TouchesLookBefore(const RuleContext& context, const Moment& effect, const Finding& cause) {
   // A message is no look: what came soon before it counts.
-  if (from == effect.first.number) return Follows(effect, cause, kSoon);
-  const auto between = [&](FrameNo frame) { return frame >= from && frame <= effect.first.number; };
+  if (effect.look == 0) return Follows(context, kNoSlave, effect, cause, kSoon);
+  const auto between = [&](FrameNo frame) { return frame >= effect.look && frame <= effect.shown.number; };
   return between(cause.first.number) || between(cause.last.number) ||
          std::any_of(cause.related_frames.begin(), cause.related_frames.end(), between);
 }
@@ -170,6 +234,29 @@ bool SaysWatchdog(const RuleContext&, const Finding& effect) {
 /// It was found before the effect, not only begun.
 bool Precedes(const Finding& effect, const Finding& cause) {
   return cause.first.number <= effect.first.number;
+}
+
+/// Every one of the effect's frames is one of the cause's.
+bool WithinItsFrames(const Finding& effect, const Finding& cause) {
+  return cause.first.number <= effect.first.number && effect.last.number <= cause.last.number;
+}
+
+/// Somebody set the error bit: broadcasts do not show the code.
+bool ShowsError(const RuleContext&, const Finding& effect) {
+  return (NumberOf(effect, "al_status_of_all").value_or(0) & kErrorBit) != 0;
+}
+
+bool OfProcessData(const RuleContext&, const Finding& effect) {
+  return HasEvidence(effect, "logical_address");
+}
+
+/// Outputs that are never complete make the slave drop all of them: its watchdog runs out.
+bool TellsOfOutputs(const Finding&, const Finding& cause) {
+  return cause.title.find("of the outputs") != std::string::npos;
+}
+
+bool LostInARow(const Finding&, const Finding& cause) {
+  return HasEvidence(cause, "in_a_row");
 }
 
 /// It did not answer at its address between the look before and the one that shows what it did meanwhile.
@@ -204,6 +291,8 @@ constexpr std::array kLaws{
     Law{"sync-op-before-sync", "sync-cycle-mismatch", -1},
     Law{"sync-lost", "sync-watchdog-margin", 0},
     Law{"sync-window-violation", "sync-lost", 0, Single},
+    Law{"sync-window-violation", "sync-switched-off", kLater, nullptr, Bus::kNo, Precedes},
+    Law{"sync-difference-large", "sync-switched-off", kLater, nullptr, Bus::kNo, Precedes},
     Law{"emcy-received", "sync-lost", kSoon, SaysSynchronisationLost},
     Law{"drive-fault", "sync-lost", kSoon, SaysSynchronisationLost},
     Law{"drive-fault", "sync-watchdog-margin", kSoon, SaysNothing},
@@ -224,6 +313,13 @@ constexpr std::array kLaws{
         true},
     Law{"al-unexpected-change", "sync-watchdog-margin", 0, nullptr, Bus::kEffect},
     Law{"al-unexpected-change", "frame-lost", kSoon, SaysWatchdog, Bus::kYes},
+    Law{"al-unexpected-change", "frame-lost", kSoon, ShowsError, Bus::kBoth, LostInARow},
+    Law{"frame-lost", "bus-no-answer", -1, nullptr, Bus::kBoth, WithinItsFrames},
+    Law{"wkc-mismatch", "pdo-length-mismatch", kSoon, OfProcessData, Bus::kNo, TellsOfOutputs},
+    Law{"mailbox-counter", "bus-duplicate-address", -1, nullptr, Bus::kNo, WithinItsFrames},
+    Law{"mailbox-malformed", "bus-duplicate-address", -1, nullptr, Bus::kNo, WithinItsFrames},
+    Law{"mailbox-no-response", "bus-duplicate-address", -1, nullptr, Bus::kNo, WithinItsFrames},
+    Law{"sdo-unexpected-response", "bus-duplicate-address", -1, nullptr, Bus::kNo, WithinItsFrames},
     Law{"al-unexpected-change", "wkc-mismatch", -1, SaysSynchronisationOrWatchdog, Bus::kNo, WasAway},
     Law{"al-error-standing", "bus-slave-count-changed", -1, nullptr, Bus::kYes},
     Law{"al-illegal-transition", "al-refused", kLater, nullptr, Bus::kNo, GoesOnFromRefusal},
@@ -251,7 +347,7 @@ bool IsError(const Finding& finding) {
 /// The cause lies where the law looks for it.
 bool IsWhose(Bus bus, const Finding& effect, const Finding& cause) {
   if (bus == Bus::kEffect) return cause.slave != kNoSlave;
-  return cause.slave == (bus == Bus::kNo ? effect.slave : kNoSlave);
+  return cause.slave == (bus == Bus::kNo ? effect.slave : kNoSlave);  // kBoth: that of the bus
 }
 
 /// True when `index` is `from`, or one of the causes behind it.
@@ -280,16 +376,19 @@ void JoinConsequences(RuleContext& context) {
     for (FindingIndex e = 0; e < findings.size(); ++e) {
       Finding& effect = findings[e];
       if (effect.rule != law.effect || effect.caused_by != kNoFinding) continue;
-      if ((effect.slave == kNoSlave) != (law.of_bus == Bus::kEffect)) continue;
+      const bool of_bus = law.of_bus == Bus::kEffect || law.of_bus == Bus::kBoth;
+      if ((effect.slave == kNoSlave) != of_bus) continue;
       if (law.holds != nullptr && !law.holds(context, effect)) continue;
+      const Moment moment = MomentOf(findings, e);
       FindingIndex best = kNoFinding;
       for (FindingIndex c = 0; c < findings.size(); ++c) {
         const Finding& cause = findings[c];
         if (cause.rule != law.cause || !IsWhose(law.of_bus, effect, cause)) continue;
-        if (law.of_bus == Bus::kYes && !TouchesLookBefore(effect, cause)) continue;
+        const bool of_bus_cause = law.of_bus == Bus::kYes || law.of_bus == Bus::kBoth;
+        if (of_bus_cause && !TouchesLookBefore(context, moment, cause)) continue;
         const bool weaker = cause.severity == Severity::kWarning && IsError(effect) && !law.by_warning;
         if (cause.severity == Severity::kInfo || weaker) continue;
-        if (law.within >= 0 && !Follows(effect, cause, law.within)) continue;
+        if (law.within >= 0 && !Follows(context, effect.slave, moment, cause, law.within)) continue;
         if (law.fits != nullptr && !law.fits(effect, cause)) continue;
         if (LeadsTo(findings, c, e)) continue;
         // The last one that had begun before the effect.

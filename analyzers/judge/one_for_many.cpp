@@ -1,6 +1,8 @@
 #include "analyzers/judge/one_for_many.h"
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <map>
 #include <numeric>
 #include <set>
@@ -16,7 +18,18 @@ namespace {
 /// What happens at once is seen in each slave's own frames, one after the other.
 constexpr FrameNo kFramesApart = 512;
 
-/// Figures differ from slave to slave; codes ("0x001b") say what it is.
+/// The unit of a time behind its figure ends here; 0: there is none. The next slave's time may have another one.
+std::size_t EndOfUnit(std::string_view behind_figure) {
+  constexpr std::array<std::string_view, 4> kUnits{" ns", " us", " ms", " s"};
+  for (const std::string_view unit : kUnits) {
+    if (!behind_figure.starts_with(unit)) continue;
+    const char next = behind_figure.size() > unit.size() ? behind_figure[unit.size()] : ' ';
+    if (std::isalnum(static_cast<unsigned char>(next)) == 0) return unit.size();
+  }
+  return 0;
+}
+
+/// Figures differ from slave to slave, and the units of times with them; codes ("0x001b") say what it is.
 std::string WithoutFigures(std::string_view title) {
   const auto digit = [](char c) { return c >= '0' && c <= '9'; };
   std::string text;
@@ -38,6 +51,7 @@ std::string WithoutFigures(std::string_view title) {
     }
     text += '#';
     while (i + 1 < title.size() && (digit(title[i + 1]) || title[i + 1] == '.')) ++i;
+    i += EndOfUnit(title.substr(i + 1));
   }
   return text;
 }

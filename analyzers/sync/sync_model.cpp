@@ -21,6 +21,8 @@ constexpr std::uint32_t kFcsBytes = 4;
 constexpr std::uint32_t kMinFrameBytes = 60;
 /// Value of 0x0420 after power-on.
 constexpr std::uint16_t kDefaultWatchdogSteps = 1000;
+/// Slaves are synchronised within it, ns: a delay that was measured anew differs by less.
+constexpr std::int64_t kSameDelay = 1000;
 
 /// Whether an access reads or writes some of `bytes` registers from `first` on.
 bool Touches(const track::SlaveAccess& access, EscAddress first, std::size_t bytes) {
@@ -462,7 +464,7 @@ void SyncModel::MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_han
 }
 
 void SyncModel::On(const track::SlaveAccess& access) {
-  if (Touches(access, esc::kSystemTimeDelay, 4)) delays_.Touched();
+  if (Touches(access, esc::kSystemTimeDelay, 4)) OnDelayAccess(access);
   if (!WasRepeated(access.returned)) BeginFrame(access.sent, access.returned);
   if (access.address >= esc::kProcessRam) {
     OnMemoryWritten(access);
@@ -474,6 +476,14 @@ void SyncModel::On(const track::SlaveAccess& access) {
         esc::WatchdogNs(registers.Value<std::uint16_t>(esc::kWatchdogDivider).value_or(esc::kDefaultWatchdogDivider),
                         registers.Value<std::uint16_t>(esc::kProcessWatchdog).value_or(kDefaultWatchdogSteps));
   }
+}
+
+/// With another delay the same frame lies elsewhere between two pulses: what comes is not compared with what was.
+void SyncModel::OnDelayAccess(const track::SlaveAccess& access) {
+  const std::int64_t before = delays_.Of(access.slave);
+  delays_.Touched();
+  const std::int64_t moved = delays_.Of(access.slave) - before;
+  if (moved > kSameDelay || moved < -kSameDelay) Of(access.slave).outputs.phase.BeginAnew();
 }
 
 /// Outputs may be written without FMMU, straight to the memory that the sync manager guards. The slave gets them when

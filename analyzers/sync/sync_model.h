@@ -155,6 +155,7 @@ class SyncModel final {
   void Starve(SlaveId id, const FrameRef& until, OutputGap::End end);
   void OnMemoryWritten(const track::SlaveAccess& access);
   void OnDcAccess(const track::SlaveAccess& access);
+  void OnDelayAccess(const track::SlaveAccess& access);
   void SwitchedOn(SlaveId slave, const DcUnit& unit);
 
   const model::BusModel& bus_;

@@ -4,6 +4,7 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "decoder/base/text.h"
+#include "decoder/base/time.h"
 #include "decoder/capture/frame_source.h"
 #include "decoder/pipeline.h"
 #include "decoder/track/events.h"
@@ -49,6 +50,9 @@ Look for other traffic on the EtherCAT port (the message says when other packets
 connectors, and link errors at the slaves (0x0300-0x0313).
 )"};
 
+/// So many lost in a row are worth telling.
+constexpr std::uint64_t kManyInARow = 3;
+
 /// A recorder that leaves out packets here and there takes as many of one direction as of the other, give or take.
 /// Where the directions have an interface each, these may differ by so much.
 constexpr std::uint64_t kFair = 3;
@@ -83,6 +87,7 @@ class FrameLost final : public Rule {
       if (frame.number > finding.last.number) finding.last = frame;
     }
     if (index_ != kNoFinding && frame.number != first_.number) AddRelated(context().store[index_], frame.number);
+    CountRow(frame);
   }
 
   void Finish() override {
@@ -95,6 +100,36 @@ class FrameLost final : public Rule {
   }
 
  private:
+  /// Lost frames with nothing between them.
+  struct Row {
+    std::uint64_t frames = 0;
+    FrameRef first, last;
+  };
+
+  void CountRow(const FrameRef& frame) {
+    if (row_.frames == 0 || frame.number != row_.last.number + 1) row_ = {0, frame, frame};
+    ++row_.frames;
+    row_.last = frame;
+    if (row_.frames > longest_.frames) longest_ = row_;
+  }
+
+  /// Drives get over a single one: how many there were at once says what they make of it.
+  void DescribeRow(Finding& finding) const {
+    if (longest_.frames < kManyInARow) return;
+    const bool timed = longest_.first.has_time && longest_.last.has_time;
+    const TimeNs took = timed ? Elapsed(longest_.first.time, longest_.last.time) : 0;
+    if (longest_.frames < total_) {
+      finding.message += Count(longest_.frames, "frame") + " of them in a row, from frame " +
+                         std::to_string(longest_.first.number) + " to frame " + std::to_string(longest_.last.number);
+    } else {
+      finding.message += "They are all in a row, up to frame " + std::to_string(longest_.last.number);
+    }
+    finding.message += timed ? ", within " + Duration(took) + ". " : ". ";
+    finding.evidence.push_back(Number("in_a_row", static_cast<std::int64_t>(longest_.frames)));
+    finding.evidence.push_back(Number("in_a_row_last_frame", static_cast<std::int64_t>(longest_.last.number)));
+    if (timed) finding.evidence.push_back(Real("in_a_row_ms", static_cast<double>(took) / 1e6));
+  }
+
   void TellWhatIsOpen(const bus::PairingStatistics& pairing) {
     if (pairing.holes > 0) {
       NotEvaluable(kNoSlave,
@@ -140,6 +175,7 @@ class FrameLost final : public Rule {
     finding.message = Count(total_, "outbound frame") + " never came back although ";
     finding.message += silent_ == total_ ? "the master went on sending" : "later ones did";
     finding.message += ", the first is frame " + std::to_string(first_.number) + ". ";
+    DescribeRow(finding);
     if (followed_by_other_ > 0) {
       finding.message +=
           "Right behind " +
@@ -190,6 +226,7 @@ class FrameLost final : public Rule {
 
   FindingIndex index_ = kNoFinding;
   FrameRef first_;
+  Row row_, longest_;
   std::uint64_t total_ = 0;
   std::uint64_t followed_by_other_ = 0;
   std::uint64_t silent_ = 0;

@@ -1,6 +1,9 @@
+#include <cstdint>
+#include <deque>
 #include <map>
 #include <set>
 #include <utility>
+#include <vector>
 
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
@@ -29,8 +32,10 @@ A mailbox holds one message. The refused one is lost unless the master notices a
 ## How it is decided
 The write came back with working counter 0, the mailbox is switched on, and a request is outstanding. The same message
 again, byte for byte, is a repetition after a time-out and no overrun. Where a message of another protocol fills the
-mailbox, and the master writes the refused one unchanged until it is taken, nothing is lost: an info. Where the
-outstanding request was never answered, caused_by names mailbox-no-response: the slave stopped taking messages.
+mailbox, and the master writes the refused one unchanged until it is taken, nothing is lost: an info. So it is where
+the repetition of a message fills it whose first frame was lost: the slave may have had that already, and caused_by
+names frame-lost. Where the outstanding request was never answered, caused_by names mailbox-no-response: the slave
+stopped taking messages.
 
 ## Example
 samples/captures/mailbox-no-response.pcapng: the second request comes back with working counter 0.
@@ -68,11 +73,14 @@ class MailboxOverrun final : public Rule {
     Told& told = told_[index];
     told.beside = beside;
     if (open.insert(index).second) ++told.open;
+    Remember(e.slave, index);
   }
 
   /// What was refused is taken after all.
   void On(const mailbox::MailboxMessage& e) {
-    if (e.direction != mailbox::Direction::kOut || e.refused_before == 0) return;
+    if (e.direction != mailbox::Direction::kOut) return;
+    Follow(e);
+    if (e.refused_before == 0) return;
     for (const FindingIndex index : std::exchange(open_[e.slave], {})) {
       Told& told = told_[index];
       --told.open;
@@ -85,7 +93,16 @@ class MailboxOverrun final : public Rule {
     for (const auto& [index, told] : told_) {
       Finding& finding = context().store[index];
       if (told.request != 0) finding.caused_by = context().ExplanationOf(finding.slave, told.request);
-      if (!told.beside || told.open > 0) continue;
+      if (told.open > 0) continue;
+      const bool repeats = told.by_repetition == told.fillings;
+      if (!told.beside && !repeats) continue;
+      if (repeats) {
+        finding.message +=
+            " That message repeats the one of frame " + std::to_string(told.lost) +
+            ", which never came back: where the slave had that one already, the repetition is in the way.";
+        AddRelated(finding, told.lost);
+        if (finding.caused_by == kNoFinding) finding.caused_by = LostFrames();
+      }
       // Who serves two protocols side by side does not know of the other's message, and tries until there is room.
       context().store.Regrade(index, Severity::kInfo);
       finding.message += " The master wrote it again, unchanged, until the slave took it, last in frame " +
@@ -101,7 +118,64 @@ class MailboxOverrun final : public Rule {
     bool beside = false;     ///< of another protocol than what filled the mailbox
     std::uint64_t open = 0;  ///< not taken since
     FrameNo taken = 0;
+    std::uint64_t fillings = 0, by_repetition = 0;  ///< messages that filled the mailbox
+    FrameNo lost = 0;  ///< the first frame of the message whose repetition filled the mailbox
   };
+  /// A message of the master.
+  struct Message {
+    FrameNo frame = 0;
+    std::uint8_t counter = 0;
+    std::vector<std::uint8_t> data;
+    FindingIndex refused = kNoFinding;  ///< what tells that another one was refused while this one filled the mailbox
+
+    [[nodiscard]] bool RepeatsOf(const Message& other) const {
+      return frame > other.frame && counter == other.counter && data == other.data;
+    }
+  };
+  struct Written {
+    std::deque<Message> last;  ///< that came back, the newest last
+    Message lost;              ///< whose frame did not
+  };
+  /// A loss shows within a few messages.
+  static constexpr std::size_t kReach = 8;
+
+  /// What the slave was written, and which of it fills its mailbox again although it had it.
+  void Follow(const mailbox::MailboxMessage& e) {
+    Message message{e.frame().number, e.header.counter, {e.payload.begin(), e.payload.end()}};
+    Written& written = written_[e.slave];
+    if (e.certainty == Certainty::kUnknown) {
+      written.lost = std::move(message);
+      for (const Message& again : written.last) TellRepetition(again, written.lost);
+      return;
+    }
+    written.last.push_back(std::move(message));
+    if (written.last.size() > kReach) written.last.pop_front();
+  }
+
+  /// The slave refused another message while it had not taken the newest one.
+  void Remember(SlaveId slave, FindingIndex index) {
+    Written& written = written_[slave];
+    if (!written.last.empty() && written.last.back().refused != kNoFinding) return;
+    ++told_[index].fillings;
+    if (written.last.empty()) return;
+    written.last.back().refused = index;
+    TellRepetition(written.last.back(), written.lost);
+  }
+
+  void TellRepetition(const Message& again, const Message& lost) {
+    if (again.refused == kNoFinding || lost.frame == 0 || !again.RepeatsOf(lost)) return;
+    Told& told = told_[again.refused];
+    ++told.by_repetition;
+    if (told.lost == 0) told.lost = lost.frame;
+  }
+
+  [[nodiscard]] FindingIndex LostFrames() const {
+    const std::vector<Finding>& findings = context().store.findings();
+    for (std::size_t i = 0; i < findings.size(); ++i) {
+      if (findings[i].rule == "frame-lost") return static_cast<FindingIndex>(i);
+    }
+    return kNoFinding;
+  }
 
   FindingIndex Tell(const mailbox::MailboxRefused& e, std::uint64_t key, bool requested) {
     const FrameNo full_since = requested ? e.outstanding.frame.number : e.last_message;
@@ -123,6 +197,7 @@ class MailboxOverrun final : public Rule {
   }
 
   std::map<FindingIndex, Told> told_;
+  std::map<SlaveId, Written> written_;
   std::map<SlaveId, std::set<FindingIndex>> open_;  ///< those that tell of the message that the slave refused last
 };
 

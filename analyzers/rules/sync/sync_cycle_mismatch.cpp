@@ -50,8 +50,9 @@ SYNC0 cycle and 60C2h are compared exactly when OP is requested, and again where
 families that take the cycle from 60C2h. The process data are the mean over the cycles in OP, by the DC time in the
 frames or by good stamps; it disagrees when it is more than a tenth off. A new mean begins when the slave leaves OP or
 SYNC0 is switched off, and where the frames come to another rhythm. SAMPLEPERIOD and PTBASE are no objects:
---parameter tells them. For devices whose family is not known to need one frame a cycle, SYNC0 may be a multiple of the
-frame cycle or a part of it.
+--parameter tells them. Where the process data keep to one of two settings that disagree, the other one is what is
+wrong, and caused_by names the finding that says so. For devices whose family is not known to need one frame a cycle,
+SYNC0 may be a multiple of the frame cycle or a part of it.
 
 ## Example
 tests/rules/sync-cycle-mismatch/violates.trace
@@ -171,7 +172,22 @@ class SyncCycleMismatch final : public Rule {
                       " ns, while the " + other.where + " is " + std::to_string(other.time) +
                       " ns. Set the same time in both.";
     finding.evidence = {Number(one.evidence, one.time), Number(other.evidence, other.time)};
-    Report(other.key, std::move(finding));
+    const FindingIndex index = Report(other.key, std::move(finding));
+    if (index != kNoFinding) odd_settings_[slave].push_back({one.time, other.time, index});
+  }
+
+  /// The finding that tells already that this setting is not what another one says, which the process data keep to:
+  /// one wrong value is one cause.
+  [[nodiscard]] FindingIndex ToldOfSetting(SlaveId slave, TimeNs configured, double observed) const {
+    const auto told = odd_settings_.find(slave);
+    if (told == odd_settings_.end()) return kNoFinding;
+    const auto kept = [observed](TimeNs time) {
+      return std::abs(observed / static_cast<double>(time) - 1) <= kTolerance;
+    };
+    for (const OddSetting& odd : told->second) {
+      if ((odd.one == configured && kept(odd.other)) || (odd.other == configured && kept(odd.one))) return odd.index;
+    }
+    return kNoFinding;
   }
 
   void Observed(SlaveId id) {
@@ -224,6 +240,7 @@ class SyncCycleMismatch final : public Rule {
     finding.slave = id;
     finding.first = outputs.rate.first();
     finding.last = outputs.rate.last();
+    finding.caused_by = ToldOfSetting(id, configured, mean);
     if (settings) AddRelated(finding, settings->frame.number);
     const std::string cycle = Duration(static_cast<std::int64_t>(mean));
     finding.title = "Process data come every " + cycle + ", but the cycle is configured as " + Duration(configured);
@@ -238,7 +255,14 @@ class SyncCycleMismatch final : public Rule {
     Report(3, std::move(finding));
   }
 
+  /// Two settings that a finding compares.
+  struct OddSetting {
+    TimeNs one = 0, other = 0;
+    FindingIndex index = kNoFinding;
+  };
+
   std::map<SlaveId, FrameRef> changed_in_op_;
+  std::map<SlaveId, std::vector<OddSetting>> odd_settings_;
   std::set<SlaveId> judged_;  // in a run that has ended
 };
 

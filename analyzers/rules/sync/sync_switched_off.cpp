@@ -24,31 +24,37 @@ constexpr RuleInfo kInfo{.id = "sync-switched-off",
                          .severity = Severity::kError,
                          .subject = Subject::kClock,
                          .title = "SYNC0 is switched off, or the system time is shifted, while the slave is in OP",
-                         .needs = "AL Status OP, writes of 0x0981 and 0x0920 of the slave",
+                         .needs = "AL Status OP, writes of 0x0981, 0x0920 and 0x0928 of the slave",
                          .source = "ESC-1, distributed clocks, SYNC signal generation",
                          .doc = R"(
 ## What it checks
 Writes that take the clock from a drive while it runs by it: cyclic generation of SYNC0 switched off (0x0981 bit 0 or
-1), or another system time offset (0x0920), while the slave is in OP.
+1), another system time offset (0x0920), or another propagation delay (0x0928), while the slave is in OP.
 
 ## Why it matters
 Without SYNC0 the drive loses its time base within a few cycles and goes into a fault. Another offset lets its system
-time jump: the next SYNC0 pulse comes too early, too late, or only when the clock has wrapped.
+time jump: the next SYNC0 pulse comes too early, too late, or only when the clock has wrapped. To another delay the
+slave's clock is regulated with each distribution of the time: its SYNC0 moves against that of the others, and against
+the frames.
 
 ## How it is decided
 AL Status showed OP, and no request to leave it is under way. SYNC0 was on before, as a write or a read of 0x0981
 showed, and the slave took the write. Masters that shut down switch SYNC0 off slave by slave and then request another
 state: where that follows within 10 ms, nothing is said. An offset counts where SYNC0 is on and the value differs from
 the last one that was written or read; the same value again shifts nothing, and where no value was seen before, the
-write is taken for a new one (inferred). Where it is not known whether SYNC0 is on, nothing is said. Corrections by
-0x0910, the regular distribution of the system time, are no matter of this rule.
+write is taken for a new one (inferred). A delay counts where SYNC0 is on and it differs from the last one that was
+written or read by more than 1 us, which masters that measure anew do not come to. Where it is not known whether SYNC0
+is on, nothing is said. Corrections by 0x0910, the regular distribution of the system time, are no matter of this rule.
 
 ## Example
 samples/captures/sync-switched-off.pcapng
 
 ## What to do
-Leave OP (request SAFEOP or PREOP) before SYNC0 or the offset is changed; set clocks up before SAFEOP.
+Leave OP (request SAFEOP or PREOP) before SYNC0, the offset or the delay is changed; set clocks up before SAFEOP.
 )"};
+
+/// A delay that was measured anew is another by less: slaves are synchronised within it.
+constexpr std::int64_t kMeasuredAnewNs = 1000;
 
 /// From the last slave whose SYNC0 is switched off to the request of another state.
 constexpr TimeNs kShutDownNs = 10'000'000;
@@ -74,6 +80,7 @@ class SyncSwitchedOff final : public Rule {
   void On(const track::SlaveAccess& access) {
     Slave& slave = Of(access.slave);
     OnOffset(access, slave);
+    OnDelay(access, slave);
     OnActivation(access, slave);
   }
 
@@ -111,6 +118,7 @@ class SyncSwitchedOff final : public Rule {
     FrameRef activation_since;
     std::optional<std::uint64_t> offset;
     bool offset_is_wide = false;  ///< all 64 bits of it were seen
+    std::optional<std::uint32_t> delay;
     std::optional<Off> off;
   };
 
@@ -196,6 +204,27 @@ class SyncSwitchedOff final : public Rule {
     TellShift(access, before.has_value(), moved, now);
   }
 
+  void OnDelay(const track::SlaveAccess& access, Slave& slave) {
+    const bool writes = !access.written.empty();
+    if (!writes && access.broadcast) return;
+    const ByteSpan bytes = access.Covered(writes ? access.written : access.read, esc::kSystemTimeDelay, 4);
+    if (bytes.empty()) return;
+    if (writes && !access.done()) {
+      if (access.acceptance == track::Acceptance::kUnknown) slave.delay.reset();
+      return;
+    }
+    const auto now = LittleEndian<std::uint32_t>(bytes, 0);
+    const std::optional<std::uint32_t> before = std::exchange(slave.delay, now);
+    if (!writes || !InOp(access.slave) || !slave.activation || !Generates(*slave.activation)) return;
+    if (!before) {
+      NotEvaluable(access.slave, "what the delay (0x0928) was before it was written in OP is not known",
+                   access.frame().number);
+      return;
+    }
+    const std::int64_t moved = std::int64_t{now} - std::int64_t{*before};
+    if (moved > kMeasuredAnewNs || moved < -kMeasuredAnewNs) TellDelay(access, *before, now);
+  }
+
   /// Right behind the last time that SYNC0 of some slave was switched off.
   [[nodiscard]] bool Near(const FrameRef& frame) const {
     if (frame.has_time && last_off_.has_time) {
@@ -237,6 +266,19 @@ class SyncSwitchedOff final : public Rule {
       finding.confidence = Confidence::kInferred;
     }
     Report(1, std::move(finding));
+  }
+
+  void TellDelay(const track::SlaveAccess& access, std::uint32_t before, std::uint32_t now) {
+    if (Repeat(access.slave, 2, access.frame()) != kNoFinding) return;
+    Finding finding = Begin(access.slave, access.frame(), access.acceptance == track::Acceptance::kAssumed);
+    finding.title = "Propagation delay changed from " + Duration(before) + " to " + Duration(now) + " in OP";
+    finding.message =
+        "Frame " + std::to_string(access.frame().number) + " writes 0x0928 = " + Duration(now) +
+        " while the slave is in OP and SYNC0 is on; before that it was " + Duration(before) +
+        ". The slave's clock is regulated to the reference's time plus this delay: its SYNC0 moves by the "
+        "difference against the frames and the other slaves. Measure and write delays before SAFEOP.";
+    finding.evidence = {Number("delay_before_ns", before), Number("delay_ns", now)};
+    Report(2, std::move(finding));
   }
 
   static Finding Begin(SlaveId slave, const FrameRef& frame, bool assumed) {

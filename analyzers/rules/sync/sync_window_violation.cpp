@@ -1,3 +1,9 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
 #include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
@@ -8,9 +14,15 @@
 #include "analyzers/sync/sync_model.h"
 #include "analyzers/words/al_text.h"
 #include "decoder/base/text.h"
+#include "decoder/base/time.h"
 
 namespace ecaudit::sync_window_violation {
 namespace {
+
+/// The rhythm of the frames is not that of SYNC0 (sync-cycle-mismatch) where it is off by more than this part.
+constexpr double kOtherRhythm = 0.1;
+/// Frames are as far apart as their intervals within this part of a cycle.
+constexpr double kInPlace = 0.125;
 
 constexpr RuleInfo kInfo{
     .id = "sync-window-violation",
@@ -35,18 +47,19 @@ synchronisation.
 
 ## How it is decided
 The arrival is the DC time that the frame itself carries, plus the slave's propagation delay, plus the length of the
-frame; it is on no side while it lies within 1 us (or the slave's own 0x092C) of a pulse. Frames that creep over a
-pulse do so inside of that: so frames and pulses are counted from the last frame whose side is certain, as long as no
-interval is so long that a frame may be missing in it. Where the frames themselves carry no time but others of the
-cycle do, certain is for this count what lies a quarter of the cycle off. Without SYNC0 the expected arrival lies on
-the line through the frames so far, which it follows slowly, from the 100th cycle in OP on; the limit is that for
-60C2h where the master wrote it and its cycle is about that, else for the measured cycle. Stamps that are too poor, or
-a deviation that equals the limit within their uncertainty and that of the line, are not judged; neither are frames
-that were sent and did not return, nor 64 and more missing cycles of a drive that stays enabled (the capture has a
-hole there). SYNCACT counts in OP with SYNC0 on, after PLLTHRESH cycles where that is known; SYNCDIST and SYNCWND come
-from SDO transfers or from --parameter. The AKD manuals do not print these objects: they are those of the MKD, and the
-finding is inferred. Only families that are known to synchronise this way are judged. Between 750 us and 1 ms the Pilz
-manual gives no figure: 70 us is applied as a warning.
+frame; it is on no side while it lies within 1 us (or the slave's own 0x092C) of a pulse. Frames that creep over a pulse
+do so inside of that: so frames and pulses are counted from the last frame whose side is certain, as long as no interval
+is so long that a frame may be missing in it. Where the frames themselves carry no time but others of the cycle do,
+certain is for this count what lies a quarter of the cycle off. Without SYNC0 the expected arrival lies on the line
+through the frames so far, which it follows slowly, from the 100th cycle in OP on; the limit is that for 60C2h where the
+master wrote it and its cycle is about that, else for the measured cycle. Stamps that are too poor, or a deviation that
+equals the limit within their uncertainty and that of the line, are not judged; neither are frames that were sent and
+did not return, nor 64 and more missing cycles of a drive that stays enabled (the capture has a hole there). A frame
+that is late leaves an interval empty and makes the next one have two: where each of the ones makes up for one of the
+others before it, caused_by names these. SYNCACT counts in OP with SYNC0 on, after PLLTHRESH cycles where that is known;
+SYNCDIST and SYNCWND come from SDO transfers or from --parameter. The AKD manuals do not print these objects: they are
+those of the MKD, and the finding is inferred. Only families that are known to synchronise this way are judged. Between
+750 us and 1 ms the Pilz manual gives no figure: 70 us is applied as a warning.
 
 ## Example
 tests/rules/sync-window-violation/violates.trace
@@ -84,11 +97,16 @@ class SyncWindowViolation final : public Rule {
                    e.frame.number);
       return;
     }
-    const std::uint64_t key = e.empty > 0 ? 1 : 2;
-    if (const FindingIndex index = Repeat(e.slave, key, e.frame); index != kNoFinding) {
+    FindingIndex index = Repeat(e.slave, e.empty > 0 ? 1 : 2, e.frame);
+    if (index != kNoFinding) {
       AddRelated(context().store[index], e.frame.number);
-      return;
+    } else {
+      index = TellMiss(e, family);
     }
+    Follow(e, index);
+  }
+
+  FindingIndex TellMiss(const sync::SyncSlotMiss& e, const device::SyncDescription& family) {
     Finding finding;
     finding.slave = e.slave;
     finding.first = e.frame;
@@ -104,12 +122,18 @@ class SyncWindowViolation final : public Rule {
     finding.evidence = {Number("empty_intervals", static_cast<std::int64_t>(e.empty)),
                         Real("phase_us", static_cast<double>(e.phase_ns) / 1e3),
                         Real("cycle_us", static_cast<double>(e.cycle_ns) / 1e3)};
-    Report(key, std::move(finding));
+    return Report(e.empty > 0 ? 1 : 2, std::move(finding));
   }
 
   /// SYNC0 in the middle between two frames is not to be shifted.
   [[nodiscard]] std::string AdviceOn(const sync::SyncSlotMiss& e) const {
     if (e.crept > 0) return "Let the master's cycle follow the DC time.";
+    // In another rhythm they arrive anywhere.
+    const sync::CyclicImage* image = context().sync().outputs(e.slave).image;
+    const TimeNs rhythm = image != nullptr && image->has_nominal() ? image->nominal_ns : e.cycle_ns;
+    if (std::abs(static_cast<double>(rhythm) / static_cast<double>(e.cycle_ns) - 1) > kOtherRhythm) {
+      return "Let the frames come with the cycle of SYNC0: they come every " + Duration(rhythm) + ".";
+    }
     const TimeNs usual = context().sync().outputs(e.slave).phase.UsualNs(e.cycle_ns);
     if (usual < e.cycle_ns / 4 || usual > e.cycle_ns - e.cycle_ns / 4) {
       return "Shift SYNC0 to the middle between two frames, and send more regularly.";
@@ -207,6 +231,15 @@ class SyncWindowViolation final : public Rule {
   }
 
   void Finish() override {
+    // A frame that is late leaves one interval empty, and fills another one twice, or its successor does.
+    for (std::size_t s = 0; s < misses_.size(); ++s) {
+      const auto& [empty, doubled] = misses_[s].of;
+      // Where findings are too many they count on others.
+      const auto own = [&](FindingIndex index) { return index != kNoFinding && context().store[index].slave == s; };
+      if (!own(empty.index) || !own(doubled.index) || empty.index == doubled.index) continue;
+      if (doubled.first_ones == 0) context().store[doubled.index].caused_by = empty.index;
+      if (empty.first_ones == 0) context().store[empty.index].caused_by = doubled.index;
+    }
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
       const sync::OutputWatch& outputs = context().sync().outputs(id);
@@ -223,6 +256,36 @@ class SyncWindowViolation final : public Rule {
   }
 
  private:
+  /// Intervals of one slave without a frame, or with two.
+  struct Kind {
+    FindingIndex index = kNoFinding;
+    std::uint64_t first_ones = 0;  ///< that make up for none of the other kind before them
+  };
+  struct Misses {
+    std::array<Kind, 2> of;   ///< without a frame, with two
+    std::int64_t behind = 0;  ///< by so many intervals frames are later than at first
+  };
+
+  /// Whether the miss is the other end of one before it: frames came back to their places.
+  void Follow(const sync::SyncSlotMiss& e, FindingIndex index) {
+    if (e.slave >= misses_.size()) misses_.resize(static_cast<std::size_t>(e.slave) + 1);
+    Misses& misses = misses_[e.slave];
+    Kind& kind = misses.of[e.empty > 0 ? 0 : 1];
+    kind.index = index;
+    const bool makes_up = e.empty > 0 ? misses.behind < 0 : misses.behind > 0;
+    const bool left_out = IsLeftOut(e);
+    if (left_out || !makes_up) ++kind.first_ones;
+    if (!left_out) misses.behind += e.empty > 0 ? static_cast<std::int64_t>(e.empty) : -1;
+  }
+
+  /// The frames before and behind the empty intervals are in their places: there was none between them.
+  static bool IsLeftOut(const sync::SyncSlotMiss& e) {
+    if (e.empty == 0 || !e.before.has_time || !e.frame.has_time) return false;
+    const auto cycles = static_cast<double>(Elapsed(e.before.time, e.frame.time)) / static_cast<double>(e.cycle_ns);
+    const std::uint64_t pulses = std::max<std::uint64_t>(e.crept, 1) + e.empty;
+    return std::abs(cycles - static_cast<double>(pulses)) < kInPlace;
+  }
+
   static std::string MissText(const sync::SyncSlotMiss& e) {
     const std::string before = std::to_string(e.before.number);
     const std::string frame = std::to_string(e.frame.number);
@@ -238,6 +301,8 @@ class SyncWindowViolation final : public Rule {
     if (e.empty == 0) return "Frames " + before + " and " + frame + " both arrive between the same two pulses";
     return "Between frame " + before + " and frame " + frame + " " + intervals;
   }
+
+  std::vector<Misses> misses_;  // by slave
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncWindowViolation>};

@@ -70,6 +70,19 @@ TEST(OneForMany, WhatHappensAtDifferentTimesIsNotOneMatter) {
   EXPECT_EQ(findings.size(), 80U);
 }
 
+TEST(OneForMany, UnitsOfTimesAreFigures) {
+  std::vector<Finding> findings;
+  for (SlaveId s = 0; s < 20; ++s) {
+    findings.push_back(Of("late", s, 100, s == 0 ? "Starts 776.22 us in the past" : "Starts 1.189 ms in the past"));
+    findings.push_back(Of("other", s, 100, s == 0 ? "10 used" : "10 usual"));  // words, no units
+  }
+  JoinSlaves(findings, Name, Place);
+  ASSERT_EQ(findings.size(), 3U);
+  EXPECT_EQ(findings[0].title, "Starts 776.22 us in the past (the first of 20 slaves)");
+  EXPECT_EQ(findings[1].title, "10 used");
+  EXPECT_EQ(findings[2].title, "10 usual (the first of 19 slaves)");
+}
+
 TEST(OneForMany, OtherCodesAreOtherMatters) {
   std::vector<Finding> findings;
   for (SlaveId s = 0; s < 20; ++s) findings.push_back(Of("fell", s, 100, s < 5 ? "code 0x001b" : "code 0x001a"));

@@ -159,6 +159,40 @@ TEST(StartupComparison, NumbersFitWhateverTheWidth) {
   EXPECT_FALSE(fits(7, Bytes(9, 0)));
 }
 
+/// Register writes, in frames 1, 2, ...
+std::vector<StartupStep> Writes(const std::vector<std::pair<EscAddress, Bytes>>& writes) {
+  std::vector<StartupStep> steps;
+  for (const auto& [address, data] : writes) {
+    StartupStep& step = steps.emplace_back();
+    step.frame.number = step.last.number = steps.size();
+    step.key.address = address;
+    step.data = data;
+    step.size = data.size();
+  }
+  return steps;
+}
+
+std::size_t Deviations(const std::vector<std::pair<EscAddress, Bytes>>& wanted,
+                       const std::vector<std::pair<EscAddress, Bytes>>& happened) {
+  std::vector<ExpectedStep> expected;
+  for (const StartupStep& step : Writes(wanted)) {
+    expected.emplace_back().key = step.key;
+    expected.back().data = step.data;
+  }
+  const std::vector<StartupStep> actual = Writes(happened);
+  return CompareSteps(expected, actual, false, true).size();
+}
+
+TEST(StartupComparison, WhatIsWrittenToARegisterCountsNotWithWhich) {
+  EXPECT_EQ(Deviations({{0x0981, {3}}}, {{0x0980, {0, 3}}}), 0U);
+  EXPECT_EQ(Deviations({{0x0980, {0}}, {0x0981, {3}}}, {{0x0980, {0, 3}}}), 0U);
+  EXPECT_EQ(Deviations({{0x0980, {0, 3}}}, {{0x0980, {0}}, {0x0981, {3}}}), 0U);
+  EXPECT_EQ(Deviations({{0x0981, {3}}}, {{0x0980, {0, 7}}}), 2U) << "another value: missing, and unexpected";
+  EXPECT_EQ(Deviations({{0x0980, {0, 3}}}, {{0x0981, {3}}}), 2U) << "a part of it";
+  EXPECT_EQ(Deviations({{0x0981, {3}}, {0x0981, {3}}}, {{0x0981, {3}}}), 1U) << "twice is not once";
+  EXPECT_EQ(Deviations({{0x0981, {3}}, {0x0400, {1, 0}}}, {{0x0400, {1, 0}}, {0x0980, {0, 3}}}), 1U) << "elsewhere";
+}
+
 TEST(StartupComparison, OnlyWhatTheMasterSetsOfASyncManagerCounts) {
   StartupKey sm2;
   sm2.address = 0x0810;

@@ -109,6 +109,23 @@ TEST(StartupRecorder, ARequestThatIsWrittenAgainIsOneStep) {
   EXPECT_EQ(startup.steps[1].outcome, StartupOutcome::kDone);
 }
 
+TEST(StartupRecorder, ARequestThatWasLostAndIsWrittenAgainIsOneStep) {
+  // That the frame was lost shows when the slave is in PREOP already: masters have several frames under way.
+  const StartupSummary startup = StartupOf(kAddress + kMailbox + "+1ms FPWR 0x1001:0x0120 02 00 @lost\n" + State(2) +
+                                           kOutputs + State(4) + "+1ms FPRD 0x1001:0x0130 04 00 times=20\n" + State(8));
+  EXPECT_EQ(Steps(startup), (Names{"addressing: Configured Station Address", "mailbox-setup: SM0", "mailbox-setup: SM1",
+                                   "init-to-preop: PREOP requested", "preop-to-safeop: SM2",
+                                   "preop-to-safeop: SAFEOP requested", "safeop-to-op: OP requested"}));
+  EXPECT_EQ(startup.steps[3].count, 2U);
+  EXPECT_EQ(startup.steps[3].outcome, StartupOutcome::kDone);
+  const StartupPhaseSummary* preop = startup.phase(StartupPhase::kInitToPreop);
+  ASSERT_NE(preop, nullptr);
+  EXPECT_EQ(preop->duration, 2'030'000);  // the lost request sent to status returned
+  const StartupPhaseSummary* safeop = startup.phase(StartupPhase::kPreopToSafeop);
+  ASSERT_NE(safeop, nullptr);
+  EXPECT_EQ(safeop->duration, 2'030'000);  // SM2, request, status
+}
+
 TEST(StartupRecorder, ARefusalIsMarkedWithItsCode) {
   const StartupSummary startup = StartupOf(kAddress + State(2) + "+1ms FPWR 0x1001:0x0120 04 00\n" +
                                            "+1ms FPRD 0x1001:0x0130 12 00 00 00 1D 00\n");
