@@ -1,5 +1,9 @@
 #include "analyzers/analysis.h"
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include <memory>
 #include <utility>
 #include <vector>
@@ -63,9 +67,7 @@ std::size_t ForgetReplaced(const RuleContext& context, FindingStore& store) {
   return left;
 }
 
-}  // namespace
-
-AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& options, Timeline* timeline) {
+AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& options, Timeline* timeline) {
   // Who hears an event first is made first.
   Observation observation(options, Depth::kClocks);
   Explanations explanations;
@@ -106,6 +108,18 @@ AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& opti
   result.capture_next = WhatToCaptureNext(result);
   const CrowdedLists lists = LeaveOutCrowdedLists(observation.pipeline(), result);
   TellLimits(store, observation.pipeline(), lists, result);
+  return result;
+}
+
+}  // namespace
+
+AnalysisResult Analyse(capture::FrameSource& source, const AnalysisOptions& options, Timeline* timeline) {
+  AnalysisResult result = AnalyseAll(source, options, timeline);
+#ifdef __GLIBC__
+  // Of thousands of slaves tens of megabytes were kept, between which the little that is left lies: what comes next,
+  // a page or another analysis, would take as much again.
+  malloc_trim(0);
+#endif
   return result;
 }
 

@@ -14,10 +14,10 @@ struct CrowdedLists {
   static constexpr std::uint64_t kUnits = 2'000;
   static constexpr std::uint64_t kBytesAUnit = 160;
   /// Writes to the distributed clock, likewise.
-  static constexpr std::uint64_t kDcSteps = 2'000;
+  static constexpr std::uint64_t kDcSteps = 1'000;
   static constexpr std::uint64_t kBytesADcStep = 200;
   /// Clocks of which nothing is known but what all slaves were told at once, likewise.
-  static constexpr std::uint64_t kDcByBroadcast = 300;
+  static constexpr std::uint64_t kDcByBroadcast = 100;
   static constexpr std::uint64_t kBytesADc = 1'000;
 
   std::uint64_t units_left_out = 0;

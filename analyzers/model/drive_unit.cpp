@@ -89,6 +89,10 @@ void DriveUnit::SetFamily(const device::DeviceDescription& family) {
 }
 
 const DriveUnit::Places& DriveUnit::PlacesOf(const ImagePart& part) {
+  if (part.places.empty()) {
+    static const Places kNowhere;
+    return kNowhere;
+  }
   for (const Places& places : places_) {
     if (places.serial == part.serial) return places;
   }

@@ -16,6 +16,14 @@ bool IsPosition(std::uint16_t index) {
   return std::find(kPositionObjects.begin(), kPositionObjects.end(), index) != kPositionObjects.end();
 }
 
+LatchPart Unknown(bool incomplete) {
+  LatchPart part;
+  part.used = true;
+  part.unknown_layout = true;
+  part.incomplete = incomplete;
+  return part;
+}
+
 }  // namespace
 
 bool LatchPlaces::Holds(const LatchEdge& edge, std::uint16_t index, std::uint8_t subindex) {
@@ -48,6 +56,12 @@ std::optional<std::int64_t> LatchPlaces::Supplied(const device::LatchDescription
 }
 
 const LatchPart& LatchPlaces::Of(const ImagePart& part, const device::LatchDescription& latch, std::size_t edges) {
+  // Of thousands of slaves whose mapping nobody knows the same is known.
+  if (part.places.empty()) {
+    static const LatchPart kWhole = Unknown(false);
+    static const LatchPart kCut = Unknown(true);
+    return part.incomplete ? kCut : kWhole;
+  }
   for (const LatchPart& known : parts_) {
     if (known.used && known.serial == part.serial) return known;
   }
@@ -61,7 +75,6 @@ const LatchPart& LatchPlaces::Learn(const ImagePart& from, const device::LatchDe
   part = {};
   part.used = true;
   part.serial = from.serial;
-  part.unknown_layout = from.places.empty();
   part.incomplete = from.incomplete;
   for (const ImagePart::Place& place : from.places) {
     const auto index = static_cast<std::uint16_t>(place.object >> 8U);

@@ -93,11 +93,18 @@ const LogicalExpectation& LogicalExpectations::Look(const track::Network& networ
     entry = &entries_.Take(kind, replaced);
     entry->version = 0;
     entry->expectation.shares.clear();
+    MakeRoom(*entry);
   }
   if (entry->version == 0 || entry->version != network.mapping_version()) Renew(*entry, network, kind);
   last_kind_ = kind;
   last_ = entry;
   return entry->expectation;
+}
+
+void LogicalExpectations::MakeRoom(const Entry& kept) {
+  std::size_t shares = 0;
+  entries_.ForEachValue([&](const Entry& entry) { shares += entry.expectation.shares.capacity(); });
+  if (shares > kMaxShares) entries_.KeepOnly(kept);
 }
 
 void LogicalExpectations::Renew(Entry& entry, const track::Network& network, const LogicalKind& kind) {

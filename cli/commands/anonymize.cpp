@@ -1,10 +1,12 @@
 /// `ecaudit anonymize`: a copy that may leave the house, judged as the capture is.
 #include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
 #include <system_error>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "analyzers/analysis.h"
@@ -125,10 +127,14 @@ class AnonymizeCommand : public Command {
 
   [[nodiscard]] ExitStatus Work(Console& console, const Settings& settings, const std::string& unchecked,
                                 const std::string& output) const {
-    const Result<AnalysisResult> before = Judge(console, settings, capture_.captures, "the capture");
-    if (!before) return Fail(console, before.error());
+    Result<AnalysisResult> judged = Judge(console, settings, capture_.captures, "the capture");
+    if (!judged) return Fail(console, judged.error());
+    const std::uint64_t packets = judged->capture.packets;
+    const std::vector<std::string> facts = Facts(*judged);
+    const std::vector<capture::Interface> interfaces = std::move(judged->capture.file.interfaces);
+    judged = AnalysisResult();  // two results of thousands of slaves are large
     anonymize::FrameCleaner cleaner;
-    if (auto error = Copy(console, *before, unchecked, cleaner)) return Fail(console, *error);
+    if (auto error = Copy(console, interfaces, unchecked, cleaner)) return Fail(console, *error);
     const Result<AnalysisResult> after =
         InterruptFlag() ? Result<AnalysisResult>(AnalysisResult()) : Judge(console, settings, {unchecked}, "the copy");
     if (InterruptFlag()) {
@@ -137,10 +143,9 @@ class AnonymizeCommand : public Command {
     }
     if (!after) return Fail(console, after.error());
     const std::string& capture = capture_.captures.front();
-    if (before->capture.packets != after->capture.packets) {
+    if (packets != after->capture.packets) {
       return Fail(console, Error{Printable(capture) + ": the copy has another number of packets; nothing was written"});
     }
-    const std::vector<std::string> facts = Facts(*before);
     if (const std::string difference = FirstDifference(facts, Facts(*after)); !difference.empty()) {
       return Fail(console,
                   Error{Printable(capture) + ": the copy would be judged differently (" + difference +
@@ -150,11 +155,11 @@ class AnonymizeCommand : public Command {
     std::error_code error;
     std::filesystem::rename(unchecked, output, error);
     if (error) return Fail(console, Error{Printable(output) + ": " + error.message()});
-    return Tell(console, output, cleaner, before->capture.packets, facts.size());
+    return Tell(console, output, cleaner, packets, facts.size());
   }
 
-  [[nodiscard]] std::optional<Error> Copy(Console& console, const AnalysisResult& before, const std::string& path,
-                                          anonymize::FrameCleaner& cleaner) const {
+  [[nodiscard]] std::optional<Error> Copy(Console& console, std::vector<capture::Interface> interfaces,
+                                          const std::string& path, anonymize::FrameCleaner& cleaner) const {
     capture::CapturedFrame frame;
     {
       auto source = Open(capture_.captures);
@@ -169,7 +174,6 @@ class AnonymizeCommand : public Command {
     std::string buffer;
     capture::PcapngWriter writer(buffer);
     writer.BeginSection("ecaudit " + std::string(Version()), "Anonymized copy");
-    std::vector<capture::Interface> interfaces = before.capture.file.interfaces;
     for (std::size_t i = 0; i < interfaces.size(); ++i) {
       if (!interfaces[i].name.empty()) interfaces[i].name = "interface " + std::to_string(i);
       writer.AddInterface(interfaces[i]);

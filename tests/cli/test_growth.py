@@ -7,7 +7,7 @@ import subprocess
 import sys
 import unittest
 
-from growth_patterns import PATTERNS, SHARED, mapped_bus, set_up_by_broadcast
+from growth_patterns import PATTERNS, SHARED, crowded_process_data, mapped_bus, set_up_by_broadcast
 from support import APRD, APWR, BRD, BWR, FPRD, FPWR, PROGRAM, Bus, CliTest, healthy_capture, scanned_bus
 from test_hostile import block, option, packets_of
 
@@ -18,6 +18,7 @@ MEMORY_MIB = 64
 OUTPUT_TIMES = 8
 OUTPUT_FREE = 2 << 20
 OUTPUT_OF_SLAVES = 3 << 20  # of reports about thousands of them, each of which has its place
+OUTPUT_OF_CLOCKS = 1 << 20  # where these have clocks and start-ups besides
 # Of signals that thousands of slaves share: a line for each of them, a million times at most (slave_work.h).
 OUTPUT_OF_SHARED = 40 << 20
 
@@ -166,8 +167,9 @@ class GrowthPatterns(Cost):
                             ("signals", "--format", "jsonl")):
                 with self.subTest(pattern.__name__, command=command):
                     free = OUTPUT_OF_SLAVES if command[0] in ("check", "startup") else 0
+                    free += OUTPUT_OF_CLOCKS if pattern is set_up_by_broadcast else 0
                     if command[0] == "signals" and pattern in SHARED:
-                        free = OUTPUT_OF_SHARED
+                        free += OUTPUT_OF_SHARED
                     self.expect_linear(make, size, *command, free=free)
 
 
@@ -266,6 +268,10 @@ class Growth(Cost):
                         ("anonymize", "--force", "-o", "copy.pcapng")):
             with self.subTest(command=command):
                 self.assertLess(self.cost(*command, path)[1], MEMORY_MIB)
+        content = crowded_process_data(5)
+        _, memory, output = self.cost("check", "--format", "json", self.file("crowded.pcap", content))
+        self.assertLess(memory, MEMORY_MIB)
+        self.assertLess(output, OUTPUT_FREE + OUTPUT_OF_SLAVES + OUTPUT_TIMES * len(content))
 
     def test_events_of_all_kinds(self):
         def many(n):

@@ -1,8 +1,9 @@
 #include <algorithm>
-#include <array>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
@@ -65,6 +66,10 @@ class SmChangedWhileActive final : public Rule {
       const EscAddress at = esc::SyncManagerAddress(n);
       if (e.address >= at + esc::kSyncManagerBytes || e.address + length <= at) continue;
       const auto now = SyncManagerOf(state, n);
+      if (n >= slave.size()) {
+        if (!now) continue;
+        slave.resize(n + 1);
+      }
       Sync& sync = slave[n];
       if (now && !e.written.empty() && !e.broadcast && e.done()) Judge(e, n, sync, *now);
       // What was in force stays the yardstick while it is switched off for a change.
@@ -112,15 +117,20 @@ class SmChangedWhileActive final : public Rule {
   };
   struct Sync {
     std::optional<KnownSyncManager> in_force;
-    std::optional<SwitchedOff> off;  ///< since then, in a state that uses it
+    std::unique_ptr<SwitchedOff> off;  ///< since then, in a state that uses it; there hardly ever is one
     FindingIndex reported = kNoFinding;
   };
-  using Slave = std::array<Sync, esc::kMaxSyncManagers>;
+  using Slave = std::vector<Sync>;  ///< up to the last one that is known
 
   [[nodiscard]] Slave Current(SlaveId id) const {
     Slave slave;
     const track::SlaveState& state = context().network().state(id);
-    for (std::size_t n = 0; n < slave.size(); ++n) slave[n].in_force = SyncManagerOf(state, n);
+    for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
+      const auto now = SyncManagerOf(state, n);
+      if (!now) continue;
+      slave.resize(n + 1);
+      slave[n].in_force = now;
+    }
     return slave;
   }
 
@@ -156,7 +166,7 @@ class SmChangedWhileActive final : public Rule {
       return;
     }
     if (!now.settings.enabled()) {
-      if (!sync.off) sync.off = SwitchedOff{e.frame(), *state};
+      if (!sync.off) sync.off = std::make_unique<SwitchedOff>(SwitchedOff{e.frame(), *state});
       return;
     }
     sync.off.reset();
