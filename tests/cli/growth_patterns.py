@@ -279,7 +279,7 @@ def values_of_thousands(count):
     return bus.pcap()
 
 
-SHARED = (shared_process_data, mapped_and_used, cycles_of_thousands)
+SHARED = (shared_process_data, mapped_and_used)
 PATTERNS = {fmmu_changes: 1500, varying_process_data: 2000,
             shared_process_data: 20, mapped_and_used: 200, lost_process_data: 1500, distinct_objects: 1500,
             unfinished_transfers: 1500, refused_transfers: 1500, unfinished_fragments: 1500, emergencies: 2500,
