@@ -71,7 +71,7 @@ class LogicalExpectations {
   /// FMMUs that are looked at in about the time that telling a slave takes.
   static constexpr std::uint64_t kLooksPerSlave = 16;
   /// Of all kinds but the one at hand: thousands of slaves may have a part in each of many.
-  static constexpr std::size_t kMaxShares = 16'384;
+  static constexpr std::size_t kMaxShares = 8'192;
 
   struct Entry {
     std::uint64_t version = 0;  ///< track::Network::mapping_version() that it rests on; 0: none

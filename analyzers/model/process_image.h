@@ -168,7 +168,7 @@ class ProcessImage {
   // What takes about as long as telling a slave does, or how many times as long.
   static constexpr std::uint64_t kLooksPerSlave = 16;
   static constexpr std::uint64_t kMakingPart = 2;
-  static constexpr std::size_t kMaxParts = 16'384;  ///< of all entries but the one at hand
+  static constexpr std::size_t kMaxParts = 8'192;  ///< of all entries but the one at hand
 
   [[nodiscard]] Version version() const { return {network_.mapping_version(), layout_changes_}; }
   [[nodiscard]] bool ChangedSince(const Version& version, SlaveId slave) const;
