@@ -248,10 +248,10 @@ def cycles_of_thousands(count):
 
 
 def crowded_process_data(count):
-    """Frames full of small logical datagrams, some of which not all of 2,000 slaves answer."""
-    bus = operated_bus(2000, 64)
+    """Frames full of small logical datagrams, some of which not all of 1,000 slaves answer."""
+    bus = operated_bus(1000, 64)
     for n in range(count):
-        bus.together([(LRW, (50 * n + k) * 5 % 64, 0, bytes([k]), bytes([k * 3]), (4000, 6000)[k % 3 > 0])
+        bus.together([(LRW, (50 * n + k) * 5 % 64, 0, bytes([k]), bytes([k * 3]), (2000, 3000)[k % 3 > 0])
                       for k in range(50)])
     return bus.pcap()
 
