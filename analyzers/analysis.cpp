@@ -37,7 +37,7 @@ PipelineOptions WhatToRead(const AnalysisOptions& options) {
   reads.stop = options.stop;
   reads.reached = options.reached;
   reads.progress = options.progress;
-  reads.read_ahead = true;
+  reads.read_ahead = !options.one_of_several;
   return reads;
 }
 

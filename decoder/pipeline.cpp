@@ -3,6 +3,7 @@
 #include <array>
 #include <numeric>
 
+#include "decoder/base/other_processor.h"
 #include "decoder/base/time.h"
 #include "decoder/bus/ring_join.h"
 #include "decoder/track/repeated_cycles.h"
@@ -54,7 +55,7 @@ class Pipeline::Impl {
   explicit Impl(EventSink& events) : network_(events), cycles_(network_, events), fork_(cycles_, events) {}
 
   void Run(capture::FrameSource& source, const PipelineOptions& options) {
-    const bool ahead = options.read_ahead && source.bytes_total() >= kWorthReadingAhead;
+    const bool ahead = options.read_ahead && source.bytes_total() >= kWorthReadingAhead && OtherProcessorIsNear();
     bus::TrafficReader reader(source, options, options.stop, ahead ? bus::Ahead::kYes : bus::Ahead::kNo);
     std::uint64_t next_progress = kProgressEvery;
     std::array<wire::FrameView, 2> views;  // of the packet at hand and the one before

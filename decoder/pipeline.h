@@ -52,8 +52,8 @@ struct PipelineOptions : bus::PacketRange {
   std::atomic<FrameNo>* reached = nullptr;
   /// Called about every 65,536 packets: bytes done, bytes in total (0: unknown), packets.
   std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress;
-  /// Large captures are read and paired by a thread of their own while the events of earlier packets are worked on; the
-  /// source may be asked for nothing until Run() returns.
+  /// Large captures may be read and paired by a thread of their own while the events of earlier packets are worked on;
+  /// the source may be asked for nothing until Run() returns. It happens where it pays (other_processor.h).
   bool read_ahead = false;
 };
 

@@ -43,13 +43,14 @@ bool Instructs(const wire::FrameView& frame) {
   return false;
 }
 
-/// How many slaves the frame passed, where a datagram counts them.
-std::optional<std::uint16_t> Passed(const wire::FrameView& sent, const wire::FrameView& returned) {
+/// How many slaves the frame passed; Pairing::kNotCounted where no datagram counts them. A plain number: for each frame an
+/// optional would be put together on the stack, and wait there for all that was written down before.
+int Passed(const wire::FrameView& sent, const wire::FrameView& returned) {
   for (std::size_t i = 0; i < sent.size() && i < returned.size(); ++i) {
     if (!wire::IncrementsAdp(sent[i].command())) continue;
     return static_cast<std::uint16_t>(returned[i].adp() - sent[i].adp());
   }
-  return std::nullopt;
+  return Pairing::kNotCounted;
 }
 
 bool Answers(const wire::FrameView& sent, const wire::FrameView& returned) {
@@ -420,9 +421,9 @@ Pairing::Slot* Pairing::FindOpen(const wire::FrameView& frame, std::uint64_t key
 /// True when the frame would have passed another number of slaves than the one before: positions are no part of what
 /// slaves never change, so frames to two of them look alike.
 bool Pairing::PassedOthers(const Slot& slot, const wire::FrameView& frame) const noexcept {
-  if (!passed_) return false;
-  const std::optional<std::uint16_t> passed = Passed(slot.view, frame);
-  return passed && passed != passed_;
+  if (passed_ == kNotCounted) return false;
+  const int passed = Passed(slot.view, frame);
+  return passed != kNotCounted && passed != passed_;
 }
 
 /// Where returns may be stamped first, the frame that this one answers may come yet: what was sent long before is lost.
@@ -714,7 +715,7 @@ void Pairing::AnswerUnderWay(Slot& slot, const wire::FrameView& frame) noexcept 
     }
   }
   const Hole hole = std::max(TakeHole(slot.sequence), AppearsLate(senders_[slot.sender], &slot.view, sent));
-  if (const std::optional<std::uint16_t> passed = Passed(slot.view, frame)) passed_ = passed;
+  if (const int passed = Passed(slot.view, frame); passed != kNotCounted) passed_ = passed;
   HandOver({&slot.view, &frame, false, hole});
   Answer(slot, frame, frame.payload());
 }

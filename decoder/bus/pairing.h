@@ -100,6 +100,8 @@ class Pairing {
   static constexpr std::int64_t kRetryNs = 20'000'000;
   /// An outbound frame right behind an equal one, and no later than this, may be the same packet captured twice.
   static constexpr std::int64_t kCopyNs = 50'000;
+  /// Slaves passed by a frame in which no datagram counts them.
+  static constexpr int kNotCounted = -1;
 
   Pairing(const DirectionLearner& directions, BusSink& sink);
 
@@ -223,7 +225,7 @@ class Pairing {
   Hole hole_ = Hole::kNone;                 ///< not handed on yet ...
   std::uint64_t behind_hole_ = 0;           ///< ... and the first frame behind it
   FrameRef last_;                           ///< last packet with a time stamp
-  std::optional<std::uint16_t> passed_;     ///< slaves that the last frame addressed by position passed
+  int passed_ = kNotCounted;                ///< slaves that the last frame addressed by position passed
   std::uint32_t latest_ = 0;                ///< frames that overtook a numbered one which came back then, at most
   std::int64_t typical_round_trip_ns_ = 0;  ///< running average over unambiguous pairs; 0 until there was one
   DropPattern drops_;
