@@ -35,7 +35,7 @@ CaptureSummary SummariseCapture(const capture::FrameSource& source, const Pipeli
   const std::uint64_t others =
       read.other_link + read.cut_before_type + summary.file.unread_blocks + summary.file.dropped();
   summary.may_be_ethercat = read.ethercat_frames + others;
-  summary.unusable = others + read.crc_error_frames + pairing.foreign_answered;
+  summary.unusable = others + read.crc_error_frames + pairing.foreign_set_aside();
   summary.origin = read.origin;
   summary.first = read.first;
   summary.last = read.last;

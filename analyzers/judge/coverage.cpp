@@ -185,11 +185,19 @@ Presence OfLatch(const SlaveSummary& slave, const RuleContext& context, const An
   return Absent(NotApplicable::kLatchUnused);
 }
 
+constexpr const char* kAnswersUnknown = "none of the answers of the slave's mailbox is known";
+
+/// Requests that stay without answer are counted; of others nobody knows where the answers were.
+bool AnswersUnknown(const MailboxSummary& mailbox) {
+  return mailbox.requests > 0 && mailbox.responses == 0 && mailbox.unanswered == 0;
+}
+
 Presence OfMailbox(const MailboxSummary& mailbox, bool coe) {
   if (mailbox.requests + mailbox.responses == 0) return Absent(NotApplicable::kMailboxUnused);
   const bool used = std::any_of(mailbox.by_protocol.begin(), mailbox.by_protocol.end(),
                                 [](const MailboxSummary::Messages& messages) { return messages.protocol == "CoE"; });
-  return coe && !used ? Absent(NotApplicable::kNoCoe) : Presence{};
+  if (coe && !used) return Absent(NotApplicable::kNoCoe);
+  return coe && AnswersUnknown(mailbox) ? Unseen(kAnswersUnknown) : Presence{};
 }
 
 Presence PresenceOf(Subject subject, const SlaveSummary& slave, const RuleContext& context,
@@ -209,7 +217,8 @@ Presence PresenceOf(Subject subject, const SlaveSummary& slave, const RuleContex
     case Subject::kMapping:
       return OfMapping(slave, context, result);
     case Subject::kMappingWrites:
-      return model.process.seen().version() > 0 ? Presence{} : Absent(NotApplicable::kMappingUntouched);
+      if (model.process.seen().version() > 0) return {};
+      return AnswersUnknown(slave.mailbox) ? Unseen(kAnswersUnknown) : Absent(NotApplicable::kMappingUntouched);
     case Subject::kProcessData:
       return OfProcessData(slave, context, result);
     case Subject::kTiming:

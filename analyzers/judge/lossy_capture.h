@@ -14,6 +14,7 @@
 #include "analyzers/result/misses_packets.h"
 #include "analyzers/sync/sync_model.h"
 #include "decoder/bus/pairing.h"
+#include "decoder/track/network.h"
 
 namespace ecaudit {
 
@@ -39,6 +40,10 @@ static_assert(std::string_view(kMissesPackets).starts_with(kSaysItMissesPackets)
 [[nodiscard]] inline bool LosesAny(const bus::PairingStatistics& pairing) {
   return pairing.lost > 0;
 }
+
+inline constexpr const char* kSilentSince =
+    "nobody sent anything for long since the capture showed what this rests on, or the capture misses packets there: "
+    "what it does not show may have happened";
 
 /// Takes what such a capture may only seem to show for what it is: an assumption.
 void WeakenWhatHistoryMayExplain(FindingStore& store, const std::vector<std::unique_ptr<Rule>>& rules);

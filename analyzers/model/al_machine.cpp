@@ -363,14 +363,10 @@ bool AlMachine::IsQuiet(std::uint8_t state) const {
          !acknowledged_ && !echo_ && (own_status_ || emulation_.value_or(false) || !control_ || !control_->bit4());
 }
 
-/// The slave was seen in `state`; requests that are open or on their way may have led it elsewhere since.
+/// The slave was seen in `state`; the request that is open may have led it elsewhere since. What those on their way may
+/// do is asked for when it matters: of one, nothing that it led to itself counts.
 void AlMachine::MayBeIn(std::uint8_t state) {
   possible_ = StateSet::Of(state);
-  for (const Pending& p : pending_) {
-    if (!esc::IsAlState(p.control.state())) continue;
-    possible_.Add(p.control.state());
-    possible_.Add(StatesBetween(state, p.control.state()));
-  }
   if (!open_) {
     earlier_.clear();
     return;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -107,8 +108,12 @@ class AlMachine {
   [[nodiscard]] bool operated() const { return operated_; }
   /// The frame that showed the state read last.
   [[nodiscard]] FrameNo since() const { return since_; }
+  /// The frame that confirmed it last.
+  [[nodiscard]] FrameNo last_seen() const { return last_seen_; }
   /// States the slave may be in now; empty: unknown.
-  [[nodiscard]] StateSet possible() const { return possible_; }
+  [[nodiscard]] StateSet possible() const {
+    return pending_.empty() ? possible_ : PossibleBefore(std::numeric_limits<FrameNo>::max());
+  }
   /// True when the last thing known of the slave is that it is in `state`, without error and with no request open.
   [[nodiscard]] bool SettledIn(esc::AlState state) const {
     return possible_ == StateSet::Of(static_cast<std::uint8_t>(state)) && error_ == Error::kNo && !open_ &&
@@ -171,7 +176,7 @@ class AlMachine {
   std::optional<bool> emulation_;
   bool own_status_ = false;  ///< AL Status showed what no mere copy of AL Control can: the slave has a processor
 
-  StateSet possible_;
+  StateSet possible_;            ///< without what the requests on their way may do
   FrameNo since_ = 0;            ///< frame that showed the state last read
   FrameNo last_seen_ = 0;        ///< last frame that confirmed it
   FrameNo last_asked_ = 0;       ///< and the frame that asked, where the slave was not quiet

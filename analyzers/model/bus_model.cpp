@@ -73,6 +73,7 @@ void BusModel::On(const track::SlaveFound& event) {
     const esc::AlWord status{common->state};
     slaves_.back().al.OnStatus(
         {event.slave, common->frame, status, std::nullopt, std::nullopt, !common->error_of_some});
+    if (common->frame.number < network_.last_hole()) slaves_.back().al.OnPause();
   }
 }
 
@@ -142,12 +143,14 @@ void BusModel::On(const track::AlRequest& event) {
   if (event.control.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) DoubtSettings(event.slave);
   AlMachine& al = slaves_[event.slave].al;
   al.OnRequest(event);
+  if (event.frame().number < network_.last_hole()) al.OnPause();  // it is met behind a silence since then
   // Who is met after a broadcast request was in the state that a broadcast read showed of all since then.
   const auto& told = al_.told();
   const std::uint16_t* count = network_.slave_count().if_known();
   if (event.broadcast && al.status_reads() == 0 && told && told->last.number >= event.frame().number &&
       count != nullptr && *count == told->slaves && esc::IsAlState(static_cast<std::uint8_t>(told->status.raw))) {
     al.OnStatus({event.slave, told->last, told->status, std::nullopt, std::nullopt, true});
+    if (told->last.number < network_.last_hole()) al.OnPause();
   }
   if (event.broadcast) return;
   al_.OnRequest(event.control, event.acceptance, event.frame(), false);
@@ -189,6 +192,7 @@ void BusModel::On(const track::AlStateForgotten& event) {
   ++states_version_;
   slaves_[event.slave].Stir();
   slaves_[event.slave].al.Forget(event.frame);
+  DoubtLayouts(event.slave);
 }
 
 /// Whatever was said in the frames that are missing.
@@ -199,13 +203,15 @@ void BusModel::On(const track::CaptureHole& event) {
     al_.OnPause();
   }
   al_wait_.Forget();
-  for (SlaveModel& slave : slaves_) {
+  for (std::size_t id = 0; id < slaves_.size(); ++id) {
+    SlaveModel& slave = slaves_[id];
     slave.al.OnPause();
     if (!event.certain) continue;
     slave.Stir();
     slave.mailbox.Forget();
     slave.ForgetLatches();
     slave.drive.Forget();
+    if (!slave.al.SettledIn(esc::AlState::OP)) DoubtLayouts(static_cast<SlaveId>(id));
   }
 }
 
@@ -430,10 +436,15 @@ void BusModel::On(const track::RunBegan& event) {
 
 /// What was written by SDO a device may forget in INIT, and does without power.
 void BusModel::DoubtSettings(SlaveId id) {
+  DoubtLayouts(id);
+  slaves_[id].drive.OnRunBegan();
+}
+
+/// What was assigned and mapped may be another by now.
+void BusModel::DoubtLayouts(SlaveId id) {
   SlaveModel& slave = slaves_[id];
   slave.Stir();
   slave.process.OnRunBegan();
-  slave.drive.OnRunBegan();
   image_.OnLayoutChanged(id);
 }
 

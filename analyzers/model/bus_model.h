@@ -87,6 +87,7 @@ class BusModel final : private ProcessSink {
  private:
   void ChooseProfile(SlaveId id);
   void DoubtSettings(SlaveId id);
+  void DoubtLayouts(SlaveId id);
   void ForgetObject(SlaveId id, std::uint16_t index, std::uint8_t subindex, bool whole);
   void DescriptionChanged(SlaveId slave);
   void LearnIdentity(const mailbox::SdoTransfer& transfer);

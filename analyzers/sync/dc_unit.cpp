@@ -43,11 +43,7 @@ DcUnit::Change DcUnit::On(const track::SlaveAccess& access, const esc::RegisterI
   // The receive times are latched by any write to them: nothing is configured by it.
   if (configures && !(access.address == esc::kReceiveTimes && access.written.size() <= 16)) Remember(access);
   if (!access.done()) {
-    if (!access.written.empty() && access.acceptance == track::Acceptance::kUnknown &&
-        Overlaps(access, access.written.size(), esc::kDcActivation, 1)) {
-      activation_.reset();
-      active_.reset();
-    }
+    if (access.acceptance == track::Acceptance::kUnknown) Doubt(access);
     return Change::kNone;
   }
   if (!access.broadcast && length > 0 && access.address + length > esc::kSystemTime) present_ = true;
@@ -60,6 +56,12 @@ DcUnit::Change DcUnit::On(const track::SlaveAccess& access, const esc::RegisterI
   if (!access.read.empty() && !access.broadcast) OnRead(access);
   if (configures) OnWrite(access, registers);
   return OnActivation(access, registers);
+}
+
+void DcUnit::Doubt(const track::SlaveAccess& access) {
+  if (access.written.empty() || !Overlaps(access, access.written.size(), esc::kDcActivation, 1)) return;
+  activation_.reset();
+  active_.reset();
 }
 
 void DcUnit::SawOwnTime(std::uint64_t time, bool wide, const FrameRef& frame) {

@@ -66,6 +66,8 @@ class DcUnit {
   /// Something of the unit was read or configured by the slave's own address.
   [[nodiscard]] bool touched() const { return present_ || latched_.seen() || told_; }
 
+  /// Whether the slave takes this write is not known.
+  void Doubt(const track::SlaveAccess& access);
   /// The slave is set up anew: what SYNC0 does now nobody knows until it is written or read.
   void BeginAnew();
 

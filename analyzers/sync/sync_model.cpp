@@ -50,8 +50,8 @@ const device::JitterLimit* LimitFor(const model::SlaveModel& slave, TimeNs measu
 SyncModel::SyncModel(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus)
     : bus_(model), sink_(bus), trust_(pipeline), delays_(model) {
   bus.ListenTo<FrameSeen, track::LogicalAccess, track::FrameRepeated, track::LogicalRepeated, track::Answered,
-               track::TimeRepeated, track::RepetitionEnds, track::CaptureHole, track::AlRequest>(Stage::kBeforeModel,
-                                                                                                 *this);
+               track::TimeRepeated, track::RepetitionEnds, track::CaptureHole, track::WriteDoubtful, track::AlRequest>(
+      Stage::kBeforeModel, *this);
   // What the slaves' models conclude is news to this one.
   bus.ListenTo<track::SlaveFound, track::RunBegan, model::AlChangedByItself, model::AlErrorCode>(Stage::kModel, *this);
   // Objects and registers as the event left them.
@@ -548,6 +548,11 @@ void SyncModel::On(const track::CaptureHole& hole) {
   EndSteady();
   for (const auto& slave : slaves_) slave->outputs.OnHole(hole.certain);
   if (hole.certain) images_.ForgetLast();
+}
+
+void SyncModel::On(const track::WriteDoubtful& write) {
+  const track::SlaveAccess& access = write.access;
+  if (access.command != wire::Command::ARMW && access.command != wire::Command::FRMW) Of(access.slave).dc.Doubt(access);
 }
 
 /// Another cycle, other settings, perhaps another clock: nothing that was measured so far is compared with what

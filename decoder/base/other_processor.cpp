@@ -1,20 +1,19 @@
 #include "decoder/base/other_processor.h"
 
-#include <pthread.h>
-#include <sched.h>
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <pthread.h>
+#include <sched.h>
 
 namespace ecaudit {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Neighbours on one die need 60 to 120 ns. At 400 ns the analysis of a long capture takes longer with the second thread
-/// than without it, and half as much processor time again.
+/// Neighbours on one die need 60 to 120 ns. At 400 ns the analysis of a long capture takes longer with the second
+/// thread than without it, and half as much processor time again.
 constexpr std::int64_t kNearNs = 250;
 /// The quickest of several rounds counts: in the others one of the two was interrupted.
 constexpr int kRounds = 8;
@@ -41,7 +40,8 @@ void* GiveBack(void* thrown_at) {
   return nullptr;
 }
 
-/// Begins GiveBack() on a processor other than this thread's: where it may choose, the system lets it wait for this one.
+/// Begins GiveBack() on a processor other than this thread's: where it may choose, the system lets it wait for this
+/// one.
 bool BeginElsewhere(Wall& wall, pthread_t& thread) {
   cpu_set_t others;
   const int here = sched_getcpu();

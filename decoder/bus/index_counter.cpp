@@ -39,7 +39,8 @@ std::uint32_t IndexCounter::round() const noexcept {
 bool IndexCounter::IsBehind(std::uint8_t first, std::uint64_t count) const noexcept {
   if (!any_) return false;
   const std::uint32_t whole = ends_ > 0 ? round() : 256;
-  return (std::uint32_t{last_first_} + whole - first % whole) % whole <= count;
+  const std::uint32_t behind = (std::uint32_t{last_first_} + whole - first % whole) % whole;
+  return behind > 0 && behind <= count;
 }
 
 void IndexCounter::MoveTo(std::uint8_t first, std::uint8_t last) noexcept {

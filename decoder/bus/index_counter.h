@@ -42,7 +42,7 @@ class IndexCounter {
   [[nodiscard]] bool IsNext(std::uint8_t first) const noexcept { return any_ && Follows(first); }
   /// How many frames further the index is the same again, as far as seen; never 0.
   [[nodiscard]] std::uint32_t round() const noexcept;
-  /// True when the index lies at most `count` behind the last one.
+  /// True when the index lies behind the last one, by at most `count`.
   [[nodiscard]] bool IsBehind(std::uint8_t first, std::uint64_t count) const noexcept;
 
  private:

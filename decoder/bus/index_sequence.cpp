@@ -1,6 +1,7 @@
 #include "decoder/bus/index_sequence.h"
 
 #include <bit>
+#include <utility>
 
 namespace ecaudit::bus {
 
@@ -58,8 +59,11 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
   }
   const std::uint8_t first = frame[0].index();
   const std::uint8_t last = frame[frame.size() - 1].index();
-  if (any_ && repeats && first == last_first_) return Step::kUnknown;
-  any_ = true;
+  loose_ = continued_ = false;
+  const bool same = any_ && first == last_first_;
+  repeats_ = same;
+  if (repeats && same) return Step::kUnknown;
+  const bool any = std::exchange(any_, true);
   last_first_ = first;
   const std::size_t number = KindOf(frame);
   Kind& kind = kinds_[number];
@@ -74,17 +78,23 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
   if (by_all == Said::kFollows) share_all |= 1U << number;
   if (by_all == Said::kOdd) share_all = 0;
   span_ = all_.indices.round();
+  const bool same_in_half = std::exchange(half.last, first) == first;
+  const bool same_of_kind = std::exchange(kind.own.last, first) == first;
   if (verdict.next) {
+    continued_ = true;
     // Nearly always. What the others make of it does not matter.
     (void)half.indices.Follow(first, last);
     half.break_ = kind.own.break_ = break_;
     (void)kind.own.indices.Follow(first, last);
     return Step::kNext;
   }
-  Prove(Ask(half, first, last, verdict, [&] { return kind.in_half >= kProven; }), kind.in_half);
+  const Said by_half = Ask(half, first, last, verdict, [&] { return kind.in_half >= kProven; });
+  Prove(by_half, kind.in_half);
   if (verdict.next) span_ = half.indices.round();
   const bool next_in_half = verdict.next;
-  (void)Ask(kind.own, first, last, verdict, [] { return true; });
+  const Said by_own = Ask(kind.own, first, last, verdict, [] { return true; });
+  continued_ = by_all == Said::kFollows || by_half == Said::kFollows || by_own == Said::kFollows;
+  loose_ = any && !same && !same_in_half && !same_of_kind && !continued_;
   if (verdict.next) {
     if (!next_in_half) span_ = kind.own.indices.round();
     return Step::kNext;

@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "decoder/bus/index_counter.h"
 #include "decoder/wire/frame_view.h"
@@ -28,6 +29,13 @@ class IndexSequence {
   [[nodiscard]] Step Follow(const wire::FrameView& frame, bool repeats) noexcept;
   /// A frame was sent whose index cannot be read.
   void Skip() noexcept { ++break_; }
+  /// True when the last frame has neither the index of the one before it, or of the one before of its sort, nor one
+  /// that any counter was to have next: frames may be missing there.
+  [[nodiscard]] bool loose() const { return loose_; }
+  /// True when the last frame has the index of the one before it.
+  [[nodiscard]] bool repeats() const { return repeats_; }
+  /// True when the last frame has the index that some counter was to have next, be it regular or not.
+  [[nodiscard]] bool continued() const { return continued_; }
   /// True when the master is regular and this is the index of its next frame.
   [[nodiscard]] bool IsNext(const wire::FrameView& frame) const noexcept;
   /// True when the index lies at most `count` behind the last one: what was sent before that.
@@ -48,7 +56,8 @@ class IndexSequence {
 
   struct Counter {
     IndexCounter indices;
-    std::uint32_t break_ = 0;  ///< of IndexSequence, when its last frame came
+    std::optional<std::uint8_t> last;  ///< index of the last frame
+    std::uint32_t break_ = 0;          ///< of IndexSequence, when its last frame came
   };
   /// Frames of one kind: the same sort of command, and mostly the same slave or logical address.
   struct Kind {
@@ -74,6 +83,9 @@ class IndexSequence {
   static void Prove(Said said, std::uint8_t& proven) noexcept;
 
   bool any_ = false;
+  bool loose_ = false;
+  bool continued_ = false;
+  bool repeats_ = false;
   std::uint8_t last_first_ = 0;  ///< of the first datagram of the last frame
   std::uint32_t span_ = 1;
   std::uint32_t break_ = 0;  ///< counts places behind which no counter need go on

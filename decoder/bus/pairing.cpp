@@ -43,8 +43,8 @@ bool Instructs(const wire::FrameView& frame) {
   return false;
 }
 
-/// How many slaves the frame passed; Pairing::kNotCounted where no datagram counts them. A plain number: for each frame an
-/// optional would be put together on the stack, and wait there for all that was written down before.
+/// How many slaves the frame passed; Pairing::kNotCounted where no datagram counts them. A plain number: for each frame
+/// an optional would be put together on the stack, and wait there for all that was written down before.
 int Passed(const wire::FrameView& sent, const wire::FrameView& returned) {
   for (std::size_t i = 0; i < sent.size() && i < returned.size(); ++i) {
     if (!wire::IncrementsAdp(sent[i].command())) continue;
@@ -113,6 +113,7 @@ void Pairing::Push(const wire::FrameView& frame) noexcept {
       At(head_ - 1).followed_by_other = true;
     }
     if (frame.cut_before_type()) {
+      unreadable_ = true;
       DoubtAll(Undecided::kUnreadableReturn);
       for (Sender& sender : senders_) sender.rhythm.indices.Skip();
     }
@@ -126,6 +127,7 @@ void Pairing::Push(const wire::FrameView& frame) noexcept {
     return;
   }
   if (!readable) {
+    unreadable_ = true;
     sink_.OnFrame(frame, direction);
     if (direction == Direction::kOutbound) {
       ++statistics_.outbound;
@@ -160,7 +162,9 @@ void Pairing::PushForeign(const wire::FrameView& frame) noexcept {
   sink_.OnFrame(frame, Direction::kForeign);
   if (statistics_.foreign++ == 0) statistics_.first_foreign = frame.ref().number;
   if (AnyWorkingCounter(frame)) ++statistics_.foreign_answered;
-  if (frame.kind() == wire::FrameKind::kMalformed) sink_.OnUnusable(frame, Unusable::kMalformed, false);
+  if (frame.kind() != wire::FrameKind::kMalformed) return;
+  ++statistics_.foreign_unreadable;
+  sink_.OnUnusable(frame, Unusable::kMalformed, false);
 }
 
 std::uint8_t Pairing::SenderIndex(const wire::FrameView& frame) noexcept {
@@ -177,12 +181,19 @@ std::uint8_t Pairing::SenderIndex(const wire::FrameView& frame) noexcept {
 
 /// Whether the capture misses frames of this sender between its last one and this. Then what is under way may have come
 /// back unseen.
-Hole Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats repeats) noexcept {
+Hole Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats repeats, Copy copy) noexcept {
   Rhythm& rhythm = senders_[sender].rhythm;
   const IndexSequence::Step step = rhythm.indices.Follow(frame, repeats != Repeats::kNo);
+  if (rhythm.indices.loose()) statistics_.last_loose = frame.ref().number;
   const FrameRef last = std::exchange(rhythm.last, frame.ref());
   if (step == IndexSequence::Step::kBroken) {
-    OnHole(sender, frame.ref());
+    if (statistics_.holes++ == 0) statistics_.first_hole = frame.ref();
+    OnHole(sender);
+    return Hole::kCertain;
+  }
+  // Where no number says that it is the next one, nobody knows how many are missing with its outbound copy.
+  if (copy == Copy::kProvesHole && !rhythm.indices.continued() && !OnlyOneFits(rhythm, last, frame.ref())) {
+    OnHole(sender);
     return Hole::kCertain;
   }
   if (!last.has_time || !frame.ref().has_time) return Hole::kNone;
@@ -200,23 +211,41 @@ Hole Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats 
     return Hole::kPossible;
   }
   if (apart < 0) return Hole::kNone;  // where the numbers go on it was only the clock that was set
-  if (!IsSilence(rhythm, apart)) return Hole::kNone;
+  const bool silent = IsSilence(rhythm, apart);
   // So many frames may be missing that the indices came round, and by chance to the very next one.
-  const bool round = apart / std::max<std::int64_t>(rhythm.mean_ns, 1) + 1 >= rhythm.indices.span();
+  // Where a return is missing besides, the master may have sent as fast as ever all the time.
+  const bool overdue = goes_on && rhythm.indices.span() < kNoChance && AnyOverdue(sender, frame.ref());
+  const bool fast = overdue || (silent && copy == Copy::kProvesHole);
+  const std::int64_t distance = std::max<std::int64_t>(fast ? rhythm.shortest_ns : rhythm.mean_ns, 1);
+  const bool round = apart / distance + 1 >= rhythm.indices.span();
+  if (copy == Copy::kProvesHole && goes_on && round && rhythm.indices.span() < kNoChance) {
+    OnHole(sender);
+    return Hole::kCertain;
+  }
+  if (!silent && !(overdue && round)) return Hole::kNone;
   if (goes_on && (!round || rhythm.indices.span() >= kNoChance)) return Hole::kNone;
   // A master that waits for a frame until its time-out is silent, too.
   if (!goes_on || apart > kSilentNs) DoubtUnderWay(sender, Undecided::kSilence);
   return Hole::kPossible;
 }
 
+/// True when no more frames fit between one and the return of another than the one that came back.
+bool Pairing::OnlyOneFits(const Rhythm& rhythm, const FrameRef& last, const FrameRef& returned) noexcept {
+  if (!last.has_time || !returned.has_time || rhythm.shortest_ns == 0) return false;
+  const std::int64_t apart = Elapsed(last.time, returned.time);
+  return apart > 0 && apart / 2 < rhythm.shortest_ns;
+}
+
 /// True when a master that sends like this was silent for long.
 bool Pairing::IsSilence(Rhythm& rhythm, std::int64_t apart) noexcept {
-  const bool known = rhythm.longest_before_ns > 0 || rhythm.frames >= kLeast;
   const std::int64_t longest = std::max(rhythm.longest_ns, rhythm.longest_before_ns);
+  const bool known = rhythm.longest_before_ns > 0 || rhythm.frames >= kLeast ||
+                     (rhythm.frames >= kFew && rhythm.indices.loose() && apart / kSilentTimesOfFew > longest);
   const bool silent = known && apart / kSilentTimes > longest;
   const std::int64_t counted = silent ? longest : apart;
   rhythm.mean_ns = rhythm.mean_ns == 0 ? counted : rhythm.mean_ns + (counted - rhythm.mean_ns) / 16;
   rhythm.longest_ns = std::max(rhythm.longest_ns, apart);
+  if (apart > 0 && (rhythm.shortest_ns == 0 || apart < rhythm.shortest_ns)) rhythm.shortest_ns = apart;
   if (++rhythm.frames >= kWindow) {
     rhythm.longest_before_ns = std::max<std::int64_t>(rhythm.longest_ns, 1);
     rhythm.longest_ns = 0;
@@ -240,13 +269,13 @@ void Pairing::Doubt(Slot& slot, Undecided reason) noexcept {
   slot.reason = reason;
 }
 
-void Pairing::OnHole(std::uint8_t sender, const FrameRef& behind) noexcept {
-  if (statistics_.holes++ == 0) statistics_.first_hole = behind;
+void Pairing::OnHole(std::uint8_t sender) noexcept {
   DoubtUnderWay(sender, Undecided::kHole);
   for (std::uint64_t s = tail_; s != head_; ++s) {
     Slot& slot = At(s);
     if (slot.state != SlotState::kOpen || slot.sender != sender || slot.overtaken > 0 || slot.copy) continue;
     slot.overtaken = 1;  // a frame behind the hole with the same index comes first
+    slot.before_hole = true;
     sink_.OnDoubtful(slot.view);
   }
 }
@@ -263,10 +292,48 @@ Hole Pairing::HoleBefore(const wire::FrameView& orphan) noexcept {
   for (std::uint64_t s = tail_; s != head_; ++s) {
     if (At(s).state == SlotState::kOpen && At(s).sender == sender) ++open;
   }
-  // Frames sent later may be under way already: then it only looks as if it came from before.
-  if (open > 0 && senders_[sender].rhythm.indices.IsBehind(orphan, open)) return Hole::kNone;
-  const Hole hole = Follow(sender, orphan, Repeats::kNo);
-  return hole == Hole::kNone ? TakeHole(head_) : hole;
+  // Frames sent later may be under way already: then it only looks as if it came from before. The hole that one of them
+  // showed lies before this one. Not where the frame that had its number is known.
+  if (open > 0 && senders_[sender].rhythm.indices.IsBehind(orphan, open) && !WasSent(sender, orphan, Like::kIndex)) {
+    return TakeHole(head_);
+  }
+  const Copy copy = ProvesHole(senders_[sender], orphan) ? Copy::kProvesHole : Copy::kPlain;
+  const Hole hole = Follow(sender, orphan, Repeats::kNo, copy);
+  return std::max(hole, TakeHole(head_));
+}
+
+/// True when one of the last frames has its number, or its key.
+bool Pairing::WasSent(std::uint8_t sender, const wire::FrameView& frame, Like like) noexcept {
+  const std::uint64_t oldest = head_ > kDuplicateFrames ? head_ - kDuplicateFrames : 0;
+  for (std::uint64_t s = head_; s != oldest && !frame.empty(); --s) {
+    const wire::FrameView& sent = At(s - 1).view;
+    if (At(s - 1).sender != sender || sent.empty()) continue;
+    if (like == Like::kKey ? At(s - 1).key == frame.key() : sent[0].index() == frame[0].index()) return true;
+  }
+  return false;
+}
+
+/// True when a frame has been under way for much longer than others take.
+bool Pairing::AnyOverdue(std::uint8_t sender, const FrameRef& now) noexcept {
+  if (typical_round_trip_ns_ == 0 || !now.has_time) return false;
+  for (std::uint64_t s = tail_; s != head_; ++s) {
+    const Slot& slot = At(s);
+    const FrameRef& sent = slot.view.ref();
+    if (slot.state != SlotState::kOpen || slot.sender != sender || slot.overtaken > 0 || slot.copy) continue;
+    if (sent.has_time && Elapsed(sent.time, now.time) / kDuplicateRoundTrips > typical_round_trip_ns_) return true;
+  }
+  return false;
+}
+
+/// What comes back was sent. Where both copies of what this master sends are captured, and in the order in which they
+/// were on the wire, the capture misses the other one, and perhaps more with it.
+bool Pairing::ProvesHole(const Sender& sender, const wire::FrameView& orphan) const noexcept {
+  if (!sender.paired || sender.own_return_port || files_early_ || any_cut_ || unreadable_) return false;
+  if (directions_.returns_stamped_first() || directions_.HasOnePort() || directions_.IsOtherEnd(orphan)) return false;
+  for (std::size_t i = 0; i < orphan.size(); ++i) {
+    if (orphan[i].circulating()) return false;
+  }
+  return true;
 }
 
 Pairing::Repeats Pairing::RepeatsLast(std::uint8_t sender, std::uint64_t key, ByteSpan kept) noexcept {
@@ -289,6 +356,7 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
     return;
   }
   if (WasEarly(frame, key)) {
+    files_early_ = true;
     ++statistics_.paired;
     --statistics_.unmatched_returned;
     if (directions_.returns_stamped_first()) Overtake(sender, head_);
@@ -325,6 +393,7 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
   slot.undecided = before_first_return;
   slot.reason = Undecided::kBeforeFirstReturn;
   slot.copy = copy;
+  slot.before_hole = false;
   slot.overtaken = 0;
   slot.key = key;
   slot.bytes.assign(kept.begin(), kept.end());
@@ -497,8 +566,9 @@ void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datag
   slot.returned = returned.ref();
   // Only a number tells a frame that comes late from one whose outbound copy the capture misses.
   const IndexSequence& indices = senders_[slot.sender].rhythm.indices;
-  if (slot.overtaken > latest_ && indices.IsNumbered(slot.view) && !indices.IsNext(slot.view)) latest_ = slot.overtaken;
-  if (slot.overtaken > 0 && !MayBeOfLater(slot)) {
+  const std::uint32_t overtaken = slot.overtaken - (slot.before_hole ? 1U : 0U);
+  if (overtaken > latest_ && indices.IsNumbered(slot.view) && !indices.IsNext(slot.view)) latest_ = overtaken;
+  if (overtaken > 0 && !MayBeOfLater(slot)) {
     if (statistics_.reordered++ == 0) statistics_.first_reordered = returned.ref();
     statistics_.last_reordered = returned.ref();
   }
@@ -511,7 +581,8 @@ void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datag
   // Captures of two interfaces do not begin at the same moment: what was sent before may have come back unseen.
   const bool first_on_other_port = !sender.answered && sender.own_return_port;
   if (!sender.answered) DoubtSentInVain(slot);
-  sender.answered = true;
+  sender.answered = sender.paired = true;
+  unreadable_ = false;
   for (std::uint64_t s = tail_; first_on_other_port && s != head_ && &At(s) != &slot; ++s) {
     Slot& other = At(s);
     if (other.state == SlotState::kOpen && other.sender == slot.sender) Doubt(other, Undecided::kBeforeFirstReturn);
@@ -705,26 +776,48 @@ void Pairing::HandOver(BusTransaction transaction) noexcept {
 void Pairing::AnswerUnderWay(Slot& slot, const wire::FrameView& frame) noexcept {
   DoubtOvertakenBy(slot);
   const FrameRef& sent = slot.view.ref();
+  const bool other = MayAnswerLater(slot, frame);
   if (sent.has_time && frame.ref().has_time) {
     const std::int64_t round_trip = Elapsed(sent.time, frame.ref().time);
     if (round_trip == 0) ++statistics_.identical_stamps;
-    if (round_trip > 0 && slot.overtaken == 0) {
+    if (round_trip > 0 && slot.overtaken == 0 && !other) {
       typical_round_trip_ns_ = typical_round_trip_ns_ == 0
                                    ? round_trip
                                    : typical_round_trip_ns_ + (round_trip - typical_round_trip_ns_) / 16;
     }
   }
-  const Hole hole = std::max(TakeHole(slot.sequence), AppearsLate(senders_[slot.sender], &slot.view, sent));
+  Hole hole = std::max(TakeHole(slot.sequence), AppearsLate(senders_[slot.sender], &slot.view, sent));
+  if (hole == Hole::kNone && other) hole = Hole::kPossible;
   if (const int passed = Passed(slot.view, frame); passed != kNotCounted) passed_ = passed;
   HandOver({&slot.view, &frame, false, hole});
   Answer(slot, frame, frame.payload());
 }
 
+/// True when it comes back so late, and numbers tell so little, that it may answer a frame like it which the capture
+/// misses.
+bool Pairing::MayAnswerLater(const Slot& slot, const wire::FrameView& returned) const noexcept {
+  const FrameRef& sent = slot.view.ref();
+  const IndexSequence& indices = senders_[slot.sender].rhythm.indices;
+  if (!sent.has_time || !returned.ref().has_time || typical_round_trip_ns_ == 0 ||
+      typical_round_trip_ns_ > kMaxRoundTripNs) {
+    return false;
+  }
+  const std::int64_t way = Elapsed(sent.time, returned.ref().time);
+  if (way <= kDuplicateNs || way / kDuplicateRoundTrips <= typical_round_trip_ns_) return false;
+  return !indices.IsNumbered(slot.view) || indices.span() < kNoChance;
+}
+
 /// Nothing under way fits: a second copy of something that already came back? Not where it is what the master was to
-/// send next.
+/// send next, and not where frames have no number and the master may have sent the same once more since then.
 bool Pairing::IsSecondCopy(const Sender& sender, const wire::FrameView& frame, std::uint64_t key) noexcept {
-  const Slot* original = sender.rhythm.indices.IsNext(frame) ? nullptr : FindOriginal(frame, key);
+  const Rhythm& rhythm = sender.rhythm;
+  const Slot* original = rhythm.indices.IsNext(frame) ? nullptr : FindOriginal(frame, key);
   if (original == nullptr) return false;
+  const FrameRef& before = original->returned;
+  if (original->returned_interface == frame.interface_index() && !rhythm.indices.IsNumbered(frame) && before.has_time &&
+      frame.ref().has_time && rhythm.mean_ns > 0 && Elapsed(before.time, frame.ref().time) >= rhythm.mean_ns / 2) {
+    return false;
+  }
   if (original->returned_interface != frame.interface_index()) {
     // A bridge or mirror port, or the second port of a redundant master that sends on what it got.
     ++statistics_.captured_twice;
@@ -740,6 +833,17 @@ bool Pairing::IsAltered(const wire::FrameView& frame) noexcept {
   const bool expected = directions_.returned_only() || directions_.returns_stamped_first();
   Slot* alike = expected ? nullptr : FindAlike(frame);
   if (alike == nullptr) return false;
+  // The frame that was sent before it, whose own copy is missing.
+  if (senders_[alike->sender].rhythm.indices.IsBehind(frame, 1) && !WasSent(alike->sender, frame, Like::kIndex)) {
+    return false;
+  }
+  // With one index for all it says nothing: then only what differs by no more than flipped bits is the same frame, and
+  // what is like another frame that was sent just before is not.
+  const IndexSequence& indices = senders_[alike->sender].rhythm.indices;
+  if (indices.repeats() && !indices.IsNumbered(frame) &&
+      (!FewBitsFlipped(alike->view, frame) || WasSent(alike->sender, frame, Like::kKey))) {
+    return false;
+  }
   ++statistics_.altered;
   if (alike->overtaken == 0 && FewBitsFlipped(alike->view, frame) && statistics_.flipped++ == 0) {
     statistics_.first_flipped = frame.ref().number;

@@ -9,13 +9,16 @@
 /// frames from before the first return where each direction has its own interface, and frames of which a packet cut by
 /// the snap length may be the return, are undecided. So are frames under way where the capture has a hole: where the
 /// indices of a master that numbers its frames do not follow each other, and, where indices do not tell, where it was
-/// silent for much longer than before. A master that sends the same frame again after a silence has shown that it was
-/// its time-out: the first one is lost. Where nobody answers at all, or nobody yet, nothing is lost or taken as done.
+/// silent for much longer than before, and where a frame comes back whose outbound copy is not in the capture, unless
+/// its index says that it is only that copy. A master that sends the same frame again after a silence has shown that it
+/// was its time-out: the first one is lost. Where nobody answers at all, or nobody yet, nothing is lost or taken as
+/// done.
 ///
 /// Where one port of a redundant line was captured, what it sends comes back at the other one, and is taken as done
 /// when what that one sent arrives; what comes back here shows that the line is broken.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -32,6 +35,7 @@ namespace ecaudit::bus {
 
 /// What changes with nearly every packet.
 struct PairingProgress {
+  FrameNo last_loose = 0;  ///< frame whose index does not say that it is the next one; 0: there was none
   std::uint64_t outbound = 0;
   std::uint64_t returned = 0;
   std::uint64_t paired = 0;
@@ -59,14 +63,24 @@ struct PairingIncidents {
   std::uint64_t flipped = 0;  ///< of these, those that differ in a bit or two
   FrameNo first_flipped = 0;
   std::uint64_t foreign = 0;
-  std::uint64_t other_end = 0;         ///< came back at the other end of a redundant line, and no slave took part
-  std::uint64_t foreign_answered = 0;  ///< of these, frames that slaves took part in
+  std::uint64_t other_end = 0;           ///< came back at the other end of a redundant line, and no slave took part
+  std::uint64_t foreign_answered = 0;    ///< of these, frames that slaves took part in
+  std::uint64_t foreign_unreadable = 0;  ///< likewise, no frames of datagrams
   FrameNo first_foreign = 0;
   std::uint64_t repeated_unanswered = 0;  ///< the frame before once more, which had not come back
   std::uint64_t dropped_every = 0;        ///< the recorder left out one of so many packets, regularly; 0: it did not
   std::uint64_t stamped_first = 0;        ///< pairs whose return is stamped before the frame was sent
   bool one_port = false;                  ///< of a redundant line was captured: what it sends comes back at the other
   bool nobody_answers = false;            ///< frames are repeated after a time-out, and nothing ever came back
+
+  /// Of other masters, each frame once: what came back, and what was only captured on its way out. A few that nobody
+  /// answers are a program that looks for slaves, and no bus.
+  [[nodiscard]] std::uint64_t foreign_set_aside() const {
+    constexpr std::uint64_t kFewUnanswered = 8;
+    const std::uint64_t told_of = 2 * foreign_answered + foreign_unreadable;
+    const std::uint64_t unanswered = foreign - std::min(foreign, told_of);
+    return foreign_answered + (unanswered > kFewUnanswered ? unanswered : 0);
+  }
 
   bool operator==(const PairingIncidents&) const = default;
 };
@@ -96,6 +110,10 @@ class Pairing {
   static constexpr std::int64_t kSilentTimes = 4;
   static constexpr std::uint32_t kWindow = 64;
   static constexpr std::uint32_t kLeast = 16;
+  /// Where no more than so few distances are known, and the index does not go on, for so many times the longest of
+  /// them.
+  static constexpr std::uint32_t kFew = 4;
+  static constexpr std::int64_t kSilentTimesOfFew = 64;
   /// Masters that do not number their frames repeat them after no longer than this.
   static constexpr std::int64_t kRetryNs = 20'000'000;
   /// An outbound frame right behind an equal one, and no later than this, may be the same packet captured twice.
@@ -121,11 +139,13 @@ class Pairing {
     std::int64_t mean_ns = 0;            ///< running average of the distances between frames
     std::int64_t longest_ns = 0;         ///< longest one of the frames counted in `frames` ...
     std::int64_t longest_before_ns = 0;  ///< ... and of the kWindow frames before
+    std::int64_t shortest_ns = 0;        ///< of all frames so far; 0: not known yet
     std::uint32_t frames = 0;
   };
   struct Sender {
     std::uint64_t mac = 0;
     bool answered = false;         ///< something came back to it
+    bool paired = false;           ///< both copies of one of its frames were seen
     bool assumed = false;          ///< its returns are not captured: what it sends is taken as done
     bool own_return_port = false;  ///< outbound and returned copies were captured on two interfaces
     std::uint64_t newest = 0;      ///< one more than the sequence number of its last frame; 0: none
@@ -139,6 +159,7 @@ class Pairing {
     Undecided reason{};              ///< ... because of this
     bool other_end = false;          ///< sent at the other end of a redundant line
     bool copy = false;               ///< may be the packet before it, captured twice
+    bool before_hole = false;        ///< counted as overtaken once because the indices behind it skip
     std::uint32_t overtaken = 0;
     std::uint64_t key = 0;
     std::uint64_t sequence = 0;
@@ -181,10 +202,22 @@ class Pairing {
   void DoubtAll(Undecided reason) noexcept;
   static void Doubt(Slot& slot, Undecided reason) noexcept;
   [[nodiscard]] Repeats RepeatsLast(std::uint8_t sender, std::uint64_t key, ByteSpan kept) noexcept;
-  [[nodiscard]] Hole Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats repeats) noexcept;
+  /// What a frame tells of those before it.
+  enum class Copy : std::uint8_t {
+    kPlain,
+    kProvesHole,  ///< a return: its outbound copy is missing
+  };
+  [[nodiscard]] Hole Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats repeats,
+                            Copy copy = Copy::kPlain) noexcept;
+  enum class Like : std::uint8_t { kIndex, kKey };
+  [[nodiscard]] bool WasSent(std::uint8_t sender, const wire::FrameView& frame, Like like) noexcept;
+  [[nodiscard]] bool AnyOverdue(std::uint8_t sender, const FrameRef& now) noexcept;
+  [[nodiscard]] bool MayAnswerLater(const Slot& slot, const wire::FrameView& returned) const noexcept;
+  [[nodiscard]] bool ProvesHole(const Sender& sender, const wire::FrameView& orphan) const noexcept;
+  [[nodiscard]] static bool OnlyOneFits(const Rhythm& rhythm, const FrameRef& last, const FrameRef& returned) noexcept;
   [[nodiscard]] static bool IsSilence(Rhythm& rhythm, std::int64_t apart) noexcept;
   void DoubtUnderWay(std::uint8_t sender, Undecided reason) noexcept;
-  void OnHole(std::uint8_t sender, const FrameRef& behind) noexcept;
+  void OnHole(std::uint8_t sender) noexcept;
   [[nodiscard]] Hole HoleBefore(const wire::FrameView& orphan) noexcept;
   [[nodiscard]] Hole TakeHole(std::uint64_t sequence) noexcept;
   std::uint8_t SenderIndex(const wire::FrameView& frame) noexcept;
@@ -220,8 +253,10 @@ class Pairing {
   std::uint8_t sender_count_ = 0;
   std::array<Early, 8> early_{};
   std::uint8_t next_early_ = 0;
-  bool any_early_ = false;  ///< ever was one
+  bool any_early_ = false;    ///< ever was one
+  bool files_early_ = false;  ///< and its outbound copy stood behind it
   bool any_cut_ = false;
+  bool unreadable_ = false;                 ///< a packet since the last pair that may have been any frame
   Hole hole_ = Hole::kNone;                 ///< not handed on yet ...
   std::uint64_t behind_hole_ = 0;           ///< ... and the first frame behind it
   FrameRef last_;                           ///< last packet with a time stamp

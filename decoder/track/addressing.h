@@ -39,17 +39,18 @@ class Addressing {
   /// @param add it took part: an unknown one becomes the next of slaves()
   SlaveId Resolve(const DatagramPair& d, bool add);
 
-  /// Whether its place and its station address are both known, so that no other slave of the list can be it.
+  /// Whether its place and the station address that it answers to now are both known, so that no other slave of the
+  /// list can be it.
   [[nodiscard]] bool IsWhole(SlaveId id) const {
-    return slaves_[id].position.if_known() != nullptr && slaves_[id].station.if_known() != nullptr;
+    return slaves_[id].position.if_known() != nullptr && slaves_[id].station_valid;
   }
   /// Whether both may be one slave: one met by its place, the other by its station address only.
   [[nodiscard]] bool MayBeOne(SlaveId a, SlaveId b) const {
     const auto only_placed = [&](SlaveId id) {
-      return slaves_[id].position.if_known() != nullptr && slaves_[id].station.if_known() == nullptr;
+      return slaves_[id].position.if_known() != nullptr && !slaves_[id].station_valid;
     };
     const auto only_named = [&](SlaveId id) {
-      return slaves_[id].position.if_known() == nullptr && slaves_[id].station.if_known() != nullptr;
+      return slaves_[id].position.if_known() == nullptr && slaves_[id].station_valid;
     };
     if (slaves_[a].replaced || slaves_[b].replaced) return false;
     return (only_placed(a) && only_named(b)) || (only_named(a) && only_placed(b));

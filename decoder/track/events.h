@@ -247,6 +247,12 @@ struct EventFieldChanged {
   FrameRef frame;          ///< the first with them
 };
 
+/// Nobody knows yet whether the slave takes what this writes to its registers: a frame sent later came back first.
+/// SlaveAccess still follows.
+struct WriteDoubtful {
+  const SlaveAccess& access;
+};
+
 /// The capture misses frames between this one and those before. Precedes all else from this frame.
 struct CaptureHole {
   FrameRef frame;        ///< the first behind the hole

@@ -1,5 +1,6 @@
 #include "decoder/track/holes.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace ecaudit::track {
@@ -7,6 +8,7 @@ namespace ecaudit::track {
 void Holes::OnHole(const FrameRef& frame, bool certain) {
   // The models of all slaves hear of it, too.
   states_.work().Take(states_.size());
+  Note(frame);
   events_.Publish(CaptureHole{frame, certain});
   if (!certain) return;
   states_.ForgetForLater();
@@ -25,7 +27,17 @@ void Holes::OnHole(const FrameRef& frame, bool certain) {
   }
 }
 
+bool Holes::AnyBetween(FrameNo from, FrameNo to) const {
+  const std::size_t kept = std::min(count_, first_behind_.size());
+  for (std::size_t i = count_ - kept; i < count_; ++i) {
+    const FrameNo behind = first_behind_[i % first_behind_.size()];
+    if (from < behind && behind <= to) return true;
+  }
+  return kept < count_ && from < first_behind_[count_ % first_behind_.size()];
+}
+
 void Holes::OnOtherRecording(const FrameRef& frame) {
+  Note(frame);
   events_.Publish(CaptureHole{frame, true});
   states_.ForgetForLater();
   addressing_.ForgetCount(frame.number);

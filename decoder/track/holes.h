@@ -35,6 +35,11 @@ class Holes {
   void PresumeAll(bool still_so, const FrameRef& frame) {
     if (presumed_ > 0) SettleAll(still_so, frame);
   }
+  /// The first frame behind the last place where frames are missing, or may be; 0: there was none.
+  [[nodiscard]] FrameNo last() const { return count_ == 0 ? 0 : first_behind_[(count_ - 1) % first_behind_.size()]; }
+  /// True when such a place lies behind frame `from`, and not behind frame `to`. Of many the first are forgotten: then
+  /// one may lie anywhere before those that are left.
+  [[nodiscard]] bool AnyBetween(FrameNo from, FrameNo to) const;
   /// Something is presumed of some slave.
   [[nodiscard]] bool presumes() const { return presumed_ > 0; }
   /// A logical datagram came back: with the working counter it had before the hole, if all is as it was.
@@ -45,6 +50,7 @@ class Holes {
   void ForgetFrom(std::uint16_t first_position, const FrameRef& frame);
 
  private:
+  void Note(const FrameRef& frame) { first_behind_[count_++ % first_behind_.size()] = frame.number; }
   void Settle(SlaveId id, bool still_so, const FrameRef& frame);
   void SettleAll(bool still_so, const FrameRef& frame);
   void Forget(SlaveId id, const FrameRef& frame);
@@ -63,7 +69,9 @@ class Holes {
   SlaveStates& states_;
   SlaveMailboxes& mailboxes_;
   std::array<Habit, 8> habits_{};
-  std::size_t presumed_ = 0;  // slaves whose state is presumed
+  std::size_t presumed_ = 0;                // slaves whose state is presumed
+  std::array<FrameNo, 32> first_behind_{};  // first frames behind the last holes
+  std::size_t count_ = 0;                   // of holes
 };
 
 }  // namespace ecaudit::track

@@ -234,6 +234,7 @@ void Network::OnDoubtful(const wire::FrameView& sent) {
     const auto doubt = [&](SlaveId slave) {
       const SlaveAccess access = d.Access(slave, Acceptance::kUnknown);
       states_.Doubt(access);
+      events_.Publish(WriteDoubtful{access});
       mailboxes_.FollowWindow(slave, access.frame());
     };
     if (wire::IsBroadcast(c)) {

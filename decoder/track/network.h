@@ -57,6 +57,11 @@ class Network final : public bus::BusSink {
   /// The run of frames that lasts until now.
   [[nodiscard]] const EventFieldRun& event_field() const { return event_field_.run(); }
 
+  /// The first frame behind the last place where the capture misses frames, or may: nobody sent anything for long, and
+  /// no index tells why. 0: there was none.
+  [[nodiscard]] FrameNo last_hole() const { return holes_.last(); }
+  /// True when such a place lies behind frame `from`, up to frame `to`.
+  [[nodiscard]] bool MayMissBetween(FrameNo from, FrameNo to) const { return holes_.AnyBetween(from, to); }
   /// Telling every slave of what was meant for all has cost more than the frames allow for: whoever feeds this stops.
   [[nodiscard]] bool overworked() const { return states_.work().exceeded(); }
   /// Changes whenever any sync manager or FMMU may have changed, or a slave was added.

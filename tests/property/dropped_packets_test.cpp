@@ -42,13 +42,16 @@ std::vector<Packet> WithoutOneIn(const WireCapture& capture, unsigned many, unsi
   return Without(capture, [&](std::size_t) { return random() % many == 0; });
 }
 
-/// What one missing packet in a hundred makes of these is another error about the same fault.
+/// What some missing packets make of these is another error about the same fault.
 struct KnownCase {
   std::string_view capture;
   std::string_view rule;
   std::string_view why;
 };
 constexpr KnownCase kKnown[] = {
+    {"two-slaves-one-refuses.pcapng", "al-error-standing",
+     "around the request three packets are gone, and no index tells whether more: what stands is told, not the "
+     "refusal"},
     {"unexpected-error-unread.pcapng", "al-refused",
      "every look at the state in which it was OP is gone: the drive seems to have refused the last request"},
     {"pdo-odd-mapping.pcapng", "pdo-assign-order",

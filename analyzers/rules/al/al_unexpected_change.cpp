@@ -51,6 +51,9 @@ Look at the AL status code: 0x001B process data stopped (watchdog), 0x001A, 0x00
 at what happened between the two frames named: gaps in the process data, lost frames, link errors, other requests.
 )"};
 
+constexpr const char* kLoose =
+    "between two looks at AL Status the indices of the frames do not follow each other: the capture may not hold each "
+    "of them, and a request may have asked for the fall";
 constexpr const char* kAfterPause =
     "between two looks at AL Status nobody sent anything for long: what is missing there may be a request, a restart, "
     "or "
@@ -100,6 +103,10 @@ class AlUnexpectedChange final : public Rule {
     }
     if (e.after_pause && !e.unexplained.bit4()) {
       NotEvaluable(kNoSlave, kAfterPause, e.frame.number);
+      return;
+    }
+    if (MayLackRequest(e.before_since, e.frame.number) && !e.unexplained.bit4()) {
+      NotEvaluable(kNoSlave, kLoose, e.frame.number);
       return;
     }
     if (e.rose_unasked != 0 && !e.unexplained.bit4()) {
@@ -159,6 +166,12 @@ class AlUnexpectedChange final : public Rule {
     std::optional<std::uint16_t> code;
   };
 
+  /// True when the indices of the frames between two looks do not show that each of them is in the capture.
+  [[nodiscard]] bool MayLackRequest(FrameNo before, FrameNo now) const {
+    const FrameNo loose = context().pairing().last_loose;
+    return before < loose && loose <= now;
+  }
+
   /// A slave never rises by itself: the capture does not hold every request.
   [[nodiscard]] static std::string RoseUnasked(const char* who, FrameNo frame) {
     return std::string(who) + " rose to a higher state in frame " + std::to_string(frame) +
@@ -210,6 +223,12 @@ class AlUnexpectedChange final : public Rule {
     }
     if (e.after_pause && !e.status.bit4()) {
       NotEvaluable(e.slave, kAfterPause, e.frame.number);
+      return;
+    }
+    // The acknowledge bit comes back as error bit from who only mirrors AL Control.
+    const bool no_error = !e.error_of_some && (!e.status.bit4() || e.code == std::uint16_t{0});
+    if (MayLackRequest(e.before_since, e.frame.number) && no_error) {
+      NotEvaluable(e.slave, kLoose, e.frame.number);
       return;
     }
     if (e.rose_unasked != 0 && !e.status.bit4() && !e.error_of_some) {

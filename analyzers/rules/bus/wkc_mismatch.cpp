@@ -79,14 +79,14 @@ class WkcMismatch final : public Rule {
     const bool nobodys = range.most == 0 && !AnyMapped();
     // A frame that is under way still, when this one is back, may turn out to be lost.
     const bool open = pairing.under_way > 0;
-    if (e.wkc > range.most && (MissesAny(pairing) || LosesAny(pairing) || open || pairing.paired == 0 || nobodys)) {
+    const bool missed = MissesAny(pairing) || context().network().last_hole() != 0;
+    if (e.wkc > range.most && (missed || LosesAny(pairing) || open || pairing.paired == 0 || nobodys)) {
       if (!said_more_) {
         said_more_ = true;
-        NotEvaluable(
-            kNoSlave,
-            std::string("more slaves take part than have FMMUs, which may have been set in frames that ") +
-                (MissesAny(pairing) || (!LosesAny(pairing) && !open) ? "the capture misses" : "did not come back"),
-            e.frame().number);
+        NotEvaluable(kNoSlave,
+                     std::string("more slaves take part than have FMMUs, which may have been set in frames that ") +
+                         (missed || (!LosesAny(pairing) && !open) ? "the capture misses" : "did not come back"),
+                     e.frame().number);
       }
       return;
     }

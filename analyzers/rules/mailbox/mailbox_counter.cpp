@@ -61,6 +61,10 @@ class MailboxCounter final : public Rule {
     const bool same = m.counter_step == mailbox::CounterStep::kSame;
     if (m.repeated || (!same && m.counter_step != mailbox::CounterStep::kSkipped)) return;
     if (m.direction == mailbox::Direction::kIn && m.counter_echoes_request) return;
+    if (context().network().MayMissBetween(before.frame, m.frame().number)) {
+      NotEvaluable(m.slave, kSilentSince, m.frame().number);
+      return;
+    }
     const std::uint64_t key = static_cast<std::uint64_t>(m.direction) << 1U | (same ? 1U : 0U);
     const unsigned expected = mailbox::NextCounter(before.counter);
     Finding finding;

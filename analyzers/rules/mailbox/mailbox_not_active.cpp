@@ -46,16 +46,18 @@ class MailboxNotActive final : public Rule {
 
   void On(const mailbox::MailboxMessage& m) {
     if (m.direction == mailbox::Direction::kOut && !m.late) {
-      Judge(m.slave, m.frame(), m.header, m.mailbox_off, m.assumed, m.window_inferred);
+      Judge(m.slave, m.frame(), m.returned, m.header, m.mailbox_off, m.assumed, m.window_inferred);
     }
   }
-  void On(const mailbox::MailboxRefused& e) { Judge(e.slave, e.frame(), e.header, e.off, false, false); }
+  void On(const mailbox::MailboxRefused& e) { Judge(e.slave, e.frame(), e.returned, e.header, e.off, false, false); }
 
   void Finish() override { (void)SaidNothingReturned(); }
 
  private:
-  void Judge(SlaveId slave, const FrameRef& frame, const mailbox::Header& header, bool off, bool assumed,
-             bool window_inferred) {
+  static constexpr std::size_t kMailboxOut = 0;  ///< sync manager
+
+  void Judge(SlaveId slave, const FrameRef& frame, const FrameRef& returned, const mailbox::Header& header, bool off,
+             bool assumed, bool window_inferred) {
     const model::StateSet possible = context().slave(slave).al.possible();
     const bool init = possible.single() == static_cast<std::uint8_t>(esc::AlState::INIT);
     if (!init && !off) {
@@ -66,6 +68,20 @@ class MailboxNotActive final : public Rule {
     }
     if (MissesPackets(context().pairing())) {
       NotEvaluable(slave, kMissesPackets, frame.number);
+      return;
+    }
+    const track::Network& network = context().network();
+    const FrameNo learned =
+        init ? context().slave(slave).al.last_seen() : network.state(slave).sync_manager_since[kMailboxOut];
+    // That a message did not come back shows late: what is known by now may be from behind it.
+    if (learned > (returned.seen() ? returned : frame).number) {
+      NotEvaluable(slave,
+                   "what became of a message is not in the capture, and what is known of the slave is from behind it",
+                   frame.number);
+      return;
+    }
+    if (network.MayMissBetween(learned, frame.number)) {
+      NotEvaluable(slave, kSilentSince, frame.number);
       return;
     }
     const std::uint64_t key = init ? 1 : 2;

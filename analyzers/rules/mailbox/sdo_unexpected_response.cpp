@@ -62,6 +62,10 @@ class SdoUnexpectedResponse final : public Rule {
 
   void On(const mailbox::SdoUnexpected& e) {
     using Reason = mailbox::SdoUnexpected::Reason;
+    if (e.request.seen() && context().network().MayMissBetween(e.request.number, e.response.number)) {
+      NotEvaluable(e.slave, kSilentSince, e.response.number);
+      return;
+    }
     const std::uint64_t key = static_cast<std::uint64_t>(e.reason) | static_cast<std::uint64_t>(e.index) << 8U |
                               static_cast<std::uint64_t>(e.subindex) << 24U |
                               static_cast<std::uint64_t>(e.expected_index) << 32U |

@@ -1,3 +1,4 @@
+#include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/pdo_rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
@@ -55,6 +56,10 @@ class PdoAssignOrder final : public PdoRule {
       return;
     }
     if (*count == 0) return;
+    if (context().network().MayMissBetween(object->count.since(), FrameOf(e).number)) {
+      NotEvaluable(e.slave, kSilentSince, FrameOf(e).number);
+      return;
+    }
     const Write& write = writes.front();
     const std::string name = ObjectName(e.index, write.subindex);
     Finding finding;

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -196,6 +197,10 @@ class FmmuInactive final : public Rule {
       NotEvaluable(id, kMissesPackets, frame.number);
       return;
     }
+    if (off == nullptr && context().network().MayMissBetween(FirstLearned(state), frame.number)) {
+      NotEvaluable(id, kSilentSince, frame.number);
+      return;
+    }
     slave.told[outputs ? 1 : 0] = true;
     const std::uint64_t key = refused ? 2 : outputs ? 1 : 0;
     FindingIndex index = Repeat(id, key, frame);
@@ -230,6 +235,17 @@ class FmmuInactive final : public Rule {
         std::to_string(manager.length) + " bytes, with activate 1, before SAFEOP is requested.";
     finding.evidence = {HexNumber("physical_start", manager.start), Number("length", manager.length)};
     return finding;
+  }
+
+  /// The frame that taught the oldest of what is known of its sync managers and FMMUs.
+  [[nodiscard]] static FrameNo FirstLearned(const track::SlaveState& state) {
+    FrameNo first = std::numeric_limits<FrameNo>::max();
+    const auto add = [&](FrameNo since) {
+      if (since != 0) first = std::min(first, since);
+    };
+    for (const FrameNo since : state.fmmu_since) add(since);
+    for (const FrameNo since : state.sync_manager_since) add(since);
+    return first;
   }
 
   /// The fate of a write to some FMMU is not known.

@@ -6,6 +6,7 @@
 #include <tuple>
 #include <vector>
 
+#include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/judge/sync_manager_text.h"
@@ -154,6 +155,14 @@ class FmmuMismatch final : public Rule {
     const bool all_known =
         std::all_of(managers.begin(), managers.begin() + 4, [](const auto& m) { return m.has_value(); });
     if (!against && HasVirtualManagers(e.slave)) return;
+    FrameNo learned = context().network().state(e.slave).fmmu_since[n];
+    for (const auto& manager : managers) {
+      if (manager) learned = std::min(learned, manager->since);
+    }
+    if (context().network().MayMissBetween(learned, e.frame.number)) {
+      NotEvaluable(e.slave, kSilentSince, e.frame.number);
+      return;
+    }
     if (!against && !all_known) {
       NotEvaluable(e.slave, "an FMMU is active, but not all sync managers were set in the capture", e.frame.number);
       return;

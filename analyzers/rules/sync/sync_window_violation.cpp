@@ -91,6 +91,10 @@ class SyncWindowViolation final : public Rule {
       NotEvaluable(e.slave, kHole, e.frame.number);
       return;
     }
+    if (e.empty > 0 && context().network().MayMissBetween(e.before.number, e.frame.number)) {
+      NotEvaluable(e.slave, kSilentSince, e.frame.number);
+      return;
+    }
     if (const sync::DcClock& clock = context().sync().clock();
         e.crept > 0 && clock.distributions() == 0 && e.slave != clock.reference()) {
       NotEvaluable(e.slave, "the frames creep over SYNC0 by a clock that the slave's own need not follow",

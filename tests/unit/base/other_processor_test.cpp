@@ -1,8 +1,7 @@
 #include "decoder/base/other_processor.h"
 
-#include <sched.h>
-
 #include <chrono>
+#include <sched.h>
 
 #include <gtest/gtest.h>
 

@@ -25,8 +25,9 @@ struct Sent {
   std::uint8_t index = 0;
 };
 
-/// One character a frame: '.' unknown, 'n' next, 'B' broken.
-std::string Follow(const std::vector<Sent>& frames) {
+/// One character a frame, as `look` has it of the sequence and of the step that the frame is.
+template <class Look>
+std::string Each(const std::vector<Sent>& frames, const Look& look) {
   Trace trace;
   for (const Sent& sent : frames) {
     auto& frame = trace.After(1000);
@@ -52,19 +53,24 @@ std::string Follow(const std::vector<Sent>& frames) {
   capture::CapturedFrame packet;
   std::string out;
   while (source.Next(packet) == capture::ReadStatus::kFrame) {
-    switch (sequence.Follow(wire::FrameView::Parse(packet), false)) {
-      case IndexSequence::Step::kUnknown:
-        out += '.';
-        break;
-      case IndexSequence::Step::kNext:
-        out += 'n';
-        break;
-      case IndexSequence::Step::kBroken:
-        out += 'B';
-        break;
-    }
+    const IndexSequence::Step step = sequence.Follow(wire::FrameView::Parse(packet), false);
+    out += look(sequence, step);
   }
   return out;
+}
+
+/// '.' unknown, 'n' next, 'B' broken.
+std::string Follow(const std::vector<Sent>& frames) {
+  return Each(frames, [](const IndexSequence&, IndexSequence::Step step) {
+    return step == IndexSequence::Step::kNext ? 'n' : step == IndexSequence::Step::kBroken ? 'B' : '.';
+  });
+}
+
+/// 'l' loose, 'c' continued, '.' neither.
+std::string Looks(const std::vector<Sent>& frames) {
+  return Each(frames, [](const IndexSequence& sequence, IndexSequence::Step) {
+    return sequence.loose() ? 'l' : sequence.continued() ? 'c' : '.';
+  });
 }
 
 /// Polls numbered by `index_of`, frame `left_out` and the two behind it missing.
@@ -218,6 +224,14 @@ TEST(IndexSequence, BackFromAnywhereElseIsAHoleOnceTheEndIsKnown) {
   const std::string steps = Follow(frames);
   EXPECT_EQ(steps[110], 'B') << steps;
   EXPECT_EQ(Broken(steps), 1U) << steps;
+}
+
+TEST(IndexSequence, OnlyAnIndexThatNothingExplainsIsLoose) {
+  EXPECT_EQ(Looks({{Sort::kPoll, 3}, {Sort::kPoll, 4}, {Sort::kPoll, 5}}), ".cc");
+  EXPECT_EQ(Looks({{Sort::kPoll, 0}, {Sort::kPoll, 0}, {Sort::kProcess, 0}}), "...") << "one for all";
+  EXPECT_EQ(Looks({{Sort::kPoll, 3}, {Sort::kPoll, 9}, {Sort::kPoll, 40}}), ".ll") << "a filter left some out";
+  // Cyclic and acyclic frames side by side, each with a counter or an index of its own.
+  EXPECT_EQ(Looks({{Sort::kProcess, 0}, {Sort::kPoll, 128}, {Sort::kProcess, 0}, {Sort::kPoll, 129}}), ".l.c");
 }
 
 TEST(IndexSequence, BehindAFrameThatCannotBeReadNothingIsBroken) {

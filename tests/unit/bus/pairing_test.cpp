@@ -721,6 +721,113 @@ TEST(PairingHole, AReturnWhoseIndexIsNextIsNoSecondCopy) {
   EXPECT_EQ(result.statistics.missed_outbound, 20U);
 }
 
+/// `count` polls with the same index, `apart` one behind the other, as lines of a trace.
+std::string Unnumbered(int count, const std::string& apart) {
+  std::string lines;
+  for (int i = 0; i < count; ++i) lines += "+" + apart + " FPRD 0x1001:0x0130 08 00 idx=0\n";
+  return lines;
+}
+
+TEST(PairingHole, AReturnWithoutNumberTellsOfOneOfUnknownSize) {
+  const Paired result =
+      PairUp(Unnumbered(40, "1ms") + "+3ms FPRD 0x1001:0x0110 02 00 idx=0 @returned-only\n" + Unnumbered(60, "1ms"));
+  EXPECT_THAT(result.log.holes, ElementsAre("hole +81"));
+  EXPECT_EQ(result.statistics.missed_outbound, 1U);
+  EXPECT_EQ(result.statistics.holes, 0U) << "no index skips";
+  const Paired one =
+      PairUp(Unnumbered(40, "1ms") + "+1ms FPRD 0x1001:0x0110 02 00 idx=0 @returned-only\n" + Unnumbered(60, "1ms"));
+  EXPECT_THAT(one.log.holes, IsEmpty()) << "no time for more than its own outbound copy";
+}
+
+TEST(PairingHole, AReturnWithoutNumberTellsNothingWhereAPacketCannotBeRead) {
+  const Paired result = PairUp(Unnumbered(40, "1ms") + "+1ms FPRD 0x1001:0x0130 08 00 idx=0 @cut=10\n" +
+                               "+1ms FPRD 0x1001:0x0110 02 00 idx=0 @returned-only\n" + Unnumbered(60, "1ms"));
+  EXPECT_THAT(result.log.holes, IsEmpty());
+}
+
+TEST(PairingHole, AReturnTellsNothingOfAMasterWhoseFramesAreNotCapturedOnTheirWayOut) {
+  const Paired result = PairUp("@returned-only\n" + Unnumbered(40, "1ms") + "+1ms FPRD 0x1001:0x0110 02 00 idx=0\n");
+  EXPECT_THAT(result.log.holes, IsEmpty());
+}
+
+TEST(PairingHole, AReturnBetweenItAndTheNextFrameComesFirst) {
+  // Frames 40 to 51 are missing, and frame 52 is on its way when frame 51 comes back.
+  const Paired result =
+      PairUp(Numbered(40, 0, 256) + "+11ms FPRD 0x1001:0x0130 08 00 idx=51 rtt=90us @returned-only\n" +
+             "+20us FPRD 0x1001:0x0130 08 00 idx=52 rtt=90us\n" + Numbered(20, 53, 256));
+  EXPECT_THAT(result.log.holes, ElementsAre("hole +82"));
+}
+
+TEST(PairingHole, AReturnWhoseNumberIsThatOfTheFrameBeforeTheOneUnderWayIsNoFlippedBit) {
+  const Paired result = PairUp(Numbered(40, 0, 256) + "+1ms FPRD 0x1001:0x0130 08 00 idx=40 rtt=90us @returned-only\n" +
+                               "+20us FPRD 0x1001:0x0130 08 00 idx=41 rtt=90us\n" + Numbered(20, 42, 256));
+  EXPECT_EQ(result.statistics.altered, 0U);
+  EXPECT_EQ(result.statistics.missed_outbound, 1U);
+}
+
+TEST(PairingHole, WhatWasSentBeforeItAndComesBackBehindItIsNotReordered) {
+  const Paired result = PairUp(Numbered(40, 0, 256) + "+1ms FPRD 0x1001:0x0130 08 00 idx=40 rtt=90us\n" +
+                               "+20us FPRD 0x1001:0x0130 08 00 idx=42 rtt=90us\n" + Numbered(20, 43, 256));
+  EXPECT_THAT(result.log.holes, ElementsAre("hole 82+84"));
+  EXPECT_EQ(result.statistics.reordered, 0U);
+  EXPECT_EQ(result.statistics.paired, 62U);
+}
+
+TEST(PairingHole, WhatHasNoNumberAndComesARoundLaterIsNoSecondCopy) {
+  const std::string missed = "+100us FPRD 0x1001:0x0130 08 00 idx=0 @returned-only\n";
+  const Paired result = PairUp(Unnumbered(40, "100us") + missed + Unnumbered(60, "100us"));
+  EXPECT_THAT(result.log.Only("dup"), IsEmpty());
+  const Paired twice = PairUp(Unnumbered(40, "100us") + "+100us FPRD 0x1001:0x0130 08 00 idx=0 @twice\n");
+  EXPECT_EQ(twice.log.Only("dup").size(), 1U);
+}
+
+TEST(PairingHole, AReturnWhoseNumberAnotherFrameHadIsNotFromBeforeThoseUnderWay) {
+  // Frame 8 is under way for ever, and frame 7 has come back: this is another frame 7.
+  const Paired result = PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @lost\n" +
+                               "+15ms FPRD 0x1001:0x0120 08 00 idx=7 @returned-only\n" + Numbered(60, 8, 16));
+  EXPECT_THAT(result.log.holes, ElementsAre("hole +82"));
+}
+
+TEST(PairingHole, AReturnWithoutNumberThatIsNotLikeTheFrameUnderWayIsNoFlippedBit) {
+  const Paired result = PairUp(Unnumbered(40, "1ms") + "+1ms FPRD 0x1001:0x0130 08 00 idx=0 @lost\n" +
+                               "+3ms FPRD 0x1001:0x080D 08 00 idx=0 @returned-only\n" + Unnumbered(60, "1ms"));
+  EXPECT_EQ(result.statistics.altered, 0U);
+  EXPECT_THAT(result.log.holes, ElementsAre("hole +82"));
+  // Registers 0x0805 and 0x080D differ by one bit, and are polled in turns.
+  std::string polls;
+  for (int i = 0; i < 40; ++i) polls += "+1ms FPRD 0x1001:0x0805 08 idx=0\n+1ms FPRD 0x1001:0x080D 08 idx=0\n";
+  const Paired turns = PairUp(polls + "+1ms FPRD 0x1001:0x0805 08 idx=0 @lost\n" +
+                              "+1ms FPRD 0x1001:0x080D 08 idx=0 @returned-only\n" + polls);
+  EXPECT_EQ(turns.statistics.altered, 0U);
+}
+
+TEST(PairingHole, AReturnWithoutNumberThatComesLateMayAnswerAnotherFrame) {
+  const Paired result = PairUp(Unnumbered(40, "1ms") + "+1ms FPRD 0x1001:0x0130 08 00 idx=0 rtt=26ms\n" +
+                               "+28ms FPRD 0x1001:0x0130 08 00 idx=0\n");
+  EXPECT_THAT(result.log.holes, ElementsAre("silence 81+82", "silence 83+84"));
+  const Paired numbered = PairUp(Numbered(40, 0, 256) + "+1ms FPRD 0x1001:0x0130 08 00 idx=40 rtt=26ms\n");
+  EXPECT_THAT(numbered.log.holes, IsEmpty());
+}
+
+TEST(PairingHole, ALongSilenceShowsBehindAFewFrames) {
+  const std::string few = Unnumbered(6, "100us");
+  EXPECT_THAT(PairUp(few + "+50ms FPRD 0x1001:0x0130 08 00 idx=9\n").log.holes, ElementsAre("silence 13+14"));
+  EXPECT_THAT(PairUp(few + "+5ms FPRD 0x1001:0x0130 08 00 idx=9\n").log.holes, IsEmpty());
+  EXPECT_THAT(PairUp(few + "+50ms FPRD 0x1001:0x0130 08 00 idx=0\n").log.holes, IsEmpty()) << "it waits";
+}
+
+TEST(PairingHole, SixteenIndicesComeRoundWhereAReturnIsMissingAndTheMasterWasFastBefore) {
+  std::string burst;
+  for (int i = 0; i < 40; ++i) burst += "+50us FPRD 0x1001:0x0130 08 00 idx=" + std::to_string(i % 16) + "\n";
+  const std::string behind = "+5ms FPRD 0x1001:0x0120 08 00 idx=1\n" + Numbered(20, 2, 16);
+  const std::string before = burst + Numbered(40, 8, 16);
+  const std::string slower = "silence 81+82";  // where it sends less often for the first time
+  EXPECT_THAT(PairUp(before + "+1ms FPRD 0x1001:0x0130 08 00 idx=0 @lost\n" + behind).log.holes,
+              ElementsAre(slower, "silence 162+163"));
+  EXPECT_THAT(PairUp(before + "+1ms FPRD 0x1001:0x0130 08 00 idx=0\n" + behind).log.holes, ElementsAre(slower))
+      << "nothing is missing but time";
+}
+
 TEST(PairingHole, AFrameThatCannotBeReadHasAnIndexAllTheSame) {
   const Paired result =
       PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @cut=20\n" + Numbered(60, 9, 16));
