@@ -39,9 +39,9 @@ whose checksum does not fit loads nothing of it at the next power-on: no alias, 
 An error where words 0 to 7 were among those written and the checksum does not fit afterwards, and where a write
 command ended with an error and the word was not written later; everything else is an info: somebody meant to do it.
 Words 0 to 7 have to be known, read or written in the capture, to judge the checksum; where they are not, that is said
-and nothing else; likewise where a frame behind the first write is lost or missing. Word 7 as 0x88A4 switches the check
-off. Commands that failed and were repeated with success only count. Read commands that fail write nothing and are no
-matter of this rule.
+and nothing else; likewise where a frame of the capture is lost or missing. Word 7 as 0x88A4 switches the check off.
+Commands that failed and were repeated with success only count. Read commands that fail write nothing and are no matter
+of this rule.
 
 ## Example
 samples/captures/eeprom-checksum.pcapng
@@ -58,8 +58,7 @@ constexpr std::size_t kMaxWords = 256;
 constexpr std::size_t kMaxValues = 4;
 constexpr std::uint16_t kCommandErrors = track::kEepromNoAcknowledge | track::kEepromWriteEnable;
 
-constexpr const char* kMayMissWrites =
-    "frames are lost or missing since the EEPROM was written: one of them may have written the checksum";
+constexpr const char* kMayMissWrites = "frames are lost or missing: one of them may have written the checksum";
 
 class EepromWritten final : public Rule {
  public:
@@ -151,17 +150,14 @@ class EepromWritten final : public Rule {
   }
 
   /// True when a word may have been written, or have got another value, that the capture does not show.
-  [[nodiscard]] bool MayMissWrites(const Slave& slave) const {
-    const FrameNo end = context().statistics().last.number;
-    return LosesAny(context().pairing()) || context().network().MayMissBetween(slave.first.number, end);
-  }
+  [[nodiscard]] bool MayMissWrites() const { return LosesAny(context().pairing()) || MissesAny(context().pairing()); }
 
   void Tell(SlaveId id, const Slave& slave) {
     const esc::SiiImage& image = context().network().state(id).sii.image();
     const esc::SiiHeader header = esc::ParseSii(image).header;
     const bool configuration = !slave.words.empty() && slave.words.begin()->first < kConfigurationWords;
     const bool differs = configuration && header.checksum_state == esc::SiiChecksumState::kWrong;
-    const bool may_miss = differs && MayMissWrites(slave);
+    const bool may_miss = differs && MayMissWrites();
     const bool wrong = differs && !may_miss;
     const auto failed = static_cast<std::uint64_t>(
         std::count_if(slave.words.begin(), slave.words.end(), [](const auto& w) { return w.second.failed != 0; }));
