@@ -50,8 +50,7 @@ struct KnownCase {
 };
 constexpr KnownCase kKnown[] = {
     {"two-slaves-one-refuses.pcapng", "al-error-standing",
-     "around the request three packets are gone, and no index tells whether more: what stands is told, not the "
-     "refusal"},
+     "around the request three packets are gone: what stands behind the hole is told, not the refusal"},
     {"unexpected-error-unread.pcapng", "al-refused",
      "every look at the state in which it was OP is gone: the drive seems to have refused the last request"},
     {"pdo-odd-mapping.pcapng", "pdo-assign-order",
