@@ -187,17 +187,19 @@ Presence OfLatch(const SlaveSummary& slave, const RuleContext& context, const An
 
 constexpr const char* kAnswersUnknown = "none of the answers of the slave's mailbox is known";
 
-/// Requests that stay without answer are counted; of others nobody knows where the answers were.
-bool AnswersUnknown(const MailboxSummary& mailbox) {
-  return mailbox.requests > 0 && mailbox.responses == 0 && mailbox.unanswered == 0;
+/// Requests that stay without answer are counted; of others nobody knows where the answers were. Where nothing that
+/// came back was captured, the rules judge what they can by the requests, and say that themselves.
+bool AnswersUnknown(const MailboxSummary& mailbox, const AnalysisResult& result) {
+  return result.capture.direction != DirectionSeen::kOutbound && mailbox.requests > 0 && mailbox.responses == 0 &&
+         mailbox.unanswered == 0;
 }
 
-Presence OfMailbox(const MailboxSummary& mailbox, bool coe) {
+Presence OfMailbox(const MailboxSummary& mailbox, bool coe, const AnalysisResult& result) {
   if (mailbox.requests + mailbox.responses == 0) return Absent(NotApplicable::kMailboxUnused);
   const bool used = std::any_of(mailbox.by_protocol.begin(), mailbox.by_protocol.end(),
                                 [](const MailboxSummary::Messages& messages) { return messages.protocol == "CoE"; });
   if (coe && !used) return Absent(NotApplicable::kNoCoe);
-  return coe && AnswersUnknown(mailbox) ? Unseen(kAnswersUnknown) : Presence{};
+  return coe && AnswersUnknown(mailbox, result) ? Unseen(kAnswersUnknown) : Presence{};
 }
 
 Presence PresenceOf(Subject subject, const SlaveSummary& slave, const RuleContext& context,
@@ -211,14 +213,14 @@ Presence PresenceOf(Subject subject, const SlaveSummary& slave, const RuleContex
     case Subject::kConfiguration:
       return OfConfiguration(slave);
     case Subject::kMailbox:
-      return OfMailbox(slave.mailbox, false);
+      return OfMailbox(slave.mailbox, false, result);
     case Subject::kCoe:
-      return OfMailbox(slave.mailbox, true);
+      return OfMailbox(slave.mailbox, true, result);
     case Subject::kMapping:
       return OfMapping(slave, context, result);
     case Subject::kMappingWrites:
       if (model.process.seen().version() > 0) return {};
-      return AnswersUnknown(slave.mailbox) ? Unseen(kAnswersUnknown) : Absent(NotApplicable::kMappingUntouched);
+      return AnswersUnknown(slave.mailbox, result) ? Unseen(kAnswersUnknown) : Absent(NotApplicable::kMappingUntouched);
     case Subject::kProcessData:
       return OfProcessData(slave, context, result);
     case Subject::kTiming:

@@ -41,6 +41,7 @@ static_assert(std::string_view(kMissesPackets).starts_with(kSaysItMissesPackets)
   return pairing.lost > 0;
 }
 
+/// Said where Network::MayMissBetween() what is judged and what it rests on.
 inline constexpr const char* kSilentSince =
     "nobody sent anything for long since the capture showed what this rests on, or the capture misses packets there: "
     "what it does not show may have happened";

@@ -242,16 +242,15 @@ def cycles_of_thousands(count):
     bus = operated_bus(2000, 1)
     for n in range(count):
         time = struct.pack("<Q", 10**9 + n * 1_000_000)
-        bus.together([(LRW, 0, 0, bytes([n & 0xFF]), bytes([n * 3 & 0xFF]), 6000),
-                      (14, 0x1001, 0x0910, time, time, 2000)])
+        bus.together([(LRW, 0, 0, bytes([n & 0xFF]), bytes([n * 3 & 0xFF]), 6000), (14, 0x1001, 0x0910, time, time, 2000)])
     return bus.pcap()
 
 
 def crowded_process_data(count):
-    """Frames full of small logical datagrams, some of which not all of 1,000 slaves answer."""
+    """Frames full of small logical datagrams, some of which not all slaves answer."""
     bus = operated_bus(1000, 64)
     for n in range(count):
-        bus.together([(LRW, (50 * n + k) * 5 % 64, 0, bytes([k]), bytes([k * 3]), (2000, 3000)[k % 3 > 0])
+        bus.together([(LRW, (50 * n + k) * 5 % 64, 0, bytes([k * 7 & 0xFF]), bytes([k * 3 & 0xFF]), 3000 if k % 3 else 2000)
                       for k in range(50)])
     return bus.pcap()
 
@@ -279,10 +278,10 @@ def values_of_thousands(count):
     return bus.pcap()
 
 
-SHARED = (shared_process_data, mapped_and_used)
+SHARED = (shared_process_data, mapped_and_used, cycles_of_thousands, crowded_process_data)
 PATTERNS = {fmmu_changes: 1500, varying_process_data: 2000,
             shared_process_data: 20, mapped_and_used: 200, lost_process_data: 1500, distinct_objects: 1500,
             unfinished_transfers: 1500, refused_transfers: 1500, unfinished_fragments: 1500, emergencies: 2500,
             drive_states: 2000, al_states: 2000, new_stations: 4000, error_counters: 4000, sections: 4000,
-            other_blocks: 3000, set_up_by_broadcast: 4, cycles_of_thousands: 300,
+            other_blocks: 3000, set_up_by_broadcast: 4, cycles_of_thousands: 300, crowded_process_data: 5,
             values_of_thousands: 10_000}

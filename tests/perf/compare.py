@@ -5,7 +5,7 @@
     tests/perf/compare.py build/release
 
 Makes the captures it needs, runs every program over the same files in one go and prints how long they take and the CPU
-time that they need (user and system; `check` reads in a thread of its own), each the least of several runs, as
+time that they need (user and system; `check` may read in a second thread), each the least of several runs, as
 multiples of the libpcap loop; at the end the goals of the project and what was reached. Wants a machine that does nothing
 else. Needs 1 GiB in the temporary folder.
 """
