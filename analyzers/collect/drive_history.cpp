@@ -22,9 +22,8 @@ DriveHistory::DriveHistory(const model::BusModel& model, EventBus& bus) : model_
                model::DriveFaultExplained>(Stage::kBeforeModel, *this);
 }
 
-DriveHistory::Story& DriveHistory::Get(SlaveId slave) {
-  while (stories_.size() <= slave) stories_.emplace_back();
-  return stories_[slave];
+DriveHistory::Story& DriveHistory::Get(SlaveId slave, std::uint8_t axis) {
+  return stories_[{slave, axis}];
 }
 
 void DriveHistory::Add(Story& story, DriveStep step) {
@@ -45,11 +44,11 @@ void DriveHistory::On(const model::DriveCommanded& event) {
   step.transitions = NumbersOf(event.path);
   step.by_sdo = event.by_sdo;
   step.inferred = event.inferred;
-  Add(Get(event.slave), std::move(step));
+  Add(Get(event.slave, event.axis), std::move(step));
 }
 
 void DriveHistory::On(const model::DriveStateChanged& event) {
-  Story& story = Get(event.slave);
+  Story& story = Get(event.slave, event.axis);
   if (event.from && IsFault(event.to) && !IsFault(event.from)) ++story.faults;
   if (event.to == DriveState::kSwitchedOn) story.switched_on = event.frame;
   if (event.to == DriveState::kOperationEnabled && event.from && event.from != event.to) {
@@ -87,7 +86,7 @@ void DriveHistory::On(const model::DriveMode& event) {
               ModeText(*model_.slave(event.slave).profile->drive, event.value);
   step.by_sdo = event.by_sdo;
   step.inferred = event.inferred;
-  Add(Get(event.slave), std::move(step));
+  Add(Get(event.slave, event.axis), std::move(step));
 }
 
 void DriveHistory::On(const model::DriveWarning& event) {
@@ -97,7 +96,7 @@ void DriveHistory::On(const model::DriveWarning& event) {
   step.text = event.set ? "warning" : "no warning any more";
   step.word = event.word;
   step.inferred = event.inferred;
-  Add(Get(event.slave), std::move(step));
+  Add(Get(event.slave, event.axis), std::move(step));
 }
 
 void DriveHistory::On(const model::DriveFaultExplained& event) {
@@ -105,19 +104,31 @@ void DriveHistory::On(const model::DriveFaultExplained& event) {
   step.kind = DriveStep::Kind::kFault;
   step.frame = event.frame;
   step.text = FaultText(*model_.slave(event.slave).profile, event);
-  Add(Get(event.slave), std::move(step));
+  Add(Get(event.slave, event.axis), std::move(step));
 }
 
 void DriveHistory::Summarise(AnalysisResult& result) {
-  for (SlaveSummary& slave : result.slaves) slave.drive = SummariseSlave(slave.id);
+  for (SlaveSummary& slave : result.slaves) {
+    std::vector<DriveSummary> axes = SummariseSlave(slave.id);
+    if (axes.empty()) continue;
+    slave.drive = std::move(axes.front());
+    axes.erase(axes.begin());
+    slave.further_axes = std::move(axes);
+  }
 }
 
-std::optional<DriveSummary> DriveHistory::SummariseSlave(SlaveId slave) const {
+std::vector<DriveSummary> DriveHistory::SummariseSlave(SlaveId slave) const {
+  std::vector<DriveSummary> axes;
   const model::SlaveModel& model = model_.slave(slave);
-  const model::DriveUnit& unit = model.drive;
-  if (!model.profile->drive || !unit.seen()) return std::nullopt;
-  const device::DriveProfile& drive = *model.profile->drive;
+  if (!model.profile->drive) return axes;
+  model.drives.ForEachSeen([&](const model::DriveUnit& unit) { axes.push_back(SummariseAxis(slave, unit)); });
+  return axes;
+}
+
+DriveSummary DriveHistory::SummariseAxis(SlaveId slave, const model::DriveUnit& unit) const {
+  const device::DriveProfile& drive = *model_.slave(slave).profile->drive;
   DriveSummary summary;
+  summary.axis = unit.axis();
   if (unit.state()) summary.state = StateText(unit.state());
   summary.status_word = unit.status_word();
   summary.control_word = unit.control_word();
@@ -135,8 +146,8 @@ std::optional<DriveSummary> DriveHistory::SummariseSlave(SlaveId slave) const {
     summary.control_bits = SetBits(drive.control_bits, *summary.control_word, BitsOfMode(drive, mode));
   }
   summary.by_sdo = unit.status_by_sdo();
-  if (slave < stories_.size()) {
-    const Story& story = stories_[slave];
+  if (const auto found = stories_.find({slave, unit.axis()}); found != stories_.end()) {
+    const Story& story = found->second;
     summary.faults = story.faults;
     summary.enabled = story.enabled;
     summary.history = story.steps;

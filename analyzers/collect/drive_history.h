@@ -1,9 +1,9 @@
 /// in: events of the drive units.  out: the story of each drive for the report.
 #pragma once
 
-#include <deque>
-#include <optional>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "analyzers/collect/collector.h"
@@ -38,13 +38,14 @@ class DriveHistory final : public Collector {
     std::vector<std::string> enabled;
     FrameRef switched_on;
   };
-  /// Nothing for a slave that is no drive, or of which neither control nor status word was seen.
-  [[nodiscard]] std::optional<DriveSummary> SummariseSlave(SlaveId slave) const;
-  Story& Get(SlaveId slave);
+  /// The axes of which control or status word was seen; none for a slave that is no drive.
+  [[nodiscard]] std::vector<DriveSummary> SummariseSlave(SlaveId slave) const;
+  [[nodiscard]] DriveSummary SummariseAxis(SlaveId slave, const model::DriveUnit& unit) const;
+  Story& Get(SlaveId slave, std::uint8_t axis);
   void Add(Story& story, DriveStep step);
 
   const model::BusModel& model_;
-  std::deque<Story> stories_;
+  std::map<std::pair<SlaveId, std::uint8_t>, Story> stories_;  ///< by slave and axis
   std::size_t all_steps_ = 0;
 };
 

@@ -560,6 +560,7 @@ void StartupRecorder::On(const mailbox::SdoTransfer& transfer) {
 }
 
 void StartupRecorder::On(const model::DriveCommanded& event) {
+  if (event.axis > 0) return;  // steps are told of the first axis
   Story& story = Get(event.slave);
   if (story.enabled || (!story.in_operation && story.state < kSafeop)) return;
   const std::uint16_t bits = event.word & kCommandBits;
@@ -587,6 +588,7 @@ void StartupRecorder::On(const model::DriveCommanded& event) {
 }
 
 void StartupRecorder::On(const model::DriveStateChanged& event) {
+  if (event.axis > 0) return;
   Story& story = Get(event.slave);
   if (story.enabled || !story.drive_commanded) return;
   Extend(story.record, StartupPhase::kDriveEnable, event.frame, event.frame);

@@ -153,12 +153,8 @@ Presence OfConfiguration(const SlaveSummary& slave) {
   return Unseen("the sync managers and FMMUs of the slave are not in the capture");
 }
 
-constexpr const char* kFirstAxisOnly =
-    "of a drive with several axes only the first is judged, not those of 6841h, 7041h, ...";
-
 Presence OfDrive(const SlaveSummary& slave, const model::SlaveModel& model) {
-  if (slave.drive || model.drive.mode_requested()) return {};
-  if (model.drive.further_axes().seen()) return Unseen(kFirstAxisOnly);
+  if (slave.drive || model.drives.axis(0).mode_requested()) return {};
   const std::string why = DriveWordsMissing(model, false);
   if (why.empty()) return Absent(NotApplicable::kNoDrive);
   const bool is_drive = !model.profile->drive->control_word_in.empty();
@@ -296,7 +292,6 @@ class Judge {
     out.slaves.reserve(result_.slaves.size());
     for (const SlaveSummary& slave : result_.slaves) {
       out.slaves.push_back(OfSlave(rule, subject, slave));
-      if (subject == Subject::kDrive) TellFurtherAxes(rule, out.slaves.back());
       TellMissing(rule, subject, out.slaves.back());
     }
     return out;
@@ -317,13 +312,6 @@ class Judge {
     if (out.coverage != Coverage::kJudged) return;
     out.coverage = Coverage::kPartly;
     context_.store.AddNotEvaluable(rule, out.slave, std::string(kMissingUnseen), pairing.first_hole.number);
-  }
-
-  void TellFurtherAxes(const RuleInfo& rule, SlaveCoverage& out) {
-    const FrameRef& first = context_.slave(out.slave).drive.further_axes();
-    if (out.coverage != Coverage::kJudged || !first.seen()) return;
-    out.coverage = Coverage::kPartly;
-    context_.store.AddNotEvaluable(rule, out.slave, kFirstAxisOnly, first.number);
   }
 
   [[nodiscard]] bool Excluded(const RuleInfo& rule, Subject subject, SlaveCoverage& out) const {

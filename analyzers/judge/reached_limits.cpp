@@ -36,6 +36,7 @@ void TellLimits(const FindingStore& store, const Pipeline& pipeline, const Crowd
     steps += slave.startup.steps_left_out;
     al += slave.al_history_left_out;
     if (slave.drive) drive += slave.drive->history_left_out;
+    for (const DriveSummary& axis : slave.further_axes) drive += axis.history_left_out;
   }
   tell("steps of a start-up that are kept", startup::StartupRecorder::kMaxSteps, steps);
   tell("steps of an AL history that are kept", AlHistory::kMaxSteps, al);

@@ -62,7 +62,7 @@ void BusModel::On(const track::SlaveFound& event) {
   by_id_.push_back(&slaves_.back());
   slaves_.back().al.SetTimeouts(timeouts_);
   slaves_.back().latch.SetAcknowledgeLimit(latch_acknowledge_ns_);
-  slaves_.back().drive.SetLimits(drive_limits_);
+  slaves_.back().drives.SetLimits(drive_limits_);
   seen_identities_.emplace_back().slave = event.slave;
   eeprom_looks_.emplace_back();
   signalled_.OnSlave(event.slave);
@@ -114,7 +114,7 @@ void BusModel::ChooseProfile(SlaveId id) {
   slave.process.SetFamily(*slave.profile);
   slave.latch.SetFamily(*slave.profile);
   slave.touch_probe.SetFamily(*slave.profile);
-  slave.drive.SetFamily(*slave.profile);
+  slave.drives.SetFamily(*slave.profile);
   slave.process.SetEni(slave.eni, choice_.eni());
   if (slave.process.version() != layouts) image_.OnLayoutChanged(id);
 }
@@ -210,7 +210,7 @@ void BusModel::On(const track::CaptureHole& event) {
     slave.Stir();
     slave.mailbox.Forget();
     slave.ForgetLatches();
-    slave.drive.Forget();
+    slave.drives.Forget();
     if (!slave.al.SettledIn(esc::AlState::OP)) DoubtLayouts(static_cast<SlaveId>(id));
   }
 }
@@ -252,13 +252,13 @@ void BusModel::On(const ProcessCycle& cycle) {
   if (still.Repeats(slave.generation, cycle.exchange, cycle.data)) {
     if (still.latch == Still::kCounts) slave.latch.Repeat(cycle);
     if (still.probe == Still::kCounts) slave.touch_probe.Repeat(cycle);
-    if (still.drive == Still::kCounts) slave.drive.Repeat(cycle);
+    if (still.drive == Still::kCounts) slave.drives.Repeat(cycle, still.axes);
     return;
   }
   still.Clear();
   still.latch = slave.latch.OnCycle(cycle, still);
   still.probe = slave.touch_probe.OnCycle(cycle, still);
-  still.drive = slave.drive.OnCycle(cycle, still);
+  still.drive = slave.drives.OnCycle(cycle, still);
   if (still.latch == Still::kNo || still.probe == Still::kNo || still.drive == Still::kNo) {
     slave.Stir();  // what changed here may matter to the slave's other data
   } else {
@@ -310,7 +310,7 @@ void BusModel::On(const track::CyclesSkipped& skipped) {
       }
       if (part.still.latch == Still::kCounts) slave.latch.OnSkipped(outputs, count);
       if (part.still.probe == Still::kCounts) slave.touch_probe.OnSkipped(outputs, count);
-      if (part.still.drive == Still::kCounts) slave.drive.OnSkipped(count);
+      if (part.still.drive == Still::kCounts) slave.drives.OnSkipped(part.still.axes, count);
     });
   }
 }
@@ -415,7 +415,7 @@ void BusModel::ForgetObject(SlaveId id, std::uint16_t index, std::uint8_t subind
   SlaveModel& slave = slaves_[id];
   slave.objects.Forget(index, subindex);
   if (slave.process.Forget(index, subindex, whole)) image_.OnLayoutChanged(id);
-  slave.drive.ForgetObject(index);
+  slave.drives.ForgetObject(index);
 }
 
 /// An answer to a download that the capture lacks.
@@ -437,7 +437,7 @@ void BusModel::On(const track::RunBegan& event) {
 /// What was written by SDO a device may forget in INIT, and does without power.
 void BusModel::DoubtSettings(SlaveId id) {
   DoubtLayouts(id);
-  slaves_[id].drive.OnRunBegan();
+  slaves_[id].drives.OnRunBegan();
 }
 
 /// What was assigned and mapped may be another by now.
@@ -467,7 +467,7 @@ void BusModel::On(const mailbox::SdoTransfer& transfer) {
   }
   slave.latch.OnSdo(transfer);
   slave.touch_probe.OnSdo(transfer);
-  slave.drive.OnSdo(transfer);
+  slave.drives.OnSdo(transfer);
 }
 
 void BusModel::TakeModules(SlaveId id) {
@@ -481,7 +481,7 @@ void BusModel::On(const mailbox::SdoInfo& info) {
 
 void BusModel::On(const mailbox::Emergency& emergency) {
   slaves_[emergency.slave].Stir();
-  slaves_[emergency.slave].drive.OnEmergency(emergency);
+  slaves_[emergency.slave].drives.OnEmergency(emergency);
 }
 
 void BusModel::On(const track::AlRequestSent& request) {

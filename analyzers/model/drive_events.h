@@ -1,5 +1,5 @@
 /// out of model/drive_unit: what a drive is told by its control word, what its status word says, and where the two do
-/// not fit. Nothing here is text.
+/// not fit. Nothing here is text. `axis` is 0 for the first axis of a slave, which most drives have alone.
 #pragma once
 
 #include <array>
@@ -10,6 +10,15 @@
 #include "decoder/device/drive_profile.h"
 
 namespace ecaudit::model {
+
+inline constexpr std::uint16_t kControlWord = 0x6040;
+inline constexpr std::uint16_t kStatusWord = 0x6041;
+
+/// What an object of the first axis (6000h to 67FFh) is called in another one.
+[[nodiscard]] constexpr std::uint16_t ObjectOfAxis(std::uint16_t index, std::uint8_t axis) {
+  constexpr unsigned kAxisDistance = 0x800;  // ETG.6010
+  return static_cast<std::uint16_t>(index + axis * kAxisDistance);
+}
 
 /// Transitions of the drive state machine by their CiA 402 numbers, in the order in which they are taken.
 struct DrivePath {
@@ -26,6 +35,7 @@ struct DrivePath {
 /// The bits of the control word that the state machine looks at changed.
 struct DriveCommanded {
   SlaveId slave = kNoSlave;
+  std::uint8_t axis = 0;
   FrameRef frame;  ///< the outbound copy where it is captured
   std::optional<std::uint16_t> before;
   std::uint16_t word = 0;
@@ -38,6 +48,7 @@ struct DriveCommanded {
 /// The status word shows another state than before.
 struct DriveStateChanged {
   SlaveId slave = kNoSlave;
+  std::uint8_t axis = 0;
   FrameRef frame;                          ///< the returned copy where it is captured
   std::optional<device::DriveState> from;  ///< last state that was known; unset for the first one
   FrameNo from_last = 0;                   ///< last frame that showed it
@@ -56,6 +67,7 @@ struct DriveStateChanged {
 /// The control word asks for a transition that the state machine does not offer in the state shown.
 struct DriveIllegalCommand {
   SlaveId slave = kNoSlave;
+  std::uint8_t axis = 0;
   FrameRef frame;
   std::uint16_t before = 0;
   std::uint16_t word = 0;
@@ -67,6 +79,7 @@ struct DriveIllegalCommand {
 /// The status word went from one state to another although no path of commanded and automatic transitions leads there.
 struct DriveIllegalChange {
   SlaveId slave = kNoSlave;
+  std::uint8_t axis = 0;
   FrameRef frame;
   device::DriveState from = device::DriveState::kNotReadyToSwitchOn;
   device::DriveState to = device::DriveState::kNotReadyToSwitchOn;
@@ -82,6 +95,7 @@ struct DriveIllegalChange {
 /// A commanded transition did not happen within the limit.
 struct DriveNoReaction {
   SlaveId slave = kNoSlave;
+  std::uint8_t axis = 0;
   FrameRef frame;  ///< status word that is past the limit
   FrameRef command;
   std::uint16_t word = 0;    ///< control word
@@ -97,6 +111,7 @@ struct DriveNoReaction {
 /// A control word that enables left the master while the drive does not act on it.
 struct DriveCommandOutsideOp {
   SlaveId slave = kNoSlave;
+  std::uint8_t axis = 0;
   FrameRef frame;
   std::uint16_t word = 0;
   std::uint8_t al_state = 0;
@@ -106,6 +121,7 @@ struct DriveCommandOutsideOp {
 /// 6060h was written, or 6061h shows another mode than before.
 struct DriveMode {
   SlaveId slave = kNoSlave;
+  std::uint8_t axis = 0;
   FrameRef frame;
   bool shown = false;  ///< 6061h
   std::int8_t value = 0;
@@ -116,6 +132,7 @@ struct DriveMode {
 /// The warning bit of the status word changed.
 struct DriveWarning {
   SlaveId slave = kNoSlave;
+  std::uint8_t axis = 0;
   FrameRef frame;
   std::uint16_t word = 0;
   bool set = false;
@@ -131,6 +148,7 @@ struct DriveFaultExplained {
     kFaultNumber,   ///< object 2001h: the drive's own number
   };
   SlaveId slave = kNoSlave;
+  std::uint8_t axis = 0;
   FrameRef frame;
   FrameRef fault;  ///< status word that showed the fault first
   Source source = Source::kEmergency;

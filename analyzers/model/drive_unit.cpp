@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "analyzers/model/drive_axes.h"
 #include "analyzers/model/process_image.h"
 #include "analyzers/objects/relatives.h"
 #include "decoder/base/time.h"
@@ -11,24 +12,12 @@ namespace {
 
 using device::DriveState;
 
+constexpr std::uint16_t kFirstOfAxis = 0x6000;  ///< objects before are the device's
 constexpr std::uint16_t kErrorHistory = 0x1003;
 constexpr std::uint16_t kFaultNumbers = 0x2001;
 constexpr std::uint16_t kErrorCode = 0x603F;
-constexpr std::uint16_t kControlWord = 0x6040;
-constexpr std::uint16_t kStatusWord = 0x6041;
 constexpr std::uint16_t kModes = 0x6060;
 constexpr std::uint16_t kModesDisplay = 0x6061;
-
-/// ETG.6010: the objects of each further axis lie so much behind those of the one before, for eight axes.
-constexpr std::uint16_t kAxisDistance = 0x800;
-constexpr std::uint16_t kAxes = 8;
-
-/// Control or status word of the second to the eighth axis.
-bool IsWordOfFurtherAxis(std::uint32_t index) {
-  const std::uint32_t axis = index < kControlWord ? 0 : (index - kControlWord) / kAxisDistance;
-  const std::uint32_t word = index - axis * kAxisDistance;
-  return axis > 0 && axis < kAxes && (word == kControlWord || word == kStatusWord);
-}
 
 constexpr std::uint16_t kWarningBit = 0x0080;
 /// An emergency that is older does not explain a fault.
@@ -103,9 +92,13 @@ const DriveUnit::Places& DriveUnit::PlacesOf(const ImagePart& part) {
   places.serial = part.serial;
   for (const ImagePart::Place& place : part.places) {
     const Place here{place.bit, place.bits};
-    places.further = places.further || (place.bits == 16 && IsWordOfFurtherAxis(place.object >> 8U));
-    const auto is = [&place](std::uint16_t index, unsigned bits) {
-      return place.object == std::uint32_t{index} << 8U && place.bits == bits;
+    const auto index_mapped = static_cast<std::uint16_t>(place.object >> 8U);
+    const auto subindex = static_cast<std::uint8_t>(place.object);
+    if (const auto axis = DriveAxes::AxisOfWord(index_mapped, subindex, place.bits)) {
+      places.axes = static_cast<std::uint8_t>(places.axes | 1U << *axis);
+    }
+    const auto is = [&](std::uint16_t index, unsigned bits) {
+      return InFirstAxis(index_mapped) == index && subindex == 0 && place.bits == bits;
     };
     if (part.direction == device::PdoDirection::kRx) {
       if (is(kControlWord, 16) && places.controls < places.control.size()) places.control[places.controls++] = here;
@@ -118,6 +111,17 @@ const DriveUnit::Places& DriveUnit::PlacesOf(const ImagePart& part) {
   }
   places.known = places.controls > 0 || places.mode || places.status || places.mode_shown || places.error_code;
   return places;
+}
+
+std::uint16_t DriveUnit::InFirstAxis(std::uint16_t index) const {
+  if (index < kFirstOfAxis) return index;  // of the device
+  const std::uint16_t first = ObjectOfAxis(kFirstOfAxis, axis_);
+  const bool own = index >= first && index < ObjectOfAxis(first, 1);
+  return own ? static_cast<std::uint16_t>(kFirstOfAxis + (index - first)) : std::uint16_t{0};
+}
+
+std::uint8_t DriveUnit::AxesIn(const ProcessCycle& cycle) {
+  return drive_ == nullptr ? std::uint8_t{0} : PlacesOf(cycle.part).axes;
 }
 
 bool DriveUnit::ActsOnControl() const {
@@ -186,7 +190,6 @@ void DriveUnit::Repeat(const ProcessCycle& cycle) {
 Still DriveUnit::OnCycle(const ProcessCycle& cycle, StillCycle& watched) {
   if (drive_ == nullptr) return Still::kIdle;
   const Places& places = PlacesOf(cycle.part);
-  if (places.further && !further_axes_.seen()) further_axes_ = cycle.frame();
   if (!places.known) return Still::kIdle;
   const bool inputs = cycle.part.direction == device::PdoDirection::kTx;
   return inputs ? OnInputs(cycle, places, watched) : OnOutputs(cycle, places, watched);
@@ -272,9 +275,8 @@ void DriveUnit::OnSdo(const mailbox::SdoTransfer& transfer) {
   if (transfer.data.empty() || transfer.size != transfer.data.size()) return;
   const FrameRef& frame = download || !transfer.response.seen() ? transfer.request : transfer.response;
   if (!frame.seen()) return;
-  if (!further_axes_.seen() && IsWordOfFurtherAxis(transfer.index)) further_axes_ = frame;
   const auto word = [&] { return LittleEndian<std::uint16_t>(transfer.data, 0); };
-  switch (transfer.index) {
+  switch (InFirstAxis(transfer.index)) {
     case kControlWord:
       if (!download || transfer.size != 2) return;
       OnControlSent(word(), frame, true);
@@ -325,7 +327,7 @@ bool DriveUnit::AskedLongAfterInputs(const mailbox::SdoTransfer& transfer) const
 }
 
 void DriveUnit::ForgetObject(std::uint16_t index) {
-  if (index == kModes) mode_requested_.reset();
+  if (InFirstAxis(index) == kModes) mode_requested_.reset();
 }
 
 void DriveUnit::OnRunBegan() {
@@ -368,7 +370,7 @@ void DriveUnit::OnControlSent(std::uint16_t word, const FrameRef& frame, bool by
   if (!esc::IsAlState(state) || !al_.SettledIn(static_cast<esc::AlState>(state))) return;
   const bool acts = std::any_of(drive_->control_word_in.begin(), drive_->control_word_in.end(),
                                 [&](esc::AlState in) { return static_cast<std::uint8_t>(in) == state; });
-  if (!acts) sink_.Publish(DriveCommandOutsideOp{slave_, frame, word, state, by_sdo});
+  if (!acts) sink_.Publish(DriveCommandOutsideOp{slave_, axis_, frame, word, state, by_sdo});
 }
 
 void DriveUnit::OnControlTaken(std::uint16_t word, const FrameRef& frame, bool by_sdo, bool inferred) {
@@ -433,6 +435,7 @@ void DriveUnit::Command(std::optional<std::uint16_t> before, std::uint16_t word,
   const std::uint16_t edge_from = before.value_or(word);
   DriveCommanded event;
   event.slave = slave_;
+  event.axis = axis_;
   event.frame = frame;
   event.before = before;
   event.word = word;
@@ -458,7 +461,7 @@ void DriveUnit::Command(std::optional<std::uint16_t> before, std::uint16_t word,
   // These are passed within moments, and a command may come early.
   if (*state_ == DriveState::kNotReadyToSwitchOn || *state_ == DriveState::kFaultReactionActive) return;
   Candidate candidate;
-  candidate.command = {slave_, frame, *before, word, *state_, state_since_.number, control_inferred_};
+  candidate.command = {slave_, axis_, frame, *before, word, *state_, state_since_.number, control_inferred_};
   candidate_ = candidate;
 }
 
@@ -511,7 +514,7 @@ void DriveUnit::OnStatus(std::uint16_t word, const FrameRef& frame, bool by_sdo,
     }
     const bool warned = before && (*before & kWarningBit) != 0;
     const bool warns = (word & kWarningBit) != 0;
-    if (warned != warns) sink_.Publish(DriveWarning{slave_, frame, word, warns, inferred});
+    if (warned != warns) sink_.Publish(DriveWarning{slave_, axis_, frame, word, warns, inferred});
     const std::optional<DriveState> to = drive_->StateOf(word);
     if (to != state_ || !before) OnState(to, frame, inferred);
   }
@@ -534,6 +537,7 @@ void DriveUnit::CountWithoutState(const FrameRef& frame) {
 void DriveUnit::OnState(std::optional<DriveState> to, const FrameRef& frame, bool inferred) {
   DriveStateChanged change;
   change.slave = slave_;
+  change.axis = axis_;
   change.frame = frame;
   change.from = last_state_;
   change.from_last = last_state_seen_.number;
@@ -640,6 +644,7 @@ FrameRef DriveUnit::CommandOf(const DrivePath& path, std::uint32_t given) const 
 void DriveUnit::TellIllegal(const DriveStateChanged& change, std::uint32_t given) {
   DriveIllegalChange illegal;
   illegal.slave = slave_;
+  illegal.axis = axis_;
   illegal.frame = change.frame;
   illegal.from = *change.from;
   illegal.to = *change.to;
@@ -739,8 +744,8 @@ void DriveUnit::CheckLimits(const FrameRef& frame) {
   if (waited <= limit) return;
   const device::DriveTransition* transition = drive_->Find(next.number);
   if (transition != nullptr && !transition->optional) {
-    sink_.Publish(DriveNoReaction{slave_, frame, next.command, next.word, next.before, next.number, *state_, *status_,
-                                  waited, limit, control_inferred_});
+    sink_.Publish(DriveNoReaction{slave_, axis_, frame, next.command, next.word, next.before, next.number, *state_,
+                                  *status_, waited, limit, control_inferred_});
   }
   expected_count_ = 0;
 }
@@ -759,7 +764,7 @@ void DriveUnit::OnFault(const FrameRef& frame) {
 }
 
 void DriveUnit::Explain(DriveFaultExplained::Source source, std::uint32_t code, const FrameRef& frame) {
-  if (fault_.seen()) sink_.Publish(DriveFaultExplained{slave_, frame, fault_, source, code});
+  if (fault_.seen()) sink_.Publish(DriveFaultExplained{slave_, axis_, frame, fault_, source, code});
 }
 
 void DriveUnit::OnMode(std::int8_t value, bool shown, const FrameRef& frame, bool by_sdo, bool inferred) {
@@ -769,7 +774,7 @@ void DriveUnit::OnMode(std::int8_t value, bool shown, const FrameRef& frame, boo
   known = value;
   of_run_before = false;
   if (!shown) settings_since_ = frame;
-  sink_.Publish(DriveMode{slave_, frame, shown, value, by_sdo, inferred});
+  sink_.Publish(DriveMode{slave_, axis_, frame, shown, value, by_sdo, inferred});
 }
 
 }  // namespace ecaudit::model

@@ -34,7 +34,9 @@ struct DriveLimits {
 class DriveUnit {
  public:
   /// @param al AL state of the slave; @param sink receives the conclusions; both must outlive the unit
-  DriveUnit(SlaveId slave, const AlMachine& al, EventSink& sink) : slave_(slave), al_(al), sink_(sink) {}
+  /// @param axis  0 to 7: which axis of the slave it is
+  DriveUnit(SlaveId slave, const AlMachine& al, EventSink& sink, std::uint8_t axis = 0)
+      : slave_(slave), al_(al), sink_(sink), axis_(axis) {}
 
   /// The family's state machine; may change when the identity becomes known. A family that is no drive switches it off.
   void SetFamily(const device::DeviceDescription& family);
@@ -69,8 +71,9 @@ class DriveUnit {
   [[nodiscard]] std::optional<std::int8_t> mode_requested() const { return mode_requested_; }
   [[nodiscard]] std::optional<std::int8_t> mode_shown() const { return mode_shown_; }
   [[nodiscard]] bool status_by_sdo() const { return status_by_sdo_; }
-  /// First frame with a control or status word of another axis (6840h, 6841h, ...); those are not followed.
-  [[nodiscard]] const FrameRef& further_axes() const { return further_axes_; }
+  [[nodiscard]] std::uint8_t axis() const { return axis_; }
+  /// Axes whose control or status word lies in these process data, a bit each.
+  [[nodiscard]] std::uint8_t AxesIn(const ProcessCycle& cycle);
   /// Several mapped copies of 6040h differed, so that the command was not known.
   [[nodiscard]] std::uint64_t ambiguous_controls() const { return ambiguous_; }
   /// State changes that were not judged since earlier control words may be missing.
@@ -99,7 +102,7 @@ class DriveUnit {
   struct Places {
     std::uint64_t serial = 0;  ///< of the part; 0: unused
     bool known = false;        ///< at least one object is mapped
-    bool further = false;      ///< words of further axes are
+    std::uint8_t axes = 0;     ///< whose control or status word is, a bit each
     std::uint8_t controls = 0;
     std::array<Place, 4> control{};
     std::optional<Place> status, mode, mode_shown, error_code;
@@ -134,6 +137,8 @@ class DriveUnit {
   [[nodiscard]] bool ActsOnControl() const;
   [[nodiscard]] bool ShowsStatus() const;
   [[nodiscard]] int Rank(std::uint16_t word) const;
+  /// What the object is called in the first axis' numbers; 0: it is another axis'.
+  [[nodiscard]] std::uint16_t InFirstAxis(std::uint16_t index) const;
 
   void OnControlSent(std::uint16_t word, const FrameRef& frame, bool by_sdo);
   void OnControlTaken(std::uint16_t word, const FrameRef& frame, bool by_sdo, bool inferred);
@@ -167,7 +172,7 @@ class DriveUnit {
   const device::DeviceDescription* family_ = nullptr;
   const device::DriveProfile* drive_ = nullptr;  ///< null: no drive
   DriveLimits limits_;
-  FrameRef further_axes_;
+  std::uint8_t axis_;
   std::uint16_t control_mask_ = 0;  ///< bits of the control word that command transitions
 
   // Empty until they are needed: most slaves are no drives.

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "analyzers/model/al_machine.h"
-#include "analyzers/model/drive_unit.h"
+#include "analyzers/model/drive_axes.h"
 #include "analyzers/model/latch_unit.h"
 #include "analyzers/model/mailbox_unit.h"
 #include "analyzers/model/object_values.h"
@@ -46,7 +46,7 @@ struct SlaveModel {
         objects(&limits.objects),
         names(&limits.name_bytes),
         process(state, names, &limits.mapping_values),
-        drive(slave, al, sink),
+        drives(slave, al, sink),
         latch(LatchUnit::Words::kLatch, slave, al, process, sink, &limits.latch_captures),
         touch_probe(LatchUnit::Words::kTouchProbe, slave, al, process, sink, &limits.latch_captures) {}
   SlaveModel(const SlaveModel&) = delete;  // units refer to one another
@@ -76,7 +76,7 @@ struct SlaveModel {
   SlotModules modules;        ///< what is in the slots of a modular device
   ProcessData process;        ///< PDO assignment and mapping
   ProcessTraffic outputs, inputs;
-  DriveUnit drive;  ///< CiA 402 state machine, where the family has one
+  DriveAxes drives;  ///< CiA 402 state machines, where the family has one
   LatchUnit latch;
   LatchUnit touch_probe;
 };

@@ -63,6 +63,7 @@ class StillCycle {
   }
 
   Still latch = Still::kNo, probe = Still::kNo, drive = Still::kNo;  ///< how each unit left it
+  std::uint8_t axes = 0;  ///< with Still::kCounts, those of the drive that count, a bit each
 
  private:
   struct Word {

@@ -204,6 +204,7 @@ struct DriveStep {
 
 /// What was seen of a drive.
 struct DriveSummary {
+  std::uint8_t axis = 0;                                   ///< 0: the first
   std::string state;                                       ///< as last shown; empty when unknown
   std::optional<std::uint16_t> status_word, control_word;  ///< last ones
   std::vector<std::string> status_bits, control_bits;      ///< names of the bits set
@@ -236,6 +237,7 @@ struct SlaveSummary {
   PdoSummary rx_pdo;                              ///< master to slave
   PdoSummary tx_pdo;                              ///< slave to master
   std::optional<DriveSummary> drive;              ///< unset when no control or status word was seen
+  std::vector<DriveSummary> further_axes;         ///< those behind the first one that was seen
   std::optional<DcSummary> dc;                    ///< unset when nothing was seen of its distributed clocks
   std::optional<LatchSummary> latch;              ///< unset when no latch word was seen
   std::optional<LatchSummary> touch_probe;        ///< 60B8h and 60B9h, where they were seen

@@ -11,6 +11,7 @@ namespace {
 using device::DriveCommand;
 using device::DriveProfile;
 
+constexpr std::uint16_t kErrorCode = 0x603F;
 constexpr const char* kByRelative = " (by another family of the same maker)";
 
 bool Has(const DriveCommand& command, std::uint8_t number) {
@@ -107,9 +108,10 @@ std::string FaultText(const device::DeviceDescription& family, const model::Driv
     }
     return "object 2001h: " + id;
   }
-  std::string text = event.source == Source::kEmergency   ? "emergency "
-                     : event.source == Source::kErrorCode ? "object 603Fh: "
-                                                          : "object 1003h: ";
+  std::string text = event.source == Source::kEmergency ? "emergency "
+                     : event.source == Source::kErrorCode
+                         ? "object " + ObjectName(model::ObjectOfAxis(kErrorCode, event.axis)) + ": "
+                         : "object 1003h: ";
   text += Hex(event.code);
   const events::EmergencyInfo info = events::FindEmergency(&family, static_cast<std::uint16_t>(event.code));
   if (info.code != nullptr) {

@@ -52,6 +52,7 @@ void PutDriveStep(JsonObject& out, const AnalysisResult& result, const DriveStep
 }  // namespace
 
 void PutDrive(JsonObject& out, const AnalysisResult& result, const DriveSummary& drive) {
+  if (drive.axis > 0) out.Put("axis", drive.axis + 1);
   out.TextOrNull("state", drive.state);
   out.Put("status_word", drive.status_word);
   PutTexts(out, "status_bits", drive.status_bits);

@@ -108,6 +108,10 @@ void PutSlave(JsonObject& out, const AnalysisResult& result, const SlaveSummary&
   out.Object("al", [&](JsonObject& json) { PutAl(json, result, s); });
   out.ObjectOrNull("dc", s.dc, [&](JsonObject& json, const DcSummary& dc) { PutDc(json, result, dc); });
   out.ObjectOrNull("drive", s.drive, [&](JsonObject& json, const DriveSummary& d) { PutDrive(json, result, d); });
+  if (!s.further_axes.empty()) {
+    out.List("further_axes", s.further_axes,
+             [&](JsonObject& json, const DriveSummary& axis) { PutDrive(json, result, axis); });
+  }
   PutStartup(out, "startup", result, s.startup, &alike);
   out.List("sync_managers", s.sync_managers, PutSyncManager);
   out.List("fmmus", s.fmmus, PutFmmu);

@@ -226,7 +226,8 @@ class CaptureText {
     if (s.dc) {
       if (const std::string clocks = DcText(*s.dc); !clocks.empty()) text_.Field("clocks", clocks, 5);
     }
-    if (s.drive) text_.Field("drive", DriveText(*s.drive), 5);
+    if (s.drive) text_.Field(AxisLabel(*s.drive), DriveText(*s.drive), 5);
+    for (const DriveSummary& axis : s.further_axes) text_.Field(AxisLabel(axis), DriveText(axis), 5);
     ProcessData("outputs", s.rx_pdo, 2, s);
     ProcessData("inputs", s.tx_pdo, 3, s);
     if (s.mailbox.requests > 0 || s.mailbox.responses > 0) text_.Field("mailbox", MailboxLine(s.mailbox), 5);
@@ -272,6 +273,10 @@ class CaptureText {
 
   /// "delay 300 ns, offset 29229 ns; SYNC0 every 1 ms since #2528, frames 491.0 to 960.7 us behind it"
   /// "Operation enabled (status word 0x0237); switched on at frame 778, operation enabled 7.0 ms later; 1 fault"
+  [[nodiscard]] static std::string AxisLabel(const DriveSummary& drive) {
+    return drive.axis == 0 ? "drive" : "axis " + std::to_string(drive.axis + 1);
+  }
+
   [[nodiscard]] static std::string DriveText(const DriveSummary& drive) {
     std::string text = drive.state.empty() ? "state unknown" : drive.state;
     if (drive.status_word) text += " (status word " + Hex(*drive.status_word) + ")";

@@ -17,6 +17,7 @@ bool IsFault(const std::optional<device::DriveState>& state) {
 /// One line; what an event does not have stays empty.
 struct EventWriter::DriveLine {
   std::string_view kind;
+  std::uint8_t axis = 0;
   std::string from, to;
   std::optional<std::uint16_t> word;
   model::DrivePath path;
@@ -31,6 +32,7 @@ struct EventWriter::DriveLine {
 void EventWriter::WriteDrive(SlaveId slave, const FrameRef& frame, const DriveLine& line) {
   EventRow row(*output_, EventType::kDriveState, frame, slave);
   row.json.Text("kind", line.kind);
+  if (line.axis > 0) row.json.Number("axis", line.axis + 1);
   row.TextOrNull("from", line.from);
   row.TextOrNull("to", line.to);
   row.NumberOrNull("word", line.word);
@@ -46,7 +48,8 @@ void EventWriter::WriteDrive(SlaveId slave, const FrameRef& frame, const DriveLi
   row.json.Text("source", line.by_sdo ? "sdo" : "process data");
   row.json.Text("certainty", line.inferred ? "inferred" : "observed");
   row.json.Text("text", line.text);
-  row.text = Printable(line.text);
+  if (line.axis > 0) row.text = "axis " + std::to_string(line.axis + 1) + ": ";
+  row.text += Printable(line.text);
   row.style = line.style;
   if (line.by_sdo) row.Note("SDO");
 }
@@ -55,6 +58,7 @@ void EventWriter::On(const model::DriveCommanded& event) {
   if (!output_->Wants(EventType::kDriveState, event.frame, event.slave)) return;
   DriveLine line;
   line.kind = "command";
+  line.axis = event.axis;
   if (event.state) line.from = StateText(event.state);
   line.word = event.word;
   line.path = event.path;
@@ -68,6 +72,7 @@ void EventWriter::On(const model::DriveStateChanged& event) {
   if (!output_->Wants(EventType::kDriveState, event.frame, event.slave)) return;
   DriveLine line;
   line.kind = "state";
+  line.axis = event.axis;
   if (event.from) line.from = StateText(event.from);
   line.to = StateText(event.to);
   line.word = event.word;
@@ -89,6 +94,7 @@ void EventWriter::On(const model::DriveMode& event) {
   if (!output_->Wants(EventType::kDriveState, event.frame, event.slave)) return;
   DriveLine line;
   line.kind = "mode";
+  line.axis = event.axis;
   line.by_sdo = event.by_sdo;
   line.inferred = event.inferred;
   line.text = std::string("mode of operation ") + (event.shown ? "shown: " : "requested: ") +
@@ -100,6 +106,7 @@ void EventWriter::On(const model::DriveWarning& event) {
   if (!output_->Wants(EventType::kDriveState, event.frame, event.slave)) return;
   DriveLine line;
   line.kind = "warning";
+  line.axis = event.axis;
   line.word = event.word;
   line.inferred = event.inferred;
   line.text = event.set ? "warning (status word " + Hex(event.word) + ")" : "no warning any more";
@@ -111,6 +118,7 @@ void EventWriter::On(const model::DriveFaultExplained& event) {
   if (!output_->Wants(EventType::kDriveState, event.frame, event.slave)) return;
   DriveLine line;
   line.kind = "fault";
+  line.axis = event.axis;
   line.text = "reason of the fault in frame " + std::to_string(event.fault.number) + ": " +
               FaultText(*ProfileOf(event.slave), event);
   line.style = Style::kError;

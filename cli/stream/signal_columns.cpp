@@ -5,6 +5,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "analyzers/model/drive_axes.h"
 #include "analyzers/signals/signal_value.h"
 #include "cli/report/layout.h"
 #include "decoder/base/text.h"
@@ -14,8 +15,6 @@ namespace {
 
 using device::PdoDirection;
 
-constexpr std::uint16_t kControlWord = 0x6040;
-constexpr std::uint16_t kStatusWord = 0x6041;
 constexpr std::size_t kMaxPassedOver = 8;
 
 std::string LowerCase(std::string_view text) {
@@ -203,8 +202,9 @@ const PartColumns& SignalColumns::Of(const model::ImagePart& part, const track::
     if (!Wants(column)) continue;
     PartColumns::Signal filled;
     filled.place = static_cast<std::uint32_t>(i);
-    const bool status = signal.index == kStatusWord;
-    const bool word = signal.subindex == 0 && signal.bits == 16 && (status || signal.index == kControlWord);
+    const auto axis = model::DriveAxes::AxisOfWord(signal.index, signal.subindex, signal.bits);
+    const bool word = axis.has_value();
+    const bool status = word && signal.index == model::ObjectOfAxis(model::kStatusWord, *axis);
     if (choice_.states && word && part.model->profile->drive) {
       SignalColumn extra = column;
       extra.kind = status ? ColumnKind::kDriveState : ColumnKind::kDriveCommand;

@@ -1,5 +1,6 @@
 #include <string>
 
+#include "analyzers/judge/drive_knowledge.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
@@ -43,7 +44,7 @@ class DriveControlOutsideOp final : public Rule {
   DriveControlOutsideOp() : Rule(kInfo) { Hear<model::DriveCommandOutsideOp>(&DriveControlOutsideOp::On); }
 
   void On(const model::DriveCommandOutsideOp& e) {
-    const std::uint64_t key = e.al_state;
+    const std::uint64_t key = AxisKey(e.axis) | e.al_state;
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
     const device::DriveProfile& drive = *context().slave(e.slave).profile->drive;
     const std::string command = CommandName(drive, {}, 0, e.word);
@@ -62,12 +63,14 @@ class DriveControlOutsideOp final : public Rule {
     finding.evidence.push_back(HexNumber("control_word", e.word));
     finding.evidence.push_back(Text("al_state", state));
     finding.reference = ReferenceTo(drive.source);
+    NameAxis(finding, e.axis);
     Report(key, std::move(finding));
   }
 
   void Finish() override {
     NotEvaluableFor([](const model::SlaveModel& slave) -> std::string {
-      if (!slave.profile->drive || !slave.drive.control_seen()) return {};
+      const auto commanded = [](const model::DriveUnit& axis) { return axis.control_seen(); };
+      if (!slave.profile->drive || !slave.drives.Any(commanded)) return {};
       if (slave.profile->drive->control_word_in.empty()) {
         return "it is not known in which AL states this drive acts on the control word";
       }

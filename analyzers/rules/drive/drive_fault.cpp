@@ -1,5 +1,6 @@
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "analyzers/judge/drive_knowledge.h"
@@ -38,7 +39,8 @@ unused memory holds) is one as well: the fault *stands* since before the capture
 was reset later. Captures that begin in operation need to know where the status word lies: an ENI or ESI file tells.
 Inputs count where the working counter says that the slave gave them: not where it is made up as well by others alone,
 for what comes back then may be the master's own words. A status word that is read by SDO counts where none is mapped,
-or no inputs came for 100 ms.
+or no inputs came for 100 ms. Each axis of a drive with several (6841h, 7041h, ...) is followed by itself, by this rule
+and by the others of the group; the axis is named, behind the first one. No emergency says which axis it is about.
 
 ## Example
 samples/captures/drive-fault.pcapng, and samples/captures/drive-in-fault.pcapng for one that stands
@@ -58,19 +60,19 @@ class DriveFault final : public Rule {
   void On(const model::DriveStateChanged& e) {
     if (!e.to) return;
     if (!IsFault(*e.to)) {
-      Close(e.slave, e.frame.number);
+      Close({e.slave, e.axis}, e.frame.number);
       return;
     }
     if (e.from && IsFault(*e.from)) {
-      const auto open = open_.find(e.slave);
+      const auto open = open_.find({e.slave, e.axis});
       if (open != open_.end() && *e.to == device::DriveState::kFault) open->second.fault = e.frame.number;
       return;
     }
-    open_[e.slave] = Open{e, {}, 0, !e.from || e.first_zero};
+    open_[{e.slave, e.axis}] = Open{e, {}, 0, !e.from || e.first_zero};
   }
 
   void On(const model::DriveFaultExplained& e) {
-    const auto open = open_.find(e.slave);
+    const auto open = open_.find({e.slave, e.axis});
     if (open == open_.end() || open->second.explanations.size() >= kMaxExplanations) return;
     for (const model::DriveFaultExplained& known : open->second.explanations) {
       if (known.source == e.source && known.code == e.code) return;
@@ -86,6 +88,7 @@ class DriveFault final : public Rule {
 
  private:
   static constexpr std::size_t kMaxExplanations = 8;
+  using Axis = std::pair<SlaveId, std::uint8_t>;
   struct Open {
     model::DriveStateChanged change;
     std::vector<model::DriveFaultExplained> explanations;
@@ -99,18 +102,20 @@ class DriveFault final : public Rule {
 
   /// All is known that the capture tells of this fault.
   /// @param left  status word that shows another state; 0: the capture ends with the fault
-  void Close(SlaveId slave, FrameNo left = 0) {
-    const auto found = open_.find(slave);
+  void Close(const Axis& axis, FrameNo left = 0) {
+    const auto found = open_.find(axis);
     if (found == open_.end()) return;
     const Open open = std::move(found->second);
     open_.erase(found);
     const model::DriveStateChanged& e = open.change;
+    const SlaveId slave = e.slave;
     std::uint64_t key = 0;
     if (!open.explanations.empty()) {
       const model::DriveFaultExplained& first = open.explanations.front();
       key = (std::uint64_t{first.code} << 8U) + static_cast<std::uint8_t>(first.source) + 1U;
     }
     if (open.stands) key |= 1ULL << 63U;
+    key |= AxisKey(e.axis);
     if (Repeat(slave, key, e.frame) != kNoFinding) return;
     const device::DeviceDescription& family = *context().slave(slave).profile;
     Finding finding;
@@ -120,6 +125,7 @@ class DriveFault final : public Rule {
     TellState(finding, open, left);
     TellReasons(finding, open, family);
     finding.reference = ReferenceTo(family.drive->source);
+    NameAxis(finding, e.axis);
     const FindingIndex index = Report(key, std::move(finding));
     if (index == kNoFinding) return;
     for (const model::DriveFaultExplained& reason : open.explanations) {
@@ -189,7 +195,7 @@ class DriveFault final : public Rule {
     }
   }
 
-  std::map<SlaveId, Open> open_;
+  std::map<Axis, Open> open_;
   std::map<FindingIndex, FrameNo> emergencies_;  // finding, frame of the emergency that explains it
 };
 

@@ -47,7 +47,7 @@ class DriveIllegalCommand final : public Rule {
   DriveIllegalCommand() : Rule(kInfo) { Hear<model::DriveIllegalCommand>(&DriveIllegalCommand::On); }
 
   void On(const model::DriveIllegalCommand& e) {
-    const std::uint64_t key = std::uint64_t{static_cast<std::uint8_t>(e.state)} << 16U | e.word;
+    const std::uint64_t key = AxisKey(e.axis) | std::uint64_t{static_cast<std::uint8_t>(e.state)} << 16U | e.word;
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
     const device::DriveProfile& drive = *context().slave(e.slave).profile->drive;
     const std::string command = CommandName(drive, {}, e.before, e.word);
@@ -67,6 +67,7 @@ class DriveIllegalCommand final : public Rule {
     finding.evidence.push_back(Text("state", state));
     finding.reference = ReferenceTo(drive.commands.empty() ? std::string_view(drive.source)
                                                            : std::string_view(drive.commands.front().source));
+    NameAxis(finding, e.axis);
     Report(key, std::move(finding));
   }
 
@@ -74,10 +75,13 @@ class DriveIllegalCommand final : public Rule {
     for (std::size_t id = 0; id < context().slave_count(); ++id) {
       const auto slave = static_cast<SlaveId>(id);
       // What nothing made legal until the capture ended.
-      if (const auto command = context().slave(slave).drive.undecided_command()) On(*command);
+      context().slave(slave).drives.ForEachSeen([&](const model::DriveUnit& axis) {
+        if (const auto command = axis.undecided_command()) On(*command);
+      });
     }
     NotEvaluableFor([](const model::SlaveModel& slave) { return DriveWordsMissing(slave, true); });
-    NotEvaluableWhere([](const model::SlaveModel& slave) { return slave.drive.ambiguous_controls() > 0; },
+    const auto ambiguous = [](const model::DriveUnit& axis) { return axis.ambiguous_controls() > 0; };
+    NotEvaluableWhere([&](const model::SlaveModel& slave) { return slave.drives.Any(ambiguous); },
                       "the control word (6040h) is mapped several times with different values");
   }
 

@@ -76,7 +76,7 @@ class DriveIllegalStateChange final : public Rule {
                       e.to == DriveState::kSwitchedOn || e.to == DriveState::kQuickStopActive;
     if (!fell || e.from != DriveState::kOperationEnabled || e.command.seen()) return;
     const model::SlaveModel& slave = context().slave(e.slave);
-    const std::optional<std::uint16_t> control = slave.drive.control_word();
+    const std::optional<std::uint16_t> control = slave.drives.axis(e.axis).control_word();
     constexpr std::uint16_t kEnable = 0x008F, kEnabled = 0x000F;
     if (!control || (*control & kEnable) != kEnabled || !slave.al.SettledIn(esc::AlState::OP)) return;
     // What was set shortly before, or in a hole of the capture, may be why.
@@ -84,7 +84,7 @@ class DriveIllegalStateChange final : public Rule {
     if (!e.settings_since.seen() || !e.settings_since.has_time || !e.frame.has_time) return;
     if (Elapsed(e.settings_since.time, e.frame.time) < kSettled) return;
     constexpr std::uint64_t kByItself = 1ULL << 32U;
-    const std::uint64_t key = kByItself | static_cast<std::uint8_t>(*e.to);
+    const std::uint64_t key = AxisKey(e.axis) | kByItself | static_cast<std::uint8_t>(*e.to);
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
     Finding finding;
     finding.slave = e.slave;
@@ -100,11 +100,13 @@ class DriveIllegalStateChange final : public Rule {
     finding.evidence.push_back(HexNumber("status_word", e.word));
     finding.evidence.push_back(HexNumber("control_word", *control));
     finding.evidence.push_back(Text("state", StateText(*e.to)));
+    NameAxis(finding, e.axis);
     Report(key, Severity::kWarning, std::move(finding));
   }
 
   void On(const model::DriveIllegalChange& e) {
-    const std::uint64_t key = std::uint64_t{static_cast<std::uint8_t>(e.from)} << 8U | static_cast<std::uint8_t>(e.to);
+    const std::uint64_t key =
+        AxisKey(e.axis) | std::uint64_t{static_cast<std::uint8_t>(e.from)} << 8U | static_cast<std::uint8_t>(e.to);
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
     const device::DriveProfile& drive = *context().slave(e.slave).profile->drive;
     const std::string from = StateText(e.from);
@@ -127,13 +129,15 @@ class DriveIllegalStateChange final : public Rule {
     finding.evidence.push_back(Text("state_before", from));
     finding.evidence.push_back(Text("state", to));
     finding.reference = ReferenceTo(drive.source);
+    NameAxis(finding, e.axis);
     Report(key, std::move(finding));
   }
 
   void Finish() override {
     NotEvaluableFor([](const model::SlaveModel& slave) {
       const std::string missing = DriveWordsMissing(slave, true);
-      if (!missing.empty() || slave.drive.unjudged_changes() == 0) return missing;
+      const auto unjudged = [](const model::DriveUnit& axis) { return axis.unjudged_changes() > 0; };
+      if (!missing.empty() || !slave.drives.Any(unjudged)) return missing;
       return std::string("control words before a change of state may be missing");
     });
   }

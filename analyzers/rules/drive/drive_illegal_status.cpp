@@ -1,6 +1,6 @@
+#include <set>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "analyzers/judge/drive_knowledge.h"
 #include "analyzers/judge/rule.h"
@@ -46,23 +46,27 @@ class DriveIllegalStatus final : public Rule {
   DriveIllegalStatus() : Rule(kInfo) { Hear<model::DriveStateChanged>(&DriveIllegalStatus::On); }
 
   void On(const model::DriveStateChanged& e) {
-    if (e.slave >= open_.size()) open_.resize(std::size_t{e.slave} + 1, false);
-    if (e.to && open_[e.slave]) Tell(e.slave);
-    open_[e.slave] = !e.to;
+    const Axis axis{e.slave, e.axis};
+    if (!e.to) {
+      open_.insert(axis);
+    } else if (open_.erase(axis) > 0) {
+      Tell(axis);
+    }
   }
 
   void Finish() override {
-    for (std::size_t i = 0; i < open_.size(); ++i) {
-      if (open_[i]) Tell(static_cast<SlaveId>(i));
-    }
+    for (const Axis& axis : open_) Tell(axis);
     NotEvaluableFor([](const model::SlaveModel& slave) { return DriveWordsMissing(slave, false); });
   }
 
  private:
-  void Tell(SlaveId slave) {
-    const model::DriveUnit::WithoutState& run = context().slave(slave).drive.without_state();
+  using Axis = std::pair<SlaveId, std::uint8_t>;
+
+  void Tell(const Axis& of) {
+    const auto& [slave, axis] = of;
+    const model::DriveUnit::WithoutState& run = context().slave(slave).drives.axis(axis).without_state();
     if (run.words < 2) return;
-    const std::uint64_t key = run.word;
+    const std::uint64_t key = AxisKey(axis) | run.word;
     if (Repeat(slave, key, run.last) != kNoFinding) return;
     const device::DeviceDescription& family = *context().slave(slave).profile;
     Finding finding;
@@ -89,10 +93,11 @@ class DriveIllegalStatus final : public Rule {
     finding.evidence.push_back(HexNumber("status_word", run.word));
     finding.evidence.push_back(Number("status_words", static_cast<std::int64_t>(run.words)));
     if (family.drive) finding.reference = ReferenceTo(family.drive->source);
+    NameAxis(finding, axis);
     Report(key, std::move(finding));
   }
 
-  std::vector<bool> open_;  // of each slave: its status word fits no state
+  std::set<Axis> open_;  // whose status word fits no state
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<DriveIllegalStatus>};

@@ -1,3 +1,4 @@
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -46,6 +47,7 @@ and whether something else writes 6060h: process data beat SDO.
 )"};
 
 constexpr TimeNs kLimitNs = 1'000'000'000;
+constexpr std::uint16_t kModes = 0x6060;
 constexpr std::uint16_t kModesDisplay = 0x6061;
 
 class DriveModeNotShown final : public Rule {
@@ -61,10 +63,11 @@ class DriveModeNotShown final : public Rule {
   }
 
   void On(const model::DriveMode& e) {
-    Slave& slave = Of(e.slave);
+    const Axis id{e.slave, e.axis};
+    Slave& slave = slaves_[id];
     if (e.shown) {
       // By SDO the drive may have followed long before: only what showed the old mode counts.
-      Judge(e.slave, e.by_sdo ? slave.shown_last : e.frame);
+      Judge(id, e.by_sdo ? slave.shown_last : e.frame);
       slave.shown = e;
       slave.shown_last = e.frame;
       if (slave.requested && !slave.of_run_before && slave.requested->value != e.value) {
@@ -74,7 +77,7 @@ class DriveModeNotShown final : public Rule {
       }
       return;
     }
-    Judge(e.slave, slave.shown && slave.shown->by_sdo ? slave.shown_last : e.frame);
+    Judge(id, slave.shown && slave.shown->by_sdo ? slave.shown_last : e.frame);
     slave.since = {};
     slave.of_run_before = false;
     slave.requested = e;
@@ -82,54 +85,54 @@ class DriveModeNotShown final : public Rule {
   }
 
   void On(const mailbox::SdoTransfer& e) {
-    if (e.index != kModesDisplay || !e.has_object || e.service != mailbox::SdoService::kUpload ||
-        e.outcome != mailbox::SdoOutcome::kCompleted || e.slave >= slaves_.size() || e.data.size() != 1) {
+    if (!e.has_object || e.service != mailbox::SdoService::kUpload || e.outcome != mailbox::SdoOutcome::kCompleted ||
+        e.data.size() != 1) {
       return;
     }
-    Slave& slave = slaves_[e.slave];
-    if (!slave.shown || static_cast<std::int8_t>(e.data[0]) != slave.shown->value) return;
-    slave.shown_last = e.response.seen() ? e.response : e.last;
-    Judge(e.slave, slave.shown_last);
+    ForEachOf(e.slave, [&](const Axis& id, Slave& slave) {
+      if (e.index != model::ObjectOfAxis(kModesDisplay, id.second)) return;
+      if (!slave.shown || static_cast<std::int8_t>(e.data[0]) != slave.shown->value) return;
+      slave.shown_last = e.response.seen() ? e.response : e.last;
+      Judge(id, slave.shown_last);
+    });
   }
 
   void On(const model::AlAnswered& e) {
-    if (e.slave >= slaves_.size()) return;
-    Slave& slave = slaves_[e.slave];
-    if (e.status.raw != static_cast<std::uint16_t>(esc::AlState::OP) || !slave.requested || slave.requested->by_sdo) {
-      return;
-    }
-    slave.since = Differ(slave) ? e.frame : FrameRef{};
+    if (e.status.raw != static_cast<std::uint16_t>(esc::AlState::OP)) return;
+    ForEachOf(e.slave, [&](const Axis&, Slave& slave) {
+      if (!slave.requested || slave.requested->by_sdo) return;
+      slave.since = Differ(slave) ? e.frame : FrameRef{};
+    });
   }
   void On(const model::AlRequestJudged& e) {
     const std::uint8_t target = e.request.control.state();
     if (target != static_cast<std::uint8_t>(esc::AlState::OP)) Leave(e.slave, e.request.frame);
-    if (target == static_cast<std::uint8_t>(esc::AlState::INIT)) Of(e.slave).of_run_before = true;
+    if (target != static_cast<std::uint8_t>(esc::AlState::INIT)) return;
+    ForEachOf(e.slave, [](const Axis&, Slave& slave) { slave.of_run_before = true; });
   }
   void On(const model::AlChangedByItself& e) { Leave(e.slave, e.frame); }
   void On(const track::CaptureHole& e) {
     if (!e.certain) return;
-    for (Slave& slave : slaves_) slave.since = {};
+    for (auto& [id, slave] : slaves_) slave.since = {};
   }
 
   /// A drive that was without power has forgotten what was selected.
   void On(const track::RunBegan&) {
-    for (Slave& slave : slaves_) {
+    for (auto& [id, slave] : slaves_) {
       slave.since = {};
       slave.of_run_before = true;
     }
   }
 
   void Finish() override {
-    for (std::size_t i = 0; i < slaves_.size(); ++i) {
-      const auto id = static_cast<SlaveId>(i);
-      const Slave& slave = slaves_[i];
+    for (const auto& [id, slave] : slaves_) {
       if (!slave.requested && !slave.shown) continue;
-      const FrameRef& mapped = context().slave(id).inputs.last;
+      const FrameRef& mapped = context().slave(id.first).inputs.last;
       Judge(id, slave.shown && !slave.shown->by_sdo && mapped.seen() ? mapped : slave.shown_last);
       if (slave.requested && !slave.shown) {
-        NotEvaluable(id, "6060h is written, but 6061h is neither mapped nor read");
+        NotEvaluable(id.first, "6060h is written, but 6061h is neither mapped nor read");
       } else if (slave.shown && !slave.requested) {
-        NotEvaluable(id, "6061h is shown, but 6060h is neither mapped nor written");
+        NotEvaluable(id.first, "6061h is shown, but 6060h is neither mapped nor written");
       }
     }
     LinkCauses();
@@ -144,9 +147,14 @@ class DriveModeNotShown final : public Rule {
     FrameRef since;              ///< from here on the two differ and the drive is to follow; not seen(): they do not
   };
 
-  Slave& Of(SlaveId id) {
-    if (id >= slaves_.size()) slaves_.resize(std::size_t{id} + 1);
-    return slaves_[id];
+  using Axis = std::pair<SlaveId, std::uint8_t>;
+
+  /// Calls `visit(axis, what is kept)` for each axis of the slave that a mode was told of.
+  template <class Visit>
+  void ForEachOf(SlaveId slave, Visit visit) {
+    for (auto it = slaves_.lower_bound({slave, 0}); it != slaves_.end() && it->first.first == slave; ++it) {
+      visit(it->first, it->second);
+    }
   }
 
   static bool Differ(const Slave& slave) {
@@ -161,16 +169,17 @@ class DriveModeNotShown final : public Rule {
     return possible.empty() || possible == model::StateSet::Of(static_cast<std::uint8_t>(esc::AlState::OP));
   }
 
-  void Leave(SlaveId id, const FrameRef& frame) {
-    if (id >= slaves_.size()) return;
-    Slave& slave = slaves_[id];
-    if (!slave.requested || slave.requested->by_sdo) return;
-    Judge(id, slave.shown && slave.shown->by_sdo ? slave.shown_last : frame);
-    slave.since = {};
+  void Leave(SlaveId of, const FrameRef& frame) {
+    ForEachOf(of, [&](const Axis& id, Slave& slave) {
+      if (!slave.requested || slave.requested->by_sdo) return;
+      Judge(id, slave.shown && slave.shown->by_sdo ? slave.shown_last : frame);
+      slave.since = {};
+    });
   }
 
-  void Judge(SlaveId id, const FrameRef& until) {
-    Slave& slave = slaves_[id];
+  void Judge(const Axis& of, const FrameRef& until) {
+    const auto& [id, axis] = of;
+    Slave& slave = slaves_[of];
     if (!slave.since.seen() || !Differ(slave) || !until.seen() || until.number <= slave.since.number) return;
     if (!until.has_time || !slave.since.has_time) {
       NotEvaluable(id, "frames have no time stamps, so how long 6061h takes to follow is not known", until.number);
@@ -181,7 +190,8 @@ class DriveModeNotShown final : public Rule {
     if (waited <= limit) return;
     const model::DriveMode& requested = *slave.requested;
     const model::DriveMode& shown = *slave.shown;
-    const std::uint64_t key = static_cast<std::uint64_t>(static_cast<std::uint8_t>(requested.value)) << 8U |
+    const std::uint64_t key = AxisKey(axis) |
+                              static_cast<std::uint64_t>(static_cast<std::uint8_t>(requested.value)) << 8U |
                               static_cast<std::uint8_t>(shown.value);
     const FrameRef since = std::exchange(slave.since, FrameRef{});
     if (Repeat(id, key, until) != kNoFinding) return;
@@ -194,18 +204,21 @@ class DriveModeNotShown final : public Rule {
     finding.first = until;
     finding.confidence = requested.inferred || shown.inferred ? Confidence::kInferred : Confidence::kObserved;
     finding.title = "Mode " + name(requested.value) + " selected, but the drive shows " + name(shown.value);
-    finding.message = "6060h selects " + name(requested.value) + " in frame " + std::to_string(requested.frame.number) +
-                      (requested.by_sdo ? " (SDO)" : " (process data)") + "; 6061h shows " + name(shown.value) +
+    const std::string shows = ObjectName(model::ObjectOfAxis(kModesDisplay, axis));
+    finding.message = ObjectName(model::ObjectOfAxis(kModes, axis)) + " selects " + name(requested.value) +
+                      " in frame " + std::to_string(requested.frame.number) +
+                      (requested.by_sdo ? " (SDO)" : " (process data)") + "; " + shows + " shows " + name(shown.value) +
                       " up to frame " + std::to_string(until.number) + ", " + Duration(waited) + " after " +
                       (since.number == requested.frame.number
                            ? std::string("it was written")
                            : "frame " + std::to_string(since.number) + ", from which on the drive is to follow") +
-                      " (limit " + Duration(limit) +
-                      "). Until 6061h shows the new mode the drive takes setpoints by the old one. Check 6502h whether "
+                      " (limit " + Duration(limit) + "). Until " + shows +
+                      " shows the new mode the drive takes setpoints by the old one. Check 6502h whether "
                       "the drive has the mode, and whether it takes a new one in its present state.";
     finding.evidence = {Number("mode", requested.value), Number("mode_shown", shown.value),
                         Number("waited_ns", waited)};
     AddRelated(finding, requested.frame.number);
+    NameAxis(finding, axis);
     if (const FindingIndex index = Report(key, std::move(finding)); index != kNoFinding) {
       told_.push_back({index, requested.frame.number});
     }
@@ -225,7 +238,7 @@ class DriveModeNotShown final : public Rule {
     }
   }
 
-  std::vector<Slave> slaves_;
+  std::map<Axis, Slave> slaves_;
   std::vector<std::pair<FindingIndex, FrameNo>> told_;  // finding, frame that selected the mode
 };
 

@@ -44,7 +44,7 @@ class DriveNoReaction final : public Rule {
   DriveNoReaction() : Rule(kInfo) { Hear<model::DriveNoReaction>(&DriveNoReaction::On); }
 
   void On(const model::DriveNoReaction& e) {
-    const std::uint64_t key = e.transition;
+    const std::uint64_t key = AxisKey(e.axis) | e.transition;
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
     const device::DriveProfile& drive = *context().slave(e.slave).profile->drive;
     const device::DriveTransition* transition = drive.Find(e.transition);
@@ -78,6 +78,7 @@ class DriveNoReaction final : public Rule {
     finding.evidence.push_back(Real("waited_ms", static_cast<double>(e.waited_ns) / 1e6));
     finding.evidence.push_back(Real("limit_ms", static_cast<double>(e.limit_ns) / 1e6));
     finding.reference = ReferenceTo(drive.source);
+    NameAxis(finding, e.axis);
     Report(key, std::move(finding));
   }
 
@@ -85,18 +86,25 @@ class DriveNoReaction final : public Rule {
     NotEvaluableFor([](const model::SlaveModel& slave) {
       const std::string missing = DriveWordsMissing(slave, true);
       if (!missing.empty()) return missing;
-      if (slave.drive.without_time()) return std::string("frames with the status word have no time stamps");
-      // No command is legal then, so none is without effect.
-      const auto state = slave.drive.state();
-      if (!state && slave.drive.status_word() == 0) {
-        return std::string("the status word is 0 until the end, as of inputs that are not valid");
-      }
-      if (state == device::DriveState::kNotReadyToSwitchOn) {
-        return std::string(
-            "the drive shows Not ready to switch on until the end: it has not come up, or has no supply");
-      }
-      return missing;
+      std::string why;
+      slave.drives.ForEachSeen([&why](const model::DriveUnit& axis) {
+        if (why.empty()) why = Unjudged(axis);
+      });
+      return why;
     });
+  }
+
+ private:
+  static std::string Unjudged(const model::DriveUnit& axis) {
+    if (axis.without_time()) return "frames with the status word have no time stamps";
+    // No command is legal then, so none is without effect.
+    if (!axis.state() && axis.status_word() == 0) {
+      return "the status word is 0 until the end, as of inputs that are not valid";
+    }
+    if (axis.state() == device::DriveState::kNotReadyToSwitchOn) {
+      return "the drive shows Not ready to switch on until the end: it has not come up, or has no supply";
+    }
+    return {};
   }
 };
 

@@ -1,6 +1,8 @@
 #include <map>
 #include <string>
+#include <tuple>
 
+#include "analyzers/judge/drive_knowledge.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
@@ -48,9 +50,9 @@ class DriveUnsupportedMode final : public Rule {
     const model::SlaveModel& slave = context().slave(e.slave);
     const device::DriveProfile& drive = *slave.profile->drive;
     if (drive.FindMode(e.value) != nullptr) return;
-    const std::uint64_t key = static_cast<std::uint8_t>(e.value);
+    const std::uint64_t key = AxisKey(e.axis) | static_cast<std::uint8_t>(e.value);
     if (e.shown) {
-      const auto found = reported_.find({e.slave, e.value});
+      const auto found = reported_.find({e.slave, e.axis, e.value});
       if (found == reported_.end()) return;
       Finding& finding = context().store[found->second];
       if (finding.severity == Severity::kInfo) return;
@@ -65,18 +67,19 @@ class DriveUnsupportedMode final : public Rule {
       return;
     }
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
-    const model::ObjectValue* claimed = slave.objects.Find(kSupportedModes, 0);
+    const model::ObjectValue* claimed = slave.objects.Find(model::ObjectOfAxis(kSupportedModes, e.axis), 0);
     const bool claims = claimed != nullptr && e.value > 0 && e.value <= 32 &&
                         (claimed->raw >> static_cast<unsigned>(e.value - 1) & 1U) != 0;
-    const bool shows = slave.drive.mode_shown() == e.value;
+    const bool shows = slave.drives.axis(e.axis).mode_shown() == e.value;
     Finding finding;
     finding.slave = e.slave;
     finding.first = e.frame;
     finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
     finding.title = "Mode of operation " + std::to_string(e.value) + " is not in the manual's list";
-    finding.message = "Object 6060h is set to " + std::to_string(e.value) + " in frame " +
-                      std::to_string(e.frame.number) + (e.by_sdo ? " (SDO)" : " (process data)") + ". " +
-                      slave.profile->title + " lists " + List(drive) + ".";
+    finding.message = "Object " + ObjectName(model::ObjectOfAxis(0x6060, e.axis)) + " is set to " +
+                      std::to_string(e.value) + " in frame " + std::to_string(e.frame.number) +
+                      (e.by_sdo ? " (SDO)" : " (process data)") + ". " + slave.profile->title + " lists " +
+                      List(drive) + ".";
     if (claims) {
       finding.message += " The drive claims the mode in 6502h (frame " + std::to_string(claimed->since) +
                          "): it offers more than its manual.";
@@ -89,8 +92,9 @@ class DriveUnsupportedMode final : public Rule {
     finding.evidence.push_back(Number("mode", e.value));
     finding.reference = ReferenceTo(drive.modes.empty() ? std::string_view(drive.source)
                                                         : std::string_view(drive.modes.front().source));
+    NameAxis(finding, e.axis);
     const FindingIndex index = Report(key, claims || shows ? Severity::kInfo : kInfo.severity, std::move(finding));
-    if (index != kNoFinding) reported_[{e.slave, e.value}] = index;
+    if (index != kNoFinding) reported_[{e.slave, e.axis, e.value}] = index;
   }
 
  private:
@@ -103,7 +107,7 @@ class DriveUnsupportedMode final : public Rule {
     return list;
   }
 
-  std::map<std::pair<SlaveId, std::int8_t>, FindingIndex> reported_;
+  std::map<std::tuple<SlaveId, std::uint8_t, std::int8_t>, FindingIndex> reported_;  // slave, axis, mode
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<DriveUnsupportedMode>};
