@@ -153,8 +153,15 @@ Presence OfConfiguration(const SlaveSummary& slave) {
   return Unseen("the sync managers and FMMUs of the slave are not in the capture");
 }
 
+bool Speaks(const MailboxSummary& mailbox, std::string_view protocol) {
+  return std::any_of(mailbox.by_protocol.begin(), mailbox.by_protocol.end(),
+                     [&](const MailboxSummary::Messages& messages) { return messages.protocol == protocol; });
+}
+
 Presence OfDrive(const SlaveSummary& slave, const model::SlaveModel& model) {
   if (slave.drive || model.drives.axis(0).mode_requested()) return {};
+  if (Speaks(slave.mailbox, "SoE"))
+    return Unseen("the slave speaks SoE: the state of a Sercos drive (S-0-0135) is not followed");
   const std::string why = DriveWordsMissing(model, false);
   if (why.empty()) return Absent(NotApplicable::kNoDrive);
   const bool is_drive = !model.profile->drive->control_word_in.empty();
@@ -192,9 +199,7 @@ bool AnswersUnknown(const MailboxSummary& mailbox, const AnalysisResult& result)
 
 Presence OfMailbox(const MailboxSummary& mailbox, bool coe, const AnalysisResult& result) {
   if (mailbox.requests + mailbox.responses == 0) return Absent(NotApplicable::kMailboxUnused);
-  const bool used = std::any_of(mailbox.by_protocol.begin(), mailbox.by_protocol.end(),
-                                [](const MailboxSummary::Messages& messages) { return messages.protocol == "CoE"; });
-  if (coe && !used) return Absent(NotApplicable::kNoCoe);
+  if (coe && !Speaks(mailbox, "CoE")) return Absent(NotApplicable::kNoCoe);
   return coe && AnswersUnknown(mailbox, result) ? Unseen(kAnswersUnknown) : Presence{};
 }
 
