@@ -67,6 +67,7 @@ void DcUnit::Doubt(const track::SlaveAccess& access) {
 void DcUnit::SawOwnTime(std::uint64_t time, bool wide, const FrameRef& frame) {
   own_time_ = time;
   own_time_wide_ = wide;
+  upper_half_used_ = upper_half_used_ || time > UINT32_MAX;
   own_time_frame_ = frame;
 }
 
@@ -135,11 +136,11 @@ DcUnit::Change DcUnit::OnActivation(const track::SlaveAccess& access, const esc:
   return written ? Change::kSwitchedOn : Change::kNone;
 }
 
-SyncSettings DcUnit::SettingsIn(const esc::RegisterImage& registers) {
+SyncSettings DcUnit::SettingsIn(const esc::RegisterImage& registers) const {
   SyncSettings settings;
   if (const auto wide = registers.Value<std::uint64_t>(esc::kDcStartTime)) {
     settings.start_ns = *wide;
-    settings.start_is_64_bit = true;
+    settings.start_is_64_bit = IsWide(registers);
   } else if (const auto low = registers.Value<std::uint32_t>(esc::kDcStartTime)) {
     settings.start_ns = *low;
   }

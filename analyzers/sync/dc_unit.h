@@ -8,6 +8,7 @@
 
 #include "analyzers/result/dc_summary.h"
 #include "decoder/esc/dc_registers.h"
+#include "decoder/esc/register_addresses.h"
 #include "decoder/esc/register_image.h"
 #include "decoder/track/access.h"
 
@@ -17,8 +18,8 @@ namespace ecaudit::sync {
 struct SyncSettings {
   FrameRef frame;
   esc::SyncActivation activation;
-  std::optional<std::uint64_t> start_ns;  ///< 0x0990; the low half only where the upper one was never written
-  bool start_is_64_bit = false;
+  std::optional<std::uint64_t> start_ns;  ///< 0x0990
+  bool start_is_64_bit = false;           ///< else only its low half counts: no more is known, or used by the slave
   std::optional<std::uint32_t> sync0_cycle_ns, sync1_cycle_ns;
 };
 
@@ -54,6 +55,12 @@ class DcUnit {
   [[nodiscard]] const FrameRef& cycle_rewritten() const { return cycle_rewritten_; }
   /// Last own read of the system time, and its frame.
   [[nodiscard]] const std::optional<std::uint64_t>& own_time() const { return own_time_; }
+  /// What the upper halves of its times hold is known to count. A clock of 32 bit answers reads of 64 with 0 there, and
+  /// takes no notice of what is written.
+  [[nodiscard]] bool IsWide(const esc::RegisterImage& registers) const {
+    const auto features = registers.Value<std::uint8_t>(esc::kEscFeatures);
+    return features ? esc::HasWideClock(*features) : upper_half_used_;
+  }
   [[nodiscard]] bool own_time_is_64_bit() const { return own_time_wide_; }
   [[nodiscard]] const FrameRef& own_time_frame() const { return own_time_frame_; }
   /// Offset or delay was written by the slave's own address.
@@ -80,7 +87,7 @@ class DcUnit {
   void OnDifference(const track::SlaveAccess& access);
   void SawOwnTime(std::uint64_t time, bool wide, const FrameRef& frame);
   Change OnActivation(const track::SlaveAccess& access, const esc::RegisterImage& registers);
-  [[nodiscard]] static SyncSettings SettingsIn(const esc::RegisterImage& registers);
+  [[nodiscard]] SyncSettings SettingsIn(const esc::RegisterImage& registers) const;
 
   bool present_ = false;
   bool adjusted_ = false;
@@ -93,7 +100,8 @@ class DcUnit {
   FrameRef cycle_configured_;
   FrameRef cycle_rewritten_;
   std::optional<std::uint64_t> own_time_;
-  bool own_time_wide_ = false;
+  bool own_time_wide_ = false;    ///< all of it was read
+  bool upper_half_used_ = false;  ///< once it was not 0
   FrameRef own_time_frame_;
   std::array<std::optional<std::uint32_t>, 4> receive_times_;
   std::optional<std::uint64_t> receive_time_core_;

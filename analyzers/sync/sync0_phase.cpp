@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <numbers>
 
+#include "decoder/base/time.h"
 #include "decoder/base/wrapping.h"
 
 namespace ecaudit::sync {
@@ -18,11 +20,12 @@ Sync0Phase::Arrival Sync0Phase::Add(const DcUnit& unit, const FrameRef& frame, c
                                     std::int64_t way_ns, TimeNs doubt_ns) {
   Arrival arrival;
   const SyncSettings& settings = *unit.active();
-  Follow(settings, now, wide);
+  Follow(settings, frame, now, wide);
+  if (!has_start_) return arrival;
   const auto cycle = static_cast<std::int64_t>(*settings.sync0_cycle_ns);
   // Clocks come from the capture and may hold anything: unsigned numbers wrap where signed ones must not.
-  const auto since = static_cast<std::int64_t>(WrappingDifference(
-      WrappingSum(now.ns, static_cast<std::uint64_t>(way_ns)), static_cast<std::uint64_t>(start_ns_)));
+  const auto since =
+      static_cast<std::int64_t>(WrappingDifference(WrappingSum(now.ns, static_cast<std::uint64_t>(way_ns)), start_ns_));
   constexpr std::int64_t kNever = std::int64_t{1} << 62U;
   uncertainty_ = std::max<TimeNs>(kClocksAgree, unit.last_difference_ns().value_or(0)) + doubt_ns;
   if (since < uncertainty_ || since > kNever) {  // SYNC0 has not begun
@@ -61,16 +64,33 @@ std::int64_t Sync0Phase::PulsesBefore(std::int64_t since, std::int64_t cycle) {
 }
 
 /// Settings or clock may be others than at the last frame.
-void Sync0Phase::Follow(const SyncSettings& settings, const DcTime& now, bool wide) {
+void Sync0Phase::Follow(const SyncSettings& settings, const FrameRef& frame, const DcTime& now, bool wide) {
   if (settings_frame_.number == settings.frame.number && epoch_ == now.epoch) return;
   if (settings_frame_.number != settings.frame.number) begins_anew_ = true;
   settings_frame_ = settings.frame;
   epoch_ = now.epoch;
   has_slot_ = false;
   last_pulse_ = -1;
-  start_ns_ = static_cast<std::int64_t>(
-      settings.start_is_64_bit && wide ? *settings.start_ns
-                                       : esc::UnwrapDcTime(static_cast<std::uint32_t>(*settings.start_ns), now.ns));
+  const std::optional<std::uint64_t> start = StartOf(settings, frame, now, wide);
+  has_start_ = start.has_value();
+  start_ns_ = start.value_or(0);
+}
+
+/// The first pulse, by the clock. What it reads at the frame at hand may have wrapped since SYNC was switched on, and
+/// no cycle goes into 2^32 ns: the time since then, which the stamps tell, leads to the lap that was meant.
+std::optional<std::uint64_t> Sync0Phase::StartOf(const SyncSettings& settings, const FrameRef& frame, const DcTime& now,
+                                                 bool wide) {
+  if (settings.start_is_64_bit && wide) return settings.start_ns;
+  if (!settings.frame.has_time || !frame.has_time) return std::nullopt;
+  const TimeNs since = Elapsed(settings.frame.time, frame.time);
+  const std::uint64_t switched_on = WrappingDifference(now.ns, static_cast<std::uint64_t>(since));
+  const std::uint64_t start = esc::UnwrapDcTime(static_cast<std::uint32_t>(*settings.start_ns), switched_on);
+  const TimeNs off = std::abs(static_cast<TimeNs>(WrappingDifference(start, switched_on)));
+  // Two clocks of 100 ppm each: after hours they may be a lap apart.
+  constexpr TimeNs kDrift = 5000;
+  constexpr TimeNs kHalfLap = TimeNs{1} << 31;
+  if (std::abs(since) / kDrift >= kHalfLap - off) return std::nullopt;
+  return start;
 }
 
 /// What was found stays found.

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -56,6 +57,7 @@ class Sync0Phase {
   /// @param unit    one that Counts()
   /// @param now     system time of the reference clock in the frame
   /// @param wide    that clock has 64 bit
+  /// Where only low halves count, the start is found by the stamps: without them nothing is measured.
   /// @param way_ns  how much later the last byte reaches the slave
   /// @param doubt_ns  how wrong `now` may be besides, mostly: stamps know no bound; 0: the frame itself carried it
   Arrival Add(const DcUnit& unit, const FrameRef& frame, const DcTime& now, bool wide, std::int64_t way_ns,
@@ -109,7 +111,9 @@ class Sync0Phase {
   };
 
   [[gnu::cold]] void ForgetStatistics(TimeNs origin);
-  void Follow(const SyncSettings& settings, const DcTime& now, bool wide);
+  void Follow(const SyncSettings& settings, const FrameRef& frame, const DcTime& now, bool wide);
+  [[nodiscard]] static std::optional<std::uint64_t> StartOf(const SyncSettings& settings, const FrameRef& frame,
+                                                            const DcTime& now, bool wide);
   void Count(const FrameRef& frame, TimeNs phase, std::int64_t cycle);
   void CountRun(const PhaseRun& run, TimeNs phase);
   /// From the first frame, the shorter way round.
@@ -127,11 +131,12 @@ class Sync0Phase {
 
   FrameRef settings_frame_;
   std::uint32_t epoch_ = 0;
-  std::int64_t start_ns_ = 0;
+  std::uint64_t start_ns_ = 0;                 // by the clock, where that is known
   std::int64_t pulses_ = 0, last_pulse_ = -1;  // before the last frame, and when; -1: unknown
   FrameNo last_frame_ = 0;
   bool has_slot_ = false;
   bool begins_anew_ = true;
+  bool has_start_ = false;
   Slot slot_;               // of the last frame
   std::int64_t since_ = 0;  // the first pulse, at the last frame
   Lead least_, most_;       // with one pulse for each frame since a frame that did not follow on another

@@ -17,6 +17,11 @@ inline constexpr TimeNs kDcEpoch = 946'684'800'000'000'000;
   return kDcEpoch + static_cast<TimeNs>(system_time_ns < kMost ? system_time_ns : kMost);
 }
 
+/// 0x0008, the low byte: whether the clock has 64 bit.
+[[nodiscard]] constexpr bool HasWideClock(std::uint8_t features) {
+  return (features & 0x08U) != 0;
+}
+
 /// The 64-bit time next to `near` whose low half is `low`: ESCs with 32-bit clocks wrap every 4.29 s.
 /// @param near any estimate less than 2.1 s off, ns
 [[nodiscard]] constexpr std::uint64_t UnwrapDcTime(std::uint32_t low, std::uint64_t near) {

@@ -37,12 +37,14 @@ again only after the clock wraps: after 4.3 s where it has 32 bit, after 584 yea
 without a sync signal and refuses SAFEOP or OP, or loses synchronisation at once.
 
 ## How it is decided
-The system time is taken from the last read of 0x0910 at this slave, else at the reference clock when offset and
-delay of this slave were set. It can only have grown since: a start time before it is in the past without doubt.
-Otherwise the time since that read is added by the capture's stamps, unless their uncertainty leaves it open. Far ahead
-is more than an hour, or more than 10 s that are left when OP is requested: a start time that counts from 1970 instead
-of 2000 is 30 years ahead. Where the start time is not known, it is a fault that it is written behind 0x0981. Nothing is
-judged when SYNC was not seen switched off before, or starts by itself (0x0981 bit 3).
+The system time is taken from the last read of 0x0910 at this slave, else at the reference clock when offset and delay
+of this slave were set. It can only have grown since: a start time before it is in the past without doubt. Otherwise the
+time since that read is added by the capture's stamps, unless their uncertainty leaves it open. Far ahead is more than
+an hour, or more than 10 s that are left when OP is requested: a start time that counts from 1970 instead of 2000 is 30
+years ahead. A clock of 32 bit compares the low halves alone, whatever is written: where nothing shows one of 64 (bit 3
+of 0x0008, a time that was read and needs more), so is done here. Where the start time is not known, it is a fault that
+it is written behind 0x0981. Nothing is judged when SYNC was not seen switched off before, or starts by itself (0x0981
+bit 3).
 
 ## Example
 tests/rules/sync-start-in-past/violates.trace
