@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 
 #include "analyzers/model/drive_parameters.h"
 #include "decoder/base/time.h"
 #include "decoder/base/wrapping.h"
 #include "decoder/bus/pairing.h"
+#include "decoder/esc/fmmu.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/esc/register_map.h"
 
@@ -64,7 +66,9 @@ SyncModel::Slave& SyncModel::Grow(SlaveId slave) {
 }
 
 void SyncModel::On(const track::SlaveFound& event) {
-  Grow(event.slave).dc.Meet(bus_.network().state(event.slave).registers);
+  Slave& slave = Grow(event.slave);
+  slave.dc.Meet(bus_.network().state(event.slave).registers);
+  slave.fmmus_known = bus_.network().fmmus(event.slave).any;
 }
 
 const DcUnit& SyncModel::dc(SlaveId slave) const {
@@ -466,6 +470,7 @@ void SyncModel::MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_han
 void SyncModel::On(const track::SlaveAccess& access) {
   if (Touches(access, esc::kSystemTimeDelay, 4)) OnDelayAccess(access);
   if (!WasRepeated(access.returned)) BeginFrame(access.sent, access.returned);
+  if (Touches(access, esc::kFmmuBase, esc::kMaxFmmus * esc::kFmmuBytes)) OnFmmus(access);
   if (access.address >= esc::kProcessRam) {
     OnMemoryWritten(access);
   } else if (Touches(access, esc::kDcFirst, esc::kDcEnd - esc::kDcFirst)) {
@@ -484,6 +489,20 @@ void SyncModel::OnDelayAccess(const track::SlaveAccess& access) {
   delays_.Touched();
   const std::int64_t moved = delays_.Of(access.slave) - before;
   if (moved > kSameDelay || moved < -kSameDelay) Of(access.slave).outputs.phase.BeginAnew();
+}
+
+/// Before it was known what maps its outputs, nobody can tell which frames brought some: it is known to wait from here.
+void SyncModel::OnFmmus(const track::SlaveAccess& access) {
+  if (!access.done()) return;
+  Slave& slave = Of(access.slave);
+  const track::KnownFmmus& fmmus = bus_.network().fmmus(access.slave);
+  const bool mapped =
+      std::any_of(fmmus.active.begin(), fmmus.active.end(), [](const auto& unit) { return unit.fmmu.writes(); });
+  const bool was_known = std::exchange(slave.fmmus_known, fmmus.any);
+  const bool was_mapped = std::exchange(slave.outputs_mapped, mapped);
+  if (was_mapped || !mapped || (was_known && !access.written.empty())) return;
+  OutputWatch& watch = slave.outputs;
+  if (!watch.seen && watch.op_since.seen()) watch.op_since = access.frame();
 }
 
 /// Outputs may be written without FMMU, straight to the memory that the sync manager guards. The slave gets them when

@@ -107,6 +107,9 @@ class SyncModel final {
     DcUnit dc;
     OutputWatch outputs;
     PllWatch pll;
+    // As they were behind the last access to them:
+    bool fmmus_known = false;
+    bool outputs_mapped = false;
   };
   /// The frame at hand, once for all slaves.
   struct FrameAtHand {
@@ -155,6 +158,7 @@ class SyncModel final {
   void AddToRate(SlaveId id, Slave& slave, const Interval& interval, const FrameRef& to);
   void Starve(SlaveId id, const FrameRef& until, OutputGap::End end);
   void OnMemoryWritten(const track::SlaveAccess& access);
+  void OnFmmus(const track::SlaveAccess& access);
   void OnDcAccess(const track::SlaveAccess& access);
   void OnDelayAccess(const track::SlaveAccess& access);
   void SwitchedOn(SlaveId slave, const DcUnit& unit);
