@@ -13,6 +13,7 @@
 #include "decoder/base/wrapping.h"
 #include "decoder/esc/dc_registers.h"
 #include "decoder/esc/register_addresses.h"
+#include "decoder/esc/sync_manager.h"
 #include "decoder/pipeline.h"
 #include "decoder/track/events.h"
 
@@ -38,13 +39,15 @@ slave's clock is regulated with each distribution of the time: its SYNC0 moves a
 the frames.
 
 ## How it is decided
-AL Status showed OP, and no request to leave it is under way. SYNC0 was on before, as a write or a read of 0x0981
-showed, and the slave took the write. Masters that shut down switch SYNC0 off slave by slave and then request another
-state: where that follows within 10 ms, nothing is said. An offset counts where SYNC0 is on and the value differs from
-the last one that was written or read; the same value again shifts nothing, and where no value was seen before, the
-write is taken for a new one (inferred). A delay counts where SYNC0 is on and it differs from the last one that was
-written or read by more than 1 us, which masters that measure anew do not come to. Where it is not known whether SYNC0
-is on, nothing is said. Corrections by 0x0910, the regular distribution of the system time, are no matter of this rule.
+AL Status showed OP, and no request to leave it is under way. A master that begins anew clears station addresses or sync
+managers of all slaves by broadcast, whatever ran before: from there on OP counts where it is read again. SYNC0 was on
+before, as a write or a read of 0x0981 showed, and the slave took the write. Masters that shut down switch SYNC0 off
+slave by slave and then request another state: where that follows within 10 ms, nothing is said. An offset counts where
+SYNC0 is on and the value differs from the last one that was written or read; the same value again shifts nothing, and
+where no value was seen before, the write is taken for a new one (inferred). A delay counts where SYNC0 is on and it
+differs from the last one that was written or read by more than 1 us, which masters that measure anew do not come to.
+Where it is not known whether SYNC0 is on, nothing is said. Corrections by 0x0910, the regular distribution of the
+system time, are no matter of this rule.
 
 ## Example
 samples/captures/sync-switched-off.pcapng
@@ -66,16 +69,30 @@ class SyncSwitchedOff final : public Rule {
     Hear<track::SlaveAccess>(&SyncSwitchedOff::On,
                              MemoryRange::Of(esc::kSystemTimeOffset, esc::kDcEnd - esc::kSystemTimeOffset));
     Hear<track::AlRequestSent>(&SyncSwitchedOff::On);
-    Hear<track::Answered>(&SyncSwitchedOff::On, MemoryRange::Of(esc::kAlStatus, 1));
+    Hear<track::Answered>(&SyncSwitchedOff::OnStates, MemoryRange::Of(esc::kAlStatus, 1));
+    Hear<track::Answered>(&SyncSwitchedOff::OnClear, MemoryRange::Of(esc::kStationAddress, 2));
+    Hear<track::Answered>(&SyncSwitchedOff::OnClear, MemoryRange::Of(esc::kSyncManagerBase, esc::kSyncManagerBytes));
+    Hear<track::AlStatusRead>(&SyncSwitchedOff::On);
   }
 
   /// Where each slave's own state is not known, those of all may be.
-  void On(const track::Answered& e) {
+  void OnStates(const track::Answered& e) {
     if (e.command != wire::Command::BRD || e.wkc == 0 || e.circulating || e.address > esc::kAlStatus) return;
     const auto at = static_cast<std::size_t>(esc::kAlStatus - e.address);
     if (!Fits(e.returned_data, at, 1)) return;
     some_in_op_ = (e.returned_data[at] & static_cast<std::uint8_t>(esc::AlState::OP)) != 0;
   }
+
+  /// A master that found slaves begins with all of them: what ran before it runs no more, or is not its own.
+  void OnClear(const track::Answered& e) {
+    if (e.command != wire::Command::BWR || e.wkc == 0 || e.circulating) return;
+    const ByteSpan data = e.returned_data;
+    if (data.empty() || std::any_of(data.begin(), data.end(), [](std::uint8_t byte) { return byte != 0; })) return;
+    for (Slave& slave : slaves_) slave.state_read = false;
+    begun_ = true;
+  }
+
+  void On(const track::AlStatusRead& e) { Of(e.slave).state_read = true; }
 
   void On(const track::SlaveAccess& access) {
     Slave& slave = Of(access.slave);
@@ -120,6 +137,7 @@ class SyncSwitchedOff final : public Rule {
     bool offset_is_wide = false;  ///< all 64 bits of it were seen
     std::optional<std::uint32_t> delay;
     std::optional<Off> off;
+    bool state_read = false;  ///< since the master began with all slaves
   };
 
   Slave& Of(SlaveId id) {
@@ -127,7 +145,10 @@ class SyncSwitchedOff final : public Rule {
     return slaves_[id];
   }
 
-  [[nodiscard]] bool InOp(SlaveId id) const { return context().slave(id).al.SettledIn(esc::AlState::OP); }
+  [[nodiscard]] bool InOp(SlaveId id) const {
+    if (begun_ && (id >= slaves_.size() || !slaves_[id].state_read)) return false;
+    return context().slave(id).al.SettledIn(esc::AlState::OP);
+  }
 
   /// By what broadcasts show, and nothing else.
   [[nodiscard]] bool MayBeInOp(SlaveId id) const { return some_in_op_ && context().slave(id).al.possible().empty(); }
@@ -292,6 +313,7 @@ class SyncSwitchedOff final : public Rule {
   std::vector<Slave> slaves_;
   FrameRef last_off_;  // of any slave
   bool some_in_op_ = false;
+  bool begun_ = false;  // the master began with all slaves anew
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncSwitchedOff>};
