@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <utility>
 
 namespace ecaudit::bus {
 namespace {
@@ -19,13 +18,15 @@ bool IndexCounter::IsRegular() const noexcept {
   return steps_ >= kEnough && (steps_ - regular) * kOneOddIn <= steps_;
 }
 
-bool IndexCounter::FollowsFrom(std::uint8_t first, std::uint8_t from_first, std::uint8_t from_last) const noexcept {
-  if (first == static_cast<std::uint8_t>(from_first + stride_)) return true;
-  return from_last != from_first && first == static_cast<std::uint8_t>(from_last + 1U);
+std::optional<std::uint8_t> IndexCounter::FollowedFrom(std::uint8_t first, std::uint8_t from_first,
+                                                       std::uint8_t from_last) const noexcept {
+  if (from_last != from_first && first == static_cast<std::uint8_t>(from_last + 1U)) return from_last;
+  if (first == static_cast<std::uint8_t>(from_first + stride_)) return from_first;
+  return std::nullopt;
 }
 
 bool IndexCounter::Follows(std::uint8_t first) const noexcept {
-  return FollowsFrom(first, last_first_, last_) || (AtEnd() && first == begin_);
+  return FollowedFrom(first, last_first_, last_) || (AtEnd() && first == begin_);
 }
 
 std::uint32_t IndexCounter::round() const noexcept {
@@ -84,12 +85,23 @@ IndexCounter::Step IndexCounter::FollowAny(std::uint8_t first, std::uint8_t last
     MoveTo(first, last);
     return Step::kUnknown;
   }
+  if (aside_ && FollowedFrom(first, aside_first_, aside_last_)) {
+    if (aside_first_ < last_) LearnEnd(aside_first_);
+    Note(true);
+    MoveTo(aside_first_, aside_last_);
+    MoveTo(first, last);
+    return Step::kFollows;
+  }
   if (Follows(first)) {
-    if (first < last_first_) {
+    // Where every datagram has a number, the counter may have begun anew within the frame before: what counts is the
+    // datagram that this frame goes on from, not the first one.
+    const std::optional<std::uint8_t> from = FollowedFrom(first, last_first_, last_);
+    if (!from || first < *from) {
       LearnEnd(first);
-    } else if (AtEnd()) {
+    } else if (ends_ > 0 && *from == end_) {
       ends_ = 0;  // it goes on from there: it had only been set back
     }
+    if (from && last_ != last_first_) each_ = *from == last_;
     other_seen_ = 0;
     Note(true);
     MoveTo(first, last);
@@ -97,13 +109,7 @@ IndexCounter::Step IndexCounter::FollowAny(std::uint8_t first, std::uint8_t last
   }
   const bool is_number = ends_ >= kSureOfEnd && (first == begin_ || first == end_);
   if (MayBeNoNumber(first) && !is_number && first != last_first_) return FollowUnnumbered(first, last);
-  if (std::exchange(aside_, false) && FollowsFrom(first, aside_first_, aside_last_)) {
-    if (aside_first_ < last_first_) LearnEnd(aside_first_);
-    Note(true);
-    MoveTo(aside_first_, aside_last_);
-    MoveTo(first, last);
-    return Step::kFollows;
-  }
+  aside_ = false;
   Note(false);
   const bool back = first < last_first_;
   const bool begins = first <= lowest_ || (ends_ > 0 && first == begin_);

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 namespace ecaudit::bus {
 
@@ -23,9 +24,8 @@ class IndexCounter {
 
   [[nodiscard]] Step Follow(std::uint8_t first, std::uint8_t last) noexcept {
     // Nearly always.
-    if (any_ && first > last_first_ && first == last_first_ + stride_ && !AtEnd()) {
+    if (any_ && !aside_ && first > last_first_ && first == last_first_ + stride_ && !AtEnd()) {
       other_seen_ = 0;
-      aside_ = false;
       Note(true);
       if (first > highest_) highest_ = first;
       last_first_ = first;
@@ -58,8 +58,10 @@ class IndexCounter {
   static constexpr std::uint32_t kFew = 16;
   static constexpr std::uint32_t kMany = 112;
 
-  [[nodiscard]] bool FollowsFrom(std::uint8_t first, std::uint8_t from_first, std::uint8_t from_last) const noexcept;
-  [[nodiscard]] bool AtEnd() const noexcept { return ends_ > 0 && (last_ == end_ || last_first_ == end_); }
+  /// The index of the datagram that a frame beginning with `first` goes on from: the first or the last of one before.
+  [[nodiscard]] std::optional<std::uint8_t> FollowedFrom(std::uint8_t first, std::uint8_t from_first,
+                                                         std::uint8_t from_last) const noexcept;
+  [[nodiscard]] bool AtEnd() const noexcept { return ends_ > 0 && (last_ == end_ || (last_first_ == end_ && !each_)); }
   [[nodiscard]] bool Follows(std::uint8_t first) const noexcept;
   [[nodiscard]] Step FollowAny(std::uint8_t first, std::uint8_t last) noexcept;
   [[nodiscard]] Step FollowUnnumbered(std::uint8_t first, std::uint8_t last) noexcept;
@@ -72,6 +74,7 @@ class IndexCounter {
   }
 
   bool any_ = false;
+  bool each_ = false;             ///< a frame of several indices was followed from its last one, lately
   bool aside_ = false;            ///< the frame before had an index that may be no number, and was left out ...
   std::uint8_t aside_first_ = 0;  ///< ... this one
   std::uint8_t aside_last_ = 0;

@@ -122,6 +122,67 @@ TEST(IndexSequence, NoWayOfNumberingHasHolesByItself) {
   }
 }
 
+/// Every datagram has a number of its own: the counter begins anew behind a frame or within one.
+struct Numbers {
+  std::uint8_t first = 0, last = 0;
+};
+
+std::vector<Numbers> EachDatagram(unsigned begin, unsigned modulus, const std::vector<unsigned>& datagrams,
+                                  std::size_t frames) {
+  std::vector<Numbers> out;
+  unsigned at = 0;
+  for (std::size_t i = 0; i < frames; ++i) {
+    const unsigned count = datagrams[i % datagrams.size()];
+    out.push_back({static_cast<std::uint8_t>(begin + at % modulus),
+                   static_cast<std::uint8_t>(begin + (at + count - 1) % modulus)});
+    at += count;
+  }
+  return out;
+}
+
+/// The frames at which a regular counter shows a hole, those from `left_out` on missing.
+std::vector<std::size_t> Holes(const std::vector<Numbers>& frames, std::size_t left_out, std::size_t missing) {
+  IndexCounter counter;
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (i >= left_out && i < left_out + missing) continue;
+    const bool regular = counter.IsRegular();
+    const IndexCounter::Step step = counter.Follow(frames[i].first, frames[i].last);
+    if (regular && (step == IndexCounter::Step::kOdd || step == IndexCounter::Step::kBegins)) out.push_back(i);
+  }
+  return out;
+}
+
+TEST(IndexCounter, NumberingEachDatagramHasNoHolesAndTellsThem) {
+  const std::vector<std::vector<unsigned>> kDatagrams{{1},    {2},       {3},          {4},       {5},
+                                                      {7},    {8},       {15},         {16},      {17},
+                                                      {1, 2}, {3, 3, 2}, {1, 1, 1, 4}, {2, 5, 1}, {1, 1, 1, 1, 1, 2}};
+  constexpr std::size_t kFrames = 4000;
+  for (const unsigned modulus :
+       {3U, 4U, 5U, 7U, 8U, 15U, 16U, 17U, 31U, 33U, 64U, 100U, 111U, 112U, 200U, 255U, 256U}) {
+    for (const unsigned begin : {0U, 1U, 7U, 128U}) {
+      if (begin + modulus > 256) continue;
+      for (std::size_t d = 0; d < kDatagrams.size(); ++d) {
+        const std::string what = std::to_string(modulus) + " from " + std::to_string(begin) + ", datagrams " +
+                                 std::to_string(d) + ", hole behind ";
+        const std::vector<Numbers> frames = EachDatagram(begin, modulus, kDatagrams[d], kFrames);
+        EXPECT_EQ(Holes(frames, kFrames, 0).size(), 0U) << what << "none";
+        for (const std::size_t at : {2501U, 2507U, 2533U}) {
+          for (const std::size_t missing : {1U, 2U, 5U}) {
+            const Numbers before = frames[at - 1];
+            const std::uint8_t next = frames[at + missing].first;
+            // What looks like the next one of a frame, or of its first datagram, or like a repetition.
+            const bool looks_right = next == frames[at].first || next == static_cast<std::uint8_t>(before.last + 1U) ||
+                                     next == static_cast<std::uint8_t>(before.first + 1U) || next == before.first;
+            if (looks_right) continue;
+            EXPECT_EQ(Holes(frames, at, missing), std::vector<std::size_t>{at + missing}) << what << at;
+          }
+        }
+      }
+    }
+  }
+}
+
 TEST(IndexSequence, WhatIsNoOrderTellsNothing) {
   const std::vector<Way> ways{
       {"one index", [](std::size_t) { return 0xFFU; }},
