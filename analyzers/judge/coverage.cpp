@@ -262,6 +262,16 @@ bool MayBeUnseen(NotApplicable why) {
   }
 }
 
+/// True when packets are missing. Where another recording or master begins, it only looks like a hole.
+bool MissesPacketsForCertain(const RuleContext& context) {
+  std::uint64_t no_holes = 0;
+  for (const Finding& finding : context.store.findings()) {
+    if (finding.rule == "capture-spliced") no_holes += finding.count;
+    if (finding.rule == "bus-second-master") ++no_holes;  // appears as late as another recording
+  }
+  return context.pairing().missed_outbound + context.pairing().holes > no_holes;
+}
+
 /// What was said of one rule and slave.
 struct Said {
   bool of_all = false;          ///< a line without a frame: it holds from the beginning to the end
@@ -280,9 +290,8 @@ class Judge {
         });
     for (const Finding& finding : context.store.findings()) {
       said_[{finding.rule, finding.slave}].found = true;
-      if (finding.rule == "capture-spliced") no_holes_ += finding.count;
-      if (finding.rule == "bus-second-master") ++no_holes_;  // appears as late as another recording
     }
+    misses_packets_ = MissesPacketsForCertain(context);
   }
 
   RuleCoverage Of(const RuleInfo& rule) {
@@ -306,7 +315,7 @@ class Judge {
   /// What the packets held that the capture misses, no rule has seen. Those about the file saw that they are missing.
   void TellMissing(const RuleInfo& rule, Subject subject, SlaveCoverage& out) {
     const bus::PairingStatistics& pairing = context_.pairing();
-    if (subject == Subject::kCapture || pairing.missed_outbound + pairing.holes <= no_holes_) return;
+    if (subject == Subject::kCapture || !misses_packets_) return;
     if (out.coverage == Coverage::kNotApplicable && MayBeUnseen(out.why)) {
       std::string reason = std::string(kMissingUnseen) + "; in what it holds, " + std::string(Describe(out.why));
       out.coverage = Coverage::kNotJudged;
@@ -394,7 +403,7 @@ class Judge {
   RuleContext& context_;
   const AnalysisResult& result_;
   std::map<std::pair<std::string_view, SlaveId>, Said> said_;
-  std::uint64_t no_holes_ = 0;  ///< places that look like holes, and where nothing is missing
+  bool misses_packets_ = false;
 };
 
 }  // namespace
@@ -406,6 +415,25 @@ std::vector<RuleCoverage> CoverageOf(RuleContext& context, const AnalysisResult&
   return out;
 }
 
+namespace {
+
+/// True for a drive, as far as seen, and for what may be one: it gave inputs that nobody can read, and speaks CoE.
+bool MayBeDrive(const SlaveSummary& slave, const RuleContext& context) {
+  if (OfDrive(slave, context.slave(slave.id)).absent == NotApplicable::kApplies) return true;
+  return Speaks(slave.mailbox, "CoE") && slave.tx_pdo.exchanged > 0 &&
+         slave.tx_pdo.source == PdoSummary::Source::kUnknown;
+}
+
+/// True for a drive in OP whose process data a hole has hidden to the end, while the master goes on to exchange some.
+/// That its AL state is known says nothing of them: a drive that stands in Fault stays in OP.
+bool DriveOutOfSight(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
+  // FMMUs that were set are listed, active or not: there are none where they are forgotten, or were never seen.
+  return InState(slave, esc::AlState::OP) && slave.fmmus.empty() && result.bus.cycle.cycles > 0 &&
+         MayBeDrive(slave, context) && MissesPacketsForCertain(context);
+}
+
+}  // namespace
+
 std::string WhyNothingWasJudged(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
   if (result.capture.direction == DirectionSeen::kOutbound) return "no answer of a slave is in the capture";
   if (slave.al_status && !esc::IsAlState(esc::AlWord{*slave.al_status}.state())) {
@@ -416,7 +444,11 @@ std::string WhyNothingWasJudged(const SlaveSummary& slave, const RuleContext& co
   if (out_of_sight && !OfProcessData(slave, context, result).unseen.empty()) {
     return "behind the packets that the capture misses neither its AL state nor its process data are known";
   }
-  if (slave.al_status || slave.rx_pdo.exchanged + slave.tx_pdo.exchanged > 0) return {};
+  if (DriveOutOfSight(slave, context, result)) {
+    return "in OP, and behind the packets that the capture misses it is not known which process data are its own: a "
+           "fault of the drive would not be seen";
+  }
+  if (slave.al_status || Exchanges(slave)) return {};
   return "neither its AL state nor its process data are known";
 }
 

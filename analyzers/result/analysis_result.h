@@ -244,7 +244,7 @@ struct SlaveSummary {
   MailboxSummary mailbox;
   EventSummary events;
   StartupSummary startup;  ///< steps of the master up to OP; `seen` is false where the capture holds none
-  std::string unjudged;    ///< why neither AL state nor process data could be judged; empty: one of them was
+  std::string unjudged;    ///< why too little of it could be judged for the verdict "pass"; empty: enough was
 };
 
 /// A store of the analysis that was full: what it keeps, and what it left out.

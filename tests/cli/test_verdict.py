@@ -50,6 +50,20 @@ class Verdict(CliTest):
         self.assertEqual(summary["verdict"], "limited")
         self.assertIn("behind the packets that the capture misses", summary["limited_because"])
 
+    def test_a_drive_in_op_whose_process_data_are_out_of_sight(self):
+        packets = read((SAMPLES / "master-igh.pcapng").read_bytes())
+        in_op = 657  # so far
+        # Three packets are missing where the drive is started: its state is seen afterwards, its FMMUs are not.
+        hole = self.file("start.pcapng", written(packets[:461] + packets[464:in_op]))
+        report = self.one(hole)
+        self.assertEqual({s["al"]["state"] for s in report["slaves"]}, {"OP"})
+        self.assertEqual(report["summary"]["verdict"], "limited")
+        self.assertIn("a fault of the drive would not be seen", report["summary"]["limited_because"])
+        self.check(hole, "--require", "judged", status=1)
+        # And where it runs: what is known of the FMMUs stays so.
+        summary = self.one(self.file("run.pcapng", written(packets[:572] + packets[575:in_op])))["summary"]
+        self.assertEqual((summary["verdict"], summary["limited_because"]), ("pass", None))
+
     def test_one_direction(self):
         outbound = self.one(SAMPLES / "outbound-only.pcapng")
         self.assertEqual(outbound["summary"]["verdict"], "limited")
