@@ -1,5 +1,7 @@
 #include "samples/builder/frame_builder.h"
 
+#include <algorithm>
+
 namespace ecaudit::samples {
 namespace {
 
@@ -92,6 +94,30 @@ void AppendLinkHeader(Bytes& out, const EtherCatFrame& frame, const Encapsulatio
   }
 }
 
+std::size_t BytesOf(const std::vector<Datagram>& datagrams) {
+  constexpr std::size_t kAroundData = 12;
+  std::size_t bytes = 0;
+  for (const Datagram& d : datagrams) bytes += kAroundData + d.data.size();
+  return bytes;
+}
+
+void AppendDatagrams(Bytes& out, const std::vector<Datagram>& datagrams) {
+  for (std::size_t i = 0; i < datagrams.size(); ++i) {
+    const Datagram& d = datagrams[i];
+    auto length = static_cast<std::uint16_t>(d.data.size() & 0x07FFU);
+    if (d.circulating) length |= 0x4000U;
+    if (i + 1 < datagrams.size()) length |= 0x8000U;
+    out.push_back(static_cast<std::uint8_t>(d.command));
+    out.push_back(d.index);
+    AppendLe(out, d.adp);
+    AppendLe(out, d.ado);
+    AppendLe(out, length);
+    AppendLe(out, d.irq);
+    AppendBytes(out, d.data);
+    AppendLe(out, d.wkc);
+  }
+}
+
 }  // namespace
 
 std::uint16_t LinkTypeNumber(Link link) {
@@ -108,35 +134,32 @@ std::uint16_t LinkTypeNumber(Link link) {
 
 Bytes EncodeDatagrams(const std::vector<Datagram>& datagrams) {
   Bytes out;
-  for (std::size_t i = 0; i < datagrams.size(); ++i) {
-    const Datagram& d = datagrams[i];
-    auto length = static_cast<std::uint16_t>(d.data.size() & 0x07FFU);
-    if (d.circulating) length |= 0x4000U;
-    if (i + 1 < datagrams.size()) length |= 0x8000U;
-    out.push_back(static_cast<std::uint8_t>(d.command));
-    out.push_back(d.index);
-    AppendLe(out, d.adp);
-    AppendLe(out, d.ado);
-    AppendLe(out, length);
-    AppendLe(out, d.irq);
-    AppendBytes(out, d.data);
-    AppendLe(out, d.wkc);
-  }
+  out.reserve(BytesOf(datagrams));
+  AppendDatagrams(out, datagrams);
   return out;
 }
 
 Bytes EncodePayload(const std::vector<Datagram>& datagrams, std::size_t padding) {
-  Bytes body = EncodeDatagrams(datagrams);
-  body.resize(body.size() + padding, 0);
-  Bytes out = LeBytes(static_cast<std::uint16_t>((body.size() & 0x07FFU) | 0x1000U));
-  AppendBytes(out, body);
+  constexpr std::size_t kHeader = 2;
+  const std::size_t bytes = BytesOf(datagrams) + padding;
+  Bytes out;
+  out.reserve(kHeader + bytes);
+  AppendLe(out, static_cast<std::uint16_t>((bytes & 0x07FFU) | 0x1000U));
+  AppendDatagrams(out, datagrams);
+  out.resize(kHeader + bytes, 0);
   return out;
 }
 
 Bytes EncodePacket(const EtherCatFrame& frame, ByteView payload, const Encapsulation& around) {
+  constexpr std::size_t kAroundPayload = 96;
   Bytes out;
+  out.reserve(std::max(payload.size() + kAroundPayload, around.minimum_bytes));
   AppendLinkHeader(out, frame, around);
-  AppendBytes(out, around.udp ? UdpPacket(payload) : Bytes(payload.begin(), payload.end()));
+  if (around.udp) {
+    AppendBytes(out, UdpPacket(payload));
+  } else {
+    AppendBytes(out, payload);
+  }
   if (out.size() < around.minimum_bytes) out.resize(around.minimum_bytes, 0);
   if (around.esl) {
     const Bytes record = EslRecordBytes(*around.esl);
