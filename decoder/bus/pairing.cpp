@@ -90,16 +90,19 @@ bool IsBroadcastOnly(const wire::FrameView& frame) {
   return !frame.empty();
 }
 
+/// Most captures use few slots: a slot takes room for any frame of usual size when it is used first, and keeps it.
+void TakeBytes(std::vector<std::uint8_t>& room, ByteSpan bytes) {
+  constexpr std::size_t kUsualBytes = 1536;
+  if (room.capacity() == 0) room.reserve(kUsualBytes);
+  room.assign(bytes.begin(), bytes.end());
+}
+
 }  // namespace
 
 Pairing::Pairing(const DirectionLearner& directions, BusSink& sink) : directions_(directions), sink_(sink) {
   statistics_.nobody_answers = directions.nobody_answers();
   statistics_.one_port = directions.HasOnePort();
   std::iota(place_.begin(), place_.end(), std::uint16_t{0});
-  for (Slot& slot : slots_) {
-    slot.bytes.reserve(1536);
-    slot.returned_bytes.reserve(1536);
-  }
 }
 
 void Pairing::Push(const wire::FrameView& frame) noexcept {
@@ -396,7 +399,7 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
   slot.before_hole = false;
   slot.overtaken = 0;
   slot.key = key;
-  slot.bytes.assign(kept.begin(), kept.end());
+  TakeBytes(slot.bytes, kept);
   slot.view.Rebase(frame, slot.bytes);
   if (!slot.other_end && Instructs(slot.view)) sink_.OnSent(slot.view);
 }
@@ -573,7 +576,7 @@ void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datag
     statistics_.last_reordered = returned.ref();
   }
   slot.returned_interface = returned.interface_index();
-  slot.returned_bytes.assign(datagrams.begin(), datagrams.end());
+  TakeBytes(slot.returned_bytes, datagrams);
   ++statistics_.paired;
   --statistics_.under_way;
   Sender& sender = senders_[slot.sender];

@@ -61,7 +61,7 @@ SlaveId SlaveSet::AddAtStation(StationAddress address, FrameNo frame) {
   if (id == kNoSlave) return id;
   slaves_[id].station = Known<StationAddress>::Observed(address, frame);
   slaves_[id].station_valid = true;
-  by_station_[address] = id;
+  by_station_.Set(address, id);
   return id;
 }
 
@@ -96,18 +96,18 @@ Assignment SlaveSet::AssignStation(SlaveId id, StationAddress address, FrameNo f
   }
   slave.station = Known<StationAddress>::Observed(address, frame);
   slave.station_valid = address != 0;
-  if (address != 0) by_station_[address] = id;
+  if (address != 0) by_station_.Set(address, id);
   return result;
 }
 
 /// `id` does not answer to `address` any more; another slave that was given the same one still does.
 void SlaveSet::LeaveStation(SlaveId id, StationAddress address) {
   if (by_station_[address] != id) return;
-  by_station_[address] = kNoSlave;
+  by_station_.Set(address, kNoSlave);
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
     const StationAddress* station = slaves_[i].station.if_known();
     if (i != id && slaves_[i].station_valid && station != nullptr && *station == address) {
-      by_station_[address] = static_cast<SlaveId>(i);
+      by_station_.Set(address, static_cast<SlaveId>(i));
     }
   }
 }
@@ -159,7 +159,7 @@ void SlaveSet::LearnAlias(SlaveId id, StationAddress alias, FrameNo frame) {
 void SlaveSet::ClearStations(FrameNo /*frame*/) {
   for (SlaveAddress& slave : slaves_) {
     const StationAddress* station = slave.station.if_known();
-    if (station != nullptr) by_station_[*station] = kNoSlave;
+    if (station != nullptr) by_station_.Set(*station, kNoSlave);
     slave.station_valid = false;
   }
 }

@@ -4,6 +4,8 @@
 /// position-addressed access shows it. Reports number such slaves by ascending address and say so.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -31,12 +33,36 @@ struct Assignment {
   SlaveId other = kNoSlave;  ///< another slave that answers to the same address now; kNoSlave: none
 };
 
+/// Which slave answers to each of the 65,536 station addresses. Masters give a few that lie close together: only those
+/// 256 around one that was given ever take room.
+class StationTable {
+ public:
+  StationTable() { pages_.emplace_back().fill(kNoSlave); }
+
+  [[nodiscard]] SlaveId operator[](StationAddress address) const {
+    return pages_[page_of_[address / kPage]][address % kPage];
+  }
+  void Set(StationAddress address, SlaveId id) {
+    std::uint16_t& page = page_of_[address / kPage];
+    if (page == kNobody) {
+      page = static_cast<std::uint16_t>(pages_.size());
+      pages_.emplace_back().fill(kNoSlave);
+    }
+    pages_[page][address % kPage] = id;
+  }
+
+ private:
+  static constexpr std::size_t kPage = 256;
+  static constexpr std::uint16_t kNobody = 0;  ///< the page of all addresses of which none was given
+
+  std::array<std::uint16_t, 65536 / kPage> page_of_{};
+  std::vector<std::array<SlaveId, kPage>> pages_;
+};
+
 class SlaveSet {
  public:
   /// More slaves than any segment has; later ones are not modelled, so that a hostile capture cannot exhaust memory.
   static constexpr std::size_t kMaxSlaves = 2048;
-
-  SlaveSet() : by_station_(65536, kNoSlave) {}
 
   [[nodiscard]] std::size_t size() const { return slaves_.size(); }
   /// How often a slave beyond kMaxSlaves was met.
@@ -78,7 +104,7 @@ class SlaveSet {
 
   std::vector<SlaveAddress> slaves_;
   std::vector<SlaveId> by_position_;
-  std::vector<SlaveId> by_station_;
+  StationTable by_station_;
   std::size_t aliases_enabled_ = 0;
   std::uint64_t left_out_ = 0;
 };

@@ -1,5 +1,7 @@
 #include "decoder/bus/slave_set.h"
 
+#include <vector>
+
 #include <gtest/gtest.h>
 
 namespace ecaudit::bus {
@@ -11,6 +13,17 @@ TEST(SlaveSet, KnowsNobodyAtFirst) {
   EXPECT_EQ(slaves.AtPosition(0), kNoSlave);
   EXPECT_EQ(slaves.AtStation(0x1001), kNoSlave);
   EXPECT_EQ(slaves.AtStation(0), kNoSlave);
+}
+
+TEST(SlaveSet, EveryStationAddressHasItsOwnSlave) {
+  SlaveSet slaves;
+  const std::vector<StationAddress> addresses{0x0000, 0x00FF, 0x0100, 0x1001, 0x1002, 0x10FF, 0x1100, 0xFF00, 0xFFFF};
+  for (const StationAddress address : addresses) slaves.AddAtStation(address, 1);
+  for (std::size_t i = 0; i < addresses.size(); ++i) EXPECT_EQ(slaves.AtStation(addresses[i]), i);
+  const std::vector<StationAddress> others{0x0001, 0x1000, 0x1003, 0x2001, 0xFFFE};
+  for (const StationAddress address : others) EXPECT_EQ(slaves.AtStation(address), kNoSlave);
+  slaves.ClearStations(2);
+  for (const StationAddress address : addresses) EXPECT_EQ(slaves.AtStation(address), kNoSlave);
 }
 
 TEST(SlaveSet, ASlaveIsAddedOnce) {
