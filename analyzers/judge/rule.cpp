@@ -22,10 +22,14 @@ std::vector<Entry>& Entries() {
   return entries;
 }
 
-std::vector<Entry> SortedEntries() {
-  std::vector<Entry> entries = Entries();
-  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.info->id < b.info->id; });
-  return entries;
+/// Asked for when all are registered.
+const std::vector<Entry>& SortedEntries() {
+  static const std::vector<Entry> sorted = [] {
+    std::vector<Entry> entries = Entries();
+    std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.info->id < b.info->id; });
+    return entries;
+  }();
+  return sorted;
 }
 
 }  // namespace
