@@ -192,7 +192,7 @@ void BusModel::On(const track::AlStateForgotten& event) {
   ++states_version_;
   slaves_[event.slave].Stir();
   slaves_[event.slave].al.Forget(event.frame);
-  DoubtLayouts(event.slave);
+  if (event.may_be_set_up_anew) DoubtLayouts(event.slave);
 }
 
 /// Whatever was said in the frames that are missing.

@@ -132,6 +132,17 @@ bool DriveUnit::ActsOnControl() const {
                      [&](esc::AlState state) { return possible.contains(static_cast<std::uint8_t>(state)); });
 }
 
+/// ActsOnControl() in each state that the slave may be in, not only in some: a request of OP may take seconds.
+bool DriveUnit::SurelyActs() const {
+  const StateSet possible = al_.possible();
+  StateSet acting;
+  if (drive_->control_word_in.empty()) acting = StateSet::Of(static_cast<std::uint8_t>(esc::AlState::OP));
+  for (const esc::AlState state : drive_->control_word_in) acting.Add(static_cast<std::uint8_t>(state));
+  StateSet either = acting;
+  either.Add(possible);
+  return either == acting;
+}
+
 bool DriveUnit::ShowsStatus() const {
   const StateSet possible = al_.possible();
   if (possible.empty()) return true;
@@ -726,6 +737,13 @@ void DriveUnit::CheckLimits(const FrameRef& frame) {
     candidate_.reset();
     return;
   }
+  unsure_ = !SurelyActs();
+  if (unsure_) {
+    // The drive's time begins when it acts for certain.
+    expected_since_ = frame;
+    if (candidate_) candidate_->statuses = 0;
+    return;
+  }
   if (candidate_) {
     ++candidate_->statuses;
     const FrameRef& given = candidate_->command.frame;
@@ -744,8 +762,9 @@ void DriveUnit::CheckLimits(const FrameRef& frame) {
   if (waited <= limit) return;
   const device::DriveTransition* transition = drive_->Find(next.number);
   if (transition != nullptr && !transition->optional) {
+    const std::int64_t since_command = next.command.has_time ? frame.time - next.command.time : waited;
     sink_.Publish(DriveNoReaction{slave_, axis_, frame, next.command, next.word, next.before, next.number, *state_,
-                                  *status_, waited, limit, control_inferred_});
+                                  *status_, std::max(waited, since_command), limit, control_inferred_});
   }
   expected_count_ = 0;
 }

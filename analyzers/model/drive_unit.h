@@ -80,6 +80,8 @@ class DriveUnit {
   [[nodiscard]] std::uint64_t unjudged_changes() const { return unjudged_; }
   /// Frames of the process data have no time stamps: limits were not judged.
   [[nodiscard]] bool without_time() const { return without_time_; }
+  /// It was told to go on, and nothing shows whether it is in an AL state in which it does.
+  [[nodiscard]] bool may_not_act() const { return unsure_ && expected_count_ > 0; }
   /// A command that looks illegal and is not decided when the capture ends: nothing came that makes it legal.
   [[nodiscard]] std::optional<DriveIllegalCommand> undecided_command() const;
   /// The last run of status words that fit no state of the family.
@@ -135,6 +137,7 @@ class DriveUnit {
   void OnControlWords(const ProcessCycle& cycle, const Places& places, bool done);
   [[nodiscard]] bool AskedLongAfterInputs(const mailbox::SdoTransfer& transfer) const;
   [[nodiscard]] bool ActsOnControl() const;
+  [[nodiscard]] bool SurelyActs() const;
   [[nodiscard]] bool ShowsStatus() const;
   [[nodiscard]] int Rank(std::uint16_t word) const;
   /// What the object is called in the first axis' numbers; 0: it is another axis'.
@@ -189,6 +192,7 @@ class DriveUnit {
   FrameRef settings_since_;  ///< last change of control word or mode requested; not seen(): not known
   bool control_inferred_ = false;
   bool acts_ = false;           ///< the drive acted on control_
+  bool unsure_ = false;         ///< maybe not, when its status word was seen last: what it was told waits for that
   bool history_whole_ = false;  ///< no control word that may still act was given before the first one seen
   FrameRef first_control_;
   std::uint64_t ambiguous_ = 0;

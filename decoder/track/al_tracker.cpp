@@ -212,6 +212,7 @@ bool AlTracker::CompareOnly(SlaveId id, const Answer& answer) {
 void AlTracker::Apply(const AlStatusRead& read) {
   states_.work().Take(1);
   holes_.Presume(read.slave, read.status.raw == static_cast<std::uint16_t>(esc::AlState::OP), read.frame);
+  holes_.OnState(read.slave, read.status, read.frame);
   AlStatusRead event = read;
   SlaveState& state = states_[read.slave];
   if (const esc::AlWord* before = state.al_status.if_known()) event.before = *before;

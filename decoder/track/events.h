@@ -111,10 +111,12 @@ struct AlStatusCodeRead {
   std::uint16_t code = 0;
 };
 
-/// A broadcast read of AL Status contradicts what was known of this slave: its state is unknown from here on.
+/// A broadcast read of AL Status contradicts what was known of this slave, or it was gone for a while: its state is
+/// unknown from here on.
 struct AlStateForgotten {
   SlaveId slave = kNoSlave;
   FrameRef frame;
+  bool may_be_set_up_anew = true;  ///< false: its registers and objects are presumed to be as they were
 };
 
 /// What the EEPROM (SII), object 1018h, ESI or ENI says a slave is.

@@ -65,23 +65,64 @@ void Holes::OnLogical(const DatagramPair& d) {
   habit = {d.command(), address, d.any.length(), d.wkc()};
 }
 
-void Holes::ForgetFrom(std::uint16_t first_position, const FrameRef& frame) {
+void Holes::OnReturnFrom(std::uint16_t first_position, const FrameRef& frame) {
   states_.ForgetForLater();
   for (std::size_t s = 0; s < states_.size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
-    const SlavePos* position = addressing_.slaves()[id].position.if_known();
-    if (position != nullptr && *position >= first_position) Forget(id, frame);
+    const bus::SlaveAddress& address = addressing_.slaves()[id];
+    const SlavePos* position = address.position.if_known();
+    if (position == nullptr || *position < first_position) continue;
+    const StationAddress* station = address.station.if_known();
+    const bool can_show = station != nullptr && *station != 0 && address.station_valid;
+    if (!can_show || states_[id].presumed || states_[id].returned) {
+      Forget(id, frame);
+      continue;
+    }
+    states_.work().Take(1);
+    states_[id].returned = true;
+    mailboxes_.Forget(id, frame);
+    if (states_.ForgetAl(id, frame.number)) events_.Publish(AlStateForgotten{id, frame, false});
+  }
+}
+
+void Holes::OnState(SlaveId id, esc::AlWord status, const FrameRef& frame) {
+  if (!states_[id].returned) return;
+  if (status.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) {
+    Forget(id, frame);
+  } else {
+    states_[id].returned = false;
+  }
+}
+
+void Holes::JudgeReturn(const SlaveAccess& access) {
+  if (access.broadcast || access.acceptance != Acceptance::kAccepted) return;
+  if (wire::IsNodeAddressed(access.command)) {
+    states_[access.slave].returned = false;
+    return;
+  }
+  // By position anybody answers: the address that it has tells, and whoever is given one is being set up.
+  const ByteSpan station = access.written.empty() ? access.Covered(access.read, esc::kStationAddress, 2) : ByteSpan{};
+  const StationAddress* known = addressing_.slaves()[access.slave].station.if_known();
+  const bool kept = !station.empty() && known != nullptr && LittleEndian<std::uint16_t>(station, 0) == *known;
+  constexpr EscAddress kDescription = 0x0010;  // what lies before is alike in all slaves of the kind
+  const auto end = static_cast<EscAddress>(access.address + access.length());
+  const bool of_state = access.written.empty() && access.address >= esc::kAlStatus && end <= esc::kAlStatusCode + 2;
+  if (kept) {
+    states_[access.slave].returned = false;
+  } else if (end > kDescription && !of_state) {
+    Forget(access.slave, access.frame());
   }
 }
 
 /// The slave may have been switched off, or set up anew.
 void Holes::Forget(SlaveId id, const FrameRef& frame) {
   states_.work().Take(1);
+  const bool returned = std::exchange(states_[id].returned, false);
   if (std::exchange(states_[id].presumed, false)) --presumed_;
   states_.ForgetRegisters(id);
   mailboxes_.Forget(id, frame);
   states_.ForgetMapping(id);
-  if (states_.ForgetAl(id, frame.number)) events_.Publish(AlStateForgotten{id, frame});
+  if (states_.ForgetAl(id, frame.number) || returned) events_.Publish(AlStateForgotten{id, frame});
 }
 
 }  // namespace ecaudit::track

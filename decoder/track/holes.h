@@ -3,7 +3,7 @@
 /// keeps: how many slaves are presumed to be as they were before a hole, and how logical datagrams came back last.
 ///
 /// In frames that the capture misses the master may have done anything. In OP it does nothing mostly: what is known of
-/// slaves in OP is presumed until the capture shows them again.
+/// slaves in OP is presumed until the capture shows them again. So is what slaves hold that were gone for a while.
 #pragma once
 
 #include <array>
@@ -45,15 +45,23 @@ class Holes {
   /// A logical datagram came back: with the working counter it had before the hole, if all is as it was.
   void OnLogical(const DatagramPair& d);
 
-  /// More slaves answer than before: those from this position on may come back after a power cycle, and new ones have
-  /// taken no broadcast so far.
-  void ForgetFrom(std::uint16_t first_position, const FrameRef& frame);
+  /// More slaves answer than before, and new ones have taken no broadcast so far. Those from this position on come
+  /// back: after a power cycle, or because a cable had no contact for a moment, and then they hold what they held
+  /// before. Who answers at its station address, or is in another state than INIT, was not without power.
+  void OnReturnFrom(std::uint16_t first_position, const FrameRef& frame);
+  /// What an access to a slave that returned says of that.
+  void OnAccess(const SlaveAccess& access) {
+    if (states_[access.slave].returned) JudgeReturn(access);
+  }
+  /// Likewise, AL Status as it was read.
+  void OnState(SlaveId id, esc::AlWord status, const FrameRef& frame);
 
  private:
   void Note(const FrameRef& frame) { first_behind_[count_++ % first_behind_.size()] = frame.number; }
   void Settle(SlaveId id, bool still_so, const FrameRef& frame);
   void SettleAll(bool still_so, const FrameRef& frame);
   void Forget(SlaveId id, const FrameRef& frame);
+  void JudgeReturn(const SlaveAccess& access);
 
   /// Working counter with which a logical datagram came back last. Where the first one behind a hole comes back with
   /// the same, the slaves that were in OP before it still are, and are mapped as before.

@@ -58,7 +58,7 @@ void Network::OnTransaction(const bus::BusTransaction& transaction) {
       continue;
     }
     if (d.has_returned && wire::IncrementsAdp(d.command())) {
-      if (const auto before = addressing_.Count(d)) holes_.ForgetFrom(*before, d.transaction.returned_ref());
+      if (const auto before = addressing_.Count(d)) holes_.OnReturnFrom(*before, d.transaction.returned_ref());
     }
     if (wire::IsBroadcast(d.command())) {
       OnBroadcast(d);
@@ -203,6 +203,7 @@ void Network::Apply(const SlaveAccess& access) {
       access.address + access.written.size() > esc::kAlControl) {
     holes_.Presume(access.slave, false, access.frame());
   }
+  holes_.OnAccess(access);
   if (in_registers) states_.Learn(access);
   events_.Publish(access);
   mailboxes_.FollowWindow(access.slave, access.frame());

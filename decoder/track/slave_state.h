@@ -38,6 +38,8 @@ struct SlaveState {
   SiiAssembler sii;                     ///< EEPROM as far as the master read it
   /// It was in OP before a hole in the capture, and nothing was seen of it since: all of this is presumed.
   bool presumed = false;
+  /// It was gone for a while, and nothing shows yet whether it was without power: then its registers hold nothing.
+  bool returned = false;
   /// Frame of the last write or read that told something about sync manager / FMMU n.
   std::array<FrameNo, esc::kMaxSyncManagers> sync_manager_since{};
   std::array<FrameNo, esc::kMaxFmmus> fmmu_since{};

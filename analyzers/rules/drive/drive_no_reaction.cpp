@@ -28,8 +28,9 @@ enable or safe torque off missing, a fault whose cause is still there, control o
 
 ## How it is decided
 Each status word that arrives past the limit and still shows the old state. A command that is taken back before is not
-judged, nor transition 16, which drives may leave out. A word that commands several steps (0x000F in Ready to switch
-on: Switch on, then Enable operation) is judged step by step.
+judged, nor the time in which the slave may still be on its way to OP, nor transition 16, which drives may leave out.
+A word that commands several steps (0x000F in Ready to switch on: Switch on, then Enable operation) is judged step by
+step.
 
 ## Example
 tests/rules/drive-no-reaction/violates.trace
@@ -103,6 +104,9 @@ class DriveNoReaction final : public Rule {
     }
     if (axis.state() == device::DriveState::kNotReadyToSwitchOn) {
       return "the drive shows Not ready to switch on until the end: it has not come up, or has no supply";
+    }
+    if (axis.may_not_act()) {
+      return "whether the slave has reached the AL state in which the drive acts on the control word is not known";
     }
     return {};
   }

@@ -262,19 +262,39 @@ TEST(SlaveCountEvent, CirculatingFramesDoNotCount) {
   EXPECT_THAT(d.log->Only("count"), ElementsAre("count 3"));
 }
 
-TEST(SlaveCountEvent, WhoComesBackIsNotKnownAnyMore) {
-  // It may have lost power: registers and state are as they were only for those that stayed.
-  const Decoded d = Decode(ThreeInPreop() + R"(
+/// The third slave is gone for a while.
+std::string Returned() {
+  return ThreeInPreop() + R"(
 +1ms BWR 0x0420 E8 03
 @slaves 2
 +1ms BRD 0x0130 02 00
 @slaves 3
 +1ms BRD 0x0000 11 00
-)");
+)";
+}
+
+TEST(SlaveCountEvent, TheStateOfWhoComesBackIsNotKnownAnyMore) {
+  const Decoded d = Decode(Returned());
   EXPECT_THAT(d.log->Only("forgotten"), ElementsAre("forgotten 2"));
-  EXPECT_EQ(d.Register(1, 0x0420), "0x03e8");
-  EXPECT_EQ(d.Register(2, 0x0420), "?");
   EXPECT_EQ(d.network().state(2).al_status.if_known(), nullptr);
+  EXPECT_EQ(d.Register(1, 0x0420), "0x03e8");
+}
+
+TEST(SlaveCountEvent, WhoComesBackWithItsAddressOrInAnotherStateThanInitHoldsWhatItHeld) {
+  for (const char* shows : {"+1ms FPRD 0x1003:0x0300 00 00\n", "+1ms APRD 2:0x0010 03 10\n",
+                            "+1ms APRD 2:0x0130 14 00 00 00 1B 00\n", "+1ms BRD 0x0130 02 00\n"}) {
+    const Decoded d = Decode(Returned() + shows + "+1ms APWR 2:0x0010 03 10\n");
+    EXPECT_EQ(d.Register(2, 0x0420), "0x03e8") << shows;
+  }
+}
+
+TEST(SlaveCountEvent, WhoComesBackInInitOrIsSetUpAnewMayHaveBeenWithoutPower) {
+  for (const char* shows : {"+1ms APRD 2:0x0010 00 00\n", "+1ms APRD 2:0x0130 01 00\n", "+1ms APWR 2:0x0010 03 10\n",
+                            "+1ms APRD 2:0x0600 00 00\n"}) {
+    const Decoded d = Decode(Returned() + shows);
+    EXPECT_EQ(d.Register(2, 0x0420), "?") << shows;
+    EXPECT_EQ(d.log->Only("forgotten").size(), 2U) << shows;
+  }
 }
 
 TEST(SlaveCountEvent, EachDatagramBringsItsOwnCount) {
