@@ -271,12 +271,11 @@ class CaptureText {
     text_.Field(label, text, 5);
   }
 
-  /// "delay 300 ns, offset 29229 ns; SYNC0 every 1 ms since #2528, frames 491.0 to 960.7 us behind it"
-  /// "Operation enabled (status word 0x0237); switched on at frame 778, operation enabled 7.0 ms later; 1 fault"
   [[nodiscard]] static std::string AxisLabel(const DriveSummary& drive) {
     return drive.axis == 0 ? "drive" : "axis " + std::to_string(drive.axis + 1);
   }
 
+  /// "Operation enabled (status word 0x0237); switched on at frame 778, operation enabled 7.0 ms later; 1 fault"
   [[nodiscard]] static std::string DriveText(const DriveSummary& drive) {
     std::string text = drive.state.empty() ? "state unknown" : drive.state;
     if (drive.status_word) text += " (status word " + Hex(*drive.status_word) + ")";
@@ -293,6 +292,7 @@ class CaptureText {
     return text;
   }
 
+  /// "delay 300 ns, offset 29229 ns; SYNC0 every 1 ms since #2528, frames 491.0 to 960.7 us behind it"
   [[nodiscard]] static std::string DcText(const DcSummary& dc) {
     std::vector<std::string> parts;
     if (dc.reference) parts.emplace_back("reference clock");

@@ -267,7 +267,8 @@ void EventWriter::On(const track::AlStateForgotten& event) {
   EventRow row(*output_, EventType::kAlState, event.frame, event.slave);
   for (const char* key : {"state", "error", "from", "acknowledge_echoed", "status", "status_code", "status_code_text"})
     row.json.Null(key);
-  row.text = "no longer known: a broadcast read contradicts it";
+  row.text = event.may_be_set_up_anew ? "no longer known: a broadcast read contradicts it, or it may be set up anew"
+                                      : "no longer known: the slave was gone for a while";
 }
 
 void EventWriter::On(const model::EventBitChanged& event) {
