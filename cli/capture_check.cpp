@@ -7,7 +7,7 @@
 #include "analyzers/result/timeline.h"
 #include "cli/decode_lines.h"
 #include "cli/slave_filter.h"
-#include "decoder/capture/capture_reader.h"
+#include "cli/stream/spool.h"
 
 namespace ecaudit::cli {
 
@@ -45,7 +45,7 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
   if (settings.moments.needs_capture()) {
     if (auto error = PlaceMoments(settings.moments, paths, analysis)) return *error;
   }
-  auto source = paths.size() > 1 ? capture::OpenJoined(paths, &stop) : capture::OpenCapture(paths.front(), &stop);
+  auto source = CapturePaths({paths.begin(), paths.end()}).Open(&stop);
   if (!source) return source.error();
   LineCounter* lines = nullptr;
   if (wanted.decode_lines) {

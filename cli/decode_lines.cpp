@@ -8,7 +8,6 @@
 #include "cli/interrupt.h"
 #include "cli/stream/datagram_lines.h"
 #include "cli/stream/spool.h"
-#include "decoder/capture/capture_reader.h"
 #include "decoder/wire/frame_view.h"
 
 namespace ecaudit::cli {
@@ -19,9 +18,7 @@ namespace {
 /// them. One that cannot be read twice leaves them at 0.
 void CountAgain(std::span<const std::string> paths, std::map<FrameNo, std::uint64_t>& wanted) {
   if (wanted.empty() || !std::all_of(paths.begin(), paths.end(), &Spool::CanBeReadTwice)) return;
-  const std::vector<std::string> files(paths.begin(), paths.end());
-  auto source = files.size() > 1 ? capture::OpenJoined(files, &InterruptFlag())
-                                 : capture::OpenCapture(files.front(), &InterruptFlag());
+  auto source = CapturePaths({paths.begin(), paths.end()}).Open();
   if (!source) return;
   std::uint64_t line = 2;  // the first one holds the titles of the columns
   auto next = wanted.begin();

@@ -8,7 +8,6 @@
 #include "cli/interrupt.h"
 #include "cli/report/times.h"
 #include "cli/stream/spool.h"
-#include "decoder/capture/capture_reader.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -32,9 +31,7 @@ Result<Anchor> ReadAnchor(std::span<const std::string> paths, std::optional<Fram
     if (Spool::CanBeReadTwice(path)) continue;
     return Error{path + " can be read only once: give seconds or a frame number for --from and --to"};
   }
-  const std::vector<std::string> files(paths.begin(), paths.end());
-  auto source = files.size() > 1 ? capture::OpenJoined(files, &InterruptFlag())
-                                 : capture::OpenCapture(files.front(), &InterruptFlag());
+  auto source = CapturePaths({paths.begin(), paths.end()}).Open();
   if (!source) return source.error();
   Anchor anchor;
   capture::CapturedFrame frame;

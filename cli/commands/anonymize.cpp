@@ -17,6 +17,7 @@
 #include "cli/interrupt.h"
 #include "cli/output_file.h"
 #include "cli/progress.h"
+#include "cli/stream/spool.h"
 #include "cli/version.h"
 #include "decoder/base/text.h"
 #include "decoder/capture/capture_reader.h"
@@ -112,7 +113,7 @@ class AnonymizeCommand : public Command {
 
   [[nodiscard]] Result<AnalysisResult> Judge(Console& console, const Settings& settings,
                                              const std::vector<std::string>& paths, const std::string& what) const {
-    auto source = Open(paths);
+    auto source = CapturePaths(paths).Open();
     if (!source) return source.error();
     AnalysisOptions analysis = settings.analysis;
     analysis.stop = &InterruptFlag();

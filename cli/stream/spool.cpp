@@ -9,6 +9,7 @@
 
 #include "cli/interrupt.h"
 #include "decoder/base/text.h"
+#include "decoder/bus/aligned_source.h"
 #include "decoder/capture/byte_reader.h"
 #include "decoder/capture/capture_reader.h"
 #include "decoder/capture/capture_stream.h"
@@ -78,9 +79,14 @@ std::optional<Error> CapturePaths::MakeReadableTwice() {
   return std::nullopt;
 }
 
-Result<std::unique_ptr<capture::FrameSource>> CapturePaths::Open() const {
-  auto source = paths_.size() > 1 ? capture::OpenJoined(paths_, &InterruptFlag())
-                                  : capture::OpenCapture(paths_.front(), &InterruptFlag());
+Result<std::unique_ptr<capture::FrameSource>> CapturePaths::Open(const std::atomic<bool>* stop) const {
+  if (stop == nullptr) stop = &InterruptFlag();
+  const auto open = [&] {
+    return paths_.size() > 1 ? capture::OpenJoined(paths_, stop) : capture::OpenCapture(paths_.front(), stop);
+  };
+  // Several files are one recording; their interfaces have one clock.
+  const bool compare = paths_.size() == 1 && Spool::CanBeReadTwice(paths_.front());
+  auto source = compare ? bus::OpenAligned(open) : open();
   if (!source) return WithoutSpools(source.error());
   return source;
 }

@@ -1,6 +1,7 @@
 /// A capture that can be read twice: what comes from a pipe is kept in a temporary file.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <string>
@@ -41,8 +42,10 @@ class CapturePaths {
 
   /// Those that cannot be read twice are read into temporary files.
   [[nodiscard]] std::optional<Error> MakeReadableTwice();
-  /// From the beginning; ends at the interrupt signal.
-  [[nodiscard]] Result<std::unique_ptr<capture::FrameSource>> Open() const;
+  /// From the beginning. Where the clocks of two interfaces of one file are apart its stamps are moved
+  /// (bus::OpenAligned()); what can be read only once is taken as it is.
+  /// @param stop  once it is set the source ends; null: at the interrupt signal
+  [[nodiscard]] Result<std::unique_ptr<capture::FrameSource>> Open(const std::atomic<bool>* stop = nullptr) const;
   /// The captures, or the temporary files in their place.
   [[nodiscard]] const std::vector<std::string>& paths() const { return paths_; }
   /// Users know nothing of temporary files: what `error` says of one it says of the input.

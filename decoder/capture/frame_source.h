@@ -60,6 +60,15 @@ struct Comment {
   std::string text;
 };
 
+/// The clock of an interface was found to be apart from that of another one, and its stamps were moved.
+struct ClockShift {
+  std::uint16_t interface = 0;  ///< whose stamps were moved
+  std::uint16_t reference = 0;  ///< the interface that it was compared with
+  std::int64_t ahead_ns = 0;    ///< how much later its clock was at the beginning; negative: earlier
+  std::size_t pairs = 0;        ///< frames that show it
+  bool renumbered = false;      ///< packets were put into the order of the wire, and numbered in it
+};
+
 /// What is known of the file; grows while it is read, final after the last frame.
 struct CaptureInfo {
   std::string path;
@@ -69,6 +78,7 @@ struct CaptureInfo {
   std::vector<Comment> comments;  ///< at most 1,000, later ones are left out
   std::uint64_t packets = 0;
   std::uint64_t name_bytes_left_out = 0;  ///< of interface names beyond kNameBytes
+  std::optional<ClockShift> clock_shift;
   std::uint64_t unread_blocks = 0;  ///< of types that are not known, with what looks like an EtherCAT frame in them
 
   /// What the names of all interfaces may take; an interface whose name has no room goes without.

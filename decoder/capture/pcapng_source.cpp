@@ -46,11 +46,14 @@ class PcapngSource final : public FrameSource {
     info_.format = FormatName("pcapng", stream_->compression());
   }
 
-  /// Reads the first section header.
-  /// @return what is wrong with it; empty when nothing is
+  /// Reads the first section header, and the interfaces right behind it.
+  /// @return what is wrong with the header; empty when nothing is
   std::string Start() {
     CapturedFrame none;
     if (ReadBlock(none) == BlockResult::kDamaged) return info_.damage->message;
+    while (status_ == ReadStatus::kFrame && NextIs(pcapng::kInterfaceDescription)) {
+      if (ReadBlock(none) == BlockResult::kDamaged) status_ = ReadStatus::kDamaged;
+    }
     return {};
   }
 
@@ -84,6 +87,7 @@ class PcapngSource final : public FrameSource {
   };
 
   BlockResult ReadBlock(CapturedFrame& frame);
+  bool NextIs(std::uint32_t type);
   /// Takes a block out of the stream that is not looked into, without holding all of it in memory.
   BlockResult PassOver(std::uint32_t type, std::uint32_t length);
   BlockResult SectionHeader(ByteSpan block);
@@ -210,6 +214,12 @@ BlockResult PcapngSource::ReadBlock(CapturedFrame& frame) {
     default:
       return InterfaceStatistics(block);
   }
+}
+
+bool PcapngSource::NextIs(std::uint32_t type) {
+  stream_->Consume(std::exchange(last_block_, 0));
+  const ByteSpan bytes = stream_->Peek(pcapng::kMinBlockBytes);
+  return bytes.size() >= pcapng::kMinBlockBytes && order_.At(bytes.data()) == type;
 }
 
 BlockResult PcapngSource::PassOver(std::uint32_t type, std::uint32_t length) {

@@ -5,7 +5,7 @@ import struct
 import subprocess
 import unittest
 
-from support import SOURCE, CliTest, faulty_capture, foreign_capture
+from support import SOURCE, Bus, CliTest, faulty_bus, faulty_capture, foreign_capture
 
 SAMPLES = SOURCE / "samples" / "captures"
 REFUSED = SAMPLES / "init-to-op-refused.pcapng"  # f1 in frame 109 with 108, f2 in frame 112 because of it
@@ -221,6 +221,47 @@ class Annotate(CopyTest):
         ours, theirs = (self.report(path, status=1)["reports"][0] for path in (self.dir / "copy.pcapng", REFUSED))
         self.assertEqual(ours["findings"], theirs["findings"])
         self.assertEqual(ours["slaves"], theirs["slaves"])
+
+
+class TapWithTwoClocks(CopyTest):
+    """A tap whose second interface has a clock of its own: the packets stand in the file as they are stamped."""
+
+    @staticmethod
+    def tap(bus, ahead_ns):
+        """What went out is on interface 0, what came back on 1, stamped `ahead_ns` later; sorted by stamps."""
+        stamped = [(time + (ahead_ns if frame[6] & 2 else 0), frame) for time, frame in bus.packets]
+        out = [struct.pack("<IIIHHqI", 0x0A0D0D0A, 28, 0x1A2B3C4D, 1, 0, -1, 28)]
+        out += [struct.pack("<IIHHIHHB3xHHI", 1, 32, 1, 0, 0, 9, 1, 9, 0, 0, 32)] * 2
+        for time, frame in sorted(stamped, key=lambda packet: packet[0]):
+            length = 32 + (len(frame) + 3) // 4 * 4
+            out.append(struct.pack("<IIIIIII", 6, length, 1 if frame[6] & 2 else 0, time >> 32, time & 0xFFFFFFFF,
+                                   len(frame), len(frame)) +
+                       frame.ljust(length - 32, b"\0") + struct.pack("<I", length))
+        return b"".join(out)
+
+    def judged(self, path):
+        findings = self.report(path, status=1)["reports"][0]["findings"]
+        about_file = [f for f in findings if f["rule"].startswith("capture-")]
+        return [f for f in findings if f not in about_file], about_file
+
+    def test_frames_are_those_of_the_copy(self):
+        bus = faulty_bus(Bus())
+        for _ in range(40):
+            bus.read(0x0130, b"\x11\0")
+        one_clock, about_one = self.judged(self.file("one.pcapng", self.tap(bus, 0)))
+        self.assertEqual(about_one, [])
+        apart = self.file("apart.pcapng", self.tap(bus, 37_000_000_000))
+        moved, about_apart = self.judged(apart)
+        self.assertEqual([f["rule"] for f in about_apart], ["capture-timestamps"])
+        self.assertAlmostEqual(about_apart[0]["evidence"]["clocks_apart_ns"], 37_000_000_000, delta=20_000)
+        self.assertIn("clock of interface 1 is ahead of that of interface 0 by 37.000 s", about_apart[0]["title"])
+        self.assertIn("ecaudit annotate", about_apart[0]["message"])
+        same = ("rule", "severity", "frame", "last_frame", "count", "related_frames", "title", "message")
+        self.assertEqual([[f[k] for k in same] for f in moved], [[f[k] for k in same] for f in one_clock])
+        self.copy("annotate", apart)
+        again, about_copy = self.judged(self.dir / "copy.pcapng")
+        self.assertEqual(again, moved)
+        self.assertEqual(about_copy, [])
 
 
 @unittest.skipIf(shutil.which("tshark") is None, "tshark is not installed")

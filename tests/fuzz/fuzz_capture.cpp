@@ -1,14 +1,17 @@
-/// Any bytes as a capture file: pcap, pcapng, plain or compressed, whatever they look like.
+/// Any bytes as a capture file: pcap, pcapng, plain or compressed, whatever they look like; also with the clocks of two
+/// interfaces compared.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 
+#include "decoder/bus/aligned_source.h"
 #include "decoder/capture/capture_stream.h"
 
 namespace {
 
 using ecaudit::capture::CapturedFrame;
 using ecaudit::capture::CaptureInfo;
+using ecaudit::capture::FrameSource;
 using ecaudit::capture::ReadStatus;
 
 /// What every source promises, whatever the file.
@@ -16,16 +19,7 @@ void Check(bool holds) {
   if (!holds) std::abort();
 }
 
-}  // namespace
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  constexpr std::uint64_t kDecompressedLimit = 4U << 20U;
-  auto opened = ecaudit::capture::OpenCaptureFromMemory({data, size}, "input", kDecompressedLimit);
-  if (!opened) {
-    Check(!opened.error().message.empty());
-    return 0;
-  }
-  ecaudit::capture::FrameSource& source = **opened;
+void ReadAll(FrameSource& source) {
   const CaptureInfo& info = source.info();
   CapturedFrame frame;
   std::uint64_t frames = 0;
@@ -49,5 +43,21 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Check(source.bytes_read() <= source.bytes_total());
   volatile unsigned keep = sum;  // the bytes are really read
   static_cast<void>(keep);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  constexpr std::uint64_t kDecompressedLimit = 4U << 20U;
+  const auto open = [&] { return ecaudit::capture::OpenCaptureFromMemory({data, size}, "input", kDecompressedLimit); };
+  auto opened = open();
+  if (!opened) {
+    Check(!opened.error().message.empty());
+    return 0;
+  }
+  ReadAll(**opened);
+  auto aligned = ecaudit::bus::OpenAligned(open);
+  Check(aligned.has_value());
+  ReadAll(**aligned);
   return 0;
 }

@@ -1,3 +1,7 @@
+#include <cstdlib>
+#include <optional>
+#include <string>
+
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "decoder/base/text.h"
@@ -16,8 +20,8 @@ constexpr RuleInfo kInfo{.id = "capture-timestamps",
                          .doc = R"(
 ## What it checks
 Stamps that go backwards, steps of 50 us and more, equal stamps for the outbound and returned copy of frames (a tenth of
-the pairs or more), returns on another interface that are stamped before the frames they answer, and packets without
-stamps.
+the pairs or more), returns on another interface that are stamped before the frames they answer, two interfaces whose
+clocks are apart, and packets without stamps.
 
 ## Why it matters
 Durations, cycle times and time-outs measured with such a clock are wrong. The distributed clock that the frames
@@ -25,7 +29,9 @@ themselves carry is not affected.
 
 ## How it is decided
 By counting. Returns stamped first are told by index and content; the clocks of two interfaces then differ by more than
-a round trip takes. One microsecond steps, as most capture programs have, are fine.
+a round trip takes. Where one interface has what was sent and the other what came back, and the two copies of frames are
+all apart by the same, more than a millisecond or the wrong way round, the stamps of the second interface are moved by
+that, also where its clock runs faster or slower. One microsecond steps, as most capture programs have, are fine.
 
 ## Example
 samples/captures/coarse-timestamps.pcapng
@@ -34,6 +40,19 @@ samples/captures/coarse-timestamps.pcapng
 Capture on Linux, or with a probe that stamps in hardware. Where a probe does, but the packets have the stamps of the
 host, let the capture program take the probe's.
 )"};
+
+std::string WhatWasMoved(const capture::ClockShift& shift) {
+  std::string text = "The stamps of interface " + std::to_string(shift.interface) +
+                     " were moved so that each return comes as soon behind its frame as the wire allows (" +
+                     Count(shift.pairs, "frame") +
+                     " at the beginning show by how much, those behind them how it changes).";
+  if (shift.renumbered) {
+    text +=
+        " The packets were put into that order: frame numbers are those of the file that 'ecaudit annotate' writes, "
+        "not of this one.";
+  }
+  return text;
+}
 
 class CaptureTimestamps final : public Rule {
  public:
@@ -66,6 +85,13 @@ class CaptureTimestamps final : public Rule {
               " frames have a return that is stamped before them: the clocks of two interfaces differ",
           "returns_stamped_first", pairing.stamped_first);
     }
+    const std::optional<capture::ClockShift>& shift = context().source().info().clock_shift;
+    if (shift) {
+      add("the clock of interface " + std::to_string(shift->interface) +
+              (shift->ahead_ns > 0 ? " is ahead of" : " is behind") + " that of interface " +
+              std::to_string(shift->reference) + " by " + Duration(std::abs(shift->ahead_ns)),
+          "clocks_apart_ns", static_cast<std::uint64_t>(std::abs(shift->ahead_ns)));
+    }
     if (read.time_step_ns >= 50'000 && read.packets > 10) {
       add("stamps are multiples of " + Duration(read.time_step_ns), "step_ns",
           static_cast<std::uint64_t>(read.time_step_ns));
@@ -81,6 +107,7 @@ class CaptureTimestamps final : public Rule {
                              "take the probe's stamps for its own."
                            : ". Cycle times and round trips taken from these stamps are not reliable. Capture with a "
                              "machine or probe that stamps each packet when it passes.");
+    if (shift) finding.message += " " + WhatWasMoved(*shift);
     Report(0, std::move(finding));
   }
 };
