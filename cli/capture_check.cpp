@@ -45,10 +45,11 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
   if (settings.moments.needs_capture()) {
     if (auto error = PlaceMoments(settings.moments, paths, analysis)) return *error;
   }
-  auto source = CapturePaths({paths.begin(), paths.end()}).Open(&stop);
+  auto source = CapturePaths({paths.begin(), paths.end()}, analysis.interfaces).Open(&stop);
   if (!source) return source.error();
   LineCounter* lines = nullptr;
-  if (wanted.decode_lines) {
+  // The text of `decode` holds the packets of all interfaces.
+  if (wanted.decode_lines && analysis.interfaces.empty()) {
     auto counting = std::make_unique<LineCounter>(std::move(*source));
     lines = counting.get();
     *source = std::move(counting);
@@ -65,7 +66,7 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
     out.report.result = Analyse(**source, analysis);
   }
   report::Selection& selection = out.report.selection;
-  selection = {analysis.from_s, analysis.to_s, analysis.from_frame, analysis.to_frame, {}};
+  selection = {analysis.from_s, analysis.to_s, analysis.from_frame, analysis.to_frame, {}, analysis.interfaces};
   for (const SlaveSelector& slave : settings.slaves) selection.slaves.push_back(NameOf(slave));
   const CaptureSummary& read = out.report.result.capture;
   if (read.packets == 0 && read.file.packets > 0 && selection.range() && !stop) {

@@ -155,6 +155,7 @@ void CaptureOptions::Declare(OptionSet& options) {
 void CaptureOptions::DeclareSettings(OptionSet& options) {
   options.Group("What to read");
   options.Values("--slave", "SLAVE", slaves, "report only this slave: position 0, or address 0x1001 (repeatable)");
+  options.Values("--interface", "N", interfaces, "read only interface N of the capture, 0 is the first (repeatable)");
   options.Value("--from", "START", from,
                 "begin here: seconds from the first frame, #760, 02:13:07.250, or 2026-03-02T02:13Z");
   options.Value("--to", "END", to, "end here, inclusive");
@@ -286,6 +287,13 @@ std::optional<Error> AddParameter(std::string_view text, AnalysisOptions& analys
   return std::nullopt;
 }
 
+Result<std::uint16_t> ParseInterface(std::string_view text) {
+  std::uint16_t number = 0;
+  const auto [rest, code] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (!text.empty() && code == std::errc() && rest == text.data() + text.size()) return number;
+  return Error{"--interface is " + Quoted(text) + " but must be the number of an interface, 0 for the first"};
+}
+
 Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOptions& gate, const std::string& capture) {
   const Result<std::optional<Config>> found = ConfigFor(options, capture);
   if (!found) return found.error();
@@ -317,6 +325,11 @@ Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOption
   if (auto error = ApplyRequire(gate.require, settings.required)) return *error;
   if (gate.baseline) settings.baseline = *gate.baseline;
   if (auto error = ApplyRange(options, settings)) return *error;
+  for (const std::string& text : options.interfaces) {
+    const Result<std::uint16_t> interface = ParseInterface(text);
+    if (!interface) return interface.error();
+    settings.analysis.interfaces.push_back(*interface);
+  }
   for (const std::string& text : options.slaves) {
     const Result<SlaveSelector> slave = ParseSlave(text);
     if (!slave) return slave.error();

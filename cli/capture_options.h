@@ -31,6 +31,7 @@ struct CaptureOptions {
   std::vector<std::string> esi;
   std::optional<std::string> eni;
   std::vector<std::string> slaves;
+  std::vector<std::string> interfaces;
   std::optional<std::string> from, to, around, window;
   bool local_time = false;  ///< clock times without a zone are those of this machine
   std::optional<std::string> config;
@@ -90,6 +91,8 @@ void AddFiles(const Settings& settings, CommandFiles& files);
 
 /// "0" is a position, "0x1001" a station address.
 [[nodiscard]] Result<SlaveSelector> ParseSlave(std::string_view text);
+/// "0" is the first interface of a capture.
+[[nodiscard]] Result<std::uint16_t> ParseInterface(std::string_view text);
 /// "al-timeout=warning", "sdo-abort=off".
 [[nodiscard]] std::optional<Error> AddRuleSetting(std::string_view text, AnalysisOptions& analysis);
 /// What AddRuleSetting() read, for reports: id and severity, or "off"; sorted by id.

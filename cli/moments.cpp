@@ -26,12 +26,13 @@ struct Anchor {
   bool reached = false;          ///< that frame is there
 };
 
-Result<Anchor> ReadAnchor(std::span<const std::string> paths, std::optional<FrameNo> around) {
+Result<Anchor> ReadAnchor(std::span<const std::string> paths, const std::vector<std::uint16_t>& interfaces,
+                          std::optional<FrameNo> around) {
   for (const std::string& path : paths) {
     if (Spool::CanBeReadTwice(path)) continue;
     return Error{path + " can be read only once: give seconds or a frame number for --from and --to"};
   }
-  auto source = CapturePaths({paths.begin(), paths.end()}).Open();
+  auto source = CapturePaths({paths.begin(), paths.end()}, interfaces).Open();
   if (!source) return source.error();
   Anchor anchor;
   capture::CapturedFrame frame;
@@ -112,7 +113,8 @@ std::optional<Error> PlaceMoments(const MomentRange& range, std::span<const std:
   Anchor anchor;
   if (range.needs_capture()) {
     const bool by_frame = range.around && range.around->kind == Moment::Kind::kFrame;
-    Result<Anchor> read = ReadAnchor(paths, by_frame ? std::optional(range.around->frame) : std::nullopt);
+    Result<Anchor> read =
+        ReadAnchor(paths, analysis.interfaces, by_frame ? std::optional(range.around->frame) : std::nullopt);
     if (!read) return read.error();
     anchor = *read;
     // Who stopped reading is told so by what reads the capture next.

@@ -66,6 +66,7 @@ void AddRange(JsonArray& out, const AnalysisOptions& analysis) {
   out.Add(analysis.to_s);
   out.Add(analysis.from_frame);
   out.Add(analysis.to_frame);
+  for (const std::uint16_t interface : analysis.interfaces) out.Add(interface);
 }
 
 /// An array with an array for each of `items`, which `add` fills; left out when there are none.

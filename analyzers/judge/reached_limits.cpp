@@ -11,6 +11,12 @@
 #include "decoder/track/slave_work.h"
 
 namespace ecaudit {
+namespace {
+
+/// A program that looks for slaves where there are none is no bus.
+constexpr std::uint64_t kFewOfOtherBus = 8;
+
+}  // namespace
 
 void TellLimits(const FindingStore& store, const Pipeline& pipeline, const CrowdedLists& lists,
                 AnalysisResult& result) {
@@ -55,6 +61,11 @@ void TellLimits(const FindingStore& store, const Pipeline& pipeline, const Crowd
   if (capture.unusable > 0 && capture.unusable * 2 >= capture.may_be_ethercat) {
     result.cut = Grouped(capture.unusable) + " of " + Grouped(capture.may_be_ethercat) +
                  " packets that may have been EtherCAT could not be used";
+  }
+  const bus::PairingStatistics& pairing = pipeline.pairing();
+  if (pairing.other_bus > kFewOfOtherBus) {
+    result.cut = "interface " + std::to_string(pairing.other_bus_interface) +
+                 " was at another bus, which --interface " + std::to_string(pairing.other_bus_interface) + " judges";
   }
   if (overworked.seen()) {
     result.cut = "what is behind packet " + Grouped(overworked.number) +

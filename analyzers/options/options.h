@@ -49,6 +49,7 @@ struct AnalysisOptions {
   /// Only frames in [from, to] are analysed; seconds from the first frame or frame numbers.
   std::optional<double> from_s, to_s;
   std::optional<FrameNo> from_frame, to_frame;
+  std::vector<std::uint16_t> interfaces;  ///< of these alone the caller hands over packets; empty: of all
   /// Limits in ns that the catalogue calls configurable, by name: "al-timeout.preop", ...
   std::map<std::string, std::int64_t, std::less<>> limits;
   /// What the start-up has to be like; null: nothing is expected, and the rules of the start-up stay silent.

@@ -185,7 +185,7 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
   if (!settings) return Fail(console, settings.error());
   plan.settings = std::move(*settings);
   capture_.TellSkipped(console);
-  plan.paths = CapturePaths(capture_.captures);
+  plan.paths = CapturePaths(capture_.captures, plan.settings.analysis.interfaces);
   const bool place = plan.settings.moments.needs_capture();
   if (place) {
     if (const auto error = plan.paths.MakeReadableTwice()) return Fail(console, *error);

@@ -225,6 +225,13 @@ CaptureDigest ReadCapture(JsonValue json, Fields& fields) {
       if (slave.is_text()) out.selection.slaves.push_back(PrintableLines(*slave.text()));
     }
   }
+  if (settings.member("interfaces").there()) {
+    for (const JsonValue interface : fields.Array(settings, "interfaces")) {
+      if (const auto number = interface.number(); number && *number <= 0xFFFF) {
+        out.selection.interfaces.push_back(static_cast<std::uint16_t>(*number));
+      }
+    }
+  }
   if (settings.member("range").there() && !settings.member("range").is_null()) {
     const JsonValue range = fields.Object(settings, "range");
     const auto frame = [&](const char* key) {

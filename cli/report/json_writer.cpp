@@ -138,6 +138,7 @@ void PutSettings(JsonObject& out, const CaptureReport& capture) {
   out.Put("judged", !capture.judged ? "nothing" : capture.expectation.empty() ? "all" : "expectation");
   PutRange(out, capture.selection);
   out.Values("slaves", capture.selection.slaves);
+  out.Values("interfaces", capture.selection.interfaces);
   out.Object("rules", [&](JsonObject& json) {
     for (const auto& [id, severity] : capture.rules) json.Put(id, severity);
   });

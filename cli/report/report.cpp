@@ -72,6 +72,7 @@ std::string Text(const Selection& selection) {
     return std::string(digits.data(), end);
   };
   for (const std::string& slave : selection.slaves) add("--slave", slave);
+  for (const std::uint16_t interface : selection.interfaces) add("--interface", std::to_string(interface));
   if (selection.from_s) add("--from", seconds(*selection.from_s));
   if (selection.from_frame) add("--from", "#" + std::to_string(*selection.from_frame));
   if (selection.to_s) add("--to", seconds(*selection.to_s));

@@ -28,7 +28,8 @@ enum class FailOn : std::uint8_t { kInfo, kWarning, kError, kNever };
 struct Selection {
   std::optional<double> from_s, to_s;  ///< seconds from the first packet
   std::optional<FrameNo> from_frame, to_frame;
-  std::vector<std::string> slaves;  ///< positions "0" or addresses "0x1001"; empty: all
+  std::vector<std::string> slaves;        ///< positions "0" or addresses "0x1001"; empty: all
+  std::vector<std::uint16_t> interfaces;  ///< whose packets were read; empty: of all
 
   [[nodiscard]] bool range() const { return from_s || to_s || from_frame || to_frame; }
   auto operator<=>(const Selection&) const = default;

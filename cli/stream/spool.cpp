@@ -13,6 +13,7 @@
 #include "decoder/capture/byte_reader.h"
 #include "decoder/capture/capture_reader.h"
 #include "decoder/capture/capture_stream.h"
+#include "decoder/capture/interface_filter.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -82,7 +83,11 @@ std::optional<Error> CapturePaths::MakeReadableTwice() {
 Result<std::unique_ptr<capture::FrameSource>> CapturePaths::Open(const std::atomic<bool>* stop) const {
   if (stop == nullptr) stop = &InterruptFlag();
   const auto open = [&] {
-    return paths_.size() > 1 ? capture::OpenJoined(paths_, stop) : capture::OpenCapture(paths_.front(), stop);
+    auto opened = paths_.size() > 1 ? capture::OpenJoined(paths_, stop) : capture::OpenCapture(paths_.front(), stop);
+    if (opened && !interfaces_.empty()) {
+      *opened = std::make_unique<capture::InterfaceFilter>(std::move(*opened), interfaces_);
+    }
+    return opened;
   };
   // Several files are one recording; their interfaces have one clock.
   const bool compare = paths_.size() == 1 && Spool::CanBeReadTwice(paths_.front());

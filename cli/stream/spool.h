@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -38,7 +39,9 @@ class Spool {
 class CapturePaths {
  public:
   CapturePaths() = default;
-  explicit CapturePaths(std::vector<std::string> paths) : paths_(std::move(paths)) {}
+  /// @param interfaces  whose packets are read; empty: those of all
+  explicit CapturePaths(std::vector<std::string> paths, std::vector<std::uint16_t> interfaces = {})
+      : paths_(std::move(paths)), interfaces_(std::move(interfaces)) {}
 
   /// Those that cannot be read twice are read into temporary files.
   [[nodiscard]] std::optional<Error> MakeReadableTwice();
@@ -53,6 +56,7 @@ class CapturePaths {
 
  private:
   std::vector<std::string> paths_;
+  std::vector<std::uint16_t> interfaces_;
   std::vector<std::unique_ptr<Spool>> spools_;
 };
 

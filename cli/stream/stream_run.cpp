@@ -57,7 +57,7 @@ std::optional<Error> MissingSlaves(const CaptureOptions& options, const Settings
 /// A range that lies beside the capture shows nothing, which must not look like nothing having happened.
 std::optional<Error> NothingInRange(const std::string& name, const TimedSource& source, const FrameRange& range) {
   if (source.reached_range() || source.info().packets == 0) return std::nullopt;
-  return EmptyRange(name, {range.from_s, range.to_s, range.from_frame, range.to_frame, {}});
+  return EmptyRange(name, {range.from_s, range.to_s, range.from_frame, range.to_frame, {}, {}});
 }
 
 }  // namespace
@@ -199,7 +199,7 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
   if (!outputs) return Fail(console, outputs.error());
 
   ListenForInterrupt();
-  Plan plan{CapturePaths(capture_.captures), *settings, *range};
+  Plan plan{CapturePaths(capture_.captures, settings->analysis.interfaces), *settings, *range};
   const bool place = settings->moments.needs_capture();
   if (writer.learns() || place) {
     if (const auto error = plan.paths.MakeReadableTwice()) return Fail(console, *error);

@@ -33,34 +33,11 @@ constexpr std::uint32_t kCountedOneIn = 32;
 /// What the other end sends arrives within this: a round trip.
 constexpr std::int64_t kEchoNs = 500'000;
 
-/// The same for frames that ask for the same of the same slaves, whatever index they carry.
-std::uint64_t WhatIsAsked(const wire::FrameView& frame) {
-  constexpr std::uint64_t kIndex = 0xFF00;
-  std::uint64_t hash = frame.size();
-  for (std::size_t i = 0; i < frame.size(); ++i) {
-    hash = WrappingProduct(hash ^ (frame[i].KeptHeader() & ~kIndex), std::uint64_t{0x9E3779B97F4A7C15});
-    hash ^= hash >> 32U;
-  }
-  return hash;
-}
-
 bool IsExchanged(const wire::FrameView& frame) {
   for (std::size_t i = 0; i < frame.size(); ++i) {
     if (wire::IsLogical(frame[i].command()) && frame[i].wkc() > 0) return true;
   }
   return false;
-}
-
-/// True when the frame names slaves by their addresses, and each of these took part.
-bool IsTaken(const wire::FrameView& frame) {
-  bool any = false;
-  for (std::size_t i = 0; i < frame.size(); ++i) {
-    const wire::Command c = frame[i].command();
-    if (!wire::IsNodeAddressed(c) || c == wire::Command::FRMW) continue;  // FRMW all the others take
-    if (frame[i].wkc() == 0) return false;
-    any = true;
-  }
-  return any;
 }
 
 /// Where a packet was captured: port of the probe and capture interface.
@@ -69,6 +46,16 @@ std::uint32_t PortOf(const wire::FrameView& frame) {
 }
 
 }  // namespace
+
+std::uint64_t WhatIsAsked(const wire::FrameView& frame) noexcept {
+  constexpr std::uint64_t kIndex = 0xFF00;
+  std::uint64_t hash = frame.size();
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    hash = WrappingProduct(hash ^ (frame[i].KeptHeader() & ~kIndex), std::uint64_t{0x9E3779B97F4A7C15});
+    hash ^= hash >> 32U;
+  }
+  return hash;
+}
 
 Progress ProgressOf(const wire::FrameView& frame) noexcept {
   Progress progress;
@@ -79,6 +66,17 @@ Progress ProgressOf(const wire::FrameView& frame) noexcept {
     }
   }
   return progress;
+}
+
+bool IsTaken(const wire::FrameView& frame) noexcept {
+  bool any = false;
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    const wire::Command c = frame[i].command();
+    if (!wire::IsNodeAddressed(c) || c == wire::Command::FRMW) continue;  // FRMW all the others take
+    if (frame[i].wkc() == 0) return false;
+    any = true;
+  }
+  return any;
 }
 
 bool AnyWorkingCounter(const wire::FrameView& frame) noexcept {

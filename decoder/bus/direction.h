@@ -47,6 +47,12 @@ struct Progress {
   return moved != 0 ? moved > 0 : later.counted > earlier.counted;
 }
 
+/// The same for frames that ask for the same of the same slaves, whatever index they carry.
+[[nodiscard]] std::uint64_t WhatIsAsked(const wire::FrameView& frame) noexcept;
+
+/// True when the frame names slaves by their addresses, and each of these took part.
+[[nodiscard]] bool IsTaken(const wire::FrameView& frame) noexcept;
+
 class DirectionLearner {
  public:
   /// No clocks of two interfaces differ by more where they are to be compared at all.

@@ -161,6 +161,11 @@ void Pairing::Push(const wire::FrameView& frame) noexcept {
   }
 }
 
+void Pairing::PushOtherBus(const wire::FrameView& frame) noexcept {
+  if (statistics_.other_bus++ == 0) statistics_.other_bus_interface = frame.interface_index();
+  PushForeign(frame);
+}
+
 void Pairing::PushForeign(const wire::FrameView& frame) noexcept {
   sink_.OnFrame(frame, Direction::kForeign);
   if (statistics_.foreign++ == 0) statistics_.first_foreign = frame.ref().number;

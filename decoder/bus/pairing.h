@@ -67,6 +67,8 @@ struct PairingIncidents {
   std::uint64_t foreign_answered = 0;    ///< of these, frames that slaves took part in
   std::uint64_t foreign_unreadable = 0;  ///< likewise, no frames of datagrams
   FrameNo first_foreign = 0;
+  std::uint64_t other_bus = 0;            ///< of these, on interfaces that were at another bus
+  std::uint64_t other_bus_interface = 0;  ///< the first of those interfaces
   std::uint64_t repeated_unanswered = 0;  ///< the frame before once more, which had not come back
   std::uint64_t dropped_every = 0;        ///< the recorder left out one of so many packets, regularly; 0: it did not
   std::uint64_t stamped_first = 0;        ///< pairs whose return is stamped before the frame was sent
@@ -125,6 +127,8 @@ class Pairing {
 
   /// Takes one packet in file order; those that are no EtherCAT frames only matter as neighbours of lost ones.
   void Push(const wire::FrameView& frame) noexcept;
+  /// Takes one EtherCAT frame that was captured at another bus (interface_groups.h).
+  void PushOtherBus(const wire::FrameView& frame) noexcept;
   /// The capture ends: frames that were overtaken are lost, the others are under way.
   void Finish() noexcept;
 

@@ -80,7 +80,7 @@ void TrafficReader::Fill(Batch& batch, std::size_t most_packets) noexcept {
   bool ready = pairing_.has_value();
   if (!ready && LearnDirections(until)) {
     ready = true;
-    directions_.Finish();
+    FixDirections();
     pairing_.emplace(directions_, recorder_);
     for (const Early& early : early_) {
       wire::FrameView view;
@@ -114,12 +114,30 @@ bool TrafficReader::LearnDirections(std::uint64_t until) noexcept {
     if (got == Got::kEnd) return true;
     if (got == Got::kOutside) continue;
     const wire::FrameView& view = parser_.Parse(packet);
-    directions_.Learn(view);
     if (view.kind() != wire::FrameKind::kOther) ++early_ethercat_;
     early_.push_back({view, {view.bytes().begin(), view.bytes().end()}});
     early_bytes_ += view.bytes().size();
   }
   return true;
+}
+
+void TrafficReader::FixDirections() noexcept {
+  const auto each = [&](auto&& look) {
+    for (const Early& early : early_) {
+      wire::FrameView view;
+      view.Rebase(early.view, early.bytes);
+      look(view);
+    }
+  };
+  if (source_.info().interfaces.size() > 1) {
+    groups_.emplace();
+    each([&](const wire::FrameView& view) { groups_->Learn(view); });
+    groups_->Finish();
+  }
+  each([&](const wire::FrameView& view) {
+    if (!groups_ || !groups_->IsOther(view)) directions_.Learn(view);
+  });
+  directions_.Finish();
 }
 
 TrafficReader::Got TrafficReader::Read(capture::CapturedFrame& packet) noexcept {
@@ -142,7 +160,11 @@ TrafficReader::Got TrafficReader::Read(capture::CapturedFrame& packet) noexcept 
 
 void TrafficReader::Push(const wire::FrameView& packet) noexcept {
   recorder_.BeginStep(packet);
-  pairing_->Push(packet);
+  if (groups_ && packet.kind() != wire::FrameKind::kOther && groups_->IsOther(packet)) {
+    pairing_->PushOtherBus(packet);
+  } else {
+    pairing_->Push(packet);
+  }
   recorder_.EndStep(pairing_->statistics());
 }
 

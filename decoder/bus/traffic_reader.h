@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "decoder/bus/direction.h"
+#include "decoder/bus/interface_groups.h"
 #include "decoder/bus/pairing.h"
 #include "decoder/bus/traffic.h"
 #include "decoder/capture/frame_source.h"
@@ -74,6 +75,7 @@ class TrafficReader {
   void ReadAll() noexcept;
   void Fill(Batch& batch, std::size_t most_packets) noexcept;
   bool LearnDirections(std::uint64_t until) noexcept;
+  void FixDirections() noexcept;
   [[nodiscard]] Got Read(capture::CapturedFrame& packet) noexcept;
   void Push(const wire::FrameView& packet) noexcept;
 
@@ -90,6 +92,7 @@ class TrafficReader {
   std::size_t early_bytes_ = 0;
   std::size_t early_ethercat_ = 0;
   wire::FrameParser parser_;
+  std::optional<InterfaceGroups> groups_;  ///< of a capture with several interfaces
   DirectionLearner directions_;
   TrafficRecorder recorder_;
   std::optional<Pairing> pairing_;

@@ -5,7 +5,7 @@ import struct
 import subprocess
 import unittest
 
-from support import SOURCE, Bus, CliTest, faulty_bus, faulty_capture, foreign_capture
+from support import SOURCE, Bus, CliTest, faulty_bus, faulty_capture, foreign_capture, scanned_bus
 
 SAMPLES = SOURCE / "samples" / "captures"
 REFUSED = SAMPLES / "init-to-op-refused.pcapng"  # f1 in frame 109 with 108, f2 in frame 112 because of it
@@ -221,6 +221,38 @@ class Annotate(CopyTest):
         ours, theirs = (self.report(path, status=1)["reports"][0] for path in (self.dir / "copy.pcapng", REFUSED))
         self.assertEqual(ours["findings"], theirs["findings"])
         self.assertEqual(ours["slaves"], theirs["slaves"])
+
+
+class TwoBusses(CopyTest):
+    def test_each_is_judged_by_its_interface(self):
+        """A faulty bus, and a healthy one with more traffic on another interface."""
+        healthy, faulty = scanned_bus(), faulty_bus(Bus())
+        for _ in range(40):
+            healthy.read(0x0130, b"\x01\0")
+        packets = [(time, frame, 0) for time, frame in healthy.packets]
+        packets += [(time + 300_000, frame[:7] + bytes([0x20] * 5) + frame[12:], 1) for time, frame in faulty.packets]
+        out = [struct.pack("<IIIHHqI", 0x0A0D0D0A, 28, 0x1A2B3C4D, 1, 0, -1, 28)]
+        out += [struct.pack("<IIHHIHHB3xHHI", 1, 32, 1, 0, 0, 9, 1, 9, 0, 0, 32)] * 2
+        for time, frame, interface in sorted(packets):
+            length = 32 + (len(frame) + 3) // 4 * 4
+            out.append(struct.pack("<IIIIIII", 6, length, interface, time >> 32, time & 0xFFFFFFFF, len(frame),
+                                   len(frame)) + frame.ljust(length - 32, b"\0") + struct.pack("<I", length))
+        both = self.file("both.pcapng", b"".join(out))
+        report = self.report(both, status=0)
+        self.assertEqual(report["summary"]["verdict"], "limited")
+        findings = report["reports"][0]["findings"]
+        self.assertEqual([f["rule"] for f in findings], ["capture-truncated"])
+        self.assertIn("--interface 1", findings[0]["message"])
+        self.assertEqual(self.report("--interface", "0", both, status=0)["summary"]["verdict"], "pass")
+        second = self.report("--interface", "1", both, status=1)["reports"][0]
+        self.assertEqual(second["settings"]["interfaces"], [1])
+        self.assertEqual([f["rule"] for f in second["findings"]],
+                         [f["rule"] for f in self.report(self.faulty, status=1)["reports"][0]["findings"]])
+        lines = self.run_program("decode", "--interface", "1", both).out.splitlines()
+        self.assertEqual(len(lines), 1 + len(faulty.packets))
+        wrong = self.run_program("check", "--interface", "eth0", both)
+        self.assertEqual(wrong.returncode, 2)
+        self.assertIn("--interface is 'eth0'", wrong.err)
 
 
 class TapWithTwoClocks(CopyTest):

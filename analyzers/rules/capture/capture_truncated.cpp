@@ -110,13 +110,18 @@ class CaptureTruncated final : public Rule {
     }
     // A return whose outbound copy the capture misses may look like another one with flipped bits.
     const std::uint64_t flipped = MissesAny(pairing) ? 0 : pairing.flipped;
+    std::string others = "of other masters";
+    if (pairing.other_bus > 0) {
+      others += " (" + Grouped(pairing.other_bus) + " on interfaces at another bus: --interface " +
+                std::to_string(pairing.other_bus_interface) + " judges that one)";
+    }
     const std::vector<SetAside> reasons{
         {read.crc_error_frames, "marked_bad", "marked bad by the probe or the capture", read.first_crc_error},
         {flipped, "flipped_bits", "returned with flipped bits", {pairing.first_flipped, 0, false}},
         {read.other_link, "other_link_type", link, read.first_other_link},
         {read.cut_before_type, "cut_before_type", "cut before their EtherType", {}},
         {info.unread_blocks, "unread_blocks", "in blocks of a type that is not read", {}},
-        {pairing.foreign_set_aside(), "other_masters", "of other masters", {pairing.first_foreign, 0, false}},
+        {pairing.foreign_set_aside(), "other_masters", others, {pairing.first_foreign, 0, false}},
         {info.dropped(), "dropped", "dropped by the capturing machine", {}}};
     std::uint64_t sum = 0;
     std::string list;
@@ -130,8 +135,8 @@ class CaptureTruncated final : public Rule {
         finding.first = reason.first;
       }
     }
-    const std::uint64_t others = read.other_link + read.cut_before_type + info.unread_blocks + info.dropped();
-    const std::uint64_t may_be_ethercat = read.ethercat_frames + others;
+    const std::uint64_t unread = read.other_link + read.cut_before_type + info.unread_blocks + info.dropped();
+    const std::uint64_t may_be_ethercat = read.ethercat_frames + unread;
     const bool many = sum >= kMany || sum * kOneIn >= may_be_ethercat;
     if (sum == 0 || (!many && flipped == 0)) return;
     if (!finding.first.seen()) finding.first = read.first;
