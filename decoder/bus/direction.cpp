@@ -352,6 +352,9 @@ void DirectionLearner::Finish() noexcept {
     if (s.back_first >= kBackFirst && s.index_changes * kNumberedOneIn >= s.frames()) returns_stamped_first_ = true;
     master_proven_ = any_outbound = any_returned = true;
   }
+  const auto with_bit = [](const Sender& s) { return s.answered && s.bit_set > 0; };
+  const auto end = senders_.begin() + static_cast<std::ptrdiff_t>(count_);
+  bit_tells_nothing_ = master_proven_ && std::none_of(senders_.begin(), end, with_bit);
   JudgeCopies();
   JudgeOnePort();
   SetOtherBusesAside();
@@ -385,7 +388,7 @@ Direction DirectionLearner::Classify(const wire::FrameView& frame) const noexcep
   const Sender* sender = Find(SenderOf(frame));
   if (sender == nullptr) {
     // A sender that shows up later: without the bit it is a master, with it only pairing can tell.
-    return frame.mac_bit() ? Direction::kByPair : Direction::kOutbound;
+    return frame.mac_bit() || bit_tells_nothing_ ? Direction::kByPair : Direction::kOutbound;
   }
   const Direction by_bit = frame.mac_bit() ? Direction::kReturned : Direction::kOutbound;
   // In the window all frames of this sender had the same bit. One that differs is a copy from another place.

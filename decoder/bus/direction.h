@@ -74,6 +74,8 @@ class DirectionLearner {
   /// True when the window held frames of the master, repeated under one index after a time-out, and none that came
   /// back: there is nobody who could answer.
   [[nodiscard]] bool nobody_answers() const { return nobody_answers_; }
+  /// True where frames come back without the bit that slaves set: behind a switch or a card that rewrites addresses.
+  [[nodiscard]] bool bit_tells_nothing() const { return bit_tells_nothing_; }
   /// True for a sender that was not there in the window, on a bus whose master was.
   [[nodiscard]] bool IsGuest(const wire::FrameView& frame) const noexcept;
   /// True when frames of this sender are captured, and none that came back to it: what it sends is taken as done.
@@ -166,6 +168,7 @@ class DirectionLearner {
   bool redundant_ = false;        ///< a sender is the other end
   bool one_port_ = false;         ///< ... of a line of which one port was captured
   bool master_proven_ = false;
+  bool bit_tells_nothing_ = false;
   bool outbound_only_ = false;
   bool returned_only_ = false;
   bool nobody_answers_ = false;

@@ -445,15 +445,16 @@ void Pairing::PushByPair(const wire::FrameView& frame, std::uint64_t key) noexce
     const Progress sent = ProgressOf(slot.view);
     if (Further(progress, sent)) {
       if (further == nullptr || (further->overtaken > 0 && slot.overtaken == 0)) further = &slot;
-    } else if (progress == sent && (progress.counted == 0 || (behind_slaves && IsSoon(slot.view.ref(), frame.ref())))) {
-      // A poll that nobody answered. What was overtaken is nearly always lost: then this is the next one like it.
+    } else if (progress == sent && (progress.counted == 0 || behind_slaves) && IsSoon(slot.view.ref(), frame.ref())) {
+      // A poll that nobody answered; later it is the master's repetition. What was overtaken is nearly always lost:
+      // then this is the next one like it.
       if (untouched == nullptr && slot.overtaken == 0) untouched = &slot;
     }
   }
   Slot* slot = further != nullptr ? further : untouched;
   // Masters send working counters of 0; behind slaves the outbound copy has some, too.
   const bool counted = progress.counted > 0 && !behind_slaves;
-  if (slot == nullptr && directions_.IsGuest(frame)) {
+  if (slot == nullptr && directions_.IsGuest(frame) && !directions_.bit_tells_nothing()) {
     PushForeign(frame);
     return;
   }
@@ -478,7 +479,7 @@ Pairing::Slot* Pairing::FindOpen(const wire::FrameView& frame, std::uint64_t key
     if (slot.overtaken > 0 && (PassedOthers(slot, frame) || IsTooOld(slot, frame))) continue;
     // A frame that was overtaken is nearly always lost; it only answers when no other candidate exists.
     if (oldest == nullptr || (oldest->overtaken > 0 && slot.overtaken == 0)) oldest = &slot;
-    newest = &slot;
+    if (!slot.copy || newest == nullptr) newest = &slot;
   }
   if (oldest == nullptr && any_cut_) return FindCut(frame);
   if (oldest == newest || oldest->overtaken > 0) return oldest;

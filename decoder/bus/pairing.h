@@ -127,6 +127,8 @@ class Pairing {
 
   /// Takes one packet in file order; those that are no EtherCAT frames only matter as neighbours of lost ones.
   void Push(const wire::FrameView& frame) noexcept;
+  /// Takes one frame that is the packet before it once more (doubled_packets.h).
+  void PushOnceMore(const wire::FrameView& /*frame*/) noexcept { ++statistics_.captured_twice; }
   /// Takes one EtherCAT frame that was captured at another bus (interface_groups.h).
   void PushOtherBus(const wire::FrameView& frame) noexcept;
   /// The capture ends: frames that were overtaken are lost, the others are under way.

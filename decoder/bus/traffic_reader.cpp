@@ -134,8 +134,16 @@ void TrafficReader::FixDirections() noexcept {
     each([&](const wire::FrameView& view) { groups_->Learn(view); });
     groups_->Finish();
   }
-  each([&](const wire::FrameView& view) {
-    if (!groups_ || !groups_->IsOther(view)) directions_.Learn(view);
+  const auto each_of_bus = [&](auto&& look) {
+    each([&](const wire::FrameView& view) {
+      if (!groups_ || !groups_->IsOther(view)) look(view);
+    });
+  };
+  each_of_bus([&](const wire::FrameView& view) { doubled_.Learn(view); });
+  doubled_.Finish();
+  DoubledPackets doubled = doubled_;
+  each_of_bus([&](const wire::FrameView& view) {
+    if (!doubled.IsSecond(view)) directions_.Learn(view);
   });
   directions_.Finish();
 }
@@ -162,6 +170,8 @@ void TrafficReader::Push(const wire::FrameView& packet) noexcept {
   recorder_.BeginStep(packet);
   if (groups_ && packet.kind() != wire::FrameKind::kOther && groups_->IsOther(packet)) {
     pairing_->PushOtherBus(packet);
+  } else if (doubled_.IsSecond(packet)) {
+    pairing_->PushOnceMore(packet);
   } else {
     pairing_->Push(packet);
   }

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "decoder/bus/direction.h"
+#include "decoder/bus/doubled_packets.h"
 #include "decoder/bus/interface_groups.h"
 #include "decoder/bus/pairing.h"
 #include "decoder/bus/traffic.h"
@@ -93,6 +94,7 @@ class TrafficReader {
   std::size_t early_ethercat_ = 0;
   wire::FrameParser parser_;
   std::optional<InterfaceGroups> groups_;  ///< of a capture with several interfaces
+  DoubledPackets doubled_;
   DirectionLearner directions_;
   TrafficRecorder recorder_;
   std::optional<Pairing> pairing_;

@@ -1,0 +1,106 @@
+// Captures that hold every packet twice.
+#include "decoder/bus/doubled_packets.h"
+
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "decoder/bus/traffic_reader.h"
+#include "tests/unit/bus/pairing_log.h"
+
+namespace ecaudit::bus::test {
+namespace {
+
+/// Every packet once more, `ns` later, on that interface.
+std::vector<Packet> Doubled(const std::vector<Packet>& packets, TimeNs ns, std::uint16_t interface) {
+  std::vector<Packet> all;
+  for (const Packet& packet : packets) {
+    all.push_back(packet);
+    all.push_back(packet);
+    all.back().time += ns;
+    all.back().interface_index = interface;
+  }
+  return all;
+}
+
+/// As a master sends whose address has the bit that slaves set.
+std::vector<Packet> WithoutBit(const std::string& lines) {
+  Result<Trace> trace = Trace::Parse(lines);
+  EXPECT_TRUE(trace);
+  std::vector<Packet> packets = trace->Packets();
+  for (Packet& packet : packets) packet.bytes[6] |= 2U;
+  return packets;
+}
+
+std::string Work(int frames) {
+  std::string lines = "@slaves 2\n";
+  for (int i = 0; i < frames; ++i) {
+    lines +=
+        i % 3 == 0 ? "+1ms BRD 0x0130 08 00\n" : "+1ms FPRD 0x1001:0x080D 00 wkc=" + std::to_string(i % 3 - 1) + "\n";
+  }
+  return lines;
+}
+
+PairingStatistics ReadAll(const std::vector<Packet>& packets) {
+  ecaudit::test::MemorySource source(packets);
+  constexpr PacketRange kAll;
+  TrafficReader reader(source, kAll, nullptr, Ahead::kNo);
+  PairingStatistics statistics;
+  while (const Traffic* traffic = reader.Next()) {
+    for (std::size_t i = 0; i < traffic->size(); ++i) statistics = traffic->StatisticsBehind(i);
+  }
+  return statistics;
+}
+
+TEST(DoubledPackets, CountOnceWhereTheAddressTellsNothing) {
+  const std::vector<Packet> packets = WithoutBit(Work(300));
+  const PairingStatistics once = ReadAll(packets);
+  ASSERT_EQ(once.paired, 300U);
+  for (const TimeNs later : {TimeNs{0}, TimeNs{4'000}}) {
+    for (const std::uint16_t interface : {0, 1}) {
+      const PairingStatistics twice = ReadAll(Doubled(packets, later, interface));
+      EXPECT_EQ(twice.paired, 300U) << later << " on " << interface;
+      EXPECT_EQ(twice.outbound, 300U);
+      EXPECT_EQ(twice.returned, 300U);
+      EXPECT_EQ(twice.captured_twice, 600U);
+      EXPECT_EQ(twice.lost, 0U);
+      EXPECT_EQ(twice.duplicated, 0U);
+    }
+  }
+}
+
+TEST(DoubledPackets, ALongRoundTripIsNoRepetition) {
+  Result<Trace> trace = Trace::Parse(Work(100) + "+1ms FPRD 0x1001:0x0130 08 00 rtt=700us\n" + Work(100).substr(10));
+  ASSERT_TRUE(trace);
+  const PairingStatistics twice = ReadAll(Doubled(trace->Packets(), 2'000, 1));
+  EXPECT_EQ(twice.paired, 201U);
+  EXPECT_EQ(twice.lost, 0U);
+}
+
+/// One index and one answer for all: each return is like the one before, but the next frame stands between them.
+TEST(DoubledPackets, PollsThatAreAllAlikeAreNotThat) {
+  std::string lines;
+  for (int i = 0; i < 300; ++i) lines += "+50us FPRD 0x1001:0x0130 08 00 idx=0\n";
+  for (const bool bit : {true, false}) {
+    Result<Trace> trace = Trace::Parse(lines);
+    ASSERT_TRUE(trace);
+    const PairingStatistics read = ReadAll(bit ? trace->Packets() : WithoutBit(lines));
+    EXPECT_EQ(read.paired, 300U);
+    EXPECT_EQ(read.captured_twice, 0U);
+  }
+}
+
+TEST(DoubledPackets, WhatOnlyCameBackTwiceIsLeftToTheRules) {
+  std::string lines;
+  for (int i = 0; i < 100; ++i) lines += "+1ms FPRD 0x1001:0x0130 08 00 @twice\n";
+  Result<Trace> trace = Trace::Parse(lines);
+  ASSERT_TRUE(trace);
+  const PairingStatistics read = ReadAll(trace->Packets());
+  EXPECT_EQ(read.duplicated, 100U);
+  EXPECT_EQ(read.captured_twice, 0U);
+}
+
+}  // namespace
+}  // namespace ecaudit::bus::test
