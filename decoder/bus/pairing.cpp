@@ -565,11 +565,13 @@ bool Pairing::MayBeOfLater(const Slot& slot) noexcept {
 }
 
 /// True when the master may have sent a frame like it once more since, whose outbound copy the capture misses: one with
-/// the same index was sent since, or before, not much farther away. Where packets are missing, so are some of the
-/// frames between.
+/// the same index was sent since, or before, not much farther away, or the numbers may have come round. Where packets
+/// are missing, so are some of the frames between.
 bool Pairing::MayBeOfMissing(const Slot& slot) noexcept {
   constexpr std::uint64_t kMargin = 2;
   const std::uint64_t since = (head_ - slot.sequence) * kMargin;
+  const IndexSequence& indices = senders_[slot.sender].rhythm.indices;
+  if (indices.IsNumbered(slot.view) && since > indices.span()) return true;
   const std::uint64_t oldest = slot.sequence > since ? slot.sequence - since : 0;
   for (std::uint64_t s = std::max(oldest, head_ > kSlots ? head_ - kSlots : 0); s != head_ && !slot.view.empty(); ++s) {
     const wire::FrameView& other = At(s).view;
