@@ -58,6 +58,9 @@ CaptureSummary SummariseCapture(const capture::FrameSource& source, const Pipeli
   return summary;
 }
 
+/// Of a slave of which nothing shows where it is.
+constexpr SlavePos kNoPlace = 0xFFFF;
+
 /// Slaves whose position the capture does not show get the free ones, by ascending station address.
 void NumberSlaves(std::vector<SlaveSummary>& slaves) {
   std::sort(slaves.begin(), slaves.end(), [](const SlaveSummary& a, const SlaveSummary& b) {
@@ -70,9 +73,15 @@ void NumberSlaves(std::vector<SlaveSummary>& slaves) {
   for (const SlaveSummary& slave : slaves) {
     if (!slave.position_inferred) taken.insert(slave.position);
   }
+  // Where slaves have joined, their order tells the places of the others.
+  for (SlaveSummary& slave : slaves) {
+    if (slave.position_inferred && slave.position != kNoPlace && !taken.insert(slave.position).second) {
+      slave.position = kNoPlace;
+    }
+  }
   SlavePos next = 0;
   for (SlaveSummary& slave : slaves) {
-    if (!slave.position_inferred) continue;
+    if (slave.position != kNoPlace) continue;
     while (taken.contains(next)) ++next;
     slave.position = next++;
   }
@@ -153,7 +162,7 @@ SlaveSummary SummariseSlave(SlaveId id, const model::BusModel& model) {
   SlaveSummary summary;
   summary.id = id;
   summary.position_inferred = address.position.if_observed() == nullptr;
-  summary.position = address.position.value_or(0);
+  summary.position = address.position.value_or(kNoPlace);
   if (const StationAddress* station = address.station.if_known()) summary.station_address = *station;
   if (const StationAddress* alias = address.alias.if_known()) summary.alias = *alias;
   summary.identity.vendor_id = slave.identity.vendor_id;

@@ -570,6 +570,23 @@ bool Pairing::MayBeOfLater(const Slot& slot) noexcept {
   return false;
 }
 
+/// True when the master may have sent a frame like it once more since, whose outbound copy the capture misses: one with
+/// the same index was sent since, or before, not much farther away, or the numbers may have come round. Where packets
+/// are missing, so are some of the frames between.
+bool Pairing::MayBeOfMissing(const Slot& slot) noexcept {
+  constexpr std::uint64_t kMargin = 2;
+  const std::uint64_t since = (head_ - slot.sequence) * kMargin;
+  const IndexSequence& indices = senders_[slot.sender].rhythm.indices;
+  if (indices.IsNumbered(slot.view) && since > indices.span()) return true;
+  const std::uint64_t oldest = slot.sequence > since ? slot.sequence - since : 0;
+  for (std::uint64_t s = std::max(oldest, head_ > kSlots ? head_ - kSlots : 0); s != head_ && !slot.view.empty(); ++s) {
+    const wire::FrameView& other = At(s).view;
+    if (s == slot.sequence || At(s).sender != slot.sender || other.empty()) continue;
+    if (other[0].index() == slot.view[0].index()) return true;
+  }
+  return false;
+}
+
 void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datagrams) noexcept {
   slot.state = SlotState::kAnswered;
   slot.returned = returned.ref();
@@ -577,7 +594,9 @@ void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datag
   const IndexSequence& indices = senders_[slot.sender].rhythm.indices;
   const std::uint32_t overtaken = slot.overtaken - (slot.before_hole ? 1U : 0U);
   if (overtaken > latest_ && indices.IsNumbered(slot.view) && !indices.IsNext(slot.view)) latest_ = overtaken;
-  if (overtaken > 0 && !MayBeOfLater(slot)) {
+  if (overtaken > 0 && MayBeOfMissing(slot)) {
+    if (!statistics_.first_in_doubt.seen()) statistics_.first_in_doubt = returned.ref();
+  } else if (overtaken > 0 && !MayBeOfLater(slot)) {
     if (statistics_.reordered++ == 0) statistics_.first_reordered = returned.ref();
     statistics_.last_reordered = returned.ref();
   }

@@ -59,6 +59,7 @@ struct PairingIncidents {
   std::uint64_t reordered = 0;           ///< came back behind frames that were sent later
   FrameRef first_reordered;              ///< the first of them, as it came back ...
   FrameRef last_reordered;               ///< ... and the last
+  FrameRef first_in_doubt;               ///< came back like that, or is the return of a frame that the capture misses
   std::uint64_t altered = 0;
   std::uint64_t flipped = 0;  ///< of these, those that differ in a bit or two
   FrameNo first_flipped = 0;
@@ -236,6 +237,7 @@ class Pairing {
   [[nodiscard]] bool IsSoon(const FrameRef& first, const FrameRef& second) const noexcept;
   [[nodiscard]] bool WasEarly(const wire::FrameView& frame, std::uint64_t key) noexcept;
   [[nodiscard]] bool MayBeOfLater(const Slot& slot) noexcept;
+  [[nodiscard]] bool MayBeOfMissing(const Slot& slot) noexcept;
   void Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datagrams) noexcept;
   void DoubtSentInVain(const Slot& first_answered) noexcept;
   void Lose(Slot& slot, Loss loss) noexcept;

@@ -43,6 +43,32 @@ void SlaveSet::PlaceAt(SlaveId id, SlavePos position, FrameNo frame) {
   if (position >= by_position_.size()) by_position_.resize(static_cast<std::size_t>(position) + 1, kNoSlave);
   by_position_[position] = id;
   slaves_[id].position = Known<SlavePos>::Observed(position, frame);
+  slaves_[id].order = position;
+}
+
+void SlaveSet::Displace(SlaveId id, FrameNo frame) {
+  const SlavePos* position = slaves_[id].position.if_known();
+  if (position != nullptr && AtPosition(*position) == id) by_position_[*position] = kNoSlave;
+  slaves_[id].position.Forget(frame);
+}
+
+void SlaveSet::MoveTo(SlaveId id, const Known<SlavePos>& place) {
+  const SlavePos* position = place.if_known();
+  if (position == nullptr || *position >= kMaxSlaves) return;
+  if (const SlaveId there = AtPosition(*position); there != kNoSlave && there != id) Displace(there, place.since());
+  Displace(id, place.since());
+  PlaceAt(id, *position, place.since());
+  slaves_[id].position = place;
+}
+
+std::size_t SlaveSet::DoubtPlaces() {
+  std::size_t doubted = 0;
+  for (SlaveAddress& slave : slaves_) {
+    const bool placed = slave.place_in_doubt || slave.position.if_known() != nullptr;
+    slave.place_in_doubt = placed && slave.station_valid && !slave.replaced;
+    doubted += slave.place_in_doubt ? 1U : 0U;
+  }
+  return doubted;
 }
 
 SlaveId SlaveSet::AddPresumed(std::optional<SlavePos> position, std::optional<StationAddress> address, FrameNo frame) {
@@ -87,7 +113,7 @@ Assignment SlaveSet::AssignStation(SlaveId id, StationAddress address, FrameNo f
   const SlaveId holder = by_station_[address];
   if (address != 0 && holder != kNoSlave && holder != id) {
     // A slave that was only ever met by this address may be this very one; seen at a position of its own it is another.
-    if (slaves_[holder].position.if_observed() != nullptr) {
+    if (slaves_[holder].position.if_observed() != nullptr && !slaves_[holder].place_in_doubt) {
       result.other = holder;
     } else {
       slaves_[holder].station_valid = false;
@@ -154,6 +180,17 @@ void SlaveSet::EnableAlias(SlaveId id, bool enabled) {
 
 void SlaveSet::LearnAlias(SlaveId id, StationAddress alias, FrameNo frame) {
   slaves_[id].alias = Known<StationAddress>::Observed(alias, frame);
+}
+
+SlaveId SlaveSet::OnlyWithAlias(StationAddress alias) const {
+  SlaveId only = kNoSlave;
+  for (std::size_t i = 0; i < slaves_.size(); ++i) {
+    const StationAddress* known = slaves_[i].alias.if_observed();
+    if (slaves_[i].replaced || known == nullptr || *known != alias) continue;
+    if (only != kNoSlave) return kNoSlave;
+    only = static_cast<SlaveId>(i);
+  }
+  return only;
 }
 
 void SlaveSet::ClearStations(FrameNo /*frame*/) {

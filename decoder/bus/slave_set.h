@@ -17,6 +17,10 @@ namespace ecaudit::bus {
 
 struct SlaveAddress {
   Known<SlavePos> position;
+  /// Slaves have come or gone since its place was seen, and nothing shows yet whether it has moved.
+  bool place_in_doubt = false;
+  SlavePos order = 0;             ///< its last place, also where another slave has that now: slaves keep their order
+  FrameNo heard = 0;              ///< sent last of what it answered at its station address
   Known<StationAddress> station;  ///< stays as last known when a broadcast clears the addresses
   bool station_valid = false;     ///< the slave answers to `station` now
   Known<StationAddress> alias;
@@ -91,6 +95,19 @@ class SlaveSet {
   /// @return whether some were placed
   bool PlaceByStation(std::uint16_t count, FrameNo frame);
   void LearnAlias(SlaveId id, StationAddress alias, FrameNo frame);
+  /// The only slave with this alias, whether or not it answers to it; kNoSlave: none, or several.
+  [[nodiscard]] SlaveId OnlyWithAlias(StationAddress alias) const;
+  void Hear(SlaveId id, FrameNo sent) { slaves_[id].heard = sent; }
+
+  /// Slaves have come or gone: whoever can be told by its station address may have moved. The others are whoever is at
+  /// their place.
+  /// @return how many places are in doubt
+  std::size_t DoubtPlaces();
+  void SettlePlace(SlaveId id) { slaves_[id].place_in_doubt = false; }
+  /// The slave is at `place`; where the one is that was there, nobody knows.
+  void MoveTo(SlaveId id, const Known<SlavePos>& place);
+  /// Nobody knows where the slave is.
+  void Displace(SlaveId id, FrameNo frame);
   void EnableAlias(SlaveId id, bool enabled);
   /// A broadcast wrote the same address to all slaves (masters write 0 when they scan): nobody is told apart by it now.
   void ClearStations(FrameNo frame);

@@ -4,10 +4,27 @@
 #include "decoder/bus/direction.h"
 
 namespace ecaudit::track {
+namespace {
+
+/// The station address that the one slave which answered has, or is given.
+std::optional<StationAddress> StationShown(const DatagramPair& d) {
+  if (!d.CoversByte(esc::kStationAddress + 1) || d.address() > esc::kStationAddress) return std::nullopt;
+  const ByteSpan data = wire::Writes(d.command()) ? d.written() : d.read();
+  return LittleEndian<std::uint16_t>(data, static_cast<std::size_t>(esc::kStationAddress - d.address()));
+}
+
+std::optional<StationAddress> AliasShown(const DatagramPair& d) {
+  if (d.address() > esc::kStationAlias || !d.CoversByte(esc::kStationAlias + 1)) return std::nullopt;
+  const ByteSpan data = Slice(d.read(), static_cast<std::size_t>(esc::kStationAlias - d.address()), 2);
+  return data.empty() ? std::nullopt : std::optional(LittleEndian<std::uint16_t>(data, 0));
+}
+
+}  // namespace
 
 SlaveId Addressing::AddressedBy(const wire::DatagramView& sent) const {
-  return wire::IsNodeAddressed(sent.command()) ? slaves_.AtStation(sent.adp())
-                                               : slaves_.AtPosition(PositionSent(sent.adp()));
+  if (wire::IsNodeAddressed(sent.command())) return slaves_.AtStation(sent.adp());
+  const SlavePos position = PositionSent(sent.adp());
+  return IsInDoubt(position) ? kNoSlave : slaves_.AtPosition(position);
 }
 
 bool Addressing::Together(const FrameRef& one, const FrameRef& other) {
@@ -46,6 +63,7 @@ std::optional<std::uint16_t> Addressing::Count(const DatagramPair& d) {
   const SlaveCount event{count, before != nullptr ? *before : std::uint16_t{0}, before == nullptr || other_program,
                          d.transaction.returned_ref()};
   slave_count_ = Known<std::uint16_t>::Observed(count, event.frame.number);
+  if (!other_program) places_.OnCount(count, event.frame);
   ++version_;
   events_.Publish(event);
   if (other_program) return std::uint16_t{0};
@@ -72,6 +90,10 @@ SlaveId Addressing::Resolve(const DatagramPair& d, bool add) {
   // The distribution of the time shows that somebody is there; who that is other accesses tell, unless there is one
   // slave only.
   if (d.command() == wire::Command::ARMW && slave_count_.value_or(0) != 1) add = false;
+  // The time itself shows whether another slave gives it.
+  if (d.command() != wire::Command::ARMW && IsInDoubt(*position)) {
+    return add ? ShownInDoubt(d, *position) : kNoSlave;
+  }
   const SlaveId known = slaves_.AtPosition(*position);
   if (known != kNoSlave || !add) return known;
   PlaceByStation(d);
@@ -96,7 +118,39 @@ SlaveId Addressing::AtStation(const DatagramPair& d, bool add) {
   return added;
 }
 
+/// Nobody is known to be there, and somebody may have moved there.
+bool Addressing::IsInDoubt(SlavePos position) const {
+  if (!places_.doubted()) return false;
+  const SlaveId there = slaves_.AtPosition(position);
+  return there == kNoSlave || places_.InDoubt(there);
+}
+
+bool Addressing::MeansSomebody(const DatagramPair& d) const {
+  if (!wire::IncrementsAdp(d.command()) || wire::IsBroadcast(d.command())) return false;
+  if (d.command() == wire::Command::ARMW || !places_.doubted()) return false;
+  const std::optional<SlavePos> position = PositionOf(d);
+  return position && IsInDoubt(*position);
+}
+
+/// Who is there, where this access shows it.
+SlaveId Addressing::ShownInDoubt(const DatagramPair& d, SlavePos position) {
+  const bool one_answered = d.wkc() == 1 || d.wkc() == 3;
+  if (!one_answered) return kNoSlave;
+  const FrameNo frame = d.transaction.any().ref().number;
+  if (const auto station = StationShown(d); station && *station != 0) {
+    ++version_;
+    return places_.NamedAt(position, *station, wire::Writes(d.command()), frame);
+  }
+  const auto alias = AliasShown(d);
+  const SlaveId known = alias && *alias != 0 ? slaves_.OnlyWithAlias(*alias) : kNoSlave;
+  if (known == kNoSlave || !places_.InDoubt(known)) return kNoSlave;
+  ++version_;
+  places_.Place(known, position, frame);
+  return known;
+}
+
 void Addressing::OnAnswered(SlaveId id, const DatagramPair& d) {
+  if (wire::IsNodeAddressed(d.command()) && places_.OnHeard(id, d.transaction.first_ref().number)) ++version_;
   if (segments_.OnAnswered(id, bus::SenderOf(d.transaction.any()))) ++version_;
 }
 
@@ -116,16 +170,14 @@ bool Addressing::IsCountOf(const DatagramPair& d) const {
 
 void Addressing::PlaceByStation(const DatagramPair& d) {
   const std::uint16_t* count = slave_count_.if_known();
-  if (count == nullptr || unplaced_ == 0 || !IsCountOf(d)) return;
+  if (count == nullptr || unplaced_ == 0 || places_.doubted() || !IsCountOf(d)) return;
   if (slaves_.PlaceByStation(*count, d.transaction.any().ref().number)) ++version_;
 }
 
 /// A slave that was met by its station address in the running bus: an access by position to that address shows where it
 /// is.
 SlaveId Addressing::MetByStation(const DatagramPair& d, SlavePos position) {
-  if (!d.CoversByte(esc::kStationAddress + 1) || d.address() > esc::kStationAddress) return kNoSlave;
-  const ByteSpan data = wire::Writes(d.command()) ? d.written() : d.read();
-  const auto address = LittleEndian<std::uint16_t>(data, static_cast<std::size_t>(esc::kStationAddress - d.address()));
+  const StationAddress address = StationShown(d).value_or(0);
   const SlaveId met = address != 0 ? slaves_.AtStation(address) : kNoSlave;
   if (met == kNoSlave || slaves_[met].position.if_known() != nullptr) return kNoSlave;
   ++version_;
@@ -140,6 +192,9 @@ void Addressing::OnAccess(const SlaveAccess& access) {
     slaves_.EnableAlias(access.slave, (enable[0] & 1U) != 0);
   }
   if (access.broadcast) return;
+  // By position it is told in this way only where it is known who that is.
+  const bool by_position = wire::IncrementsAdp(access.command) && access.command != wire::Command::ARMW;
+  if (by_position && access.done()) places_.Settle(access.slave);
   const ByteSpan written = access.done() ? access.Covered(access.written, esc::kStationAddress, 2) : ByteSpan{};
   const ByteSpan station = !written.empty() ? written : access.Covered(access.read, esc::kStationAddress, 2);
   if (!station.empty()) LearnStation(access, LittleEndian<std::uint16_t>(station, 0));
@@ -163,6 +218,7 @@ void Addressing::LearnStation(const SlaveAccess& access, StationAddress address)
 
 void Addressing::ClearStations(const DatagramPair& d) {
   PlaceByStation(d);
+  places_.SettleAll();
   slaves_.ClearStations(d.transaction.any().ref().number);
   ++version_;
 }

@@ -12,6 +12,7 @@
 #include "decoder/esc/register_addresses.h"
 #include "decoder/track/datagram_pair.h"
 #include "decoder/track/events.h"
+#include "decoder/track/places.h"
 #include "decoder/track/segments.h"
 
 namespace ecaudit::track {
@@ -29,6 +30,7 @@ class Addressing {
   /// False for a slave behind the last one that answers now, and for one that turned out to be another.
   [[nodiscard]] bool OnBus(SlaveId id) const {
     if (slaves_[id].replaced) return false;
+    if (const auto on_line = places_.OnLine(id)) return *on_line;
     const SlavePos* position = slaves_[id].position.if_known();
     const std::uint16_t* count = slave_count_.if_known();
     return position == nullptr || count == nullptr || *position < *count;
@@ -38,6 +40,13 @@ class Addressing {
   /// The slave that a datagram for one slave means; kNoSlave when not known.
   /// @param add it took part: an unknown one becomes the next of slaves()
   SlaveId Resolve(const DatagramPair& d, bool add);
+
+  /// Slaves have joined or left, and this one may have moved.
+  [[nodiscard]] bool InDoubt(SlaveId id) const { return places_.InDoubt(id); }
+  /// Whether a datagram is for whoever is at a position, and that is in doubt.
+  [[nodiscard]] bool MeansSomebody(const DatagramPair& d) const;
+  /// It answered at its station address while there were fewer slaves than now.
+  [[nodiscard]] bool Stayed(SlaveId id) const { return places_.Stayed(id); }
 
   /// Whether its place and the station address that it answers to now are both known, so that no other slave of the
   /// list can be it.
@@ -93,6 +102,8 @@ class Addressing {
   }
   [[nodiscard]] std::optional<SlavePos> PositionOf(const DatagramPair& d) const;
   [[nodiscard]] SlaveId AtStation(const DatagramPair& d, bool add);
+  [[nodiscard]] bool IsInDoubt(SlavePos position) const;
+  [[nodiscard]] SlaveId ShownInDoubt(const DatagramPair& d, SlavePos position);
   [[nodiscard]] SlaveId MetByStation(const DatagramPair& d, SlavePos position);
   void PlaceByStation(const DatagramPair& d);
   [[nodiscard]] bool IsCountOf(const DatagramPair& d) const;
@@ -100,6 +111,7 @@ class Addressing {
 
   EventSink& events_;
   bus::SlaveSet slaves_;
+  Places places_{slaves_};
   std::size_t unplaced_ = 0;  // slaves that were met by station address and may be without a position still
   Known<std::uint16_t> slave_count_;
   Segments segments_;

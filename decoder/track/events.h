@@ -42,6 +42,11 @@ struct SlaveCount {
   FrameRef frame;
 };
 
+/// Somebody answered at a position, and who is there nothing shows since slaves have joined or left.
+struct PlaceUnknown {
+  FrameRef frame;
+};
+
 /// The master wrote AL Control (0x0120) of one slave.
 struct AlRequest {
   SlaveId slave = kNoSlave;

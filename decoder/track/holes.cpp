@@ -67,11 +67,16 @@ void Holes::OnLogical(const DatagramPair& d) {
 
 void Holes::OnReturnFrom(std::uint16_t first_position, const FrameRef& frame) {
   states_.ForgetForLater();
+  bool branch = false;
   for (std::size_t s = 0; s < states_.size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
+    const SlavePos* position = addressing_.slaves()[id].position.if_known();
+    branch = branch || (position != nullptr && *position >= first_position && addressing_.Stayed(id));
+  }
+  for (std::size_t s = 0; s < states_.size(); ++s) {
+    const auto id = static_cast<SlaveId>(s);
+    if (!WasAway(id, first_position, branch)) continue;
     const bus::SlaveAddress& address = addressing_.slaves()[id];
-    const SlavePos* position = address.position.if_known();
-    if (position == nullptr || *position < first_position) continue;
     const StationAddress* station = address.station.if_known();
     const bool can_show = station != nullptr && *station != 0 && address.station_valid;
     if (!can_show || states_[id].presumed || states_[id].returned) {
@@ -82,6 +87,21 @@ void Holes::OnReturnFrom(std::uint16_t first_position, const FrameRef& frame) {
     states_[id].returned = true;
     mailboxes_.Forget(id, frame);
     if (states_.ForgetAl(id, frame.number)) events_.Publish(AlStateForgotten{id, frame, false});
+  }
+}
+
+/// Those behind the last one that was left; of a branch in the middle nobody knows which they are.
+bool Holes::WasAway(SlaveId id, std::uint16_t first_position, bool branch) const {
+  const SlavePos* position = addressing_.slaves()[id].position.if_known();
+  if (position == nullptr) return false;
+  if (first_position == 0) return true;
+  return (branch || *position >= first_position) && !addressing_.Stayed(id);
+}
+
+void Holes::OnStationsCleared(const FrameRef& frame) {
+  for (std::size_t s = 0; s < states_.size(); ++s) {
+    const auto id = static_cast<SlaveId>(s);
+    if (addressing_.InDoubt(id)) Forget(id, frame);
   }
 }
 

@@ -47,16 +47,21 @@ class Holes {
 
   /// More slaves answer than before, and new ones have taken no broadcast so far. Those from this position on come
   /// back: after a power cycle, or because a cable had no contact for a moment, and then they hold what they held
-  /// before. Who answers at its station address, or is in another state than INIT, was not without power.
+  /// before. So do those of a branch in the middle, where some behind it were heard of all the while. Who answers at
+  /// its station address, or is in another state than INIT, was not without power.
   void OnReturnFrom(std::uint16_t first_position, const FrameRef& frame);
   /// What an access to a slave that returned says of that.
   void OnAccess(const SlaveAccess& access) {
-    if (states_[access.slave].returned) JudgeReturn(access);
+    const bool shown = addressing_.InDoubt(access.slave) && access.command != wire::Command::ARMW;
+    if (states_[access.slave].returned || shown) JudgeReturn(access);
   }
+  /// Addresses are given anew: where slaves may have moved, others may be.
+  void OnStationsCleared(const FrameRef& frame);
   /// Likewise, AL Status as it was read.
   void OnState(SlaveId id, esc::AlWord status, const FrameRef& frame);
 
  private:
+  [[nodiscard]] bool WasAway(SlaveId id, std::uint16_t first_position, bool branch) const;
   void Note(const FrameRef& frame) { first_behind_[count_++ % first_behind_.size()] = frame.number; }
   void Settle(SlaveId id, bool still_so, const FrameRef& frame);
   void SettleAll(bool still_so, const FrameRef& frame);

@@ -58,7 +58,7 @@ void Network::OnTransaction(const bus::BusTransaction& transaction) {
       continue;
     }
     if (d.has_returned && wire::IncrementsAdp(d.command())) {
-      if (const auto before = addressing_.Count(d)) holes_.OnReturnFrom(*before, d.transaction.returned_ref());
+      OnCounted(d);
     }
     if (wire::IsBroadcast(d.command())) {
       OnBroadcast(d);
@@ -66,6 +66,14 @@ void Network::OnTransaction(const bus::BusTransaction& transaction) {
       OnAddressed(d);
     }
   }
+}
+
+void Network::OnCounted(const DatagramPair& d) {
+  const std::uint64_t version = addressing_.version();
+  const std::optional<std::uint16_t> before = addressing_.Count(d);
+  // Another number: each of them may have moved.
+  if (addressing_.version() != version) states_.work().Take(states_.size());
+  if (before) holes_.OnReturnFrom(*before, d.transaction.returned_ref());
 }
 
 void Network::Meet(SlaveId id, const FrameRef& frame) {
@@ -160,6 +168,7 @@ void Network::WriteToAll(const DatagramPair& d) {
   ApplyToAll(d, acceptance);
   al_.OnBroadcastRequest(d, acceptance);
   if (d.CoversByte(esc::kStationAddress) && acceptance != Acceptance::kRefused) {
+    holes_.OnStationsCleared(d.transaction.any().ref());
     addressing_.ClearStations(d);
   }
 }
@@ -168,7 +177,10 @@ void Network::OnAddressed(const DatagramPair& d) {
   const bool took_part = d.assumed() || d.wkc() != 0;
   const SlaveId slave = Resolve(d, took_part);
   if (d.has_returned) events_.Publish(AnswerOf(d, slave));
-  if (slave == kNoSlave) return;
+  if (slave == kNoSlave) {
+    if (took_part && addressing_.MeansSomebody(d)) OnSomebody(d);
+    return;
+  }
 
   Acceptance acceptance = took_part ? Acceptance::kAccepted : Acceptance::kRefused;
   if (d.assumed()) acceptance = Acceptance::kAssumed;
@@ -179,10 +191,23 @@ void Network::OnAddressed(const DatagramPair& d) {
     const std::uint16_t* count = slave_count().if_known();
     const ByteSpan sent = d.has_sent ? d.sent().data() : access.read;
     const bool changed = !std::equal(sent.begin(), sent.end(), access.read.begin(), access.read.end());
-    if (!changed && (count == nullptr || d.wkc() != *count)) return;
+    // Where slaves have left, the others may be all that count.
+    const bool all = count != nullptr && d.wkc() == *count && !addressing_.InDoubt(slave);
+    if (!changed && !all) return;
   }
   if (access.acceptance == Acceptance::kAccepted) addressing_.OnAnswered(slave, d);
   Apply(access);
+}
+
+/// Slaves have joined or left, and who is at this position now nothing tells: any of those that may have moved.
+void Network::OnSomebody(const DatagramPair& d) {
+  if (d.has_returned) events_.Publish(PlaceUnknown{d.transaction.first_ref()});
+  if (!wire::Writes(d.command()) && d.address() < esc::RegisterImage::kSize) return;
+  states_.work().Take(states_.size());
+  for (std::size_t s = 0; s < states_.size(); ++s) {
+    const auto id = static_cast<SlaveId>(s);
+    if (addressing_.InDoubt(id)) Apply(d.Access(id, Acceptance::kUnknown));
+  }
 }
 
 void Network::ApplyToAll(const DatagramPair& d, Acceptance acceptance) {
@@ -265,6 +290,8 @@ void Network::OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_
       ApplyToAll(d, Acceptance::kUnknown);
     } else if (const SlaveId slave = Resolve(d, false); slave != kNoSlave) {
       Apply(d.Access(slave, Acceptance::kUnknown));
+    } else if (addressing_.MeansSomebody(d)) {
+      OnSomebody(d);
     }
   }
 }

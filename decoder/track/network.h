@@ -101,9 +101,11 @@ class Network final : public bus::BusSink {
   void Finish();
 
  private:
+  void OnCounted(const DatagramPair& d);
   void OnBroadcast(const DatagramPair& d);
   void WriteToAll(const DatagramPair& d);
   void OnAddressed(const DatagramPair& d);
+  void OnSomebody(const DatagramPair& d);
   void OnLogical(const DatagramPair& d);
   [[nodiscard]] SlaveId Resolve(const DatagramPair& d, bool add) {
     const SlaveId id = addressing_.Resolve(d, add);

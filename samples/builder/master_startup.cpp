@@ -1,4 +1,6 @@
 // Scan, EEPROM, configuration, AL state changes and clocks of ScriptedMaster (esc-reference 13).
+#include <algorithm>
+#include <type_traits>
 #include <utility>
 
 #include "samples/builder/scripted_master.h"
@@ -126,19 +128,49 @@ void ScriptedMaster::MapProcessImage() {
     image.input_offset = next;
     next += image.input_bytes;
   }
-  for (std::size_t i = 0; i < image_.size(); ++i) {
-    const SlaveDescription& slave = bus_.slave(i).description();
-    const Image& image = image_[i];
-    std::uint16_t fmmu = reg::kFmmu;
-    if (image.output_bytes != 0) {
-      Write(i, fmmu, FmmuBytes(way_.logical_base + image.output_offset, image.output_bytes, slave.outputs_start, 2));
-      fmmu = static_cast<std::uint16_t>(fmmu + 16);
-    }
-    if (image.input_bytes != 0) {
-      const std::uint16_t start = slave.outputs_start != 0 ? slave.inputs_start : slave.sii.sync_managers.at(0).start;
-      Write(i, fmmu, FmmuBytes(way_.logical_base + image.input_offset, image.input_bytes, start, 1));
-    }
+  for (std::size_t i = 0; i < image_.size(); ++i) MapAgain(i);
+}
+
+void ScriptedMaster::MapAgain(std::size_t position) {
+  const SlaveDescription& slave = bus_.slave(position).description();
+  const Image& image = image_[position];
+  std::uint16_t fmmu = reg::kFmmu;
+  if (image.output_bytes != 0) {
+    Write(position, fmmu,
+          FmmuBytes(way_.logical_base + image.output_offset, image.output_bytes, slave.outputs_start, 2));
+    fmmu = static_cast<std::uint16_t>(fmmu + 16);
   }
+  if (image.input_bytes != 0) {
+    const std::uint16_t start = slave.outputs_start != 0 ? slave.inputs_start : slave.sii.sync_managers.at(0).start;
+    Write(position, fmmu, FmmuBytes(way_.logical_base + image.input_offset, image.input_bytes, start, 1));
+  }
+}
+
+void ScriptedMaster::MapBehind(std::size_t position) {
+  std::uint32_t end = 0;
+  for (std::size_t i = 0; i < image_.size(); ++i) {
+    if (i == position) continue;
+    end = std::max(
+        {end, image_[i].output_offset + image_[i].output_bytes, image_[i].input_offset + image_[i].input_bytes});
+  }
+  Image& image = image_.at(position);
+  image.output_offset = end;
+  image.input_offset = end + image.output_bytes;
+  MapAgain(position);
+}
+
+void ScriptedMaster::Joined(std::size_t position, std::uint16_t station) {
+  for (std::size_t i = stations_.size(); i < image_.size(); ++i) stations_.push_back(this->station(i));
+  stations_.insert(stations_.begin() + static_cast<std::ptrdiff_t>(position), station);
+  image_.insert(image_.begin() + static_cast<std::ptrdiff_t>(position), Image{});
+  const auto shift = [&](auto& by_position) {
+    std::remove_reference_t<decltype(by_position)> moved;
+    for (auto& [at, value] : by_position) moved[at < position ? at : at + 1] = std::move(value);
+    by_position = std::move(moved);
+  };
+  shift(outputs_);
+  shift(aliases_);
+  shift(mailbox_counter_);
 }
 
 void ScriptedMaster::BringToPreop() {

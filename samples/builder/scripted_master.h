@@ -111,6 +111,12 @@ class ScriptedMaster {
   void DisableSyncManager(std::size_t position, int number);
   /// FMMUs of all slaves: outputs of all behind each other, then inputs.
   void MapProcessImage();
+  /// A slave has joined the line there: it will have this station address, all others keep what they have.
+  void Joined(std::size_t position, std::uint16_t station);
+  /// Process data of one more slave, behind those of the others.
+  void MapBehind(std::size_t position);
+  /// Process data of one slave, where they are.
+  void MapAgain(std::size_t position);
   /// Everything up to PREOP; up to SAFEOP (with mapped process image); up to OP (with running cyclic task).
   void BringToPreop();
   void BringToSafeop();
@@ -120,7 +126,8 @@ class ScriptedMaster {
 
   // --- AL
   [[nodiscard]] std::uint16_t station(std::size_t position) const {
-    return static_cast<std::uint16_t>(way_.first_station + position);
+    return position < stations_.size() ? stations_[position]
+                                       : static_cast<std::uint16_t>(way_.first_station + position);
   }
   /// Writes AL Control and nothing else.
   FrameIds Request(std::size_t position, std::uint16_t control);
@@ -200,6 +207,7 @@ class ScriptedMaster {
   bool double_next_ = false;
   bool circulate_next_ = false;
 
+  std::vector<std::uint16_t> stations_;  // where slaves have joined: of all
   std::map<std::size_t, std::uint8_t> mailbox_counter_;
   std::map<std::size_t, std::uint16_t> aliases_;  // of slaves that answer to them
   std::vector<Image> image_;

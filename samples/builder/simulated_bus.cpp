@@ -20,6 +20,18 @@ SimulatedSlave& SimulatedBus::Add(SlaveDescription description) {
   return *slaves_.back();
 }
 
+SimulatedSlave& SimulatedBus::Insert(std::size_t position, SlaveDescription description, TimeNs power_on) {
+  const auto at = slaves_.begin() + static_cast<std::ptrdiff_t>(position);
+  SimulatedSlave& joined = **slaves_.insert(at, std::make_unique<SimulatedSlave>(std::move(description), power_on));
+  Heal();
+  return joined;
+}
+
+void SimulatedBus::Remove(std::size_t position) {
+  slaves_.erase(slaves_.begin() + static_cast<std::ptrdiff_t>(position));
+  Heal();
+}
+
 void SimulatedBus::UpdateLinks() {
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
     slaves_[i]->esc().SetLink(0, i < reachable_ || i > reachable_);

@@ -43,6 +43,10 @@ class SimulatedBus {
   void Heal();
   /// A slave on a branch of its own can be reached no more, those behind it still can.
   void Unplug(std::size_t position) { unplugged_ = position; }
+  /// A slave joins the line there, switched on at `power_on`; those behind it move.
+  SimulatedSlave& Insert(std::size_t position, SlaveDescription description, TimeNs power_on);
+  /// The slave there leaves the line; those behind it close up.
+  void Remove(std::size_t position);
 
   struct Result {
     EtherCatFrame frame;

@@ -43,6 +43,10 @@ new, once the master starts them up.
 A broadcast tells how many are left, not which: the last ones by position, unless one of these still answers at its
 station address. Then a branch in the middle has left.
 
+A slave keeps its station address while it has power; its position changes with each slave that joins or leaves before
+it. So behind a change a position names nobody, until the slave there shows its station address or alias, or is given
+an address.
+
 ## Example
 samples/captures/slave-count-changes.pcapng
 
@@ -61,6 +65,16 @@ class BusSlaveCountChanged final : public Rule {
     Hear<track::SlaveAccess>(&BusSlaveCountChanged::On, MemoryRange::Of(kPortControl, 1));
     Hear<track::AlRequest>(&BusSlaveCountChanged::On);
     Hear<track::Answered>(&BusSlaveCountChanged::On);
+    Hear<track::SlaveFound>(&BusSlaveCountChanged::On);
+    Hear<track::PlaceUnknown>(&BusSlaveCountChanged::On);
+  }
+
+  void On(const track::SlaveFound& e) {
+    if (more_.finding != kNoFinding) more_.met.insert(e.slave);
+  }
+
+  void On(const track::PlaceUnknown& e) {
+    if (!unknown_.seen()) unknown_ = e.frame;
   }
 
   void On(const track::Answered& e) {
@@ -103,6 +117,12 @@ class BusSlaveCountChanged final : public Rule {
 
   void Finish() override {
     if (SaidNothingReturned()) return;
+    if (unknown_.seen()) {
+      NotEvaluable(kNoSlave,
+                   "slaves have joined or left, and nothing shows who is at a position since: what is read and written "
+                   "by position from here on, before an address shows it, tells of no slave",
+                   unknown_.number);
+    }
     if (context().pairing().returned > 0 && context().network().slave_count().if_known() == nullptr) {
       NotEvaluable(kNoSlave, "no returned broadcast or position-addressed datagram shows the number of slaves");
     }
@@ -154,7 +174,7 @@ class BusSlaveCountChanged final : public Rule {
       more_ = {};
       left_ = {index, e.count, e.previous, kNoSlave, 0, WhereItBroke(e)};
     } else {
-      more_ = {index, e.previous, e.count, {}};
+      more_ = {index, e.previous, e.count, {}, {}};
     }
     return index;
   }
@@ -165,8 +185,9 @@ class BusSlaveCountChanged final : public Rule {
         e.control.state() == static_cast<std::uint8_t>(esc::AlState::INIT))
       return;
     const SlavePos* position = context().network().slaves()[e.slave].position.if_known();
-    if (position == nullptr || *position < more_.first || *position >= more_.end) return;
-    more_.asked.insert(*position);
+    const bool at_the_end = position != nullptr && *position >= more_.first && *position < more_.end;
+    if (!at_the_end && !more_.met.contains(e.slave)) return;
+    more_.asked.insert(e.slave);
     if (more_.asked.size() < static_cast<std::size_t>(more_.end - more_.first)) return;
     Finding& finding = context().store[more_.finding];
     finding.message += " The master does so, up to frame " + std::to_string(e.frame().number) + " of all of them.";
@@ -202,11 +223,12 @@ class BusSlaveCountChanged final : public Rule {
     std::string text;  ///< what the finding says of where they were
   };
 
-  /// Slaves at these positions are new or back.
+  /// Slaves at these positions are new or back, or others that were met since.
   struct More {
     FindingIndex finding = kNoFinding;
     std::uint16_t first = 0, end = 0;
-    std::set<SlavePos> asked;  ///< for a state above INIT since
+    std::set<SlaveId> met;
+    std::set<SlaveId> asked;  ///< for a state above INIT since
   };
 
   [[nodiscard]] std::string WhereItBroke(const track::SlaveCount& e) const {
@@ -228,6 +250,7 @@ class BusSlaveCountChanged final : public Rule {
   }
 
   bool in_use_ = false;
+  FrameRef unknown_;  ///< the first that somebody answered at a position where nothing shows who that is
   More more_;
   Left left_;
   FindingIndex drop_ = kNoFinding;

@@ -24,9 +24,10 @@ is then not certain, and a master that expects its frames in order takes them fo
 
 ## How it is decided
 A frame that comes back behind one that its master sent later. Where a frame of the same commands and addresses that
-was sent later is still under way, what came back may be that one's, and nothing is said. Frames that never come back
-are frame-lost. Not evaluable where one direction is missing, or the capture misses so many packets that a frame may
-have been taken for another.
+was sent later is still under way, what came back may be that one's, and nothing is said. Nor is it where the master may
+have sent such a frame once more since, and the capture misses that: its index is used again soon. Frames that never
+come back are frame-lost. Not evaluable where one direction is missing, or the capture misses so many packets that a
+frame may have been taken for another.
 
 ## Example
 tests/rules/frame-reordered/violates.trace
@@ -43,6 +44,13 @@ class FrameReordered final : public Rule {
   void Finish() override {
     if (SaidNothingReturned() || SaidNothingSent()) return;
     const bus::PairingStatistics& pairing = context().pairing();
+    if (pairing.first_in_doubt.seen()) {
+      NotEvaluable(
+          kNoSlave,
+          "a frame came back so late that its index may have been used again meanwhile: this may be the return of a "
+          "frame that the capture misses",
+          pairing.first_in_doubt.number);
+    }
     if (pairing.reordered == 0) return;
     if (MissesPackets(pairing)) {
       NotEvaluable(kNoSlave, kMissesPackets, pairing.first_reordered.number);
