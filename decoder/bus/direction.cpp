@@ -132,6 +132,16 @@ void DirectionLearner::LearnTurn(Sender& sender, const wire::FrameView& frame) n
     ++other.twins;
   }
   sender.last_only_broadcast = only_broadcast(frame.size(), frame[0].command());
+  if (sender.last_only_broadcast && IsUnderIndexOfAnother(sender, frame)) ++sender.dummies;
+}
+
+/// True when the last frame of another sender has that index, and is no older than a round trip.
+bool DirectionLearner::IsUnderIndexOfAnother(const Sender& sender, const wire::FrameView& frame) const noexcept {
+  return std::any_of(senders_.begin(), senders_.begin() + static_cast<std::ptrdiff_t>(count_), [&](const Sender& s) {
+    if (&s == &sender || !s.last.has_time || !frame.ref().has_time || s.last_index != frame[0].index()) return false;
+    const std::int64_t apart = Elapsed(s.last.time, frame.ref().time);
+    return apart >= 0 && apart <= kEchoNs;
+  });
 }
 
 /// @return true when another sender has just asked for the same
@@ -232,9 +242,11 @@ void DirectionLearner::JudgeCopies() noexcept {
     const bool in_step = s.answered && s.counted > 0 && as_many && nearly_all(s.alike, s);
     const bool both_exchange = s.exchanged >= kTurns && main->exchanged >= kTurns;
     const bool passes_nobody = s.answered && s.counted == 0 && !s.moved && s.passed_nobody > 0;
+    // On their way back slaves do not even change the address.
+    const bool sends_dummies = s.counted == 0 && nearly_all(s.dummies, s);
     if (in_step && (s.both_taken >= kTurns || (both_exchange && !nearly_all(s.copies, s)))) {
       s.reading = Reading::kForeign;
-    } else if (passes_nobody || (nearly_all(s.copies, s) && s.both_taken == 0)) {
+    } else if (passes_nobody || sends_dummies || (nearly_all(s.copies, s) && s.both_taken == 0)) {
       s.other_end = redundant_ = true;
       if (s.answered) continue;
       // On their way back slaves hand frames on without setting the bit.

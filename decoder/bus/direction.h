@@ -127,6 +127,7 @@ class DirectionLearner {
     std::uint32_t copies = 0;             ///< ... of these, at once
     std::uint32_t both_taken = 0;         ///< ... of these, where the slave named took part in both
     std::uint32_t passed_nobody = 0;      ///< broadcasts that came back and counted no slave
+    std::uint32_t dummies = 0;            ///< broadcasts alone under the index of another sender's frame, at once
     std::uint32_t exchanged = 0;          ///< frames with process data that slaves took part in
     bool moved = false;                   ///< a frame of it passed a slave
     std::uint32_t echoes = 0;             ///< frames with a copy of another sender within a round trip
@@ -153,6 +154,7 @@ class DirectionLearner {
   Sender* Find(std::uint64_t mac) noexcept;
   [[nodiscard]] const Sender* Find(std::uint64_t mac) const noexcept;
   void LearnTurn(Sender& sender, const wire::FrameView& frame) noexcept;
+  [[nodiscard]] bool IsUnderIndexOfAnother(const Sender& sender, const wire::FrameView& frame) const noexcept;
   bool LearnCopy(Sender& sender, const wire::FrameView& frame) noexcept;
   void LearnEcho(Sender& sender, const Asked& asked) noexcept;
   void JudgeCopies() noexcept;

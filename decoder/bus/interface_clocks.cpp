@@ -326,7 +326,9 @@ std::optional<ClocksApart> CompareClocks(capture::FrameSource& source) noexcept 
       known->interface = frame.interface_index();
       ++count;
     }
+    const bool was_full = known->full;
     known->Add(frame);
+    if (known->full && !was_full && HasBothCopies(*known)) return std::nullopt;
     if (std::all_of(sides.begin(), sides.end(), [](const Side& side) { return side.full; })) break;
   }
   if (count < kInterfaces || HasBothCopies(sides[0]) || HasBothCopies(sides[1])) return std::nullopt;

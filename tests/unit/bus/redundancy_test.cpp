@@ -50,6 +50,26 @@ TEST(Redundancy, IntactRingBothPortsCaptured) {
   EXPECT_EQ(result.statistics.foreign, 0U);
 }
 
+/// What the secondary port sends meets the slaves on their way back, where nothing is done to it, or to its address.
+TEST(Redundancy, WhatTheOtherEndSentArrivesAsItWasSent) {
+  for (const bool one_interface : {false, true}) {
+    std::vector<Packet> packets = IntactRing(300);
+    std::vector<std::uint8_t> sent;
+    for (Packet& packet : packets) {
+      const bool secondary = (packet.bytes[6] & ~2U) == 0x04;
+      const bool returned = (packet.bytes[6] & 2U) != 0;
+      if (secondary && !returned) sent = packet.bytes;
+      if (secondary && returned) packet.bytes = sent;
+      if (one_interface) packet.interface_index = 0;
+    }
+    const Paired result = PairUp(packets);
+    EXPECT_EQ(result.statistics.paired, 600U);
+    EXPECT_EQ(result.statistics.other_end, 300U);
+    EXPECT_EQ(result.statistics.lost, 0U);
+    EXPECT_EQ(result.statistics.foreign, 0U);
+  }
+}
+
 TEST(Redundancy, IntactRingOnlyThePrimaryPortCaptured) {
   // Outbound process frames never come back here; dummies nobody sent here do.
   const Paired result = PairUp(OnlyInterface(IntactRing(600), 0));
