@@ -274,7 +274,7 @@ void BusModel::On(const track::CycleAtRest& asked) {
       const track::LogicalAccess access = track::Network::LogicalAccessOf(d);
       const LogicalExpectation& expected = Expect(access);
       const CounterRange range = RangeFor(expected, access.command);
-      if (!expected.mapping_known || access.wkc != range.least || access.wkc != range.most) return true;
+      if (!expected.complete || access.wkc != range.least || access.wkc != range.most) return true;
       return !image_.Watch(access, expected, asked, i);
     }
     // States that nobody waits for.
