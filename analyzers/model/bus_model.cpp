@@ -152,8 +152,9 @@ void BusModel::On(const track::AlRequest& event) {
     al.OnStatus({event.slave, told->last, told->status, std::nullopt, std::nullopt, true});
     if (told->last.number < network_.last_hole()) al.OnPause();
   }
+  if (!event.broadcast) al_.OnRequest(event.control, event.acceptance, event.frame(), false);
+  al_.OnAsked(event.slave, event.control, event.acceptance);
   if (event.broadcast) return;
-  al_.OnRequest(event.control, event.acceptance, event.frame(), false);
   al_wait_.OnRequest(event.control, event.acceptance, event.frame(), event.slave);
 }
 void BusModel::On(const track::AlRequestOfAll& event) {
