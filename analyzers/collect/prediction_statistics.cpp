@@ -53,7 +53,7 @@ void PredictionStatistics::On(const model::Predicted& event) {
 void PredictionStatistics::On(const track::LogicalAccess& access) {
   if (access.assumed || access.circulating || !access.returned.seen()) return;
   const model::LogicalExpectation& expected = model_.Expect(access);
-  if (!expected.mapping_known) return;
+  if (!expected.complete) return;
   const model::CounterRange range = model_.RangeFor(expected, access.command);
   if (range.least != range.most) return;
   Count(summary_.working_counters, access.wkc == range.most, access.frame());

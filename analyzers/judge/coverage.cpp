@@ -27,6 +27,9 @@ constexpr std::string_view kMissingUnseen =
     "the capture misses packets (returned frames have no outbound copy, or indices skip): what these would have shown "
     "is not known";
 static_assert(kMissingUnseen.starts_with(kSaysItMissesPackets));
+constexpr std::string_view kCutUnseen = "packets are cut by the snap length: what lies behind the cut is not known";
+constexpr std::string_view kFamilyUnseen =
+    "the identity of the slave is not in the capture: what the manual of its family says is not known";
 constexpr std::string_view kNoSlaves = "no slave is known: no frame that returned shows one";
 
 /// What the rules of a chapter are about, where they do not say it themselves.
@@ -174,11 +177,19 @@ Presence OfClock(const SlaveSummary& slave) {
   return used ? Presence{} : Absent(NotApplicable::kClockUnused);
 }
 
+/// Nothing tells which device it is.
+bool FamilyUnseen(const model::SlaveModel& model) {
+  return model.profile->id == "generic" && (!model.identity.vendor_id || !model.identity.product_code);
+}
+
 Presence OfLatch(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
   if (slave.latch) return {};
   if (slave.touch_probe)
     return Unseen("the touch probe (60B8h) is followed and told, but these rules judge latch words only");
-  if (context.slave(slave.id).latch.description() == nullptr) return Absent(NotApplicable::kNoLatch);
+  const model::SlaveModel& model = context.slave(slave.id);
+  if (model.latch.description() == nullptr) {
+    return FamilyUnseen(model) && Exchanges(slave) ? Unseen(kFamilyUnseen) : Absent(NotApplicable::kNoLatch);
+  }
   // Where a mapping is not known, latch words may be among the process data: the control word among the outputs, the
   // status word and positions among the inputs.
   for (const bool outputs : {true, false}) {
@@ -312,12 +323,17 @@ class Judge {
   }
 
  private:
-  /// What the packets held that the capture misses, no rule has seen. Those about the file saw that they are missing.
+  /// What the packets held that the capture misses, or what was cut off, no rule has seen. Those about the file saw
+  /// that it is missing.
   void TellMissing(const RuleInfo& rule, Subject subject, SlaveCoverage& out) {
-    const bus::PairingStatistics& pairing = context_.pairing();
-    if (subject == Subject::kCapture || !misses_packets_) return;
+    if (subject == Subject::kCapture) return;
+    const PipelineStatistics& read = context_.statistics();
+    if (read.cut_frames > 0) TellMissing(rule, kCutUnseen, read.first_cut.number, out);
+    if (misses_packets_) TellMissing(rule, kMissingUnseen, context_.pairing().first_hole.number, out);
+  }
+  void TellMissing(const RuleInfo& rule, std::string_view unseen, FrameNo first, SlaveCoverage& out) {
     if (out.coverage == Coverage::kNotApplicable && MayBeUnseen(out.why)) {
-      std::string reason = std::string(kMissingUnseen) + "; in what it holds, " + std::string(Describe(out.why));
+      std::string reason = std::string(unseen) + "; in what it holds, " + std::string(Describe(out.why));
       out.coverage = Coverage::kNotJudged;
       out.why = NotApplicable::kApplies;
       context_.store.AddNotEvaluable(rule, out.slave, std::move(reason), 0);
@@ -325,7 +341,7 @@ class Judge {
     }
     if (out.coverage != Coverage::kJudged) return;
     out.coverage = Coverage::kPartly;
-    context_.store.AddNotEvaluable(rule, out.slave, std::string(kMissingUnseen), pairing.first_hole.number);
+    context_.store.AddNotEvaluable(rule, out.slave, std::string(unseen), first);
   }
 
   [[nodiscard]] bool Excluded(const RuleInfo& rule, Subject subject, SlaveCoverage& out) const {
@@ -372,7 +388,10 @@ class Judge {
     if (subject == Subject::kAlRequest && said.occasions > 0 && said.occasions >= model.al.requests()) {
       said.of_all = true;
     }
-    Decide(rule, said, PresenceOf(subject, slave, context_, result_), out);
+    Presence presence = PresenceOf(subject, slave, context_, result_);
+    const bool present = presence.absent == NotApplicable::kApplies && presence.unseen.empty();
+    if (present && rule.of_family && FamilyUnseen(model)) presence = Unseen(kFamilyUnseen);
+    Decide(rule, said, presence, out);
     return out;
   }
 

@@ -10,6 +10,7 @@ namespace {
 
 constexpr std::uint8_t kStateBits = 0x0F;
 constexpr std::uint8_t kAnyError = 0x10;
+constexpr auto kInInit = static_cast<std::uint8_t>(esc::AlState::INIT);
 
 std::uint8_t BitsOf(esc::AlWord status) {
   return static_cast<std::uint8_t>(status.raw & (kStateBits | kAnyError));
@@ -49,8 +50,40 @@ void BusAlUnit::OnRequest(esc::AlWord control, track::Acceptance acceptance, con
   // What all took is what all copy.
   acknowledging_ = control.bit4() || (acknowledging_ && !(of_all && acceptance == track::Acceptance::kAccepted));
   control_ = control;
+  if (of_all) asked_of_all_ = control.state();
   requested_ = static_cast<std::uint8_t>(requested_ | (control.state() & kStateBits));
   requested_at_ = frame;
+}
+
+void BusAlUnit::OnAsked(SlaveId slave, esc::AlWord control, track::Acceptance acceptance) {
+  if (acceptance == track::Acceptance::kRefused) return;
+  if (slave >= asked_.size()) asked_.resize(std::size_t{slave} + 1, 0);
+  Await(slave, control.state());
+}
+
+/// @param state 0: nothing any more
+void BusAlUnit::Await(SlaveId slave, std::uint8_t state) {
+  const auto waits = [this](std::uint8_t asked) -> std::size_t& { return asked == kInInit ? waits_for_init_ : waits_; };
+  if (asked_[slave] != 0) --waits(asked_[slave]);
+  if (state != 0) ++waits(state);
+  asked_[slave] = state;
+}
+
+/// It is where it was to go, or says that it does not go there.
+void BusAlUnit::NoteAnswer(const track::AlStatusRead& read) {
+  if (read.slave >= asked_.size() || asked_[read.slave] == 0) return;
+  if (read.status.state() == asked_[read.slave] || (read.status.bit4() && read.error_bit_known)) Await(read.slave, 0);
+}
+
+/// All slaves need not agree on a state, one may be left in INIT: each has shown by itself what it was asked for. Who
+/// shows nothing by itself was asked for INIT only, which nobody refuses, and somebody who is none of the others is in
+/// INIT.
+bool BusAlUnit::AllFollowed() const {
+  if (!told_ || waits_ > 0 || told_->last.number <= requested_at_.number) return false;
+  const bool all_met = network_.slaves().size() >= told_->slaves;
+  if (all_met && waits_for_init_ == 0) return true;
+  if (!all_met && asked_of_all_ != 0 && asked_of_all_ != kInInit) return false;
+  return (told_->status.state() & ~ShownBySlaves()) == kInInit;
 }
 
 std::optional<BusAlUnit::Common> BusAlUnit::common() const {
@@ -67,7 +100,7 @@ std::optional<BusAlUnit::Common> BusAlUnit::common() const {
 
 /// All agree on what was requested, or have had time for it.
 bool BusAlUnit::Settled() const {
-  if (requested_ == 0) return true;
+  if (requested_ == 0 || AllFollowed()) return true;
   // An error bit beside may be the echo of an acknowledge.
   const auto states = static_cast<std::uint8_t>(told_->status.raw & kStateBits);
   if (std::has_single_bit(states) && (states & requested_) != 0) return true;
@@ -196,7 +229,9 @@ void BusAlUnit::Forget() {
   TellRefusal();
   Close();
   told_.reset();
-  requested_ = 0;
+  requested_ = asked_of_all_ = 0;
+  asked_.clear();
+  waits_ = waits_for_init_ = 0;
 }
 
 std::uint8_t BusAlUnit::ShownBySlaves() const {

@@ -47,8 +47,10 @@ class BusAlUnit {
   [[nodiscard]] bool refused() const { return refused_.has_value(); }
 
   void On(const track::AlStatusOfAll& read) {
+    const bool same = told_ && told_->status.raw == read.status.raw && told_->slaves == read.slaves;
+    if (!same && requested_ != 0 && AllFollowed()) requested_ = 0;
     if (requested_ != 0 || refused_) NoteRefusal(read);
-    if (told_ && told_->status.raw == read.status.raw && told_->slaves == read.slaves) {
+    if (same) {
       told_->last = read.frame;
       ++told_->polls;
     } else {
@@ -62,11 +64,14 @@ class BusAlUnit {
     if (refused_) refused_->reads += count;
   }
   void On(const track::AlStatusRead& read) {
+    if (waits_ + waits_for_init_ > 0) NoteAnswer(read);
     if (open_) Compare(read);
     if (read.status.bit4() && read.error_bit_known) refused_.reset();  // that slave is told of by itself
   }
   /// A state is asked for.  @param of_all of all slaves, by a broadcast; else of one that they hide
   void OnRequest(esc::AlWord control, track::Acceptance acceptance, const FrameRef& frame, bool of_all);
+  /// One slave is asked for a state, by itself or with all others.
+  void OnAsked(SlaveId slave, esc::AlWord control, track::Acceptance acceptance);
   /// Nobody sent anything for long, and the capture may have a hole there.
   void OnPause() {
     TellRefusal();
@@ -88,6 +93,9 @@ class BusAlUnit {
   [[nodiscard]] bool Agreed() const;
   [[nodiscard]] bool SomeoneShowsError() const;
   void TellRefusal();
+  void Await(SlaveId slave, std::uint8_t state);
+  void NoteAnswer(const track::AlStatusRead& read);
+  [[nodiscard]] bool AllFollowed() const;
   [[nodiscard]] bool Settled() const;
   void NoteRise(const track::AlStatusOfAll& read);
   void Compare(const track::AlStatusRead& read);
@@ -100,8 +108,12 @@ class BusAlUnit {
   std::optional<Told> told_;
   std::uint8_t requested_ = 0;  // states asked for since all agreed on one of them
   FrameRef requested_at_;
-  esc::AlWord control_;         // of the last request
-  bool acknowledging_ = false;  // some request since had the acknowledge bit, which may be echoed
+  esc::AlWord control_;              // of the last request
+  std::vector<std::uint8_t> asked_;  // of each slave: the state that it was asked for and has not shown by itself
+  std::size_t waits_ = 0;            // slaves that were asked for another state than INIT so, ...
+  std::size_t waits_for_init_ = 0;   // ... and for INIT
+  std::uint8_t asked_of_all_ = 0;    // state that a broadcast asked for last, also those who are not met
+  bool acknowledging_ = false;       // some request since had the acknowledge bit, which may be echoed
   std::optional<BusAlRefused> refused_;
   UnaskedRises unasked_;
   std::optional<BusAlChanged> open_;

@@ -152,8 +152,9 @@ void BusModel::On(const track::AlRequest& event) {
     al.OnStatus({event.slave, told->last, told->status, std::nullopt, std::nullopt, true});
     if (told->last.number < network_.last_hole()) al.OnPause();
   }
+  if (!event.broadcast) al_.OnRequest(event.control, event.acceptance, event.frame(), false);
+  al_.OnAsked(event.slave, event.control, event.acceptance);
   if (event.broadcast) return;
-  al_.OnRequest(event.control, event.acceptance, event.frame(), false);
   al_wait_.OnRequest(event.control, event.acceptance, event.frame(), event.slave);
 }
 void BusModel::On(const track::AlRequestOfAll& event) {
@@ -274,7 +275,7 @@ void BusModel::On(const track::CycleAtRest& asked) {
       const track::LogicalAccess access = track::Network::LogicalAccessOf(d);
       const LogicalExpectation& expected = Expect(access);
       const CounterRange range = RangeFor(expected, access.command);
-      if (!expected.mapping_known || access.wkc != range.least || access.wkc != range.most) return true;
+      if (!expected.complete || access.wkc != range.least || access.wkc != range.most) return true;
       return !image_.Watch(access, expected, asked, i);
     }
     // States that nobody waits for.

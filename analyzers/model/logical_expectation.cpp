@@ -7,13 +7,6 @@
 namespace ecaudit::model {
 namespace {
 
-/// FMMUs that an ESC has: register 0x0004 where it was read, else all sixteen (writes to missing ones do not stick, but
-/// masters that blank them write zeros, which map nothing).
-std::size_t FmmuCount(const track::SlaveState& state) {
-  const auto count = state.registers.Value<std::uint8_t>(0x0004);
-  return count && *count <= esc::kMaxFmmus ? *count : esc::kMaxFmmus;
-}
-
 /// The sync manager that an FMMU leads to, as far as it is known.
 std::optional<std::uint8_t> ManagerBehind(const track::KnownFmmus& known, const esc::Fmmu& fmmu) {
   for (std::uint8_t number = 0; number < esc::kMaxSyncManagers; ++number) {
@@ -109,9 +102,10 @@ void LogicalExpectations::MakeRoom(const Entry& kept) {
 
 void LogicalExpectations::Renew(Entry& entry, const track::Network& network, const LogicalKind& kind) {
   LogicalExpectation& expectation = entry.expectation;
-  expectation.mapping_known = network.slaves().size() > 0;
   const std::uint16_t* count = network.slave_count().if_known();
-  if (count == nullptr || *count > network.slaves().size()) expectation.mapping_known = false;
+  const bool all_met = count != nullptr && *count <= network.slaves().size();
+  const bool all_count = all_met || (count != nullptr && network.unmet_map_nothing());
+  expectation.mapping_known = expectation.complete = network.slaves().size() > 0 && all_count;
   std::vector<LogicalShare> shares;  // by slave, as those before
   auto before = expectation.shares.cbegin();
   for (std::size_t s = 0; s < network.slaves().size(); ++s) {
@@ -120,9 +114,8 @@ void LogicalExpectations::Renew(Entry& entry, const track::Network& network, con
     const LogicalShare* kept = had_one ? &*before++ : nullptr;
     if (network.slaves()[id].replaced) continue;
     const track::KnownFmmus& known = network.fmmus(id);
-    // The FMMUs that were never touched since the capture began could map something; a master that configures
-    // a slave clears them first or uses them from 0 on.
-    if (!known.any && FmmuCount(network.state(id)) != 0) expectation.mapping_known = false;
+    if (!known.any && network.state(id).fmmu_count() != 0) expectation.mapping_known = false;
+    if (!known.all) expectation.complete = false;
     if (network.mapping_changed(id) <= entry.version) {
       if (kept != nullptr) shares.push_back(*kept);
       continue;

@@ -37,7 +37,8 @@ struct CounterRange {
 };
 
 struct LogicalExpectation {
-  bool mapping_known = false;  ///< every slave met has all its FMMUs known, so nobody is left out
+  bool mapping_known = false;  ///< of every slave some FMMU is known, and be it that it maps nothing
+  bool complete = false;       ///< ... and no slave has one that was not seen, so nobody is left out
   std::vector<LogicalShare> shares;
   std::uint16_t full = 0;     ///< when every slave takes part
   std::uint16_t inputs = 0;   ///< slaves that have inputs in it

@@ -36,6 +36,8 @@ struct RuleInfo {
   Severity severity;       ///< default; where a rule has two, the higher
   /// What it finds stands in the frames that it cites: packets that the capture misses do not explain it.
   bool needs_no_history = false;
+  /// It compares with what only the manual of the family says: of a device that nobody knows it tells nothing.
+  bool of_family = false;
   Subject subject = Subject::kOfChapter;
   std::string_view title;   ///< one line, present tense, no full stop
   std::string_view needs;   ///< what must be known before it can be judged

@@ -1,6 +1,8 @@
 #include "analyzers/sync/cyclic_images.h"
 
 #include <algorithm>
+#include <cstdlib>
+#include <utility>
 
 namespace ecaudit::sync {
 namespace {
@@ -26,7 +28,7 @@ bool CyclicImage::SentNext(FrameNo frame) const {
   return false;
 }
 
-bool CyclicImage::Add(const FrameTime& time, bool was_sent) {
+bool CyclicImage::Add(const FrameTime& time, bool was_sent, bool taken, bool in_op) {
   if (time.frame.number == last.frame.number) return false;
   const FrameTime from = last;
   const bool next = was_sent ? last_was_sent && SentNext(time.frame.number) : !last_was_sent;
@@ -34,9 +36,11 @@ bool CyclicImage::Add(const FrameTime& time, bool was_sent) {
   last_was_sent = was_sent;
   gap_from = from.frame.number;
   gap = Between(from, time);
+  const bool both_in_op = std::exchange(in_op_, in_op) && in_op;
+  if (in_op && !both_in_op) op_intervals_ = kept_ = 0;
   if (!next || !from.frame.seen()) return false;
   AddInterval(from, time);
-  RenewNominal();
+  if (taken && gap.base != TimeBase::kNone) Note(gap.ns, both_in_op);
   return true;
 }
 
@@ -50,14 +54,24 @@ void CyclicImage::AddInterval(const FrameTime& from, const FrameTime& to) {
   }
 }
 
-void CyclicImage::RenewNominal() {
-  if (gap.base == TimeBase::kNone) return;
-  recent_[intervals_++ % kRecent] = gap.ns;
+void CyclicImage::Note(TimeNs interval, bool in_op) {
+  recent_[intervals_++ % kRecent] = interval;
+  if (in_op && op_intervals_ < kEnoughIntervals) {
+    ++op_intervals_;
+    kept_ = CountKept();
+    // It is another rhythm than before, which has nothing to do with it.
+    if (op_intervals_ == kEnoughIntervals && 2 * kept_ < op_intervals_) counted_from_ = intervals_ - op_intervals_;
+  }
   constexpr std::uint64_t kRenewed = 4 * kRecent;  // sorting is dear
-  const bool first = intervals_ == kEnoughIntervals || intervals_ == 2 * kEnoughIntervals || intervals_ == kRecent;
-  if (intervals_ % kRenewed != 0 && !first) return;
-  std::array<TimeNs, kRecent> sorted = recent_;
-  const std::size_t count = std::min<std::uint64_t>(intervals_, kRecent);
+  const std::uint64_t counted = intervals_ - counted_from_;
+  const bool first = counted == kEnoughIntervals || counted == 2 * kEnoughIntervals || counted == kRecent;
+  if (first || counted % kRenewed == 0) RenewNominal(std::min<std::uint64_t>(counted, kRecent));
+}
+
+/// @param count  of the last intervals
+void CyclicImage::RenewNominal(std::size_t count) {
+  std::array<TimeNs, kRecent> sorted{};
+  for (std::size_t i = 0; i < count; ++i) sorted[i] = recent_[(intervals_ - 1 - i) % kRecent];
   const auto at = [&](std::size_t quarters) {
     return sorted.begin() + static_cast<std::ptrdiff_t>(count * quarters / 4);
   };
@@ -68,6 +82,17 @@ void CyclicImage::RenewNominal() {
   nominal_ns = std::min(*at(2), kLongestCycle);
   spread_ns = std::min(*at(3), kLongestCycle) - std::min(*at(1), kLongestCycle);
   nominal_of = intervals_;
+}
+
+/// Of the intervals in OP, which are few still.
+std::uint64_t CyclicImage::CountKept() const {
+  const TimeNs near = std::min(std::max(nominal_ns / 8, spread_ns), nominal_ns / 3);
+  std::uint64_t kept = 0;
+  for (std::uint64_t i = 0; i < op_intervals_; ++i) {
+    const TimeNs off = std::abs(std::min(recent_[(intervals_ - 1 - i) % kRecent], kLongestCycle) - nominal_ns);
+    if (off <= near) ++kept;
+  }
+  return kept;
 }
 
 CyclicImage* CyclicImages::Find(wire::Command command, std::uint32_t address) {

@@ -26,7 +26,9 @@ struct CyclicImage {
   FrameNo gap_from = 0;        ///< last frame but one ...
   Interval gap;                ///< ... and how far it lies before the last, for all slaves that both of them fed
   IntervalStatistics by_dc, by_esl, by_stamp;
-  TimeNs nominal_ns = 0;         ///< median of the last intervals, renewed now and then: masters change their cycle
+  /// Median of the last intervals between frames that somebody took, renewed now and then: masters change their cycle.
+  /// Once slaves are in OP it is theirs: before, masters may send in another rhythm.
+  TimeNs nominal_ns = 0;
   TimeNs spread_ns = 0;          ///< half of these intervals lie within this
   std::uint64_t nominal_of = 0;  ///< intervals so far when it was renewed
 
@@ -35,12 +37,16 @@ struct CyclicImage {
   std::uint64_t sent_count = 0;
 
   [[nodiscard]] std::pair<const IntervalStatistics*, TimeBase> Best() const;
-  /// The median rests on enough intervals, and is none of 0.
-  [[nodiscard]] bool has_nominal() const { return nominal_of >= kEnoughIntervals && nominal_ns > 0; }
+  /// The median rests on enough intervals, and is none of 0. Where most of these lie before OP, those in OP keep to it.
+  [[nodiscard]] bool has_nominal() const {
+    return nominal_of >= kEnoughIntervals && nominal_ns > 0 && (!in_op_ || holds_in_op());
+  }
   /// A frame with these data, once.
   /// @param was_sent its outbound copy is in the capture
+  /// @param taken  somebody took part in them
+  /// @param in_op  some slave whose data these are is in OP
   /// @return whether it is the next behind the last one, so that `gap` counts as an interval
-  bool Add(const FrameTime& time, bool was_sent);
+  bool Add(const FrameTime& time, bool was_sent, bool taken, bool in_op);
 
  private:
   /// True when `frame` is the next that was sent behind `last`; frames that did not come back, or in another order,
@@ -48,11 +54,20 @@ struct CyclicImage {
   [[nodiscard]] bool SentNext(FrameNo frame) const;
   /// Each clock for itself: which is best is known when all is measured.
   void AddInterval(const FrameTime& from, const FrameTime& to);
-  void RenewNominal();
+  [[nodiscard]] bool holds_in_op() const {
+    return op_intervals_ >= kEnoughIntervals || (op_intervals_ > 0 && 2 * kept_ >= op_intervals_);
+  }
+  void Note(TimeNs interval, bool in_op);
+  void RenewNominal(std::size_t count);
+  [[nodiscard]] std::uint64_t CountKept() const;
 
   static constexpr std::size_t kRecent = 128;
   std::array<TimeNs, kRecent> recent_{};  // intervals, the newest at intervals_ - 1
   std::uint64_t intervals_ = 0;
+  std::uint64_t counted_from_ = 0;  // those before are of another rhythm
+  bool in_op_ = false;              // when the last frame came
+  // The first ones since some slave is in OP, and those of them that are about nominal_ns.
+  std::uint64_t op_intervals_ = 0, kept_ = 0;
 };
 
 class CyclicImages {

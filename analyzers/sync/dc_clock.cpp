@@ -49,6 +49,16 @@ void DcClock::NoteDistribution(const FrameRef& frame) {
   last_distribution_ = frame;
 }
 
+/// Slaves that only write count as well: whether the reference itself answered, the data tell, which it changes. Where
+/// the outbound copy was captured behind slaves that counted, they may be changed there already, and go on from frame
+/// to frame.
+bool DcClock::ReferenceGave(ByteSpan data, ByteSpan sent, std::uint16_t sent_wkc) const {
+  if (!SameBytes(sent, data)) return true;
+  if (sent_wkc == 0) return false;
+  const auto time = LittleEndian<std::uint32_t>(data, 0);
+  return time != 0 && (!last_ || time != static_cast<std::uint32_t>(last_->ns));
+}
+
 std::optional<DcTime> DcClock::On(const track::Answered& answer) {
   if (answer.command == wire::Command::BWR) {
     NoteWritten(answer);
@@ -65,9 +75,7 @@ std::optional<DcTime> DcClock::On(const track::Answered& answer) {
   if (data.size() < 4) return std::nullopt;
   if (reads && answer.wkc != 1) return std::nullopt;
   if (distributes) {
-    // Slaves that only write count as well: unless the data changed, the reference itself did not answer.
-    const ByteSpan sent = Slice(answer.sent_data, at, 8);
-    if (SameBytes(sent, data)) return std::nullopt;
+    if (!ReferenceGave(data, Slice(answer.sent_data, at, 8), answer.sent_wkc)) return std::nullopt;
     NoteDistribution(answer.returned);
   }
   const bool first = samples_ == 0;

@@ -39,6 +39,7 @@ class DcClock {
  private:
   void NoteWritten(const track::Answered& answer);
   void NoteDistribution(const FrameRef& frame);
+  [[nodiscard]] bool ReferenceGave(ByteSpan data, ByteSpan sent, std::uint16_t sent_wkc) const;
 
   SlaveId reference_ = kNoSlave;
   bool distributed_ = false;  ///< the reference is known from ARMW or FRMW

@@ -49,7 +49,7 @@ OutputGap OutputWatch::Describe(SlaveId slave, const Interval& gap) const {
   event.before = event.fed_before ? last.frame : op_since;
   event.gap = gap;
   if (image != nullptr) {
-    event.nominal_ns = image->nominal_of >= kEnoughIntervals ? image->nominal_ns : 0;
+    event.nominal_ns = image->has_nominal() ? image->nominal_ns : 0;
     event.nominal_of = image->nominal_of;
   }
   event.fell = fell;

@@ -65,7 +65,7 @@ struct OutputWatch {
   }
   /// From which length on a gap is told, ns; 0: none is.
   [[nodiscard]] TimeNs GapLimit(const CyclicImage* of) const {
-    const bool known = of != nullptr && of->nominal_of >= kEnoughIntervals;
+    const bool known = of != nullptr && of->has_nominal();
     const TimeNs by_cycle = known ? of->nominal_ns + of->nominal_ns / 2 : 0;
     if (watchdog_ns == 0) return by_cycle;
     return by_cycle > 0 ? std::min(by_cycle, watchdog_ns / 2) : watchdog_ns / 2;

@@ -231,10 +231,9 @@ void SyncModel::FeedEach(const FrameAtHand& at_hand) {
       Of(datagram.slave).outputs.direct = true;
       continue;
     }
-    const CyclicImage* image = Measure(datagram, at_hand.time);
-    if (!BringsOutputs(datagram)) continue;
     const model::LogicalExpectation& expected = ExpectationOf(datagram);
-    if (expected.outputs == 0) continue;
+    const CyclicImage* image = Measure(datagram, at_hand.time, IsOfOp(expected));
+    if (!BringsOutputs(datagram) || expected.outputs == 0) continue;
     for (const model::LogicalShare& share : expected.shares) {
       if (!share.outputs) continue;
       OutputWatch& watch = Of(share.slave).outputs;
@@ -254,7 +253,7 @@ void SyncModel::FeedEach(const FrameAtHand& at_hand) {
 
 bool SyncModel::TakeSteady(const FrameAtHand& at_hand) {
   for (const ProcessDatagram& datagram : pending()) {
-    if (datagram.slave == kNoSlave) Measure(datagram, at_hand.time);
+    if (datagram.slave == kNoSlave) Measure(datagram, at_hand.time, true);
   }
   return steady_.Take(pending(), at_hand.time, sent_.number, at_hand.way);
 }
@@ -327,10 +326,17 @@ void SyncModel::WaitForSteady(bool worth_it) {
   steady_wait_ = steady_pause_;
 }
 
-const CyclicImage* SyncModel::Measure(const ProcessDatagram& pending, const FrameTime& time) {
+/// Some slave that has a part in it is in OP.
+bool SyncModel::IsOfOp(const model::LogicalExpectation& expected) const {
+  return std::any_of(expected.shares.begin(), expected.shares.end(), [this](const model::LogicalShare& share) {
+    return bus_.slave(share.slave).al.SettledIn(esc::AlState::OP);
+  });
+}
+
+const CyclicImage* SyncModel::Measure(const ProcessDatagram& pending, const FrameTime& time, bool in_op) {
   CyclicImage* image = images_.Find(pending.command, pending.address);
   if (image == nullptr) return nullptr;
-  const bool interval = image->Add(time, sent_.seen());
+  const bool interval = image->Add(time, sent_.seen(), pending.wkc > 0 || pending.assumed, in_op);
   if (interval && image->gap.base != TimeBase::kNone && sink_.IsHeard<IntervalMeasured>()) {
     sink_.Publish(IntervalMeasured{*image, time.frame, image->gap.ns});
   }

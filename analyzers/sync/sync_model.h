@@ -124,7 +124,8 @@ class SyncModel final {
   void BeginFrame(const FrameRef& sent, const FrameRef& returned);
   void Flush();
   [[nodiscard]] bool LookAtFrame(FrameAtHand& at_hand);
-  const CyclicImage* Measure(const ProcessDatagram& pending, const FrameTime& time);
+  [[nodiscard]] bool IsOfOp(const model::LogicalExpectation& expected) const;
+  const CyclicImage* Measure(const ProcessDatagram& pending, const FrameTime& time, bool in_op);
   void FeedEach(const FrameAtHand& at_hand);
   [[nodiscard]] bool TakeSteady(const FrameAtHand& at_hand);
   void BeginSteady(const FrameAtHand& at_hand);

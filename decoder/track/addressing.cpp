@@ -19,6 +19,16 @@ std::optional<StationAddress> AliasShown(const DatagramPair& d) {
   return data.empty() ? std::nullopt : std::optional(LittleEndian<std::uint16_t>(data, 0));
 }
 
+/// Slaves answered a broadcast read of this frame, and none of them before it was captured on its way out.
+bool HasUncountedRead(const bus::BusTransaction& transaction) {
+  for (std::size_t i = 0; i < transaction.size(); ++i) {
+    const DatagramPair d(transaction, i);
+    if (!wire::IsBroadcast(d.command()) || !wire::Reads(d.command()) || !d.has_sent) continue;
+    if (d.sent().wkc() == 0 && d.wkc() != 0) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 SlaveId Addressing::AddressedBy(const wire::DatagramView& sent) const {
@@ -36,8 +46,12 @@ std::optional<std::uint16_t> Addressing::Count(const DatagramPair& d) {
   if (d.any.circulating()) return std::nullopt;  // it may have passed slaves twice
   std::uint16_t count = 0;
   if (wire::IsBroadcast(d.command())) {
-    // Masters send broadcasts with 0. An outbound copy that already counted some was tapped behind that many slaves.
-    const bool tapped_behind_slaves = d.has_sent && d.transaction.sent->mac_bit() && d.sent().adp() != 0;
+    // An outbound copy that slaves have passed was tapped behind them, and each of them counts a read. What a master
+    // sends in this field is its own affair.
+    const bool may_be = d.has_sent && d.transaction.sent->mac_bit() && d.sent().adp() != 0;
+    const bool tapped_behind_slaves = may_be && (d.sent().wkc() != 0 || d.sent().adp() == upstream_);
+    // What slaves refuse looks alike either way.
+    if (may_be && !tapped_behind_slaves && !HasUncountedRead(d.transaction)) return std::nullopt;
     if (tapped_behind_slaves) upstream_ = d.sent().adp();
     count = static_cast<std::uint16_t>(d.any.adp() - (d.has_sent && !tapped_behind_slaves ? d.sent().adp() : 0));
   } else if (d.has_sent) {

@@ -151,9 +151,10 @@ struct LogicalAccess {
   ByteSpan sent_data;      ///< empty when the outbound copy is not captured
   ByteSpan returned_data;  ///< empty when the return is not captured
   std::uint16_t length = 0;
-  std::uint16_t wkc = 0;     ///< of the returned copy
-  bool circulating = false;  ///< circulating bit of the returned copy
-  bool assumed = false;      ///< outbound-only capture: wkc means nothing
+  std::uint16_t wkc = 0;       ///< of the returned copy
+  std::uint16_t sent_wkc = 0;  ///< of the outbound copy: not 0 behind slaves that took part before it was captured
+  bool circulating = false;    ///< circulating bit of the returned copy
+  bool assumed = false;        ///< outbound-only capture: wkc means nothing
   /// How many slaves were looked at for it; see slave_work.h.
   mutable std::uint64_t told = 0;
 
@@ -168,7 +169,8 @@ struct Answered {
   EscAddress address = 0;
   std::uint16_t length = 0;
   std::uint16_t wkc = 0;
-  bool circulating = false;                    ///< circulating bit of the returned copy
+  std::uint16_t sent_wkc = 0;  ///< of the outbound copy: not 0 behind slaves that counted before it was captured
+  bool circulating = false;    ///< circulating bit of the returned copy
   std::optional<std::uint16_t> slaves_passed;  ///< by the position counter of this very datagram, where it has one
   SlaveId slave = kNoSlave;  ///< addressed slave; kNoSlave for broadcasts and addresses nobody was met at
   FrameRef sent;

@@ -101,6 +101,7 @@ LogicalAccess Network::LogicalAccessOf(const DatagramPair& d) {
       .returned_data = d.has_returned ? d.any.data() : ByteSpan{},
       .length = d.any.length(),
       .wkc = d.wkc(),
+      .sent_wkc = d.has_sent ? d.sent().wkc() : std::uint16_t{0},
       .circulating = d.has_returned && d.any.circulating(),
       .assumed = d.assumed(),
   };
@@ -131,6 +132,7 @@ Answered Network::AnswerOf(const DatagramPair& d, SlaveId slave) const {
       .address = d.address(),
       .length = d.any.length(),
       .wkc = d.wkc(),
+      .sent_wkc = d.has_sent ? d.sent().wkc() : std::uint16_t{0},
       .circulating = d.any.circulating(),
       .slaves_passed = passed_nobody      ? std::optional<std::uint16_t>(0)
                        : count != nullptr ? std::optional(*count)

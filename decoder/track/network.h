@@ -72,6 +72,9 @@ class Network final : public bus::BusSink {
   /// The slave's FMMUs and sync managers, at least inferred; decoded once after each change.
   [[nodiscard]] const KnownFmmus& fmmus(SlaveId id) const { return mappings_.fmmus(id, states_[id]); }
 
+  /// So do slaves that were counted and not met: nothing.
+  [[nodiscard]] bool unmet_map_nothing() const { return states_.LaterMapNothing(); }
+
   /// A slave that takes part in process data although no frame addresses it: from the next frame on it is met.
   void Presume(std::optional<SlavePos> position, std::optional<StationAddress> station) {
     presumed_.push_back({position, station});

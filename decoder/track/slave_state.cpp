@@ -23,6 +23,22 @@ std::optional<esc::Fmmu> SlaveState::fmmu(std::size_t n, Certainty at_least) con
   return esc::Fmmu::Decode(bytes);
 }
 
+std::size_t SlaveState::fmmu_count() const {
+  const auto count = registers.Value<std::uint8_t>(kFmmuCount);
+  return count && *count <= esc::kMaxFmmus ? *count : esc::kMaxFmmus;
+}
+
+bool SlaveState::IsOff(std::size_t n) const {
+  const auto activate = registers.Value<std::uint8_t>(static_cast<EscAddress>(esc::FmmuAddress(n) + 12));
+  return activate && (*activate & 1U) == 0;
+}
+
+bool SlaveState::MayMapUnseen(std::size_t n) const {
+  if (n >= fmmu_count() || IsOff(n) || fmmu(n, Certainty::kInferred)) return false;
+  // Whoever sets a slave up switches on what it uses, and has switched off what it does not.
+  return set_up_since == 0 || fmmu_since[n] > set_up_since;
+}
+
 std::optional<esc::SyncManager> SlaveState::process_manager(esc::SmDirection direction) const {
   for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
     const auto manager = sync_manager(n, Certainty::kInferred);

@@ -18,6 +18,8 @@ namespace ecaudit::track {
 /// Where the registers of the FMMUs and sync managers are.
 inline constexpr EscAddress kMappingFirst = 0x0600;
 inline constexpr EscAddress kMappingEnd = 0x0880;
+/// How many FMMUs there are.
+inline constexpr EscAddress kFmmuCount = 0x0004;
 
 /// What a slave's FMMUs and sync managers do, as far as known.
 struct KnownFmmus {
@@ -26,6 +28,7 @@ struct KnownFmmus {
     esc::Fmmu fmmu;
   };
   bool any = false;          ///< some FMMU is known, and be it that it maps nothing
+  bool all = false;          ///< ... or it has none, and none is left that may map something unseen
   std::vector<Unit> active;  ///< by number
   /// SlaveState::sync_manager() of each, inferred at least.
   std::array<std::optional<esc::SyncManager>, esc::kMaxSyncManagers> managers;
@@ -40,6 +43,9 @@ struct SlaveState {
   bool presumed = false;
   /// It was gone for a while, and nothing shows yet whether it was without power: then its registers hold nothing.
   bool returned = false;
+  /// The frame that asked it for INIT, or gave it its station address: the capture shows how it is set up from there
+  /// on. 0: none did.
+  FrameNo set_up_since = 0;
   /// Frame of the last write or read that told something about sync manager / FMMU n.
   std::array<FrameNo, esc::kMaxSyncManagers> sync_manager_since{};
   std::array<FrameNo, esc::kMaxFmmus> fmmu_since{};
@@ -53,6 +59,13 @@ struct SlaveState {
   [[nodiscard]] std::optional<esc::SyncManager> process_manager(esc::SmDirection direction) const;
   /// Settings of FMMU n, likewise.
   [[nodiscard]] std::optional<esc::Fmmu> fmmu(std::size_t n, Certainty at_least) const;
+  /// FMMUs that the ESC has: register 0x0004 where it was read, else as many as there may be.
+  [[nodiscard]] std::size_t fmmu_count() const;
+  /// FMMU n is switched off, whatever else it holds.
+  [[nodiscard]] bool IsOff(std::size_t n) const;
+  /// FMMU n may map something that the capture does not show. Which of them a master uses, and in which order it sets
+  /// them, is its own affair: that another one is known tells nothing of this one.
+  [[nodiscard]] bool MayMapUnseen(std::size_t n) const;
 };
 
 }  // namespace ecaudit::track

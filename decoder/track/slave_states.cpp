@@ -2,7 +2,19 @@
 
 #include <algorithm>
 
+#include "decoder/esc/register_addresses.h"
+
 namespace ecaudit::track {
+namespace {
+
+/// It asks for INIT, or gives a slave its station address.
+bool BeginsSetUp(const SlaveAccess& access) {
+  const ByteSpan control = access.Covered(access.written, esc::kAlControl, 1);
+  if (!control.empty()) return esc::AlWord{control[0]}.state() == static_cast<std::uint8_t>(esc::AlState::INIT);
+  return !access.broadcast && !access.Covered(access.written, esc::kStationAddress, 2).empty();
+}
+
+}  // namespace
 
 void SlaveStates::Add() {
   const auto id = static_cast<SlaveId>(states_.size());
@@ -15,6 +27,7 @@ void SlaveStates::Add() {
 void SlaveStates::Learn(const SlaveAccess& access) {
   SlaveState& state = states_[access.slave];
   const FrameNo sent = (access.sent.seen() ? access.sent : access.returned).number;
+  NoteExtent(state, access);
   // A command that does both reads first: what came back is what was there before.
   if (!access.read.empty()) Store(state, access, access.read, Certainty::kObserved);
   if (!access.written.empty() && access.acceptance != Acceptance::kRefused) {
@@ -33,8 +46,27 @@ void SlaveStates::Learn(const SlaveAccess& access) {
   }
 }
 
+/// What tells how far the capture shows what the slave maps, beside the FMMUs themselves.
+void SlaveStates::NoteExtent(SlaveState& state, const SlaveAccess& access) {
+  if (access.address > esc::kAlControl) return;
+  const bool begins = access.done() && BeginsSetUp(access);
+  if (begins) state.set_up_since = access.frame().number;
+  const bool counts = !access.Covered(access.read, kFmmuCount, 1).empty() &&
+                      state.registers.CertaintyOf(kFmmuCount, 1) == Certainty::kUnknown;
+  if (begins || counts) mappings_.Changed(access.slave);
+}
+
 void SlaveStates::LearnForLater(const SlaveAccess& access) {
+  if (access.done() && BeginsSetUp(access)) everyone_.set_up_since = access.frame().number;
   Store(everyone_, access, access.written, CertaintyOfWrite(access));
+}
+
+bool SlaveStates::LaterMapNothing() const {
+  for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
+    const auto fmmu = everyone_.fmmu(n, Certainty::kInferred);
+    if (everyone_.MayMapUnseen(n) || (fmmu && fmmu->active())) return false;
+  }
+  return true;
 }
 
 void SlaveStates::Doubt(const SlaveAccess& access) {
@@ -81,6 +113,7 @@ void SlaveStates::MappingTouched(SlaveState& state, const SlaveAccess& access, s
 
 void SlaveStates::ForgetRegisters(SlaveId id) {
   states_[id].registers.Clear();
+  states_[id].set_up_since = 0;
   states_[id].sii.Forget();
 }
 

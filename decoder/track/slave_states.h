@@ -40,6 +40,9 @@ class SlaveStates {
   void LearnForLater(const SlaveAccess& access);
   /// Nobody knows whether the slave takes, or has taken, what the access writes to its registers.
   void Doubt(const SlaveAccess& access);
+  /// Slaves that are met later map nothing so far: all of them took what clears their FMMUs, or were asked for INIT and
+  /// nothing that all took has set one since.
+  [[nodiscard]] bool LaterMapNothing() const;
   /// Slaves that are met later may not have been there.
   void ForgetForLater() {
     everyone_ = SlaveState();
@@ -59,6 +62,7 @@ class SlaveStates {
  private:
   [[nodiscard]] static Certainty CertaintyOfWrite(const SlaveAccess& access);
   void Store(SlaveState& state, const SlaveAccess& access, ByteSpan bytes, Certainty certainty);
+  void NoteExtent(SlaveState& state, const SlaveAccess& access);
   void MappingTouched(SlaveState& state, const SlaveAccess& access, std::size_t length);
 
   // What a capture could make thousands of slaves keep.

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -35,13 +36,16 @@ A slave that does not count has not taken its set points or not given its actual
 ## How it is decided
 Slaves settled in OP must count in full; slaves in another state, or with a request under way, may. Outside that range
 the rule fires and names the slaves whose share is missing where that is unambiguous. When FMMUs were not seen (the
-capture starts in operation) the value that was constant before serves as expectation: a drop below it, without any
-state request or configuration in between, is reported as inferred warning. Refusals that are normal (mailbox empty or
-full, registers an ESC does not implement, a second AL Control write) are not judged, nor addresses that two slaves
-share for a moment while the master gives them out anew. Nor is a counter above what the FMMUs explain where the
-capture misses packets or frames never came back: one of them may have set another FMMU; nor any where no slave has an
-FMMU. Where a capture begins behind the start-up, an address that is asked for half a second or longer and never
-answers, while others do, is an inferred warning.
+capture starts in operation, or between two that are set) those that were have to count all the same; above that the
+value that was constant before serves as expectation: a drop below it, without any state request or configuration in
+between, is reported as inferred warning. An FMMU that was not seen is known to map nothing where its activate byte
+was, where the ESC has no such FMMU (0x0004), where the capture shows the set-up of the slave from its address or INIT
+on, and where for a while all others counted and nobody else. Refusals that are normal (mailbox empty or full,
+registers an ESC does not implement, a second AL Control write) are not judged, nor addresses that two slaves share for
+a moment while the master gives them out anew. Nor is a counter above what the FMMUs explain where the capture misses
+packets or frames never came back: one of them may have set another FMMU; nor any where no slave has an FMMU. Where a
+capture begins behind the start-up, an address that is asked for half a second or longer and never answers, while others
+do, is an inferred warning.
 
 ## Example
 samples/captures/wkc-link-break.pcapng
@@ -67,11 +71,11 @@ class WkcMismatch final : public Rule {
     if (e.assumed || !e.returned.seen()) return;
     if (e.wkc > 0) numbering_ = false;
     const model::LogicalExpectation& expected = context().bus().Expect(e);
-    if (!expected.mapping_known) {
-      JudgeByHabit(e);
-      return;
-    }
     const model::CounterRange range = context().bus().RangeFor(expected, e.command);
+    const bool all_known = expected.complete || WasRight(e);
+    // Who has an FMMU counts, whatever others have: how many may count at most is what is not known.
+    if (!all_known) SayNotAllKnown(e);
+    if (!all_known && e.wkc >= range.least) return JudgeByHabit(e, range);
     if (e.wkc >= range.least && e.wkc <= range.most) return;
     // Without outbound frames nothing shows what is missing. Where no slave has an FMMU at all none can count: how they
     // were set is not in the capture, though no gap shows.
@@ -96,19 +100,21 @@ class WkcMismatch final : public Rule {
     Finding finding;
     finding.first = e.frame();
     finding.title = std::string(wire::Name(e.command)) + " working counter " + std::to_string(e.wkc) + " instead of " +
-                    (range.least == range.most ? std::to_string(range.most)
-                                               : std::to_string(range.least) + " to " + std::to_string(range.most));
+                    Expected(range, all_known);
     finding.message = std::string(wire::Name(e.command)) + " of " + Count(e.length, "byte") + " at logical address " +
                       Hex(e.address, 8) + " came back with working counter " + std::to_string(e.wkc) + "; expected " +
-                      std::to_string(range.most) + " from " + Shares(expected, e.command) + ". ";
+                      (all_known ? std::to_string(range.most) : "at least " + std::to_string(range.least)) + " from " +
+                      Shares(expected, e.command) + ". ";
     finding.evidence.push_back(Number("working_counter", e.wkc));
     finding.evidence.push_back(Number("expected_least", range.least));
-    finding.evidence.push_back(Number("expected_most", range.most));
+    if (all_known) finding.evidence.push_back(Number("expected_most", range.most));
     finding.evidence.push_back(HexNumber("logical_address", e.address));
     const FindingIndex index = Report(key, std::move(finding));
     for (Episode& episode : episodes_) {
       if (episode.key != key) continue;
       episode.finding = index;
+      // Whose FMMUs are not known may have counted in the place of somebody.
+      if (!all_known) continue;
       episode.only_candidate = OnlyCandidate(expected, e, range);
       episode.hint = Missing(expected, e, range);
       episode.missing = range.most - e.wkc;
@@ -258,8 +264,10 @@ class WkcMismatch final : public Rule {
     std::uint16_t wkc = 0;
     std::uint32_t times = 0;
     FrameNo since = 0;
+    std::optional<std::uint64_t> right_for;  ///< version of the mappings with which it was just what those known count
   };
   static constexpr std::uint32_t kTimesUntilHabit = 200;
+  static constexpr std::uint32_t kTimesUntilRight = 20;
 
   static FrameNo Distance(const Finding& a, const Finding& b) {
     return a.first.number > b.first.number ? a.first.number - b.first.number : b.first.number - a.first.number;
@@ -282,6 +290,8 @@ class WkcMismatch final : public Rule {
       episode = episodes_.end() - 1;
     }
     if (e.sent_data.empty() || episode->slaves.size() != expected.shares.size()) return;
+    // Captured behind slaves, what was sent holds their inputs already.
+    if (e.sent_wkc != 0) return;
     ++episode->frames;
     for (std::size_t i = 0; i < expected.shares.size(); ++i) {
       const model::LogicalShare& share = expected.shares[i];
@@ -393,25 +403,36 @@ class WkcMismatch final : public Rule {
     return worth == episode.missing ? away : std::vector<SlaveId>{};
   }
 
-  void JudgeByHabit(const track::LogicalAccess& e) {
-    if (!said_unknown_) {
-      said_unknown_ = true;
-      NotEvaluable(kNoSlave,
-                   "the FMMUs of all slaves are not in the capture; only drops below a constant value are seen",
-                   e.frame().number);
-    }
+  void SayNotAllKnown(const track::LogicalAccess& e) {
+    if (said_unknown_) return;
+    said_unknown_ = true;
+    NotEvaluable(kNoSlave, "the FMMUs of all slaves are not in the capture; only drops below a constant value are seen",
+                 e.frame().number);
+  }
+
+  /// All whose FMMUs are known counted, and nobody else: what was not seen maps nothing here, until something is asked
+  /// for or set anew.
+  [[nodiscard]] bool WasRight(const track::LogicalAccess& e) const {
+    const Habit& habit = habits_[Key(e) % habits_.size()];
+    return habit.key == Key(e) && habit.times >= kTimesUntilRight &&
+           habit.right_for == context().network().mapping_version();
+  }
+
+  void JudgeByHabit(const track::LogicalAccess& e, const model::CounterRange& range) {
     const std::uint64_t key = Key(e);
     Habit& habit = habits_[key % habits_.size()];
     if (habit.key != key) {
-      habit = {key, e.wkc, 1, e.frame().number};
+      habit = {key, e.wkc, 1, e.frame().number, {}};
       return;
     }
     if (e.wkc == habit.wkc) {
       ++habit.times;
+      const bool right = range.most > 0 && e.wkc == range.least && e.wkc == range.most;
+      habit.right_for = right ? std::optional(context().network().mapping_version()) : std::nullopt;
       return;
     }
     if (e.wkc > habit.wkc || habit.times < kTimesUntilHabit) {
-      habit = {key, e.wkc, 1, e.frame().number};
+      habit = {key, e.wkc, 1, e.frame().number, {}};
       return;
     }
     const std::uint64_t fold = key ^ static_cast<std::uint64_t>(e.wkc) << 48U;
@@ -518,6 +539,12 @@ class WkcMismatch final : public Rule {
   /// Registers that no ESC lacks and that can always be read: type to features, station address, DL and AL status.
   static bool EveryEscAnswers(EscAddress address, std::uint16_t length) {
     return length > 0 && (address < 0x000A || address == 0x0010 || address == 0x0110 || address == kLastAlwaysThere);
+  }
+
+  static std::string Expected(const model::CounterRange& range, bool all_known) {
+    if (!all_known) return "at least " + std::to_string(range.least);
+    if (range.least == range.most) return std::to_string(range.most);
+    return std::to_string(range.least) + " to " + std::to_string(range.most);
   }
 
   static std::string ManagerText(std::optional<std::uint8_t> number, std::string_view otherwise) {

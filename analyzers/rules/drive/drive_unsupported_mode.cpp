@@ -19,6 +19,7 @@ constexpr RuleInfo kInfo{
     .group = "Drive profile (DS402)",
     .severity = Severity::kError,
     .needs_no_history = true,
+    .of_family = true,
     .title = "A mode of operation is selected that is not in the family's list",
     .needs = "modes of operation 6060h, in the process data or by SDO; a family whose manual lists its modes",
     .source = "AKD-2011, 4.7; AKD-2010, 4.7; MKD, 4.8; PILZ, 4.5",

@@ -17,6 +17,7 @@ constexpr RuleInfo kInfo{
     .id = "pdo-mapping-rule",
     .group = "PDO mapping",
     .severity = Severity::kError,
+    .of_family = true,
     .title = "Free mapping breaks a rule of the manual: odd length, too many bytes, entries or PDOs",
     .needs = "the rules of free mapping in the family's manual, and the assignment and mapping in force",
     .source = "MKD, 4.6; MKD, 5.3",

@@ -201,6 +201,10 @@ class FmmuInactive final : public Rule {
       NotEvaluable(id, kSilentSince, frame.number);
       return;
     }
+    if (off == nullptr && !fmmus.all) {
+      NotEvaluable(id, "an FMMU may map them that was set before the capture begins", frame.number);
+      return;
+    }
     slave.told[outputs ? 1 : 0] = true;
     const std::uint64_t key = refused ? 2 : outputs ? 1 : 0;
     FindingIndex index = Repeat(id, key, frame);

@@ -237,7 +237,7 @@ class FmmuMismatch final : public Rule {
       const auto id = static_cast<SlaveId>(s);
       again[s] = network.slaves()[id].replaced;
       if (again[s]) continue;
-      if (!network.fmmus(id).any) known = false;
+      if (!network.fmmus(id).all) known = false;
       if (version_ && network.mapping_changed(id) <= *version_) continue;
       again[s] = true;
       for (const auto& [number, fmmu] : network.fmmus(id).active) {

@@ -29,6 +29,7 @@ constexpr double kTolerance = 0.1;
 constexpr RuleInfo kInfo{.id = "sync-cycle-mismatch",
                          .group = "Synchronisation",
                          .severity = Severity::kError,
+                         .of_family = true,
                          .subject = Subject::kCycle,
                          .title = "SYNC0 cycle, interpolation time and the rhythm of the process data disagree",
                          .needs =

@@ -27,6 +27,7 @@ constexpr RuleInfo kInfo{
     .id = "sync-lost",
     .group = "Synchronisation",
     .severity = Severity::kError,
+    .of_family = true,
     .subject = Subject::kTiming,
     .title = "By its manual the drive must have lost synchronisation",
     .needs = "AL state OP, FMMUs, a clock; AKD and MKD: the status word, to know that the drive is enabled",

@@ -17,8 +17,8 @@ using test::Bytes;
 using test::Trace;
 
 std::string Text(const LogicalExpectation& e) {
-  std::string text = std::to_string(e.mapping_known) + " " + std::to_string(e.full) + " " + std::to_string(e.inputs) +
-                     " " + std::to_string(e.outputs) + " " + std::to_string(e.fills_bytes);
+  std::string text = std::to_string(e.mapping_known) + std::to_string(e.complete) + " " + std::to_string(e.full) + " " +
+                     std::to_string(e.inputs) + " " + std::to_string(e.outputs) + " " + std::to_string(e.fills_bytes);
   for (const LogicalShare& s : e.shares) {
     text += " | " + std::to_string(s.slave) + (s.inputs ? "i" : "") + (s.outputs ? "o" : "") +
             (s.mailbox_only ? "m" : "") + std::to_string(s.input_manager.value_or(99)) + "," +

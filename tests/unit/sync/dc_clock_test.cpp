@@ -175,6 +175,28 @@ TEST(DcClock, WhatNoSlaveGaveIsNoTime) {
   EXPECT_TRUE(c.Read({.command = wire::Command::BRD, .slave = kNoSlave, .time = 5, .wkc = 1}));
 }
 
+TEST(DcClock, BehindTheReferenceWhatWasSentHoldsItsTimeAlready) {
+  DcClock clock;
+  FrameNo number = 0;
+  const auto frame = [&](std::uint8_t time, std::uint16_t sent_wkc) {
+    const std::array<std::uint8_t, 8> data{time, 1, 0, 0, 0, 0, 0, 0};
+    track::Answered answer;
+    answer.command = wire::Command::FRMW;
+    answer.slave = 0;
+    answer.address = 0x0910;
+    answer.wkc = 2;
+    answer.sent_wkc = sent_wkc;
+    answer.sent = {++number, 0, false};
+    answer.returned = {++number, 0, false};
+    answer.sent_data = answer.returned_data = data;
+    return clock.On(answer).has_value();
+  };
+  EXPECT_TRUE(frame(10, 1));
+  EXPECT_TRUE(frame(20, 1));
+  EXPECT_FALSE(frame(20, 1)) << "a master that sends on what it got last, and another slave counted";
+  EXPECT_FALSE(frame(30, 0)) << "nobody had counted";
+}
+
 TEST(DcClock, AReadThatBeginsEarlierHoldsTheTimeAsWell) {
   Clock c;
   EXPECT_EQ(c.Read({.command = wire::Command::FPRD, .time = 0x1234567890, .address = 0x0908})->ns, 0x1234567890U);

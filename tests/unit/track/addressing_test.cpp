@@ -68,9 +68,22 @@ TEST(Addressing, TapBehindTheFirstSlave) {
     const auto adp = static_cast<std::uint16_t>(packet.bytes[18] + packet.bytes[19] * 256 + 1);
     packet.bytes[18] = static_cast<std::uint8_t>(adp & 0xFFU);
     packet.bytes[19] = static_cast<std::uint8_t>(adp >> 8U);
+    const std::size_t length = packet.bytes[22] + (packet.bytes[23] & 7U) * 256U;
+    if (packet.bytes[16] == 7) packet.bytes[26 + length] = 1;  // BRD
   }
   const Decoded d = Decode(packets);
   ExpectTheScan(d);
+  EXPECT_EQ(*d.network().slave_count().if_observed(), 3);
+}
+
+TEST(Addressing, WhatAMasterSendsInTheAddressOfBroadcastsIsItsAffair) {
+  // Its own address has the bit that slaves set. A read that slaves have passed they have counted.
+  const Decoded d = Decode(
+      "@slaves 3\n@mac 02:01:01:01:01:01\n"
+      "+1ms BWR 0x0101 00 adp=0x1000 wkc=0\n"
+      "+1ms BWR 0x0120 01 00 adp=0x1000 & BRD 0x0000 11 00 adp=0x1000\n"
+      "+1ms APRD 0:0x0010 01 10\n");
+  ASSERT_NE(d.network().slave_count().if_observed(), nullptr);
   EXPECT_EQ(*d.network().slave_count().if_observed(), 3);
 }
 
