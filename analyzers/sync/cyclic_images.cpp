@@ -10,6 +10,17 @@ namespace {
 /// Made-up stamps shall not make sums of cycles overflow.
 constexpr TimeNs kLongestCycle = 60'000'000'000;
 
+/// Most of the newest intervals are about the same.
+template <class Newest>
+bool IsRhythm(Newest newest) {
+  std::array<TimeNs, kEnoughIntervals> sorted{};
+  for (std::uint64_t i = 0; i < kEnoughIntervals; ++i) sorted[i] = std::min(newest(i), kLongestCycle);
+  std::sort(sorted.begin(), sorted.end());
+  const TimeNs least = sorted[kEnoughIntervals / 8];
+  const TimeNs most = sorted[kEnoughIntervals - 1 - kEnoughIntervals / 8];
+  return most - least <= sorted[kEnoughIntervals / 2] / 8;
+}
+
 }  // namespace
 
 std::pair<const IntervalStatistics*, TimeBase> CyclicImage::Best() const {
@@ -59,8 +70,11 @@ void CyclicImage::Note(TimeNs interval, bool in_op) {
   if (in_op && op_intervals_ < kEnoughIntervals) {
     ++op_intervals_;
     kept_ = CountKept();
-    // It is another rhythm than before, which has nothing to do with it.
-    if (op_intervals_ == kEnoughIntervals && 2 * kept_ < op_intervals_) counted_from_ = intervals_ - op_intervals_;
+    // Where they are a rhythm, and another one than before, that has nothing to do with it.
+    const auto newest = [this](std::uint64_t i) { return recent_[(intervals_ - 1 - i) % kRecent]; };
+    if (op_intervals_ == kEnoughIntervals && 2 * kept_ < op_intervals_ && IsRhythm(newest)) {
+      counted_from_ = intervals_ - op_intervals_;
+    }
   }
   constexpr std::uint64_t kRenewed = 4 * kRecent;  // sorting is dear
   const std::uint64_t counted = intervals_ - counted_from_;

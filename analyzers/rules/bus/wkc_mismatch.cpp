@@ -75,7 +75,7 @@ class WkcMismatch final : public Rule {
     const bool all_known = expected.complete || WasRight(e);
     // Who has an FMMU counts, whatever others have: how many may count at most is what is not known.
     if (!all_known) SayNotAllKnown(e);
-    if (!all_known && e.wkc >= range.least) return JudgeByHabit(e, range);
+    if (!all_known && (e.wkc >= range.least || !HeldAtLeast(e, range.least))) return JudgeByHabit(e, range);
     if (e.wkc >= range.least && e.wkc <= range.most) return;
     // Without outbound frames nothing shows what is missing. Where no slave has an FMMU at all none can count: how they
     // were set is not in the capture, though no gap shows.
@@ -416,6 +416,13 @@ class WkcMismatch final : public Rule {
     const Habit& habit = habits_[Key(e) % habits_.size()];
     return habit.key == Key(e) && habit.times >= kTimesUntilRight &&
            habit.right_for == context().network().mapping_version();
+  }
+
+  /// They have counted for a while, so what came back is what the slaves made of it.
+  [[nodiscard]] bool HeldAtLeast(const track::LogicalAccess& e, std::uint16_t least) const {
+    constexpr std::uint32_t kForAWhile = 3;
+    const Habit& habit = habits_[Key(e) % habits_.size()];
+    return habit.key == Key(e) && habit.wkc >= least && habit.times >= kForAWhile;
   }
 
   void JudgeByHabit(const track::LogicalAccess& e, const model::CounterRange& range) {

@@ -59,7 +59,7 @@ TEST(Addressing, OutboundOnlyIsAssumed) {
 
 TEST(Addressing, TapBehindTheFirstSlave) {
   // The outbound copies have passed one slave: addresses of positions and the broadcast are one further.
-  Trace trace = *Trace::Parse("@slaves 3\n" + std::string(kScan));
+  Trace trace = *Trace::Parse("@slaves 3\n" + std::string(kScan) + "+1ms BRD 0x0000 11 00 times=20\n");
   std::vector<Packet> packets = trace.Packets();
   for (Packet& packet : packets) {
     if ((packet.bytes[6] & 2U) != 0) continue;
