@@ -39,7 +39,7 @@ CaptureReport Awkward() {
   capture.fail_on = FailOn::kWarning;
   capture.baseline = "known.json";
   capture.judged = false;
-  capture.selection = {0.0001, 1e6, 7, std::nullopt, {"0", "0x1001"}};
+  capture.selection = {0.0001, 1e6, 7, std::nullopt, {"0", "0x1001"}, {1}};
   r.not_evaluable.push_back({"al-timeout", kEverySlave, "no times", 0, 1});
   capture.rules = {{"al-refused", "warning"}, {"sdo-abort", "off"}};
   capture.required = "slaves=2";
@@ -64,7 +64,7 @@ TEST(Digest, ReportsReadBackGiveTheSame) {
 
 TEST(Digest, SaysWhatWasLookedAtAndWhatWasNotJudged) {
   CaptureReport capture = Awkward();
-  EXPECT_EQ(Text(capture.selection), "--slave 0 --slave 0x1001 --from 0.0001 --from #7 --to 1000000");
+  EXPECT_EQ(Text(capture.selection), "--slave 0 --slave 0x1001 --interface 1 --from 0.0001 --from #7 --to 1000000");
   EXPECT_EQ(HeadlinePartsOf(DigestOf(capture)).verdict, "NOT-JUDGED");
   EXPECT_EQ(PlaceOf(DigestOf(capture).not_judged.back()), "all slaves");
   capture.selection = {};
