@@ -165,7 +165,9 @@ void InterfaceGroups::Finish() noexcept {
   if (!main) return;
   closed_ = true;
   for (std::size_t i = 0; i < count_; ++i) {
-    other_[i] = interfaces_[i].group != *main && closed(interfaces_[i].group);
+    const std::size_t group = interfaces_[i].group;
+    other_[i] = group != *main && closed(group);
+    begun_[i] = group != *main && frames[group] < 2 * kClosedPairs;
   }
 }
 
@@ -175,6 +177,7 @@ bool InterfaceGroups::IsOther(const wire::FrameView& frame) noexcept {
   const bool readable = frame.kind() == wire::FrameKind::kEtherCat && !frame.empty();
   for (std::size_t i = 0; i < count_; ++i) {
     if (interfaces_[i].number != interface) continue;
+    if (begun_[i]) break;
     if (readable && !other_[i]) Keep(Look(frame, i));
     return other_[i];
   }

@@ -69,7 +69,8 @@ class InterfaceGroups {
   std::array<Seen, 64> last_{};
   std::size_t next_ = 0;
   std::array<bool, kMost> other_{};
-  bool closed_ = false;  ///< what is sent on the bus' interfaces comes back on them
+  std::array<bool, kMost> begun_{};  ///< so little was seen of it that it is as if it came later
+  bool closed_ = false;              ///< what is sent on the bus' interfaces comes back on them
 };
 
 }  // namespace ecaudit::bus

@@ -59,7 +59,7 @@ TEST(DoubledPackets, CountOnceWhereTheAddressTellsNothing) {
   const PairingStatistics once = ReadAll(packets);
   ASSERT_EQ(once.paired, 300U);
   for (const TimeNs later : {TimeNs{0}, TimeNs{4'000}}) {
-    for (const std::uint16_t interface : {0, 1}) {
+    for (const std::uint16_t interface : {std::uint16_t{0}, std::uint16_t{1}}) {
       const PairingStatistics twice = ReadAll(Doubled(packets, later, interface));
       EXPECT_EQ(twice.paired, 300U) << later << " on " << interface;
       EXPECT_EQ(twice.outbound, 300U);

@@ -86,6 +86,14 @@ TEST(InterfaceGroups, ABusThatIsSeenLaterIsAnotherOne) {
   }
 }
 
+/// The first frames of the second one are among those by which the busses are told apart.
+TEST(InterfaceGroups, ABusThatHasJustBegunIsAnotherOne) {
+  const PairingStatistics read =
+      Read(Together(At(0, PollsOf(600, 0)), At(1, kSecondMaster + PollsOf(50, 7), 125'450'000)));
+  EXPECT_EQ(read.other_bus, 100U);
+  EXPECT_EQ(read.paired, 600U);
+}
+
 TEST(InterfaceGroups, ATapIsOneBus) {
   Result<Trace> trace = Trace::Parse("@two-interfaces\n" + PollsOf(300, 0));
   ASSERT_TRUE(trace);
