@@ -15,8 +15,11 @@ constexpr std::int64_t kBothEndsNs = 50'000;
 /// Of the frames of an interface so many at least are pairs, where both copies of what is sent are captured.
 constexpr std::uint32_t kPairsOneIn = 8;
 constexpr std::uint32_t kClosedPairs = 4;
-/// Two masters send at once by chance, too, but not every second time.
+/// A bridge shows nearly all packets twice, ...
 constexpr std::uint32_t kSeenTwiceOneIn = 2;
+/// ... and of what one end of a line sends so little is sent by it alone. Two masters send at once by chance, too, or
+/// where both begin with the same.
+constexpr std::uint32_t kAloneOneIn = 8;
 /// So many slaves, or one so often, that answer at one address on both interfaces are two.
 constexpr std::uint32_t kTwoOfThem = 8;
 
@@ -101,7 +104,8 @@ void InterfaceGroups::Compare(const Seen& seen) noexcept {
       copies[before.at] = true;
     }
     if (elsewhere && before.sender != seen.sender) {
-      const bool dummy = before.index == seen.index && (before.only_broadcast || seen.only_broadcast);
+      // With each frame some masters send one broadcast at the other end.
+      const bool dummy = before.index == seen.index && before.only_broadcast != seen.only_broadcast;
       const bool alike = before.what == seen.what;
       if ((alike || dummy) && AreWithin(before.frame, seen.frame, kBothEndsNs)) at_once[before.at] = true;
       if (alike && before.taken && seen.taken) both_taken[before.at] = true;
@@ -130,8 +134,8 @@ bool InterfaceGroups::AreLinked(std::size_t a, std::size_t b) const noexcept {
   const std::uint32_t frames = std::min(x.frames, y.frames);
   const auto both = [&](const auto& counts) { return (x.*counts)[b] + (y.*counts)[a]; };
   // Each slave is reached from one end of a broken line; where both reach the one of that address there are two.
-  const bool two_ends =
-      both(&Interface::at_once) * kSeenTwiceOneIn >= frames && both(&Interface::both_taken) < kTwoOfThem;
+  const std::uint32_t at_once = std::min(both(&Interface::at_once), frames);
+  const bool two_ends = (frames - at_once) * kAloneOneIn <= frames && both(&Interface::both_taken) < kTwoOfThem;
   return both(&Interface::crossed) * kPairsOneIn >= frames || both(&Interface::copies) * kSeenTwiceOneIn >= frames ||
          two_ends;
 }
