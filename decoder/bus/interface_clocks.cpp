@@ -20,7 +20,7 @@ namespace {
 /// So many frames of each interface are looked at, ...
 constexpr std::size_t kFrames = 512;
 /// ... so many have to show the same, and of all that an interface has so large a part.
-constexpr std::size_t kLeastPairs = 16;
+constexpr std::size_t kLeastPairs = 8;
 /// Returns that are stamped so soon behind their frames may be so by one clock.
 constexpr std::int64_t kOneClockNs = 1'000'000;
 constexpr std::size_t kInterfaces = 2;
