@@ -131,12 +131,14 @@ void TrafficReader::FixDirections() noexcept {
   };
   if (source_.info().interfaces.size() > 1) {
     groups_.emplace();
-    each([&](const wire::FrameView& view) { groups_->Learn(view); });
+    each([&](const wire::FrameView& view) {
+      if (!IsOfLaterSection(view)) groups_->Learn(view);
+    });
     groups_->Finish();
   }
   const auto each_of_bus = [&](auto&& look) {
     each([&](const wire::FrameView& view) {
-      if (!groups_ || !groups_->IsOther(view)) look(view);
+      if (!groups_ || IsOfLaterSection(view) || !groups_->IsOther(view)) look(view);
     });
   };
   each_of_bus([&](const wire::FrameView& view) { doubled_.Learn(view); });
@@ -146,6 +148,14 @@ void TrafficReader::FixDirections() noexcept {
     if (!doubled.IsSecond(view)) directions_.Learn(view);
   });
   directions_.Finish();
+}
+
+/// Recordings put behind each other describe their interfaces anew: that one is new does not say that it is at another
+/// bus.
+bool TrafficReader::IsOfLaterSection(const wire::FrameView& packet) const noexcept {
+  const std::vector<capture::Interface>& interfaces = source_.info().interfaces;
+  return packet.interface_index() < interfaces.size() &&
+         interfaces[packet.interface_index()].section > interfaces.front().section;
 }
 
 TrafficReader::Got TrafficReader::Read(capture::CapturedFrame& packet) noexcept {
@@ -168,7 +178,7 @@ TrafficReader::Got TrafficReader::Read(capture::CapturedFrame& packet) noexcept 
 
 void TrafficReader::Push(const wire::FrameView& packet) noexcept {
   recorder_.BeginStep(packet);
-  if (groups_ && packet.kind() != wire::FrameKind::kOther && groups_->IsOther(packet)) {
+  if (groups_ && packet.kind() != wire::FrameKind::kOther && !IsOfLaterSection(packet) && groups_->IsOther(packet)) {
     pairing_->PushOtherBus(packet);
   } else if (doubled_.IsSecond(packet)) {
     pairing_->PushOnceMore(packet);

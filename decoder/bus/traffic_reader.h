@@ -77,6 +77,7 @@ class TrafficReader {
   void Fill(Batch& batch, std::size_t most_packets) noexcept;
   bool LearnDirections(std::uint64_t until) noexcept;
   void FixDirections() noexcept;
+  [[nodiscard]] bool IsOfLaterSection(const wire::FrameView& packet) const noexcept;
   [[nodiscard]] Got Read(capture::CapturedFrame& packet) noexcept;
   void Push(const wire::FrameView& packet) noexcept;
 

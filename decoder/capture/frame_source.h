@@ -43,8 +43,9 @@ struct CapturedFrame {
 struct Interface {
   std::string name;  ///< empty when the file gives none
   std::uint16_t link_type = 1;
-  std::uint32_t snap_length = 0;         ///< 0: unlimited
-  std::int64_t resolution_ns = 1000;     ///< step of its time stamps; 1 where finer than a nanosecond
+  std::uint32_t snap_length = 0;      ///< 0: unlimited
+  std::int64_t resolution_ns = 1000;  ///< step of its time stamps; 1 where finer than a nanosecond
+  std::uint32_t section = 0;  ///< of a pcapng file that describes it, from 0: another recording behind the first
   std::optional<std::uint64_t> dropped;  ///< by the capturing machine (interface statistics), if recorded
 };
 

@@ -118,6 +118,7 @@ class PcapngSource final : public FrameSource {
   ByteOrder order_;
   std::vector<InterfaceState> interfaces_;
   std::size_t section_start_ = 0;  // interface 0 of this section
+  std::uint32_t sections_ = 0;     // that have begun
   std::size_t last_block_ = 0;     // length of the block whose bytes are lent out, consumed by the next call
 };
 
@@ -241,6 +242,7 @@ BlockResult PcapngSource::SectionHeader(ByteSpan block) {
   const unsigned major = order_.U16(block, 12);
   if (major != 1) return Damaged("pcapng version " + std::to_string(major) + " is not known");
   section_start_ = interfaces_.size();
+  ++sections_;
   OptionReader options(Slice(block, 24), order_);
   while (const auto option = options.Next()) {
     if (option->code == pcapng::kOptComment) AddComment(0, option->value);
@@ -281,6 +283,7 @@ BlockResult PcapngSource::InterfaceDescription(ByteSpan block) {
   InterfaceState state;
   state.scale = TimeScale(resolution, offset_s);
   interface.resolution_ns = state.scale.resolution_ns();
+  interface.section = sections_ - 1;
   interfaces_.push_back(state);
   info_.interfaces.push_back(std::move(interface));
   return BlockResult::kOther;

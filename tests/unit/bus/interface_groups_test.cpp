@@ -41,8 +41,8 @@ std::vector<Packet> Together(std::vector<Packet> a, const std::vector<Packet>& b
 }
 
 /// Packets of the other bus, by interface, as the reader sets them aside.
-PairingStatistics Read(const std::vector<Packet>& packets) {
-  ecaudit::test::MemorySource source(packets);
+PairingStatistics Read(const std::vector<Packet>& packets, const capture::CaptureInfo& info = {}) {
+  ecaudit::test::MemorySource source(packets, info);
   constexpr PacketRange kAll;
   TrafficReader reader(source, kAll, nullptr, Ahead::kNo);
   PairingStatistics statistics;
@@ -91,6 +91,19 @@ TEST(InterfaceGroups, ABusThatHasJustBegunIsAnotherOne) {
   const PairingStatistics read =
       Read(Together(At(0, PollsOf(600, 0)), At(1, kSecondMaster + PollsOf(50, 7), 125'450'000)));
   EXPECT_EQ(read.other_bus, 100U);
+  EXPECT_EQ(read.paired, 600U);
+}
+
+/// Recordings put behind each other describe their interface anew, each in a section of its own.
+TEST(InterfaceGroups, TheNextRecordingOfABusIsNoOtherBus) {
+  std::vector<Packet> packets = At(0, PollsOf(600, 0));
+  for (std::size_t i = 800; i < packets.size(); ++i) packets[i].interface_index = 1;
+  capture::CaptureInfo info;
+  info.interfaces.resize(2);
+  EXPECT_EQ(Read(packets, info).other_bus, 400U) << "in one section it is at another bus";
+  info.interfaces[1].section = 1;
+  const PairingStatistics read = Read(packets, info);
+  EXPECT_EQ(read.other_bus, 0U);
   EXPECT_EQ(read.paired, 600U);
 }
 
