@@ -69,7 +69,7 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
   selection = {analysis.from_s, analysis.to_s, analysis.from_frame, analysis.to_frame, {}, analysis.interfaces};
   for (const SlaveSelector& slave : settings.slaves) selection.slaves.push_back(NameOf(slave));
   const CaptureSummary& read = out.report.result.capture;
-  if (read.packets == 0 && read.file.packets > 0 && selection.range() && !stop) {
+  if (read.packets == 0 && read.file.packets > 0 && selection.leaves_out() && !stop) {
     return EmptyRange(paths.front(), selection);
   }
   out.report.fail_on = settings.fail_on;

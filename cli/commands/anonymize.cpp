@@ -113,7 +113,7 @@ class AnonymizeCommand : public Command {
 
   [[nodiscard]] Result<AnalysisResult> Judge(Console& console, const Settings& settings,
                                              const std::vector<std::string>& paths, const std::string& what) const {
-    auto source = CapturePaths(paths).Open();
+    auto source = CapturePaths(paths, settings.analysis.interfaces).Open();
     if (!source) return source.error();
     AnalysisOptions analysis = settings.analysis;
     analysis.stop = &InterruptFlag();

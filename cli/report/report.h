@@ -32,6 +32,8 @@ struct Selection {
   std::vector<std::uint16_t> interfaces;  ///< whose packets were read; empty: of all
 
   [[nodiscard]] bool range() const { return from_s || to_s || from_frame || to_frame; }
+  /// Packets are left out.
+  [[nodiscard]] bool leaves_out() const { return range() || !interfaces.empty(); }
   auto operator<=>(const Selection&) const = default;
 };
 /// As it is typed: "--slave 0 --to #100"; empty for whole captures.

@@ -55,9 +55,10 @@ std::optional<Error> MissingSlaves(const CaptureOptions& options, const Settings
 }
 
 /// A range that lies beside the capture shows nothing, which must not look like nothing having happened.
-std::optional<Error> NothingInRange(const std::string& name, const TimedSource& source, const FrameRange& range) {
+std::optional<Error> NothingInRange(const std::string& name, const TimedSource& source, const FrameRange& range,
+                                    const std::vector<std::uint16_t>& interfaces) {
   if (source.reached_range() || source.info().packets == 0) return std::nullopt;
-  return EmptyRange(name, {range.from_s, range.to_s, range.from_frame, range.to_frame, {}, {}});
+  return EmptyRange(name, {range.from_s, range.to_s, range.from_frame, range.to_frame, {}, interfaces});
 }
 
 }  // namespace
@@ -173,7 +174,8 @@ ExitStatus StreamRun::Learn(Console& console, LineWriter& writer, const Plan& pl
   if (InterruptFlag()) {
     return Interrupted(console, capture_.captures.front() + ": interrupted before anything was written");
   }
-  std::optional<Error> error = NothingInRange(capture_.captures.front(), source, plan.range);
+  std::optional<Error> error =
+      NothingInRange(capture_.captures.front(), source, plan.range, plan.settings.analysis.interfaces);
   if (!error && !writer.ShowsUnmet(plan.settings.slaves))
     error = MissingSlaves(capture_, plan.settings, observation.pipeline().network());
   if (!error) error = writer.EndLearning(console);
@@ -254,7 +256,8 @@ ExitStatus StreamRun::Write(Console& console, LineWriter& writer, const Plan& pl
   progress.Clear();
 
   if (!all_closed && !interrupted) {
-    if (const auto error = NothingInRange(name, source, plan.range)) return Fail(console, *error);
+    if (const auto error = NothingInRange(name, source, plan.range, plan.settings.analysis.interfaces))
+      return Fail(console, *error);
   }
   if (!all_closed && !interrupted && !writer.ShowsUnmet(plan.settings.slaves)) {
     if (const auto error = MissingSlaves(capture_, plan.settings, observation.pipeline().network()))

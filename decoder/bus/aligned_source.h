@@ -67,7 +67,7 @@ class AlignedSource final : public capture::FrameSource {
 
   ClocksApart apart_;
   std::array<Reader, 2> readers_;
-  bool two_;
+  bool two_;                ///< the packets do not stand in order: one reader for each interface
   Reader* lent_ = nullptr;  ///< whose packet the caller holds
   capture::CaptureInfo info_;
   wire::FrameParser parser_;

@@ -19,7 +19,7 @@ namespace {
 
 /// So many frames of each interface are looked at, ...
 constexpr std::size_t kFrames = 512;
-/// ... so many have to show the same, and of all that an interface has so large a part.
+/// ... and so many have to show the same, and one of four.
 constexpr std::size_t kLeastPairs = 8;
 /// Returns that are stamped so soon behind their frames may be so by one clock.
 constexpr std::int64_t kOneClockNs = 1'000'000;

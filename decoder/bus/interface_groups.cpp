@@ -23,13 +23,17 @@ constexpr std::uint32_t kAloneOneIn = 8;
 /// So many slaves, or one so often, that answer at one address on both interfaces are two.
 constexpr std::uint32_t kTwoOfThem = 8;
 
-/// Of the first and last datagrams' bytes: enough to tell packets apart that are sent at about the same time.
+/// Of the first and last bytes of the datagrams: enough to tell packets apart that are sent at about the same time.
 std::uint64_t ContentOf(const wire::FrameView& frame) {
-  constexpr std::size_t kEnd = 48;
+  constexpr std::size_t kWord = sizeof(std::uint64_t);
+  constexpr std::size_t kEnd = 6 * kWord;
   const ByteSpan all = frame.payload();
   std::uint64_t hash = all.size();
   const auto add = [&hash](ByteSpan bytes) {
-    for (const std::uint8_t byte : bytes) hash = WrappingProduct(hash ^ byte, std::uint64_t{0x100000001B3});
+    for (; bytes.size() >= kWord; bytes = bytes.subspan(kWord)) {
+      hash = WrappingProduct(hash ^ LoadLittleEndian<std::uint64_t>(bytes.data()), std::uint64_t{0x9E3779B97F4A7C15});
+      hash ^= hash >> 29U;
+    }
   };
   add(all.first(std::min(all.size(), kEnd)));
   add(all.last(std::min(all.size(), kEnd)));
@@ -57,19 +61,26 @@ std::optional<std::size_t> InterfaceGroups::PlaceOf(std::uint16_t interface) noe
   return count_++;
 }
 
-InterfaceGroups::Seen InterfaceGroups::Look(const wire::FrameView& frame, std::size_t at) const noexcept {
+/// As much of it as tells whether another packet is the same.
+InterfaceGroups::Seen InterfaceGroups::LookForCopy(const wire::FrameView& frame) noexcept {
   const std::uint64_t sender = SenderOf(frame);
   return {.key = frame.key() ^ WrappingProduct(sender, std::uint64_t{0x9E3779B97F4A7C15}),
-          .what = WhatIsAsked(frame),
           .content = ContentOf(frame),
           .progress = ProgressOf(frame),
           .frame = frame.ref(),
           .sender = sender,
-          .at = at,
-          .index = frame[0].index(),
-          .mac_bit = frame.mac_bit(),
-          .only_broadcast = frame.size() == 1 && wire::IsBroadcast(frame[0].command()),
-          .taken = IsTaken(frame)};
+          .at = kMost,
+          .mac_bit = frame.mac_bit()};
+}
+
+InterfaceGroups::Seen InterfaceGroups::Look(const wire::FrameView& frame, std::size_t at) noexcept {
+  Seen seen = LookForCopy(frame);
+  seen.what = WhatIsAsked(frame);
+  seen.at = at;
+  seen.index = frame[0].index();
+  seen.only_broadcast = frame.size() == 1 && wire::IsBroadcast(frame[0].command());
+  seen.taken = IsTaken(frame);
+  return seen;
 }
 
 void InterfaceGroups::Keep(const Seen& seen) noexcept {
@@ -140,7 +151,7 @@ bool InterfaceGroups::AreLinked(std::size_t a, std::size_t b) const noexcept {
          two_ends;
 }
 
-void InterfaceGroups::Finish() noexcept {
+void InterfaceGroups::Finish(std::size_t described) noexcept {
   if (too_many_ || count_ == 0) return;
   for (std::size_t a = 0; a < count_; ++a) {
     for (std::size_t b = a + 1; b < count_; ++b) {
@@ -168,10 +179,12 @@ void InterfaceGroups::Finish() noexcept {
   }
   if (!main) return;
   closed_ = true;
+  awaits_more_ = described > count_;
   for (std::size_t i = 0; i < count_; ++i) {
     const std::size_t group = interfaces_[i].group;
     other_[i] = group != *main && closed(group);
     begun_[i] = group != *main && frames[group] < 2 * kClosedPairs;
+    awaits_more_ = awaits_more_ || begun_[i];
   }
 }
 
@@ -182,10 +195,10 @@ bool InterfaceGroups::IsOther(const wire::FrameView& frame) noexcept {
   for (std::size_t i = 0; i < count_; ++i) {
     if (interfaces_[i].number != interface) continue;
     if (begun_[i]) break;
-    if (readable && !other_[i]) Keep(Look(frame, i));
+    if (awaits_more_ && readable && !other_[i]) Keep(LookForCopy(frame));
     return other_[i];
   }
-  return !readable || !IsCopy(Look(frame, kMost));
+  return !readable || !IsCopy(LookForCopy(frame));
 }
 
 bool InterfaceGroups::IsCopy(const Seen& seen) const noexcept {

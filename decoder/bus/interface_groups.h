@@ -23,7 +23,8 @@ class InterfaceGroups {
   /// Looks at one frame of the look-ahead window.
   void Learn(const wire::FrameView& frame) noexcept;
   /// Ends the look-ahead. The bus is the one of which most is seen.
-  void Finish() noexcept;
+  /// @param described  interfaces that the capture describes so far: those without a frame in the window may get some
+  void Finish(std::size_t described) noexcept;
 
   /// True for a frame on an interface that was at another bus: both copies of its frames were seen there. So it is for
   /// one that was not there in the window, while on the bus' own ones all was seen that was sent, unless the frame was
@@ -57,7 +58,8 @@ class InterfaceGroups {
   };
 
   [[nodiscard]] std::optional<std::size_t> PlaceOf(std::uint16_t interface) noexcept;
-  [[nodiscard]] Seen Look(const wire::FrameView& frame, std::size_t at) const noexcept;
+  [[nodiscard]] static Seen LookForCopy(const wire::FrameView& frame) noexcept;
+  [[nodiscard]] static Seen Look(const wire::FrameView& frame, std::size_t at) noexcept;
   void Keep(const Seen& seen) noexcept;
   void Compare(const Seen& seen) noexcept;
   [[nodiscard]] bool IsCopy(const Seen& seen) const noexcept;
@@ -71,6 +73,7 @@ class InterfaceGroups {
   std::array<bool, kMost> other_{};
   std::array<bool, kMost> begun_{};  ///< so little was seen of it that it is as if it came later
   bool closed_ = false;              ///< what is sent on the bus' interfaces comes back on them
+  bool awaits_more_ = false;         ///< of interfaces of which little or nothing was seen
 };
 
 }  // namespace ecaudit::bus

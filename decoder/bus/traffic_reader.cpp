@@ -134,7 +134,7 @@ void TrafficReader::FixDirections() noexcept {
     each([&](const wire::FrameView& view) {
       if (!IsOfLaterSection(view)) groups_->Learn(view);
     });
-    groups_->Finish();
+    groups_->Finish(source_.info().interfaces.size());
   }
   const auto each_of_bus = [&](auto&& look) {
     each([&](const wire::FrameView& view) {

@@ -250,6 +250,14 @@ class TwoBusses(CopyTest):
                          [f["rule"] for f in self.report(self.faulty, status=1)["reports"][0]["findings"]])
         lines = self.run_program("decode", "--interface", "1", both).out.splitlines()
         self.assertEqual(len(lines), 1 + len(faulty.packets))
+        for command in ("check", "decode", "events"):
+            nobody = self.run_program(command, "--interface", "7", both)
+            self.assertEqual(nobody.returncode, 2, command)
+            self.assertIn("--interface 7", nobody.err)
+        out = self.dir / "named.pcapng"
+        done = self.run_program("anonymize", "--interface", "1", both, "-o", out)
+        self.assertEqual(done.returncode, 0, done.err)
+        self.assertEqual(self.report("--interface", "1", out, status=1)["reports"][0]["findings"], second["findings"])
         wrong = self.run_program("check", "--interface", "eth0", both)
         self.assertEqual(wrong.returncode, 2)
         self.assertIn("--interface is 'eth0'", wrong.err)

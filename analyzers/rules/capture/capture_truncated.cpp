@@ -112,8 +112,8 @@ class CaptureTruncated final : public Rule {
     const std::uint64_t flipped = MissesAny(pairing) ? 0 : pairing.flipped;
     std::string others = "of other masters";
     if (pairing.other_bus > 0) {
-      others += " (" + Grouped(pairing.other_bus) + " on interfaces at another bus: --interface " +
-                std::to_string(pairing.other_bus_interface) + " judges that one)";
+      const std::string interface = std::to_string(pairing.other_bus_interface);
+      others += " (interface " + interface + " was at another bus: --interface " + interface + " judges that one)";
     }
     const std::vector<SetAside> reasons{
         {read.crc_error_frames, "marked_bad", "marked bad by the probe or the capture", read.first_crc_error},

@@ -7,7 +7,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "decoder/bus/traffic_reader.h"
 #include "tests/unit/bus/pairing_log.h"
 
 namespace ecaudit::bus::test {
@@ -43,24 +42,13 @@ std::string Work(int frames) {
   return lines;
 }
 
-PairingStatistics ReadAll(const std::vector<Packet>& packets) {
-  ecaudit::test::MemorySource source(packets);
-  constexpr PacketRange kAll;
-  TrafficReader reader(source, kAll, nullptr, Ahead::kNo);
-  PairingStatistics statistics;
-  while (const Traffic* traffic = reader.Next()) {
-    for (std::size_t i = 0; i < traffic->size(); ++i) statistics = traffic->StatisticsBehind(i);
-  }
-  return statistics;
-}
-
 TEST(DoubledPackets, CountOnceWhereTheAddressTellsNothing) {
   const std::vector<Packet> packets = WithoutBit(Work(300));
-  const PairingStatistics once = ReadAll(packets);
+  const PairingStatistics once = StatisticsOf(packets);
   ASSERT_EQ(once.paired, 300U);
   for (const TimeNs later : {TimeNs{0}, TimeNs{4'000}}) {
     for (const std::uint16_t interface : {std::uint16_t{0}, std::uint16_t{1}}) {
-      const PairingStatistics twice = ReadAll(Doubled(packets, later, interface));
+      const PairingStatistics twice = StatisticsOf(Doubled(packets, later, interface));
       EXPECT_EQ(twice.paired, 300U) << later << " on " << interface;
       EXPECT_EQ(twice.outbound, 300U);
       EXPECT_EQ(twice.returned, 300U);
@@ -74,7 +62,7 @@ TEST(DoubledPackets, CountOnceWhereTheAddressTellsNothing) {
 TEST(DoubledPackets, ALongRoundTripIsNoRepetition) {
   Result<Trace> trace = Trace::Parse(Work(100) + "+1ms FPRD 0x1001:0x0130 08 00 rtt=700us\n" + Work(100).substr(10));
   ASSERT_TRUE(trace);
-  const PairingStatistics twice = ReadAll(Doubled(trace->Packets(), 2'000, 1));
+  const PairingStatistics twice = StatisticsOf(Doubled(trace->Packets(), 2'000, 1));
   EXPECT_EQ(twice.paired, 201U);
   EXPECT_EQ(twice.lost, 0U);
 }
@@ -86,7 +74,7 @@ TEST(DoubledPackets, PollsThatAreAllAlikeAreNotThat) {
   for (const bool bit : {true, false}) {
     Result<Trace> trace = Trace::Parse(lines);
     ASSERT_TRUE(trace);
-    const PairingStatistics read = ReadAll(bit ? trace->Packets() : WithoutBit(lines));
+    const PairingStatistics read = StatisticsOf(bit ? trace->Packets() : WithoutBit(lines));
     EXPECT_EQ(read.paired, 300U);
     EXPECT_EQ(read.captured_twice, 0U);
   }
@@ -97,7 +85,7 @@ TEST(DoubledPackets, WhatOnlyCameBackTwiceIsLeftToTheRules) {
   for (int i = 0; i < 100; ++i) lines += "+1ms FPRD 0x1001:0x0130 08 00 @twice\n";
   Result<Trace> trace = Trace::Parse(lines);
   ASSERT_TRUE(trace);
-  const PairingStatistics read = ReadAll(trace->Packets());
+  const PairingStatistics read = StatisticsOf(trace->Packets());
   EXPECT_EQ(read.duplicated, 100U);
   EXPECT_EQ(read.captured_twice, 0U);
 }

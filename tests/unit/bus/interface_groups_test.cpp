@@ -8,7 +8,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "decoder/bus/traffic_reader.h"
 #include "tests/unit/bus/pairing_log.h"
 
 namespace ecaudit::bus::test {
@@ -40,23 +39,11 @@ std::vector<Packet> Together(std::vector<Packet> a, const std::vector<Packet>& b
   return a;
 }
 
-/// Packets of the other bus, by interface, as the reader sets them aside.
-PairingStatistics Read(const std::vector<Packet>& packets, const capture::CaptureInfo& info = {}) {
-  ecaudit::test::MemorySource source(packets, info);
-  constexpr PacketRange kAll;
-  TrafficReader reader(source, kAll, nullptr, Ahead::kNo);
-  PairingStatistics statistics;
-  while (const Traffic* traffic = reader.Next()) {
-    for (std::size_t i = 0; i < traffic->size(); ++i) statistics = traffic->StatisticsBehind(i);
-  }
-  return statistics;
-}
-
 const std::string kSecondMaster = "@mac 10:10:10:10:10:10\n";
 
 TEST(InterfaceGroups, TwoMastersOnTwoInterfacesHaveABusEach) {
   const PairingStatistics read =
-      Read(Together(At(0, PollsOf(300, 0)), At(1, kSecondMaster + PollsOf(200, 7), 300'000)));
+      StatisticsOf(Together(At(0, PollsOf(300, 0)), At(1, kSecondMaster + PollsOf(200, 7), 300'000)));
   EXPECT_EQ(read.other_bus, 400U);
   EXPECT_EQ(read.other_bus_interface, 1U);
   EXPECT_EQ(read.foreign, 400U);
@@ -66,21 +53,22 @@ TEST(InterfaceGroups, TwoMastersOnTwoInterfacesHaveABusEach) {
 
 TEST(InterfaceGroups, TheBusOfWhichMostIsSeenAtTheBeginningIsJudged) {
   const PairingStatistics read =
-      Read(Together(At(0, kSecondMaster + PollsOf(30, 7, "+3ms")), At(1, PollsOf(300, 0), 300'000)));
+      StatisticsOf(Together(At(0, kSecondMaster + PollsOf(30, 7, "+3ms")), At(1, PollsOf(300, 0), 300'000)));
   EXPECT_EQ(read.other_bus_interface, 0U);
   EXPECT_EQ(read.paired, 300U);
 }
 
 /// SOEM has the same address everywhere.
 TEST(InterfaceGroups, AreToldApartAlsoWhereBothMastersHaveOneAddress) {
-  const PairingStatistics read = Read(Together(At(0, PollsOf(300, 0)), At(1, PollsOf(200, 0), 450'000)));
+  const PairingStatistics read = StatisticsOf(Together(At(0, PollsOf(300, 0)), At(1, PollsOf(200, 0), 450'000)));
   EXPECT_EQ(read.other_bus, 400U);
   EXPECT_EQ(read.paired, 300U);
 }
 
 TEST(InterfaceGroups, ABusThatIsSeenLaterIsAnotherOne) {
   for (const std::string& master : {kSecondMaster, std::string()}) {
-    const PairingStatistics read = Read(Together(At(0, PollsOf(600, 0)), At(1, master + PollsOf(50, 7), 400'450'000)));
+    const PairingStatistics read =
+        StatisticsOf(Together(At(0, PollsOf(600, 0)), At(1, master + PollsOf(50, 7), 400'450'000)));
     EXPECT_EQ(read.other_bus, 100U) << master;
     EXPECT_EQ(read.paired, 600U);
   }
@@ -89,7 +77,7 @@ TEST(InterfaceGroups, ABusThatIsSeenLaterIsAnotherOne) {
 /// The first frames of the second one are among those by which the busses are told apart.
 TEST(InterfaceGroups, ABusThatHasJustBegunIsAnotherOne) {
   const PairingStatistics read =
-      Read(Together(At(0, PollsOf(600, 0)), At(1, kSecondMaster + PollsOf(50, 7), 125'450'000)));
+      StatisticsOf(Together(At(0, PollsOf(600, 0)), At(1, kSecondMaster + PollsOf(50, 7), 125'450'000)));
   EXPECT_EQ(read.other_bus, 100U);
   EXPECT_EQ(read.paired, 600U);
 }
@@ -100,9 +88,9 @@ TEST(InterfaceGroups, TheNextRecordingOfABusIsNoOtherBus) {
   for (std::size_t i = 800; i < packets.size(); ++i) packets[i].interface_index = 1;
   capture::CaptureInfo info;
   info.interfaces.resize(2);
-  EXPECT_EQ(Read(packets, info).other_bus, 400U) << "in one section it is at another bus";
+  EXPECT_EQ(StatisticsOf(packets, info).other_bus, 400U) << "in one section it is at another bus";
   info.interfaces[1].section = 1;
-  const PairingStatistics read = Read(packets, info);
+  const PairingStatistics read = StatisticsOf(packets, info);
   EXPECT_EQ(read.other_bus, 0U);
   EXPECT_EQ(read.paired, 600U);
 }
@@ -110,7 +98,7 @@ TEST(InterfaceGroups, TheNextRecordingOfABusIsNoOtherBus) {
 TEST(InterfaceGroups, ATapIsOneBus) {
   Result<Trace> trace = Trace::Parse("@two-interfaces\n" + PollsOf(300, 0));
   ASSERT_TRUE(trace);
-  const PairingStatistics read = Read(trace->Packets());
+  const PairingStatistics read = StatisticsOf(trace->Packets());
   EXPECT_EQ(read.other_bus, 0U);
   EXPECT_EQ(read.paired, 300U);
 }
@@ -120,7 +108,7 @@ TEST(InterfaceGroups, ABridgeIsOneBus) {
   for (const std::size_t from : {std::size_t{0}, std::size_t{800}}) {
     std::vector<Packet> behind = At(1, PollsOf(600, 0), 5'000);
     behind.erase(behind.begin(), behind.begin() + static_cast<std::ptrdiff_t>(from));
-    const PairingStatistics read = Read(Together(At(0, PollsOf(600, 0)), behind));
+    const PairingStatistics read = StatisticsOf(Together(At(0, PollsOf(600, 0)), behind));
     EXPECT_EQ(read.other_bus, 0U) << from;
     EXPECT_EQ(read.paired, 600U) << from;
   }
@@ -137,18 +125,19 @@ TEST(InterfaceGroups, ABrokenLineIsOneBus) {
     main += "+1ms FPRD " + station + ":0x0130 08 00" + index + (near ? "\n" : " wkc=0\n");
     other += "+1ms FPRD " + station + ":0x0130 08 00" + index + (near ? " wkc=0\n" : "\n");
   }
-  EXPECT_EQ(Read(Together(At(0, main), At(1, other, 2'000))).other_bus, 0U);
+  EXPECT_EQ(StatisticsOf(Together(At(0, main), At(1, other, 2'000))).other_bus, 0U);
 }
 
 TEST(InterfaceGroups, TwoMastersInStepHaveABusEachAllTheSame) {
-  const PairingStatistics read = Read(Together(At(0, PollsOf(300, 0)), At(1, kSecondMaster + PollsOf(300, 0), 2'000)));
+  const PairingStatistics read =
+      StatisticsOf(Together(At(0, PollsOf(300, 0)), At(1, kSecondMaster + PollsOf(300, 0), 2'000)));
   EXPECT_EQ(read.other_bus, 600U);
   EXPECT_EQ(read.paired, 300U);
 }
 
 TEST(InterfaceGroups, FramesThatNobodyAnswersAreNoBus) {
   const PairingStatistics read =
-      Read(Together(At(0, PollsOf(300, 0)), At(1, kSecondMaster + "@out-only\n" + PollsOf(200, 7), 300'000)));
+      StatisticsOf(Together(At(0, PollsOf(300, 0)), At(1, kSecondMaster + "@out-only\n" + PollsOf(200, 7), 300'000)));
   EXPECT_EQ(read.other_bus, 0U);
   EXPECT_EQ(read.paired, 300U);
 }

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "decoder/bus/pairing.h"
+#include "decoder/bus/traffic_reader.h"
 #include "tests/support/trace_builder.h"
 
 namespace ecaudit::bus::test {
@@ -106,6 +107,18 @@ inline Paired PairUp(std::string_view text, std::size_t window = 256) {
   Result<Trace> trace = Trace::Parse(text);
   EXPECT_TRUE(trace.has_value()) << (trace ? "" : trace.error().message);
   return trace ? PairUp(*trace, window) : Paired{};
+}
+
+/// As the reader leaves it: what is set aside before packets are paired as well.
+inline PairingStatistics StatisticsOf(const std::vector<Packet>& packets, const capture::CaptureInfo& info = {}) {
+  ecaudit::test::MemorySource source(packets, info);
+  constexpr PacketRange kAll;
+  TrafficReader reader(source, kAll, nullptr, Ahead::kNo);
+  PairingStatistics statistics;
+  while (const Traffic* traffic = reader.Next()) {
+    for (std::size_t i = 0; i < traffic->size(); ++i) statistics = traffic->StatisticsBehind(i);
+  }
+  return statistics;
 }
 
 /// Packet `from` again, at the end, `ns` after the last one.
