@@ -169,16 +169,20 @@ void SyncModel::On(const track::TimeRepeated& repeated) {
   if (const auto time = clock_.On(repeated.answer)) frame_dc_ = time;
 }
 
-/// @param at_hand  of no frame so far
+/// @param at_hand  of the frame before: each field is set here, which is cheaper than a new one for each frame
 /// @return whether there is one
 bool SyncModel::LookAtFrame(FrameAtHand& at_hand) {
   const FrameRef& frame = sent_.seen() ? sent_ : returned_;
   if (!frame.seen()) return false;
   FrameTime& time = at_hand.time;
   time.frame = frame;
+  time.stamp.reset();
   if (frame.has_time) time.stamp = frame.time;
   time.dc = frame_dc_;
+  at_hand.by_stamps.reset();
   if (!frame_dc_) at_hand.by_stamps = DcByStamps();
+  time.esl.reset();
+  at_hand.way.length_ns = 0;
   if (const FrameFacts* facts = sent_frames_.FactsOf(frame.number)) {
     time.esl = facts->esl;
     // Captures leave out the padding of short frames as the check sequence of all.
@@ -202,15 +206,15 @@ std::optional<DcTime> SyncModel::DcByStamps() const {
 }
 
 void SyncModel::Flush() {
-  FrameAtHand at_hand;
-  if (pending_count_ > 0 && LookAtFrame(at_hand)) {
+  if (pending_count_ > 0 && LookAtFrame(at_hand_)) {
     trust_.AddRoundTrip(sent_, returned_);
     if (sent_.seen() && returned_.seen()) sent_frames_.Returned(sent_.number);
-    if (!steady_.any() || !TakeSteady(at_hand)) FeedEach(at_hand);
+    if (!steady_.any() || !TakeSteady(at_hand_)) FeedEach(at_hand_);
   }
   pending_count_ = 0;
   frame_dc_.reset();
-  sent_ = returned_ = {};
+  sent_ = {};
+  returned_ = {};
 }
 
 const model::LogicalExpectation& SyncModel::ExpectationOf(const ProcessDatagram& datagram) const {

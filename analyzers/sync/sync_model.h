@@ -180,6 +180,7 @@ class SyncModel final {
   std::uint64_t last_key_ = 0;  // of that frame, where it was outbound
   std::optional<DcTime> frame_dc_;
   static constexpr std::size_t kPending = 16;
+  FrameAtHand at_hand_;
   std::array<ProcessDatagram, kPending> pending_{};
   std::size_t pending_count_ = 0;
 

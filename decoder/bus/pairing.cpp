@@ -223,6 +223,7 @@ Hole Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats 
   // So many frames may be missing that the indices came round, and by chance to the very next one.
   // Where a return is missing besides, the master may have sent as fast as ever all the time.
   const bool overdue = goes_on && rhythm.indices.span() < kNoChance && AnyOverdue(sender, frame.ref());
+  if (!silent && !overdue && copy != Copy::kProvesHole) return Hole::kNone;  // nearly always
   const bool fast = overdue || (silent && copy == Copy::kProvesHole);
   const std::int64_t distance = std::max<std::int64_t>(fast ? rhythm.shortest_ns : rhythm.mean_ns, 1);
   const bool round = apart / distance + 1 >= rhythm.indices.span();
@@ -792,7 +793,7 @@ void Pairing::Overtake(std::uint8_t sender, std::uint64_t sequence) noexcept {
 }
 
 /// At the other end of a redundant line that is whole the frames meet nobody: what was not taken there is no refusal.
-void Pairing::HandOver(BusTransaction transaction) noexcept {
+void Pairing::HandOver(BusTransaction&& transaction) noexcept {
   transaction.other_end = directions_.IsOtherEnd(*transaction.returned);
   if (transaction.other_end && !AnyWorkingCounter(*transaction.returned)) {
     ++statistics_.other_end;

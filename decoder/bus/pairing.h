@@ -199,7 +199,7 @@ class Pairing {
   void PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot* slot) noexcept;
   void PushFromOtherEnd(const wire::FrameView& frame, std::uint64_t key) noexcept;
   void Overtake(std::uint8_t sender, std::uint64_t sequence) noexcept;
-  void HandOver(BusTransaction transaction) noexcept;
+  void HandOver(BusTransaction&& transaction) noexcept;
   void AnswerUnderWay(Slot& slot, const wire::FrameView& frame) noexcept;
   bool IsSecondCopy(const Sender& sender, const wire::FrameView& frame, std::uint64_t key) noexcept;
   bool IsAltered(const wire::FrameView& frame) noexcept;

@@ -25,7 +25,11 @@ void Traffic::Clear() {
 }
 
 Traffic::Place Traffic::Keep(const FrameView& frame, ByteSpan bytes) {
-  kept_.push_back({frame.fields(), bytes_.size(), bytes.size(), offsets_.size()});
+  Kept& kept = kept_.emplace_back();
+  kept.fields = frame.fields();
+  kept.bytes_at = bytes_.size();
+  kept.length = bytes.size();
+  kept.offsets_at = offsets_.size();
   bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
   for (const std::uint16_t offset : frame.offsets()) offsets_.push_back(offset);
   return static_cast<Place>(kept_.size() - 1);
@@ -118,36 +122,39 @@ Traffic::Place TrafficRecorder::PlaceOf(const FrameView& frame) {
 void TrafficRecorder::OnFrame(const FrameView& /*the packet of this step*/, Direction direction) {
   to_->steps_.back().direction = direction;
 }
+Traffic::Call& TrafficRecorder::AddCall(Traffic::Kind kind, const FrameView* first) {
+  const Traffic::Place place = first != nullptr ? PlaceOf(*first) : Traffic::kNone;
+  Traffic::Call& call = to_->calls_.emplace_back();
+  call.kind = kind;
+  call.first = place;
+  return call;
+}
+
 void TrafficRecorder::OnSent(const FrameView& frame) {
-  to_->calls_.push_back({.kind = Traffic::Kind::kSent, .first = PlaceOf(frame)});
+  AddCall(Traffic::Kind::kSent, &frame);
 }
 void TrafficRecorder::OnTransaction(const BusTransaction& transaction) {
-  const auto place = [&](const FrameView* frame) { return frame != nullptr ? PlaceOf(*frame) : Traffic::kNone; };
-  const Traffic::Place sent = place(transaction.sent);
-  to_->calls_.push_back({.kind = Traffic::Kind::kTransaction,
-                         .what = static_cast<std::uint8_t>(transaction.hole),
-                         .flag = transaction.assumed,
-                         .other_end = transaction.other_end,
-                         .first = sent,
-                         .second = place(transaction.returned)});
+  Traffic::Call& call = AddCall(Traffic::Kind::kTransaction, transaction.sent);
+  call.what = static_cast<std::uint8_t>(transaction.hole);
+  call.flag = transaction.assumed;
+  call.other_end = transaction.other_end;
+  if (transaction.returned != nullptr) call.second = PlaceOf(*transaction.returned);
 }
 void TrafficRecorder::OnDoubtful(const FrameView& sent) {
-  to_->calls_.push_back({.kind = Traffic::Kind::kDoubtful, .first = PlaceOf(sent)});
+  AddCall(Traffic::Kind::kDoubtful, &sent);
 }
 void TrafficRecorder::OnLost(const FrameView& sent, Loss loss, bool followed_by_other) {
-  to_->calls_.push_back({.kind = Traffic::Kind::kLost,
-                         .what = static_cast<std::uint8_t>(loss),
-                         .flag = followed_by_other,
-                         .first = PlaceOf(sent)});
+  Traffic::Call& call = AddCall(Traffic::Kind::kLost, &sent);
+  call.what = static_cast<std::uint8_t>(loss);
+  call.flag = followed_by_other;
 }
 void TrafficRecorder::OnDuplicate(const FrameView& returned, FrameNo original) {
-  to_->calls_.push_back({.kind = Traffic::Kind::kDuplicate, .first = PlaceOf(returned), .original = original});
+  AddCall(Traffic::Kind::kDuplicate, &returned).original = original;
 }
 void TrafficRecorder::OnUnusable(const FrameView& frame, Unusable reason, bool own_master) {
-  to_->calls_.push_back({.kind = Traffic::Kind::kUnusable,
-                         .what = static_cast<std::uint8_t>(reason),
-                         .flag = own_master,
-                         .first = PlaceOf(frame)});
+  Traffic::Call& call = AddCall(Traffic::Kind::kUnusable, &frame);
+  call.what = static_cast<std::uint8_t>(reason);
+  call.flag = own_master;
 }
 
 }  // namespace ecaudit::bus

@@ -101,6 +101,8 @@ class TrafficRecorder final : public BusSink {
  private:
   /// Where `frame` is kept; it is if it is new.
   Traffic::Place PlaceOf(const wire::FrameView& frame);
+  /// One more of this step. @param first the frame it is about, or the one sent; null: there is none
+  Traffic::Call& AddCall(Traffic::Kind kind, const wire::FrameView* first);
 
   Traffic* to_ = nullptr;
 };
