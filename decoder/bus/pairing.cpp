@@ -100,8 +100,8 @@ void TakeBytes(std::vector<std::uint8_t>& room, ByteSpan bytes) {
 }  // namespace
 
 Pairing::Pairing(const DirectionLearner& directions, BusSink& sink) : directions_(directions), sink_(sink) {
-  statistics_.nobody_answers = directions.nobody_answers();
-  statistics_.one_port = directions.HasOnePort();
+  Incident().nobody_answers = directions.nobody_answers();
+  Incident().one_port = directions.HasOnePort();
   std::iota(place_.begin(), place_.end(), std::uint16_t{0});
 }
 
@@ -162,16 +162,16 @@ void Pairing::Push(const wire::FrameView& frame) noexcept {
 }
 
 void Pairing::PushOtherBus(const wire::FrameView& frame) noexcept {
-  if (statistics_.other_bus++ == 0) statistics_.other_bus_interface = frame.interface_index();
+  if (Incident().other_bus++ == 0) Incident().other_bus_interface = frame.interface_index();
   PushForeign(frame);
 }
 
 void Pairing::PushForeign(const wire::FrameView& frame) noexcept {
   sink_.OnFrame(frame, Direction::kForeign);
-  if (statistics_.foreign++ == 0) statistics_.first_foreign = frame.ref().number;
-  if (AnyWorkingCounter(frame)) ++statistics_.foreign_answered;
+  if (Incident().foreign++ == 0) Incident().first_foreign = frame.ref().number;
+  if (AnyWorkingCounter(frame)) ++Incident().foreign_answered;
   if (frame.kind() != wire::FrameKind::kMalformed) return;
-  ++statistics_.foreign_unreadable;
+  ++Incident().foreign_unreadable;
   sink_.OnUnusable(frame, Unusable::kMalformed, false);
 }
 
@@ -195,7 +195,7 @@ Hole Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats 
   if (rhythm.indices.loose()) statistics_.last_loose = frame.ref().number;
   const FrameRef last = std::exchange(rhythm.last, frame.ref());
   if (step == IndexSequence::Step::kBroken) {
-    if (statistics_.holes++ == 0) statistics_.first_hole = frame.ref();
+    if (Incident().holes++ == 0) Incident().first_hole = frame.ref();
     OnHole(sender);
     return Hole::kCertain;
   }
@@ -209,7 +209,7 @@ Hole Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats 
   const std::int64_t apart = Elapsed(last.time, frame.ref().time);
   // It was the time-out of a master that waits for its frame, whose index is never twice the same else.
   const bool waited = apart > kCopyNs && apart / 2 > typical_round_trip_ns_;
-  if (repeats == Repeats::kAll && waited) ++statistics_.repeated_unanswered;
+  if (repeats == Repeats::kAll && waited) ++Incident().repeated_unanswered;
   const bool cyclic = !frame.empty() && wire::IsLogical(frame[0].command());
   if (repeats == Repeats::kAll && waited && (rhythm.indices.IsNumbered(frame) || (apart <= kRetryNs && !cyclic))) {
     return Hole::kNone;
@@ -367,7 +367,7 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
   if (WasEarly(frame, key)) {
     files_early_ = true;
     ++statistics_.paired;
-    --statistics_.unmatched_returned;
+    --Incident().unmatched_returned;
     if (directions_.returns_stamped_first()) Overtake(sender, head_);
     return;
   }
@@ -596,10 +596,10 @@ void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datag
   const std::uint32_t overtaken = slot.overtaken - (slot.before_hole ? 1U : 0U);
   if (overtaken > latest_ && indices.IsNumbered(slot.view) && !indices.IsNext(slot.view)) latest_ = overtaken;
   if (overtaken > 0 && MayBeOfMissing(slot)) {
-    if (!statistics_.first_in_doubt.seen()) statistics_.first_in_doubt = returned.ref();
+    if (!statistics_.first_in_doubt.seen()) Incident().first_in_doubt = returned.ref();
   } else if (overtaken > 0 && !MayBeOfLater(slot)) {
-    if (statistics_.reordered++ == 0) statistics_.first_reordered = returned.ref();
-    statistics_.last_reordered = returned.ref();
+    if (Incident().reordered++ == 0) Incident().first_reordered = returned.ref();
+    Incident().last_reordered = returned.ref();
   }
   slot.returned_interface = returned.interface_index();
   TakeBytes(slot.returned_bytes, datagrams);
@@ -680,9 +680,9 @@ bool Pairing::WasEarly(const wire::FrameView& frame, std::uint64_t key) noexcept
     const bool skewed = directions_.returns_stamped_first() && !one_interface;
     const std::int64_t least = one_interface ? 1 : skewed ? -DirectionLearner::kSkewNs : 0;
     if (round_trip < least || round_trip > kDuplicateNs) continue;
-    if (round_trip < 0) ++statistics_.stamped_first;
+    if (round_trip < 0) ++Incident().stamped_first;
     early.used = false;
-    if (early.counted_as_missed) --statistics_.missed_outbound;
+    if (early.counted_as_missed) --Incident().missed_outbound;
     return true;
   }
   return false;
@@ -695,7 +695,7 @@ Hole Pairing::AppearsLate(const Sender& master, const wire::FrameView* sent, con
   if (master.answered || statistics_.paired < kLong) return Hole::kNone;
   const bool begins = sent != nullptr && IsBroadcastOnly(*sent);
   if (begins && !IsWaitedForByOthers(master)) return Hole::kPossible;
-  if (statistics_.holes++ == 0) statistics_.first_hole = behind;
+  if (Incident().holes++ == 0) Incident().first_hole = behind;
   for (std::uint8_t other = 0; other < sender_count_; ++other) {
     if (senders_[other].answered) DoubtUnderWay(other, Undecided::kSecondCapture);
   }
@@ -714,7 +714,7 @@ bool Pairing::IsWaitedForByOthers(const Sender& sender) noexcept {
 
 void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot* slot) noexcept {
   ++statistics_.returned;
-  statistics_.nobody_answers = false;
+  if (statistics_.nobody_answers) Incident().nobody_answers = false;
   Sender& sender = senders_[SenderIndex(frame)];
   sender.assumed = false;
   if (slot == nullptr && directions_.HasOnePort() && directions_.IsOtherEnd(frame) && !AnyWorkingCounter(frame)) {
@@ -733,8 +733,8 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
     slot->returned_bytes.clear();
     --statistics_.under_way;
     Count(Undecided::kCapturedTwice);
-    ++statistics_.captured_twice;
-    ++statistics_.outbound_twice;
+    ++Incident().captured_twice;
+    ++Incident().outbound_twice;
     DropAnsweredTail();
     return;
   }
@@ -743,11 +743,11 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
     return;
   }
   if (IsSecondCopy(sender, frame, key) || IsAltered(frame)) return;
-  ++statistics_.unmatched_returned;
+  ++Incident().unmatched_returned;
   // Frames do not overtake each other: what was sent before the capture began comes back before all others.
   const bool missed = statistics_.paired > 0;
   if (missed) {
-    ++statistics_.missed_outbound;
+    ++Incident().missed_outbound;
     drops_.MissOutbound(frame.ref().number, statistics_.outbound);
   }
   any_early_ = true;
@@ -760,8 +760,8 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
 
 /// At the only port that was captured: the line is whole, and what this port sent has reached the other one.
 void Pairing::PushFromOtherEnd(const wire::FrameView& frame, std::uint64_t key) noexcept {
-  ++statistics_.unmatched_returned;
-  ++statistics_.other_end;
+  ++Incident().unmatched_returned;
+  ++Incident().other_end;
   const bool dummy = frame.size() == 1 && wire::IsBroadcast(frame[0].command());
   for (std::uint64_t s = head_; s != tail_; --s) {
     Slot& slot = At(s - 1);
@@ -796,7 +796,7 @@ void Pairing::Overtake(std::uint8_t sender, std::uint64_t sequence) noexcept {
 void Pairing::HandOver(BusTransaction&& transaction) noexcept {
   transaction.other_end = directions_.IsOtherEnd(*transaction.returned);
   if (transaction.other_end && !AnyWorkingCounter(*transaction.returned)) {
-    ++statistics_.other_end;
+    ++Incident().other_end;
   } else {
     sink_.OnTransaction(transaction);
   }
@@ -849,10 +849,10 @@ bool Pairing::IsSecondCopy(const Sender& sender, const wire::FrameView& frame, s
   }
   if (original->returned_interface != frame.interface_index()) {
     // A bridge or mirror port, or the second port of a redundant master that sends on what it got.
-    ++statistics_.captured_twice;
+    ++Incident().captured_twice;
     return true;
   }
-  ++statistics_.duplicated;
+  ++Incident().duplicated;
   sink_.OnDuplicate(frame, original->returned.number);
   return true;
 }
@@ -873,9 +873,9 @@ bool Pairing::IsAltered(const wire::FrameView& frame) noexcept {
       (!FewBitsFlipped(alike->view, frame) || WasSent(alike->sender, frame, Like::kKey))) {
     return false;
   }
-  ++statistics_.altered;
-  if (alike->overtaken == 0 && FewBitsFlipped(alike->view, frame) && statistics_.flipped++ == 0) {
-    statistics_.first_flipped = frame.ref().number;
+  ++Incident().altered;
+  if (alike->overtaken == 0 && FewBitsFlipped(alike->view, frame) && Incident().flipped++ == 0) {
+    Incident().first_flipped = frame.ref().number;
   }
   DoubtOvertakenBy(*alike);
   sink_.OnDoubtful(alike->view);
@@ -886,7 +886,7 @@ bool Pairing::IsAltered(const wire::FrameView& frame) noexcept {
 
 void Pairing::PushUnusable(const wire::FrameView& frame) noexcept {
   ++statistics_.returned;
-  statistics_.nobody_answers = false;
+  if (statistics_.nobody_answers) Incident().nobody_answers = false;
   sink_.OnUnusable(frame, Unusable::kMalformed, true);
   // It did come back, so the frame it answers is damaged but not lost.
   if (Slot* alike = FindAlike(frame); alike != nullptr) {
@@ -912,8 +912,8 @@ void Pairing::Lose(Slot& slot, Loss loss) noexcept {
   --statistics_.under_way;
   if (slot.copy) {
     Count(Undecided::kCapturedTwice);
-    ++statistics_.captured_twice;
-    ++statistics_.outbound_twice;
+    ++Incident().captured_twice;
+    ++Incident().outbound_twice;
     return;
   }
   if (slot.undecided || !senders_[slot.sender].answered) {
@@ -923,7 +923,7 @@ void Pairing::Lose(Slot& slot, Loss loss) noexcept {
     sink_.OnLost(slot.view, Loss::kUndecided, slot.followed_by_other);
     return;
   }
-  ++statistics_.lost;
+  ++Incident().lost;
   drops_.MissReturn(slot.view.ref().number, slot.sent_before);
   sink_.OnLost(slot.view, loss, slot.followed_by_other);
 }
@@ -953,10 +953,10 @@ void Pairing::Finish() noexcept {
     }
   }
   drops_.Finish();
-  statistics_.dropped_every = drops_.distance();
+  Incident().dropped_every = drops_.distance();
   const std::uint64_t left_out = std::min(drops_.returns(), statistics_.lost);
-  statistics_.lost -= left_out;
-  statistics_.undecided[static_cast<std::size_t>(Undecided::kRecorder)] += left_out;
+  Incident().lost -= left_out;
+  Incident().undecided[static_cast<std::size_t>(Undecided::kRecorder)] += left_out;
 }
 
 /// @param later how many frames the same sender sent after this one, none of which came back either

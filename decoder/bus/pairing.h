@@ -129,13 +129,15 @@ class Pairing {
   /// Takes one packet in file order; those that are no EtherCAT frames only matter as neighbours of lost ones.
   void Push(const wire::FrameView& frame) noexcept;
   /// Takes one frame that is the packet before it once more (doubled_packets.h).
-  void PushOnceMore(const wire::FrameView& /*frame*/) noexcept { ++statistics_.captured_twice; }
+  void PushOnceMore(const wire::FrameView& /*frame*/) noexcept { ++Incident().captured_twice; }
   /// Takes one EtherCAT frame that was captured at another bus (interface_groups.h).
   void PushOtherBus(const wire::FrameView& frame) noexcept;
   /// The capture ends: frames that were overtaken are lost, the others are under way.
   void Finish() noexcept;
 
   [[nodiscard]] const PairingStatistics& statistics() const { return statistics_; }
+  /// As long as it stays the same, PairingIncidents do.
+  [[nodiscard]] std::uint64_t incidents() const { return incidents_; }
 
  private:
   enum class SlotState : std::uint8_t { kFree, kOpen, kAnswered };
@@ -241,7 +243,12 @@ class Pairing {
   void Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datagrams) noexcept;
   void DoubtSentInVain(const Slot& first_answered) noexcept;
   void Lose(Slot& slot, Loss loss) noexcept;
-  void Count(Undecided reason) noexcept { ++statistics_.undecided[static_cast<std::size_t>(reason)]; }
+  void Count(Undecided reason) noexcept { ++Incident().undecided[static_cast<std::size_t>(reason)]; }
+  /// To change what changes now and then.
+  PairingIncidents& Incident() noexcept {
+    ++incidents_;
+    return statistics_;
+  }
   /// As often as a frame that did come back was overtaken, one that has not may still be: twice that is added.
   [[nodiscard]] std::uint32_t GivenUpAfter() const noexcept { return kOvertakenLimit + 2 * latest_; }
   void DropAnsweredTail() noexcept;
@@ -273,6 +280,7 @@ class Pairing {
   std::int64_t typical_round_trip_ns_ = 0;  ///< running average over unambiguous pairs; 0 until there was one
   DropPattern drops_;
   PairingStatistics statistics_;
+  std::uint64_t incidents_ = 0;
 };
 
 }  // namespace ecaudit::bus

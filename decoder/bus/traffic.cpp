@@ -1,19 +1,11 @@
 #include "decoder/bus/traffic.h"
 
 #include <algorithm>
-#include <cstring>
+#include <cassert>
 
 namespace ecaudit::bus {
 
 using wire::FrameView;
-
-namespace {
-
-bool SameIncidents(const PairingIncidents& a, const PairingIncidents& b) {
-  return std::memcmp(&a, &b, sizeof a) == 0 || a == b;  // nearly always they are, byte for byte
-}
-
-}  // namespace
 
 void Traffic::Clear() {
   steps_.clear();
@@ -25,11 +17,7 @@ void Traffic::Clear() {
 }
 
 Traffic::Place Traffic::Keep(const FrameView& frame, ByteSpan bytes) {
-  Kept& kept = kept_.emplace_back();
-  kept.fields = frame.fields();
-  kept.bytes_at = bytes_.size();
-  kept.length = bytes.size();
-  kept.offsets_at = offsets_.size();
+  kept_.emplace_back(frame.fields(), bytes_.size(), bytes.size(), offsets_.size());
   bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
   for (const std::uint16_t offset : frame.offsets()) offsets_.push_back(offset);
   return static_cast<Place>(kept_.size() - 1);
@@ -97,10 +85,10 @@ void TrafficRecorder::BeginStep(const FrameView& packet) {
   to_->steps_.emplace_back().kept = kept;
 }
 
-void TrafficRecorder::EndStep(const PairingStatistics& statistics) {
-  const PairingIncidents& incidents = statistics;
-  if (to_->incidents_.empty() || !SameIncidents(to_->incidents_.back(), incidents))
-    to_->incidents_.push_back(incidents);
+void TrafficRecorder::EndStep(const PairingStatistics& statistics, std::uint64_t incidents) {
+  assert(incidents != incidents_ || to_->incidents_.empty() || to_->incidents_.back() == statistics);
+  if (to_->incidents_.empty() || incidents != incidents_) to_->incidents_.push_back(statistics);
+  incidents_ = incidents;
   Traffic::Step& step = to_->steps_.back();
   step.incidents = static_cast<Traffic::Place>(to_->incidents_.size() - 1);
   step.calls_end = to_->calls_.size();

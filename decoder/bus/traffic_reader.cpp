@@ -97,7 +97,7 @@ void TrafficReader::Fill(Batch& batch, std::size_t most_packets) noexcept {
   if (ready && ended_) {
     recorder_.BeginStep({});
     pairing_->Finish();
-    recorder_.EndStep(pairing_->statistics());
+    recorder_.EndStep(pairing_->statistics(), pairing_->incidents());
     batch.last = true;
   }
   batch.packets_read = read_;
@@ -185,7 +185,7 @@ void TrafficReader::Push(const wire::FrameView& packet) noexcept {
   } else {
     pairing_->Push(packet);
   }
-  recorder_.EndStep(pairing_->statistics());
+  recorder_.EndStep(pairing_->statistics(), pairing_->incidents());
 }
 
 }  // namespace ecaudit::bus
