@@ -34,21 +34,26 @@ TimeNs Middle(std::size_t bin) {
 
 }  // namespace
 
-void IntervalStatistics::Add(TimeNs ns, const FrameRef& from, const FrameRef& to) {
+bool IntervalHistogram::Add(TimeNs ns) {
   if (count_ == 0) [[unlikely]] {
     bins_.resize(kBins);
     min_ = ns;
     max_ = ns - 1;
   }
-  if (ns < min_) min_ = ns;
-  if (ns > max_) {
-    max_ = ns;
-    longest_from_ = from;
-    longest_to_ = to;
-  }
   ++count_;
   std::uint32_t& bin = bins_[BinOf(ns)];
   if (bin != UINT32_MAX) ++bin;
+  if (ns < min_) min_ = ns;
+  if (ns <= max_) return false;
+  max_ = ns;
+  return true;
+}
+
+void IntervalStatistics::Add(TimeNs ns, const FrameRef& from, const FrameRef& to) {
+  if (IntervalHistogram::Add(ns)) {
+    longest_from_ = from;
+    longest_to_ = to;
+  }
   // Welford: numerically stable in one pass.
   const auto value = static_cast<double>(ns);
   const double delta = value - mean_;
@@ -56,7 +61,7 @@ void IntervalStatistics::Add(TimeNs ns, const FrameRef& from, const FrameRef& to
   sum_of_squares_ += delta * (value - mean_);
 }
 
-TimeNs IntervalStatistics::Percentile(double share) const {
+TimeNs IntervalHistogram::Percentile(double share) const {
   if (count_ == 0) return 0;
   const auto wanted = static_cast<std::uint64_t>(std::ceil(share * static_cast<double>(count_)));
   std::uint64_t seen = 0;

@@ -9,27 +9,38 @@
 
 namespace ecaudit::sync {
 
-/// The histogram has 512 bins an octave, so that a percentile is right to 0.2 %, from 1.024 us to 68 s; shorter and
-/// longer intervals count in the outermost bins. About 53 KiB, taken with the first interval.
-class IntervalStatistics {
+/// 512 bins an octave, so that a percentile is right to 0.2 %, from 1.024 us to 68 s; shorter and longer intervals count
+/// in the outermost bins. About 53 KiB, taken with the first interval.
+class IntervalHistogram {
+ public:
+  /// @param ns the interval, not negative
+  /// @return whether none was as long
+  bool Add(TimeNs ns);
+
+  [[nodiscard]] std::uint64_t count() const { return count_; }
+  /// Interval that `share` (0 to 1) of all do not exceed, ns; 0 when there is none.
+  [[nodiscard]] TimeNs Percentile(double share) const;
+
+ protected:
+  std::uint64_t count_ = 0;
+  TimeNs min_ = 0, max_ = 0;
+  std::vector<std::uint32_t> bins_;
+};
+
+/// Besides, mean and deviation, and between which frames the longest one lies.
+class IntervalStatistics : public IntervalHistogram {
  public:
   /// @param ns the interval, not negative  @param from, to frames it lies between
   void Add(TimeNs ns, const FrameRef& from, const FrameRef& to);
 
-  [[nodiscard]] std::uint64_t count() const { return count_; }
   [[nodiscard]] double mean_ns() const { return mean_; }
   [[nodiscard]] TimeNs max_ns() const { return max_; }
-  /// Interval that `share` (0 to 1) of all do not exceed, ns; 0 when there is none.
-  [[nodiscard]] TimeNs Percentile(double share) const;
   /// Everything measured, in us; cycles is 0 when nothing was.
   [[nodiscard]] CycleSummary Summary() const;
 
  private:
-  std::uint64_t count_ = 0;
   double mean_ = 0, sum_of_squares_ = 0;
-  TimeNs min_ = 0, max_ = 0;
   FrameRef longest_from_, longest_to_;
-  std::vector<std::uint32_t> bins_;
 };
 
 }  // namespace ecaudit::sync

@@ -18,7 +18,7 @@ class TimeTrust {
   void AddRoundTrip(const FrameRef& sent, const FrameRef& returned) {
     if (!sent.has_time || !returned.has_time) return;
     const TimeNs trip = Elapsed(sent.time, returned.time);
-    if (trip >= 0) round_trips_.Add(trip, sent, returned);
+    if (trip >= 0) round_trips_.Add(trip);
   }
   /// What hardly any frame with process data takes longer than, ns; unset without enough good stamps.
   [[nodiscard]] std::optional<TimeNs> UsualRoundTrip() const;
@@ -27,7 +27,7 @@ class TimeTrust {
 
  private:
   const Pipeline& pipeline_;
-  IntervalStatistics round_trips_;
+  IntervalHistogram round_trips_;
 };
 
 }  // namespace ecaudit::sync

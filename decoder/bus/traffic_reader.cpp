@@ -41,12 +41,16 @@ TrafficReader::~TrafficReader() {
 const Traffic* TrafficReader::Next() noexcept {
   if (in_hand_ != nullptr && in_hand_->last) return nullptr;
   if (threaded_) {
+    bool room = false;
     {
       std::unique_lock lock(mutex_);
-      changed_.wait(lock, [&] { return filled_ > taken_; });
+      if (filled_ == taken_) {
+        changed_.wait(lock, [&] { return all_filled_ || filled_ >= taken_ + kWakeAfter; });
+      }
       in_hand_ = &batches_[taken_++ % kBatches];
+      room = filled_ + kWakeAfter < taken_ + kBatches;
     }
-    changed_.notify_all();
+    if (room) changed_.notify_all();
   } else {
     in_hand_ = &batches_[0];
     Fill(*in_hand_, bytes_total_ > 0 ? kFewPackets : 1);
@@ -59,16 +63,21 @@ void TrafficReader::ReadAll() noexcept {
     {
       // The batch in the caller's hand is not given back yet.
       std::unique_lock lock(mutex_);
-      changed_.wait(lock, [&] { return abandoned_ || n + 1 < taken_ + kBatches; });
+      if (n + 1 >= taken_ + kBatches) {
+        changed_.wait(lock, [&] { return abandoned_ || n + kWakeAfter < taken_ + kBatches; });
+      }
       if (abandoned_) return;
     }
     Batch& batch = batches_[n % kBatches];
     Fill(batch, std::numeric_limits<std::size_t>::max());
+    bool enough = false;
     {
       const std::lock_guard lock(mutex_);
       filled_ = n + 1;
+      all_filled_ = batch.last;
+      enough = all_filled_ || filled_ >= taken_ + kWakeAfter;
     }
-    changed_.notify_all();
+    if (enough) changed_.notify_all();
     if (batch.last) return;
   }
 }

@@ -34,7 +34,9 @@ enum class Ahead : std::uint8_t { kNo, kYes };
 class TrafficReader {
  public:
   static constexpr std::size_t kBatches = 6;
-  static constexpr std::size_t kBatchBytes = std::size_t{1} << 19U;  ///< large: a thread that wakes costs
+  static constexpr std::size_t kBatchBytes = std::size_t{1} << 19U;
+  /// A thread that wakes costs as much as some hundred packets: one that has to wait does so for several batches.
+  static constexpr std::size_t kWakeAfter = kBatches / 2;
   /// So many packets are read at most before the caller hears of it, also where none is in the range.
   static constexpr std::uint64_t kNewsEvery = 65536;
 
@@ -59,7 +61,8 @@ class TrafficReader {
   [[nodiscard]] FrameRef origin() const { return in_hand_ == nullptr ? FrameRef{} : in_hand_->origin; }
 
  private:
-  struct Batch {
+  /// Both threads write into theirs all the time: one has no part in the other's cache lines.
+  struct alignas(128) Batch {
     Traffic traffic;
     std::uint64_t packets_read = 0;
     std::uint64_t bytes_read = 0;
@@ -107,6 +110,7 @@ class TrafficReader {
   std::condition_variable changed_;
   std::uint64_t filled_ = 0;  ///< batches ever filled; the caller has taken `taken_` of them and given back all but one
   std::uint64_t taken_ = 0;
+  bool all_filled_ = false;  ///< there will be no more
   std::atomic<bool> abandoned_ = false;
   bool threaded_ = false;
   std::thread thread_;
