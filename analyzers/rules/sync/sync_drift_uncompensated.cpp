@@ -81,6 +81,7 @@ class SyncDriftUncompensated final : public Rule {
       const TimeNs step = Elapsed(before.time, e.frame().time);
       if (step > 0 && step < kPause) gap_ += step;
     }
+    if (gap_ == 0) return;  // nearly always: each frame brings the time
     const TimeNs gap = gap_;
     const TimeNs limit = context().Limit("sync-drift-uncompensated", kDefaultLimit);
     if (gap <= limit || e.frame().number <= from.number) return;
