@@ -54,15 +54,16 @@ class BusNoAnswer final : public Rule {
     if (e.direction == bus::Direction::kReturned || e.direction == bus::Direction::kByPair) {
       if (!last_returned_.seen()) {
         first_returned_ = e.frame.ref();
-        first_in_vain_ = first_sent_;
+        first_in_vain_ = since_.first;
         last_in_vain_ = sent_before_last_;
       }
       last_returned_ = e.frame.ref();
-      sent_since_ = 0;
+      answered_ = bus::SenderOf(e.frame);
+      since_.count = since_answered_.count = 0;
     } else if (e.direction == bus::Direction::kOutbound) {
-      if (sent_since_++ == 0) first_sent_ = e.frame.ref();
-      sent_before_last_ = last_sent_.seen() ? last_sent_ : e.frame.ref();
-      last_sent_ = e.frame.ref();
+      sent_before_last_ = since_.last.seen() ? since_.last : e.frame.ref();
+      since_.Add(e.frame.ref());
+      if (bus::SenderOf(e.frame) == answered_) since_answered_.Add(e.frame.ref());
     }
   }
 
@@ -78,29 +79,45 @@ class BusNoAnswer final : public Rule {
       return;
     }
     TellInVain(pairing);
-    if (sent_since_ < kEnoughFrames) return;
-    const bool timed = first_sent_.has_time && last_sent_.has_time;
-    const std::int64_t silence = timed ? Elapsed(first_sent_.time, last_sent_.time) : 0;
+    // Nobody knows whether the frames of a master come back whose returns are not captured at all.
+    const std::uint64_t unknown = pairing.undecided[static_cast<std::size_t>(bus::Undecided::kNoReturns)];
+    const Sent& sent = unknown > 0 ? since_answered_ : since_;
+    if (unknown > 0 && since_.count >= kEnoughFrames && sent.count < kEnoughFrames) {
+      NotEvaluable(kNoSlave, "the returned frames are of another master: of those of the one that sent last, none is in the capture",
+                   since_.first.number);
+    }
+    if (sent.count < kEnoughFrames) return;
+    const bool timed = sent.first.has_time && sent.last.has_time;
+    const std::int64_t silence = timed ? Elapsed(sent.first.time, sent.last.time) : 0;
     if (ever && silence < kLongEnoughNs) return;
     Finding finding;
-    finding.first = first_sent_;
-    finding.last = last_sent_;
-    finding.count = sent_since_;
+    finding.first = sent.first;
+    finding.last = sent.last;
+    finding.count = sent.count;
     finding.title = ever ? "No frame comes back any more" : "No frame comes back: nobody answers";
     finding.message = (ever ? "The last frame that came back is " + std::to_string(last_returned_.number) +
-                                  "; from frame " + std::to_string(first_sent_.number) + " on "
+                                  "; from frame " + std::to_string(sent.first.number) + " on "
                             : std::string("The master repeats its frames after a time-out; ")) +
-                      Count(sent_since_, "frame") + " went out" +
+                      Count(sent.count, "frame") + " went out" +
                       (timed ? " within " + Duration(silence) : std::string()) +
                       " and none returned. Look at the cable between master and first slave, at the master's port, and "
                       "at the power of the first slave.";
     if (ever) AddRelated(finding, last_returned_.number);
-    finding.evidence = {Number("frames", static_cast<std::int64_t>(sent_since_)),
+    finding.evidence = {Number("frames", static_cast<std::int64_t>(sent.count)),
                         Real("silence_ms", static_cast<double>(silence) / 1e6)};
     Report(kForGood, std::move(finding));
   }
 
  private:
+  struct Sent {
+    std::uint64_t count = 0;
+    FrameRef first, last;
+    void Add(const FrameRef& frame) {
+      if (count++ == 0) first = frame;
+      last = frame;
+    }
+  };
+
   void TellInVain(const bus::PairingStatistics& pairing) {
     const std::uint64_t in_vain = pairing.undecided[static_cast<std::size_t>(bus::Undecided::kNobodyAnswers)];
     if (in_vain == 0 || !first_returned_.seen() || !first_in_vain_.seen()) return;
@@ -121,8 +138,9 @@ class BusNoAnswer final : public Rule {
   }
 
   FrameRef first_returned_, first_in_vain_, last_in_vain_, sent_before_last_;
-  FrameRef last_returned_, first_sent_, last_sent_;
-  std::uint64_t sent_since_ = 0;
+  FrameRef last_returned_;
+  std::uint64_t answered_ = 0;   ///< whose frame that was
+  Sent since_, since_answered_;  ///< behind it: by anybody, and by that one
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<BusNoAnswer>};
