@@ -27,6 +27,7 @@ constexpr std::string_view kMissingUnseen =
     "the capture misses packets (returned frames have no outbound copy, or indices skip): what these would have shown "
     "is not known";
 static_assert(kMissingUnseen.starts_with(kSaysItMissesPackets));
+constexpr std::string_view kAnswersUnseen = "no returned frames in the capture: what the slaves answered is not known";
 constexpr std::string_view kCutUnseen = "packets are cut by the snap length: what lies behind the cut is not known";
 constexpr std::string_view kFamilyUnseen =
     "the identity of the slave is not in the capture: what the manual of its family says is not known";
@@ -330,6 +331,10 @@ class Judge {
     const PipelineStatistics& read = context_.statistics();
     if (read.cut_frames > 0) TellMissing(rule, kCutUnseen, read.first_cut.number, out);
     if (misses_packets_) TellMissing(rule, kMissingUnseen, context_.pairing().first_hole.number, out);
+    // What a rule says of it itself is more.
+    const bool all_asked = context_.pairing().outbound > 0 && result_.capture.direction == DirectionSeen::kOutbound;
+    if (all_asked && out.coverage == Coverage::kJudged && !Get(rule, out.slave).found)
+      TellMissing(rule, kAnswersUnseen, read.first.number, out);
   }
   void TellMissing(const RuleInfo& rule, std::string_view unseen, FrameNo first, SlaveCoverage& out) {
     if (out.coverage == Coverage::kNotApplicable && MayBeUnseen(out.why)) {

@@ -83,8 +83,10 @@ class BusNoAnswer final : public Rule {
     const std::uint64_t unknown = pairing.undecided[static_cast<std::size_t>(bus::Undecided::kNoReturns)];
     const Sent& sent = unknown > 0 ? since_answered_ : since_;
     if (unknown > 0 && since_.count >= kEnoughFrames && sent.count < kEnoughFrames) {
-      NotEvaluable(kNoSlave, "the returned frames are of another master: of those of the one that sent last, none is in the capture",
-                   since_.first.number);
+      NotEvaluable(
+          kNoSlave,
+          "the returned frames are of another master: of those of the one that sent last, none is in the capture",
+          since_.first.number);
     }
     if (sent.count < kEnoughFrames) return;
     const bool timed = sent.first.has_time && sent.last.has_time;

@@ -28,6 +28,7 @@ constexpr RuleInfo kInfo{
     .id = "sync-window-violation",
     .group = "Synchronisation",
     .severity = Severity::kError,
+    .of_family = true,
     .subject = Subject::kTiming,
     .title = "Process data arrive outside the window in which the drive expects them",
     .needs =
