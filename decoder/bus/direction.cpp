@@ -434,6 +434,10 @@ bool DirectionLearner::IsGuest(const wire::FrameView& frame) const noexcept {
   return master_proven_ && Find(SenderOf(frame)) == nullptr;
 }
 
+bool DirectionLearner::IsStranger(const wire::FrameView& frame) const noexcept {
+  return count_ > 0 && count_ < kMaxMasters && Find(SenderOf(frame)) == nullptr;
+}
+
 bool DirectionLearner::Unanswered(const wire::FrameView& frame) const noexcept {
   const Sender* sender = Find(SenderOf(frame));
   return sender != nullptr && !sender->answered && !sender->in_vain;

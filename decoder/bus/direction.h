@@ -78,6 +78,8 @@ class DirectionLearner {
   [[nodiscard]] bool bit_tells_nothing() const { return bit_tells_nothing_; }
   /// True for a sender that was not there in the window, on a bus whose master was.
   [[nodiscard]] bool IsGuest(const wire::FrameView& frame) const noexcept;
+  /// True for a sender of whom the window held no frame that can be read, while it held those of others.
+  [[nodiscard]] bool IsStranger(const wire::FrameView& frame) const noexcept;
   /// True when frames of this sender are captured, and none that came back to it: what it sends is taken as done.
   [[nodiscard]] bool Unanswered(const wire::FrameView& frame) const noexcept;
   /// True when outbound copies of this sender have already been counted by slaves: the tap sits behind slaves.

@@ -124,8 +124,8 @@ void Pairing::Push(const wire::FrameView& frame) noexcept {
   }
   const Direction direction = directions_.Classify(frame);
   const bool readable = frame.kind() != wire::FrameKind::kMalformed && frame.kind() != wire::FrameKind::kDamagedOnWire;
-  if (direction == Direction::kForeign ||
-      (direction == Direction::kByPair && !readable && directions_.IsGuest(frame))) {
+  // Whoever has sent nothing that a slave could read is no master of this bus, whatever its address.
+  if (direction == Direction::kForeign || (!readable && directions_.IsStranger(frame))) {
     PushForeign(frame);
     return;
   }

@@ -163,7 +163,10 @@ Result PaddedTo60(const WireCapture& capture) {
 Result OtherMacs(const WireCapture& capture) {
   return Each(capture, [](Packet& packet) {
     const std::optional<EtherCatPart> part = FindEtherCat(packet);
-    if (!part || !part->plain) return;
+    // Also of frames that no slave can read: the address says whose they are.
+    const bool unreadable = !part && packet.link_type == 1 && packet.bytes.size() >= kEthernetHeader &&
+                            packet.bytes[12] == 0x88 && packet.bytes[13] == 0xA4;
+    if (part ? !part->plain : !unreadable) return;
     // Two senders stay two, and the bit that slaves set stays as it is.
     constexpr std::uint8_t kOthers[6] = {0x10, 0x1B, 0x21, 0x44, 0x55, 0x66};
     for (std::size_t i = 0; i < 6; ++i) packet.bytes[6 + i] ^= kOthers[i];
@@ -213,6 +216,9 @@ Result WithFcs(const WireCapture& capture) {
 /// An address request of another host before one packet in twenty.
 Result OtherTraffic(const WireCapture& capture) {
   std::vector<Packet> packets;
+  // Where nobody else is there, whoever tells nonsense is the master.
+  const bool any_master = std::any_of(capture.packets.begin(), capture.packets.end(),
+                                      [](const Packet& packet) { return FindEtherCat(packet).has_value(); });
   for (std::size_t i = 0; i < capture.packets.size(); ++i) {
     const Packet& packet = capture.packets[i];
     if (Scramble(static_cast<std::uint32_t>(i)) % 20 == 0) {
@@ -221,6 +227,12 @@ Result OtherTraffic(const WireCapture& capture) {
       std::fill_n(other.bytes.begin(), 6, std::uint8_t{0xFF});
       const std::uint8_t source[] = {0x34, 0x48, 0xED, 0x00, 0x00, 0x07, 0x08, 0x06};
       std::copy(std::begin(source), std::end(source), other.bytes.begin() + 6);
+      // Some tell nonsense under EtherCAT's own type, with and without the bit that slaves set in an address.
+      if (any_master && Scramble(static_cast<std::uint32_t>(i)) % 160 == 0) {
+        const std::uint8_t nonsense[] = {0x88, 0xA4, 0x64, 0x10, 0x04, 0x20, 0x01, 0x10, 0x30, 0x01, 0x02};
+        std::copy(std::begin(nonsense), std::end(nonsense), other.bytes.begin() + 12);
+        if (i % 2 != 0) other.bytes[6] |= 2U;
+      }
       other.link_type = 1;
       other.original_length = 0;
       other.flag = capture::PacketFlag::kNone;

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <array>
 #include <string>
 
 #include "analyzers/judge/rule.h"
@@ -58,12 +60,12 @@ class BusNoAnswer final : public Rule {
         last_in_vain_ = sent_before_last_;
       }
       last_returned_ = e.frame.ref();
-      answered_ = bus::SenderOf(e.frame);
+      NoteAnswered(bus::SenderOf(e.frame));
       since_.count = since_answered_.count = 0;
     } else if (e.direction == bus::Direction::kOutbound) {
       sent_before_last_ = since_.last.seen() ? since_.last : e.frame.ref();
       since_.Add(e.frame.ref());
-      if (bus::SenderOf(e.frame) == answered_) since_answered_.Add(e.frame.ref());
+      if (WasAnswered(bus::SenderOf(e.frame))) since_answered_.Add(e.frame.ref());
     }
   }
 
@@ -79,14 +81,16 @@ class BusNoAnswer final : public Rule {
       return;
     }
     TellInVain(pairing);
-    // Nobody knows whether the frames of a master come back whose returns are not captured at all.
-    const std::uint64_t unknown = pairing.undecided[static_cast<std::size_t>(bus::Undecided::kNoReturns)];
-    const Sent& sent = unknown > 0 ? since_answered_ : since_;
-    if (unknown > 0 && since_.count >= kEnoughFrames && sent.count < kEnoughFrames) {
-      NotEvaluable(
-          kNoSlave,
-          "the returned frames are of another master: of those of the one that sent last, none is in the capture",
-          since_.first.number);
+    // Of frames of a sender to whom nothing ever came back nobody knows whether they do; unless what comes back has
+    // another address than what was sent.
+    const Sent& sent = since_answered_.first.seen() ? since_answered_ : since_;
+    if (pairing.undecided[static_cast<std::size_t>(bus::Undecided::kNoReturns)] > 0 && since_.count >= kEnoughFrames &&
+        !since_answered_.first.seen() && ever) {
+      NotEvaluable(kNoSlave,
+                   "the returned frames are of another master: of those of the one that sent last, none is in the "
+                   "capture",
+                   since_.first.number);
+      return;
     }
     if (sent.count < kEnoughFrames) return;
     const bool timed = sent.first.has_time && sent.last.has_time;
@@ -120,6 +124,15 @@ class BusNoAnswer final : public Rule {
     }
   };
 
+  void NoteAnswered(std::uint64_t sender) {
+    if (WasAnswered(sender)) return;
+    answered_[next_answered_] = sender;
+    next_answered_ = (next_answered_ + 1) % answered_.size();
+  }
+  [[nodiscard]] bool WasAnswered(std::uint64_t sender) const {
+    return std::find(answered_.begin(), answered_.end(), sender) != answered_.end();
+  }
+
   void TellInVain(const bus::PairingStatistics& pairing) {
     const std::uint64_t in_vain = pairing.undecided[static_cast<std::size_t>(bus::Undecided::kNobodyAnswers)];
     if (in_vain == 0 || !first_returned_.seen() || !first_in_vain_.seen()) return;
@@ -141,8 +154,11 @@ class BusNoAnswer final : public Rule {
 
   FrameRef first_returned_, first_in_vain_, last_in_vain_, sent_before_last_;
   FrameRef last_returned_;
-  std::uint64_t answered_ = 0;   ///< whose frame that was
-  Sent since_, since_answered_;  ///< behind it: by anybody, and by that one
+  static constexpr std::uint64_t kNobody = ~std::uint64_t{0};  ///< no Ethernet address has so many bits
+  /// To whom something came back, the first ones.
+  std::array<std::uint64_t, 4> answered_{kNobody, kNobody, kNobody, kNobody};
+  std::size_t next_answered_ = 0;
+  Sent since_, since_answered_;  ///< behind the last return: by anybody, and by those
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<BusNoAnswer>};
