@@ -9,8 +9,8 @@
 
 namespace ecaudit::sync {
 
-/// 512 bins an octave, so that a percentile is right to 0.2 %, from 1.024 us to 68 s; shorter and longer intervals count
-/// in the outermost bins. About 53 KiB, taken with the first interval.
+/// 512 bins an octave, so that a percentile is right to 0.2 %, from 1.024 us to 68 s; shorter and longer intervals
+/// count in the outermost bins. About 53 KiB, taken with the first interval.
 class IntervalHistogram {
  public:
   /// @param ns the interval, not negative
