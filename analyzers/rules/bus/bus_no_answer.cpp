@@ -36,7 +36,8 @@ The ring is open towards the master: no slave gets anything, and those in OP fal
 ## How it is decided
 Where nothing ever came back, the master must have repeated frames under one index after a pause: else the capture may
 hold one direction only (capture-one-direction). Where frames came back before, three frames or more within at least 20
-ms must have been sent behind the last return. Three and more in more than 50 ms before the first one that came back are
+ms must have been sent behind the last return, by masters that were answered before: of others nobody knows whether
+anything comes back. Three and more in more than 50 ms before the first one that came back are
 an info: the slaves may have been switched on later than the master.
 
 ## Example
