@@ -187,6 +187,16 @@ std::uint8_t Pairing::SenderIndex(const wire::FrameView& frame) noexcept {
   return sender_count_++;
 }
 
+/// Whose frames may have come back with this address: a frame keeps its own. Where the address is none that sends, a
+/// switch or a card has written another one, and it may be anybody's.
+Pairing::Owner Pairing::OwnerOf(const wire::FrameView& returned) const noexcept {
+  const std::uint64_t mac = SenderOf(returned);
+  for (std::uint8_t i = 0; i < sender_count_; ++i) {
+    if (senders_[i].mac == mac && senders_[i].newest > 0) return {i};
+  }
+  return {};
+}
+
 /// Whether the capture misses frames of this sender between its last one and this. Then what is under way may have come
 /// back unseen.
 Hole Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats repeats, Copy copy) noexcept {
@@ -439,9 +449,11 @@ void Pairing::PushByPair(const wire::FrameView& frame, std::uint64_t key) noexce
   Slot* untouched = nullptr;
   const bool behind_slaves = directions_.BehindSlaves(frame);
   const bool other_end = directions_.IsOtherEnd(frame);
+  const Owner owner = OwnerOf(frame);
   for (std::uint64_t s = tail_; s != head_; ++s) {
     Slot& slot = At(s);
     if (slot.state != SlotState::kOpen || slot.key != key || slot.other_end != other_end) continue;
+    if (!owner.MayBe(slot.sender)) continue;
     if (!Answers(slot.view, frame)) continue;
     const Progress sent = ProgressOf(slot.view);
     if (Further(progress, sent)) {
@@ -473,9 +485,11 @@ Pairing::Slot* Pairing::FindOpen(const wire::FrameView& frame, std::uint64_t key
   Slot* oldest = nullptr;
   Slot* newest = nullptr;
   const bool other_end = directions_.IsOtherEnd(frame);
+  const Owner owner = OwnerOf(frame);
   for (std::uint64_t s = tail_; s != head_; ++s) {
     Slot& slot = At(s);
     if (slot.state != SlotState::kOpen || slot.key != key || slot.other_end != other_end) continue;
+    if (!owner.MayBe(slot.sender)) continue;
     if (!Answers(slot.view, frame)) continue;
     if (slot.overtaken > 0 && (PassedOthers(slot, frame) || IsTooOld(slot, frame))) continue;
     // A frame that was overtaken is nearly always lost; it only answers when no other candidate exists.
@@ -515,9 +529,10 @@ bool Pairing::IsTooOld(const Slot& slot, const wire::FrameView& frame) const noe
 /// Where one of the copies was cut by the snap length, the datagrams that both still hold must agree. A cut in the
 /// first datagram leaves the order.
 Pairing::Slot* Pairing::FindCut(const wire::FrameView& frame) noexcept {
+  const Owner owner = OwnerOf(frame);
   for (std::uint64_t s = tail_; s != head_; ++s) {
     Slot& slot = At(s);
-    if (slot.state != SlotState::kOpen || slot.overtaken > 0) continue;
+    if (slot.state != SlotState::kOpen || slot.overtaken > 0 || !owner.MayBe(slot.sender)) continue;
     if (slot.view.kind() != wire::FrameKind::kCut && frame.kind() != wire::FrameKind::kCut) continue;
     const std::size_t common = std::min(slot.view.size(), frame.size());
     if (!Answers(slot.view, frame, common)) continue;
@@ -536,9 +551,11 @@ void Pairing::DoubtAll(Undecided reason) noexcept {
 Pairing::Slot* Pairing::FindAlike(const wire::FrameView& frame) noexcept {
   if (frame.empty()) return nullptr;
   Slot* flipped = nullptr;
+  const Owner owner = OwnerOf(frame);
   for (std::uint64_t s = tail_; s != head_; ++s) {
     Slot& slot = At(s);
     if (slot.state != SlotState::kOpen || slot.view.empty() || slot.overtaken >= kStale) continue;
+    if (!owner.MayBe(slot.sender)) continue;
     const wire::DatagramView a = slot.view[0];
     const wire::DatagramView b = frame[0];
     // One flipped bit leaves at least two of these three intact, and nearly always the index.

@@ -230,6 +230,13 @@ class Pairing {
   [[nodiscard]] Hole HoleBefore(const wire::FrameView& orphan) noexcept;
   [[nodiscard]] Hole TakeHole(std::uint64_t sequence) noexcept;
   std::uint8_t SenderIndex(const wire::FrameView& frame) noexcept;
+  /// Whose a frame is, by its address.
+  struct Owner {
+    static constexpr std::uint8_t kAnybody = 0xFF;
+    std::uint8_t sender = kAnybody;
+    [[nodiscard]] bool MayBe(std::uint8_t other) const noexcept { return sender == kAnybody || sender == other; }
+  };
+  [[nodiscard]] Owner OwnerOf(const wire::FrameView& returned) const noexcept;
   [[nodiscard]] Slot* FindOpen(const wire::FrameView& frame, std::uint64_t key) noexcept;
   [[nodiscard]] bool PassedOthers(const Slot& slot, const wire::FrameView& frame) const noexcept;
   [[nodiscard]] bool IsTooOld(const Slot& slot, const wire::FrameView& frame) const noexcept;
