@@ -243,6 +243,35 @@ Result OtherTraffic(const WireCapture& capture) {
   return packets;
 }
 
+/// Somebody at a mirror port looks for slaves, and nobody answers: with broadcasts of the master, under its index.
+Result AStrangerAsks(const WireCapture& capture) {
+  constexpr std::size_t kOneIn = 160;  // of more than one in a hundred the report says that they were not analysed
+  constexpr std::uint8_t kOwnAddress[] = {0x00, 0x0A, 0x35, 0x01, 0x02, 0x03};
+  const auto passed_slaves = [](const Packet& packet) { return (packet.bytes[6] & 2U) != 0; };
+  std::size_t returned = 0;
+  for (const Packet& packet : capture.packets) {
+    const std::optional<EtherCatPart> part = FindEtherCat(packet);
+    if (!part || !part->plain) return std::nullopt;
+    if (passed_slaves(packet)) ++returned;
+  }
+  if (returned == 0 || returned == capture.packets.size()) return std::nullopt;
+  std::vector<Packet> packets;
+  std::size_t next = kOneIn;
+  for (std::size_t i = 0; i < capture.packets.size(); ++i) {
+    const Packet& packet = capture.packets[i];
+    packets.push_back(packet);
+    const EtherCatPart part = *FindEtherCat(packet);
+    const bool broadcast = packet.bytes[part.datagrams.front()] == static_cast<std::uint8_t>(wire::Command::BRD);
+    if (i < next || passed_slaves(packet) || part.count() != 1 || !broadcast) continue;
+    next = i + kOneIn;
+    Packet stranger = packet;
+    std::copy(std::begin(kOwnAddress), std::end(kOwnAddress), stranger.bytes.begin() + 6);
+    packets.push_back(std::move(stranger));
+  }
+  if (packets.size() == capture.packets.size()) return std::nullopt;
+  return packets;
+}
+
 // ---------------------------------------------------------------------------------------------- time
 
 Result InMicroseconds(const WireCapture& capture) {
@@ -372,6 +401,7 @@ constexpr RewriteLaw kLaws[] = {
     {"in UDP", InUdp},
     {"with FCS", WithFcs},
     {"other traffic", OtherTraffic},
+    {"a stranger asks", AStrangerAsks},
     {"in microseconds", InMicroseconds},
     {"years later", YearsLater},
     {"split", Split, Keeps::kFrames},
