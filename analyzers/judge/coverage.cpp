@@ -332,8 +332,8 @@ class Judge {
     if (read.cut_frames > 0) TellMissing(rule, kCutUnseen, read.first_cut.number, out);
     if (misses_packets_) TellMissing(rule, kMissingUnseen, context_.pairing().first_hole.number, out);
     // What a rule says of it itself is more.
-    const bool all_asked = context_.pairing().outbound > 0 && result_.capture.direction == DirectionSeen::kOutbound;
-    if (all_asked && out.coverage == Coverage::kJudged && !Get(rule, out.slave).found)
+    const bool no_answers = result_.capture.direction == DirectionSeen::kOutbound;
+    if (no_answers && out.coverage == Coverage::kJudged && !Get(rule, out.slave).found)
       TellMissing(rule, kAnswersUnseen, read.first.number, out);
   }
   void TellMissing(const RuleInfo& rule, std::string_view unseen, FrameNo first, SlaveCoverage& out) {

@@ -57,7 +57,7 @@ void IntervalStatistics::Add(TimeNs ns, const FrameRef& from, const FrameRef& to
   // Welford: numerically stable in one pass.
   const auto value = static_cast<double>(ns);
   const double delta = value - mean_;
-  mean_ += delta / static_cast<double>(static_cast<std::int64_t>(count_));
+  mean_ += delta / static_cast<double>(static_cast<std::int64_t>(count_));  // signed: one instruction
   sum_of_squares_ += delta * (value - mean_);
 }
 

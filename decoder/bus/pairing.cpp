@@ -124,8 +124,9 @@ void Pairing::Push(const wire::FrameView& frame) noexcept {
   }
   const Direction direction = directions_.Classify(frame);
   const bool readable = frame.kind() != wire::FrameKind::kMalformed && frame.kind() != wire::FrameKind::kDamagedOnWire;
-  // Whoever has sent nothing that a slave could read is no master of this bus, whatever its address.
-  if (direction == Direction::kForeign || (!readable && directions_.IsStranger(frame))) {
+  // Whoever has sent nothing so far that a slave could read is no master of this bus, whatever its address.
+  const bool nonsense = !readable && directions_.IsStranger(frame) && OwnerOf(frame).sender == Owner::kAnybody;
+  if (direction == Direction::kForeign || nonsense) {
     PushForeign(frame);
     return;
   }

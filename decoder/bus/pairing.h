@@ -1,8 +1,8 @@
 /// in: FrameView with Direction.  out: BusTransaction (see transaction.h).
 ///
-/// Pairs the returned copy of a frame with its outbound copy by content and order, never by time stamps alone: frames
-/// do not overtake each other on the wire. Only where a master repeated a frame (same key twice under way) do good
-/// time stamps decide which of the two came back.
+/// Pairs the returned copy of a frame with its outbound copy by sender, content and order, never by time stamps alone:
+/// frames do not overtake each other on the wire. A return whose address is none that sends may be anybody's. Only
+/// where a master repeated a frame (same key twice under way) do good time stamps decide which of the two came back.
 ///
 /// A frame is called lost only where the capture shows that it must have come back: the same sender's later frames did,
 /// or it went on sending while nothing came back any more. Frames of a sender whose returns are not captured at all,

@@ -107,9 +107,6 @@ Traffic::Place TrafficRecorder::PlaceOf(const FrameView& frame) {
   return to_->Keep(frame, frame.bytes());
 }
 
-void TrafficRecorder::OnFrame(const FrameView& /*the packet of this step*/, Direction direction) {
-  to_->steps_.back().direction = direction;
-}
 Traffic::Call& TrafficRecorder::AddCall(Traffic::Kind kind, const FrameView* first) {
   const Traffic::Place place = first != nullptr ? PlaceOf(*first) : Traffic::kNone;
   Traffic::Call& call = to_->calls_.emplace_back();
@@ -118,6 +115,9 @@ Traffic::Call& TrafficRecorder::AddCall(Traffic::Kind kind, const FrameView* fir
   return call;
 }
 
+void TrafficRecorder::OnFrame(const FrameView& /*the packet of this step*/, Direction direction) {
+  to_->steps_.back().direction = direction;
+}
 void TrafficRecorder::OnSent(const FrameView& frame) {
   AddCall(Traffic::Kind::kSent, &frame);
 }

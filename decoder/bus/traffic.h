@@ -53,7 +53,7 @@ class Traffic {
     FrameNo original = 0;
   };
   struct Kept {
-    /// Built where it stays: what is cleared first, or copied at once, costs a tenth of the pairing.
+    /// Built where it stays: else it is cleared first for every packet.
     Kept(const wire::FrameFields& of, std::size_t bytes, std::size_t count, std::size_t offsets)
         : fields(of), bytes_at(bytes), length(count), offsets_at(offsets) {}
     wire::FrameFields fields;

@@ -213,7 +213,7 @@ Result WithFcs(const WireCapture& capture) {
   });
 }
 
-/// An address request of another host before one packet in twenty.
+/// An address request of another host before one packet in twenty, and now and then nonsense instead of it.
 Result OtherTraffic(const WireCapture& capture) {
   std::vector<Packet> packets;
   // Where nobody else is there, whoever tells nonsense is the master.

@@ -6,6 +6,7 @@
 #include "analyzers/judge/rule_context.h"
 #include "decoder/base/text.h"
 #include "decoder/base/time.h"
+#include "decoder/bus/direction.h"
 #include "decoder/pipeline.h"
 
 namespace ecaudit::bus_no_answer {
@@ -126,12 +127,11 @@ class BusNoAnswer final : public Rule {
   };
 
   void NoteAnswered(std::uint64_t sender) {
-    if (WasAnswered(sender)) return;
-    answered_[next_answered_] = sender;
-    next_answered_ = (next_answered_ + 1) % answered_.size();
+    if (answered_count_ < answered_.size() && !WasAnswered(sender)) answered_[answered_count_++] = sender;
   }
   [[nodiscard]] bool WasAnswered(std::uint64_t sender) const {
-    return std::find(answered_.begin(), answered_.end(), sender) != answered_.end();
+    const auto end = answered_.begin() + static_cast<std::ptrdiff_t>(answered_count_);
+    return std::find(answered_.begin(), end, sender) != end;
   }
 
   void TellInVain(const bus::PairingStatistics& pairing) {
@@ -155,10 +155,8 @@ class BusNoAnswer final : public Rule {
 
   FrameRef first_returned_, first_in_vain_, last_in_vain_, sent_before_last_;
   FrameRef last_returned_;
-  static constexpr std::uint64_t kNobody = ~std::uint64_t{0};  ///< no Ethernet address has so many bits
-  /// To whom something came back, the first ones.
-  std::array<std::uint64_t, 4> answered_{kNobody, kNobody, kNobody, kNobody};
-  std::size_t next_answered_ = 0;
+  std::array<std::uint64_t, 2 * bus::DirectionLearner::kMaxMasters> answered_{};  ///< to whom something came back
+  std::size_t answered_count_ = 0;
   Sent since_, since_answered_;  ///< behind the last return: by anybody, and by those
 };
 
