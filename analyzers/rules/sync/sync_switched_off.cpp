@@ -43,8 +43,9 @@ AL Status showed OP, and no request to leave it is under way. A master that begi
 managers of all slaves by broadcast, whatever ran before: from there on OP counts where it is read again. SYNC0 was on
 before, as a write or a read of 0x0981 showed, and the slave took the write. Masters that shut down switch SYNC0 off
 slave by slave and then request another state: where that follows within 10 ms, nothing is said. An offset counts where
-SYNC0 is on and the value differs from the last one that was written or read; the same value again shifts nothing, and
-where no value was seen before, the write is taken for a new one (inferred). A delay counts where SYNC0 is on and it
+SYNC0 is on and the value differs from the last one that was written or read; the same value again shifts nothing, nor
+does another upper half where the clock has 32 bit (0x0008), and where no value was seen before, the write is taken for
+a new one (inferred). A delay counts where SYNC0 is on and it
 differs from the last one that was written or read by more than 1 us, which masters that measure anew do not come to.
 Where it is not known whether SYNC0 is on, nothing is said. Corrections by 0x0910, the regular distribution of the
 system time, are no matter of this rule.
@@ -219,10 +220,17 @@ class SyncSwitchedOff final : public Rule {
     }
     if (!Generates(*slave.activation)) return;
     const std::uint64_t shift = before ? WrappingDifference(now, *before) : now;
-    const auto moved = both_wide ? static_cast<std::int64_t>(shift)
-                                 : std::int64_t{static_cast<std::int32_t>(static_cast<std::uint32_t>(shift))};
-    if (before && moved == 0) return;
-    TellShift(access, before.has_value(), moved, now);
+    const esc::RegisterImage& registers = context().network().state(access.slave).registers;
+    const auto moved = both_wide && context().sync().dc(access.slave).IsWide(registers)
+                           ? static_cast<std::int64_t>(shift)
+                           : std::int64_t{static_cast<std::int32_t>(static_cast<std::uint32_t>(shift))};
+    if (!before || moved != 0) {
+      TellShift(access, before.has_value(), moved, now);
+    } else if (both_wide && shift != 0 && !registers.Value<std::uint8_t>(esc::kEscFeatures)) {
+      NotEvaluable(access.slave,
+                   "the upper half of 0x0920 was changed in OP: whether the clock has 64 bit (0x0008) is not known",
+                   access.frame().number);
+    }
   }
 
   void OnDelay(const track::SlaveAccess& access, Slave& slave) {
