@@ -355,6 +355,7 @@ void SdoTransferTracker::ToggleError(const MailboxMessage& message) {
 }
 
 void SdoTransferTracker::Close(SdoOutcome outcome, EventSink& sink) {
+  OnReadLost(doubtful_read_);
   state_ = State::kIdle;
   transfer_.outcome = outcome;
   transfer_.data = data_;

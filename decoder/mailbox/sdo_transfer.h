@@ -32,6 +32,12 @@ class SdoTransferTracker {
   void OnMailboxError(std::uint16_t detail, const FrameRef& frame, EventSink& sink);
   /// A mailbox read sent in frame `sent` never returned: it may have taken the outstanding answer with it. Comes late.
   void OnReadLost(FrameNo sent);
+  /// A mailbox read sent in this frame was overtaken: until it is known to be back it may have taken the answer with
+  /// it.
+  void OnReadDoubtful(FrameNo sent) { doubtful_read_ = sent; }
+  void OnReadBack(FrameNo sent) {
+    if (sent == doubtful_read_) doubtful_read_ = 0;
+  }
   /// A request that is not in the capture seems to have reached the slave: the next answer may belong to it.
   void ForgetHistory() { history_known_ = false; }
   /// Ends an open transfer and forgets what came before.
@@ -77,6 +83,7 @@ class SdoTransferTracker {
   bool toggle_known_ = false;
   bool last_segment_sent_ = false;
   bool assumed_ = false;  ///< the open transfer's request is assumed: answers are not in the capture
+  FrameNo doubtful_read_ = 0;
   SdoTransfer transfer_;
   MessageBytes data_;
 };

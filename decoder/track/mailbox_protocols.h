@@ -26,6 +26,9 @@ class MailboxProtocols {
   void SetMailboxLengths(std::uint16_t out, std::uint16_t in) { foe_.SetMailboxLengths(out, in); }
   /// A read sent in this frame never returned.
   void OnReadLost(FrameNo sent) { sdo_.OnReadLost(sent); }
+  /// It was overtaken, and may return still; and it did.
+  void OnReadDoubtful(FrameNo sent) { sdo_.OnReadDoubtful(sent); }
+  void OnReadBack(FrameNo sent) { sdo_.OnReadBack(sent); }
   /// The out mailbox is full, and not of anything that is known to be written.
   void OnUnknownRequest() { sdo_.ForgetHistory(); }
   /// What is open ends.

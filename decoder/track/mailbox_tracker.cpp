@@ -60,6 +60,55 @@ void MailboxTracker::OnAccess(const SlaveAccess& access) {
   if (access.written.empty() || !access.read.empty()) OnRead(access);
 }
 
+void MailboxTracker::OnDoubtful(const SlaveAccess& access) {
+  if (access.broadcast || EndOf(access) <= kFirstRam || !access.sent.seen()) return;
+  if (access.written.empty()) {
+    if (in_.use == MailboxUse::kOn && in_.Overlaps(access.address, 1)) {
+      protocols_.OnReadDoubtful(access.sent.number);
+    }
+    return;
+  }
+  EscAddress start = out_.start;
+  std::uint16_t length = out_.length;
+  if (out_.use != MailboxUse::kOn) {
+    if (out_.inferred_start == 0 || access.address != out_.inferred_start) return;
+    start = access.address;
+    length = static_cast<std::uint16_t>(access.written.size());
+  } else if (!out_.Overlaps(access.address, access.written.size())) {
+    return;
+  }
+  if (!doubtful_) doubtful_ = std::make_unique<DoubtfulRequest>(shared_bytes_);
+  doubtful_->Keep(access, start, length);
+}
+
+/// It is on record already. Ends the doubt else.
+bool MailboxTracker::IsProven(const SlaveAccess& access) {
+  if (doubtful_ && access.acceptance != Acceptance::kUnknown) doubtful_->Known(access.sent.number);
+  if (proven_ == 0 || access.sent.number != proven_) return false;
+  if (access.acceptance == Acceptance::kAccepted) protocols_.pending().Arrived(proven_, Certainty::kObserved);
+  return true;
+}
+
+/// The slave answers a request that nothing else shows to have reached it: then it did.
+void MailboxTracker::ProveRequest(ByteSpan answer, const SlaveAccess& read) {
+  if (!doubtful_ || !doubtful_->sent().seen()) return;
+  const FrameRef sent = doubtful_->sent();
+  if (sent.number <= out_.last_frame) {
+    doubtful_->Forget();
+    return;
+  }
+  if (out_.open || !read.sent.seen() || read.sent.number < sent.number) return;
+  if (protocols_.pending().Latest() != nullptr || !doubtful_->IsAnsweredBy(answer)) return;
+  proven_ = sent.number;
+  SlaveAccess written;
+  written.slave = slave_;
+  written.sent = sent;
+  out_.Begin(sent, Acceptance::kUnknown);
+  Deliver(out_, Direction::kOut, doubtful_->message(), written);
+  out_.last_acceptance = Acceptance::kAccepted;  // the same once more is a request of its own
+  doubtful_->Forget();
+}
+
 // ---------------------------------------------------------------------------------------------------------------------
 // Accesses
 
@@ -69,7 +118,7 @@ void MailboxTracker::OnWrite(const SlaveAccess& access) {
     return;
   }
   const std::uint32_t address = access.address;
-  if (!out_.Overlaps(address, access.written.size())) return;
+  if (!out_.Overlaps(address, access.written.size()) || IsProven(access)) return;
   const bool from_first = address <= out_.start;
   const ByteSpan bytes = from_first ? Slice(access.written, out_.start - address, out_.length) : ByteSpan{};
   if (access.acceptance == Acceptance::kRefused) {
@@ -95,6 +144,7 @@ void MailboxTracker::OnUnconfiguredWrite(const SlaveAccess& access) {
   if (out_.inferred_start != 0 && access.address != out_.inferred_start) return;
   if (!IsMessage(out_, Direction::kOut, access.written)) return;
   if (out_.use == MailboxUse::kOff && out_.length != 0 && access.address != out_.start) return;
+  if (IsProven(access)) return;
   out_.inferred_start = out_.use == MailboxUse::kUnknown ? access.address : EscAddress{0};
   if (access.acceptance == Acceptance::kRefused) {
     OnRefusedWrite(access, access.written);
@@ -115,6 +165,7 @@ void MailboxTracker::OnRead(const SlaveAccess& access) {
   }
   const std::uint32_t address = access.address;
   if (!in_.Overlaps(address, std::max<std::size_t>(access.read.size(), 1))) return;
+  if (access.acceptance != Acceptance::kUnknown) protocols_.OnReadBack(access.sent.number);
   switch (access.acceptance) {
     case Acceptance::kAssumed:
       return;  // what came back is not in the capture
@@ -267,6 +318,7 @@ MailboxMessage MailboxTracker::Message(const MailboxBox& box, Direction directio
 }
 
 void MailboxTracker::Deliver(MailboxBox& box, Direction direction, ByteSpan bytes, const SlaveAccess& access) {
+  if (direction == Direction::kIn) ProveRequest(bytes, access);
   const std::uint64_t hash = HashOfMessage(bytes);
   MailboxMessage message = Message(box, direction, bytes, access);
   message.repeated = IsRepetition(box, message, hash);
@@ -320,6 +372,7 @@ void MailboxTracker::EndAll(TransferEnd why, const FrameRef& frame) {
   out_.End();
   in_.End();
   repeats_.End();
+  if (doubtful_) doubtful_->Forget();
 }
 
 void MailboxTracker::Reset(const FrameRef& frame) {

@@ -13,12 +13,14 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 
 #include "decoder/base/allowance.h"
 #include "decoder/base/event_sink.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/track/access.h"
+#include "decoder/track/doubtful_request.h"
 #include "decoder/track/mailbox_box.h"
 #include "decoder/track/mailbox_counters.h"
 #include "decoder/track/mailbox_protocols.h"
@@ -37,7 +39,8 @@ class MailboxTracker {
         out_(&box_bytes_),
         in_(&box_bytes_),
         repeats_(slave, sink),
-        protocols_(slave, counters_, sink, bytes) {}
+        protocols_(slave, counters_, sink, bytes),
+        shared_bytes_(bytes) {}
   MailboxTracker(const MailboxTracker&) = delete;
   MailboxTracker& operator=(const MailboxTracker&) = delete;
 
@@ -54,6 +57,9 @@ class MailboxTracker {
   /// Any access to this slave, in the order in which they became known; those that do not concern mailboxes are ignored
   /// quickly.
   void OnAccess(const SlaveAccess& access);
+  /// A frame was overtaken, and whether the slave took this access is not known: what it says next may hang on it. What
+  /// became of it follows by OnAccess().
+  void OnDoubtful(const SlaveAccess& access);
   /// The slave went to INIT: its mailboxes and counters start again.
   void Reset(const FrameRef& frame);
   /// Frames are missing from the capture: what is open stays unknown.
@@ -80,6 +86,8 @@ class MailboxTracker {
   void OnLateWrite(const SlaveAccess& access, ByteSpan bytes);
   void Assemble(MailboxBox& box, mailbox::Direction direction, const SlaveAccess& access, ByteSpan data);
 
+  [[nodiscard]] bool IsProven(const SlaveAccess& access);
+  void ProveRequest(ByteSpan answer, const SlaveAccess& read);
   void Deliver(MailboxBox& box, mailbox::Direction direction, ByteSpan bytes, const SlaveAccess& access);
   void DeliverIncomplete(const SlaveAccess& access);
   [[nodiscard]] mailbox::MailboxMessage Message(const MailboxBox& box, mailbox::Direction direction, ByteSpan bytes,
@@ -98,6 +106,9 @@ class MailboxTracker {
   RepeatRequests repeats_;
   MailboxCounters counters_;
   MailboxProtocols protocols_;
+  Allowance* shared_bytes_;
+  std::unique_ptr<DoubtfulRequest> doubtful_;  // null until there is one
+  FrameNo proven_ = 0;                         // the frame of the last one that an answer showed to have arrived
 };
 
 }  // namespace ecaudit::track

@@ -255,10 +255,15 @@ void Network::OnDoubtful(const wire::FrameView& sent) {
   for (std::size_t i = 0; i < sent.size(); ++i) {
     const DatagramPair d(transaction, i);
     const wire::Command c = d.command();
-    if (!wire::IsDefined(d.any.command_byte()) || wire::IsLogical(c) || !wire::Writes(c) || ReadsOneWritesOthers(c) ||
-        d.address() >= esc::RegisterImage::kSize) {
+    if (!wire::IsDefined(d.any.command_byte()) || wire::IsLogical(c) || ReadsOneWritesOthers(c)) continue;
+    if (d.address() >= esc::RegisterImage::kSize) {
+      if (wire::IsBroadcast(c)) continue;
+      if (const SlaveId slave = Resolve(d, false); slave != kNoSlave) {
+        mailboxes_.OnDoubtful(d.Access(slave, Acceptance::kUnknown));
+      }
       continue;
     }
+    if (!wire::Writes(c)) continue;
     const auto doubt = [&](SlaveId slave) {
       const SlaveAccess access = d.Access(slave, Acceptance::kUnknown);
       states_.Doubt(access);

@@ -31,6 +31,10 @@ class SlaveMailboxes {
     if (!slave.tracker && (!MailboxTracker::Concerns(access) || TakesQuietly(slave, access))) return;
     Need(access.slave).OnAccess(access);
   }
+  /// A frame was overtaken: see MailboxTracker::OnDoubtful().
+  void OnDoubtful(const SlaveAccess& access) {
+    if (slaves_[access.slave].tracker || MailboxTracker::Concerns(access)) Need(access.slave).OnDoubtful(access);
+  }
   /// The slave went to INIT.
   void Reset(SlaveId slave, const FrameRef& frame) {
     if (slaves_[slave].tracker) slaves_[slave].tracker->Reset(frame);

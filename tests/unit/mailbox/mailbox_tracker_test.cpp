@@ -244,6 +244,108 @@ TEST_F(MailboxTrackerTest, LostRequestRepeatedWithoutCounting) {
   EXPECT_EQ(sink_.transfers.size(), 1U);
 }
 
+/// The frame of a request was overtaken by that of its answer.
+class OvertakenRequest : public MailboxTrackerTest {
+ protected:
+  void Overtake(const Bytes& data, EscAddress address = kOut) {
+    SlaveAccess access = Access(address, Acceptance::kUnknown);
+    access.written = data;
+    tracker_.OnDoubtful(access);
+    written_ = frame_;
+  }
+  /// What became of the frame.
+  void Ends(const Bytes& data, Acceptance acceptance) {
+    const FrameNo now = frame_;
+    frame_ = written_ - 2;
+    Write(data, kOut, acceptance);
+    frame_ = now;
+  }
+
+  FrameNo written_ = 0;
+  const Bytes request_ = Padded(Coe(1, kUpload));
+};
+
+TEST_F(OvertakenRequest, IsTakenForWrittenOnceItIsAnswered) {
+  Overtake(request_);
+  EXPECT_TRUE(sink_.messages.empty());
+  Read(Padded(Coe(1, kAnswer)));
+  ASSERT_EQ(sink_.messages.size(), 2U);
+  EXPECT_EQ(sink_.messages[0].frame().number, 12U);
+  EXPECT_EQ(sink_.messages[0].certainty, Certainty::kUnknown);
+  ASSERT_EQ(sink_.transfers.size(), 1U);
+  EXPECT_EQ(sink_.transfers[0].request.number, 12U);
+  EXPECT_EQ(sink_.transfers[0].certainty, Certainty::kObserved);
+  EXPECT_TRUE(sink_.unexpected.empty());
+}
+
+TEST_F(OvertakenRequest, IsToldOnce) {
+  for (const Acceptance end : {Acceptance::kUnknown, Acceptance::kAccepted}) {
+    Overtake(request_);
+    Read(Padded(Coe(1, kAnswer)));
+    const std::size_t told = sink_.messages.size();
+    Ends(request_, end);
+    EXPECT_EQ(sink_.messages.size(), told);
+  }
+  EXPECT_EQ(sink_.transfers.size(), 2U);
+  EXPECT_EQ(tracker_.counters().requests, 2U);
+  EXPECT_EQ(tracker_.counters().repeated, 0U);
+}
+
+TEST_F(OvertakenRequest, MayBeWrittenInParts) {
+  Overtake(Coe(1, kUpload));
+  same_frame_ = true;
+  Overtake({0}, kOut + kLength - 1);
+  same_frame_ = false;
+  Read(Padded(Coe(1, kAnswer)));
+  ASSERT_EQ(sink_.messages.size(), 2U);
+  EXPECT_EQ(sink_.messages[0].bytes.size(), 10U);
+}
+
+TEST_F(OvertakenRequest, IsNotProvenByWhatAnswersAnother) {
+  Write(request_);
+  Read(Padded(Coe(1, kAnswer)));
+  Overtake(request_);
+  Read(Padded(Coe(2, "0030 4308100041424344")));  // another object
+  Read(Padded(Coe(3, "0010 0000000000000000")));  // an emergency
+  EXPECT_EQ(sink_.transfers.size(), 1U);
+  EXPECT_EQ(tracker_.counters().requests, 1U);
+}
+
+TEST_F(OvertakenRequest, IsNotProvenOnceItsEndIsKnown) {
+  Overtake(request_);
+  Ends(request_, Acceptance::kRefused);
+  Read(Padded(Coe(1, kAnswer)));
+  EXPECT_EQ(tracker_.counters().requests, 0U);
+}
+
+TEST_F(OvertakenRequest, IsOldBehindALaterOne) {
+  Overtake(request_);
+  Write(Padded(Coe(2, "0020 4018100100000000")));
+  Read(Padded(Coe(1, "0030 431810016a000000")));
+  Read(Padded(Coe(2, kAnswer)));
+  ASSERT_EQ(sink_.transfers.size(), 1U);
+  EXPECT_EQ(sink_.transfers[0].index, 0x1018);
+  EXPECT_EQ(tracker_.counters().requests, 1U);
+}
+
+TEST_F(MailboxTrackerTest, OvertakenReadMayHaveTakenTheAnswer) {
+  for (const bool returns : {false, true}) {
+    Write(Padded(Coe(1, kUpload)));
+    SlaveAccess read = Access(kIn, Acceptance::kUnknown);
+    read.command = wire::Command::FPRD;
+    tracker_.OnDoubtful(read);
+    if (returns) {
+      read.acceptance = Acceptance::kRefused;
+      tracker_.OnAccess(read);
+    }
+    Write(Padded(Coe(2, "0020 4018100100000000")));
+    ASSERT_FALSE(sink_.transfers.empty());
+    EXPECT_EQ(sink_.transfers.back().outcome, SdoOutcome::kSuperseded);
+    EXPECT_EQ(sink_.transfers.back().answer_lost, !returns);
+    Read(Padded(Coe(2, "0030 431810016a000000")));
+  }
+}
+
 TEST_F(MailboxTrackerTest, LostWriteThatBecomesKnownLate) {
   Write(Padded(Coe(1, kUpload)));
   Read(Padded(Coe(1, kAnswer)));
