@@ -387,6 +387,7 @@ void BusModel::LearnIdentity(const mailbox::SdoTransfer& transfer) {
   track::IdentityLearned& known = seen_identities_[transfer.slave];
   const bool by_object = known.source == track::IdentityLearned::Source::kObject1018;
   const bool first = !known.vendor_id && !known.product_code && !known.revision && !known.serial;
+  const auto product = known.product_code;
   bool learned = false;
   const auto learn = [&](std::optional<std::uint32_t>& to, std::size_t at) {
     if (!Fits(transfer.data, at, 4)) return;
@@ -404,7 +405,8 @@ void BusModel::LearnIdentity(const mailbox::SdoTransfer& transfer) {
     learn(*fields[transfer.subindex - 1U], 0);
   }
   if (!learned) return;
-  if (first || by_object) {
+  // The family hangs on the product.
+  if (first || by_object || known.product_code != product) {
     known.source = track::IdentityLearned::Source::kObject1018;
     known.frame = transfer.response;
   }

@@ -106,6 +106,17 @@ TEST_F(IdentityTest, EepromComesFirstAndTheObjectFillsGaps) {
   EXPECT_THAT(slave.profile_source, HasSubstr("identity in the EEPROM"));
 }
 
+TEST_F(IdentityTest, ProductThatOnlyTheObjectTells) {
+  trace.After(1000).Fpwr(0x1001, 0x0502, {0x00, 0x01, 0x08, 0, 0, 0});
+  Bytes vendor{0x00, 0x00, 0x08, 0, 0, 0};  // four bytes a read
+  Append(vendor, kVendor);
+  trace.After(1000).Fprd(0x1001, 0x0502, vendor);
+  Upload(2, kMkdC);
+  const SlaveSummary slave = Slave();
+  EXPECT_EQ(slave.profile, "kollmorgen-mkd-c");
+  EXPECT_THAT(slave.profile_source, HasSubstr("identity in object 1018h"));
+}
+
 TEST_F(IdentityTest, EepromReadLaterWins) {
   Upload(1, kVendor);
   Upload(2, kMkdC);
