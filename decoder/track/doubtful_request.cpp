@@ -37,7 +37,8 @@ void DoubtfulRequest::Keep(const SlaveAccess& access, EscAddress start, std::uin
   const std::uint32_t end = std::uint32_t{start} + length;
   if (address <= start) {
     bytes_.Clear();
-    bytes_.Append(Slice(access.written, start - address, length));
+    const ByteSpan inside = Slice(access.written, start - address, length);
+    bytes_.Append(Slice(inside, 0, mailbox::kHeaderBytes + mailbox::ParseHeader(inside).length));
   } else {
     // Bytes behind a hole do not belong to the message: masters skip from its end to the last byte of the mailbox.
     if (!sent_.seen() || whole_) return;
