@@ -208,6 +208,15 @@ struct MailboxRefused {
   [[nodiscard]] const FrameRef& frame() const { return sent.seen() ? sent : returned; }
 };
 
+/// The out mailbox was full at each look, of a message that is not in the capture, and nothing came out of the other
+/// one.
+struct MailboxStuck {
+  SlaveId slave = kNoSlave;
+  FrameRef first, last;  ///< looks at the status of the out mailbox (0x0805)
+  std::uint64_t looks = 0;
+  bool reset = false;  ///< the mailbox was reset behind them
+};
+
 /// A mailbox read never returned: what the slave may have put there is missing from the capture.
 struct MailboxReadLost {
   SlaveId slave = kNoSlave;

@@ -72,6 +72,8 @@ RequestSummary Summarise(const MailboxMessage& message) {
 }  // namespace
 
 void PendingRequests::Wrote(const MailboxMessage& message) {
+  TellStuck(false);
+  written_ = true;
   last_ = Summarise(message);
   last_answerable_ = true;
 }
@@ -122,6 +124,26 @@ void PendingRequests::Answered(MailboxChannel channel) {
   Request& r = Of(channel);
   if (r.active && r.request.frame.number == last_.frame.number) last_answerable_ = false;
   r.active = false;
+}
+
+void PendingRequests::SawOutMailbox(bool full, const FrameRef& frame) {
+  out_full_ = full;
+  out_full_since_ = frame.number;
+  if (!full) {
+    TellStuck(false);
+    written_ = false;
+  } else if (!written_) {
+    if (stuck_.looks++ == 0) stuck_.first = frame;
+    stuck_.last = frame;
+  }
+}
+
+void PendingRequests::TellStuck(bool reset) {
+  if (stuck_.looks == 0) return;
+  stuck_.slave = slave_;
+  stuck_.reset = reset;
+  if (stuck_.looks > 1) sink_.Publish(stuck_);
+  stuck_ = {};
 }
 
 PendingRequests::ErrorAnswer PendingRequests::OnErrorReply(std::uint8_t counter, std::uint16_t detail) {
@@ -181,6 +203,8 @@ void PendingRequests::End(TransferEnd why, const FrameRef& frame) {
   for (Request& r : requests_) {
     if (r.active) Unanswered(r, UnansweredEnd(why), frame);
   }
+  TellStuck(why == TransferEnd::kReset);
+  written_ = false;
   last_answerable_ = false;
 }
 

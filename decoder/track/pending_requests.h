@@ -1,4 +1,4 @@
-/// in: requests and answers of one slave, looks into its mailboxes.  out: MailboxUnanswered.
+/// in: requests and answers of one slave, looks into its mailboxes.  out: MailboxUnanswered, MailboxStuck.
 ///
 /// keeps: one request for each kind that can wait side by side with the others, and the latest one of all.
 #pragma once
@@ -36,7 +36,10 @@ class PendingRequests {
   void Await(MailboxChannel channel, const mailbox::MailboxMessage& message);
   void Answered(MailboxChannel channel);
   /// The slave sent a message of this protocol: it has it.
-  void Heard(mailbox::Protocol protocol) { heard_ |= 1U << static_cast<unsigned>(protocol); }
+  void Heard(mailbox::Protocol protocol) {
+    heard_ |= 1U << static_cast<unsigned>(protocol);
+    TellStuck(false);
+  }
   /// Frame of the request that waits, not seen() when none does.
   [[nodiscard]] FrameRef Waiting(MailboxChannel channel) const {
     const Request& r = requests_[static_cast<std::size_t>(channel)];
@@ -59,10 +62,7 @@ class PendingRequests {
   /// The master looked for an answer and the mailbox was empty.
   void Poll(const FrameRef& frame);
   /// The master looked whether the out mailbox is full.
-  void SawOutMailbox(bool full, FrameNo frame) {
-    out_full_ = full;
-    out_full_since_ = frame;
-  }
+  void SawOutMailbox(bool full, const FrameRef& frame);
   /// A read sent in this frame never returned: it may have taken an answer.
   /// @return the request it belongs to, not seen() when there is none
   mailbox::RequestSummary OnLostRead(FrameNo sent);
@@ -73,6 +73,8 @@ class PendingRequests {
 
  private:
   Request& Of(MailboxChannel channel) { return requests_[static_cast<std::size_t>(channel)]; }
+  /// The out mailbox is full no more, or of something else.
+  void TellStuck(bool reset);
   void Unanswered(Request& request, mailbox::MailboxUnanswered::End end, const FrameRef& frame);
 
   SlaveId slave_;
@@ -84,6 +86,8 @@ class PendingRequests {
   unsigned heard_ = 0;            // protocols that the slave speaks, a bit each
   bool out_full_ = false;         // last look at the status of the out mailbox
   FrameNo out_full_since_ = 0;    // frame of that look; 0: never looked
+  bool written_ = false;          // what fills it may be what the capture shows to be written last
+  mailbox::MailboxStuck stuck_;   // looks that found it full, of what the capture does not hold
 };
 
 }  // namespace ecaudit::track

@@ -35,7 +35,9 @@ The request never got an answer, and the master looked for one (it read the mail
 empty) until the limit was over; or it gave up earlier, after half of the limit at the least: it sent another request,
 took the slave to INIT, or looked no more for longer than the limit. SOEM gives up after 700 ms. An answer that comes
 late, however late, is an answer.
-The status of the out mailbox (0x0805) tells whether the slave took the request at all: still full, it did not.
+The status of the out mailbox (0x0805) tells whether the slave took the request at all: still full, it did not. So does
+a mailbox that is full at each look until the limit is over and of which the capture does not show how it was filled:
+it was before the capture, or packets are missing.
 While nothing comes out of the mailbox of a slave, all of its requests without an answer are one finding.
 Where a frame that read the mailbox never came back, the answer may have been in it: the finding is marked inferred and
 caused_by names frame-lost. Where frames are missing from the capture nothing is said.
@@ -56,6 +58,7 @@ class MailboxNoResponse final : public Rule {
     Hear<mailbox::MailboxReadLost>(&MailboxNoResponse::On);
     Hear<mailbox::MailboxMessage>(&MailboxNoResponse::On);
     Hear<mailbox::SdoUnexpected>(&MailboxNoResponse::On);
+    Hear<mailbox::MailboxStuck>(&MailboxNoResponse::On);
   }
 
   void On(const mailbox::MailboxUnanswered& e) {
@@ -96,6 +99,18 @@ class MailboxNoResponse final : public Rule {
                                                       until,   e.request.index, e.request.subindex};
     if ((e.read_lost || e.certainty == Certainty::kUnknown) && lost_.size() < FindingStore::kMaxFindings)
       lost_.push_back({e.slave, index, request.number, until, {}, {}});
+  }
+
+  /// What is wrong need not have begun in the capture.
+  void On(const mailbox::MailboxStuck& e) {
+    if (!e.first.has_time || !e.last.has_time) return;
+    const std::int64_t wait = Elapsed(e.first.time, e.last.time);
+    const std::int64_t limit = context().Limit("mailbox-no-response", kMailboxAnswerLimit);
+    if (wait < (e.reset ? limit / 2 : limit)) return;
+    constexpr std::uint64_t kStuck = 1ULL << 42U;
+    FindingIndex index = Repeat(e.slave, kStuck, e.first);
+    if (index == kNoFinding) index = Report(kStuck, DescribeStuck(e, wait));
+    if (index != kNoFinding) AddRelated(context().store[index], e.last.number);
   }
 
   /// Its mailbox works: what is not answered from here on is another matter.
@@ -216,6 +231,22 @@ class MailboxNoResponse final : public Rule {
       }
     }
     return ": look for an equal mailbox counter in the request before, else for a fault of the slave.";
+  }
+
+  static Finding DescribeStuck(const mailbox::MailboxStuck& e, std::int64_t wait) {
+    Finding finding;
+    finding.slave = e.slave;
+    finding.first = e.first;
+    finding.title = "A message stands in the out mailbox for " + Duration(wait) + ", and nobody takes it";
+    finding.message = "The out mailbox was full at each of " + Count(e.looks, "look") + " (0x0805) from frame " +
+                      std::to_string(e.first.number) + " to frame " + std::to_string(e.last.number) + ", for " +
+                      Duration(wait) +
+                      ", and no message came from the slave. What was written there is not in the capture. The slave's "
+                      "processor does not run, or does not serve the mailbox.";
+    finding.evidence = {Real("waited_ms", static_cast<double>(wait) / 1e6),
+                        Number("looks", static_cast<std::int64_t>(e.looks)),
+                        {"out_mailbox_full", true, Evidence::Notation::kDecimal}};
+    return finding;
   }
 
   static Finding Describe(const mailbox::MailboxUnanswered& e, const Silence& silence) {
