@@ -273,9 +273,9 @@ void MailboxTracker::OnRegisters(const SlaveAccess& access) {
   repeats_.OnWrite(access);
   if (access.broadcast) return;
   if (const ByteSpan status = access.Covered(access.read, kOutStatus, 1); !status.empty()) {
-    // Elsewhere the bit says something else, where it was not the only thing that was read.
-    const bool known = out_.use == MailboxUse::kOn || (out_.use == MailboxUse::kUnknown && access.read.size() == 1);
-    if (known) protocols_.pending().SawOutMailbox((status[0] & 0x08U) != 0, access.frame());
+    // Who reads nothing but the status takes it for that of a mailbox.
+    const bool mailbox = out_.use == MailboxUse::kOn || (out_.use == MailboxUse::kUnknown && access.read.size() == 1);
+    protocols_.pending().SawOutMailbox((status[0] & 0x08U) != 0, mailbox, access.frame());
   }
   if (const ByteSpan status = access.Covered(access.read, kInStatus, 1); !status.empty() && (status[0] & 0x09U) == 0) {
     protocols_.pending().Poll(access.frame());

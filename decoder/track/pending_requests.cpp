@@ -126,13 +126,13 @@ void PendingRequests::Answered(MailboxChannel channel) {
   r.active = false;
 }
 
-void PendingRequests::SawOutMailbox(bool full, const FrameRef& frame) {
+void PendingRequests::SawOutMailbox(bool full, bool mailbox, const FrameRef& frame) {
   out_full_ = full;
   out_full_since_ = frame.number;
   if (!full) {
     TellStuck(false);
     written_ = false;
-  } else if (!written_) {
+  } else if (mailbox && !written_) {
     if (stuck_.looks++ == 0) stuck_.first = frame;
     stuck_.last = frame;
   }

@@ -62,7 +62,8 @@ class PendingRequests {
   /// The master looked for an answer and the mailbox was empty.
   void Poll(const FrameRef& frame);
   /// The master looked whether the out mailbox is full.
-  void SawOutMailbox(bool full, const FrameRef& frame);
+  /// @param mailbox it is known to be one
+  void SawOutMailbox(bool full, bool mailbox, const FrameRef& frame);
   /// A read sent in this frame never returned: it may have taken an answer.
   /// @return the request it belongs to, not seen() when there is none
   mailbox::RequestSummary OnLostRead(FrameNo sent);
