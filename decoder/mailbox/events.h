@@ -213,8 +213,12 @@ struct MailboxRefused {
 struct MailboxStuck {
   SlaveId slave = kNoSlave;
   FrameRef first, last;  ///< looks at the status of the out mailbox (0x0805)
+  FrameRef hole;  ///< behind packets that are missing: nothing was written since; not seen() where nothing is missing
   std::uint64_t looks = 0;
   bool reset = false;  ///< the mailbox was reset behind them
+
+  /// From here on it is known to be full.
+  [[nodiscard]] const FrameRef& since() const { return hole.seen() ? hole : first; }
 };
 
 /// A mailbox read never returned: what the slave may have put there is missing from the capture.

@@ -45,7 +45,8 @@ void MailboxTracker::SetWindow(const MailboxWindow& window, const FrameRef& fram
   window_ = window;
   const bool out_changed = out_.Configure(window.out_start, window.out_length, window.out_use);
   const bool in_changed = in_.Configure(window.in_start, window.in_length, window.in_use);
-  if (out_changed || in_changed) EndAll(TransferEnd::kReset, frame);
+  const bool forgotten = window.out_use == MailboxUse::kUnknown;
+  if (out_changed || in_changed) EndAll(forgotten ? TransferEnd::kGap : TransferEnd::kReset, frame);
   protocols_.SetMailboxLengths(window.out_length, window.in_length);
 }
 

@@ -133,16 +133,20 @@ void PendingRequests::SawOutMailbox(bool full, bool mailbox, const FrameRef& fra
     TellStuck(false);
     written_ = false;
   } else if (mailbox && !written_) {
-    if (stuck_.looks++ == 0) stuck_.first = frame;
+    if (stuck_.looks++ == 0) {
+      stuck_.first = frame;
+      stuck_.hole = hole_;
+    }
     stuck_.last = frame;
   }
 }
 
 void PendingRequests::TellStuck(bool reset) {
+  hole_ = {};
   if (stuck_.looks == 0) return;
   stuck_.slave = slave_;
   stuck_.reset = reset;
-  if (stuck_.looks > 1) sink_.Publish(stuck_);
+  sink_.Publish(stuck_);
   stuck_ = {};
 }
 
@@ -205,6 +209,7 @@ void PendingRequests::End(TransferEnd why, const FrameRef& frame) {
   }
   TellStuck(why == TransferEnd::kReset);
   written_ = false;
+  if (why == TransferEnd::kGap) hole_ = frame;
   last_answerable_ = false;
 }
 

@@ -87,6 +87,7 @@ class PendingRequests {
   unsigned heard_ = 0;            // protocols that the slave speaks, a bit each
   bool out_full_ = false;         // last look at the status of the out mailbox
   FrameNo out_full_since_ = 0;    // frame of that look; 0: never looked
+  FrameRef hole_;                 // behind it nothing was written yet
   bool written_ = false;          // what fills it may be what the capture shows to be written last
   mailbox::MailboxStuck stuck_;   // looks that found it full, of what the capture does not hold
 };

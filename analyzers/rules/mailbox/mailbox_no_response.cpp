@@ -103,12 +103,12 @@ class MailboxNoResponse final : public Rule {
 
   /// What is wrong need not have begun in the capture.
   void On(const mailbox::MailboxStuck& e) {
-    if (!e.first.has_time || !e.last.has_time) return;
-    const std::int64_t wait = Elapsed(e.first.time, e.last.time);
+    if (!e.since().has_time || !e.last.has_time) return;
+    const std::int64_t wait = Elapsed(e.since().time, e.last.time);
     const std::int64_t limit = context().Limit("mailbox-no-response", kMailboxAnswerLimit);
     if (wait < (e.reset ? limit / 2 : limit)) return;
     constexpr std::uint64_t kStuck = 1ULL << 42U;
-    FindingIndex index = Repeat(e.slave, kStuck, e.first);
+    FindingIndex index = Repeat(e.slave, kStuck, e.since());
     if (index == kNoFinding) index = Report(kStuck, DescribeStuck(e, wait));
     if (index != kNoFinding) AddRelated(context().store[index], e.last.number);
   }
@@ -236,13 +236,19 @@ class MailboxNoResponse final : public Rule {
   static Finding DescribeStuck(const mailbox::MailboxStuck& e, std::int64_t wait) {
     Finding finding;
     finding.slave = e.slave;
-    finding.first = e.first;
+    finding.first = e.since();
     finding.title = "A message stands in the out mailbox for " + Duration(wait) + ", and nobody takes it";
-    finding.message = "The out mailbox was full at each of " + Count(e.looks, "look") + " (0x0805) from frame " +
-                      std::to_string(e.first.number) + " to frame " + std::to_string(e.last.number) + ", for " +
-                      Duration(wait) +
-                      ", and no message came from the slave. What was written there is not in the capture. The slave's "
-                      "processor does not run, or does not serve the mailbox.";
+    const std::string first = std::to_string(e.first.number), last = std::to_string(e.last.number);
+    finding.message =
+        "The out mailbox (0x0805) was full " +
+        (e.looks == 1 ? "when the master looked, in frame " + last
+                      : "at each of " + Count(e.looks, "look") + " from frame " + first + " to frame " + last) +
+        ", and no message came from the slave. ";
+    finding.message += e.hole.seen()
+                           ? "Packets are missing before frame " + std::to_string(e.hole.number) +
+                                 ", and nothing was written since: what stands there was written before, or then. "
+                           : "What was written there is not in the capture. ";
+    finding.message += "The slave's processor does not run, or does not serve the mailbox.";
     finding.evidence = {Real("waited_ms", static_cast<double>(wait) / 1e6),
                         Number("looks", static_cast<std::int64_t>(e.looks)),
                         {"out_mailbox_full", true, Evidence::Notation::kDecimal}};
