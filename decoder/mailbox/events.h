@@ -213,7 +213,8 @@ struct MailboxRefused {
 struct MailboxStuck {
   SlaveId slave = kNoSlave;
   FrameRef first, last;  ///< looks at the status of the out mailbox (0x0805)
-  FrameRef hole;  ///< behind packets that are missing: nothing was written since; not seen() where nothing is missing
+  /// Nothing was written since, and what was written before is not known; not seen(): that is not known either.
+  FrameRef hole;
   std::uint64_t looks = 0;
   bool reset = false;  ///< the mailbox was reset behind them
 

@@ -45,7 +45,8 @@ void MailboxTracker::SetWindow(const MailboxWindow& window, const FrameRef& fram
   window_ = window;
   const bool out_changed = out_.Configure(window.out_start, window.out_length, window.out_use);
   const bool in_changed = in_.Configure(window.in_start, window.in_length, window.in_use);
-  const bool forgotten = window.out_use == MailboxUse::kUnknown;
+  const bool forgotten =
+      (out_changed && window.out_use == MailboxUse::kUnknown) || (in_changed && window.in_use == MailboxUse::kUnknown);
   if (out_changed || in_changed) EndAll(forgotten ? TransferEnd::kGap : TransferEnd::kReset, frame);
   protocols_.SetMailboxLengths(window.out_length, window.in_length);
 }
@@ -71,6 +72,9 @@ void MailboxTracker::OnDoubtful(const SlaveAccess& access) {
   }
   EscAddress start = out_.start;
   std::uint16_t length = out_.length;
+  if (out_.use != MailboxUse::kOn || out_.Overlaps(access.address, access.written.size())) {
+    protocols_.pending().Filled();
+  }
   if (out_.use != MailboxUse::kOn) {
     if (out_.inferred_start == 0 || access.address != out_.inferred_start) return;
     start = access.address;
@@ -82,8 +86,9 @@ void MailboxTracker::OnDoubtful(const SlaveAccess& access) {
   doubtful_->Keep(access, start, length);
 }
 
-/// It is on record already. Ends the doubt else.
-bool MailboxTracker::IsProven(const SlaveAccess& access) {
+/// What became of a write is known.
+/// @return it is the one that an answer proved, and on record
+bool MailboxTracker::SettleDoubt(const SlaveAccess& access) {
   if (doubtful_ && access.acceptance != Acceptance::kUnknown) doubtful_->Known(access.sent.number);
   if (proven_ == 0 || access.sent.number != proven_) return false;
   if (access.acceptance == Acceptance::kAccepted) protocols_.pending().Arrived(proven_, Certainty::kObserved);
@@ -119,7 +124,8 @@ void MailboxTracker::OnWrite(const SlaveAccess& access) {
     return;
   }
   const std::uint32_t address = access.address;
-  if (!out_.Overlaps(address, access.written.size()) || IsProven(access)) return;
+  if (!out_.Overlaps(address, access.written.size()) || SettleDoubt(access)) return;
+  if (access.acceptance != Acceptance::kRefused) protocols_.pending().Filled();
   const bool from_first = address <= out_.start;
   const ByteSpan bytes = from_first ? Slice(access.written, out_.start - address, out_.length) : ByteSpan{};
   if (access.acceptance == Acceptance::kRefused) {
@@ -141,11 +147,12 @@ bool MailboxTracker::IsMessage(const MailboxBox& box, Direction direction, ByteS
 
 /// No configuration says where the mailbox is, or it is off.
 void MailboxTracker::OnUnconfiguredWrite(const SlaveAccess& access) {
+  if (access.acceptance != Acceptance::kRefused) protocols_.pending().Filled();
   if (out_.use == MailboxUse::kNone || access.address < kFirstRam || wire::IsLogical(access.command)) return;
   if (out_.inferred_start != 0 && access.address != out_.inferred_start) return;
   if (!IsMessage(out_, Direction::kOut, access.written)) return;
   if (out_.use == MailboxUse::kOff && out_.length != 0 && access.address != out_.start) return;
-  if (IsProven(access)) return;
+  if (SettleDoubt(access)) return;
   out_.inferred_start = out_.use == MailboxUse::kUnknown ? access.address : EscAddress{0};
   if (access.acceptance == Acceptance::kRefused) {
     OnRefusedWrite(access, access.written);
@@ -383,6 +390,7 @@ void MailboxTracker::Reset(const FrameRef& frame) {
 }
 void MailboxTracker::Forget(const FrameRef& frame) {
   EndAll(TransferEnd::kGap, frame);
+  protocols_.pending().BeginBehindHole(frame);
 }
 void MailboxTracker::Finish() {
   EndAll(TransferEnd::kCaptureEnd, {});

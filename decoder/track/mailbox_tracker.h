@@ -86,7 +86,7 @@ class MailboxTracker {
   void OnLateWrite(const SlaveAccess& access, ByteSpan bytes);
   void Assemble(MailboxBox& box, mailbox::Direction direction, const SlaveAccess& access, ByteSpan data);
 
-  [[nodiscard]] bool IsProven(const SlaveAccess& access);
+  [[nodiscard]] bool SettleDoubt(const SlaveAccess& access);
   void ProveRequest(ByteSpan answer, const SlaveAccess& read);
   void Deliver(MailboxBox& box, mailbox::Direction direction, ByteSpan bytes, const SlaveAccess& access);
   void DeliverIncomplete(const SlaveAccess& access);

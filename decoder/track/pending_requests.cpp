@@ -72,10 +72,13 @@ RequestSummary Summarise(const MailboxMessage& message) {
 }  // namespace
 
 void PendingRequests::Wrote(const MailboxMessage& message) {
-  TellStuck(false);
-  written_ = true;
   last_ = Summarise(message);
   last_answerable_ = true;
+}
+
+void PendingRequests::Filled() {
+  TellStuck(false);
+  filled_ = true;
 }
 
 void PendingRequests::Await(MailboxChannel channel, const MailboxMessage& message) {
@@ -131,8 +134,8 @@ void PendingRequests::SawOutMailbox(bool full, bool mailbox, const FrameRef& fra
   out_full_since_ = frame.number;
   if (!full) {
     TellStuck(false);
-    written_ = false;
-  } else if (mailbox && !written_) {
+    filled_ = false;
+  } else if (mailbox && !filled_) {
     if (stuck_.looks++ == 0) {
       stuck_.first = frame;
       stuck_.hole = hole_;
@@ -207,9 +210,10 @@ void PendingRequests::End(TransferEnd why, const FrameRef& frame) {
   for (Request& r : requests_) {
     if (r.active) Unanswered(r, UnansweredEnd(why), frame);
   }
+  const FrameRef hole = hole_;
   TellStuck(why == TransferEnd::kReset);
-  written_ = false;
-  if (why == TransferEnd::kGap) hole_ = frame;
+  if (why == TransferEnd::kGap) hole_ = hole;
+  filled_ = false;
   last_answerable_ = false;
 }
 

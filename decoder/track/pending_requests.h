@@ -33,6 +33,10 @@ class PendingRequests {
 
   /// The master wrote something that an error reply may answer.
   void Wrote(const mailbox::MailboxMessage& message);
+  /// Something was written to the out mailbox, or may have been, be it readable or not.
+  void Filled();
+  /// What was written to the out mailbox before this frame is not known.
+  void BeginBehindHole(const FrameRef& frame) { hole_ = frame; }
   void Await(MailboxChannel channel, const mailbox::MailboxMessage& message);
   void Answered(MailboxChannel channel);
   /// The slave sent a message of this protocol: it has it.
@@ -87,8 +91,8 @@ class PendingRequests {
   unsigned heard_ = 0;            // protocols that the slave speaks, a bit each
   bool out_full_ = false;         // last look at the status of the out mailbox
   FrameNo out_full_since_ = 0;    // frame of that look; 0: never looked
-  FrameRef hole_;                 // behind it nothing was written yet
-  bool written_ = false;          // what fills it may be what the capture shows to be written last
+  FrameRef hole_;                 // nothing was written since; not seen(): that is not known
+  bool filled_ = false;           // what stands in it may be what the capture shows
   mailbox::MailboxStuck stuck_;   // looks that found it full, of what the capture does not hold
 };
 

@@ -37,10 +37,11 @@ took the slave to INIT, or looked no more for longer than the limit. SOEM gives 
 late, however late, is an answer.
 The status of the out mailbox (0x0805) tells whether the slave took the request at all: still full, it did not. So does
 a mailbox that is full at each look until the limit is over and of which the capture does not show how it was filled:
-it was before the capture, or packets are missing.
+it was before the capture, or packets are missing. Behind these the wait counts as long as nothing is written, for only
+a write fills it.
 While nothing comes out of the mailbox of a slave, all of its requests without an answer are one finding.
 Where a frame that read the mailbox never came back, the answer may have been in it: the finding is marked inferred and
-caused_by names frame-lost. Where frames are missing from the capture nothing is said.
+caused_by names frame-lost. Where frames are missing from the capture while a request is open, nothing else is said.
 
 ## Example
 samples/captures/mailbox-no-response.pcapng: an upload of 1018h:1; the out mailbox is still full at the end.
@@ -244,10 +245,9 @@ class MailboxNoResponse final : public Rule {
         (e.looks == 1 ? "when the master looked, in frame " + last
                       : "at each of " + Count(e.looks, "look") + " from frame " + first + " to frame " + last) +
         ", and no message came from the slave. ";
-    finding.message += e.hole.seen()
-                           ? "Packets are missing before frame " + std::to_string(e.hole.number) +
-                                 ", and nothing was written since: what stands there was written before, or then. "
-                           : "What was written there is not in the capture. ";
+    finding.message += e.hole.seen() ? "Nothing was written there from frame " + std::to_string(e.hole.number) +
+                                           " on; what was before, the capture does not show. "
+                                     : "What was written there is not in the capture. ";
     finding.message += "The slave's processor does not run, or does not serve the mailbox.";
     finding.evidence = {Real("waited_ms", static_cast<double>(wait) / 1e6),
                         Number("looks", static_cast<std::int64_t>(e.looks)),

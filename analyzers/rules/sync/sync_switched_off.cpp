@@ -45,10 +45,9 @@ before, as a write or a read of 0x0981 showed, and the slave took the write. Mas
 slave by slave and then request another state: where that follows within 10 ms, nothing is said. An offset counts where
 SYNC0 is on and the value differs from the last one that was written or read; the same value again shifts nothing, nor
 does another upper half where the clock has 32 bit (0x0008), and where no value was seen before, the write is taken for
-a new one (inferred). A delay counts where SYNC0 is on and it
-differs from the last one that was written or read by more than 1 us, which masters that measure anew do not come to.
-Where it is not known whether SYNC0 is on, nothing is said. Corrections by 0x0910, the regular distribution of the
-system time, are no matter of this rule.
+a new one (inferred). A delay counts where SYNC0 is on and it differs from the last one that was written or read by more
+than 1 us, which masters that measure anew do not come to. Where it is not known whether SYNC0 is on, nothing is said.
+Corrections by 0x0910, the regular distribution of the system time, are no matter of this rule.
 
 ## Example
 samples/captures/sync-switched-off.pcapng
