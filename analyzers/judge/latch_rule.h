@@ -21,8 +21,8 @@ namespace ecaudit {
 class LatchRule : public Rule {
  public:
   LatchRule(const RuleInfo& info, model::LatchMisuse::Kind kind) : Rule(info), kind_(kind) {
-    Hear<model::LatchMisuse>(&LatchRule::On);
-    Hear<model::LatchNotJudged>(&LatchRule::On);
+    Subscribe<model::LatchMisuse>(&LatchRule::On);
+    Subscribe<model::LatchNotJudged>(&LatchRule::On);
   }
 
   void On(const model::LatchMisuse& misuse);

@@ -46,9 +46,9 @@ std::string EntryText(std::uint32_t mapping_entry, const device::DeviceDescripti
 }
 
 PdoRule::PdoRule(const RuleInfo& info, WhenAccepted when_accepted) : Rule(info), when_accepted_(when_accepted) {
-  Hear<mailbox::SdoTransfer>(&PdoRule::On);
-  Hear<model::AlRequestJudged>(&PdoRule::On);
-  Hear<model::AlAnswered>(&PdoRule::On);
+  Subscribe<mailbox::SdoTransfer>(&PdoRule::On);
+  Subscribe<model::AlRequestJudged>(&PdoRule::On);
+  Subscribe<model::AlAnswered>(&PdoRule::On);
 }
 
 void PdoRule::On(const mailbox::SdoTransfer& e) {

@@ -81,14 +81,14 @@ void Rule::NotEvaluable(SlaveId slave, std::string reason, FrameNo frame) {
   context_->store.AddNotEvaluable(info_, slave, std::move(reason), frame);
 }
 
-bool Rule::SaidNothingReturned() {
+bool Rule::NotEvaluableWithoutReturns() {
   const bus::PairingStatistics& pairing = context_->pairing();
   if (pairing.outbound == 0 || pairing.returned > pairing.other_end) return false;
   NotEvaluable(kNoSlave, "no returned frames in the capture");
   return true;
 }
 
-bool Rule::SaidNothingSent() {
+bool Rule::NotEvaluableWithoutSent() {
   const bus::PairingStatistics& pairing = context_->pairing();
   if (pairing.returned == 0 || pairing.outbound > 0) return false;
   NotEvaluable(kNoSlave, "no outbound frames in the capture");
@@ -99,8 +99,8 @@ const model::SlaveModel* Rule::SlaveOrNull(SlaveId id) const {
   return id < context_->slave_count() ? &context_->slave(id) : nullptr;
 }
 
-void Rule::SayWhereRequestsAreNotFollowed() {
-  if (SaidNothingReturned()) return;
+void Rule::NotEvaluableWhereRequestsAreNotFollowed() {
+  if (NotEvaluableWithoutReturns()) return;
   NotEvaluableWhere([](const model::SlaveModel& s) { return s.al.requests() > 0 && s.al.reads_after_request() == 0; },
                     "AL Status was not read after a request");
 }

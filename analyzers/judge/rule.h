@@ -1,6 +1,6 @@
 /// A rule: one difference between what happened and what should have happened. One rule, one file in rules/.
 ///
-/// How to add one: derive from Rule, give it a RuleInfo, Hear() the events it needs, report through Report(), and
+/// How to add one: derive from Rule, give it a RuleInfo, Subscribe() the events it needs, report through Report(), and
 /// register it with a RuleRegistration at file scope. CMake finds the file.
 #pragma once
 
@@ -36,15 +36,15 @@ class Rule {
   virtual void Finish() {}
 
  protected:
-  /// In the constructor: `Hear<model::AlAnswered>(&AlRefused::On);`, the event named where the handler is overloaded.
+  /// In the constructor: `Subscribe<model::AlAnswered>(&AlRefused::On);`, the event named where the handler is overloaded.
   /// Rules hear what happened before the models learn from it, unless another stage is given.
   template <class Event, class T>
-  void Hear(void (T::*handler)(const Event&), Stage stage = Stage::kBeforeModel) {
+  void Subscribe(void (T::*handler)(const Event&), Stage stage = Stage::kBeforeModel) {
     heard_.push_back(EventBus::Subscription::Of(stage, static_cast<T&>(*this), handler));
   }
   /// Of events about some bytes of a slave, those that touch `range`.
   template <OfMemory Event, class T>
-  void Hear(void (T::*handler)(const Event&), MemoryRange range, Stage stage = Stage::kBeforeModel) {
+  void Subscribe(void (T::*handler)(const Event&), MemoryRange range, Stage stage = Stage::kBeforeModel) {
     heard_.push_back(EventBus::Subscription::Of(stage, static_cast<T&>(*this), handler, range));
   }
   [[nodiscard]] RuleContext& context() const { return *context_; }
@@ -57,9 +57,9 @@ class Rule {
   // For Finish(): where a rule could not be judged in the whole capture.
 
   /// True, and said, when nothing that the slaves answered is in the capture.
-  bool SaidNothingReturned();
+  bool NotEvaluableWithoutReturns();
   /// True, and said, when no frame on its way to the slaves is in the capture.
-  bool SaidNothingSent();
+  bool NotEvaluableWithoutSent();
   /// Says `reason` for each slave that `applies(const model::SlaveModel&)` to.
   template <class Applies>
   void NotEvaluableWhere(Applies applies, std::string_view reason) {
@@ -76,7 +76,7 @@ class Rule {
     });
   }
   /// For rules about answers to AL requests: says where AL Status was never read after one.
-  void SayWhereRequestsAreNotFollowed();
+  void NotEvaluableWhereRequestsAreNotFollowed();
 
  private:
   template <class Visit>

@@ -8,9 +8,9 @@
 namespace ecaudit {
 
 StatusCodeWatcher::StatusCodeWatcher(const RuleInfo& info) : Rule(info) {
-  Hear<model::AlAnswered>(&StatusCodeWatcher::On);
-  Hear<model::AlChangedByItself>(&StatusCodeWatcher::On);
-  Hear<model::AlErrorCode>(&StatusCodeWatcher::On);
+  Subscribe<model::AlAnswered>(&StatusCodeWatcher::On);
+  Subscribe<model::AlChangedByItself>(&StatusCodeWatcher::On);
+  Subscribe<model::AlErrorCode>(&StatusCodeWatcher::On);
 }
 
 bool StatusCodeWatcher::Tolerates(const device::DeviceDescription& family, const Context& c) {
@@ -43,7 +43,7 @@ void StatusCodeWatcher::Hand(Context& c, const FrameRef& frame, std::uint16_t co
 }
 
 void StatusCodeWatcher::Finish() {
-  if (SaidNothingReturned()) return;
+  if (NotEvaluableWithoutReturns()) return;
   for (const Context& c : last_) SayUnread(c);
   std::vector<Finding>& findings = context().store.findings();
   for (Finding& own : findings) {

@@ -37,7 +37,7 @@ std::uint32_t EepromWatch::SlaveOf(const wire::DatagramView& datagram) const {
   return station != stations_.end() ? station->second : kByPosition | position;
 }
 
-void EepromWatch::Hear(const wire::DatagramView& datagram) {
+void EepromWatch::Subscribe(const wire::DatagramView& datagram) {
   ++now_;
   const wire::Command command = datagram.command();
   const bool returned = datagram.wkc() != 0;

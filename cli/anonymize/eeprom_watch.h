@@ -16,7 +16,7 @@ namespace ecaudit::cli::anonymize {
 class EepromWatch {
  public:
   /// Every datagram with an ESC address, in file order.
-  void Hear(const wire::DatagramView& datagram);
+  void Subscribe(const wire::DatagramView& datagram);
   /// The slave that a datagram addresses, as one number for both copies of it and for position and station address.
   [[nodiscard]] std::uint32_t SlaveOf(const wire::DatagramView& datagram) const;
   /// The word that the first byte of 0x0508 belongs to; nothing where the capture does not show which was asked for.

@@ -79,8 +79,8 @@ void FrameCleaner::Learn(const capture::CapturedFrame& frame) {
       }
       continue;
     }
-    eeprom_.Hear(datagram);
-    mapped_.Hear(datagram, eeprom_.SlaveOf(datagram));
+    eeprom_.Subscribe(datagram);
+    mapped_.Subscribe(datagram, eeprom_.SlaveOf(datagram));
     eeprom_.Learn(datagram);
     const bool in = !wire::Writes(datagram.command());
     if (datagram.ado() < kProcessRam || (in && datagram.wkc() == 0)) continue;
@@ -114,8 +114,8 @@ void FrameCleaner::Clean(const capture::CapturedFrame& frame, std::vector<std::u
       }
       continue;
     }
-    eeprom_.Hear(datagram);
-    mapped_.Hear(datagram, eeprom_.SlaveOf(datagram));
+    eeprom_.Subscribe(datagram);
+    mapped_.Subscribe(datagram, eeprom_.SlaveOf(datagram));
     CleanDatagram(datagram, Part(bytes, at, datagram.data().size()));
   }
   // Behind the last whole datagram: padding, or in a broken or cut frame the header of one more.

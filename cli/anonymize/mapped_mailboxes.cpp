@@ -20,7 +20,7 @@ void Take(const wire::DatagramView& datagram, std::size_t base, std::span<std::u
 
 }  // namespace
 
-void MappedMailboxes::Hear(const wire::DatagramView& datagram, std::uint32_t slave) {
+void MappedMailboxes::Subscribe(const wire::DatagramView& datagram, std::uint32_t slave) {
   if (!wire::Writes(datagram.command())) return;
   const std::size_t end = std::size_t{datagram.ado()} + datagram.data().size();
   if (datagram.ado() >= esc::kSyncManagerBase + sizeof(Units::managers) || end <= esc::kFmmuBase) return;

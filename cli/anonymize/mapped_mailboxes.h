@@ -23,7 +23,7 @@ class MappedMailboxes {
   };
 
   /// Every datagram with an ESC address, in file order. @param slave  any number that stands for the slave
-  void Hear(const wire::DatagramView& datagram, std::uint32_t slave);
+  void Subscribe(const wire::DatagramView& datagram, std::uint32_t slave);
   /// The whole mailboxes in a logical datagram.
   [[nodiscard]] std::vector<Place> In(const wire::DatagramView& datagram);
 

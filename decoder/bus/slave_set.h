@@ -97,7 +97,7 @@ class SlaveSet {
   void LearnAlias(SlaveId id, StationAddress alias, FrameNo frame);
   /// The only slave with this alias, whether or not it answers to it; kNoSlave: none, or several.
   [[nodiscard]] SlaveId OnlyWithAlias(StationAddress alias) const;
-  void Hear(SlaveId id, FrameNo sent) { slaves_[id].heard = sent; }
+  void Subscribe(SlaveId id, FrameNo sent) { slaves_[id].heard = sent; }
 
   /// Slaves have come or gone: whoever can be told by its station address may have moved. The others are whoever is at
   /// their place.

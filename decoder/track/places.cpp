@@ -43,7 +43,7 @@ void Places::OnCount(std::uint16_t count, const FrameRef& frame) {
 
 bool Places::OnHeard(SlaveId id, FrameNo sent) {
   const bool heard_before = Heard(id);
-  slaves_.Hear(id, sent);
+  slaves_.Subscribe(id, sent);
   if (heard_before || !Heard(id)) return false;
   ++heard_;
   if (in_doubt_ == 0) return false;

@@ -36,7 +36,7 @@ Correct the order of the requests in the master; tell the vendor if the manual i
 
 class AlAcceptedIllegal final : public Rule {
  public:
-  AlAcceptedIllegal() : Rule(kInfo) { Hear<model::AlAnswered>(&AlAcceptedIllegal::On); }
+  AlAcceptedIllegal() : Rule(kInfo) { Subscribe<model::AlAnswered>(&AlAcceptedIllegal::On); }
 
   void On(const model::AlAnswered& e) {
     if (e.outcome != model::AlAnswered::Outcome::kAcceptedIllegal || e.request.from == 0) return;
@@ -61,7 +61,7 @@ class AlAcceptedIllegal final : public Rule {
     AddRelated(finding, e.request.frame.number);
     Report(RequestKey(e.request), std::move(finding));
   }
-  void Finish() override { SayWhereRequestsAreNotFollowed(); }
+  void Finish() override { NotEvaluableWhereRequestsAreNotFollowed(); }
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<AlAcceptedIllegal>};

@@ -36,7 +36,7 @@ or write INIT.
 
 class AlErrorNotAcknowledged final : public Rule {
  public:
-  AlErrorNotAcknowledged() : Rule(kInfo) { Hear<model::AlRequestJudged>(&AlErrorNotAcknowledged::On); }
+  AlErrorNotAcknowledged() : Rule(kInfo) { Subscribe<model::AlRequestJudged>(&AlErrorNotAcknowledged::On); }
 
   void On(const model::AlRequestJudged& e) {
     const model::AlRequestRecord& request = e.request;
@@ -65,7 +65,7 @@ class AlErrorNotAcknowledged final : public Rule {
     }
     context().ExplainRequest(e.slave, request.frame.number, index);
   }
-  void Finish() override { SaidNothingReturned(); }
+  void Finish() override { NotEvaluableWithoutReturns(); }
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<AlErrorNotAcknowledged>};

@@ -77,15 +77,15 @@ constexpr const char* kNotShownGone =
 class AlErrorStanding final : public Rule {
  public:
   AlErrorStanding() : Rule(kInfo) {
-    Hear<track::AlStatusRead>(&AlErrorStanding::On);
-    Hear<track::AlStatusCodeRead>(&AlErrorStanding::On);
-    Hear<track::Answered>(&AlErrorStanding::On, MemoryRange{esc::kAlControl, esc::kAlStatus});
-    Hear<track::LogicalAccess>(&AlErrorStanding::On);
-    Hear<mailbox::MailboxMessage>(&AlErrorStanding::On);
-    Hear<model::AlErrorStands>(&AlErrorStanding::On);
-    Hear<model::AlErrorCleared>(&AlErrorStanding::On);
-    Hear<model::AlRequestJudged>(&AlErrorStanding::On);
-    Hear<model::AlAnswered>(&AlErrorStanding::On);
+    Subscribe<track::AlStatusRead>(&AlErrorStanding::On);
+    Subscribe<track::AlStatusCodeRead>(&AlErrorStanding::On);
+    Subscribe<track::Answered>(&AlErrorStanding::On, MemoryRange{esc::kAlControl, esc::kAlStatus});
+    Subscribe<track::LogicalAccess>(&AlErrorStanding::On);
+    Subscribe<mailbox::MailboxMessage>(&AlErrorStanding::On);
+    Subscribe<model::AlErrorStands>(&AlErrorStanding::On);
+    Subscribe<model::AlErrorCleared>(&AlErrorStanding::On);
+    Subscribe<model::AlRequestJudged>(&AlErrorStanding::On);
+    Subscribe<model::AlAnswered>(&AlErrorStanding::On);
   }
 
   void On(const track::LogicalAccess& e) { flows_ = flows_ || (e.returned.seen() && e.wkc > 0); }
@@ -210,7 +210,7 @@ class AlErrorStanding final : public Rule {
   }
 
   void Finish() override {
-    if (SaidNothingReturned()) return;
+    if (NotEvaluableWithoutReturns()) return;
     for (std::size_t i = 0; i < slaves_.size(); ++i) {
       if (!slaves_[i].open() || slaves_[i].gone) continue;
       const auto slave = static_cast<SlaveId>(i);

@@ -41,7 +41,7 @@ Request the states in order and wait for each to be shown in AL Status before re
 
 class AlIllegalTransition final : public Rule {
  public:
-  AlIllegalTransition() : Rule(kInfo) { Hear<model::AlRequestJudged>(&AlIllegalTransition::On); }
+  AlIllegalTransition() : Rule(kInfo) { Subscribe<model::AlRequestJudged>(&AlIllegalTransition::On); }
 
   void On(const model::AlRequestJudged& e) {
     const model::AlRequestRecord& request = e.request;

@@ -35,7 +35,7 @@ Correct the value in the master. Several states cannot be requested at once.
 
 class AlInvalidRequest final : public Rule {
  public:
-  AlInvalidRequest() : Rule(kInfo) { Hear<model::AlRequestJudged>(&AlInvalidRequest::On); }
+  AlInvalidRequest() : Rule(kInfo) { Subscribe<model::AlRequestJudged>(&AlInvalidRequest::On); }
 
   void On(const model::AlRequestJudged& e) {
     const model::AlRequestRecord& request = e.request;

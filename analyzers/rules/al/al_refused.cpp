@@ -55,14 +55,14 @@ constexpr std::uint16_t kBootNotSupported = 0x0013;
 class AlRefused final : public Rule {
  public:
   AlRefused() : Rule(kInfo) {
-    Hear<model::AlAnswered>(&AlRefused::On);
-    Hear<model::AlAnswerUnclear>(&AlRefused::On);
-    Hear<model::AlErrorRepeated>(&AlRefused::On);
-    Hear<model::AlErrorCode>(&AlRefused::On);
-    Hear<model::AlErrorCleared>(&AlRefused::On);
-    Hear<model::AlChangedByItself>(&AlRefused::On);
-    Hear<mailbox::SdoTransfer>(&AlRefused::On);
-    Hear<model::BusAlRefused>(&AlRefused::On);
+    Subscribe<model::AlAnswered>(&AlRefused::On);
+    Subscribe<model::AlAnswerUnclear>(&AlRefused::On);
+    Subscribe<model::AlErrorRepeated>(&AlRefused::On);
+    Subscribe<model::AlErrorCode>(&AlRefused::On);
+    Subscribe<model::AlErrorCleared>(&AlRefused::On);
+    Subscribe<model::AlChangedByItself>(&AlRefused::On);
+    Subscribe<mailbox::SdoTransfer>(&AlRefused::On);
+    Subscribe<model::BusAlRefused>(&AlRefused::On);
   }
 
   /// Which of them it was, and why, broadcasts do not tell.
@@ -141,7 +141,7 @@ class AlRefused final : public Rule {
   void On(const model::AlErrorCleared& e) { Close(e.slave); }
   void On(const model::AlChangedByItself& e) { Close(e.slave); }
 
-  void Finish() override { SayWhereRequestsAreNotFollowed(); }
+  void Finish() override { NotEvaluableWhereRequestsAreNotFollowed(); }
 
  private:
   /// What the text of a finding tells: its first occasion, and the codes read since.

@@ -35,10 +35,10 @@ Let the master read six bytes from 0x0130 instead of two: state and code in one 
 class AlStatusCodeUnread final : public Rule {
  public:
   AlStatusCodeUnread() : Rule(kInfo) {
-    Hear<model::AlAnswered>(&AlStatusCodeUnread::On);
-    Hear<model::AlChangedByItself>(&AlStatusCodeUnread::On);
-    Hear<model::AlErrorCode>(&AlStatusCodeUnread::On);
-    Hear<model::AlErrorCleared>(&AlStatusCodeUnread::On);
+    Subscribe<model::AlAnswered>(&AlStatusCodeUnread::On);
+    Subscribe<model::AlChangedByItself>(&AlStatusCodeUnread::On);
+    Subscribe<model::AlErrorCode>(&AlStatusCodeUnread::On);
+    Subscribe<model::AlErrorCleared>(&AlStatusCodeUnread::On);
   }
 
   void On(const model::AlAnswered& e) {
@@ -54,7 +54,7 @@ class AlStatusCodeUnread final : public Rule {
   }
   void On(const model::AlErrorCleared& e) { Close(e.slave); }
   void Finish() override {
-    if (SaidNothingReturned()) return;
+    if (NotEvaluableWithoutReturns()) return;
     for (std::size_t s = 0; s < open_.size(); ++s) Close(static_cast<SlaveId>(s));
     std::vector<Finding>& findings = context().store.findings();
     for (Finding& own : findings) {

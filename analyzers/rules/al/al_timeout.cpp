@@ -45,10 +45,10 @@ al-timeout.safeop-op, al-timeout.down (milliseconds).
 class AlTimeout final : public Rule {
  public:
   AlTimeout() : Rule(kInfo) {
-    Hear<model::AlOverdue>(&AlTimeout::On);
-    Hear<model::AlRequestJudged>(&AlTimeout::On);
-    Hear<model::BusAlOverdue>(&AlTimeout::On);
-    Hear<model::AlGivenUp>(&AlTimeout::On);
+    Subscribe<model::AlOverdue>(&AlTimeout::On);
+    Subscribe<model::AlRequestJudged>(&AlTimeout::On);
+    Subscribe<model::BusAlOverdue>(&AlTimeout::On);
+    Subscribe<model::AlGivenUp>(&AlTimeout::On);
   }
 
   void On(const model::AlOverdue& e) {
@@ -133,7 +133,7 @@ class AlTimeout final : public Rule {
     }
   }
   void Finish() override {
-    SayWhereRequestsAreNotFollowed();
+    NotEvaluableWhereRequestsAreNotFollowed();
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
       const model::AlMachine& al = context().slave(id).al;

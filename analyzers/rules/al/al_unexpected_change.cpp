@@ -62,12 +62,12 @@ constexpr const char* kAfterPause =
 class AlUnexpectedChange final : public Rule {
  public:
   AlUnexpectedChange() : Rule(kInfo) {
-    Hear<model::AlChangedByItself>(&AlUnexpectedChange::On);
-    Hear<model::AlErrorRepeated>(&AlUnexpectedChange::On);
-    Hear<model::AlErrorCode>(&AlUnexpectedChange::On);
-    Hear<model::AlErrorCleared>(&AlUnexpectedChange::On);
-    Hear<model::AlAnswered>(&AlUnexpectedChange::On);
-    Hear<model::BusAlChanged>(&AlUnexpectedChange::On);
+    Subscribe<model::AlChangedByItself>(&AlUnexpectedChange::On);
+    Subscribe<model::AlErrorRepeated>(&AlUnexpectedChange::On);
+    Subscribe<model::AlErrorCode>(&AlUnexpectedChange::On);
+    Subscribe<model::AlErrorCleared>(&AlUnexpectedChange::On);
+    Subscribe<model::AlAnswered>(&AlUnexpectedChange::On);
+    Subscribe<model::BusAlChanged>(&AlUnexpectedChange::On);
   }
 
   void On(const model::AlChangedByItself& e) {
@@ -154,7 +154,7 @@ class AlUnexpectedChange final : public Rule {
 
   void Finish() override {
     Settle();
-    if (SaidNothingReturned()) return;
+    if (NotEvaluableWithoutReturns()) return;
     NotEvaluableWhere([](const model::SlaveModel& s) { return s.al.status_reads() < 2; },
                       "AL Status of the slave was not read twice");
   }

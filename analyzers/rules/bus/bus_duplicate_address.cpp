@@ -44,10 +44,10 @@ Correct the addressing in the master; after hot-connecting a slave scan the bus 
 class BusDuplicateAddress final : public Rule {
  public:
   BusDuplicateAddress() : Rule(kInfo) {
-    Hear<track::AddressAssigned>(&BusDuplicateAddress::On);
-    Hear<track::Answered>(&BusDuplicateAddress::On);
-    Hear<track::SlaveAccess>(&BusDuplicateAddress::On, MemoryRange::Of(esc::kStationAddress, 2));
-    Hear<track::LogicalAccess>(&BusDuplicateAddress::On);
+    Subscribe<track::AddressAssigned>(&BusDuplicateAddress::On);
+    Subscribe<track::Answered>(&BusDuplicateAddress::On);
+    Subscribe<track::SlaveAccess>(&BusDuplicateAddress::On, MemoryRange::Of(esc::kStationAddress, 2));
+    Subscribe<track::LogicalAccess>(&BusDuplicateAddress::On);
   }
 
   void On(const track::SlaveAccess& e) {
@@ -92,7 +92,7 @@ class BusDuplicateAddress final : public Rule {
   }
 
   void Finish() override {
-    if (SaidNothingReturned()) return;
+    if (NotEvaluableWithoutReturns()) return;
     const bus::SlaveSet& slaves = context().network().slaves();
     for (std::size_t s = 0; s < slaves.size(); ++s) {
       if (slaves[static_cast<SlaveId>(s)].position.if_known() != nullptr) return;

@@ -51,8 +51,8 @@ cable at the first slave (in frame direction) whose own counters rise.
 class BusLinkErrors final : public Rule {
  public:
   BusLinkErrors() : Rule(kInfo) {
-    Hear<track::SlaveAccess>(&BusLinkErrors::On, MemoryRange::Of(0, kEnd));
-    Hear<track::CaptureHole>(&BusLinkErrors::On);
+    Subscribe<track::SlaveAccess>(&BusLinkErrors::On, MemoryRange::Of(0, kEnd));
+    Subscribe<track::CaptureHole>(&BusLinkErrors::On);
   }
 
   void On(const track::SlaveAccess& e) {
@@ -72,7 +72,7 @@ class BusLinkErrors final : public Rule {
   }
 
   void Finish() override {
-    if (SaidNothingReturned()) return;
+    if (NotEvaluableWithoutReturns()) return;
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
       if (s < slaves_.size() && slaves_[s].compared) continue;
       NotEvaluable(static_cast<SlaveId>(s), "neither the error counters nor DL status of the slave were read twice");

@@ -51,7 +51,7 @@ the first slave.
 
 class BusNoAnswer final : public Rule {
  public:
-  BusNoAnswer() : Rule(kInfo) { Hear<FrameSeen>(&BusNoAnswer::On); }
+  BusNoAnswer() : Rule(kInfo) { Subscribe<FrameSeen>(&BusNoAnswer::On); }
 
   void On(const FrameSeen& e) {
     // What cannot be read, and may have passed slaves, came back for all that anybody knows.
@@ -74,7 +74,7 @@ class BusNoAnswer final : public Rule {
   void Finish() override {
     const bus::PairingStatistics& pairing = context().pairing();
     if (pairing.outbound == 0) {
-      SaidNothingSent();
+      NotEvaluableWithoutSent();
       return;
     }
     const bool ever = pairing.returned > 0;

@@ -108,7 +108,7 @@ struct Sender {
 
 class BusSecondMaster final : public Rule {
  public:
-  BusSecondMaster() : Rule(kInfo) { Hear<FrameSeen>(&BusSecondMaster::On); }
+  BusSecondMaster() : Rule(kInfo) { Subscribe<FrameSeen>(&BusSecondMaster::On); }
 
   void On(const FrameSeen& e) {
     if (e.frame.empty()) return;

@@ -60,13 +60,13 @@ constexpr FrameNo kBrief = 12;
 class BusSlaveCountChanged final : public Rule {
  public:
   BusSlaveCountChanged() : Rule(kInfo) {
-    Hear<track::SlaveCount>(&BusSlaveCountChanged::On);
-    Hear<track::LogicalAccess>(&BusSlaveCountChanged::On);
-    Hear<track::SlaveAccess>(&BusSlaveCountChanged::On, MemoryRange::Of(kPortControl, 1));
-    Hear<track::AlRequest>(&BusSlaveCountChanged::On);
-    Hear<track::Answered>(&BusSlaveCountChanged::On);
-    Hear<track::SlaveFound>(&BusSlaveCountChanged::On);
-    Hear<track::PlaceUnknown>(&BusSlaveCountChanged::On);
+    Subscribe<track::SlaveCount>(&BusSlaveCountChanged::On);
+    Subscribe<track::LogicalAccess>(&BusSlaveCountChanged::On);
+    Subscribe<track::SlaveAccess>(&BusSlaveCountChanged::On, MemoryRange::Of(kPortControl, 1));
+    Subscribe<track::AlRequest>(&BusSlaveCountChanged::On);
+    Subscribe<track::Answered>(&BusSlaveCountChanged::On);
+    Subscribe<track::SlaveFound>(&BusSlaveCountChanged::On);
+    Subscribe<track::PlaceUnknown>(&BusSlaveCountChanged::On);
   }
 
   void On(const track::SlaveFound& e) {
@@ -116,7 +116,7 @@ class BusSlaveCountChanged final : public Rule {
   }
 
   void Finish() override {
-    if (SaidNothingReturned()) return;
+    if (NotEvaluableWithoutReturns()) return;
     if (unknown_.seen()) {
       NotEvaluable(kNoSlave,
                    "slaves have joined or left, and nothing shows who is at a position since: what is read and written "

@@ -63,8 +63,8 @@ constexpr const char* kMayMissWrites = "frames are lost or missing: one of them 
 class EepromWritten final : public Rule {
  public:
   EepromWritten() : Rule(kInfo) {
-    Hear<track::EepromWrite>(&EepromWritten::On);
-    Hear<track::EepromError>(&EepromWritten::On);
+    Subscribe<track::EepromWrite>(&EepromWritten::On);
+    Subscribe<track::EepromError>(&EepromWritten::On);
   }
 
   void On(const track::EepromWrite& e) {
@@ -97,7 +97,7 @@ class EepromWritten final : public Rule {
 
   void Finish() override {
     for (const auto& [id, slave] : slaves_) Tell(id, slave);
-    (void)SaidNothingReturned();
+    (void)NotEvaluableWithoutReturns();
   }
 
  private:

@@ -40,9 +40,9 @@ directions of both ports).
 class FrameDuplicated final : public Rule {
  public:
   FrameDuplicated() : Rule(kInfo) {
-    Hear<track::FrameDuplicated>(&FrameDuplicated::On);
-    Hear<track::Answered>(&FrameDuplicated::On);
-    Hear<track::LogicalAccess>(&FrameDuplicated::On);
+    Subscribe<track::FrameDuplicated>(&FrameDuplicated::On);
+    Subscribe<track::Answered>(&FrameDuplicated::On);
+    Subscribe<track::LogicalAccess>(&FrameDuplicated::On);
   }
 
   void On(const track::FrameDuplicated& e) {
@@ -92,7 +92,7 @@ class FrameDuplicated final : public Rule {
           "mirror port, for example).";
       finding.confidence = Confidence::kInferred;
     }
-    if (SaidNothingReturned()) return;
+    if (NotEvaluableWithoutReturns()) return;
     if (context().pairing().outbound == 0 && context().pairing().returned > 0) {
       NotEvaluable(kNoSlave, "no outbound frames in the capture; only the circulating bit is judged");
     }

@@ -69,7 +69,7 @@ bool MayBeTheRecorders(std::uint64_t lost, std::uint64_t missed, bool interface_
 
 class FrameLost final : public Rule {
  public:
-  FrameLost() : Rule(kInfo) { Hear<track::FrameLost>(&FrameLost::On); }
+  FrameLost() : Rule(kInfo) { Subscribe<track::FrameLost>(&FrameLost::On); }
 
   void On(const track::FrameLost& e) {
     ++total_;
@@ -91,7 +91,7 @@ class FrameLost final : public Rule {
   }
 
   void Finish() override {
-    if (SaidNothingReturned() || SaidNothingSent()) return;
+    if (NotEvaluableWithoutReturns() || NotEvaluableWithoutSent()) return;
     TellWhatIsOpen(context().pairing());
     if (index_ == kNoFinding) return;
     const FindingIndex change = ChangeOfTheBus(context().store[index_]);

@@ -37,7 +37,7 @@ have been damaged on the last link only.
 
 class FrameMalformed final : public Rule {
  public:
-  FrameMalformed() : Rule(kInfo) { Hear<track::FrameUnusable>(&FrameMalformed::On); }
+  FrameMalformed() : Rule(kInfo) { Subscribe<track::FrameUnusable>(&FrameMalformed::On); }
 
   void On(const track::FrameUnusable& e) {
     if (!e.own_master || e.reason != bus::Unusable::kMalformed || e.frame.kind() != wire::FrameKind::kMalformed) return;

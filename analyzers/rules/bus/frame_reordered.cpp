@@ -42,7 +42,7 @@ class FrameReordered final : public Rule {
   FrameReordered() : Rule(kInfo) {}
 
   void Finish() override {
-    if (SaidNothingReturned() || SaidNothingSent()) return;
+    if (NotEvaluableWithoutReturns() || NotEvaluableWithoutSent()) return;
     const bus::PairingStatistics& pairing = context().pairing();
     if (pairing.first_in_doubt.seen()) {
       NotEvaluable(

@@ -36,7 +36,7 @@ Remove the write from the master, or write the register that was meant.
 
 class RegisterReadOnlyWrite final : public Rule {
  public:
-  RegisterReadOnlyWrite() : Rule(kInfo) { Hear<track::SlaveAccess>(&RegisterReadOnlyWrite::On); }
+  RegisterReadOnlyWrite() : Rule(kInfo) { Subscribe<track::SlaveAccess>(&RegisterReadOnlyWrite::On); }
 
   void On(const track::SlaveAccess& e) {
     if (e.written.empty() || e.broadcast || e.address >= 0x1000) return;

@@ -60,11 +60,11 @@ constexpr EscAddress kLastAlwaysThere = 0x0130;  // AL Status
 class WkcMismatch final : public Rule {
  public:
   WkcMismatch() : Rule(kInfo) {
-    Hear<track::LogicalAccess>(&WkcMismatch::On);
-    Hear<track::Answered>(&WkcMismatch::On, MemoryRange{0, kLastAlwaysThere});
-    Hear<track::AlRequest>(&WkcMismatch::On);
-    Hear<track::SlaveFound>(&WkcMismatch::On, Stage::kAfterModel);
-    Hear<track::AddressAssigned>(&WkcMismatch::On);
+    Subscribe<track::LogicalAccess>(&WkcMismatch::On);
+    Subscribe<track::Answered>(&WkcMismatch::On, MemoryRange{0, kLastAlwaysThere});
+    Subscribe<track::AlRequest>(&WkcMismatch::On);
+    Subscribe<track::SlaveFound>(&WkcMismatch::On, Stage::kAfterModel);
+    Subscribe<track::AddressAssigned>(&WkcMismatch::On);
   }
 
   void On(const track::LogicalAccess& e) {
@@ -139,7 +139,7 @@ class WkcMismatch final : public Rule {
   void On(const track::SlaveFound&) { habits_ = {}; }
 
   void Finish() override {
-    if (SaidNothingReturned()) return;
+    if (NotEvaluableWithoutReturns()) return;
     for (const auto& [station, reads] : unanswered_) TellNobody(station, reads);
     for (const Episode& episode : episodes_) NameMissing(episode);
     // What a slave that left the bus or its state does not count any more is a consequence of that.

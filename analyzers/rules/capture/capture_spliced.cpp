@@ -36,7 +36,7 @@ Nothing, where it was meant. Else look at the recordings one by one: the frame n
 
 class CaptureSpliced final : public Rule {
  public:
-  CaptureSpliced() : Rule(kInfo) { Hear<track::RunBegan>(&CaptureSpliced::On); }
+  CaptureSpliced() : Rule(kInfo) { Subscribe<track::RunBegan>(&CaptureSpliced::On); }
 
   void On(const track::RunBegan& e) {
     if (e.reason != track::RunBegan::Reason::kClock) return;

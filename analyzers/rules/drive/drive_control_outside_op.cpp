@@ -41,7 +41,7 @@ Send 0 as control word until the slave shows OP, then command the states one aft
 
 class DriveControlOutsideOp final : public Rule {
  public:
-  DriveControlOutsideOp() : Rule(kInfo) { Hear<model::DriveCommandOutsideOp>(&DriveControlOutsideOp::On); }
+  DriveControlOutsideOp() : Rule(kInfo) { Subscribe<model::DriveCommandOutsideOp>(&DriveControlOutsideOp::On); }
 
   void On(const model::DriveCommandOutsideOp& e) {
     const std::uint64_t key = AxisKey(e.axis) | e.al_state;

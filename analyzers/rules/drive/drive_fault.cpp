@@ -53,8 +53,8 @@ read 1003h:1 (MKD also 2001h) or let the master fetch emergency messages.
 class DriveFault final : public Rule {
  public:
   DriveFault() : Rule(kInfo) {
-    Hear<model::DriveStateChanged>(&DriveFault::On);
-    Hear<model::DriveFaultExplained>(&DriveFault::On);
+    Subscribe<model::DriveStateChanged>(&DriveFault::On);
+    Subscribe<model::DriveFaultExplained>(&DriveFault::On);
   }
 
   void On(const model::DriveStateChanged& e) {

@@ -44,7 +44,7 @@ rising edge of bit 7 first.
 
 class DriveIllegalCommand final : public Rule {
  public:
-  DriveIllegalCommand() : Rule(kInfo) { Hear<model::DriveIllegalCommand>(&DriveIllegalCommand::On); }
+  DriveIllegalCommand() : Rule(kInfo) { Subscribe<model::DriveIllegalCommand>(&DriveIllegalCommand::On); }
 
   void On(const model::DriveIllegalCommand& e) {
     const std::uint64_t key = AxisKey(e.axis) | std::uint64_t{static_cast<std::uint8_t>(e.state)} << 16U | e.word;

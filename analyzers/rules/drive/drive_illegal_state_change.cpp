@@ -65,8 +65,8 @@ std::string WhatFellWithIt(const model::DriveStateChanged& e) {
 class DriveIllegalStateChange final : public Rule {
  public:
   DriveIllegalStateChange() : Rule(kInfo) {
-    Hear<model::DriveIllegalChange>(&DriveIllegalStateChange::On);
-    Hear<model::DriveStateChanged>(&DriveIllegalStateChange::On);
+    Subscribe<model::DriveIllegalChange>(&DriveIllegalStateChange::On);
+    Subscribe<model::DriveStateChanged>(&DriveIllegalStateChange::On);
   }
 
   /// Torque may be taken away at any time; but somebody who looks for the reason of a stop wants to know where.

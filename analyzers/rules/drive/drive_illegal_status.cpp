@@ -43,7 +43,7 @@ Compare the PDO mapping that the drive holds with the one that the master works 
 
 class DriveIllegalStatus final : public Rule {
  public:
-  DriveIllegalStatus() : Rule(kInfo) { Hear<model::DriveStateChanged>(&DriveIllegalStatus::On); }
+  DriveIllegalStatus() : Rule(kInfo) { Subscribe<model::DriveStateChanged>(&DriveIllegalStatus::On); }
 
   void On(const model::DriveStateChanged& e) {
     const Axis axis{e.slave, e.axis};

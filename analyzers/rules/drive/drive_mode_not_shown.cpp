@@ -53,13 +53,13 @@ constexpr std::uint16_t kModesDisplay = 0x6061;
 class DriveModeNotShown final : public Rule {
  public:
   DriveModeNotShown() : Rule(kInfo) {
-    Hear<model::DriveMode>(&DriveModeNotShown::On);
-    Hear<model::AlAnswered>(&DriveModeNotShown::On);
-    Hear<model::AlRequestJudged>(&DriveModeNotShown::On);
-    Hear<model::AlChangedByItself>(&DriveModeNotShown::On);
-    Hear<mailbox::SdoTransfer>(&DriveModeNotShown::On);
-    Hear<track::CaptureHole>(&DriveModeNotShown::On);
-    Hear<track::RunBegan>(&DriveModeNotShown::On);
+    Subscribe<model::DriveMode>(&DriveModeNotShown::On);
+    Subscribe<model::AlAnswered>(&DriveModeNotShown::On);
+    Subscribe<model::AlRequestJudged>(&DriveModeNotShown::On);
+    Subscribe<model::AlChangedByItself>(&DriveModeNotShown::On);
+    Subscribe<mailbox::SdoTransfer>(&DriveModeNotShown::On);
+    Subscribe<track::CaptureHole>(&DriveModeNotShown::On);
+    Subscribe<track::RunBegan>(&DriveModeNotShown::On);
   }
 
   void On(const model::DriveMode& e) {

@@ -42,7 +42,7 @@ Look at bit 4 of the status word (voltage enabled), the hardware enable and safe
 
 class DriveNoReaction final : public Rule {
  public:
-  DriveNoReaction() : Rule(kInfo) { Hear<model::DriveNoReaction>(&DriveNoReaction::On); }
+  DriveNoReaction() : Rule(kInfo) { Subscribe<model::DriveNoReaction>(&DriveNoReaction::On); }
 
   void On(const model::DriveNoReaction& e) {
     const std::uint64_t key = AxisKey(e.axis) | e.transition;

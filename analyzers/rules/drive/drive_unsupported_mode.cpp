@@ -44,7 +44,7 @@ Select a mode of the list, or check whether the drive's firmware is newer than t
 
 class DriveUnsupportedMode final : public Rule {
  public:
-  DriveUnsupportedMode() : Rule(kInfo) { Hear<model::DriveMode>(&DriveUnsupportedMode::On); }
+  DriveUnsupportedMode() : Rule(kInfo) { Subscribe<model::DriveMode>(&DriveUnsupportedMode::On); }
 
   void On(const model::DriveMode& e) {
     if (e.value == 0) return;

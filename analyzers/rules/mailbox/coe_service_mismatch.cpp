@@ -37,7 +37,7 @@ Put 2 into requests and 3 into answers.
 
 class CoeServiceMismatch final : public Rule {
  public:
-  CoeServiceMismatch() : Rule(kInfo) { Hear<mailbox::SdoTransfer>(&CoeServiceMismatch::On); }
+  CoeServiceMismatch() : Rule(kInfo) { Subscribe<mailbox::SdoTransfer>(&CoeServiceMismatch::On); }
 
   void On(const mailbox::SdoTransfer& t) {
     if (!t.request_service_mismatch && !t.response_service_mismatch) return;
@@ -61,7 +61,7 @@ class CoeServiceMismatch final : public Rule {
     Report(key, std::move(finding));
   }
 
-  void Finish() override { (void)SaidNothingReturned(); }
+  void Finish() override { (void)NotEvaluableWithoutReturns(); }
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<CoeServiceMismatch>};

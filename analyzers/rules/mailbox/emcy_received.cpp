@@ -39,7 +39,7 @@ Look the code up in the drive's manual, by its own number (F..., n...) where it 
 
 class EmcyReceived final : public Rule {
  public:
-  EmcyReceived() : Rule(kInfo) { Hear<mailbox::Emergency>(&EmcyReceived::On); }
+  EmcyReceived() : Rule(kInfo) { Subscribe<mailbox::Emergency>(&EmcyReceived::On); }
 
   void On(const mailbox::Emergency& e) {
     if (e.data.too_short) return;  // mailbox-malformed
@@ -76,7 +76,7 @@ class EmcyReceived final : public Rule {
     Report(key, severity, std::move(finding));
   }
 
-  void Finish() override { (void)SaidNothingReturned(); }
+  void Finish() override { (void)NotEvaluableWithoutReturns(); }
 
  private:
   static std::string Meaning(const device::EmergencyCode& code, bool exact) {

@@ -49,7 +49,7 @@ for this device or is damaged.
 
 class FoeError final : public Rule {
  public:
-  FoeError() : Rule(kInfo) { Hear<mailbox::FoeTransfer>(&FoeError::On); }
+  FoeError() : Rule(kInfo) { Subscribe<mailbox::FoeTransfer>(&FoeError::On); }
 
   void On(const mailbox::FoeTransfer& t) {
     using Outcome = mailbox::FoeTransfer::Outcome;
@@ -83,7 +83,7 @@ class FoeError final : public Rule {
     Tell(t, frame);
   }
 
-  void Finish() override { (void)SaidNothingReturned(); }
+  void Finish() override { (void)NotEvaluableWithoutReturns(); }
 
  private:
   /// Nothing of it followed although the capture went on.

@@ -45,8 +45,8 @@ that it sends, emergencies included.
 class MailboxCounter final : public Rule {
  public:
   MailboxCounter() : Rule(kInfo) {
-    Hear<mailbox::MailboxMessage>(&MailboxCounter::On);
-    Hear<mailbox::MailboxReadLost>(&MailboxCounter::On);
+    Subscribe<mailbox::MailboxMessage>(&MailboxCounter::On);
+    Subscribe<mailbox::MailboxReadLost>(&MailboxCounter::On);
   }
 
   void On(const mailbox::MailboxMessage& m) {

@@ -45,8 +45,8 @@ constexpr std::uint16_t kInWork = 9;
 class MailboxErrorReplyRule final : public Rule {
  public:
   MailboxErrorReplyRule() : Rule(kInfo) {
-    Hear<mailbox::MailboxErrorReply>(&MailboxErrorReplyRule::On);
-    Hear<mailbox::SdoTransfer>(&MailboxErrorReplyRule::On);
+    Subscribe<mailbox::MailboxErrorReply>(&MailboxErrorReplyRule::On);
+    Subscribe<mailbox::SdoTransfer>(&MailboxErrorReplyRule::On);
   }
 
   void On(const mailbox::MailboxErrorReply& e) {
@@ -91,7 +91,7 @@ class MailboxErrorReplyRule final : public Rule {
   }
 
   void Finish() override {
-    if (SaidNothingReturned()) return;
+    if (NotEvaluableWithoutReturns()) return;
     std::vector<Finding>& findings = context().store.findings();
     for (const auto& [index, request] : waiting_) {
       if (findings[index].caused_by != kNoFinding) continue;

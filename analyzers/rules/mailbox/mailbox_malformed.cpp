@@ -43,8 +43,8 @@ From the slave: its mailbox code; note the frame and ask the vendor.
 class MailboxMalformed final : public Rule {
  public:
   MailboxMalformed() : Rule(kInfo) {
-    Hear<mailbox::MailboxMessage>(&MailboxMalformed::On);
-    Hear<mailbox::SdoInfo>(&MailboxMalformed::On);
+    Subscribe<mailbox::MailboxMessage>(&MailboxMalformed::On);
+    Subscribe<mailbox::SdoInfo>(&MailboxMalformed::On);
   }
 
   void On(const mailbox::MailboxMessage& m) {

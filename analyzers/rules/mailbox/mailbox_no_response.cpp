@@ -55,11 +55,11 @@ The limit can be changed in the configuration file: mailbox-no-response (millise
 class MailboxNoResponse final : public Rule {
  public:
   MailboxNoResponse() : Rule(kInfo) {
-    Hear<mailbox::MailboxUnanswered>(&MailboxNoResponse::On);
-    Hear<mailbox::MailboxReadLost>(&MailboxNoResponse::On);
-    Hear<mailbox::MailboxMessage>(&MailboxNoResponse::On);
-    Hear<mailbox::SdoUnexpected>(&MailboxNoResponse::On);
-    Hear<mailbox::MailboxStuck>(&MailboxNoResponse::On);
+    Subscribe<mailbox::MailboxUnanswered>(&MailboxNoResponse::On);
+    Subscribe<mailbox::MailboxReadLost>(&MailboxNoResponse::On);
+    Subscribe<mailbox::MailboxMessage>(&MailboxNoResponse::On);
+    Subscribe<mailbox::SdoUnexpected>(&MailboxNoResponse::On);
+    Subscribe<mailbox::MailboxStuck>(&MailboxNoResponse::On);
   }
 
   void On(const mailbox::MailboxUnanswered& e) {
@@ -163,7 +163,7 @@ class MailboxNoResponse final : public Rule {
 
   void Finish() override {
     for (Silence& silence : silences_) BreakSilence(silence, 0);
-    if (SaidNothingReturned()) return;
+    if (NotEvaluableWithoutReturns()) return;
     std::vector<Finding>& findings = context().store.findings();
     for (std::size_t i = 0; i < findings.size(); ++i) {
       if (findings[i].rule != "frame-lost") continue;

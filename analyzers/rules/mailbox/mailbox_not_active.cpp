@@ -40,8 +40,8 @@ Wait for PREOP in AL Status (0x0130) before the first mailbox message, and look 
 class MailboxNotActive final : public Rule {
  public:
   MailboxNotActive() : Rule(kInfo) {
-    Hear<mailbox::MailboxMessage>(&MailboxNotActive::On);
-    Hear<mailbox::MailboxRefused>(&MailboxNotActive::On);
+    Subscribe<mailbox::MailboxMessage>(&MailboxNotActive::On);
+    Subscribe<mailbox::MailboxRefused>(&MailboxNotActive::On);
   }
 
   void On(const mailbox::MailboxMessage& m) {
@@ -51,7 +51,7 @@ class MailboxNotActive final : public Rule {
   }
   void On(const mailbox::MailboxRefused& e) { Judge(e.slave, e.frame(), e.returned, e.header, e.off, false, false); }
 
-  void Finish() override { (void)SaidNothingReturned(); }
+  void Finish() override { (void)NotEvaluableWithoutReturns(); }
 
  private:
   static constexpr std::size_t kMailboxOut = 0;  ///< sync manager

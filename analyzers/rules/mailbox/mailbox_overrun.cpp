@@ -47,8 +47,8 @@ Wait for the answer, or until sync manager 0 shows the mailbox empty (0x0805 bit
 class MailboxOverrun final : public Rule {
  public:
   MailboxOverrun() : Rule(kInfo) {
-    Hear<mailbox::MailboxRefused>(&MailboxOverrun::On);
-    Hear<mailbox::MailboxMessage>(&MailboxOverrun::On);
+    Subscribe<mailbox::MailboxRefused>(&MailboxOverrun::On);
+    Subscribe<mailbox::MailboxMessage>(&MailboxOverrun::On);
   }
 
   void On(const mailbox::MailboxRefused& e) {
@@ -89,7 +89,7 @@ class MailboxOverrun final : public Rule {
   }
 
   void Finish() override {
-    if (SaidNothingReturned()) return;
+    if (NotEvaluableWithoutReturns()) return;
     for (const auto& [index, told] : told_) {
       Finding& finding = context().store[index];
       if (told.request != 0) finding.caused_by = context().ExplanationOf(finding.slave, told.request);

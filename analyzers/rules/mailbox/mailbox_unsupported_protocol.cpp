@@ -47,9 +47,9 @@ or use the ESI file that belongs to its firmware.
 class MailboxUnsupportedProtocol final : public Rule {
  public:
   MailboxUnsupportedProtocol() : Rule(kInfo) {
-    Hear<mailbox::MailboxMessage>(&MailboxUnsupportedProtocol::On);
-    Hear<mailbox::MailboxErrorReply>(&MailboxUnsupportedProtocol::On);
-    Hear<mailbox::MailboxUnanswered>(&MailboxUnsupportedProtocol::On);
+    Subscribe<mailbox::MailboxMessage>(&MailboxUnsupportedProtocol::On);
+    Subscribe<mailbox::MailboxErrorReply>(&MailboxUnsupportedProtocol::On);
+    Subscribe<mailbox::MailboxUnanswered>(&MailboxUnsupportedProtocol::On);
   }
 
   void On(const mailbox::MailboxMessage& m) {
@@ -87,7 +87,7 @@ class MailboxUnsupportedProtocol final : public Rule {
     ExplainFindings(context(), "mailbox-no-response", e.slave, e.request.frame.number, index);
   }
 
-  void Finish() override { (void)SaidNothingReturned(); }
+  void Finish() override { (void)NotEvaluableWithoutReturns(); }
 
  private:
   enum class Outcome : std::uint8_t { kRejected, kUnanswered, kAnswered };

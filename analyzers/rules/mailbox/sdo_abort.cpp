@@ -60,7 +60,7 @@ constexpr std::uint32_t kNoCompleteAccess = 0x06010004;
 
 class SdoAbort final : public Rule {
  public:
-  SdoAbort() : Rule(kInfo) { Hear<mailbox::SdoTransfer>(&SdoAbort::On); }
+  SdoAbort() : Rule(kInfo) { Subscribe<mailbox::SdoTransfer>(&SdoAbort::On); }
 
   void On(const mailbox::SdoTransfer& t) {
     if (t.outcome == mailbox::SdoOutcome::kCompleted) {
@@ -121,7 +121,7 @@ class SdoAbort final : public Rule {
     Remember(t, index);
   }
 
-  void Finish() override { (void)SaidNothingReturned(); }
+  void Finish() override { (void)NotEvaluableWithoutReturns(); }
 
  private:
   /// Complete access that was refused: what has to be written singly for the master to have what it wanted.

@@ -45,7 +45,7 @@ Finish the transfer, or abort it (command 0x80 with 0x05040000 or 0x08000000).
 
 class SdoIncomplete final : public Rule {
  public:
-  SdoIncomplete() : Rule(kInfo) { Hear<mailbox::SdoTransfer>(&SdoIncomplete::On); }
+  SdoIncomplete() : Rule(kInfo) { Subscribe<mailbox::SdoTransfer>(&SdoIncomplete::On); }
 
   void On(const mailbox::SdoTransfer& t) {
     if (t.kind != mailbox::SdoTransferKind::kSegmented || !t.answered) return;
@@ -76,7 +76,7 @@ class SdoIncomplete final : public Rule {
   }
 
   void Finish() override {
-    if (SaidNothingReturned()) return;
+    if (NotEvaluableWithoutReturns()) return;
     for (const auto& [index, request] : waiting_) {
       Finding& finding = context().store[index];
       const FindingIndex cause = context().ExplanationOf(finding.slave, request);

@@ -39,8 +39,8 @@ Correct the side that the finding names. Its abort, if there is one, points here
 class SdoToggle final : public Rule {
  public:
   SdoToggle() : Rule(kInfo) {
-    Hear<mailbox::SdoTransfer>(&SdoToggle::On);
-    Hear<mailbox::MailboxMessage>(&SdoToggle::On);
+    Subscribe<mailbox::SdoTransfer>(&SdoToggle::On);
+    Subscribe<mailbox::MailboxMessage>(&SdoToggle::On);
   }
 
   /// A segment request whose frame never came back becomes known after the next ones.
@@ -82,7 +82,7 @@ class SdoToggle final : public Rule {
 
   void Finish() override {
     deferred_.SettleAll([this](DeferredFinding&& d) { Settle(std::move(d)); });
-    (void)SaidNothingReturned();
+    (void)NotEvaluableWithoutReturns();
   }
 
  private:

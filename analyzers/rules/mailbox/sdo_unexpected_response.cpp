@@ -43,9 +43,9 @@ Look at the request before: with a time-out that is too short the answers come o
 class SdoUnexpectedResponse final : public Rule {
  public:
   SdoUnexpectedResponse() : Rule(kInfo) {
-    Hear<mailbox::SdoUnexpected>(&SdoUnexpectedResponse::On);
-    Hear<mailbox::MailboxUnanswered>(&SdoUnexpectedResponse::On);
-    Hear<mailbox::MailboxMessage>(&SdoUnexpectedResponse::On);
+    Subscribe<mailbox::SdoUnexpected>(&SdoUnexpectedResponse::On);
+    Subscribe<mailbox::MailboxUnanswered>(&SdoUnexpectedResponse::On);
+    Subscribe<mailbox::MailboxMessage>(&SdoUnexpectedResponse::On);
   }
 
   /// A request whose frame never came back becomes known after its answer.
@@ -107,7 +107,7 @@ class SdoUnexpectedResponse final : public Rule {
 
   void Finish() override {
     deferred_.SettleAll([this](DeferredFinding&& d) { Settle(std::move(d)); });
-    (void)SaidNothingReturned();
+    (void)NotEvaluableWithoutReturns();
   }
 
  private:

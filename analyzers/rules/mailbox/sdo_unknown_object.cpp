@@ -37,7 +37,7 @@ Check that the configuration belongs to this drive and its firmware.
 
 class SdoUnknownObject final : public Rule {
  public:
-  SdoUnknownObject() : Rule(kInfo) { Hear<mailbox::SdoTransfer>(&SdoUnknownObject::On); }
+  SdoUnknownObject() : Rule(kInfo) { Subscribe<mailbox::SdoTransfer>(&SdoUnknownObject::On); }
 
   void On(const mailbox::SdoTransfer& t) {
     if (!t.has_object || t.service == mailbox::SdoService::kUnknown) return;

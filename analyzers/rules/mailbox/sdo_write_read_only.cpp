@@ -40,7 +40,7 @@ Take the download out of the configuration, or look up which object was meant.
 
 class SdoWriteReadOnly final : public Rule {
  public:
-  SdoWriteReadOnly() : Rule(kInfo) { Hear<mailbox::SdoTransfer>(&SdoWriteReadOnly::On); }
+  SdoWriteReadOnly() : Rule(kInfo) { Subscribe<mailbox::SdoTransfer>(&SdoWriteReadOnly::On); }
 
   void On(const mailbox::SdoTransfer& t) {
     if (t.service != mailbox::SdoService::kDownload || !t.has_object || !t.request.seen()) return;

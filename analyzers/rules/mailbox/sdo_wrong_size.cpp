@@ -39,7 +39,7 @@ Correct the data type of this line in the master's start-up list.
 
 class SdoWrongSize final : public Rule {
  public:
-  SdoWrongSize() : Rule(kInfo) { Hear<mailbox::SdoTransfer>(&SdoWrongSize::On); }
+  SdoWrongSize() : Rule(kInfo) { Subscribe<mailbox::SdoTransfer>(&SdoWrongSize::On); }
 
   void On(const mailbox::SdoTransfer& t) {
     if (t.service != mailbox::SdoService::kDownload || !t.has_object || !t.request.seen() || t.complete_access) return;

@@ -58,14 +58,14 @@ Map and send the whole process data of the slave, or assign PDOs that are as sho
 class PdoLengthMismatch final : public Rule {
  public:
   PdoLengthMismatch() : Rule(kInfo) {
-    Hear<model::AlAnswered>(&PdoLengthMismatch::On);
-    Hear<track::LogicalAccess>(&PdoLengthMismatch::On);
-    Hear<track::CycleAtRest>(&PdoLengthMismatch::On);
-    Hear<track::SlaveAccess>(&PdoLengthMismatch::On, MemoryRange{kProcessMemory, 0xFFFF});
-    Hear<model::AlRequestJudged>(&PdoLengthMismatch::On);
-    Hear<model::AlChangedByItself>(&PdoLengthMismatch::On);
-    Hear<track::AlStateForgotten>(&PdoLengthMismatch::On);
-    Hear<track::RunBegan>(&PdoLengthMismatch::On);
+    Subscribe<model::AlAnswered>(&PdoLengthMismatch::On);
+    Subscribe<track::LogicalAccess>(&PdoLengthMismatch::On);
+    Subscribe<track::CycleAtRest>(&PdoLengthMismatch::On);
+    Subscribe<track::SlaveAccess>(&PdoLengthMismatch::On, MemoryRange{kProcessMemory, 0xFFFF});
+    Subscribe<model::AlRequestJudged>(&PdoLengthMismatch::On);
+    Subscribe<model::AlChangedByItself>(&PdoLengthMismatch::On);
+    Subscribe<track::AlStateForgotten>(&PdoLengthMismatch::On);
+    Subscribe<track::RunBegan>(&PdoLengthMismatch::On);
   }
 
   void On(const model::AlAnswered& e) {
@@ -126,7 +126,7 @@ class PdoLengthMismatch final : public Rule {
       if (context().slave(id).al.SettledIn(esc::AlState::OP)) JudgeExchange(id);
     }
     for (const Refused& r : refused_) NameCause(context(), "al-refused", r.slave, r.frame, r.cause);
-    if (SaidNothingReturned()) return;
+    if (NotEvaluableWithoutReturns()) return;
     for (const SlaveId slave : unknown_) NotEvaluable(slave, "what PDOs are assigned and mapped is not known");
     if (version_ && mapped_.empty()) NotEvaluable(kNoSlave, "no FMMU was set in the capture");
   }

@@ -50,7 +50,7 @@ unassigned.
 class PdoMappingRule final : public PdoRule {
  public:
   using PdoRule::On;
-  PdoMappingRule() : PdoRule(kInfo, WhenAccepted::kBecomesInfo) { Hear<model::AlErrorCode>(&PdoMappingRule::On); }
+  PdoMappingRule() : PdoRule(kInfo, WhenAccepted::kBecomesInfo) { Subscribe<model::AlErrorCode>(&PdoMappingRule::On); }
 
   void On(const model::AlAnswered& e) override {
     PdoRule::On(e);

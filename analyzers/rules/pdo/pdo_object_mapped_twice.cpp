@@ -47,7 +47,7 @@ class PdoObjectMappedTwice final : public PdoRule {
  public:
   using PdoRule::On;
   PdoObjectMappedTwice() : PdoRule(kInfo, WhenAccepted::kStands) {
-    Hear<model::AlErrorCode>(&PdoObjectMappedTwice::On);
+    Subscribe<model::AlErrorCode>(&PdoObjectMappedTwice::On);
   }
 
   void On(const model::AlAnswered& e) override {

@@ -58,14 +58,14 @@ for inputs, activate 1. Look for what switches them off: a scan, a second master
 class FmmuInactive final : public Rule {
  public:
   FmmuInactive() : Rule(kInfo) {
-    Hear<track::AlStatusRead>(&FmmuInactive::On);
-    Hear<track::AlRequest>(&FmmuInactive::On);
-    Hear<track::SlaveAccess>(&FmmuInactive::On, MemoryRange::Of(esc::kFmmuBase, esc::kMaxFmmus * esc::kFmmuBytes),
+    Subscribe<track::AlStatusRead>(&FmmuInactive::On);
+    Subscribe<track::AlRequest>(&FmmuInactive::On);
+    Subscribe<track::SlaveAccess>(&FmmuInactive::On, MemoryRange::Of(esc::kFmmuBase, esc::kMaxFmmus * esc::kFmmuBytes),
                              Stage::kAfterModel);
-    Hear<track::SlaveAccess>(&FmmuInactive::On, MemoryRange{esc::RegisterImage::kSize, 0xFFFF}, Stage::kAfterModel);
-    Hear<model::AlChangedByItself>(&FmmuInactive::On);
-    Hear<model::AlErrorCode>(&FmmuInactive::On);
-    Hear<model::AlAnswered>(&FmmuInactive::On);
+    Subscribe<track::SlaveAccess>(&FmmuInactive::On, MemoryRange{esc::RegisterImage::kSize, 0xFFFF}, Stage::kAfterModel);
+    Subscribe<model::AlChangedByItself>(&FmmuInactive::On);
+    Subscribe<model::AlErrorCode>(&FmmuInactive::On);
+    Subscribe<model::AlAnswered>(&FmmuInactive::On);
   }
 
   /// OP is refused because no outputs come.
@@ -121,7 +121,7 @@ class FmmuInactive final : public Rule {
     for (std::size_t s = 0; s < slaves_.size(); ++s) Leave(static_cast<SlaveId>(s), context().statistics().last);
     for (const Fall& fall : falls_) NameCause(context(), "al-unexpected-change", fall.slave, fall.frame, fall.cause);
     for (const Fall& fall : refusals_) NameCause(context(), "al-refused", fall.slave, fall.frame, fall.cause);
-    if (SaidNothingReturned()) return;
+    if (NotEvaluableWithoutReturns()) return;
     for (std::size_t s = 0; s < slaves_.size(); ++s) {
       const auto id = static_cast<SlaveId>(s);
       if (!slaves_[s].was_in_op || IsKnown(id)) continue;

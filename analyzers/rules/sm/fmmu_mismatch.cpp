@@ -53,8 +53,8 @@ Give the FMMU start and length of the sync manager it serves, and each slave its
 class FmmuMismatch final : public Rule {
  public:
   FmmuMismatch() : Rule(kInfo) {
-    Hear<model::AlAnswered>(&FmmuMismatch::On);
-    Hear<track::LogicalAccess>(&FmmuMismatch::On);
+    Subscribe<model::AlAnswered>(&FmmuMismatch::On);
+    Subscribe<track::LogicalAccess>(&FmmuMismatch::On);
   }
 
   void On(const model::AlAnswered& e) {
@@ -83,7 +83,7 @@ class FmmuMismatch final : public Rule {
     }
   }
 
-  void Finish() override { SaidNothingReturned(); }
+  void Finish() override { NotEvaluableWithoutReturns(); }
 
  private:
   using SyncManagers = std::array<std::optional<KnownSyncManager>, esc::kMaxSyncManagers>;

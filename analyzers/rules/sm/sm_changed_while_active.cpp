@@ -51,10 +51,10 @@ Go to INIT before the mailboxes, and to PREOP before the process data are config
 class SmChangedWhileActive final : public Rule {
  public:
   SmChangedWhileActive() : Rule(kInfo) {
-    Hear<track::SlaveAccess>(&SmChangedWhileActive::On,
+    Subscribe<track::SlaveAccess>(&SmChangedWhileActive::On,
                              MemoryRange::Of(esc::kSyncManagerBase, esc::kMaxSyncManagers * esc::kSyncManagerBytes));
-    Hear<track::AlRequest>(&SmChangedWhileActive::On);
-    Hear<model::AlChangedByItself>(&SmChangedWhileActive::On);
+    Subscribe<track::AlRequest>(&SmChangedWhileActive::On);
+    Subscribe<model::AlChangedByItself>(&SmChangedWhileActive::On);
   }
 
   void On(const track::SlaveAccess& e) {
@@ -106,7 +106,7 @@ class SmChangedWhileActive final : public Rule {
   }
 
   void Finish() override {
-    if (SaidNothingReturned()) return;
+    if (NotEvaluableWithoutReturns()) return;
     for (auto& [id, slave] : slaves_) TellStandstill(id, slave, context().statistics().last);
   }
 

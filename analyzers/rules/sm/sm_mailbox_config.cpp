@@ -49,8 +49,8 @@ byte is written: an ESC ignores them while it is enabled.
 class SmMailboxConfig final : public Rule {
  public:
   SmMailboxConfig() : Rule(kInfo) {
-    Hear<model::AlRequestJudged>(&SmMailboxConfig::On);
-    Hear<model::AlAnswered>(&SmMailboxConfig::On);
+    Subscribe<model::AlRequestJudged>(&SmMailboxConfig::On);
+    Subscribe<model::AlAnswered>(&SmMailboxConfig::On);
   }
 
   void On(const model::AlRequestJudged& e) {

@@ -48,8 +48,8 @@ the next sync manager.
 class SmOverlap final : public Rule {
  public:
   SmOverlap() : Rule(kInfo) {
-    Hear<model::AlRequestJudged>(&SmOverlap::On);
-    Hear<model::AlAnswered>(&SmOverlap::On);
+    Subscribe<model::AlRequestJudged>(&SmOverlap::On);
+    Subscribe<model::AlAnswered>(&SmOverlap::On);
   }
 
   void On(const model::AlRequestJudged& e) {

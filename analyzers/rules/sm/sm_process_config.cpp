@@ -60,8 +60,8 @@ assigned PDOs.
 class SmProcessConfig final : public Rule {
  public:
   SmProcessConfig() : Rule(kInfo) {
-    Hear<model::AlRequestJudged>(&SmProcessConfig::On);
-    Hear<model::AlAnswered>(&SmProcessConfig::On);
+    Subscribe<model::AlRequestJudged>(&SmProcessConfig::On);
+    Subscribe<model::AlAnswered>(&SmProcessConfig::On);
   }
 
   void On(const model::AlRequestJudged& e) {

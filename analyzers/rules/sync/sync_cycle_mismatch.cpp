@@ -65,10 +65,10 @@ Set one cycle time in the master's configuration, and let it write 0x09A0 and 60
 class SyncCycleMismatch final : public Rule {
  public:
   SyncCycleMismatch() : Rule(kInfo) {
-    Hear<model::AlRequestJudged>(&SyncCycleMismatch::On);
-    Hear<sync::SlaveRunEnded>(&SyncCycleMismatch::On);
-    Hear<sync::RateEnded>(&SyncCycleMismatch::On);
-    Hear<mailbox::SdoTransfer>(&SyncCycleMismatch::On);
+    Subscribe<model::AlRequestJudged>(&SyncCycleMismatch::On);
+    Subscribe<sync::SlaveRunEnded>(&SyncCycleMismatch::On);
+    Subscribe<sync::RateEnded>(&SyncCycleMismatch::On);
+    Subscribe<mailbox::SdoTransfer>(&SyncCycleMismatch::On);
   }
 
   void On(const model::AlRequestJudged& e) {

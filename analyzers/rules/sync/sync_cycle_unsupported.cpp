@@ -54,9 +54,9 @@ Choose a cycle from the manual's list, and set 60C2h and the SYNC0 cycle to the 
 class SyncCycleUnsupported final : public Rule {
  public:
   SyncCycleUnsupported() : Rule(kInfo) {
-    Hear<sync::SyncSwitchedOn>(&SyncCycleUnsupported::On);
-    Hear<model::AlRequestJudged>(&SyncCycleUnsupported::On);
-    Hear<sync::RateEnded>(&SyncCycleUnsupported::On);
+    Subscribe<sync::SyncSwitchedOn>(&SyncCycleUnsupported::On);
+    Subscribe<model::AlRequestJudged>(&SyncCycleUnsupported::On);
+    Subscribe<sync::RateEnded>(&SyncCycleUnsupported::On);
   }
 
   void On(const sync::SyncSwitchedOn& e) {

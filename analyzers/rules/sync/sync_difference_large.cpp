@@ -63,10 +63,10 @@ change of the topology. Let the start-up wait until 0x092C is small.
 class SyncDifferenceLarge final : public Rule {
  public:
   SyncDifferenceLarge() : Rule(kInfo) {
-    Hear<track::SlaveAccess>(&SyncDifferenceLarge::On,
+    Subscribe<track::SlaveAccess>(&SyncDifferenceLarge::On,
                              MemoryRange::Of(esc::kSystemTimeOffset, kControlEnd - esc::kSystemTimeOffset));
-    Hear<track::Answered>(&SyncDifferenceLarge::On, MemoryRange::Of(esc::kSystemTimeDifference, 4));
-    Hear<sync::SlaveRunEnded>(&SyncDifferenceLarge::On);
+    Subscribe<track::Answered>(&SyncDifferenceLarge::On, MemoryRange::Of(esc::kSystemTimeDifference, 4));
+    Subscribe<sync::SlaveRunEnded>(&SyncDifferenceLarge::On);
   }
 
   /// The next run may have another delay, or no SYNC0.
@@ -134,7 +134,7 @@ class SyncDifferenceLarge final : public Rule {
   }
 
   void Finish() override {
-    if (SaidNothingReturned()) return;
+    if (NotEvaluableWithoutReturns()) return;
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
       // Of whichever run: that the last one ended in INIT makes nothing known.

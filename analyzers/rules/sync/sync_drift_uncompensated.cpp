@@ -50,8 +50,8 @@ Send FRMW (or ARMW) of 0x0910 to the reference clock in each cycle, with the pro
 class SyncDriftUncompensated final : public Rule {
  public:
   SyncDriftUncompensated() : Rule(kInfo) {
-    Hear<track::LogicalAccess>(&SyncDriftUncompensated::On);
-    Hear<track::LogicalRepeated>(&SyncDriftUncompensated::On);
+    Subscribe<track::LogicalAccess>(&SyncDriftUncompensated::On);
+    Subscribe<track::LogicalRepeated>(&SyncDriftUncompensated::On);
   }
 
   void On(const track::LogicalAccess& e) {
@@ -63,7 +63,7 @@ class SyncDriftUncompensated final : public Rule {
     Measure(e.access);
   }
 
-  void Finish() override { (void)SaidNothingReturned(); }
+  void Finish() override { (void)NotEvaluableWithoutReturns(); }
 
  private:
   void Measure(const track::LogicalAccess& e) {

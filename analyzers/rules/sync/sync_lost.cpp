@@ -63,10 +63,10 @@ Find the pause in the master named here. Seven missing frames are tolerated, eig
 class SyncLost final : public Rule {
  public:
   SyncLost() : Rule(kInfo) {
-    Hear<track::CaptureHole>(&SyncLost::On);
-    Hear<sync::OutputGap>(&SyncLost::On);
-    Hear<sync::ArrivalOff>(&SyncLost::On);
-    Hear<sync::SyncSlotMiss>(&SyncLost::On);
+    Subscribe<track::CaptureHole>(&SyncLost::On);
+    Subscribe<sync::OutputGap>(&SyncLost::On);
+    Subscribe<sync::ArrivalOff>(&SyncLost::On);
+    Subscribe<sync::SyncSlotMiss>(&SyncLost::On);
   }
 
   void On(const track::CaptureHole& e) { behind_hole_ = e.frame; }

@@ -46,7 +46,7 @@ AssignActivate. If distributed clocks are not wanted, leave the cycle 0.
 
 class SyncNotActivated final : public Rule {
  public:
-  SyncNotActivated() : Rule(kInfo) { Hear<model::AlAnswered>(&SyncNotActivated::On); }
+  SyncNotActivated() : Rule(kInfo) { Subscribe<model::AlAnswered>(&SyncNotActivated::On); }
 
   void On(const model::AlAnswered& e) {
     if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
@@ -69,7 +69,7 @@ class SyncNotActivated final : public Rule {
     for (const Refusal& refusal : refusals_) {
       NameCause(context(), "al-refused", refusal.slave, refusal.frame, refusal.cause);
     }
-    (void)SaidNothingReturned();
+    (void)NotEvaluableWithoutReturns();
   }
 
  private:

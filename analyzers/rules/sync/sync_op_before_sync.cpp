@@ -47,9 +47,9 @@ and the mean deviation of the cycle (Pilz: 1000 ppm).
 class SyncOpBeforeSync final : public Rule {
  public:
   SyncOpBeforeSync() : Rule(kInfo) {
-    Hear<model::AlAnswered>(&SyncOpBeforeSync::On);
-    Hear<model::AlErrorCode>(&SyncOpBeforeSync::On);
-    Hear<model::AlOverdue>(&SyncOpBeforeSync::On);
+    Subscribe<model::AlAnswered>(&SyncOpBeforeSync::On);
+    Subscribe<model::AlErrorCode>(&SyncOpBeforeSync::On);
+    Subscribe<model::AlOverdue>(&SyncOpBeforeSync::On);
   }
 
   void On(const model::AlAnswered& e) {
@@ -78,7 +78,7 @@ class SyncOpBeforeSync final : public Rule {
 
   void Finish() override {
     for (const auto& c : consequences_) NameCause(context(), c.rule, c.slave, c.frame, c.cause);
-    SayWhereRequestsAreNotFollowed();
+    NotEvaluableWhereRequestsAreNotFollowed();
   }
 
  private:

@@ -56,7 +56,7 @@ With distributed clocks, let the master's cycle follow the DC time (shift its ti
 
 class SyncRateDeviation final : public Rule {
  public:
-  SyncRateDeviation() : Rule(kInfo) { Hear<sync::RateEnded>(&SyncRateDeviation::On); }
+  SyncRateDeviation() : Rule(kInfo) { Subscribe<sync::RateEnded>(&SyncRateDeviation::On); }
 
   void On(const sync::RateEnded& e) {
     if (context().sync().outputs(e.slave).rate.cycles() < kEnoughCycles) return;

@@ -63,9 +63,9 @@ constexpr TimeNs kEpochs = 946'684'800'000'000'000;
 class SyncStartInPast final : public Rule {
  public:
   SyncStartInPast() : Rule(kInfo) {
-    Hear<sync::SyncSwitchedOn>(&SyncStartInPast::On);
-    Hear<track::SlaveAccess>(&SyncStartInPast::On, MemoryRange::Of(esc::kDcStartTime, 8));
-    Hear<track::AlRequestSent>(&SyncStartInPast::On);
+    Subscribe<sync::SyncSwitchedOn>(&SyncStartInPast::On);
+    Subscribe<track::SlaveAccess>(&SyncStartInPast::On, MemoryRange::Of(esc::kDcStartTime, 8));
+    Subscribe<track::AlRequestSent>(&SyncStartInPast::On);
   }
 
   void On(const sync::SyncSwitchedOn& e) {

@@ -66,13 +66,13 @@ constexpr FrameNo kShutDownFrames = 64;
 class SyncSwitchedOff final : public Rule {
  public:
   SyncSwitchedOff() : Rule(kInfo) {
-    Hear<track::SlaveAccess>(&SyncSwitchedOff::On,
+    Subscribe<track::SlaveAccess>(&SyncSwitchedOff::On,
                              MemoryRange::Of(esc::kSystemTimeOffset, esc::kDcEnd - esc::kSystemTimeOffset));
-    Hear<track::AlRequestSent>(&SyncSwitchedOff::On);
-    Hear<track::Answered>(&SyncSwitchedOff::OnStates, MemoryRange::Of(esc::kAlStatus, 1));
-    Hear<track::Answered>(&SyncSwitchedOff::OnClear, MemoryRange::Of(esc::kStationAddress, 2));
-    Hear<track::Answered>(&SyncSwitchedOff::OnClear, MemoryRange::Of(esc::kSyncManagerBase, esc::kSyncManagerBytes));
-    Hear<track::AlStatusRead>(&SyncSwitchedOff::On);
+    Subscribe<track::AlRequestSent>(&SyncSwitchedOff::On);
+    Subscribe<track::Answered>(&SyncSwitchedOff::OnStates, MemoryRange::Of(esc::kAlStatus, 1));
+    Subscribe<track::Answered>(&SyncSwitchedOff::OnClear, MemoryRange::Of(esc::kStationAddress, 2));
+    Subscribe<track::Answered>(&SyncSwitchedOff::OnClear, MemoryRange::Of(esc::kSyncManagerBase, esc::kSyncManagerBytes));
+    Subscribe<track::AlStatusRead>(&SyncSwitchedOff::On);
   }
 
   /// Where each slave's own state is not known, those of all may be.
@@ -120,7 +120,7 @@ class SyncSwitchedOff final : public Rule {
         TellOff(static_cast<SlaveId>(i), *off);
       }
     }
-    (void)SaidNothingReturned();
+    (void)NotEvaluableWithoutReturns();
   }
 
  private:

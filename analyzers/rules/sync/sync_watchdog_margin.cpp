@@ -70,13 +70,13 @@ longer watchdog in PREOP.
 class SyncWatchdogMargin final : public Rule {
  public:
   SyncWatchdogMargin() : Rule(kInfo) {
-    Hear<sync::OutputGap>(&SyncWatchdogMargin::On);
-    Hear<sync::SlaveRunEnded>(&SyncWatchdogMargin::On);
-    Hear<track::SlaveAccess>(&SyncWatchdogMargin::On,
+    Subscribe<sync::OutputGap>(&SyncWatchdogMargin::On);
+    Subscribe<sync::SlaveRunEnded>(&SyncWatchdogMargin::On);
+    Subscribe<track::SlaveAccess>(&SyncWatchdogMargin::On,
                              MemoryRange::Of(esc::kWatchdogDivider, esc::kProcessWatchdog + 2 - esc::kWatchdogDivider));
-    Hear<model::AlAnswered>(&SyncWatchdogMargin::On);
-    Hear<model::AlOverdue>(&SyncWatchdogMargin::On);
-    Hear<model::AlChangedByItself>(&SyncWatchdogMargin::On);
+    Subscribe<model::AlAnswered>(&SyncWatchdogMargin::On);
+    Subscribe<model::AlOverdue>(&SyncWatchdogMargin::On);
+    Subscribe<model::AlChangedByItself>(&SyncWatchdogMargin::On);
   }
 
   /// AL Status may be read later than outputs come again.
@@ -186,7 +186,7 @@ class SyncWatchdogMargin final : public Rule {
       if (gap) SayMayBeHole(*gap);
     }
     for (const Consequence& c : consequences_) NameCause(context(), c.rule, c.slave, c.frame, c.cause);
-    if (SaidNothingReturned()) return;
+    if (NotEvaluableWithoutReturns()) return;
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
       const model::SlaveModel& slave = context().slave(id);

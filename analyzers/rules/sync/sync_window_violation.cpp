@@ -73,9 +73,9 @@ shows the phase of the frames against SYNC0 for each slave.
 class SyncWindowViolation final : public Rule {
  public:
   SyncWindowViolation() : Rule(kInfo) {
-    Hear<sync::SyncSlotMiss>(&SyncWindowViolation::On);
-    Hear<sync::ArrivalOff>(&SyncWindowViolation::On);
-    Hear<sync::PllMeasured>(&SyncWindowViolation::On);
+    Subscribe<sync::SyncSlotMiss>(&SyncWindowViolation::On);
+    Subscribe<sync::ArrivalOff>(&SyncWindowViolation::On);
+    Subscribe<sync::PllMeasured>(&SyncWindowViolation::On);
   }
 
   void On(const sync::SyncSlotMiss& e) {

@@ -29,7 +29,7 @@ Nothing.
 
 class ManyBroadcasts final : public Rule {
  public:
-  ManyBroadcasts() : Rule(kInfo) { Hear(&ManyBroadcasts::Counted); }
+  ManyBroadcasts() : Rule(kInfo) { Subscribe(&ManyBroadcasts::Counted); }
 
   void Counted(const TenBroadcasts& event) {
     if (Repeat(kNoSlave, 0, event.frame) != kNoFinding) return;
