@@ -23,6 +23,7 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/observation.h"
+#include "analyzers/progress/ladder.h"
 #include "decoder/track/network.h"
 
 namespace ecaudit {
@@ -104,6 +105,7 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
         return summary != nullptr ? summary->position : static_cast<SlavePos>(slave);
       });
   SortFindings(result.findings);
+  progress::Climb(*observation.progress(), result);
   result.not_evaluable = store.not_evaluable();
   result.capture_next = WhatToCaptureNext(result);
   const CrowdedLists lists = LeaveOutCrowdedLists(observation.pipeline(), result);

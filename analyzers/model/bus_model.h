@@ -48,6 +48,12 @@ class BusModel final : private ProcessSink {
     return expectation.range;
   }
 
+  /// Calls `visit(const ImagePart&, Exchange)` for each slave's part of a datagram that is like the one before.
+  template <class Visit>
+  void ForEachPart(const track::LogicalAccess& access, Visit visit) const {
+    image_.ForEachPart(access, Expect(access), visit);
+  }
+
   void On(const track::SlaveFound& event);
   void On(const track::AddressAssigned& event);
   void On(const track::IdentityLearned& event);

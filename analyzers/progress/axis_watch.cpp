@@ -1,0 +1,177 @@
+#include "analyzers/progress/axis_watch.h"
+
+namespace ecaudit::progress {
+namespace {
+
+using device::DriveState;
+
+constexpr std::array kTargets{Role::kTargetPosition, Role::kTargetVelocity, Role::kTargetTorque};
+constexpr std::array kActuals{Role::kPosition, Role::kVelocity, Role::kTorque};
+
+}  // namespace
+
+void AxisWatch::Side(const SlaveSide& slave) {
+  now_.in_op = slave.in_op;
+  now_.op_requested = slave.op_requested;
+  now_.began = slave.began;
+}
+
+void AxisWatch::OnOutputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave) {
+  // The last of cycles that were alike is told once more.
+  if (frame.number <= last_outputs_) return;
+  last_outputs_ = frame.number;
+  Side(slave);
+  if (values[Role::kControl]) {
+    now_.control_mapped = true;
+    TakeControl(*values[Role::kControl], frame);
+  }
+  TakeModes(values, frame);
+  for (std::size_t i = 0; i < kTargets.size(); ++i) {
+    if (!values[kTargets[i]]) continue;
+    now_.target[i] = values[kTargets[i]];
+    now_.target_mapped[i] = true;
+  }
+  if (now_.control_changed || now_.control_first || !status_mapped_) Step(frame);
+}
+
+void AxisWatch::OnInputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave) {
+  if (frame.number <= last_inputs_) return;
+  last_inputs_ = frame.number;
+  Side(slave);
+  if (values[Role::kStatus]) {
+    status_mapped_ = true;
+    TakeStatus(*values[Role::kStatus], frame);
+  }
+  TakeModes(values, frame);
+  if (values[Role::kErrorCode]) error_code_ = static_cast<std::uint16_t>(*values[Role::kErrorCode]);
+  for (std::size_t i = 0; i < kActuals.size(); ++i) {
+    if (values[kActuals[i]]) now_.actual[i] = values[kActuals[i]];
+  }
+  Step(frame);
+}
+
+void AxisWatch::OnSdo(Role role, std::int64_t value, bool download, const FrameRef& frame, const SlaveSide& slave) {
+  Side(slave);
+  switch (role) {
+    case Role::kControl:
+      if (!download) return;
+      if (now_.control_mapped) {
+        enable_.OnSdoControl(now_, static_cast<std::uint16_t>(value), frame);
+      } else {
+        TakeControl(value, frame);
+        Step(frame);
+      }
+      return;
+    case Role::kStatus:
+      if (download || status_mapped_) return;
+      TakeStatus(value, frame);
+      Step(frame);
+      return;
+    case Role::kMode:
+      if (!download) return;
+      now_.mode_by_sdo = static_cast<std::int8_t>(value);
+      return;
+    case Role::kModeShown:
+      // What the process data show may be shifted; see pdo-object-type.
+      return;
+    case Role::kTargetPosition:
+    case Role::kTargetVelocity:
+    case Role::kTargetTorque: {
+      const std::size_t i = static_cast<std::size_t>(role) - static_cast<std::size_t>(Role::kTargetPosition);
+      if (download && !now_.target_mapped[i]) now_.target[i] = value;
+      return;
+    }
+    default:
+      return;
+  }
+}
+
+void AxisWatch::TakeControl(std::int64_t word, const FrameRef& frame) {
+  const auto value = static_cast<std::uint16_t>(word);
+  control_seen_ = true;
+  if (!now_.control) {
+    now_.control_first = true;
+    now_.control_since = frame;
+    now_.control_before = value;
+  } else if (*now_.control != value) {
+    now_.control_changed = true;
+    now_.control_before = *now_.control;
+    now_.control_since = frame;
+  }
+  now_.control = value;
+}
+
+void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
+  status_seen_ = true;
+  now_.status = static_cast<std::uint16_t>(word);
+  if (drive_ == nullptr) return;
+  now_.state = drive_->StateOf(*now_.status);
+  if (!now_.state) return;
+  if (now_.state != last_state_) {
+    now_.state_changed = true;
+    now_.state_before = last_state_;
+    now_.state_since = frame;
+    const bool asked = now_.control && (*now_.control & kEnableWord) != kEnableWord;
+    if (last_state_ == DriveState::kOperationEnabled) lost_unasked_ = !asked;
+    last_state_ = now_.state;
+  }
+  if (IsFault(now_.state)) {
+    without_fault_.End(frame);
+  } else if (*now_.status != 0) {  // which may mean that no inputs were valid yet
+    without_fault_.Begin(frame);
+  }
+  if (now_.Status(kVoltageBit)) {
+    voltage_.Begin(frame);
+  } else {
+    voltage_.End(frame);
+  }
+  if (now_.enabled()) {
+    enabled_.Begin(frame);
+    lost_unasked_ = false;
+  } else {
+    enabled_.End(frame);
+  }
+}
+
+void AxisWatch::TakeModes(const AxisValues& values, const FrameRef& frame) {
+  const std::optional<std::int8_t> before = now_.mode();
+  if (values[Role::kMode]) now_.mode_mapped = static_cast<std::int8_t>(*values[Role::kMode]);
+  if (values[Role::kModeShown]) now_.mode_shown = static_cast<std::int8_t>(*values[Role::kModeShown]);
+  if (now_.mode() != before) {
+    now_.mode_since = frame;
+    now_.mode_seen_to_change = before.has_value();
+  }
+  const auto asked = now_.mode_mapped.value_or(0) != 0 ? now_.mode_mapped : now_.mode_by_sdo;
+  const bool shown = now_.mode_shown && *now_.mode_shown != 0 && (!asked || asked == now_.mode_shown);
+  if (shown) {
+    mode_.Begin(frame);
+  } else if (now_.mode_shown) {
+    mode_.End(frame);
+  }
+}
+
+void AxisWatch::Step(const FrameRef& frame) {
+  now_.frame = frame;
+  if (drive_ != nullptr) {
+    enable_.Step(now_, records_);
+    command_.Step(now_, records_);
+    setpoint_.Step(now_, records_);
+    follow_.Step(now_, records_);
+  }
+  now_.control_changed = now_.control_first = now_.state_changed = false;
+}
+
+void AxisWatch::Forget() {
+  AxisView fresh;
+  fresh.control_mapped = now_.control_mapped;
+  fresh.limits = now_.limits;
+  fresh.target_mapped = now_.target_mapped;
+  now_ = fresh;
+  last_state_.reset();
+  enable_.Forget();
+  command_.Forget();
+  setpoint_.Forget();
+  follow_.Forget();
+}
+
+}  // namespace ecaudit::progress

@@ -1,0 +1,55 @@
+/// in: an axis, moment by moment.  out: what keeps it from Operation enabled although the master asks for it.
+///
+/// Asking is bit 3 of the control word: it rises while the drive is not enabled, or it is set when the slave comes to
+/// OP. A quick stop (bit 2 taken away from an enabled drive) is none, and neither is 0x0006.
+///
+/// Source: CIA402, state machine.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "analyzers/progress/axis_view.h"
+#include "analyzers/progress/lasting.h"
+
+namespace ecaudit::progress {
+
+class EnableCheck {
+ public:
+  void Step(const AxisView& now, AxisRecords& out);
+  /// 6040h was written by SDO and taken.
+  void OnSdoControl(const AxisView& now, std::uint16_t word, const FrameRef& frame);
+  void Forget();
+
+  /// The master asks for Operation enabled, by what the capture shows.
+  [[nodiscard]] bool wanted() const { return wanted_; }
+  [[nodiscard]] const FrameRef& enabled_since() const { return enabled_since_; }  ///< of the last time
+  [[nodiscard]] bool ever_enabled() const { return enabled_since_.seen(); }
+
+ private:
+  enum class Wish : std::uint8_t { kNone, kStands, kShown };
+
+  void FollowWish(const AxisView& now);
+  void InFault(const AxisView& now, AxisRecords& out);
+  void OnTheWay(const AxisView& now, AxisRecords& out);
+  void FollowSdo(const AxisView& now, AxisRecords& out);
+
+  Wish wish_ = Wish::kNone;
+  bool wanted_ = false;
+  FrameRef enabled_since_;
+  bool had_voltage_ = false;
+  // In the fault at hand.
+  bool fault_began_ = false;  ///< in the capture
+  std::uint32_t resets_ = 0;
+  FrameRef last_reset_;
+  Lasting reset_stands_, reset_missing_, fault_stays_;
+  Lasting bit_missing_, shutdown_missing_, asked_, quick_stop_, not_ready_, not_in_op_;
+  TimeNs asked_before_ = 0;  ///< in attempts that the master gave up
+  struct SdoWord {
+    std::uint16_t word = 0;
+    FrameRef frame;
+  };
+  std::optional<SdoWord> by_sdo_;
+};
+
+}  // namespace ecaudit::progress

@@ -1,0 +1,62 @@
+#include "analyzers/progress/ladder.h"
+
+#include <algorithm>
+#include <charconv>
+
+namespace ecaudit::progress {
+namespace {
+
+/// Whether "0-3, 7" names it.
+bool Names(std::string_view positions, SlavePos position) {
+  const char* at = positions.data();
+  const char* const end = at + positions.size();
+  while (at != end) {
+    unsigned first = 0;
+    const auto [after_first, wrong] = std::from_chars(at, end, first);
+    if (wrong != std::errc()) {
+      ++at;
+      continue;
+    }
+    unsigned last = first;
+    at = after_first;
+    if (at != end && *at == '-') at = std::from_chars(at + 1, end, last).ptr;
+    if (first <= position && position <= last) return true;
+  }
+  return false;
+}
+
+bool IsAbout(const Finding& finding, const SlaveSummary& slave) {
+  if (finding.slave != kNoSlave) return finding.slave == slave.id;
+  return Names(finding.affected.positions, slave.position);
+}
+
+}  // namespace
+
+FindingIndex HolderOf(const AnalysisResult& result, const SlaveSummary& slave,
+                      std::initializer_list<std::string_view> rules, int axis) {
+  for (FindingIndex i = 0; i < result.findings.size(); ++i) {
+    const Finding& finding = result.findings[i];
+    if (finding.severity == Severity::kInfo || !IsAbout(finding, slave)) continue;
+    if (axis >= 0 && finding.axis != axis) continue;
+    if (std::find(rules.begin(), rules.end(), finding.rule) == rules.end()) continue;
+    FindingIndex root = i;
+    for (std::size_t steps = 0; steps < result.findings.size(); ++steps) {
+      const FindingIndex cause = result.findings[root].caused_by;
+      if (cause == kNoFinding || cause >= result.findings.size()) break;
+      root = cause;
+    }
+    return root;
+  }
+  return kNoFinding;
+}
+
+void Climb(const ProgressModel& model, AnalysisResult& result) {
+  for (SlaveSummary& slave : result.slaves) slave.progress = LadderOf(slave, result);
+  model.ForEachAxis([&](SlaveId id, std::uint8_t axis, const AxisWatch& watch) {
+    for (SlaveSummary& slave : result.slaves) {
+      if (slave.id == id) slave.axes.push_back({axis, LadderOf(watch, axis, slave, result)});
+    }
+  });
+}
+
+}  // namespace ecaudit::progress

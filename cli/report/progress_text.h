@@ -1,0 +1,19 @@
+/// How far slaves and axes got, a line for each; those that are alike share one.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "analyzers/result/analysis_result.h"
+
+namespace ecaudit::report {
+
+struct ProgressLine {
+  std::string label;     ///< "slave 0", "slaves 0-39", "axis 2"
+  std::string text;      ///< "OP, in sync, enabled"
+  bool of_axis = false;  ///< belongs to the slave above
+};
+
+[[nodiscard]] std::vector<ProgressLine> ProgressLines(const AnalysisResult& result);
+
+}  // namespace ecaudit::report
