@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/analysis.h"
+#include "cli/report/sentences.h"
 
 namespace ecaudit {
 namespace {
@@ -41,7 +42,7 @@ std::string Others(const AnalysisResult& result, std::string_view expected = {})
   std::string text;
   for (const Finding& f : result.findings) {
     if (f.severity == Severity::kInfo || f.rule == expected) continue;
-    text += "\n  " + std::string(f.rule) + " in frame " + std::to_string(f.first.number) + ": " + f.title;
+    text += "\n  " + std::string(f.rule) + " in frame " + std::to_string(f.first.number) + ": " + report::TitleOf(f);
   }
   return text;
 }

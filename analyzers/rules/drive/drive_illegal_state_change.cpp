@@ -62,6 +62,8 @@ std::string WhatFellWithIt(const model::DriveStateChanged& e) {
   return text;
 }
 
+constexpr Word kControlWordsBefore{"control-words-before-change", "control words before a change of state", true};
+
 class DriveIllegalStateChange final : public Rule {
  public:
   DriveIllegalStateChange() : Rule(kInfo) {
@@ -135,10 +137,10 @@ class DriveIllegalStateChange final : public Rule {
 
   void Finish() override {
     NotEvaluableFor([](const model::SlaveModel& slave) {
-      const std::string missing = DriveWordsMissing(slave, true);
+      const std::optional<Reason> missing = DriveWordsMissing(slave, true);
       const auto unjudged = [](const model::DriveUnit& axis) { return axis.unjudged_changes() > 0; };
-      if (!missing.empty() || !slave.drives.Any(unjudged)) return missing;
-      return std::string("control words before a change of state may be missing");
+      if (missing || !slave.drives.Any(unjudged)) return missing;
+      return std::optional(Reason::Of(ReasonCode::kMissesPackets, kControlWordsBefore));
     });
   }
 };

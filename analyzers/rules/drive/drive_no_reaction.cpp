@@ -40,6 +40,10 @@ Look at bit 4 of the status word (voltage enabled), the hardware enable and safe
 (1003h). Limits: drive-no-reaction, drive-no-reaction.stop (milliseconds) in the configuration file.
 )"};
 
+constexpr Word kValidStatus{"valid-status-word", "a status word other than 0"};
+constexpr Word kReadyDrive{"ready-drive", "a state above Not ready to switch on"};
+constexpr Word kActingState{"acting-al-state", "the AL state in which the drive acts on the control word"};
+
 class DriveNoReaction final : public Rule {
  public:
   DriveNoReaction() : Rule(kInfo) { Subscribe<model::DriveNoReaction>(&DriveNoReaction::On); }
@@ -85,30 +89,29 @@ class DriveNoReaction final : public Rule {
 
   void Finish() override {
     NotEvaluableFor([](const model::SlaveModel& slave) {
-      const std::string missing = DriveWordsMissing(slave, true);
-      if (!missing.empty()) return missing;
-      std::string why;
+      std::optional<Reason> why = DriveWordsMissing(slave, true);
+      if (why) return why;
       slave.drives.ForEachSeen([&why](const model::DriveUnit& axis) {
-        if (why.empty()) why = Unjudged(axis);
+        if (!why) why = Unevaluated(axis);
       });
       return why;
     });
   }
 
  private:
-  static std::string Unjudged(const model::DriveUnit& axis) {
-    if (axis.without_time()) return "frames with the status word have no time stamps";
+  static std::optional<Reason> Unevaluated(const model::DriveUnit& axis) {
+    if (axis.without_time()) return Reason::Of(ReasonCode::kNoStamps);
     // No command is legal then, so none is without effect.
     if (!axis.state() && axis.status_word() == 0) {
-      return "the status word is 0 until the end, as of inputs that are not valid";
+      return Reason::Of(ReasonCode::kNotInCapture, kValidStatus);
     }
     if (axis.state() == device::DriveState::kNotReadyToSwitchOn) {
-      return "the drive shows Not ready to switch on until the end: it has not come up, or has no supply";
+      return Reason::Of(ReasonCode::kNotInCapture, kReadyDrive);
     }
     if (axis.may_not_act()) {
-      return "whether the slave has reached the AL state in which the drive acts on the control word is not known";
+      return Reason::Of(ReasonCode::kNotInCapture, kActingState);
     }
-    return {};
+    return std::nullopt;
   }
 };
 

@@ -16,6 +16,10 @@ inline FrameRef Frame(FrameNo number) {
   return {number, kStart + (static_cast<TimeNs>(number) - 1) * 1'000'000, true};
 }
 
+inline Reason Because(const std::string& text) {
+  return {ReasonCode::kOther, nullptr, text};
+}
+
 inline Finding MakeFinding(std::string_view rule, Severity severity, SlaveId slave, FrameNo frame,
                            FindingIndex caused_by = kNoFinding) {
   Finding finding;
@@ -96,8 +100,8 @@ inline report::CaptureReport RefusedSafeop() {
                       {"requested", std::string("SAFEOP"), Evidence::Notation::kDecimal}};
   finding.reference = {"AKD EtherCAT Communication", "4.3"};
   r.findings.push_back(finding);
-  r.not_evaluable.push_back({"sync-lost", 7, "DC is not used", 0, 1});
-  r.not_evaluable.push_back({"frame-lost", kNoSlave, "the capture ends early", 6000, 2});
+  r.not_evaluable.push_back({"sync-lost", 7, Because("DC is not used"), 0, 1});
+  r.not_evaluable.push_back({"frame-lost", kNoSlave, Because("the capture ends early"), 6000, 2});
   return report;
 }
 
