@@ -39,7 +39,7 @@ enum class AxisFact : std::uint8_t {
   // It does not follow.
   kFollowingError,  ///< bit 13
   kHomingError,     ///< bit 13 in homing
-  kInternalLimit,   ///< bit 11
+  kLags,            ///< a: travel of the target, b: travel of the actual value
   kStandsStill,     ///< a: travel of the target, b: travel of the actual value; velocity: the values
   kWrongWay,        ///< likewise
 };
@@ -55,6 +55,7 @@ struct AxisRecord {
   std::uint64_t count = 1;
   bool inferred = false;  ///< what came before the capture may be the reason
   bool fault = false;     ///< the drive went into a fault, or showed a following error, because of it
+  bool limited = false;   ///< bit 11 of the status word: an internal limit is active
   std::optional<std::uint16_t> control, status;
   std::optional<device::DriveState> state;
   std::optional<std::int8_t> mode;

@@ -87,6 +87,7 @@ inline constexpr unsigned kResetBit = 7;
 inline constexpr unsigned kHaltBit = 8;
 // Bits of the status word.
 inline constexpr unsigned kVoltageBit = 4;
+inline constexpr unsigned kReachedBit = 10;
 inline constexpr unsigned kLimitBit = 11;
 inline constexpr unsigned kAcknowledgeBit = 12;  ///< profile position
 inline constexpr unsigned kErrorBit = 13;        ///< following error, homing error

@@ -4,7 +4,6 @@ namespace ecaudit::progress {
 namespace {
 
 constexpr TimeNs kErrorNs = 20'000'000;
-constexpr TimeNs kLimitNs = 200'000'000;
 constexpr TimeNs kStillNs = 500'000'000;
 constexpr TimeNs kRampNs = 1'000'000'000;
 /// Below, an axis need not move: friction, and units that are smaller than what it can resolve.
@@ -23,11 +22,6 @@ void FollowCheck::Forget() {
   follows_ = follows;
 }
 
-void FollowCheck::Restart(std::int64_t target, std::int64_t actual) {
-  target_ = target;
-  actual_ = actual;
-}
-
 void FollowCheck::Step(const AxisView& now, AxisRecords& out) {
   const bool enabled = now.enabled() && now.in_op != InOp::kNo;
   if (enabled != enabled_ || now.mode() != mode_) {
@@ -35,20 +29,22 @@ void FollowCheck::Step(const AxisView& now, AxisRecords& out) {
     still_.Reset();
     wrong_way_.Reset();
     slow_.Reset();
+    started_ = false;
   }
   enabled_ = enabled;
   mode_ = now.mode();
   if (!enabled_ || !mode_) {
     error_.Reset();
-    limit_.Reset();
     return;
   }
   Bits(now, out);
   switch (*mode_) {
     case kCyclicPosition:
     case kInterpolated:
-    case kProfilePosition:
       Position(now, out);
+      return;
+    case kProfilePosition:
+      Profile(now, out);
       return;
     case kCyclicVelocity:
     case kProfileVelocity:
@@ -77,42 +73,62 @@ void FollowCheck::Position(const AxisView& now, AxisRecords& out) {
   if (!target || !actual) return;
   if (restart_) {
     restart_ = false;
-    Restart(*target, *actual);
-    start_target_ = *target;
-    start_actual_ = *actual;
+    together_ = slow_from_ = begin_ = {*target, *actual};
   }
-  const bool profile = *mode_ == kProfilePosition;
-  // The drive makes the way in profile position, and takes the target by the edge only.
-  const bool held_back = profile && (!now.Control(kStartBit) || now.Control(kHaltBit));
-  const std::int64_t travel = profile && now.Control(kRelativeBit) ? 0 : Apart(target_, *target);
-  const std::int64_t moved = Apart(actual_, *actual);
-  const bool far = Magnitude(travel) >= kLeastTravel;
-  const bool still = far && Magnitude(moved) * kShare < Magnitude(travel);
-  const bool wrong = far && moved != 0 && (moved > 0) != (travel > 0) && Magnitude(moved) * 2 > Magnitude(travel);
-  if (const TimeNs held = still_.Hold(still && !held_back, now.frame);
-      held >= (profile ? kRampNs : kStillNs) && still_.Tell()) {
-    AxisRecord record = now.Record(AxisFact::kStandsStill, still_.since(), held);
-    record.quantity = Quantity::kPosition;
-    record.a = travel;
-    record.b = moved;
-    record.inferred = false;
-    record.fault = now.Status(kLimitBit);
-    out.Add(record);
+  const Way way = WayFrom(together_, *target, *actual);
+  const bool far = Magnitude(way.target) >= kLeastTravel;
+  const bool still = far && Magnitude(way.actual) * kShare < Magnitude(way.target);
+  const bool wrong =
+      far && way.actual != 0 && !way.SameDirection() && Magnitude(way.actual) * 2 > Magnitude(way.target);
+  Tell(AxisFact::kStandsStill, still_, still, kStillNs, way, now, out);
+  Tell(AxisFact::kWrongWay, wrong_way_, wrong, kStillNs, way, now, out);
+  if (!still && !wrong && (way.target == 0 || way.SameDirection())) together_ = {*target, *actual};
+
+  const Way slow = WayFrom(slow_from_, *target, *actual);
+  const bool half = Magnitude(slow.actual) * 2 >= Magnitude(slow.target);
+  const bool behind = Magnitude(slow.target) >= kLeastTravel && !half && !still && !wrong && slow.SameDirection();
+  Tell(AxisFact::kLags, slow_, behind, kStillNs, slow, now, out);
+  if (half || still || wrong) slow_from_ = {*target, *actual};
+
+  if (follows_.seen()) return;
+  const Way all = WayFrom(begin_, *target, *actual);
+  if (Magnitude(all.target) >= 20 && all.SameDirection() && Magnitude(all.actual) * 2 > Magnitude(all.target)) {
+    follows_ = now.frame;
   }
-  if (const TimeNs held = wrong_way_.Hold(wrong && !profile, now.frame); held >= kStillNs && wrong_way_.Tell()) {
-    AxisRecord record = now.Record(AxisFact::kWrongWay, wrong_way_.since(), held);
-    record.quantity = Quantity::kPosition;
-    record.a = travel;
-    record.b = moved;
-    out.Add(record);
+}
+
+/// The drive makes the way, and takes the target by the edge of bit 4.
+void FollowCheck::Profile(const AxisView& now, AxisRecords& out) {
+  const auto& target = now.Target(Quantity::kPosition);
+  const auto& actual = now.Actual(Quantity::kPosition);
+  if (!target || !actual) return;
+  if (now.Rises(kStartBit)) {
+    const bool relative = now.Control(kRelativeBit);
+    begin_ = {relative ? 0 : *actual, *actual};
+    goal_ = *target;
+    started_ = true;
+    still_.Reset();
   }
-  const bool together = Magnitude(moved) * kShare >= Magnitude(travel) && (travel == 0 || (moved >= 0) == (travel > 0));
-  if (!still && !wrong && together) Restart(*target, *actual);
-  if (!follows_.seen()) {
-    const std::int64_t all = Apart(start_target_, *target);
-    const std::int64_t made = Apart(start_actual_, *actual);
-    if (Magnitude(all) >= 20 && (all > 0) == (made > 0) && Magnitude(made) * 2 > Magnitude(all)) follows_ = now.frame;
+  if (!started_) return;
+  const Way way = WayFrom(begin_, goal_, *actual);
+  const bool halted = now.Control(kHaltBit) || now.Status(kReachedBit);
+  const bool still = Magnitude(way.target) >= kLeastTravel && Magnitude(way.actual) * kShare < Magnitude(way.target);
+  Tell(AxisFact::kStandsStill, still_, still && !halted, kRampNs, way, now, out);
+  if (!follows_.seen() && way.target != 0 && way.SameDirection() && Magnitude(way.actual) * 2 > Magnitude(way.target)) {
+    follows_ = now.frame;
   }
+}
+
+void FollowCheck::Tell(AxisFact fact, Lasting& lasting, bool holds, TimeNs limit, const Way& way, const AxisView& now,
+                       AxisRecords& out) {
+  const TimeNs held = lasting.Hold(holds, now.frame);
+  if (held < limit || !lasting.Tell()) return;
+  AxisRecord record = now.Record(fact, lasting.since(), held);
+  record.quantity = Quantity::kPosition;
+  record.a = way.target;
+  record.b = way.actual;
+  record.limited = now.Status(kLimitBit);
+  out.Add(record);
 }
 
 void FollowCheck::Velocity(const AxisView& now, AxisRecords& out) {
@@ -128,7 +144,7 @@ void FollowCheck::Velocity(const AxisView& now, AxisRecords& out) {
     record.quantity = Quantity::kVelocity;
     record.a = *target;
     record.b = *actual;
-    record.fault = now.Status(kLimitBit);
+    record.limited = now.Status(kLimitBit);
     out.Add(record);
   }
   const bool wrong =

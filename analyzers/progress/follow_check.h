@@ -23,17 +23,35 @@ class FollowCheck {
   [[nodiscard]] const FrameRef& follows() const { return follows_; }
 
  private:
+  struct Place {
+    std::int64_t target = 0, actual = 0;
+  };
+  /// How far target and actual value went from a place.
+  struct Way {
+    std::int64_t target = 0, actual = 0;
+    [[nodiscard]] bool SameDirection() const { return actual == 0 || (actual > 0) == (target > 0); }
+  };
+  [[nodiscard]] static Way WayFrom(const Place& from, std::int64_t target, std::int64_t actual) {
+    return {Apart(from.target, target), Apart(from.actual, actual)};
+  }
+
   void Bits(const AxisView& now, AxisRecords& out);
   void Position(const AxisView& now, AxisRecords& out);
+  void Profile(const AxisView& now, AxisRecords& out);
   void Velocity(const AxisView& now, AxisRecords& out);
-  void Restart(std::int64_t target, std::int64_t actual);
+  /// Adds `fact` once it has held for `limit`.
+  static void Tell(AxisFact fact, Lasting& lasting, bool holds, TimeNs limit, const Way& way, const AxisView& now,
+                   AxisRecords& out);
 
   std::optional<std::int8_t> mode_;
   bool enabled_ = false;
   bool restart_ = true;
-  std::int64_t target_ = 0, actual_ = 0;              ///< where both moved together last
-  std::int64_t start_target_ = 0, start_actual_ = 0;  ///< where they began
-  Lasting error_, limit_, still_, wrong_way_, slow_;
+  bool started_ = false;   ///< profile position: bit 4 rose
+  std::int64_t goal_ = 0;  ///< likewise: the target then
+  Place begin_;            ///< where the motion began
+  Place together_;         ///< where both moved together last
+  Place slow_from_;        ///< since when the actual value makes less than half of the way
+  Lasting error_, still_, wrong_way_, slow_;
   FrameRef follows_;
 };
 

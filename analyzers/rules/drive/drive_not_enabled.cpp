@@ -1,0 +1,196 @@
+#include <array>
+#include <string>
+
+#include "analyzers/judge/axis_rule.h"
+
+namespace ecaudit::drive_not_enabled {
+namespace {
+
+constexpr FindingKind kBitMissing{
+    .name = "control-bit-missing",
+    .title = "Control word {control_word} cannot enable the drive: {bits} = 0",
+    .message =
+        R"(The master sends control word {control_word} from {since_frame} on, for {lasted_ms}. Its bit 3 asks for
+Operation enabled, but {bits} {bit_count?is|are} 0. The drive shows {state} (status word {status_word}, {frame}). Enable
+operation needs bits 0 to 3 set (0x000f).)",
+    .next = "Set {bits} in the control word. The quick stop bit (bit 2) is active at 0.",
+    .identity = "control_word"};
+
+constexpr FindingKind kResetStands{
+    .name = "reset-without-edge",
+    .title = "Fault reset (bit 7) stays 1: no rising edge resets the fault",
+    .message =
+        R"(Bit 7 of the control word ({control_word}) is 1 from {since_frame} on, for {lasted_ms}, while the drive shows
+{state} (status word {status_word}, {frame}).[ The drive reports {reason}.] A fault is reset by the rising edge of bit 7, from 0
+to 1.)",
+    .next = "Send bit 7 as 0 for some cycles, then as 1. Correct the cause of the fault before.",
+    .identity = ""};
+
+constexpr FindingKind kResetMissing{
+    .name = "reset-missing",
+    .title = "The master enables the drive in Fault without a fault reset",
+    .message =
+        R"(The master sends control word {control_word} from {since_frame} on, for {lasted_ms}, while the drive shows {state}
+(status word {status_word}, {frame}).[ The drive reports {reason}.] Bit 7 of the control word stays 0. A drive leaves Fault only by
+the rising edge of bit 7.)",
+    .next = "Correct the cause of the fault, reset it by the rising edge of bit 7, then enable the drive.",
+    .identity = ""};
+
+constexpr FindingKind kFaultStays{
+    .name = "fault-stays",
+    .title = "The fault stays after {resets}[: {reason}]",
+    .message =
+        R"(The master resets the fault ({resets}, the first at {since_frame}), and {lasted_ms} later the drive still shows {state}
+(status word {status_word}, {frame}).[ The drive reports {reason}.][{!reason} The capture does not show which fault it is.] The cause is
+still there.)",
+    .next =
+        "[{?reason}Correct this cause.][{!reason}Read 603Fh and 1003h:1 from the drive and correct what they name.] "
+        "Then reset the fault.",
+    .identity = "reason"};
+
+constexpr FindingKind kShutdownMissing{
+    .name = "shutdown-missing",
+    .title = "Control word {control_word} in Switch on disabled, without Shutdown (0x0006)",
+    .message =
+        R"(The master sends control word {control_word} from {since_frame} on, for {lasted_ms}. The drive shows {state} (status word
+{status_word}, {frame}). The way from Switch on disabled to Operation enabled begins with Shutdown: bits 1 and 2 are 1, bit 0 is 0.)",
+    .next = "Send 0x0006 until the drive shows Ready to switch on, then 0x0007, then 0x000f.",
+    .identity = "control_word"};
+
+constexpr FindingKind kNoVoltage{
+    .name = "no-voltage",
+    .title = "Not enabled in {state}: the drive has no voltage (status bit 4 = 0)",
+    .message =
+        R"(The master sends control word {control_word} from {since_frame} on, for {lasted_ms}. The drive stays in {state}, and bit 4
+(voltage enabled) of its status word {status_word} is 0 ({frame}).)",
+    .next = "Check the power supply of the motor, the hardware enable input and safe torque off.",
+    .identity = "state"};
+
+constexpr FindingKind kQuickStopStays{
+    .name = "quick-stop-stays",
+    .title = "Quick stop active is not left by control word {control_word}",
+    .message =
+        R"(The master sends control word {control_word} from {since_frame} on, for {lasted_ms}. The drive stays in {state} (status word
+{status_word}, {frame}). Not every drive goes from Quick stop active to Operation enabled (transition 16); 605Ah decides it.)",
+    .next =
+        "Send 0x0000 until the drive shows Switch on disabled, then 0x0006, 0x0007 and 0x000f. Or set 605Ah to 5 or "
+        "more.",
+    .identity = ""};
+
+constexpr FindingKind kNotReady{
+    .name = "not-ready",
+    .title = "Not enabled: the drive shows Not ready to switch on",
+    .message =
+        R"(The master sends control word {control_word} from {since_frame} on, for {lasted_ms}. The drive shows {state} (status word
+{status_word}, {frame}) and accepts no command there.)",
+    .next =
+        "Wait until the drive has come up. Check its logic supply, and whether the status word is mapped where it is "
+        "read.",
+    .identity = ""};
+
+constexpr FindingKind kNotInOp{
+    .name = "not-in-op",
+    .title = "The master enables the drive, but never requests OP",
+    .message =
+        R"(The master sends control word {control_word} from {since_frame} on, for {lasted_ms}. The slave is not in OP, and the master did
+not request OP up to {frame}. Outputs act in OP only.)",
+    .next = "Request OP, and send the enable sequence after AL Status shows OP.",
+    .identity = ""};
+
+constexpr FindingKind kOverwritten{
+    .name = "control-word-overwritten",
+    .title = "Control word {by_sdo} by SDO is overwritten by {mapped} in process data",
+    .message =
+        R"(The master wrote control word {by_sdo} by SDO in {since_frame}. The process data hold {mapped} for the same object in every cycle.
+The drive shows {state} (status word {status_word}, {frame}).)",
+    .next = "Write the control word into the process data, or take it out of the PDO mapping.",
+    .identity = "by_sdo mapped"};
+
+constexpr const FindingKind* kKinds[] = {&kBitMissing,      &kResetStands, &kResetMissing,   &kFaultStays,
+                                         &kShutdownMissing, &kNoVoltage,   &kQuickStopStays, &kNotReady,
+                                         &kNotInOp,         &kOverwritten};
+
+constexpr RuleInfo kInfo{.id = "drive-not-enabled",
+                         .group = "Drive profile (DS402)",
+                         .severity = Severity::kWarning,
+                         .title = "The master asks for Operation enabled and the drive does not get there",
+                         .needs = "control word 6040h and status word 6041h with time stamps",
+                         .source = "CIA402, state machine",
+                         .kinds = kKinds,
+                         .doc = R"(
+## What it checks
+Whether an axis reaches Operation enabled when the master asks for it, and what is missing if it does not:
+
+- a bit of the control word
+- the rising edge of fault reset
+- Shutdown before Enable operation
+- the voltage
+- OP
+- an SDO write of the control word that process data overwrite
+
+## Why it matters
+The axis does not move. Each step of the master may be legal all the same.
+
+## How it is decided
+Bit 3 of the control word asks for Operation enabled if it rises while the drive is not enabled, or if it is set when the
+slave comes to OP. A quick stop of an enabled drive is no such request, and neither is 0x0006. What no drive can follow (a bit
+that is 0) counts after 200 ms, a missing edge or Shutdown after 500 ms, what a drive may be slow in after 1 s. Attempts that the
+master gives up are added.
+
+## Example
+tests/rules/drive-not-enabled/violates.trace: control word 0x000b.
+
+## What to do
+The finding names what is missing. Correct this one thing first.
+)"};
+
+constexpr std::array kRows{
+    AxisRule::Row{progress::AxisFact::kControlBitMissing, &kBitMissing},
+    AxisRule::Row{progress::AxisFact::kResetStands, &kResetStands},
+    AxisRule::Row{progress::AxisFact::kResetMissing, &kResetMissing},
+    AxisRule::Row{progress::AxisFact::kFaultStays, &kFaultStays},
+    AxisRule::Row{progress::AxisFact::kShutdownMissing, &kShutdownMissing},
+    AxisRule::Row{progress::AxisFact::kNoVoltage, &kNoVoltage},
+    AxisRule::Row{progress::AxisFact::kQuickStopStays, &kQuickStopStays},
+    AxisRule::Row{progress::AxisFact::kNotReady, &kNotReady},
+    AxisRule::Row{progress::AxisFact::kNotInOp, &kNotInOp},
+    AxisRule::Row{progress::AxisFact::kOverwrittenControl, &kOverwritten},
+};
+
+class DriveNotEnabled final : public AxisRule {
+ public:
+  DriveNotEnabled() : AxisRule(kInfo, kRows) {}
+
+ private:
+  void Describe(Finding& finding, const progress::AxisRecord& record, const progress::AxisWatch&) override {
+    switch (record.fact) {
+      case progress::AxisFact::kControlBitMissing: {
+        std::size_t count = 0;
+        std::string bits;
+        for (std::size_t bit = 0; bit < kBits.size(); ++bit) {
+          if ((record.a >> bit & 1) == 0) continue;
+          bits += (count++ == 0 ? "" : ", ") + std::string(kBits.at(bit));
+        }
+        finding.Set("bits", arg::Text(bits)).Set("bit_count", arg::Number(static_cast<std::int64_t>(count)));
+        return;
+      }
+      case progress::AxisFact::kFaultStays:
+        finding.Set("resets", arg::Count(static_cast<std::uint64_t>(record.a), "reset"));
+        return;
+      case progress::AxisFact::kOverwrittenControl:
+        finding.Set("by_sdo", arg::Hex(static_cast<std::uint64_t>(record.a)))
+            .Set("mapped", arg::Hex(static_cast<std::uint64_t>(record.b)));
+        return;
+      default:
+        return;
+    }
+  }
+
+  static constexpr std::array<std::string_view, 3> kBits{"bit 0 (switch on)", "bit 1 (enable voltage)",
+                                                         "bit 2 (quick stop)"};
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<DriveNotEnabled>};
+
+}  // namespace
+}  // namespace ecaudit::drive_not_enabled
