@@ -42,14 +42,12 @@ void AxisRule::Finish() {
 void AxisRule::ReportOf(SlaveId slave, std::uint8_t number, const progress::AxisWatch& axis,
                         const progress::AxisRecord& record, const FindingKind& kind) {
   const device::DeviceDescription& family = *context().slave(slave).profile;
-  Finding finding = Found(kind, slave, record.frame);
+  Finding finding = Found(kind, slave, record.since.seen() ? record.since : record.frame);
   finding.last = record.last;
   finding.count = record.count;
   finding.confidence = record.inferred ? Confidence::kInferred : Confidence::kObserved;
-  if (record.since.seen() && record.since.number != record.frame.number) {
-    finding.Set("since_frame", arg::Frame(record.since.number));
-    AddRelated(finding, record.since.number);
-  }
+  finding.Set("shown_frame", arg::Frame(record.frame.number));
+  if (record.frame.number != finding.first.number) AddRelated(finding, record.frame.number);
   if (record.lasted > 0) finding.Set("lasted_ms", arg::Ms(record.lasted));
   if (record.control) finding.Set("control_word", arg::Hex(*record.control));
   if (record.status) finding.Set("status_word", arg::Hex(*record.status));

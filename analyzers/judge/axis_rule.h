@@ -27,7 +27,7 @@ class AxisRule : public Rule {
   void Finish() override;
 
  protected:
-  /// Sets the arguments that are not common to all: control_word, status_word, state, mode, since_frame, lasted_ms.
+  /// Sets the arguments that are not common to all: control_word, status_word, state, mode, shown_frame, lasted_ms.
   virtual void Describe(Finding& finding, const progress::AxisRecord& record, const progress::AxisWatch& axis) = 0;
   /// Why the rule could not be evaluated for an axis; nothing where it could.
   [[nodiscard]] virtual std::optional<Reason> Unevaluated(const progress::AxisWatch& axis) const;

@@ -107,6 +107,10 @@ constexpr std::array kFacts{
                 {"stands-still", "the set point moves, the actual value does not"}},
     AxisFactRow{
         AxisFact::kWrongWay, "follows", "drive-not-following", {"wrong-way", "the actual value goes the other way"}},
+    AxisFactRow{AxisFact::kModeShifted,
+                "mode",
+                "pdo-object-type",
+                {"mode-by-sdo-differs", "6061h is another value by SDO than in the process data"}},
 };
 
 }  // namespace

@@ -5,7 +5,9 @@
 #include <optional>
 #include <vector>
 
+#include "analyzers/progress/lasting.h"
 #include "decoder/base/ids.h"
+#include "decoder/base/time.h"
 #include "decoder/device/drive_profile.h"
 
 namespace ecaudit::progress {
@@ -42,6 +44,8 @@ enum class AxisFact : std::uint8_t {
   kLags,            ///< a: travel of the target, b: travel of the actual value
   kStandsStill,     ///< a: travel of the target, b: travel of the actual value; velocity: the values
   kWrongWay,        ///< likewise
+  // The process data are read at a wrong place.
+  kModeShifted,  ///< a: 6061h by SDO, b: in the process data
 };
 
 /// Which object a fact is about.
@@ -77,6 +81,24 @@ class AxisRecords {
     }
     list_.push_back(record);
     list_.back().last = record.frame;
+  }
+  /// It still holds: the record of it lasts until here.
+  void Extend(AxisFact fact, Quantity quantity, const FrameRef& frame) {
+    for (AxisRecord& known : list_) {
+      if (known.fact != fact || known.quantity != quantity) continue;
+      known.last = frame;
+      if (known.count == 1 && known.since.has_time && frame.has_time)
+        known.lasted = Elapsed(known.since.time, frame.time);
+    }
+  }
+  /// What has held long enough: true once in each episode, when it is to be added; from then on it is extended.
+  /// @param held  as Lasting::Hold() gave it
+  [[nodiscard]] bool IsDue(AxisFact fact, Lasting& lasting, TimeNs held, TimeNs limit, const FrameRef& frame,
+                           Quantity quantity = Quantity::kNone) {
+    if (held < limit) return false;
+    if (lasting.Tell()) return true;
+    Extend(fact, quantity, frame);
+    return false;
   }
   [[nodiscard]] const AxisRecord* Find(AxisFact fact) const {
     for (const AxisRecord& known : list_) {

@@ -10,6 +10,26 @@ constexpr std::array kActuals{Role::kPosition, Role::kVelocity, Role::kTorque};
 
 }  // namespace
 
+void AxisWatch::SetDrive(const device::DriveProfile* drive) {
+  if (drive_ == drive) return;
+  drive_ = drive;
+  reserved_control_mask_ = reserved_status_mask_ = 0;
+  if (drive == nullptr) return;
+  const auto mask = [](const std::vector<device::WordBit>& bits) {
+    unsigned reserved = 0;
+    for (const device::WordBit& bit : bits) {
+      if (bit.name == "reserved") reserved |= 1U << bit.bit;
+    }
+    return static_cast<std::uint16_t>(reserved);
+  };
+  reserved_control_mask_ = mask(drive->control_bits);
+  reserved_status_mask_ = mask(drive->status_bits);
+}
+
+void AxisWatch::NoteReserved(Reserved& reserved, std::uint16_t mask, std::uint16_t word, const FrameRef& frame) {
+  if (reserved.bits == 0 && (word & mask) != 0) reserved = {static_cast<std::uint16_t>(word & mask), word, frame};
+}
+
 void AxisWatch::Side(const SlaveSide& slave) {
   now_.in_op = slave.in_op;
   now_.op_requested = slave.op_requested;
@@ -72,7 +92,7 @@ void AxisWatch::OnSdo(Role role, std::int64_t value, bool download, const FrameR
       now_.mode_by_sdo = static_cast<std::int8_t>(value);
       return;
     case Role::kModeShown:
-      // What the process data show may be shifted; see pdo-object-type.
+      FollowShown(value, download, frame);
       return;
     case Role::kTargetPosition:
     case Role::kTargetVelocity:
@@ -86,9 +106,23 @@ void AxisWatch::OnSdo(Role role, std::int64_t value, bool download, const FrameR
   }
 }
 
+/// What the drive says by SDO is what it has; process data that show another value for long are read at a wrong place.
+void AxisWatch::FollowShown(std::int64_t value, bool download, const FrameRef& frame) {
+  constexpr TimeNs kSettledNs = 100'000'000;
+  if (download || !now_.mode_shown || *now_.mode_shown == value) return;
+  const FrameRef& since = shown_since_;
+  if (!since.has_time || !frame.has_time || Elapsed(since.time, frame.time) < kSettledNs) return;
+  now_.frame = frame;
+  AxisRecord record = now_.Record(AxisFact::kModeShifted, since, Elapsed(since.time, frame.time));
+  record.a = value;
+  record.b = *now_.mode_shown;
+  records_.Add(record);
+}
+
 void AxisWatch::TakeControl(std::int64_t word, const FrameRef& frame) {
   const auto value = static_cast<std::uint16_t>(word);
   control_seen_ = true;
+  if (now_.in_op == InOp::kYes) NoteReserved(reserved_control_, reserved_control_mask_, value, frame);
   if (!now_.control) {
     now_.control_first = true;
     now_.control_since = frame;
@@ -104,6 +138,7 @@ void AxisWatch::TakeControl(std::int64_t word, const FrameRef& frame) {
 void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
   status_seen_ = true;
   now_.status = static_cast<std::uint16_t>(word);
+  if (now_.in_op == InOp::kYes) NoteReserved(reserved_status_, reserved_status_mask_, *now_.status, frame);
   if (drive_ == nullptr) return;
   now_.state = drive_->StateOf(*now_.status);
   if (!now_.state) return;
@@ -136,7 +171,11 @@ void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
 void AxisWatch::TakeModes(const AxisValues& values, const FrameRef& frame) {
   const std::optional<std::int8_t> before = now_.mode();
   if (values[Role::kMode]) now_.mode_mapped = static_cast<std::int8_t>(*values[Role::kMode]);
-  if (values[Role::kModeShown]) now_.mode_shown = static_cast<std::int8_t>(*values[Role::kModeShown]);
+  if (values[Role::kModeShown]) {
+    const auto shown = static_cast<std::int8_t>(*values[Role::kModeShown]);
+    if (now_.mode_shown != shown) shown_since_ = frame;
+    now_.mode_shown = shown;
+  }
   if (now_.mode() != before) {
     now_.mode_since = frame;
     now_.mode_seen_to_change = before.has_value();

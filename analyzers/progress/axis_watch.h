@@ -36,7 +36,7 @@ struct SlaveSide {
 
 class AxisWatch {
  public:
-  void SetDrive(const device::DriveProfile* drive) { drive_ = drive; }
+  void SetDrive(const device::DriveProfile* drive);
 
   void OnOutputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave);
   void OnInputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave);
@@ -56,6 +56,15 @@ class AxisWatch {
   [[nodiscard]] bool control_seen() const { return control_seen_; }
   [[nodiscard]] bool status_seen() const { return status_seen_; }
 
+  /// The first word in OP with bits that the family's list calls reserved; bits 0: there was none.
+  struct Reserved {
+    std::uint16_t bits = 0;
+    std::uint16_t word = 0;
+    FrameRef frame;
+  };
+  [[nodiscard]] const Reserved& reserved_control() const { return reserved_control_; }
+  [[nodiscard]] const Reserved& reserved_status() const { return reserved_status_; }
+
   // Of the ladder.
   [[nodiscard]] const Span& without_fault() const { return without_fault_; }
   [[nodiscard]] const Span& voltage() const { return voltage_; }
@@ -66,14 +75,20 @@ class AxisWatch {
 
  private:
   void Side(const SlaveSide& slave);
+  void FollowShown(std::int64_t value, bool download, const FrameRef& frame);
   void TakeControl(std::int64_t word, const FrameRef& frame);
   void TakeStatus(std::int64_t word, const FrameRef& frame);
   void TakeModes(const AxisValues& values, const FrameRef& frame);
   void Step(const FrameRef& frame);
 
+  static void NoteReserved(Reserved& reserved, std::uint16_t mask, std::uint16_t word, const FrameRef& frame);
+
   const device::DriveProfile* drive_ = nullptr;
+  std::uint16_t reserved_control_mask_ = 0, reserved_status_mask_ = 0;
+  Reserved reserved_control_, reserved_status_;
   AxisView now_;
   bool control_seen_ = false, status_seen_ = false, status_mapped_ = false;
+  FrameRef shown_since_;  ///< 6061h of the process data
   FrameNo last_outputs_ = 0, last_inputs_ = 0;
   std::optional<device::DriveState> last_state_;
   std::optional<std::uint16_t> error_code_;

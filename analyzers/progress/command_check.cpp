@@ -109,7 +109,8 @@ void CommandCheck::Start(const AxisView& now, std::int8_t mode, AxisRecords& out
   const TimeNs limit = homing ? kHomingNs : kStartNs;
 
   const bool missing = wants && starts_ == 0 && all_starts_ == 0 && !now.Control(kStartBit);
-  if (const TimeNs held = start_missing_.Hold(missing, now.frame); held >= limit && start_missing_.Tell()) {
+  if (const TimeNs held = start_missing_.Hold(missing, now.frame);
+      out.IsDue(AxisFact::kStartMissing, start_missing_, held, limit, now.frame)) {
     wanted_ = true;
     AxisRecord record = now.Record(AxisFact::kStartMissing, start_missing_.since(), held);
     record.a = mode;
@@ -119,7 +120,8 @@ void CommandCheck::Start(const AxisView& now, std::int8_t mode, AxisRecords& out
   const bool behind = position.changed.number > last_start_.number;
   const bool stands = mode != kInterpolated && now.Control(kStartBit) && enabling_seen_ &&
                       (homing ? starts_ == 0 && now.mode_seen_to_change : moves && behind);
-  if (const TimeNs held = start_stands_.Hold(stands, now.frame); held >= limit && start_stands_.Tell()) {
+  if (const TimeNs held = start_stands_.Hold(stands, now.frame);
+      out.IsDue(AxisFact::kStartStands, start_stands_, held, limit, now.frame)) {
     wanted_ = true;
     AxisRecord record = now.Record(AxisFact::kStartStands, start_stands_.since(), held);
     record.a = mode;
@@ -133,9 +135,9 @@ void CommandCheck::Handshake(const AxisView& now, AxisRecords& out) {
   if (now.Status(kAcknowledgeBit) && !acknowledged_before_) waits_acknowledge_ = false;
   if (!now.Status(kAcknowledgeBit)) acknowledged_before_ = false;
   const bool waits = waits_acknowledge_ && !now.Status(kAcknowledgeBit);
-  if (const TimeNs held = unacknowledged_.Hold(waits, now.frame); held >= kAcknowledgeNs && unacknowledged_.Tell()) {
+  if (const TimeNs held = unacknowledged_.Hold(waits, now.frame);
+      out.IsDue(AxisFact::kNotAcknowledged, unacknowledged_, held, kAcknowledgeNs, now.frame)) {
     out.Add(now.Record(AxisFact::kNotAcknowledged, last_start_, held));
-    waits_acknowledge_ = false;
   }
 }
 
@@ -144,7 +146,8 @@ void CommandCheck::Halt(const AxisView& now, std::int8_t mode, AxisRecords& out)
   const Quantity quantity = QuantityOf(mode);
   const bool wants = starts_ > 0 || (quantity != Quantity::kNone && Of(quantity).changes > 0);
   const bool stands = now.Control(kHaltBit) && never_without_halt_ && enabling_seen_ && wants;
-  if (const TimeNs held = halt_.Hold(stands, now.frame); held >= kStartNs && halt_.Tell()) {
+  if (const TimeNs held = halt_.Hold(stands, now.frame);
+      out.IsDue(AxisFact::kHaltStands, halt_, held, kStartNs, now.frame)) {
     wanted_ = true;
     AxisRecord record = now.Record(AxisFact::kHaltStands, halt_.since(), held);
     record.a = mode;
@@ -155,7 +158,8 @@ void CommandCheck::Halt(const AxisView& now, std::int8_t mode, AxisRecords& out)
 void CommandCheck::Mode(const AxisView& now, AxisRecords& out) {
   const bool overwritten = now.in_op == InOp::kYes && now.mode_mapped == 0 && now.mode_by_sdo.value_or(0) != 0 &&
                            now.mode_shown.value_or(0) != *now.mode_by_sdo;
-  if (const TimeNs held = overwritten_.Hold(overwritten, now.frame); held >= kModeNs && overwritten_.Tell()) {
+  if (const TimeNs held = overwritten_.Hold(overwritten, now.frame);
+      out.IsDue(AxisFact::kOverwrittenMode, overwritten_, held, kModeNs, now.frame)) {
     AxisRecord record = now.Record(AxisFact::kOverwrittenMode, overwritten_.since(), held);
     record.a = *now.mode_by_sdo;
     record.b = *now.mode_mapped;
@@ -170,7 +174,8 @@ void CommandCheck::Mode(const AxisView& now, AxisRecords& out) {
   const bool known = enabled_ && now.in_op == InOp::kYes && moving != Quantity::kNone;
   const bool unselected =
       known && now.mode_shown == 0 && now.mode_by_sdo.value_or(0) == 0 && now.mode_mapped.value_or(0) == 0 && now.began;
-  if (const TimeNs held = no_mode_.Hold(unselected, now.frame); held >= kModeNs && no_mode_.Tell()) {
+  if (const TimeNs held = no_mode_.Hold(unselected, now.frame);
+      out.IsDue(AxisFact::kNoMode, no_mode_, held, kModeNs, now.frame, moving)) {
     wanted_ = true;
     AxisRecord record = now.Record(AxisFact::kNoMode, no_mode_.since(), held);
     record.quantity = moving;
@@ -179,7 +184,8 @@ void CommandCheck::Mode(const AxisView& now, AxisRecords& out) {
   }
   const Quantity needed = mode_ ? QuantityOf(*mode_) : Quantity::kNone;
   const bool elsewhere = known && needed != Quantity::kNone && needed != moving && !now.Target(needed);
-  if (const TimeNs held = not_mapped_.Hold(elsewhere, now.frame); held >= kModeNs && not_mapped_.Tell()) {
+  if (const TimeNs held = not_mapped_.Hold(elsewhere, now.frame);
+      out.IsDue(AxisFact::kSetpointNotMapped, not_mapped_, held, kModeNs, now.frame, needed)) {
     wanted_ = true;
     AxisRecord record = now.Record(AxisFact::kSetpointNotMapped, not_mapped_.since(), held);
     record.quantity = needed;

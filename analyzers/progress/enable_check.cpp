@@ -70,17 +70,19 @@ void EnableCheck::InFault(const AxisView& now, AxisRecords& out) {
     last_reset_ = now.frame;
   }
   if (const TimeNs held = reset_stands_.Hold(fault && resets_ == 0 && now.Control(kResetBit), now.frame);
-      held >= kEdgeNs && reset_stands_.Tell()) {
+      out.IsDue(AxisFact::kResetStands, reset_stands_, held, kEdgeNs, now.frame)) {
     wanted_ = true;
     AxisRecord record = now.Record(AxisFact::kResetStands, reset_stands_.since(), held);
     record.inferred = !fault_began_ && !now.began;
     out.Add(record);
   }
   const bool asks = wish_ == Wish::kShown && fault && resets_ == 0 && !now.Control(kResetBit);
-  if (const TimeNs held = reset_missing_.Hold(asks, now.frame); held >= kSlowNs && reset_missing_.Tell()) {
+  if (const TimeNs held = reset_missing_.Hold(asks, now.frame);
+      out.IsDue(AxisFact::kResetMissing, reset_missing_, held, kSlowNs, now.frame)) {
     out.Add(now.Record(AxisFact::kResetMissing, reset_missing_.since(), held));
   }
-  if (const TimeNs held = fault_stays_.Hold(fault && resets_ > 0, now.frame); held >= kSlowNs && fault_stays_.Tell()) {
+  if (const TimeNs held = fault_stays_.Hold(fault && resets_ > 0, now.frame);
+      out.IsDue(AxisFact::kFaultStays, fault_stays_, held, kSlowNs, now.frame)) {
     AxisRecord record = now.Record(AxisFact::kFaultStays, fault_stays_.since(), held);
     record.a = resets_;
     out.Add(record);
@@ -96,7 +98,7 @@ void EnableCheck::OnTheWay(const AxisView& now, AxisRecords& out) {
   const std::uint16_t missing = static_cast<std::uint16_t>(~control) & kNeeded;
   if (const TimeNs held =
           bit_missing_.Hold(acts && known && shown && missing != 0 && !now.Control(kResetBit), now.frame);
-      held >= kImpossibleNs && bit_missing_.Tell()) {
+      out.IsDue(AxisFact::kControlBitMissing, bit_missing_, held, kImpossibleNs, now.frame)) {
     AxisRecord record = now.Record(AxisFact::kControlBitMissing, bit_missing_.since(), held);
     record.a = missing;
     out.Add(record);
@@ -105,37 +107,39 @@ void EnableCheck::OnTheWay(const AxisView& now, AxisRecords& out) {
   const bool whole = now.control && IsWhole(control) && !now.Control(kResetBit);
   const bool disabled = now.state == DriveState::kSwitchOnDisabled;
   const bool lost_voltage = had_voltage_ && now.status && !now.Status(kVoltageBit);
+  const AxisFact no_shutdown = lost_voltage ? AxisFact::kNoVoltage : AxisFact::kShutdownMissing;
   if (const TimeNs held = shutdown_missing_.Hold(acts && whole && disabled && (shown || !ever_enabled()), now.frame);
-      held >= kEdgeNs && shutdown_missing_.Tell()) {
+      out.IsDue(no_shutdown, shutdown_missing_, held, kEdgeNs, now.frame)) {
     wanted_ = true;
-    out.Add(
-        now.Record(lost_voltage ? AxisFact::kNoVoltage : AxisFact::kShutdownMissing, shutdown_missing_.since(), held));
+    out.Add(now.Record(no_shutdown, shutdown_missing_.since(), held));
   }
 
   const bool ready = now.state == DriveState::kReadyToSwitchOn || now.state == DriveState::kSwitchedOn;
   const bool asked = acts && whole && ready;
+  const AxisFact no_way = now.Status(kVoltageBit) ? AxisFact::kNoReaction : AxisFact::kNoVoltage;
   if (!asked && asked_.since().seen() && known && asked_.since().has_time && now.frame.has_time) {
     asked_before_ += Elapsed(asked_.since().time, now.frame.time);
   }
-  if (const TimeNs held = asked_.Hold(asked, now.frame); held > 0 && held + asked_before_ >= kSlowNs && asked_.Tell()) {
+  if (const TimeNs held = asked_.Hold(asked, now.frame);
+      held > 0 && out.IsDue(no_way, asked_, held + asked_before_, kSlowNs, now.frame)) {
     wanted_ = true;
     asked_before_ = 0;
-    out.Add(now.Record(now.Status(kVoltageBit) ? AxisFact::kNoReaction : AxisFact::kNoVoltage, asked_.since(), held));
+    out.Add(now.Record(no_way, asked_.since(), held));
   }
 
   if (const TimeNs held =
           quick_stop_.Hold(acts && whole && shown && now.state == DriveState::kQuickStopActive, now.frame);
-      held >= kSlowNs && quick_stop_.Tell()) {
+      out.IsDue(AxisFact::kQuickStopStays, quick_stop_, held, kSlowNs, now.frame)) {
     out.Add(now.Record(AxisFact::kQuickStopStays, quick_stop_.since(), held));
   }
   if (const TimeNs held = not_ready_.Hold(acts && shown && now.state == DriveState::kNotReadyToSwitchOn, now.frame);
-      held >= kSlowNs && not_ready_.Tell()) {
+      out.IsDue(AxisFact::kNotReady, not_ready_, held, kSlowNs, now.frame)) {
     out.Add(now.Record(AxisFact::kNotReady, not_ready_.since(), held));
   }
   if (const TimeNs held = not_in_op_.Hold(
           now.in_op == InOp::kNo && now.began && !now.op_requested && wish_ == Wish::kShown && !now.enabled(),
           now.frame);
-      held >= kSlowNs && not_in_op_.Tell()) {
+      out.IsDue(AxisFact::kNotInOp, not_in_op_, held, kSlowNs, now.frame)) {
     out.Add(now.Record(AxisFact::kNotInOp, not_in_op_.since(), held));
   }
 }

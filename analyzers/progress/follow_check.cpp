@@ -58,9 +58,10 @@ void FollowCheck::Step(const AxisView& now, AxisRecords& out) {
 
 void FollowCheck::Bits(const AxisView& now, AxisRecords& out) {
   const bool homing = *mode_ == kHoming;
+  const AxisFact fact = homing ? AxisFact::kHomingError : AxisFact::kFollowingError;
   const bool error = (homing || HasFollowingError(*mode_)) && now.Status(kErrorBit);
-  if (const TimeNs held = error_.Hold(error, now.frame); held >= kErrorNs && error_.Tell()) {
-    AxisRecord record = now.Record(homing ? AxisFact::kHomingError : AxisFact::kFollowingError, error_.since(), held);
+  if (const TimeNs held = error_.Hold(error, now.frame); out.IsDue(fact, error_, held, kErrorNs, now.frame)) {
+    AxisRecord record = now.Record(fact, error_.since(), held);
     if (now.Target(Quantity::kPosition)) record.a = *now.Target(Quantity::kPosition);
     if (now.Actual(Quantity::kPosition)) record.b = *now.Actual(Quantity::kPosition);
     out.Add(record);
@@ -122,7 +123,7 @@ void FollowCheck::Profile(const AxisView& now, AxisRecords& out) {
 void FollowCheck::Tell(AxisFact fact, Lasting& lasting, bool holds, TimeNs limit, const Way& way, const AxisView& now,
                        AxisRecords& out) {
   const TimeNs held = lasting.Hold(holds, now.frame);
-  if (held < limit || !lasting.Tell()) return;
+  if (!out.IsDue(fact, lasting, held, limit, now.frame, Quantity::kPosition)) return;
   AxisRecord record = now.Record(fact, lasting.since(), held);
   record.quantity = Quantity::kPosition;
   record.a = way.target;
@@ -139,7 +140,8 @@ void FollowCheck::Velocity(const AxisView& now, AxisRecords& out) {
   const bool asked = Magnitude(*target) >= 10 && !halted;
   const bool slow = asked && Magnitude(*actual) * kShare < Magnitude(*target);
   if (asked && !slow && (*actual > 0) == (*target > 0) && !follows_.seen()) follows_ = now.frame;
-  if (const TimeNs held = slow_.Hold(slow, now.frame); held >= kRampNs && slow_.Tell()) {
+  if (const TimeNs held = slow_.Hold(slow, now.frame);
+      out.IsDue(AxisFact::kStandsStill, slow_, held, kRampNs, now.frame, Quantity::kVelocity)) {
     AxisRecord record = now.Record(AxisFact::kStandsStill, slow_.since(), held);
     record.quantity = Quantity::kVelocity;
     record.a = *target;
@@ -149,7 +151,8 @@ void FollowCheck::Velocity(const AxisView& now, AxisRecords& out) {
   }
   const bool wrong =
       asked && *actual != 0 && (*actual > 0) != (*target > 0) && Magnitude(*actual) * 2 > Magnitude(*target);
-  if (const TimeNs held = wrong_way_.Hold(wrong, now.frame); held >= kRampNs && wrong_way_.Tell()) {
+  if (const TimeNs held = wrong_way_.Hold(wrong, now.frame);
+      out.IsDue(AxisFact::kWrongWay, wrong_way_, held, kRampNs, now.frame, Quantity::kVelocity)) {
     AxisRecord record = now.Record(AxisFact::kWrongWay, wrong_way_.since(), held);
     record.quantity = Quantity::kVelocity;
     record.a = *target;

@@ -160,7 +160,8 @@ void SetpointCheck::Limits(const AxisView& now, AxisRecords& out) {
   // Both 0, or the wrong way round: switched off.
   const bool used = target && least && most && *least < *most;
   const bool outside = used && (*target < *least || *target > *most);
-  if (const TimeNs held = outside_.Hold(outside, now.frame); held >= kOutsideNs && outside_.Tell()) {
+  if (const TimeNs held = outside_.Hold(outside, now.frame);
+      out.IsDue(AxisFact::kOutsideLimits, outside_, held, kOutsideNs, now.frame, Quantity::kPosition)) {
     AxisRecord record = now.Record(AxisFact::kOutsideLimits, outside_.since(), held);
     record.quantity = Quantity::kPosition;
     record.a = *target;

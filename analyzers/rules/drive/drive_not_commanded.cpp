@@ -11,7 +11,7 @@ constexpr FindingKind kStartMissing{
     .title = "Bit 4 of the control word never rises: no start in mode {start_mode}",
     .message =
         R"(The drive is enabled in mode {start_mode}.[{?homing} Homing is selected][{!homing} Its target changes], but bit 4 of the control
-word stays 0 from {since_frame} on, for {lasted_ms} (control word {control_word}, {frame}). The rising edge of bit 4 starts the motion.)",
+word stays 0 from {frame} on, for {lasted_ms} (control word {control_word}, {shown_frame}). The rising edge of bit 4 starts the motion.)",
     .next = "Set bit 4 after the target is written, and clear it after the drive has acknowledged.",
     .identity = "start_mode"};
 
@@ -20,7 +20,7 @@ constexpr FindingKind kStartStands{
     .title = "Bit 4 of the control word stays 1: no rising edge in mode {start_mode}",
     .message =
         R"(The drive is enabled in mode {start_mode}.[{?homing} Homing is selected][{!homing} Its target changes], but bit 4 of the control
-word stays 1 from {since_frame} on, for {lasted_ms} (control word {control_word}, {frame}). Each motion needs a rising edge of
+word stays 1 from {frame} on, for {lasted_ms} (control word {control_word}, {shown_frame}). Each motion needs a rising edge of
 bit 4.)",
     .next = "Clear bit 4 after the drive has acknowledged (bit 12 of the status word), and set it for the next motion.",
     .identity = "start_mode"};
@@ -29,8 +29,8 @@ constexpr FindingKind kNotAcknowledged{
     .name = "setpoint-not-acknowledged",
     .title = "The drive does not acknowledge the new set point (status bit 12)",
     .message =
-        R"(Bit 4 of the control word rises in {since_frame}. {lasted_ms} later bit 12 (set-point acknowledge) of the status word {status_word} is
-still 0 ({frame}). The drive is in {state}, mode {mode}.)",
+        R"(Bit 4 of the control word rises in {frame}. {lasted_ms} later bit 12 (set-point acknowledge) of the status word {status_word} is
+still 0 ({shown_frame}). The drive is in {state}, mode {mode}.)",
     .next =
         "Check that 6061h shows the mode, that the target is inside the limits (607Dh), and that the drive needs no "
         "homing first.",
@@ -41,7 +41,7 @@ constexpr FindingKind kHalt{
     .title = "Halt (bit 8 of the control word) stays 1: the axis does not start",
     .message =
         R"(The drive is enabled in mode {start_mode} and a motion is commanded, but bit 8 (halt) of the control word {control_word} is 1 from
-{since_frame} on, for {lasted_ms} ({frame}). The master did not clear it since the drive was enabled.)",
+{frame} on, for {lasted_ms} ({shown_frame}). The master did not clear it since the drive was enabled.)",
     .next = "Clear bit 8 of the control word.",
     .identity = ""};
 
@@ -50,7 +50,7 @@ constexpr FindingKind kModeOverwritten{
     .title = "Mode {by_sdo} set by SDO is overwritten by {mapped} in process data",
     .message =
         R"(The master selected mode {by_sdo} by SDO (6060h). The process data hold {mapped} for the same object in every cycle, and the drive shows
-mode {shown} (6061h) from {since_frame} to {frame}, for {lasted_ms}.)",
+mode {shown} (6061h) from {frame} to {shown_frame}, for {lasted_ms}.)",
     .next = "Write the mode into the process data, or take 6060h out of the PDO mapping.",
     .identity = "by_sdo mapped"};
 
@@ -58,7 +58,7 @@ constexpr FindingKind kNoMode{
     .name = "no-mode",
     .title = "{changing:number} changes, but no mode of operation is selected",
     .message =
-        R"(The drive is enabled and {changing} changes from {since_frame} on, for {lasted_ms}, but the drive shows mode 0 (6061h, {frame}) and the
+        R"(The drive is enabled and {changing} changes from {frame} on, for {lasted_ms}, but the drive shows mode 0 (6061h, {shown_frame}) and the
 master selects none (6060h).)",
     .next = "Select the mode of operation (6060h) before the drive is enabled.",
     .identity = "changing"};
@@ -67,8 +67,8 @@ constexpr FindingKind kNotMapped{
     .name = "setpoint-not-mapped",
     .title = "Mode {start_mode} needs {needed:number}, the master sends {changing:number}",
     .message =
-        R"(The drive is enabled in mode {start_mode}, whose set point is {needed}. This object is not mapped. {changing} changes from {since_frame}
-on, for {lasted_ms} ({frame}), and this mode does not use it.)",
+        R"(The drive is enabled in mode {start_mode}, whose set point is {needed}. This object is not mapped. {changing} changes from {frame}
+on, for {lasted_ms} ({shown_frame}), and this mode does not use it.)",
     .next = "Map {needed}, or select the mode that uses {changing}.",
     .identity = "start_mode changing"};
 

@@ -10,8 +10,8 @@ constexpr FindingKind kBitMissing{
     .name = "control-bit-missing",
     .title = "Control word {control_word} cannot enable the drive: {bits} = 0",
     .message =
-        R"(The master sends control word {control_word} from {since_frame} on, for {lasted_ms}. Its bit 3 asks for
-Operation enabled, but {bits} {bit_count?is|are} 0. The drive shows {state} (status word {status_word}, {frame}). Enable
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. Its bit 3 asks for
+Operation enabled, but {bits} {bit_count?is|are} 0. The drive shows {state} (status word {status_word}, {shown_frame}). Enable
 operation needs bits 0 to 3 set (0x000f).)",
     .next = "Set {bits} in the control word. The quick stop bit (bit 2) is active at 0.",
     .identity = "control_word"};
@@ -20,8 +20,8 @@ constexpr FindingKind kResetStands{
     .name = "reset-without-edge",
     .title = "Fault reset (bit 7) stays 1: no rising edge resets the fault",
     .message =
-        R"(Bit 7 of the control word ({control_word}) is 1 from {since_frame} on, for {lasted_ms}, while the drive shows
-{state} (status word {status_word}, {frame}).[ The drive reports {reason}.] A fault is reset by the rising edge of bit 7, from 0
+        R"(Bit 7 of the control word ({control_word}) is 1 from {frame} on, for {lasted_ms}, while the drive shows
+{state} (status word {status_word}, {shown_frame}).[ The drive reports {reason}.] A fault is reset by the rising edge of bit 7, from 0
 to 1.)",
     .next = "Send bit 7 as 0 for some cycles, then as 1. Correct the cause of the fault before.",
     .identity = ""};
@@ -30,8 +30,8 @@ constexpr FindingKind kResetMissing{
     .name = "reset-missing",
     .title = "The master enables the drive in Fault without a fault reset",
     .message =
-        R"(The master sends control word {control_word} from {since_frame} on, for {lasted_ms}, while the drive shows {state}
-(status word {status_word}, {frame}).[ The drive reports {reason}.] Bit 7 of the control word stays 0. A drive leaves Fault only by
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}, while the drive shows {state}
+(status word {status_word}, {shown_frame}).[ The drive reports {reason}.] Bit 7 of the control word stays 0. A drive leaves Fault only by
 the rising edge of bit 7.)",
     .next = "Correct the cause of the fault, reset it by the rising edge of bit 7, then enable the drive.",
     .identity = ""};
@@ -40,8 +40,8 @@ constexpr FindingKind kFaultStays{
     .name = "fault-stays",
     .title = "The fault stays after {resets}[: {reason}]",
     .message =
-        R"(The master resets the fault ({resets}, the first at {since_frame}), and {lasted_ms} later the drive still shows {state}
-(status word {status_word}, {frame}).[ The drive reports {reason}.][{!reason} The capture does not show which fault it is.] The cause is
+        R"(The master resets the fault ({resets}, the first at {frame}), and {lasted_ms} later the drive still shows {state}
+(status word {status_word}, {shown_frame}).[ The drive reports {reason}.][{!reason} The capture does not show which fault it is.] The cause is
 still there.)",
     .next =
         "[{?reason}Correct this cause.][{!reason}Read 603Fh and 1003h:1 from the drive and correct what they name.] "
@@ -52,8 +52,8 @@ constexpr FindingKind kShutdownMissing{
     .name = "shutdown-missing",
     .title = "Control word {control_word} in Switch on disabled, without Shutdown (0x0006)",
     .message =
-        R"(The master sends control word {control_word} from {since_frame} on, for {lasted_ms}. The drive shows {state} (status word
-{status_word}, {frame}). The way from Switch on disabled to Operation enabled begins with Shutdown: bits 1 and 2 are 1, bit 0 is 0.)",
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive shows {state} (status word
+{status_word}, {shown_frame}). The way from Switch on disabled to Operation enabled begins with Shutdown: bits 1 and 2 are 1, bit 0 is 0.)",
     .next = "Send 0x0006 until the drive shows Ready to switch on, then 0x0007, then 0x000f.",
     .identity = "control_word"};
 
@@ -61,8 +61,8 @@ constexpr FindingKind kNoVoltage{
     .name = "no-voltage",
     .title = "Not enabled in {state}: the drive has no voltage (status bit 4 = 0)",
     .message =
-        R"(The master sends control word {control_word} from {since_frame} on, for {lasted_ms}. The drive stays in {state}, and bit 4
-(voltage enabled) of its status word {status_word} is 0 ({frame}).)",
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive stays in {state}, and bit 4
+(voltage enabled) of its status word {status_word} is 0 ({shown_frame}).)",
     .next = "Check the power supply of the motor, the hardware enable input and safe torque off.",
     .identity = "state"};
 
@@ -70,8 +70,8 @@ constexpr FindingKind kQuickStopStays{
     .name = "quick-stop-stays",
     .title = "Quick stop active is not left by control word {control_word}",
     .message =
-        R"(The master sends control word {control_word} from {since_frame} on, for {lasted_ms}. The drive stays in {state} (status word
-{status_word}, {frame}). Not every drive goes from Quick stop active to Operation enabled (transition 16); 605Ah decides it.)",
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive stays in {state} (status word
+{status_word}, {shown_frame}). Not every drive goes from Quick stop active to Operation enabled (transition 16); 605Ah decides it.)",
     .next =
         "Send 0x0000 until the drive shows Switch on disabled, then 0x0006, 0x0007 and 0x000f. Or set 605Ah to 5 or "
         "more.",
@@ -81,8 +81,8 @@ constexpr FindingKind kNotReady{
     .name = "not-ready",
     .title = "Not enabled: the drive shows Not ready to switch on",
     .message =
-        R"(The master sends control word {control_word} from {since_frame} on, for {lasted_ms}. The drive shows {state} (status word
-{status_word}, {frame}) and accepts no command there.)",
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive shows {state} (status word
+{status_word}, {shown_frame}) and accepts no command there.)",
     .next =
         "Wait until the drive has come up. Check its logic supply, and whether the status word is mapped where it is "
         "read.",
@@ -92,8 +92,8 @@ constexpr FindingKind kNotInOp{
     .name = "not-in-op",
     .title = "The master enables the drive, but never requests OP",
     .message =
-        R"(The master sends control word {control_word} from {since_frame} on, for {lasted_ms}. The slave is not in OP, and the master did
-not request OP up to {frame}. Outputs act in OP only.)",
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The slave is not in OP, and the master did
+not request OP up to {shown_frame}. Outputs act in OP only.)",
     .next = "Request OP, and send the enable sequence after AL Status shows OP.",
     .identity = ""};
 
@@ -101,8 +101,8 @@ constexpr FindingKind kOverwritten{
     .name = "control-word-overwritten",
     .title = "Control word {by_sdo} by SDO is overwritten by {mapped} in process data",
     .message =
-        R"(The master wrote control word {by_sdo} by SDO in {since_frame}. The process data hold {mapped} for the same object in every cycle.
-The drive shows {state} (status word {status_word}, {frame}).)",
+        R"(The master wrote control word {by_sdo} by SDO in {frame}. The process data hold {mapped} for the same object in every cycle.
+The drive shows {state} (status word {status_word}, {shown_frame}).)",
     .next = "Write the control word into the process data, or take it out of the PDO mapping.",
     .identity = "by_sdo mapped"};
 

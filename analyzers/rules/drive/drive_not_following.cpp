@@ -9,7 +9,7 @@ constexpr FindingKind kFollowingError{
     .name = "following-error",
     .title = "Following error (status bit 13) while the drive is enabled",
     .message =
-        R"(Bit 13 of the status word {status_word} is 1 from {since_frame} on ({frame}), in mode {mode}. The drive cannot follow its set point.[ Target
+        R"(Bit 13 of the status word {status_word} is 1 from {frame} on ({shown_frame}), in mode {mode}. The drive cannot follow its set point.[ Target
 {target}, actual value {actual}.])",
     .next =
         "Compare the change of the target in a cycle with what the axis can do; check the following error window "
@@ -20,7 +20,7 @@ constexpr FindingKind kHomingError{
     .name = "homing-error",
     .title = "Homing error (status bit 13)",
     .message =
-        R"(Bit 13 of the status word {status_word} is 1 from {since_frame} on ({frame}), in mode {mode}: the homing procedure failed.)",
+        R"(Bit 13 of the status word {status_word} is 1 from {frame} on ({shown_frame}), in mode {mode}: the homing procedure failed.)",
     .next = "Check the homing method (6098h), the switches that it needs, speeds (6099h) and limits.",
     .identity = ""};
 
@@ -28,8 +28,8 @@ constexpr FindingKind kStandsStill{
     .name = "stands-still",
     .title = "The {quantity} set point is not followed: the axis stands still",
     .message =
-        R"(From {since_frame} on, for {lasted_ms}, the [{?velocity}target velocity is {set_point} and the velocity actual value {actual_value}][{!velocity}target position
-goes by {set_point} and the position actual value by {actual_value}] ({frame}). The drive shows {state} (status word {status_word}), mode {mode}.[{?limited} Bit 11
+        R"(From {frame} on, for {lasted_ms}, the [{?velocity}target velocity is {set_point} and the velocity actual value {actual_value}][{!velocity}target position
+goes by {set_point} and the position actual value by {actual_value}] ({shown_frame}). The drive shows {state} (status word {status_word}), mode {mode}.[{?limited} Bit 11
 says that an internal limit is active.])",
     .next =
         "Check brake, torque limit (6072h) and [{?velocity}halt (bit 8)][{!velocity}limit switches], whether the drive "
@@ -40,7 +40,7 @@ constexpr FindingKind kLags{
     .name = "falls-behind",
     .title = "The axis falls behind: {actual_value} of {set_point} increments",
     .message =
-        R"(From {since_frame} on, for {lasted_ms}, the target position goes by {set_point} and the position actual value by {actual_value} ({frame}). The drive shows
+        R"(From {frame} on, for {lasted_ms}, the target position goes by {set_point} and the position actual value by {actual_value} ({shown_frame}). The drive shows
 {state} (status word {status_word}), mode {mode}.[{?limited} Bit 11 says that an internal limit is active.])",
     .next =
         "Check speed limit (6080h, 607Fh), torque limit (6072h) and the scaling of both values (gear ratio, 6091h, "
@@ -51,8 +51,8 @@ constexpr FindingKind kWrongWay{
     .name = "wrong-way",
     .title = "The axis moves against its {quantity} set point",
     .message =
-        R"(From {since_frame} on, for {lasted_ms}, the [{?velocity}target velocity is {set_point} and the velocity actual value {actual_value}][{!velocity}target position
-goes by {set_point} and the position actual value by {actual_value}] ({frame}). The drive shows {state} (status word {status_word}), mode {mode}.)",
+        R"(From {frame} on, for {lasted_ms}, the [{?velocity}target velocity is {set_point} and the velocity actual value {actual_value}][{!velocity}target position
+goes by {set_point} and the position actual value by {actual_value}] ({shown_frame}). The drive shows {state} (status word {status_word}), mode {mode}.)",
     .next = "Check the polarity (607Eh) and the direction of motor and encoder.",
     .identity = "quantity"};
 
