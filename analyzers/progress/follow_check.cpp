@@ -83,7 +83,8 @@ void FollowCheck::Position(const AxisView& now, AxisRecords& out) {
       far && way.actual != 0 && !way.SameDirection() && Magnitude(way.actual) * 2 > Magnitude(way.target);
   Tell(AxisFact::kStandsStill, still_, still, kStillNs, way, now, out);
   Tell(AxisFact::kWrongWay, wrong_way_, wrong, kStillNs, way, now, out);
-  if (!still && !wrong && (way.target == 0 || way.SameDirection())) together_ = {*target, *actual};
+  const bool moves = Magnitude(way.actual) * kShare >= Magnitude(way.target);
+  if (moves && (way.target == 0 || way.SameDirection())) together_ = {*target, *actual};
 
   const Way slow = WayFrom(slow_from_, *target, *actual);
   const bool half = Magnitude(slow.actual) * 2 >= Magnitude(slow.target);

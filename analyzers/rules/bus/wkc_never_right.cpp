@@ -17,8 +17,9 @@ constexpr FindingKind kNoLrw{
     .name = "lrw-not-supported",
     .title = "The slave does not support LRW, but the master exchanges data by LRW",
     .message =
-        R"(From {request_frame} on, when OP was requested, the slave counts in none of {frames} with its process data. The master sends them by LRW. Bit 9
-of the ESC features (0x0008 = {features}) says that this slave controller does not support LRW.)",
+        R"(From {request_frame} on, when OP was requested, the slave counts in none of {frames} with its process data. The
+master sends them by LRW. Bit 9 of the ESC features (0x0008 = {features}) says that this slave controller does
+not support LRW.)",
     .next = "Use LRD for the inputs and LWR for the outputs of this slave (\"separate input and output\", \"no LRW\").",
     .identity = ""};
 
@@ -26,8 +27,8 @@ constexpr FindingKind kNever{
     .name = "never-counted",
     .title = "The slave never counts for its {direction}: 0 of {frames}",
     .message =
-        R"(From {request_frame} on, when OP was requested, the slave counts in none of {frames} ({command}) that hold its {direction}: its FMMU maps them, but
-the working counter leaves no room for it.)",
+        R"(From {request_frame} on, when OP was requested, the slave counts in none of {frames} ({command}) that hold its
+{direction}: its FMMU maps them, but the working counter leaves no room for it.)",
     .next = "Check direction and physical address of the FMMU, and the sync manager of the {direction}.",
     .identity = "direction"};
 
@@ -39,18 +40,20 @@ constexpr RuleInfo kInfo{.id = "wkc-never-right",
                          .subject = Subject::kProcessData,
                          .title = "A slave never counts in the process data that its FMMUs map",
                          .needs = "returned frames, the FMMUs of the slave, the request of OP",
-                         .source = "ETG1000.4, working counter; register 0x0008",
+                         .source = "ETG1000.4, working counter; ESC-2, register 0x0008",
                          .kinds = kKinds,
                          .doc = R"(
 ## What it checks
 Whether a slave takes its outputs and gives its inputs at least once after OP was requested of it.
 
 ## Why it matters
-The slave does not reach OP, or its watchdog takes it out of it. No single frame looks wrong: the working counter is the same in all of them.
+The slave does not reach OP, or its watchdog takes it out of it. No single frame looks wrong: the working counter is
+the same in all of them.
 
 ## How it is decided
-The slave is in SAFEOP when OP is requested, an active FMMU maps its data, and the working counters of at least 20 datagrams from then on say that it did
-not count, while none says that it did. If the ESC features (0x0008) were read and bit 9 is set, and the datagrams are LRW, this is the reason.
+The slave is in SAFEOP when OP is requested, an active FMMU maps its data, and the working counters of at least 20
+datagrams from then on say that it did not count, while none says that it did. If the ESC features (0x0008) were
+read and bit 9 is set, and the datagrams are LRW, this is the reason.
 
 ## Example
 tests/rules/wkc-never-right/violates.trace: LRW to a slave that does not support it.

@@ -10,8 +10,9 @@ constexpr FindingKind kStartMissing{
     .name = "start-bit-missing",
     .title = "Bit 4 of the control word never rises: no start in mode {start_mode}",
     .message =
-        R"(The drive is enabled in mode {start_mode}.[{?homing} Homing is selected][{!homing} Its target changes], but bit 4 of the control
-word stays 0 from {frame} on, for {lasted_ms} (control word {control_word}, {shown_frame}). The rising edge of bit 4 starts the motion.)",
+        R"(The drive is enabled in mode {start_mode}.[{?homing} Homing is selected][{!homing} Its target changes], but bit
+4 of the control word stays 0 from {frame} on, for {lasted_ms} (control word {control_word}, {shown_frame}). The
+rising edge of bit 4 starts the motion.)",
     .next = "Set bit 4 after the target is written, and clear it after the drive has acknowledged.",
     .identity = "start_mode"};
 
@@ -19,9 +20,9 @@ constexpr FindingKind kStartStands{
     .name = "start-bit-stands",
     .title = "Bit 4 of the control word stays 1: no rising edge in mode {start_mode}",
     .message =
-        R"(The drive is enabled in mode {start_mode}.[{?homing} Homing is selected][{!homing} Its target changes], but bit 4 of the control
-word stays 1 from {frame} on, for {lasted_ms} (control word {control_word}, {shown_frame}). Each motion needs a rising edge of
-bit 4.)",
+        R"(The drive is enabled in mode {start_mode}.[{?homing} Homing is selected][{!homing} Its target changes], but bit
+4 of the control word stays 1 from {frame} on, for {lasted_ms} (control word {control_word}, {shown_frame}).
+Each motion needs a rising edge of bit 4.)",
     .next = "Clear bit 4 after the drive has acknowledged (bit 12 of the status word), and set it for the next motion.",
     .identity = "start_mode"};
 
@@ -29,8 +30,8 @@ constexpr FindingKind kNotAcknowledged{
     .name = "setpoint-not-acknowledged",
     .title = "The drive does not acknowledge the new set point (status bit 12)",
     .message =
-        R"(Bit 4 of the control word rises in {frame}. {lasted_ms} later bit 12 (set-point acknowledge) of the status word {status_word} is
-still 0 ({shown_frame}). The drive is in {state}, mode {mode}.)",
+        R"(Bit 4 of the control word rises in {frame}. {lasted_ms} later bit 12 (set-point acknowledge) of the status word
+{status_word} is still 0 ({shown_frame}). The drive is in {state}, mode {mode}.)",
     .next =
         "Check that 6061h shows the mode, that the target is inside the limits (607Dh), and that the drive needs no "
         "homing first.",
@@ -40,8 +41,9 @@ constexpr FindingKind kHalt{
     .name = "halt-stands",
     .title = "Halt (bit 8 of the control word) stays 1: the axis does not start",
     .message =
-        R"(The drive is enabled in mode {start_mode} and a motion is commanded, but bit 8 (halt) of the control word {control_word} is 1 from
-{frame} on, for {lasted_ms} ({shown_frame}). The master did not clear it since the drive was enabled.)",
+        R"(The drive is enabled in mode {start_mode} and a motion is commanded, but bit 8 (halt) of the control word
+{control_word} is 1 from {frame} on, for {lasted_ms} ({shown_frame}). The master did not clear it since the
+drive was enabled.)",
     .next = "Clear bit 8 of the control word.",
     .identity = ""};
 
@@ -49,8 +51,8 @@ constexpr FindingKind kModeOverwritten{
     .name = "mode-overwritten",
     .title = "Mode {by_sdo} set by SDO is overwritten by {mapped} in process data",
     .message =
-        R"(The master selected mode {by_sdo} by SDO (6060h). The process data hold {mapped} for the same object in every cycle, and the drive shows
-mode {shown} (6061h) from {frame} to {shown_frame}, for {lasted_ms}.)",
+        R"(The master selected mode {by_sdo} by SDO (6060h). The process data hold {mapped} for the same object in every
+cycle, and the drive shows mode {shown} (6061h) from {frame} to {shown_frame}, for {lasted_ms}.)",
     .next = "Write the mode into the process data, or take 6060h out of the PDO mapping.",
     .identity = "by_sdo mapped"};
 
@@ -58,8 +60,8 @@ constexpr FindingKind kNoMode{
     .name = "no-mode",
     .title = "{changing:number} changes, but no mode of operation is selected",
     .message =
-        R"(The drive is enabled and {changing} changes from {frame} on, for {lasted_ms}, but the drive shows mode 0 (6061h, {shown_frame}) and the
-master selects none (6060h).)",
+        R"(The drive is enabled and {changing} changes from {frame} on, for {lasted_ms}, but the drive shows mode 0 (6061h,
+{shown_frame}) and the master selects none (6060h).)",
     .next = "Select the mode of operation (6060h) before the drive is enabled.",
     .identity = "changing"};
 
@@ -67,8 +69,8 @@ constexpr FindingKind kNotMapped{
     .name = "setpoint-not-mapped",
     .title = "Mode {start_mode} needs {needed:number}, the master sends {changing:number}",
     .message =
-        R"(The drive is enabled in mode {start_mode}, whose set point is {needed}. This object is not mapped. {changing} changes from {frame}
-on, for {lasted_ms} ({shown_frame}), and this mode does not use it.)",
+        R"(The drive is enabled in mode {start_mode}, whose set point is {needed}. This object is not mapped. {changing}
+changes from {frame} on, for {lasted_ms} ({shown_frame}), and this mode does not use it.)",
     .next = "Map {needed}, or select the mode that uses {changing}.",
     .identity = "start_mode changing"};
 
@@ -95,9 +97,9 @@ Whether what starts a motion comes when a motion is wanted:
 The drive is enabled and holds its position. No fault and no error shows why it does not move.
 
 ## How it is decided
-A motion is wanted if the set point changes while the drive is enabled, or if homing is selected. An enabled axis with a constant
-set point is idle. Limits: 1 s, in homing 2 s, for the acknowledge 500 ms. If the capture holds a start of the same axis, the master
-knows how to start it, and a missing edge is no finding.
+A motion is wanted if the set point changes while the drive is enabled, or if homing is selected. An enabled axis
+with a constant set point is idle. Limits: 1 s, in homing 2 s, for the acknowledge 500 ms. If the capture holds a
+start of the same axis, the master knows how to start it, and a missing edge is no finding.
 
 ## Example
 tests/rules/drive-not-commanded/violates.trace: profile position without bit 4.

@@ -10,9 +10,9 @@ constexpr FindingKind kBitMissing{
     .name = "control-bit-missing",
     .title = "Control word {control_word} cannot enable the drive: {bits} = 0",
     .message =
-        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. Its bit 3 asks for
-Operation enabled, but {bits} {bit_count?is|are} 0. The drive shows {state} (status word {status_word}, {shown_frame}). Enable
-operation needs bits 0 to 3 set (0x000f).)",
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. Its bit 3 asks for Operation
+enabled, but {bits} {bit_count?is|are} 0. The drive shows {state} (status word {status_word}, {shown_frame}).
+Enable operation needs bits 0 to 3 set (0x000f).)",
     .next = "Set {bits} in the control word. The quick stop bit (bit 2) is active at 0.",
     .identity = "control_word"};
 
@@ -20,9 +20,9 @@ constexpr FindingKind kResetStands{
     .name = "reset-without-edge",
     .title = "Fault reset (bit 7) stays 1: no rising edge resets the fault",
     .message =
-        R"(Bit 7 of the control word ({control_word}) is 1 from {frame} on, for {lasted_ms}, while the drive shows
-{state} (status word {status_word}, {shown_frame}).[ The drive reports {reason}.] A fault is reset by the rising edge of bit 7, from 0
-to 1.)",
+        R"(Bit 7 of the control word ({control_word}) is 1 from {frame} on, for {lasted_ms}, while the drive shows {state}
+(status word {status_word}, {shown_frame}).[ The drive reports {reason}.] A fault is reset by the rising edge of
+bit 7, from 0 to 1.)",
     .next = "Send bit 7 as 0 for some cycles, then as 1. Correct the cause of the fault before.",
     .identity = ""};
 
@@ -31,8 +31,8 @@ constexpr FindingKind kResetMissing{
     .title = "The master enables the drive in Fault without a fault reset",
     .message =
         R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}, while the drive shows {state}
-(status word {status_word}, {shown_frame}).[ The drive reports {reason}.] Bit 7 of the control word stays 0. A drive leaves Fault only by
-the rising edge of bit 7.)",
+(status word {status_word}, {shown_frame}).[ The drive reports {reason}.] Bit 7 of the control word stays 0. A
+drive leaves Fault only by the rising edge of bit 7.)",
     .next = "Correct the cause of the fault, reset it by the rising edge of bit 7, then enable the drive.",
     .identity = ""};
 
@@ -40,9 +40,9 @@ constexpr FindingKind kFaultStays{
     .name = "fault-stays",
     .title = "The fault stays after {resets}[: {reason}]",
     .message =
-        R"(The master resets the fault ({resets}, the first at {frame}), and {lasted_ms} later the drive still shows {state}
-(status word {status_word}, {shown_frame}).[ The drive reports {reason}.][{!reason} The capture does not show which fault it is.] The cause is
-still there.)",
+        R"(The master resets the fault ({resets}, the first at {frame}), and {lasted_ms} later the drive still shows
+{state} (status word {status_word}, {shown_frame}).[ The drive reports {reason}.][{!reason} The capture does not
+show which fault it is.] The cause is still there.)",
     .next =
         "[{?reason}Correct this cause.][{!reason}Read 603Fh and 1003h:1 from the drive and correct what they name.] "
         "Then reset the fault.",
@@ -52,8 +52,9 @@ constexpr FindingKind kShutdownMissing{
     .name = "shutdown-missing",
     .title = "Control word {control_word} in Switch on disabled, without Shutdown (0x0006)",
     .message =
-        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive shows {state} (status word
-{status_word}, {shown_frame}). The way from Switch on disabled to Operation enabled begins with Shutdown: bits 1 and 2 are 1, bit 0 is 0.)",
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive shows {state} (status
+word {status_word}, {shown_frame}). The way from Switch on disabled to Operation enabled begins with Shutdown:
+bits 1 and 2 are 1, bit 0 is 0.)",
     .next = "Send 0x0006 until the drive shows Ready to switch on, then 0x0007, then 0x000f.",
     .identity = "control_word"};
 
@@ -61,8 +62,8 @@ constexpr FindingKind kNoVoltage{
     .name = "no-voltage",
     .title = "Not enabled in {state}: the drive has no voltage (status bit 4 = 0)",
     .message =
-        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive stays in {state}, and bit 4
-(voltage enabled) of its status word {status_word} is 0 ({shown_frame}).)",
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive stays in {state}, and
+bit 4 (voltage enabled) of its status word {status_word} is 0 ({shown_frame}).)",
     .next = "Check the power supply of the motor, the hardware enable input and safe torque off.",
     .identity = "state"};
 
@@ -70,8 +71,9 @@ constexpr FindingKind kQuickStopStays{
     .name = "quick-stop-stays",
     .title = "Quick stop active is not left by control word {control_word}",
     .message =
-        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive stays in {state} (status word
-{status_word}, {shown_frame}). Not every drive goes from Quick stop active to Operation enabled (transition 16); 605Ah decides it.)",
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive stays in {state}
+(status word {status_word}, {shown_frame}). Not every drive goes from Quick stop active to Operation enabled
+(transition 16); 605Ah decides it.)",
     .next =
         "Send 0x0000 until the drive shows Switch on disabled, then 0x0006, 0x0007 and 0x000f. Or set 605Ah to 5 or "
         "more.",
@@ -81,8 +83,8 @@ constexpr FindingKind kNotReady{
     .name = "not-ready",
     .title = "Not enabled: the drive shows Not ready to switch on",
     .message =
-        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive shows {state} (status word
-{status_word}, {shown_frame}) and accepts no command there.)",
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive shows {state} (status
+word {status_word}, {shown_frame}) and accepts no command there.)",
     .next =
         "Wait until the drive has come up. Check its logic supply, and whether the status word is mapped where it is "
         "read.",
@@ -92,8 +94,8 @@ constexpr FindingKind kNotInOp{
     .name = "not-in-op",
     .title = "The master enables the drive, but never requests OP",
     .message =
-        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The slave is not in OP, and the master did
-not request OP up to {shown_frame}. Outputs act in OP only.)",
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The slave is not in OP, and the
+master did not request OP up to {shown_frame}. Outputs act in OP only.)",
     .next = "Request OP, and send the enable sequence after AL Status shows OP.",
     .identity = ""};
 
@@ -101,8 +103,8 @@ constexpr FindingKind kOverwritten{
     .name = "control-word-overwritten",
     .title = "Control word {by_sdo} by SDO is overwritten by {mapped} in process data",
     .message =
-        R"(The master wrote control word {by_sdo} by SDO in {frame}. The process data hold {mapped} for the same object in every cycle.
-The drive shows {state} (status word {status_word}, {shown_frame}).)",
+        R"(The master wrote control word {by_sdo} by SDO in {frame}. The process data hold {mapped} for the same object in
+every cycle. The drive shows {state} (status word {status_word}, {shown_frame}).)",
     .next = "Write the control word into the process data, or take it out of the PDO mapping.",
     .identity = "by_sdo mapped"};
 
@@ -132,10 +134,10 @@ Whether an axis reaches Operation enabled when the master asks for it, and what 
 The axis does not move. Each step of the master may be legal all the same.
 
 ## How it is decided
-Bit 3 of the control word asks for Operation enabled if it rises while the drive is not enabled, or if it is set when the
-slave comes to OP. A quick stop of an enabled drive is no such request, and neither is 0x0006. What no drive can follow (a bit
-that is 0) counts after 200 ms, a missing edge or Shutdown after 500 ms, what a drive may be slow in after 1 s. Attempts that the
-master gives up are added.
+Bit 3 of the control word asks for Operation enabled if it rises while the drive is not enabled, or if it is set
+when the slave comes to OP. A quick stop of an enabled drive is no such request, and neither is 0x0006. What no
+drive can follow (a bit that is 0) counts after 200 ms, a missing edge or Shutdown after 500 ms, what a drive may be
+slow in after 1 s. Attempts that the master gives up are added.
 
 ## Example
 tests/rules/drive-not-enabled/violates.trace: control word 0x000b.

@@ -9,8 +9,8 @@ constexpr FindingKind kFollowingError{
     .name = "following-error",
     .title = "Following error (status bit 13) while the drive is enabled",
     .message =
-        R"(Bit 13 of the status word {status_word} is 1 from {frame} on ({shown_frame}), in mode {mode}. The drive cannot follow its set point.[ Target
-{target}, actual value {actual}.])",
+        R"(Bit 13 of the status word {status_word} is 1 from {frame} on ({shown_frame}), in mode {mode}. The drive cannot
+follow its set point.[ Target {target}, actual value {actual}.])",
     .next =
         "Compare the change of the target in a cycle with what the axis can do; check the following error window "
         "(6065h), load, brake and scaling.",
@@ -20,7 +20,8 @@ constexpr FindingKind kHomingError{
     .name = "homing-error",
     .title = "Homing error (status bit 13)",
     .message =
-        R"(Bit 13 of the status word {status_word} is 1 from {frame} on ({shown_frame}), in mode {mode}: the homing procedure failed.)",
+        R"(Bit 13 of the status word {status_word} is 1 from {frame} on ({shown_frame}), in mode {mode}: the homing
+procedure failed.)",
     .next = "Check the homing method (6098h), the switches that it needs, speeds (6099h) and limits.",
     .identity = ""};
 
@@ -28,9 +29,10 @@ constexpr FindingKind kStandsStill{
     .name = "stands-still",
     .title = "The {quantity} set point is not followed: the axis stands still",
     .message =
-        R"(From {frame} on, for {lasted_ms}, the [{?velocity}target velocity is {set_point} and the velocity actual value {actual_value}][{!velocity}target position
-goes by {set_point} and the position actual value by {actual_value}] ({shown_frame}). The drive shows {state} (status word {status_word}), mode {mode}.[{?limited} Bit 11
-says that an internal limit is active.])",
+        R"(From {frame} on, for {lasted_ms}, the [{?velocity}target velocity is {set_point} and the velocity actual value
+{actual_value}][{!velocity}target position goes by {set_point} and the position actual value by {actual_value}]
+({shown_frame}). The drive shows {state} (status word {status_word}), mode {mode}.[{?limited} Bit 11 says that
+an internal limit is active.])",
     .next =
         "Check brake, torque limit (6072h) and [{?velocity}halt (bit 8)][{!velocity}limit switches], whether the drive "
         "uses this set point in its mode, and scaling.",
@@ -40,8 +42,9 @@ constexpr FindingKind kLags{
     .name = "falls-behind",
     .title = "The axis falls behind: {actual_value} of {set_point} increments",
     .message =
-        R"(From {frame} on, for {lasted_ms}, the target position goes by {set_point} and the position actual value by {actual_value} ({shown_frame}). The drive shows
-{state} (status word {status_word}), mode {mode}.[{?limited} Bit 11 says that an internal limit is active.])",
+        R"(From {frame} on, for {lasted_ms}, the target position goes by {set_point} and the position actual value by
+{actual_value} ({shown_frame}). The drive shows {state} (status word {status_word}), mode {mode}.[{?limited} Bit
+11 says that an internal limit is active.])",
     .next =
         "Check speed limit (6080h, 607Fh), torque limit (6072h) and the scaling of both values (gear ratio, 6091h, "
         "6092h).",
@@ -51,8 +54,9 @@ constexpr FindingKind kWrongWay{
     .name = "wrong-way",
     .title = "The axis moves against its {quantity} set point",
     .message =
-        R"(From {frame} on, for {lasted_ms}, the [{?velocity}target velocity is {set_point} and the velocity actual value {actual_value}][{!velocity}target position
-goes by {set_point} and the position actual value by {actual_value}] ({shown_frame}). The drive shows {state} (status word {status_word}), mode {mode}.)",
+        R"(From {frame} on, for {lasted_ms}, the [{?velocity}target velocity is {set_point} and the velocity actual value
+{actual_value}][{!velocity}target position goes by {set_point} and the position actual value by {actual_value}]
+({shown_frame}). The drive shows {state} (status word {status_word}), mode {mode}.)",
     .next = "Check the polarity (607Eh) and the direction of motor and encoder.",
     .identity = "quantity"};
 
@@ -67,16 +71,17 @@ constexpr RuleInfo kInfo{.id = "drive-not-following",
                          .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Whether an enabled axis follows its set point: following error and homing error (bit 13 of the status word), and the actual value against
-the set point in position and velocity modes.
+Whether an enabled axis follows its set point: following error and homing error (bit 13 of the status word), and the
+actual value against the set point in position and velocity modes.
 
 ## Why it matters
 The drive is enabled and commanded, and the axis is not where the master thinks that it is.
 
 ## How it is decided
-Bit 13 counts in the modes that define it. A position that goes by at least 500 increments while the actual value makes less than a
-twentieth (stands still), less than half (falls behind), or goes the other way, for 500 ms; in profile position 1 s after the start. A velocity
-of which the drive shows less than a twentieth for 1 s. Halt in a profile mode is no violation.
+Bit 13 counts in the modes that define it. A position that goes by at least 500 increments while the actual value
+makes less than a twentieth (stands still), less than half (falls behind), or goes the other way, for 500 ms; in
+profile position 1 s after the start. A velocity of which the drive shows less than a twentieth for 1 s. Halt in a
+profile mode is no violation.
 
 ## Example
 tests/rules/drive-not-following/violates.trace: the axis stands still.

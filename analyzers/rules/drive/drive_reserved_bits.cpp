@@ -36,7 +36,8 @@ constexpr RuleInfo kInfo{.id = "drive-reserved-bits",
                          .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-The bits of the control word and the status word that the manual of the family, or else the standard, calls reserved.
+The bits of the control word and the status word that the manual of the family, or else the standard, calls
+reserved.
 
 ## Why it matters
 A mapping that is shifted by some bytes puts other values there. This shows itself here first.

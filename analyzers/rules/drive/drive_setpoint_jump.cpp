@@ -10,8 +10,9 @@ constexpr FindingKind kAtEnable{
     .title = "Enabled with target position {target}, actual value {actual}",
     .message =
         R"(When the drive is enabled ({frame}) the target position (607Ah) is {target} and the position actual value
-(6064h) is {actual}. After that the target changes by at most {step} in a cycle.[{?fault} The drive shows status word {status_word} in {shown_frame}.][{!fault} The
-axis runs to the target: up to {shown_frame} it makes a fifth of the way.] In {mode} the target has to start at the actual value.)",
+(6064h) is {actual}. After that the target changes by at most {step} in a cycle.[{?fault} The drive shows status
+word {status_word} in {shown_frame}.][{!fault} The axis runs to the target: up to {shown_frame} it makes a fifth
+of the way.] In {mode} the target has to start at the actual value.)",
     .next =
         "Copy the position actual value (6064h) into the target position (607Ah) in each cycle until Operation enabled "
         "is shown.",
@@ -21,8 +22,8 @@ constexpr FindingKind kJump{
     .name = "jump",
     .title = "Target position jumps from {from} to {target}",
     .message =
-        R"(In {frame} the target position (607Ah) goes from {from} to {target} in one cycle; before, it changed by at most {step} in a
-cycle. The drive then shows status word {status_word} ({shown_frame})[ and reports {reason}].)",
+        R"(In {frame} the target position (607Ah) goes from {from} to {target} in one cycle; before, it changed by at most
+{step} in a cycle. The drive then shows status word {status_word} ({shown_frame})[ and reports {reason}].)",
     .next =
         "Limit the change of the target in a cycle to what the axis can do, also when the trajectory is computed anew.",
     .identity = ""};
@@ -31,8 +32,9 @@ constexpr FindingKind kEcho{
     .name = "target-repeats-actual",
     .title = "The target position only repeats the position actual value",
     .message =
-        R"(The drive is enabled, and the target position (607Ah) is the position actual value (6064h) of the cycle before in {changes} from {frame} to {shown_frame}
-({lasted_ms}). The axis moves by {travel} meanwhile. It holds no position, but goes wherever a force pushes it.)",
+        R"(The drive is enabled, and the target position (607Ah) is the position actual value (6064h) of the cycle before
+in {changes} from {frame} to {shown_frame} ({lasted_ms}). The axis moves by {travel} meanwhile. It holds no
+position, but goes wherever a force pushes it.)",
     .next =
         "Stop copying the actual value into the target when the drive is enabled, and continue from the last target.",
     .identity = ""};
@@ -41,8 +43,8 @@ constexpr FindingKind kOutside{
     .name = "outside-limits",
     .title = "Target position {target} is beyond the software limit {limit} (607Dh)",
     .message =
-        R"(The target position (607Ah) is {target} from {frame} on, for {lasted_ms} ({shown_frame}). The software position limit (607Dh) in the capture is {limit}. The drive
-does not go there.)",
+        R"(The target position (607Ah) is {target} from {frame} on, for {lasted_ms} ({shown_frame}). The software position
+limit (607Dh) in the capture is {limit}. The drive does not go there.)",
     .next = "Change the target, or the limits in 607Dh.",
     .identity = ""};
 
@@ -57,16 +59,17 @@ constexpr RuleInfo kInfo{.id = "drive-setpoint-jump",
                          .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-In cyclic synchronous position: whether the target position (607Ah) starts at the position actual value (6064h), does not jump, is no echo
-of the actual value, and lies inside the software limits (607Dh).
+In cyclic synchronous position: whether the target position (607Ah) starts at the position actual value (6064h),
+does not jump, is no echo of the actual value, and lies inside the software limits (607Dh).
 
 ## Why it matters
 The axis runs to a wrong target at full speed, or stops with a following error.
 
 ## How it is decided
-A jump is more than 50 times what the target changes in a cycle otherwise, at least 500 increments, and something comes of it within
-500 ms: the axis runs there, the drive faults or shows a following error. An echo is a target that equals the actual value of the cycle
-before in 50 changes in a row, over at least 500 ms, while the axis moves. Limits count if they were read or written by SDO.
+A jump is more than 50 times what the target changes in a cycle otherwise, at least 500 increments, and something
+comes of it within 500 ms: the axis runs there, the drive faults or shows a following error. An echo is a target
+that equals the actual value of the cycle before in 50 changes in a row, over at least 500 ms, while the axis moves.
+Limits count if they were read or written by SDO.
 
 ## Example
 tests/rules/drive-setpoint-jump/violates.trace: the target is 0 when the drive is enabled.

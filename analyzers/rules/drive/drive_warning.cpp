@@ -40,7 +40,8 @@ Bit 7 of the status word, and what the drive reports at the same time: an emerge
 A warning often comes before the fault that stops the axis: temperature, load, a fan, the encoder battery.
 
 ## How it is decided
-The bit rises, or is set when the drive is first seen. An emergency counts as its reason if it came up to one second before.
+The bit rises, or is set when the drive is first seen. An emergency counts as its reason if it came up to one second
+before.
 
 ## Example
 tests/rules/drive-warning/violates.trace

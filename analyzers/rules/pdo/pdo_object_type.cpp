@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "analyzers/judge/rule.h"
@@ -7,6 +9,8 @@
 #include "analyzers/progress/progress_model.h"
 #include "analyzers/words/what.h"
 #include "decoder/device/object_dictionary.h"
+#include "decoder/mailbox/events.h"
+#include "decoder/process/pdo_mapping.h"
 
 namespace ecaudit::pdo_object_type {
 namespace {
@@ -17,9 +21,10 @@ constexpr FindingKind kLength{
     .name = "length",
     .title = "{object:number} is mapped with {mapped}, its type has {expected}",
     .message =
-        R"(The mapping of {pdo} holds {object} with {mapped}.[{?standard} By CiA 402 the object has {expected}.][{!standard} By its
-dictionary the object has {expected}.][ What follows it in the process data ({following}) may be read {shift} beside its place.][ The drive
-confirms this: 6061h is {by_sdo} by SDO and {by_process_data} in the process data ({differs_frame}).])",
+        R"(The mapping of {pdo} holds {object} with {mapped}.[{?standard} By CiA 402 the object has
+{expected}.][{!standard} By its dictionary the object has {expected}.][ What follows it in the process data
+({following}) may be read {shift} beside its place.][ The drive confirms this: 6061h is {by_sdo} by SDO and
+{by_process_data} in the process data ({differs_frame}).])",
     .next = "Map {object:number} with {expected}.",
     .identity = "object mapped"};
 
@@ -27,8 +32,8 @@ constexpr FindingKind kDiffers{
     .name = "value-differs",
     .title = "6061h is {by_sdo} by SDO, but {by_process_data} in the process data",
     .message =
-        R"(The master read {by_sdo} from 6061h by SDO in {frame}. The process data show {by_process_data} for the same object from {since_frame} on, for
-{lasted_ms}. The master reads the inputs at a wrong place.)",
+        R"(The master read {by_sdo} from 6061h by SDO in {frame}. The process data show {by_process_data} for the same
+object from {since_frame} on, for {lasted_ms}. The master reads the inputs at a wrong place.)",
     .next = "Compare the PDO mapping (1A00h to 1BFFh) and the length of SM3 with what the drive sends.",
     .identity = "by_sdo by_process_data"};
 
@@ -45,17 +50,18 @@ constexpr RuleInfo kInfo{
     .kinds = kKinds,
     .doc = R"(
 ## What it checks
-Whether each mapped entry is as long as the type of its object, and whether the drive shows the same mode of operation (6061h) by SDO and in the
-process data.
+Whether each entry that the master maps is as long as the type of its object, and whether the drive shows the same mode of
+operation (6061h) by SDO and in the process data.
 
 ## Why it matters
-The drive sends as many bits as its object has. All that follows in the process data is then read at a wrong place, although lengths and working
-counters are right.
+The drive sends as many bits as its object has. All that follows in the process data is then read at a wrong place,
+although lengths and working counters are right.
 
 ## How it is decided
-The type comes from the slave's own dictionary, its ESI or manual. For a drive whose control and status word are mapped, the types of CiA 402 count for
-all other objects. A difference of 6061h counts if the process data held the other value for at least 100 ms. A wrong length alone is a warning: some
-slaves fill the entry. It is an error if 6061h differs as well.
+The type comes from the slave's own dictionary, its ESI or manual. For a drive whose control and status word are
+mapped, the types of CiA 402 count for all other objects. A difference of 6061h counts if the process data held the
+other value for at least 100 ms. A wrong length alone is a warning: some slaves fill the entry. It is an error if
+6061h differs as well.
 
 ## Example
 tests/rules/pdo-object-type/violates.trace: 6077h with 32 bits.
@@ -66,7 +72,16 @@ Correct the length of the entry in the start-up list of the master, or choose a 
 
 class PdoObjectType final : public Rule {
  public:
-  PdoObjectType() : Rule(kInfo) {}
+  PdoObjectType() : Rule(kInfo) { Subscribe<mailbox::SdoTransfer>(&PdoObjectType::On); }
+
+  void On(const mailbox::SdoTransfer& transfer) {
+    const bool mapping = process::IsRxMapping(transfer.index) || process::IsTxMapping(transfer.index);
+    if (!transfer.has_object || !mapping || transfer.service != mailbox::SdoService::kDownload ||
+        transfer.outcome != mailbox::SdoOutcome::kCompleted) {
+      return;
+    }
+    written_.emplace(transfer.slave, transfer.index);
+  }
 
   void Finish() override {
     for (SlaveId id = 0; id < context().slave_count(); ++id) {
@@ -89,12 +104,11 @@ class PdoObjectType final : public Rule {
       NotEvaluable(id, ReasonCode::kNotInCapture, what::kMapping);
       return false;
     }
-    // What the slave offers by itself is its own affair.
-    if (layout.source != model::LayoutSource::kObserved) return false;
     bool wrong = false;
     for (std::size_t i = 0; i < layout.signals.size(); ++i) {
       const model::Signal& signal = layout.signals[i];
-      if (signal.gap()) continue;
+      // What the slave offers by itself is its own affair.
+      if (signal.gap() || !written_.contains({id, signal.pdo})) continue;
       bool standard = false;
       const std::uint16_t bits = BitsOfType(slave, signal, standard);
       if (bits == 0 || bits == signal.bits || (bits == 1 && signal.bits == 8)) continue;
@@ -167,6 +181,8 @@ class PdoObjectType final : public Rule {
     AddRelated(finding, differs->since.number);
     (void)Report(1, Severity::kWarning, std::move(finding));
   }
+
+  std::set<std::pair<SlaveId, std::uint16_t>> written_;  ///< mapping objects that the master wrote
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<PdoObjectType>};
