@@ -180,7 +180,7 @@ void GateOptions::Declare(OptionSet& options) {
   options.Values("--rule", "ID=SEVERITY", rules, "error, warning, info, or off for one rule (repeatable)");
   options.Value("--baseline", "FILE", baseline, "findings listed there are known and do not count");
   options.Value("--require", "WHAT", require,
-                "exit 1 unless the capture shows slaves=N,state=OP,judged, or some of it");
+                "exit 1 unless the capture shows slaves=N,state=OP,axis=enabled,sync=ok,judged, or some of it");
   options.Value("--write-baseline", "FILE", write_baseline, "list all findings of this run there");
 }
 

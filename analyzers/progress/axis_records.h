@@ -25,6 +25,8 @@ enum class AxisFact : std::uint8_t {
   kNotReady,            ///< the status word shows Not ready to switch on
   kNotInOp,             ///< a: AL state; the master never requested OP
   kOverwrittenControl,  ///< a: written by SDO, b: in the process data
+  kLocalControl,        ///< bit 9 of the status word is 0: the drive is not controlled over the bus
+  kHasty,               ///< a: times that bit 3 rose, b: the longest of them in ns
   // It is enabled, and nothing starts the motion.
   kStartMissing,       ///< a: mode; bit 4 stays 0
   kStartStands,        ///< a: mode; bit 4 stays 1
@@ -33,6 +35,7 @@ enum class AxisFact : std::uint8_t {
   kOverwrittenMode,    ///< a: 6060h by SDO, b: in the process data, c: 6061h
   kNoMode,             ///< the set point changes, no mode is selected
   kSetpointNotMapped,  ///< a: mode, b: its set point, c: the object that changes
+  kRampBits,           ///< velocity mode (2): bits 4 to 6 of the control word are not all 1
   // It is commanded wrongly.
   kJumpAtEnable,     ///< a: target, b: actual value, c: largest step of the target after that
   kJumpInOperation,  ///< a: target before, b: target after, c: largest step before
@@ -44,6 +47,7 @@ enum class AxisFact : std::uint8_t {
   kLags,            ///< a: travel of the target, b: travel of the actual value
   kStandsStill,     ///< a: travel of the target, b: travel of the actual value; velocity: the values
   kWrongWay,        ///< likewise
+  kZeroLimit,       ///< likewise; c: a mapped limit that is 0
   // The process data are read at a wrong place.
   kModeShifted,  ///< a: 6061h by SDO, b: in the process data
 };
@@ -85,7 +89,8 @@ class AxisRecords {
   /// It still holds: the record of it lasts until here.
   void Extend(AxisFact fact, Quantity quantity, const FrameRef& frame) {
     for (AxisRecord& known : list_) {
-      if (known.fact != fact || known.quantity != quantity) continue;
+      const bool same = known.fact == fact || (fact == AxisFact::kStandsStill && known.fact == AxisFact::kZeroLimit);
+      if (!same || known.quantity != quantity) continue;
       known.last = frame;
       if (known.count == 1 && known.since.has_time && frame.has_time)
         known.lasted = Elapsed(known.since.time, frame.time);

@@ -23,6 +23,10 @@ constexpr std::array kRoleRows{
     RoleRow{0x6061, 0, Role::kModeShown},      RoleRow{0x6064, 0, Role::kPosition},
     RoleRow{0x606C, 0, Role::kVelocity},       RoleRow{0x6044, 0, Role::kVelocity},
     RoleRow{0x6077, 0, Role::kTorque},         RoleRow{0x603F, 0, Role::kErrorCode},
+    RoleRow{0x6072, 0, Role::kMaxTorque},      RoleRow{0x60E0, 0, Role::kPositiveTorque},
+    RoleRow{0x60E1, 0, Role::kNegativeTorque}, RoleRow{0x607F, 0, Role::kMaxVelocity},
+    RoleRow{0x6080, 0, Role::kMaxMotorSpeed},  RoleRow{0x6081, 0, Role::kProfileSpeed},
+    RoleRow{0x6083, 0, Role::kAcceleration},
 };
 
 constexpr std::uint16_t kFirstOfAxes = 0x6000;
@@ -30,10 +34,17 @@ constexpr std::uint16_t kPastAxes = 0xA000;
 constexpr std::uint16_t kAxisDistance = 0x800;
 
 bool IsSigned(Role role) {
-  return role != Role::kControl && role != Role::kStatus && role != Role::kErrorCode;
+  return role != Role::kControl && role != Role::kStatus && role < Role::kErrorCode;
 }
 
 }  // namespace
+
+std::uint16_t ObjectOf(Role role) {
+  for (const RoleRow& row : kRoleRows) {
+    if (row.role == role) return row.index;
+  }
+  return 0;
+}
 
 std::optional<std::pair<std::uint8_t, std::uint16_t>> AxisOf(std::uint16_t index) {
   if (index < kFirstOfAxes || index >= kPastAxes) return std::nullopt;

@@ -26,8 +26,22 @@ enum class Role : std::uint8_t {
   kVelocity,        ///< 606Ch, 6044h
   kTorque,          ///< 6077h
   kErrorCode,       ///< 603Fh
+  // Limits in the outputs: where they are 0 the axis cannot move.
+  kMaxTorque,       ///< 6072h
+  kPositiveTorque,  ///< 60E0h
+  kNegativeTorque,  ///< 60E1h
+  kMaxVelocity,     ///< 607Fh
+  kMaxMotorSpeed,   ///< 6080h
+  kProfileSpeed,    ///< 6081h, of profile position
+  kAcceleration,    ///< 6083h, of profile modes
 };
-inline constexpr std::size_t kRoles = 11;
+inline constexpr std::size_t kRoles = 18;
+inline constexpr std::array kLimitRoles{Role::kMaxTorque,   Role::kPositiveTorque, Role::kNegativeTorque,
+                                        Role::kMaxVelocity, Role::kMaxMotorSpeed,  Role::kProfileSpeed,
+                                        Role::kAcceleration};
+
+/// The object of the first axis that has this role.
+[[nodiscard]] std::uint16_t ObjectOf(Role role);
 
 /// Values of one axis in one direction of one frame; unset: not mapped there.
 struct AxisValues {

@@ -42,6 +42,7 @@ struct AxisView {
   std::array<std::optional<std::int64_t>, 3> target, actual;  ///< by Quantity, position first
   std::array<bool, 3> target_mapped{};
   SoftwareLimits limits;
+  std::uint16_t zero_limit = 0;  ///< an object in the outputs that limits the motion and is 0; 0: none
 
   InOp in_op = InOp::kUnknown;
   bool op_requested = false;  ///< in this run
@@ -87,6 +88,7 @@ inline constexpr unsigned kResetBit = 7;
 inline constexpr unsigned kHaltBit = 8;
 // Bits of the status word.
 inline constexpr unsigned kVoltageBit = 4;
+inline constexpr unsigned kRemoteBit = 9;
 inline constexpr unsigned kReachedBit = 10;
 inline constexpr unsigned kLimitBit = 11;
 inline constexpr unsigned kAcknowledgeBit = 12;  ///< profile position

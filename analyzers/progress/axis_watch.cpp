@@ -51,7 +51,19 @@ void AxisWatch::OnOutputs(const AxisValues& values, const FrameRef& frame, const
     now_.target[i] = values[kTargets[i]];
     now_.target_mapped[i] = true;
   }
+  TakeLimits(values);
   if (now_.control_changed || now_.control_first || !status_mapped_) Step(frame);
+}
+
+void AxisWatch::TakeLimits(const AxisValues& values) {
+  const bool profile = now_.mode().value_or(kCyclicPosition) <= kProfileTorque;
+  for (const Role limit : kLimitRoles) {
+    if (!values[limit]) continue;
+    const bool of_profile = limit == Role::kProfileSpeed || limit == Role::kAcceleration;
+    const std::uint16_t object = ObjectOf(limit);
+    if (*values[limit] != 0 && now_.zero_limit == object) now_.zero_limit = 0;
+    if (*values[limit] == 0 && now_.zero_limit == 0 && (profile || !of_profile)) now_.zero_limit = object;
+  }
 }
 
 void AxisWatch::OnInputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave) {

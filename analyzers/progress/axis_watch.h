@@ -75,6 +75,7 @@ class AxisWatch {
 
  private:
   void Side(const SlaveSide& slave);
+  void TakeLimits(const AxisValues& values);
   void FollowShown(std::int64_t value, bool download, const FrameRef& frame);
   void TakeControl(std::int64_t word, const FrameRef& frame);
   void TakeStatus(std::int64_t word, const FrameRef& frame);

@@ -3,6 +3,7 @@
 namespace ecaudit::progress {
 namespace {
 
+constexpr std::uint16_t kRampBits = 0x0070;
 constexpr TimeNs kStartNs = 1'000'000'000;
 constexpr TimeNs kHomingNs = 2'000'000'000;
 constexpr TimeNs kAcknowledgeNs = 500'000'000;
@@ -47,6 +48,7 @@ void CommandCheck::BeginEnabled() {
   start_missing_.Reset();
   start_stands_.Reset();
   halt_.Reset();
+  ramp_bits_.Reset();
   no_mode_.Reset();
   not_mapped_.Reset();
 }
@@ -88,6 +90,7 @@ void CommandCheck::Step(const AxisView& now, AxisRecords& out) {
   const bool started =
       NeedsStart(*mode_) ? starts_ > 0 || (*mode_ == kInterpolated && moves && now.Control(kStartBit)) : moves;
   if (started && !(HasHalt(*mode_) && now.Control(kHaltBit)) && !commanded_.seen()) commanded_ = now.frame;
+  if (*mode_ == kVelocityMode) RampBits(now, out);
   if (HasHalt(*mode_)) Halt(now, *mode_, out);
   if (quantity != Quantity::kNone && !now.Target(quantity)) without_setpoint_ = true;
 }
@@ -138,6 +141,20 @@ void CommandCheck::Handshake(const AxisView& now, AxisRecords& out) {
   if (const TimeNs held = unacknowledged_.Hold(waits, now.frame);
       out.IsDue(AxisFact::kNotAcknowledged, unacknowledged_, held, kAcknowledgeNs, now.frame)) {
     out.Add(now.Record(AxisFact::kNotAcknowledged, last_start_, held));
+  }
+}
+
+/// Bits 4 to 6 of the velocity mode let the ramp run, unlock it and use the reference.
+void CommandCheck::RampBits(const AxisView& now, AxisRecords& out) {
+  const auto& target = now.Target(Quantity::kVelocity);
+  const bool stands = target.value_or(0) != 0 && now.Actual(Quantity::kVelocity) == 0;
+  const bool missing = stands && now.control && (*now.control & kRampBits) != kRampBits;
+  if (const TimeNs held = ramp_bits_.Hold(missing, now.frame);
+      out.IsDue(AxisFact::kRampBits, ramp_bits_, held, kStartNs, now.frame)) {
+    wanted_ = true;
+    AxisRecord record = now.Record(AxisFact::kRampBits, ramp_bits_.since(), held);
+    record.a = *target;
+    out.Add(record);
   }
 }
 

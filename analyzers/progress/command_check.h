@@ -38,6 +38,7 @@ class CommandCheck {
   void BeginEnabled();
   void Start(const AxisView& now, std::int8_t mode, AxisRecords& out);
   void Handshake(const AxisView& now, AxisRecords& out);
+  void RampBits(const AxisView& now, AxisRecords& out);
   void Halt(const AxisView& now, std::int8_t mode, AxisRecords& out);
   void Mode(const AxisView& now, AxisRecords& out);
   [[nodiscard]] const Setpoint& Of(Quantity quantity) const {
@@ -54,7 +55,7 @@ class CommandCheck {
   bool never_without_halt_ = false;  ///< since it was enabled
   bool acknowledged_before_ = false;
   bool waits_acknowledge_ = false;
-  Lasting start_missing_, start_stands_, unacknowledged_, halt_, overwritten_, no_mode_, not_mapped_;
+  Lasting start_missing_, start_stands_, unacknowledged_, halt_, ramp_bits_, overwritten_, no_mode_, not_mapped_;
   FrameRef commanded_;
   bool wanted_ = false;
   bool without_setpoint_ = false;

@@ -1,5 +1,8 @@
 #include "analyzers/progress/enable_check.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace ecaudit::progress {
 namespace {
 
@@ -11,6 +14,9 @@ constexpr std::uint16_t kNeeded = 0x0007;  ///< besides bit 3
 constexpr TimeNs kImpossibleNs = 200'000'000;
 constexpr TimeNs kEdgeNs = 500'000'000;
 constexpr TimeNs kSlowNs = 1'000'000'000;
+// Drives need some milliseconds for each state; brakes and converters take longer.
+constexpr TimeNs kHastyNs = 50'000'000;
+constexpr std::uint32_t kAttempts = 10;
 
 bool IsWhole(std::uint16_t word) {
   return (word & kEnableWord) == kEnableWord;
@@ -59,8 +65,38 @@ void EnableCheck::Step(const AxisView& now, AxisRecords& out) {
   }
   if ((wish_ == Wish::kShown && !now.enabled()) || (now.Rises(kResetBit) && IsFault(now.state))) wanted_ = true;
   FollowSdo(now, out);
+  Attempts(now, out);
   InFault(now, out);
   OnTheWay(now, out);
+}
+
+/// A master that does not wait for the drive goes through its sequence again and again.
+void EnableCheck::Attempts(const AxisView& now, AxisRecords& out) {
+  if (now.enabled() || IsFault(now.state) || now.in_op == InOp::kNo || !now.control) {
+    attempts_ = 0;
+    return;
+  }
+  const bool rises = now.Rises(kEnableOperationBit);
+  const bool falls = now.control_changed && !now.Control(kEnableOperationBit) && attempt_.seen();
+  if (falls && now.frame.has_time && attempt_.has_time) {
+    longest_ = std::max(longest_, Elapsed(attempt_.time, now.frame.time));
+    attempt_ = {};
+  }
+  if (!rises) return;
+  if (attempts_++ == 0) {
+    first_attempt_ = now.frame;
+    longest_ = 0;
+    hasty_ = false;
+  }
+  attempt_ = now.frame;
+  if (attempts_ < kAttempts || longest_ >= kHastyNs || !first_attempt_.has_time || !now.frame.has_time) return;
+  const TimeNs lasted = Elapsed(first_attempt_.time, now.frame.time);
+  if (lasted < kEdgeNs) return;
+  if (std::exchange(hasty_, true)) return out.Extend(AxisFact::kHasty, Quantity::kNone, now.frame);
+  AxisRecord record = now.Record(AxisFact::kHasty, first_attempt_, lasted);
+  record.a = attempts_;
+  record.b = longest_;
+  out.Add(record);
 }
 
 void EnableCheck::InFault(const AxisView& now, AxisRecords& out) {
@@ -116,7 +152,9 @@ void EnableCheck::OnTheWay(const AxisView& now, AxisRecords& out) {
 
   const bool ready = now.state == DriveState::kReadyToSwitchOn || now.state == DriveState::kSwitchedOn;
   const bool asked = acts && whole && ready;
-  const AxisFact no_way = now.Status(kVoltageBit) ? AxisFact::kNoReaction : AxisFact::kNoVoltage;
+  const AxisFact no_way = !now.Status(kVoltageBit)  ? AxisFact::kNoVoltage
+                          : !now.Status(kRemoteBit) ? AxisFact::kLocalControl
+                                                    : AxisFact::kNoReaction;
   if (!asked && asked_.since().seen() && known && asked_.since().has_time && now.frame.has_time) {
     asked_before_ += Elapsed(asked_.since().time, now.frame.time);
   }

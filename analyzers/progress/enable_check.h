@@ -30,6 +30,7 @@ class EnableCheck {
   enum class Wish : std::uint8_t { kNone, kStands, kShown };
 
   void FollowWish(const AxisView& now);
+  void Attempts(const AxisView& now, AxisRecords& out);
   void InFault(const AxisView& now, AxisRecords& out);
   void OnTheWay(const AxisView& now, AxisRecords& out);
   void FollowSdo(const AxisView& now, AxisRecords& out);
@@ -44,6 +45,12 @@ class EnableCheck {
   FrameRef last_reset_;
   Lasting reset_stands_, reset_missing_, fault_stays_;
   Lasting bit_missing_, shutdown_missing_, asked_, quick_stop_, not_ready_, not_in_op_;
+  // Times that bit 3 rose without success.
+  std::uint32_t attempts_ = 0;
+  FrameRef first_attempt_;
+  FrameRef attempt_;  ///< the one at hand
+  TimeNs longest_ = 0;
+  bool hasty_ = false;
   TimeNs asked_before_ = 0;  ///< in attempts that the master gave up
   struct SdoWord {
     std::uint16_t word = 0;

@@ -125,8 +125,10 @@ void FollowCheck::Tell(AxisFact fact, Lasting& lasting, bool holds, TimeNs limit
                        AxisRecords& out) {
   const TimeNs held = lasting.Hold(holds, now.frame);
   if (!out.IsDue(fact, lasting, held, limit, now.frame, Quantity::kPosition)) return;
-  AxisRecord record = now.Record(fact, lasting.since(), held);
+  const bool stopped = now.zero_limit != 0 && fact == AxisFact::kStandsStill;
+  AxisRecord record = now.Record(stopped ? AxisFact::kZeroLimit : fact, lasting.since(), held);
   record.quantity = Quantity::kPosition;
+  record.c = now.zero_limit;
   record.a = way.target;
   record.b = way.actual;
   record.limited = now.Status(kLimitBit);
@@ -143,8 +145,10 @@ void FollowCheck::Velocity(const AxisView& now, AxisRecords& out) {
   if (asked && !slow && (*actual > 0) == (*target > 0) && !follows_.seen()) follows_ = now.frame;
   if (const TimeNs held = slow_.Hold(slow, now.frame);
       out.IsDue(AxisFact::kStandsStill, slow_, held, kRampNs, now.frame, Quantity::kVelocity)) {
-    AxisRecord record = now.Record(AxisFact::kStandsStill, slow_.since(), held);
+    const bool stopped = now.zero_limit != 0;
+    AxisRecord record = now.Record(stopped ? AxisFact::kZeroLimit : AxisFact::kStandsStill, slow_.since(), held);
     record.quantity = Quantity::kVelocity;
+    record.c = now.zero_limit;
     record.a = *target;
     record.b = *actual;
     record.limited = now.Status(kLimitBit);

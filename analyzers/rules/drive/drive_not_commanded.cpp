@@ -74,8 +74,18 @@ changes from {frame} on, for {lasted_ms} ({shown_frame}), and this mode does not
     .next = "Map {needed}, or select the mode that uses {changing}.",
     .identity = "start_mode changing"};
 
+constexpr FindingKind kRamp{
+    .name = "ramp-bits-missing",
+    .title = "Bits 4 to 6 of control word {control_word} keep the ramp at 0",
+    .message =
+        R"(The drive is enabled in mode {mode} with target velocity {target}, and the actual velocity is 0 from {frame} on,
+for {lasted_ms} ({shown_frame}). In this mode bits 4 (enable ramp), 5 (unlock ramp) and 6 (reference ramp) of the
+control word have to be 1.)",
+    .next = "Send 0x007f instead of 0x000f.",
+    .identity = ""};
+
 constexpr const FindingKind* kKinds[] = {&kStartMissing,    &kStartStands, &kNotAcknowledged, &kHalt,
-                                         &kModeOverwritten, &kNoMode,      &kNotMapped};
+                                         &kModeOverwritten, &kNoMode,      &kNotMapped,       &kRamp};
 
 constexpr RuleInfo kInfo{.id = "drive-not-commanded",
                          .group = "Drive profile (DS402)",
@@ -90,6 +100,7 @@ Whether what starts a motion comes when a motion is wanted:
 
 - the rising edge of bit 4 in profile position and homing, and its acknowledge (bit 12 of the status word)
 - halt (bit 8) taken away
+- bits 4 to 6 in velocity mode (2)
 - a mode that the drive shows and that fits the set point
 - 6060h not overwritten by process data
 
@@ -116,6 +127,7 @@ constexpr std::array kRows{
     AxisRule::Row{progress::AxisFact::kOverwrittenMode, &kModeOverwritten},
     AxisRule::Row{progress::AxisFact::kNoMode, &kNoMode},
     AxisRule::Row{progress::AxisFact::kSetpointNotMapped, &kNotMapped},
+    AxisRule::Row{progress::AxisFact::kRampBits, &kRamp},
 };
 
 class DriveNotCommanded final : public AxisRule {
@@ -136,6 +148,9 @@ class DriveNotCommanded final : public AxisRule {
       case progress::AxisFact::kOverwrittenMode:
         finding.Set("by_sdo", arg::Number(record.a)).Set("mapped", arg::Number(record.b));
         finding.Set("shown", arg::Number(record.c));
+        return;
+      case progress::AxisFact::kRampBits:
+        finding.Set("target", arg::Number(record.a));
         return;
       case progress::AxisFact::kNoMode:
         finding.Set("changing", ObjectOf(record.c));

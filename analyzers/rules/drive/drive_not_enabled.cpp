@@ -108,9 +108,27 @@ every cycle. The drive shows {state} (status word {status_word}, {shown_frame}).
     .next = "Write the control word into the process data, or take it out of the PDO mapping.",
     .identity = "by_sdo mapped"};
 
+constexpr FindingKind kLocal{
+    .name = "local-control",
+    .title = "Not enabled in {state}: the drive is in local control (bit 9 = 0)",
+    .message =
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive stays in {state}, and
+bit 9 (remote) of its status word {status_word} is 0 ({shown_frame}): it does not act on the control word.)",
+    .next = "Give the control to the fieldbus: close the commissioning software, and check the command source.",
+    .identity = "state"};
+
+constexpr FindingKind kHasty{
+    .name = "hasty",
+    .title = "The master takes back the enable word {times} before the drive follows",
+    .message =
+        R"(From {frame} to {shown_frame} bit 3 (enable operation) of the control word rises {times}, and is 0 again after
+{longest_ms} at most. The drive never shows Operation enabled (state {state}, status word {status_word}).)",
+    .next = "Wait for each state in the status word, and keep the control word until the drive shows it.",
+    .identity = ""};
+
 constexpr const FindingKind* kKinds[] = {&kBitMissing,      &kResetStands, &kResetMissing,   &kFaultStays,
                                          &kShutdownMissing, &kNoVoltage,   &kQuickStopStays, &kNotReady,
-                                         &kNotInOp,         &kOverwritten};
+                                         &kNotInOp,         &kOverwritten, &kLocal,          &kHasty};
 
 constexpr RuleInfo kInfo{.id = "drive-not-enabled",
                          .group = "Drive profile (DS402)",
@@ -128,6 +146,7 @@ Whether an axis reaches Operation enabled when the master asks for it, and what 
 - Shutdown before Enable operation
 - the voltage
 - OP
+- control over the bus (bit 9 of the status word), and a master that waits for the drive
 - an SDO write of the control word that process data overwrite
 
 ## Why it matters
@@ -157,6 +176,8 @@ constexpr std::array kRows{
     AxisRule::Row{progress::AxisFact::kNotReady, &kNotReady},
     AxisRule::Row{progress::AxisFact::kNotInOp, &kNotInOp},
     AxisRule::Row{progress::AxisFact::kOverwrittenControl, &kOverwritten},
+    AxisRule::Row{progress::AxisFact::kLocalControl, &kLocal},
+    AxisRule::Row{progress::AxisFact::kHasty, &kHasty},
 };
 
 class DriveNotEnabled final : public AxisRule {
@@ -178,6 +199,10 @@ class DriveNotEnabled final : public AxisRule {
       }
       case progress::AxisFact::kFaultStays:
         finding.Set("resets", arg::Count(static_cast<std::uint64_t>(record.a), "reset"));
+        return;
+      case progress::AxisFact::kHasty:
+        finding.Set("times", arg::Count(static_cast<std::uint64_t>(record.a), "time"));
+        finding.Set("longest_ms", arg::Ms(record.b));
         return;
       case progress::AxisFact::kOverwrittenControl:
         finding.Set("by_sdo", arg::Hex(static_cast<std::uint64_t>(record.a)))

@@ -60,7 +60,18 @@ constexpr FindingKind kWrongWay{
     .next = "Check the polarity (607Eh) and the direction of motor and encoder.",
     .identity = "quantity"};
 
-constexpr const FindingKind* kKinds[] = {&kFollowingError, &kHomingError, &kStandsStill, &kLags, &kWrongWay};
+constexpr FindingKind kZeroLimit{
+    .name = "limit-zero",
+    .title = "{limit:number} is 0 in the process data: the axis stands still",
+    .message =
+        R"(From {frame} on, for {lasted_ms}, the {quantity} set point is not followed: it is or goes by {set_point}, the
+actual value {actual_value} ({shown_frame}). The master sends {limit} = 0 in the process data, and a drive with this
+limit at 0 does not move. The drive shows {state} (status word {status_word}), mode {mode}.)",
+    .next = "Send a value for {limit:number} in each cycle, or take it out of the PDO mapping.",
+    .identity = "limit"};
+
+constexpr const FindingKind* kKinds[] = {&kFollowingError, &kHomingError, &kStandsStill,
+                                         &kLags,           &kWrongWay,    &kZeroLimit};
 
 constexpr RuleInfo kInfo{.id = "drive-not-following",
                          .group = "Drive profile (DS402)",
@@ -96,6 +107,7 @@ constexpr std::array kRows{
     AxisRule::Row{progress::AxisFact::kStandsStill, &kStandsStill},
     AxisRule::Row{progress::AxisFact::kLags, &kLags},
     AxisRule::Row{progress::AxisFact::kWrongWay, &kWrongWay},
+    AxisRule::Row{progress::AxisFact::kZeroLimit, &kZeroLimit},
 };
 
 constexpr Word kPosition{"position", "position"};
@@ -117,6 +129,7 @@ class DriveNotFollowing final : public AxisRule {
     const bool velocity = record.quantity == progress::Quantity::kVelocity;
     finding.Set("quantity", arg::Of(velocity ? kVelocity : kPosition));
     if (velocity) finding.Set("velocity", arg::Flag());
+    if (record.fact == progress::AxisFact::kZeroLimit) finding.Set("limit", ObjectOf(record.c));
     finding.Set("set_point", arg::Number(record.a)).Set("actual_value", arg::Number(record.b));
   }
 
