@@ -139,6 +139,10 @@ std::vector<ProgressLine> ProgressLines(const AnalysisResult& result) {
   std::vector<ProgressLine> lines;
   const std::vector<SlaveSummary>& slaves = result.slaves;
   for (std::size_t i = 0; i < slaves.size();) {
+    if (slaves[i].progress.empty()) {
+      ++i;
+      continue;
+    }
     const std::vector<ProgressLine> plain = LinesOf(result, slaves[i], false);
     std::size_t end = i + 1;
     while (end < slaves.size() && Alike(plain, LinesOf(result, slaves[end], false))) ++end;
