@@ -47,8 +47,8 @@ constexpr RuleInfo kInfo{.id = "drive-fault",
                          .notes = kNotes,
                          .doc = R"(
 ## What it checks
-Whether the status word (6041h) changes to Fault reaction active or Fault, or shows one of them from the first status word on,
-and which reason the drive reports.
+Whether the status word (6041h) changes to Fault reaction active or Fault, or shows one of them from the first status
+word on, and which reason the drive reports.
 
 ## Why it matters
 The axis brakes by itself and loses its torque. Until the fault is reset, the drive accepts no other command.
@@ -56,25 +56,25 @@ The axis brakes by itself and loses its torque. Until the fault is reset, the dr
 ## How it is decided
 A change from a state that is none of the two. Fault reaction active followed by Fault is one fault.
 
-- Reasons are an emergency message from one second before the fault until the drive leaves it, and the error code 603Fh, the
-  error history 1003h:1 and the family's fault list read while it lasts. The same reason again counts as repetition.
-- caused_by names the finding of the emergency. If the drive gave no reason, it names the lost synchronisation or the pause
-  of the process data just before.
+- Reasons are an emergency message from one second before the fault until the drive leaves it, and the error code 603Fh,
+  the error history 1003h:1 and the family's fault list read while it lasts. The same reason again counts as repetition.
+- caused_by names the finding of the emergency. If the drive gave no reason, it names the lost synchronisation or the
+  pause of the process data just before.
 - A drive that is in a fault when its status word is first seen is one as well. A word of 0 before it is the content of
   unused memory. The finding says whether the fault was reset later.
 - A mid-run capture needs to know where the status word is mapped: give an ENI or ESI file.
-- Inputs count if the working counter shows that the slave gave them. They do not count if other slaves alone can explain the
-  working counter: the data may be the master's own.
+- Inputs count if the working counter shows that the slave gave them. They do not count if other slaves alone can
+  explain the working counter: the data may be the master's own.
 - A status word read by SDO counts if none is mapped, or no inputs arrived for 100 ms.
-- Each axis of a drive with several (6841h, 7041h, ...) is followed by itself, by this rule and by the others of the group. An
-  emergency does not name its axis.
+- Each axis of a drive with several (6841h, 7041h, ...) is followed by itself, by this rule and by the others of the
+  group. An emergency does not name its axis.
 
 ## Example
 samples/captures/drive-fault.pcapng, and samples/captures/drive-in-fault.pcapng for one that was active before
 
 ## What to do
-Correct what the code names, then reset the fault: bit 7 of the control word from 0 to 1. If the capture has no code, read
-1003h:1 or the fault list of the family, or let the master fetch emergency messages.
+Correct what the code names, then reset the fault: bit 7 of the control word from 0 to 1. If the capture has no code,
+read 1003h:1 or the fault list of the family, or let the master fetch emergency messages.
 )"};
 
 class DriveFault final : public Rule {
