@@ -19,8 +19,8 @@ constexpr FindingKind kResponse{
     .name = "response-service",
     .title = "SDO response is marked with CoE service 2, service 3 expected",
     .message = R"(The slave marks the SDO message in {frame} as an SDO request. The message belongs to the {service}[ of
-{object}[{?complete_access} (complete access)]]. SDO responses have CoE service {expected_service}. The example in the vendor
-manuals (byte 7 = 0x20) is wrong.)",
+{object}[{?complete_access} (complete access)]]. SDO responses have CoE service {expected_service}. The example in the
+vendor manuals (byte 7 = 0x20) is wrong.)",
     .next = "Correct the slave: put CoE service 3 into responses."};
 
 constexpr const FindingKind* kKinds[] = {&kRequest, &kResponse};

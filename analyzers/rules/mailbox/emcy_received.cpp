@@ -18,8 +18,8 @@ constexpr FindingKind kEmergency{
         "[{short_meaning}][{!short_meaning}{meaning}]]",
     .message =
         R"(The slave reports emergency error code {error_code:number}[{?meaning} ([{id} ][{?of_class}class ]{meaning})].
-The error register is {error_register}[ ({register_bits})], the manufacturer data are {data}.[{?source} The manual of this
-family lists no codes: the meaning is that of a sister family ({source}).][{!meaning} No table has this code.])",
+The error register is {error_register}[ ({register_bits})], the manufacturer data are {data}.[{?source} The manual of
+this family lists no codes: the meaning is that of a sister family ({source}).][{!meaning} No table has this code.])",
     .next =
         R"([{?caused}Correct the cause.][{!caused}Find the code in the manual of the drive, and remove the cause.])",
     .identity = "error_code"};
@@ -29,8 +29,8 @@ constexpr FindingKind kErrorFree{
     .title = "Emergency {error_code:number}[{?meaning}: [{id} ][{?of_class}class ]{meaning}]",
     .message = R"(The slave reports that it is free of errors again, with emergency error code
 {error_code:number}[{?meaning} ([{id} ][{?of_class}class ]{meaning})]. The error register is
-{error_register}[ ({register_bits})], the manufacturer data are {data}.[{?source} The manual of this family lists no codes: the
-meaning is that of a sister family ({source}).][{!meaning} No table has this code.])",
+{error_register}[ ({register_bits})], the manufacturer data are {data}.[{?source} The manual of this family lists no
+codes: the meaning is that of a sister family ({source}).][{!meaning} No table has this code.])",
     .next = "",
     .identity = "error_code"};
 

@@ -17,9 +17,9 @@ constexpr FindingKind kFailed{
     .name = "failed",
     .title = "FoE {service} failed: {error_code}",
     .message =
-        R"({error_by} ends the FoE {service} of [file "{file_name}"][{!file_name}a file whose name is not in the capture]
-with error {error_code}[ and the text "{error_text}"].[{?undefined} The standard does not define this code.] {bytes} in
-{packets} {packets?was|were} transferred.[ The transfer includes {busy}.][ {packet_errors}
+        R"({error_by} ends the FoE {service} of [file "{file_name}"][{!file_name}a file whose name is not in the
+capture] with error {error_code}[ and the text "{error_text}"].[{?undefined} The standard does not define this code.]
+{bytes} {bytes?was|were} transferred in {packets}.[ The transfer includes {busy}.][ {packet_errors}
 {packet_errors?is|are} out of order, first in {packet_error_frame}.])",
     .next = "[{?caused}Correct the cause.][{!caused}{advice}.]",
     .identity = "service file_name error_code"};
@@ -28,8 +28,9 @@ constexpr FindingKind kUnfinished{
     .name = "unfinished",
     .title = "FoE {service} not finished {ended}",
     .message = R"(The FoE {service} of [file "{file_name}"][{!file_name}a file whose name is not in the capture] was not
-finished {ended}. {bytes} in {packets} {packets?was|were} transferred, up to {frame}.[ The transfer includes {busy}.][
-{packet_errors} {packet_errors?is|are} out of order, first in {packet_error_frame}.])",
+finished {ended}. {bytes} {bytes?was|were} transferred in {packets}, up to {frame}.[ Nothing of it follows for
+{silent_ms}.][ The transfer includes {busy}.][ {packet_errors} {packet_errors?is|are} out of order, first in
+{packet_error_frame}.])",
     .next =
         R"([{?caused}Correct the cause.][{!caused}Finish the transfer, or end it with an error message, before the next
 request.])",
@@ -39,9 +40,9 @@ constexpr const FindingKind* kKinds[] = {&kFailed, &kUnfinished};
 
 constexpr Word kRead{"read", "upload"};
 constexpr Word kWrite{"write", "download"};
-constexpr Word kNextBegan{"superseded", "when the next one began"};
-constexpr Word kSentToInit{"reset", "when the slave was sent to INIT"};
-constexpr Word kNothingFollows{"capture-end", "and not continued until the capture ends"};
+constexpr Word kNextBegan{"superseded", "before the next one began"};
+constexpr Word kSentToInit{"reset", "before the slave was sent to INIT"};
+constexpr Word kNothingFollows{"capture-end", "by the end of the capture"};
 constexpr Word kTransfer{"file-transfer", "a file transfer"};
 constexpr Word kEndOfTransfer{"end-of-file-transfer", "the end of a file transfer"};
 constexpr Word kAnswers{"file-transfer-answers", "the answers to a file transfer", true};
@@ -186,6 +187,9 @@ class FoeError final : public Rule {
       SetError(finding, t);
     } else {
       finding.Set("ended", arg::Of(EndOf(t)));
+      if (t.outcome == mailbox::FoeTransfer::Outcome::kCaptureEnd) {
+        finding.Set("silent_ms", arg::Ms(context().statistics().last.time - frame.time));
+      }
     }
     if (t.busy > 0) finding.Set("busy", arg::Count(t.busy, "busy message"));
     if (t.packet_errors > 0) {

@@ -16,19 +16,21 @@ constexpr FindingKind kRepeated{
     .name = "repeated",
     .title = "Mailbox counter {counter} {direction} after {before}, {expected} expected",
     .message = R"(The {protocol} message {direction} in {frame} has counter {counter}. The message before it, in
-{before_frame}, has counter {before} too, so {expected} has to follow.[{?from_master} A slave treats a request with the counter
-of the last one as a repetition and drops it.][{!from_master} A master may treat the message as a repetition and drop it.])",
+{before_frame}, has counter {before} too, so {expected} has to follow.[{?from_master} A slave treats a request with the
+counter of the last one as a repetition and drops it.][{!from_master} A master may treat the message as a repetition and
+drop it.])",
     .next =
-        R"([{?caused}Correct the cause.][{!caused}Correct the [{?from_master}master][{!from_master}slave]: each new message
-needs the next counter.])",
+        R"([{?caused}Correct the cause.][{!caused}Correct the [{?from_master}master][{!from_master}slave]: each new
+message needs the next counter.])",
     .identity = "direction"};
 
 constexpr FindingKind kSkipped{
     .name = "skipped",
     .title = "Mailbox counter {counter} {direction} after {before}, {expected} expected",
     .message = R"(The {protocol} message {direction} in {frame} has counter {counter}. The message before it, in
-{before_frame}, has counter {before}, so {expected} has to follow. [{?from_master}A message was lost, or the master counts
-wrong.][{!from_master}A message of the slave was lost, or the slave counts wrong. Some slaves count emergencies separately.])",
+{before_frame}, has counter {before}, so {expected} has to follow. [{?from_master}A message was lost, or the master
+counts wrong.][{!from_master}A message of the slave was lost, or the slave counts wrong. Some slaves count emergencies
+separately.])",
     .next = R"([{?caused}Correct the cause.][{!caused}Check for lost messages, then the counter of the
 [{?from_master}master][{!from_master}slave].])",
     .identity = "direction"};

@@ -14,10 +14,10 @@ namespace {
 
 constexpr FindingKind kErrorReply{.name = "error-reply",
                                   .title = "Mailbox error {detail}",
-                                  .message = R"(The slave answers
-[the [SDO request for {object}][{!object}{protocol} request] in {request_frame}][{!request_frame}a message that is not in the
-capture] with mailbox error {detail}.[{?undefined} The standard does not define this code.] The request had no effect.[ The
-reply has type {type}, the standard has 0x0001.])",
+                                  .message = R"(The slave answers [the [SDO request for {object}][{!object}{protocol}
+request] in {request_frame}][{!request_frame}a message that is not in the capture] with mailbox error
+{detail}.[{?undefined} The standard does not define this code.] The request had no effect.[ The reply has type {type},
+the standard has 0x0001.])",
                                   .next = "[{?caused}Correct the cause.][{!caused}{advice}.]",
                                   .identity = "detail protocol object"};
 

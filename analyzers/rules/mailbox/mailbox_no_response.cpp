@@ -16,8 +16,8 @@ namespace {
 constexpr FindingKind kNoResponse{
     .name = "no-response",
     .title = "No response to the [SDO request for {object}][{!object}{protocol} request] within {waited_ms}",
-    .message = R"(The master wrote the [SDO request for {object}][{!object}{protocol} request] in {frame}.
-[It found no response in {polls} over {waited_ms}, the last in {last_poll_frame}.][{!last_poll_frame}It got no response within
+    .message = R"(The master wrote the [SDO request for {object}][{!object}{protocol} request] in {frame}. [It found no
+response in {polls} over {waited_ms}, the last in {last_poll_frame}.][{!last_poll_frame}It got no response within
 {waited_ms}.][ Then it sent the next request in {next_request_frame}.][ Then the mailbox was reset in {reset_frame}.])",
     .next = "[{?caused}Correct the cause.][{!caused}{advice}.]",
     .identity = "protocol object"};
@@ -25,21 +25,20 @@ constexpr FindingKind kNoResponse{
 constexpr FindingKind kStuck{
     .name = "out-mailbox-full",
     .title = "Out mailbox (SM0) full for {waited_ms}: the slave does not read it",
-    .message = R"(The out mailbox (0x0805) was full
-[{?once}at the only poll, in {last_poll_frame}][{!once}at each of {looks} from {first_poll_frame} to {last_poll_frame}]. The slave
-sent no message. [From {gap_frame} on nothing was written to the mailbox; earlier writes are not in the
-capture.][{!gap_frame}The capture does not show what was written to the mailbox.] The processor of the slave does not run, or does
-not serve the mailbox.)",
+    .message = R"(The out mailbox (0x0805) was full [{?once}at the only poll, in {last_poll_frame}][{!once}at each of
+{looks} from {first_poll_frame} to {last_poll_frame}]. The slave sent no message. [Nothing was written to the mailbox
+from {gap_frame} on. Earlier writes are not in the capture.][{!gap_frame}The capture does not show what was written to
+the mailbox.] The processor of the slave does not run, or does not serve the mailbox.)",
     .next =
-        R"([{?caused}Correct the cause.][{!caused}Check whether the processor of the slave runs, and whether it serves its
-mailbox in this AL state.])"};
+        R"([{?caused}Correct the cause.][{!caused}Check whether the processor of the slave runs, and whether it serves
+its mailbox in this AL state.])"};
 
 // What happened to the request.
 constexpr NoteKind kStillFull{
     .name = "still-full",
     .text =
-        R"(At the last poll the out mailbox (0x0805) was still full: the slave did not read the request. Its processor does
-not run, or does not serve the mailbox.)"};
+        R"(At the last poll the out mailbox (0x0805) was still full: the slave did not read the request. Its processor
+does not run, or does not serve the mailbox.)"};
 constexpr NoteKind kResponseLost{
     .name = "response-lost",
     .text = R"(Meanwhile a frame that read the mailbox never returned. The response was probably lost with it.)"};
@@ -49,33 +48,33 @@ constexpr NoteKind kRequestLost{
 constexpr NoteKind kNotKnownIfRead{
     .name = "not-known-if-read",
     .text =
-        R"(The master did not read the status of the out mailbox (0x0805), so the capture does not show whether the slave
-read the request. The processor of the slave does not serve the mailbox, or drops the request.)"};
+        R"(The master did not read the status of the out mailbox (0x0805), so the capture does not show whether the
+slave read the request. The processor of the slave does not serve the mailbox, or drops the request.)"};
 constexpr NoteKind kReadCounterRight{
     .name = "read-counter-right",
     .text = "The slave read the request and does not answer it. The mailbox counter of the request is right."};
 constexpr NoteKind kReadCounterEqual{
     .name = "read-counter-equal",
     .text =
-        R"(The slave read the request and does not answer it. The request has the mailbox counter of the request before, so
-the slave drops it as a repetition.)"};
+        R"(The slave read the request and does not answer it. The request has the mailbox counter of the request before,
+so the slave drops it as a repetition.)"};
 constexpr NoteKind kRead{.name = "read", .text = "The slave read the request and does not answer it."};
 
 // What is found out later.
 constexpr NoteKind kLateResponse{
     .name = "late-response",
     .text =
-        R"(The response came in {response_frame}[, {late_ms} after the request]: the slave is slower than the time-out of the
-master.)"};
+        R"(The response came in {response_frame}[, {late_ms} after the request]: the slave is slower than the time-out
+of the master.)"};
 constexpr NoteKind kReadLost{
     .name = "read-lost",
     .text = "{lost_frame}, which read the mailbox, never returned: the response was probably lost with it."};
 constexpr NoteKind kFurther{
     .name = "further-requests",
     .text =
-        R"([Until {until_frame} no message came out of this mailbox.][{!until_frame}After that no message came out of this
-mailbox.] {further} had no response, the last of them the [SDO request for {object}][{!object}{protocol} request] in
-{last_request_frame}.)"};
+        R"([Until {until_frame} no message came out of this mailbox.][{!until_frame}After that no message came out of
+this mailbox.] {further} had no response, the last of them the [SDO request for {object}][{!object}{protocol} request]
+in {last_request_frame}.)"};
 
 constexpr const FindingKind* kKinds[] = {&kNoResponse, &kStuck};
 constexpr const NoteKind* kNotes[] = {&kStillFull,        &kResponseLost,     &kRequestLost, &kNotKnownIfRead,

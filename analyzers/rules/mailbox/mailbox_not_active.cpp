@@ -24,8 +24,8 @@ constexpr FindingKind kSwitchedOff{
         R"(The master writes a mailbox message ({protocol}) in {frame}. Sync manager 0 is switched off, so the slave
 cannot receive the message.)",
     .next =
-        R"([{?caused}Correct the cause.][{!caused}Set up sync manager 0, request PREOP, and wait until AL Status (0x0130)
-shows it.])"};
+        R"([{?caused}Correct the cause.][{!caused}Set up sync manager 0, request PREOP, and wait until AL Status
+(0x0130) shows it.])"};
 
 constexpr NoteKind kRefusedBefore{.name = "refused-before",
                                   .text = "The slave refused to leave INIT before, last in {refused_frame}."};

@@ -21,8 +21,8 @@ constexpr FindingKind kRejectedKind{
     .name = "rejected",
     .title = "{protocol} request, but the slave [supports {listed} only][{!listed}does not support it]",
     .message = R"(The master sends a mailbox request ({protocol}) in {frame}. The [EEPROM of the slave (word 0x1C) lists
-{listed} only][{!listed}manual of the slave calls this type reserved ({source})]. The slave rejected the request with a mailbox
-error in {answer_frame}.)",
+{listed} only][{!listed}manual of the slave calls this type reserved ({source})]. The slave rejected the request with a
+mailbox error in {answer_frame}.)",
     .next = "Switch the protocol off for this slave in the master.",
     .identity = "protocol"};
 
@@ -30,8 +30,8 @@ constexpr FindingKind kUnansweredKind{
     .name = "unanswered",
     .title = "{protocol} request, but the slave [supports {listed} only][{!listed}does not support it]",
     .message = R"(The master sends a mailbox request ({protocol}) in {frame}. The [EEPROM of the slave (word 0x1C) lists
-{listed} only][{!listed}manual of the slave calls this type reserved ({source})]. The slave did not answer[ until
-{answer_frame}].)",
+{listed} only][{!listed}manual of the slave calls this type reserved ({source})]. The slave had not answered [at the
+last poll, in {last_poll_frame}][{!last_poll_frame}when the wait ended].)",
     .next = "Switch the protocol off for this slave in the master.",
     .identity = "protocol"};
 
@@ -39,7 +39,8 @@ constexpr FindingKind kAnsweredKind{
     .name = "answered",
     .title = "{protocol} is answered, but [the EEPROM lists {listed} only][{!listed}the manual calls it reserved]",
     .message = R"(The master sends a mailbox request ({protocol}) in {frame}. The [EEPROM of the slave (word 0x1C) lists
-{listed} only][{!listed}manual of the slave calls this type reserved ({source})]. The slave answered it in {answer_frame}.)",
+{listed} only][{!listed}manual of the slave calls this type reserved ({source})]. The slave answered it in
+{answer_frame}.)",
     .next = "",
     .identity = "protocol"};
 
@@ -146,7 +147,9 @@ class MailboxUnsupportedProtocol final : public Rule {
     if (const FindingIndex known = Repeat(slave, key, request.frame); known != kNoFinding) return known;
     Finding finding = Describe(outcome == Outcome::kRejected ? kRejectedKind : kUnansweredKind, slave, request.protocol,
                                request.frame, *why);
-    if (shown_by.seen()) finding.Set("answer_frame", arg::Frame(shown_by.number));
+    if (shown_by.seen()) {
+      finding.Set(outcome == Outcome::kRejected ? "answer_frame" : "last_poll_frame", arg::Frame(shown_by.number));
+    }
     AddRelated(finding, shown_by.number);
     return Report(key, std::move(finding));
   }

@@ -18,12 +18,12 @@ namespace {
 
 constexpr FindingKind kAborted{
     .name = "aborted",
-    .title = R"(SDO {service}[ of {object:number}] aborted
-[{!displaced_abort_code}({abort_code:number})[: {reason}]][({displaced_abort_code:number}, misplaced)])",
+    .title = R"(SDO {service}[ of {object:number}] aborted [{!displaced_abort_code}({abort_code:number})[:
+{reason}]][({displaced_abort_code:number}, misplaced)])",
     .message =
         R"(The slave aborts the {service} of [{object}[{?complete_access} (complete access)]][{!object}an object that is
-not in the capture][ (request in {request_frame})] with {abort_code}.[{?undefined} The standard does not define this
-code.][ 4 bytes after the place of the code the message has {displaced_abort_code}: the slave put its code in the wrong
+not in the capture][ (request in {request_frame})]. The abort code is {abort_code}.[{?undefined} The standard does not
+define this code.][ 4 bytes later the message has {displaced_abort_code}. The slave put its code in the wrong
 place.][ The master wrote {size}[ ({value}[{?value_cut}...])].])",
     .next = "[{?caused}Correct the cause.][{!caused}{advice}.]",
     .identity = "service object abort_code"};
@@ -32,9 +32,9 @@ constexpr FindingKind kAbortedByMaster{
     .name = "aborted-by-master",
     .title = R"(SDO {service}[ of {object:number}] aborted by the master ({abort_code:number}))",
     .message =
-        R"(The master aborts its {service} of [{object}[{?complete_access} (complete access)]][{!object}an object that is
-not in the capture][ (request in {request_frame})] with {abort_code}.[{?undefined} The standard does not define this
-code.][ 4 bytes after the place of the code the message has {displaced_abort_code}: the master put its code in the wrong
+        R"(The master aborts its {service} of [{object}[{?complete_access} (complete access)]][{!object}an object that
+is not in the capture][ (request in {request_frame})]. The abort code is {abort_code}.[{?undefined} The standard does
+not define this code.][ 4 bytes later the message has {displaced_abort_code}. The master put its code in the wrong
 place.][ The master wrote {size}[ ({value}[{?value_cut}...])].])",
     .next = "[{?caused}Correct the cause.][{!caused}Check in the master why it gave up the transfer.]",
     .identity = "service object abort_code"};
@@ -44,8 +44,8 @@ constexpr FindingKind kNotOffered{
     .title = "SDO {service}[ of {object:number}] aborted ({abort_code:number})[: {reason}]",
     .message =
         R"(The slave aborts the {service} of [{object}[{?complete_access} (complete access)]][{!object}an object that is
-not in the capture][ (request in {request_frame})] with {abort_code}. Nothing is changed: the master only finds out that the slave
-does not have it.)",
+not in the capture][ (request in {request_frame})]. The abort code is {abort_code}. Nothing is changed: the master only
+finds out what the slave does not offer.)",
     .next = "",
     .identity = "service object abort_code"};
 
@@ -165,7 +165,8 @@ constexpr CodeWords kCodes[] = {
      {"write-subindex-0", "Write 0 to subindex 0 first, then the other subindices, then subindex 0"}},
     {kNoCompleteAccess,
      {"complete-access", "no complete access"},
-     {"write-one-by-one", "Transfer the subindices one by one"}},
+     {"write-one-by-one",
+      "Transfer the subindices one by one: switch complete access off for this slave in the master"}},
     {0x06010005,
      {"mailbox-size", "longer than the mailbox"},
      {"use-segments",

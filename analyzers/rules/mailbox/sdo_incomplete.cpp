@@ -13,11 +13,12 @@ namespace {
 
 constexpr FindingKind kUnfinished{
     .name = "unfinished",
-    .title = "SDO {service}[ of {object:number}] left unfinished after {bytes}[ of {announced:number}]",
+    .title =
+        "SDO {service}[ of {object:number}] left unfinished after [{bytes:number} of {announced}][{!announced}{bytes}]",
     .message =
         R"(The segmented {service} of [{object}[{?complete_access} (complete access)]][{!object}an object that is not in
-the capture] reached {bytes}[ of {announced}] in {last_segment_frame}. Then {ended}. The transfer was neither finished nor
-aborted.[{?open} The slave keeps it open.])",
+the capture] reached [{bytes:number} of {announced}][{!announced}{bytes}] in {last_segment_frame}. Then {ended}. The
+transfer was neither finished nor aborted.[{?open} The slave keeps it open.])",
     .next = "[{?caused}Correct the cause.][{!caused}Finish the transfer, or abort it (0x05040000 or 0x08000000).]",
     .identity = "service object"};
 
@@ -25,13 +26,13 @@ constexpr FindingKind kOtherSize{
     .name = "other-size",
     .title = "SDO {service}[ of {object:number}] ends after {bytes:number} of {announced}",
     .message = R"(The [{?upload}slave][{!upload}master] announced {announced} for the segmented {service} of
-[{object}[{?complete_access} (complete access)]][{!object}an object that is not in the capture]. The last segment, in {frame},
-ends it after {bytes}.[{?upload}[{?less} Either the value is not complete, or the slave announced the size of its
-buffer.][{!less} A master that reserved only the announced size has lost the rest.]][{!upload} The slave accepted the transfer.
-The capture does not show which value it used.])",
+[{object}[{?complete_access} (complete access)]][{!object}an object that is not in the capture]. The last segment, in
+{frame}, ends it after {bytes}.[{?upload}[{?less} Either the value is not complete, or the slave announced the size of
+its buffer.][{!less} A master that reserved only the announced size has lost the rest.]][{!upload} The slave accepted
+the transfer. The capture does not show which value it used.])",
     .next =
-        R"([{?upload}Compare the value with the one that the slave should have.][{!upload}Correct the size that the master
-announces, or the data that it sends.])",
+        R"([{?upload}Compare the value with the one that the slave should have.][{!upload}Correct the size that the
+master announces, or the data that it sends.])",
     .identity = "service object"};
 
 constexpr const FindingKind* kKinds[] = {&kUnfinished, &kOtherSize};

@@ -12,9 +12,9 @@ constexpr FindingKind kInRequest{
     .name = "request-toggle",
     .title = "Wrong toggle bit in a segment request[ of the {service} of {object:number}]",
     .message = R"(The segment request in {frame} has the wrong toggle bit. It belongs to the {service} of
-[{object}[{?complete_access} (complete access)]][{!object}an object that is not in the capture]. The bit has to alternate
-between segment requests, starting with 0.[{?several} This transfer has {wrong_segments} with a wrong toggle bit.] A segment
-was lost or repeated, so the data are not reliable.)",
+[{object}[{?complete_access} (complete access)]][{!object}an object that is not in the capture]. The bit has to
+alternate between segment requests, starting with 0.[{?several} This transfer has {wrong_segments} with a wrong toggle
+bit.] A segment was lost or repeated, so the data are not reliable.)",
     .next = "Correct the master: repeat a segment only if its response is lost.",
     .identity = "service object"};
 
@@ -22,9 +22,9 @@ constexpr FindingKind kInResponse{
     .name = "response-toggle",
     .title = "Wrong toggle bit in a segment response[ of the {service} of {object:number}]",
     .message = R"(The segment response in {frame} has the wrong toggle bit. It belongs to the {service} of
-[{object}[{?complete_access} (complete access)]][{!object}an object that is not in the capture]. A response has to repeat the
-toggle bit of its request.[{?several} This transfer has {wrong_segments} with a wrong toggle bit.] A segment was lost or
-repeated, so the data are not reliable.)",
+[{object}[{?complete_access} (complete access)]][{!object}an object that is not in the capture]. A response has to
+repeat the toggle bit of its request.[{?several} This transfer has {wrong_segments} with a wrong toggle bit.] A segment
+was lost or repeated, so the data are not reliable.)",
     .next = "Correct the slave.",
     .identity = "service object"};
 

@@ -15,8 +15,8 @@ constexpr FindingKind kNoRequest{
     .name = "no-request",
     .title = "SDO response for [{object}][{!object}a segment] without a request",
     .message =
-        R"(The SDO response for [{object}][{!object}a segment] in {frame} (command {command}) belongs to no request:
-no SDO request is outstanding.[ It is an abort with {abort_code}.])",
+        R"(The SDO response for [{object}][{!object}a segment] in {frame} (command {command}) belongs to no request: no
+SDO request is outstanding.[ It is an abort with {abort_code}.])",
     .next = R"([{?caused}Correct the cause.][{!caused}Check that the master compares index and subindex, and its
 time-out.])",
     .identity = "object"};
@@ -26,7 +26,8 @@ constexpr FindingKind kWrongCommand{
     .title = "SDO response with command {command} to the request for {expected_object}",
     .message =
         R"(The SDO response for [{object}][{!object}a segment] in {frame} has command {command}. This command does not
-answer the outstanding request for {expected_object}[ in {request_frame}].[ The response is an abort with {abort_code}.])",
+answer the outstanding request for {expected_object}[ in {request_frame}].[ The response is an abort with
+{abort_code}.])",
     .next = R"([{?caused}Correct the cause.][{!caused}Check that the master compares index and subindex, and its
 time-out.])",
     .identity = "object expected_object"};

@@ -19,8 +19,8 @@ constexpr FindingKind kAccepted{
     .name = "accepted",
     .title = "{object} exists, but is not in the dictionary of the drive",
     .message =
-        R"(The master {access} {object} in {frame}, and the slave accepts it. The dictionary of {family} ({source})
-does not have this object: the firmware of the slave is newer than the manual.)",
+        R"(The master {access} {object} in {frame}, and the slave accepts it. The dictionary of {family} ({source}) does
+not have this object. The firmware of the slave is newer than the manual.)",
     .next = "",
     .identity = "service object"};
 

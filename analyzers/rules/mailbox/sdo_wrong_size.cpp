@@ -11,8 +11,8 @@ namespace {
 
 constexpr FindingKind kWrongSize{.name = "wrong-size",
                                  .title = "{bytes} written to {object:number}[, which is {type} ({expected_bytes})]",
-                                 .message = R"(The master writes {bytes} to {object} in {frame}. The object
-[is {type}, {expected_bytes} ({source})][{!type}has another size ({source})].[{?accepted} The slave accepted the download. The
+                                 .message = R"(The master writes {bytes} to {object} in {frame}. The object [is {type},
+{expected_bytes} ({source})][{!type}has another size ({source})].[{?accepted} The slave accepted the download. The
 capture does not show which value it used.][ The slave aborted the download with {abort_code}.])",
                                  .next = "Correct the data type in the start-up list of the master.",
                                  .identity = "object"};
