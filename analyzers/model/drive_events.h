@@ -143,15 +143,15 @@ struct DriveWarning {
 struct DriveFaultExplained {
   enum class Source : std::uint8_t {
     kEmergency,
-    kErrorCode,     ///< object 603Fh
-    kErrorHistory,  ///< object 1003h
-    kFaultNumber,   ///< object 2001h: the drive's own number
+    kErrorCode,    ///< an object with the present error code or an entry of the history
+    kFaultNumber,  ///< an object with the drive's own number
   };
   SlaveId slave = kNoSlave;
   std::uint8_t axis = 0;
   FrameRef frame;
   FrameRef fault;  ///< status word that showed the fault first
   Source source = Source::kEmergency;
+  std::uint16_t object = 0;  ///< where the code was read, in the first axis' numbers; 0: emergency
   std::uint32_t code = 0;
 };
 

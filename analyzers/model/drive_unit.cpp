@@ -13,9 +13,6 @@ namespace {
 using device::DriveState;
 
 constexpr std::uint16_t kFirstOfAxis = 0x6000;  ///< objects before are the device's
-constexpr std::uint16_t kErrorHistory = 0x1003;
-constexpr std::uint16_t kFaultNumbers = 0x2001;
-constexpr std::uint16_t kErrorCode = 0x603F;
 constexpr std::uint16_t kModes = 0x6060;
 constexpr std::uint16_t kModesDisplay = 0x6061;
 
@@ -67,6 +64,8 @@ void DriveUnit::SetFamily(const device::DeviceDescription& family) {
   if (family_ == &family) return;
   family_ = &family;
   drive_ = family.drive ? &*family.drive : nullptr;
+  places_.clear();  // which objects say why the drive is in a fault is the family's
+  next_places_ = 0;
   control_mask_ = 0;
   expected_count_ = 0;
   candidate_.reset();
@@ -106,11 +105,20 @@ const DriveUnit::Places& DriveUnit::PlacesOf(const ImagePart& part) {
     } else {
       if (is(kStatusWord, 16)) places.status = here;
       if (is(kModesDisplay, 8)) places.mode_shown = here;
-      if (is(kErrorCode, 16)) places.error_code = here;
+      if (MapsErrorCode(place.object, place.bits)) {
+        places.error_code = here;
+        places.error_object = InFirstAxis(index_mapped);
+      }
     }
   }
   places.known = places.controls > 0 || places.mode || places.status || places.mode_shown || places.error_code;
   return places;
+}
+
+bool DriveUnit::MapsErrorCode(std::uint32_t object, std::uint16_t bits) const {
+  const device::FaultObject* row =
+      drive_->FindFaultObject(InFirstAxis(static_cast<std::uint16_t>(object >> 8U)), static_cast<std::uint8_t>(object));
+  return row != nullptr && row->kind == device::FaultValue::kErrorCode && row->bits == bits && bits == 16;
 }
 
 std::uint16_t DriveUnit::InFirstAxis(std::uint16_t index) const {
@@ -218,8 +226,10 @@ Still DriveUnit::OnInputs(const ProcessCycle& cycle, const Places& places, Still
     const auto code = Read(cycle.data, places.error_code->bit, 16);
     if (code && error_code_ != *code) {
       error_code_ = static_cast<std::uint16_t>(*code);
+      error_object_ = places.error_object;
       if (*code != 0) {
-        Explain(DriveFaultExplained::Source::kErrorCode, static_cast<std::uint32_t>(*code), cycle.frame());
+        Explain(DriveFaultExplained::Source::kErrorCode, error_object_, static_cast<std::uint32_t>(*code),
+                cycle.frame());
       }
     }
   }
@@ -306,26 +316,24 @@ void DriveUnit::OnSdo(const mailbox::SdoTransfer& transfer) {
         OnMode(static_cast<std::int8_t>(transfer.data[0]), !download, frame, true, inferred);
       }
       return;
-    case kErrorCode:
-      if (!download && transfer.size == 2 && word() != 0) {
-        Explain(DriveFaultExplained::Source::kErrorCode, word(), frame);
-      }
-      return;
-    case kErrorHistory:
-      // The newest entry; its lower half is the error code.
-      if (!download && transfer.subindex == 1 && transfer.size == 4 && word() != 0) {
-        Explain(DriveFaultExplained::Source::kErrorHistory, word(), frame);
-      }
-      return;
-    case kFaultNumbers:
-      if (!download && transfer.subindex >= 1 && transfer.size == 4) {
-        const auto number = LittleEndian<std::uint32_t>(transfer.data, 0);
-        if (number != 0) Explain(DriveFaultExplained::Source::kFaultNumber, number, frame);
-      }
-      return;
     default:
+      if (!download) OnFaultObject(transfer, frame);
       return;
   }
+}
+
+/// What the family has beside the emergency to say why it is in a fault.
+void DriveUnit::OnFaultObject(const mailbox::SdoTransfer& transfer, const FrameRef& frame) {
+  const std::uint16_t index = InFirstAxis(transfer.index);
+  const device::FaultObject* object = drive_->FindFaultObject(index, transfer.subindex);
+  if (object == nullptr || transfer.size * 8 != object->bits) return;
+  const bool number = object->kind == device::FaultValue::kFaultNumber && object->bits == 32;
+  const std::uint32_t value =
+      number ? LittleEndian<std::uint32_t>(transfer.data, 0) : LittleEndian<std::uint16_t>(transfer.data, 0);
+  if (value == 0) return;
+  using Source = DriveFaultExplained::Source;
+  Explain(object->kind == device::FaultValue::kFaultNumber ? Source::kFaultNumber : Source::kErrorCode, index, value,
+          frame);
 }
 
 /// Inputs come no more, and the mailbox is all that tells of the drive. In between two cycles it may be older than
@@ -365,7 +373,7 @@ void DriveUnit::OnEmergency(const mailbox::Emergency& emergency) {
   if (info.code != nullptr && info.code->kind != device::EmergencyKind::kFault) return;
   emergency_ = emergency.data;
   emergency_frame_ = emergency.frame;
-  Explain(DriveFaultExplained::Source::kEmergency, emergency.data.error_code, emergency.frame);
+  Explain(DriveFaultExplained::Source::kEmergency, 0, emergency.data.error_code, emergency.frame);
 }
 
 // --- control word -----------------------------------------------------------------------------------------------
@@ -776,14 +784,17 @@ void DriveUnit::OnFault(const FrameRef& frame) {
   if (emergency_) {
     const bool timed = frame.has_time && emergency_frame_.has_time;
     if (!timed || frame.time - emergency_frame_.time <= kEmergencyBeforeFault_ns) {
-      Explain(DriveFaultExplained::Source::kEmergency, emergency_->error_code, emergency_frame_);
+      Explain(DriveFaultExplained::Source::kEmergency, 0, emergency_->error_code, emergency_frame_);
     }
   }
-  if (error_code_ && *error_code_ != 0) Explain(DriveFaultExplained::Source::kErrorCode, *error_code_, frame);
+  if (error_code_ && *error_code_ != 0) {
+    Explain(DriveFaultExplained::Source::kErrorCode, error_object_, *error_code_, frame);
+  }
 }
 
-void DriveUnit::Explain(DriveFaultExplained::Source source, std::uint32_t code, const FrameRef& frame) {
-  if (fault_.seen()) sink_.Publish(DriveFaultExplained{slave_, axis_, frame, fault_, source, code});
+void DriveUnit::Explain(DriveFaultExplained::Source source, std::uint16_t object, std::uint32_t code,
+                        const FrameRef& frame) {
+  if (fault_.seen()) sink_.Publish(DriveFaultExplained{slave_, axis_, frame, fault_, source, object, code});
 }
 
 void DriveUnit::OnMode(std::int8_t value, bool shown, const FrameRef& frame, bool by_sdo, bool inferred) {

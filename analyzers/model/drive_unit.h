@@ -108,6 +108,7 @@ class DriveUnit {
     std::uint8_t controls = 0;
     std::array<Place, 4> control{};
     std::optional<Place> status, mode, mode_shown, error_code;
+    std::uint16_t error_object = 0;  ///< which object error_code is, in the first axis' numbers
   };
   /// A transition that is commanded and not seen yet.
   struct Expected {
@@ -140,6 +141,9 @@ class DriveUnit {
   [[nodiscard]] bool SurelyActs() const;
   [[nodiscard]] bool ShowsStatus() const;
   [[nodiscard]] int Rank(std::uint16_t word) const;
+  /// The mapped object holds the present error code.
+  /// @param object  index and subindex, as in ImagePart::Place
+  [[nodiscard]] bool MapsErrorCode(std::uint32_t object, std::uint16_t bits) const;
   /// What the object is called in the first axis' numbers; 0: it is another axis'.
   [[nodiscard]] std::uint16_t InFirstAxis(std::uint16_t index) const;
 
@@ -162,7 +166,9 @@ class DriveUnit {
   void TellIllegal(const DriveStateChanged& change, std::uint32_t given);
   void CheckLimits(const FrameRef& frame);
   void OnFault(const FrameRef& frame);
-  void Explain(DriveFaultExplained::Source source, std::uint32_t code, const FrameRef& frame);
+  /// @param object  where the code was read, in the first axis' numbers; 0: emergency
+  void Explain(DriveFaultExplained::Source source, std::uint16_t object, std::uint32_t code, const FrameRef& frame);
+  void OnFaultObject(const mailbox::SdoTransfer& transfer, const FrameRef& frame);
   void OnMode(std::int8_t value, bool shown, const FrameRef& frame, bool by_sdo, bool inferred);
   [[nodiscard]] std::optional<DrivePath> FindPath(device::DriveState from, device::DriveState to,
                                                   std::uint32_t available) const;
@@ -226,7 +232,8 @@ class DriveUnit {
   // Modes, warning, fault.
   std::optional<std::int8_t> mode_requested_, mode_shown_;
   std::array<bool, 2> mode_of_run_before_{};  ///< 6060h, 6061h: to be told again
-  std::optional<std::uint16_t> error_code_;
+  std::optional<std::uint16_t> error_code_;   ///< as the inputs show it
+  std::uint16_t error_object_ = 0;
   FrameRef fault_;  ///< status word that showed the fault the drive is in; not seen(): it is in none
   std::optional<mailbox::EmergencyData> emergency_;  ///< last one that tells a fault
   FrameRef emergency_frame_;

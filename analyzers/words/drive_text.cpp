@@ -11,7 +11,6 @@ namespace {
 using device::DriveCommand;
 using device::DriveProfile;
 
-constexpr std::uint16_t kErrorCode = 0x603F;
 constexpr const char* kByRelative = " (by another family of the same maker)";
 
 bool Has(const DriveCommand& command, std::uint8_t number) {
@@ -28,6 +27,20 @@ const DriveCommand* RowOf(const DriveProfile& drive, std::uint8_t number, std::u
 
 std::string CodeWords(const device::EmergencyCode& code) {
   return code.id.empty() ? code.text : code.id + (code.text.empty() ? "" : " " + code.text);
+}
+
+/// The first row that this object has in the family's list; null when it holds no reason of a fault.
+const device::FaultObject* FaultObjectOf(const device::DeviceDescription& family, std::uint16_t index) {
+  if (!family.drive) return nullptr;
+  const auto& objects = family.drive->fault_objects;
+  const auto found = std::find_if(objects.begin(), objects.end(), [&](const auto& row) { return row.index == index; });
+  return found == objects.end() ? nullptr : &*found;
+}
+
+/// What the object is called in this axis.
+std::string FaultObjectName(std::uint16_t index, std::uint8_t axis) {
+  constexpr std::uint16_t kFirstOfAxis = 0x6000;  // objects before are the device's
+  return ObjectName(index < kFirstOfAxis ? index : model::ObjectOfAxis(index, axis));
 }
 
 /// The row with the drive's own number, "F401".
@@ -99,19 +112,19 @@ std::string ModeText(const DriveProfile& drive, std::int8_t value) {
 
 std::string FaultText(const device::DeviceDescription& family, const model::DriveFaultExplained& event) {
   using Source = model::DriveFaultExplained::Source;
+  std::string text =
+      event.source == Source::kEmergency ? "emergency " : "object " + FaultObjectName(event.object, event.axis) + ": ";
   if (event.source == Source::kFaultNumber) {
-    const std::string id = "F" + std::to_string(event.code);
-    if (const device::EmergencyCode* code = FindById(family, id)) return "object 2001h: " + CodeWords(*code);
+    const device::FaultObject* object = FaultObjectOf(family, event.object);
+    const std::string id = (object == nullptr ? "" : object->prefix) + std::to_string(event.code);
+    if (const device::EmergencyCode* code = FindById(family, id)) return text + CodeWords(*code);
     for (const device::DeviceDescription* relative : events::Relatives(family)) {
       const device::EmergencyCode* code = FindById(*relative, id);
-      if (code != nullptr) return "object 2001h: " + CodeWords(*code) + kByRelative;
+      if (code != nullptr) return text + CodeWords(*code) + kByRelative;
     }
-    return "object 2001h: " + id;
+    const bool inferred = object != nullptr && object->basis == device::Basis::kInferred;
+    return text + id + (inferred ? kByRelative : "");
   }
-  std::string text = event.source == Source::kEmergency ? "emergency "
-                     : event.source == Source::kErrorCode
-                         ? "object " + ObjectName(model::ObjectOfAxis(kErrorCode, event.axis)) + ": "
-                         : "object 1003h: ";
   text += Hex(event.code);
   const events::EmergencyInfo info = events::FindEmergency(&family, static_cast<std::uint16_t>(event.code));
   if (info.code != nullptr) {
@@ -120,6 +133,25 @@ std::string FaultText(const device::DeviceDescription& family, const model::Driv
     if (info.inferred) text += kByRelative;
   }
   return text;
+}
+
+std::string FaultObjectsText(const device::DriveProfile& drive, std::uint8_t axis) {
+  std::string text;
+  for (std::size_t i = 0; i < drive.fault_objects.size(); ++i) {
+    if (i > 0) text += i + 1 == drive.fault_objects.size() ? " and " : ", ";
+    text += FaultObjectName(drive.fault_objects[i].index, axis);
+  }
+  return text;
+}
+
+std::string FaultObjectToRead(const device::DriveProfile& drive, std::uint8_t axis) {
+  const auto& objects = drive.fault_objects;
+  if (objects.empty()) return "";
+  const auto history = std::find_if(objects.begin(), objects.end(), [](const device::FaultObject& object) {
+    return object.kind == device::FaultValue::kErrorHistory;
+  });
+  const device::FaultObject& object = history == objects.end() ? objects.front() : *history;
+  return FaultObjectName(object.index, axis) + ":" + std::to_string(object.subindex);
 }
 
 std::vector<std::string> SetBits(const std::vector<device::WordBit>& bits, std::uint16_t word,

@@ -1,4 +1,4 @@
-/// Latch control word and latch status word (20A4h, 20A5h).
+/// Latch control word and latch status word of a family, or those of the touch probe of CiA 402.
 #pragma once
 
 #include <cstdint>
@@ -41,12 +41,14 @@ struct LatchEdge {
 };
 
 struct LatchDescription {
-  std::uint16_t control_object = 0x20A4;
-  std::uint16_t status_object = 0x20A5;
+  std::uint16_t control_object = 0;
+  std::uint16_t status_object = 0;
   std::uint16_t selector_mask = 0;     ///< of the control word
   std::uint16_t acknowledge_mask = 0;  ///< of the status word
   std::uint16_t reserved_control = 0;  ///< bits of the control word that must be 0
   std::vector<LatchEdge> edges;
+  /// Objects that hold latch positions as well, of which the manual does not say whose.
+  std::vector<ObjectAddress> other_positions;
   std::vector<LatchField> control;  ///< rows of the manual
   std::vector<LatchField> status;
   std::string note;

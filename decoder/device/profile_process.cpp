@@ -42,9 +42,13 @@ void Read(const Cursor& cursor, LatchDescription& out) {
   object.Allow("selector_mask", out.selector_mask);
   object.Allow("acknowledge_mask", out.acknowledge_mask);
   object.Allow("edges", out.edges);
+  object.Allow("other_positions", out.other_positions);
   object.Allow("control", out.control);
   object.Allow("status", out.status);
   FinishRow(object, cursor, out.note, out.source);
+  // No object is the usual one: without them nothing could be followed.
+  if (!cursor.failed() && out.control_object == 0) cursor.Fail("\"control_object\" is missing");
+  if (!cursor.failed() && out.status_object == 0) cursor.Fail("\"status_object\" is missing");
   out.reserved_control = 0;
   for (const LatchField& field : out.control) {
     if (field.reserved) out.reserved_control = static_cast<std::uint16_t>(out.reserved_control | field.mask);

@@ -32,7 +32,7 @@ The axis brakes by itself and loses its torque. Until the fault is reset the dri
 ## How it is decided
 A change from a state that is none of the two; Fault reaction active followed by Fault is one fault. Explanations are an
 emergency message from one second before the fault until it is left, the error code 603Fh, the error history 1003h:1
-and the fault number 2001h read while it lasts. caused_by names the finding of the emergency; where the
+and fault numbers (2001h of the MKD) read while it lasts. caused_by names the finding of the emergency; where the
 drive gave no reason, that of the lost synchronisation or of the pause of its process data just before. The same reason
 again counts as repetition. A drive that is in a fault when its status word is first seen (a word of 0 before it is what
 unused memory holds) is one as well: the fault *stands* since before the capture saw it, and the finding says whether it
@@ -75,7 +75,7 @@ class DriveFault final : public Rule {
     const auto open = open_.find({e.slave, e.axis});
     if (open == open_.end() || open->second.explanations.size() >= kMaxExplanations) return;
     for (const model::DriveFaultExplained& known : open->second.explanations) {
-      if (known.source == e.source && known.code == e.code) return;
+      if (known.source == e.source && known.object == e.object && known.code == e.code) return;
     }
     open->second.explanations.push_back(e);
   }
@@ -112,7 +112,8 @@ class DriveFault final : public Rule {
     std::uint64_t key = 0;
     if (!open.explanations.empty()) {
       const model::DriveFaultExplained& first = open.explanations.front();
-      key = (std::uint64_t{first.code} << 8U) + static_cast<std::uint8_t>(first.source) + 1U;
+      key = (std::uint64_t{first.object} << 40U) + (std::uint64_t{first.code} << 8U) +
+            static_cast<std::uint8_t>(first.source) + 1U;
     }
     if (open.stands) key |= 1ULL << 63U;
     key |= AxisKey(e.axis);
@@ -165,9 +166,15 @@ class DriveFault final : public Rule {
   /// What the drive itself says of it.
   static void TellReasons(Finding& finding, const Open& open, const device::DeviceDescription& family) {
     if (open.explanations.empty()) {
-      finding.message +=
-          "The drive's own reason is not in the capture: no emergency message, and none of 603Fh, 1003h and 2001h was "
-          "read. Read 1003h:1 from the drive, correct the cause, then reset the fault.";
+      const std::uint8_t axis = open.change.axis;
+      const std::string objects = FaultObjectsText(*family.drive, axis);
+      finding.message += "The drive's own reason is not in the capture: no emergency message";
+      if (!objects.empty()) {
+        finding.message += ", and none of " + objects + " was read. Read " + FaultObjectToRead(*family.drive, axis) +
+                           " from the drive, correct the cause, then reset the fault.";
+      } else {
+        finding.message += ". Let the master fetch them, correct the cause, then reset the fault.";
+      }
       return;
     }
     finding.message += "The drive's reason: ";
