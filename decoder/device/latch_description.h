@@ -32,6 +32,8 @@ struct LatchEdge {
   std::uint16_t valid = 0;               ///< bit of the status word that says a position was captured
   std::uint8_t selector = 0;             ///< read selector in the control word, acknowledge in the status word; 0: none
   std::vector<ObjectAddress> positions;  ///< objects that hold the captured position; empty: not documented
+  std::uint8_t touch_probe = 0;          ///< 1 or 2: the touch probe that uses the same capture unit; 0: none
+  std::string capture_unit;              ///< what the manual calls that unit; may be empty
   std::string note;
   std::string source;
 

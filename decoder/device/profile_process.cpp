@@ -32,7 +32,10 @@ static void Read(const Cursor& cursor, LatchEdge& out) {
   object.Require("valid", out.valid);
   object.Require("selector", out.selector);
   object.Allow("positions", out.positions);
+  object.Allow("touch_probe", out.touch_probe);
+  object.Allow("capture_unit", out.capture_unit);
   FinishRow(object, cursor, out.note, out.source);
+  if (!cursor.failed() && out.touch_probe > 2) cursor.Fail("\"touch_probe\" is neither 1 nor 2");
 }
 
 void Read(const Cursor& cursor, LatchDescription& out) {

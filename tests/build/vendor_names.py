@@ -66,15 +66,17 @@ class Names:
                     keywords.add(text)
                 if key in ("index", "control_object", "status_object") and (number := NUMBER.match(text)):
                     self.objects.add(int(number[1], 16))
-        # "FBUS." is as telling as each of its parameters.
-        keywords |= {word.split(".")[0] + "." for word in keywords if "." in word}
-        self.words = parts | keywords
+        # "FBUS." and "CAP0" are as telling as each of their parameters.
+        units = {word.split(".")[0] for word in keywords if "." in word}
+        keywords |= {unit for unit in units if re.search(r"\d", unit)}
+        self.words = parts | keywords | units
         families = "|".join(sorted(map(re.escape, parts)))
         parameters = "|".join(sorted(map(re.escape, keywords), key=len, reverse=True))
+        groups = "|".join(sorted(units, key=len, reverse=True))
         # In text and in names: "kollmorgen", "IsAkd", "kMkdFaults".
         self.family = re.compile(rf"(?<![A-Za-z])(?:{families})(?![a-z])", re.I)
         self.camel = re.compile("|".join(sorted(part.capitalize() for part in parts)) + r"(?![a-z])")
-        self.parameter = re.compile(rf"\b(?:{parameters})")
+        self.parameter = re.compile(rf"\b(?:{parameters})\b|\b(?:{groups})\.(?=[A-Z])")
 
     def in_text(self, text: str):
         for pattern in (self.family, self.parameter, IN_TEXT):
