@@ -10,7 +10,9 @@
 #include "cli/json_file.h"
 #include "cli/report/json_text.h"
 #include "cli/report/layout.h"
+#include "cli/report/sentences.h"
 #include "cli/report/times.h"
+#include "decoder/base/text.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -25,10 +27,13 @@ std::string Today() {
 /// One entry of "findings"; nothing when its shape is wrong.
 std::optional<Baseline::value_type> ReadEntry(JsonValue entry) {
   const std::string_view* rule = entry.member("rule").text();
+  const std::string_view* identity = entry.member("identity").text();
   const std::string_view* title = entry.member("title").text();
   const JsonValue slave = entry.member("slave");
-  std::size_t members = 3;
+  std::size_t members = 2 + (identity == nullptr ? 0U : 1U) + (title == nullptr ? 0U : 1U);
   Acceptance accepted;
+  if (title != nullptr) accepted.title = *title;
+  accepted.by_title = identity == nullptr;
   if (const JsonValue reason = entry.member("reason"); reason.there()) {
     if (!reason.is_text()) return std::nullopt;
     accepted.reason = *reason.text();
@@ -40,8 +45,12 @@ std::optional<Baseline::value_type> ReadEntry(JsonValue entry) {
     accepted.expired = accepted.expires < Today();  // ISO dates sort as text
     ++members;
   }
-  if (entry.size() != members || rule == nullptr || title == nullptr || !slave.there()) return std::nullopt;
-  Fingerprint fingerprint{std::string(*rule), std::nullopt, std::string(*title)};
+  if (entry.size() != members || rule == nullptr || (identity == nullptr && title == nullptr) || !slave.there()) {
+    return std::nullopt;
+  }
+  // Identities have no colon.
+  Fingerprint fingerprint{std::string(*rule), std::nullopt,
+                          identity != nullptr ? std::string(*identity) : "title: " + accepted.title};
   if (!slave.is_null()) {
     const auto position = slave.natural();
     if (!position || *position > 0xFFFF) return std::nullopt;
@@ -61,8 +70,9 @@ std::pair<bool, std::string> Lookup(const Baseline& baseline, const Fingerprint&
 }
 
 /// Adds a finding with what the file before said of it.
-void Add(const Fingerprint& fingerprint, const Baseline& before, Baseline& all) {
+void Add(const Fingerprint& fingerprint, const std::string& title, const Baseline& before, Baseline& all) {
   Acceptance accepted;
+  accepted.title = title;
   if (const auto found = before.find(fingerprint); found != before.end()) {
     accepted.reason = found->second.reason;
     // Who lists it anew accepts it anew.
@@ -77,7 +87,8 @@ std::string Write(const Baseline& all) {
     out.List("findings", all, [](report::JsonObject& json, const Baseline::value_type& entry) {
       json.Put("rule", entry.first.rule);
       json.Put("slave", entry.first.slave);
-      json.Put("title", entry.first.title);
+      json.Text("identity", entry.first.identity);
+      json.Text("title", entry.second.title);
       if (!entry.second.reason.empty()) json.Text("reason", entry.second.reason);
       if (!entry.second.expires.empty()) json.Text("expires", entry.second.expires);
     });
@@ -89,7 +100,7 @@ std::string Write(const Baseline& all) {
 Fingerprint FingerprintOf(const Finding& finding, const AnalysisResult& result) {
   const SlaveSummary* slave = result.slave(finding.slave);
   return {std::string(finding.rule), slave == nullptr ? std::nullopt : std::optional(slave->position),
-          report::WithoutCounts(report::PrintableLines(finding.title))};
+          report::IdentityText(finding)};
 }
 
 Result<Baseline> ReadBaseline(const std::string& path) {
@@ -105,8 +116,8 @@ Result<Baseline> ReadBaseline(const std::string& path) {
     if (!read) {
       return Error{
           path +
-          ": each of 'findings' must hold 'rule', 'slave' (position or null) and 'title'; it may hold 'reason' "
-          "and 'expires' (\"2026-12-31\")"};
+          ": each of 'findings' must hold 'rule', 'slave' (position or null) and 'identity'; it may hold 'title', "
+          "'reason' and 'expires' (\"2026-12-31\")"};
     }
     baseline.insert(std::move(*read));
   }
@@ -116,7 +127,9 @@ Result<Baseline> ReadBaseline(const std::string& path) {
 std::string WriteBaseline(const report::Report& report, const Baseline& before) {
   Baseline all;
   for (const report::CaptureReport& capture : report.captures) {
-    for (const Finding& finding : capture.result.findings) Add(FingerprintOf(finding, capture.result), before, all);
+    for (const Finding& finding : capture.result.findings) {
+      Add(FingerprintOf(finding, capture.result), report::TitleOf(finding), before, all);
+    }
   }
   return Write(all);
 }
@@ -124,7 +137,9 @@ std::string WriteBaseline(const report::Report& report, const Baseline& before) 
 std::string WriteBaseline(const report::Digest& digest, const Baseline& before) {
   Baseline all;
   for (const report::CaptureDigest& capture : digest.captures) {
-    for (const report::FindingDigest& finding : capture.findings) Add(report::FingerprintOf(finding), before, all);
+    for (const report::FindingDigest& finding : capture.findings) {
+      Add(report::FingerprintOf(finding), finding.title, before, all);
+    }
   }
   return Write(all);
 }
@@ -138,12 +153,18 @@ Baseline BaselineBefore(const std::string& path) {
 
 std::vector<std::string> ExpiredEntries(const Baseline& baseline) {
   std::vector<std::string> texts;
+  std::size_t by_title = 0;
   for (const auto& [fingerprint, accepted] : baseline) {
-    if (!accepted.expired) continue;
+    if (accepted.by_title) ++by_title;
+    if (!accepted.expired || accepted.by_title) continue;
     texts.push_back(fingerprint.rule + " of " +
                     (fingerprint.slave ? "slave " + std::to_string(*fingerprint.slave) : std::string("the bus")) +
                     " was accepted until " + accepted.expires + " only, and counts again" +
                     (accepted.reason.empty() ? "" : " (" + accepted.reason + ")"));
+  }
+  if (by_title > 0) {
+    texts.push_back(Count(by_title, "entry", "entries") +
+                    " without an identity match no finding: write the baseline again with --write-baseline");
   }
   return texts;
 }

@@ -20,9 +20,11 @@ using report::Fingerprint;
 
 /// What the file says of a finding besides which one it is.
 struct Acceptance {
-  std::string reason;    ///< why it is accepted; may be empty
-  std::string expires;   ///< last day on which it is, "2026-12-31"; empty: for ever
-  bool expired = false;  ///< that day is over (UTC): the finding counts again
+  std::string reason;     ///< why it is accepted; may be empty
+  std::string expires;    ///< last day on which it is, "2026-12-31"; empty: for ever
+  bool expired = false;   ///< that day is over (UTC): the finding counts again
+  std::string title;      ///< for people; never compared
+  bool by_title = false;  ///< an entry of a version that named findings by their titles: it fits nothing
 };
 
 using Baseline = std::map<Fingerprint, Acceptance>;
@@ -35,7 +37,7 @@ using Baseline = std::map<Fingerprint, Acceptance>;
 /// What stands in the baseline that is to be replaced; empty where there is none.
 [[nodiscard]] Baseline BaselineBefore(const std::string& path);
 
-/// A sentence for each entry that does not hold any more.
+/// A sentence for each entry that no longer applies, and one for all that name a finding by its title.
 [[nodiscard]] std::vector<std::string> ExpiredEntries(const Baseline& baseline);
 
 /// What keeps --write-baseline from writing to `path`, besides what CheckOutputPath() asks: a file that is there and no

@@ -202,7 +202,7 @@ std::string TimesDone(std::size_t times) {
 
 class Builder {
  public:
-  Builder(const AnalysisResult& a, const AnalysisResult& b, const std::function<std::string(std::string_view)>& title)
+  Builder(const AnalysisResult& a, const AnalysisResult& b, const std::function<std::string(const Finding&)>& title)
       : a_(a), b_(b), title_(title) {}
 
   CaptureDiff Build() {
@@ -727,7 +727,7 @@ class Builder {
           const SlaveSummary* slave = of_a ? out_.pairs[p].a : out_.pairs[p].b;
           if (slave != nullptr && slave->id == finding.slave) pair = p;
         }
-        all.emplace(Key{finding.rule, pair, title_(finding.title)}, &finding);
+        all.emplace(Key{finding.rule, pair, finding.kind == nullptr ? title_(finding) : IdentityOf(finding)}, &finding);
       }
       return all;
     };
@@ -738,7 +738,7 @@ class Builder {
       for (const auto& [key, finding] : here) {
         if (there.contains(key)) continue;
         const std::size_t pair = std::get<1>(key);
-        const std::string text = std::string(Name(finding->severity)) + ": " + Printable(finding->title);
+        const std::string text = std::string(Name(finding->severity)) + ": " + title_(*finding);
         // A cause says more than what follows from it.
         const int rank = finding->caused_by == kNoFinding && finding->rule != "al-refused" ? kRankFinding : kRankEarly;
         Difference& d =
@@ -776,7 +776,7 @@ class Builder {
 
   const AnalysisResult& a_;
   const AnalysisResult& b_;
-  const std::function<std::string(std::string_view)>& title_;
+  const std::function<std::string(const Finding&)>& title_;
   std::map<std::string, std::set<unsigned>> unidentified_;  ///< positions, by where the identity is missing
   CaptureDiff out_;
 };
@@ -784,7 +784,7 @@ class Builder {
 }  // namespace
 
 CaptureDiff Compare(const AnalysisResult& a, const AnalysisResult& b,
-                    const std::function<std::string(std::string_view)>& title) {
+                    const std::function<std::string(const Finding&)>& title) {
   return Builder(a, b, title).Build();
 }
 

@@ -13,9 +13,9 @@
 
 namespace ecaudit::diff {
 
-/// @param title  makes titles of findings comparable: counts and the like taken out
+/// @param title  words for a finding; findings are compared by their identity
 /// The result refers into `a` and `b`.
 [[nodiscard]] CaptureDiff Compare(const AnalysisResult& a, const AnalysisResult& b,
-                                  const std::function<std::string(std::string_view)>& title);
+                                  const std::function<std::string(const Finding&)>& title);
 
 }  // namespace ecaudit::diff

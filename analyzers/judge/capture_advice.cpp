@@ -35,21 +35,18 @@ struct Opened {
 
 using Lines = std::map<std::string_view, std::vector<const NotEvaluable*>>;  // by rule
 
-std::string_view ReasonOf(const Lines& lines, std::string_view rule, SlaveId slave) {
+const Reason* ReasonOf(const Lines& lines, std::string_view rule, SlaveId slave) {
   const auto of_rule = lines.find(rule);
-  if (of_rule == lines.end()) return {};
+  if (of_rule == lines.end()) return nullptr;
   for (const NotEvaluable* entry : of_rule->second) {
-    if (entry->slave == slave || entry->slave == kNoSlave || entry->slave == kEverySlave) return entry->reason;
+    if (entry->slave == slave || entry->slave == kNoSlave || entry->slave == kEverySlave) return &entry->reason;
   }
-  return {};
+  return nullptr;
 }
 
-bool Speaks(std::string_view reason, std::string_view of) {
-  return reason.find(of) != std::string_view::npos;
-}
-
-bool SpeaksOfStamps(std::string_view reason) {
-  return Speaks(reason, "time stamp") || Speaks(reason, "clock's uncertainty");
+bool IsAboutStamps(const Reason* reason) {
+  return reason != nullptr && (reason->code == ReasonCode::kStampsTooCoarse || reason->code == ReasonCode::kNoStamps ||
+                               reason->code == ReasonCode::kWithinUncertainty);
 }
 
 /// Whether the capture shows how the slave was brought up.
@@ -70,17 +67,18 @@ bool RestsOnConfiguration(std::string_view chapter) {
 }
 
 std::optional<Way> WayTo(const AnalysisResult& result, const RuleCoverage& rule, const SlaveSummary* slave,
-                         std::string_view reason) {
+                         const Reason* reason) {
   if (result.capture.direction != DirectionSeen::kBoth) return Way::kBothDirections;
-  if (SpeaksOfStamps(reason)) return Way::kStampBetter;
+  if (IsAboutStamps(reason)) return Way::kStampBetter;
   // What no source tells of the device, no capture will.
-  if (Speaks(reason, "profile") || Speaks(reason, "manual")) return std::nullopt;
+  if (reason != nullptr && reason->code == ReasonCode::kNotInProfile) return std::nullopt;
   if (slave == nullptr) return result.slaves.empty() ? std::optional(Way::kFromPowerOn) : std::nullopt;
   if (rule.rule == "bus-link-errors") return Way::kReadLinkCounters;
   if (rule.rule == "sync-difference-large") return Way::kReadDifference;
   if (rule.chapter == "AL state machine") {
     if (!slave->al_status) return Way::kReadStatus;
-    return Speaks(reason, "not read") ? std::optional(Way::kReadStatusCode) : std::nullopt;
+    return reason != nullptr && reason->code == ReasonCode::kNotRead ? std::optional(Way::kReadStatusCode)
+                                                                     : std::nullopt;
   }
   if (!RestsOnConfiguration(rule.chapter)) return std::nullopt;
   if (!IsStarted(*slave)) return Way::kFromPowerOn;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -14,24 +15,13 @@
 #include "analyzers/model/drive_parameters.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/options/options.h"
-#include "analyzers/result/misses_packets.h"
 #include "analyzers/sync/sync_model.h"
+#include "analyzers/words/what.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/al.h"
 
 namespace ecaudit {
 namespace {
-
-constexpr std::string_view kNoFrames = "no EtherCAT frame is in the capture";
-constexpr std::string_view kMissingUnseen =
-    "the capture misses packets (returned frames have no outbound copy, or indices skip): what these would have shown "
-    "is not known";
-static_assert(kMissingUnseen.starts_with(kSaysItMissesPackets));
-constexpr std::string_view kAnswersUnseen = "no returned frames in the capture: what the slaves answered is not known";
-constexpr std::string_view kCutUnseen = "packets are cut by the snap length: what lies behind the cut is not known";
-constexpr std::string_view kFamilyUnseen =
-    "the identity of the slave is not in the capture: what the manual of its family says is not known";
-constexpr std::string_view kNoSlaves = "no slave is known: no frame that returned shows one";
 
 /// What the rules of a chapter are about, where they do not say it themselves.
 constexpr std::array<std::pair<std::string_view, Subject>, 10> kChapters{
@@ -57,15 +47,19 @@ Subject SubjectOf(const RuleInfo& rule) {
 /// Whether there is something that a rule could look at.
 struct Presence {
   NotApplicable absent = NotApplicable::kApplies;
-  std::string unseen;  ///< there may be, and the capture does not show it; empty: it does
+  std::optional<Reason> unseen;  ///< there may be, and the capture does not show it; unset: it does
 };
 
 Presence Absent(NotApplicable why) {
   return {why, {}};
 }
 
-Presence Unseen(std::string_view why) {
-  return {NotApplicable::kApplies, std::string(why)};
+Presence Unseen(const Reason& why) {
+  return {NotApplicable::kApplies, why};
+}
+
+Presence Unseen(ReasonCode code, const Word& what) {
+  return Unseen(Reason::Of(code, what));
 }
 
 bool InState(const SlaveSummary& slave, esc::AlState state) {
@@ -105,7 +99,7 @@ Presence OfProcessData(const SlaveSummary& slave, const RuleContext& context, co
   const bool may_have_missed_them =
       slave.fmmus.empty() && MissesAny(context.pairing()) && (model.al.operated() || result.bus.cycle.cycles > 0);
   if (may_have_them || nobodys || may_have_missed_them) {
-    return Unseen("which process data are those of the slave is not in the capture");
+    return Unseen(ReasonCode::kNotInCapture, what::kProcessDataOwner);
   }
   return Absent(NotApplicable::kNoProcessData);
 }
@@ -113,17 +107,17 @@ Presence OfProcessData(const SlaveSummary& slave, const RuleContext& context, co
 /// Intervals between its process data.
 Presence OfTiming(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
   Presence data = OfProcessData(slave, context, result);
-  if (data.absent != NotApplicable::kApplies || !data.unseen.empty()) return data;
+  if (data.absent != NotApplicable::kApplies || data.unseen) return data;
   sync::TimeBase base = context.sync().outputs(slave.id).rate.base();
   if (base == sync::TimeBase::kNone) base = sync::TimeBase::kCapture;
-  return context.sync().Uncertainty(base) ? Presence{} : Unseen(kPoorStamps);
+  return context.sync().Uncertainty(base) ? Presence{} : Unseen(ReasonCode::kStampsTooCoarse, what::kProcessDataTiming);
 }
 
 /// A cycle time that they can be compared with.
 Presence OfCycle(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
   const model::SlaveModel& model = context.slave(slave.id);
   Presence data = OfProcessData(slave, context, result);
-  if (data.absent != NotApplicable::kApplies || !data.unseen.empty()) return data;
+  if (data.absent != NotApplicable::kApplies || data.unseen) return data;
   const auto& settings = context.sync().dc(slave.id).last_active();
   const bool by_clock = settings && settings->activation.sync0();
   return by_clock || model::InterpolationTime(model) || DriveCycle(model) ? Presence{}
@@ -139,7 +133,7 @@ Presence OfDirection(const SlaveSummary& slave, bool outputs, const RuleContext&
       std::any_of(slave.sync_managers.begin(), slave.sync_managers.end(), [&](const SyncManagerSummary& manager) {
         return manager.enabled && !manager.mailbox && manager.ecat_writes == outputs;
       });
-  if (has_buffer || pdo.exchanged > 0) return Unseen("what PDOs are assigned and mapped is not known");
+  if (has_buffer || pdo.exchanged > 0) return Unseen(ReasonCode::kNotInCapture, what::kMapping);
   return OfProcessData(slave, context, result);
 }
 
@@ -147,14 +141,14 @@ Presence OfMapping(const SlaveSummary& slave, const RuleContext& context, const 
   Presence outputs = OfDirection(slave, true, context, result);
   const bool known =
       slave.rx_pdo.source != PdoSummary::Source::kUnknown || slave.tx_pdo.source != PdoSummary::Source::kUnknown;
-  if (known || !outputs.unseen.empty()) return known ? Presence{} : outputs;
+  if (known || outputs.unseen) return known ? Presence{} : outputs;
   return OfDirection(slave, false, context, result);
 }
 
 Presence OfConfiguration(const SlaveSummary& slave) {
   if (!slave.sync_managers.empty() || !slave.fmmus.empty()) return {};
   if (InState(slave, esc::AlState::INIT)) return Absent(NotApplicable::kInInit);
-  return Unseen("the sync managers and FMMUs of the slave are not in the capture");
+  return Unseen(ReasonCode::kNotInCapture, what::kSyncManagersAndFmmus);
 }
 
 bool Speaks(const MailboxSummary& mailbox, std::string_view protocol) {
@@ -164,12 +158,11 @@ bool Speaks(const MailboxSummary& mailbox, std::string_view protocol) {
 
 Presence OfDrive(const SlaveSummary& slave, const model::SlaveModel& model) {
   if (slave.drive || model.drives.axis(0).mode_requested()) return {};
-  if (Speaks(slave.mailbox, "SoE"))
-    return Unseen("the slave speaks SoE: the state of a Sercos drive (S-0-0135) is not followed");
-  const std::string why = DriveWordsMissing(model, false);
-  if (why.empty()) return Absent(NotApplicable::kNoDrive);
+  if (Speaks(slave.mailbox, "SoE")) return Unseen(ReasonCode::kNotFollowed, what::kSoeState);
+  const std::optional<Reason> why = DriveWordsMissing(model, false);
+  if (!why) return Absent(NotApplicable::kNoDrive);
   const bool is_drive = !model.profile->drive->control_word_in.empty();
-  return Unseen(is_drive ? "neither status word nor mode of operation of the drive is in the capture" : why);
+  return Unseen(is_drive ? Reason::Of(ReasonCode::kNotInCapture, what::kDriveWords) : *why);
 }
 
 Presence OfClock(const SlaveSummary& slave) {
@@ -185,22 +178,20 @@ bool FamilyUnseen(const model::SlaveModel& model) {
 
 Presence OfLatch(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
   if (slave.latch) return {};
-  if (slave.touch_probe)
-    return Unseen("the touch probe (60B8h) is followed and told, but these rules judge latch words only");
+  if (slave.touch_probe) return Unseen(ReasonCode::kNotFollowed, what::kTouchProbe);
   const model::SlaveModel& model = context.slave(slave.id);
   if (model.latch.description() == nullptr) {
-    return FamilyUnseen(model) && Exchanges(slave) ? Unseen(kFamilyUnseen) : Absent(NotApplicable::kNoLatch);
+    return FamilyUnseen(model) && Exchanges(slave) ? Unseen(Reason::Of(ReasonCode::kFamilyUnknown))
+                                                   : Absent(NotApplicable::kNoLatch);
   }
   // Where a mapping is not known, latch words may be among the process data: the control word among the outputs, the
   // status word and positions among the inputs.
   for (const bool outputs : {true, false}) {
     Presence mapping = OfDirection(slave, outputs, context, result);
-    if (!mapping.unseen.empty()) return mapping;
+    if (mapping.unseen) return mapping;
   }
   return Absent(NotApplicable::kLatchUnused);
 }
-
-constexpr const char* kAnswersUnknown = "none of the answers of the slave's mailbox is known";
 
 /// Requests that stay without answer are counted; of others nobody knows where the answers were. Where nothing that
 /// came back was captured, the rules judge what they can by the requests, and say that themselves.
@@ -212,7 +203,7 @@ bool AnswersUnknown(const MailboxSummary& mailbox, const AnalysisResult& result)
 Presence OfMailbox(const MailboxSummary& mailbox, bool coe, const AnalysisResult& result) {
   if (mailbox.requests + mailbox.responses == 0) return Absent(NotApplicable::kMailboxUnused);
   if (coe && !Speaks(mailbox, "CoE")) return Absent(NotApplicable::kNoCoe);
-  return coe && AnswersUnknown(mailbox, result) ? Unseen(kAnswersUnknown) : Presence{};
+  return coe && AnswersUnknown(mailbox, result) ? Unseen(ReasonCode::kNotInCapture, what::kMailboxAnswers) : Presence{};
 }
 
 Presence PresenceOf(Subject subject, const SlaveSummary& slave, const RuleContext& context,
@@ -220,7 +211,7 @@ Presence PresenceOf(Subject subject, const SlaveSummary& slave, const RuleContex
   const model::SlaveModel& model = context.slave(slave.id);
   switch (subject) {
     case Subject::kAlState:
-      return slave.al_status ? Presence{} : Unseen("AL Status of the slave is not in the capture");
+      return slave.al_status ? Presence{} : Unseen(ReasonCode::kNotInCapture, what::kAlStatus);
     case Subject::kAlRequest:
       return IsAsked(slave, model) ? Presence{} : Absent(NotApplicable::kNoRequest);
     case Subject::kConfiguration:
@@ -233,7 +224,8 @@ Presence PresenceOf(Subject subject, const SlaveSummary& slave, const RuleContex
       return OfMapping(slave, context, result);
     case Subject::kMappingWrites:
       if (model.process.seen().version() > 0) return {};
-      return AnswersUnknown(slave.mailbox, result) ? Unseen(kAnswersUnknown) : Absent(NotApplicable::kMappingUntouched);
+      return AnswersUnknown(slave.mailbox, result) ? Unseen(ReasonCode::kNotInCapture, what::kMailboxAnswers)
+                                                   : Absent(NotApplicable::kMappingUntouched);
     case Subject::kProcessData:
       return OfProcessData(slave, context, result);
     case Subject::kTiming:
@@ -312,13 +304,13 @@ class Judge {
     const bool whole = subject == Subject::kCapture || subject == Subject::kBus;
     if (whole || result_.slaves.empty()) {
       out.slaves.push_back(OfBus(rule, subject));
-      TellMissing(rule, subject, out.slaves.back());
+      AddMissing(rule, subject, out.slaves.back());
       return out;
     }
     out.slaves.reserve(result_.slaves.size());
     for (const SlaveSummary& slave : result_.slaves) {
       out.slaves.push_back(OfSlave(rule, subject, slave));
-      TellMissing(rule, subject, out.slaves.back());
+      AddMissing(rule, subject, out.slaves.back());
     }
     return out;
   }
@@ -326,27 +318,26 @@ class Judge {
  private:
   /// What the packets held that the capture misses, or what was cut off, no rule has seen. Those about the file saw
   /// that it is missing.
-  void TellMissing(const RuleInfo& rule, Subject subject, SlaveCoverage& out) {
+  void AddMissing(const RuleInfo& rule, Subject subject, SlaveCoverage& out) {
     if (subject == Subject::kCapture) return;
     const PipelineStatistics& read = context_.statistics();
-    if (read.cut_frames > 0) TellMissing(rule, kCutUnseen, read.first_cut.number, out);
-    if (misses_packets_) TellMissing(rule, kMissingUnseen, context_.pairing().first_hole.number, out);
+    if (read.cut_frames > 0) AddMissing(rule, ReasonCode::kSnapLength, read.first_cut.number, out);
+    if (misses_packets_) AddMissing(rule, ReasonCode::kMissesPackets, context_.pairing().first_hole.number, out);
     // What a rule says of it itself is more.
     const bool no_answers = result_.capture.direction == DirectionSeen::kOutbound;
     if (no_answers && out.coverage == Coverage::kJudged && !Get(rule, out.slave).found)
-      TellMissing(rule, kAnswersUnseen, read.first.number, out);
+      AddMissing(rule, ReasonCode::kNoReturnedFrames, read.first.number, out);
   }
-  void TellMissing(const RuleInfo& rule, std::string_view unseen, FrameNo first, SlaveCoverage& out) {
+  void AddMissing(const RuleInfo& rule, ReasonCode unseen, FrameNo first, SlaveCoverage& out) {
     if (out.coverage == Coverage::kNotApplicable && MayBeUnseen(out.why)) {
-      std::string reason = std::string(unseen) + "; in what it holds, " + std::string(Describe(out.why));
       out.coverage = Coverage::kNotJudged;
       out.why = NotApplicable::kApplies;
-      context_.store.AddNotEvaluable(rule, out.slave, std::move(reason), 0);
+      context_.store.AddNotEvaluable(rule, out.slave, Reason::Of(unseen), 0);
       return;
     }
     if (out.coverage != Coverage::kJudged) return;
     out.coverage = Coverage::kPartly;
-    context_.store.AddNotEvaluable(rule, out.slave, std::string(unseen), first);
+    context_.store.AddNotEvaluable(rule, out.slave, Reason::Of(unseen), first);
   }
 
   [[nodiscard]] bool Excluded(const RuleInfo& rule, Subject subject, SlaveCoverage& out) const {
@@ -372,9 +363,9 @@ class Judge {
     Presence presence;
     const bool of_slaves = subject != Subject::kCapture && subject != Subject::kBus;
     if (subject != Subject::kCapture && NoFrames()) {
-      presence = Unseen(kNoFrames);
+      presence = Unseen(Reason::Of(ReasonCode::kNoEtherCat));
     } else if (of_slaves) {
-      presence = Unseen(kNoSlaves);
+      presence = Unseen(Reason::Of(ReasonCode::kNoSlave));
     }
     Decide(rule, said, presence, out);
     return out;
@@ -394,8 +385,8 @@ class Judge {
       said.of_all = true;
     }
     Presence presence = PresenceOf(subject, slave, context_, result_);
-    const bool present = presence.absent == NotApplicable::kApplies && presence.unseen.empty();
-    if (present && rule.of_family && FamilyUnseen(model)) presence = Unseen(kFamilyUnseen);
+    const bool present = presence.absent == NotApplicable::kApplies && !presence.unseen;
+    if (present && rule.of_family && FamilyUnseen(model)) presence = Unseen(Reason::Of(ReasonCode::kFamilyUnknown));
     Decide(rule, said, presence, out);
     return out;
   }
@@ -406,7 +397,7 @@ class Judge {
   }
 
   void Decide(const RuleInfo& rule, const Said& said, const Presence& presence, SlaveCoverage& out) {
-    const bool nothing_to_see = !presence.unseen.empty() || presence.absent != NotApplicable::kApplies;
+    const bool nothing_to_see = presence.unseen || presence.absent != NotApplicable::kApplies;
     if (said.found) {
       out.coverage = said.of_all || said.occasions > 0 ? Coverage::kPartly : Coverage::kJudged;
     } else if (said.of_all || (said.occasions > 0 && nothing_to_see)) {
@@ -416,9 +407,9 @@ class Judge {
     } else if (presence.absent != NotApplicable::kApplies) {
       out.coverage = Coverage::kNotApplicable;
       out.why = presence.absent;
-    } else if (!presence.unseen.empty()) {
+    } else if (presence.unseen) {
       out.coverage = Coverage::kNotJudged;
-      context_.store.AddNotEvaluable(rule, out.slave, presence.unseen, 0);
+      context_.store.AddNotEvaluable(rule, out.slave, *presence.unseen, 0);
     }
   }
 
@@ -465,7 +456,7 @@ std::string WhyNothingWasJudged(const SlaveSummary& slave, const RuleContext& co
   }
   // What was known of it, a hole has made worthless, and nothing behind it shows the slave.
   const bool out_of_sight = MissesAny(context.pairing()) && context.slave(slave.id).al.possible().empty();
-  if (out_of_sight && !OfProcessData(slave, context, result).unseen.empty()) {
+  if (out_of_sight && OfProcessData(slave, context, result).unseen) {
     return "behind the packets that the capture misses neither its AL state nor its process data are known";
   }
   if (DriveOutOfSight(slave, context, result)) {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
+#include <optional>
 
 #include "analyzers/model/slave_model.h"
 
@@ -10,7 +10,7 @@ namespace ecaudit {
 
 /// Why the status word (or, if `needs_control`, the control word) of a slave that is or may be a drive is not known;
 /// empty when it is known of each axis, when the slave is no drive, or when it never exchanged process data.
-[[nodiscard]] std::string DriveWordsMissing(const model::SlaveModel& slave, bool needs_control);
+[[nodiscard]] std::optional<Reason> DriveWordsMissing(const model::SlaveModel& slave, bool needs_control);
 
 /// Makes keys of findings differ by axis (0 to 7); of the first axis they stay as they are. Bits 56 to 58.
 [[nodiscard]] constexpr std::uint64_t AxisKey(std::uint8_t axis) {

@@ -8,7 +8,10 @@
 namespace ecaudit {
 namespace {
 
-constexpr const char* kMoreThanListed = "more slaves or reasons than are listed one by one";
+const Reason& MoreThanListed() {
+  static const Reason reason = Reason::Of(ReasonCode::kListFull);
+  return reason;
+}
 
 }  // namespace
 
@@ -74,21 +77,20 @@ void FindingStore::Regrade(FindingIndex index, Severity severity) {
   if (settings_.find(findings_[index].rule) == settings_.end()) findings_[index].severity = severity;
 }
 
-FindingStore::Group& FindingStore::GroupOf(std::string_view rule, std::string_view reason) {
+FindingStore::Group& FindingStore::GroupOf(std::string_view rule, const Reason& reason) {
   auto& reasons = group_of_[rule];
   auto found = reasons.find(reason);
   if (found == reasons.end() && reasons.size() >= kMaxReasons) {
-    reason = kMoreThanListed;
-    found = reasons.find(reason);
+    if (!(reason == MoreThanListed())) return GroupOf(rule, MoreThanListed());
   }
   if (found == reasons.end()) {
-    found = reasons.emplace(std::string(reason), groups_.size()).first;
-    groups_.push_back({rule, std::string(reason), {}});
+    found = reasons.emplace(reason, groups_.size()).first;
+    groups_.push_back({rule, reason, {}});
   }
   return groups_[found->second];
 }
 
-void FindingStore::AddNotEvaluable(const RuleInfo& rule, SlaveId slave, std::string reason, FrameNo frame) {
+void FindingStore::AddNotEvaluable(const RuleInfo& rule, SlaveId slave, const Reason& reason, FrameNo frame) {
   if (IsOff(rule)) return;
   const auto find = [](Group& group, SlaveId of) {
     // Nearly always in the order of the slaves, or about the last one again.
@@ -103,13 +105,14 @@ void FindingStore::AddNotEvaluable(const RuleInfo& rule, SlaveId slave, std::str
   // Beyond the limit one entry for each rule stands for the rest: what is not listed must not look judged.
   if (!listed && lines_ >= kMaxNotEvaluable) {
     slave = kNoSlave;
-    group = &GroupOf(rule.id, kMoreThanListed);
+    group = &GroupOf(rule.id, MoreThanListed());
     place = find(*group, slave);
     listed = place != group->places.end() && place->slave == slave;
     ++lines_left_out_;
   }
   if (listed) {
     ++place->occasions;
+    if (frame == 0) place->first_frame = 0;  // it holds for the whole capture after all
     return;
   }
   group->places.insert(place, {slave, static_cast<std::uint32_t>(lines_), frame, 1});
@@ -163,8 +166,8 @@ void FindingStore::FoldNotEvaluable(std::size_t slaves) {
   };
   std::vector<Single> single;
   std::size_t listed = 0;
-  const auto as_one = [&](const Group& group, SlaveId slave, const std::string& reason) {
-    Ordered all{0, {group.rule, slave, reason, 0, 0}};
+  const auto as_one = [&](const Group& group, SlaveId slave, std::uint64_t not_named) {
+    Ordered all{0, {group.rule, slave, group.reason, 0, 0, not_named}};
     bool first = true;
     for (const Place& place : group.places) {
       if (place.slave == kNoSlave) continue;
@@ -184,7 +187,7 @@ void FindingStore::FoldNotEvaluable(std::size_t slaves) {
     }
     if (of_slaves == 0) continue;
     if (slaves >= 2 && of_slaves >= slaves) {
-      as_one(group, kEverySlave, group.reason);
+      as_one(group, kEverySlave, 0);
     } else {
       single.push_back({&group, of_slaves});
       listed += of_slaves;
@@ -193,7 +196,7 @@ void FindingStore::FoldNotEvaluable(std::size_t slaves) {
   std::stable_sort(single.begin(), single.end(), [](const Single& a, const Single& b) { return a.count > b.count; });
   for (const Single& part : single) {
     if (listed + lines.size() > kMaxListed && part.count > 1) {
-      as_one(*part.group, kNoSlave, part.group->reason + " (" + std::to_string(part.count) + " slaves)");
+      as_one(*part.group, kNoSlave, part.count);
       listed -= part.count;
       lines_left_out_ += part.count;
       continue;
@@ -217,7 +220,7 @@ void FindingStore::CutListed() {
   for (std::size_t i = kMaxListed; i < lines.size(); ++i) {
     const NotEvaluable& line = lines[i];
     NotEvaluable& of_rule =
-        rest.try_emplace(line.rule, NotEvaluable{line.rule, kNoSlave, kMoreThanListed, line.first_frame, 0})
+        rest.try_emplace(line.rule, NotEvaluable{line.rule, kNoSlave, MoreThanListed(), line.first_frame, 0})
             .first->second;
     of_rule.first_frame = std::min(of_rule.first_frame, line.first_frame);
     of_rule.occasions += line.occasions;

@@ -59,7 +59,7 @@ class FindingStore {
   [[nodiscard]] const std::vector<Finding>& findings() const { return findings_; }
   [[nodiscard]] std::vector<Finding>& findings() { return findings_; }
 
-  void AddNotEvaluable(const RuleInfo& rule, SlaveId slave, std::string reason, FrameNo frame);
+  void AddNotEvaluable(const RuleInfo& rule, SlaveId slave, const Reason& reason, FrameNo frame);
   /// What holds for each of the `slaves` of the bus (two or more) for the same reason becomes one entry for the bus.
   /// Nothing is added afterwards.
   void FoldNotEvaluable(std::size_t slaves);
@@ -100,12 +100,12 @@ class FindingStore {
   };
   struct Group {
     std::string_view rule;
-    std::string reason;
+    Reason reason;
     std::vector<Place> places;  ///< ... and for whom: by slave
   };
 
   FindingIndex CountOn(FindingIndex index, const Finding& finding);
-  Group& GroupOf(std::string_view rule, std::string_view reason);
+  Group& GroupOf(std::string_view rule, const Reason& reason);
   void CutListed();
 
   const std::map<std::string, RuleSetting, std::less<>>& settings_;
@@ -118,7 +118,7 @@ class FindingStore {
   std::uint64_t findings_left_out_ = 0;
 
   std::vector<Group> groups_;
-  std::map<std::string_view, std::map<std::string, std::size_t, std::less<>>> group_of_;  // rule, reason: index
+  std::map<std::string_view, std::map<Reason, std::size_t>> group_of_;  // rule, reason: index
   std::size_t lines_ = 0;
   std::uint64_t lines_left_out_ = 0;
   std::optional<std::vector<NotEvaluable>> folded_;

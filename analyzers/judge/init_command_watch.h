@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "analyzers/model/model_events.h"
-#include "decoder/base/text.h"
+#include "analyzers/result/argument.h"
 #include "decoder/device/device_description.h"
 #include "decoder/mailbox/events.h"
 
@@ -34,14 +34,17 @@ class InitCommandWatch {
     if (answer.request.from == static_cast<std::uint8_t>(esc::AlState::INIT)) written_[answer.slave] = {};
   }
 
-  /// "Its ESI asks for writes of 1C12h:1 (PS) before that; the capture shows none. "; empty where nothing is missing.
-  [[nodiscard]] std::string MissingText(SlaveId slave, const device::DeviceDescription& device,
-                                        const model::AlRequestRecord& request) const {
+  /// Objects and transitions that its ESI asks for and the capture does not show, bounded.
+  struct Missing {
+    std::vector<Value> commands;  ///< "1C12h:1 (PS)"
+    std::size_t more = 0;         ///< that are not named
+  };
+  [[nodiscard]] Missing MissingBefore(SlaveId slave, const device::DeviceDescription& device,
+                                      const model::AlRequestRecord& request) const {
+    Missing missing;
     const auto run = written_.find(slave);
-    if (!device.esi || run == written_.end()) return {};
+    if (!device.esi || run == written_.end()) return missing;
     const std::vector<std::string_view> due = DueBefore(request);
-    std::string missing;
-    std::size_t number = 0;
     for (const device::EsiInitCommand& command : device.esi->init_commands) {
       const auto is_due = [&due](const std::string& transition) {
         return std::find(due.begin(), due.end(), transition) != due.end();
@@ -51,12 +54,13 @@ class InitCommandWatch {
       const bool whole =
           run->second.contains(Key(command.index, 0, true)) || run->second.contains(Key(command.index, 1, true));
       if (whole || run->second.contains(Key(command.index, command.subindex, false))) continue;
-      if (++number > kMostNamed) continue;
-      missing += (missing.empty() ? "" : ", ") + ObjectName(command.index, command.subindex) + " (" + *transition + ")";
+      if (missing.commands.size() == kMostNamed) {
+        ++missing.more;
+      } else {
+        missing.commands.push_back(arg::Object(command.index, command.subindex, "(" + *transition + ")"));
+      }
     }
-    if (number == 0) return {};
-    if (number > kMostNamed) missing += " and " + std::to_string(number - kMostNamed) + " more";
-    return "Its ESI asks the master to write " + missing + " before that, and the capture shows no such write. ";
+    return missing;
   }
 
  private:
@@ -65,9 +69,6 @@ class InitCommandWatch {
 
   [[nodiscard]] static std::uint32_t Key(std::uint16_t index, std::uint8_t subindex, bool complete_access) {
     return static_cast<std::uint32_t>(index) << 8U | subindex | (complete_access ? 1U << 24U : 0U);
-  }
-  [[nodiscard]] static std::string ObjectName(std::uint16_t index, std::uint8_t subindex) {
-    return Hex(index).substr(2) + "h:" + std::to_string(subindex);
   }
   /// The transitions that a slave has behind it, or is in, when it refuses the request.
   [[nodiscard]] static std::vector<std::string_view> DueBefore(const model::AlRequestRecord& request) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "analyzers/judge/shared_notes.h"
+
 namespace ecaudit {
 
 void WeakenWhatHistoryMayExplain(FindingStore& store, const std::vector<std::unique_ptr<Rule>>& rules) {
@@ -12,9 +14,7 @@ void WeakenWhatHistoryMayExplain(FindingStore& store, const std::vector<std::uni
     if (rule == rules.end() || (*rule)->info().needs_no_history || finding.severity == Severity::kInfo) continue;
     store.Regrade(static_cast<FindingIndex>(i), Severity::kInfo);
     finding.confidence = Confidence::kInferred;
-    finding.message += " But ";
-    finding.message += kMissesPackets;
-    finding.message += ", and may explain this.";
+    finding.Add(kMissingPacketsMayExplain);
   }
 }
 

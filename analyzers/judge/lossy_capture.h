@@ -11,17 +11,12 @@
 
 #include "analyzers/judge/finding_store.h"
 #include "analyzers/judge/rule.h"
-#include "analyzers/result/misses_packets.h"
 #include "analyzers/sync/sync_model.h"
+#include "analyzers/words/what.h"
 #include "decoder/bus/pairing.h"
 #include "decoder/track/network.h"
 
 namespace ecaudit {
-
-inline constexpr const char* kMissesPackets =
-    "the capture misses packets: many returned frames have no outbound copy, or their indices skip, so what it does "
-    "not show may have happened";
-static_assert(std::string_view(kMissesPackets).starts_with(kSaysItMissesPackets));
 
 /// From about one packet in sixty on. With fewer, both copies of one frame are hardly ever missing. A recorder leaves
 /// out as many of one direction as of the other: so many of the frames that seem to be lost are counted, too.
@@ -41,17 +36,9 @@ static_assert(std::string_view(kMissesPackets).starts_with(kSaysItMissesPackets)
   return pairing.lost > 0;
 }
 
-/// Said where Network::MayMissBetween() what is judged and what it rests on.
-inline constexpr const char* kSilentSince =
-    "nobody sent anything for long since the capture showed what this rests on, or the capture misses packets there: "
-    "what it does not show may have happened";
-
 /// Takes what such a capture may only seem to show for what it is: an assumption.
 void WeakenWhatHistoryMayExplain(FindingStore& store, const std::vector<std::unique_ptr<Rule>>& rules);
 
-inline constexpr const char* kHole =
-    "the drive is enabled before and after a pause longer than it tolerates: the capture has a hole there, or the "
-    "drive's supervision is switched off";
 /// Cycles without process data that no drive's supervision lets pass.
 inline constexpr std::uint64_t kHoleCycles = 64;
 

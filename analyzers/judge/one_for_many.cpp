@@ -97,24 +97,19 @@ std::string Ranges(std::vector<SlavePos> positions) {
 void Speak(Finding& first, const std::vector<Finding>& findings, const Group& all,
            const std::function<std::string(SlaveId)>& label, const std::function<SlavePos(SlaveId)>& position) {
   constexpr std::size_t kNamed = 8;
-  std::string names;
   std::vector<SlavePos> positions;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Finding& other = findings[all[i]];
     positions.push_back(position(other.slave));
-    if (i < kNamed) names += (i > 0 ? ", " : "") + label(other.slave);
+    if (i < kNamed) first.affected.named.push_back(label(other.slave));
     first.count = std::max(first.count, other.count);
     if (other.last.number > first.last.number) first.last = other.last;
     if (other.confidence == Confidence::kInferred) first.confidence = Confidence::kInferred;
     if (other.first.number != first.first.number) AddRelated(first, other.first.number);
   }
-  if (all.size() > kNamed) names += " and " + std::to_string(all.size() - kNamed) + " more";
-  const std::string number = std::to_string(all.size());
-  first.title += " (the first of " + number + " slaves)";
-  first.message =
-      "The same befell " + number + " slaves: " + names + ". Of " + label(first.slave) + ": " + first.message;
-  first.evidence.push_back(Number("slaves", static_cast<std::int64_t>(all.size())));
-  first.evidence.push_back(Text("positions", Ranges(std::move(positions))));
+  first.affected.number = all.size();
+  first.affected.first = label(first.slave);
+  first.affected.positions = Ranges(std::move(positions));
   first.slave = kNoSlave;
 }
 
@@ -136,7 +131,7 @@ void JoinSlaves(std::vector<Finding>& findings, const std::function<std::string(
       const Finding& f = findings[i];
       if (f.slave == kNoSlave || speaker[i] != i || joined.contains(i)) continue;
       const FindingIndex cause = f.caused_by < findings.size() ? speaker[f.caused_by] : kNoFinding;
-      groups[{f.rule, f.severity, cause, WithoutFigures(f.title)}].push_back(i);
+      groups[{f.rule, f.severity, cause, f.kind == nullptr ? WithoutFigures(f.title) : IdentityOf(f)}].push_back(i);
     }
     for (const auto& [key, group] : groups) {
       if (group.size() < kManySlaves) continue;

@@ -17,7 +17,7 @@ namespace {
 constexpr auto kPreop = static_cast<std::uint8_t>(esc::AlState::PREOP);
 constexpr auto kSafeop = static_cast<std::uint8_t>(esc::AlState::SAFEOP);
 
-std::uint32_t Value(ByteSpan bytes) {
+std::uint32_t ValueOf(ByteSpan bytes) {
   return static_cast<std::uint32_t>(UnsignedOf(Slice(bytes, 0, 4)));
 }
 
@@ -60,7 +60,7 @@ void PdoRule::On(const mailbox::SdoTransfer& e) {
   if (!told) return;
   std::vector<Write> writes;
   if (!e.complete_access) {
-    writes.push_back({e.index, e.subindex, Value(e.data)});
+    writes.push_back({e.index, e.subindex, ValueOf(e.data)});
   } else {
     // As ETG.1000.6 packs it: the count in two bytes, then the entries.
     const std::size_t width = process::IsAssignment(e.index) ? 2 : 4;
@@ -72,7 +72,7 @@ void PdoRule::On(const mailbox::SdoTransfer& e) {
       subindex = 1;
     }
     for (; subindex <= 255 && rest.size() >= width; ++subindex, rest = rest.subspan(width)) {
-      writes.push_back({e.index, static_cast<std::uint8_t>(subindex), Value(rest.first(width))});
+      writes.push_back({e.index, static_cast<std::uint8_t>(subindex), ValueOf(rest.first(width))});
     }
   }
   if (e.outcome != SdoOutcome::kAborted) {

@@ -62,7 +62,7 @@ const RuleInfo* FindRule(std::string_view id) {
 
 void Rule::Attach(RuleContext& context, EventBus& bus) {
   context_ = &context;
-  for (const EventBus::Subscription& subscription : heard_) bus.Add(subscription);
+  for (const EventBus::Subscription& subscription : subscriptions_) bus.Add(subscription);
 }
 
 FindingIndex Rule::Repeat(SlaveId slave, std::uint64_t key, const FrameRef& frame) {
@@ -77,21 +77,21 @@ FindingIndex Rule::Report(std::uint64_t key, Severity severity, Finding finding)
   return context_->store.Add(info_, key, severity, std::move(finding));
 }
 
-void Rule::NotEvaluable(SlaveId slave, std::string reason, FrameNo frame) {
+void Rule::NotEvaluable(SlaveId slave, Reason reason, FrameNo frame) {
   context_->store.AddNotEvaluable(info_, slave, std::move(reason), frame);
 }
 
 bool Rule::NotEvaluableWithoutReturns() {
   const bus::PairingStatistics& pairing = context_->pairing();
   if (pairing.outbound == 0 || pairing.returned > pairing.other_end) return false;
-  NotEvaluable(kNoSlave, "no returned frames in the capture");
+  NotEvaluable(kNoSlave, ReasonCode::kNoReturnedFrames);
   return true;
 }
 
 bool Rule::NotEvaluableWithoutSent() {
   const bus::PairingStatistics& pairing = context_->pairing();
   if (pairing.returned == 0 || pairing.outbound > 0) return false;
-  NotEvaluable(kNoSlave, "no outbound frames in the capture");
+  NotEvaluable(kNoSlave, ReasonCode::kNoOutboundFrames);
   return true;
 }
 

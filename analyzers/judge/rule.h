@@ -8,6 +8,8 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "analyzers/result/finding.h"
@@ -36,23 +38,34 @@ class Rule {
   virtual void Finish() {}
 
  protected:
-  /// In the constructor: `Subscribe<model::AlAnswered>(&AlRefused::On);`, the event named where the handler is overloaded.
-  /// Rules hear what happened before the models learn from it, unless another stage is given.
+  /// In the constructor: `Subscribe<model::AlAnswered>(&AlRefused::On);`, the event named where the handler is
+  /// overloaded. Rules hear what happened before the models learn from it, unless another stage is given.
   template <class Event, class T>
   void Subscribe(void (T::*handler)(const Event&), Stage stage = Stage::kBeforeModel) {
-    heard_.push_back(EventBus::Subscription::Of(stage, static_cast<T&>(*this), handler));
+    subscriptions_.push_back(EventBus::Subscription::Of(stage, static_cast<T&>(*this), handler));
   }
   /// Of events about some bytes of a slave, those that touch `range`.
   template <OfMemory Event, class T>
   void Subscribe(void (T::*handler)(const Event&), MemoryRange range, Stage stage = Stage::kBeforeModel) {
-    heard_.push_back(EventBus::Subscription::Of(stage, static_cast<T&>(*this), handler, range));
+    subscriptions_.push_back(EventBus::Subscription::Of(stage, static_cast<T&>(*this), handler, range));
   }
   [[nodiscard]] RuleContext& context() const { return *context_; }
 
   FindingIndex Repeat(SlaveId slave, std::uint64_t key, const FrameRef& frame);
   FindingIndex Report(std::uint64_t key, Finding finding);
   FindingIndex Report(std::uint64_t key, Severity severity, Finding finding);
-  void NotEvaluable(SlaveId slave, std::string reason, FrameNo frame = 0);
+  void NotEvaluable(SlaveId slave, Reason reason, FrameNo frame = 0);
+  void NotEvaluable(SlaveId slave, ReasonCode code, FrameNo frame = 0) { NotEvaluable(slave, Reason::Of(code), frame); }
+  void NotEvaluable(SlaveId slave, ReasonCode code, const Word& what, FrameNo frame = 0) {
+    NotEvaluable(slave, Reason::Of(code, what), frame);
+  }
+  /// Without a code; for rules whose reasons are still sentences.
+  void NotEvaluable(SlaveId slave, std::string reason, FrameNo frame = 0) {
+    NotEvaluable(slave, Reason{ReasonCode::kOther, nullptr, std::move(reason)}, frame);
+  }
+  void NotEvaluable(SlaveId slave, const char* reason, FrameNo frame = 0) {
+    NotEvaluable(slave, std::string(reason), frame);
+  }
 
   // For Finish(): where a rule could not be judged in the whole capture.
 
@@ -67,12 +80,22 @@ class Rule {
       if (applies(slave)) NotEvaluable(id, std::string(reason));
     });
   }
-  /// Says for each slave what `reason_of(const model::SlaveModel&)` returns, unless that is empty.
+  template <class Applies>
+  void NotEvaluableWhere(Applies applies, const Reason& reason) {
+    ForEachSlave([&](SlaveId id, const model::SlaveModel& slave) {
+      if (applies(slave)) NotEvaluable(id, reason);
+    });
+  }
+  /// Adds for each slave what `reason_of(const model::SlaveModel&)` returns: std::optional<Reason>.
   template <class ReasonOf>
   void NotEvaluableFor(ReasonOf reason_of) {
     ForEachSlave([&](SlaveId id, const model::SlaveModel& slave) {
-      std::string reason = reason_of(slave);
-      if (!reason.empty()) NotEvaluable(id, std::move(reason));
+      auto reason = reason_of(slave);
+      if constexpr (std::is_same_v<decltype(reason), std::string>) {
+        if (!reason.empty()) NotEvaluable(id, std::move(reason));
+      } else {
+        if (reason) NotEvaluable(id, std::move(*reason));
+      }
     });
   }
   /// For rules about answers to AL requests: says where AL Status was never read after one.
@@ -86,7 +109,7 @@ class Rule {
   [[nodiscard]] const model::SlaveModel* SlaveOrNull(SlaveId id) const;
 
   const RuleInfo& info_;
-  std::vector<EventBus::Subscription> heard_;
+  std::vector<EventBus::Subscription> subscriptions_;
   RuleContext* context_ = nullptr;
 };
 

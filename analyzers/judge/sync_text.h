@@ -9,11 +9,9 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/time_base.h"
+#include "analyzers/words/what.h"
 
 namespace ecaudit {
-
-/// Why stamps of the capture do not serve, as reason of a rule that could not be judged.
-inline constexpr std::string_view kPoorStamps = "time stamps too poor to measure by, and no DC time in the frames";
 
 /// "by the DC time in the frames", "by the probe's stamps", "by the capture's stamps".
 [[nodiscard]] std::string_view BaseText(sync::TimeBase base);

@@ -20,6 +20,12 @@ inline constexpr std::uint16_t kStatusWord = 0x6041;
   return static_cast<std::uint16_t>(index + axis * kAxisDistance);
 }
 
+/// Likewise for any object: those before 6000h are the device's, and all axes share them.
+[[nodiscard]] constexpr std::uint16_t ObjectForAxis(std::uint16_t index, std::uint8_t axis) {
+  constexpr std::uint16_t kFirstOfAxis = 0x6000;
+  return index < kFirstOfAxis ? index : ObjectOfAxis(index, axis);
+}
+
 /// Transitions of the drive state machine by their CiA 402 numbers, in the order in which they are taken.
 struct DrivePath {
   static constexpr std::size_t kMax = 8;

@@ -1,5 +1,7 @@
 #include "analyzers/result/finding.h"
 
+#include <algorithm>
+
 #include "decoder/device/source_documents.h"
 
 namespace ecaudit {
@@ -7,6 +9,32 @@ namespace ecaudit {
 Reference ReferenceTo(std::string_view source) {
   const device::Citation citation = device::FirstCitation(source);
   return {std::string(citation.key), std::string(citation.section)};
+}
+
+Finding Found(const FindingKind& kind, SlaveId slave, const FrameRef& first) {
+  Finding finding;
+  finding.kind = &kind;
+  finding.slave = slave;
+  finding.first = first;
+  return finding;
+}
+
+bool Finding::Has(const NoteKind& note) const {
+  return std::any_of(notes.begin(), notes.end(), [&](const Note& own) { return own.kind == &note; });
+}
+
+std::string IdentityOf(const Finding& finding) {
+  if (finding.kind == nullptr) return {};
+  std::string identity(finding.kind->name);
+  if (finding.axis != 0) identity += " axis=" + std::to_string(finding.axis + 1);
+  std::string_view names = finding.kind->identity;
+  while (!names.empty()) {
+    const std::string_view name = names.substr(0, names.find(' '));
+    names.remove_prefix(std::min(names.size(), name.size() + 1));
+    const Value* value = finding.arguments.Find(name);
+    if (value != nullptr) identity += " " + std::string(name) + "=" + KeyOf(*value);
+  }
+  return identity;
 }
 
 }  // namespace ecaudit

@@ -1,13 +1,16 @@
-/// What a rule reports. A finding is ids, numbers and short texts; the writers in cli/report make lines and JSON of it.
+/// What a rule reports: ids and typed values, no sentences. cli/report/sentences.h makes title and message of it.
 #pragma once
 
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
 #include "analyzers/options/severity.h"
+#include "analyzers/result/finding_kind.h"
+#include "analyzers/result/reason.h"
 #include "decoder/base/ids.h"
 
 namespace ecaudit {
@@ -37,11 +40,24 @@ struct Reference {
 using FindingIndex = std::uint32_t;
 inline constexpr FindingIndex kNoFinding = 0xFFFFFFFF;
 
+/// Slaves that share one finding of the bus (judge/one_for_many.h).
+struct AffectedSlaves {
+  std::uint64_t number = 0;        ///< 0: it is about one slave, or the bus
+  std::string first;               ///< label of the slave that the arguments are about
+  std::vector<std::string> named;  ///< labels, bounded
+  std::string positions;           ///< "0-3, 7"
+};
+
 struct Finding {
   std::string_view rule;  ///< id in the catalogue; the string lives as long as the program
   Severity severity = Severity::kInfo;
-  std::string title;         ///< one line without slave and frame: "SAFEOP refused with AL status code 0x001d"
-  std::string message;       ///< what happened, observed and expected values, what the manual says, what to do
+  const FindingKind* kind = nullptr;  ///< which of the rule's; set until the finding is reported
+  Arguments arguments;
+  std::vector<Note> notes;
+  std::uint8_t axis = 0;  ///< of a drive with several, the first is 0
+  AffectedSlaves affected;
+  std::string title;         ///< of findings without a kind
+  std::string message;       ///< likewise
   SlaveId slave = kNoSlave;  ///< kNoSlave: the whole bus
   FrameRef first;            ///< the frame that shows it
   FrameRef last;             ///< last repetition, same as first when count is 1
@@ -51,15 +67,36 @@ struct Finding {
   Confidence confidence = Confidence::kObserved;
   std::vector<Evidence> evidence;
   Reference reference;
+
+  Finding& Set(std::string_view name, Value value) {
+    arguments.Set(name, std::move(value));
+    return *this;
+  }
+  Finding& Add(const NoteKind& note, Arguments of_note = {}) {
+    notes.push_back({&note, std::move(of_note)});
+    return *this;
+  }
+  [[nodiscard]] bool Is(std::string_view of_rule, std::string_view of_kind) const {
+    return rule == of_rule && kind != nullptr && kind->name == of_kind;
+  }
+  [[nodiscard]] bool Has(const NoteKind& note) const;
 };
+
+/// A finding to be filled and reported.
+[[nodiscard]] Finding Found(const FindingKind& kind, SlaveId slave, const FrameRef& first);
+
+/// What tells two findings of one rule and slave apart in all captures of one machine: kind, axis and the identity
+/// arguments, without texts, counts, times and frames. "refused requested=4 al_status_code=29".
+[[nodiscard]] std::string IdentityOf(const Finding& finding);
 
 /// A rule that could not be judged for a slave or the bus, and why. One entry per rule, slave and reason.
 struct NotEvaluable {
   std::string_view rule;
   SlaveId slave = kNoSlave;  ///< kNoSlave: the whole bus
-  std::string reason;        ///< "AL state not known: the capture starts in operation", without a full stop
-  FrameNo first_frame = 0;   ///< first occasion; 0 when it holds for the whole capture
+  Reason reason;
+  FrameNo first_frame = 0;  ///< first occasion; 0 when it holds for the whole capture
   std::uint64_t occasions = 1;
+  std::uint64_t slaves = 0;  ///< > 0: the entry stands for so many slaves that are not named
 };
 
 }  // namespace ecaudit

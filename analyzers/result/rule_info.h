@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string_view>
 
 #include "analyzers/result/finding.h"
@@ -42,6 +43,12 @@ struct RuleInfo {
   std::string_view title;   ///< one line, present tense, no full stop
   std::string_view needs;   ///< what must be known before it can be judged
   std::string_view source;  ///< document and section it rests on
+  /// The sentences: all kinds of findings it reports, and all notes it adds to findings.
+  std::span<const FindingKind* const> kinds = {};
+  std::span<const NoteKind* const> notes = {};
+  /// Rules that have to hear each event, and finish, before this one: it looks at what they found. Nothing else may
+  /// depend on the order of rules.
+  std::span<const std::string_view> after = {};
   /// Markdown with the headings What it checks, Why it matters, How it is decided, Example, What to do
   std::string_view doc;
 };

@@ -6,11 +6,24 @@
 
 namespace ecaudit {
 
-std::string CodeText(std::uint16_t code, const device::DeviceDescription& family) {
+namespace {
+
+std::string CodeName(std::uint16_t code, const device::DeviceDescription& family) {
   const device::AlStatusCode* entry = family.al_status_code(code);
   std::string name = entry != nullptr ? entry->name : std::string(esc::AlStatusCodeName(code));
   if (name.empty() && family.al.vendor_codes_from && code >= *family.al.vendor_codes_from) name = "vendor specific";
+  return name;
+}
+
+}  // namespace
+
+std::string CodeText(std::uint16_t code, const device::DeviceDescription& family) {
+  const std::string name = CodeName(code, family);
   return Hex(code) + (name.empty() ? "" : " (" + name + ")");
+}
+
+Value CodeValue(std::uint16_t code, const device::DeviceDescription& family) {
+  return arg::Code(code, CodeName(code, family));
 }
 
 bool JudgedByStandard(const device::DeviceDescription& family) {
@@ -43,6 +56,12 @@ std::string RequestText(const model::AlRequestRecord& request) {
 
 std::uint64_t RequestKey(const model::AlRequestRecord& request) {
   return static_cast<std::uint64_t>(request.from) << 8U | request.control.state();
+}
+
+void SetRepetition(Finding& finding, const model::AlRequestRecord& request) {
+  if (request.repetitions == 0) return;
+  finding.Set("times", arg::Count(request.repetitions + 1, "time"));
+  finding.Set("last_request_frame", arg::Frame(request.last.number));
 }
 
 std::string RepetitionText(const model::AlRequestRecord& request) {

@@ -5,12 +5,15 @@
 #include <string>
 
 #include "analyzers/model/model_events.h"
+#include "analyzers/result/finding.h"
 #include "decoder/device/device_description.h"
 
 namespace ecaudit {
 
 /// "0x001d invalid output configuration": the family's name for the code, else the standard's.
 [[nodiscard]] std::string CodeText(std::uint16_t code, const device::DeviceDescription& family);
+/// The same as a value of a finding.
+[[nodiscard]] Value CodeValue(std::uint16_t code, const device::DeviceDescription& family);
 /// True when the profile brings no AL table of its own.
 [[nodiscard]] bool JudgedByStandard(const device::DeviceDescription& family);
 /// "The EtherCAT standard", "The manual of Kollmorgen AKD, manual ...": what the slave is judged by, to begin a
@@ -24,6 +27,8 @@ namespace ecaudit {
 [[nodiscard]] std::string RequestText(const model::AlRequestRecord& request);
 /// Distinguishes requests by what they ask and where from, to fold repetitions.
 [[nodiscard]] std::uint64_t RequestKey(const model::AlRequestRecord& request);
+/// Sets {times} and {last_request_frame} where the request was written more than once.
+void SetRepetition(Finding& finding, const model::AlRequestRecord& request);
 /// " (written 4 times up to frame 812)", empty when it was written once.
 [[nodiscard]] std::string RepetitionText(const model::AlRequestRecord& request);
 

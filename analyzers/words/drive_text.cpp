@@ -1,6 +1,7 @@
 #include "analyzers/words/drive_text.h"
 
 #include <algorithm>
+#include <map>
 
 #include "analyzers/objects/relatives.h"
 #include "decoder/base/text.h"
@@ -35,12 +36,6 @@ const device::FaultObject* FaultObjectOf(const device::DeviceDescription& family
   const auto& objects = family.drive->fault_objects;
   const auto found = std::find_if(objects.begin(), objects.end(), [&](const auto& row) { return row.index == index; });
   return found == objects.end() ? nullptr : &*found;
-}
-
-/// What the object is called in this axis.
-std::string FaultObjectName(std::uint16_t index, std::uint8_t axis) {
-  constexpr std::uint16_t kFirstOfAxis = 0x6000;  // objects before are the device's
-  return ObjectName(index < kFirstOfAxis ? index : model::ObjectOfAxis(index, axis));
 }
 
 /// The row with the drive's own number, "F401".
@@ -97,6 +92,30 @@ std::string StateText(std::optional<device::DriveState> state) {
   return state ? std::string(device::DriveStateName(*state)) : "unknown";
 }
 
+Value StateValue(std::optional<device::DriveState> state) {
+  static const auto words = [] {
+    std::map<device::DriveState, Word> all;
+    for (int i = 0; i <= static_cast<int>(device::DriveState::kFault); ++i) {
+      const auto each = static_cast<device::DriveState>(i);
+      all[each] = Word{device::DriveStateName(each), device::DriveStateName(each)};
+    }
+    return all;
+  }();
+  static constexpr Word kUnknown{"unknown", "an unknown state"};
+  const auto found = state ? words.find(*state) : words.end();
+  return arg::Of(found == words.end() ? kUnknown : found->second);
+}
+
+Value ModeValue(const device::DeviceDescription& family, std::int8_t value) {
+  const device::OperationMode* mode = family.drive ? family.drive->FindMode(value) : nullptr;
+  return arg::Number(value, mode == nullptr ? std::string_view() : std::string_view(mode->name));
+}
+
+Value WayValue(bool by_sdo) {
+  static constexpr Word kSdo{"sdo", "SDO"}, kProcessData{"process-data", "process data"};
+  return arg::Of(by_sdo ? kSdo : kProcessData);
+}
+
 std::string StateChangeText(const model::DriveStateChanged& event) {
   std::string text = event.from ? StateText(event.from) + " -> " : "";
   text += event.to ? StateText(event.to) : "no known state";
@@ -112,8 +131,9 @@ std::string ModeText(const DriveProfile& drive, std::int8_t value) {
 
 std::string FaultText(const device::DeviceDescription& family, const model::DriveFaultExplained& event) {
   using Source = model::DriveFaultExplained::Source;
-  std::string text =
-      event.source == Source::kEmergency ? "emergency " : "object " + FaultObjectName(event.object, event.axis) + ": ";
+  std::string text = event.source == Source::kEmergency
+                         ? "emergency "
+                         : "object " + ObjectName(model::ObjectForAxis(event.object, event.axis)) + ": ";
   if (event.source == Source::kFaultNumber) {
     const device::FaultObject* object = FaultObjectOf(family, event.object);
     const std::string id = (object == nullptr ? "" : object->prefix) + std::to_string(event.code);
@@ -133,25 +153,6 @@ std::string FaultText(const device::DeviceDescription& family, const model::Driv
     if (info.inferred) text += kByRelative;
   }
   return text;
-}
-
-std::string FaultObjectsText(const device::DriveProfile& drive, std::uint8_t axis) {
-  std::string text;
-  for (std::size_t i = 0; i < drive.fault_objects.size(); ++i) {
-    if (i > 0) text += i + 1 == drive.fault_objects.size() ? " and " : ", ";
-    text += FaultObjectName(drive.fault_objects[i].index, axis);
-  }
-  return text;
-}
-
-std::string FaultObjectToRead(const device::DriveProfile& drive, std::uint8_t axis) {
-  const auto& objects = drive.fault_objects;
-  if (objects.empty()) return "";
-  const auto history = std::find_if(objects.begin(), objects.end(), [](const device::FaultObject& object) {
-    return object.kind == device::FaultValue::kErrorHistory;
-  });
-  const device::FaultObject& object = history == objects.end() ? objects.front() : *history;
-  return FaultObjectName(object.index, axis) + ":" + std::to_string(object.subindex);
 }
 
 std::vector<std::string> SetBits(const std::vector<device::WordBit>& bits, std::uint16_t word,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "analyzers/model/drive_events.h"
+#include "analyzers/result/argument.h"
 #include "decoder/device/device_description.h"
 
 namespace ecaudit {
@@ -23,14 +24,16 @@ namespace ecaudit {
 [[nodiscard]] std::string StateChangeText(const model::DriveStateChanged& event);
 /// "Fault"; "unknown".
 [[nodiscard]] std::string StateText(std::optional<device::DriveState> state);
+/// As a value of a finding; "unknown" has the code of that name.
+[[nodiscard]] Value StateValue(std::optional<device::DriveState> state);
+/// The mode with its name, where the family has one.
+[[nodiscard]] Value ModeValue(const device::DeviceDescription& family, std::int8_t value);
+/// "process data" or "SDO": how a word came.
+[[nodiscard]] Value WayValue(bool by_sdo);
 /// "7 (Interpolated position)"; the bare number where the family has no name for it.
 [[nodiscard]] std::string ModeText(const device::DriveProfile& drive, std::int8_t value);
 /// "emergency 0x7305 F401 Failed to set feedback type", "object 1003h: 0x7305 ...".
 [[nodiscard]] std::string FaultText(const device::DeviceDescription& family, const model::DriveFaultExplained& event);
-/// The objects of the family that say why the drive is in a fault: "603Fh and 1003h"; empty where it has none.
-[[nodiscard]] std::string FaultObjectsText(const device::DriveProfile& drive, std::uint8_t axis);
-/// The one of them to read first: the error history where there is one, "1003h:1"; empty where it has none.
-[[nodiscard]] std::string FaultObjectToRead(const device::DriveProfile& drive, std::uint8_t axis);
 /// Names of the bits that are set; control word bits 4 to 6 as the mode of operation calls them.
 [[nodiscard]] std::vector<std::string> SetBits(const std::vector<device::WordBit>& bits, std::uint16_t word,
                                                const device::ModeBits* mode = nullptr);

@@ -11,7 +11,7 @@
 #include "cli/output_file.h"
 #include "cli/output_plan.h"
 #include "cli/report/diff_writer.h"
-#include "cli/report/fingerprint.h"
+#include "cli/report/sentences.h"
 #include "cli/version.h"
 
 namespace ecaudit::cli {
@@ -59,7 +59,7 @@ class DiffCommand : public Command {
 
     const AnalysisResult& a = both.captures[0].result;
     const AnalysisResult& b = both.captures[1].result;
-    const diff::CaptureDiff differences = diff::Compare(a, b, &report::WithoutCounts);
+    const diff::CaptureDiff differences = diff::Compare(a, b, &report::TitleOf);
     if (!differences.compared && !differences.different()) {
       std::string why = "nothing to compare: " + run_.jobs()[0].name() + " and " + run_.jobs()[1].name() +
                         " show no start-up and no configuration of the same slave";

@@ -7,6 +7,7 @@
 #include "analyzers/options/options.h"
 #include "analyzers/result/analysis_result.h"
 #include "analyzers/result/rule_info.h"
+#include "cli/report/sentences.h"
 #include "cli/report/text_writer.h"
 #include "cli/suggest.h"
 #include "decoder/base/text.h"
@@ -26,13 +27,13 @@ std::string InFrame(FrameNo frame) {
 std::string Head(const AnalysisResult& result, std::size_t index) {
   const Finding& f = result.findings[index];
   return Id(index) + " " + std::string(Name(f.severity)) + " " + std::string(f.rule) + ", " +
-         report::SlaveLabel(result, f.slave) + ": " + Printable(f.title);
+         report::SlaveLabel(result, f.slave) + ": " + report::TitleOf(f);
 }
 
 std::string FullText(const AnalysisResult& result, std::size_t index) {
   const Finding& f = result.findings[index];
   std::string text = InFrame(f.first.number) + ": " + Head(result, index);
-  if (!f.message.empty()) text += "\n" + Printable(f.message);
+  if (const std::string message = report::MessageOf(f); !message.empty()) text += "\n" + message;
   if (f.caused_by < result.findings.size()) {
     text += "\nConsequence of " + Head(result, f.caused_by);
     const FrameNo frame = result.findings[f.caused_by].first.number;

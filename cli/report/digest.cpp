@@ -5,7 +5,9 @@
 #include "analyzers/result/every_slave.h"
 #include "analyzers/result/misses_packets.h"
 #include "cli/report/finding_order.h"
+#include "cli/report/fingerprint.h"
 #include "cli/report/layout.h"
+#include "cli/report/sentences.h"
 #include "cli/report/times.h"
 #include "cli/report/wireshark_filter.h"
 #include "decoder/base/text.h"
@@ -17,8 +19,12 @@ FindingDigest DigestOf(const Finding& finding, const AnalysisResult& result) {
   FindingDigest out;
   out.rule = finding.rule;
   out.severity = finding.severity;
-  out.title = PrintableLines(finding.title);
-  out.message = PrintableLines(finding.message);
+  const Sentences sentences = SentencesOf(finding);
+  if (finding.kind != nullptr) out.kind = finding.kind->name;
+  out.identity = IdentityText(finding);
+  out.title = PrintableLines(sentences.title);
+  out.message = PrintableLines(MessageOf(finding));
+  out.next = PrintableLines(sentences.next);
   out.place = "bus";
   if (const SlaveSummary* slave = result.slave(finding.slave)) {
     out.slave = slave->position;
@@ -55,8 +61,9 @@ std::string TitleAndFrame(const FindingDigest& f) {
 
 /// Said by the rules that could not be judged for it.
 bool MissesPackets(const CaptureDigest& capture) {
-  return std::any_of(capture.not_judged.begin(), capture.not_judged.end(),
-                     [](const NotJudged& entry) { return entry.reason.starts_with(kSaysItMissesPackets); });
+  return std::any_of(capture.not_judged.begin(), capture.not_judged.end(), [](const NotJudged& entry) {
+    return entry.code == Name(ReasonCode::kMissesPackets) || entry.reason.starts_with(kSaysItMissesPackets);
+  });
 }
 
 }  // namespace
@@ -96,7 +103,8 @@ CaptureDigest DigestOf(const CaptureReport& capture) {
   for (const NotEvaluable& entry : result.not_evaluable) {
     const SlaveSummary* slave = result.slave(entry.slave);
     out.not_judged.push_back({std::string(entry.rule), slave == nullptr ? std::nullopt : std::optional(slave->position),
-                              PrintableLines(entry.reason), entry.slave == kEverySlave});
+                              PrintableLines(TextOf(entry)), entry.slave == kEverySlave,
+                              std::string(Name(entry.reason.code))});
   }
   for (const RuleCoverage& rule : result.coverage) {
     out.coverage.push_back({std::string(rule.rule), CountOf(rule), std::string(WhyNotApplicable(rule))});

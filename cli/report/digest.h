@@ -23,8 +23,11 @@ namespace ecaudit::report {
 struct FindingDigest {
   std::string rule;
   Severity severity = Severity::kInfo;
+  std::string kind;      ///< which of the rule's; empty in reports of the first versions
+  std::string identity;  ///< IdentityOf(Finding): the same in all captures of one machine
   std::string title;
-  std::string message;
+  std::string message;            ///< with the next step
+  std::string next;               ///< what to do; may be empty
   std::optional<SlavePos> slave;  ///< position; nothing for the whole bus
   std::optional<StationAddress> station_address;
   std::string place;       ///< "slave 0 (AKD, 0x1001)", "bus"
@@ -53,6 +56,7 @@ struct NotJudged {
   std::optional<SlavePos> slave;  ///< position; nothing for the whole bus, and for all slaves alike
   std::string reason;
   bool every_slave = false;  ///< it holds for each slave
+  std::string code;          ///< "not-in-capture"; empty in reports of the first versions
   auto operator<=>(const NotJudged&) const = default;
 };
 

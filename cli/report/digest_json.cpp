@@ -150,6 +150,9 @@ FindingDigest ReadFinding(JsonValue json, SlaveTexts& slaves, Fields& fields) {
   const std::optional<Severity> severity = ParseSeverity(fields.Text(json, "severity"));
   if (!severity) fields.Fail("severity");
   f.severity = severity.value_or(Severity::kError);
+  if (json.member("kind").there()) f.kind = fields.TextOrNull(json, "kind");
+  if (json.member("identity").there()) f.identity = fields.TextOrNull(json, "identity");
+  if (json.member("next_step").there()) f.next = fields.TextOrNull(json, "next_step");
   f.title = fields.Text(json, "title");
   f.message = fields.Text(json, "message");
   f.slave = fields.WordOrNull(json, "slave");
@@ -259,7 +262,8 @@ CaptureDigest ReadCapture(JsonValue json, Fields& fields) {
   for (const JsonValue entry : fields.Array(json, "not_evaluable")) {
     out.not_judged.push_back({fields.Text(entry, "rule"), fields.WordOrNull(entry, "slave"),
                               fields.Text(entry, "reason"),
-                              entry.member("scope").there() && fields.Text(entry, "scope") == "all-slaves"});
+                              entry.member("scope").there() && fields.Text(entry, "scope") == "all-slaves",
+                              entry.member("code").there() ? fields.Text(entry, "code") : std::string()});
   }
   ReadCoverage(json, out, fields);
   return out;

@@ -3,12 +3,19 @@
 #include <algorithm>
 #include <array>
 
+#include "cli/report/layout.h"
+#include "cli/report/sentences.h"
 #include "decoder/base/wrapping.h"
 
 namespace ecaudit::report {
 
 Fingerprint FingerprintOf(const FindingDigest& finding) {
-  return {finding.rule, finding.slave, WithoutCounts(finding.title)};
+  return {finding.rule, finding.slave, finding.identity.empty() ? WithoutCounts(finding.title) : finding.identity};
+}
+
+std::string IdentityText(const Finding& finding) {
+  return finding.kind == nullptr ? WithoutCounts(PrintableLines(TitleOf(finding)))
+                                 : PrintableLines(IdentityOf(finding));
 }
 
 std::string WithoutCounts(std::string_view title) {

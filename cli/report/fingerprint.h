@@ -15,12 +15,14 @@ namespace ecaudit::report {
 struct Fingerprint {
   std::string rule;
   std::optional<SlavePos> slave;  ///< position; nothing for the whole bus
-  std::string title;              ///< printable, counting numbers as '#'
+  std::string identity;           ///< kind and what tells it apart: IdentityOf(Finding)
 
   auto operator<=>(const Fingerprint&) const = default;
 };
 
 [[nodiscard]] Fingerprint FingerprintOf(const FindingDigest& finding);
+/// IdentityOf(), printable.
+[[nodiscard]] std::string IdentityText(const Finding& finding);
 
 /// `title` with each decimal number replaced by '#': "4 frames of 181 never came back" is the same fault as "7 frames
 /// of 900 ...". Kept are numbers that name something: behind "port" or "state", and those inside words ("0x001d",

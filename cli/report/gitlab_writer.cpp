@@ -76,7 +76,7 @@ std::string WriteGitlab(const Digest& digest, std::string_view folder) {
       if (f.frame != 0) description += " (frame " + std::to_string(f.frame) + ")";
       const std::string slave = f.slave ? std::to_string(*f.slave) : "bus";
       list.Add(capture.path, {f.rule, description, f.message == f.title ? "" : f.message,
-                              f.rule + "\n" + slave + "\n" + FingerprintOf(f).title, SeverityName(f.severity),
+                              f.rule + "\n" + slave + "\n" + FingerprintOf(f).identity, SeverityName(f.severity),
                               std::max<std::uint64_t>(f.line, 1)});
     }
     for (const std::string& missing : capture.unmet) {

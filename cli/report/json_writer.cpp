@@ -8,8 +8,11 @@
 #include "analyzers/result/every_slave.h"
 #include "cli/report/alike_steps.h"
 #include "cli/report/coverage_tally.h"
+#include "cli/report/fingerprint.h"
 #include "cli/report/json_sections.h"
 #include "cli/report/json_text.h"
+#include "cli/report/notation.h"
+#include "cli/report/sentences.h"
 #include "cli/report/times.h"
 #include "cli/report/wireshark_filter.h"
 #include "decoder/base/text.h"
@@ -223,6 +226,64 @@ void PutEvidence(JsonObject& out, const std::vector<Evidence>& evidence) {
   }
 }
 
+/// A value as programs read it.
+void PutValue(JsonObject& out, const std::string& name, const Value& value) {
+  switch (value.type) {
+    case Value::Type::kReal:
+      return out.Put(name, value.real);
+    case Value::Type::kDuration: {
+      if (value.unit == "ns") return out.Put(name, value.number);
+      const double divisor = value.unit == "ms" ? 1e6 : 1e3;
+      return out.Put(name, static_cast<double>(value.number) / divisor);
+    }
+    case Value::Type::kFlag:
+      return out.Put(name, value.number != 0);
+    case Value::Type::kWord:
+      return out.Text(name, value.word->code);
+    case Value::Type::kText:
+    case Value::Type::kBytes:
+    case Value::Type::kObject:
+    case Value::Type::kAlState:
+    case Value::Type::kSlave:
+      return out.Text(name, TextOf(value, Form::kNumber));
+    case Value::Type::kList:
+      return out.Text(name, TextOf(value));
+    default:
+      return out.Put(name, value.number);
+  }
+}
+
+void PutArguments(JsonObject& out, const Arguments& arguments) {
+  for (const Argument& argument : arguments) {
+    out.Object(argument.name, [&](JsonObject& json) {
+      json.Put("type", Name(argument.value.type));
+      PutValue(json, "value", argument.value);
+      json.Text("text", TextOf(argument.value));
+    });
+  }
+}
+
+void PutNote(JsonObject& out, const Note& note) {
+  out.Put("kind", note.kind->name);
+  out.Object("arguments", [&](JsonObject& json) { PutArguments(json, note.arguments); });
+}
+
+/// Which axis, and which slaves.
+void PutPlaces(JsonObject& out, const Finding& f) {
+  if (f.axis != 0) out.Put("axis", f.axis + 1);
+  if (f.affected.number > 0) {
+    out.Put("slaves", f.affected.number);
+    out.Text("positions", f.affected.positions);
+  }
+}
+
+void PutArgumentsAsEvidence(JsonObject& out, const Finding& f) {
+  for (const Argument& argument : f.arguments) {
+    if (argument.value.type != Value::Type::kFlag) PutValue(out, std::string(argument.name), argument.value);
+  }
+  PutPlaces(out, f);
+}
+
 void PutFinding(JsonObject& out, const CaptureReport& capture, std::size_t index) {
   const AnalysisResult& result = capture.result;
   const Finding& f = result.findings[index];
@@ -231,8 +292,12 @@ void PutFinding(JsonObject& out, const CaptureReport& capture, std::size_t index
   out.Put("id", FindingId(index));
   out.Put("rule", f.rule);
   out.Put("severity", Name(f.severity));
-  out.Text("title", f.title);
-  out.Text("message", f.message);
+  const Sentences sentences = SentencesOf(f);
+  out.TextOrNull("kind", f.kind == nullptr ? std::string_view() : f.kind->name);
+  out.Text("identity", IdentityText(f));
+  out.Text("title", sentences.title);
+  out.Text("message", MessageOf(f));
+  out.TextOrNull("next_step", sentences.next);
   out.Put("slave", slave == nullptr ? JsonScalar(nullptr) : slave->position);
   out.Put("station_address", slave == nullptr ? JsonScalar(nullptr) : slave->station_address);
   out.Frame("frame", f.first);
@@ -244,7 +309,16 @@ void PutFinding(JsonObject& out, const CaptureReport& capture, std::size_t index
   out.Values("related_frames", f.related_frames);
   out.TextOrNull("caused_by", caused ? FindingId(f.caused_by) : "");
   out.Put("confidence", f.confidence == Confidence::kObserved ? "observed" : "inferred");
-  out.Object("evidence", [&](JsonObject& json) { PutEvidence(json, f.evidence); });
+  if (f.kind != nullptr) out.Object("arguments", [&](JsonObject& json) { PutArguments(json, f.arguments); });
+  if (!f.notes.empty()) out.List("notes", f.notes, &PutNote);
+  out.Object("evidence", [&](JsonObject& json) {
+    if (f.kind != nullptr) {
+      PutArgumentsAsEvidence(json, f);
+    } else {
+      PutEvidence(json, f.evidence);
+      PutPlaces(json, f);
+    }
+  });
   out.Object("reference", [&](JsonObject& json) {
     json.TextOrNull("document", f.reference.document);
     json.TextOrNull("section", f.reference.section);
@@ -262,7 +336,9 @@ void PutNotEvaluable(JsonObject& out, const AnalysisResult& result, const NotEva
   out.Put("rule", entry.rule);
   out.Put("slave", slave == nullptr ? JsonScalar(nullptr) : slave->position);
   out.Put("scope", slave != nullptr ? "slave" : entry.slave == kEverySlave ? "all-slaves" : "bus");
-  out.Text("reason", entry.reason);
+  out.Text("reason", TextOf(entry));
+  out.Put("code", Name(entry.reason.code));
+  out.TextOrNull("what", entry.reason.what == nullptr ? std::string_view() : entry.reason.what->code);
   out.Frame("first_frame", entry.first_frame);
   out.Put("occasions", entry.occasions);
 }

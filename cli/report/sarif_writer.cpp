@@ -197,7 +197,7 @@ class SarifWriter {
     if (f.frame != 0) text += " (frame " + std::to_string(f.frame) + ")";
     text += ".";
     if (!f.message.empty()) text += " " + f.message;
-    const std::string identity = f.rule + "\n" + slave + "\n" + fingerprint.title;
+    const std::string identity = f.rule + "\n" + slave + "\n" + fingerprint.identity;
     out.Put("ruleId", f.rule);
     out.Put("ruleIndex", RuleIndex(f.rule));
     out.Put("level", Level(f.severity));

@@ -36,11 +36,12 @@ void AddCause(const Digest& digest, std::size_t place,
   if (!main) return;
   const FindingDigest& root = capture.findings[main->root];
   const Fingerprint fingerprint = FingerprintOf(root);
-  const auto [entry, first] = causes.try_emplace({fingerprint.rule, fingerprint.title});
+  const auto [entry, first] = causes.try_emplace({fingerprint.rule, fingerprint.identity});
   CauseGroup& group = entry->second;
   if (first) {
     group.rule = fingerprint.rule;
-    group.title = fingerprint.title;
+    group.identity = fingerprint.identity;
+    group.title = root.title;
     group.example = main->root;
   }
   group.severity = std::max(group.severity, capture.findings[main->worst].severity);

@@ -28,12 +28,13 @@ struct RuleTally {
   std::size_t first_finding = 0;  ///< ... and in its findings
 };
 
-/// Captures whose first cause is the same fault, wherever on the bus: rule and title without counts are equal. Of each
+/// Captures whose first cause is the same fault, wherever on the bus: rule and identity are equal. Of each
 /// capture the cause counts that is read first, known findings left out.
 struct CauseGroup {
   std::string rule;
   Severity severity = Severity::kInfo;  ///< the worst that occurs
-  std::string title;                    ///< counting numbers as '#'
+  std::string identity;                 ///< Fingerprint::identity
+  std::string title;                    ///< of the first capture's
   std::vector<std::size_t> captures;    ///< places in Digest::captures
   std::string first_time, last_time;    ///< when the captures begin, ISO 8601 UTC; empty when unknown
   std::vector<std::string> products;    ///< of the slaves, each once, sorted

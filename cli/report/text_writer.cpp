@@ -11,6 +11,8 @@
 #include "cli/report/digest.h"
 #include "cli/report/finding_order.h"
 #include "cli/report/layout.h"
+#include "cli/report/notation.h"
+#include "cli/report/sentences.h"
 #include "cli/report/times.h"
 #include "cli/report/topology_text.h"
 #include "cli/report/verdict_line.h"
@@ -463,7 +465,12 @@ class CaptureText {
       text_.Line(head, indent);
       text_.Paragraph(label + place, indent + 4);
     }
-    text_.Paragraph(OneLine(f.title), indent + 4);
+    text_.Paragraph(OneLine(TitleOf(f)), indent + 4);
+  }
+
+  /// Frames stand in "see also", and flags only choose words.
+  [[nodiscard]] static bool IsShownAsEvidence(const Value& value) {
+    return value.type != Value::Type::kFlag && value.type != Value::Type::kFrame;
   }
 
   [[nodiscard]] std::string Place(const Finding& f) const {
@@ -483,13 +490,19 @@ class CaptureText {
   }
 
   void FindingBody(const Finding& f, std::size_t indent) {
-    if (f.message != f.title) Message(f.message, indent);
+    const Sentences sentences = SentencesOf(f);
+    if (sentences.message != sentences.title) Message(sentences.message, indent);
+    text_.Field("do", OneLine(sentences.next), indent);
     std::string evidence;
-    for (const Evidence& e : f.evidence) {
+    const auto add = [&](std::string_view name, const std::string& value) {
       if (!evidence.empty()) evidence += ", ";
-      std::string item = OneLine(e.name) + " = " + EvidenceText(e);
+      std::string item = OneLine(name) + " = " + value;
       if (Columns(item) <= kKeptTogether) std::replace(item.begin(), item.end(), ' ', kHardSpace);
       evidence += item;
+    };
+    for (const Evidence& e : f.evidence) add(e.name, EvidenceText(e));
+    for (const Argument& argument : f.arguments) {
+      if (IsShownAsEvidence(argument.value)) add(argument.name, OneLine(TextOf(argument.value)));
     }
     text_.Field("evidence", evidence, indent);
     std::string related;
@@ -520,7 +533,7 @@ class CaptureText {
       if (!capture_.IsKnown(i)) continue;
       const Finding& f = result_.findings[i];
       text_.Paragraph("f" + std::to_string(i + 1) + " " + std::string(Name(f.severity)) + " " + std::string(f.rule) +
-                          ", " + SlaveLabel(result_, f.slave) + ", " + Place(f) + ": " + OneLine(f.title) +
+                          ", " + SlaveLabel(result_, f.slave) + ", " + Place(f) + ": " + OneLine(TitleOf(f)) +
                           (capture_.WhyKnown(i).empty() ? "" : " (" + OneLine(capture_.WhyKnown(i)) + ")"),
                       2, 6);
     }
@@ -563,8 +576,8 @@ class CaptureText {
     std::vector<std::pair<std::string, Group>> groups;
     std::map<std::string, std::size_t, std::less<>> index;
     for (const NotEvaluable& entry : result_.not_evaluable) {
-      const auto [at, is_new] = index.try_emplace(entry.reason, groups.size());
-      if (is_new) groups.emplace_back(entry.reason, Group{});
+      const auto [at, is_new] = index.try_emplace(TextOf(entry), groups.size());
+      if (is_new) groups.emplace_back(TextOf(entry), Group{});
       Group& group = groups[at->second].second;
       if (std::find(group.rules.begin(), group.rules.end(), entry.rule) == group.rules.end()) {
         group.rules.push_back(entry.rule);

@@ -193,6 +193,10 @@ std::string Ordinal(std::uint64_t n) {
   return Grouped(n) + ending;
 }
 
+std::string Count(std::uint64_t n, std::string_view noun, std::string_view plural) {
+  return Grouped(n) + " " + std::string(n == 1 ? noun : plural);
+}
+
 std::string Count(std::uint64_t n, std::string_view noun) {
   std::string out = Grouped(n);
   out += ' ';

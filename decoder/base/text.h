@@ -27,6 +27,8 @@ void AppendHexBytes(std::string& out, ByteSpan bytes);
 [[nodiscard]] std::string Duration(std::int64_t ns);
 /// 1 -> "1 frame", 2 -> "2 frames" (adds an s).
 [[nodiscard]] std::string Count(std::uint64_t n, std::string_view noun);
+/// For nouns whose plural is not made by an "s".
+[[nodiscard]] std::string Count(std::uint64_t n, std::string_view noun, std::string_view plural);
 /// "1st", "2nd", "11th".
 [[nodiscard]] std::string Ordinal(std::uint64_t n);
 /// Untrusted `text` as UTF-8 that can never control the reader's terminal. Valid UTF-8 stays. Bytes that belong to none

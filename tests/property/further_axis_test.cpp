@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/analysis.h"
+#include "cli/report/sentences.h"
 #include "decoder/capture/capture_reader.h"
 #include "tests/property/captures.h"
 #include "tests/support/folders.h"
@@ -51,8 +52,9 @@ Judged Judge(const AnalysisResult& result, const std::string& prefix) {
   Judged judged;
   for (const Finding& finding : result.findings) {
     if (!kOfWords.contains(finding.rule)) continue;
-    EXPECT_TRUE(finding.title.starts_with(prefix)) << finding.title;
-    judged.findings.emplace(finding.rule, finding.slave, finding.first.number, finding.title.substr(prefix.size()));
+    const std::string title = report::TitleOf(finding);
+    EXPECT_TRUE(title.starts_with(prefix)) << title;
+    judged.findings.emplace(finding.rule, finding.slave, finding.first.number, title.substr(prefix.size()));
   }
   for (const SlaveSummary& slave : result.slaves) judged.drives += slave.drive && slave.drive->status_word ? 1U : 0U;
   return judged;

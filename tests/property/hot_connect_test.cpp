@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/analysis.h"
+#include "cli/report/sentences.h"
 #include "tests/property/zoo.h"
 
 namespace ecaudit {
@@ -93,7 +94,7 @@ std::string Others(const Story& story, std::size_t slaves, bool left) {
     const bool own = left && (f.rule == "bus-slave-count-changed" || f.rule == "wkc-mismatch");
     if (f.severity == Severity::kInfo || own) continue;
     text += "\n  " + std::string(f.rule) + " slave " + std::to_string(f.slave) + " in frame " +
-            std::to_string(f.first.number) + ": " + f.title;
+            std::to_string(f.first.number) + ": " + report::TitleOf(f);
   }
   if (result.slaves.size() != slaves) text += "\n  slaves: " + std::to_string(result.slaves.size());
   for (const SlaveSummary& slave : result.slaves) {

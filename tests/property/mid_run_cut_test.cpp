@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/analysis.h"
+#include "cli/report/sentences.h"
 #include "decoder/capture/capture_reader.h"
 #include "tests/property/captures.h"
 #include "tests/support/folders.h"
@@ -86,8 +87,9 @@ void CheckCuts(const fs::path& path, const std::vector<double>& shares) {
       if (finding.confidence != Confidence::kObserved || finding.severity == Severity::kInfo) continue;
       if (finding.rule.starts_with("capture-")) continue;  // about the file, which is not cut
       if (HasOtherIdentity(whole, cut, finding) || StandsSince(whole, cut, finding)) continue;
-      EXPECT_TRUE(IsIn(whole, cut, finding)) << path.filename() << " from frame " << first << ": " << finding.rule
-                                             << " in frame " << finding.first.number << ": " << finding.title;
+      EXPECT_TRUE(IsIn(whole, cut, finding))
+          << path.filename() << " from frame " << first << ": " << finding.rule << " in frame " << finding.first.number
+          << ": " << report::TitleOf(finding);
     }
   }
 }

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/analysis.h"
+#include "cli/report/sentences.h"
 #include "decoder/capture/capture_reader.h"
 #include "tests/property/captures.h"
 #include "tests/support/folders.h"
@@ -49,7 +50,7 @@ void ExpectSilence(const fs::path& path, const std::string& damage, Rewrite keep
   for (const Finding& finding : AnalyseWithout(path, std::move(keep)).findings) {
     if (finding.rule.starts_with("capture-") || (losses_show && finding.rule == "frame-lost")) continue;
     EXPECT_FALSE(IsObserved(finding)) << path.filename() << ", " << damage << ": " << finding.rule << " in frame "
-                                      << finding.first.number << ": " << finding.title;
+                                      << finding.first.number << ": " << report::TitleOf(finding);
   }
 }
 

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/analysis.h"
+#include "cli/report/sentences.h"
 
 namespace ecaudit {
 namespace {
@@ -41,14 +42,15 @@ std::string Others(const AnalysisResult& result, std::string_view expected = {})
   std::string text;
   for (const Finding& f : result.findings) {
     if (f.severity == Severity::kInfo || f.rule == expected) continue;
-    text += "\n  " + std::string(f.rule) + " in frame " + std::to_string(f.first.number) + ": " + f.title;
+    text += "\n  " + std::string(f.rule) + " in frame " + std::to_string(f.first.number) + ": " + report::TitleOf(f);
   }
   return text;
 }
 
 bool SaysThatFramesAreMissing(const AnalysisResult& result) {
   return std::any_of(result.not_evaluable.begin(), result.not_evaluable.end(), [](const NotEvaluable& n) {
-    return n.reason.find("misses frames") != std::string::npos || n.reason.find("misses packets") != std::string::npos;
+    return n.reason.code == ReasonCode::kMissesPackets || n.reason.code == ReasonCode::kCaptureGap ||
+           report::TextOf(n).find("misses frames") != std::string::npos;
   });
 }
 

@@ -9,10 +9,59 @@
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/words/al_text.h"
-#include "decoder/base/text.h"
+#include "analyzers/words/what.h"
 
 namespace ecaudit::al_refused {
 namespace {
+
+constexpr FindingKind kRefused{
+    .name = "refused",
+    .title = "{requested} refused[ in {state_before}][ with AL status code {al_status_code}]",
+    .message = R"(The master requested {requested} (AL Control {al_control}) in {request_frame}[, {times} up to
+{last_request_frame}]. From {frame} on AL Status is {al_status:number} ({al_status}).[ The AL status code (0x0134) is
+{al_status_code}.][{!al_status_code} The master did not read the AL status code (0x0134), so the reason of the slave is not
+in the capture.][ Later AL status codes: {later_codes}.][ This transition requires: {requirement}.])",
+    .next =
+        R"([{?caused}Correct the cause.][{!caused}[{?no_boot}Do not request {requested}: the slave does not have this
+state. Acknowledge the error (bit 4 of AL Control).][{!no_boot}[{?al_status_code}Check the settings that the AL status code
+names.][{!al_status_code}Read the AL status code (0x0134).] Then acknowledge the error (bit 4 of AL Control) and request
+{requested} again.]])",
+    .identity = "requested state_before al_status_code"};
+
+constexpr FindingKind kNotAcknowledged{
+    .name = "error-stays",
+    .title = "Error in {requested} stays after its acknowledge[, AL status code {al_status_code}]",
+    .message =
+        R"(The master acknowledged the error in {requested} (AL Control {al_control}) in {request_frame}[, {times} up
+to {last_request_frame}]. AL Status in {frame} is still {al_status:number} ({al_status}).[ The AL status code (0x0134) is
+{al_status_code}.][{!al_status_code} The master did not read the AL status code (0x0134), so the reason of the slave is not
+in the capture.][ Later AL status codes: {later_codes}.])",
+    .next = R"([{?caused}Correct the cause.][{!caused}[{?al_status_code}Check the settings that the AL status code
+names.][{!al_status_code}Read the AL status code (0x0134).] Then acknowledge the error again.])",
+    .identity = "requested al_status_code"};
+
+constexpr FindingKind kRefusedOnBus{
+    .name = "refused-on-bus",
+    .title = "{requested} refused by [{?one}the slave][{!one}one or more of {slaves}] (error bit in a broadcast read)",
+    .message =
+        R"(The master requested {requested} in {request_frame}. From {frame} to {last_frame} broadcast reads of AL
+Status show {al_status_of_all}. No error bit was set before the request. A broadcast read does not show which slave refused, nor
+its AL status code.)",
+    .next = "Read six bytes from 0x0130 of each slave.",
+    .identity = "requested"};
+
+constexpr NoteKind kInitCommandsMissing{
+    .name = "init-commands-missing",
+    .text =
+        "The ESI requires these writes before this transition, but the capture does not show them: {commands}[ and "
+        "{more}]."};
+constexpr NoteKind kMayBeOlder{
+    .name = "error-may-be-older",
+    .text =
+        "The error may be older: the master did not read AL Status between the start of the capture and the request."};
+
+constexpr const FindingKind* kKinds[] = {&kRefused, &kNotAcknowledged, &kRefusedOnBus};
+constexpr const NoteKind* kNotes[] = {&kInitCommandsMissing, &kMayBeOlder};
 
 constexpr RuleInfo kInfo{
     .id = "al-refused",
@@ -23,31 +72,38 @@ constexpr RuleInfo kInfo{
     .title = "The slave answers a state request with the error bit",
     .needs = "AL Status after the request; the state before it, to tell the error from an older one",
     .source = "ETG1000.6, AL Status register 0x0130 and AL Status Code register 0x0134",
+    .kinds = kKinds,
+    .notes = kNotes,
     .doc = R"(
 ## What it checks
-Whether a request for a state is answered by the error bit (bit 4 of AL Status 0x0130), and what the AL status code
-(0x0134) says. Further reads of the same error count as repetitions.
+Whether the slave answers a state request with the error bit (bit 4 of AL Status 0x0130), and with which AL status code
+(0x0134). Further reads of the same error count as repetitions.
 
 ## Why it matters
 This is the moment at which a start-up stops: the drive did not follow its master, and the code is its reason.
 
 ## How it is decided
-The error bit appears after a request that the slave took, and was not set before. After an acknowledge it has to appear
-with another code, or stay for 200 ms. Slaves without a processor echo the acknowledge bit of the request; that is no
-error. Where the state before the request was never read, the error may be
-older and the finding is marked inferred. Where the model knows why the slave had to refuse (an illegal transition, a
-wrong sync manager), caused_by names that finding. With an ESI file (--esi) the text names the writes that it asks for
-before the refused state (init commands) and that the capture, which shows the slave's way to PREOP, does not have.
-Where only broadcasts show the error bit behind a request without the acknowledge bit, three times at least, the finding
-belongs to the bus; not where one showed before that all had followed the request, nor where a slave that was read by
-itself shows an error.
+The finding needs an error bit that appears after a request that the slave accepted, and that was not set before.
+
+- After an acknowledge the error must show another code, or stay for 200 ms.
+- Slaves without a processor echo the acknowledge bit. That is no error.
+- If AL Status was not read before the request, the error may be older: the finding is inferred.
+- If the model knows why the slave had to refuse (an illegal transition, a wrong sync manager), caused_by names that finding.
+- With an ESI (--esi), the finding lists the init commands of the ESI that the capture does not show. This needs a capture
+  of the slave's way to PREOP.
+- If only broadcast reads show the error bit, at least three times after a request without the acknowledge bit, the finding
+  belongs to the bus. It is not reported if all slaves had followed before, or if a slave that was read by itself shows an
+  error.
 
 ## Example
 samples/captures/init-to-op-refused.pcapng: OP refused with 0x0011.
 
 ## What to do
-Look at the cause where one is named. Otherwise the AL status code says what the slave checked: 0x0017, 0x001D and
-0x001E sync manager settings against the assigned PDOs, 0x001B missing outputs, 0x0030-0x0037 distributed clocks.
+Correct the cause if the finding names one. Otherwise use the AL status code:
+
+- 0x0017, 0x001D, 0x001E: sync manager settings against the assigned PDOs
+- 0x001B: missing outputs
+- 0x0030 to 0x0037: distributed clocks
 )"};
 
 constexpr std::uint16_t kBootNotSupported = 0x0013;
@@ -68,7 +124,7 @@ class AlRefused final : public Rule {
   /// Which of them it was, and why, broadcasts do not tell.
   void On(const model::BusAlRefused& e) {
     if (MissesPackets(context().pairing())) {
-      NotEvaluable(kNoSlave, kMissesPackets, e.frame.number);
+      NotEvaluable(kNoSlave, ReasonCode::kMissesPackets, e.frame.number);
       return;
     }
     const std::uint64_t key = kOfAll | e.control.raw;
@@ -76,22 +132,15 @@ class AlRefused final : public Rule {
       AddRelated(context().store[repeated], e.request.number);
       return;
     }
-    const std::string state = esc::StateName(e.control.state());
-    const std::string who = e.slaves == 1 ? "The slave" : "One or more of " + std::to_string(e.slaves) + " slaves";
-    Finding finding;
-    finding.first = e.frame;
+    Finding finding = Found(kRefusedOnBus, kNoSlave, e.frame);
     finding.last = e.last;
     finding.count = e.reads;
     AddRelated(finding, e.request.number);
-    finding.title = who + " refused " + state + ", as broadcasts show";
-    finding.message =
-        "The master requested " + state + " in frame " + std::to_string(e.request.number) + "; from frame " +
-        std::to_string(e.frame.number) + " to frame " + std::to_string(e.last.number) +
-        " a broadcast read of AL Status shows " + esc::StatesOfAllText(e.status.raw) +
-        ", and before the request no error bit. Which slave it is and its AL status code, such a read does "
-        "not tell: read six bytes from 0x0130 of each slave.";
-    finding.evidence.push_back(Text("requested", state));
-    finding.evidence.push_back(HexNumber("al_status_of_all", e.status.raw));
+    finding.Set("requested", arg::State(e.control.state()))
+        .Set("slaves", arg::Count(e.slaves, "slave"))
+        .Set("one", arg::Flag(e.slaves == 1))
+        .Set("al_status_of_all", arg::StatusOfAll(e.status.raw))
+        .Set("request_frame", arg::Frame(e.request.number));
     (void)Report(key, std::move(finding));
   }
 
@@ -106,17 +155,13 @@ class AlRefused final : public Rule {
                               static_cast<std::uint64_t>(cause) << 32U;
     FindingIndex index = Repeat(e.slave, key, e.frame);
     if (index == kNoFinding) {
-      Finding finding;
-      finding.slave = e.slave;
-      finding.first = e.frame;
+      Finding finding = Found(IsAcknowledge(e) ? kNotAcknowledged : kRefused, e.slave, e.frame);
       finding.confidence = e.state_before_known ? Confidence::kObserved : Confidence::kInferred;
       finding.caused_by = cause;
       AddRelated(finding, e.request.frame.number);
       index = Report(key, std::move(finding));
       if (index == kNoFinding) return;
-      const device::DeviceDescription& family = *context().slave(e.slave).profile;
-      Told told{e, {}, init_commands_.MissingText(e.slave, family, e.request)};
-      if (told_.emplace(index, std::move(told)).second) Describe(context().store[index], told_[index]);
+      if (reported_.emplace(index, Reported{e, {}}).second) Describe(context().store[index], reported_[index]);
     } else {
       AddRelated(context().store[index], e.request.frame.number);
     }
@@ -125,8 +170,7 @@ class AlRefused final : public Rule {
   }
 
   void On(const model::AlAnswerUnclear& e) {
-    NotEvaluable(e.slave, "the error bit may be older than the request, before which the state was not read",
-                 e.frame.number);
+    NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kAlStateBefore, e.frame.number);
   }
   void On(const model::AlErrorRepeated& e) {
     const FindingIndex index = OpenOf(e.slave);
@@ -144,11 +188,10 @@ class AlRefused final : public Rule {
   void Finish() override { NotEvaluableWhereRequestsAreNotFollowed(); }
 
  private:
-  /// What the text of a finding tells: its first occasion, and the codes read since.
-  struct Told {
+  /// What a finding rests on: its first occasion, and the codes read since.
+  struct Reported {
     model::AlAnswered answer;
     std::vector<std::uint16_t> codes;
-    std::string missing;  ///< init commands of the ESI that were not sent; empty: none
   };
   static constexpr std::size_t kMaxCodes = 4;
   static constexpr std::uint64_t kOfAll = std::uint64_t{1} << 63U;
@@ -158,89 +201,66 @@ class AlRefused final : public Rule {
     if (slave < open_.size()) open_[slave] = kNoFinding;
   }
 
-  void AddCode(FindingIndex index, const FrameRef& frame, std::uint16_t code) {
-    Told& told = told_[index];
-    if (std::find(told.codes.begin(), told.codes.end(), code) != told.codes.end()) return;
-    if (told.codes.size() == kMaxCodes) return;
-    told.codes.push_back(code);
-    Describe(context().store[index], told);
-    AddRelated(context().store[index], frame.number == context().store[index].first.number ? 0 : frame.number);
+  /// It asks for nothing but the end of the error.
+  [[nodiscard]] static bool IsAcknowledge(const model::AlAnswered& e) {
+    return e.request.from == e.request.control.state() && e.request.control.bit4();
   }
 
-  void Describe(Finding& finding, const Told& told) const {
-    const model::AlAnswered& e = told.answer;
+  void AddCode(FindingIndex index, const FrameRef& frame, std::uint16_t code) {
+    Reported& reported = reported_[index];
+    if (std::find(reported.codes.begin(), reported.codes.end(), code) != reported.codes.end()) return;
+    if (reported.codes.size() == kMaxCodes) return;
+    reported.codes.push_back(code);
+    Finding& finding = context().store[index];
+    SetCodes(finding, reported);
+    AddRelated(finding, frame.number == finding.first.number ? 0 : frame.number);
+  }
+
+  void Describe(Finding& finding, const Reported& reported) const {
+    const model::AlAnswered& e = reported.answer;
     const device::DeviceDescription& family = *context().slave(e.slave).profile;
-    const std::string to = esc::StateName(e.request.control.state());
-    const std::string request_frame = std::to_string(e.request.frame.number);
-    const bool only_acknowledge = e.request.from == e.request.control.state() && e.request.control.bit4();
-    if (only_acknowledge) {
-      finding.title = "Error in " + to + " stays after its acknowledge";
-      finding.message = "The master acknowledged the error in " + to + " (AL Control " + Hex(e.request.control.raw) +
-                        ") in frame " + request_frame + RepetitionText(e.request) + "; in frame " +
-                        std::to_string(e.frame.number) + " the slave still shows ";
-    } else {
-      finding.title = (esc::IsAlState(e.request.control.state()) ? to : "Request of " + to) + " refused" +
-                      (e.request.from != 0 ? " in " + esc::StateName(e.request.from) : "");
-      finding.message = "The master requested " + RequestText(e.request) + " in frame " + request_frame +
-                        RepetitionText(e.request) + "; from frame " + std::to_string(e.frame.number) +
-                        " on the slave shows ";
-    }
-    finding.message += esc::StatusText(e.status.raw) + " (AL Status " + Hex(e.status.raw) + "). ";
-    finding.evidence.clear();
-    finding.evidence.push_back(Text("requested", to));
-    if (e.request.from != 0) finding.evidence.push_back(Text("state_before", esc::StateName(e.request.from)));
-    finding.evidence.push_back(HexNumber("al_status", e.status.raw));
-    DescribeCodes(finding, told.codes, family);
+    finding.Set("requested", arg::State(e.request.control.state()));
+    if (e.request.from != 0) finding.Set("state_before", arg::State(e.request.from));
+    finding.Set("al_status", arg::Status(e.status.raw));
+    SetCodes(finding, reported);
     if (e.request.frame.has_time && e.frame.has_time) {
-      finding.evidence.push_back(
-          Real("answered_after_ms", static_cast<double>(e.frame.time - e.request.frame.time) / 1e6));
+      finding.Set("answered_after_ms", arg::Ms(e.frame.time - e.request.frame.time));
     }
-    finding.reference = ReferenceTo(kInfo.source);
-    if (!told.codes.empty()) {
-      const device::AlStatusCode* entry = family.al_status_code(told.codes.front());
-      if (entry != nullptr && !entry->source.empty()) finding.reference = ReferenceTo(entry->source);
-    }
+    finding.Set("al_control", arg::Hex(e.request.control.raw)).Set("request_frame", arg::Frame(e.request.frame.number));
+    SetRepetition(finding, e.request);
     const device::AlTransition* row = e.request.transition;
-    if (row != nullptr && e.request.verdict == model::AlVerdict::kLegal && !row->requirement.empty()) {
-      finding.message += "For this transition the slave needs: " + row->requirement + ". ";
+    if (finding.kind == &kRefused && row != nullptr && e.request.verdict == model::AlVerdict::kLegal &&
+        !row->requirement.empty()) {
+      finding.Set("requirement", arg::Text(row->requirement));
       finding.reference = ReferenceTo(row->source);
     }
-    finding.message += told.missing;
-    finding.message +=
-        finding.caused_by != kNoFinding ? "Correct the cause named first." : Advice(told.codes, to, only_acknowledge);
-    if (!e.state_before_known) {
-      finding.message +=
-          " AL Status was not read between the start of the capture and the request: the error may be older.";
+    InitCommandWatch::Missing missing = init_commands_.MissingBefore(e.slave, family, e.request);
+    if (!missing.commands.empty()) {
+      Arguments arguments{{"commands", arg::List(std::move(missing.commands))}};
+      if (missing.more > 0) arguments.Set("more", arg::Count(missing.more, "other"));
+      finding.Add(kInitCommandsMissing, std::move(arguments));
     }
+    if (!e.state_before_known) finding.Add(kMayBeOlder);
   }
 
-  static void DescribeCodes(Finding& finding, const std::vector<std::uint16_t>& codes,
-                            const device::DeviceDescription& family) {
-    if (codes.empty()) {
-      finding.message += "The AL status code (0x0134) was not read, so the slave's reason is not in the capture. ";
-      return;
+  void SetCodes(Finding& finding, const Reported& reported) const {
+    if (reported.codes.empty()) return;
+    const device::DeviceDescription& family = *context().slave(finding.slave).profile;
+    finding.Set("al_status_code", CodeValue(reported.codes.front(), family));
+    std::vector<Value> later;
+    for (std::size_t i = 1; i < reported.codes.size(); ++i) later.push_back(CodeValue(reported.codes[i], family));
+    if (!later.empty()) finding.Set("later_codes", arg::List(std::move(later)));
+    const device::AlStatusCode* entry = family.al_status_code(reported.codes.front());
+    if (!finding.arguments.Has("requirement") && entry != nullptr && !entry->source.empty()) {
+      finding.reference = ReferenceTo(entry->source);
     }
-    finding.title += " with AL status code " + CodeText(codes.front(), family);
-    finding.message += "AL status code " + CodeText(codes.front(), family);
-    for (std::size_t i = 1; i < codes.size(); ++i) finding.message += ", later " + CodeText(codes[i], family);
-    finding.message += ". ";
-    finding.evidence.push_back(HexNumber("al_status_code", codes.front()));
-  }
-
-  /// What to do about a refusal that is nobody else's fault.
-  static std::string Advice(const std::vector<std::uint16_t>& codes, const std::string& to, bool only_acknowledge) {
-    const bool no_boot = !only_acknowledge && std::find(codes.begin(), codes.end(), kBootNotSupported) != codes.end();
-    if (no_boot) {
-      return "This slave has no " + to +
-             ", so do not request it: acknowledge (bit 4 of AL Control) and go on from the state it is in.";
-    }
-    return std::string(codes.empty() ? "Let the master read the code" : "Check what the code names") + ", then " +
-           (only_acknowledge ? "acknowledge again."
-                             : "acknowledge (bit 4 of AL Control) and request " + to + " again.");
+    const bool no_boot =
+        std::find(reported.codes.begin(), reported.codes.end(), kBootNotSupported) != reported.codes.end();
+    if (no_boot) finding.Set("no_boot", arg::Flag());
   }
 
   std::vector<FindingIndex> open_;  // of each slave: whose repetitions and code are awaited
-  std::map<FindingIndex, Told> told_;
+  std::map<FindingIndex, Reported> reported_;
   InitCommandWatch init_commands_;
 };
 

@@ -101,7 +101,7 @@ class AlTimeout final : public Rule {
   /// Which of them it is, broadcasts do not tell.
   void On(const model::BusAlOverdue& e) {
     if (MissesPackets(context().pairing())) {
-      NotEvaluable(kNoSlave, kMissesPackets, e.frame.number);
+      NotEvaluable(kNoSlave, ReasonCode::kMissesPackets, e.frame.number);
       return;
     }
     const std::uint64_t key = kOfAll | (e.given_up ? kGivenUp : 0) | e.control.raw;

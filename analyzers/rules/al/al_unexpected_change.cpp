@@ -98,7 +98,7 @@ class AlUnexpectedChange final : public Rule {
   }
   void On(const model::BusAlChanged& e) {
     if (MissesPackets(context().pairing())) {
-      NotEvaluable(kNoSlave, kMissesPackets, e.frame.number);
+      NotEvaluable(kNoSlave, ReasonCode::kMissesPackets, e.frame.number);
       return;
     }
     if (e.after_pause && !e.unexplained.bit4()) {
@@ -218,7 +218,7 @@ class AlUnexpectedChange final : public Rule {
     if (e.slave >= open_.size()) open_.resize(static_cast<std::size_t>(e.slave) + 1, kNoFinding);
     open_[e.slave] = kNoFinding;
     if (MissesPackets(context().pairing())) {
-      NotEvaluable(e.slave, kMissesPackets, e.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kMissesPackets, e.frame.number);
       return;
     }
     if (e.after_pause && !e.status.bit4()) {

@@ -53,7 +53,7 @@ class FrameReordered final : public Rule {
     }
     if (pairing.reordered == 0) return;
     if (MissesPackets(pairing)) {
-      NotEvaluable(kNoSlave, kMissesPackets, pairing.first_reordered.number);
+      NotEvaluable(kNoSlave, ReasonCode::kMissesPackets, pairing.first_reordered.number);
       return;
     }
     Finding finding;

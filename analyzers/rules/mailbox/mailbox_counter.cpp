@@ -62,7 +62,7 @@ class MailboxCounter final : public Rule {
     if (m.repeated || (!same && m.counter_step != mailbox::CounterStep::kSkipped)) return;
     if (m.direction == mailbox::Direction::kIn && m.counter_echoes_request) return;
     if (context().network().MayMissBetween(before.frame, m.frame().number)) {
-      NotEvaluable(m.slave, kSilentSince, m.frame().number);
+      NotEvaluable(m.slave, ReasonCode::kCaptureGap, what::kHistory, m.frame().number);
       return;
     }
     const std::uint64_t key = static_cast<std::uint64_t>(m.direction) << 1U | (same ? 1U : 0U);
@@ -106,7 +106,7 @@ class MailboxCounter final : public Rule {
  private:
   void Settle(DeferredFinding&& d) {
     if (MissesPackets(context().pairing())) {
-      NotEvaluable(d.finding.slave, kMissesPackets, d.finding.first.number);
+      NotEvaluable(d.finding.slave, ReasonCode::kMissesPackets, d.finding.first.number);
       return;
     }
     if (Repeat(d.finding.slave, d.key, d.finding.first) == kNoFinding) Report(d.key, std::move(d.finding));

@@ -67,7 +67,7 @@ class MailboxNotActive final : public Rule {
       return;
     }
     if (MissesPackets(context().pairing())) {
-      NotEvaluable(slave, kMissesPackets, frame.number);
+      NotEvaluable(slave, ReasonCode::kMissesPackets, frame.number);
       return;
     }
     const track::Network& network = context().network();
@@ -81,7 +81,7 @@ class MailboxNotActive final : public Rule {
       return;
     }
     if (network.MayMissBetween(learned, frame.number)) {
-      NotEvaluable(slave, kSilentSince, frame.number);
+      NotEvaluable(slave, ReasonCode::kCaptureGap, what::kHistory, frame.number);
       return;
     }
     const std::uint64_t key = init ? 1 : 2;

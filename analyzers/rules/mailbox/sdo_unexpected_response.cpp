@@ -63,7 +63,7 @@ class SdoUnexpectedResponse final : public Rule {
   void On(const mailbox::SdoUnexpected& e) {
     using Reason = mailbox::SdoUnexpected::Reason;
     if (e.request.seen() && context().network().MayMissBetween(e.request.number, e.response.number)) {
-      NotEvaluable(e.slave, kSilentSince, e.response.number);
+      NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kHistory, e.response.number);
       return;
     }
     const std::uint64_t key = static_cast<std::uint64_t>(e.reason) | static_cast<std::uint64_t>(e.index) << 8U |
@@ -113,7 +113,7 @@ class SdoUnexpectedResponse final : public Rule {
  private:
   void Settle(DeferredFinding&& d) {
     if (MissesPackets(context().pairing())) {
-      NotEvaluable(d.finding.slave, kMissesPackets, d.finding.first.number);
+      NotEvaluable(d.finding.slave, ReasonCode::kMissesPackets, d.finding.first.number);
       return;
     }
     if (Repeat(d.finding.slave, d.key, d.finding.first) == kNoFinding) Report(d.key, std::move(d.finding));

@@ -57,7 +57,7 @@ class PdoAssignOrder final : public PdoRule {
     }
     if (*count == 0) return;
     if (context().network().MayMissBetween(object->count.since(), FrameOf(e).number)) {
-      NotEvaluable(e.slave, kSilentSince, FrameOf(e).number);
+      NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kHistory, FrameOf(e).number);
       return;
     }
     const Write& write = writes.front();

@@ -61,8 +61,9 @@ class FmmuInactive final : public Rule {
     Subscribe<track::AlStatusRead>(&FmmuInactive::On);
     Subscribe<track::AlRequest>(&FmmuInactive::On);
     Subscribe<track::SlaveAccess>(&FmmuInactive::On, MemoryRange::Of(esc::kFmmuBase, esc::kMaxFmmus * esc::kFmmuBytes),
-                             Stage::kAfterModel);
-    Subscribe<track::SlaveAccess>(&FmmuInactive::On, MemoryRange{esc::RegisterImage::kSize, 0xFFFF}, Stage::kAfterModel);
+                                  Stage::kAfterModel);
+    Subscribe<track::SlaveAccess>(&FmmuInactive::On, MemoryRange{esc::RegisterImage::kSize, 0xFFFF},
+                                  Stage::kAfterModel);
     Subscribe<model::AlChangedByItself>(&FmmuInactive::On);
     Subscribe<model::AlErrorCode>(&FmmuInactive::On);
     Subscribe<model::AlAnswered>(&FmmuInactive::On);
@@ -194,11 +195,11 @@ class FmmuInactive final : public Rule {
       return;
     }
     if (MissesPackets(context().pairing())) {
-      NotEvaluable(id, kMissesPackets, frame.number);
+      NotEvaluable(id, ReasonCode::kMissesPackets, frame.number);
       return;
     }
     if (off == nullptr && context().network().MayMissBetween(FirstLearned(state), frame.number)) {
-      NotEvaluable(id, kSilentSince, frame.number);
+      NotEvaluable(id, ReasonCode::kCaptureGap, what::kHistory, frame.number);
       return;
     }
     if (off == nullptr && !fmmus.all) {

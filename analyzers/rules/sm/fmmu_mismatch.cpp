@@ -160,7 +160,7 @@ class FmmuMismatch final : public Rule {
       if (manager) learned = std::min(learned, manager->since);
     }
     if (context().network().MayMissBetween(learned, e.frame.number)) {
-      NotEvaluable(e.slave, kSilentSince, e.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kHistory, e.frame.number);
       return;
     }
     if (!against && !all_known) {

@@ -217,7 +217,7 @@ class SyncCycleMismatch final : public Rule {
       return;
     }
     if (!context().sync().Uncertainty(outputs.rate.base())) {
-      NotEvaluable(id, std::string(kPoorStamps));
+      NotEvaluable(id, ReasonCode::kStampsTooCoarse, what::kProcessDataTiming);
       return;
     }
     const auto mean = outputs.rate.mean_ns();

@@ -119,7 +119,7 @@ class SyncLost final : public Rule {
     // Frames that crept over a pulse leave one interval empty, and nobody knows which.
     if (!family.lost_after_jitter.value || e.crept > 0 || e.empty <= e.unreturned) return;
     if (IsHole(context().sync().outputs(e.slave), e.empty)) {
-      NotEvaluable(e.slave, kHole, e.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kPauseOfDrive, e.frame.number);
       return;
     }
     Run run{e.empty - e.unreturned, 0, e.before};
@@ -159,7 +159,7 @@ class SyncLost final : public Rule {
     const TimeNs cycle = CycleOf(slave, e);
     if (cycle <= 0 || (e.fell.seen() && (!e.fell_code || *e.fell_code == kWatchdogCode))) return;
     if (!e.uncertainty_ns) {
-      NotEvaluable(e.slave, std::string(kPoorStamps), EndOf(e).number);
+      NotEvaluable(e.slave, ReasonCode::kStampsTooCoarse, what::kProcessDataTiming, EndOf(e).number);
       return;
     }
     const TimeNs missing = (e.gap.ns - *e.uncertainty_ns) / cycle - 1 - static_cast<TimeNs>(e.unreturned);
@@ -183,7 +183,8 @@ class SyncLost final : public Rule {
       return (gap + cycle / 2) / cycle - 1 - static_cast<TimeNs>(e.unreturned);
     };
     if (!e.uncertainty_ns) {
-      if (missing_at(e.gap.ns) > limit) NotEvaluable(e.slave, std::string(kPoorStamps), EndOf(e).number);
+      if (missing_at(e.gap.ns) > limit)
+        NotEvaluable(e.slave, ReasonCode::kStampsTooCoarse, what::kProcessDataTiming, EndOf(e).number);
       return std::nullopt;
     }
     const TimeNs least = missing_at(e.gap.ns - *e.uncertainty_ns);
@@ -209,7 +210,7 @@ class SyncLost final : public Rule {
     if (!OperationEnabled(e.status_word)) return std::nullopt;
     const bool ends = e.end == sync::OutputGap::End::kOutputs;
     if (ends && !e.fell.seen() && IsHole(context().sync().outputs(e.slave), static_cast<std::uint64_t>(least))) {
-      NotEvaluable(e.slave, kHole, EndOf(e).number);
+      NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kPauseOfDrive, EndOf(e).number);
       return std::nullopt;
     }
     return least;

@@ -94,7 +94,7 @@ class SyncRateDeviation final : public Rule {
     }
     const auto uncertainty = context().sync().Uncertainty(outputs.rate.base());
     if (!uncertainty) {
-      NotEvaluable(id, std::string(kPoorStamps));
+      NotEvaluable(id, ReasonCode::kStampsTooCoarse, what::kProcessDataTiming);
       return;
     }
     const sync::OutputRate& rate = outputs.rate;

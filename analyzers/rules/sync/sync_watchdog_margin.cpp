@@ -72,8 +72,9 @@ class SyncWatchdogMargin final : public Rule {
   SyncWatchdogMargin() : Rule(kInfo) {
     Subscribe<sync::OutputGap>(&SyncWatchdogMargin::On);
     Subscribe<sync::SlaveRunEnded>(&SyncWatchdogMargin::On);
-    Subscribe<track::SlaveAccess>(&SyncWatchdogMargin::On,
-                             MemoryRange::Of(esc::kWatchdogDivider, esc::kProcessWatchdog + 2 - esc::kWatchdogDivider));
+    Subscribe<track::SlaveAccess>(
+        &SyncWatchdogMargin::On,
+        MemoryRange::Of(esc::kWatchdogDivider, esc::kProcessWatchdog + 2 - esc::kWatchdogDivider));
     Subscribe<model::AlAnswered>(&SyncWatchdogMargin::On);
     Subscribe<model::AlOverdue>(&SyncWatchdogMargin::On);
     Subscribe<model::AlChangedByItself>(&SyncWatchdogMargin::On);
@@ -357,7 +358,8 @@ class SyncWatchdogMargin final : public Rule {
   bool CanBeJudged(const sync::OutputGap& e, const Watchdog& watchdog, bool fell) {
     const TimeNs half = watchdog.ns / 2;
     if (!e.uncertainty_ns) {
-      if (e.gap.ns >= half) NotEvaluable(e.slave, std::string(kPoorStamps), e.after.number);
+      if (e.gap.ns >= half)
+        NotEvaluable(e.slave, ReasonCode::kStampsTooCoarse, what::kProcessDataTiming, e.after.number);
       return false;
     }
     if (!fell && context().sync().outputs(e.slave).may_be_hole && e.gap.ns >= half) {

@@ -89,11 +89,11 @@ class SyncWindowViolation final : public Rule {
       return;
     }
     if (IsHole(context().sync().outputs(e.slave), e.empty)) {
-      NotEvaluable(e.slave, kHole, e.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kPauseOfDrive, e.frame.number);
       return;
     }
     if (e.empty > 0 && context().network().MayMissBetween(e.before.number, e.frame.number)) {
-      NotEvaluable(e.slave, kSilentSince, e.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kHistory, e.frame.number);
       return;
     }
     if (const sync::DcClock& clock = context().sync().clock();
@@ -153,7 +153,7 @@ class SyncWindowViolation final : public Rule {
     const device::JitterLimit* limit = sync::LimitFor(context().slave(e.slave), e.cycle_ns);
     if (limit == nullptr) return;
     if (!e.uncertainty_ns) {
-      NotEvaluable(e.slave, std::string(kPoorStamps), e.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kStampsTooCoarse, what::kProcessDataTiming, e.frame.number);
       return;
     }
     const bool missing = e.missing > 0;

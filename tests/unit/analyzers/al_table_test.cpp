@@ -14,6 +14,7 @@
 #include "analyzers/analysis.h"
 #include "analyzers/judge/catalogue.h"
 #include "analyzers/result/rule_info.h"
+#include "cli/report/sentences.h"
 #include "decoder/esc/al.h"
 #include "tests/support/csv.h"
 #include "tests/support/folders.h"
@@ -155,8 +156,8 @@ TEST_P(AlTable, RefusedAsTheManualSays) {
     EXPECT_EQ(finding.confidence, Confidence::kObserved);
     EXPECT_EQ(finding.slave, 0);
     if (code != 0) {
-      EXPECT_NE(finding.rule, "al-undocumented-status-code") << finding.message;
-      EXPECT_NE(finding.rule, "al-wrong-status-code") << finding.message;
+      EXPECT_NE(finding.rule, "al-undocumented-status-code") << report::MessageOf(finding);
+      EXPECT_NE(finding.rule, "al-wrong-status-code") << report::MessageOf(finding);
     }
   }
 }

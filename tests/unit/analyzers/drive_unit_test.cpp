@@ -17,6 +17,7 @@
 #include "analyzers/judge/catalogue.h"
 #include "analyzers/result/rule_info.h"
 #include "analyzers/wiring/event_bus.h"
+#include "cli/report/sentences.h"
 #include "decoder/capture/capture_reader.h"
 #include "decoder/device/profile_registry.h"
 #include "tests/support/folders.h"
@@ -248,7 +249,8 @@ TEST(DriveCaptures, OnlyTheFaultOfDriveFaultIsFound) {
       if (!source) continue;
       const AnalysisResult result = Analyse(**source, DriveRulesOnly());
       if (name != "drive-fault.pcapng") {
-        for (const Finding& finding : result.findings) ADD_FAILURE() << finding.rule << ": " << finding.message;
+        for (const Finding& finding : result.findings)
+          ADD_FAILURE() << finding.rule << ": " << report::MessageOf(finding);
         continue;
       }
       ASSERT_EQ(result.findings.size(), 1U);

@@ -4,6 +4,9 @@
 #include <charconv>
 #include <sstream>
 
+#include "cli/report/notation.h"
+#include "cli/report/sentences.h"
+
 namespace ecaudit::test {
 namespace {
 
@@ -89,10 +92,51 @@ bool Take(const std::string& key, const std::string& value, const Trace& trace, 
     }
     return true;
   }
-  if (key == "caused_by") finding.caused_by = value;
-  if (key == "confidence") finding.confidence = value;
-  if (key == "says") finding.says.push_back(value);
-  return key == "caused_by" || key == "confidence" || key == "says";
+  if (key == "axis") {
+    const auto number = NumberIn(value);
+    if (number) finding.axis = static_cast<unsigned>(*number);
+    return number.has_value();
+  }
+  if (key == "caused_by") {
+    finding.caused_by = value;
+  } else if (key == "confidence") {
+    finding.confidence = value;
+  } else if (key == "says") {
+    finding.says.push_back(value);
+  } else if (key == "kind") {
+    finding.kind = value;
+  } else if (key == "note") {
+    finding.notes.push_back(value);
+  } else {
+    finding.arguments.emplace_back(key, value);
+  }
+  return true;
+}
+
+bool IsWritten(const Value* value, const std::string& text) {
+  return value != nullptr && (KeyOf(*value) == text || report::TextOf(*value, report::Form::kNumber) == text ||
+                              report::TextOf(*value) == text);
+}
+
+bool HasArgument(const Finding& finding, const std::string& name, const std::string& text) {
+  if (IsWritten(finding.arguments.Find(name), text)) return true;
+  return std::any_of(finding.notes.begin(), finding.notes.end(), [&](const Note& note) {
+    const std::string prefix = std::string(note.kind->name) + ".";
+    return name.starts_with(prefix) && IsWritten(note.arguments.Find(name.substr(prefix.size())), text);
+  });
+}
+
+bool HasNote(const Finding& finding, const std::string& name) {
+  return std::any_of(finding.notes.begin(), finding.notes.end(),
+                     [&](const Note& note) { return note.kind->name == name; });
+}
+
+/// A value for the text form.
+std::string Quoted(const Value& value) {
+  const std::string text = value.type == Value::Type::kWord   ? KeyOf(value)
+                           : value.type == Value::Type::kList ? report::TextOf(value)
+                                                              : report::TextOf(value, report::Form::kNumber);
+  return text.find_first_of(" #") == std::string::npos ? text : '"' + text + '"';
 }
 
 std::string SlaveText(SlaveId id, const AnalysisResult& result) {
@@ -115,10 +159,16 @@ Result<Expectations> ParseExpectations(std::string_view text, const Trace& trace
     if (words[0] == "not-evaluable") {
       ExpectedNotEvaluable entry;
       entry.rule = words[1];
-      if (words.size() != 4 || !words[2].starts_with("slave=") || !SlaveIn(words[2].substr(6), entry.slave)) {
-        return failed("expected: not-evaluable RULE slave=N \"reason\"");
+      if (words.size() < 4 || words.size() > 5 || !words[2].starts_with("slave=") ||
+          !SlaveIn(words[2].substr(6), entry.slave)) {
+        return failed("expected: not-evaluable RULE slave=N CODE [WHAT]");
       }
-      entry.reason = words[3];
+      if (words[3].find(' ') != std::string::npos) {
+        entry.reason = words[3];
+      } else {
+        entry.code = words[3];
+        if (words.size() == 5) entry.what = words[4];
+      }
       expectations.not_evaluable.push_back(std::move(entry));
       continue;
     }
@@ -152,7 +202,35 @@ std::string TextOf(const Finding& finding, const AnalysisResult& result) {
   if (finding.confidence == Confidence::kInferred) text += " confidence=inferred";
   text += " related=";
   for (const FrameNo frame : finding.related_frames) text += std::to_string(frame) + ",";
-  return text + "\n      " + finding.title + "\n      " + finding.message;
+  if (finding.kind != nullptr) text += " " + KindTextOf(finding);
+  return text + "\n      " + report::TitleOf(finding) + "\n      " + report::MessageOf(finding);
+}
+
+std::string KindTextOf(const Finding& finding) {
+  std::string text = "kind=" + std::string(finding.kind->name);
+  if (finding.axis != 0) text += " axis=" + std::to_string(finding.axis + 1);
+  std::istringstream names{std::string(finding.kind->identity)};
+  for (std::string name; names >> name;) {
+    if (const Value* value = finding.arguments.Find(name)) text += " " + name + "=" + Quoted(*value);
+  }
+  for (const Note& note : finding.notes) text += " note=" + std::string(note.kind->name);
+  return text;
+}
+
+std::string LineOf(const NotEvaluable& entry, const AnalysisResult& result) {
+  std::string text = "not-evaluable " + std::string(entry.rule) + " slave=" + SlaveText(entry.slave, result) + " ";
+  if (entry.reason.code == ReasonCode::kOther) return text + '"' + entry.reason.text + '"';
+  text += Name(entry.reason.code);
+  return entry.reason.what == nullptr ? text : text + " " + std::string(entry.reason.what->code);
+}
+
+bool Matches(const ExpectedNotEvaluable& expected, const NotEvaluable& entry, const AnalysisResult& result) {
+  const SlaveSummary* slave = result.slave(entry.slave);
+  const bool same_slave = expected.slave ? slave != nullptr && slave->position == *expected.slave : slave == nullptr;
+  if (entry.rule != expected.rule || !same_slave) return false;
+  if (!expected.reason.empty()) return report::TextOf(entry) == expected.reason;
+  const std::string_view what = entry.reason.what == nullptr ? std::string_view() : entry.reason.what->code;
+  return Name(entry.reason.code) == expected.code && what == expected.what;
 }
 
 bool Matches(const ExpectedFinding& expected, const Finding& finding, const AnalysisResult& result) {
@@ -161,8 +239,15 @@ bool Matches(const ExpectedFinding& expected, const Finding& finding, const Anal
       expected.slave ? slave != nullptr && slave->position == *expected.slave : finding.slave == kNoSlave;
   const std::string cause = finding.caused_by == kNoFinding ? "" : std::string(result.findings[finding.caused_by].rule);
   const bool inferred = finding.confidence == Confidence::kInferred;
-  const std::string told = finding.title + "\n" + finding.message;
-  return finding.rule == expected.rule && Name(finding.severity) == expected.severity && same_slave &&
+  const std::string text = report::TitleOf(finding) + "\n" + report::MessageOf(finding);
+  const bool same_kind = (expected.kind.empty() || (finding.kind != nullptr && finding.kind->name == expected.kind)) &&
+                         (!expected.axis || *expected.axis == finding.axis + 1U) &&
+                         std::all_of(expected.notes.begin(), expected.notes.end(),
+                                     [&](const std::string& note) { return HasNote(finding, note); }) &&
+                         std::all_of(expected.arguments.begin(), expected.arguments.end(), [&](const auto& argument) {
+                           return HasArgument(finding, argument.first, argument.second);
+                         });
+  return same_kind && finding.rule == expected.rule && Name(finding.severity) == expected.severity && same_slave &&
          finding.first.number == expected.frame && (!expected.last || finding.last.number == *expected.last) &&
          finding.count == expected.count && cause == expected.caused_by &&
          inferred == (expected.confidence == "inferred") &&
@@ -172,7 +257,7 @@ bool Matches(const ExpectedFinding& expected, const Finding& finding, const Anal
                               finding.related_frames.end();
                      }) &&
          std::all_of(expected.says.begin(), expected.says.end(),
-                     [&](const std::string& text) { return told.find(text) != std::string::npos; });
+                     [&](const std::string& part) { return text.find(part) != std::string::npos; });
 }
 
 }  // namespace ecaudit::test

@@ -4,18 +4,23 @@
 /// One entry a line; `#` begins a comment:
 ///
 ///   error al-refused  slave=0  frame=answer.returned  count=3  caused_by=al-illegal-transition  related=ask
-///   warning capture-snaplen  slave=-  frame=7  confidence=inferred  says="cut"
-///   not-evaluable al-timeout  slave=0  "the request has no time stamp"
+///   error al-refused  slave=0  frame=answer.returned  kind=refused  al_status_code=0x001d  note=init-commands-missing
+///   warning capture-snaplen  slave=-  frame=7  confidence=inferred
+///   not-evaluable al-timeout  slave=0  no-stamps
+///   not-evaluable al-refused  slave=0  not-in-capture al-state-before
 ///
 /// slave=N is the position, `-` the whole bus. A frame is a number, or the mark of a line of the trace (its outbound
 /// copy; NAME.returned: its returned copy). last= is checked where it is given; without count= it is 1, without
 /// caused_by= there is no cause, without confidence= it is observed. related= lists frames that must be among the
-/// related ones, says= a text that title and message together must contain.
+/// related ones, note= a note that it must have. axis= counts from 1. Other words are arguments: NAME=VALUE, or
+/// NOTE.NAME=VALUE of a note, with the value as reports write it, without its meaning ("0x001d", "6040h:0", "frame 12"
+/// or "12"), as the code of a word, or "yes" and "no".
 #pragma once
 
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "analyzers/result/analysis_result.h"
@@ -35,13 +40,18 @@ struct ExpectedFinding {
   std::string confidence = "observed";
   std::vector<FrameNo> related;
   std::vector<std::string> says;
+  std::string kind;  ///< empty: any
+  std::optional<unsigned> axis;
+  std::vector<std::string> notes;
+  std::vector<std::pair<std::string, std::string>> arguments;
   std::string line;  ///< as written, for messages
 };
 
 struct ExpectedNotEvaluable {
   std::string rule;
   std::optional<SlavePos> slave;
-  std::string reason;
+  std::string reason;  ///< text; empty where code is given
+  std::string code, what;
 };
 
 struct Expectations {
@@ -54,6 +64,13 @@ struct Expectations {
 
 /// What `finding` says in the text form, for messages.
 [[nodiscard]] std::string TextOf(const Finding& finding, const AnalysisResult& result);
+
+/// "kind=refused al_status_code=0x001d note=..." of a finding: its kind, what tells it apart, and its notes.
+[[nodiscard]] std::string KindTextOf(const Finding& finding);
+/// The line of the text form that describes it.
+[[nodiscard]] std::string LineOf(const NotEvaluable& entry, const AnalysisResult& result);
+[[nodiscard]] bool Matches(const ExpectedNotEvaluable& expected, const NotEvaluable& entry,
+                           const AnalysisResult& result);
 
 /// True when `finding` is what `expected` describes.
 [[nodiscard]] bool Matches(const ExpectedFinding& expected, const Finding& finding, const AnalysisResult& result);

@@ -15,6 +15,7 @@
 #include "analyzers/analysis.h"
 #include "analyzers/judge/catalogue.h"
 #include "analyzers/result/rule_info.h"
+#include "cli/report/sentences.h"
 #include "decoder/capture/capture_reader.h"
 #include "tests/support/folders.h"
 
@@ -248,7 +249,7 @@ std::string Describe(const Finding& finding, const AnalysisResult& result) {
   return std::string(Name(finding.severity)) + " " + std::string(finding.rule) + " slave " +
          (slave == nullptr ? "-" : std::to_string(slave->position)) + " frame " + std::to_string(finding.first.number) +
          " to " + std::to_string(finding.last.number) + " count " + std::to_string(finding.count) + ": " +
-         finding.title;
+         report::TitleOf(finding);
 }
 
 bool Matches(const Want& want, const Finding& finding, const AnalysisResult& result) {
@@ -256,7 +257,7 @@ bool Matches(const Want& want, const Finding& finding, const AnalysisResult& res
   const int position = slave == nullptr ? kBus : slave->position;
   const std::string_view cause =
       finding.caused_by == kNoFinding ? std::string_view() : result.findings[finding.caused_by].rule;
-  const std::string told = finding.title + "\n" + finding.message;
+  const std::string told = report::TitleOf(finding) + "\n" + report::MessageOf(finding);
   return Name(finding.severity) == want.severity && finding.rule == want.rule && position == want.slave &&
          (want.frame == 0 || finding.first.number == want.frame) && (want.count == 0 || finding.count == want.count) &&
          cause == (want.caused_by == nullptr ? "" : want.caused_by) &&

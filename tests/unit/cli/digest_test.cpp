@@ -40,7 +40,7 @@ CaptureReport Awkward() {
   capture.baseline = "known.json";
   capture.judged = false;
   capture.selection = {0.0001, 1e6, 7, std::nullopt, {"0", "0x1001"}, {1}};
-  r.not_evaluable.push_back({"al-timeout", kEverySlave, "no times", 0, 1});
+  r.not_evaluable.push_back({"al-timeout", kEverySlave, test::Because("no times"), 0, 1});
   capture.rules = {{"al-refused", "warning"}, {"sdo-abort", "off"}};
   capture.required = "slaves=2";
   capture.unmet = {"slaves=2: the capture\nshows 1 slave"};
@@ -132,7 +132,7 @@ TEST(Digest, Headlines) {
   EXPECT_EQ(Headline(capture),
             "PASS akd.pcapng: no findings in 6,759 EtherCAT frames of 7 slaves, 6 of them known by broadcasts only");
   capture.slaves_there = 0;
-  capture.not_judged.push_back({"frame-lost", {}, std::string(kSaysItMissesPackets) + ": what was there", false});
+  capture.not_judged.push_back({"frame-lost", {}, std::string(kSaysItMissesPackets) + ": what was there", false, {}});
   EXPECT_EQ(Headline(capture),
             "PASS akd.pcapng: no findings in 6,759 EtherCAT frames of 1 slave, but the capture misses packets");
   capture.not_judged.clear();

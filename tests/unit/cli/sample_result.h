@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "cli/report/report.h"
+#include "tests/support/reasons.h"
 
 namespace ecaudit::test {
 
@@ -96,8 +97,8 @@ inline report::CaptureReport RefusedSafeop() {
                       {"requested", std::string("SAFEOP"), Evidence::Notation::kDecimal}};
   finding.reference = {"AKD EtherCAT Communication", "4.3"};
   r.findings.push_back(finding);
-  r.not_evaluable.push_back({"sync-lost", 7, "DC is not used", 0, 1});
-  r.not_evaluable.push_back({"frame-lost", kNoSlave, "the capture ends early", 6000, 2});
+  r.not_evaluable.push_back({"sync-lost", 7, Because("DC"), 0, 1});
+  r.not_evaluable.push_back({"frame-lost", kNoSlave, Because("the end"), 6000, 2});
   return report;
 }
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/analysis.h"
+#include "cli/report/sentences.h"
 #include "tests/support/trace_builder.h"
 
 namespace ecaudit::test {
@@ -224,7 +225,7 @@ std::vector<Finding> WindowViolations(const AnalysisResult& result) {
 std::vector<std::string> WindowNotJudged(const AnalysisResult& result) {
   std::vector<std::string> reasons;
   for (const NotEvaluable& not_evaluable : result.not_evaluable) {
-    if (not_evaluable.rule == "sync-window-violation") reasons.push_back(not_evaluable.reason);
+    if (not_evaluable.rule == "sync-window-violation") reasons.push_back(report::TextOf(not_evaluable));
   }
   return reasons;
 }
@@ -235,7 +236,7 @@ TEST(SyncModel, FramesThatCreepOverSync0AreFoundByStampsToo) {
   const std::vector<Finding> found = WindowViolations(frames.Result());
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].count, 1U);
-  EXPECT_NE(found[0].title.find("without process data"), std::string::npos) << found[0].title;
+  EXPECT_NE(report::TitleOf(found[0]).find("without process data"), std::string::npos) << report::TitleOf(found[0]);
 }
 
 // Of half a second, one stamp is wrong one way and one the other.
@@ -279,8 +280,8 @@ AnalysisResult AlternatingFrames(int late_us) {
 TEST(SyncModel, JitterWithinTheLimitIsNone) {
   const AnalysisResult result = AlternatingFrames(60);
   for (const Finding& finding : result.findings) {
-    EXPECT_NE(finding.rule, "sync-window-violation") << finding.message;
-    EXPECT_NE(finding.rule, "sync-lost") << finding.message;
+    EXPECT_NE(finding.rule, "sync-window-violation") << report::MessageOf(finding);
+    EXPECT_NE(finding.rule, "sync-lost") << report::MessageOf(finding);
   }
 }
 
@@ -288,10 +289,10 @@ TEST(SyncModel, JitterBeyondTheLimitIsFoundOnce) {
   const AnalysisResult result = AlternatingFrames(150);
   std::size_t found = 0;
   for (const Finding& finding : result.findings) {
-    EXPECT_NE(finding.rule, "sync-lost") << finding.message;
+    EXPECT_NE(finding.rule, "sync-lost") << report::MessageOf(finding);
     if (finding.rule != "sync-window-violation") continue;
     ++found;
-    EXPECT_EQ(finding.count, 1U) << finding.message;
+    EXPECT_EQ(finding.count, 1U) << report::MessageOf(finding);
   }
   EXPECT_EQ(found, 1U);
 }

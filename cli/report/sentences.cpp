@@ -1,0 +1,225 @@
+#include "cli/report/sentences.h"
+
+#include <algorithm>
+#include <cctype>
+
+#include "cli/report/notation.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit::report {
+namespace {
+
+/// Fills one template from left to right.
+class Filler {
+ public:
+  Filler(std::string_view text, const Arguments& arguments) : rest_(text), arguments_(arguments) {}
+
+  std::string Fill() {
+    std::string out;
+    (void)Part(out, false);
+    return out;
+  }
+
+ private:
+  /// Up to the end, or to the bracket that closes this part.
+  /// @return whether all arguments that the part needs are there
+  bool Part(std::string& out, bool optional) {
+    bool complete = true;
+    while (!rest_.empty()) {
+      const char c = rest_.front();
+      rest_.remove_prefix(1);
+      if (c == ']' && optional) return complete;
+      if (c == '[') {
+        std::string part = out;
+        const bool whole = Part(part, true);
+        if (whole) out = std::move(part);
+      } else if (c == '{') {
+        complete = Placeholder(out, optional) && complete;
+      } else if (c == '\n' || c == ' ') {
+        if (!out.empty() && out.back() != ' ') out += ' ';
+      } else {
+        out += c;
+      }
+    }
+    return complete;
+  }
+
+  bool Placeholder(std::string& out, bool optional) {
+    const std::string_view inside = rest_.substr(0, rest_.find('}'));
+    rest_.remove_prefix(std::min(rest_.size(), inside.size() + 1));
+    const bool asks = inside.starts_with('?'), asks_not = inside.starts_with('!');
+    const std::string_view body = inside.substr(asks || asks_not ? 1 : 0);
+    const std::string_view name = body.substr(0, body.find_first_of(":?"));
+    const Value* value = arguments_.Find(name);
+    const bool there = value != nullptr && (value->type != Value::Type::kFlag || value->number != 0);
+    if (asks) return there;
+    if (asks_not) return !there;
+    if (value == nullptr) {
+      if (!optional) out += "?" + std::string(name) + "?";
+      return false;
+    }
+    if (const std::size_t choice = body.find('?'); choice != std::string_view::npos) {
+      const std::string_view one = body.substr(choice + 1, body.find('|') - choice - 1);
+      out += IsPlural(*value) ? body.substr(body.find('|') + 1) : one;
+      return true;
+    }
+    const Form form = body.ends_with(":number")    ? Form::kNumber
+                      : body.ends_with(":meaning") ? Form::kMeaning
+                                                   : Form::kWhole;
+    Write(out, *value, TextOf(*value, form));
+    return true;
+  }
+
+  static void Write(std::string& out, const Value& value, std::string text) {
+    const bool begins = out.empty() || out.ends_with(". ");
+    const bool ours = value.type == Value::Type::kWord || value.type == Value::Type::kFrame ||
+                      value.type == Value::Type::kSlave || value.type == Value::Type::kList;
+    if (begins && ours && !text.empty()) {
+      text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+    }
+    out += text;
+  }
+
+  std::string_view rest_;
+  const Arguments& arguments_;
+};
+
+void Append(std::string& text, const std::string& sentence) {
+  if (sentence.empty()) return;
+  if (!text.empty() && text.back() != ' ') text += ' ';
+  text += sentence;
+}
+
+std::string WithoutEnd(std::string text) {
+  while (!text.empty() && text.back() == ' ') text.pop_back();
+  return text;
+}
+
+/// "Axis 2: "
+std::string AxisText(const Finding& finding) {
+  return finding.axis == 0 ? std::string() : "Axis " + std::to_string(finding.axis + 1) + ": ";
+}
+
+std::string AffectedText(const AffectedSlaves& affected) {
+  std::string text = std::to_string(affected.number) + " slaves are affected: ";
+  for (std::size_t i = 0; i < affected.named.size(); ++i) text += (i > 0 ? ", " : "") + affected.named[i];
+  if (affected.number > affected.named.size()) {
+    text += " and " + std::to_string(affected.number - affected.named.size()) + " more";
+  }
+  return text + ". For " + affected.first + ":";
+}
+
+/// With what every finding has.
+Arguments ArgumentsOf(const Finding& finding, const Arguments& own) {
+  Arguments all = own;
+  if (!all.Has("frame")) all.Set("frame", arg::Frame(finding.first.number));
+  if (!all.Has("last_frame")) all.Set("last_frame", arg::Frame(finding.last.number));
+  if (!all.Has("count")) all.Set("count", arg::Count(finding.count, "time"));
+  all.Set("caused", arg::Flag(finding.caused_by != kNoFinding));
+  return all;
+}
+
+std::string_view TemplateOf(ReasonCode code) {
+  switch (code) {
+    case ReasonCode::kOther:
+      return "";
+    case ReasonCode::kNotInCapture:
+      return "{what} {what?is|are} not in the capture";
+    case ReasonCode::kNotRead:
+      return "the master did not read {what}";
+    case ReasonCode::kCaptureGap:
+      return "{what} may have changed in a capture gap";
+    case ReasonCode::kMissesPackets:
+      return "the capture misses packets[: {what} may be among them]";
+    case ReasonCode::kNoReturnedFrames:
+      return "the capture has no returned frames";
+    case ReasonCode::kNoOutboundFrames:
+      return "the capture has no outbound frames";
+    case ReasonCode::kNoEtherCat:
+      return "the capture has no EtherCAT frames";
+    case ReasonCode::kNoSlave:
+      return "no slave is known";
+    case ReasonCode::kSnapLength:
+      return "packets are cut by the snap length";
+    case ReasonCode::kFamilyUnknown:
+      return "the identity of the slave is not in the capture";
+    case ReasonCode::kNotInProfile:
+      return "the profile does not give {what}";
+    case ReasonCode::kStampsTooCoarse:
+      return "the time stamps are too coarse[ for {what}]";
+    case ReasonCode::kNoStamps:
+      return "packets have no time stamps";
+    case ReasonCode::kWithinUncertainty:
+      return "{what} {what?lies|lie} within the uncertainty of the clock";
+    case ReasonCode::kTooFew:
+      return "the capture has too few {what}";
+    case ReasonCode::kCaptureEnds:
+      return "the capture ends during {what}";
+    case ReasonCode::kNeverReturned:
+      return "{what} never returned";
+    case ReasonCode::kAmbiguous:
+      return "{what} {what?has|have} more than one explanation";
+    case ReasonCode::kNotFollowed:
+      return "{what} {what?is|are} reported, but not evaluated";
+    case ReasonCode::kListFull:
+      return "more slaves or reasons than are listed";
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string Fill(std::string_view text, const Arguments& arguments) {
+  return WithoutEnd(Filler(text, arguments).Fill());
+}
+
+std::string TitleOf(const Finding& finding) {
+  std::string title =
+      AxisText(finding) +
+      (finding.kind == nullptr ? finding.title : Fill(finding.kind->title, ArgumentsOf(finding, finding.arguments)));
+  if (finding.affected.number > 0) title += " (" + std::to_string(finding.affected.number) + " slaves)";
+  return title;
+}
+
+Sentences SentencesOf(const Finding& finding) {
+  Sentences out;
+  out.title = TitleOf(finding);
+  if (finding.affected.number > 0) out.message = AffectedText(finding.affected);
+  if (finding.kind == nullptr) {
+    Append(out.message, AxisText(finding) + finding.message);
+  } else {
+    Append(out.message, AxisText(finding) + Fill(finding.kind->message, ArgumentsOf(finding, finding.arguments)));
+    out.next = Fill(finding.kind->next, ArgumentsOf(finding, finding.arguments));
+  }
+  for (const Note& note : finding.notes)
+    Append(out.message, Fill(note.kind->text, ArgumentsOf(finding, note.arguments)));
+  return out;
+}
+
+std::string MessageOf(const Finding& finding) {
+  Sentences sentences = SentencesOf(finding);
+  Append(sentences.message, sentences.next);
+  return sentences.message;
+}
+
+std::string TextOf(const Reason& reason) {
+  if (reason.code == ReasonCode::kOther) return reason.text;
+  Arguments arguments;
+  if (reason.what != nullptr) arguments.Set("what", arg::Of(*reason.what));
+  std::string text = Fill(TemplateOf(reason.code), arguments);
+  // It goes on behind a colon, so it begins small.
+  if (reason.what != nullptr && text.size() >= reason.what->text.size() && !reason.what->text.empty()) {
+    std::string begin = text.substr(0, reason.what->text.size());
+    begin.front() = reason.what->text.front();
+    if (begin == reason.what->text) text.front() = begin.front();
+  }
+  return text;
+}
+
+std::string TextOf(const NotEvaluable& entry) {
+  std::string text = TextOf(entry.reason);
+  if (entry.slaves > 0) text += " (" + std::to_string(entry.slaves) + " slaves)";
+  return text;
+}
+
+}  // namespace ecaudit::report

@@ -1,0 +1,30 @@
+/// Makes sentences of findings and reasons: the only place where a report's English comes from. Nothing reads it back.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "analyzers/result/finding.h"
+
+namespace ecaudit::report {
+
+/// What a finding says. Printable, of one line each, without line breaks.
+struct Sentences {
+  std::string title;    ///< without full stop, slave and frame
+  std::string message;  ///< observed and expected
+  std::string next;     ///< what to do; may be empty
+};
+
+[[nodiscard]] Sentences SentencesOf(const Finding& finding);
+/// Message and next step as one paragraph.
+[[nodiscard]] std::string MessageOf(const Finding& finding);
+[[nodiscard]] std::string TitleOf(const Finding& finding);
+/// Without a full stop: "the AL state before the request is not in the capture".
+[[nodiscard]] std::string TextOf(const Reason& reason);
+[[nodiscard]] std::string TextOf(const NotEvaluable& entry);
+
+/// One template (finding_kind.h) filled with `arguments`. An argument that is missing outside of [ ... ] is written as
+/// "?name?"; tests look for these.
+[[nodiscard]] std::string Fill(std::string_view text, const Arguments& arguments);
+
+}  // namespace ecaudit::report
