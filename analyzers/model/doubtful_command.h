@@ -33,7 +33,7 @@ class DoubtfulCommand {
                std::uint16_t mask);
   /// A status word shows that the state is the same.
   void OnSameState(const FrameRef& frame, std::int64_t reaction_ns, unsigned needed);
-  /// Whether the drive acted on the command was open until now: what it showed says nothing.
+  /// Whether the drive acted on the command was not known until now: the status words before do not count.
   void BeginAgain() { statuses_ = 0; }
 
   /// Not decided when the capture ends: nothing came that makes it legal.

@@ -19,7 +19,7 @@ class DriveAlStates {
   [[nodiscard]] bool ActsOnControl() const;
   /// In each of them: a request of OP may take seconds.
   [[nodiscard]] bool SurelyActs() const;
-  /// The family's manual says when it acts, and the state is settled and none of these.
+  /// The manual of the family lists the states in which it acts, and the AL state is known and none of these.
   [[nodiscard]] bool SurelyDoesNotAct() const;
   [[nodiscard]] bool ShowsStatus() const;
 

@@ -42,7 +42,7 @@ class DriveFaults {
   FrameRef fault_;  // status word that showed the fault the drive is in; not seen(): it is in none
   std::optional<std::uint16_t> error_code_;
   std::uint16_t error_object_ = 0;
-  std::optional<mailbox::EmergencyData> emergency_;  // last one that tells a fault
+  std::optional<mailbox::EmergencyData> emergency_;  // last one that reports a fault
   FrameRef emergency_frame_;
 };
 

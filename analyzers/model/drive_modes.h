@@ -40,7 +40,7 @@ class DriveModes {
   EventSink& sink_;
   std::uint8_t axis_;
   std::optional<std::int8_t> requested_, shown_;
-  std::array<bool, 2> of_run_before_{};  // requested, shown: to be told again
+  std::array<bool, 2> of_run_before_{};  // requested, shown: to be reported again
 };
 
 }  // namespace ecaudit::model

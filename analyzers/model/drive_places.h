@@ -36,7 +36,7 @@ class DrivePlaces {
  public:
   explicit DrivePlaces(std::uint8_t axis) : axis_(axis) {}
 
-  /// Which objects say why the drive is in a fault is the family's.
+  /// The family defines which objects hold the reason of a fault.
   void SetFamily(const device::DriveProfile* drive);
   /// SetFamily() gave a drive.
   const DrivePart& Of(const ImagePart& part);

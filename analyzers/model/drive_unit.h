@@ -118,7 +118,7 @@ class DriveUnit {
     std::optional<std::uint16_t> taken;  ///< as the drive took it last
     bool inferred = false;               ///< that it took it
     bool acts = false;                   ///< the drive acted on `taken`
-    /// Maybe not, when its status word was seen last: what it was told waits for that.
+    /// It may not have acted when its status word was seen last: the time limits wait for that.
     bool unsure = false;
     FrameRef first;
     FrameRef since;

@@ -1,4 +1,4 @@
-/// in: control words and states of a drive.  out: the transitions that it has been told to take and has not shown.
+/// in: control words and states of a drive.  out: the transitions that are commanded and not shown yet.
 #pragma once
 
 #include <cstddef>
@@ -26,15 +26,15 @@ class ExpectedSteps {
   [[nodiscard]] const Step& next() const { return steps_[0]; }
   void Clear() { count_ = 0; }
 
-  /// The word commands something in this state: what was expected before is over.
+  /// The word commands something in this state: steps expected before are dropped.
   /// @return the transitions that it commands
   DrivePath Begin(const device::DriveProfile& drive, device::DriveState from, std::uint16_t before, std::uint16_t word,
                   const FrameRef& frame);
-  /// The word commands nothing in the state shown, which may lag behind: it goes on from the last step in which it
-  /// does, and later ones are over.
+  /// The word commands nothing in the state shown, which may be older. The word continues after the last step in whose
+  /// state it commands something; later steps are dropped.
   /// @return the transitions that it commands
   DrivePath GoOn(const device::DriveProfile& drive, std::uint16_t before, std::uint16_t word, const FrameRef& frame);
-  /// The drive goes where it was told to: these steps are expected no longer, and `change` gets path and command.
+  /// The drive takes commanded steps: they are expected no longer, and `change` gets path and command.
   /// @return false where the change is none of the steps
   [[nodiscard]] bool Fulfil(DriveStateChanged& change);
 

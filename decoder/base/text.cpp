@@ -59,7 +59,7 @@ void AppendByte(std::string& out, std::uint8_t byte) {
   out += kDigits[byte & 0xF];
 }
 
-/// What stands at the start of a text.
+/// What a text begins with.
 struct Character {
   enum class Kind : std::uint8_t {
     kText,

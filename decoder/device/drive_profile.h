@@ -128,7 +128,7 @@ enum class FaultValue : std::uint8_t {
 /// "error code", as in profiles.
 [[nodiscard]] std::string_view FaultValueName(FaultValue kind);
 
-/// An object from which the master can read why the drive is in a fault.
+/// An object from which the master can read the reason of a fault.
 struct FaultObject {
   std::uint16_t index = 0;  ///< of the first axis
   std::uint8_t subindex = 0;
@@ -176,7 +176,7 @@ struct DriveProfile {
   [[nodiscard]] const DriveTransition* Find(DriveState from, DriveState to) const;
   [[nodiscard]] const DriveTransition* Find(std::uint8_t number) const;
   [[nodiscard]] const OperationMode* FindMode(std::int8_t value) const;
-  /// The row that says what this object's value is, or null: it holds no reason of a fault.
+  /// The row of this object, or null if it holds no reason of a fault.
   [[nodiscard]] const FaultObject* FindFaultObject(std::uint16_t index, std::uint8_t subindex) const;
 };
 

@@ -49,7 +49,7 @@ struct LatchDescription {
   std::uint16_t acknowledge_mask = 0;  ///< of the status word
   std::uint16_t reserved_control = 0;  ///< bits of the control word that must be 0
   std::vector<LatchEdge> edges;
-  /// Objects that hold latch positions as well, of which the manual does not say whose.
+  /// Other objects that hold latch positions; the manual does not name their edges.
   std::vector<ObjectAddress> other_positions;
   std::vector<LatchField> control;  ///< rows of the manual
   std::vector<LatchField> status;

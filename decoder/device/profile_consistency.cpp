@@ -366,7 +366,7 @@ class Consistency {
     }
   }
 
-  /// Numbers of a family without a list of its own may stand in that of a relative.
+  /// A family without a list of its own may use the list of a relative.
   [[nodiscard]] bool NumbersAreNamed(const std::string& prefix) const {
     if (!profile_->emergency || At(root_, "emergency.codes").size() == 0) return true;
     const auto& codes = profile_->emergency->codes;

@@ -154,8 +154,8 @@ static void Read(const Cursor& cursor, FaultObject& out) {
   if (out.bits != 16 && out.bits != 32) cursor.Fail("\"bits\" is " + std::to_string(out.bits) + ", neither 16 nor 32");
 }
 
-/// Rows of the profile are added to the inherited ones; those of an object that a new row has, too, go: what the
-/// standard says holds for a drive that has more.
+/// Rows of the profile are added to the inherited ones and replace inherited rows with the same index: the objects of
+/// the standard remain valid for a drive that has more.
 static void ReadFaultObjects(const Cursor& cursor, std::vector<FaultObject>& inherited) {
   std::vector<FaultObject> rows;
   Read(cursor, rows);

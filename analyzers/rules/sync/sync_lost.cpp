@@ -59,7 +59,7 @@ told by sync-watchdog-margin. Pilz: as sync-window-violation judges each cycle.
 samples/captures/sync-frames-missing.pcapng
 
 ## What to do
-Find the pause in the master named here. The finding says how many missing frames the family tolerates (AKD and MKD: 7).
+Find the pause in the master named here. The finding shows how many missing frames the family tolerates (AKD and MKD: 7).
 )"};
 
 class SyncLost final : public Rule {
