@@ -220,12 +220,12 @@ TEST(JsonWriter, SummaryLeavesKnownFindingsOut) {
 
 TEST(JsonWriter, UntrustedTextIsMadePrintable) {
   CaptureReport capture = RefusedSafeop();
-  capture.result.slaves[0].name = "A\x1b[31mKD\xff";
+  capture.result.slaves[0].name = "A\x1b[31mKD\x80\xB5";
   test::SetTexts(capture.result.findings[0], "title", "first line\nsecond\x07");
   const std::string text = WriteJson(OneReport(capture));
   for (const char c : text) EXPECT_TRUE(c == '\n' || static_cast<unsigned char>(c) >= 0x20);
   const json document = json::parse(text);
-  EXPECT_EQ(document["reports"][0]["slaves"][0]["name"], "A\\x1b[31mKD\\xff");
+  EXPECT_EQ(document["reports"][0]["slaves"][0]["name"], "A\\x1b[31mKD\\x80µ");
   EXPECT_EQ(document["reports"][0]["findings"][0]["message"], "first line second\\x07");
 }
 
