@@ -46,7 +46,9 @@ std::vector<fs::path> AllTraces() {
   std::vector<fs::path> traces;
   if (!fs::exists(kRules)) return traces;
   for (const auto& entry : fs::recursive_directory_iterator(kRules)) {
-    if (entry.path().extension() == ".trace") traces.push_back(entry.path());
+    // What stands in common/ is included by traces, and is none itself.
+    const bool common = entry.path().parent_path() == kRules / "common";
+    if (!common && entry.path().extension() == ".trace") traces.push_back(entry.path());
   }
   std::sort(traces.begin(), traces.end());
   return traces;
