@@ -74,6 +74,9 @@ else
     { step "threads" run tsan || true; }
 fi || true
 
+if [[ ! -d ${ECAUDIT_SHARED_DIR:-../shared} ]]; then
+  say "../shared is absent: tests that need it were skipped, $(grep -c '^shared ' tests/needs.txt) lines of tests/needs.txt"
+fi
 say "what took how long"
 printf '   %s\n' "${times[@]}"
 for part in "${failed[@]}"; do say "FAILED: $part, see above" >&2; done
