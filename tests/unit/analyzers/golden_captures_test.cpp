@@ -112,9 +112,8 @@ const std::map<std::string, Expected>& LabTable() {
         {"error", "al-refused", 0, 604, 1, "al-illegal-transition", {601}},
         {"error", "al-illegal-transition", 0, 1125, 1, nullptr, {}, 1125, "BOOT requested in OP"},
         {"error", "al-refused", 0, 1168, 1, "al-illegal-transition", {1125}, 1168, "SAFEOP+ERR"}}},
-      // Eight cycles in a row are not sent (between 8791 and 8793), later one. The manual of the drive lets it fault
-      // when
-      // more than 7 are missing while it is enabled; the emulated drive has no such supervision and stays enabled.
+      // Eight cycles in a row are not sent (between 8791 and 8793), later one. By its manual the drive faults if more
+      // than 7 are missing while it is enabled; the emulated drive has no such supervision and stays enabled.
       {"jitter.pcapng", {{"error", "sync-lost", 0, 8793, 1, nullptr, {8791}, 8793, "8 frames"}}},
       {"kickcat-ingenia-info.pcapng", kClean},
       // LRW 2139: selector 1 before valid; 3019: read again, the enable bit held since 2319 and the selector back at 0
@@ -216,7 +215,7 @@ const std::map<std::string, Expected>& LabTable() {
 const std::map<std::string, Expected>& RealTable() {
   static const std::map<std::string, Expected> table = {
       {"replay-dc.pcapng", kClean},
-      // ethercrab writes a station alias and the checksum over it, and both again: nothing is wrong with that.
+      // ethercrab writes a station alias and the checksum over it, twice: the reader has to know, nothing is wrong.
       {"replay-ek1100-alias-address.pcapng",
        {{"info", "eeprom-written", 0, 1202, 4, nullptr, {}, 1290, "station alias"}}},
       {"replay-ek1914-no-complete-access.pcapng", kClean},

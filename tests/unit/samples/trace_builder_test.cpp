@@ -8,7 +8,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "decoder/capture/capture_reader.h"
 #include "tests/support/folders.h"
+#include "tests/support/trace_file.h"
 
 namespace ecaudit::test {
 namespace {
@@ -262,6 +264,28 @@ TEST_F(TraceInclude, EveryCommonFileIsIncluded) {
   for (const auto& entry : fs::directory_iterator(rules / "common")) {
     EXPECT_FALSE(PacketsOf(entry.path().string()).empty()) << entry.path();
     EXPECT_THAT(all, HasSubstr("@include " + entry.path().filename().string() + "\n"));
+  }
+}
+
+TEST_F(TraceInclude, AFileHoldsWhatTheTraceHolds) {
+  const Trace trace = Parsed("@two-interfaces\n+0us BRD 0x0130 01 00\n+1ms FPRD 0x1001:0x1800 len=64 @cut=40\n");
+  const Trace stampless = Parsed("+0us BRD 0x0130 01 00 @no-time\n");
+  for (const Trace& one : {trace, stampless}) {
+    const samples::Bytes bytes = PcapNgOf(one);
+    const std::string path = Write("trace.pcapng", std::string(bytes.begin(), bytes.end()));
+    const auto source = capture::OpenCapture(path);
+    ASSERT_TRUE(source) << source.error().message;
+    capture::CapturedFrame frame;
+    for (const Packet& packet : one.Packets()) {
+      ASSERT_EQ((*source)->Next(frame), capture::ReadStatus::kFrame);
+      const capture::CapturedFrame expected = AsCaptured(packet, frame.number);
+      EXPECT_THAT(frame.bytes, ElementsAreArray(expected.bytes));
+      EXPECT_EQ(frame.time, expected.time);
+      EXPECT_EQ(frame.has_time, expected.has_time);
+      EXPECT_EQ(frame.interface_index, expected.interface_index);
+      EXPECT_EQ(frame.original_length, expected.original_length);
+    }
+    EXPECT_EQ((*source)->Next(frame), capture::ReadStatus::kEnd);
   }
 }
 
