@@ -73,6 +73,17 @@ AxisPlaces::AxisPlaces(const model::ImagePart& part) : serial_(part.serial) {
   std::stable_sort(places_.begin(), places_.end(), [](const Place& a, const Place& b) { return a.axis < b.axis; });
 }
 
+bool AxisPlaces::Repeats(ByteSpan data, std::vector<std::uint64_t>& bits) const {
+  bool same = bits.size() == places_.size();
+  bits.resize(places_.size());
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    const std::uint64_t now = model::ExtractBits(data, places_[i].bit, places_[i].bits);
+    same = same && bits[i] == now;
+    bits[i] = now;
+  }
+  return same;
+}
+
 std::optional<std::int64_t> AxisPlaces::ValueOf(ByteSpan data, const Place& place) {
   if (std::uint64_t{place.bit} + place.bits > std::uint64_t{data.size()} * 8) return std::nullopt;
   const std::uint64_t raw = model::ExtractBits(data, place.bit, place.bits);

@@ -66,6 +66,15 @@ class AxisPlaces {
 
   [[nodiscard]] std::uint64_t serial() const { return serial_; }
   [[nodiscard]] bool empty() const { return places_.empty(); }
+  /// Takes the bits of all places into `bits`; returns whether they are the same as there before.
+  [[nodiscard]] bool Repeats(ByteSpan data, std::vector<std::uint64_t>& bits) const;
+  /// Calls `visit(axis)` for each axis with a place here.
+  template <class Visit>
+  void ForEachAxis(Visit visit) const {
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      if (i == 0 || places_[i].axis != places_[i - 1].axis) visit(places_[i].axis);
+    }
+  }
   /// Calls `visit(axis, values)` for each axis with a place here; `data` as in model::ProcessCycle.
   template <class Visit>
   void Read(ByteSpan data, Visit visit) const {

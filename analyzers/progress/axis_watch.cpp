@@ -31,6 +31,9 @@ void AxisWatch::NoteReserved(Reserved& reserved, std::uint16_t mask, std::uint16
 }
 
 void AxisWatch::Side(const SlaveSide& slave) {
+  if (now_.in_op != slave.in_op || now_.op_requested != slave.op_requested || now_.began != slave.began) {
+    words_changed_ = true;
+  }
   now_.in_op = slave.in_op;
   now_.op_requested = slave.op_requested;
   now_.began = slave.began;
@@ -48,10 +51,12 @@ void AxisWatch::OnOutputs(const AxisValues& values, const FrameRef& frame, const
   TakeModes(values, frame);
   for (std::size_t i = 0; i < kTargets.size(); ++i) {
     if (!values[kTargets[i]]) continue;
+    outputs_changed_ = outputs_changed_ || now_.target[i] != values[kTargets[i]];
     now_.target[i] = values[kTargets[i]];
     now_.target_mapped[i] = true;
   }
   TakeLimits(values);
+  outputs_changed_ = outputs_changed_ || words_changed_;
   if (now_.control_changed || now_.control_first || !status_mapped_) Step(frame);
 }
 
@@ -102,6 +107,7 @@ void AxisWatch::OnSdo(Role role, std::int64_t value, bool download, const FrameR
     case Role::kMode:
       if (!download) return;
       now_.mode_by_sdo = static_cast<std::int8_t>(value);
+      words_changed_ = true;
       return;
     case Role::kModeShown:
       FollowShown(value, download, frame);
@@ -144,11 +150,13 @@ void AxisWatch::TakeControl(std::int64_t word, const FrameRef& frame) {
     now_.control_before = *now_.control;
     now_.control_since = frame;
   }
+  words_changed_ = words_changed_ || now_.control != value;
   now_.control = value;
 }
 
 void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
   status_seen_ = true;
+  words_changed_ = words_changed_ || now_.status != static_cast<std::uint16_t>(word);
   now_.status = static_cast<std::uint16_t>(word);
   if (now_.in_op == InOp::kYes) NoteReserved(reserved_status_, reserved_status_mask_, *now_.status, frame);
   if (drive_ == nullptr) return;
@@ -182,6 +190,8 @@ void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
 
 void AxisWatch::TakeModes(const AxisValues& values, const FrameRef& frame) {
   const std::optional<std::int8_t> before = now_.mode();
+  words_changed_ = words_changed_ || (values[Role::kMode] && now_.mode_mapped != values[Role::kMode]) ||
+                   (values[Role::kModeShown] && now_.mode_shown != values[Role::kModeShown]);
   if (values[Role::kMode]) now_.mode_mapped = static_cast<std::int8_t>(*values[Role::kMode]);
   if (values[Role::kModeShown]) {
     const auto shown = static_cast<std::int8_t>(*values[Role::kModeShown]);
@@ -204,12 +214,13 @@ void AxisWatch::TakeModes(const AxisValues& values, const FrameRef& frame) {
 void AxisWatch::Step(const FrameRef& frame) {
   now_.frame = frame;
   if (drive_ != nullptr) {
-    enable_.Step(now_, records_);
-    command_.Step(now_, records_);
+    if (words_changed_ || enable_.active()) enable_.Step(now_, records_);
+    if (words_changed_ || command_.active() || !command_.settled()) command_.Step(now_, records_);
     setpoint_.Step(now_, records_);
     follow_.Step(now_, records_);
   }
   now_.control_changed = now_.control_first = now_.state_changed = false;
+  words_changed_ = outputs_changed_ = false;
 }
 
 void AxisWatch::Forget() {
@@ -219,6 +230,7 @@ void AxisWatch::Forget() {
   fresh.target_mapped = now_.target_mapped;
   now_ = fresh;
   last_state_.reset();
+  words_changed_ = true;
   enable_.Forget();
   command_.Forget();
   setpoint_.Forget();

@@ -46,6 +46,10 @@ class AxisWatch {
   /// Frames are missing, or the bus starts anew: what lasts begins anew.
   void Forget();
 
+  /// The same values again would change nothing.
+  [[nodiscard]] bool still() const {
+    return !outputs_changed_ && !enable_.active() && !command_.active() && !setpoint_.active() && !follow_.active();
+  }
   [[nodiscard]] const AxisView& now() const { return now_; }
   [[nodiscard]] const AxisRecords& records() const { return records_; }
   [[nodiscard]] const EnableCheck& enable() const { return enable_; }
@@ -89,7 +93,9 @@ class AxisWatch {
   Reserved reserved_control_, reserved_status_;
   AxisView now_;
   bool control_seen_ = false, status_seen_ = false, status_mapped_ = false;
-  FrameRef shown_since_;  ///< 6061h of the process data
+  bool outputs_changed_ = false;  ///< since the last step
+  bool words_changed_ = true;     ///< control, status, mode, AL state: not only positions
+  FrameRef shown_since_;          ///< 6061h of the process data
   FrameNo last_outputs_ = 0, last_inputs_ = 0;
   std::optional<device::DriveState> last_state_;
   std::optional<std::uint16_t> error_code_;

@@ -37,6 +37,12 @@ void CommandCheck::Forget() {
   all_starts_ = before.all_starts_;
 }
 
+bool CommandCheck::settled() const {
+  if (!enabled_ || !mode_ || !commanded_.seen() || NeedsStart(*mode_)) return false;
+  const Quantity quantity = QuantityOf(*mode_);
+  return quantity != Quantity::kNone && Of(quantity).changes >= kMoves;
+}
+
 void CommandCheck::BeginEnabled() {
   for (Setpoint& setpoint : setpoints_) {
     setpoint.changes = 0;

@@ -18,6 +18,13 @@ class CommandCheck {
  public:
   void Step(const AxisView& now, AxisRecords& out);
   void Forget();
+  /// As EnableCheck's.
+  [[nodiscard]] bool active() const {
+    return start_missing_.active() || start_stands_.active() || unacknowledged_.active() || halt_.active() ||
+           ramp_bits_.active() || overwritten_.active() || no_mode_.active() || not_mapped_.active();
+  }
+  /// More changes of the set points tell nothing new.
+  [[nodiscard]] bool settled() const;
 
   /// The first moment at which the enabled axis was told to move; not seen(): it never was.
   [[nodiscard]] const FrameRef& commanded() const { return commanded_; }

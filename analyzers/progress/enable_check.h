@@ -20,6 +20,12 @@ class EnableCheck {
   /// 6040h was written by SDO and taken.
   void OnSdoControl(const AxisView& now, std::uint16_t word, const FrameRef& frame);
   void Forget();
+  /// Something is going on: the next moment matters also where nothing changes.
+  [[nodiscard]] bool active() const {
+    return by_sdo_ || reset_stands_.active() || reset_missing_.active() || fault_stays_.active() ||
+           bit_missing_.active() || shutdown_missing_.active() || asked_.active() || quick_stop_.active() ||
+           not_ready_.active() || not_in_op_.active();
+  }
 
   /// The master asks for Operation enabled, by what the capture shows.
   [[nodiscard]] bool wanted() const { return wanted_; }

@@ -18,6 +18,10 @@ class FollowCheck {
  public:
   void Step(const AxisView& now, AxisRecords& out);
   void Forget();
+  /// As EnableCheck's.
+  [[nodiscard]] bool active() const {
+    return error_.active() || still_.active() || wrong_way_.active() || slow_.active();
+  }
 
   /// The first moment at which the actual value was seen to follow.
   [[nodiscard]] const FrameRef& follows() const { return follows_; }

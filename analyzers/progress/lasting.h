@@ -35,6 +35,8 @@ class Lasting {
     told_ = true;
     return true;
   }
+  /// The condition holds at the moment.
+  [[nodiscard]] bool active() const { return since_.seen(); }
   [[nodiscard]] const FrameRef& since() const { return since_; }
 
  private:

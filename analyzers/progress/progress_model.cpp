@@ -57,13 +57,19 @@ SlaveSide ProgressModel::SideOf(SlaveId slave) const {
 }
 
 const AxisPlaces& ProgressModel::PlacesOf(const model::ImagePart& part) {
-  const auto found = places_.find(part.serial);
-  if (found != places_.end()) return found->second;
-  if (places_.size() >= kMostPlaces) {
-    places_.clear();
-    repeating_.clear();
+  Recent& recent = recent_[part.serial % recent_.size()];
+  if (recent.serial == part.serial && recent.places != nullptr) return *recent.places;
+  auto found = places_.find(part.serial);
+  if (found == places_.end()) {
+    if (places_.size() >= kMostPlaces) {
+      places_.clear();
+      repeating_.clear();
+      recent_ = {};
+    }
+    found = places_.emplace(part.serial, AxisPlaces(part)).first;
   }
-  return places_.emplace(part.serial, AxisPlaces(part)).first->second;
+  recent = {part.serial, &found->second};
+  return found->second;
 }
 
 void ProgressModel::Take(const model::ImagePart& part, const AxisPlaces& places, ByteSpan data, const FrameRef& frame) {
@@ -90,8 +96,8 @@ void ProgressModel::On(const model::ProcessCycle& cycle) {
   Take(cycle.part, places, cycle.data, outputs && cycle.sent.seen() ? cycle.sent : cycle.frame());
 }
 
-const ProgressModel::Repeating& ProgressModel::RepeatingOf(const track::LogicalAccess& access) {
-  for (const Repeating& known : repeating_) {
+ProgressModel::Repeating& ProgressModel::RepeatingOf(const track::LogicalAccess& access) {
+  for (Repeating& known : repeating_) {
     if (known.command == access.command && known.address == access.address && known.length == access.length) {
       return known;
     }
@@ -106,17 +112,24 @@ const ProgressModel::Repeating& ProgressModel::RepeatingOf(const track::LogicalA
     if (part.slave == kNoSlave || part.places.empty() || (!outputs && !gave)) return;
     // A look at a part that was never told of would clear the list at hand.
     const auto places = places_.find(part.serial);
-    if (places != places_.end() && !places->second.empty()) fresh.parts.push_back({&part, &places->second});
+    if (places == places_.end() || places->second.empty()) return;
+    Part& added = fresh.parts.emplace_back();
+    added.part = &part;
+    added.places = &places->second;
+    places->second.ForEachAxis([&](std::uint8_t axis) {
+      if (AxisWatch* const watch = Watch(part.slave, axis)) added.watches.push_back(watch);
+    });
   });
   return fresh;
 }
 
 void ProgressModel::On(const track::LogicalRepeated& repeated) {
   const track::LogicalAccess& access = repeated.access;
-  for (const Part& part : RepeatingOf(access).parts) {
+  for (Part& part : RepeatingOf(access).parts) {
     const bool outputs = part.part->direction == device::PdoDirection::kRx;
-    Take(*part.part, *part.places, outputs ? access.sent_data : access.returned_data,
-         outputs && access.sent.seen() ? access.sent : access.frame());
+    const ByteSpan data = outputs ? access.sent_data : access.returned_data;
+    if (part.places->Repeats(data, part.bits) && part.still()) continue;
+    Take(*part.part, *part.places, data, outputs && access.sent.seen() ? access.sent : access.frame());
   }
 }
 

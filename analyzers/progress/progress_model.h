@@ -4,6 +4,8 @@
 /// Nothing is published: what is concluded here is asked for at the end.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <map>
 #include <utility>
@@ -54,6 +56,11 @@ class ProgressModel {
   struct Part {
     const model::ImagePart* part = nullptr;
     const AxisPlaces* places = nullptr;
+    std::vector<AxisWatch*> watches;  ///< of its axes
+    std::vector<std::uint64_t> bits;  ///< of the last frame
+    [[nodiscard]] bool still() const {
+      return std::all_of(watches.begin(), watches.end(), [](const AxisWatch* watch) { return watch->still(); });
+    }
   };
   /// A kind of datagram that repeats.
   struct Repeating {
@@ -65,7 +72,7 @@ class ProgressModel {
 
   void Take(const model::ImagePart& part, const AxisPlaces& places, ByteSpan data, const FrameRef& frame);
   [[nodiscard]] const AxisPlaces& PlacesOf(const model::ImagePart& part);
-  [[nodiscard]] const Repeating& RepeatingOf(const track::LogicalAccess& access);
+  [[nodiscard]] Repeating& RepeatingOf(const track::LogicalAccess& access);
   [[nodiscard]] SlaveSide SideOf(SlaveId slave) const;
   [[nodiscard]] AxisWatch* Watch(SlaveId slave, std::uint8_t axis);
   [[nodiscard]] Slave& Get(SlaveId slave);
@@ -75,6 +82,12 @@ class ProgressModel {
   std::map<AxisId, AxisWatch> axes_;
   std::vector<Slave> slaves_;                   ///< by id
   std::map<std::uint64_t, AxisPlaces> places_;  ///< by serial of the part; those without words of axes stay, too
+  /// The newest of them: most parts are asked for in each cycle.
+  struct Recent {
+    std::uint64_t serial = 0;
+    const AxisPlaces* places = nullptr;
+  };
+  std::array<Recent, 256> recent_{};
   std::vector<Repeating> repeating_;
 };
 

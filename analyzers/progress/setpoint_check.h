@@ -17,6 +17,8 @@ class SetpointCheck {
  public:
   void Step(const AxisView& now, AxisRecords& out);
   void Forget() { *this = {}; }
+  /// As EnableCheck's.
+  [[nodiscard]] bool active() const { return jump_ || outlier_ || outside_.active(); }
 
  private:
   struct Jump {

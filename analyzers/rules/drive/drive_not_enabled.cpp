@@ -8,7 +8,7 @@ namespace {
 
 constexpr FindingKind kBitMissing{
     .name = "control-bit-missing",
-    .title = "Control word {control_word} cannot enable the drive: {bits} = 0",
+    .title = "Missing in control word {control_word}: {bits}",
     .message =
         R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. Its bit 3 asks for Operation
 enabled, but {bits} {bit_count?is|are} 0. The drive shows {state} (status word {status_word}, {shown_frame}).
@@ -50,7 +50,7 @@ show which fault it is.] The cause is still there.)",
 
 constexpr FindingKind kShutdownMissing{
     .name = "shutdown-missing",
-    .title = "Control word {control_word} in Switch on disabled, without Shutdown (0x0006)",
+    .title = "Shutdown (0x0006) is missing before control word {control_word}",
     .message =
         R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive shows {state} (status
 word {status_word}, {shown_frame}). The way from Switch on disabled to Operation enabled begins with Shutdown:
@@ -60,7 +60,7 @@ bits 1 and 2 are 1, bit 0 is 0.)",
 
 constexpr FindingKind kNoVoltage{
     .name = "no-voltage",
-    .title = "Not enabled in {state}: the drive has no voltage (status bit 4 = 0)",
+    .title = "No voltage (status bit 4 = 0): the drive stays in {state}",
     .message =
         R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive stays in {state}, and
 bit 4 (voltage enabled) of its status word {status_word} is 0 ({shown_frame}).)",
@@ -81,7 +81,7 @@ constexpr FindingKind kQuickStopStays{
 
 constexpr FindingKind kNotReady{
     .name = "not-ready",
-    .title = "Not enabled: the drive shows Not ready to switch on",
+    .title = "Not ready to switch on: the drive accepts no enable word",
     .message =
         R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive shows {state} (status
 word {status_word}, {shown_frame}) and accepts no command there.)",
@@ -92,7 +92,7 @@ word {status_word}, {shown_frame}) and accepts no command there.)",
 
 constexpr FindingKind kNotInOp{
     .name = "not-in-op",
-    .title = "The master enables the drive, but never requests OP",
+    .title = "OP is never requested, but the master enables the drive",
     .message =
         R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The slave is not in OP, and the
 master did not request OP up to {shown_frame}. Outputs act in OP only.)",
@@ -101,7 +101,7 @@ master did not request OP up to {shown_frame}. Outputs act in OP only.)",
 
 constexpr FindingKind kOverwritten{
     .name = "control-word-overwritten",
-    .title = "Control word {by_sdo} by SDO is overwritten by {mapped} in process data",
+    .title = "SDO control word {by_sdo} is overwritten by process data ({mapped})",
     .message =
         R"(The master wrote control word {by_sdo} by SDO in {frame}. The process data hold {mapped} for the same object in
 every cycle. The drive shows {state} (status word {status_word}, {shown_frame}).)",
@@ -110,7 +110,7 @@ every cycle. The drive shows {state} (status word {status_word}, {shown_frame}).
 
 constexpr FindingKind kLocal{
     .name = "local-control",
-    .title = "Not enabled in {state}: the drive is in local control (bit 9 = 0)",
+    .title = "Local control (status bit 9 = 0): the drive stays in {state}",
     .message =
         R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive stays in {state}, and
 bit 9 (remote) of its status word {status_word} is 0 ({shown_frame}): it does not act on the control word.)",
@@ -119,7 +119,7 @@ bit 9 (remote) of its status word {status_word} is 0 ({shown_frame}): it does no
 
 constexpr FindingKind kHasty{
     .name = "hasty",
-    .title = "The master takes back the enable word {times} before the drive follows",
+    .title = "Enable word taken back {times} before the drive follows",
     .message =
         R"(From {frame} to {shown_frame} bit 3 (enable operation) of the control word rises {times}, and is 0 again after
 {longest_ms} at most. The drive never shows Operation enabled (state {state}, status word {status_word}).)",
@@ -213,8 +213,8 @@ class DriveNotEnabled final : public AxisRule {
     }
   }
 
-  static constexpr std::array<std::string_view, 3> kBits{"bit 0 (switch on)", "bit 1 (enable voltage)",
-                                                         "bit 2 (quick stop)"};
+  static constexpr std::array<std::string_view, 3> kBits{"switch on (bit 0)", "enable voltage (bit 1)",
+                                                         "quick stop (bit 2)"};
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<DriveNotEnabled>};

@@ -27,7 +27,7 @@ procedure failed.)",
 
 constexpr FindingKind kStandsStill{
     .name = "stands-still",
-    .title = "The {quantity} set point is not followed: the axis stands still",
+    .title = "The axis stands still while its {quantity} set point asks for motion",
     .message =
         R"(From {frame} on, for {lasted_ms}, the [{?velocity}target velocity is {set_point} and the velocity actual value
 {actual_value}][{!velocity}target position goes by {set_point} and the position actual value by {actual_value}]
