@@ -8,7 +8,19 @@ namespace ecaudit {
 inline constexpr NoteKind kMissingPacketsMayExplain{"missing-packets-may-explain",
                                                     "The capture misses packets, which may explain this finding."};
 
+inline constexpr NoteKind kStateReached{"state-reached",
+                                        "The slave reached {state} in {reached_frame} in spite of this."};
+// Of a refusal of SAFEOP:
+inline constexpr NoteKind kOddMappingMayExplain{
+    "odd-mapping-may-explain",
+    "Possible reason (inferred): the {direction} mapping has an odd length of {bytes}. {manual} forbids this for free "
+    "mapping."};
+inline constexpr NoteKind kObjectTwiceMayExplain{
+    "object-mapped-twice-may-explain",
+    "Possible reason (inferred): {object} is mapped {times} in the {direction} PDOs."};
+
 /// All of them, for documentation and tests.
-inline constexpr const NoteKind* kSharedNotes[] = {&kMissingPacketsMayExplain};
+inline constexpr const NoteKind* kSharedNotes[] = {&kMissingPacketsMayExplain, &kStateReached, &kOddMappingMayExplain,
+                                                   &kObjectTwiceMayExplain};
 
 }  // namespace ecaudit
