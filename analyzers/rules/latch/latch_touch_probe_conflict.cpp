@@ -1,27 +1,39 @@
 #include "analyzers/judge/latch_rule.h"
 #include "analyzers/model/model_events.h"
-#include "decoder/base/text.h"
 
 namespace ecaudit::latch_touch_probe_conflict {
 namespace {
 
+constexpr FindingKind kEnabledTogether{
+    .name = "enabled-together",
+    .title = "Touch probe {touch_probe} and {edge} are enabled together",
+    .message = R"(Since {frame} the latch control word ({control_word}) enables {edge}. At the same time the touch
+probe function 60B8h ({touch_probe_function}) enables touch probe {touch_probe}. As far as the manual shows, both use
+the capture unit {capture_unit} of the drive.)",
+    .next = "Use only one of the two for this input.",
+    .identity = "touch_probe edge"};
+
+constexpr const FindingKind* kKinds[] = {&kEnabledTogether};
+
 constexpr RuleInfo kInfo{.id = "latch-touch-probe-conflict",
                          .group = "Latch",
                          .severity = Severity::kWarning,
-                         .title = "Latch and touch probe use the same capture unit at once",
+                         .title = "Latch and touch probe use the same capture unit at the same time",
                          .needs = "the latch control word and the touch probe function 60B8h",
                          .source = "AKD-2010, 4.11; AKD-2011, 4.11; MKD, 4.12; PILZ, 4.9",
+                         .kinds = kKinds,
+                         .notes = kLatchNotes,
                          .doc = R"(
 ## What it checks
 Whether an edge of a latch is enabled in 20A4h while the touch probe of the same capture unit is enabled in 60B8h.
 
 ## Why it matters
-Both set up one capture unit of the drive; the later one changes what the other waits for.
+Both configure one capture unit of the drive. The later one changes the edge for which the other waits.
 
 ## How it is decided
-Latch 1 and touch probe 1 (60B8h bit 0) use the first capture unit, latch 2 and touch probe 2 (bit 8) the second:
-20A0h and 20A1h are positions of CAP0, 20A2h and 20A3h of CAP1 (MKD, 5.3.3). That the touch probes use them in the same
-order is an inference. The finding names the word with which both became enabled.
+Latch 1 and touch probe 1 (60B8h bit 0) use the first capture unit, latch 2 and touch probe 2 (bit 8) the second. 20A0h
+and 20A1h are positions of CAP0, 20A2h and 20A3h of CAP1 (MKD, 5.3.3). That the touch probes use them in the same order
+is an inference. The finding cites the word with which both became enabled.
 
 ## Example
 tests/rules/latch-touch-probe-conflict/violates.trace
@@ -35,17 +47,15 @@ class LatchTouchProbeConflict final : public LatchRule {
   LatchTouchProbeConflict() : LatchRule(kInfo, model::LatchMisuse::Kind::kTouchProbeConflict) {}
 
  protected:
-  void Describe(const model::LatchMisuse& misuse, Finding& finding) const override {
+  [[nodiscard]] Finding Describe(const model::LatchMisuse& misuse) const override {
     const bool second = (misuse.edge->enable & 0x000CU) != 0;
+    Finding finding = Found(kEnabledTogether, misuse.slave, misuse.frame);
     finding.confidence = Confidence::kInferred;
-    finding.title =
-        std::string("Touch probe ") + (second ? "2" : "1") + " and " + EdgeText(misuse) + " are enabled at once";
-    finding.message = "Since frame " + std::to_string(misuse.frame.number) + " the latch control word (" +
-                      Hex(misuse.control) + ") enables " + EdgeText(misuse) + " and the touch probe function 60B8h (" +
-                      Hex(misuse.value) + ") touch probe " + (second ? "2" : "1") + ". Both use capture unit " +
-                      (second ? "CAP1" : "CAP0") + " of the drive, as far as the manual tells. Use one of the two.";
-    finding.evidence.push_back(Text("edge", misuse.edge->name));
-    finding.evidence.push_back(HexNumber("touch_probe_function", misuse.value));
+    finding.Set("edge", arg::Text(misuse.edge->name))
+        .Set("touch_probe_function", arg::Hex(misuse.value))
+        .Set("touch_probe", arg::Number(second ? 2 : 1))
+        .Set("capture_unit", arg::Text(second ? "CAP1" : "CAP0"));
+    return finding;
   }
   [[nodiscard]] std::uint64_t KeyOf(const model::LatchMisuse& misuse) const override {
     return misuse.edge == nullptr || (misuse.edge->enable & 0x000CU) == 0 ? 0 : 1;
