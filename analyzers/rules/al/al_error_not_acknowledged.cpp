@@ -10,8 +10,8 @@ constexpr FindingKind kNotAcknowledged{
     .name = "not-acknowledged",
     .title = "{requested} requested while the error bit is set, without acknowledge",
     .message =
-        R"(AL Status shows the error bit since {error_bit_since_frame}. In {frame} the master requests {requested} (AL
-Control {al_control}) without the acknowledge bit (bit 4). The slave ignores such a request and does not answer.)",
+        R"(AL Status shows the error bit from {error_bit_since_frame} on. In {frame} the master requests {requested}
+(AL Control {al_control}) without the acknowledge bit (bit 4). The slave ignores such a request and does not answer.)",
     .next = "Read the AL status code (0x0134) and remove its cause. Then set bit 4 of AL Control, or request INIT.",
     .identity = "requested"};
 

@@ -28,8 +28,8 @@ reason.][{!al_status_code}{!no_code} The master did not read the AL status code 
 is not in the capture.][ If the slave set the error by itself, the cause by [{?manual}the manual
 ({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])",
     .next =
-        R"([{?al_status_code}Correct what the AL status code names.][{!al_status_code}Read the AL status code
-(0x0134).] Then acknowledge the error (bit 4 of AL Control) and request the states in order. To see how the error
+        R"([{?al_status_code}Correct what the AL status code names.][{!al_status_code}{!no_code}Read the AL status
+code (0x0134).] Acknowledge the error (bit 4 of AL Control), then request the states in order. To see how the error
 began, capture from the start of the master on.)",
     .identity = "al_status al_status_code"};
 
@@ -44,8 +44,8 @@ reason.][{!al_status_code}{!no_code} The master did not read the AL status code 
 is not in the capture.][ If the slave set the error by itself, the cause by [{?manual}the manual
 ({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])",
     .next =
-        R"([{?al_status_code}Correct what the AL status code names.][{!al_status_code}Read the AL status code
-(0x0134).] Then acknowledge the error (bit 4 of AL Control) and request the states in order.)",
+        R"([{?al_status_code}Correct what the AL status code names.][{!al_status_code}{!no_code}Read the AL status
+code (0x0134).] Acknowledge the error (bit 4 of AL Control), then request the states in order.)",
     .identity = "al_status al_status_code"};
 
 constexpr FindingKind kActiveOnBus{
@@ -58,10 +58,10 @@ read]. A broadcast read does not show which slave has the error bit set.)",
         R"(Read six bytes from 0x0130 of each slave. Correct what the AL status code names, then acknowledge the error
 (bit 4 of AL Control).)"};
 
-constexpr NoteKind kMayBeEcho{
-    .name = "may-be-echo",
-    .text =
-        "The capture does not show whether the slave has a processor. Slaves without one only echo an acknowledge."};
+constexpr NoteKind kMayBeEcho{.name = "may-be-echo",
+                              .text =
+                                  "The capture does not show whether a processor set the bit. Slaves without a "
+                                  "processor only echo an acknowledge."};
 constexpr NoteKind kNotAcknowledged{.name = "not-acknowledged",
                                     .text = "The master went on without acknowledging the error."};
 

@@ -15,16 +15,16 @@ constexpr FindingKind kNotAllowed{
     .title = "{requested} requested in {state}: not allowed",
     .message = R"(In {frame} the master requests {requested} (AL Control {al_control}). [{!assumed}AL Status in
 {state_frame} is {state}.][{?assumed}The capture has only outbound frames. If the slave followed the earlier requests,
-it is in {state} since {state_frame}.] [{!manual}The EtherCAT standard][The manual ({manual})] does not allow this
-transition.[ The slave should answer with the error bit and AL status code {expected_code}.])",
+it has been in {state} since {state_frame}.] [{!manual}The EtherCAT standard][The manual ({manual})] does not allow
+this transition.[ The slave should answer with the error bit and AL status code {expected_code}.])",
     .next = "Request the states in order, and wait for each state in AL Status (0x0130).",
     .identity = "state requested"};
 
 constexpr FindingKind kNotAllowedInAny{
     .name = "not-allowed-in-any",
     .title = "{requested} requested, allowed in none of {state}",
-    .message = R"(In {frame} the master requests {requested} (AL Control {al_control}). [{!assumed}AL Status in
-{state_frame} and the requests since then leave these states of the slave: {state}.][{?assumed}The capture has only
+    .message = R"(In {frame} the master requests {requested} (AL Control {al_control}). [{!assumed}By AL Status in
+{state_frame} and the later requests, the slave is in one of these states: {state}.][{?assumed}The capture has only
 outbound frames. After the requests up to {state_frame} the slave may be in these states: {state}.] [{!manual}The
 EtherCAT standard][The manual ({manual})] allows this transition in none of them.[ The slave should answer with the
 error bit and AL status code {expected_code}.])",

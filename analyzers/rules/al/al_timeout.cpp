@@ -37,7 +37,7 @@ constexpr FindingKind kNotReachedOnBus{
     .message =
         R"(The master requested {requested} [{?all_asked}of all slaves, last ]in {request_frame}. It read AL Status of
 all slaves by broadcast. From {frame} ({waited_ms} after the request) to {last_read_frame} these reads show
-{al_status_of_all}. A broadcast read does not show which slave it is.)",
+{al_status_of_all}. [{!one}A broadcast read does not show which slave it is.])",
     .next = "Read six bytes from 0x0130 of each slave.",
     .identity = "requested"};
 
@@ -49,7 +49,7 @@ constexpr FindingKind kGivenUpOnBus{
     .message =
         R"(The master requested {requested} [{?all_asked}of all slaves, last ]in {request_frame}. It read AL Status of
 all slaves by broadcast. Up to {last_read_frame} ({waited_ms} after the request) these reads show {al_status_of_all}.
-Then the master requested a lower state. A broadcast read does not show which slave it is.)",
+Then the master requested a lower state. [{!one}A broadcast read does not show which slave it is.])",
     .next = "Read six bytes from 0x0130 of each slave.",
     .identity = "requested"};
 

@@ -94,8 +94,8 @@ constexpr NoteKind kOnlySlaveLeft{
 constexpr NoteKind kSlaveNotKnown{
     .name = "slave-not-known",
     .text =
-        R"(A broadcast read does not show which slave it is.[ It is none of {excluded}[, and {more}]: the master read
-them, and they do not show the change.])"};
+        R"(A broadcast read does not show which slave it is.[ It is {excluded?not|none of} {excluded}[, and {more}]:
+the master read {excluded?it|them}, and {excluded?it does|they do} not show the change.])"};
 
 constexpr const FindingKind* kKinds[] = {&kDropped, &kErrorBitSet, &kAllDropped, &kDroppedOnBus, &kErrorBitOnBus};
 constexpr const NoteKind* kNotes[] = {&kCodeNotRead,  &kErrorOfSome,   &kUndefinedState,

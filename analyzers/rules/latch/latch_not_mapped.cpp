@@ -8,18 +8,18 @@ namespace {
 
 constexpr FindingKind kUnreachable{
     .name = "unreachable",
-    .title = "Neither status nor position of {edge} can reach the master",
-    .message = R"(The master enabled {edge}[ in {armed_frame}]. Neither the latch status word nor [{position_objects},
-which {position_objects?holds|hold} its position,][{!position_objects}any latch position] is in the inputs. The
-capture has no upload of them by SDO. So the master cannot know that the drive captured a position.)",
+    .title = "Status and position of {edge} are never read",
+    .message = R"(The master enabled {edge}[ in {armed_frame}]. The inputs contain neither the latch status word nor
+[its position ({position_objects})][{!position_objects}any latch position]. The capture has no upload of them by SDO.
+So the master cannot know that the drive captured a position.)",
     .next = "Map the status word and the position into the inputs, or read them by SDO.",
     .identity = "edge"};
 
 constexpr FindingKind kNotRead{
     .name = "not-read",
     .title = "Position of {edge} is neither mapped nor read",
-    .message = R"(The drive captured a position of {edge}.[ The edge was armed in {armed_frame}.][ It is valid since
-{valid_frame}.] Its position is not in the inputs ({position_objects}). The whole capture has no read of it, neither
+    .message = R"(The drive captured a position of {edge}.[ The edge was armed in {armed_frame}.][ It became valid in
+{valid_frame}.] Its position ({position_objects}) is not in the inputs. The whole capture has no read of it, neither
 by selector {selector} nor by SDO.)",
     .next = "Map the object into the inputs, or read it by selector and wait for the acknowledge.",
     .identity = "edge"};

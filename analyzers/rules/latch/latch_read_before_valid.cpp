@@ -9,8 +9,8 @@ constexpr FindingKind kNotValid{
     .title = "Read selector {selector} set although {edge} is not valid",
     .message =
         R"(The master set read selector {selector} ({edge})[{?by_sdo} by SDO] in {frame}. The status word before it
-does not show the valid bit ({valid_bit}).[ The edge was armed in {armed_frame}.][ It was valid in {valid_frame}.] By
-the manual the position is available when that bit is set.)",
+does not show the valid bit ({valid_bit}).[ The edge was armed in {armed_frame}.][ It became valid in {valid_frame}.]
+By the manual the position is available when that bit is set.)",
     .next = "Wait for the valid bit before setting the selector.",
     .identity = "edge selector"};
 

@@ -8,7 +8,7 @@ constexpr FindingKind kNotRearmed{
     .name = "not-rearmed",
     .title = "Position of {edge} read twice without re-arming",
     .message = R"(The drive acknowledged the read of {edge} in {acknowledge_frame}.[ The edge was armed in
-{armed_frame}.][ It is valid since {valid_frame}.] The master set the same selector again[{?by_sdo} by SDO] in
+{armed_frame}.][ It became valid in {valid_frame}.] The master set the same selector again[{?by_sdo} by SDO] in
 {frame}. The enable bit ({enable_bit}) did not return to 0 in between, so the drive still holds the old position.)",
     .next = "Clear the enable bit after each read, and set it again to arm the latch.",
     .identity = "edge"};

@@ -11,8 +11,8 @@ constexpr FindingKind kDisarmedBeforeRead{
     .name = "disarmed-before-read",
     .title = "Position of {edge} lost: disarmed before it was read",
     .message =
-        R"(The master disarmed {edge}[{?by_sdo} by SDO] in {frame}.[ The edge was armed in {armed_frame}.][ It is
-valid since {valid_frame}.] Its position was not read: no mapped object carried it, selector {selector} was not
+        R"(The master disarmed {edge}[{?by_sdo} by SDO] in {frame}.[ The edge was armed in {armed_frame}.][ It became
+valid in {valid_frame}.] Its position was not read: no mapped object carried it, selector {selector} was not
 acknowledged, and there was no upload by SDO.[ The master set the selector in {selector_frame}, but did not wait for
 the acknowledge.])",
     .next = "Read the position before clearing the enable bit.",
