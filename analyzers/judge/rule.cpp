@@ -103,7 +103,7 @@ const model::SlaveModel* Rule::SlaveOrNull(SlaveId id) const {
 void Rule::NotEvaluableWhereRequestsAreNotFollowed() {
   if (NotEvaluableWithoutReturns()) return;
   NotEvaluableWhere([](const model::SlaveModel& s) { return s.al.requests() > 0 && s.al.reads_after_request() == 0; },
-                    Reason::Of(ReasonCode::kNotInCapture, what::kAlStatusAfter));
+                    Reason::Of(ReasonCode::kNotRead, what::kAlStatusAfter));
 }
 
 Evidence Number(std::string name, std::int64_t value) {

@@ -55,7 +55,7 @@ class AlErrorNotAcknowledged final : public Rule {
   void On(const model::AlRequestJudged& e) {
     const model::AlRequestRecord& request = e.request;
     if (request.verdict == model::AlVerdict::kUnknown && !request.control.bit4()) {
-      NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kAlStateBefore, request.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kNotRead, what::kAlStateBefore, request.frame.number);
     }
     if (request.verdict != model::AlVerdict::kNeedsAcknowledge) return;
     FindingIndex index = Repeat(e.slave, e.error_since, request.frame);

@@ -81,7 +81,7 @@ class AlIllegalTransition final : public Rule {
     const model::AlRequestRecord& request = e.request;
     if (request.verdict == model::AlVerdict::kUnknown) {
       if (request.possible.empty()) {
-        NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kAlStateBefore, request.frame.number);
+        NotEvaluable(e.slave, ReasonCode::kNotRead, what::kAlStateBefore, request.frame.number);
       } else {
         NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kAlState, request.frame.number);
       }

@@ -171,7 +171,7 @@ class AlRefused final : public Rule {
   }
 
   void On(const model::AlAnswerUnclear& e) {
-    NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kAlStateBefore, e.frame.number);
+    NotEvaluable(e.slave, ReasonCode::kNotRead, what::kAlStateBefore, e.frame.number);
   }
   void On(const model::AlErrorRepeated& e) {
     const FindingIndex index = OpenOf(e.slave);

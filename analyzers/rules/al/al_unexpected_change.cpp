@@ -102,7 +102,7 @@ constexpr const NoteKind* kNotes[] = {&kCodeNotRead,  &kErrorOfSome,   &kUndefin
                                       &kMayBeRestart, &kOnlySlaveLeft, &kSlaveNotKnown};
 
 constexpr Word kRequest{"request", "a request of the master"};
-constexpr Word kStatusReads{"al-status-reads", "reads of AL Status (0x0130)", true};
+constexpr Word kAlStatusTwice{"al-status-twice", "AL Status (0x0130) twice"};
 
 constexpr RuleInfo kInfo{.id = "al-unexpected-change",
                          .group = "AL state machine",
@@ -234,7 +234,7 @@ class AlUnexpectedChange final : public Rule {
     Settle();
     if (NotEvaluableWithoutReturns()) return;
     NotEvaluableWhere([](const model::SlaveModel& s) { return s.al.status_reads() < 2; },
-                      Reason::Of(ReasonCode::kTooFew, kStatusReads));
+                      Reason::Of(ReasonCode::kNotRead, kAlStatusTwice));
   }
 
  private:
