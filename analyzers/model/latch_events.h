@@ -36,7 +36,7 @@ struct LatchCapture {
   LatchReading reading = LatchReading::kNone;
   std::optional<std::int64_t> position;  ///< as read, where the object that holds it is documented; in drive units
   bool valid_before = false;             ///< the valid bit was set when the capture file began: it may be read already
-  bool assumed = false;                  ///< rests on words of which it is not known that the drive took them
+  bool assumed = false;                  ///< rests on words that the drive may not have accepted
 };
 
 struct LatchStep {
@@ -47,7 +47,7 @@ struct LatchStep {
   const device::LatchEdge* edge = nullptr;  ///< never null
   std::uint16_t control = 0;                ///< as last known
   std::optional<std::uint16_t> status;      ///< as last known
-  LatchCapture capture;                     ///< as it stands now
+  LatchCapture capture;                     ///< as it is now
 };
 
 /// Something that a rule of the chapter on latches reports, by the rule of that name.

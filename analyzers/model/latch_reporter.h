@@ -15,7 +15,7 @@ namespace ecaudit::model {
 
 class LatchReporter {
  public:
-  /// @param judges false: steps are told, nothing is complained of  @param sink must outlive this
+  /// @param judges false: steps are reported, misuse is not  @param sink must outlive this
   LatchReporter(SlaveId slave, bool judges, EventSink& sink) : slave_(slave), judges_(judges), sink_(sink) {}
 
   void SawControl(std::uint16_t word) { control_ = word; }

@@ -241,7 +241,7 @@ class AlErrorStanding final : public Rule {
     if (all_without_error_ && !all_.open()) return;
     const std::uint16_t* count = context().network().slave_count().if_known();
     if (!e.returned.seen() || count == nullptr || e.wkc != *count || at >= e.returned_data.size()) return;
-    // Bits that the master sent as 1 look like answers; and a single slave is read by itself.
+    // Bits that the master sent as 1 cannot be separated from answers. A single slave is read by itself.
     if (e.sent_data.empty() || std::any_of(e.sent_data.begin(), e.sent_data.end(), [](auto b) { return b != 0; })) {
       return;
     }

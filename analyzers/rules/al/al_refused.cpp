@@ -70,7 +70,7 @@ constexpr RuleInfo kInfo{
     .needs_no_history = true,
     .subject = Subject::kAlRequest,
     .title = "The slave answers a state request with the error bit",
-    .needs = "AL Status after the request; the state before it, to tell the error from an older one",
+    .needs = "AL Status after the request; the state before it, to separate the error from an older one",
     .source = "ETG1000.6, AL Status register 0x0130 and AL Status Code register 0x0134",
     .kinds = kKinds,
     .notes = kNotes,
@@ -122,7 +122,7 @@ class AlRefused final : public Rule {
     Subscribe<model::BusAlRefused>(&AlRefused::On);
   }
 
-  /// Which of them it was, and why, broadcasts do not tell.
+  /// Broadcast reads show neither which slave it was nor its code.
   void On(const model::BusAlRefused& e) {
     if (MissesPackets(context().pairing())) {
       NotEvaluable(kNoSlave, ReasonCode::kMissesPackets, e.frame.number);

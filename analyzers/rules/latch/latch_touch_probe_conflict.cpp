@@ -9,7 +9,7 @@ constexpr FindingKind kEnabledTogether{
     .title = "Touch probe {touch_probe} and {edge} are enabled together",
     .message = R"(Since {frame} the latch control word ({control_word}) enables {edge}. At the same time the touch
 probe function 60B8h ({touch_probe_function}) enables touch probe {touch_probe}. As far as the manual shows, both use
-the capture unit {capture_unit} of the drive.)",
+[capture unit {capture_unit}][{!capture_unit}the same capture unit] of the drive.)",
     .next = "Use only one of the two for this input.",
     .identity = "touch_probe edge"};
 
@@ -48,17 +48,17 @@ class LatchTouchProbeConflict final : public LatchRule {
 
  protected:
   [[nodiscard]] Finding Describe(const model::LatchMisuse& misuse) const override {
-    const bool second = (misuse.edge->enable & 0x000CU) != 0;
     Finding finding = Found(kEnabledTogether, misuse.slave, misuse.frame);
     finding.confidence = Confidence::kInferred;
     finding.Set("edge", arg::Text(misuse.edge->name))
         .Set("touch_probe_function", arg::Hex(misuse.value))
-        .Set("touch_probe", arg::Number(second ? 2 : 1))
-        .Set("capture_unit", arg::Text(second ? "CAP1" : "CAP0"));
+        .Set("touch_probe", arg::Number(misuse.edge->touch_probe));
+    const std::string& unit = misuse.edge->capture_unit;
+    if (!unit.empty()) finding.Set("capture_unit", arg::Text(unit));
     return finding;
   }
   [[nodiscard]] std::uint64_t KeyOf(const model::LatchMisuse& misuse) const override {
-    return misuse.edge == nullptr || (misuse.edge->enable & 0x000CU) == 0 ? 0 : 1;
+    return misuse.edge->touch_probe;
   }
 };
 

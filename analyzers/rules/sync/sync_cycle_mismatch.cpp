@@ -33,8 +33,8 @@ constexpr RuleInfo kInfo{.id = "sync-cycle-mismatch",
                          .subject = Subject::kCycle,
                          .title = "SYNC0 cycle, interpolation time and the rhythm of the process data disagree",
                          .needs =
-                             "two of: SYNC0 cycle (0x09A0), object 60C2h, the drive's SAMPLEPERIOD or PTBASE "
-                             "(--parameter), at least 50 cycles of process data in OP",
+                             "two of: SYNC0 cycle (0x09A0), object 60C2h, the drive's own cycle (--parameter), at "
+                             "least 50 cycles of process data in OP",
                          .source = "ESC-1, distributed clocks; AKD-2011, 4.8; MKD, 4.9; PILZ, 4.6",
                          .doc = R"(
 ## What it checks

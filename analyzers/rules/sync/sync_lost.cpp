@@ -30,7 +30,9 @@ constexpr RuleInfo kInfo{
     .of_family = true,
     .subject = Subject::kTiming,
     .title = "By its manual the drive must have lost synchronisation",
-    .needs = "AL state OP, FMMUs, a clock; AKD and MKD: the status word, to know that the drive is enabled",
+    .needs =
+        "AL state OP, FMMUs, a clock; for families that count missing frames: the status word, to know that the "
+        "drive is enabled",
     .source = "AKD-2011, 4.13; AKD-2010, 4.13; MKD, 3.4; PILZ, 4.8",
     .doc = R"(
 ## What it checks
@@ -57,7 +59,7 @@ told by sync-watchdog-margin. Pilz: as sync-window-violation judges each cycle.
 samples/captures/sync-frames-missing.pcapng
 
 ## What to do
-Find the pause in the master named here. Seven missing frames are tolerated, eight are not.
+Find the pause in the master named here. The finding shows how many missing frames the family tolerates (AKD and MKD: 7).
 )"};
 
 class SyncLost final : public Rule {
@@ -191,7 +193,9 @@ class SyncLost final : public Rule {
         NotEvaluable(e.slave, "frames were sent in the pause whose fate is not in the capture", EndOf(e).number);
       }
       if (missing_at(e.gap.ns + *e.uncertainty_ns) > limit) {
-        NotEvaluable(e.slave, "whether more than seven frames are missing lies within the clock's uncertainty",
+        NotEvaluable(e.slave,
+                     "whether more than " + Count(static_cast<std::uint64_t>(limit), "frame") +
+                         " are missing lies within the clock's uncertainty",
                      EndOf(e).number);
       }
       return std::nullopt;
@@ -291,7 +295,7 @@ class SyncLost final : public Rule {
                       " had no process data within the permitted jitter. " + LawText(profile) +
                       " lets the drive lose "
                       "synchronisation (" +
-                      names + ") at the " + (*limit == 2 ? "second" : std::to_string(*limit) + "th") +
+                      names + ") at the " + (*limit == 2 ? "second" : Ordinal(*limit)) +
                       ". Find out why the master was late.";
     finding.evidence = {Number("consecutive", static_cast<std::int64_t>(run.length)), Number("limit", *limit)};
     Report(1, std::move(finding));
