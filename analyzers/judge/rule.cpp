@@ -9,6 +9,7 @@
 #include "analyzers/judge/catalogue.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/words/what.h"
 #include "decoder/bus/pairing.h"
 
 namespace ecaudit {
@@ -121,7 +122,7 @@ const model::SlaveModel* Rule::SlaveOrNull(SlaveId id) const {
 void Rule::NotEvaluableWhereRequestsAreNotFollowed() {
   if (NotEvaluableWithoutReturns()) return;
   NotEvaluableWhere([](const model::SlaveModel& s) { return s.al.requests() > 0 && s.al.reads_after_request() == 0; },
-                    "AL Status was not read after a request");
+                    Reason::Of(ReasonCode::kNotRead, what::kAlStatusAfter));
 }
 
 Evidence Number(std::string name, std::int64_t value) {

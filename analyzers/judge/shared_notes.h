@@ -7,6 +7,8 @@ namespace ecaudit {
 
 inline constexpr NoteKind kMissingPacketsMayExplain{"missing-packets-may-explain",
                                                     "The capture misses packets, which may explain this finding."};
+inline constexpr NoteKind kWorkingCounterMissing{"working-counter-missing",
+                                                 "The working counter of this slave is missing from {since} on."};
 
 inline constexpr NoteKind kStateReached{"state-reached",
                                         "The slave reached {state} in {reached_frame} in spite of this."};
@@ -20,7 +22,7 @@ inline constexpr NoteKind kObjectTwiceMayExplain{
     "Possible reason (inferred): {object} is mapped {times} in the {direction} PDOs."};
 
 /// All of them, for documentation and tests.
-inline constexpr const NoteKind* kSharedNotes[] = {&kMissingPacketsMayExplain, &kStateReached, &kOddMappingMayExplain,
-                                                   &kObjectTwiceMayExplain};
+inline constexpr const NoteKind* kSharedNotes[] = {&kMissingPacketsMayExplain, &kWorkingCounterMissing, &kStateReached,
+                                                   &kOddMappingMayExplain, &kObjectTwiceMayExplain};
 
 }  // namespace ecaudit

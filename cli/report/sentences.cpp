@@ -82,7 +82,8 @@ class Filler {
   static void Write(std::string& out, const Value& value, std::string text) {
     const bool begins = out.empty() || out.ends_with(". ");
     const bool ours = value.type == Value::Type::kWord || value.type == Value::Type::kFrame ||
-                      value.type == Value::Type::kSlave || value.type == Value::Type::kList;
+                      value.type == Value::Type::kSlave || value.type == Value::Type::kList ||
+                      value.type == Value::Type::kAlState;
     if (begins && ours && !text.empty()) {
       text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
     }

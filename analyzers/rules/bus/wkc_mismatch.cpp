@@ -9,6 +9,7 @@
 #include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/shared_notes.h"
 #include "analyzers/model/bus_model.h"
 #include "decoder/base/text.h"
 #include "decoder/base/time.h"
@@ -199,7 +200,7 @@ class WkcMismatch final : public Rule {
       own.message.replace(at, kSeveralFit.size(),
                           " missing: it fits what " + context().Label(cause.slave) + " counts, which left its state.");
       if (own.first.number < cause.first.number) {
-        cause.message += " Its working counter is missing from frame " + std::to_string(own.first.number) + " on.";
+        cause.Add(kWorkingCounterMissing, {{"since", arg::Frame(own.first.number)}});
         AddRelated(cause, own.first.number);
       }
       return;
