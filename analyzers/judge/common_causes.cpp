@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <variant>
 
@@ -23,33 +25,44 @@ constexpr TimeNs kLater = 10'000'000'000;
 constexpr std::int64_t kWatchdog = 0x1B;  // AL status code
 constexpr std::int64_t kErrorBit = 0x10;  // of AL Status
 
-std::string_view TextOf(const Finding& finding, std::string_view name) {
+/// The value that a rule calls `name`, as evidence of findings without a kind has it.
+template <class T>
+const T* OldValue(const Finding& finding, std::string_view name) {
   for (const Evidence& evidence : finding.evidence) {
-    const auto* text = std::get_if<std::string>(&evidence.value);
-    if (evidence.name == name && text != nullptr) return *text;
+    if (evidence.name == name) return std::get_if<T>(&evidence.value);
   }
-  return {};
+  return nullptr;
+}
+
+/// A text, or the code of a word.
+std::string TextOf(const Finding& finding, std::string_view name) {
+  if (const Value* value = finding.arguments.Find(name)) return KeyOf(*value);
+  const auto* text = OldValue<std::string>(finding, name);
+  return text == nullptr ? std::string() : *text;
 }
 
 bool HasEvidence(const Finding& finding, std::string_view name) {
-  return std::any_of(finding.evidence.begin(), finding.evidence.end(),
-                     [name](const Evidence& evidence) { return evidence.name == name; });
+  return finding.arguments.Has(name) || std::any_of(finding.evidence.begin(), finding.evidence.end(),
+                                                    [name](const Evidence& evidence) { return evidence.name == name; });
 }
 
 std::optional<std::int64_t> NumberOf(const Finding& finding, std::string_view name) {
-  for (const Evidence& evidence : finding.evidence) {
-    const auto* number = std::get_if<std::int64_t>(&evidence.value);
-    if (evidence.name == name && number != nullptr) return *number;
-  }
-  return {};
+  if (const Value* value = finding.arguments.Find(name)) return value->number;
+  const auto* number = OldValue<std::int64_t>(finding, name);
+  return number == nullptr ? std::nullopt : std::optional(*number);
 }
 
-std::optional<double> RealOf(const Finding& finding, std::string_view name) {
-  for (const Evidence& evidence : finding.evidence) {
-    const auto* number = std::get_if<double>(&evidence.value);
-    if (evidence.name == name && number != nullptr) return *number;
-  }
-  return {};
+/// The AL state that a rule calls `name`; 0: none.
+std::int64_t StateOf(const Finding& finding, std::string_view name) {
+  if (const Value* value = finding.arguments.Find(name)) return value->number;
+  const auto* text = OldValue<std::string>(finding, name);
+  return text == nullptr ? 0 : esc::StateFromName(*text);
+}
+
+std::optional<TimeNs> TimeOf(const Finding& finding, std::string_view name) {
+  if (const Value* value = finding.arguments.Find(name)) return value->number;
+  const auto* number = OldValue<double>(finding, name);
+  return number == nullptr ? std::nullopt : std::optional(static_cast<TimeNs>(*number * 1e6));
 }
 
 /// The frame from which on the finding's matter was under way: what it names before its own.
@@ -101,11 +114,11 @@ TimeNs WatchdogOf(const RuleContext& context, SlaveId slave) {
 bool StarvesBehind(FrameNo look, const Finding& lost, TimeNs watchdog) {
   const auto frames = NumberOf(lost, "in_a_row");
   const auto last = NumberOf(lost, "in_a_row_last_frame");
-  const auto took = RealOf(lost, "in_a_row_ms");
+  const auto took = TimeOf(lost, "in_a_row_ms");
   if (!frames || !last || !took || watchdog <= 0 || static_cast<FrameNo>(*last) <= look) return false;
   // One cycle before the first of them and one behind the last have to be added.
   const auto count = static_cast<double>(*frames);
-  return *took * 1e6 * (count + 1) / (count - 1) >= static_cast<double>(watchdog);
+  return static_cast<double>(*took) * (count + 1) / (count - 1) >= static_cast<double>(watchdog);
 }
 
 /// The effect came when `cause` had begun, and not much later than it was over. Where the cause brings its effect at
@@ -134,13 +147,8 @@ bool SaysSynchronisationLost(const RuleContext& context, const Finding& effect) 
 
 /// Mailbox error codes of ETG1000.6 that speak of how a message is built: syntax, header, size.
 bool SaysMalformed(const RuleContext&, const Finding& effect) {
-  for (const Evidence& evidence : effect.evidence) {
-    const auto* detail = std::get_if<std::int64_t>(&evidence.value);
-    if (evidence.name == "detail" && detail != nullptr) {
-      return *detail == 1 || *detail == 5 || *detail == 6 || *detail == 8;
-    }
-  }
-  return false;
+  const auto detail = NumberOf(effect, "detail");
+  return detail && (*detail == 1 || *detail == 5 || *detail == 6 || *detail == 8);
 }
 
 /// The drive took its torque away, which it may.
@@ -154,11 +162,8 @@ bool Single(const RuleContext&, const Finding& effect) {
 
 /// The slave's own code speaks of synchronisation: 0x001A, 0x002C to 0x0036.
 bool SaysSynchronisation(const RuleContext&, const Finding& effect) {
-  for (const Evidence& evidence : effect.evidence) {
-    const auto* code = std::get_if<std::int64_t>(&evidence.value);
-    if (evidence.name == "al_status_code" && code != nullptr) return esc::SpeaksOfSynchronisation(*code);
-  }
-  return true;  // none was read
+  const auto code = NumberOf(effect, "al_status_code");
+  return !code || esc::SpeaksOfSynchronisation(*code);  // none was read
 }
 
 /// Both tell of one frame.
@@ -166,10 +171,19 @@ bool SameFrame(const Finding& effect, const Finding& cause) {
   return effect.first.number == cause.first.number;
 }
 
-/// Both tell of one object.
+/// Index of the object that it is about; 0: none.
+std::int64_t IndexOf(const Finding& finding) {
+  if (const Value* value = finding.arguments.Find("object")) return value->number >> 9U;
+  const auto* text = OldValue<std::string>(finding, "object");
+  std::int64_t index = 0;
+  if (text != nullptr) (void)std::from_chars(text->data(), text->data() + text->size(), index, 16);
+  return index;
+}
+
+/// Both are about one object.
 bool SameObject(const Finding& effect, const Finding& cause) {
-  const std::string_view object = TextOf(effect, "object");
-  return !object.empty() && object.substr(0, object.find(':')) == TextOf(cause, "object").substr(0, object.find(':'));
+  const std::int64_t index = IndexOf(effect);
+  return index != 0 && index == IndexOf(cause);
 }
 
 /// Emergencies of ETG.1000.6 for a transition that failed: 0xA000, 0xA001.
@@ -252,7 +266,7 @@ bool OfProcessData(const RuleContext&, const Finding& effect) {
 
 /// Outputs that are never complete make the slave drop all of them: its watchdog runs out.
 bool TellsOfOutputs(const Finding&, const Finding& cause) {
-  return cause.title.find("of the outputs") != std::string::npos;
+  return TextOf(cause, "direction") == "outputs" || cause.title.find("of the outputs") != std::string::npos;
 }
 
 bool LostInARow(const Finding&, const Finding& cause) {
@@ -267,10 +281,13 @@ bool WasAway(const Finding& effect, const Finding& cause) {
 
 /// The master did not look: it asks for the next state although the slave still stands where it refused the one before.
 bool GoesOnFromRefusal(const Finding& effect, const Finding& cause) {
-  const std::string_view refused = TextOf(cause, "requested");
-  const std::string_view next = refused == "PREOP" ? "SAFEOP" : refused == "SAFEOP" ? "OP" : "";
-  return !next.empty() && TextOf(effect, "requested") == next &&
-         TextOf(effect, "state") == TextOf(cause, "state_before") && effect.first.number > cause.first.number;
+  constexpr auto kPreop = static_cast<std::int64_t>(esc::AlState::PREOP);
+  constexpr auto kSafeop = static_cast<std::int64_t>(esc::AlState::SAFEOP);
+  constexpr auto kOperational = static_cast<std::int64_t>(esc::AlState::OP);
+  const std::int64_t refused = StateOf(cause, "requested");
+  const std::int64_t next = refused == kPreop ? kSafeop : refused == kSafeop ? kOperational : 0;
+  return next != 0 && StateOf(effect, "requested") == next &&
+         StateOf(effect, "state") == StateOf(cause, "state_before") && effect.first.number > cause.first.number;
 }
 
 /// `effect` follows from `cause` of the same slave, or of the bus.

@@ -63,8 +63,10 @@ std::string KeyOf(const Value& value) {
 
 namespace arg {
 
-Value Number(std::int64_t value) {
-  return Numeric(Value::Type::kNumber, value);
+Value Number(std::int64_t value, std::string_view meaning) {
+  Value out = Numeric(Value::Type::kNumber, value);
+  out.text = meaning;
+  return out;
 }
 
 Value Hex(std::uint64_t value, int digits) {

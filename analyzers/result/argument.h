@@ -59,7 +59,8 @@ struct Value {
 
 /// Short names for making values: `finding.Set("requested", arg::State(raw))`.
 namespace arg {
-[[nodiscard]] Value Number(std::int64_t value);
+/// "7", or "7 (Interpolated position)"
+[[nodiscard]] Value Number(std::int64_t value, std::string_view meaning = {});
 [[nodiscard]] Value Hex(std::uint64_t value, int digits = 4);
 /// @param unit  "ppm", "%", "us"; static storage
 [[nodiscard]] Value Real(double value, std::string_view unit = {}, int decimals = 1);

@@ -1,6 +1,7 @@
 #include "analyzers/words/drive_text.h"
 
 #include <algorithm>
+#include <map>
 
 #include "analyzers/objects/relatives.h"
 #include "decoder/base/text.h"
@@ -82,6 +83,30 @@ std::string CommandText(const DriveProfile& drive, const model::DriveCommanded& 
 
 std::string StateText(std::optional<device::DriveState> state) {
   return state ? std::string(device::DriveStateName(*state)) : "unknown";
+}
+
+Value StateValue(std::optional<device::DriveState> state) {
+  static const auto words = [] {
+    std::map<device::DriveState, Word> all;
+    for (int i = 0; i <= static_cast<int>(device::DriveState::kFault); ++i) {
+      const auto each = static_cast<device::DriveState>(i);
+      all[each] = Word{device::DriveStateName(each), device::DriveStateName(each)};
+    }
+    return all;
+  }();
+  static constexpr Word kUnknown{"unknown", "an unknown state"};
+  const auto found = state ? words.find(*state) : words.end();
+  return arg::Of(found == words.end() ? kUnknown : found->second);
+}
+
+Value ModeValue(const device::DeviceDescription& family, std::int8_t value) {
+  const device::OperationMode* mode = family.drive ? family.drive->FindMode(value) : nullptr;
+  return arg::Number(value, mode == nullptr ? std::string_view() : std::string_view(mode->name));
+}
+
+Value WayValue(bool by_sdo) {
+  static constexpr Word kSdo{"sdo", "SDO"}, kProcessData{"process-data", "process data"};
+  return arg::Of(by_sdo ? kSdo : kProcessData);
 }
 
 std::string StateChangeText(const model::DriveStateChanged& event) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "analyzers/model/drive_events.h"
+#include "analyzers/result/argument.h"
 #include "decoder/device/device_description.h"
 
 namespace ecaudit {
@@ -23,6 +24,12 @@ namespace ecaudit {
 [[nodiscard]] std::string StateChangeText(const model::DriveStateChanged& event);
 /// "Fault"; "unknown".
 [[nodiscard]] std::string StateText(std::optional<device::DriveState> state);
+/// As a value of a finding; "unknown" has the code of that name.
+[[nodiscard]] Value StateValue(std::optional<device::DriveState> state);
+/// The mode with its name, where the family has one.
+[[nodiscard]] Value ModeValue(const device::DeviceDescription& family, std::int8_t value);
+/// "process data" or "SDO": how a word came.
+[[nodiscard]] Value WayValue(bool by_sdo);
 /// "7 (Interpolated position)"; the bare number where the family has no name for it.
 [[nodiscard]] std::string ModeText(const device::DriveProfile& drive, std::int8_t value);
 /// "emergency 0x7305 F401 Failed to set feedback type", "object 2001h: F401 ...".

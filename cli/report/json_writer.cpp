@@ -232,7 +232,8 @@ void PutValue(JsonObject& out, const std::string& name, const Value& value) {
     case Value::Type::kReal:
       return out.Put(name, value.real);
     case Value::Type::kDuration: {
-      const double divisor = value.unit == "ms" ? 1e6 : value.unit == "us" ? 1e3 : 1;
+      if (value.unit == "ns") return out.Put(name, value.number);
+      const double divisor = value.unit == "ms" ? 1e6 : 1e3;
       return out.Put(name, static_cast<double>(value.number) / divisor);
     }
     case Value::Type::kFlag:

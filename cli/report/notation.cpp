@@ -38,7 +38,7 @@ std::string TextOf(const Value& value, Form form) {
   const auto natural = static_cast<std::uint64_t>(value.number);
   switch (value.type) {
     case Value::Type::kNumber:
-      return std::to_string(value.number);
+      return Explained(std::to_string(value.number), Printable(value.text), form);
     case Value::Type::kHex:
       return Hex(natural, value.digits);
     case Value::Type::kReal:

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/analysis.h"
+#include "cli/report/sentences.h"
 #include "decoder/capture/capture_stream.h"
 #include "tests/perf/allocations.h"
 #include "tests/perf/long_run.h"
@@ -66,7 +67,7 @@ TEST_P(SteadyStateTest, TheBenchmarkedRunIsHealthyAndJudged) {
   const std::vector<std::string_view> judged{"wkc-mismatch", "latch-ack-mismatch",  "drive-fault",
                                              "sync-lost",    "pdo-length-mismatch", "frame-lost"};
   for (const NotEvaluable& open : result.not_evaluable) {
-    for (const std::string_view rule : judged) EXPECT_NE(open.rule, rule) << open.reason;
+    for (const std::string_view rule : judged) EXPECT_NE(open.rule, rule) << report::TextOf(open);
   }
 }
 

@@ -28,7 +28,7 @@ AnalysisResult AnalyseCapture(const fs::path& path, const AnalysisOptions& optio
 /// A line that covers the slave; for the bus, a line about any part of it.
 bool IsSaid(const AnalysisResult& result, std::string_view rule, SlaveId slave) {
   return std::any_of(result.not_evaluable.begin(), result.not_evaluable.end(), [&](const NotEvaluable& entry) {
-    return entry.rule == rule && !entry.reason.empty() &&
+    return entry.rule == rule &&
            (slave == kNoSlave || entry.slave == slave || entry.slave == kNoSlave || entry.slave == kEverySlave);
   });
 }

@@ -49,7 +49,8 @@ std::string Others(const AnalysisResult& result, std::string_view expected = {})
 
 bool SaysThatFramesAreMissing(const AnalysisResult& result) {
   return std::any_of(result.not_evaluable.begin(), result.not_evaluable.end(), [](const NotEvaluable& n) {
-    return n.reason.find("misses frames") != std::string::npos || n.reason.find("misses packets") != std::string::npos;
+    return n.reason.code == ReasonCode::kMissesPackets || n.reason.code == ReasonCode::kCaptureGap ||
+           report::TextOf(n).find("misses frames") != std::string::npos;
   });
 }
 

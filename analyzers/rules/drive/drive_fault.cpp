@@ -9,10 +9,32 @@
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/words/drive_text.h"
-#include "decoder/base/text.h"
 
 namespace ecaudit::drive_fault {
 namespace {
+
+constexpr FindingKind kFault{
+    .name = "fault",
+    .title = "{state} from {state_before}[: {fault}]",
+    .message =
+        R"(The status word shows {state_before} up to {before_frame} and {state} ({status_word}) in {frame}[, Fault in
+{fault_frame}].[{!fault} The capture does not hold the reason of the drive: no emergency message, and no read of
+{fault_objects}.])",
+    .next = "[{!fault}Read 1003h:1 from the drive.] Correct the cause, then reset the fault (rising edge of bit 7).",
+    .identity = "state fault_code"};
+constexpr FindingKind kAlreadyInFault{
+    .name = "already-in-fault",
+    .title = "Drive already in {state} when first seen[: {fault}]",
+    .message =
+        R"(The first status word, in {frame}, shows {state} ({status_word})[, Fault in {fault_frame}]. The capture does
+not hold how it began.[ The drive leaves it in {left_frame}.][{!left_frame} It lasts until the capture ends.][{!fault} The
+capture does not hold the reason of the drive: no emergency message, and no read of {fault_objects}.])",
+    .next = "[{!fault}Read 1003h:1 from the drive.] Correct the cause, then reset the fault (rising edge of bit 7).",
+    .identity = "state fault_code"};
+constexpr const FindingKind* kKinds[] = {&kFault, &kAlreadyInFault};
+
+constexpr NoteKind kReported{.name = "reported", .text = "The drive reports {fault} ({at})."};
+constexpr const NoteKind* kNotes[] = {&kReported};
 
 constexpr RuleInfo kInfo{.id = "drive-fault",
                          .group = "Drive profile (DS402)",
@@ -21,33 +43,38 @@ constexpr RuleInfo kInfo{.id = "drive-fault",
                          .title = "The drive goes into a fault, or is in one when first seen",
                          .needs = "status word 6041h, in the process data or by SDO",
                          .source = "CIA402, state machine; AKD-2011, 4.4; MKD, 4.4; PILZ, 4.4",
+                         .kinds = kKinds,
+                         .notes = kNotes,
                          .doc = R"(
 ## What it checks
-Whether the status word (6041h) changes to Fault reaction active or Fault, or shows one of them from the first status
-word on, and what the drive says about the reason.
+Whether the status word (6041h) changes to Fault reaction active or Fault, or shows one of them from the first status word on,
+and which reason the drive reports.
 
 ## Why it matters
-The axis brakes by itself and loses its torque. Until the fault is reset the drive takes no other command.
+The axis brakes by itself and loses its torque. Until the fault is reset, the drive accepts no other command.
 
 ## How it is decided
-A change from a state that is none of the two; Fault reaction active followed by Fault is one fault. Explanations are an
-emergency message from one second before the fault until it is left, the error code 603Fh, the error history 1003h:1
-and the fault number 2001h read while it lasts. caused_by names the finding of the emergency; where the
-drive gave no reason, that of the lost synchronisation or of the pause of its process data just before. The same reason
-again counts as repetition. A drive that is in a fault when its status word is first seen (a word of 0 before it is what
-unused memory holds) is one as well: the fault *stands* since before the capture saw it, and the finding says whether it
-was reset later. Captures that begin in operation need to know where the status word lies: an ENI or ESI file tells.
-Inputs count where the working counter says that the slave gave them: not where it is made up as well by others alone,
-for what comes back then may be the master's own words. A status word that is read by SDO counts where none is mapped,
-or no inputs came for 100 ms. Each axis of a drive with several (6841h, 7041h, ...) is followed by itself, by this rule
-and by the others of the group; the axis is named, behind the first one. No emergency says which axis it is about.
+A change from a state that is none of the two. Fault reaction active followed by Fault is one fault.
+
+- Reasons are an emergency message from one second before the fault until the drive leaves it, and the error code 603Fh, the
+  error history 1003h:1 and the family's fault list read while it lasts. The same reason again counts as repetition.
+- caused_by names the finding of the emergency. If the drive gave no reason, it names the lost synchronisation or the pause
+  of the process data just before.
+- A drive that is in a fault when its status word is first seen is one as well. A word of 0 before it is the content of
+  unused memory. The finding says whether the fault was reset later.
+- A mid-run capture needs to know where the status word is mapped: give an ENI or ESI file.
+- Inputs count if the working counter shows that the slave gave them. They do not count if other slaves alone can explain the
+  working counter: the data may be the master's own.
+- A status word read by SDO counts if none is mapped, or no inputs arrived for 100 ms.
+- Each axis of a drive with several (6841h, 7041h, ...) is followed by itself, by this rule and by the others of the group. An
+  emergency does not name its axis.
 
 ## Example
-samples/captures/drive-fault.pcapng, and samples/captures/drive-in-fault.pcapng for one that stands
+samples/captures/drive-fault.pcapng, and samples/captures/drive-in-fault.pcapng for one that was active before
 
 ## What to do
-Correct what the code names, then reset the fault: bit 7 of the control word from 0 to 1. Where the capture has no code,
-read 1003h:1 (MKD also 2001h) or let the master fetch emergency messages.
+Correct what the code names, then reset the fault: bit 7 of the control word from 0 to 1. If the capture has no code, read
+1003h:1 or the fault list of the family, or let the master fetch emergency messages.
 )"};
 
 class DriveFault final : public Rule {
@@ -92,15 +119,15 @@ class DriveFault final : public Rule {
   struct Open {
     model::DriveStateChanged change;
     std::vector<model::DriveFaultExplained> explanations;
-    FrameNo fault = 0;    ///< status word that showed Fault behind Fault reaction active
-    bool stands = false;  ///< since before the drive was first seen
+    FrameNo fault = 0;    ///< status word that showed Fault after Fault reaction active
+    bool stands = false;  ///< already active when the drive was first seen
   };
 
   static bool IsFault(device::DriveState state) {
     return state == device::DriveState::kFault || state == device::DriveState::kFaultReactionActive;
   }
 
-  /// All is known that the capture tells of this fault.
+  /// All is known that the capture shows of this fault.
   /// @param left  status word that shows another state; 0: the capture ends with the fault
   void Close(const Axis& axis, FrameNo left = 0) {
     const auto found = open_.find(axis);
@@ -118,12 +145,10 @@ class DriveFault final : public Rule {
     key |= AxisKey(e.axis);
     if (Repeat(slave, key, e.frame) != kNoFinding) return;
     const device::DeviceDescription& family = *context().slave(slave).profile;
-    Finding finding;
-    finding.slave = slave;
-    finding.first = e.frame;
+    Finding finding = Found(open.stands ? kAlreadyInFault : kFault, slave, e.frame);
     finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
-    TellState(finding, open, left);
-    TellReasons(finding, open, family);
+    DescribeState(finding, open, left);
+    DescribeReasons(finding, open, family);
     finding.reference = ReferenceTo(family.drive->source);
     NameAxis(finding, e.axis);
     const FindingIndex index = Report(key, std::move(finding));
@@ -136,51 +161,39 @@ class DriveFault final : public Rule {
   }
 
   /// What the status word shows, and how long.
-  static void TellState(Finding& finding, const Open& open, FrameNo left) {
+  static void DescribeState(Finding& finding, const Open& open, FrameNo left) {
     const model::DriveStateChanged& e = open.change;
-    if (open.stands) {
-      finding.title = StateText(e.to) + " stands since before the capture saw the drive";
-      finding.message = "The first status word, in frame " + std::to_string(e.frame.number) + ", shows " +
-                        StateText(e.to) + " (" + Hex(e.word) + "): how it began is not in the capture";
-    } else {
-      finding.title = StateText(e.to) + " from " + StateText(e.from);
-      finding.message = "The status word shows " + StateText(e.from) + " up to frame " + std::to_string(e.from_last) +
-                        " and " + StateText(e.to) + " (" + Hex(e.word) + ") in frame " + std::to_string(e.frame.number);
-    }
-    if (open.fault != 0) finding.message += ", Fault in frame " + std::to_string(open.fault);
-    finding.message += ". ";
-    finding.evidence.push_back(HexNumber("status_word", e.word));
-    if (!open.stands) finding.evidence.push_back(Text("state_before", StateText(e.from)));
-    finding.evidence.push_back(Text("state", StateText(e.to)));
+    finding.Set("status_word", arg::Hex(e.word));
+    if (!open.stands) finding.Set("state_before", StateValue(e.from));
+    finding.Set("state", StateValue(e.to));
+    if (open.fault != 0) finding.Set("fault_frame", arg::Frame(open.fault));
     if (!open.stands) {
+      finding.Set("before_frame", arg::Frame(e.from_last));
       AddRelated(finding, e.from_last);
     } else if (left != 0) {
-      finding.message += "It is left in frame " + std::to_string(left) + ". ";
+      finding.Set("left_frame", arg::Frame(left));
       AddRelated(finding, left);
-    } else {
-      finding.message += "It lasts until the capture ends. ";
     }
   }
 
-  /// What the drive itself says of it.
-  static void TellReasons(Finding& finding, const Open& open, const device::DeviceDescription& family) {
+  /// What the drive itself reports as the reason.
+  static void DescribeReasons(Finding& finding, const Open& open, const device::DeviceDescription& family) {
     if (open.explanations.empty()) {
-      finding.message +=
-          "The drive's own reason is not in the capture: no emergency message, and none of 603Fh, 1003h and 2001h was "
-          "read. Read 1003h:1 from the drive, correct the cause, then reset the fault.";
+      finding.Set("fault_objects", arg::List(FaultObjects(finding.axis)));
       return;
     }
-    finding.message += "The drive's reason: ";
-    for (std::size_t i = 0; i < open.explanations.size(); ++i) {
-      const model::DriveFaultExplained& reason = open.explanations[i];
-      finding.message +=
-          (i == 0 ? "" : "; ") + FaultText(family, reason) + " (frame " + std::to_string(reason.frame.number) + ")";
+    for (const model::DriveFaultExplained& reason : open.explanations) {
+      finding.Add(kReported,
+                  {{"fault", arg::Text(FaultText(family, reason))}, {"at", arg::Frame(reason.frame.number)}});
       AddRelated(finding, reason.frame.number == open.change.frame.number ? 0 : reason.frame.number);
     }
-    finding.message += ". Correct it, then reset the fault.";
     const model::DriveFaultExplained& first = open.explanations.front();
-    finding.title += ": " + FaultText(family, first);
-    finding.evidence.push_back(HexNumber("fault_code", first.code));
+    finding.Set("fault_code", arg::Hex(first.code)).Set("fault", arg::Text(FaultText(family, first)));
+  }
+
+  /// Where the reason of a fault can be read.
+  static std::vector<Value> FaultObjects(std::uint8_t axis) {
+    return {arg::Object(model::ObjectOfAxis(0x603F, axis)), arg::Object(0x1003)};
   }
 
   void LinkEmergency(FindingIndex index, FrameNo frame) {

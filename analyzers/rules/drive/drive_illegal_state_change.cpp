@@ -1,5 +1,6 @@
 #include <optional>
-#include <string>
+#include <utility>
+#include <vector>
 
 #include "analyzers/judge/drive_knowledge.h"
 #include "analyzers/judge/rule.h"
@@ -7,60 +8,71 @@
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/words/drive_text.h"
-#include "decoder/base/text.h"
 #include "decoder/base/time.h"
 
 namespace ecaudit::drive_illegal_state_change {
 namespace {
 
+constexpr FindingKind kLeftByItself{
+    .name = "left-by-itself",
+    .title = "Drive left Operation enabled for {state} without a command",
+    .message =
+        R"(The status word shows Operation enabled up to {before_frame} and {state} ({status_word}) in {frame}. The
+control word still enables the drive ({control_word}).[{?voltage} Bit 4 (voltage enabled) dropped to 0 with it: the power
+stage lost its supply.][{?remote} Bit 9 (remote) dropped to 0 with it: the drive no longer follows the fieldbus (local
+control, service tool).])",
+    .next =
+        R"(Check supply, hardware enable (STO) and limit switches, which may cause this, and the drive's own messages.)",
+    .identity = "state"};
+constexpr FindingKind kWithoutCommand{
+    .name = "without-command",
+    .title = "{state_before} to {state} without a command (control word {control_word})",
+    .message =
+        R"(The status word shows {state_before} ({status_word_before}) up to {before_frame} and {state} ({status_word})
+in {frame}. This needs {transitions?transition|transitions} {transitions}, which no control word commanded. The control word
+has been {control_word} since {control_frame}.)",
+    .next = "Look for another source of commands: service tool, enable input, second master.",
+    .identity = "state_before state"};
+constexpr const FindingKind* kKinds[] = {&kLeftByItself, &kWithoutCommand};
+
 constexpr RuleInfo kInfo{
     .id = "drive-illegal-state-change",
     .group = "Drive profile (DS402)",
     .severity = Severity::kError,
-    .title = "The drive's state changes without a legal path of commanded and automatic transitions",
+    .title = "The drive changes its state without a command that leads there",
     .needs = "two status words 6041h, and every control word 6040h since one second before the first of them",
     .source = "CIA402, state machine; AKD-2011, 4.4; MKD, 4.4; PILZ, 4.4",
+    .kinds = kKinds,
     .doc = R"(
 ## What it checks
-When the status word (6041h) shows another state than before: whether transitions lead there that the drive takes by
-itself or that a control word (6040h) commanded.
+When the status word (6041h) shows another state than before: whether transitions lead there that the drive takes by itself
+or that a control word (6040h) commanded.
 
 ## Why it matters
-A drive that enables itself moves when nobody asked for it. Or somebody else commands it: a second control word, a
-service tool, a digital input.
+A drive that enables itself moves without a request. Or something else commands it: a second control word, a service tool, a
+digital input.
 
 ## How it is decided
-By the transitions 0 to 16 of the state machine. Automatic ones, all that take torque away (supply or hardware enable
-lost, limit switch) and the fault reset, which has other ways, are always possible. Transitions 2, 3, 4 and 16 need a
-control word that commanded them: the one in force, or one given since a second before the old state was last shown,
-also in frames whose answer was lost. Several transitions may have been passed unseen between two status words. Not
-judged: words that show no state, changes from a status word of 0 (inputs that were not valid yet), and changes outside
-OP.
+By the transitions 0 to 16 of the state machine.
 
-A drive that leaves Operation enabled by itself, for Quick stop active or a state without torque that is no fault, while
-the control word still enables it, and mode and the control word's bits of the state machine were not touched for 0.1 s,
-may do so: that is a warning.
+- Automatic transitions, all that remove torque (supply or hardware enable lost, limit switch) and the fault reset, which has
+  other ways, are always possible.
+- Transitions 2, 3, 4 and 16 need a control word that commanded them: the active one, or one sent since a second before the
+  old state was last shown, also in frames whose answer was lost.
+- The drive may have passed several transitions between two status words.
+- Not evaluated: words that show no state, changes from a status word of 0 (inputs not valid yet), and changes outside OP.
+
+A drive may leave Operation enabled by itself for Quick stop active or a state without torque that is no fault. That is a
+warning if the control word still enables the drive, and neither mode nor the control bits of the state machine changed for
+0.1 s.
 
 ## Example
 tests/rules/drive-illegal-state-change/violates.trace
 
 ## What to do
-Look for another source of commands: the service tool, an enable input, a second master. Check that the status word
-is mapped where the master reads it.
+Look for another source of commands: the service tool, an enable input, a second master. Check that the status word is
+mapped where the master reads it.
 )"};
-
-/// Bits of the status word that say why, and went to 0 together with the state.
-std::string WhatFellWithIt(const model::DriveStateChanged& e) {
-  constexpr std::uint16_t kVoltage = 1U << 4U, kRemote = 1U << 9U;
-  const std::uint16_t gone = e.word_before.value_or(0) & static_cast<std::uint16_t>(~e.word);
-  std::string text;
-  if ((gone & kVoltage) != 0)
-    text += "Bit 4 (voltage enabled) went to 0 with it: the power stage has lost its supply. ";
-  if ((gone & kRemote) != 0) {
-    text += "Bit 9 (remote) went to 0 with it: the drive no longer obeys the fieldbus (local control, service tool). ";
-  }
-  return text;
-}
 
 constexpr Word kControlWordsBefore{"control-words-before-change", "control words before a change of state", true};
 
@@ -71,37 +83,35 @@ class DriveIllegalStateChange final : public Rule {
     Subscribe<model::DriveStateChanged>(&DriveIllegalStateChange::On);
   }
 
-  /// Torque may be taken away at any time; but somebody who looks for the reason of a stop wants to know where.
+  /// A drive may remove torque at any time, but this is where a stop begins.
   void On(const model::DriveStateChanged& e) {
     using device::DriveState;
-    const bool fell = e.to == DriveState::kSwitchOnDisabled || e.to == DriveState::kReadyToSwitchOn ||
-                      e.to == DriveState::kSwitchedOn || e.to == DriveState::kQuickStopActive;
-    if (!fell || e.from != DriveState::kOperationEnabled || e.command.seen()) return;
+    const bool dropped = e.to == DriveState::kSwitchOnDisabled || e.to == DriveState::kReadyToSwitchOn ||
+                         e.to == DriveState::kSwitchedOn || e.to == DriveState::kQuickStopActive;
+    if (!dropped || e.from != DriveState::kOperationEnabled || e.command.seen()) return;
     const model::SlaveModel& slave = context().slave(e.slave);
     const std::optional<std::uint16_t> control = slave.drives.axis(e.axis).control_word();
     constexpr std::uint16_t kEnable = 0x008F, kEnabled = 0x000F;
     if (!control || (*control & kEnable) != kEnabled || !slave.al.SettledIn(esc::AlState::OP)) return;
-    // What was set shortly before, or in a hole of the capture, may be why.
+    // What was set shortly before, or in a capture gap, may be why.
     constexpr TimeNs kSettled = 100'000'000;
     if (!e.settings_since.seen() || !e.settings_since.has_time || !e.frame.has_time) return;
     if (Elapsed(e.settings_since.time, e.frame.time) < kSettled) return;
     constexpr std::uint64_t kByItself = 1ULL << 32U;
     const std::uint64_t key = AxisKey(e.axis) | kByItself | static_cast<std::uint8_t>(*e.to);
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.frame;
+    // Bits of the status word that dropped together with the state.
+    constexpr std::uint16_t kVoltage = 1U << 4U, kRemote = 1U << 9U;
+    const auto gone = static_cast<std::uint16_t>(e.word_before.value_or(0) & ~std::uint32_t{e.word});
+    Finding finding = Found(kLeftByItself, e.slave, e.frame);
     finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
-    finding.title = "The drive left Operation enabled for " + StateText(*e.to) + " by itself";
-    finding.message = "The status word shows Operation enabled up to frame " + std::to_string(e.from_last) + " and " +
-                      StateText(*e.to) + " (" + Hex(e.word) + ") in frame " + std::to_string(e.frame.number) +
-                      ", while the control word is still " + Hex(*control) + ". " + WhatFellWithIt(e) +
-                      "A drive may do so when its supply or hardware enable goes (STO), or at a limit. Look at these, "
-                      "and at the drive's own messages.";
+    finding.Set("status_word", arg::Hex(e.word))
+        .Set("control_word", arg::Hex(*control))
+        .Set("state", StateValue(e.to))
+        .Set("before_frame", arg::Frame(e.from_last))
+        .Set("voltage", arg::Flag((gone & kVoltage) != 0))
+        .Set("remote", arg::Flag((gone & kRemote) != 0));
     AddRelated(finding, e.from_last);
-    finding.evidence.push_back(HexNumber("status_word", e.word));
-    finding.evidence.push_back(HexNumber("control_word", *control));
-    finding.evidence.push_back(Text("state", StateText(*e.to)));
     NameAxis(finding, e.axis);
     Report(key, Severity::kWarning, std::move(finding));
   }
@@ -111,25 +121,20 @@ class DriveIllegalStateChange final : public Rule {
         AxisKey(e.axis) | std::uint64_t{static_cast<std::uint8_t>(e.from)} << 8U | static_cast<std::uint8_t>(e.to);
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
     const device::DriveProfile& drive = *context().slave(e.slave).profile->drive;
-    const std::string from = StateText(e.from);
-    const std::string to = StateText(e.to);
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.frame;
+    Finding finding = Found(kWithoutCommand, e.slave, e.frame);
     finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
-    finding.title = from + " to " + to + " without a command";
-    finding.message = "The status word shows " + from + " (" + Hex(e.word_before) + ") up to frame " +
-                      std::to_string(e.from_last) + " and " + to + " (" + Hex(e.word) + ") in frame " +
-                      std::to_string(e.frame.number) + ". No control word commanded " + PathText(e.missing) +
-                      " of the way there; it is " + Hex(e.control) + " since frame " + std::to_string(e.control_since) +
-                      ". Look for another source of commands: service tool, enable input, second master.";
+    std::vector<Value> transitions;
+    for (std::uint8_t i = 0; i < e.missing.count; ++i) transitions.push_back(arg::Number(e.missing.numbers[i]));
+    finding.Set("status_word_before", arg::Hex(e.word_before))
+        .Set("status_word", arg::Hex(e.word))
+        .Set("control_word", arg::Hex(e.control))
+        .Set("state_before", StateValue(e.from))
+        .Set("state", StateValue(e.to))
+        .Set("before_frame", arg::Frame(e.from_last))
+        .Set("control_frame", arg::Frame(e.control_since))
+        .Set("transitions", arg::List(std::move(transitions)));
     AddRelated(finding, e.from_last);
     AddRelated(finding, e.control_since);
-    finding.evidence.push_back(HexNumber("status_word_before", e.word_before));
-    finding.evidence.push_back(HexNumber("status_word", e.word));
-    finding.evidence.push_back(HexNumber("control_word", e.control));
-    finding.evidence.push_back(Text("state_before", from));
-    finding.evidence.push_back(Text("state", to));
     finding.reference = ReferenceTo(drive.source);
     NameAxis(finding, e.axis);
     Report(key, std::move(finding));
@@ -138,8 +143,8 @@ class DriveIllegalStateChange final : public Rule {
   void Finish() override {
     NotEvaluableFor([](const model::SlaveModel& slave) {
       const std::optional<Reason> missing = DriveWordsMissing(slave, true);
-      const auto unjudged = [](const model::DriveUnit& axis) { return axis.unjudged_changes() > 0; };
-      if (missing || !slave.drives.Any(unjudged)) return missing;
+      const auto unevaluated = [](const model::DriveUnit& axis) { return axis.unjudged_changes() > 0; };
+      if (missing || !slave.drives.Any(unevaluated)) return missing;
       return std::optional(Reason::Of(ReasonCode::kMissesPackets, kControlWordsBefore));
     });
   }

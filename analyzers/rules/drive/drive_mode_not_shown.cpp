@@ -17,33 +17,46 @@
 namespace ecaudit::drive_mode_not_shown {
 namespace {
 
+constexpr FindingKind kNotShown{
+    .name = "not-shown",
+    .title = "Mode {mode} selected, but the drive shows mode {mode_shown}",
+    .message = R"({object} selects mode {mode} in {request_frame} ({way}). {display} shows {mode_shown} up to {frame},
+{waited_ns} after [{?written}the write][{!written}{since_frame}, from which on the drive has to follow] (limit {limit_ms}).
+Until {display} shows the new mode, the drive takes set points for the old one.)",
+    .next = "Read 6502h to check whether the drive has the mode, and whether it accepts a new mode in its state.",
+    .identity = "mode mode_shown"};
+constexpr const FindingKind* kKinds[] = {&kNotShown};
+
 constexpr RuleInfo kInfo{.id = "drive-mode-not-shown",
                          .group = "Drive profile (DS402)",
                          .severity = Severity::kWarning,
                          .title = "The mode display 6061h does not follow 6060h within the limit",
                          .needs = "6060h and 6061h, each in the process data or by SDO; time stamps",
                          .source = "CIA402, modes of operation; AKD-2011, 4.7; MKD, 4.8; PILZ, 4.5",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
 Whether the mode that the drive shows (6061h) becomes the one that the master selected (6060h).
 
 ## Why it matters
-Until the drive shows the new mode it works in the old one: it takes what the master sends as position for a speed, or
-the other way round. A master has to wait for 6061h before it enables the drive or sends setpoints of the new mode.
+Until the drive shows the new mode it works in the old one: it may take positions for speeds. A master has to wait for 6061h
+before it enables the drive or sends set points of the new mode.
 
 ## How it is decided
-A value other than 0 was written to 6060h and taken; 6061h still shows another one when the limit is over (1 s, limit
-`drive-mode-not-shown`), or takes longer than that to follow. In the process data 6060h counts in OP only, and the time
-begins when OP is reached; by SDO it counts from the download on. By SDO 6061h has to be read after the limit to say
-anything. Two values that differ from the first frame on are judged like a change. Where the mode is not in the family's
-list, caused_by names drive-unsupported-mode.
+The drive accepted a value other than 0 in 6060h, and 6061h does not show it within the limit (1 s, limit
+`drive-mode-not-shown`).
+
+- In the process data 6060h counts in OP only, and the time starts when the slave reaches OP.
+- By SDO the time starts with the download, and the master has to read 6061h after the limit.
+- Two values that differ from the first frame on count like a change.
+- If the mode is not in the family's list, caused_by names drive-unsupported-mode.
 
 ## Example
 tests/rules/drive-mode-not-shown/violates.trace
 
 ## What to do
-Check 6502h whether the drive has the mode, whether it takes a new one in its present state (many only while disabled),
-and whether something else writes 6060h: process data beat SDO.
+Read 6502h to check whether the drive has the mode. Check whether it accepts a new mode in its state (many only while
+disabled), and whether something else writes 6060h: process data override SDO.
 )"};
 
 constexpr TimeNs kLimitNs = 1'000'000'000;
@@ -182,7 +195,7 @@ class DriveModeNotShown final : public Rule {
     Slave& slave = slaves_[of];
     if (!slave.since.seen() || !Differ(slave) || !until.seen() || until.number <= slave.since.number) return;
     if (!until.has_time || !slave.since.has_time) {
-      NotEvaluable(id, "frames have no time stamps, so how long 6061h takes to follow is not known", until.number);
+      NotEvaluable(id, ReasonCode::kNoStamps, until.number);
       return;
     }
     const TimeNs waited = until.time - slave.since.time;
@@ -196,38 +209,29 @@ class DriveModeNotShown final : public Rule {
     const FrameRef since = std::exchange(slave.since, FrameRef{});
     if (Repeat(id, key, until) != kNoFinding) return;
     const device::DeviceDescription& family = *context().slave(id).profile;
-    const auto name = [&family](std::int8_t value) {
-      return family.drive ? ModeText(*family.drive, value) : std::to_string(value);
-    };
-    Finding finding;
-    finding.slave = id;
-    finding.first = until;
+    Finding finding = Found(kNotShown, id, until);
     finding.confidence = requested.inferred || shown.inferred ? Confidence::kInferred : Confidence::kObserved;
-    finding.title = "Mode " + name(requested.value) + " selected, but the drive shows " + name(shown.value);
-    const std::string shows = ObjectName(model::ObjectOfAxis(kModesDisplay, axis));
-    finding.message = ObjectName(model::ObjectOfAxis(kModes, axis)) + " selects " + name(requested.value) +
-                      " in frame " + std::to_string(requested.frame.number) +
-                      (requested.by_sdo ? " (SDO)" : " (process data)") + "; " + shows + " shows " + name(shown.value) +
-                      " up to frame " + std::to_string(until.number) + ", " + Duration(waited) + " after " +
-                      (since.number == requested.frame.number
-                           ? std::string("it was written")
-                           : "frame " + std::to_string(since.number) + ", from which on the drive is to follow") +
-                      " (limit " + Duration(limit) + "). Until " + shows +
-                      " shows the new mode the drive takes setpoints by the old one. Check 6502h whether "
-                      "the drive has the mode, and whether it takes a new one in its present state.";
-    finding.evidence = {Number("mode", requested.value), Number("mode_shown", shown.value),
-                        Number("waited_ns", waited)};
+    finding.Set("mode", ModeValue(family, requested.value))
+        .Set("mode_shown", ModeValue(family, shown.value))
+        .Set("waited_ns", arg::Ns(waited))
+        .Set("limit_ms", arg::Ms(limit))
+        .Set("object", arg::Object(model::ObjectOfAxis(kModes, axis)))
+        .Set("display", arg::Object(model::ObjectOfAxis(kModesDisplay, axis)))
+        .Set("way", WayValue(requested.by_sdo))
+        .Set("request_frame", arg::Frame(requested.frame.number))
+        .Set("since_frame", arg::Frame(since.number))
+        .Set("written", arg::Flag(since.number == requested.frame.number));
     AddRelated(finding, requested.frame.number);
     NameAxis(finding, axis);
     if (const FindingIndex index = Report(key, std::move(finding)); index != kNoFinding) {
-      told_.push_back({index, requested.frame.number});
+      reported_.push_back({index, requested.frame.number});
     }
   }
 
   /// A mode that the drive does not have cannot be shown.
   void LinkCauses() {
     std::vector<Finding>& findings = context().store.findings();
-    for (const auto& [index, request] : told_) {
+    for (const auto& [index, request] : reported_) {
       for (std::size_t i = 0; i < findings.size(); ++i) {
         const Finding& other = findings[i];
         if (other.rule == "drive-unsupported-mode" && other.slave == findings[index].slave &&
@@ -239,7 +243,7 @@ class DriveModeNotShown final : public Rule {
   }
 
   std::map<Axis, Slave> slaves_;
-  std::vector<std::pair<FindingIndex, FrameNo>> told_;  // finding, frame that selected the mode
+  std::vector<std::pair<FindingIndex, FrameNo>> reported_;  // finding, frame that selected the mode
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<DriveModeNotShown>};

@@ -6,10 +6,22 @@
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/words/drive_text.h"
-#include "decoder/base/text.h"
 
 namespace ecaudit::drive_no_reaction {
 namespace {
+
+constexpr FindingKind kNoEffect{
+    .name = "no-effect",
+    .title = "{command} has no effect in {state}[{?no_voltage}: no voltage (bit 4 = 0)]",
+    .message = R"(The control word {control_word} of {command_frame} commands {command} (transition {transition}[ to
+{target}]). In {frame}, {waited_ms} later, the status word is still {status_word} ({state}). The limit is
+{limit_ms}.[{?no_voltage} Bit 4 of the status word is 0: the drive has no supply voltage.])",
+    .next =
+        R"([{?no_voltage}Check the supply, hardware enable and safe torque off.][{?in_fault}The cause of the fault may
+still be present: read the fault from the drive (1003h).][{!no_voltage}[{!in_fault}Check hardware enable, safe torque off and
+whether the fieldbus may control the drive.]])",
+    .identity = "transition"};
+constexpr const FindingKind* kKinds[] = {&kNoEffect};
 
 constexpr RuleInfo kInfo{.id = "drive-no-reaction",
                          .group = "Drive profile (DS402)",
@@ -17,26 +29,28 @@ constexpr RuleInfo kInfo{.id = "drive-no-reaction",
                          .title = "A legal command of the control word has no effect within the limit",
                          .needs = "control word 6040h and status word 6041h with time stamps",
                          .source = "CIA402, state machine; AKD-2011, 4.4; MKD, 4.4; PILZ, 4.4",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Whether the drive leaves its state within 1 s (10 s from Operation enabled, where the axis may have to stop first)
-after a control word (6040h) commanded a transition that its state offers, while the command stands.
+Whether the drive leaves its state within 1 s after a control word (6040h) commanded a transition that its state offers, while
+the command stays. From Operation enabled the limit is 10 s, since the axis may have to stop first.
 
 ## Why it matters
-The master's sequence stops here. A drive ignores a legal command when something else keeps it: no supply, hardware
-enable or safe torque off missing, a fault whose cause is still there, control over the fieldbus switched off.
+The sequence of the master stops here. A drive ignores a legal command if a condition is missing: supply, hardware enable,
+safe torque off, a fault whose cause is still present, control over the fieldbus switched off.
 
 ## How it is decided
-Each status word that arrives past the limit and still shows the old state. A command that is taken back before is not
-judged, nor the time in which the slave may still be on its way to OP, nor transition 16, which drives may leave out.
-A word that commands several steps (0x000F in Ready to switch on: Switch on, then Enable operation) is judged step by
-step.
+Each status word that arrives after the limit and still shows the old state.
+
+- A command that is withdrawn before is not evaluated, nor the time in which the slave may still be on its way to OP.
+- Transition 16 is not evaluated: drives may leave it out.
+- A word that commands several steps (0x000F in Ready to switch on) is evaluated step by step.
 
 ## Example
 tests/rules/drive-no-reaction/violates.trace
 
 ## What to do
-Look at bit 4 of the status word (voltage enabled), the hardware enable and safe torque off inputs, the fault history
+Check bit 4 of the status word (voltage enabled), the hardware enable and safe torque off inputs, and the fault history
 (1003h). Limits: drive-no-reaction, drive-no-reaction.stop (milliseconds) in the configuration file.
 )"};
 
@@ -55,33 +69,22 @@ class DriveNoReaction final : public Rule {
     const device::DriveTransition* transition = drive.Find(e.transition);
     model::DrivePath path;
     path.Add(e.transition);
-    // Asked for as if all its edges had just happened: only the name counts.
-    const std::string command = CommandName(drive, path, e.before, e.word);
-    const std::string state = StateText(e.state);
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.frame;
+    // As if all its edges had just happened: only the name counts.
+    Finding finding = Found(kNoEffect, e.slave, e.frame);
     finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
-    finding.title = command + " has no effect in " + state;
-    finding.message = "The control word " + Hex(e.word) + " of frame " + std::to_string(e.command.number) +
-                      " commands " + command + " (" + PathText(path);
-    if (transition != nullptr) finding.message += " to " + StateText(transition->to);
-    finding.message += "); in frame " + std::to_string(e.frame.number) + ", " + MillisecondsText(e.waited_ns) +
-                       " later, the status word is still " + Hex(e.status) + " (" + state + "). Limit " +
-                       MillisecondsText(e.limit_ns) + ". ";
-    finding.message += (e.status & 0x0010U) == 0
-                           ? "Bit 4 of the status word is 0: the drive has no supply voltage. Check supply, hardware "
-                             "enable and safe torque off."
-                       : e.state == device::DriveState::kFault
-                           ? "The cause of the fault may still be there: read the fault from the drive (1003h)."
-                           : "Check hardware enable, safe torque off and whether the fieldbus may control the drive.";
+    const bool no_voltage = (e.status & 0x0010U) == 0;
+    finding.Set("control_word", arg::Hex(e.word))
+        .Set("status_word", arg::Hex(e.status))
+        .Set("state", StateValue(e.state))
+        .Set("transition", arg::Number(e.transition))
+        .Set("waited_ms", arg::Ms(e.waited_ns))
+        .Set("limit_ms", arg::Ms(e.limit_ns))
+        .Set("command", arg::Text(CommandName(drive, path, e.before, e.word)))
+        .Set("command_frame", arg::Frame(e.command.number))
+        .Set("no_voltage", arg::Flag(no_voltage))
+        .Set("in_fault", arg::Flag(!no_voltage && e.state == device::DriveState::kFault));
+    if (transition != nullptr) finding.Set("target", StateValue(transition->to));
     AddRelated(finding, e.command.number);
-    finding.evidence.push_back(HexNumber("control_word", e.word));
-    finding.evidence.push_back(HexNumber("status_word", e.status));
-    finding.evidence.push_back(Text("state", state));
-    finding.evidence.push_back(Number("transition", e.transition));
-    finding.evidence.push_back(Real("waited_ms", static_cast<double>(e.waited_ns) / 1e6));
-    finding.evidence.push_back(Real("limit_ms", static_cast<double>(e.limit_ns) / 1e6));
     finding.reference = ReferenceTo(drive.source);
     NameAxis(finding, e.axis);
     Report(key, std::move(finding));

@@ -1,6 +1,7 @@
 #include <map>
-#include <string>
+#include <set>
 #include <tuple>
+#include <vector>
 
 #include "analyzers/judge/drive_knowledge.h"
 #include "analyzers/judge/rule.h"
@@ -14,6 +15,23 @@ namespace {
 
 constexpr std::uint16_t kSupportedModes = 0x6502;
 
+constexpr FindingKind kNotListed{
+    .name = "not-listed",
+    .title = "Mode of operation {mode} is not in the manual's list",
+    .message = R"({object} is set to {mode} in {frame} ({way}). {manual} lists the modes {modes}.)",
+    .next = R"([{!offered}Select a listed mode, or read 6502h and 6061h to check whether this firmware has more.])",
+    .identity = "mode"};
+constexpr const FindingKind* kKinds[] = {&kNotListed};
+
+constexpr NoteKind kClaimed{
+    .name = "claimed",
+    .text = "The drive reports this mode as supported in 6502h ({at}): it offers more than its manual."};
+constexpr NoteKind kShown{.name = "shown",
+                          .text = "The drive shows this mode in 6061h[ ({at})]: it offers more than its manual."};
+constexpr const NoteKind* kNotes[] = {&kClaimed, &kShown};
+
+constexpr Word kModes{"modes-of-operation", "a complete list of modes of operation"};
+
 constexpr RuleInfo kInfo{
     .id = "drive-unsupported-mode",
     .group = "Drive profile (DS402)",
@@ -23,17 +41,19 @@ constexpr RuleInfo kInfo{
     .title = "A mode of operation is selected that is not in the family's list",
     .needs = "modes of operation 6060h, in the process data or by SDO; a family whose manual lists its modes",
     .source = "AKD-2011, 4.7; AKD-2010, 4.7; MKD, 4.8; PILZ, 4.5",
+    .kinds = kKinds,
+    .notes = kNotes,
     .doc = R"(
 ## What it checks
-Each value of 6060h that the drive took, by SDO or in the process data, against the modes of operation in the manual.
-0 asks for no mode and is never wrong.
+Each value of 6060h that the drive accepted, by SDO or in the process data, against the modes of operation in the manual. 0
+selects no mode and is always right.
 
 ## Why it matters
-A drive ignores a mode it does not have and stays in the old one: it then reads position setpoints as something else.
+A drive ignores a mode it does not have and stays in the old one. It then takes set points for something else.
 
 ## How it is decided
-By the list of the family. Where the drive itself shows the mode (6061h) or claims it (6502h) it offers more than its
-manual: then it is an information only. A write that the drive refused is not counted here.
+By the list of the family. If the drive shows the mode (6061h) or reports it as supported (6502h), it offers more than its
+manual: the finding is an info. A write that the drive refused does not count.
 
 ## Example
 samples/captures/drive-unsupported-mode.pcapng
@@ -58,13 +78,12 @@ class DriveUnsupportedMode final : public Rule {
       Finding& finding = context().store[found->second];
       if (finding.severity == Severity::kInfo) return;
       context().store.Regrade(found->second, Severity::kInfo);
-      finding.message += " The drive shows this mode (6061h) in frame " + std::to_string(e.frame.number) +
-                         ": it offers more than its manual.";
+      finding.Set("offered", arg::Flag()).Add(kShown, {{"at", arg::Frame(e.frame.number)}});
       AddRelated(finding, e.frame.number);
       return;
     }
     if (!drive.modes_complete) {
-      NotEvaluable(e.slave, "the modes of operation of this drive are not known", e.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kNotInProfile, kModes, e.frame.number);
       return;
     }
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
@@ -72,25 +91,20 @@ class DriveUnsupportedMode final : public Rule {
     const bool claims = claimed != nullptr && e.value > 0 && e.value <= 32 &&
                         (claimed->raw >> static_cast<unsigned>(e.value - 1) & 1U) != 0;
     const bool shows = slave.drives.axis(e.axis).mode_shown() == e.value;
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.frame;
+    Finding finding = Found(kNotListed, e.slave, e.frame);
     finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
-    finding.title = "Mode of operation " + std::to_string(e.value) + " is not in the manual's list";
-    finding.message = "Object " + ObjectName(model::ObjectOfAxis(0x6060, e.axis)) + " is set to " +
-                      std::to_string(e.value) + " in frame " + std::to_string(e.frame.number) +
-                      (e.by_sdo ? " (SDO)" : " (process data)") + ". " + slave.profile->title + " lists " +
-                      List(drive) + ".";
+    finding.Set("mode", arg::Number(e.value))
+        .Set("object", arg::Object(model::ObjectOfAxis(0x6060, e.axis)))
+        .Set("way", WayValue(e.by_sdo))
+        .Set("manual", arg::Text(slave.profile->title))
+        .Set("modes", arg::List(ModesOf(*slave.profile)))
+        .Set("offered", arg::Flag(claims || shows));
     if (claims) {
-      finding.message += " The drive claims the mode in 6502h (frame " + std::to_string(claimed->since) +
-                         "): it offers more than its manual.";
+      finding.Add(kClaimed, {{"at", arg::Frame(claimed->since)}});
       AddRelated(finding, claimed->since);
     } else if (shows) {
-      finding.message += " The drive shows this mode (6061h): it offers more than its manual.";
-    } else {
-      finding.message += " Select one of these, or check 6502h and 6061h whether this firmware has more.";
+      finding.Add(kShown);
     }
-    finding.evidence.push_back(Number("mode", e.value));
     finding.reference = ReferenceTo(drive.modes.empty() ? std::string_view(drive.source)
                                                         : std::string_view(drive.modes.front().source));
     NameAxis(finding, e.axis);
@@ -99,12 +113,12 @@ class DriveUnsupportedMode final : public Rule {
   }
 
  private:
-  /// "3 (Profile velocity), 6 (Homing), 7 (Interpolated position)"
-  static std::string List(const device::DriveProfile& drive) {
-    std::map<int, std::string> modes;
-    for (const device::OperationMode& mode : drive.modes) modes[mode.value] = ModeText(drive, mode.value);
-    std::string list;
-    for (const auto& [value, text] : modes) list += (list.empty() ? "" : ", ") + text;
+  /// "3 (Profile velocity)", ... by number.
+  static std::vector<Value> ModesOf(const device::DeviceDescription& family) {
+    std::set<std::int8_t> modes;
+    for (const device::OperationMode& mode : family.drive->modes) modes.insert(mode.value);
+    std::vector<Value> list;
+    for (const std::int8_t value : modes) list.push_back(ModeValue(family, value));
     return list;
   }
 

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/analysis.h"
+#include "cli/report/sentences.h"
 #include "tests/support/trace_builder.h"
 
 namespace ecaudit::diff {
@@ -46,7 +47,7 @@ std::vector<std::string> Steps(const CaptureDiff& diff) {
 }
 
 CaptureDiff Compared(const AnalysisResult& a, const AnalysisResult& b) {
-  return Compare(a, b, [](std::string_view title) { return std::string(title); });
+  return Compare(a, b, &report::TitleOf);
 }
 
 using Names = std::vector<std::string>;

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/result/every_slave.h"
+#include "tests/support/reasons.h"
 
 namespace ecaudit {
 namespace {
@@ -79,7 +80,7 @@ TEST_F(FindingStoreTest, SettingsOfTheUserWin) {
   EXPECT_EQ(store.Add(kRule, 1, At(3)), kNoFinding);
   const FindingIndex index = store.Add(kOther, 1, Severity::kError, At(4));
   EXPECT_EQ(store[index].severity, Severity::kInfo);
-  store.AddNotEvaluable(kRule, 0, "why", 1);
+  store.AddNotEvaluable(kRule, 0, test::Because("why"), 1);
   EXPECT_TRUE(store.not_evaluable().empty());
 }
 
@@ -135,9 +136,9 @@ TEST_F(FindingStoreTest, TheFirstFindingOfARuleHasRoomWhenAllElseIsFull) {
 }
 
 TEST_F(FindingStoreTest, NotEvaluableOncePerReason) {
-  store.AddNotEvaluable(kRule, 0, "why", 7);
-  store.AddNotEvaluable(kRule, 0, "why", 9);
-  store.AddNotEvaluable(kRule, 0, "another", 9);
+  store.AddNotEvaluable(kRule, 0, test::Because("why"), 7);
+  store.AddNotEvaluable(kRule, 0, test::Because("why"), 9);
+  store.AddNotEvaluable(kRule, 0, test::Because("another"), 9);
   ASSERT_EQ(store.not_evaluable().size(), 2U);
   EXPECT_EQ(store.not_evaluable()[0].first_frame, 7U);
   EXPECT_EQ(store.not_evaluable()[0].occasions, 2U);
@@ -145,13 +146,13 @@ TEST_F(FindingStoreTest, NotEvaluableOncePerReason) {
 
 TEST_F(FindingStoreTest, WhatHoldsForAllSlavesIsOneEntry) {
   for (const SlaveId slave : {SlaveId{0}, SlaveId{1}, SlaveId{2}})
-    store.AddNotEvaluable(kRule, slave, "all", 5U + slave);
-  store.AddNotEvaluable(kRule, 1, "one", 2);
-  store.AddNotEvaluable(kOther, kNoSlave, "all", 0);
+    store.AddNotEvaluable(kRule, slave, test::Because("all"), 5U + slave);
+  store.AddNotEvaluable(kRule, 1, test::Because("one"), 2);
+  store.AddNotEvaluable(kOther, kNoSlave, test::Because("all"), 0);
   store.FoldNotEvaluable(3);
   ASSERT_EQ(store.not_evaluable().size(), 3U);
   EXPECT_EQ(store.not_evaluable()[0].slave, kEverySlave);
-  EXPECT_EQ(store.not_evaluable()[0].reason, "all");
+  EXPECT_EQ(store.not_evaluable()[0].reason, test::Because("all"));
   EXPECT_EQ(store.not_evaluable()[0].first_frame, 5U);
   EXPECT_EQ(store.not_evaluable()[0].occasions, 3U);
   EXPECT_EQ(store.not_evaluable()[1].slave, 1);
@@ -162,10 +163,10 @@ TEST_F(FindingStoreTest, WhatHoldsForAllSlavesIsOneEntry) {
 TEST_F(FindingStoreTest, WhatHoldsForAllSlavesIsOneEntryHoweverManySlavesThereAre) {
   constexpr SlaveId kSlaves = 2048;
   for (SlaveId slave = 0; slave < kSlaves; ++slave) {
-    store.AddNotEvaluable(kRule, slave, "why", 7);
-    store.AddNotEvaluable(kOther, slave, "why not", 9);
+    store.AddNotEvaluable(kRule, slave, test::Because("why"), 7);
+    store.AddNotEvaluable(kOther, slave, test::Because("why not"), 9);
   }
-  store.AddNotEvaluable(kRule, 5, "why", 9);
+  store.AddNotEvaluable(kRule, 5, test::Because("why"), 9);
   EXPECT_EQ(store.not_evaluable().size(), 2U * kSlaves);
   store.FoldNotEvaluable(kSlaves);
   ASSERT_EQ(store.not_evaluable().size(), 2U);
@@ -176,19 +177,20 @@ TEST_F(FindingStoreTest, WhatHoldsForAllSlavesIsOneEntryHoweverManySlavesThereAr
 
 TEST_F(FindingStoreTest, WhatHoldsForMoreSlavesThanAreListedIsOneEntryThatCountsThem) {
   constexpr SlaveId kSlaves = 1500;
-  for (SlaveId slave = 0; slave < kSlaves; ++slave) store.AddNotEvaluable(kRule, slave, "why", 7);
-  store.AddNotEvaluable(kOther, 3, "why", 8);
+  for (SlaveId slave = 0; slave < kSlaves; ++slave) store.AddNotEvaluable(kRule, slave, test::Because("why"), 7);
+  store.AddNotEvaluable(kOther, 3, test::Because("why"), 8);
   store.FoldNotEvaluable(2000);
   ASSERT_EQ(store.not_evaluable().size(), 2U);
   EXPECT_EQ(store.not_evaluable()[0].slave, kNoSlave);
-  EXPECT_EQ(store.not_evaluable()[0].reason, "why (1500 slaves)");
+  EXPECT_EQ(store.not_evaluable()[0].reason, test::Because("why"));
+  EXPECT_EQ(store.not_evaluable()[0].slaves, kSlaves);
   EXPECT_EQ(store.not_evaluable()[1].slave, 3);
   EXPECT_EQ(store.lines_left_out(), kSlaves);
 }
 
 TEST_F(FindingStoreTest, ReasonsWithoutEndBecomeOne) {
   for (std::size_t i = 0; i < 3 * FindingStore::kMaxReasons; ++i) {
-    store.AddNotEvaluable(kRule, 1, "reason " + std::to_string(i), i + 1);
+    store.AddNotEvaluable(kRule, 1, test::Because("reason " + std::to_string(i)), i + 1);
   }
   EXPECT_EQ(store.not_evaluable().size(), FindingStore::kMaxReasons + 1);
   EXPECT_EQ(store.not_evaluable().back().occasions, 2 * FindingStore::kMaxReasons);
@@ -202,8 +204,8 @@ TEST_F(FindingStoreTest, WhatIsNotListedHasALineForItsRule) {
   const std::array<std::string, 8> names{"r1", "r2", "r3", "r4", "r5", "r6", "r7", "r8"};
   for (std::size_t r = 0; r < more.size(); ++r) more[r].id = names[r];
   for (std::size_t i = 0; i < FindingStore::kMaxReasons; ++i) {
-    for (const RuleInfo* rule : rules) store.AddNotEvaluable(*rule, 1, "reason " + std::to_string(i), i + 1);
-    for (const RuleInfo& rule : more) store.AddNotEvaluable(rule, 1, "reason " + std::to_string(i), i + 1);
+    for (const RuleInfo* rule : rules) store.AddNotEvaluable(*rule, 1, test::Because("reason " + std::to_string(i)), i + 1);
+    for (const RuleInfo& rule : more) store.AddNotEvaluable(rule, 1, test::Because("reason " + std::to_string(i)), i + 1);
   }
   store.FoldNotEvaluable(3);
   EXPECT_EQ(store.not_evaluable().size(), FindingStore::kMaxListed + 11U);
@@ -211,7 +213,7 @@ TEST_F(FindingStoreTest, WhatIsNotListedHasALineForItsRule) {
 }
 
 TEST_F(FindingStoreTest, TheOnlySlaveKeepsItsName) {
-  store.AddNotEvaluable(kRule, 0, "all", 5);
+  store.AddNotEvaluable(kRule, 0, test::Because("all"), 5);
   store.FoldNotEvaluable(1);
   EXPECT_EQ(store.not_evaluable()[0].slave, 0);
 }

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "cli/report/report.h"
+#include "tests/support/reasons.h"
 
 namespace ecaudit::test {
 
@@ -14,10 +15,6 @@ inline constexpr TimeNs kStart = 1'556'712'000'000'000'000;
 /// A packet stamped 1 ms times its number after the start; number 1 is the first packet, at the start.
 inline FrameRef Frame(FrameNo number) {
   return {number, kStart + (static_cast<TimeNs>(number) - 1) * 1'000'000, true};
-}
-
-inline Reason Because(const std::string& text) {
-  return {ReasonCode::kOther, nullptr, text};
 }
 
 inline Finding MakeFinding(std::string_view rule, Severity severity, SlaveId slave, FrameNo frame,
@@ -100,8 +97,8 @@ inline report::CaptureReport RefusedSafeop() {
                       {"requested", std::string("SAFEOP"), Evidence::Notation::kDecimal}};
   finding.reference = {"AKD EtherCAT Communication", "4.3"};
   r.findings.push_back(finding);
-  r.not_evaluable.push_back({"sync-lost", 7, Because("DC is not used"), 0, 1});
-  r.not_evaluable.push_back({"frame-lost", kNoSlave, Because("the capture ends early"), 6000, 2});
+  r.not_evaluable.push_back({"sync-lost", 7, Because("DC"), 0, 1});
+  r.not_evaluable.push_back({"frame-lost", kNoSlave, Because("the end"), 6000, 2});
   return report;
 }
 
