@@ -21,12 +21,12 @@ inline constexpr Word kActivation{"sync-activation", "the activation of SYNC0 (0
 /// "the DC time in the frames", "the stamps of the probe", "the stamps of the capture"; its code is that of
 /// sync::Name().
 [[nodiscard]] const Word& WordOf(sync::TimeBase base);
-/// Sets {manual}, the title of the manual that gives the limits of the slave; not set where the standard gives them.
+/// Sets {manual}, the title of the manual that gives the limits of the slave; not set if the standard gives them.
 void SetManual(Finding& finding, const device::DeviceDescription& family);
 /// "the capture ends": how a pause ends after which no outputs come; null if outputs come again.
 [[nodiscard]] const Word* WordOf(sync::OutputGap::End end);
 
-/// The drive's own cycle (FBUS.SAMPLEPERIOD, PTBASE), ns, where it is known.
+/// The cycle of the drive itself (FBUS.SAMPLEPERIOD, PTBASE), ns, if it is known.
 [[nodiscard]] std::optional<TimeNs> DriveCycle(const model::SlaveModel& slave);
 
 /// Sets the cause of what `rule` found for `slave` in `frame`, unless it has one.

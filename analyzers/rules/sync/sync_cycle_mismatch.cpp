@@ -33,17 +33,17 @@ constexpr FindingKind kSync0AndInterpolation{
     .name = "sync0-cycle-interpolation-time",
     .title = "SYNC0 cycle is {sync0_cycle_ns} ns, but 60C2h gives {interpolation_ns} ns",
     .message =
-        R"([{?changed_in_op}The master changed 60C2h in OP (last in {frame}).][{!changed_in_op}The master requests OP in
-{frame}.] The SYNC0 cycle (0x09A0) is then {sync0_cycle_ns} ns[ (since {sync0_frame})], but the interpolation time (60C2h) is
-{interpolation_ns} ns[ (since {interpolation_frame})].)",
+        R"([{?changed_in_op}The master changed 60C2h in OP (last in {frame}).][{!changed_in_op}The master requests OP
+in {frame}.] The SYNC0 cycle (0x09A0) is then {sync0_cycle_ns} ns[ (since {sync0_frame})], but the interpolation time
+(60C2h) is {interpolation_ns} ns[ (since {interpolation_frame})].)",
     .next = "Set the same time in both."};
 
 constexpr FindingKind kSync0AndDrive{
     .name = "sync0-cycle-drive-cycle",
     .title = "SYNC0 cycle is {sync0_cycle_ns} ns, but {parameter} gives {drive_cycle_ns} ns",
     .message =
-        R"([{?changed_in_op}The master changed 60C2h in OP (last in {frame}).][{!changed_in_op}The master requests OP in
-{frame}.] The SYNC0 cycle (0x09A0) is then {sync0_cycle_ns} ns[ (since {sync0_frame})], but {parameter} as given by
+        R"([{?changed_in_op}The master changed 60C2h in OP (last in {frame}).][{!changed_in_op}The master requests OP
+in {frame}.] The SYNC0 cycle (0x09A0) is then {sync0_cycle_ns} ns[ (since {sync0_frame})], but {parameter} as given by
 --parameter is {drive_cycle_ns} ns.)",
     .next = "Set the same time in both.",
     .identity = "parameter"};
@@ -52,9 +52,9 @@ constexpr FindingKind kInterpolationAndDrive{
     .name = "interpolation-time-drive-cycle",
     .title = "60C2h gives {interpolation_ns} ns, but {parameter} gives {drive_cycle_ns} ns",
     .message =
-        R"([{?changed_in_op}The master changed 60C2h in OP (last in {frame}).][{!changed_in_op}The master requests OP in
-{frame}.] The interpolation time (60C2h) is then {interpolation_ns} ns[ (since {interpolation_frame})], but {parameter} as
-given by --parameter is {drive_cycle_ns} ns.)",
+        R"([{?changed_in_op}The master changed 60C2h in OP (last in {frame}).][{!changed_in_op}The master requests OP
+in {frame}.] The interpolation time (60C2h) is then {interpolation_ns} ns[ (since {interpolation_frame})], but
+{parameter} as given by --parameter is {drive_cycle_ns} ns.)",
     .next = "Set the same time in both.",
     .identity = "parameter"};
 

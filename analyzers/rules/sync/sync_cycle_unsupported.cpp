@@ -31,7 +31,8 @@ constexpr FindingKind kTooShort{
     .name = "too-short",
     .title = "{setting} is {cycle_ns} ns, less than {cycle_min_ns}",
     .message = R"({setting} is {cycle_ns} ns when {frame} [{?at_sync0}switches SYNC0 on][{!at_sync0}requests OP]. [The
-manual ({manual})][{!manual}The EtherCAT standard] requires at least {cycle_min_ns}[ and multiples of {cycle_base_ns}].)",
+manual ({manual})][{!manual}The EtherCAT standard] requires at least {cycle_min_ns}[ and multiples of
+{cycle_base_ns}].)",
     .next = "Choose a supported cycle, the same for SYNC0, 60C2h and the process data.",
     .identity = "setting"};
 
@@ -39,7 +40,8 @@ constexpr FindingKind kNoMultiple{
     .name = "no-multiple",
     .title = "{setting} is {cycle_ns} ns, no multiple of {cycle_base_ns}",
     .message = R"({setting} is {cycle_ns} ns when {frame} [{?at_sync0}switches SYNC0 on][{!at_sync0}requests OP]. [The
-manual ({manual})][{!manual}The EtherCAT standard] requires [at least {cycle_min_ns} and ]multiples of {cycle_base_ns}.)",
+manual ({manual})][{!manual}The EtherCAT standard] requires [at least {cycle_min_ns} and ]multiples of
+{cycle_base_ns}.)",
     .next = "Choose a supported cycle, the same for SYNC0, 60C2h and the process data.",
     .identity = "setting"};
 
@@ -54,8 +56,8 @@ constexpr FindingKind kFramesNoMultiple{
     .name = "frames-no-multiple",
     .title = "Process data every {cycle_us}, no multiple of {cycle_base_ns}",
     .message = R"(In OP the outputs come every {cycle_us} (mean of {cycles}, by {time_base}). The nearest multiple of
-{cycle_base_ns} is {nearest_us}. [The manual ({manual})][{!manual}The EtherCAT standard] lets the drive follow a deviation
-of {pll_range_ppm} ppm.)",
+{cycle_base_ns} is {nearest_us}. [The manual ({manual})][{!manual}The EtherCAT standard] lets the drive follow a
+deviation of {pll_range_ppm} ppm.)",
     .next = "Choose a multiple as the cycle of the master, or do not let the drive synchronise to it."};
 
 constexpr const FindingKind* kKinds[] = {&kSinglePulse, &kTooShort, &kNoMultiple, &kFramesTooFast, &kFramesNoMultiple};

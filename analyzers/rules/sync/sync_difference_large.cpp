@@ -21,7 +21,7 @@ namespace {
 constexpr EscAddress kControlEnd = 0x0936;
 constexpr std::int64_t kDefaultLimit = 1000;
 constexpr TimeNs kSettleTime = 5'000'000'000;
-/// 0x092C is the mean over so many times (0x0934 after power-on), and begins with 0.
+/// 0x092C is the mean over this many distributions (0x0934 after power-on), and begins with 0.
 constexpr std::uint64_t kFilter = 16;
 /// Longer than any line of slaves delays a frame, wherever on it the capture was taken.
 constexpr TimeNs kLongestLine = 1'000'000;
@@ -44,16 +44,16 @@ constexpr FindingKind kClockOfOneOff{
     .name = "clock-of-one-off",
     .title = "Clock of one slave is {at_least_ns} or more away from the system time",
     .message = R"(A broadcast read of the time difference (0x092C) gives {difference_or_ns} ns in {frame}, the OR over
-{slaves}. So at least one of them is {at_least_ns} or more away, in SAFEOP or OP and after settling. Up to {limit_ns} is
-usual.)",
+{slaves}. So at least one of them is {at_least_ns} or more away, in SAFEOP or OP and after settling. Up to {limit_ns}
+is usual.)",
     .next = "Read 0x092C of each slave to find it."};
 
 constexpr FindingKind kDelayTooLong{
     .name = "delay-too-long",
     .title = "Propagation delay is {delay_ns}, but a round trip takes {round_trip_ns}",
     .message = R"(In {frame} the propagation delay (0x0928) is {delay_ns}. Frames with process data return after
-{round_trip_ns}, so their way to this slave cannot take longer. The system time and the SYNC0 of this slave are off by the
-difference. 0x092C does not show that.)",
+{round_trip_ns}, so their way to this slave cannot take longer. The system time and the SYNC0 of this slave are off by
+the difference. 0x092C does not show that.)",
     .next = "Compute the delay from receive times (0x0900) that were latched and read together."};
 
 constexpr const FindingKind* kKinds[] = {&kClockOff, &kClockOfOneOff, &kDelayTooLong};

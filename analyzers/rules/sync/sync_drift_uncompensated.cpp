@@ -11,7 +11,7 @@ namespace ecaudit::sync_drift_uncompensated {
 namespace {
 
 constexpr std::int64_t kDefaultLimit = 1'000'000'000;
-/// The slaves in OP are checked once in so many frames.
+/// The slaves in OP are checked once in this many frames.
 constexpr std::uint32_t kCheckEvery = 32;
 /// Process data further apart are two runs with a pause between them.
 constexpr TimeNs kPause = 100'000'000;

@@ -27,8 +27,8 @@ constexpr FindingKind kFramesMissing{
     .name = "frames-missing",
     .title = "{missing_frames} with process data missing, {tolerated_frames} tolerated[: {fault}]",
     .message =
-        R"(Between {before_frame} and {frame}[, where {pause_end},] outputs paused for {gap_ms} (+-{uncertainty_us}
-by {time_base}). So {missing_frames} of the cycle of {cycle_us} {missing_frames?is|are} missing. [The manual
+        R"(From {before_frame} to {frame} outputs paused for {gap_ms} (+-{uncertainty_us} by {time_base}).[ In {frame}
+{pause_end}.] So {missing_frames} of the cycle of {cycle_us} {missing_frames?is|are} missing. [The manual
 ({manual})][{!manual}The EtherCAT standard] lets the drive lose synchronisation[ ({fault})] when more than
 {tolerated_frames} are missing while it is enabled. The status word {status_word} shows that it was enabled.)",
     .next = "Find out why the master paused."};
@@ -36,7 +36,7 @@ by {time_base}). So {missing_frames} of the cycle of {cycle_us} {missing_frames?
 constexpr FindingKind kCyclesOutside{
     .name = "cycles-outside",
     .title = "{consecutive} outside the permitted jitter[: {faults}]",
-    .message = R"(From {before_frame} to {frame} {consecutive} had no process data within the permitted jitter. [The
+    .message = R"({consecutive} had no process data within the permitted jitter: from {before_frame} to {frame}. [The
 manual ({manual})][{!manual}The EtherCAT standard] lets the drive lose synchronisation[ ({faults})] after {limit} such
 {limit?cycle|cycles} in a row.)",
     .next = "Find out why the master was late."};

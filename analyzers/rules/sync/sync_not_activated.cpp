@@ -26,7 +26,8 @@ constexpr FindingKind kRefused{
     .name = "refused-without-sync0",
     .title = "OP refused: SYNC0 has a cycle, but is off (0x0981 = {activation})",
     .message = R"(The master wrote a SYNC0 cycle (0x09A0) for this slave in {cycle_frame}. When the slave refuses OP in
-{frame}, 0x0981 is {activation}. So the slave generates no SYNC0, and reports that it sees none (AL status code 0x002d).)",
+{frame}, 0x0981 is {activation}. So the slave generates no SYNC0, and reports that it sees none (AL status code
+0x002d).)",
     .next = "Switch SYNC0 on after start time and cycle (0x0981 = 3), or leave the cycle 0."};
 
 constexpr FindingKind kOtherCycle{

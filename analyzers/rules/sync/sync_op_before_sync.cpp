@@ -25,8 +25,8 @@ constexpr FindingKind kHeld{
     .name = "held-in-safeop",
     .title = "Still in SAFEOP {waited_ms} after the request of OP: not synchronised",
     .message = R"(The master requested OP in {request_frame}. After {waited_ms}, in {frame}, the slave still reports
-SAFEOP, without an error. [The manual ({manual})][{!manual}The EtherCAT standard] requires for OP that synchronisation has
-succeeded.)",
+SAFEOP, without an error. [The manual ({manual})][{!manual}The EtherCAT standard] requires for OP that synchronisation
+has succeeded.)",
     .next = R"(Send process data in SAFEOP with the configured cycle before OP is requested. Check cycle and jitter.)"};
 
 constexpr const FindingKind* kKinds[] = {&kRefused, &kHeld};

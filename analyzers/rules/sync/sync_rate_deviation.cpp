@@ -26,8 +26,8 @@ constexpr FindingKind kOff{
     .name = "mean-cycle-off",
     .title = "Mean cycle deviates by {deviation_ppm}, the PLL follows {pll_range_ppm}",
     .message = R"(In OP the mean of {cycles} from {frame} to {end_frame} is {mean_us}, by {time_base}. The configured
-cycle is {configured_us}, so the deviation is {deviation_ppm} (+-{uncertainty_ppm}). [The manual ({manual})][{!manual}The
-EtherCAT standard] gives {pll_range_ppm} as the range of the PLL.)",
+cycle is {configured_us}, so the deviation is {deviation_ppm} (+-{uncertainty_ppm}). [The manual
+({manual})][{!manual}The EtherCAT standard] gives {pll_range_ppm} as the range of the PLL.)",
     .next =
         R"([{?by_sync0}Let the cycle of the master follow the DC time.][{!by_sync0}Let the master send by a timer that
 keeps the configured cycle in the mean.])"};
@@ -54,8 +54,8 @@ synchronised, even without jitter.
 
 ## How it is decided
 - The configured cycle is that of SYNC0, else that of 60C2h as the master wrote it.
-- The mean is taken over the cycles in OP. It ends when the slave leaves OP, SYNC0 is switched off, or the frames come in
-  another rhythm.
+- The mean is taken over the cycles in OP. It ends when the slave leaves OP, SYNC0 is switched off, or the frames come
+  in another rhythm.
 - An interval of n cycles counts as n. If jitter leaves n open, it counts together with the following intervals. Pauses
   of more than 16 cycles are left out.
 - The DC time counts as exact. With stamps, 100 ppm of the clock of the host are added to their uncertainty.

@@ -25,17 +25,18 @@ constexpr FindingKind kInPast{
     .name = "start-in-past",
     .title = "SYNC0 start time lies {late_ns} in the past",
     .message = R"({frame} switches SYNC on (0x0981 = {activation}) with the start time {start_time_ns} ns (0x0990). But
-{read_frame} read the system time {system_time_ns} ns[, {since_read_ns} before]. So the first pulse comes only after the
-clock wraps.)",
+{read_frame} read the system time {system_time_ns} ns[, {since_read_ns} before].[{?low_half} Only the low 32 bits of
+both count for this clock.] So the first pulse comes only after the clock wraps.)",
     .next = R"(Read the system time directly before, and let the start lie far enough ahead (100 ms is usual).)"};
 
 constexpr FindingKind kFarAhead{
     .name = "start-far-ahead",
     .title = "SYNC0 starts only [{ahead_years}][{!ahead_years}{ahead_ns}] after it is switched on",
     .message = R"({frame} switches SYNC on (0x0981 = {activation}) with the start time {start_time_ns} ns (0x0990). But
-{read_frame} read the system time {system_time_ns} ns. So the first pulse comes
-[{ahead_years}][{!ahead_years}{ahead_ns}] later, and the drive waits for it.[ The master requests OP already in
-{request_frame}.][{?since_1970} The start time counts from 1970, the system time of EtherCAT from 2000.])",
+{read_frame} read the system time {system_time_ns} ns.[{?low_half} Only the low 32 bits of both count for this clock.]
+So the first pulse comes [{ahead_years}][{!ahead_years}{ahead_ns}] later, and the drive waits for it.[ The master
+requests OP already in {request_frame}.][{?since_1970} The start time counts from 1970, the system time of EtherCAT
+from 2000.])",
     .next =
         R"(Take the start time from the system time that was read, and let it lie a little ahead (100 ms is usual).)"};
 
@@ -206,10 +207,16 @@ class SyncStartInPast final : public Rule {
     return finding;
   }
 
+  /// Decimal, as far as that fits.
+  static Value TimeValue(std::uint64_t ns) {
+    return ns >> 63U == 0 ? arg::Number(static_cast<std::int64_t>(ns)) : arg::Hex(ns, 16);
+  }
+
   static void SetTimes(Finding& finding, const sync::SyncSwitchedOn& e) {
-    finding.Set("start_time_ns", arg::Number(static_cast<std::int64_t>(*e.start_ns)))
-        .Set("system_time_ns", arg::Number(static_cast<std::int64_t>(*e.read_time_ns)))
-        .Set("read_frame", arg::Frame(e.read_frame.number));
+    finding.Set("start_time_ns", TimeValue(*e.start_ns))
+        .Set("system_time_ns", TimeValue(*e.read_time_ns))
+        .Set("read_frame", arg::Frame(e.read_frame.number))
+        .Set("low_half", arg::Flag(e.low_half_only));
   }
 
   void ReportPast(const sync::SyncSwitchedOn& e, TimeNs ahead, TimeNs late) {

@@ -37,8 +37,8 @@ constexpr FindingKind kShifted{
     .name = "system-time-shifted",
     .title = "System time shifted by {shift_ns} in OP",
     .message = R"({frame} writes the system time offset (0x0920 = {offset}) while the slave is in OP with SYNC0 on. That
-moves the system time of the slave by {shift_ns}. SYNC0 follows the system time: its next pulse comes at another time, or
-never.)",
+moves the system time of the slave by {shift_ns}. SYNC0 follows the system time: its next pulse comes at another time,
+or never.)",
     .next = "Set the offset before SYNC0 is switched on."};
 
 constexpr FindingKind kOffsetWritten{
@@ -78,8 +78,8 @@ Writes that take the clock from a drive while it runs by it, in OP:
 
 ## Why it matters
 Without SYNC0 the drive loses its time base within a few cycles and faults. Another offset makes its system time jump:
-the next SYNC0 pulse comes too early, too late, or only after the clock wraps. To another delay the clock of the slave is
-regulated with each distribution of the time: its SYNC0 moves against that of the others, and against the frames.
+the next SYNC0 pulse comes too early, too late, or only after the clock wraps. To another delay the clock of the slave
+is regulated with each distribution of the time: its SYNC0 moves against that of the others, and against the frames.
 
 ## How it is decided
 - AL Status showed OP, and no request to leave it is in flight. If the master starts up again, it clears the station
@@ -90,8 +90,8 @@ regulated with each distribution of the time: its SYNC0 moves against that of th
   10 ms, nothing is reported.
 - An offset counts if SYNC0 is on and the value differs from the last one that was written or read. Another upper half
   does not count if the clock has 32 bit (0x0008). If no value was seen before, the value counts as new (inferred).
-- A delay counts if SYNC0 is on and it differs from the last one by more than 1 us. Masters that measure again stay below
-  that.
+- A delay counts if SYNC0 is on and it differs from the last one by more than 1 us. Masters that measure again stay
+  below that.
 - Corrections by 0x0910, the regular distribution of the system time, do not concern this rule.
 
 ## Example

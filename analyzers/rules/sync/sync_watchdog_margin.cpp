@@ -32,20 +32,20 @@ constexpr Word kHalfWatchdog{"half-watchdog", "the difference between a pause an
 constexpr FindingKind kExceeded{
     .name = "watchdog-exceeded",
     .title = "Outputs [{?stopped}stopped][{!stopped}paused] for {gap_ms}, longer than the watchdog of {watchdog_ms}",
-    .message = R"(Between {before_frame} and {frame}[, where {pause_end},] the slave in OP got no outputs for {gap_ms}
-(+-{uncertainty_us} by {time_base}). Its process data watchdog is {watchdog_ms} (0x0400 = {divider}, 0x0420 =
-{intervals}[{?assumed}; assumed: the values after power-on]).[ In {left_op_frame} it reports {left_op_status}[ with AL status
-code {left_op_code}].][ Its outputs usually come every {usual_ms}.])",
+    .message = R"(From {before_frame} to {frame} the slave in OP got no outputs for {gap_ms} (+-{uncertainty_us} by
+{time_base}).[{!left_op_frame} In {frame} {pause_end}.] Its process data watchdog is {watchdog_ms} (0x0400 =
+{divider}, 0x0420 = {intervals}[{?assumed}; assumed: the values after power-on]).[ In {left_op_frame} it reports
+{left_op_status}[ with AL status code {left_op_code}].][ Its outputs usually come every {usual_ms}.])",
     .next = "Find out why the master paused, or set a longer watchdog in PREOP.",
     .identity = "stopped"};
 
 constexpr FindingKind kHalfExceeded{
     .name = "half-watchdog-exceeded",
     .title = "Outputs [{?stopped}stopped][{!stopped}paused] for {gap_ms}, over half the watchdog of {watchdog_ms}",
-    .message = R"(Between {before_frame} and {frame}[, where {pause_end},] the slave in OP got no outputs for {gap_ms}
-(+-{uncertainty_us} by {time_base}). Its process data watchdog is {watchdog_ms} (0x0400 = {divider}, 0x0420 =
-{intervals}[{?assumed}; assumed: the values after power-on]).[ In {left_op_frame} it reports {left_op_status}[ with AL status
-code {left_op_code}].][ Its outputs usually come every {usual_ms}.])",
+    .message = R"(From {before_frame} to {frame} the slave in OP got no outputs for {gap_ms} (+-{uncertainty_us} by
+{time_base}).[{!left_op_frame} In {frame} {pause_end}.] Its process data watchdog is {watchdog_ms} (0x0400 =
+{divider}, 0x0420 = {intervals}[{?assumed}; assumed: the values after power-on]).[ In {left_op_frame} it reports
+{left_op_status}[ with AL status code {left_op_code}].][ Its outputs usually come every {usual_ms}.])",
     .next = "Find out why the master paused, or set a longer watchdog in PREOP.",
     .identity = "stopped"};
 
@@ -59,12 +59,12 @@ power-on]).[ It was set in {set_frame}.] It expires in [{?every_cycle}every cycl
     .next = "Set a watchdog of several cycles in PREOP."};
 
 constexpr FindingKind kTight{
-    .name = "watchdog-near-cycle",
-    .title = "Watchdog of {watchdog_ms} is hardly longer than the cycle of {cycle_ms}",
+    .name = "watchdog-short",
+    .title = "Watchdog of {watchdog_ms} covers no more than 2 cycles of {cycle_ms}",
     .message = R"(The outputs of this slave come every {cycle_ms} (+-{uncertainty_us} by {time_base}). Its process data
-watchdog is {watchdog_ms} (0x0400 = {divider}, 0x0420 = {intervals}[{?assumed}; assumed: the values after
-power-on]).[ It was set in {set_frame}.][{?every_cycle} It expires in every cycle.][{!every_cycle} A single lost or late
-frame lets it expire.])",
+watchdog is {watchdog_ms} (0x0400 = {divider}, 0x0420 = {intervals}[{?assumed}; assumed: the values after power-on]).[
+It was set in {set_frame}.][{?every_cycle} It expires in every cycle.][{!every_cycle} A single lost or late frame lets
+it expire.])",
     .next = "Set a watchdog of several cycles in PREOP."};
 
 constexpr FindingKind kRefused{
@@ -108,19 +108,18 @@ The longest time without outputs for a slave in OP, against its process data wat
 
 - A pause as long as the watchdog is an error, half of it a warning.
 - OP that is refused with 0x001B, or not reached, because no outputs are sent, is an error.
-- A watchdog that is hardly longer than the cycle itself is reported once: as an error if it is shorter, else as a
-  warning.
+- A watchdog of no more than 2 cycles is reported once: as an error if it is shorter than the cycle, else as a warning.
 
 ## Why it matters
-When the watchdog expires, the slave leaves OP (AL status code 0x001B) and the drive stops. A master that sometimes comes
-close to it will be too late one day.
+When the watchdog expires, the slave leaves OP (AL status code 0x001B) and the drive stops. A master that sometimes
+comes close to it will be too late one day.
 
 ## How it is decided
 - Outputs are LRW and LWR whose address an active write FMMU of the slave maps, with a working counter that is not 0.
   Writes to the memory of its output sync manager count, too. Those for other slaves do not count.
 - The time between two of them is measured by the DC time that they carry, else by stamps.
-- A slave in OP without outputs so far waits since it is in OP. One that gets no more outputs waits until it leaves OP or
-  the capture ends.
+- A slave in OP without outputs so far waits since it is in OP. One that gets no more outputs waits until it leaves OP
+  or the capture ends.
 - Up to 1.5 times the usual distance (the median of the last frames) is no pause, unless it exceeds the watchdog.
 - Not evaluated: a pause whose limit lies within the uncertainty of the clock, a pause with frames that never returned,
   and a pause that may be a capture gap. It may be one if no frame at all was captured in it, the slave is still in OP,
@@ -279,7 +278,7 @@ class SyncWatchdogMargin final : public Rule {
     std::vector<sync::OutputGap> early;  ///< before it was known how far its outputs usually are apart
     TimeNs usual_ns = 0;                 ///< by these
   };
-  /// So many make a rhythm of their own.
+  /// This many gaps make a rhythm of their own.
   static constexpr std::size_t kMostEarly = 32;
 
   Slave& Of(SlaveId id) {

@@ -19,7 +19,7 @@
 namespace ecaudit::sync_window_violation {
 namespace {
 
-/// The rhythm of the frames is not that of SYNC0 (sync-cycle-mismatch) where it is off by more than this part.
+/// The rhythm of the frames is not that of SYNC0 (sync-cycle-mismatch) if it is off by more than this part.
 constexpr double kOtherRhythm = 0.1;
 /// Frames are as far apart as their intervals within this part of a cycle.
 constexpr double kInPlace = 0.125;
@@ -37,34 +37,34 @@ constexpr FindingKind kEmptyInterval{
     .name = "interval-empty",
     .title = "{empty_intervals} without process data",
     .message =
-        R"(SYNC0 comes every {cycle_us}. [From {before_frame} to {frame} {frames} and {pulses} came: the frames drift
-across SYNC0. So][{!frames}Between {before_frame} and {frame}] {empty_intervals} passed without outputs. {frame} arrives
-{phase_us} after a pulse (+-{uncertainty_us} by {time_base}). The drive needs one frame in each interval
-({sync_source}).[ The frames come every {frame_cycle_us}.][ On average they arrive {usual_phase_us} after a pulse, far from
-the next one.])",
+        R"(SYNC0 comes every {cycle_us}. [{frames} and {pulses} came from {before_frame} to {frame}: the frames drift
+across SYNC0. So {empty_intervals} passed without outputs.][{!frames}{empty_intervals} passed without outputs between
+{before_frame} and {frame}.] {frame} arrives {phase_us} after a pulse (+-{uncertainty_us} by {time_base}). The drive
+needs one frame in each interval ({sync_source}).[ The frames come every {frame_cycle_us}.][ On average they arrive
+{usual_phase_us} after a pulse, far from the next one.])",
     .next =
-        R"([{?frames}Let the cycle of the master follow the DC time.][{?frame_cycle_us}Send the frames with the cycle of
-SYNC0.][{?usual_phase_us}Find what delayed the master here, and check whether its cycle follows the DC
+        R"([{?frames}Let the cycle of the master follow the DC time.][{?frame_cycle_us}Send the frames with the cycle
+of SYNC0.][{?usual_phase_us}Find what delayed the master here, and check whether its cycle follows the DC
 time.][{?near_sync0}Shift SYNC0 to the middle between two frames, and send more regularly.])"};
 
 constexpr FindingKind kTwoFrames{
     .name = "two-frames",
     .title = "Two frames with process data in one SYNC0 interval",
     .message =
-        R"(SYNC0 comes every {cycle_us}. [From {before_frame} to {frame} {frames} and {pulses} came: the frames drift
-across SYNC0, and two arrive between the same two pulses.][{!frames}Frames {before_frame:number} and {frame:number} arrive
-between the same two pulses.] {frame} arrives {phase_us} after a pulse (+-{uncertainty_us} by {time_base}). The drive needs
-one frame in each interval ({sync_source}).[ The frames come every {frame_cycle_us}.][ On average they arrive
-{usual_phase_us} after a pulse, far from the next one.])",
+        R"(SYNC0 comes every {cycle_us}. [{frames} and {pulses} came from {before_frame} to {frame}: the frames drift
+across SYNC0, and two arrive between the same two pulses.][{!frames}Frames {before_frame:number} and {frame:number}
+arrive between the same two pulses.] {frame} arrives {phase_us} after a pulse (+-{uncertainty_us} by {time_base}). The
+drive needs one frame in each interval ({sync_source}).[ The frames come every {frame_cycle_us}.][ On average they
+arrive {usual_phase_us} after a pulse, far from the next one.])",
     .next =
-        R"([{?frames}Let the cycle of the master follow the DC time.][{?frame_cycle_us}Send the frames with the cycle of
-SYNC0.][{?usual_phase_us}Find what delayed the master here, and check whether its cycle follows the DC
+        R"([{?frames}Let the cycle of the master follow the DC time.][{?frame_cycle_us}Send the frames with the cycle
+of SYNC0.][{?usual_phase_us}Find what delayed the master here, and check whether its cycle follows the DC
 time.][{?near_sync0}Shift SYNC0 to the middle between two frames, and send more regularly.])"};
 
 constexpr FindingKind kEmptyCycle{
     .name = "cycle-empty",
     .title = "{missing_cycles} without process data",
-    .message = R"(Between {before_frame} and {frame} {missing_cycles} of {cycle_us} passed without outputs
+    .message = R"({missing_cycles} of {cycle_us} passed without outputs between {before_frame} and {frame}
 (+-{uncertainty_us} by {time_base}). [The manual ({manual})][{!manual}The EtherCAT standard] permits a jitter of
 {permitted_us}.[ Note of the profile: {note}.])",
     .next = "Make the sending of the master more regular."};
@@ -72,7 +72,7 @@ constexpr FindingKind kEmptyCycle{
 constexpr FindingKind kLate{
     .name = "late",
     .title = "Process data {deviation_us} late, {permitted_us} permitted",
-    .message = R"({frame} arrives {deviation_us} later than the cycles of {cycle_us} before it let expect
+    .message = R"({frame} arrives {deviation_us} later than expected from the cycles of {cycle_us} before it
 (+-{uncertainty_us} by {time_base}). [The manual ({manual})][{!manual}The EtherCAT standard] permits a jitter of
 {permitted_us}.[ Note of the profile: {note}.])",
     .next = "Make the sending of the master more regular."};
@@ -80,7 +80,7 @@ constexpr FindingKind kLate{
 constexpr FindingKind kEarly{
     .name = "early",
     .title = "Process data {early_us} early, {permitted_us} permitted",
-    .message = R"({frame} arrives {early_us} earlier than the cycles of {cycle_us} before it let expect
+    .message = R"({frame} arrives {early_us} earlier than expected from the cycles of {cycle_us} before it
 (+-{uncertainty_us} by {time_base}). [The manual ({manual})][{!manual}The EtherCAT standard] permits a jitter of
 {permitted_us}.[ Note of the profile: {note}.])",
     .next = "Make the sending of the master more regular."};
@@ -89,9 +89,10 @@ constexpr FindingKind kPllOutside{
     .name = "pll-outside",
     .title = "PLL outside its window: {sync_actual}, expected {sync_distance} +-{sync_window}",
     .message = R"(In OP with SYNC0 on the drive reports {actual_parameter} = {sync_actual} in {frame}.
-{distance_parameter} is {sync_distance} ([{distance_object} in {distance_frame}][{!distance_frame}given by --parameter]).
-{window_parameter} is {sync_window} ([{window_object} in {window_frame}][{!window_frame}given by --parameter]). [The manual
-({manual})][{!manual}The EtherCAT standard] requires a value strictly inside that window[ for {threshold}].)",
+{distance_parameter} is {sync_distance} ([{distance_object} in {distance_frame}][{!distance_frame}given by
+--parameter]). {window_parameter} is {sync_window} ([{window_object} in {window_frame}][{!window_frame}given by
+--parameter]). [The manual ({manual})][{!manual}The EtherCAT standard] requires a value strictly inside that window[
+for {threshold}].)",
     .next = R"(Make the cycle of the master more regular, or check that it sends with the cycle of SYNC0.)"};
 
 constexpr const FindingKind* kKinds[] = {&kEmptyInterval, &kTwoFrames, &kEmptyCycle, &kLate, &kEarly, &kPllOutside};
@@ -111,8 +112,8 @@ constexpr RuleInfo kInfo{
 ## What it checks
 With SYNC0, in OP:
 
-- One frame with outputs arrives between two pulses. An interval without a frame, or with two, means that a frame came on
-  the wrong side of SYNC0.
+- One frame with outputs arrives between two pulses. An interval without a frame, or with two, means that a frame came
+  on the wrong side of SYNC0.
 - If the master reads the measurement of the drive itself (AKD and MKD: SYNCACT, 3496h:2), it lies inside SYNCDIST +-
   SYNCWND.
 
@@ -120,8 +121,8 @@ Without SYNC0: outputs arrive within the jitter that the family permits (Pilz: 3
 up to 750 us), and none is missing.
 
 ## Why it matters
-At SYNC0 the drive uses the outputs that it has. An interval without new ones repeats old setpoints, one with two skips a
-setpoint: the axis jerks. Without SYNC0 a Pilz drive counts the violation. The second in a row is a loss of
+At SYNC0 the drive uses the outputs that it has. An interval without new ones repeats old setpoints, one with two
+skips a setpoint: the axis jerks. Without SYNC0 a Pilz drive counts the violation. The second in a row is a loss of
 synchronisation.
 
 ## How it is decided
@@ -143,7 +144,8 @@ With SYNC0:
 
 Without SYNC0:
 
-- The expected arrival lies on the line through the frames so far, which it follows slowly, from the 100th cycle in OP on.
+- The expected arrival lies on the line through the frames so far, which it follows slowly, from the 100th cycle in OP
+  on.
 - The limit is that for 60C2h if the master wrote it and its cycle is about that, else for the measured cycle.
 - Between 750 us and 1 ms the Pilz manual gives no figure: 70 us is applied as a warning.
 
@@ -339,7 +341,7 @@ class SyncWindowViolation final : public Rule {
   };
   struct Misses {
     std::array<Kind, 2> of;  ///< without a frame, with two
-    std::int64_t late = 0;   ///< by so many intervals frames are later than at first
+    std::int64_t late = 0;   ///< intervals by which frames are later than at first
   };
 
   /// Whether the miss is the other end of one before it: frames came back to their places.
@@ -362,7 +364,7 @@ class SyncWindowViolation final : public Rule {
     return std::abs(cycles - static_cast<double>(pulses)) < kInPlace;
   }
 
-  /// The object and frame that showed a parameter; neither where the user gave it.
+  /// The object and frame that showed a parameter; neither if the user gave it.
   static void SetOrigin(Finding& finding, std::string_view object, std::string_view frame,
                         const device::DriveParameter& parameter, const model::ParameterValue& value) {
     if (value.since == 0 || !parameter.object) return;
