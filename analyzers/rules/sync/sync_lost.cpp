@@ -39,7 +39,7 @@ constexpr FindingKind kCyclesOutside{
     .message = R"({consecutive} had no process data within the permitted jitter: from {before_frame} to {frame}. [The
 manual ({manual})][{!manual}The EtherCAT standard] lets the drive lose synchronisation[ ({faults})] after {limit} such
 {limit?cycle|cycles} in a row.)",
-    .next = "Find out why the master was late."};
+    .next = "Find out why the master was late or paused."};
 
 constexpr const FindingKind* kKinds[] = {&kFramesMissing, &kCyclesOutside};
 

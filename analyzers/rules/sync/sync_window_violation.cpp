@@ -64,7 +64,7 @@ time.][{?near_sync0}Shift SYNC0 to the middle between two frames, and send more 
 constexpr FindingKind kEmptyCycle{
     .name = "cycle-empty",
     .title = "{missing_cycles} without process data",
-    .message = R"({missing_cycles} of {cycle_us} passed without outputs between {before_frame} and {frame}
+    .message = R"({missing_cycles} passed without outputs between {before_frame} and {frame}. The cycle is {cycle_us}
 (+-{uncertainty_us} by {time_base}). [The manual ({manual})][{!manual}The EtherCAT standard] permits a jitter of
 {permitted_us}.[ Note of the profile: {note}.])",
     .next = "Make the sending of the master more regular."};
