@@ -18,6 +18,17 @@
 namespace ecaudit::startup {
 namespace {
 
+constexpr Word kStartup{"startup", "the start-up"};
+constexpr Word kControlWord{"control-word", "the control word (6040h)"};
+constexpr Word kAddressing{"addressing", "the addressing of the slave"};
+constexpr Word kOutcome{"outcome", "the outcome of a step"};
+constexpr Word kLogicalAddresses{"logical-addresses", "logical addresses of a bus with other slaves or process data",
+                                 true};
+constexpr Word kFurtherStartup{"further-startup", "a further start-up (--from selects it)"};
+constexpr Word kBroadcasts{"startup-broadcasts", "the start-up steps for all slaves", true};
+constexpr Word kPlaces{"slave-at-position", "the slave at an expected position"};
+constexpr Word kNewSlave{"new-slave", "a slave that the expectation, which is not strict, does not list"};
+
 constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
 /// What is judged in one order: everything, or the mailbox by itself, or steps that have no order.
@@ -340,7 +351,7 @@ void CompareLimits(const Expectation& expectation, const ExpectedSlave& expected
     comparison.deviations.push_back(std::move(slow));
   }
   if (without_time) {
-    comparison.not_compared.push_back({slave.id, "frames of its start-up have no time stamps", Deviation::Kind::kSlow});
+    comparison.not_compared.push_back({slave.id, Reason::Of(ReasonCode::kNoStamps), Deviation::Kind::kSlow});
   }
 }
 
@@ -358,23 +369,21 @@ bool LeaveOut(std::vector<Deviation>& deviations, Hidden&& hidden) {
   return left_out > 0;
 }
 
-/// What a start-up told last came shortly before the end of the capture.
+/// What a start-up shows last came shortly before the end of the capture.
 bool EndsWith(const StartupSummary& startup, const FrameRef& end) {
   return startup.end.has_time && end.has_time && Elapsed(startup.end.time, end.time) < model::kGivenUpNs;
 }
 
 /// A master that is at it when the capture ends has not left out yet what it did not come to.
-/// @param what  it is at
 /// @return whether there was anything of that kind
-bool LeaveOutToCome(SlaveId slave, const char* what, std::vector<Deviation>& found, Comparison& comparison) {
+bool LeaveOutToCome(SlaveId slave, std::vector<Deviation>& found, Comparison& comparison) {
   const std::size_t before = found.size();
   std::erase_if(found, [](const Deviation& d) {
     const bool refused = d.previous != nullptr && d.previous->outcome == StartupOutcome::kRefused;
     return d.kind == Deviation::Kind::kMissing && (d.to_the_end || d.next == nullptr) && !refused;
   });
   if (found.size() == before) return false;
-  comparison.not_compared.push_back(
-      {slave, std::string("the capture ends while ") + what + " started", Deviation::Kind::kMissing});
+  comparison.not_compared.push_back({slave, Reason::Of(ReasonCode::kCaptureEnds, kStartup), Deviation::Kind::kMissing});
   return true;
 }
 
@@ -383,9 +392,7 @@ void LeaveOutUnseen(const SlaveSummary& slave, std::vector<Deviation>& found, Co
   const auto of_drive = [](const ExpectedStep* step) { return step->key.kind == StartupKey::Kind::kDrive; };
   if (!slave.drive && LeaveOut(found, of_drive)) {
     comparison.not_compared.push_back(
-        {slave.id,
-         "the control word of the drive is not known: neither mapped by what the capture shows nor written by SDO",
-         Deviation::Kind::kMissing});
+        {slave.id, Reason::Of(ReasonCode::kNotInCapture, kControlWord), Deviation::Kind::kMissing});
   }
   if (slave.startup.steps_left_out > 0) {
     // What came behind the last step that was kept is cut off, not missing.
@@ -394,34 +401,32 @@ void LeaveOutUnseen(const SlaveSummary& slave, std::vector<Deviation>& found, Co
       return deviation.kind == Deviation::Kind::kMissing && (deviation.to_the_end || deviation.next == nullptr);
     });
     if (found.size() < before) {
-      comparison.not_compared.push_back(
-          {slave.id, Grouped(slave.startup.steps_left_out) + " further steps of its start-up were not kept",
-           Deviation::Kind::kMissing});
+      comparison.not_compared.push_back({slave.id, Reason::Of(ReasonCode::kListFull), Deviation::Kind::kMissing});
     }
   }
   const auto early = [](const ExpectedStep* step) { return step->phase <= StartupPhase::kEeprom; };
   if (slave.position_inferred && LeaveOut(found, early)) {
     comparison.not_compared.push_back(
-        {slave.id, "the capture begins when the slave has its address already", Deviation::Kind::kMissing});
+        {slave.id, Reason::Of(ReasonCode::kNotInCapture, kAddressing), Deviation::Kind::kMissing});
   }
 }
 
-/// Why nothing can be said of a slave's start-up; empty where something can.
-std::string WhyNotCompared(const SlaveSummary& slave, const CaptureSummary& capture) {
+/// Why a slave's start-up cannot be compared; unset where it can.
+std::optional<Reason> WhyNotCompared(const SlaveSummary& slave, const CaptureSummary& capture) {
   const StartupSummary& startup = slave.startup;
   constexpr auto kPreop = static_cast<std::uint8_t>(esc::AlState::PREOP);
   const bool from_init = std::any_of(startup.steps.begin(), startup.steps.end(), [](const StartupStep& step) {
     return IsRequest(step.key) && step.key.address == static_cast<std::uint32_t>(esc::AlState::PREOP);
   });
   if (!from_init && startup.first_state && *startup.first_state >= kPreop) {
-    return "the capture begins when the slave is in " + esc::StateName(*startup.first_state) + " already";
+    return Reason::Of(ReasonCode::kNotInCapture, kStartup);
   }
-  if (startup.steps.empty()) return "the capture holds nothing of its start-up";
-  if (!capture.complete && !startup.ended) return "the capture was not read to its end, and the start-up goes on there";
-  return {};
+  if (startup.steps.empty()) return Reason::Of(ReasonCode::kNotInCapture, kStartup);
+  if (!capture.complete && !startup.ended) return Reason::Of(ReasonCode::kCaptureEnds, kStartup);
+  return std::nullopt;
 }
 
-/// Whether the capture tells who is at this place of the bus, or that nobody is.
+/// Whether the capture shows who is at this place of the bus, or that nobody is.
 bool ShowsPlace(const AnalysisResult& result, SlavePos position) {
   if (result.bus.slave_count && position >= *result.bus.slave_count) return true;
   return std::any_of(result.slaves.begin(), result.slaves.end(),
@@ -495,9 +500,8 @@ void TellNotShown(const SlaveSummary& slave, std::vector<Deviation>& found, Comp
   }
   std::erase_if(found, [](const Deviation& d) { return d.kind == Deviation::Kind::kNotShown; });
   if (steps.empty()) return;
-  std::string reason = "the capture does not show what came of the " + StepNoun(steps[0]->key, steps[0]->name);
-  if (steps.size() > 1) reason += " and " + Count(steps.size() - 1, "more step");
-  comparison.not_compared.push_back({slave.id, std::move(reason), Deviation::Kind::kFailed});
+  comparison.not_compared.push_back(
+      {slave.id, Reason::Of(ReasonCode::kNotInCapture, kOutcome), Deviation::Kind::kFailed});
 }
 
 /// What a start-up did not come to, because a state was not reached, is told with that.
@@ -586,21 +590,16 @@ class WholeComparison {
       std::move(shifted_.begin(), shifted_.end(), std::back_inserter(out_.deviations));
       return;
     }
-    out_.not_compared.push_back({kNoSlave,
-                                 "logical addresses of " + Count(shifted_.size(), "FMMU") +
-                                     ": with other slaves or process data on the bus they lie elsewhere",
-                                 Deviation::Kind::kValue});
+    out_.not_compared.push_back(
+        {kNoSlave, Reason::Of(ReasonCode::kAmbiguous, kLogicalAddresses), Deviation::Kind::kValue});
   }
 
   /// Only one start-up of each slave is kept.
   void TellFurther() {
     const FrameNo next = NextStartup(result_);
     if (next == 0) return;
-    out_.not_compared.push_back({kNoSlave,
-                                 "the master starts slaves again from frame " + std::to_string(next) +
-                                     " on: that start-up is not compared, --from '#" + std::to_string(next) +
-                                     "' does it",
-                                 Deviation::Kind::kMissing});
+    out_.not_compared.push_back(
+        {kNoSlave, Reason::Of(ReasonCode::kNotFollowed, kFurtherStartup), Deviation::Kind::kMissing});
   }
 
   [[nodiscard]] std::vector<Deviation> Steps(const std::vector<ExpectedStep>& expected,
@@ -612,20 +611,19 @@ class WholeComparison {
     // A capture that begins behind the scan shows slaves, but not the broadcasts before.
     const StartupSummary& bus = result_.bus.startup;
     if (bus.steps.empty() && !expectation_.bus.empty()) {
-      out_.not_compared.push_back({kNoSlave, "the capture holds nothing that was sent to all slaves at once", {}});
+      out_.not_compared.push_back({kNoSlave, Reason::Of(ReasonCode::kNotInCapture, kBroadcasts), {}});
       return;
     }
     std::vector<Deviation> found = Steps(expectation_.bus, bus);
     std::erase_if(found, [](const Deviation& d) { return d.kind == Deviation::Kind::kNotShown; });
-    if (EndsWith(bus, end_) || under_way_) LeaveOutToCome(kNoSlave, "slaves are", found, out_);
+    if (EndsWith(bus, end_) || under_way_) LeaveOutToCome(kNoSlave, found, out_);
     Add(std::move(found), kNoSlave, nullptr, bus.end);
   }
 
   void Miss(const ExpectedSlave& expected) {
     if (!ShowsPlace(result_, expected.position)) {
       out_.not_compared.push_back(
-          {kNoSlave, "the capture does not show which slave is at position " + std::to_string(expected.position),
-           Deviation::Kind::kSlaveMissing});
+          {kNoSlave, Reason::Of(ReasonCode::kNotInCapture, kPlaces), Deviation::Kind::kSlaveMissing});
       return;
     }
     other_layout_ = true;
@@ -667,14 +665,14 @@ class WholeComparison {
   }
 
   void CompareSlave(const ExpectedSlave& expected, const SlaveSummary& slave) {
-    if (std::string reason = WhyNotCompared(slave, result_.capture); !reason.empty()) {
-      out_.not_compared.push_back({slave.id, std::move(reason), {}});
+    if (const std::optional<Reason> reason = WhyNotCompared(slave, result_.capture)) {
+      out_.not_compared.push_back({slave.id, *reason, {}});
       return;
     }
     std::vector<Deviation> found = Steps(expected.steps, slave.startup);
     LeaveOutUnseen(slave, found, out_);
     if (EndsWith(slave.startup, end_) || (!slave.startup.ended && under_way_)) {
-      const bool cut = LeaveOutToCome(slave.id, "the slave is", found, out_);
+      const bool cut = LeaveOutToCome(slave.id, found, out_);
       if (cut && !slave.startup.ended) ++out_.cut;
     }
     LeaveOutOvercome(slave.startup, found);
@@ -685,10 +683,8 @@ class WholeComparison {
   }
 
   void New(const SlaveSummary& slave) {
-    out_.not_compared.push_back({slave.id,
-                                 "the slave is new: the expectation, which is not strict, lists none with its identity "
-                                 "at its place",
-                                 Deviation::Kind::kSlaveUnexpected});
+    out_.not_compared.push_back(
+        {slave.id, Reason::Of(ReasonCode::kNotFollowed, kNewSlave), Deviation::Kind::kSlaveUnexpected});
   }
 
   void Unexpected(const SlaveSummary& slave) {

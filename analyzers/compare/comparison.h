@@ -13,6 +13,7 @@
 
 #include "analyzers/result/analysis_result.h"
 #include "analyzers/result/expectation.h"
+#include "analyzers/result/reason.h"
 
 namespace ecaudit::startup {
 
@@ -54,7 +55,7 @@ struct Deviation {
 /// A slave whose start-up, or a part of it, the capture does not show, so that nothing can be said.
 struct NotCompared {
   SlaveId slave = kNoSlave;
-  std::string reason;
+  Reason reason;
   std::optional<Deviation::Kind> only;  ///< deviations of this kind alone cannot be told; unset: none can
 };
 

@@ -1,5 +1,8 @@
 #include "analyzers/judge/startup_rule.h"
 
+#include <array>
+#include <utility>
+
 #include "analyzers/compare/comparison.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
@@ -42,13 +45,15 @@ std::string StartupRule::Noun(const StartupStep& step) {
   return startup::StepNoun(step.key, step.name);
 }
 
-std::string StartupRule::Refusal(const startup::Deviation& deviation, Finding& finding) const {
+void StartupRule::AddRefusal(const startup::Deviation& deviation, Finding& finding) {
   const StartupStep* step = deviation.previous;
   if (step == nullptr || step->key.kind != StartupKey::Kind::kRequest || step->outcome != StartupOutcome::kRefused) {
-    return {};
+    return;
   }
   AddRelated(finding, step->last.number);
-  return " The " + Noun(*step) + " was " + step->note + " (frame " + std::to_string(step->last.number) + ").";
+  finding.Add(
+      kRequestFailed,
+      {{"step", arg::Text(Noun(*step))}, {"outcome", arg::Text(step->note)}, {"at", arg::Frame(step->last.number)}});
 }
 
 std::string SlaveText(const startup::ExpectedSlave& slave) {
@@ -57,13 +62,21 @@ std::string SlaveText(const startup::ExpectedSlave& slave) {
   return text;
 }
 
-std::string ListText(const std::vector<std::string>& texts) {
-  std::string list;
-  for (std::size_t i = 0; i < texts.size(); ++i) {
-    if (i == kListed && texts.size() > kListed + 1) return list + " and " + Grouped(texts.size() - kListed) + " more";
-    list += (i == 0 ? "" : ", ") + texts[i];
-  }
-  return list;
+void SetSteps(Finding& finding, std::string_view name, std::string_view more, const std::vector<std::string>& texts) {
+  const std::size_t named = texts.size() > kListed + 1 ? kListed : texts.size();
+  std::vector<Value> list;
+  for (std::size_t i = 0; i < named; ++i) list.push_back(arg::Text(texts[i]));
+  finding.Set(name, arg::List(std::move(list)));
+  if (named < texts.size()) finding.Set(more, arg::Count(texts.size() - named, "more step"));
+}
+
+Value PhaseValue(StartupPhase phase) {
+  static const auto words = [] {
+    std::array<Word, kStartupPhases> all;
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = {kStartupPhaseNames[i].name, kStartupPhaseNames[i].title};
+    return all;
+  }();
+  return arg::Of(words[static_cast<std::size_t>(phase)]);
 }
 
 }  // namespace ecaudit

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "analyzers/compare/comparison.h"
@@ -18,7 +19,7 @@ class StartupRule : public Rule {
  protected:
   /// True for the kinds that the rule reports.
   [[nodiscard]] virtual bool Reports(startup::Deviation::Kind kind) const = 0;
-  /// Fills title, message and what else is particular; slave and frame are set.
+  /// Sets the kind, arguments and what else is particular; slave and frame are set.
   virtual void Describe(const startup::Deviation& deviation, Finding& finding) const = 0;
 
   /// Null for the bus.
@@ -26,13 +27,18 @@ class StartupRule : public Rule {
   /// "download of 6060h:0 Modes of operation".
   [[nodiscard]] std::string Noun(const startup::Deviation& deviation, const startup::ExpectedStep& step) const;
   [[nodiscard]] static std::string Noun(const StartupStep& step);
-  /// "; SAFEOP refused with 0x001d ... in frame 760": what went wrong in the start-up itself; mostly empty.
-  [[nodiscard]] std::string Refusal(const startup::Deviation& deviation, Finding& finding) const;
+  /// Adds the note about a state request that failed just before; mostly nothing.
+  static void AddRefusal(const startup::Deviation& deviation, Finding& finding);
 };
 
 /// "slave 3 (Axis X)", as the expectation has it.
 [[nodiscard]] std::string SlaveText(const startup::ExpectedSlave& slave);
-/// "a, b, c and 4 more".
-[[nodiscard]] std::string ListText(const std::vector<std::string>& texts);
+/// Sets `name` to the first texts, and `name_more` to the number of others.
+void SetSteps(Finding& finding, std::string_view name, std::string_view more, const std::vector<std::string>& texts);
+[[nodiscard]] Value PhaseValue(StartupPhase phase);
+
+/// Of StartupRule::AddRefusal().
+inline constexpr NoteKind kRequestFailed{.name = "request-failed",
+                                         .text = "Before that, the {step} was {outcome} ({at})."};
 
 }  // namespace ecaudit

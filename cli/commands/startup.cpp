@@ -15,6 +15,7 @@
 #include "cli/expectation_file.h"
 #include "cli/output_file.h"
 #include "cli/output_plan.h"
+#include "cli/report/sentences.h"
 #include "cli/report/startup_text.h"
 #include "cli/report_output.h"
 #include "cli/version.h"
@@ -224,14 +225,15 @@ class StartupCommand : public Command {
         comparison.not_compared.begin(), comparison.not_compared.end(),
         [](const startup::NotCompared& entry) { return entry.only == startup::Deviation::Kind::kSlaveMissing; });
     if (hidden > 0 && static_cast<std::size_t>(hidden) == expectation_->slaves.size()) {
-      return Error{name + " shows none of the expected slaves: " + comparison.not_compared.back().reason};
+      return Error{name +
+                   " shows none of the expected slaves: " + report::TextOf(comparison.not_compared.back().reason)};
     }
     if (comparison.cut > 0 && comparison.cut + static_cast<std::size_t>(without) >= result.slaves.size() &&
         comparison.deviations.empty()) {
       return Error{name + " holds no whole start-up to compare: it ends while the slaves are started"};
     }
     if (static_cast<std::size_t>(without) < result.slaves.size()) return std::nullopt;
-    return Error{name + " holds no start-up to compare: " + comparison.not_compared.back().reason};
+    return Error{name + " holds no start-up to compare: " + report::TextOf(comparison.not_compared.back().reason)};
   }
 
   CaptureRun run_;

@@ -1,8 +1,28 @@
 #include "analyzers/judge/startup_rule.h"
-#include "decoder/base/text.h"
 
 namespace ecaudit::startup_order {
 namespace {
+
+constexpr FindingKind kSlaveMoved{
+    .name = "slave-moved",
+    .title = "The expected {expected_slave} is at position {position}",
+    .message =
+        R"(A device with its identity is at position {position}: slaves that are expected before it come after it, or the
+other way round.)",
+    .next = "Check the order of the slaves on the bus, or save the expectation again.",
+    .identity = "expected_position position"};
+constexpr FindingKind kStepMoved{
+    .name = "step-moved",
+    .title =
+        "The {step} comes [after the {actual_after}][before the {actual_before}][{?actual_first}first], not [after the "
+        "{expected_after}][{?expected_first}first]",
+    .message =
+        R"(Expected: the {step} [directly after the {expected_after}][{?expected_first}as the first step]. In the capture
+it comes [after the {actual_after}][before the {actual_before}][{?actual_first}first] ({frame}).[{?several} {steps} moved: {moved}[ and
+{more}].])",
+    .next = "Compare the order of the start-up list in the master's configuration with the expectation.",
+    .identity = "step"};
+constexpr const FindingKind* kKinds[] = {&kSlaveMoved, &kStepMoved};
 
 constexpr RuleInfo kInfo{.id = "startup-order",
                          .group = "Start-up",
@@ -10,6 +30,7 @@ constexpr RuleInfo kInfo{.id = "startup-order",
                          .title = "Steps happen in another order than expected",
                          .needs = "an expectation (startup --expect), and a capture that begins before PREOP",
                          .source = "ETG2100, init commands",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
 The order of the steps of one slave, and that of the slaves on the bus.
@@ -19,12 +40,13 @@ Order carries meaning: PDO assignment before or after the mapping it refers to, 
 parameters that belong to it, SYNC0 before or after SAFEOP.
 
 ## How it is decided
-The longest sequence that the expected and the observed start-up have in common counts as in place; steps that happen
-with the expected value but outside of it were moved. All steps of a slave that were moved are one finding, at the
-first of them. A slave that is found by its identity on the other side of its neighbours was moved; one whose position
-merely counts otherwise, because another slave came or went, was not. The order of steps of different slaves is not
-judged, nor that of latching receive times and distributing the system time. An ENI lists datagrams and mailbox commands
-apart: each list is judged by itself.
+The longest sequence that the expected and the observed start-up have in common counts as in place. Steps that happen with the
+expected value outside of it were moved. All moved steps of a slave are one finding, at the first of them.
+
+- A slave that is found by its identity on the other side of its neighbours was moved. A slave whose position differs only
+  because another slave came or went was not.
+- Not evaluated: the order of steps of different slaves, and that of latching receive times and distributing the system time.
+- An ENI lists datagrams and mailbox commands apart: each list is evaluated by itself.
 
 ## Example
 tests/rules/startup-order/violates.trace
@@ -45,35 +67,27 @@ class StartupOrder final : public StartupRule {
   void Describe(const startup::Deviation& deviation, Finding& finding) const override {
     if (deviation.kind == Kind::kSlaveMoved) {
       const startup::ExpectedSlave& slave = *deviation.expected_slave;
-      const std::string place = "position " + std::to_string(deviation.position);
-      finding.title = "The expected " + SlaveText(slave) + " stands at " + place;
-      finding.message = "A device with its identity stands at " + place +
-                        ", on the other side of slaves that it is "
-                        "expected before or behind.";
-      finding.evidence.push_back(Number("expected_position", slave.position));
-      finding.evidence.push_back(Number("position", deviation.position));
+      finding.kind = &kSlaveMoved;
+      finding.Set("expected_position", arg::Number(slave.position))
+          .Set("position", arg::Number(deviation.position))
+          .Set("expected_slave", arg::Text(SlaveText(slave)));
       return;
     }
     std::vector<std::string> steps;
     for (const startup::ExpectedStep* step : deviation.expected) steps.push_back(Noun(deviation, *step));
-    const std::string expected =
-        deviation.after != nullptr ? "right behind the " + Noun(deviation, *deviation.after) : "at the beginning";
-    std::string actual = "at the beginning";
+    finding.kind = &kStepMoved;
+    finding.Set("step", arg::Text(steps.front())).Set("steps", arg::Count(steps.size(), "step"));
+    if (deviation.after != nullptr) finding.Set("expected_after", arg::Text(Noun(deviation, *deviation.after)));
+    finding.Set("expected_first", arg::Flag(deviation.after == nullptr));
     if (deviation.previous != nullptr) {
-      actual = "behind the " + Noun(*deviation.previous);
+      finding.Set("actual_after", arg::Text(Noun(*deviation.previous)));
     } else if (deviation.next != nullptr) {
-      actual = "before the " + Noun(*deviation.next);
+      finding.Set("actual_before", arg::Text(Noun(*deviation.next)));
+    } else {
+      finding.Set("actual_first", arg::Flag());
     }
-    finding.title = steps.size() == 1 ? "The " + steps.front() + " comes at another place than expected"
-                                      : Count(steps.size(), "step") +
-                                            " come at another place than expected, first the " + steps.front();
-    finding.message = "The " + steps.front() + " is expected " + expected + ", and came " + actual + " (frame " +
-                      std::to_string(deviation.frame.number) + ").";
-    if (steps.size() > 1) finding.message += " Moved: " + ListText(steps) + ".";
-    finding.evidence.push_back(Text("step", steps.front()));
-    finding.evidence.push_back(Text("expected", expected));
-    finding.evidence.push_back(Text("actual", actual));
-    finding.evidence.push_back(Number("steps", static_cast<std::int64_t>(steps.size())));
+    finding.Set("several", arg::Flag(steps.size() > 1));
+    SetSteps(finding, "moved", "more", steps);
     if (deviation.previous != nullptr) AddRelated(finding, deviation.previous->frame.number);
     for (std::size_t i = 1; i < deviation.actual.size(); ++i) AddRelated(finding, deviation.actual[i]->frame.number);
   }

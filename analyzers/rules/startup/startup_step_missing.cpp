@@ -1,8 +1,43 @@
 #include "analyzers/judge/startup_rule.h"
-#include "decoder/base/text.h"
 
 namespace ecaudit::startup_step_missing {
 namespace {
+
+constexpr FindingKind kSlaveMissing{
+    .name = "slave-missing",
+    .title = "The expected {expected_slave} is not on the bus",
+    .message = R"(No slave with its identity is at a fitting position in the whole capture.)",
+    .next = "Check its power and cable, or save the expectation again.",
+    .identity = "expected_position"};
+constexpr FindingKind kStopped{
+    .name = "stopped",
+    .title = "Start-up stops before: {step}",
+    .message = "{steps} did not happen up to the end of the capture: {expected}[ and {more}].",
+    .next = "Find out why the master stopped there: read the step before it and the answer of the slave.",
+    .identity = "phase step"};
+constexpr FindingKind kMissing{
+    .name = "missing",
+    .title = "[{?one}{step}][{!one}{steps}] missing in {phase}[{!one}, first the {step}]",
+    .message =
+        R"(Expected, but not in the capture: {expected}[ and {more}].[ The master continued with the {next_step} in
+{next_frame}.][{!next_step} The start-up ended in {frame}.])",
+    .next = "Compare the master's configuration with the one that the expectation was saved from.",
+    .identity = "phase step"};
+constexpr FindingKind kFailed{
+    .name = "failed",
+    .title = "The {step} was {actual}",
+    .message = R"(The master sent it in {sent_frame}. [Up to {until_frame}, it was {actual}.][In {answer_frame} it was
+{actual}.][{?at_once}It was {actual}.] The expectation requires that it succeeds.)",
+    .next = "Correct what the slave refuses; `ecaudit check` names the reason where it is known.",
+    .identity = "phase step code"};
+constexpr const FindingKind* kKinds[] = {&kSlaveMissing, &kStopped, &kMissing, &kFailed};
+
+constexpr NoteKind kFurther{.name = "failed-after", .text = "After it, the {step} was {outcome} ({at})."};
+constexpr NoteKind kNotReached{.name = "not-reached",
+                               .text = "These expected steps after it did not happen: {expected}[ and {more}]."};
+constexpr const NoteKind* kNotes[] = {&kFurther, &kNotReached, &kRequestFailed};
+
+constexpr Word kNotSent{"not sent", "not sent"}, kDone{"done", "done"};
 
 constexpr RuleInfo kInfo{.id = "startup-step-missing",
                          .group = "Start-up",
@@ -10,34 +45,37 @@ constexpr RuleInfo kInfo{.id = "startup-step-missing",
                          .title = "A step of the expected start-up does not happen",
                          .needs = "an expectation (startup --expect), and a capture that begins before PREOP",
                          .source = "ETG2100, init commands",
+                         .kinds = kKinds,
+                         .notes = kNotes,
                          .doc = R"(
 ## What it checks
-Every step that the expectation lists for a slave: register writes, SDO transfers, state requests, commands to a
-drive; that every slave it lists is there; and, where it says so ("outcome": "done"), that the slave followed: the
-state was reached, the transfer answered, the register taken, the drive enabled.
+Every step that the expectation lists for a slave: register writes, SDO transfers, state requests, commands to a drive. Every
+slave that it lists must be on the bus. Where the expectation says "outcome": "done", the slave must have followed: the state
+was reached, the transfer answered, the register accepted, the drive enabled.
 
 ## Why it matters
-A parameter that is not set any more leaves the drive with its default, often without any error at start-up: the
-machine runs with the wrong limits, modes or mapping. A step that is done and fails comes to the same.
+A parameter that is no longer set leaves the drive with its default, often without any error at start-up. The machine runs
+with wrong limits, modes or mapping. A step that is sent and fails has the same effect.
 
 ## How it is decided
-The expected and the observed steps of a slave are aligned; what has no counterpart is missing. Neighbouring steps of
-one phase are one finding, and so is everything behind the place where a start-up stopped. The frame is the state
-request that ended the phase without the step, or the last frame of the start-up. A slave that is in SAFEOP or OP when
-the capture begins, or whose start-up runs into the end of a damaged capture, is not judged.
+The expected and the observed steps of a slave are aligned. A step without a counterpart is missing.
 
-A step that has to succeed failed where the slave refused or aborted it, or where the master looked for the state or the
-answer for a while and then went on, or looked no more although the capture goes on; a drive where it shows a fault, or
-does not show Operation enabled within a second. A step done again with success counts. What did not come about behind
-a state that was not reached is told with it. Where the capture ends before, or nobody looks, nothing is judged. A
-second start-up in the same capture is not compared, which the report says.
+- Neighbouring steps of one phase are one finding, and so is everything after the place where a start-up stopped.
+- The frame is the state request that ended the phase without the step, or the last frame of the start-up.
+- Not evaluated: a slave that is in SAFEOP or OP when the capture begins, or whose start-up runs into the end of a damaged
+  capture.
+- A step failed if the slave refused or aborted it, or if the master polled for the state or the answer and then went on. A
+  drive failed if it shows a fault, or does not show Operation enabled within a second. A later success counts.
+- Steps that did not happen because a state was not reached are listed with the failed step.
+- If the capture ends before, or the master does not poll, the step is not evaluated.
+- A second start-up in the same capture is not compared; the report says so.
 
 ## Example
 tests/rules/startup-step-missing/violates.trace
 
 ## What to do
-Compare the configuration of the master with the one the expectation was saved from. If the step is no longer wanted,
-save the expectation anew or take the step out of the file.
+Compare the configuration of the master with the one that the expectation was saved from. If the step is no longer wanted,
+save the expectation again or remove the step from the file.
 )"};
 
 class StartupStepMissing final : public StartupRule {
@@ -54,68 +92,62 @@ class StartupStepMissing final : public StartupRule {
   void Describe(const startup::Deviation& deviation, Finding& finding) const override {
     if (deviation.kind == Kind::kSlaveMissing) {
       const startup::ExpectedSlave& slave = *deviation.expected_slave;
-      finding.title = "The expected " + SlaveText(slave) + " is not on the bus";
-      finding.message = "No slave with its identity is left at a fitting place in the whole capture.";
-      finding.evidence.push_back(Number("expected_position", slave.position));
-      if (slave.vendor_id) finding.evidence.push_back(HexNumber("vendor_id", *slave.vendor_id));
-      if (slave.product_code) finding.evidence.push_back(HexNumber("product_code", *slave.product_code));
+      finding.kind = &kSlaveMissing;
+      finding.Set("expected_position", arg::Number(slave.position)).Set("expected_slave", arg::Text(SlaveText(slave)));
+      if (slave.vendor_id) finding.Set("vendor_id", arg::Hex(*slave.vendor_id, 8));
+      if (slave.product_code) finding.Set("product_code", arg::Hex(*slave.product_code, 8));
       return;
     }
     if (deviation.kind == Kind::kFailed) return DescribeFailed(deviation, finding);
     std::vector<std::string> steps;
     for (const startup::ExpectedStep* step : deviation.expected) steps.push_back(Noun(deviation, *step));
-    const std::string phase(Title(deviation.phase));
-    if (deviation.to_the_end) {
-      finding.title = "The start-up stops: " + steps.front() + " and what follows it did not happen";
-      finding.message = "Up to the end of the capture, " + Count(steps.size(), "expected step") +
-                        " did not happen: " + ListText(steps) + ".";
-    } else {
-      finding.title = (steps.size() == 1 ? steps.front() : Count(steps.size(), "step")) + " missing in " + phase;
-      if (steps.size() > 1) finding.title += ", first the " + steps.front();
-      finding.message = "Expected and not seen: " + ListText(steps) + ". ";
-      if (deviation.next != nullptr) {
-        finding.message += "The master went on with the " + Noun(*deviation.next) + " in frame " +
-                           std::to_string(deviation.next->frame.number) + ".";
-      } else {
-        finding.message += "The start-up ended in frame " + std::to_string(deviation.frame.number) + ".";
-      }
+    finding.kind = deviation.to_the_end ? &kStopped : &kMissing;
+    finding.Set("phase", PhaseValue(deviation.phase));
+    SetSteps(finding, "expected", "more", steps);
+    finding.Set("actual", arg::Of(kNotSent))
+        .Set("steps", arg::Count(steps.size(), "step"))
+        .Set("step", arg::Text(steps.front()))
+        .Set("one", arg::Flag(steps.size() == 1));
+    if (deviation.next != nullptr && !deviation.to_the_end) {
+      finding.Set("next_step", arg::Text(Noun(*deviation.next)))
+          .Set("next_frame", arg::Frame(deviation.next->frame.number));
     }
-    finding.message += Refusal(deviation, finding);
-    finding.evidence.push_back(Text("phase", std::string(Name(deviation.phase))));
-    finding.evidence.push_back(Text("expected", ListText(steps)));
-    finding.evidence.push_back(Text("actual", "not sent"));
-    finding.evidence.push_back(Number("steps", static_cast<std::int64_t>(steps.size())));
+    AddRefusal(deviation, finding);
     if (deviation.previous != nullptr) {
-      finding.evidence.push_back(Text("behind", Noun(*deviation.previous)));
+      finding.Set("after", arg::Text(Noun(*deviation.previous)));
       AddRelated(finding, deviation.previous->frame.number);
     }
   }
 
   void DescribeFailed(const startup::Deviation& deviation, Finding& finding) const {
     const StartupStep& step = *deviation.actual.front();
-    const std::string what = Noun(step) + " was " + step.note;
-    finding.title = "The " + what;
-    finding.message = "The master sent it in frame " + std::to_string(step.frame.number) + ". ";
-    if (step.last.number == step.frame.number) {
-      finding.message += "It was " + step.note + ".";
-    } else {
-      finding.message += (step.outcome == StartupOutcome::kUnanswered ? "Up to frame " : "In frame ") +
-                         std::to_string(step.last.number) + " it was " + step.note + ".";
+    finding.kind = &kFailed;
+    finding.Set("phase", PhaseValue(deviation.phase))
+        .Set("step", arg::Text(Noun(step)))
+        .Set("expected", arg::Of(kDone))
+        .Set("actual", arg::Text(step.note))
+        .Set("sent_frame", arg::Frame(step.frame.number));
+    if (step.code != 0) finding.Set("code", arg::Hex(step.code));
+    const bool at_once = step.last.number == step.frame.number;
+    finding.Set("at_once", arg::Flag(at_once));
+    if (!at_once) {
+      finding.Set(step.outcome == StartupOutcome::kUnanswered ? "until_frame" : "answer_frame",
+                  arg::Frame(step.last.number));
     }
-    finding.message += " Expected is that it succeeds.";
-    std::vector<std::string> further, behind;
     for (std::size_t i = 1; i < deviation.actual.size(); ++i) {
-      further.push_back("the " + Noun(*deviation.actual[i]) + " was " + deviation.actual[i]->note);
-      AddRelated(finding, deviation.actual[i]->frame.number);
+      const StartupStep& further = *deviation.actual[i];
+      finding.Add(kFurther, {{"step", arg::Text(Noun(further))},
+                             {"outcome", arg::Text(further.note)},
+                             {"at", arg::Frame(further.frame.number)}});
+      AddRelated(finding, further.frame.number);
     }
-    for (const startup::ExpectedStep* missing : deviation.behind) behind.push_back(Noun(deviation, *missing));
-    if (!further.empty()) finding.message += " Behind it, " + ListText(further) + ".";
-    if (!behind.empty()) finding.message += " What is expected behind it did not happen: " + ListText(behind) + ".";
-    finding.evidence.push_back(Text("phase", std::string(Name(deviation.phase))));
-    finding.evidence.push_back(Text("step", Noun(step)));
-    finding.evidence.push_back(Text("expected", "done"));
-    finding.evidence.push_back(Text("actual", step.note));
-    if (step.code != 0) finding.evidence.push_back(HexNumber("code", step.code));
+    std::vector<std::string> not_reached;
+    for (const startup::ExpectedStep* missing : deviation.behind) not_reached.push_back(Noun(deviation, *missing));
+    if (!not_reached.empty()) {
+      Finding list;
+      SetSteps(list, "expected", "more", not_reached);
+      finding.Add(kNotReached, list.arguments);
+    }
     if (step.last.number != step.frame.number) AddRelated(finding, step.last.number);
   }
 };

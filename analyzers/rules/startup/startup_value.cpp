@@ -1,9 +1,29 @@
 #include "analyzers/judge/startup_rule.h"
 #include "analyzers/words/step_text.h"
-#include "decoder/base/text.h"
 
 namespace ecaudit::startup_value {
 namespace {
+
+constexpr FindingKind kValue{
+    .name = "value",
+    .title =
+        "[{part_of} has {part} instead of {expected_part}][{!part}{name} [{?reads}reads][{!reads}is] {actual} instead "
+        "of "
+        "{expected}]",
+    .message = R"(The {step} in {sent_frame} [{?reads}reads][{!reads}sets] {actual}. Expected: {expected}.[ It was
+{outcome}.])",
+    .next = "Correct the master's configuration, or save the expectation again.",
+    .identity = "step expected_bytes actual_bytes"};
+constexpr FindingKind kRevision{
+    .name = "revision",
+    .title = "Revision of the device is {revision} instead of {expected_revision}",
+    .message = R"(Vendor and product are those of the expected {expected_slave}. The revision is {revision}. Expected:
+{expected_revision}.)",
+    .next =
+        R"([{?newer}Masters accept a newer revision: remove "revision" from the expectation if it does not matter.][{!newer}The
+device is older and may lack functions of the newer revision: check its firmware.])",
+    .identity = "revision expected_revision"};
+constexpr const FindingKind* kKinds[] = {&kValue, &kRevision};
 
 constexpr RuleInfo kInfo{.id = "startup-value",
                          .group = "Start-up",
@@ -11,24 +31,26 @@ constexpr RuleInfo kInfo{.id = "startup-value",
                          .title = "A step writes another value than expected",
                          .needs = "an expectation (startup --expect) that gives the value",
                          .source = "ETG2100, init commands",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-What register writes and SDO downloads of the start-up write, and what uploads bring where the expectation says; and
-the revision of the devices.
+The values that register writes and SDO downloads of the start-up write, the values that uploads read where the expectation
+gives them, and the revision of the devices.
 
 ## Why it matters
 The usual reason why "the same" machine behaves differently: one parameter, one sync manager length, one cycle time.
 
 ## How it is decided
-Bytes as they were on the wire; a number in the expectation is compared whatever the width. A value of null, or none,
-fits all. In sync managers only what the master sets counts, not the status bytes of the controller. Logical addresses
-that differ because the bus holds other slaves, or other process data, than expected are no wrong values.
+By the bytes on the wire. A number in the expectation is compared whatever its width. A value of null, or none, matches all.
+
+- In sync managers only what the master sets counts, not the status bytes of the controller.
+- Logical addresses that differ because the bus holds other slaves or process data are not wrong.
 
 ## Example
 tests/rules/startup-value/violates.trace
 
 ## What to do
-The evidence holds both values. Correct the master's configuration, or save the expectation anew.
+The evidence has both values. Correct the master's configuration, or save the expectation again.
 )"};
 
 class StartupValue final : public StartupRule {
@@ -47,33 +69,32 @@ class StartupValue final : public StartupRule {
     const bool reads = actual.key.kind == StartupKey::Kind::kUpload;
     const std::string wanted = Unprefixed(actual, startup::ExpectedValue(expected, Model(deviation)));
     const std::string got = actual.text.empty() ? "nothing" : Unprefixed(actual, actual.text);
-    finding.title = actual.name + (reads ? " reads " : " is ") + got + " instead of " + wanted;
+    finding.kind = &kValue;
+    finding.Set("step", arg::Text(Noun(actual))).Set("expected", arg::Text(wanted)).Set("actual", arg::Text(got));
     if (expected.data) {
+      finding.Set("expected_bytes", arg::Bytes(*expected.data));
       const auto [part_wanted, part_got] = startup::DifferingParts(actual.key, *expected.data, actual.data);
-      if (!part_got.empty()) finding.title = actual.name + " has " + part_got + " instead of " + part_wanted;
+      if (!part_got.empty()) {
+        finding.Set("part_of", arg::Text(actual.name))
+            .Set("part", arg::Text(part_got))
+            .Set("expected_part", arg::Text(part_wanted));
+      }
     }
-    finding.message = "The " + Noun(actual) + " in frame " + std::to_string(actual.frame.number) +
-                      (reads ? " brought " : " sets ") + got + "; expected is " + wanted + ".";
-    if (!actual.note.empty()) finding.message += " It was " + actual.note + ".";
-    finding.evidence.push_back(Text("step", Noun(actual)));
-    finding.evidence.push_back(Text("expected", wanted));
-    finding.evidence.push_back(Text("actual", got));
-    if (expected.data) finding.evidence.push_back(Text("expected_bytes", HexBytes(*expected.data)));
-    finding.evidence.push_back(Text("actual_bytes", HexBytes(actual.data)));
+    finding.Set("actual_bytes", arg::Bytes(actual.data))
+        .Set("name", arg::Text(actual.name))
+        .Set("reads", arg::Flag(reads))
+        .Set("sent_frame", arg::Frame(actual.frame.number));
+    if (!actual.note.empty()) finding.Set("outcome", arg::Text(actual.note));
     if (actual.last.number != actual.frame.number) AddRelated(finding, actual.last.number);
   }
 
   static void DescribeRevision(const startup::Deviation& deviation, Finding& finding) {
     const std::uint32_t wanted = deviation.expected_slave->revision.value_or(0);
-    const std::string got = Hex(deviation.revision, 8);
-    finding.title = "The revision of the device is " + got + " instead of " + Hex(wanted, 8);
-    finding.message = "Vendor and product are those of the expected " + SlaveText(*deviation.expected_slave) +
-                      ", the revision is " + got + "; expected is " + Hex(wanted, 8) + ". ";
-    finding.message += deviation.revision > wanted
-                           ? "Masters accept a newer one; take \"revision\" out of the expectation if you do, too."
-                           : "It is older: what the newer one added it may not have.";
-    finding.evidence.push_back(HexNumber("expected_revision", wanted));
-    finding.evidence.push_back(HexNumber("revision", deviation.revision));
+    finding.kind = &kRevision;
+    finding.Set("expected_revision", arg::Hex(wanted, 8))
+        .Set("revision", arg::Hex(deviation.revision, 8))
+        .Set("expected_slave", arg::Text(SlaveText(*deviation.expected_slave)))
+        .Set("newer", arg::Flag(deviation.revision > wanted));
   }
 
   /// Register texts begin with the register's name, which stands before them already.

@@ -7,6 +7,7 @@
 #include "analyzers/compare/eni_expectation.h"
 #include "analyzers/compare/slave_matches.h"
 #include "analyzers/compare/startup_registers.h"
+#include "cli/report/sentences.h"
 
 namespace ecaudit::startup {
 namespace {
@@ -301,7 +302,7 @@ struct OneSlave {
   }
   [[nodiscard]] std::vector<std::string> Reasons() const {
     std::vector<std::string> reasons;
-    for (const NotCompared& entry : out.not_compared) reasons.push_back(entry.reason);
+    for (const NotCompared& entry : out.not_compared) reasons.push_back(report::TextOf(entry.reason));
     return reasons;
   }
   Comparison out;
@@ -368,7 +369,7 @@ TEST(StartupOutcomes, AMasterThatIsAtItWhenTheCaptureEndsHasLeftNothingOut) {
   EXPECT_EQ(bus.Run().size(), 1U);
   bus.result.capture.last.time = 50'000'000;
   EXPECT_EQ(bus.Run(), Found{});
-  EXPECT_EQ(bus.Reasons(), std::vector<std::string>{"the capture ends while the slave is started"});
+  EXPECT_EQ(bus.Reasons(), std::vector<std::string>{"the capture ends during the start-up"});
   EXPECT_EQ(bus.out.cut, 1U);
   // It is at another slave: this one has its turn later.
   bus.result.slaves[0].startup.end.time = -1'000'000'000;
