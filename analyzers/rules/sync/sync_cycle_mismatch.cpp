@@ -70,8 +70,8 @@ constexpr FindingKind kProcessData{
     .name = "process-data-cycle",
     .title = "Process data every {observed_us}, but the configured cycle is {configured_us}",
     .message =
-        R"(In OP the outputs of this slave come every {observed_us} (mean of {cycles} from {frame} to {end_frame},
-by {time_base}). {setting} is {configured_ns} ns.[{?one_per_cycle} The drive needs one frame in each
+        R"(In OP the outputs of this slave come every {observed_us}. That is the mean of {cycles} from {frame} to
+{end_frame}, by {time_base}. {setting} is {configured_ns} ns.[{?one_per_cycle} The drive needs one frame in each
 cycle.][{!one_per_cycle} The observed cycle is neither a multiple nor a part of it.])",
     .next = "Let the master run with the configured cycle, or configure the cycle that it runs with."};
 
