@@ -166,7 +166,7 @@ void CaptureOptions::DeclareSettings(OptionSet& options) {
   options.Values("--profiles", "PATH", families,
                  "more drive families: a JSON file or a folder of them, see docs/families.md (repeatable)");
   options.Values("--parameter", "[SLAVE:]NAME=VALUE", parameters,
-                 "what the drive is set to and no SDO shows, for example PTBASE=8 (repeatable)");
+                 "what the drive is set to and no SDO shows; NAME as in ecaudit profiles FAMILY (repeatable)");
   options.Values("--esi", "PATH", esi,
                  "EtherCAT slave information (XML, or a folder of it): objects and PDOs (repeatable)");
   options.Value("--eni", "FILE", eni, "EtherCAT network information (XML): slaves, names and process image");
@@ -253,7 +253,7 @@ std::optional<Error> AddParameter(std::string_view text, AnalysisOptions& analys
   const std::size_t colon = left.find(':');
   GivenParameter parameter;
   if (equals == std::string_view::npos) {
-    return Error{"--parameter is " + Quoted(text) + " but must be NAME=VALUE, for example FBUS.SYNCDIST=500"};
+    return Error{"--parameter is " + Quoted(text) + " but must be NAME=VALUE, with a NAME of ecaudit profiles FAMILY"};
   }
   if (colon != std::string_view::npos) {
     const Result<SlaveSelector> slave = ParseSlave(left.substr(0, colon));

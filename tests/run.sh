@@ -3,16 +3,19 @@
 # in a browser and against Wireshark, and the laws over all captures; then the program with the thread sanitizer, for what
 # has threads.
 #   --quick   for work: a build without optimisation, unit tests and short suites, without laws over all captures
+#   --bless [CASE...]   builds the program and writes what the golden cases expect (tests/golden/)
 # Installs what is missing (Debian packages). Safe to run again; run from anywhere. Ends with what took how long.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source .ci/packages.sh
 
 quick=false
+bless=false
 case "${1:-}" in
   --quick) quick=true ;;
+  --bless) bless=true; shift ;;
   "") ;;
-  *) echo "usage: tests/run.sh [--quick]" >&2; exit 2 ;;
+  *) echo "usage: tests/run.sh [--quick | --bless [CASE...]]" >&2; exit 2 ;;
 esac
 
 # tshark, jsonschema, xmllint, parallel, the SARIF schema, npm (which makes the page of HTML reports) and Chromium (which
@@ -22,8 +25,9 @@ packages=("${BUILD_PACKAGES[@]}" clang libclang-rt-dev dpkg-dev libgtest-dev lib
 # Where node comes from elsewhere, Debian's npm would take its place.
 command -v npm >/dev/null || packages+=(npm)
 command -v chromium >/dev/null || packages+=(chromium)
+if $bless; then packages=("${BUILD_PACKAGES[@]}" clang libgtest-dev libgmock-dev python3 ccache); fi
 ensure_packages "${packages[@]}"
-tests/support/sarif_schema.sh
+$bless || tests/support/sarif_schema.sh
 
 export ASAN_OPTIONS=detect_leaks=1:strict_string_checks=1
 export UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1
@@ -51,11 +55,16 @@ build() {
   cmake --preset "$preset" -DECAUDIT_TESTS=ON && cmake --build --preset "$preset" -j "$jobs" ${@:+--target "$@"}
 }
 
+if $bless; then
+  build quick ecaudit
+  exec tests/golden/run.py --bless --program build/quick/cli/ecaudit "$@"
+fi
+
 run() { ctest --preset "$1" -j "$jobs" --no-tests=error "${@:2}"; }
 
 if $quick; then
   step "building" build quick ecaudit ecaudit_unit_tests &&
-    { step "quick tests" run quick -R '^(unit|build)\.|^cli\.(Usage|Messages|Gate|Reports|Fields|Samples)$' || true; }
+    { step "quick tests" run quick -R '^(unit|build|golden)\.|^cli\.(Usage|Messages|Gate|Reports|Fields|Samples|Needs)$' || true; }
 else
   step "building with sanitizers" build asan &&
     { step "all tests with sanitizers" run asan -LE optimised || true; }
@@ -65,6 +74,9 @@ else
     { step "threads" run tsan || true; }
 fi || true
 
+if [[ ! -d ${ECAUDIT_SHARED_DIR:-../shared} ]]; then
+  say "../shared is absent: tests that need it were skipped, $(grep -c '^shared ' tests/needs.txt) lines of tests/needs.txt"
+fi
 say "what took how long"
 printf '   %s\n' "${times[@]}"
 for part in "${failed[@]}"; do say "FAILED: $part, see above" >&2; done

@@ -1,5 +1,5 @@
-/// Findings that a lost frame may still explain. That a frame was lost shows only when enough later ones came back, so
-/// what looks odd because of it is held back until then.
+/// Findings that a lost frame may still explain. A lost frame is detected only after enough later frames returned, so
+/// findings that it explains are held back until then.
 #pragma once
 
 #include <cstddef>
@@ -19,22 +19,22 @@ struct DeferredFinding {
 
 class DeferredFindings {
  public:
-  /// Older ones are settled: a loss is known long before so many more odd things have happened.
+  /// Older ones are reported: a loss is detected long before so many further findings.
   static constexpr std::size_t kMax = 64;
 
   void Add(DeferredFinding deferred) { held_.push_back(std::move(deferred)); }
-  /// A frame of this slave turns out to be lost: what it explains is dropped.
+  /// A frame of this slave was lost: the findings that it explains are dropped.
   void Lost(SlaveId slave, FrameNo frame) {
     std::erase_if(held_, [&](const DeferredFinding& d) {
       return d.finding.slave == slave && d.from < frame && frame < d.finding.first.number;
     });
   }
-  /// Hands the oldest ones that are too many to `report(DeferredFinding)`.
+  /// Passes the oldest ones beyond kMax to `report(DeferredFinding)`.
   template <typename Report>
   void SettleOld(Report&& report) {
     Settle(kMax, report);
   }
-  /// Hands out all that are left, at the end of the capture.
+  /// Passes on all that are left, at the end of the capture.
   template <typename Report>
   void SettleAll(Report&& report) {
     Settle(0, report);

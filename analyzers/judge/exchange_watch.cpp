@@ -8,8 +8,8 @@
 namespace ecaudit {
 namespace {
 
-constexpr std::uint32_t kProcessMemory = 0x0F00;  // below are registers
-/// Process data that a slow task exchanges come more often.
+constexpr std::uint32_t kProcessMemory = 0x0F00;  // lower addresses are registers
+/// A slow task exchanges its process data more often.
 constexpr TimeNs kLong = 500'000'000;
 
 bool MapsMailbox(const track::SlaveState& state, const esc::Fmmu& fmmu) {

@@ -1,7 +1,7 @@
 /// in: logical datagrams, accesses to process memory, AL states.  out: process data of a slave in OP that an FMMU maps
-/// and no datagram ever carries, while others are exchanged.
+/// and that no datagram carries, while other process data are exchanged.
 ///
-/// keeps: what each FMMU maps and whether anything touched it since the mapping is what it is.
+/// keeps: what each FMMU maps, and whether anything accessed it since this mapping was set.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace ecaudit {
 
-/// Of one slave, from when it was in OP until it left, or the capture ended.
+/// Of one slave, from its entry into OP until it left OP, or until the capture ended.
 struct Unexchanged {
   FrameRef since, until;
   std::uint64_t output_bytes = 0, input_bytes = 0;
@@ -33,11 +33,11 @@ class ExchangeWatch {
     known = now;
     Mark(access);
   }
-  /// Process data may be read and written at the slave's own address, too.
+  /// A master may also read and write process data at the slave's own address.
   void On(const track::SlaveAccess& access);
   void EnteredOp(SlaveId slave, const FrameRef& frame);
-  /// It is in OP no more, as far as is known, or the capture ends.
-  /// @return what was not exchanged for so long that no slow cycle explains it
+  /// It left OP, as far as is known, or the capture ends.
+  /// @return what was not exchanged for longer than any slow cycle
   std::optional<Unexchanged> Leaves(SlaveId slave);
   void Forget() { op_since_.clear(); }
 

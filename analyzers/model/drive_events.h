@@ -20,6 +20,12 @@ inline constexpr std::uint16_t kStatusWord = 0x6041;
   return static_cast<std::uint16_t>(index + axis * kAxisDistance);
 }
 
+/// Likewise for any object: those before 6000h are the device's, and all axes share them.
+[[nodiscard]] constexpr std::uint16_t ObjectForAxis(std::uint16_t index, std::uint8_t axis) {
+  constexpr std::uint16_t kFirstOfAxis = 0x6000;
+  return index < kFirstOfAxis ? index : ObjectOfAxis(index, axis);
+}
+
 /// Transitions of the drive state machine by their CiA 402 numbers, in the order in which they are taken.
 struct DrivePath {
   static constexpr std::size_t kMax = 8;
@@ -143,15 +149,15 @@ struct DriveWarning {
 struct DriveFaultExplained {
   enum class Source : std::uint8_t {
     kEmergency,
-    kErrorCode,     ///< object 603Fh
-    kErrorHistory,  ///< object 1003h
-    kFaultNumber,   ///< object 2001h: the drive's own number
+    kErrorCode,    ///< an object with the present error code or an entry of the history
+    kFaultNumber,  ///< an object with the drive's own number
   };
   SlaveId slave = kNoSlave;
   std::uint8_t axis = 0;
   FrameRef frame;
   FrameRef fault;  ///< status word that showed the fault first
   Source source = Source::kEmergency;
+  std::uint16_t object = 0;  ///< where the code was read, in the first axis' numbers; 0: emergency
   std::uint32_t code = 0;
 };
 

@@ -8,13 +8,17 @@
 /// Source: CIA402, state machine; the manuals' chapter 4.4.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
-#include <vector>
 
-#include "analyzers/model/al_machine.h"
+#include "analyzers/model/doubtful_command.h"
+#include "analyzers/model/drive_al_states.h"
 #include "analyzers/model/drive_events.h"
+#include "analyzers/model/drive_faults.h"
+#include "analyzers/model/drive_modes.h"
+#include "analyzers/model/drive_places.h"
+#include "analyzers/model/expected_steps.h"
+#include "analyzers/model/given_commands.h"
 #include "analyzers/model/still_cycle.h"
 #include "decoder/base/event_sink.h"
 #include "decoder/device/device_description.h"
@@ -36,7 +40,15 @@ class DriveUnit {
   /// @param al AL state of the slave; @param sink receives the conclusions; both must outlive the unit
   /// @param axis  0 to 7: which axis of the slave it is
   DriveUnit(SlaveId slave, const AlMachine& al, EventSink& sink, std::uint8_t axis = 0)
-      : slave_(slave), al_(al), sink_(sink), axis_(axis) {}
+      : slave_(slave),
+        al_(al),
+        sink_(sink),
+        axis_(axis),
+        al_states_(al),
+        places_(axis),
+        modes_(slave, sink, axis),
+        faults_(slave, sink, axis),
+        doubtful_(sink) {}
 
   /// The family's state machine; may change when the identity becomes known. A family that is no drive switches it off.
   void SetFamily(const device::DeviceDescription& family);
@@ -48,7 +60,7 @@ class DriveUnit {
   void Repeat(const ProcessCycle& cycle);
   /// Repeat() was not called so often.
   void OnSkipped(std::uint64_t count) {
-    if (!state_ && is_without_state_) without_state_.words += count;
+    if (!status_.state && status_.is_without_state) status_.without_state.words += count;
   }
   void OnSdo(const mailbox::SdoTransfer& transfer);
   /// A download of this object may have been done or not.
@@ -62,28 +74,30 @@ class DriveUnit {
   // What is known now, for the report and for rules that say where they could not judge.
 
   /// True when the family has a drive state machine and a control or status word was seen.
-  [[nodiscard]] bool seen() const { return control_seen_ || status_seen_; }
-  [[nodiscard]] bool status_seen() const { return status_seen_; }
-  [[nodiscard]] bool control_seen() const { return control_seen_; }
-  [[nodiscard]] std::optional<device::DriveState> state() const { return state_; }
-  [[nodiscard]] std::optional<std::uint16_t> status_word() const { return status_; }
-  [[nodiscard]] std::optional<std::uint16_t> control_word() const { return control_; }
-  [[nodiscard]] std::optional<std::int8_t> mode_requested() const { return mode_requested_; }
-  [[nodiscard]] std::optional<std::int8_t> mode_shown() const { return mode_shown_; }
-  [[nodiscard]] bool status_by_sdo() const { return status_by_sdo_; }
+  [[nodiscard]] bool seen() const { return control_.seen || status_.seen; }
+  [[nodiscard]] bool status_seen() const { return status_.seen; }
+  [[nodiscard]] bool control_seen() const { return control_.seen; }
+  [[nodiscard]] std::optional<device::DriveState> state() const { return status_.state; }
+  [[nodiscard]] std::optional<std::uint16_t> status_word() const { return status_.word; }
+  [[nodiscard]] std::optional<std::uint16_t> control_word() const { return control_.taken; }
+  [[nodiscard]] std::optional<std::int8_t> mode_requested() const { return modes_.requested(); }
+  [[nodiscard]] std::optional<std::int8_t> mode_shown() const { return modes_.shown(); }
+  [[nodiscard]] bool status_by_sdo() const { return status_.by_sdo; }
   [[nodiscard]] std::uint8_t axis() const { return axis_; }
   /// Axes whose control or status word lies in these process data, a bit each.
   [[nodiscard]] std::uint8_t AxesIn(const ProcessCycle& cycle);
   /// Several mapped copies of 6040h differed, so that the command was not known.
-  [[nodiscard]] std::uint64_t ambiguous_controls() const { return ambiguous_; }
+  [[nodiscard]] std::uint64_t ambiguous_controls() const { return control_.ambiguous; }
   /// State changes that were not judged since earlier control words may be missing.
   [[nodiscard]] std::uint64_t unjudged_changes() const { return unjudged_; }
   /// Frames of the process data have no time stamps: limits were not judged.
   [[nodiscard]] bool without_time() const { return without_time_; }
   /// It was told to go on, and nothing shows whether it is in an AL state in which it does.
-  [[nodiscard]] bool may_not_act() const { return unsure_ && expected_count_ > 0; }
+  [[nodiscard]] bool may_not_act() const { return control_.unsure && !expected_.empty(); }
   /// A command that looks illegal and is not decided when the capture ends: nothing came that makes it legal.
-  [[nodiscard]] std::optional<DriveIllegalCommand> undecided_command() const;
+  [[nodiscard]] std::optional<DriveIllegalCommand> undecided_command() const {
+    return doubtful_.Undecided(StatusesNeeded());
+  }
   /// The last run of status words that fit no state of the family.
   struct WithoutState {
     FrameRef first, last;
@@ -93,81 +107,66 @@ class DriveUnit {
     FrameNo before_last = 0;  ///< last frame that showed the state before
     bool inferred = false;
   };
-  [[nodiscard]] const WithoutState& without_state() const { return without_state_; }
+  [[nodiscard]] const WithoutState& without_state() const { return status_.without_state; }
 
  private:
-  struct Place {
-    std::uint32_t bit = 0;
-    std::uint16_t bits = 0;
+  /// What the master commands, and what of it the drive took.
+  struct ControlWord {
+    bool seen = false;
+    bool mapped = false;
+    std::optional<std::uint16_t> sent;   ///< as the master sent it last
+    std::optional<std::uint16_t> taken;  ///< as the drive took it last
+    bool inferred = false;               ///< that it took it
+    bool acts = false;                   ///< the drive acted on `taken`
+    /// It may not have acted when its status word was seen last: the time limits wait for that.
+    bool unsure = false;
+    FrameRef first;
+    FrameRef since;
+    FrameRef settings_since;      ///< last change of control word or mode requested; not seen(): not known
+    std::uint64_t ambiguous = 0;  ///< mapped copies that differed
   };
-  /// Where the objects of the state machine lie in one kind of datagram.
-  struct Places {
-    std::uint64_t serial = 0;  ///< of the part; 0: unused
-    bool known = false;        ///< at least one object is mapped
-    std::uint8_t axes = 0;     ///< whose control or status word is, a bit each
-    std::uint8_t controls = 0;
-    std::array<Place, 4> control{};
-    std::optional<Place> status, mode, mode_shown, error_code;
+  /// What the drive shows.
+  struct StatusWord {
+    bool seen = false;
+    bool mapped = false;
+    bool by_sdo = false;
+    std::optional<std::uint16_t> word;
+    FrameRef last;                            ///< last status word
+    std::optional<device::DriveState> state;  ///< as shown now; unset: the word fits none
+    FrameRef state_since;
+    bool behind_hole = false;  ///< no status word since frames were missing
+    bool is_without_state = false;
+    WithoutState without_state;
   };
-  /// A transition that is commanded and not seen yet.
-  struct Expected {
-    std::uint8_t number = 0;
-    device::DriveState from = device::DriveState::kNotReadyToSwitchOn;
-    device::DriveState to = device::DriveState::kNotReadyToSwitchOn;
-    FrameRef command;
-    std::uint16_t before = 0;
-    std::uint16_t word = 0;
-  };
-  struct GivenCommand {
-    std::uint32_t transitions = 0;
-    FrameRef frame;
-    std::uint16_t word = 0;
-  };
-  struct Candidate {
-    DriveIllegalCommand command;
-    unsigned statuses = 0;    ///< status words since that show the same state
-    bool going_down = false;  ///< Shutdown followed: it may be the first step of a switch-off sequence
+  /// The last state that was known.
+  struct KnownState {
+    std::optional<device::DriveState> state;
+    std::uint16_t word = 0;  ///< last status word that showed it
+    FrameRef seen;           ///< and its frame
+    bool was_zero = false;   ///< the word was 0 when the state began
   };
 
-  const Places& PlacesOf(const ImagePart& part);
-  [[nodiscard]] Still InputsRepeat(const Places& places, ByteSpan data, StillCycle& watched) const;
-  [[nodiscard]] Still OutputsRepeat(const Places& places, ByteSpan data, bool done, StillCycle& watched) const;
-  Still OnInputs(const ProcessCycle& cycle, const Places& places, StillCycle& watched);
-  Still OnOutputs(const ProcessCycle& cycle, const Places& places, StillCycle& watched);
-  void OnControlWords(const ProcessCycle& cycle, const Places& places, bool done);
+  [[nodiscard]] Still InputsRepeat(const DrivePart& part, ByteSpan data, StillCycle& watched) const;
+  [[nodiscard]] Still OutputsRepeat(const DrivePart& part, ByteSpan data, bool done, StillCycle& watched) const;
+  Still OnInputs(const ProcessCycle& cycle, const DrivePart& part, StillCycle& watched);
+  Still OnOutputs(const ProcessCycle& cycle, const DrivePart& part, StillCycle& watched);
+  void OnControlWords(const ProcessCycle& cycle, const DrivePart& part, bool done);
   [[nodiscard]] bool AskedLongAfterInputs(const mailbox::SdoTransfer& transfer) const;
-  [[nodiscard]] bool ActsOnControl() const;
-  [[nodiscard]] bool SurelyActs() const;
-  [[nodiscard]] bool ShowsStatus() const;
-  [[nodiscard]] int Rank(std::uint16_t word) const;
-  /// What the object is called in the first axis' numbers; 0: it is another axis'.
-  [[nodiscard]] std::uint16_t InFirstAxis(std::uint16_t index) const;
+  void OnMode(std::int8_t value, bool shown, const FrameRef& frame, bool by_sdo, bool inferred);
 
   void OnControlSent(std::uint16_t word, const FrameRef& frame, bool by_sdo);
   void OnControlTaken(std::uint16_t word, const FrameRef& frame, bool by_sdo, bool inferred);
   void OnControlMaybeTaken(std::uint16_t word, const FrameRef& frame);
   void Command(std::optional<std::uint16_t> before, std::uint16_t word, const FrameRef& frame, bool by_sdo, bool rises);
-  void FollowCandidate(std::uint16_t word);
-  void ConfirmCandidate();
-  [[nodiscard]] unsigned StatusesNeeded() const;
-  void AddGiven(std::uint32_t transitions, std::uint16_t word, const FrameRef& frame);
-  void Expect(device::DriveState from, std::uint16_t before, std::uint16_t word, const FrameRef& frame);
+  /// Status words that must show the same state before a command counts as refused.
+  [[nodiscard]] unsigned StatusesNeeded() const { return status_.by_sdo ? 1 : 2; }
 
   void OnStatus(std::uint16_t word, const FrameRef& frame, bool by_sdo, bool inferred);
   void CountWithoutState(const FrameRef& frame);
   void OnState(std::optional<device::DriveState> to, const FrameRef& frame, bool inferred);
   void JudgeChange(DriveStateChanged& change);
-  [[nodiscard]] bool WasExpected(DriveStateChanged& change);
-  [[nodiscard]] FrameRef CommandOf(const DrivePath& path, std::uint32_t given) const;
   void TellIllegal(const DriveStateChanged& change, std::uint32_t given);
   void CheckLimits(const FrameRef& frame);
-  void OnFault(const FrameRef& frame);
-  void Explain(DriveFaultExplained::Source source, std::uint32_t code, const FrameRef& frame);
-  void OnMode(std::int8_t value, bool shown, const FrameRef& frame, bool by_sdo, bool inferred);
-  [[nodiscard]] std::optional<DrivePath> FindPath(device::DriveState from, device::DriveState to,
-                                                  std::uint32_t available) const;
-  void UseUp(const DrivePath& path);
-  [[nodiscard]] std::uint32_t GivenSince(const FrameRef& last, bool& all) const;
 
   SlaveId slave_;
   const AlMachine& al_;
@@ -178,58 +177,18 @@ class DriveUnit {
   std::uint8_t axis_;
   std::uint16_t control_mask_ = 0;  ///< bits of the control word that command transitions
 
-  // Empty until they are needed: most slaves are no drives.
-  static constexpr std::size_t kPlaces = 4;
-  std::vector<Places> places_;
-  std::size_t next_places_ = 0;
-
-  // Control word.
-  bool control_seen_ = false;
-  bool control_mapped_ = false;
-  std::optional<std::uint16_t> sent_;     ///< as the master sent it last
-  std::optional<std::uint16_t> control_;  ///< as the drive took it last
-  FrameRef control_since_;
-  FrameRef settings_since_;  ///< last change of control word or mode requested; not seen(): not known
-  bool control_inferred_ = false;
-  bool acts_ = false;           ///< the drive acted on control_
-  bool unsure_ = false;         ///< maybe not, when its status word was seen last: what it was told waits for that
-  bool history_whole_ = false;  ///< no control word that may still act was given before the first one seen
-  FrameRef first_control_;
-  std::uint64_t ambiguous_ = 0;
-  static constexpr std::size_t kGiven = 8;
-  std::vector<GivenCommand> given_;  ///< the newest, a ring
-  std::size_t given_count_ = 0;      ///< ever given
-  std::size_t used_up_ = 0;          ///< of these: the drive took what they command, and they command nothing more
-  std::vector<Expected> expected_;
-  std::size_t expected_count_ = 0;
-  FrameRef expected_since_;
-  std::optional<Candidate> candidate_;
-
-  // Status word.
-  bool status_seen_ = false;
-  bool status_mapped_ = false;
-  bool status_by_sdo_ = false;
-  std::optional<std::uint16_t> status_;
-  std::optional<device::DriveState> state_;       ///< as shown now; unset: the word fits none
-  std::optional<device::DriveState> last_state_;  ///< last that was known
-  bool last_was_zero_ = false;
-  bool behind_hole_ = false;  ///< no status word since frames were missing
-  FrameRef state_since_;
-  WithoutState without_state_;
-  bool is_without_state_ = false;
-  FrameRef status_last_;      ///< last status word
-  FrameRef last_state_seen_;  ///< last status word that showed last_state_
-  std::uint16_t last_state_word_ = 0;
+  DriveAlStates al_states_;
+  DrivePlaces places_;
+  ControlWord control_;
+  StatusWord status_;
+  KnownState known_;
+  DriveModes modes_;
+  DriveFaults faults_;
+  GivenCommands given_;
+  ExpectedSteps expected_;
+  DoubtfulCommand doubtful_;
   bool without_time_ = false;
   std::uint64_t unjudged_ = 0;
-
-  // Modes, warning, fault.
-  std::optional<std::int8_t> mode_requested_, mode_shown_;
-  std::array<bool, 2> mode_of_run_before_{};  ///< 6060h, 6061h: to be told again
-  std::optional<std::uint16_t> error_code_;
-  FrameRef fault_;  ///< status word that showed the fault the drive is in; not seen(): it is in none
-  std::optional<mailbox::EmergencyData> emergency_;  ///< last one that tells a fault
-  FrameRef emergency_frame_;
 };
 
 }  // namespace ecaudit::model

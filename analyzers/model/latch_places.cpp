@@ -9,11 +9,16 @@ namespace {
 
 using device::LatchEdge;
 
-/// Objects that hold latch positions in one family or another (MKD, 4.7).
-constexpr std::array<std::uint16_t, 6> kPositionObjects = {0x20A0, 0x20A1, 0x20A2, 0x20A3, 0x20A6, 0x20A7};
+bool IsAmong(const std::vector<device::ObjectAddress>& positions, std::uint16_t index) {
+  return std::any_of(positions.begin(), positions.end(),
+                     [index](const device::ObjectAddress& object) { return object.index == index; });
+}
 
-bool IsPosition(std::uint16_t index) {
-  return std::find(kPositionObjects.begin(), kPositionObjects.end(), index) != kPositionObjects.end();
+/// The object holds a latch position in this family.
+bool IsPosition(const device::LatchDescription& latch, std::uint16_t index) {
+  return IsAmong(latch.other_positions, index) ||
+         std::any_of(latch.edges.begin(), latch.edges.end(),
+                     [index](const LatchEdge& edge) { return IsAmong(edge.positions, index); });
 }
 
 LatchPart Unknown(bool incomplete) {
@@ -33,8 +38,8 @@ bool LatchPlaces::Holds(const LatchEdge& edge, std::uint16_t index, std::uint8_t
 }
 
 bool LatchPlaces::IsStray(const device::LatchDescription& latch, std::uint16_t index) {
-  return IsPosition(index) && std::none_of(latch.edges.begin(), latch.edges.end(),
-                                           [index](const LatchEdge& edge) { return Holds(edge, index, 0); });
+  return IsPosition(latch, index) && std::none_of(latch.edges.begin(), latch.edges.end(),
+                                                  [index](const LatchEdge& edge) { return Holds(edge, index, 0); });
 }
 
 std::optional<std::int64_t> LatchPlaces::Supplied(const device::LatchDescription& latch, const LatchEdge& edge,
@@ -46,7 +51,7 @@ std::optional<std::int64_t> LatchPlaces::Supplied(const device::LatchDescription
     const auto index = static_cast<std::uint16_t>(place.object >> 8U);
     const auto subindex = static_cast<std::uint8_t>(place.object & 0xFFU);
     if (place.bits == 0 || place.bits > 64) continue;
-    if (IsPosition(index)) ++positions;
+    if (IsPosition(latch, index)) ++positions;
     if (Holds(edge, index, subindex)) own = &place;
     if (IsStray(latch, index)) stray = &place;
   }

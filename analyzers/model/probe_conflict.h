@@ -3,6 +3,7 @@
 /// keeps: the last 60B8h, and the conflicts that were told.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "analyzers/model/latch_edges.h"
@@ -17,7 +18,7 @@ class ProbeConflict {
   ProbeConflict(const LatchControl& control, const LatchEdges& edges, LatchReporter& report)
       : control_(control), edges_(edges), report_(report) {}
 
-  void SetFamily(const device::LatchDescription* latch) { latch_ = latch; }
+  void SetFamily(const device::LatchDescription* latch);
   void Forget() {
     known_ = false;
     conflict_ = 0;
@@ -39,7 +40,8 @@ class ProbeConflict {
   const device::LatchDescription* latch_ = nullptr;
   bool known_ = false;
   std::uint16_t probe_ = 0;
-  std::uint16_t conflict_ = 0;  // capture units in conflict
+  std::array<std::uint16_t, 2> latch_enable_{};  // of the edges that share a capture unit with touch probe 1 and 2
+  std::uint16_t conflict_ = 0;                   // touch probes in conflict, a bit each
 };
 
 }  // namespace ecaudit::model

@@ -8,6 +8,7 @@
 ///   [ ... ]           left out unless all arguments in it are set and no flag in it is false; may be nested
 ///   {?name} {!name}   inside [ ... ]: writes nothing; the part needs the argument set (and true), or not set (or
 ///   false)
+///   \{ \[ \] \\  these characters themselves
 /// Of each finding there are besides: {frame}, {last_frame}, {count}, and the flag {?caused} (another finding is its
 /// cause). A sentence that begins with a word, frame or count gets a capital. Line breaks and runs of blanks are one
 /// blank.

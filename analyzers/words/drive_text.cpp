@@ -12,7 +12,6 @@ namespace {
 using device::DriveCommand;
 using device::DriveProfile;
 
-constexpr std::uint16_t kErrorCode = 0x603F;
 constexpr const char* kByRelative = " (by another family of the same maker)";
 
 bool Has(const DriveCommand& command, std::uint8_t number) {
@@ -29,6 +28,14 @@ const DriveCommand* RowOf(const DriveProfile& drive, std::uint8_t number, std::u
 
 std::string CodeWords(const device::EmergencyCode& code) {
   return code.id.empty() ? code.text : code.id + (code.text.empty() ? "" : " " + code.text);
+}
+
+/// The first row that this object has in the family's list; null when it holds no reason of a fault.
+const device::FaultObject* FaultObjectOf(const device::DeviceDescription& family, std::uint16_t index) {
+  if (!family.drive) return nullptr;
+  const auto& objects = family.drive->fault_objects;
+  const auto found = std::find_if(objects.begin(), objects.end(), [&](const auto& row) { return row.index == index; });
+  return found == objects.end() ? nullptr : &*found;
 }
 
 /// The row with the drive's own number, "F401".
@@ -124,19 +131,20 @@ std::string ModeText(const DriveProfile& drive, std::int8_t value) {
 
 std::string FaultText(const device::DeviceDescription& family, const model::DriveFaultExplained& event) {
   using Source = model::DriveFaultExplained::Source;
+  std::string text = event.source == Source::kEmergency
+                         ? "emergency "
+                         : "object " + ObjectName(model::ObjectForAxis(event.object, event.axis)) + ": ";
   if (event.source == Source::kFaultNumber) {
-    const std::string id = "F" + std::to_string(event.code);
-    if (const device::EmergencyCode* code = FindById(family, id)) return "object 2001h: " + CodeWords(*code);
+    const device::FaultObject* object = FaultObjectOf(family, event.object);
+    const std::string id = (object == nullptr ? "" : object->prefix) + std::to_string(event.code);
+    if (const device::EmergencyCode* code = FindById(family, id)) return text + CodeWords(*code);
     for (const device::DeviceDescription* relative : events::Relatives(family)) {
       const device::EmergencyCode* code = FindById(*relative, id);
-      if (code != nullptr) return "object 2001h: " + CodeWords(*code) + kByRelative;
+      if (code != nullptr) return text + CodeWords(*code) + kByRelative;
     }
-    return "object 2001h: " + id;
+    const bool inferred = object != nullptr && object->basis == device::Basis::kInferred;
+    return text + id + (inferred ? kByRelative : "");
   }
-  std::string text = event.source == Source::kEmergency ? "emergency "
-                     : event.source == Source::kErrorCode
-                         ? "object " + ObjectName(model::ObjectOfAxis(kErrorCode, event.axis)) + ": "
-                         : "object 1003h: ";
   text += Hex(event.code);
   const events::EmergencyInfo info = events::FindEmergency(&family, static_cast<std::uint16_t>(event.code));
   if (info.code != nullptr) {

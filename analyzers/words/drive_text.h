@@ -32,7 +32,7 @@ namespace ecaudit {
 [[nodiscard]] Value WayValue(bool by_sdo);
 /// "7 (Interpolated position)"; the bare number where the family has no name for it.
 [[nodiscard]] std::string ModeText(const device::DriveProfile& drive, std::int8_t value);
-/// "emergency 0x7305 F401 Failed to set feedback type", "object 2001h: F401 ...".
+/// "emergency 0x7305 F401 Failed to set feedback type", "object 1003h: 0x7305 ...".
 [[nodiscard]] std::string FaultText(const device::DeviceDescription& family, const model::DriveFaultExplained& event);
 /// Names of the bits that are set; control word bits 4 to 6 as the mode of operation calls them.
 [[nodiscard]] std::vector<std::string> SetBits(const std::vector<device::WordBit>& bits, std::uint16_t word,

@@ -81,6 +81,14 @@ void AppendDrive(const device::DriveProfile& drive, TextBuilder& text) {
   for (const device::OperationMode& mode : drive.modes) {
     Row("mode " + std::to_string(mode.value), OneLine(mode.name), mode.note, mode.source, text);
   }
+  for (const device::FaultObject& object : drive.fault_objects) {
+    std::string where = ObjectName(object.index, object.subindex);
+    if (object.last_subindex != object.subindex) where += " to " + std::to_string(object.last_subindex);
+    std::string about = where + ", " + std::string(device::FaultValueName(object.kind));
+    if (!object.prefix.empty()) about += " (" + OneLine(object.prefix) + "...)";
+    if (object.basis == device::Basis::kInferred) about += ", inferred";
+    Row("reason of a fault", about, object.note, object.source, text);
+  }
   std::string states;
   for (const esc::AlState state : drive.control_word_in) {
     states += (states.empty() ? "" : ", ") + std::string(esc::StateName(state));
@@ -130,6 +138,11 @@ void AppendLatch(std::string_view title, const device::LatchDescription& latch, 
     }
     Row(OneLine(edge.name), about, edge.note, edge.source, text);
   }
+  std::string others;
+  for (const device::ObjectAddress& position : latch.other_positions) {
+    others += (others.empty() ? "" : ", ") + ObjectName(position.index, position.subindex);
+  }
+  if (!others.empty()) Row("positions of no known edge", others, "", "", text);
 }
 
 void AppendObjects(const device::DeviceDescription& profile, TextBuilder& text) {

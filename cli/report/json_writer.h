@@ -8,8 +8,8 @@
 
 namespace ecaudit::report {
 
-/// What is not known is null; sections that are not analysed are absent. Control characters and invalid UTF-8 from the
-/// capture appear as \xNN, so that the document is safe on a terminal.
+/// What is not known is null; sections that are not analysed are absent. Control characters from the
+/// capture appear as \xNN (Printable()), so that the document is safe on a terminal.
 void PutReport(JsonObject& out, const Report& report);
 /// The same as one UTF-8 document, indented, ended by a newline.
 [[nodiscard]] std::string WriteJson(const Report& report);

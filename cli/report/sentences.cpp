@@ -28,6 +28,11 @@ class Filler {
     while (!rest_.empty()) {
       const char c = rest_.front();
       rest_.remove_prefix(1);
+      if (c == '\\' && !rest_.empty()) {
+        out += rest_.front();
+        rest_.remove_prefix(1);
+        continue;
+      }
       if (c == ']' && optional) return complete;
       if (c == '[') {
         std::string part = out;

@@ -502,7 +502,10 @@ class CaptureText {
     };
     for (const Evidence& e : f.evidence) add(e.name, EvidenceText(e));
     for (const Argument& argument : f.arguments) {
-      if (IsShownAsEvidence(argument.value)) add(argument.name, OneLine(TextOf(argument.value)));
+      const Value& value = argument.value;
+      if (!IsShownAsEvidence(value)) continue;
+      // The sentences have the text of a word.
+      add(argument.name, value.word != nullptr ? std::string(value.word->code) : OneLine(TextOf(value)));
     }
     text_.Field("evidence", evidence, indent);
     std::string related;

@@ -12,8 +12,8 @@
 
 namespace ecaudit::cli {
 
-/// `text` between quotation marks, escaped; untrusted bytes that are not UTF-8 become \xNN in the text (as Printable()
-/// writes them), so that the line is always valid JSON.
+/// `text` between quotation marks, escaped; untrusted bytes are written as Printable() does, so that the line is always
+/// valid JSON.
 void AppendJsonString(std::string& out, std::string_view text);
 /// Shortest decimal number that reads back as `value`; null for infinities and NaN.
 void AppendJsonNumber(std::string& out, double value);

@@ -59,28 +59,54 @@ void AppendByte(std::string& out, std::uint8_t byte) {
   out += kDigits[byte & 0xF];
 }
 
-/// Length of the valid UTF-8 sequence at the start of `text`, 0 when there is none. Control characters count as none.
-std::size_t Utf8Length(std::string_view text) {
-  const auto at = [&](std::size_t i) { return i < text.size() ? static_cast<std::uint8_t>(text[i]) : 0U; };
-  const auto tail = [&](std::size_t i) { return (at(i) & 0xC0U) == 0x80U; };
-  const unsigned first = at(0);
-  if (first >= 0x20 && first < 0x7F) return 1;
-  if (first >= 0xC2 && first < 0xE0 && tail(1)) {
-    return (first == 0xC2 && at(1) < 0xA0) ? 0 : 2;  // U+0080-U+009F are control characters
-  }
-  if (first >= 0xE0 && first < 0xF0 && tail(1) && tail(2)) {
-    if (first == 0xE0 && at(1) < 0xA0) return 0;                                     // overlong
-    if (first == 0xED && at(1) >= 0xA0) return 0;                                    // surrogate
-    if (first == 0xE2 && at(1) == 0x80 && at(2) >= 0xAA && at(2) <= 0xAE) return 0;  // direction overrides
-    if (first == 0xE2 && at(1) == 0x81 && at(2) >= 0xA6 && at(2) <= 0xA9) return 0;  // direction isolates
-    return 3;
-  }
-  if (first >= 0xF0 && first < 0xF5 && tail(1) && tail(2) && tail(3)) {
-    if (first == 0xF0 && at(1) < 0x90) return 0;
-    if (first == 0xF4 && at(1) >= 0x90) return 0;
-    return 4;
+/// What a text begins with.
+struct Character {
+  enum class Kind : std::uint8_t {
+    kText,
+    kForbidden,  ///< UTF-8 in form, but a control character, a change of direction, half a pair, or cut by the end
+    kStray,      ///< a byte that begins no UTF-8
+  };
+  Kind kind = Kind::kStray;
+  std::size_t length = 1;
+};
+
+/// Lead bytes of UTF-8 and what may follow: RFC 3629, without overlong forms and values past U+10FFFF.
+std::size_t WantedLength(unsigned first, unsigned second) {
+  if (first >= 0xC2 && first < 0xE0) return 2;
+  if (first >= 0xE0 && first < 0xF0) return first == 0xE0 && second < 0xA0 ? 0 : 3;
+  if (first >= 0xF0 && first < 0xF5) {
+    return (first == 0xF0 && second < 0x90) || (first == 0xF4 && second >= 0x90) ? 0 : 4;
   }
   return 0;
+}
+
+/// Code points that move the reader's cursor or turn the text around.
+bool IsForbidden(std::string_view character) {
+  const auto at = [&](std::size_t i) { return static_cast<std::uint8_t>(character[i]); };
+  if (character.size() == 2) return at(0) == 0xC2 && at(1) < 0xA0;  // U+0080-U+009F are control characters
+  if (character.size() != 3) return false;
+  if (at(0) == 0xED) return at(1) >= 0xA0;  // surrogate
+  if (at(0) != 0xE2) return false;
+  return (at(1) == 0x80 && at(2) >= 0xAA && at(2) <= 0xAE) ||  // direction overrides
+         (at(1) == 0x81 && at(2) >= 0xA6 && at(2) <= 0xA9);    // direction isolates
+}
+
+Character FirstOf(std::string_view text) {
+  using Kind = Character::Kind;
+  const auto at = [&](std::size_t i) { return i < text.size() ? static_cast<std::uint8_t>(text[i]) : 0U; };
+  if (at(0) < 0x80) return {at(0) >= 0x20 && at(0) < 0x7F ? Kind::kText : Kind::kForbidden, 1};
+  const std::size_t wanted = WantedLength(at(0), at(1));
+  std::size_t length = 1;
+  while (length < wanted && (at(length) & 0xC0U) == 0x80U) ++length;
+  if (wanted == 0 || (length < wanted && (length == 1 || length < text.size()))) return {Kind::kStray, 1};
+  if (length < wanted || IsForbidden(text.substr(0, length))) return {Kind::kForbidden, length};
+  return {Kind::kText, length};
+}
+
+/// The character of ISO 8859-1, as UTF-8.
+void AppendLatin1(std::string& out, std::uint8_t byte) {
+  out += static_cast<char>(0xC0U | byte >> 6U);
+  out += static_cast<char>(0x80U | (byte & 0x3FU));
 }
 
 }  // namespace
@@ -180,18 +206,23 @@ std::string Count(std::uint64_t n, std::string_view noun) {
 }
 
 std::string Printable(std::string_view text) {
+  constexpr std::uint8_t kFirstLatin1 = 0xA0;
   std::string out;
   out.reserve(text.size());
   while (!text.empty()) {
-    const std::size_t length = Utf8Length(text);
-    if (length == 0) {
-      out += "\\x";
-      AppendByte(out, static_cast<std::uint8_t>(text.front()));
-      text.remove_prefix(1);
-    } else {
-      out += text.substr(0, length);
-      text.remove_prefix(length);
+    const Character first = FirstOf(text);
+    for (std::size_t i = 0; i < first.length; ++i) {
+      const auto byte = static_cast<std::uint8_t>(text[i]);
+      if (first.kind == Character::Kind::kText) {
+        out += text[i];
+      } else if (first.kind == Character::Kind::kStray && byte >= kFirstLatin1) {
+        AppendLatin1(out, byte);
+      } else {
+        out += "\\x";
+        AppendByte(out, byte);
+      }
     }
+    text.remove_prefix(first.length);
   }
   return out;
 }

@@ -31,8 +31,9 @@ void AppendHexBytes(std::string& out, ByteSpan bytes);
 [[nodiscard]] std::string Count(std::uint64_t n, std::string_view noun, std::string_view plural);
 /// "1st", "2nd", "11th".
 [[nodiscard]] std::string Ordinal(std::uint64_t n);
-/// `text` with control characters, and bytes that are not valid UTF-8, replaced by \xNN, so that a capture or file
-/// name can never control the reader's terminal.
+/// Untrusted `text` as UTF-8 that can never control the reader's terminal. Valid UTF-8 stays. Bytes that belong to none
+/// are Latin-1, which EEPROMs and drives use for names: 0xA0 to 0xFF become its characters. Control characters, changes
+/// of direction and all other bytes become \xNN.
 [[nodiscard]] std::string Printable(std::string_view text);
 
 /// The text where it has at most `most` bytes; else its beginning, cut between UTF-8 characters, and " ...".

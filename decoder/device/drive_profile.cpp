@@ -13,6 +13,18 @@ std::string_view DriveStateName(DriveState state) {
   return index < kNames.size() ? kNames[index] : std::string_view("?");
 }
 
+std::string_view FaultValueName(FaultValue kind) {
+  switch (kind) {
+    case FaultValue::kErrorCode:
+      return "error code";
+    case FaultValue::kErrorHistory:
+      return "error history";
+    case FaultValue::kFaultNumber:
+      return "fault number";
+  }
+  return "";
+}
+
 std::optional<DriveState> DriveProfile::StateOf(std::uint16_t status_word) const {
   for (const DriveStateRow& row : states) {
     if (row.printed.Matches(status_word)) return row.state;
@@ -65,6 +77,12 @@ const OperationMode* DriveProfile::FindMode(std::int8_t value) const {
   const auto it =
       std::find_if(modes.begin(), modes.end(), [&](const OperationMode& mode) { return mode.value == value; });
   return it == modes.end() ? nullptr : &*it;
+}
+
+const FaultObject* DriveProfile::FindFaultObject(std::uint16_t index, std::uint8_t subindex) const {
+  const auto it = std::find_if(fault_objects.begin(), fault_objects.end(),
+                               [&](const FaultObject& object) { return object.Holds(index, subindex); });
+  return it == fault_objects.end() ? nullptr : &*it;
 }
 
 }  // namespace ecaudit::device

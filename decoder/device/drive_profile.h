@@ -118,6 +118,33 @@ struct OperationMode {
   std::string source;
 };
 
+/// What a value of a fault object is.
+enum class FaultValue : std::uint8_t {
+  kErrorCode,     ///< the error code of the present fault
+  kErrorHistory,  ///< an entry of the error history; its lower 16 bits are the error code
+  kFaultNumber,   ///< the drive's own number: with `prefix` the `id` of an emergency code
+};
+
+/// "error code", as in profiles.
+[[nodiscard]] std::string_view FaultValueName(FaultValue kind);
+
+/// An object from which the master can read the reason of a fault.
+struct FaultObject {
+  std::uint16_t index = 0;  ///< of the first axis
+  std::uint8_t subindex = 0;
+  std::uint8_t last_subindex = 0;
+  FaultValue kind = FaultValue::kErrorCode;
+  std::uint8_t bits = 16;  ///< values of another length are ignored
+  std::string prefix;      ///< "F" where fault number 401 is called F401
+  Basis basis = Basis::kPrinted;
+  std::string note;
+  std::string source;
+
+  [[nodiscard]] bool Holds(std::uint16_t at_index, std::uint8_t at_subindex) const {
+    return index == at_index && at_subindex >= subindex && at_subindex <= last_subindex;
+  }
+};
+
 struct DriveProfile {
   std::vector<DriveStateRow> states;  ///< in the order in which patterns are tried
   std::vector<DriveTransition> transitions;
@@ -131,6 +158,8 @@ struct DriveProfile {
   /// AL states in which the drive acts on the control word and updates the status word; empty: not documented.
   std::vector<esc::AlState> control_word_in;
   std::vector<esc::AlState> status_word_in;
+  /// Those of the standard and the family's own, each object in one row.
+  std::vector<FaultObject> fault_objects;
   /// Objects of CiA 402 with their standard names and types, sorted by (index, subindex).
   std::vector<DictionaryObject> objects;
   std::string note;
@@ -147,6 +176,8 @@ struct DriveProfile {
   [[nodiscard]] const DriveTransition* Find(DriveState from, DriveState to) const;
   [[nodiscard]] const DriveTransition* Find(std::uint8_t number) const;
   [[nodiscard]] const OperationMode* FindMode(std::int8_t value) const;
+  /// The row of this object, or null if it holds no reason of a fault.
+  [[nodiscard]] const FaultObject* FindFaultObject(std::uint16_t index, std::uint8_t subindex) const;
 };
 
 }  // namespace ecaudit::device

@@ -1,4 +1,4 @@
-/// Latch control word and latch status word (20A4h, 20A5h).
+/// Latch control word and latch status word of a family, or those of the touch probe of CiA 402.
 #pragma once
 
 #include <cstdint>
@@ -32,6 +32,8 @@ struct LatchEdge {
   std::uint16_t valid = 0;               ///< bit of the status word that says a position was captured
   std::uint8_t selector = 0;             ///< read selector in the control word, acknowledge in the status word; 0: none
   std::vector<ObjectAddress> positions;  ///< objects that hold the captured position; empty: not documented
+  std::uint8_t touch_probe = 0;          ///< 1 or 2: the touch probe that uses the same capture unit; 0: none
+  std::string capture_unit;              ///< what the manual calls that unit; may be empty
   std::string note;
   std::string source;
 
@@ -41,12 +43,14 @@ struct LatchEdge {
 };
 
 struct LatchDescription {
-  std::uint16_t control_object = 0x20A4;
-  std::uint16_t status_object = 0x20A5;
+  std::uint16_t control_object = 0;
+  std::uint16_t status_object = 0;
   std::uint16_t selector_mask = 0;     ///< of the control word
   std::uint16_t acknowledge_mask = 0;  ///< of the status word
   std::uint16_t reserved_control = 0;  ///< bits of the control word that must be 0
   std::vector<LatchEdge> edges;
+  /// Other objects that hold latch positions; the manual does not name their edges.
+  std::vector<ObjectAddress> other_positions;
   std::vector<LatchField> control;  ///< rows of the manual
   std::vector<LatchField> status;
   std::string note;

@@ -96,6 +96,7 @@ class Consistency {
       CheckStatusCodes();
       CheckDriveStates();
       CheckDriveTransitions();
+      CheckFaultObjects();
       CheckPdos();
       CheckSyncManagers();
       CheckSync();
@@ -348,6 +349,43 @@ class Consistency {
     }
   }
 
+  void CheckFaultObjects() {
+    const JsonValue rows = At(root_, "drive.fault_objects");
+    for (std::size_t i = 0; i < rows.size() && profile_->drive; ++i) {
+      const JsonValue row = rows.element(i);
+      const std::string path = Row("drive.fault_objects", i);
+      const std::int64_t index = NumberOr(row.member("index"), 0);
+      const std::int64_t bits = NumberOr(row.member("bits"), 0);
+      const std::string prefix = TextOf(row.member("prefix"));
+      if (TextOf(row.member("kind")) != "fault number") {
+        if (!prefix.empty()) report_(path, "\"prefix\" belongs to the kind \"fault number\"");
+      } else if (!NumbersAreNamed(prefix)) {
+        report_(path, "no \"id\" of \"emergency\" is \"" + Printable(prefix) + "\" and a number");
+      }
+      CheckFaultType(path, index, NumberOr(row.member("sub"), 0), bits);
+    }
+  }
+
+  /// A family without a list of its own may use the list of a relative.
+  [[nodiscard]] bool NumbersAreNamed(const std::string& prefix) const {
+    if (!profile_->emergency || At(root_, "emergency.codes").size() == 0) return true;
+    const auto& codes = profile_->emergency->codes;
+    return std::any_of(codes.begin(), codes.end(), [&](const EmergencyCode& code) {
+      return code.id.starts_with(prefix) && code.id.size() > prefix.size() &&
+             std::isdigit(static_cast<unsigned char>(code.id[prefix.size()])) != 0;
+    });
+  }
+
+  /// The dictionary has the object with the same length.
+  void CheckFaultType(const std::string& path, std::int64_t index, std::int64_t subindex, std::int64_t bits) {
+    if (!profile_->dictionary || index < 0 || index > 0xFFFF || subindex < 0 || subindex > 0xFF) return;
+    const DictionaryObject* object =
+        profile_->dictionary->Find(static_cast<std::uint16_t>(index), static_cast<std::uint8_t>(subindex));
+    if (object == nullptr || object->types.size() != 1 || BitsOf(object->types.front()) == bits) return;
+    report_(path, "\"bits\" is " + std::to_string(bits) + ", but the dictionary has " +
+                      std::string(DataTypeName(object->types.front())));
+  }
+
   void CheckPdos() {
     const JsonValue fixed = At(root_, "pdo.fixed");
     for (std::size_t i = 0; i < fixed.size(); ++i) {
@@ -563,6 +601,7 @@ std::vector<std::string> RowsThatStandTwice(JsonValue root, const ReportProblem&
                                   {"drive.control_bits", "this bit", {"bit"}},
                                   {"drive.status_bits", "this bit", {"bit"}},
                                   {"drive.modes", "this mode", {"value"}},
+                                  {"drive.fault_objects", "this object", {"index", "sub"}},
                                   {"pdo.selectable", "this PDO", {"direction", "index"}},
                                   {"pdo.fixed", "this PDO", {"index"}},
                                   {"mailbox.sync_managers", "this sync manager", {"number"}},

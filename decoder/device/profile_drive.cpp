@@ -1,6 +1,9 @@
 /// Reads the section "drive" of a profile.
+#include <algorithm>
 #include <array>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "decoder/base/text.h"
 #include "decoder/device/profile_sections.h"
@@ -128,6 +131,41 @@ static void Read(const Cursor& cursor, OperationMode& out) {
   FinishRow(object, cursor, out.note, out.source);
 }
 
+static void Read(const Cursor& cursor, FaultValue& out) {
+  static constexpr Word<FaultValue> kKinds[] = {{"error code", FaultValue::kErrorCode},
+                                                {"error history", FaultValue::kErrorHistory},
+                                                {"fault number", FaultValue::kFaultNumber}};
+  ReadWord(cursor, kKinds, out);
+}
+
+static void Read(const Cursor& cursor, FaultObject& out) {
+  ObjectReader object(cursor);
+  object.Require("index", out.index);
+  object.Allow("sub", out.subindex);
+  out.last_subindex = out.subindex;
+  object.Allow("last_sub", out.last_subindex);
+  object.Require("kind", out.kind);
+  object.Require("bits", out.bits);
+  object.Allow("prefix", out.prefix);
+  object.Require("basis", out.basis);
+  FinishRow(object, cursor, out.note, out.source);
+  if (cursor.failed()) return;
+  if (out.last_subindex < out.subindex) cursor.Fail("\"last_sub\" is below \"sub\"");
+  if (out.bits != 16 && out.bits != 32) cursor.Fail("\"bits\" is " + std::to_string(out.bits) + ", neither 16 nor 32");
+}
+
+/// Rows of the profile are added to the inherited ones and replace inherited rows with the same index: the objects of
+/// the standard remain valid for a drive that has more.
+static void ReadFaultObjects(const Cursor& cursor, std::vector<FaultObject>& inherited) {
+  std::vector<FaultObject> rows;
+  Read(cursor, rows);
+  if (cursor.failed()) return;
+  std::erase_if(inherited, [&](const FaultObject& old) {
+    return std::any_of(rows.begin(), rows.end(), [&](const FaultObject& row) { return row.index == old.index; });
+  });
+  inherited.insert(inherited.end(), rows.begin(), rows.end());
+}
+
 void Read(const Cursor& cursor, DriveProfile& out) {
   ObjectReader object(cursor);
   object.Allow("states", out.states);
@@ -139,6 +177,7 @@ void Read(const Cursor& cursor, DriveProfile& out) {
   object.Allow("mode_bits", out.mode_bits);
   object.Allow("modes", out.modes);
   object.Allow("modes_complete", out.modes_complete);
+  object.AllowWith("fault_objects", [&](const Cursor& at) { ReadFaultObjects(at, out.fault_objects); });
   object.Allow("control_word_in", out.control_word_in);
   object.Allow("status_word_in", out.status_word_in);
   object.Allow("objects", out.objects);

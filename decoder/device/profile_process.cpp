@@ -32,7 +32,10 @@ static void Read(const Cursor& cursor, LatchEdge& out) {
   object.Require("valid", out.valid);
   object.Require("selector", out.selector);
   object.Allow("positions", out.positions);
+  object.Allow("touch_probe", out.touch_probe);
+  object.Allow("capture_unit", out.capture_unit);
   FinishRow(object, cursor, out.note, out.source);
+  if (!cursor.failed() && out.touch_probe > 2) cursor.Fail("\"touch_probe\" is neither 1 nor 2");
 }
 
 void Read(const Cursor& cursor, LatchDescription& out) {
@@ -42,9 +45,13 @@ void Read(const Cursor& cursor, LatchDescription& out) {
   object.Allow("selector_mask", out.selector_mask);
   object.Allow("acknowledge_mask", out.acknowledge_mask);
   object.Allow("edges", out.edges);
+  object.Allow("other_positions", out.other_positions);
   object.Allow("control", out.control);
   object.Allow("status", out.status);
   FinishRow(object, cursor, out.note, out.source);
+  // No object is the usual one: without them nothing could be followed.
+  if (!cursor.failed() && out.control_object == 0) cursor.Fail("\"control_object\" is missing");
+  if (!cursor.failed() && out.status_object == 0) cursor.Fail("\"status_object\" is missing");
   out.reserved_control = 0;
   for (const LatchField& field : out.control) {
     if (field.reserved) out.reserved_control = static_cast<std::uint16_t>(out.reserved_control | field.mask);

@@ -1,4 +1,7 @@
-"""Runs the test classes named on the command line; see CMakeLists.txt. Exit status 77: everything was skipped."""
+"""Runs the test classes named on the command line; see CMakeLists.txt. Exit status 77: everything was skipped.
+
+A test that skips and is not named in tests/needs.txt makes the run fail.
+"""
 import importlib
 import os
 import pathlib
@@ -7,6 +10,20 @@ import unittest
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
+sys.path.insert(0, str(HERE.parent / "support"))
+import needs
+from support import SHARED
+
+
+def unnamed_skips(result: unittest.TestResult) -> list:
+    """One line for each test that skipped and should not have."""
+    lines = needs.read(needs.FILE.read_text())
+    problems = set()
+    for test, _ in result.skipped:
+        # "test_html.HtmlPages.test_signals"; a blank and the parameters of a subtest may follow.
+        name = test.id().split(" ")[0].partition(".")[2]
+        problems.add(needs.problem_of_skip(f"cli.{name}", lines, SHARED))
+    return sorted(problems - {""})
 
 
 def main() -> int:
@@ -25,7 +42,9 @@ def main() -> int:
         print(f"no test class named {', '.join(sorted(wanted))}")
         return 1
     result = unittest.TextTestRunner(verbosity=2, stream=sys.stdout).run(suite)
-    if not result.wasSuccessful():
+    problems = unnamed_skips(result)
+    print("\n".join(problems), end="\n" if problems else "")
+    if problems or not result.wasSuccessful():
         return 1
     return 77 if len(result.skipped) == result.testsRun else 0
 

@@ -51,6 +51,8 @@ PLANTED = [
     ('"category": "float scaling", "name": "var", "value": "scaling depends on other settings", "source": "MKD, 5.3.1"',
      '"category": "float scaling", "name": "var", "value": "scaling depends on other settings", "source": "MDK, 5.3.1"',
      'cites "MDK"'),
+    ('"index": "0x2001", "sub": 1, "last_sub": 10, "kind": "fault number"',
+     '"index": "0x2001", "sub": 1, "last_sub": 10, "kind": "error code"', '"prefix" belongs to'),
     ('{ "value": 8, "name": "Cyclic synchronous position", "opmode": 2',
      '{ "value": 8, "name": "Cyclic synchronous position", "opmode": "two"', "is not a number"),
 ]

@@ -1,5 +1,7 @@
 #include "tests/support/folders.h"
 
+#include <cstdlib>
+
 namespace ecaudit::test {
 
 std::string SourceDir() {
@@ -7,7 +9,8 @@ std::string SourceDir() {
 }
 
 std::string SharedDir() {
-  return ECAUDIT_SHARED_DIR;
+  const char* other = std::getenv("ECAUDIT_SHARED_DIR");
+  return other != nullptr ? other : ECAUDIT_SHARED_DIR;
 }
 
 }  // namespace ecaudit::test

@@ -45,6 +45,8 @@
 ///   @no-time, @time            packets without and with time stamps
 ///   @two-interfaces            outbound copies on interface 0, returned ones on interface 1
 ///   @udp, @vlan TCI, @cooked, @cooked2   encapsulation; @ethernet: back to the plain one
+///   @include FILE              the lines of FILE are read here, as if they stood in this file. FILE is relative to the
+///                              including file, or else in tests/rules/common/
 #pragma once
 
 #include <cstdint>
@@ -153,7 +155,8 @@ class Trace {
  public:
   Trace() = default;
 
-  /// Reads the text form. The error names the line: "line 3: 0x10 is no byte".
+  /// Reads the text form. The error names the line: "line 3: 0x10 is no byte". In an included file it names the line of
+  /// the include, the file and its line.
   static Result<Trace> Parse(std::string_view text);
   /// Reads a file in the text form; errors begin with the path.
   static Result<Trace> Load(const std::string& path);

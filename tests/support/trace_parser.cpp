@@ -1,16 +1,22 @@
 // The text form of Trace; the language is described in trace_builder.h.
+#include <algorithm>
 #include <charconv>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
+#include "tests/support/folders.h"
 #include "tests/support/trace_builder.h"
 
 namespace ecaudit::test {
 
+namespace fs = std::filesystem;
+
 /// Reads one line after the other into a Trace. Functions return false after filling error_.
 class TraceParser {
  public:
-  Result<Trace> Run(std::string_view text);
+  Result<Trace> Text(std::string_view text);
+  Result<Trace> File(const fs::path& path);
 
  private:
   using Words = std::vector<std::string>;
@@ -19,6 +25,9 @@ class TraceParser {
     error_ = std::move(message);
     return false;
   }
+  bool Lines(std::string_view text);
+  bool LinesOf(const fs::path& path);
+  bool Include(const std::string& name);
   bool Statement(const std::string& line);
   bool Directive(const Words& words);
   bool Frame(const Words& words);
@@ -34,6 +43,7 @@ class TraceParser {
 
   Trace trace_;
   std::string error_;
+  std::vector<fs::path> open_;  // the file that is read, after those that include it
 };
 
 namespace {
@@ -302,7 +312,8 @@ bool TraceParser::Directive(const Words& words) {
   TraceFrame& settings = trace_.settings_;
   const std::string& name = words[0];
   const auto wants = [&](std::size_t count) {
-    return words.size() == count + 1 || Fail(name + " takes " + std::to_string(count) + " words");
+    return words.size() == count + 1 ||
+           Fail(name + " takes " + std::to_string(count) + (count == 1 ? " word" : " words"));
   };
   std::uint64_t number = 0;
   if (name == "@slaves") {
@@ -338,6 +349,7 @@ bool TraceParser::Directive(const Words& words) {
     std::copy(bytes.begin(), bytes.end(), settings.mac_.begin());
     return true;
   }
+  if (name == "@include") return wants(1) && Include(words[1]);
   if (name == "@rtt") return wants(1) && Time(words[1], settings.rtt_);
   if (name == "@resolution") {
     if (!wants(1) || !Time(words[1], settings.resolution_)) return false;
@@ -381,7 +393,7 @@ bool TraceParser::Statement(const std::string& line) {
   return words[0][0] == '@' ? Directive(words) : Frame(words);
 }
 
-Result<Trace> TraceParser::Run(std::string_view text) {
+bool TraceParser::Lines(std::string_view text) {
   std::istringstream stream{std::string(text)};
   std::string statement;
   int statement_line = 0;
@@ -389,9 +401,8 @@ Result<Trace> TraceParser::Run(std::string_view text) {
   const auto flush = [&] {
     const bool good = Statement(statement);
     statement.clear();
-    return good;
+    return good || Fail("line " + std::to_string(statement_line) + ": " + error_);
   };
-  const auto failed = [&] { return Error{"line " + std::to_string(statement_line) + ": " + error_}; };
   bool goes_on = false;
   for (std::string line; std::getline(stream, line);) {
     ++line_number;
@@ -399,28 +410,63 @@ Result<Trace> TraceParser::Run(std::string_view text) {
     const Words words = Split(line);
     if (words.empty()) continue;
     if (!goes_on && words.front() != "&") {
-      if (!flush()) return failed();
+      if (!flush()) return false;
       statement_line = line_number;
     }
     statement += " " + line;
     goes_on = words.back() == "&";
   }
-  if (!flush()) return failed();
+  return flush();
+}
+
+bool TraceParser::LinesOf(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file || fs::is_directory(path)) return Fail("no such file: " + path.string());
+  std::ostringstream text;
+  text << file.rdbuf();
+  open_.push_back(path);
+  const bool good = Lines(text.str());
+  open_.pop_back();
+  return good || Fail(path.string() + ": " + error_);
+}
+
+bool TraceParser::Include(const std::string& name) {
+  const fs::path common = fs::path(SourceDir()) / "tests" / "rules" / "common";
+  fs::path path = open_.empty() ? common / name : open_.back().parent_path() / name;
+  if (!fs::exists(path)) path = common / name;
+  path = path.lexically_normal();
+  if (!fs::exists(path)) {
+    const std::string beside = open_.empty() ? "" : "neither beside this file nor ";
+    return Fail("no file \"" + name + "\" to include " + beside + "in tests/rules/common");
+  }
+  const auto begin = std::find_if(open_.begin(), open_.end(), [&](const fs::path& open) {
+    std::error_code problem;
+    return fs::equivalent(open, path, problem);
+  });
+  if (begin != open_.end()) {
+    std::string circle;
+    for (auto file = begin; file != open_.end(); ++file) circle += file->filename().string() + " -> ";
+    return Fail("the file includes itself: " + circle + path.filename().string());
+  }
+  return LinesOf(path);
+}
+
+Result<Trace> TraceParser::Text(std::string_view text) {
+  if (!Lines(text)) return Error{error_};
+  return std::move(trace_);
+}
+
+Result<Trace> TraceParser::File(const fs::path& path) {
+  if (!LinesOf(path)) return Error{error_};
   return std::move(trace_);
 }
 
 Result<Trace> Trace::Parse(std::string_view text) {
-  return TraceParser().Run(text);
+  return TraceParser().Text(text);
 }
 
 Result<Trace> Trace::Load(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return Error{"no such file: " + path};
-  std::ostringstream text;
-  text << file.rdbuf();
-  Result<Trace> trace = Parse(text.str());
-  if (!trace) return Error{path + ": " + trace.error().message};
-  return trace;
+  return TraceParser().File(path);
 }
 
 }  // namespace ecaudit::test

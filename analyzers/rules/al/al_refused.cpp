@@ -88,12 +88,13 @@ The finding needs an error bit that appears after a request that the slave accep
 - After an acknowledge the error must show another code, or stay for 200 ms.
 - Slaves without a processor echo the acknowledge bit. That is no error.
 - If AL Status was not read before the request, the error may be older: the finding is inferred.
-- If the model knows why the slave had to refuse (an illegal transition, a wrong sync manager), caused_by names that finding.
-- With an ESI (--esi), the finding lists the init commands of the ESI that the capture does not show. This needs a capture
-  of the slave's way to PREOP.
-- If only broadcast reads show the error bit, at least three times after a request without the acknowledge bit, the finding
-  belongs to the bus. It is not reported if all slaves had followed before, or if a slave that was read by itself shows an
-  error.
+- If the model knows why the slave had to refuse (an illegal transition, a wrong sync manager), caused_by names that
+  finding.
+- With an ESI (--esi), the finding lists the init commands of the ESI that the capture does not show. This needs a
+  capture of the slave's way to PREOP.
+- If only broadcast reads show the error bit, at least three times after a request without the acknowledge bit, the
+  finding belongs to the bus. It is not reported if all slaves had followed before, or if a slave that was read by
+  itself shows an error.
 
 ## Example
 samples/captures/init-to-op-refused.pcapng: OP refused with 0x0011.

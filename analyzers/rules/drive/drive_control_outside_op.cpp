@@ -39,13 +39,13 @@ Control words (6040h) that command Switch on or Enable operation, in the process
 known to be in INIT, PREOP, SAFEOP or BOOT.
 
 ## Why it matters
-The drive acts on the control word in OP only. A command before OP is lost if the drive needs edges. A drive that evaluates
-levels executes it at the moment the slave reaches OP.
+The drive acts on the control word in OP only. A command before OP is lost if the drive needs edges. A drive that
+evaluates levels executes it at the moment the slave reaches OP.
 
 ## How it is decided
-At the frame in which the word changes to one that asks for more than before. A word that stays the same counts once. A word
-that stays when the slave drops out of OP is not reported. Nothing is evaluated during a change of state. Shutdown (0x0006),
-fault reset and words that remove torque are no enable commands.
+At the frame in which the word changes to one that asks for more than before. A word that stays the same counts once. A
+word that stays when the slave drops out of OP is not reported. Nothing is evaluated during a change of state. Shutdown
+(0x0006), fault reset and words that remove torque are no enable commands.
 
 ## Example
 samples/captures/drive-enabled-in-safeop.pcapng

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <map>
 #include <string>
 #include <utility>
@@ -18,9 +19,10 @@ constexpr FindingKind kFault{
     .title = "{state} from {state_before}[: {fault}]",
     .message =
         R"(The status word shows {state_before} up to {before_frame} and {state} ({status_word}) in {frame}[, Fault in
-{fault_frame}].[{!fault} The capture does not hold the reason of the drive: no emergency message, and no read of
-{fault_objects}.])",
-    .next = "[{!fault}Read 1003h:1 from the drive.] Correct the cause, then reset the fault (rising edge of bit 7).",
+{fault_frame}].[{!fault} The capture does not hold the reason of the drive: no emergency message[, and no read of
+{fault_objects}].])",
+    .next =
+        "[{!fault}Read {fault_object} from the drive.] Correct the cause, then reset the fault (rising edge of bit 7).",
     .identity = "state fault_code"};
 constexpr FindingKind kAlreadyInFault{
     .name = "already-in-fault",
@@ -28,8 +30,9 @@ constexpr FindingKind kAlreadyInFault{
     .message =
         R"(The first status word, in {frame}, shows {state} ({status_word})[, Fault in {fault_frame}]. The capture does
 not hold how it began.[ The drive leaves it in {left_frame}.][{!left_frame} It lasts until the capture ends.][{!fault} The
-capture does not hold the reason of the drive: no emergency message, and no read of {fault_objects}.])",
-    .next = "[{!fault}Read 1003h:1 from the drive.] Correct the cause, then reset the fault (rising edge of bit 7).",
+capture does not hold the reason of the drive: no emergency message[, and no read of {fault_objects}].])",
+    .next =
+        "[{!fault}Read {fault_object} from the drive.] Correct the cause, then reset the fault (rising edge of bit 7).",
     .identity = "state fault_code"};
 constexpr const FindingKind* kKinds[] = {&kFault, &kAlreadyInFault};
 
@@ -47,8 +50,8 @@ constexpr RuleInfo kInfo{.id = "drive-fault",
                          .notes = kNotes,
                          .doc = R"(
 ## What it checks
-Whether the status word (6041h) changes to Fault reaction active or Fault, or shows one of them from the first status word on,
-and which reason the drive reports.
+Whether the status word (6041h) changes to Fault reaction active or Fault, or shows one of them from the first status
+word on, and which reason the drive reports.
 
 ## Why it matters
 The axis brakes by itself and loses its torque. Until the fault is reset, the drive accepts no other command.
@@ -56,25 +59,25 @@ The axis brakes by itself and loses its torque. Until the fault is reset, the dr
 ## How it is decided
 A change from a state that is none of the two. Fault reaction active followed by Fault is one fault.
 
-- Reasons are an emergency message from one second before the fault until the drive leaves it, and the error code 603Fh, the
-  error history 1003h:1 and the family's fault list read while it lasts. The same reason again counts as repetition.
-- caused_by names the finding of the emergency. If the drive gave no reason, it names the lost synchronisation or the pause
-  of the process data just before.
+- Reasons are an emergency message from one second before the fault until the drive leaves it, and the error code 603Fh,
+  the error history 1003h:1 and the family's fault list read while it lasts. The same reason again counts as repetition.
+- caused_by names the finding of the emergency. If the drive gave no reason, it names the lost synchronisation or the
+  pause of the process data just before.
 - A drive that is in a fault when its status word is first seen is one as well. A word of 0 before it is the content of
   unused memory. The finding says whether the fault was reset later.
 - A mid-run capture needs to know where the status word is mapped: give an ENI or ESI file.
-- Inputs count if the working counter shows that the slave gave them. They do not count if other slaves alone can explain the
-  working counter: the data may be the master's own.
+- Inputs count if the working counter shows that the slave gave them. They do not count if other slaves alone can
+  explain the working counter: the data may be the master's own.
 - A status word read by SDO counts if none is mapped, or no inputs arrived for 100 ms.
-- Each axis of a drive with several (6841h, 7041h, ...) is followed by itself, by this rule and by the others of the group. An
-  emergency does not name its axis.
+- Each axis of a drive with several (6841h, 7041h, ...) is followed by itself, by this rule and by the others of the
+  group. An emergency does not name its axis.
 
 ## Example
 samples/captures/drive-fault.pcapng, and samples/captures/drive-in-fault.pcapng for one that was active before
 
 ## What to do
-Correct what the code names, then reset the fault: bit 7 of the control word from 0 to 1. If the capture has no code, read
-1003h:1 or the fault list of the family, or let the master fetch emergency messages.
+Correct what the code names, then reset the fault: bit 7 of the control word from 0 to 1. If the capture has no code,
+read 1003h:1 or the fault list of the family, or let the master fetch emergency messages.
 )"};
 
 class DriveFault final : public Rule {
@@ -102,7 +105,7 @@ class DriveFault final : public Rule {
     const auto open = open_.find({e.slave, e.axis});
     if (open == open_.end() || open->second.explanations.size() >= kMaxExplanations) return;
     for (const model::DriveFaultExplained& known : open->second.explanations) {
-      if (known.source == e.source && known.code == e.code) return;
+      if (known.source == e.source && known.object == e.object && known.code == e.code) return;
     }
     open->second.explanations.push_back(e);
   }
@@ -139,7 +142,8 @@ class DriveFault final : public Rule {
     std::uint64_t key = 0;
     if (!open.explanations.empty()) {
       const model::DriveFaultExplained& first = open.explanations.front();
-      key = (std::uint64_t{first.code} << 8U) + static_cast<std::uint8_t>(first.source) + 1U;
+      key = (std::uint64_t{first.object} << 40U) + (std::uint64_t{first.code} << 8U) +
+            static_cast<std::uint8_t>(first.source) + 1U;
     }
     if (open.stands) key |= 1ULL << 63U;
     key |= AxisKey(e.axis);
@@ -179,7 +183,13 @@ class DriveFault final : public Rule {
   /// What the drive itself reports as the reason.
   static void DescribeReasons(Finding& finding, const Open& open, const device::DeviceDescription& family) {
     if (open.explanations.empty()) {
-      finding.Set("fault_objects", arg::List(FaultObjects(finding.axis)));
+      const device::DriveProfile& drive = *family.drive;
+      if (!drive.fault_objects.empty()) {
+        finding.Set("fault_objects", arg::List(FaultObjects(drive, open.change.axis)));
+      }
+      if (const device::FaultObject* first = ToRead(drive)) {
+        finding.Set("fault_object", arg::Object(model::ObjectForAxis(first->index, open.change.axis), first->subindex));
+      }
       return;
     }
     for (const model::DriveFaultExplained& reason : open.explanations) {
@@ -192,8 +202,22 @@ class DriveFault final : public Rule {
   }
 
   /// Where the reason of a fault can be read.
-  static std::vector<Value> FaultObjects(std::uint8_t axis) {
-    return {arg::Object(model::ObjectOfAxis(0x603F, axis)), arg::Object(0x1003)};
+  static std::vector<Value> FaultObjects(const device::DriveProfile& drive, std::uint8_t axis) {
+    std::vector<Value> objects;
+    for (const device::FaultObject& object : drive.fault_objects) {
+      objects.push_back(arg::Object(model::ObjectForAxis(object.index, axis)));
+    }
+    return objects;
+  }
+
+  /// The object to read first: the error history, if the drive has one. Null if it has none at all.
+  static const device::FaultObject* ToRead(const device::DriveProfile& drive) {
+    const auto& objects = drive.fault_objects;
+    const auto history = std::find_if(objects.begin(), objects.end(), [](const device::FaultObject& object) {
+      return object.kind == device::FaultValue::kErrorHistory;
+    });
+    if (history != objects.end()) return &*history;
+    return objects.empty() ? nullptr : &objects.front();
   }
 
   void LinkEmergency(FindingIndex index, FrameNo frame) {

@@ -32,9 +32,9 @@ constexpr RuleInfo kInfo{.id = "drive-illegal-command",
                          .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Whether a new control word (6040h) that leads towards Operation enabled commands a transition that exists in the state of
-the drive (6041h). From Switch on disabled only Shutdown (0x0006) leads on, not Switch on (0x0007) or Enable operation
-(0x000F). From Fault only a fault reset leads on.
+Whether a new control word (6040h) that leads towards Operation enabled commands a transition that exists in the state
+of the drive (6041h). From Switch on disabled only Shutdown (0x0006) leads on, not Switch on (0x0007) or Enable
+operation (0x000F). From Fault only a fault reset leads on.
 
 ## Why it matters
 The drive ignores the command and the axis stays without torque.
@@ -44,7 +44,8 @@ By the table of the family: AKD and MKD evaluate levels, Pilz edges.
 
 - Only words that ask for more than the word before are evaluated, at the frame in which they change. Words that remove
   torque are right in every state.
-- A command is early, not illegal, if an earlier one is still in progress or the drive reaches a fitting state within 1 s.
+- A command is early, not illegal, if an earlier one is still in progress or the drive reaches a fitting state within 1
+  s.
 - 0x0007 is Disable operation as well: before 0x0006 and 0x0000 it is the first step of switching off.
 - Mode bits and halt are ignored.
 - Nothing is evaluated before the state is known, in Not ready to switch on and in Fault reaction active.
@@ -53,8 +54,8 @@ By the table of the family: AKD and MKD evaluate levels, Pilz edges.
 samples/captures/drive-illegal-command.pcapng
 
 ## What to do
-Command one state after the other and wait for the status word: 0x0006, 0x0007, 0x000F. After a fault, send a rising edge of
-bit 7 first.
+Command one state after the other and wait for the status word: 0x0006, 0x0007, 0x000F. After a fault, send a rising
+edge of bit 7 first.
 )"};
 
 class DriveIllegalCommand final : public Rule {

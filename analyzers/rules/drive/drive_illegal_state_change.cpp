@@ -45,26 +45,27 @@ constexpr RuleInfo kInfo{
     .kinds = kKinds,
     .doc = R"(
 ## What it checks
-When the status word (6041h) shows another state than before: whether transitions lead there that the drive takes by itself
-or that a control word (6040h) commanded.
+When the status word (6041h) shows another state than before: whether transitions lead there that the drive takes by
+itself or that a control word (6040h) commanded.
 
 ## Why it matters
-A drive that enables itself moves without a request. Or something else commands it: a second control word, a service tool, a
-digital input.
+A drive that enables itself moves without a request. Or something else commands it: a second control word, a service
+tool, a digital input.
 
 ## How it is decided
 By the transitions 0 to 16 of the state machine.
 
-- Automatic transitions, all that remove torque (supply or hardware enable lost, limit switch) and the fault reset, which has
-  other ways, are always possible.
-- Transitions 2, 3, 4 and 16 need a control word that commanded them: the active one, or one sent since a second before the
-  old state was last shown, also in frames whose answer was lost.
+- Automatic transitions, all that remove torque (supply or hardware enable lost, limit switch) and the fault reset,
+  which has other ways, are always possible.
+- Transitions 2, 3, 4 and 16 need a control word that commanded them: the active one, or one sent since a second before
+  the old state was last shown, also in frames whose answer was lost.
 - The drive may have passed several transitions between two status words.
-- Not evaluated: words that show no state, changes from a status word of 0 (inputs not valid yet), and changes outside OP.
+- Not evaluated: words that show no state, changes from a status word of 0 (inputs not valid yet), and changes outside
+  OP.
 
-A drive may leave Operation enabled by itself for Quick stop active or a state without torque that is no fault. That is a
-warning if the control word still enables the drive, and neither mode nor the control bits of the state machine changed for
-0.1 s.
+A drive may leave Operation enabled by itself for Quick stop active or a state without torque that is no fault. That is
+a warning if the control word still enables the drive, and neither mode nor the control bits of the state machine
+changed for 0.1 s.
 
 ## Example
 tests/rules/drive-illegal-state-change/violates.trace

@@ -36,8 +36,8 @@ constexpr RuleInfo kInfo{.id = "drive-illegal-status",
 Whether the state bits of the status word (6041h: 0 to 3, 5 and 6) are those of one of the eight states.
 
 ## Why it matters
-A master that waits for a state never sees it. A master that evaluates single bits may take the drive for enabled or ready.
-Usually the word is no status word: the mappings of master and drive differ, or bytes are swapped.
+A master that waits for a state never sees it. A master that evaluates single bits may take the drive for enabled or
+ready. Usually the word is no status word: the mappings of master and drive differ, or bytes are swapped.
 
 ## How it is decided
 By the states of the family's manual, from the first status word on.

@@ -39,8 +39,8 @@ constexpr RuleInfo kInfo{.id = "drive-mode-not-shown",
 Whether the mode that the drive shows (6061h) becomes the one that the master selected (6060h).
 
 ## Why it matters
-Until the drive shows the new mode it works in the old one: it may take positions for speeds. A master has to wait for 6061h
-before it enables the drive or sends set points of the new mode.
+Until the drive shows the new mode it works in the old one: it may take positions for speeds. A master has to wait for
+6061h before it enables the drive or sends set points of the new mode.
 
 ## How it is decided
 The drive accepted a value other than 0 in 6060h, and 6061h does not show it within the limit (1 s, limit

@@ -32,12 +32,12 @@ constexpr RuleInfo kInfo{.id = "drive-no-reaction",
                          .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Whether the drive leaves its state within 1 s after a control word (6040h) commanded a transition that its state offers, while
-the command stays. From Operation enabled the limit is 10 s, since the axis may have to stop first.
+Whether the drive leaves its state within 1 s after a control word (6040h) commanded a transition that its state offers,
+while the command stays. From Operation enabled the limit is 10 s, since the axis may have to stop first.
 
 ## Why it matters
-The sequence of the master stops here. A drive ignores a legal command if a condition is missing: supply, hardware enable,
-safe torque off, a fault whose cause is still present, control over the fieldbus switched off.
+The sequence of the master stops here. A drive ignores a legal command if a condition is missing: supply, hardware
+enable, safe torque off, a fault whose cause is still present, control over the fieldbus switched off.
 
 ## How it is decided
 Each status word that arrives after the limit and still shows the old state.

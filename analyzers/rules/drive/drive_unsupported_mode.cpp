@@ -45,15 +45,15 @@ constexpr RuleInfo kInfo{
     .notes = kNotes,
     .doc = R"(
 ## What it checks
-Each value of 6060h that the drive accepted, by SDO or in the process data, against the modes of operation in the manual. 0
-selects no mode and is always right.
+Each value of 6060h that the drive accepted, by SDO or in the process data, against the modes of operation in the
+manual. 0 selects no mode and is always right.
 
 ## Why it matters
 A drive ignores a mode it does not have and stays in the old one. It then takes set points for something else.
 
 ## How it is decided
-By the list of the family. If the drive shows the mode (6061h) or reports it as supported (6502h), it offers more than its
-manual: the finding is an info. A write that the drive refused does not count.
+By the list of the family. If the drive shows the mode (6061h) or reports it as supported (6502h), it offers more than
+its manual: the finding is an info. A write that the drive refused does not count.
 
 ## Example
 samples/captures/drive-unsupported-mode.pcapng

@@ -36,19 +36,20 @@ class LatchTouchProbeConflict final : public LatchRule {
 
  protected:
   void Describe(const model::LatchMisuse& misuse, Finding& finding) const override {
-    const bool second = (misuse.edge->enable & 0x000CU) != 0;
+    const std::string number = std::to_string(misuse.edge->touch_probe);
+    const std::string& unit = misuse.edge->capture_unit;
     finding.confidence = Confidence::kInferred;
-    finding.title =
-        std::string("Touch probe ") + (second ? "2" : "1") + " and " + EdgeText(misuse) + " are enabled at once";
+    finding.title = "Touch probe " + number + " and " + EdgeText(misuse) + " are enabled at once";
     finding.message = "Since frame " + std::to_string(misuse.frame.number) + " the latch control word (" +
                       Hex(misuse.control) + ") enables " + EdgeText(misuse) + " and the touch probe function 60B8h (" +
-                      Hex(misuse.value) + ") touch probe " + (second ? "2" : "1") + ". Both use capture unit " +
-                      (second ? "CAP1" : "CAP0") + " of the drive, as far as the manual tells. Use one of the two.";
+                      Hex(misuse.value) + ") touch probe " + number + ". Both use " +
+                      (unit.empty() ? "the same capture unit" : "capture unit " + unit) +
+                      " of the drive, as far as the manual tells. Use one of the two.";
     finding.evidence.push_back(Text("edge", misuse.edge->name));
     finding.evidence.push_back(HexNumber("touch_probe_function", misuse.value));
   }
   [[nodiscard]] std::uint64_t KeyOf(const model::LatchMisuse& misuse) const override {
-    return misuse.edge == nullptr || (misuse.edge->enable & 0x000CU) == 0 ? 0 : 1;
+    return misuse.edge->touch_probe;
   }
 };
 

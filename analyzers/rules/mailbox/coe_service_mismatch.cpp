@@ -2,11 +2,28 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
-#include "decoder/base/text.h"
 #include "decoder/mailbox/events.h"
 
 namespace ecaudit::coe_service_mismatch {
 namespace {
+
+constexpr FindingKind kRequest{
+    .name = "request-service",
+    .title = "SDO request is marked as a response, CoE service 2 expected",
+    .message =
+        R"(The master marks the SDO message in {frame} as an SDO response. The message belongs to the {service}[ of
+{object}[{?complete_access} (complete access)]]. SDO requests have CoE service {expected_service}.)",
+    .next = "Correct the master: put CoE service 2 into requests."};
+
+constexpr FindingKind kResponse{
+    .name = "response-service",
+    .title = "SDO response is marked with CoE service 2, service 3 expected",
+    .message = R"(The slave marks the SDO message in {frame} as an SDO request. The message belongs to the {service}[ of
+{object}[{?complete_access} (complete access)]]. SDO responses have CoE service {expected_service}. The example in the
+vendor manuals (byte 7 = 0x20) is wrong.)",
+    .next = "Correct the slave: put CoE service 3 into responses."};
+
+constexpr const FindingKind* kKinds[] = {&kRequest, &kResponse};
 
 constexpr RuleInfo kInfo{.id = "coe-service-mismatch",
                          .group = "Mailbox and CoE",
@@ -16,23 +33,26 @@ constexpr RuleInfo kInfo{.id = "coe-service-mismatch",
                          .title = "The CoE service contradicts the SDO command",
                          .needs = "the CoE header of the message",
                          .source = "ETG1000.6, CoE header; AKD-2011, 4.12; MKD, 4.13; PILZ, 4.10",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-The upper four bits of the CoE header against the SDO command behind it: 2 (SDO request) for what the master sends, 3
-(SDO response) for what the slave answers.
+The upper four bits of the CoE header against the SDO command that follows:
+
+- 2 (SDO request) in messages of the master
+- 3 (SDO response) in messages of the slave
 
 ## Why it matters
-Masters that look at the service drop the answer; slaves may ignore the request. The vendor manuals print an answer with
-service 2 (byte 7 = 0x20); whoever builds a slave or a test after that example gets this wrong.
+Masters that check the service drop the response. Slaves may ignore the request. The vendor manuals print a response
+with service 2 (byte 7 = 0x20). A slave or a test that follows this example is wrong.
 
 ## How it is decided
-Aborts are not judged: real slaves send them with 2 or 3. Everything else of a transfer is.
+All messages of a transfer are evaluated, except aborts: real slaves send them with service 2 or 3.
 
 ## Example
-An upload answer 0x43 with CoE header 0x2000.
+An upload response 0x43 with CoE header 0x2000.
 
 ## What to do
-Put 2 into requests and 3 into answers.
+Put service 2 into requests and service 3 into responses.
 )"};
 
 class CoeServiceMismatch final : public Rule {
@@ -44,19 +64,11 @@ class CoeServiceMismatch final : public Rule {
     const bool request = t.request_service_mismatch;
     const std::uint64_t key = request ? 1 : 2;
     if (Repeat(t.slave, key, t.service_mismatch) != kNoFinding) return;
-    Finding finding;
-    finding.slave = t.slave;
-    finding.first = t.service_mismatch;
-    finding.title = request ? "SDO request under another CoE service than 2" : "SDO response under CoE service 2";
-    finding.message = std::string("The SDO message ") + (request ? "from the master" : "from the slave") +
-                      " in frame " + std::to_string(t.service_mismatch.number) + ", part of the " +
-                      std::string(Name(t.service)) +
-                      (t.has_object ? " of " + ObjectText(t, *context().slave(t.slave).profile) : std::string()) +
-                      (request ? ", is marked as an SDO response. Requests have service 2."
-                               : ", is marked as an SDO request. Answers have service 3; the example that the vendor "
-                                 "manuals print (byte 7 = 0x20) is wrong there.");
-    finding.evidence.push_back(Text("by", request ? "master" : "slave"));
-    finding.evidence.push_back(Number("expected_service", request ? 2 : 3));
+    Finding finding = Found(request ? kRequest : kResponse, t.slave, t.service_mismatch);
+    finding.Set("by", SenderValue(request ? mailbox::Direction::kOut : mailbox::Direction::kIn))
+        .Set("expected_service", arg::Number(request ? 2 : 3))
+        .Set("service", ServiceValue(t.service));
+    SetObject(finding, t, *context().slave(t.slave).profile);
     AddRelated(finding, t.request.number);
     Report(key, std::move(finding));
   }

@@ -1,4 +1,6 @@
-#include "analyzers/judge/mailbox_text.h"
+#include <utility>
+#include <vector>
+
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
@@ -9,32 +11,73 @@
 namespace ecaudit::emcy_received {
 namespace {
 
+constexpr FindingKind kEmergency{
+    .name = "emergency",
+    .title =
+        "Emergency {error_code:number}[{?meaning}: [{id} ][{?of_class}class ]"
+        "[{short_meaning}][{!short_meaning}{meaning}]]",
+    .message =
+        R"(The slave reports emergency error code {error_code:number}[{?meaning} ([{id} ][{?of_class}class ]{meaning})].
+The error register is {error_register}[ ({register_bits})], the manufacturer data are {data}.[{?source} The manual of
+this family lists no codes: the meaning is that of a sister family ({source}).][{!meaning} No table has this code.])",
+    .next =
+        R"([{?caused}Correct the cause.][{!caused}Find the code in the manual of the drive, and remove the cause.])",
+    .identity = "error_code"};
+
+constexpr FindingKind kErrorFree{
+    .name = "error-free",
+    .title = "Emergency {error_code:number}[{?meaning}: [{id} ][{?of_class}class ]{meaning}]",
+    .message = R"(The slave reports that it is free of errors again, with emergency error code
+{error_code:number}[{?meaning} ([{id} ][{?of_class}class ]{meaning})]. The error register is
+{error_register}[ ({register_bits})], the manufacturer data are {data}.[{?source} The manual of this family lists no
+codes: the meaning is that of a sister family ({source}).][{!meaning} No table has this code.])",
+    .next = "",
+    .identity = "error_code"};
+
+constexpr const FindingKind* kKinds[] = {&kEmergency, &kErrorFree};
+
+/// Bits of object 1001h.
+constexpr Word kRegisterBits[] = {{"generic", "generic"},
+                                  {"current", "current"},
+                                  {"voltage", "voltage"},
+                                  {"temperature", "temperature"},
+                                  {"communication", "communication"},
+                                  {"device-profile", "device profile"},
+                                  {"reserved", "reserved"},
+                                  {"manufacturer", "manufacturer"}};
+
 constexpr RuleInfo kInfo{.id = "emcy-received",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
                          .needs_no_history = true,
                          .subject = Subject::kCoe,
                          .title = "The slave sends an emergency message",
-                         .needs = "what the slave put into its mailbox",
+                         .needs = "the messages in the mailbox of the slave",
                          .source = "ETG1000.6, emergency; CIA301, emergency error codes; MKD, 5.1",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-CoE emergency messages: a fault or a warning came up in the drive, or went away.
+CoE emergency messages: a fault or a warning of the drive began or ended.
 
 ## Why it matters
-It is the drive's own account of what is wrong, often before the status word or the AL state shows it.
+The drive itself reports what is wrong, often before the status word or the AL state shows it.
 
 ## How it is decided
-Every emergency is reported, folded by error code and error register. A fault is an error; a warning of the drive
-(n-codes) is a warning; "error free" (0x0000) is an info. The meaning comes from the family's table of codes. Where its
-manual has none, from that of a sister family of the same vendor (marked inferred), else from the classes of the
-standard, which do not tell faults from warnings: an error.
+Every emergency is reported. Emergencies with the same error code and error register count as repetitions.
+
+- A fault is an error.
+- A warning of the drive (n-codes) is a warning.
+- "Error free" (0x0000) is an info.
+
+The meaning comes from the family's table of codes. If its manual has none, it comes from a sister family of the same
+vendor, and the finding is inferred. Otherwise it comes from the classes of the standard. These do not distinguish
+faults and warnings: such an emergency is an error.
 
 ## Example
-samples/captures/emergency.pcapng: code 0x7305 with error register 0x01 and the manufacturer's bytes 11 22 33 44 55.
+samples/captures/emergency.pcapng: code 0x7305 with error register 0x01 and manufacturer data 11 22 33 44 55.
 
 ## What to do
-Look the code up in the drive's manual, by its own number (F..., n...) where it has one, and remove the cause.
+Find the code in the drive's manual, by the drive's own number (F..., n...) if it has one, and remove the cause.
 )"};
 
 class EmcyReceived final : public Rule {
@@ -47,31 +90,23 @@ class EmcyReceived final : public Rule {
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
     const events::EmergencyInfo known = events::FindEmergency(context().slave(e.slave).profile, e.data.error_code);
     const bool exact = known.code != nullptr && known.code->code == known.code->last_code;
-    const std::string meaning = known.code == nullptr ? std::string() : Meaning(*known.code, exact);
     const Severity severity = SeverityOf(e.data.error_code, known.code);
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.frame;
+    Finding finding = Found(severity == Severity::kInfo ? kErrorFree : kEmergency, e.slave, e.frame);
     finding.confidence = known.inferred ? Confidence::kInferred : Confidence::kObserved;
-    finding.title = "Emergency " + Hex(e.data.error_code) + (meaning.empty() ? "" : ": " + meaning);
-    finding.message = severity == Severity::kInfo ? "The slave says that it is free of errors again: emergency "
-                                                  : "The slave reports an emergency with error code ";
-    finding.message += Hex(e.data.error_code);
-    if (!meaning.empty()) finding.message += " (" + meaning + ")";
-    finding.message += ", error register " + Hex(e.data.error_register, 2) + RegisterText(e.data.error_register) +
-                       ", manufacturer data " + HexBytes(e.data.data) + ".";
-    if (known.inferred) {
-      finding.message += " The meaning is that of a sister family (" + known.code->source +
-                         "): the manual of this one lists no codes.";
-    } else if (known.code == nullptr) {
-      finding.message += " No table has this code.";
+    finding.Set("error_code", arg::Code(e.data.error_code));
+    if (known.code != nullptr) {
+      if (!known.code->id.empty()) finding.Set("id", arg::Text(known.code->id));
+      finding.Set("meaning", arg::Text(known.code->text)).Set("of_class", arg::Flag(!exact));
+      if (known.code->text.size() > kTitleBytes) {
+        finding.Set("short_meaning", arg::Text(Shortened(known.code->text, kTitleBytes - 4)));
+      }
+      if (known.inferred) finding.Set("source", arg::Text(known.code->source));
     }
-    if (severity != Severity::kInfo) finding.message += " Look the code up in the drive's manual.";
-    finding.evidence.push_back(HexNumber("error_code", e.data.error_code));
-    if (known.code != nullptr && !known.code->id.empty()) finding.evidence.push_back(Text("id", known.code->id));
-    if (known.code != nullptr) finding.evidence.push_back(Text("meaning", known.code->text));
-    finding.evidence.push_back(HexNumber("error_register", e.data.error_register));
-    finding.evidence.push_back(Text("data", HexBytes(e.data.data)));
+    finding.Set("error_register", arg::Hex(e.data.error_register, 2));
+    if (std::vector<Value> bits = BitsOf(e.data.error_register); !bits.empty()) {
+      finding.Set("register_bits", arg::List(std::move(bits)));
+    }
+    finding.Set("data", arg::Bytes(e.data.data));
     if (known.code != nullptr) finding.reference = ReferenceTo(known.code->source);
     Report(key, severity, std::move(finding));
   }
@@ -79,9 +114,8 @@ class EmcyReceived final : public Rule {
   void Finish() override { (void)NotEvaluableWithoutReturns(); }
 
  private:
-  static std::string Meaning(const device::EmergencyCode& code, bool exact) {
-    return (code.id.empty() ? "" : code.id + " ") + (exact ? "" : "class ") + code.text;
-  }
+  /// Room for the meaning in a title.
+  static constexpr std::size_t kTitleBytes = 46;
 
   static Severity SeverityOf(std::uint16_t code, const device::EmergencyCode* known) {
     if (code == 0) return Severity::kInfo;
@@ -97,15 +131,12 @@ class EmcyReceived final : public Rule {
     return Severity::kError;
   }
 
-  /// Bits of object 1001h.
-  static std::string RegisterText(std::uint8_t value) {
-    constexpr std::string_view kBits[] = {"generic",       "current",        "voltage",  "temperature",
-                                          "communication", "device profile", "reserved", "manufacturer"};
-    std::string out;
+  static std::vector<Value> BitsOf(std::uint8_t error_register) {
+    std::vector<Value> bits;
     for (unsigned bit = 0; bit < 8; ++bit) {
-      if ((value >> bit & 1U) != 0) out += (out.empty() ? "" : ", ") + std::string(kBits[bit]);
+      if ((error_register >> bit & 1U) != 0) bits.push_back(arg::Of(kRegisterBits[bit]));
     }
-    return out.empty() ? out : " (" + out + ")";
+    return bits;
   }
 };
 

@@ -1,4 +1,3 @@
-#include <string>
 #include <string_view>
 #include <utility>
 
@@ -6,7 +5,6 @@
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
-#include "decoder/base/text.h"
 #include "decoder/base/wrapping.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/mailbox/foe.h"
@@ -15,6 +13,55 @@
 namespace ecaudit::foe_error {
 namespace {
 
+constexpr FindingKind kFailed{
+    .name = "failed",
+    .title = "FoE {service} failed: {error_code}",
+    .message =
+        R"({error_by} ends the FoE {service} of [file "{file_name}"][{!file_name}a file whose name is not in the
+capture] with error {error_code}[ and the text "{error_text}"].[{?undefined} The standard does not define this code.]
+{bytes} {bytes?was|were} transferred in {packets}.[ The transfer includes {busy}.][ {packet_errors}
+{packet_errors?is|are} out of order, first in {packet_error_frame}.])",
+    .next = "[{?caused}Correct the cause.][{!caused}{advice}.]",
+    .identity = "service file_name error_code"};
+
+constexpr FindingKind kUnfinished{
+    .name = "unfinished",
+    .title = "FoE {service} not finished {ended}",
+    .message = R"(The FoE {service} of [file "{file_name}"][{!file_name}a file whose name is not in the capture] was not
+finished {ended}. {bytes} {bytes?was|were} transferred in {packets}, up to {frame}.[ Nothing of it follows for
+{silent_ms}.][ The transfer includes {busy}.][ {packet_errors} {packet_errors?is|are} out of order, first in
+{packet_error_frame}.])",
+    .next =
+        R"([{?caused}Correct the cause.][{!caused}Finish the transfer, or end it with an error message, before the next
+request.])",
+    .identity = "service file_name ended"};
+
+constexpr const FindingKind* kKinds[] = {&kFailed, &kUnfinished};
+
+constexpr Word kRead{"read", "upload"};
+constexpr Word kWrite{"write", "download"};
+constexpr Word kNextBegan{"superseded", "before the next one began"};
+constexpr Word kSentToInit{"reset", "before the slave was sent to INIT"};
+constexpr Word kNothingFollows{"capture-end", "by the end of the capture"};
+constexpr Word kTransfer{"file-transfer", "a file transfer"};
+constexpr Word kEndOfTransfer{"end-of-file-transfer", "the end of a file transfer"};
+constexpr Word kAnswers{"file-transfer-answers", "the answers to a file transfer", true};
+
+constexpr Word kCheckName{"check-file-name",
+                          "Check the name of the file: many devices accept only the names in their manual"};
+constexpr Word kCheckPassword{"check-password", "Check the password of the request, and whether the device is locked"};
+constexpr Word kCheckMemory{"check-memory",
+                            "Compare the size of the file with the memory of the device: the device cannot store it"};
+constexpr Word kOtherOperation{"other-operation",
+                               "Do not use this operation: the device does not offer it for this file"};
+constexpr Word kCheckPackets{"check-packet-numbers", "Check the packet numbers: one was lost or sent twice"};
+constexpr Word kDeleteFirst{"delete-file", "Delete the file first, or use another name"};
+constexpr Word kGoToBoot{"go-to-boot", "Bring the slave to BOOT first"};
+constexpr Word kGoToPreop{"go-to-preop", "Bring the slave to PREOP first: it does not accept this file in BOOT"};
+constexpr Word kCompareFile{
+    "compare-file", "Compare version and checksum of the file: it is damaged, or it is not made for this device"};
+constexpr Word kFindInManual{"find-in-manual", "Find the code in the manual of the device"};
+
 constexpr RuleInfo kInfo{.id = "foe-error",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
@@ -22,29 +69,44 @@ constexpr RuleInfo kInfo{.id = "foe-error",
                          .title = "A file transfer ends with an error or never ends",
                          .needs = "the FoE messages of both directions",
                          .source = "ETG1000.6, file access over EtherCAT",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-File transfers (FoE) that end with an error message of the slave or of the master, and such that were answered but
-never finished: the error code and its meaning, the text the slave sends, the file, and how far the transfer came.
+File transfers (FoE) that end with an error message of the slave or the master, and transfers that the slave answered
+but that never finished. The finding has the error code and its meaning, the text of the slave, the file name, and the
+number of bytes transferred.
 
 ## Why it matters
-A firmware or parameter file that was transferred in part leaves the device without it, or in BOOT until somebody
-repeats the download.
+After a partial transfer the device has no firmware or parameter file. It may stay in BOOT until the download is
+repeated.
 
 ## How it is decided
-An error message (operation 5) ends the transfer; codes with and without the leading 0x8000 mean the same. A transfer
-never ends where the next one begins before its last packet was acknowledged, where the slave is sent to INIT before,
-or where nothing of it follows for a second before the capture ends (limit `foe-error`). A request that the slave never
-answered at all belongs to mailbox-no-response, one that it answers with a mailbox error to mailbox-error-reply. Where
-frames are missing in the capture, or its answers, nothing is said of the end.
+An error message (operation 5) ends the transfer. Codes with and without the leading 0x8000 mean the same.
+
+A transfer is unfinished in these cases:
+
+- The next transfer begins before its last packet is acknowledged.
+- The slave is sent to INIT before.
+- Nothing of it follows for 1 s before the capture ends (limit `foe-error`).
+
+Not reported are:
+
+- a request that the slave never answered (mailbox-no-response)
+- a request that it answered with a mailbox error (mailbox-error-reply)
+- the end of a transfer if the capture misses frames or all answers
 
 ## Example
 tests/rules/foe-error/violates.trace: a download that ends with 0x8002.
 
 ## What to do
-0x8001 name of the file; 0x8002, 0x8007, 0x800A rights and password; 0x8003, 0x8011 memory of the device; 0x8005
-packets that were lost or repeated; 0x8008 bring the slave to BOOT first; 0x800C, 0x800D, 0x8010, 0x8012 the file is not
-for this device or is damaged.
+Use the error code:
+
+- 0x8001: name of the file
+- 0x8002, 0x8007, 0x800A: rights and password
+- 0x8003, 0x8011: memory of the device
+- 0x8005: lost or repeated packets
+- 0x8008: bring the slave to BOOT first
+- 0x800C, 0x800D, 0x8010, 0x8012: the file is damaged or not made for this device
 )"};
 
 class FoeError final : public Rule {
@@ -59,14 +121,14 @@ class FoeError final : public Rule {
       case Outcome::kMailboxError:
         return;
       case Outcome::kNotCaptured:
-        NotEvaluable(t.slave, "the answers to a file transfer are not in the capture", frame.number);
+        NotEvaluable(t.slave, ReasonCode::kNotInCapture, kAnswers, frame.number);
         return;
       case Outcome::kGap:
-        NotEvaluable(t.slave, "frames are missing from the capture while a file was transferred", frame.number);
+        NotEvaluable(t.slave, ReasonCode::kMissesPackets, kEndOfTransfer, frame.number);
         return;
       case Outcome::kCaptureEnd:
         if (t.answered && !Stalled(t, frame)) {
-          NotEvaluable(t.slave, "the capture ends while a file is transferred", frame.number);
+          NotEvaluable(t.slave, ReasonCode::kCaptureEnds, kTransfer, frame.number);
           return;
         }
         break;
@@ -77,26 +139,20 @@ class FoeError final : public Rule {
     }
     if (t.outcome != Outcome::kError && !t.answered) return;
     if (t.outcome != Outcome::kError && MissesAny(context().pairing())) {
-      NotEvaluable(t.slave, "frames are missing from the capture while a file was transferred", frame.number);
+      NotEvaluable(t.slave, ReasonCode::kMissesPackets, kEndOfTransfer, frame.number);
       return;
     }
-    Tell(t, frame);
+    ReportTransfer(t, frame);
   }
 
   void Finish() override { (void)NotEvaluableWithoutReturns(); }
 
  private:
-  /// Nothing of it followed although the capture went on.
+  /// Nothing of it follows although the capture continues.
   [[nodiscard]] bool Stalled(const mailbox::FoeTransfer& t, const FrameRef& frame) const {
     const FrameRef& end = context().statistics().last;
     return frame.has_time && end.has_time && t.answered &&
            end.time - frame.time >= context().Limit(kInfo.id, kMailboxAnswerLimit);
-  }
-
-  static std::string CodeText(std::uint32_t code) {
-    const std::string_view meaning = mailbox::FoeErrorText(code);
-    return Hex(code) +
-           (meaning.empty() ? ", a code without a meaning in the standard" : " (" + std::string(meaning) + ")");
   }
 
   static std::uint64_t KeyOf(const mailbox::FoeTransfer& t) {
@@ -109,92 +165,80 @@ class FoeError final : public Rule {
     return key;
   }
 
-  static std::string EndText(const mailbox::FoeTransfer& t) {
+  static const Word& EndOf(const mailbox::FoeTransfer& t) {
     using Outcome = mailbox::FoeTransfer::Outcome;
-    if (t.outcome == Outcome::kSuperseded) return "was not finished when the next one began";
-    if (t.outcome == Outcome::kReset) return "was not finished when the slave was sent to INIT";
-    return "was not finished, and nothing of it follows until the capture ends";
+    if (t.outcome == Outcome::kSuperseded) return kNextBegan;
+    return t.outcome == Outcome::kReset ? kSentToInit : kNothingFollows;
   }
 
-  void Tell(const mailbox::FoeTransfer& t, const FrameRef& frame) {
+  void ReportTransfer(const mailbox::FoeTransfer& t, const FrameRef& frame) {
     const std::uint64_t key = KeyOf(t);
     if (const FindingIndex known = Repeat(t.slave, key, frame); known != kNoFinding) {
       AddRelated(context().store[known], t.request.number);
       return;
     }
     const bool failed = t.outcome == mailbox::FoeTransfer::Outcome::kError;
-    const bool by_slave = t.error_by == mailbox::Direction::kIn;
-    const std::string kind = t.write ? "Download" : "Upload";
-    const std::string file = t.file_name.empty() ? std::string("a file whose name is not in the capture")
-                                                 : '"' + Printable(t.file_name) + '"';
-    const std::string so_far = Count(t.bytes, "byte") + " in " + Count(t.packets, "packet");
-    Finding finding;
-    finding.slave = t.slave;
-    finding.first = frame;
+    Finding finding = Found(failed ? kFailed : kUnfinished, t.slave, frame);
     finding.confidence = ConfidenceOf(t.certainty);
-    finding.title = kind + " of " + file + (failed ? " ends with error " + CodeText(t.error_code) : " never ends");
-    finding.message =
-        "The file transfer" +
-        (t.request.seen() ? " that frame " + std::to_string(t.request.number) + " requests" : std::string()) + " (" +
-        (t.write ? "to" : "from") + " the slave, " + file + ") ";
+    finding.Set("service", arg::Of(t.write ? kWrite : kRead));
+    if (!t.file_name.empty()) finding.Set("file_name", arg::Text(t.file_name));
+    finding.Set("bytes", arg::Count(t.bytes, "byte")).Set("packets", arg::Count(t.packets, "packet"));
     if (failed) {
-      finding.message +=
-          std::string("is ended by the ") + (by_slave ? "slave" : "master") + " with error " + CodeText(t.error_code);
-      if (!t.error_text.empty()) finding.message += ", text \"" + Printable(t.error_text) + '"';
+      SetError(finding, t);
     } else {
-      finding.message += EndText(t);
+      finding.Set("ended", arg::Of(EndOf(t)));
+      if (t.outcome == mailbox::FoeTransfer::Outcome::kCaptureEnd) {
+        finding.Set("silent_ms", arg::Ms(context().statistics().last.time - frame.time));
+      }
     }
-    finding.message += ", after " + so_far;
-    if (t.busy > 0) finding.message += ", busy " + Count(t.busy, "time");
+    if (t.busy > 0) finding.Set("busy", arg::Count(t.busy, "busy message"));
     if (t.packet_errors > 0) {
-      finding.message += ", " + Count(t.packet_errors, "packet number") + " out of order (first in frame " +
-                         std::to_string(t.packet_error.number) + ")";
+      finding.Set("packet_errors", arg::Count(t.packet_errors, "packet number"))
+          .Set("packet_error_frame", arg::Frame(t.packet_error.number));
       AddRelated(finding, t.packet_error.number);
-    }
-    finding.message += ". " + (failed ? Advice(t.error_code)
-                                      : "Finish it, or end it by an error message, before anything "
-                                        "else is done with the slave.");
-    finding.evidence.push_back(Text("service", t.write ? "write" : "read"));
-    if (!t.file_name.empty()) finding.evidence.push_back(Text("file_name", Printable(t.file_name)));
-    finding.evidence.push_back(Number("bytes", static_cast<std::int64_t>(t.bytes)));
-    finding.evidence.push_back(Number("packets", t.packets));
-    if (failed) {
-      finding.evidence.push_back(HexNumber("error_code", t.error_code));
-      finding.evidence.push_back(Text("error_by", by_slave ? "slave" : "master"));
     }
     AddRelated(finding, t.request.number);
     Report(key, std::move(finding));
   }
 
-  static std::string Advice(std::uint32_t code) {
+  static void SetError(Finding& finding, const mailbox::FoeTransfer& t) {
+    const std::string_view meaning = mailbox::FoeErrorText(t.error_code);
+    finding.Set("error_code", arg::Code(t.error_code, meaning))
+        .Set("error_by", SenderValue(t.error_by))
+        .Set("undefined", arg::Flag(meaning.empty()))
+        .Set("advice", arg::Of(AdviceFor(t.error_code)));
+    if (!t.error_text.empty()) finding.Set("error_text", arg::Text(t.error_text));
+  }
+
+  static const Word& AdviceFor(std::uint32_t code) {
     switch (code & ~std::uint32_t{0x8000}) {
       case 1:
       case 0xF:
-        return "Check the name of the file: many devices take only the names that their manual lists.";
+        return kCheckName;
       case 2:
       case 7:
       case 0xA:
-        return "Check the password of the request, and whether the device is locked.";
+        return kCheckPassword;
       case 3:
       case 0x11:
-        return "The device cannot store it: look at the size of the file, and at its memory.";
+        return kCheckMemory;
       case 4:
-        return "The device does not offer this operation for this file.";
+        return kOtherOperation;
       case 5:
-        return "Look at the packet numbers: one was lost or sent twice.";
+        return kCheckPackets;
       case 6:
-        return "Delete the file first, or take another name.";
+        return kDeleteFirst;
       case 8:
-        return "Bring the slave to BOOT first.";
+        return kGoToBoot;
       case 9:
-        return "Bring the slave to PREOP first: this file is not taken in BOOT.";
+        return kGoToPreop;
       case 0xC:
       case 0xD:
       case 0x10:
       case 0x12:
-        return "The file is damaged, or not made for this device: compare its version and checksum.";
+        return kCompareFile;
       default:
-        return "Look the code up in the manual of the device.";
+        return kFindInManual;
     }
   }
 };

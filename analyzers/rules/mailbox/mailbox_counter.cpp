@@ -6,40 +6,69 @@
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
-#include "decoder/base/text.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/pipeline.h"
 
 namespace ecaudit::mailbox_counter {
 namespace {
 
+constexpr FindingKind kRepeated{
+    .name = "repeated",
+    .title = "Mailbox counter {counter} {direction} after {before}, {expected} expected",
+    .message = R"(The {protocol} message {direction} in {frame} has counter {counter}. The message before it, in
+{before_frame}, has counter {before} too, so {expected} has to follow.[{?from_master} A slave treats a request with the
+counter of the last one as a repetition and drops it.][{!from_master} A master may treat the message as a repetition and
+drop it.])",
+    .next =
+        R"([{?caused}Correct the cause.][{!caused}Correct the [{?from_master}master][{!from_master}slave]: each new
+message needs the next counter.])",
+    .identity = "direction"};
+
+constexpr FindingKind kSkipped{
+    .name = "skipped",
+    .title = "Mailbox counter {counter} {direction} after {before}, {expected} expected",
+    .message = R"(The {protocol} message {direction} in {frame} has counter {counter}. The message before it, in
+{before_frame}, has counter {before}, so {expected} has to follow. [{?from_master}A message was lost, or the master
+counts wrong.][{!from_master}A message of the slave was lost, or the slave counts wrong. Some slaves count emergencies
+separately.])",
+    .next = R"([{?caused}Correct the cause.][{!caused}Check for lost messages, then the counter of the
+[{?from_master}master][{!from_master}slave].])",
+    .identity = "direction"};
+
+constexpr const FindingKind* kKinds[] = {&kRepeated, &kSkipped};
+
 constexpr RuleInfo kInfo{.id = "mailbox-counter",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kWarning,
                          .title = "The mailbox counter does not advance through 1 to 7",
-                         .needs = "two messages in the same direction with no gap between them",
+                         .needs = "two messages in the same direction without a capture gap between them",
                          .source = "ETG1000.4, mailbox; ESC-1, mailbox",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
 The counter in byte 5 of each mailbox message against that of the message before it in the same direction: 1 to 7, then
 1 again.
 
 ## Why it matters
-The receiver tells a repetition from a new message by the counter. A slave drops a request whose counter it has just
-seen, and the master then waits for an answer that never comes; a skipped number means that a message got lost.
+The counter shows the receiver whether a message is new or a repetition. A slave drops a request with the counter of the
+last one, and the master waits for a response that never comes. A skipped number means that a message was lost.
 
 ## How it is decided
-Counter 0 means that the sender does not count (IgH and TwinCAT requests): not judged. Not judged either: the first
-message after a start, a gap or a lost frame; a request repeated with its counter; the answer to a repeat request; and
-slaves that answer with the counter of the request. What the vendor manuals print about these bits ("reserved") is an
-error of theirs: their drives count as the standard says.
+The counter has to be the next one. Not evaluated are:
+
+- counter 0: the sender does not count (requests of IgH and TwinCAT)
+- the first message after a start, a capture gap or a lost frame
+- a request that is repeated with its counter, and the response to a repeat request
+- slaves that respond with the counter of the request
+
+The vendor manuals call these bits reserved. That is an error of the manuals: the drives count as in the standard.
 
 ## Example
-samples/captures/mailbox-counter.pcapng: the answer in frame 148 has counter 3 after 1.
+samples/captures/mailbox-counter.pcapng: the response in frame 148 has counter 3 after 1.
 
 ## What to do
-In the master: one counter for all protocols of a slave, started again at 1 after INIT. In a slave: one counter for all
-that it sends, emergencies included.
+- Master: use one counter for all protocols of a slave, and start at 1 again after INIT.
+- Slave: use one counter for all messages that it sends, including emergencies.
 )"};
 
 class MailboxCounter final : public Rule {
@@ -67,31 +96,15 @@ class MailboxCounter final : public Rule {
     }
     const std::uint64_t key = static_cast<std::uint64_t>(m.direction) << 1U | (same ? 1U : 0U);
     const unsigned expected = mailbox::NextCounter(before.counter);
-    Finding finding;
-    finding.slave = m.slave;
-    finding.first = m.frame();
+    Finding finding = Found(same ? kRepeated : kSkipped, m.slave, m.frame());
     finding.confidence = ConfidenceOf(m.window_inferred ? Certainty::kInferred : Certainty::kObserved);
-    finding.title = "Mailbox counter " + std::to_string(m.header.counter) + " " + WhichWay(m.direction) + " after " +
-                    std::to_string(before.counter) + ", " + std::to_string(expected) + " expected";
-    finding.message = "The " + Name(m.header.protocol) + " message " + WhichWay(m.direction) + " in frame " +
-                      std::to_string(m.frame().number) + " has counter " + std::to_string(m.header.counter) +
-                      "; the one before it, in frame " + std::to_string(before.frame) + ", had " +
-                      std::to_string(before.counter) + ", so " + std::to_string(expected) + " has to follow. ";
-    if (m.direction == mailbox::Direction::kOut) {
-      finding.message +=
-          same ? "A slave takes a request with the counter of the last one for a repetition and drops it: "
-                 "the master has to count on."
-               : "The master skipped numbers: a message was lost on its way, or the master counts "
-                 "wrong.";
-    } else {
-      finding.message += same ? "A master may take it for a repetition and drop it: the slave has to count on."
-                              : "A message of the slave was lost, or the slave counts wrong (some number emergencies "
-                                "by themselves).";
-    }
-    finding.evidence.push_back(Text("direction", std::string(Name(m.direction))));
-    finding.evidence.push_back(Number("counter", m.header.counter));
-    finding.evidence.push_back(Number("expected", expected));
-    finding.evidence.push_back(Number("before", before.counter));
+    finding.Set("direction", DirectionValue(m.direction))
+        .Set("protocol", ProtocolValue(m.header.protocol))
+        .Set("counter", arg::Number(m.header.counter))
+        .Set("expected", arg::Number(expected))
+        .Set("before", arg::Number(before.counter))
+        .Set("before_frame", arg::Frame(before.frame))
+        .Set("from_master", arg::Flag(m.direction == mailbox::Direction::kOut));
     AddRelated(finding, before.frame);
     deferred_.Add({before.frame, key, std::move(finding)});
     deferred_.SettleOld([this](DeferredFinding&& d) { Settle(std::move(d)); });

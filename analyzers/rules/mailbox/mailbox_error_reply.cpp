@@ -1,44 +1,82 @@
 #include <map>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
-#include "decoder/base/text.h"
 #include "decoder/mailbox/error_reply.h"
 #include "decoder/mailbox/events.h"
 
 namespace ecaudit::mailbox_error_reply {
 namespace {
 
+constexpr FindingKind kErrorReply{.name = "error-reply",
+                                  .title = "Mailbox error {detail}",
+                                  .message = R"(The slave answers [the [SDO request for {object}][{!object}{protocol}
+request] in {request_frame}][{!request_frame}a message that is not in the capture] with mailbox error
+{detail}.[{?undefined} The standard does not define this code.] The request had no effect.[ The reply has type {type},
+the standard has 0x0001.])",
+                                  .next = "[{?caused}Correct the cause.][{!caused}{advice}.]",
+                                  .identity = "detail protocol object"};
+
+constexpr NoteKind kTransferOpen{
+    .name = "transfer-open",
+    .text =
+        R"(The transfer that began in {transfer_frame} was neither finished nor aborted before. The slave probably still
+keeps it open.)"};
+
+constexpr const FindingKind* kKinds[] = {&kErrorReply};
+constexpr const NoteKind* kNotes[] = {&kTransferOpen};
+
+constexpr Word kNotSupported{
+    "not-supported", "Do not send it to this slave: see its EEPROM (word 0x1C) and manual for what it supports"};
+constexpr Word kBusy{"finish-before", "Finish or abort the earlier request first: the slave is busy with it"};
+constexpr Word kCheckHeader{"check-header", "Check the header and the length of the request"};
+
 constexpr RuleInfo kInfo{.id = "mailbox-error-reply",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
                          .needs_no_history = true,
                          .title = "The slave answers a request with a mailbox error",
-                         .needs = "what the slave put into its mailbox",
+                         .needs = "the messages in the mailbox of the slave",
                          .source = "ETG1000.4, mailbox error service",
+                         .kinds = kKinds,
+                         .notes = kNotes,
                          .doc = R"(
 ## What it checks
-Messages of type 0 from the slave: it could not do anything with a message of the master. The detail says why: 1 header
-syntax, 2 protocol not supported, 3 channel, 4 service not supported, 5 header invalid, 6 too short, 7 no memory,
-8 inconsistent length, 9 service already in work.
+Messages of type 0 from the slave: the slave cannot use a message of the master. The detail is the reason:
+
+- 1: header syntax
+- 2: protocol not supported
+- 3: channel
+- 4: service not supported
+- 5: header invalid
+- 6: too short
+- 7: no memory
+- 8: inconsistent length
+- 9: service already in work
 
 ## Why it matters
-Many masters do not take it for the answer and wait until their time-out; whatever was requested did not happen.
+Many masters do not accept it as the answer and wait until their time-out. The request had no effect.
 
 ## How it is decided
-The reply names no request. It is taken to answer the outstanding request with the same counter, else the latest one
-without an answer. Where that request's protocol is not supported at all, caused_by names mailbox-unsupported-protocol;
-where the slave says that it is busy or out of memory (7, 9) and a segmented transfer was left unfinished before,
-caused_by names sdo-incomplete.
+The reply names no request. It belongs to the outstanding request with the same counter, else to the latest one without
+an answer.
+
+- If the slave does not support the protocol of that request, caused_by names mailbox-unsupported-protocol.
+- If the slave is busy or has no memory (7, 9) after a segmented transfer that was left unfinished, caused_by names
+  sdo-incomplete.
 
 ## Example
 samples/captures/foe-unsupported.pcapng: an FoE request to a drive without FoE, answered with detail 2.
 
 ## What to do
-Look at the detail and at the request it answers. For 7 and 9 finish or abort the transfer before.
+Check the detail and the request that it answers. For 7 and 9 finish or abort the earlier transfer first.
 )"};
 
+constexpr std::uint16_t kServiceNotSupported = 4;
 constexpr std::uint16_t kNoMemory = 7;
 constexpr std::uint16_t kInWork = 9;
 
@@ -56,24 +94,17 @@ class MailboxErrorReplyRule final : public Rule {
       AddRelated(context().store[known], e.request.frame.number);
       return;
     }
-    const std::string text(mailbox::MailboxErrorText(e.detail));
-    const bool request_known = e.request.frame.seen();
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.frame;
-    finding.title = "Mailbox error " + Hex(e.detail) + (text.empty() ? "" : ": " + text);
-    finding.message = "The slave answers " +
-                      (request_known ? RequestText(e.request) + " in frame " + std::to_string(e.request.frame.number)
-                                     : std::string("a message that is not in the capture")) +
-                      " with mailbox error " + Hex(e.detail) +
-                      (text.empty() ? ", a code without a meaning in the standard" : " (" + text + ")") +
-                      ". What was requested did not happen. " + Advice(e.detail);
-    if (e.type != 1) {
-      finding.message += " The reply has type " + Hex(e.type) + " where the standard has 0x0001.";
+    const std::string_view text = mailbox::MailboxErrorText(e.detail);
+    Finding finding = Found(kErrorReply, e.slave, e.frame);
+    finding.Set("detail", arg::Code(e.detail, text))
+        .Set("undefined", arg::Flag(text.empty()))
+        .Set("advice", arg::Of(AdviceFor(e.detail)));
+    if (!text.empty()) finding.Set("meaning", arg::Text(text));
+    if (e.request.frame.seen()) {
+      SetRequest(finding.arguments, e.request);
+      finding.Set("request_frame", arg::Frame(e.request.frame.number));
     }
-    finding.evidence.push_back(HexNumber("detail", e.detail));
-    if (!text.empty()) finding.evidence.push_back(Text("meaning", text));
-    if (request_known) finding.evidence.push_back(Text("protocol", Name(e.request.protocol)));
+    if (e.type != 1) finding.Set("type", arg::Hex(e.type));
     AddRelated(finding, e.request.frame.number);
     const FindingIndex index = Report(key, std::move(finding));
     const auto left = unfinished_.find(e.slave);
@@ -86,7 +117,7 @@ class MailboxErrorReplyRule final : public Rule {
     if (transfer.outcome == mailbox::SdoOutcome::kSuperseded && transfer.answered) {
       unfinished_[transfer.slave] = transfer.request.seen() ? transfer.request.number : transfer.last.number;
     } else if (transfer.answered && transfer.outcome != mailbox::SdoOutcome::kMailboxError) {
-      unfinished_.erase(transfer.slave);  // the slave takes new transfers again
+      unfinished_.erase(transfer.slave);  // the slave accepts new transfers again
     }
   }
 
@@ -97,22 +128,21 @@ class MailboxErrorReplyRule final : public Rule {
       if (findings[index].caused_by != kNoFinding) continue;
       findings[index].caused_by = context().ExplanationOf(findings[index].slave, request);
       if (findings[index].caused_by == kNoFinding) continue;
-      findings[index].message += " The transfer begun in frame " + std::to_string(request) +
-                                 " was neither finished nor aborted before: the slave probably still holds it.";
+      findings[index].Add(kTransferOpen, {{"transfer_frame", arg::Frame(request)}});
     }
   }
 
  private:
-  static std::string Advice(std::uint16_t detail) {
+  static const Word& AdviceFor(std::uint16_t detail) {
     switch (detail) {
-      case 2:
-      case 4:
-        return "Do not send it to this slave; its EEPROM (word 0x1C) and manual say what it supports.";
+      case mailbox::kUnsupportedProtocol:
+      case kServiceNotSupported:
+        return kNotSupported;
       case kNoMemory:
       case kInWork:
-        return "The slave is busy with an earlier request: finish or abort that one first.";
+        return kBusy;
       default:
-        return "Check the header and the length of the request.";
+        return kCheckHeader;
     }
   }
 

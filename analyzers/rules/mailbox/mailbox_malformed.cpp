@@ -3,41 +3,97 @@
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
-#include "decoder/base/text.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/track/network.h"
 
 namespace ecaudit::mailbox_malformed {
 namespace {
 
+constexpr FindingKind kMalformed{
+    .name = "malformed",
+    .title = "Malformed mailbox message {direction}: {problem}",
+    .message =
+        R"(The {protocol} message {direction} in {frame} is malformed: {explanation}. Its header has length {length},
+type {type} and counter {counter}.[ The mailbox has {mailbox_length}, 6 of them for the header.] [{?from_master}The
+slave can only drop the message or answer with a mailbox error.][{!from_master}The master cannot use the message.])",
+    .next = R"([{?caused}Correct the cause.][{!caused}[{?from_master}Correct the code of the master that builds the
+message.][{!from_master}Report this frame to the vendor of the slave: its mailbox code is wrong.]])",
+    .identity = "problem direction protocol"};
+
+constexpr FindingKind kInfoTooShort{
+    .name = "sdo-information-too-short",
+    .title = "Malformed SDO information response: shorter than its fixed fields",
+    .message =
+        R"(The SDO information response in {frame} ends before its fixed fields: the length in the mailbox header is too
+small.[ Abort code {abort_code} follows the end of the message: the slave counts its error response too short.] A master
+that checks the length does not get the reason.)",
+    .next = R"([{?caused}Correct the cause.][{!caused}Report this frame to the vendor of the slave: its mailbox code is
+wrong.])"};
+
+constexpr const FindingKind* kKinds[] = {&kMalformed, &kInfoTooShort};
+
+/// Each problem in a title, and in a sentence.
+struct ProblemWords {
+  Word problem;
+  Word explanation;
+};
+constexpr ProblemWords kNoHeader{{"no-header", "incomplete header"},
+                                 {"no-header", "fewer than the 6 bytes of the mailbox header were transferred"}};
+constexpr ProblemWords kLengthZero{{"length-zero", "length 0"}, {"length-zero", "the length field is 0"}};
+constexpr ProblemWords kBeyondMailbox{{"length-beyond-mailbox", "longer than the mailbox"},
+                                      {"length-beyond-mailbox", "the length field is larger than the mailbox"}};
+constexpr ProblemWords kBeyondData{
+    {"length-beyond-data", "bytes are missing"},
+    {"length-beyond-data", "fewer bytes were transferred than the length field requires"}};
+constexpr ProblemWords kReservedBit{{"reserved-bit", "reserved bit set"},
+                                    {"reserved-bit", "the reserved bit after the counter is set"}};
+constexpr ProblemWords kUnknownType{{"unknown-type", "reserved type number"},
+                                    {"unknown-type", "the protocol type is a reserved number"}};
+constexpr ProblemWords kServiceTooShort{{"service-too-short", "too short for its service"},
+                                        {"service-too-short", "the length is too short for the service"}};
+constexpr ProblemWords kServiceInvalid{{"service-invalid", "reserved service number"},
+                                       {"service-invalid", "the service, operation or command is a reserved number"}};
+constexpr ProblemWords kNotCompleted{
+    {"not-completed", "last byte not accessed"},
+    {"not-completed", "the last byte of the mailbox was not accessed before the next message began"}};
+
+constexpr Word kFieldsMissing{"fixed-fields-missing", "fixed fields are missing"};
+constexpr Word kMailboxSettings{"mailbox-settings", "the settings of sync managers 0 and 1", true};
+
 constexpr RuleInfo kInfo{.id = "mailbox-malformed",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
                          .needs_no_history = true,
-                         .title = "A mailbox message is malformed: its lengths or fields do not fit",
+                         .title = "Lengths or fields of a mailbox message are inconsistent",
                          .needs = "the settings of sync managers 0 and 1",
                          .source = "ETG1000.4, mailbox; ETG1000.6, CoE",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Each message through a mailbox: the length in its header against the mailbox and the bytes transferred, the reserved
-bit, the type, and whether the protocol's own header and fixed fields fit into the length and have defined values.
+Each mailbox message:
+
+- the length in its header against the mailbox and the bytes transferred
+- the reserved bit and the type
+- whether the header and the fixed fields of the protocol fit into the length and have defined values
 
 ## Why it matters
-The receiver drops such a message or answers with a mailbox error. A message whose last byte was never written stays
-invisible to the slave: the sync manager hands the mailbox over only when its last byte is accessed.
+The receiver drops such a message or answers with a mailbox error. If the last byte of a message was never written, the
+slave does not see the message: the sync manager hands over the mailbox only when its last byte is accessed.
 
 ## How it is decided
-From the bytes of the message as they were written or read. Bytes cut by the snap length are not judged. Bits that
-the vendor manuals call reserved but the standard defines (the counter) are not judged. Where the settings of the
-mailbox sync managers are not in the capture, messages are recognised by their contents, so that malformed ones are not
-found and the rule says so.
+The bytes of the message as they were written or read decide. Not evaluated are:
+
+- bytes cut by the snap length
+- bits that the vendor manuals call reserved but that the standard defines (the counter)
+- slaves whose mailbox sync managers were set before the capture: messages are then recognised by their contents, so
+  malformed ones are not found
 
 ## Example
-A request with length 0, or one of 10 bytes whose SDO part ends behind the command.
+A request with length 0, or a request of 10 bytes whose SDO part ends after the command.
 
 ## What to do
-From the master: look at the code that builds the message; the length counts the bytes behind the six header bytes.
-From the slave: its mailbox code; note the frame and ask the vendor.
+- Message of the master: check the code that builds it. The length counts the bytes after the 6 header bytes.
+- Message of the slave: report the frame to the vendor of the slave.
 )"};
 
 class MailboxMalformed final : public Rule {
@@ -49,34 +105,26 @@ class MailboxMalformed final : public Rule {
 
   void On(const mailbox::MailboxMessage& m) {
     if (m.window_inferred) {
-      NotEvaluable(m.slave, "sync managers 0 and 1 were set before the capture: malformed messages are not recognised",
-                   m.frame().number);
+      NotEvaluable(m.slave, ReasonCode::kNotInCapture, kMailboxSettings, m.frame().number);
     }
     if (m.problem == mailbox::Problem::kNone || m.repeated) return;
     const std::uint64_t key = static_cast<std::uint64_t>(m.problem) | static_cast<std::uint64_t>(m.direction) << 8U |
                               static_cast<std::uint64_t>(m.header.protocol) << 16U;
     if (Repeat(m.slave, key, m.frame()) != kNoFinding) return;
-    Finding finding;
-    finding.slave = m.slave;
-    finding.first = m.frame();
+    Finding finding = Found(kMalformed, m.slave, m.frame());
     finding.confidence = m.window_inferred ? Confidence::kInferred : Confidence::kObserved;
-    finding.title = "Malformed mailbox message " + WhichWay(m.direction);
-    finding.message = "The " + Name(m.header.protocol) + " message " + WhichWay(m.direction) + " in frame " +
-                      std::to_string(m.frame().number) + " is malformed: " + std::string(Describe(m.problem)) +
-                      ". Its header says " + Count(m.header.length, "byte") + " of type " +
-                      std::to_string(static_cast<unsigned>(m.header.protocol)) + ", counter " +
-                      std::to_string(m.header.counter);
-    const std::optional<std::uint16_t> mailbox_length = LengthOf(m);
-    if (mailbox_length) {
-      finding.message += "; the mailbox has " + Count(*mailbox_length, "byte") + ", six of them for the header";
+    const ProblemWords& words = WordsFor(m.problem);
+    finding.Set("problem", arg::Of(words.problem))
+        .Set("explanation", arg::Of(words.explanation))
+        .Set("direction", DirectionValue(m.direction))
+        .Set("protocol", ProtocolValue(m.header.protocol))
+        .Set("length", arg::Number(m.header.length))
+        .Set("type", arg::Number(static_cast<int>(m.header.protocol)))
+        .Set("counter", arg::Number(m.header.counter))
+        .Set("from_master", arg::Flag(m.direction == mailbox::Direction::kOut));
+    if (const std::optional<std::uint16_t> length = LengthOf(m)) {
+      finding.Set("mailbox_length", arg::Count(*length, "byte"));
     }
-    finding.message += m.direction == mailbox::Direction::kOut
-                           ? ". The slave can only drop it or answer with a mailbox error: correct the master."
-                           : ". The master cannot use it: this is a fault of the slave's mailbox code.";
-    finding.evidence.push_back(Text("problem", std::string(Describe(m.problem))));
-    finding.evidence.push_back(Number("length", m.header.length));
-    finding.evidence.push_back(Number("type", static_cast<int>(m.header.protocol)));
-    if (mailbox_length) finding.evidence.push_back(Number("mailbox_length", *mailbox_length));
     AddRelated(finding, m.first.number == finding.first.number ? 0 : m.first.number);
     Report(key, std::move(finding));
   }
@@ -85,25 +133,41 @@ class MailboxMalformed final : public Rule {
     if (!info.malformed || !info.response.seen()) return;
     constexpr std::uint64_t kKey = 1ULL << 32U;
     if (Repeat(info.slave, kKey, info.response) != kNoFinding) return;
-    Finding finding;
-    finding.slave = info.slave;
-    finding.first = info.response;
-    finding.title = "Malformed SDO information answer from the slave";
-    finding.message =
-        "The SDO information answer in frame " + std::to_string(info.response.number) +
-        " ends before its fixed fields: the length in the mailbox header is too small for what the answer "
-        "has to hold.";
+    Finding finding = Found(kInfoTooShort, info.slave, info.response);
+    finding.Set("problem", arg::Of(kFieldsMissing));
     if (info.abort_code != 0) {
-      finding.message += " Behind the end of the message stands " + Hex(info.abort_code, 8) +
-                         ", a defined abort code: the slave counts its error answer too short.";
+      finding.Set("abort_code", arg::Code(info.abort_code, mailbox::AbortCodeText(info.abort_code), 8));
     }
-    finding.message += " This is a fault of the slave's mailbox code; masters that trust the length see no reason.";
-    finding.evidence.push_back(Text("problem", "fixed fields are missing from the SDO information answer"));
     AddRelated(finding, info.request.number);
     Report(kKey, std::move(finding));
   }
 
  private:
+  static const ProblemWords& WordsFor(mailbox::Problem problem) {
+    switch (problem) {
+      case mailbox::Problem::kNone:
+      case mailbox::Problem::kNoHeader:
+        break;
+      case mailbox::Problem::kLengthZero:
+        return kLengthZero;
+      case mailbox::Problem::kLengthBeyondMailbox:
+        return kBeyondMailbox;
+      case mailbox::Problem::kLengthBeyondData:
+        return kBeyondData;
+      case mailbox::Problem::kReservedBit:
+        return kReservedBit;
+      case mailbox::Problem::kUnknownType:
+        return kUnknownType;
+      case mailbox::Problem::kServiceTooShort:
+        return kServiceTooShort;
+      case mailbox::Problem::kServiceInvalid:
+        return kServiceInvalid;
+      case mailbox::Problem::kNotCompleted:
+        return kNotCompleted;
+    }
+    return kNoHeader;
+  }
+
   [[nodiscard]] std::optional<std::uint16_t> LengthOf(const mailbox::MailboxMessage& m) const {
     const std::size_t number = m.direction == mailbox::Direction::kOut ? 0 : 1;
     const auto sm = context().network().state(m.slave).sync_manager(number, Certainty::kInferred);

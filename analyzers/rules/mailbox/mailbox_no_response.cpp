@@ -1,14 +1,11 @@
 #include <array>
 #include <optional>
-#include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
-#include "decoder/base/text.h"
 #include "decoder/base/time.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/pipeline.h"
@@ -16,39 +13,134 @@
 namespace ecaudit::mailbox_no_response {
 namespace {
 
+constexpr FindingKind kNoResponse{
+    .name = "no-response",
+    .title = "No response to the [SDO request for {object}][{!object}{protocol} request] within {waited_ms}",
+    .message = R"(The master wrote the [SDO request for {object}][{!object}{protocol} request] in {frame}. [It found no
+response in {polls} over {waited_ms}, the last in {last_poll_frame}.][{!last_poll_frame}It got no response within
+{waited_ms}.][ Then it sent the next request in {next_request_frame}.][ Then the mailbox was reset in {reset_frame}.])",
+    .next = "[{?caused}Correct the cause.][{!caused}{advice}.]",
+    .identity = "protocol object"};
+
+constexpr FindingKind kStuck{
+    .name = "out-mailbox-full",
+    .title = "Out mailbox (SM0) full for {waited_ms}: the slave does not read it",
+    .message = R"(The out mailbox (0x0805) was full [{?once}at the only poll, in {last_poll_frame}][{!once}at each of
+{looks} from {first_poll_frame} to {last_poll_frame}]. The slave sent no message. [Nothing was written to the mailbox
+from {gap_frame} on. Earlier writes are not in the capture.][{!gap_frame}The capture does not show what was written to
+the mailbox.] The processor of the slave does not run, or does not serve the mailbox.)",
+    .next =
+        R"([{?caused}Correct the cause.][{!caused}Check whether the processor of the slave runs, and whether it serves
+its mailbox in this AL state.])"};
+
+// What happened to the request.
+constexpr NoteKind kStillFull{
+    .name = "still-full",
+    .text =
+        R"(At the last poll the out mailbox (0x0805) was still full: the slave did not read the request. Its processor
+does not run, or does not serve the mailbox.)"};
+constexpr NoteKind kResponseLost{
+    .name = "response-lost",
+    .text = R"(Meanwhile a frame that read the mailbox never returned. The response was probably lost with it.)"};
+constexpr NoteKind kRequestLost{
+    .name = "request-lost",
+    .text = "The frame with the request never returned: the slave may not have received the request."};
+constexpr NoteKind kNotKnownIfRead{
+    .name = "not-known-if-read",
+    .text =
+        R"(The master did not read the status of the out mailbox (0x0805), so the capture does not show whether the
+slave read the request. The processor of the slave does not serve the mailbox, or drops the request.)"};
+constexpr NoteKind kReadCounterRight{
+    .name = "read-counter-right",
+    .text = "The slave read the request and does not answer it. The mailbox counter of the request is right."};
+constexpr NoteKind kReadCounterEqual{
+    .name = "read-counter-equal",
+    .text =
+        R"(The slave read the request and does not answer it. The request has the mailbox counter of the request before,
+so the slave drops it as a repetition.)"};
+constexpr NoteKind kRead{.name = "read", .text = "The slave read the request and does not answer it."};
+
+// What is found out later.
+constexpr NoteKind kLateResponse{
+    .name = "late-response",
+    .text =
+        R"(The response came in {response_frame}[, {late_ms} after the request]: the slave is slower than the time-out
+of the master.)"};
+constexpr NoteKind kReadLost{
+    .name = "read-lost",
+    .text = "{lost_frame}, which read the mailbox, never returned: the response was probably lost with it."};
+constexpr NoteKind kFurther{
+    .name = "further-requests",
+    .text =
+        R"([Until {until_frame} no message came out of this mailbox.][{!until_frame}After that no message came out of
+this mailbox.] {further} had no response, the last of them the [SDO request for {object}][{!object}{protocol} request]
+in {last_request_frame}.)"};
+
+constexpr const FindingKind* kKinds[] = {&kNoResponse, &kStuck};
+constexpr const NoteKind* kNotes[] = {&kStillFull,        &kResponseLost,     &kRequestLost, &kNotKnownIfRead,
+                                      &kReadCounterRight, &kReadCounterEqual, &kRead,        &kLateResponse,
+                                      &kReadLost,         &kFurther};
+
+constexpr Word kCheckProcessor{
+    "check-processor",
+    "Check whether the processor of the slave runs, and whether it serves its mailbox in this AL state"};
+constexpr Word kRepeatRead{"repeat-read", "Let the master repeat the read (bit 1 of 0x080E) after a lost frame"};
+constexpr Word kFindLoss{"find-loss", "Find the cause of the lost frame"};
+constexpr Word kReadStatus{"read-status",
+                           "Let the master read 0x0805 after the request, to see whether the slave reads it"};
+constexpr Word kCheckSlave{"check-slave", "Check the slave: the request is right"};
+constexpr Word kAdvanceCounter{"advance-counter",
+                               "Correct the master: each new request needs the next mailbox counter"};
+constexpr Word kCompareCounters{
+    "compare-counters", "Compare the mailbox counter with that of the request before: if they differ, check the slave"};
+constexpr Word kLongerTimeOut{"longer-time-out", "Set a longer mailbox time-out in the master"};
+
+constexpr Word kResponse{"response", "the response to a request"};
+constexpr Word kMailboxAfterRequest{"mailbox-after-request", "the mailbox after a request"};
+constexpr Word kLongWait{"wait-up-to-limit", "a wait for a response up to the limit"};
+
 constexpr RuleInfo kInfo{.id = "mailbox-no-response",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
                          .title = "A mailbox request gets no response",
-                         .needs = "both directions, time stamps, and a master that looks for the answer",
+                         .needs = "both directions, time stamps, and a master that polls for the response",
                          .source = "ETG1000.4, mailbox; ESC-1, mailbox",
+                         .kinds = kKinds,
+                         .notes = kNotes,
                          .doc = R"(
 ## What it checks
-Whether a request that a slave has to answer (SDO, SDO information, FoE, SoE, AoE, IP settings of EoE) is answered
-within the limit of 1 s.
+Whether the slave answers each request that needs a response within the limit of 1 s: SDO, SDO information, FoE, SoE,
+AoE, and IP settings of EoE.
 
 ## Why it matters
-The master is stuck until its time-out, and what was requested did not happen.
+The master waits until its time-out, and the request has no effect.
 
 ## How it is decided
-The request never got an answer, and the master looked for one (it read the mailbox, or its status 0x080D, and found it
-empty) until the limit was over; or it gave up earlier, after half of the limit at the least: it sent another request,
-took the slave to INIT, or looked no more for longer than the limit. SOEM gives up after 700 ms. An answer that comes
-late, however late, is an answer.
-The status of the out mailbox (0x0805) tells whether the slave took the request at all: still full, it did not. So does
-a mailbox that is full at each look until the limit is over and of which the capture does not show how it was filled:
-it was before the capture, or packets are missing. Behind these the wait counts as long as nothing is written, for only
-a write fills it.
-While nothing comes out of the mailbox of a slave, all of its requests without an answer are one finding.
-Where a frame that read the mailbox never came back, the answer may have been in it: the finding is marked inferred and
-caused_by names frame-lost. Where frames are missing from the capture while a request is open, nothing else is said.
+The request never got a response, and one of these is true:
+
+- The master polled until the limit was over: it read the mailbox, or its status 0x080D, and found it empty.
+- The master gave up earlier, but after at least half of the limit: it sent another request, took the slave to INIT, or
+  did not poll for longer than the limit. SOEM gives up after 700 ms.
+
+A late response is a response, however late it is.
+
+- The status of the out mailbox (0x0805) shows whether the slave read the request: if it is still full, it did not.
+- An out mailbox is reported, too, if it is full at each poll until the limit is over and the capture does not show how
+  it was filled (before the capture, or in a capture gap). After a capture gap the wait counts as long as nothing is
+  written, because only a write fills the mailbox.
+- While no message comes out of the mailbox of a slave, all of its requests without a response are one finding.
+- If a frame that read the mailbox never returned, the response may have been in it: the finding is inferred, and
+  caused_by names frame-lost.
+- If frames are missing from the capture while a request is open, the request is not evaluated.
 
 ## Example
 samples/captures/mailbox-no-response.pcapng: an upload of 1018h:1; the out mailbox is still full at the end.
 
 ## What to do
-Out mailbox still full: the slave's processor does not run, or does not serve its mailbox in this state. Taken but not
-answered: counter of the request equal to the one before (the slave drops it as a repetition), or a fault of the slave.
+- Out mailbox still full: the slave's processor does not run, or does not serve its mailbox in this state.
+- Request read, but not answered: compare its counter with that of the request before (if equal, the slave drops it as a
+  repetition); otherwise check the slave.
+
 The limit can be changed in the configuration file: mailbox-no-response (milliseconds).
 )"};
 
@@ -64,18 +156,18 @@ class MailboxNoResponse final : public Rule {
 
   void On(const mailbox::MailboxUnanswered& e) {
     const FrameRef& request = e.request.frame;
-    switch (JudgeWait(context(), e)) {
+    switch (EvaluateWait(context(), e)) {
       case WaitVerdict::kGap:
-        NotEvaluable(e.slave, "frames are missing from the capture while a request was open", request.number);
+        NotEvaluable(e.slave, ReasonCode::kMissesPackets, kResponse, request.number);
         return;
-      case WaitVerdict::kNeverLooked:
-        NotEvaluable(e.slave, "the master never looked for the answer to a request", request.number);
+      case WaitVerdict::kNeverPolled:
+        NotEvaluable(e.slave, ReasonCode::kNotRead, kMailboxAfterRequest, request.number);
         return;
       case WaitVerdict::kNoTime:
-        NotEvaluable(e.slave, "a request without an answer has no time stamp", request.number);
+        NotEvaluable(e.slave, ReasonCode::kNoStamps, request.number);
         return;
       case WaitVerdict::kTooShort:
-        NotEvaluable(e.slave, "the wait for an answer ended before the limit", request.number);
+        NotEvaluable(e.slave, ReasonCode::kNotInCapture, kLongWait, request.number);
         return;
       case WaitVerdict::kUnanswered:
         break;
@@ -102,19 +194,19 @@ class MailboxNoResponse final : public Rule {
       lost_.push_back({e.slave, index, request.number, until, {}, {}});
   }
 
-  /// What is wrong need not have begun in the capture.
+  /// The problem may have begun before the capture.
   void On(const mailbox::MailboxStuck& e) {
     if (!e.since().has_time || !e.last.has_time) return;
     const std::int64_t wait = Elapsed(e.since().time, e.last.time);
     const std::int64_t limit = context().Limit("mailbox-no-response", kMailboxAnswerLimit);
     if (wait < (e.reset ? limit / 2 : limit)) return;
-    constexpr std::uint64_t kStuck = 1ULL << 42U;
-    FindingIndex index = Repeat(e.slave, kStuck, e.since());
-    if (index == kNoFinding) index = Report(kStuck, DescribeStuck(e, wait));
+    constexpr std::uint64_t kStuckKey = 1ULL << 42U;
+    FindingIndex index = Repeat(e.slave, kStuckKey, e.since());
+    if (index == kNoFinding) index = Report(kStuckKey, DescribeStuck(e, wait));
     if (index != kNoFinding) AddRelated(context().store[index], e.last.number);
   }
 
-  /// Its mailbox works: what is not answered from here on is another matter.
+  /// The mailbox of the slave works: later requests without an answer belong to another finding.
   void On(const mailbox::MailboxMessage& m) {
     Silence& silence = SilenceOf(m.slave);
     if (m.direction == mailbox::Direction::kIn) {
@@ -124,29 +216,25 @@ class MailboxNoResponse final : public Rule {
     }
   }
 
-  /// An answer that nobody waits for any more.
+  /// An answer after the master gave up.
   void On(const mailbox::SdoUnexpected& e) {
     if (e.reason == mailbox::SdoUnexpected::Reason::kWrongCommand || !e.has_object) return;
     for (const LostRead& r : reported_) {
       if (r.finding == kNoFinding || r.slave != e.slave || r.index != e.index || r.subindex != e.subindex) continue;
       Finding& finding = context().store[r.finding];
       if (e.response.number <= r.from || finding.count > 1) continue;
-      const std::string after = e.response.has_time && finding.first.has_time
-                                    ? ", " + Duration(Elapsed(finding.first.time, e.response.time)) + " after it"
-                                    : std::string();
-      if (const std::size_t at = finding.message.find(kTakenAndSilent); at != std::string::npos) {
-        finding.message.resize(at);
-      } else {
-        finding.message += ' ';
+      std::erase_if(finding.notes, [](const Note& note) { return IsOfSilentSlave(*note.kind); });
+      Arguments late{{"response_frame", arg::Frame(e.response.number)}};
+      if (e.response.has_time && finding.first.has_time) {
+        late.Set("late_ms", arg::Ms(Elapsed(finding.first.time, e.response.time)));
       }
-      finding.message += "The answer came in frame " + std::to_string(e.response.number) + after +
-                         ": the slave is slower than the time-out of the master.";
+      finding.Add(kLateResponse, std::move(late)).Set("advice", arg::Of(kLongerTimeOut));
       AddRelated(finding, e.response.number);
       return;
     }
   }
 
-  /// That a frame was lost may show only after its answer was given up.
+  /// A lost frame may be detected only after the master gave up.
   void On(const mailbox::MailboxReadLost& e) {
     for (const LostRead& r : reported_) {
       if (r.finding == kNoFinding || r.slave != e.slave || e.frame.number <= r.from || e.frame.number >= r.until)
@@ -154,8 +242,10 @@ class MailboxNoResponse final : public Rule {
       Finding& finding = context().store[r.finding];
       if (finding.confidence == Confidence::kInferred) continue;
       finding.confidence = Confidence::kInferred;
-      finding.message += " Frame " + std::to_string(e.frame.number) +
-                         ", which read the mailbox, never came back: the answer was probably lost with it.";
+      if (std::erase_if(finding.notes, [](const Note& note) { return IsOfSilentSlave(*note.kind); }) > 0) {
+        finding.Set("advice", arg::Of(kRepeatRead));
+      }
+      finding.Add(kReadLost, {{"lost_frame", arg::Frame(e.frame.number)}});
       AddRelated(finding, e.frame.number);
       lost_.push_back(r);
     }
@@ -171,7 +261,7 @@ class MailboxNoResponse final : public Rule {
         if (findings[lost.finding].caused_by != kNoFinding) continue;
         if (findings[i].first.number < lost.until && findings[i].last.number >= lost.from) {
           findings[lost.finding].caused_by = static_cast<FindingIndex>(i);
-          // Where the capture misses frames, the answer may be among them.
+          // The answer may be among frames that the capture misses.
           if (findings[i].severity == Severity::kInfo) context().store.Regrade(lost.finding, Severity::kInfo);
         }
       }
@@ -183,11 +273,11 @@ class MailboxNoResponse final : public Rule {
     SlaveId slave = kNoSlave;
     FindingIndex finding = kNoFinding;
     FrameNo from = 0, until = 0;
-    std::optional<std::uint16_t> index;  ///< object that was asked for
+    std::optional<std::uint16_t> index;  ///< object of the request
     std::optional<std::uint8_t> subindex;
   };
 
-  /// Nothing came out of a mailbox since a request of it was not answered.
+  /// No message came out of a mailbox since a request to it was not answered.
   struct Silence {
     FindingIndex finding = kNoFinding;
     std::uint64_t key = 0;
@@ -205,101 +295,80 @@ class MailboxNoResponse final : public Rule {
     return silences_[slave];
   }
 
-  /// @param until  frame of what came out of the mailbox; 0: nothing did
+  /// @param until  frame of the message that came out of the mailbox; 0: none
   void BreakSilence(Silence& silence, FrameNo until) {
     if (silence.finding != kNoFinding && silence.further > 0) {
-      context().store[silence.finding].message +=
-          " Nothing came out of this mailbox " +
-          (until != 0 ? "until frame " + std::to_string(until) : std::string("afterwards")) + ": " +
-          Count(silence.further, "further request") + " had no answer, the last of them " + RequestText(silence.last) +
-          " in frame " + std::to_string(silence.last.frame.number) + ".";
+      Arguments further{{"further", arg::Count(silence.further, "further request")},
+                        {"last_request_frame", arg::Frame(silence.last.frame.number)}};
+      SetRequest(further, silence.last);
+      if (until != 0) further.Set("until_frame", arg::Frame(until));
+      context().store[silence.finding].Add(kFurther, std::move(further));
     }
     silence.finding = kNoFinding;
     silence.further = 0;
   }
 
-  static constexpr std::string_view kTakenAndSilent = "The slave took the request and does not answer it";
+  /// The slave read the request and does not answer.
+  static bool IsOfSilentSlave(const NoteKind& kind) {
+    return &kind == &kReadCounterRight || &kind == &kReadCounterEqual || &kind == &kRead;
+  }
 
-  /// Whether the slave may have taken it for a repetition.
-  static std::string CounterText(const mailbox::MailboxUnanswered& e, const Silence& silence) {
+  static mailbox::CounterStep StepOf(const mailbox::MailboxUnanswered& e, const Silence& silence) {
     for (const Silence::Sent& sent : silence.sent) {
-      if (sent.frame != e.request.frame.number) continue;
-      if (sent.step == mailbox::CounterStep::kNext)
-        return ". Its mailbox counter is right, so look for a fault of the slave.";
-      if (sent.step == mailbox::CounterStep::kSame) {
-        return ": it has the mailbox counter of the request before, so the slave takes it for a repetition and drops "
-               "it.";
+      if (sent.frame == e.request.frame.number &&
+          (sent.step == mailbox::CounterStep::kNext || sent.step == mailbox::CounterStep::kSame)) {
+        return sent.step;
       }
     }
-    return ": look for an equal mailbox counter in the request before, else for a fault of the slave.";
+    return mailbox::CounterStep::kUnknown;
   }
 
   static Finding DescribeStuck(const mailbox::MailboxStuck& e, std::int64_t wait) {
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.since();
-    finding.title = "A message stands in the out mailbox for " + Duration(wait) + ", and nobody takes it";
-    const std::string first = std::to_string(e.first.number), last = std::to_string(e.last.number);
-    finding.message =
-        "The out mailbox (0x0805) was full " +
-        (e.looks == 1 ? "when the master looked, in frame " + last
-                      : "at each of " + Count(e.looks, "look") + " from frame " + first + " to frame " + last) +
-        ", and no message came from the slave. ";
-    finding.message += e.hole.seen() ? "Nothing was written there from frame " + std::to_string(e.hole.number) +
-                                           " on; what was before, the capture does not show. "
-                                     : "What was written there is not in the capture. ";
-    finding.message += "The slave's processor does not run, or does not serve the mailbox.";
-    finding.evidence = {Real("waited_ms", static_cast<double>(wait) / 1e6),
-                        Number("looks", static_cast<std::int64_t>(e.looks)),
-                        {"out_mailbox_full", true, Evidence::Notation::kDecimal}};
+    Finding finding = Found(kStuck, e.slave, e.since());
+    finding.Set("waited_ms", arg::Ms(wait))
+        .Set("looks", arg::Count(e.looks, "poll"))
+        .Set("out_mailbox_full", arg::Flag())
+        .Set("once", arg::Flag(e.looks == 1))
+        .Set("first_poll_frame", arg::Frame(e.first.number))
+        .Set("last_poll_frame", arg::Frame(e.last.number));
+    if (e.hole.seen()) finding.Set("gap_frame", arg::Frame(e.hole.number));
     return finding;
   }
 
   static Finding Describe(const mailbox::MailboxUnanswered& e, const Silence& silence) {
     using End = mailbox::MailboxUnanswered::End;
-    const std::int64_t wait = WaitOf(e).value_or(0);
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.request.frame;
+    Finding finding = Found(kNoResponse, e.slave, e.request.frame);
     finding.confidence = e.read_lost ? Confidence::kInferred : ConfidenceOf(e.certainty);
-    finding.title = "No response to " + RequestText(e.request) + " within " + Duration(wait);
-    finding.message =
-        "The master wrote " + RequestText(e.request) + " in frame " + std::to_string(e.request.frame.number) + " and ";
-    if (e.polls > 0) {
-      finding.message += "found no answer in " + Count(e.polls, "look") + " over " + Duration(wait) +
-                         " (the last in frame " + std::to_string(e.last_poll.number) + ")";
-    } else {
-      finding.message += "got no answer";
-    }
+    SetRequest(finding.arguments, e.request);
+    finding.Set("waited_ms", arg::Ms(WaitOf(e).value_or(0)))
+        .Set("polls", arg::Count(e.polls, "poll"))
+        .Set("out_mailbox_full", arg::Flag(e.not_taken))
+        .Set("read_lost", arg::Flag(e.read_lost));
+    if (e.polls > 0) finding.Set("last_poll_frame", arg::Frame(e.last_poll.number));
     if (e.end == End::kNextRequest) {
-      finding.message += ", then it went on with the next request in frame " + std::to_string(e.ended.number);
+      finding.Set("next_request_frame", arg::Frame(e.ended.number));
     } else if (e.end == End::kReset && e.ended.seen()) {
-      finding.message += ", then the mailbox was reset in frame " + std::to_string(e.ended.number);
+      finding.Set("reset_frame", arg::Frame(e.ended.number));
     }
-    finding.message += ". ";
-    if (e.not_taken) {
-      finding.message +=
-          "The out mailbox was still full at the last look (0x0805): the slave never took the request. Its processor "
-          "does not run, or does not serve the mailbox.";
-    } else if (e.read_lost) {
-      finding.message +=
-          "A frame that read the mailbox never came back meanwhile, so the answer was probably lost with it; a repeat "
-          "request (bit 1 of 0x080E) has to bring it back.";
-    } else if (e.certainty == Certainty::kUnknown) {
-      finding.message += "The frame with the request itself never came back: the slave may not have got it.";
-    } else if (!e.taken) {
-      finding.message +=
-          "Whether the slave took the request the capture does not show: the master did not look at its out mailbox "
-          "(0x0805). Its processor does not serve the mailbox, or drops the request.";
-    } else {
-      finding.message += std::string(kTakenAndSilent) + CounterText(e, silence);
-    }
-    finding.evidence.push_back(Text("protocol", Name(e.request.protocol)));
-    finding.evidence.push_back(Real("waited_ms", static_cast<double>(wait) / 1e6));
-    finding.evidence.push_back(Number("polls", static_cast<std::int64_t>(e.polls)));
-    finding.evidence.push_back({"out_mailbox_full", e.not_taken, Evidence::Notation::kDecimal});
-    finding.evidence.push_back({"read_lost", e.read_lost, Evidence::Notation::kDecimal});
+    const auto [note, advice] = FateOf(e, silence);
+    finding.Add(*note).Set("advice", arg::Of(*advice));
     return finding;
+  }
+
+  /// What happened to the request, and what to do.
+  static std::pair<const NoteKind*, const Word*> FateOf(const mailbox::MailboxUnanswered& e, const Silence& silence) {
+    if (e.not_taken) return {&kStillFull, &kCheckProcessor};
+    if (e.read_lost) return {&kResponseLost, &kRepeatRead};
+    if (e.certainty == Certainty::kUnknown) return {&kRequestLost, &kFindLoss};
+    if (!e.taken) return {&kNotKnownIfRead, &kReadStatus};
+    switch (StepOf(e, silence)) {
+      case mailbox::CounterStep::kNext:
+        return {&kReadCounterRight, &kCheckSlave};
+      case mailbox::CounterStep::kSame:
+        return {&kReadCounterEqual, &kAdvanceCounter};
+      default:
+        return {&kRead, &kCompareCounters};
+    }
   }
 
   std::vector<LostRead> lost_;

@@ -9,11 +9,35 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
-#include "decoder/base/text.h"
 #include "decoder/mailbox/events.h"
 
 namespace ecaudit::mailbox_overrun {
 namespace {
+
+constexpr FindingKind kRefused{
+    .name = "refused",
+    .title = "{protocol} message refused: the out mailbox (SM0) is still full",
+    .message = R"(The {protocol} message in {frame} returned with working counter {working_counter}. The [{?sdo}SDO
+request for ]{outstanding}[{?request} request][{?message} message] of {full_since} is still in the mailbox.)",
+    .next =
+        R"([{?caused}Correct the cause.][{!caused}Before the next message, wait for the response, or until 0x0805 shows
+an empty mailbox.])",
+    .identity = "protocol"};
+
+constexpr NoteKind kRepeatsLost{
+    .name = "repeats-lost",
+    .text =
+        R"(That message repeats the one of {lost_frame}, which never returned. If the slave already has that one, the
+repetition blocks its mailbox.)"};
+constexpr NoteKind kAcceptedLater{
+    .name = "accepted-later",
+    .text = R"(The master wrote the refused message again, unchanged, until the slave accepted it, last in
+{accepted_frame}. No message was lost.)"};
+
+constexpr const FindingKind* kKinds[] = {&kRefused};
+constexpr const NoteKind* kNotes[] = {&kRepeatsLost, &kAcceptedLater};
+
+constexpr Word kMessageInMailbox{"message-in-mailbox", "the message that fills the mailbox"};
 
 constexpr RuleInfo kInfo{.id = "mailbox-overrun",
                          .group = "Mailbox and CoE",
@@ -21,27 +45,34 @@ constexpr RuleInfo kInfo{.id = "mailbox-overrun",
                          .title = "A request is written while the one before is still in the mailbox",
                          .needs = "the working counter of the write, and the request before",
                          .source = "ESC-1, mailbox",
+                         .kinds = kKinds,
+                         .notes = kNotes,
                          .doc = R"(
 ## What it checks
-Writes of a mailbox message that the sync manager refuses (working counter 0) because the message before has not been
-taken out by the slave yet.
+Writes of a mailbox message that the sync manager refuses (working counter 0) because the slave has not yet read the
+message before.
 
 ## Why it matters
-A mailbox holds one message. The refused one is lost unless the master notices and writes it again.
+A mailbox holds one message. The refused message is lost unless the master detects this and writes it again.
 
 ## How it is decided
-The write came back with working counter 0, the mailbox is switched on, and a request is outstanding. The same message
-again, byte for byte, is a repetition after a time-out and no overrun. Where a message of another protocol fills the
-mailbox, and the master writes the refused one unchanged until it is taken, nothing is lost: an info. So it is where
-the repetition of a message fills it whose first frame was lost: the slave may have had that already, and caused_by
-names frame-lost. Where the outstanding request was never answered, caused_by names mailbox-no-response: the slave
-stopped taking messages.
+The write returned with working counter 0, the mailbox is switched on, and a request is outstanding. The same message
+again, byte for byte, is a repetition after a time-out and no overrun.
+
+The finding is an info, because nothing is lost, in two cases. In both the master writes the refused message unchanged
+until the slave accepts it:
+
+- A message of another protocol fills the mailbox.
+- The repetition of a message fills the mailbox, and the frame of the first one was lost. The slave may already have
+  that message. caused_by names frame-lost.
+
+If the outstanding request was never answered, caused_by names mailbox-no-response: the slave does not read its mailbox.
 
 ## Example
-samples/captures/mailbox-no-response.pcapng: the second request comes back with working counter 0.
+samples/captures/mailbox-no-response.pcapng: the second request returns with working counter 0.
 
 ## What to do
-Wait for the answer, or until sync manager 0 shows the mailbox empty (0x0805 bit 3), before the next message is written.
+Before the next message, wait for the response, or until sync manager 0 shows an empty mailbox (bit 3 of 0x0805).
 )"};
 
 class MailboxOverrun final : public Rule {
@@ -57,8 +88,7 @@ class MailboxOverrun final : public Rule {
     if (possible.single() == static_cast<std::uint8_t>(esc::AlState::INIT)) return;  // mailbox-not-active
     const bool requested = e.outstanding.frame.seen();
     if (!requested && e.last_message == 0) {
-      NotEvaluable(e.slave, "a refused mailbox write, and the message that fills the mailbox is not in the capture",
-                   e.frame().number);
+      NotEvaluable(e.slave, ReasonCode::kNotInCapture, kMessageInMailbox, e.frame().number);
       return;
     }
     const mailbox::Protocol full_of = requested ? e.outstanding.protocol : e.last_protocol;
@@ -66,58 +96,56 @@ class MailboxOverrun final : public Rule {
     const std::uint64_t key = (requested ? RequestKey(e.outstanding) : static_cast<std::uint64_t>(full_of)) |
                               static_cast<std::uint64_t>(beside) << 63U;
     FindingIndex index = Repeat(e.slave, key, e.frame());
-    if (index == kNoFinding) index = Tell(e, key, requested);
+    if (index == kNoFinding) index = ReportRefused(e, key, requested);
     if (index == kNoFinding) return;
     std::set<FindingIndex>& open = open_[e.slave];
     if (e.attempt == 1) open.clear();  // another message: the one before is lost
-    Told& told = told_[index];
-    told.beside = beside;
-    if (open.insert(index).second) ++told.open;
+    Fate& fate = fates_[index];
+    fate.beside = beside;
+    if (open.insert(index).second) ++fate.open;
     Remember(e.slave, index);
   }
 
-  /// What was refused is taken after all.
+  /// The refused message is accepted after all.
   void On(const mailbox::MailboxMessage& e) {
     if (e.direction != mailbox::Direction::kOut) return;
     Follow(e);
     if (e.refused_before == 0) return;
     for (const FindingIndex index : std::exchange(open_[e.slave], {})) {
-      Told& told = told_[index];
-      --told.open;
-      told.taken = e.frame().number;
+      Fate& fate = fates_[index];
+      --fate.open;
+      fate.accepted = e.frame().number;
     }
   }
 
   void Finish() override {
     if (NotEvaluableWithoutReturns()) return;
-    for (const auto& [index, told] : told_) {
+    for (const auto& [index, fate] : fates_) {
       Finding& finding = context().store[index];
-      if (told.request != 0) finding.caused_by = context().ExplanationOf(finding.slave, told.request);
-      if (told.open > 0) continue;
-      const bool repeats = told.by_repetition == told.fillings;
-      if (!told.beside && !repeats) continue;
+      if (fate.request != 0) finding.caused_by = context().ExplanationOf(finding.slave, fate.request);
+      if (fate.open > 0) continue;
+      const bool repeats = fate.by_repetition == fate.fillings;
+      if (!fate.beside && !repeats) continue;
       if (repeats) {
-        finding.message +=
-            " That message repeats the one of frame " + std::to_string(told.lost) +
-            ", which never came back: where the slave had that one already, the repetition is in the way.";
-        AddRelated(finding, told.lost);
+        finding.Add(kRepeatsLost, {{"lost_frame", arg::Frame(fate.lost)}});
+        AddRelated(finding, fate.lost);
         if (finding.caused_by == kNoFinding) finding.caused_by = LostFrames();
       }
-      // Who serves two protocols side by side does not know of the other's message, and tries until there is room.
+      // A master that serves two protocols independently does not know of the other message, and retries until there is
+      // room.
       context().store.Regrade(index, Severity::kInfo);
-      finding.message += " The master wrote it again, unchanged, until the slave took it, last in frame " +
-                         std::to_string(told.taken) + ": nothing was lost.";
-      AddRelated(finding, told.taken);
+      finding.Add(kAcceptedLater, {{"accepted_frame", arg::Frame(fate.accepted)}});
+      AddRelated(finding, fate.accepted);
     }
   }
 
  private:
-  /// What became of the refused messages of one finding.
-  struct Told {
+  /// What happened to the refused messages of one finding.
+  struct Fate {
     FrameNo request = 0;
     bool beside = false;     ///< of another protocol than what filled the mailbox
-    std::uint64_t open = 0;  ///< not taken since
-    FrameNo taken = 0;
+    std::uint64_t open = 0;  ///< not accepted yet
+    FrameNo accepted = 0;
     std::uint64_t fillings = 0, by_repetition = 0;  ///< messages that filled the mailbox
     FrameNo lost = 0;  ///< the first frame of the message whose repetition filled the mailbox
   };
@@ -126,47 +154,47 @@ class MailboxOverrun final : public Rule {
     FrameNo frame = 0;
     std::uint8_t counter = 0;
     std::vector<std::uint8_t> data;
-    FindingIndex refused = kNoFinding;  ///< what tells that another one was refused while this one filled the mailbox
+    FindingIndex refused = kNoFinding;  ///< reports that another message was refused while this one filled the mailbox
 
     [[nodiscard]] bool RepeatsOf(const Message& other) const {
       return frame > other.frame && counter == other.counter && data == other.data;
     }
   };
   struct Written {
-    std::deque<Message> last;  ///< that came back, the newest last
-    Message lost;              ///< whose frame did not
+    std::deque<Message> last;  ///< that returned, the newest last
+    Message lost;              ///< whose frame never returned
   };
-  /// A loss shows within a few messages.
+  /// A loss is detected within a few messages.
   static constexpr std::size_t kReach = 8;
 
-  /// What the slave was written, and which of it fills its mailbox again although it had it.
+  /// Records what was written to the slave, and which message fills its mailbox a second time.
   void Follow(const mailbox::MailboxMessage& e) {
     Message message{e.frame().number, e.header.counter, {e.payload.begin(), e.payload.end()}};
     Written& written = written_[e.slave];
     if (e.certainty == Certainty::kUnknown) {
       written.lost = std::move(message);
-      for (const Message& again : written.last) TellRepetition(again, written.lost);
+      for (const Message& again : written.last) CountRepetition(again, written.lost);
       return;
     }
     written.last.push_back(std::move(message));
     if (written.last.size() > kReach) written.last.pop_front();
   }
 
-  /// The slave refused another message while it had not taken the newest one.
+  /// The slave refused another message while the newest one was still in its mailbox.
   void Remember(SlaveId slave, FindingIndex index) {
     Written& written = written_[slave];
     if (!written.last.empty() && written.last.back().refused != kNoFinding) return;
-    ++told_[index].fillings;
+    ++fates_[index].fillings;
     if (written.last.empty()) return;
     written.last.back().refused = index;
-    TellRepetition(written.last.back(), written.lost);
+    CountRepetition(written.last.back(), written.lost);
   }
 
-  void TellRepetition(const Message& again, const Message& lost) {
+  void CountRepetition(const Message& again, const Message& lost) {
     if (again.refused == kNoFinding || lost.frame == 0 || !again.RepeatsOf(lost)) return;
-    Told& told = told_[again.refused];
-    ++told.by_repetition;
-    if (told.lost == 0) told.lost = lost.frame;
+    Fate& fate = fates_[again.refused];
+    ++fate.by_repetition;
+    if (fate.lost == 0) fate.lost = lost.frame;
   }
 
   [[nodiscard]] FindingIndex LostFrames() const {
@@ -177,28 +205,30 @@ class MailboxOverrun final : public Rule {
     return kNoFinding;
   }
 
-  FindingIndex Tell(const mailbox::MailboxRefused& e, std::uint64_t key, bool requested) {
+  FindingIndex ReportRefused(const mailbox::MailboxRefused& e, std::uint64_t key, bool requested) {
     const FrameNo full_since = requested ? e.outstanding.frame.number : e.last_message;
-    const std::string full_of = requested ? RequestText(e.outstanding) : "the " + Name(e.last_protocol) + " message";
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.frame();
-    finding.title = Name(e.header.protocol) + " message refused: the mailbox is still full";
-    finding.message = "The " + Name(e.header.protocol) + " message in frame " + std::to_string(e.frame().number) +
-                      " came back with working counter 0: " + full_of + " of frame " + std::to_string(full_since) +
-                      " is still in the mailbox. Wait for the answer, or look at 0x0805, before the next message.";
-    finding.evidence.push_back(Number("working_counter", 0));
-    finding.evidence.push_back(Text("outstanding", full_of));
-    finding.evidence.push_back(Number("counter", e.header.counter));
+    Arguments request;
+    if (requested) SetRequest(request, e.outstanding);
+    const Value* object = request.Find("object");
+    Finding finding = Found(kRefused, e.slave, e.frame());
+    finding.Set("protocol", ProtocolValue(e.header.protocol))
+        .Set("working_counter", arg::Number(0))
+        .Set("outstanding",
+             object != nullptr ? *object : ProtocolValue(requested ? e.outstanding.protocol : e.last_protocol))
+        .Set("full_since", arg::Frame(full_since))
+        .Set("counter", arg::Number(e.header.counter))
+        .Set("sdo", arg::Flag(object != nullptr))
+        .Set("request", arg::Flag(requested && object == nullptr))
+        .Set("message", arg::Flag(!requested));
     AddRelated(finding, full_since);
     const FindingIndex index = Report(key, std::move(finding));
-    if (index != kNoFinding && requested) told_[index].request = full_since;
+    if (index != kNoFinding && requested) fates_[index].request = full_since;
     return index;
   }
 
-  std::map<FindingIndex, Told> told_;
+  std::map<FindingIndex, Fate> fates_;
   std::map<SlaveId, Written> written_;
-  std::map<SlaveId, std::set<FindingIndex>> open_;  ///< those that tell of the message that the slave refused last
+  std::map<SlaveId, std::set<FindingIndex>> open_;  ///< about the message that the slave refused last
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<MailboxOverrun>};

@@ -1,19 +1,69 @@
 #include <algorithm>
 #include <array>
 #include <bitset>
+#include <iterator>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
-#include "decoder/base/text.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/process/pdo_mapping.h"
 
 namespace ecaudit::sdo_abort {
 namespace {
+
+constexpr FindingKind kAborted{
+    .name = "aborted",
+    .title = R"(SDO {service}[ of {object:number}] aborted [{!displaced_abort_code}({abort_code:number})[:
+{reason}]][({displaced_abort_code:number}, misplaced)])",
+    .message =
+        R"(The slave aborts the {service} of [{object}[{?complete_access} (complete access)]][{!object}an object that is
+not in the capture][ (request in {request_frame})]. The abort code is {abort_code}.[{?undefined} The standard does not
+define this code.][ 4 bytes later the message has {displaced_abort_code}. The slave put its code in the wrong
+place.][ The master wrote {size}[ ({value}[{?value_cut}...])].])",
+    .next = "[{?caused}Correct the cause.][{!caused}{advice}.]",
+    .identity = "service object abort_code"};
+
+constexpr FindingKind kAbortedByMaster{
+    .name = "aborted-by-master",
+    .title = R"(SDO {service}[ of {object:number}] aborted by the master ({abort_code:number}))",
+    .message =
+        R"(The master aborts its {service} of [{object}[{?complete_access} (complete access)]][{!object}an object that
+is not in the capture][ (request in {request_frame})]. The abort code is {abort_code}.[{?undefined} The standard does
+not define this code.][ 4 bytes later the message has {displaced_abort_code}. The master put its code in the wrong
+place.][ The master wrote {size}[ ({value}[{?value_cut}...])].])",
+    .next = "[{?caused}Correct the cause.][{!caused}Check in the master why it gave up the transfer.]",
+    .identity = "service object abort_code"};
+
+constexpr FindingKind kNotOffered{
+    .name = "not-offered",
+    .title = "SDO {service}[ of {object:number}] aborted ({abort_code:number})[: {reason}]",
+    .message =
+        R"(The slave aborts the {service} of [{object}[{?complete_access} (complete access)]][{!object}an object that is
+not in the capture][ (request in {request_frame})]. The abort code is {abort_code}. Nothing is changed: the master only
+finds out what the slave does not offer.)",
+    .next = "",
+    .identity = "service object abort_code"};
+
+constexpr NoteKind kNoCompleteAccessInEsi{.name = "esi-no-complete-access",
+                                          .text = "The ESI of the slave does not offer complete access."};
+constexpr NoteKind kAssignmentFixed{.name = "esi-fixed-assignment",
+                                    .text = "The ESI of the slave has a fixed PDO assignment (PdoAssign)."};
+constexpr NoteKind kMappingFixed{.name = "esi-fixed-mapping",
+                                 .text = "The ESI of the slave has a fixed PDO mapping (PdoConfig)."};
+constexpr NoteKind kWrittenSingly{
+    .name = "written-one-by-one",
+    .text = "Then the master wrote the same entries one by one, the last in {written_frame}. No entry is missing."};
+constexpr NoteKind kWrittenLater{.name = "accepted-later",
+                                 .text = "In {accepted_frame} the slave accepted the same value."};
+
+constexpr const FindingKind* kKinds[] = {&kAborted, &kAbortedByMaster, &kNotOffered};
+constexpr const NoteKind* kNotes[] = {&kNoCompleteAccessInEsi, &kAssignmentFixed, &kMappingFixed, &kWrittenSingly,
+                                      &kWrittenLater};
 
 constexpr RuleInfo kInfo{.id = "sdo-abort",
                          .group = "Mailbox and CoE",
@@ -21,42 +71,144 @@ constexpr RuleInfo kInfo{.id = "sdo-abort",
                          .needs_no_history = true,
                          .subject = Subject::kCoe,
                          .title = "An SDO transfer is aborted",
-                         .needs = "what the slave put into its mailbox",
+                         .needs = "the messages in the mailbox of the slave",
                          .source = "ETG1000.6, SDO abort codes; CIA301, SDO abort codes",
+                         .kinds = kKinds,
+                         .notes = kNotes,
                          .doc = R"(
 ## What it checks
-SDO transfers that end with an abort, by the slave or by the master, and what the abort code says. Repetitions with the
-same object and code count on one finding.
+SDO transfers that end with an abort by the slave or the master, and the abort code. Further aborts with the same object
+and code count as repetitions.
 
 ## Why it matters
-The value was not written, or not read. A configuration that is aborted half way leaves the drive with a mixture of old
-and new settings.
+The value was not written or not read. After a configuration that is aborted half-way the drive has a mixture of old and
+new settings.
 
 ## How it is decided
-An aborted download is an error: the master wanted to change something and did not. So is an aborted upload, with one
-exception: an upload that is answered by "object does not exist" (0x06020000), "subindex does not exist" (0x06090011) or
-"complete access not supported" (0x06010004) is an info. Masters ask like that to find out what a slave offers (SOEM's
-slaveinfo, TwinCAT's optional objects); nothing is changed and the master has its answer. And a download with complete
-access that the slave does not support is an info once the same PDOs or entries and their number were written one by
-one. Where the slave takes the same value later, the text says so.
-Where the model knows why the slave had to abort (sdo-write-read-only, sdo-wrong-size, sdo-unknown-object, sdo-toggle),
-caused_by names that finding. The command byte of an abort is 0x80 in its top three bits; some slave stacks leave bits
-of the request in it, and some put the code four bytes too far back, which the text then says. Aborts of SDO information
-services are no SDO transfers.
+An aborted download is an error: the change did not happen. An aborted upload is an error too, except for these codes,
+which make it an info:
+
+- object does not exist (0x06020000)
+- subindex does not exist (0x06090011)
+- complete access not supported (0x06010004)
+
+Masters use such uploads to find out what a slave offers (slaveinfo of SOEM, optional objects of TwinCAT). Nothing is
+changed.
+
+- A download with complete access that the slave does not support becomes an info if the master then writes the same
+  PDOs or entries and their number one by one.
+- If the slave accepts the same value later, the finding notes it.
+- If the model knows why the slave had to abort, caused_by names that finding (sdo-write-read-only, sdo-wrong-size,
+  sdo-unknown-object, sdo-toggle).
+- The top three bits of the command byte of an abort are those of 0x80. Some slave stacks leave bits of the request in
+  the byte. Some put the code 4 bytes too late, which the finding reports.
+- Aborts of SDO information services are no SDO transfers.
 
 ## Example
 samples/captures/sdo-aborts.pcapng: a download of 2 bytes to 60FFh:0 (INT32), aborted with 0x06070013.
 
 ## What to do
-0x0601xxxx access, 0x0602 and 0x0609 001x the object, 0x0607 the size, 0x0609 003x the value, 0x0800 002x the state of
-the drive (many objects can be written in PREOP only, or while the drive is disabled). Single codes mean something else
-than their class: 0x06010004 complete access, 0x06010005 longer than the mailbox, 0x06040043 other parameters,
-0x06090033 modules, 0x08000023 no dictionary, 0x08000024 no value yet.
+Use the class of the abort code:
+
+- 0x0601xxxx: access
+- 0x0602xxxx, 0x0609001x: the object
+- 0x0607xxxx: the size
+- 0x0609003x: the value
+- 0x0800002x: the state of the drive (many objects are writable only in PREOP, or while the drive is disabled)
+
+Some codes have another meaning than their class:
+
+- 0x06010004: complete access
+- 0x06010005: longer than the mailbox
+- 0x06040043: other parameters
+- 0x06090033: modules
+- 0x08000023: no dictionary
+- 0x08000024: no value yet
 )"};
 
 constexpr std::uint32_t kNoObject = 0x06020000;
 constexpr std::uint32_t kNoSubindex = 0x06090011;
 constexpr std::uint32_t kNoCompleteAccess = 0x06010004;
+
+/// Of a code: the reason in a title, and what to do.
+struct CodeWords {
+  std::uint32_t code = 0;
+  Word reason;
+  Word advice;
+};
+
+constexpr Word kCheckToggle{"check-toggle-bits", "Check the toggle bits of the segments"};
+constexpr Word kCheckCommand{"check-command", "Check the SDO command, and the state of the slave at that time"};
+constexpr Word kCheckAccess{
+    "check-access", "Find the access rights of the object in the dictionary of the drive: it does not allow this"};
+constexpr Word kCheckObject{"check-object", "Check the index and the firmware: the drive does not have this object"};
+constexpr Word kCheckMapping{"check-mapping", "Compare the PDO mapping with what the drive allows"};
+constexpr Word kCheckLength{"check-length", "Compare the length with the type of the object"};
+constexpr Word kCheckValue{"check-value", "Compare the subindex and the value with the limits of the object"};
+constexpr Word kCheckState{"check-state", "Check the state of the drive: AL state, enabled, local control"};
+constexpr Word kFindObject{"find-object", "Find the object in the dictionary of the drive"};
+
+/// Codes of ETG.1000.6, sorted.
+constexpr CodeWords kCodes[] = {
+    {0x05030000, {"toggle-bit", "toggle bit repeated"}, kCheckToggle},
+    {0x05040000, {"time-out", "time-out"}, kCheckCommand},
+    {0x05040001, {"unknown-command", "unknown command"}, kCheckCommand},
+    {0x05040002, {"block-size", "invalid block size"}, kCheckCommand},
+    {0x05040003, {"sequence-number", "invalid sequence number"}, kCheckCommand},
+    {0x05040004, {"block-crc", "block CRC error"}, kCheckCommand},
+    {0x05040005, {"out-of-memory", "out of memory"}, kCheckCommand},
+    {0x06010000, {"access", "access not supported"}, kCheckAccess},
+    {0x06010001, {"write-only", "object is write-only"}, kCheckAccess},
+    {0x06010002, {"read-only", "object is read-only"}, kCheckAccess},
+    {0x06010003,
+     {"subindex-0", "subindex 0 is not 0"},
+     {"write-subindex-0", "Write 0 to subindex 0 first, then the other subindices, then subindex 0"}},
+    {kNoCompleteAccess,
+     {"complete-access", "no complete access"},
+     {"write-one-by-one",
+      "Transfer the subindices one by one: switch complete access off for this slave in the master"}},
+    {0x06010005,
+     {"mailbox-size", "longer than the mailbox"},
+     {"use-segments",
+      "Transfer the object in segments or one subindex at a time, or set up longer mailboxes if the device has them"}},
+    {0x06010006,
+     {"mapped", "mapped to an RxPDO"},
+     {"unmap", "Remove the object from the mapping of the outputs, or write it by process data"}},
+    {kNoObject, {"no-object", "object does not exist"}, kCheckObject},
+    {0x06040041, {"not-mappable", "object not mappable"}, kCheckMapping},
+    {0x06040042, {"pdo-length", "PDO would be too long"}, kCheckMapping},
+    {0x06040043,
+     {"parameters", "parameters incompatible"},
+     {"check-parameters", "Check the parameters written before, and their order: the value contradicts one of them"}},
+    {0x06040047,
+     {"internal", "internal incompatibility"},
+     {"device-diagnosis", "Read the diagnosis of the device itself, and try again after a power cycle"}},
+    {0x06060000, {"hardware", "hardware error"}, kFindObject},
+    {0x06070010, {"length", "type or length is wrong"}, kCheckLength},
+    {0x06070012, {"too-long", "value is too long"}, kCheckLength},
+    {0x06070013, {"too-short", "value is too short"}, kCheckLength},
+    {kNoSubindex, {"no-subindex", "subindex does not exist"}, kCheckValue},
+    {0x06090030, {"value-range", "value out of range"}, kCheckValue},
+    {0x06090031, {"too-high", "value is too high"}, kCheckValue},
+    {0x06090032, {"too-low", "value is too low"}, kCheckValue},
+    {0x06090033,
+     {"modules", "wrong modules detected"},
+     {"compare-modules", "Compare F030h with F050h: the device has other modules than the master configures"}},
+    {0x06090036,
+     {"minimum-maximum", "maximum below minimum"},
+     {"reorder-limits", "Write minimum and maximum in another order"}},
+    {0x060A0023, {"resource", "resource not available"}, kFindObject},
+    {0x08000000, {"general", "general error"}, kCheckState},
+    {0x08000020, {"not-transferred", "cannot be transferred"}, kCheckState},
+    {0x08000021,
+     {"local-control", "local control"},
+     {"end-local-control", "Switch off the local control at the device or in its tool"}},
+    {0x08000022, {"device-state", "wrong device state"}, kCheckState},
+    {0x08000023,
+     {"no-dictionary", "no object dictionary"},
+     {"ask-later",
+      "Read the diagnosis of the device itself, and repeat the request later: its dictionary is not ready"}},
+    {0x08000024, {"no-value", "no data available"}, {"value-later", "Repeat the request when the device has a value"}}};
 
 class SdoAbort final : public Rule {
  public:
@@ -75,56 +227,39 @@ class SdoAbort final : public Rule {
                               (t.has_object ? 0U : 1ULL << 61U) | (t.complete_access ? 1ULL << 62U : 0U);
     if (const FindingIndex known = Repeat(t.slave, key, t.last); known != kNoFinding) {
       AddRelated(context().store[known], t.request.number);
-      MissSingly(t, known);
+      RememberWhole(t, known);
       Remember(t, known);
       return;
     }
     const std::uint32_t code = t.displaced_abort_code.value_or(t.abort_code);
-    const std::string object =
-        t.has_object ? ObjectText(t, *context().slave(t.slave).profile) : std::string("an object not in the capture");
-    const std::string service = t.service == mailbox::SdoService::kUnknown ? "transfer" : std::string(Name(t.service));
-    Finding finding;
-    finding.slave = t.slave;
-    finding.first = t.last;
+    Finding finding = Found(IsProbe(t) ? kNotOffered : by_slave ? kAborted : kAbortedByMaster, t.slave, t.last);
     finding.confidence = t.has_object ? ConfidenceOf(t.certainty) : Confidence::kObserved;
-    finding.title = "SDO " + service + " of " + object + " aborted: " + CodeText(t.abort_code);
-    finding.message = (by_slave ? std::string("The slave aborts the ") : std::string("The master aborts its ")) +
-                      service + " of " + object +
-                      (t.request.seen() ? " (request in frame " + std::to_string(t.request.number) + ")" : "") +
-                      " with " + CodeText(t.abort_code) + ".";
+    finding.Set("service", ServiceValue(t.service));
+    SetObject(finding, t, *context().slave(t.slave).profile);
+    const std::string_view meaning = mailbox::AbortCodeText(t.abort_code);
+    finding.Set("abort_code", arg::Code(t.abort_code, meaning, 8)).Set("undefined", arg::Flag(meaning.empty()));
     if (t.displaced_abort_code) {
-      finding.message += " Four bytes behind the place of the code stands " + CodeText(*t.displaced_abort_code) +
-                         ": the slave put it in the wrong place, and that is what it means.";
+      finding.Set("displaced_abort_code",
+                  arg::Code(*t.displaced_abort_code, mailbox::AbortCodeText(*t.displaced_abort_code), 8));
     }
-    if (IsProbe(t)) {
-      finding.message += " Nothing is changed: the master learns that the slave does not have it.";
-    } else if (by_slave) {
-      finding.message += " " + Advice(code);
-    }
-    if (by_slave) finding.message += EsiText(t);
-    if (t.service == mailbox::SdoService::kDownload) {
-      finding.message += " The master wrote " + Count(t.size, "byte") + ValueText(t.data) + ".";
-    }
-    finding.evidence.push_back(Text("service", service));
-    if (t.has_object) {
-      finding.evidence.push_back(HexNumber("index", t.index));
-      finding.evidence.push_back(Number("subindex", t.subindex));
-      finding.evidence.push_back({"complete_access", t.complete_access, Evidence::Notation::kDecimal});
-    }
-    finding.evidence.push_back(HexNumber("abort_code", t.abort_code));
-    if (t.displaced_abort_code) finding.evidence.push_back(HexNumber("displaced_abort_code", *t.displaced_abort_code));
-    finding.evidence.push_back(Text("meaning", std::string(mailbox::AbortCodeText(code))));
-    finding.evidence.push_back(Text("aborted_by", by_slave ? "slave" : "master"));
+    const CodeWords* words = WordsOf(code);
+    if (words != nullptr) finding.Set("reason", arg::Of(words->reason));
+    finding.Set("meaning", arg::Text(mailbox::AbortCodeText(code)))
+        .Set("aborted_by", SenderValue(t.aborted_by))
+        .Set("advice", arg::Of(words != nullptr ? words->advice : AdviceForClass(code)));
+    if (t.request.seen()) finding.Set("request_frame", arg::Frame(t.request.number));
+    if (t.service == mailbox::SdoService::kDownload) SetValue(finding, t);
+    if (by_slave) AddEsiNote(finding, t);
     AddRelated(finding, t.request.number);
     const FindingIndex index = Report(key, IsProbe(t) ? Severity::kInfo : Severity::kError, std::move(finding));
-    MissSingly(t, index);
+    RememberWhole(t, index);
     Remember(t, index);
   }
 
   void Finish() override { (void)NotEvaluableWithoutReturns(); }
 
  private:
-  /// Complete access that was refused: what has to be written singly for the master to have what it wanted.
+  /// Complete access that was refused, and the entries that the master has to write one by one instead.
   struct Whole {
     SlaveId slave = kNoSlave;
     FindingIndex finding = kNoFinding;
@@ -134,9 +269,9 @@ class SdoAbort final : public Rule {
     std::bitset<17> missing;              ///< subindices
   };
 
-  /// Values of assignments (two bytes) and mappings (four) behind the count and a byte of padding; others are of sizes
-  /// that nobody knows here.
-  void MissSingly(const mailbox::SdoTransfer& t, FindingIndex finding) {
+  /// Values of assignments (2 bytes) and mappings (4 bytes) after the count and a byte of padding. The sizes of the
+  /// entries of other objects are not known here.
+  void RememberWhole(const mailbox::SdoTransfer& t, FindingIndex finding) {
     if (finding == kNoFinding || t.service != mailbox::SdoService::kDownload || !t.complete_access ||
         t.abort_code != kNoCompleteAccess || t.subindex != 0 || t.data.size() < 2 || !process::IsPdoObject(t.index)) {
       return;
@@ -161,103 +296,76 @@ class SdoAbort final : public Rule {
       whole.missing.set(t.subindex, UnsignedOf(t.data) != wanted);
       if (whole.missing.any()) continue;
       Finding& finding = context().store[whole.finding];
-      finding.message += " Then the master wrote the same entries one by one, the last of them in frame " +
-                         std::to_string(t.last.number) + ": nothing is missing.";
+      finding.Add(kWrittenSingly, {{"written_frame", arg::Frame(t.last.number)}});
       AddRelated(finding, t.last.number);
       context().store.Regrade(whole.finding, Severity::kInfo);
       whole.finding = kNoFinding;
     }
   }
 
-  static std::string CodeText(std::uint32_t code) {
-    const std::string_view text = mailbox::AbortCodeText(code);
-    return Hex(code, 8) +
-           (text.empty() ? ", a code without a meaning in the standard" : " (" + std::string(text) + ")");
+  static const CodeWords* WordsOf(std::uint32_t code) {
+    const auto* found =
+        std::lower_bound(std::begin(kCodes), std::end(kCodes), code,
+                         [](const CodeWords& words, std::uint32_t value) { return words.code < value; });
+    return found != std::end(kCodes) && found->code == code ? found : nullptr;
   }
 
-  /// What the ESI says of a feature that the transfer needs.
-  [[nodiscard]] std::string EsiText(const mailbox::SdoTransfer& t) const {
+  /// What the ESI states about a feature that the transfer needs.
+  void AddEsiNote(Finding& finding, const mailbox::SdoTransfer& t) const {
     const device::DeviceDescription& device = *context().slave(t.slave).profile;
-    if (!device.esi || !t.has_object) return {};
-    if (t.complete_access && !device.mailbox.complete_access) return " Its ESI does not offer complete access.";
-    if (t.service != mailbox::SdoService::kDownload) return {};
+    if (!device.esi || !t.has_object) return;
+    if (t.complete_access && !device.mailbox.complete_access) {
+      finding.Add(kNoCompleteAccessInEsi);
+      return;
+    }
+    if (t.service != mailbox::SdoService::kDownload) return;
     constexpr std::uint16_t kFirstAssignment = 0x1C10, kLastAssignment = 0x1C2F;
     if (t.index >= kFirstAssignment && t.index <= kLastAssignment && device.esi->pdo_assign == false) {
-      return " Its ESI says that the PDO assignment is fixed (PdoAssign).";
+      finding.Add(kAssignmentFixed);
+      return;
     }
     const bool mapping = (t.index >= 0x1600 && t.index < 0x1800) || (t.index >= 0x1A00 && t.index < 0x1C00);
-    if (mapping && device.esi->pdo_config == false) return " Its ESI says that the PDO mapping is fixed (PdoConfig).";
-    return {};
+    if (mapping && device.esi->pdo_config == false) finding.Add(kMappingFixed);
   }
 
   static bool IsProbe(const mailbox::SdoTransfer& t) {
-    // Where the request is not in the capture, it may have been one.
+    // A transfer whose request is not in the capture may have been an upload.
     if (t.service == mailbox::SdoService::kDownload || t.aborted_by != mailbox::Direction::kIn) return false;
     return t.abort_code == kNoObject || t.abort_code == kNoSubindex || t.abort_code == kNoCompleteAccess;
   }
 
-  static std::string ValueText(ByteSpan data) {
+  static void SetValue(Finding& finding, const mailbox::SdoTransfer& t) {
     constexpr std::size_t kShown = 8;
-    if (data.empty()) return {};
-    std::string out = " (" + HexBytes(data.first(std::min(kShown, data.size())));
-    if (data.size() > kShown) out += "...";
-    return out + ")";
+    finding.Set("size", arg::Count(t.size, "byte"));
+    if (t.data.empty()) return;
+    finding.Set("value", arg::Bytes(t.data.first(std::min(kShown, t.data.size()))))
+        .Set("value_cut", arg::Flag(t.data.size() > kShown));
   }
 
-  static std::string Advice(std::uint32_t code) {
-    switch (code) {
-      case 0x06010003:
-        return "Write 0 to subindex 0 first, then the other subindices, then subindex 0.";
-      case kNoCompleteAccess:
-        return "Transfer the subindices one by one.";
-      case 0x06010005:
-        return "The object is longer than the mailbox: transfer it in segments or subindex by subindex, or set up "
-               "longer "
-               "mailboxes where the device has them.";
-      case 0x06010006:
-        return "The object is mapped into the outputs, which write it in every cycle: take it out of the mapping, or "
-               "write it by process data.";
-      case 0x06040043:
-        return "The value does not go together with other parameters: look at what was written before, and at their "
-               "order.";
-      case 0x06040047:
-        return "The device contradicts itself: look at its own diagnosis, and try again after a power cycle.";
-      case 0x06090033:
-        return "The modules in the device are not those that the master configures: compare F030h with F050h.";
-      case 0x06090036:
-        return "Minimum and maximum of the parameter are reversed: write them in another order.";
-      case 0x08000021:
-        return "The device is under local control: switch that off at the device or in its tool.";
-      case 0x08000023:
-        return "The device has no dictionary at hand (it makes it from a file, or while it starts): look at its own "
-               "diagnosis, and ask again later.";
-      case 0x08000024:
-        return "There is no value yet: ask again when the device has one.";
-      default:
-        break;
-    }
+  static const Word& AdviceForClass(std::uint32_t code) {
     switch (code >> 16U) {
       case 0x0503:
-        return "Look at the toggle bits of the segments.";
+        return kCheckToggle;
       case 0x0504:
-        return "Look at the SDO command, and at what the slave was doing.";
+        return kCheckCommand;
       case 0x0601:
-        return "The object does not allow this access; look it up in the dictionary of the drive.";
+        return kCheckAccess;
       case 0x0602:
-        return "Check index and firmware: the drive does not have this object.";
+        return kCheckObject;
       case 0x0604:
-        return "Check the PDO mapping against what the drive allows.";
+        return kCheckMapping;
       case 0x0607:
-        return "Check the length against the type of the object.";
+        return kCheckLength;
       case 0x0609:
-        return "Check subindex and value against the limits of the object.";
+        return kCheckValue;
       case 0x0800:
-        return "Check the state: AL state, drive enabled, local control.";
+        return kCheckState;
       default:
-        return "Look the object up in the dictionary of the drive.";
+        return kFindObject;
     }
   }
-  /// A download that was refused: the master may write the same once more, in a state that allows it.
+
+  /// A download that was refused: the master may write the same value again, in a state that allows it.
   struct Refused {
     SlaveId slave = kNoSlave;
     FindingIndex finding = kNoFinding;
@@ -286,17 +394,17 @@ class SdoAbort final : public Rule {
           std::equal(t.data.begin(), t.data.end(), refused.value.begin(), refused.value.begin() + refused.bytes);
       if (!same) continue;
       const FindingIndex index = std::exchange(refused.finding, kNoFinding);
-      if (told_later_.contains(index)) continue;
-      told_later_.insert(index);
+      if (noted_.contains(index)) continue;
+      noted_.insert(index);
       Finding& finding = context().store[index];
-      finding.message += " In frame " + std::to_string(t.last.number) + " the slave takes the same value.";
+      finding.Add(kWrittenLater, {{"accepted_frame", arg::Frame(t.last.number)}});
       AddRelated(finding, t.last.number);
     }
   }
 
   std::array<Refused, 32> refused_{};  // the newest
   std::size_t next_refused_ = 0;
-  std::set<FindingIndex> told_later_;
+  std::set<FindingIndex> noted_;
   std::array<Whole, 32> whole_{};  // the newest
   std::size_t next_whole_ = 0;
 };

@@ -3,37 +3,64 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
-#include "decoder/base/text.h"
 #include "decoder/mailbox/events.h"
 
 namespace ecaudit::sdo_toggle {
 namespace {
+
+constexpr FindingKind kInRequest{
+    .name = "request-toggle",
+    .title = "Wrong toggle bit in a segment request[ of the {service} of {object:number}]",
+    .message = R"(The segment request in {frame} has the wrong toggle bit. It belongs to the {service} of
+[{object}[{?complete_access} (complete access)]][{!object}an object that is not in the capture]. The bit has to
+alternate between segment requests, starting with 0.[{?several} This transfer has {wrong_segments} with a wrong toggle
+bit.] A segment was lost or repeated, so the data are not reliable.)",
+    .next = "Correct the master: repeat a segment only if its response is lost.",
+    .identity = "service object"};
+
+constexpr FindingKind kInResponse{
+    .name = "response-toggle",
+    .title = "Wrong toggle bit in a segment response[ of the {service} of {object:number}]",
+    .message = R"(The segment response in {frame} has the wrong toggle bit. It belongs to the {service} of
+[{object}[{?complete_access} (complete access)]][{!object}an object that is not in the capture]. A response has to
+repeat the toggle bit of its request.[{?several} This transfer has {wrong_segments} with a wrong toggle bit.] A segment
+was lost or repeated, so the data are not reliable.)",
+    .next = "Correct the slave.",
+    .identity = "service object"};
+
+constexpr const FindingKind* kKinds[] = {&kInRequest, &kInResponse};
 
 constexpr RuleInfo kInfo{.id = "sdo-toggle",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
                          .subject = Subject::kCoe,
                          .title = "The toggle bit of an SDO segment is wrong",
-                         .needs = "the segments of the transfer, without a gap",
+                         .needs = "the segments of the transfer, without a capture gap",
                          .source = "ETG1000.6, SDO services",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Bit 4 of the command of each SDO segment: 0 in the first segment request, then alternating; the answer repeats it.
+Bit 4 of the command of each SDO segment:
+
+- 0 in the first segment request, then alternating
+- in a response the same as in its request
 
 ## Why it matters
-A wrong bit means that a segment was lost or came twice: the data are not what the other side has. The slave aborts with
+A wrong bit means that a segment was lost or repeated: master and slave have different data. The slave aborts with
 0x05030000.
 
 ## How it is decided
-The bit of a request differs from what follows the last answer, or that of an answer from its request. A request
-repeated because its answer was lost is no error. Where the initiate is not in the capture, the first segment seen sets
-the bit.
+The bit of a request differs from the one expected after the last response, or the bit of a response differs from that
+of its request.
+
+- A request that is repeated because its response was lost is no error.
+- If the initiate is not in the capture, the first segment in the capture sets the bit.
 
 ## Example
-Two segment requests in a row with toggle 0, both answered.
+Two segment requests in a row with toggle bit 0, both answered.
 
 ## What to do
-Correct the side that the finding names. Its abort, if there is one, points here.
+Correct the side that the finding names. The abort, if there is one, has this finding as its cause.
 )"};
 
 class SdoToggle final : public Rule {
@@ -43,7 +70,7 @@ class SdoToggle final : public Rule {
     Subscribe<mailbox::MailboxMessage>(&SdoToggle::On);
   }
 
-  /// A segment request whose frame never came back becomes known after the next ones.
+  /// A segment request whose frame never returned becomes known after the next ones.
   void On(const mailbox::MailboxMessage& m) {
     const bool lost = m.certainty == Certainty::kUnknown;
     if (lost && m.direction == mailbox::Direction::kOut) deferred_.Lost(m.slave, m.frame().number);
@@ -54,25 +81,14 @@ class SdoToggle final : public Rule {
     const std::uint64_t key = static_cast<std::uint64_t>(t.index) | static_cast<std::uint64_t>(t.subindex) << 16U |
                               static_cast<std::uint64_t>(t.service) << 24U |
                               static_cast<std::uint64_t>(t.toggle_error_by) << 32U;
-    const std::string object =
-        t.has_object ? ObjectText(t, *context().slave(t.slave).profile) : std::string("an object not in the capture");
     const bool master = t.toggle_error_by == mailbox::Direction::kOut;
-    Finding finding;
-    finding.slave = t.slave;
-    finding.first = t.toggle_error;
-    finding.title = "Wrong toggle bit in the " + std::string(Name(t.service)) + " of " + object;
-    finding.message = "The segment " + WhichWay(t.toggle_error_by) + " in frame " +
-                      std::to_string(t.toggle_error.number) + ", part of the " + std::string(Name(t.service)) + " of " +
-                      object + ", has the wrong toggle bit" +
-                      (master ? ": it has to alternate from one segment request to the next, beginning with 0."
-                              : ": an answer has to repeat the bit of its request.");
-    if (t.toggle_errors > 1) {
-      finding.message += " It is the first of " + std::to_string(t.toggle_errors) + " in this transfer.";
-    }
-    finding.message += " A segment was lost or repeated, so the data cannot be trusted.";
-    finding.evidence.push_back(Text("by", master ? "master" : "slave"));
-    finding.evidence.push_back(Number("wrong_segments", t.toggle_errors));
-    finding.evidence.push_back(Number("segments", t.segments));
+    Finding finding = Found(master ? kInRequest : kInResponse, t.slave, t.toggle_error);
+    finding.Set("by", SenderValue(t.toggle_error_by))
+        .Set("wrong_segments", arg::Count(t.toggle_errors, "segment"))
+        .Set("segments", arg::Count(t.segments, "segment"))
+        .Set("several", arg::Flag(t.toggle_errors > 1))
+        .Set("service", ServiceValue(t.service));
+    SetObject(finding, t, *context().slave(t.slave).profile);
     AddRelated(finding, t.request.number);
     // The abort is found by its frame once this finding is settled.
     if (t.outcome == mailbox::SdoOutcome::kAborted) AddRelated(finding, t.last.number);

@@ -5,12 +5,48 @@
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
-#include "decoder/base/text.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/pipeline.h"
 
 namespace ecaudit::sdo_unexpected_response {
 namespace {
+
+constexpr FindingKind kNoRequest{
+    .name = "no-request",
+    .title = "SDO response for [{object}][{!object}a segment] without a request",
+    .message =
+        R"(The SDO response for [{object}][{!object}a segment] in {frame} (command {command}) belongs to no request: no
+SDO request is outstanding.[ It is an abort with {abort_code}.])",
+    .next = R"([{?caused}Correct the cause.][{!caused}Check that the master compares index and subindex, and its
+time-out.])",
+    .identity = "object"};
+
+constexpr FindingKind kWrongCommand{
+    .name = "wrong-command",
+    .title = "SDO response with command {command} to the request for {expected_object}",
+    .message =
+        R"(The SDO response for [{object}][{!object}a segment] in {frame} has command {command}. This command does not
+answer the outstanding request for {expected_object}[ in {request_frame}].[ The response is an abort with
+{abort_code}.])",
+    .next = R"([{?caused}Correct the cause.][{!caused}Check that the master compares index and subindex, and its
+time-out.])",
+    .identity = "object expected_object"};
+
+constexpr FindingKind kWrongObject{
+    .name = "wrong-object",
+    .title = "SDO response for [{object}][{!object}a segment] instead of {expected_object}",
+    .message = R"(The SDO response in {frame} (command {command}) is for [{object}][{!object}a segment]. The outstanding
+request[ in {request_frame}] is for {expected_object}.[ The response is an abort with {abort_code}.])",
+    .next = R"([{?caused}Correct the cause.][{!caused}Check that the master compares index and subindex, and its
+time-out.])",
+    .identity = "object expected_object"};
+
+constexpr NoteKind kLate{
+    .name = "late",
+    .text = "It is probably the late response to the request in {given_up_frame}, which the master gave up."};
+
+constexpr const FindingKind* kKinds[] = {&kNoRequest, &kWrongCommand, &kWrongObject};
+constexpr const NoteKind* kNotes[] = {&kLate};
 
 constexpr RuleInfo kInfo{.id = "sdo-unexpected-response",
                          .group = "Mailbox and CoE",
@@ -19,25 +55,29 @@ constexpr RuleInfo kInfo{.id = "sdo-unexpected-response",
                          .title = "An SDO response does not match the outstanding request",
                          .needs = "the request before the response",
                          .source = "ETG1000.6, SDO services",
+                         .kinds = kKinds,
+                         .notes = kNotes,
                          .doc = R"(
 ## What it checks
-Whether each SDO answer belongs to the outstanding request: the command answers it, and index and subindex are the same.
+Whether each SDO response belongs to the outstanding request: its command answers the request, and index and subindex
+are the same.
 
 ## Why it matters
-A master that does not compare takes the value of another object. Masters that do wait on, until their time-out.
+A master that does not compare them uses the value of another object. Other masters wait until their time-out.
 
 ## How it is decided
-Aborts may leave index and subindex 0, and answers to complete access may name another subindex. An answer while nothing
-is outstanding counts only when a request before it is in the capture: the first answer of a capture may belong to a
-request before it. Where the frame of a request turns out to be lost, the answer may belong to that one. An answer for
-an object whose request was given up before is named as late, and caused_by points to mailbox-no-response where that was
-found.
+- An abort may have index and subindex 0. A response to complete access may have another subindex.
+- A response without an outstanding request counts only if the capture has an earlier request: the first response of a
+  capture may belong to a request before the capture.
+- If the frame of a request was lost, the response may belong to that request: no finding.
+- A response for an object whose request the master gave up is named as late. If mailbox-no-response reported that
+  request, caused_by names it.
 
 ## Example
-The answer for 6040h:0 while 6041h:0 was asked for.
+The response for 6040h:0 to a request for 6041h:0.
 
 ## What to do
-Look at the request before: with a time-out that is too short the answers come one request late.
+Check the request before: if the time-out is too short, each response comes one request late.
 )"};
 
 class SdoUnexpectedResponse final : public Rule {
@@ -48,7 +88,7 @@ class SdoUnexpectedResponse final : public Rule {
     Subscribe<mailbox::MailboxMessage>(&SdoUnexpectedResponse::On);
   }
 
-  /// A request whose frame never came back becomes known after its answer.
+  /// A request whose frame never returned becomes known after its answer.
   void On(const mailbox::MailboxMessage& m) {
     const bool lost = m.certainty == Certainty::kUnknown;
     if (lost && m.direction == mailbox::Direction::kOut) deferred_.Lost(m.slave, m.frame().number);
@@ -61,7 +101,6 @@ class SdoUnexpectedResponse final : public Rule {
   }
 
   void On(const mailbox::SdoUnexpected& e) {
-    using Reason = mailbox::SdoUnexpected::Reason;
     if (e.request.seen() && context().network().MayMissBetween(e.request.number, e.response.number)) {
       NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kHistory, e.response.number);
       return;
@@ -70,35 +109,26 @@ class SdoUnexpectedResponse final : public Rule {
                               static_cast<std::uint64_t>(e.subindex) << 24U |
                               static_cast<std::uint64_t>(e.expected_index) << 32U |
                               static_cast<std::uint64_t>(e.expected_subindex) << 48U;
-    const std::string answer = e.has_object ? "for " + ObjectName(e.index, e.subindex) : std::string("for a segment");
-    const std::string expected = ObjectName(e.expected_index, e.expected_subindex);
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.response;
-    finding.title = e.reason == Reason::kNoRequest ? "SDO response " + answer + " without a request"
-                                                   : "SDO response " + answer + " instead of one for " + expected;
-    finding.message = "The SDO response in frame " + std::to_string(e.response.number) + " (command " +
-                      Hex(e.command, 2) + ", " + answer + ") does not match: " + std::string(Describe(e.reason));
-    if (e.request.seen()) {
-      finding.message += ", the one for " + expected + " in frame " + std::to_string(e.request.number);
+    Finding finding = Found(KindOf(e.reason), e.slave, e.response);
+    finding.Set("command", arg::Hex(e.command, 2));
+    if (e.has_object) {
+      finding.Set("object", arg::Object(e.index, e.subindex))
+          .Set("index", arg::Hex(e.index))
+          .Set("subindex", arg::Number(e.subindex));
     }
-    finding.message += ".";
-    if (e.abort) finding.message += " It is an abort with " + Hex(e.abort_code, 8) + ".";
+    if (e.request.seen()) {
+      finding.Set("expected_index", arg::Hex(e.expected_index))
+          .Set("expected_subindex", arg::Number(e.expected_subindex))
+          .Set("request_frame", arg::Frame(e.request.number));
+    }
+    if (e.reason != mailbox::SdoUnexpected::Reason::kNoRequest) {
+      finding.Set("expected_object", arg::Object(e.expected_index, e.expected_subindex));
+    }
+    if (e.abort) finding.Set("abort_code", arg::Code(e.abort_code, mailbox::AbortCodeText(e.abort_code), 8));
     if (const mailbox::RequestSummary* late = GivenUp(e); late != nullptr) {
-      finding.message += " It looks like the late answer to the request in frame " +
-                         std::to_string(late->frame.number) + ", which the master had given up.";
+      finding.Add(kLate, {{"given_up_frame", arg::Frame(late->frame.number)}});
       finding.caused_by = context().ExplanationOf(e.slave, late->frame.number);
       AddRelated(finding, late->frame.number);
-    }
-    finding.message += " Check that the master compares index and subindex, and its time-out.";
-    finding.evidence.push_back(HexNumber("command", e.command));
-    if (e.has_object) {
-      finding.evidence.push_back(HexNumber("index", e.index));
-      finding.evidence.push_back(Number("subindex", e.subindex));
-    }
-    if (e.request.seen()) {
-      finding.evidence.push_back(HexNumber("expected_index", e.expected_index));
-      finding.evidence.push_back(Number("expected_subindex", e.expected_subindex));
     }
     AddRelated(finding, e.request.number);
     deferred_.Add({e.request.number, key, std::move(finding)});
@@ -111,6 +141,18 @@ class SdoUnexpectedResponse final : public Rule {
   }
 
  private:
+  static const FindingKind& KindOf(mailbox::SdoUnexpected::Reason reason) {
+    switch (reason) {
+      case mailbox::SdoUnexpected::Reason::kNoRequest:
+        break;
+      case mailbox::SdoUnexpected::Reason::kWrongCommand:
+        return kWrongCommand;
+      case mailbox::SdoUnexpected::Reason::kWrongObject:
+        return kWrongObject;
+    }
+    return kNoRequest;
+  }
+
   void Settle(DeferredFinding&& d) {
     if (MissesPackets(context().pairing())) {
       NotEvaluable(d.finding.slave, ReasonCode::kMissesPackets, d.finding.first.number);

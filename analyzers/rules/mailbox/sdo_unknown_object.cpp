@@ -2,31 +2,56 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
-#include "decoder/base/text.h"
 #include "decoder/mailbox/events.h"
 
 namespace ecaudit::sdo_unknown_object {
 namespace {
+
+constexpr FindingKind kUnknown{
+    .name = "unknown",
+    .title = "{service} of {object}, which is not in the dictionary of the drive",
+    .message = R"(The master {access} {object} in {frame}. The dictionary of {family} ({source}) does not have this
+object.)",
+    .next = "Check that the configuration belongs to this drive and its firmware.",
+    .identity = "service object"};
+
+constexpr FindingKind kAccepted{
+    .name = "accepted",
+    .title = "{object} exists, but is not in the dictionary of the drive",
+    .message =
+        R"(The master {access} {object} in {frame}, and the slave accepts it. The dictionary of {family} ({source}) does
+not have this object. The firmware of the slave is newer than the manual.)",
+    .next = "",
+    .identity = "service object"};
+
+constexpr const FindingKind* kKinds[] = {&kUnknown, &kAccepted};
+
+constexpr Word kWrites{"writes", "writes"};
+constexpr Word kReads{"reads", "reads"};
+constexpr Word kCompleteDictionary{"complete-dictionary", "a complete object dictionary"};
 
 constexpr RuleInfo kInfo{.id = "sdo-unknown-object",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kWarning,
                          .needs_no_history = true,
                          .subject = Subject::kCoe,
-                         .title = "An object is accessed that the family's dictionary does not have",
+                         .title = "The dictionary of the family does not have an accessed object",
                          .needs = "a dictionary that claims to be complete",
                          .source = "MKD, 5.2",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-SDO transfers for objects whose index is missing from the dictionary of the slave's family.
+SDO transfers of objects whose index is not in the dictionary of the slave's family.
 
 ## Why it matters
-The drive aborts with 0x06020000. In a configuration the line belongs to another drive.
+The drive aborts with 0x06020000. In a configuration this line belongs to another drive.
 
 ## How it is decided
-Only where the manual says that its table lists all objects (MKD-C). A download is a warning, unless the slave accepts
-it: then the drive has more than its manual says, an info. An upload is an info in any case: masters ask for optional
-objects to find out what there is.
+The manual of the family has to state that its table lists all objects (MKD-C).
+
+- A download is a warning.
+- A download that the slave accepts is an info: the drive has more objects than its manual lists.
+- An upload is an info: masters read optional objects to find out whether they exist.
 
 ## Example
 A download of 6060h:0 to an MKD-C, which is a power supply.
@@ -43,7 +68,7 @@ class SdoUnknownObject final : public Rule {
     if (!t.has_object || t.service == mailbox::SdoService::kUnknown) return;
     const device::DeviceDescription& family = *context().slave(t.slave).profile;
     if (!family.dictionary || !family.dictionary->complete) {
-      NotEvaluable(t.slave, "no dictionary of this family claims to be complete", t.request.number);
+      NotEvaluable(t.slave, ReasonCode::kNotInProfile, kCompleteDictionary, t.request.number);
       return;
     }
     if (family.dictionary->FindIndex(t.index) != nullptr) return;
@@ -54,21 +79,16 @@ class SdoUnknownObject final : public Rule {
                               (accepted ? 1ULL << 24U : 0U);
     FindingIndex index = Repeat(t.slave, key, frame);
     if (index == kNoFinding) {
-      const std::string object = ObjectName(t.index);
-      Finding finding;
-      finding.slave = t.slave;
-      finding.first = frame;
+      Finding finding = Found(accepted ? kAccepted : kUnknown, t.slave, frame);
       finding.confidence = ConfidenceOf(t.certainty);
-      finding.title = object + " is not in the dictionary of this drive";
-      finding.message = std::string(download ? "The master writes " : "The master reads ") + object + " in frame " +
-                        std::to_string(frame.number) + ", but the dictionary of " + family.title + " (" +
-                        family.dictionary->source + ") does not have it. ";
-      finding.message += accepted ? "The slave has it all the same: its firmware is newer than the manual."
-                                  : "Check that the configuration belongs to this drive.";
       finding.reference = ReferenceTo(family.dictionary->source);
-      finding.evidence.push_back(HexNumber("index", t.index));
-      finding.evidence.push_back(Text("service", std::string(Name(t.service))));
-      finding.evidence.push_back(Text("outcome", std::string(Name(t.outcome))));
+      finding.Set("object", arg::Object(t.index))
+          .Set("index", arg::Hex(t.index))
+          .Set("service", ServiceValue(t.service))
+          .Set("access", arg::Of(download ? kWrites : kReads))
+          .Set("outcome", OutcomeValue(t.outcome))
+          .Set("family", arg::Text(family.title))
+          .Set("source", arg::Text(family.dictionary->source));
       AddRelated(finding, t.response.number);
       index = Report(key, download && !accepted ? Severity::kWarning : Severity::kInfo, std::move(finding));
     }

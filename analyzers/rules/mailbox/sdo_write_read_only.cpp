@@ -2,11 +2,32 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
-#include "decoder/base/text.h"
 #include "decoder/mailbox/events.h"
 
 namespace ecaudit::sdo_write_read_only {
 namespace {
+
+constexpr FindingKind kWritten{
+    .name = "written",
+    .title = "Download to {object:number}, which is {access}",
+    .message = R"(The master writes {size} to {object}[{?complete_access} (complete access)] in {frame}. The object is
+{access} ({source}).[ The slave aborted the download with {abort_code}.])",
+    .next = "Remove the download from the configuration, or check which object is meant.",
+    .identity = "object"};
+
+constexpr FindingKind kAccepted{
+    .name = "accepted",
+    .title = "Download to {object:number} accepted, documented as {access}",
+    .message = R"(The master writes {size} to {object}[{?complete_access} (complete access)] in {frame}, and the slave
+accepts it. The object is {access} ({source}): the slave allows more than the document.)",
+    .next = "",
+    .identity = "object"};
+
+constexpr const FindingKind* kKinds[] = {&kWritten, &kAccepted};
+
+constexpr Word kReadOnly{"ro", "read-only"};
+constexpr Word kConstant{"const", "constant"};
+constexpr Word kAccessRights{"access-rights", "the access rights of an object", true};
 
 constexpr RuleInfo kInfo{.id = "sdo-write-read-only",
                          .group = "Mailbox and CoE",
@@ -16,26 +37,30 @@ constexpr RuleInfo kInfo{.id = "sdo-write-read-only",
                          .title = "A download to an object that is read-only",
                          .needs = "the object in the dictionary of the family or of the standard",
                          .source = "ETG1000.6, CoE objects; CIA402, standard objects; MKD, 5.2, 5.3",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-SDO downloads to objects that the dictionary marks read-only or constant.
+SDO downloads to objects that the dictionary marks as read-only or constant.
 
 ## Why it matters
-The drive aborts with 0x06010002 and keeps its value. In a configuration this is a line that belongs to another drive or
-firmware, or a typing error in the index.
+The drive aborts with 0x06010002 and keeps its value. In a configuration this line belongs to another drive or
+firmware, or the index is mistyped.
 
 ## How it is decided
-By the dictionary of the slave's family; where its manual prints none (AKD, Pilz), by the objects that the standards
-define alike for all devices (1000h, 1018h, 6041h, ...). What neither says is not judged. Where the slave aborts with
-"object" or "subindex does not exist", the dictionary does not fit it and nothing is said. Where the slave accepts the
-download, the drive offers more than its manual says: an info. Not seen whether it does: inferred. A download by
-complete access is judged when every entry of the object is read-only.
+The dictionary of the slave's family decides. If the manual of the family lists no access rights (AKD, Pilz), the
+objects that the standards define for all devices decide (1000h, 1018h, 6041h, ...).
+
+- An object that neither of them lists is not evaluated.
+- If the slave aborts because the object or subindex does not exist, the dictionary does not fit: no finding.
+- If the slave accepts the download, the drive allows more than its manual: an info.
+- If the capture does not show the answer, the finding is inferred.
+- A download by complete access is evaluated only if every entry of the object is read-only.
 
 ## Example
 samples/captures/sdo-aborts.pcapng: a download to 1018h:1, the vendor ID.
 
 ## What to do
-Take the download out of the configuration, or look up which object was meant.
+Remove the download from the configuration, or check which object is meant.
 )"};
 
 class SdoWriteReadOnly final : public Rule {
@@ -48,7 +73,7 @@ class SdoWriteReadOnly final : public Rule {
     const device::DeviceDescription& family = *context().slave(t.slave).profile;
     const device::DictionaryObject* object = Lookup(t, family);
     if (object == nullptr || (object->access == device::Access::kUnknown && !object->constant)) {
-      NotEvaluable(t.slave, "the access rights of an object are not known", t.request.number);
+      NotEvaluable(t.slave, ReasonCode::kNotInProfile, kAccessRights, t.request.number);
       return;
     }
     if (object->access != device::Access::kRead && !object->constant) return;
@@ -58,28 +83,15 @@ class SdoWriteReadOnly final : public Rule {
                               (accepted ? 1ULL << 24U : 0U) | (t.complete_access ? 1ULL << 25U : 0U);
     FindingIndex index = Repeat(t.slave, key, t.request);
     if (index == kNoFinding) {
-      Finding finding;
-      finding.slave = t.slave;
-      finding.first = t.request;
+      Finding finding = Found(accepted ? kAccepted : kWritten, t.slave, t.request);
       finding.confidence = aborted || accepted ? ConfidenceOf(t.certainty) : Confidence::kInferred;
-      finding.title =
-          "Download to " + ObjectText(t, family) + ", which is " + (object->constant ? "constant" : "read-only");
-      finding.message = "The master writes " + Count(t.size, "byte") + " to " + ObjectText(t, family) + " in frame " +
-                        std::to_string(t.request.number) + ", but the object is " +
-                        (object->constant ? "constant" : "read-only") + " (" + object->source + "). ";
-      if (accepted) {
-        finding.message += "The slave accepted it: it allows more than the document says.";
-      } else if (aborted) {
-        finding.message +=
-            "The slave aborted with " + Hex(t.abort_code, 8) + ". Take the download out of the configuration.";
-      } else {
-        finding.message += "Take the download out of the configuration.";
-      }
       finding.reference = ReferenceTo(object->source);
-      finding.evidence.push_back(HexNumber("index", t.index));
-      finding.evidence.push_back(Number("subindex", t.subindex));
-      finding.evidence.push_back(Text("access", object->constant ? "const" : "ro"));
-      finding.evidence.push_back(Text("outcome", std::string(Name(t.outcome))));
+      SetObject(finding, t, family);
+      finding.Set("access", arg::Of(object->constant ? kConstant : kReadOnly))
+          .Set("outcome", OutcomeValue(t.outcome))
+          .Set("size", arg::Count(t.size, "byte"))
+          .Set("source", arg::Text(object->source));
+      if (aborted) finding.Set("abort_code", arg::Code(t.abort_code, mailbox::AbortCodeText(t.abort_code), 8));
       AddRelated(finding, t.response.number);
       index = Report(key, accepted ? Severity::kInfo : Severity::kError, std::move(finding));
     }
@@ -93,7 +105,7 @@ class SdoWriteReadOnly final : public Rule {
     return t.outcome == mailbox::SdoOutcome::kAborted && (t.abort_code == kNoObject || t.abort_code == kNoSubindex);
   }
 
-  /// The row that decides: of the whole object one that may be written, if there is any.
+  /// The row that decides; of the whole object a writable one, if there is any.
   static const device::DictionaryObject* Lookup(const mailbox::SdoTransfer& t,
                                                 const device::DeviceDescription& family) {
     if (!t.complete_access) return family.object(t.index, t.subindex);

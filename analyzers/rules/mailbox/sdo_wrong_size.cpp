@@ -4,11 +4,22 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
-#include "decoder/base/text.h"
 #include "decoder/mailbox/events.h"
 
 namespace ecaudit::sdo_wrong_size {
 namespace {
+
+constexpr FindingKind kWrongSize{.name = "wrong-size",
+                                 .title = "{bytes} written to {object:number}[, which is {type} ({expected_bytes})]",
+                                 .message = R"(The master writes {bytes} to {object} in {frame}. The object [is {type},
+{expected_bytes} ({source})][{!type}has another size ({source})].[{?accepted} The slave accepted the download. The
+capture does not show which value it used.][ The slave aborted the download with {abort_code}.])",
+                                 .next = "Correct the data type in the start-up list of the master.",
+                                 .identity = "object"};
+
+constexpr const FindingKind* kKinds[] = {&kWrongSize};
+
+constexpr Word kType{"object-type", "the data type of an object"};
 
 constexpr RuleInfo kInfo{.id = "sdo-wrong-size",
                          .group = "Mailbox and CoE",
@@ -17,24 +28,29 @@ constexpr RuleInfo kInfo{.id = "sdo-wrong-size",
                          .title = "A download has another size than the object",
                          .needs = "the object's type in the dictionary of the family or of the standard",
                          .source = "ETG1000.6, CoE objects; CIA402, standard objects; MKD, 5.2, 5.3",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
 The size of SDO downloads against the type of the object: 2 bytes for INT16, and so on.
 
 ## Why it matters
-The drive aborts with 0x06070010, 0x06070012 or 0x06070013, or it takes part of the value.
+The drive aborts with 0x06070010, 0x06070012 or 0x06070013, or it uses only a part of the value.
 
 ## How it is decided
-By the type in the dictionary of the slave's family; where its manual prints none (AKD, Pilz), by the objects that the
-standards define alike for all devices. Strings, records and objects whose type is not known are not judged, nor are
-complete access and expedited downloads that indicate no size. A drive that accepts the download makes it a warning.
-What a drive gives in an upload is never judged: it knows its own objects.
+The type in the dictionary of the slave's family decides. If the manual of the family lists no types (AKD, Pilz), the
+objects that the standards define for all devices decide. If the drive accepts the download, the finding is a warning.
+
+Not evaluated are:
+
+- strings, records and objects whose type is not known
+- downloads by complete access, and expedited downloads that indicate no size
+- uploads: the drive knows its own objects
 
 ## Example
 samples/captures/sdo-aborts.pcapng: 2 bytes written to 60FFh:0, an INT32.
 
 ## What to do
-Correct the data type of this line in the master's start-up list.
+Correct the data type of this line in the start-up list of the master.
 )"};
 
 class SdoWrongSize final : public Rule {
@@ -48,7 +64,7 @@ class SdoWrongSize final : public Rule {
     const device::DeviceDescription& family = *context().slave(t.slave).profile;
     const device::DictionaryObject* object = family.object(t.index, t.subindex);
     if (object == nullptr || object->types.empty()) {
-      NotEvaluable(t.slave, "the type of an object is not known", t.request.number);
+      NotEvaluable(t.slave, ReasonCode::kNotInProfile, kType, t.request.number);
       return;
     }
     if (Allows(*object, t.subindex, *bytes)) return;
@@ -59,32 +75,19 @@ class SdoWrongSize final : public Rule {
     FindingIndex index = Repeat(t.slave, key, t.request);
     if (index == kNoFinding) {
       const device::DataType type = object->TypeOf(t.subindex);
-      const std::string wanted =
-          type == device::DataType::kUnknown
-              ? std::string("another size")
-              : std::string(device::DataTypeName(type)) + ", " + Count((device::BitsOf(type) + 7U) / 8U, "byte");
-      Finding finding;
-      finding.slave = t.slave;
-      finding.first = t.request;
+      Finding finding = Found(kWrongSize, t.slave, t.request);
       finding.confidence = aborted || accepted ? ConfidenceOf(t.certainty) : Confidence::kInferred;
-      finding.title = Count(*bytes, "byte") + " written to " + ObjectText(t, family) + " (" + wanted + ")";
-      finding.message = "The master writes " + Count(*bytes, "byte") + " to " + ObjectText(t, family) + " in frame " +
-                        std::to_string(t.request.number) + ", but the object is " + wanted + " (" + object->source +
-                        "). ";
-      if (accepted) {
-        finding.message += "The slave accepted it; what it made of the value is not known.";
-      } else if (aborted) {
-        finding.message += "The slave aborted with " + Hex(t.abort_code, 8) + ".";
-      }
-      finding.message += " Correct the data type in the start-up list of the master.";
       finding.reference = ReferenceTo(object->source);
-      finding.evidence.push_back(HexNumber("index", t.index));
-      finding.evidence.push_back(Number("subindex", t.subindex));
-      finding.evidence.push_back(Number("bytes", static_cast<std::int64_t>(*bytes)));
+      SetObject(finding, t, family);
+      finding.Set("bytes", arg::Count(*bytes, "byte"));
       if (type != device::DataType::kUnknown) {
-        finding.evidence.push_back(Number("expected_bytes", (device::BitsOf(type) + 7) / 8));
+        finding.Set("type", arg::Text(device::DataTypeName(type)))
+            .Set("expected_bytes", arg::Count((device::BitsOf(type) + 7U) / 8U, "byte"));
       }
-      finding.evidence.push_back(Text("outcome", std::string(Name(t.outcome))));
+      finding.Set("outcome", OutcomeValue(t.outcome))
+          .Set("accepted", arg::Flag(accepted))
+          .Set("source", arg::Text(object->source));
+      if (aborted) finding.Set("abort_code", arg::Code(t.abort_code, mailbox::AbortCodeText(t.abort_code), 8));
       AddRelated(finding, t.response.number);
       index = Report(key, accepted ? Severity::kWarning : Severity::kError, std::move(finding));
     }
@@ -92,7 +95,7 @@ class SdoWrongSize final : public Rule {
   }
 
  private:
-  /// What the master announced, else what a download in one piece carried; nothing where only part of it was seen.
+  /// What the master announced, else what a download in one piece carried; nothing if only a part is in the capture.
   static std::optional<std::uint64_t> SizeOf(const mailbox::SdoTransfer& t) {
     if (t.declared_size) return *t.declared_size;
     if (t.kind == mailbox::SdoTransferKind::kNormal) return t.size;
@@ -111,7 +114,7 @@ class SdoWrongSize final : public Rule {
     return t.outcome == mailbox::SdoOutcome::kAborted && (t.abort_code == kNoObject || t.abort_code == kNoSubindex);
   }
 
-  /// False when the code names another reason, read-only for example.
+  /// False if the code names another reason, for example read-only.
   static bool AbortFits(const mailbox::SdoTransfer& t) {
     const std::uint32_t code = t.displaced_abort_code.value_or(t.abort_code);
     return code >> 16U == 0x0607 || code >> 16U == 0x0800 || mailbox::AbortCodeText(code).empty();

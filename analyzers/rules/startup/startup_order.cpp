@@ -40,12 +40,13 @@ Order carries meaning: PDO assignment before or after the mapping it refers to, 
 parameters that belong to it, SYNC0 before or after SAFEOP.
 
 ## How it is decided
-The longest sequence that the expected and the observed start-up have in common counts as in place. Steps that happen with the
-expected value outside of it were moved. All moved steps of a slave are one finding, at the first of them.
+The longest sequence that the expected and the observed start-up have in common counts as in place. Steps that happen
+with the expected value outside of it were moved. All moved steps of a slave are one finding, at the first of them.
 
-- A slave that is found by its identity on the other side of its neighbours was moved. A slave whose position differs only
-  because another slave came or went was not.
-- Not evaluated: the order of steps of different slaves, and that of latching receive times and distributing the system time.
+- A slave that is found by its identity on the other side of its neighbours was moved. A slave whose position differs
+  only because another slave came or went was not.
+- Not evaluated: the order of steps of different slaves, and that of latching receive times and distributing the system
+  time.
 - An ENI lists datagrams and mailbox commands apart: each list is evaluated by itself.
 
 ## Example

@@ -26,8 +26,8 @@ The time from the first to the last frame of a phase of one slave against the li
 A start-up that takes longer every week indicates a slave that answers late, retries, or a bus that was extended.
 
 ## How it is decided
-By the time stamps of the capture. Phases without a limit, and frames without time stamps, are not evaluated. The limit of a
-slave overrides that of all slaves.
+By the time stamps of the capture. Phases without a limit, and frames without time stamps, are not evaluated. The limit
+of a slave overrides that of all slaves.
 
 ## Example
 tests/rules/startup-slow/violates.trace

@@ -49,23 +49,23 @@ constexpr RuleInfo kInfo{.id = "startup-step-missing",
                          .notes = kNotes,
                          .doc = R"(
 ## What it checks
-Every step that the expectation lists for a slave: register writes, SDO transfers, state requests, commands to a drive. Every
-slave that it lists must be on the bus. Where the expectation says "outcome": "done", the slave must have followed: the state
-was reached, the transfer answered, the register accepted, the drive enabled.
+Every step that the expectation lists for a slave: register writes, SDO transfers, state requests, commands to a drive.
+Every slave that it lists must be on the bus. Where the expectation says "outcome": "done", the slave must have
+followed: the state was reached, the transfer answered, the register accepted, the drive enabled.
 
 ## Why it matters
-A parameter that is no longer set leaves the drive with its default, often without any error at start-up. The machine runs
-with wrong limits, modes or mapping. A step that is sent and fails has the same effect.
+A parameter that is no longer set leaves the drive with its default, often without any error at start-up. The machine
+runs with wrong limits, modes or mapping. A step that is sent and fails has the same effect.
 
 ## How it is decided
 The expected and the observed steps of a slave are aligned. A step without a counterpart is missing.
 
 - Neighbouring steps of one phase are one finding, and so is everything after the place where a start-up stopped.
 - The frame is the state request that ended the phase without the step, or the last frame of the start-up.
-- Not evaluated: a slave that is in SAFEOP or OP when the capture begins, or whose start-up runs into the end of a damaged
-  capture.
-- A step failed if the slave refused or aborted it, or if the master polled for the state or the answer and then went on. A
-  drive failed if it shows a fault, or does not show Operation enabled within a second. A later success counts.
+- Not evaluated: a slave that is in SAFEOP or OP when the capture begins, or whose start-up runs into the end of a
+  damaged capture.
+- A step failed if the slave refused or aborted it, or if the master polled for the state or the answer and then went
+  on. A drive failed if it shows a fault, or does not show Operation enabled within a second. A later success counts.
 - Steps that did not happen because a state was not reached are listed with the failed step.
 - If the capture ends before, or the master does not poll, the step is not evaluated.
 - A second start-up in the same capture is not compared; the report says so.
@@ -74,8 +74,8 @@ The expected and the observed steps of a slave are aligned. A step without a cou
 tests/rules/startup-step-missing/violates.trace
 
 ## What to do
-Compare the configuration of the master with the one that the expectation was saved from. If the step is no longer wanted,
-save the expectation again or remove the step from the file.
+Compare the configuration of the master with the one that the expectation was saved from. If the step is no longer
+wanted, save the expectation again or remove the step from the file.
 )"};
 
 class StartupStepMissing final : public StartupRule {

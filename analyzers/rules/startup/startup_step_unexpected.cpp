@@ -34,18 +34,19 @@ constexpr RuleInfo kInfo{.id = "startup-step-unexpected",
 Steps and slaves that the capture shows and the expectation does not list.
 
 ## Why it matters
-An added parameter can override another one. A master with another configuration often shows by what it sends in addition.
+An added parameter can override another one. A master with another configuration often shows by what it sends in
+addition.
 
 ## How it is decided
-Only if the expectation says "strict": true. Repetitions directly after a step are one step. Steps that have a counterpart at
-another place or with another value belong to startup-order and startup-value.
+Only if the expectation says "strict": true. Repetitions directly after a step are one step. Steps that have a
+counterpart at another place or with another value belong to startup-order and startup-value.
 
 ## Example
 tests/rules/startup-step-unexpected/violates.trace
 
 ## What to do
-Find out where the step comes from. If it is wanted, add it to the expectation or save the expectation again. If other steps
-of the master do not matter, remove "strict".
+Find out where the step comes from. If it is wanted, add it to the expectation or save the expectation again. If other
+steps of the master do not matter, remove "strict".
 )"};
 
 class StartupStepUnexpected final : public StartupRule {

@@ -34,14 +34,15 @@ constexpr RuleInfo kInfo{.id = "startup-value",
                          .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-The values that register writes and SDO downloads of the start-up write, the values that uploads read where the expectation
-gives them, and the revision of the devices.
+The values that register writes and SDO downloads of the start-up write, the values that uploads read where the
+expectation gives them, and the revision of the devices.
 
 ## Why it matters
 The usual reason why "the same" machine behaves differently: one parameter, one sync manager length, one cycle time.
 
 ## How it is decided
-By the bytes on the wire. A number in the expectation is compared whatever its width. A value of null, or none, matches all.
+By the bytes on the wire. A number in the expectation is compared whatever its width. A value of null, or none, matches
+all.
 
 - In sync managers only what the master sets counts, not the status bytes of the controller.
 - Logical addresses that differ because the bus holds other slaves or process data are not wrong.

@@ -85,8 +85,8 @@ constexpr RuleInfo kInfo{.id = "sync-cycle-mismatch",
                          .subject = Subject::kCycle,
                          .title = "SYNC0 cycle, interpolation time and cycle of the process data disagree",
                          .needs =
-                             "two of: SYNC0 cycle (0x09A0), object 60C2h, SAMPLEPERIOD or PTBASE of the drive "
-                             "(--parameter), at least 50 cycles of process data in OP",
+                             "two of: SYNC0 cycle (0x09A0), object 60C2h, the cycle of the drive itself (--parameter), "
+                             "at least 50 cycles of process data in OP",
                          .source = "ESC-1, distributed clocks; AKD-2011, 4.8; MKD, 4.9; PILZ, 4.6",
                          .kinds = kKinds,
                          .doc = R"(

@@ -50,7 +50,9 @@ constexpr RuleInfo kInfo{
     .of_family = true,
     .subject = Subject::kTiming,
     .title = "By its manual the drive must have lost synchronisation",
-    .needs = "AL state OP, FMMUs, a clock; AKD and MKD: the status word, which shows that the drive is enabled",
+    .needs =
+        "AL state OP, FMMUs, a clock; for families that count missing frames: the status word, which shows that the "
+        "drive is enabled",
     .source = "AKD-2011, 4.13; AKD-2010, 4.13; MKD, 3.4; PILZ, 4.8",
     .kinds = kKinds,
     .doc = R"(
@@ -85,7 +87,7 @@ The drive stops the axis. The capture shows what the drive received before that.
 samples/captures/sync-frames-missing.pcapng
 
 ## What to do
-Find the pause in the master. Up to 7 missing frames are tolerated by AKD and MKD, 8 are not.
+Find the pause in the master. The finding shows how many missing frames the family tolerates (AKD and MKD: 7).
 )"};
 
 class SyncLost final : public Rule {

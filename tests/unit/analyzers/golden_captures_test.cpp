@@ -69,7 +69,8 @@ const std::map<std::string, Expected>& LabTable() {
        {{"warning", "frame-duplicated", kBus, 2923, 3},
         {"warning", "frame-reordered", kBus, 3925},
         {"warning", "capture-truncated", kBus, 5923, 1}}},
-      {"drive-fault.pcapng", kClean},
+      // The drive is made to fault after LRW 1500 (outbound 3555): enabled in 3558 (0x1237), Fault in 3560 (0x0218).
+      {"drive-fault.pcapng", {{"error", "drive-fault", 0, 3560, 1, nullptr, {3558}, 3560, "0x0218"}}},
       {"empty-no-packets.pcap", kClean},
       {"empty-no-packets.pcapng", kClean},
       {"empty-shb-only.pcapng", kClean},
@@ -111,7 +112,9 @@ const std::map<std::string, Expected>& LabTable() {
         {"error", "al-refused", 0, 604, 1, "al-illegal-transition", {601}},
         {"error", "al-illegal-transition", 0, 1125, 1, nullptr, {}, 1125, "BOOT requested in OP"},
         {"error", "al-refused", 0, 1168, 1, "al-illegal-transition", {1125}, 1168, "SAFEOP+ERR"}}},
-      {"jitter.pcapng", kClean},
+      // Eight cycles in a row are not sent (between 8791 and 8793), later one. By its manual the drive faults if more
+      // than 7 are missing while it is enabled; the emulated drive has no such supervision and stays enabled.
+      {"jitter.pcapng", {{"error", "sync-lost", 0, 8793, 1, nullptr, {8791}, 8793, "8 frames"}}},
       {"kickcat-ingenia-info.pcapng", kClean},
       // LRW 2139: selector 1 before valid; 3019: read again, the enable bit held since 2319 and the selector back at 0
       // since 2719; 3219 and 3319: bits 13 and 4; 3419 and 3519: selectors 5 and 31.
@@ -198,9 +201,10 @@ const std::map<std::string, Expected>& LabTable() {
       {"truncated-mid-packet.pcap", {{"warning", "capture-truncated", kBus, 5000}}},
       {"truncated-mid-packet.pcapng", {{"warning", "capture-truncated", kBus, 5000}}},
       {"truncated-record-header.pcap", {{"warning", "capture-truncated", kBus, 5000}}},
-      // The manual does not list the watchdog's code.
+      // The master pauses for 301.451 ms (2795 to 2799), the watchdog is 100 ms. The manual does not list its code.
       {"watchdog-sm.pcapng",
-       {{"error", "al-unexpected-change", 0, 2798, 2, nullptr, {}, 2900, "0x001b"},
+       {{"error", "sync-watchdog-margin", 0, 2799, 1, nullptr, {2795, 2798}, 2799, "301.451 ms"},
+        {"error", "al-unexpected-change", 0, 2798, 2, "sync-watchdog-margin", {770}, 2900, "0x001b"},
         {"warning", "al-undocumented-status-code", 0, 2798, 1, "al-unexpected-change"}}},
       // 2000 process-data frames with working counter 6 instead of 9. Between them nothing counts the slaves.
       {"wkc-error-link-break.pcapng", {{"error", "wkc-mismatch", 2, 5288, 2000, nullptr, {}, 9286, "6 instead of 9"}}},
@@ -211,8 +215,12 @@ const std::map<std::string, Expected>& LabTable() {
 const std::map<std::string, Expected>& RealTable() {
   static const std::map<std::string, Expected> table = {
       {"replay-dc.pcapng", kClean},
+      // ethercrab writes a station alias and the checksum over it, twice: the reader has to know, nothing is wrong.
+      {"replay-ek1100-alias-address.pcapng",
+       {{"info", "eeprom-written", 0, 1202, 4, nullptr, {}, 1290, "station alias"}}},
       {"replay-ek1914-no-complete-access.pcapng", kClean},
       {"replay-ek1914-segmented-upload.pcapng", kClean},
+      {"rs-example-sii-el2004.pcapng", kClean},
       // SAFEOP requested in 743, refused from 760 on, the code only read in 6758. All lengths agree; the default
       // mapping that the master keeps has an odd length, and 6040h and 6041h four times: that this is why is an
       // inference. Three outbound frames without return; an ARP packet follows each of them.
@@ -234,6 +242,8 @@ const std::map<std::string, Expected>& RealTable() {
         {"error", "frame-lost", kBus, 4607, 3, nullptr, {5457, 6455}, 6455, "each of them"}}},
       {"soem-single-lan9252.pcapng", kClean},
       {"twincat-run-ek1100-el1004.pcapng", {{"info", "capture-timestamps", kBus, 1}}},
+      {"twincat-scan-boxes.pcapng", {{"info", "capture-timestamps", kBus, 1}}},
+      {"twincat-scan-devices.pcapng", {{"info", "capture-one-direction", kBus, 1}}},
   };
   return table;
 }
@@ -269,19 +279,6 @@ bool Matches(const Want& want, const Finding& finding, const AnalysisResult& res
          });
 }
 
-/// Only the chapters this test is about; the others have tests of their own.
-AnalysisOptions FirstChapters() {
-  AnalysisOptions options;
-  for (const RuleInfo* rule : RuleCatalogue()) {
-    if (rule->group != "Capture" && rule->group != "Frame and bus" && rule->group != "AL state machine" &&
-        rule->group != "Sync managers and FMMUs" && rule->group != "Mailbox and CoE" && rule->group != "PDO mapping" &&
-        rule->group != "Latch") {
-      options.rules[std::string(rule->id)].off = true;
-    }
-  }
-  return options;
-}
-
 std::vector<fs::path> CapturesIn(const fs::path& folder) {
   std::vector<fs::path> captures;
   if (!fs::exists(folder)) return captures;
@@ -292,7 +289,16 @@ std::vector<fs::path> CapturesIn(const fs::path& folder) {
   return captures;
 }
 
+/// Those of a folder beside the project. Where it is absent, the folder itself, for a test that says so.
+std::vector<fs::path> SharedCaptures(const char* name) {
+  const fs::path folder = fs::path(test::SharedDir()) / "captures" / name;
+  std::vector<fs::path> captures = CapturesIn(folder);
+  if (captures.empty()) captures.push_back(folder);
+  return captures;
+}
+
 void Check(const fs::path& path, const std::map<std::string, Expected>& table) {
+  if (!fs::exists(path)) GTEST_SKIP() << path << " is absent";
   const std::string name = path.filename().string();
   auto source = capture::OpenCapture(path.string());
   if (AnythingGoes(name)) {
@@ -300,9 +306,9 @@ void Check(const fs::path& path, const std::map<std::string, Expected>& table) {
     return;
   }
   const auto expected = table.find(name);
-  if (expected == table.end()) GTEST_SKIP() << "no expectation is written for " << name;
+  ASSERT_NE(expected, table.end()) << "no expectation is written for " << name;
   ASSERT_TRUE(source) << source.error().message;
-  const AnalysisResult result = Analyse(**source, FirstChapters());
+  const AnalysisResult result = Analyse(**source, {});
   std::vector<bool> used(result.findings.size(), false);
   for (const Want& want : expected->second) {
     bool found = false;
@@ -327,17 +333,24 @@ class LabCapture : public ::testing::TestWithParam<fs::path> {};
 TEST_P(LabCapture, FindsWhatIsKnownOfIt) {
   Check(GetParam(), LabTable());
 }
-GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(LabCapture);
-INSTANTIATE_TEST_SUITE_P(Golden, LabCapture,
-                         ::testing::ValuesIn(CapturesIn(fs::path(test::SharedDir()) / "captures/lab")), NameOf);
+INSTANTIATE_TEST_SUITE_P(Golden, LabCapture, ::testing::ValuesIn(SharedCaptures("lab")), NameOf);
 
 class RealCapture : public ::testing::TestWithParam<fs::path> {};
 TEST_P(RealCapture, FindsWhatIsKnownOfIt) {
   Check(GetParam(), RealTable());
 }
-GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(RealCapture);
-INSTANTIATE_TEST_SUITE_P(Golden, RealCapture,
-                         ::testing::ValuesIn(CapturesIn(fs::path(test::SharedDir()) / "captures/real")), NameOf);
+INSTANTIATE_TEST_SUITE_P(Golden, RealCapture, ::testing::ValuesIn(SharedCaptures("real")), NameOf);
+
+TEST(GoldenCaptures, TablesNameRulesOfTheCatalogue) {
+  for (const auto* table : {&LabTable(), &RealTable()}) {
+    for (const auto& [name, expected] : *table) {
+      for (const Want& want : expected) {
+        EXPECT_NE(FindRule(want.rule), nullptr) << name << ": " << want.rule;
+        if (want.caused_by != nullptr) EXPECT_NE(FindRule(want.caused_by), nullptr) << name << ": " << want.caused_by;
+      }
+    }
+  }
+}
 
 TEST(GoldenCaptures, TablesNameFilesThatExist) {
   const fs::path captures = fs::path(test::SharedDir()) / "captures";
@@ -372,7 +385,7 @@ TEST_P(Sample, ReportHoldsWhatItWasMadeFor) {
   std::vector<bool> used(result.findings.size(), false);
   for (const nlohmann::json& wanted : all[name]["findings"]) {
     const std::string rule = wanted["rule"];
-    if (FindRule(rule) == nullptr) continue;  // a rule of the catalogue that is yet to come
+    EXPECT_NE(FindRule(rule), nullptr) << rule << " is not in the catalogue";
     bool found = false;
     for (std::size_t i = 0; i < result.findings.size(); ++i) {
       const Finding& finding = result.findings[i];

@@ -1,5 +1,5 @@
-// What the rules of the mailbox decide with but a trace shows badly: how long a wait has to be, and what a frame that
-// turns out to be lost explains.
+// Decisions of the mailbox rules that a trace shows badly: how long a wait has to be, and which findings a lost frame
+// explains.
 #include <gtest/gtest.h>
 
 #include "analyzers/judge/deferred_findings.h"
@@ -17,7 +17,7 @@ FrameRef At(FrameNo number, std::int64_t ms) {
   return {number, ms * kMs, true};
 }
 
-/// A request at 0 ms, `polls` looks of which the last is at `last_ms`, ended by `end` at `end_ms`.
+/// A request at 0 ms, `polls` polls, the last one at `last_ms`, ended by `end` at `end_ms`.
 MailboxUnanswered Wait(std::uint64_t polls, std::int64_t last_ms, MailboxUnanswered::End end, std::int64_t end_ms) {
   MailboxUnanswered event;
   event.request.frame = At(1, 0);
@@ -31,48 +31,48 @@ MailboxUnanswered Wait(std::uint64_t polls, std::int64_t last_ms, MailboxUnanswe
 TEST(MailboxWait, PastTheLimitIsUnansweredHoweverItEnds) {
   using End = MailboxUnanswered::End;
   for (const End end : {End::kNextRequest, End::kReset, End::kCaptureEnd}) {
-    EXPECT_EQ(JudgeWait(Wait(5, 1000, end, 1001), {}, kLimit), WaitVerdict::kUnanswered);
+    EXPECT_EQ(EvaluateWait(Wait(5, 1000, end, 1001), {}, kLimit), WaitVerdict::kUnanswered);
   }
-  EXPECT_EQ(JudgeWait(Wait(5, 1000, End::kGap, 1001), {}, kLimit), WaitVerdict::kGap);
+  EXPECT_EQ(EvaluateWait(Wait(5, 1000, End::kGap, 1001), {}, kLimit), WaitVerdict::kGap);
 }
 
 TEST(MailboxWait, AMasterThatGivesUpHasWaitedHalfTheLimit) {
   using End = MailboxUnanswered::End;
-  EXPECT_EQ(JudgeWait(Wait(5, 500, End::kNextRequest, 501), {}, kLimit), WaitVerdict::kUnanswered);
-  EXPECT_EQ(JudgeWait(Wait(5, 700, End::kReset, 701), {}, kLimit), WaitVerdict::kUnanswered);
-  EXPECT_EQ(JudgeWait(Wait(5, 499, End::kNextRequest, 501), {}, kLimit), WaitVerdict::kTooShort);
-  EXPECT_EQ(JudgeWait(Wait(5, 499, End::kReset, 2000), {}, kLimit), WaitVerdict::kTooShort)
-      << "only looks count: in between the answer may have waited";
+  EXPECT_EQ(EvaluateWait(Wait(5, 500, End::kNextRequest, 501), {}, kLimit), WaitVerdict::kUnanswered);
+  EXPECT_EQ(EvaluateWait(Wait(5, 700, End::kReset, 701), {}, kLimit), WaitVerdict::kUnanswered);
+  EXPECT_EQ(EvaluateWait(Wait(5, 499, End::kNextRequest, 501), {}, kLimit), WaitVerdict::kTooShort);
+  EXPECT_EQ(EvaluateWait(Wait(5, 499, End::kReset, 2000), {}, kLimit), WaitVerdict::kTooShort)
+      << "only polls count: the answer may have waited in between";
 }
 
-TEST(MailboxWait, TheEndOfTheCaptureIsNoGivingUpUnlessItComesLate) {
+TEST(MailboxWait, TheEndOfTheCaptureCountsOnlyIfItComesLate) {
   const MailboxUnanswered event = Wait(5, 700, MailboxUnanswered::End::kCaptureEnd, 0);
-  EXPECT_EQ(JudgeWait(event, At(50, 1699), kLimit), WaitVerdict::kTooShort);
-  EXPECT_EQ(JudgeWait(event, At(50, 1700), kLimit), WaitVerdict::kUnanswered);
-  EXPECT_EQ(JudgeWait(event, {}, kLimit), WaitVerdict::kTooShort);
+  EXPECT_EQ(EvaluateWait(event, At(50, 1699), kLimit), WaitVerdict::kTooShort);
+  EXPECT_EQ(EvaluateWait(event, At(50, 1700), kLimit), WaitVerdict::kUnanswered);
+  EXPECT_EQ(EvaluateWait(event, {}, kLimit), WaitVerdict::kTooShort);
 }
 
-TEST(MailboxWait, AskingForAnotherStateIsGivingUp) {
+TEST(MailboxWait, ARequestOfAnotherStateIsGivingUp) {
   using End = MailboxUnanswered::End;
-  EXPECT_EQ(JudgeWait(Wait(5, 700, End::kCaptureEnd, 0), At(50, 800), kLimit, true), WaitVerdict::kUnanswered);
-  EXPECT_EQ(JudgeWait(Wait(5, 499, End::kCaptureEnd, 0), At(50, 800), kLimit, true), WaitVerdict::kTooShort);
+  EXPECT_EQ(EvaluateWait(Wait(5, 700, End::kCaptureEnd, 0), At(50, 800), kLimit, true), WaitVerdict::kUnanswered);
+  EXPECT_EQ(EvaluateWait(Wait(5, 499, End::kCaptureEnd, 0), At(50, 800), kLimit, true), WaitVerdict::kTooShort);
 }
 
-TEST(MailboxWait, NothingIsSaidWhereTheMasterNeverLookedOrTimeIsUnknown) {
+TEST(MailboxWait, NoFindingIfTheMasterNeverPolledOrTimeIsUnknown) {
   using End = MailboxUnanswered::End;
-  EXPECT_EQ(JudgeWait(Wait(0, 0, End::kNextRequest, 5000), {}, kLimit), WaitVerdict::kNeverLooked);
+  EXPECT_EQ(EvaluateWait(Wait(0, 0, End::kNextRequest, 5000), {}, kLimit), WaitVerdict::kNeverPolled);
   MailboxUnanswered event = Wait(5, 2000, End::kNextRequest, 2001);
   event.request.frame.has_time = false;
-  EXPECT_EQ(JudgeWait(event, {}, kLimit), WaitVerdict::kNoTime);
+  EXPECT_EQ(EvaluateWait(event, {}, kLimit), WaitVerdict::kNoTime);
 }
 
-TEST(MailboxWait, ALostReadCountsAsALook) {
+TEST(MailboxWait, ALostReadCountsAsAPoll) {
   MailboxUnanswered event = Wait(0, 0, MailboxUnanswered::End::kNextRequest, 700);
   event.read_lost = true;
   EXPECT_EQ(WaitOf(event), 700 * kMs);
-  EXPECT_EQ(JudgeWait(event, {}, kLimit), WaitVerdict::kUnanswered);
+  EXPECT_EQ(EvaluateWait(event, {}, kLimit), WaitVerdict::kUnanswered);
   event.ended = At(20, 2);
-  EXPECT_EQ(JudgeWait(event, {}, kLimit), WaitVerdict::kTooShort) << "it was asked for again at once";
+  EXPECT_EQ(EvaluateWait(event, {}, kLimit), WaitVerdict::kTooShort) << "the master repeated the request at once";
 }
 
 Finding OddAt(SlaveId slave, FrameNo frame) {

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "cli/report/sentences.h"
+#include "tests/support/findings.h"
+
 namespace ecaudit {
 namespace {
 
@@ -19,8 +22,7 @@ Finding Of(std::string_view rule, SlaveId slave, FrameNo frame, const std::strin
   finding.rule = rule;
   finding.slave = slave;
   finding.severity = Severity::kError;
-  finding.title = title;
-  finding.message = "Told.";
+  test::SetTexts(finding, title, "It did.", "same");
   finding.first.number = finding.last.number = frame;
   finding.caused_by = cause;
   return finding;
@@ -46,11 +48,12 @@ TEST(OneForMany, OnePauseIsOneFindingOfTheBus) {
   ASSERT_EQ(findings.size(), 3U);
   EXPECT_EQ(findings[0].slave, 3U);
   EXPECT_EQ(findings[1].slave, kNoSlave);
-  EXPECT_EQ(findings[1].title, "Paused for 200.5 ms (the first of 40 slaves)");
-  EXPECT_EQ(findings[1].message, "The same befell 40 slaves: s0, s1, s2, s3, s4, s5, s6, s7 and 32 more. Of s0: Told.");
+  EXPECT_EQ(report::TitleOf(findings[1]), "Paused for 200.5 ms (40 slaves)");
+  EXPECT_EQ(report::MessageOf(findings[1]),
+            "40 slaves are affected: s0, s1, s2, s3, s4, s5, s6, s7 and 32 more. For s0: It did.");
   EXPECT_EQ(findings[1].last.number, 178U);
-  ASSERT_EQ(findings[1].evidence.size(), 2U);
-  EXPECT_EQ(std::get<std::string>(findings[1].evidence[1].value), "0-19, 30-49");
+  EXPECT_EQ(findings[1].affected.number, 40U);
+  EXPECT_EQ(findings[1].affected.positions, "0-19, 30-49");
   EXPECT_EQ(findings[2].rule, "fell");
   EXPECT_EQ(findings[2].slave, kNoSlave);
   EXPECT_EQ(findings[2].caused_by, 1U);
@@ -70,25 +73,15 @@ TEST(OneForMany, WhatHappensAtDifferentTimesIsNotOneMatter) {
   EXPECT_EQ(findings.size(), 80U);
 }
 
-TEST(OneForMany, UnitsOfTimesAreFigures) {
-  std::vector<Finding> findings;
-  for (SlaveId s = 0; s < 20; ++s) {
-    findings.push_back(Of("late", s, 100, s == 0 ? "Starts 776.22 us in the past" : "Starts 1.189 ms in the past"));
-    findings.push_back(Of("other", s, 100, s == 0 ? "10 used" : "10 usual"));  // words, no units
-  }
-  JoinSlaves(findings, Name, Place);
-  ASSERT_EQ(findings.size(), 3U);
-  EXPECT_EQ(findings[0].title, "Starts 776.22 us in the past (the first of 20 slaves)");
-  EXPECT_EQ(findings[1].title, "10 used");
-  EXPECT_EQ(findings[2].title, "10 usual (the first of 19 slaves)");
-}
-
 TEST(OneForMany, OtherCodesAreOtherMatters) {
   std::vector<Finding> findings;
-  for (SlaveId s = 0; s < 20; ++s) findings.push_back(Of("fell", s, 100, s < 5 ? "code 0x001b" : "code 0x001a"));
+  for (SlaveId s = 0; s < 20; ++s) {
+    findings.push_back(Of("fell", s, 100, "Left OP"));
+    test::SetTexts(findings.back(), "Left OP", "", s < 5 ? "0x001b" : "0x001a");
+  }
   JoinSlaves(findings, Name, Place);
   ASSERT_EQ(findings.size(), 6U);
-  EXPECT_EQ(findings[5].title, "code 0x001a (the first of 15 slaves)");
+  EXPECT_EQ(report::TitleOf(findings[5]), "Left OP (15 slaves)");
 }
 
 }  // namespace

@@ -24,8 +24,8 @@
 #include "cli/expectation_file.h"
 #include "decoder/capture/capture_reader.h"
 #include "decoder/device/eni_reader.h"
-#include "samples/builder/capture_writer.h"
 #include "tests/support/folders.h"
+#include "tests/support/trace_file.h"
 #include "tests/unit/analyzers/expected_findings.h"
 
 namespace ecaudit::test {
@@ -46,7 +46,9 @@ std::vector<fs::path> AllTraces() {
   std::vector<fs::path> traces;
   if (!fs::exists(kRules)) return traces;
   for (const auto& entry : fs::recursive_directory_iterator(kRules)) {
-    if (entry.path().extension() == ".trace") traces.push_back(entry.path());
+    // What stands in common/ is included by traces, and is none itself.
+    const bool common = entry.path().parent_path() == kRules / "common";
+    if (!common && entry.path().extension() == ".trace") traces.push_back(entry.path());
   }
   std::sort(traces.begin(), traces.end());
   return traces;
@@ -75,22 +77,10 @@ class TemporaryFile {
   fs::path path_;
 };
 
-samples::Bytes FileOf(const Trace& trace, bool pcapng) {
-  samples::WrittenCapture capture;
-  for (const Packet& packet : trace.Packets()) {
-    samples::WrittenPacket written;
-    written.bytes = packet.bytes;
-    written.time = packet.time;
-    written.original_length = packet.original_length;
-    capture.packets.push_back(std::move(written));
-  }
-  return pcapng ? samples::EncodePcapNg(capture) : samples::EncodePcap(capture, true);
-}
-
 AnalysisResult AnalyseTrace(const Trace& trace, const AnalysisOptions& options) {
   const auto file = trace.attributes().find("file");
   if (file == trace.attributes().end()) return Analyse(*trace.Source(), options);
-  samples::Bytes bytes = FileOf(trace, file->second == "pcapng");
+  samples::Bytes bytes = file->second == "pcapng" ? PcapNgOf(trace) : PcapOf(trace);
   if (const auto cut = trace.attributes().find("cut"); cut != trace.attributes().end()) {
     bytes.resize(bytes.size() - std::min<std::size_t>(bytes.size(), std::stoul(cut->second)));
   }

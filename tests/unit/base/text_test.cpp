@@ -48,8 +48,46 @@ TEST(Text, ControlSequencesNeverReachTheTerminal) {
   EXPECT_EQ(Printable("gr\xc3\xbc\xc3\x9f"), "gr\xc3\xbc\xc3\x9f");
   EXPECT_EQ(Printable("\xc2\x9b"), "\\xc2\\x9b");           // C1 control
   EXPECT_EQ(Printable("\xe2\x80\xae"), "\\xe2\\x80\\xae");  // right-to-left override
-  EXPECT_EQ(Printable("\xff\xfe"), "\\xff\\xfe");
-  EXPECT_EQ(Printable("\xe2\x82"), "\\xe2\\x82");  // cut sequence
+  EXPECT_EQ(Printable("\xed\xa0\x80"), "\\xed\\xa0\\x80");  // half a surrogate pair
+  EXPECT_EQ(Printable("\xe2\x82"), "\\xe2\\x82");           // cut sequence
+}
+
+TEST(Text, BytesThatAreNoUtf8AreLatin1) {
+  EXPECT_EQ(Printable("10\xb5s"), "10µs");
+  EXPECT_EQ(Printable("Kl\xf6"
+                      "ckner"),
+            "Klöckner");
+  EXPECT_EQ(Printable("\xa0\xff"), "\xc2\xa0\xc3\xbf");  // the first and the last of its characters
+  EXPECT_EQ(Printable("K\xfchlung 20\xb0"), "Kühlung 20°");
+  EXPECT_EQ(Printable("zur\xe4"), "zurä");  // begins a character of three bytes, and nothing follows
+  // A name in UTF-8 stays, also beside one that is none.
+  EXPECT_EQ(Printable("Klöckner 10µs, 10\xb5s"), "Klöckner 10µs, 10µs");
+  // What is made printable once stays as it is.
+  EXPECT_EQ(Printable(Printable("10\xb5s\x1b")), "10µs\\x1b");
+}
+
+TEST(Text, ControlBytesOfLatin1StayEscaped) {
+  for (unsigned byte = 0x7F; byte < 0xA0; ++byte) {
+    const std::string text{'a', static_cast<char>(byte), 'b'};
+    EXPECT_EQ(Printable(text), "a\\x" + HexBytes(std::vector<std::uint8_t>{static_cast<std::uint8_t>(byte)}) + "b");
+  }
+  EXPECT_EQ(Printable("\xf6\x9b"
+                      "2J"),
+            "ö\\x9b2J");
+  EXPECT_EQ(Printable("\xc0\xaf"), "À¯");  // an overlong slash is no slash
+  EXPECT_EQ(Printable("\xe0\x80\xaf"), "à\\x80¯");
+}
+
+/// Whatever comes, what is shown has no control character and is valid UTF-8.
+TEST(Text, PrintableIsPrintable) {
+  for (unsigned first = 0; first < 256; ++first) {
+    for (unsigned second = 0; second < 256; ++second) {
+      const std::string text{static_cast<char>(first), static_cast<char>(second), '!'};
+      const std::string shown = Printable(text);
+      ASSERT_EQ(Printable(shown), shown) << first << " " << second;
+      for (const char c : shown) ASSERT_FALSE(static_cast<unsigned char>(c) < 0x20 || c == 0x7F);
+    }
+  }
 }
 
 TEST(Text, BytesInHexadecimalOfEveryValueAndLength) {

@@ -6,6 +6,7 @@
 #include "analyzers/result/misses_packets.h"
 #include "cli/report/digest_json.h"
 #include "cli/report/json_writer.h"
+#include "cli/report/sentences.h"
 #include "tests/unit/cli/sample_result.h"
 
 namespace ecaudit::report {
@@ -26,14 +27,13 @@ CaptureReport Awkward() {
   AnalysisResult& r = capture.result;
   r.capture.file.path = "dir/\x1b\xff name.pcap";
   r.slaves[0].name = "a\tb\nc";
-  r.findings[0].title = "title\twith \xC3\xBC";
-  r.findings[0].message = "line 1\nline 2\x01";
+  test::SetTexts(r.findings[0], "title\twith \xC3\xBC", "line 1\nline 2\x01");
   r.findings.push_back(MakeFinding("frame-lost", Severity::kWarning, kNoSlave, 1, 0));
   r.findings.push_back(MakeFinding("sdo-abort", Severity::kInfo, 7, 0));
   r.findings[2].first = {};
   r.findings[2].last = {};
   r.findings[2].confidence = Confidence::kInferred;
-  r.findings[2].message.clear();
+  test::SetTexts(r.findings[2], report::TitleOf(r.findings[2]));
   r.capture.complete = false;
   capture.known = {false, true, false};
   capture.fail_on = FailOn::kWarning;

@@ -44,7 +44,7 @@ TEST_F(HtmlWriter, NoTextOfTheCaptureBecomesMarkup) {
   AnalysisResult& result = report_.captures[0].result;
   result.slaves[0].name = "</script><script>alert(1)</script><!--";
   result.capture.file.path = "<img src=x>&.pcapng";
-  result.findings[0].title = "</title></noscript><b>";
+  test::SetTexts(result.findings[0], "</title></noscript><b>");
   const std::string page = WriteHtml(report_);
   EXPECT_THAT(DataOf(page), Not(HasSubstr("<")));
   EXPECT_EQ(nlohmann::ordered_json::parse(DataOf(page))["report"], nlohmann::ordered_json::parse(WriteJson(report_)));

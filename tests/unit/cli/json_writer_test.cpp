@@ -53,7 +53,7 @@ TEST(JsonWriter, FindingAsInTheContract) {
   EXPECT_EQ(finding["confidence"], "observed");
   EXPECT_EQ(finding["evidence"], json({{"al_status_code", 29},
                                        {"polls", 5999},
-                                       {"acknowledged", false},
+                                       
                                        {"mean_ms", 1.5},
                                        {"requested", "SAFEOP"}}));
   EXPECT_EQ(finding["reference"], json({{"document", "AKD EtherCAT Communication"}, {"section", "4.3"}}));
@@ -168,7 +168,9 @@ TEST(JsonWriter, NotEvaluable) {
   ASSERT_EQ(entries.size(), 2U);
   EXPECT_EQ(entries[0]["rule"], "sync-lost");
   EXPECT_EQ(entries[0]["slave"], 0);
-  EXPECT_EQ(entries[0]["reason"], "DC is not used");
+  EXPECT_EQ(entries[0]["reason"], "DC is not in the capture");
+  EXPECT_EQ(entries[0]["code"], "not-in-capture");
+  EXPECT_EQ(entries[0]["what"], "DC");
   EXPECT_EQ(entries[0]["first_frame"], nullptr);
   EXPECT_EQ(entries[1]["slave"], nullptr);
   EXPECT_EQ(entries[1]["first_frame"], 6000);
@@ -218,13 +220,13 @@ TEST(JsonWriter, SummaryLeavesKnownFindingsOut) {
 
 TEST(JsonWriter, UntrustedTextIsMadePrintable) {
   CaptureReport capture = RefusedSafeop();
-  capture.result.slaves[0].name = "A\x1b[31mKD\xff";
-  capture.result.findings[0].message = "first line\nsecond\x07";
+  capture.result.slaves[0].name = "A\x1b[31mKD\x80\xB5";
+  test::SetTexts(capture.result.findings[0], "title", "first line\nsecond\x07");
   const std::string text = WriteJson(OneReport(capture));
   for (const char c : text) EXPECT_TRUE(c == '\n' || static_cast<unsigned char>(c) >= 0x20);
   const json document = json::parse(text);
-  EXPECT_EQ(document["reports"][0]["slaves"][0]["name"], "A\\x1b[31mKD\\xff");
-  EXPECT_EQ(document["reports"][0]["findings"][0]["message"], "first line\nsecond\\x07");
+  EXPECT_EQ(document["reports"][0]["slaves"][0]["name"], "A\\x1b[31mKD\\x80µ");
+  EXPECT_EQ(document["reports"][0]["findings"][0]["message"], "first line second\\x07");
 }
 
 }  // namespace

@@ -54,11 +54,11 @@ Wireshark: frame.number==760 || frame.number==6762 || frame.number==743
 help: ecaudit explain al-refused</failure>
     </testcase>
     <testcase name="frame-lost" classname="lab.akd_pcapng" time="0">
-      <skipped message="bus: the capture ends early">bus: the capture ends early</skipped>
+      <skipped message="bus: the end is not in the capture">bus: the end is not in the capture</skipped>
     </testcase>
     <testcase name="sdo-abort" classname="lab.akd_pcapng" time="0"/>
     <testcase name="sync-lost" classname="lab.akd_pcapng" time="0">
-      <skipped message="slave 0: DC is not used">slave 0: DC is not used</skipped>
+      <skipped message="slave 0: DC is not in the capture">slave 0: DC is not in the capture</skipped>
     </testcase>
     <system-out>FAIL lab/akd.pcapng: slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d (frame 760)
 </system-out>
@@ -70,7 +70,8 @@ help: ecaudit explain al-refused</failure>
 TEST(JunitWriter, OneCapture) {
   CaptureReport capture = RefusedSafeop();
   capture.result.capture.file.path = "lab/akd.pcapng";
-  capture.result.findings[0].message = "The slave <stayed> in PREOP & waits";
+  test::SetTexts(capture.result.findings[0], "SAFEOP refused with AL status code 0x001d",
+                 "The slave <stayed> in PREOP & waits");
   EXPECT_EQ(WriteJunit(DigestWith(capture)), kOneCapture);
 }
 

@@ -6,6 +6,7 @@
 
 #include "cli/report/report.h"
 #include "tests/support/reasons.h"
+#include "tests/support/findings.h"
 
 namespace ecaudit::test {
 
@@ -22,8 +23,7 @@ inline Finding MakeFinding(std::string_view rule, Severity severity, SlaveId sla
   Finding finding;
   finding.rule = rule;
   finding.severity = severity;
-  finding.title = "title of " + std::string(rule);
-  finding.message = "message of " + std::string(rule);
+  SetTexts(finding, "title of " + std::string(rule), "message of " + std::string(rule), "any");
   finding.slave = slave;
   finding.first = Frame(frame);
   finding.last = finding.first;
@@ -85,16 +85,15 @@ inline report::CaptureReport RefusedSafeop() {
   r.slaves.push_back(slave);
 
   Finding finding = MakeFinding("al-refused", Severity::kError, 7, 760);
-  finding.title = "SAFEOP refused with AL status code 0x001d";
-  finding.message = "The slave stayed in PREOP. Check the output sync manager";
+  SetTexts(finding, "SAFEOP refused with AL status code 0x001d",
+           "The slave stayed in PREOP. Check the output sync manager");
   finding.last = Frame(6762);
   finding.count = 5999;
   finding.related_frames = {743};
-  finding.evidence = {{"al_status_code", std::int64_t{0x1D}, Evidence::Notation::kHex},
-                      {"polls", std::int64_t{5999}, Evidence::Notation::kDecimal},
-                      {"acknowledged", false, Evidence::Notation::kDecimal},
-                      {"mean_ms", 1.5, Evidence::Notation::kDecimal},
-                      {"requested", std::string("SAFEOP"), Evidence::Notation::kDecimal}};
+  finding.Set("al_status_code", arg::Hex(0x1D))
+      .Set("polls", arg::Number(5999))
+      .Set("mean_ms", arg::Ms(1'500'000))
+      .Set("requested", arg::State(4));
   finding.reference = {"AKD EtherCAT Communication", "4.3"};
   r.findings.push_back(finding);
   r.not_evaluable.push_back({"sync-lost", 7, Because("DC"), 0, 1});

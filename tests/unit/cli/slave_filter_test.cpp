@@ -18,7 +18,9 @@ AnalysisResult ThreeSlaves() {
   result.findings = {MakeFinding("bus", Severity::kError, kNoSlave, 1), MakeFinding("of-a", Severity::kError, 10, 2),
                      MakeFinding("of-b", Severity::kError, 11, 3), MakeFinding("of-c", Severity::kError, 12, 4, 2)};
   result.coverage = {{"r", "c", {{10, {}, {}}, {11, {}, {}}}}, {"b", "c", {{kNoSlave, {}, {}}}}};
-  result.not_evaluable = {{"r", 10, test::Because("why"), 0, 1}, {"r", 11, test::Because("why"), 0, 1}, {"r", kNoSlave, test::Because("why"), 0, 1}};
+  result.not_evaluable = {{"r", 10, test::Because("why"), 0, 1},
+                          {"r", 11, test::Because("why"), 0, 1},
+                          {"r", kNoSlave, test::Because("why"), 0, 1}};
   return result;
 }
 

@@ -109,8 +109,8 @@ TEST(TextWriter, ConsequencesStandIndentedUnderTheirCause) {
 TEST(TextWriter, FindingShowsEvidenceFilterAndSource) {
   const std::string text = WrittenText(RefusedSafeop());
   EXPECT_THAT(text, HasSubstr("frame 760 at 0.759000 s, seen 5,999 times, last in frame 6762"));
-  EXPECT_THAT(text, HasSubstr("al_status_code = 0x001d, polls = 5999, acknowledged = no,\n"
-                              "                 mean_ms = 1.500, requested = SAFEOP"));
+  EXPECT_THAT(text, HasSubstr("al_status_code = 0x001d, polls = 5999,\n"
+                              "                 mean_ms = 1.500 ms, requested = SAFEOP"));
   EXPECT_THAT(text, HasSubstr("frame.number==760 || frame.number==6762 || frame.number==743"));
   EXPECT_THAT(text, HasSubstr("AKD EtherCAT Communication, 4.3"));
   EXPECT_THAT(text, HasSubstr("ecaudit explain al-refused"));
@@ -219,8 +219,7 @@ TEST(TextWriter, UntrustedTextNeverReachesTheTerminal) {
   r.capture.file.path = evil;
   r.slaves[0].name = evil;
   r.slaves[0].profile_source = evil;
-  r.findings[0].title = evil;
-  r.findings[0].message = evil;
+  test::SetTexts(r.findings[0], evil, evil);
   r.findings[0].evidence.push_back({evil, evil, Evidence::Notation::kDecimal});
   r.findings[0].reference = {evil, evil};
   r.not_evaluable[0].reason = test::Because(evil);
@@ -249,7 +248,7 @@ TEST(TextWriter, LinesFitAndLoseNoWord) {
   CaptureReport capture = RefusedSafeop();
   std::string message;
   for (int i = 0; i < 100; ++i) message += "word" + std::to_string(i) + " ";
-  capture.result.findings[0].message = message;
+  test::SetTexts(capture.result.findings[0], "SAFEOP refused with AL status code 0x001d", message);
   const std::string text = WrittenText(capture);
   for (const std::string& line : Lines(text)) {
     if (line.find("word") != std::string::npos) {

@@ -43,7 +43,7 @@ TEST(VerdictLine, NeverLongerThanItMayBe) {
            {std::string("short"), "a long story " + std::string(20, 'w') + " of " + std::string(90, 'x') + wide}) {
         capture.result.capture.file.path = path;
         capture.result.slaves[0].name = name;
-        capture.result.findings[0].title = title;
+        test::SetTexts(capture.result.findings[0], title);
         const std::string line = Line(capture);
         EXPECT_LE(Columns(line), kVerdictColumns) << line;
         EXPECT_THAT(line, StartsWith("FAIL "));
@@ -57,8 +57,8 @@ TEST(VerdictLine, NeverLongerThanItMayBe) {
 TEST(VerdictLine, WhatStandsInBracketsIsExplanation) {
   CaptureReport capture = RefusedSafeop();
   capture.result.capture.file.path = "soem-sdinfo-akd.pcapng";
-  capture.result.findings[0].title =
-      "SAFEOP refused in PREOP with AL status code 0x001d (invalid output configuration)";
+  test::SetTexts(capture.result.findings[0],
+                 "SAFEOP refused in PREOP with AL status code 0x001d (invalid output configuration)");
   EXPECT_EQ(Line(capture),
             "FAIL soem-sdinfo-akd: slave 0: SAFEOP refused in PREOP with AL status code 0x001d (#760, 0.759 s)");
 }
@@ -73,13 +73,13 @@ TEST(VerdictLine, FolderGoesFirst) {
 
 TEST(VerdictLine, NamesTheCauseWhereThereIsRoom) {
   CaptureReport capture = RefusedSafeop();
-  capture.result.findings[0].title = "SAFEOP refused";
+  test::SetTexts(capture.result.findings[0], "SAFEOP refused");
   capture.result.findings[0].caused_by = 1;
   capture.result.findings.push_back(MakeFinding("pdo-x", Severity::kWarning, 7, 700));
   capture.result.slaves[0].name.clear();
   EXPECT_EQ(Line(capture),
             "FAIL akd.pcapng: slave 0 (0x1001): SAFEOP refused, because: title of pdo-x (frame 760 at 0.759 s)");
-  capture.result.findings[1].title = std::string(60, 'x');
+  test::SetTexts(capture.result.findings[1], std::string(60, 'x'));
   EXPECT_THAT(Line(capture), Not(HasSubstr("because")));
   EXPECT_THAT(Line(capture), HasSubstr("SAFEOP refused"));
   EXPECT_LE(Columns(Line(capture)), kVerdictColumns);

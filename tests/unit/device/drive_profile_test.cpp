@@ -277,5 +277,26 @@ TEST(DriveProfile, StandardObjectsAreInherited) {
   EXPECT_EQ(akd->object_name(0x5FFF, 0), "");
 }
 
+// Fault slots stand in MKD 5.3.3; no other manual names an object for fault numbers.
+TEST(DriveProfile, FaultObjectsAreThoseOfTheStandardAndOfTheFamily) {
+  for (const char* name : {"generic", "pilz-pmcprotego-d", "kollmorgen-akd-2010", "kollmorgen-mkd-n"}) {
+    const FaultObject* code = Drive(name).FindFaultObject(0x603F, 0);
+    const FaultObject* history = Drive(name).FindFaultObject(0x1003, 1);
+    ASSERT_TRUE(code != nullptr && history != nullptr) << name;
+    EXPECT_EQ(code->kind, FaultValue::kErrorCode);
+    EXPECT_EQ(history->kind, FaultValue::kErrorHistory);
+    EXPECT_EQ(Drive(name).FindFaultObject(0x1003, 2), nullptr) << "an older entry is no reason of the present fault";
+  }
+  EXPECT_EQ(Drive("generic").FindFaultObject(0x2001, 1), nullptr);
+  EXPECT_EQ(Drive("pilz-pmcprotego-d").FindFaultObject(0x2001, 1), nullptr);
+  const FaultObject* mkd = Drive("kollmorgen-mkd-n").FindFaultObject(0x2001, 10);
+  const FaultObject* akd = Drive("kollmorgen-akd-2011").FindFaultObject(0x2001, 1);
+  ASSERT_TRUE(mkd != nullptr && akd != nullptr);
+  EXPECT_EQ(mkd->kind, FaultValue::kFaultNumber);
+  EXPECT_EQ(mkd->basis, Basis::kPrinted);
+  EXPECT_EQ(akd->basis, Basis::kInferred);
+  EXPECT_EQ(Drive("kollmorgen-mkd-n").FindFaultObject(0x2001, 0), nullptr) << "the number of slots";
+}
+
 }  // namespace
 }  // namespace ecaudit::device

@@ -95,6 +95,8 @@ TEST(LatchProfile, PositionObjectsOfMkd) {
   ASSERT_EQ(falling2->positions.size(), 2U);
   EXPECT_EQ(falling2->positions[0].index, 0x20A3);
   EXPECT_EQ(falling2->positions[1].index, 0x20A7);
+  EXPECT_TRUE(BuiltinProfile("kollmorgen-mkd-n")->latch->other_positions.empty());
+  EXPECT_EQ(BuiltinProfile("pilz-pmcprotego-d")->latch->other_positions.size(), 6U);
 }
 
 TEST(SyncProfile, ParametersAreThoseOfTheManuals) {

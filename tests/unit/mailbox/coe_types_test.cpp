@@ -94,6 +94,7 @@ TEST(CoeTypes, StringsAreShownAsText) {
   EXPECT_EQ(Format(DataType::kVisibleString, "414b442d656d756c"), "AKD-emul");
   EXPECT_EQ(Format(DataType::kVisibleString, "41420000"), "AB");
   EXPECT_EQ(Format(DataType::kVisibleString, "411b5b"), "A\\x1b[");
+  EXPECT_EQ(Format(DataType::kVisibleString, "4bf66c6e"), "Köln");  // Latin-1, as drives write it
   EXPECT_EQ(Format(DataType::kOctetString, "0102ff"), "0102ff");
   EXPECT_EQ(Format(DataType::kUnicodeString, "4100e400ac200000"), "A\xc3\xa4\xe2\x82\xac");
   EXPECT_EQ(Format(DataType::kUnicodeString, "3dd800de"), "\xf0\x9f\x98\x80");  // surrogate pair

@@ -1,12 +1,24 @@
 #include "tests/support/trace_builder.h"
 
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <unistd.h>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "decoder/capture/capture_reader.h"
+#include "tests/support/folders.h"
+#include "tests/support/trace_file.h"
 
 namespace ecaudit::test {
 namespace {
 
+namespace fs = std::filesystem;
+
 using ::testing::ElementsAreArray;
+using ::testing::HasSubstr;
 using ::testing::SizeIs;
 
 // Offsets in an untagged Ethernet frame whose first datagram begins at 16.
@@ -155,6 +167,126 @@ TEST(TraceBuilder, ErrorsNameTheLine) {
   EXPECT_EQ(ErrorOf("+0us FPRD 0x1001:0x0130 color=3"), "line 1: \"color=3\" is not known");
   EXPECT_EQ(ErrorOf("+0us BRD 0x0130 00 00 &\n+1us BRD 0x0130"), "line 1: \"+1us\" is no command");
   EXPECT_EQ(ErrorOf("+0us RETURN x"), "line 1: no frame above is marked \"x\"");
+}
+
+/// Traces in a folder of their own, gone at the end.
+class TraceInclude : public ::testing::Test {
+ protected:
+  TraceInclude() { fs::create_directories(folder_ / "sub"); }
+  ~TraceInclude() override { fs::remove_all(folder_); }
+  TraceInclude(const TraceInclude&) = delete;
+  TraceInclude& operator=(const TraceInclude&) = delete;
+
+  std::string Write(const std::string& name, const std::string& text) {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+    return (folder_ / name).string();
+  }
+  static std::vector<Packet> PacketsOf(const std::string& path) {
+    const Result<Trace> trace = Trace::Load(path);
+    EXPECT_TRUE(trace.has_value()) << (trace ? "" : trace.error().message);
+    return trace ? trace->Packets() : std::vector<Packet>();
+  }
+  static std::string ErrorOfFile(const std::string& path) {
+    const Result<Trace> trace = Trace::Load(path);
+    return trace ? "" : trace.error().message;
+  }
+
+  fs::path folder_ = fs::temp_directory_path() / ("ecaudit_trace_include_" + std::to_string(getpid()));
+};
+
+TEST_F(TraceInclude, StandsForTheLinesOfTheFile) {
+  Write("sub/start.trace", "@slaves 2\n+0us BRD 0x0130 01 00\n@include poll.trace\n");
+  Write("sub/poll.trace", "# relative to the file that includes it\n+1ms FPRD 0x1001:0x0130 02 00 mark=poll\n");
+  const std::string with =
+      Write("with.trace", "+5ms BRD 0x0000 11\n@include sub/start.trace  # both\n+1ms BRD 0x0130 02 00");
+  const std::string without = Write("without.trace",
+                                    "+5ms BRD 0x0000 11\n@slaves 2\n+0us BRD 0x0130 01 00\n"
+                                    "+1ms FPRD 0x1001:0x0130 02 00 mark=poll\n+1ms BRD 0x0130 02 00\n");
+  const std::vector<Packet> expected = PacketsOf(without);
+  const std::vector<Packet> packets = PacketsOf(with);
+  ASSERT_THAT(expected, SizeIs(8));
+  ASSERT_THAT(packets, SizeIs(8));
+  for (std::size_t i = 0; i < packets.size(); ++i) {
+    EXPECT_EQ(packets[i].bytes, expected[i].bytes) << i;
+    EXPECT_EQ(packets[i].time, expected[i].time) << i;
+  }
+  EXPECT_EQ(Trace::Load(with)->Sent("poll"), 5U);
+}
+
+TEST_F(TraceInclude, MayComeTwice) {
+  Write("poll.trace", "+1ms BRD 0x0130 01 00\n");
+  EXPECT_THAT(PacketsOf(Write("twice.trace", "@include poll.trace\n@include poll.trace\n")), SizeIs(4));
+}
+
+TEST_F(TraceInclude, LooksInTheCommonFolder) {
+  const std::string text = "@include process-data-2-bytes.trace\n";
+  EXPECT_THAT(PacketsOf(Write("common.trace", text)), SizeIs(8));
+  EXPECT_THAT(Parsed(text).Packets(), SizeIs(8)) << "a text is in no folder, and finds common files all the same";
+}
+
+TEST_F(TraceInclude, FindsACycle) {
+  Write("b.trace", "+0us BRD 0x0130 01 00\n\n@include sub/../a.trace\n");
+  const std::string a = Write("a.trace", "@include b.trace\n");
+  const std::string b = (folder_ / "b.trace").string();
+  EXPECT_EQ(ErrorOfFile(a), a + ": line 1: " + b + ": line 3: the file includes itself: a.trace -> b.trace -> a.trace");
+  const std::string own = Write("own.trace", "@include own.trace\n");
+  EXPECT_EQ(ErrorOfFile(own), own + ": line 1: the file includes itself: own.trace -> own.trace");
+}
+
+TEST_F(TraceInclude, ErrorsNameFileAndLine) {
+  const std::string bad = Write("bad.trace", "\n+0us BRD 0x0130 01 00\n+0us FPRD 0x1001:0x0130 2\n");
+  const std::string path = Write("outer.trace", "# text\n@include bad.trace\n");
+  EXPECT_EQ(ErrorOfFile(path), path + ": line 2: " + bad + ": line 3: \"2\" is no byte of two hexadecimal digits");
+  const std::string absent = Write("absent.trace", "@include none.trace\n");
+  EXPECT_EQ(ErrorOfFile(absent),
+            absent + ": line 1: no file \"none.trace\" to include neither beside this file nor in tests/rules/common");
+  EXPECT_EQ(ErrorOf("@include none.trace"), "line 1: no file \"none.trace\" to include in tests/rules/common");
+  EXPECT_EQ(ErrorOf("@include"), "line 1: @include takes 1 word");
+  EXPECT_THAT(ErrorOfFile(Write("folder.trace", "@include sub\n")), HasSubstr("no such file: "));
+  // A statement ends with its file, on both sides.
+  Write("open.trace", "+0us BRD 0x0130 00 00 &\n");
+  EXPECT_THAT(ErrorOfFile(Write("open-end.trace", "@include open.trace\nBRD 0x0130 00 00\n")),
+              HasSubstr("open.trace: line 1: a datagram is missing beside \"&\""));
+  Write("poll.trace", "+1ms BRD 0x0130 01 00\n");
+  EXPECT_THAT(ErrorOfFile(Write("goes-on.trace", "@include poll.trace\n& BRD 0x0130 00 00\n")),
+              HasSubstr("goes-on.trace: line 1: @include takes 1 word"));
+}
+
+TEST_F(TraceInclude, EveryCommonFileIsIncluded) {
+  const fs::path rules = fs::path(SourceDir()) / "tests" / "rules";
+  std::string all;
+  for (const auto& entry : fs::recursive_directory_iterator(rules)) {
+    if (entry.path().extension() != ".trace") continue;
+    std::ostringstream text;
+    text << std::ifstream(entry.path()).rdbuf();
+    all += text.str() + "\n";
+  }
+  for (const auto& entry : fs::directory_iterator(rules / "common")) {
+    EXPECT_FALSE(PacketsOf(entry.path().string()).empty()) << entry.path();
+    EXPECT_THAT(all, HasSubstr("@include " + entry.path().filename().string() + "\n"));
+  }
+}
+
+TEST_F(TraceInclude, AFileHoldsWhatTheTraceHolds) {
+  const Trace trace = Parsed("@two-interfaces\n+0us BRD 0x0130 01 00\n+1ms FPRD 0x1001:0x1800 len=64 @cut=40\n");
+  const Trace stampless = Parsed("+0us BRD 0x0130 01 00 @no-time\n");
+  for (const Trace& one : {trace, stampless}) {
+    const samples::Bytes bytes = PcapNgOf(one);
+    const std::string path = Write("trace.pcapng", std::string(bytes.begin(), bytes.end()));
+    const auto source = capture::OpenCapture(path);
+    ASSERT_TRUE(source) << source.error().message;
+    capture::CapturedFrame frame;
+    for (const Packet& packet : one.Packets()) {
+      ASSERT_EQ((*source)->Next(frame), capture::ReadStatus::kFrame);
+      const capture::CapturedFrame expected = AsCaptured(packet, frame.number);
+      EXPECT_THAT(frame.bytes, ElementsAreArray(expected.bytes));
+      EXPECT_EQ(frame.time, expected.time);
+      EXPECT_EQ(frame.has_time, expected.has_time);
+      EXPECT_EQ(frame.interface_index, expected.interface_index);
+      EXPECT_EQ(frame.original_length, expected.original_length);
+    }
+    EXPECT_EQ((*source)->Next(frame), capture::ReadStatus::kEnd);
+  }
 }
 
 TEST(TraceBuilder, CppInterface) {

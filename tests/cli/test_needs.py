@@ -1,0 +1,52 @@
+"""tests/needs.txt, which lists the tests that may skip."""
+import importlib
+import pathlib
+import sys
+import unittest
+
+from support import SOURCE
+
+sys.path.insert(0, str(SOURCE / "tests" / "support"))
+import needs
+
+HERE = pathlib.Path(__file__).resolve().parent
+
+
+def all_tests() -> set:
+    """Names of all tests here as the file spells them: cli.CLASS.METHOD."""
+    names = set()
+    for file in sorted(HERE.glob("test_*.py")):
+        module = importlib.import_module(file.stem)
+        for name, value in vars(module).items():
+            if isinstance(value, type) and issubclass(value, unittest.TestCase) and value.__module__ == module.__name__:
+                names |= {f"cli.{name}.{method}" for method in unittest.defaultTestLoader.getTestCaseNames(value)}
+    return names
+
+
+class Needs(unittest.TestCase):
+    def test_each_line_names_a_test(self):
+        tests = all_tests()
+        for need, pattern in needs.read(needs.FILE.read_text()):
+            if pattern.startswith("cli."):
+                with self.subTest(pattern):
+                    self.assertTrue(any(needs.fnmatch.fnmatchcase(name, pattern) for name in tests))
+
+    def test_lines_are_sorted_and_of_known_programs(self):
+        lines = needs.read(needs.FILE.read_text())
+        self.assertEqual(lines, sorted(set(lines)))
+        self.assertEqual({pattern.split(".")[0] for _, pattern in lines}, {"cli", "laws", "unit"})
+
+    def test_only_what_is_named_may_skip(self):
+        lines = needs.read("# why\nshared cli.Lab.*  # all\n\ntshark cli.Lab.test_compares\n")
+        there, absent = pathlib.Path("/"), pathlib.Path("/nowhere-at-all")
+        self.assertEqual(needs.problem_of_skip("cli.Lab.test_works", lines, absent), "")
+        self.assertIn("is there", needs.problem_of_skip("cli.Lab.test_works", lines, there))
+        self.assertEqual(needs.problem_of_skip("cli.Lab.test_compares", lines, there), "")
+        self.assertIn("does not say", needs.problem_of_skip("cli.Other.test_works", lines, absent))
+        for line in ("\nshared", "\nshared Lab.test_works", "\nshared cli.Lab.test_works more"):
+            with self.assertRaisesRegex(ValueError, "line 2: "):
+                needs.read(line)
+
+
+if __name__ == "__main__":
+    unittest.main()
