@@ -163,6 +163,8 @@ std::string_view TemplateOf(ReasonCode code) {
       return "{what} {what?lies|lie} within the uncertainty of the clock";
     case ReasonCode::kTooFew:
       return "the capture has too few {what}";
+    case ReasonCode::kTooIrregular:
+      return "{what} {what?is|are} too irregular";
     case ReasonCode::kCaptureEnds:
       return "the capture ends during {what}";
     case ReasonCode::kNeverReturned:
