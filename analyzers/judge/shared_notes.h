@@ -7,6 +7,7 @@ namespace ecaudit {
 
 inline constexpr NoteKind kMissingPacketsMayExplain{"missing-packets-may-explain",
                                                     "The capture misses packets, which may explain this finding."};
+/// wkc-mismatch adds it to the drop of a slave whose working counter was missing before.
 inline constexpr NoteKind kWorkingCounterMissing{"working-counter-missing",
                                                  "The working counter of this slave is missing from {since} on."};
 
