@@ -3,7 +3,6 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/drive_parameters.h"
 #include "analyzers/model/slave_model.h"
-#include "analyzers/words/al_text.h"
 
 namespace ecaudit {
 
@@ -23,10 +22,6 @@ const Word& WordOf(sync::TimeBase base) {
       break;
   }
   return kNone;
-}
-
-void SetManual(Finding& finding, const device::DeviceDescription& family) {
-  if (!JudgedByStandard(family)) finding.Set("manual", arg::Text(family.title));
 }
 
 const Word* WordOf(sync::OutputGap::End end) {

@@ -9,6 +9,7 @@
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_events.h"
 #include "analyzers/sync/time_base.h"
+#include "analyzers/words/al_text.h"
 #include "analyzers/words/what.h"
 
 namespace ecaudit {
@@ -21,8 +22,6 @@ inline constexpr Word kActivation{"sync-activation", "the activation of SYNC0 (0
 /// "the DC time in the frames", "the stamps of the probe", "the stamps of the capture"; its code is that of
 /// sync::Name().
 [[nodiscard]] const Word& WordOf(sync::TimeBase base);
-/// Sets {manual}, the title of the manual that gives the limits of the slave; not set if the standard gives them.
-void SetManual(Finding& finding, const device::DeviceDescription& family);
 /// "the capture ends": how a pause ends after which no outputs come; null if outputs come again.
 [[nodiscard]] const Word* WordOf(sync::OutputGap::End end);
 

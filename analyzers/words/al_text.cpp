@@ -35,11 +35,6 @@ void SetManual(Finding& finding, const device::DeviceDescription& family) {
   if (!FollowsStandard(family)) finding.Set("manual", arg::Text(family.title));
 }
 
-std::string LawText(const device::DeviceDescription& family) {
-  if (FollowsStandard(family)) return "The EtherCAT standard";
-  return "The manual (" + family.title + ")";
-}
-
 std::string RequestText(const model::AlRequestRecord& request) {
   return esc::StateName(request.control.state()) + " (AL Control " + Hex(request.control.raw) + ")";
 }
