@@ -248,14 +248,15 @@ struct SlaveSummary {
   MailboxSummary mailbox;
   EventSummary events;
   StartupSummary startup;  ///< steps of the master up to OP; `seen` is false where the capture holds none
+  std::optional<Reason>
+      not_evaluated;  ///< why too little of it was evaluated for the verdict "pass"; unset: enough was
+
   [[nodiscard]] bool op_requested() const {
     constexpr std::uint16_t kOp = 8;
     return std::any_of(al_history.begin(), al_history.end(), [](const AlStep& step) {
       return step.kind == AlStep::Kind::kRequest && (step.to & 0xFU) == kOp;
     });
   }
-
-  std::string unjudged;    ///< why too little of it could be judged for the verdict "pass"; empty: enough was
 };
 
 /// A store of the analysis that was full: what it keeps, and what it left out.
