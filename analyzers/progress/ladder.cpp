@@ -1,6 +1,7 @@
 #include "analyzers/progress/ladder.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 
 namespace ecaudit::progress {
@@ -50,6 +51,26 @@ FindingIndex HolderOf(const AnalysisResult& result, const SlaveSummary& slave,
   return kNoFinding;
 }
 
+namespace {
+
+/// Rungs that a warning may hold: without them the slave or axis does not do what the master wants. A warning about
+/// settings or synchronisation of a slave that goes on working is only a warning.
+constexpr std::array<std::string_view, 11> kRungsOfWarnings{
+    "preop", "mailbox", "safeop", "exchange", "op", "no-fault", "voltage", "enabled", "mode", "commanded", "follows"};
+
+void Mark(const Ladder& ladder, AnalysisResult& result) {
+  for (const Rung& rung : ladder.rungs) {
+    const bool failed = rung.status == RungStatus::kNotReached || rung.status == RungStatus::kLost;
+    if (!failed || rung.held_by >= result.findings.size()) continue;
+    if (std::find(kRungsOfWarnings.begin(), kRungsOfWarnings.end(), rung.rung->code) == kRungsOfWarnings.end())
+      continue;
+    std::string_view& holds = result.findings[rung.held_by].holds;
+    if (holds.empty()) holds = rung.rung->code;
+  }
+}
+
+}  // namespace
+
 void Climb(const ProgressModel& model, AnalysisResult& result) {
   for (SlaveSummary& slave : result.slaves) slave.progress = LadderOf(slave, result);
   model.ForEachAxis([&](SlaveId id, std::uint8_t axis, const AxisWatch& watch) {
@@ -57,6 +78,10 @@ void Climb(const ProgressModel& model, AnalysisResult& result) {
       if (slave.id == id) slave.axes.push_back({axis, LadderOf(watch, axis, slave, result)});
     }
   });
+  for (const SlaveSummary& slave : result.slaves) {
+    Mark(slave.progress, result);
+    for (const AxisLadder& axis : slave.axes) Mark(axis.ladder, result);
+  }
 }
 
 }  // namespace ecaudit::progress

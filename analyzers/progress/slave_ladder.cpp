@@ -17,10 +17,12 @@ constexpr Word kOp{"op", "OP"};
 constexpr Word kSync{"sync", "in sync"};
 
 constexpr Word kNoState{"no-al-status", "AL Status is not in the capture"};
+constexpr Word kNoStateAfter{"no-al-status-after-request", "AL Status after the request is not in the capture"};
 constexpr Word kNoIdentity{"no-identity", "the identity is not in the capture"};
 constexpr Word kNoAnswers{"no-answers", "the slave does not answer the mailbox"};
 constexpr Word kNoReturns{"no-returned-frames", "returned frames are not in the capture"};
 constexpr Word kNoExchange{"no-exchange", "the working counter shows no exchange"};
+constexpr Word kNoProcessData{"no-process-data", "process data of the slave are not in the capture"};
 constexpr Word kUnplaced{"process-data-unknown", "the place of its process data is not in the capture"};
 constexpr Word kNoPhase{"no-phase", "the capture does not show when frames arrive"};
 constexpr Word kStateShown{"state-not-shown", "AL Status does not show the requested state"};
@@ -75,6 +77,11 @@ Rung StateRung(const Word& word, esc::AlState wanted, const SlaveSummary& slave,
                             {"al-refused", "al-timeout", "al-unexpected-change", "al-error-standing",
                              "al-illegal-transition", "al-invalid-request", "al-error-not-acknowledged"});
     rung.why = rung.status == RungStatus::kLost ? &kStateLeft : &kStateShown;
+    // A master that stopped reading AL Status does not show what became of its request.
+    if (rung.held_by == kNoFinding && rung.status == RungStatus::kNotReached) {
+      rung.status = RungStatus::kUnknown;
+      rung.why = &kNoStateAfter;
+    }
   }
   return rung;
 }
@@ -131,8 +138,8 @@ Rung ConfiguredRung(const SlaveSummary& slave, const AnalysisResult& result) {
       HolderOf(result, slave,
                {"sdo-abort", "sdo-wrong-size", "sdo-write-read-only", "sdo-unknown-object", "sm-process-config",
                 "sm-mailbox-config", "sm-overlap", "fmmu-mismatch", "fmmu-inactive", "pdo-assign-order",
-                "pdo-assign-state", "pdo-length-mismatch", "pdo-mapping-rule", "pdo-not-mappable",
-                "pdo-object-mapped-twice", "pdo-object-type", "pdo-unsupported", "mailbox-error-reply"});
+                "pdo-assign-state", "pdo-length-mismatch", "pdo-mapping-rule", "pdo-not-mappable", "pdo-object-type",
+                "pdo-unsupported", "mailbox-error-reply"});
   const bool written = slave.mailbox.sdo_downloads > 0 || !slave.sync_managers.empty() || !slave.fmmus.empty();
   if (holder != kNoFinding) {
     rung.status = RungStatus::kNotReached;
@@ -164,9 +171,11 @@ Rung ExchangeRung(const SlaveSummary& slave, const AnalysisResult& result, RungS
     rung.since.number = rx.exchanged == 0 ? tx.first : tx.exchanged == 0 ? rx.first : std::max(rx.first, tx.first);
   } else if ((safeop == RungStatus::kReached || safeop == RungStatus::kLost) && (has_outputs || has_inputs) &&
              slave.op_requested()) {
-    rung.status = RungStatus::kNotReached;
-    rung.why = &kNoExchange;
-    rung.held_by = HolderOf(result, slave, {"wkc-never-right", "wkc-mismatch", "fmmu-mismatch", "fmmu-inactive"});
+    rung.held_by =
+        HolderOf(result, slave, {"wkc-never-right", "wkc-mismatch", "fmmu-mismatch", "fmmu-inactive", "al-refused"});
+    // A capture may end before the first process data.
+    rung.status = rung.held_by != kNoFinding ? RungStatus::kNotReached : RungStatus::kUnknown;
+    rung.why = rung.held_by != kNoFinding ? &kNoExchange : &kNoProcessData;
   } else if (some || managers) {
     rung.why = &kUnplaced;
   } else {
@@ -200,6 +209,22 @@ Rung SyncRung(const SlaveSummary& slave, const AnalysisResult& result, RungStatu
   return rung;
 }
 
+/// A rung that fails explains those above it that have no explanation of their own.
+void ExplainFromBelow(Ladder& ladder) {
+  FindingIndex below = kNoFinding;
+  for (Rung& rung : ladder.rungs) {
+    const bool failed = rung.status == RungStatus::kNotReached || rung.status == RungStatus::kLost;
+    if (rung.held_by == kNoFinding && below != kNoFinding && (failed || rung.why == &kNoStateAfter)) {
+      rung.held_by = below;
+      if (!failed) {
+        rung.status = RungStatus::kNotReached;
+        rung.why = &kStateShown;
+      }
+    }
+    if (failed && below == kNoFinding) below = rung.held_by;
+  }
+}
+
 }  // namespace
 
 Ladder LadderOf(const SlaveSummary& slave, const AnalysisResult& result) {
@@ -216,6 +241,7 @@ Ladder LadderOf(const SlaveSummary& slave, const AnalysisResult& result) {
   add(ExchangeRung(slave, result, safeop.status));
   add(op);
   add(SyncRung(slave, result, op.status));
+  ExplainFromBelow(ladder);
   return ladder;
 }
 

@@ -50,7 +50,7 @@ constexpr RuleInfo kInfo{
     .kinds = kKinds,
     .doc = R"(
 ## What it checks
-Whether each entry that the master maps is as long as the type of its object, and whether the drive shows the same mode of
+Whether each entry that the master maps is as long as the type of its object. Whether the drive shows the same mode of
 operation (6061h) by SDO and in the process data.
 
 ## Why it matters
