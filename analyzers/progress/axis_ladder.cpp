@@ -107,7 +107,7 @@ class AxisClimb {
       rung.why = &kNoStatusWord;
     } else if (span.holds()) {
       rung.status = RungStatus::kReached;
-    } else if (span.ever()) {
+    } else if (span.ever() && (fact == nullptr || fact->last.number < span.lost.number)) {
       rung.status = watch_.lost_unasked() ? RungStatus::kLost : RungStatus::kReached;
       if (rung.status == RungStatus::kLost) {
         rung.why = &kLeftEnabled;
@@ -118,7 +118,7 @@ class AxisClimb {
     } else if (!watch_.enable().wanted()) {
       rung.status = RungStatus::kNotAsked;
     } else {
-      rung.status = RungStatus::kNotReached;
+      rung.status = span.ever() ? RungStatus::kLost : RungStatus::kNotReached;
       if (fact != nullptr) Hold(rung, *fact);
       if (rung.held_by == kNoFinding) {
         rung.held_by = HolderOf(

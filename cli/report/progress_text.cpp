@@ -156,4 +156,18 @@ std::vector<ProgressLine> ProgressLines(const AnalysisResult& result) {
   return lines;
 }
 
+void WriteProgress(const AnalysisResult& result, TextBuilder& text) {
+  constexpr std::size_t kMostLines = 16;
+  const std::vector<ProgressLine> lines = ProgressLines(result);
+  if (lines.empty()) return;
+  text.Line();
+  text.Line(text.Styled("Progress", Style::kBold));
+  for (std::size_t i = 0; i < lines.size() && i < kMostLines; ++i) {
+    text.Field(lines[i].label, lines[i].text, lines[i].of_axis ? 4 : 2);
+  }
+  if (lines.size() > kMostLines) {
+    text.Paragraph("[" + std::to_string(lines.size() - kMostLines) + " more lines; see Slaves, or the JSON report]", 2);
+  }
+}
+
 }  // namespace ecaudit::report

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "analyzers/result/analysis_result.h"
+#include "cli/report/layout.h"
 
 namespace ecaudit::report {
 
@@ -15,5 +16,8 @@ struct ProgressLine {
 };
 
 [[nodiscard]] std::vector<ProgressLine> ProgressLines(const AnalysisResult& result);
+
+/// The section "Progress", nothing where no slave has a ladder. Of many lines the first.
+void WriteProgress(const AnalysisResult& result, TextBuilder& text);
 
 }  // namespace ecaudit::report

@@ -128,22 +128,7 @@ class CaptureText {
       if (verdict.rest.find(note) == std::string::npos) text_.Paragraph(note, 0, 2);
     }
     if (const std::string judged = JudgedText(); !judged.empty()) text_.Paragraph(judged, 0, 2);
-    Progress();
-  }
-
-  /// How far each slave and axis got; of many different ones the first, and those that something holds.
-  void Progress() {
-    constexpr std::size_t kMostLines = 16;
-    const std::vector<ProgressLine> lines = ProgressLines(result_);
-    if (lines.empty()) return;
-    Heading("Progress");
-    for (std::size_t i = 0; i < lines.size() && i < kMostLines; ++i) {
-      text_.Field(lines[i].label, lines[i].text, lines[i].of_axis ? 4 : 2);
-    }
-    if (lines.size() > kMostLines) {
-      text_.Paragraph("[" + std::to_string(lines.size() - kMostLines) + " more lines; see Slaves, or the JSON report]",
-                      2);
-    }
+    WriteProgress(result_, text_);
   }
 
   /// "judged: 204 of 216, 6 more in part; 4 rules not everywhere (see below)"

@@ -41,7 +41,7 @@ constexpr FindingKind kHalt{
     .name = "halt-stands",
     .title = "Halt (bit 8 of the control word) stays 1: the axis does not start",
     .message =
-        R"(The drive is enabled in mode {start_mode} and a motion is commanded, but bit 8 (halt) of the control word
+        R"(The drive is enabled in mode {start_mode} and a motion is commanded. Bit 8 (halt) of the control word
 {control_word} is 1 from {frame} on, for {lasted_ms} ({shown_frame}). The master did not clear it since the
 drive was enabled.)",
     .next = "Clear bit 8 of the control word.",
@@ -52,7 +52,7 @@ constexpr FindingKind kModeOverwritten{
     .title = "Mode {by_sdo} set by SDO is overwritten by {mapped} in process data",
     .message =
         R"(The master selected mode {by_sdo} by SDO (6060h). The process data hold {mapped} for the same object in every
-cycle, and the drive shows mode {shown} (6061h) from {frame} to {shown_frame}, for {lasted_ms}.)",
+cycle. The drive shows mode {shown} (6061h) from {frame} to {shown_frame}, for {lasted_ms}.)",
     .next = "Write the mode into the process data, or take 6060h out of the PDO mapping.",
     .identity = "by_sdo mapped"};
 
@@ -60,8 +60,8 @@ constexpr FindingKind kNoMode{
     .name = "no-mode",
     .title = "{changing:number} changes, but no mode of operation is selected",
     .message =
-        R"(The drive is enabled and {changing} changes from {frame} on, for {lasted_ms}, but the drive shows mode 0 (6061h,
-{shown_frame}) and the master selects none (6060h).)",
+        R"(The drive is enabled and {changing} changes from {frame} on, for {lasted_ms}. The drive shows mode 0 (6061h,
+{shown_frame}), and the master selects none (6060h).)",
     .next = "Select the mode of operation (6060h) before the drive is enabled.",
     .identity = "changing"};
 
@@ -78,8 +78,8 @@ constexpr FindingKind kRamp{
     .name = "ramp-bits-missing",
     .title = "Bits 4 to 6 of control word {control_word} keep the ramp at 0",
     .message =
-        R"(The drive is enabled in mode {mode} with target velocity {target}, and the actual velocity is 0 from {frame} on,
-for {lasted_ms} ({shown_frame}). In this mode bits 4 (enable ramp), 5 (unlock ramp) and 6 (reference ramp) of the
+        R"(The drive is enabled in mode {mode} with target velocity {target}. The actual velocity is 0 from {frame} on, for
+{lasted_ms} ({shown_frame}). In this mode bits 4 (enable ramp), 5 (unlock ramp) and 6 (reference ramp) of the
 control word have to be 1.)",
     .next = "Send 0x007f instead of 0x000f.",
     .identity = ""};

@@ -20,7 +20,7 @@ constexpr FindingKind kResetStands{
     .name = "reset-without-edge",
     .title = "Fault reset (bit 7) stays 1: no rising edge resets the fault",
     .message =
-        R"(Bit 7 of the control word ({control_word}) is 1 from {frame} on, for {lasted_ms}, while the drive shows {state}
+        R"(Bit 7 of the control word ({control_word}) is 1 from {frame} on, for {lasted_ms}. Meanwhile the drive shows {state}
 (status word {status_word}, {shown_frame}).[ The drive reports {reason}.] A fault is reset by the rising edge of
 bit 7, from 0 to 1.)",
     .next = "Send bit 7 as 0 for some cycles, then as 1. Correct the cause of the fault before.",
@@ -40,8 +40,8 @@ constexpr FindingKind kFaultStays{
     .name = "fault-stays",
     .title = "The fault stays after {resets}[: {reason}]",
     .message =
-        R"(The master resets the fault ({resets}, the first at {frame}), and {lasted_ms} later the drive still shows
-{state} (status word {status_word}, {shown_frame}).[ The drive reports {reason}.][{!reason} The capture does not
+        R"(The master resets the fault ({resets}, the first at {frame}). {lasted_ms} later the drive still shows {state}
+(status word {status_word}, {shown_frame}).[ The drive reports {reason}.][{!reason} The capture does not
 show which fault it is.] The cause is still there.)",
     .next =
         "[{?reason}Correct this cause.][{!reason}Read 603Fh and 1003h:1 from the drive and correct what they name.] "
@@ -121,7 +121,7 @@ constexpr FindingKind kHasty{
     .name = "hasty",
     .title = "Enable word taken back {times} before the drive follows",
     .message =
-        R"(From {frame} to {shown_frame} bit 3 (enable operation) of the control word rises {times}, and is 0 again after
+        R"(From {frame} to {shown_frame} bit 3 (enable operation) of the control word rises {times}. It is 0 again after
 {longest_ms} at most. The drive never shows Operation enabled (state {state}, status word {status_word}).)",
     .next = "Wait for each state in the status word, and keep the control word until the drive shows it.",
     .identity = ""};

@@ -32,8 +32,8 @@ constexpr FindingKind kEcho{
     .name = "target-repeats-actual",
     .title = "The target position only repeats the position actual value",
     .message =
-        R"(The drive is enabled, and the target position (607Ah) is the position actual value (6064h) of the cycle before
-in {changes} from {frame} to {shown_frame} ({lasted_ms}). The axis moves by {travel} meanwhile. It holds no
+        R"(From {frame} to {shown_frame} ({lasted_ms}) the target position (607Ah) is the actual value (6064h) of the cycle
+before, in {changes}. The drive is enabled, and the axis moves by {travel} meanwhile. It holds no
 position, but goes wherever a force pushes it.)",
     .next =
         "Stop copying the actual value into the target when the drive is enabled, and continue from the last target.",
