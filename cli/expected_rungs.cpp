@@ -18,7 +18,8 @@ bool Expects(const ExpectedSlave& slave, StartupKey::Kind kind, auto&& fits) {
 }
 
 bool IsThere(const Rung* rung) {
-  return rung == nullptr || rung->status == RungStatus::kReached || rung->status == RungStatus::kUnknown;
+  if (rung == nullptr || rung->status == RungStatus::kReached || rung->status == RungStatus::kUnknown) return true;
+  return rung->status == RungStatus::kLost;  // what comes after the start-up is not its matter
 }
 
 void AddMissing(const SlaveSummary& slave, const Rung* rung, std::vector<std::string>& missing) {

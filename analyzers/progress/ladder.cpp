@@ -33,6 +33,15 @@ bool IsAbout(const Finding& finding, const SlaveSummary& slave) {
 
 }  // namespace
 
+FindingIndex RootOf(const AnalysisResult& result, FindingIndex finding) {
+  for (std::size_t steps = 0; steps < result.findings.size(); ++steps) {
+    const FindingIndex cause = result.findings[finding].caused_by;
+    if (cause >= result.findings.size()) break;
+    finding = cause;
+  }
+  return finding;
+}
+
 FindingIndex HolderOf(const AnalysisResult& result, const SlaveSummary& slave,
                       std::initializer_list<std::string_view> rules, int axis) {
   for (FindingIndex i = 0; i < result.findings.size(); ++i) {
@@ -40,13 +49,7 @@ FindingIndex HolderOf(const AnalysisResult& result, const SlaveSummary& slave,
     if (finding.severity == Severity::kInfo || !IsAbout(finding, slave)) continue;
     if (axis >= 0 && finding.axis != axis) continue;
     if (std::find(rules.begin(), rules.end(), finding.rule) == rules.end()) continue;
-    FindingIndex root = i;
-    for (std::size_t steps = 0; steps < result.findings.size(); ++steps) {
-      const FindingIndex cause = result.findings[root].caused_by;
-      if (cause == kNoFinding || cause >= result.findings.size()) break;
-      root = cause;
-    }
-    return root;
+    return RootOf(result, i);
   }
   return kNoFinding;
 }
@@ -55,8 +58,9 @@ namespace {
 
 /// Rungs that a warning may hold: without them the slave or axis does not do what the master wants. A warning about
 /// settings or synchronisation of a slave that goes on working is only a warning.
-constexpr std::array<std::string_view, 11> kRungsOfWarnings{
-    "preop", "mailbox", "safeop", "exchange", "op", "no-fault", "voltage", "enabled", "mode", "commanded", "follows"};
+constexpr std::array<std::string_view, 12> kRungsOfWarnings{"answers",  "preop", "mailbox",   "safeop",
+                                                            "exchange", "op",    "no-fault",  "voltage",
+                                                            "enabled",  "mode",  "commanded", "follows"};
 
 void Mark(const Ladder& ladder, AnalysisResult& result) {
   for (const Rung& rung : ladder.rungs) {
@@ -75,7 +79,9 @@ void Climb(const ProgressModel& model, AnalysisResult& result) {
   for (SlaveSummary& slave : result.slaves) slave.progress = LadderOf(slave, result);
   model.ForEachAxis([&](SlaveId id, std::uint8_t axis, const AxisWatch& watch) {
     for (SlaveSummary& slave : result.slaves) {
-      if (slave.id == id) slave.axes.push_back({axis, LadderOf(watch, axis, slave, result)});
+      if (slave.id != id) continue;
+      AxisLadder& added = slave.axes.emplace_back(AxisLadder{axis, LadderOf(watch, axis, slave, result)});
+      LoseAbove(slave.progress.rungs.front(), added.ladder);
     }
   });
   for (const SlaveSummary& slave : result.slaves) {

@@ -26,4 +26,10 @@ void Climb(const ProgressModel& model, AnalysisResult& result);
 [[nodiscard]] FindingIndex HolderOf(const AnalysisResult& result, const SlaveSummary& slave,
                                     std::initializer_list<std::string_view> rules, int axis = -1);
 
+/// The first cause of a finding: itself where it has none.
+[[nodiscard]] FindingIndex RootOf(const AnalysisResult& result, FindingIndex finding);
+
+/// Of a slave that does not answer any more: what was reached is lost.
+void LoseAbove(const Rung& answers, Ladder& ladder);
+
 }  // namespace ecaudit::progress

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "analyzers/progress/ladder.h"
+#include "analyzers/result/absence.h"
 #include "decoder/esc/al.h"
 
 namespace ecaudit::progress {
@@ -16,6 +17,7 @@ constexpr Word kExchange{"exchange", "exchanges process data"};
 constexpr Word kOp{"op", "OP"};
 constexpr Word kSync{"sync", "in sync"};
 
+constexpr Word kGone{"gone", "the slave does not answer any more"};
 constexpr Word kNoState{"no-al-status", "AL Status is not in the capture"};
 constexpr Word kNoStateAfter{"no-al-status-after-request", "AL Status after the request is not in the capture"};
 constexpr Word kNoIdentity{"no-identity", "the identity is not in the capture"};
@@ -86,7 +88,7 @@ Rung StateRung(const Word& word, esc::AlState wanted, const SlaveSummary& slave,
   return rung;
 }
 
-Rung AnswersRung(const SlaveSummary& slave) {
+Rung AnswersRung(const SlaveSummary& slave, const AnalysisResult& result) {
   Rung rung;
   rung.rung = &kAnswers;
   rung.status = RungStatus::kReached;
@@ -95,6 +97,14 @@ Rung AnswersRung(const SlaveSummary& slave) {
       rung.since = step.frame;
       break;
     }
+  }
+  for (const Absence& absence : AbsencesOf(slave, result)) {
+    if (!absence.whole || absence.to.seen()) continue;
+    rung.status = RungStatus::kLost;
+    rung.until = absence.from;
+    rung.why = &kGone;
+    rung.held_by = RootOf(result, absence.finding);
+    break;
   }
   return rung;
 }
@@ -209,6 +219,22 @@ Rung SyncRung(const SlaveSummary& slave, const AnalysisResult& result, RungStatu
   return rung;
 }
 
+}  // namespace
+
+void LoseAbove(const Rung& answers, Ladder& ladder) {
+  if (answers.status != RungStatus::kLost) return;
+  for (Rung& rung : ladder.rungs) {
+    // What was read of the slave stays known.
+    if (rung.status != RungStatus::kReached || rung.until.seen() || rung.rung == &kKnown) continue;
+    rung.status = RungStatus::kLost;
+    rung.until = answers.until;
+    rung.why = answers.why;
+    rung.held_by = answers.held_by;
+  }
+}
+
+namespace {
+
 /// A rung that fails explains those above it that have no explanation of their own.
 void ExplainFromBelow(Ladder& ladder) {
   FindingIndex below = kNoFinding;
@@ -230,7 +256,7 @@ void ExplainFromBelow(Ladder& ladder) {
 Ladder LadderOf(const SlaveSummary& slave, const AnalysisResult& result) {
   Ladder ladder;
   const auto add = [&](Rung rung) { ladder.rungs.push_back(std::move(rung)); };
-  add(AnswersRung(slave));
+  add(AnswersRung(slave, result));
   add(KnownRung(slave));
   add(StateRung(kPreop, esc::AlState::PREOP, slave, result));
   add(MailboxRung(slave, result));
@@ -242,6 +268,7 @@ Ladder LadderOf(const SlaveSummary& slave, const AnalysisResult& result) {
   add(op);
   add(SyncRung(slave, result, op.status));
   ExplainFromBelow(ladder);
+  LoseAbove(ladder.rungs.front(), ladder);
   return ladder;
 }
 

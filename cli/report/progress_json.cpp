@@ -12,6 +12,7 @@ void PutRung(JsonObject& out, const AnalysisResult& result, const Rung& rung) {
   out.Frame("frame", rung.since);
   out.Put("time_s", SecondsSince(result.capture.origin, rung.since));
   out.Frame("until_frame", rung.until);
+  out.Put("until_s", SecondsSince(result.capture.origin, rung.until));
   out.TextOrNull("why", rung.why != nullptr ? rung.why->code : std::string_view());
   out.TextOrNull("text", rung.why != nullptr ? rung.why->text : std::string_view());
   const std::string finding = rung.held_by == kNoFinding ? std::string() : "f" + std::to_string(rung.held_by + 1);

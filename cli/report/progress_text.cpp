@@ -9,6 +9,9 @@
 namespace ecaudit::report {
 namespace {
 
+/// How much a line says of what holds a rung.
+enum class Detail : std::uint8_t { kWhy, kFinding, kFrames };
+
 /// ", since #807 at 1.201 s"; empty where no frame shows it.
 std::string Since(const AnalysisResult& result, const FrameRef& frame) {
   if (!frame.seen()) return {};
@@ -17,15 +20,20 @@ std::string Since(const AnalysisResult& result, const FrameRef& frame) {
   return text;
 }
 
+/// " (f1)"
+std::string FindingText(const Rung& rung, Detail detail) {
+  const bool named = detail != Detail::kWhy && rung.held_by != kNoFinding;
+  return named ? " (f" + std::to_string(rung.held_by + 1) + ")" : std::string();
+}
+
 /// "not enabled: a bit that Enable operation needs is 0 in the control word, since #807 at 1.201 s (f1)"
-std::string Failed(const AnalysisResult& result, const Rung& rung, std::string_view name, bool with_frames) {
+std::string Failed(const AnalysisResult& result, const Rung& rung, std::string_view name, Detail detail) {
   std::string text = (rung.status == RungStatus::kLost ? "no longer " : "not ") + std::string(name);
   if (rung.why != nullptr) text += ": " + std::string(rung.why->text);
-  if (with_frames) {
+  if (detail == Detail::kFrames) {
     text += Since(result, rung.status == RungStatus::kLost && rung.until.seen() ? rung.until : rung.held_since);
-    if (rung.held_by != kNoFinding) text += " (f" + std::to_string(rung.held_by + 1) + ")";
   }
-  return text;
+  return text + FindingText(rung, detail);
 }
 
 bool Fails(const Rung* rung) {
@@ -41,16 +49,23 @@ void Append(std::string& text, std::string_view part, std::string_view between =
   text += part;
 }
 
-std::string SlaveText(const AnalysisResult& result, const SlaveSummary& slave, bool with_frames) {
+std::string SlaveText(const AnalysisResult& result, const SlaveSummary& slave, Detail detail) {
   std::string text;
   const Rung* state = nullptr;
   for (const std::string_view code : {"preop", "safeop", "op"}) {
     const Rung* const rung = slave.progress.Find(code);
     if (Holds(rung)) state = rung;
   }
+  const Rung* const answers = slave.progress.Find("answers");
+  if (Fails(answers)) {
+    // Nothing above it says more.
+    text = "gone: " + std::string(answers->why->text);
+    if (detail == Detail::kFrames) text += Since(result, answers->until);
+    return text + FindingText(*answers, detail);
+  }
   if (state != nullptr) {
     text = state->rung->text;
-    if (with_frames) text += Since(result, state->since);
+    if (detail == Detail::kFrames) text += Since(result, state->since);
   } else {
     text = slave.al_status ? "INIT" : "AL state not in the capture";
   }
@@ -62,11 +77,11 @@ std::string SlaveText(const AnalysisResult& result, const SlaveSummary& slave, b
   if (code == "configured") name = "fully configured";
   if (code == "mailbox") name = "answering its mailbox";
   if (code == "exchange") name = "exchanging process data";
-  Append(text, Failed(result, *failed, name, with_frames), "; ");
+  Append(text, Failed(result, *failed, name, detail), "; ");
   return text;
 }
 
-std::string AxisText(const AnalysisResult& result, const Ladder& ladder, bool with_frames) {
+std::string AxisText(const AnalysisResult& result, const Ladder& ladder, Detail detail) {
   const auto rung = [&ladder](std::string_view code) { return ladder.Find(code); };
   std::string text;
   if (Holds(rung("enabled"))) {
@@ -78,7 +93,7 @@ std::string AxisText(const AnalysisResult& result, const Ladder& ladder, bool wi
     } else if (rung("commanded")->status == RungStatus::kNotAsked) {
       text += ", not commanded";
     }
-    if (with_frames) text += Since(result, rung("enabled")->since);
+    if (detail == Detail::kFrames) text += Since(result, rung("enabled")->since);
   }
   // What the axis stands for says more than the rung below that shows it first.
   for (const std::string_view code : {"enabled", "no-fault", "voltage", "mode", "commanded", "follows"}) {
@@ -87,15 +102,13 @@ std::string AxisText(const AnalysisResult& result, const Ladder& ladder, bool wi
     std::string_view name = at->rung->text;
     if (code == "no-fault") {
       Append(text, "in Fault", "; ");
-      if (with_frames) {
-        text += Since(result, at->until);
-        if (at->held_by != kNoFinding) text += " (f" + std::to_string(at->held_by + 1) + ")";
-      }
+      if (detail == Detail::kFrames) text += Since(result, at->until);
+      text += FindingText(*at, detail);
       break;
     }
     if (code == "mode") name = "in the mode that was selected";
     if (code == "follows") name = "following its set point";
-    Append(text, Failed(result, *at, name, with_frames), "; ");
+    Append(text, Failed(result, *at, name, detail), "; ");
     break;
   }
   if (!text.empty()) return text;
@@ -108,12 +121,16 @@ std::string AxisText(const AnalysisResult& result, const Ladder& ladder, bool wi
 }
 
 /// All lines of one slave.
-std::vector<ProgressLine> LinesOf(const AnalysisResult& result, const SlaveSummary& slave, bool with_frames) {
+std::vector<ProgressLine> LinesOf(const AnalysisResult& result, const SlaveSummary& slave, Detail detail) {
   std::vector<ProgressLine> lines;
   ProgressLine line;
-  line.text = SlaveText(result, slave, with_frames);
+  line.text = SlaveText(result, slave, detail);
+  if (Fails(slave.progress.Find("answers"))) {
+    lines.push_back(std::move(line));
+    return lines;
+  }
   if (slave.axes.size() == 1 && slave.axes.front().axis == 0) {
-    Append(line.text, AxisText(result, slave.axes.front().ladder, with_frames), "; drive ");
+    Append(line.text, AxisText(result, slave.axes.front().ladder, detail), "; drive ");
   }
   lines.push_back(std::move(line));
   if (slave.axes.size() == 1 && slave.axes.front().axis == 0) return lines;
@@ -121,7 +138,7 @@ std::vector<ProgressLine> LinesOf(const AnalysisResult& result, const SlaveSumma
     ProgressLine of_axis;
     of_axis.of_axis = true;
     of_axis.label = "axis " + std::to_string(axis.axis + 1);
-    of_axis.text = AxisText(result, axis.ladder, with_frames);
+    of_axis.text = AxisText(result, axis.ladder, detail);
     lines.push_back(std::move(of_axis));
   }
   return lines;
@@ -143,10 +160,13 @@ std::vector<ProgressLine> ProgressLines(const AnalysisResult& result) {
       ++i;
       continue;
     }
-    const std::vector<ProgressLine> plain = LinesOf(result, slaves[i], false);
+    const std::vector<ProgressLine> plain = LinesOf(result, slaves[i], Detail::kWhy);
     std::size_t end = i + 1;
-    while (end < slaves.size() && Alike(plain, LinesOf(result, slaves[end], false))) ++end;
-    std::vector<ProgressLine> group = end - i == 1 ? LinesOf(result, slaves[i], true) : plain;
+    while (end < slaves.size() && Alike(plain, LinesOf(result, slaves[end], Detail::kWhy))) ++end;
+    std::vector<ProgressLine> group = LinesOf(result, slaves[i], end - i == 1 ? Detail::kFrames : Detail::kFinding);
+    for (std::size_t other = i + 1; other < end; ++other) {
+      if (!Alike(group, LinesOf(result, slaves[other], Detail::kFinding))) group = plain;
+    }
     group.front().label =
         end - i == 1 ? "slave " + std::to_string(slaves[i].position)
                      : "slaves " + std::to_string(slaves[i].position) + "-" + std::to_string(slaves[end - 1].position);

@@ -216,7 +216,7 @@ class Require(CliTest):
             self.assertEqual(done.err, "")
 
     def test_rungs_of_axes_and_synchronisation(self):
-        enabled = SAMPLES / "clean-startup.pcapng"
+        enabled = SAMPLES / "drive-illegal-command.pcapng"  # enabled in the end
         self.check(enabled, "--require", "axis=enabled", status=0)
         done = self.check(self.healthy, "--require", "axis=enabled", status=1)
         self.assertIn("axis=enabled: ", done.err)

@@ -1,12 +1,16 @@
 // How far slaves and axes got, in traces of the rules: which rungs are reached, lost, not reached or not asked for, and
 // which finding holds them.
+#include <algorithm>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "analyzers/analysis.h"
+#include "analyzers/result/absence.h"
 #include "analyzers/result/progress.h"
+#include "decoder/capture/capture_reader.h"
 #include "tests/support/folders.h"
 #include "tests/support/trace_builder.h"
 
@@ -25,6 +29,16 @@ AnalysisResult AnalyseRule(const std::string& trace_of) {
   AnalysisOptions options;
   options.default_profile = "generic";
   return Analyse(*trace->Source(), options);
+}
+
+AnalysisResult AnalyseSample(const std::string& name) {
+  const fs::path path = fs::path(test::SourceDir()) / "samples" / "captures" / (name + ".pcapng");
+  auto source = capture::OpenCapture(path.string());
+  if (!source) {
+    ADD_FAILURE() << source.error().message;
+    return {};
+  }
+  return ecaudit::Analyse(**source, AnalysisOptions{});
 }
 
 const Ladder& AxisOf(const AnalysisResult& result) {
@@ -137,6 +151,43 @@ TEST(ProgressLadder, SlaveThatNeverCountsExchangesNothing) {
   EXPECT_EQ(StatusOf(slave, "exchange"), "not-reached");
   EXPECT_EQ(RuleOf(result, slave, "exchange"), "wkc-never-right");
   EXPECT_EQ(StatusOf(slave, "op"), "not-reached");
+}
+
+TEST(ProgressLadder, SlaveThatLeftLosesWhatItHad) {
+  const AnalysisResult result = AnalyseSample("slave-count-changes");
+  EXPECT_EQ(StatusOf(result.slaves.at(0).progress, "op"), "reached");
+  for (const std::size_t gone : {1U, 2U}) {
+    const Ladder& slave = result.slaves.at(gone).progress;
+    EXPECT_EQ(StatusOf(slave, "answers"), "lost");
+    EXPECT_EQ(RuleOf(result, slave, "answers"), "bus-slave-count-changed");
+    EXPECT_EQ(StatusOf(slave, "op"), "lost");
+    EXPECT_EQ(StatusOf(slave, "known"), "reached");
+  }
+}
+
+TEST(ProgressLadder, SlaveThatReturnedIsThere) {
+  const AnalysisResult result = AnalyseSample("wkc-link-break");
+  EXPECT_EQ(StatusOf(result.slaves.at(2).progress, "answers"), "reached");
+  const std::vector<Absence> absences = AbsencesOf(result.slaves.at(2), result);
+  ASSERT_FALSE(absences.empty());
+  EXPECT_TRUE(absences.front().to.seen());
+  EXPECT_TRUE(AbsencesOf(result.slaves.at(0), result).empty());
+  EXPECT_TRUE(OthersAreMissing(result.slaves.at(0), absences.front().from, absences.front().from, result));
+}
+
+TEST(ProgressLadder, OfABranchTheSlaveThatStillAnswersStays) {
+  const AnalysisResult result = AnalyseSample("branch-slave-leaves");
+  EXPECT_EQ(StatusOf(result.slaves.at(1).progress, "answers"), "lost");
+  EXPECT_EQ(StatusOf(result.slaves.at(2).progress, "answers"), "reached");
+}
+
+TEST(ProgressLadder, FindingThatHoldsSaysSo) {
+  const AnalysisResult result = AnalyseRule("drive-not-enabled/violates");
+  const auto found = std::find_if(result.findings.begin(), result.findings.end(),
+                                  [](const Finding& finding) { return finding.rule == "drive-not-enabled"; });
+  ASSERT_NE(found, result.findings.end());
+  EXPECT_EQ(found->holds, "enabled");
+  for (const Finding& finding : AnalyseRule("drive-not-enabled/complies").findings) EXPECT_EQ(finding.holds, "");
 }
 
 TEST(ProgressLadder, RefusedStateIsHeldByItsRefusal) {
