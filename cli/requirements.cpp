@@ -84,19 +84,19 @@ Result<Requirements> ParseRequirements(std::string_view text) {
     const std::string_view name = part.substr(0, equals);
     const std::string_view value = equals == std::string_view::npos ? std::string_view() : part.substr(equals + 1);
     if (name == "slaves") {
-      if (out.slaves) return Wrong(text, "slaves stands twice");
+      if (out.slaves) return Wrong(text, std::string(name) + " appears twice");
       out.slaves = ParseNumber(value);
       if (!out.slaves) return Wrong(text, "slaves must be a number of slaves");
     } else if (name == "state") {
-      if (out.state) return Wrong(text, "state stands twice");
+      if (out.state) return Wrong(text, std::string(name) + " appears twice");
       out.state = ParseState(value);
       if (!out.state) return Wrong(text, "state must be INIT, PREOP, BOOT, SAFEOP or OP");
     } else if (part == "judged") {
-      if (out.judged) return Wrong(text, "judged stands twice");
+      if (out.judged) return Wrong(text, std::string(name) + " appears twice");
       out.judged = true;
     } else {
       const std::string known = name == "judged" ? std::string() : Suggestion(name, kParts, "");
-      return Wrong(text, "'" + std::string(part) + "' is none of slaves=N, state=STATE, judged" + known);
+      return Wrong(text, "'" + std::string(part) + "' is none of slaves=N,state=STATE,judged" + known);
     }
     if (comma != std::string_view::npos && rest.empty()) return Wrong(text, "it ends with a comma");
   } while (!rest.empty());

@@ -39,7 +39,7 @@ std::string WithoutCounts(std::string_view title) {
       continue;
     }
     out += '#';
-    // Punctuation behind the number belongs to the sentence.
+    // Punctuation after the number belongs to the sentence.
     out += word.substr(word.find_last_of(kDigits) + 1);
   }
   return out;

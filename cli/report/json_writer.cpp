@@ -91,7 +91,7 @@ void PutFrames(JsonObject& out, const bus::FrameLedger& frames) {
       });
     }
   });
-  out.Put("under_way", frames.under_way);
+  out.Put("under_way", frames.in_flight);
 }
 
 void PutCapture(JsonObject& out, const CaptureSummary& c) {
@@ -212,17 +212,17 @@ void PutEvidenceValue(JsonObject& out, const Evidence& evidence) {
   }
 }
 
-/// Of evidence whose name stands twice, the last value in the place of the first.
+/// Of evidence whose name appears twice, the last value in the place of the first.
 void PutEvidence(JsonObject& out, const std::vector<Evidence>& evidence) {
   for (std::size_t i = 0; i < evidence.size(); ++i) {
-    bool told = false;
+    bool shown = false;
     std::size_t last = i;
     for (std::size_t k = 0; k < evidence.size(); ++k) {
       if (evidence[k].name != evidence[i].name) continue;
-      told = told || k < i;
+      shown = shown || k < i;
       last = k;
     }
-    if (!told) PutEvidenceValue(out, evidence[last]);
+    if (!shown) PutEvidenceValue(out, evidence[last]);
   }
 }
 
@@ -355,7 +355,7 @@ void PutRuleCoverage(JsonObject& out, const AnalysisResult& result, const RuleCo
   out.Put("rule", rule.rule);
   PutCount(out, count);
   out.TextOrNull("not_applicable_because", WhyNotApplicable(rule));
-  // The rest tells it for each slave already where all are alike.
+  // The rest shows it for each slave already where all are alike.
   const std::uint64_t all = rule.slaves.size();
   const bool alike =
       count.judged == all || count.partly == all || count.not_judged == all || count.not_applicable == all;

@@ -9,9 +9,9 @@
 namespace ecaudit::report {
 namespace {
 
-/// Digits behind the second: a reader looks for the moment, not for the frame, by it.
+/// Digits after the second: a reader looks for the moment, not for the frame, by it.
 constexpr std::size_t kDigits = 3;
-/// What happened keeps at least so many columns where a long path stands before it.
+/// Columns that the event keeps at least, also after a long path.
 constexpr std::size_t kLeastSentence = 28;
 
 std::string Joined(const std::vector<std::string>& texts) {
@@ -20,7 +20,7 @@ std::string Joined(const std::vector<std::string>& texts) {
   return joined;
 }
 
-/// What the line tells, in the parts that can be shortened.
+/// What the line shows, in the parts that can be shortened.
 struct Parts {
   std::string before;  ///< "error: " where the verdict does not say it
   std::string place;   ///< "slave 0 (AKD, 0x1001): "
@@ -82,9 +82,9 @@ Parts OfFinding(const CaptureDigest& capture, const MainFinding& main, const std
 
 Parts PartsOf(const CaptureDigest& capture, const HeadlineParts& headline, const TextStyle& style) {
   if (headline.verdict == "UNMET") return {"", "", "", "required and missing: " + Joined(capture.unmet), "", "", ""};
-  const bool says_nothing_of_findings =
+  const bool shows_no_findings =
       !capture.unreadable.empty() || capture.without_ethercat || !capture.judged || headline.verdict == "ERROR";
-  const std::optional<MainFinding> main = says_nothing_of_findings ? std::nullopt : MainFindingOf(capture);
+  const std::optional<MainFinding> main = shows_no_findings ? std::nullopt : MainFindingOf(capture);
   if (main) return OfFinding(capture, *main, headline.verdict, style);
   return {"", "", "", headline.sentence, "", "", ""};
 }

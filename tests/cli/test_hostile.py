@@ -233,7 +233,7 @@ class HostileFiles(CliTest):
         os.chown(self.dir / "in" / ".ecaudit.json", 0, 0)
         self.check(path, status=0)
         os.chmod(self.dir / "in" / ".ecaudit.json", 0o666)
-        self.assertIn("may be written by everybody", self.one_error("check", path))
+        self.assertIn("is writable by all users", self.one_error("check", path))
 
     def test_the_summary_names_configurations(self):
         self.file("in/.ecaudit.json", '{"fail_on": "never"}')
@@ -290,7 +290,7 @@ class HostileFiles(CliTest):
         done = self.run_program("batch", "in")
         self.assertEqual(done.returncode, 0, done.err)
         for name in ("b.pcap.xz", "c.pcapng.bz2", "gone.pcap", "pipe.pcap"):
-            self.assertIn(f"in/{name} is passed over", done.err)
+            self.assertIn(f"in/{name} is ignored", done.err)
         self.assertNotIn("notes.txt", done.err)
 
     def test_names_of_any_length(self):

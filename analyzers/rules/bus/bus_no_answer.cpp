@@ -78,7 +78,7 @@ class BusNoAnswer final : public Rule {
       return;
     }
     const bool ever = pairing.returned > 0;
-    if (!ever && !pairing.nobody_answers) {
+    if (!ever && !pairing.no_answers) {
       NotEvaluable(kNoSlave, "no returned frame is in the capture, and none is seen to be repeated after a time-out");
       return;
     }
@@ -135,7 +135,7 @@ class BusNoAnswer final : public Rule {
   }
 
   void TellInVain(const bus::PairingStatistics& pairing) {
-    const std::uint64_t in_vain = pairing.undecided[static_cast<std::size_t>(bus::Undecided::kNobodyAnswers)];
+    const std::uint64_t in_vain = pairing.undecided[static_cast<std::size_t>(bus::Undecided::kNoAnswers)];
     if (in_vain == 0 || !first_returned_.seen() || !first_in_vain_.seen()) return;
     Finding finding;
     finding.first = first_in_vain_;

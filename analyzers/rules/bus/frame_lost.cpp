@@ -131,11 +131,11 @@ class FrameLost final : public Rule {
   }
 
   void TellWhatIsOpen(const bus::PairingStatistics& pairing) {
-    if (pairing.holes > 0) {
+    if (pairing.gaps > 0) {
       NotEvaluable(kNoSlave,
-                   "the capture misses frames in " + Count(pairing.holes, "place") +
+                   "the capture misses frames in " + Count(pairing.gaps, "place") +
                        " (the indices of the frames skip): whether what was under way there came back is not known",
-                   pairing.first_hole.number);
+                   pairing.first_gap.number);
     }
     const std::uint64_t silent = pairing.undecided[static_cast<std::size_t>(bus::Undecided::kSilence)];
     if (silent > 0) {
@@ -207,7 +207,7 @@ class FrameLost final : public Rule {
       finding.confidence = Confidence::kInferred;
       finding.evidence.push_back(Number("dropped_every", static_cast<std::int64_t>(pairing.dropped_every)));
     } else if (missed > 0 &&
-               MayBeTheRecorders(total_, missed + pairing.holes, context().source().info().interfaces.size() > 1)) {
+               MayBeTheRecorders(total_, missed + pairing.gaps, context().source().info().interfaces.size() > 1)) {
       context().store.Regrade(index_, Severity::kInfo);
       finding.title = "The capture misses packets: " + Count(total_, "frame") + " without a return, " +
                       Grouped(missed) + " without an outbound copy";

@@ -82,8 +82,8 @@ class WkcMismatch final : public Rule {
     const bus::PairingStatistics& pairing = context().pairing();
     const bool nobodys = range.most == 0 && !AnyMapped();
     // A frame that is under way still, when this one is back, may turn out to be lost.
-    const bool open = pairing.under_way > 0;
-    const bool missed = MissesAny(pairing) || context().network().last_hole() != 0;
+    const bool open = pairing.in_flight > 0;
+    const bool missed = MissesAny(pairing) || context().network().last_gap() != 0;
     if (e.wkc > range.most && (missed || LosesAny(pairing) || open || pairing.paired == 0 || nobodys)) {
       if (!said_more_) {
         said_more_ = true;

@@ -47,7 +47,7 @@ class CaptureOneDirection final : public Rule {
       TellOnePort(pairing);
       return;
     }
-    if (outbound == returned || pairing.nobody_answers) return;
+    if (outbound == returned || pairing.no_answers) return;
     Finding finding;
     finding.first = context().statistics().first;
     finding.last = context().statistics().last;

@@ -121,7 +121,7 @@ class CaptureTruncated final : public Rule {
         {read.other_link, "other_link_type", link, read.first_other_link},
         {read.cut_before_type, "cut_before_type", "cut before their EtherType", {}},
         {info.unread_blocks, "unread_blocks", "in blocks of a type that is not read", {}},
-        {pairing.foreign_set_aside(), "other_masters", others, {pairing.first_foreign, 0, false}},
+        {pairing.foreign_ignored(), "other_masters", others, {pairing.first_foreign, 0, false}},
         {info.dropped(), "dropped", "dropped by the capturing machine", {}}};
     std::uint64_t sum = 0;
     std::string list;

@@ -65,13 +65,13 @@ Find the pause in the master named here. The finding shows how many missing fram
 class SyncLost final : public Rule {
  public:
   SyncLost() : Rule(kInfo) {
-    Subscribe<track::CaptureHole>(&SyncLost::On);
+    Subscribe<track::CaptureGap>(&SyncLost::On);
     Subscribe<sync::OutputGap>(&SyncLost::On);
     Subscribe<sync::ArrivalOff>(&SyncLost::On);
     Subscribe<sync::SyncSlotMiss>(&SyncLost::On);
   }
 
-  void On(const track::CaptureHole& e) { behind_hole_ = e.frame; }
+  void On(const track::CaptureGap& e) { behind_hole_ = e.frame; }
 
   void On(const sync::OutputGap& told) {
     const model::SlaveModel& slave = context().slave(told.slave);

@@ -109,9 +109,9 @@ class Notes : public JsonListener {
 
 TEST(Json, IsHeardInTheOrderOfTheText) {
   Notes notes;
-  EXPECT_TRUE(HearJson(R"({"b": [1, -2, 0.5, true, null], "a": {"c": "x"}})", notes));
+  EXPECT_TRUE(StreamJson(R"({"b": [1, -2, 0.5, true, null], "a": {"c": "x"}})", notes));
   EXPECT_EQ(notes.text, "{ b=[ 1 -2 0.500000 true null ] a={ c='x' } } ");
-  EXPECT_FALSE(HearJson("{", notes));
+  EXPECT_FALSE(StreamJson("{", notes));
 }
 
 TEST(Json, TextIsWrittenAsTheLibraryDoes) {

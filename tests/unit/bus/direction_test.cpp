@@ -340,7 +340,7 @@ std::string InVain(int frames, int times) {
 TEST(NobodyAnswers, FramesRepeatedUnderOneIndex) {
   for (const bool bit : {false, true}) {
     const Paired result = PairUp((bit ? "@mac 02:10:10:10:10:10\n" : "") + InVain(10, 5));
-    EXPECT_TRUE(result.statistics.nobody_answers) << bit;
+    EXPECT_TRUE(result.statistics.no_answers) << bit;
     EXPECT_FALSE(result.outbound_only) << "the returns are not missing: there are none";
     EXPECT_EQ(result.statistics.outbound, 50U) << bit;
     EXPECT_EQ(result.statistics.repeated_unanswered, 40U) << bit;
@@ -361,7 +361,7 @@ TEST(NobodyAnswers, NotWhereOnlyOutboundFramesAreCaptured) {
   }
   for (const std::string& lines : {running, polls, process}) {
     const Paired result = PairUp(lines);
-    EXPECT_FALSE(result.statistics.nobody_answers);
+    EXPECT_FALSE(result.statistics.no_answers);
     EXPECT_TRUE(result.outbound_only);
     EXPECT_EQ(result.statistics.frames().undecided_total(), 60U);
   }
@@ -370,7 +370,7 @@ TEST(NobodyAnswers, NotWhereOnlyOutboundFramesAreCaptured) {
 TEST(NobodyAnswers, NotWhereSomebodyDoesLater) {
   for (const char* mac : {"", "@mac 02:10:10:10:10:10\n"}) {
     const Paired result = PairUp(mac + InVain(60, 5) + "+1ms FPRD 0x1001:0x0130 08 00 idx=3\n");
-    EXPECT_FALSE(result.statistics.nobody_answers) << mac;
+    EXPECT_FALSE(result.statistics.no_answers) << mac;
     EXPECT_EQ(result.statistics.paired, 1U) << mac;
     EXPECT_TRUE(result.statistics.frames().Balances());
   }

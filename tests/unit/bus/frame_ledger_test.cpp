@@ -52,12 +52,12 @@ void ExpectBalance(const std::filesystem::path& path) {
   FrameLedger last;
   while (const Traffic* traffic = reader.Next()) {
     for (std::size_t i = 0; i < traffic->size(); ++i) {
-      last = traffic->StatisticsBehind(i).frames();
+      last = traffic->StatisticsAfter(i).frames();
       if (!last.Balances()) ++off;
     }
   }
   EXPECT_EQ(off, 0U) << path;
-  EXPECT_LE(last.under_way, 256U) << path;
+  EXPECT_LE(last.in_flight, 256U) << path;
 }
 
 void ExpectBalanceIn(const std::filesystem::path& folder) {

@@ -141,7 +141,7 @@ std::vector<Numbers> EachDatagram(unsigned begin, unsigned modulus, const std::v
 }
 
 /// The frames at which a regular counter shows a hole, those from `left_out` on missing.
-std::vector<std::size_t> Holes(const std::vector<Numbers>& frames, std::size_t left_out, std::size_t missing) {
+std::vector<std::size_t> CaptureGaps(const std::vector<Numbers>& frames, std::size_t left_out, std::size_t missing) {
   IndexCounter counter;
   std::vector<std::size_t> out;
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -166,7 +166,7 @@ TEST(IndexCounter, NumberingEachDatagramHasNoHolesAndTellsThem) {
         const std::string what = std::to_string(modulus) + " from " + std::to_string(begin) + ", datagrams " +
                                  std::to_string(d) + ", hole behind ";
         const std::vector<Numbers> frames = EachDatagram(begin, modulus, kDatagrams[d], kFrames);
-        EXPECT_EQ(Holes(frames, kFrames, 0).size(), 0U) << what << "none";
+        EXPECT_EQ(CaptureGaps(frames, kFrames, 0).size(), 0U) << what << "none";
         for (const std::size_t at : {2501U, 2507U, 2533U}) {
           for (const std::size_t missing : {1U, 2U, 5U}) {
             const Numbers before = frames[at - 1];
@@ -175,7 +175,7 @@ TEST(IndexCounter, NumberingEachDatagramHasNoHolesAndTellsThem) {
             const bool looks_right = next == frames[at].first || next == static_cast<std::uint8_t>(before.last + 1U) ||
                                      next == static_cast<std::uint8_t>(before.first + 1U) || next == before.first;
             if (looks_right) continue;
-            EXPECT_EQ(Holes(frames, at, missing), std::vector<std::size_t>{at + missing}) << what << at;
+            EXPECT_EQ(CaptureGaps(frames, at, missing), std::vector<std::size_t>{at + missing}) << what << at;
           }
         }
       }

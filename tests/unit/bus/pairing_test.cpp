@@ -228,7 +228,7 @@ TEST(Pairing, OutboundFrameCapturedTwiceIsNoLoss) {
   EXPECT_EQ(result.statistics.lost, 0U);
   EXPECT_EQ(result.statistics.paired, 80U);
   EXPECT_EQ(result.statistics.outbound_twice, 1U);
-  EXPECT_EQ(result.statistics.under_way, 1U);
+  EXPECT_EQ(result.statistics.in_flight, 1U);
   EXPECT_THAT(result.log.doubtful, IsEmpty());
   // A master that repeats a frame a while later, without hearing anything, has lost one.
   EXPECT_EQ(PairUp(CapturedTwice(trace, {3}, 2'000'000)).statistics.lost, 1U);
@@ -360,7 +360,7 @@ TEST(Pairing, StillUnderWayAtTheEnd) {
 +1ms FPRD 0x1001:0x0130 01 00 @lost
 )");
   EXPECT_THAT(result.log.words, ElementsAre("1+2", "3+4"));
-  EXPECT_EQ(result.statistics.under_way, 1U);
+  EXPECT_EQ(result.statistics.in_flight, 1U);
   EXPECT_EQ(result.statistics.lost, 0U);
 }
 
@@ -386,14 +386,14 @@ TEST(Pairing, SilenceAtTheEnd) {
   EXPECT_THAT(result.log.Only("lost"), IsEmpty());
   EXPECT_EQ(result.log.Only("silent").size(), 149U);
   EXPECT_EQ(result.log.Only("silent").front(), "silent 101");
-  EXPECT_EQ(result.statistics.under_way, 51U);
+  EXPECT_EQ(result.statistics.in_flight, 51U);
 }
 
 TEST(Pairing, SilenceLongerThanTheRing) {
   const Paired result = PairUp(SilentFor(600, 1000));
   EXPECT_EQ(result.statistics.lost, 549U);
   EXPECT_EQ(result.log.Only("silent").size(), 549U);
-  EXPECT_EQ(result.statistics.lost + result.statistics.under_way, 600U);
+  EXPECT_EQ(result.statistics.lost + result.statistics.in_flight, 600U);
 }
 
 TEST(Pairing, ShortSilenceAtTheEndProvesNothing) {
@@ -446,7 +446,7 @@ TEST(Pairing, FramesOfAnotherMasterOvertakeNothing) {
   const Paired result = PairUp(trace);
   EXPECT_EQ(result.statistics.lost, 0U);
   EXPECT_EQ(result.statistics.paired, 4U * 81U + 1U);
-  EXPECT_EQ(result.statistics.under_way, 1U);
+  EXPECT_EQ(result.statistics.in_flight, 1U);
 }
 
 // --- two interfaces -------------------------------------------------------------------------------------------------
@@ -609,17 +609,17 @@ std::string Numbered(int count, int first, int round) {
 TEST(PairingHole, WhatWasUnderWayWhereIndicesSkipIsUndecided) {
   const Paired result = PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @lost\n" +
                                "+6ms FPRD 0x1001:0x0130 08 00 idx=14\n" + Numbered(60, 15, 16));
-  EXPECT_THAT(result.log.holes, ElementsAre("hole 82+83"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole 82+83"));
   EXPECT_THAT(result.log.Only("lost"), IsEmpty());
   EXPECT_THAT(result.log.Only("undecided"), ElementsAre("undecided 81"));
-  EXPECT_EQ(result.statistics.holes, 1U);
-  EXPECT_EQ(result.statistics.first_hole.number, 82U);
+  EXPECT_EQ(result.statistics.gaps, 1U);
+  EXPECT_EQ(result.statistics.first_gap.number, 82U);
 }
 
 TEST(PairingHole, WhereIndicesGoOnTheFrameIsLostHoweverLongTheMasterWaited) {
   const Paired result = PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @lost\n" +
                                "+6ms FPRD 0x1001:0x0130 08 00 idx=9\n" + Numbered(60, 10, 16));
-  EXPECT_THAT(result.log.holes, IsEmpty());
+  EXPECT_THAT(result.log.gaps, IsEmpty());
   EXPECT_THAT(result.log.Only("lost"), ElementsAre("lost 81"));
 }
 
@@ -629,7 +629,7 @@ TEST(PairingHole, ARepeatedFrameIsALossHoweverLateItIsRepeated) {
       const Paired result = PairUp(
           Numbered(40, 0, round) + "+1ms FPRD 0x1001:0x0130 08 00 idx=" + std::to_string(40 % round) + " @lost\n+" +
           pause + " FPRD 0x1001:0x0130 08 00 idx=" + std::to_string(40 % round) + "\n" + Numbered(60, 41, round));
-      EXPECT_THAT(result.log.holes, IsEmpty()) << pause << " " << round;
+      EXPECT_THAT(result.log.gaps, IsEmpty()) << pause << " " << round;
       EXPECT_THAT(result.log.Only("lost"), ElementsAre("lost 81")) << pause << " " << round;
       EXPECT_EQ(result.statistics.repeated_unanswered, 1U);
     }
@@ -640,21 +640,21 @@ TEST(PairingHole, ARepeatedFrameIsNoHole) {
   // SOEM sends the same frame with the same index again when its return is late.
   const Paired result = PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @lost\n" +
                                "+2ms FPRD 0x1001:0x0130 08 00 idx=8\n" + Numbered(60, 9, 16));
-  EXPECT_THAT(result.log.holes, IsEmpty());
+  EXPECT_THAT(result.log.gaps, IsEmpty());
   EXPECT_THAT(result.log.Only("lost"), ElementsAre("lost 81"));
 }
 
 TEST(PairingHole, SixteenIndicesComeRoundInALongSilence) {
   // 31 frames may be missing here: the index says nothing any more, and neither does the silence.
   const Paired result = PairUp(Numbered(100, 0, 16) + "+32ms FPRD 0x1001:0x0130 08 00 idx=4\n" + Numbered(60, 5, 16));
-  EXPECT_THAT(result.log.holes, ElementsAre("silence 201+202"));
-  EXPECT_EQ(result.statistics.holes, 0U);
+  EXPECT_THAT(result.log.gaps, ElementsAre("silence 201+202"));
+  EXPECT_EQ(result.statistics.gaps, 0U);
 }
 
 TEST(PairingHole, ManyIndicesTellThatAMasterWasSilent) {
   const Paired result =
       PairUp(Numbered(100, 0, 256) + "+32ms FPRD 0x1001:0x0130 08 00 idx=100\n" + Numbered(60, 101, 256));
-  EXPECT_THAT(result.log.holes, IsEmpty());
+  EXPECT_THAT(result.log.gaps, IsEmpty());
 }
 
 TEST(PairingHole, OneIndexForAllTellsNothing) {
@@ -664,7 +664,7 @@ TEST(PairingHole, OneIndexForAllTellsNothing) {
                                "+1ms LRW 0x1000 01 03 idx=0 @lost\n+20ms FPRD 0x1001:0x0130 08 00 idx=0\n" + lines);
   EXPECT_THAT(result.log.Only("lost"), ElementsAre("lost 201"));
   EXPECT_THAT(result.log.Only("undecided"), ElementsAre("undecided 402"));
-  EXPECT_THAT(result.log.holes, ElementsAre("silence 403+404"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("silence 403+404"));
 }
 
 TEST(PairingHole, FramesWithoutNumbersBetweenOthersAreNone) {
@@ -673,7 +673,7 @@ TEST(PairingHole, FramesWithoutNumbersBetweenOthersAreNone) {
   for (int i = 0; i < 300; ++i) {
     lines += "+1ms LRW 0x1000 01 02 idx=0\n+50us FPRD 0x1001:0x0130 08 00 idx=" + std::to_string(128 + i % 112) + "\n";
   }
-  EXPECT_THAT(PairUp(lines).log.holes, IsEmpty());
+  EXPECT_THAT(PairUp(lines).log.gaps, IsEmpty());
 }
 
 TEST(PairingHole, CyclicAndAcyclicFramesNumberedSideBySideAreOne) {
@@ -685,20 +685,20 @@ TEST(PairingHole, CyclicAndAcyclicFramesNumberedSideBySideAreOne) {
       lines += "+1ms LRW 0x1000 01 02 idx=" + std::to_string(i % 256) + "\n";
       if (i % cycles == 11) lines += "+50us FPRD 0x1001:0x1000 01 idx=" + std::to_string(mailbox++ % 256) + "\n";
     }
-    EXPECT_LE(PairUp(lines).log.holes.size(), 2U) << "before it shows that there are two kinds";
+    EXPECT_LE(PairUp(lines).log.gaps.size(), 2U) << "before it shows that there are two kinds";
   }
 }
 
 TEST(PairingHole, AReturnBehindItTellsItToo) {
   const Paired result =
       PairUp(Numbered(40, 0, 16) + "+5ms FPRD 0x1001:0x0130 08 00 idx=13 @returned-only\n" + Numbered(60, 14, 16));
-  EXPECT_THAT(result.log.holes, ElementsAre("hole +81"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole +81"));
 }
 
 TEST(PairingHole, AMissedOutboundCopyIsNone) {
   const Paired result =
       PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @returned-only\n" + Numbered(60, 9, 16));
-  EXPECT_THAT(result.log.holes, IsEmpty());
+  EXPECT_THAT(result.log.gaps, IsEmpty());
   EXPECT_EQ(result.statistics.missed_outbound, 1U);
 }
 
@@ -707,7 +707,7 @@ TEST(PairingHole, AReturnLikeOneBeforeItIsNoSecondCopy) {
   const Paired result =
       PairUp(Numbered(40, 0, 16) + "+5ms FPRD 0x1001:0x0130 08 00 idx=2 @returned-only\n" + Numbered(60, 3, 16));
   EXPECT_THAT(result.log.Only("dup"), IsEmpty());
-  EXPECT_THAT(result.log.holes, ElementsAre("hole +81"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole +81"));
 }
 
 TEST(PairingHole, AReturnWhoseIndexIsNextIsNoSecondCopy) {
@@ -731,23 +731,23 @@ std::string Unnumbered(int count, const std::string& apart) {
 TEST(PairingHole, AReturnWithoutNumberTellsOfOneOfUnknownSize) {
   const Paired result =
       PairUp(Unnumbered(40, "1ms") + "+3ms FPRD 0x1001:0x0110 02 00 idx=0 @returned-only\n" + Unnumbered(60, "1ms"));
-  EXPECT_THAT(result.log.holes, ElementsAre("hole +81"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole +81"));
   EXPECT_EQ(result.statistics.missed_outbound, 1U);
-  EXPECT_EQ(result.statistics.holes, 0U) << "no index skips";
+  EXPECT_EQ(result.statistics.gaps, 0U) << "no index skips";
   const Paired one =
       PairUp(Unnumbered(40, "1ms") + "+1ms FPRD 0x1001:0x0110 02 00 idx=0 @returned-only\n" + Unnumbered(60, "1ms"));
-  EXPECT_THAT(one.log.holes, IsEmpty()) << "no time for more than its own outbound copy";
+  EXPECT_THAT(one.log.gaps, IsEmpty()) << "no time for more than its own outbound copy";
 }
 
 TEST(PairingHole, AReturnWithoutNumberTellsNothingWhereAPacketCannotBeRead) {
   const Paired result = PairUp(Unnumbered(40, "1ms") + "+1ms FPRD 0x1001:0x0130 08 00 idx=0 @cut=10\n" +
                                "+1ms FPRD 0x1001:0x0110 02 00 idx=0 @returned-only\n" + Unnumbered(60, "1ms"));
-  EXPECT_THAT(result.log.holes, IsEmpty());
+  EXPECT_THAT(result.log.gaps, IsEmpty());
 }
 
 TEST(PairingHole, AReturnTellsNothingOfAMasterWhoseFramesAreNotCapturedOnTheirWayOut) {
   const Paired result = PairUp("@returned-only\n" + Unnumbered(40, "1ms") + "+1ms FPRD 0x1001:0x0110 02 00 idx=0\n");
-  EXPECT_THAT(result.log.holes, IsEmpty());
+  EXPECT_THAT(result.log.gaps, IsEmpty());
 }
 
 TEST(PairingHole, AReturnBetweenItAndTheNextFrameComesFirst) {
@@ -755,7 +755,7 @@ TEST(PairingHole, AReturnBetweenItAndTheNextFrameComesFirst) {
   const Paired result =
       PairUp(Numbered(40, 0, 256) + "+11ms FPRD 0x1001:0x0130 08 00 idx=51 rtt=90us @returned-only\n" +
              "+20us FPRD 0x1001:0x0130 08 00 idx=52 rtt=90us\n" + Numbered(20, 53, 256));
-  EXPECT_THAT(result.log.holes, ElementsAre("hole +82"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole +82"));
 }
 
 TEST(PairingHole, AReturnWhoseNumberIsThatOfTheFrameBeforeTheOneUnderWayIsNoFlippedBit) {
@@ -768,7 +768,7 @@ TEST(PairingHole, AReturnWhoseNumberIsThatOfTheFrameBeforeTheOneUnderWayIsNoFlip
 TEST(PairingHole, WhatWasSentBeforeItAndComesBackBehindItIsNotReordered) {
   const Paired result = PairUp(Numbered(40, 0, 256) + "+1ms FPRD 0x1001:0x0130 08 00 idx=40 rtt=90us\n" +
                                "+20us FPRD 0x1001:0x0130 08 00 idx=42 rtt=90us\n" + Numbered(20, 43, 256));
-  EXPECT_THAT(result.log.holes, ElementsAre("hole 82+84"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole 82+84"));
   EXPECT_EQ(result.statistics.reordered, 0U);
   EXPECT_EQ(result.statistics.paired, 62U);
 }
@@ -785,14 +785,14 @@ TEST(PairingHole, AReturnWhoseNumberAnotherFrameHadIsNotFromBeforeThoseUnderWay)
   // Frame 8 is under way for ever, and frame 7 has come back: this is another frame 7.
   const Paired result = PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @lost\n" +
                                "+15ms FPRD 0x1001:0x0120 08 00 idx=7 @returned-only\n" + Numbered(60, 8, 16));
-  EXPECT_THAT(result.log.holes, ElementsAre("hole +82"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole +82"));
 }
 
 TEST(PairingHole, AReturnWithoutNumberThatIsNotLikeTheFrameUnderWayIsNoFlippedBit) {
   const Paired result = PairUp(Unnumbered(40, "1ms") + "+1ms FPRD 0x1001:0x0130 08 00 idx=0 @lost\n" +
                                "+3ms FPRD 0x1001:0x080D 08 00 idx=0 @returned-only\n" + Unnumbered(60, "1ms"));
   EXPECT_EQ(result.statistics.altered, 0U);
-  EXPECT_THAT(result.log.holes, ElementsAre("hole +82"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole +82"));
   // Registers 0x0805 and 0x080D differ by one bit, and are polled in turns.
   std::string polls;
   for (int i = 0; i < 40; ++i) polls += "+1ms FPRD 0x1001:0x0805 08 idx=0\n+1ms FPRD 0x1001:0x080D 08 idx=0\n";
@@ -804,16 +804,16 @@ TEST(PairingHole, AReturnWithoutNumberThatIsNotLikeTheFrameUnderWayIsNoFlippedBi
 TEST(PairingHole, AReturnWithoutNumberThatComesLateMayAnswerAnotherFrame) {
   const Paired result = PairUp(Unnumbered(40, "1ms") + "+1ms FPRD 0x1001:0x0130 08 00 idx=0 rtt=26ms\n" +
                                "+28ms FPRD 0x1001:0x0130 08 00 idx=0\n");
-  EXPECT_THAT(result.log.holes, ElementsAre("silence 81+82", "silence 83+84"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("silence 81+82", "silence 83+84"));
   const Paired numbered = PairUp(Numbered(40, 0, 256) + "+1ms FPRD 0x1001:0x0130 08 00 idx=40 rtt=26ms\n");
-  EXPECT_THAT(numbered.log.holes, IsEmpty());
+  EXPECT_THAT(numbered.log.gaps, IsEmpty());
 }
 
 TEST(PairingHole, ALongSilenceShowsBehindAFewFrames) {
   const std::string few = Unnumbered(6, "100us");
-  EXPECT_THAT(PairUp(few + "+50ms FPRD 0x1001:0x0130 08 00 idx=9\n").log.holes, ElementsAre("silence 13+14"));
-  EXPECT_THAT(PairUp(few + "+5ms FPRD 0x1001:0x0130 08 00 idx=9\n").log.holes, IsEmpty());
-  EXPECT_THAT(PairUp(few + "+50ms FPRD 0x1001:0x0130 08 00 idx=0\n").log.holes, IsEmpty()) << "it waits";
+  EXPECT_THAT(PairUp(few + "+50ms FPRD 0x1001:0x0130 08 00 idx=9\n").log.gaps, ElementsAre("silence 13+14"));
+  EXPECT_THAT(PairUp(few + "+5ms FPRD 0x1001:0x0130 08 00 idx=9\n").log.gaps, IsEmpty());
+  EXPECT_THAT(PairUp(few + "+50ms FPRD 0x1001:0x0130 08 00 idx=0\n").log.gaps, IsEmpty()) << "it waits";
 }
 
 TEST(PairingHole, SixteenIndicesComeRoundWhereAReturnIsMissingAndTheMasterWasFastBefore) {
@@ -822,16 +822,16 @@ TEST(PairingHole, SixteenIndicesComeRoundWhereAReturnIsMissingAndTheMasterWasFas
   const std::string behind = "+5ms FPRD 0x1001:0x0120 08 00 idx=1\n" + Numbered(20, 2, 16);
   const std::string before = burst + Numbered(40, 8, 16);
   const std::string slower = "silence 81+82";  // where it sends less often for the first time
-  EXPECT_THAT(PairUp(before + "+1ms FPRD 0x1001:0x0130 08 00 idx=0 @lost\n" + behind).log.holes,
+  EXPECT_THAT(PairUp(before + "+1ms FPRD 0x1001:0x0130 08 00 idx=0 @lost\n" + behind).log.gaps,
               ElementsAre(slower, "silence 162+163"));
-  EXPECT_THAT(PairUp(before + "+1ms FPRD 0x1001:0x0130 08 00 idx=0\n" + behind).log.holes, ElementsAre(slower))
+  EXPECT_THAT(PairUp(before + "+1ms FPRD 0x1001:0x0130 08 00 idx=0\n" + behind).log.gaps, ElementsAre(slower))
       << "nothing is missing but time";
 }
 
 TEST(PairingHole, AFrameThatCannotBeReadHasAnIndexAllTheSame) {
   const Paired result =
       PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @cut=20\n" + Numbered(60, 9, 16));
-  EXPECT_THAT(result.log.holes, IsEmpty());
+  EXPECT_THAT(result.log.gaps, IsEmpty());
 }
 
 TEST(PairingHole, StampsThatGoBackAreNoneWhereIndicesGoOn) {
@@ -840,7 +840,7 @@ TEST(PairingHole, StampsThatGoBackAreNoneWhereIndicesGoOn) {
     ASSERT_TRUE(trace);
     std::vector<Packet> packets = trace->Packets();
     for (std::size_t i = 400; i < packets.size(); ++i) packets[i].time -= 3600'000'000'000;
-    EXPECT_THAT(PairUp(packets).log.holes, IsEmpty());
+    EXPECT_THAT(PairUp(packets).log.gaps, IsEmpty());
   }
 }
 
@@ -859,7 +859,7 @@ TEST(PairingHole, AMasterThatAppearsLateStandsBehindAnotherCapture) {
   const Paired result =
       PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @lost\n@mac 10:10:10:10:10:10\n" +
              Numbered(60, 3, 256));
-  EXPECT_THAT(result.log.holes, ElementsAre("hole 82+83"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole 82+83"));
   EXPECT_THAT(result.log.Only("lost"), IsEmpty());
 }
 
@@ -904,7 +904,7 @@ TEST(Pairing, WhatIsSentBeforeAnybodyAnswersIsNotLost) {
   lines += "+20ms BRD 0x0000 11 idx=4\n" + Numbered(20, 5, 16);
   const Paired result = PairUp(lines);
   EXPECT_EQ(result.statistics.lost, 0U);
-  EXPECT_EQ(result.statistics.undecided[static_cast<std::size_t>(Undecided::kNobodyAnswers)], 20U);
+  EXPECT_EQ(result.statistics.undecided[static_cast<std::size_t>(Undecided::kNoAnswers)], 20U);
   EXPECT_EQ(result.log.Only("21+22").size(), 1U) << "not the frame of the same index long before";
   EXPECT_EQ(result.statistics.dropped_every, 0U);
   EXPECT_TRUE(result.statistics.frames().Balances());
@@ -912,15 +912,15 @@ TEST(Pairing, WhatIsSentBeforeAnybodyAnswersIsNotLost) {
 
 TEST(PairingHole, AMasterThatAppearsInTheMiddleOfItsWorkStandsBehindAnotherCapture) {
   const Paired result = PairUp(Numbered(40, 0, 16) + "@mac 10:10:10:10:10:10\n" + Numbered(60, 3, 256));
-  EXPECT_THAT(result.log.holes, ElementsAre("hole 81+82"));
-  EXPECT_EQ(result.statistics.holes, 1U);
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole 81+82"));
+  EXPECT_EQ(result.statistics.gaps, 1U);
 }
 
 TEST(PairingHole, AMasterThatSetsTheBusUpWhenNothingIsUnderWayIsAnotherProgram) {
   const Paired result =
       PairUp(Numbered(40, 0, 16) + "@mac 10:10:10:10:10:10\n+1ms BRD 0x0000 11 00 idx=0\n" + Numbered(60, 1, 256));
-  EXPECT_THAT(result.log.holes, ElementsAre("silence 81+82"));
-  EXPECT_EQ(result.statistics.holes, 0U);
+  EXPECT_THAT(result.log.gaps, ElementsAre("silence 81+82"));
+  EXPECT_EQ(result.statistics.gaps, 0U);
   EXPECT_EQ(result.statistics.paired, 101U);
 }
 

@@ -355,7 +355,7 @@ TEST(Redundancy, AHalfThatWasCutIsNotJoined) {
   } log;
   RingJoin join(log);
   for (std::size_t i = 0; i < views.size(); i += 2) {
-    join.Push({&views[i], &views[i + 1], false, Hole::kNone, i % 4 == 0});
+    join.Push({&views[i], &views[i + 1], false, GapBefore::kNone, i % 4 == 0});
   }
   join.Flush();
   EXPECT_EQ(log.returned, (std::vector<bool>{true, false, false})) << "one answer of two halves, and two alone";

@@ -106,7 +106,7 @@ TEST(InputStream, SomethingElseBehindTheCompressedData) {
   const Bytes a = Sample(1000);
   const Read gzip = ReadMemory(Concat(Gzip(a), {'t', 'e', 'x', 't', '!'}));
   EXPECT_EQ(gzip.bytes, a);
-  EXPECT_EQ(gzip.error, "there is something else behind the gzip data");
+  EXPECT_EQ(gzip.error, "the gzip data are followed by other data");
   const Read zstd = ReadMemory(Concat(Zstd(a), {'t', 'e', 'x', 't', '!'}));
   EXPECT_EQ(zstd.bytes, a);
   EXPECT_TRUE(zstd.error.starts_with("the zstd data are damaged")) << zstd.error;

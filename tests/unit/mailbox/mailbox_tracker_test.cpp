@@ -450,12 +450,12 @@ TEST_F(MailboxTrackerTest, RequestWithoutAnswer) {
   EXPECT_EQ(u.polls, 3U);
   EXPECT_EQ(u.first_poll.number, 15U);
   EXPECT_EQ(u.last_poll.number, 19U);
-  EXPECT_TRUE(u.not_taken);
+  EXPECT_TRUE(u.not_accepted);
   tracker_.Finish();
   ASSERT_EQ(sink_.unanswered.size(), 2U);
   EXPECT_EQ(sink_.unanswered[1].end, MailboxUnanswered::End::kCaptureEnd);
   EXPECT_EQ(sink_.unanswered[1].polls, 0U);
-  EXPECT_FALSE(sink_.unanswered[1].not_taken);
+  EXPECT_FALSE(sink_.unanswered[1].not_accepted);
   EXPECT_EQ(tracker_.counters().unanswered, 2U);
 }
 
