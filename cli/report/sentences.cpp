@@ -212,7 +212,7 @@ std::string TextOf(const Reason& reason) {
   Arguments arguments;
   if (reason.what != nullptr) arguments.Set("what", arg::Of(*reason.what));
   std::string text = Fill(TemplateOf(reason.code), arguments);
-  // It goes on behind a colon, so it begins small.
+  // It follows a colon, so it begins with a small letter.
   if (reason.what != nullptr && text.size() >= reason.what->text.size() && !reason.what->text.empty()) {
     std::string begin = text.substr(0, reason.what->text.size());
     begin.front() = reason.what->text.front();
