@@ -125,7 +125,7 @@ class StartupShow(StartupTest):
         self.assertNotIn("PASS ", page[:2000])
         self.assertIn('skipped="1"', (self.dir / "st.xml").read_text())
         self.assertIn("ecaudit check judges the capture", (self.dir / "st.sarif").read_text())
-        self.assertIn("judges nothing, so there is no verdict to merge", self.one_error("merge", "st.json"))
+        self.assertIn("has no verdict, so there is nothing to merge", self.one_error("merge", "st.json"))
         expected = self.expectation()
         self.startup("--expect", expected, "-o", "ex.json", self.good)
         report = json.loads((self.dir / "ex.json").read_text())["reports"][0]
