@@ -79,7 +79,7 @@ class MissingPacketsTest : public testing::TestWithParam<const char*> {
   }
 };
 
-TEST_P(MissingPacketsTest, HolesMakeNoFinding) {
+TEST_P(MissingPacketsTest, GapsMakeNoFinding) {
   const auto captures = Healthy();
   if (captures.empty()) GTEST_SKIP() << "no captures beside the project";
   for (const auto& [path, packets] : captures) {

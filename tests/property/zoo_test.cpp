@@ -97,7 +97,7 @@ TEST(Zoo, AHealthyRunIsHealthyUnderAnyMaster) {
   }
 }
 
-TEST(Zoo, AnotherStartIsNoHoleUnderAnyMaster) {
+TEST(Zoo, AnotherStartIsNoGapUnderAnyMaster) {
   for (const ZooMaster& one : test::ZooMasters(kMixed)) {
     SCOPED_TRACE(one.name);
     Story story(one.way);
@@ -201,7 +201,7 @@ TEST(Zoo, ASlaveThatDropsOutIsMissedUnderAnyMaster) {
   }
 }
 
-TEST(Zoo, NobodyAnswersAnyMaster) {
+TEST(Zoo, NoAnswerUnderAnyMaster) {
   for (const ZooMaster& one : test::ZooMasters(kMixed)) {
     SCOPED_TRACE(one.name);
     Story story(one.way);

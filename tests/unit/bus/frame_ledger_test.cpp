@@ -21,7 +21,7 @@ TEST(FrameLedger, EachReasonHasItsOwnDescription) {
 }
 
 /// One of each fate, and all at the same time.
-TEST(FrameLedger, BalancesBehindEachPacket) {
+TEST(FrameLedger, BalancesAfterEachPacket) {
   Result<Trace> trace = Trace::Parse(R"(
 +0us  FPRD 0x1001:0x0130 01 00 idx=1
 +1ms  FPRD 0x1001:0x0130 01 00 idx=2 @lost

@@ -206,7 +206,7 @@ void AddAtBothEnds(Trace& trace, int i, bool same_index) {
       .Index(static_cast<std::uint8_t>(same_index ? index : index + 100));
 }
 
-TEST(Redundancy, WhatNobodyTakesAtTheOtherEndIsNoAnswer) {
+TEST(Redundancy, WhatNoSlaveAcceptsAtTheOtherEndIsNoAnswer) {
   for (const bool bit_set : {true, false}) {
     Trace trace;
     for (int i = 0; i < 100; ++i) AddAtBothEnds(trace, i, bit_set);

@@ -65,7 +65,7 @@ TEST(Tap, MidRunBeginsWithAReturn) {
   }
 }
 
-TEST(Tap, LossesBehindSlavesAreSeen) {
+TEST(Tap, LossesAfterSlavesAreSeen) {
   Trace trace;
   trace.Slaves(2);
   for (int i = 0; i < 100; ++i) {
@@ -98,7 +98,7 @@ TEST(Tap, WhatOnlySlavesBeforeItAnswerComesBackAsItPassed) {
   EXPECT_EQ(result.statistics.frames().undecided_total() + result.statistics.in_flight, 0U);
 }
 
-TEST(Tap, BehindASingleSlaveThatFewFramesCount) {
+TEST(Tap, AfterASingleSlaveThatFewFramesCount) {
   // A start-up asks each of the others more than the one before the tap.
   std::string lines;
   int index = 0;

@@ -89,7 +89,7 @@ void ExpectSame(const PairingStatistics& a, const PairingStatistics& b) {
   EXPECT_EQ(a.in_flight, b.in_flight);
 }
 
-TEST(TrafficReader, TellsWhatPairingTellsInTheSameOrder) {
+TEST(TrafficReader, RepeatsTheCallsOfPairingInTheSameOrder) {
   const std::vector<Packet> packets = RoughTraffic(4'000);
   const test::Paired expected = PairUp(packets, 257);
   ASSERT_FALSE(expected.log.Only("lost").empty());
@@ -184,7 +184,7 @@ TEST(TrafficReader, HandsOverAPacketBeforeItReadsTheNext) {
   EXPECT_EQ(handed_over, packets.size());
 }
 
-TEST(TrafficReader, ReadsNoPacketBehindTheRange) {
+TEST(TrafficReader, ReadsNoPacketAfterTheRange) {
   const std::vector<Packet> packets = RoughTraffic(3'000);
   for (const Ahead ahead : {Ahead::kNo, Ahead::kYes}) {
     MemorySource source(packets);
@@ -243,7 +243,7 @@ class Counting final : public capture::FrameSource {
   std::vector<std::uint8_t> bytes_;
 };
 
-TEST(TrafficReader, TellsHowFarItIsAlsoWhereNoPacketIsInTheRange) {
+TEST(TrafficReader, ShowsHowFarItIsAlsoWhereNoPacketIsInTheRange) {
   for (const Ahead ahead : {Ahead::kNo, Ahead::kYes}) {
     Counting source(300'000, ReadStatus::kEnd);
     PacketRange range;

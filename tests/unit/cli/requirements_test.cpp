@@ -40,7 +40,7 @@ TEST(Requirements, EachPartIsRead) {
   EXPECT_FALSE(Requirements{}.any());
 }
 
-TEST(Requirements, WhatIsWrongIsSaidInOneLine) {
+TEST(Requirements, WhatIsWrongIsReportedInOneLine) {
   const auto error_of = [](std::string_view text) {
     const auto required = ParseRequirements(text);
     return required ? std::string() : required.error().message;

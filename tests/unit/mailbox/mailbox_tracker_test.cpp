@@ -278,7 +278,7 @@ TEST_F(OvertakenRequest, IsTakenForWrittenOnceItIsAnswered) {
   EXPECT_TRUE(sink_.unexpected.empty());
 }
 
-TEST_F(OvertakenRequest, IsToldOnce) {
+TEST_F(OvertakenRequest, IsReportedOnce) {
   for (const Acceptance end : {Acceptance::kUnknown, Acceptance::kAccepted}) {
     Overtake(request_);
     Read(Padded(Coe(1, kAnswer)));
@@ -318,7 +318,7 @@ TEST_F(OvertakenRequest, IsNotProvenOnceItsEndIsKnown) {
   EXPECT_EQ(tracker_.counters().requests, 0U);
 }
 
-TEST_F(OvertakenRequest, IsOldBehindALaterOne) {
+TEST_F(OvertakenRequest, IsOldAfterALaterOne) {
   Overtake(request_);
   Write(Padded(Coe(2, "0020 4018100100000000")));
   Read(Padded(Coe(1, "0030 431810016a000000")));

@@ -24,7 +24,7 @@ Decoded TwoThen(std::string_view more) {
   return Decode(std::string(kTwo) + std::string(more));
 }
 
-TEST(GapBefore, BehindItNothingIsKnown) {
+TEST(GapBefore, AfterItNothingIsKnown) {
   const Decoded d =
       TwoThen("+1ms FPRD 0x1001:0x0130 02 00\n+1ms FPRD 0x1001:0x0130 02 00 @missed\n+1ms BRD 0x0000 11 00\n");
   EXPECT_THAT(d.log->Only("hole"), ElementsAre("hole 51"));
@@ -79,7 +79,7 @@ TEST(GapBefore, WhereItMayBeNothingIsForgotten) {
   EXPECT_EQ(d.Register(0, 0x0420), "0x03e8");
 }
 
-TEST(GapBefore, IsNoneWhereTheNumbersGoOnBehindASilence) {
+TEST(GapBefore, IsNoneWhereTheNumbersGoOnAfterASilence) {
   const Decoded d = TwoThen("+1ms FPRD 0x1001:0x0130 02 00\n+2s FPRD 0x1001:0x0130 02 00\n");
   EXPECT_THAT(d.log->Only("silence"), IsEmpty());
 }

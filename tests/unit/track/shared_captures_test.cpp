@@ -208,7 +208,7 @@ TEST(LabLosses, AreExactlyTheInjectedOnes) {
   EXPECT_THAT(told->story.lost, ElementsAreArray(dropped));
 }
 
-TEST(LabDisturbances, AreToldApart) {
+TEST(LabDisturbances, AreReportedApart) {
   const fs::path folder = kCaptures / "lab";
   if (!fs::exists(folder)) GTEST_SKIP() << "the lab captures are not beside the project";
   const std::unique_ptr<Told> told = Tell(folder / "disturbed-returns.pcapng");
