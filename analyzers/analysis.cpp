@@ -4,6 +4,7 @@
 #include <malloc.h>
 #endif
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -42,8 +43,8 @@ PipelineOptions WhatToRead(const AnalysisOptions& options) {
 }
 
 /// The rules that the user did not switch off, each hearing what it wants to hear.
-std::vector<std::unique_ptr<Rule>> Attached(RuleContext& context, EventBus& bus) {
-  std::vector<std::unique_ptr<Rule>> rules = MakeAllRules();
+std::vector<std::unique_ptr<Rule>> Attached(RuleContext& context, EventBus& bus, std::uint32_t shuffle) {
+  std::vector<std::unique_ptr<Rule>> rules = MakeAllRules(shuffle);
   std::erase_if(rules, [&](const std::unique_ptr<Rule>& rule) { return context.store.IsOff(rule->info()); });
   for (const std::unique_ptr<Rule>& rule : rules) rule->Attach(context, bus);
   return rules;
@@ -75,7 +76,7 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
   FindingStore store(options.rules);
   for (const auto& collector : collectors) collector->Follow(store.findings());
   RuleContext context(store, observation, source, options, explanations);
-  const auto rules = Attached(context, observation.bus());
+  const auto rules = Attached(context, observation.bus(), options.shuffle_rules);
 
   // A time line shows the data of each cycle.
   if (timeline == nullptr && !options.tells_each_cycle) observation.SkipRepeatedCycles();
@@ -94,7 +95,9 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
   if (MissesPackets(context.pairing())) WeakenWhatHistoryMayExplain(store, rules);
   const std::size_t slaves = ForgetReplaced(context, store);
   result.coverage = CoverageOf(context, result);
-  for (SlaveSummary& slave : result.slaves) slave.unjudged = WhyNothingWasJudged(slave, context, result);
+  for (SlaveSummary& slave : result.slaves) {
+    slave.not_evaluated = WhyNotEvaluated(slave, context, result);
+  }
   store.FoldNotEvaluable(slaves);
   result.findings = std::move(store.findings());
   JoinSlaves(
@@ -105,6 +108,8 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
       });
   SortFindings(result.findings);
   result.not_evaluable = store.not_evaluable();
+  std::stable_sort(result.not_evaluable.begin(), result.not_evaluable.end(),
+                   [](const NotEvaluable& a, const NotEvaluable& b) { return a.rule < b.rule; });
   result.capture_next = WhatToCaptureNext(result);
   const CrowdedLists lists = LeaveOutCrowdedLists(observation.pipeline(), result);
   TellLimits(store, observation.pipeline(), lists, result);

@@ -14,7 +14,6 @@ constexpr std::uint8_t kOp = static_cast<std::uint8_t>(esc::AlState::OP);
 
 RunHistory::RunHistory(const sync::SyncModel* sync, const Pipeline& pipeline, EventBus& bus)
     : sync_(sync), pipeline_(pipeline) {
-  now_.reason = "capture";
   // Before the clocks forget what they measured.
   bus.ListenTo<track::RunBegan, track::AlRequest, track::AlStatusRead>(Stage::kBeforeModel, *this);
 }
@@ -25,7 +24,7 @@ void RunHistory::On(const track::RunBegan& run) {
   End();
   now_ = {};
   now_.first = run.frame;
-  now_.reason = run.reason == track::RunBegan::Reason::kClock ? "clock" : "initialised";
+  now_.why = run.reason == track::RunBegan::Reason::kClock ? RunSummary::Why::kClock : RunSummary::Why::kInitialised;
 }
 
 void RunHistory::On(const track::AlRequest& request) {
@@ -54,7 +53,7 @@ void RunHistory::End() {
 }
 
 void RunHistory::Summarise(AnalysisResult& result) {
-  if (runs_.empty() || !IsIdle() || now_.reason == "clock") End();
+  if (runs_.empty() || !IsIdle() || now_.why == RunSummary::Why::kClock) End();
   runs_.front().first = pipeline_.statistics().first;
   for (std::size_t i = 0; i + 1 < runs_.size(); ++i) {
     runs_[i].last.number = runs_[i + 1].first.number - 1;

@@ -449,22 +449,24 @@ bool DriveOutOfSight(const SlaveSummary& slave, const RuleContext& context, cons
 
 }  // namespace
 
-std::string WhyNothingWasJudged(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
-  if (result.capture.direction == DirectionSeen::kOutbound) return "no answer of a slave is in the capture";
+std::optional<Reason> WhyNotEvaluated(const SlaveSummary& slave, const RuleContext& context,
+                                      const AnalysisResult& result) {
+  static constexpr Word kStateAndData{"al-state-and-process-data", "its AL state and its process data", true};
+  static constexpr Word kValidState{"valid-al-state", "a valid AL state at the end"};
+  static constexpr Word kDriveData{"drive-process-data", "the process data of the drive in OP", true};
+  if (result.capture.direction == DirectionSeen::kOutbound) return Reason::Of(ReasonCode::kNoReturnedFrames);
   if (slave.al_status && !esc::IsAlState(esc::AlWord{*slave.al_status}.state())) {
-    return "its AL Status showed " + Hex(*slave.al_status) + " last, which is no state";
+    return Reason::Of(ReasonCode::kNotInCapture, kValidState);
   }
-  // What was known of it, a hole has made worthless, and nothing behind it shows the slave.
+  // A capture gap made worthless what was known of it, and nothing after the gap shows the slave.
   const bool out_of_sight = MissesAny(context.pairing()) && context.slave(slave.id).al.possible().empty();
   if (out_of_sight && OfProcessData(slave, context, result).unseen) {
-    return "behind the packets that the capture misses neither its AL state nor its process data are known";
+    return Reason::Of(ReasonCode::kCaptureGap, kStateAndData);
   }
-  if (DriveOutOfSight(slave, context, result)) {
-    return "in OP, and behind the packets that the capture misses it is not known which process data are its own: a "
-           "fault of the drive would not be seen";
-  }
-  if (slave.al_status || Exchanges(slave)) return {};
-  return "neither its AL state nor its process data are known";
+  // A fault of the drive would not be seen.
+  if (DriveOutOfSight(slave, context, result)) return Reason::Of(ReasonCode::kCaptureGap, kDriveData);
+  if (slave.al_status || Exchanges(slave)) return std::nullopt;
+  return Reason::Of(ReasonCode::kNotInCapture, kStateAndData);
 }
 
 }  // namespace ecaudit

@@ -17,7 +17,7 @@ namespace ecaudit {
 [[nodiscard]] std::vector<RuleCoverage> CoverageOf(RuleContext& context, const AnalysisResult& result);
 
 /// Why neither the AL state of the slave nor, in OP, its process data could be judged; empty when one of them was.
-[[nodiscard]] std::string WhyNothingWasJudged(const SlaveSummary& slave, const RuleContext& context,
-                                              const AnalysisResult& result);
+[[nodiscard]] std::optional<Reason> WhyNotEvaluated(const SlaveSummary& slave, const RuleContext& context,
+                                                    const AnalysisResult& result);
 
 }  // namespace ecaudit

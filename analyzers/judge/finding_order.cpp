@@ -1,26 +1,49 @@
 #include "analyzers/judge/finding_order.h"
 
+#include <algorithm>
+#include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "analyzers/result/reading_order.h"
 
 namespace ecaudit {
 
-void SortFindings(std::vector<Finding>& findings) {
-  std::vector<ReadingNode> nodes;
-  nodes.reserve(findings.size());
-  for (const Finding& f : findings) nodes.push_back({f.severity, f.first.number, f.caused_by});
+namespace {
+
+/// Puts the finding at order[i] into place i, and causes with them.
+void Reorder(std::vector<Finding>& findings, const std::vector<std::size_t>& order) {
   std::vector<FindingIndex> new_index(findings.size());
   std::vector<Finding> sorted;
   sorted.reserve(findings.size());
-  for (const ReadingEntry& entry : ReadingOrder(std::move(nodes))) {
-    new_index[entry.index] = static_cast<FindingIndex>(sorted.size());
-    sorted.push_back(std::move(findings[entry.index]));
+  for (const std::size_t index : order) {
+    new_index[index] = static_cast<FindingIndex>(sorted.size());
+    sorted.push_back(std::move(findings[index]));
   }
   for (Finding& finding : sorted) {
     if (finding.caused_by < new_index.size()) finding.caused_by = new_index[finding.caused_by];
   }
   findings = std::move(sorted);
+}
+
+}  // namespace
+
+void SortFindings(std::vector<Finding>& findings) {
+  // What happens in one frame stands by rule, not by who noticed first.
+  std::vector<std::size_t> by_rule(findings.size());
+  std::iota(by_rule.begin(), by_rule.end(), std::size_t{0});
+  std::stable_sort(by_rule.begin(), by_rule.end(), [&](std::size_t a, std::size_t b) {
+    const Finding &x = findings[a], &y = findings[b];
+    return std::tuple(x.first.number, x.rule, x.slave) < std::tuple(y.first.number, y.rule, y.slave);
+  });
+  Reorder(findings, by_rule);
+
+  std::vector<ReadingNode> nodes;
+  nodes.reserve(findings.size());
+  for (const Finding& f : findings) nodes.push_back({f.severity, f.first.number, f.caused_by});
+  std::vector<std::size_t> as_read;
+  for (const ReadingEntry& entry : ReadingOrder(std::move(nodes))) as_read.push_back(entry.index);
+  Reorder(findings, as_read);
 }
 
 }  // namespace ecaudit

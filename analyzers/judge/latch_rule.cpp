@@ -5,25 +5,58 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
-#include "decoder/base/text.h"
+#include "analyzers/words/what.h"
 
 namespace ecaudit {
+namespace {
 
-std::string EdgeText(const model::LatchMisuse& misuse) {
-  return misuse.edge == nullptr ? "the latch" : misuse.edge->name;
-}
+constexpr Word kValidBitStart{"valid-bit-start", "the frame in which the valid bit was set"};
+constexpr Word kValidBit{"valid-bit", "the valid bit of the latch"};
+constexpr Word kInputMapping{"input-mapping", "the mapping of the inputs"};
+constexpr Word kOutputMapping{"output-mapping", "the mapping of the outputs"};
+constexpr Word kEdgeOfPosition{"edge-of-position", "the edge of the position that was read"};
+constexpr Word kPositionObject{"position-object", "the object with the position of this edge"};
+constexpr Word kWaitForReading{"wait-for-reading", "the wait for a read of the position (1 s)"};
+constexpr Word kControlWordAccepted{"control-word-acceptance", "the acceptance of a control word"};
+constexpr Word kStatusWordBefore{"status-word-before", "the latch status word before the selector"};
+constexpr Word kInputsBefore{"inputs-before", "the inputs just before the selector", true};
 
-std::string FrameText(const model::LatchMisuse& misuse) {
-  return (misuse.by_sdo ? "by SDO in frame " : "in frame ") + std::to_string(misuse.frame.number);
-}
-
-std::string CaptureText(const model::LatchCapture& capture) {
-  std::string text;
-  if (capture.armed.seen()) text += "armed in frame " + std::to_string(capture.armed.number);
-  if (capture.valid.seen()) {
-    text += (text.empty() ? "" : ", ") + std::string("valid since frame ") + std::to_string(capture.valid.number);
+Reason ReasonOf(model::LatchNotEvaluable::Why why) {
+  using Why = model::LatchNotEvaluable::Why;
+  switch (why) {
+    case Why::kValidFromStart:
+      return Reason::Of(ReasonCode::kNotInCapture, kValidBitStart);
+    case Why::kValidStayed:
+      return Reason::Of(ReasonCode::kAmbiguous, kValidBit);
+    case Why::kInputsUnknown:
+      return Reason::Of(ReasonCode::kNotInCapture, kInputMapping);
+    case Why::kEdgeUndocumented:
+      return Reason::Of(ReasonCode::kNotInProfile, kEdgeOfPosition);
+    case Why::kPositionUndocumented:
+      return Reason::Of(ReasonCode::kNotInProfile, kPositionObject);
+    case Why::kEndsWhileUnread:
+      return Reason::Of(ReasonCode::kCaptureEnds, kWaitForReading);
+    case Why::kEnableBitUncertain:
+      return Reason::Of(ReasonCode::kNotInCapture, kControlWordAccepted);
+    case Why::kStatusWordMissing:
+      return Reason::Of(ReasonCode::kNotInCapture, kStatusWordBefore);
+    case Why::kInputsMissing:
+      return Reason::Of(ReasonCode::kNotInCapture, kInputsBefore);
+    case Why::kNoTimeStamps:
+      return Reason::Of(ReasonCode::kNoStamps);
+    case Why::kAlStateUnknown:
+      return Reason::Of(ReasonCode::kNotInCapture, what::kAlState);
   }
-  return text.empty() ? text : " (" + text + ")";
+  return Reason::Of(ReasonCode::kNotInCapture, what::kHistory);
+}
+
+}  // namespace
+
+void LatchRule::SetCapture(Finding& finding, const model::LatchMisuse& misuse) {
+  if (misuse.edge != nullptr) finding.Set("edge", arg::Text(misuse.edge->name));
+  finding.Set("by_sdo", arg::Flag(misuse.by_sdo));
+  if (misuse.capture.armed.seen()) finding.Set("armed_frame", arg::Frame(misuse.capture.armed.number));
+  if (misuse.capture.valid.seen()) finding.Set("valid_frame", arg::Frame(misuse.capture.valid.number));
 }
 
 void LatchRule::On(const model::LatchMisuse& misuse) {
@@ -31,14 +64,11 @@ void LatchRule::On(const model::LatchMisuse& misuse) {
   const std::uint64_t key = KeyOf(misuse);
   FindingIndex index = Repeat(misuse.slave, key, misuse.frame);
   if (index == kNoFinding) {
-    Finding finding;
-    finding.slave = misuse.slave;
-    finding.first = misuse.frame;
-    finding.confidence = misuse.inferred ? Confidence::kInferred : Confidence::kObserved;
+    Finding finding = Describe(misuse);
+    if (misuse.inferred) finding.confidence = Confidence::kInferred;
     finding.reference = ReferenceTo(context().slave(misuse.slave).profile->latch->source);
-    Describe(misuse, finding);
-    finding.evidence.push_back(HexNumber("control_word", misuse.control));
-    if (misuse.status) finding.evidence.push_back(HexNumber("status_word", *misuse.status));
+    finding.Set("control_word", arg::Hex(misuse.control));
+    if (misuse.status) finding.Set("status_word", arg::Hex(*misuse.status));
     index = Report(key, std::move(finding));
     if (index == kNoFinding) return;
   }
@@ -51,23 +81,23 @@ void LatchRule::On(const model::LatchMisuse& misuse) {
   }
 }
 
-void LatchRule::On(const model::LatchNotJudged& event) {
-  if (event.kind == kind_) NotEvaluable(event.slave, std::string(event.reason), event.frame.number);
+void LatchRule::On(const model::LatchNotEvaluable& event) {
+  if (event.kind == kind_) NotEvaluable(event.slave, ReasonOf(event.why), event.frame.number);
 }
 
 void LatchRule::Finish() {
   for (const auto& [index, words] : words_) {
     if (words.size() < 2) continue;
-    std::string text;
-    for (const std::uint16_t word : words) text += (text.empty() ? "" : ", ") + Hex(word);
-    context().store[index].message += " Control words that did it: " + text + ".";
+    std::vector<Value> values;
+    for (const std::uint16_t word : words) values.push_back(arg::Hex(word));
+    context().store[index].Add(kControlWords, {{"words", arg::List(std::move(values))}});
   }
   NotEvaluableWhere(
       [](const model::SlaveModel& slave) {
         return slave.latch.description() != nullptr && slave.latch.control_words() == 0 &&
                slave.outputs.exchanged > 0 && !slave.process.rx().known();
       },
-      "what the outputs hold is not known: the latch control word may be among them");
+      Reason::Of(ReasonCode::kNotInCapture, kOutputMapping));
 }
 
 }  // namespace ecaudit

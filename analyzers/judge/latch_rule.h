@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <map>
-#include <string>
 #include <vector>
 
 #include "analyzers/judge/rule.h"
@@ -11,31 +10,30 @@
 
 namespace ecaudit {
 
-/// "external latch 1 rising"; "the latch" where no edge is meant.
-[[nodiscard]] std::string EdgeText(const model::LatchMisuse& misuse);
-/// "in frame 12" or "by SDO in frame 12".
-[[nodiscard]] std::string FrameText(const model::LatchMisuse& misuse);
-/// " (armed in frame 12, valid since frame 40)", as far as it is known; else empty.
-[[nodiscard]] std::string CaptureText(const model::LatchCapture& capture);
+inline constexpr NoteKind kControlWords{"control-words", "Control words with this error: {words}."};
+/// Notes of every latch rule.
+inline constexpr const NoteKind* kLatchNotes[] = {&kControlWords};
 
 class LatchRule : public Rule {
  public:
   LatchRule(const RuleInfo& info, model::LatchMisuse::Kind kind) : Rule(info), kind_(kind) {
     Subscribe<model::LatchMisuse>(&LatchRule::On);
-    Subscribe<model::LatchNotJudged>(&LatchRule::On);
+    Subscribe<model::LatchNotEvaluable>(&LatchRule::On);
   }
 
   void On(const model::LatchMisuse& misuse);
-  void On(const model::LatchNotJudged& event);
+  void On(const model::LatchNotEvaluable& event);
   void Finish() override;
 
  protected:
-  /// Title, message and evidence of the first occasion.
-  virtual void Describe(const model::LatchMisuse& misuse, Finding& finding) const = 0;
+  /// The finding of the first occasion.
+  [[nodiscard]] virtual Finding Describe(const model::LatchMisuse& misuse) const = 0;
   /// What tells one finding from another; the others are repetitions.
   [[nodiscard]] virtual std::uint64_t KeyOf(const model::LatchMisuse& misuse) const {
     return misuse.edge == nullptr ? 0 : misuse.edge->enable;
   }
+  /// Sets {edge}, {by_sdo}, {armed_frame} and {valid_frame}, where known.
+  static void SetCapture(Finding& finding, const model::LatchMisuse& misuse);
 
  private:
   static constexpr std::size_t kMaxWords = 8;

@@ -6,7 +6,6 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
-#include "decoder/base/text.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/mailbox/sdo.h"
 #include "decoder/process/pdo_mapping.h"
@@ -21,15 +20,41 @@ std::uint32_t ValueOf(ByteSpan bytes) {
   return static_cast<std::uint32_t>(UnsignedOf(Slice(bytes, 0, 4)));
 }
 
+Value OutcomeOfDownload(const mailbox::SdoTransfer& e) {
+  static constexpr Word kAccepted{"accepted", "the slave accepts it"}, kAborted{"aborted", "the slave aborts it"},
+      kNotCaptured{"not-captured", "the answer is not in the capture"};
+  if (e.outcome == mailbox::SdoOutcome::kAborted) return arg::Of(kAborted);
+  return arg::Of(e.outcome == mailbox::SdoOutcome::kNotCaptured ? kNotCaptured : kAccepted);
+}
+
 /// True for what only an inference names as a cause.
 bool Suspected(const Finding& cause) {
   return cause.confidence == Confidence::kInferred && cause.rule.starts_with("pdo-");
 }
 
+/// A refusal that occurs again has the note already.
+void AddOnce(Finding& refusal, const MappingSuspicions::Suspect& suspect) {
+  const auto equal = [](const Arguments& a, const Arguments& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                      [](const Argument& x, const Argument& y) { return x.name == y.name && x.value == y.value; });
+  };
+  const bool has = std::any_of(refusal.notes.begin(), refusal.notes.end(), [&](const Note& note) {
+    return note.kind == suspect.note && equal(note.arguments, suspect.arguments);
+  });
+  if (!has) refusal.Add(*suspect.note, suspect.arguments);
+}
+
 }  // namespace
 
-std::string_view DirectionName(device::PdoDirection direction) {
-  return direction == device::PdoDirection::kRx ? "Rx" : "Tx";
+Value PdoDirectionValue(device::PdoDirection direction) {
+  static constexpr Word kRx{"Rx", "Rx"}, kTx{"Tx", "Tx"};
+  return arg::Of(direction == device::PdoDirection::kRx ? kRx : kTx);
+}
+
+Value PdosValue(const std::vector<std::uint16_t>& pdos) {
+  std::vector<Value> list;
+  for (const std::uint16_t pdo : pdos) list.push_back(arg::Object(pdo));
+  return arg::List(std::move(list));
 }
 
 device::PdoDirection DirectionOf(std::uint16_t pdo_object) {
@@ -37,12 +62,9 @@ device::PdoDirection DirectionOf(std::uint16_t pdo_object) {
   return rx ? device::PdoDirection::kRx : device::PdoDirection::kTx;
 }
 
-std::string EntryText(std::uint32_t mapping_entry, const device::DeviceDescription& family) {
+Value MappedValue(std::uint32_t mapping_entry, const device::DeviceDescription& family) {
   const auto entry = process::MappingEntry::FromValue(mapping_entry);
-  std::string out = ObjectName(entry.index, entry.subindex);
-  const std::string_view name = family.object_name(entry.index, entry.subindex);
-  if (!name.empty()) out += " " + Printable(name);
-  return out + ", " + Count(entry.bits, "bit");
+  return arg::Object(entry.index, entry.subindex, family.object_name(entry.index, entry.subindex));
 }
 
 PdoRule::PdoRule(const RuleInfo& info, WhenAccepted when_accepted) : Rule(info), when_accepted_(when_accepted) {
@@ -55,9 +77,9 @@ void PdoRule::On(const mailbox::SdoTransfer& e) {
   using mailbox::SdoOutcome;
   if (e.service != mailbox::SdoService::kDownload || !e.has_object || !process::IsPdoObject(e.index)) return;
   if (e.data_gap || e.data.empty()) return;
-  const bool told = e.outcome == SdoOutcome::kCompleted || e.outcome == SdoOutcome::kNotCaptured ||
-                    (e.outcome == SdoOutcome::kAborted && e.aborted_by == mailbox::Direction::kIn);
-  if (!told) return;
+  const bool shown = e.outcome == SdoOutcome::kCompleted || e.outcome == SdoOutcome::kNotCaptured ||
+                     (e.outcome == SdoOutcome::kAborted && e.aborted_by == mailbox::Direction::kIn);
+  if (!shown) return;
   std::vector<Write> writes;
   if (!e.complete_access) {
     writes.push_back({e.index, e.subindex, ValueOf(e.data)});
@@ -77,7 +99,7 @@ void PdoRule::On(const mailbox::SdoTransfer& e) {
   }
   if (e.outcome != SdoOutcome::kAborted) {
     if (written_.size() < kMaxRemembered) written_.emplace(e.slave, e.index);
-    // Written anew: from the number 0 on, or as a whole.
+    // Written again: from the number 0 on, or as a whole.
     if (writes.front().subindex == 0 && (e.complete_access || writes.front().value == 0)) Forget(e.slave, e.index);
   }
   OnDownload(e, writes);
@@ -85,27 +107,28 @@ void PdoRule::On(const mailbox::SdoTransfer& e) {
 
 void PdoRule::Forget(SlaveId slave, std::uint16_t object) {
   const device::PdoDirection direction = DirectionOf(object);
-  std::erase_if(standing_, [&](const Standing& s) {
+  std::erase_if(active_, [&](const Active& s) {
     if (s.slave != slave || s.object != object) return false;
     if (context().MappingFault(slave, direction) == s.finding) context().BlameMapping(slave, direction, kNoFinding);
     return true;
   });
 }
 
-void PdoRule::Tell(const mailbox::SdoTransfer& e, std::uint16_t object, std::uint64_t key, Finding finding) {
+void PdoRule::ReportDownload(const mailbox::SdoTransfer& e, std::uint16_t object, std::uint64_t key, Finding finding) {
   const FrameRef& frame = FrameOf(e);
   FindingIndex index = Repeat(e.slave, key, frame);
   if (index == kNoFinding) {
-    finding.slave = e.slave;
-    finding.first = frame;
     finding.confidence =
         e.outcome == mailbox::SdoOutcome::kNotCaptured ? Confidence::kInferred : ConfidenceOf(e.certainty);
-    if (e.outcome == mailbox::SdoOutcome::kAborted) finding.evidence.push_back(HexNumber("abort_code", e.abort_code));
+    finding.Set("outcome", OutcomeOfDownload(e));
+    if (e.outcome == mailbox::SdoOutcome::kAborted) {
+      finding.Set("abort_code", arg::Code(e.abort_code, mailbox::AbortCodeText(e.abort_code), 8));
+    }
     if (e.response.seen()) AddRelated(finding, e.response.number);
     index = Report(key, std::move(finding));
   }
   if (index == kNoFinding) return;
-  if (standing_.size() < kMaxRemembered) standing_.push_back({e.slave, object, index});
+  if (active_.size() < kMaxRemembered) active_.push_back({e.slave, object, index});
   context().BlameMapping(e.slave, DirectionOf(object), index);
   if (e.outcome == mailbox::SdoOutcome::kAborted && aborted_.size() < kMaxRemembered) {
     aborted_.push_back({e.slave, e.last.seen() ? e.last.number : frame.number, index});
@@ -120,10 +143,10 @@ void PdoRule::Predict(const model::AlRequestJudged& e, device::PdoDirection dire
 void PdoRule::On(const model::AlRequestJudged& e) {
   if (e.request.control.state() != kSafeop || e.request.from != kPreop) return;
   if (e.request.verdict != model::AlVerdict::kLegal) return;
-  for (const Standing& fault : standing_) {
+  for (const Active& fault : active_) {
     if (fault.slave != e.slave) continue;
     if (!process::IsAssignment(fault.object)) {
-      // A mapping that is assigned nowhere does no harm.
+      // A mapping that is not assigned has no effect.
       const auto& layout = context().slave(e.slave).process.Layout(DirectionOf(fault.object));
       const bool assigned = std::find(layout.pdos.begin(), layout.pdos.end(), fault.object) != layout.pdos.end();
       if (layout.source != model::LayoutSource::kUnknown && !assigned) continue;
@@ -161,20 +184,6 @@ bool PdoRule::WrittenByMaster(SlaveId slave, device::PdoDirection direction,
          });
 }
 
-std::string PdoRule::OutcomeText(const mailbox::SdoTransfer& e) {
-  switch (e.outcome) {
-    case mailbox::SdoOutcome::kAborted: {
-      const std::string_view text = mailbox::AbortCodeText(e.abort_code);
-      return " The slave aborted it with " + Hex(e.abort_code, 8) +
-             (text.empty() ? std::string() : " (" + std::string(text) + ")") + ".";
-    }
-    case mailbox::SdoOutcome::kNotCaptured:
-      return " Its answer is not in the capture.";
-    default:
-      return " The slave accepted it.";
-  }
-}
-
 void MappingSuspicions::Add(SlaveId slave, const FrameRef& request, std::vector<Suspect> suspects) {
   open_.erase(slave);
   if (!suspects.empty()) open_[slave] = {request, std::move(suspects), 0, {}, kNoFinding};
@@ -186,16 +195,16 @@ std::optional<MappingSuspicions::Suspicion> MappingSuspicions::On(const RuleCont
     open_.erase(e.slave);
     return std::nullopt;
   }
-  return e.code ? Ripen(context, e.slave, e.frame, *e.code) : std::nullopt;
+  return e.code ? Confirm(context, e.slave, e.frame, *e.code) : std::nullopt;
 }
 
 std::optional<MappingSuspicions::Suspicion> MappingSuspicions::On(const RuleContext& context,
                                                                   const model::AlErrorCode& e) {
-  return Ripen(context, e.slave, e.frame, e.code);
+  return Confirm(context, e.slave, e.frame, e.code);
 }
 
-std::optional<MappingSuspicions::Suspicion> MappingSuspicions::Ripen(const RuleContext& context, SlaveId slave,
-                                                                     const FrameRef& frame, std::uint16_t code) {
+std::optional<MappingSuspicions::Suspicion> MappingSuspicions::Confirm(const RuleContext& context, SlaveId slave,
+                                                                       const FrameRef& frame, std::uint16_t code) {
   const auto found = open_.find(slave);
   if (found == open_.end() || code == 0) return std::nullopt;
   Suspicion suspicion = std::move(found->second);
@@ -226,24 +235,8 @@ void MappingSuspicions::Blame(RuleContext& context, const Suspicion& suspicion, 
   if (suspicion.refusal == kNoFinding || cause == kNoFinding) return;
   Finding& refusal = context.store[suspicion.refusal];
   if (refusal.caused_by == kNoFinding) refusal.caused_by = cause;
-  std::string text;
   for (const Suspect& suspect : suspicion.suspects) {
-    if (suspect.by_code) text += (text.empty() ? "" : "; ") + suspect.text;
-  }
-  blamed_.emplace_back(suspicion.refusal, std::move(text));
-}
-
-void MappingSuspicions::Finish(RuleContext& context) const {
-  constexpr std::string_view kInference = ". That this is the reason is an inference; the code does not say so.";
-  for (const auto& [refusal, text] : blamed_) {
-    std::string& message = context.store[refusal].message;
-    // Another rule may have begun the list.
-    const std::size_t end = message.find(kInference);
-    if (end == std::string::npos) {
-      message += " Odd about the mapping: " + text + std::string(kInference);
-    } else {
-      message.insert(end, "; " + text);
-    }
+    if (suspect.by_code) AddOnce(refusal, suspect);
   }
 }
 

@@ -1,16 +1,14 @@
 /// Base of the rules about PDO assignment and mapping: what the master downloads to 1C12h, 1C13h and the mapping
 /// objects, and what follows from it at the next request of SAFEOP.
 ///
-/// A fault stands until its object is written anew from subindex 0 on. While it stands it explains a wrong length of
-/// the sync manager, and a refusal of SAFEOP.
+/// A fault is active until its object is written again from subindex 0 on. While it is active, it explains a wrong
+/// length of the sync manager and a refusal of SAFEOP.
 #pragma once
 
 #include <cstdint>
 #include <map>
 #include <optional>
 #include <set>
-#include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -24,25 +22,27 @@
 namespace ecaudit {
 
 /// "Rx" (master to slave), "Tx".
-[[nodiscard]] std::string_view DirectionName(device::PdoDirection direction);
+[[nodiscard]] Value PdoDirectionValue(device::PdoDirection direction);
+/// The PDOs of a list: "1600h and 1601h".
+[[nodiscard]] Value PdosValue(const std::vector<std::uint16_t>& pdos);
 /// Of an assignment or mapping object.
 [[nodiscard]] device::PdoDirection DirectionOf(std::uint16_t pdo_object);
-/// "6040h:0 Control word, 16 bits".
-[[nodiscard]] std::string EntryText(std::uint32_t mapping_entry, const device::DeviceDescription& family);
+/// What a mapping entry maps: "6040h:0 Control word".
+[[nodiscard]] Value MappedValue(std::uint32_t mapping_entry, const device::DeviceDescription& family);
 
 class PdoRule : public Rule {
  public:
-  /// What reaching SAFEOP in spite of a standing fault means.
+  /// What it means if the slave reaches SAFEOP in spite of an active fault.
   enum class WhenAccepted : std::uint8_t {
-    kStands,      ///< it is a fault all the same
-    kBecomesInfo  ///< the drive can do more than its description says
+    kStays,       ///< it is still a fault
+    kBecomesInfo  ///< the drive offers more than its description
   };
   PdoRule(const RuleInfo& info, WhenAccepted when_accepted);
 
   void On(const mailbox::SdoTransfer& e);
   void On(const model::AlRequestJudged& e);
   virtual void On(const model::AlAnswered& e);
-  /// Points the aborts of refused downloads to their cause.
+  /// Links the aborts of refused downloads to their cause.
   void Finish() override;
 
  protected:
@@ -52,21 +52,20 @@ class PdoRule : public Rule {
     std::uint8_t subindex = 0;
     std::uint32_t value = 0;
   };
-  /// A download to an assignment or mapping object, before the model takes it.
+  /// A download to an assignment or mapping object, before the model applies it.
   virtual void OnDownload(const mailbox::SdoTransfer& /*e*/, const std::vector<Write>& /*writes*/) {}
-  /// The master requests SAFEOP in PREOP; the slave takes the request.
+  /// The master requests SAFEOP in PREOP, and the slave accepts the request.
   virtual void OnSafeopRequest(const model::AlRequestJudged& /*e*/) {}
 
-  /// Reports a fault of a download, folded by `key`. `finding` needs title and message; the rest is filled in.
-  void Tell(const mailbox::SdoTransfer& e, std::uint16_t object, std::uint64_t key, Finding finding);
+  /// Reports a fault of a download, folded by `key`. Sets {outcome} and {abort_code}, for sentences like
+  /// "{outcome}[ with {abort_code}]."
+  void ReportDownload(const mailbox::SdoTransfer& e, std::uint16_t object, std::uint64_t key, Finding finding);
   /// A fault found when SAFEOP is requested: predicts its refusal.
   void Predict(const model::AlRequestJudged& e, device::PdoDirection direction, FindingIndex finding);
   /// True when the master wrote the assignment, or one of the mapping objects in `pdos`.
   [[nodiscard]] bool WrittenByMaster(SlaveId slave, device::PdoDirection direction,
                                      const std::vector<std::uint16_t>& pdos) const;
-  /// " The slave accepted it.", " The slave aborted it with 0x06040041 (...).".
-  [[nodiscard]] static std::string OutcomeText(const mailbox::SdoTransfer& e);
-  /// The object itself cannot be written: a fixed PDO. Nothing is learned about order or contents.
+  /// The object itself cannot be written: a fixed PDO. This shows nothing about order or contents.
   [[nodiscard]] static bool AbortedAsReadOnly(const mailbox::SdoTransfer& e) {
     constexpr std::uint32_t kReadOnly = 0x06010002;
     return e.outcome == mailbox::SdoOutcome::kAborted && e.abort_code == kReadOnly;
@@ -76,7 +75,7 @@ class PdoRule : public Rule {
   }
 
  private:
-  struct Standing {
+  struct Active {
     SlaveId slave = kNoSlave;
     std::uint16_t object = 0;
     FindingIndex finding = kNoFinding;
@@ -92,20 +91,21 @@ class PdoRule : public Rule {
 
   WhenAccepted when_accepted_;
   RefusalPredictions predictions_;
-  std::vector<Standing> standing_;
+  std::vector<Active> active_;
   std::vector<Aborted> aborted_;
   std::set<std::pair<SlaveId, std::uint16_t>> written_;
 };
 
-/// Refusals of SAFEOP that what is odd about the mapping may explain: an inference, made only when the AL status code
-/// names the sync managers or the mapping and nothing better is known.
+/// Refusals of SAFEOP that an unusual mapping may explain: an inference, made only if the AL status code names the sync
+/// managers or the mapping and no better cause is known.
 class MappingSuspicions {
  public:
-  /// What is odd in one direction at the time of the request.
+  /// What is unusual in one direction at the time of the request.
   struct Suspect {
     device::PdoDirection direction = device::PdoDirection::kRx;
-    std::string text;      ///< "the Rx mapping is 17 bytes long, an odd number"
-    bool by_code = false;  ///< out: the code names this direction, or none
+    const NoteKind* note = nullptr;  ///< for the refusal
+    Arguments arguments;             ///< of the note
+    bool by_code = false;            ///< out: the code names this direction, or none
   };
   struct Suspicion {
     FrameRef request;
@@ -115,19 +115,17 @@ class MappingSuspicions {
     FindingIndex refusal = kNoFinding;
   };
   void Add(SlaveId slave, const FrameRef& request, std::vector<Suspect> suspects);
-  /// The suspicion that the answer, or the code read later, makes ripe; else nothing.
+  /// The suspicion that the answer, or the code read later, confirms; else nothing.
   std::optional<Suspicion> On(const RuleContext& context, const model::AlAnswered& e);
   std::optional<Suspicion> On(const RuleContext& context, const model::AlErrorCode& e);
-  /// Points the refusal to `cause` and remembers to say that this is an inference.
-  void Blame(RuleContext& context, const Suspicion& suspicion, FindingIndex cause);
-  /// At the end: says it in the refusals.
-  void Finish(RuleContext& context) const;
+  /// Links the refusal to `cause` and adds the notes to it.
+  static void Blame(RuleContext& context, const Suspicion& suspicion, FindingIndex cause);
 
  private:
-  std::optional<Suspicion> Ripen(const RuleContext& context, SlaveId slave, const FrameRef& frame, std::uint16_t code);
+  std::optional<Suspicion> Confirm(const RuleContext& context, SlaveId slave, const FrameRef& frame,
+                                   std::uint16_t code);
 
   std::map<SlaveId, Suspicion> open_;
-  std::vector<std::pair<FindingIndex, std::string>> blamed_;
 };
 
 }  // namespace ecaudit

@@ -64,15 +64,14 @@ void TellLimits(const FindingStore& store, const Pipeline& pipeline, const Crowd
   }
   const bus::PairingStatistics& pairing = pipeline.pairing();
   if (pairing.other_bus > kFewOfOtherBus) {
-    result.cut = "interface " + std::to_string(pairing.other_bus_interface) +
-                 " was at another bus, which --interface " + std::to_string(pairing.other_bus_interface) + " judges";
+    result.cut = "interface " + std::to_string(pairing.other_bus_interface) + " recorded another bus (--interface " +
+                 std::to_string(pairing.other_bus_interface) + " evaluates it)";
   }
   if (overworked.seen()) {
-    result.cut = "what is behind packet " + Grouped(overworked.number) +
-                 " was not read: it concerns so many slaves at once that it would take too long";
+    result.cut = "packets after " + Grouped(overworked.number) + " were not read: they concern too many slaves at once";
   }
   if (slaves > 0) {
-    result.cut = "more slaves than the " + Grouped(bus::SlaveSet::kMaxSlaves) + " that are modelled";
+    result.cut = "the bus has more than the " + Grouped(bus::SlaveSet::kMaxSlaves) + " slaves that are modelled";
   }
 }
 

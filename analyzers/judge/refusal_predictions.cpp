@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/shared_notes.h"
 #include "analyzers/model/model_events.h"
-#include "decoder/esc/al.h"
 
 namespace ecaudit {
 
@@ -20,7 +20,7 @@ void RefusalPredictions::Watch(RuleContext& context, SlaveId slave, FrameNo requ
   if (std::find(open.findings.begin(), open.findings.end(), finding) == open.findings.end()) {
     open.findings.push_back(finding);
   }
-  told_.emplace(finding, Told{context.store[finding].severity});
+  reported_.emplace(finding, Reported{context.store[finding].severity});
 }
 
 void RefusalPredictions::On(RuleContext& context, const model::AlAnswered& answer) {
@@ -30,21 +30,19 @@ void RefusalPredictions::On(RuleContext& context, const model::AlAnswered& answe
   if (request < answer.request.frame.number || request > answer.request.last.number) return;
   const bool refused = answer.outcome == model::AlAnswered::Outcome::kRefused;
   for (const FindingIndex index : found->second.findings) {
-    Told& told = told_[index];
-    if (refused && !told.refused) {
-      told.refused = true;
-      context.store.Regrade(index, told.severity);
-    } else if (!refused && !told.refused && !told.accepted) {
-      told.accepted = true;
-      // Where the slave refused the write itself, what was foretold did happen.
-      const std::vector<Evidence>& evidence = context.store[index].evidence;
-      const bool aborted =
-          std::any_of(evidence.begin(), evidence.end(), [](const Evidence& e) { return e.name == "abort_code"; });
-      // A slave without a processor takes every state, and says nothing by it.
+    Reported& reported = reported_[index];
+    if (refused && !reported.refused) {
+      reported.refused = true;
+      context.store.Regrade(index, reported.severity);
+    } else if (!refused && !reported.refused && !reported.accepted) {
+      reported.accepted = true;
+      // If the slave refused the write itself, the prediction came true.
+      const bool aborted = context.store[index].arguments.Has("abort_code");
+      // A slave without a processor echoes every state, so its answer shows nothing.
       if (aborted || context.slave(answer.slave).al.echoes()) continue;
       context.store.Regrade(index, Severity::kInfo);
-      context.store[index].message += " The slave reached " + esc::StateName(answer.request.control.state()) +
-                                      " all the same (frame " + std::to_string(answer.frame.number) + ").";
+      context.store[index].Add(kStateReached, {{"state", arg::State(answer.request.control.state())},
+                                               {"reached_frame", arg::Frame(answer.frame.number)}});
     }
   }
   open_.erase(found);

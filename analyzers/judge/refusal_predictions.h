@@ -1,4 +1,4 @@
-/// Findings that say why a slave is to refuse a request, and what becomes of them when it answers.
+/// Findings that give a reason why a slave has to refuse a request, and their severity after its answer.
 #pragma once
 
 #include <map>
@@ -10,13 +10,13 @@
 
 namespace ecaudit {
 
-/// The slave decides: a prediction that it contradicts by reaching the state is kept as info, since nothing was lost;
-/// one that came true at least once keeps its severity.
+/// The slave decides. If it reaches the state, the finding becomes an info: nothing was lost. If it refused at least
+/// once, the finding keeps its severity.
 class RefusalPredictions {
  public:
   /// `finding` predicts that `slave` refuses the request in frame `request`, and explains it.
   void Add(RuleContext& context, SlaveId slave, FrameNo request, FindingIndex finding);
-  /// Likewise, but too weak a reason to be named as the cause.
+  /// Likewise, but the reason is too weak to be the cause of the refusal.
   void Watch(RuleContext& context, SlaveId slave, FrameNo request, FindingIndex finding);
   void On(RuleContext& context, const model::AlAnswered& answer);
 
@@ -25,13 +25,13 @@ class RefusalPredictions {
     FrameNo request = 0;
     std::vector<FindingIndex> findings;
   };
-  struct Told {
+  struct Reported {
     Severity severity = Severity::kError;  ///< as reported
     bool refused = false;                  ///< the prediction came true
     bool accepted = false;
   };
   std::map<SlaveId, Open> open_;
-  std::map<FindingIndex, Told> told_;
+  std::map<FindingIndex, Reported> reported_;
 };
 
 }  // namespace ecaudit

@@ -1,11 +1,15 @@
 #include "analyzers/judge/rule.h"
 
 #include <algorithm>
+#include <random>
+#include <set>
+#include <string_view>
 #include <utility>
 
 #include "analyzers/judge/catalogue.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/words/what.h"
 #include "decoder/bus/pairing.h"
 
 namespace ecaudit {
@@ -38,9 +42,25 @@ RuleRegistration::RuleRegistration(const RuleInfo& info, Factory factory) {
   Entries().push_back({&info, factory});
 }
 
-std::vector<std::unique_ptr<Rule>> MakeAllRules() {
+std::vector<std::unique_ptr<Rule>> MakeAllRules(std::uint32_t shuffle) {
+  std::vector<const Entry*> left;
+  for (const Entry& entry : SortedEntries()) left.push_back(&entry);
+  if (shuffle != 0) std::shuffle(left.begin(), left.end(), std::mt19937(shuffle));
   std::vector<std::unique_ptr<Rule>> rules;
-  for (const Entry& entry : SortedEntries()) rules.push_back(entry.factory());
+  std::set<std::string_view> made;
+  while (!left.empty()) {
+    // The first that waits for none of the others. Where rules wait for each other in a circle (a test forbids it),
+    // any.
+    auto next = std::find_if(left.begin(), left.end(), [&](const Entry* entry) {
+      return std::none_of(entry->info->after.begin(), entry->info->after.end(), [&](std::string_view earlier) {
+        return !made.contains(earlier) && FindRule(earlier) != nullptr;
+      });
+    });
+    if (next == left.end()) next = left.begin();
+    rules.push_back((*next)->factory());
+    made.insert((*next)->info->id);
+    left.erase(next);
+  }
   return rules;
 }
 
@@ -102,7 +122,7 @@ const model::SlaveModel* Rule::SlaveOrNull(SlaveId id) const {
 void Rule::NotEvaluableWhereRequestsAreNotFollowed() {
   if (NotEvaluableWithoutReturns()) return;
   NotEvaluableWhere([](const model::SlaveModel& s) { return s.al.requests() > 0 && s.al.reads_after_request() == 0; },
-                    "AL Status was not read after a request");
+                    Reason::Of(ReasonCode::kNotRead, what::kAlStatusAfter));
 }
 
 Evidence Number(std::string name, std::int64_t value) {

@@ -124,8 +124,9 @@ std::unique_ptr<Rule> MakeRule() {
   return std::make_unique<T>();
 }
 
-/// A new instance of every registered rule, sorted by id.
-[[nodiscard]] std::vector<std::unique_ptr<Rule>> MakeAllRules();
+/// A new instance of every registered rule, each after those that RuleInfo::after names.
+/// @param shuffle  which of the many such orders; 0: by id as far as possible. No report may depend on it.
+[[nodiscard]] std::vector<std::unique_ptr<Rule>> MakeAllRules(std::uint32_t shuffle = 0);
 
 // Short forms for evidence.
 [[nodiscard]] Evidence Number(std::string name, std::int64_t value);

@@ -7,8 +7,23 @@ namespace ecaudit {
 
 inline constexpr NoteKind kMissingPacketsMayExplain{"missing-packets-may-explain",
                                                     "The capture misses packets, which may explain this finding."};
+/// wkc-mismatch adds it to the drop of a slave whose working counter was missing before.
+inline constexpr NoteKind kWorkingCounterMissing{"working-counter-missing",
+                                                 "The working counter of this slave is missing from {since} on."};
+
+inline constexpr NoteKind kStateReached{"state-reached",
+                                        "The slave reached {state} in {reached_frame} in spite of this."};
+// Of a refusal of SAFEOP:
+inline constexpr NoteKind kOddMappingMayExplain{
+    "odd-mapping-may-explain",
+    "Possible reason (inferred): the {direction} mapping has an odd length of {bytes}. {manual} forbids this for free "
+    "mapping."};
+inline constexpr NoteKind kObjectTwiceMayExplain{
+    "object-mapped-twice-may-explain",
+    "Possible reason (inferred): {object} is mapped {times} in the {direction} PDOs."};
 
 /// All of them, for documentation and tests.
-inline constexpr const NoteKind* kSharedNotes[] = {&kMissingPacketsMayExplain};
+inline constexpr const NoteKind* kSharedNotes[] = {&kMissingPacketsMayExplain, &kWorkingCounterMissing, &kStateReached,
+                                                   &kOddMappingMayExplain, &kObjectTwiceMayExplain};
 
 }  // namespace ecaudit

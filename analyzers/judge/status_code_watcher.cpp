@@ -4,6 +4,7 @@
 
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
+#include "analyzers/words/what.h"
 
 namespace ecaudit {
 
@@ -21,20 +22,20 @@ bool StatusCodeWatcher::Tolerates(const device::DeviceDescription& family, const
          std::find(row->tolerated_codes.begin(), row->tolerated_codes.end(), c.code) != row->tolerated_codes.end();
 }
 
-void StatusCodeWatcher::SayUnread(const Context& c) {
+void StatusCodeWatcher::AddUnread(const Context& c) {
   if (!c.frame.seen()) return;
-  NotEvaluable(c.slave, "the AL status code was not read while the error bit was set", c.frame.number);
+  NotEvaluable(c.slave, ReasonCode::kNotRead, what::kAlStatusCode, c.frame.number);
 }
 
 StatusCodeWatcher::Context& StatusCodeWatcher::Remember(SlaveId slave, const FrameRef& frame, std::uint8_t from,
                                                         std::uint8_t to) {
   if (slave >= last_.size()) last_.resize(static_cast<std::size_t>(slave) + 1);
-  SayUnread(last_[slave]);
+  AddUnread(last_[slave]);
   last_[slave] = Context{slave, frame, 0, from, to};
   return last_[slave];
 }
 
-void StatusCodeWatcher::Hand(Context& c, const FrameRef& frame, std::uint16_t code) {
+void StatusCodeWatcher::Evaluate(Context& c, const FrameRef& frame, std::uint16_t code) {
   Context read = c;
   read.frame = frame;
   read.code = code;
@@ -44,7 +45,7 @@ void StatusCodeWatcher::Hand(Context& c, const FrameRef& frame, std::uint16_t co
 
 void StatusCodeWatcher::Finish() {
   if (NotEvaluableWithoutReturns()) return;
-  for (const Context& c : last_) SayUnread(c);
+  for (const Context& c : last_) AddUnread(c);
   std::vector<Finding>& findings = context().store.findings();
   for (Finding& own : findings) {
     if (own.rule != info().id) continue;
@@ -62,18 +63,18 @@ void StatusCodeWatcher::Finish() {
 void StatusCodeWatcher::On(const model::AlAnswered& e) {
   if (e.outcome != model::AlAnswered::Outcome::kRefused) return;
   Context& c = Remember(e.slave, e.frame, e.request.from, e.request.control.state());
-  if (e.code) Hand(c, e.frame, *e.code);
+  if (e.code) Evaluate(c, e.frame, *e.code);
 }
 
 void StatusCodeWatcher::On(const model::AlChangedByItself& e) {
   // Without the error bit there is no code to wait for, but a read may still show one.
   Context& c = Remember(e.slave, e.status.bit4() ? e.frame : FrameRef{}, e.before.state(), 0);
-  if (e.code && e.status.bit4()) Hand(c, e.frame, *e.code);
+  if (e.code && e.status.bit4()) Evaluate(c, e.frame, *e.code);
 }
 
 void StatusCodeWatcher::On(const model::AlErrorCode& e) {
   if (e.slave >= last_.size() || last_[e.slave].slave == kNoSlave) return;
-  Hand(last_[e.slave], e.frame, e.code);
+  Evaluate(last_[e.slave], e.frame, e.code);
 }
 
 }  // namespace ecaudit

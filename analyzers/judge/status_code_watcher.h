@@ -1,4 +1,4 @@
-/// Base of the rules that look at AL status codes: collects each code together with what it answers.
+/// Base of the rules that check AL status codes: collects each code together with the request that it answers.
 #pragma once
 
 #include <vector>
@@ -29,13 +29,13 @@ class StatusCodeWatcher : public Rule {
   };
   /// A code was read for the first time since the error appeared.
   virtual void OnCode(const Context& c) = 0;
-  /// True when the manual does not list the code for this request, but the profile expects it of real firmware.
+  /// True if the manual does not list the code for this request, but the profile expects it of real firmware.
   [[nodiscard]] static bool Tolerates(const device::DeviceDescription& family, const Context& c);
 
  private:
-  void Hand(Context& c, const FrameRef& frame, std::uint16_t code);
+  void Evaluate(Context& c, const FrameRef& frame, std::uint16_t code);
   Context& Remember(SlaveId slave, const FrameRef& frame, std::uint8_t from, std::uint8_t to);
-  void SayUnread(const Context& c);
+  void AddUnread(const Context& c);
 
   std::vector<Context> last_;  // of each slave; frame number 0 once its code was read
 };

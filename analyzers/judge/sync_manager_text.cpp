@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/words/al_text.h"
-#include "decoder/base/text.h"
 #include "decoder/base/wrapping.h"
 
 namespace ecaudit {
@@ -15,55 +15,133 @@ namespace {
 
 using Fault = model::SyncManagerFault;
 
-/// "length 256 instead of 1024", "not enabled".
-std::string FaultText(const Fault& fault) {
-  return fault.field == Fault::Field::kEnable ? fault.observed : fault.observed + " instead of " + fault.expected;
-}
-
-/// "be enabled", "have length 1024".
-std::string DemandText(const Fault& fault) {
-  switch (fault.field) {
-    case Fault::Field::kEnable:
-      return "be " + fault.expected;
-    case Fault::Field::kMode:
-      return "be in " + fault.expected;
-    case Fault::Field::kDirection:
-      return "have the direction " + fault.expected;
-    case Fault::Field::kStart:
-      return "begin at " + fault.expected;
-    case Fault::Field::kLength:
-      return "have length " + fault.expected;
+Value SourceValue(model::DemandSource source) {
+  static constexpr Word kStandard{"standard", "the EtherCAT standard"}, kEeprom{"eeprom", "the slave's EEPROM"},
+      kEsi{"esi", "its device description (ESI)"}, kManual{"manual", "the manual of its family"},
+      kEniPdos{"eni-pdos", "the PDOs of the ENI file"}, kDefaultPdos{"default-pdos", "the slave's default PDOs"},
+      kAssignedPdos{"assigned-pdos", "the assigned PDOs"};
+  switch (source) {
+    case model::DemandSource::kNone:
+    case model::DemandSource::kStandard:
+      break;
+    case model::DemandSource::kEeprom:
+      return arg::Of(kEeprom);
+    case model::DemandSource::kEsi:
+      return arg::Of(kEsi);
+    case model::DemandSource::kManual:
+      return arg::Of(kManual);
+    case model::DemandSource::kEniPdos:
+      return arg::Of(kEniPdos);
+    case model::DemandSource::kDefaultPdos:
+      return arg::Of(kDefaultPdos);
+    case model::DemandSource::kAssignedPdos:
+      return arg::Of(kAssignedPdos);
   }
-  return {};
+  return arg::Of(kStandard);
 }
 
-void AddEvidence(Finding& finding, const Fault& fault) {
-  switch (fault.field) {
-    case Fault::Field::kEnable:
-      finding.evidence.push_back(Number("enabled", 0));
-      finding.evidence.push_back(Number("expected_enabled", 1));
-      return;
-    case Fault::Field::kMode:
-      finding.evidence.push_back(Text("mode", fault.observed));
-      finding.evidence.push_back(Text("expected_mode", fault.expected));
-      return;
-    case Fault::Field::kDirection:
-      finding.evidence.push_back(Number("direction", fault.observed_value));
-      finding.evidence.push_back(Number("expected_direction", fault.expected_value));
-      return;
-    case Fault::Field::kStart:
-      finding.evidence.push_back(HexNumber("start", fault.observed_value));
-      finding.evidence.push_back(HexNumber("expected_start", fault.expected_value));
-      return;
-    case Fault::Field::kLength:
-      finding.evidence.push_back(Number("length", fault.observed_value));
-      finding.evidence.push_back(Number("expected_length", fault.expected_value));
-      return;
+Value ModeValue(std::uint32_t mode) {
+  static constexpr Word kMailbox{"mailbox mode", "mailbox mode"}, kBuffered{"three-buffer mode", "three-buffer mode"},
+      kInvalid{"no valid mode", "no valid mode"};
+  switch (static_cast<esc::SmMode>(mode)) {
+    case esc::SmMode::MAILBOX:
+      return arg::Of(kMailbox);
+    case esc::SmMode::BUFFERED:
+      return arg::Of(kBuffered);
+    default:
+      return arg::Of(kInvalid);
   }
 }
 
-/// The code with which a slave refuses the transition because of this sync manager; unset where the family leaves it
-/// open which of several it is.
+/// Of the master.
+Value SmDirectionValue(std::uint32_t direction) {
+  const auto value = static_cast<esc::SmDirection>(direction);
+  return arg::Number(direction, value == esc::SmDirection::ECAT_WRITES  ? "write"
+                                : value == esc::SmDirection::ECAT_READS ? "read"
+                                                                        : "invalid");
+}
+
+Value FieldValue(Fault::Field field) {
+  static constexpr Word kEnable{"enable", "enable bit"}, kMode{"mode", "mode"}, kDirection{"direction", "direction"},
+      kStart{"start", "start"}, kLength{"length", "length"};
+  switch (field) {
+    case Fault::Field::kEnable:
+      return arg::Of(kEnable);
+    case Fault::Field::kMode:
+      return arg::Of(kMode);
+    case Fault::Field::kDirection:
+      return arg::Of(kDirection);
+    case Fault::Field::kStart:
+      return arg::Of(kStart);
+    case Fault::Field::kLength:
+      break;
+  }
+  return arg::Of(kLength);
+}
+
+const FindingKind& KindOf(const std::vector<Fault>& faults) {
+  if (faults.size() > 1) return sync_manager_fault::kSeveralFaults;
+  const Fault& fault = faults.front();
+  switch (fault.field) {
+    case Fault::Field::kEnable:
+      return sync_manager_fault::kNotEnabled;
+    case Fault::Field::kMode:
+      return sync_manager_fault::kWrongMode;
+    case Fault::Field::kDirection:
+      return sync_manager_fault::kWrongDirection;
+    case Fault::Field::kStart:
+      return sync_manager_fault::kWrongStart;
+    case Fault::Field::kLength:
+      break;
+  }
+  return fault.observed == fault.expected ? sync_manager_fault::kNoLength : sync_manager_fault::kWrongLength;
+}
+
+void SetLength(Finding& finding, const Fault& fault) {
+  if (fault.observed == fault.expected) {
+    finding.Set("no_length", arg::Flag());
+    return;
+  }
+  finding.Set("expected_length", arg::Number(fault.expected))
+      .Set("at_most", arg::Flag(fault.at_most))
+      .Set("length_source", SourceValue(fault.source));
+  std::vector<Value> others;
+  for (const std::uint32_t other : fault.others) others.push_back(arg::Number(other));
+  if (!others.empty()) finding.Set("other_lengths", arg::List(std::move(others)));
+}
+
+void SetFault(Finding& finding, const Fault& fault) {
+  switch (fault.field) {
+    case Fault::Field::kEnable:
+      finding.Set("enabled", arg::Number(0))
+          .Set("expected_enabled", arg::Number(1))
+          .Set("enable_source", SourceValue(fault.source));
+      return;
+    case Fault::Field::kMode:
+      finding.Set("mode", ModeValue(fault.observed))
+          .Set("expected_mode", ModeValue(fault.expected))
+          .Set("mode_source", SourceValue(fault.source));
+      return;
+    case Fault::Field::kDirection:
+      finding.Set("direction", SmDirectionValue(fault.observed))
+          .Set("expected_direction", SmDirectionValue(fault.expected))
+          .Set("direction_source", SourceValue(fault.source));
+      return;
+    case Fault::Field::kStart: {
+      finding.Set("expected_start", arg::Hex(fault.expected)).Set("start_source", SourceValue(fault.source));
+      std::vector<Value> others;
+      for (const std::uint32_t other : fault.others) others.push_back(arg::Hex(other));
+      if (!others.empty()) finding.Set("other_starts", arg::List(std::move(others)));
+      return;
+    }
+    case Fault::Field::kLength:
+      SetLength(finding, fault);
+      return;
+  }
+}
+
+/// The code with which a slave refuses the transition because of this sync manager; unset if the family does not define
+/// which of several it is.
 std::optional<std::uint16_t> RefusalCode(const device::AlTransition& row, std::size_t manager) {
   constexpr std::array<std::uint16_t, 4> kOfManager{0x0016, 0x0016, 0x001D, 0x001E};
   const std::vector<std::uint16_t>& codes = row.refusal_codes;
@@ -85,10 +163,26 @@ std::optional<KnownSyncManager> SyncManagerOf(const track::SlaveState& state, st
   return std::nullopt;
 }
 
-std::string SettingsText(const esc::SyncManager& settings) {
-  std::string out = "start " + Hex(settings.start) + ", length " + std::to_string(settings.length) + ", control " +
-                    Hex(settings.control, 2);
-  return out + (settings.enabled() ? ", enabled" : ", not enabled");
+const Word& SyncManagerWord(std::size_t number) {
+  static constexpr Word kWords[esc::kMaxSyncManagers] = {
+      {"sync-manager-0", "the settings of sync manager 0", true},
+      {"sync-manager-1", "the settings of sync manager 1", true},
+      {"sync-manager-2", "the settings of sync manager 2", true},
+      {"sync-manager-3", "the settings of sync manager 3", true},
+      {"sync-manager-4", "the settings of sync manager 4", true},
+      {"sync-manager-5", "the settings of sync manager 5", true},
+      {"sync-manager-6", "the settings of sync manager 6", true},
+      {"sync-manager-7", "the settings of sync manager 7", true},
+      {"sync-manager-8", "the settings of sync manager 8", true},
+      {"sync-manager-9", "the settings of sync manager 9", true},
+      {"sync-manager-10", "the settings of sync manager 10", true},
+      {"sync-manager-11", "the settings of sync manager 11", true},
+      {"sync-manager-12", "the settings of sync manager 12", true},
+      {"sync-manager-13", "the settings of sync manager 13", true},
+      {"sync-manager-14", "the settings of sync manager 14", true},
+      {"sync-manager-15", "the settings of sync manager 15", true},
+  };
+  return kWords[number % esc::kMaxSyncManagers];
 }
 
 std::uint64_t SettingsKey(std::size_t number, const esc::SyncManager& settings) {
@@ -106,41 +200,30 @@ Finding DescribeFaults(const RuleContext& context, const model::AlRequestJudged&
                        const std::vector<Fault>& faults) {
   const model::AlRequestRecord& request = e.request;
   const device::DeviceDescription& family = *context.slave(e.slave).profile;
-  const std::string name = "SM" + std::to_string(demand.number);
-  const std::string to = esc::StateName(request.control.state());
-  std::string wrong;
-  for (const Fault& fault : faults) wrong += (wrong.empty() ? "" : ", ") + FaultText(fault);
-
-  Finding finding;
-  finding.slave = e.slave;
-  finding.first = request.frame;
-  finding.title = name + ": " + wrong + " when " + to + " is requested";
-  finding.message = "The master requests " + RequestText(request) + " in frame " +
-                    std::to_string(request.frame.number) + " while sync manager " + std::to_string(demand.number);
-  if (known.since != 0) finding.message += ", last set in frame " + std::to_string(known.since) + ",";
-  finding.message += " has " + SettingsText(known.settings) + ". ";
+  const esc::SyncManager& settings = known.settings;
+  Finding finding = Found(KindOf(faults), e.slave, request.frame);
+  finding.Set("sync_manager", arg::Number(demand.number))
+      .Set("requested", arg::State(request.control.state()))
+      .Set("al_control", arg::Hex(request.control.raw))
+      .Set("start", arg::Hex(settings.start))
+      .Set("length", arg::Number(settings.length))
+      .Set("control", arg::Hex(settings.control, 2))
+      .Set("off", arg::Flag(!settings.enabled()));
+  if (known.since != 0) finding.Set("set_frame", arg::Frame(known.since));
+  std::vector<Value> wrong;
   for (const Fault& fault : faults) {
-    finding.message += "By " + fault.source + " it must " + DemandText(fault) + ". ";
-    AddEvidence(finding, fault);
+    SetFault(finding, fault);
+    wrong.push_back(FieldValue(fault.field));
   }
+  finding.Set("wrong", arg::List(std::move(wrong)));
   if (const device::AlTransition* row = request.transition) {
-    if (!row->requirement.empty()) {
-      finding.message += "For this transition the slave needs: " + row->requirement + ". ";
-    }
-    if (const auto code = RefusalCode(*row, demand.number)) {
-      finding.message += "It is to answer with the error bit and AL status code " + CodeText(*code, family) + ". ";
-    }
+    if (!row->requirement.empty()) finding.Set("requirement", arg::Text(row->requirement));
+    if (const auto code = RefusalCode(*row, demand.number)) finding.Set("expected_code", CodeValue(*code, family));
   }
-  finding.message +=
-      "Write " + name + " as a whole with the right values, after switching it off, before " + to + " is requested.";
-  finding.evidence.push_back(Number("sync_manager", demand.number));
-  finding.evidence.push_back(HexNumber("al_control", request.control.raw));
   AddRelated(finding, known.since);
   finding.confidence = known.observed && !request.assumed ? Confidence::kObserved : Confidence::kInferred;
-  if (finding.confidence == Confidence::kInferred) {
-    finding.message += request.assumed ? " Only outbound frames are captured: that the slave took them is assumed."
-                                       : " That the slave took the settings is an inference: a broadcast wrote them.";
-  }
+  if (finding.confidence == Confidence::kInferred)
+    finding.Add(request.assumed ? sync_manager_fault::kOutboundOnly : sync_manager_fault::kSetByBroadcast);
   if (!demand.reference.empty()) finding.reference = ReferenceTo(demand.reference);
   return finding;
 }

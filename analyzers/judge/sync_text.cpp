@@ -3,26 +3,42 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/drive_parameters.h"
 #include "analyzers/model/slave_model.h"
-#include "decoder/base/text.h"
 
 namespace ecaudit {
 
-std::string_view BaseText(sync::TimeBase base) {
+const Word& WordOf(sync::TimeBase base) {
+  static constexpr Word kDc{"dc", "the DC time in the frames"};
+  static constexpr Word kProbe{"esl", "the stamps of the probe", true};
+  static constexpr Word kCapture{"capture", "the stamps of the capture", true};
+  static constexpr Word kNone{"none", "no clock"};
   switch (base) {
     case sync::TimeBase::kDc:
-      return "by the DC time in the frames";
+      return kDc;
     case sync::TimeBase::kEsl:
-      return "by the probe's stamps";
+      return kProbe;
     case sync::TimeBase::kCapture:
-      return "by the capture's stamps";
+      return kCapture;
     case sync::TimeBase::kNone:
       break;
   }
-  return "by no clock";
+  return kNone;
 }
 
-std::string PrecisionText(const sync::Interval& interval, TimeNs uncertainty) {
-  return ", +-" + Duration(uncertainty) + " " + std::string(BaseText(interval.base));
+const Word* WordOf(sync::OutputGap::End end) {
+  static constexpr Word kLeftOp{"left-op", "the slave is seen to have left OP"};
+  static constexpr Word kRequest{"request", "the master requests another state"};
+  static constexpr Word kCapture{"capture-end", "the capture ends"};
+  switch (end) {
+    case sync::OutputGap::End::kFell:
+      return &kLeftOp;
+    case sync::OutputGap::End::kRequest:
+      return &kRequest;
+    case sync::OutputGap::End::kCapture:
+      return &kCapture;
+    case sync::OutputGap::End::kOutputs:
+      break;
+  }
+  return nullptr;
 }
 
 std::optional<TimeNs> DriveCycle(const model::SlaveModel& slave) {

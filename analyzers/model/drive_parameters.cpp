@@ -19,15 +19,6 @@ std::optional<ParameterValue> ValueOf(const SlaveModel& slave, const std::option
   return ParameterValue{given->second, Certainty::kObserved, 0};
 }
 
-std::string ParameterText(const device::DriveParameter& parameter, const ParameterValue& value) {
-  std::string text = parameter.keyword;
-  if (value.since != 0 && parameter.object) {
-    text += " (" + ObjectName(parameter.object->index, parameter.object->subindex) + ")";
-  }
-  text += " is " + std::to_string(value.value);
-  return text + (value.since == 0 ? ", as given" : ", frame " + std::to_string(value.since));
-}
-
 std::optional<TimeNs> InterpolationTime(const SlaveModel& slave) {
   constexpr std::uint16_t kInterpolationTime = 0x60C2;
   const ObjectValue* units = slave.objects.Find(kInterpolationTime, 1);

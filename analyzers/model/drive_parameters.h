@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
 
 #include "decoder/base/ids.h"
 #include "decoder/base/known.h"
@@ -24,9 +23,6 @@ struct ParameterValue {
 /// family has no such parameter.
 [[nodiscard]] std::optional<ParameterValue> ValueOf(const SlaveModel& slave,
                                                     const std::optional<device::DriveParameter>& parameter);
-
-/// "FBUS.SYNCDIST (3496h:1) is 500, given" or "..., frame 812", for messages.
-[[nodiscard]] std::string ParameterText(const device::DriveParameter& parameter, const ParameterValue& value);
 
 /// The cycle that object 60C2h states, ns: units times ten to the power of the index seconds. Nothing unless the master
 /// wrote both parts and they make sense.

@@ -8,11 +8,10 @@ namespace ecaudit::model {
 namespace {
 
 using Kind = LatchMisuse::Kind;
+using Why = LatchNotEvaluable::Why;
 
 /// How long a value may lie unread at the end of the capture before it counts as not read, in ns.
 constexpr std::int64_t kUnreadAtEnd = 1'000'000'000;
-constexpr const char* kEndsTooEarly =
-    "the capture ends, or its time stamps do, before it shows that nobody reads the position: that takes 1 s";
 
 }  // namespace
 
@@ -113,10 +112,10 @@ void LatchEdges::Disarm(std::size_t n, const LatchWord& word) {
     return;
   }
   if (capture.valid.seen() && !capture.read.seen() && capture.valid_before) {
-    report_.NotJudged(Kind::kValueLost, word.frame, "the valid bit was set before the capture began");
+    report_.NotEvaluable(Kind::kValueLost, word.frame, Why::kValidFromStart);
   }
   if (edge.stale) {
-    report_.NotJudged(Kind::kValueLost, word.frame, "the valid bit did not fall when the edge was armed again");
+    report_.NotEvaluable(Kind::kValueLost, word.frame, Why::kValidStayed);
   }
   edge.open = false;
   ClearUnread(n);
@@ -145,12 +144,11 @@ void LatchEdges::Lose(std::size_t n) {
   if (!edge.history.first_unread.valid.seen()) edge.history.first_unread = edge.capture;
   const FrameRef& frame = edge.capture.disarmed;
   if (unknown_inputs_) {
-    report_.NotJudged(Kind::kValueLost, frame, "what the inputs hold is not known, so the position may be among them");
+    report_.NotEvaluable(Kind::kValueLost, frame, Why::kInputsUnknown);
     return;
   }
   if (stray_read_) {
-    report_.NotJudged(Kind::kValueLost, frame,
-                      "the manual does not say which edge the position belongs to that was read");
+    report_.NotEvaluable(Kind::kValueLost, frame, Why::kEdgeUndocumented);
     return;
   }
   LatchMisuse misuse =
@@ -253,7 +251,7 @@ void LatchEdges::Finish(std::size_t n, const LatchStatus& status) {
   if (edge.history.read > 0) return;
   if (!unread.valid.seen()) {
     if (lies_unread && edge.history.mapping == LatchEdgeHistory::Mapping::kNotMapped) {
-      report_.NotJudged(Kind::kNotMapped, capture.valid, kEndsTooEarly);
+      report_.NotEvaluable(Kind::kNotMapped, capture.valid, Why::kEndsWhileUnread);
     }
     return;
   }
@@ -262,11 +260,10 @@ void LatchEdges::Finish(std::size_t n, const LatchStatus& status) {
     case LatchEdgeHistory::Mapping::kMapped:
       break;
     case LatchEdgeHistory::Mapping::kUnknown:
-      report_.NotJudged(Kind::kNotMapped, frame, "what the inputs hold is not known");
+      report_.NotEvaluable(Kind::kNotMapped, frame, Why::kInputsUnknown);
       break;
     case LatchEdgeHistory::Mapping::kUndocumented:
-      report_.NotJudged(Kind::kNotMapped, frame,
-                        "the manual does not say which object holds the position of this edge");
+      report_.NotEvaluable(Kind::kNotMapped, frame, Why::kPositionUndocumented);
       break;
     case LatchEdgeHistory::Mapping::kNotMapped: {
       LatchMisuse misuse =
@@ -290,7 +287,7 @@ void LatchEdges::JudgeUnreachable(std::size_t n, const LatchStatus& status) {
   const ProcessLayout& inputs = process_.tx();
   LearnMapping(n);
   if (!inputs.known()) {
-    report_.NotJudged(Kind::kNotMapped, armed, "what the inputs hold is not known");
+    report_.NotEvaluable(Kind::kNotMapped, armed, Why::kInputsUnknown);
     return;
   }
   // Of an edge whose object the manual does not name: none of those that could be it.
@@ -299,7 +296,7 @@ void LatchEdges::JudgeUnreachable(std::size_t n, const LatchStatus& status) {
   const bool mapped = edge.history.mapping == LatchEdgeHistory::Mapping::kMapped;
   if (mapped || !none || inputs.Find(latch_->status_object, 0) != nullptr) return;
   if (!long_enough) {
-    report_.NotJudged(Kind::kNotMapped, armed, kEndsTooEarly);
+    report_.NotEvaluable(Kind::kNotMapped, armed, Why::kEndsWhileUnread);
   } else {
     LatchMisuse misuse = report_.Misuse(
         Kind::kNotMapped, {control_.value, armed, 0, 0, !control_.cyclic, edge.history.first_armed.assumed});

@@ -1,4 +1,4 @@
-/// in: enable bits, valid bits and readings of one drive's latch edges.  out: LatchStep, LatchMisuse, LatchNotJudged
+/// in: enable bits, valid bits and readings of one drive's latch edges.  out: LatchStep, LatchMisuse, LatchNotEvaluable
 /// (values that are lost or never read).
 ///
 /// keeps: one capture an edge, what each edge was used for, and the first kMaxCaptures captures for the report.

@@ -36,7 +36,7 @@ struct LatchCapture {
   LatchReading reading = LatchReading::kNone;
   std::optional<std::int64_t> position;  ///< as read, where the object that holds it is documented; in drive units
   bool valid_before = false;             ///< the valid bit was set when the capture file began: it may be read already
-  bool assumed = false;                  ///< rests on words of which it is not known that the drive took them
+  bool assumed = false;                  ///< rests on words that the drive may not have accepted
 };
 
 struct LatchStep {
@@ -47,10 +47,10 @@ struct LatchStep {
   const device::LatchEdge* edge = nullptr;  ///< never null
   std::uint16_t control = 0;                ///< as last known
   std::optional<std::uint16_t> status;      ///< as last known
-  LatchCapture capture;                     ///< as it stands now
+  LatchCapture capture;                     ///< as it is now
 };
 
-/// Something the catalogue's chapter on latches forbids, by the rule of that name.
+/// Something that a rule of the chapter on latches reports, by the rule of that name.
 struct LatchMisuse {
   enum class Kind : std::uint8_t {
     kReadBeforeValid,
@@ -82,12 +82,25 @@ struct LatchMisuse {
 /// "latch-read-before-valid", ...
 [[nodiscard]] std::string_view RuleOf(LatchMisuse::Kind kind);
 
-/// A situation that could not be judged.
-struct LatchNotJudged {
+/// A situation that could not be evaluated.
+struct LatchNotEvaluable {
+  enum class Why : std::uint8_t {
+    kValidFromStart,        ///< the valid bit was set before the capture began
+    kValidStayed,           ///< the valid bit stayed set when the edge was armed again
+    kInputsUnknown,         ///< the contents of the inputs are not known
+    kEdgeUndocumented,      ///< a position was read; the manual does not give its edge
+    kPositionUndocumented,  ///< the manual does not give the object with the position
+    kEndsWhileUnread,       ///< the capture, or its time stamps, end before the position counts as unread
+    kEnableBitUncertain,    ///< a control word that cleared the enable bit may not have reached the drive
+    kStatusWordMissing,     ///< no status word was seen before the selector was set
+    kInputsMissing,         ///< inputs are missing just before the selector was set
+    kNoTimeStamps,
+    kAlStateUnknown,
+  };
   LatchMisuse::Kind kind = LatchMisuse::Kind::kReadBeforeValid;
   SlaveId slave = kNoSlave;
   FrameRef frame;
-  std::string_view reason;  ///< lives as long as the program
+  Why why = Why::kInputsUnknown;
 };
 
 }  // namespace ecaudit::model

@@ -71,8 +71,8 @@ void LatchReporter::Emit(const LatchMisuse& misuse) {
   sink_.Publish(misuse);
 }
 
-void LatchReporter::NotJudged(LatchMisuse::Kind kind, const FrameRef& frame, std::string_view reason) {
-  if (judges_) sink_.Publish(LatchNotJudged{kind, slave_, frame, reason});
+void LatchReporter::NotEvaluable(LatchMisuse::Kind kind, const FrameRef& frame, LatchNotEvaluable::Why why) {
+  if (judges_) sink_.Publish(LatchNotEvaluable{kind, slave_, frame, why});
 }
 
 }  // namespace ecaudit::model

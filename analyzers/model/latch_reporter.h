@@ -1,4 +1,4 @@
-/// in: what happened to the latches, and what was wrong.  out: LatchStep, LatchMisuse, LatchNotJudged.
+/// in: what happened to the latches, and what was wrong.  out: LatchStep, LatchMisuse, LatchNotEvaluable.
 ///
 /// keeps: the last words, which every event cites.
 #pragma once
@@ -15,7 +15,7 @@ namespace ecaudit::model {
 
 class LatchReporter {
  public:
-  /// @param judges false: steps are told, nothing is complained of  @param sink must outlive this
+  /// @param judges false: steps are reported, misuse is not  @param sink must outlive this
   LatchReporter(SlaveId slave, bool judges, EventSink& sink) : slave_(slave), judges_(judges), sink_(sink) {}
 
   void SawControl(std::uint16_t word) { control_ = word; }
@@ -28,7 +28,7 @@ class LatchReporter {
   /// To be filled and handed to Emit().
   [[nodiscard]] LatchMisuse Misuse(LatchMisuse::Kind kind, const LatchWord& word) const;
   void Emit(const LatchMisuse& misuse);
-  void NotJudged(LatchMisuse::Kind kind, const FrameRef& frame, std::string_view reason);
+  void NotEvaluable(LatchMisuse::Kind kind, const FrameRef& frame, LatchNotEvaluable::Why why);
 
  private:
   SlaveId slave_;

@@ -4,6 +4,7 @@ namespace ecaudit::model {
 namespace {
 
 using Kind = LatchMisuse::Kind;
+using Why = LatchNotEvaluable::Why;
 
 /// Status words that must have come before a missing acknowledge is complained of, at long cycles.
 constexpr std::uint32_t kWordsForAcknowledge = 3;
@@ -49,8 +50,7 @@ void LatchSelector::JudgeRearmed(const LatchWord& word) {
   const LatchEdgeState& edge = edges_[asked_.edge];
   if (!edge.open || !edge.enabled || !edge.released.seen() || !edge.valid) return;
   if (edge.doubtful) {
-    report_.NotJudged(Kind::kRearmWithoutEdge, word.frame,
-                      "a control word of which it is not known whether the drive took it cleared the enable bit");
+    report_.NotEvaluable(Kind::kRearmWithoutEdge, word.frame, Why::kEnableBitUncertain);
     return;
   }
   LatchMisuse misuse = report_.Misuse(Kind::kRearmWithoutEdge, word);
@@ -76,12 +76,11 @@ void LatchSelector::Decide(bool valid_in_same_frame, bool same_frame_known) {
   }
   const LatchWord& word = asked_.word;
   if (!same_frame_known && !asked_.status_known) {
-    report_.NotJudged(Kind::kReadBeforeValid, word.frame,
-                      "the latch status word before the selector is not in the capture");
+    report_.NotEvaluable(Kind::kReadBeforeValid, word.frame, Why::kStatusWordMissing);
     return;
   }
   if (!same_frame_known && asked_.status_gap) {
-    report_.NotJudged(Kind::kReadBeforeValid, word.frame, "inputs are missing just before the selector was set");
+    report_.NotEvaluable(Kind::kReadBeforeValid, word.frame, Why::kInputsMissing);
     return;
   }
   LatchMisuse misuse = report_.Misuse(Kind::kReadBeforeValid, word);
@@ -119,7 +118,7 @@ void LatchSelector::JudgeAcknowledge(const LatchWord& word) {
   if (!asked_.word.frame.has_time || !word.frame.has_time) {
     if (asked_.words < kWordsWithoutTime) return;
     asked_.judged = true;
-    report_.NotJudged(Kind::kAckMismatch, word.frame, "the frames have no time stamps");
+    report_.NotEvaluable(Kind::kAckMismatch, word.frame, Why::kNoTimeStamps);
     return;
   }
   const std::int64_t waited = word.frame.time - asked_.word.frame.time;

@@ -1,5 +1,5 @@
-/// in: read selectors in control words, acknowledges in status words.  out: LatchMisuse, LatchNotJudged; the edge that
-/// is read.
+/// in: read selectors in control words, acknowledges in status words.  out: LatchMisuse, LatchNotEvaluable; the edge
+/// that is read.
 ///
 /// keeps: the selector that is set, until another one is.
 #pragma once

@@ -8,6 +8,7 @@ namespace ecaudit::model {
 namespace {
 
 using Kind = LatchMisuse::Kind;
+using Why = LatchNotEvaluable::Why;
 
 std::uint16_t WordAt(const ProcessCycle& cycle, const LatchPart::Where& where) {
   return static_cast<std::uint16_t>(ExtractBits(cycle.data, where.bit, where.bits));
@@ -205,7 +206,7 @@ void LatchUnit::JudgeState(const LatchWord& word, std::uint16_t before) {
   if ((word.value & ~before & enable_mask_) == 0 && !asks) return;  // what only clears bits is no use of the latch
   const StateSet states = al_.possible();
   if (states.empty()) {
-    report_.NotJudged(Kind::kOutsideOp, word.frame, "the AL state of the slave is not known");
+    report_.NotEvaluable(Kind::kOutsideOp, word.frame, Why::kAlStateUnknown);
     return;
   }
   if (states.contains(static_cast<std::uint8_t>(esc::AlState::OP))) return;

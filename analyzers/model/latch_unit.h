@@ -1,4 +1,4 @@
-/// in: process data and SDO transfers of one drive.  out: LatchStep, LatchMisuse, LatchNotJudged (latch_events.h).
+/// in: process data and SDO transfers of one drive.  out: LatchStep, LatchMisuse, LatchNotEvaluable (latch_events.h).
 ///
 /// Follows the latch control word (20A4h) and the latch status word (20A5h), in process data or by SDO, edge by edge:
 ///

@@ -2,17 +2,10 @@
 
 #include <algorithm>
 
-#include "decoder/base/text.h"
-
 namespace ecaudit::model {
 namespace {
 
 using device::SyncManagerUse;
-
-constexpr const char* kEeprom = "the slave's EEPROM";
-constexpr const char* kManual = "the manual of its family";
-constexpr const char* kEsi = "its device description (ESI)";
-constexpr const char* kStandard = "the EtherCAT standard";
 
 // Types and enable bits of the sync manager category (esc-reference 11.1, decoder/esc/sii.h).
 constexpr std::uint8_t kMailboxOutType = 1;
@@ -23,20 +16,22 @@ constexpr std::uint8_t kVirtual = 0x04;
 constexpr std::uint8_t kOnlyInOp = 0x08;
 constexpr std::uint8_t kModeMask = 0x03;  // of the control byte
 
-const char* SourceOf(const device::DeviceDescription& family) {
-  return family.esi ? kEsi : kManual;
+DemandSource SourceOf(const device::DeviceDescription& family) {
+  return family.esi ? DemandSource::kEsi : DemandSource::kManual;
 }
 
 void AddOnce(std::vector<std::uint32_t>& list, std::uint32_t value) {
   if (std::find(list.begin(), list.end(), value) == list.end()) list.push_back(value);
 }
 
-std::string Choice(const std::vector<std::uint32_t>& values, bool hex) {
-  std::string out;
-  for (const std::uint32_t value : values) {
-    out += (out.empty() ? "" : " or ") + (hex ? Hex(value) : std::to_string(value));
-  }
-  return out;
+/// One of the values of `allowed` is expected.
+SyncManagerFault FaultOf(SyncManagerFault::Field field, DemandSource source, std::uint32_t observed,
+                         const std::vector<std::uint32_t>& allowed) {
+  return {field, source, observed, allowed.front(), {allowed.begin() + 1, allowed.end()}, false};
+}
+
+bool Contains(const std::vector<std::uint32_t>& list, std::uint32_t value) {
+  return std::find(list.begin(), list.end(), value) != list.end();
 }
 
 SyncManagerDemand MailboxDemand(SyncManagerUse use, const esc::SiiContents& sii,
@@ -60,7 +55,7 @@ SyncManagerDemand MailboxDemand(SyncManagerUse use, const esc::SiiContents& sii,
     }
     break;
   }
-  if (!demand.starts.empty()) demand.start_source = demand.length_source = kEeprom;
+  if (!demand.starts.empty()) demand.start_source = demand.length_source = DemandSource::kEeprom;
   return demand;
 }
 
@@ -118,7 +113,7 @@ SyncManagerDemands ProcessDemands(const device::DeviceDescription& family, const
       demand.number = static_cast<std::uint8_t>(n);
       demand.use = entry.type == kProcessOutType ? SyncManagerUse::kProcessOut : SyncManagerUse::kProcessIn;
       demand.starts.push_back(entry.start);
-      demand.start_source = kEeprom;
+      demand.start_source = DemandSource::kEeprom;
       demand.enabled = (entry.enable & kOnlyInOp) == 0;
       demand.one_buffer = (entry.control & kModeMask) == static_cast<std::uint8_t>(esc::SmMode::MAILBOX);
       if (const device::SyncManagerRule* rule = of_family(demand.number, demand.use)) {
@@ -143,46 +138,42 @@ SyncManagerDemands ProcessDemands(const device::DeviceDescription& family, const
 
 std::vector<SyncManagerFault> FaultsOf(const esc::SyncManager& settings, const SyncManagerDemand& demand) {
   using Field = SyncManagerFault::Field;
+  constexpr DemandSource kStandard = DemandSource::kStandard;
   std::vector<SyncManagerFault> faults;
-  const std::string& law = demand.start_source.empty() ? std::string(kStandard) : demand.start_source;
   if (!settings.enabled()) {
-    if (demand.enabled) faults.push_back({Field::kEnable, "not enabled", "enabled", law, 0, 1});
+    const DemandSource source = demand.start_source == DemandSource::kNone ? kStandard : demand.start_source;
+    if (demand.enabled) faults.push_back({Field::kEnable, source, 0, 1, {}, false});
     return faults;
   }
   const bool mailbox_mode = demand.mailbox() || demand.one_buffer;
   if (mailbox_mode ? !settings.mailbox() : !settings.buffered()) {
-    const char* observed = settings.mailbox()    ? "mailbox mode"
-                           : settings.buffered() ? "three-buffer mode"
-                                                 : "no valid mode";
-    faults.push_back({Field::kMode, observed, mailbox_mode ? "mailbox mode" : "three-buffer mode", kStandard,
+    const esc::SmMode mode = mailbox_mode ? esc::SmMode::MAILBOX : esc::SmMode::BUFFERED;
+    faults.push_back({Field::kMode,
+                      kStandard,
                       static_cast<std::uint32_t>(settings.mode()),
-                      static_cast<std::uint32_t>(mailbox_mode ? esc::SmMode::MAILBOX : esc::SmMode::BUFFERED)});
+                      static_cast<std::uint32_t>(mode),
+                      {},
+                      false});
   }
   const esc::SmDirection direction =
       demand.master_writes() ? esc::SmDirection::ECAT_WRITES : esc::SmDirection::ECAT_READS;
   if (settings.direction() != direction) {
-    const char* observed = settings.ecat_writes()  ? "direction \"master writes\""
-                           : settings.ecat_reads() ? "direction \"master reads\""
-                                                   : "no valid direction";
-    faults.push_back({Field::kDirection, observed, demand.master_writes() ? "\"master writes\"" : "\"master reads\"",
-                      kStandard, static_cast<std::uint32_t>(settings.direction()),
-                      static_cast<std::uint32_t>(direction)});
+    faults.push_back({Field::kDirection,
+                      kStandard,
+                      static_cast<std::uint32_t>(settings.direction()),
+                      static_cast<std::uint32_t>(direction),
+                      {},
+                      false});
   }
-  if (!demand.starts.empty() &&
-      std::find(demand.starts.begin(), demand.starts.end(), settings.start) == demand.starts.end()) {
-    faults.push_back({Field::kStart, "start " + Hex(settings.start), Choice(demand.starts, true), demand.start_source,
-                      settings.start, demand.starts.front()});
+  if (!demand.starts.empty() && !Contains(demand.starts, settings.start)) {
+    faults.push_back(FaultOf(Field::kStart, demand.start_source, settings.start, demand.starts));
   }
-  if (!demand.lengths.empty() &&
-      std::find(demand.lengths.begin(), demand.lengths.end(), settings.length) == demand.lengths.end()) {
-    faults.push_back({Field::kLength, "length " + std::to_string(settings.length), Choice(demand.lengths, false),
-                      demand.length_source, settings.length, demand.lengths.front()});
+  if (!demand.lengths.empty() && !Contains(demand.lengths, settings.length)) {
+    faults.push_back(FaultOf(Field::kLength, demand.length_source, settings.length, demand.lengths));
   } else if (demand.lengths.empty() && demand.max_length && settings.length > *demand.max_length) {
-    faults.push_back({Field::kLength, "length " + std::to_string(settings.length),
-                      "at most " + std::to_string(*demand.max_length), demand.length_source, settings.length,
-                      *demand.max_length});
+    faults.push_back({Field::kLength, demand.length_source, settings.length, *demand.max_length, {}, true});
   } else if (settings.length == 0) {
-    faults.push_back({Field::kLength, "length 0", "a length", kStandard, 0, 0});
+    faults.push_back({Field::kLength, kStandard, 0, 0, {}, false});
   }
   return faults;
 }

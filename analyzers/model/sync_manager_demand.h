@@ -1,5 +1,5 @@
-/// What the sync managers of a slave must be set to, from the best source that says so: its own EEPROM, else the
-/// description of its family (which an ESI file may have filled).
+/// What the sync managers of a slave must be set to, from the best source: its own EEPROM, else the description of its
+/// family (which an ESI file may have filled).
 ///
 /// in: DeviceDescription, EEPROM contents.  out: one SyncManagerDemand a sync manager, and what differs from it.
 #pragma once
@@ -15,18 +15,30 @@
 
 namespace ecaudit::model {
 
-/// A field that no source states is empty and not judged.
+/// The source of a required setting.
+enum class DemandSource : std::uint8_t {
+  kNone,
+  kStandard,
+  kEeprom,
+  kEsi,
+  kManual,
+  kEniPdos,
+  kDefaultPdos,
+  kAssignedPdos,
+};
+
+/// A field that no source states is empty and not evaluated.
 struct SyncManagerDemand {
   std::uint8_t number = 0;
   device::SyncManagerUse use = device::SyncManagerUse::kUnused;
   std::vector<std::uint32_t> starts;  ///< ESC addresses, any of them
   std::vector<std::uint32_t> lengths;
   std::optional<std::uint32_t> max_length;
-  std::string start_source;   ///< in words: "the EEPROM of the slave", "its manual"
-  std::string length_source;  ///< likewise
-  /// It has to be enabled; false where the EEPROM says that it may stay off.
+  DemandSource start_source = DemandSource::kNone;
+  DemandSource length_source = DemandSource::kNone;
+  /// It has to be enabled; false if it may stay off by the EEPROM.
   bool enabled = true;
-  /// Process data through a single buffer, as the EEPROM of few slaves says.
+  /// Process data through a single buffer, as in the EEPROM of few slaves.
   bool one_buffer = false;
   std::string reference;  ///< "AKD-2011, 4.1"
 
@@ -53,14 +65,14 @@ struct SyncManagerDemands {
 struct SyncManagerFault {
   enum class Field : std::uint8_t { kEnable, kMode, kDirection, kStart, kLength };
   Field field = Field::kEnable;
-  std::string observed;  ///< "length 256", "not enabled"
-  std::string expected;  ///< "1024", "enabled"
-  std::string source;    ///< who says so
-  std::uint32_t observed_value = 0;
-  std::uint32_t expected_value = 0;
+  DemandSource source = DemandSource::kStandard;
+  std::uint32_t observed = 0;
+  std::uint32_t expected = 0;         ///< 0 like `observed` for a length that must not be 0
+  std::vector<std::uint32_t> others;  ///< further values that are allowed
+  bool at_most = false;               ///< `expected` is the largest length
 };
 
-/// What of `settings` contradicts `demand`; of one that is not enabled nothing else.
+/// What of `settings` contradicts `demand`; nothing else of one that is not enabled.
 [[nodiscard]] std::vector<SyncManagerFault> FaultsOf(const esc::SyncManager& settings, const SyncManagerDemand& demand);
 
 }  // namespace ecaudit::model

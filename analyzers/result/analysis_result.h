@@ -244,7 +244,8 @@ struct SlaveSummary {
   MailboxSummary mailbox;
   EventSummary events;
   StartupSummary startup;  ///< steps of the master up to OP; `seen` is false where the capture holds none
-  std::string unjudged;    ///< why too little of it could be judged for the verdict "pass"; empty: enough was
+  std::optional<Reason>
+      not_evaluated;  ///< why too little of it was evaluated for the verdict "pass"; unset: enough was
 };
 
 /// A store of the analysis that was full: what it keeps, and what it left out.

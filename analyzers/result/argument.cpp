@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "decoder/base/text.h"
+#include "decoder/esc/al.h"
 
 namespace ecaudit {
 namespace {
@@ -56,6 +57,14 @@ std::string KeyOf(const Value& value) {
       for (const Value& item : value.items) key += (key.empty() ? "" : "+") + KeyOf(item);
       return key;
     }
+    case Value::Type::kHex:
+    case Value::Type::kCode:
+    case Value::Type::kRegister:
+      return Hex(static_cast<std::uint64_t>(value.number), value.digits);
+    case Value::Type::kObject:
+      return ObjectName(static_cast<std::uint16_t>(value.number >> 9U), static_cast<int>(value.number & 0x1FF) - 1);
+    case Value::Type::kAlState:
+      return esc::StateName(static_cast<std::uint8_t>(value.number));
     default:
       return std::to_string(value.number);
   }
@@ -90,6 +99,10 @@ Value Text(std::string_view text) {
 
 Value Flag(bool value) {
   return Numeric(Value::Type::kFlag, value ? 1 : 0);
+}
+
+Value Boolean(bool value) {
+  return Numeric(Value::Type::kBoolean, value ? 1 : 0);
 }
 
 Value Of(const Word& word) {

@@ -27,6 +27,7 @@ struct Value {
     kReal,           ///< with unit and decimals
     kText,           ///< from the capture, a profile or a file; untrusted
     kFlag,           ///< only chooses text
+    kBoolean,        ///< a fact: shown as evidence
     kWord,           ///< of a closed list
     kFrame,          ///< frame number
     kDuration,       ///< number in ns; JSON has it in `unit`
@@ -54,7 +55,8 @@ struct Value {
   [[nodiscard]] bool operator==(const Value& other) const;
 };
 
-/// Stable form for identities, fingerprints and baselines: numbers in decimal, codes of words, no explaining text.
+/// Stable form for identities, fingerprints and baselines: numbers as people write them ("0x001d", "6040h:0",
+/// "SAFEOP"), codes of words, no explaining text.
 [[nodiscard]] std::string KeyOf(const Value& value);
 
 /// Short names for making values: `finding.Set("requested", arg::State(raw))`.
@@ -66,6 +68,7 @@ namespace arg {
 [[nodiscard]] Value Real(double value, std::string_view unit = {}, int decimals = 1);
 [[nodiscard]] Value Text(std::string_view text);
 [[nodiscard]] Value Flag(bool value = true);
+[[nodiscard]] Value Boolean(bool value);
 [[nodiscard]] Value Of(const Word& word);
 [[nodiscard]] Value Frame(FrameNo number);
 /// Written like Duration(): "141 ms". In JSON milliseconds, so name it NAME_ms.

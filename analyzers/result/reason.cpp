@@ -36,6 +36,8 @@ std::string_view Name(ReasonCode code) {
       return "within-uncertainty";
     case ReasonCode::kTooFew:
       return "too-few";
+    case ReasonCode::kTooIrregular:
+      return "too-irregular";
     case ReasonCode::kCaptureEnds:
       return "capture-ends";
     case ReasonCode::kNeverReturned:

@@ -28,6 +28,7 @@ enum class ReasonCode : std::uint8_t {
   kNoStamps,           ///< packets have no time stamps
   kWithinUncertainty,  ///< {what} lies within the uncertainty of the clock
   kTooFew,             ///< too few {what}
+  kTooIrregular,       ///< {what} is too irregular
   kCaptureEnds,        ///< the capture ends during {what}
   kNeverReturned,      ///< {what} never returned
   kAmbiguous,          ///< {what} has more than one explanation

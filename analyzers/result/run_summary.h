@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 
 #include "decoder/base/ids.h"
 
@@ -10,8 +9,10 @@ namespace ecaudit {
 
 /// From one start of the bus, or of the capture, to the next.
 struct RunSummary {
-  FrameRef first, last;              ///< packets; `last` is the one before the next run
-  std::string reason;                ///< why it is another run: "capture", "clock", "initialised"
+  /// Why it is another run: the capture begins, another recording, the master initialised the slaves again.
+  enum class Why : std::uint8_t { kCapture, kClock, kInitialised };
+  FrameRef first, last;  ///< packets; `last` is the one before the next run
+  Why why = Why::kCapture;
   std::uint8_t highest = 0;          ///< AL state that some slave reached or was in, 0: none was read
   std::uint64_t slaves_in_op = 0;    ///< slaves that were in OP at some time
   std::uint64_t preop_requests = 0;  ///< attempts to leave INIT: the most that one slave saw

@@ -26,28 +26,13 @@ Value CodeValue(std::uint16_t code, const device::DeviceDescription& family) {
   return arg::Code(code, CodeName(code, family));
 }
 
-bool JudgedByStandard(const device::DeviceDescription& family) {
+bool FollowsStandard(const device::DeviceDescription& family) {
   const device::DeviceDescription* generic = device::BuiltinProfile("generic");
   return generic == nullptr || family.al.source == generic->al.source;
 }
 
-std::string LawText(const device::DeviceDescription& family) {
-  if (JudgedByStandard(family)) return "The EtherCAT standard";
-  return "The manual (" + family.title + ")";
-}
-
-std::string StatesText(model::StateSet states) {
-  std::string out;
-  for (const std::uint8_t state :
-       {std::uint8_t{1}, std::uint8_t{2}, std::uint8_t{3}, std::uint8_t{4}, std::uint8_t{8}}) {
-    if (states.contains(state)) out += (out.empty() ? "" : " or ") + esc::StateName(state);
-  }
-  return out.empty() ? "an unknown state" : out;
-}
-
-std::string TransitionText(const model::AlRequestRecord& request) {
-  const std::string to = esc::StateName(request.control.state());
-  return request.from == 0 ? to : esc::StateName(request.from) + " to " + to;
+void SetManual(Finding& finding, const device::DeviceDescription& family) {
+  if (!FollowsStandard(family)) finding.Set("manual", arg::Text(family.title));
 }
 
 std::string RequestText(const model::AlRequestRecord& request) {
@@ -62,12 +47,6 @@ void SetRepetition(Finding& finding, const model::AlRequestRecord& request) {
   if (request.repetitions == 0) return;
   finding.Set("times", arg::Count(request.repetitions + 1, "time"));
   finding.Set("last_request_frame", arg::Frame(request.last.number));
-}
-
-std::string RepetitionText(const model::AlRequestRecord& request) {
-  if (request.repetitions == 0) return {};
-  return " (written " + Count(request.repetitions + 1, "time") + " up to frame " + std::to_string(request.last.number) +
-         ")";
 }
 
 }  // namespace ecaudit

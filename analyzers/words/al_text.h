@@ -14,22 +14,16 @@ namespace ecaudit {
 [[nodiscard]] std::string CodeText(std::uint16_t code, const device::DeviceDescription& family);
 /// The same as a value of a finding.
 [[nodiscard]] Value CodeValue(std::uint16_t code, const device::DeviceDescription& family);
-/// True when the profile brings no AL table of its own.
-[[nodiscard]] bool JudgedByStandard(const device::DeviceDescription& family);
-/// "The EtherCAT standard", "The manual of Kollmorgen AKD, manual ...": what the slave is judged by, to begin a
-/// sentence.
-[[nodiscard]] std::string LawText(const device::DeviceDescription& family);
-/// "INIT", "INIT or PREOP": the states a slave may be in; "an unknown state" for the empty set.
-[[nodiscard]] std::string StatesText(model::StateSet states);
-/// "PREOP to SAFEOP", or "SAFEOP" when the state before is not known.
-[[nodiscard]] std::string TransitionText(const model::AlRequestRecord& request);
+/// True when the profile has no AL table of its own: the EtherCAT standard applies.
+[[nodiscard]] bool FollowsStandard(const device::DeviceDescription& family);
+/// Sets {manual} where a manual says what is allowed; without it the EtherCAT standard does:
+/// "[{!manual}The EtherCAT standard][The manual ({manual})] does not allow this."
+void SetManual(Finding& finding, const device::DeviceDescription& family);
 /// "SAFEOP (AL Control 0x0014)".
 [[nodiscard]] std::string RequestText(const model::AlRequestRecord& request);
-/// Distinguishes requests by what they ask and where from, to fold repetitions.
+/// Tells requests apart by the requested state and the state before, to fold repetitions.
 [[nodiscard]] std::uint64_t RequestKey(const model::AlRequestRecord& request);
 /// Sets {times} and {last_request_frame} where the request was written more than once.
 void SetRepetition(Finding& finding, const model::AlRequestRecord& request);
-/// " (written 4 times up to frame 812)", empty when it was written once.
-[[nodiscard]] std::string RepetitionText(const model::AlRequestRecord& request);
 
 }  // namespace ecaudit

@@ -14,6 +14,7 @@
 #include "cli/lookup/meaning.h"
 #include "cli/report/json_text.h"
 #include "cli/report/layout.h"
+#include "cli/report/sentences.h"
 #include "cli/suggest.h"
 
 namespace ecaudit::cli {
@@ -75,6 +76,11 @@ std::string ExplainText(const RuleInfo& rule, bool color) {
   text.Line();
   AppendMarkdown(rule.doc, text);
   text.Line();
+  if (!rule.kinds.empty()) text.Line(text.Styled("Findings (kind: title)", Style::kBold));
+  for (const FindingKind* kind : rule.kinds) {
+    text.Paragraph(std::string(kind->name) + ": " + report::OutlineOf(kind->title), 0, 2);
+  }
+  if (!rule.kinds.empty()) text.Line();
   text.Paragraph("Switch it off or change its severity: --rule " + std::string(rule.id) +
                      "=off|info|warning|error, or \"rules\" in .ecaudit.json",
                  0);

@@ -6,6 +6,7 @@
 
 #include "cli/report/layout.h"
 #include "cli/report/report.h"
+#include "cli/report/sentences.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::report {
@@ -111,18 +112,18 @@ std::string CoverageText(std::span<const RuleCoverage> rules) {
 }
 
 std::string WhyLimited(const AnalysisResult& result) {
-  if (WithoutEtherCat(result)) return "the capture holds no EtherCAT frame";
-  if (result.slaves.empty()) return "which slaves are on the bus, the capture does not show";
+  if (WithoutEtherCat(result)) return TextOf(Reason::Of(ReasonCode::kNoEtherCat));
+  if (result.slaves.empty()) return TextOf(Reason::Of(ReasonCode::kNoSlave));
   std::set<unsigned> positions;
-  std::string_view reason;
+  std::string reason;
   for (const SlaveSummary& slave : result.slaves) {
-    if (slave.unjudged.empty()) continue;
-    if (positions.empty()) reason = slave.unjudged;
+    if (!slave.not_evaluated) continue;
+    if (positions.empty()) reason = TextOf(*slave.not_evaluated);
     positions.insert(slave.position);
   }
   if (positions.empty()) return result.cut;
   const std::string slaves = positions.size() == 1 ? "slave " : "slaves ";
-  return slaves + Ranges(positions) + ": " + std::string(reason);
+  return slaves + Ranges(positions) + ": " + reason;
 }
 
 }  // namespace ecaudit::report

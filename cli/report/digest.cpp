@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "analyzers/result/every_slave.h"
-#include "analyzers/result/misses_packets.h"
 #include "cli/report/finding_order.h"
 #include "cli/report/fingerprint.h"
 #include "cli/report/layout.h"
@@ -61,9 +60,8 @@ std::string TitleAndFrame(const FindingDigest& f) {
 
 /// The rules that could not be evaluated for it report this.
 bool MissesPackets(const CaptureDigest& capture) {
-  return std::any_of(capture.not_judged.begin(), capture.not_judged.end(), [](const NotJudged& entry) {
-    return entry.code == Name(ReasonCode::kMissesPackets) || entry.reason.starts_with(kSaysItMissesPackets);
-  });
+  return std::any_of(capture.not_judged.begin(), capture.not_judged.end(),
+                     [](const NotJudged& entry) { return entry.code == Name(ReasonCode::kMissesPackets); });
 }
 
 }  // namespace

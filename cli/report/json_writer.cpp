@@ -158,7 +158,9 @@ void PutPrediction(JsonObject& out, std::string_view key, const PredictionCount&
 void PutRun(JsonObject& out, const RunSummary& run) {
   out.Put("first_frame", run.first.number);
   out.Put("last_frame", run.last.number);
-  out.Put("reason", run.reason);
+  out.Put("reason", run.why == RunSummary::Why::kCapture ? "capture"
+                    : run.why == RunSummary::Why::kClock ? "clock"
+                                                         : "initialised");
   out.TextOrNull("highest_state", run.highest == 0 ? std::string() : esc::StateName(run.highest));
   out.Put("slaves_in_op", run.slaves_in_op);
   out.Put("preop_requests", run.preop_requests);
@@ -237,6 +239,7 @@ void PutValue(JsonObject& out, const std::string& name, const Value& value) {
       return out.Put(name, static_cast<double>(value.number) / divisor);
     }
     case Value::Type::kFlag:
+    case Value::Type::kBoolean:
       return out.Put(name, value.number != 0);
     case Value::Type::kWord:
       return out.Text(name, value.word->code);

@@ -46,6 +46,7 @@ std::string TextOf(const Value& value, Form form) {
     case Value::Type::kText:
       return Printable(value.text);
     case Value::Type::kFlag:
+    case Value::Type::kBoolean:
       return value.number != 0 ? "yes" : "no";
     case Value::Type::kWord:
       return std::string(value.word->text);
@@ -92,6 +93,8 @@ std::string_view Name(Value::Type type) {
       return "text";
     case Value::Type::kFlag:
       return "flag";
+    case Value::Type::kBoolean:
+      return "boolean";
     case Value::Type::kWord:
       return "word";
     case Value::Type::kFrame:

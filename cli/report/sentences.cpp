@@ -9,6 +9,10 @@
 namespace ecaudit::report {
 namespace {
 
+bool IsTruth(Value::Type type) {
+  return type == Value::Type::kFlag || type == Value::Type::kBoolean;
+}
+
 /// Fills one template from left to right.
 class Filler {
  public:
@@ -56,7 +60,7 @@ class Filler {
     const std::string_view body = inside.substr(asks || asks_not ? 1 : 0);
     const std::string_view name = body.substr(0, body.find_first_of(":?"));
     const Value* value = arguments_.Find(name);
-    const bool there = value != nullptr && (value->type != Value::Type::kFlag || value->number != 0);
+    const bool there = value != nullptr && (!IsTruth(value->type) || value->number != 0);
     if (asks) return there;
     if (asks_not) return !there;
     if (value == nullptr) {
@@ -78,7 +82,8 @@ class Filler {
   static void Write(std::string& out, const Value& value, std::string text) {
     const bool begins = out.empty() || out.ends_with(". ");
     const bool ours = value.type == Value::Type::kWord || value.type == Value::Type::kFrame ||
-                      value.type == Value::Type::kSlave || value.type == Value::Type::kList;
+                      value.type == Value::Type::kSlave || value.type == Value::Type::kList ||
+                      value.type == Value::Type::kAlState;
     if (begins && ours && !text.empty()) {
       text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
     }
@@ -158,6 +163,8 @@ std::string_view TemplateOf(ReasonCode code) {
       return "{what} {what?lies|lie} within the uncertainty of the clock";
     case ReasonCode::kTooFew:
       return "the capture has too few {what}";
+    case ReasonCode::kTooIrregular:
+      return "{what} {what?is|are} too irregular";
     case ReasonCode::kCaptureEnds:
       return "the capture ends during {what}";
     case ReasonCode::kNeverReturned:
@@ -176,6 +183,31 @@ std::string_view TemplateOf(ReasonCode code) {
 
 std::string Fill(std::string_view text, const Arguments& arguments) {
   return WithoutEnd(Filler(text, arguments).Fill());
+}
+
+std::string OutlineOf(std::string_view text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '\\' && i + 1 < text.size()) {
+      out += text[++i];
+    } else if (c == '{') {
+      const std::string_view inside = text.substr(i + 1, text.find('}', i) - i - 1);
+      i += inside.size() + 1;
+      if (inside.starts_with('?') || inside.starts_with('!')) continue;
+      const std::size_t choice = inside.find('|');
+      if (choice != std::string_view::npos) {
+        out += inside.substr(choice + 1);
+      } else {
+        out += "<" + std::string(inside.substr(0, inside.find(':'))) + ">";
+      }
+    } else if (c == '\n' || c == ' ') {
+      if (!out.empty() && out.back() != ' ') out += ' ';
+    } else {
+      out += c;
+    }
+  }
+  return out;
 }
 
 std::string TitleOf(const Finding& finding) {

@@ -27,4 +27,7 @@ struct Sentences {
 /// "?name?"; tests look for these.
 [[nodiscard]] std::string Fill(std::string_view text, const Arguments& arguments);
 
+/// A template for people who read about a rule: "<requested> refused [in <state_before>]".
+[[nodiscard]] std::string OutlineOf(std::string_view text);
+
 }  // namespace ecaudit::report

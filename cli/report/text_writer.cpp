@@ -491,7 +491,7 @@ class CaptureText {
 
   void FindingBody(const Finding& f, std::size_t indent) {
     const Sentences sentences = SentencesOf(f);
-    if (sentences.message != sentences.title) Message(sentences.message, indent);
+    if (sentences.message != sentences.title) text_.Paragraph(OneLine(sentences.message), indent);
     text_.Field("do", OneLine(sentences.next), indent);
     std::string evidence;
     const auto add = [&](std::string_view name, const std::string& value) {
@@ -518,15 +518,6 @@ class CaptureText {
     text_.Field("source", ReferenceText(f.reference.document, f.reference.section), indent);
     text_.Field("Wireshark", WiresharkFilter(f), indent);
     text_.Field("more", "ecaudit explain " + std::string(f.rule), indent);
-  }
-
-  /// Line breaks of the message are kept; everything else untrusted is made printable.
-  void Message(std::string_view message, std::size_t indent) {
-    while (!message.empty()) {
-      const std::size_t end = std::min(message.find('\n'), message.size());
-      text_.Paragraph(OneLine(message.substr(0, end)), indent);
-      message.remove_prefix(std::min(end + 1, message.size()));
-    }
   }
 
   void KnownFindings() {
@@ -744,7 +735,7 @@ class CaptureText {
       const RunSummary& run = runs[i];
       if (i > 0) text += "; ";
       text += "#" + std::to_string(run.first.number) + " to #" + std::to_string(run.last.number);
-      if (run.reason == "clock") text += ", another recording";
+      if (run.why == RunSummary::Why::kClock) text += ", another recording";
       text += run.highest == 0 ? ", no state read" : ", up to " + esc::StateName(run.highest);
       if (run.slaves_in_op > 0) text += " (" + Count(run.slaves_in_op, "slave") + ")";
       if (run.cycle_us > 0) text += ", every " + Fixed(run.cycle_us, 1) + " us";

@@ -1,36 +1,50 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
-#include "analyzers/words/al_text.h"
-#include "decoder/base/text.h"
+#include "analyzers/words/what.h"
 
 namespace ecaudit::al_error_not_acknowledged {
 namespace {
+
+constexpr FindingKind kNotAcknowledged{
+    .name = "not-acknowledged",
+    .title = "{requested} requested while the error bit is set, without acknowledge",
+    .message =
+        R"(AL Status shows the error bit from {error_bit_since_frame} on. In {frame} the master requests {requested}
+(AL Control {al_control}) without the acknowledge bit (bit 4). The slave ignores such a request and does not answer.)",
+    .next = "Read the AL status code (0x0134) and remove its cause. Then set bit 4 of AL Control, or request INIT.",
+    .identity = "requested"};
+
+constexpr const FindingKind* kKinds[] = {&kNotAcknowledged};
 
 constexpr RuleInfo kInfo{.id = "al-error-not-acknowledged",
                          .group = "AL state machine",
                          .severity = Severity::kError,
                          .subject = Subject::kAlRequest,
-                         .title = "A state is requested while the error bit is set, without acknowledging it",
+                         .title = "The master requests a state without acknowledging the error bit",
                          .needs = "AL Status with the error bit before the request",
                          .source = "ETG1000.6, AL Control register 0x0120 bit 4",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Requests for a state other than INIT while AL Status shows the error bit: they must carry the acknowledge bit (bit 4 of
-AL Control). INIT acknowledges by itself.
+Requests of a state other than INIT while AL Status shows the error bit. They must carry the acknowledge bit (bit 4 of
+AL Control). A request of INIT acknowledges by itself.
 
 ## Why it matters
 The slave ignores the request without any answer. The master waits, times out and often blames the slave.
 
 ## How it is decided
-The error bit was read, no request since then acknowledged it, and the slave took this one. An error that is only the
-echo of an acknowledge (slaves without a processor) does not count.
+- The master read the error bit.
+- No request since then acknowledged it.
+- The slave accepted this request (its working counter is not 0).
+
+The echo of an acknowledge (slaves without a processor) is no error.
 
 ## Example
 samples/captures/refusal-never-acknowledged.pcapng
 
 ## What to do
-Read the AL status code, remove its cause, then write the current state with bit 4 set (for example 0x0012 in PREOP),
+Read the AL status code and remove its cause. Then write the current state with bit 4 set (for example 0x0012 in PREOP),
 or write INIT.
 )"};
 
@@ -41,23 +55,16 @@ class AlErrorNotAcknowledged final : public Rule {
   void On(const model::AlRequestJudged& e) {
     const model::AlRequestRecord& request = e.request;
     if (request.verdict == model::AlVerdict::kUnknown && !request.control.bit4()) {
-      NotEvaluable(e.slave, "AL Status was not read before the request", request.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kNotRead, what::kAlStateBefore, request.frame.number);
     }
     if (request.verdict != model::AlVerdict::kNeedsAcknowledge) return;
     FindingIndex index = Repeat(e.slave, e.error_since, request.frame);
     if (index == kNoFinding) {
-      Finding finding;
-      finding.slave = e.slave;
-      finding.first = request.frame;
-      finding.title = esc::StateName(request.control.state()) + " requested without acknowledging the error";
-      finding.message = "AL Status shows the error bit since frame " + std::to_string(e.error_since) +
-                        ", and the master writes " + RequestText(request) +
-                        " without the acknowledge bit (bit 4). The slave ignores such a request and does not answer. "
-                        "Read the AL status code, remove its cause, then set bit 4 of AL Control or request INIT.";
+      Finding finding = Found(kNotAcknowledged, e.slave, request.frame);
+      finding.Set("al_control", arg::Hex(request.control.raw))
+          .Set("requested", arg::State(request.control.state()))
+          .Set("error_bit_since_frame", arg::Frame(e.error_since));
       finding.confidence = request.assumed ? Confidence::kInferred : Confidence::kObserved;
-      finding.evidence.push_back(HexNumber("al_control", request.control.raw));
-      finding.evidence.push_back(Text("requested", esc::StateName(request.control.state())));
-      finding.evidence.push_back(Number("error_bit_since_frame", static_cast<std::int64_t>(e.error_since)));
       AddRelated(finding, e.error_since);
       index = Report(e.error_since, std::move(finding));
     } else {

@@ -1,8 +1,6 @@
 #include <algorithm>
-#include <array>
 #include <map>
 #include <optional>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -12,7 +10,7 @@
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/words/al_text.h"
-#include "decoder/base/text.h"
+#include "analyzers/words/what.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/track/events.h"
 #include "decoder/track/network.h"
@@ -20,59 +18,118 @@
 namespace ecaudit::al_error_standing {
 namespace {
 
+constexpr FindingKind kActiveWhenFirstSeen{
+    .name = "active-when-first-seen",
+    .title = "{al_status} active when first seen[, AL status code {al_status_code}]",
+    .message = R"(AL Status is {al_status:number} ({al_status}) [from the first read in {frame} to {last_read_frame}
+({reads})][{!last_read_frame}in {frame}, the only read]. The error began before the capture shows the slave.[ The AL
+status code (0x0134) is {al_status_code}.][{?no_code} The AL status code (0x0134) is 0: the slave gives no
+reason.][{!al_status_code}{!no_code} The master did not read the AL status code (0x0134), so the reason of the slave
+is not in the capture.][ If the slave set the error by itself, the cause by [{?manual}the manual
+({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])",
+    .next =
+        R"([{?al_status_code}Correct what the AL status code names.][{!al_status_code}{!no_code}Read the AL status
+code (0x0134).] Acknowledge the error (bit 4 of AL Control), then request the states in order. To see how the error
+began, capture from the start of the master on.)",
+    .identity = "al_status al_status_code"};
+
+constexpr FindingKind kActiveWhenSeenAgain{
+    .name = "active-when-seen-again",
+    .title = "{al_status} active when seen again[, AL status code {al_status_code}]",
+    .message = R"(AL Status is {al_status:number} ({al_status}) [from {frame} to {last_read_frame}
+({reads})][{!last_read_frame}in {frame}, the only read since]. {no_error_frame} is the last that shows the slave
+without error. The error began after it, while the capture does not show the slave.[ The AL status code (0x0134) is
+{al_status_code}.][{?no_code} The AL status code (0x0134) is 0: the slave gives no
+reason.][{!al_status_code}{!no_code} The master did not read the AL status code (0x0134), so the reason of the slave
+is not in the capture.][ If the slave set the error by itself, the cause by [{?manual}the manual
+({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])",
+    .next =
+        R"([{?al_status_code}Correct what the AL status code names.][{!al_status_code}{!no_code}Read the AL status
+code (0x0134).] Acknowledge the error (bit 4 of AL Control), then request the states in order.)",
+    .identity = "al_status al_status_code"};
+
+constexpr FindingKind kActiveOnBus{
+    .name = "active-on-bus",
+    .title = "Error bit of [{?one}the slave][{!one}at least one of {slaves}] already set when first seen",
+    .message = R"(Broadcast reads of AL Status, with a working counter of {slaves:number}, show {al_status:number}
+({al_status}) [from the first read in {frame} to {last_read_frame} ({reads})][{!last_read_frame}in {frame}, the only
+read]. A broadcast read does not show which slave has the error bit set.)",
+    .next =
+        R"(Read six bytes from 0x0130 of each slave. Correct what the AL status code names, then acknowledge the error
+(bit 4 of AL Control).)"};
+
+constexpr NoteKind kMayBeEcho{.name = "may-be-echo",
+                              .text =
+                                  "The capture does not show whether a processor set the bit. Slaves without a "
+                                  "processor only echo an acknowledge."};
+constexpr NoteKind kNotAcknowledged{.name = "not-acknowledged",
+                                    .text = "The master went on without acknowledging the error."};
+
+constexpr const FindingKind* kKinds[] = {&kActiveWhenFirstSeen, &kActiveWhenSeenAgain, &kActiveOnBus};
+constexpr const NoteKind* kNotes[] = {&kMayBeEcho, &kNotAcknowledged};
+
+constexpr Word kErrorBit{"error-bit", "the error bit in AL Status"};
+constexpr Word kAfterAcknowledge{"al-status-after-acknowledge", "AL Status after the acknowledge"};
+
 constexpr RuleInfo kInfo{.id = "al-error-standing",
                          .group = "AL state machine",
                          .severity = Severity::kError,
                          .needs_no_history = true,
-                         .title = "The error bit is set when the slave is first seen, and stays",
-                         .needs = "AL Status of the slave, or of all slaves by a broadcast",
+                         .title = "The error bit is already set when the slave is first seen, and stays",
+                         .needs = "AL Status of the slave, or of all slaves by a broadcast read",
                          .source = "ETG1000.6, AL Status register 0x0130 and AL Status Code register 0x0134",
+                         .kinds = kKinds,
+                         .notes = kNotes,
                          .doc = R"(
 ## What it checks
-Whether the error bit (bit 4 of AL Status 0x0130) is set from the first read of a slave on and stays, and what the AL
-status code (0x0134) says. One finding a slave; further reads of the same error count as repetitions.
+Whether the error bit (bit 4 of AL Status 0x0130) is set from the first read of a slave on and stays, and which AL
+status code (0x0134) the slave gives. One finding for each slave. Further reads of the same error count as repetitions.
 
 ## Why it matters
-What is wrong need not have begun in the capture. The slave refused or left a state before, and as long as its error
-stands it follows no request: the machine does not run.
+The error began before the capture: the slave refused a state, or left one. While its error is active, it follows no
+request, and the machine does not run.
 
 ## How it is decided
-The slave was never seen without error before, or not since it was lost from sight (it had left the bus, or the capture
-has a hole there); an error whose beginning the capture shows belongs to al-refused or al-unexpected-change. It *stays*
-when one of these holds:
+The capture never shows the slave without error before, or not since it was out of sight (it had left the bus, or there
+is a capture gap). An error whose beginning the capture shows belongs to al-refused or al-unexpected-change. The error
+*stays* if one of these holds:
 
-- the capture ends with it, and nobody acknowledged it;
-- the slave still shows it after the master requested another state without acknowledging, spoke to its mailbox, or
-  exchanged its process data;
-- the slave stands in SAFEOP with it, and the master does not begin anew by INIT: process data were exchanged on the
-  bus before the slave was first read, or behind the acknowledge the master asks for OP at once;
-- the slave stands in PREOP with it and names a code, and behind the acknowledge the master asks for SAFEOP or OP at
-  once, without INIT.
+- The capture ends with it, and the master did not acknowledge it.
+- The slave still shows it after the master requested another state without acknowledging, used its mailbox, or
+  exchanged its process data.
+- The slave is in SAFEOP with it, and the master does not start over with INIT. Either process data were exchanged on
+  the bus before the first read of the slave, or the master requests OP directly after the acknowledge.
+- The slave is in PREOP with it and gives a code, and the master requests SAFEOP or OP directly after the acknowledge,
+  without INIT.
 
-A master that finds an error at its scan and acknowledges it (bit 4 of AL Control, or a request of INIT) before it does
-any of these, so that the error goes away, does what every start-up does: nothing is said. Nor is it where the capture
-ends before the acknowledge is answered.
+Many masters find an error when they scan the bus. They acknowledge it (bit 4 of AL Control, or a request of INIT)
+before any of these, and the error ends. That is a normal start-up and no finding. There is no finding either if the
+capture ends before the answer to the acknowledge.
 
-Slaves without a processor (0x0141 bit 0, device emulation) echo the acknowledge bit; that is no error. Where neither
-an AL status code nor a mailbox nor the family tells that the slave has a processor, an error bit in PREOP or SAFEOP
-gives an inferred finding; one in INIT or OP, where such echoes are usual, or with the code 0, which slaves without a
-processor leave there, is not judged.
+Slaves without a processor (0x0141 bit 0, device emulation) echo the acknowledge bit. That is no error. A slave has a
+processor if it gives an AL status code, has a mailbox, or belongs to a known family. For other slaves:
 
-A broadcast read with the working counter of all slaves that shows the error bit from the first one on, while none of
-the slaves is known to have it, gives a finding of the bus; not so where it stayed while all of them were in OP and they
-may be slaves without a processor: no error lets a slave be there.
+- An error bit in PREOP or SAFEOP gives an inferred finding.
+- An error bit in INIT or OP, where such echoes are usual, is not evaluated.
+- An error bit with code 0 is not evaluated: slaves without a processor leave that code there.
+
+The finding belongs to the bus if a broadcast read with the working counter of all slaves shows the error bit from the
+first one on, and no slave is known to have it. It is not reported if the error bit stays while all slaves are in OP and
+may have no processor: with an error no slave can be in OP.
 
 ## Example
 samples/captures/error-standing.pcapng
 
 ## What to do
-Correct what the code names (0x001B: process data stopped; 0x001D, 0x001E: sync manager settings; 0x001A, 0x002C,
-0x0032, 0x0034: synchronisation), acknowledge by bit 4 of AL Control, and request the states in order. To see how it
-began, capture from power-on or from the start of the master.
-)"};
+Correct what the code names:
 
-constexpr const char* kNotShownGone =
-    "the error that stood there was acknowledged, and the capture does not show it gone";
+- 0x001B: process data stopped
+- 0x001D, 0x001E: sync manager settings
+- 0x001A, 0x002C, 0x0032, 0x0034: synchronisation
+
+Then acknowledge the error by bit 4 of AL Control, and request the states in order. To see how it began, capture from
+power-on or from the start of the master.
+)"};
 
 class AlErrorStanding final : public Rule {
  public:
@@ -98,7 +155,7 @@ class AlErrorStanding final : public Rule {
       s.reads = 1;
       s.flowing = flows_;
       s.exchanged = Exchanged(e.slave);
-      s.well_until = e.well_until;
+      s.no_error_until = e.well_until;
     }
     s.certain = s.certain || e.certain;
     if (e.code && *e.code != 0) s.code = e.code;
@@ -110,7 +167,7 @@ class AlErrorStanding final : public Rule {
     if (owners_.size() <= e.slave) owners_.resize(std::size_t{e.slave} + 1, false);
     owners_[e.slave] = e.status.bit4();
     if (e.status.bit4()) {
-      all_ = {};  // that slave is told of, by this or another rule
+      all_ = {};  // this or another rule reports that slave
     }
     if (e.slave >= slaves_.size() || !slaves_[e.slave].open() || slaves_[e.slave].gone || !e.status.bit4()) return;
     Standing& s = slaves_[e.slave];
@@ -139,24 +196,24 @@ class AlErrorStanding final : public Rule {
     if (e.slave >= slaves_.size() || !slaves_[e.slave].open()) return;
     Standing& s = slaves_[e.slave];
     if (s.gone) {
-      // Acknowledged where it stood: a master that goes on from there goes on with a run.
-      if (GoesOn(s, control)) (void)Tell(e.slave, s);
+      // Acknowledged in its state: a master that goes on from there continues a run.
+      if (GoesOn(s, control)) (void)ReportSlave(e.slave, s);
       s.Close();
       return;
     }
     (acknowledges ? s.acknowledged : s.ignored) = true;
-    if (control.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) s.anew = true;
+    if (control.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) s.from_init = true;
   }
 
   void On(const model::AlErrorCleared& e) {
     if (e.slave >= slaves_.size() || !slaves_[e.slave].open()) return;
     Standing& s = slaves_[e.slave];
-    if (!e.echo && !s.stays && s.acknowledged && !s.anew && !(s.flowing && InSafeop(s)) &&
+    if (!e.echo && !s.stays && s.acknowledged && !s.from_init && !(s.flowing && InSafeop(s)) &&
         (InSafeop(s) || InPreop(s))) {
       s.gone = true;
       return;
     }
-    if (!e.echo && Stood(s) && (s.acknowledged || s.certain)) (void)Tell(e.slave, s);
+    if (!e.echo && Stayed(s) && (s.acknowledged || s.certain)) (void)ReportSlave(e.slave, s);
     s.Close();
   }
 
@@ -165,14 +222,14 @@ class AlErrorStanding final : public Rule {
     Standing& s = slaves_[e.slave];
     if (s.gone) return;
     if (e.outcome == model::AlAnswered::Outcome::kRefused && s.stays) {
-      // That it stays after its acknowledge follows from that it stands.
-      const FindingIndex index = Tell(e.slave, s);
+      // That the error stays after its acknowledge is a consequence.
+      const FindingIndex index = ReportSlave(e.slave, s);
       if (index != kNoFinding) context().ExplainRequest(e.slave, e.request.frame.number, index);
     }
     s.Close();
   }
 
-  /// What all slaves say together.
+  /// What all slaves answer together.
   void On(const track::Answered& e) {
     if (e.command == wire::Command::BWR) {
       const std::size_t at = static_cast<std::size_t>(esc::kAlControl - e.address);
@@ -181,22 +238,22 @@ class AlErrorStanding final : public Rule {
     }
     if (e.command != wire::Command::BRD || !track::CoversByte(e.address, e.length, esc::kAlStatus)) return;
     const std::size_t at = static_cast<std::size_t>(esc::kAlStatus - e.address);
-    if (all_well_ && !all_.open()) return;
+    if (all_without_error_ && !all_.open()) return;
     const std::uint16_t* count = context().network().slave_count().if_known();
     if (!e.returned.seen() || count == nullptr || e.wkc != *count || at >= e.returned_data.size()) return;
-    // Bits that the master sent set would be taken for answers; and a single slave tells by itself.
+    // Bits that the master sent as 1 cannot be separated from answers. A single slave is read by itself.
     if (e.sent_data.empty() || std::any_of(e.sent_data.begin(), e.sent_data.end(), [](auto b) { return b != 0; })) {
       return;
     }
     if (*count == 1 && context().slave_count() > 0) return;
     const esc::AlWord status{static_cast<std::uint16_t>(e.returned_data[at] & 0x1FU)};
     if (!status.bit4()) {
-      if (all_.open() && Stood(all_)) TellBus();
+      if (all_.open() && Stayed(all_)) ReportBus();
       all_ = {};
-      all_well_ = true;
+      all_without_error_ = true;
       return;
     }
-    if (all_well_ || (status.state() & acknowledged_states_) != 0) return;
+    if (all_without_error_ || (status.state() & acknowledged_states_) != 0) return;
     if (std::find(owners_.begin(), owners_.end(), true) != owners_.end()) return;
     if (!all_.open()) {
       all_.first = e.returned;
@@ -214,19 +271,19 @@ class AlErrorStanding final : public Rule {
     for (std::size_t i = 0; i < slaves_.size(); ++i) {
       if (!slaves_[i].open() || slaves_[i].gone) continue;
       const auto slave = static_cast<SlaveId>(i);
-      if (slaves_[i].acknowledged && !Stood(slaves_[i])) {
-        NotEvaluable(slave, kNotShownGone, slaves_[i].first.number);
+      if (slaves_[i].acknowledged && !Stayed(slaves_[i])) {
+        NotEvaluable(slave, ReasonCode::kNotInCapture, kAfterAcknowledge, slaves_[i].first.number);
       } else {
-        (void)Tell(slave, slaves_[i]);
+        (void)ReportSlave(slave, slaves_[i]);
       }
     }
-    if (all_.open() && all_.acknowledged && !Stood(all_)) {
-      NotEvaluable(kNoSlave, kNotShownGone, all_.first.number);
+    if (all_.open() && all_.acknowledged && !Stayed(all_)) {
+      NotEvaluable(kNoSlave, ReasonCode::kNotInCapture, kAfterAcknowledge, all_.first.number);
     } else if (all_.open()) {
-      TellBus();
+      ReportBus();
     }
     NotEvaluableWhere([](const model::SlaveModel& s) { return s.al.status_reads() == 0; },
-                      "AL Status of the slave was not read");
+                      Reason::Of(ReasonCode::kNotRead, what::kAlStatus));
   }
 
  private:
@@ -236,13 +293,13 @@ class AlErrorStanding final : public Rule {
     std::optional<std::uint16_t> code;
     std::uint64_t reads = 0;
     std::uint64_t exchanged = 0;  ///< process data of the slave up to the first read
-    FrameNo well_until = 0;       ///< it was seen without error until there, and not since; 0: never
-    std::uint16_t slaves = 0;     ///< of the bus: who counted
+    FrameNo no_error_until = 0;   ///< last frame that shows it without error, out of sight since; 0: none
+    std::uint16_t slaves = 0;     ///< of the bus: how many counted
     bool flowing = false;         ///< process data flowed before the first read
     bool ignored = false;         ///< the master did something else since
     bool acknowledged = false;
-    bool anew = false;  ///< by a request of INIT
-    bool gone = false;  ///< acknowledged, and whether the master goes on from there is to be seen
+    bool from_init = false;  ///< by a request of INIT
+    bool gone = false;       ///< acknowledged; the next request shows whether the master goes on from there
     bool stays = false;
     bool certain = false;      ///< no echo of an acknowledge
     bool no_code = false;      ///< the code was read, and it was 0
@@ -271,14 +328,14 @@ class AlErrorStanding final : public Rule {
     if (control.bit4()) acknowledged_states_ = Mask(acknowledged_states_, control);
     const bool init = control.state() == static_cast<std::uint8_t>(esc::AlState::INIT);
     if (control.bit4() || init) all_.acknowledged = true;
-    if (init) all_.anew = true;
+    if (init) all_.from_init = true;
   }
 
   static void OnCode(Standing& s, std::uint16_t code) {
     s.no_code = s.no_code || code == 0;
     if (code == 0) return;
     if (!s.code) s.code = code;
-    s.certain = true;  // who copies AL Control into AL Status has no code
+    s.certain = true;  // slaves that copy AL Control into AL Status have no code
   }
 
   [[nodiscard]] std::uint64_t Exchanged(SlaveId slave) const {
@@ -294,147 +351,102 @@ class AlErrorStanding final : public Rule {
     return s.certain && s.status.state() == static_cast<std::uint8_t>(esc::AlState::PREOP);
   }
 
-  /// A start-up from there would ask for INIT first.
+  /// A start-up would request INIT first.
   static bool GoesOn(const Standing& s, esc::AlWord control) {
     const bool op = control.state() == static_cast<std::uint8_t>(esc::AlState::OP);
     return op || (InPreop(s) && control.state() == static_cast<std::uint8_t>(esc::AlState::SAFEOP));
   }
 
-  /// It was there when the master did something else than to find and to acknowledge it at the start of a run.
-  static bool Stood(const Standing& s) { return s.stays || (s.flowing && InSafeop(s) && !s.anew); }
+  /// It was set while the master did something else than find and acknowledge it at the start of a run.
+  static bool Stayed(const Standing& s) { return s.stays || (s.flowing && InSafeop(s) && !s.from_init); }
 
-  /// A slave that is none of those that copy AL Control into AL Status.
+  /// The slave does not copy AL Control into AL Status.
   [[nodiscard]] bool HasProcessor(SlaveId slave) const {
-    return (slave < slaves_.size() && slaves_[slave].has_mailbox) || !JudgedByStandard(*context().slave(slave).profile);
+    return (slave < slaves_.size() && slaves_[slave].has_mailbox) || !FollowsStandard(*context().slave(slave).profile);
   }
 
-  /// Echoes stand in INIT behind a scan, and in OP where a master always sets the acknowledge bit.
+  /// Echoes occur in INIT after a scan, and in OP if a master always sets the acknowledge bit.
   [[nodiscard]] static bool MayWellBeEcho(esc::AlWord status) {
     return status.state() == static_cast<std::uint8_t>(esc::AlState::INIT) ||
            status.state() == static_cast<std::uint8_t>(esc::AlState::OP);
   }
 
-  static std::string SinceText(const Standing& s) {
-    return (s.reads > 1 ? std::string(s.well_until != 0 ? "From frame " : "From the first read in frame ") +
-                              std::to_string(s.first.number) + " to frame " + std::to_string(s.last.number) + " (" +
-                              std::to_string(s.reads) + " reads)"
-                        : "In frame " + std::to_string(s.first.number) + ", the only read" +
-                              (s.well_until != 0 ? " since," : ",")) +
-           " AL Status ";
-  }
-
-  Finding Begin(const Standing& s, bool certain) const {
-    Finding finding;
-    finding.first = s.first;
+  static Finding Begin(const FindingKind& kind, SlaveId slave, const Standing& s, bool certain) {
+    Finding finding = Found(kind, slave, s.first);
     finding.last = s.last;
     finding.count = s.reads;
     finding.confidence = certain ? Confidence::kObserved : Confidence::kInferred;
-    finding.evidence.push_back(HexNumber("al_status", s.status.raw));
+    finding.Set("reads", arg::Count(s.reads, "read"));
+    if (s.reads > 1) finding.Set("last_read_frame", arg::Frame(s.last.number));
+    if (!certain) finding.Add(kMayBeEcho);
     return finding;
   }
 
-  FindingIndex Tell(SlaveId slave, const Standing& s) {
+  FindingIndex ReportSlave(SlaveId slave, const Standing& s) {
     const bool certain = s.certain || HasProcessor(slave);
     if (!certain && (MayWellBeEcho(s.status) || s.no_code)) {
-      NotEvaluable(slave,
-                   std::string("AL Status shows the error bit from the first read on, but ") +
-                       (s.no_code ? "the AL status code is 0" : "no code was read") +
-                       ": a slave without a processor echoes an acknowledge so",
-                   s.first.number);
+      if (s.no_code) {
+        NotEvaluable(slave, ReasonCode::kAmbiguous, kErrorBit, s.first.number);
+      } else {
+        NotEvaluable(slave, ReasonCode::kNotRead, what::kAlStatusCode, s.first.number);
+      }
       return kNoFinding;
     }
-    const device::DeviceDescription& family = *context().slave(slave).profile;
-    const std::string status = esc::StatusText(s.status.raw);
-    Finding finding = Begin(s, certain);
-    finding.slave = slave;
-    const bool again = s.well_until != 0;
-    finding.title = "Slave stands in " + status + " since it is " + (again ? "seen again" : "first seen");
-    finding.message = SinceText(s) + "shows " + status + " (" + Hex(s.status.raw) + "): the error began ";
+    const bool again = s.no_error_until != 0;
+    Finding finding = Begin(again ? kActiveWhenSeenAgain : kActiveWhenFirstSeen, slave, s, certain);
+    finding.Set("al_status", arg::Status(s.status.raw));
     if (again) {
-      finding.message +=
-          "while nothing was seen of the slave, which frame " + std::to_string(s.well_until) + " shows without error. ";
-      AddRelated(finding, s.well_until);
-    } else {
-      finding.message += "before the capture saw the slave. ";
+      finding.Set("no_error_frame", arg::Frame(s.no_error_until));
+      AddRelated(finding, s.no_error_until);
     }
     finding.reference = ReferenceTo(kInfo.source);
     if (s.code) {
-      finding.title += ", AL status code " + CodeText(*s.code, family);
-      finding.message += "AL status code " + CodeText(*s.code, family) + ". ";
-      finding.evidence.push_back(HexNumber("al_status_code", *s.code));
-      if (const device::AlStatusCode* entry = family.al_status_code(*s.code); entry && !entry->source.empty()) {
-        finding.reference = ReferenceTo(entry->source);
-      }
-      for (const device::SpontaneousAlChange& known : family.al.spontaneous) {
-        if (static_cast<std::uint8_t>(known.to) != s.status.state() ||
-            std::find(known.codes.begin(), known.codes.end(), *s.code) == known.codes.end()) {
-          continue;
-        }
-        finding.message += LawText(family) + " gives as cause, where a slave does so by itself: " + known.cause + ". ";
-        finding.reference = ReferenceTo(known.source);
-        break;
-      }
+      SetCode(finding, s, *context().slave(slave).profile);
     } else if (s.no_code) {
-      finding.message += "The AL status code (0x0134) is 0: the slave gives no reason. ";
-    } else {
-      finding.message += "The AL status code (0x0134) was not read, so the slave's reason is not in the capture. ";
+      finding.Set("no_code", arg::Flag());
     }
-    if (!certain) {
-      finding.message +=
-          "Whether the slave has a processor of its own does not show; one without only echoes an acknowledge. ";
-    }
-    if (s.ignored) finding.message += "The master went on without acknowledging it. ";
-    finding.message += s.code ? "Correct what the code names" : "Let the master read the code";
-    finding.message += ", then acknowledge (bit 4 of AL Control) and request the states in order.";
-    if (!again) finding.message += " How it began a capture from the start of the master on would show.";
+    if (s.ignored) finding.Add(kNotAcknowledged);
     return Report(s.status.raw, std::move(finding));
   }
 
-  void TellBus() {
+  /// The code, and what it means if a slave leaves its state by itself.
+  static void SetCode(Finding& finding, const Standing& s, const device::DeviceDescription& family) {
+    finding.Set("al_status_code", CodeValue(*s.code, family));
+    if (const device::AlStatusCode* entry = family.al_status_code(*s.code); entry && !entry->source.empty()) {
+      finding.reference = ReferenceTo(entry->source);
+    }
+    for (const device::SpontaneousAlChange& known : family.al.spontaneous) {
+      if (static_cast<std::uint8_t>(known.to) != s.status.state() ||
+          std::find(known.codes.begin(), known.codes.end(), *s.code) == known.codes.end()) {
+        continue;
+      }
+      finding.Set("known_cause", arg::Text(known.cause));
+      SetManual(finding, family);
+      finding.reference = ReferenceTo(known.source);
+      break;
+    }
+  }
+
+  void ReportBus() {
     const std::size_t known = context().slave_count();
     bool certain = known == all_.slaves;
     for (std::size_t i = 0; i < known && certain; ++i) certain = HasProcessor(static_cast<SlaveId>(i));
     const Standing s = std::exchange(all_, {});
     if (!certain && (s.in_op || MayWellBeEcho(s.status))) {
-      NotEvaluable(kNoSlave,
-                   "AL Status of all slaves shows the error bit, but slaves without a processor echo an acknowledge so",
-                   s.first.number);
+      NotEvaluable(kNoSlave, ReasonCode::kAmbiguous, kErrorBit, s.first.number);
       return;
     }
-    const std::string status = StatesOfAll(s.status);
-    Finding finding = Begin(s, certain);
-    finding.title = "Some slave has the error bit set since the capture began";
-    finding.message = SinceText(s) + "as all " + std::to_string(s.slaves) + " slaves answer it is " +
-                      Hex(s.status.raw, 2) + ": " + status +
-                      ", and the error bit of at least one of them; which one, a broadcast does not tell. ";
-    if (!certain) {
-      finding.message +=
-          "Whether these slaves have a processor of their own does not show; those without only echo an acknowledge. ";
-    }
-    finding.message +=
-        "Let the master read six bytes from 0x0130 of each slave, correct what the AL status code names, then "
-        "acknowledge (bit 4 of AL Control).";
-    finding.evidence.push_back(Number("slaves", s.slaves));
+    Finding finding = Begin(kActiveOnBus, kNoSlave, s, certain);
+    finding.Set("al_status", arg::StatusOfAll(s.status.raw))
+        .Set("slaves", arg::Count(s.slaves, "slave"))
+        .Set("one", arg::Flag(s.slaves == 1));
     Report(0, std::move(finding));
-  }
-
-  /// "all of them in SAFEOP", "some in SAFEOP, some in OP".
-  static std::string StatesOfAll(esc::AlWord status) {
-    constexpr std::array<std::uint8_t, 4> kStates{1, 2, 4, 8};
-    if (esc::IsAlState(status.state()) && status.state() != static_cast<std::uint8_t>(esc::AlState::BOOT)) {
-      return "all of them in " + esc::StateName(status.state());
-    }
-    std::string out;
-    for (const std::uint8_t state : kStates) {
-      if ((status.state() & state) != 0) out += (out.empty() ? "some in " : ", some in ") + esc::StateName(state);
-    }
-    return out;
   }
 
   std::vector<Standing> slaves_;
   std::vector<bool> owners_;              // of each slave: its last read showed the error bit
-  Standing all_;                          // what broadcasts show of no slave in particular
-  bool all_well_ = false;                 // a broadcast showed all slaves without error
+  Standing all_;                          // what broadcast reads show of all slaves
+  bool all_without_error_ = false;        // a broadcast showed all slaves without error
   std::uint8_t acknowledged_states_ = 0;  // requested with the acknowledge bit: slaves may echo it there
   bool flows_ = false;                    // process data were exchanged
 };

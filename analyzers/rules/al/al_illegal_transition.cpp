@@ -1,42 +1,76 @@
+#include <vector>
+
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/words/al_text.h"
-#include "decoder/base/text.h"
+#include "analyzers/words/what.h"
 
 namespace ecaudit::al_illegal_transition {
 namespace {
+
+constexpr FindingKind kNotAllowed{
+    .name = "not-allowed",
+    .title = "{requested} requested in {state}: not allowed",
+    .message = R"(In {frame} the master requests {requested} (AL Control {al_control}). [{!assumed}AL Status in
+{state_frame} is {state}.][{?assumed}The capture has only outbound frames. If the slave followed the earlier requests,
+it has been in {state} since {state_frame}.] [{!manual}The EtherCAT standard][The manual ({manual})] does not allow
+this transition.[ The slave should answer with the error bit and AL status code {expected_code}.])",
+    .next = "Request the states in order, and wait for each state in AL Status (0x0130).",
+    .identity = "state requested"};
+
+constexpr FindingKind kNotAllowedInAny{
+    .name = "not-allowed-in-any",
+    .title = "{requested} requested, allowed in none of {state}",
+    .message = R"(In {frame} the master requests {requested} (AL Control {al_control}). [{!assumed}By AL Status in
+{state_frame} and the later requests, the slave is in one of these states: {state}.][{?assumed}The capture has only
+outbound frames. After the requests up to {state_frame} the slave may be in these states: {state}.] [{!manual}The
+EtherCAT standard][The manual ({manual})] allows this transition in none of them.[ The slave should answer with the
+error bit and AL status code {expected_code}.])",
+    .next = "Request the states in order, and wait for each state in AL Status (0x0130).",
+    .identity = "state requested"};
+
+constexpr const FindingKind* kKinds[] = {&kNotAllowed, &kNotAllowedInAny};
 
 constexpr RuleInfo kInfo{.id = "al-illegal-transition",
                          .group = "AL state machine",
                          .severity = Severity::kError,
                          .subject = Subject::kAlRequest,
-                         .title = "The master requests a state that cannot be reached from the slave's state",
+                         .title = "The master requests a state that its slave cannot enter from its state",
                          .needs = "the AL state of the slave before the request",
                          .source = "ETG1000.6, EtherCAT state machine",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Each write of AL Control (0x0120) against the transitions that the manual of the drive family allows; for slaves without
-a family, those of the EtherCAT standard: INIT-PREOP-SAFEOP-OP upwards one step at a time, downwards also several at
-once, BOOT only from INIT.
+Each write of AL Control (0x0120) against the transitions that the manual of the drive family allows. For slaves without
+a family, the EtherCAT standard applies:
+
+- upwards INIT, PREOP, SAFEOP, OP, one step at a time
+- downwards also several steps at once
+- BOOT only from INIT
 
 ## Why it matters
-The slave answers with the error bit and AL status code 0x0011 and stays where it is; everything the master does after
-that fails.
+The slave answers with the error bit and AL status code 0x0011 and keeps its state. Every later step of the master
+fails.
 
 ## How it is decided
-The state is the one last read from AL Status (0x0130), together with what requests since then may have led to. The rule
-fires when the request is allowed from none of them. It is silent while no state was read yet, for requests of INIT and
-of the state the slave is in, for a request the slave did not take (working counter 0), and for one behind a long
-silence that may be a hole in the capture. In a capture without returned frames the slave is assumed to have followed
-earlier requests; such a finding is marked inferred.
+The state is the one last read from AL Status (0x0130), together with the states that later requests may have led to.
+The rule reports a request that none of these states allows. It reports nothing:
+
+- if no state was read yet
+- for requests of INIT, and of the state in which the slave is
+- for a request that the slave did not accept (working counter 0)
+- for a request after a long pause that may be a capture gap
+
+In a capture without returned frames, the rule assumes that the slave followed earlier requests. Such a finding is
+marked inferred.
 
 ## Example
 samples/captures/init-to-op-refused.pcapng: OP is requested in INIT.
 
 ## What to do
-Request the states in order and wait for each to be shown in AL Status before requesting the next.
+Request the states in order. Wait until AL Status shows each state before requesting the next.
 )"};
 
 class AlIllegalTransition final : public Rule {
@@ -46,12 +80,11 @@ class AlIllegalTransition final : public Rule {
   void On(const model::AlRequestJudged& e) {
     const model::AlRequestRecord& request = e.request;
     if (request.verdict == model::AlVerdict::kUnknown) {
-      NotEvaluable(e.slave,
-                   request.possible.empty()
-                       ? "the state of the slave was not read before the request"
-                       : "between the last look at the state and the request nobody sent anything for long: what "
-                         "happened meanwhile may not be in the capture",
-                   request.frame.number);
+      if (request.possible.empty()) {
+        NotEvaluable(e.slave, ReasonCode::kNotRead, what::kAlStateBefore, request.frame.number);
+      } else {
+        NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kAlState, request.frame.number);
+      }
       return;
     }
     if (request.verdict != model::AlVerdict::kIllegal) return;
@@ -64,38 +97,30 @@ class AlIllegalTransition final : public Rule {
   Finding Describe(const model::AlRequestJudged& e) const {
     const model::AlRequestRecord& request = e.request;
     const device::DeviceDescription& family = *context().slave(e.slave).profile;
-    const std::string to = esc::StateName(request.control.state());
-    const std::string from = StatesText(request.possible);
-    const std::string frame = std::to_string(e.from_since);
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = request.frame;
-    finding.title = to + " requested in " + from + ": not allowed";
-    finding.message = "The master writes " + RequestText(request);
-    if (request.assumed) {
-      finding.message += "; if the slave followed the requests before, it is in " + from + " since frame " + frame +
-                         " (only outbound frames are captured). ";
-    } else if (request.from != 0) {
-      finding.message += " while the slave is in " + from + " (AL Status in frame " + frame + "). ";
-    } else {
-      finding.message +=
-          "; after AL Status in frame " + frame + " and the requests since then the slave is in " + from + ". ";
-    }
-    finding.message += LawText(family) + " does not allow this transition";
+    const std::vector<Value> states = StatesOf(request.possible);
+    Finding finding = Found(states.size() == 1 ? kNotAllowed : kNotAllowedInAny, e.slave, request.frame);
+    finding.Set("state", states.size() == 1 ? states.front() : arg::List(states))
+        .Set("requested", arg::State(request.control.state()))
+        .Set("al_control", arg::Hex(request.control.raw))
+        .Set("state_frame", arg::Frame(e.from_since));
+    if (request.assumed) finding.Set("assumed", arg::Flag());
+    SetManual(finding, family);
     if (const device::AlTransition* row = request.transition) {
-      if (!row->refusal_codes.empty()) {
-        finding.message += "; the slave is to answer with the error bit and AL status code " +
-                           CodeText(row->refusal_codes.front(), family);
-      }
+      if (!row->refusal_codes.empty()) finding.Set("expected_code", CodeValue(row->refusal_codes.front(), family));
       finding.reference = ReferenceTo(row->source);
     }
-    finding.message += ". Request the states in order and wait for each in AL Status.";
-    finding.evidence.push_back(Text("state", from));
-    finding.evidence.push_back(Text("requested", to));
-    finding.evidence.push_back(HexNumber("al_control", request.control.raw));
     finding.confidence = request.assumed ? Confidence::kInferred : Confidence::kObserved;
     AddRelated(finding, e.from_since);
     return finding;
+  }
+
+  static std::vector<Value> StatesOf(model::StateSet states) {
+    std::vector<Value> values;
+    for (const std::uint8_t state :
+         {std::uint8_t{1}, std::uint8_t{2}, std::uint8_t{3}, std::uint8_t{4}, std::uint8_t{8}}) {
+      if (states.contains(state)) values.push_back(arg::State(state));
+    }
+    return values;
   }
 };
 

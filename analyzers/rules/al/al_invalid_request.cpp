@@ -1,11 +1,21 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
-#include "analyzers/words/al_text.h"
-#include "decoder/base/text.h"
 
 namespace ecaudit::al_invalid_request {
 namespace {
+
+constexpr FindingKind kNoSuchState{
+    .name = "no-such-state",
+    .title = "AL Control {al_control} requests {requested}, which does not exist",
+    .message =
+        R"(In {frame} the master writes {al_control} to AL Control (0x0120). Bits 3-0 must be 1 (INIT), 2 (PREOP), 3
+(BOOT), 4 (SAFEOP) or 8 (OP). By the EtherCAT standard the slave keeps its state and refuses the request with AL
+status code 0x0012 (unknown requested state).)",
+    .next = "Correct the value in the master.",
+    .identity = "requested"};
+
+constexpr const FindingKind* kKinds[] = {&kNoSuchState};
 
 constexpr RuleInfo kInfo{.id = "al-invalid-request",
                          .group = "AL state machine",
@@ -15,16 +25,19 @@ constexpr RuleInfo kInfo{.id = "al-invalid-request",
                          .title = "The master requests a value that is no AL state",
                          .needs = "nothing",
                          .source = "ETG1000.6, AL Control register 0x0120",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Bits 3-0 of each write of AL Control (0x0120): 1 INIT, 2 PREOP, 3 BOOT, 4 SAFEOP, 8 OP; every other value is undefined.
+Bits 3-0 of each write of AL Control (0x0120): 1 INIT, 2 PREOP, 3 BOOT, 4 SAFEOP, 8 OP. Every other value is undefined.
 
 ## Why it matters
 The slave refuses it with AL status code 0x0012 and keeps its state.
 
 ## How it is decided
-From the written bytes alone. It is silent when the slave did not take the write (working counter 0, or the frame never
-came back), and for a broadcast that writes 0, as masters blank registers at scan time.
+From the written bytes alone. The rule reports nothing:
+
+- if the slave did not accept the write (working counter 0, or the frame never returned)
+- for a broadcast that writes 0, as masters clear registers when they scan the bus
 
 ## Example
 samples/captures/invalid-request.pcapng: AL Control 0x0005.
@@ -42,17 +55,8 @@ class AlInvalidRequest final : public Rule {
     if (request.verdict != model::AlVerdict::kInvalid || (e.broadcast && request.control.raw == 0)) return;
     FindingIndex index = Repeat(e.slave, request.control.state(), request.frame);
     if (index == kNoFinding) {
-      Finding finding;
-      finding.slave = e.slave;
-      finding.first = request.frame;
-      finding.title = "AL Control " + Hex(request.control.raw) + " requests " +
-                      esc::StateName(request.control.state()) + ", which does not exist";
-      finding.message =
-          "The master writes " + Hex(request.control.raw) +
-          " to AL Control (0x0120). Bits 3-0 must be 1 (INIT), 2 (PREOP), 3 (BOOT), 4 (SAFEOP) or 8 (OP); "
-          "by the standard the slave keeps its state and refuses with AL status code 0x0012 (unknown "
-          "requested state). Correct the value in the master.";
-      finding.evidence.push_back(HexNumber("al_control", request.control.raw));
+      Finding finding = Found(kNoSuchState, e.slave, request.frame);
+      finding.Set("al_control", arg::Hex(request.control.raw)).Set("requested", arg::State(request.control.state()));
       finding.confidence = request.assumed ? Confidence::kInferred : Confidence::kObserved;
       index = Report(request.control.state(), std::move(finding));
     }

@@ -19,13 +19,13 @@ constexpr FindingKind kRefused{
     .title = "{requested} refused[ in {state_before}][ with AL status code {al_status_code}]",
     .message = R"(The master requested {requested} (AL Control {al_control}) in {request_frame}[, {times} up to
 {last_request_frame}]. From {frame} on AL Status is {al_status:number} ({al_status}).[ The AL status code (0x0134) is
-{al_status_code}.][{!al_status_code} The master did not read the AL status code (0x0134), so the reason of the slave is not
-in the capture.][ Later AL status codes: {later_codes}.][ This transition requires: {requirement}.])",
+{al_status_code}.][{!al_status_code} The master did not read the AL status code (0x0134), so the reason of the slave
+is not in the capture.][ Later AL status codes: {later_codes}.][ This transition requires: {requirement}.])",
     .next =
         R"([{?caused}Correct the cause.][{!caused}[{?no_boot}Do not request {requested}: the slave does not have this
-state. Acknowledge the error (bit 4 of AL Control).][{!no_boot}[{?al_status_code}Check the settings that the AL status code
-names.][{!al_status_code}Read the AL status code (0x0134).] Then acknowledge the error (bit 4 of AL Control) and request
-{requested} again.]])",
+state. Acknowledge the error (bit 4 of AL Control).][{!no_boot}[{?al_status_code}Check the settings that the AL status
+code names.][{!al_status_code}Read the AL status code (0x0134).] Then acknowledge the error (bit 4 of AL Control) and
+request {requested} again.]])",
     .identity = "requested state_before al_status_code"};
 
 constexpr FindingKind kNotAcknowledged{
@@ -33,9 +33,9 @@ constexpr FindingKind kNotAcknowledged{
     .title = "Error in {requested} stays after its acknowledge[, AL status code {al_status_code}]",
     .message =
         R"(The master acknowledged the error in {requested} (AL Control {al_control}) in {request_frame}[, {times} up
-to {last_request_frame}]. AL Status in {frame} is still {al_status:number} ({al_status}).[ The AL status code (0x0134) is
-{al_status_code}.][{!al_status_code} The master did not read the AL status code (0x0134), so the reason of the slave is not
-in the capture.][ Later AL status codes: {later_codes}.])",
+to {last_request_frame}]. AL Status in {frame} is still {al_status:number} ({al_status}).[ The AL status code (0x0134)
+is {al_status_code}.][{!al_status_code} The master did not read the AL status code (0x0134), so the reason of the
+slave is not in the capture.][ Later AL status codes: {later_codes}.])",
     .next = R"([{?caused}Correct the cause.][{!caused}[{?al_status_code}Check the settings that the AL status code
 names.][{!al_status_code}Read the AL status code (0x0134).] Then acknowledge the error again.])",
     .identity = "requested al_status_code"};
@@ -45,8 +45,8 @@ constexpr FindingKind kRefusedOnBus{
     .title = "{requested} refused by [{?one}the slave][{!one}one or more of {slaves}] (error bit in a broadcast read)",
     .message =
         R"(The master requested {requested} in {request_frame}. From {frame} to {last_frame} broadcast reads of AL
-Status show {al_status_of_all}. No error bit was set before the request. A broadcast read does not show which slave refused, nor
-its AL status code.)",
+Status show {al_status_of_all}. No error bit was set before the request. A broadcast read does not show which slave
+refused, nor its AL status code.)",
     .next = "Read six bytes from 0x0130 of each slave.",
     .identity = "requested"};
 
@@ -70,7 +70,7 @@ constexpr RuleInfo kInfo{
     .needs_no_history = true,
     .subject = Subject::kAlRequest,
     .title = "The slave answers a state request with the error bit",
-    .needs = "AL Status after the request; the state before it, to tell the error from an older one",
+    .needs = "AL Status after the request; the state before it, to separate the error from an older one",
     .source = "ETG1000.6, AL Status register 0x0130 and AL Status Code register 0x0134",
     .kinds = kKinds,
     .notes = kNotes,
@@ -90,10 +90,10 @@ The finding needs an error bit that appears after a request that the slave accep
 - If AL Status was not read before the request, the error may be older: the finding is inferred.
 - If the model knows why the slave had to refuse (an illegal transition, a wrong sync manager), caused_by names that
   finding.
-- With an ESI (--esi), the finding lists the init commands of the ESI that the capture does not show. This needs a
-  capture of the slave's way to PREOP.
-- If only broadcast reads show the error bit, at least three times after a request without the acknowledge bit, the
-  finding belongs to the bus. It is not reported if all slaves had followed before, or if a slave that was read by
+- With an ESI (--esi), the finding lists the init commands of the ESI that the capture does not show. The capture must
+  show how the slave reached PREOP.
+- The finding belongs to the bus if only broadcast reads show the error bit, at least three times after a request
+  without the acknowledge bit. It is not reported if all slaves had followed before, or if a slave that was read by
   itself shows an error.
 
 ## Example
@@ -122,7 +122,7 @@ class AlRefused final : public Rule {
     Subscribe<model::BusAlRefused>(&AlRefused::On);
   }
 
-  /// Which of them it was, and why, broadcasts do not tell.
+  /// Broadcast reads show neither which slave it was nor its code.
   void On(const model::BusAlRefused& e) {
     if (MissesPackets(context().pairing())) {
       NotEvaluable(kNoSlave, ReasonCode::kMissesPackets, e.frame.number);
@@ -171,7 +171,7 @@ class AlRefused final : public Rule {
   }
 
   void On(const model::AlAnswerUnclear& e) {
-    NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kAlStateBefore, e.frame.number);
+    NotEvaluable(e.slave, ReasonCode::kNotRead, what::kAlStateBefore, e.frame.number);
   }
   void On(const model::AlErrorRepeated& e) {
     const FindingIndex index = OpenOf(e.slave);
@@ -202,7 +202,7 @@ class AlRefused final : public Rule {
     if (slave < open_.size()) open_[slave] = kNoFinding;
   }
 
-  /// It asks for nothing but the end of the error.
+  /// It requests only the end of the error.
   [[nodiscard]] static bool IsAcknowledge(const model::AlAnswered& e) {
     return e.request.from == e.request.control.state() && e.request.control.bit4();
   }

@@ -3,33 +3,44 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
-#include "decoder/base/text.h"
 
 namespace ecaudit::al_status_code_unread {
 namespace {
+
+constexpr FindingKind kNotRead{
+    .name = "not-read",
+    .title = "AL status code (0x0134) never read while the error bit was set",
+    .message =
+        R"(AL Status shows the error bit from {frame} on. The master did not read the AL status code (0x0134) before
+the error bit was cleared or the capture ended. The reason of the slave is not in the capture.)",
+    .next = "Read six bytes from 0x0130 instead of two: AL Status and its code in one access."};
+
+constexpr const FindingKind* kKinds[] = {&kNotRead};
 
 constexpr RuleInfo kInfo{.id = "al-status-code-unread",
                          .group = "AL state machine",
                          .severity = Severity::kInfo,
                          .needs_no_history = true,
-                         .title = "The error bit was seen but the AL status code was never read",
+                         .title = "The master sees the error bit but never reads the AL status code",
                          .needs = "AL Status with the error bit",
                          .source = "ETG1000.6, AL Status Code register 0x0134",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Whether the master reads 0x0134 between the appearance of the error bit and its end (or the end of the capture).
+Whether the master reads the AL status code (0x0134) while the error bit is set.
 
 ## Why it matters
-The slave had a reason, and it is not in the capture. A master that does not read it cannot show it to anybody.
+The slave had a reason, and it is not in the capture. A master that does not read the code cannot show it.
 
 ## How it is decided
-Only for error bits that al-refused or al-unexpected-change report; the echo of an acknowledge is no error.
+The error bit is set until it is cleared, or until the capture ends. Only error bits that al-refused or
+al-unexpected-change report count. The echo of an acknowledge is no error.
 
 ## Example
 samples/captures/unexpected-error-unread.pcapng
 
 ## What to do
-Let the master read six bytes from 0x0130 instead of two: state and code in one access.
+Configure the master to read six bytes from 0x0130 instead of two: state and code in one access.
 )"};
 
 class AlStatusCodeUnread final : public Rule {
@@ -79,14 +90,7 @@ class AlStatusCodeUnread final : public Rule {
     const FrameRef frame = open_[slave];
     open_[slave] = {};
     if (Repeat(slave, 0, frame) != kNoFinding) return;
-    Finding finding;
-    finding.slave = slave;
-    finding.first = frame;
-    finding.title = "The master never read the AL status code of this error";
-    finding.message = "AL Status shows the error bit from frame " + std::to_string(frame.number) +
-                      " on, and 0x0134 was not read until it was cleared or the capture ended. The slave's reason is "
-                      "not in the capture. Let the master read six bytes from 0x0130 instead of two.";
-    Report(0, std::move(finding));
+    Report(0, Found(kNotRead, slave, frame));
   }
 
   std::vector<FrameRef> open_;

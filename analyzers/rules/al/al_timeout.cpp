@@ -4,10 +4,67 @@
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/words/al_text.h"
-#include "decoder/base/text.h"
 
 namespace ecaudit::al_timeout {
 namespace {
+
+constexpr FindingKind kNotReached{
+    .name = "not-reached",
+    .title = "{requested} not reached within {limit_ms}, and no error",
+    .message = R"(The master requested {requested} (AL Control {al_control}) in {request_frame}[, {times} up to
+{last_request_frame}]. Since then it read AL Status {polls}. After {waited_ms} ({frame}) AL Status is still
+{al_status:number} ({al_status}), without the error bit.[ The limit of {limit_ms} comes from {limit_source}.])",
+    .next =
+        R"([{?caused}Correct the cause.][{!caused}Check whether the slave runs, and whether it waits for power, inputs
+or synchronisation.])",
+    .identity = "requested"};
+
+constexpr FindingKind kGivenUp{
+    .name = "given-up",
+    .title = "{requested} not reached in {waited_ms}, then the master gave up",
+    .message = R"(The master requested {requested} (AL Control {al_control}) in {request_frame}[, {times} up to
+{last_request_frame}]. It read AL Status {polls}. Up to {frame} these reads show {shown}, without the error bit. In
+{next_frame} the master requests a lower state.)",
+    .next = "[{?caused}Correct the cause.][{!caused}Configure a longer wait in the master, or check the slave.]",
+    .identity = "requested"};
+
+constexpr FindingKind kNotReachedOnBus{
+    .name = "not-reached-on-bus",
+    .title =
+        "{requested} not reached by [{?one}the slave][{!one}[{?all_asked}all of {slaves}][{!all_asked}any slave]] "
+        "within "
+        "{limit_ms}",
+    .message =
+        R"(The master requested {requested} [{?all_asked}of all slaves, last ]in {request_frame}. It read AL Status of
+all slaves by broadcast. From {frame} ({waited_ms} after the request) to {last_read_frame} these reads show
+{al_status_of_all}. [{!one}A broadcast read does not show which slave it is.])",
+    .next = "Read six bytes from 0x0130 of each slave.",
+    .identity = "requested"};
+
+constexpr FindingKind kGivenUpOnBus{
+    .name = "given-up-on-bus",
+    .title =
+        "{requested} not reached by [{?one}the slave][{!one}[{?all_asked}all of {slaves}][{!all_asked}any slave]] in "
+        "{waited_ms}, given up",
+    .message =
+        R"(The master requested {requested} [{?all_asked}of all slaves, last ]in {request_frame}. It read AL Status of
+all slaves by broadcast. Up to {last_read_frame} ({waited_ms} after the request) these reads show {al_status_of_all}.
+Then the master requested a lower state. [{!one}A broadcast read does not show which slave it is.])",
+    .next = "Read six bytes from 0x0130 of each slave.",
+    .identity = "requested"};
+
+constexpr NoteKind kNotDescribed{
+    .name = "transition-not-described",
+    .text = "The manual lists this transition, but does not describe what the slave does.",
+};
+
+constexpr const FindingKind* kKinds[] = {&kNotReached, &kGivenUp, &kNotReachedOnBus, &kGivenUpOnBus};
+constexpr const NoteKind* kNotes[] = {&kNotDescribed};
+
+constexpr Word kEni{"eni", "the ENI"};
+constexpr Word kEsi{"esi", "the ESI of the slave"};
+constexpr Word kReadAfterLimit{"al-status-after-limit", "a read of AL Status after the time limit"};
+constexpr Word kWaitForState{"wait-for-state", "the wait for the requested state"};
 
 constexpr RuleInfo kInfo{.id = "al-timeout",
                          .group = "AL state machine",
@@ -16,29 +73,36 @@ constexpr RuleInfo kInfo{.id = "al-timeout",
                          .title = "Neither the requested state nor an error appears in time",
                          .needs = "AL Status reads after the request, and time stamps",
                          .source = "ETG2000, state machine time-outs",
+                         .kinds = kKinds,
+                         .notes = kNotes,
                          .doc = R"(
 ## What it checks
-The time from a request that the slave took to the state or the error bit in AL Status. Limits: what the ENI
-(--eni) lets the master wait, else those of the device's ESI file (--esi), else PREOP and BOOT 3 s, SAFEOP and OP 10 s,
-downwards 5 s.
+The time from a request that the slave accepted to the state or the error bit in AL Status. The limits are, in this
+order:
+
+- the wait that the ENI (--eni) gives the master
+- those of the ESI of the device (--esi)
+- PREOP and BOOT 3 s, SAFEOP and OP 10 s, downwards 5 s
 
 ## Why it matters
-The slave neither follows nor says why. Firmware that hangs, a drive that waits for synchronisation or power, or a
-request that was never read by the slave's processor.
+The slave neither follows nor gives a reason. Its firmware may hang, it may wait for synchronisation or power, or its
+processor never read the request.
 
 ## How it is decided
-AL Status is read and still shows the old state when the limit is over. A master that stops reading before the limit
-gives no finding; one that asks for a lower state instead, after 0.2 s and three looks at the least, gives a warning: it
-gave up. A request that the slave has to ignore (see al-error-not-acknowledged) is not waited for. Where nobody sent
-anything for long, or the clock was set, the wait counts from the next read on.
-Where only broadcasts are read, their OR decides: a state that not all show although all were asked for it, or that
-nobody shows, is a finding of the bus.
+AL Status is read and still shows the old state after the limit.
+
+- A master that stops reading before the limit gives no finding.
+- A master that requests a lower state instead gave up. That is a warning, if it waited 0.2 s and read three times.
+- A request that the slave has to ignore (see al-error-not-acknowledged) is not waited for.
+- After a long pause without frames, or if the clock was set, the wait counts from the next read on.
+- If the master only reads by broadcast, the OR of all slaves decides. The finding belongs to the bus if all slaves were
+  asked for a state and not all show it, or if no slave shows a requested state.
 
 ## Example
 samples/captures/al-timeout.pcapng
 
 ## What to do
-Look at the slave: display, LEDs, emergencies. Limits can be changed in the configuration file: al-timeout.preop,
+Check the slave: display, LEDs, emergencies. The limits can be changed in the configuration file: al-timeout.preop,
 al-timeout.safeop-op, al-timeout.down (milliseconds).
 )"};
 
@@ -53,83 +117,57 @@ class AlTimeout final : public Rule {
 
   void On(const model::AlOverdue& e) {
     if (Repeat(e.slave, RequestKey(e.request), e.frame) != kNoFinding) return;
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.frame;
-    finding.title =
-        esc::StateName(e.request.control.state()) + " not reached within " + Duration(e.limit_ns) + ", and no error";
-    finding.message = "The master requested " + RequestText(e.request) + " in frame " +
-                      std::to_string(e.request.frame.number) + RepetitionText(e.request) + " and read AL Status " +
-                      Count(e.polls, "time") + " since; after " + Duration(e.waited_ns) + " (frame " +
-                      std::to_string(e.frame.number) + ") it still shows " + esc::StateName(e.status.state()) +
-                      " without an error" + LimitText(e) +
-                      ". Check the slave itself: is it running, does it wait for power, inputs or "
-                      "synchronisation?";
-    finding.evidence.push_back(Text("requested", esc::StateName(e.request.control.state())));
-    finding.evidence.push_back(HexNumber("al_status", e.status.raw));
-    finding.evidence.push_back(Real("waited_ms", static_cast<double>(e.waited_ns) / 1e6));
-    finding.evidence.push_back(Real("limit_ms", static_cast<double>(e.limit_ns) / 1e6));
+    Finding finding = Found(kNotReached, e.slave, e.frame);
+    SetRequest(finding, e.request);
+    finding.Set("al_status", arg::Status(e.status.raw))
+        .Set("waited_ms", arg::Ms(e.waited_ns))
+        .Set("limit_ms", arg::Ms(e.limit_ns))
+        .Set("polls", arg::Count(e.polls, "time"));
+    if (const Word* source = LimitSource(e)) finding.Set("limit_source", arg::Of(*source));
     finding.caused_by = context().ExplanationOf(e.slave, e.request.frame.number);
     AddRelated(finding, e.request.frame.number);
-    if (e.request.transition != nullptr && !e.request.transition->performed) {
-      finding.message += " The manual lists this transition without saying what the slave does.";
-    }
+    if (e.request.transition != nullptr && !e.request.transition->performed) finding.Add(kNotDescribed);
     Report(RequestKey(e.request), std::move(finding));
   }
   void On(const model::AlGivenUp& e) {
-    const std::uint64_t key = kGivenUp | RequestKey(e.request);
+    const std::uint64_t key = kOfGivenUp | RequestKey(e.request);
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
-    const std::string state = esc::StateName(e.request.control.state());
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.frame;
-    finding.title = state + " not reached in " + Duration(e.waited_ns) + ", then the master gave up";
-    finding.message = "The master requested " + RequestText(e.request) + " in frame " +
-                      std::to_string(e.request.frame.number) + RepetitionText(e.request) + " and read AL Status " +
-                      Count(e.polls, "time") + ", which showed " + esc::StateName(e.shown) +
-                      " without an error up to frame " + std::to_string(e.frame.number) + "; in frame " +
-                      std::to_string(e.next.number) +
-                      " it asks for a lower state. Slaves may take longer: give it more time, or look at the slave.";
-    finding.evidence.push_back(Text("requested", state));
-    finding.evidence.push_back(Real("waited_ms", static_cast<double>(e.waited_ns) / 1e6));
+    Finding finding = Found(kGivenUp, e.slave, e.frame);
+    SetRequest(finding, e.request);
+    finding.Set("waited_ms", arg::Ms(e.waited_ns))
+        .Set("polls", arg::Count(e.polls, "time"))
+        .Set("shown", arg::State(e.shown))
+        .Set("next_frame", arg::Frame(e.next.number));
     finding.caused_by = context().ExplanationOf(e.slave, e.request.frame.number);
     AddRelated(finding, e.request.frame.number);
     AddRelated(finding, e.next.number);
     Report(key, Severity::kWarning, std::move(finding));
   }
 
-  /// Which of them it is, broadcasts do not tell.
+  /// Broadcast reads do not show which of the slaves it is.
   void On(const model::BusAlOverdue& e) {
     if (MissesPackets(context().pairing())) {
       NotEvaluable(kNoSlave, ReasonCode::kMissesPackets, e.frame.number);
       return;
     }
-    const std::uint64_t key = kOfAll | (e.given_up ? kGivenUp : 0) | e.control.raw;
+    const std::uint64_t key = kOfAll | (e.given_up ? kOfGivenUp : 0) | e.control.raw;
     if (Repeat(kNoSlave, key, e.frame) != kNoFinding) return;
-    const std::string state = esc::StateName(e.control.state());
-    const std::string who = e.slaves == 1 ? "the slave"
-                            : e.all_asked ? "all of " + std::to_string(e.slaves) + " slaves"
-                                          : "any slave";
-    Finding finding;
-    finding.first = e.frame;
+    Finding finding = Found(e.given_up ? kGivenUpOnBus : kNotReachedOnBus, kNoSlave, e.frame);
     AddRelated(finding, e.request.number);
-    finding.title = state + " not reached by " + who + " within " + Duration(e.given_up ? e.waited_ns : e.limit_ns) +
-                    (e.given_up ? ", then the master gave up, as broadcasts show" : ", as broadcasts show");
-    finding.message = "The master requested " + state +
-                      (e.all_asked ? " of all slaves (the last in frame " : " (frame ") +
-                      std::to_string(e.request.number) + ") and read AL Status of all by broadcast; after " +
-                      Duration(e.waited_ns) + " (frame " + std::to_string(e.frame.number) + ") and up to frame " +
-                      std::to_string(e.last.number) + " it shows " + esc::StatesOfAllText(e.status.raw) +
-                      ". Which slave it is, such a read does not tell: read six bytes from 0x0130 of each slave.";
-    finding.evidence.push_back(Text("requested", state));
-    finding.evidence.push_back(HexNumber("al_status_of_all", e.status.raw));
-    finding.evidence.push_back(Real("waited_ms", static_cast<double>(e.waited_ns) / 1e6));
-    finding.evidence.push_back(Real("limit_ms", static_cast<double>(e.limit_ns) / 1e6));
+    finding.Set("requested", arg::State(e.control.state()))
+        .Set("al_status_of_all", arg::StatusOfAll(e.status.raw))
+        .Set("waited_ms", arg::Ms(e.waited_ns))
+        .Set("limit_ms", arg::Ms(e.limit_ns))
+        .Set("slaves", arg::Count(e.slaves, "slave"))
+        .Set("one", arg::Flag(e.slaves == 1))
+        .Set("all_asked", arg::Flag(e.all_asked))
+        .Set("request_frame", arg::Frame(e.request.number))
+        .Set("last_read_frame", arg::Frame(e.last.number));
     Report(key, e.given_up ? Severity::kWarning : Severity::kError, std::move(finding));
   }
   void On(const model::AlRequestJudged& e) {
     if (!e.request.frame.has_time) {
-      NotEvaluable(e.slave, "the request has no time stamp", e.request.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kNoStamps, e.request.frame.number);
     }
   }
   void Finish() override {
@@ -139,30 +177,32 @@ class AlTimeout final : public Rule {
       const model::AlMachine& al = context().slave(id).al;
       const model::AlRequestRecord* open = al.waits_for();
       if (open == nullptr || !open->frame.has_time) continue;
-      NotEvaluable(id,
-                   "the state requested last was not seen, and no look at AL Status behind the limit is in the capture",
-                   open->frame.number);
+      NotEvaluable(id, ReasonCode::kNotInCapture, kReadAfterLimit, open->frame.number);
     }
     if (const FrameRef& since = context().bus().al_wait().unfinished(); since.seen()) {
-      NotEvaluable(kNoSlave, "broadcasts do not show the state requested last, and the limit is not over at the end",
-                   since.number);
+      NotEvaluable(kNoSlave, ReasonCode::kCaptureEnds, kWaitForState, since.number);
     }
   }
 
  private:
   static constexpr std::uint64_t kOfAll = std::uint64_t{1} << 63U;
-  static constexpr std::uint64_t kGivenUp = std::uint64_t{1} << 62U;
+  static constexpr std::uint64_t kOfGivenUp = std::uint64_t{1} << 62U;
 
-  [[nodiscard]] std::string LimitText(const model::AlOverdue& e) const {
+  static void SetRequest(Finding& finding, const model::AlRequestRecord& request) {
+    finding.Set("requested", arg::State(request.control.state()))
+        .Set("al_control", arg::Hex(request.control.raw))
+        .Set("request_frame", arg::Frame(request.frame.number));
+    SetRepetition(finding, request);
+  }
+
+  /// Null for the limits of the rule.
+  [[nodiscard]] const Word* LimitSource(const model::AlOverdue& e) const {
     const model::SlaveModel& slave = context().slave(e.slave);
-    const auto state = [&e](const device::StateTimeouts& stated) {
-      return stated.preop == e.limit_ns || stated.safeop_op == e.limit_ns || stated.back_to_init == e.limit_ns;
+    const auto gives = [&e](const device::StateTimeouts& timeouts) {
+      return timeouts.preop == e.limit_ns || timeouts.safeop_op == e.limit_ns || timeouts.back_to_init == e.limit_ns;
     };
-    if (slave.eni != nullptr && state(slave.eni->Waits())) {
-      return ", and longer the master does not wait by the ENI (" + Duration(e.limit_ns) + ")";
-    }
-    if (!slave.profile->esi || !state(slave.profile->esi->timeouts)) return {};
-    return ", although its ESI gives it " + Duration(e.limit_ns);
+    if (slave.eni != nullptr && gives(slave.eni->Waits())) return &kEni;
+    return slave.profile->esi && gives(slave.profile->esi->timeouts) ? &kEsi : nullptr;
   }
 };
 

@@ -9,55 +9,147 @@
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/words/al_text.h"
-#include "decoder/base/text.h"
+#include "analyzers/words/what.h"
 #include "decoder/pipeline.h"
 
 namespace ecaudit::al_unexpected_change {
 namespace {
 
+constexpr FindingKind kDropped{
+    .name = "dropped",
+    .title = "Slave drops from {al_status_before} to {al_status} by itself[, AL status code {al_status_code}]",
+    .message = R"(AL Status is {al_status_before} in {before_frame}, and {al_status} ({al_status:number}) in {frame}.
+No request of the master explains the change.[ The AL status code (0x0134) is {al_status_code}.][ The cause by
+[{?manual}the manual ({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])",
+    .next =
+        R"([{?caused}Correct the cause.][{!caused}Check what happened between {before_frame} and {frame}: pauses of
+the process data, lost frames, link errors.])",
+    .identity = "al_status_before al_status al_status_code"};
+
+constexpr FindingKind kErrorBitSet{
+    .name = "error-bit-set",
+    .title = "Error bit set in {al_status_before} without a request[, AL status code {al_status_code}]",
+    .message = R"(AL Status is {al_status_before} in {before_frame}, and {al_status} ({al_status:number}) in {frame}.
+No request of the master explains the error.[ The AL status code (0x0134) is {al_status_code}.][ The cause by
+[{?manual}the manual ({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])",
+    .next =
+        R"([{?caused}Correct the cause.][{!caused}Check what happened between {before_frame} and {frame}: pauses of
+the process data, lost frames, link errors.])",
+    .identity = "al_status_before al_status al_status_code"};
+
+constexpr FindingKind kAllDropped{
+    .name = "all-dropped",
+    .title = "All {slaves} drop from {al_status_before} to {dropped_to} by themselves (error bit set)",
+    .message =
+        R"(All {slaves} are in {al_status_before} in {before_frame}. From {frame} on a broadcast read of AL Status
+shows all of them in {dropped_to}, and the error bit of at least one. No request of the master explains the change.)",
+    .next =
+        R"([{?caused}Correct the cause.][{!caused}Read AL Status (0x0130) and its code (0x0134) from each slave. Check
+what happened between {before_frame} and {frame}.])",
+    .identity = "al_status_before dropped_to"};
+
+constexpr FindingKind kDroppedOnBus{
+    .name = "dropped-on-bus",
+    .title =
+        "[{?one}The slave drops][{!one}One or more of {slaves} drop] to {dropped_to}[{?with_error} with an error] by "
+        "[{?one}itself][{!one}themselves]",
+    .message =
+        R"(Broadcast reads of AL Status, with a working counter of {slaves:number}, show {al_status_of_all_before} in
+{before_frame}. From {frame} to {last_read_frame} they show {al_status_of_all}. No request of the master explains the
+change.)",
+    .next =
+        R"([{?caused}Correct the cause.][{!caused}Read AL Status (0x0130) and its code (0x0134) from [{?one}the
+slave][{!one}each slave]. Check what happened between {before_frame} and {frame}.])",
+    .identity = "dropped_to with_error"};
+
+constexpr FindingKind kErrorBitOnBus{
+    .name = "error-bit-on-bus",
+    .title = "[{?one}The slave sets][{!one}One or more of {slaves} set] the error bit without a request",
+    .message =
+        R"(Broadcast reads of AL Status, with a working counter of {slaves:number}, show {al_status_of_all_before} in
+{before_frame}. From {frame} to {last_read_frame} they show {al_status_of_all}. No request of the master explains the
+error.)",
+    .next =
+        R"([{?caused}Correct the cause.][{!caused}Read AL Status (0x0130) and its code (0x0134) from [{?one}the
+slave][{!one}each slave]. Check what happened between {before_frame} and {frame}.])"};
+
+constexpr NoteKind kCodeNotRead{.name = "code-not-read",
+                                .text = "The master did not read the AL status code (0x0134)."};
+constexpr NoteKind kErrorOfSome{
+    .name = "error-of-some-slave",
+    .text =
+        R"(The broadcast read that shows the drop also shows the error bit. At least one slave has it set, and no read
+of a single slave shows which.)"};
+constexpr NoteKind kUndefinedState{
+    .name = "undefined-state",
+    .text =
+        R"(State {state} is none of the states 1, 2, 3, 4 and 8. The processor of the slave did not write AL Status,
+or not as the standard requires.)"};
+constexpr NoteKind kMayBeRestart{
+    .name = "may-be-restart",
+    .text = "Without the error bit this is typical of a restart of the slave, or of another master."};
+constexpr NoteKind kOnlySlaveLeft{
+    .name = "only-slave-left",
+    .text = "It is {slave}: the master read all other slaves, and none of them shows the change."};
+constexpr NoteKind kSlaveNotKnown{
+    .name = "slave-not-known",
+    .text =
+        R"(A broadcast read does not show which slave it is.[ It is {excluded?not|none of} {excluded}[, and {more}]:
+the master read {excluded?it|them}, and {excluded?it does|they do} not show the change.])"};
+
+constexpr const FindingKind* kKinds[] = {&kDropped, &kErrorBitSet, &kAllDropped, &kDroppedOnBus, &kErrorBitOnBus};
+constexpr const NoteKind* kNotes[] = {&kCodeNotRead,  &kErrorOfSome,   &kUndefinedState,
+                                      &kMayBeRestart, &kOnlySlaveLeft, &kSlaveNotKnown};
+
+constexpr Word kRequest{"request", "a request of the master"};
+constexpr Word kAlStatusTwice{"al-status-twice", "AL Status (0x0130) twice"};
+
 constexpr RuleInfo kInfo{.id = "al-unexpected-change",
                          .group = "AL state machine",
                          .severity = Severity::kError,
-                         .title = "The state falls, or the error bit appears, without a request",
+                         .title = "The state drops, or the error bit appears, without a request",
                          .needs = "AL Status before and after",
                          .source = "ETG1000.6, EtherCAT state machine",
+                         .kinds = kKinds,
+                         .notes = kNotes,
                          .doc = R"(
 ## What it checks
-AL Status (0x0130) that shows a lower state than before, or the error bit, although the master asked for neither.
+Whether AL Status (0x0130) shows a lower state than before, or the error bit, although the master requested neither.
 
 ## Why it matters
 The drive left operation by itself: watchdog, loss of synchronisation, power cycle, local control. This is usually the
 moment at which the machine stopped.
 
 ## How it is decided
-The state before was read, no request that was sent since then leads to the new one, not even over intermediate states,
-and no request is under way or lost. The frames between the last good read and this one are the time of the event. A
-broadcast read counts where its result tells the state of every slave. Where it is a mixture (0x001C: some in SAFEOP,
-some in OP, somebody's error bit), it tells that some slave fell or set its error bit: unless that slave shows it by
-itself before the next request, the finding belongs to the bus and names the slaves that it cannot be. Where it shows
-all slaves in one lower state and the error bit (0x14: all in SAFEOP), that is one finding of the bus, too, unless
-slaves are read before the next request. A value that is no state at all counts as a fall where two reads in a row show
-it. Where the capture misses many packets (returned frames without an outbound
-copy, indices that skip) the request may be among them, and nothing is said. Nor is it where the state fell without
-the error bit while nobody sent anything for long and the indices do not tell whether frames are missing there. No
-slave rises by itself: where one did before, without a request in the capture, the capture does not hold all requests (a
-filter chose its packets), and a fall without the error bit is not judged.
+- The state before was read.
+- No request since then leads to the new state, not even over intermediate states.
+- No request is in flight or lost.
+
+The event happened between the last good read and this one. A value that is no state counts as a drop if two reads in a
+row show it.
+
+A broadcast read counts if its result shows the state of every slave. Otherwise the finding belongs to the bus:
+
+- The result is a mixture (0x001C: some slaves in SAFEOP, some in OP, and an error bit). Some slave dropped or set its
+  error bit. The finding names the slaves that it cannot be. If a slave shows the change by itself before the next
+  request, the finding belongs to that slave.
+- The result shows all slaves in one lower state and the error bit (0x14: all in SAFEOP), and no slave is read before
+  the next request.
+
+The rule is not evaluated if a request may be missing in the capture:
+
+- The capture misses many packets (returned frames without an outbound copy, indices that skip).
+- The state dropped without the error bit in a long pause, and the indices do not show whether frames are missing there.
+- The state dropped without the error bit, and the slave rose to a higher state before without a request. No slave rises
+  by itself, so the capture does not hold all requests (a filter chose its packets).
 
 ## Example
 samples/captures/falls-out-of-op.pcapng: 0x001B after the process data paused.
 
 ## What to do
-Look at the AL status code: 0x001B process data stopped (watchdog), 0x001A, 0x002C, 0x0032, 0x0034 synchronisation. Look
-at what happened between the two frames named: gaps in the process data, lost frames, link errors, other requests.
+Use the AL status code: 0x001B process data stopped (watchdog), 0x001A, 0x002C, 0x0032, 0x0034 synchronisation. Check
+what happened between the two frames: pauses of the process data, lost frames, link errors, other requests.
 )"};
-
-constexpr const char* kLoose =
-    "between two looks at AL Status the indices of the frames do not follow each other: the capture may not hold each "
-    "of them, and a request may have asked for the fall";
-constexpr const char* kAfterPause =
-    "between two looks at AL Status nobody sent anything for long: what is missing there may be a request, a restart, "
-    "or "
-    "the end of another capture";
 
 class AlUnexpectedChange final : public Rule {
  public:
@@ -76,7 +168,7 @@ class AlUnexpectedChange final : public Rule {
     if (of_all) {
       pending_.push_back(e);
     } else {
-      Tell(e);
+      ReportChange(e);
     }
   }
   void On(const model::AlErrorRepeated& e) {
@@ -85,11 +177,11 @@ class AlUnexpectedChange final : public Rule {
     if (index == kNoFinding) return;
     ++context().store[index].count;
     context().store[index].last = e.frame;
-    // A broadcast showed the state only; now this slave shows its error bit.
-    Told& told = told_[index];
-    if (told.change.status.state() == e.status.state() && !told.change.status.bit4()) {
-      told.change.status = e.status;
-      Describe(context().store[index], told);
+    // A broadcast read showed the state only; now this slave shows its error bit.
+    Reported& reported = reported_[index];
+    if (reported.change.status.state() == e.status.state() && !reported.change.status.bit4()) {
+      reported.change.status = e.status;
+      Describe(context().store[index], reported);
     }
   }
   void On(const model::AlErrorCode& e) {
@@ -101,17 +193,11 @@ class AlUnexpectedChange final : public Rule {
       NotEvaluable(kNoSlave, ReasonCode::kMissesPackets, e.frame.number);
       return;
     }
-    if (e.after_pause && !e.unexplained.bit4()) {
-      NotEvaluable(kNoSlave, kAfterPause, e.frame.number);
-      return;
-    }
-    if (MayLackRequest(e.before_since, e.frame.number) && !e.unexplained.bit4()) {
-      NotEvaluable(kNoSlave, kLoose, e.frame.number);
-      return;
-    }
-    if (e.rose_unasked != 0 && !e.unexplained.bit4()) {
-      NotEvaluable(kNoSlave, RoseUnasked("slaves", e.rose_unasked), e.frame.number);
-      return;
+    if (!e.unexplained.bit4()) {
+      if (const std::optional<Reason> reason = ReasonToDoubt(e)) {
+        NotEvaluable(kNoSlave, *reason, e.frame.number);
+        return;
+      }
     }
     const std::uint64_t key = static_cast<std::uint64_t>(e.before.raw) << 16U | e.status.raw;
     const SlaveId only = OnlyOneLeft(e);
@@ -119,28 +205,20 @@ class AlUnexpectedChange final : public Rule {
       AddRelated(context().store[repeated], e.frame.number);
       return;
     }
-    Finding finding;
-    finding.slave = only;
-    finding.first = e.frame;
+    const std::uint8_t state = e.unexplained.state();
+    Finding finding = Found(state != 0 ? kDroppedOnBus : kErrorBitOnBus, only, e.frame);
     finding.last = e.last;
     AddRelated(finding, e.before_since);
-    const std::string slaves =
-        e.slaves == 1 || only != kNoSlave ? "The slave" : "One or more of " + std::to_string(e.slaves) + " slaves";
-    const std::uint8_t state = e.unexplained.state();
-    finding.title =
-        slaves +
-        (state != 0 ? " fell to " + esc::StatesOfAllText(state) + (e.unexplained.bit4() ? " with an error" : "")
-                    : std::string(" set the error bit")) +
-        " by itself, as broadcasts show";
-    finding.message = "A broadcast read of AL Status that " +
-                      (e.slaves == 1 ? std::string("the slave") : "all " + std::to_string(e.slaves) + " slaves") +
-                      " counted for showed " + esc::StatesOfAllText(e.before.raw) + " in frame " +
-                      std::to_string(e.before_since) + " and shows " + esc::StatesOfAllText(e.status.raw) +
-                      " from frame " + std::to_string(e.frame.number) + " to frame " + std::to_string(e.last.number) +
-                      "; no request of the master asked for it. " + WhoItIs(only, e.excluded) +
-                      "Look at what happened between the first two frames.";
-    finding.evidence.push_back(HexNumber("al_status_of_all_before", e.before.raw));
-    finding.evidence.push_back(HexNumber("al_status_of_all", e.status.raw));
+    finding.Set("al_status_of_all_before", arg::StatusOfAll(e.before.raw))
+        .Set("al_status_of_all", arg::StatusOfAll(e.status.raw))
+        .Set("before_frame", arg::Frame(e.before_since))
+        .Set("last_read_frame", arg::Frame(e.last.number))
+        .Set("slaves", arg::Count(e.slaves, "slave"))
+        .Set("one", arg::Flag(e.slaves == 1 || only != kNoSlave));
+    if (state != 0) {
+      finding.Set("dropped_to", arg::StatusOfAll(state)).Set("with_error", arg::Flag(e.unexplained.bit4()));
+    }
+    AddWhoItIs(finding, only, e.excluded);
     (void)Report(key, std::move(finding));
   }
   void On(const model::AlErrorCleared& e) {
@@ -156,29 +234,31 @@ class AlUnexpectedChange final : public Rule {
     Settle();
     if (NotEvaluableWithoutReturns()) return;
     NotEvaluableWhere([](const model::SlaveModel& s) { return s.al.status_reads() < 2; },
-                      "AL Status of the slave was not read twice");
+                      Reason::Of(ReasonCode::kNotRead, kAlStatusTwice));
   }
 
  private:
-  /// What the text of a finding tells: its first occasion, and the code read then or later.
-  struct Told {
+  /// What a finding rests on: its first occasion, and the code read then or later.
+  struct Reported {
     model::AlChangedByItself change;
     std::optional<std::uint16_t> code;
   };
 
-  /// True when the indices of the frames between two looks do not show that each of them is in the capture.
+  /// True if the indices of the frames between two reads do not show that each of them is in the capture.
   [[nodiscard]] bool MayLackRequest(FrameNo before, FrameNo now) const {
     const FrameNo loose = context().pairing().last_loose;
     return before < loose && loose <= now;
   }
 
-  /// A slave never rises by itself: the capture does not hold every request.
-  [[nodiscard]] static std::string RoseUnasked(const char* who, FrameNo frame) {
-    return std::string(who) + " rose to a higher state in frame " + std::to_string(frame) +
-           " without a request in the capture, so it does not hold all requests: one may have asked for the fall, too";
+  /// Why a request of the lower state may be missing in the capture.
+  [[nodiscard]] std::optional<Reason> ReasonToDoubt(const model::BusAlChanged& e) const {
+    if (e.after_pause) return Reason::Of(ReasonCode::kCaptureGap, what::kAlState);
+    if (MayLackRequest(e.before_since, e.frame.number)) return Reason::Of(ReasonCode::kMissesPackets, kRequest);
+    if (e.rose_unasked != 0) return Reason::Of(ReasonCode::kNotInCapture, kRequest);
+    return std::nullopt;
   }
 
-  /// The one of the slaves that was not read, where all others were and showed nothing of it.
+  /// The only slave that was not read, if all others were and do not show the change.
   [[nodiscard]] SlaveId OnlyOneLeft(const model::BusAlChanged& e) const {
     const std::size_t slaves = context().network().slaves().size();
     if (slaves != e.slaves || e.excluded.empty() || e.excluded.size() + 1 != slaves) return kNoSlave;
@@ -189,32 +269,27 @@ class AlUnexpectedChange final : public Rule {
     return kNoSlave;
   }
 
-  [[nodiscard]] std::string WhoItIs(SlaveId only, std::span<const SlaveId> excluded) const {
-    if (only != kNoSlave) {
-      return "It is " + context().Label(only) + ": all others were read and showed nothing of it. ";
-    }
-    return "Which slave it is, such a read does not tell" + ExcludedText(excluded) +
-           ". Read AL Status (0x0130) and its code (0x0134) from each slave. ";
-  }
-
-  /// "; it is none of 0x1001 and 0x1003, which showed nothing of it"
-  [[nodiscard]] std::string ExcludedText(std::span<const SlaveId> excluded) const {
+  void AddWhoItIs(Finding& finding, SlaveId only, std::span<const SlaveId> excluded) const {
     constexpr std::size_t kNamed = 8;
-    if (excluded.empty()) return {};
-    std::string text = "; it is none of ";
-    for (std::size_t i = 0; i < excluded.size() && i < kNamed; ++i) {
-      if (i > 0) text += ", ";
-      text += context().Label(excluded[i]);
+    if (only != kNoSlave) {
+      finding.Add(kOnlySlaveLeft, {{"slave", arg::Slave(only, context().Label(only))}});
+      return;
     }
-    if (excluded.size() > kNamed) text += " and " + std::to_string(excluded.size() - kNamed) + " more";
-    return text + ", which were read and showed nothing of it";
+    std::vector<Value> named;
+    for (const SlaveId slave : excluded.first(std::min(excluded.size(), kNamed))) {
+      named.push_back(arg::Slave(slave, context().Label(slave)));
+    }
+    Arguments arguments;
+    if (!named.empty()) arguments.Set("excluded", arg::List(std::move(named)));
+    if (excluded.size() > kNamed) arguments.Set("more", arg::Count(excluded.size() - kNamed, "other"));
+    finding.Add(kSlaveNotKnown, std::move(arguments));
   }
   [[nodiscard]] FindingIndex OpenOf(SlaveId slave) const { return slave < open_.size() ? open_[slave] : kNoFinding; }
   void Close(SlaveId slave) {
     if (slave < open_.size()) open_[slave] = kNoFinding;
   }
 
-  void Tell(const model::AlChangedByItself& e) {
+  void ReportChange(const model::AlChangedByItself& e) {
     if (e.slave >= open_.size()) open_.resize(static_cast<std::size_t>(e.slave) + 1, kNoFinding);
     open_[e.slave] = kNoFinding;
     if (MissesPackets(context().pairing())) {
@@ -222,29 +297,29 @@ class AlUnexpectedChange final : public Rule {
       return;
     }
     if (e.after_pause && !e.status.bit4()) {
-      NotEvaluable(e.slave, kAfterPause, e.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kAlState, e.frame.number);
       return;
     }
-    // The acknowledge bit comes back as error bit from who only mirrors AL Control.
+    // Slaves that only mirror AL Control return the acknowledge bit as error bit.
     const bool no_error = !e.error_of_some && (!e.status.bit4() || e.code == std::uint16_t{0});
     if (MayLackRequest(e.before_since, e.frame.number) && no_error) {
-      NotEvaluable(e.slave, kLoose, e.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kMissesPackets, kRequest, e.frame.number);
       return;
     }
+    // A slave never rises by itself: the capture does not hold every request.
     if (e.rose_unasked != 0 && !e.status.bit4() && !e.error_of_some) {
-      NotEvaluable(e.slave, RoseUnasked("the slave", e.rose_unasked), e.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kNotInCapture, kRequest, e.frame.number);
       return;
     }
     const std::uint64_t key = static_cast<std::uint64_t>(e.before.raw) << 16U | e.status.raw;
     FindingIndex index = Repeat(e.slave, key, e.frame);
     if (index == kNoFinding) {
-      Finding finding;
-      finding.slave = e.slave;
-      finding.first = e.frame;
+      const bool same_state = e.before.state() == e.status.state();
+      Finding finding = Found(same_state ? kErrorBitSet : kDropped, e.slave, e.frame);
       AddRelated(finding, e.before_since);
       index = Report(key, std::move(finding));
       if (index == kNoFinding) return;
-      if (told_.emplace(index, Told{e, {}}).second) Describe(context().store[index], told_[index]);
+      if (reported_.emplace(index, Reported{e, {}}).second) Describe(context().store[index], reported_[index]);
     } else {
       AddRelated(context().store[index], e.frame.number);
     }
@@ -252,13 +327,13 @@ class AlUnexpectedChange final : public Rule {
     if (e.code && e.status.bit4()) AddCode(index, e.frame, *e.code);
   }
 
-  /// A read of a slave shows what is its own.
+  /// Slaves are read by themselves: each has a finding of its own.
   void Flush() {
-    for (const model::AlChangedByItself& e : pending_) Tell(e);
+    for (const model::AlChangedByItself& e : pending_) ReportChange(e);
     pending_.clear();
   }
 
-  /// Nobody read the slaves: what one broadcast shows of all of them is one matter, of the bus.
+  /// No slave was read by itself: what one broadcast read shows of all of them is one finding, of the bus.
   void Settle() {
     if (pending_.empty()) return;
     const auto alike = [&](const model::AlChangedByItself& e) { return e.before.raw == pending_.front().before.raw; };
@@ -270,80 +345,67 @@ class AlUnexpectedChange final : public Rule {
     pending_.clear();
     const std::uint64_t key = kOfAll | static_cast<std::uint64_t>(e.before.raw) << 16U | e.status.raw;
     if (Repeat(kNoSlave, key, e.frame) != kNoFinding) return;
-    const std::string from = esc::StatusText(e.before.raw);
-    const std::string to = esc::StatusText(e.status.raw);
-    const std::string all = "All " + std::to_string(context().slave_count()) + " slaves";
-    Finding finding;
-    finding.first = e.frame;
+    Finding finding = Found(kAllDropped, kNoSlave, e.frame);
     AddRelated(finding, e.before_since);
-    finding.title = all + " left " + from + " for " + to + " by themselves, one at least with an error";
-    finding.message = all + " were in " + from + " in frame " + std::to_string(e.before_since) + "; from frame " +
-                      std::to_string(e.frame.number) + " on a broadcast read of AL Status shows all of them in " + to +
-                      ", and the error bit of at least one; no request of the master asked for it. Read AL Status "
-                      "(0x0130) and its code (0x0134) from each slave, and look at what happened between these two "
-                      "frames.";
-    finding.evidence.push_back(HexNumber("al_status_before", e.before.raw));
-    finding.evidence.push_back(HexNumber("al_status_of_all", e.status.raw | kErrorBit));
+    finding.Set("al_status_before", arg::Status(e.before.raw))
+        .Set("al_status_of_all", arg::StatusOfAll(e.status.raw | kErrorBit))
+        .Set("dropped_to", arg::Status(e.status.raw))
+        .Set("before_frame", arg::Frame(e.before_since))
+        .Set("slaves", arg::Count(context().slave_count(), "slave"));
     (void)Report(key, std::move(finding));
   }
 
   void AddCode(FindingIndex index, const FrameRef& frame, std::uint16_t code) {
-    Told& told = told_[index];
-    if (told.code) return;
-    told.code = code;
-    Describe(context().store[index], told);
+    Reported& reported = reported_[index];
+    if (reported.code) return;
+    reported.code = code;
+    Describe(context().store[index], reported);
     AddRelated(context().store[index], frame.number == context().store[index].first.number ? 0 : frame.number);
   }
 
-  void Describe(Finding& finding, const Told& told) const {
-    const model::AlChangedByItself& e = told.change;
+  /// Called again when the error bit or the code is read later.
+  void Describe(Finding& finding, const Reported& reported) const {
+    const model::AlChangedByItself& e = reported.change;
     const device::DeviceDescription& family = *context().slave(e.slave).profile;
-    const std::string from = esc::StatusText(e.before.raw);
-    const std::string to = esc::StatusText(e.status.raw);
-    finding.title = "Slave left " + from + " for " + to + " by itself";
-    if (e.before.state() == e.status.state()) finding.title = "Error bit appeared in " + from + " by itself";
-    finding.message = "AL Status was " + from + " in frame " + std::to_string(e.before_since) + " and is " + to +
-                      " in frame " + std::to_string(e.frame.number) + "; no request of the master asked for it. ";
-    finding.evidence.clear();
-    finding.evidence.push_back(HexNumber("al_status_before", e.before.raw));
-    finding.evidence.push_back(HexNumber("al_status", e.status.raw));
-    if (told.code) {
-      finding.title += ", AL status code " + CodeText(*told.code, family);
-      finding.message += "AL status code " + CodeText(*told.code, family) + ". ";
-      finding.evidence.push_back(HexNumber("al_status_code", *told.code));
-      for (const device::SpontaneousAlChange& known : family.al.spontaneous) {
-        if (static_cast<std::uint8_t>(known.from) != e.before.state() ||
-            static_cast<std::uint8_t>(known.to) != e.status.state() ||
-            std::find(known.codes.begin(), known.codes.end(), *told.code) == known.codes.end()) {
-          continue;
-        }
-        finding.message += LawText(family) + " gives as cause: " + known.cause + ". ";
-        finding.reference = ReferenceTo(known.source);
-        break;
-      }
+    finding.Set("al_status_before", arg::Status(e.before.raw))
+        .Set("al_status", arg::Status(e.status.raw))
+        .Set("before_frame", arg::Frame(e.before_since));
+    finding.notes.clear();
+    if (reported.code) {
+      SetCode(finding, e, *reported.code, family);
     } else if (e.status.bit4()) {
-      finding.message += "The AL status code (0x0134) was not read. ";
+      finding.Add(kCodeNotRead);
     } else if (e.error_of_some) {
-      finding.message +=
-          "The broadcast that shows it shows the error bit, too: one slave at least has it set, and no read of a "
-          "single "
-          "slave tells which. ";
+      finding.Add(kErrorOfSome);
     } else if (!esc::IsAlState(e.status.state())) {
-      finding.message +=
-          "That value is none of 1, 2, 3, 4 and 8: what the slave's processor should write there it did not write, or "
-          "not as the standard has it. ";
+      finding.Add(kUndefinedState, {{"state", arg::Number(e.status.state())}});
     } else {
-      finding.message += "Without the error bit this is typical of a restart of the slave, or of another master. ";
+      finding.Add(kMayBeRestart);
     }
-    finding.message += "Look at what happened between these two frames.";
+  }
+
+  static void SetCode(Finding& finding, const model::AlChangedByItself& e, std::uint16_t code,
+                      const device::DeviceDescription& family) {
+    finding.Set("al_status_code", CodeValue(code, family));
+    for (const device::SpontaneousAlChange& known : family.al.spontaneous) {
+      if (static_cast<std::uint8_t>(known.from) != e.before.state() ||
+          static_cast<std::uint8_t>(known.to) != e.status.state() ||
+          std::find(known.codes.begin(), known.codes.end(), code) == known.codes.end()) {
+        continue;
+      }
+      finding.Set("known_cause", arg::Text(known.cause));
+      SetManual(finding, family);
+      finding.reference = ReferenceTo(known.source);
+      break;
+    }
   }
 
   static constexpr std::uint64_t kOfAll = std::uint64_t{1} << 40U;
   static constexpr std::uint16_t kErrorBit = 0x10;
 
-  std::vector<model::AlChangedByItself> pending_;  // shown by one broadcast: of all slaves, or to be told one by one
+  std::vector<model::AlChangedByItself> pending_;  // shown by one broadcast read: one finding of all, or one of each
   std::vector<FindingIndex> open_;                 // of each slave: whose repetitions and code are awaited
-  std::map<FindingIndex, Told> told_;
+  std::map<FindingIndex, Reported> reported_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<AlUnexpectedChange>};

@@ -1,12 +1,54 @@
+#include <algorithm>
+#include <array>
+#include <vector>
+
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/judge/status_code_watcher.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/words/al_text.h"
-#include "decoder/base/text.h"
+#include "analyzers/words/what.h"
 
 namespace ecaudit::al_wrong_status_code {
 namespace {
+
+constexpr FindingKind kNotDocumented{
+    .name = "not-documented",
+    .title = "AL status code {al_status_code:number} is not documented for {transition}",
+    .message = R"(In {frame} the slave gives AL status code {al_status_code} for {transition}. [{!manual}The EtherCAT
+standard][The manual ({manual})] gives this code only for {documented}.)",
+    .next = "Rely on the request in the capture more than on this code.",
+    .identity = "al_status_code transition"};
+
+constexpr const FindingKind* kKinds[] = {&kNotDocumented};
+
+constexpr Word kCodesOfTransitions{"codes-of-transitions", "the AL status codes of each transition", true};
+
+constexpr Word Same(std::string_view text) {
+  return {text, text};
+}
+/// From the state of the row to that of the column; a state by itself is an error in it.
+constexpr std::array kStates{esc::AlState::INIT, esc::AlState::PREOP, esc::AlState::BOOT, esc::AlState::SAFEOP,
+                             esc::AlState::OP};
+constexpr std::array<std::array<Word, 5>, 5> kTransitions{
+    {{Same("an error in INIT"), Same("INIT to PREOP"), Same("INIT to BOOT"), Same("INIT to SAFEOP"),
+      Same("INIT to OP")},
+     {Same("PREOP to INIT"), Same("an error in PREOP"), Same("PREOP to BOOT"), Same("PREOP to SAFEOP"),
+      Same("PREOP to OP")},
+     {Same("BOOT to INIT"), Same("BOOT to PREOP"), Same("an error in BOOT"), Same("BOOT to SAFEOP"),
+      Same("BOOT to OP")},
+     {Same("SAFEOP to INIT"), Same("SAFEOP to PREOP"), Same("SAFEOP to BOOT"), Same("an error in SAFEOP"),
+      Same("SAFEOP to OP")},
+     {Same("OP to INIT"), Same("OP to PREOP"), Same("OP to BOOT"), Same("OP to SAFEOP"), Same("an error in OP")}}};
+constexpr Word kErrorInNoState = Same("an error in an undefined state");
+
+const Word& TransitionWord(esc::AlState from, esc::AlState to) {
+  const auto row = std::find(kStates.begin(), kStates.end(), from);
+  const auto column = std::find(kStates.begin(), kStates.end(), to);
+  if (row == kStates.end() || column == kStates.end()) return kErrorInNoState;
+  return kTransitions[static_cast<std::size_t>(row - kStates.begin())]
+                     [static_cast<std::size_t>(column - kStates.begin())];
+}
 
 constexpr RuleInfo kInfo{.id = "al-wrong-status-code",
                          .group = "AL state machine",
@@ -14,25 +56,29 @@ constexpr RuleInfo kInfo{.id = "al-wrong-status-code",
                          .title = "The AL status code is documented, but not for this transition",
                          .needs = "the AL status code and the transition it refuses",
                          .source = "ETG1000.6, AL Status Code register 0x0134",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Whether the AL status code of a refused request is one that the manual of the family gives for this transition; and for
-an error that appears by itself, one that it gives for this state.
+Whether the AL status code of a refused request is one that the manual of the family gives for this transition. For an
+error that appears by itself, whether it is one that the manual gives for this state.
 
 ## Why it matters
-The code points the wrong way: 0x0017 (sync manager) for a request that is simply not allowed sends the engineer to the
-wrong place.
+The code names the wrong cause. For example, 0x0017 (sync manager) for a request that is not allowed makes the engineer
+check the sync managers.
 
 ## How it is decided
-Only where the manual binds the code to certain transitions. Codes that the manual does not list at all are
-al-undocumented-status-code. Silent while the state before the request is not known, for a request of the current state
-(an acknowledge, which leaves the old code), and for codes that the profile tolerates for the transition.
+Only if the manual gives the code for certain transitions. The rule reports nothing:
+
+- for codes that the manual does not list at all: see al-undocumented-status-code
+- if the state before the request is not known
+- for a request of the current state: it is an acknowledge and leaves the old code
+- for codes that the profile tolerates for the transition
 
 ## Example
 samples/captures/wrong-status-code.pcapng
 
 ## What to do
-Trust what the capture shows of the request more than the code, and tell the vendor.
+Rely on the request in the capture more than on the code. Report the code to the vendor.
 )"};
 
 class AlWrongStatusCode final : public StatusCodeWatcher {
@@ -43,7 +89,7 @@ class AlWrongStatusCode final : public StatusCodeWatcher {
   static bool Fits(const device::DeviceDescription& family, const device::AlStatusCode& entry, const Context& c) {
     const auto from = static_cast<esc::AlState>(c.from);
     if (c.to == 0) return entry.AppliesIn(from);
-    if (!esc::IsAlState(c.to)) return true;  // the manuals do not say how they answer to what is no state
+    if (!esc::IsAlState(c.to)) return true;  // the manuals do not give the answer to an undefined state
     const auto to = static_cast<esc::AlState>(c.to);
     if (entry.AppliesTo(from, to) || Tolerates(family, c)) return true;
     const device::AlTransition* row = family.al_transition(from, to);
@@ -56,36 +102,26 @@ class AlWrongStatusCode final : public StatusCodeWatcher {
     const device::AlStatusCode* entry = family.al_status_code(c.code);
     if (c.code == 0 || entry == nullptr) return;
     if (!entry->exclusive) {
-      NotEvaluable(c.slave, "the profile does not bind AL status codes to transitions", c.frame.number);
+      NotEvaluable(c.slave, ReasonCode::kNotInProfile, kCodesOfTransitions, c.frame.number);
       return;
     }
     if (c.from == 0) {
-      NotEvaluable(c.slave, "the state before the request is not known", c.frame.number);
+      NotEvaluable(c.slave, ReasonCode::kNotInCapture, what::kAlStateBefore, c.frame.number);
       return;
     }
     if (c.from == c.to || Fits(family, *entry, c)) return;
     const std::uint64_t key =
         static_cast<std::uint64_t>(c.code) << 16U | static_cast<std::uint64_t>(c.from) << 8U | c.to;
     if (Repeat(c.slave, key, c.frame) != kNoFinding) return;
-    const std::string what =
-        c.to == 0 ? "an error in " + esc::StateName(c.from) : esc::StateName(c.from) + " to " + esc::StateName(c.to);
-    Finding finding;
-    finding.slave = c.slave;
-    finding.first = c.frame;
-    finding.title = "AL status code " + Hex(c.code) + " does not belong to " + what;
-    finding.message = "The slave gives AL status code " + CodeText(c.code, family) + " for " + what + " in frame " +
-                      std::to_string(c.frame.number) + ". " + LawText(family) + " gives it only for ";
-    std::string others;
-    for (const auto& t : entry->transitions) {
-      others += (others.empty() ? "" : ", ") + std::string(esc::StateName(t.from)) + " to " +
-                std::string(esc::StateName(t.to));
-    }
-    for (const esc::AlState state : entry->states) {
-      others += (others.empty() ? "" : ", ") + std::string("an error in ") + std::string(esc::StateName(state));
-    }
-    finding.message += others + ". Trust what the capture shows of the request more than the code.";
-    finding.evidence.push_back(HexNumber("al_status_code", c.code));
-    finding.evidence.push_back(Text("transition", what));
+    const auto from = static_cast<esc::AlState>(c.from);
+    std::vector<Value> documented;
+    for (const auto& t : entry->transitions) documented.push_back(arg::Of(TransitionWord(t.from, t.to)));
+    for (const esc::AlState state : entry->states) documented.push_back(arg::Of(TransitionWord(state, state)));
+    Finding finding = Found(kNotDocumented, c.slave, c.frame);
+    finding.Set("al_status_code", CodeValue(c.code, family))
+        .Set("transition", arg::Of(TransitionWord(from, c.to == 0 ? from : static_cast<esc::AlState>(c.to))))
+        .Set("documented", arg::List(std::move(documented)));
+    SetManual(finding, family);
     finding.reference = ReferenceTo(entry->source);
     Report(key, std::move(finding));
   }

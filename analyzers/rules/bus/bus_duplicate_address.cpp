@@ -4,7 +4,6 @@
 
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
-#include "decoder/base/text.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/track/access.h"
 #include "decoder/track/events.h"
@@ -13,33 +12,47 @@
 namespace ecaudit::bus_duplicate_address {
 namespace {
 
+constexpr FindingKind kShared{
+    .name = "shared",
+    .title = "Station address {station_address} is used by two slaves",
+    .message = R"({earlier_slave} already had station address {station_address} when {later_slave} got it in
+{assigned_frame}. In {frame} the master uses the address[{?both_answer}, and both slaves answer (working counter
+{working_counter})].)",
+    .next = "Give each slave an address of its own."};
+constexpr const FindingKind* kKinds[] = {&kShared};
+
 constexpr RuleInfo kInfo{.id = "bus-duplicate-address",
                          .group = "Frame and bus",
                          .severity = Severity::kError,
                          .title = "Two slaves have the same configured station address",
                          .needs = "position-addressed accesses to register 0x0010",
                          .source = "ETG1000.4, configured station address register 0x0010",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Whether two slaves at different positions hold the same station address (0x0010) when the master begins to use it.
+Whether two slaves at different positions have the same station address (0x0010) when the master begins to use it.
 
 ## Why it matters
-Both slaves answer each access to that address: reads are mixed, writes reach the wrong drive as well.
+Both slaves answer each access to that address: the data of reads are mixed, and writes reach the wrong drive as well.
 
 ## How it is decided
-The addresses are those that the slaves took (working counter) or reported. Two slaves that the master gave the same
-address in one scan are reported as soon as both answer to it. A slave that still holds an address of an earlier scan
-may share it for a moment while the master gives out addresses anew; then the rule waits until the address is used for
-an AL request, the mailbox, or process data flow. Where a single slave answers to it, the other one has lost it
-meanwhile. Writing 0 to all slaves is how masters clear addresses, and not a
-duplicate.
+The addresses are those that the slaves accepted (working counter) or reported.
+
+- Two slaves that got the same address from the master in one scan are reported as soon as both answer to it.
+- A slave that still has an address of an earlier scan may share it while the master assigns new addresses. Then the
+  rule waits until the address is used for an AL request or the mailbox, or until process data are exchanged.
+- If only one slave answers to the address, the other one has lost it since then.
+- Masters write 0 to all slaves to clear addresses. That is no duplicate.
 
 ## Example
 samples/captures/duplicate-address.pcapng
 
 ## What to do
-Correct the addressing in the master; after hot-connecting a slave scan the bus again before using its address.
+Correct the addressing in the master. After you connect a slave to a running bus, scan the bus before its address is
+used.
 )"};
+
+constexpr Word kAddressOfPosition{"address-of-position", "the station address of a slave at a position"};
 
 class BusDuplicateAddress final : public Rule {
  public:
@@ -80,10 +93,10 @@ class BusDuplicateAddress final : public Rule {
       const bool both_answer = e.wkc > (e.command == wire::Command::FPRW ? 3 : 1);
       const bool one_answers = e.returned.seen() && e.wkc > 0 && !both_answer;
       if (one_answers) {
-        // The other one has lost its address meanwhile: it had no power.
+        // The other one has lost its address since then: it had no power.
         open_.erase(shared);
-      } else if (used || (both_answer && (shared->given_twice || shared->told || process_data_)))
-        Tell(*shared, e, both_answer);
+      } else if (used || (both_answer && (shared->given_twice || shared->reported || process_data_)))
+        ReportShared(*shared, e, both_answer);
     }
     if (used && assigned_in_scan_) {
       ++scan_;
@@ -97,7 +110,7 @@ class BusDuplicateAddress final : public Rule {
     for (std::size_t s = 0; s < slaves.size(); ++s) {
       if (slaves[static_cast<SlaveId>(s)].position.if_known() != nullptr) return;
     }
-    if (slaves.size() > 0) NotEvaluable(kNoSlave, "no access shows which address a slave at which position has");
+    if (slaves.size() > 0) NotEvaluable(kNoSlave, ReasonCode::kNotInCapture, kAddressOfPosition);
   }
 
  private:
@@ -107,27 +120,20 @@ class BusDuplicateAddress final : public Rule {
     StationAddress address = 0;
     FrameRef frame;
     bool given_twice = false;  ///< by the master, in one scan
-    bool told = false;
+    bool reported = false;
   };
 
-  void Tell(Shared& shared, const track::Answered& e, bool both_answer) {
-    shared.told = true;
+  void ReportShared(Shared& shared, const track::Answered& e, bool both_answer) {
+    shared.reported = true;
     const std::uint64_t key = shared.address;
     if (Repeat(shared.slave, key, e.returned) != kNoFinding) return;
-    Finding finding;
-    finding.slave = shared.slave;
-    finding.first = e.returned;
-    finding.title = "Station address " + Hex(shared.address) + " is used by two slaves";
-    std::string other = context().Label(shared.other);
-    other.front() = 'S';
-    finding.message = other + " held station address " + Hex(shared.address) + " when " +
-                      context().Label(shared.slave) + " was given the same in frame " +
-                      std::to_string(shared.frame.number) + "; in frame " + std::to_string(e.returned.number) +
-                      " the master uses the address" +
-                      (both_answer ? " and both answer (working counter " + std::to_string(e.wkc) + ")" : "") +
-                      ". Give every slave an address of its own.";
-    finding.evidence.push_back(HexNumber("station_address", shared.address));
-    finding.evidence.push_back(Number("working_counter", e.wkc));
+    Finding finding = Found(kShared, shared.slave, e.returned);
+    finding.Set("station_address", arg::Hex(shared.address))
+        .Set("working_counter", arg::Number(e.wkc))
+        .Set("earlier_slave", arg::Slave(shared.other, context().Label(shared.other)))
+        .Set("later_slave", arg::Slave(shared.slave, context().Label(shared.slave)))
+        .Set("assigned_frame", arg::Frame(shared.frame.number))
+        .Set("both_answer", arg::Flag(both_answer));
     AddRelated(finding, shared.frame.number);
     Report(key, std::move(finding));
   }
@@ -136,10 +142,10 @@ class BusDuplicateAddress final : public Rule {
 
   std::vector<Shared> open_;
   std::pair<SlaveId, FrameNo> written_{kNoSlave, 0};  ///< last slave whose address the master wrote
-  std::uint32_t scan_ = 1;                            ///< counts on when the addresses given out are used
-  std::vector<std::uint32_t> scan_of_;                ///< in which scan a slave was given its address; 0: read only
+  std::uint32_t scan_ = 1;                            ///< one more when the assigned addresses are used
+  std::vector<std::uint32_t> scan_of_;                ///< in which scan the master assigned the address; 0: read only
   bool assigned_in_scan_ = false;
-  bool process_data_ = false;  ///< flows since the last address was given out
+  bool process_data_ = false;  ///< exchanged since the last address was assigned
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<BusDuplicateAddress>};

@@ -1,10 +1,9 @@
 #include <algorithm>
 #include <array>
-#include <string>
+#include <utility>
 
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
-#include "decoder/base/text.h"
 #include "decoder/base/time.h"
 #include "decoder/bus/direction.h"
 #include "decoder/pipeline.h"
@@ -12,57 +11,86 @@
 namespace ecaudit::bus_no_answer {
 namespace {
 
-/// So many frames, for so long, without one return: longer than any frame is under way, and masters wait for one.
+/// So many frames without a return, for so long: longer than any frame is in flight, and masters wait for one.
 constexpr std::uint64_t kEnoughFrames = 3;
 constexpr std::int64_t kLongEnoughNs = 20'000'000;
 
 constexpr std::uint64_t kForGood = 0;
-constexpr std::uint64_t kInVain = 1;
+constexpr std::uint64_t kBeforeFirst = 1;
+
+constexpr FindingKind kNever{
+    .name = "never",
+    .title = "No frame returns: no slave answers",
+    .message = R"(The master repeats its frames after a time-out. It sent {frames}[{?timed} within {silence_ms}], and
+none returned.)",
+    .next = R"(Check the cable between the master and the first slave, the port of the master, and the power of the
+first slave.)"};
+constexpr FindingKind kStopped{
+    .name = "stopped",
+    .title = "No frame returns any more: no slave answers",
+    .message = R"(The last returned frame is {last_returned_frame}. From {frame} on the master sent
+{frames}[{?timed} within {silence_ms}], and none returned.)",
+    .next = R"(Check the cable between the master and the first slave, the port of the master, and the power of the
+first slave.)"};
+constexpr FindingKind kLate{
+    .name = "late-first-return",
+    .title = "{frames} {frames?was|were} sent before the first one returned",
+    .message = R"(The master sent {frames} before the first one that returned, {first_returned_frame}. The slaves were
+switched on later, the link came up late, or the capture has no returns at its beginning.)",
+    .next = "If the slaves were on before, check the link between the master and the first slave."};
+constexpr const FindingKind* kKinds[] = {&kNever, &kStopped, &kLate};
 
 constexpr RuleInfo kInfo{.id = "bus-no-answer",
                          .group = "Frame and bus",
                          .severity = Severity::kError,
                          .needs_no_history = true,
-                         .title = "Frames are sent, and none comes back",
-                         .needs = "frames that the master repeats after a time-out, or returns before",
+                         .title = "Frames are sent, and none returns",
+                         .needs = "frames that the master repeats after a time-out, or earlier returns",
                          .source = "ETG1000.4, frame processing: each frame returns to its sender",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Outbound frames that are repeated after a time-out and never come back, in the whole capture, or from some frame on
-until its end; and those that are sent in vain until somebody answers.
+- Outbound frames that are repeated after a time-out and never return, in the whole capture.
+- Outbound frames that never return from some frame on until the end of the capture.
+- Outbound frames that are sent before the first slave answers.
 
 ## Why it matters
-The ring is open towards the master: no slave gets anything, and those in OP fall by their watchdogs.
+The ring is open towards the master. No slave gets data, and slaves in OP drop to SAFEOP by their watchdogs.
 
 ## How it is decided
-Where nothing ever came back, the master must have repeated frames under one index after a pause: else the capture may
-hold one direction only (capture-one-direction). Where frames came back before, three frames or more within at least 20
-ms must have been sent behind the last return, by masters that were answered before: of others nobody knows whether
-anything comes back. Three and more in more than 50 ms before the first one that came back are
-an info: the slaves may have been switched on later than the master.
+If no frame ever returned, the master must have repeated frames under one index after a pause. Otherwise the capture may
+have one direction only (capture-one-direction).
+
+If frames returned before, at least three frames within at least 20 ms must follow the last return. Only masters whose
+frames returned before count: the returns of others may be missing from the capture.
+
+At least three frames in more than 50 ms before the first return are an info: the slaves may have been switched on later
+than the master.
 
 ## Example
 tests/rules/bus-no-answer/violates.trace
 
 ## What to do
-Look at the cable between the master and the first slave, the master's port (link, right interface), and the power of
+Check the cable between the master and the first slave, the port of the master (link, right interface), and the power of
 the first slave.
 )"};
+
+constexpr Word kReturnsOfLastSender{"returns-of-last-sender", "the returns of the master that sent last", true};
 
 class BusNoAnswer final : public Rule {
  public:
   BusNoAnswer() : Rule(kInfo) { Subscribe<FrameSeen>(&BusNoAnswer::On); }
 
   void On(const FrameSeen& e) {
-    // What cannot be read, and may have passed slaves, came back for all that anybody knows.
+    // A frame that cannot be read, but may have passed slaves, counts as returned.
     if (e.direction == bus::Direction::kReturned || e.direction == bus::Direction::kByPair) {
       if (!last_returned_.seen()) {
         first_returned_ = e.frame.ref();
-        first_in_vain_ = since_.first;
-        last_in_vain_ = sent_before_last_;
+        first_unanswered_ = since_.first;
+        last_unanswered_ = sent_before_last_;
       }
       last_returned_ = e.frame.ref();
-      NoteAnswered(bus::SenderOf(e.frame));
+      AddAnswered(bus::SenderOf(e.frame));
       since_.count = since_answered_.count = 0;
     } else if (e.direction == bus::Direction::kOutbound) {
       sent_before_last_ = since_.last.seen() ? since_.last : e.frame.ref();
@@ -79,40 +107,32 @@ class BusNoAnswer final : public Rule {
     }
     const bool ever = pairing.returned > 0;
     if (!ever && !pairing.no_answers) {
-      NotEvaluable(kNoSlave, "no returned frame is in the capture, and none is seen to be repeated after a time-out");
+      NotEvaluable(kNoSlave, ReasonCode::kNoReturnedFrames);
       return;
     }
-    TellInVain(pairing);
-    // Of frames of a sender to whom nothing ever came back nobody knows whether they do; unless what comes back has
-    // another address than what was sent.
+    ReportLate(pairing);
+    // The returns of a sender whose frames never returned may be missing from the capture; unless returned frames have
+    // another address than sent ones.
     const Sent& sent = since_answered_.first.seen() ? since_answered_ : since_;
     if (pairing.undecided[static_cast<std::size_t>(bus::Undecided::kNoReturns)] > 0 && since_.count >= kEnoughFrames &&
         !since_answered_.first.seen() && ever) {
-      NotEvaluable(kNoSlave,
-                   "the returned frames are of another master: of those of the one that sent last, none is in the "
-                   "capture",
-                   since_.first.number);
+      NotEvaluable(kNoSlave, ReasonCode::kNotInCapture, kReturnsOfLastSender, since_.first.number);
       return;
     }
     if (sent.count < kEnoughFrames) return;
     const bool timed = sent.first.has_time && sent.last.has_time;
     const std::int64_t silence = timed ? Elapsed(sent.first.time, sent.last.time) : 0;
     if (ever && silence < kLongEnoughNs) return;
-    Finding finding;
-    finding.first = sent.first;
+    Finding finding = Found(ever ? kStopped : kNever, kNoSlave, sent.first);
     finding.last = sent.last;
     finding.count = sent.count;
-    finding.title = ever ? "No frame comes back any more" : "No frame comes back: nobody answers";
-    finding.message = (ever ? "The last frame that came back is " + std::to_string(last_returned_.number) +
-                                  "; from frame " + std::to_string(sent.first.number) + " on "
-                            : std::string("The master repeats its frames after a time-out; ")) +
-                      Count(sent.count, "frame") + " went out" +
-                      (timed ? " within " + Duration(silence) : std::string()) +
-                      " and none returned. Look at the cable between master and first slave, at the master's port, and "
-                      "at the power of the first slave.";
-    if (ever) AddRelated(finding, last_returned_.number);
-    finding.evidence = {Number("frames", static_cast<std::int64_t>(sent.count)),
-                        Real("silence_ms", static_cast<double>(silence) / 1e6)};
+    finding.Set("frames", arg::Count(sent.count, "frame"))
+        .Set("silence_ms", arg::Ms(silence))
+        .Set("timed", arg::Flag(timed));
+    if (ever) {
+      finding.Set("last_returned_frame", arg::Frame(last_returned_.number));
+      AddRelated(finding, last_returned_.number);
+    }
     Report(kForGood, std::move(finding));
   }
 
@@ -126,7 +146,7 @@ class BusNoAnswer final : public Rule {
     }
   };
 
-  void NoteAnswered(std::uint64_t sender) {
+  void AddAnswered(std::uint64_t sender) {
     if (answered_count_ < answered_.size() && !WasAnswered(sender)) answered_[answered_count_++] = sender;
   }
   [[nodiscard]] bool WasAnswered(std::uint64_t sender) const {
@@ -134,30 +154,24 @@ class BusNoAnswer final : public Rule {
     return std::find(answered_.begin(), end, sender) != end;
   }
 
-  void TellInVain(const bus::PairingStatistics& pairing) {
-    const std::uint64_t in_vain = pairing.undecided[static_cast<std::size_t>(bus::Undecided::kNoAnswers)];
-    if (in_vain == 0 || !first_returned_.seen() || !first_in_vain_.seen()) return;
-    Finding finding;
-    finding.first = first_in_vain_;
-    finding.last = last_in_vain_;
-    finding.count = in_vain;
-    finding.title = "Nobody answers before frame " + std::to_string(first_returned_.number);
-    finding.message =
-        Count(in_vain, "frame") + " went out before the first one that came back, frame " +
-        std::to_string(first_returned_.number) +
-        ": nobody was reached, because the slaves were switched on later or the link came up late; or the capture "
-        "does not hold the returns of its beginning.";
+  void ReportLate(const bus::PairingStatistics& pairing) {
+    const std::uint64_t unanswered = pairing.undecided[static_cast<std::size_t>(bus::Undecided::kNoAnswers)];
+    if (unanswered == 0 || !first_returned_.seen() || !first_unanswered_.seen()) return;
+    Finding finding = Found(kLate, kNoSlave, first_unanswered_);
+    finding.last = last_unanswered_;
+    finding.count = unanswered;
+    finding.Set("frames", arg::Count(unanswered, "frame"))
+        .Set("first_returned_frame", arg::Frame(first_returned_.number));
     AddRelated(finding, first_returned_.number);
-    finding.evidence = {Number("frames", static_cast<std::int64_t>(in_vain))};
-    const FindingIndex index = Report(kInVain, std::move(finding));
+    const FindingIndex index = Report(kBeforeFirst, std::move(finding));
     if (index != kNoFinding) context().store.Regrade(index, Severity::kInfo);
   }
 
-  FrameRef first_returned_, first_in_vain_, last_in_vain_, sent_before_last_;
+  FrameRef first_returned_, first_unanswered_, last_unanswered_, sent_before_last_;
   FrameRef last_returned_;
-  std::array<std::uint64_t, 2 * bus::DirectionLearner::kMaxMasters> answered_{};  ///< to whom something came back
+  std::array<std::uint64_t, 2 * bus::DirectionLearner::kMaxMasters> answered_{};  ///< whose frames returned
   std::size_t answered_count_ = 0;
-  Sent since_, since_answered_;  ///< behind the last return: by anybody, and by those
+  Sent since_, since_answered_;  ///< after the last return: of all senders, and of those
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<BusNoAnswer>};

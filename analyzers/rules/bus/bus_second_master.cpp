@@ -17,9 +17,9 @@
 namespace ecaudit::bus_second_master {
 namespace {
 
-/// So often the word has to go from one to the other and back, and so many frames of the second have to be its own.
+/// So often the turn has to pass from one to the other and back, and so many frames of the second must be its own.
 constexpr std::uint64_t kTurns = 3;
-/// Both are at work at the same time where the other one is heard of again within this.
+/// Both are active at the same time if the other one sends again within this.
 constexpr std::int64_t kAtOnceNs = 1'000'000'000;
 /// Two masters on one segment would not have set up the same process data side by side, so often and nearly always.
 constexpr std::uint64_t kExchanged = 16;
@@ -29,6 +29,16 @@ constexpr EscAddress kEscType = 0x0000;
 /// A redundant port sends what the first one sends, at once.
 constexpr std::int64_t kCopyNs = 100'000;
 
+constexpr FindingKind kSecondMaster{
+    .name = "second-master",
+    .title = "A second master is active: {second_master}",
+    .message = R"(Slaves answered {second_master} in {answered}, in turn with {first_master}, whose frames go
+on.[ Station address {shared_station} answered both.][ {slaves} counted the broadcasts of both.] Neither master knows what
+the other one writes: station addresses, AL states and mailboxes are not under the control of one master.)",
+    .next = "Remove the second master from the segment.",
+    .identity = "second_master"};
+constexpr const FindingKind* kKinds[] = {&kSecondMaster};
+
 constexpr RuleInfo kInfo{.id = "bus-second-master",
                          .group = "Frame and bus",
                          .severity = Severity::kWarning,
@@ -36,30 +46,37 @@ constexpr RuleInfo kInfo{.id = "bus-second-master",
                          .title = "Two masters address slaves on one segment",
                          .needs = "frames of both senders that slaves took part in",
                          .source = "ETG1000.4, frame processing: a segment has one master",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Frames of two source addresses, turn by turn, that slaves of one segment took part in.
+Whether frames of two source addresses, turn by turn, are answered by slaves of one segment.
 
 ## Why it matters
-Slaves do not know who asks. A second master (a configuration tool, a scan from a laptop, a second controller in the
-same switch) writes over station addresses, states and mailboxes of the first one; what falls out looks like a fault of
-the slaves.
+Slaves do not distinguish masters. A second master (a configuration tool, a scan from a laptop, a second controller at
+the same switch) overwrites station addresses, states and mailboxes of the first one. The consequences look like faults
+of the slaves.
 
 ## How it is decided
-Working counters above 0 show that slaves took part. The turn has to pass from one sender to the other three times at
-least, each within a second. It is the same segment where the same station address answers both, or where equally many
-slaves count their broadcast reads of AL status or type; where other numbers of slaves count them it is another segment,
-and so it is where both exchange process data at the same logical addresses: equal programs of two segments.
-A redundant port is none: what it sends is what the first one sends, at the same time. Frames of two capture interfaces
-are not compared.
+Working counters above 0 show that slaves took part. The turn has to pass from one sender to the other at least three
+times, each time within a second.
+
+- It is the same segment if the same station address answers both, or if the same number of slaves counts the broadcast
+  reads of AL status or type of both.
+- It is another segment if the number of slaves differs, or if both exchange process data at the same logical addresses:
+  then two segments run the same program.
+- A redundant port is no second master: it sends the same as the first port at the same time.
+- Frames of two capture interfaces are not compared.
 
 ## Example
 tests/rules/bus-second-master/violates.trace
 
 ## What to do
-Look who has the second address (its first three bytes name the manufacturer of the network card), and take it off the
-segment. If the recorder joins two segments with the same addresses on one interface, record each alone.
+Find the device with the second address (its first three bytes name the manufacturer of the network card), and remove it
+from the segment. If the recorder joins two segments with the same addresses on one interface, record each alone.
 )"};
+
+constexpr Word kSegment{"segment-of-second-sender", "the segment of the second sender"};
+constexpr Word kSameSegment{"same-segment", "whether two senders are on one segment"};
 
 std::string NameOf(std::uint64_t mac) {
   std::array<std::uint8_t, 6> bytes{};
@@ -90,7 +107,7 @@ struct Sender {
   std::optional<std::uint16_t> slaves;  ///< that count a broadcast read of what each ESC has
 
   [[nodiscard]] bool OnlyEchoes() const { return sent > 0 && echoes * 2 >= sent; }
-  void Took(const wire::FrameView& frame) {
+  void Add(const wire::FrameView& frame) {
     if (answered++ == 0) first = frame.ref();
     last = frame.ref();
     key = frame.key();
@@ -122,7 +139,7 @@ class BusSecondMaster final : public Rule {
       return;
     }
     if (!bus::AnyWorkingCounter(e.frame)) return;
-    if (first_mac_ == kNobody) {
+    if (first_mac_ == kNoSender) {
       first_mac_ = mac;
       first_interface_ = e.frame.interface_index();
       last_of_first_ = e.frame.ref();
@@ -142,47 +159,38 @@ class BusSecondMaster final : public Rule {
     if (first_->slaves && second_->slaves && *first_->slaves != *second_->slaves) return;
     if (first_->exchanged >= kExchanged && second_->exchanged >= kExchanged &&
         (second_->exchanged - same_images_) * kOtherOneIn <= second_->exchanged) {
-      NotEvaluable(kNoSlave, "slaves exchange process data with " + NameOf(first_->mac) + " and " +
-                                 NameOf(second_->mac) +
-                                 " at the same logical addresses: most likely each has a segment of its own");
+      NotEvaluable(kNoSlave, ReasonCode::kAmbiguous, kSegment);
       return;
     }
     const std::bitset<65536> shared = first_->stations & second_->stations;
     const bool same_number = first_->slaves && first_->slaves == second_->slaves;
     if (shared.none() && !same_number) {
-      NotEvaluable(kNoSlave, "slaves answered " + NameOf(first_->mac) + " and " + NameOf(second_->mac) +
-                                 ", and nothing shows whether these are on one segment");
+      NotEvaluable(kNoSlave, ReasonCode::kNotInCapture, kSameSegment);
       return;
     }
-    Finding finding;
+    Finding finding = Found(kSecondMaster, kNoSlave, second_->first);
     finding.confidence = Confidence::kInferred;
-    finding.first = second_->first;
     finding.last = second_->last;
     finding.count = second_->answered;
-    finding.title = "A second master at work: " + NameOf(second_->mac);
-    finding.message = "Slaves answered " + NameOf(second_->mac) + " in " + Count(second_->answered, "frame") +
-                      ", in turn with " + NameOf(first_->mac) + ", whose frames go on; ";
+    finding.Set("answered", arg::Count(second_->answered, "frame"));
     if (shared.any()) {
       std::size_t station = 0;
       while (!shared.test(station)) ++station;
-      finding.message += "station address " + Hex(station, 4) + " answered both";
-      finding.evidence.push_back(Number("shared_stations", static_cast<std::int64_t>(shared.count())));
+      finding.Set("shared_station", arg::Hex(station))
+          .Set("shared_stations", arg::Number(static_cast<std::int64_t>(shared.count())));
     } else {
-      finding.message += Count(*second_->slaves, "slave") + " counted the broadcasts of both";
+      finding.Set("slaves", arg::Count(*second_->slaves, "slave"));
     }
-    finding.message +=
-        ". What one writes the other does not know of: station addresses, AL states and mailboxes are "
-        "no longer one master's. Take the second one off the segment.";
+    finding.Set("first_master", arg::Text(NameOf(first_->mac)))
+        .Set("second_master", arg::Text(NameOf(second_->mac)))
+        .Set("turns", arg::Number(static_cast<std::int64_t>(turns_)));
     AddRelated(finding, before_second_.number);
-    finding.evidence.push_back(Text("first_master", NameOf(first_->mac)));
-    finding.evidence.push_back(Text("second_master", NameOf(second_->mac)));
-    finding.evidence.push_back(Number("turns", static_cast<std::int64_t>(turns_)));
     Report(0, std::move(finding));
   }
 
  private:
   /// No Ethernet address has so many bits.
-  static constexpr std::uint64_t kNobody = ~std::uint64_t{0};
+  static constexpr std::uint64_t kNoSender = ~std::uint64_t{0};
 
   void Begin(std::uint64_t mac) {
     first_ = std::make_unique<Sender>();
@@ -190,7 +198,7 @@ class BusSecondMaster final : public Rule {
     first_->mac = first_mac_;
     second_->mac = mac;
     first_->last = before_second_ = last_of_first_;
-    // What is known of the bus up to here the slaves told the first one.
+    // All that is known of the bus up to here comes from answers to the first one.
     const track::Network& network = context().network();
     for (std::size_t s = 0; s < network.slaves().size(); ++s) {
       const std::uint16_t* station = network.slaves()[static_cast<SlaveId>(s)].station.if_known();
@@ -199,7 +207,7 @@ class BusSecondMaster final : public Rule {
     if (const std::uint16_t* count = network.slave_count().if_known()) first_->slaves = *count;
   }
 
-  /// While a redundant line is broken, slaves answer one of its ports only: that both sent the same tells.
+  /// While a redundant line is broken, slaves answer one of its ports only. Equal sent frames show that both are ports.
   void FollowSent(std::uint64_t mac, const wire::FrameView& frame) {
     Sender* sender = second_ == nullptr    ? nullptr
                      : mac == second_->mac ? second_.get()
@@ -230,19 +238,19 @@ class BusSecondMaster final : public Rule {
       const std::uint64_t image = ImageOf(datagram);
       if (std::find(other.images.begin(), other.images.end(), image) != other.images.end()) ++same_images_;
     }
-    sender.Took(frame);
+    sender.Add(frame);
   }
 
   static bool Within(const FrameRef& a, const FrameRef& b, std::int64_t limit) {
     return a.has_time && b.has_time && Elapsed(a.time, b.time) <= limit;
   }
 
-  std::uint64_t first_mac_ = kNobody;
+  std::uint64_t first_mac_ = kNoSender;
   std::uint16_t first_interface_ = 0;
   FrameRef last_of_first_, before_second_;
-  std::uint64_t sent_by_ = kNobody;  ///< of the last outbound frame: its sender, ...
-  std::uint64_t sent_key_ = 0;       ///< ... key ...
-  FrameRef sent_;                    ///< ... and number
+  std::uint64_t sent_by_ = kNoSender;  ///< of the last outbound frame: its sender, ...
+  std::uint64_t sent_key_ = 0;         ///< ... key ...
+  FrameRef sent_;                      ///< ... and number
   std::unique_ptr<Sender> first_, second_;
   const Sender* turn_ = nullptr;
   std::uint64_t same_images_ = 0;  ///< process data of the second one where those of the first one lie

@@ -1,12 +1,14 @@
+#include <algorithm>
 #include <map>
 #include <set>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
-#include "decoder/base/text.h"
 #include "decoder/pipeline.h"
 #include "decoder/track/access.h"
 #include "decoder/track/events.h"
@@ -17,41 +19,75 @@ namespace {
 
 constexpr EscAddress kPortControl = 0x0101;  // DL control
 
+constexpr FindingKind kFewer{
+    .name = "fewer",
+    .title = "Slaves on the bus: {slaves_now:number} instead of {slaves_before:number}",
+    .message =
+        R"({frame} passed {slaves_now}, frames before it {slaves_before}.[{!still_answers} Missing: {missing}[ and
+{more_missing}].][ {missing_slaves} {missing_slaves?is|are} missing, but {still_answers} still answers in
+{still_answers_frame}: a branch in the middle has left.])",
+    .next =
+        R"([{?still_answers}Check the branches, their power and cables.][{!still_answers}[{?last_position}Check power
+and cable between position {last_position} and position {first_missing_position}.][{!last_position}Check the cable between
+the master and the first slave.]])"};
+constexpr FindingKind kMore{.name = "more",
+                            .title = "Slaves on the bus: {slaves_now:number} instead of {slaves_before:number}",
+                            .message = "{frame} passed {slaves_now}, frames before it {slaves_before}.",
+                            .next = "[{!started_up_frame}Start the new {new_slaves?slave|slaves} up.]"};
+constexpr FindingKind kReturned{
+    .name = "returned",
+    .title = "Slaves on the bus: {slaves_now:number} instead of {slaves_before:number}",
+    .message = R"({frame} passed {slaves_now}, frames before it {slaves_before}.[ The returning
+{new_slaves?slave|slaves} may have power-cycled.])",
+    .next = "[{!started_up_frame}Check the AL state of the returning {new_slaves?slave|slaves}.]"};
+constexpr const FindingKind* kKinds[] = {&kFewer, &kMore, &kReturned};
+
+constexpr NoteKind kStartedUp{
+    .name = "started-up",
+    .text = "The master started {new_slaves?this slave|all of these slaves} up by {started_up_frame}."};
+constexpr NoteKind kOneFrame{
+    .name = "one-frame-only",
+    .text = "Only one frame shows this, and the capture misses packets: it may be the return of another frame."};
+constexpr const NoteKind* kNotes[] = {&kStartedUp, &kOneFrame};
+
+constexpr Word kWhoIsWhere{"slave-at-position", "which slave is at a position after the change"};
+constexpr Word kNumberOfSlaves{"number-of-slaves", "the number of slaves"};
+
 constexpr RuleInfo kInfo{.id = "bus-slave-count-changed",
                          .group = "Frame and bus",
                          .severity = Severity::kError,
                          .title = "The number of slaves changes while the bus is in use",
                          .needs = "returned broadcasts or position-addressed datagrams",
                          .source = "ETG1000.4, auto-increment and broadcast addressing",
+                         .kinds = kKinds,
+                         .notes = kNotes,
                          .doc = R"(
 ## What it checks
 Every slave adds one to the position counter of broadcasts and of position-addressed datagrams, whether or not it takes
-part. The difference between what was sent and what came back is the number of slaves on the wire.
+part. The difference between the sent and the returned counter is the number of slaves on the wire.
 
 ## Why it matters
-A slave lost power, a cable or a link; or one came back, in a state the master does not know of.
+A slave lost power, a cable or a link, or a slave returned in a state that the master does not know.
 
 ## How it is decided
-From returned frames only. The bus is in use once a slave took a request for a state above INIT, or process data were
-exchanged (a logical datagram with a working counter above 0). It is not while the master scans: after it opened or
-closed ports (0x0101) or requested INIT by broadcast.
+From returned frames only. The bus is in use after a slave accepted a request for a state above INIT, or after process
+data were exchanged (a logical datagram with a working counter above 0). It is not in use while the master scans: after
+the master opened or closed ports (0x0101) or requested INIT by broadcast.
 
-Where the capture misses packets, the return of a frame may be taken for that of another one that was sent to another
-position. So a number that one frame shows and the next ones do not is an info there. And so are slaves that are
-new, once the master starts them up.
-
-A broadcast tells how many are left, not which: the last ones by position, unless one of these still answers at its
-station address. Then a branch in the middle has left.
-
-A slave keeps its station address while it has power; its position changes with each slave that joins or leaves before
-it. So behind a change a position names nobody, until the slave there shows its station address or alias, or is given
-an address.
+- If the capture misses packets, the return of a frame may be taken for that of another one to another position. There a
+  number that one frame shows and the next ones do not is an info.
+- New slaves are an info once the master starts them up.
+- A broadcast shows how many slaves are left, not which. The missing ones are the last by position, unless one of these
+  still answers at its station address. Then a branch in the middle has left.
+- A slave keeps its station address while it has power, but its position changes with each slave that joins or leaves
+  before it. After a change the slave at a position is therefore unknown, until it shows its station address or alias,
+  or gets an address.
 
 ## Example
 samples/captures/slave-count-changes.pcapng
 
 ## What to do
-The slave behind the last one that still answers, or the cable to it, is the place to look. The message names both.
+Check the slave after the last one that still answers, and the cable to it. The message names both.
 )"};
 
 /// Packets after which the next frame shows the number of slaves again.
@@ -79,7 +115,7 @@ class BusSlaveCountChanged final : public Rule {
 
   void On(const track::Answered& e) {
     if (left_.finding == kNoFinding || e.wkc == 0) return;
-    if (e.slaves_passed && *e.slaves_passed == left_.first && left_.answers != kNoSlave) TellBranch();
+    if (e.slaves_passed && *e.slaves_passed == left_.first && left_.answers != kNoSlave) ReportBranch();
     const bool by_station = e.command >= wire::Command::FPRD && e.command <= wire::Command::FPRW;
     if (!by_station || e.slave == kNoSlave || !e.returned.seen()) return;
     const SlavePos* position = context().network().slaves()[e.slave].position.if_known();
@@ -98,7 +134,7 @@ class BusSlaveCountChanged final : public Rule {
 
   void On(const track::AlRequest& e) {
     if (e.acceptance != track::Acceptance::kAccepted) return;
-    TakenUp(e);
+    StartedUp(e);
     if (e.control.state() != static_cast<std::uint8_t>(esc::AlState::INIT)) {
       in_use_ = true;
     } else if (e.broadcast) {
@@ -111,20 +147,17 @@ class BusSlaveCountChanged final : public Rule {
     const Change before = std::exchange(last_, Change{e.previous, e.count, e.frame.number, kNoFinding});
     const bool back = before.to == e.previous && before.from == e.count && e.frame.number - before.frame <= kBrief;
     if (back && before.finding != kNoFinding) ++brief_[before.finding];
-    last_.finding = Tell(e);
+    last_.finding = ReportChange(e);
     if (back && last_.finding != kNoFinding) ++brief_[last_.finding];
   }
 
   void Finish() override {
     if (NotEvaluableWithoutReturns()) return;
     if (unknown_.seen()) {
-      NotEvaluable(kNoSlave,
-                   "slaves have joined or left, and nothing shows who is at a position since: what is read and written "
-                   "by position from here on, before an address shows it, tells of no slave",
-                   unknown_.number);
+      NotEvaluable(kNoSlave, ReasonCode::kNotInCapture, kWhoIsWhere, unknown_.number);
     }
     if (context().pairing().returned > 0 && context().network().slave_count().if_known() == nullptr) {
-      NotEvaluable(kNoSlave, "no returned broadcast or position-addressed datagram shows the number of slaves");
+      NotEvaluable(kNoSlave, ReasonCode::kNotInCapture, kNumberOfSlaves);
     }
     if (!MissesAny(context().pairing())) return;
     for (const auto& [index, times] : brief_) {
@@ -132,8 +165,7 @@ class BusSlaveCountChanged final : public Rule {
       if (times < finding.count) continue;
       context().store.Regrade(index, Severity::kInfo);
       finding.confidence = Confidence::kInferred;
-      finding.message +=
-          " But only one frame shows it, and the capture misses packets: this may be the return of another frame.";
+      finding.Add(kOneFrame);
     }
   }
 
@@ -145,42 +177,35 @@ class BusSlaveCountChanged final : public Rule {
     FindingIndex finding = kNoFinding;
   };
 
-  FindingIndex Tell(const track::SlaveCount& e) {
+  FindingIndex ReportChange(const track::SlaveCount& e) {
     const std::uint64_t key = static_cast<std::uint64_t>(e.previous) << 16U | e.count;
     if (FindingIndex index = Repeat(kNoSlave, key, e.frame); index != kNoFinding) {
       AddRelated(context().store[index], e.frame.number);
       return index;
     }
-    Finding finding;
-    finding.first = e.frame;
-    finding.title = "Slaves on the bus: " + std::to_string(e.previous) + " before, " + std::to_string(e.count) + " now";
-    finding.message = "Frame " + std::to_string(e.frame.number) + " came back after " + Count(e.count, "slave") +
-                      ", frames before after " + Count(e.previous, "slave") + ". ";
-    if (e.count < e.previous) {
-      finding.message += WhereItBroke(e);
+    const bool fewer = e.count < e.previous;
+    Finding finding = Found(fewer ? kFewer : drop_ != kNoFinding ? kReturned : kMore, kNoSlave, e.frame);
+    finding.Set("slaves_before", arg::Count(e.previous, "slave")).Set("slaves_now", arg::Count(e.count, "slave"));
+    if (fewer) {
+      AddMissing(finding, e);
     } else {
-      finding.message += drop_ != kNoFinding
-                             ? "What came back may have lost its power or its process data meanwhile: its AL state "
-                               "tells whether it has to be started up again."
-                             : "What is new has to be started up.";
+      finding.Set("new_slaves", arg::Number(e.count - e.previous));
     }
-    finding.evidence.push_back(Number("slaves_before", e.previous));
-    finding.evidence.push_back(Number("slaves_now", e.count));
-    if (e.count > e.previous) finding.caused_by = drop_;  // what left has come back
+    if (e.count > e.previous) finding.caused_by = drop_;  // the slaves that left have returned
     const FindingIndex index = Report(key, std::move(finding));
     left_ = {};
-    if (e.count < e.previous) {
+    if (fewer) {
       drop_ = index;
       more_ = {};
-      left_ = {index, e.count, e.previous, kNoSlave, 0, WhereItBroke(e)};
+      left_ = {index, e.count, e.previous, kNoSlave, 0};
     } else {
       more_ = {index, e.previous, e.count, {}, {}};
     }
     return index;
   }
 
-  /// The master knows of what is new or back: it starts it up.
-  void TakenUp(const track::AlRequest& e) {
+  /// The master handles the new or returned slaves: it starts them up.
+  void StartedUp(const track::AlRequest& e) {
     if (more_.finding == kNoFinding || e.broadcast ||
         e.control.state() == static_cast<std::uint8_t>(esc::AlState::INIT))
       return;
@@ -190,27 +215,22 @@ class BusSlaveCountChanged final : public Rule {
     more_.asked.insert(e.slave);
     if (more_.asked.size() < static_cast<std::size_t>(more_.end - more_.first)) return;
     Finding& finding = context().store[more_.finding];
-    finding.message += " The master does so, up to frame " + std::to_string(e.frame().number) + " of all of them.";
+    const Value started_up = arg::Frame(e.frame().number);
+    finding.Set("started_up_frame", started_up);
+    finding.Add(kStartedUp, {{"new_slaves", arg::Number(more_.end - more_.first)}, {"started_up_frame", started_up}});
     AddRelated(finding, e.frame().number);
-    // What had left before is told as its consequence.
+    // The return of slaves that had left is a consequence of that.
     if (finding.caused_by == kNoFinding) context().store.Regrade(more_.finding, Severity::kInfo);
     more_ = {};
   }
 
-  /// One of those that should be missing answers, and the broadcast behind that still counts as few.
-  void TellBranch() {
+  /// One of the slaves that should be missing answers, and the following broadcast still counts as few.
+  void ReportBranch() {
     Finding& finding = context().store[left_.finding];
-    const std::size_t at = finding.message.find(left_.text);
-    if (at != std::string::npos) {
-      const auto missing = static_cast<std::uint64_t>(left_.end - left_.first);
-      finding.message.replace(at, left_.text.size(),
-                              Count(missing, "slave") + (missing == 1 ? " is" : " are") + " missing, but " +
-                                  context().Label(left_.answers) + " still answers in frame " +
-                                  std::to_string(left_.answer) +
-                                  ": a branch in the middle has left. Check the branches, their power and cables.");
-      finding.evidence.push_back(Text("still_answers", context().Label(left_.answers)));
-      AddRelated(finding, left_.answer);
-    }
+    finding.Set("missing_slaves", arg::Count(static_cast<std::uint64_t>(left_.end - left_.first), "slave"))
+        .Set("still_answers", arg::Slave(left_.answers, context().Label(left_.answers)))
+        .Set("still_answers_frame", arg::Frame(left_.answer));
+    AddRelated(finding, left_.answer);
     left_ = {};
   }
 
@@ -220,10 +240,9 @@ class BusSlaveCountChanged final : public Rule {
     std::uint16_t first = 0, end = 0;
     SlaveId answers = kNoSlave;  ///< one of them that does
     FrameNo answer = 0;
-    std::string text;  ///< what the finding says of where they were
   };
 
-  /// Slaves at these positions are new or back, or others that were met since.
+  /// Slaves at these positions are new or returned, or others that were found since.
   struct More {
     FindingIndex finding = kNoFinding;
     std::uint16_t first = 0, end = 0;
@@ -231,31 +250,29 @@ class BusSlaveCountChanged final : public Rule {
     std::set<SlaveId> asked;  ///< for a state above INIT since
   };
 
-  [[nodiscard]] std::string WhereItBroke(const track::SlaveCount& e) const {
-    const std::string missing = "Missing: " + Missing(e) + ". ";
-    if (e.count == 0) return missing + "Check the cable at the master and the first slave.";
-    return missing + "Check power and cable between position " + std::to_string(e.count - 1) + " and position " +
-           std::to_string(e.count) + ".";
-  }
-
-  [[nodiscard]] std::string Missing(const track::SlaveCount& e) const {
+  /// The slaves that are missing, and the place where the bus ends now.
+  void AddMissing(Finding& finding, const track::SlaveCount& e) const {
+    constexpr std::uint32_t kNamed = 8;
     const bus::SlaveSet& slaves = context().network().slaves();
-    std::string out;
-    for (std::uint32_t p = e.count; p < e.previous; ++p) {
-      if (p - e.count == 8) return out + ", ...";
+    std::vector<Value> missing;
+    const auto end = std::min<std::uint32_t>(e.previous, e.count + kNamed);
+    for (std::uint32_t p = e.count; p < end; ++p) {
       const SlaveId id = slaves.AtPosition(static_cast<SlavePos>(p));
-      out += (out.empty() ? "" : ", ") + (id != kNoSlave ? context().Label(id) : "slave " + std::to_string(p));
+      missing.push_back(arg::Slave(id, id != kNoSlave ? context().Label(id) : "slave " + std::to_string(p)));
     }
-    return out;
+    finding.Set("missing", arg::List(std::move(missing)));
+    if (end < e.previous) finding.Set("more_missing", arg::Count(e.previous - end, "other"));
+    if (e.count == 0) return;
+    finding.Set("last_position", arg::Number(e.count - 1)).Set("first_missing_position", arg::Number(e.count));
   }
 
   bool in_use_ = false;
-  FrameRef unknown_;  ///< the first that somebody answered at a position where nothing shows who that is
+  FrameRef unknown_;  ///< the first with an answer from a position whose slave is unknown
   More more_;
   Left left_;
   FindingIndex drop_ = kNoFinding;
   Change last_;
-  std::map<FindingIndex, std::uint64_t> brief_;  ///< findings: on how many occasions the next frame denied them
+  std::map<FindingIndex, std::uint64_t> brief_;  ///< findings: how often the next frame contradicted them
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<BusSlaveCountChanged>};

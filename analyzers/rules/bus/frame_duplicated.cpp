@@ -1,40 +1,72 @@
+#include <utility>
+
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
-#include "decoder/base/text.h"
 #include "decoder/pipeline.h"
 #include "decoder/track/events.h"
 
 namespace ecaudit::frame_duplicated {
 namespace {
 
+constexpr FindingKind kTwiceReturned{
+    .name = "twice",
+    .title = "{count:number} {count?frame|frames} returned twice",
+    .message = R"({frame} is byte for byte the same as {original_frame}, which returned before. No outbound frame is
+left that it could answer.)",
+    .next = "Check whether the recorder captures packets twice, and check the port order of the slaves."};
+constexpr FindingKind kPacketsTwice{
+    .name = "packets-twice",
+    .title = "The capture has packets twice: {count:number} returned, {outbound_twice:number} outbound",
+    .message = R"({frame} is byte for byte the same as {original_frame}, which returned before. {outbound_twice}
+{outbound_twice?is|are} in the capture twice, too. No slave can do that: the recorder captured packets twice.)",
+    .next = "Record each packet once: mirror one direction of each port."};
+constexpr FindingKind kReturnsTwice{
+    .name = "returns-twice",
+    .title = "The capture has {count:number} returned frames twice",
+    .message = R"({frame} is byte for byte the same as {original_frame}, which returned before. Nearly every returned
+frame is in the capture twice, and none has the circulating bit. So the recorder captured them twice, for example at a
+mirror port.)",
+    .next = "Record each packet once: mirror one direction of each port."};
+constexpr FindingKind kCirculate{
+    .name = "circulating",
+    .title = "Frames circulate",
+    .message = R"(The circulating bit is set in returned datagrams from {frame} on. So a slave has no link at its port
+towards the master and sends frames back into the ring.)",
+    .next = "Check for a broken ring and for slaves whose ports are swapped."};
+constexpr const FindingKind* kKinds[] = {&kTwiceReturned, &kPacketsTwice, &kReturnsTwice, &kCirculate};
+
 constexpr RuleInfo kInfo{.id = "frame-duplicated",
                          .group = "Frame and bus",
                          .severity = Severity::kWarning,
-                         .title = "A frame came back twice, or circulates",
+                         .title = "A frame returned twice, or circulates",
                          .needs = "outbound and returned frames",
                          .source = "ESC-1, circulating frames",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Returned frames that are byte for byte what came back before, with no outbound frame left that they could answer; and
-the circulating bit, which a slave sets when its port towards the master has no link.
+- Returned frames that are byte for byte the same as an earlier return, with no outbound frame left that they could
+  answer.
+- The circulating bit. A slave sets it if its port towards the master has no link.
 
 ## Why it matters
-Slaves may have processed the frame twice, the ring is broken or cabled in the wrong order, or the capture set-up
-records packets twice.
+Slaves may have processed the frame twice, the ring is broken or its cables are in the wrong order, or the capture
+set-up records packets twice.
 
 ## How it is decided
-By content: repeats by the master have an outbound copy of their own and are not counted. Where outbound frames stand
-twice in the capture, too, one right behind the other, it is the capture that holds packets twice: then the finding is
-an info, and where both copies of a frame stand there twice it is counted once and nothing is said. So is nearly every
-returned frame twice, none of them with the circulating bit: a mirror port does that. A single circulating frame during
-a redundancy switch-over is no finding.
+By content. Repetitions by the master have an outbound copy of their own and are not counted.
+
+- If outbound frames are in the capture twice as well, one directly after the other, the recorder captured packets
+  twice. Then the finding is an info. A frame of which both copies are there twice is counted once and not reported.
+- The finding is an info as well if nearly every returned frame is there twice, none with the circulating bit: a mirror
+  port does that.
+- A single circulating frame during a redundancy switch-over is no finding.
 
 ## Example
 samples/captures/duplicated-frames.pcapng
 
 ## What to do
-Check the port order of the slaves (the master belongs at port 0) and the capture set-up (mirror ports that see both
-directions of both ports).
+Check the port order of the slaves (the master belongs at port 0) and the capture set-up: mirror ports may record both
+directions of both ports.
 )"};
 
 class FrameDuplicated final : public Rule {
@@ -50,14 +82,8 @@ class FrameDuplicated final : public Rule {
       AddRelated(context().store[index], e.returned.ref().number);
       return;
     }
-    Finding finding;
-    finding.first = e.returned.ref();
-    finding.title = "Frame came back twice";
-    finding.message = "Frame " + std::to_string(e.returned.ref().number) + " is byte for byte what frame " +
-                      std::to_string(e.original) +
-                      " already brought back, and no outbound frame is left that it could answer. Check whether the "
-                      "capture set-up records packets twice, and the port order of the slaves.";
-    finding.evidence.push_back(Number("original_frame", static_cast<std::int64_t>(e.original)));
+    Finding finding = Found(kTwiceReturned, kNoSlave, e.returned.ref());
+    finding.Set("original_frame", arg::Frame(e.original));
     AddRelated(finding, e.original);
     twice_ = Report(kTwice, std::move(finding));
   }
@@ -70,36 +96,27 @@ class FrameDuplicated final : public Rule {
   }
 
   void Finish() override {
-    if (twice_ != kNoFinding && context().store[twice_].count > 1) {
-      context().store[twice_].title = Count(context().store[twice_].count, "frame") + " came back twice";
-    }
     const std::uint64_t sent_twice = context().pairing().outbound_twice;
     if (twice_ != kNoFinding && sent_twice * 4 >= context().store[twice_].count) {
       Finding& finding = context().store[twice_];
       context().store.Regrade(twice_, Severity::kInfo);
-      finding.title = "The capture holds packets twice: " + Count(finding.count, "returned frame") + " and " +
-                      Grouped(sent_twice) + " outbound";
-      finding.message += " " + Count(sent_twice, "outbound frame") + (sent_twice == 1 ? " stands" : " stand") +
-                         " there twice, too, which no slave can do: it is the capture.";
+      finding.kind = &kPacketsTwice;
       finding.confidence = Confidence::kInferred;
-      finding.evidence.push_back(Number("outbound_twice", static_cast<std::int64_t>(sent_twice)));
+      finding.Set("outbound_twice", arg::Count(sent_twice, "outbound frame"));
     } else if (twice_ != kNoFinding && circulating_ == 0 && IsNearlyEach(context().store[twice_].count)) {
       Finding& finding = context().store[twice_];
       context().store.Regrade(twice_, Severity::kInfo);
-      finding.title = "The capture holds returned frames twice: " + Grouped(finding.count);
-      finding.message +=
-          " Nearly every returned frame stands there twice, and none has the circulating bit: it is the capture (a "
-          "mirror port, for example).";
+      finding.kind = &kReturnsTwice;
       finding.confidence = Confidence::kInferred;
     }
     if (NotEvaluableWithoutReturns()) return;
     if (context().pairing().outbound == 0 && context().pairing().returned > 0) {
-      NotEvaluable(kNoSlave, "no outbound frames in the capture; only the circulating bit is judged");
+      NotEvaluable(kNoSlave, ReasonCode::kNoOutboundFrames);
     }
   }
 
  private:
-  /// What loops frames back does so with the circulating bit, or now and then.
+  /// A slave that sends frames back sets the circulating bit, or does so only sometimes.
   [[nodiscard]] bool IsNearlyEach(std::uint64_t count) const {
     constexpr std::uint64_t kMany = 64;
     return count >= kMany && count * 10 >= context().pairing().paired * 9;
@@ -112,15 +129,9 @@ class FrameDuplicated final : public Rule {
     if (!first_circulating_.seen()) first_circulating_ = returned;
     if (circulating_ < 2) return;
     if (Repeat(kNoSlave, kCirculating, returned) != kNoFinding) return;
-    Finding finding;
-    finding.first = first_circulating_;
+    Finding finding = Found(kCirculate, kNoSlave, first_circulating_);
     finding.last = returned;
     finding.count = circulating_;
-    finding.title = "Frames circulate";
-    finding.message =
-        "The circulating bit is set in returned datagrams from frame " + std::to_string(first_circulating_.number) +
-        " on: a slave has no link at its port towards the master and loops frames back. Check for a broken "
-        "ring and for slaves whose ports are swapped.";
     Report(kCirculating, std::move(finding));
   }
 

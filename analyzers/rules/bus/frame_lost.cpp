@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cstdint>
 #include <vector>
 
 #include "analyzers/judge/rule.h"
@@ -12,51 +13,95 @@
 namespace ecaudit::frame_lost {
 namespace {
 
+constexpr FindingKind kLost{
+    .name = "lost",
+    .title = "{lost_frames} of {outbound_frames:number} never returned",
+    .message = R"({lost_frames:number} outbound {lost_frames?frame|frames} never returned although
+[{?master_went_on}the master went on sending][{!master_went_on}later ones did]. The first is {frame}.[[{?all_in_a_row} They
+are all in a row, up to {in_a_row_last_frame}][{!all_in_a_row} {in_a_row} of them are in a row, from
+{in_a_row_first_frame} to {in_a_row_last_frame}][, within {in_a_row_ms}].][[{?each_followed} Each of them
+is][{!each_followed} {followed_by_other_traffic} of them {followed_by_other_traffic?is|are}] directly followed by a packet
+of another protocol.][ The capturing machine dropped {dropped_by_capture} by its own count; these losses may be among
+them.][ {returned_without_outbound} {returned_without_outbound?has|have} no outbound copy: the capture misses packets, and
+these losses may be among them.][{?with_change} The frames were in flight when the number of slaves on the bus changed.])",
+    .next = R"([{?each_followed}Keep other traffic off the EtherCAT port. ][{?some_followed}Keep other traffic off the
+EtherCAT port. ][{?with_change}Correct the change of the number of slaves first.][{!with_change}Check cables and connectors,
+and the error counters (0x0300-0x0313) of the slaves.])"};
+constexpr FindingKind kRegular{
+    .name = "capture-misses-regularly",
+    .title = "The capture misses every {dropped_every_ordinal} packet: {lost_frames} without a return",
+    .message = R"({lost_frames:number} outbound {lost_frames?frame|frames} have no return in the capture. The first is
+{frame}. Packets are missing at a regular distance of {dropped_every}: the recorder left them out.[ The capturing machine
+dropped {dropped_by_capture} by its own count.][ {returned_without_outbound} {returned_without_outbound?has|have} no outbound
+copy.])",
+    .next = "Capture with a probe or with larger buffers before you check the bus for losses."};
+constexpr FindingKind kMissed{
+    .name = "capture-misses",
+    .title = "The capture misses packets: {lost_frames} without a return",
+    .message = R"({lost_frames:number} outbound {lost_frames?frame|frames} have no return in the capture. The first is
+{frame}. {returned_without_outbound} {returned_without_outbound?has|have} no outbound copy, so the capture misses packets.
+These losses may be among them.[ The capturing machine dropped {dropped_by_capture} by its own count.])",
+    .next = "Capture with a probe or with larger buffers before you check the bus for losses."};
+constexpr const FindingKind* kKinds[] = {&kLost, &kRegular, &kMissed};
+
+constexpr Word kReturnsInGaps{"returns-in-gaps", "returns of frames in flight", true};
+constexpr Word kReturnBeforePause{"return-before-pause", "a missing return before a long pause of the master"};
+
 constexpr RuleInfo kInfo{.id = "frame-lost",
                          .group = "Frame and bus",
                          .severity = Severity::kError,
                          .needs_no_history = true,
-                         .title = "An outbound frame never came back",
+                         .title = "An outbound frame never returned",
                          .needs = "outbound and returned frames",
                          .source = "ETG1000.4, frame processing: every frame returns to its master",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Whether each outbound frame comes back, as frames cannot overtake each other on the wire. All losses are one finding
-with their number and the first frames.
+Whether each outbound frame returns; frames cannot overtake each other on the wire. All losses are one finding with
+their number and the first frames.
 
 ## Why it matters
-A lost frame is a cycle without set points and actual values. The master sees a working counter of nothing, drives
-count missing frames and leave operation.
+A lost frame is a cycle without set points and actual values. The master gets no working counter. Drives count missing
+frames and leave OP.
 
 ## How it is decided
-By content and order, not by time: a frame is lost when frames sent later have come back, or when nothing comes back any
-more while the master goes on sending. Frames still under way at the end of the capture are not lost, and a frame that
-came back damaged is not lost either. Whether it was lost on the way out or back, a capture at the master cannot show. A
-capture machine that drops packets looks the same; where its file counts drops, the message says so. Frames that came
-back without an outbound copy prove that the capture misses packets: the message gives their number. A recorder that
-leaves out packets takes as many of one direction as of the other: where the lost frames are no more than these, the
-places where indices skip, and what chance adds (three times the root of the sum; where the file has several interfaces,
-three times as many), nothing says that any was lost on the bus, and the finding is an info; so it is where
-packets are missing at a regular distance, every 124th say, while others come back. Nor is a frame lost that was sent
-before anybody answered (bus-no-answer), or that was under way where the capture has a hole: where the indices of a
-master that numbers its frames skip, or where a master that does not was silent for much longer than before. A frame
-that its master sends once more is lost, however long the time-out was.
+By content and order, not by time. A frame is lost if frames that were sent later returned, or if nothing returns any
+more while the master goes on sending. A frame that the master sends again is lost too, however long the time-out was.
+
+Not lost are:
+
+- frames still in flight at the end of the capture
+- frames that returned damaged
+- frames that were sent before the first slave answered (bus-no-answer)
+- frames in flight at a capture gap. There the indices of a master that numbers its frames skip, or a master that does
+  not number them was silent for much longer than before.
+
+A capture at the master does not show whether a frame was lost on the way out or back. A capturing machine that drops
+packets looks the same. If its file counts drops, the message gives their number. Frames that returned without an
+outbound copy prove that the capture misses packets: the message gives their number too.
+
+The finding is an info if the recorder explains the losses:
+
+- A recorder leaves out as many packets of one direction as of the other. The limit is the number of returns without an
+  outbound copy, plus the gaps in the indices, plus three times the root of the sum for chance. If the file has several
+  interfaces, the limit is three times as many.
+- Packets are missing at a regular distance, for example every 124th, while others return.
 
 ## Example
 samples/captures/lost-frames.pcapng
 
 ## What to do
-Look for other traffic on the EtherCAT port (the message says when other packets follow the lost frames), loose
+Check for other traffic on the EtherCAT port (the message reports packets that follow the lost frames directly), loose
 connectors, and link errors at the slaves (0x0300-0x0313).
 )"};
 
-/// So many lost in a row are worth telling.
+/// So many lost in a row are reported.
 constexpr std::uint64_t kManyInARow = 3;
 
-/// A recorder that leaves out packets here and there takes as many of one direction as of the other, give or take.
-/// Where the directions have an interface each, these may differ by so much.
+/// A recorder that leaves out packets at random takes about as many of one direction as of the other. If each direction
+/// has an interface of its own, the numbers may differ by this factor.
 constexpr std::uint64_t kFair = 3;
-/// By chance they differ by no more than so many times the root of their sum.
+/// By chance they differ by no more than this many times the root of their sum.
 constexpr std::uint64_t kRoots = 3;
 
 /// True when a recorder that missed `missed` outbound copies may well have missed `lost` returns.
@@ -77,9 +122,7 @@ class FrameLost final : public Rule {
     if (e.loss == bus::Loss::kSilence) ++silent_;
     const FrameRef& frame = e.sent.ref();
     if (index_ == kNoFinding) {
-      Finding finding;
-      finding.first = frame;
-      index_ = Report(0, std::move(finding));
+      index_ = Report(0, Found(kLost, kNoSlave, frame));
       first_ = frame;
     } else {
       Finding& finding = context().store[index_];
@@ -92,7 +135,7 @@ class FrameLost final : public Rule {
 
   void Finish() override {
     if (NotEvaluableWithoutReturns() || NotEvaluableWithoutSent()) return;
-    TellWhatIsOpen(context().pairing());
+    AddNotEvaluable(context().pairing());
     if (index_ == kNoFinding) return;
     const FindingIndex change = ChangeOfTheBus(context().store[index_]);
     Describe(context().pairing(), context().store[index_], change != kNoFinding);
@@ -113,39 +156,29 @@ class FrameLost final : public Rule {
     if (row_.frames > longest_.frames) longest_ = row_;
   }
 
-  /// Drives get over a single one: how many there were at once says what they make of it.
+  /// Drives tolerate a single one: their reaction depends on how many were lost in a row.
   void DescribeRow(Finding& finding) const {
     if (longest_.frames < kManyInARow) return;
-    const bool timed = longest_.first.has_time && longest_.last.has_time;
-    const TimeNs took = timed ? Elapsed(longest_.first.time, longest_.last.time) : 0;
-    if (longest_.frames < total_) {
-      finding.message += Count(longest_.frames, "frame") + " of them in a row, from frame " +
-                         std::to_string(longest_.first.number) + " to frame " + std::to_string(longest_.last.number);
-    } else {
-      finding.message += "They are all in a row, up to frame " + std::to_string(longest_.last.number);
+    finding.Set("in_a_row", arg::Number(static_cast<std::int64_t>(longest_.frames)))
+        .Set("in_a_row_first_frame", arg::Frame(longest_.first.number))
+        .Set("in_a_row_last_frame", arg::Frame(longest_.last.number))
+        .Set("all_in_a_row", arg::Flag(longest_.frames >= total_));
+    if (longest_.first.has_time && longest_.last.has_time) {
+      finding.Set("in_a_row_ms", arg::Ms(Elapsed(longest_.first.time, longest_.last.time)));
     }
-    finding.message += timed ? ", within " + Duration(took) + ". " : ". ";
-    finding.evidence.push_back(Number("in_a_row", static_cast<std::int64_t>(longest_.frames)));
-    finding.evidence.push_back(Number("in_a_row_last_frame", static_cast<std::int64_t>(longest_.last.number)));
-    if (timed) finding.evidence.push_back(Real("in_a_row_ms", static_cast<double>(took) / 1e6));
   }
 
-  void TellWhatIsOpen(const bus::PairingStatistics& pairing) {
+  void AddNotEvaluable(const bus::PairingStatistics& pairing) {
     if (pairing.gaps > 0) {
-      NotEvaluable(kNoSlave,
-                   "the capture misses frames in " + Count(pairing.gaps, "place") +
-                       " (the indices of the frames skip): whether what was under way there came back is not known",
-                   pairing.first_gap.number);
+      NotEvaluable(kNoSlave, ReasonCode::kMissesPackets, kReturnsInGaps, pairing.first_gap.number);
     }
-    const std::uint64_t silent = pairing.undecided[static_cast<std::size_t>(bus::Undecided::kSilence)];
-    if (silent > 0) {
-      NotEvaluable(kNoSlave, "the master was silent for long behind " + Count(silent, "frame") +
-                                 " without a return: whether it came back, the capture may not hold");
+    if (pairing.undecided[static_cast<std::size_t>(bus::Undecided::kSilence)] > 0) {
+      NotEvaluable(kNoSlave, ReasonCode::kAmbiguous, kReturnBeforePause);
     }
   }
 
-  /// The change of the number of slaves that took all of these frames with it: what is under way where a cable comes
-  /// out or a slave goes down is lost.
+  /// The change of the number of slaves that lost all of these frames: frames in flight are lost when a cable is
+  /// pulled or a slave goes down.
   [[nodiscard]] FindingIndex ChangeOfTheBus(const Finding& lost) const {
     constexpr FrameNo kAround = 64;
     if (lost.related_frames.size() + 1 != total_) return kNoFinding;  // not all of them are known
@@ -170,57 +203,35 @@ class FrameLost final : public Rule {
   }
 
   void Describe(const bus::PairingStatistics& pairing, Finding& finding, bool with_change) {
-    const std::uint64_t outbound = pairing.outbound;
-    finding.title = Count(total_, "frame") + " of " + Grouped(outbound) + " never came back";
-    finding.message = Count(total_, "outbound frame") + " never came back although ";
-    finding.message += silent_ == total_ ? "the master went on sending" : "later ones did";
-    finding.message += ", the first is frame " + std::to_string(first_.number) + ". ";
+    finding.Set("lost_frames", arg::Count(total_, "frame"))
+        .Set("outbound_frames", arg::Count(pairing.outbound, "frame"))
+        .Set("master_went_on", arg::Flag(silent_ == total_));
     DescribeRow(finding);
     if (followed_by_other_ > 0) {
-      finding.message +=
-          "Right behind " +
-          (followed_by_other_ == total_ ? std::string("each of them") : Grouped(followed_by_other_) + " of them") +
-          " the capture has a packet of another protocol: keep other traffic off the EtherCAT port. ";
+      finding.Set("followed_by_other_traffic", arg::Number(static_cast<std::int64_t>(followed_by_other_)))
+          .Set("each_followed", arg::Flag(followed_by_other_ == total_))
+          .Set("some_followed", arg::Flag(followed_by_other_ != total_));
     }
     std::uint64_t dropped = 0;
     for (const capture::Interface& i : context().source().info().interfaces) dropped += i.dropped.value_or(0);
-    if (dropped > 0) {
-      finding.message += "The capture file says that the capturing machine itself dropped " + Count(dropped, "packet") +
-                         "; these losses may be among them. ";
-      finding.evidence.push_back(Number("dropped_by_capture", static_cast<std::int64_t>(dropped)));
-    }
+    if (dropped > 0) finding.Set("dropped_by_capture", arg::Count(dropped, "packet"));
     const std::uint64_t missed = pairing.missed_outbound;
     if (missed > 0) {
-      finding.message += "But " + Count(missed, "returned frame") + " " + (missed == 1 ? "has" : "have") +
-                         " no outbound copy: the capture itself misses packets, and these losses may be among them. ";
       finding.confidence = Confidence::kInferred;
-      finding.evidence.push_back(Number("returned_without_outbound", static_cast<std::int64_t>(missed)));
+      finding.Set("returned_without_outbound", arg::Count(missed, "returned frame"));
     }
     if (pairing.lost == 0 && pairing.dropped_every > 0) {
       context().store.Regrade(index_, Severity::kInfo);
-      finding.title = "The capture misses every " + Ordinal(pairing.dropped_every) +
-                      " packet: " + Count(total_, "frame") + " without a return";
-      finding.message += "But what is missing is missing at a regular distance of " +
-                         Count(pairing.dropped_every, "packet") +
-                         ": the recorder left it out. Capture with a probe or with larger buffers before looking for "
-                         "losses on the bus.";
+      finding.kind = &kRegular;
       finding.confidence = Confidence::kInferred;
-      finding.evidence.push_back(Number("dropped_every", static_cast<std::int64_t>(pairing.dropped_every)));
+      finding.Set("dropped_every", arg::Count(pairing.dropped_every, "packet"))
+          .Set("dropped_every_ordinal", arg::Text(Ordinal(pairing.dropped_every)));
     } else if (missed > 0 &&
                MayBeTheRecorders(total_, missed + pairing.gaps, context().source().info().interfaces.size() > 1)) {
       context().store.Regrade(index_, Severity::kInfo);
-      finding.title = "The capture misses packets: " + Count(total_, "frame") + " without a return, " +
-                      Grouped(missed) + " without an outbound copy";
-      finding.message += "Capture with a probe or with larger buffers before looking for losses on the bus.";
+      finding.kind = &kMissed;
     } else if (with_change) {
-      finding.message += "They were under way when the number of slaves on the bus changed.";
-    } else {
-      finding.message += "Check cables and connectors, and the error counters 0x0300-0x0313 of the slaves.";
-    }
-    finding.evidence.push_back(Number("lost_frames", static_cast<std::int64_t>(total_)));
-    finding.evidence.push_back(Number("outbound_frames", static_cast<std::int64_t>(outbound)));
-    if (followed_by_other_ > 0) {
-      finding.evidence.push_back(Number("followed_by_other_traffic", static_cast<std::int64_t>(followed_by_other_)));
+      finding.Set("with_change", arg::Flag());
     }
   }
 

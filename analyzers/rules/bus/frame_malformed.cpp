@@ -1,38 +1,79 @@
+#include <utility>
+
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
-#include "decoder/base/text.h"
 #include "decoder/pipeline.h"
 #include "decoder/track/events.h"
 
 namespace ecaudit::frame_malformed {
 namespace {
 
+constexpr FindingKind kMalformed{
+    .name = "malformed",
+    .title = "Malformed frame: {problem}",
+    .message = R"(In {frame} {problem}. {readable_datagrams} could be read. The frame is not evaluated any further.)",
+    .next = R"(If the frame is outbound, correct the master. If it returned, check the link error counters
+(0x0300-0x0313).)",
+    .identity = "problem"};
+constexpr const FindingKind* kKinds[] = {&kMalformed};
+
+/// How the lengths, flags and commands of a frame contradict its bytes.
+const Word& WordOf(wire::FrameProblem problem) {
+  static constexpr Word kNone{"none", "no part is wrong"};
+  static constexpr Word kNoHeader{"no-header", "the EtherCAT header is incomplete"};
+  static constexpr Word kLengthBeyondFrame{"length-beyond-frame", "the EtherCAT length exceeds the frame"};
+  static constexpr Word kDatagramBeyondLength{"datagram-beyond-length", "a datagram exceeds the EtherCAT length"};
+  static constexpr Word kMoreWithoutDatagram{"more-without-datagram",
+                                             "no datagram follows the one whose more flag is set"};
+  static constexpr Word kUnknownCommand{"unknown-command", "a datagram has an undefined command"};
+  static constexpr Word kNoDatagram{"no-datagram", "the EtherCAT length is too short for a datagram"};
+  switch (problem) {
+    case wire::FrameProblem::kNone:
+      return kNone;
+    case wire::FrameProblem::kNoHeader:
+      return kNoHeader;
+    case wire::FrameProblem::kLengthBeyondFrame:
+      return kLengthBeyondFrame;
+    case wire::FrameProblem::kDatagramBeyondLength:
+      return kDatagramBeyondLength;
+    case wire::FrameProblem::kMoreWithoutDatagram:
+      return kMoreWithoutDatagram;
+    case wire::FrameProblem::kUnknownCommand:
+      return kUnknownCommand;
+    case wire::FrameProblem::kNoDatagram:
+      return kNoDatagram;
+  }
+  return kNone;
+}
+
 constexpr RuleInfo kInfo{.id = "frame-malformed",
                          .group = "Frame and bus",
                          .severity = Severity::kError,
                          .needs_no_history = true,
-                         .title = "EtherCAT lengths, more flag or command do not fit the bytes of the frame",
+                         .title = "EtherCAT length, more flag or command contradict the bytes of the frame",
                          .needs = "nothing",
                          .source = "ETG1000.4, frame and datagram header",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
 The length in the EtherCAT header, the length and more flag of each datagram, and the command, against the bytes that
 the packet holds.
 
 ## Why it matters
-Slaves stop processing such a frame, or process it wrongly: a bug in the master, or bits that flipped on the way.
+Slaves stop processing such a frame, or process it wrongly. The cause is a bug in the master, or bits flipped on the
+way.
 
 ## How it is decided
-Packets cut by the snap length are not judged, nor frames of other EtherCAT types, nor frames of senders that are not
-this bus's master. What the EtherCAT length covers behind the last datagram is padding, whatever it holds: slaves stop
-where the more flag is clear. Findings are folded by kind of problem.
+Not evaluated are packets that the snap length cut, frames of other EtherCAT types, and frames of foreign senders. Bytes
+that the EtherCAT length covers after the last datagram are padding, whatever they are: slaves stop where the more flag
+is clear. Findings are folded by kind of problem.
 
 ## Example
 samples/captures/malformed.pcapng
 
 ## What to do
-Outbound: correct the master. Returned: look for link errors (0x0300-0x0313); the capture holds no FCS, so the frame may
-have been damaged on the last link only.
+If the frame is outbound, correct the master. If it returned, check the link error counters (0x0300-0x0313). The capture
+has no FCS, so the frame may have been damaged on the last link only.
 )"};
 
 class FrameMalformed final : public Rule {
@@ -46,21 +87,15 @@ class FrameMalformed final : public Rule {
       AddRelated(context().store[index], e.frame.ref().number);
       return;
     }
-    Finding finding;
-    finding.first = e.frame.ref();
-    finding.title = "Malformed frame: " + std::string(Describe(e.frame.problem()));
-    finding.message = "In frame " + std::to_string(e.frame.ref().number) + " " +
-                      std::string(Describe(e.frame.problem())) + "; " + Count(e.frame.size(), "datagram") +
-                      " could be read. It is not fed to the slave models.";
-    finding.evidence.push_back(Text("problem", std::string(Describe(e.frame.problem()))));
-    finding.evidence.push_back(Number("readable_datagrams", static_cast<std::int64_t>(e.frame.size())));
+    Finding finding = Found(kMalformed, kNoSlave, e.frame.ref());
+    finding.Set("problem", arg::Of(WordOf(e.frame.problem())))
+        .Set("readable_datagrams", arg::Count(e.frame.size(), "datagram"));
     Report(key, std::move(finding));
   }
 
   void Finish() override {
     const PipelineStatistics& read = context().statistics();
-    if (read.cut_frames > 0)
-      NotEvaluable(kNoSlave, "frames that the snap length cut are not judged", read.first_cut.number);
+    if (read.cut_frames > 0) NotEvaluable(kNoSlave, ReasonCode::kSnapLength, read.first_cut.number);
   }
 };
 

@@ -1,33 +1,50 @@
+#include <utility>
+
 #include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
-#include "decoder/base/text.h"
 #include "decoder/pipeline.h"
 
 namespace ecaudit::frame_reordered {
 namespace {
 
+constexpr FindingKind kReordered{
+    .name = "reordered",
+    .title = "{reordered_frames} returned after frames that were sent later",
+    .message = R"({frame} returned after frames that the same master sent later. On one line no frame overtakes another.
+So the recorder mixed up its queues or interfaces, the network card has several queues, or a switch is between master and
+slaves.)",
+    .next = "Sort the capture by its time stamps, or record with one queue."};
+constexpr const FindingKind* kKinds[] = {&kReordered};
+
+constexpr Word kLateReturn{"late-return", "a late return"};
+
 constexpr RuleInfo kInfo{.id = "frame-reordered",
                          .group = "Frame and bus",
                          .severity = Severity::kWarning,
-                         .title = "Frames stand in another order than they were sent",
+                         .title = "Frames are captured in another order than they were sent",
                          .needs = "outbound and returned frames",
                          .source = "ESC-1, frame processing",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Whether returned frames stand in the order in which the same master sent them.
+Whether returned frames are captured in the order in which the same master sent them.
 
 ## Why it matters
-On one line no frame overtakes another. Where the order differs, the recorder mixed up its queues or interfaces, a
-network card sorts frames into several queues, or a switch stands between master and slaves. What the slaves did first
-is then not certain, and a master that expects its frames in order takes them for lost.
+On one line no frame overtakes another. If the order differs, the recorder mixed up its queues or interfaces, a network
+card sorts frames into several queues, or a switch is between master and slaves. The order in which the slaves processed
+the frames is then uncertain. A master that expects its frames in order takes them for lost.
 
 ## How it is decided
-A frame that comes back behind one that its master sent later. Where a frame of the same commands and addresses that
-was sent later is still under way, what came back may be that one's, and nothing is said. Nor is it where the master may
-have sent such a frame once more since, and the capture misses that: its index is used again soon. Frames that never
-come back are frame-lost. Not evaluable where one direction is missing, or the capture misses so many packets that a
-frame may have been taken for another.
+A frame that returns after one that its master sent later.
+
+- A later frame with the same commands and addresses may still be in flight. Then the return may belong to that frame,
+  and nothing is reported.
+- The capture may miss that the master sent such a frame again. Then its index is used again soon, and nothing is
+  reported.
+- Frames that never return belong to frame-lost.
+- The rule is not evaluable if one direction is missing, or if the capture misses so many packets that one frame may
+  have been taken for another.
 
 ## Example
 tests/rules/frame-reordered/violates.trace
@@ -45,28 +62,17 @@ class FrameReordered final : public Rule {
     if (NotEvaluableWithoutReturns() || NotEvaluableWithoutSent()) return;
     const bus::PairingStatistics& pairing = context().pairing();
     if (pairing.first_in_doubt.seen()) {
-      NotEvaluable(
-          kNoSlave,
-          "a frame came back so late that its index may have been used again meanwhile: this may be the return of a "
-          "frame that the capture misses",
-          pairing.first_in_doubt.number);
+      NotEvaluable(kNoSlave, ReasonCode::kAmbiguous, kLateReturn, pairing.first_in_doubt.number);
     }
     if (pairing.reordered == 0) return;
     if (MissesPackets(pairing)) {
       NotEvaluable(kNoSlave, ReasonCode::kMissesPackets, pairing.first_reordered.number);
       return;
     }
-    Finding finding;
-    finding.first = pairing.first_reordered;
+    Finding finding = Found(kReordered, kNoSlave, pairing.first_reordered);
     finding.last = pairing.last_reordered;
     finding.count = pairing.reordered;
-    finding.title = Count(pairing.reordered, "frame") + " came back behind frames that were sent later";
-    finding.message = "Frame " + std::to_string(finding.first.number) +
-                      " is the returned copy of a frame behind which others were sent that came back before it. On one "
-                      "line no frame overtakes another: the recorder mixed up its queues or interfaces, the network "
-                      "card has several queues, or a switch stands between master and slaves. Sort the capture by its "
-                      "stamps, or record with one queue.";
-    finding.evidence.push_back(Number("reordered_frames", static_cast<std::int64_t>(pairing.reordered)));
+    finding.Set("reordered_frames", arg::Count(pairing.reordered, "frame"));
     (void)Report(0, std::move(finding));
   }
 };

@@ -1,11 +1,25 @@
+#include <algorithm>
+#include <utility>
+
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
-#include "decoder/base/text.h"
 #include "decoder/track/access.h"
 
 namespace ecaudit::register_read_only_write {
 namespace {
+
+constexpr FindingKind kReadOnly{
+    .name = "read-only",
+    .title = "Write to read-only register {register}",
+    .message = R"(The master writes {written_begin} to {register}. This register is read-only for EtherCAT
+({manual}).[{?refused} The slave refused the write (working counter 0).][{?counted} The slave counted the access, but does
+not store the value.][{!refused}[{!counted} The slave does not store the value.]])",
+    .next = "Remove the write, or write the register that was intended.",
+    .identity = "register"};
+constexpr const FindingKind* kKinds[] = {&kReadOnly};
+
+constexpr Word kRight{"register-right", "the access right of a register that was written"};
 
 constexpr RuleInfo kInfo{.id = "register-read-only-write",
                          .group = "Frame and bus",
@@ -15,23 +29,27 @@ constexpr RuleInfo kInfo{.id = "register-read-only-write",
                          .title = "The master writes a register that is read-only for EtherCAT",
                          .needs = "the register table of the family's manual",
                          .source = "ESC-2, registers",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Writes to one slave that cover nothing but registers which the manual of its family marks read-only for EtherCAT.
+Writes to one slave that cover only registers which the manual of its family marks as read-only for EtherCAT.
 
 ## Why it matters
-The slave does not take the value. The master believes it configured something.
+The slave does not store the value, so its configuration is not what the master intended.
 
 ## How it is decided
-Every byte of the write lies in a read-only register. Block writes that also cover writable registers (whole sync
-managers, FMMUs, the DC unit) are how masters work, and so are broadcasts that blank registers at scan time; neither is
-judged. Where the manuals contradict the standard on a register, the profile says which of them counts.
+Every byte of the write lies in a read-only register.
+
+- Masters write blocks that also cover writable registers (whole sync managers, FMMUs, the DC unit). These are not
+  evaluated.
+- Masters clear registers by broadcast when they scan the bus. Broadcasts are not evaluated.
+- If the manuals contradict the standard on a register, the profile names which of them counts.
 
 ## Example
 samples/captures/read-only-write.pcapng
 
 ## What to do
-Remove the write from the master, or write the register that was meant.
+Remove the write from the master, or write the register that was intended.
 )"};
 
 class RegisterReadOnlyWrite final : public Rule {
@@ -45,8 +63,7 @@ class RegisterReadOnlyWrite final : public Rule {
     for (std::size_t i = 0; i < e.written.size(); ++i) {
       const device::RegisterRight* right = family.register_right(static_cast<EscAddress>(e.address + i));
       if (right == nullptr) {
-        NotEvaluable(e.slave, "the manual's register table does not say whether a register that was written may be",
-                     e.frame().number);
+        NotEvaluable(e.slave, ReasonCode::kNotInProfile, kRight, e.frame().number);
         return;
       }
       if (!right->read_only() || right->buffer) return;
@@ -54,19 +71,14 @@ class RegisterReadOnlyWrite final : public Rule {
     }
     const std::uint64_t key = e.address;
     if (Repeat(e.slave, key, e.frame()) != kNoFinding) return;
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.frame();
-    finding.title = "Write to read-only register " + Hex(e.address) + " (" + first->name + ")";
-    finding.message =
-        "The master writes " + HexBytes(e.written.first(std::min<std::size_t>(e.written.size(), 16))) + " to " +
-        Hex(e.address) + " (" + first->name + "), which is read-only for the master (" + first->source + "). " +
-        (e.acceptance == track::Acceptance::kRefused    ? "The slave did not take it (working counter 0). "
-         : e.acceptance == track::Acceptance::kAccepted ? "The slave counted the access, but does not take the value. "
-                                                        : "The slave does not take the value. ") +
-        "Remove the write, or write the register that was meant.";
-    finding.evidence.push_back(HexNumber("register", e.address));
-    finding.evidence.push_back(Text("written", HexBytes(e.written.first(std::min<std::size_t>(e.written.size(), 64)))));
+    Finding finding = Found(kReadOnly, e.slave, e.frame());
+    const auto begin = [&](std::size_t most) { return arg::Bytes(e.written.first(std::min(e.written.size(), most))); };
+    finding.Set("register", arg::Register(e.address, first->name))
+        .Set("written", begin(64))
+        .Set("written_begin", begin(16))
+        .Set("manual", arg::Text(first->source))
+        .Set("refused", arg::Flag(e.acceptance == track::Acceptance::kRefused))
+        .Set("counted", arg::Flag(e.acceptance == track::Acceptance::kAccepted));
     finding.reference = ReferenceTo(first->source);
     finding.confidence = e.acceptance == track::Acceptance::kAssumed ? Confidence::kInferred : Confidence::kObserved;
     Report(key, std::move(finding));

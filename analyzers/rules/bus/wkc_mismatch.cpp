@@ -3,14 +3,15 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/shared_notes.h"
 #include "analyzers/model/bus_model.h"
-#include "decoder/base/text.h"
+#include "analyzers/words/what.h"
 #include "decoder/base/time.h"
 #include "decoder/pipeline.h"
 #include "decoder/track/events.h"
@@ -18,41 +19,131 @@
 namespace ecaudit::wkc_mismatch {
 namespace {
 
+constexpr FindingKind kProcessData{
+    .name = "process-data",
+    .title = R"({command} working counter {working_counter} instead of [{!expected_most}at least
+{expected_least}][[{?as_range}{expected_least} to ]{expected_most}])",
+    .message = R"({command} of {length} at logical address {logical_address} returned with working counter
+{working_counter}. Expected [{!expected_most}at least {expected_least}][[{?as_range}{expected_least} to
+]{expected_most}][, by the FMMUs of the slaves: {shares}].[{!shares} No slave has an FMMU for this address.])",
+    .next = R"([{?outputs_of}Check the AL status of {outputs_of} and the sync manager of its
+outputs[ ({sync_manager})].][{?inputs_of}Check the AL status of {inputs_of} and the sync manager of its
+inputs[ ({sync_manager})].][{!outputs_of}[{!inputs_of}[{?missing}Check AL status, power and cable of
+{missing}.][{!missing}[{?more_counted}Check which slaves have FMMUs for this address.][{!more_counted}Check AL status and
+power of the slaves.]]]])",
+    .identity = "command"};
+constexpr FindingKind kDropped{
+    .name = "process-data-dropped",
+    .title = "{command} working counter {working_counter} instead of {before} as before",
+    .message = R"({command} of {length} at logical address {address} returned with working counter {working_counter}.
+Before, it was {before} in {times} from {since_frame} on, and there was no state request since then. The FMMUs of all slaves
+are not known from the capture, so the missing slave is unknown.)",
+    .next = "Check the AL status and power of the slaves.",
+    .identity = "command"};
+constexpr FindingKind kBroadcast{
+    .name = "broadcast",
+    .title = "BRD of {register}: {working_counter} of {passed} answer",
+    .message =
+        R"(The broadcast read of register {register}, which every ESC has, passed {passed}, but the working counter
+is {working_counter}. A broadcast does not show which slave did not answer.)",
+    .next = "Check which slave does not answer the reads of its own address.",
+    .identity = "register"};
+constexpr FindingKind kNoAnswer{
+    .name = "no-answer",
+    .title = "The slave does not answer at its station address {station_address}",
+    .message = R"(FPRD of register {register} at station address {station_address} returned with working counter 0,
+although a slave answered there before. The slave lost power, its link, or its address. A restart clears the address.)",
+    .next = "Check the power of the slave and the cable to it."};
+constexpr FindingKind kSeveralAnswer{
+    .name = "several-answer",
+    .title = "{working_counter} slaves answer at station address {station_address}",
+    .message = R"(FPRD of register {register} returned with working counter {working_counter} instead of 1. So
+{working_counter} slaves have station address {station_address}, and their data are mixed.)",
+    .next = "Give each slave an address of its own."};
+constexpr FindingKind kNoSlaveThere{
+    .name = "no-slave",
+    .title = "No slave answers at station address {station_address}",
+    .message = R"(FPRD of register {register} at station address {station_address} returned with working counter 0 from
+{frame} to {last_frame}, while other slaves answer at their addresses. The capture begins after the start-up, so the master
+found this slave before. It has lost power, its link or its address since then.)",
+    .next = "Check the power of this slave and the cable to it.",
+    .identity = "station_address"};
+constexpr const FindingKind* kKinds[] = {&kProcessData, &kDropped,       &kBroadcast,
+                                         &kNoAnswer,    &kSeveralAnswer, &kNoSlaveThere};
+
+constexpr NoteKind kLeftTheBus{.name = "left-the-bus",
+                               .text = "The shares of {slaves} are missing. These slaves left the bus."};
+constexpr NoteKind kAllAway{
+    .name = "do-not-answer",
+    .text = "The shares of {slaves} are missing. These slaves do not answer at their station addresses either."};
+constexpr NoteKind kMoreCounted{.name = "more-than-have-fmmus",
+                                .text = "More slaves took part than have FMMUs for this address."};
+constexpr NoteKind kOutputsMissing{.name = "outputs-missing",
+                                   .text = "The outputs of {slave} are missing: it does not accept them."};
+constexpr NoteKind kInputsMissing{.name = "inputs-missing",
+                                  .text = "The inputs of {slave} are missing: it does not deliver them."};
+constexpr NoteKind kShareMissing{.name = "share-missing", .text = "The share of {slave} is missing."};
+constexpr NoteKind kSeveralFit{.name = "several-fit",
+                               .text = "The difference of {difference} fits the shares of several slaves."};
+constexpr NoteKind kFitsSlaveThatLeftState{
+    .name = "fits-slave-that-left-state",
+    .text = "The difference of {difference} fits the share of {slave}, which left its AL state."};
+constexpr NoteKind kOneAway{.name = "one-does-not-answer",
+                            .text = "One of them is {slave}, which does not answer at its station address."};
+constexpr NoteKind kOneLeft{.name = "one-left-the-bus", .text = "One of them is {slave}, which left the bus."};
+constexpr NoteKind kInputsNotRefreshed{
+    .name = "inputs-not-refreshed",
+    .text = R"(The inputs of {slave} returned unchanged in all of these frames, and those of the other slaves were
+refreshed. So {slave} does not take part.)"};
+constexpr const NoteKind* kNotes[] = {&kLeftTheBus,    &kAllAway,      &kMoreCounted,       &kOutputsMissing,
+                                      &kInputsMissing, &kShareMissing, &kSeveralFit,        &kFitsSlaveThatLeftState,
+                                      &kOneAway,       &kOneLeft,      &kInputsNotRefreshed};
+
+constexpr Word kFmmuWrites{"fmmu-writes", "writes to FMMUs", true};
+constexpr Word kFmmuWrite{"fmmu-write", "a frame that may have set an FMMU"};
+
 constexpr RuleInfo kInfo{.id = "wkc-mismatch",
                          .group = "Frame and bus",
                          .severity = Severity::kError,
-                         .title = "The working counter is not what the slaves should have counted",
+                         .title = "The working counter differs from what the slaves should count",
                          .needs = "returned frames; for logical datagrams the FMMUs and AL states of all slaves",
                          .source = "ETG1000.4, working counter",
+                         .kinds = kKinds,
+                         .notes = kNotes,
                          .doc = R"(
 ## What it checks
-Logical datagrams: each slave whose FMMUs overlap adds 1 when it is read and 2 when it is written (LRW; 1 each for LRD
-and LWR). Configured address: a register that every ESC has must be answered. Broadcast reads of such registers: every
-slave that the position counter shows must count.
+- Logical datagrams: each slave whose FMMUs overlap adds 1 if it is read and 2 if it is written (LRW). For LRD and LWR
+  it adds 1.
+- Configured address: a slave must answer reads of a register that every ESC has.
+- Broadcast reads of such registers: every slave that the position counter shows must count.
 
 ## Why it matters
-A slave that does not count has not taken its set points or not given its actual values in that cycle.
+A slave that does not count did not accept its set points, or did not deliver its actual values in that cycle.
 
 ## How it is decided
-Slaves settled in OP must count in full; slaves in another state, or with a request under way, may. Outside that range
-the rule fires and names the slaves whose share is missing where that is unambiguous. When FMMUs were not seen (the
-capture starts in operation, or between two that are set) those that were have to count all the same; above that the
-value that was constant before serves as expectation: a drop below it, without any state request or configuration in
-between, is reported as inferred warning. An FMMU that was not seen is known to map nothing where its activate byte
-was, where the ESC has no such FMMU (0x0004), where the capture shows the set-up of the slave from its address or INIT
-on, and where for a while all others counted and nobody else. Refusals that are normal (mailbox empty or full,
-registers an ESC does not implement, a second AL Control write) are not judged, nor addresses that two slaves share for
-a moment while the master gives them out anew. Nor is a counter above what the FMMUs explain where the capture misses
-packets or frames never came back: one of them may have set another FMMU; nor any where no slave has an FMMU. Where a
-capture begins behind the start-up, an address that is asked for half a second or longer and never answers, while others
-do, is an inferred warning.
+Slaves that have been in OP for a while must count in full. Slaves in another state, or with a pending request, may
+count. Outside that range the rule fires, and names the slaves whose share is missing if that is unambiguous.
+
+- If the FMMUs are not all in the capture (a mid-run capture, or FMMUs between two that are set), the known ones must
+  still count. Above that the constant value before is the expectation. A drop below it, with no state request or
+  configuration since then, is an inferred warning.
+- An FMMU that is not in the capture is known to map nothing if its activate byte was seen, if the ESC has no such FMMU
+  (0x0004), or if the capture shows the set-up of the slave from its address or INIT on. It also maps nothing if for a
+  while exactly the other slaves counted.
+- Normal refusals are not evaluated: mailbox empty or full, registers that an ESC does not implement, a second AL
+  Control write.
+- Addresses that two slaves share while the master assigns new ones are not evaluated.
+- A counter above the FMMUs is not evaluated if the capture misses packets or frames never returned (one of them may
+  have set another FMMU), or if no slave has an FMMU.
+- In a mid-run capture, an address that the master reads for at least half a second and that never answers, while others
+  do, is an inferred warning.
 
 ## Example
 samples/captures/wkc-link-break.pcapng
 
 ## What to do
-If slaves are named, look at their AL status and power. If the number of slaves changed, the cable behind the last one
-that answers is broken. A share of 2 missing from one slave means its outputs were not taken: their sync manager is off.
+If slaves are named, check their AL status and power. If the number of slaves changed, the cable after the last one that
+answers is broken. If a share of 2 is missing from one slave, it did not accept its outputs: their sync manager is off.
 )"};
 
 constexpr EscAddress kLastAlwaysThere = 0x0130;  // AL Status
@@ -73,64 +164,61 @@ class WkcMismatch final : public Rule {
     const model::LogicalExpectation& expected = context().bus().Expect(e);
     const model::CounterRange range = context().bus().RangeFor(expected, e.command);
     const bool all_known = expected.complete || WasRight(e);
-    // Who has an FMMU counts, whatever others have: how many may count at most is what is not known.
-    if (!all_known) SayNotAllKnown(e);
-    if (!all_known && (e.wkc >= range.least || !HeldAtLeast(e, range.least))) return JudgeByHabit(e, range);
+    // A slave that has an FMMU counts, whatever others have. Only the maximum is unknown.
+    if (!all_known) AddNotAllKnown(e);
+    if (!all_known && (e.wkc >= range.least || !HeldAtLeast(e, range.least))) return EvaluateByHabit(e, range);
     if (e.wkc >= range.least && e.wkc <= range.most) return;
-    // Without outbound frames nothing shows what is missing. Where no slave has an FMMU at all none can count: how they
-    // were set is not in the capture, though no gap shows.
+    // Without outbound frames the missing ones are unknown. If no slave has an FMMU at all, none can count: their
+    // set-up is not in the capture, although no gap shows.
     const bus::PairingStatistics& pairing = context().pairing();
-    const bool nobodys = range.most == 0 && !AnyMapped();
-    // A frame that is under way still, when this one is back, may turn out to be lost.
+    const bool of_no_slave = range.most == 0 && !AnyMapped();
+    // A frame that is still in flight when this one returned may turn out to be lost.
     const bool open = pairing.in_flight > 0;
     const bool missed = MissesAny(pairing) || context().network().last_gap() != 0;
-    if (e.wkc > range.most && (missed || LosesAny(pairing) || open || pairing.paired == 0 || nobodys)) {
-      if (!said_more_) {
-        said_more_ = true;
-        NotEvaluable(kNoSlave,
-                     std::string("more slaves take part than have FMMUs, which may have been set in frames that ") +
-                         (missed || (!LosesAny(pairing) && !open) ? "the capture misses" : "did not come back"),
-                     e.frame().number);
+    if (e.wkc > range.most && (missed || LosesAny(pairing) || open || pairing.paired == 0 || of_no_slave)) {
+      if (!more_reported_) {
+        more_reported_ = true;
+        const bool capture = missed || (!LosesAny(pairing) && !open);
+        NotEvaluable(kNoSlave, capture ? ReasonCode::kMissesPackets : ReasonCode::kNeverReturned,
+                     capture ? kFmmuWrites : kFmmuWrite, e.frame().number);
       }
       return;
     }
     const std::uint64_t key = Key(e) ^ static_cast<std::uint64_t>(e.wkc) << 48U;
     WatchInputs(key, expected, e);
     if (Repeat(kNoSlave, key, e.frame()) != kNoFinding) return;
-    Finding finding;
-    finding.first = e.frame();
-    finding.title = std::string(wire::Name(e.command)) + " working counter " + std::to_string(e.wkc) + " instead of " +
-                    Expected(range, all_known);
-    finding.message = std::string(wire::Name(e.command)) + " of " + Count(e.length, "byte") + " at logical address " +
-                      Hex(e.address, 8) + " came back with working counter " + std::to_string(e.wkc) + "; expected " +
-                      (all_known ? std::to_string(range.most) : "at least " + std::to_string(range.least)) + " from " +
-                      Shares(expected, e.command) + ". ";
-    finding.evidence.push_back(Number("working_counter", e.wkc));
-    finding.evidence.push_back(Number("expected_least", range.least));
-    if (all_known) finding.evidence.push_back(Number("expected_most", range.most));
-    finding.evidence.push_back(HexNumber("logical_address", e.address));
+    Finding finding = Found(kProcessData, kNoSlave, e.frame());
+    finding.Set("command", arg::Text(wire::Name(e.command)))
+        .Set("length", arg::Count(e.length, "byte"))
+        .Set("working_counter", arg::Number(e.wkc))
+        .Set("expected_least", arg::Number(range.least));
+    if (all_known) {
+      finding.Set("expected_most", arg::Number(range.most)).Set("as_range", arg::Flag(range.least != range.most));
+    }
+    finding.Set("logical_address", arg::Hex(e.address, 8));
+    if (Value shares = SharesOf(expected, e.command); !shares.items.empty()) finding.Set("shares", std::move(shares));
     const FindingIndex index = Report(key, std::move(finding));
     for (Episode& episode : episodes_) {
       if (episode.key != key) continue;
       episode.finding = index;
-      // Whose FMMUs are not known may have counted in the place of somebody.
+      // A slave whose FMMUs are unknown may have counted instead of another one.
       if (!all_known) continue;
       episode.only_candidate = OnlyCandidate(expected, e, range);
-      episode.hint = Missing(expected, e, range);
+      episode.hint = HintOf(expected, e, range);
       episode.missing = range.most - e.wkc;
     }
   }
 
   void On(const track::Answered& e) {
-    if (!e.returned.seen()) return;  // there is no answer to judge
+    if (!e.returned.seen()) return;  // there is no answer to evaluate
     if (wire::IsBroadcast(e.command)) {
-      JudgeBroadcastRead(e);
+      EvaluateBroadcastRead(e);
     } else {
-      JudgeAddressedRead(e);
+      EvaluateAddressedRead(e);
     }
   }
 
-  // Whatever changes states or the mapping ends the habit.
+  // A change of states or of the mapping ends the habit.
   void On(const track::AlRequest& e) {
     habits_ = {};
     if (!e.broadcast) numbering_ = false;
@@ -140,28 +228,28 @@ class WkcMismatch final : public Rule {
 
   void Finish() override {
     if (NotEvaluableWithoutReturns()) return;
-    for (const auto& [station, reads] : unanswered_) TellNobody(station, reads);
+    for (const auto& [station, reads] : unanswered_) ReportNoSlave(station, reads);
     for (const Episode& episode : episodes_) NameMissing(episode);
-    // What a slave that left the bus or its state does not count any more is a consequence of that.
+    // The missing share of a slave that left the bus or its state is a consequence of that.
     std::vector<Finding>& findings = context().store.findings();
     for (Finding& own : findings) {
       if (own.rule != kInfo.id || own.caused_by != kNoFinding) continue;
       FindingIndex best = kNoFinding;
       for (std::size_t i = 0; i < findings.size(); ++i) {
         const Finding& f = findings[i];
-        const bool fell = f.rule == "al-unexpected-change";
-        if (!fell && f.rule != "bus-slave-count-changed" && f.rule != "bus-link-errors" &&
+        const bool left_state = f.rule == "al-unexpected-change";
+        if (!left_state && f.rule != "bus-slave-count-changed" && f.rule != "bus-link-errors" &&
             f.rule != "bus-duplicate-address" && !(IsAway(f) && !IsAway(own))) {
           continue;
         }
         if (f.first.number > own.last.number + kAbout || f.last.number + 20 < own.first.number) continue;
-        // It was away and answers again when it is seen to have fallen: being away is the cause then.
-        if (fell && IsAway(own) && f.first.number > own.last.number) continue;
+        // It was away, and answers again when its lower state is read: then its absence is the cause.
+        if (left_state && IsAway(own) && f.first.number > own.last.number) continue;
         if (own.slave != kNoSlave && f.slave != kNoSlave && f.slave != own.slave) continue;
         if (best == kNoFinding || Distance(f, own) < Distance(findings[best], own)) best = static_cast<FindingIndex>(i);
       }
       own.caused_by = best != kNoFinding ? best : EndOfTheBusBefore(own);
-      if (best != kNoFinding) SayWhoFell(own, findings[best]);
+      if (best != kNoFinding) AddWhoLeftItsState(own, findings[best]);
     }
   }
 
@@ -171,7 +259,7 @@ class WkcMismatch final : public Rule {
     std::uint64_t key = 0;
     FindingIndex finding = kNoFinding;
     SlaveId only_candidate = kNoSlave;
-    std::string hint;
+    std::optional<Note> hint;
     std::uint64_t frames = 0;
     struct Watched {
       SlaveId slave = kNoSlave;
@@ -182,24 +270,23 @@ class WkcMismatch final : public Rule {
     std::vector<Watched> slaves;
   };
   static constexpr std::size_t kMaxEpisodes = 32;
-  static constexpr FrameNo kAbout = 2000;  ///< what is seen so many frames later may be the same matter
+  static constexpr FrameNo kAbout = 2000;  ///< a finding so many frames later may have the same cause
 
-  static constexpr std::string_view kSeveralFit = " missing; the shares of several slaves fit.";
-
-  /// Of several shares that fit, that of the slave which left its state is missing.
-  void SayWhoFell(Finding& own, Finding& cause) const {
-    const std::size_t at = own.message.find(kSeveralFit);
-    if (cause.rule != "al-unexpected-change" || cause.slave == kNoSlave || at == std::string::npos) return;
+  /// If several shares fit, that of the slave which left its state is missing.
+  void AddWhoLeftItsState(Finding& own, Finding& cause) const {
+    const auto several =
+        std::find_if(own.notes.begin(), own.notes.end(), [](const Note& note) { return note.kind == &kSeveralFit; });
+    if (cause.rule != "al-unexpected-change" || cause.slave == kNoSlave || several == own.notes.end()) return;
     for (const Episode& episode : episodes_) {
       if (episode.finding == kNoFinding || &context().store[episode.finding] != &own) continue;
       const bool fits = std::any_of(episode.slaves.begin(), episode.slaves.end(), [&](const Episode::Watched& w) {
         return w.slave == cause.slave && w.worth >= episode.missing;
       });
       if (!fits) continue;
-      own.message.replace(at, kSeveralFit.size(),
-                          " missing: it fits what " + context().Label(cause.slave) + " counts, which left its state.");
+      several->kind = &kFitsSlaveThatLeftState;
+      several->arguments.Set("slave", SlaveValue(cause.slave));
       if (own.first.number < cause.first.number) {
-        cause.message += " Its working counter is missing from frame " + std::to_string(own.first.number) + " on.";
+        cause.Add(kWorkingCounterMissing, {{"since", arg::Frame(own.first.number)}});
         AddRelated(cause, own.first.number);
       }
       return;
@@ -207,20 +294,10 @@ class WkcMismatch final : public Rule {
   }
 
   /// A slave that does not answer any more at its own address.
-  static bool IsAway(const Finding& f) {
-    if (f.rule != kInfo.id || f.slave == kNoSlave) return false;
-    bool none = false;
-    bool at_address = false;
-    for (const Evidence& evidence : f.evidence) {
-      const auto* number = std::get_if<std::int64_t>(&evidence.value);
-      none = none || (evidence.name == "working_counter" && number != nullptr && *number == 0);
-      at_address = at_address || evidence.name == "station_address";
-    }
-    return none && at_address;
-  }
+  static bool IsAway(const Finding& f) { return f.kind == &kNoAnswer; }
 
-  /// The last change of the number of slaves before, if the bus ended in front of this slave since then, or a branch
-  /// left that it may be of.
+  /// The last change of the number of slaves before, if the bus ended before this slave since then, or a branch left
+  /// that may include it.
   [[nodiscard]] FindingIndex EndOfTheBusBefore(const Finding& own) const {
     if (own.slave == kNoSlave) return kNoFinding;
     const SlavePos* position = context().network().slaves()[own.slave].position.if_known();
@@ -238,11 +315,8 @@ class WkcMismatch final : public Rule {
   }
 
   static std::optional<std::int64_t> SlavesNow(const Finding& changed) {
-    for (const Evidence& evidence : changed.evidence) {
-      if (const auto* now = std::get_if<std::int64_t>(&evidence.value); now && evidence.name == "slaves_now")
-        return *now;
-    }
-    return std::nullopt;
+    const Value* now = changed.arguments.Find("slaves_now");
+    return now == nullptr ? std::nullopt : std::optional(now->number);
   }
 
   /// Any slave has an FMMU that is switched on.
@@ -258,13 +332,13 @@ class WkcMismatch final : public Rule {
     return any_mapped_;
   }
 
-  /// Working counters of one kind of datagram while its expectation is not known.
+  /// Working counters of one kind of datagram while its expectation is unknown.
   struct Habit {
     std::uint64_t key = 0;
     std::uint16_t wkc = 0;
     std::uint32_t times = 0;
     FrameNo since = 0;
-    std::optional<std::uint64_t> right_for;  ///< version of the mappings with which it was just what those known count
+    std::optional<std::uint64_t> right_for;  ///< version of the mappings with which the known ones explained it
   };
   static constexpr std::uint32_t kTimesUntilHabit = 200;
   static constexpr std::uint32_t kTimesUntilRight = 20;
@@ -290,7 +364,7 @@ class WkcMismatch final : public Rule {
       episode = episodes_.end() - 1;
     }
     if (e.sent_data.empty() || episode->slaves.size() != expected.shares.size()) return;
-    // Captured behind slaves, what was sent holds their inputs already.
+    // In a capture downstream of slaves, the sent frame has their inputs already.
     if (e.sent_wkc != 0) return;
     ++episode->frames;
     for (std::size_t i = 0; i < expected.shares.size(); ++i) {
@@ -301,40 +375,49 @@ class WkcMismatch final : public Rule {
     }
   }
 
-  /// Says which slave is missing: by its share, or because its inputs came back as they were sent while those of all
-  /// others were refreshed.
+  /// Adds which slave is missing: by its share, or because its inputs returned unchanged while those of all others were
+  /// refreshed.
   void NameMissing(const Episode& episode) const {
     if (episode.finding == kNoFinding) return;
     Finding& finding = context().store[episode.finding];
-    const std::vector<SlaveId> left = ThoseThatLeft(episode);
-    if (left.size() > 1) {
-      finding.message += "What is missing is the share of " + LabelsOf(left) + ", which left the bus.";
-      finding.evidence.push_back(Text("missing", LabelsOf(left)));
-      return;
-    }
-    const std::vector<SlaveId> away = ThoseAway(episode);
-    if (away.size() > 1) {
-      finding.message +=
-          "What is missing is the share of " + LabelsOf(away) + ", which do not answer at their addresses either.";
-      finding.evidence.push_back(Text("missing", LabelsOf(away)));
-      return;
-    }
-    finding.message += episode.hint;
+    const std::vector<SlaveId> left = SlavesThatLeft(episode);
+    if (left.size() > 1) return AddSeveralMissing(finding, kLeftTheBus, left);
+    const std::vector<SlaveId> away = SlavesAway(episode);
+    if (away.size() > 1) return AddSeveralMissing(finding, kAllAway, away);
+    AddHint(finding, episode);
     SlaveId missing = episode.only_candidate;
     if (missing == kNoSlave) missing = OnlySilent(episode, finding);
     if (missing == kNoSlave && away.size() == 1) {
       missing = away.front();
-      finding.message += " One of them is that of " + context().Label(missing) + ", which does not answer either.";
+      finding.Add(kOneAway, {{"slave", SlaveValue(missing)}});
     } else if (missing == kNoSlave && left.size() == 1) {
       missing = left.front();
-      finding.message += " One of them is that of " + context().Label(missing) + ", which left the bus.";
+      finding.Add(kOneLeft, {{"slave", SlaveValue(missing)}});
     }
     if (missing == kNoSlave) return;
     finding.slave = missing;
-    finding.evidence.push_back(Text("missing", context().Label(missing)));
+    finding.Set("missing", SlaveValue(missing));
   }
 
-  /// The only slave whose inputs came back as they were sent, and says so.
+  void AddSeveralMissing(Finding& finding, const NoteKind& note, const std::vector<SlaveId>& slaves) const {
+    std::vector<Value> labels;
+    for (const SlaveId slave : slaves) labels.push_back(SlaveValue(slave));
+    Value list = arg::List(std::move(labels));
+    finding.Add(note, {{"slaves", list}});
+    finding.Set("missing", std::move(list));
+  }
+
+  static void AddHint(Finding& finding, const Episode& episode) {
+    if (!episode.hint) return;
+    finding.notes.push_back(*episode.hint);
+    const NoteKind* kind = episode.hint->kind;
+    if (kind == &kMoreCounted) finding.Set("more_counted", arg::Flag());
+    if (kind != &kOutputsMissing && kind != &kInputsMissing) return;
+    finding.Set(kind == &kOutputsMissing ? "outputs_of" : "inputs_of", *episode.hint->arguments.Find("slave"));
+    if (const Value* manager = episode.hint->arguments.Find("sync_manager")) finding.Set("sync_manager", *manager);
+  }
+
+  /// Adds the only slave whose inputs returned unchanged.
   [[nodiscard]] SlaveId OnlySilent(const Episode& episode, Finding& finding) const {
     SlaveId missing = kNoSlave;
     std::size_t silent = 0;
@@ -344,30 +427,19 @@ class WkcMismatch final : public Rule {
       missing = w.slave;
     }
     if (episode.frames < 3 || silent != 1) return kNoSlave;
-    finding.message += " The inputs of " + context().Label(missing) +
-                       " came back as the master sent them in all of these frames, those of the other slaves were "
-                       "refreshed: it is " +
-                       context().Label(missing) +
-                       " that does not take part. Look at its power, the cable to it, and its AL status.";
+    finding.Add(kInputsNotRefreshed, {{"slave", SlaveValue(missing)}});
     finding.confidence = Confidence::kInferred;
     return missing;
   }
 
-  /// Not the last slaves have left, but some in the middle: which, a count does not tell.
-  static bool IsOfABranch(const Finding& changed) {
-    return std::any_of(changed.evidence.begin(), changed.evidence.end(),
-                       [](const Evidence& evidence) { return evidence.name == "still_answers"; });
-  }
+  /// Some slaves in the middle have left, not the last ones: a count does not show which.
+  static bool IsOfABranch(const Finding& changed) { return changed.arguments.Has("still_answers"); }
 
-  [[nodiscard]] std::string LabelsOf(const std::vector<SlaveId>& slaves) const {
-    std::string names;
-    for (const SlaveId slave : slaves) names += (names.empty() ? "" : ", ") + context().Label(slave);
-    return names;
-  }
+  [[nodiscard]] Value SlaveValue(SlaveId slave) const { return arg::Slave(slave, context().Label(slave)); }
 
-  /// The slaves behind the place where the bus ends since about then, where what is missing is just their shares. Who
-  /// still gives inputs has not left, wherever it stands.
-  [[nodiscard]] std::vector<SlaveId> ThoseThatLeft(const Episode& episode) const {
+  /// The slaves after the place where the bus ends since about then, if exactly their shares are missing. A slave that
+  /// still delivers inputs has not left, whatever its position.
+  [[nodiscard]] std::vector<SlaveId> SlavesThatLeft(const Episode& episode) const {
     constexpr FrameNo kAtOnce = 20;
     const Finding& own = context().store[episode.finding];
     for (const Finding& f : context().store.findings()) {
@@ -387,8 +459,8 @@ class WkcMismatch final : public Rule {
     return {};
   }
 
-  /// Several slaves that stopped answering at about that time, where what is missing is just their shares.
-  [[nodiscard]] std::vector<SlaveId> ThoseAway(const Episode& episode) const {
+  /// Several slaves that stopped answering at about that time, if exactly their shares are missing.
+  [[nodiscard]] std::vector<SlaveId> SlavesAway(const Episode& episode) const {
     const Finding& own = context().store[episode.finding];
     int worth = 0;
     std::vector<SlaveId> away;
@@ -403,29 +475,27 @@ class WkcMismatch final : public Rule {
     return worth == episode.missing ? away : std::vector<SlaveId>{};
   }
 
-  void SayNotAllKnown(const track::LogicalAccess& e) {
-    if (said_unknown_) return;
-    said_unknown_ = true;
-    NotEvaluable(kNoSlave, "the FMMUs of all slaves are not in the capture; only drops below a constant value are seen",
-                 e.frame().number);
+  void AddNotAllKnown(const track::LogicalAccess& e) {
+    if (unknown_reported_) return;
+    unknown_reported_ = true;
+    NotEvaluable(kNoSlave, ReasonCode::kNotInCapture, what::kFmmusOfAll, e.frame().number);
   }
 
-  /// All whose FMMUs are known counted, and nobody else: what was not seen maps nothing here, until something is asked
-  /// for or set anew.
+  /// Exactly the slaves with known FMMUs counted. So other FMMUs map nothing here, until the next request or set-up.
   [[nodiscard]] bool WasRight(const track::LogicalAccess& e) const {
     const Habit& habit = habits_[Key(e) % habits_.size()];
     return habit.key == Key(e) && habit.times >= kTimesUntilRight &&
            habit.right_for == context().network().mapping_version();
   }
 
-  /// They have counted for a while, so what came back is what the slaves made of it.
+  /// They have counted for a while, so the counter is that of the slaves.
   [[nodiscard]] bool HeldAtLeast(const track::LogicalAccess& e, std::uint16_t least) const {
     constexpr std::uint32_t kForAWhile = 3;
     const Habit& habit = habits_[Key(e) % habits_.size()];
     return habit.key == Key(e) && habit.wkc >= least && habit.times >= kForAWhile;
   }
 
-  void JudgeByHabit(const track::LogicalAccess& e, const model::CounterRange& range) {
+  void EvaluateByHabit(const track::LogicalAccess& e, const model::CounterRange& range) {
     const std::uint64_t key = Key(e);
     Habit& habit = habits_[key % habits_.size()];
     if (habit.key != key) {
@@ -444,48 +514,39 @@ class WkcMismatch final : public Rule {
     }
     const std::uint64_t fold = key ^ static_cast<std::uint64_t>(e.wkc) << 48U;
     if (Repeat(kNoSlave, fold, e.frame()) != kNoFinding) return;
-    Finding finding;
-    finding.first = e.frame();
+    Finding finding = Found(kDropped, kNoSlave, e.frame());
     finding.confidence = Confidence::kInferred;
-    finding.title = std::string(wire::Name(e.command)) + " working counter " + std::to_string(e.wkc) + " instead of " +
-                    std::to_string(habit.wkc);
-    finding.message =
-        std::string(wire::Name(e.command)) + " of " + Count(e.length, "byte") + " at logical address " +
-        Hex(e.address, 8) + " came back with working counter " + std::to_string(e.wkc) + "; it was " +
-        std::to_string(habit.wkc) + " in " + Count(habit.times, "frame") + " from frame " +
-        std::to_string(habit.since) +
-        " on, with no state request in between. The FMMUs are not, or no longer, known from the capture, so "
-        "which slave is missing cannot be told.";
-    finding.evidence.push_back(Number("working_counter", e.wkc));
-    finding.evidence.push_back(Number("before", habit.wkc));
+    finding.Set("command", arg::Text(wire::Name(e.command)))
+        .Set("length", arg::Count(e.length, "byte"))
+        .Set("address", arg::Hex(e.address, 8))
+        .Set("working_counter", arg::Number(e.wkc))
+        .Set("before", arg::Number(habit.wkc))
+        .Set("times", arg::Count(habit.times, "frame"))
+        .Set("since_frame", arg::Frame(habit.since));
     AddRelated(finding, habit.since);
     Report(fold, Severity::kWarning, std::move(finding));
   }
 
-  void JudgeBroadcastRead(const track::Answered& e) {
+  void EvaluateBroadcastRead(const track::Answered& e) {
     if (e.command != wire::Command::BRD || !e.slaves_passed || !EveryEscAnswers(e.address, e.length)) return;
     if (e.wkc == *e.slaves_passed) return;
     const std::uint64_t key = 0x8000000000000000ULL | static_cast<std::uint64_t>(e.address) << 16U | e.wkc;
     if (Repeat(kNoSlave, key, e.returned) != kNoFinding) return;
-    Finding finding;
-    finding.first = e.returned;
-    finding.title = "BRD of " + Hex(e.address) + ": " + std::to_string(e.wkc) + " of " +
-                    Count(*e.slaves_passed, "slave") + " answer";
-    finding.message = "The broadcast read of register " + Hex(e.address) + ", which every ESC has, passed " +
-                      Count(*e.slaves_passed, "slave") + " but the working counter is " + std::to_string(e.wkc) +
-                      ". A broadcast cannot show which slave did not answer; look for one that misses its own reads.";
-    finding.evidence.push_back(Number("working_counter", e.wkc));
-    finding.evidence.push_back(Number("expected", *e.slaves_passed));
+    Finding finding = Found(kBroadcast, kNoSlave, e.returned);
+    finding.Set("register", arg::Hex(e.address))
+        .Set("working_counter", arg::Number(e.wkc))
+        .Set("expected", arg::Number(*e.slaves_passed))
+        .Set("passed", arg::Count(*e.slaves_passed, "slave"));
     Report(key, std::move(finding));
   }
 
-  /// Reads of registers that every ESC has at a station address where no slave was ever met.
+  /// Reads of registers that every ESC has at a station address where no slave ever answered.
   struct Unanswered {
     FrameRef first, last;
     EscAddress address = 0;
   };
 
-  void NoteUnanswered(const track::Answered& e) {
+  void AddUnanswered(const track::Answered& e) {
     constexpr std::size_t kMost = 64;
     if (e.wkc != 0 || assigned_ || (unanswered_.size() == kMost && !unanswered_.contains(e.adp))) return;
     Unanswered& reads = unanswered_[e.adp];
@@ -493,53 +554,35 @@ class WkcMismatch final : public Rule {
     reads.last = e.returned;
   }
 
-  /// A master that has set its bus up asks those whom it has found.
-  void TellNobody(std::uint16_t station, const Unanswered& reads) {
+  /// A master that has set its bus up reads from the slaves that it has found.
+  void ReportNoSlave(std::uint16_t station, const Unanswered& reads) {
     constexpr TimeNs kLong = 500'000'000;
     if (assigned_ || !answered_ || !reads.first.has_time || !reads.last.has_time) return;
     if (Elapsed(reads.first.time, reads.last.time) < kLong) return;
-    Finding finding;
-    finding.first = reads.first;
+    Finding finding = Found(kNoSlaveThere, kNoSlave, reads.first);
     finding.last = reads.last;
     finding.confidence = Confidence::kInferred;
-    finding.title = "Nobody answers at station address " + Hex(station);
-    finding.message = "FPRD of register " + Hex(reads.address) + " at station address " + Hex(station) +
-                      " comes back with working counter 0 from frame " + std::to_string(reads.first.number) +
-                      " to frame " + std::to_string(reads.last.number) +
-                      ", while other slaves answer at theirs. The capture begins behind the start-up: the "
-                      "master asks for a slave that it has found, and that has lost power, link or its address since.";
-    finding.evidence.push_back(Number("working_counter", 0));
-    finding.evidence.push_back(Number("expected", 1));
-    finding.evidence.push_back(HexNumber("station_address", station));
+    finding.Set("working_counter", arg::Number(0))
+        .Set("expected", arg::Number(1))
+        .Set("station_address", arg::Hex(station))
+        .Set("register", arg::Hex(reads.address));
     const std::uint64_t key = 0x2000000000000000ULL | station;
     if (Repeat(kNoSlave, key, reads.first) == kNoFinding) Report(key, Severity::kWarning, std::move(finding));
   }
 
-  void JudgeAddressedRead(const track::Answered& e) {
+  void EvaluateAddressedRead(const track::Answered& e) {
     if (e.command != wire::Command::FPRD || !EveryEscAnswers(e.address, e.length)) return;
-    if (e.slave == kNoSlave) return NoteUnanswered(e);
+    if (e.slave == kNoSlave) return AddUnanswered(e);
     answered_ = true;
     if (!unanswered_.empty()) unanswered_.erase(e.adp);
     if (e.wkc == 1 || (e.wkc > 1 && numbering_)) return;
     const std::uint64_t key = 0x4000000000000000ULL | static_cast<std::uint64_t>(e.wkc);
     if (Repeat(e.slave, key, e.returned) != kNoFinding) return;
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.returned;
-    if (e.wkc == 0) {
-      finding.title = "Slave does not answer at its station address " + Hex(e.adp);
-      finding.message = "FPRD of register " + Hex(e.address) + " at station address " + Hex(e.adp) +
-                        " came back with working counter 0 although a slave answered there before. It lost power or "
-                        "link, or its address (a restart clears it).";
-    } else {
-      finding.title = "Several slaves answer at station address " + Hex(e.adp);
-      finding.message = "FPRD of register " + Hex(e.address) + " came back with working counter " +
-                        std::to_string(e.wkc) +
-                        ": that many slaves have this station address, and their data are mixed.";
-    }
-    finding.evidence.push_back(Number("working_counter", e.wkc));
-    finding.evidence.push_back(Number("expected", 1));
-    finding.evidence.push_back(HexNumber("station_address", e.adp));
+    Finding finding = Found(e.wkc == 0 ? kNoAnswer : kSeveralAnswer, e.slave, e.returned);
+    finding.Set("working_counter", arg::Number(e.wkc))
+        .Set("expected", arg::Number(1))
+        .Set("station_address", arg::Hex(e.adp))
+        .Set("register", arg::Hex(e.address));
     Report(key, std::move(finding));
   }
 
@@ -548,25 +591,18 @@ class WkcMismatch final : public Rule {
     return length > 0 && (address < 0x000A || address == 0x0010 || address == 0x0110 || address == kLastAlwaysThere);
   }
 
-  static std::string Expected(const model::CounterRange& range, bool all_known) {
-    if (!all_known) return "at least " + std::to_string(range.least);
-    if (range.least == range.most) return std::to_string(range.most);
-    return std::to_string(range.least) + " to " + std::to_string(range.most);
-  }
-
-  static std::string ManagerText(std::optional<std::uint8_t> number, std::string_view otherwise) {
-    return (number ? "sync manager " + std::to_string(*number) : std::string(otherwise)) + ".";
-  }
-
-  [[nodiscard]] std::string Shares(const model::LogicalExpectation& expected, wire::Command command) const {
-    std::string out;
-    std::size_t n = 0;
+  /// What each slave counts: "slave 1 (0x1002) 3".
+  [[nodiscard]] Value SharesOf(const model::LogicalExpectation& expected, wire::Command command) const {
+    constexpr std::size_t kNamed = 6;
+    std::vector<Value> shares;
     for (const model::LogicalShare& share : expected.shares) {
-      if (n++ == 6) return out + ", ...";
-      out += (out.empty() ? "" : ", ") + context().Label(share.slave) + " " +
-             std::to_string(model::WorthOf(share, command));
+      if (shares.size() == kNamed) {
+        shares.push_back(arg::Count(expected.shares.size() - kNamed, "other"));
+        break;
+      }
+      shares.push_back(arg::Text(context().Label(share.slave) + " " + std::to_string(model::WorthOf(share, command))));
     }
-    return out.empty() ? "no slave" : out;
+    return arg::List(std::move(shares));
   }
 
   /// The slave whose share is exactly what is missing, when only one is.
@@ -586,35 +622,32 @@ class WkcMismatch final : public Rule {
     return found;
   }
 
-  [[nodiscard]] std::string Missing(const model::LogicalExpectation& expected, const track::LogicalAccess& e,
-                                    const model::CounterRange& range) const {
-    if (e.wkc > range.most) return "More slaves took part than have FMMUs for this address.";
+  [[nodiscard]] Note HintOf(const model::LogicalExpectation& expected, const track::LogicalAccess& e,
+                            const model::CounterRange& range) const {
+    if (e.wkc > range.most) return {&kMoreCounted, {}};
     const int missing = range.most - e.wkc;
-    if (const SlaveId one = OnlyCandidate(expected, e, range); one != kNoSlave) {
-      for (const model::LogicalShare& share : expected.shares) {
-        if (share.slave != one || model::WorthOf(share, e.command) == missing) continue;
-        return missing == 2 ? "Missing are the outputs of " + context().Label(one) +
-                                  ": it does not take them. Look at its AL status and " +
-                                  ManagerText(share.output_manager, "the sync manager of its outputs")
-                            : "Missing are the inputs of " + context().Label(one) +
-                                  ": it does not give them. Look at its AL status and " +
-                                  ManagerText(share.input_manager, "the sync manager of its inputs");
-      }
-      return "What is missing is the share of " + context().Label(one) + ": look at its AL status, power and cable.";
+    const SlaveId one = OnlyCandidate(expected, e, range);
+    if (one == kNoSlave) return {&kSeveralFit, {{"difference", arg::Number(missing)}}};
+    for (const model::LogicalShare& share : expected.shares) {
+      if (share.slave != one || model::WorthOf(share, e.command) == missing) continue;
+      Note note{missing == 2 ? &kOutputsMissing : &kInputsMissing, {{"slave", SlaveValue(one)}}};
+      const std::optional<std::uint8_t> manager = missing == 2 ? share.output_manager : share.input_manager;
+      if (manager) note.arguments.Set("sync_manager", arg::Number(*manager));
+      return note;
     }
-    return std::to_string(missing) + std::string(kSeveralFit);
+    return {&kShareMissing, {{"slave", SlaveValue(one)}}};
   }
 
   std::vector<Episode> episodes_;
   std::array<Habit, 32> habits_{};
-  bool said_unknown_ = false;
-  bool said_more_ = false;
+  bool unknown_reported_ = false;
+  bool more_reported_ = false;
   std::uint64_t mapped_version_ = 0;
   bool any_mapped_ = false;
   std::map<std::uint16_t, Unanswered> unanswered_;
-  bool answered_ = false;   ///< a slave did, at its own address
-  bool assigned_ = false;   ///< station addresses were given out in the capture
-  bool numbering_ = false;  ///< station addresses were given out and not used yet
+  bool answered_ = false;   ///< a slave answered at its own address
+  bool assigned_ = false;   ///< station addresses were assigned in the capture
+  bool numbering_ = false;  ///< station addresses were assigned and not used yet
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<WkcMismatch>};

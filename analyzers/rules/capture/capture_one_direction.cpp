@@ -1,37 +1,72 @@
+#include <utility>
+
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
-#include "decoder/base/text.h"
 #include "decoder/bus/pairing.h"
 #include "decoder/pipeline.h"
 
 namespace ecaudit::capture_one_direction {
 namespace {
 
+constexpr FindingKind kOnlyOutbound{
+    .name = "only-outbound",
+    .title = "Only outbound frames were captured",
+    .message =
+        R"(No frame in this capture has passed the slaves, so the answers of the slaves are not in it. Accesses are
+assumed to be accepted. Rules that need an answer are not evaluated.)",
+    .next = "Capture at a place where both directions pass: on the master itself, or with a probe."};
+constexpr FindingKind kOnlyReturned{
+    .name = "only-returned",
+    .title = "Only returned frames were captured",
+    .message =
+        R"(No frame in this capture is on its way to the slaves. The answers are complete, but lost frames are not
+visible.)",
+    .next = "Capture at a place where both directions pass: on the master itself, or with a probe."};
+constexpr FindingKind kOnePort{
+    .name = "one-port",
+    .title = "Only one port of a redundant line was captured",
+    .message =
+        R"(Frames that this port sends return at the other port, which is not in the capture. {from_other_port} of
+the other port arrived unchanged. The answers of the slaves are not in the capture. Accesses are assumed to be accepted.
+Rules that need an answer are not evaluated.)",
+    .next = "Capture both ports of the master into one file."};
+constexpr FindingKind kBrokenLine{
+    .name = "one-port-of-broken-line",
+    .title = "Only one port of a redundant line was captured, and the line was broken",
+    .message =
+        R"(Frames that this port sends return at the other port, which is not in the capture. {from_other_port} of
+the other port arrived unchanged, but {came_back} returned at this port. During that time the line was broken downstream
+of the last slave that answered. Slaves after the break are not in the capture.)",
+    .next = "Check the cable after the last slave that answers. Capture both ports of the master into one file."};
+constexpr const FindingKind* kKinds[] = {&kOnlyOutbound, &kOnlyReturned, &kOnePort, &kBrokenLine};
+
 constexpr RuleInfo kInfo{.id = "capture-one-direction",
                          .group = "Capture",
                          .severity = Severity::kInfo,
                          .needs_no_history = true,
-                         .title = "The capture holds only outbound or only returned frames",
+                         .title = "The capture has only outbound or only returned frames",
                          .needs = "nothing",
                          .source = "ESC-1, source address of frames that passed a slave",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Whether both copies of the frames are in the capture.
+Whether both copies of each frame are in the capture: outbound and returned.
 
 ## Why it matters
-Without returned frames nobody sees what the slaves answered: accesses are assumed to be done, findings are marked
-inferred, and rules that need an answer are not judged. Without outbound frames lost frames cannot be seen.
+Without returned frames the answers of the slaves are unknown. Accesses are assumed to be accepted, findings are marked
+inferred, and rules that need an answer are not evaluated. Without outbound frames lost frames are not visible.
 
 ## How it is decided
-From the source addresses, working counters and position counters of the first frames. Frames that are repeated under
-one index after a pause show that nobody answered: then no direction is missing. Where frames of another sender arrive
-that are those of the master, as they were sent, one port of a redundant line was captured.
+From the source addresses, working counters and position counters of the first frames.
+
+- Frames that are repeated under one index after a pause show that no slave answers. Then no direction is missing.
+- If unchanged frames of the master arrive from another sender, one port of a redundant line was captured.
 
 ## Example
 samples/captures/outbound-only.pcapng
 
 ## What to do
-Capture at a place where both directions pass: on the master itself, or with a probe. Of a redundant line capture both
+Capture at a place where both directions pass: on the master itself, or with a probe. For a redundant line capture both
 ports into one file.
 )"};
 
@@ -42,44 +77,30 @@ class CaptureOneDirection final : public Rule {
     const bus::PairingStatistics& pairing = context().pairing();
     const bool outbound = pairing.outbound > 0;
     const bool returned = pairing.returned > pairing.other_end;
-    if (!outbound && !returned) NotEvaluable(kNoSlave, "no EtherCAT frames in the capture");
+    if (!outbound && !returned) NotEvaluable(kNoSlave, ReasonCode::kNoEtherCat);
     if (pairing.one_port) {
-      TellOnePort(pairing);
+      ReportOnePort(pairing);
       return;
     }
     if (outbound == returned || pairing.no_answers) return;
-    Finding finding;
-    finding.first = context().statistics().first;
-    finding.last = context().statistics().last;
-    finding.title = outbound ? "Only outbound frames were captured" : "Only returned frames were captured";
-    finding.message = outbound
-                          ? "No frame in this capture has passed the slaves. What they answered is not known: accesses "
-                            "are assumed to be done, and rules that need an answer are not judged."
-                          : "No frame in this capture is on its way to the slaves. Answers are complete, but lost "
-                            "frames cannot be seen.";
-    Report(0, std::move(finding));
+    Report(0, Made(outbound ? kOnlyOutbound : kOnlyReturned));
   }
 
  private:
-  void TellOnePort(const bus::PairingStatistics& pairing) {
-    Finding finding;
-    finding.first = context().statistics().first;
+  [[nodiscard]] Finding Made(const FindingKind& kind) const {
+    Finding finding = Found(kind, kNoSlave, context().statistics().first);
     finding.last = context().statistics().last;
-    finding.title = "Only one port of a redundant line was captured";
-    finding.message = "What this port sends comes back at the other one, which is not in the capture: " +
-                      Count(pairing.other_end, "frame") +
-                      " that the other one sent arrived as they were sent. What the slaves answered is not known: "
-                      "accesses are assumed to be done, and rules that need an answer are not judged.";
-    if (pairing.paired > 0) {
-      finding.title += ", and the line was broken";
-      finding.message += " " + Count(pairing.paired, "frame") +
-                         " came back at this port: then the line was broken behind the last slave that answered.";
-    }
-    finding.evidence = {Number("from_other_port", static_cast<std::int64_t>(pairing.other_end)),
-                        Number("came_back", static_cast<std::int64_t>(pairing.paired))};
+    return finding;
+  }
+
+  void ReportOnePort(const bus::PairingStatistics& pairing) {
+    const bool broken = pairing.paired > 0;
+    Finding finding = Made(broken ? kBrokenLine : kOnePort);
+    finding.Set("from_other_port", arg::Count(pairing.other_end, "frame"))
+        .Set("came_back", arg::Count(pairing.paired, "frame"));
     const FindingIndex index = Report(0, std::move(finding));
-    // Half of the slaves are behind the break.
-    if (pairing.paired > 0 && index != kNoFinding) context().store.Regrade(index, Severity::kWarning);
+    // Some of the slaves are downstream of the break.
+    if (broken && index != kNoFinding) context().store.Regrade(index, Severity::kWarning);
   }
 };
 

@@ -1,10 +1,20 @@
+#include <utility>
+
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
-#include "decoder/base/text.h"
 #include "decoder/pipeline.h"
 
 namespace ecaudit::capture_snaplen {
 namespace {
+
+constexpr FindingKind kCut{
+    .name = "cut",
+    .title = "{cut_frames} {cut_frames?was|were} cut by the snap length",
+    .message =
+        R"({cut_frames} of {ethercat_frames:number} {cut_frames?is|are} longer on the wire than in the file. Bytes
+after the cut are unknown.)",
+    .next = "Capture again with an unlimited snap length (tcpdump -s 0)."};
+constexpr const FindingKind* kKinds[] = {&kCut};
 
 constexpr RuleInfo kInfo{.id = "capture-snaplen",
                          .group = "Capture",
@@ -13,15 +23,17 @@ constexpr RuleInfo kInfo{.id = "capture-snaplen",
                          .title = "Packets were cut by the snap length",
                          .needs = "nothing",
                          .source = "PCAPNG, packet blocks; PCAP, packet records",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-EtherCAT packets that are longer on the wire than in the file.
+Whether EtherCAT packets are longer on the wire than in the file.
 
 ## Why it matters
-Datagrams behind the cut are missing; working counters and data of the cut one too. Nothing is concluded from them.
+Datagrams after the cut are missing, and of the datagram that is cut its data and working counter too. They are not
+evaluated.
 
 ## How it is decided
-From the two lengths that the file keeps for each packet.
+From the two lengths that the file has for each packet.
 
 ## Example
 samples/captures/snaplen.pcapng
@@ -36,16 +48,11 @@ class CaptureSnaplen final : public Rule {
   void Finish() override {
     const PipelineStatistics& read = context().statistics();
     if (read.cut_frames == 0) return;
-    Finding finding;
-    finding.first = read.first_cut;
+    Finding finding = Found(kCut, kNoSlave, read.first_cut);
     finding.last = read.last_cut;
     finding.count = read.cut_frames;
-    finding.title = Count(read.cut_frames, "EtherCAT frame") + " cut by the snap length";
-    finding.message =
-        Count(read.cut_frames, "EtherCAT frame") + " of " + Grouped(read.ethercat_frames) +
-        " are longer on the wire than in the file. What lies behind the cut is treated as unknown. Capture "
-        "again with an unlimited snap length (tcpdump -s 0).";
-    finding.evidence.push_back(Number("cut_frames", static_cast<std::int64_t>(read.cut_frames)));
+    finding.Set("cut_frames", arg::Count(read.cut_frames, "EtherCAT frame"))
+        .Set("ethercat_frames", arg::Count(read.ethercat_frames, "EtherCAT frame"));
     Report(0, std::move(finding));
   }
 };

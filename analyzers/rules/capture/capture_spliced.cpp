@@ -1,5 +1,3 @@
-#include <string>
-
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "decoder/pipeline.h"
@@ -8,30 +6,40 @@
 namespace ecaudit::capture_spliced {
 namespace {
 
+constexpr FindingKind kAnotherRecording{
+    .name = "another-recording",
+    .title = "The file has more than one recording: the clock jumps",
+    .message = R"(The clock jumps in {frame}, and no frame in flight there shows that the same master continues. So
+another recording begins with {frame}. States and settings from before {frame} are not used after it.)",
+    .next = "If the file should have one recording only, evaluate the recordings one by one."};
+constexpr const FindingKind* kKinds[] = {&kAnotherRecording};
+
 constexpr RuleInfo kInfo{.id = "capture-spliced",
                          .group = "Capture",
                          .severity = Severity::kInfo,
                          .needs_no_history = true,
-                         .title = "The file holds more than one recording",
+                         .title = "The file has more than one recording",
                          .needs = "time stamps",
                          .source = "PCAPNG, packet blocks; PCAP, packet records",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Whether recordings were put behind one another in one file.
+Whether several recordings were joined into one file, one after the other.
 
 ## Why it matters
-In between anything may have happened, to another machine even. Nothing is carried over: states, settings and clocks of
-the first recording do not judge the second, and each is a run of its own in the report.
+Between two recordings anything may have happened, and the second one may be of another machine. States, settings and
+clocks of the first recording are not used for the second. Each recording is a run of its own in the report.
 
 ## How it is decided
-The clock goes back by more than a second, or ahead by more than an hour, and no frame is under way there whose index
-shows that the same master goes on.
+The clock goes back by more than a second, or ahead by more than an hour, and no frame in flight there has an index that
+shows that the same master continues.
 
 ## Example
 tests/rules/capture-spliced/violates.trace
 
 ## What to do
-Nothing, where it was meant. Else look at the recordings one by one: the frame named begins the next.
+Nothing, if the recordings were joined on purpose. Otherwise evaluate the recordings one by one: the frame in the
+finding is the first of the next recording.
 )"};
 
 class CaptureSpliced final : public Rule {
@@ -45,19 +53,12 @@ class CaptureSpliced final : public Rule {
       AddRelated(context().store[known], e.frame.number);
       return;
     }
-    Finding finding;
-    finding.first = e.frame;
-    finding.title = "Another recording begins";
-    finding.message = "With frame " + std::to_string(e.frame.number) +
-                      " the clock jumps, and nothing shows that the frames before go on: another recording follows. "
-                      "What is known from before is not used behind it.";
-    Report(0, std::move(finding));
+    Report(0, Found(kAnotherRecording, kNoSlave, e.frame));
   }
 
   void Finish() override {
     const PipelineStatistics& read = context().statistics();
-    if (read.packets > 0 && read.without_time == read.packets)
-      NotEvaluable(kNoSlave, "the packets carry no time stamps");
+    if (read.packets > 0 && read.without_time == read.packets) NotEvaluable(kNoSlave, ReasonCode::kNoStamps);
   }
 };
 

@@ -1,14 +1,50 @@
 #include <cstdlib>
 #include <optional>
-#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
-#include "decoder/base/text.h"
 #include "decoder/pipeline.h"
 
 namespace ecaudit::capture_timestamps {
 namespace {
+
+constexpr Word kMissing{"missing", "some are missing"};
+constexpr Word kBackwards{"backwards", "they go backwards"};
+constexpr Word kIdentical{"identical", "both copies of a frame have the same"};
+constexpr Word kReturnsFirst{"returns-first", "returns come first"};
+constexpr Word kClocksApart{"clocks-apart", "two clocks differ"};
+constexpr Word kCoarse{"coarse", "their steps are coarse"};
+
+constexpr Word kLater{"later", "later"};
+constexpr Word kEarlier{"earlier", "earlier"};
+
+constexpr FindingKind kPoor{
+    .name = "poor-stamps",
+    .title = "Time stamps are poor: {problems}",
+    .message = R"([{without} of {packets:number} {without?has|have} no time stamp.][ The stamps go backwards
+{backwards}.][ {identical_pairs} of {paired:number} {identical_pairs?has|have} the same stamp outbound and returned.][ The
+returned copy of {returns_stamped_first} of {paired:number} is stamped before the outbound copy: the clocks of two
+interfaces differ.][ The stamps of interface {moved_interface} are {clocks_apart_ns} {side} than those of
+interface {reference_interface}.][ All stamps are multiples of {step_ns}.][{?stamps_in_frames} Cycle times are measured by the stamps
+that the probe put into the frames. Round trips and time-outs are measured by the stamps of the packets, and are not
+reliable.][{!stamps_in_frames} Cycle times and round trips that are measured by these stamps are not reliable.])",
+    .next = R"([{?stamps_in_frames}Set the capture program to use the stamps of the probe for the
+packets.][{!stamps_in_frames}Capture with a machine or probe that stamps each packet when it passes.])",
+    .identity = "problems"};
+constexpr const FindingKind* kKinds[] = {&kPoor};
+
+constexpr NoteKind kStampsMoved{
+    .name = "stamps-moved",
+    .text = R"(The stamps of interface {moved_interface} were moved so that each return follows its frame as soon as the
+wire allows. {pairs} at the beginning {pairs?shows|show} the difference, later ones how it changes.)"};
+constexpr NoteKind kRenumbered{
+    .name = "renumbered",
+    .text = R"(The packets were sorted by the moved stamps. Frame numbers are those of the file that 'ecaudit annotate'
+writes, not those of this file.)"};
+constexpr const NoteKind* kNotes[] = {&kStampsMoved, &kRenumbered};
 
 constexpr RuleInfo kInfo{.id = "capture-timestamps",
                          .group = "Capture",
@@ -17,42 +53,38 @@ constexpr RuleInfo kInfo{.id = "capture-timestamps",
                          .title = "The time stamps of the capture are too poor for timing rules",
                          .needs = "time stamps",
                          .source = "PCAPNG, packet blocks; PCAP, packet records",
+                         .kinds = kKinds,
+                         .notes = kNotes,
                          .doc = R"(
 ## What it checks
-Stamps that go backwards, steps of 50 us and more, equal stamps for the outbound and returned copy of frames (a tenth of
-the pairs or more), returns on another interface that are stamped before the frames they answer, two interfaces whose
-clocks are apart, and packets without stamps.
+- stamps that go backwards
+- steps of 50 us and more
+- equal stamps of the outbound and the returned copy of a frame, for a tenth of the pairs or more
+- returns on another interface that are stamped before the frames that they answer
+- two interfaces whose clocks differ
+- packets without stamps
 
 ## Why it matters
-Durations, cycle times and time-outs measured with such a clock are wrong. The distributed clock that the frames
-themselves carry is not affected.
+Durations, cycle times and time-outs measured with such a clock are wrong. The distributed clock in the frames
+themselves is not affected.
 
 ## How it is decided
-By counting. Returns stamped first are told by index and content; the clocks of two interfaces then differ by more than
-a round trip takes. Where one interface has what was sent and the other what came back, and the two copies of frames are
-all apart by the same, more than a millisecond or the wrong way round, the stamps of the second interface are moved by
-that, also where its clock runs faster or slower. One microsecond steps, as most capture programs have, are fine.
+By counting.
+
+- Returns that are stamped first are found by index and content. Then the clocks of two interfaces differ by more than
+  the time of a round trip.
+- One interface may have the frames that were sent, and the other one those that returned. If the two copies of all
+  frames differ by the same time, more than a millisecond or with the wrong sign, the stamps of the second interface are
+  moved by that time. They are moved as well if its clock runs faster or slower.
+- Steps of one microsecond, as most capture programs have, are fine.
 
 ## Example
 samples/captures/coarse-timestamps.pcapng
 
 ## What to do
-Capture on Linux, or with a probe that stamps in hardware. Where a probe does, but the packets have the stamps of the
-host, let the capture program take the probe's.
+Capture on Linux, or with a probe that stamps in hardware. If a probe stamps in hardware, but the packets have the
+stamps of the host, set the capture program to use those of the probe.
 )"};
-
-std::string WhatWasMoved(const capture::ClockShift& shift) {
-  std::string text = "The stamps of interface " + std::to_string(shift.interface) +
-                     " were moved so that each return comes as soon behind its frame as the wire allows (" +
-                     Count(shift.pairs, "frame") +
-                     " at the beginning show by how much, those behind them how it changes).";
-  if (shift.renumbered) {
-    text +=
-        " The packets were put into that order: frame numbers are those of the file that 'ecaudit annotate' writes, "
-        "not of this one.";
-  }
-  return text;
-}
 
 class CaptureTimestamps final : public Rule {
  public:
@@ -61,53 +93,42 @@ class CaptureTimestamps final : public Rule {
     const PipelineStatistics& read = context().statistics();
     const bus::PairingStatistics& pairing = context().pairing();
     if (read.ethercat_frames == 0) {
-      NotEvaluable(kNoSlave, "no EtherCAT frames in the capture");
+      NotEvaluable(kNoSlave, ReasonCode::kNoEtherCat);
       return;
     }
-    std::string what;
-    Finding finding;
-    const auto add = [&](const std::string& text, const char* name, std::uint64_t value) {
-      what += (what.empty() ? "" : "; ") + text;
-      finding.evidence.push_back(Number(name, static_cast<std::int64_t>(value)));
+    std::vector<Value> problems;
+    Finding finding = Found(kPoor, kNoSlave, read.first);
+    finding.last = read.last;
+    const auto add = [&](const Word& problem, std::string_view name, Value value) {
+      problems.push_back(arg::Of(problem));
+      finding.Set(name, std::move(value));
     };
-    if (read.without_time > 0)
-      add(Count(read.without_time, "packet") + " without a time stamp", "without", read.without_time);
-    if (read.backwards > 0) {
-      add("stamps go backwards " + Count(read.backwards, "time"), "backwards", read.backwards);
-    }
+    if (read.without_time > 0) add(kMissing, "without", arg::Count(read.without_time, "packet"));
+    if (read.backwards > 0) add(kBackwards, "backwards", arg::Count(read.backwards, "time"));
     if (pairing.identical_stamps * 10 >= pairing.paired && pairing.identical_stamps > 2) {
-      add(Grouped(pairing.identical_stamps) + " of " + Grouped(pairing.paired) +
-              " frames have the same stamp outbound and returned",
-          "identical_pairs", pairing.identical_stamps);
+      add(kIdentical, "identical_pairs", arg::Count(pairing.identical_stamps, "frame"));
     }
     if (pairing.stamped_first > 0) {
-      add(Grouped(pairing.stamped_first) + " of " + Grouped(pairing.paired) +
-              " frames have a return that is stamped before them: the clocks of two interfaces differ",
-          "returns_stamped_first", pairing.stamped_first);
+      add(kReturnsFirst, "returns_stamped_first", arg::Count(pairing.stamped_first, "frame"));
     }
     const std::optional<capture::ClockShift>& shift = context().source().info().clock_shift;
     if (shift) {
-      add("the clock of interface " + std::to_string(shift->interface) +
-              (shift->ahead_ns > 0 ? " is ahead of" : " is behind") + " that of interface " +
-              std::to_string(shift->reference) + " by " + Duration(std::abs(shift->ahead_ns)),
-          "clocks_apart_ns", static_cast<std::uint64_t>(std::abs(shift->ahead_ns)));
+      add(kClocksApart, "clocks_apart_ns", arg::Ns(std::abs(shift->ahead_ns)));
+      finding.Set("moved_interface", arg::Number(shift->interface))
+          .Set("reference_interface", arg::Number(shift->reference))
+          .Set("side", arg::Of(shift->ahead_ns > 0 ? kLater : kEarlier));
     }
-    if (read.time_step_ns >= 50'000 && read.packets > 10) {
-      add("stamps are multiples of " + Duration(read.time_step_ns), "step_ns",
-          static_cast<std::uint64_t>(read.time_step_ns));
+    if (read.time_step_ns >= 50'000 && read.packets > 10) add(kCoarse, "step_ns", arg::Ns(read.time_step_ns));
+    if (problems.empty()) return;
+    finding.Set("problems", arg::List(std::move(problems)))
+        .Set("packets", arg::Count(read.packets, "packet"))
+        .Set("paired", arg::Count(pairing.paired, "frame"))
+        .Set("stamps_in_frames", arg::Flag(read.esl_frames > 0));
+    if (shift) {
+      finding.Add(kStampsMoved,
+                  {{"moved_interface", arg::Number(shift->interface)}, {"pairs", arg::Count(shift->pairs, "frame")}});
+      if (shift->renumbered) finding.Add(kRenumbered);
     }
-    if (what.empty()) return;
-    finding.first = read.first;
-    finding.last = read.last;
-    finding.title = "Time stamps are poor: " + what;
-    finding.message = "Of " + Grouped(read.packets) + " packets: " + what +
-                      (read.esl_frames > 0
-                           ? ". Cycle times are measured by the stamps that the probe put into the frames; round trips "
-                             "and time-outs by those of the packets, and are not reliable. Let the capture program "
-                             "take the probe's stamps for its own."
-                           : ". Cycle times and round trips taken from these stamps are not reliable. Capture with a "
-                             "machine or probe that stamps each packet when it passes.");
-    if (shift) finding.message += " " + WhatWasMoved(*shift);
     Report(0, std::move(finding));
   }
 };

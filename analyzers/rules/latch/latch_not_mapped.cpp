@@ -1,36 +1,62 @@
+#include <vector>
+
 #include "analyzers/judge/latch_rule.h"
 #include "analyzers/model/model_events.h"
-#include "decoder/base/text.h"
 
 namespace ecaudit::latch_not_mapped {
 namespace {
+
+constexpr FindingKind kUnreachable{
+    .name = "unreachable",
+    .title = "Status and position of {edge} are never read",
+    .message = R"(The master enabled {edge}[ in {armed_frame}]. The inputs contain neither the latch status word nor
+[its position ({position_objects})][{!position_objects}any latch position]. The capture has no upload of them by SDO.
+So the master cannot know that the drive captured a position.)",
+    .next = "Map the status word and the position into the inputs, or read them by SDO.",
+    .identity = "edge"};
+
+constexpr FindingKind kNotRead{
+    .name = "not-read",
+    .title = "Position of {edge} is neither mapped nor read",
+    .message = R"(The drive captured a position of {edge}.[ The edge was armed in {armed_frame}.][ It became valid in
+{valid_frame}.] Its position ({position_objects}) is not in the inputs. The whole capture has no read of it, neither
+by selector {selector} nor by SDO.)",
+    .next = "Map the object into the inputs, or read it by selector and wait for the acknowledge.",
+    .identity = "edge"};
+
+constexpr const FindingKind* kKinds[] = {&kUnreachable, &kNotRead};
 
 constexpr RuleInfo kInfo{
     .id = "latch-not-mapped",
     .group = "Latch",
     .severity = Severity::kError,
-    .title = "An edge is captured whose position can reach the master in no way",
-    .needs = "latch words; what the inputs hold; a manual that says which object holds the position",
+    .title = "The latched position is neither mapped nor read",
+    .needs = "latch words; the contents of the inputs; the object with the position, from the manual",
     .source = "AKD-2010, 4.11; AKD-2011, 4.11; MKD, 4.12; PILZ, 4.9",
+    .kinds = kKinds,
+    .notes = kLatchNotes,
     .doc = R"(
 ## What it checks
-Whether an edge that is enabled has its position in the inputs, or else is read by selector or SDO.
+Whether the master reads the position of an edge that it enables: in the inputs, by selector or by SDO.
 
 ## Why it matters
 The drive captures, and the master never gets the position.
 
 ## How it is decided
-Over the whole capture: the edge became valid, none of the objects that hold its position is in the known inputs, and
-no valid position was ever read by selector or SDO. A position that lies unread for less than a second when the capture
-ends does not count. So does an edge that stays enabled for more than a second while the status word is not in the
-inputs either, and neither of them was ever uploaded: nothing can tell the master of a capture. Not evaluable where the
-inputs are not known, or the manual does not say which object it is.
+Over the whole capture:
+
+- The edge became valid. None of the objects with its position is in the known inputs, and no valid position was ever
+  read by selector or SDO. A position that stays unread for less than a second until the capture ends does not count.
+- Or the edge stays enabled for more than a second, and neither its position nor the status word is in the inputs or was
+  ever uploaded. Nothing shows the master a captured position.
+
+The rule is not evaluated if the inputs are not known, or if the manual does not give the object.
 
 ## Example
 tests/rules/latch-not-mapped/violates.trace
 
 ## What to do
-Map the position object of this edge into the inputs, or read by selector and wait for the acknowledge.
+Map the object with the position of this edge into the inputs. Or read it by selector and wait for the acknowledge.
 )"};
 
 class LatchNotMapped final : public LatchRule {
@@ -38,30 +64,16 @@ class LatchNotMapped final : public LatchRule {
   LatchNotMapped() : LatchRule(kInfo, model::LatchMisuse::Kind::kNotMapped) {}
 
  protected:
-  void Describe(const model::LatchMisuse& misuse, Finding& finding) const override {
-    std::string objects;
+  [[nodiscard]] Finding Describe(const model::LatchMisuse& misuse) const override {
+    std::vector<Value> objects;
     for (const device::ObjectAddress& object : misuse.edge->positions) {
-      objects += (objects.empty() ? "" : " or ") + ObjectName(object.index, object.subindex);
+      objects.push_back(arg::Object(object.index, object.subindex));
     }
-    if (!misuse.capture.valid.seen()) {
-      finding.title = "Neither status nor position of " + EdgeText(misuse) + " can reach the master";
-      finding.message = "The master enabled " + EdgeText(misuse) + CaptureText(misuse.capture) +
-                        ", but neither the latch status word nor " +
-                        (objects.empty() ? "any latch position" : objects + ", which holds its position,") +
-                        " is in the inputs, and the capture holds no upload of them: the "
-                        "master cannot learn of a capture. Map both, or read them by SDO.";
-      finding.evidence.push_back(Text("edge", misuse.edge->name));
-      if (!objects.empty()) finding.evidence.push_back(Text("position_objects", objects));
-      return;
-    }
-    finding.title = "Position of " + EdgeText(misuse) + " is neither mapped nor read";
-    finding.message =
-        "The master enabled " + EdgeText(misuse) + CaptureText(misuse.capture) + ", but " + objects +
-        ", which holds its position, is not in the inputs, and in the whole capture the position is neither "
-        "read by selector " +
-        std::to_string(misuse.edge->selector) + " nor uploaded by SDO. Map the object or read it.";
-    finding.evidence.push_back(Text("edge", misuse.edge->name));
-    finding.evidence.push_back(Text("position_objects", objects));
+    Finding finding = Found(misuse.capture.valid.seen() ? kNotRead : kUnreachable, misuse.slave, misuse.frame);
+    SetCapture(finding, misuse);
+    if (!objects.empty()) finding.Set("position_objects", arg::List(std::move(objects)));
+    finding.Set("selector", arg::Number(misuse.edge->selector));
+    return finding;
   }
 };
 

@@ -1,5 +1,4 @@
-#include <cctype>
-#include <variant>
+#include <string>
 
 #include "analyzers/judge/latch_rule.h"
 #include "analyzers/judge/rule_context.h"
@@ -8,26 +7,47 @@
 namespace ecaudit::latch_value_lost {
 namespace {
 
+constexpr FindingKind kDisarmedBeforeRead{
+    .name = "disarmed-before-read",
+    .title = "Position of {edge} lost: disarmed before it was read",
+    .message =
+        R"(The master disarmed {edge}[{?by_sdo} by SDO] in {frame}.[ The edge was armed in {armed_frame}.][ It became
+valid in {valid_frame}.] Its position was not read: no mapped object carried it, selector {selector} was not
+acknowledged, and there was no upload by SDO.[ The master set the selector in {selector_frame}, but did not wait for
+the acknowledge.])",
+    .next = "Read the position before clearing the enable bit.",
+    .identity = "edge"};
+
+constexpr const FindingKind* kKinds[] = {&kDisarmedBeforeRead};
+
 constexpr RuleInfo kInfo{.id = "latch-value-lost",
                          .group = "Latch",
                          .severity = Severity::kError,
-                         .title = "A latched position is thrown away unread",
-                         .needs = "latch control and status words; what the inputs hold",
+                         .title = "The master disarms a latch before it reads the position",
+                         .needs = "latch control and status words; the contents of the inputs",
                          .source = "AKD-2010, 4.11; AKD-2011, 4.11; MKD, 4.12; PILZ, 4.9",
+                         .kinds = kKinds,
+                         .notes = kLatchNotes,
                          .doc = R"(
 ## What it checks
 Whether the position of a valid latch was read before its enable bit was cleared or the latch was armed again.
 
 ## Why it matters
-The position of that edge is gone: the master lost a measurement.
+The position of that edge is lost: the master misses a measurement.
 
 ## How it is decided
-Read means: the object with the position is mapped and a frame carried it while the valid bit was set, its read
-selector was acknowledged, or it was uploaded by SDO. The finding names the control word that cleared the enable bit,
-and only when the master had seen the valid bit before. That the valid bit falls with the enable bit is not in the
-manuals, so the value counts as lost when the valid bit is gone, or the latch armed again, and the position was not read
-by then; where all goes by SDO, also when the status word was never read again. Not evaluable where the contents of the
-inputs are not known.
+A position counts as read in one of these cases:
+
+- The object with the position is mapped, and a frame carried it while the valid bit was set.
+- Its read selector was acknowledged.
+- It was uploaded by SDO.
+
+The finding cites the control word that cleared the enable bit. It is reported only if the master had seen the valid bit
+before. The manuals do not say that the valid bit is cleared together with the enable bit. So the position counts as
+lost if the valid bit is clear, or the latch is armed again, and the position was not read until then. If all words
+travel by SDO, it also counts as lost if the status word was never read again.
+
+The rule is not evaluated if the contents of the inputs are not known.
 
 ## Example
 samples/captures/latch-misuse.pcapng
@@ -42,11 +62,11 @@ class LatchValueLost final : public LatchRule {
 
   void Finish() override {
     LatchRule::Finish();
-    // What can never be read is lost as a consequence.
+    // A position that can never be read is lost as a consequence.
     std::vector<Finding>& findings = context().store.findings();
     const auto edge_of = [](const Finding& finding) {
-      const auto* name = finding.evidence.empty() ? nullptr : std::get_if<std::string>(&finding.evidence.front().value);
-      return name == nullptr ? std::string_view() : std::string_view(*name);
+      const Value* edge = finding.arguments.Find("edge");
+      return edge == nullptr ? std::string() : edge->text;
     };
     for (Finding& own : findings) {
       if (own.rule != kInfo.id) continue;
@@ -60,18 +80,12 @@ class LatchValueLost final : public LatchRule {
   }
 
  protected:
-  void Describe(const model::LatchMisuse& misuse, Finding& finding) const override {
-    finding.title = "Position of " + EdgeText(misuse) + " lost: disarmed before it was read";
-    finding.message = EdgeText(misuse) + CaptureText(misuse.capture) + " was disarmed " + FrameText(misuse) +
-                      ", and its position was neither carried by a mapped object nor acknowledged for its selector " +
-                      std::to_string(misuse.edge->selector) + " nor uploaded by SDO. ";
-    finding.message[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(finding.message[0])));
-    if (misuse.capture.selected.seen()) {
-      finding.message += "The selector was set in frame " + std::to_string(misuse.capture.selected.number) +
-                         ", but the master did not wait for the acknowledge. ";
-    }
-    finding.message += "Read the position before the enable bit is cleared.";
-    finding.evidence.push_back(Text("edge", misuse.edge->name));
+  [[nodiscard]] Finding Describe(const model::LatchMisuse& misuse) const override {
+    Finding finding = Found(kDisarmedBeforeRead, misuse.slave, misuse.frame);
+    SetCapture(finding, misuse);
+    finding.Set("selector", arg::Number(misuse.edge->selector));
+    if (misuse.capture.selected.seen()) finding.Set("selector_frame", arg::Frame(misuse.capture.selected.number));
+    return finding;
   }
 };
 

@@ -327,7 +327,7 @@ class MailboxNoResponse final : public Rule {
     Finding finding = Found(kStuck, e.slave, e.since());
     finding.Set("waited_ms", arg::Ms(wait))
         .Set("looks", arg::Count(e.looks, "poll"))
-        .Set("out_mailbox_full", arg::Flag())
+        .Set("out_mailbox_full", arg::Boolean(true))
         .Set("once", arg::Flag(e.looks == 1))
         .Set("first_poll_frame", arg::Frame(e.first.number))
         .Set("last_poll_frame", arg::Frame(e.last.number));
@@ -342,8 +342,8 @@ class MailboxNoResponse final : public Rule {
     SetRequest(finding.arguments, e.request);
     finding.Set("waited_ms", arg::Ms(WaitOf(e).value_or(0)))
         .Set("polls", arg::Count(e.polls, "poll"))
-        .Set("out_mailbox_full", arg::Flag(e.not_accepted))
-        .Set("read_lost", arg::Flag(e.read_lost));
+        .Set("out_mailbox_full", arg::Boolean(e.not_accepted))
+        .Set("read_lost", arg::Boolean(e.read_lost));
     if (e.polls > 0) finding.Set("last_poll_frame", arg::Frame(e.last_poll.number));
     if (e.end == End::kNextRequest) {
       finding.Set("next_request_frame", arg::Frame(e.ended.number));

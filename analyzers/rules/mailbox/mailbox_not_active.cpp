@@ -112,7 +112,7 @@ class MailboxNotActive final : public Rule {
     if (Repeat(slave, key, frame) != kNoFinding) return;
     Finding finding = Found(init ? kInInit : kSwitchedOff, slave, frame);
     finding.confidence = assumed || window_inferred ? Confidence::kInferred : Confidence::kObserved;
-    finding.Set("protocol", ProtocolValue(header.protocol)).Set("mailbox_off", arg::Flag(off));
+    finding.Set("protocol", ProtocolValue(header.protocol)).Set("mailbox_off", arg::Boolean(off));
     if (init) {
       finding.Set("al_state", arg::State(static_cast<std::uint8_t>(esc::AlState::INIT)));
       finding.caused_by = RefusalBefore(slave, frame.number);

@@ -2,33 +2,49 @@
 #include "analyzers/judge/pdo_rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
-#include "decoder/base/text.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/process/pdo_mapping.h"
 
 namespace ecaudit::pdo_assign_order {
 namespace {
 
+constexpr FindingKind kCountNotZero{
+    .name = "count-not-zero",
+    .title = "{object} is written while {count_object} is {number_of_entries} instead of 0",
+    .message = R"(The master downloads {value} to {object} in {frame}. At this time {count_object}, the number of
+entries, is {number_of_entries} ({count_frame}). Expected: {expected_number_of_entries}. {outcome}[ with {abort_code}].)",
+    .next =
+        "[{?caused}Correct the cause.][{!caused}Write 0 to {count_object}, then the entries, then their number to "
+        "{count_object}.]",
+    .identity = "object"};
+constexpr const FindingKind* kKinds[] = {&kCountNotZero};
+
+constexpr Word kEntryCount{"number-of-entries", "the number of entries (subindex 0) of the object"};
+constexpr Word kAnswer{"answer-for-number-of-entries", "the answer to the write of subindex 0"};
+
 constexpr RuleInfo kInfo{.id = "pdo-assign-order",
                          .group = "PDO mapping",
                          .severity = Severity::kError,
                          .subject = Subject::kMappingWrites,
-                         .title = "A PDO assignment or mapping entry is written while its subindex 0 is not zero",
+                         .title = "A PDO entry is written while subindex 0 is not zero",
                          .needs = "the last value of subindex 0, from a transfer in the capture",
                          .source = "ETG1000.6, PDO assignment; MKD, 4.5; AKD-2011, 4.5",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Downloads to subindices 1 and up of 1C12h, 1C13h and the mapping objects 1600h-17FFh and 1A00h-1BFFh: subindex 0, the
-number of entries, must be 0 meanwhile.
+Downloads to subindices 1 and up of 1C12h, 1C13h and the mapping objects 1600h-17FFh and 1A00h-1BFFh. At that time
+subindex 0, the number of entries, must be 0.
 
 ## Why it matters
-The slave would otherwise work with a half-written mapping. Most abort the download (0x08000022, 0x06010000); then the
-old entry stays, the length of the process data differs from what the master reckons, and SAFEOP is refused.
+Otherwise the slave works with a half-written mapping. Most slaves abort the download (0x08000022, 0x06010000). Then the
+old entry stays, the process data have another length than the master expects, and the slave refuses SAFEOP.
 
 ## How it is decided
-Subindex 0 is what the last completed download or upload of it says. Where none is in the capture the rule says so.
-Complete access writes count and entries in one transfer and is right. The order holds whether or not the slave accepts
-the download; one that it aborts because the object is read-only (a fixed PDO) does not count.
+Subindex 0 has the value of its last completed download or upload. If none is in the capture, the rule is not evaluated.
+
+- Complete access writes the number and the entries in one transfer and is right.
+- The order counts whether or not the slave accepts the download.
+- A download that the slave aborts because the object is read-only (a fixed PDO) does not count.
 
 ## Example
 samples/captures/pdo-assign-order.pcapng
@@ -39,7 +55,7 @@ Write 0 to subindex 0, then the entries from 1 on, then their number to subindex
 
 class PdoAssignOrder final : public PdoRule {
  public:
-  PdoAssignOrder() : PdoRule(kInfo, WhenAccepted::kStands) {}
+  PdoAssignOrder() : PdoRule(kInfo, WhenAccepted::kStays) {}
 
  private:
   void OnDownload(const mailbox::SdoTransfer& e, const std::vector<Write>& writes) override {
@@ -47,36 +63,27 @@ class PdoAssignOrder final : public PdoRule {
     const process::PdoObject* object = context().slave(e.slave).process.seen().Find(e.index);
     const std::uint8_t* count = object != nullptr ? object->count.if_known() : nullptr;
     if (count == nullptr) {
-      NotEvaluable(
-          e.slave,
-          object != nullptr && object->count_lost
-              ? "subindex 0 of the object was written before, and whether that was done the capture does not show"
-              : "subindex 0 of the object was neither written nor read before",
-          FrameOf(e).number);
+      const bool answer_missing = object != nullptr && object->count_lost;
+      NotEvaluable(e.slave, ReasonCode::kNotInCapture, answer_missing ? kAnswer : kEntryCount, FrameOf(e).number);
       return;
     }
     if (*count == 0) return;
     if (context().network().MayMissBetween(object->count.since(), FrameOf(e).number)) {
-      NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kHistory, FrameOf(e).number);
+      NotEvaluable(e.slave, ReasonCode::kCaptureGap, kEntryCount, FrameOf(e).number);
       return;
     }
     const Write& write = writes.front();
-    const std::string name = ObjectName(e.index, write.subindex);
-    Finding finding;
-    finding.title = name + " is written while " + ObjectName(e.index, 0) + " is " + std::to_string(*count);
-    finding.message = "In frame " + std::to_string(FrameOf(e).number) + " the master downloads " +
-                      Hex(write.value, process::IsAssignment(e.index) ? 4 : 8) + " to " + name + " while " +
-                      ObjectName(e.index, 0) + ", the number of entries, is " + std::to_string(*count) + " (frame " +
-                      std::to_string(object->count.since()) + ")." + OutcomeText(e) +
-                      " It has to be 0 then: 0 to subindex 0, then the entries, then their number.";
-    finding.evidence.push_back(Text("object", name));
-    finding.evidence.push_back(HexNumber("index", e.index));
-    finding.evidence.push_back(HexNumber("value", write.value));
-    finding.evidence.push_back(Number("number_of_entries", *count));
-    finding.evidence.push_back(Number("expected_number_of_entries", 0));
+    Finding finding = Found(kCountNotZero, e.slave, FrameOf(e));
+    finding.Set("object", arg::Object(e.index, write.subindex))
+        .Set("index", arg::Hex(e.index))
+        .Set("count_object", arg::Object(e.index, 0))
+        .Set("value", arg::Hex(write.value, process::IsAssignment(e.index) ? 4 : 8))
+        .Set("number_of_entries", arg::Number(*count))
+        .Set("expected_number_of_entries", arg::Number(0))
+        .Set("count_frame", arg::Frame(object->count.since()));
     AddRelated(finding, object->count.since());
-    Tell(e, e.index, std::uint64_t{e.index} << 40U | std::uint64_t{write.subindex} << 32U | write.value,
-         std::move(finding));
+    ReportDownload(e, e.index, std::uint64_t{e.index} << 40U | std::uint64_t{write.subindex} << 32U | write.value,
+                   std::move(finding));
   }
 };
 

@@ -3,7 +3,6 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <string>
 #include <vector>
 
 #include "analyzers/judge/exchange_watch.h"
@@ -14,7 +13,6 @@
 #include "analyzers/judge/sync_text.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
-#include "decoder/base/text.h"
 #include "decoder/base/time.h"
 #include "decoder/pipeline.h"
 #include "decoder/track/datagram_pair.h"
@@ -24,29 +22,77 @@
 namespace ecaudit::pdo_length_mismatch {
 namespace {
 
+constexpr FindingKind kNotExchanged{
+    .name = "not-exchanged",
+    .title = "0 of {expected_bytes} of the {direction}[{?inputs_too} and inputs] are exchanged",
+    .message =
+        R"(The FMMUs of the slave, set up to {mapped_frame}, map {expected_bytes} of {direction}[{?inputs_too} and inputs]
+from logical address {logical_address} on. The slave is in OP from {frame} to {last_frame} ({op_ms}), and other process data
+are exchanged. No datagram covers any of these bytes. [{?outputs}The slave gets no set points.][{!outputs}The master gets no
+actual values of this slave.])",
+    .next = "[{?caused}Correct the cause.][{!caused}Let the cyclic frames cover the whole process image.]",
+    .identity = "direction logical_address"};
+
+constexpr FindingKind kPartExchanged{
+    .name = "part-exchanged",
+    .title = "Only {bytes:number} of {expected_bytes} of the {direction} are exchanged",
+    .message =
+        R"(FMMU {fmmu} of the slave, in OP, maps its {direction} to the logical addresses {logical_address} to
+{last_address}. The {command} in {frame} covers {covered_address} to {last_covered_address}. That is {bytes:number} of
+{expected_bytes}, and no other datagram of the cycle covers the rest.[{?outputs} The sync manager passes outputs on when
+their last byte is written.])",
+    .next = "[{?caused}Correct the cause.][{!caused}Make the datagram as long as the process image.]",
+    .identity = "direction logical_address fmmu"};
+
+constexpr FindingKind kFmmuTooShort{
+    .name = "fmmu-too-short",
+    .title = "FMMUs map {mapped} of the {direction}, the [{?pdo_bits}PDOs have][{!pdo_bits}sync manager has] {wanted}",
+    .message =
+        R"(The slave [{?refused}refused][{!refused}reached] OP in {frame}. [{?pdos}Its PDOs {pdos} have][{!pdos}It
+has] {wanted} of {direction} in sync manager {sync_manager}. Its FMMUs, set up to {fmmu_frame}, map {mapped} of them.
+[{?outputs}The sync manager passes outputs on when their last byte is written.][{!outputs}The rest of the inputs never reaches
+the master.])",
+    .next = "[{?caused}Correct the cause.][{!caused}Give the FMMU the length of the sync manager.]",
+    .identity = "direction sync_manager"};
+
+constexpr const FindingKind* kKinds[] = {&kNotExchanged, &kPartExchanged, &kFmmuTooShort};
+
+constexpr Word kOutputs{"outputs", "outputs", true};
+constexpr Word kInputs{"inputs", "inputs", true};
+
 constexpr RuleInfo kInfo{.id = "pdo-length-mismatch",
                          .group = "PDO mapping",
                          .severity = Severity::kError,
                          .title = "Process data are exchanged in another length than the PDOs have",
                          .needs = "the FMMUs of the slave; for their length also its sync managers and PDOs",
                          .source = "ETG1000.6, PDO assignment; ESC-1, sync manager",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Of each slave in OP: whether its FMMUs carry as many bytes as the assigned PDOs have, and whether the logical datagrams
-cover all that the FMMUs map.
+Two things of each slave in OP: whether its FMMUs carry as many bytes as the assigned PDOs have, and whether the logical
+datagrams cover everything that the FMMUs map.
 
 ## Why it matters
-A sync manager hands its buffer over when the last byte was accessed. Outputs of which the last byte is missing never
-reach the application, and its watchdog takes the slave out of OP; inputs that are cut are lost.
+A sync manager passes its buffer on when the last byte was accessed. Outputs without their last byte never reach the
+application, and its watchdog takes the slave out of OP. Inputs that are cut are lost.
 
 ## How it is decided
-FMMUs: their bits in one direction against the assigned PDOs (SDO transfers of the capture, ENI file), when the slave
-reaches OP; only where sync manager and PDOs agree, so that the lengths are certain (a sync manager that disagrees is
-sm-process-config). Where the PDOs are not known: FMMUs that reach into a sync manager's buffer but none its last byte.
-Outputs also when the slave refuses OP with 0x001b. Datagrams: where three cycles in a row leave out a part of what an
-FMMU maps although the slave is in OP; parts that come in several datagrams or frames add up. Where none covers any of
-it, and nothing accesses the memory behind it, although the slave is in OP and others are exchanged for half a second or
-longer, nothing of it is exchanged. Mailbox state and other registers do not count.
+FMMUs:
+
+- When the slave reaches OP, the bits of its FMMUs in one direction are compared with the assigned PDOs (SDO transfers
+  of the capture, ENI file).
+- This needs a sync manager that agrees with the PDOs, so that the lengths are certain. A sync manager that disagrees is
+  sm-process-config.
+- If the PDOs are not known, FMMUs are reported that map a part of a sync manager's buffer, but not its last byte.
+- Outputs are also checked when the slave refuses OP with 0x001b.
+
+Datagrams:
+
+- The finding needs three cycles in a row that leave out a part of what an FMMU maps, while the slave is in OP. Parts in
+  several datagrams or frames add up.
+- If no datagram covers any of it, the slave must be in OP for at least half a second, while others are exchanged. An
+  access to the memory of the FMMU by position or station address counts as an exchange.
+- Mailbox state and other registers do not count.
 
 ## Example
 samples/captures/pdo-length-mismatch.pcapng
@@ -71,27 +117,28 @@ class PdoLengthMismatch final : public Rule {
   void On(const model::AlAnswered& e) {
     if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
     if (e.outcome == model::AlAnswered::Outcome::kRefused) {
-      constexpr std::uint16_t kWatchdog = 0x001B;  // no outputs come, although they are sent
+      constexpr std::uint16_t kWatchdog = 0x001B;  // outputs do not arrive, although the master sends them
       if (e.code != kWatchdog) return;
-      const FindingIndex cause = JudgeFmmus(e, device::PdoDirection::kRx);
+      const FindingIndex cause = EvaluateFmmus(e, device::PdoDirection::kRx);
       if (cause != kNoFinding && refused_.size() < FindingStore::kMaxFindings) {
         refused_.push_back({e.slave, e.frame.number, cause});
       }
       return;
     }
-    for (const auto direction : {device::PdoDirection::kRx, device::PdoDirection::kTx}) (void)JudgeFmmus(e, direction);
+    for (const auto direction : {device::PdoDirection::kRx, device::PdoDirection::kTx})
+      (void)EvaluateFmmus(e, direction);
     exchange_.EnteredOp(e.slave, e.frame);
   }
 
   void On(const track::SlaveAccess& e) { exchange_.On(e); }
   void On(const model::AlRequestJudged& e) {
-    if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) JudgeExchange(e.slave);
+    if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) EvaluateExchange(e.slave);
   }
-  void On(const model::AlChangedByItself& e) { JudgeExchange(e.slave); }
+  void On(const model::AlChangedByItself& e) { EvaluateExchange(e.slave); }
   void On(const track::AlStateForgotten& e) { (void)exchange_.Leaves(e.slave); }
   void On(const track::RunBegan& e) {
-    const bool asked = e.reason == track::RunBegan::Reason::kInitialised;
-    for (std::size_t s = 0; s < context().slave_count() && asked; ++s) JudgeExchange(static_cast<SlaveId>(s));
+    const bool initialised = e.reason == track::RunBegan::Reason::kInitialised;
+    for (std::size_t s = 0; s < context().slave_count() && initialised; ++s) EvaluateExchange(static_cast<SlaveId>(s));
     exchange_.Forget();
   }
 
@@ -111,24 +158,24 @@ class PdoLengthMismatch final : public Rule {
     for (const std::size_t part : cached.parts) Follow(e, mapped_[part]);
   }
 
-  /// Where several datagrams share an FMMU their order tells.
-  void On(const track::CycleAtRest& asked) {
-    for (std::size_t i = 0; i < asked.datagrams.size(); ++i) {
-      const track::DatagramPair d(asked.transaction, i);
+  /// If several datagrams share an FMMU, their order is needed.
+  void On(const track::CycleAtRest& cycle) {
+    for (std::size_t i = 0; i < cycle.datagrams.size(); ++i) {
+      const track::DatagramPair d(cycle.transaction, i);
       if (wire::IsLogical(d.command()) && !PartsOf(track::Network::LogicalAccessOf(d)).empty())
-        asked.each_wanted = true;
+        cycle.each_wanted = true;
     }
   }
 
   void Finish() override {
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
-      if (context().slave(id).al.SettledIn(esc::AlState::OP)) JudgeExchange(id);
+      if (context().slave(id).al.SettledIn(esc::AlState::OP)) EvaluateExchange(id);
     }
     for (const Refused& r : refused_) NameCause(context(), "al-refused", r.slave, r.frame, r.cause);
     if (NotEvaluableWithoutReturns()) return;
-    for (const SlaveId slave : unknown_) NotEvaluable(slave, "what PDOs are assigned and mapped is not known");
-    if (version_ && mapped_.empty()) NotEvaluable(kNoSlave, "no FMMU was set in the capture");
+    for (const SlaveId slave : unknown_) NotEvaluable(slave, ReasonCode::kNotInCapture, what::kMapping);
+    if (version_ && mapped_.empty()) NotEvaluable(kNoSlave, ReasonCode::kNotInCapture, what::kFmmusOfAll);
   }
 
  private:
@@ -153,34 +200,27 @@ class PdoLengthMismatch final : public Rule {
   };
 
   /// The slave leaves OP, or the capture ends in it.
-  void JudgeExchange(SlaveId slave) {
+  void EvaluateExchange(SlaveId slave) {
     const std::optional<Unexchanged> e = exchange_.Leaves(slave);
     if (!e) return;
     if (MissesPackets(context().pairing()) || context().statistics().cut_frames > 0) {
-      NotEvaluable(slave, "datagrams with the rest of the process data may lie in what the capture misses",
-                   e->until.number);
+      NotEvaluable(slave, ReasonCode::kMissesPackets, what::kProcessFrames, e->until.number);
       return;
     }
     constexpr std::uint64_t kNothing = 1ULL << 62U;
     if (Repeat(slave, kNothing, e->since) != kNoFinding) return;
-    const std::string what = e->output_bytes == 0 ? "inputs" : e->input_bytes == 0 ? "outputs" : "outputs and inputs";
-    const std::string bytes = Count(e->output_bytes + e->input_bytes, "byte");
-    Finding finding;
-    finding.slave = slave;
-    finding.first = e->since;
+    const bool outputs = e->output_bytes > 0;
+    Finding finding = Found(kNotExchanged, slave, e->since);
     finding.last = e->until;
     AddRelated(finding, e->mapped);
-    finding.title = "0 of " + bytes + " of the " + what + " are exchanged";
-    finding.message = "The FMMUs of the slave, set up to frame " + std::to_string(e->mapped) + ", map " + bytes +
-                      " of " + what + " to the logical addresses from " + Hex(e->address, 8) +
-                      " on, and it is in OP from frame " + std::to_string(e->since.number) + " to frame " +
-                      std::to_string(e->until.number) + ", " + Duration(Elapsed(e->since.time, e->until.time)) +
-                      ", while other process data are exchanged; but no datagram covers any of it. " +
-                      (e->output_bytes > 0 ? "It gets no set points. " : "Its actual values reach nobody. ") +
-                      "Let the cyclic frames cover the whole process image.";
-    finding.evidence = {Number("bytes", 0),
-                        Number("expected_bytes", static_cast<std::int64_t>(e->output_bytes + e->input_bytes)),
-                        HexNumber("logical_address", e->address)};
+    finding.Set("direction", arg::Of(outputs ? kOutputs : kInputs))
+        .Set("outputs", arg::Flag(outputs))
+        .Set("inputs_too", arg::Flag(outputs && e->input_bytes > 0))
+        .Set("bytes", arg::Count(0, "byte"))
+        .Set("expected_bytes", arg::Count(e->output_bytes + e->input_bytes, "byte"))
+        .Set("logical_address", arg::Hex(e->address, 8))
+        .Set("mapped_frame", arg::Frame(e->mapped))
+        .Set("op_ms", arg::Ms(Elapsed(e->since.time, e->until.time)));
     Report(kNothing, std::move(finding));
   }
 
@@ -232,27 +272,22 @@ class PdoLengthMismatch final : public Rule {
     if (m.incomplete < kCyclesInARow || !context().slave(m.slave).al.SettledIn(esc::AlState::OP)) return;
     const std::uint64_t key = 1ULL << 63U | m.begin << 20U | (m.end - m.begin) << 5U | m.number;
     if (Repeat(m.slave, key, e.frame()) != kNoFinding) return;
-    const std::string what = m.outputs ? "outputs" : "inputs";
-    const std::string covered = std::to_string(to - from) + " of " + Count(m.end - m.begin, "byte");
-    Finding finding;
-    finding.slave = m.slave;
-    finding.first = e.frame();
-    finding.title = "Only " + covered + " of the " + what + " are exchanged";
-    finding.message = "FMMU " + std::to_string(m.number) + " of the slave, in OP, maps its " + what +
-                      " to the logical addresses " + Hex(m.begin, 8) + " to " + Hex(m.end - 1, 8) + ", but the " +
-                      std::string(wire::Name(e.command)) + " in frame " + std::to_string(e.frame().number) +
-                      " covers " + Hex(from, 8) + " to " + Hex(to - 1, 8) + ", " + covered +
-                      ", and nothing in the cycle covers the rest. " +
-                      (m.outputs ? "The sync manager hands outputs over when their last byte is written. " : "") +
-                      "Make the datagram as long as the process image.";
-    finding.evidence.push_back(Number("bytes", static_cast<std::int64_t>(to - from)));
-    finding.evidence.push_back(Number("expected_bytes", static_cast<std::int64_t>(m.end - m.begin)));
-    finding.evidence.push_back(HexNumber("logical_address", m.begin));
+    Finding finding = Found(kPartExchanged, m.slave, e.frame());
+    finding.Set("direction", arg::Of(m.outputs ? kOutputs : kInputs))
+        .Set("outputs", arg::Flag(m.outputs))
+        .Set("bytes", arg::Count(to - from, "byte"))
+        .Set("expected_bytes", arg::Count(m.end - m.begin, "byte"))
+        .Set("logical_address", arg::Hex(m.begin, 8))
+        .Set("last_address", arg::Hex(m.end - 1, 8))
+        .Set("fmmu", arg::Number(static_cast<std::int64_t>(m.number)))
+        .Set("command", arg::Text(wire::Name(e.command)))
+        .Set("covered_address", arg::Hex(from, 8))
+        .Set("last_covered_address", arg::Hex(to - 1, 8));
     AddRelated(finding, context().network().state(m.slave).fmmu_since[m.number]);
     Report(key, std::move(finding));
   }
 
-  /// How much of a sync manager's buffer the FMMUs of one direction map.
+  /// The part of a sync manager's buffer that the FMMUs of one direction map.
   struct Reach {
     std::uint64_t bits = 0;
     bool last_byte = false;
@@ -277,12 +312,12 @@ class PdoLengthMismatch final : public Rule {
   }
 
   /// @return what it found, for outputs of which the last byte is missing
-  FindingIndex JudgeFmmus(const model::AlAnswered& e, device::PdoDirection direction) {
+  FindingIndex EvaluateFmmus(const model::AlAnswered& e, device::PdoDirection direction) {
     const model::ProcessLayout& layout = context().slave(e.slave).process.Layout(direction);
     const bool given = layout.source == model::LayoutSource::kObserved || layout.source == model::LayoutSource::kEni;
     if (!given || !layout.known()) {
       unknown_.insert(e.slave);
-      return JudgeBuffers(e, direction);
+      return EvaluateBuffers(e, direction);
     }
     if (layout.signals.empty()) return kNoFinding;
     const track::SlaveState& state = context().network().state(e.slave);
@@ -299,14 +334,14 @@ class PdoLengthMismatch final : public Rule {
       const Reach reach = ReachOf(state, *manager, direction);
       // Without FMMUs the master reads and writes the buffers by their address.
       if (reach.bits == 0 || reach.bits >= wanted) continue;
-      const FindingIndex index = TellFmmu(e, direction, &layout, number, reach, wanted);
+      const FindingIndex index = ReportFmmu(e, direction, &layout, number, reach, wanted);
       if (!reach.last_byte) found = index;
     }
     return found;
   }
 
-  /// The PDOs are not known; the sync managers are, and hand over what they hold when their last byte is accessed.
-  FindingIndex JudgeBuffers(const model::AlAnswered& e, device::PdoDirection direction) {
+  /// The PDOs are not known, but the sync managers are. They pass their buffer on when its last byte is accessed.
+  FindingIndex EvaluateBuffers(const model::AlAnswered& e, device::PdoDirection direction) {
     const track::SlaveState& state = context().network().state(e.slave);
     FindingIndex found = kNoFinding;
     for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
@@ -316,40 +351,33 @@ class PdoLengthMismatch final : public Rule {
       if (manager->ecat_writes() != (direction == device::PdoDirection::kRx)) continue;
       const Reach reach = ReachOf(state, *manager, direction);
       if (reach.bits == 0 || reach.last_byte) continue;
-      found = TellFmmu(e, direction, nullptr, static_cast<std::uint8_t>(n), reach, std::uint64_t{manager->length} * 8);
+      found =
+          ReportFmmu(e, direction, nullptr, static_cast<std::uint8_t>(n), reach, std::uint64_t{manager->length} * 8);
     }
     return found;
   }
 
   /// @param layout  null: the PDOs are not known, `wanted` is the size of the sync manager
-  FindingIndex TellFmmu(const model::AlAnswered& e, device::PdoDirection direction, const model::ProcessLayout* layout,
-                        std::uint8_t manager, const Reach& reach, std::uint64_t wanted) {
+  FindingIndex ReportFmmu(const model::AlAnswered& e, device::PdoDirection direction,
+                          const model::ProcessLayout* layout, std::uint8_t manager, const Reach& reach,
+                          std::uint64_t wanted) {
     const std::uint64_t key = std::uint64_t{manager} << 48U | reach.bits << 24U | wanted;
     if (const FindingIndex index = Repeat(e.slave, key, e.frame); index != kNoFinding) return index;
-    std::string pdos;
-    if (layout != nullptr) {
-      for (const std::uint16_t pdo : layout->pdos) pdos += ObjectName(pdo) + ", ";
-    }
-    const std::string what = direction == device::PdoDirection::kRx ? "outputs" : "inputs";
-    const auto text = [](std::uint64_t n) { return n % 8 == 0 ? Count(n / 8, "byte") : Count(n, "bit"); };
-    const bool refused = e.outcome == model::AlAnswered::Outcome::kRefused;
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.frame;
-    finding.title = "FMMUs map " + text(reach.bits) + " of the " + what + ", the " +
-                    (layout != nullptr ? "PDOs have " : "sync manager has ") + text(wanted);
-    finding.message = std::string("The slave ") + (refused ? "refused" : "reached") + " OP in frame " +
-                      std::to_string(e.frame.number) + " with " + text(wanted) + " of " + what + " (" + pdos +
-                      "sync manager " + std::to_string(manager) + "), but its FMMUs, set up to frame " +
-                      std::to_string(reach.since) + ", map only " + text(reach.bits) + " of them. " +
-                      (direction == device::PdoDirection::kRx
-                           ? "The sync manager hands outputs over when their last byte is written. "
-                           : "The rest of the inputs never reaches the master. ") +
-                      "Give the FMMU the length of the sync manager.";
-    finding.evidence.push_back(Number("mapped_bits", static_cast<std::int64_t>(reach.bits)));
-    finding.evidence.push_back(
-        Number(layout != nullptr ? "pdo_bits" : "sync_manager_bits", static_cast<std::int64_t>(wanted)));
-    finding.evidence.push_back(Number("sync_manager", manager));
+    const bool outputs = direction == device::PdoDirection::kRx;
+    const auto length = [](std::uint64_t bits) {
+      return bits % 8 == 0 ? arg::Count(bits / 8, "byte") : arg::Count(bits, "bit");
+    };
+    Finding finding = Found(kFmmuTooShort, e.slave, e.frame);
+    finding.Set("direction", arg::Of(outputs ? kOutputs : kInputs))
+        .Set("outputs", arg::Flag(outputs))
+        .Set("refused", arg::Flag(e.outcome == model::AlAnswered::Outcome::kRefused))
+        .Set("mapped_bits", arg::Number(static_cast<std::int64_t>(reach.bits)))
+        .Set(layout != nullptr ? "pdo_bits" : "sync_manager_bits", arg::Number(static_cast<std::int64_t>(wanted)))
+        .Set("sync_manager", arg::Number(manager))
+        .Set("mapped", length(reach.bits))
+        .Set("wanted", length(wanted))
+        .Set("fmmu_frame", arg::Frame(reach.since));
+    if (layout != nullptr) finding.Set("pdos", PdosValue(layout->pdos));
     AddRelated(finding, reach.since);
     if (layout != nullptr) AddRelated(finding, layout->since);
     if (layout != nullptr && layout->assumed) finding.confidence = Confidence::kInferred;

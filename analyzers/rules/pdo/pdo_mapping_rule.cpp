@@ -1,50 +1,116 @@
 #include <algorithm>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "analyzers/judge/pdo_rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/shared_notes.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/objects/relatives.h"
 #include "analyzers/words/al_text.h"
-#include "decoder/base/text.h"
+#include "analyzers/words/what.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/process/pdo_mapping.h"
 
 namespace ecaudit::pdo_mapping_rule {
 namespace {
 
+constexpr FindingKind kTooManyPdos{
+    .name = "too-many-pdos",
+    .title = "{pdos} PDOs assigned in {object:number}, at most {most_pdos} allowed",
+    .message = R"(The master downloads {value} to {written} in {frame}. Then {object} has {pdos} PDOs. {manual} allows
+{most_pdos}. {outcome}[ with {abort_code}].)",
+    .next = "Map the objects into fewer PDOs, or leave some out.",
+    .identity = "object"};
+
+constexpr FindingKind kTooManyEntries{
+    .name = "too-many-entries",
+    .title = "{entries} entries in {object:number}, at most {most_entries} allowed",
+    .message = R"(The master downloads {value} to {written} in {frame}. Then {object} has {entries} entries. {manual}
+allows {most_entries}. {outcome}[ with {abort_code}].)",
+    .next = "Spread the objects over several PDOs, or leave some out.",
+    .identity = "object"};
+
+constexpr FindingKind kTooManyBytes{
+    .name = "too-many-bytes",
+    .title = "{bytes} bytes mapped into {object:number}, at most {most_bytes} allowed",
+    .message = R"(The master downloads {value} to {written} in {frame}. Then {object} has {bytes} bytes. {manual} allows
+{most_bytes}. {outcome}[ with {abort_code}].)",
+    .next = "Spread the objects over several PDOs, or leave some out.",
+    .identity = "object"};
+
+constexpr FindingKind kOddLength{
+    .name = "odd-length",
+    .title = "{direction} mapping has an odd length of {bytes}",
+    .message = R"(The master requests SAFEOP in {frame}. At this time {pdos} {pdos?has|have} {bytes}. {manual} requires
+an even number of bytes.[{?own_default} The master keeps this default mapping of the drive.])",
+    .next = "Fill the mapping up with the padding objects of the manual, or leave objects out.",
+    .identity = "direction"};
+
+constexpr FindingKind kTooLong{
+    .name = "too-long",
+    .title = "{direction} mapping of {bytes} is longer than {limit:number}",
+    .message = R"(The master requests SAFEOP in {frame}. At this time {pdos} {pdos?has|have} {bytes}. {manual} allows at
+most {limit}[ ({limit_condition})].[ It allows {higher_limit} with {higher_condition}.][{!higher_condition} It allows
+{higher_limit} with newer firmware.][{?own_default} The master keeps this default mapping of the drive.])",
+    .next = "Map fewer objects.",
+    .identity = "direction"};
+
+constexpr FindingKind kOddLengthSuspected{
+    .name = "odd-length-suspected",
+    .title = "{direction} mapping has an odd length of {bytes}[{?by_code}: may be why SAFEOP is refused]",
+    .message =
+        R"(The master requests SAFEOP in {request_frame}. The slave refuses it with AL status code {al_status_code}
+({frame}). {pdos} {pdos?has|have} {bytes}. {relative} forbids an odd length for free mapping. {manual} describes no free
+mapping, so this reason is an inference.[{?own_default} The master keeps this default mapping of the drive.])",
+    .next =
+        "Assign PDOs of even total length: one of the fixed PDOs, or map the objects again, each once, and fill up.",
+    .identity = "direction al_status_code"};
+
+constexpr const FindingKind* kKinds[] = {&kTooManyPdos, &kTooManyEntries, &kTooManyBytes,
+                                         &kOddLength,   &kTooLong,        &kOddLengthSuspected};
+
 constexpr RuleInfo kInfo{
     .id = "pdo-mapping-rule",
     .group = "PDO mapping",
     .severity = Severity::kError,
     .of_family = true,
-    .title = "Free mapping breaks a rule of the manual: odd length, too many bytes, entries or PDOs",
+    .title = "Free mapping breaks a rule of the manual: odd length or too long",
     .needs = "the rules of free mapping in the family's manual, and the assignment and mapping in force",
     .source = "MKD, 4.6; MKD, 5.3",
+    .kinds = kKinds,
     .doc = R"(
 ## What it checks
-For families whose manual describes free mapping (MKD): at each download, that a PDO gets no more bytes (8) and entries
-(8), and a direction no more PDOs (4), than the manual allows; when SAFEOP is requested, that the total length of each
-direction is even and not above the limit (Tx 32 bytes, Rx 20 or 32).
+Families whose manual describes free mapping (MKD):
+
+- At each download: a PDO has at most as many bytes (8) and entries (8), and a direction at most as many PDOs (4), as
+  the manual allows.
+- When SAFEOP is requested: the total length of each direction is even and not above the limit (Tx 32 bytes, Rx 20 or
+  32).
 
 ## Why it matters
 The drive aborts the download or refuses SAFEOP.
 
 ## How it is decided
-From SDO transfers in the capture, or an ENI file. A default mapping that the master keeps counts like one it writes.
-20 bytes Rx is what the manual prints for all firmware; up to 32, which newer firmware takes, is a warning. Where the
-drive goes to SAFEOP with the mapping, the finding becomes an info.
+From SDO transfers in the capture, or an ENI file.
 
-For a family without such rules (AKD) those of a drive of the same maker serve as a hint, and only when SAFEOP was
-refused with 0x0017, 0x001D, 0x001E, 0x0024 or 0x0025 and nothing else explains it: then a mapping of odd length in the
-PDOs for free mapping is a warning, marked inferred, and the refusal names it as its cause.
+- A default mapping that the master keeps counts like one that it writes.
+- The manual prints 20 bytes Rx for all firmware. Newer firmware accepts up to 32, so this is a warning.
+- If the drive goes to SAFEOP with the mapping, the finding becomes an info.
+
+A family without such rules (AKD): the rules of a drive of the same maker serve as a hint. This needs a SAFEOP that was
+refused with 0x0017, 0x001D, 0x001E, 0x0024 or 0x0025 and no other cause. Then a mapping of odd length in the PDOs for
+free mapping is a warning, marked inferred, and the refusal names it as its cause.
 
 ## Example
 samples/captures/pdo-odd-mapping.pcapng
 
 ## What to do
-Fill the mapping up with the padding object of the manual (Rx 0002h:0, Tx 2002h), or leave objects out; unused PDOs stay
-unassigned.
+Fill the mapping up with the padding object of the manual (Rx 0002h:0, Tx 2002h), or leave objects out. Leave unused
+PDOs unassigned.
 )"};
 
 class PdoMappingRule final : public PdoRule {
@@ -54,14 +120,10 @@ class PdoMappingRule final : public PdoRule {
 
   void On(const model::AlAnswered& e) override {
     PdoRule::On(e);
-    if (const auto ripe = suspicions_.On(context(), e)) Suspect(e.slave, *ripe);
+    if (const auto confirmed = suspicions_.On(context(), e)) Suspect(e.slave, *confirmed);
   }
   void On(const model::AlErrorCode& e) {
-    if (const auto ripe = suspicions_.On(context(), e)) Suspect(e.slave, *ripe);
-  }
-  void Finish() override {
-    PdoRule::Finish();
-    suspicions_.Finish(context());
+    if (const auto confirmed = suspicions_.On(context(), e)) Suspect(e.slave, *confirmed);
   }
 
  private:
@@ -87,8 +149,7 @@ class PdoMappingRule final : public PdoRule {
       for (const Write& write : writes) {
         const std::uint32_t pdos = write.subindex == 0 ? write.value : write.subindex;
         if (pdos > *free->max_pdos && (write.subindex == 0 || write.value != 0)) {
-          TellLimit(e, write, Count(pdos, "PDO") + " assigned in " + ObjectName(e.index), "pdos", pdos, *free->max_pdos,
-                    free->max_pdos.source);
+          ReportLimit(e, write, {kTooManyPdos, "pdos", "most_pdos", pdos, *free->max_pdos, free->max_pdos.source});
           return;
         }
       }
@@ -102,22 +163,24 @@ class PdoMappingRule final : public PdoRule {
       const std::uint32_t entries = write.subindex == 0 ? write.value : write.subindex;
       if (free->max_entries_per_pdo && entries > *free->max_entries_per_pdo &&
           (write.subindex == 0 || write.value != 0)) {
-        TellLimit(e, write, std::to_string(entries) + " entries in " + ObjectName(e.index), "entries", entries,
-                  *free->max_entries_per_pdo, free->max_entries_per_pdo.source);
+        ReportLimit(e, write,
+                    {kTooManyEntries, "entries", "most_entries", entries, *free->max_entries_per_pdo,
+                     free->max_entries_per_pdo.source});
         return;
       }
       if (write.subindex == 0) continue;
       bits += process::MappingEntry::FromValue(write.value).bits;
       const std::uint32_t bytes = (bits + 7) / 8;
       if (free->max_bytes_per_pdo && bytes > *free->max_bytes_per_pdo) {
-        TellLimit(e, write, Count(bytes, "byte") + " mapped into " + ObjectName(e.index), "bytes", bytes,
-                  *free->max_bytes_per_pdo, free->max_bytes_per_pdo.source);
+        ReportLimit(
+            e, write,
+            {kTooManyBytes, "bytes", "most_bytes", bytes, *free->max_bytes_per_pdo, free->max_bytes_per_pdo.source});
         return;
       }
     }
   }
 
-  /// Bits of the entries in front of `subindex` as they stand; 0 where one is unknown.
+  /// Bits of the present entries before `subindex`; 0 if one is unknown.
   [[nodiscard]] std::uint32_t BitsBefore(const mailbox::SdoTransfer& e, std::uint8_t subindex) const {
     const process::PdoObject* object = context().slave(e.slave).process.seen().Find(e.index);
     std::uint32_t bits = 0;
@@ -130,22 +193,29 @@ class PdoMappingRule final : public PdoRule {
     return bits;
   }
 
-  void TellLimit(const mailbox::SdoTransfer& e, const Write& write, const std::string& what, const char* name,
-                 std::uint32_t value, std::uint32_t limit, const std::string& source) {
-    const device::DeviceDescription& family = *context().slave(e.slave).profile;
-    Finding finding;
-    finding.title = what + ", at most " + std::to_string(limit) + " are allowed";
-    finding.message = "With the download of " + Hex(write.value) + " to " + ObjectName(e.index, write.subindex) +
-                      " in frame " + std::to_string(FrameOf(e).number) + " there are " + what + "; " + family.title +
-                      " allows " + std::to_string(limit) + "." + OutcomeText(e) +
-                      (std::string_view(name) == "pdos" ? " Map the objects into fewer PDOs, or leave some out."
-                                                        : " Spread the objects over several PDOs, or leave some out.");
-    finding.evidence.push_back(Number(name, value));
-    finding.evidence.push_back(Number(std::string("most_") + name, limit));
-    finding.reference = ReferenceTo(source);
-    Tell(e, e.index, std::uint64_t{e.index} << 16U | std::uint64_t{value} << 8U | static_cast<std::uint8_t>(name[0]),
-         std::move(finding));
+  /// A limit that a download exceeds.
+  struct Exceeded {
+    const FindingKind& kind;
+    std::string_view name, limit_name;  ///< of the arguments
+    std::uint32_t value = 0, limit = 0;
+    const std::string& source;
+  };
+
+  void ReportLimit(const mailbox::SdoTransfer& e, const Write& write, const Exceeded& exceeded) {
+    Finding finding = Found(exceeded.kind, e.slave, FrameOf(e));
+    finding.Set(exceeded.name, arg::Number(exceeded.value))
+        .Set(exceeded.limit_name, arg::Number(exceeded.limit))
+        .Set("object", arg::Object(e.index))
+        .Set("written", arg::Object(e.index, write.subindex))
+        .Set("value", arg::Hex(write.value))
+        .Set("manual", ManualOf(e.slave));
+    finding.reference = ReferenceTo(exceeded.source);
+    const std::uint64_t key = std::uint64_t{e.index} << 16U | std::uint64_t{exceeded.value} << 8U |
+                              static_cast<std::uint8_t>(exceeded.name.front());
+    ReportDownload(e, e.index, key, std::move(finding));
   }
+
+  [[nodiscard]] Value ManualOf(SlaveId slave) const { return arg::Text(context().slave(slave).profile->title); }
 
   // --- what the whole breaks
 
@@ -157,12 +227,12 @@ class PdoMappingRule final : public PdoRule {
       const device::DeviceDescription& family = *context().slave(e.slave).profile;
       if (!given || !layout.known() || layout.bits == 0) {
         if (family.pdo.flexible && !(given && layout.known())) {
-          NotEvaluable(e.slave, "what PDOs are assigned and mapped is not known", e.request.frame.number);
+          NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kMapping, e.request.frame.number);
         }
         continue;
       }
       if (family.pdo.flexible) {
-        if (AllFree(*family.pdo.flexible, direction, layout.pdos)) Judge(e, direction, layout, *family.pdo.flexible);
+        if (AllFree(*family.pdo.flexible, direction, layout.pdos)) Evaluate(e, direction, layout, *family.pdo.flexible);
         continue;
       }
       if (layout.bytes() % 2 == 0) continue;
@@ -170,10 +240,12 @@ class PdoMappingRule final : public PdoRule {
         const auto& free = relative->pdo.flexible;
         if (!free || !free->even_length || !*free->even_length || !AllFree(*free, direction, layout.pdos)) continue;
         suspects.push_back({direction,
-                            "the " + std::string(DirectionName(direction)) + " mapping is " +
-                                Count(layout.bytes(), "byte") + " long, an odd number, which the manual of " +
-                                relative->title + " forbids for free mapping",
+                            &kOddMappingMayExplain,
+                            {{"direction", PdoDirectionValue(direction)},
+                             {"bytes", arg::Count(layout.bytes(), "byte")},
+                             {"manual", arg::Text(relative->title)}},
                             false});
+        relative_ = relative->title;
         relative_source_ = free->even_length.source;
         break;
       }
@@ -181,46 +253,38 @@ class PdoMappingRule final : public PdoRule {
     suspicions_.Add(e.slave, e.request.frame, std::move(suspects));
   }
 
-  void Judge(const model::AlRequestJudged& e, device::PdoDirection direction, const model::ProcessLayout& layout,
-             const Free& free) {
+  void Evaluate(const model::AlRequestJudged& e, device::PdoDirection direction, const model::ProcessLayout& layout,
+                const Free& free) {
     const std::uint32_t bytes = layout.bytes();
-    const std::string name(DirectionName(direction));
     if (free.even_length && *free.even_length && bytes % 2 != 0) {
-      TellWhole(e, direction, layout, Severity::kError, name + " mapping has an odd length of " + Count(bytes, "byte"),
-                "an even number of bytes", free.even_length.source, 1);
+      ReportWhole(e, direction, layout, kOddLength, Severity::kError, {}, free.even_length.source);
     }
     const auto& limits = direction == device::PdoDirection::kRx ? free.max_rx_bytes : free.max_tx_bytes;
     if (limits.empty() || bytes <= limits.front().bytes) return;
     const bool beyond_all = bytes > limits.back().bytes;
     const device::ByteLimit& limit = beyond_all ? limits.back() : limits.front();
-    std::string law = "at most " + Count(limit.bytes, "byte");
-    if (!limit.condition.empty()) law += " (" + limit.condition + ")";
+    Arguments arguments{{"limit", arg::Count(limit.bytes, "byte")}};
+    if (!limit.condition.empty()) arguments.Set("limit_condition", arg::Text(limit.condition));
     if (!beyond_all) {
-      law += "; " + std::to_string(limits.back().bytes) + " with " +
-             (limits.back().condition.empty() ? "newer firmware" : limits.back().condition);
+      arguments.Set("higher_limit", arg::Number(limits.back().bytes));
+      if (!limits.back().condition.empty()) arguments.Set("higher_condition", arg::Text(limits.back().condition));
     }
-    TellWhole(e, direction, layout, beyond_all ? Severity::kError : Severity::kWarning,
-              name + " mapping of " + Count(bytes, "byte") + " is longer than " + std::to_string(limit.bytes), law,
-              limit.source, 2);
+    ReportWhole(e, direction, layout, kTooLong, beyond_all ? Severity::kError : Severity::kWarning, arguments,
+                limit.source);
   }
 
-  void TellWhole(const model::AlRequestJudged& e, device::PdoDirection direction, const model::ProcessLayout& layout,
-                 Severity severity, std::string title, const std::string& law, const std::string& source,
-                 std::uint64_t kind) {
-    const std::uint64_t key = kind << 60U | std::uint64_t{direction == device::PdoDirection::kRx} << 50U | layout.bits;
+  void ReportWhole(const model::AlRequestJudged& e, device::PdoDirection direction, const model::ProcessLayout& layout,
+                   const FindingKind& kind, Severity severity, const Arguments& arguments, const std::string& source) {
+    const std::uint64_t number = &kind == &kOddLength ? 1 : 2;
+    const std::uint64_t key =
+        number << 60U | std::uint64_t{direction == device::PdoDirection::kRx} << 50U | layout.bits;
     FindingIndex index = Repeat(e.slave, key, e.request.frame);
     if (index == kNoFinding) {
       const bool written = WrittenByMaster(e.slave, direction, layout.pdos);
-      Finding finding;
-      finding.slave = e.slave;
-      finding.first = e.request.frame;
-      finding.title = std::move(title);
-      finding.message = "When the master requests SAFEOP in frame " + std::to_string(e.request.frame.number) + ", " +
-                        PdoList(layout) + " fill " + Count(layout.bytes(), "byte") + "; " +
-                        context().slave(e.slave).profile->title + " asks for " + law + ". " +
-                        (written ? "" : "It is the drive's own default, which the master keeps. ") +
-                        "Fill it up with the padding objects of the manual, or leave objects out.";
-      AddNumbers(finding, direction, layout);
+      Finding finding = Found(kind, e.slave, e.request.frame);
+      SetMapping(finding, direction, layout);
+      for (const Argument& argument : arguments) finding.Set(argument.name, argument.value);
+      finding.Set("own_default", arg::Flag(!written));
       if (layout.assumed || e.request.assumed || !written) finding.confidence = Confidence::kInferred;
       finding.reference = ReferenceTo(source);
       index = Report(key, severity, std::move(finding));
@@ -228,19 +292,15 @@ class PdoMappingRule final : public PdoRule {
     Predict(e, direction, index);
   }
 
-  static std::string PdoList(const model::ProcessLayout& layout) {
-    std::string pdos;
-    for (const std::uint16_t pdo : layout.pdos) pdos += (pdos.empty() ? "" : ", ") + ObjectName(pdo);
-    return pdos;
-  }
-  static void AddNumbers(Finding& finding, device::PdoDirection direction, const model::ProcessLayout& layout) {
-    finding.evidence.push_back(Text("direction", std::string(DirectionName(direction))));
-    finding.evidence.push_back(Number("bytes", layout.bytes()));
-    finding.evidence.push_back(Text("pdos", PdoList(layout)));
+  void SetMapping(Finding& finding, device::PdoDirection direction, const model::ProcessLayout& layout) const {
+    finding.Set("direction", PdoDirectionValue(direction))
+        .Set("bytes", arg::Count(layout.bytes(), "byte"))
+        .Set("pdos", PdosValue(layout.pdos))
+        .Set("manual", ManualOf(finding.slave));
     AddRelated(finding, layout.since);
   }
 
-  // --- what may be why a drive without documented rules refused
+  // --- what may be the reason why a drive without documented rules refused
 
   void Suspect(SlaveId slave, const MappingSuspicions::Suspicion& suspicion) {
     const device::DeviceDescription& family = *context().slave(slave).profile;
@@ -250,35 +310,24 @@ class PdoMappingRule final : public PdoRule {
           3ULL << 60U | std::uint64_t{suspect.direction == device::PdoDirection::kRx} << 50U | layout.bits;
       FindingIndex index = Repeat(slave, key, suspicion.shown);
       if (index == kNoFinding) {
-        const std::string name(DirectionName(suspect.direction));
-        Finding finding;
-        finding.slave = slave;
-        finding.first = suspicion.shown;
+        Finding finding = Found(kOddLengthSuspected, slave, suspicion.shown);
         AddRelated(finding, suspicion.request.number);
         finding.confidence = Confidence::kInferred;
-        finding.title = name + " mapping has an odd length of " + Count(layout.bytes(), "byte") +
-                        (suspect.by_code ? ", which may be why SAFEOP is refused" : "");
-        finding.message = "SAFEOP, requested in frame " + std::to_string(suspicion.request.number) +
-                          ", is refused with AL status code " + CodeText(suspicion.code, family) + " (frame " +
-                          std::to_string(suspicion.shown.number) + "). " + PdoList(layout) + ": " + suspect.text +
-                          ". " +
-                          (WrittenByMaster(slave, suspect.direction, layout.pdos)
-                               ? ""
-                               : "It is the drive's own default, which the master keeps. ") +
-                          "That this is the reason is an inference: the manual of " + family.title +
-                          " describes no free mapping. Assign PDOs of even total length: one of the fixed PDOs, or map "
-                          "the objects anew, each once, and fill up.";
-        AddNumbers(finding, suspect.direction, layout);
-        finding.evidence.push_back(HexNumber("al_status_code", suspicion.code));
+        SetMapping(finding, suspect.direction, layout);
+        finding.Set("request_frame", arg::Frame(suspicion.request.number))
+            .Set("al_status_code", CodeValue(suspicion.code, family))
+            .Set("relative", arg::Text(relative_))
+            .Set("by_code", arg::Flag(suspect.by_code))
+            .Set("own_default", arg::Flag(!WrittenByMaster(slave, suspect.direction, layout.pdos)));
         finding.reference = ReferenceTo(relative_source_);
         index = Report(key, suspect.by_code ? Severity::kWarning : Severity::kInfo, std::move(finding));
       }
-      if (suspect.by_code) suspicions_.Blame(context(), suspicion, index);
+      if (suspect.by_code) MappingSuspicions::Blame(context(), suspicion, index);
     }
   }
 
   MappingSuspicions suspicions_;
-  std::string relative_source_;
+  std::string relative_, relative_source_;  ///< the drive of the same maker, and where it forbids an odd length
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<PdoMappingRule>};

@@ -2,42 +2,84 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/objects/relatives.h"
-#include "decoder/base/text.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/process/pdo_mapping.h"
 
 namespace ecaudit::pdo_not_mappable {
 namespace {
 
+constexpr FindingKind kNotMappable{
+    .name = "not-mappable",
+    .title = "{mapped:number} is mapped although it cannot be ({pdo})",
+    .message = R"(The master maps {mapped}, {size}, to {in} in {frame}. By {manual} this object cannot be mapped.
+{outcome}[ with {abort_code}].)",
+    .next = "Map another object, or read and write this one by SDO.",
+    .identity = "mapped pdo"};
+
+constexpr FindingKind kWrongDirection{
+    .name = "wrong-direction",
+    .title = "{mapped:number} is mapped in the wrong direction ({pdo})",
+    .message = R"(The master maps {mapped}, {size}, to {in}, {direction} PDO, in {frame}. By {manual} it can be mapped
+in {right_direction} PDOs only. {outcome}[ with {abort_code}].)",
+    .next = "Map the object in {right_direction} PDOs, or map another one.",
+    .identity = "mapped pdo"};
+
+constexpr FindingKind kNotListed{
+    .name = "not-listed",
+    .title = "{mapped:number} is mapped, but is not in the list of the drive ({pdo})",
+    .message = R"(The master maps {mapped}, {size}, to {in} in {frame}. In {manual} it is not among the objects that can
+be mapped. {outcome}[ with {abort_code}].)",
+    .next = "Check the index and the firmware, or map another object.",
+    .identity = "mapped pdo"};
+
+constexpr FindingKind kWrongLength{
+    .name = "wrong-length",
+    .title = "{mapped:number} is mapped with {size} instead of {expected_bits} ({pdo})",
+    .message = R"(The master maps {mapped}, {size}, to {in} in {frame}. By {manual} it has {expected_size}. {outcome}[
+with {abort_code}].)",
+    .next = "Map the object with {expected_size}.",
+    .identity = "mapped pdo"};
+
+constexpr const FindingKind* kKinds[] = {&kNotMappable, &kWrongDirection, &kNotListed, &kWrongLength};
+
+constexpr Word kMappableObjects{"mappable-objects", "the list of objects that can be mapped"};
+
 constexpr RuleInfo kInfo{
     .id = "pdo-not-mappable",
     .group = "PDO mapping",
     .severity = Severity::kError,
     .subject = Subject::kMappingWrites,
-    .title = "An object is mapped that cannot be, or with a wrong length, or in the wrong direction",
+    .title = "An object is mapped that cannot be, with a wrong length or direction",
     .needs = "the family's list of objects that can be mapped: dictionary, cyclic objects, or an ESI file",
     .source = "ETG1000.6, PDO mapping; MKD, 4.6; MKD, 5.3",
+    .kinds = kKinds,
     .doc = R"(
 ## What it checks
-Each entry that the master writes to a mapping object (1600h-17FFh, 1A00h-1BFFh): the object must be mappable, in this
-direction (Rx: the drive takes it, Tx: it gives it), and the length in bits must be that of its type.
+Each entry that the master writes to a mapping object (1600h-17FFh, 1A00h-1BFFh):
+
+- The object can be mapped, and in this direction (Rx: the drive reads it, Tx: the drive sends it).
+- The length in bits is that of its type.
 
 ## Why it matters
-The drive aborts the download (0x06040041, 0x06040042, 0x06070010) or refuses SAFEOP; the process data keep their old
+The drive aborts the download (0x06040041, 0x06040042, 0x06070010) or refuses SAFEOP. The process data keep their old
 contents.
 
 ## How it is decided
-Against the "PDO mapping" column of the family's object dictionary and its list of cyclic objects; either one's yes is a
-yes. Index 0 and the padding objects of the manual fill gaps and may have any length. Objects that no source mentions
-are judged only where a source claims to be complete. Only what the master writes counts. Where the drive goes to SAFEOP
-with the mapping, the finding becomes an info: it can do more than its manual says. A drive whose manual describes no
-free mapping (AKD) may map what one of the same maker can, unless it aborts the download.
+The entry is compared with the "PDO mapping" column of the family's object dictionary and with its list of cyclic
+objects. It is right if one of them allows it.
+
+- Index 0 and the padding objects of the manual fill gaps and may have any length.
+- An object that no source mentions is evaluated only if a source claims to be complete.
+- Only what the master writes counts.
+- If the drive goes to SAFEOP with the mapping, the finding becomes an info: it offers more than its manual.
+- A drive whose manual describes no free mapping (AKD) may map what one of the same maker can, unless it aborts the
+  download.
 
 ## Example
 samples/captures/pdo-not-mappable.pcapng
 
 ## What to do
-Map an object that the dictionary marks as mappable, with the length of its type; for a gap use the padding of the
+Map an object that the dictionary marks as mappable, with the length of its type. For a gap use the padding of the
 manual.
 )"};
 
@@ -49,7 +91,7 @@ class PdoNotMappable final : public PdoRule {
   void OnDownload(const mailbox::SdoTransfer& e, const std::vector<Write>& writes) override {
     if (process::IsAssignment(e.index) || AbortedAsReadOnly(e)) return;
     for (const Write& write : writes) {
-      if (write.subindex != 0 && write.value != 0) Judge(e, write);
+      if (write.subindex != 0 && write.value != 0) Evaluate(e, write);
     }
   }
 
@@ -57,37 +99,29 @@ class PdoNotMappable final : public PdoRule {
     return direction == device::PdoDirection::kRx ? device::PdoDirection::kTx : device::PdoDirection::kRx;
   }
 
-  void Judge(const mailbox::SdoTransfer& e, const Write& write) {
+  void Evaluate(const mailbox::SdoTransfer& e, const Write& write) {
     const device::DeviceDescription& family = *context().slave(e.slave).profile;
     const auto entry = process::MappingEntry::FromValue(write.value);
     const device::PdoDirection direction = DirectionOf(e.index);
     if (entry.index == 0) return;
     const device::Mappable mappable = family.MappableIn(direction, entry.index, entry.subindex);
-    const std::string name = ObjectName(entry.index, entry.subindex);
     if (mappable == device::Mappable::kUnknown) {
-      NotEvaluable(e.slave, "no source says whether an object that was mapped may be", FrameOf(e).number);
+      NotEvaluable(e.slave, ReasonCode::kNotInProfile, kMappableObjects, FrameOf(e).number);
       return;
     }
     if (mappable == device::Mappable::kNo) {
       if (e.outcome != mailbox::SdoOutcome::kAborted && MappableInRelative(family, direction, entry)) return;
       const bool wrong_way = family.MappableIn(Other(direction), entry.index, entry.subindex) != device::Mappable::kNo;
       const bool exists = family.object(entry.index, entry.subindex) != nullptr;
-      Describe(e, write,
-               name + (wrong_way ? " is mapped in the wrong direction"
-                       : exists  ? " is mapped although it cannot be"
-                                 : " is mapped, which the drive does not list"),
-               wrong_way ? "it can be mapped in " + std::string(DirectionName(Other(direction))) + " PDOs only"
-               : exists  ? "it cannot be mapped"
-                         : "it is not among the objects that can be mapped");
+      ReportEntry(e, write, wrong_way ? kWrongDirection : exists ? kNotMappable : kNotListed);
       return;
     }
     const std::optional<std::uint32_t> wanted = WrongLength(family, direction, entry);
     if (!wanted) return;
-    Describe(e, write, name + " is mapped with " + Count(entry.bits, "bit") + " instead of " + std::to_string(*wanted),
-             "it has " + Count(*wanted, "bit"));
+    ReportEntry(e, write, kWrongLength, *wanted);
   }
 
-  /// The manual describes no free mapping, the drive takes it, and a drive of the same maker can map the object.
+  /// The manual describes no free mapping, and a drive of the same maker can map the object.
   static bool MappableInRelative(const device::DeviceDescription& family, device::PdoDirection direction,
                                  const process::MappingEntry& entry) {
     if (family.pdo.flexible) return false;
@@ -98,7 +132,7 @@ class PdoNotMappable final : public PdoRule {
     return false;
   }
 
-  /// The length it has, where no source allows the one mapped.
+  /// The length of the object, if no source allows the mapped one.
   static std::optional<std::uint32_t> WrongLength(const device::DeviceDescription& family,
                                                   device::PdoDirection direction, const process::MappingEntry& entry) {
     std::optional<std::uint32_t> wanted;
@@ -125,25 +159,32 @@ class PdoNotMappable final : public PdoRule {
     return wanted;
   }
 
-  void Describe(const mailbox::SdoTransfer& e, const Write& write, std::string title, const std::string& law) {
+  /// @param expected_bits  of kWrongLength
+  void ReportEntry(const mailbox::SdoTransfer& e, const Write& write, const FindingKind& kind,
+                   std::uint32_t expected_bits = 0) {
     const device::DeviceDescription& family = *context().slave(e.slave).profile;
     const auto entry = process::MappingEntry::FromValue(write.value);
-    Finding finding;
-    finding.title = std::move(title) + " (" + ObjectName(e.index) + ")";
-    finding.message = "In frame " + std::to_string(FrameOf(e).number) + " the master maps " +
-                      EntryText(write.value, family) + ", in " + ObjectName(e.index, write.subindex) + ", a " +
-                      std::string(DirectionName(DirectionOf(e.index))) + " PDO." + OutcomeText(e) + " By " +
-                      family.title + " " + law + ".";
-    finding.evidence.push_back(Text("mapped", ObjectName(entry.index, entry.subindex)));
-    finding.evidence.push_back(Number("bits", entry.bits));
-    finding.evidence.push_back(Text("in", ObjectName(e.index, write.subindex)));
+    const device::PdoDirection direction = DirectionOf(e.index);
+    Finding finding = Found(kind, e.slave, FrameOf(e));
+    finding.Set("mapped", MappedValue(write.value, family))
+        .Set("bits", arg::Number(entry.bits))
+        .Set("in", arg::Object(e.index, write.subindex))
+        .Set("size", arg::Count(entry.bits, "bit"))
+        .Set("pdo", arg::Object(e.index))
+        .Set("manual", arg::Text(family.title));
+    if (&kind == &kWrongDirection) {
+      finding.Set("direction", PdoDirectionValue(direction))
+          .Set("right_direction", PdoDirectionValue(Other(direction)));
+    } else if (&kind == &kWrongLength) {
+      finding.Set("expected_bits", arg::Number(expected_bits)).Set("expected_size", arg::Count(expected_bits, "bit"));
+    }
     if (const device::DictionaryObject* row = family.object(entry.index, entry.subindex); row != nullptr) {
       if (!row->source.empty()) finding.reference = ReferenceTo(row->source);
     }
     if (finding.reference.document.empty() && !family.pdo.source.empty()) {
       finding.reference = ReferenceTo(family.pdo.source);
     }
-    Tell(e, e.index, std::uint64_t{e.index} << 32U | write.value, std::move(finding));
+    ReportDownload(e, e.index, std::uint64_t{e.index} << 32U | write.value, std::move(finding));
   }
 };
 

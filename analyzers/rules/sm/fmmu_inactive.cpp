@@ -2,7 +2,7 @@
 #include <array>
 #include <limits>
 #include <optional>
-#include <string>
+#include <string_view>
 #include <vector>
 
 #include "analyzers/judge/lossy_capture.h"
@@ -12,7 +12,6 @@
 #include "analyzers/judge/sync_text.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
-#include "decoder/base/text.h"
 #include "decoder/base/time.h"
 #include "decoder/pipeline.h"
 #include "decoder/track/events.h"
@@ -23,8 +22,51 @@ namespace {
 
 constexpr std::uint8_t kOp = static_cast<std::uint8_t>(esc::AlState::OP);
 constexpr std::uint16_t kWatchdogCode = 0x001B;
-/// In OP for so long the slave must have exchanged something.
+/// After this time in OP the slave must have exchanged something.
 constexpr std::int64_t kLongEnoughNs = 20'000'000;
+
+constexpr std::string_view kNext =
+    R"([{?caused}Correct the cause.][{!caused}Before SAFEOP is requested, write an FMMU of type {fmmu_type} for
+{physical_start}, {length}, with activate 1.])";
+
+constexpr FindingKind kSwitchedOff{
+    .name = "switched-off",
+    .title = "The FMMU of the {direction} is switched off in OP",
+    .message =
+        R"(The master writes {written_register} in {frame}, while the slave is in OP. Then no active FMMU maps its
+{direction} (sync manager with start {physical_start}, length {length:number}, control {control}). The master does not access
+them directly either. [{?outputs}The slave gets no outputs, and its watchdog will end OP (AL status code
+0x001b).][{!outputs}The master gets no inputs of this slave.])",
+    .next = kNext,
+    .identity = "direction"};
+
+constexpr FindingKind kNotMapped{
+    .name = "not-mapped",
+    .title = "In OP, but no active FMMU maps the {direction}",
+    .message =
+        R"(The slave is in OP since {frame}. No active FMMU maps its {direction} (sync manager with start
+{physical_start}, length {length:number}, control {control}). The master does not access them directly either. [{?outputs}The
+slave gets no outputs, and its watchdog will end OP (AL status code 0x001b).][{!outputs}The master gets no inputs of this
+slave.])",
+    .next = kNext,
+    .identity = "direction"};
+
+constexpr FindingKind kOpRefused{
+    .name = "op-refused",
+    .title = "OP requested, but no active FMMU maps the {direction}",
+    .message =
+        R"(The slave refuses OP in {frame}. No active FMMU maps its {direction} (sync manager with start
+{physical_start}, length {length:number}, control {control}). The master does not access them directly either. The slave gets
+no outputs, and its watchdog reports it (AL status code 0x001b).)",
+    .next = kNext,
+    .identity = "direction"};
+
+constexpr const FindingKind* kKinds[] = {&kSwitchedOff, &kNotMapped, &kOpRefused};
+
+constexpr Word kOutputs{"outputs", "outputs", true};
+constexpr Word kInputs{"inputs", "inputs", true};
+constexpr Word kWriteResult{"result-of-fmmu-write", "the result of a write to an FMMU"};
+constexpr Word kEnabledManager{"enabled-sync-manager", "an enabled sync manager of process data"};
 
 constexpr RuleInfo kInfo{.id = "fmmu-inactive",
                          .group = "Sync managers and FMMUs",
@@ -32,27 +74,34 @@ constexpr RuleInfo kInfo{.id = "fmmu-inactive",
                          .title = "Process data of a slave in OP are mapped by no active FMMU",
                          .needs = "the settings of FMMUs and sync managers, and that the slave is in OP",
                          .source = "ESC-1, FMMU; ETG1000.4, FMMUs",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-A slave in OP with an enabled sync manager for outputs (or inputs) of which no byte is mapped by an active FMMU of that
-direction, and whose memory nobody writes (or reads) directly either. And one that refuses OP for this (0x001B).
+A slave in OP with an enabled sync manager for outputs (or inputs), if both hold:
+
+- No active FMMU of that direction maps a byte of the sync manager.
+- The master does not write (or read) its memory directly either.
+
+Also a slave that refuses OP for this reason (0x001B).
 
 ## Why it matters
-The slave takes part in no exchange: its outputs stay as they were and its watchdog ends OP (0x001B), or the master
-works on inputs that never change. The frames of the other slaves look healthy.
+The slave takes no part in the exchange. Its outputs do not change and its watchdog ends OP (0x001B), or the master
+works with inputs that never change. The frames of the other slaves look healthy.
 
 ## How it is decided
-Sync managers and FMMUs as they were written or read in the capture; where it shows neither, nothing is said. A write
-that switches the last FMMU of a direction off in OP is told at once, all else when the slave leaves OP or the capture
-ends, after at least 20 ms in OP. One access to the memory of the sync manager by position or station address is proof
-of an exchange without FMMU.
+Sync managers and FMMUs have the settings that were written or read in the capture. If it shows neither, the rule is not
+evaluated.
+
+- A write that switches the last FMMU of a direction off in OP is reported at once.
+- Everything else is reported when the slave leaves OP or the capture ends, after at least 20 ms in OP.
+- One access to the memory of the sync manager by position or station address proves an exchange without FMMU.
 
 ## Example
 tests/rules/fmmu-inactive/violates.trace
 
 ## What to do
 Write the FMMUs between PREOP and SAFEOP: logical start, length of the sync manager, its address, type 2 for outputs, 1
-for inputs, activate 1. Look for what switches them off: a scan, a second master, a reconfiguration of another slave.
+for inputs, activate 1. Find what switches them off: a scan, a second master, a reconfiguration of another slave.
 )"};
 
 class FmmuInactive final : public Rule {
@@ -69,16 +118,16 @@ class FmmuInactive final : public Rule {
     Subscribe<model::AlAnswered>(&FmmuInactive::On);
   }
 
-  /// OP is refused because no outputs come.
+  /// OP is refused because outputs are missing.
   void On(const model::AlAnswered& e) {
     const bool refused = e.outcome == model::AlAnswered::Outcome::kRefused && e.code == kWatchdogCode;
     if (!refused || e.request.control.state() != kOp) return;
     if (e.slave >= slaves_.size()) slaves_.resize(static_cast<std::size_t>(e.slave) + 1);
     Watched& slave = slaves_[e.slave];
     if (slave.op_since.seen()) return;
-    slave.told.fill(false);
+    slave.reported.fill(false);
     slave.outputs = kNoFinding;
-    Judge(e.slave, true, e.frame, nullptr, true);
+    Evaluate(e.slave, true, e.frame, nullptr, true);
     if (slave.outputs != kNoFinding) refusals_.push_back({e.slave, e.frame.number, slave.outputs});
     if (refusals_.size() > kMost) refusals_.erase(refusals_.begin());
   }
@@ -90,7 +139,7 @@ class FmmuInactive final : public Rule {
     Watched& slave = slaves_[e.slave];
     slave.op_since = e.frame;
     slave.direct.fill(false);
-    slave.told.fill(false);
+    slave.reported.fill(false);
   }
   void On(const track::AlRequest& e) {
     if (e.control.state() != kOp && e.acceptance != track::Acceptance::kRefused) Leave(e.slave, e.frame());
@@ -99,14 +148,14 @@ class FmmuInactive final : public Rule {
     if (e.status.state() == kOp) return;
     Leave(e.slave, e.frame);
     if (e.slave >= slaves_.size()) return;
-    slaves_[e.slave].fell = e.frame.number;
+    slaves_[e.slave].dropped = e.frame.number;
     if (e.code) Blame(e.slave, *e.code);
   }
   void On(const model::AlErrorCode& e) { Blame(e.slave, e.code); }
   void On(const track::SlaveAccess& e) {
     if (e.slave >= slaves_.size() || !slaves_[e.slave].op_since.seen() || !e.done() || e.broadcast) return;
     if (e.address >= esc::kFmmuBase && e.address < esc::FmmuAddress(esc::kMaxFmmus) && !e.written.empty()) {
-      for (const bool outputs : {true, false}) Judge(e.slave, outputs, e.frame(), &e);
+      for (const bool outputs : {true, false}) Evaluate(e.slave, outputs, e.frame(), &e);
     } else if (e.address >= esc::RegisterImage::kSize) {
       const track::SlaveState& state = context().network().state(e.slave);
       for (const bool outputs : {true, false}) {
@@ -120,14 +169,14 @@ class FmmuInactive final : public Rule {
 
   void Finish() override {
     for (std::size_t s = 0; s < slaves_.size(); ++s) Leave(static_cast<SlaveId>(s), context().statistics().last);
-    for (const Fall& fall : falls_) NameCause(context(), "al-unexpected-change", fall.slave, fall.frame, fall.cause);
-    for (const Fall& fall : refusals_) NameCause(context(), "al-refused", fall.slave, fall.frame, fall.cause);
+    for (const Consequence& drop : drops_)
+      NameCause(context(), "al-unexpected-change", drop.slave, drop.frame, drop.cause);
+    for (const Consequence& r : refusals_) NameCause(context(), "al-refused", r.slave, r.frame, r.cause);
     if (NotEvaluableWithoutReturns()) return;
     for (std::size_t s = 0; s < slaves_.size(); ++s) {
       const auto id = static_cast<SlaveId>(s);
       if (!slaves_[s].was_in_op || IsKnown(id)) continue;
-      NotEvaluable(id, IsSwitchedOff(id) ? "no sync manager of process data of the slave in OP is on"
-                                         : "which sync managers and FMMUs the slave in OP has is not in the capture");
+      NotEvaluable(id, ReasonCode::kNotInCapture, IsSwitchedOff(id) ? kEnabledManager : what::kSyncManagersAndFmmus);
     }
   }
 
@@ -135,13 +184,13 @@ class FmmuInactive final : public Rule {
   struct Watched {
     FrameRef op_since;  ///< not seen: not in OP
     bool was_in_op = false;
-    std::array<bool, 2> direct{};  ///< somebody reads inputs, writes outputs without FMMU
-    std::array<bool, 2> told{};    ///< since it is in OP
+    std::array<bool, 2> direct{};    ///< inputs are read, outputs are written without FMMU
+    std::array<bool, 2> reported{};  ///< since it is in OP
     FindingIndex outputs = kNoFinding;
-    FrameNo fell = 0;
+    FrameNo dropped = 0;
   };
   static constexpr std::size_t kMost = 256;
-  struct Fall {
+  struct Consequence {
     SlaveId slave = kNoSlave;
     FrameNo frame = 0;
     FindingIndex cause = kNoFinding;
@@ -156,7 +205,7 @@ class FmmuInactive final : public Rule {
                                                  state.process_manager(esc::SmDirection::ECAT_READS));
   }
 
-  /// The capture shows what it has: nothing that is switched on.
+  /// The capture shows its sync managers, and that none is switched on.
   [[nodiscard]] bool IsSwitchedOff(SlaveId id) const {
     const track::SlaveState& state = context().network().state(id);
     if (!context().network().fmmus(id).any) return false;
@@ -172,26 +221,26 @@ class FmmuInactive final : public Rule {
     slave.was_in_op = true;
     const bool long_enough = since.has_time && frame.has_time && Elapsed(since.time, frame.time) >= kLongEnoughNs;
     for (const bool outputs : {true, false}) {
-      if (long_enough) Judge(id, outputs, since, nullptr);
+      if (long_enough) Evaluate(id, outputs, since, nullptr);
     }
     slave.op_since = {};
   }
 
-  /// @param off  the write that switched it off in OP; null: it was never on
+  /// @param off  the write that switched it off in OP; null: it was never active
   /// @param refused  the slave is not in OP, but refused it
-  void Judge(SlaveId id, bool outputs, const FrameRef& frame, const track::SlaveAccess* off, bool refused = false) {
+  void Evaluate(SlaveId id, bool outputs, const FrameRef& frame, const track::SlaveAccess* off, bool refused = false) {
     Watched& slave = slaves_[id];
     const track::SlaveState& state = context().network().state(id);
     const track::KnownFmmus& fmmus = context().network().fmmus(id);
     const auto manager = state.process_manager(DirectionOf(outputs));
-    if (!manager || !fmmus.any || slave.direct[outputs ? 1 : 0] || slave.told[outputs ? 1 : 0]) return;
+    if (!manager || !fmmus.any || slave.direct[outputs ? 1 : 0] || slave.reported[outputs ? 1 : 0]) return;
     const bool mapped = std::any_of(fmmus.active.begin(), fmmus.active.end(), [&](const auto& unit) {
       return (outputs ? unit.fmmu.writes() : unit.fmmu.reads()) && unit.fmmu.physical_start < manager->end() &&
              unit.fmmu.physical_end() > manager->start;
     });
     if (mapped) return;
     if (MayMapUnseen(state)) {
-      NotEvaluable(id, "whether a write to an FMMU was taken is not in the capture", frame.number);
+      NotEvaluable(id, ReasonCode::kNotInCapture, kWriteResult, frame.number);
       return;
     }
     if (MissesPackets(context().pairing())) {
@@ -199,50 +248,34 @@ class FmmuInactive final : public Rule {
       return;
     }
     if (off == nullptr && context().network().MayMissBetween(FirstLearned(state), frame.number)) {
-      NotEvaluable(id, ReasonCode::kCaptureGap, what::kHistory, frame.number);
+      NotEvaluable(id, ReasonCode::kCaptureGap, what::kSyncManagersAndFmmus, frame.number);
       return;
     }
     if (off == nullptr && !fmmus.all) {
-      NotEvaluable(id, "an FMMU may map them that was set before the capture begins", frame.number);
+      NotEvaluable(id, ReasonCode::kNotInCapture, what::kFmmus, frame.number);
       return;
     }
-    slave.told[outputs ? 1 : 0] = true;
+    slave.reported[outputs ? 1 : 0] = true;
     const std::uint64_t key = refused ? 2 : outputs ? 1 : 0;
     FindingIndex index = Repeat(id, key, frame);
-    if (index == kNoFinding) {
-      Finding finding = Describe(id, outputs, *manager, frame, off, refused);
-      if (refused) finding.title = "OP requested, but no active FMMU maps the outputs";
-      index = Report(key, std::move(finding));
-    }
+    if (index == kNoFinding) index = Report(key, Describe(id, outputs, *manager, frame, off, refused));
     if (outputs) slave.outputs = index;
   }
 
   [[nodiscard]] static Finding Describe(SlaveId id, bool outputs, const esc::SyncManager& manager,
                                         const FrameRef& frame, const track::SlaveAccess* off, bool refused) {
-    Finding finding;
-    finding.slave = id;
-    finding.first = frame;
-    const std::string what = outputs ? "outputs" : "inputs";
-    finding.title = off != nullptr ? "The FMMU of the " + what + " is switched off in OP"
-                                   : "In OP, but no active FMMU maps the " + what;
-    finding.message =
-        (off != nullptr
-             ? "In frame " + std::to_string(frame.number) + " the master writes " + Hex(off->address) +
-                   " while the slave is in OP; then no active FMMU maps its " + what
-             : (refused ? "The slave refuses OP in frame " : "The slave is in OP since frame ") +
-                   std::to_string(frame.number) + (refused ? ": no" : ", but no") + " active FMMU maps its " + what) +
-        " (sync manager with " + SettingsText(manager) + "), and nobody " + (outputs ? "writes" : "reads") +
-        " them directly. " +
-        (refused   ? "It gets no outputs, whatever flows for others, and says so by its watchdog (0x001b). "
-         : outputs ? "The slave gets no outputs, and its watchdog will end OP (0x001b). "
-                   : "The master gets no inputs of this slave. ") +
-        "Write an FMMU of type " + (outputs ? "2" : "1") + " for " + Hex(manager.start) + ", " +
-        std::to_string(manager.length) + " bytes, with activate 1, before SAFEOP is requested.";
-    finding.evidence = {HexNumber("physical_start", manager.start), Number("length", manager.length)};
+    Finding finding = Found(off != nullptr ? kSwitchedOff : refused ? kOpRefused : kNotMapped, id, frame);
+    finding.Set("direction", arg::Of(outputs ? kOutputs : kInputs))
+        .Set("outputs", arg::Flag(outputs))
+        .Set("physical_start", arg::Hex(manager.start))
+        .Set("length", arg::Count(manager.length, "byte"))
+        .Set("control", arg::Hex(manager.control, 2))
+        .Set("fmmu_type", arg::Number(outputs ? 2 : 1));
+    if (off != nullptr) finding.Set("written_register", arg::Register(off->address));
     return finding;
   }
 
-  /// The frame that taught the oldest of what is known of its sync managers and FMMUs.
+  /// The frame that showed the oldest known setting of its sync managers and FMMUs.
   [[nodiscard]] static FrameNo FirstLearned(const track::SlaveState& state) {
     FrameNo first = std::numeric_limits<FrameNo>::max();
     const auto add = [&](FrameNo since) {
@@ -253,7 +286,7 @@ class FmmuInactive final : public Rule {
     return first;
   }
 
-  /// The fate of a write to some FMMU is not known.
+  /// The result of a write to an FMMU is not known.
   [[nodiscard]] static bool MayMapUnseen(const track::SlaveState& state) {
     for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
       if (state.fmmu_since[n] != 0 && !state.fmmu(n, Certainty::kInferred)) return true;
@@ -262,14 +295,14 @@ class FmmuInactive final : public Rule {
   }
 
   void Blame(SlaveId id, std::uint16_t code) {
-    if (code != kWatchdogCode || id >= slaves_.size() || falls_.size() >= kMost) return;
+    if (code != kWatchdogCode || id >= slaves_.size() || drops_.size() >= kMost) return;
     const Watched& slave = slaves_[id];
-    if (slave.outputs != kNoFinding && slave.fell != 0) falls_.push_back({id, slave.fell, slave.outputs});
+    if (slave.outputs != kNoFinding && slave.dropped != 0) drops_.push_back({id, slave.dropped, slave.outputs});
   }
 
   std::vector<Watched> slaves_;
-  std::vector<Fall> falls_;
-  std::vector<Fall> refusals_;
+  std::vector<Consequence> drops_;
+  std::vector<Consequence> refusals_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<FmmuInactive>};

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "analyzers/judge/lossy_capture.h"
@@ -19,35 +20,72 @@
 namespace ecaudit::fmmu_mismatch {
 namespace {
 
-constexpr RuleInfo kInfo{
-    .id = "fmmu-mismatch",
-    .group = "Sync managers and FMMUs",
-    .severity = Severity::kError,
-    .title = "An FMMU does not fit its sync manager, or two slaves write the same bits of the process image",
-    .needs = "the settings of FMMUs and sync managers; for two slaves also that both give inputs",
-    .source = "ESC-1, FMMU; ETG1000.4, FMMUs",
-    .doc = R"(
+constexpr FindingKind kWrongDirection{
+    .name = "wrong-direction",
+    .title = "FMMU {fmmu} {way} against the direction of SM{sync_manager}",
+    .message = R"(The slave reached {state} in {frame}. FMMU {fmmu}, set in {fmmu_frame}, {way} {physical_start} to
+{physical_end}. Sync manager {sync_manager}, set in {sync_manager_frame}, uses this memory, and the master {manager_way}
+it.)",
+    .next = R"(Set the type of the FMMU to {right_type}, or its address to that of a sync manager of its direction.)",
+    .identity = "fmmu sync_manager type"};
+
+constexpr FindingKind kOutside{
+    .name = "outside-sync-managers",
+    .title = "FMMU {fmmu} maps bytes outside the sync managers, from {first_outside} on",
+    .message = R"(The slave reached {state} in {frame}. FMMU {fmmu}, set in {fmmu_frame}, {way} {physical_start} to
+{physical_end}. No enabled sync manager has the bytes from {first_outside} on.[ Enabled sync managers: {enabled}.][{!enabled}
+No sync manager is enabled.])",
+    .next = "Give the FMMU start and length of its sync manager.",
+    .identity = "fmmu first_outside"};
+
+constexpr FindingKind kSharedInputs{
+    .name = "shared-inputs",
+    .title = "Inputs of two slaves share {shared_bits} from {logical_address}",
+    .message =
+        R"(Two slaves write {shared_bits} from logical address {logical_address} on in {frame}. One is {other_slave} with
+its FMMU {other_fmmu} ({other_length} from {other_start}, set in {other_fmmu_frame}). The other is {own_slave} with its FMMU
+{fmmu} ({length} from {start}, set in {fmmu_frame}). Only the inputs of the slave that the frame passes last remain.)",
+    .next = "Give each slave its own place in the process image.",
+    .identity = "logical_address"};
+
+constexpr const FindingKind* kKinds[] = {&kWrongDirection, &kOutside, &kSharedInputs};
+
+constexpr Word kWrites{"writes", "writes"};
+constexpr Word kReads{"reads", "reads"};
+
+constexpr RuleInfo kInfo{.id = "fmmu-mismatch",
+                         .group = "Sync managers and FMMUs",
+                         .severity = Severity::kError,
+                         .title = "An FMMU does not fit its sync manager or the FMMU of another slave",
+                         .needs = "the settings of FMMUs and sync managers; for two slaves also that both give inputs",
+                         .source = "ESC-1, FMMU; ETG1000.4, FMMUs",
+                         .kinds = kKinds,
+                         .doc = R"(
 ## What it checks
-Each active FMMU of a slave that reaches SAFEOP or OP: every byte it maps must lie in an enabled sync manager, of inputs
-for an FMMU that reads, of outputs for one that writes. And whether read FMMUs of two slaves cover the same bits of the
-logical process image, so that both write them into the same frame.
+Each active FMMU of a slave that reaches SAFEOP or OP: every byte that it maps must be in an enabled sync manager, of
+inputs for an FMMU that reads, of outputs for one that writes.
+
+Also whether read FMMUs of two slaves cover the same bits of the logical process image, so that both write them into the
+same frame.
 
 ## Why it matters
-Bytes outside a sync manager have no buffers: values are torn, outputs never reach the application, inputs stay old. Of
-two slaves that write the same bits the last on the bus wins and the other's inputs are lost.
+Bytes outside a sync manager have no buffers: values are torn, outputs never reach the application, inputs stay old. If
+two slaves write the same bits, the last one on the bus wins, and the inputs of the other are lost.
 
 ## How it is decided
-Settings as they stand when the slave shows the state; a slave that refuses it is judged by the sync manager rules.
-FMMUs of registers (below 0x1000 and outside every sync manager: the mailbox state 0x080D) are normal, as are inputs
-and outputs of one slave at the same logical address. Write FMMUs of two slaves on the same bits are not judged: one
-command for several slaves is a way to use them. Two slaves count when a logical access covers the bits while both are
-settled in SAFEOP or OP.
+The settings at the time when the slave shows the state count. A slave that refuses it is evaluated by the sync manager
+rules.
+
+- FMMUs of registers (below 0x1000 and outside every sync manager: the mailbox state 0x080D) are normal.
+- Inputs and outputs of one slave at the same logical address are normal.
+- Write FMMUs of two slaves on the same bits are not evaluated: they may receive one command in common.
+- Two slaves count when a logical access covers the bits while both are in SAFEOP or OP, with no request in flight.
 
 ## Example
 samples/captures/fmmus-overlap.pcapng
 
 ## What to do
-Give the FMMU start and length of the sync manager it serves, and each slave its own place in the process image.
+Give the FMMU start and length of its sync manager, and each slave its own place in the process image.
 )"};
 
 class FmmuMismatch final : public Rule {
@@ -62,14 +100,14 @@ class FmmuMismatch final : public Rule {
     if (e.outcome == model::AlAnswered::Outcome::kRefused) return;
     if (state != esc::AlState::SAFEOP && state != esc::AlState::OP) return;
     const track::SlaveState& slave = context().network().state(e.slave);
-    auto [judged, first] = judged_.emplace(e.slave, slave.mapping_version);
-    if (!first && judged->second == slave.mapping_version) return;
-    judged->second = slave.mapping_version;
+    auto [evaluated, first] = evaluated_.emplace(e.slave, slave.mapping_version);
+    if (!first && evaluated->second == slave.mapping_version) return;
+    evaluated->second = slave.mapping_version;
     SyncManagers managers;
     for (std::size_t n = 0; n < managers.size(); ++n) managers[n] = SyncManagerOf(slave, n);
     for (std::size_t n = 0; n < esc::kMaxFmmus; ++n) {
       const auto fmmu = slave.fmmu(n, Certainty::kInferred);
-      if (fmmu && fmmu->active() && fmmu->bit_count() != 0) JudgePlace(e, n, *fmmu, managers);
+      if (fmmu && fmmu->active() && fmmu->bit_count() != 0) EvaluatePlace(e, n, *fmmu, managers);
     }
   }
 
@@ -79,7 +117,9 @@ class FmmuMismatch final : public Rule {
     if (version_ != network.mapping_version()) FindShared(e);
     if (e.command == wire::Command::LWR) return;
     for (Shared& shared : shared_) {
-      if (!shared.told && Covers(e, shared.bits) && Gives(shared.a.slave) && Gives(shared.b.slave)) Tell(e, shared);
+      if (!shared.reported && Covers(e, shared.bits) && Gives(shared.a.slave) && Gives(shared.b.slave)) {
+        ReportShared(e, shared);
+      }
     }
   }
 
@@ -88,7 +128,7 @@ class FmmuMismatch final : public Rule {
  private:
   using SyncManagers = std::array<std::optional<KnownSyncManager>, esc::kMaxSyncManagers>;
   static constexpr std::uint32_t kRegistersEnd = 0x1000;
-  static constexpr std::uint32_t kMemoryEnd = 0x20000;  ///< behind all that an FMMU can point at
+  static constexpr std::uint32_t kMemoryEnd = 0x20000;  ///< after everything that an FMMU can map
   static constexpr std::size_t kMaxShared = 64;
 
   struct Mapped {
@@ -99,7 +139,7 @@ class FmmuMismatch final : public Rule {
   struct Shared {
     Mapped a, b;
     esc::BitRange bits;
-    bool told = false;
+    bool reported = false;
   };
 
   static bool Covers(const track::LogicalAccess& e, const esc::BitRange& bits) {
@@ -138,7 +178,7 @@ class FmmuMismatch final : public Rule {
     return fmmu.writes() ? sm.ecat_writes() : sm.ecat_reads();
   }
 
-  void JudgePlace(const model::AlAnswered& e, std::size_t n, const esc::Fmmu& fmmu, const SyncManagers& managers) {
+  void EvaluatePlace(const model::AlAnswered& e, std::size_t n, const esc::Fmmu& fmmu, const SyncManagers& managers) {
     if (!fmmu.reads() && !fmmu.writes()) return;
     std::optional<std::uint32_t> outside;  // first byte without a sync manager
     std::optional<std::size_t> against;    // sync manager of the other direction
@@ -151,7 +191,7 @@ class FmmuMismatch final : public Rule {
       }
     }
     if (!outside && !against) return;
-    // One whose settings are not in the capture may be where the FMMU points.
+    // The FMMU may map one whose settings are not in the capture.
     const bool all_known =
         std::all_of(managers.begin(), managers.begin() + 4, [](const auto& m) { return m.has_value(); });
     if (!against && HasVirtualManagers(e.slave)) return;
@@ -160,11 +200,11 @@ class FmmuMismatch final : public Rule {
       if (manager) learned = std::min(learned, manager->since);
     }
     if (context().network().MayMissBetween(learned, e.frame.number)) {
-      NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kHistory, e.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kSyncManagersAndFmmus, e.frame.number);
       return;
     }
     if (!against && !all_known) {
-      NotEvaluable(e.slave, "an FMMU is active, but not all sync managers were set in the capture", e.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kSyncManagers, e.frame.number);
       return;
     }
     const std::uint64_t key = std::uint64_t{fmmu.physical_start} << 40U | std::uint64_t{fmmu.length} << 24U |
@@ -173,7 +213,7 @@ class FmmuMismatch final : public Rule {
     Report(key, DescribePlace(e, n, fmmu, outside, against, managers));
   }
 
-  /// The EEPROM says that some process data need no sync manager.
+  /// By the EEPROM some process data need no sync manager.
   [[nodiscard]] bool HasVirtualManagers(SlaveId slave) const {
     constexpr std::uint8_t kVirtual = 0x04;
     const auto sii = esc::ParseSii(context().network().state(slave).sii.image());
@@ -185,48 +225,38 @@ class FmmuMismatch final : public Rule {
                         std::optional<std::uint32_t> outside, std::optional<std::size_t> against,
                         const SyncManagers& managers) const {
     const FrameNo since = context().network().state(e.slave).fmmu_since[n];
-    const std::string way = fmmu.writes() ? "writes" : "reads";
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.frame;
-    finding.message = "The slave reached " + esc::StateName(e.request.control.state()) + " in frame " +
-                      std::to_string(e.frame.number) + " with FMMU " + std::to_string(n) + ", set in frame " +
-                      std::to_string(since) + ", which " + way + " " + Hex(fmmu.physical_start) + " to " +
-                      Hex(fmmu.physical_end() - 1) + ". ";
+    Finding finding = Found(against ? kWrongDirection : kOutside, e.slave, e.frame);
+    finding.Set("state", arg::State(e.request.control.state()))
+        .Set("fmmu", arg::Number(static_cast<std::int64_t>(n)))
+        .Set("fmmu_frame", arg::Frame(since))
+        .Set("way", arg::Of(fmmu.writes() ? kWrites : kReads))
+        .Set("physical_start", arg::Hex(fmmu.physical_start))
+        .Set("physical_end", arg::Hex(fmmu.physical_end() - 1))
+        .Set("length", arg::Number(fmmu.length))
+        .Set("type", arg::Number(fmmu.type));
+    AddRelated(finding, since);
     if (against) {
       const KnownSyncManager& manager = *managers[*against];
-      finding.title =
-          "FMMU " + std::to_string(n) + " " + way + " against the direction of SM" + std::to_string(*against);
-      finding.message += "There lies sync manager " + std::to_string(*against) + ", set in frame " +
-                         std::to_string(manager.since) + ", that the master " +
-                         (manager.settings.ecat_writes() ? "writes" : "reads") + ". Set the type of the FMMU to " +
-                         (manager.settings.ecat_writes() ? "2 (write)" : "1 (read)") +
-                         ", or its address to that of a " + "sync manager of its direction.";
-      finding.evidence.push_back(Number("sync_manager", static_cast<std::int64_t>(*against)));
-      AddRelated(finding, since);
+      const bool writes = manager.settings.ecat_writes();
+      finding.Set("sync_manager", arg::Number(static_cast<std::int64_t>(*against)))
+          .Set("sync_manager_frame", arg::Frame(manager.since))
+          .Set("manager_way", arg::Of(writes ? kWrites : kReads))
+          .Set("right_type", writes ? arg::Number(2, "write") : arg::Number(1, "read"));
       AddRelated(finding, manager.since);
     } else {
-      finding.title =
-          "FMMU " + std::to_string(n) + " maps bytes outside the sync managers, from " + Hex(*outside) + " on";
-      finding.message += "From " + Hex(*outside) + " on no enabled sync manager covers it; enabled are: ";
-      std::string list;
+      finding.Set("first_outside", arg::Hex(*outside));
+      std::vector<Value> enabled;
       for (std::size_t m = 0; m < managers.size(); ++m) {
         if (!managers[m] || !managers[m]->settings.enabled() || managers[m]->settings.length == 0) continue;
         const esc::SyncManager& sm = managers[m]->settings;
-        list += (list.empty() ? "SM" : ", SM") + std::to_string(m) + " " + Hex(sm.start) + " to " + Hex(sm.end() - 1);
+        enabled.push_back(arg::Text("SM" + std::to_string(m) + " " + Hex(sm.start) + "-" + Hex(sm.end() - 1)));
       }
-      finding.message += (list.empty() ? "none" : list) + ". Give the FMMU start and length of its sync manager.";
-      finding.evidence.push_back(HexNumber("first_outside", *outside));
-      AddRelated(finding, since);
+      if (!enabled.empty()) finding.Set("enabled", arg::List(std::move(enabled)));
     }
-    finding.evidence.push_back(Number("fmmu", static_cast<std::int64_t>(n)));
-    finding.evidence.push_back(HexNumber("physical_start", fmmu.physical_start));
-    finding.evidence.push_back(Number("length", fmmu.length));
-    finding.evidence.push_back(Number("type", fmmu.type));
     return finding;
   }
 
-  /// Renews mapped_ where slaves changed.
+  /// Updates mapped_ for slaves that changed.
   /// @return whether the FMMUs of all slaves are known
   bool ReadMapped() {
     const track::Network& network = context().network();
@@ -262,18 +292,19 @@ class FmmuMismatch final : public Rule {
   void FindShared(const track::LogicalAccess& e) {
     const std::vector<Shared> before = std::move(shared_);
     shared_.clear();
-    if (!ReadMapped()) NotEvaluable(kNoSlave, "the FMMUs of all slaves are not in the capture", e.frame().number);
+    if (!ReadMapped()) NotEvaluable(kNoSlave, ReasonCode::kNotInCapture, what::kFmmusOfAll, e.frame().number);
     const std::vector<Mapped>& all = mapped_;
     for (std::size_t i = 0; i < all.size(); ++i) {
       for (std::size_t k = i + 1; k < all.size() && shared_.size() < kMaxShared; ++k) {
         if (all[k].fmmu.logical_bits().first >= all[i].fmmu.logical_bits().end()) break;
         if (all[k].slave == all[i].slave) continue;
-        // The one that was set later takes the place of the other.
+        // The one that was set later overlaps the other.
         const bool in_order = Since(all[i]) <= Since(all[k]);
         Shared shared{all[in_order ? i : k], all[in_order ? k : i],
                       esc::Intersect(all[i].fmmu.logical_bits(), all[k].fmmu.logical_bits())};
-        shared.told = std::any_of(before.begin(), before.end(), [&](const Shared& old) {
-          return old.told && old.a.slave == shared.a.slave && old.b.slave == shared.b.slave && old.bits == shared.bits;
+        shared.reported = std::any_of(before.begin(), before.end(), [&](const Shared& old) {
+          return old.reported && old.a.slave == shared.a.slave && old.b.slave == shared.b.slave &&
+                 old.bits == shared.bits;
         });
         shared_.push_back(shared);
       }
@@ -283,29 +314,25 @@ class FmmuMismatch final : public Rule {
   /// Frame that set it.
   [[nodiscard]] FrameNo Since(const Mapped& m) const { return context().network().state(m.slave).fmmu_since[m.number]; }
 
-  void Tell(const track::LogicalAccess& e, Shared& shared) {
-    shared.told = true;
+  void ReportShared(const track::LogicalAccess& e, Shared& shared) {
+    shared.reported = true;
     const std::uint64_t key = 1ULL << 63U | shared.bits.first << 16U | shared.a.slave;
     if (Repeat(shared.b.slave, key, e.frame()) != kNoFinding) return;
-    const auto text = [&](const Mapped& m) {
-      return context().Label(m.slave) + " by its FMMU " + std::to_string(m.number) + " (" +
-             Count(m.fmmu.length, "byte") + " from " + Hex(m.fmmu.logical_start, 8) + ", set in frame " +
-             std::to_string(Since(m)) + ")";
-    };
-    Finding finding;
-    finding.slave = shared.b.slave;
-    finding.first = e.frame();
-    const std::string place =
-        Count(shared.bits.count, "bit") + " from logical address " + Hex(shared.bits.first / 8, 8);
-    finding.title = "Inputs of two slaves at the same place: " + place;
-    finding.message =
-        "In frame " + std::to_string(e.frame().number) + " " + place + " on are written by " + text(shared.a) +
-        " and by " + text(shared.b) +
-        ". Of both only the inputs of the one that the frame passes last are left. Give each slave its own "
-        "place in the process image.";
-    finding.evidence.push_back(HexNumber("logical_address", shared.bits.first / 8));
-    finding.evidence.push_back(Number("shared_bits", static_cast<std::int64_t>(shared.bits.count)));
-    finding.evidence.push_back(Text("other_slave", context().Label(shared.a.slave)));
+    const Mapped& own = shared.b;
+    const Mapped& other = shared.a;
+    Finding finding = Found(kSharedInputs, own.slave, e.frame());
+    finding.Set("logical_address", arg::Hex(shared.bits.first / 8, 8))
+        .Set("shared_bits", arg::Count(shared.bits.count, "bit"))
+        .Set("other_slave", arg::Slave(other.slave, context().Label(other.slave)))
+        .Set("other_fmmu", arg::Number(static_cast<std::int64_t>(other.number)))
+        .Set("other_length", arg::Count(other.fmmu.length, "byte"))
+        .Set("other_start", arg::Hex(other.fmmu.logical_start, 8))
+        .Set("other_fmmu_frame", arg::Frame(Since(other)))
+        .Set("own_slave", arg::Slave(own.slave, context().Label(own.slave)))
+        .Set("fmmu", arg::Number(static_cast<std::int64_t>(own.number)))
+        .Set("length", arg::Count(own.fmmu.length, "byte"))
+        .Set("start", arg::Hex(own.fmmu.logical_start, 8))
+        .Set("fmmu_frame", arg::Frame(Since(own)));
     AddRelated(finding, Since(shared.a));
     AddRelated(finding, Since(shared.b));
     Report(key, std::move(finding));
@@ -313,9 +340,9 @@ class FmmuMismatch final : public Rule {
 
   static constexpr std::uint32_t kDigitalInputs = 0x0F00;  // below are registers
 
-  std::map<SlaveId, std::uint32_t> judged_;  // mapping version
-  std::optional<std::uint64_t> version_;     ///< of the mapping that mapped_ and shared_ were made from
-  std::vector<Mapped> mapped_;               ///< FMMUs that give process data, by their first logical bit
+  std::map<SlaveId, std::uint32_t> evaluated_;  // mapping version
+  std::optional<std::uint64_t> version_;        ///< of the mapping that mapped_ and shared_ were made from
+  std::vector<Mapped> mapped_;                  ///< FMMUs that give process data, by their first logical bit
   std::vector<Shared> shared_;
 };
 

@@ -2,7 +2,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "analyzers/judge/rule.h"
@@ -10,7 +9,7 @@
 #include "analyzers/judge/sync_manager_text.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
-#include "decoder/base/text.h"
+#include "analyzers/words/what.h"
 #include "decoder/track/access.h"
 #include "decoder/track/events.h"
 #include "decoder/track/network.h"
@@ -18,41 +17,75 @@
 namespace ecaudit::sm_changed_while_active {
 namespace {
 
+constexpr FindingKind kChanged{
+    .name = "changed",
+    .title = "SM{sync_manager} is changed in {state}, which uses it",
+    .message =
+        R"(The master writes sync manager {sync_manager} in {frame}: start {start}, length {length}, control {control}. The
+slave is in {state} and uses it for {use} with start {start_before}, length {length_before}, control {control_before}[
+({before_frame})]. An ESC ignores such a write while the sync manager is enabled. If the master switched it off first, the
+slave checks the values again and may leave its state.)",
+    .next = "[{?caused}Correct the cause.][{!caused}Configure the sync manager in {configure_in}.]",
+    .identity = "sync_manager state"};
+
+constexpr FindingKind kSwitchedOff{
+    .name = "switched-off",
+    .title = "SM{sync_manager} is switched off in {state}, which uses it",
+    .message =
+        R"(The master switches sync manager {sync_manager} off in {frame}. The slave is in {state} and uses it for {use}
+with start {start_before}, length {length_before}, control {control_before}[ ({before_frame})]. [{?left_in_op}The slave stays
+in OP without these process data.][{!left_in_op}Then the slave changes its state by itself.])",
+    .next = "[{?caused}Correct the cause.][{!caused}Configure the sync manager in {configure_in}.]",
+    .identity = "sync_manager state"};
+
+constexpr const FindingKind* kKinds[] = {&kChanged, &kSwitchedOff};
+
+constexpr Word kMailbox{"mailbox", "the mailbox"};
+constexpr Word kProcessData{"process-data", "process data"};
+
 constexpr RuleInfo kInfo{.id = "sm-changed-while-active",
                          .group = "Sync managers and FMMUs",
                          .severity = Severity::kError,
                          .subject = Subject::kSlave,
-                         .title = "A sync manager is given other settings in a state that uses it",
+                         .title = "A sync manager is changed in a state that uses it",
                          .needs = "the settings before and after, and the AL state of the slave",
                          .source = "ESC-1, sync manager; ETG1000.6, sync managers",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Whether an enabled sync manager is given another start, length, control byte, or is switched off, while the slave is in
-a state that uses it: mailboxes in PREOP, SAFEOP and OP, process data in SAFEOP and OP.
+Whether an enabled sync manager gets another start, length or control byte, or is switched off, while the slave is in a
+state that uses it:
+
+- mailboxes: PREOP, SAFEOP and OP
+- process data: SAFEOP and OP
 
 ## Why it matters
-While a sync manager is enabled the ESC ignores its start, length and control byte, so the master works with settings
-that are not in force. Switched off and on again they are, and the slave checks them anew: it falls to SAFEOP, PREOP or
-INIT with 0x0016, 0x001D or 0x001E.
+While a sync manager is enabled, the ESC ignores its start, length and control byte, so the master works with settings
+that are not in force. If the master switches it off and on again, they are in force, and the slave checks them again:
+it drops to SAFEOP, PREOP or INIT with 0x0016, 0x001D or 0x001E.
 
 ## How it is decided
-Only where the slave is known to be in that state with no request under way, and both settings are known. Writing the
-same values again, the repeat bit of a mailbox and broadcasts (masters blank everything when they scan) do not count.
-Switching off alone counts only when the slave then changes its state by itself, or when it is left in OP so for longer
-than 100 ms, its process data standing still: masters switch sync managers off before they request a lower state.
+The finding needs a slave that is known to be in that state, with no request in flight, and both settings.
+
+- These do not count: writing the same values again, the repeat bit of a mailbox, and broadcasts (masters clear
+  everything when they scan).
+- Switching off alone counts only in two cases, because masters switch sync managers off before they request a lower
+  state: if the slave then changes its state by itself, or if it stays in OP for longer than 100 ms without its process
+  data.
 
 ## Example
 samples/captures/sm-changed-in-op.pcapng
 
 ## What to do
-Go to INIT before the mailboxes, and to PREOP before the process data are configured anew.
+Go to INIT before the mailboxes are configured, and to PREOP before the process data are configured.
 )"};
 
 class SmChangedWhileActive final : public Rule {
  public:
   SmChangedWhileActive() : Rule(kInfo) {
-    Subscribe<track::SlaveAccess>(&SmChangedWhileActive::On,
-                             MemoryRange::Of(esc::kSyncManagerBase, esc::kMaxSyncManagers * esc::kSyncManagerBytes));
+    Subscribe<track::SlaveAccess>(
+        &SmChangedWhileActive::On,
+        MemoryRange::Of(esc::kSyncManagerBase, esc::kMaxSyncManagers * esc::kSyncManagerBytes));
     Subscribe<track::AlRequest>(&SmChangedWhileActive::On);
     Subscribe<model::AlChangedByItself>(&SmChangedWhileActive::On);
   }
@@ -71,16 +104,16 @@ class SmChangedWhileActive final : public Rule {
         slave.resize(n + 1);
       }
       Sync& sync = slave[n];
-      if (now && !e.written.empty() && !e.broadcast && e.done()) Judge(e, n, sync, *now);
-      // What was in force stays the yardstick while it is switched off for a change.
+      if (now && !e.written.empty() && !e.broadcast && e.done()) Evaluate(e, n, sync, *now);
+      // The settings in force stay the reference while it is switched off for a change.
       if (!sync.off) sync.in_force = now;
     }
   }
 
-  /// Whatever is requested, sync managers may be switched off for it; lower states may be configured anew.
+  /// At any request sync managers may be switched off; lower states may be configured again.
   void On(const track::AlRequest& e) {
     const auto found = slaves_.find(e.slave);
-    if (found != slaves_.end()) TellStandstill(e.slave, found->second, e.frame());
+    if (found != slaves_.end()) ReportStandstill(e.slave, found->second, e.frame());
     slaves_[e.slave] = Current(e.slave);
   }
 
@@ -92,7 +125,7 @@ class SmChangedWhileActive final : public Rule {
       FindingIndex cause = sync.reported;
       if (sync.off && sync.in_force) {
         const KnownSyncManager now = Off(sync);
-        cause = Tell(e.slave, n, *sync.in_force, now, *sync.off, "The slave then changes its state by itself. ");
+        cause = ReportChange(e.slave, n, *sync.in_force, now, *sync.off);
       }
       if (cause == kNoFinding) continue;
       for (Finding& finding : context().store.findings()) {
@@ -107,7 +140,7 @@ class SmChangedWhileActive final : public Rule {
 
   void Finish() override {
     if (NotEvaluableWithoutReturns()) return;
-    for (auto& [id, slave] : slaves_) TellStandstill(id, slave, context().statistics().last);
+    for (auto& [id, slave] : slaves_) ReportStandstill(id, slave, context().statistics().last);
   }
 
  private:
@@ -117,7 +150,7 @@ class SmChangedWhileActive final : public Rule {
   };
   struct Sync {
     std::optional<KnownSyncManager> in_force;
-    std::unique_ptr<SwitchedOff> off;  ///< since then, in a state that uses it; there hardly ever is one
+    std::unique_ptr<SwitchedOff> off;  ///< since then, in a state that uses it; rare
     FindingIndex reported = kNoFinding;
   };
   using Slave = std::vector<Sync>;  ///< up to the last one that is known
@@ -153,7 +186,7 @@ class SmChangedWhileActive final : public Rule {
     return a.start == b.start && a.length == b.length && ((a.control ^ b.control) & kDefinedBits) == 0;
   }
 
-  void Judge(const track::SlaveAccess& e, std::size_t n, Sync& sync, const KnownSyncManager& now) {
+  void Evaluate(const track::SlaveAccess& e, std::size_t n, Sync& sync, const KnownSyncManager& now) {
     if (!sync.in_force) return;
     const esc::SyncManager& before = sync.in_force->settings;
     if (!before.enabled() || before.length == 0) return;
@@ -161,7 +194,7 @@ class SmChangedWhileActive final : public Rule {
     if (!state) {
       sync.off.reset();
       if (context().slave(e.slave).al.possible().empty() && !Same(before, now.settings)) {
-        NotEvaluable(e.slave, "the state of the slave is not known where a sync manager is changed", e.frame().number);
+        NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kAlState, e.frame().number);
       }
       return;
     }
@@ -171,9 +204,7 @@ class SmChangedWhileActive final : public Rule {
     }
     sync.off.reset();
     if (Same(before, now.settings)) return;
-    sync.reported = Tell(e.slave, n, *sync.in_force, now, {e.frame(), *state},
-                         "An ESC ignores the values while the sync manager is enabled; where it was switched off "
-                         "first, the slave checks them anew and may leave its state. ");
+    sync.reported = ReportChange(e.slave, n, *sync.in_force, now, {e.frame(), *state});
   }
 
   static KnownSyncManager Off(const Sync& sync) {
@@ -183,45 +214,40 @@ class SmChangedWhileActive final : public Rule {
     return now;
   }
 
-  /// A slave that nobody takes out of OP although its process data were switched off.
-  void TellStandstill(SlaveId id, Slave& slave, const FrameRef& now) {
-    constexpr TimeNs kLeftSo = 100'000'000;
+  /// A slave that stays in OP although its process data were switched off.
+  void ReportStandstill(SlaveId id, Slave& slave, const FrameRef& now) {
+    constexpr TimeNs kLongEnough = 100'000'000;
     for (std::size_t n = 0; n < slave.size(); ++n) {
       Sync& sync = slave[n];
       if (!sync.off || !sync.in_force || IsMailbox(n, sync.in_force->settings)) continue;
       const FrameRef& off = sync.off->frame;
       if (sync.off->state != esc::AlState::OP || !off.has_time || !now.has_time) continue;
-      if (Elapsed(off.time, now.time) < kLeftSo) continue;
-      sync.reported = Tell(id, n, *sync.in_force, Off(sync), *sync.off,
-                           "The slave is left in OP, and these process data stand still from then on. ");
+      if (Elapsed(off.time, now.time) < kLongEnough) continue;
+      sync.reported = ReportChange(id, n, *sync.in_force, Off(sync), *sync.off, true);
       sync.off.reset();
     }
   }
 
-  FindingIndex Tell(SlaveId slave, std::size_t n, const KnownSyncManager& before, const KnownSyncManager& now,
-                    const SwitchedOff& change, std::string_view what_follows) {
+  /// @param left_in_op  it was switched off, and the slave stays in OP
+  FindingIndex ReportChange(SlaveId slave, std::size_t n, const KnownSyncManager& before, const KnownSyncManager& now,
+                            const SwitchedOff& change, bool left_in_op = false) {
     const FrameRef& frame = change.frame;
     const std::uint64_t key = KeyOfBoth(SettingsKey(n, before.settings), SettingsKey(n, now.settings));
     if (const FindingIndex index = Repeat(slave, key, frame); index != kNoFinding) return index;
-    const std::string name = "SM" + std::to_string(n);
-    const std::string in = esc::StateName(static_cast<std::uint8_t>(change.state));
-    const bool off = !now.settings.enabled();
-    Finding finding;
-    finding.slave = slave;
-    finding.first = frame;
-    finding.title = name + (off ? " is switched off in " : " is changed in ") + in;
-    finding.message = "In frame " + std::to_string(frame.number) + " the master writes sync manager " +
-                      std::to_string(n) + " (" + SettingsText(now.settings) + ") while the slave is in " + in +
-                      " and uses it for " + (IsMailbox(n, before.settings) ? "the mailbox" : "process data") +
-                      " with " + SettingsText(before.settings) + " (frame " + std::to_string(before.since) + "). ";
-    finding.message += std::string(what_follows) + std::string("Configure it in ") +
-                       (IsMailbox(n, before.settings) ? "INIT" : "PREOP") + ".";
-    finding.evidence.push_back(Number("sync_manager", static_cast<std::int64_t>(n)));
-    finding.evidence.push_back(HexNumber("start_before", before.settings.start));
-    finding.evidence.push_back(Number("length_before", before.settings.length));
-    finding.evidence.push_back(HexNumber("start", now.settings.start));
-    finding.evidence.push_back(Number("length", now.settings.length));
-    finding.evidence.push_back(Text("state", in));
+    const bool mailbox = IsMailbox(n, before.settings);
+    Finding finding = Found(now.settings.enabled() ? kChanged : kSwitchedOff, slave, frame);
+    finding.Set("sync_manager", arg::Number(static_cast<std::int64_t>(n)))
+        .Set("start_before", arg::Hex(before.settings.start))
+        .Set("length_before", arg::Number(before.settings.length))
+        .Set("control_before", arg::Hex(before.settings.control, 2))
+        .Set("start", arg::Hex(now.settings.start))
+        .Set("length", arg::Number(now.settings.length))
+        .Set("control", arg::Hex(now.settings.control, 2))
+        .Set("state", arg::State(static_cast<std::uint8_t>(change.state)))
+        .Set("use", arg::Of(mailbox ? kMailbox : kProcessData))
+        .Set("configure_in", arg::State(static_cast<std::uint8_t>(mailbox ? esc::AlState::INIT : esc::AlState::PREOP)))
+        .Set("left_in_op", arg::Flag(left_in_op));
+    if (before.since != 0) finding.Set("before_frame", arg::Frame(before.since));
     AddRelated(finding, before.since);
     if (!before.observed || !now.observed) finding.confidence = Confidence::kInferred;
     return Report(key, std::move(finding));

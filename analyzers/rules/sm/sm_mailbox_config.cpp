@@ -1,5 +1,4 @@
 #include <set>
-#include <string>
 
 #include "analyzers/judge/refusal_predictions.h"
 #include "analyzers/judge/rule.h"
@@ -8,10 +7,14 @@
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/model/sync_manager_demand.h"
+#include "analyzers/words/what.h"
 #include "decoder/track/network.h"
 
 namespace ecaudit::sm_mailbox_config {
 namespace {
+
+constexpr Word kMailboxSettings{"mailbox-settings", "the mailbox settings in the EEPROM", true};
+constexpr Word kMailboxLengths{"mailbox-lengths", "the mailbox lengths in the EEPROM", true};
 
 constexpr RuleInfo kInfo{
     .id = "sm-mailbox-config",
@@ -21,29 +24,39 @@ constexpr RuleInfo kInfo{
     .needs =
         "the settings of the mailbox sync managers, the state before the request, and the slave's EEPROM or family",
     .source = "ETG1000.6, sync managers; ESC-1, sync manager",
+    .kinds = sync_manager_fault::kKinds,
+    .notes = sync_manager_fault::kNotes,
     .doc = R"(
 ## What it checks
-When the master requests PREOP from a slave in INIT: whether the sync managers of the two mailboxes are enabled, in
-mailbox mode, in the right direction (SM0: master writes, SM1: master reads), and at the start address and of the length
-that the slave wants.
+When the master requests PREOP from a slave in INIT, the sync managers of the two mailboxes must be:
+
+- enabled
+- in mailbox mode
+- in the right direction (SM0: the master writes, SM1: the master reads)
+- at the start address and of the length that the slave requires
 
 ## Why it matters
 The slave verifies these settings at this transition. With a wrong one it stays in INIT and answers with an AL status
-code (0x0016 by the standard, 0x0017 by the Kollmorgen manuals); no SDO works before it is corrected.
+code (0x0016 by the standard, 0x0017 by the Kollmorgen manuals). No SDO works before it is corrected.
 
 ## How it is decided
-Against the slave's own EEPROM, as far as the master read it: words 0x18 to 0x1B (standard mailboxes) and the sync
-manager category; else an ESI file; else the manual of the drive family. Manuals print the mailbox length as an example
-only (512, while a real AKD uses 1024): without EEPROM or ESI the length is not judged. A slave whose EEPROM names no
-mailbox is not judged. The rule judges what the master wrote last; where the slave reaches PREOP all the same, the
-finding becomes an info.
+The settings that the master wrote last are compared with the first of these sources:
+
+- the slave's own EEPROM, as far as the master read it: words 0x18 to 0x1B (standard mailboxes) and the sync manager
+  category
+- an ESI file
+- the manual of the drive family
+
+Manuals print the mailbox length as an example only (512, while a real AKD uses 1024). Without EEPROM or ESI the length
+is not evaluated. A slave whose EEPROM names no mailbox is not evaluated. If the slave reaches PREOP in spite of wrong
+settings, the finding becomes an info.
 
 ## Example
-samples/captures/bad-mailbox-config.pcapng: SM0 has 64 bytes, the EEPROM says 128.
+samples/captures/bad-mailbox-config.pcapng: SM0 has 64 bytes, the EEPROM requires 128.
 
 ## What to do
-Take start and length from the EEPROM or the ESI file. Switch the sync manager off before its start, length or control
-byte is written: an ESC ignores them while it is enabled.
+Use start and length of the EEPROM or the ESI file. Switch the sync manager off before its start, length or control byte
+is written: an ESC ignores such a write while the sync manager is enabled.
 )"};
 
 class SmMailboxConfig final : public Rule {
@@ -58,39 +71,39 @@ class SmMailboxConfig final : public Rule {
     const model::AlRequestRecord& request = e.request;
     if (request.control.state() != static_cast<std::uint8_t>(esc::AlState::PREOP)) return;
     if (request.verdict == model::AlVerdict::kUnknown) {
-      NotEvaluable(e.slave, "the state of the slave was not read before PREOP was requested", request.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kAlStateBefore, request.frame.number);
       return;
     }
     if (request.verdict != model::AlVerdict::kLegal) return;
     if (request.from != kInit) {
-      // Asked again before an answer was seen: that one is judged already.
-      if (request.from == 0 && request.possible.contains(kInit) && !judged_.contains(e.slave)) {
-        NotEvaluable(e.slave, "the state of the slave was not read before PREOP was requested", request.frame.number);
+      // Requested again before an answer was seen: the first request is evaluated already.
+      if (request.from == 0 && request.possible.contains(kInit) && !evaluated_.contains(e.slave)) {
+        NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kAlStateBefore, request.frame.number);
       }
       return;
     }
-    judged_.insert(e.slave);
+    evaluated_.insert(e.slave);
     const track::SlaveState& state = context().network().state(e.slave);
     const auto demands = model::MailboxDemands(*context().slave(e.slave).profile, esc::ParseSii(state.sii.image()));
     if (!demands.known) {
-      NotEvaluable(e.slave, "neither EEPROM nor family says what mailboxes the slave has", request.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kNotInCapture, kMailboxSettings, request.frame.number);
       return;
     }
-    for (const model::SyncManagerDemand& demand : demands.list) Judge(e, state, demand);
+    for (const model::SyncManagerDemand& demand : demands.list) Evaluate(e, state, demand);
   }
 
   void On(const model::AlAnswered& e) { predictions_.On(context(), e); }
 
  private:
-  void Judge(const model::AlRequestJudged& e, const track::SlaveState& state, const model::SyncManagerDemand& demand) {
+  void Evaluate(const model::AlRequestJudged& e, const track::SlaveState& state,
+                const model::SyncManagerDemand& demand) {
     const auto known = SyncManagerOf(state, demand.number);
     if (!known) {
-      NotEvaluable(e.slave, "sync manager " + std::to_string(demand.number) + " was not set in the capture",
-                   e.request.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kNotInCapture, SyncManagerWord(demand.number), e.request.frame.number);
       return;
     }
     if (demand.lengths.empty()) {
-      NotEvaluable(e.slave, "the length of the mailboxes: neither EEPROM nor ESI is known", e.request.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kNotInCapture, kMailboxLengths, e.request.frame.number);
     }
     const auto faults = model::FaultsOf(known->settings, demand);
     if (faults.empty()) return;
@@ -101,7 +114,7 @@ class SmMailboxConfig final : public Rule {
   }
 
   RefusalPredictions predictions_;
-  std::set<SlaveId> judged_;
+  std::set<SlaveId> evaluated_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SmMailboxConfig>};

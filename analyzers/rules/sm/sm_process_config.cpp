@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <set>
-#include <string>
+#include <utility>
+#include <vector>
 
 #include "analyzers/judge/refusal_predictions.h"
 #include "analyzers/judge/rule.h"
@@ -9,8 +10,7 @@
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/model/sync_manager_demand.h"
-#include "decoder/base/text.h"
-#include "decoder/process/pdo_mapping.h"
+#include "analyzers/words/what.h"
 #include "decoder/track/network.h"
 
 namespace ecaudit::sm_process_config {
@@ -21,40 +21,55 @@ constexpr auto kPreop = static_cast<std::uint8_t>(esc::AlState::PREOP);
 constexpr std::uint8_t kOutputs = 2;  // sync managers of slaves with a mailbox
 constexpr std::uint8_t kInputs = 3;
 
+constexpr Word kProcessDataStart{"process-data-start", "the start of the process data in the EEPROM"};
+
 constexpr RuleInfo kInfo{
     .id = "sm-process-config",
     .group = "Sync managers and FMMUs",
     .severity = Severity::kError,
-    .title = "The process-data sync managers are set wrong when SAFEOP is requested",
+    .title = "The process-data sync managers are set wrong at the SAFEOP request",
     .needs =
         "the settings of the process-data sync managers, the state before the request, and the slave's EEPROM or "
         "family",
     .source = "ETG1000.6, sync managers; ESC-1, sync manager",
+    .kinds = sync_manager_fault::kKinds,
+    .notes = sync_manager_fault::kNotes,
     .doc = R"(
 ## What it checks
-When the master requests SAFEOP from a slave in PREOP (for families that check again, as Pilz, also OP from SAFEOP):
-whether the sync managers of the process data (SM2: outputs, SM3: inputs) are enabled, in three-buffer mode, in the
-right direction, at the start address that the slave wants, and as long as the assigned PDOs.
+When the master requests SAFEOP from a slave in PREOP, the sync managers of the process data (SM2: outputs, SM3: inputs)
+must be:
+
+- enabled
+- in three-buffer mode
+- in the right direction
+- at the start address that the slave requires
+- as long as the assigned PDOs
+
+For families that check again, as Pilz, this holds also for OP from SAFEOP.
 
 ## Why it matters
 The slave verifies these settings at this transition. With a wrong one it stays in PREOP and answers with an AL status
 code: 0x0017 by the manuals of the drives, 0x001D (outputs) or 0x001E (inputs) by the standard.
 
 ## How it is decided
-Start address: against the sync manager category of the slave's own EEPROM, as far as the master read it; else an ESI
-file; else the manual of the drive family. Length: against the PDOs assigned in 1C12h and 1C13h and what is mapped into
-them, from SDO transfers of the capture, an ENI file, the slave's default (EEPROM or ESI) and the fixed PDOs of the
-manual. A default is not held against a sync manager of another length: the slave may have kept another assignment from
-before the capture. Without known PDOs a sync manager that is off and of length 0 is no fault. Where a fault of the
-mapping was found for the same direction, the wrong length follows from it (caused_by). The rule judges what the master
-wrote last; where the slave reaches the state all the same, the finding becomes an info.
+The settings that the master wrote last are compared.
+
+- The start address comes from the sync manager category of the slave's own EEPROM, as far as the master read it. Else
+  it comes from an ESI file, else from the manual of the drive family.
+- The length comes from the PDOs assigned in 1C12h and 1C13h and their mapping: SDO transfers of the capture, an ENI
+  file, the slave's default (EEPROM or ESI), or the fixed PDOs of the manual.
+- A default is not compared with a sync manager of another length: the slave may have kept another assignment from
+  before the capture.
+- If the PDOs are not known, a sync manager that is off and of length 0 is no fault.
+- If a fault of the mapping was found for the same direction, the wrong length follows from it (caused_by).
+- If the slave reaches the state in spite of wrong settings, the finding becomes an info.
 
 ## Example
 samples/captures/two-slaves-one-refuses.pcapng: SM2 has 8 bytes, the PDO needs 6.
 
 ## What to do
-Write the sync manager as a whole, after switching it off, with the start address of the EEPROM and the length of the
-assigned PDOs.
+Switch the sync manager off and write it as a whole, with the start address of the EEPROM and the length of the assigned
+PDOs.
 )"};
 
 class SmProcessConfig final : public Rule {
@@ -69,36 +84,36 @@ class SmProcessConfig final : public Rule {
     const auto to = static_cast<esc::AlState>(request.control.state());
     if (to != esc::AlState::SAFEOP && to != esc::AlState::OP) return;
     if (request.verdict == model::AlVerdict::kUnknown && to == esc::AlState::SAFEOP) {
-      NotEvaluable(e.slave, "the state of the slave was not read before SAFEOP was requested", request.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kAlStateBefore, request.frame.number);
       return;
     }
     const device::DeviceDescription& family = *context().slave(e.slave).profile;
     if (request.verdict != model::AlVerdict::kLegal) return;
     if (!Verifies(family, request.from, to)) {
-      // Asked again before an answer was seen: that one is judged already.
+      // Requested again before an answer was seen: the first request is evaluated already.
       if (to == esc::AlState::SAFEOP && request.from == 0 && request.possible.contains(kPreop) &&
-          !judged_.contains(e.slave)) {
-        NotEvaluable(e.slave, "the state of the slave was not read before SAFEOP was requested", request.frame.number);
+          !evaluated_.contains(e.slave)) {
+        NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kAlStateBefore, request.frame.number);
       }
       return;
     }
-    judged_.insert(e.slave);
+    evaluated_.insert(e.slave);
     const track::SlaveState& state = context().network().state(e.slave);
     auto demands = model::ProcessDemands(family, esc::ParseSii(state.sii.image()));
     if (!demands.known) {
-      NotEvaluable(e.slave, "the start of the process data: neither EEPROM nor family says it", request.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kNotInCapture, kProcessDataStart, request.frame.number);
       demands = WithoutStart(e.slave);
     }
     for (model::SyncManagerDemand& demand : demands.list) {
       const auto layout = AddLength(e, demand);
-      Judge(e, state, demand, layout);
+      Evaluate(e, state, demand, layout);
     }
   }
 
   void On(const model::AlAnswered& e) { predictions_.On(context(), e); }
 
  private:
-  /// PREOP to SAFEOP; and SAFEOP to OP where the manual binds the refusal for sync managers to that transition, too.
+  /// PREOP to SAFEOP; and SAFEOP to OP if the manual has the refusal for sync managers at that transition too.
   static bool Verifies(const device::DeviceDescription& family, std::uint8_t from, esc::AlState to) {
     if (to == esc::AlState::SAFEOP) return from == kPreop;
     if (from != static_cast<std::uint8_t>(esc::AlState::SAFEOP)) return false;
@@ -110,7 +125,7 @@ class SmProcessConfig final : public Rule {
     return demand.master_writes() ? device::PdoDirection::kRx : device::PdoDirection::kTx;
   }
 
-  /// Only that the PDOs known have a sync manager each.
+  /// Only that the known PDOs have a sync manager each.
   [[nodiscard]] model::SyncManagerDemands WithoutStart(SlaveId slave) const {
     model::SyncManagerDemands demands;
     for (const auto direction : {device::PdoDirection::kRx, device::PdoDirection::kTx}) {
@@ -125,45 +140,52 @@ class SmProcessConfig final : public Rule {
     return demands;
   }
 
-  /// What the assigned PDOs ask for; where they are known, the layout.
+  /// Adds the length of the assigned PDOs.
+  /// @return the layout, if it is known
   const model::ProcessLayout* AddLength(const model::AlRequestJudged& e, model::SyncManagerDemand& demand) {
     const model::ProcessLayout& layout = context().slave(e.slave).process.Layout(DirectionOf(demand));
     // An EEPROM without PDOs leaves them to the objects.
     const bool none_by_default = layout.source == model::LayoutSource::kDefault && layout.pdos.empty();
     if (!layout.known() || none_by_default) {
-      NotEvaluable(e.slave, "the length: what PDOs are assigned is not known", e.request.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kMapping, e.request.frame.number);
       return nullptr;
     }
     const bool in_this_one = std::any_of(layout.signals.begin(), layout.signals.end(),
                                          [&](const model::Signal& s) { return s.sync_manager == demand.number; });
     if (!in_this_one && !layout.signals.empty()) return nullptr;  // the slave has several in this direction
     demand.lengths = {layout.bytes_of(demand.number)};
-    demand.length_source = SourceText(layout, DirectionOf(demand));
+    demand.length_source = SourceOf(layout);
     return &layout;
   }
 
-  static std::string SourceText(const model::ProcessLayout& layout, device::PdoDirection direction) {
-    std::string pdos;
-    for (const std::uint16_t pdo : layout.pdos) pdos += (pdos.empty() ? "" : ", ") + ObjectName(pdo);
-    if (pdos.empty()) pdos = "none";
+  static model::DemandSource SourceOf(const model::ProcessLayout& layout) {
     switch (layout.source) {
       case model::LayoutSource::kEni:
-        return "the PDOs of the ENI file (" + pdos + ")";
+        return model::DemandSource::kEniPdos;
       case model::LayoutSource::kDefault:
-        return "the slave's default PDOs (" + pdos + ")";
+        return model::DemandSource::kDefaultPdos;
       default:
-        return "the PDOs assigned in " +
-               ObjectName(direction == device::PdoDirection::kRx ? process::kRxAssignment : process::kTxAssignment) +
-               " (" + pdos + "; frame " + std::to_string(layout.since) + ")";
+        return model::DemandSource::kAssignedPdos;
     }
   }
 
-  void Judge(const model::AlRequestJudged& e, const track::SlaveState& state, const model::SyncManagerDemand& demand,
-             const model::ProcessLayout* layout) {
+  /// The PDOs that give the length, and where they were assigned.
+  static void SetPdos(Finding& finding, const model::ProcessLayout& layout) {
+    std::vector<Value> pdos;
+    for (const std::uint16_t pdo : layout.pdos) pdos.push_back(arg::Object(pdo));
+    if (pdos.empty()) {
+      finding.Set("no_pdos", arg::Flag());
+    } else {
+      finding.Set("pdos", arg::List(std::move(pdos)));
+    }
+    if (layout.source == model::LayoutSource::kObserved) finding.Set("assigned_frame", arg::Frame(layout.since));
+  }
+
+  void Evaluate(const model::AlRequestJudged& e, const track::SlaveState& state, const model::SyncManagerDemand& demand,
+                const model::ProcessLayout* layout) {
     const auto known = SyncManagerOf(state, demand.number);
     if (!known) {
-      NotEvaluable(e.slave, "sync manager " + std::to_string(demand.number) + " was not set in the capture",
-                   e.request.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kNotInCapture, SyncManagerWord(demand.number), e.request.frame.number);
       return;
     }
     const bool no_data = layout != nullptr ? layout->bytes_of(demand.number) == 0 : known->settings.length == 0;
@@ -182,13 +204,14 @@ class SmProcessConfig final : public Rule {
         return f.field == model::SyncManagerFault::Field::kLength;
       });
       if (length) finding.caused_by = context().MappingFault(e.slave, DirectionOf(demand));
+      if (length && layout != nullptr) SetPdos(finding, *layout);
       index = Report(key, std::move(finding));
     }
     predictions_.Add(context(), e.slave, e.request.frame.number, index);
   }
 
   RefusalPredictions predictions_;
-  std::set<SlaveId> judged_;
+  std::set<SlaveId> evaluated_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SmProcessConfig>};

@@ -2,6 +2,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "analyzers/judge/rule.h"
@@ -12,8 +13,6 @@
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_events.h"
 #include "analyzers/sync/sync_model.h"
-#include "analyzers/words/al_text.h"
-#include "decoder/base/text.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/pipeline.h"
@@ -26,40 +25,99 @@ constexpr std::uint16_t kInterpolationTime = 0x60C2;
 /// Deviations up to this are a matter of sync-rate-deviation and of the master's jitter.
 constexpr double kTolerance = 0.1;
 
+constexpr Word kInterpolation{"interpolation-time", "the interpolation time (60C2h)"};
+constexpr Word kConfiguredCycle{"configured-cycle", "the configured cycle"};
+constexpr Word kCyclesInOp{"cycles-in-op", "cycles with process data in OP (50 needed)", true};
+
+constexpr FindingKind kSync0AndInterpolation{
+    .name = "sync0-cycle-interpolation-time",
+    .title = "SYNC0 cycle is {sync0_cycle_ns} ns, but 60C2h gives {interpolation_ns} ns",
+    .message =
+        R"([{?changed_in_op}The master changed 60C2h in OP (last in {frame}).][{!changed_in_op}The master requests OP
+in {frame}.] The SYNC0 cycle (0x09A0) is then {sync0_cycle_ns} ns[ (since {sync0_frame})], but the interpolation time
+(60C2h) is {interpolation_ns} ns[ (since {interpolation_frame})].)",
+    .next = "Set the same time in both."};
+
+constexpr FindingKind kSync0AndDrive{
+    .name = "sync0-cycle-drive-cycle",
+    .title = "SYNC0 cycle is {sync0_cycle_ns} ns, but {parameter} gives {drive_cycle_ns} ns",
+    .message =
+        R"([{?changed_in_op}The master changed 60C2h in OP (last in {frame}).][{!changed_in_op}The master requests OP
+in {frame}.] The SYNC0 cycle (0x09A0) is then {sync0_cycle_ns} ns[ (since {sync0_frame})], but {parameter} as given by
+--parameter is {drive_cycle_ns} ns.)",
+    .next = "Set the same time in both.",
+    .identity = "parameter"};
+
+constexpr FindingKind kInterpolationAndDrive{
+    .name = "interpolation-time-drive-cycle",
+    .title = "60C2h gives {interpolation_ns} ns, but {parameter} gives {drive_cycle_ns} ns",
+    .message =
+        R"([{?changed_in_op}The master changed 60C2h in OP (last in {frame}).][{!changed_in_op}The master requests OP
+in {frame}.] The interpolation time (60C2h) is then {interpolation_ns} ns[ (since {interpolation_frame})], but
+{parameter} as given by --parameter is {drive_cycle_ns} ns.)",
+    .next = "Set the same time in both.",
+    .identity = "parameter"};
+
+constexpr FindingKind kRewritten{
+    .name = "sync0-cycle-rewritten",
+    .title = "SYNC0 runs with {sync0_cycle_ns} ns, but 0x09A0 is now {sync0_cycle_now_ns} ns",
+    .message =
+        R"(SYNC0 was switched on with a cycle of {sync0_cycle_ns} ns in {sync0_frame}. While it was on, the master
+wrote {sync0_cycle_now_ns} ns to 0x09A0 in {frame}.)",
+    .next = "Use one time: write the cycle before SYNC0 is switched on, and do not change it afterwards."};
+
+constexpr FindingKind kProcessData{
+    .name = "process-data-cycle",
+    .title = "Process data every {observed_us}, but the configured cycle is {configured_us}",
+    .message =
+        R"(In OP the outputs of this slave come every {observed_us}. That is the mean of {cycles} from {frame} to
+{end_frame}, by {time_base}. {setting} is {configured_ns} ns.[{?one_per_cycle} The drive needs one frame in each
+cycle.][{!one_per_cycle} The observed cycle is neither a multiple nor a part of it.])",
+    .next = "Let the master run with the configured cycle, or configure the cycle that it runs with."};
+
+constexpr const FindingKind* kKinds[] = {&kSync0AndInterpolation, &kSync0AndDrive, &kInterpolationAndDrive, &kRewritten,
+                                         &kProcessData};
+
 constexpr RuleInfo kInfo{.id = "sync-cycle-mismatch",
                          .group = "Synchronisation",
                          .severity = Severity::kError,
                          .of_family = true,
                          .subject = Subject::kCycle,
-                         .title = "SYNC0 cycle, interpolation time and the rhythm of the process data disagree",
+                         .title = "SYNC0 cycle, interpolation time and cycle of the process data disagree",
                          .needs =
-                             "two of: SYNC0 cycle (0x09A0), object 60C2h, the drive's own cycle (--parameter), at "
-                             "least 50 cycles of process data in OP",
+                             "two of: SYNC0 cycle (0x09A0), object 60C2h, the cycle of the drive itself (--parameter), "
+                             "at least 50 cycles of process data in OP",
                          .source = "ESC-1, distributed clocks; AKD-2011, 4.8; MKD, 4.9; PILZ, 4.6",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-That the SYNC0 cycle (0x09A0), the interpolation time that the master wrote (60C2h) and the distance of the process
-data in OP are the same time; and the drive's own cycle where it was given: FBUS.SAMPLEPERIOD (AKD, MKD), PTBASE
-(Pilz).
+That these are the same time:
+
+- the SYNC0 cycle (0x09A0),
+- the interpolation time that the master wrote (60C2h),
+- the distance of the process data in OP,
+- the cycle of the drive itself, if it was given: FBUS.SAMPLEPERIOD (AKD, MKD) or PTBASE (Pilz).
 
 ## Why it matters
-The drive interpolates its setpoints over 60C2h and executes them with SYNC0. If frames come in another rhythm it
-repeats setpoints or skips them: the axis is jerky, follows with a wrong velocity or loses synchronisation.
+The drive interpolates its setpoints over 60C2h and executes them with SYNC0. If frames come in another rhythm, it
+repeats setpoints or skips them. The axis is jerky, follows with a wrong velocity or loses synchronisation.
 
 ## How it is decided
-SYNC0 cycle and 60C2h are compared exactly when OP is requested, and again where one of them was written in OP, for
-families that take the cycle from 60C2h. The process data are the mean over the cycles in OP, by the DC time in the
-frames or by good stamps; it disagrees when it is more than a tenth off. A new mean begins when the slave leaves OP or
-SYNC0 is switched off, and where the frames come to another rhythm. SAMPLEPERIOD and PTBASE are no objects:
---parameter tells them. Where the process data keep to one of two settings that disagree, the other one is what is
-wrong, and caused_by names the finding that says so. For devices whose family is not known to need one frame a cycle,
-SYNC0 may be a multiple of the frame cycle or a part of it.
+- SYNC0 cycle and 60C2h are compared exactly when OP is requested, and again if one of them was written in OP. 60C2h
+  counts for families that take the cycle from it.
+- The process data count as the mean over the cycles in OP, by the DC time in the frames or by good stamps. They
+  disagree if they differ by more than a tenth.
+- A new mean begins when the slave leaves OP, when SYNC0 is switched off, and when the frames come in another rhythm.
+- SAMPLEPERIOD and PTBASE are no objects: only --parameter gives them.
+- If the process data match one of two settings that disagree, the other setting is wrong. caused_by then names the
+  finding about the settings.
+- If a family is not known to need one frame a cycle, SYNC0 may be a multiple of the frame cycle or a part of it.
 
 ## Example
 tests/rules/sync-cycle-mismatch/violates.trace
 
 ## What to do
-Set one cycle time in the master's configuration, and let it write 0x09A0 and 60C2h from it.
+Set one cycle time in the configuration of the master, and let it write 0x09A0 and 60C2h from it.
 )"};
 
 class SyncCycleMismatch final : public Rule {
@@ -76,10 +134,10 @@ class SyncCycleMismatch final : public Rule {
       CompareChanged(e.slave);
       return;
     }
-    Compare(e.slave, SettingsOf(e.slave), e.request.frame, "When OP is requested in frame ");
+    Compare(e.slave, SettingsOf(e.slave), e.request.frame, false);
   }
 
-  /// Units and exponent of the interpolation time are written one after the other: what they say is looked at later.
+  /// Units and exponent of the interpolation time are written one after the other: they are compared later.
   void On(const mailbox::SdoTransfer& t) {
     const bool changes = t.has_object && t.index == kInterpolationTime && t.service == mailbox::SdoService::kDownload &&
                          t.outcome == mailbox::SdoOutcome::kCompleted;
@@ -91,7 +149,7 @@ class SyncCycleMismatch final : public Rule {
 
   void On(const sync::RateEnded& e) {
     if (context().sync().outputs(e.slave).rate.cycles() < kEnoughCycles) return;
-    judged_.insert(e.slave);
+    evaluated_.insert(e.slave);
     Observed(e.slave);
   }
 
@@ -99,15 +157,15 @@ class SyncCycleMismatch final : public Rule {
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
       CompareChanged(id);
-      if (context().sync().outputs(id).rate.cycles() >= kEnoughCycles || !judged_.contains(id)) Observed(id);
+      if (context().sync().outputs(id).rate.cycles() >= kEnoughCycles || !evaluated_.contains(id)) Observed(id);
     }
   }
 
  private:
-  /// One of the places where the cycle is set, as it stands.
+  /// One of the places where the cycle is set, as it is now.
   struct Setting {
-    std::uint64_t key = 0;
-    std::string name, where, evidence;
+    enum class Place : std::uint8_t { kInterpolation, kSync0, kDrive };
+    Place place = Place::kSync0;
     TimeNs time = 0;
     FrameNo since = 0;  ///< 0: given by the user
     std::string source;
@@ -119,31 +177,30 @@ class SyncCycleMismatch final : public Rule {
     std::vector<Setting> settings;
     const auto& active = context().sync().dc(id).active();
     if (active && active->activation.sync0() && active->sync0_cycle_ns.value_or(0) > 0) {
-      settings.push_back({1, "SYNC0 cycle", "SYNC0 cycle (0x09A0)", "sync0_cycle_ns", *active->sync0_cycle_ns,
-                          active->frame.number, family.cycle_base.source});
+      settings.push_back(
+          {Setting::Place::kSync0, *active->sync0_cycle_ns, active->frame.number, family.cycle_base.source});
     }
     const auto interpolation = model::InterpolationTime(slave);
     if (interpolation && family.cycle_by_60c2.value.value_or(false)) {
-      settings.push_back({0, "60C2h", "interpolation time (60C2h)", "interpolation_ns", *interpolation,
+      settings.push_back({Setting::Place::kInterpolation, *interpolation,
                           slave.objects.Find(kInterpolationTime, 1)->since, family.cycle_by_60c2.source});
     }
     if (const auto drive = DriveCycle(slave)) {
-      settings.push_back({2, family.cycle_count->keyword, family.cycle_count->keyword + ", as given,", "drive_cycle_ns",
-                          *drive, 0, family.cycle_count->source});
+      settings.push_back({Setting::Place::kDrive, *drive, 0, family.cycle_count->source});
     }
     return settings;
   }
 
-  void Compare(SlaveId slave, const std::vector<Setting>& settings, const FrameRef& frame, const std::string& when) {
+  void Compare(SlaveId slave, const std::vector<Setting>& settings, const FrameRef& frame, bool changed_in_op) {
     for (std::size_t i = 1; i < settings.size(); ++i) {
-      if (settings[i].time != settings[0].time) ReportSettings(slave, settings[0], settings[i], frame, when);
+      if (settings[i].time != settings[0].time) ReportSettings(slave, settings[0], settings[i], frame, changed_in_op);
     }
   }
 
   /// What was changed while the slave was in OP.
   void CompareChanged(SlaveId slave) {
     if (const auto changed = changed_in_op_.find(slave); changed != changed_in_op_.end()) {
-      Compare(slave, SettingsOf(slave), changed->second, "Since the change in OP in frame ");
+      Compare(slave, SettingsOf(slave), changed->second, true);
       changed_in_op_.erase(changed);
     }
     const sync::DcUnit& unit = context().sync().dc(slave);
@@ -151,41 +208,66 @@ class SyncCycleMismatch final : public Rule {
     const auto& active = unit.active();
     if (!active || !active->activation.sync0() || !unit.cycle_rewritten().seen() || !now) return;
     if (*now == active->sync0_cycle_ns.value_or(*now) || !context().slave(slave).al.operated()) return;
-    const std::string& source = context().slave(slave).profile->sync.cycle_base.source;
-    ReportSettings(slave,
-                   {1, "The SYNC0 cycle as it was switched on", "SYNC0 cycle with which SYNC was switched on",
-                    "sync0_cycle_ns", *active->sync0_cycle_ns, active->frame.number, source},
-                   {4, "0x09A0", "register 0x09A0 as written there", "sync0_cycle_now_ns", *now, 0, source},
-                   unit.cycle_rewritten(), "In frame ");
+    constexpr std::uint64_t kKey = 4;
+    if (Repeat(slave, kKey, unit.cycle_rewritten()) != kNoFinding) return;
+    Finding finding = Found(kRewritten, slave, unit.cycle_rewritten());
+    AddRelated(finding, active->frame.number);
+    finding.reference = ReferenceTo(context().slave(slave).profile->sync.cycle_base.source);
+    const TimeNs before = *active->sync0_cycle_ns;
+    finding.Set("sync0_cycle_ns", arg::Number(before))
+        .Set("sync0_cycle_now_ns", arg::Number(*now))
+        .Set("sync0_frame", arg::Frame(active->frame.number));
+    ReportAndKeep(slave, kKey, before, *now, std::move(finding));
+  }
+
+  void ReportAndKeep(SlaveId slave, std::uint64_t key, TimeNs one, TimeNs other, Finding finding) {
+    const FindingIndex index = Report(key, std::move(finding));
+    if (index != kNoFinding) odd_settings_[slave].push_back({one, other, index});
+  }
+
+  [[nodiscard]] static const FindingKind& KindOf(const Setting& one, const Setting& other) {
+    if (other.place == Setting::Place::kInterpolation) return kSync0AndInterpolation;
+    return one.place == Setting::Place::kSync0 ? kSync0AndDrive : kInterpolationAndDrive;
+  }
+
+  void SetSetting(Finding& finding, const Setting& setting) const {
+    switch (setting.place) {
+      case Setting::Place::kSync0:
+        finding.Set("sync0_cycle_ns", arg::Number(setting.time)).Set("sync0_frame", arg::Frame(setting.since));
+        break;
+      case Setting::Place::kInterpolation:
+        finding.Set("interpolation_ns", arg::Number(setting.time))
+            .Set("interpolation_frame", arg::Frame(setting.since));
+        break;
+      case Setting::Place::kDrive:
+        finding.Set("drive_cycle_ns", arg::Number(setting.time))
+            .Set("parameter", arg::Text(context().slave(finding.slave).profile->sync.cycle_count->keyword));
+        break;
+    }
+    AddRelated(finding, setting.since);
   }
 
   void ReportSettings(SlaveId slave, const Setting& one, const Setting& other, const FrameRef& frame,
-                      const std::string& when) {
-    if (Repeat(slave, other.key, frame) != kNoFinding) return;
-    Finding finding;
-    finding.slave = slave;
-    finding.first = frame;
-    if (one.since != 0) AddRelated(finding, one.since);
-    if (other.since != 0) AddRelated(finding, other.since);
+                      bool changed_in_op) {
+    const auto key = static_cast<std::uint64_t>(other.place);
+    if (Repeat(slave, key, frame) != kNoFinding) return;
+    Finding finding = Found(KindOf(one, other), slave, frame);
+    SetSetting(finding, one);
+    SetSetting(finding, other);
     finding.reference = ReferenceTo(other.source);
-    finding.title = one.name + " is " + Duration(one.time) + ", but " + other.name + " says " + Duration(other.time);
-    finding.message = when + std::to_string(frame.number) + " the " + one.where + " is " + std::to_string(one.time) +
-                      " ns, while the " + other.where + " is " + std::to_string(other.time) +
-                      " ns. Set the same time in both.";
-    finding.evidence = {Number(one.evidence, one.time), Number(other.evidence, other.time)};
-    const FindingIndex index = Report(other.key, std::move(finding));
-    if (index != kNoFinding) odd_settings_[slave].push_back({one.time, other.time, index});
+    finding.Set("changed_in_op", arg::Flag(changed_in_op));
+    ReportAndKeep(slave, key, one.time, other.time, std::move(finding));
   }
 
-  /// The finding that tells already that this setting is not what another one says, which the process data keep to:
-  /// one wrong value is one cause.
-  [[nodiscard]] FindingIndex ToldOfSetting(SlaveId slave, TimeNs configured, double observed) const {
-    const auto told = odd_settings_.find(slave);
-    if (told == odd_settings_.end()) return kNoFinding;
+  /// The finding that reports already that this setting differs from another one, which the process data keep to: one
+  /// wrong value is one cause.
+  [[nodiscard]] FindingIndex CauseOf(SlaveId slave, TimeNs configured, double observed) const {
+    const auto reported = odd_settings_.find(slave);
+    if (reported == odd_settings_.end()) return kNoFinding;
     const auto kept = [observed](TimeNs time) {
       return std::abs(observed / static_cast<double>(time) - 1) <= kTolerance;
     };
-    for (const OddSetting& odd : told->second) {
+    for (const OddSetting& odd : reported->second) {
       if ((odd.one == configured && kept(odd.other)) || (odd.other == configured && kept(odd.one))) return odd.index;
     }
     return kNoFinding;
@@ -193,27 +275,27 @@ class SyncCycleMismatch final : public Rule {
 
   void Observed(SlaveId id) {
     const model::SlaveModel& slave = context().slave(id);
-    // Of a run that ended without a judgement the settings still say that there was something to judge.
+    // Of a run that ended unevaluated the settings still show that there was something to evaluate.
     const sync::DcUnit& unit = context().sync().dc(id);
     const bool ended = context().sync().outputs(id).rate.cycles() == 0;
     const auto& settings = ended ? unit.told() : unit.last_active();
     const auto interpolation = model::InterpolationTime(slave);
     const auto drive = DriveCycle(slave);
     TimeNs configured = 0;
-    std::string what = "SYNC0 cycle (0x09A0)";
+    Value setting = arg::Of(what::kSync0Cycle);
     if (settings && settings->activation.sync0() && settings->sync0_cycle_ns.value_or(0) > 0) {
       configured = *settings->sync0_cycle_ns;
     } else if (interpolation && slave.profile->sync.cycle_by_60c2.value.value_or(false)) {
       configured = *interpolation;
-      what = "interpolation time (60C2h)";
+      setting = arg::Of(kInterpolation);
     } else if (drive) {
       configured = *drive;
-      what = slave.profile->sync.cycle_count->keyword;
+      setting = arg::Text(slave.profile->sync.cycle_count->keyword);
     }
     if (configured == 0) return;
     const sync::OutputWatch& outputs = context().sync().outputs(id);
     if (outputs.rate.cycles() < kEnoughCycles) {
-      NotEvaluable(id, "fewer than 50 cycles of process data in OP to compare the configured cycle with");
+      NotEvaluable(id, ReasonCode::kTooFew, kCyclesInOp);
       return;
     }
     if (!context().sync().Uncertainty(outputs.rate.base())) {
@@ -227,31 +309,27 @@ class SyncCycleMismatch final : public Rule {
     const double off = std::abs(ratio / nearest - 1);
     if (off <= kTolerance) return;
     if (off - outputs.rate.JitterShare() <= kTolerance) {
-      NotEvaluable(id, "the process data come too irregularly to tell their cycle");
+      NotEvaluable(id, ReasonCode::kTooIrregular, what::kProcessDataTiming);
       return;
     }
     const bus::PairingStatistics& pairing = context().pairing();
     if (pairing.gaps > 0 && outputs.rate.last().number > pairing.first_gap.number) {
-      NotEvaluable(id, "the capture misses frames, in which another cycle may have been set", pairing.first_gap.number);
+      NotEvaluable(id, ReasonCode::kCaptureGap, kConfiguredCycle, pairing.first_gap.number);
       return;
     }
     if (Repeat(id, 3, outputs.rate.first()) != kNoFinding) return;
-    Finding finding;
-    finding.slave = id;
-    finding.first = outputs.rate.first();
+    Finding finding = Found(kProcessData, id, outputs.rate.first());
     finding.last = outputs.rate.last();
-    finding.caused_by = ToldOfSetting(id, configured, mean);
+    finding.caused_by = CauseOf(id, configured, mean);
     if (settings) AddRelated(finding, settings->frame.number);
-    const std::string cycle = Duration(static_cast<std::int64_t>(mean));
-    finding.title = "Process data come every " + cycle + ", but the cycle is configured as " + Duration(configured);
-    finding.message =
-        "In OP the outputs of this slave come every " + cycle + " in the mean of " + Grouped(outputs.rate.cycles()) +
-        " cycles, " + std::string(BaseText(outputs.rate.base())) + "; the " + what + " is " +
-        std::to_string(configured) + " ns" +
-        (one_each ? ", and the drive expects one frame in each cycle." : ", neither a multiple nor a part.") +
-        " Let the master run with the configured cycle, or configure the one it runs with.";
-    finding.evidence = {Real("observed_us", mean / 1e3), Real("configured_us", static_cast<double>(configured) / 1e3),
-                        Text("time_base", std::string(sync::Name(outputs.rate.base())))};
+    finding.Set("observed_us", arg::Us(static_cast<TimeNs>(mean)))
+        .Set("configured_us", arg::Us(configured))
+        .Set("configured_ns", arg::Number(configured))
+        .Set("setting", std::move(setting))
+        .Set("cycles", arg::Count(outputs.rate.cycles(), "cycle"))
+        .Set("end_frame", arg::Frame(outputs.rate.last().number))
+        .Set("time_base", arg::Of(WordOf(outputs.rate.base())))
+        .Set("one_per_cycle", arg::Flag(one_each));
     Report(3, std::move(finding));
   }
 
@@ -263,7 +341,7 @@ class SyncCycleMismatch final : public Rule {
 
   std::map<SlaveId, FrameRef> changed_in_op_;
   std::map<SlaveId, std::vector<OddSetting>> odd_settings_;
-  std::set<SlaveId> judged_;  // in a run that has ended
+  std::set<SlaveId> evaluated_;  // in a run that has ended
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncCycleMismatch>};

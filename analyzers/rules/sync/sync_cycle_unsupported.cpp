@@ -10,45 +10,92 @@
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_events.h"
 #include "analyzers/sync/sync_model.h"
-#include "analyzers/words/al_text.h"
-#include "decoder/base/text.h"
 
 namespace ecaudit::sync_cycle_unsupported {
 namespace {
 
-/// The observed cycle is judged from this many cycles in OP on.
+/// The observed cycle is evaluated from this many cycles in OP on.
 constexpr std::uint64_t kEnoughCycles = 100;
+
+constexpr Word kCycleTimes{"cycle-times", "the cycle times that the drive supports", true};
+constexpr Word kInterpolationTime{"interpolation-time", "the interpolation time (60C2h)"};
+
+constexpr FindingKind kSinglePulse{
+    .name = "single-pulse",
+    .title = "SYNC0 is switched on with a cycle of 0: a single pulse",
+    .message = R"({frame} switches SYNC0 on while its cycle (0x09A0) is {sync0_cycle_ns} ns, which means a single pulse.
+The drive needs a pulse in every cycle.)",
+    .next = "Write the cycle time before 0x0981."};
+
+constexpr FindingKind kTooShort{
+    .name = "too-short",
+    .title = "{setting} is {cycle_ns} ns, less than {cycle_min_ns}",
+    .message = R"({setting} is {cycle_ns} ns when {frame} [{?at_sync0}switches SYNC0 on][{!at_sync0}requests OP]. [The
+manual ({manual})][{!manual}The EtherCAT standard] requires at least {cycle_min_ns}[ and multiples of
+{cycle_base_ns}].)",
+    .next = "Choose a supported cycle, the same for SYNC0, 60C2h and the process data.",
+    .identity = "setting"};
+
+constexpr FindingKind kNoMultiple{
+    .name = "no-multiple",
+    .title = "{setting} is {cycle_ns} ns, no multiple of {cycle_base_ns}",
+    .message = R"({setting} is {cycle_ns} ns when {frame} [{?at_sync0}switches SYNC0 on][{!at_sync0}requests OP]. [The
+manual ({manual})][{!manual}The EtherCAT standard] requires [at least {cycle_min_ns} and ]multiples of
+{cycle_base_ns}.)",
+    .next = "Choose a supported cycle, the same for SYNC0, 60C2h and the process data.",
+    .identity = "setting"};
+
+constexpr FindingKind kFramesTooFast{
+    .name = "frames-too-fast",
+    .title = "Process data every {cycle_us}, but the shortest cycle is {cycle_min_ns}",
+    .message = R"(In OP the outputs come every {cycle_us} (mean of {cycles}, by {time_base}). [The manual
+({manual})][{!manual}The EtherCAT standard] gives {cycle_min_ns} as the shortest cycle.)",
+    .next = "Choose a longer cycle."};
+
+constexpr FindingKind kFramesNoMultiple{
+    .name = "frames-no-multiple",
+    .title = "Process data every {cycle_us}, no multiple of {cycle_base_ns}",
+    .message = R"(In OP the outputs come every {cycle_us} (mean of {cycles}, by {time_base}). The nearest multiple of
+{cycle_base_ns} is {nearest_us}. [The manual ({manual})][{!manual}The EtherCAT standard] lets the drive follow a
+deviation of {pll_range_ppm} ppm.)",
+    .next = "Choose a multiple as the cycle of the master, or do not let the drive synchronise to it."};
+
+constexpr const FindingKind* kKinds[] = {&kSinglePulse, &kTooShort, &kNoMultiple, &kFramesTooFast, &kFramesNoMultiple};
 
 constexpr RuleInfo kInfo{
     .id = "sync-cycle-unsupported",
     .group = "Synchronisation",
     .severity = Severity::kError,
-    .title = "The cycle time is one that the drive does not support",
-    .needs = "the family's cycle times; SYNC0 cycle, object 60C2h or the rhythm of the process data",
+    .title = "The drive does not support the cycle time",
+    .needs = "the cycle times of the family; SYNC0 cycle, object 60C2h or the rhythm of the process data",
     .source = "AKD-2011, 4.8 and 4.9; AKD-2010, 4.8 and 4.9; MKD, 4.9 and 4.10; PILZ, 4.6 and 4.7",
+    .kinds = kKinds,
     .doc = R"(
 ## What it checks
-The SYNC0 cycle (0x09A0) when SYNC is switched on, and the interpolation time (60C2h) when OP is requested: not
-shorter than the family's shortest cycle (250 us), and a multiple of its base (62.5 us for AKD and MKD, 250 us for
-Pilz). Process data in OP must not come faster than the shortest cycle either; and where neither SYNC0 nor 60C2h
-says which cycle is meant, they must come at a multiple of the base, as near as the drive can follow.
+- The SYNC0 cycle (0x09A0) when SYNC0 is switched on, and the interpolation time (60C2h) when OP is requested. Both must
+  not be shorter than the shortest cycle of the family (250 us), and must be a multiple of its base (62.5 us for AKD and
+  MKD, 250 us for Pilz).
+- Process data in OP: they must not come faster than the shortest cycle.
+- If neither SYNC0 nor 60C2h gives the cycle, process data must come at a multiple of the base, as near as the drive can
+  follow.
 
 ## Why it matters
-The drive cannot follow a cycle that is no multiple of its own: it refuses to synchronise, or its trajectory has
-steps.
+The drive cannot follow a cycle that is no multiple of its own: it refuses to synchronise, or its trajectory has steps.
 
 ## How it is decided
-SYNC0 cycle and 60C2h are exact numbers that the master wrote. The observed cycle is a mean over at least 100 cycles
-in OP: too short with a tenth as margin, since its exact value depends on the clock; no multiple of the base when it
-is further from the nearest one than the drive's PLL range and the precision of the clock (100 ppm) together. That is
-inferred: the drive may be set not to synchronise. Where most cycles do keep to a multiple, the master is only late now
-and then. A configured cycle is compared by sync-rate-deviation instead.
+- SYNC0 cycle and 60C2h are exact numbers that the master wrote.
+- The observed cycle is a mean over at least 100 cycles in OP.
+- It is too short if it is below nine tenths of the shortest cycle: the exact value depends on the clock.
+- It is no multiple if it differs from the nearest one by more than the PLL range of the drive and the precision of the
+  clock (100 ppm) together. That is inferred: the drive may be configured not to synchronise.
+- If most cycles keep to a multiple, the master is only late now and then. That is not reported.
+- If a cycle is configured, sync-rate-deviation compares it.
 
 ## Example
 tests/rules/sync-cycle-unsupported/violates.trace
 
 ## What to do
-Choose a cycle from the manual's list, and set 60C2h and the SYNC0 cycle to the same time.
+Choose a cycle from the list in the manual, and set 60C2h and the SYNC0 cycle to the same time.
 )"};
 
 class SyncCycleUnsupported final : public Rule {
@@ -62,11 +109,11 @@ class SyncCycleUnsupported final : public Rule {
   void On(const sync::SyncSwitchedOn& e) {
     if (!e.activation.sync0()) return;
     if (!e.sync0_cycle_ns) {
-      NotEvaluable(e.slave, "SYNC0 cycle (0x09A0) not known", e.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kSync0Cycle, e.frame.number);
       return;
     }
     if (*e.sync0_cycle_ns != 0) {
-      Check(e.slave, *e.sync0_cycle_ns, "SYNC0 cycle (0x09A0)", e.frame, 0);
+      Check(e.slave, *e.sync0_cycle_ns, what::kSync0Cycle, e.frame, 0);
     } else if (!context().slave(e.slave).profile->sync.source_with_dc.empty()) {
       ReportSinglePulse(e);
     }
@@ -75,7 +122,7 @@ class SyncCycleUnsupported final : public Rule {
   void On(const model::AlRequestJudged& e) {
     if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
     const auto cycle = model::InterpolationTime(context().slave(e.slave));
-    if (cycle) Check(e.slave, *cycle, "interpolation time (60C2h)", e.request.frame, 1);
+    if (cycle) Check(e.slave, *cycle, kInterpolationTime, e.request.frame, 1);
   }
 
   void On(const sync::RateEnded& e) { Observed(e.slave); }
@@ -87,17 +134,11 @@ class SyncCycleUnsupported final : public Rule {
  private:
   /// The drive waits for a pulse in every cycle.
   void ReportSinglePulse(const sync::SyncSwitchedOn& e) {
-    constexpr std::uint64_t kSinglePulse = 4;
-    if (Repeat(e.slave, kSinglePulse, e.frame) != kNoFinding) return;
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.frame;
-    finding.title = "SYNC0 is switched on with a cycle of 0: one pulse, and no more";
-    finding.message = "In frame " + std::to_string(e.frame.number) +
-                      " SYNC0 is switched on while its cycle (0x09A0) is 0, which means a single pulse. The drive "
-                      "synchronises to one in every cycle: write the cycle time before 0x0981.";
-    finding.evidence = {Number("sync0_cycle_ns", 0)};
-    Report(kSinglePulse, std::move(finding));
+    constexpr std::uint64_t kKey = 4;
+    if (Repeat(e.slave, kKey, e.frame) != kNoFinding) return;
+    Finding finding = Found(kSinglePulse, e.slave, e.frame);
+    finding.Set("sync0_cycle_ns", arg::Number(0));
+    Report(kKey, std::move(finding));
   }
 
   void Observed(SlaveId id) {
@@ -111,19 +152,19 @@ class SyncCycleUnsupported final : public Rule {
       return;
     }
     if (Repeat(id, 2, outputs.rate.first()) != kNoFinding) return;
-    Finding finding;
-    finding.slave = id;
-    finding.first = outputs.rate.first();
+    Finding finding = Found(kFramesTooFast, id, outputs.rate.first());
     finding.last = outputs.rate.last();
     finding.reference = ReferenceTo(family.cycle_min.source);
-    const std::string cycle = Duration(static_cast<std::int64_t>(mean));
-    finding.title = "Process data come every " + cycle + ", faster than the drive supports";
-    finding.message = "In OP the outputs come every " + cycle + " in the mean of " + Grouped(outputs.rate.cycles()) +
-                      " cycles, " + std::string(BaseText(outputs.rate.base())) + ". " +
-                      LawText(*context().slave(id).profile) + " gives " + Duration(*family.cycle_min) +
-                      " as the shortest cycle. Choose a longer cycle.";
-    finding.evidence = {Real("cycle_us", mean / 1e3), Number("cycle_min_ns", *family.cycle_min)};
+    SetObserved(finding, outputs);
+    finding.Set("cycle_min_ns", arg::Ns(*family.cycle_min));
+    SetManual(finding, *context().slave(id).profile);
     ReportOnce(id, 2, static_cast<TimeNs>(mean), std::move(finding));
+  }
+
+  static void SetObserved(Finding& finding, const sync::OutputWatch& outputs) {
+    finding.Set("cycle_us", arg::Us(static_cast<TimeNs>(outputs.rate.mean_ns())))
+        .Set("cycles", arg::Count(outputs.rate.cycles(), "cycle"))
+        .Set("time_base", arg::Of(WordOf(outputs.rate.base())));
   }
 
   /// @param mean  observed cycle in ns, not shorter than the family supports
@@ -143,29 +184,23 @@ class SyncCycleUnsupported final : public Rule {
     const double usual_nearest = std::max(std::round(usual / base), 1.0) * base;
     if (std::abs(usual / usual_nearest - 1) * 1e6 <= *family.pll_range_ppm) return;
     if (Repeat(id, 3, outputs.rate.first()) != kNoFinding) return;
-    Finding finding;
-    finding.slave = id;
-    finding.first = outputs.rate.first();
+    Finding finding = Found(kFramesNoMultiple, id, outputs.rate.first());
     finding.last = outputs.rate.last();
     finding.confidence = Confidence::kInferred;
     finding.reference = ReferenceTo(family.cycle_base.source);
-    const std::string cycle = Duration(static_cast<std::int64_t>(mean));
-    finding.title = "Process data come every " + cycle + ", no multiple of " + Duration(*family.cycle_base);
-    finding.message = "In OP the outputs come every " + cycle + " in the mean of " + Grouped(outputs.rate.cycles()) +
-                      " cycles, " + std::string(BaseText(outputs.rate.base())) + "; the nearest multiple of " +
-                      Duration(*family.cycle_base) + " is " + Duration(static_cast<std::int64_t>(nearest)) + ". " +
-                      LawText(*slave.profile) + " lets the drive follow " + std::to_string(*family.pll_range_ppm) +
-                      " ppm. Choose a multiple as the master's cycle, or do not let the drive synchronise to it.";
-    finding.evidence = {Real("cycle_us", mean / 1e3), Number("cycle_base_ns", *family.cycle_base),
-                        Number("pll_range_ppm", *family.pll_range_ppm)};
+    SetObserved(finding, outputs);
+    finding.Set("cycle_base_ns", arg::Ns(*family.cycle_base))
+        .Set("nearest_us", arg::Us(static_cast<TimeNs>(nearest)))
+        .Set("pll_range_ppm", arg::Number(*family.pll_range_ppm));
+    SetManual(finding, *slave.profile);
     Report(3, std::move(finding));
   }
 
-  void Check(SlaveId id, TimeNs cycle, const std::string& what, const FrameRef& frame, std::uint64_t kind) {
+  void Check(SlaveId id, TimeNs cycle, const Word& setting, const FrameRef& frame, std::uint64_t kind) {
     const device::DeviceDescription& profile = *context().slave(id).profile;
     const device::SyncDescription& family = profile.sync;
     if (!family.cycle_min.value && !family.cycle_base.value) {
-      NotEvaluable(id, "the profile states no cycle times", frame.number);
+      NotEvaluable(id, ReasonCode::kNotInProfile, kCycleTimes, frame.number);
       return;
     }
     const bool short_cycle = family.cycle_min.value && cycle < *family.cycle_min;
@@ -174,28 +209,18 @@ class SyncCycleUnsupported final : public Rule {
     const std::uint64_t key = kind << 62U | static_cast<std::uint64_t>(cycle);
     if (Repeat(id, key, frame) != kNoFinding) return;
     const auto& broken = short_cycle ? family.cycle_min : family.cycle_base;
-    Finding finding;
-    finding.slave = id;
-    finding.first = frame;
+    Finding finding = Found(short_cycle ? kTooShort : kNoMultiple, id, frame);
     finding.reference = ReferenceTo(broken.source);
-    finding.title =
-        "The " + what + " is " + Duration(cycle) +
-        (short_cycle ? ", shorter than the drive supports" : ", no multiple of " + Duration(*family.cycle_base));
-    finding.message = "When frame " + std::to_string(frame.number) + " puts it to use, the " + what + " is " +
-                      std::to_string(cycle) + " ns. " + LawText(profile) + " requires ";
-    if (family.cycle_min.value) finding.message += "at least " + Duration(*family.cycle_min);
-    if (family.cycle_base.value) {
-      finding.message +=
-          (family.cycle_min.value ? " and " : "") + std::string("multiples of ") + Duration(*family.cycle_base);
-    }
-    finding.message += ". Choose such a cycle for SYNC0, 60C2h and the process data alike.";
-    finding.evidence = {Number("cycle_ns", cycle)};
-    if (family.cycle_min.value) finding.evidence.push_back(Number("cycle_min_ns", *family.cycle_min));
-    if (family.cycle_base.value) finding.evidence.push_back(Number("cycle_base_ns", *family.cycle_base));
+    finding.Set("setting", arg::Of(setting))
+        .Set("cycle_ns", arg::Number(cycle))
+        .Set("at_sync0", arg::Flag(&setting == &what::kSync0Cycle));
+    if (family.cycle_min.value) finding.Set("cycle_min_ns", arg::Ns(*family.cycle_min));
+    if (family.cycle_base.value) finding.Set("cycle_base_ns", arg::Ns(*family.cycle_base));
+    SetManual(finding, profile);
     ReportOnce(id, key, cycle, std::move(finding));
   }
 
-  /// The same cycle, wherever it shows next, follows from where it showed first.
+  /// The same cycle in another place has its first place as its cause.
   void ReportOnce(SlaveId id, std::uint64_t key, TimeNs cycle, Finding finding) {
     constexpr TimeNs kSame = 20;  // its part by which the mean of frames may differ
     const auto first = first_.find(id);

@@ -9,7 +9,6 @@
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_events.h"
 #include "analyzers/sync/sync_model.h"
-#include "decoder/base/text.h"
 #include "decoder/base/time.h"
 #include "decoder/esc/dc_registers.h"
 #include "decoder/esc/register_addresses.h"
@@ -22,10 +21,42 @@ namespace {
 constexpr EscAddress kControlEnd = 0x0936;
 constexpr std::int64_t kDefaultLimit = 1000;
 constexpr TimeNs kSettleTime = 5'000'000'000;
-/// 0x092C is the mean over so many times (0x0934 after power-on), and begins with 0.
+/// 0x092C is the mean over this many distributions (0x0934 after power-on), and begins with 0.
 constexpr std::uint64_t kFilter = 16;
 /// Longer than any line of slaves delays a frame, wherever on it the capture was taken.
 constexpr TimeNs kLongestLine = 1'000'000;
+
+constexpr Word kDifference{"time-difference", "the time difference (0x092C) in SAFEOP or OP"};
+constexpr Word kLaterDifference{"time-difference-while-distributed",
+                                "the time difference (0x092C) while the system time was distributed"};
+
+constexpr FindingKind kClockOff{
+    .name = "clock-off",
+    .title = "Clock is {difference_ns} away from the system time (limit {limit_ns})",
+    .message =
+        R"(The time difference (0x092C) reads {difference_ns} in {frame}, in SAFEOP or OP and after settling. Up to
+{limit_ns} is usual.)",
+    .next =
+        R"(Check that ARMW, FRMW or BWR of 0x0910 distributes the system time in each cycle. Check the offset (0x0920)
+and the propagation delay (0x0928).)"};
+
+constexpr FindingKind kClockOfOneOff{
+    .name = "clock-of-one-off",
+    .title = "Clock of one slave is {at_least_ns} or more away from the system time",
+    .message = R"(A broadcast read of the time difference (0x092C) gives {difference_or_ns} ns in {frame}, the OR over
+{slaves}. So at least one of them is {at_least_ns} or more away, in SAFEOP or OP and after settling. Up to {limit_ns}
+is usual.)",
+    .next = "Read 0x092C of each slave to find it."};
+
+constexpr FindingKind kDelayTooLong{
+    .name = "delay-too-long",
+    .title = "Propagation delay is {delay_ns}, but a round trip takes {round_trip_ns}",
+    .message = R"(In {frame} the propagation delay (0x0928) is {delay_ns}. Frames with process data return after
+{round_trip_ns}, so their way to this slave cannot take longer. The system time and the SYNC0 of this slave are off by
+the difference. 0x092C does not show that.)",
+    .next = "Compute the delay from receive times (0x0900) that were latched and read together."};
+
+constexpr const FindingKind* kKinds[] = {&kClockOff, &kClockOfOneOff, &kDelayTooLong};
 
 constexpr RuleInfo kInfo{.id = "sync-difference-large",
                          .group = "Synchronisation",
@@ -34,29 +65,33 @@ constexpr RuleInfo kInfo{.id = "sync-difference-large",
                          .title = "The clock of a slave stays away from the system time",
                          .needs = "reads of the time difference 0x092C in SAFEOP or OP while the time is distributed",
                          .source = "ESC-1, distributed clocks, system time difference 0x092C",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-The magnitude of 0x092C, the mean difference between a slave's copy of the system time and the time it receives,
-while the slave is in SAFEOP or OP: more than 1 us after it settled. And the propagation delay (0x0928) of a slave with
-SYNC0: it is part of its clock, and no 0x092C shows that it is wrong.
+- The magnitude of 0x092C while the slave is in SAFEOP or OP: more than 1 us after it settled. 0x092C is the mean
+  difference between the slave's copy of the system time and the time that it receives.
+- The propagation delay (0x0928) of a slave with SYNC0. The delay is part of its clock, and 0x092C does not show that it
+  is wrong.
 
 ## Why it matters
-SYNC0 of this slave is off by that much against the other axes. It also shows a wrong propagation delay, a drifting
-clock that is not compensated, or a control loop that does not settle.
+SYNC0 of this slave is off by that much against the other axes. Possible causes are a wrong propagation delay, a
+drifting clock without compensation, and a control loop that does not settle.
 
 ## How it is decided
-A slave has settled once a read was within the limit, or 5 s after the first read, counted anew when offset, delay or
-the control loop (0x0920-0x0935) are written. A read counts only once the time was distributed 16 times since (ARMW,
-FRMW or BWR of 0x0910): before, 0x092C is 0 or old. Only bits 0-30 count: what bit 31 means differs between the
-manuals. A broadcast read is the OR over all slaves; there at least half of the value must be true of some slave. The
-limit in ns is configurable: sync-difference-large. A propagation delay is wrong for certain when it is longer than 1
-ms and than the whole round trip of the frames with process data, by good stamps.
+- A slave has settled when a read was within the limit, or 5 s after the first read. This starts again when offset,
+  delay or the control loop (0x0920 to 0x0935) are written.
+- A read counts once the time was distributed 16 times since (ARMW, FRMW or BWR of 0x0910). Before, 0x092C is 0 or old.
+- Only bits 0 to 30 count: the manuals differ on bit 31.
+- A broadcast read is the OR over all slaves. At least half of its value must be true of one slave.
+- The limit in ns is configurable: sync-difference-large.
+- A propagation delay is certainly wrong if it is longer than 1 ms and than the whole round trip of the frames with
+  process data, by good stamps.
 
 ## Example
 tests/rules/sync-difference-large/violates.trace
 
 ## What to do
-Check that ARMW, FRMW or BWR of 0x0910 runs in each cycle, and that offset and delay were computed after the last
+Check that ARMW, FRMW or BWR of 0x0910 runs in each cycle. Check that offset and delay were computed after the last
 change of the topology. Let the start-up wait until 0x092C is small.
 )"};
 
@@ -64,7 +99,7 @@ class SyncDifferenceLarge final : public Rule {
  public:
   SyncDifferenceLarge() : Rule(kInfo) {
     Subscribe<track::SlaveAccess>(&SyncDifferenceLarge::On,
-                             MemoryRange::Of(esc::kSystemTimeOffset, kControlEnd - esc::kSystemTimeOffset));
+                                  MemoryRange::Of(esc::kSystemTimeOffset, kControlEnd - esc::kSystemTimeOffset));
     Subscribe<track::Answered>(&SyncDifferenceLarge::On, MemoryRange::Of(esc::kSystemTimeDifference, 4));
     Subscribe<sync::SlaveRunEnded>(&SyncDifferenceLarge::On);
   }
@@ -96,15 +131,8 @@ class SyncDifferenceLarge final : public Rule {
     if (!IsDistributed(slave)) return;
     if (!Settled(slave, access.frame(), magnitude)) return;
     if (Repeat(access.slave, 0, access.frame()) != kNoFinding) return;
-    Finding finding;
-    finding.slave = access.slave;
-    finding.first = access.frame();
-    finding.title = "Clock is " + Duration(magnitude) + " away from the system time";
-    finding.message = "0x092C reads " + Duration(magnitude) + " in frame " + std::to_string(access.frame().number) +
-                      ", in operation and after settling; up to " + Duration(LimitNs()) +
-                      " is usual. Check the distribution of the system time (ARMW, FRMW or BWR of 0x0910 in each "
-                      "cycle), the offset and the propagation delay.";
-    finding.evidence = {Number("difference_ns", magnitude), Number("limit_ns", LimitNs())};
+    Finding finding = Found(kClockOff, access.slave, access.frame());
+    finding.Set("difference_ns", arg::Ns(magnitude)).Set("limit_ns", arg::Ns(LimitNs()));
     Report(0, std::move(finding));
   }
 
@@ -121,15 +149,11 @@ class SyncDifferenceLarge final : public Rule {
     any_.read = true;
     if (!IsDistributed(any_)) return;
     if (!Settled(any_, e.returned, of_some) || Repeat(kNoSlave, 1, e.returned) != kNoFinding) return;
-    Finding finding;
-    finding.first = e.returned;
-    finding.title = "Clock of some slave is at least " + Duration(of_some) + " away from the system time";
-    finding.message = "A broadcast read of 0x092C gives " + std::to_string(all) + " ns in frame " +
-                      std::to_string(e.returned.number) + ", the OR over " + Count(e.wkc, "slave") +
-                      ": one of them is at least " + Duration(of_some) +
-                      " off, in operation and after settling; up to " + Duration(LimitNs()) +
-                      " is usual. Read 0x092C of each slave to find it.";
-    finding.evidence = {Number("difference_or_ns", all), Number("limit_ns", LimitNs())};
+    Finding finding = Found(kClockOfOneOff, kNoSlave, e.returned);
+    finding.Set("difference_or_ns", arg::Number(all))
+        .Set("limit_ns", arg::Ns(LimitNs()))
+        .Set("at_least_ns", arg::Ns(of_some))
+        .Set("slaves", arg::Count(e.wkc, "slave"));
     Report(1, std::move(finding));
   }
 
@@ -137,13 +161,13 @@ class SyncDifferenceLarge final : public Rule {
     if (NotEvaluableWithoutReturns()) return;
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
-      // Of whichever run: that the last one ended in INIT makes nothing known.
+      // The clock of any run counts: the last one may have ended in INIT.
       if (!context().sync().dc(id).told()) continue;
       if (s < slaves_.size()) CheckDelay(id, slaves_[s]);
       const bool read = any_.read || (s < slaves_.size() && slaves_[s].read);
       const bool counted = any_.counted || (s < slaves_.size() && slaves_[s].counted);
-      if (!read) NotEvaluable(id, "the time difference 0x092C was not read in SAFEOP or OP");
-      if (read && !counted) NotEvaluable(id, "the time difference 0x092C was read only while no time was distributed");
+      if (!read) NotEvaluable(id, ReasonCode::kNotRead, kDifference);
+      if (read && !counted) NotEvaluable(id, ReasonCode::kNotRead, kLaterDifference);
     }
   }
 
@@ -156,7 +180,7 @@ class SyncDifferenceLarge final : public Rule {
     std::uint64_t distributed = 0;  ///< how often the time was when the clock was set up
     std::uint32_t delay_ns = 0;     ///< 0x0928
     FrameRef delay_frame;
-    FrameNo told_delay = 0;  ///< the frame of the one that was told of last
+    FrameNo reported_delay = 0;  ///< the frame of the last one that was checked and too long
   };
 
   [[nodiscard]] std::int64_t LimitNs() const { return context().Limit("sync-difference-large", kDefaultLimit); }
@@ -173,19 +197,11 @@ class SyncDifferenceLarge final : public Rule {
   void CheckDelay(SlaveId id, Slave& slave) {
     const std::optional<TimeNs> trip = context().sync().UsualRoundTrip();
     const TimeNs delay = slave.delay_ns;
-    if (!trip || delay <= std::max(*trip, kLongestLine) || slave.told_delay == slave.delay_frame.number) return;
-    slave.told_delay = slave.delay_frame.number;
+    if (!trip || delay <= std::max(*trip, kLongestLine) || slave.reported_delay == slave.delay_frame.number) return;
+    slave.reported_delay = slave.delay_frame.number;
     if (Repeat(id, 2, slave.delay_frame) != kNoFinding) return;
-    Finding finding;
-    finding.slave = id;
-    finding.first = slave.delay_frame;
-    finding.title = "Propagation delay of " + Duration(delay) + ", longer than a whole round trip";
-    finding.message = "In frame " + std::to_string(slave.delay_frame.number) + " the propagation delay (0x0928) is " +
-                      Duration(delay) + ", but frames with process data are back after " + Duration(*trip) +
-                      ": they cannot be under way to this slave for longer. Its system time and its SYNC0 are off by "
-                      "the difference, which 0x092C does not show. Compute the delay from receive times (0x0900) that "
-                      "were latched and read in one go.";
-    finding.evidence = {Number("delay_ns", delay), Number("round_trip_ns", *trip)};
+    Finding finding = Found(kDelayTooLong, id, slave.delay_frame);
+    finding.Set("delay_ns", arg::Ns(delay)).Set("round_trip_ns", arg::Ns(*trip));
     Report(2, std::move(finding));
   }
 

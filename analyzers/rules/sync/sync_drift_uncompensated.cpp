@@ -2,10 +2,8 @@
 
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
-#include "analyzers/judge/sync_text.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_model.h"
-#include "decoder/base/text.h"
 #include "decoder/base/time.h"
 #include "decoder/track/events.h"
 
@@ -13,32 +11,46 @@ namespace ecaudit::sync_drift_uncompensated {
 namespace {
 
 constexpr std::int64_t kDefaultLimit = 1'000'000'000;
-/// The slaves in OP are looked through once in so many frames.
-constexpr std::uint32_t kLookEvery = 32;
+/// The slaves in OP are checked once in this many frames.
+constexpr std::uint32_t kCheckEvery = 32;
 /// Process data further apart are two runs with a pause between them.
 constexpr TimeNs kPause = 100'000'000;
+
+constexpr Word kDistribution{"time-distribution", "the distribution of the system time"};
+
+constexpr FindingKind kNotDistributed{
+    .name = "not-distributed",
+    .title = "System time not distributed for {gap_ms} although SYNC0 is in use",
+    .message = R"([{slave_in_op} is in OP with SYNC0 since {since_frame}.][{!slave_in_op}The last distribution of the
+system time is in {since_frame}.] After it no slave answered ARMW, FRMW or BWR of 0x0910 for {gap_ms}; the limit is
+{limit_ms}. The clocks of the slaves drift apart.)",
+    .next = "Send FRMW of 0x0910 to the reference clock in each cycle."};
+
+constexpr const FindingKind* kKinds[] = {&kNotDistributed};
 
 constexpr RuleInfo kInfo{.id = "sync-drift-uncompensated",
                          .group = "Synchronisation",
                          .severity = Severity::kWarning,
                          .subject = Subject::kClock,
-                         .title = "Distributed clocks are in use in OP, but the system time is not distributed",
+                         .title = "SYNC0 is in use in OP, but the system time is not distributed",
                          .needs = "SYNC0 switched on and AL state OP of a slave, two slaves with clocks, time stamps",
                          .source = "ESC-1, distributed clocks, clock synchronisation and drift compensation",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-While a slave with SYNC0 is in OP: more than a second without ARMW or FRMW of the system time (0x0910),
-or BWR of a time that goes on from write to write.
+While a slave with SYNC0 is in OP, the system time must be distributed: by ARMW or FRMW of 0x0910, or by BWR of a time
+that increases from write to write. The rule reports more than a second without it.
 
 ## Why it matters
-Each slave has a quartz of its own. Without distribution the clocks drift apart by up to 0.1 ms a second, and with
-them the SYNC0 pulses: the axes lose their common time slowly and unnoticed.
+Each slave has its own quartz. Without distribution the clocks drift apart by up to 0.1 ms per second, and the SYNC0
+pulses with them. The axes slowly lose their common time.
 
 ## How it is decided
-At least two slaves showed a clock unit; with a single clock there is nothing to drift against. The time is that of
-the capture's stamps, counted from the last distribution or from when the slave was seen in OP with SYNC0 on, as far as
-process data were exchanged: pauses of 100 ms and more are left out, for the capture may have a hole there. The
-limit in ns is configurable: sync-drift-uncompensated.
+- At least two slaves showed a clock unit. A single clock cannot drift against another.
+- The time is that of the stamps of the capture. It counts from the last distribution, or from when the slave was seen
+  in OP with SYNC0 on.
+- Only time with process data counts. Pauses of 100 ms and more are left out: they may be capture gaps.
+- The limit in ns is configurable: sync-drift-uncompensated.
 
 ## Example
 tests/rules/sync-drift-uncompensated/violates.trace
@@ -55,7 +67,7 @@ class SyncDriftUncompensated final : public Rule {
   }
 
   void On(const track::LogicalAccess& e) {
-    // The last of several cycles is told once more, in full.
+    // The last of several cycles is reported once more, in full.
     if (!e.returned.seen() || e.returned.number > repeated_until_) Measure(e);
   }
   void On(const track::LogicalRepeated& e) {
@@ -67,7 +79,7 @@ class SyncDriftUncompensated final : public Rule {
 
  private:
   void Measure(const track::LogicalAccess& e) {
-    if (frames_++ % kLookEvery == 0) Look(e.frame());
+    if (frames_++ % kCheckEvery == 0) CheckUse(e.frame());
     if (!in_use_since_.has_time || !e.frame().has_time) return;
     const FrameRef& last = context().sync().clock().last_distribution();
     const FrameRef& from = last.has_time && last.number > in_use_since_.number ? last : in_use_since_;
@@ -87,35 +99,30 @@ class SyncDriftUncompensated final : public Rule {
     if (gap <= limit || e.frame().number <= from.number) return;
     const auto uncertainty = context().sync().Uncertainty(sync::TimeBase::kCapture);
     if (!uncertainty) {
-      if (!said_poor_)
-        NotEvaluable(kNoSlave, "time stamps too poor to measure the distribution of the system time by",
-                     e.frame().number);
-      said_poor_ = true;
+      if (!reported_coarse_) {
+        NotEvaluable(kNoSlave, ReasonCode::kStampsTooCoarse, kDistribution, e.frame().number);
+      }
+      reported_coarse_ = true;
       return;
     }
     if (gap - *uncertainty <= limit) return;
-    if (from.number == told_from_) {  // the same gap goes on
-      if (told_ != kNoFinding) context().store[told_].last = e.frame();
+    if (from.number == reported_from_) {  // the same gap goes on
+      if (reported_ != kNoFinding) context().store[reported_].last = e.frame();
       return;
     }
-    told_from_ = from.number;
-    told_ = Repeat(kNoSlave, 0, e.frame());
-    if (told_ != kNoFinding) return;
-    Finding finding;
-    finding.first = e.frame();
+    reported_from_ = from.number;
+    reported_ = Repeat(kNoSlave, 0, e.frame());
+    if (reported_ != kNoFinding) return;
+    Finding finding = Found(kNotDistributed, kNoSlave, e.frame());
     AddRelated(finding, from.number);
-    finding.title = "The system time is not distributed although SYNC0 is in use";
-    finding.message = "Since frame " + std::to_string(from.number) +
-                      (from.number == in_use_since_.number ? " " + context().Label(slave_) + " is in OP with SYNC0"
-                                                           : ", the last distribution,") +
-                      " no ARMW, FRMW or BWR of 0x0910 was answered for " + Duration(gap) +
-                      ". The clocks of the slaves drift apart. Send FRMW 0x0910 to the reference clock in each cycle.";
-    finding.evidence = {Real("gap_ms", static_cast<double>(gap) / 1e6),
-                        Real("limit_ms", static_cast<double>(limit) / 1e6)};
-    told_ = Report(0, std::move(finding));
+    finding.Set("gap_ms", arg::Ms(gap)).Set("limit_ms", arg::Ms(limit)).Set("since_frame", arg::Frame(from.number));
+    if (from.number == in_use_since_.number) {
+      finding.Set("slave_in_op", arg::Slave(slave_, context().Label(slave_)));
+    }
+    reported_ = Report(0, std::move(finding));
   }
 
-  void Look(const FrameRef& frame) {
+  void CheckUse(const FrameRef& frame) {
     std::size_t clocks = 0;
     SlaveId in_use = kNoSlave;
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
@@ -138,12 +145,12 @@ class SyncDriftUncompensated final : public Rule {
   std::uint32_t frames_ = 0;
   FrameRef in_use_since_;
   SlaveId slave_ = kNoSlave;
-  FrameNo told_from_ = 0;
-  FindingIndex told_ = kNoFinding;
+  FrameNo reported_from_ = 0;
+  FindingIndex reported_ = kNoFinding;
   FrameRef last_frame_;        ///< last process data
   FrameNo measured_from_ = 0;  ///< last distribution, or since when clocks are in use ...
   TimeNs gap_ = 0;             ///< ... and how long process data have been exchanged since
-  bool said_poor_ = false;
+  bool reported_coarse_ = false;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncDriftUncompensated>};

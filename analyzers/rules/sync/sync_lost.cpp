@@ -1,4 +1,6 @@
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "analyzers/judge/lossy_capture.h"
@@ -9,8 +11,6 @@
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_events.h"
 #include "analyzers/sync/sync_model.h"
-#include "analyzers/words/al_text.h"
-#include "decoder/base/text.h"
 #include "decoder/base/time.h"
 #include "decoder/track/events.h"
 
@@ -18,10 +18,30 @@ namespace ecaudit::sync_lost {
 namespace {
 
 constexpr std::uint16_t kWatchdogCode = 0x001B;
-/// A master that stops takes less until it asks for another state.
+/// A master that stops requests another state sooner.
 constexpr TimeNs kCertainPause = 100'000'000;
-constexpr const char* kMayBeHole =
-    "process data stop where nobody sent anything: the master was silent, or the capture has a hole there";
+
+constexpr Word kMissingFrames{"missing-frames", "the number of missing frames"};
+
+constexpr FindingKind kFramesMissing{
+    .name = "frames-missing",
+    .title = "{missing_frames} with process data missing, {tolerated_frames} tolerated[: {fault}]",
+    .message =
+        R"(From {before_frame} to {frame} outputs paused for {gap_ms} (+-{uncertainty_us} by {time_base}).[ In {frame}
+{pause_end}.] So {missing_frames} of the cycle of {cycle_us} {missing_frames?is|are} missing. [The manual
+({manual})][{!manual}The EtherCAT standard] lets the drive lose synchronisation[ ({fault})] when more than
+{tolerated_frames} are missing while it is enabled. The status word {status_word} shows that it was enabled.)",
+    .next = "Find out why the master paused."};
+
+constexpr FindingKind kCyclesOutside{
+    .name = "cycles-outside",
+    .title = "{consecutive} outside the permitted jitter[: {faults}]",
+    .message = R"({consecutive} had no process data within the permitted jitter: from {before_frame} to {frame}. [The
+manual ({manual})][{!manual}The EtherCAT standard] lets the drive lose synchronisation[ ({faults})] after {limit} such
+{limit?cycle|cycles} in a row.)",
+    .next = "Find out why the master was late or paused."};
+
+constexpr const FindingKind* kKinds[] = {&kFramesMissing, &kCyclesOutside};
 
 constexpr RuleInfo kInfo{
     .id = "sync-lost",
@@ -31,35 +51,43 @@ constexpr RuleInfo kInfo{
     .subject = Subject::kTiming,
     .title = "By its manual the drive must have lost synchronisation",
     .needs =
-        "AL state OP, FMMUs, a clock; for families that count missing frames: the status word, to know that the "
+        "AL state OP, FMMUs, a clock; for families that count missing frames: the status word, which shows that the "
         "drive is enabled",
     .source = "AKD-2011, 4.13; AKD-2010, 4.13; MKD, 3.4; PILZ, 4.8",
+    .kinds = kKinds,
     .doc = R"(
 ## What it checks
-The families' own criteria: AKD and MKD fault with F125 when more than seven frames with process data are missing
-while the drive is enabled. Pilz drives fault with F28 (or warn with n17) at the second consecutive cycle outside the
-permitted jitter, or without process data.
+The criteria of the families:
+
+- AKD and MKD fault with F125 when more frames with process data are missing than they tolerate (7), while the drive is
+  enabled.
+- Pilz drives fault with F28, or warn with n17, at the second consecutive cycle without process data or outside the
+  permitted jitter.
 
 ## Why it matters
-The drive stops the axis. The capture shows what the drive saw before it did.
+The drive stops the axis. The capture shows what the drive received before that.
 
 ## How it is decided
-Missing frames are those of a pause in OP: its length over the cycle (SYNC0, else 60C2h, else the usual distance of
-the frames), less one. One that never ends is judged from 100 ms on (or the watchdog that is set), until the master
-requests another state or the capture ends; behind a silence that may be a hole in the capture only what comes after
-counts. Frames that were sent and did not return may have arrived and do not count as missing. Enabled is the status
-word 6041h in the inputs before the pause: Operation enabled; where it is not mapped nothing is judged. The AKD's
-supervision can be switched off (FBUS.PARAM04): where the capture or --parameter shows it to be 0, or the limit lies
-within the uncertainty of the clock, nothing is said. A drive that is still enabled after 64 or more was not without
-frames: the capture has a hole there. After fewer it may have, too, where nobody sent anything and the indices of the
-frames do not tell that none are missing. A slave that left OP with 0x001B in the pause fell by its watchdog: that is
-told by sync-watchdog-margin. Pilz: as sync-window-violation judges each cycle.
+- Missing frames are those of a pause in OP: its length divided by the cycle, less one. The cycle is that of SYNC0, else
+  60C2h, else the usual distance of the frames.
+- A pause that never ends is evaluated from 100 ms on (or from the watchdog that is set). It counts until the master
+  requests another state or the capture ends. If its begin may be a capture gap, only the time after that counts.
+- Frames that never returned may have reached the drive. They do not count as missing.
+- Enabled means: the status word 6041h in the inputs before the pause is Operation enabled. If it is not mapped, nothing
+  is evaluated.
+- The supervision of the AKD can be switched off (FBUS.PARAM04). If the capture or --parameter shows 0, nothing is
+  reported.
+- If the limit lies within the uncertainty of the clock, nothing is reported.
+- If the drive is still enabled after 64 missing frames or more, the capture has a gap. With fewer it may have one if no
+  frame at all was captured in the pause, and the indices of the frames do not show that none are missing.
+- If the slave left OP with 0x001B in the pause, its watchdog expired. sync-watchdog-margin reports that.
+- Pilz: each cycle is evaluated as by sync-window-violation.
 
 ## Example
 samples/captures/sync-frames-missing.pcapng
 
 ## What to do
-Find the pause in the master named here. The finding shows how many missing frames the family tolerates (AKD and MKD: 7).
+Find the pause in the master. The finding shows how many missing frames the family tolerates (AKD and MKD: 7).
 )"};
 
 class SyncLost final : public Rule {
@@ -71,18 +99,18 @@ class SyncLost final : public Rule {
     Subscribe<sync::SyncSlotMiss>(&SyncLost::On);
   }
 
-  void On(const track::CaptureGap& e) { behind_hole_ = e.frame; }
+  void On(const track::CaptureGap& e) { after_gap_ = e.frame; }
 
-  void On(const sync::OutputGap& told) {
-    const model::SlaveModel& slave = context().slave(told.slave);
-    if (!told.fed_before) return;
-    const sync::OutputGap e = told.end == sync::OutputGap::End::kOutputs ? told : CertainPart(told);
+  void On(const sync::OutputGap& whole) {
+    const model::SlaveModel& slave = context().slave(whole.slave);
+    if (!whole.fed_before) return;
+    const sync::OutputGap e = whole.end == sync::OutputGap::End::kOutputs ? whole : CertainPart(whole);
     if (!slave.profile->sync.lost_after_missing.value && !slave.profile->sync.lost_after_jitter.value) return;
-    if (const char* reason = WhyOpen(e, slave); reason != nullptr) {
-      NotEvaluable(e.slave, reason, EndOf(e).number);
+    if (const std::optional<Reason> reason = WhyOpen(e, slave)) {
+      NotEvaluable(e.slave, *reason, EndOf(e).number);
       return;
     }
-    if (e.end != sync::OutputGap::End::kOutputs) JudgeOpen(e, slave);
+    if (e.end != sync::OutputGap::End::kOutputs) EvaluateOpen(e, slave);
     const auto& tolerated = slave.profile->sync.lost_after_missing;
     if (!tolerated.value) return;
     const auto supervision = model::ValueOf(slave, slave.profile->sync.supervision);
@@ -97,7 +125,8 @@ class SyncLost final : public Rule {
   }
 
   void Finish() override {
-    for (const Fall& fall : falls_) NameCause(context(), "al-unexpected-change", fall.slave, fall.frame, fall.cause);
+    for (const LeftOp& left : left_op_)
+      NameCause(context(), "al-unexpected-change", left.slave, left.frame, left.cause);
   }
 
   void On(const sync::ArrivalOff& e) {
@@ -111,50 +140,51 @@ class SyncLost final : public Rule {
     if (missing == 0 && !off) return;
     if (missing > 0) Extend(run, e.cycle - missing, e.cycle - 1, e.before);
     if (off) Extend(run, e.cycle, e.cycle, e.before);
-    Judge(e.slave, run, e.frame);
+    Evaluate(e.slave, run, e.frame);
   }
 
   void On(const sync::SyncSlotMiss& e) {
     const device::SyncDescription& family = context().slave(e.slave).profile->sync;
-    // Frames that crept over a pulse leave one interval empty, and nobody knows which.
+    // Frames that drifted across a pulse leave one interval empty, but it is not known which.
     if (!family.lost_after_jitter.value || e.crept > 0 || e.empty <= e.unreturned) return;
     if (IsHole(context().sync().outputs(e.slave), e.empty)) {
       NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kPauseOfDrive, e.frame.number);
       return;
     }
     Run run{e.empty - e.unreturned, 0, e.before};
-    Judge(e.slave, run, e.frame);
+    Evaluate(e.slave, run, e.frame);
   }
 
  private:
   static const FrameRef& EndOf(const sync::OutputGap& e) { return e.after.seen() ? e.after : e.fell; }
 
-  /// Of a pause that does not end: what lies behind a silence of the master that may be a hole in the capture. The
-  /// frames that come since then show that it goes on, and bring no process data.
-  [[nodiscard]] sync::OutputGap CertainPart(const sync::OutputGap& told) const {
-    sync::OutputGap e = told;
+  /// Of a pause that does not end: what comes after a possible capture gap. The frames since then show that the pause
+  /// goes on, and bring no process data.
+  [[nodiscard]] sync::OutputGap CertainPart(const sync::OutputGap& whole) const {
+    sync::OutputGap e = whole;
     const FrameRef& end = EndOf(e);
-    const bool doubtful = context().sync().outputs(e.slave).may_be_hole && behind_hole_.number > e.before.number;
-    if (!doubtful || !behind_hole_.has_time || !end.has_time) return e;
-    e.before = behind_hole_;
-    e.gap = {Elapsed(behind_hole_.time, end.time), sync::TimeBase::kCapture};
+    const bool doubtful = context().sync().outputs(e.slave).may_be_hole && after_gap_.number > e.before.number;
+    if (!doubtful || !after_gap_.has_time || !end.has_time) return e;
+    e.before = after_gap_;
+    e.gap = {Elapsed(after_gap_.time, end.time), sync::TimeBase::kCapture};
     e.uncertainty_ns = context().sync().Uncertainty(sync::TimeBase::kCapture);
     return e;
   }
 
-  /// Why a pause that does not end cannot be judged; null where it can, or ends.
-  [[nodiscard]] const char* WhyOpen(const sync::OutputGap& e, const model::SlaveModel& slave) const {
-    if (e.end == sync::OutputGap::End::kOutputs || e.fell.seen()) return nullptr;
+  /// Why a pause that does not end cannot be evaluated; nothing if it can, or ends.
+  [[nodiscard]] std::optional<Reason> WhyOpen(const sync::OutputGap& e, const model::SlaveModel& slave) const {
+    if (e.end == sync::OutputGap::End::kOutputs || e.fell.seen()) return std::nullopt;
     const bool asked = e.end == sync::OutputGap::End::kRequest;
     const bool in_op = asked ? slave.al.possible().contains(static_cast<std::uint8_t>(esc::AlState::OP))
                              : slave.al.SettledIn(esc::AlState::OP);
-    if (!in_op) return "process data stop, and whether the slave is in OP still is not known";
+    if (!in_op) return Reason::Of(ReasonCode::kNotInCapture, what::kAlState);
     const bool doubtful = context().sync().outputs(e.slave).may_be_hole && e.gap.ns < kCertainPause;
-    return doubtful ? kMayBeHole : nullptr;
+    // The master paused, or the capture has a gap.
+    return doubtful ? std::optional(Reason::Of(ReasonCode::kAmbiguous, what::kPause)) : std::nullopt;
   }
 
-  /// Where process data never come again no arrival tells of the cycles without them.
-  void JudgeOpen(const sync::OutputGap& e, const model::SlaveModel& slave) {
+  /// If process data never come again, no arrival shows the cycles without them.
+  void EvaluateOpen(const sync::OutputGap& e, const model::SlaveModel& slave) {
     if (!slave.profile->sync.lost_after_jitter.value) return;
     const TimeNs cycle = CycleOf(slave, e);
     if (cycle <= 0 || (e.fell.seen() && (!e.fell_code || *e.fell_code == kWatchdogCode))) return;
@@ -163,7 +193,7 @@ class SyncLost final : public Rule {
       return;
     }
     const TimeNs missing = (e.gap.ns - *e.uncertainty_ns) / cycle - 1 - static_cast<TimeNs>(e.unreturned);
-    if (missing > 0) Judge(e.slave, {static_cast<std::uint64_t>(missing), 0, e.before}, EndOf(e));
+    if (missing > 0) Evaluate(e.slave, {static_cast<std::uint64_t>(missing), 0, e.before}, EndOf(e));
   }
 
   [[nodiscard]] TimeNs CycleOf(const model::SlaveModel& slave, const sync::OutputGap& e) const {
@@ -175,8 +205,8 @@ class SyncLost final : public Rule {
     return interpolation ? *interpolation : e.nominal_ns;
   }
 
-  /// Frames that are certainly missing, where they are more than the drive tolerates and nothing else explains it.
-  /// Where that is open, it is said.
+  /// Frames that are certainly missing, if they are more than the drive tolerates and nothing else explains it. If that
+  /// is open, the reason is added.
   std::optional<TimeNs> Missing(const sync::OutputGap& e, TimeNs cycle, TimeNs limit) {
     // The frame after the pause is not missing, and neither are those that may have arrived.
     const auto missing_at = [&](TimeNs gap) {
@@ -190,21 +220,17 @@ class SyncLost final : public Rule {
     const TimeNs least = missing_at(e.gap.ns - *e.uncertainty_ns);
     if (least <= limit) {
       if (least + static_cast<TimeNs>(e.unreturned) > limit && OperationEnabled(e.status_word)) {
-        NotEvaluable(e.slave, "frames were sent in the pause whose fate is not in the capture", EndOf(e).number);
+        NotEvaluable(e.slave, ReasonCode::kNeverReturned, what::kWorkingDuringPause, EndOf(e).number);
       }
       if (missing_at(e.gap.ns + *e.uncertainty_ns) > limit) {
-        NotEvaluable(e.slave,
-                     "whether more than " + Count(static_cast<std::uint64_t>(limit), "frame") +
-                         " are missing lies within the clock's uncertainty",
-                     EndOf(e).number);
+        NotEvaluable(e.slave, ReasonCode::kWithinUncertainty, kMissingFrames, EndOf(e).number);
       }
       return std::nullopt;
     }
-    // The watchdog was faster, and the drive says so: sync-watchdog-margin tells of the pause.
+    // The watchdog was faster, as the drive reports: sync-watchdog-margin reports the pause.
     if (e.fell.seen() && (!e.fell_code || *e.fell_code == kWatchdogCode)) return std::nullopt;
     if (!e.status_word) {
-      NotEvaluable(e.slave, "whether the drive was enabled is not known: the status word is not in its known inputs",
-                   EndOf(e).number);
+      NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kStatusWord, EndOf(e).number);
       return std::nullopt;
     }
     if (!OperationEnabled(e.status_word)) return std::nullopt;
@@ -219,34 +245,23 @@ class SyncLost final : public Rule {
   [[nodiscard]] static Finding FindingOf(const sync::OutputGap& e, const model::SlaveModel& slave, TimeNs cycle,
                                          TimeNs missing) {
     const auto& tolerated = slave.profile->sync.lost_after_missing;
-    const TimeNs limit = *tolerated;
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = EndOf(e);
+    Finding finding = Found(kFramesMissing, e.slave, EndOf(e));
     AddRelated(finding, e.before.number);
     finding.reference = ReferenceTo(tolerated.source);
-    const std::string fault =
-        slave.profile->sync.lost_faults.empty() ? "loss of synchronisation" : slave.profile->sync.lost_faults.front();
-    const std::string frames = Count(static_cast<std::uint64_t>(missing), "frame");
-    finding.title = frames + " with process data missing: " + fault;
-    finding.message = "Between frame " + std::to_string(e.before.number) + " and frame " +
-                      std::to_string(EndOf(e).number) + WhereText(e.end) + " outputs paused for " + Duration(e.gap.ns) +
-                      PrecisionText(e.gap, *e.uncertainty_ns) + ": " + frames + " of the cycle of " + Duration(cycle) +
-                      " are missing. " + LawText(*slave.profile) + " lets the drive fault (" + fault +
-                      ") when more than " + std::to_string(limit) +
-                      " are missing while it is enabled, which the status word " + Hex(*e.status_word) +
-                      " says it was. Find out why the master paused.";
-    finding.evidence = {Number("missing_frames", missing), Number("tolerated_frames", limit),
-                        Real("gap_ms", static_cast<double>(e.gap.ns) / 1e6),
-                        Text("time_base", std::string(sync::Name(e.gap.base))),
-                        HexNumber("status_word", *e.status_word)};
+    finding.Set("missing_frames", arg::Count(static_cast<std::uint64_t>(missing), "frame"))
+        .Set("tolerated_frames", arg::Number(*tolerated))
+        .Set("gap_ms", arg::Ms(e.gap.ns))
+        .Set("uncertainty_us", arg::Us(*e.uncertainty_ns))
+        .Set("time_base", arg::Of(WordOf(e.gap.base)))
+        .Set("cycle_us", arg::Us(cycle))
+        .Set("status_word", arg::Hex(*e.status_word))
+        .Set("before_frame", arg::Frame(e.before.number));
+    const bool left_op = e.end == sync::OutputGap::End::kFell;
+    if (const Word* end = WordOf(e.end); end != nullptr && !left_op) finding.Set("pause_end", arg::Of(*end));
+    const std::vector<std::string>& faults = slave.profile->sync.lost_faults;
+    if (!faults.empty()) finding.Set("fault", arg::Text(faults.front()));
+    SetManual(finding, *slave.profile);
     return finding;
-  }
-
-  static std::string WhereText(sync::OutputGap::End end) {
-    if (end == sync::OutputGap::End::kCapture) return ", where the capture ends,";
-    if (end == sync::OutputGap::End::kRequest) return ", where the master requests another state,";
-    return "";
   }
 
   /// Consecutive cycles outside the window.
@@ -256,7 +271,7 @@ class SyncLost final : public Rule {
     FrameRef before;
   };
 
-  struct Fall {
+  struct LeftOp {
     SlaveId slave = kNoSlave;
     FrameNo frame = 0;
     FindingIndex cause = kNoFinding;
@@ -264,7 +279,7 @@ class SyncLost final : public Rule {
 
   void Remember(const sync::OutputGap& e, FindingIndex cause) {
     constexpr std::size_t kMost = 256;
-    if (falls_.size() < kMost) falls_.push_back({e.slave, e.fell.number, cause});
+    if (left_op_.size() < kMost) left_op_.push_back({e.slave, e.fell.number, cause});
   }
   Run& RunOf(SlaveId slave) {
     if (slave >= runs_.size()) runs_.resize(static_cast<std::size_t>(slave) + 1);
@@ -276,34 +291,27 @@ class SyncLost final : public Rule {
     run.last = last;
   }
 
-  void Judge(SlaveId id, const Run& run, const FrameRef& frame) {
+  void Evaluate(SlaveId id, const Run& run, const FrameRef& frame) {
     const device::DeviceDescription& profile = *context().slave(id).profile;
     const auto& limit = profile.sync.lost_after_jitter;
     if (run.length < *limit || Repeat(id, 1, frame) != kNoFinding) return;
-    Finding finding;
-    finding.slave = id;
-    finding.first = frame;
+    Finding finding = Found(kCyclesOutside, id, frame);
     AddRelated(finding, run.before.number);
     finding.reference = ReferenceTo(limit.source);
-    std::string names;
-    for (const std::string& fault : profile.sync.lost_faults) names += (names.empty() ? "" : ", ") + fault;
-    for (const std::string& warning : profile.sync.lost_warnings) names += (names.empty() ? "" : ", ") + warning;
-    finding.title = Count(run.length, "consecutive cycle") +
-                    " outside the window: " + (names.empty() ? "synchronisation lost" : names);
-    finding.message = "From frame " + std::to_string(run.before.number) + " to frame " + std::to_string(frame.number) +
-                      " " + Count(run.length, "consecutive cycle") +
-                      " had no process data within the permitted jitter. " + LawText(profile) +
-                      " lets the drive lose "
-                      "synchronisation (" +
-                      names + ") at the " + (*limit == 2 ? "second" : Ordinal(*limit)) +
-                      ". Find out why the master was late.";
-    finding.evidence = {Number("consecutive", static_cast<std::int64_t>(run.length)), Number("limit", *limit)};
+    finding.Set("consecutive", arg::Count(run.length, "consecutive cycle"))
+        .Set("limit", arg::Number(*limit))
+        .Set("before_frame", arg::Frame(run.before.number));
+    std::vector<Value> faults;
+    for (const std::string& fault : profile.sync.lost_faults) faults.push_back(arg::Text(fault));
+    for (const std::string& warning : profile.sync.lost_warnings) faults.push_back(arg::Text(warning));
+    if (!faults.empty()) finding.Set("faults", arg::List(std::move(faults)));
+    SetManual(finding, profile);
     Report(1, std::move(finding));
   }
 
-  FrameRef behind_hole_;  ///< the last frame before which the capture may have one
+  FrameRef after_gap_;  ///< the last frame before which the capture may have a gap
   std::vector<Run> runs_;
-  std::vector<Fall> falls_;
+  std::vector<LeftOp> left_op_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncLost>};

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "analyzers/judge/rule.h"
@@ -13,35 +14,73 @@
 namespace ecaudit::sync_not_activated {
 namespace {
 
+constexpr FindingKind kReached{
+    .name = "op-without-sync0",
+    .title = "OP reached with a SYNC0 cycle, but SYNC0 is off (0x0981 = {activation})",
+    .message =
+        R"(The master wrote a SYNC0 cycle (0x09A0) for this slave in {cycle_frame}. When {frame} shows OP, 0x0981 is
+{activation}. So the slave generates no SYNC0 and is not synchronised to the other axes.)",
+    .next = "Switch SYNC0 on after start time and cycle (0x0981 = 3), or leave the cycle 0."};
+
+constexpr FindingKind kRefused{
+    .name = "refused-without-sync0",
+    .title = "OP refused: SYNC0 has a cycle, but is off (0x0981 = {activation})",
+    .message = R"(The master wrote a SYNC0 cycle (0x09A0) for this slave in {cycle_frame}. When the slave refuses OP in
+{frame}, 0x0981 is {activation}. So the slave generates no SYNC0, and reports that it sees none (AL status code
+0x002d).)",
+    .next = "Switch SYNC0 on after start time and cycle (0x0981 = 3), or leave the cycle 0."};
+
+constexpr FindingKind kOtherCycle{
+    .name = "cycle-not-offered",
+    .title = "SYNC0 cycle of {sync0_cycle_ns} is in no operation mode of the ESI",
+    .message = R"(When {frame} shows OP, 0x0981 is {activation} with a SYNC0 cycle of {sync0_cycle_ns}
+({activation_frame}). The ESI of the device offers these values of 0x0981: {offered}[ and {more}].)",
+    .next = "Choose one of these operation modes in the configuration of the master."};
+
+constexpr FindingKind kOtherActivation{
+    .name = "activation-not-offered",
+    .title = "Activation 0x0981 = {activation} is in no operation mode of the ESI",
+    .message = R"(When {frame} shows OP, 0x0981 is {activation}[ with a SYNC0 cycle of {sync0_cycle_ns}]
+({activation_frame}). The ESI of the device offers these values of 0x0981: {offered}[ and {more}].)",
+    .next = "Choose one of these operation modes in the configuration of the master."};
+
+constexpr const FindingKind* kKinds[] = {&kReached, &kRefused, &kOtherCycle, &kOtherActivation};
+
 constexpr RuleInfo kInfo{.id = "sync-not-activated",
                          .group = "Synchronisation",
                          .severity = Severity::kWarning,
                          .subject = Subject::kClock,
-                         .title = "A SYNC0 cycle is configured, but SYNC0 never switched on before OP",
+                         .title = "A SYNC0 cycle is configured, but SYNC0 is off in OP",
                          .needs = "writes of 0x09A0 and 0x0981 of the slave, AL Status OP",
                          .source = "ESC-1, distributed clocks, SYNC signal generation; ETG2000, Dc/OpMode",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-A slave that reaches OP, or refuses it because it sees no SYNC0 (AL status code 0x002D), with a SYNC0 cycle (0x09A0)
-written for it, while cyclic operation (0x0981 bit 0) is off. With
-an ESI file (--esi): also SYNC0 and SYNC1 that are switched on in OP as none of its operation modes has it
-(AssignActivate, high byte; a cycle time that a mode fixes).
+A slave has a SYNC0 cycle (0x09A0), but its cyclic operation (0x0981 bit 0) is off:
+
+- when it reaches OP, or
+- when it refuses OP because it sees no SYNC0 (AL status code 0x002D).
+
+With an ESI file (--esi) also the activation in OP: SYNC0, SYNC1 and a fixed cycle time must be those of an operation
+mode of the device (AssignActivate, high byte).
 
 ## Why it matters
-The master meant to synchronise this drive; without activation no pulse comes. The drive runs by the arrival of the
+The master meant to synchronise this drive, but without activation no pulse comes. The drive follows the arrival of the
 frames, with all their jitter, or refuses to synchronise.
 
 ## How it is decided
-The cycle was written by the slave's own address (not by a broadcast) and is not 0, and 0x0981 is known to be off
-when AL Status shows OP after a request. Where 0x0981 was never seen nothing is said. Of AssignActivate the bits for
-cyclic operation, SYNC0 and SYNC1 count; the others are the master's own. A file without modes says nothing.
+- The master wrote the cycle to the address of this slave (not by a broadcast), and it is not 0.
+- 0x0981 is known to be off when AL Status shows OP after a request. If 0x0981 is not in the capture, nothing is
+  reported.
+- Of AssignActivate the bits for cyclic operation, SYNC0 and SYNC1 count. The other bits are the choice of the master.
+- An ESI file without operation modes is not compared.
 
 ## Example
 tests/rules/sync-not-activated/violates.trace
 
 ## What to do
 Write 0x0981 after start time and cycle: 3 for SYNC0, 7 for SYNC0 and SYNC1. With ESI or ENI this is the high byte of
-AssignActivate. If distributed clocks are not wanted, leave the cycle 0.
+AssignActivate. If you do not want distributed clocks, leave the cycle 0.
 )"};
 
 class SyncNotActivated final : public Rule {
@@ -55,7 +94,7 @@ class SyncNotActivated final : public Rule {
     const sync::DcUnit& unit = context().sync().dc(e.slave);
     if (!unit.cycle_configured().seen()) return;
     if (!unit.activation()) {
-      NotEvaluable(e.slave, "whether SYNC is switched on (0x0981) is not known", e.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kActivation, e.frame.number);
       return;
     }
     if (unit.activation()->active()) return refused ? void() : CompareWithEsi(e, unit);
@@ -80,21 +119,11 @@ class SyncNotActivated final : public Rule {
   };
 
   [[nodiscard]] static Finding Describe(const model::AlAnswered& e, const sync::DcUnit& unit, bool refused) {
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.frame;
+    Finding finding = Found(refused ? kRefused : kReached, e.slave, e.frame);
     AddRelated(finding, unit.cycle_configured().number);
     AddRelated(finding, e.request.frame.number);
-    finding.title = std::string(refused ? "OP refused" : "OP reached") + " with a SYNC0 cycle but SYNC0 off";
-    finding.message =
-        "Frame " + std::to_string(unit.cycle_configured().number) +
-        " writes a SYNC0 cycle (0x09A0) for this slave, but 0x0981 is " + Hex(unit.activation()->raw, 2) +
-        " when frame " + std::to_string(e.frame.number) +
-        (refused
-             ? " shows that OP is refused: no SYNC0 is generated, and the drive says that it sees none. Switch it "
-             : " shows OP: no SYNC0 is generated, and the drive is not synchronised to the other axes. Switch it ") +
-        "on after start time and cycle (0x0981 = 3), or leave the cycle 0.";
-    finding.evidence = {HexNumber("activation", unit.activation()->raw)};
+    finding.Set("activation", arg::Hex(unit.activation()->raw, 2))
+        .Set("cycle_frame", arg::Frame(unit.cycle_configured().number));
     return finding;
   }
 
@@ -105,20 +134,21 @@ class SyncNotActivated final : public Rule {
   [[nodiscard]] static esc::SyncActivation WantedBy(const device::DcMode& mode) {
     return esc::AssignActivate{static_cast<std::uint16_t>(mode.assign_activate & 0xFFFFU)}.activation();
   }
-  /// A cycle that is fixed stands there without a factor.
+  /// A fixed cycle is given without a factor.
   [[nodiscard]] static bool HasFixedCycle(const device::DcMode& mode) {
     return mode.cycle_sync0.value_or(0) > 0 && mode.factor_sync0 == 0;
   }
-  [[nodiscard]] static std::string OfferedText(const std::vector<device::DcMode>& modes) {
-    std::string text;
+  /// {offered}: "0x07 (DC8, 125.00 us)" of each, and {more}: how many are not named.
+  static void SetOffered(Finding& finding, const std::vector<device::DcMode>& modes) {
+    std::vector<Value> offered;
     for (std::size_t i = 0; i < std::min(modes.size(), kMostNamed); ++i) {
       const device::DcMode& mode = modes[i];
-      text += (i == 0 ? "" : ", ") + (mode.name.empty() ? std::string("a mode") : mode.name) +
-              " (0x0981 = " + Hex(WantedBy(mode).raw, 2) +
-              (HasFixedCycle(mode) ? ", SYNC0 every " + Duration(*mode.cycle_sync0) : "") + ")";
+      std::string name = mode.name;
+      if (HasFixedCycle(mode)) name += (name.empty() ? "" : ", ") + Duration(*mode.cycle_sync0);
+      offered.push_back(arg::Code(WantedBy(mode).raw, name, 2));
     }
-    if (modes.size() > kMostNamed) text += " and " + std::to_string(modes.size() - kMostNamed) + " more";
-    return text;
+    finding.Set("offered", arg::List(std::move(offered)));
+    if (modes.size() > kMostNamed) finding.Set("more", arg::Count(modes.size() - kMostNamed, "other"));
   }
 
   /// Switched on: as one of the modes that the ESI offers?
@@ -134,21 +164,12 @@ class SyncNotActivated final : public Rule {
       same_units = same_units || units;
     }
     if (Repeat(e.slave, 1, e.frame) != kNoFinding) return;
-    const std::string offered = OfferedText(device.esi->dc_modes);
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.frame;
+    Finding finding = Found(same_units ? kOtherCycle : kOtherActivation, e.slave, e.frame);
     AddRelated(finding, on.frame.number);
-    finding.title = same_units ? "SYNC0 runs with a cycle that the ESI does not offer"
-                               : "SYNC0 and SYNC1 are switched on as the ESI does not offer it";
-    finding.message = "When frame " + std::to_string(e.frame.number) + " shows OP, 0x0981 is " +
-                      Hex(on.activation.raw, 2) + (cycle ? " with a SYNC0 cycle of " + Duration(*cycle) : "") +
-                      " (frame " + std::to_string(on.frame.number) + "). The ESI of the device offers: " + offered +
-                      ". Choose one of these operation modes in the master's configuration.";
     finding.reference = ReferenceTo("ETG2000, Dc/OpMode");
-    finding.evidence = {HexNumber("activation", on.activation.raw)};
-    if (cycle) finding.evidence.push_back(Number("sync0_cycle_ns", *cycle));
-    finding.evidence.push_back(Text("offered", offered));
+    finding.Set("activation", arg::Hex(on.activation.raw, 2)).Set("activation_frame", arg::Frame(on.frame.number));
+    if (cycle) finding.Set("sync0_cycle_ns", arg::Ns(*cycle));
+    SetOffered(finding, device.esi->dc_modes);
     Report(1, std::move(finding));
   }
 

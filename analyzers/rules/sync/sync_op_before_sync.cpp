@@ -7,12 +7,29 @@
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/words/al_text.h"
-#include "decoder/base/text.h"
 
 namespace ecaudit::sync_op_before_sync {
 namespace {
 
 constexpr std::uint16_t kSyncError = 0x001A;
+
+constexpr FindingKind kRefused{
+    .name = "refused",
+    .title = "OP refused with {al_status_code:number}: the drive is not synchronised yet",
+    .message = R"(The master requested OP in {request_frame}. In {frame} the slave refused it with AL status code
+{al_status_code}. [The manual ({manual})][{!manual}The EtherCAT standard] requires for OP that synchronisation has
+succeeded.)",
+    .next = R"(Send process data in SAFEOP with the configured cycle before OP is requested. Check cycle and jitter.)"};
+
+constexpr FindingKind kHeld{
+    .name = "held-in-safeop",
+    .title = "Still in SAFEOP {waited_ms} after the request of OP: not synchronised",
+    .message = R"(The master requested OP in {request_frame}. After {waited_ms}, in {frame}, the slave still reports
+SAFEOP, without an error. [The manual ({manual})][{!manual}The EtherCAT standard] requires for OP that synchronisation
+has succeeded.)",
+    .next = R"(Send process data in SAFEOP with the configured cycle before OP is requested. Check cycle and jitter.)"};
+
+constexpr const FindingKind* kKinds[] = {&kRefused, &kHeld};
 
 constexpr RuleInfo kInfo{
     .id = "sync-op-before-sync",
@@ -22,26 +39,31 @@ constexpr RuleInfo kInfo{
     .title = "OP requested before the drive was synchronised",
     .needs = "a family whose manual makes synchronisation a condition of OP; AL Status and AL status code",
     .source = "PILZ, 4.3.4",
+    .kinds = kKinds,
     .doc = R"(
 ## What it checks
-A request of OP that a drive refuses with AL status code 0x001A (synchronisation error), or that it does not answer
-until the time-out, where the family's manual requires that synchronisation has succeeded before OP.
+A request of OP, where the manual of the family requires synchronisation before OP, and the drive
+
+- refuses it with AL status code 0x001A (synchronisation error), or
+- stays in SAFEOP without an error until the timeout.
 
 ## Why it matters
-The drive checks the master's cycle in SAFEOP. A master that requests OP at once, or whose cycle the drive cannot
-follow, never gets the drive into operation.
+The drive checks the cycle of the master in SAFEOP. If the master requests OP at once, or the drive cannot follow its
+cycle, the drive never reaches OP.
 
 ## How it is decided
-Only for families whose manual lists 0x001A for SAFEOP to OP (Pilz): a slave that is judged by the standard may refuse
-with it, but needs no clock to reach OP. The refusal with 0x001A is the drive's own word. Staying in SAFEOP without an
-answer is reported as inferred: the drive waits for synchronisation for a time that the manual does not state.
+- Only families whose manual lists 0x001A for SAFEOP to OP (Pilz) are evaluated. By the standard a slave may refuse with
+  0x001A, but needs no clock to reach OP.
+- A refusal with 0x001A is reported by the drive itself: the finding is observed.
+- Staying in SAFEOP is a warning and inferred: the manual does not give the time that the drive waits for
+  synchronisation.
 
 ## Example
 tests/rules/sync-op-before-sync/violates.trace
 
 ## What to do
-Send process data in SAFEOP in the configured cycle for a second or so before OP is requested. Check cycle, jitter
-and the mean deviation of the cycle (Pilz: 1000 ppm).
+Send process data in SAFEOP with the configured cycle for about 1 s before OP is requested. Check cycle, jitter and the
+mean deviation of the cycle (Pilz: 1000 ppm).
 )"};
 
 class SyncOpBeforeSync final : public Rule {
@@ -66,14 +88,12 @@ class SyncOpBeforeSync final : public Rule {
     if (!NeedsSync(e.slave, e.request) || e.status.state() != static_cast<std::uint8_t>(esc::AlState::SAFEOP)) return;
     FindingIndex index = Repeat(e.slave, 1, e.frame);
     if (index == kNoFinding) {
-      Finding finding = About(e.slave, e.request, e.frame);
+      Finding finding = FindingOf(kHeld, e.slave, e.request, e.frame);
       finding.confidence = Confidence::kInferred;
-      finding.title = "Held in SAFEOP: the drive is not synchronised";
-      finding.message = "OP was requested in frame " + std::to_string(e.request.frame.number) + "; after " +
-                        Duration(e.waited_ns) + " the slave still shows SAFEOP, without an error. " + Advice(e.slave);
+      finding.Set("waited_ms", arg::Ms(e.waited_ns));
       index = Report(1, Severity::kWarning, std::move(finding));
     }
-    Consequence("al-timeout", e.slave, e.frame.number, index);
+    AddConsequence("al-timeout", e.slave, e.frame.number, index);
   }
 
   void Finish() override {
@@ -86,7 +106,7 @@ class SyncOpBeforeSync final : public Rule {
     model::AlRequestRecord request;
     FrameRef answer;
   };
-  struct Caused {
+  struct Consequence {
     std::string_view rule;
     SlaveId slave = kNoSlave;
     FrameNo frame = 0;
@@ -98,7 +118,7 @@ class SyncOpBeforeSync final : public Rule {
     return open_[slave];
   }
 
-  /// The standard's list holds what any slave may refuse with; only a manual makes it a condition.
+  /// The standard lists what any slave may refuse with; only a manual makes it a condition.
   [[nodiscard]] bool NeedsSync(SlaveId, const model::AlRequestRecord& request) const {
     if (request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP) || request.transition == nullptr)
       return false;
@@ -114,38 +134,29 @@ class SyncOpBeforeSync final : public Rule {
     if (code != kSyncError) return;
     FindingIndex index = Repeat(slave, 0, open.answer);
     if (index == kNoFinding) {
-      Finding finding = About(slave, open.request, open.answer);
-      finding.title = "OP requested before the drive was synchronised";
-      finding.message = "OP was requested in frame " + std::to_string(open.request.frame.number) +
-                        " and refused with AL status code 0x001a, synchronisation error, in frame " +
-                        std::to_string(open.answer.number) + ". " + Advice(slave);
-      finding.evidence = {HexNumber("al_status_code", code)};
+      Finding finding = FindingOf(kRefused, slave, open.request, open.answer);
+      finding.Set("al_status_code", CodeValue(code, *context().slave(slave).profile));
       index = Report(0, std::move(finding));
     }
-    Consequence("al-refused", slave, open.answer.number, index);
+    AddConsequence("al-refused", slave, open.answer.number, index);
   }
 
-  [[nodiscard]] static Finding About(SlaveId slave, const model::AlRequestRecord& request, const FrameRef& frame) {
-    Finding finding;
-    finding.slave = slave;
-    finding.first = frame;
+  [[nodiscard]] Finding FindingOf(const FindingKind& kind, SlaveId slave, const model::AlRequestRecord& request,
+                                  const FrameRef& frame) const {
+    Finding finding = Found(kind, slave, frame);
     AddRelated(finding, request.frame.number);
+    finding.Set("request_frame", arg::Frame(request.frame.number));
+    SetManual(finding, *context().slave(slave).profile);
     finding.reference = ReferenceTo(request.transition->source);
     return finding;
   }
-  [[nodiscard]] std::string Advice(SlaveId slave) const {
-    return LawText(*context().slave(slave).profile) +
-           " requires for OP that synchronisation has succeeded. Let process data run in SAFEOP in the configured "
-           "cycle "
-           "before OP is requested, and check cycle and jitter.";
-  }
-  void Consequence(std::string_view rule, SlaveId slave, FrameNo frame, FindingIndex cause) {
+  void AddConsequence(std::string_view rule, SlaveId slave, FrameNo frame, FindingIndex cause) {
     constexpr std::size_t kMost = 256;
     if (consequences_.size() < kMost) consequences_.push_back({rule, slave, frame, cause});
   }
 
   std::vector<Open> open_;
-  std::vector<Caused> consequences_;
+  std::vector<Consequence> consequences_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncOpBeforeSync>};

@@ -8,8 +8,6 @@
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_events.h"
 #include "analyzers/sync/sync_model.h"
-#include "analyzers/words/al_text.h"
-#include "decoder/base/text.h"
 
 namespace ecaudit::sync_rate_deviation {
 namespace {
@@ -20,38 +18,59 @@ constexpr double kAnotherCycle = 100'000;
 /// How far the clock of a host may be off, ppm.
 constexpr double kHostClock = 100;
 
+constexpr Word kPllRange{"pll-range", "the range of the PLL"};
+constexpr Word kCyclesInOp{"cycles-in-op", "cycles with process data in OP (200 needed)", true};
+constexpr Word kMeanCycle{"mean-cycle", "the deviation of the mean cycle"};
+
+constexpr FindingKind kOff{
+    .name = "mean-cycle-off",
+    .title = "Mean cycle deviates by {deviation_ppm}, the PLL follows {pll_range_ppm}",
+    .message = R"(In OP the mean of {cycles} from {frame} to {end_frame} is {mean_us}, by {time_base}. The configured
+cycle is {configured_us}, so the deviation is {deviation_ppm} (+-{uncertainty_ppm}). [The manual
+({manual})][{!manual}The EtherCAT standard] gives {pll_range_ppm} as the range of the PLL.)",
+    .next =
+        R"([{?by_sync0}Let the cycle of the master follow the DC time.][{!by_sync0}Let the master send by a timer that
+keeps the configured cycle in the mean.])"};
+
+constexpr const FindingKind* kKinds[] = {&kOff};
+
 constexpr RuleInfo kInfo{
     .id = "sync-rate-deviation",
     .group = "Synchronisation",
     .severity = Severity::kError,
     .subject = Subject::kCycle,
-    .title = "The mean cycle deviates from the configured one by more than the drive's PLL can follow",
-    .needs = "SYNC0 cycle or 60C2h, the family's PLL range, at least 200 cycles in OP, a clock",
+    .title = "The mean cycle deviates by more than the PLL of the drive can follow",
+    .needs = "SYNC0 cycle or 60C2h, the PLL range of the family, at least 200 cycles in OP, a clock",
     .source = "AKD-2011, 4.10; AKD-2010, 4.10; MKD, 4.11; PILZ, 4.8",
+    .kinds = kKinds,
     .doc = R"(
 ## What it checks
-The mean distance of the process data in OP against the configured cycle: 4800 ppm for AKD and MKD (300 ns in each
-62.5 us), 1000 ppm for Pilz.
+The mean distance of the process data in OP against the configured cycle. The limit is the range of the PLL: 4800 ppm
+for AKD and MKD (300 ns in each 62.5 us), 1000 ppm for Pilz.
 
 ## Why it matters
-The drive's PLL stretches and shrinks its own clock to follow the master. Beyond its range the drive cannot stay
-synchronised, however small the jitter is.
+The PLL of the drive stretches and shrinks its own clock to follow the master. Beyond its range the drive cannot stay
+synchronised, even without jitter.
 
 ## How it is decided
-The mean is taken over the cycles in OP, until the slave leaves it, SYNC0 is switched off or the frames come to another
-rhythm. An interval of n cycles counts as n, and where jitter leaves open how many it is, together with those behind it;
-pauses of more than 16 are left out. By DC time the clock is exact; by stamps 100 ppm of the host's clock are added to
-their uncertainty. The jitter of the frames makes the mean uncertain, too: a limit inside all that is not judged; nor is
-a mean that pauses of no whole number of cycles have moved, while most cycles are as long as configured. The configured
-cycle is that of SYNC0, else the 60C2h the master wrote. More than a tenth off is another cycle and told by
-sync-cycle-mismatch.
+- The configured cycle is that of SYNC0, else that of 60C2h as the master wrote it.
+- The mean is taken over the cycles in OP. It ends when the slave leaves OP, SYNC0 is switched off, or the frames come
+  in another rhythm.
+- An interval of n cycles counts as n. If jitter leaves n open, it counts together with the following intervals. Pauses
+  of more than 16 cycles are left out.
+- The DC time counts as exact. With stamps, 100 ppm of the clock of the host are added to their uncertainty.
+- The jitter of the frames makes the mean uncertain, too. If the limit lies within that uncertainty, the mean is not
+  evaluated.
+- The mean is not evaluated either if most cycles are as long as configured, and pauses of no whole number of cycles
+  move it.
+- A deviation of more than a tenth is another cycle, which sync-cycle-mismatch reports.
 
 ## Example
 tests/rules/sync-rate-deviation/violates.trace
 
 ## What to do
-With distributed clocks, let the master's cycle follow the DC time (shift its timer by the phase it reads with FRMW
-0x0910); without, use a timer that keeps the configured period in the mean.
+With distributed clocks, let the cycle of the master follow the DC time: shift its timer by the phase that it reads with
+FRMW of 0x0910. Without, use a timer that keeps the configured period in the mean.
 )"};
 
 class SyncRateDeviation final : public Rule {
@@ -60,21 +79,21 @@ class SyncRateDeviation final : public Rule {
 
   void On(const sync::RateEnded& e) {
     if (context().sync().outputs(e.slave).rate.cycles() < kEnoughCycles) return;
-    judged_.insert(e.slave);
-    Judge(e.slave);
+    evaluated_.insert(e.slave);
+    Evaluate(e.slave);
   }
 
   void Finish() override {
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
-      if (context().sync().outputs(id).rate.cycles() >= kEnoughCycles || !judged_.contains(id)) Judge(id);
+      if (context().sync().outputs(id).rate.cycles() >= kEnoughCycles || !evaluated_.contains(id)) Evaluate(id);
     }
   }
 
  private:
-  void Judge(SlaveId id) {
+  void Evaluate(SlaveId id) {
     const model::SlaveModel& slave = context().slave(id);
-    // Of a run that ended without a judgement the settings still say that there was something to judge.
+    // Of a run that ended unevaluated the settings still show that there was something to evaluate.
     const sync::DcUnit& unit = context().sync().dc(id);
     const bool ended = context().sync().outputs(id).rate.cycles() == 0;
     const auto& settings = ended ? unit.told() : unit.last_active();
@@ -84,12 +103,12 @@ class SyncRateDeviation final : public Rule {
     if (configured == 0) return;
     const auto& range = slave.profile->sync.pll_range_ppm;
     if (!range.value) {
-      NotEvaluable(id, "the profile states no range of the PLL");
+      NotEvaluable(id, ReasonCode::kNotInProfile, kPllRange);
       return;
     }
     const sync::OutputWatch& outputs = context().sync().outputs(id);
     if (outputs.rate.cycles() < kEnoughCycles) {
-      NotEvaluable(id, "fewer than 200 cycles of process data in OP to take a mean of");
+      NotEvaluable(id, ReasonCode::kTooFew, kCyclesInOp);
       return;
     }
     const auto uncertainty = context().sync().Uncertainty(outputs.rate.base());
@@ -104,45 +123,47 @@ class SyncRateDeviation final : public Rule {
     const auto limit = static_cast<double>(*range);
     if (std::abs(ppm) > kAnotherCycle || std::abs(ppm) + unsure <= limit) return;
     if (std::abs(ppm) - unsure <= limit) {
-      NotEvaluable(id, "the mean deviation of the cycle equals the limit within the uncertainty of clock and jitter");
+      // By the DC time nothing but jitter is uncertain.
+      if (rate.base() == sync::TimeBase::kDc) {
+        NotEvaluable(id, ReasonCode::kTooIrregular, what::kProcessDataTiming);
+      } else {
+        NotEvaluable(id, ReasonCode::kWithinUncertainty, kMeanCycle);
+      }
       return;
     }
     const double usual_ppm = (static_cast<double>(rate.usual()) / static_cast<double>(configured) - 1) * 1e6;
     if (std::abs(usual_ppm) <= limit) {
-      NotEvaluable(id, "most cycles are as long as configured; pauses of no whole number of cycles move the mean");
+      NotEvaluable(id, ReasonCode::kTooIrregular, what::kProcessDataTiming);
       return;
     }
-    Tell(id, configured, ppm, unsure);
+    ReportOff(id, configured, ppm, unsure);
   }
 
-  void Tell(SlaveId id, TimeNs configured, double ppm, double unsure) {
+  void ReportOff(SlaveId id, TimeNs configured, double ppm, double unsure) {
     const sync::OutputRate& rate = context().sync().outputs(id).rate;
     if (Repeat(id, 0, rate.first()) != kNoFinding) return;
     const device::DeviceDescription& profile = *context().slave(id).profile;
     const auto& settings = context().sync().dc(id).last_active();
-    const bool by_clock = settings && settings->activation.sync0();
+    const bool by_sync0 = settings && settings->activation.sync0();
     const auto& range = profile.sync.pll_range_ppm;
-    Finding finding;
-    finding.slave = id;
-    finding.first = rate.first();
+    Finding finding = Found(kOff, id, rate.first());
     finding.last = rate.last();
     if (settings) AddRelated(finding, settings->frame.number);
     finding.reference = ReferenceTo(range.source);
-    const std::string deviation = Fixed(ppm, 0) + " ppm";
-    const double mean_us = rate.mean_ns() / 1e3;
-    finding.title = "The mean cycle is " + deviation + " off, the PLL follows " + std::to_string(*range) + " ppm";
-    finding.message = "In OP " + Grouped(rate.cycles()) + " cycles have a mean of " + Fixed(mean_us, 3) + " us, " +
-                      std::string(BaseText(rate.base())) + ": " + deviation + " from the configured " +
-                      Fixed(static_cast<double>(configured) / 1e3, 3) + " us. " + LawText(profile) + " gives " +
-                      std::to_string(*range) + " ppm as the range of the PLL. " +
-                      (by_clock ? "Let the master's cycle follow the DC time."
-                                : "Let the master send by a timer that keeps the configured cycle in the mean.");
-    finding.evidence = {Real("deviation_ppm", ppm), Real("uncertainty_ppm", unsure), Real("mean_us", mean_us),
-                        Real("configured_us", static_cast<double>(configured) / 1e3)};
+    finding.Set("deviation_ppm", arg::Real(ppm, "ppm", 0))
+        .Set("uncertainty_ppm", arg::Real(unsure, "ppm"))
+        .Set("pll_range_ppm", arg::Real(*range, "ppm", 0))
+        .Set("mean_us", arg::Real(rate.mean_ns() / 1e3, "us", 3))
+        .Set("configured_us", arg::Real(static_cast<double>(configured) / 1e3, "us", 3))
+        .Set("cycles", arg::Count(rate.cycles(), "cycle"))
+        .Set("end_frame", arg::Frame(rate.last().number))
+        .Set("time_base", arg::Of(WordOf(rate.base())))
+        .Set("by_sync0", arg::Flag(by_sync0));
+    SetManual(finding, profile);
     Report(0, std::move(finding));
   }
 
-  std::set<SlaveId> judged_;  // in a run that has ended
+  std::set<SlaveId> evaluated_;  // in a run that has ended
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncRateDeviation>};

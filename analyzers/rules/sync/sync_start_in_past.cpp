@@ -1,15 +1,12 @@
 #include <algorithm>
 #include <optional>
-#include <string>
 #include <utility>
 #include <vector>
 
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
-#include "analyzers/judge/sync_text.h"
 #include "analyzers/sync/sync_events.h"
 #include "analyzers/sync/sync_model.h"
-#include "decoder/base/text.h"
 #include "decoder/base/time.h"
 #include "decoder/base/wrapping.h"
 #include "decoder/esc/register_addresses.h"
@@ -19,43 +16,80 @@
 namespace ecaudit::sync_start_in_past {
 namespace {
 
+constexpr Word kActivationBefore{"activation-before", "the activation of SYNC0 (0x0981) before it was switched on"};
+constexpr Word kSystemTime{"system-time", "the system time (0x0910) before SYNC0 was switched on"};
+constexpr Word kTimeOfActivation{"time-of-activation", "the system time when SYNC0 was switched on"};
+constexpr Word kStartTime{"start-time", "the start time of SYNC0 (0x0990)"};
+
+constexpr FindingKind kInPast{
+    .name = "start-in-past",
+    .title = "SYNC0 start time lies {late_ns} in the past",
+    .message = R"({frame} switches SYNC on (0x0981 = {activation}) with the start time {start_time_ns} ns (0x0990). But
+{read_frame} read the system time {system_time_ns} ns[, {since_read_ns} before].[{?low_half} Only the low 32 bits of
+both count for this clock.] So the first pulse comes only after the clock wraps.)",
+    .next = R"(Read the system time directly before, and let the start lie far enough ahead (100 ms is usual).)"};
+
+constexpr FindingKind kFarAhead{
+    .name = "start-far-ahead",
+    .title = "SYNC0 starts only [{ahead_years}][{!ahead_years}{ahead_ns}] after it is switched on",
+    .message = R"({frame} switches SYNC on (0x0981 = {activation}) with the start time {start_time_ns} ns (0x0990). But
+{read_frame} read the system time {system_time_ns} ns.[{?low_half} Only the low 32 bits of both count for this clock.]
+So the first pulse comes [{ahead_years}][{!ahead_years}{ahead_ns}] later, and the drive waits for it.[ The master
+requests OP already in {request_frame}.][{?since_1970} The start time counts from 1970, the system time of EtherCAT
+from 2000.])",
+    .next =
+        R"(Take the start time from the system time that was read, and let it lie a little ahead (100 ms is usual).)"};
+
+constexpr FindingKind kNotSet{
+    .name = "start-not-set",
+    .title = "SYNC0 switched on before its start time (0x0990) is written",
+    .message = R"({frame} switches SYNC on (0x0981 = {activation}), but the start time (0x0990) is written only in
+{start_frame}. The slave waits for the time that 0x0990 held before, mostly 0. That time has passed, so no pulse comes
+until the clock wraps.)",
+    .next = "Write start time and cycle (0x0990, 0x09A0) first, and 0x0981 last."};
+
+constexpr const FindingKind* kKinds[] = {&kInPast, &kFarAhead, &kNotSet};
+
 constexpr RuleInfo kInfo{.id = "sync-start-in-past",
                          .group = "Synchronisation",
                          .severity = Severity::kError,
                          .subject = Subject::kClock,
-                         .title = "SYNC0 is switched on with a start time in the past, or one that nobody waits for",
+                         .title = "SYNC0 starts in the past, or too far in the future",
                          .needs = "start time 0x0990, activation 0x0981, and a read of the system time 0x0910 before",
                          .source = "ESC-1, distributed clocks, SYNC signal generation",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-The start time (0x0990) against the system time when cyclic operation is switched on (0x0981 bit 0): it must not lie in
-the past, nor so far ahead that nobody waits for it, and it must be written before.
+The start time (0x0990) against the system time when cyclic operation is switched on (0x0981 bit 0). It must not lie in
+the past or too far ahead, and it must be written before.
 
 ## Why it matters
-The first pulse comes when the system time equals the start time. A start time that has passed already is reached
-again only after the clock wraps: after 4.3 s where it has 32 bit, after 584 years where it has 64. The drive waits
-without a sync signal and refuses SAFEOP or OP, or loses synchronisation at once.
+The first pulse comes when the system time equals the start time. A start time that has passed is reached again only
+after the clock wraps: after 4.3 s with 32 bit, after 584 years with 64 bit. The drive waits without a sync signal and
+refuses SAFEOP or OP, or loses synchronisation at once.
 
 ## How it is decided
-The system time is taken from the last read of 0x0910 at this slave, else at the reference clock when offset and delay
-of this slave were set. It can only have grown since: a start time before it is in the past without doubt. Otherwise the
-time since that read is added by the capture's stamps, unless their uncertainty leaves it open. Far ahead is more than
-an hour, or more than 10 s that are left when OP is requested: a start time that counts from 1970 instead of 2000 is 30
-years ahead. A clock of 32 bit compares the low halves alone, whatever is written: where nothing shows one of 64 (bit 3
-of 0x0008, a time that was read and needs more), so is done here. Where the start time is not known, it is a fault that
-it is written behind 0x0981. Nothing is judged when SYNC was not seen switched off before, or starts by itself (0x0981
-bit 3).
+- The system time is that of the last read of 0x0910 at this slave. If there is none, it is that of the reference clock,
+  provided that offset and delay of this slave were set.
+- The system time only grows after that read, so a start time before it is certainly in the past. Otherwise the time
+  since the read is added by the stamps of the capture, unless their uncertainty leaves the result open.
+- Far ahead is more than 1 h, or more than 10 s that remain when OP is requested. A start time that counts from 1970
+  instead of 2000 is 30 years ahead.
+- A 32 bit clock compares only the low halves. The clock counts as such unless bit 3 of 0x0008, or a larger time that
+  was read, shows 64 bit.
+- If the start time is unknown when SYNC is switched on, writing it after 0x0981 is the fault.
+- Nothing is evaluated if SYNC was not seen switched off before, or starts by itself (0x0981 bit 3).
 
 ## Example
 tests/rules/sync-start-in-past/violates.trace
 
 ## What to do
-Read the system time right before, and add enough for the rest of the configuration: masters usually take 100 ms.
+Read the system time directly before, and add enough for the rest of the configuration: masters usually take 100 ms.
 )"};
 
-/// Nobody lets a drive wait for longer.
+/// A drive that has to wait for longer is not meant to.
 constexpr TimeNs kLongWait = 10'000'000'000;
-/// And where it is longer than this, whoever waits need not be seen.
+/// A wait of more than this is reported without a request of OP.
 constexpr TimeNs kNeverNs = 3'600'000'000'000;
 /// System times begin with 2000; those of hosts with 1970.
 constexpr TimeNs kEpochs = 946'684'800'000'000'000;
@@ -69,11 +103,11 @@ class SyncStartInPast final : public Rule {
   }
 
   void On(const sync::SyncSwitchedOn& e) {
-    SayUnset(e.slave);
+    AddUnset(e.slave);
     Of(e.slave) = {};
     if ((!e.activation.sync0() && !e.activation.sync1()) || e.activation.auto_activation()) return;
     if (!e.was_off) {
-      NotEvaluable(e.slave, "whether SYNC was off before it was switched on is not known", e.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kNotInCapture, kActivationBefore, e.frame.number);
       return;
     }
     if (!e.start_ns) {
@@ -81,27 +115,26 @@ class SyncStartInPast final : public Rule {
       return;
     }
     if (!e.read_time_ns) {
-      NotEvaluable(e.slave, "system time (0x0910) not read before SYNC was switched on", e.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kNotRead, kSystemTime, e.frame.number);
       return;
     }
     const TimeNs ahead = AheadOf(e);
     TimeNs late = -ahead;
     if (ahead >= 0) {
       if (!e.since_read_ns) {
-        NotEvaluable(e.slave, "time stamps too poor to know the system time when SYNC was switched on", e.frame.number);
+        NotEvaluable(e.slave, ReasonCode::kStampsTooCoarse, kTimeOfActivation, e.frame.number);
         return;
       }
       late = *e.since_read_ns - ahead;
-      if (late + e.uncertainty_ns <= 0) return LookAhead(e, -late);
+      if (late + e.uncertainty_ns <= 0) return CheckAhead(e, -late);
       if (late - e.uncertainty_ns <= 0) {
-        NotEvaluable(e.slave, "the start time equals the system time within the uncertainty of the stamps",
-                     e.frame.number);
+        NotEvaluable(e.slave, ReasonCode::kWithinUncertainty, kStartTime, e.frame.number);
         return;
       }
     } else if (e.since_read_ns && *e.since_read_ns > 0) {
       late += *e.since_read_ns;
     }
-    TellPast(e, ahead, late);
+    ReportPast(e, ahead, late);
   }
 
   /// The start time is written when SYNC is on already.
@@ -110,30 +143,23 @@ class SyncStartInPast final : public Rule {
     const std::optional<sync::SyncSwitchedOn> on = std::exchange(slaves_[access.slave].unset, std::nullopt);
     if (!on || !context().sync().dc(access.slave).active()) return;
     if (Repeat(access.slave, 1, on->frame) != kNoFinding) return;
-    Finding finding = About(*on);
+    Finding finding = FindingOf(kNotSet, *on);
     AddRelated(finding, access.frame().number);
-    finding.title = "SYNC0 switched on before its start time was set";
-    finding.message =
-        "Frame " + std::to_string(on->frame.number) + " switches SYNC on (0x0981 = " + Hex(on->activation.raw, 2) +
-        "), but its start time (0x0990) is not written before frame " + std::to_string(access.frame().number) +
-        ". The unit waits for the time that the register held when it was switched on, mostly 0: that has "
-        "passed, and no pulse comes until the clock has wrapped. Write start time and cycle (0x0990, "
-        "0x09A0) first, and 0x0981 last.";
-    finding.evidence = {HexNumber("activation", on->activation.raw)};
+    finding.Set("start_frame", arg::Frame(access.frame().number));
     Report(1, std::move(finding));
   }
 
-  /// Whoever wants OP wants SYNC0 by then.
+  /// A drive needs SYNC0 when OP is requested.
   void On(const track::AlRequestSent& e) {
     if (e.slave >= slaves_.size() || e.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
     const std::optional<Far> far = std::exchange(slaves_[e.slave].far, std::nullopt);
     if (!far || !e.frame.has_time || !far->on.frame.has_time) return;
     const TimeNs left = far->ahead - Elapsed(far->on.frame.time, e.frame.time);
-    if (left - far->on.uncertainty_ns > kLongWait) TellFar(far->on, far->ahead, e.frame);
+    if (left - far->on.uncertainty_ns > kLongWait) ReportFar(far->on, far->ahead, e.frame);
   }
 
   void Finish() override {
-    for (std::size_t s = 0; s < slaves_.size(); ++s) SayUnset(static_cast<SlaveId>(s));
+    for (std::size_t s = 0; s < slaves_.size(); ++s) AddUnset(static_cast<SlaveId>(s));
   }
 
  private:
@@ -152,10 +178,9 @@ class SyncStartInPast final : public Rule {
     return slaves_[id];
   }
 
-  void SayUnset(SlaveId id) {
+  void AddUnset(SlaveId id) {
     if (!Of(id).unset) return;
-    NotEvaluable(id, "start time of SYNC (0x0990) not written in the capture: what it was is not known",
-                 Of(id).unset->frame.number);
+    NotEvaluable(id, ReasonCode::kNotInCapture, kStartTime, Of(id).unset->frame.number);
   }
 
   /// How far ahead the start lies, by the time that was read. Beyond 146 years it is kept there, so that what is added
@@ -170,57 +195,53 @@ class SyncStartInPast final : public Rule {
         -kFarNs, kFarNs);
   }
 
-  void LookAhead(const sync::SyncSwitchedOn& e, TimeNs ahead) {
-    if (ahead - e.uncertainty_ns > kNeverNs) return TellFar(e, ahead, {});
+  void CheckAhead(const sync::SyncSwitchedOn& e, TimeNs ahead) {
+    if (ahead - e.uncertainty_ns > kNeverNs) return ReportFar(e, ahead, {});
     if (ahead - e.uncertainty_ns > kLongWait) Of(e.slave).far = Far{e, ahead};
   }
 
-  static Finding About(const sync::SyncSwitchedOn& e) {
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.frame;
+  static Finding FindingOf(const FindingKind& kind, const sync::SyncSwitchedOn& e) {
+    Finding finding = Found(kind, e.slave, e.frame);
     if (e.read_time_ns) AddRelated(finding, e.read_frame.number);
+    finding.Set("activation", arg::Hex(e.activation.raw, 2));
     return finding;
   }
 
-  static std::string SettingText(const sync::SyncSwitchedOn& e) {
-    return "Frame " + std::to_string(e.frame.number) + " switches SYNC on (0x0981 = " + Hex(e.activation.raw, 2) +
-           ") with the start time " + std::to_string(*e.start_ns) + " ns (0x0990), but frame " +
-           std::to_string(e.read_frame.number) + " read the system time " + std::to_string(*e.read_time_ns) +
-           " ns before";
+  /// Decimal, as far as that fits.
+  static Value TimeValue(std::uint64_t ns) {
+    return ns >> 63U == 0 ? arg::Number(static_cast<std::int64_t>(ns)) : arg::Hex(ns, 16);
   }
 
-  void TellPast(const sync::SyncSwitchedOn& e, TimeNs ahead, TimeNs late) {
+  static void SetTimes(Finding& finding, const sync::SyncSwitchedOn& e) {
+    finding.Set("start_time_ns", TimeValue(*e.start_ns))
+        .Set("system_time_ns", TimeValue(*e.read_time_ns))
+        .Set("read_frame", arg::Frame(e.read_frame.number))
+        .Set("low_half", arg::Flag(e.low_half_only));
+  }
+
+  void ReportPast(const sync::SyncSwitchedOn& e, TimeNs ahead, TimeNs late) {
     if (Repeat(e.slave, 0, e.frame) != kNoFinding) return;
-    Finding finding = About(e);
-    finding.title = "SYNC0 starts " + Duration(late) + " in the past";
-    finding.message = SettingText(e) + (ahead >= 0 ? ", and " + Duration(*e.since_read_ns) + " passed since" : "") +
-                      ". The first pulse would come when the clock has wrapped. Read the system time right before, and "
-                      "let the start lie far enough ahead (100 ms is usual).";
-    finding.evidence = {Number("start_time_ns", static_cast<std::int64_t>(*e.start_ns)),
-                        Number("system_time_ns", static_cast<std::int64_t>(*e.read_time_ns)), Number("late_ns", late)};
+    Finding finding = FindingOf(kInPast, e);
+    SetTimes(finding, e);
+    finding.Set("late_ns", arg::Ns(late));
+    if (ahead >= 0) finding.Set("since_read_ns", arg::Ns(*e.since_read_ns));
     Report(0, std::move(finding));
   }
 
-  /// @param wanted  the request of OP, where one is needed to tell
-  void TellFar(const sync::SyncSwitchedOn& e, TimeNs ahead, const FrameRef& wanted) {
+  /// @param wanted  the request of OP that makes the wait too long, if there is one
+  void ReportFar(const sync::SyncSwitchedOn& e, TimeNs ahead, const FrameRef& wanted) {
     if (Repeat(e.slave, 2, e.frame) != kNoFinding) return;
     constexpr TimeNs kDay = 86'400'000'000'000;
-    const bool epochs = ahead > kEpochs - kDay && ahead < kEpochs + kDay;
-    Finding finding = About(e);
+    Finding finding = FindingOf(kFarAhead, e);
     if (wanted.seen()) AddRelated(finding, wanted.number);
-    const std::string years = Fixed(static_cast<double>(ahead) / static_cast<double>(365 * kDay + kDay / 4), 1);
-    const std::string wait = ahead > 365 * kDay ? years + " years" : Duration(ahead);
-    finding.title = "SYNC0 starts only " + wait + " after it is switched on";
-    finding.message =
-        SettingText(e) + ": the first pulse comes " + wait + " later" +
-        (wanted.seen() ? ", while frame " + std::to_string(wanted.number) + " requests OP" : "") +
-        ", and the drive waits for it. " +
-        (epochs ? "The start time counts from 1970, the system time of EtherCAT from 2000. " : "") +
-        "Take the start time from the system time that was read, and let it lie little ahead (100 ms is usual).";
-    finding.evidence = {Number("start_time_ns", static_cast<std::int64_t>(*e.start_ns)),
-                        Number("system_time_ns", static_cast<std::int64_t>(*e.read_time_ns)),
-                        Number("ahead_ns", ahead)};
+    SetTimes(finding, e);
+    finding.Set("ahead_ns", arg::Ns(ahead));
+    if (ahead > 365 * kDay) {
+      const double years = static_cast<double>(ahead) / static_cast<double>(365 * kDay + kDay / 4);
+      finding.Set("ahead_years", arg::Real(years, "years"));
+    }
+    if (wanted.seen()) finding.Set("request_frame", arg::Frame(wanted.number));
+    finding.Set("since_1970", arg::Flag(ahead > kEpochs - kDay && ahead < kEpochs + kDay));
     Report(2, std::move(finding));
   }
 

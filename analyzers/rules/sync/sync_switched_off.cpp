@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -9,7 +8,6 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_model.h"
-#include "decoder/base/text.h"
 #include "decoder/base/wrapping.h"
 #include "decoder/esc/dc_registers.h"
 #include "decoder/esc/register_addresses.h"
@@ -20,44 +18,91 @@
 namespace ecaudit::sync_switched_off {
 namespace {
 
+constexpr Word kShutDown{"sync0-shutdown", "the shutdown of SYNC0"};
+constexpr Word kOwnState{"own-al-status", "AL Status (0x0130) of the slave itself"};
+constexpr Word kActivationBefore{"activation-before", "the activation of SYNC0 (0x0981) before it was switched off"};
+constexpr Word kActivationAtOffset{"activation-at-offset",
+                                   "the activation of SYNC0 (0x0981) when the offset (0x0920) was written"};
+constexpr Word kClockWidth{"clock-width", "the width of the clock (0x0008)"};
+constexpr Word kDelayBefore{"delay-before", "the propagation delay (0x0928) before the write in OP"};
+
+constexpr FindingKind kOff{
+    .name = "switched-off",
+    .title = "SYNC0 switched off in OP (0x0981 = {activation})",
+    .message = R"({frame} writes 0x0981 = {activation} while the slave is in OP. SYNC0 was on: 0x0981 was
+{activation_before} since {since_frame}. No further pulse comes, and the drive loses its synchronisation.)",
+    .next = "Leave OP before SYNC0 is switched off."};
+
+constexpr FindingKind kShifted{
+    .name = "system-time-shifted",
+    .title = "System time shifted by {shift_ns} in OP",
+    .message = R"({frame} writes the system time offset (0x0920 = {offset}) while the slave is in OP with SYNC0 on. That
+moves the system time of the slave by {shift_ns}. SYNC0 follows the system time: its next pulse comes at another time,
+or never.)",
+    .next = "Set the offset before SYNC0 is switched on."};
+
+constexpr FindingKind kOffsetWritten{
+    .name = "offset-written",
+    .title = "System time offset (0x0920) written in OP while SYNC0 is on",
+    .message = R"({frame} writes the system time offset (0x0920 = {offset}) while the slave is in OP with SYNC0 on. The
+offset before is not in the capture, so a new value is assumed. SYNC0 follows the system time: its next pulse comes at
+another time, or never.)",
+    .next = "Set the offset before SYNC0 is switched on."};
+
+constexpr FindingKind kDelayChanged{
+    .name = "delay-changed",
+    .title = "Propagation delay changed from {delay_before_ns} to {delay_ns} in OP",
+    .message =
+        R"({frame} changes the propagation delay (0x0928) from {delay_before_ns} to {delay_ns} while the slave is in
+OP with SYNC0 on. The clock of the slave is regulated to the reference time plus this delay. So its SYNC0 moves by the
+difference against the frames and the other slaves.)",
+    .next = "Measure and write delays before SAFEOP."};
+
+constexpr const FindingKind* kKinds[] = {&kOff, &kShifted, &kOffsetWritten, &kDelayChanged};
+
 constexpr RuleInfo kInfo{.id = "sync-switched-off",
                          .group = "Synchronisation",
                          .severity = Severity::kError,
                          .subject = Subject::kClock,
-                         .title = "SYNC0 is switched off, or the system time is shifted, while the slave is in OP",
+                         .title = "SYNC0 is switched off, or the system time is shifted, in OP",
                          .needs = "AL Status OP, writes of 0x0981, 0x0920 and 0x0928 of the slave",
                          .source = "ESC-1, distributed clocks, SYNC signal generation",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Writes that take the clock from a drive while it runs by it: cyclic generation of SYNC0 switched off (0x0981 bit 0 or
-1), another system time offset (0x0920), or another propagation delay (0x0928), while the slave is in OP.
+Writes that take the clock from a drive while it runs by it, in OP:
+
+- the cyclic generation of SYNC0 is switched off (0x0981 bit 0 or 1),
+- the system time offset (0x0920) is changed,
+- the propagation delay (0x0928) is changed.
 
 ## Why it matters
-Without SYNC0 the drive loses its time base within a few cycles and goes into a fault. Another offset lets its system
-time jump: the next SYNC0 pulse comes too early, too late, or only when the clock has wrapped. To another delay the
-slave's clock is regulated with each distribution of the time: its SYNC0 moves against that of the others, and against
-the frames.
+Without SYNC0 the drive loses its time base within a few cycles and faults. Another offset makes its system time jump:
+the next SYNC0 pulse comes too early, too late, or only after the clock wraps. To another delay the clock of the slave
+is regulated with each distribution of the time: its SYNC0 moves against that of the others, and against the frames.
 
 ## How it is decided
-AL Status showed OP, and no request to leave it is under way. A master that begins anew clears station addresses or sync
-managers of all slaves by broadcast, whatever ran before: from there on OP counts where it is read again. SYNC0 was on
-before, as a write or a read of 0x0981 showed, and the slave took the write. Masters that shut down switch SYNC0 off
-slave by slave and then request another state: where that follows within 10 ms, nothing is said. An offset counts where
-SYNC0 is on and the value differs from the last one that was written or read; the same value again shifts nothing, nor
-does another upper half where the clock has 32 bit (0x0008), and where no value was seen before, the write is taken for
-a new one (inferred). A delay counts where SYNC0 is on and it differs from the last one that was written or read by more
-than 1 us, which masters that measure anew do not come to. Where it is not known whether SYNC0 is on, nothing is said.
-Corrections by 0x0910, the regular distribution of the system time, are no matter of this rule.
+- AL Status showed OP, and no request to leave it is in flight. If the master starts up again, it clears the station
+  addresses or sync managers of all slaves by broadcast. After that OP counts only when it is read again.
+- SYNC0 was on before, as a write or a read of 0x0981 showed, and the slave accepted the write. If it is not known
+  whether SYNC0 is on, nothing is reported.
+- Masters that shut down switch SYNC0 off slave by slave and then request another state. If that request follows within
+  10 ms, nothing is reported.
+- An offset counts if SYNC0 is on and the value differs from the last one that was written or read. Another upper half
+  does not count if the clock has 32 bit (0x0008). If no value was seen before, the value counts as new (inferred).
+- A delay counts if SYNC0 is on and it differs from the last one by more than 1 us. Masters that measure again stay
+  below that.
+- Corrections by 0x0910, the regular distribution of the system time, do not concern this rule.
 
 ## Example
 samples/captures/sync-switched-off.pcapng
 
 ## What to do
-Leave OP (request SAFEOP or PREOP) before SYNC0, the offset or the delay is changed; set clocks up before SAFEOP.
+Leave OP (request SAFEOP or PREOP) before SYNC0, the offset or the delay is changed. Set clocks up before SAFEOP.
 )"};
 
-/// A delay that was measured anew is another by less: slaves are synchronised within it.
-constexpr std::int64_t kMeasuredAnewNs = 1000;
+/// A delay that was measured again differs by less: slaves are synchronised within it.
+constexpr std::int64_t kMeasuredAgainNs = 1000;
 
 /// From the last slave whose SYNC0 is switched off to the request of another state.
 constexpr TimeNs kShutDownNs = 10'000'000;
@@ -67,15 +112,16 @@ class SyncSwitchedOff final : public Rule {
  public:
   SyncSwitchedOff() : Rule(kInfo) {
     Subscribe<track::SlaveAccess>(&SyncSwitchedOff::On,
-                             MemoryRange::Of(esc::kSystemTimeOffset, esc::kDcEnd - esc::kSystemTimeOffset));
+                                  MemoryRange::Of(esc::kSystemTimeOffset, esc::kDcEnd - esc::kSystemTimeOffset));
     Subscribe<track::AlRequestSent>(&SyncSwitchedOff::On);
     Subscribe<track::Answered>(&SyncSwitchedOff::OnStates, MemoryRange::Of(esc::kAlStatus, 1));
     Subscribe<track::Answered>(&SyncSwitchedOff::OnClear, MemoryRange::Of(esc::kStationAddress, 2));
-    Subscribe<track::Answered>(&SyncSwitchedOff::OnClear, MemoryRange::Of(esc::kSyncManagerBase, esc::kSyncManagerBytes));
+    Subscribe<track::Answered>(&SyncSwitchedOff::OnClear,
+                               MemoryRange::Of(esc::kSyncManagerBase, esc::kSyncManagerBytes));
     Subscribe<track::AlStatusRead>(&SyncSwitchedOff::On);
   }
 
-  /// Where each slave's own state is not known, those of all may be.
+  /// If the state of a slave itself is not known, that of all slaves may be.
   void OnStates(const track::Answered& e) {
     if (e.command != wire::Command::BRD || e.wkc == 0 || e.circulating || e.address > esc::kAlStatus) return;
     const auto at = static_cast<std::size_t>(esc::kAlStatus - e.address);
@@ -83,7 +129,7 @@ class SyncSwitchedOff final : public Rule {
     some_in_op_ = (e.returned_data[at] & static_cast<std::uint8_t>(esc::AlState::OP)) != 0;
   }
 
-  /// A master that found slaves begins with all of them: what ran before it runs no more, or is not its own.
+  /// A master that found slaves begins with all of them: what ran before has ended, or is not its own.
   void OnClear(const track::Answered& e) {
     if (e.command != wire::Command::BWR || e.wkc == 0 || e.circulating) return;
     const ByteSpan data = e.returned_data;
@@ -104,7 +150,7 @@ class SyncSwitchedOff final : public Rule {
   void On(const track::AlRequestSent& e) {
     if (e.slave >= slaves_.size() || e.control.state() == static_cast<std::uint8_t>(esc::AlState::OP)) return;
     if (std::optional<Off>& off = slaves_[e.slave].off) {
-      if (!Near(e.frame)) TellOff(e.slave, *off);
+      if (!Near(e.frame)) ReportOff(e.slave, *off);
       off.reset();
     }
   }
@@ -114,10 +160,9 @@ class SyncSwitchedOff final : public Rule {
       const std::optional<Off>& off = slaves_[i].off;
       if (!off) continue;
       if (Near(context().statistics().last)) {
-        NotEvaluable(static_cast<SlaveId>(i), "the capture ends right behind the frame that switches SYNC0 off",
-                     off->frame.number);
+        NotEvaluable(static_cast<SlaveId>(i), ReasonCode::kCaptureEnds, kShutDown, off->frame.number);
       } else {
-        TellOff(static_cast<SlaveId>(i), *off);
+        ReportOff(static_cast<SlaveId>(i), *off);
       }
     }
     (void)NotEvaluableWithoutReturns();
@@ -137,7 +182,7 @@ class SyncSwitchedOff final : public Rule {
     bool offset_is_wide = false;  ///< all 64 bits of it were seen
     std::optional<std::uint32_t> delay;
     std::optional<Off> off;
-    bool state_read = false;  ///< since the master began with all slaves
+    bool state_read = false;  ///< since the master started up all slaves again
   };
 
   Slave& Of(SlaveId id) {
@@ -150,7 +195,7 @@ class SyncSwitchedOff final : public Rule {
     return context().slave(id).al.SettledIn(esc::AlState::OP);
   }
 
-  /// By what broadcasts show, and nothing else.
+  /// By broadcasts alone.
   [[nodiscard]] bool MayBeInOp(SlaveId id) const { return some_in_op_ && context().slave(id).al.possible().empty(); }
 
   void OnActivation(const track::SlaveAccess& access, Slave& slave) {
@@ -163,22 +208,18 @@ class SyncSwitchedOff final : public Rule {
       const std::optional<esc::SyncActivation> before = std::exchange(slave.activation, now);
       const FrameRef since = std::exchange(slave.activation_since, access.frame());
       if (Generates(now) && slave.off) {
-        TellOff(access.slave, *slave.off);
+        ReportOff(access.slave, *slave.off);
         slave.off.reset();
       }
       if (Generates(now)) return;
       if (!InOp(access.slave)) {
         if (MayBeInOp(access.slave) && (!before || Generates(*before))) {
-          NotEvaluable(access.slave,
-                       "whether the slave was in OP when SYNC0 was switched off (0x0981) is not known: its own AL "
-                       "Status was not read",
-                       access.frame().number);
+          NotEvaluable(access.slave, ReasonCode::kNotRead, kOwnState, access.frame().number);
         }
         return;
       }
       if (!before) {
-        NotEvaluable(access.slave, "whether SYNC0 was on (0x0981) before it was switched off in OP is not known",
-                     access.frame().number);
+        NotEvaluable(access.slave, ReasonCode::kNotInCapture, kActivationBefore, access.frame().number);
         return;
       }
       if (!Generates(*before)) return;
@@ -213,8 +254,7 @@ class SyncSwitchedOff final : public Rule {
     const bool both_wide = std::exchange(slave.offset_is_wide, is_wide) && is_wide;
     if (!writes || !InOp(access.slave)) return;
     if (!slave.activation) {
-      NotEvaluable(access.slave, "whether SYNC0 was on (0x0981) when 0x0920 was written in OP is not known",
-                   access.frame().number);
+      NotEvaluable(access.slave, ReasonCode::kNotInCapture, kActivationAtOffset, access.frame().number);
       return;
     }
     if (!Generates(*slave.activation)) return;
@@ -224,11 +264,9 @@ class SyncSwitchedOff final : public Rule {
                            ? static_cast<std::int64_t>(shift)
                            : std::int64_t{static_cast<std::int32_t>(static_cast<std::uint32_t>(shift))};
     if (!before || moved != 0) {
-      TellShift(access, before.has_value(), moved, now);
+      ReportOffset(access, before.has_value(), moved, now);
     } else if (both_wide && shift != 0 && !registers.Value<std::uint8_t>(esc::kEscFeatures)) {
-      NotEvaluable(access.slave,
-                   "the upper half of 0x0920 was changed in OP: whether the clock has 64 bit (0x0008) is not known",
-                   access.frame().number);
+      NotEvaluable(access.slave, ReasonCode::kNotInCapture, kClockWidth, access.frame().number);
     }
   }
 
@@ -245,74 +283,55 @@ class SyncSwitchedOff final : public Rule {
     const std::optional<std::uint32_t> before = std::exchange(slave.delay, now);
     if (!writes || !InOp(access.slave) || !slave.activation || !Generates(*slave.activation)) return;
     if (!before) {
-      NotEvaluable(access.slave, "what the delay (0x0928) was before it was written in OP is not known",
-                   access.frame().number);
+      NotEvaluable(access.slave, ReasonCode::kNotInCapture, kDelayBefore, access.frame().number);
       return;
     }
     const std::int64_t moved = std::int64_t{now} - std::int64_t{*before};
-    if (moved > kMeasuredAnewNs || moved < -kMeasuredAnewNs) TellDelay(access, *before, now);
+    if (moved > kMeasuredAgainNs || moved < -kMeasuredAgainNs) ReportDelay(access, *before, now);
   }
 
-  /// Right behind the last time that SYNC0 of some slave was switched off.
+  /// Shortly after SYNC0 of a slave was switched off.
   [[nodiscard]] bool Near(const FrameRef& frame) const {
     if (frame.has_time && last_off_.has_time) {
-      // A clock that moves in steps shows a whole one where next to nothing passed.
+      // A clock that moves in steps shows a whole step even after next to no time.
       return frame.time - last_off_.time <= kShutDownNs + context().statistics().time_step_ns;
     }
     return frame.number - last_off_.number <= kShutDownFrames;
   }
 
-  void TellOff(SlaveId slave, const Off& off) {
+  void ReportOff(SlaveId slave, const Off& off) {
     if (Repeat(slave, 0, off.frame) != kNoFinding) return;
-    Finding finding = Begin(slave, off.frame, off.assumed);
-    finding.title = "SYNC0 switched off in OP";
-    finding.message = "Frame " + std::to_string(off.frame.number) + " writes 0x0981 = " + Hex(off.now.raw, 2) +
-                      " while the slave is in OP and SYNC0 is on (" + Hex(off.before.raw, 2) + " since frame " +
-                      std::to_string(off.since.number) +
-                      "): no further pulse comes, and the drive loses its synchronisation. Leave OP first.";
-    finding.evidence = {HexNumber("activation_before", off.before.raw), HexNumber("activation", off.now.raw)};
+    Finding finding = FindingOf(kOff, slave, off.frame, off.assumed);
+    finding.Set("activation_before", arg::Hex(off.before.raw, 2))
+        .Set("activation", arg::Hex(off.now.raw, 2))
+        .Set("since_frame", arg::Frame(off.since.number));
     AddRelated(finding, off.since.number);
     Report(0, std::move(finding));
   }
 
-  void TellShift(const track::SlaveAccess& access, bool known, std::int64_t moved, std::uint64_t now) {
+  void ReportOffset(const track::SlaveAccess& access, bool known, std::int64_t moved, std::uint64_t now) {
     if (Repeat(access.slave, 1, access.frame()) != kNoFinding) return;
-    Finding finding = Begin(access.slave, access.frame(), access.acceptance == track::Acceptance::kAssumed);
-    finding.title = known ? "System time shifted by " + Duration(moved) + " in OP" : "System time offset written in OP";
-    finding.message =
-        "Frame " + std::to_string(access.frame().number) +
-        " writes the system time offset (0x0920) while the slave is "
-        "in OP and SYNC0 is on" +
-        (known ? ", which moves the slave's system time by " + Duration(moved)
-               : "; what it was before is not in the capture") +
-        ". SYNC0 follows the system time: its next pulse comes at another time, or not at all. Set the offset before "
-        "SYNC0 is switched on.";
-    finding.evidence.push_back(HexNumber("offset", now));
+    Finding finding = FindingOf(known ? kShifted : kOffsetWritten, access.slave, access.frame(), IsAssumed(access));
+    finding.Set("offset", arg::Hex(now));
     if (known) {
-      finding.evidence.push_back(Number("shift_ns", moved));
+      finding.Set("shift_ns", arg::Ns(moved));
     } else {
       finding.confidence = Confidence::kInferred;
     }
     Report(1, std::move(finding));
   }
 
-  void TellDelay(const track::SlaveAccess& access, std::uint32_t before, std::uint32_t now) {
+  void ReportDelay(const track::SlaveAccess& access, std::uint32_t before, std::uint32_t now) {
     if (Repeat(access.slave, 2, access.frame()) != kNoFinding) return;
-    Finding finding = Begin(access.slave, access.frame(), access.acceptance == track::Acceptance::kAssumed);
-    finding.title = "Propagation delay changed from " + Duration(before) + " to " + Duration(now) + " in OP";
-    finding.message =
-        "Frame " + std::to_string(access.frame().number) + " writes 0x0928 = " + Duration(now) +
-        " while the slave is in OP and SYNC0 is on; before that it was " + Duration(before) +
-        ". The slave's clock is regulated to the reference's time plus this delay: its SYNC0 moves by the "
-        "difference against the frames and the other slaves. Measure and write delays before SAFEOP.";
-    finding.evidence = {Number("delay_before_ns", before), Number("delay_ns", now)};
+    Finding finding = FindingOf(kDelayChanged, access.slave, access.frame(), IsAssumed(access));
+    finding.Set("delay_before_ns", arg::Ns(before)).Set("delay_ns", arg::Ns(now));
     Report(2, std::move(finding));
   }
 
-  static Finding Begin(SlaveId slave, const FrameRef& frame, bool assumed) {
-    Finding finding;
-    finding.slave = slave;
-    finding.first = frame;
+  static bool IsAssumed(const track::SlaveAccess& access) { return access.acceptance == track::Acceptance::kAssumed; }
+
+  static Finding FindingOf(const FindingKind& kind, SlaveId slave, const FrameRef& frame, bool assumed) {
+    Finding finding = Found(kind, slave, frame);
     if (assumed) finding.confidence = Confidence::kInferred;
     return finding;
   }
@@ -320,7 +339,7 @@ class SyncSwitchedOff final : public Rule {
   std::vector<Slave> slaves_;
   FrameRef last_off_;  // of any slave
   bool some_in_op_ = false;
-  bool begun_ = false;  // the master began with all slaves anew
+  bool begun_ = false;  // the master started up all slaves again
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncSwitchedOff>};

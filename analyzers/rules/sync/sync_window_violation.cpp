@@ -2,6 +2,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "analyzers/judge/lossy_capture.h"
@@ -12,17 +14,88 @@
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_events.h"
 #include "analyzers/sync/sync_model.h"
-#include "analyzers/words/al_text.h"
-#include "decoder/base/text.h"
 #include "decoder/base/time.h"
 
 namespace ecaudit::sync_window_violation {
 namespace {
 
-/// The rhythm of the frames is not that of SYNC0 (sync-cycle-mismatch) where it is off by more than this part.
+/// The rhythm of the frames is not that of SYNC0 (sync-cycle-mismatch) if it is off by more than this part.
 constexpr double kOtherRhythm = 0.1;
 /// Frames are as far apart as their intervals within this part of a cycle.
 constexpr double kInPlace = 0.125;
+
+constexpr Word kSyncSource{"sync-source", "the way in which the drive synchronises to SYNC0"};
+constexpr Word kDrift{"drift-across-sync0", "the drift of the frames across SYNC0"};
+constexpr Word kJitter{"jitter", "the jitter of the process data"};
+constexpr Word kPllDistance{"pll-distance", "the expected delay of the PLL (or its --parameter)"};
+constexpr Word kPllWindow{"pll-window", "the window of the PLL (or its --parameter)"};
+constexpr Word kDcTime{"dc-time-in-frames", "the DC time in the frames with process data"};
+constexpr Word kNearSync0{"arrival-near-sync0", "the arrival of frames close to SYNC0"};
+constexpr Word kDcTimeAndStamps{"dc-and-stamps", "the DC time in another frame of the cycle and the stamps", true};
+
+constexpr FindingKind kEmptyInterval{
+    .name = "interval-empty",
+    .title = "{empty_intervals} without process data",
+    .message =
+        R"(SYNC0 comes every {cycle_us}. [{frames} and {pulses} came from {before_frame} to {frame}: the frames drift
+across SYNC0. So {empty_intervals} passed without outputs.][{!frames}{empty_intervals} passed without outputs between
+{before_frame} and {frame}.] {frame} arrives {phase_us} after a pulse (+-{uncertainty_us} by {time_base}). The drive
+needs one frame in each interval ({sync_source}).[ The frames come every {frame_cycle_us}.][ On average they arrive
+{usual_phase_us} after a pulse, far from the next one.])",
+    .next =
+        R"([{?frames}Let the cycle of the master follow the DC time.][{?frame_cycle_us}Send the frames with the cycle
+of SYNC0.][{?usual_phase_us}Find what delayed the master here, and check whether its cycle follows the DC
+time.][{?near_sync0}Shift SYNC0 to the middle between two frames, and send more regularly.])"};
+
+constexpr FindingKind kTwoFrames{
+    .name = "two-frames",
+    .title = "Two frames with process data in one SYNC0 interval",
+    .message =
+        R"(SYNC0 comes every {cycle_us}. [{frames} and {pulses} came from {before_frame} to {frame}: the frames drift
+across SYNC0, and two arrive between the same two pulses.][{!frames}Frames {before_frame:number} and {frame:number}
+arrive between the same two pulses.] {frame} arrives {phase_us} after a pulse (+-{uncertainty_us} by {time_base}). The
+drive needs one frame in each interval ({sync_source}).[ The frames come every {frame_cycle_us}.][ On average they
+arrive {usual_phase_us} after a pulse, far from the next one.])",
+    .next =
+        R"([{?frames}Let the cycle of the master follow the DC time.][{?frame_cycle_us}Send the frames with the cycle
+of SYNC0.][{?usual_phase_us}Find what delayed the master here, and check whether its cycle follows the DC
+time.][{?near_sync0}Shift SYNC0 to the middle between two frames, and send more regularly.])"};
+
+constexpr FindingKind kEmptyCycle{
+    .name = "cycle-empty",
+    .title = "{missing_cycles} without process data",
+    .message = R"({missing_cycles} passed without outputs between {before_frame} and {frame}. The cycle is {cycle_us}
+(+-{uncertainty_us} by {time_base}). [The manual ({manual})][{!manual}The EtherCAT standard] permits a jitter of
+{permitted_us}.[ Note of the profile: {note}.])",
+    .next = "Make the sending of the master more regular."};
+
+constexpr FindingKind kLate{
+    .name = "late",
+    .title = "Process data {deviation_us} late, {permitted_us} permitted",
+    .message = R"({frame} arrives {deviation_us} later than expected from the cycles of {cycle_us} before it
+(+-{uncertainty_us} by {time_base}). [The manual ({manual})][{!manual}The EtherCAT standard] permits a jitter of
+{permitted_us}.[ Note of the profile: {note}.])",
+    .next = "Make the sending of the master more regular."};
+
+constexpr FindingKind kEarly{
+    .name = "early",
+    .title = "Process data {early_us} early, {permitted_us} permitted",
+    .message = R"({frame} arrives {early_us} earlier than expected from the cycles of {cycle_us} before it
+(+-{uncertainty_us} by {time_base}). [The manual ({manual})][{!manual}The EtherCAT standard] permits a jitter of
+{permitted_us}.[ Note of the profile: {note}.])",
+    .next = "Make the sending of the master more regular."};
+
+constexpr FindingKind kPllOutside{
+    .name = "pll-outside",
+    .title = "PLL outside its window: {sync_actual}, expected {sync_distance} +-{sync_window}",
+    .message = R"(In OP with SYNC0 on the drive reports {actual_parameter} = {sync_actual} in {frame}.
+{distance_parameter} is {sync_distance} ([{distance_object} in {distance_frame}][{!distance_frame}given by
+--parameter]). {window_parameter} is {sync_window} ([{window_object} in {window_frame}][{!window_frame}given by
+--parameter]). [The manual ({manual})][{!manual}The EtherCAT standard] requires a value strictly inside that window[
+for {threshold}].)",
+    .next = R"(Make the cycle of the master more regular, or check that it sends with the cycle of SYNC0.)"};
+
+constexpr const FindingKind* kKinds[] = {&kEmptyInterval, &kTwoFrames, &kEmptyCycle, &kLate, &kEarly, &kPllOutside};
 
 constexpr RuleInfo kInfo{
     .id = "sync-window-violation",
@@ -32,41 +105,61 @@ constexpr RuleInfo kInfo{
     .subject = Subject::kTiming,
     .title = "Process data arrive outside the window in which the drive expects them",
     .needs =
-        "with SYNC0: DC time in the frames with process data; without: the family's permitted jitter and good stamps",
+        "with SYNC0: DC time in the frames with process data; without: the permitted jitter of the family, good stamps",
     .source = "AKD-2011, 4.10; AKD-2010, 4.10; MKD, 4.11; PILZ, 4.8",
+    .kinds = kKinds,
     .doc = R"(
 ## What it checks
-With SYNC0 in OP: that one frame with outputs arrives between two pulses. A pulse interval without a frame, or with
-two, means that a frame came on the wrong side of SYNC0. Where the master reads the drive's own measurement (AKD and
-MKD: SYNCACT, 3496h:2), that it lies inside SYNCDIST +- SYNCWND. Without SYNC0: that outputs arrive within the jitter
-that the family permits (Pilz: 320 us for cycles of 1 ms and more, 70 us up to 750 us), and none is missing.
+With SYNC0, in OP:
+
+- One frame with outputs arrives between two pulses. An interval without a frame, or with two, means that a frame came
+  on the wrong side of SYNC0.
+- If the master reads the measurement of the drive itself (AKD and MKD: SYNCACT, 3496h:2), it lies inside SYNCDIST +-
+  SYNCWND.
+
+Without SYNC0: outputs arrive within the jitter that the family permits (Pilz: 320 us for cycles of 1 ms and more, 70 us
+up to 750 us), and none is missing.
 
 ## Why it matters
-At SYNC0 the drive takes the outputs it has. An interval without new ones repeats old setpoints, one with two skips a
-setpoint: the axis jerks. Without SYNC0 a Pilz drive counts the violation; the second in a row is a loss of
+At SYNC0 the drive uses the outputs that it has. An interval without new ones repeats old setpoints, one with two
+skips a setpoint: the axis jerks. Without SYNC0 a Pilz drive counts the violation. The second in a row is a loss of
 synchronisation.
 
 ## How it is decided
-The arrival is the DC time that the frame itself carries, plus the slave's propagation delay, plus the length of the
-frame; it is on no side while it lies within 1 us (or the slave's own 0x092C) of a pulse. Frames that creep over a pulse
-do so inside of that: so frames and pulses are counted from the last frame whose side is certain, as long as no interval
-is so long that a frame may be missing in it. Where the frames themselves carry no time but others of the cycle do,
-certain is for this count what lies a quarter of the cycle off. Without SYNC0 the expected arrival lies on the line
-through the frames so far, which it follows slowly, from the 100th cycle in OP on; the limit is that for 60C2h where the
-master wrote it and its cycle is about that, else for the measured cycle. Stamps that are too poor, or a deviation that
-equals the limit within their uncertainty and that of the line, are not judged; neither are frames that were sent and
-did not return, nor 64 and more missing cycles of a drive that stays enabled (the capture has a hole there). A frame
-that is late leaves an interval empty and makes the next one have two: where each of the ones makes up for one of the
-others before it, caused_by names these. SYNCACT counts in OP with SYNC0 on, after PLLTHRESH cycles where that is known;
-SYNCDIST and SYNCWND come from SDO transfers or from --parameter. The AKD manuals do not print these objects: they are
-those of the MKD, and the finding is inferred. Only families that are known to synchronise this way are judged. Between
-750 us and 1 ms the Pilz manual gives no figure: 70 us is applied as a warning.
+With SYNC0:
+
+- The arrival is the DC time that the frame itself carries, plus the propagation delay of the slave, plus the length of
+  the frame.
+- While a frame lies within 1 us of a pulse (or within 0x092C of the slave), it is on no side.
+- Frames that drift across a pulse do so inside that range. So frames and pulses are counted from the last frame whose
+  side is certain, as long as no interval is so long that a frame may be missing in it.
+- If not the frames themselves but others of the cycle carry the time, a frame is certain for this count when it lies a
+  quarter of the cycle away.
+- A late frame leaves an interval empty and makes the next one have two. If each finding of one kind makes up for one of
+  the other kind before it, caused_by names that kind.
+- SYNCACT counts in OP with SYNC0 on, after PLLTHRESH cycles if that is known. SYNCDIST and SYNCWND come from SDO
+  transfers or from --parameter. The AKD manuals do not print these objects: they are those of the MKD, and the finding
+  is inferred.
+- Only families that are known to synchronise this way are evaluated.
+
+Without SYNC0:
+
+- The expected arrival lies on the line through the frames so far, which it follows slowly, from the 100th cycle in OP
+  on.
+- The limit is that for 60C2h if the master wrote it and its cycle is about that, else for the measured cycle.
+- Between 750 us and 1 ms the Pilz manual gives no figure: 70 us is applied as a warning.
+
+Not evaluated:
+
+- stamps that are too coarse, or a deviation that equals the limit within their uncertainty and that of the line,
+- frames that never returned,
+- 64 or more missing cycles of a drive that stays enabled: the capture has a gap there.
 
 ## Example
 tests/rules/sync-window-violation/violates.trace
 
 ## What to do
-Shift SYNC0 (start time) to the middle between two frames, and make the master's sending more regular. The report
+Shift SYNC0 (start time) to the middle between two frames, and make the sending of the master more regular. The report
 shows the phase of the frames against SYNC0 for each slave.
 )"};
 
@@ -81,11 +174,11 @@ class SyncWindowViolation final : public Rule {
   void On(const sync::SyncSlotMiss& e) {
     const device::SyncDescription& family = context().slave(e.slave).profile->sync;
     if (family.source_with_dc.empty()) {
-      NotEvaluable(e.slave, "the profile does not say how the slave synchronises to SYNC0", e.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kNotInProfile, kSyncSource, e.frame.number);
       return;
     }
     if (e.empty > 0 && e.unreturned > 0) {
-      NotEvaluable(e.slave, "frames for a SYNC0 interval were sent and did not return", e.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kNeverReturned, what::kProcessFrames, e.frame.number);
       return;
     }
     if (IsHole(context().sync().outputs(e.slave), e.empty)) {
@@ -98,54 +191,53 @@ class SyncWindowViolation final : public Rule {
     }
     if (const sync::DcClock& clock = context().sync().clock();
         e.crept > 0 && clock.distributions() == 0 && e.slave != clock.reference()) {
-      NotEvaluable(e.slave, "the frames creep over SYNC0 by a clock that the slave's own need not follow",
-                   e.frame.number);
+      // By a clock that the clock of the slave need not follow.
+      NotEvaluable(e.slave, ReasonCode::kAmbiguous, kDrift, e.frame.number);
       return;
     }
     FindingIndex index = Repeat(e.slave, e.empty > 0 ? 1 : 2, e.frame);
     if (index != kNoFinding) {
       AddRelated(context().store[index], e.frame.number);
     } else {
-      index = TellMiss(e, family);
+      index = ReportMiss(e, family);
     }
     Follow(e, index);
   }
 
-  FindingIndex TellMiss(const sync::SyncSlotMiss& e, const device::SyncDescription& family) {
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.frame;
+  FindingIndex ReportMiss(const sync::SyncSlotMiss& e, const device::SyncDescription& family) {
+    Finding finding = Found(e.empty > 0 ? kEmptyInterval : kTwoFrames, e.slave, e.frame);
     AddRelated(finding, e.before.number);
-    const std::string cycle = Duration(e.cycle_ns);
-    finding.title = e.empty == 0   ? "Two frames with process data in one SYNC0 interval"
-                    : e.empty == 1 ? "SYNC0 interval without process data"
-                                   : std::to_string(e.empty) + " SYNC0 intervals without process data";
-    finding.message = "SYNC0 comes every " + cycle + ". " + MissText(e) + "; the latter arrives " +
-                      Duration(e.phase_ns) + " after a pulse, +-" + Duration(e.uncertainty_ns) + " by the DC time in " +
-                      (e.by_stamps ? "another frame of the cycle and the stamps" : "the frames") +
-                      ". The drive needs one frame in each interval (" + family.source_with_dc + "). " + AdviceOn(e);
-    finding.evidence = {Number("empty_intervals", static_cast<std::int64_t>(e.empty)),
-                        Real("phase_us", static_cast<double>(e.phase_ns) / 1e3),
-                        Real("cycle_us", static_cast<double>(e.cycle_ns) / 1e3)};
+    finding.Set("empty_intervals", arg::Count(e.empty, "SYNC0 interval"))
+        .Set("phase_us", arg::Us(e.phase_ns))
+        .Set("cycle_us", arg::Us(e.cycle_ns))
+        .Set("uncertainty_us", arg::Us(e.uncertainty_ns))
+        .Set("time_base", arg::Of(e.by_stamps ? kDcTimeAndStamps : WordOf(sync::TimeBase::kDc)))
+        .Set("before_frame", arg::Frame(e.before.number))
+        .Set("sync_source", arg::Text(family.source_with_dc));
+    if (e.crept > 0) {
+      finding.Set("frames", arg::Count(e.crept, "frame"))
+          .Set("pulses", arg::Count(e.empty > 0 ? e.crept + e.empty : e.crept - 1, "pulse"));
+    }
+    SetRemedy(finding, e);
     return Report(e.empty > 0 ? 1 : 2, std::move(finding));
   }
 
-  /// SYNC0 in the middle between two frames is not to be shifted.
-  [[nodiscard]] std::string AdviceOn(const sync::SyncSlotMiss& e) const {
-    if (e.crept > 0) return "Let the master's cycle follow the DC time.";
+  /// What the next step depends on. SYNC0 in the middle between two frames must not be shifted.
+  void SetRemedy(Finding& finding, const sync::SyncSlotMiss& e) const {
+    if (e.crept > 0) return;
     // In another rhythm they arrive anywhere.
     const sync::CyclicImage* image = context().sync().outputs(e.slave).image;
     const TimeNs rhythm = image != nullptr && image->has_nominal() ? image->nominal_ns : e.cycle_ns;
     if (std::abs(static_cast<double>(rhythm) / static_cast<double>(e.cycle_ns) - 1) > kOtherRhythm) {
-      return "Let the frames come with the cycle of SYNC0: they come every " + Duration(rhythm) + ".";
+      finding.Set("frame_cycle_us", arg::Us(rhythm));
+      return;
     }
     const TimeNs usual = context().sync().outputs(e.slave).phase.UsualNs(e.cycle_ns);
     if (usual < e.cycle_ns / 4 || usual > e.cycle_ns - e.cycle_ns / 4) {
-      return "Shift SYNC0 to the middle between two frames, and send more regularly.";
+      finding.Set("near_sync0", arg::Flag());
+    } else {
+      finding.Set("usual_phase_us", arg::Us(usual));
     }
-    return "On average the frames arrive " + Duration(usual) +
-           " after a pulse, far from the next: look for what delayed the master here, or whether its cycle follows the "
-           "DC time.";
   }
 
   void On(const sync::ArrivalOff& e) {
@@ -158,15 +250,12 @@ class SyncWindowViolation final : public Rule {
     }
     const bool missing = e.missing > 0;
     if (missing && e.unreturned > 0) {
-      NotEvaluable(e.slave, "frames with process data were sent and did not return", e.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kNeverReturned, what::kProcessFrames, e.frame.number);
       return;
     }
     const TimeNs size = e.deviation_ns < 0 ? -e.deviation_ns : e.deviation_ns;
     if (!missing && size - *e.uncertainty_ns <= limit->jitter) {
-      NotEvaluable(
-          e.slave,
-          "jitter of the process data equals the permitted one within the uncertainty of what it is measured by",
-          e.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kWithinUncertainty, kJitter, e.frame.number);
       return;
     }
     const std::uint64_t key = missing ? 3 : 4;
@@ -174,27 +263,19 @@ class SyncWindowViolation final : public Rule {
       AddRelated(context().store[index], e.frame.number);
       return;
     }
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.frame;
+    Finding finding = Found(missing ? kEmptyCycle : e.deviation_ns > 0 ? kLate : kEarly, e.slave, e.frame);
     AddRelated(finding, e.before.number);
     finding.reference = ReferenceTo(limit->source);
-    const std::string permitted = Duration(limit->jitter);
-    finding.title = missing ? Count(e.missing, "cycle") + " without process data"
-                            : "Process data " + Duration(size) + (e.deviation_ns > 0 ? " late" : " early") +
-                                  ", permitted are " + permitted;
-    finding.message =
-        (missing ? "Between frame " + std::to_string(e.before.number) + " and frame " + std::to_string(e.frame.number) +
-                       " " + Count(e.missing, "cycle") + " of " + Duration(e.cycle_ns) + " passed without outputs"
-                 : "Frame " + std::to_string(e.frame.number) + " comes " + Duration(size) +
-                       (e.deviation_ns > 0 ? " later" : " earlier") + " than the cycles of " + Duration(e.cycle_ns) +
-                       " before it let expect") +
-        PrecisionText({0, e.base}, *e.uncertainty_ns) + ". " + LawText(profile) + " permits a jitter of " + permitted +
-        (limit->undocumented ? " (" + limit->note + ")" : std::string()) + ". Make the master's sending more regular.";
-    finding.evidence = {Real("deviation_us", static_cast<double>(e.deviation_ns) / 1e3),
-                        Real("permitted_us", static_cast<double>(limit->jitter) / 1e3),
-                        Number("missing_cycles", static_cast<std::int64_t>(e.missing)),
-                        Text("time_base", std::string(sync::Name(e.base)))};
+    finding.Set("deviation_us", arg::Us(e.deviation_ns))
+        .Set("permitted_us", arg::Us(limit->jitter))
+        .Set("missing_cycles", arg::Count(e.missing, "cycle"))
+        .Set("time_base", arg::Of(WordOf(e.base)))
+        .Set("uncertainty_us", arg::Us(*e.uncertainty_ns))
+        .Set("cycle_us", arg::Us(e.cycle_ns))
+        .Set("before_frame", arg::Frame(e.before.number));
+    if (finding.kind == &kEarly) finding.Set("early_us", arg::Us(size));
+    if (limit->undocumented) finding.Set("note", arg::Text(limit->note));
+    SetManual(finding, profile);
     Report(key, limit->undocumented && !missing ? Severity::kWarning : Severity::kError, std::move(finding));
   }
 
@@ -204,42 +285,35 @@ class SyncWindowViolation final : public Rule {
     const auto distance = model::ValueOf(slave, family.sync_distance);
     const auto window = model::ValueOf(slave, family.sync_window);
     if (!distance || !window) {
-      NotEvaluable(e.slave,
-                   (distance ? family.sync_window : family.sync_distance)->keyword +
-                       " is not known, which the drive's measurement of its synchronisation is compared with: give it "
-                       "with --parameter",
-                   e.frame.number);
+      NotEvaluable(e.slave, ReasonCode::kNotInCapture, distance ? kPllWindow : kPllDistance, e.frame.number);
       return;
     }
     if (*e.inside() || Repeat(e.slave, 5, e.frame) != kNoFinding) return;
-    Finding finding;
-    finding.slave = e.slave;
-    finding.first = e.frame;
+    Finding finding = Found(kPllOutside, e.slave, e.frame);
     if (distance->since != 0) AddRelated(finding, distance->since);
     if (window->since != 0) AddRelated(finding, window->since);
     finding.reference = ReferenceTo(family.sync_actual->source);
     if (e.inferred) finding.confidence = Confidence::kInferred;
-    finding.title = "The drive measures its PLL outside the window: " + family.sync_actual->keyword + " " +
-                    std::to_string(e.actual) + ", expected " + std::to_string(distance->value) + " +-" +
-                    std::to_string(window->value);
-    finding.message = "In OP with SYNC0 on the drive answers in frame " + std::to_string(e.frame.number) + " that " +
-                      family.sync_actual->keyword + " is " + std::to_string(e.actual) + ". " +
-                      model::ParameterText(*family.sync_distance, *distance) + "; " +
-                      model::ParameterText(*family.sync_window, *window) + ". " + LawText(*slave.profile) +
-                      " lets the drive be synchronised only strictly inside" +
-                      (e.threshold ? ", for " + Count(static_cast<std::uint64_t>(*e.threshold), "consecutive cycle")
-                                   : std::string()) +
-                      ". Make the master's cycle more regular, or check that it sends with the cycle of SYNC0.";
-    finding.evidence = {Number("sync_actual", e.actual), Number("sync_distance", distance->value),
-                        Number("sync_window", window->value)};
+    finding.Set("sync_actual", arg::Number(e.actual))
+        .Set("sync_distance", arg::Number(distance->value))
+        .Set("sync_window", arg::Number(window->value))
+        .Set("actual_parameter", arg::Text(family.sync_actual->keyword))
+        .Set("distance_parameter", arg::Text(family.sync_distance->keyword))
+        .Set("window_parameter", arg::Text(family.sync_window->keyword));
+    SetOrigin(finding, "distance_object", "distance_frame", *family.sync_distance, *distance);
+    SetOrigin(finding, "window_object", "window_frame", *family.sync_window, *window);
+    if (e.threshold) {
+      finding.Set("threshold", arg::Count(static_cast<std::uint64_t>(*e.threshold), "consecutive cycle"));
+    }
+    SetManual(finding, *slave.profile);
     Report(5, std::move(finding));
   }
 
   void Finish() override {
-    // A frame that is late leaves one interval empty, and fills another one twice, or its successor does.
+    // A late frame leaves one interval empty, and it or its successor makes another one have two.
     for (std::size_t s = 0; s < misses_.size(); ++s) {
       const auto& [empty, doubled] = misses_[s].of;
-      // Where findings are too many they count on others.
+      // If there are too many findings, they count on others.
       const auto own = [&](FindingIndex index) { return index != kNoFinding && context().store[index].slave == s; };
       if (!own(empty.index) || !own(doubled.index) || empty.index == doubled.index) continue;
       if (doubled.first_ones == 0) context().store[doubled.index].caused_by = empty.index;
@@ -252,10 +326,9 @@ class SyncWindowViolation final : public Rule {
       if (outputs.frames_in_op == 0 || !settings || !settings->activation.sync0()) continue;
       if (context().slave(id).profile->sync.source_with_dc.empty()) continue;
       if (outputs.phase.frames() == 0) {
-        NotEvaluable(id, "the frames with process data carry no DC time to compare with SYNC0");
+        NotEvaluable(id, ReasonCode::kNotInCapture, kDcTime);
       } else if (outputs.phase.undecided() > 0 && !outputs.phase.missed()) {
-        NotEvaluable(id, "frames with process data arrive so near to SYNC0 that the clocks do not tell on which side",
-                     outputs.phase.first_undecided().number);
+        NotEvaluable(id, ReasonCode::kAmbiguous, kNearSync0, outputs.phase.first_undecided().number);
       }
     }
   }
@@ -267,8 +340,8 @@ class SyncWindowViolation final : public Rule {
     std::uint64_t first_ones = 0;  ///< that make up for none of the other kind before them
   };
   struct Misses {
-    std::array<Kind, 2> of;   ///< without a frame, with two
-    std::int64_t behind = 0;  ///< by so many intervals frames are later than at first
+    std::array<Kind, 2> of;  ///< without a frame, with two
+    std::int64_t late = 0;   ///< intervals by which frames are later than at first
   };
 
   /// Whether the miss is the other end of one before it: frames came back to their places.
@@ -277,13 +350,13 @@ class SyncWindowViolation final : public Rule {
     Misses& misses = misses_[e.slave];
     Kind& kind = misses.of[e.empty > 0 ? 0 : 1];
     kind.index = index;
-    const bool makes_up = e.empty > 0 ? misses.behind < 0 : misses.behind > 0;
+    const bool makes_up = e.empty > 0 ? misses.late < 0 : misses.late > 0;
     const bool left_out = IsLeftOut(e);
     if (left_out || !makes_up) ++kind.first_ones;
-    if (!left_out) misses.behind += e.empty > 0 ? static_cast<std::int64_t>(e.empty) : -1;
+    if (!left_out) misses.late += e.empty > 0 ? static_cast<std::int64_t>(e.empty) : -1;
   }
 
-  /// The frames before and behind the empty intervals are in their places: there was none between them.
+  /// The frames before and after the empty intervals are in their places: there was none between them.
   static bool IsLeftOut(const sync::SyncSlotMiss& e) {
     if (e.empty == 0 || !e.before.has_time || !e.frame.has_time) return false;
     const auto cycles = static_cast<double>(Elapsed(e.before.time, e.frame.time)) / static_cast<double>(e.cycle_ns);
@@ -291,20 +364,12 @@ class SyncWindowViolation final : public Rule {
     return std::abs(cycles - static_cast<double>(pulses)) < kInPlace;
   }
 
-  static std::string MissText(const sync::SyncSlotMiss& e) {
-    const std::string before = std::to_string(e.before.number);
-    const std::string frame = std::to_string(e.frame.number);
-    const std::string intervals = Count(e.empty, "interval") + " between two pulses passed without outputs";
-    if (e.crept > 0) {
-      const std::string frames =
-          "From frame " + before + " to frame " + frame + " " + Count(e.crept, "frame") + " and ";
-      return e.empty > 0
-                 ? frames + Count(e.crept + e.empty, "pulse") + " came: the frames creep over SYNC0, and " + intervals
-                 : frames + Count(e.crept - 1, "pulse") +
-                       " came: the frames creep over SYNC0, and two arrive between the same two pulses";
-    }
-    if (e.empty == 0) return "Frames " + before + " and " + frame + " both arrive between the same two pulses";
-    return "Between frame " + before + " and frame " + frame + " " + intervals;
+  /// The object and frame that showed a parameter; neither if the user gave it.
+  static void SetOrigin(Finding& finding, std::string_view object, std::string_view frame,
+                        const device::DriveParameter& parameter, const model::ParameterValue& value) {
+    if (value.since == 0 || !parameter.object) return;
+    finding.Set(object, arg::Object(parameter.object->index, parameter.object->subindex))
+        .Set(frame, arg::Frame(value.since));
   }
 
   std::vector<Misses> misses_;  // by slave

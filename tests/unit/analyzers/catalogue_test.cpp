@@ -18,6 +18,7 @@
 #include "analyzers/options/options.h"
 #include "analyzers/result/rule_info.h"
 #include "cli/commands/catalogue_output.h"
+#include "cli/report/sentences.h"
 #include "decoder/device/source_documents.h"
 #include "tests/support/folders.h"
 
@@ -154,6 +155,13 @@ TEST(Catalogue, EveryRuleHasItsTraces) {
   }
 }
 
+/// Angle brackets would be tags.
+std::string InMarkdown(const std::string& text) {
+  std::string out;
+  for (const char c : text) out += c == '<' ? std::string("\\<") : c == '>' ? std::string("\\>") : std::string(1, c);
+  return out;
+}
+
 /// The catalogue as Markdown.
 std::string RulesPage() {
   std::string page =
@@ -178,6 +186,13 @@ std::string RulesPage() {
       page += "\n## " + std::string(rule->id) + "\n\n" + std::string(rule->title) +
               ". Default: " + std::string(Name(rule->severity)) + ".\n";
       for (const auto& [heading, text] : Parts(rule->doc)) page += "\n### " + heading + "\n" + text;
+      page += "\n### Findings\n\n";
+      for (const FindingKind* kind : rule->kinds) {
+        page += "- `" + std::string(kind->name) + "`: " + InMarkdown(report::OutlineOf(kind->title)) + "\n";
+      }
+      for (const NoteKind* note : rule->notes) {
+        page += "- note `" + std::string(note->name) + "`: " + InMarkdown(report::OutlineOf(note->text)) + "\n";
+      }
       page += "\nNeeds: " + std::string(rule->needs) + ". Source: " + std::string(rule->source) + ".\n";
     }
   }

@@ -121,8 +121,8 @@ const std::map<std::string, Expected>& LabTable() {
       {"latch.pcapng",
        {{"error", "latch-read-before-valid", 0, 4833, 1, nullptr, {4793}, 4833, "external latch 1 rising"},
         {"warning", "latch-rearm-without-edge", 0, 6593, 1, nullptr, {5193, 5993}, 6593, "external latch 1 rising"},
-        {"error", "latch-reserved-bits", 0, 6993, 2, nullptr, {}, 7193, "0x2001, 0x0010"},
-        {"error", "latch-invalid-selector", 0, 7393, 2, nullptr, {}, 7593, "0x0501, 0x1f01"}}},
+        {"error", "latch-reserved-bits", 0, 6993, 2, nullptr, {}, 7193, "0x2001 and 0x0010"},
+        {"error", "latch-invalid-selector", 0, 7393, 2, nullptr, {}, 7593, "0x0501 and 0x1f01"}}},
       {"legal-shortcuts.pcapng", kClean},
       {"lost-frames.pcapng", {{"error", "frame-lost", kBus, 0, 113}}},
       // Only the first emergency got into the mailbox; the lab gives it counter 1 where 3 would follow.

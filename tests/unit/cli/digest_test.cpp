@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/result/every_slave.h"
-#include "analyzers/result/misses_packets.h"
 #include "cli/report/digest_json.h"
 #include "cli/report/json_writer.h"
 #include "cli/report/sentences.h"
@@ -27,7 +26,7 @@ CaptureReport Awkward() {
   AnalysisResult& r = capture.result;
   r.capture.file.path = "dir/\x1b\xff name.pcap";
   r.slaves[0].name = "a\tb\nc";
-  test::SetTexts(r.findings[0], "title\twith \xC3\xBC", "line 1\nline 2\x01");
+  test::SetTexts(r.findings[0], "title\twith \xC3\xBC", "line 1\nline 2\x01", "awkward");
   r.findings.push_back(MakeFinding("frame-lost", Severity::kWarning, kNoSlave, 1, 0));
   r.findings.push_back(MakeFinding("sdo-abort", Severity::kInfo, 7, 0));
   r.findings[2].first = {};
@@ -132,7 +131,7 @@ TEST(Digest, Headlines) {
   EXPECT_EQ(Headline(capture),
             "PASS akd.pcapng: no findings in 6,759 EtherCAT frames of 7 slaves, 6 of them known by broadcasts only");
   capture.slaves_there = 0;
-  capture.not_judged.push_back({"frame-lost", {}, std::string(kSaysItMissesPackets) + ": what was there", false, {}});
+  capture.not_judged.push_back({"frame-lost", {}, "the capture misses packets", false, "misses-packets"});
   EXPECT_EQ(Headline(capture),
             "PASS akd.pcapng: no findings in 6,759 EtherCAT frames of 1 slave, but the capture misses packets");
   capture.not_judged.clear();

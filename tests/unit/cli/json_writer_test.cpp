@@ -53,7 +53,7 @@ TEST(JsonWriter, FindingAsInTheContract) {
   EXPECT_EQ(finding["confidence"], "observed");
   EXPECT_EQ(finding["evidence"], json({{"al_status_code", 29},
                                        {"polls", 5999},
-                                       
+
                                        {"mean_ms", 1.5},
                                        {"requested", "SAFEOP"}}));
   EXPECT_EQ(finding["reference"], json({{"document", "AKD EtherCAT Communication"}, {"section", "4.3"}}));

@@ -105,13 +105,13 @@ TEST(Requirements, NothingIsKnownOfAnEmptyCapture) {
   ASSERT_EQ(missing.size(), 3U);
   EXPECT_EQ(missing[0], "slaves=1: the capture shows no slave");
   EXPECT_EQ(missing[1], "state=OP: the capture does not show the AL state of any slave");
-  EXPECT_EQ(missing[2], "judged: the capture holds no EtherCAT frame");
+  EXPECT_EQ(missing[2], "judged: the capture has no EtherCAT frames");
 }
 
 TEST(Requirements, UnjudgedSlavesAreNamed) {
   AnalysisResult result = TwoInOp();
-  result.slaves[1].unjudged = "neither its AL state nor its process data are known";
-  EXPECT_EQ(Missing("judged", result), Texts{"judged: slave 1: neither its AL state nor its process data are known"});
+  result.slaves[1].not_evaluated = test::Because("its AL state");
+  EXPECT_EQ(Missing("judged", result), Texts{"judged: slave 1: its AL state is not in the capture"});
 }
 
 }  // namespace

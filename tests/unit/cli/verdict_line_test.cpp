@@ -88,13 +88,13 @@ TEST(VerdictLine, NamesTheCauseWhereThereIsRoom) {
 TEST(VerdictLine, NotesSayWhatTheLineHasNoRoomFor) {
   CaptureReport capture = RefusedSafeop();
   capture.unmet = {"slaves=2: the capture shows 1 slave", "state=OP: slave 0 is in PREOP at the end"};
-  capture.result.slaves[0].unjudged = "neither its AL state nor its process data are known";
+  capture.result.slaves[0].not_evaluated = test::Because("its AL state");
   capture.selection.to_frame = 100;
   EXPECT_THAT(
       VerdictNotes(DigestOf(capture)),
       ElementsAre("required and missing: slaves=2: the capture shows 1 slave; state=OP: slave 0 is in PREOP at "
                   "the end",
-                  "not judged: slave 0: neither its AL state nor its process data are known", "limited by --to #100"));
+                  "not judged: slave 0: its AL state is not in the capture", "limited by --to #100"));
   capture.result.findings.clear();
   EXPECT_THAT(Line(capture), StartsWith("UNMET akd: required and missing: slaves=2: the capture shows 1 slave"));
 }

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/analysis.h"
-#include "cli/report/sentences.h"
 #include "tests/support/trace_builder.h"
 
 namespace ecaudit::test {
@@ -221,11 +220,11 @@ std::vector<Finding> WindowViolations(const AnalysisResult& result) {
   return found;
 }
 
-/// Reasons why the window was not judged.
-std::vector<std::string> WindowNotJudged(const AnalysisResult& result) {
-  std::vector<std::string> reasons;
+/// Reasons why the window was not evaluated.
+std::vector<Reason> WindowNotEvaluated(const AnalysisResult& result) {
+  std::vector<Reason> reasons;
   for (const NotEvaluable& not_evaluable : result.not_evaluable) {
-    if (not_evaluable.rule == "sync-window-violation") reasons.push_back(report::TextOf(not_evaluable));
+    if (not_evaluable.rule == "sync-window-violation") reasons.push_back(not_evaluable.reason);
   }
   return reasons;
 }
@@ -236,7 +235,7 @@ TEST(SyncModel, FramesThatCreepOverSync0AreFoundByStampsToo) {
   const std::vector<Finding> found = WindowViolations(frames.Result());
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].count, 1U);
-  EXPECT_NE(report::TitleOf(found[0]).find("without process data"), std::string::npos) << report::TitleOf(found[0]);
+  EXPECT_TRUE(found[0].Is("sync-window-violation", "interval-empty")) << IdentityOf(found[0]);
 }
 
 // Of half a second, one stamp is wrong one way and one the other.
@@ -245,7 +244,7 @@ TEST(SyncModel, AStampThatIsWrongMovesNoFrameOverSync0) {
   for (int i = 0; i < 520; ++i) frames.Cycle(0, i == 100 ? 20 : 0, i == 300 ? 20 : 0);
   const AnalysisResult result = frames.Result();
   EXPECT_TRUE(WindowViolations(result).empty());
-  EXPECT_EQ(WindowNotJudged(result).size(), 1U);
+  EXPECT_EQ(WindowNotEvaluated(result).size(), 1U);
 }
 
 // Nor one that creeps, as long as it is not well over it: that it may have been is told.
@@ -254,7 +253,7 @@ TEST(SyncModel, FramesThatCreepALittleOverSync0AreNotJudgedByStamps) {
   for (int phase = -100; phase < 100; ++phase) frames.Cycle(phase);
   const AnalysisResult result = frames.Result();
   EXPECT_TRUE(WindowViolations(result).empty());
-  EXPECT_EQ(WindowNotJudged(result).size(), 1U);
+  EXPECT_EQ(WindowNotEvaluated(result).size(), 1U);
 }
 
 /// A Pilz drive in OP without SYNC0, 60C2h 500 us. Frames are 60 us late and in time by turns, so that no interval is
@@ -280,8 +279,8 @@ AnalysisResult AlternatingFrames(int late_us) {
 TEST(SyncModel, JitterWithinTheLimitIsNone) {
   const AnalysisResult result = AlternatingFrames(60);
   for (const Finding& finding : result.findings) {
-    EXPECT_NE(finding.rule, "sync-window-violation") << report::MessageOf(finding);
-    EXPECT_NE(finding.rule, "sync-lost") << report::MessageOf(finding);
+    EXPECT_NE(finding.rule, "sync-window-violation") << IdentityOf(finding);
+    EXPECT_NE(finding.rule, "sync-lost") << IdentityOf(finding);
   }
 }
 
@@ -289,10 +288,10 @@ TEST(SyncModel, JitterBeyondTheLimitIsFoundOnce) {
   const AnalysisResult result = AlternatingFrames(150);
   std::size_t found = 0;
   for (const Finding& finding : result.findings) {
-    EXPECT_NE(finding.rule, "sync-lost") << report::MessageOf(finding);
+    EXPECT_NE(finding.rule, "sync-lost") << IdentityOf(finding);
     if (finding.rule != "sync-window-violation") continue;
     ++found;
-    EXPECT_EQ(finding.count, 1U) << report::MessageOf(finding);
+    EXPECT_EQ(finding.count, 1U) << IdentityOf(finding);
   }
   EXPECT_EQ(found, 1U);
 }

@@ -42,7 +42,7 @@ void Expect(const AnalysisResult& result, const std::vector<Want>& wanted) {
   for (const Finding* f : found) {
     EXPECT_TRUE(std::any_of(wanted.begin(), wanted.end(),
                             [&](const Want& want) { return f->rule == want.rule && f->first.number == want.frame; }))
-        << "not expected: " << f->rule << " in frame " << f->first.number << ": " << f->title;
+        << "not expected: " << f->rule << " in frame " << f->first.number << ": " << IdentityOf(*f);
   }
 }
 

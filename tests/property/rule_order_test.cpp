@@ -1,0 +1,64 @@
+/// Law: rules may hear events and finish in any order that RuleInfo::after allows. No report depends on it.
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "analyzers/analysis.h"
+#include "analyzers/judge/catalogue.h"
+#include "analyzers/judge/rule.h"
+#include "cli/report/json_writer.h"
+#include "cli/report/report.h"
+#include "decoder/capture/capture_reader.h"
+#include "tests/property/captures.h"
+#include "tests/support/folders.h"
+
+namespace ecaudit {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string ReportOn(const fs::path& path, std::uint32_t shuffle) {
+  auto source = capture::OpenCapture(path.string());
+  if (!source) return source.error().message;
+  AnalysisOptions options;
+  options.shuffle_rules = shuffle;
+  report::Report report;
+  report.captures.emplace_back().result = Analyse(**source, options);
+  return report::WriteJson(report);
+}
+
+TEST(RuleOrder, ChangesNoReport) {
+  for (const fs::path& path : test::CapturesIn(fs::path(test::SourceDir()) / "samples" / "captures")) {
+    const std::string by_id = ReportOn(path, 0);
+    for (const std::uint32_t shuffle : {1U, 2U, 3U}) {
+      const std::string shuffled = ReportOn(path, shuffle);
+      const auto at = std::mismatch(by_id.begin(), by_id.end(), shuffled.begin(), shuffled.end()).first;
+      const auto where = static_cast<std::size_t>(at - by_id.begin());
+      const std::size_t from = where - std::min<std::size_t>(where, 400);
+      EXPECT_TRUE(by_id == shuffled) << path.filename() << ", order " << shuffle << ": by id\n"
+                                     << by_id.substr(from, 700) << "\nshuffled\n"
+                                     << shuffled.substr(std::min(from, shuffled.size()), 700);
+    }
+  }
+}
+
+TEST(RuleOrder, FollowsWhatRulesDeclare) {
+  for (const std::uint32_t shuffle : {0U, 1U, 2U, 3U}) {
+    const auto rules = MakeAllRules(shuffle);
+    ASSERT_EQ(rules.size(), RuleCatalogue().size());
+    for (std::size_t i = 0; i < rules.size(); ++i) {
+      for (const std::string_view earlier : rules[i]->info().after) {
+        EXPECT_NE(FindRule(earlier), nullptr) << rules[i]->info().id << " waits for " << earlier;
+        const auto end = rules.begin() + static_cast<std::ptrdiff_t>(i);
+        EXPECT_TRUE(std::any_of(rules.begin(), end, [&](const auto& rule) { return rule->info().id == earlier; }))
+            << rules[i]->info().id << " has to come after " << earlier << ": do they wait for each other?";
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ecaudit
