@@ -727,7 +727,7 @@ class Builder {
           const SlaveSummary* slave = of_a ? out_.pairs[p].a : out_.pairs[p].b;
           if (slave != nullptr && slave->id == finding.slave) pair = p;
         }
-        all.emplace(Key{finding.rule, pair, finding.kind == nullptr ? title_(finding) : IdentityOf(finding)}, &finding);
+        all.emplace(Key{finding.rule, pair, IdentityOf(finding)}, &finding);
       }
       return all;
     };

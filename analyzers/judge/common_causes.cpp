@@ -25,44 +25,21 @@ constexpr TimeNs kLater = 10'000'000'000;
 constexpr std::int64_t kWatchdog = 0x1B;  // AL status code
 constexpr std::int64_t kErrorBit = 0x10;  // of AL Status
 
-/// The value that a rule calls `name`, as evidence of findings without a kind has it.
-template <class T>
-const T* OldValue(const Finding& finding, std::string_view name) {
-  for (const Evidence& evidence : finding.evidence) {
-    if (evidence.name == name) return std::get_if<T>(&evidence.value);
-  }
-  return nullptr;
+/// The code of a word, or a text of the capture. Empty: the finding has no such argument.
+std::string CodeOf(const Finding& finding, std::string_view name) {
+  const Value* value = finding.arguments.Find(name);
+  return value == nullptr ? std::string() : KeyOf(*value);
 }
 
-/// A text, or the code of a word.
-std::string TextOf(const Finding& finding, std::string_view name) {
-  if (const Value* value = finding.arguments.Find(name)) return KeyOf(*value);
-  const auto* text = OldValue<std::string>(finding, name);
-  return text == nullptr ? std::string() : *text;
-}
-
-bool HasEvidence(const Finding& finding, std::string_view name) {
-  return finding.arguments.Has(name) || std::any_of(finding.evidence.begin(), finding.evidence.end(),
-                                                    [name](const Evidence& evidence) { return evidence.name == name; });
-}
-
+/// A number, an AL state, or a time in nanoseconds.
 std::optional<std::int64_t> NumberOf(const Finding& finding, std::string_view name) {
-  if (const Value* value = finding.arguments.Find(name)) return value->number;
-  const auto* number = OldValue<std::int64_t>(finding, name);
-  return number == nullptr ? std::nullopt : std::optional(*number);
+  const Value* value = finding.arguments.Find(name);
+  return value == nullptr ? std::nullopt : std::optional(value->number);
 }
 
-/// The AL state that a rule calls `name`; 0: none.
+/// An AL state; 0: the finding has none of this name.
 std::int64_t StateOf(const Finding& finding, std::string_view name) {
-  if (const Value* value = finding.arguments.Find(name)) return value->number;
-  const auto* text = OldValue<std::string>(finding, name);
-  return text == nullptr ? 0 : esc::StateFromName(*text);
-}
-
-std::optional<TimeNs> TimeOf(const Finding& finding, std::string_view name) {
-  if (const Value* value = finding.arguments.Find(name)) return value->number;
-  const auto* number = OldValue<double>(finding, name);
-  return number == nullptr ? std::nullopt : std::optional(static_cast<TimeNs>(*number * 1e6));
+  return NumberOf(finding, name).value_or(0);
 }
 
 /// The frame from which on the finding's matter was under way: what it names before its own.
@@ -82,7 +59,7 @@ struct Moment {
 /// The first frame that these name besides their own is the last one that showed the slave well.
 bool NamesLookBefore(const Finding& finding) {
   return finding.rule == "al-unexpected-change" || finding.rule == "al-error-standing" ||
-         (finding.rule == "drive-fault" && HasEvidence(finding, "state_before"));
+         (finding.rule == "drive-fault" && finding.arguments.Has("state_before"));
 }
 
 Moment MomentOf(const std::vector<Finding>& findings, FindingIndex effect) {
@@ -114,7 +91,7 @@ TimeNs WatchdogOf(const RuleContext& context, SlaveId slave) {
 bool StarvesBehind(FrameNo look, const Finding& lost, TimeNs watchdog) {
   const auto frames = NumberOf(lost, "in_a_row");
   const auto last = NumberOf(lost, "in_a_row_last_frame");
-  const auto took = TimeOf(lost, "in_a_row_ms");
+  const auto took = NumberOf(lost, "in_a_row_ms");
   if (!frames || !last || !took || watchdog <= 0 || static_cast<FrameNo>(*last) <= look) return false;
   // One cycle before the first of them and one behind the last have to be added.
   const auto count = static_cast<double>(*frames);
@@ -135,14 +112,14 @@ bool Follows(const RuleContext& context, SlaveId slave, const Moment& effect, co
 
 /// The drive was seen without fault before, and gave no reason.
 bool SaysNothing(const RuleContext&, const Finding& effect) {
-  return !HasEvidence(effect, "fault_code") && HasEvidence(effect, "state_before");
+  return !effect.arguments.Has("fault_code") && effect.arguments.Has("state_before");
 }
 
 /// The drive's own word for what happened, if it gave one, is that it lost synchronisation.
 bool SaysSynchronisationLost(const RuleContext& context, const Finding& effect) {
   if (effect.rule == "drive-fault") return SaysNothing(context, effect);
   const auto& names = context.slave(effect.slave).profile->sync.lost_faults;
-  return std::find(names.begin(), names.end(), TextOf(effect, "id")) != names.end();
+  return std::find(names.begin(), names.end(), CodeOf(effect, "id")) != names.end();
 }
 
 /// Mailbox error codes of ETG1000.6 that speak of how a message is built: syntax, header, size.
@@ -173,11 +150,7 @@ bool SameFrame(const Finding& effect, const Finding& cause) {
 
 /// Index of the object that it is about; 0: none.
 std::int64_t IndexOf(const Finding& finding) {
-  if (const Value* value = finding.arguments.Find("object")) return value->number >> 9U;
-  const auto* text = OldValue<std::string>(finding, "object");
-  std::int64_t index = 0;
-  if (text != nullptr) (void)std::from_chars(text->data(), text->data() + text->size(), index, 16);
-  return index;
+  return NumberOf(finding, "object").value_or(0) >> 9U;
 }
 
 /// Both are about one object.
@@ -195,11 +168,11 @@ bool SaysTransitionFailed(const RuleContext&, const Finding& effect) {
 /// The drive refused to have the number of entries of that object set to 0.
 bool CountRefused(const Finding& effect, const Finding& cause) {
   return NumberOf(cause, "subindex") == 0 && NumberOf(cause, "index") == NumberOf(effect, "index") &&
-         TextOf(cause, "service") == "download";
+         CodeOf(cause, "service") == "download";
 }
 
 bool SaysSynchronisationByCode(const RuleContext& context, const Finding& effect) {
-  return HasEvidence(effect, "al_status_code") && SaysSynchronisation(context, effect);
+  return effect.arguments.Has("al_status_code") && SaysSynchronisation(context, effect);
 }
 
 bool SaysSynchronisationOrWatchdog(const RuleContext& context, const Finding& effect) {
@@ -209,7 +182,7 @@ bool SaysSynchronisationOrWatchdog(const RuleContext& context, const Finding& ef
 /// A download to what sync manager 2 (1C12h, 1600h-17FFh) or 3 (1C13h, 1A00h-1BFFh) carries; 0: to something else.
 std::int64_t ManagerOfDownload(const Finding& abort) {
   const auto index = static_cast<std::uint16_t>(NumberOf(abort, "index").value_or(0));
-  if (TextOf(abort, "service") != "download" || abort.severity != Severity::kError) return 0;
+  if (CodeOf(abort, "service") != "download" || abort.severity != Severity::kError) return 0;
   if (index == process::kRxAssignment || process::IsRxMapping(index)) return 2;
   return index == process::kTxAssignment || process::IsTxMapping(index) ? 3 : 0;
 }
@@ -261,21 +234,21 @@ bool ShowsError(const RuleContext&, const Finding& effect) {
 }
 
 bool OfProcessData(const RuleContext&, const Finding& effect) {
-  return HasEvidence(effect, "logical_address");
+  return effect.arguments.Has("logical_address");
 }
 
 /// Outputs that are never complete make the slave drop all of them: its watchdog runs out.
 bool TellsOfOutputs(const Finding&, const Finding& cause) {
-  return TextOf(cause, "direction") == "outputs" || cause.title.find("of the outputs") != std::string::npos;
+  return CodeOf(cause, "direction") == "outputs";
 }
 
 bool LostInARow(const Finding&, const Finding& cause) {
-  return HasEvidence(cause, "in_a_row");
+  return cause.arguments.Has("in_a_row");
 }
 
 /// It did not answer at its address between the look before and the one that shows what it did meanwhile.
 bool WasAway(const Finding& effect, const Finding& cause) {
-  return HasEvidence(cause, "station_address") && NumberOf(cause, "working_counter") == 0 &&
+  return cause.arguments.Has("station_address") && NumberOf(cause, "working_counter") == 0 &&
          cause.first.number > BegunBy(effect) && cause.last.number < effect.first.number;
 }
 

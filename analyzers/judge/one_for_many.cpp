@@ -18,44 +18,6 @@ namespace {
 /// What happens at once is seen in each slave's own frames, one after the other.
 constexpr FrameNo kFramesApart = 512;
 
-/// The unit of a time behind its figure ends here; 0: there is none. The next slave's time may have another one.
-std::size_t EndOfUnit(std::string_view behind_figure) {
-  constexpr std::array<std::string_view, 4> kUnits{" ns", " us", " ms", " s"};
-  for (const std::string_view unit : kUnits) {
-    if (!behind_figure.starts_with(unit)) continue;
-    const char next = behind_figure.size() > unit.size() ? behind_figure[unit.size()] : ' ';
-    if (std::isalnum(static_cast<unsigned char>(next)) == 0) return unit.size();
-  }
-  return 0;
-}
-
-/// Figures differ from slave to slave, and the units of times with them; codes ("0x001b") say what it is.
-std::string WithoutFigures(std::string_view title) {
-  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
-  std::string text;
-  constexpr std::string_view kAddress = "station address ";
-  for (std::size_t i = 0; i < title.size(); ++i) {
-    if (title.substr(i).starts_with(kAddress)) {  // its own
-      text += kAddress;
-      i = title.find(' ', i + kAddress.size());
-      if (i == std::string_view::npos) break;
-    }
-    const bool code = title[i] == '0' && i + 1 < title.size() && title[i + 1] == 'x';
-    if (!digit(title[i]) || code) {
-      text += title[i];
-      if (code) {
-        while (++i < title.size() && title[i] != ' ' && title[i] != ',') text += title[i];
-        --i;
-      }
-      continue;
-    }
-    text += '#';
-    while (i + 1 < title.size() && (digit(title[i + 1]) || title[i + 1] == '.')) ++i;
-    i += EndOfUnit(title.substr(i + 1));
-  }
-  return text;
-}
-
 using Group = std::vector<FindingIndex>;
 
 /// Those of one group that may be one matter: each slave once, and without a common cause at about the same time.
@@ -131,7 +93,7 @@ void JoinSlaves(std::vector<Finding>& findings, const std::function<std::string(
       const Finding& f = findings[i];
       if (f.slave == kNoSlave || speaker[i] != i || joined.contains(i)) continue;
       const FindingIndex cause = f.caused_by < findings.size() ? speaker[f.caused_by] : kNoFinding;
-      groups[{f.rule, f.severity, cause, f.kind == nullptr ? WithoutFigures(f.title) : IdentityOf(f)}].push_back(i);
+      groups[{f.rule, f.severity, cause, IdentityOf(f)}].push_back(i);
     }
     for (const auto& [key, group] : groups) {
       if (group.size() < kManySlaves) continue;

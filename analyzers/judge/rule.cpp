@@ -125,17 +125,4 @@ void Rule::NotEvaluableWhereRequestsAreNotFollowed() {
                     Reason::Of(ReasonCode::kNotRead, what::kAlStatusAfter));
 }
 
-Evidence Number(std::string name, std::int64_t value) {
-  return {std::move(name), value, Evidence::Notation::kDecimal};
-}
-Evidence HexNumber(std::string name, std::uint64_t value) {
-  return {std::move(name), static_cast<std::int64_t>(value), Evidence::Notation::kHex};
-}
-Evidence Text(std::string name, std::string value) {
-  return {std::move(name), std::move(value), Evidence::Notation::kDecimal};
-}
-Evidence Real(std::string name, double value) {
-  return {std::move(name), value, Evidence::Notation::kDecimal};
-}
-
 }  // namespace ecaudit

@@ -59,13 +59,6 @@ class Rule {
   void NotEvaluable(SlaveId slave, ReasonCode code, const Word& what, FrameNo frame = 0) {
     NotEvaluable(slave, Reason::Of(code, what), frame);
   }
-  /// Without a code; for rules whose reasons are still sentences.
-  void NotEvaluable(SlaveId slave, std::string reason, FrameNo frame = 0) {
-    NotEvaluable(slave, Reason{ReasonCode::kOther, nullptr, std::move(reason)}, frame);
-  }
-  void NotEvaluable(SlaveId slave, const char* reason, FrameNo frame = 0) {
-    NotEvaluable(slave, std::string(reason), frame);
-  }
 
   // For Finish(): where a rule could not be judged in the whole capture.
 
@@ -74,12 +67,6 @@ class Rule {
   /// True, and said, when no frame on its way to the slaves is in the capture.
   bool NotEvaluableWithoutSent();
   /// Says `reason` for each slave that `applies(const model::SlaveModel&)` to.
-  template <class Applies>
-  void NotEvaluableWhere(Applies applies, std::string_view reason) {
-    ForEachSlave([&](SlaveId id, const model::SlaveModel& slave) {
-      if (applies(slave)) NotEvaluable(id, std::string(reason));
-    });
-  }
   template <class Applies>
   void NotEvaluableWhere(Applies applies, const Reason& reason) {
     ForEachSlave([&](SlaveId id, const model::SlaveModel& slave) {
@@ -127,11 +114,5 @@ std::unique_ptr<Rule> MakeRule() {
 /// A new instance of every registered rule, each after those that RuleInfo::after names.
 /// @param shuffle  which of the many such orders; 0: by id as far as possible. No report may depend on it.
 [[nodiscard]] std::vector<std::unique_ptr<Rule>> MakeAllRules(std::uint32_t shuffle = 0);
-
-// Short forms for evidence.
-[[nodiscard]] Evidence Number(std::string name, std::int64_t value);
-[[nodiscard]] Evidence HexNumber(std::string name, std::uint64_t value);
-[[nodiscard]] Evidence Text(std::string name, std::string value);
-[[nodiscard]] Evidence Real(std::string name, double value);
 
 }  // namespace ecaudit

@@ -24,7 +24,6 @@ bool Finding::Has(const NoteKind& note) const {
 }
 
 std::string IdentityOf(const Finding& finding) {
-  if (finding.kind == nullptr) return {};
   std::string identity(finding.kind->name);
   if (finding.axis != 0) identity += " axis=" + std::to_string(finding.axis + 1);
   std::string_view names = finding.kind->identity;

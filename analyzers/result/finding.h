@@ -5,7 +5,6 @@
 #include <string>
 #include <string_view>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "analyzers/options/severity.h"
@@ -18,14 +17,6 @@ namespace ecaudit {
 enum class Confidence : std::uint8_t {
   kObserved,  ///< rests on bytes and working counters only
   kInferred,  ///< rests on an assumption, named in the message
-};
-
-/// One compared value, named: {"al_status_code", 0x1D, kHex}. Numbers that people write in hexadecimal stay numbers.
-struct Evidence {
-  enum class Notation : std::uint8_t { kDecimal, kHex };
-  std::string name;
-  std::variant<std::int64_t, double, bool, std::string> value;
-  Notation notation = Notation::kDecimal;  ///< how a person writes it
 };
 
 struct Reference {
@@ -51,13 +42,11 @@ struct AffectedSlaves {
 struct Finding {
   std::string_view rule;  ///< id in the catalogue; the string lives as long as the program
   Severity severity = Severity::kInfo;
-  const FindingKind* kind = nullptr;  ///< which of the rule's; set until the finding is reported
+  const FindingKind* kind = nullptr;  ///< which of the rule's; never null once reported
   Arguments arguments;
   std::vector<Note> notes;
   std::uint8_t axis = 0;  ///< of a drive with several, the first is 0
   AffectedSlaves affected;
-  std::string title;         ///< of findings without a kind
-  std::string message;       ///< likewise
   SlaveId slave = kNoSlave;  ///< kNoSlave: the whole bus
   FrameRef first;            ///< the frame that shows it
   FrameRef last;             ///< last repetition, same as first when count is 1
@@ -65,7 +54,6 @@ struct Finding {
   std::vector<FrameNo> related_frames;  ///< at most 16: the request, the configuration, ...
   FindingIndex caused_by = kNoFinding;
   Confidence confidence = Confidence::kObserved;
-  std::vector<Evidence> evidence;
   Reference reference;
 
   Finding& Set(std::string_view name, Value value) {
@@ -77,7 +65,7 @@ struct Finding {
     return *this;
   }
   [[nodiscard]] bool Is(std::string_view of_rule, std::string_view of_kind) const {
-    return rule == of_rule && kind != nullptr && kind->name == of_kind;
+    return rule == of_rule && kind->name == of_kind;
   }
   [[nodiscard]] bool Has(const NoteKind& note) const;
 };

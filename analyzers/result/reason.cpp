@@ -4,8 +4,6 @@ namespace ecaudit {
 
 std::string_view Name(ReasonCode code) {
   switch (code) {
-    case ReasonCode::kOther:
-      return "other";
     case ReasonCode::kNotInCapture:
       return "not-in-capture";
     case ReasonCode::kNotRead:

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <string_view>
 #include <tuple>
 
@@ -12,7 +11,6 @@
 namespace ecaudit {
 
 enum class ReasonCode : std::uint8_t {
-  kOther,              ///< `text` says it
   kNotInCapture,       ///< "{what} is not in the capture"
   kNotRead,            ///< the master did not read {what}
   kCaptureGap,         ///< {what} may have changed in a capture gap
@@ -37,16 +35,15 @@ enum class ReasonCode : std::uint8_t {
 };
 
 struct Reason {
-  ReasonCode code = ReasonCode::kOther;
+  ReasonCode code = ReasonCode::kNotInCapture;
   const Word* what = nullptr;
-  std::string text;  ///< kOther
 
-  [[nodiscard]] static Reason Of(ReasonCode code) { return {code, nullptr, {}}; }
-  [[nodiscard]] static Reason Of(ReasonCode code, const Word& what) { return {code, &what, {}}; }
+  [[nodiscard]] static Reason Of(ReasonCode code) { return {code, nullptr}; }
+  [[nodiscard]] static Reason Of(ReasonCode code, const Word& what) { return {code, &what}; }
 
   /// By code and what it is about.
   [[nodiscard]] auto Key() const {
-    return std::tuple(code, what == nullptr ? std::string_view() : what->code, std::string_view(text));
+    return std::tuple(code, what == nullptr ? std::string_view() : what->code);
   }
   [[nodiscard]] bool operator==(const Reason& other) const { return Key() == other.Key(); }
   [[nodiscard]] bool operator<(const Reason& other) const { return Key() < other.Key(); }

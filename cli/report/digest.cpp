@@ -19,7 +19,7 @@ FindingDigest DigestOf(const Finding& finding, const AnalysisResult& result) {
   out.rule = finding.rule;
   out.severity = finding.severity;
   const Sentences sentences = SentencesOf(finding);
-  if (finding.kind != nullptr) out.kind = finding.kind->name;
+  out.kind = finding.kind->name;
   out.identity = IdentityText(finding);
   out.title = PrintableLines(sentences.title);
   out.message = PrintableLines(MessageOf(finding));

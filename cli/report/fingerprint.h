@@ -24,11 +24,6 @@ struct Fingerprint {
 /// IdentityOf(), printable.
 [[nodiscard]] std::string IdentityText(const Finding& finding);
 
-/// `title` with each decimal number replaced by '#': "4 frames of 181 never came back" is the same fault as "7 frames
-/// of 900 ...". Kept are numbers that name something: behind "port" or "state", and those inside words ("0x001d",
-/// "SM2", "1C12h:1").
-[[nodiscard]] std::string WithoutCounts(std::string_view title);
-
 /// FNV-1a, 64 bits: the same on every machine and in every version; not for secrets.
 [[nodiscard]] std::uint64_t StableHash(std::string_view bytes);
 

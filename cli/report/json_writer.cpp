@@ -201,33 +201,6 @@ void PutBus(JsonObject& out, const AnalysisResult& result) {
   PutStartup(out, "startup", result, b.startup);
 }
 
-void PutEvidenceValue(JsonObject& out, const Evidence& evidence) {
-  const std::string name = Printable(evidence.name);
-  if (const auto* text = std::get_if<std::string>(&evidence.value)) {
-    out.Text(name, *text);
-  } else if (const auto* integer = std::get_if<std::int64_t>(&evidence.value)) {
-    out.Put(name, *integer);
-  } else if (const auto* number = std::get_if<double>(&evidence.value)) {
-    out.Put(name, *number);
-  } else if (const auto* flag = std::get_if<bool>(&evidence.value)) {
-    out.Put(name, *flag);
-  }
-}
-
-/// Of evidence whose name appears twice, the last value in the place of the first.
-void PutEvidence(JsonObject& out, const std::vector<Evidence>& evidence) {
-  for (std::size_t i = 0; i < evidence.size(); ++i) {
-    bool shown = false;
-    std::size_t last = i;
-    for (std::size_t k = 0; k < evidence.size(); ++k) {
-      if (evidence[k].name != evidence[i].name) continue;
-      shown = shown || k < i;
-      last = k;
-    }
-    if (!shown) PutEvidenceValue(out, evidence[last]);
-  }
-}
-
 /// A value as programs read it.
 void PutValue(JsonObject& out, const std::string& name, const Value& value) {
   switch (value.type) {
@@ -296,7 +269,7 @@ void PutFinding(JsonObject& out, const CaptureReport& capture, std::size_t index
   out.Put("rule", f.rule);
   out.Put("severity", Name(f.severity));
   const Sentences sentences = SentencesOf(f);
-  out.TextOrNull("kind", f.kind == nullptr ? std::string_view() : f.kind->name);
+  out.Put("kind", f.kind->name);
   out.Text("identity", IdentityText(f));
   out.Text("title", sentences.title);
   out.Text("message", MessageOf(f));
@@ -312,16 +285,9 @@ void PutFinding(JsonObject& out, const CaptureReport& capture, std::size_t index
   out.Values("related_frames", f.related_frames);
   out.TextOrNull("caused_by", caused ? FindingId(f.caused_by) : "");
   out.Put("confidence", f.confidence == Confidence::kObserved ? "observed" : "inferred");
-  if (f.kind != nullptr) out.Object("arguments", [&](JsonObject& json) { PutArguments(json, f.arguments); });
+  out.Object("arguments", [&](JsonObject& json) { PutArguments(json, f.arguments); });
   if (!f.notes.empty()) out.List("notes", f.notes, &PutNote);
-  out.Object("evidence", [&](JsonObject& json) {
-    if (f.kind != nullptr) {
-      PutArgumentsAsEvidence(json, f);
-    } else {
-      PutEvidence(json, f.evidence);
-      PutPlaces(json, f);
-    }
-  });
+  out.Object("evidence", [&](JsonObject& json) { PutArgumentsAsEvidence(json, f); });
   out.Object("reference", [&](JsonObject& json) {
     json.TextOrNull("document", f.reference.document);
     json.TextOrNull("section", f.reference.section);

@@ -26,9 +26,11 @@ class Filler {
 
  private:
   /// Up to the end, or to the bracket that closes this part.
-  /// @return whether all arguments that the part needs are there
+  /// @return whether all arguments that the part needs are there; of a part that only holds other parts, whether one of
+  ///   these is there
   bool Part(std::string& out, bool optional) {
     bool complete = true;
+    bool has_own = false, has_parts = false, some_part = false;
     while (!rest_.empty()) {
       const char c = rest_.front();
       rest_.remove_prefix(1);
@@ -37,12 +39,15 @@ class Filler {
         rest_.remove_prefix(1);
         continue;
       }
-      if (c == ']' && optional) return complete;
+      if (c == ']' && optional) return complete && (has_own || !has_parts || some_part);
       if (c == '[') {
         std::string part = out;
         const bool whole = Part(part, true);
         if (whole) out = std::move(part);
+        has_parts = true;
+        some_part = some_part || whole;
       } else if (c == '{') {
+        has_own = true;
         complete = Placeholder(out, optional) && complete;
       } else if (c == '\n' || c == ' ') {
         if (!out.empty() && out.back() != ' ') out += ' ';
@@ -131,8 +136,6 @@ Arguments ArgumentsOf(const Finding& finding, const Arguments& own) {
 
 std::string_view TemplateOf(ReasonCode code) {
   switch (code) {
-    case ReasonCode::kOther:
-      return "";
     case ReasonCode::kNotInCapture:
       return "{what} {what?is|are} not in the capture";
     case ReasonCode::kNotRead:
@@ -211,9 +214,7 @@ std::string OutlineOf(std::string_view text) {
 }
 
 std::string TitleOf(const Finding& finding) {
-  std::string title =
-      AxisText(finding) +
-      (finding.kind == nullptr ? finding.title : Fill(finding.kind->title, ArgumentsOf(finding, finding.arguments)));
+  std::string title = AxisText(finding) + Fill(finding.kind->title, ArgumentsOf(finding, finding.arguments));
   if (finding.affected.number > 0) title += " (" + std::to_string(finding.affected.number) + " slaves)";
   return title;
 }
@@ -222,12 +223,9 @@ Sentences SentencesOf(const Finding& finding) {
   Sentences out;
   out.title = TitleOf(finding);
   if (finding.affected.number > 0) out.message = AffectedText(finding.affected);
-  if (finding.kind == nullptr) {
-    Append(out.message, AxisText(finding) + finding.message);
-  } else {
-    Append(out.message, AxisText(finding) + Fill(finding.kind->message, ArgumentsOf(finding, finding.arguments)));
-    out.next = Fill(finding.kind->next, ArgumentsOf(finding, finding.arguments));
-  }
+  const Arguments all = ArgumentsOf(finding, finding.arguments);
+  Append(out.message, AxisText(finding) + Fill(finding.kind->message, all));
+  out.next = Fill(finding.kind->next, all);
   for (const Note& note : finding.notes)
     Append(out.message, Fill(note.kind->text, ArgumentsOf(finding, note.arguments)));
   return out;
@@ -240,7 +238,6 @@ std::string MessageOf(const Finding& finding) {
 }
 
 std::string TextOf(const Reason& reason) {
-  if (reason.code == ReasonCode::kOther) return reason.text;
   Arguments arguments;
   if (reason.what != nullptr) arguments.Set("what", arg::Of(*reason.what));
   std::string text = Fill(TemplateOf(reason.code), arguments);

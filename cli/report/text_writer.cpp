@@ -48,25 +48,6 @@ std::string SecondsText(double seconds) {
   return Fixed(seconds, 6) + " s";
 }
 
-std::string EvidenceText(const Evidence& evidence) {
-  return std::visit(
-      [&](const auto& value) -> std::string {
-        using T = std::decay_t<decltype(value)>;
-        if constexpr (std::is_same_v<T, std::string>) {
-          return OneLine(value);
-        } else if constexpr (std::is_same_v<T, bool>) {
-          return value ? "yes" : "no";
-        } else if constexpr (std::is_same_v<T, double>) {
-          return Fixed(value, 3);
-        } else {
-          if (evidence.notation == Evidence::Notation::kHex && value >= 0)
-            return Hex(static_cast<std::uint64_t>(value));
-          return std::to_string(value);
-        }
-      },
-      evidence.value);
-}
-
 std::string StepText(const AlStep& step) {
   if (step.kind == AlStep::Kind::kRequest) {
     const esc::AlWord control{step.to};
@@ -500,7 +481,6 @@ class CaptureText {
       if (Columns(item) <= kKeptTogether) std::replace(item.begin(), item.end(), ' ', kHardSpace);
       evidence += item;
     };
-    for (const Evidence& e : f.evidence) add(e.name, EvidenceText(e));
     for (const Argument& argument : f.arguments) {
       const Value& value = argument.value;
       if (!IsShownAsEvidence(value)) continue;

@@ -56,7 +56,7 @@ inline void AnalyseAndReport(capture::FrameSource& source, std::size_t input_byt
   for (std::size_t i = 0; i < result.findings.size(); ++i) {
     const Finding& finding = result.findings[i];
     Check(FindRule(finding.rule) != nullptr);
-    Check((finding.kind != nullptr || !finding.title.empty()) && finding.count >= 1);
+    Check(finding.kind != nullptr && finding.count >= 1);
     Check(finding.caused_by == kNoFinding || finding.caused_by < result.findings.size());
     Check(finding.caused_by != i);
     Check(finding.first.number <= result.capture.packets + other_records || !finding.first.seen());

@@ -51,9 +51,8 @@ code (0x0134).] Acknowledge the error (bit 4 of AL Control), then request the st
 constexpr FindingKind kActiveOnBus{
     .name = "active-on-bus",
     .title = "Error bit of [{?one}the slave][{!one}at least one of {slaves}] already set when first seen",
-    .message = R"(Broadcast reads of AL Status, with a working counter of {slaves:number}, show {al_status:number}
-({al_status}) [from the first read in {frame} to {last_read_frame} ({reads})][{!last_read_frame}in {frame}, the only
-read]. A broadcast read does not show which slave has the error bit set.)",
+    .message = R"(Broadcast reads of AL Status show {al_status:number} ({al_status})[ from the first read in {frame} to
+{last_read_frame} ({reads})][{!last_read_frame} in {frame}, the only read]. Their working counter is {slaves:number}. A broadcast read does not show which slave has the error bit set.)",
     .next =
         R"(Read six bytes from 0x0130 of each slave. Correct what the AL status code names, then acknowledge the error
 (bit 4 of AL Control).)"};
@@ -71,6 +70,9 @@ constexpr const NoteKind* kNotes[] = {&kMayBeEcho, &kNotAcknowledged};
 constexpr Word kErrorBit{"error-bit", "the error bit in AL Status"};
 constexpr Word kAfterAcknowledge{"al-status-after-acknowledge", "AL Status after the acknowledge"};
 
+// ExplainRequest(): the later rule names the nearer cause.
+constexpr std::string_view kAfter[] = {"al-error-not-acknowledged"};
+
 constexpr RuleInfo kInfo{.id = "al-error-standing",
                          .group = "AL state machine",
                          .severity = Severity::kError,
@@ -80,6 +82,7 @@ constexpr RuleInfo kInfo{.id = "al-error-standing",
                          .source = "ETG1000.6, AL Status register 0x0130 and AL Status Code register 0x0134",
                          .kinds = kKinds,
                          .notes = kNotes,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Whether the error bit (bit 4 of AL Status 0x0130) is set from the first read of a slave on and stays, and which AL

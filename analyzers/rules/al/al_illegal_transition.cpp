@@ -33,6 +33,9 @@ error bit and AL status code {expected_code}.])",
 
 constexpr const FindingKind* kKinds[] = {&kNotAllowed, &kNotAllowedInAny};
 
+// ExplainRequest(): the later rule names the nearer cause.
+constexpr std::string_view kAfter[] = {"al-error-standing"};
+
 constexpr RuleInfo kInfo{.id = "al-illegal-transition",
                          .group = "AL state machine",
                          .severity = Severity::kError,
@@ -41,6 +44,7 @@ constexpr RuleInfo kInfo{.id = "al-illegal-transition",
                          .needs = "the AL state of the slave before the request",
                          .source = "ETG1000.6, EtherCAT state machine",
                          .kinds = kKinds,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Each write of AL Control (0x0120) against the transitions that the manual of the drive family allows. For slaves without

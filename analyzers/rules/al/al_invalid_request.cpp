@@ -17,6 +17,9 @@ status code 0x0012 (unknown requested state).)",
 
 constexpr const FindingKind* kKinds[] = {&kNoSuchState};
 
+// ExplainRequest(): the later rule names the nearer cause.
+constexpr std::string_view kAfter[] = {"al-illegal-transition"};
+
 constexpr RuleInfo kInfo{.id = "al-invalid-request",
                          .group = "AL state machine",
                          .severity = Severity::kError,
@@ -26,6 +29,7 @@ constexpr RuleInfo kInfo{.id = "al-invalid-request",
                          .needs = "nothing",
                          .source = "ETG1000.6, AL Control register 0x0120",
                          .kinds = kKinds,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Bits 3-0 of each write of AL Control (0x0120): 1 INIT, 2 PREOP, 3 BOOT, 4 SAFEOP, 8 OP. Every other value is undefined.

@@ -30,7 +30,7 @@ request {requested} again.]])",
 
 constexpr FindingKind kNotAcknowledged{
     .name = "error-stays",
-    .title = "Error in {requested} stays after its acknowledge[, AL status code {al_status_code}]",
+    .title = "Error in {requested} stays after its acknowledge[: AL status code {al_status_code}]",
     .message =
         R"(The master acknowledged the error in {requested} (AL Control {al_control}) in {request_frame}[, {times} up
 to {last_request_frame}]. AL Status in {frame} is still {al_status:number} ({al_status}).[ The AL status code (0x0134)

@@ -17,6 +17,9 @@ the error bit was cleared or the capture ended. The reason of the slave is not i
 
 constexpr const FindingKind* kKinds[] = {&kNotRead};
 
+// They are its causes.
+constexpr std::string_view kAfter[] = {"al-refused", "al-unexpected-change"};
+
 constexpr RuleInfo kInfo{.id = "al-status-code-unread",
                          .group = "AL state machine",
                          .severity = Severity::kInfo,
@@ -25,6 +28,7 @@ constexpr RuleInfo kInfo{.id = "al-status-code-unread",
                          .needs = "AL Status with the error bit",
                          .source = "ETG1000.6, AL Status Code register 0x0134",
                          .kinds = kKinds,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Whether the master reads the AL status code (0x0134) while the error bit is set.

@@ -31,6 +31,9 @@ constexpr const FindingKind* kKinds[] = {&kNotInManual, &kNotInStandard};
 
 constexpr Word kAllStatusCodes{"all-status-codes", "a complete list of AL status codes"};
 
+// They are its causes.
+constexpr std::string_view kAfter[] = {"al-refused", "al-unexpected-change"};
+
 constexpr RuleInfo kInfo{.id = "al-undocumented-status-code",
                          .group = "AL state machine",
                          .severity = Severity::kWarning,
@@ -40,6 +43,7 @@ constexpr RuleInfo kInfo{.id = "al-undocumented-status-code",
                          .needs = "the AL status code, read while the error bit is set",
                          .source = "ETG1000.6, AL Status Code register 0x0134",
                          .kinds = kKinds,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 AL status codes (0x0134) of refused requests and of errors that appear by themselves. They are compared with the list of

@@ -17,7 +17,7 @@ namespace {
 
 constexpr FindingKind kDropped{
     .name = "dropped",
-    .title = "Slave drops from {al_status_before} to {al_status} by itself[, AL status code {al_status_code}]",
+    .title = "Drops from {al_status_before} to {al_status} by itself[, AL status code {al_status_code}]",
     .message = R"(AL Status is {al_status_before} in {before_frame}, and {al_status} ({al_status:number}) in {frame}.
 No request of the master explains the change.[ The AL status code (0x0134) is {al_status_code}.][ The cause by
 [{?manual}the manual ({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])",

@@ -50,6 +50,9 @@ const Word& TransitionWord(esc::AlState from, esc::AlState to) {
                      [static_cast<std::size_t>(column - kStates.begin())];
 }
 
+// They are its causes.
+constexpr std::string_view kAfter[] = {"al-refused", "al-unexpected-change"};
+
 constexpr RuleInfo kInfo{.id = "al-wrong-status-code",
                          .group = "AL state machine",
                          .severity = Severity::kWarning,
@@ -57,6 +60,7 @@ constexpr RuleInfo kInfo{.id = "al-wrong-status-code",
                          .needs = "the AL status code and the transition it refuses",
                          .source = "ETG1000.6, AL Status Code register 0x0134",
                          .kinds = kKinds,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Whether the AL status code of a refused request is one that the manual of the family gives for this transition. For an

@@ -47,6 +47,9 @@ constexpr const FindingKind* kKinds[] = {&kLost, &kRegular, &kMissed};
 constexpr Word kReturnsInGaps{"returns-in-gaps", "returns of frames in flight", true};
 constexpr Word kReturnBeforePause{"return-before-pause", "a missing return before a long pause of the master"};
 
+// Frames in flight are lost when slaves leave.
+constexpr std::string_view kAfter[] = {"bus-slave-count-changed"};
+
 constexpr RuleInfo kInfo{.id = "frame-lost",
                          .group = "Frame and bus",
                          .severity = Severity::kError,
@@ -55,6 +58,7 @@ constexpr RuleInfo kInfo{.id = "frame-lost",
                          .needs = "outbound and returned frames",
                          .source = "ETG1000.4, frame processing: every frame returns to its master",
                          .kinds = kKinds,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Whether each outbound frame returns; frames cannot overtake each other on the wire. All losses are one finding with

@@ -63,8 +63,8 @@ constexpr FindingKind kSeveralAnswer{
 constexpr FindingKind kNoSlaveThere{
     .name = "no-slave",
     .title = "No slave answers at station address {station_address}",
-    .message = R"(FPRD of register {register} at station address {station_address} returned with working counter 0 from
-{frame} to {last_frame}, while other slaves answer at their addresses. The capture begins after the start-up, so the master
+    .message = R"(FPRD of register {register} at station address {station_address} returned with working counter 0
+from {frame} to {last_frame}. Other slaves answered at their addresses. The capture begins after the start-up, so the master
 found this slave before. It has lost power, its link or its address since then.)",
     .next = "Check the power of this slave and the cable to it.",
     .identity = "station_address"};
@@ -102,6 +102,10 @@ constexpr const NoteKind* kNotes[] = {&kLeftTheBus,    &kAllAway,      &kMoreCou
 constexpr Word kFmmuWrites{"fmmu-writes", "writes to FMMUs", true};
 constexpr Word kFmmuWrite{"fmmu-write", "a frame that may have set an FMMU"};
 
+// They are its causes.
+constexpr std::string_view kAfter[] = {"al-unexpected-change", "bus-duplicate-address", "bus-link-errors",
+                                       "bus-slave-count-changed"};
+
 constexpr RuleInfo kInfo{.id = "wkc-mismatch",
                          .group = "Frame and bus",
                          .severity = Severity::kError,
@@ -110,6 +114,7 @@ constexpr RuleInfo kInfo{.id = "wkc-mismatch",
                          .source = "ETG1000.4, working counter",
                          .kinds = kKinds,
                          .notes = kNotes,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 - Logical datagrams: each slave whose FMMUs overlap adds 1 if it is read and 2 if it is written (LRW). For LRD and LWR

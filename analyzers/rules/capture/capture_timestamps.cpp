@@ -11,19 +11,19 @@
 namespace ecaudit::capture_timestamps {
 namespace {
 
-constexpr Word kMissing{"missing", "some are missing"};
-constexpr Word kBackwards{"backwards", "they go backwards"};
-constexpr Word kIdentical{"identical", "both copies of a frame have the same"};
-constexpr Word kReturnsFirst{"returns-first", "returns come first"};
-constexpr Word kClocksApart{"clocks-apart", "two clocks differ"};
-constexpr Word kCoarse{"coarse", "their steps are coarse"};
+constexpr Word kMissing{"missing", "some missing"};
+constexpr Word kBackwards{"backwards", "going backwards"};
+constexpr Word kIdentical{"identical", "the same for both copies"};
+constexpr Word kReturnsFirst{"returns-first", "returns before outbound"};
+constexpr Word kClocksApart{"clocks-apart", "two clocks"};
+constexpr Word kCoarse{"coarse", "coarse steps"};
 
 constexpr Word kLater{"later", "later"};
 constexpr Word kEarlier{"earlier", "earlier"};
 
 constexpr FindingKind kPoor{
     .name = "poor-stamps",
-    .title = "Time stamps are poor: {problems}",
+    .title = "Poor time stamps: {problems}",
     .message = R"([{without} of {packets:number} {without?has|have} no time stamp.][ The stamps go backwards
 {backwards}.][ {identical_pairs} of {paired:number} {identical_pairs?has|have} the same stamp outbound and returned.][ The
 returned copy of {returns_stamped_first} of {paired:number} is stamped before the outbound copy: the clocks of two

@@ -39,6 +39,9 @@ constexpr const FindingKind* kKinds[] = {&kFault, &kAlreadyInFault};
 constexpr NoteKind kReported{.name = "reported", .text = "The drive reports {fault} ({at})."};
 constexpr const NoteKind* kNotes[] = {&kReported};
 
+// The emergency names the reason.
+constexpr std::string_view kAfter[] = {"emcy-received"};
+
 constexpr RuleInfo kInfo{.id = "drive-fault",
                          .group = "Drive profile (DS402)",
                          .severity = Severity::kError,
@@ -48,6 +51,7 @@ constexpr RuleInfo kInfo{.id = "drive-fault",
                          .source = "CIA402, state machine; AKD-2011, 4.4; MKD, 4.4; PILZ, 4.4",
                          .kinds = kKinds,
                          .notes = kNotes,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Whether the status word (6041h) changes to Fault reaction active or Fault, or shows one of them from the first status

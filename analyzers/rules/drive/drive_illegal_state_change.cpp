@@ -26,7 +26,7 @@ control, service tool).])",
     .identity = "state"};
 constexpr FindingKind kWithoutCommand{
     .name = "without-command",
-    .title = "{state_before} to {state} without a command (control word {control_word})",
+    .title = "{state_before} to {state} without a command",
     .message =
         R"(The status word shows {state_before} ({status_word_before}) up to {before_frame} and {state} ({status_word})
 in {frame}. This needs {transitions?transition|transitions} {transitions}, which no control word commanded. The control word

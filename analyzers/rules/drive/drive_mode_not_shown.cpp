@@ -27,6 +27,9 @@ Until {display} shows the new mode, the drive takes set points for the old one.)
     .identity = "mode mode_shown"};
 constexpr const FindingKind* kKinds[] = {&kNotShown};
 
+// It is its cause.
+constexpr std::string_view kAfter[] = {"drive-unsupported-mode"};
+
 constexpr RuleInfo kInfo{.id = "drive-mode-not-shown",
                          .group = "Drive profile (DS402)",
                          .severity = Severity::kWarning,
@@ -34,6 +37,7 @@ constexpr RuleInfo kInfo{.id = "drive-mode-not-shown",
                          .needs = "6060h and 6061h, each in the process data or by SDO; time stamps",
                          .source = "CIA402, modes of operation; AKD-2011, 4.7; MKD, 4.8; PILZ, 4.5",
                          .kinds = kKinds,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Whether the mode that the drive shows (6061h) becomes the one that the master selected (6060h).
@@ -58,6 +62,9 @@ tests/rules/drive-mode-not-shown/violates.trace
 Read 6502h to check whether the drive has the mode. Check whether it accepts a new mode in its state (many only while
 disabled), and whether something else writes 6060h: process data override SDO.
 )"};
+
+constexpr Word kModeShown{"mode-shown", "the mode that the drive shows (6061h)"};
+constexpr Word kModeSelected{"mode-selected", "the mode that the master selects (6060h)"};
 
 constexpr TimeNs kLimitNs = 1'000'000'000;
 constexpr std::uint16_t kModes = 0x6060;
@@ -143,9 +150,9 @@ class DriveModeNotShown final : public Rule {
       const FrameRef& mapped = context().slave(id.first).inputs.last;
       Judge(id, slave.shown && !slave.shown->by_sdo && mapped.seen() ? mapped : slave.shown_last);
       if (slave.requested && !slave.shown) {
-        NotEvaluable(id.first, "6060h is written, but 6061h is neither mapped nor read");
+        NotEvaluable(id.first, ReasonCode::kNotInCapture, kModeShown);
       } else if (slave.shown && !slave.requested) {
-        NotEvaluable(id.first, "6061h is shown, but 6060h is neither mapped nor written");
+        NotEvaluable(id.first, ReasonCode::kNotInCapture, kModeSelected);
       }
     }
     LinkCauses();

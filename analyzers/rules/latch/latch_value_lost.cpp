@@ -20,6 +20,9 @@ the acknowledge.])",
 
 constexpr const FindingKind* kKinds[] = {&kDisarmedBeforeRead};
 
+// It is its cause.
+constexpr std::string_view kAfter[] = {"latch-not-mapped"};
+
 constexpr RuleInfo kInfo{.id = "latch-value-lost",
                          .group = "Latch",
                          .severity = Severity::kError,
@@ -28,6 +31,7 @@ constexpr RuleInfo kInfo{.id = "latch-value-lost",
                          .source = "AKD-2010, 4.11; AKD-2011, 4.11; MKD, 4.12; PILZ, 4.9",
                          .kinds = kKinds,
                          .notes = kLatchNotes,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Whether the position of a valid latch was read before its enable bit was cleared or the latch was armed again.

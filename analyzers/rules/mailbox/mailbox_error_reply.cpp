@@ -35,6 +35,9 @@ constexpr Word kNotSupported{
 constexpr Word kBusy{"finish-before", "Finish or abort the earlier request first: the slave is busy with it"};
 constexpr Word kCheckHeader{"check-header", "Check the header and the length of the request"};
 
+// It asks what explains the request.
+constexpr std::string_view kAfter[] = {"sdo-incomplete"};
+
 constexpr RuleInfo kInfo{.id = "mailbox-error-reply",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
@@ -44,6 +47,7 @@ constexpr RuleInfo kInfo{.id = "mailbox-error-reply",
                          .source = "ETG1000.4, mailbox error service",
                          .kinds = kKinds,
                          .notes = kNotes,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Messages of type 0 from the slave: the slave cannot use a message of the master. The detail is the reason:

@@ -99,6 +99,9 @@ constexpr Word kResponse{"response", "the response to a request"};
 constexpr Word kMailboxAfterRequest{"mailbox-after-request", "the mailbox after a request"};
 constexpr Word kLongWait{"wait-up-to-limit", "a wait for a response up to the limit"};
 
+// It is its cause.
+constexpr std::string_view kAfter[] = {"frame-lost"};
+
 constexpr RuleInfo kInfo{.id = "mailbox-no-response",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
@@ -107,6 +110,7 @@ constexpr RuleInfo kInfo{.id = "mailbox-no-response",
                          .source = "ETG1000.4, mailbox; ESC-1, mailbox",
                          .kinds = kKinds,
                          .notes = kNotes,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Whether the slave answers each request that needs a response within the limit of 1 s: SDO, SDO information, FoE, SoE,

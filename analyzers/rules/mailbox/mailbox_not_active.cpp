@@ -35,6 +35,9 @@ constexpr const NoteKind* kNotes[] = {&kRefusedBefore};
 
 constexpr Word kStateAtMessage{"state-at-message", "the state of the slave at the time of a message"};
 
+// It is its cause.
+constexpr std::string_view kAfter[] = {"al-refused"};
+
 constexpr RuleInfo kInfo{.id = "mailbox-not-active",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
@@ -43,6 +46,7 @@ constexpr RuleInfo kInfo{.id = "mailbox-not-active",
                          .source = "ETG1000.6, EtherCAT state machine",
                          .kinds = kKinds,
                          .notes = kNotes,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Whether the master writes a mailbox message while the slave is known to be in INIT, or while sync manager 0 is known to

@@ -39,6 +39,9 @@ constexpr const NoteKind* kNotes[] = {&kRepeatsLost, &kAcceptedLater};
 
 constexpr Word kMessageInMailbox{"message-in-mailbox", "the message that fills the mailbox"};
 
+// It asks what explains the request.
+constexpr std::string_view kAfter[] = {"sdo-incomplete", "frame-lost"};
+
 constexpr RuleInfo kInfo{.id = "mailbox-overrun",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
@@ -47,6 +50,7 @@ constexpr RuleInfo kInfo{.id = "mailbox-overrun",
                          .source = "ESC-1, mailbox",
                          .kinds = kKinds,
                          .notes = kNotes,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Writes of a mailbox message that the sync manager refuses (working counter 0) because the slave has not yet read the

@@ -50,6 +50,9 @@ constexpr Word kEeprom{"eeprom", "the EEPROM"};
 constexpr Word kManual{"manual", "the manual"};
 constexpr Word kProtocols{"mailbox-protocols", "the list of mailbox protocols in the EEPROM (word 0x1C)"};
 
+// They are its consequences.
+constexpr std::string_view kAfter[] = {"mailbox-error-reply", "mailbox-no-response"};
+
 constexpr RuleInfo kInfo{.id = "mailbox-unsupported-protocol",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kWarning,
@@ -57,6 +60,7 @@ constexpr RuleInfo kInfo{.id = "mailbox-unsupported-protocol",
                          .needs = "the EEPROM word 0x1C of the slave, or the list of protocols in its family's manual",
                          .source = "ETG2010, mailbox protocols; AKD-2011, 4.12.1; MKD, 4.13.1; PILZ, 4.10.1",
                          .kinds = kKinds,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Requests of a protocol (AoE, EoE, CoE, FoE, SoE, VoE) that the slave's EEPROM does not list or that its family's manual

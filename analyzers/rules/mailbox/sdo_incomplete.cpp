@@ -40,6 +40,9 @@ constexpr const FindingKind* kKinds[] = {&kUnfinished, &kOtherSize};
 constexpr Word kSegmentedTransfer{"segmented-transfer", "a segmented transfer"};
 constexpr Word kFrameOfTransfer{"frame-of-transfer", "a frame of a segmented transfer"};
 
+// ExplainRequest(): the later rule names the nearer cause.
+constexpr std::string_view kAfter[] = {"mailbox-no-response"};
+
 constexpr RuleInfo kInfo{.id = "sdo-incomplete",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kWarning,
@@ -48,6 +51,7 @@ constexpr RuleInfo kInfo{.id = "sdo-incomplete",
                          .needs = "the initiate of the transfer and its answer",
                          .source = "ETG1000.6, SDO services",
                          .kinds = kKinds,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Segmented SDO transfers, which have more data than one mailbox holds:

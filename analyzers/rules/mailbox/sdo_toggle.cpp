@@ -30,6 +30,9 @@ was lost or repeated, so the data are not reliable.)",
 
 constexpr const FindingKind* kKinds[] = {&kInRequest, &kInResponse};
 
+// Several rules may explain one finding: the first that does so wins.
+constexpr std::string_view kAfter[] = {"sdo-abort"};
+
 constexpr RuleInfo kInfo{.id = "sdo-toggle",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
@@ -38,6 +41,7 @@ constexpr RuleInfo kInfo{.id = "sdo-toggle",
                          .needs = "the segments of the transfer, without a capture gap",
                          .source = "ETG1000.6, SDO services",
                          .kinds = kKinds,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Bit 4 of the command of each SDO segment:

@@ -48,6 +48,9 @@ constexpr NoteKind kLate{
 constexpr const FindingKind* kKinds[] = {&kNoRequest, &kWrongCommand, &kWrongObject};
 constexpr const NoteKind* kNotes[] = {&kLate};
 
+// It asks what explains the request.
+constexpr std::string_view kAfter[] = {"sdo-incomplete"};
+
 constexpr RuleInfo kInfo{.id = "sdo-unexpected-response",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kWarning,
@@ -57,6 +60,7 @@ constexpr RuleInfo kInfo{.id = "sdo-unexpected-response",
                          .source = "ETG1000.6, SDO services",
                          .kinds = kKinds,
                          .notes = kNotes,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Whether each SDO response belongs to the outstanding request: its command answers the request, and index and subindex

@@ -30,6 +30,9 @@ constexpr Word kWrites{"writes", "writes"};
 constexpr Word kReads{"reads", "reads"};
 constexpr Word kCompleteDictionary{"complete-dictionary", "a complete object dictionary"};
 
+// Several rules may explain one finding: the first that does so wins.
+constexpr std::string_view kAfter[] = {"sdo-toggle"};
+
 constexpr RuleInfo kInfo{.id = "sdo-unknown-object",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kWarning,
@@ -39,6 +42,7 @@ constexpr RuleInfo kInfo{.id = "sdo-unknown-object",
                          .needs = "a dictionary that claims to be complete",
                          .source = "MKD, 5.2",
                          .kinds = kKinds,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 SDO transfers of objects whose index is not in the dictionary of the slave's family.

@@ -29,6 +29,9 @@ constexpr Word kReadOnly{"ro", "read-only"};
 constexpr Word kConstant{"const", "constant"};
 constexpr Word kAccessRights{"access-rights", "the access rights of an object", true};
 
+// Several rules may explain one finding: the first that does so wins.
+constexpr std::string_view kAfter[] = {"sdo-unknown-object"};
+
 constexpr RuleInfo kInfo{.id = "sdo-write-read-only",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
@@ -38,6 +41,7 @@ constexpr RuleInfo kInfo{.id = "sdo-write-read-only",
                          .needs = "the object in the dictionary of the family or of the standard",
                          .source = "ETG1000.6, CoE objects; CIA402, standard objects; MKD, 5.2, 5.3",
                          .kinds = kKinds,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 SDO downloads to objects that the dictionary marks as read-only or constant.

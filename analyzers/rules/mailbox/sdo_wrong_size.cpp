@@ -21,6 +21,9 @@ constexpr const FindingKind* kKinds[] = {&kWrongSize};
 
 constexpr Word kType{"object-type", "the data type of an object"};
 
+// Several rules may explain one finding: the first that does so wins.
+constexpr std::string_view kAfter[] = {"sdo-write-read-only"};
+
 constexpr RuleInfo kInfo{.id = "sdo-wrong-size",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
@@ -29,6 +32,7 @@ constexpr RuleInfo kInfo{.id = "sdo-wrong-size",
                          .needs = "the object's type in the dictionary of the family or of the standard",
                          .source = "ETG1000.6, CoE objects; CIA402, standard objects; MKD, 5.2, 5.3",
                          .kinds = kKinds,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 The size of SDO downloads against the type of the object: 2 bytes for INT16, and so on.

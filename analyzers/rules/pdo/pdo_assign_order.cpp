@@ -22,6 +22,9 @@ constexpr const FindingKind* kKinds[] = {&kCountNotZero};
 constexpr Word kEntryCount{"number-of-entries", "the number of entries (subindex 0) of the object"};
 constexpr Word kAnswer{"answer-for-number-of-entries", "the answer to the write of subindex 0"};
 
+// ExplainRequest(): the later rule names the nearer cause.
+constexpr std::string_view kAfter[] = {"al-invalid-request"};
+
 constexpr RuleInfo kInfo{.id = "pdo-assign-order",
                          .group = "PDO mapping",
                          .severity = Severity::kError,
@@ -30,6 +33,7 @@ constexpr RuleInfo kInfo{.id = "pdo-assign-order",
                          .needs = "the last value of subindex 0, from a transfer in the capture",
                          .source = "ETG1000.6, PDO assignment; MKD, 4.5; AKD-2011, 4.5",
                          .kinds = kKinds,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Downloads to subindices 1 and up of 1C12h, 1C13h and the mapping objects 1600h-17FFh and 1A00h-1BFFh. At that time

@@ -17,6 +17,9 @@ mapping may be changed in PREOP only. {outcome}[ with {abort_code}].)",
     .identity = "index state"};
 constexpr const FindingKind* kKinds[] = {&kOutsidePreop};
 
+// ExplainRequest(): the later rule names the nearer cause.
+constexpr std::string_view kAfter[] = {"pdo-assign-order"};
+
 constexpr RuleInfo kInfo{.id = "pdo-assign-state",
                          .group = "PDO mapping",
                          .severity = Severity::kError,
@@ -25,6 +28,7 @@ constexpr RuleInfo kInfo{.id = "pdo-assign-state",
                          .needs = "the AL state of the slave",
                          .source = "ETG1000.6, PDO assignment; MKD, 4.6",
                          .kinds = kKinds,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Downloads to 1C12h, 1C13h and the mapping objects 1600h-17FFh and 1A00h-1BFFh while the slave is in SAFEOP or OP.

@@ -60,6 +60,9 @@ constexpr const FindingKind* kKinds[] = {&kNotExchanged, &kPartExchanged, &kFmmu
 constexpr Word kOutputs{"outputs", "outputs", true};
 constexpr Word kInputs{"inputs", "inputs", true};
 
+// Several rules may explain one finding: the first that does so wins.
+constexpr std::string_view kAfter[] = {"fmmu-inactive"};
+
 constexpr RuleInfo kInfo{.id = "pdo-length-mismatch",
                          .group = "PDO mapping",
                          .severity = Severity::kError,
@@ -67,6 +70,7 @@ constexpr RuleInfo kInfo{.id = "pdo-length-mismatch",
                          .needs = "the FMMUs of the slave; for their length also its sync managers and PDOs",
                          .source = "ETG1000.6, PDO assignment; ESC-1, sync manager",
                          .kinds = kKinds,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Two things of each slave in OP: whether its FMMUs carry as many bytes as the assigned PDOs have, and whether the logical

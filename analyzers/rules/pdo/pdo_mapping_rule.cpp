@@ -73,6 +73,9 @@ mapping, so this reason is an inference.[{?own_default} The master keeps this de
 constexpr const FindingKind* kKinds[] = {&kTooManyPdos, &kTooManyEntries, &kTooManyBytes,
                                          &kOddLength,   &kTooLong,        &kOddLengthSuspected};
 
+// ExplainRequest(): the later rule names the nearer cause.
+constexpr std::string_view kAfter[] = {"pdo-assign-state"};
+
 constexpr RuleInfo kInfo{
     .id = "pdo-mapping-rule",
     .group = "PDO mapping",
@@ -82,6 +85,7 @@ constexpr RuleInfo kInfo{
     .needs = "the rules of free mapping in the family's manual, and the assignment and mapping in force",
     .source = "MKD, 4.6; MKD, 5.3",
     .kinds = kKinds,
+    .after = kAfter,
     .doc = R"(
 ## What it checks
 Families whose manual describes free mapping (MKD):

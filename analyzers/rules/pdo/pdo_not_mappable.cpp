@@ -44,6 +44,9 @@ constexpr const FindingKind* kKinds[] = {&kNotMappable, &kWrongDirection, &kNotL
 
 constexpr Word kMappableObjects{"mappable-objects", "the list of objects that can be mapped"};
 
+// ExplainRequest(): the later rule names the nearer cause.
+constexpr std::string_view kAfter[] = {"pdo-mapping-rule"};
+
 constexpr RuleInfo kInfo{
     .id = "pdo-not-mappable",
     .group = "PDO mapping",
@@ -53,6 +56,7 @@ constexpr RuleInfo kInfo{
     .needs = "the family's list of objects that can be mapped: dictionary, cyclic objects, or an ESI file",
     .source = "ETG1000.6, PDO mapping; MKD, 4.6; MKD, 5.3",
     .kinds = kKinds,
+    .after = kAfter,
     .doc = R"(
 ## What it checks
 Each entry that the master writes to a mapping object (1600h-17FFh, 1A00h-1BFFh):

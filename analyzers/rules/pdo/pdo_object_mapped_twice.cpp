@@ -36,6 +36,9 @@ constexpr NoteKind kRefusedLater{
         "inference."};
 constexpr const NoteKind* kNotes[] = {&kRefusedLater};
 
+// ExplainRequest(): the later rule names the nearer cause.
+constexpr std::string_view kAfter[] = {"pdo-not-mappable"};
+
 constexpr RuleInfo kInfo{.id = "pdo-object-mapped-twice",
                          .group = "PDO mapping",
                          .severity = Severity::kWarning,
@@ -44,6 +47,7 @@ constexpr RuleInfo kInfo{.id = "pdo-object-mapped-twice",
                          .source = "ETG1000.6, PDO mapping; MKD, 4.6",
                          .kinds = kKinds,
                          .notes = kNotes,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 When SAFEOP is requested: whether an object (index and subindex) is mapped more than once in the assigned Rx PDOs, or

@@ -32,6 +32,9 @@ constexpr const FindingKind* kKinds[] = {&kNotOfDrive, &kOtherDirection};
 
 constexpr Word kPdoList{"pdo-list", "a complete list of the slave's PDOs"};
 
+// ExplainRequest(): the later rule names the nearer cause.
+constexpr std::string_view kAfter[] = {"pdo-object-mapped-twice"};
+
 constexpr RuleInfo kInfo{
     .id = "pdo-unsupported",
     .group = "PDO mapping",
@@ -42,6 +45,7 @@ constexpr RuleInfo kInfo{
     .needs = "a complete list of the PDOs that may be assigned: the manual of the family, or an ESI file",
     .source = "ETG1000.6, PDO assignment; MKD, 4.5; AKD-2011, 4.5",
     .kinds = kKinds,
+    .after = kAfter,
     .doc = R"(
 ## What it checks
 Each PDO index that the master writes to 1C12h or 1C13h against the PDOs that the manual of the family (or an ESI file)

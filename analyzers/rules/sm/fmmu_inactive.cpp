@@ -68,6 +68,9 @@ constexpr Word kInputs{"inputs", "inputs", true};
 constexpr Word kWriteResult{"result-of-fmmu-write", "the result of a write to an FMMU"};
 constexpr Word kEnabledManager{"enabled-sync-manager", "an enabled sync manager of process data"};
 
+// Several rules may explain one finding: the first that does so wins.
+constexpr std::string_view kAfter[] = {"al-refused", "al-timeout", "al-unexpected-change"};
+
 constexpr RuleInfo kInfo{.id = "fmmu-inactive",
                          .group = "Sync managers and FMMUs",
                          .severity = Severity::kError,
@@ -75,6 +78,7 @@ constexpr RuleInfo kInfo{.id = "fmmu-inactive",
                          .needs = "the settings of FMMUs and sync managers, and that the slave is in OP",
                          .source = "ESC-1, FMMU; ETG1000.4, FMMUs",
                          .kinds = kKinds,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 A slave in OP with an enabled sync manager for outputs (or inputs), if both hold:

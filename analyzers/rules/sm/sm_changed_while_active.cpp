@@ -43,6 +43,9 @@ constexpr const FindingKind* kKinds[] = {&kChanged, &kSwitchedOff};
 constexpr Word kMailbox{"mailbox", "the mailbox"};
 constexpr Word kProcessData{"process-data", "process data"};
 
+// Several rules may explain one finding: the first that does so wins.
+constexpr std::string_view kAfter[] = {"pdo-length-mismatch"};
+
 constexpr RuleInfo kInfo{.id = "sm-changed-while-active",
                          .group = "Sync managers and FMMUs",
                          .severity = Severity::kError,
@@ -51,6 +54,7 @@ constexpr RuleInfo kInfo{.id = "sm-changed-while-active",
                          .needs = "the settings before and after, and the AL state of the slave",
                          .source = "ESC-1, sync manager; ETG1000.6, sync managers",
                          .kinds = kKinds,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Whether an enabled sync manager gets another start, length or control byte, or is switched off, while the slave is in a

@@ -16,6 +16,9 @@ namespace {
 constexpr Word kMailboxSettings{"mailbox-settings", "the mailbox settings in the EEPROM", true};
 constexpr Word kMailboxLengths{"mailbox-lengths", "the mailbox lengths in the EEPROM", true};
 
+// ExplainRequest(): the later rule names the nearer cause.
+constexpr std::string_view kAfter[] = {"pdo-unsupported"};
+
 constexpr RuleInfo kInfo{
     .id = "sm-mailbox-config",
     .group = "Sync managers and FMMUs",
@@ -26,6 +29,7 @@ constexpr RuleInfo kInfo{
     .source = "ETG1000.6, sync managers; ESC-1, sync manager",
     .kinds = sync_manager_fault::kKinds,
     .notes = sync_manager_fault::kNotes,
+    .after = kAfter,
     .doc = R"(
 ## What it checks
 When the master requests PREOP from a slave in INIT, the sync managers of the two mailboxes must be:

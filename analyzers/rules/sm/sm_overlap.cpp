@@ -44,6 +44,9 @@ constexpr const FindingKind* kKinds[] = {&kOverlap, &kOwnLayout};
 
 constexpr Word kRequestUpwards{"request-of-higher-state", "a request of a higher state from a known one"};
 
+// A wrong range explains an overlap.
+constexpr std::string_view kAfter[] = {"sm-mailbox-config", "sm-process-config"};
+
 constexpr RuleInfo kInfo{.id = "sm-overlap",
                          .group = "Sync managers and FMMUs",
                          .severity = Severity::kError,
@@ -51,6 +54,7 @@ constexpr RuleInfo kInfo{.id = "sm-overlap",
                          .needs = "the settings of all sync managers that the master uses",
                          .source = "ESC-1, sync manager; ETG1000.4, sync managers",
                          .kinds = kKinds,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 When the master requests PREOP, SAFEOP or OP upwards: whether the memory of two enabled sync managers overlaps. In

@@ -23,6 +23,9 @@ constexpr std::uint8_t kInputs = 3;
 
 constexpr Word kProcessDataStart{"process-data-start", "the start of the process data in the EEPROM"};
 
+// ExplainRequest(): the later rule names the nearer cause.
+constexpr std::string_view kAfter[] = {"sm-mailbox-config"};
+
 constexpr RuleInfo kInfo{
     .id = "sm-process-config",
     .group = "Sync managers and FMMUs",
@@ -34,6 +37,7 @@ constexpr RuleInfo kInfo{
     .source = "ETG1000.6, sync managers; ESC-1, sync manager",
     .kinds = sync_manager_fault::kKinds,
     .notes = sync_manager_fault::kNotes,
+    .after = kAfter,
     .doc = R"(
 ## What it checks
 When the master requests SAFEOP from a slave in PREOP, the sync managers of the process data (SM2: outputs, SM3: inputs)

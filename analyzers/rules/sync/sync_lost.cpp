@@ -43,6 +43,9 @@ manual ({manual})][{!manual}The EtherCAT standard] lets the drive lose synchroni
 
 constexpr const FindingKind* kKinds[] = {&kFramesMissing, &kCyclesOutside};
 
+// Several rules may explain one finding: the first that does so wins.
+constexpr std::string_view kAfter[] = {"sm-changed-while-active"};
+
 constexpr RuleInfo kInfo{
     .id = "sync-lost",
     .group = "Synchronisation",
@@ -55,6 +58,7 @@ constexpr RuleInfo kInfo{
         "drive is enabled",
     .source = "AKD-2011, 4.13; AKD-2010, 4.13; MKD, 3.4; PILZ, 4.8",
     .kinds = kKinds,
+    .after = kAfter,
     .doc = R"(
 ## What it checks
 The criteria of the families:

@@ -46,6 +46,9 @@ constexpr FindingKind kOtherActivation{
 
 constexpr const FindingKind* kKinds[] = {&kReached, &kRefused, &kOtherCycle, &kOtherActivation};
 
+// Several rules may explain one finding: the first that does so wins.
+constexpr std::string_view kAfter[] = {"sync-lost"};
+
 constexpr RuleInfo kInfo{.id = "sync-not-activated",
                          .group = "Synchronisation",
                          .severity = Severity::kWarning,
@@ -54,6 +57,7 @@ constexpr RuleInfo kInfo{.id = "sync-not-activated",
                          .needs = "writes of 0x09A0 and 0x0981 of the slave, AL Status OP",
                          .source = "ESC-1, distributed clocks, SYNC signal generation; ETG2000, Dc/OpMode",
                          .kinds = kKinds,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 A slave has a SYNC0 cycle (0x09A0), but its cyclic operation (0x0981 bit 0) is off:

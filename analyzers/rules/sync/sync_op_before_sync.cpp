@@ -31,6 +31,9 @@ has succeeded.)",
 
 constexpr const FindingKind* kKinds[] = {&kRefused, &kHeld};
 
+// Several rules may explain one finding: the first that does so wins.
+constexpr std::string_view kAfter[] = {"sync-not-activated"};
+
 constexpr RuleInfo kInfo{
     .id = "sync-op-before-sync",
     .group = "Synchronisation",
@@ -40,6 +43,7 @@ constexpr RuleInfo kInfo{
     .needs = "a family whose manual makes synchronisation a condition of OP; AL Status and AL status code",
     .source = "PILZ, 4.3.4",
     .kinds = kKinds,
+    .after = kAfter,
     .doc = R"(
 ## What it checks
 A request of OP, where the manual of the family requires synchronisation before OP, and the drive

@@ -93,6 +93,9 @@ them. After {waited_ms}, in {frame}, the slave still reports {al_status}.)",
 constexpr const FindingKind* kKinds[] = {&kExceeded, &kHalfExceeded, &kShorter, &kTight,
                                          &kRefused,  &kRefusedLater, &kWaiting};
 
+// Several rules may explain one finding: the first that does so wins.
+constexpr std::string_view kAfter[] = {"sync-op-before-sync"};
+
 constexpr RuleInfo kInfo{
     .id = "sync-watchdog-margin",
     .group = "Synchronisation",
@@ -102,6 +105,7 @@ constexpr RuleInfo kInfo{
     .needs = "FMMUs and AL state of the slave; a clock: DC time in the frames, or good time stamps",
     .source = "ESC-1, watchdogs; ETG1000.6, AL Status Code register 0x0134",
     .kinds = kKinds,
+    .after = kAfter,
     .doc = R"(
 ## What it checks
 The longest time without outputs for a slave in OP, against its process data watchdog: (0x0400 + 2) * 40 ns * 0x0420.

@@ -39,7 +39,6 @@ struct ExpectedFinding {
   std::string caused_by;  ///< rule of the cause, empty for none
   std::string confidence = "observed";
   std::vector<FrameNo> related;
-  std::vector<std::string> says;
   std::string kind;  ///< empty: any
   std::optional<unsigned> axis;
   std::vector<std::string> notes;
@@ -50,7 +49,6 @@ struct ExpectedFinding {
 struct ExpectedNotEvaluable {
   std::string rule;
   std::optional<SlavePos> slave;
-  std::string reason;  ///< text; empty where code is given
   std::string code, what;
 };
 

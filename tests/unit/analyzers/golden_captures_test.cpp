@@ -239,7 +239,7 @@ const std::map<std::string, Expected>& RealTable() {
         {"warning", "pdo-object-mapped-twice", 0, 743, 1, nullptr, {734}, 743, "6041h:0 is mapped 4 times in the Tx"},
         {"error", "al-refused", 0, 760, 0, "pdo-mapping-rule", {743, 6758}, 6762, "0x001d"},
         {"warning", "al-undocumented-status-code", 0, 6758, 1, "al-refused"},
-        {"error", "frame-lost", kBus, 4607, 3, nullptr, {5457, 6455}, 6455, "each of them"}}},
+        {"error", "frame-lost", kBus, 4607, 3, nullptr, {5457, 6455}, 6455, "3 frames of 3,381"}}},
       {"soem-single-lan9252.pcapng", kClean},
       {"twincat-run-ek1100-el1004.pcapng", {{"info", "capture-timestamps", kBus, 1}}},
       {"twincat-scan-boxes.pcapng", {{"info", "capture-timestamps", kBus, 1}}},

@@ -27,6 +27,7 @@
 #include "tests/support/folders.h"
 #include "tests/support/trace_file.h"
 #include "tests/unit/analyzers/expected_findings.h"
+#include "tests/unit/analyzers/sentence_check.h"
 
 namespace ecaudit::test {
 namespace {
@@ -95,57 +96,6 @@ AnalysisResult AnalyseTrace(const Trace& trace, const AnalysisOptions& options) 
   return Analyse(**source, options);
 }
 
-/// TEMPORARY: moves .expected files from texts to kinds, arguments and codes.
-void RewriteExpected(const fs::path& path, const Expectations& expected, const AnalysisResult& result,
-                     const std::string& rule) {
-  std::vector<bool> used(result.findings.size()), said(result.not_evaluable.size());
-  std::istringstream lines{FileText(path)};
-  std::string out;
-  std::size_t finding = 0, entry = 0;
-  for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with("not-evaluable")) {
-      const ExpectedNotEvaluable& wanted = expected.not_evaluable[entry++];
-      for (std::size_t i = 0; i < said.size(); ++i) {
-        ExpectedNotEvaluable any = wanted;
-        any.reason.clear();
-        any.code = std::string(Name(result.not_evaluable[i].reason.code));
-        any.what = result.not_evaluable[i].reason.what == nullptr
-                       ? std::string()
-                       : std::string(result.not_evaluable[i].reason.what->code);
-        if (said[i] || !Matches(any, result.not_evaluable[i], result)) continue;
-        said[i] = true;
-        out += LineOf(result.not_evaluable[i], result) + "\n";
-        break;
-      }
-      continue;
-    }
-    if (!line.starts_with("error") && !line.starts_with("warning") && !line.starts_with("info")) {
-      out += line + "\n";
-      continue;
-    }
-    ExpectedFinding wanted = expected.findings[finding++];
-    const bool says = !wanted.says.empty();
-    wanted.says.clear();
-    for (std::size_t i = 0; i < used.size(); ++i) {
-      if (used[i] || !Matches(wanted, result.findings[i], result)) continue;
-      used[i] = true;
-      if (says && result.findings[i].kind != nullptr) {
-        for (std::size_t at = line.find(" says=\""); at != std::string::npos; at = line.find(" says=\"")) {
-          line.erase(at, line.find('"', at + 7) + 1 - at);
-        }
-        while (line.ends_with(' ')) line.pop_back();
-        line += " " + KindTextOf(result.findings[i]);
-      }
-      break;
-    }
-    out += line + "\n";
-  }
-  for (std::size_t i = 0; i < said.size(); ++i) {
-    if (result.not_evaluable[i].rule == rule && !said[i]) out += LineOf(result.not_evaluable[i], result) + "\n";
-  }
-  std::ofstream(path, std::ios::binary) << out;
-}
-
 class RuleTrace : public ::testing::TestWithParam<fs::path> {};
 
 TEST_P(RuleTrace, FindsWhatIsExpected) {
@@ -197,10 +147,6 @@ TEST_P(RuleTrace, FindsWhatIsExpected) {
     if (!Concerns(other->group, info->group)) options.rules[std::string(other->id)].off = true;
   }
   const AnalysisResult result = AnalyseTrace(*trace, options);
-  if (std::getenv("ECAUDIT_REWRITE_EXPECTED") != nullptr) {
-    RewriteExpected(expected_path, *expected, result, rule);
-    return;
-  }
 
   std::vector<bool> used(result.findings.size(), false);
   for (const ExpectedFinding& wanted : expected->findings) {
@@ -214,6 +160,10 @@ TEST_P(RuleTrace, FindsWhatIsExpected) {
   for (std::size_t i = 0; i < result.findings.size(); ++i) {
     EXPECT_TRUE(used[i]) << "not expected: " << TextOf(result.findings[i], result);
   }
+  for (const Finding& finding : result.findings) {
+    if (finding.rule != rule) continue;
+    for (const std::string& problem : ProblemsOfSentences(finding)) ADD_FAILURE() << problem;
+  }
 
   // What the rule itself could not judge; of other rules only what the file names.
   std::vector<bool> said(result.not_evaluable.size(), false);
@@ -223,8 +173,7 @@ TEST_P(RuleTrace, FindsWhatIsExpected) {
       if (said[i] || !Matches(wanted, result.not_evaluable[i], result)) continue;
       found = said[i] = true;
     }
-    EXPECT_TRUE(found) << "not reported: not-evaluable " << wanted.rule << " " << wanted.code << " " << wanted.what
-                       << wanted.reason;
+    EXPECT_TRUE(found) << "not reported: not-evaluable " << wanted.rule << " " << wanted.code << " " << wanted.what;
   }
   for (std::size_t i = 0; i < result.not_evaluable.size(); ++i) {
     const NotEvaluable& entry = result.not_evaluable[i];

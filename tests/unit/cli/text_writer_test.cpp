@@ -109,8 +109,8 @@ TEST(TextWriter, ConsequencesStandIndentedUnderTheirCause) {
 TEST(TextWriter, FindingShowsEvidenceFilterAndSource) {
   const std::string text = WrittenText(RefusedSafeop());
   EXPECT_THAT(text, HasSubstr("frame 760 at 0.759000 s, seen 5,999 times, last in frame 6762"));
-  EXPECT_THAT(text, HasSubstr("al_status_code = 0x001d, polls = 5999,\n"
-                              "                 mean_ms = 1.500 ms, requested = SAFEOP"));
+  EXPECT_THAT(text, HasSubstr("al_status_code = 0x001d, polls = 5999, mean_ms = 1.500 ms,\n"
+                              "                 requested = SAFEOP"));
   EXPECT_THAT(text, HasSubstr("frame.number==760 || frame.number==6762 || frame.number==743"));
   EXPECT_THAT(text, HasSubstr("AKD EtherCAT Communication, 4.3"));
   EXPECT_THAT(text, HasSubstr("ecaudit explain al-refused"));
@@ -220,7 +220,7 @@ TEST(TextWriter, UntrustedTextNeverReachesTheTerminal) {
   r.slaves[0].name = evil;
   r.slaves[0].profile_source = evil;
   test::SetTexts(r.findings[0], evil, evil);
-  r.findings[0].evidence.push_back({evil, evil, Evidence::Notation::kDecimal});
+  r.findings[0].Set("from_the_capture", arg::Text(evil));
   r.findings[0].reference = {evil, evil};
   r.not_evaluable[0].reason = test::Because(evil);
   r.capture.file.damage = capture::Damage{evil, 0, 0};

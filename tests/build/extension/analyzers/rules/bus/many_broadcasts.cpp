@@ -4,12 +4,19 @@
 namespace ecaudit::many_broadcasts {
 namespace {
 
+constexpr FindingKind kTen{.name = "ten",
+                           .title = "Ten broadcasts",
+                           .message = "The slaves answered ten broadcasts. The tenth is {frame}.",
+                           .next = "Nothing is to be done."};
+constexpr const FindingKind* kKinds[] = {&kTen};
+
 constexpr RuleInfo kInfo{.id = "many-broadcasts",
                          .group = "Frame and bus",
                          .severity = Severity::kInfo,
                          .title = "Ten broadcasts were answered",
                          .needs = "returned frames",
                          .source = "ETG1000.4, broadcast commands",
+                         .kinds = kKinds,
                          .doc = R"(
 ## What it checks
 How many broadcasts the slaves answered.
@@ -33,11 +40,7 @@ class ManyBroadcasts final : public Rule {
 
   void Counted(const TenBroadcasts& event) {
     if (Repeat(kNoSlave, 0, event.frame) != kNoFinding) return;
-    Finding finding;
-    finding.first = event.frame;
-    finding.title = "Ten broadcasts";
-    finding.message = "The slaves answered ten broadcasts.";
-    Report(0, std::move(finding));
+    Report(0, Found(kTen, kNoSlave, event.frame));
   }
 };
 
