@@ -191,7 +191,7 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
     const std::string none = std::string("no ") + (summary.known > 0 ? "new " : "") + "findings in " +
                              Count(capture.ethercat_frames, "EtherCAT frame");
     const std::string slaves = capture.slaves > 0 ? " of " + SlavesText(capture.slaves, capture.slaves_there)
-                                                  : "; which slaves are on the bus, they do not show";
+                                                  : "; no slave is known";
     std::string reach = capture.complete ? "" : ", as far as the capture was read";
     if (MissesPackets(capture)) reach += ", but the capture misses packets";
     return {verdict, none + slaves + reach + limits};
