@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Checks the form of the sources; changes nothing. Run from anywhere: .ci/check.sh [--tidy BUILD_DIR]
+# Checks the form of the sources and of new commit messages; changes nothing. Run from anywhere: .ci/check.sh [--tidy BUILD_DIR]
 #   --tidy BUILD_DIR   also run clang-tidy (slow); BUILD_DIR holds compile_commands.json
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -7,6 +7,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 mapfile -t sources < <(find decoder analyzers cli samples tests -path tests/build/layer_violations -prune -o \
                           \( -name '*.h' -o -name '*.cpp' \) -print | sort)
 cmake -P .ci/check_layers.cmake
+.ci/check_commits.sh
 
 if command -v clang-format >/dev/null; then
   clang-format --dry-run -Werror "${sources[@]}"

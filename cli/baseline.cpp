@@ -75,7 +75,7 @@ void Add(const Fingerprint& fingerprint, const std::string& title, const Baselin
   accepted.title = title;
   if (const auto found = before.find(fingerprint); found != before.end()) {
     accepted.reason = found->second.reason;
-    // Who lists it anew accepts it anew.
+    // Who lists it again accepts it again.
     if (!found->second.expired) accepted.expires = found->second.expires;
   }
   all.emplace(fingerprint, std::move(accepted));
@@ -170,7 +170,7 @@ std::vector<std::string> ExpiredEntries(const Baseline& baseline) {
 }
 
 std::optional<Error> CheckBaselinePath(const std::string& path) {
-  return CheckReplaced(path, kBaselineSchema, "baseline");
+  return CheckReplaced(path, kBaselineSchema, "a baseline");
 }
 
 void ApplyBaseline(const Baseline& baseline, report::CaptureReport& capture) {

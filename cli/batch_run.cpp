@@ -64,8 +64,8 @@ class Batch {
         continue;
       }
       if (!worker.running()) {
-        error_ = worker.Start([this](std::size_t number, WorkerProgress& progress, const BatchWorker::Say& say) {
-          DoJob(jobs_[number], progress, say);
+        error_ = worker.Start([this](std::size_t number, WorkerProgress& progress, const BatchWorker::Send& send) {
+          DoJob(jobs_[number], progress, send);
         });
         if (error_) return;
       }
@@ -100,7 +100,7 @@ class Batch {
       busy.push_back(&worker);
     }
     const int ready = ::poll(waiting.data(), waiting.size(), kProgressStepMs);
-    if (InterruptFlag() && !std::exchange(told_to_leave_, true)) {
+    if (InterruptFlag() && !std::exchange(stop_sent_, true)) {
       for (BatchWorker* worker : busy) worker->Interrupt();
     }
     for (std::size_t i = 0; ready > 0 && i < busy.size(); ++i) {
@@ -198,19 +198,19 @@ class Batch {
 
   // In the worker.
 
-  void DoJob(const BatchJob& job, WorkerProgress& progress, const BatchWorker::Say& say) const {
+  void DoJob(const BatchJob& job, WorkerProgress& progress, const BatchWorker::Send& send) const {
     report::Report report = ReportOf(job);
     Result<CheckedCapture> capture = Check(job, options_.wanted, progress);
-    if (!capture && InterruptFlag()) return say(PieceKind::kInterrupted, "");
+    if (!capture && InterruptFlag()) return send(PieceKind::kInterrupted, "");
     if (!capture) {
       report.unreadable.push_back({job.path, capture.error().message});
     } else if (InterruptFlag() && !capture->report.result.capture.complete) {
-      return say(PieceKind::kInterrupted, "");
+      return send(PieceKind::kInterrupted, "");
     } else {
-      say(PieceKind::kFrames, std::to_string(capture->report.result.capture.packets));
-      if (capture->lacks_slave) say(PieceKind::kLacksSlave, "");
-      for (const std::string& slave : capture->missing) say(PieceKind::kMissing, slave);
-      for (const std::string& slave : capture->unmet) say(PieceKind::kUnmet, slave);
+      send(PieceKind::kFrames, std::to_string(capture->report.result.capture.packets));
+      if (capture->lacks_slave) send(PieceKind::kLacksSlave, "");
+      for (const std::string& slave : capture->missing) send(PieceKind::kMissing, slave);
+      for (const std::string& slave : capture->unmet) send(PieceKind::kUnmet, slave);
       report.captures.push_back(std::move(capture->report));
     }
     auto error = WriteReport(job, report);
@@ -219,7 +219,7 @@ class Batch {
       error = CheckOutputPath(path, Links::kReplace);
       if (!error) error = WriteOutputFile(path, WriteHtml(report), Links::kReplace);
     }
-    if (error) say(PieceKind::kCannotWrite, error->message);
+    if (error) send(PieceKind::kCannotWrite, error->message);
   }
 
   /// Named as the report is; empty where none is wanted.
@@ -269,7 +269,7 @@ class Batch {
   std::vector<BatchWorker> workers_;
   std::size_t next_ = 0;
   std::size_t finished_ = 0;
-  bool told_to_leave_ = false;
+  bool stop_sent_ = false;
   std::uint64_t bytes_to_do_ = 0;  ///< of all captures that are not done already
   std::uint64_t bytes_done_ = 0;
   std::uint64_t frames_done_ = 0;

@@ -70,7 +70,7 @@ std::optional<Error> BatchWorker::Start(const Work& work) {
   std::array<int, 2> ends{};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) return failed(errno);
   const pid_t parent = ::getpid();
-  // A worker that is told to leave before it listens would not hear of it: what comes meanwhile waits.
+  // A stop signal that arrives before the worker can receive it would be lost, so it waits until then.
   sigset_t leave{};
   sigset_t before{};
   sigemptyset(&leave);
@@ -88,7 +88,7 @@ std::optional<Error> BatchWorker::Start(const Work& work) {
   }
   if (pid_ == 0) {
     ::close(ends[0]);
-    // Whatever becomes of the parent, nobody is to work on in the dark.
+    // If the parent ends in any way, no worker may continue unnoticed.
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != parent) ::_exit(static_cast<int>(ExitStatus::kInternal));
     // Ctrl-C reaches all processes of a terminal; the parent says when it is meant.
@@ -107,7 +107,7 @@ std::optional<Error> BatchWorker::Start(const Work& work) {
 
 void BatchWorker::Serve(int fd, const Work& work) {
   LeaveCrashesAlone();
-  const Say say = [fd](WorkerPiece::Kind kind, const std::string& text) {
+  const Send send = [fd](WorkerPiece::Kind kind, const std::string& text) {
     std::string piece(1, static_cast<char>(kind));
     for (unsigned shift = 0; shift < 32; shift += 8) piece += static_cast<char>(text.size() >> shift & 0xFFU);
     piece += text;
@@ -117,13 +117,13 @@ void BatchWorker::Serve(int fd, const Work& work) {
   while (ReadAll(fd, reinterpret_cast<char*>(&job), sizeof(job))) {
     progress_->reached = 0;
     try {
-      work(static_cast<std::size_t>(job), *progress_, say);
+      work(static_cast<std::size_t>(job), *progress_, send);
     } catch (const std::exception& e) {
-      say(WorkerPiece::Kind::kInternal, e.what());
+      send(WorkerPiece::Kind::kInternal, e.what());
     }
     progress_->frames = 0;
     progress_->bytes = 0;
-    say(WorkerPiece::Kind::kDone, "");
+    send(WorkerPiece::Kind::kDone, "");
   }
   // What the parent has not written yet is the parent's.
   ::_exit(static_cast<int>(ExitStatus::kClean));
@@ -134,7 +134,7 @@ void BatchWorker::Give(std::size_t job) {
   job_ = job;
   pieces_.clear();
   const std::uint64_t number = job;
-  // Where it has gone meanwhile, Read() tells.
+  // If the worker has ended in the meantime, Read() reports it.
   (void)WriteAll(fd_, reinterpret_cast<const char*>(&number), sizeof(number));
 }
 
@@ -165,7 +165,7 @@ BatchWorker::Got BatchWorker::Read() {
 
 int BatchWorker::TakeStatus() {
   if (fd_ >= 0) {
-    // Workers that were started later hold this end, too: closing it alone would tell nobody.
+    // Workers that were started later hold this end, too: closing it alone would reach no reader.
     ::shutdown(fd_, SHUT_RDWR);
     ::close(std::exchange(fd_, -1));
   }

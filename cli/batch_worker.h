@@ -44,8 +44,8 @@ struct WorkerPiece {
 
 class BatchWorker {
  public:
-  using Say = std::function<void(WorkerPiece::Kind, const std::string&)>;
-  using Work = std::function<void(std::size_t job, WorkerProgress& progress, const Say& say)>;
+  using Send = std::function<void(WorkerPiece::Kind, const std::string&)>;
+  using Work = std::function<void(std::size_t job, WorkerProgress& progress, const Send& send)>;
 
   BatchWorker() = default;
   BatchWorker(BatchWorker&& other) noexcept;
@@ -71,7 +71,7 @@ class BatchWorker {
   /// job().
   [[nodiscard]] Got Read();
   [[nodiscard]] std::vector<WorkerPiece>& pieces() { return pieces_; }
-  /// After Got::kEnded: how it ended, as waitpid() tells; the worker can be started anew.
+  /// After Got::kEnded: how it ended, as waitpid() shows; the worker can be started again.
   [[nodiscard]] int TakeStatus();
 
  private:

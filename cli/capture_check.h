@@ -1,4 +1,4 @@
-/// Analyses and judges one capture: the work that check and batch have in common.
+/// Analyses and evaluates one capture: the work that check and batch have in common.
 #pragma once
 
 #include <functional>
@@ -30,7 +30,7 @@ class BaselineShelf {
   bool warned_ = false;
 };
 
-/// Why there is nothing to look at: none of the packets of `capture` lies in the range of `selection`.
+/// Why there is nothing to examine: none of the packets of `capture` lies in the range of `selection`.
 [[nodiscard]] Error EmptyRange(const std::string& capture, report::Selection selection);
 
 /// What costs time of its own, and only some reports show.
@@ -50,8 +50,8 @@ struct CheckedCapture {
 /// @param baseline  null: none
 /// @param progress  called now and then with bytes done, bytes in all, and frames; may be empty
 /// @param wanted    what reports show besides the result
-/// @param reached   holds the number of the packet at hand; null: nobody asks
-/// @return fails when the capture cannot be opened, and when none of its packets lies in the range; damage behind its
+/// @param reached   holds the number of the packet at hand; null: not wanted
+/// @return fails when the capture cannot be opened, and when none of its packets lies in the range; damage after its
 /// header is a finding
 [[nodiscard]] Result<CheckedCapture> CheckCapture(
     std::span<const std::string> paths, const Settings& settings, const Baseline* baseline,

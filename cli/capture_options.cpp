@@ -113,12 +113,12 @@ std::optional<Error> ReadDeviceFiles(const CaptureOptions& options, Settings& se
   return std::nullopt;
 }
 
-/// Limits that need no look at the capture are placed at once.
+/// Limits that do not need the capture are resolved at once.
 std::optional<Error> ApplyRange(const CaptureOptions& options, Settings& settings) {
-  constexpr double kWindow = 1;  // seconds before and behind
+  constexpr double kWindow = 1;  // seconds before and after
   MomentRange& range = settings.moments;
   if (options.around && (options.from || options.to)) return Error{"--around takes the place of --from and --to"};
-  if (options.window && !options.around) return Error{"--window is the time before and behind --around; give both"};
+  if (options.window && !options.around) return Error{"--window is the time before and after --around; give both"};
   if (auto error = ReadMoment("--from", options.from, options.local_time, range, range.from)) return error;
   if (auto error = ReadMoment("--to", options.to, options.local_time, range, range.to)) return error;
   if (auto error = ReadMoment("--around", options.around, options.local_time, range, range.around)) return error;
@@ -140,8 +140,8 @@ std::optional<Error> ApplyRange(const CaptureOptions& options, Settings& setting
 
 }  // namespace
 
-void CaptureOptions::TellSkipped(Console& console) const {
-  for (const std::string& reason : skipped) console.Warning("left out: " + reason);
+void CaptureOptions::ReportSkipped(Console& console) const {
+  for (const std::string& reason : skipped) console.Warning("ignored: " + reason);
   skipped.clear();
 }
 
@@ -157,16 +157,16 @@ void CaptureOptions::DeclareSettings(OptionSet& options) {
   options.Values("--slave", "SLAVE", slaves, "report only this slave: position 0, or address 0x1001 (repeatable)");
   options.Values("--interface", "N", interfaces, "read only interface N of the capture, 0 is the first (repeatable)");
   options.Value("--from", "START", from,
-                "begin here: seconds from the first frame, #760, 02:13:07.250, or 2026-03-02T02:13Z");
+                "start here: seconds from the first frame, #760, 02:13:07.250, or 2026-03-02T02:13Z");
   options.Value("--to", "END", to, "end here, inclusive");
-  options.Value("--around", "MOMENT", around, "only what lies around that time or frame");
-  options.Value("--window", "SECONDS", window, "how far before and behind --around (default: 1)");
-  options.Group("How to judge");
+  options.Value("--around", "MOMENT", around, "read only the part around this time or frame");
+  options.Value("--window", "SECONDS", window, "how far before and after --around (default: 1)");
+  options.Group("How to evaluate");
   options.Values("--profile", "[SLAVE=]NAME", profiles, "drive family of all slaves or of one (repeatable)");
   options.Values("--profiles", "PATH", families,
                  "more drive families: a JSON file or a folder of them, see docs/families.md (repeatable)");
   options.Values("--parameter", "[SLAVE:]NAME=VALUE", parameters,
-                 "what the drive is set to and no SDO shows; NAME as in ecaudit profiles FAMILY (repeatable)");
+                 "a drive setting that no SDO shows; NAME as in ecaudit profiles FAMILY (repeatable)");
   options.Values("--esi", "PATH", esi,
                  "EtherCAT slave information (XML, or a folder of it): objects and PDOs (repeatable)");
   options.Value("--eni", "FILE", eni, "EtherCAT network information (XML): slaves, names and process image");
@@ -174,21 +174,22 @@ void CaptureOptions::DeclareSettings(OptionSet& options) {
 }
 
 void GateOptions::Declare(OptionSet& options) {
-  options.Group("How to judge");
+  options.Group("How to evaluate");
   options.Value("--fail-on", "SEVERITY", fail_on,
-                "exit 1 from this severity on: error (default), warning, info, never");
+                "exit 1 if any finding has at least this severity: error (default), warning, info, never");
   options.Values("--rule", "ID=SEVERITY", rules, "error, warning, info, or off for one rule (repeatable)");
-  options.Value("--baseline", "FILE", baseline, "findings listed there are known and do not count");
-  options.Value("--require", "WHAT", require,
-                "exit 1 unless the capture shows slaves=N,state=OP,axis=enabled,sync=ok,judged, or some of it");
-  options.Value("--write-baseline", "FILE", write_baseline, "list all findings of this run there");
+  options.Value("--baseline", "FILE", baseline, "known findings, which do not count");
+  options.Value(
+      "--require", "WHAT", require,
+      "exit 1 unless the capture shows slaves=N,state=OP,axis=enabled,sync=ok,judged (each part is optional)");
+  options.Value("--write-baseline", "FILE", write_baseline, "write all findings of this run to FILE");
 }
 
 Result<SlaveSelector> ParseSlave(std::string_view text) {
   const bool by_address = text.starts_with("0x") || text.starts_with("0X");
   const auto value =
       by_address ? ParseUnsigned<std::uint16_t>(text.substr(2), 16) : ParseUnsigned<std::uint16_t>(text, 10);
-  if (!value) return Error{Quoted(text) + " is no slave: give a position such as 0, or an address such as 0x1001"};
+  if (!value) return Error{Quoted(text) + " is not a slave: give a position such as 0, or an address such as 0x1001"};
   return SlaveSelector{by_address, *value};
 }
 

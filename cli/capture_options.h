@@ -1,4 +1,4 @@
-/// What commands that judge captures have in common: their options, and what options and configuration file come to.
+/// What commands that evaluate captures have in common: their options, and what options and configuration file come to.
 #pragma once
 
 #include <map>
@@ -40,16 +40,16 @@ struct CaptureOptions {
                    std::shared_ptr<const DeviceFiles>>
       files;
 
-  /// What ResolveSettings() left out and why; TellSkipped() warns of it once.
+  /// What ResolveSettings() left out and why; ReportSkipped() warns of it once.
   mutable std::vector<std::string> skipped;
-  void TellSkipped(Console& console) const;
+  void ReportSkipped(Console& console) const;
 
   void Declare(OptionSet& options);
   /// All but the captures themselves and --join.
   void DeclareSettings(OptionSet& options);
 };
 
-/// Options of the commands whose exit status tells what was found.
+/// Options of the commands whose exit status shows what was found.
 struct GateOptions {
   std::optional<std::string> fail_on;
   std::vector<std::string> rules;
@@ -60,7 +60,7 @@ struct GateOptions {
   void Declare(OptionSet& options);
 };
 
-/// How one capture is analysed and judged.
+/// How one capture is analysed and evaluated.
 struct Settings {
   AnalysisOptions analysis;
   std::vector<SlaveSelector> slaves;  ///< empty: all
@@ -79,7 +79,7 @@ struct Settings {
 [[nodiscard]] Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOptions& gate,
                                                const std::string& capture);
 
-/// Tells `files` which ones `settings` were read from.
+/// Registers in `files` those that `settings` were read from.
 void AddFiles(const Settings& settings, CommandFiles& files);
 /// The same for the captures of the command line.
 /// @return which of the captures to join is named twice

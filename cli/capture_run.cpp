@@ -46,7 +46,7 @@ std::optional<Error> CaptureRun::Prepare() {
 }
 
 ExitStatus CaptureRun::Run(const CaptureJob& job, report::Report& report, Console& console) {
-  options.TellSkipped(console);
+  options.ReportSkipped(console);
   baselines_.WarnOfExpired(console);
   Progress progress(console, std::filesystem::path(job.name()).filename().string());
   Result<CheckedCapture> capture = CheckCapture(
@@ -77,12 +77,12 @@ ExitStatus CaptureRun::Run(const CaptureJob& job, report::Report& report, Consol
   if (capture->lacks_slave) without_slave_.push_back(job.name());
   report.captures.push_back(std::move(capture->report));
   if (interrupted) {
-    return Interrupted(console, job.name() + ": interrupted behind " + Count(read.packets, "packet"));
+    return Interrupted(console, job.name() + ": interrupted after " + Count(read.packets, "packet"));
   }
   return ExitStatus::kClean;
 }
 
-void CaptureRun::SayUnmet(const report::Report& report, Console& console) {
+void CaptureRun::ReportUnmet(const report::Report& report, Console& console) {
   for (const report::CaptureReport& capture : report.captures) {
     for (const std::string& missing : capture.unmet) {
       console.Error(capture.result.capture.file.path + ": required and missing: " + missing);
@@ -100,7 +100,7 @@ std::string CaptureRun::WithoutSlave(const std::string& capture) const {
   return capture + " has no slave " + slaves;
 }
 
-ExitStatus CaptureRun::SayMissingSlaves(const report::Report& report, Console& console) const {
+ExitStatus CaptureRun::ReportMissingSlaves(const report::Report& report, Console& console) const {
   if (interrupted_) return ExitStatus::kClean;
   if (without_slave_.size() == report.captures.size()) {
     return without_slave_.empty() ? ExitStatus::kClean : Fail(console, Error{WithoutSlave(without_slave_.front())});

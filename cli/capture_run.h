@@ -34,7 +34,7 @@ class CaptureRun {
   bool needs_ethercat = false;  ///< a capture without EtherCAT is an error, not only a warning
 
   /// Resolves settings and reads baselines, so that everything that can be wrong with the command line is found before
-  /// the first capture is read. The signals of a user who wants to stop are listened to from here on.
+  /// the first capture is read. Stop signals of the user are handled from here on.
   [[nodiscard]] std::optional<Error> Prepare();
   [[nodiscard]] std::vector<CaptureJob>& jobs() { return jobs_; }
   [[nodiscard]] const std::vector<CaptureJob>& jobs() const { return jobs_; }
@@ -44,12 +44,12 @@ class CaptureRun {
   [[nodiscard]] ExitStatus Run(const CaptureJob& job, report::Report& report, Console& console);
   /// After all jobs: says which captures lack the slaves of --slave; kUsage when all of them do. An interrupted run
   /// does not know.
-  [[nodiscard]] ExitStatus SayMissingSlaves(const report::Report& report, Console& console) const;
+  [[nodiscard]] ExitStatus ReportMissingSlaves(const report::Report& report, Console& console) const;
 
   /// Says what is missing of what --require asks for.
-  static void SayUnmet(const report::Report& report, Console& console);
+  static void ReportUnmet(const report::Report& report, Console& console);
 
-  /// Marks what the job's baseline lists, anew. For commands that change the findings of a report.
+  /// Marks what the job's baseline lists, again. For commands that change the findings of a report.
   void MarkKnown(report::CaptureReport& capture) const;
   /// Writes --write-baseline, where it is given and all was read: half a baseline in the place of a whole one would
   /// make known findings new.

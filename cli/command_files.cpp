@@ -58,7 +58,7 @@ std::optional<Error> CommandFiles::Writes(const std::string& path, std::string_v
 std::optional<Error> CommandFiles::Claims(const std::string& path, std::string_view updates) {
   const Identity identity = IdentityOf(path);
   const std::string* role = RoleOf(identity);
-  if (role != nullptr && role->empty()) return Error{"two outputs would go to " + path};
+  if (role != nullptr && role->empty()) return Error{"two outputs have the same path " + path};
   if (role != nullptr && *role != updates) return Error{path + " is read as " + *role + "; name another output file"};
   Add(identity, "");
   return std::nullopt;

@@ -13,7 +13,7 @@
 
 namespace ecaudit::cli {
 
-/// A command first tells what it reads, then what it wants to write, both before any work is done.
+/// A command first registers its inputs, then its outputs, both before any work is done.
 class CommandFiles {
  public:
   /// @param path  "-" and "" are no files

@@ -21,7 +21,7 @@ constexpr std::array<std::string_view, 11> kKeys{"profile", "profiles", "slave_p
                                                  "fail_on", "require",  "baseline",       "limits",     "esi",
                                                  "eni"};
 
-/// Limits that rules let a project change; each rule's page (`ecaudit explain`) tells its own.
+/// Limits that rules let a project change; each rule's page (`ecaudit explain`) shows its own.
 constexpr std::array<std::string_view, 11> kLimits{"al-timeout.preop",
                                                    "al-timeout.safeop-op",
                                                    "al-timeout.down",
@@ -151,10 +151,10 @@ std::optional<Error> CheckConfigOwner(const std::string& path) {
   if (::lstat(path.c_str(), &link) != 0 || ::stat(path.c_str(), &file) != 0) return std::nullopt;
   std::string why;
   if (distrusted(link) || distrusted(file)) why = "belongs to another user";
-  if (why.empty() && S_ISREG(file.st_mode) && (file.st_mode & S_IWOTH) != 0) why = "may be written by everybody";
+  if (why.empty() && S_ISREG(file.st_mode) && (file.st_mode & S_IWOTH) != 0) why = "is writable by all users";
   if (why.empty()) return std::nullopt;
   return Error{path + " " + why + ", and its settings would change the result; --config " + path +
-               " uses it, --config with a file of your own leaves it aside"};
+               " uses it, --config with a file of your own replaces it"};
 }
 
 }  // namespace ecaudit::cli

@@ -32,8 +32,8 @@ struct Config {
 /// The nearest `.ecaudit.json` beside `capture` or in a folder above it; for "-" from the current folder on.
 [[nodiscard]] std::optional<std::string> FindConfig(const std::string& capture);
 
-/// Whoever may write to the folder of a capture, or above it, could switch rules off there: a file that was found and
-/// not named has to be the user's own or root's, and not to be written by everybody.
+/// A user with write access to the folder of a capture, or above it, could switch rules off there: a file that was
+/// found and not named has to be the user's own or root's, and must not be writable by all users.
 /// @return what is wrong with it, or nothing
 [[nodiscard]] std::optional<Error> CheckConfigOwner(const std::string& path);
 

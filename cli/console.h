@@ -25,7 +25,7 @@ class Console {
   /// Writes `text` to standard output. A reader that has gone (closed pipe) is no error; a full disk is.
   [[nodiscard]] std::optional<ecaudit::Error> Write(std::string_view text);
 
-  /// The reader of standard output has gone: what is written there from now on reaches nobody.
+  /// The reader of standard output has gone: what is written there from now on is lost.
   [[nodiscard]] bool reader_gone() const { return reader_gone_; }
 
   /// Colours are wanted on standard output: it is a terminal, and neither NO_COLOR nor TERM=dumb forbids them.

@@ -14,7 +14,7 @@ namespace ecaudit::cli {
 /// From now on SIGSEGV and its like write that line and end the program with ExitStatus::kInternal. Sanitizers keep
 /// their own reports.
 void ListenForCrashes();
-/// As if ListenForCrashes() had not been called: whoever waits for this process sees the signal.
+/// As if ListenForCrashes() had not been called: the parent process sees the signal.
 void LeaveCrashesAlone();
 
 /// "ecaudit 0.1.0 was ended by signal 11 (Segmentation fault) at packet 812"

@@ -25,7 +25,7 @@ void CountAgain(std::span<const std::string> paths, std::map<FrameNo, std::uint6
   capture::CapturedFrame frame;
   while (next != wanted.end() && !InterruptFlag() && (*source)->Next(frame) == capture::ReadStatus::kFrame) {
     const std::uint64_t own = LinesOf(wire::FrameView::Parse(frame));
-    // A frame without a line of its own is told where it would stand.
+    // A frame without a line of its own is reported where it would stand.
     for (; next != wanted.end() && next->first <= frame.number; ++next) next->second = line;
     line += own;
   }

@@ -1,4 +1,4 @@
-/// Where a frame stands in the text that `decode` writes: the line that CI servers are told of.
+/// Where a frame stands in the text that `decode` writes: the line number for CI servers.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +28,8 @@ class LineCounter final : public capture::FrameSource {
   [[nodiscard]] std::uint64_t bytes_read() const noexcept override { return source_->bytes_read(); }
   [[nodiscard]] std::uint64_t bytes_total() const noexcept override { return source_->bytes_total(); }
 
-  /// The line of that frame, from 1; a frame without a line of its own is told where it would stand. Nothing for frames
-  /// that did not pass, or passed when there was no room any more.
+  /// The line of that frame, from 1; a frame without a line of its own is reported where it would stand. Nothing for
+  /// frames that did not pass, or passed when there was no room any more.
   [[nodiscard]] std::optional<std::uint64_t> LineOf(FrameNo frame) const;
 
  private:

@@ -25,8 +25,8 @@ std::optional<Error> AddEsi(const std::string& path, DeviceFiles& files) {
   return std::nullopt;
 }
 
-/// A vendor's folder holds files of modules, drafts and other XML as well: what is no ESI file of a device is told of
-/// and left out.
+/// A vendor's folder holds files of modules, drafts and other XML as well: a file that is not the ESI file of a device
+/// is reported and left out.
 std::optional<Error> AddFolder(const std::string& folder, DeviceFiles& files, std::vector<std::string>& skipped) {
   std::error_code error;
   std::set<std::filesystem::path> paths;  // sorted, so that nothing depends on the file system

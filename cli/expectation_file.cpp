@@ -42,7 +42,7 @@ std::string At(const std::string& where, std::string_view key) {
   return where.empty() ? std::string(key) : where + "." + std::string(key);
 }
 
-/// Reads an expectation; stops at the first mistake, which error() tells with its place.
+/// Reads an expectation; stops at the first mistake, which error() shows with its place.
 class Reader {
  public:
   [[nodiscard]] const std::optional<std::string>& error() const { return error_; }
@@ -477,7 +477,7 @@ std::string WriteExpectation(const AnalysisResult& result) {
 }
 
 std::optional<Error> CheckSavePath(const std::string& path) {
-  return CheckReplaced(path, kExpectationSchema, "expectation");
+  return CheckReplaced(path, kExpectationSchema, "an expectation");
 }
 
 }  // namespace ecaudit::cli

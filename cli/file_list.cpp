@@ -90,7 +90,7 @@ class Expansion {
   }
 
   void PassOver(const std::string& path, std::string_view why) {
-    list_.passed_over.push_back(path + " is passed over: it is " + std::string(why));
+    list_.passed_over.push_back(path + " is ignored: it is " + std::string(why));
   }
 
   void AddFile(const std::string& path) {
@@ -153,7 +153,7 @@ std::string TcpdumpKey(std::string_view path) {
   return digits > 0 && stem.ends_with(".pcap") ? std::string(stem) + std::string(packed) : std::string();
 }
 
-/// The path without what tells the files of one ring buffer apart.
+/// The path without the numbers in which the files of one ring buffer differ.
 std::string RingKey(const std::string& path) {
   if (std::string key = DumpcapKey(path); !key.empty()) return key;
   if (std::string key = TcpdumpKey(path); !key.empty()) return key;

@@ -17,11 +17,11 @@ struct FileList {
   std::vector<std::string> passed_over;               ///< what a folder holds besides that may be wanted, and why not
 };
 
-/// Expands `paths`. A folder stands for the wanted files in it and in the folders below (names that begin with a dot
+/// Expands `paths`. A folder becomes the wanted files in it and in the folders below (names that begin with a dot
 /// and links to folders are passed over); a name with * ? or [ that is no file is a wildcard as in a shell; everything
-/// else stands for itself, wanted or not. Paths are brought to their shortest form ("./a/../b.pcap" is "b.pcap").
+/// else stays as it is, wanted or not. Paths are brought to their shortest form ("./a/../b.pcap" is "b.pcap").
 ///
-/// @param wanted  tells by the file name which files of a folder are meant
+/// @param wanted  shows by the file name which files of a folder are meant
 /// @param noun    what they are, for messages: "capture"
 /// @return fails when a folder holds no such file, or nothing matches a wildcard
 [[nodiscard]] Result<FileList> ExpandPaths(std::span<const std::string> paths, bool (*wanted)(std::string_view name),

@@ -50,7 +50,7 @@ Result<JsonDocument> ReadJsonFile(const std::string& path, std::uintmax_t larges
   JsonReading reading = ReadJson(*text);
   if (!reading.document) return Error{path + LineAndColumn(*text, reading.position) + ": not valid JSON"};
   if (reading.repeated_key && largest == kLargestWritten) {
-    return Error{path + ": the key '" + Printable(*reading.repeated_key) + "' stands twice in one object"};
+    return Error{path + ": the key '" + Printable(*reading.repeated_key) + "' appears twice in one object"};
   }
   return std::move(*reading.document);
 }
@@ -60,7 +60,7 @@ std::optional<Error> CheckReplaced(const std::string& path, std::string_view sch
   if (!std::filesystem::is_regular_file(path, code) || std::filesystem::file_size(path, code) == 0) return std::nullopt;
   const Result<JsonDocument> document = ReadJsonFile(path);
   if (document && document->root().member("schema").is_text(schema)) return std::nullopt;
-  return Error{Printable(path) + " is there already and no " + std::string(noun) + "; it will not be overwritten"};
+  return Error{Printable(path) + " exists and is not " + std::string(noun) + "; it will not be overwritten"};
 }
 
 }  // namespace ecaudit::cli

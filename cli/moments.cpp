@@ -117,7 +117,7 @@ std::optional<Error> PlaceMoments(const MomentRange& range, std::span<const std:
         ReadAnchor(paths, analysis.interfaces, by_frame ? std::optional(range.around->frame) : std::nullopt);
     if (!read) return read.error();
     anchor = *read;
-    // Who stopped reading is told so by what reads the capture next.
+    // If the user stopped reading, the next reader of the capture reports it.
     if (InterruptFlag()) return std::nullopt;
     const std::string& name = paths.front();
     if (!anchor.origin) return Error{name + " has no time stamps: give frame numbers"};
@@ -138,12 +138,12 @@ std::optional<Error> PlaceMoments(const MomentRange& range, std::span<const std:
     analysis.from_s = seconds - range.window_s;
     analysis.to_s = seconds + range.window_s;
   }
-  // Before the first packet there is nothing, and nobody means it.
+  // There is nothing before the first packet, so no user means that time.
   if (analysis.from_s) analysis.from_s = std::max(0.0, *analysis.from_s);
   if ((range.from && range.to) &&
       ((analysis.from_s && analysis.to_s && *analysis.from_s > *analysis.to_s) ||
        (analysis.from_frame && analysis.to_frame && *analysis.from_frame > *analysis.to_frame))) {
-    return Error{"--from lies behind --to"};
+    return Error{"--from is later than --to"};
   }
   return std::nullopt;
 }

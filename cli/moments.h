@@ -36,10 +36,10 @@ struct Moment {
 /// What was asked for.
 struct MomentRange {
   std::optional<Moment> from, to, around;
-  double window_s = 0;  ///< before and behind `around`
-  std::string text;     ///< as typed, for telling settings apart
+  double window_s = 0;  ///< before and after `around`
+  std::string text;     ///< as typed, to distinguish settings
 
-  /// The capture must be looked at before it is known what part of it is meant.
+  /// The capture must be examined before it is known what part of it is meant.
   [[nodiscard]] bool needs_capture() const;
 };
 

@@ -74,7 +74,7 @@ std::optional<Error> WriteAll(int fd, std::string_view content, const std::strin
   return std::nullopt;
 }
 
-/// A link on the way to the file that somebody else made: where it leads, the user did not choose.
+/// A link on the way to the file that another user made: the user did not choose its target.
 std::optional<Error> ForeignLink(const std::string& path) {
   constexpr int kMostLinks = 40;
   fs::path at = path;

@@ -12,12 +12,12 @@
 
 namespace ecaudit::cli {
 
-/// `path`, or what it stands for when it is a link, also to a file that does not exist yet.
+/// `path`, or its target if it is a link, also to a file that does not exist yet.
 [[nodiscard]] std::string ResolveLinks(const std::string& path);
 
 /// What becomes of a link where a file is to be written.
 enum class Links : std::uint8_t {
-  kFollow,   ///< the file it stands for is replaced, unless another user (not root) made the link
+  kFollow,   ///< its target is replaced, unless another user (not root) made the link
   kReplace,  ///< the link itself is replaced; so are pipes and devices
 };
 
@@ -47,7 +47,7 @@ class OutputFile {
 
   int fd_ = -1;
   std::string path_;       ///< as the user named it
-  std::string target_;     ///< what it stands for, links followed
+  std::string target_;     ///< the target, links followed
   std::string temporary_;  ///< empty: written directly
   unsigned mode_ = 0;      ///< permissions
 };

@@ -28,12 +28,12 @@ std::optional<std::size_t> FormatOfPath(std::string_view path, std::span<const O
 }
 
 /// Endings that a reader opens by their name, so that they must hold what they promise.
-constexpr std::array<std::string_view, 8> kTellingEndings{".json", ".jsonl", ".csv",    ".html",
-                                                          ".xml",  ".sarif", ".pcapng", ".pcap"};
+constexpr std::array<std::string_view, 8> kKnownEndings{".json", ".jsonl", ".csv",    ".html",
+                                                        ".xml",  ".sarif", ".pcapng", ".pcap"};
 
 /// What keeps the default format out of `path`.
 std::optional<Error> CheckEnding(const std::string& path, std::span<const OutputFormat> formats) {
-  for (const std::string_view ending : kTellingEndings) {
+  for (const std::string_view ending : kKnownEndings) {
     if (!path.ends_with(ending)) continue;
     std::string list;
     for (const OutputFormat& format : formats) list += (list.empty() ? "" : ", ") + std::string(format.name);
@@ -83,7 +83,7 @@ Result<std::vector<OutputTarget>> PlanOutputs(const OutputOptions& options, std:
     if (!target.standard()) {
       if (auto error = files.Writes(target.path)) return *error;
     } else if (std::any_of(targets.begin(), targets.end(), [](const OutputTarget& t) { return t.standard(); })) {
-      return Error{"two outputs would go to standard output"};
+      return Error{"two outputs have standard output as their path"};
     }
     if (!target.standard() && !names_format && !chosen && !FormatOfPath(output, formats)) {
       if (auto error = CheckEnding(output, formats)) return *error;

@@ -73,11 +73,11 @@ ExitStatus Dispatch(const std::vector<std::string>& arguments, Console& console)
 }
 
 /// Until a large piece of memory was given back once, glibc returns each freed page at the end of the heap to the
-/// system, one call each: some hundred of a small capture, a tenth of the time. Behind this one it keeps up to 2 MB, as
+/// system, one call each: some hundred of a small capture, a tenth of the time. After this one it keeps up to 2 MB, as
 /// it does in larger captures.
 void LetHeapKeepPages() {
   constexpr std::size_t kLarge = std::size_t{1} << 20U;
-  void* volatile piece = std::malloc(kLarge);  // never touched; volatile: asked for, although nobody uses it
+  void* volatile piece = std::malloc(kLarge);  // never touched; volatile: requested, although it is not used
   std::free(piece);
 }
 

@@ -1,4 +1,4 @@
-/// The program behind main(): finds the command, parses its options, runs it.
+/// The program after main(): finds the command, parses its options, runs it.
 #pragma once
 
 #include <cstdio>

@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 
 /// File names may have 255 bytes; the rest is for the hash, the ending and the temporary name.
 constexpr std::size_t kLongestName = 200;
-/// ".XXXXXX" behind the name of a file that is being written.
+/// ".XXXXXX" after the name of a file that is being written.
 constexpr std::size_t kTemporaryEnding = 7;
 
 }  // namespace
@@ -64,7 +64,7 @@ FolderLock::FolderLock(const std::string& folder) : fd_(::open(folder.c_str(), O
   // The workers of a batch that was killed a moment ago may hold it still.
   constexpr int kTries = 5;
   constexpr auto kPause = std::chrono::milliseconds(20);
-  // Where the file system knows no locks nobody can know to be alone.
+  // Without file locks a batch cannot know that it is alone.
   for (int i = 0; i < kTries && fd_ >= 0 && !alone_; ++i) {
     if (i > 0) std::this_thread::sleep_for(kPause);
     alone_ = ::flock(fd_, LOCK_EX | LOCK_NB) == 0;
@@ -88,7 +88,7 @@ Result<report::CaptureDigest> ReadOwnReport(const std::string& path) {
   if (!document) return document.error();
   Result<report::ReportDigest> report = report::ReadReportDigest(document->root());
   if (!report) return report.error();
-  if (report->captures.size() != 1) return Error{"it does not tell of one capture"};
+  if (report->captures.size() != 1) return Error{"it does not hold exactly one capture"};
   return std::move(report->captures.front());
 }
 

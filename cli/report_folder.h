@@ -22,8 +22,8 @@ namespace ecaudit::cli {
 /// Takes away what a killed run has left: unfinished files of these reports.
 void RemoveUnfinished(const std::string& folder, std::span<const std::string> report_names);
 
-/// Held by each batch that writes to a folder. Several may do so at once, on several machines; whoever is alone there
-/// may take away what looks unfinished.
+/// Held by each batch that writes to a folder. Several may do so at once, on several machines; a batch that is alone
+/// there may take away what looks unfinished.
 class FolderLock {
  public:
   /// Tries to be alone in `folder`, for a tenth of a second.
@@ -41,11 +41,11 @@ class FolderLock {
   bool alone_ = false;
 };
 
-/// What the report at `path` tells of its capture, be it that it could not be read.
+/// The result of the capture in the report at `path`, also if the capture could not be read.
 [[nodiscard]] Result<report::CaptureDigest> ReadOwnReport(const std::string& path);
 
-/// What the report at `path` says, when it is whole, tells of `capture` alone, could read it, and was made by this
-/// version of the program with the settings and from the file of `origin`. Nothing else counts as done.
+/// The content of the report at `path`, if it is complete, is about `capture` alone, could read it, and was made by
+/// this version of the program with the settings and from the file of `origin`. Nothing else counts as done.
 [[nodiscard]] std::optional<report::CaptureDigest> ReadDoneReport(const std::string& path, const std::string& capture,
                                                                   const report::Origin& origin);
 

@@ -121,25 +121,25 @@ Result<Requirements> ParseRequirements(std::string_view text) {
     const std::string_view name = part.substr(0, equals);
     const std::string_view value = equals == std::string_view::npos ? std::string_view() : part.substr(equals + 1);
     if (name == "slaves") {
-      if (out.slaves) return Wrong(text, "slaves stands twice");
+      if (out.slaves) return Wrong(text, std::string(name) + " appears twice");
       out.slaves = ParseNumber(value);
       if (!out.slaves) return Wrong(text, "slaves must be a number of slaves");
     } else if (name == "state") {
-      if (out.state) return Wrong(text, "state stands twice");
+      if (out.state) return Wrong(text, std::string(name) + " appears twice");
       out.state = ParseState(value);
       if (!out.state) return Wrong(text, "state must be INIT, PREOP, BOOT, SAFEOP or OP");
     } else if (name == "axis") {
-      if (!out.axis.empty()) return Wrong(text, "axis stands twice");
+      if (!out.axis.empty()) return Wrong(text, std::string(name) + " appears twice");
       if (std::find(kAxisRungs.begin(), kAxisRungs.end(), value) == kAxisRungs.end()) {
         return Wrong(text, "axis must be enabled, commanded or follows");
       }
       out.axis = value;
     } else if (name == "sync") {
-      if (out.sync) return Wrong(text, "sync stands twice");
+      if (out.sync) return Wrong(text, std::string(name) + " appears twice");
       if (value != "ok") return Wrong(text, "sync must be ok");
       out.sync = true;
     } else if (part == "judged") {
-      if (out.judged) return Wrong(text, "judged stands twice");
+      if (out.judged) return Wrong(text, std::string(name) + " appears twice");
       out.judged = true;
     } else {
       const std::string known = name == "judged" ? std::string() : Suggestion(name, kParts, "");

@@ -1,4 +1,4 @@
-/// Tells whether a report was made in the way it would be made now.
+/// Checks whether a report was made in the way it would be made now.
 #pragma once
 
 #include <span>
@@ -13,7 +13,7 @@ namespace ecaudit::cli {
 /// content of baseline, ESI and ENI files. 16 hexadecimal digits.
 [[nodiscard]] std::string SettingsKey(const Settings& settings);
 
-/// Size and time of last change of a capture beside `settings_key`; zeros where the file does not tell.
+/// Size and time of last change of a capture beside `settings_key`; zeros if the file does not give them.
 /// @param files  the capture, or the files of one ring buffer: their sizes together, and the latest change
 [[nodiscard]] report::Origin OriginOf(std::span<const std::string> files, const std::string& settings_key);
 

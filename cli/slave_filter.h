@@ -19,7 +19,7 @@ namespace ecaudit::cli {
 [[nodiscard]] std::vector<std::string> MissingSlaves(std::span<const SlaveSelector> selectors,
                                                      const AnalysisResult& result);
 
-/// Keeps the slaves that one of `selectors` names, and of findings and rules that could not be judged those of these
+/// Keeps the slaves that one of `selectors` names, and of findings and rules that could not be evaluated those of these
 /// slaves and of the whole bus, and the causes of kept findings. No selectors: keeps all.
 /// @return how many slaves are kept
 std::size_t KeepSlaves(std::span<const SlaveSelector> selectors, AnalysisResult& result);

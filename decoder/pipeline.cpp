@@ -88,10 +88,10 @@ class Pipeline::Impl {
   track::Network network_;
   track::RepeatedCycles cycles_;
   Fork fork_;
-  /// Behind the step at hand.
+  /// After the step at hand.
   const bus::PairingStatistics& Pairing() {
     if (at_.traffic != nullptr && (at_.traffic != counted_.traffic || at_.step != counted_.step)) {
-      pairing_ = at_.traffic->StatisticsBehind(at_.step);
+      pairing_ = at_.traffic->StatisticsAfter(at_.step);
       counted_ = at_;
     }
     return pairing_;

@@ -27,7 +27,7 @@ struct PipelineStatistics {
   FrameRef last_cut;
   std::uint64_t crc_error_frames = 0;
   FrameRef first_crc_error;
-  std::uint64_t cut_before_type = 0;  ///< packets cut so early that nobody can say whether they were EtherCAT
+  std::uint64_t cut_before_type = 0;  ///< packets cut so early that it is unknown whether they were EtherCAT
   std::uint64_t other_link = 0;       ///< packets with what looks like EtherCAT, of a link type that is not read
   FrameRef first_other_link;
   std::uint16_t other_link_interface = 0;  ///< the interface of the first of them
@@ -42,13 +42,13 @@ struct PipelineStatistics {
   std::int64_t time_step_ns = 0;  ///< greatest common divisor of the stamps: the step the clock really makes
   bool stopped = false;           ///< ended early on request
   std::uint64_t frame_bytes = 0;  ///< of EtherCAT frames, and a little for each packet
-  /// Reading ended behind this packet: telling every slave of each broadcast costs too much (slave_work.h).
+  /// Reading ended after this packet: handing each broadcast to every slave costs too much (slave_work.h).
   FrameRef overworked;
 };
 
 struct PipelineOptions : bus::PacketRange {
   const std::atomic<bool>* stop = nullptr;
-  /// Holds the number of the packet at hand, for whoever has to tell where the program ended; null: nobody.
+  /// Holds the number of the packet at hand, to show where the program ended; null: not wanted.
   std::atomic<FrameNo>* reached = nullptr;
   /// Called about every 65,536 packets: bytes done, bytes in total (0: unknown), packets.
   std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress;
@@ -78,7 +78,7 @@ class Pipeline {
   /// Network::Presume().
   void Presume(std::optional<SlavePos> position, std::optional<StationAddress> station);
 
-  /// From here on cycles that tell nothing new are not told in full: see track/repeated_cycles.h.
+  /// From here on cycles that show nothing new are not reported in full: see track/repeated_cycles.h.
   void SkipRepeatedCycles();
 
   /// Up to the packet at hand.

@@ -35,7 +35,7 @@ CaptureSummary SummariseCapture(const capture::FrameSource& source, const Pipeli
   const std::uint64_t others =
       read.other_link + read.cut_before_type + summary.file.unread_blocks + summary.file.dropped();
   summary.may_be_ethercat = read.ethercat_frames + others;
-  summary.unusable = others + read.crc_error_frames + pairing.foreign_set_aside();
+  summary.unusable = others + read.crc_error_frames + pairing.foreign_ignored();
   summary.origin = read.origin;
   summary.first = read.first;
   summary.last = read.last;
@@ -201,7 +201,7 @@ AnalysisResult Summarise(const capture::FrameSource& source, const Observation& 
   result.bus.events = SummariseEventField(model.signalled().field());
   result.bus.lost_frames = pipeline.pairing().lost;
   result.bus.duplicated_frames = pipeline.pairing().duplicated;
-  result.bus.unanswered_at_end = pipeline.pairing().under_way;
+  result.bus.unanswered_at_end = pipeline.pairing().in_flight;
   result.bus.cycle = sync.SummariseCycle();
   result.bus.dc = sync.SummariseBus();
   result.slaves.reserve(model.size());

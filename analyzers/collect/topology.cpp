@@ -88,7 +88,7 @@ void AddDelays(const AnalysisResult& result, TopologySummary& topology) {
 
 Topology::Topology(EventBus& bus) {
   bus.Listen<track::SlaveAccess>(Stage::kBeforeModel, *this, &Topology::On, MemoryRange::Of(0, kCountersEnd));
-  bus.ListenTo<track::CaptureHole>(Stage::kBeforeModel, *this);
+  bus.ListenTo<track::CaptureGap>(Stage::kBeforeModel, *this);
 }
 
 Topology::Slave& Topology::Get(SlaveId slave) {
@@ -102,8 +102,8 @@ void Topology::On(const track::SlaveAccess& access) {
   if (access.address + access.length() > kCounters) OnCounters(Get(access.slave), access);
 }
 
-void Topology::On(const track::CaptureHole& hole) {
-  if (!hole.certain) return;
+void Topology::On(const track::CaptureGap& gap) {
+  if (!gap.certain) return;
   for (Slave& slave : slaves_) {
     slave.links.reset();
     slave.counters = {};

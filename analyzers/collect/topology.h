@@ -27,7 +27,7 @@ class Topology final : public Collector {
 
   void On(const track::SlaveAccess& access);
   /// Behind a hole may stand another capture.
-  void On(const track::CaptureHole& hole);
+  void On(const track::CaptureGap& gap);
   void Summarise(AnalysisResult& result) override;
 
  private:

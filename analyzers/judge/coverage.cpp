@@ -273,7 +273,7 @@ bool MissesPacketsForCertain(const RuleContext& context) {
     if (finding.rule == "capture-spliced") no_holes += finding.count;
     if (finding.rule == "bus-second-master") ++no_holes;  // appears as late as another recording
   }
-  return context.pairing().missed_outbound + context.pairing().holes > no_holes;
+  return context.pairing().missed_outbound + context.pairing().gaps > no_holes;
 }
 
 /// What was said of one rule and slave.
@@ -322,7 +322,7 @@ class Judge {
     if (subject == Subject::kCapture) return;
     const PipelineStatistics& read = context_.statistics();
     if (read.cut_frames > 0) AddMissing(rule, ReasonCode::kSnapLength, read.first_cut.number, out);
-    if (misses_packets_) AddMissing(rule, ReasonCode::kMissesPackets, context_.pairing().first_hole.number, out);
+    if (misses_packets_) AddMissing(rule, ReasonCode::kMissesPackets, context_.pairing().first_gap.number, out);
     // What a rule says of it itself is more.
     const bool no_answers = result_.capture.direction == DirectionSeen::kOutbound;
     if (no_answers && out.coverage == Coverage::kJudged && !Get(rule, out.slave).found)

@@ -21,14 +21,14 @@ namespace ecaudit {
 /// From about one packet in sixty on. With fewer, both copies of one frame are hardly ever missing. A recorder leaves
 /// out as many of one direction as of the other: so many of the frames that seem to be lost are counted, too.
 [[nodiscard]] inline bool MissesPackets(const bus::PairingStatistics& pairing) {
-  const std::uint64_t missed = pairing.missed_outbound + pairing.holes;
+  const std::uint64_t missed = pairing.missed_outbound + pairing.gaps;
   const std::uint64_t seemingly_lost = std::min(pairing.lost, pairing.missed_outbound);
   return missed > 2 && (missed + seemingly_lost) * 60 >= pairing.outbound + pairing.returned;
 }
 
 /// True when it misses at least one.
 [[nodiscard]] inline bool MissesAny(const bus::PairingStatistics& pairing) {
-  return pairing.missed_outbound + pairing.holes > 0;
+  return pairing.missed_outbound + pairing.gaps > 0;
 }
 
 /// True when a frame never came back. What it asked for may have been done: it may have been lost on its way back.

@@ -48,7 +48,7 @@ BusModel::BusModel(const track::Network& network, const AnalysisOptions& options
   bus.ListenTo<track::SlaveFound, track::AddressAssigned, track::IdentityLearned, track::EventFieldChanged,
                track::AlRequestSent, track::AlRequest, track::AlRequestOfAll, track::AlStatusRead, track::AlPoll,
                track::AlStatusOfAll, track::AlStatusCodeRead, track::RunBegan, track::AlStateForgotten,
-               track::CaptureHole, track::LogicalAccess, track::FrameLost, track::SlaveAccess, track::EepromRead,
+               track::CaptureGap, track::LogicalAccess, track::FrameLost, track::SlaveAccess, track::EepromRead,
                track::EepromWrite, mailbox::SdoTransfer, mailbox::SdoUnexpected, mailbox::SdoInfo, mailbox::Emergency,
                track::CycleAtRest, track::CyclesSkipped>(Stage::kModel, *this);
 }
@@ -73,7 +73,7 @@ void BusModel::On(const track::SlaveFound& event) {
     const esc::AlWord status{common->state};
     slaves_.back().al.OnStatus(
         {event.slave, common->frame, status, std::nullopt, std::nullopt, !common->error_of_some});
-    if (common->frame.number < network_.last_hole()) slaves_.back().al.OnPause();
+    if (common->frame.number < network_.last_gap()) slaves_.back().al.OnPause();
   }
 }
 
@@ -143,14 +143,14 @@ void BusModel::On(const track::AlRequest& event) {
   if (event.control.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) DoubtSettings(event.slave);
   AlMachine& al = slaves_[event.slave].al;
   al.OnRequest(event);
-  if (event.frame().number < network_.last_hole()) al.OnPause();  // it is met behind a silence since then
+  if (event.frame().number < network_.last_gap()) al.OnPause();  // it is met behind a silence since then
   // Who is met after a broadcast request was in the state that a broadcast read showed of all since then.
   const auto& told = al_.told();
   const std::uint16_t* count = network_.slave_count().if_known();
   if (event.broadcast && al.status_reads() == 0 && told && told->last.number >= event.frame().number &&
       count != nullptr && *count == told->slaves && esc::IsAlState(static_cast<std::uint8_t>(told->status.raw))) {
     al.OnStatus({event.slave, told->last, told->status, std::nullopt, std::nullopt, true});
-    if (told->last.number < network_.last_hole()) al.OnPause();
+    if (told->last.number < network_.last_gap()) al.OnPause();
   }
   if (!event.broadcast) al_.OnRequest(event.control, event.acceptance, event.frame(), false);
   al_.OnAsked(event.slave, event.control, event.acceptance);
@@ -197,7 +197,7 @@ void BusModel::On(const track::AlStateForgotten& event) {
 }
 
 /// Whatever was said in the frames that are missing.
-void BusModel::On(const track::CaptureHole& event) {
+void BusModel::On(const track::CaptureGap& event) {
   if (event.certain) {
     al_.Forget();
   } else {

@@ -71,7 +71,7 @@ class BusModel final : private ProcessSink {
   void On(const track::AlStatusCodeRead& event);
   void On(const track::RunBegan& event);
   void On(const track::AlStateForgotten& event);
-  void On(const track::CaptureHole& event);
+  void On(const track::CaptureGap& event);
   /// Hands the process data in it to the units of the slaves.
   void On(const track::LogicalAccess& access);
   /// Process data in a frame that never came back: whether the slaves took them, nobody knows.

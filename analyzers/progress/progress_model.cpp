@@ -14,7 +14,7 @@ constexpr std::uint16_t kSoftwareLimits = 0x607D;
 
 ProgressModel::ProgressModel(const model::BusModel& model, EventBus& bus) : model_(model) {
   bus.ListenTo<model::ProcessCycle, track::LogicalRepeated, track::RepetitionEnds, mailbox::SdoTransfer,
-               track::AlRequest, track::CaptureHole, track::RunBegan>(Stage::kAfterModel, *this);
+               track::AlRequest, track::CaptureGap, track::RunBegan>(Stage::kAfterModel, *this);
 }
 
 const AxisWatch* ProgressModel::axis(SlaveId slave, std::uint8_t axis) const {
@@ -187,8 +187,8 @@ void ProgressModel::On(const track::AlRequest& request) {
   }
 }
 
-void ProgressModel::On(const track::CaptureHole& hole) {
-  if (!hole.certain) return;
+void ProgressModel::On(const track::CaptureGap& gap) {
+  if (!gap.certain) return;
   for (auto& [id, watch] : axes_) watch.Forget();
   for (Slave& slave : slaves_) slave.began = false;
 }

@@ -32,7 +32,7 @@ class ProgressModel {
   void On(const track::RepetitionEnds& end);
   void On(const mailbox::SdoTransfer& transfer);
   void On(const track::AlRequest& request);
-  void On(const track::CaptureHole& hole);
+  void On(const track::CaptureGap& gap);
   void On(const track::RunBegan& run);
 
   /// Calls `visit(slave, axis, watch)` for each axis of which a control or status word was seen.

@@ -52,7 +52,7 @@ const device::JitterLimit* LimitFor(const model::SlaveModel& slave, TimeNs measu
 SyncModel::SyncModel(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus)
     : bus_(model), sink_(bus), trust_(pipeline), delays_(model) {
   bus.ListenTo<FrameSeen, track::LogicalAccess, track::FrameRepeated, track::LogicalRepeated, track::Answered,
-               track::TimeRepeated, track::RepetitionEnds, track::CaptureHole, track::WriteDoubtful, track::AlRequest>(
+               track::TimeRepeated, track::RepetitionEnds, track::CaptureGap, track::WriteDoubtful, track::AlRequest>(
       Stage::kBeforeModel, *this);
   // What the slaves' models conclude is news to this one.
   bus.ListenTo<track::SlaveFound, track::RunBegan, model::AlChangedByItself, model::AlErrorCode>(Stage::kModel, *this);
@@ -265,7 +265,7 @@ bool SyncModel::TakeSteady(const FrameAtHand& at_hand) {
 /// Behind a frame that every slave was told of: the next ones may be further cycles and nothing else.
 void SyncModel::BeginSteady(const FrameAtHand& at_hand) {
   WaitForSteady(false);  // unless it proves to be
-  if (sink_.IsHeard<IntervalMeasured>() || sink_.IsHeard<PhaseMeasured>()) return;
+  if (sink_.HasSubscribers<IntervalMeasured>() || sink_.HasSubscribers<PhaseMeasured>()) return;
   fed_.clear();
   words_.clear();
   Interval interval;
@@ -341,7 +341,7 @@ const CyclicImage* SyncModel::Measure(const ProcessDatagram& pending, const Fram
   CyclicImage* image = images_.Find(pending.command, pending.address);
   if (image == nullptr) return nullptr;
   const bool interval = image->Add(time, sent_.seen(), pending.wkc > 0 || pending.assumed, in_op);
-  if (interval && image->gap.base != TimeBase::kNone && sink_.IsHeard<IntervalMeasured>()) {
+  if (interval && image->gap.base != TimeBase::kNone && sink_.HasSubscribers<IntervalMeasured>()) {
     sink_.Publish(IntervalMeasured{*image, time.frame, image->gap.ns});
   }
   return image;
@@ -458,7 +458,7 @@ void SyncModel::MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_han
   const DcTime& now = time.dc ? *time.dc : *at_hand.by_stamps;
   const Sync0Phase::Arrival arrival = watch.phase.Add(slave.dc, time.frame, now, at_hand.way.wide_clock, way, doubt);
   if (!arrival.measured) return;
-  if (sink_.IsHeard<PhaseMeasured>()) sink_.Publish(PhaseMeasured{id, time.frame, arrival.phase_ns});
+  if (sink_.HasSubscribers<PhaseMeasured>()) sink_.Publish(PhaseMeasured{id, time.frame, arrival.phase_ns});
   if (!arrival.missed()) return;
   SyncSlotMiss miss;
   miss.slave = id;
@@ -572,11 +572,11 @@ void SyncModel::SwitchedOn(SlaveId slave, const DcUnit& unit) {
 }
 
 /// What was sent in a hole nobody knows: no interval, no slot and no rhythm reaches over it.
-void SyncModel::On(const track::CaptureHole& hole) {
+void SyncModel::On(const track::CaptureGap& gap) {
   Flush();
   EndSteady();
-  for (const auto& slave : slaves_) slave->outputs.OnHole(hole.certain);
-  if (hole.certain) images_.ForgetLast();
+  for (const auto& slave : slaves_) slave->outputs.OnHole(gap.certain);
+  if (gap.certain) images_.ForgetLast();
 }
 
 void SyncModel::On(const track::WriteDoubtful& write) {

@@ -69,7 +69,7 @@ class SyncModel final {
   void On(const track::TimeRepeated& repeated);
   void On(const track::RepetitionEnds& end);
   void On(const track::Answered& answer);
-  void On(const track::CaptureHole& hole);
+  void On(const track::CaptureGap& gap);
   void On(const track::WriteDoubtful& write);
   void On(const track::RunBegan& run);
   void On(const track::SlaveFound& event);

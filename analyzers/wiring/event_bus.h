@@ -80,7 +80,7 @@ class EventBus : public EventSink {
     audience.listeners.insert(audience.listeners.begin() + at, listener);
     std::for_each(audience.ends.begin() + static_cast<std::ptrdiff_t>(stage), audience.ends.end(),
                   [](std::size_t& end) { ++end; });
-    heard_[type] = {audience.listeners.data(), audience.listeners.size()};
+    subscribers_[type] = {audience.listeners.data(), audience.listeners.size()};
   }
 
   std::vector<Audience> audiences_;  ///< by event_types::kNumber

@@ -30,7 +30,7 @@ ByteSpan Part(const wire::DatagramView& datagram, std::uint16_t address, std::si
 
 std::uint32_t EepromWatch::SlaveOf(const wire::DatagramView& datagram) const {
   if (!wire::IsPositionAddressed(datagram.command())) return datagram.adp();
-  // Each slave adds one: outbound 0 - position, behind all of them that and their number.
+  // Each slave adds one: outbound 0 - position, after all of them that and their number.
   const bool returned = datagram.wkc() != 0;
   const auto position = static_cast<std::uint16_t>((returned ? slaves_ : 0) - datagram.adp());
   const auto station = stations_.find(position);

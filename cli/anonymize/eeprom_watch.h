@@ -24,10 +24,10 @@ class EepromWatch {
 
   /// Keeps what a read of 0x0508 returned; in the first pass.
   void Learn(const wire::DatagramView& datagram);
-  /// Decides which bytes of each EEPROM are to go, behind the first pass; addresses begin anew.
+  /// Decides which bytes of each EEPROM are to go, after the first pass; addresses start again.
   void EndLearning(Secrets& secrets);
   /// @param byte  of the EEPROM
-  /// @return nothing where nobody knows what it is
+  /// @return nothing where it is unknown what it is
   [[nodiscard]] std::optional<bool> IsSecret(std::uint32_t slave, std::uint32_t byte) const;
 
  private:
@@ -38,7 +38,7 @@ class EepromWatch {
   struct Image {
     esc::SiiImage words;
     std::vector<std::pair<std::uint32_t, std::uint32_t>> secret;  ///< bytes, [begin, end)
-    std::uint32_t known_until = 0;                                ///< byte behind the chain of categories
+    std::uint32_t known_until = 0;                                ///< byte after the chain of categories
   };
   static constexpr std::uint32_t kByPosition = 0x10000;
 

@@ -118,7 +118,7 @@ void FrameCleaner::Clean(const capture::CapturedFrame& frame, std::vector<std::u
     mapped_.Subscribe(datagram, eeprom_.SlaveOf(datagram));
     CleanDatagram(datagram, Part(bytes, at, datagram.data().size()));
   }
-  // Behind the last whole datagram: padding, or in a broken or cut frame the header of one more.
+  // After the last whole datagram: padding, or in a broken or cut frame the header of one more.
   const std::size_t record = view.esl().present && view.bytes().data() == begin ? 16 : 0;
   std::size_t rest = static_cast<std::size_t>(view.bytes().data() - begin) + view.used_bytes();
   if (view.kind() != wire::FrameKind::kEtherCat) rest += wire::kDatagramHeaderBytes;
@@ -171,7 +171,7 @@ void FrameCleaner::CleanEeprom(const wire::DatagramView& datagram, Bytes data) {
     if (i % 2 == 0) ++removed_.eeprom_words;
   }
   if (word && eeprom_.IsSecret(slave, 2 * *word)) return;
-  // Nobody knows what is there: text shows by itself.
+  // It is unknown what is there: text shows by itself.
   const std::size_t first = kEepromData > datagram.ado() ? static_cast<std::size_t>(kEepromData - datagram.ado()) : 0;
   BlotRuns(Part(data, first, kEepromDataBytes), 4, secrets_);
 }
@@ -180,7 +180,7 @@ void FrameCleaner::CleanMac(Bytes mac) {
   if (mac.size() < 6) return Clear(mac);
   std::uint64_t value = 0;
   for (const std::uint8_t byte : mac.first(6)) value = value << 8U | byte;
-  // A master that has no address of its own (TwinCAT) names nobody.
+  // A master that has no address of its own (TwinCAT) identifies no device.
   if (value == kBroadcast || (value & ~kLocalBit) == 0) return;
   const auto [known, added] = macs_.try_emplace(value & ~kLocalBit, static_cast<std::uint32_t>(macs_.size() & 0xFFFFU));
   const std::uint64_t made = (kMadeMac + known->second) | (value & (kLocalBit | kGroupBit));
@@ -212,9 +212,9 @@ void FrameCleaner::CleanHeaders(const capture::CapturedFrame& frame, const wire:
   }
   if (!empty) return;
   // No datagram: other traffic, or EtherCAT that is broken or cut at its very beginning.
-  const std::size_t behind_type =
+  const std::size_t after_type =
       static_cast<LinkType>(frame.link_type) == LinkType::kLinuxCooked2 ? 20 : link->type + 2;
-  std::size_t kept = behind_type + 4 * std::size_t{view.vlan_tags()};
+  std::size_t kept = after_type + 4 * std::size_t{view.vlan_tags()};
   if (view.kind() != wire::FrameKind::kOther || view.has_ethercat_header()) {
     const std::size_t udp = view.encapsulation() == wire::Encapsulation::kUdp ? 28 : 0;
     kept += udp + 2 + wire::kDatagramHeaderBytes;

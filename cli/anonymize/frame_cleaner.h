@@ -1,7 +1,7 @@
 /// in: packets of a capture, twice.  out: the same packets without what names people, places and devices.
 ///
 /// Sizes, times, headers of datagrams, working counters and process data stay. The first pass learns what the second
-/// takes out: EEPROM contents are read word by word, so where a string begins shows only behind it.
+/// takes out: EEPROM contents are read word by word, so where a string begins shows only after it.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ class FrameCleaner {
   void Clean(const capture::CapturedFrame& frame, std::vector<std::uint8_t>& bytes);
 
   [[nodiscard]] const Removed& removed() const { return removed_; }
-  /// What must stand nowhere in the copy, behind the second pass.
+  /// What must stand nowhere in the copy, after the second pass.
   [[nodiscard]] const Secrets& secrets() const { return secrets_; }
   [[nodiscard]] std::size_t addresses() const { return macs_.size(); }
 

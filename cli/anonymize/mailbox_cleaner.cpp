@@ -48,7 +48,7 @@ void MailboxCleaner::Clean(std::uint32_t slave, Direction direction, Bytes data,
   const mailbox::Header header = mailbox::ParseHeader(data);
   Bytes rest = From(data, mailbox::kHeaderBytes);
   const Bytes payload = rest.first(std::min<std::size_t>(header.length, rest.size()));
-  // Behind a message stands what was left of earlier ones.
+  // After a message stands what was left of earlier ones.
   Cross(rest.subspan(payload.size()));
   switch (header.protocol) {
     case Protocol::kCoE: {

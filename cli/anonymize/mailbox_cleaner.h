@@ -25,7 +25,7 @@ class MailboxCleaner {
  public:
   MailboxCleaner(Secrets& secrets, Removed& removed) : secrets_(secrets), removed_(removed) {}
 
-  /// @param slave    any number that stands for the slave
+  /// @param slave    any number that identifies the slave
   /// @param data     from the first byte of the mailbox on
   /// @param learned  texts that are blotted out wherever they stand in names of objects
   void Clean(std::uint32_t slave, mailbox::Direction direction, Bytes data, const Secrets& learned);
@@ -39,7 +39,7 @@ class MailboxCleaner {
 
   Secrets& secrets_;
   Removed& removed_;
-  /// Slaves with a segmented transfer of text under way, by direction of the data.
+  /// Slaves with a segmented transfer of text in flight, by direction of the data.
   std::set<std::pair<std::uint32_t, mailbox::Direction>> text_segments_;
   std::map<std::string, std::uint8_t> net_ids_;
 };

@@ -22,7 +22,7 @@ class MappedMailboxes {
     std::size_t length = 0;
   };
 
-  /// Every datagram with an ESC address, in file order. @param slave  any number that stands for the slave
+  /// Every datagram with an ESC address, in file order. @param slave  any number that identifies the slave
   void Subscribe(const wire::DatagramView& datagram, std::uint32_t slave);
   /// The whole mailboxes in a logical datagram.
   [[nodiscard]] std::vector<Place> In(const wire::DatagramView& datagram);

@@ -25,9 +25,9 @@ void BlotPart(Bytes bytes) {
 void Keep(Bytes bytes, Secrets& secrets) {
   std::string text(bytes.begin(), bytes.end());
   while (!text.empty() && (text.back() == ' ' || text.back() == '\0')) text.pop_back();
-  const bool says_something = std::any_of(
+  const bool has_letters = std::any_of(
       text.begin(), text.end(), [](unsigned char c) { return (IsLetter(c) || std::isdigit(c) != 0) && c != 'x'; });
-  if (text.size() >= kShortestSecret && says_something) secrets.insert(std::move(text));
+  if (text.size() >= kShortestSecret && has_letters) secrets.insert(std::move(text));
 }
 
 std::string_view View(std::span<const std::uint8_t> bytes) {

@@ -1,4 +1,4 @@
-/// `ecaudit anonymize`: a copy that may leave the house, judged as the capture is.
+/// `ecaudit anonymize`: a copy that may leave the house, evaluated as the capture is.
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
@@ -56,7 +56,7 @@ class AnonymizeCommand : public Command {
   [[nodiscard]] std::string_view name() const override { return "anonymize"; }
   [[nodiscard]] std::string_view usage() const override { return "anonymize CAPTURE"; }
   [[nodiscard]] std::string_view summary() const override {
-    return "Copy a capture without what names people, places and devices";
+    return "Copy a capture without the names of people, places and devices";
   }
 
   void Declare(OptionSet& options) override {
@@ -65,13 +65,13 @@ class AnonymizeCommand : public Command {
     options.Values("-o,--output", "PATH", outputs_, "the pcapng file to write");
     options.Flag("--force", force_, "overwrite PATH when it exists");
     options.Footer(
-        "\nTaken out: other traffic (empty packets of the same size stay), network frames over the mailbox (EoE), "
+        "\nRemoved: other traffic (empty packets of the same size stay), network frames over the mailbox (EoE), "
         "file\n"
         "names and contents (FoE), MAC and IP addresses, serial numbers, names and versions of devices and all other\n"
         "texts in EEPROM and objects, contents of vendor messages, names of interfaces, comments.\n"
         "Kept: sizes, times, addresses, working counters, states, configuration, process data, vendor and product "
         "code,\n"
-        "names of objects that devices list. Both captures are judged; where a finding differs nothing is written.\n"
+        "names of objects that devices list. Both captures are checked; if a finding differs, nothing is written.\n"
         "Example: ecaudit anonymize trace.pcapng -o to-the-vendor.pcapng");
   }
 
@@ -79,16 +79,17 @@ class AnonymizeCommand : public Command {
     if (capture_.captures.size() > 1 && !capture_.join) {
       return Fail(console, Error{"anonymize reads one capture; give --join when these are files of one ring buffer"});
     }
-    if (outputs_.size() != 1) return Fail(console, Error{"say with one -o PATH which pcapng file to write"});
+    if (outputs_.size() != 1) return Fail(console, Error{"give the pcapng file to write with exactly one -o PATH"});
     const std::string& output = outputs_.front();
-    if (output == "-") return Fail(console, Error{"the copy is judged before it is handed out: name a file behind -o"});
+    if (output == "-")
+      return Fail(console, Error{"the copy is checked before it is released: give -o the name of a file"});
     const std::string& capture = capture_.captures.front();
     if (std::find(capture_.captures.begin(), capture_.captures.end(), "-") != capture_.captures.end()) {
       return Fail(console, Error{"the capture is read three times: name a file, not standard input"});
     }
     const Result<Settings> settings = ResolveSettings(capture_, {}, capture);
     if (!settings) return Fail(console, settings.error());
-    capture_.TellSkipped(console);
+    capture_.ReportSkipped(console);
     CommandFiles files;
     if (const auto error = AddFiles(capture_, files)) return Fail(console, *error);
     AddFiles(*settings, files);
@@ -145,18 +146,19 @@ class AnonymizeCommand : public Command {
     if (!after) return Fail(console, after.error());
     const std::string& capture = capture_.captures.front();
     if (packets != after->capture.packets) {
-      return Fail(console, Error{Printable(capture) + ": the copy has another number of packets; nothing was written"});
+      return Fail(console,
+                  Error{Printable(capture) + ": the copy has a different number of packets; nothing was written"});
     }
     if (const std::string difference = FirstDifference(facts, Facts(*after)); !difference.empty()) {
       return Fail(console,
-                  Error{Printable(capture) + ": the copy would be judged differently (" + difference +
-                        "); nothing was written. Families that are recognised by a device's name want --profile"});
+                  Error{Printable(capture) + ": the copy would have other findings (" + difference +
+                        "); nothing was written. A family that is recognised by the device name needs --profile"});
     }
     if (auto error = CheckSecrets(unchecked, cleaner)) return Fail(console, *error);
     std::error_code error;
     std::filesystem::rename(unchecked, output, error);
     if (error) return Fail(console, Error{Printable(output) + ": " + error.message()});
-    return Tell(console, output, cleaner, packets, facts.size());
+    return ReportResult(console, output, cleaner, packets, facts.size());
   }
 
   [[nodiscard]] std::optional<Error> Copy(Console& console, std::vector<capture::Interface> interfaces,
@@ -207,19 +209,18 @@ class AnonymizeCommand : public Command {
     capture::CapturedFrame frame;
     while ((*source)->Next(frame) == capture::ReadStatus::kFrame) {
       if (!anonymize::HoldsSecret(frame.bytes, cleaner.secrets())) continue;
-      return Error{Printable(capture_.captures.front()) +
-                   ": a name that was taken out elsewhere still stands in frame " + std::to_string(frame.number) +
-                   "; nothing was written"};
+      return Error{Printable(capture_.captures.front()) + ": a name that was removed elsewhere is still in frame " +
+                   std::to_string(frame.number) + "; nothing was written"};
     }
     return std::nullopt;
   }
 
-  [[nodiscard]] static ExitStatus Tell(Console& console, const std::string& output,
-                                       const anonymize::FrameCleaner& cleaner, std::uint64_t packets,
-                                       std::size_t findings) {
+  [[nodiscard]] static ExitStatus ReportResult(Console& console, const std::string& output,
+                                               const anonymize::FrameCleaner& cleaner, std::uint64_t packets,
+                                               std::size_t findings) {
     const anonymize::Removed& removed = cleaner.removed();
-    std::string text = Printable(output) + ": " + Count(packets, "packet") + ", judged as the capture is (" +
-                       Count(findings, "finding") + ")\ntaken out: " + std::to_string(cleaner.addresses()) +
+    std::string text = Printable(output) + ": " + Count(packets, "packet") + ", same findings as the capture (" +
+                       Count(findings, "finding") + ")\nremoved: " + std::to_string(cleaner.addresses()) +
                        (cleaner.addresses() == 1 ? " MAC address" : " MAC addresses");
     const auto add = [&text](std::uint64_t count, std::string_view what) {
       if (count > 0) text += ", " + Count(count, what);

@@ -57,7 +57,7 @@ class BatchCommand : public Command {
                   "folder for the reports, one JSON each (default: ecaudit-reports); also -o DIR");
     options.Flag("--skip-done", batch_.skip_done, "keep reports that are whole and up to date, from an earlier run");
     options.Group("What to read");
-    options.Flag("--join", options_.join, "read the files of each ring buffer as one capture, told by their names");
+    options.Flag("--join", options_.join, "read the files of each ring buffer as one capture (grouped by their names)");
     options_.DeclareSettings(options);
     gate_.Declare(options);
     output_.Declare(options, "of the summary: " + report::FormatList(report::SummaryFormats()));
@@ -72,7 +72,7 @@ class BatchCommand : public Command {
   [[nodiscard]] ExitStatus Run(Console& console) override {
     // Everything that can be wrong with the command line is found before the first capture is read.
     if (const auto error = Prepare()) return Fail(console, *error);
-    options_.TellSkipped(console);
+    options_.ReportSkipped(console);
     files_.Reads(paths_, kCaptureRole);
     // First the folder: the summary may be meant to stand in it.
     if (const auto error = MakeReportFolder(*folder_)) return Fail(console, *error);
@@ -90,7 +90,7 @@ class BatchCommand : public Command {
     FolderLock lock(*folder_);
     if (lock.alone()) RemoveUnfinished(*folder_, names);
     lock.Share();
-    SayPassedOver(console);
+    ReportSkippedPaths(console);
 
     baselines_.WarnOfExpired(console);
     ListenForInterrupt();
@@ -104,7 +104,7 @@ class BatchCommand : public Command {
     // As check has it: wrong usage when no capture has any of them.
     if (lack_slaves_) return Fail(console, Error{"no capture has a slave of --slave; there is no summary"});
     status = Worst(status, Deliver(digest, *output, gate_.write_baseline, console));
-    TellOutcome(results, digest, console);
+    ReportOutcome(results, digest, console);
     const bool crashed = std::any_of(results.begin(), results.end(), [](const BatchResult& r) { return r.crashed; });
     if (crashed) status = Worst(status, ExitStatus::kInternal);
     return digest.not_reached > 0 && InterruptFlag() ? Worst(status, ExitStatus::kInterrupted) : status;
@@ -143,11 +143,11 @@ class BatchCommand : public Command {
     return std::nullopt;
   }
 
-  void SayPassedOver(Console& console) const {
+  void ReportSkippedPaths(Console& console) const {
     constexpr std::size_t kNamed = 20;
     for (std::size_t i = 0; i < passed_over_.size() && i < kNamed; ++i) console.Warning(passed_over_[i]);
     if (passed_over_.size() > kNamed) {
-      console.Warning(Grouped(passed_over_.size() - kNamed) + " more files and links are passed over");
+      console.Warning(Grouped(passed_over_.size() - kNamed) + " more files and links are ignored");
     }
   }
 
@@ -240,7 +240,7 @@ class BatchCommand : public Command {
     return digest;
   }
 
-  void TellOutcome(const std::vector<BatchResult>& results, const report::Digest& digest, Console& console) const {
+  void ReportOutcome(const std::vector<BatchResult>& results, const report::Digest& digest, Console& console) const {
     const auto done = static_cast<std::uint64_t>(
         std::count_if(results.begin(), results.end(), [](const BatchResult& r) { return r.done_before; }));
     std::string text = Count(digest.captures.size(), "report") + " in " + *folder_;

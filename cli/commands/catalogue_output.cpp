@@ -34,7 +34,7 @@ ExitStatus CatalogueOutput::Print(Console& console, const std::function<std::str
 }
 
 std::vector<std::string_view> RuleGroups() {
-  // The order of the catalogue's chapters; a group that is new comes behind them.
+  // The order of the catalogue's chapters; a group that is new comes after them.
   constexpr std::array<std::string_view, 10> kChapters{
       "Capture",         "Frame and bus", "AL state machine",      "Sync managers and FMMUs",
       "Mailbox and CoE", "PDO mapping",   "Drive profile (DS402)", "Synchronisation",

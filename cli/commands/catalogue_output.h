@@ -22,7 +22,7 @@ namespace ecaudit::cli {
 class CatalogueOutput {
  public:
   void Declare(OptionSet& options);
-  /// Prints what the function of the chosen format returns; `text` is told whether colours are wanted.
+  /// Prints what the function of the chosen format returns; `text` gets the choice of colours.
   [[nodiscard]] ExitStatus Print(Console& console, const std::function<std::string(bool color)>& text,
                                  const std::function<std::string()>& json) const;
 

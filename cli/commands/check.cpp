@@ -30,7 +30,7 @@ class CheckCommand : public Command {
     options.Footer(
         "\nExit status: 0 nothing at or above --fail-on and nothing wanted is missing, 1 findings, 2 wrong usage or "
         "unreadable input,\n"
-        "130 interrupted: the report covers what was read so far.\n"
+        "130 interrupted: the report covers what was read until then.\n"
         "Example: ecaudit check --rule al-timeout=warning -o json=report.json trace.pcapng");
   }
 
@@ -60,8 +60,8 @@ class CheckCommand : public Command {
     }
 
     // Captures without the slaves of --slave: wrong usage when that is all of them.
-    if (run_.SayMissingSlaves(report, console) != ExitStatus::kClean) return ExitStatus::kUsage;
-    CaptureRun::SayUnmet(report, console);
+    if (run_.ReportMissingSlaves(report, console) != ExitStatus::kClean) return ExitStatus::kUsage;
+    CaptureRun::ReportUnmet(report, console);
     if (const auto error = output->Write(report, console)) status = Worst(status, CaptureRun::Fail(console, *error));
     if (const auto error = run_.WriteBaselineOf(report)) status = Worst(status, CaptureRun::Fail(console, *error));
     return Worst(status, report::Gates(report::Summarise(report)) ? ExitStatus::kFindings : ExitStatus::kClean);

@@ -32,7 +32,7 @@ class DatagramWriter final : public LineWriter {
   }
 
  private:
-  /// Nobody hears what it says of each slave.
+  /// The events about single slaves have no subscriber here.
   void OnPoll(const track::AlPoll& poll) { poll.taken = true; }
 
   void On(const FrameSeen& seen) {
@@ -59,7 +59,7 @@ class DatagramWriter final : public LineWriter {
     for (const LineTarget& target : context_->targets) {
       if (!target.output.closed()) return;
     }
-    InterruptFlag() = true;  // nobody reads on
+    InterruptFlag() = true;  // the reader has closed the output
   }
 
   void Write(const DatagramRow& row, LineTarget& target) {
@@ -104,7 +104,7 @@ class DatagramWriter final : public LineWriter {
     } else if (row.returned() && count != nullptr) {
       position = WrappingDifference(*count, adp);
     }
-    if (position && count != nullptr && *position >= *count) return std::nullopt;  // behind the last slave: nobody
+    if (position && count != nullptr && *position >= *count) return std::nullopt;  // beyond the last slave
     return position;
   }
 

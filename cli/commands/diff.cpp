@@ -32,7 +32,8 @@ class DiffCommand : public Command {
     run_.options.Declare(options);
     output_.Declare(options, "text (default) or json");
     options.Footer(
-        "\nSlaves are matched by identity and position; what varies between two runs of one master is no difference.\n"
+        "\nSlaves are matched by identity and position; values that vary between two runs of one master are not "
+        "compared.\n"
         "With --from and --to both captures are cut. Exit status: 0 no difference, 1 they differ, 2 wrong usage,\n"
         "unreadable input, or nothing that both show.\n"
         "Example: ecaudit diff yesterday.pcapng today.pcapng");
@@ -55,7 +56,7 @@ class DiffCommand : public Command {
       status = Worst(status, run_.Run(job, both, console));
       if (status != ExitStatus::kClean) return status;
     }
-    if (run_.SayMissingSlaves(both, console) != ExitStatus::kClean) return ExitStatus::kUsage;
+    if (run_.ReportMissingSlaves(both, console) != ExitStatus::kClean) return ExitStatus::kUsage;
 
     const AnalysisResult& a = both.captures[0].result;
     const AnalysisResult& b = both.captures[1].result;

@@ -21,12 +21,13 @@ class EventsCommand : public Command {
   void Declare(OptionSet& options) override {
     run_.Declare(options);
     options.Group("What to read");
-    options.Values("--type", "TYPE,...", types_, "only events of these types (repeatable); ecat-event shows only so");
+    options.Values("--type", "TYPE,...", types_,
+                   "only events of these types (repeatable); ecat-event is shown only if it is named");
     std::string list = EventTypeList();
     if (const std::size_t middle = list.find(" emergency"); middle != std::string::npos) list[middle] = '\n';
     options.Footer("\nTypes:\n" + list +
-                   ".\nWithout --type the text leaves out register writes that al-request and eeprom lines "
-                   "tell.\nExample: ecaudit events --type sdo,emergency --slave 0 trace.pcapng");
+                   ".\nWithout --type the text omits register writes that al-request and eeprom lines "
+                   "show.\nExample: ecaudit events --type sdo,emergency --slave 0 trace.pcapng");
   }
 
   [[nodiscard]] ExitStatus Run(Console& console) override {

@@ -1,4 +1,4 @@
-/// `ecaudit explain WHAT`: one rule with cause, remedy and manual section; or what a number means, and who says so.
+/// `ecaudit explain WHAT`: one rule with cause, remedy and manual section; or the meaning of a number, with its source.
 #include <algorithm>
 #include <optional>
 #include <string>
@@ -142,16 +142,16 @@ class ExplainCommand : public Command {
   [[nodiscard]] std::string_view name() const override { return "explain"; }
   [[nodiscard]] std::string_view usage() const override { return "explain WHAT"; }
   [[nodiscard]] std::string_view summary() const override {
-    return "Say what a rule checks and what to do, or what a code or number means";
+    return "Explain a rule (what it checks, what to do), a code or a number";
   }
 
   void Declare(OptionSet& options) override {
     options.Argument("WHAT", what_, "id of a rule, or a number as below", true);
-    options.Value("--profile", "PROFILE", profile_, "what the standard and this family say only");
+    options.Value("--profile", "PROFILE", profile_, "show only the standard and this family");
     options.Values("--profiles", "PATH", paths_, "more drive families: a JSON file or a folder of them (repeatable)");
     output_.Declare(options);
     options.Footer(
-        "What can be asked for, without a capture and without network:\n"
+        "WHAT is one of these; neither a capture nor a network is needed:\n"
         "  al-refused             a rule, as reports and 'ecaudit rules' print it\n"
         "  0x001d                 AL status code, register, object or emergency: all that has this number\n"
         "  0x06090011             SDO abort code\n"

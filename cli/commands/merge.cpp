@@ -25,7 +25,7 @@
 namespace ecaudit::cli {
 namespace {
 
-/// Orders captures by what is told of them; which report tells it does not count. Ordered, not hashed: who makes
+/// Orders captures by their results; the report that holds them does not count. Ordered, not hashed: who makes
 /// reports can make any number that share a hash.
 struct ByContent {
   using is_transparent = void;
@@ -50,11 +50,11 @@ class MergeCommand : public Command {
   void Declare(OptionSet& options) override {
     options.Arguments("REPORT", paths_,
                       "JSON reports of check and batch, folders with reports, or wildcards in quotes");
-    options.Group("How to judge");
+    options.Group("How to evaluate");
     options.Value("--fail-on", "SEVERITY", fail_on_,
                   "instead of what the reports were made with: error, warning, info or never");
-    options.Value("--baseline", "FILE", baseline_, "findings listed there are known and do not count");
-    options.Value("--write-baseline", "FILE", write_baseline_, "list all findings of the reports there");
+    options.Value("--baseline", "FILE", baseline_, "known findings, which do not count");
+    options.Value("--write-baseline", "FILE", write_baseline_, "write all findings of the reports to FILE");
     output_.Declare(options, report::FormatList(report::SummaryFormats()));
     output_.text.DeclareTime(options);
     output_.text.DeclareQuiet(options);
@@ -79,7 +79,7 @@ class MergeCommand : public Command {
     }
     // A summary that lacks captures without saying so would be worse than none.
     if (!complete) return ExitStatus::kUsage;
-    if (digest_.captures.empty()) return Fail(console, Error{"the reports tell of no capture"});
+    if (digest_.captures.empty()) return Fail(console, Error{"the reports hold no capture"});
     if (versions_.size() > 1 || !versions_.contains(digest_.version)) WarnOfVersions(console);
     SortCaptures(digest_);
     return Deliver(digest_, *output, write_baseline_, console);
@@ -111,7 +111,7 @@ class MergeCommand : public Command {
     const Result<JsonDocument> document = ReadJsonFile(file, kLargestReport);
     if (!document) return document.error();
     if (document->root().member("schema").is_text("ecaudit.summary/1")) {
-      console.Warning(file + " is a summary, not a report: passed over");
+      console.Warning(file + " is a summary, not a report: ignored");
       return std::nullopt;
     }
     Result<report::ReportDigest> read = report::ReadReportDigest(document->root());
@@ -119,7 +119,7 @@ class MergeCommand : public Command {
     versions_.insert(read->version);
     for (report::CaptureDigest& capture : read->captures) {
       if (!capture.judged) {
-        return Error{file + ": startup without --expect judges nothing, so there is no verdict to merge"};
+        return Error{file + ": startup without --expect has no verdict, so there is nothing to merge"};
       }
       capture.report = std::filesystem::path(file).filename().string();
       if (parsed_fail_on_) capture.fail_on = *parsed_fail_on_;
@@ -127,13 +127,13 @@ class MergeCommand : public Command {
         capture.baseline = *baseline_;
         ApplyBaseline(known_, capture);
       }
-      if (const auto same = told_.find(capture); same != told_.end()) {
-        console.Warning(capture.path + " is told alike by " + digest_.captures[*same].report + " and " +
+      if (const auto same = counted_.find(capture); same != counted_.end()) {
+        console.Warning(capture.path + " has the same result in " + digest_.captures[*same].report + " and " +
                         capture.report + ": counted once");
         continue;
       }
       digest_.captures.push_back(std::move(capture));
-      told_.insert(digest_.captures.size() - 1);
+      counted_.insert(digest_.captures.size() - 1);
     }
     return std::nullopt;
   }
@@ -153,8 +153,8 @@ class MergeCommand : public Command {
   Baseline known_;
   OutputOptions output_;
   report::Digest digest_;
-  std::set<std::size_t, ByContent> told_{ByContent{digest_.captures}};  ///< places in the digest
-  std::set<std::string> versions_;                                      ///< that made the reports
+  std::set<std::size_t, ByContent> counted_{ByContent{digest_.captures}};  ///< places in the digest
+  std::set<std::string> versions_;                                         ///< that made the reports
 };
 
 }  // namespace

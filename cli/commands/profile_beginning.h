@@ -14,8 +14,8 @@ struct ProfileBeginning {
   std::string esi_file;                            ///< its name, for the citations
 };
 
-/// A file that `profiles --check` finds nothing wrong with: what the ESI tells with its citations, and where it tells
-/// nothing a note of what a manual would have to say.
+/// A file that `profiles --check` finds nothing wrong with: what the ESI states, with its citations, and where it
+/// states nothing a note of what a manual would have to say.
 [[nodiscard]] std::string ProfileBeginningText(const ProfileBeginning& wish);
 
 }  // namespace ecaudit::cli

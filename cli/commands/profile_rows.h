@@ -15,7 +15,7 @@ inline void Heading(std::string_view heading, std::string_view remark, report::T
   text.Line(line);
 }
 
-/// One row: a name, what is known, and where it says so.
+/// One row: a name, what is known, and its source.
 inline void Row(std::string_view name, std::string about, const std::string& note, const std::string& source,
                 report::TextBuilder& text) {
   constexpr std::size_t kNameColumns = 26;

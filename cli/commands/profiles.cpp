@@ -43,7 +43,7 @@ std::string ListText(const device::ProfileRegistry& families, bool color) {
               from);
   }
   text.Line();
-  text.Line("ecaudit profiles NAME shows what a profile knows; docs/families.md how to add one.");
+  text.Line("ecaudit profiles NAME shows a profile; docs/families.md explains how to add one.");
   return text.Take();
 }
 
@@ -121,7 +121,7 @@ class ProfilesCommand : public Command {
   [[nodiscard]] std::string_view name() const override { return "profiles"; }
   [[nodiscard]] std::string_view usage() const override { return "profiles [NAME]"; }
   [[nodiscard]] std::string_view summary() const override {
-    return "List the drive families, or what one knows; check or begin a file of one";
+    return "List the drive families or show one; check or create a family file";
   }
 
   void Declare(OptionSet& options) override {
@@ -131,12 +131,12 @@ class ProfilesCommand : public Command {
     output_.Declare(options);
     options.Group("Files of families (docs/families.md)");
     options.Values("--check", "FILE", check_,
-                   "say all that is wrong with this file, line by line; exit 1 when something is (repeatable)");
-    options.Value("--new", "NAME", new_, "begin the file of a family: on standard output, or -o FILE");
+                   "list all mistakes in this file with their lines; exit 1 if there is one (repeatable)");
+    options.Value("--new", "NAME", new_, "create a family file: on standard output, or -o FILE");
     options.Value("--from", "FAMILY", from_, "with --new: the family that it extends (default: generic)");
     options.Value("--esi", "FILE", esi_, "with --new: take identity, PDOs, objects, mailboxes and DC modes from there");
     options.Value("--product", "CODE", product_, "with --esi: the device, where the file has several");
-    options.Value("-o,--output", "FILE", file_, "with --new: write there; a file that is there is kept");
+    options.Value("-o,--output", "FILE", file_, "with --new: write to FILE; an existing file is kept");
   }
 
   [[nodiscard]] ExitStatus Run(Console& console) override {
@@ -209,7 +209,7 @@ class ProfilesCommand : public Command {
     if (auto error = files.Writes(*file_)) return Fail(console, *error);
     std::error_code ignored;
     if (std::filesystem::exists(*file_, ignored)) {
-      return Fail(console, Error{Printable(*file_) + " is there already: it may hold work"});
+      return Fail(console, Error{Printable(*file_) + " exists and may hold work; it will not be overwritten"});
     }
     if (auto error = WriteOutputFile(*file_, text)) return Fail(console, *error);
     return ExitStatus::kClean;

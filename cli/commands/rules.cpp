@@ -36,7 +36,7 @@ std::string RulesText(bool color) {
     }
   }
   text.Line();
-  text.Line("ecaudit explain RULE says what a rule checks, why, and what to do.");
+  text.Line("ecaudit explain RULE shows what a rule checks, why, and what to do.");
   return text.Take();
 }
 

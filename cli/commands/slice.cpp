@@ -29,7 +29,7 @@ class SliceCommand : public Command {
                    "the frames of this finding and of its causes: f1 as in the report, or a rule (repeatable)");
     options.Value("--frames", "A-B", frames_, "these frames: 743-800, 760, 743- or -800");
     options.Value("--context", "N", context_,
-                  "and N packets before and behind each (default: 10 with --finding, 0 with --frames)");
+                  "also N packets before and after each (default: 10 with --finding, 0 with --frames)");
     options.Footer(
         "\nFrames are copied byte by byte with their time stamps. Each has its number in the capture as comment, and\n"
         "what was found in it; 'frame.comment contains \"error\"' finds them in Wireshark. Findings have the numbers\n"

@@ -116,7 +116,8 @@ class StartupCommand : public Command {
   void Declare(OptionSet& options) override {
     run_.options.Declare(options);
     options.Group("Expectation");
-    options.Value("--save", "FILE", save_, "write this start-up as an expectation (JSON), values that vary left open");
+    options.Value("--save", "FILE", save_,
+                  "write this start-up as an expectation (JSON); values that vary are left open");
     options.Value("--expect", "FILE", expect_, "compare with an expectation, or with the init commands of an ENI");
     run_.gate.Declare(options);
     output_.Declare(options, report::FormatList(report::Formats()));
@@ -143,7 +144,7 @@ class StartupCommand : public Command {
     report.rules = RuleCatalogue();
     ExitStatus status = run_.Run(run_.jobs().front(), report, console);
     if (report.captures.empty()) return status;
-    if (run_.SayMissingSlaves(report, console) != ExitStatus::kClean) return ExitStatus::kUsage;
+    if (run_.ReportMissingSlaves(report, console) != ExitStatus::kClean) return ExitStatus::kUsage;
 
     report::CaptureReport& capture = report.captures.front();
     if (save_) {
@@ -161,7 +162,7 @@ class StartupCommand : public Command {
       }
       run_.MarkKnown(capture);
     } else {
-      // Nothing is judged here: that is what `check` is for.
+      // Nothing is evaluated here: that is what `check` is for.
       capture.judged = false;
       capture.required.clear();
       capture.unmet.clear();
@@ -173,7 +174,7 @@ class StartupCommand : public Command {
       capture.result.capture_next.clear();
       capture.known.clear();
     }
-    CaptureRun::SayUnmet(report, console);
+    CaptureRun::ReportUnmet(report, console);
     if (const auto error = output->Write(report, console)) status = Worst(status, CaptureRun::Fail(console, *error));
     if (const auto error = run_.WriteBaselineOf(report)) status = Worst(status, CaptureRun::Fail(console, *error));
     if (status == ExitStatus::kClean && !HoldsStartup(capture.result)) {
@@ -189,9 +190,7 @@ class StartupCommand : public Command {
     }
     const GateOptions& gate = run_.gate;
     if (!expect_ && (gate.fail_on || !gate.rules.empty() || gate.baseline || gate.write_baseline || gate.require)) {
-      return Error{
-          "--fail-on, --rule, --require, --baseline and --write-baseline judge, which startup does with --expect "
-          "only"};
+      return Error{"startup accepts --fail-on, --rule, --require, --baseline and --write-baseline only with --expect"};
     }
     if (expect_) run_.files.Reads(*expect_, kExpectationRole);
     if (auto error = run_.Prepare()) return error;

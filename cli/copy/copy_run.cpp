@@ -142,13 +142,13 @@ void CopyRun::Declare(OptionSet& options) {
   options.Values("--rule", "ID=SEVERITY", rules_, "error, warning, info, or off for one rule (repeatable)");
   options.Group("Output");
   options.Values("-o,--output", "PATH", outputs_, "the pcapng file to write; - is standard output");
-  options.Flag("--all-traffic", all_traffic_, "copy other packets, too (default: only EtherCAT leaves the capture)");
+  options.Flag("--all-traffic", all_traffic_, "also copy other packets (default: only EtherCAT)");
   options.Flag("--force", force_, "overwrite PATH when it exists");
 }
 
 std::optional<Error> CopyRun::CheckOutput(CommandFiles& files) {
-  if (outputs_.empty()) return Error{"say with -o PATH which pcapng file to write (- is standard output)"};
-  if (outputs_.size() > 1) return Error{"one pcapng file is written; give -o once"};
+  if (outputs_.empty()) return Error{"give the pcapng file to write with -o PATH (- is standard output)"};
+  if (outputs_.size() > 1) return Error{"only one pcapng file can be written; give -o once"};
   output_ = outputs_.front();
   if (output_ == "-") return std::nullopt;
   std::error_code ignored;
@@ -184,7 +184,7 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
   Result<Settings> settings = ResolveSettings(capture_, gate, plan.name);
   if (!settings) return Fail(console, settings.error());
   plan.settings = std::move(*settings);
-  capture_.TellSkipped(console);
+  capture_.ReportSkipped(console);
   plan.paths = CapturePaths(capture_.captures, plan.settings.analysis.interfaces);
   const bool place = plan.settings.moments.needs_capture();
   if (place) {
@@ -201,7 +201,7 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
   AddFiles(plan.settings, files);
   if (const auto error = CheckOutput(files)) return Fail(console, *error);
   if (output_ == "-" && console.output_is_terminal()) {
-    return Fail(console, Error{"a capture is nothing for a terminal; name a file, or pipe the output"});
+    return Fail(console, Error{"a capture cannot be shown on a terminal; name a file, or pipe the output"});
   }
 
   ListenForInterrupt();
@@ -215,7 +215,7 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
   return Copy(console, plan, result, *wish);
 }
 
-/// The whole capture is judged, so that findings have the numbers that `check` gives them.
+/// The whole capture is evaluated, so that findings have the numbers that `check` gives them.
 ExitStatus CopyRun::Judge(Console& console, const Plan& plan, AnalysisResult& result) const {
   AnalysisOptions analysis = plan.settings.analysis;
   analysis.from_s = analysis.to_s = std::nullopt;

@@ -27,7 +27,7 @@ class CopyRun {
     std::string what;                  ///< for the comment of the whole file: "Evidence of f1 in"
   };
   using Decide = std::function<Result<Wish>(const AnalysisResult& result, const FrameRange& range)>;
-  /// @param frames  as typed behind --frames
+  /// @param frames  as typed after --frames
   [[nodiscard]] ExitStatus Run(Console& console, std::string_view command, const std::optional<std::string>& frames,
                                const Decide& decide);
 

@@ -1,5 +1,5 @@
 /// What a slice or an annotated copy writes beside the packets: each finding on its frame, and a word on every frame
-/// that belongs to it. Texts name the frames of the capture that was read, since a copy numbers its packets anew.
+/// that belongs to it. Texts name the frames of the capture that was read, since a copy numbers its packets again.
 #pragma once
 
 #include <map>

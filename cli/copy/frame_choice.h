@@ -15,7 +15,7 @@ class FrameChoice {
  public:
   /// Every packet within `range`.
   explicit FrameChoice(FrameRange range) : range_(range) {}
-  /// Of these, only the frames given and `context` packets before and behind each.
+  /// Of these, only the frames given and `context` packets before and after each.
   FrameChoice(FrameRange range, std::vector<FrameNo> frames, FrameNo context) : range_(range), spans_(std::in_place) {
     std::sort(frames.begin(), frames.end());
     for (const FrameNo frame : frames) {

@@ -13,21 +13,21 @@ namespace ecaudit::cli::lookup {
 
 /// Adds what the standard says, and then what each family says in its own words.
 /// @param say  gives nothing where the family has no such row; what a family only inherits is the standard's
-template <typename Say>
-void AddStatements(const Families& families, Meaning& meaning, Say say) {
+template <typename StatementOf>
+void AddStatements(const Families& families, Meaning& meaning, StatementOf statement_of) {
   const device::DeviceDescription* generic = nullptr;
   for (const device::DeviceDescription* family : families) {
     if (family->id == "generic") generic = family;
   }
   std::optional<Statement> standard;
-  if (generic != nullptr) standard = say(*generic);
+  if (generic != nullptr) standard = statement_of(*generic);
   if (standard) {
     standard->family = "standard";
     meaning.statements.push_back(*standard);
   }
   for (const device::DeviceDescription* family : families) {
     if (family == generic) continue;
-    std::optional<Statement> own = say(*family);
+    std::optional<Statement> own = statement_of(*family);
     if (!own || (standard && own->source == standard->source && own->text == standard->text)) continue;
     own->family = family->id;
     meaning.statements.push_back(std::move(*own));

@@ -157,7 +157,7 @@ std::string_view EffectOf(wire::Command command) {
       return "inputs and outputs in one pass";
     case wire::Command::ARMW:
     case wire::Command::FRMW:
-      return "a read of the addressed slave, whose data all slaves behind it write: spreads the time of the reference "
+      return "a read of the addressed slave, whose data all slaves after it write: spreads the time of the reference "
              "clock";
   }
   return {};

@@ -21,7 +21,7 @@ struct CommandRow {
 /// In the order of the overview.
 [[nodiscard]] std::vector<CommandRow> CommandTable();
 
-/// What can stand behind an option or for an argument, where that is a list: ids of rules, families, formats, ...
+/// What can follow an option or for an argument, where that is a list: ids of rules, families, formats, ...
 /// @return empty: a file, or anything
 [[nodiscard]] std::vector<std::string> ValuesOf(std::string_view command, const OptionSet::Row& row);
 /// "-o,--output" in its parts.

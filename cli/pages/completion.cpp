@@ -106,7 +106,7 @@ std::string Zsh(const std::vector<CommandRow>& table) {
       }
       for (const std::string& name : NamesOf(row)) {
         std::string specification = (row.repeatable ? "*" : "") + name;
-        // A long option takes its value behind = as well.
+        // A long option takes its value after = as well.
         if (!row.value.empty()) specification += name.starts_with("--") ? "=" : "+";
         specification += "[" + ZshText(row.help) + "]";
         if (!row.value.empty()) specification += ":" + ZshText(row.value) + ":" + action;

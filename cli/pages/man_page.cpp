@@ -95,7 +95,7 @@ std::string ManPage(const CommandRow* command, const std::vector<CommandRow>& al
   out += kExitStatus;
   out +=
       ".SH FILES\n"
-      ".TP\n.I .ecaudit.json\nsettings, looked for beside each capture and in the folders above it\n"
+      ".TP\n.I .ecaudit.json\nsettings, searched beside each capture and in the folders above it\n"
       ".TP\n.I share/ecaudit/profiles\ndrive families for all users\n"
       ".SH ENVIRONMENT\n.TP\nNO_COLOR\nany value switches colours off\n"
       ".SH EXAMPLES\n.nf\necaudit check trace.pcapng\necaudit check \\-o report.html trace.pcapng\n"

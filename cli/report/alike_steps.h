@@ -1,4 +1,4 @@
-/// Steps of the start-up that several slaves have alike. A master does nearly the same to forty drives: a report tells
+/// Steps of the start-up that several slaves have alike. A master does nearly the same to forty drives: a report shows
 /// it once, with the slaves, and of each slave only when.
 #pragma once
 
@@ -24,7 +24,7 @@ class AlikeSteps {
 
   /// In the order in which the slaves have them.
   [[nodiscard]] const std::vector<Row>& rows() const { return rows_; }
-  /// The row that tells of a step; nothing where one slave alone has it.
+  /// The row that holds a step; empty if only one slave has it.
   [[nodiscard]] std::optional<std::size_t> RowOf(const StartupStep& step) const;
 
  private:

@@ -12,7 +12,7 @@
 namespace ecaudit::report {
 namespace {
 
-/// The order of the catalogue; a chapter that is new comes behind them.
+/// The order of the catalogue; a chapter that is new comes after them.
 constexpr std::array<std::string_view, 10> kChapters{
     "Capture",         "Frame and bus", "AL state machine",      "Sync managers and FMMUs",
     "Mailbox and CoE", "PDO mapping",   "Drive profile (DS402)", "Synchronisation",

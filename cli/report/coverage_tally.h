@@ -1,4 +1,4 @@
-/// How much of a capture was judged, counted: each rule once for a slave, rules about the bus once.
+/// How much of a capture was evaluated, counted: each rule once for a slave, rules about the bus once.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ struct CoverageCount {
 
   void Add(Coverage coverage);
   void Add(const CoverageCount& other);
-  /// Where there was something to judge.
+  /// Where there was something to evaluate.
   [[nodiscard]] std::uint64_t applicable() const { return judged + partly + not_judged; }
   auto operator<=>(const CoverageCount&) const = default;
 };
@@ -38,7 +38,7 @@ struct ChapterCoverage {
 /// Why a rule does not apply: for the first slave to which it does not. Empty when it applies to all.
 [[nodiscard]] std::string_view WhyNotApplicable(const RuleCoverage& rule);
 
-/// The counts by chapter as one paragraph: "45 of 52 judged (3 more partly): Capture 4/4, ...; nothing to judge:
+/// The counts by chapter as one paragraph: "45 of 52 evaluated (3 more partly): Capture 4/4, ...; nothing to evaluate:
 /// Latch, Start-up". Empty when nothing was counted.
 [[nodiscard]] std::string CoverageText(std::span<const RuleCoverage> rules);
 

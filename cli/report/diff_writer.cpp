@@ -14,8 +14,8 @@ constexpr std::size_t kNoteIndent = 2;
 constexpr std::size_t kSideIndent = 4;
 constexpr std::size_t kSideHanging = 7;
 constexpr std::size_t kLongestSide = 400;
-/// Differences told in full; the JSON has all.
-constexpr std::size_t kTold = 60;
+/// Differences reported in full; the JSON has all.
+constexpr std::size_t kDifferencesShown = 60;
 
 std::string FrameText(FrameNo frame) {
   return frame == 0 ? "" : " (#" + std::to_string(frame) + ")";
@@ -109,15 +109,15 @@ class DiffText {
 
   template <typename Belongs>
   void Section(std::string_view heading, Belongs&& belongs) {
-    std::size_t told = 0;
+    std::size_t shown = 0;
     std::size_t left_out = 0;
     for (const diff::Difference& d : report_.diff.differences) {
       if (!belongs(d)) continue;
-      if (told == 0) {
+      if (shown == 0) {
         text_.Line();
         text_.Line(text_.Styled(heading, Style::kBold));
       }
-      if (told++ >= kTold) {
+      if (shown++ >= kDifferencesShown) {
         ++left_out;
         continue;
       }

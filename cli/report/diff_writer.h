@@ -16,7 +16,7 @@ struct DiffReport {
   const diff::CaptureDiff& diff;
 };
 
-/// What is different and most telling comes in the first lines.
+/// The most important differences are in the first lines.
 [[nodiscard]] std::string WriteDiffText(const DiffReport& report, const TextStyle& style);
 [[nodiscard]] std::string WriteDiffJson(const DiffReport& report);
 

@@ -59,7 +59,7 @@ std::string TitleAndFrame(const FindingDigest& f) {
   return text;
 }
 
-/// Said by the rules that could not be judged for it.
+/// The rules that could not be evaluated for it report this.
 bool MissesPackets(const CaptureDigest& capture) {
   return std::any_of(capture.not_judged.begin(), capture.not_judged.end(),
                      [](const NotJudged& entry) { return entry.code == Name(ReasonCode::kMissesPackets); });
@@ -67,9 +67,9 @@ bool MissesPackets(const CaptureDigest& capture) {
 
 }  // namespace
 
-std::string SlavesText(std::uint64_t told, std::uint64_t there) {
-  if (there <= told) return Count(told, "slave");
-  return Count(there, "slave") + ", " + Grouped(there - told) + " of them known by broadcasts only";
+std::string SlavesText(std::uint64_t shown, std::uint64_t there) {
+  if (there <= shown) return Count(shown, "slave");
+  return Count(there, "slave") + ", " + Grouped(there - shown) + " of them known by broadcasts only";
 }
 
 CaptureDigest DigestOf(const CaptureReport& capture) {
@@ -204,7 +204,7 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
     const std::string none = std::string("no ") + (summary.known > 0 ? "new " : "") + "findings in " +
                              Count(capture.ethercat_frames, "EtherCAT frame");
     const std::string slaves = capture.slaves > 0 ? " of " + SlavesText(capture.slaves, capture.slaves_there)
-                                                  : "; which slaves are on the bus, they do not show";
+                                                  : "; no slave is known";
     std::string reach = capture.complete ? "" : ", as far as the capture was read";
     if (MissesPackets(capture)) reach += ", but the capture misses packets";
     return {verdict, none + slaves + reach + limits};

@@ -1,4 +1,5 @@
-/// What summaries and CI formats need of a report: verdicts, findings, what could not be judged; no slaves, no traffic.
+/// What summaries and CI formats need of a report: verdicts, findings, what could not be evaluated; no slaves, no
+/// traffic.
 ///
 /// A digest comes from an analysis (DigestOf) or from a JSON report that was written earlier (digest_json.h); both give
 /// the same, so a summary does not depend on which of them it was made from.
@@ -51,7 +52,7 @@ struct FindingDigest {
   auto operator<=>(const FindingDigest&) const = default;
 };
 
-/// A rule that could not be judged.
+/// A rule that could not be evaluated.
 struct NotJudged {
   std::string rule;
   std::optional<SlavePos> slave;  ///< position; nothing for the whole bus, and for all slaves alike
@@ -61,7 +62,7 @@ struct NotJudged {
   auto operator<=>(const NotJudged&) const = default;
 };
 
-/// How far one rule was judged.
+/// How far one rule was evaluated.
 struct RuleCoverageDigest {
   std::string rule;
   CoverageCount count;
@@ -69,7 +70,7 @@ struct RuleCoverageDigest {
   auto operator<=>(const RuleCoverageDigest&) const = default;
 };
 
-/// What is told of one capture.
+/// The result of one capture.
 struct CaptureContent {
   std::string path;
   /// Why the capture could not be read, in which case nothing but `path` is filled. Empty: it was read.
@@ -77,7 +78,7 @@ struct CaptureContent {
   std::uint64_t packets = 0;
   std::uint64_t ethercat_frames = 0;
   bool without_ethercat = false;   ///< nothing to check
-  std::uint64_t slaves = 0;        ///< that the report tells of
+  std::uint64_t slaves = 0;        ///< in the report
   std::uint64_t slaves_there = 0;  ///< as the last broadcast showed; 0: none did
   std::string first_time;          ///< ISO 8601 UTC; empty when unknown
   std::optional<double> duration_s;
@@ -110,12 +111,12 @@ struct CaptureDigest : CaptureContent {
 struct Digest {
   std::string version;                     ///< of the program
   std::span<const RuleInfo* const> rules;  ///< the catalogue, sorted by id
-  std::vector<CaptureDigest> captures;     ///< in the order they are told
+  std::vector<CaptureDigest> captures;     ///< in the order they are reported
   std::uint64_t not_reached = 0;           ///< captures that an interrupted run did not come to
 };
 
 [[nodiscard]] CaptureDigest DigestOf(const CaptureReport& capture);
-/// Captures that could not be read stand behind the others.
+/// Captures that could not be read follow the others.
 [[nodiscard]] Digest DigestOf(const Report& report);
 
 [[nodiscard]] Summary Summarise(const CaptureDigest& capture);
@@ -156,6 +157,6 @@ struct HeadlineParts {
 [[nodiscard]] std::string Headline(const CaptureDigest& capture);
 /// "7 slaves, 6 of them known by broadcasts only".
 /// @param there  as the last broadcast counted; 0: none did
-[[nodiscard]] std::string SlavesText(std::uint64_t told, std::uint64_t there);
+[[nodiscard]] std::string SlavesText(std::uint64_t shown, std::uint64_t there);
 
 }  // namespace ecaudit::report

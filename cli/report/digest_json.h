@@ -11,7 +11,7 @@
 
 namespace ecaudit::report {
 
-/// What one document of schema "ecaudit.report/1" tells.
+/// What one document of schema "ecaudit.report/1" shows.
 struct ReportDigest {
   std::string version;  ///< of the program that wrote it
   Origin origin;        ///< empty unless `ecaudit batch` wrote it

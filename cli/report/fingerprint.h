@@ -15,7 +15,7 @@ namespace ecaudit::report {
 struct Fingerprint {
   std::string rule;
   std::optional<SlavePos> slave;  ///< position; nothing for the whole bus
-  std::string identity;           ///< kind and what tells it apart: IdentityOf(Finding)
+  std::string identity;           ///< kind and distinguishing values: IdentityOf(Finding)
 
   auto operator<=>(const Fingerprint&) const = default;
 };

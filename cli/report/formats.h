@@ -23,7 +23,7 @@ struct Format {
   /// Why this program cannot write it, empty when it can; null: it always can.
   std::string_view (*missing)() = nullptr;
   bool lines =
-      false;  ///< tells lines of the text of `decode`, or what is made from it may: CaptureReport::decode_lines
+      false;  ///< shows lines of the text of `decode`, or what is made from it may: CaptureReport::decode_lines
   /// As `write`, piece by piece, for a format that may become large; null: in one go.
   void (*write_pieces)(const Report& report, const TextSink& sink) = nullptr;
 };

@@ -185,7 +185,7 @@ class IndexPage {
     return DateText(*time, local) + " " + ClockText(*time, local, 0);
   }
 
-  /// Those of several captures; those of one behind a fold, unless they are few and alone.
+  /// Those of several captures; those of one after a fold, unless they are few and alone.
   void Causes() {
     constexpr std::size_t kFew = 8;
     if (tally_.causes.empty()) return;

@@ -40,7 +40,7 @@ void PutDrive(JsonObject& out, const AnalysisResult& result, const DriveSummary&
 void PutLadder(JsonObject& out, std::string_view key, const AnalysisResult& result, const Ladder& ladder);
 
 // startup_json.cpp
-/// Null when the capture shows nothing of it. Steps that stand in `alike` are told there.
+/// Null when the capture shows nothing of it. Steps that stand in `alike` are reported there.
 void PutStartup(JsonObject& out, std::string_view key, const AnalysisResult& result, const StartupSummary& startup,
                 const AlikeSteps* alike = nullptr);
 /// What was done, and how it ended; not when, nor what was read there later.

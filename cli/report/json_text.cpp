@@ -19,7 +19,7 @@ void AppendNumber(std::string& out, T value) {
 
 }  // namespace
 
-/// Writes the document that it hears.
+/// Writes the document that it receives.
 class JsonCopy : public JsonListener {
  public:
   explicit JsonCopy(JsonText& text) : text_(text) {}
@@ -40,7 +40,7 @@ class JsonCopy : public JsonListener {
   void EndArray() override { text_.Close(']'); }
 
  private:
-  /// A value behind its key stands in the place that the key has taken.
+  /// A value after its key stands in the place that the key has taken.
   void Place() {
     if (!after_key_) text_.Element();
     after_key_ = false;
@@ -124,7 +124,7 @@ void JsonArray::Add(JsonScalar value) {
 
 void JsonArray::AddDocument(std::string_view json) {
   JsonCopy copy(text_);
-  HearJson(json, copy);
+  StreamJson(json, copy);
 }
 
 void JsonObject::Put(std::string_view key, JsonScalar value) {

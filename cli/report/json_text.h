@@ -66,7 +66,7 @@ class JsonScalar {
   Kind kind_ = Kind::kNull;
 };
 
-/// A frame number of the capture, from 1; 0 stands for no frame and becomes null.
+/// A frame number of the capture, from 1; 0 means no frame and becomes null.
 [[nodiscard]] constexpr JsonScalar FrameOrNull(FrameNo frame) {
   return frame == 0 ? JsonScalar(nullptr) : JsonScalar(frame);
 }
@@ -113,7 +113,7 @@ class JsonText {
   void Open(char bracket);
   void Close(char bracket);
   void NewLine();
-  /// Reports of many slaves are white space by half, and nobody reads them from above.
+  /// Reports of many slaves are white space by half, and are not read from top to bottom.
   [[nodiscard]] bool indents() const {
     return indented_ && (depth_ <= kLineDepth || given_ + out_.size() < kIndentedBytes);
   }

@@ -91,7 +91,7 @@ void PutFrames(JsonObject& out, const bus::FrameLedger& frames) {
       });
     }
   });
-  out.Put("under_way", frames.under_way);
+  out.Put("under_way", frames.in_flight);
 }
 
 void PutCapture(JsonObject& out, const CaptureSummary& c) {
@@ -325,7 +325,7 @@ void PutRuleCoverage(JsonObject& out, const AnalysisResult& result, const RuleCo
   out.Put("rule", rule.rule);
   PutCount(out, count);
   out.TextOrNull("not_applicable_because", WhyNotApplicable(rule));
-  // The rest tells it for each slave already where all are alike.
+  // The rest shows it for each slave already where all are alike.
   const std::uint64_t all = rule.slaves.size();
   const bool alike =
       count.judged == all || count.partly == all || count.not_judged == all || count.not_applicable == all;

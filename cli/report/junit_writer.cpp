@@ -14,7 +14,7 @@
 namespace ecaudit::report {
 namespace {
 
-/// The windyroad schema wants a time stamp in each suite; this one stands for "unknown".
+/// The windyroad schema wants a time stamp in each suite; this one means "unknown".
 constexpr std::string_view kNoTime = "1970-01-01T00:00:00";
 
 struct TestCase {
@@ -80,7 +80,7 @@ TestCase Failure(const CaptureDigest& capture, const std::vector<const FindingDi
   return test;
 }
 
-/// Why a rule was not judged: each reason once, with the slaves it holds for.
+/// Why a rule was not evaluated: each reason once, with the slaves it holds for.
 std::vector<std::string> Reasons(const CaptureDigest& capture, std::string_view rule) {
   std::vector<std::pair<std::string, std::string>> reasons;  // reason, places
   for (const NotJudged& entry : capture.not_judged) {
@@ -106,7 +106,7 @@ TestCase Skipped(std::string name, const std::vector<std::string>& reasons) {
   return test;
 }
 
-/// Why there was nothing to judge for any slave; empty when there was something.
+/// Why there was nothing to evaluate for any slave; empty when there was something.
 std::string NothingToJudge(const CaptureDigest& capture, std::string_view rule) {
   for (const RuleCoverageDigest& entry : capture.coverage) {
     if (entry.rule == rule && entry.count.applicable() == 0) return entry.why;
@@ -194,7 +194,7 @@ void Write(XmlWriter& xml, const TestCase& test, const std::string& class_name) 
   xml.End();
 }
 
-/// Findings that are told but do not fail the run.
+/// Findings that are reported but do not fail the run.
 std::string OtherFindings(const CaptureDigest& capture) {
   std::string text = Headline(capture) + "\n";
   for (const FindingDigest& f : capture.findings) {

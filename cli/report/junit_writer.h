@@ -8,7 +8,8 @@
 namespace ecaudit::report {
 
 /// One test suite a capture. Its test cases:
-///   RULE                 passed, or skipped with the reason when the rule could not be judged (for some slave) or is
+///   RULE                 passed, or skipped with the reason when the rule could not be evaluated (for some slave) or
+///   is
 ///                        switched off
 ///   RULE, slave 0 (...)  failed: findings that count by --fail-on; all findings of that rule at that slave
 ///   capture can be read  with an error, instead of all others, when it cannot

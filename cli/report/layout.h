@@ -40,7 +40,7 @@ enum class Style : std::uint8_t { kPlain, kBold, kFaint, kError, kWarning, kInfo
 /// At most `most` columns of `text`, cut at a space where there is one near the end; what is cut ends in " ...".
 [[nodiscard]] std::string CutToColumns(std::string_view text, std::size_t most);
 
-/// Left-justified to `width` columns, at least one space behind it; not broken when the line is wrapped.
+/// Left-justified to `width` columns, at least one space after it; not broken when the line is wrapped.
 [[nodiscard]] std::string Padded(std::string_view text, std::size_t width);
 
 /// Untrusted text for one line: as Printable(), with line breaks and tabs as spaces.

@@ -1,4 +1,4 @@
-/// How CI servers want to be told of a file: relative to the folder of the project.
+/// The path of a file as CI servers expect it: relative to the folder of the project.
 #pragma once
 
 #include <string>

@@ -24,7 +24,7 @@ enum class FailOn : std::uint8_t { kInfo, kWarning, kError, kNever };
 /// Reads what Name() writes; nothing for any other text.
 [[nodiscard]] std::optional<FailOn> ParseFailOn(std::string_view text);
 
-/// Which part of a capture was looked at.
+/// Which part of a capture was examined.
 struct Selection {
   std::optional<double> from_s, to_s;  ///< seconds from the first packet
   std::optional<FrameNo> from_frame, to_frame;
@@ -39,7 +39,7 @@ struct Selection {
 /// As it is typed: "--slave 0 --to #100"; empty for whole captures.
 [[nodiscard]] std::string Text(const Selection& selection);
 
-/// One capture's result and how it is to be judged.
+/// One capture's result and how it is to be evaluated.
 struct CaptureReport {
   AnalysisResult result;
   std::shared_ptr<const Timeline> timeline;  ///< null: nothing to draw over time
@@ -74,7 +74,7 @@ struct UnreadableCapture {
   std::string message;  ///< why, one line
 };
 
-/// What a report was made from, for telling whether it must be made anew.
+/// What a report was made from, to decide whether it must be made again.
 struct Origin {
   std::string settings;     ///< hash of program and settings; empty: not recorded
   std::uint64_t bytes = 0;  ///< size of the capture
@@ -122,7 +122,7 @@ struct Summary {
 /// Sums over all captures; fails, or is limited, when one of them is.
 [[nodiscard]] Summary Summarise(const Report& report);
 
-/// True when there is nothing to judge: the capture holds no EtherCAT frame.
+/// True when there is nothing to evaluate: the capture holds no EtherCAT frame.
 [[nodiscard]] bool WithoutEtherCat(const AnalysisResult& result);
 
 }  // namespace ecaudit::report

@@ -11,7 +11,7 @@ namespace ecaudit::report {
 /// One UTF-8 document, ended by a newline. The whole catalogue stands in tool.driver.rules with its help; each finding
 /// is a result at its capture (physical location; the line is that of its frame in the text of `decode`) and slave
 /// (logical location), with frames and times as properties. Findings of the baseline are suppressed results. What could
-/// not be judged, and captures that could not be read, are notifications of the invocation.
+/// not be evaluated, and captures that could not be read, are notifications of the invocation.
 ///
 /// partialFingerprints["ecauditFinding/v1"] is the hash of rule, slave and title without counting numbers (as in
 /// baselines), a colon, and which of its equals within the capture it is: the same in every run that finds the same.

@@ -177,7 +177,7 @@ std::string_view TemplateOf(ReasonCode code) {
     case ReasonCode::kNotFollowed:
       return "{what} {what?is|are} reported, but not evaluated";
     case ReasonCode::kListFull:
-      return "more slaves or reasons than are listed";
+      return "more {what} than the report keeps";
   }
   return "";
 }
@@ -241,7 +241,7 @@ std::string TextOf(const Reason& reason) {
   Arguments arguments;
   if (reason.what != nullptr) arguments.Set("what", arg::Of(*reason.what));
   std::string text = Fill(TemplateOf(reason.code), arguments);
-  // It goes on behind a colon, so it begins small.
+  // It follows a colon, so it begins with a small letter.
   if (reason.what != nullptr && text.size() >= reason.what->text.size() && !reason.what->text.empty()) {
     std::string begin = text.substr(0, reason.what->text.size());
     begin.front() = reason.what->text.front();

@@ -75,7 +75,7 @@ void PutReadBack(JsonObject& out, const StartupStep& step) {
   });
 }
 
-/// When the slave had it; what it was, unless a row of steps that are alike tells it.
+/// When the slave had it; what it was, unless a row of steps that are alike shows it.
 void PutStep(JsonObject& out, const AnalysisResult& result, const StartupStep& step, std::optional<std::size_t> alike) {
   if (alike) out.Put("alike", *alike);
   out.Frame("frame", step.frame);

@@ -55,8 +55,8 @@ void Rules(const Digest& digest, const Tally& tally, TextBuilder& text) {
   }
 }
 
-/// Groups of captures that are told.
-constexpr std::size_t kCausesTold = 20;
+/// Groups of captures that are reported.
+constexpr std::size_t kCausesShown = 20;
 
 /// "37 captures: error al-refused: SAFEOP refused ...; first seen 2026-03-02; slaves of ..."
 void Causes(const Digest& digest, const Tally& tally, TextBuilder& text) {
@@ -64,10 +64,10 @@ void Causes(const Digest& digest, const Tally& tally, TextBuilder& text) {
   if (std::none_of(tally.causes.begin(), tally.causes.end(), shared)) return;
   text.Line();
   text.Line(text.Styled("The same first cause in several captures", Style::kBold));
-  std::size_t told = 0;
+  std::size_t shown = 0;
   for (const CauseGroup& group : tally.causes) {
     if (!shared(group)) continue;
-    if (++told > kCausesTold) {
+    if (++shown > kCausesShown) {
       text.Line("and more (--format json has all)", 2);
       break;
     }
@@ -86,7 +86,7 @@ void Causes(const Digest& digest, const Tally& tally, TextBuilder& text) {
   }
 }
 
-/// The order in which a person wants to hear of captures.
+/// The order in which a person wants to learn of captures.
 std::size_t Rank(const CaptureDigest& capture) {
   switch (StatusOf(capture)) {
     case Status::kFail:
@@ -133,7 +133,7 @@ void Captures(const Digest& digest, const TextStyle& style, TextBuilder& text) {
   }
 }
 
-/// Files that nobody named on the command line, and that change the result.
+/// Files that change the result and were not named on the command line.
 void Configurations(const Digest& digest, TextBuilder& text) {
   std::map<std::string, std::size_t> captures;
   for (const CaptureDigest& capture : digest.captures) {

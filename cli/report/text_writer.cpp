@@ -28,7 +28,7 @@ namespace {
 constexpr std::size_t kStoryHead = 6;
 constexpr std::size_t kStoryTail = 10;
 /// Entries of the process data of one direction that are named.
-constexpr std::size_t kObjectsTold = 12;
+constexpr std::size_t kObjectsShown = 12;
 /// Findings shown in full; the others get two lines each.
 constexpr std::size_t kFindingsInFull = 25;
 /// Evidence up to this many columns stays on one line.
@@ -62,7 +62,7 @@ std::string StepText(const AlStep& step) {
   return text;
 }
 
-/// Between two steps of a story; a line may end behind it.
+/// Between two steps of a story; a line may end after it.
 const std::string kArrow = std::string(1, kHardSpace) + "-> ";
 
 std::string Counts(const Summary& s) {
@@ -108,7 +108,7 @@ class CaptureText {
     text_.Line(text_.Styled(heading, Style::kBold));
   }
 
-  /// The verdict; what was found in how much; what it does not rest on; how much was judged.
+  /// The verdict; what was found in how much; what it does not rest on; how much was evaluated.
   void FirstLines() {
     const CaptureDigest digest = DigestOf(capture_);
     const VerdictLine verdict = VerdictLineOf(digest, style_);
@@ -160,7 +160,7 @@ class CaptureText {
     for (std::size_t i = 0; i < result_.slaves.size();) {
       std::size_t end = i + 1;
       while (end < result_.slaves.size() && AlikeAndQuiet(result_.slaves[i], result_.slaves[end])) ++end;
-      // Two alike slaves are quickly read; more are one story told many times.
+      // Two alike slaves are quickly read; more are one story reported many times.
       if (end - i < 3) end = i + 1;
       Slave(result_.slaves[i]);
       if (end - i > 1) {
@@ -236,18 +236,18 @@ class CaptureText {
     if (pdo.source == PdoSummary::Source::kDefault) text += " (default by EEPROM or ESI)";
     if (pdo.source == PdoSummary::Source::kEni) text += " (by the ENI file)";
     text += ": ";
-    std::size_t told = 0;
+    std::size_t shown = 0;
     for (const MappedObject& object : pdo.objects) {
       if (object.index == 0) continue;
-      if (told == kObjectsTold) {
-        text += ", [" + std::to_string(pdo.objects.size() - told) + " more]";
+      if (shown == kObjectsShown) {
+        text += ", [" + std::to_string(pdo.objects.size() - shown) + " more]";
         break;
       }
       std::string name = ObjectName(object.index, object.subindex);
       if (!object.name.empty()) name += " " + OneLine(object.name);
       std::replace(name.begin(), name.end(), ' ', kHardSpace);
-      text += (told == 0 ? "" : ", ") + name;
-      ++told;
+      text += (shown == 0 ? "" : ", ") + name;
+      ++shown;
     }
     if (pdo.exchanged > 0) {
       text += "; exchanged in " + Count(pdo.exchanged, "datagram") + ", frames " + std::to_string(pdo.first) + " to " +
@@ -282,7 +282,7 @@ class CaptureText {
     std::vector<std::string> parts;
     if (dc.reference) parts.emplace_back("reference clock");
     if (dc.delay_ns) parts.push_back("delay " + std::to_string(*dc.delay_ns) + " ns");
-    // Alone it tells nothing: it is the difference of two clocks since they were switched on.
+    // Alone it shows nothing: it is the difference of two clocks since they were switched on.
     const bool in_use = dc.reference || dc.delay_ns || dc.difference_reads > 0 || dc.activated.seen();
     if (dc.offset_ns && in_use) parts.push_back("offset " + std::to_string(*dc.offset_ns) + " ns");
     if (dc.difference_reads > 0) {
@@ -365,8 +365,8 @@ class CaptureText {
     return text;
   }
 
-  /// What to tell of `history`: a request that is followed by the requested state goes without saying.
-  [[nodiscard]] static std::vector<const AlStep*> TellingSteps(const std::vector<AlStep>& history) {
+  /// What to show of `history`: a request that is followed by the requested state goes without saying.
+  [[nodiscard]] static std::vector<const AlStep*> NotableSteps(const std::vector<AlStep>& history) {
     std::vector<const AlStep*> steps;
     for (std::size_t i = 0; i < history.size(); ++i) {
       const AlStep& step = history[i];
@@ -382,7 +382,7 @@ class CaptureText {
     if (s.al_history.empty()) {
       return s.al_status ? esc::StatusText(*s.al_status) + " throughout" : "never read in this capture";
     }
-    const std::vector<const AlStep*> steps = TellingSteps(s.al_history);
+    const std::vector<const AlStep*> steps = NotableSteps(s.al_history);
     const std::size_t n = steps.size();
     const bool shortened = n > kStoryHead + kStoryTail + 1;
     std::string text;
@@ -515,9 +515,9 @@ class CaptureText {
     }
   }
 
-  // --- what could not be judged -----------------------------------------------------------------------------------
+  // --- what could not be evaluated -----------------------------------------------------------------------------------
 
-  /// How much was judged, by chapter.
+  /// How much was evaluated, by chapter.
   void CoverageLines() {
     const std::string text = CoverageText(result_.coverage);
     if (text.empty()) return;
@@ -525,7 +525,7 @@ class CaptureText {
     text_.Paragraph(text, 2);
   }
 
-  /// What would open most of what could not be judged.
+  /// What would open most of what could not be evaluated.
   void CaptureNext() {
     if (result_.capture_next.empty()) return;
     Heading("What to capture next (rules it may open, each once for a slave)");
@@ -656,7 +656,7 @@ class CaptureText {
       reasons += Grouped(frames.undecided[i]) + ": " + std::string(Describe(static_cast<bus::Undecided>(i)));
     }
     if (!reasons.empty()) text += " (" + reasons + ")";
-    return text + " + " + Grouped(frames.under_way) + " under way at the end";
+    return text + " + " + Grouped(frames.in_flight) + " under way at the end";
   }
 
   [[nodiscard]] std::string TimeFacts() const {
@@ -679,7 +679,7 @@ class CaptureText {
         text = "both directions";
         break;
       case DirectionSeen::kOutbound:
-        text = result_.capture.frames.undecided[static_cast<std::size_t>(bus::Undecided::kNobodyAnswers)] > 0
+        text = result_.capture.frames.undecided[static_cast<std::size_t>(bus::Undecided::kNoAnswers)] > 0
                    ? "outbound frames only: nobody answers"
                    : "outbound frames only: answers of the slaves are not in the capture";
         break;

@@ -1,5 +1,5 @@
-/// The report for a person: what matters most in the first line, how much was judged, the findings with their ids, then
-/// slaves, what could not be judged, and the capture.
+/// The report for a person: what matters most in the first line, how much was evaluated, the findings with their ids,
+/// then slaves, what could not be evaluated, and the capture.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ namespace ecaudit::report {
 /// Lines end with "\n"; names and texts from the capture are made printable.
 [[nodiscard]] std::string WriteText(const Report& report, const TextStyle& style);
 
-/// Of one capture only verdict, findings and what could not be judged.
+/// Of one capture only verdict, findings and what could not be evaluated.
 [[nodiscard]] std::string WriteVerdict(const CaptureReport& capture, const TextStyle& style);
 
 /// "slave 0 (AKD, 0x1001)" with what is known of it; "bus" for kNoSlave. Printable.

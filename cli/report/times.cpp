@@ -126,7 +126,7 @@ std::optional<std::int64_t> ParseClock(std::string_view& text) {
   std::size_t digits = 0;
   for (; !text.empty() && text.front() >= '0' && text.front() <= '9'; text.remove_prefix(1), ++digits) {
     unit /= 10;
-    ns += (text.front() - '0') * unit;  // digits behind the ninth count nothing
+    ns += (text.front() - '0') * unit;  // digits after the ninth count nothing
   }
   return digits > 0 ? std::optional(ns) : std::nullopt;
 }

@@ -25,7 +25,7 @@ namespace ecaudit::report {
 /// Takes "02:13", "02:13:07" or "02:13:07.250" from the front of `text`: nanoseconds of the day.
 [[nodiscard]] std::optional<std::int64_t> ParseClock(std::string_view& text);
 
-/// How points in time are told to a person.
+/// How points in time are written for people.
 enum class TimeMode : std::uint8_t {
   kRelative,  ///< seconds from the first packet
   kUtc,
@@ -35,7 +35,7 @@ enum class TimeMode : std::uint8_t {
 /// Reads what Name() writes; nothing for any other text.
 [[nodiscard]] std::optional<TimeMode> ParseTimeMode(std::string_view text);
 
-/// "02:13:07.250" with so many digits behind the second (at most 9), cut, not rounded.
+/// "02:13:07.250" with a number of digits after the second (at most 9), cut, not rounded.
 [[nodiscard]] std::string ClockText(TimeNs time, bool local, std::size_t digits);
 /// "2026-03-02"
 [[nodiscard]] std::string DateText(TimeNs time, bool local);
@@ -44,7 +44,7 @@ enum class TimeMode : std::uint8_t {
 
 /// A point in time within a capture: "0.759000 s", "02:13:07.250123"; with its date where that is not the one on which
 /// the capture begins. Empty where one of the two is not known.
-/// @param digits  behind the second
+/// @param digits  after the second
 [[nodiscard]] std::string MomentText(TimeMode mode, const FrameRef& first, const FrameRef& frame, std::size_t digits);
 
 /// Seconds from the first packet of the capture; nothing when one of the two has no time stamp.

@@ -91,9 +91,9 @@ Parts JustWhat(std::string what) {
 
 Parts PartsOf(const CaptureDigest& capture, const HeadlineParts& headline, const TextStyle& style) {
   if (headline.verdict == "UNMET") return JustWhat("required and missing: " + Joined(capture.unmet));
-  const bool says_nothing_of_findings =
+  const bool shows_no_findings =
       !capture.unreadable.empty() || capture.without_ethercat || !capture.judged || headline.verdict == "ERROR";
-  const std::optional<MainFinding> main = says_nothing_of_findings ? std::nullopt : MainFindingOf(capture);
+  const std::optional<MainFinding> main = shows_no_findings ? std::nullopt : MainFindingOf(capture);
   if (main) return OfFinding(capture, *main, headline.verdict, style);
   return JustWhat(headline.sentence);
 }

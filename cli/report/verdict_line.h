@@ -24,7 +24,7 @@ struct VerdictLine {
 [[nodiscard]] VerdictLine VerdictLineOf(const CaptureDigest& capture, const TextStyle& style, bool whole_path = false);
 
 /// Sentences that belong to the verdict and that the line may have no room for: what is required and missing, why the
-/// verdict is limited, which part was looked at.
+/// verdict is limited, which part was examined.
 [[nodiscard]] std::vector<std::string> VerdictNotes(const CaptureDigest& capture);
 
 }  // namespace ecaudit::report

@@ -16,7 +16,7 @@ bool BeginsWithNoCharacter(std::string_view text) {
   return text.starts_with("\xEF\xBF\xBE") || text.starts_with("\xEF\xBF\xBF");
 }
 
-/// Characters that XML 1.0 has; the markup ones are left to whoever writes it.
+/// Characters that XML 1.0 has; markup characters are left to the writer.
 QString XmlCharacters(std::string_view text) {
   QString out = QString::fromUtf8(text.data(), static_cast<qsizetype>(text.size()));
   for (QChar& c : out) {

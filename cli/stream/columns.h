@@ -34,7 +34,7 @@ class Columns {
   /// Text that is wider than its column pushes the rest to the right.
   Columns& Left(std::string_view text, std::size_t width, report::Style style = report::Style::kPlain);
   Columns& Right(std::string_view text, std::size_t width, report::Style style = report::Style::kPlain);
-  /// Without padding behind it.
+  /// Without padding after it.
   void Last(std::string_view text, report::Style style = report::Style::kPlain);
 
  private:

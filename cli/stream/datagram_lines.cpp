@@ -75,7 +75,7 @@ std::string ContentText(const DatagramRow& row) {
   return text;
 }
 
-/// A slave was addressed and nobody answered.
+/// A slave was addressed and no slave answered.
 bool Unanswered(const DatagramRow& row) {
   return row.returned() && row.datagram.wkc() == 0 && row.datagram.command() != wire::Command::NOP;
 }
@@ -245,7 +245,7 @@ std::optional<std::string> FrameProblemText(const wire::FrameView& frame, std::o
       problem = "malformed: " + std::string(wire::Describe(frame.problem()));
       break;
     case wire::FrameKind::kCut:
-      problem = "cut by the snap length: what lies behind it is not in the capture";
+      problem = "cut by the snap length: the rest is not in the capture";
       break;
     case wire::FrameKind::kDamagedOnWire:
       problem = "damaged on the wire: the probe saw a CRC or alignment error";

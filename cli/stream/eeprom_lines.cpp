@@ -169,10 +169,10 @@ std::string ContentsText(const esc::SiiContents& contents) {
 
 /// Vendors keep texts in categories of their own.
 void PutVendorTexts(JsonObject& out, const esc::SiiContents& contents) {
-  std::vector<std::uint16_t> told;  // a category may stand twice; its text is one
+  std::vector<std::uint16_t> shown;  // a category may appear twice; its text is one
   for (const esc::SiiRawCategory& raw : contents.raw) {
-    if (raw.type < esc::kSiiVendorCategory || std::find(told.begin(), told.end(), raw.type) != told.end()) continue;
-    told.push_back(raw.type);
+    if (raw.type < esc::kSiiVendorCategory || std::find(shown.begin(), shown.end(), raw.type) != shown.end()) continue;
+    shown.push_back(raw.type);
     const std::string text = contents.VendorText(raw.type);
     if (!text.empty()) out.Put(Hex(raw.type), Printable(text));
   }
@@ -298,7 +298,7 @@ void EepromLines::WriteContents(SlaveId id, Slave& slave, bool at_end) {
   const esc::SiiImage& image = output_.network().state(id).sii.image();
   const std::uint32_t known = image.KnownWords();
   if (known == slave.shown_words) return;  // read again what had been read
-  // A master that turns away after every few words would have all that went before told anew each time.
+  // A master that turns away after every few words would have all that went before reported again each time.
   if (!at_end && known > kAlwaysShown && known < slave.shown_words + slave.shown_words / 8) return;
   slave.shown_words = known;
   if (!output_.Wants(EventType::kEeprom, slave.last_read, id)) return;

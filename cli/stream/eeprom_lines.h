@@ -25,7 +25,7 @@ class EepromLines {
 
  private:
   struct Slave {
-    FrameRef first, last;             ///< of the run under way
+    FrameRef first, last;             ///< of the current run
     std::uint32_t address = 0;        ///< word address of its first word
     std::vector<std::uint8_t> bytes;  ///< low byte first; empty: no run
     FrameRef last_read;               ///< of all reads
@@ -41,7 +41,7 @@ class EepromLines {
 
   EventOutput& output_;
   std::deque<Slave> slaves_;
-  std::vector<SlaveId> open_;  ///< slaves with a run under way
+  std::vector<SlaveId> open_;  ///< slaves with an open run
 };
 
 }  // namespace ecaudit::cli

@@ -33,11 +33,11 @@ bool EventOutput::HasRoom(const FrameRef& frame) {
     last_left_out_ = frame;
     return false;
   }
-  TellLeftOut();
+  ReportLeftOut();
   return true;
 }
 
-void EventOutput::TellLeftOut() {
+void EventOutput::ReportLeftOut() {
   if (left_out_ == 0) return;
   const std::uint64_t lines = std::exchange(left_out_, 0);
   EventRow row(*this, EventType::kLeftOut, first_left_out_, kNoSlave);
@@ -74,7 +74,7 @@ void EventOutput::Write(const EventRow& row) {
     std::string& out = waiting.lines.emplace_back();
     if (target.format == LineFormat::kJsonLines) {
       out = json_;
-    } else if (types_.chosen() || !row.told_elsewhere) {
+    } else if (types_.chosen() || !row.shown_elsewhere) {
       Columns columns(out, target.color);
       columns.Right(std::to_string(row.frame_.number), kFrameColumns);
       const TimeColumn time = context_.time();
@@ -104,11 +104,11 @@ void EventOutput::WriteFirst() {
     open = open || !target.output.closed();
   }
   waiting_.pop_back();
-  if (!open) InterruptFlag() = true;  // nobody reads on
+  if (!open) InterruptFlag() = true;  // the reader has closed the output
 }
 
 void EventOutput::End() {
-  TellLeftOut();
+  ReportLeftOut();
   while (!waiting_.empty()) WriteFirst();
 }
 

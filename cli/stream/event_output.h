@@ -43,8 +43,8 @@ class EventOutput {
 
  private:
   friend class EventRow;
-  /// What is known late belongs before what was known at once: so many events wait for others of earlier frames, until
-  /// the capture is so many frames further.
+  /// Events that are known late may belong before others: a number of events wait for those of earlier frames, for a
+  /// number of frames.
   static constexpr std::size_t kMostWaiting = 4096;
   static constexpr FrameNo kLongestWait = 20'000;
 
@@ -60,21 +60,21 @@ class EventOutput {
     }
   };
 
-  // What a format may take: so much, and so many times the bytes of the frames. Where that is used up, it goes on when
+  // Room of a format: a constant, and a multiple of the bytes of the frames. Where that is used up, it goes on when
   // there is room for a good many lines again.
   static constexpr std::uint64_t kRoom = std::uint64_t{2} << 20U;
   static constexpr std::uint64_t kTimesInput = 8;
   static constexpr std::uint64_t kRoomToGoOn = std::uint64_t{64} << 10U;
 
   [[nodiscard]] bool HasRoom(const FrameRef& frame);
-  void TellLeftOut();
+  void ReportLeftOut();
   void Write(const EventRow& row);
   void WriteFirst();
 
   const Pipeline& pipeline_;
   const StreamContext& context_;
   EventTypes types_;
-  std::string json_;              ///< of the event under way
+  std::string json_;              ///< of the current event
   std::vector<Waiting> waiting_;  ///< a heap, the earliest frame on top
   std::uint64_t number_ = 0;
   FrameNo newest_ = 0;
@@ -96,8 +96,8 @@ class EventRow {
   /// The line for people; printable text only.
   std::string text;
   report::Style style = report::Style::kPlain;
-  /// Another line tells the same to people; shown as text only where --type asks for this type.
-  bool told_elsewhere = false;
+  /// Another line shows the same to people; shown as text only where --type asks for this type.
+  bool shown_elsewhere = false;
 
   /// A frame number; null when that frame is not in the capture.
   void Frame(std::string_view key, const FrameRef& frame);

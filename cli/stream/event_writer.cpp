@@ -30,9 +30,9 @@ std::string_view NoteOf(track::Acceptance acceptance) {
     case track::Acceptance::kAssumed:
       return "";
     case track::Acceptance::kRefused:
-      return "not taken";
+      return "not accepted";
     case track::Acceptance::kUnknown:
-      return "not known whether taken";
+      return "not known whether accepted";
   }
   return "";
 }
@@ -103,7 +103,7 @@ void EventWriter::WriteRegister(const RegisterWrite& write) {
   if (write.acceptance == track::Acceptance::kRefused) row.style = report::Style::kWarning;
   const bool al_control = write.address == esc::kAlControl && write.data.size() <= 2;
   const bool eeprom = write.address >= esc::kEepromControl && write.address + write.data.size() <= esc::kEepromEnd;
-  row.told_elsewhere = write.slave != kNoSlave && (al_control || eeprom);
+  row.shown_elsewhere = write.slave != kNoSlave && (al_control || eeprom);
 }
 
 void EventWriter::WriteClock(const track::SlaveAccess& access) {
@@ -143,8 +143,8 @@ void EventWriter::WriteClock(const track::SlaveAccess& access) {
   } else {
     row.Note(NoteOf(access.acceptance));
   }
-  // Writes are told by register-write, and one sample a cycle would bury everything else.
-  row.told_elsewhere = writes || distributes;
+  // Writes are reported by register-write, and one sample a cycle would bury everything else.
+  row.shown_elsewhere = writes || distributes;
 }
 
 void EventWriter::On(const track::SlaveAccess& access) {
@@ -210,8 +210,8 @@ void EventWriter::WriteAlState(SlaveId slave, const FrameRef& frame, esc::AlWord
                                bool error_bit_known) {
   if (!output_->Wants(EventType::kAlState, frame, slave)) return;
   const device::DeviceDescription* profile = ProfileOf(slave);
-  const bool tells_code = code && (*code != 0 || status.bit4());
-  const std::string code_text = tells_code && profile != nullptr ? CodeText(*code, *profile) : "";
+  const bool has_code = code && (*code != 0 || status.bit4());
+  const std::string code_text = has_code && profile != nullptr ? CodeText(*code, *profile) : "";
   const bool echo = status.bit4() && slave < model_->size() && model_->slave(slave).al.echoes();
   const bool from_echo = before && before->bit4() && NotesOf(slave).echo;
   NotesOf(slave).echo = echo;
@@ -244,7 +244,7 @@ void EventWriter::On(const track::AlStatusRead& event) {
   }
   NotesOf(event.slave).shown_code = event.status_code;
   WriteAlState(event.slave, event.frame, event.status, event.before, event.status_code, event.error_bit_known);
-  // From here on the process data are used: a mapping that no SDO tells of is in force, too.
+  // From here on the process data are used: a mapping that no SDO shows is in force, too.
   if (event.status.state() >= static_cast<std::uint8_t>(esc::AlState::SAFEOP)) WriteMappings(event.slave, event.frame);
 }
 
@@ -267,7 +267,7 @@ void EventWriter::On(const track::AlStateForgotten& event) {
   EventRow row(*output_, EventType::kAlState, event.frame, event.slave);
   for (const char* key : {"state", "error", "from", "acknowledge_echoed", "status", "status_code", "status_code_text"})
     row.json.Null(key);
-  row.text = event.may_be_set_up_anew ? "no longer known: a broadcast read contradicts it, or it may be set up anew"
+  row.text = event.may_be_set_up_anew ? "no longer known: a broadcast read contradicts it, or it may be set up again"
                                       : "no longer known: the slave was gone for a while";
 }
 

@@ -24,10 +24,10 @@ class EventWriter final : public LineWriter {
   [[nodiscard]] Depth depth() const override { return Depth::kSlaves; }
   void Begin(Observation& observation, const StreamContext& context) override;
   void End() override;
-  /// An event is shown by its own frame, but what completes it may lie behind the range.
+  /// An event is shown by its own frame, but what completes it may follow the range.
   [[nodiscard]] bool stops_at_range_end() const override { return false; }
 
-  // What is heard: registers and states.
+  // What is received: registers and states.
   void On(const track::SlaveAccess& access);
   void On(const track::Answered& event);
   void On(const track::AlRequest& event);
@@ -69,13 +69,13 @@ class EventWriter final : public LineWriter {
   void On(const mailbox::VoeMessage& event);
 
  private:
-  /// What is remembered of a slave to tell its story.
+  /// What is remembered of a slave to show its story.
   struct SlaveNotes {
     std::optional<std::uint16_t> shown_code;  ///< AL status code of the last al-state line
     bool echo = false;                        ///< the error bit of the last al-state line is the echo of an acknowledge
     FrameNo long_answer = 0;                  ///< SDO answer whose mailbox length is more than it needs
     std::uint16_t long_answer_length = 0;
-    std::array<std::uint64_t, 2> mapping{};  ///< Rx, Tx: digest of what the last pdo-mapping line told, 0: none yet
+    std::array<std::uint64_t, 2> mapping{};  ///< Rx, Tx: digest of what the last pdo-mapping line reported, 0: none yet
   };
 
   struct RegisterWrite;

@@ -1,4 +1,4 @@
-/// The events "drive-state": what a drive is told and what it shows, in words.
+/// The events "drive-state": what a drive is commanded and what it shows, in words.
 #include "analyzers/words/drive_text.h"
 #include "cli/stream/event_writer.h"
 #include "decoder/base/text.h"

@@ -74,7 +74,7 @@ void EventWriter::On(const model::LatchStep& event) {
   CaptureJson(row, capture);
   row.Milliseconds("latency_ms", latency);
   row.json.Null("rule");
-  if (capture.assumed) row.Note("not known whether the drive took it");
+  if (capture.assumed) row.Note("not known whether the drive accepted it");
 }
 
 void EventWriter::On(const model::LatchMisuse& event) {

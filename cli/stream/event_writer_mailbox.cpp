@@ -109,7 +109,7 @@ std::string_view OutcomeName(mailbox::SdoOutcome outcome) {
   return "gap";
 }
 
-/// What a person is told about an outcome that is not plain success; "" for success.
+/// Text about an outcome that is not plain success; "" for success.
 std::string OutcomeNote(std::string_view outcome, std::uint16_t mailbox_error) {
   if (outcome == "mailbox-error") {
     const std::string_view text = mailbox::MailboxErrorText(mailbox_error);
@@ -180,10 +180,10 @@ std::vector<std::string> Deviations(const mailbox::SdoTransfer& transfer, std::u
     list.push_back("size " + std::to_string(transfer.size) + " instead of the announced " +
                    std::to_string(transfer.declared_size.value_or(0)));
   }
-  if (transfer.excess != 0) list.push_back(Count(transfer.excess, "byte") + " behind the announced size");
+  if (transfer.excess != 0) list.push_back(Count(transfer.excess, "byte") + " beyond the announced size");
   if (transfer.toggle_errors != 0) list.push_back(Count(transfer.toggle_errors, "wrong toggle bit"));
   if (transfer.displaced_abort_code) {
-    list.push_back("abort code " + Hex(*transfer.displaced_abort_code, 8) + " found four bytes behind its place");
+    list.push_back("abort code " + Hex(*transfer.displaced_abort_code, 8) + " found four bytes after its place");
   }
   if (transfer.data_gap) list.emplace_back("data are missing: a segment is not in the capture");
   return list;
@@ -432,7 +432,7 @@ void EventWriter::On(const mailbox::MailboxRefused& event) {
   row.json.Bool("repeated", event.same_as_last);
   row.json.Bool("mailbox_off", event.off);
   RequestJson(row, event.outstanding);
-  row.text = "-> " + mailbox::Name(event.header.protocol) + " message not taken: the mailbox is " +
+  row.text = "-> " + mailbox::Name(event.header.protocol) + " message not accepted: the mailbox is " +
              (event.off ? "switched off" : "full");
   if (event.same_as_last) row.Note("repetition of the last one");
   row.style = Style::kWarning;
@@ -445,7 +445,7 @@ void EventWriter::On(const mailbox::MailboxReadLost& event) {
   RequestJson(row, event.outstanding);
   row.text = "a mailbox read never returned";
   if (event.outstanding.frame.seen()) {
-    row.text += "; it may have taken the answer to " + DescribeRequest(event.outstanding);
+    row.text += "; it may have removed the answer to " + DescribeRequest(event.outstanding);
   }
   row.style = Style::kWarning;
 }
@@ -467,12 +467,12 @@ void EventWriter::On(const mailbox::MailboxUnanswered& event) {
   row.Frame("ended_frame", event.ended);
   row.json.Number("polls", event.polls);
   row.Frame("last_poll_frame", event.last_poll);
-  row.json.Bool("not_taken", event.not_taken);
+  row.json.Bool("not_taken", event.not_accepted);
   row.json.Bool("read_lost", event.read_lost);
   row.json.Text("certainty", Name(event.certainty));
-  row.text = DescribeRequest(event.request) + " got no answer, " + Count(event.polls, "poll") + " in vain";
-  if (event.not_taken) row.Note("the slave never took it");
-  if (event.read_lost) row.Note("a mailbox read was lost meanwhile");
+  row.text = DescribeRequest(event.request) + " got no answer, " + Count(event.polls, "poll") + " without result";
+  if (event.not_accepted) row.Note("the slave never accepted it");
+  if (event.read_lost) row.Note("a mailbox read was lost in between");
   row.style = Style::kWarning;
 }
 

@@ -36,7 +36,7 @@ Result<FrameRange> ReadFrameRange(const AnalysisOptions& analysis, const std::op
     if (auto error = Narrow(*frames, range)) return *error;
   }
   if (range.from_frame && range.to_frame && *range.from_frame > *range.to_frame) {
-    return Error{"the first frame to show lies behind the last"};
+    return Error{"the first frame to show is later than the last"};
   }
   return range;
 }

@@ -32,7 +32,7 @@ class RowTape {
     constexpr std::uint64_t kAllBits = ~std::uint64_t{0};
     PutNumber((static_cast<std::uint64_t>(value) & kAllBits >> 1U) << 1U ^ (value < 0 ? kAllBits : 0));
   }
-  /// Many numbers at once: PutAt() each of them one behind the other in room for so many, then PutUpTo() the end.
+  /// Many numbers at once: PutAt() each of them in room for all, then PutUpTo() the end.
   [[nodiscard]] std::uint8_t* RoomForNumbers(std::size_t count) {
     if (buffer_.size() - end_ < count * kLongestNumber) MakeRoom(count * kLongestNumber);
     return buffer_.data() + end_;

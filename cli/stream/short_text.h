@@ -1,4 +1,4 @@
-/// Text of bounded length, put together piece by piece before it joins a long one: no piece looks at the room left.
+/// Text of bounded length, put together piece by piece before it joins a long one: no piece checks the room left.
 #pragma once
 
 #include <array>

@@ -18,7 +18,7 @@ enum class ColumnKind : std::uint8_t {
   kDriveState,    ///< of a status word
   kDriveCommand,  ///< of a control word
   kRaw,           ///< all bytes of one slave and direction, where their meaning is not known
-  kDatagram,      ///< all bytes of a datagram, where nobody's place in it is known
+  kDatagram,      ///< all bytes of a datagram, where no place of a slave in it is known
 };
 
 /// What --signal, --states and --scaled ask for.
@@ -72,16 +72,16 @@ struct PartColumns {
 
 class SignalColumns {
  public:
-  /// More columns are left out and said: no bus has as many.
+  /// Further columns are left out with a warning: no bus has as many.
   static constexpr std::size_t kMaxColumns = 16'384;
-  /// So many parts are remembered, more than any bus has at a time; then each is looked up again.
+  /// Parts that are remembered, more than any bus has at a time; beyond it each is looked up again.
   static constexpr std::size_t kMaxParts = 32'768;
 
   explicit SignalColumns(SignalChoice choice) : choice_(std::move(choice)) {}
 
   /// The columns of a part, added where they are new and Finish() was not called yet.
   [[nodiscard]] const PartColumns& Of(const model::ImagePart& part, const track::Network& network);
-  /// The column of a datagram that nobody's data are known in; kNone when not asked for.
+  /// The column of a datagram in which no data of a slave are known; kNone when not asked for.
   /// @param returned  the copy that came back; else the one sent
   [[nodiscard]] std::uint32_t OfDatagram(const track::LogicalAccess& access, bool returned, const std::string& reason);
   /// Forgets which part fills what, for the next pass.
@@ -107,14 +107,14 @@ class SignalColumns {
   std::vector<SignalColumn> columns_;
   std::vector<std::uint32_t> place_;  ///< by number before Finish()
   std::unordered_map<std::string, std::uint32_t> by_key_;
-  /// By ImagePart::serial. Parts that were made anew leave theirs behind.
+  /// By ImagePart::serial. Parts that were made again leave theirs after.
   std::unordered_map<std::uint64_t, PartColumns> parts_;
   std::vector<std::string> passed_over_;
   bool finished_ = false;
   bool full_ = false;
 };
 
-/// Case-insensitive; * stands for any text, ? for one character. Both sides lower case.
+/// Case-insensitive; * means any text, ? for one character. Both sides lower case.
 [[nodiscard]] bool MatchesPattern(std::string_view pattern, std::string_view text);
 
 }  // namespace ecaudit::cli

@@ -60,7 +60,7 @@ void AppendSignal(std::string& out, const signals::SignalValue& value) {
   }
 }
 
-/// What a control word asks for: "Shutdown"; several where the word alone does not tell them apart.
+/// What a control word asks for: "Shutdown"; several where the word alone does not distinguish them.
 std::string CommandText(const device::DriveProfile& drive, std::uint16_t before, std::uint16_t word) {
   std::string text;
   for (const device::DriveCommand& command : drive.commands) {
@@ -135,7 +135,7 @@ std::optional<Error> SignalWriter::EndLearning(Console& console) {
     }
   }
   if (guessed_)
-    console.Warning("places of the process data inferred: " + guessed_->what + " (an ENI file tells them: --eni)");
+    console.Warning("places of the process data inferred: " + guessed_->what + " (an ENI file gives them: --eni)");
   keeps_ = keeps_ && !tape_.failed();
   columns_.Finish();
   for (KeptLayout& layout : layouts_) {
@@ -155,7 +155,7 @@ std::optional<Error> SignalWriter::EndLearning(Console& console) {
     key += ':';
   }
 
-  SayWhatIsOdd(console);
+  ReportOddities(console);
   if (columns_.full()) {
     console.Warning("more than " + Grouped(SignalColumns::kMaxColumns) +
                     " signals: those that come later are left out");
@@ -174,7 +174,7 @@ std::optional<Error> SignalWriter::EndLearning(Console& console) {
 }
 
 /// Why bytes have no names, and which names are guesses; the same thing of many slaves once.
-void SignalWriter::SayWhatIsOdd(Console& console) const {
+void SignalWriter::ReportOddities(Console& console) const {
   std::map<std::string, std::vector<std::string>> raw;                     // slaves by what is said of them
   std::vector<std::pair<std::string, std::vector<std::string>>> inferred;  // objects of each slave, in their order
   const auto add = [](std::vector<std::string>& list, const std::string& item) {
@@ -455,7 +455,7 @@ void SignalWriter::On(const model::ProcessCycle& cycle) {
 
 std::string SignalWriter::WhyUnknown() const {
   if (model_options_.files == nullptr || !model_options_.files->eni) {
-    return "no FMMU setting in the capture maps these addresses to a slave (an ENI file tells them: --eni)";
+    return "no FMMU setting in the capture maps these addresses to a slave (an ENI file gives them: --eni)";
   }
   return "no FMMU setting in the capture maps these addresses to a slave, and the ENI has no such cyclic command";
 }
@@ -508,7 +508,7 @@ void SignalWriter::EndRow() {
         target.output.EndLine();
         open |= !target.output.closed();
       }
-      if (!open) InterruptFlag() = true;  // nobody reads on
+      if (!open) InterruptFlag() = true;  // the reader has closed the output
     }
     if (learning_ && keeps_) KeepRow();
     for (const std::uint32_t column : row_.filled) {

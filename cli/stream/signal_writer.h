@@ -46,7 +46,7 @@ class SignalWriter final : public LineWriter {
   /// What comes later says nothing about what was before.
   [[nodiscard]] bool stops_at_range_end() const override { return true; }
 
-  // What is heard.
+  // What is received.
   void On(const track::LogicalAccess& access);
   void On(const track::SlaveAccess& access);
   void On(const model::ProcessCycle& cycle);
@@ -87,7 +87,7 @@ class SignalWriter final : public LineWriter {
     std::vector<std::uint32_t> columns;  ///< as numbered before they were sorted
     std::vector<std::uint32_t> places;   ///< where they are now
   };
-  /// What a row on the tape is told as a difference to.
+  /// The row to which a row on the tape is stored as a difference.
   struct KeptBefore {
     std::uint64_t number = 0, time = 0, dc_time = 0;
     std::vector<std::uint64_t> raw;  ///< by column, as numbered before they were sorted
@@ -97,7 +97,7 @@ class SignalWriter final : public LineWriter {
   enum class Form : std::uint8_t { kNatural, kInteger, kOther };
 
   [[nodiscard]] static Form FormOf(const SignalColumn& column);
-  void SayWhatIsOdd(Console& console) const;
+  void ReportOddities(Console& console) const;
   [[nodiscard]] std::optional<std::uint32_t> LayoutOfRow();
   void KeepRow();
   void KeepCell(std::uint32_t column);
@@ -136,7 +136,7 @@ class SignalWriter final : public LineWriter {
 
   bool dc_seen_ = false;  ///< a frame carries both process data and the time of the reference clock
 
-  // Of the pass under way.
+  // Of the current pass.
   const StreamContext* context_ = nullptr;
   AnalysisOptions model_options_;
   const track::Network* network_ = nullptr;

@@ -150,7 +150,7 @@ void WarnOf(Console& console, const std::string& name, const TimedSource& source
             const PipelineStatistics& statistics) {
   if (statistics.overworked.seen()) {
     console.Warning(name + ": read up to packet " + Grouped(statistics.overworked.number) +
-                    "; what is behind it concerns too many slaves at once");
+                    "; the rest of the capture concerns too many slaves at once");
   } else if (const auto& damage = source.info().damage) {
     console.Warning(name + " is damaged: " + damage->message + "; everything up to frame " +
                     std::to_string(damage->after_frame) + " was read");
@@ -191,7 +191,7 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
   capture_.local_time = output_.text.time == Name(report::TimeMode::kLocal);
   Result<Settings> settings = ResolveSettings(capture_, GateOptions{}, capture_.captures.front());
   if (!settings) return Fail(console, settings.error());
-  capture_.TellSkipped(console);
+  capture_.ReportSkipped(console);
   Result<FrameRange> range = ReadFrameRange(settings->analysis, frames_);
   if (!range) return Fail(console, range.error());
   CommandFiles files;
@@ -270,7 +270,7 @@ ExitStatus StreamRun::Write(Console& console, LineWriter& writer, const Plan& pl
   if (status != ExitStatus::kClean) return status;
   if (interrupted) {
     return Interrupted(console,
-                       name + ": interrupted behind " + Count(observation.pipeline().statistics().packets, "packet"));
+                       name + ": interrupted after " + Count(observation.pipeline().statistics().packets, "packet"));
   }
   if (!all_closed) WarnOf(console, name, source, observation.pipeline().statistics());
   return status;

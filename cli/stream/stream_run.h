@@ -35,7 +35,7 @@ struct StreamContext {
   std::span<LineTarget> targets;
   report::TimeMode time_mode = report::TimeMode::kRelative;
 
-  /// Only while the capture is read: the first packet tells the origin.
+  /// Only while the capture is read: the first packet shows the origin.
   [[nodiscard]] TimeColumn time() const { return {time_mode, source.origin()}; }
 };
 
@@ -51,23 +51,23 @@ class LineWriter {
   [[nodiscard]] virtual const AnalysisOptions& Adapt(const AnalysisOptions& options) { return options; }
   /// Before the first packet: listens to what it shows. `observation` and `context` outlive the writer's work.
   virtual void Begin(Observation& observation, const StreamContext& context) = 0;
-  /// Behind the last packet.
+  /// After the last packet.
   virtual void End() {}
   /// True when it must read the capture once before it can write; then BeginLearning() and EndLearning() frame a pass.
   [[nodiscard]] virtual bool learns() const { return false; }
-  /// True behind EndLearning() when what it found makes another such pass necessary.
+  /// True after EndLearning() when what it found makes another such pass necessary.
   [[nodiscard]] virtual bool learns_again() const { return false; }
   /// `context` is gone after EndLearning(), and has no targets; `observation` lives until all is written.
   virtual void BeginLearning(Observation& observation, const StreamContext& context);
   /// @return why nothing can be written
   [[nodiscard]] virtual std::optional<Error> EndLearning(Console& console);
-  /// True behind EndLearning() when it has kept what it writes: WriteKept() then takes the place of another pass.
+  /// True after EndLearning() when it has kept what it writes: WriteKept() then takes the place of another pass.
   [[nodiscard]] virtual bool kept() const { return false; }
   /// @return what went wrong
   [[nodiscard]] virtual std::optional<Error> WriteKept(const StreamContext& context);
   /// Whether one of the slaves of --slave is shown that no frame of the capture addresses.
   [[nodiscard]] virtual bool ShowsUnmet(std::span<const SlaveSelector> selectors) const;
-  /// True when nothing behind --to can change what is shown, so that reading may stop there.
+  /// True when nothing after --to can change what is shown, so that reading may stop there.
   [[nodiscard]] virtual bool stops_at_range_end() const = 0;
 };
 

@@ -78,7 +78,7 @@ template <typename T>
   return SwapBytes(LittleEndian<T>(bytes, offset));
 }
 
-/// The part of `bytes` from `offset` on, at most `length` bytes; empty when `offset` lies behind the end.
+/// The part of `bytes` from `offset` on, at most `length` bytes; empty when `offset` is beyond the end.
 [[nodiscard]] constexpr ByteSpan Slice(ByteSpan bytes, std::size_t offset,
                                        std::size_t length = static_cast<std::size_t>(-1)) {
   if (offset >= bytes.size()) return {};

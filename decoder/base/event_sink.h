@@ -48,7 +48,7 @@ struct MemoryRange {
   }
 };
 
-/// An event about some bytes of a slave: who listens may name those that matter, and hears of nothing else.
+/// An event about some bytes of a slave: who listens may name those that matter, and learns of nothing else.
 template <class Event>
 concept OfMemory = requires(const Event& event) {
   { event.range() } -> std::same_as<MemoryRange>;
@@ -65,19 +65,19 @@ class EventSink {
   EventSink(const EventSink&) = delete;
   EventSink& operator=(const EventSink&) = delete;
 
-  /// Allocates nothing; an event that nobody hears costs a load. Listeners may publish further events.
+  /// Allocates nothing; an event without subscriber costs one load. Listeners may publish further events.
   template <class Event>
   void Publish(const Event& event) const {
     if constexpr (!Routine<Event>) ++news_;
-    const Heard& heard = heard_.data()[event_types::kNumber<Event>];  // Next() keeps below kMost
-    const Listener* const end = heard.first + heard.size;
+    const Subscribers& subscribers = subscribers_.data()[event_types::kNumber<Event>];  // Next() keeps below kMost
+    const Listener* const end = subscribers.first + subscribers.size;
     if constexpr (OfMemory<Event>) {
       const MemoryRange range = event.range();
-      for (const Listener* listener = heard.first; listener != end; ++listener) {
+      for (const Listener* listener = subscribers.first; listener != end; ++listener) {
         if (listener->range.Meets(range)) listener->call(*listener, &event);
       }
     } else {
-      for (const Listener* listener = heard.first; listener != end; ++listener) listener->call(*listener, &event);
+      for (const Listener* listener = subscribers.first; listener != end; ++listener) listener->call(*listener, &event);
     }
   }
 
@@ -86,8 +86,8 @@ class EventSink {
 
   /// Whether it is worth to make such an event at all.
   template <class Event>
-  [[nodiscard]] bool IsHeard() const {
-    return heard_[event_types::kNumber<Event>].size != 0;
+  [[nodiscard]] bool HasSubscribers() const {
+    return subscribers_[event_types::kNumber<Event>].size != 0;
   }
 
  protected:
@@ -99,11 +99,11 @@ class EventSink {
     std::array<std::byte, kHandlerBytes> handler{};
     MemoryRange range;  ///< of events OfMemory
   };
-  struct Heard {
+  struct Subscribers {
     const Listener* first = nullptr;
     std::size_t size = 0;
   };
-  std::array<Heard, event_types::kMost> heard_{};
+  std::array<Subscribers, event_types::kMost> subscribers_{};
 
  private:
   mutable std::uint64_t news_ = 0;

@@ -22,7 +22,7 @@ bool Parse(std::string_view text, Sax& listener) {
 }
 
 /// Builds the document in one pass. The library's own builder does not say where and why it fails without exceptions,
-/// nor that a key stands twice, nests without limit, and takes a block of memory for each value.
+/// nor that a key appears twice, nests without limit, and takes a block of memory for each value.
 class Builder : public Sax {
  public:
   Builder(JsonTree& tree, std::size_t max_depth, std::string_view stop_after)
@@ -85,9 +85,9 @@ class Builder : public Sax {
   JsonReading reading_;
 };
 
-class Teller : public Sax {
+class Forwarder : public Sax {
  public:
-  explicit Teller(JsonListener& listener) : listener_(listener) {}
+  explicit Forwarder(JsonListener& listener) : listener_(listener) {}
 
   bool null() override { return listener_.Null(), true; }
   bool boolean(bool value) override { return listener_.Boolean(value), true; }
@@ -227,9 +227,9 @@ JsonReading ReadJson(std::string_view text, std::size_t max_depth, std::string_v
   return reading;
 }
 
-bool HearJson(std::string_view text, JsonListener& listener) {
-  Teller teller(listener);
-  return Parse(text, teller);
+bool StreamJson(std::string_view text, JsonListener& listener) {
+  Forwarder forwarder(listener);
+  return Parse(text, forwarder);
 }
 
 void AppendJson(std::string& out, std::string_view text) {

@@ -87,11 +87,11 @@ inline constexpr std::size_t kAnyJsonDepth = static_cast<std::size_t>(-1);
 
 /// Reads `text`.
 /// @param max_depth   of arrays and objects in each other
-/// @param stop_after  a key of the top-level object: reading ends behind its value, and what follows is not looked at
+/// @param stop_after  a key of the top-level object: reading ends after its value, and what follows is not examined
 [[nodiscard]] JsonReading ReadJson(std::string_view text, std::size_t max_depth = kAnyJsonDepth,
                                    std::string_view stop_after = {});
 
-/// Hears a document part by part, in the order in which it is written.
+/// Receives a document part by part, in the order in which it is written.
 class JsonListener {
  public:
   virtual ~JsonListener() = default;
@@ -108,8 +108,8 @@ class JsonListener {
   virtual void EndArray() = 0;
 };
 
-/// @return false when `text` is no JSON document; what came before that was heard
-bool HearJson(std::string_view text, JsonListener& listener);
+/// @return false when `text` is no JSON document; what came before that was received
+bool StreamJson(std::string_view text, JsonListener& listener);
 
 /// `text` in quotation marks, escaped; bytes that are not UTF-8 become U+FFFD.
 void AppendJson(std::string& out, std::string_view text);

@@ -13,7 +13,7 @@ namespace ecaudit {
 struct JsonPlace {
   std::size_t outer = 0;  ///< of the key of a member, else as `begin`
   std::size_t begin = 0;
-  std::size_t end = 0;  ///< behind the value
+  std::size_t end = 0;  ///< after the value
 };
 
 /// Values are named by the way to them: "al.transitions[3].from"; "" is the document.

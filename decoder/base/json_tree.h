@@ -44,7 +44,7 @@ struct JsonNode {
 class JsonTree {
  public:
   [[nodiscard]] const JsonNode& root() const { return root_; }
-  /// A key that stands twice in one object, whose last value stays.
+  /// A key that appears twice in one object, whose last value stays.
   [[nodiscard]] const std::optional<std::string>& repeated() const { return repeated_; }
   /// Arrays and objects that have begun and not ended.
   [[nodiscard]] std::size_t depth() const { return open_.size(); }
@@ -72,7 +72,7 @@ class JsonTree {
   void Add(JsonNode node);
   [[nodiscard]] std::string_view Keep(std::string_view text);
   [[nodiscard]] void* Take(std::size_t bytes);
-  /// Orders and thins out the members behind `first`.
+  /// Orders and thins out the members after `first`.
   void SortMembers(std::size_t first);
 
   JsonNode root_;

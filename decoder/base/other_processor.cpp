@@ -18,9 +18,10 @@ constexpr std::int64_t kNearNs = 250;
 /// The quickest of several rounds counts: in the others one of the two was interrupted.
 constexpr int kRounds = 8;
 constexpr std::uint32_t kExchanges = 64;
-/// All in all. The clock is read once in so many looks: reading it takes as long as some of them.
+/// Maximum of the whole measurement.
 constexpr std::int64_t kMostNs = 2'000'000;
-constexpr std::uint32_t kLooks = 1024;
+/// A read of the clock takes as long as some polls.
+constexpr std::uint32_t kPollsPerClockRead = 1024;
 
 std::int64_t Since(Clock::time_point begun) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - begun).count();
@@ -66,8 +67,8 @@ bool OtherProcessorIsNear() noexcept {
   std::uint32_t sent = 0;
   const auto comes_back = [&] {
     wall.there.store(++sent, std::memory_order_release);
-    for (std::uint32_t looks = 1; wall.back.load(std::memory_order_acquire) != sent; ++looks) {
-      if (looks % kLooks == 0 && Since(begun) > kMostNs) return false;
+    for (std::uint32_t polls = 1; wall.back.load(std::memory_order_acquire) != sent; ++polls) {
+      if (polls % kPollsPerClockRead == 0 && Since(begun) > kMostNs) return false;
     }
     return true;
   };

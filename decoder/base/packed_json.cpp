@@ -161,7 +161,7 @@ class Unpacker {
 std::string PackJson(std::string_view text, std::span<const std::string_view> only) {
   JsonTree tree;
   TreeBuilder builder(tree);
-  if (!HearJson(text, builder) || tree.repeated()) return {};
+  if (!StreamJson(text, builder) || tree.repeated()) return {};
   JsonNode root = tree.root();
   std::vector<JsonNode> members;
   if (!only.empty() && root.type == JsonType::kObject) {

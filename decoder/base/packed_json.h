@@ -1,5 +1,5 @@
 /// JSON documents packed when the program is built: read many times faster than their text. Only for what belongs to
-/// the program; everybody else's documents are text.
+/// the program; all other documents are text.
 #pragma once
 
 #include <optional>

@@ -49,7 +49,7 @@ void ReadAll(int fd, std::uintmax_t largest, FileContent& content) {
 
 FileContent ReadRegularFile(const std::string& path, std::uintmax_t largest) {
   FileContent content;
-  // Opening a pipe that nobody writes to must not wait.
+  // Opening a pipe without a writer must not wait.
   const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
   if (fd < 0) {
     content.reason = errno;

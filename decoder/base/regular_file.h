@@ -14,7 +14,7 @@ struct FileContent {
   int reason = 0;  ///< errno of kFailed
 };
 
-/// Reads `path`, links followed. @param largest  bytes it may have, also when it grows meanwhile
+/// Reads `path`, links followed. @param largest  bytes it may have, also when it grows in between
 [[nodiscard]] FileContent ReadRegularFile(const std::string& path, std::uintmax_t largest);
 
 }  // namespace ecaudit

@@ -75,7 +75,7 @@ capture::ReadStatus AlignedSource::Next(capture::CapturedFrame& frame) noexcept 
   frame = reader.head;
   if (IsReturned(frame) && frame.has_time) {
     frame.time = Elapsed(apart_.ahead_ns, frame.time);
-    // It is behind the packet before it, however exactly the clocks could be compared.
+    // It is after the packet before it, however exactly the clocks could be compared.
     if (frame.time < last_ && Difference(frame.time, last_) <= kRoundTripSpreadNs) frame.time = last_;
   }
   if (frame.has_time) last_ = frame.time;
@@ -116,7 +116,7 @@ void AlignedSource::Follow(const Reader& reader) noexcept {
   Sent* const sent = SentBefore(reader);
   if (sent == nullptr) return;
   std::int64_t ahead = AheadIf(sent->time, reader.head.time);
-  // In a file that is in order it also stands behind all that was sent before it.
+  // In a file that is in order it also follows all that was sent before it.
   if (!two_) ahead = std::min(ahead, Elapsed(sent_[(next_sent_ + kKept - 1) % kKept].time, reader.head.time));
   sent->key = 0;
   Measure(ahead, Difference(last_pair_, sent->time));

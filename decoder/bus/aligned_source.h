@@ -18,9 +18,9 @@
 
 namespace ecaudit::bus {
 
-/// Moves the stamps of returned copies so that each comes behind its frame, as soon as they allow. Frames keep
+/// Moves the stamps of returned copies so that each comes after its frame, as soon as they allow. Frames keep
 /// their order and number where the file has them in the order of the wire. Else they are put into it and numbered
-/// anew, as in the file that a copy of all of it becomes: a stamp of an hour ago may stand anywhere, so that the file
+/// again, as in the file that a copy of all of it becomes: a stamp of an hour ago may stand anywhere, so that the file
 /// is read twice, once for each interface.
 class AlignedSource final : public capture::FrameSource {
  public:

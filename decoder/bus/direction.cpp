@@ -11,23 +11,23 @@ namespace {
 
 /// No master repeats a frame sooner; a packet that was captured twice may come so soon.
 constexpr std::int64_t kPauseNs = 100'000;
-/// So many repetitions, and under so many other indices, show a time-out: where one index serves for all, equal polls
+/// Numbers of repetitions and of other indices that show a time-out: where one index serves for all, equal polls
 /// do not.
 constexpr std::uint32_t kRepeated = 3;
 constexpr std::uint32_t kIndexChanges = 2;
-/// So many turns are no recording behind another one, and of the frames of a redundant line nearly all are twins.
+/// Number of turns that is no recording after another one; of the frames of a redundant line nearly all are twins.
 constexpr std::uint32_t kTurns = 8;
 constexpr std::uint32_t kTwinsOneIn = 8;
-/// The other end of a redundant line sends within this, so many frames at least, and of so many one is no copy at most.
+/// The other end of a redundant line sends within this time; minimum of frames, and of frames for one that is no copy.
 constexpr std::int64_t kAtOnceNs = 50'000;
 constexpr std::uint32_t kEndFrames = 8;
 constexpr std::uint32_t kNoCopyOneIn = 8;
-/// So many returns before their outbound copies are the clocks'.
+/// Number of returns before their outbound copies that shows different clocks.
 constexpr std::uint32_t kBackFirst = 8;
 /// A master that numbers its frames: of both copies of a frame one has another index than the packet before.
 constexpr std::uint32_t kNumberedOneIn = 4;
-/// Masters send working counters of 0: so many frames, and one of so many, with another one that goes up later have
-/// passed slaves before they came to the tap.
+/// Masters send working counters of 0: a minimum of frames, and one of a number, with another one that goes up later
+/// have passed slaves before they came to the tap.
 constexpr std::uint32_t kCountedOnTheirWay = 3;
 constexpr std::uint32_t kCountedOneIn = 32;
 /// What the other end sends arrives within this: a round trip.
@@ -68,7 +68,7 @@ Progress ProgressOf(const wire::FrameView& frame) noexcept {
   return progress;
 }
 
-bool IsTaken(const wire::FrameView& frame) noexcept {
+bool IsAccepted(const wire::FrameView& frame) noexcept {
   bool any = false;
   for (std::size_t i = 0; i < frame.size(); ++i) {
     const wire::Command c = frame[i].command();
@@ -151,7 +151,7 @@ bool DirectionLearner::LearnCopy(Sender& sender, const wire::FrameView& frame) n
                     .frame = frame.ref(),
                     .index = frame[0].index(),
                     .dummy = frame.size() == 1 && wire::IsBroadcast(frame[0].command()),
-                    .taken = IsTaken(frame)};
+                    .taken = IsAccepted(frame)};
   bool alike = false;
   bool copy = false;
   bool taken = false;
@@ -169,7 +169,7 @@ bool DirectionLearner::LearnCopy(Sender& sender, const wire::FrameView& frame) n
   LearnEcho(sender, asked);
   if (alike) ++sender.alike;
   if (copy) ++sender.copies;
-  if (taken) ++sender.both_taken;
+  if (taken) ++sender.both_accepted;
   sender.asked[sender.asked_next] = asked;
   sender.asked_next = static_cast<std::uint8_t>((sender.asked_next + 1U) % sender.asked.size());
   return copy;
@@ -193,10 +193,9 @@ void DirectionLearner::LearnEcho(Sender& sender, const Asked& asked) noexcept {
   if (echo) ++sender.echoes;
 }
 
-/// Where nothing comes back to anybody: who has passed slaves has come to this port from the main end, and what this
-/// one sends is the other end's. Else who sends first is at this port, and what arrives here untouched is the other
-/// end's.
-void DirectionLearner::JudgeOnePort() noexcept {
+/// If no frame returns to any sender: frames that have passed slaves came to this port from the main end, and this port
+/// is the other end. Else the first sender is at this port, and what arrives here untouched is the other end's.
+void DirectionLearner::EvaluateOnePort() noexcept {
   const auto nearly_all = [](std::uint32_t part, const Sender& s) {
     return part >= s.frames() || (s.frames() - part) * kNoCopyOneIn <= s.frames();
   };
@@ -215,10 +214,10 @@ void DirectionLearner::JudgeOnePort() noexcept {
   }
 }
 
-/// The main end is who sends first, else of whom slaves take most. Who sends what it sends is its other end, unless
-/// both are answered by the slaves that they name, or exchange process data and are not at it at once: then two
-/// segments with equal programs were captured.
-void DirectionLearner::JudgeCopies() noexcept {
+/// The main end is the first sender, else the one with most accepted frames. A sender with the same frames is its other
+/// end, unless both are answered by the slaves that they name, or exchange process data and are not at it at once: then
+/// two segments with equal programs were captured.
+void DirectionLearner::AssessCopies() noexcept {
   const auto nearly_all = [](std::uint32_t part, const Sender& s) {
     return (s.frames() - part) * kNoCopyOneIn <= s.frames();
   };
@@ -241,12 +240,12 @@ void DirectionLearner::JudgeCopies() noexcept {
     const bool as_many = s.frames() >= main->frames() || (main->frames() - s.frames()) * kNoCopyOneIn <= s.frames();
     const bool in_step = s.answered && s.counted > 0 && as_many && nearly_all(s.alike, s);
     const bool both_exchange = s.exchanged >= kTurns && main->exchanged >= kTurns;
-    const bool passes_nobody = s.answered && s.counted == 0 && !s.moved && s.passed_nobody > 0;
+    const bool passes_no_slave = s.answered && s.counted == 0 && !s.moved && s.passed_no_slave > 0;
     // On their way back slaves do not even change the address.
     const bool sends_dummies = s.counted == 0 && nearly_all(s.dummies, s);
-    if (in_step && (s.both_taken >= kTurns || (both_exchange && !nearly_all(s.copies, s)))) {
+    if (in_step && (s.both_accepted >= kTurns || (both_exchange && !nearly_all(s.copies, s)))) {
       s.reading = Reading::kForeign;
-    } else if (passes_nobody || sends_dummies || (nearly_all(s.copies, s) && s.both_taken == 0)) {
+    } else if (passes_no_slave || sends_dummies || (nearly_all(s.copies, s) && s.both_accepted == 0)) {
       s.other_end = redundant_ = true;
       if (s.answered) continue;
       // On their way back slaves hand frames on without setting the bit.
@@ -257,7 +256,7 @@ void DirectionLearner::JudgeCopies() noexcept {
 }
 
 /// The bus is that of the master that is seen most.
-void DirectionLearner::SetOtherBusesAside() noexcept {
+void DirectionLearner::IgnoreOtherBuses() noexcept {
   const Sender* main = nullptr;
   for (std::size_t i = 0; i < count_; ++i) {
     const Sender& s = senders_[i];
@@ -311,11 +310,11 @@ void DirectionLearner::LearnPair(Sender& sender, const wire::FrameView& frame) n
   const Progress progress = ProgressOf(frame);
   const std::uint32_t port = PortOf(frame);
   if (frame.mac_bit() && wire::IncrementsAdp(frame[0].command()) && frame[0].adp() == 0 && progress.counted == 0) {
-    ++sender.passed_nobody;
+    ++sender.passed_no_slave;
   }
   const auto open = std::find_if(sender.open.begin(), sender.open.end(), [&](const Open& o) {
     if (!o.used || o.key != key) return false;
-    // A mailbox poll that nobody answered comes back as it was sent.
+    // A mailbox poll that no slave answered comes back as it was sent.
     const bool untouched =
         progress.counted == 0 && o.progress.counted == 0 && progress.positions == o.progress.positions;
     return untouched || Further(progress, o.progress);
@@ -349,7 +348,7 @@ void DirectionLearner::Finish() noexcept {
     if (s.bit_clear > 0 && s.bit_set > 0) {
       s.reading = Reading::kMacBit;
     } else if (s.frames() > 1 && s.pairs * 8 >= s.frames()) {
-      // Two copies of (nearly) every frame, and the bit does not tell them apart. Polls that nobody answers do not
+      // Two copies of (nearly) every frame, and the bit does not distinguish them. Polls that no slave answers do not
       // count.
       if (s.port_out != s.port_back && s.pairs_by_port * 10 >= s.pairs * 9) {
         s.reading = Reading::kByPort;
@@ -360,21 +359,21 @@ void DirectionLearner::Finish() noexcept {
       continue;
     }
     s.answered = true;
-    // Where one index serves for all, the outbound copy behind a return may be the next frame's.
+    // Where one index serves for all, the outbound copy after a return may be the next frame's.
     if (s.back_first >= kBackFirst && s.index_changes * kNumberedOneIn >= s.frames()) returns_stamped_first_ = true;
     master_proven_ = any_outbound = any_returned = true;
   }
   const auto with_bit = [](const Sender& s) { return s.answered && s.bit_set > 0; };
   const auto end = senders_.begin() + static_cast<std::ptrdiff_t>(count_);
-  bit_tells_nothing_ = master_proven_ && std::none_of(senders_.begin(), end, with_bit);
-  JudgeCopies();
-  JudgeOnePort();
-  SetOtherBusesAside();
+  bit_is_no_evidence_ = master_proven_ && std::none_of(senders_.begin(), end, with_bit);
+  AssessCopies();
+  EvaluateOnePort();
+  IgnoreOtherBuses();
   for (std::size_t i = 0; i < count_; ++i) {
     Sender& s = senders_[i];
     if (s.answered) continue;
     if (master_proven_) {
-      // The bus's master has both copies; who has only one is a guest.
+      // The bus's master has both copies; a sender with only one joined late.
       s.reading = Reading::kForeign;
     } else if (s.other_end && one_port_) {
       s.reading = Reading::kAllReturned;
@@ -385,13 +384,13 @@ void DirectionLearner::Finish() noexcept {
     } else if (s.counted == 0 && s.repeated >= kRepeated && s.repeated * 2 >= s.frames() &&
                s.index_changes >= kIndexChanges) {
       s.reading = s.bit_clear > 0 ? Reading::kMacBit : Reading::kAllOutbound;
-      s.in_vain = nobody_answers_ = true;
+      s.unanswered = no_answers_ = true;
     } else {
       s.reading = s.bit_clear > 0 ? Reading::kMacBit : Reading::kByPair;
       any_outbound = true;
     }
   }
-  nobody_answers_ = nobody_answers_ && !any_outbound && !any_returned;
+  no_answers_ = no_answers_ && !any_outbound && !any_returned;
   outbound_only_ = any_outbound && !any_returned;
   returned_only_ = any_returned && !any_outbound;
 }
@@ -399,8 +398,8 @@ void DirectionLearner::Finish() noexcept {
 Direction DirectionLearner::Classify(const wire::FrameView& frame) const noexcept {
   const Sender* sender = Find(SenderOf(frame));
   if (sender == nullptr) {
-    // A sender that shows up later: without the bit it is a master, with it only pairing can tell.
-    return frame.mac_bit() || bit_tells_nothing_ ? Direction::kByPair : Direction::kOutbound;
+    // A sender that shows up later: without the bit it is a master, with it only pairing can decide.
+    return frame.mac_bit() || bit_is_no_evidence_ ? Direction::kByPair : Direction::kOutbound;
   }
   const Direction by_bit = frame.mac_bit() ? Direction::kReturned : Direction::kOutbound;
   // In the window all frames of this sender had the same bit. One that differs is a copy from another place.
@@ -422,7 +421,7 @@ Direction DirectionLearner::Classify(const wire::FrameView& frame) const noexcep
       return bit_differs ? by_bit : Direction::kReturned;
     case Reading::kAllOutbound:
       if (bit_differs) return by_bit;
-      // Whoever was plugged in meanwhile counts.
+      // Slaves that were plugged in since then count.
       return AnyWorkingCounter(frame) ? Direction::kByPair : Direction::kOutbound;
     case Reading::kForeign:
       return Direction::kForeign;
@@ -430,20 +429,20 @@ Direction DirectionLearner::Classify(const wire::FrameView& frame) const noexcep
   return Direction::kForeign;
 }
 
-bool DirectionLearner::IsGuest(const wire::FrameView& frame) const noexcept {
+bool DirectionLearner::JoinedLate(const wire::FrameView& frame) const noexcept {
   return master_proven_ && Find(SenderOf(frame)) == nullptr;
 }
 
-bool DirectionLearner::IsStranger(const wire::FrameView& frame) const noexcept {
+bool DirectionLearner::IsForeignSender(const wire::FrameView& frame) const noexcept {
   return count_ > 0 && count_ < kMaxMasters && Find(SenderOf(frame)) == nullptr;
 }
 
 bool DirectionLearner::Unanswered(const wire::FrameView& frame) const noexcept {
   const Sender* sender = Find(SenderOf(frame));
-  return sender != nullptr && !sender->answered && !sender->in_vain;
+  return sender != nullptr && !sender->answered && !sender->unanswered;
 }
 
-bool DirectionLearner::BehindSlaves(const wire::FrameView& frame) const noexcept {
+bool DirectionLearner::IsTappedAfterSlaves(const wire::FrameView& frame) const noexcept {
   const Sender* sender = Find(SenderOf(frame));
   // With a single slave in front most of what others are asked passes it uncounted.
   return sender != nullptr && sender->pairs_counted >= kCountedOnTheirWay &&

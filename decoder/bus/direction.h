@@ -1,18 +1,19 @@
 /// in: FrameView.  out: its Direction. Learns the masters' MAC addresses from the first frames of a capture.
 ///
 /// Every ESC sets bit 1 of the first byte of the source MAC, so a set bit says "has passed a slave" - unless the
-/// master's own address has it (virtual NICs, KickCAT), or the tap sits between slaves. Then the copies are told apart
-/// by the port of a probe or the capture interface, by what the file says of the direction, or by pairs: of two copies
-/// the one with the lower position counter and working counter is the outbound one (esc-reference 3.1).
+/// master's own address has it (virtual NICs, KickCAT), or the tap sits between slaves. Then the copies are
+/// distinguished by the port of a probe or the capture interface, by what the file says of the direction, or by pairs:
+/// of two copies the one with the lower position counter and working counter is the outbound one (esc-reference 3.1).
 ///
-/// Several senders may be masters of one bus: with a redundant line the same frames or indices go out at both ends. Who
-/// speaks in turns with the master, sends others, and whose broadcasts pass another number of slaves has a bus of its
-/// own; so has who exchanges process data beside the master's, and who sends what the master sends, in step with it,
-/// while the slaves answer both. The other end of a
-/// redundant line is who sends, at once, what the master sends, or whose frames come back and passed nobody: as long as
-/// the line is whole they meet the slaves on their way back only, where nobody takes part. Where one port of such a
-/// line was captured, what the other end sends arrives there as it was sent, and what the port itself sends comes back
-/// at the other one: that the one arrives shows that the other did.
+/// Several senders may be masters of one bus: with a redundant line the same frames or indices go out at both ends. A
+/// sender has a bus of its own in these cases:
+/// - it sends in turns with the master, its frames differ, and its broadcasts pass another number of slaves;
+/// - it exchanges process data beside those of the master;
+/// - it sends the same as the master, in step with it, and the slaves answer both.
+/// A sender is the other end of a redundant line if it sends the same as the master at the same time, or if its frames
+/// return without having passed a slave: while the line is whole, they meet the slaves on the way back only. If only
+/// one port of such a line was captured, frames of the other end arrive there unchanged, and frames of this port return
+/// at the other end: the arrival of the one shows that the other has arrived as well.
 #pragma once
 
 #include <array>
@@ -27,8 +28,8 @@ namespace ecaudit::bus {
 enum class Direction : std::uint8_t {
   kOutbound,  ///< on its way from the master
   kReturned,  ///< on its way back, all slaves passed
-  kByPair,    ///< decided by whether a frame under way matches (Pairing does that)
-  kForeign,   ///< sent by somebody else than the bus's masters
+  kByPair,    ///< decided by whether a frame in flight matches (Pairing does that)
+  kForeign,   ///< sent by a sender that is not a master of the bus
 };
 
 /// How far a frame has come. Of two copies of one frame the one that has come less far is the earlier one.
@@ -41,7 +42,7 @@ struct Progress {
 
 [[nodiscard]] Progress ProgressOf(const wire::FrameView& frame) noexcept;
 /// True when `later` has passed more slaves than `earlier`; both are of copies of one frame. The position counters
-/// decide where they moved (they do so also when nobody takes part), else the working counters.
+/// decide where they moved (they do so also when no slave takes part), else the working counters.
 [[nodiscard]] constexpr bool Further(const Progress& later, const Progress& earlier) {
   const auto moved = static_cast<std::int16_t>(static_cast<std::uint16_t>(later.positions - earlier.positions));
   return moved != 0 ? moved > 0 : later.counted > earlier.counted;
@@ -51,7 +52,7 @@ struct Progress {
 [[nodiscard]] std::uint64_t WhatIsAsked(const wire::FrameView& frame) noexcept;
 
 /// True when the frame names slaves by their addresses, and each of these took part.
-[[nodiscard]] bool IsTaken(const wire::FrameView& frame) noexcept;
+[[nodiscard]] bool IsAccepted(const wire::FrameView& frame) noexcept;
 
 class DirectionLearner {
  public:
@@ -59,7 +60,7 @@ class DirectionLearner {
   static constexpr std::int64_t kSkewNs = 1'000'000;
   static constexpr std::size_t kMaxMasters = 16;
 
-  /// Looks at one frame of the look-ahead window, before any call of Classify().
+  /// Examines one frame of the look-ahead window, before any call of Classify().
   void Learn(const wire::FrameView& frame) noexcept;
   /// Ends the look-ahead: fixes how each MAC address is read.
   void Finish() noexcept;
@@ -72,19 +73,20 @@ class DirectionLearner {
   /// True when the window held only frames that came back.
   [[nodiscard]] bool returned_only() const { return returned_only_; }
   /// True when the window held frames of the master, repeated under one index after a time-out, and none that came
-  /// back: there is nobody who could answer.
-  [[nodiscard]] bool nobody_answers() const { return nobody_answers_; }
-  /// True where frames come back without the bit that slaves set: behind a switch or a card that rewrites addresses.
-  [[nodiscard]] bool bit_tells_nothing() const { return bit_tells_nothing_; }
-  /// True for a sender that was not there in the window, on a bus whose master was.
-  [[nodiscard]] bool IsGuest(const wire::FrameView& frame) const noexcept;
+  /// back: no slave is there to answer.
+  [[nodiscard]] bool no_answers() const { return no_answers_; }
+  /// True where frames come back without the bit that slaves set: downstream of a switch or a card that rewrites
+  /// addresses.
+  [[nodiscard]] bool bit_is_no_evidence() const { return bit_is_no_evidence_; }
+  /// True for a sender that is not in the window, on a bus whose master is.
+  [[nodiscard]] bool JoinedLate(const wire::FrameView& frame) const noexcept;
   /// True for a sender of whom the window held no frame that can be read, while it held those of others.
-  [[nodiscard]] bool IsStranger(const wire::FrameView& frame) const noexcept;
+  [[nodiscard]] bool IsForeignSender(const wire::FrameView& frame) const noexcept;
   /// True when frames of this sender are captured, and none that came back to it: what it sends is taken as done.
   [[nodiscard]] bool Unanswered(const wire::FrameView& frame) const noexcept;
-  /// True when outbound copies of this sender have already been counted by slaves: the tap sits behind slaves.
-  [[nodiscard]] bool BehindSlaves(const wire::FrameView& frame) const noexcept;
-  /// True for the second port of a redundant line: that nobody takes what it sends says nothing of the slaves.
+  /// True when outbound copies of this sender have already been counted by slaves: the tap sits downstream of slaves.
+  [[nodiscard]] bool IsTappedAfterSlaves(const wire::FrameView& frame) const noexcept;
+  /// True for the second port of a redundant line: working counters of 0 there say nothing about the slaves.
   [[nodiscard]] bool IsOtherEnd(const wire::FrameView& frame) const noexcept;
   /// True where one port of a redundant line was captured, and what it sends was not seen to come back.
   [[nodiscard]] bool HasOnePort() const { return one_port_; }
@@ -123,12 +125,12 @@ class DirectionLearner {
     std::uint32_t flag_out = 0;
     std::uint32_t port_out = 0;
     std::uint32_t port_back = 0;
-    std::uint32_t turns = 0;              ///< frames right behind one of another sender
+    std::uint32_t turns = 0;              ///< frames directly after one of another sender
     std::uint32_t twins = 0;              ///< frames that another sender has sent just before
     std::uint32_t alike = 0;              ///< frames that ask for what another sender has asked for lately ...
     std::uint32_t copies = 0;             ///< ... of these, at once
-    std::uint32_t both_taken = 0;         ///< ... of these, where the slave named took part in both
-    std::uint32_t passed_nobody = 0;      ///< broadcasts that came back and counted no slave
+    std::uint32_t both_accepted = 0;      ///< ... of these, where the slave named took part in both
+    std::uint32_t passed_no_slave = 0;    ///< broadcasts that came back and counted no slave
     std::uint32_t dummies = 0;            ///< broadcasts alone under the index of another sender's frame, at once
     std::uint32_t exchanged = 0;          ///< frames with process data that slaves took part in
     bool moved = false;                   ///< a frame of it passed a slave
@@ -137,12 +139,12 @@ class DirectionLearner {
     bool one_port = false;                ///< the only one of a redundant line that was captured
     std::optional<std::uint16_t> slaves;  ///< that a frame has passed on its way back
     bool answered = false;                ///< some of its frames were seen coming back
-    bool in_vain = false;                 ///< it repeats what it sends, and nothing comes back
+    bool unanswered = false;              ///< it repeats what it sends, and nothing comes back
     std::uint64_t last_content = 0;       ///< of the frame before ...
     std::uint8_t last_index = 0;          ///< ... and the index of its first datagram
     bool last_only_broadcast = false;     ///< ... which is a broadcast and the only one
     FrameRef last;
-    std::uint32_t repeated = 0;       ///< frames like the one before, behind a pause
+    std::uint32_t repeated = 0;       ///< frames like the one before, after a pause
     std::uint32_t index_changes = 0;  ///< frames with another index than the one before
     Reading reading = Reading::kMacBit;
     std::array<Open, 32> open{};  ///< frames not answered yet, a small ring
@@ -159,9 +161,9 @@ class DirectionLearner {
   [[nodiscard]] bool IsUnderIndexOfAnother(const Sender& sender, const wire::FrameView& frame) const noexcept;
   bool LearnCopy(Sender& sender, const wire::FrameView& frame) noexcept;
   void LearnEcho(Sender& sender, const Asked& asked) noexcept;
-  void JudgeCopies() noexcept;
-  void JudgeOnePort() noexcept;
-  void SetOtherBusesAside() noexcept;
+  void AssessCopies() noexcept;
+  void EvaluateOnePort() noexcept;
+  void IgnoreOtherBuses() noexcept;
   static bool LearnBackFirst(Sender& sender, const wire::FrameView& frame) noexcept;
   static void LearnPair(Sender& sender, const wire::FrameView& frame) noexcept;
   static void LearnRepetition(Sender& sender, const wire::FrameView& frame) noexcept;
@@ -172,10 +174,10 @@ class DirectionLearner {
   bool redundant_ = false;        ///< a sender is the other end
   bool one_port_ = false;         ///< ... of a line of which one port was captured
   bool master_proven_ = false;
-  bool bit_tells_nothing_ = false;
+  bool bit_is_no_evidence_ = false;
   bool outbound_only_ = false;
   bool returned_only_ = false;
-  bool nobody_answers_ = false;
+  bool no_answers_ = false;
   bool returns_stamped_first_ = false;
 };
 

@@ -12,7 +12,7 @@ namespace {
 
 /// Both copies of one packet are stamped within this.
 constexpr std::int64_t kTogetherNs = 200'000;
-/// So many frames have to stand there twice, and nine of ten.
+/// Minimum of frames that appear twice, besides nine of ten.
 constexpr std::uint32_t kLeastTwice = 8;
 
 std::uint64_t WholeContent(const wire::FrameView& frame) {

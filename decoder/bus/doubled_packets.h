@@ -1,9 +1,9 @@
 /// in: FrameView.  out: whether it is the packet before it once more.
 ///
 /// A mirror port that mirrors both ways, or a bridge both of whose interfaces are captured, writes every packet twice.
-/// A master's own repetition looks the same where the address does not tell what came back, so it is the capture as a
-/// whole that tells: frames that slaves took part in do not come twice right behind each other, all of them. Where only
-/// what came back stands there twice it may be the line that brought it twice.
+/// A master's own repetition looks the same where the address does not show what came back, so it is the capture as a
+/// whole that shows: frames that slaves took part in do not come twice directly one after the other, all of them. Where
+/// only what came back stands there twice it may be the line that brought it twice.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ namespace ecaudit::bus {
 
 class DoubledPackets {
  public:
-  /// Looks at one frame of the look-ahead window.
+  /// Examines one frame of the look-ahead window.
   void Learn(const wire::FrameView& frame) noexcept;
   /// Ends the look-ahead.
   void Finish() noexcept;

@@ -21,7 +21,7 @@ void DropPattern::Take(const Gap& gap) noexcept {
   // Damage may have put them in another order: then they are no distance apart.
   const std::uint64_t apart = gap.behind > last_.behind ? gap.behind - last_.behind : 0;
   const std::uint64_t frames = gap.outbound > last_.outbound ? gap.outbound - last_.outbound : 0;
-  // Nothing came back between two: a time in which nobody answered, whatever the distance.
+  // Nothing came back between two: a time in which no slave answered, whatever the distance.
   const bool silent = gaps_ > 1 && gap.is_return && last_.is_return && apart > 0 && apart == frames;
   if (silent) {
     last_ = gap;

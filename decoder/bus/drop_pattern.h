@@ -1,10 +1,10 @@
 /// in: where packets are missing in a capture.  out: whether they are missing at a regular distance.
 ///
 /// A recorder that leaves out every 124th packet leaves out returned frames mostly, and looks like a bus that loses
-/// them. But a bus loses frames when something happens to it, not when so many packets were captured; and where nothing
-/// comes back between two frames that did not, it is silent. Where the
-/// distance is that of the frames as well, it may be either: then packets of both directions have to be missing, or the
-/// first one at just that distance from the beginning.
+/// them. But a bus loses frames when something happens to it, not at regular intervals of captured packets; and where
+/// nothing comes back between two frames that did not, it is silent. Where the distance is that of the frames as well,
+/// it may be either: then packets of both directions have to be missing, or the first one at just that distance from
+/// the beginning.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ namespace ecaudit::bus {
 
 class DropPattern {
  public:
-  /// So many distances have to be alike, and all but one in so many.
+  /// Minimum of equal distances, and of distances for one that differs.
   static constexpr std::uint64_t kEnough = 5;
   static constexpr std::uint64_t kOneOddIn = 10;
 
@@ -42,7 +42,7 @@ class DropPattern {
   static constexpr std::size_t kOpen = 64;
   /// A packet of another kind may be missing between two gaps.
   static constexpr std::uint64_t kMostBetween = 4;
-  /// With several frames under way it is not known to the packet where a return stood. Of a short distance so much
+  /// With several frames in flight it is not known to the packet where a return stood. Of a short distance so much
   /// would be too large a part.
   static constexpr std::uint64_t kSlack = 2;
   static constexpr std::uint64_t kLong = 32;

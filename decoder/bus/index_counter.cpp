@@ -37,7 +37,7 @@ std::uint32_t IndexCounter::round() const noexcept {
   return seen;
 }
 
-bool IndexCounter::IsBehind(std::uint8_t first, std::uint64_t count) const noexcept {
+bool IndexCounter::IsAfter(std::uint8_t first, std::uint64_t count) const noexcept {
   if (!any_) return false;
   const std::uint32_t whole = ends_ > 0 ? round() : 256;
   const std::uint32_t behind = (std::uint32_t{last_first_} + whole - first % whole) % whole;
@@ -70,7 +70,7 @@ void IndexCounter::LearnStride(std::uint8_t first) noexcept {
   other_seen_ = 0;
 }
 
-/// Left out, until the frame behind it shows that it was one of the numbers.
+/// Left out, until the frame after it shows that it was one of the numbers.
 IndexCounter::Step IndexCounter::FollowUnnumbered(std::uint8_t first, std::uint8_t last) noexcept {
   aside_ = true;
   aside_first_ = first;
@@ -93,7 +93,7 @@ IndexCounter::Step IndexCounter::FollowAny(std::uint8_t first, std::uint8_t last
     return Step::kFollows;
   }
   if (Follows(first)) {
-    // Where every datagram has a number, the counter may have begun anew within the frame before: what counts is the
+    // Where every datagram has a number, the counter may have restarted within the frame before: what counts is the
     // datagram that this frame goes on from, not the first one.
     const std::optional<std::uint8_t> from = FollowedFrom(first, last_first_, last_);
     if (!from || first < *from) {

@@ -2,8 +2,8 @@
 ///
 /// Nothing is known of the counter beforehand: how far it counts, where it begins and by how much it goes on is what
 /// the frames show. It goes on from the first datagram of the frame before, or from the last one where every datagram
-/// has a number of its own. A step back to the lowest index is taken for the place where the counter begins anew, until
-/// it shows that it is not; only where it has begun anew at the same place twice is one from elsewhere odd. 0 and 255
+/// has a number of its own. A step back to the lowest index is taken for the place where the counter restarts, until
+/// it shows that it is not; only where it has restarted at the same place twice is one from elsewhere odd. 0 and 255
 /// are what masters write into frames that they do not number: they count only where the counter is seen to come to
 /// them and to go on.
 #pragma once
@@ -16,7 +16,7 @@ namespace ecaudit::bus {
 class IndexCounter {
  public:
   enum class Step : std::uint8_t {
-    kUnknown,  ///< tells nothing
+    kUnknown,  ///< shows nothing
     kFollows,  ///< the index that was to come next
     kOdd,      ///< another one
     kBegins,   ///< back to the lowest: the counter may have been set back
@@ -42,8 +42,8 @@ class IndexCounter {
   [[nodiscard]] bool IsNext(std::uint8_t first) const noexcept { return any_ && Follows(first); }
   /// How many frames further the index is the same again, as far as seen; never 0.
   [[nodiscard]] std::uint32_t round() const noexcept;
-  /// True when the index lies behind the last one, by at most `count`.
-  [[nodiscard]] bool IsBehind(std::uint8_t first, std::uint64_t count) const noexcept;
+  /// True when the index follows the last one, by at most `count`.
+  [[nodiscard]] bool IsAfter(std::uint8_t first, std::uint64_t count) const noexcept;
 
  private:
   /// Steps that the judgement rests on, at most 32, and how many of them may be odd.
@@ -52,9 +52,9 @@ class IndexCounter {
   static constexpr unsigned kOneOddIn = 8;
   /// So often the same distance has to be seen before it is that of the counter.
   static constexpr std::uint8_t kStrideSeen = 3;
-  /// So often it has begun anew at the same place before another place is odd.
+  /// So often it has restarted at the same place before another place is odd.
   static constexpr std::uint8_t kSureOfEnd = 2;
-  /// A counter that was not seen to begin anew: few indices, or as many as TwinCAT has and more.
+  /// A counter that was not seen to restart: few indices, or as many as TwinCAT has and more.
   static constexpr std::uint32_t kFew = 16;
   static constexpr std::uint32_t kMany = 112;
 
@@ -85,7 +85,7 @@ class IndexCounter {
   std::uint8_t stride_ = 1;
   std::uint8_t other_stride_ = 0;  ///< seen instead ...
   std::uint8_t other_seen_ = 0;    ///< ... so often in a row
-  std::uint8_t end_ = 0;           ///< the last index before it begins anew ...
+  std::uint8_t end_ = 0;           ///< the last index before it restarts ...
   std::uint8_t begin_ = 0;         ///< ... at this one; both only where ends_ is not 0
   std::uint8_t ends_ = 0;          ///< how often that was seen
   std::uint8_t steps_ = 0;         ///< in history_

@@ -23,21 +23,21 @@ std::size_t IndexSequence::KindOf(const wire::FrameView& frame) noexcept {
 }
 
 template <class Proven>
-IndexSequence::Said IndexSequence::Ask(Counter& counter, std::uint8_t first, std::uint8_t last, Verdict& verdict,
-                                       const Proven& proven) const noexcept {
+IndexSequence::Evidence IndexSequence::Ask(Counter& counter, std::uint8_t first, std::uint8_t last, Verdict& verdict,
+                                           const Proven& proven) const noexcept {
   const bool regular = counter.indices.IsRegular();
   const bool excused = counter.break_ != break_;
   const IndexCounter::Step step = counter.indices.Follow(first, last);
   counter.break_ = break_;
   if (step == IndexCounter::Step::kFollows) {
     verdict.next = verdict.next || regular;
-    return Said::kFollows;
+    return Evidence::kFollows;
   }
-  if (step == IndexCounter::Step::kUnknown || excused) return Said::kNothing;
+  if (step == IndexCounter::Step::kUnknown || excused) return Evidence::kNothing;
   verdict.begins = verdict.begins || step == IndexCounter::Step::kBegins;
-  if (!regular || !proven()) return Said::kOdd;
+  if (!regular || !proven()) return Evidence::kOdd;
   verdict.broken = true;
-  return Said::kNothing;
+  return Evidence::kNothing;
 }
 
 /// Logical commands come last in a start-up. Where many others shared one counter until then, they do if they have done
@@ -47,9 +47,9 @@ bool IndexSequence::SharesLikeOthers(std::size_t kind, std::uint8_t first) const
   return share_all_[0] != 0 || (!met_[0] && first % kRoundNumber > 1);
 }
 
-void IndexSequence::Prove(Said said, std::uint8_t& proven) noexcept {
-  if (said == Said::kFollows && proven < kProven) ++proven;
-  if (said == Said::kOdd) proven = 0;
+void IndexSequence::Prove(Evidence evidence, std::uint8_t& proven) noexcept {
+  if (evidence == Evidence::kFollows && proven < kProven) ++proven;
+  if (evidence == Evidence::kOdd) proven = 0;
 }
 
 IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool repeats) noexcept {
@@ -70,13 +70,13 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
   Counter& half = halves_[IsLogical(number) ? 0 : 1];
   std::uint32_t& share_all = share_all_[IsLogical(number) ? 0 : 1];
   Verdict verdict;
-  const Said by_all = Ask(all_, first, last, verdict, [&] {
+  const Evidence by_all = Ask(all_, first, last, verdict, [&] {
     return kind.in_all >= kProven || std::popcount(share_all) >= kProvenKinds || SharesLikeOthers(number, first);
   });
   Prove(by_all, kind.in_all);
   met_[IsLogical(number) ? 0 : 1] = true;
-  if (by_all == Said::kFollows) share_all |= 1U << number;
-  if (by_all == Said::kOdd) share_all = 0;
+  if (by_all == Evidence::kFollows) share_all |= 1U << number;
+  if (by_all == Evidence::kOdd) share_all = 0;
   span_ = all_.indices.round();
   const bool same_in_half = std::exchange(half.last, first) == first;
   const bool same_of_kind = std::exchange(kind.own.last, first) == first;
@@ -88,12 +88,12 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
     (void)kind.own.indices.Follow(first, last);
     return Step::kNext;
   }
-  const Said by_half = Ask(half, first, last, verdict, [&] { return kind.in_half >= kProven; });
+  const Evidence by_half = Ask(half, first, last, verdict, [&] { return kind.in_half >= kProven; });
   Prove(by_half, kind.in_half);
   if (verdict.next) span_ = half.indices.round();
   const bool next_in_half = verdict.next;
-  const Said by_own = Ask(kind.own, first, last, verdict, [] { return true; });
-  continued_ = by_all == Said::kFollows || by_half == Said::kFollows || by_own == Said::kFollows;
+  const Evidence by_own = Ask(kind.own, first, last, verdict, [] { return true; });
+  continued_ = by_all == Evidence::kFollows || by_half == Evidence::kFollows || by_own == Evidence::kFollows;
   loose_ = any && !same && !same_in_half && !same_of_kind && !continued_;
   if (verdict.next) {
     if (!next_in_half) span_ = kind.own.indices.round();
@@ -123,8 +123,8 @@ bool IndexSequence::IsNumbered(const wire::FrameView& frame) const noexcept {
          kinds_[number].own.indices.IsRegular();
 }
 
-bool IndexSequence::IsBehind(const wire::FrameView& frame, std::uint64_t count) const noexcept {
-  return any_ && !frame.empty() && all_.indices.IsBehind(frame[0].index(), count);
+bool IndexSequence::IsAfter(const wire::FrameView& frame, std::uint64_t count) const noexcept {
+  return any_ && !frame.empty() && all_.indices.IsAfter(frame[0].index(), count);
 }
 
 }  // namespace ecaudit::bus

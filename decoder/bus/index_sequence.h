@@ -4,8 +4,8 @@
 /// Masters number what they send, each in its own way: all frames in one row, cyclic and acyclic frames side by side, a
 /// row for each slave, some frames not at all. Which way it is, is what the frames show: the counters of all three ways
 /// are followed at once, and a frame that continues any of them that has been regular so far proves that none is
-/// missing. One that continues none proves a hole where a counter that frames of its kind used to continue is left.
-/// Masters that use one index for everything, or numbers without order, tell nothing.
+/// missing. One that continues none proves a capture gap where a counter that frames of its kind used to continue is
+/// left. Masters that use one index for everything, or numbers without order, show nothing.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ namespace ecaudit::bus {
 class IndexSequence {
  public:
   enum class Step : std::uint8_t {
-    kUnknown,  ///< the indices do not tell
+    kUnknown,  ///< the indices do not show
     kNext,     ///< follows the frame before, or is a whole number of rounds further: see span()
     kBroken,   ///< frames are missing between this and the one before
   };
@@ -38,9 +38,9 @@ class IndexSequence {
   [[nodiscard]] bool continued() const { return continued_; }
   /// True when the master is regular and this is the index of its next frame.
   [[nodiscard]] bool IsNext(const wire::FrameView& frame) const noexcept;
-  /// True when the index lies at most `count` behind the last one: what was sent before that.
-  [[nodiscard]] bool IsBehind(const wire::FrameView& frame, std::uint64_t count) const noexcept;
-  /// How many indices the master uses, as far as seen. After so many frames the next one has the same again.
+  /// True when the index lies at most `count` after the last one: what was sent before that.
+  [[nodiscard]] bool IsAfter(const wire::FrameView& frame, std::uint64_t count) const noexcept;
+  /// How many indices the master uses, as far as seen. After this number of frames the next one has the same again.
   [[nodiscard]] std::uint32_t span() const { return span_; }
   /// True when the frames are numbered: equal indices one after the other are then no chance.
   [[nodiscard]] bool IsNumbered(const wire::FrameView& frame) const noexcept;
@@ -48,9 +48,9 @@ class IndexSequence {
  private:
   /// A counter is one of a kind of frames when it was continued so often by them, without a miss between.
   static constexpr std::uint8_t kProven = 4;
-  /// Where so many kinds of one half share the counter of all frames, the others of that half do.
+  /// If this number of kinds of one half share the counter of all frames, the others of that half do.
   static constexpr int kProvenKinds = 3;
-  /// Counters begin at multiples of this, or one behind.
+  /// Counters begin at multiples of this, or one after.
   static constexpr unsigned kRoundNumber = 16;
   static constexpr std::size_t kKinds = 16;
 
@@ -73,14 +73,14 @@ class IndexSequence {
 
   [[nodiscard]] static std::size_t KindOf(const wire::FrameView& frame) noexcept;
   [[nodiscard]] static bool IsLogical(std::size_t kind) noexcept { return kind < kKinds / 2; }
-  enum class Said : std::uint8_t { kNothing, kFollows, kOdd };
-  /// @param proven tells whether the counter is one of this kind of frames; asked where it is not continued
+  enum class Evidence : std::uint8_t { kNothing, kFollows, kOdd };
+  /// @param proven shows whether the counter is one of this kind of frames; asked where it is not continued
   template <class Proven>
-  [[nodiscard]] Said Ask(Counter& counter, std::uint8_t first, std::uint8_t last, Verdict& verdict,
-                         const Proven& proven) const noexcept;
+  [[nodiscard]] Evidence Ask(Counter& counter, std::uint8_t first, std::uint8_t last, Verdict& verdict,
+                             const Proven& proven) const noexcept;
 
   [[nodiscard]] bool SharesLikeOthers(std::size_t kind, std::uint8_t first) const noexcept;
-  static void Prove(Said said, std::uint8_t& proven) noexcept;
+  static void Prove(Evidence evidence, std::uint8_t& proven) noexcept;
 
   bool any_ = false;
   bool loose_ = false;
@@ -88,7 +88,7 @@ class IndexSequence {
   bool repeats_ = false;
   std::uint8_t last_first_ = 0;  ///< of the first datagram of the last frame
   std::uint32_t span_ = 1;
-  std::uint32_t break_ = 0;  ///< counts places behind which no counter need go on
+  std::uint32_t break_ = 0;  ///< counts places after which no counter need go on
   Counter all_;
   std::array<bool, 2> met_{};                 ///< a frame of that half
   std::array<std::uint32_t, 2> share_all_{};  ///< kinds of each half that continued it, one bit each

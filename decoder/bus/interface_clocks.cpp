@@ -17,16 +17,16 @@
 namespace ecaudit::bus {
 namespace {
 
-/// So many frames of each interface are looked at, ...
+/// Frames of each interface that are examined, ...
 constexpr std::size_t kFrames = 512;
-/// ... and so many have to show the same, and one of four.
+/// ... and the minimum that has to show the same, besides one of four.
 constexpr std::size_t kLeastPairs = 8;
-/// Returns that are stamped so soon behind their frames may be so by one clock.
+/// Returns that are stamped so soon after their frames may be so by one clock.
 constexpr std::int64_t kOneClockNs = 1'000'000;
 constexpr std::size_t kInterfaces = 2;
 /// How far they are apart at the beginning: clocks may run at different speed, ...
 constexpr std::size_t kAtTheBeginning = 64;
-/// ... and have run apart behind a pause.
+/// ... and have run apart after a pause.
 constexpr std::int64_t kLongPauseNs = 1'000'000'000;
 
 struct Seen {
@@ -39,7 +39,7 @@ struct Seen {
 struct Side {
   std::uint16_t interface = 0;
   std::vector<Seen> frames;  ///< in file order
-  bool full = false;         ///< or behind a pause, or another recording
+  bool full = false;         ///< or after a pause, or another recording
 
   void Add(const wire::FrameView& frame) {
     const FrameRef& ref = frame.ref();
@@ -206,15 +206,15 @@ std::vector<Pair> NearestToMiddle(std::span<const Pair> heap) {
 /// Each return with the oldest frame before it in the file that it may answer: the pairs of a capture whose packets
 /// stand in order. Those that are apart by about as much as most.
 std::vector<Pair> PairsInFileOrder(const Side& sent, const Side& returned) {
-  std::unordered_map<std::uint64_t, std::deque<std::uint16_t>> under_way;
+  std::unordered_map<std::uint64_t, std::deque<std::uint16_t>> in_flight;
   std::vector<Pair> pairs;
   std::size_t out = 0;
   for (std::size_t k = 0; k < returned.frames.size(); ++k) {
     const Seen& back = returned.frames[k];
     for (; out < sent.frames.size() && sent.frames[out].ref.number < back.ref.number; ++out) {
-      under_way[sent.frames[out].key].push_back(static_cast<std::uint16_t>(out));
+      in_flight[sent.frames[out].key].push_back(static_cast<std::uint16_t>(out));
     }
-    std::deque<std::uint16_t>& like = under_way[back.key];
+    std::deque<std::uint16_t>& like = in_flight[back.key];
     if (like.empty() || !MayBeReturnOf(sent.frames[like.front()], back)) continue;
     const std::uint16_t first = like.front();
     like.pop_front();
@@ -257,22 +257,22 @@ std::size_t GoingBack(const Side& sent, const Side& returned) {
   return count;
 }
 
-/// True when the stamps, as they are, go with the order of the packets, and few frames are under way at once: then the
+/// True when the stamps, as they are, go with the order of the packets, and few frames are in flight at once: then the
 /// line is slow, or not even that, and the clocks may be one.
 bool MayBeSlowLine(const Side& sent, const Side& returned, const std::vector<Pair>& in_file) {
-  constexpr std::size_t kFewUnderWay = 4;
+  constexpr std::size_t kFewInFlight = 4;
   constexpr std::size_t kOneIn = 50;
-  std::vector<std::size_t> under_way;
+  std::vector<std::size_t> in_flight;
   for (const Pair& pair : in_file) {
     if (pair.apart < 0) return false;
     std::size_t later = pair.sent;
     while (later < sent.frames.size() && sent.frames[later].ref.number < returned.frames[pair.returned].ref.number) {
       ++later;
     }
-    under_way.push_back(later - pair.sent);
+    in_flight.push_back(later - pair.sent);
   }
-  std::sort(under_way.begin(), under_way.end());
-  return under_way[under_way.size() / 2] <= kFewUnderWay &&
+  std::sort(in_flight.begin(), in_flight.end());
+  return in_flight[in_flight.size() / 2] <= kFewInFlight &&
          GoingBack(sent, returned) * kOneIn <= sent.frames.size() + returned.frames.size();
 }
 

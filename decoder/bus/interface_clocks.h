@@ -1,7 +1,7 @@
 /// in: a capture of two interfaces.  out: by how much their clocks are apart.
 ///
 /// A tap hands what goes out to one interface and what comes back to another. Where each has a clock of its own the
-/// stamps of the two tell nothing of each other, until the copies of the same frames say how far the clocks are apart.
+/// stamps of the two show nothing of each other, until the copies of the same frames say how far the clocks are apart.
 #pragma once
 
 #include <cstddef>
@@ -34,8 +34,8 @@ struct ClocksApart {
 /// Reads so much of a capture as is needed to compare its clocks: the first frames of each interface.
 ///
 /// @return nothing where only one interface has EtherCAT frames, more than two have, or one has both copies; where the
-///         stamps may be those of one clock (returns within a millisecond behind their frames, or later on a slow
-///         line); and where the frames do not tell (too few, without stamps, or all alike)
+///         stamps may be those of one clock (returns within a millisecond after their frames, or later on a slow
+///         line); and where the frames do not show (too few, without stamps, or all alike)
 [[nodiscard]] std::optional<ClocksApart> CompareClocks(capture::FrameSource& source) noexcept;
 
 }  // namespace ecaudit::bus

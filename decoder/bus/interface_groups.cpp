@@ -12,7 +12,7 @@ namespace {
 constexpr std::int64_t kBridgedNs = 200'000;
 /// Both ends of a redundant line send within this.
 constexpr std::int64_t kBothEndsNs = 50'000;
-/// Of the frames of an interface so many at least are pairs, where both copies of what is sent are captured.
+/// Minimum share of pairs among the frames of an interface, where both copies of what is sent are captured.
 constexpr std::uint32_t kPairsOneIn = 8;
 constexpr std::uint32_t kClosedPairs = 4;
 /// A bridge shows nearly all packets twice, ...
@@ -20,10 +20,10 @@ constexpr std::uint32_t kSeenTwiceOneIn = 2;
 /// ... and of what one end of a line sends so little is sent by it alone. Two masters send at once by chance, too, or
 /// where both begin with the same.
 constexpr std::uint32_t kAloneOneIn = 8;
-/// So many slaves, or one so often, that answer at one address on both interfaces are two.
+/// Number of slaves, or of answers of one, at one address on both interfaces that shows two of them.
 constexpr std::uint32_t kTwoOfThem = 8;
 
-/// Of the first and last bytes of the datagrams: enough to tell packets apart that are sent at about the same time.
+/// Of the first and last bytes of the datagrams: enough to distinguish packets that are sent at about the same time.
 std::uint64_t ContentOf(const wire::FrameView& frame) {
   constexpr std::size_t kWord = sizeof(std::uint64_t);
   constexpr std::size_t kEnd = 6 * kWord;
@@ -61,8 +61,8 @@ std::optional<std::size_t> InterfaceGroups::PlaceOf(std::uint16_t interface) noe
   return count_++;
 }
 
-/// As much of it as tells whether another packet is the same.
-InterfaceGroups::Seen InterfaceGroups::LookForCopy(const wire::FrameView& frame) noexcept {
+/// As much of it as shows whether another packet is the same.
+InterfaceGroups::Seen InterfaceGroups::FindCopy(const wire::FrameView& frame) noexcept {
   const std::uint64_t sender = SenderOf(frame);
   return {.key = frame.key() ^ WrappingProduct(sender, std::uint64_t{0x9E3779B97F4A7C15}),
           .content = ContentOf(frame),
@@ -74,12 +74,12 @@ InterfaceGroups::Seen InterfaceGroups::LookForCopy(const wire::FrameView& frame)
 }
 
 InterfaceGroups::Seen InterfaceGroups::Look(const wire::FrameView& frame, std::size_t at) noexcept {
-  Seen seen = LookForCopy(frame);
+  Seen seen = FindCopy(frame);
   seen.what = WhatIsAsked(frame);
   seen.at = at;
   seen.index = frame[0].index();
   seen.only_broadcast = frame.size() == 1 && wire::IsBroadcast(frame[0].command());
-  seen.taken = IsTaken(frame);
+  seen.taken = IsAccepted(frame);
   return seen;
 }
 
@@ -104,7 +104,7 @@ void InterfaceGroups::Compare(const Seen& seen) noexcept {
   Seen* sent = nullptr;
   std::array<bool, kMost> copies{};
   std::array<bool, kMost> at_once{};
-  std::array<bool, kMost> both_taken{};
+  std::array<bool, kMost> both_accepted{};
   for (std::size_t back = 1; back <= last_.size(); ++back) {
     Seen& before = last_[(next_ + last_.size() - back) % last_.size()];
     if (!before.frame.seen()) break;
@@ -119,7 +119,7 @@ void InterfaceGroups::Compare(const Seen& seen) noexcept {
       const bool dummy = before.index == seen.index && before.only_broadcast != seen.only_broadcast;
       const bool alike = before.what == seen.what;
       if ((alike || dummy) && AreWithin(before.frame, seen.frame, kBothEndsNs)) at_once[before.at] = true;
-      if (alike && before.taken && seen.taken) both_taken[before.at] = true;
+      if (alike && before.taken && seen.taken) both_accepted[before.at] = true;
     }
     const bool moved = Further(seen.progress, before.progress) || (seen.mac_bit && !before.mac_bit);
     if (!same || !moved || before.answered) continue;
@@ -128,7 +128,7 @@ void InterfaceGroups::Compare(const Seen& seen) noexcept {
   for (std::size_t i = 0; i < count_; ++i) {
     own.copies[i] += copies[i] ? 1U : 0U;
     own.at_once[i] += at_once[i] ? 1U : 0U;
-    own.both_taken[i] += both_taken[i] ? 1U : 0U;
+    own.both_accepted[i] += both_accepted[i] ? 1U : 0U;
   }
   if (sent == nullptr) return;
   sent->answered = true;
@@ -146,7 +146,7 @@ bool InterfaceGroups::AreLinked(std::size_t a, std::size_t b) const noexcept {
   const auto both = [&](const auto& counts) { return (x.*counts)[b] + (y.*counts)[a]; };
   // Each slave is reached from one end of a broken line; where both reach the one of that address there are two.
   const std::uint32_t at_once = std::min(both(&Interface::at_once), frames);
-  const bool two_ends = (frames - at_once) * kAloneOneIn <= frames && both(&Interface::both_taken) < kTwoOfThem;
+  const bool two_ends = (frames - at_once) * kAloneOneIn <= frames && both(&Interface::both_accepted) < kTwoOfThem;
   return both(&Interface::crossed) * kPairsOneIn >= frames || both(&Interface::copies) * kSeenTwiceOneIn >= frames ||
          two_ends;
 }
@@ -195,10 +195,10 @@ bool InterfaceGroups::IsOther(const wire::FrameView& frame) noexcept {
   for (std::size_t i = 0; i < count_; ++i) {
     if (interfaces_[i].number != interface) continue;
     if (begun_[i]) break;
-    if (awaits_more_ && readable && !other_[i]) Keep(LookForCopy(frame));
+    if (awaits_more_ && readable && !other_[i]) Keep(FindCopy(frame));
     return other_[i];
   }
-  return !readable || !IsCopy(LookForCopy(frame));
+  return !readable || !IsCopy(FindCopy(frame));
 }
 
 bool InterfaceGroups::IsCopy(const Seen& seen) const noexcept {

@@ -20,7 +20,7 @@ class InterfaceGroups {
   /// Captures with frames on more interfaces than this are taken for one bus.
   static constexpr std::size_t kMost = 8;
 
-  /// Looks at one frame of the look-ahead window.
+  /// Examines one frame of the look-ahead window.
   void Learn(const wire::FrameView& frame) noexcept;
   /// Ends the look-ahead. The bus is the one of which most is seen.
   /// @param described  interfaces that the capture describes so far: those without a frame in the window may get some
@@ -49,16 +49,16 @@ class InterfaceGroups {
   struct Interface {
     std::uint16_t number = 0;
     std::uint32_t frames = 0;
-    std::uint32_t pairs = 0;                        ///< frames that came back here, of those that were sent here
-    std::array<std::uint32_t, kMost> crossed{};     ///< ... of those that were sent there
-    std::array<std::uint32_t, kMost> copies{};      ///< seen there as well
-    std::array<std::uint32_t, kMost> at_once{};     ///< sent there at once, by another sender ...
-    std::array<std::uint32_t, kMost> both_taken{};  ///< ... and the slaves that are named took part here and there
+    std::uint32_t pairs = 0;                           ///< frames that came back here, of those that were sent here
+    std::array<std::uint32_t, kMost> crossed{};        ///< ... of those that were sent there
+    std::array<std::uint32_t, kMost> copies{};         ///< seen there as well
+    std::array<std::uint32_t, kMost> at_once{};        ///< sent there at once, by another sender ...
+    std::array<std::uint32_t, kMost> both_accepted{};  ///< ... and the slaves that are named took part here and there
     std::size_t group = 0;
   };
 
   [[nodiscard]] std::optional<std::size_t> PlaceOf(std::uint16_t interface) noexcept;
-  [[nodiscard]] static Seen LookForCopy(const wire::FrameView& frame) noexcept;
+  [[nodiscard]] static Seen FindCopy(const wire::FrameView& frame) noexcept;
   [[nodiscard]] static Seen Look(const wire::FrameView& frame, std::size_t at) noexcept;
   void Keep(const Seen& seen) noexcept;
   void Compare(const Seen& seen) noexcept;

@@ -13,8 +13,8 @@ namespace {
 /// Longer ones are the steps of coarse stamps.
 constexpr std::int64_t kMaxRoundTripNs = 500'000;
 
-/// What was overtaken so often is lost: masters with few indices have begun to use its index anew.
-/// Numbers that go on behind a silence although frames are missing there do so once in as many times.
+/// What was overtaken so often is lost: masters with few indices have begun to use its index again.
+/// Numbers that continue after a silence although frames are missing there do so once in as many times.
 constexpr std::uint32_t kNoChance = 64;
 constexpr std::uint32_t kStale = 8;
 
@@ -100,14 +100,14 @@ void TakeBytes(std::vector<std::uint8_t>& room, ByteSpan bytes) {
 }  // namespace
 
 Pairing::Pairing(const DirectionLearner& directions, BusSink& sink) : directions_(directions), sink_(sink) {
-  Incident().nobody_answers = directions.nobody_answers();
+  Incident().no_answers = directions.no_answers();
   Incident().one_port = directions.HasOnePort();
   std::iota(place_.begin(), place_.end(), std::uint16_t{0});
 }
 
 void Pairing::Push(const wire::FrameView& frame) noexcept {
   if (frame.ref().has_time) {
-    // Where a capture was put behind another one, the returns of what was under way are missing.
+    // Where a capture was appended to another one, the returns of what was in flight are missing.
     if (last_.has_time && ClockJumps(last_.time, frame.ref().time)) DoubtAll(Undecided::kSecondCapture);
     last_ = frame.ref();
   }
@@ -124,8 +124,8 @@ void Pairing::Push(const wire::FrameView& frame) noexcept {
   }
   const Direction direction = directions_.Classify(frame);
   const bool readable = frame.kind() != wire::FrameKind::kMalformed && frame.kind() != wire::FrameKind::kDamagedOnWire;
-  // Whoever has sent nothing so far that a slave could read is no master of this bus, whatever its address.
-  const bool nonsense = !readable && directions_.IsStranger(frame) && OwnerOf(frame).sender == Owner::kAnybody;
+  // A sender without any frame that a slave can read is no master of this bus, whatever its address.
+  const bool nonsense = !readable && directions_.IsForeignSender(frame) && OwnerOf(frame).sender == Owner::kAnybody;
   if (direction == Direction::kForeign || nonsense) {
     PushForeign(frame);
     return;
@@ -189,7 +189,7 @@ std::uint8_t Pairing::SenderIndex(const wire::FrameView& frame) noexcept {
 }
 
 /// Whose frames may have come back with this address: a frame keeps its own. Where the address is none that sends, a
-/// switch or a card has written another one, and it may be anybody's.
+/// switch or a card has written another one, and it may belong to any sender.
 Pairing::Owner Pairing::OwnerOf(const wire::FrameView& returned) const noexcept {
   const std::uint64_t mac = SenderOf(returned);
   for (std::uint8_t i = 0; i < sender_count_; ++i) {
@@ -198,24 +198,24 @@ Pairing::Owner Pairing::OwnerOf(const wire::FrameView& returned) const noexcept 
   return {};
 }
 
-/// Whether the capture misses frames of this sender between its last one and this. Then what is under way may have come
+/// Whether the capture misses frames of this sender between its last one and this. Then what is in flight may have come
 /// back unseen.
-Hole Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats repeats, Copy copy) noexcept {
+GapBefore Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats repeats, Copy copy) noexcept {
   Rhythm& rhythm = senders_[sender].rhythm;
   const IndexSequence::Step step = rhythm.indices.Follow(frame, repeats != Repeats::kNo);
   if (rhythm.indices.loose()) statistics_.last_loose = frame.ref().number;
   const FrameRef last = std::exchange(rhythm.last, frame.ref());
   if (step == IndexSequence::Step::kBroken) {
-    if (Incident().holes++ == 0) Incident().first_hole = frame.ref();
-    OnHole(sender);
-    return Hole::kCertain;
+    if (Incident().gaps++ == 0) Incident().first_gap = frame.ref();
+    OnGap(sender);
+    return GapBefore::kCertain;
   }
-  // Where no number says that it is the next one, nobody knows how many are missing with its outbound copy.
-  if (copy == Copy::kProvesHole && !rhythm.indices.continued() && !OnlyOneFits(rhythm, last, frame.ref())) {
-    OnHole(sender);
-    return Hole::kCertain;
+  // Where no number says that it is the next one, it is unknown how many are missing with its outbound copy.
+  if (copy == Copy::kProvesGap && !rhythm.indices.continued() && !OnlyOneFits(rhythm, last, frame.ref())) {
+    OnGap(sender);
+    return GapBefore::kCertain;
   }
-  if (!last.has_time || !frame.ref().has_time) return Hole::kNone;
+  if (!last.has_time || !frame.ref().has_time) return GapBefore::kNone;
   const bool goes_on = step == IndexSequence::Step::kNext;
   const std::int64_t apart = Elapsed(last.time, frame.ref().time);
   // It was the time-out of a master that waits for its frame, whose index is never twice the same else.
@@ -223,30 +223,30 @@ Hole Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats 
   if (repeats == Repeats::kAll && waited) ++Incident().repeated_unanswered;
   const bool cyclic = !frame.empty() && wire::IsLogical(frame[0].command());
   if (repeats == Repeats::kAll && waited && (rhythm.indices.IsNumbered(frame) || (apart <= kRetryNs && !cyclic))) {
-    return Hole::kNone;
+    return GapBefore::kNone;
   }
   if (ClockJumps(last.time, frame.ref().time) && !goes_on) {
-    DoubtUnderWay(sender, Undecided::kSecondCapture);
-    return Hole::kPossible;
+    DoubtInFlight(sender, Undecided::kSecondCapture);
+    return GapBefore::kPossible;
   }
-  if (apart < 0) return Hole::kNone;  // where the numbers go on it was only the clock that was set
+  if (apart < 0) return GapBefore::kNone;  // the numbers continue: only the clock was set
   const bool silent = IsSilence(rhythm, apart);
-  // So many frames may be missing that the indices came round, and by chance to the very next one.
-  // Where a return is missing besides, the master may have sent as fast as ever all the time.
+  // Enough frames may be missing for the indices to wrap around, by chance to the next one.
+  // If a return is missing as well, the master may have sent at its normal rate all the time.
   const bool overdue = goes_on && rhythm.indices.span() < kNoChance && AnyOverdue(sender, frame.ref());
-  if (!silent && !overdue && copy != Copy::kProvesHole) return Hole::kNone;  // nearly always
-  const bool fast = overdue || (silent && copy == Copy::kProvesHole);
+  if (!silent && !overdue && copy != Copy::kProvesGap) return GapBefore::kNone;  // nearly always
+  const bool fast = overdue || (silent && copy == Copy::kProvesGap);
   const std::int64_t distance = std::max<std::int64_t>(fast ? rhythm.shortest_ns : rhythm.mean_ns, 1);
   const bool round = apart / distance + 1 >= rhythm.indices.span();
-  if (copy == Copy::kProvesHole && goes_on && round && rhythm.indices.span() < kNoChance) {
-    OnHole(sender);
-    return Hole::kCertain;
+  if (copy == Copy::kProvesGap && goes_on && round && rhythm.indices.span() < kNoChance) {
+    OnGap(sender);
+    return GapBefore::kCertain;
   }
-  if (!silent && !(overdue && round)) return Hole::kNone;
-  if (goes_on && (!round || rhythm.indices.span() >= kNoChance)) return Hole::kNone;
+  if (!silent && !(overdue && round)) return GapBefore::kNone;
+  if (goes_on && (!round || rhythm.indices.span() >= kNoChance)) return GapBefore::kNone;
   // A master that waits for a frame until its time-out is silent, too.
-  if (!goes_on || apart > kSilentNs) DoubtUnderWay(sender, Undecided::kSilence);
-  return Hole::kPossible;
+  if (!goes_on || apart > kSilentNs) DoubtInFlight(sender, Undecided::kSilence);
+  return GapBefore::kPossible;
 }
 
 /// True when no more frames fit between one and the return of another than the one that came back.
@@ -274,9 +274,9 @@ bool Pairing::IsSilence(Rhythm& rhythm, std::int64_t apart) noexcept {
   return silent;
 }
 
-/// What is under way may have come back unseen. What was overtaken more than once before had its time (a frame without
-/// number may stand between it and the one that shows the hole).
-void Pairing::DoubtUnderWay(std::uint8_t sender, Undecided reason) noexcept {
+/// What is in flight may have come back unseen. What was overtaken more than once before had its time (a frame without
+/// number may stand between it and the one that shows the capture gap).
+void Pairing::DoubtInFlight(std::uint8_t sender, Undecided reason) noexcept {
   for (std::uint64_t s = tail_; s != head_; ++s) {
     Slot& slot = At(s);
     if (slot.state == SlotState::kOpen && slot.sender == sender && slot.overtaken <= 1) Doubt(slot, reason);
@@ -289,37 +289,37 @@ void Pairing::Doubt(Slot& slot, Undecided reason) noexcept {
   slot.reason = reason;
 }
 
-void Pairing::OnHole(std::uint8_t sender) noexcept {
-  DoubtUnderWay(sender, Undecided::kHole);
+void Pairing::OnGap(std::uint8_t sender) noexcept {
+  DoubtInFlight(sender, Undecided::kCaptureGap);
   for (std::uint64_t s = tail_; s != head_; ++s) {
     Slot& slot = At(s);
     if (slot.state != SlotState::kOpen || slot.sender != sender || slot.overtaken > 0 || slot.copy) continue;
-    slot.overtaken = 1;  // a frame behind the hole with the same index comes first
-    slot.before_hole = true;
+    slot.overtaken = 1;  // a frame after the capture gap with the same index comes first
+    slot.before_gap = true;
     sink_.OnDoubtful(slot.view);
   }
 }
 
-/// The hole to be told with the frame of this number.
-Hole Pairing::TakeHole(std::uint64_t sequence) noexcept {
-  return hole_ == Hole::kNone || sequence < behind_hole_ ? Hole::kNone : std::exchange(hole_, Hole::kNone);
+/// The capture gap to be reported with the frame of this number.
+GapBefore Pairing::TakeGap(std::uint64_t sequence) noexcept {
+  return gap_ == GapBefore::kNone || sequence < after_gap_ ? GapBefore::kNone : std::exchange(gap_, GapBefore::kNone);
 }
 
 /// A return without its outbound copy: whether the capture misses more than that copy.
-Hole Pairing::HoleBefore(const wire::FrameView& orphan) noexcept {
+GapBefore Pairing::FindGapBefore(const wire::FrameView& orphan) noexcept {
   const std::uint8_t sender = SenderIndex(orphan);
   std::uint64_t open = 0;
   for (std::uint64_t s = tail_; s != head_; ++s) {
     if (At(s).state == SlotState::kOpen && At(s).sender == sender) ++open;
   }
-  // Frames sent later may be under way already: then it only looks as if it came from before. The hole that one of them
-  // showed lies before this one. Not where the frame that had its number is known.
-  if (open > 0 && senders_[sender].rhythm.indices.IsBehind(orphan, open) && !WasSent(sender, orphan, Like::kIndex)) {
-    return TakeHole(head_);
+  // Frames sent later may be in flight already: then it only looks as if it came from before. The capture gap that one
+  // of them showed lies before this one. Not where the frame that had its number is known.
+  if (open > 0 && senders_[sender].rhythm.indices.IsAfter(orphan, open) && !WasSent(sender, orphan, Like::kIndex)) {
+    return TakeGap(head_);
   }
-  const Copy copy = ProvesHole(senders_[sender], orphan) ? Copy::kProvesHole : Copy::kPlain;
-  const Hole hole = Follow(sender, orphan, Repeats::kNo, copy);
-  return std::max(hole, TakeHole(head_));
+  const Copy copy = ProvesGap(senders_[sender], orphan) ? Copy::kProvesGap : Copy::kPlain;
+  const GapBefore gap = Follow(sender, orphan, Repeats::kNo, copy);
+  return std::max(gap, TakeGap(head_));
 }
 
 /// True when one of the last frames has its number, or its key.
@@ -333,7 +333,7 @@ bool Pairing::WasSent(std::uint8_t sender, const wire::FrameView& frame, Like li
   return false;
 }
 
-/// True when a frame has been under way for much longer than others take.
+/// True when a frame has been in flight for much longer than others take.
 bool Pairing::AnyOverdue(std::uint8_t sender, const FrameRef& now) noexcept {
   if (typical_round_trip_ns_ == 0 || !now.has_time) return false;
   for (std::uint64_t s = tail_; s != head_; ++s) {
@@ -347,7 +347,7 @@ bool Pairing::AnyOverdue(std::uint8_t sender, const FrameRef& now) noexcept {
 
 /// What comes back was sent. Where both copies of what this master sends are captured, and in the order in which they
 /// were on the wire, the capture misses the other one, and perhaps more with it.
-bool Pairing::ProvesHole(const Sender& sender, const wire::FrameView& orphan) const noexcept {
+bool Pairing::ProvesGap(const Sender& sender, const wire::FrameView& orphan) const noexcept {
   if (!sender.paired || sender.own_return_port || files_early_ || any_cut_ || unreadable_) return false;
   if (directions_.returns_stamped_first() || directions_.HasOnePort() || directions_.IsOtherEnd(orphan)) return false;
   for (std::size_t i = 0; i < orphan.size(); ++i) {
@@ -370,9 +370,9 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
   const std::uint8_t sender = SenderIndex(frame);
   if (senders_[sender].assumed) {
     Count(Undecided::kNoReturns);
-    const Hole hole = Follow(sender, frame, Repeats::kNo);
+    const GapBefore gap = Follow(sender, frame, Repeats::kNo);
     // The other end of a redundant line sends what the main end sends: that counts.
-    if (!directions_.IsOtherEnd(frame)) sink_.OnTransaction({&frame, nullptr, true, hole});
+    if (!directions_.IsOtherEnd(frame)) sink_.OnTransaction({&frame, nullptr, true, gap});
     return;
   }
   if (WasEarly(frame, key)) {
@@ -390,14 +390,14 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
     ++tail_;
     DropAnsweredTail();
   }
-  // Without what stands behind the datagrams, so that huge packets do not stay in memory.
+  // Without what follows the datagrams, so that huge packets do not stay in memory.
   const ByteSpan kept = frame.bytes().first(frame.used_bytes());
   const bool copy = MayBeCopy(frame, kept);
   if (!copy) {
     const Repeats repeats = RepeatsLast(sender, key, kept);
-    if (const Hole hole = Follow(sender, frame, repeats); hole != Hole::kNone) {
-      if (hole > hole_) hole_ = hole;
-      behind_hole_ = head_;
+    if (const GapBefore gap = Follow(sender, frame, repeats); gap != GapBefore::kNone) {
+      if (gap > gap_) gap_ = gap;
+      after_gap_ = head_;
     }
   }
   TakeWarmSlot();
@@ -405,7 +405,7 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
   slot.sequence = head_++;
   slot.sent_before = statistics_.outbound;
   senders_[sender].newest = head_;
-  ++statistics_.under_way;
+  ++statistics_.in_flight;
   slot.state = SlotState::kOpen;
   slot.sender = sender;
   slot.followed_by_other = false;
@@ -413,7 +413,7 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
   slot.undecided = before_first_return;
   slot.reason = Undecided::kBeforeFirstReturn;
   slot.copy = copy;
-  slot.before_hole = false;
+  slot.before_gap = false;
   slot.overtaken = 0;
   slot.key = key;
   TakeBytes(slot.bytes, kept);
@@ -430,25 +430,25 @@ bool Pairing::MayBeCopy(const wire::FrameView& frame, ByteSpan kept) noexcept {
   if (!ref.has_time || !frame.ref().has_time) return false;
   const std::int64_t apart = Elapsed(ref.time, frame.ref().time);
   if (apart < -kCopyNs || apart > kCopyNs) return false;
-  // Equal stamps that are too coarse for round trips cannot tell a copy from a repetition.
+  // Equal stamps that are too coarse for round trips cannot distinguish a copy from a repetition.
   if (apart == 0 && (typical_round_trip_ns_ == 0 || typical_round_trip_ns_ > kMaxRoundTripNs)) return false;
   return std::equal(before.bytes.begin(), before.bytes.end(), kept.begin(), kept.end());
 }
 
-/// Frames come back at once nearly always: the slot that nobody asks for any more since a moment serves again, so that
-/// the same few stay in the cache.
+/// Frames come back at once nearly always: a slot that has just become free is used again, so that the same few stay in
+/// the cache.
 void Pairing::TakeWarmSlot() noexcept {
   const std::uint64_t asked_for = std::min(tail_, head_ > kDuplicateFrames ? head_ - kDuplicateFrames : 0);
   if (asked_for > 0) std::swap(place_[head_ % kSlots], place_[(asked_for - 1) % kSlots]);
 }
 
-/// Both copies of a sender's frames look alike: what has come further than a frame under way is its return. Where the
+/// Both copies of a sender's frames look alike: what has come further than a frame in flight is its return. Where the
 /// tap has slaves on its way out, what they alone were asked comes back as it passed.
 void Pairing::PushByPair(const wire::FrameView& frame, std::uint64_t key) noexcept {
   const Progress progress = ProgressOf(frame);
   Slot* further = nullptr;
   Slot* untouched = nullptr;
-  const bool behind_slaves = directions_.BehindSlaves(frame);
+  const bool after_slaves = directions_.IsTappedAfterSlaves(frame);
   const bool other_end = directions_.IsOtherEnd(frame);
   const Owner owner = OwnerOf(frame);
   for (std::uint64_t s = tail_; s != head_; ++s) {
@@ -459,22 +459,22 @@ void Pairing::PushByPair(const wire::FrameView& frame, std::uint64_t key) noexce
     const Progress sent = ProgressOf(slot.view);
     if (Further(progress, sent)) {
       if (further == nullptr || (further->overtaken > 0 && slot.overtaken == 0)) further = &slot;
-    } else if (progress == sent && (progress.counted == 0 || behind_slaves) && IsSoon(slot.view.ref(), frame.ref())) {
-      // A poll that nobody answered; later it is the master's repetition. What was overtaken is nearly always lost:
+    } else if (progress == sent && (progress.counted == 0 || after_slaves) && IsSoon(slot.view.ref(), frame.ref())) {
+      // A poll that no slave answered; later it is the master's repetition. What was overtaken is nearly always lost:
       // then this is the next one like it.
       if (untouched == nullptr && slot.overtaken == 0) untouched = &slot;
     }
   }
   Slot* slot = further != nullptr ? further : untouched;
-  // Masters send working counters of 0; behind slaves the outbound copy has some, too.
-  const bool counted = progress.counted > 0 && !behind_slaves;
-  if (slot == nullptr && directions_.IsGuest(frame) && !directions_.bit_tells_nothing()) {
+  // Masters send working counters of 0; downstream of slaves the outbound copy has some, too.
+  const bool counted = progress.counted > 0 && !after_slaves;
+  if (slot == nullptr && directions_.JoinedLate(frame) && !directions_.bit_is_no_evidence()) {
     PushForeign(frame);
     return;
   }
   if (slot == nullptr && !counted) {
     sink_.OnFrame(frame, Direction::kOutbound);
-    // Before the first pair nobody knows whether a frame is on its way out or back.
+    // Before the first pair it is unknown whether a frame is on its way out or back.
     PushOutbound(frame, key, !senders_[SenderIndex(frame)].answered);
     return;
   }
@@ -499,13 +499,13 @@ Pairing::Slot* Pairing::FindOpen(const wire::FrameView& frame, std::uint64_t key
   }
   if (oldest == nullptr && any_cut_) return FindCut(frame);
   if (oldest == newest || oldest->overtaken > 0) return oldest;
-  // The master repeated a frame: two equal ones are under way and one came back.
+  // The master repeated a frame: two equal ones are in flight and one came back.
   const FrameRef& first = oldest->view.ref();
   const FrameRef& second = newest->view.ref();
   if (first.has_time && second.has_time && frame.ref().has_time) {
     const std::int64_t age_first = Elapsed(first.time, frame.ref().time);
     const std::int64_t age_second = Elapsed(second.time, frame.ref().time);
-    // Before the first pair nothing is known but that no frame is under way for so long.
+    // Before the first pair nothing is known but that no frame is in flight for so long.
     if (typical_round_trip_ns_ == 0) return age_first > kSilentNs && age_first / 8 > age_second ? newest : oldest;
     if (age_first / 8 > typical_round_trip_ns_ && age_second > typical_round_trip_ns_ / 2) return newest;
   }
@@ -538,13 +538,13 @@ Pairing::Slot* Pairing::FindCut(const wire::FrameView& frame) noexcept {
     const std::size_t common = std::min(slot.view.size(), frame.size());
     if (!Answers(slot.view, frame, common)) continue;
     if (common == 0)
-      DoubtAll(Undecided::kUnreadableReturn);  // a guess: none of those under way can be called lost any more
+      DoubtAll(Undecided::kUnreadableReturn);  // a guess: none of those in flight can be called lost any more
     return &slot;
   }
   return nullptr;
 }
 
-/// Nobody can say what a packet was; it may have been the return of any frame under way.
+/// It is unknown what a packet was; it may have been the return of any frame in flight.
 void Pairing::DoubtAll(Undecided reason) noexcept {
   for (std::uint64_t s = tail_; s != head_; ++s) Doubt(At(s), reason);
 }
@@ -566,7 +566,7 @@ Pairing::Slot* Pairing::FindAlike(const wire::FrameView& frame) noexcept {
   return flipped;
 }
 
-/// True when a frame of the same commands, addresses and lengths that was sent later is still under way: what comes
+/// True when a frame of the same commands, addresses and lengths that was sent later is still in flight: what comes
 /// back may be that one's, where one before was lost and its sender numbers by what comes back.
 bool Pairing::MayBeOfLater(const Slot& slot) noexcept {
   const auto same = [](const wire::DatagramView& a, const wire::DatagramView& b) {
@@ -609,9 +609,9 @@ bool Pairing::MayBeOfMissing(const Slot& slot) noexcept {
 void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datagrams) noexcept {
   slot.state = SlotState::kAnswered;
   slot.returned = returned.ref();
-  // Only a number tells a frame that comes late from one whose outbound copy the capture misses.
+  // Only a number distinguishes a late frame from one whose outbound copy is not in the capture.
   const IndexSequence& indices = senders_[slot.sender].rhythm.indices;
-  const std::uint32_t overtaken = slot.overtaken - (slot.before_hole ? 1U : 0U);
+  const std::uint32_t overtaken = slot.overtaken - (slot.before_gap ? 1U : 0U);
   if (overtaken > latest_ && indices.IsNumbered(slot.view) && !indices.IsNext(slot.view)) latest_ = overtaken;
   if (overtaken > 0 && MayBeOfMissing(slot)) {
     if (!statistics_.first_in_doubt.seen()) Incident().first_in_doubt = returned.ref();
@@ -622,12 +622,12 @@ void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datag
   slot.returned_interface = returned.interface_index();
   TakeBytes(slot.returned_bytes, datagrams);
   ++statistics_.paired;
-  --statistics_.under_way;
+  --statistics_.in_flight;
   Sender& sender = senders_[slot.sender];
   sender.own_return_port = returned.interface_index() != slot.view.interface_index();
   // Captures of two interfaces do not begin at the same moment: what was sent before may have come back unseen.
   const bool first_on_other_port = !sender.answered && sender.own_return_port;
-  if (!sender.answered) DoubtSentInVain(slot);
+  if (!sender.answered) DoubtSentWithoutAnswer(slot);
   sender.answered = sender.paired = true;
   unreadable_ = false;
   for (std::uint64_t s = tail_; first_on_other_port && s != head_ && &At(s) != &slot; ++s) {
@@ -639,22 +639,22 @@ void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datag
 }
 
 /// Before the first frame that comes back to its sender: as many as no bus loses in a row, for longer than a frame is
-/// under way. Nobody was there who could answer.
-void Pairing::DoubtSentInVain(const Slot& first_answered) noexcept {
-  std::uint32_t in_vain = 0;
+/// in flight. No slave was there to answer.
+void Pairing::DoubtSentWithoutAnswer(const Slot& first_answered) noexcept {
+  std::uint32_t unanswered = 0;
   FrameRef first;
   for (std::uint64_t s = tail_; s != head_ && &At(s) != &first_answered; ++s) {
     const Slot& slot = At(s);
     if (slot.state != SlotState::kOpen || slot.sender != first_answered.sender) continue;
-    if (in_vain++ == 0) first = slot.view.ref();
+    if (unanswered++ == 0) first = slot.view.ref();
   }
   const FrameRef& answered = first_answered.view.ref();
   const bool timed = first.has_time && answered.has_time;
-  if (in_vain < kSilentFramesWithTime || !timed || Elapsed(first.time, answered.time) <= kSilentNs) return;
+  if (unanswered < kSilentFramesWithTime || !timed || Elapsed(first.time, answered.time) <= kSilentNs) return;
   for (std::uint64_t s = tail_; s != head_ && &At(s) != &first_answered; ++s) {
     Slot& slot = At(s);
     if (slot.state == SlotState::kOpen && slot.sender == first_answered.sender) {
-      Doubt(slot, Undecided::kNobodyAnswers);
+      Doubt(slot, Undecided::kNoAnswers);
     }
   }
 }
@@ -662,7 +662,7 @@ void Pairing::DoubtSentInVain(const Slot& first_answered) noexcept {
 /// What came back a moment ago with the same bytes. A master with few indices sends equal frames again and again, so
 /// only what is close counts.
 const Pairing::Slot* Pairing::FindOriginal(const wire::FrameView& frame, std::uint64_t key) noexcept {
-  if (frame.kind() == wire::FrameKind::kCut) return nullptr;  // what is behind the cut may differ
+  if (frame.kind() == wire::FrameKind::kCut) return nullptr;  // what is after the cut may differ
   const ByteSpan datagrams = frame.payload();
   const std::uint64_t oldest = head_ > kDuplicateFrames ? head_ - kDuplicateFrames : 0;
   for (std::uint64_t s = head_; s != oldest; --s) {
@@ -685,8 +685,8 @@ bool Pairing::IsSoon(const FrameRef& first, const FrameRef& second) const noexce
 }
 
 /// True when the returned copy of this outbound frame stands before it in the file: interfaces and receive queues, each
-/// with a buffer of its own, are not always written in order. The time stamps have to say so, but where the clocks of
-/// the interfaces are seen to differ.
+/// with a buffer of its own, are not always written in order. The time stamps have to show it, unless the clocks of the
+/// interfaces differ.
 bool Pairing::WasEarly(const wire::FrameView& frame, std::uint64_t key) noexcept {
   if (!any_early_) return false;
   for (Early& early : early_) {
@@ -707,20 +707,20 @@ bool Pairing::WasEarly(const wire::FrameView& frame, std::uint64_t key) noexcept
 }
 
 /// A master whose first frame comes back when another one has long been at work. Who begins with a command to all
-/// slaves when nothing is under way sets the bus up: another program was started. Else another capture was put behind.
-Hole Pairing::AppearsLate(const Sender& master, const wire::FrameView* sent, const FrameRef& behind) noexcept {
+/// slaves when nothing is in flight sets the bus up: another program was started. Else another capture was appended.
+GapBefore Pairing::AppearsLate(const Sender& master, const wire::FrameView* sent, const FrameRef& behind) noexcept {
   constexpr std::uint64_t kLong = 32;
-  if (master.answered || statistics_.paired < kLong) return Hole::kNone;
+  if (master.answered || statistics_.paired < kLong) return GapBefore::kNone;
   const bool begins = sent != nullptr && IsBroadcastOnly(*sent);
-  if (begins && !IsWaitedForByOthers(master)) return Hole::kPossible;
-  if (Incident().holes++ == 0) Incident().first_hole = behind;
+  if (begins && !IsWaitedForByOthers(master)) return GapBefore::kPossible;
+  if (Incident().gaps++ == 0) Incident().first_gap = behind;
   for (std::uint8_t other = 0; other < sender_count_; ++other) {
-    if (senders_[other].answered) DoubtUnderWay(other, Undecided::kSecondCapture);
+    if (senders_[other].answered) DoubtInFlight(other, Undecided::kSecondCapture);
   }
-  return Hole::kCertain;
+  return GapBefore::kCertain;
 }
 
-/// True when a frame of another sender to which frames come back is under way.
+/// True when a frame of another sender to which frames come back is in flight.
 bool Pairing::IsWaitedForByOthers(const Sender& sender) noexcept {
   for (std::uint64_t s = tail_; s != head_; ++s) {
     const Slot& slot = At(s);
@@ -732,7 +732,7 @@ bool Pairing::IsWaitedForByOthers(const Sender& sender) noexcept {
 
 void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot* slot) noexcept {
   ++statistics_.returned;
-  if (statistics_.nobody_answers) Incident().nobody_answers = false;
+  if (statistics_.no_answers) Incident().no_answers = false;
   Sender& sender = senders_[SenderIndex(frame)];
   sender.assumed = false;
   if (slot == nullptr && directions_.HasOnePort() && directions_.IsOtherEnd(frame) && !AnyWorkingCounter(frame)) {
@@ -749,7 +749,7 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
     // Both copies of a packet that was captured twice came back, and so did those of its return.
     slot->state = SlotState::kAnswered;
     slot->returned_bytes.clear();
-    --statistics_.under_way;
+    --statistics_.in_flight;
     Count(Undecided::kCapturedTwice);
     ++Incident().captured_twice;
     ++Incident().outbound_twice;
@@ -757,7 +757,7 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
     return;
   }
   if (slot != nullptr) {
-    AnswerUnderWay(*slot, frame);
+    AnswerInFlight(*slot, frame);
     return;
   }
   if (IsSecondCopy(sender, frame, key) || IsAltered(frame)) return;
@@ -771,9 +771,9 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
   any_early_ = true;
   early_[next_early_] = {key, frame.ref(), frame.interface_index(), true, missed};
   next_early_ = static_cast<std::uint8_t>((next_early_ + 1U) % early_.size());
-  const Hole late = AppearsLate(sender, nullptr, frame.ref());
+  const GapBefore late = AppearsLate(sender, nullptr, frame.ref());
   sender.answered = true;
-  HandOver({nullptr, &frame, false, std::max(late, HoleBefore(frame))});
+  HandOver({nullptr, &frame, false, std::max(late, FindGapBefore(frame))});
 }
 
 /// At the only port that was captured: the line is whole, and what this port sent has reached the other one.
@@ -788,14 +788,14 @@ void Pairing::PushFromOtherEnd(const wire::FrameView& frame, std::uint64_t key) 
     if (slot.key != key && !same_dummy) continue;
     slot.state = SlotState::kAnswered;
     slot.returned_bytes.clear();
-    --statistics_.under_way;
+    --statistics_.in_flight;
     Count(Undecided::kNoReturns);
     for (std::uint64_t before = tail_; before != s - 1; ++before) {
       Slot& other = At(before);
       if (other.state == SlotState::kOpen && other.sender == slot.sender) Doubt(other, Undecided::kNoReturns);
     }
     Overtake(slot.sender, slot.sequence);
-    sink_.OnTransaction({&slot.view, nullptr, true, TakeHole(slot.sequence)});
+    sink_.OnTransaction({&slot.view, nullptr, true, TakeGap(slot.sequence)});
     DropAnsweredTail();
     return;
   }
@@ -810,7 +810,7 @@ void Pairing::Overtake(std::uint8_t sender, std::uint64_t sequence) noexcept {
   }
 }
 
-/// At the other end of a redundant line that is whole the frames meet nobody: what was not taken there is no refusal.
+/// At the other end of a redundant line that is whole the frames meet no slave: what was not taken there is no refusal.
 void Pairing::HandOver(BusTransaction&& transaction) noexcept {
   transaction.other_end = directions_.IsOtherEnd(*transaction.returned);
   if (transaction.other_end && !AnyWorkingCounter(*transaction.returned)) {
@@ -820,7 +820,7 @@ void Pairing::HandOver(BusTransaction&& transaction) noexcept {
   }
 }
 
-void Pairing::AnswerUnderWay(Slot& slot, const wire::FrameView& frame) noexcept {
+void Pairing::AnswerInFlight(Slot& slot, const wire::FrameView& frame) noexcept {
   DoubtOvertakenBy(slot);
   const FrameRef& sent = slot.view.ref();
   const bool other = MayAnswerLater(slot, frame);
@@ -833,14 +833,14 @@ void Pairing::AnswerUnderWay(Slot& slot, const wire::FrameView& frame) noexcept 
                                    : typical_round_trip_ns_ + (round_trip - typical_round_trip_ns_) / 16;
     }
   }
-  Hole hole = std::max(TakeHole(slot.sequence), AppearsLate(senders_[slot.sender], &slot.view, sent));
-  if (hole == Hole::kNone && other) hole = Hole::kPossible;
+  GapBefore gap = std::max(TakeGap(slot.sequence), AppearsLate(senders_[slot.sender], &slot.view, sent));
+  if (gap == GapBefore::kNone && other) gap = GapBefore::kPossible;
   if (const int passed = Passed(slot.view, frame); passed != kNotCounted) passed_ = passed;
-  HandOver({&slot.view, &frame, false, hole});
+  HandOver({&slot.view, &frame, false, gap});
   Answer(slot, frame, frame.payload());
 }
 
-/// True when it comes back so late, and numbers tell so little, that it may answer a frame like it which the capture
+/// True when it comes back so late, and numbers show so little, that it may answer a frame like it which the capture
 /// misses.
 bool Pairing::MayAnswerLater(const Slot& slot, const wire::FrameView& returned) const noexcept {
   const FrameRef& sent = slot.view.ref();
@@ -854,7 +854,7 @@ bool Pairing::MayAnswerLater(const Slot& slot, const wire::FrameView& returned) 
   return !indices.IsNumbered(slot.view) || indices.span() < kNoChance;
 }
 
-/// Nothing under way fits: a second copy of something that already came back? Not where it is what the master was to
+/// Nothing in flight fits: a second copy of something that already came back? Not where it is what the master was to
 /// send next, and not where frames have no number and the master may have sent the same once more since then.
 bool Pairing::IsSecondCopy(const Sender& sender, const wire::FrameView& frame, std::uint64_t key) noexcept {
   const Rhythm& rhythm = sender.rhythm;
@@ -881,7 +881,7 @@ bool Pairing::IsAltered(const wire::FrameView& frame) noexcept {
   Slot* alike = expected ? nullptr : FindAlike(frame);
   if (alike == nullptr) return false;
   // The frame that was sent before it, whose own copy is missing.
-  if (senders_[alike->sender].rhythm.indices.IsBehind(frame, 1) && !WasSent(alike->sender, frame, Like::kIndex)) {
+  if (senders_[alike->sender].rhythm.indices.IsAfter(frame, 1) && !WasSent(alike->sender, frame, Like::kIndex)) {
     return false;
   }
   // With one index for all it says nothing: then only what differs by no more than flipped bits is the same frame, and
@@ -904,7 +904,7 @@ bool Pairing::IsAltered(const wire::FrameView& frame) noexcept {
 
 void Pairing::PushUnusable(const wire::FrameView& frame) noexcept {
   ++statistics_.returned;
-  if (statistics_.nobody_answers) Incident().nobody_answers = false;
+  if (statistics_.no_answers) Incident().no_answers = false;
   sink_.OnUnusable(frame, Unusable::kMalformed, true);
   // It did come back, so the frame it answers is damaged but not lost.
   if (Slot* alike = FindAlike(frame); alike != nullptr) {
@@ -927,7 +927,7 @@ void Pairing::DoubtOvertakenBy(const Slot& slot) noexcept {
 
 void Pairing::Lose(Slot& slot, Loss loss) noexcept {
   slot.state = SlotState::kFree;
-  --statistics_.under_way;
+  --statistics_.in_flight;
   if (slot.copy) {
     Count(Undecided::kCapturedTwice);
     ++Incident().captured_twice;
@@ -935,9 +935,7 @@ void Pairing::Lose(Slot& slot, Loss loss) noexcept {
     return;
   }
   if (slot.undecided || !senders_[slot.sender].answered) {
-    Count(slot.undecided               ? slot.reason
-          : statistics_.nobody_answers ? Undecided::kNobodyAnswers
-                                       : Undecided::kNoReturns);
+    Count(slot.undecided ? slot.reason : statistics_.no_answers ? Undecided::kNoAnswers : Undecided::kNoReturns);
     sink_.OnLost(slot.view, Loss::kUndecided, slot.followed_by_other);
     return;
   }

@@ -1,18 +1,18 @@
 /// in: FrameView with Direction.  out: BusTransaction (see transaction.h).
 ///
 /// Pairs the returned copy of a frame with its outbound copy by sender, content and order, never by time stamps alone:
-/// frames do not overtake each other on the wire. A return whose address is none that sends may be anybody's. Only
-/// where a master repeated a frame (same key twice under way) do good time stamps decide which of the two came back.
+/// frames do not overtake each other on the wire. A return with the address of no sender may belong to any of them.
+/// Only where a master repeated a frame (same key twice in flight) do good time stamps decide which of the two came
+/// back.
 ///
 /// A frame is called lost only where the capture shows that it must have come back: the same sender's later frames did,
 /// or it went on sending while nothing came back any more. Frames of a sender whose returns are not captured at all,
 /// frames from before the first return where each direction has its own interface, and frames of which a packet cut by
-/// the snap length may be the return, are undecided. So are frames under way where the capture has a hole: where the
-/// indices of a master that numbers its frames do not follow each other, and, where indices do not tell, where it was
+/// the snap length may be the return, are undecided. So are frames in flight where the capture has a gap: where the
+/// indices of a master that numbers its frames do not follow each other, and, where indices do not show, where it was
 /// silent for much longer than before, and where a frame comes back whose outbound copy is not in the capture, unless
 /// its index says that it is only that copy. A master that sends the same frame again after a silence has shown that it
-/// was its time-out: the first one is lost. Where nobody answers at all, or nobody yet, nothing is lost or taken as
-/// done.
+/// was its time-out: the first one is lost. While no slave answers, nothing is lost or taken as done.
 ///
 /// Where one port of a redundant line was captured, what it sends comes back at the other one, and is taken as done
 /// when what that one sent arrives; what comes back here shows that the line is broken.
@@ -39,7 +39,7 @@ struct PairingProgress {
   std::uint64_t outbound = 0;
   std::uint64_t returned = 0;
   std::uint64_t paired = 0;
-  std::uint64_t under_way = 0;         ///< at the end of the capture those that may still come back
+  std::uint64_t in_flight = 0;         ///< at the end of the capture those that may still come back
   std::uint64_t identical_stamps = 0;  ///< pairs whose two copies have the same time stamp
 };
 
@@ -50,13 +50,13 @@ struct PairingIncidents {
   std::array<std::uint64_t, kUndecidedReasons> undecided{};
   std::uint64_t duplicated = 0;
   std::uint64_t captured_twice =
-      0;  ///< copies on another interface, or right behind: a matter of the capture, left out
-  std::uint64_t outbound_twice = 0;      ///< of these, outbound frames: nobody but the capture repeats them like that
+      0;  ///< copies on another interface, or directly after: a matter of the capture, left out
+  std::uint64_t outbound_twice = 0;      ///< of these, outbound frames: only the capture repeats them like that
   std::uint64_t unmatched_returned = 0;  ///< came back without an outbound copy in the capture
-  std::uint64_t missed_outbound = 0;     ///< of these, behind the first pair: here the capture itself misses packets
-  std::uint64_t holes = 0;               ///< places where the capture misses frames, by the indices
-  FrameRef first_hole;                   ///< the frame behind the first of them
-  std::uint64_t reordered = 0;           ///< came back behind frames that were sent later
+  std::uint64_t missed_outbound = 0;     ///< of these, after the first pair: here the capture itself misses packets
+  std::uint64_t gaps = 0;                ///< places where the capture misses frames, by the indices
+  FrameRef first_gap;                    ///< the frame after the first of them
+  std::uint64_t reordered = 0;           ///< came back after frames that were sent later
   FrameRef first_reordered;              ///< the first of them, as it came back ...
   FrameRef last_reordered;               ///< ... and the last
   FrameRef first_in_doubt;               ///< came back like that, or is the return of a frame that the capture misses
@@ -71,17 +71,17 @@ struct PairingIncidents {
   std::uint64_t other_bus = 0;            ///< of these, on interfaces that were at another bus
   std::uint64_t other_bus_interface = 0;  ///< the first of those interfaces
   std::uint64_t repeated_unanswered = 0;  ///< the frame before once more, which had not come back
-  std::uint64_t dropped_every = 0;        ///< the recorder left out one of so many packets, regularly; 0: it did not
+  std::uint64_t dropped_every = 0;        ///< the recorder regularly left out one packet in this number; 0: it did not
   std::uint64_t stamped_first = 0;        ///< pairs whose return is stamped before the frame was sent
   bool one_port = false;                  ///< of a redundant line was captured: what it sends comes back at the other
-  bool nobody_answers = false;            ///< frames are repeated after a time-out, and nothing ever came back
+  bool no_answers = false;                ///< frames are repeated after a time-out, and nothing ever came back
 
-  /// Of other masters, each frame once: what came back, and what was only captured on its way out. A few that nobody
-  /// answers are a program that looks for slaves, and no bus.
-  [[nodiscard]] std::uint64_t foreign_set_aside() const {
+  /// Of other masters, each frame once: what came back, and what was only captured on its way out. A few without answer
+  /// come from a program that searches for slaves, and are no bus.
+  [[nodiscard]] std::uint64_t foreign_ignored() const {
     constexpr std::uint64_t kFewUnanswered = 8;
-    const std::uint64_t told_of = 2 * foreign_answered + foreign_unreadable;
-    const std::uint64_t unanswered = foreign - std::min(foreign, told_of);
+    const std::uint64_t reported = 2 * foreign_answered + foreign_unreadable;
+    const std::uint64_t unanswered = foreign - std::min(foreign, reported);
     return foreign_answered + (unanswered > kFewUnanswered ? unanswered : 0);
   }
 
@@ -90,7 +90,7 @@ struct PairingIncidents {
 
 struct PairingStatistics : PairingProgress, PairingIncidents {
   /// What became of the outbound frames; balances at any moment.
-  [[nodiscard]] FrameLedger frames() const { return {outbound, paired, lost, under_way, undecided}; }
+  [[nodiscard]] FrameLedger frames() const { return {outbound, paired, lost, in_flight, undecided}; }
 };
 
 class Pairing {
@@ -109,17 +109,18 @@ class Pairing {
   static constexpr std::uint64_t kDuplicateFrames = 8;
   static constexpr std::int64_t kDuplicateNs = 10'000'000;
   static constexpr std::int64_t kDuplicateRoundTrips = 16;
-  /// A master was silent when it sent nothing for so many times the longest distance of kWindow frames and more before.
+  /// A master was silent if it sent nothing for this multiple of the longest distance of kWindow frames and more
+  /// before.
   static constexpr std::int64_t kSilentTimes = 4;
   static constexpr std::uint32_t kWindow = 64;
   static constexpr std::uint32_t kLeast = 16;
-  /// Where no more than so few distances are known, and the index does not go on, for so many times the longest of
+  /// If at most this number of distances is known, and the index does not continue, for this multiple of the longest of
   /// them.
   static constexpr std::uint32_t kFew = 4;
   static constexpr std::int64_t kSilentTimesOfFew = 64;
   /// Masters that do not number their frames repeat them after no longer than this.
   static constexpr std::int64_t kRetryNs = 20'000'000;
-  /// An outbound frame right behind an equal one, and no later than this, may be the same packet captured twice.
+  /// An outbound frame directly after an equal one, and no later than this, may be the same packet captured twice.
   static constexpr std::int64_t kCopyNs = 50'000;
   /// Slaves passed by a frame in which no datagram counts them.
   static constexpr int kNotCounted = -1;
@@ -132,7 +133,7 @@ class Pairing {
   void PushOnceMore(const wire::FrameView& /*frame*/) noexcept { ++Incident().captured_twice; }
   /// Takes one EtherCAT frame that was captured at another bus (interface_groups.h).
   void PushOtherBus(const wire::FrameView& frame) noexcept;
-  /// The capture ends: frames that were overtaken are lost, the others are under way.
+  /// The capture ends: frames that were overtaken are lost, the others are in flight.
   void Finish() noexcept;
 
   [[nodiscard]] const PairingStatistics& statistics() const { return statistics_; }
@@ -168,7 +169,7 @@ class Pairing {
     Undecided reason{};              ///< ... because of this
     bool other_end = false;          ///< sent at the other end of a redundant line
     bool copy = false;               ///< may be the packet before it, captured twice
-    bool before_hole = false;        ///< counted as overtaken once because the indices behind it skip
+    bool before_gap = false;         ///< counted as overtaken once because the indices after it skip
     std::uint32_t overtaken = 0;
     std::uint64_t key = 0;
     std::uint64_t sequence = 0;
@@ -188,7 +189,7 @@ class Pairing {
     bool counted_as_missed = false;
   };
 
-  /// How an outbound frame looks beside the one that its sender sent before, as far as that one is still under way.
+  /// How an outbound frame looks beside the one that its sender sent before, as far as that one is still in flight.
   enum class Repeats : std::uint8_t {
     kNo,
     kIndex,  ///< same header: a master may repeat it, changed
@@ -196,13 +197,13 @@ class Pairing {
   };
 
   void PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool before_first_return) noexcept;
-  Hole AppearsLate(const Sender& master, const wire::FrameView* sent, const FrameRef& behind) noexcept;
+  GapBefore AppearsLate(const Sender& master, const wire::FrameView* sent, const FrameRef& behind) noexcept;
   [[nodiscard]] bool IsWaitedForByOthers(const Sender& sender) noexcept;
   void PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot* slot) noexcept;
   void PushFromOtherEnd(const wire::FrameView& frame, std::uint64_t key) noexcept;
   void Overtake(std::uint8_t sender, std::uint64_t sequence) noexcept;
   void HandOver(BusTransaction&& transaction) noexcept;
-  void AnswerUnderWay(Slot& slot, const wire::FrameView& frame) noexcept;
+  void AnswerInFlight(Slot& slot, const wire::FrameView& frame) noexcept;
   bool IsSecondCopy(const Sender& sender, const wire::FrameView& frame, std::uint64_t key) noexcept;
   bool IsAltered(const wire::FrameView& frame) noexcept;
   void PushByPair(const wire::FrameView& frame, std::uint64_t key) noexcept;
@@ -211,24 +212,24 @@ class Pairing {
   void DoubtAll(Undecided reason) noexcept;
   static void Doubt(Slot& slot, Undecided reason) noexcept;
   [[nodiscard]] Repeats RepeatsLast(std::uint8_t sender, std::uint64_t key, ByteSpan kept) noexcept;
-  /// What a frame tells of those before it.
+  /// What a frame shows of those before it.
   enum class Copy : std::uint8_t {
     kPlain,
-    kProvesHole,  ///< a return: its outbound copy is missing
+    kProvesGap,  ///< a return: its outbound copy is missing
   };
-  [[nodiscard]] Hole Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats repeats,
-                            Copy copy = Copy::kPlain) noexcept;
+  [[nodiscard]] GapBefore Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats repeats,
+                                 Copy copy = Copy::kPlain) noexcept;
   enum class Like : std::uint8_t { kIndex, kKey };
   [[nodiscard]] bool WasSent(std::uint8_t sender, const wire::FrameView& frame, Like like) noexcept;
   [[nodiscard]] bool AnyOverdue(std::uint8_t sender, const FrameRef& now) noexcept;
   [[nodiscard]] bool MayAnswerLater(const Slot& slot, const wire::FrameView& returned) const noexcept;
-  [[nodiscard]] bool ProvesHole(const Sender& sender, const wire::FrameView& orphan) const noexcept;
+  [[nodiscard]] bool ProvesGap(const Sender& sender, const wire::FrameView& orphan) const noexcept;
   [[nodiscard]] static bool OnlyOneFits(const Rhythm& rhythm, const FrameRef& last, const FrameRef& returned) noexcept;
   [[nodiscard]] static bool IsSilence(Rhythm& rhythm, std::int64_t apart) noexcept;
-  void DoubtUnderWay(std::uint8_t sender, Undecided reason) noexcept;
-  void OnHole(std::uint8_t sender) noexcept;
-  [[nodiscard]] Hole HoleBefore(const wire::FrameView& orphan) noexcept;
-  [[nodiscard]] Hole TakeHole(std::uint64_t sequence) noexcept;
+  void DoubtInFlight(std::uint8_t sender, Undecided reason) noexcept;
+  void OnGap(std::uint8_t sender) noexcept;
+  [[nodiscard]] GapBefore FindGapBefore(const wire::FrameView& orphan) noexcept;
+  [[nodiscard]] GapBefore TakeGap(std::uint64_t sequence) noexcept;
   std::uint8_t SenderIndex(const wire::FrameView& frame) noexcept;
   /// Whose a frame is, by its address.
   struct Owner {
@@ -248,7 +249,7 @@ class Pairing {
   [[nodiscard]] bool MayBeOfLater(const Slot& slot) noexcept;
   [[nodiscard]] bool MayBeOfMissing(const Slot& slot) noexcept;
   void Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datagrams) noexcept;
-  void DoubtSentInVain(const Slot& first_answered) noexcept;
+  void DoubtSentWithoutAnswer(const Slot& first_answered) noexcept;
   void Lose(Slot& slot, Loss loss) noexcept;
   void Count(Undecided reason) noexcept { ++Incident().undecided[static_cast<std::size_t>(reason)]; }
   /// To change what changes now and then.
@@ -276,11 +277,11 @@ class Pairing {
   std::array<Early, 8> early_{};
   std::uint8_t next_early_ = 0;
   bool any_early_ = false;    ///< ever was one
-  bool files_early_ = false;  ///< and its outbound copy stood behind it
+  bool files_early_ = false;  ///< and its outbound copy followed it
   bool any_cut_ = false;
   bool unreadable_ = false;                 ///< a packet since the last pair that may have been any frame
-  Hole hole_ = Hole::kNone;                 ///< not handed on yet ...
-  std::uint64_t behind_hole_ = 0;           ///< ... and the first frame behind it
+  GapBefore gap_ = GapBefore::kNone;        ///< not handed on yet ...
+  std::uint64_t after_gap_ = 0;             ///< ... and the first frame after it
   FrameRef last_;                           ///< last packet with a time stamp
   int passed_ = kNotCounted;                ///< slaves that the last frame addressed by position passed
   std::uint32_t latest_ = 0;                ///< frames that overtook a numbered one which came back then, at most

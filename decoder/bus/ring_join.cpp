@@ -65,13 +65,13 @@ void RingJoin::Push(const BusTransaction& transaction) {
   }
   wire::FrameView view;
   view.Rebase(main, joined_);
-  to_.OnTransaction({&main_sent, &view, false, std::max(half_.hole, transaction.hole), false, true});
+  to_.OnTransaction({&main_sent, &view, false, std::max(half_.gap, transaction.gap), false, true});
 }
 
 void RingJoin::Flush() {
   if (!waits_) return;
   waits_ = false;
-  to_.OnTransaction({&half_.sent, &half_.returned, false, half_.hole, half_.other_end, true});
+  to_.OnTransaction({&half_.sent, &half_.returned, false, half_.gap, half_.other_end, true});
 }
 
 void RingJoin::Keep(const BusTransaction& transaction) {
@@ -83,7 +83,7 @@ void RingJoin::Keep(const BusTransaction& transaction) {
   keep(*transaction.sent, half_.sent, half_.sent_bytes);
   keep(*transaction.returned, half_.returned, half_.returned_bytes);
   half_.other_end = transaction.other_end;
-  half_.hole = transaction.hole;
+  half_.gap = transaction.gap;
   waits_ = true;
 }
 

@@ -1,7 +1,7 @@
-/// Who is on the bus: positions, station addresses and aliases, as the accesses teach them.
+/// The slaves on the bus: positions, station addresses and aliases, as the accesses show them.
 ///
 /// Unknown stays unknown: a slave met by its station address in a running bus has no position until a
-/// position-addressed access shows it. Reports number such slaves by ascending address and say so.
+/// position-addressed access shows it. Reports number such slaves by ascending address and mark them.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ struct SlaveAddress {
   /// Slaves have come or gone since its place was seen, and nothing shows yet whether it has moved.
   bool place_in_doubt = false;
   SlavePos order = 0;             ///< its last place, also where another slave has that now: slaves keep their order
-  FrameNo heard = 0;              ///< sent last of what it answered at its station address
+  FrameNo last_answer = 0;        ///< sent last of what it answered at its station address
   Known<StationAddress> station;  ///< stays as last known when a broadcast clears the addresses
   bool station_valid = false;     ///< the slave answers to `station` now
   Known<StationAddress> alias;
@@ -48,7 +48,7 @@ class StationTable {
   }
   void Set(StationAddress address, SlaveId id) {
     std::uint16_t& page = page_of_[address / kPage];
-    if (page == kNobody) {
+    if (page == kUnassigned) {
       page = static_cast<std::uint16_t>(pages_.size());
       pages_.emplace_back().fill(kNoSlave);
     }
@@ -57,7 +57,7 @@ class StationTable {
 
  private:
   static constexpr std::size_t kPage = 256;
-  static constexpr std::uint16_t kNobody = 0;  ///< the page of all addresses of which none was given
+  static constexpr std::uint16_t kUnassigned = 0;  ///< the page of all addresses of which none was given
 
   std::array<std::uint16_t, 65536 / kPage> page_of_{};
   std::vector<std::array<SlaveId, kPage>> pages_;
@@ -81,7 +81,7 @@ class SlaveSet {
   /// The slave there, added when it is new; kNoSlave when kMaxSlaves is reached.
   SlaveId AddAtPosition(SlavePos position, FrameNo frame);
   SlaveId AddAtStation(StationAddress address, FrameNo frame);
-  /// One that is known to be there although no frame addressed it. kNoSlave: somebody at this place was met already.
+  /// One that is known to be there although no frame addressed it. kNoSlave: a slave at this place is known already.
   SlaveId AddPresumed(std::optional<SlavePos> position, std::optional<StationAddress> address, FrameNo frame);
 
   /// The slave at `position` has taken, or reported, the station address. A slave that was only known by that address
@@ -89,7 +89,7 @@ class SlaveSet {
   Assignment AssignAtPosition(SlavePos position, StationAddress address, FrameNo frame);
   /// The same for a slave that is already identified.
   Assignment AssignStation(SlaveId id, StationAddress address, FrameNo frame);
-  /// Slaves that are met by their station addresses, and never where they are, have the places that nobody else has,
+  /// Slaves that are met by their station addresses, and never where they are, have the places that no other slave has,
   /// in the order of their addresses, as masters give them: where all `count` slaves of the bus are met, and not
   /// before. Who was met at such a place without its address is the same slave.
   /// @return whether some were placed
@@ -97,19 +97,20 @@ class SlaveSet {
   void LearnAlias(SlaveId id, StationAddress alias, FrameNo frame);
   /// The only slave with this alias, whether or not it answers to it; kNoSlave: none, or several.
   [[nodiscard]] SlaveId OnlyWithAlias(StationAddress alias) const;
-  void Subscribe(SlaveId id, FrameNo sent) { slaves_[id].heard = sent; }
+  void NoteAnswer(SlaveId id, FrameNo sent) { slaves_[id].last_answer = sent; }
 
-  /// Slaves have come or gone: whoever can be told by its station address may have moved. The others are whoever is at
-  /// their place.
+  /// Slaves have come or gone: each slave that is known by its station address may have moved. The others are the ones
+  /// at their place.
   /// @return how many places are in doubt
   std::size_t DoubtPlaces();
   void SettlePlace(SlaveId id) { slaves_[id].place_in_doubt = false; }
-  /// The slave is at `place`; where the one is that was there, nobody knows.
+  /// The slave is at `place`; the place of the slave that was there is unknown.
   void MoveTo(SlaveId id, const Known<SlavePos>& place);
-  /// Nobody knows where the slave is.
+  /// The place of the slave is unknown.
   void Displace(SlaveId id, FrameNo frame);
   void EnableAlias(SlaveId id, bool enabled);
-  /// A broadcast wrote the same address to all slaves (masters write 0 when they scan): nobody is told apart by it now.
+  /// A broadcast wrote the same address to all slaves (masters write 0 when they scan): no slave is distinguished by it
+  /// now.
   void ClearStations(FrameNo frame);
 
  private:

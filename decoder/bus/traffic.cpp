@@ -23,7 +23,7 @@ Traffic::Place Traffic::Keep(const FrameView& frame, ByteSpan bytes) {
   return static_cast<Place>(kept_.size() - 1);
 }
 
-PairingStatistics Traffic::StatisticsBehind(std::size_t i) const {
+PairingStatistics Traffic::StatisticsAfter(std::size_t i) const {
   const Step& step = steps_[i];
   return {step.progress, incidents_[step.incidents]};
 }
@@ -35,31 +35,31 @@ void Traffic::Replay(std::size_t i, const FrameView& packet, BusSink& sink, cons
   const Call* const end = calls_.data() + steps_[i].calls_end;
   for (const Call* call = calls_.data() + (i == 0 ? 0 : steps_[i - 1].calls_end); call != end; ++call) {
     if (call->first == own) {
-      Tell(*call, &packet, packet, sink);
+      Deliver(*call, &packet, packet, sink);
     } else if (call->first == kNone) {
-      Tell(*call, nullptr, packet, sink);
+      Deliver(*call, nullptr, packet, sink);
     } else if (call->first == place_before) {
-      Tell(*call, before, packet, sink);
+      Deliver(*call, before, packet, sink);
     } else {
-      TellOfEarlier(*call, packet, sink);
+      DeliverEarlier(*call, packet, sink);
     }
   }
 }
 
 /// Of a frame that came before this packet, and not as the last one: seldom.
-void Traffic::TellOfEarlier(const Call& call, const FrameView& packet, BusSink& sink) const {
+void Traffic::DeliverEarlier(const Call& call, const FrameView& packet, BusSink& sink) const {
   FrameView earlier;
   Restore(kept_[call.first], earlier);
-  Tell(call, &earlier, packet, sink);
+  Deliver(call, &earlier, packet, sink);
 }
 
 /// @param first  the frame of `call.first`; null: there is none
-void Traffic::Tell(const Call& call, const FrameView* first, const FrameView& packet, BusSink& sink) {
+void Traffic::Deliver(const Call& call, const FrameView* first, const FrameView& packet, BusSink& sink) {
   switch (call.kind) {
     case Kind::kTransaction:
       // What came back is always the packet at hand.
-      sink.OnTransaction(
-          {first, call.second == kNone ? nullptr : &packet, call.flag, static_cast<Hole>(call.what), call.other_end});
+      sink.OnTransaction({first, call.second == kNone ? nullptr : &packet, call.flag, static_cast<GapBefore>(call.what),
+                          call.other_end});
       break;
     case Kind::kSent:
       sink.OnSent(*first);
@@ -123,7 +123,7 @@ void TrafficRecorder::OnSent(const FrameView& frame) {
 }
 void TrafficRecorder::OnTransaction(const BusTransaction& transaction) {
   Traffic::Call& call = AddCall(Traffic::Kind::kTransaction, transaction.sent);
-  call.what = static_cast<std::uint8_t>(transaction.hole);
+  call.what = static_cast<std::uint8_t>(transaction.gap);
   call.flag = transaction.assumed;
   call.other_end = transaction.other_end;
   if (transaction.returned != nullptr) call.second = PlaceOf(*transaction.returned);

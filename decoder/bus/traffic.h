@@ -1,6 +1,6 @@
 /// in: packets and what Pairing says of each.  out: the same once more, later and in another thread.
 ///
-/// Keeps what a BusSink hears of some packets, so that pairing can go on while earlier packets are worked on.
+/// Keeps the calls to a BusSink for some packets, so that pairing can continue while earlier packets are processed.
 #pragma once
 
 #include <cstddef>
@@ -28,13 +28,13 @@ class Traffic {
   /// Packet of step `i`; valid as long as nothing is added. Without number at the end of the capture. Of packets that
   /// are no EtherCAT frames only the fields are there, no bytes.
   void Restore(std::size_t i, wire::FrameView& packet) const { Restore(kept_[steps_[i].kept], packet); }
-  /// Tells `sink` what was heard in step `i`.
+  /// Repeats the calls of step `i` to `sink`.
   /// @param packet as Restore() gave it  @param before likewise of step `i` - 1, which spares to restore it once more:
   ///               most frames come back at once
   void Replay(std::size_t i, const wire::FrameView& packet, BusSink& sink,
               const wire::FrameView* before = nullptr) const;
-  /// The counters of Pairing behind step `i`.
-  [[nodiscard]] PairingStatistics StatisticsBehind(std::size_t i) const;
+  /// The counters of Pairing after step `i`.
+  [[nodiscard]] PairingStatistics StatisticsAfter(std::size_t i) const;
 
  private:
   friend class TrafficRecorder;
@@ -45,7 +45,7 @@ class Traffic {
   enum class Kind : std::uint8_t { kSent, kTransaction, kDoubtful, kLost, kDuplicate, kUnusable };
   struct Call {
     Kind kind = Kind::kSent;
-    std::uint8_t what = 0;  ///< Loss, Unusable or Hole
+    std::uint8_t what = 0;  ///< Loss, Unusable or GapBefore
     bool flag = false;      ///< assumed, followed_by_other or own_master
     bool other_end = false;
     Place first = kNone;   ///< the only frame, or the one sent
@@ -63,15 +63,15 @@ class Traffic {
   };
   struct Step {
     Place kept = kNone;                  ///< the packet
-    Place incidents = 0;                 ///< what Pairing counted behind it lies there
+    Place incidents = 0;                 ///< what Pairing counted after it lies there
     std::optional<Direction> direction;  ///< of a frame: OnFrame() comes before all other calls
     std::size_t calls_end = 0;           ///< its calls begin where those of the step before end
     PairingProgress progress;
   };
 
   Place Keep(const wire::FrameView& frame, ByteSpan bytes);
-  static void Tell(const Call& call, const wire::FrameView* first, const wire::FrameView& packet, BusSink& sink);
-  [[gnu::noinline]] void TellOfEarlier(const Call& call, const wire::FrameView& packet, BusSink& sink) const;
+  static void Deliver(const Call& call, const wire::FrameView* first, const wire::FrameView& packet, BusSink& sink);
+  [[gnu::noinline]] void DeliverEarlier(const Call& call, const wire::FrameView& packet, BusSink& sink) const;
   void Restore(const Kept& kept, wire::FrameView& frame) const {
     frame.Restore(kept.fields, offsets_.data() + kept.offsets_at, ByteSpan(bytes_).subspan(kept.bytes_at, kept.length));
   }

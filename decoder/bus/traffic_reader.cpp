@@ -114,7 +114,7 @@ void TrafficReader::Fill(Batch& batch, std::size_t most_packets) noexcept {
   batch.origin = origin_;
 }
 
-/// @return false: more packets have to be looked at, but `until` packets are read
+/// @return false: more packets have to be examined, but `until` packets are read
 bool TrafficReader::LearnDirections(std::uint64_t until) noexcept {
   capture::CapturedFrame packet;
   while (early_ethercat_ < kLookAheadFrames && early_.size() < kLookAheadPackets && early_bytes_ < kLookAheadBytes) {
@@ -159,8 +159,8 @@ void TrafficReader::FixDirections() noexcept {
   directions_.Finish();
 }
 
-/// Recordings put behind each other describe their interfaces anew: that one is new does not say that it is at another
-/// bus.
+/// Recordings put one after the other describe their interfaces again: that one is new does not say that it is at
+/// another bus.
 bool TrafficReader::IsOfLaterSection(const wire::FrameView& packet) const noexcept {
   const std::vector<capture::Interface>& interfaces = source_.info().interfaces;
   return packet.interface_index() < interfaces.size() &&

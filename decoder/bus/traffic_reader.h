@@ -37,10 +37,10 @@ class TrafficReader {
   static constexpr std::size_t kBatchBytes = std::size_t{1} << 19U;
   /// A thread that wakes costs as much as some hundred packets: one that has to wait does so for several batches.
   static constexpr std::size_t kWakeAfter = kBatches / 2;
-  /// So many packets are read at most before the caller hears of it, also where none is in the range.
+  /// Maximum of packets that are read before the caller learns of it, also where none is in the range.
   static constexpr std::uint64_t kNewsEvery = 65536;
 
-  /// @param source, range must outlive this; nobody else may ask the source for anything until Next() returns null.
+  /// @param source, range must outlive this; no other code may use the source until Next() returns null.
   /// @param stop  null: never; set from outside, reading ends as if the capture did
   /// @param ahead  kYes is for sources that do not wait for packets that may never come (a pipe): the destructor waits
   ///   until the packet being read is there. Where no thread can be had, it is as kNo.

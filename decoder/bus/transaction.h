@@ -10,10 +10,10 @@
 namespace ecaudit::bus {
 
 /// Whether the capture misses frames right before one.
-enum class Hole : std::uint8_t {
+enum class GapBefore : std::uint8_t {
   kNone,
-  kPossible,  ///< nobody sent anything for much longer than before, or the stamps go back; the indices do not tell why
-  kCertain,   ///< the indices say so, or another master is there
+  kPossible,  ///< no frame was sent for much longer than before, or the stamps go back; the indices do not show why
+  kCertain,   ///< the indices show it, or another master is there
 };
 
 /// One frame's journey. The views are valid during the call that hands the transaction over.
@@ -22,8 +22,8 @@ struct BusTransaction {
   const wire::FrameView* returned = nullptr;  ///< null: only outbound frames are captured
   /// Returns are not captured at all (outbound-only capture): accesses are assumed to be done.
   bool assumed = false;
-  /// Before the first frame that became known behind it.
-  Hole hole = Hole::kNone;
+  /// Before the first frame that became known after it.
+  GapBefore gap = GapBefore::kNone;
   /// Sent at the other end of a redundant line. Such frames are handed over only where a slave took part, which shows
   /// that the line is broken.
   bool other_end = false;
@@ -44,10 +44,10 @@ enum class Loss : std::uint8_t {
   kUndecided,  ///< no return seen, but the capture may just not hold it: what it wrote is unknown, and that is all
 };
 
-/// Why a returned frame was set aside.
+/// Why a returned frame was ignored.
 enum class Unusable : std::uint8_t {
   kMalformed,  ///< inconsistent lengths, or marked bad by the probe
-  kAltered,    ///< matches a frame under way but for fields that slaves never change: bits flipped on the wire
+  kAltered,    ///< matches a frame in flight but for fields that slaves never change: bits flipped on the wire
 };
 
 class BusSink {
@@ -63,7 +63,7 @@ class BusSink {
   /// before the frame that overtook it is handed over; OnLost() or OnTransaction() may still follow.
   virtual void OnDoubtful(const wire::FrameView& sent) = 0;
   /// No return of `sent` will come any more. Comes later than the frames that overtook it.
-  /// @param followed_by_other the packet right behind it in the capture was no EtherCAT frame
+  /// @param followed_by_other the packet directly after it in the capture was no EtherCAT frame
   virtual void OnLost(const wire::FrameView& sent, Loss loss, bool followed_by_other) = 0;
   /// `returned` is byte for byte what frame `original` already brought back.
   virtual void OnDuplicate(const wire::FrameView& returned, FrameNo original) = 0;

@@ -43,10 +43,10 @@ class FdReader final : public ByteReader {
  private:
   /// Waits until something can be read, or the end; false when it is not wanted any more.
   [[nodiscard]] bool WaitForBytes() const {
-    constexpr int kLookEveryMs = 100;
+    constexpr int kPollEveryMs = 100;
     while (!stop_->load(std::memory_order_relaxed)) {
       pollfd waiting{fd_, POLLIN, 0};
-      if (::poll(&waiting, 1, kLookEveryMs) != 0 && errno != EINTR) return true;
+      if (::poll(&waiting, 1, kPollEveryMs) != 0 && errno != EINTR) return true;
       if (waiting.revents != 0) return true;
     }
     return false;

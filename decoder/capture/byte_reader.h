@@ -28,7 +28,7 @@ class ByteReader {
 };
 
 /// Opens a file for MakeFdReader().
-/// @param stop  as there. Where it is given, a named pipe that nobody writes to yet opens at once, and is waited for in
+/// @param stop  as there. Where it is given, a named pipe without a writer opens at once, and is waited for in
 ///              Read(), which can be stopped; else here.
 /// @return the descriptor; -1 with errno when the file does not open
 [[nodiscard]] int OpenToRead(const std::string& path, const std::atomic<bool>* stop);
@@ -38,7 +38,7 @@ std::unique_ptr<ByteReader> MakeFdReader(int fd, bool owned, const std::atomic<b
 /// Reads `bytes`, which must outlive the reader.
 std::unique_ptr<ByteReader> MakeMemoryReader(ByteSpan bytes);
 
-/// Decompresses all members of a gzip file; zero bytes behind the last one are padding (as tape and block devices add).
+/// Decompresses all members of a gzip file; zero bytes after the last one are padding (as tape and block devices add).
 /// @param head  bytes already taken from `source`
 std::unique_ptr<ByteReader> MakeGzipReader(std::unique_ptr<ByteReader> source, ByteSpan head);
 /// Decompresses all frames of a zstd file; a frame that wants a window above 128 MiB is an error, not an allocation.

@@ -15,11 +15,11 @@ namespace ecaudit::capture {
 ///
 /// @param path  a file, or "-" for standard input
 /// @return a source at the first packet; or one line saying why not ("no such file: x.pcap", "x.txt is not a capture").
-///         A file that is damaged behind its header opens, and reports the damage where it is reached.
+///         A file that is damaged after its header opens, and reports the damage where it is reached.
 /// @param stop  once it is set the source ends, also where a pipe gives nothing; null: never
 Result<std::unique_ptr<FrameSource>> OpenCapture(const std::string& path, const std::atomic<bool>* stop = nullptr);
 
-/// Opens several files of one ring buffer as one capture, packets merged by time stamp and numbered anew from 1;
+/// Opens several files of one ring buffer as one capture, packets merged by time stamp and numbered again from 1;
 /// packets without a stamp keep the place they have in their file. joined_source.h says it exactly: equal stamps,
 /// interfaces, comments, and damage, which ends only the file that has it. `stop` as for OpenCapture().
 Result<std::unique_ptr<FrameSource>> OpenJoined(std::span<const std::string> paths,

@@ -11,7 +11,7 @@
 namespace ecaudit::capture {
 
 /// Finds out what `stream` holds and opens it; see OpenCapture().
-/// @param name  stands for the file in messages and in info().path
+/// @param name  of the file in messages and in info().path
 Result<std::unique_ptr<FrameSource>> OpenCaptureStream(std::unique_ptr<InputStream> stream, const std::string& name);
 
 /// Opens a whole capture file that lies in memory; `bytes` must outlive the source.
@@ -26,7 +26,7 @@ Result<std::unique_ptr<FrameSource>> OpenCaptureFromMemory(
 /// What failed underneath, and where: "the gzip data end early, after packet 811".
 [[nodiscard]] std::string StreamDamage(const InputStream& stream, FrameNo last_frame);
 
-/// "pcap" or "pcapng", with "+gzip" or "+zstd" behind it.
+/// "pcap" or "pcapng", with "+gzip" or "+zstd" after it.
 [[nodiscard]] std::string FormatName(const char* container, Compression compression);
 
 }  // namespace ecaudit::capture

@@ -23,7 +23,7 @@ class CompressedInput {
     buffer_.resize(kInputBytes);
   }
 
-  /// What is left in the buffer, filled anew when nothing is; empty at the end or when the source failed.
+  /// What is left in the buffer, filled again when nothing is; empty at the end or when the source failed.
   ByteSpan Available(std::string& error) {
     if (begin_ == end_) {
       begin_ = 0;
@@ -86,14 +86,14 @@ class GzipReader final : public ByteReader {
   std::uint64_t source_bytes() const override { return input_.source_bytes(); }
 
  private:
-  /// @return true when inflate() is to go on with the input (or failed_ is set), false to look at the next input
+  /// @return true when inflate() is to go on with the input (or failed_ is set), false to check the next input
   bool StartMember(ByteSpan available, std::string& error) {
     if (available[0] == 0 && !first_) {
       input_.Consume(1);
       return false;
     }
     if (!first_ && available[0] != 0x1F) {
-      error = "there is something else behind the gzip data";
+      error = "the gzip data are followed by other data";
       failed_ = true;
       return true;
     }

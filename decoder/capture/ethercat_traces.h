@@ -1,4 +1,4 @@
-/// Whether bytes that nobody knows how to read may be an EtherCAT frame, and how link types are called.
+/// Whether unreadable bytes may be an EtherCAT frame, and the names of link types.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace ecaudit::capture {
 
-/// True when an EtherCAT header stands behind its EtherType somewhere in the first bytes: what an unknown link type or
+/// True when an EtherCAT header follows its EtherType somewhere in the first bytes: what an unknown link type or
 /// block has in front of an Ethernet frame is short.
 [[nodiscard]] bool HoldsEtherCat(ByteSpan bytes);
 

@@ -45,7 +45,7 @@ struct Interface {
   std::uint16_t link_type = 1;
   std::uint32_t snap_length = 0;      ///< 0: unlimited
   std::int64_t resolution_ns = 1000;  ///< step of its time stamps; 1 where finer than a nanosecond
-  std::uint32_t section = 0;  ///< of a pcapng file that describes it, from 0: another recording behind the first
+  std::uint32_t section = 0;          ///< of a pcapng file that describes it, from 0: another recording after the first
   std::optional<std::uint64_t> dropped;  ///< by the capturing machine (interface statistics), if recorded
 };
 
@@ -73,7 +73,7 @@ struct ClockShift {
 /// What is known of the file; grows while it is read, final after the last frame.
 struct CaptureInfo {
   std::string path;
-  std::string format;  ///< "pcap", "pcapng", with "+gzip" or "+zstd" behind it when compressed
+  std::string format;  ///< "pcap", "pcapng", with "+gzip" or "+zstd" after it when compressed
   std::vector<Interface> interfaces;
   std::optional<Damage> damage;
   std::vector<Comment> comments;  ///< at most 1,000, later ones are left out

@@ -83,7 +83,7 @@ void InputStream::Fill(std::size_t count) {
     begin_ = 0;
   }
   while (end_ < count && !ended_) {
-    // Grows only behind bytes that really came: a length field alone cannot make it allocate.
+    // Grows only after bytes that really came: a length field alone cannot make it allocate.
     if (end_ == window_.size()) window_.resize(std::min(window_.size() * 2, std::max(count, window_.size() + 1)));
     end_ += Produce(std::span(window_).subspan(end_));
   }

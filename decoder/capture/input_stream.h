@@ -25,8 +25,8 @@ class InputStream {
  public:
   /// More decompressed bytes than this are taken for a decompression bomb, ...
   static constexpr std::uint64_t kDefaultDecompressedLimit = 1ULL << 40U;  // 1 TiB
-  /// ... and so is what expands to more than so many times its size, once it is larger than kSmallBytes. Captures with
-  /// clocks and counters in every frame do not come near.
+  /// ... and so is what expands to more than this multiple of its size, once it is larger than kSmallBytes. Captures
+  /// with clocks and counters in every frame do not come near.
   static constexpr std::uint64_t kMostTimes = 200;
   static constexpr std::uint64_t kSmallBytes = 256ULL << 20U;
 
@@ -64,7 +64,7 @@ class InputStream {
   /// Why the input failed, one line without a full stop ("the gzip data end early"); empty while it has not. The bytes
   /// before the failure are all handed out.
   [[nodiscard]] const std::string& error() const { return error_; }
-  /// The input was told to end: where it does so is no damage.
+  /// The input was ended on request: its end is no damage.
   [[nodiscard]] bool stopped() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed); }
   [[nodiscard]] Compression compression() const { return compression_; }
   /// Decompressed bytes consumed so far.

@@ -56,7 +56,7 @@ class JoinedSource final : public FrameSource {
   [[nodiscard]] bool stopped() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed); }
   void Push(std::size_t rank);
   void OpenDueFiles();
-  /// Reads the next packet of a file and puts the file back into the heap, or closes it behind its last one.
+  /// Reads the next packet of a file and puts the file back into the heap, or closes it after its last one.
   void Advance(std::size_t rank);
   void Close(File& file);
   void AddDamage(const File& file, const std::string& message, std::uint64_t offset);

@@ -13,8 +13,8 @@ namespace ecaudit::capture {
 /// True when `head` (4 bytes or more) begins like a pcap file of any kind that libpcap reads.
 [[nodiscard]] bool IsPcap(ByteSpan head);
 
-/// Reads a pcap file: micro- or nanoseconds, both byte orders, the variants that libpcap knows. libpcap judges the file
-/// header; the packets are read in place, many at a time, as libpcap would read them (its loop copies each twice).
+/// Reads a pcap file: micro- or nanoseconds, both byte orders, the variants that libpcap knows. libpcap evaluates the
+/// file header; the packets are read in place, many at a time, as libpcap would read them (its loop copies each twice).
 ///
 /// info().interfaces[0] is filled from the start; link_type is the LINKTYPE_ number in the file.
 /// Seconds count from 1970 to 2106 (unsigned, as Wireshark reads them).

@@ -46,7 +46,7 @@ class PcapngSource final : public FrameSource {
     info_.format = FormatName("pcapng", stream_->compression());
   }
 
-  /// Reads the first section header, and the interfaces right behind it.
+  /// Reads the first section header, and the interfaces directly after it.
   /// @return what is wrong with the header; empty when nothing is
   std::string Start() {
     CapturedFrame none;

@@ -14,7 +14,7 @@
 
 namespace ecaudit::capture {
 
-/// Reads a pcapng file behind its block type 0x0A0D0D0A.
+/// Reads a pcapng file after its block type 0x0A0D0D0A.
 ///
 /// Numbers: each enhanced, simple and obsolete packet block is one frame, whatever its link type, as Wireshark counts.
 /// Wireshark also numbers journal entries, sysdig events and custom blocks: they take their number but give no frame,
@@ -22,7 +22,7 @@ namespace ecaudit::capture {
 /// Dropped packets of an interface: the last statistics block's counters (if_drop + os_drop, which run from the start
 /// of the capture), or the sum of the packets' own drop counts (epb_dropcount, drops of obsolete packet blocks) if
 /// larger. Blocks of other types are passed over. A block that is inconsistent (length, trailing length, interface,
-/// captured length) is damage: reading ends there, since nothing behind it can be trusted.
+/// captured length) is damage: reading ends there, since nothing after it can be trusted.
 /// @param name  the file in messages and in info().path
 /// @return one line when the first section header is no valid one
 Result<std::unique_ptr<FrameSource>> OpenPcapng(std::unique_ptr<InputStream> stream, const std::string& name);

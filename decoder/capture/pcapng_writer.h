@@ -35,7 +35,7 @@ class PcapngWriter {
   /// @param frame     its interface_index must be one of the interfaces added; a packet of another one is left out
   /// @param comments  each becomes a comment of its own
   void AddPacket(const CapturedFrame& frame, std::span<const std::string> comments);
-  /// What the capturing machine dropped, where it is recorded; behind the last packet.
+  /// What the capturing machine dropped, where it is recorded; after the last packet.
   void AddStatistics(const std::vector<Interface>& interfaces);
 
  private:

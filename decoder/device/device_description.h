@@ -1,7 +1,7 @@
 /// What a drive is: the one type that built-in profiles, user profiles, ESI and ENI files are read into.
 ///
-/// In: text of one of those. Out: facts with their source. Nothing here judges; a field that a source does not state
-/// stays empty or unset, and whoever needs it has to say so instead of guessing.
+/// In: text of one of those. Out: facts with their source. A field that a source does not state stays empty or unset;
+/// code that needs it reports so instead of guessing.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@
 
 namespace ecaudit::device {
 
-/// By what a drive of this family is recognised. Nothing documented: nothing set, and the note says so.
+/// How a drive of this family is recognised. Without documentation nothing is set, and the note states that.
 struct IdentityMatch {
   std::optional<std::uint32_t> vendor_id;
   std::vector<std::uint32_t> product_codes;

@@ -6,7 +6,7 @@ namespace ecaudit::device {
 
 const EmergencyCode* EmergencyTable::Find(std::uint16_t code) const {
   const EmergencyCode* best = nullptr;
-  // Sorted by first code, so everything behind the first greater one cannot contain `code`.
+  // Sorted by first code, so everything after the first greater one cannot contain `code`.
   for (const EmergencyCode& row : codes) {
     if (row.code > code) break;
     if (code > row.last_code) continue;

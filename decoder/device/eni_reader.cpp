@@ -147,7 +147,7 @@ class EniParser {
       }
       CountRow();
     }
-    // PDOs may stand before or behind the sync manager that names them.
+    // PDOs may stand before or after the sync manager that names them.
     for (const Assignment& assignment : assigned_) {
       for (PdoContent& pdo : slave.pdos) {
         if (pdo.index == assignment.pdo) pdo.sync_manager = assignment.sync_manager;

@@ -65,7 +65,7 @@ struct EniMailbox {
   std::uint16_t receive_start = 0;
   std::uint16_t receive_length = 0;
   std::optional<TimeNs> poll_time;          ///< the master polls in this interval
-  std::optional<std::uint32_t> status_bit;  ///< or looks at this bit of the image of mailbox states
+  std::optional<std::uint32_t> status_bit;  ///< or polls this bit of the image of mailbox states
   std::vector<std::string> protocols;       ///< "CoE", "EoE", ...
 };
 
@@ -96,7 +96,7 @@ struct EniSlave {
 
   /// Place on the bus by the auto-increment address; nothing when the file gives none.
   [[nodiscard]] std::optional<SlavePos> position() const;
-  /// How long the master waits for a state: what its checks of AL Status behind a request allow, the longest of
+  /// How long the master waits for a state: what its checks of AL Status after a request allow, the longest of
   /// several.
   [[nodiscard]] StateTimeouts Waits() const;
 };

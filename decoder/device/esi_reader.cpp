@@ -555,7 +555,7 @@ class EsiParser {
     if (xml_.failed()) return;
     const auto type = types.find(type_name);
     if (type == types.end() || type->second.items.empty()) {
-      // A simple object; a declared type without subindices stands for its base type, or is a string of a fixed size.
+      // A simple object; a declared type without subindices means its base type, or is a string of a fixed size.
       AddRow(dictionary, object, type_name, type == types.end() ? nullptr : &type->second, flags);
       return;
     }

@@ -19,7 +19,7 @@ namespace ecaudit::device {
 
 /// Parses `text` with limits on depth, and errors by line and column; duplicate keys are errors.
 ///
-/// @param stop_after  a key of the top-level object: reading ends behind its value, and what follows is not looked at
+/// @param stop_after  a key of the top-level object: reading ends after its value, and what follows is not examined
 [[nodiscard]] Result<JsonDocument> ParseJson(std::string_view text, std::string_view stop_after = {});
 
 /// One value and the way to it. Lives on the stack of the function that reads it; parents outlive children.
@@ -56,7 +56,7 @@ class Cursor {
   std::size_t index_ = kNoIndex;
 };
 
-/// Reads the members of one object and complains about those nobody asked for.
+/// Reads the members of one object and reports those that were not asked for.
 class ObjectReader {
  public:
   explicit ObjectReader(const Cursor& cursor);
@@ -90,7 +90,7 @@ class ObjectReader {
   void ReadMember(std::string_view key, bool required, void* out, void (*read)(const Cursor&, void*));
 
   const Cursor& cursor_;
-  std::uint64_t asked_ = 0;          ///< members that somebody asked for, a bit each
+  std::uint64_t asked_ = 0;          ///< members that were asked for, a bit each
   std::vector<std::size_t> beyond_;  ///< those that have no bit
 };
 

@@ -67,11 +67,11 @@ struct DictionaryObject {
   Access access = Access::kUnknown;
   bool constant = false;  ///< read only and never changing
   Mappable mappable = Mappable::kUnknown;
-  std::optional<PdoDirection> only;  ///< mappable in this direction only, where a source says so
+  std::optional<PdoDirection> only;  ///< mappable in this direction only, if a source states it
   std::string scale;                 ///< "1000:1", "1:1", "var"; empty: plain number
   std::string unit;
   std::string name;
-  std::string keyword;         ///< ASCII parameter(s) behind the object
+  std::string keyword;         ///< ASCII parameter(s) after the object
   std::string printed_type;    ///< where `types` reads print otherwise
   std::string printed_access;  ///< where `access` reads print otherwise
   std::string note;

@@ -1,5 +1,5 @@
 // Run while the program is built: PROFILE.json TARGET writes TARGET.packed, TARGET.head and TARGET.objects. Silent; the
-// exit status tells.
+// exit status reports it.
 #include <charconv>
 #include <cstdint>
 #include <fstream>

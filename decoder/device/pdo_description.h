@@ -12,7 +12,7 @@
 
 namespace ecaudit::device {
 
-/// How sure the object behind an entry of a fixed PDO is; manuals print names and sizes, not indices.
+/// How sure the object after an entry of a fixed PDO is; manuals print names and sizes, not indices.
 enum class Confidence : std::uint8_t {
   kPrinted,    ///< name and size lead to one object
   kResolved,   ///< needed a small step (another spelling, low half of an object)

@@ -16,7 +16,7 @@ namespace {
 /// A mistake more than this and the file is something else.
 constexpr std::size_t kMostProblems = 500;
 
-/// The text of a profile from which what is wrong is cut out, so that reading can go on behind it. Cut parts become
+/// The text of a profile from which what is wrong is cut out, so that reading can continue after it. Cut parts become
 /// spaces and inserted ones are remembered, so every byte still knows its place in the original.
 class Draft {
  public:
@@ -138,7 +138,7 @@ class Check {
     }
   }
 
-  /// The reader says of a list only that some row stands twice.
+  /// The reader says of a list only that some row appears twice.
   void CutRowsThatStandTwice(JsonValue root) {
     std::vector<std::string> rows =
         RowsThatStandTwice(root, [this](const std::string& path, std::string what) { Add(path, std::move(what)); });
@@ -157,7 +157,7 @@ class Check {
       if (read) return std::move(*read);
       const auto [path, what] = Split(read.error().message);
       const JsonPlaces places(draft_.text());
-      if (!GoOnBehind(path, what, places)) return std::nullopt;
+      if (!ContinueAfter(path, what, places)) return std::nullopt;
     }
     return std::nullopt;
   }
@@ -180,7 +180,7 @@ class Check {
     return path;
   }
 
-  bool GoOnBehind(const std::string& path, const std::string& what, const JsonPlaces& places) {
+  bool ContinueAfter(const std::string& path, const std::string& what, const JsonPlaces& places) {
     const JsonPlace* place = places.Find(path);
     if (place == nullptr) {
       Add(path, what);

@@ -54,7 +54,7 @@ std::string Pair(const esc::AlState from, const esc::AlState to) {
   return std::string(esc::StateName(from)) + " to " + std::string(esc::StateName(to));
 }
 
-// --- rows that stand twice
+// --- rows that appear twice
 
 /// By what the rows of a list differ; empty: a row that does not say it.
 std::string KeyText(JsonValue row, const std::vector<std::string_view>& keys) {
@@ -131,7 +131,7 @@ class Consistency {
     if (from && to && *from > *to) report_("match.revision_max", "lies below \"revision_min\"");
   }
 
-  /// Every citation begins with the key of a document that somebody knows.
+  /// Every citation begins with the key of a known document.
   void CheckCitations(JsonValue value, const std::string& path) {
     if (documents_.empty()) {
       documents_.insert(TextOf(root_.member("document")));
@@ -161,7 +161,7 @@ class Consistency {
       if (documents_.contains(key) || FindSourceDocument(key) != nullptr) continue;
       report_(path, "cites \"" + Printable(key) +
                         "\", which is neither \"document\", nor one of \"documents\", nor a " +
-                        "document the program knows (docs/sources.md)");
+                        "document of docs/sources.md");
     }
   }
 
@@ -177,7 +177,7 @@ class Consistency {
       if (allowed == false && row.member("to").is_text("INIT")) {
         report_(path, "INIT may always be requested");
       } else if (allowed == false && refusals.size() == 0) {
-        report_(path, "is refused, but no \"refusal_codes\" say how");
+        report_(path, "is refused, but \"refusal_codes\" has no code for it");
       }
       if (allowed == false && row.member("performed").boolean() == false) {
         report_(path, "what is refused is not performed anyway: \"performed\" is for what is allowed");
@@ -190,7 +190,7 @@ class Consistency {
         }
       }
     }
-    // Rows that could not be read have been told of.
+    // Rows that could not be read have been reported.
     if (profile_->al.transitions.size() < rows.size()) return;
     if (rows.size() == 0) return;
     constexpr esc::AlState kStates[] = {esc::AlState::INIT, esc::AlState::PREOP, esc::AlState::BOOT,
@@ -201,7 +201,7 @@ class Consistency {
         if (profile_->al.Find(from, to) == nullptr) missing += (missing.empty() ? "" : ", ") + Pair(from, to);
       }
     }
-    if (!missing.empty()) report_("al.transitions", "no row says what becomes of " + missing);
+    if (!missing.empty()) report_("al.transitions", "no row covers " + missing);
   }
 
   void CheckAlReach() {
@@ -223,7 +223,7 @@ class Consistency {
     // BOOT is optional; without the others there is no process data.
     for (const esc::AlState state : {esc::AlState::PREOP, esc::AlState::SAFEOP, esc::AlState::OP}) {
       if (reached.contains(state)) continue;
-      // The row that should lead there stands for it.
+      // The row that should lead there means it.
       std::string path = "al.transitions";
       for (std::size_t i = 0; i < rows.size() && path == "al.transitions"; ++i) {
         const bool leads = rows.element(i).member("to").is_text(esc::StateName(state));
@@ -617,7 +617,7 @@ std::vector<std::string> RowsThatStandTwice(JsonValue root, const ReportProblem&
       const auto [known, added] = first.try_emplace(key, i);
       if (added) continue;
       twice.push_back(Row(list, i));
-      report(twice.back(), std::string(what) + " stands in row " + std::to_string(known->second) + " already");
+      report(twice.back(), std::string(what) + " is already in row " + std::to_string(known->second));
     }
   };
   for (const Unique& list : kLists) {

@@ -7,7 +7,7 @@
 namespace ecaudit::device {
 namespace {
 
-/// "out" is from the master to the drive, as the manuals look at it.
+/// "out" is from the master to the drive, as the manuals use it.
 void ReadRequest(const Cursor& cursor, bool& out) {
   static constexpr Word<bool> kWords[] = {{"out", true}, {"in", false}};
   ReadWord(cursor, kWords, out);

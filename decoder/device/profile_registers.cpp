@@ -41,7 +41,7 @@ void ReadBits(const Cursor& cursor, std::uint8_t& first, std::uint8_t& last) {
 
 namespace {
 
-/// A row that stands for several equal ones: "{n}" in its name is their number.
+/// A row that means several equal ones: "{n}" in its name is their number.
 struct RegisterRow {
   struct Repeat {
     std::uint16_t count = 1;

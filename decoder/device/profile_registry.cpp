@@ -25,7 +25,7 @@ struct Builtin {
   std::unique_ptr<const DeviceDescription> description;
 };
 
-/// Never taken down: that would be work for nobody at the end of a program.
+/// Never destroyed: that would be wasted work at the end of a program.
 std::map<std::string, Builtin, std::less<>>& Builtins() {
   static auto* const builtins = [] {
     auto* made = new std::map<std::string, Builtin, std::less<>>;
@@ -226,7 +226,7 @@ std::vector<const DeviceDescription*> ProfileRegistry::Match(Predicate fits) con
     if (const DeviceDescription* profile = BuiltinProfile(head.id)) builtin.push_back(profile);
   }
   SortNewestFirst(builtin);
-  // Somebody who adds a family for this drive means it, whatever its manual's date.
+  // A family that the user adds for this drive takes precedence, whatever the date of its manual.
   matches.insert(matches.end(), builtin.begin(), builtin.end());
   return matches;
 }

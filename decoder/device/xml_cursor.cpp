@@ -31,7 +31,7 @@ std::string_view DeclaredEncoding(std::string_view xml) {
   return declaration.substr(open + 1, close - open - 1);
 }
 
-/// True when an element has so many attributes that looking for two of one name would take long: the parser compares
+/// True if an element has too many attributes for a search of duplicates in reasonable time: the parser compares
 /// each with each. Also right where a character takes two bytes.
 bool HasTooManyAttributes(std::string_view xml) {
   std::size_t at = 0;

@@ -37,7 +37,7 @@ class XmlCursor {
 
   /// Moves to the document element; fails unless it is called `name`.
   void EnterRoot(std::string_view name);
-  /// Moves to the next child of the current element, or behind that element when it has no more.
+  /// Moves to the next child of the current element, or after that element when it has no more.
   /// A child must be left by Text(), Number(), Skip() or a loop over its own children.
   [[nodiscard]] bool NextChild();
   /// Local name of the current element.

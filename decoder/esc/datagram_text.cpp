@@ -25,7 +25,7 @@ std::string DescribeDatagram(const wire::DatagramView& datagram, bool returned) 
   if (!returned) {
     return DescribeAccess(address, data, writes ? AccessKind::WRITE : AccessKind::REQUEST);
   }
-  if (!reads) return DescribeAccess(address, data, AccessKind::WRITE) + (wkc == 0 ? " (not taken)" : "");
+  if (!reads) return DescribeAccess(address, data, AccessKind::WRITE) + (wkc == 0 ? " (not accepted)" : "");
   if (wkc == 0) {
     const std::string name = DescribeAccess(address, data, AccessKind::REQUEST);
     return (name.empty() ? Hex(address) : name) + " (no answer)";
@@ -34,7 +34,7 @@ std::string DescribeDatagram(const wire::DatagramView& datagram, bool returned) 
   std::string text = DescribeAccess(address, data, AccessKind::READ);
   if (!ored) return text;
   if (address == kAlStatus && !data.empty()) {
-    // Nobody is in state 14: some are in one, some in another.
+    // State 14 does not exist: some slaves are in one state, some in another.
     const AlWord status{data[0]};
     const std::string one = StateName(status.state());
     const std::size_t at = text.find(one);

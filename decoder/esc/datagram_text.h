@@ -13,7 +13,7 @@ namespace ecaudit::esc {
 ///   returned read      "AL Status: PREOP+ERR; AL Status Code: 0x001d invalid output configuration"
 ///   broadcast read     "AL Status: OP (all slaves ORed)"
 ///   write              "SM0: 0x1800 1024 bytes, mailbox, ECAT writes, PDI irq, enabled"
-///   nobody took part   "AL Status (no answer)", "AL Control: OP (not taken)"
+///   no slave took part   "AL Status (no answer)", "AL Control: OP (not accepted)"
 ///   process data       "logical 0x00010000, 34 bytes"
 ///
 /// @param returned the copy that passed the slaves. Where the direction is unknown, a working counter other than 0 says

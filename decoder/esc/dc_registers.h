@@ -30,7 +30,7 @@ inline constexpr TimeNs kDcEpoch = 946'684'800'000'000'000;
 }
 
 /// 0x092C: mean distance of the local copy of the system time from the received one. What bit 31 means differs between
-/// the manuals (esc-reference 10.4), so the magnitude alone is to be judged.
+/// the manuals (esc-reference 10.4), so the magnitude alone is to be evaluated.
 struct TimeDifference {
   std::uint32_t raw = 0;
   [[nodiscard]] constexpr std::uint32_t magnitude_ns() const { return raw & 0x7FFFFFFFU; }

@@ -47,7 +47,7 @@ struct Fmmu {
   std::uint8_t type = 0;                ///< bit 0 read, bit 1 write; not the function code of the SII
   std::uint8_t activate = 0;
 
-  /// @param bytes at least the 13 bytes up to Activate, else nothing; the reserved bytes behind are ignored
+  /// @param bytes at least the 13 bytes up to Activate, else nothing; the reserved bytes after are ignored
   [[nodiscard]] static constexpr std::optional<Fmmu> Decode(ByteSpan bytes) {
     if (bytes.size() < 13) return std::nullopt;
     return Fmmu{LittleEndian<std::uint32_t>(bytes, 0),
@@ -82,7 +82,7 @@ struct Fmmu {
   [[nodiscard]] constexpr BitRange physical_bits() const {
     return {std::uint64_t{physical_start} * 8 + physical_start_bit, bit_count()};
   }
-  /// First ESC address behind the mapped bits; physical_start when nothing is mapped.
+  /// First ESC address after the mapped bits; physical_start when nothing is mapped.
   [[nodiscard]] constexpr std::uint32_t physical_end() const {
     return bit_count() == 0 ? physical_start : static_cast<std::uint32_t>((physical_bits().end() + 7) / 8);
   }
@@ -92,7 +92,7 @@ struct Fmmu {
   [[nodiscard]] constexpr BitRange Overlap(std::uint32_t logical, std::size_t bytes) const {
     return Intersect(logical_bits(), {std::uint64_t{logical} * 8, std::uint64_t{bytes} * 8});
   }
-  /// ESC memory bit (address * 8 + bit) behind a logical bit (address * 8 + bit).
+  /// ESC memory bit (address * 8 + bit) after a logical bit (address * 8 + bit).
   [[nodiscard]] constexpr std::optional<std::uint64_t> ToPhysicalBit(std::uint64_t logical_bit) const {
     return Map(logical_bit, logical_bits(), physical_bits());
   }

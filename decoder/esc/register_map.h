@@ -78,7 +78,7 @@ struct Field {
 struct Register {
   EscAddress address = 0;    ///< of the first instance
   std::uint16_t length = 0;  ///< bytes
-  std::string_view name;     ///< '#' stands for the number of the instance
+  std::string_view name;     ///< '#' means the number of the instance
   EcatAccess access = EcatAccess::READ;
   std::span<const Field> fields;
   std::string_view zero;             ///< what no set bit means, for registers of flags

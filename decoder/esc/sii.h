@@ -256,7 +256,7 @@ struct SiiContents {
   std::vector<SiiDcMode> dc_modes;
   std::vector<SiiRawCategory> raw;
 
-  /// First category of that type in the chain; null when the chain does not show one (it may lie behind its end).
+  /// First category of that type in the chain; null when the chain does not show one (it may follow its end).
   [[nodiscard]] const SiiCategory* Find(SiiCategoryType type) const;
   /// True when everything of that type is known: the chain was seen to its end mark and each such category is complete.
   [[nodiscard]] bool Complete(SiiCategoryType type) const;
@@ -271,7 +271,7 @@ struct SiiContents {
 
 enum class SiiDepth : std::uint8_t {
   kWhole,
-  kChain,  ///< where categories lie, not what they hold: costs a look at each category's header
+  kChain,  ///< where categories lie, not what they hold: costs a read of each category's header
 };
 
 /// Reads what the known words of `image` say. Any content is accepted.

@@ -43,7 +43,7 @@ struct SyncManager {
   std::uint8_t activate = 0;
   std::uint8_t pdi_control = 0;  ///< written by the slave's processor
 
-  /// @param bytes the eight register bytes; nothing when there are fewer, bytes behind them are ignored
+  /// @param bytes the eight register bytes; nothing when there are fewer, bytes after them are ignored
   [[nodiscard]] static constexpr std::optional<SyncManager> Decode(ByteSpan bytes) {
     if (bytes.size() < kSyncManagerBytes) return std::nullopt;
     return SyncManager{LittleEndian<std::uint16_t>(bytes, 0),
@@ -82,7 +82,7 @@ struct SyncManager {
   /// Enabled by the master and not locked by the slave.
   [[nodiscard]] constexpr bool active() const { return enabled() && !deactivated_by_pdi(); }
 
-  /// First address behind the one buffer that the master addresses; up to 0x1FFFE, hence 32 bits.
+  /// First address after the one buffer that the master addresses; up to 0x1FFFE, hence 32 bits.
   [[nodiscard]] constexpr std::uint32_t end() const { return std::uint32_t{start} + length; }
   /// Bytes of memory taken: three buffers in three-buffer mode. A length of 1 is not buffered (esc-reference 6.2).
   [[nodiscard]] constexpr std::uint32_t occupied_bytes() const {

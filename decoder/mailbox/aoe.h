@@ -46,10 +46,10 @@ struct AmsHeader {
   std::uint16_t source_port = 0;
   AdsCommand command = AdsCommand::kInvalid;
   std::uint16_t state_flags = 0;  ///< bit 0 response, bit 2 ADS command
-  std::uint32_t length = 0;       ///< bytes behind the header
+  std::uint32_t length = 0;       ///< bytes after the header
   std::uint32_t error = 0;        ///< AMS error code
   std::uint32_t invoke_id = 0;    ///< the response repeats that of its request
-  ByteSpan data;                  ///< what is behind the header, at most `length` bytes
+  ByteSpan data;                  ///< what is after the header, at most `length` bytes
   bool too_short = false;         ///< what is missing reads as 0
 
   [[nodiscard]] bool response() const { return (state_flags & 1U) != 0; }

@@ -21,7 +21,7 @@ struct EmergencyData {
   bool too_short = false;  ///< what is missing reads as 0
 };
 
-/// @param bytes  behind the CoE header
+/// @param bytes  after the CoE header
 [[nodiscard]] constexpr EmergencyData ParseEmergency(ByteSpan bytes) {
   EmergencyData emergency;
   emergency.error_code = LittleEndian<std::uint16_t>(bytes, 0);

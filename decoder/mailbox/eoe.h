@@ -60,7 +60,7 @@ struct EoeHeader {
 [[nodiscard]] std::string_view EoeResultText(std::uint16_t result);
 
 /// Reads the settings of a set IP request or get IP response. Fields stand at fixed places whether valid or not.
-/// @param data  behind the EoE header
+/// @param data  after the EoE header
 [[nodiscard]] EoeIpParameters ParseIpParameters(ByteSpan data);
 
 /// Names what is inside an Ethernet frame, up to the ports of TCP and UDP. What is cut or unknown stays absent.

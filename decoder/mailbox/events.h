@@ -1,6 +1,6 @@
 /// out of mailbox/: what was said through the mailboxes, as plain structs, and the interface that takes them.
 ///
-/// All spans and string_views are valid during the call only; who needs them longer copies them.
+/// All spans and string_views are valid during the call only; copy them to keep them longer.
 /// Frames: a request is cited by its outbound copy, an answer by its returned copy, where those are captured.
 #pragma once
 
@@ -47,7 +47,7 @@ struct MailboxMessage {
   FrameRef first;     ///< frame of the access to the first byte, when that was an earlier one; else as frame()
   Header header;
   ByteSpan payload;  ///< service data, at most header.length bytes
-  ByteSpan behind;   ///< what was transferred behind the message: old contents, or what a wrong length leaves out
+  ByteSpan behind;   ///< what was transferred after the message: old contents, or what a wrong length leaves out
   Problem problem = Problem::kNone;
   /// kObserved: the working counter says it was written or read. kInferred: taken as done (outbound-only capture), or
   /// the mailbox was recognised by its contents. kUnknown: the frame never returned.
@@ -72,7 +72,7 @@ struct MailboxMessage {
 };
 
 enum class SdoService : std::uint8_t {
-  kUnknown,   ///< the initiate was not captured and nothing else tells
+  kUnknown,   ///< the initiate was not captured and nothing else shows it
   kDownload,  ///< master writes
   kUpload,    ///< master reads
 };
@@ -80,7 +80,7 @@ enum class SdoService : std::uint8_t {
 enum class SdoTransferKind : std::uint8_t {
   kUnknown,    ///< no data seen (aborted or unanswered upload)
   kExpedited,  ///< up to 4 bytes in the initiate
-  kNormal,     ///< all data behind the initiate
+  kNormal,     ///< all data after the initiate
   kSegmented,  ///< continued in segments
 };
 
@@ -120,7 +120,7 @@ struct SdoTransfer {
   std::optional<std::uint32_t> declared_size;  ///< as the initiate announced
   bool size_mismatch = false;                  ///< completed with another size than announced
   bool data_gap = false;                       ///< an answer with data is missing from the capture: data is not whole
-  std::uint32_t excess = 0;                    ///< bytes behind the announced size in the initiate, not part of data
+  std::uint32_t excess = 0;                    ///< bytes after the announced size in the initiate, not part of data
 
   std::uint32_t abort_code = 0;
   Direction aborted_by = Direction::kIn;              ///< kOut: the master gave up
@@ -212,14 +212,14 @@ struct MailboxRefused {
 /// one.
 struct MailboxStuck {
   SlaveId slave = kNoSlave;
-  FrameRef first, last;  ///< looks at the status of the out mailbox (0x0805)
+  FrameRef first, last;  ///< reads of the status of the out mailbox (0x0805)
   /// Nothing was written since, and what was written before is not known; not seen(): that is not known either.
-  FrameRef hole;
+  FrameRef gap;
   std::uint64_t looks = 0;
-  bool reset = false;  ///< the mailbox was reset behind them
+  bool reset = false;  ///< the mailbox was reset after them
 
   /// From here on it is known to be full.
-  [[nodiscard]] const FrameRef& since() const { return hole.seen() ? hole : first; }
+  [[nodiscard]] const FrameRef& since() const { return gap.seen() ? gap : first; }
 };
 
 /// A mailbox read never returned: what the slave may have put there is missing from the capture.
@@ -248,9 +248,9 @@ struct MailboxUnanswered {
   std::uint64_t polls = 0;  ///< times the master looked for the answer and found the mailbox empty
   FrameRef first_poll;
   FrameRef last_poll;                          ///< last look that found nothing; not seen() when there was none
-  bool not_taken = false;                      ///< the last look at the out mailbox (0x0805) found it still full
+  bool not_accepted = false;                   ///< the last read of 0x0805 showed the out mailbox still full
   bool taken = false;                          ///< it was found empty, or took the next request
-  bool read_lost = false;                      ///< a mailbox read was lost meanwhile: the answer may have been in it
+  bool read_lost = false;                      ///< a mailbox read was lost in between: the answer may have been in it
   Certainty certainty = Certainty::kObserved;  ///< that the slave got the request
 };
 
@@ -292,7 +292,7 @@ struct SdoInfo {
   ByteSpan default_value, minimum, maximum;  ///< entry, empty when not given
   std::string_view name;                     ///< object, entry (untrusted text, not terminated)
 
-  std::uint32_t abort_code = 0;  ///< error; of a malformed one as found behind the message (KickCAT does that)
+  std::uint32_t abort_code = 0;  ///< error; of a malformed one as found after the message (KickCAT does that)
   std::uint16_t mailbox_error = 0;
 };
 
@@ -333,7 +333,7 @@ struct EthernetSummary {
   bool valid = false;  ///< there was room for the Ethernet header
   std::array<std::uint8_t, 6> destination{};
   std::array<std::uint8_t, 6> source{};
-  std::uint16_t ether_type = 0;  ///< behind VLAN tags
+  std::uint16_t ether_type = 0;  ///< after VLAN tags
   std::optional<std::uint16_t> vlan;
   std::optional<std::uint8_t> ip_protocol;                 ///< 1 ICMP, 6 TCP, 17 UDP
   std::optional<std::uint32_t> source_ip, destination_ip;  ///< IPv4, also inside ARP

@@ -58,7 +58,7 @@ void FoeTracker::OnMessage(const MailboxMessage& message, EventSink& sink) {
       break;
   }
   if (!open_) {
-    // The request was not captured: what follows tells the direction at least.
+    // The request was not captured: what follows shows the direction at least.
     if (foe.operation != FoeOperation::kData && foe.operation != FoeOperation::kAcknowledge) return;
     transfer_ = FoeTransfer();
     transfer_.slave = slave_;
@@ -120,7 +120,7 @@ void FoeTracker::Begin(const MailboxMessage& message, const FoeMessage& foe, Eve
 }
 
 void FoeTracker::OnData(const MailboxMessage& message, const FoeMessage& foe) {
-  if ((message.direction == Direction::kOut) != transfer_.write) return;  // data in the wrong direction tell nothing
+  if ((message.direction == Direction::kOut) != transfer_.write) return;  // data in the wrong direction show nothing
   if (foe.parameter == packet_ && packet_ != 0) {
     ++transfer_.repeated_packets;  // after busy, or because the acknowledge got lost
     return;

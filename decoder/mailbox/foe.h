@@ -95,7 +95,7 @@ class FoeTracker {
   bool open_ = false;
   bool assumed_ = false;
   bool answered_ = false;
-  bool last_packet_ = false;   ///< the packet under way is the last one
+  bool last_packet_ = false;   ///< the current packet is the last one
   std::uint32_t packet_ = 0;   ///< number of the latest data packet
   std::uint32_t longest_ = 0;  ///< bytes of the longest packet so far
   FoeTransfer transfer_;

@@ -103,7 +103,7 @@ struct MessageView {
 /// @param direction  which services are legal depends on it
 [[nodiscard]] MessageView ParseMessage(ByteSpan bytes, std::size_t mailbox_length, Direction direction);
 
-/// Whether `bytes` could be a mailbox message, for places where no configuration tells: a consistent header, a service
+/// Whether `bytes` could be a mailbox message, for places where no configuration shows: a consistent header, a service
 /// that `direction` allows, reserved bits clear. Process data hardly ever looks like that. VoE has nothing to check and
 /// is never recognised.
 [[nodiscard]] bool LooksLikeMessage(ByteSpan bytes, Direction direction);

@@ -38,7 +38,7 @@ Problem CheckCoe(ByteSpan payload, Direction direction) {
   return Problem::kServiceInvalid;
 }
 
-/// `low` to `high`: the defined values of the operation in the first byte behind `mask`.
+/// `low` to `high`: the defined values of the operation in the first byte after `mask`.
 Problem CheckOperation(ByteSpan payload, std::size_t fixed_bytes, unsigned mask, unsigned low, unsigned high) {
   if (payload.size() < fixed_bytes) return Problem::kServiceTooShort;
   const unsigned operation = payload[0] & mask;

@@ -11,7 +11,7 @@
 
 namespace ecaudit::mailbox {
 
-/// Keeps the first bytes, at most as many as it may; nothing behind a byte that was dropped. Takes its memory, not only
+/// Keeps the first bytes, at most as many as it may; nothing after a byte that was dropped. Takes its memory, not only
 /// what is used of it, from what all slaves share.
 class MessageBytes {
  public:
@@ -34,7 +34,7 @@ class MessageBytes {
     full_ = kept.size() < bytes.size();
     bytes_.insert(bytes_.end(), kept.begin(), kept.end());
   }
-  /// Begins anew. Memory is kept where the next message will most likely need it, too.
+  /// Begins again. Memory is kept where the next message will most likely need it, too.
   void Clear() {
     bytes_.clear();
     full_ = false;

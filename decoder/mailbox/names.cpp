@@ -34,11 +34,11 @@ std::string_view Describe(Problem problem) {
     case Problem::kLengthZero:
       return "the length field is 0";
     case Problem::kLengthBeyondMailbox:
-      return "the length field says more than the mailbox can hold";
+      return "the length field announces more than the mailbox can hold";
     case Problem::kLengthBeyondData:
-      return "fewer bytes were transferred than the length field says";
+      return "fewer bytes were transferred than the length field announces";
     case Problem::kReservedBit:
-      return "the reserved bit behind the counter is set";
+      return "the reserved bit after the counter is set";
     case Problem::kUnknownType:
       return "the protocol type is a reserved number";
     case Problem::kServiceTooShort:

@@ -1,4 +1,4 @@
-/// One SDO message (behind the CoE header), requests and responses.
+/// One SDO message (after the CoE header), requests and responses.
 ///
 ///   initiate, abort: | command 1 | index 2 | subindex 1 | size, expedited data or abort code 4 | data ... |
 ///   segment:         | command 1 | data, at least 7 bytes (some slaves answer with the command alone) |
@@ -39,7 +39,7 @@ struct SdoMessage {
   bool last = false;                  ///< segments with data: no more follow
   std::optional<std::uint32_t> size;  ///< bytes announced by an initiate with data; absent when not indicated
   ByteSpan data;                      ///< bytes of the object carried here
-  std::uint32_t excess = 0;           ///< bytes behind the announced size in a normal transfer
+  std::uint32_t excess = 0;           ///< bytes after the announced size in a normal transfer
   std::uint32_t abort_code = 0;       ///< aborts only
   /// Aborts of normal downloads: a defined abort code found four bytes later although the code at its place is none
   /// (KickCAT leaves the size of the request where the code belongs).
@@ -47,8 +47,8 @@ struct SdoMessage {
   bool too_short = false;  ///< fixed fields are missing; they read as 0
 };
 
-/// Reads one SDO message. Never fails: too_short and kind kReserved tell what is wrong.
-/// @param sdo  bytes behind the CoE header, as long as the mailbox length says
+/// Reads one SDO message. Never fails: too_short and kind kReserved show what is wrong.
+/// @param sdo  bytes after the CoE header, as long as the mailbox length says
 [[nodiscard]] SdoMessage ParseSdo(ByteSpan sdo, Direction direction);
 
 /// Meaning of an abort code (ETG.1000.6 table 41), "" when it has none.

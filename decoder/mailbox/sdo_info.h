@@ -45,7 +45,7 @@ struct SdoInfoHeader {
   bool too_short = false;  ///< what is missing reads as 0
 };
 
-/// @param service  bytes behind the CoE header
+/// @param service  bytes after the CoE header
 [[nodiscard]] constexpr SdoInfoHeader ParseSdoInfo(ByteSpan service) {
   const auto first = LittleEndian<std::uint8_t>(service, 0);
   return {static_cast<SdoInfoOpcode>(first & 0x7FU), (first & 0x80U) != 0, LittleEndian<std::uint16_t>(service, 2),

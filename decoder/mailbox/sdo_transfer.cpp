@@ -198,7 +198,7 @@ void SdoTransferTracker::OnMatchedResponse(const MailboxMessage& message, const 
 
 /// The first thing seen of this slave is an answer: the capture starts between request and answer.
 void SdoTransferTracker::OnOrphanResponse(const MailboxMessage& message, const SdoMessage& sdo, EventSink& sink) {
-  if (sdo.kind == SdoKind::kReserved || sdo.kind == SdoKind::kDownloadSegment) return;  // tells nothing
+  if (sdo.kind == SdoKind::kReserved || sdo.kind == SdoKind::kDownloadSegment) return;  // shows nothing
   Begin(ServiceOf(sdo.kind));
   transfer_.certainty = Certainty::kInferred;
   transfer_.has_object = sdo.has_object && !sdo.too_short;
@@ -228,7 +228,7 @@ void SdoTransferTracker::OnInitiateResponse(const SdoMessage& sdo, EventSink& si
     Close(SdoOutcome::kCompleted, sink);
     return;
   }
-  // Without an announced size only the next request tells whether segments follow.
+  // Without an announced size only the next request shows whether segments follow.
   const bool whole = sdo.size && transfer_.size >= *sdo.size;
   transfer_.kind = whole || !sdo.size ? SdoTransferKind::kNormal : SdoTransferKind::kSegmented;
   if (whole) Close(SdoOutcome::kCompleted, sink);

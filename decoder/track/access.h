@@ -13,7 +13,7 @@ namespace ecaudit::track {
 
 /// Whether the slave took part in a datagram, as far as the capture shows.
 enum class Acceptance : std::uint8_t {
-  kAccepted,  ///< the working counter of the returned frame says so
+  kAccepted,  ///< the working counter of the returned frame shows it
   kRefused,   ///< the frame returned and the slave did not count (mailbox full, register not implemented, ...)
   kUnknown,   ///< a broadcast that some slaves refused, or a frame that never returned
   kAssumed,   ///< only outbound frames are captured: taken as done

@@ -46,14 +46,14 @@ std::optional<std::uint16_t> Addressing::Count(const DatagramPair& d) {
   if (d.any.circulating()) return std::nullopt;  // it may have passed slaves twice
   std::uint16_t count = 0;
   if (wire::IsBroadcast(d.command())) {
-    // An outbound copy that slaves have passed was tapped behind them, and each of them counts a read. What a master
+    // An outbound copy that slaves have passed was tapped after them, and each of them counts a read. What a master
     // sends in this field is its own affair.
     const bool may_be = d.has_sent && d.transaction.sent->mac_bit() && d.sent().adp() != 0;
-    const bool tapped_behind_slaves = may_be && (d.sent().wkc() != 0 || d.sent().adp() == upstream_);
+    const bool tapped_after_slaves = may_be && (d.sent().wkc() != 0 || d.sent().adp() == upstream_);
     // What slaves refuse looks alike either way.
-    if (may_be && !tapped_behind_slaves && !HasUncountedRead(d.transaction)) return std::nullopt;
-    if (tapped_behind_slaves) upstream_ = d.sent().adp();
-    count = static_cast<std::uint16_t>(d.any.adp() - (d.has_sent && !tapped_behind_slaves ? d.sent().adp() : 0));
+    if (may_be && !tapped_after_slaves && !HasUncountedRead(d.transaction)) return std::nullopt;
+    if (tapped_after_slaves) upstream_ = d.sent().adp();
+    count = static_cast<std::uint16_t>(d.any.adp() - (d.has_sent && !tapped_after_slaves ? d.sent().adp() : 0));
   } else if (d.has_sent) {
     count = static_cast<std::uint16_t>(d.any.adp() - d.sent().adp() + upstream_);
   } else {
@@ -66,7 +66,8 @@ std::optional<std::uint16_t> Addressing::Count(const DatagramPair& d) {
   segments_.OnCounted(sender);
   if (sender == counts_for_) counted_ = frame.ref();
   if (before != nullptr && *before == count) return std::nullopt;
-  // At the other end of a redundant line frames pass nobody, or those behind a break. The end with more of them counts.
+  // At the other end of a redundant line frames pass no slave, or those beyond a break. The end with more of them
+  // counts.
   const bool other_end = before != nullptr && sender != counts_for_ && (count == 0 || Together(counted_, frame.ref()));
   if (other_end && count < *before) return std::nullopt;
   if (other_end) before = nullptr;
@@ -101,7 +102,7 @@ SlaveId Addressing::Resolve(const DatagramPair& d, bool add) {
   if (wire::IsNodeAddressed(d.command())) return AtStation(d, add);
   const std::optional<SlavePos> position = PositionOf(d);
   if (!position) return kNoSlave;
-  // The distribution of the time shows that somebody is there; who that is other accesses tell, unless there is one
+  // The distribution of the time shows that a slave is there; other accesses show which one, unless there is one
   // slave only.
   if (d.command() == wire::Command::ARMW && slave_count_.value_or(0) != 1) add = false;
   // The time itself shows whether another slave gives it.
@@ -114,13 +115,13 @@ SlaveId Addressing::Resolve(const DatagramPair& d, bool add) {
   if (const SlaveId placed = slaves_.AtPosition(*position); placed != kNoSlave) return placed;
   if (const SlaveId met = MetByStation(d, *position); met != kNoSlave) return met;
   const std::uint16_t* count = slave_count_.if_known();
-  if (count != nullptr && *position >= *count) return kNoSlave;  // behind the last slave: nobody
+  if (count != nullptr && *position >= *count) return kNoSlave;  // beyond the last slave
   return slaves_.AddAtPosition(*position, d.transaction.any().ref().number);
 }
 
 SlaveId Addressing::AtStation(const DatagramPair& d, bool add) {
   const SlaveId known = slaves_.AtStation(d.any.adp());
-  // Address 0 is what all slaves have while a master renumbers them: it names nobody.
+  // Address 0 is what all slaves have while a master renumbers them: it names no slave.
   if (known != kNoSlave || !add || d.any.adp() == 0) return known;
   ++unplaced_;
   const FrameNo frame = d.transaction.any().ref().number;
@@ -132,14 +133,14 @@ SlaveId Addressing::AtStation(const DatagramPair& d, bool add) {
   return added;
 }
 
-/// Nobody is known to be there, and somebody may have moved there.
+/// No slave is known to be there, and one may have moved there.
 bool Addressing::IsInDoubt(SlavePos position) const {
   if (!places_.doubted()) return false;
   const SlaveId there = slaves_.AtPosition(position);
   return there == kNoSlave || places_.InDoubt(there);
 }
 
-bool Addressing::MeansSomebody(const DatagramPair& d) const {
+bool Addressing::MayAddressSlave(const DatagramPair& d) const {
   if (!wire::IncrementsAdp(d.command()) || wire::IsBroadcast(d.command())) return false;
   if (d.command() == wire::Command::ARMW || !places_.doubted()) return false;
   const std::optional<SlavePos> position = PositionOf(d);
@@ -164,16 +165,17 @@ SlaveId Addressing::ShownInDoubt(const DatagramPair& d, SlavePos position) {
 }
 
 void Addressing::OnAnswered(SlaveId id, const DatagramPair& d) {
-  if (wire::IsNodeAddressed(d.command()) && places_.OnHeard(id, d.transaction.first_ref().number)) ++version_;
+  if (wire::IsNodeAddressed(d.command()) && places_.OnAnswer(id, d.transaction.first_ref().number)) ++version_;
   if (segments_.OnAnswered(id, bus::SenderOf(d.transaction.any()))) ++version_;
 }
 
-bool Addressing::TellsOf(SlaveId id, const DatagramPair& d) const {
-  return d.transaction.other_end || d.transaction.joined || segments_.MayTell(id, bus::SenderOf(d.transaction.any()));
+bool Addressing::Concerns(SlaveId id, const DatagramPair& d) const {
+  return d.transaction.other_end || d.transaction.joined ||
+         segments_.MayConcern(id, bus::SenderOf(d.transaction.any()));
 }
 
-bool Addressing::TellsOfAll(const DatagramPair& d) const {
-  return d.transaction.other_end || d.transaction.joined || segments_.MayTellAll(bus::SenderOf(d.transaction.any()));
+bool Addressing::ConcernsAll(const DatagramPair& d) const {
+  return d.transaction.other_end || d.transaction.joined || segments_.MayConcernAll(bus::SenderOf(d.transaction.any()));
 }
 
 /// The slaves were counted by who sent this: another program may count those of another bus.
@@ -206,7 +208,7 @@ void Addressing::OnAccess(const SlaveAccess& access) {
     slaves_.EnableAlias(access.slave, (enable[0] & 1U) != 0);
   }
   if (access.broadcast) return;
-  // By position it is told in this way only where it is known who that is.
+  // By position it is reported in this way only where it is known who that is.
   const bool by_position = wire::IncrementsAdp(access.command) && access.command != wire::Command::ARMW;
   if (by_position && access.done()) places_.Settle(access.slave);
   const ByteSpan written = access.done() ? access.Covered(access.written, esc::kStationAddress, 2) : ByteSpan{};

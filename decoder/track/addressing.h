@@ -27,7 +27,7 @@ class Addressing {
   /// Changes whenever other slaves may be on the bus, or a slave may answer to another address.
   [[nodiscard]] std::uint64_t version() const { return version_; }
 
-  /// False for a slave behind the last one that answers now, and for one that turned out to be another.
+  /// False for a slave after the last one that answers now, and for one that turned out to be another.
   [[nodiscard]] bool OnBus(SlaveId id) const {
     if (slaves_[id].replaced) return false;
     if (const auto on_line = places_.OnLine(id)) return *on_line;
@@ -43,8 +43,8 @@ class Addressing {
 
   /// Slaves have joined or left, and this one may have moved.
   [[nodiscard]] bool InDoubt(SlaveId id) const { return places_.InDoubt(id); }
-  /// Whether a datagram is for whoever is at a position, and that is in doubt.
-  [[nodiscard]] bool MeansSomebody(const DatagramPair& d) const;
+  /// Whether a datagram is for the slave at a position that is in doubt.
+  [[nodiscard]] bool MayAddressSlave(const DatagramPair& d) const;
   /// It answered at its station address while there were fewer slaves than now.
   [[nodiscard]] bool Stayed(SlaveId id) const { return places_.Stayed(id); }
 
@@ -66,10 +66,10 @@ class Addressing {
   }
   /// A slave answered a datagram that was meant for it alone.
   void OnAnswered(SlaveId id, const DatagramPair& d);
-  /// What all slaves answered to a broadcast tells of this one, too: nothing says that it may be on another segment.
-  [[nodiscard]] bool TellsOf(SlaveId id, const DatagramPair& d) const;
+  /// A broadcast answered by all slaves concerns this one, too: nothing shows that it may be on another segment.
+  [[nodiscard]] bool Concerns(SlaveId id, const DatagramPair& d) const;
   /// ... of every slave that has answered anything.
-  [[nodiscard]] bool TellsOfAll(const DatagramPair& d) const;
+  [[nodiscard]] bool ConcernsAll(const DatagramPair& d) const;
   /// Counts the slaves that a datagram with a position counter has passed.
   /// @return the position from which on they may be other slaves than before, where there are more of them now or
   ///         another program counts
@@ -87,11 +87,11 @@ class Addressing {
   [[nodiscard]] static bool Concerns(EscAddress address, std::size_t length) {
     return address <= kAliasEnable && address + length > esc::kStationAddress;
   }
-  /// A broadcast wrote to the station addresses of all slaves: nobody is told apart by them now.
+  /// A broadcast wrote to the station addresses of all slaves: no slave is distinguished by them now.
   void ClearStations(const DatagramPair& d);
 
  private:
-  /// Two senders are at work at once where one is heard of again within so many packets, and soon.
+  /// Two senders are at work at once where one is seen again within this number of packets, and soon.
   static constexpr FrameNo kTogether = 64;
   static constexpr std::int64_t kTogetherNs = 500'000'000;
   [[nodiscard]] static bool Together(const FrameRef& one, const FrameRef& other);

@@ -88,7 +88,7 @@ void AlTracker::OnMet(SlaveId slave) {
 }
 
 void AlTracker::OnRead(const SlaveAccess& access) {
-  if (poll_.length > 1) poll_.version = 0;  // a single slave: its code may be told anew
+  if (poll_.length > 1) poll_.version = 0;  // a single slave: its code may be reported again
   if (CoversByte(access.address, access.read.size(), esc::kAlStatus)) {
     const ByteSpan status = Slice(access.read, static_cast<std::size_t>(esc::kAlStatus - access.address));
     Apply({access.slave, access.frame(), esc::AlWord{WordOrByte(status)}, std::nullopt, CodeIn(status), true,
@@ -100,11 +100,11 @@ void AlTracker::OnRead(const SlaveAccess& access) {
   }
 }
 
-/// Slaves of which nothing says that they are on the sender's segment are told by others only.
-bool AlTracker::TellsOfAny(const DatagramPair& d) const {
+/// Slaves of which nothing says that they are on the sender's segment are reported by others only.
+bool AlTracker::ConcernsAny(const DatagramPair& d) const {
   for (std::size_t s = 0; s < states_.size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
-    if (addressing_.OnBus(id) && addressing_.TellsOf(id, d)) return true;
+    if (addressing_.OnBus(id) && addressing_.Concerns(id, d)) return true;
   }
   return false;
 }
@@ -112,8 +112,8 @@ bool AlTracker::TellsOfAny(const DatagramPair& d) const {
 void AlTracker::OnBroadcastRead(const DatagramPair& d) {
   const std::uint16_t* count = addressing_.slave_count().if_known();
   if (count == nullptr || d.wkc() != *count) return;
-  const bool of_all = addressing_.TellsOfAll(d);
-  if (!of_all && !TellsOfAny(d)) return;
+  const bool of_all = addressing_.ConcernsAll(d);
+  if (!of_all && !ConcernsAny(d)) return;
   if (d.has_sent) {
     // Bits that the master sent set would be taken for answers.
     const ByteSpan sent = d.sent().data();
@@ -128,18 +128,18 @@ void AlTracker::OnBroadcastRead(const DatagramPair& d) {
   events_.Publish(AlStatusOfAll{answer.frame, esc::AlWord{static_cast<std::uint16_t>(answer.status & 0x1FU)}, *count});
   answer.sender = bus::SenderOf(d.transaction.any());
   SlaveId only = *count == 1 ? OnlySlave() : kNoSlave;
-  if (only != kNoSlave && !addressing_.TellsOf(only, d)) only = kNoSlave;
+  if (only != kNoSlave && !addressing_.Concerns(only, d)) only = kNoSlave;
   const ByteSpan shown = only == kNoSlave ? answer.data.first(1) : answer.data;
   if (TakesAgain(answer, shown, only)) return;
   const bool all_in_op = !answer.error() && answer.states() == static_cast<std::uint8_t>(esc::AlState::OP);
-  if (of_all) holes_.PresumeAll(all_in_op, answer.frame);
+  if (of_all) gaps_.PresumeAll(all_in_op, answer.frame);
   poll_.version = 0;
   poll_.slaves.clear();
   bool all_same = true;
   for (std::size_t s = 0; s < states_.size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
-    if (!addressing_.OnBus(id) || (!of_all && !addressing_.TellsOf(id, d))) continue;
-    if (!of_all) holes_.Presume(id, all_in_op, answer.frame);
+    if (!addressing_.OnBus(id) || (!of_all && !addressing_.Concerns(id, d))) continue;
+    if (!of_all) gaps_.Presume(id, all_in_op, answer.frame);
     const bool same = id == only ? CompareOnly(id, answer) : Compare(id, answer);
     all_same = all_same && same;
   }
@@ -150,11 +150,11 @@ void AlTracker::OnBroadcastRead(const DatagramPair& d) {
   std::copy(shown.begin(), shown.end(), poll_.shown.begin());
 }
 
-/// The same as at the last poll, and nobody has to hear of each slave.
+/// The same as at the last poll, and no subscriber needs each slave.
 bool AlTracker::TakesAgain(const Answer& answer, ByteSpan shown, SlaveId only) {
   if (poll_.version != Version() || poll_.sender != answer.sender || shown.size() != poll_.length) return false;
   if (!std::equal(shown.begin(), shown.end(), poll_.shown.begin())) return false;
-  if (holes_.presumes() && (answer.error() || !answer.one_state)) return false;
+  if (gaps_.presumes() && (answer.error() || !answer.one_state)) return false;
   const AlPoll poll{answer.frame, esc::AlWord{answer.states()}, poll_.slaves};
   events_.Publish(poll);
   if (!poll.taken) return false;
@@ -164,7 +164,7 @@ bool AlTracker::TakesAgain(const Answer& answer, ByteSpan shown, SlaveId only) {
   return true;
 }
 
-/// The one slave on the bus, where its place or its being alone tells which that is.
+/// The one slave on the bus, where its place or its being alone shows which that is.
 SlaveId AlTracker::OnlySlave() const {
   const SlaveId first = addressing_.slaves().AtPosition(0);
   return first == kNoSlave && addressing_.slaves().size() == 1 ? SlaveId{0} : first;
@@ -196,7 +196,7 @@ bool AlTracker::Compare(SlaveId id, const Answer& answer) {
   return false;
 }
 
-/// A single slave tells more than its state.
+/// A single slave shows more than its state.
 bool AlTracker::CompareOnly(SlaveId id, const Answer& answer) {
   const std::uint16_t status = WordOrByte(answer.data);
   const std::optional<std::uint16_t> code = CodeIn(answer.data);
@@ -211,8 +211,8 @@ bool AlTracker::CompareOnly(SlaveId id, const Answer& answer) {
 
 void AlTracker::Apply(const AlStatusRead& read) {
   states_.work().Take(1);
-  holes_.Presume(read.slave, read.status.raw == static_cast<std::uint16_t>(esc::AlState::OP), read.frame);
-  holes_.OnState(read.slave, read.status, read.frame);
+  gaps_.Presume(read.slave, read.status.raw == static_cast<std::uint16_t>(esc::AlState::OP), read.frame);
+  gaps_.OnState(read.slave, read.status, read.frame);
   AlStatusRead event = read;
   SlaveState& state = states_[read.slave];
   if (const esc::AlWord* before = state.al_status.if_known()) event.before = *before;

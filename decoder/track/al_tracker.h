@@ -12,9 +12,9 @@
 #include "decoder/base/event_sink.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/track/addressing.h"
+#include "decoder/track/capture_gaps.h"
 #include "decoder/track/datagram_pair.h"
 #include "decoder/track/events.h"
-#include "decoder/track/holes.h"
 #include "decoder/track/runs.h"
 #include "decoder/track/slave_mailboxes.h"
 #include "decoder/track/slave_states.h"
@@ -24,8 +24,8 @@ namespace ecaudit::track {
 class AlTracker {
  public:
   AlTracker(EventSink& events, const Addressing& addressing, SlaveStates& states, SlaveMailboxes& mailboxes,
-            Holes& holes, Runs& runs)
-      : events_(events), addressing_(addressing), states_(states), mailboxes_(mailboxes), holes_(holes), runs_(runs) {}
+            CaptureGaps& gaps, Runs& runs)
+      : events_(events), addressing_(addressing), states_(states), mailboxes_(mailboxes), gaps_(gaps), runs_(runs) {}
 
   /// What an outbound frame will request of slaves.
   void OnSent(const wire::FrameView& frame);
@@ -40,9 +40,9 @@ class AlTracker {
   void OnBroadcastRequest(const DatagramPair& d, Acceptance acceptance);
   /// A new slave: what a broadcast requested before it was met, it was asked for as well.
   void OnMet(SlaveId slave);
-  /// A broadcast read of AL Status came back, and somebody counted. The result is the OR of all slaves. One state bit
-  /// and everybody counted: all are in that state. A state that is not in the result is the state of nobody who
-  /// counted.
+  /// A broadcast read of AL Status came back, and at least one slave counted. The result is the OR of all slaves. One
+  /// state bit and every slave counted: all are in that state. A state that is not in the result is the state of no
+  /// slave that counted.
   void OnBroadcastRead(const DatagramPair& d);
 
  private:
@@ -60,21 +60,21 @@ class AlTracker {
     [[nodiscard]] bool error() const { return (status & 0x10U) != 0; }
   };
 
-  /// What all slaves were last seen to be, where the same once more tells nothing new.
+  /// What all slaves were last seen to be, where the same once more shows nothing new.
   struct Poll {
     std::uint64_t sender = 0;   ///< whose slaves they are
     std::uint64_t version = 0;  ///< of who is on the bus and of the AL states; 0: none
     std::array<std::uint8_t, kShown> shown{};
     std::size_t length = 0;       ///< of `shown`: the first byte, and all of it where a single slave shows more
-    std::vector<SlaveId> slaves;  ///< of which it told; none where only some error bit is theirs
+    std::vector<SlaveId> slaves;  ///< of which it reported; none where only some error bit is theirs
   };
 
   void OnWritten(const SlaveAccess& access);
   void OnRead(const SlaveAccess& access);
   [[nodiscard]] SlaveId OnlySlave() const;
-  [[nodiscard]] bool TellsOfAny(const DatagramPair& d) const;
+  [[nodiscard]] bool ConcernsAny(const DatagramPair& d) const;
   [[nodiscard]] bool TakesAgain(const Answer& answer, ByteSpan shown, SlaveId only);
-  /// @return false: something of the slave had to be told
+  /// @return false: something of the slave had to be reported
   bool Compare(SlaveId id, const Answer& answer);
   bool CompareOnly(SlaveId id, const Answer& answer);
   void Apply(const AlStatusRead& read);
@@ -84,7 +84,7 @@ class AlTracker {
   const Addressing& addressing_;
   SlaveStates& states_;
   SlaveMailboxes& mailboxes_;
-  Holes& holes_;
+  CaptureGaps& gaps_;
   Runs& runs_;
   Poll poll_;
 };

@@ -40,7 +40,8 @@ void DoubtfulRequest::Keep(const SlaveAccess& access, EscAddress start, std::uin
     const ByteSpan inside = Slice(access.written, start - address, length);
     bytes_.Append(Slice(inside, 0, mailbox::kHeaderBytes + mailbox::ParseHeader(inside).length));
   } else {
-    // Bytes behind a hole do not belong to the message: masters skip from its end to the last byte of the mailbox.
+    // Bytes after a gap in the mailbox do not belong to the message: masters skip from its end to the last byte of the
+    // mailbox.
     if (!sent_.seen() || whole_) return;
     const std::size_t offset = address - start;
     const ByteSpan inside = Slice(access.written, 0, end - address);

@@ -3,7 +3,7 @@
 ///
 /// keeps: one request, as far as it was written.
 ///
-/// That a frame is lost is known only many frames later, behind the answer to the request that it carried. Frames do
+/// That a frame is lost is known only many frames later, after the answer to the request that it carried. Frames do
 /// not overtake each other on the wire, so the answer is proof enough.
 #pragma once
 

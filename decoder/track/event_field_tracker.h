@@ -29,7 +29,7 @@ class EventFieldTracker {
     }
   }
 
-  /// So many frames like the next came back before it.
+  /// This number of frames like the next one returned before it.
   void OnSkipped(std::uint64_t count) { run_.frames += count; }
 
  private:

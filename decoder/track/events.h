@@ -1,4 +1,4 @@
-/// out of decoder/: Event, facts about one slave or the bus. Nothing here is judged.
+/// out of decoder/: Event, facts about one slave or the bus. Nothing here is evaluated.
 ///
 /// Each event names the frames it rests on, and is published in the order in which it became known; those of the
 /// mailboxes (mailbox/events.h) and every SlaveAccess (access.h) as well. What an event refers to is valid during the
@@ -42,7 +42,7 @@ struct SlaveCount {
   FrameRef frame;
 };
 
-/// Somebody answered at a position, and who is there nothing shows since slaves have joined or left.
+/// A slave answered at a position, and since slaves joined or left, it is unknown which one.
 struct PlaceUnknown {
   FrameRef frame;
 };
@@ -59,21 +59,21 @@ struct AlRequest {
   [[nodiscard]] const FrameRef& frame() const { return sent.seen() ? sent : returned; }
 };
 
-/// A broadcast wrote AL Control, whoever is on the bus. AlRequest of each slave that is known comes before.
+/// A broadcast wrote AL Control of all slaves on the bus. AlRequest of each slave that is known comes before.
 struct AlRequestOfAll {
   FrameRef frame;
   esc::AlWord control;
   Acceptance acceptance = Acceptance::kUnknown;
 };
 
-/// A write of AL Control is under way; AlRequest follows when the frame comes back or is lost.
+/// A write of AL Control is in flight; AlRequest follows when the frame comes back or is lost.
 struct AlRequestSent {
   SlaveId slave = kNoSlave;
   FrameRef frame;
   esc::AlWord control;
 };
 
-/// AL Status (0x0130) of one slave was read, alone or by a broadcast whose result tells it.
+/// AL Status (0x0130) of one slave was read, alone or by a broadcast whose result shows it.
 struct AlStatusRead {
   SlaveId slave = kNoSlave;
   FrameRef frame;
@@ -83,25 +83,25 @@ struct AlStatusRead {
   bool error_bit_known = true;               ///< false: from a broadcast that some slave answered with the error bit
   FrameRef sent = {};                        ///< the frame that asked for it; number 0 if it is not in the capture
 
-  /// What was sent behind this frame, the answer does not show: the slave had given it before.
+  /// What was sent after this frame, the answer does not show: the slave had given it before.
   [[nodiscard]] FrameNo asked() const { return sent.seen() ? sent.number : frame.number; }
   [[nodiscard]] bool changed() const { return !before || before->raw != status.raw; }
 };
 
-/// A broadcast showed all of `slaves` once more in the state that the last AlStatusRead of each told; none of them
+/// A broadcast showed all of `slaves` once more in the state that the last AlStatusRead of each reported; none of them
 /// where it showed, as before, several states, or that some slave has its error bit (terminals without a processor echo
-/// acknowledges). Masters poll so in every cycle; unless somebody takes it for all of them, AlStatusRead of each slave
-/// follows.
+/// acknowledges). Masters poll so in every cycle; unless a subscriber handles it for all of them, AlStatusRead of each
+/// slave follows.
 struct AlPoll {
   static constexpr bool kRoutine = true;
   FrameRef frame;
   esc::AlWord status;
   std::span<const SlaveId> slaves;
-  mutable bool each_wanted = false;  ///< somebody has to hear of each slave
-  mutable bool taken = false;        ///< nobody has to
+  mutable bool each_wanted = false;  ///< a subscriber needs the event of each slave
+  mutable bool taken = false;        ///< no further event is needed
 };
 
-/// A broadcast read of AL Status that all known slaves counted for, before what it tells of each of them.
+/// A broadcast read of AL Status that all known slaves counted for, before the events of each of them.
 struct AlStatusOfAll {
   static constexpr bool kRoutine = true;
   FrameRef frame;
@@ -151,11 +151,12 @@ struct LogicalAccess {
   ByteSpan sent_data;      ///< empty when the outbound copy is not captured
   ByteSpan returned_data;  ///< empty when the return is not captured
   std::uint16_t length = 0;
-  std::uint16_t wkc = 0;       ///< of the returned copy
-  std::uint16_t sent_wkc = 0;  ///< of the outbound copy: not 0 behind slaves that took part before it was captured
-  bool circulating = false;    ///< circulating bit of the returned copy
-  bool assumed = false;        ///< outbound-only capture: wkc means nothing
-  /// How many slaves were looked at for it; see slave_work.h.
+  std::uint16_t wkc = 0;  ///< of the returned copy
+  std::uint16_t sent_wkc =
+      0;                     ///< of the outbound copy: not 0 downstream of slaves that took part before it was captured
+  bool circulating = false;  ///< circulating bit of the returned copy
+  bool assumed = false;      ///< outbound-only capture: wkc means nothing
+  /// How many slaves were examined for it; see slave_work.h.
   mutable std::uint64_t told = 0;
 
   [[nodiscard]] const FrameRef& frame() const { return returned.seen() ? returned : sent; }
@@ -169,10 +170,10 @@ struct Answered {
   EscAddress address = 0;
   std::uint16_t length = 0;
   std::uint16_t wkc = 0;
-  std::uint16_t sent_wkc = 0;  ///< of the outbound copy: not 0 behind slaves that counted before it was captured
+  std::uint16_t sent_wkc = 0;  ///< of the outbound copy: not 0 downstream of slaves that counted before it was captured
   bool circulating = false;    ///< circulating bit of the returned copy
   std::optional<std::uint16_t> slaves_passed;  ///< by the position counter of this very datagram, where it has one
-  SlaveId slave = kNoSlave;  ///< addressed slave; kNoSlave for broadcasts and addresses nobody was met at
+  SlaveId slave = kNoSlave;  ///< addressed slave; kNoSlave for broadcasts and addresses of no known slave
   FrameRef sent;
   FrameRef returned;
   ByteSpan sent_data;
@@ -187,11 +188,11 @@ struct RepeatedDatagram {
   Is is = Is::kPoll;
   std::size_t data_at = 0;   ///< its data, in FrameView::payload()
   std::size_t length = 0;    ///< of its data
-  SlaveId slave = kNoSlave;  ///< kTime: who gives it
+  SlaveId slave = kNoSlave;  ///< kTime: the slave that gives it
 };
 
-/// A frame came back like those before, and nothing happened since: the next ones need not be told in full (see
-/// repeated_cycles.h), unless somebody wants that.
+/// A frame came back like those before, and nothing happened since: the next ones need not be reported in full (see
+/// repeated_cycles.h), unless a subscriber asks for that.
 struct CycleAtRest {
   static constexpr bool kRoutine = true;
   const bus::BusTransaction& transaction;
@@ -209,13 +210,13 @@ struct CycleAtRest {
   }
 };
 
-/// A frame that is not told in full, before what is told of it.
+/// A frame that is not reported in full, before its other events.
 struct FrameRepeated {
   static constexpr bool kRoutine = true;
   FrameRef sent, returned;
 };
 
-/// A datagram with a logical address came back like the one before, and nothing else is told of it.
+/// A datagram with a logical address came back like the one before, and it has no other events.
 struct LogicalRepeated {
   static constexpr bool kRoutine = true;
   LogicalAccess access;
@@ -227,13 +228,13 @@ struct TimeRepeated {
   Answered answer;
 };
 
-/// Frames are told in full from here on, the last of those that were not first: whoever put something off while each
-/// was like the one before does it now.
+/// Frames are reported in full from here on, the last of those that were not first: subscribers that deferred something
+/// while each was like the one before does it now.
 struct RepetitionEnds {
   static constexpr bool kRoutine = true;
 };
 
-/// So many frames like this were not told in full; this one is, next.
+/// The number of frames like this that were not published in full; this one is published next.
 struct CyclesSkipped {
   static constexpr bool kRoutine = true;
   const bus::BusTransaction& last;
@@ -256,23 +257,23 @@ struct EventFieldChanged {
   FrameRef frame;          ///< the first with them
 };
 
-/// Nobody knows yet whether the slave takes what this writes to its registers: a frame sent later came back first.
+/// It is not known yet whether the slave accepts what this writes to its registers: a frame sent later came back first.
 /// SlaveAccess still follows.
 struct WriteDoubtful {
   const SlaveAccess& access;
 };
 
 /// The capture misses frames between this one and those before. Precedes all else from this frame.
-struct CaptureHole {
-  FrameRef frame;        ///< the first behind the hole
+struct CaptureGap {
+  FrameRef frame;        ///< the first after the capture gap
   bool certain = false;  ///< false: the master may as well have been silent
 };
 
-/// Another run of the bus: what was measured and learned before does not judge what follows. Precedes all else from
+/// Another run of the bus: what was measured and learned before does not apply to what follows. Precedes all else from
 /// this frame. A master that only shuts the bus down begins one, too, in which nothing happens.
 struct RunBegan {
   enum class Reason : std::uint8_t {
-    kClock,        ///< the clock jumps, and nothing shows that frames go on: another recording was put behind
+    kClock,        ///< the clock jumps, and nothing shows that frames go on: another recording was appended
     kInitialised,  ///< the master requests INIT of all slaves, or clears their addresses, when some had left INIT
   };
   FrameRef frame;
@@ -282,8 +283,8 @@ struct RunBegan {
 struct FrameLost {
   const wire::FrameView& sent;
   bus::Loss loss;
-  bool followed_by_other = false;  ///< the packet right behind it in the capture was no EtherCAT frame
-  /// How many slaves were looked at for process data in it; see slave_work.h.
+  bool followed_by_other = false;  ///< the packet directly after it in the capture was no EtherCAT frame
+  /// How many slaves were examined for process data in it; see slave_work.h.
   mutable std::uint64_t told = 0;
 };
 

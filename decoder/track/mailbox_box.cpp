@@ -43,7 +43,8 @@ std::optional<ByteSpan> MailboxBox::Add(const SlaveAccess& access, ByteSpan data
     bytes.Clear();
     if (to_last) return inside;
   }
-  // Bytes behind a hole do not belong to the message: masters skip from its end to the last byte of the mailbox.
+  // Bytes after a gap in the mailbox do not belong to the message: masters skip from its end to the last byte of the
+  // mailbox.
   if (offset <= bytes.size() && offset + inside.size() > bytes.size()) {
     const ByteSpan fresh = inside.subspan(bytes.size() - offset);
     bytes.Append(fresh);

@@ -1,6 +1,7 @@
 /// in: accesses to one mailbox of a slave.  out: whole messages.
 ///
-/// keeps: where the mailbox is, the message in the making, and what tells a repetition of the last one.
+/// keeps: where the mailbox is, the message in the making, and the hash by which a repetition of the last one is
+/// recognised.
 #pragma once
 
 #include <cstdint>
@@ -48,7 +49,7 @@ struct MailboxBox {
   /// @return the message, when the last byte was accessed; valid until the next call
   std::optional<ByteSpan> Add(const SlaveAccess& access, ByteSpan data);
   [[nodiscard]] mailbox::CounterStep StepOf(const mailbox::Header& header) const;
-  /// The bytes are those of the last message, as far as their hash tells.
+  /// The bytes are those of the last message, by their hash.
   [[nodiscard]] bool SameAsLast(ByteSpan message) const;
   /// The slave did not take this message.
   void Refused(ByteSpan message);
@@ -61,8 +62,8 @@ struct MailboxBox {
   }
 };
 
-/// Tells two messages apart; collisions only make a repetition out of a message that follows a repeat request. What
-/// stands behind a message in the mailbox does not count.
+/// Distinguishes two messages; collisions only make a repetition out of a message that follows a repeat request. What
+/// follows a message in the mailbox does not count.
 [[nodiscard]] std::uint64_t HashOfMessage(ByteSpan bytes);
 
 }  // namespace ecaudit::track

@@ -116,7 +116,7 @@ void MailboxProtocols::OnCoeRequest(const MailboxMessage& message) {
 }
 
 void MailboxProtocols::OnAnswer(const MailboxMessage& message) {
-  pending_.Heard(message.header.protocol);
+  pending_.HasAnswered(message.header.protocol);
   switch (message.header.protocol) {
     case Protocol::kError:
       OnErrorReply(message);

@@ -15,7 +15,7 @@ constexpr EscAddress kInStatus = 0x080D;   // sync manager 1: bit 3 mailbox full
 constexpr EscAddress kInEnd = 0x0810;
 constexpr EscAddress kFirstRam = 0x1000;
 
-/// First address behind the access.
+/// First address after the access.
 std::uint32_t EndOf(const SlaveAccess& access) {
   return access.address +
          static_cast<std::uint32_t>(std::max<std::size_t>({access.written.size(), access.read.size(), 1}));
@@ -207,7 +207,7 @@ void MailboxTracker::OnUnconfiguredRead(const SlaveAccess& access) {
 
 void MailboxTracker::Assemble(MailboxBox& box, Direction direction, const SlaveAccess& access, ByteSpan data) {
   if (access.address <= box.start) {
-    // A read from the first byte again only looks at the same message once more; a write begins another one.
+    // A read from the first byte again only reads the same message once more; a write begins another one.
     if (box.open && direction == Direction::kOut) DeliverIncomplete(access);
     box.Begin(direction == Direction::kOut && access.sent.seen() ? access.sent : access.frame(), access.acceptance);
   }
@@ -390,7 +390,7 @@ void MailboxTracker::Reset(const FrameRef& frame) {
 }
 void MailboxTracker::Forget(const FrameRef& frame) {
   EndAll(TransferEnd::kGap, frame);
-  protocols_.pending().BeginBehindHole(frame);
+  protocols_.pending().BeginAfterGap(frame);
 }
 void MailboxTracker::Finish() {
   EndAll(TransferEnd::kCaptureEnd, {});

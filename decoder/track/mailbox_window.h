@@ -11,7 +11,7 @@ namespace ecaudit::track {
 enum class MailboxUse : std::uint8_t {
   kUnknown,  ///< its configuration was not seen: messages are recognised by their contents
   kOn,
-  kOff,   ///< switched off: what looks like a message is one that the slave cannot hear
+  kOff,   ///< switched off: what looks like a message is one that the slave cannot receive
   kNone,  ///< carries process data: the slave has no mailbox
 };
 

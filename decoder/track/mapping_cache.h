@@ -1,7 +1,7 @@
 /// in: which slave's sync managers or FMMUs may have changed.  out: versions, and the FMMUs that a slave is known to
 /// have.
 ///
-/// keeps: the FMMUs of each slave, decoded once after each change and only when somebody asks.
+/// keeps: the FMMUs of each slave, decoded once after each change and only on request.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ class MappingCache {
     return mapping.decoded == mapping.changed ? mapping.fmmus : Decode(id, state);
   }
 
-  /// One more slave, behind the others.
+  /// One more slave, after the others.
   void Add();
   /// @param slave kNoSlave: what a broadcast leaves in slaves that are met later
   void Changed(SlaveId slave);

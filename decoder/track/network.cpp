@@ -13,7 +13,7 @@ bool ReadsOneWritesOthers(wire::Command command) {
   return command == wire::Command::ARMW || command == wire::Command::FRMW;
 }
 
-/// What one slave gave and took, as far as the working counter of a datagram that came back tells.
+/// What one slave gave and took, as far as the working counter of a returned datagram shows it.
 void KeepWhatCounted(const DatagramPair& d, SlaveAccess& access) {
   const bool one_slave = !ReadsOneWritesOthers(d.command());
   const bool reads = wire::Reads(d.command());
@@ -37,12 +37,12 @@ void KeepWhatCounted(const DatagramPair& d, SlaveAccess& access) {
 void Network::OnTransaction(const bus::BusTransaction& transaction) {
   if (!presumed_.empty()) MeetPresumed(transaction.any().ref());
   const FrameRef& first = transaction.first_ref();
-  if (transaction.hole != bus::Hole::kNone) {
+  if (transaction.gap != bus::GapBefore::kNone) {
     if (runs_.IsOtherRecording(first)) {
-      holes_.OnOtherRecording(first);
+      gaps_.OnOtherRecording(first);
       runs_.BeginRecording(first);
     } else {
-      holes_.OnHole(first, transaction.hole == bus::Hole::kCertain);
+      gaps_.OnGap(first, transaction.gap == bus::GapBefore::kCertain);
     }
   }
   for (const wire::FrameView* copy : {transaction.sent, transaction.returned}) {
@@ -73,7 +73,7 @@ void Network::OnCounted(const DatagramPair& d) {
   const std::optional<std::uint16_t> before = addressing_.Count(d);
   // Another number: each of them may have moved.
   if (addressing_.version() != version) states_.work().Take(states_.size());
-  if (before) holes_.OnReturnFrom(*before, d.transaction.returned_ref());
+  if (before) gaps_.OnReturnFrom(*before, d.transaction.returned_ref());
 }
 
 void Network::Meet(SlaveId id, const FrameRef& frame) {
@@ -109,7 +109,7 @@ LogicalAccess Network::LogicalAccessOf(const DatagramPair& d) {
 
 void Network::OnLogical(const DatagramPair& d) {
   const LogicalAccess access = LogicalAccessOf(d);
-  if (d.has_returned) holes_.OnLogical(d);
+  if (d.has_returned) gaps_.OnLogical(d);
   events_.Publish(access);
   states_.work().TakeForData(access.told, access.length);
   const auto& mapped_mailboxes = mapped_mailboxes_.Now();
@@ -122,8 +122,8 @@ void Network::OnLogical(const DatagramPair& d) {
 Answered Network::AnswerOf(const DatagramPair& d, SlaveId slave) const {
   const std::uint16_t* count = wire::IncrementsAdp(d.command()) ? slave_count().if_known() : nullptr;
   // What is sent at the other end of a redundant line.
-  const bool passed_nobody = count != nullptr && wire::IsBroadcast(d.command()) && d.has_sent && d.has_returned &&
-                             d.sent().adp() == 0 && d.any.adp() == 0;
+  const bool passed_no_slave = count != nullptr && wire::IsBroadcast(d.command()) && d.has_sent && d.has_returned &&
+                               d.sent().adp() == 0 && d.any.adp() == 0;
   return {
       .command = d.command(),
       .adp = d.has_sent                       ? d.sent().adp()
@@ -134,7 +134,7 @@ Answered Network::AnswerOf(const DatagramPair& d, SlaveId slave) const {
       .wkc = d.wkc(),
       .sent_wkc = d.has_sent ? d.sent().wkc() : std::uint16_t{0},
       .circulating = d.any.circulating(),
-      .slaves_passed = passed_nobody      ? std::optional<std::uint16_t>(0)
+      .slaves_passed = passed_no_slave    ? std::optional<std::uint16_t>(0)
                        : count != nullptr ? std::optional(*count)
                                           : std::nullopt,
       .slave = slave,
@@ -170,7 +170,7 @@ void Network::WriteToAll(const DatagramPair& d) {
   ApplyToAll(d, acceptance);
   al_.OnBroadcastRequest(d, acceptance);
   if (d.CoversByte(esc::kStationAddress) && acceptance != Acceptance::kRefused) {
-    holes_.OnStationsCleared(d.transaction.any().ref());
+    gaps_.OnStationsCleared(d.transaction.any().ref());
     addressing_.ClearStations(d);
   }
 }
@@ -180,7 +180,7 @@ void Network::OnAddressed(const DatagramPair& d) {
   const SlaveId slave = Resolve(d, took_part);
   if (d.has_returned) events_.Publish(AnswerOf(d, slave));
   if (slave == kNoSlave) {
-    if (took_part && addressing_.MeansSomebody(d)) OnSomebody(d);
+    if (took_part && addressing_.MayAddressSlave(d)) OnUnknownSlave(d);
     return;
   }
 
@@ -201,8 +201,8 @@ void Network::OnAddressed(const DatagramPair& d) {
   Apply(access);
 }
 
-/// Slaves have joined or left, and who is at this position now nothing tells: any of those that may have moved.
-void Network::OnSomebody(const DatagramPair& d) {
+/// Slaves joined or left, and nothing shows which one is at this position: any of those that may have moved.
+void Network::OnUnknownSlave(const DatagramPair& d) {
   if (d.has_returned) events_.Publish(PlaceUnknown{d.transaction.first_ref()});
   if (!wire::Writes(d.command()) && d.address() < esc::RegisterImage::kSize) return;
   states_.work().Take(states_.size());
@@ -228,9 +228,9 @@ void Network::Apply(const SlaveAccess& access) {
   // A master that sets up a slave has taken it out of OP.
   if (!access.written.empty() && access.address < kMappingEnd &&
       access.address + access.written.size() > esc::kAlControl) {
-    holes_.Presume(access.slave, false, access.frame());
+    gaps_.Presume(access.slave, false, access.frame());
   }
-  holes_.OnAccess(access);
+  gaps_.OnAccess(access);
   if (in_registers) states_.Learn(access);
   events_.Publish(access);
   mailboxes_.FollowWindow(access.slave, access.frame());
@@ -249,7 +249,7 @@ void Network::Finish() {
   }
 }
 
-/// What it wrote to registers is unknown until a slave shows it. The access itself is told when its end is known.
+/// What it wrote to registers is unknown until a slave shows it. The access itself is reported when its end is known.
 void Network::OnDoubtful(const wire::FrameView& sent) {
   const bus::BusTransaction transaction{&sent, nullptr, false};
   for (std::size_t i = 0; i < sent.size(); ++i) {
@@ -285,7 +285,7 @@ void Network::OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_
     events_.Publish(lost);
     states_.work().TakeForData(lost.told, sent.bytes().size());
   }
-  // Whether the slaves got it, nobody knows: what it wrote is unknown from here on.
+  // It is unknown whether the slaves received it: what it wrote is unknown from here on.
   const bus::BusTransaction transaction{&sent, nullptr, false};
   for (std::size_t i = 0; i < sent.size(); ++i) {
     const DatagramPair d(transaction, i);
@@ -297,8 +297,8 @@ void Network::OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_
       ApplyToAll(d, Acceptance::kUnknown);
     } else if (const SlaveId slave = Resolve(d, false); slave != kNoSlave) {
       Apply(d.Access(slave, Acceptance::kUnknown));
-    } else if (addressing_.MeansSomebody(d)) {
-      OnSomebody(d);
+    } else if (addressing_.MayAddressSlave(d)) {
+      OnUnknownSlave(d);
     }
   }
 }

@@ -1,12 +1,12 @@
 /// in: BusTransaction.  out: Event (events.h) and one SlaveState a slave.
 ///
-/// Joins what follows the slaves, and hands it accesses in an order that everything behind relies on: which slaves a
+/// Joins what follows the slaves, and hands it accesses in an order that all later stages rely on: which slaves a
 /// datagram meant and which of them took part, what each ESC holds from then on, and the facts that follow.
 ///
 ///   Addressing        who is meant            AlTracker         requests and states
 ///   SlaveStates       what registers hold     SlaveMailboxes    messages
 ///   MappingCache      what is mapped          EepromReporter    EEPROM contents
-///   Holes             what may be no more so  EventFieldTracker the ECAT event field
+///   CaptureGaps       what may be outdated    EventFieldTracker the ECAT event field
 #pragma once
 
 #include <cstdint>
@@ -18,11 +18,11 @@
 #include "decoder/bus/transaction.h"
 #include "decoder/track/addressing.h"
 #include "decoder/track/al_tracker.h"
+#include "decoder/track/capture_gaps.h"
 #include "decoder/track/datagram_pair.h"
 #include "decoder/track/eeprom_reporter.h"
 #include "decoder/track/event_field_tracker.h"
 #include "decoder/track/events.h"
-#include "decoder/track/holes.h"
 #include "decoder/track/mapped_mailboxes.h"
 #include "decoder/track/mapping_cache.h"
 #include "decoder/track/runs.h"
@@ -39,9 +39,9 @@ class Network final : public bus::BusSink {
         states_(mappings_),
         mailboxes_(events, states_),
         mapped_mailboxes_(states_, mappings_),
-        holes_(events, addressing_, states_, mailboxes_),
+        gaps_(events, addressing_, states_, mailboxes_),
         runs_(events),
-        al_(events, addressing_, states_, mailboxes_, holes_, runs_),
+        al_(events, addressing_, states_, mailboxes_, gaps_, runs_),
         eeprom_(events, states_),
         event_field_(events) {}
   Network(const Network&) = delete;
@@ -52,17 +52,17 @@ class Network final : public bus::BusSink {
   /// Slaves on the bus as the last frame with a position counter showed.
   [[nodiscard]] const Known<std::uint16_t>& slave_count() const { return addressing_.slave_count(); }
 
-  /// False for a slave behind the last one that answers now, and for one that turned out to be another.
+  /// False for a slave after the last one that answers now, and for one that turned out to be another.
   [[nodiscard]] bool OnBus(SlaveId id) const { return addressing_.OnBus(id); }
   /// The run of frames that lasts until now.
   [[nodiscard]] const EventFieldRun& event_field() const { return event_field_.run(); }
 
-  /// The first frame behind the last place where the capture misses frames, or may: nobody sent anything for long, and
-  /// no index tells why. 0: there was none.
-  [[nodiscard]] FrameNo last_hole() const { return holes_.last(); }
-  /// True when such a place lies behind frame `from`, up to frame `to`.
-  [[nodiscard]] bool MayMissBetween(FrameNo from, FrameNo to) const { return holes_.AnyBetween(from, to); }
-  /// Telling every slave of what was meant for all has cost more than the frames allow for: whoever feeds this stops.
+  /// The first frame after the last place where the capture misses frames, or may: no frame was sent for long, and no
+  /// index shows why. 0: there was none.
+  [[nodiscard]] FrameNo last_gap() const { return gaps_.last(); }
+  /// True when such a place follows frame `from`, up to frame `to`.
+  [[nodiscard]] bool MayMissBetween(FrameNo from, FrameNo to) const { return gaps_.AnyBetween(from, to); }
+  /// Handing broadcasts to every slave has cost more than the frames allow for: the caller stops.
   [[nodiscard]] bool overworked() const { return states_.work().exceeded(); }
   /// Changes whenever any sync manager or FMMU may have changed, or a slave was added.
   [[nodiscard]] std::uint64_t mapping_version() const { return mappings_.version(); }
@@ -87,7 +87,7 @@ class Network final : public bus::BusSink {
   void OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_by_other) override;
   void OnDuplicate(const wire::FrameView& returned, FrameNo original) override;
   void OnUnusable(const wire::FrameView& frame, bus::Unusable reason, bool own_master) override;
-  /// So many frames were not handed over because they were like the next (repeated_cycles.h).
+  /// This number of frames was not handed over because they were like the next one (repeated_cycles.h).
   /// @param bytes of all of them
   void OnSkipped(std::uint64_t count, std::uint64_t bytes) {
     states_.work().Allow(bytes);
@@ -108,7 +108,7 @@ class Network final : public bus::BusSink {
   void OnBroadcast(const DatagramPair& d);
   void WriteToAll(const DatagramPair& d);
   void OnAddressed(const DatagramPair& d);
-  void OnSomebody(const DatagramPair& d);
+  void OnUnknownSlave(const DatagramPair& d);
   void OnLogical(const DatagramPair& d);
   [[nodiscard]] SlaveId Resolve(const DatagramPair& d, bool add) {
     const SlaveId id = addressing_.Resolve(d, add);
@@ -126,7 +126,7 @@ class Network final : public bus::BusSink {
   SlaveStates states_;
   SlaveMailboxes mailboxes_;
   MappedMailboxes mapped_mailboxes_;
-  Holes holes_;
+  CaptureGaps gaps_;
   Runs runs_;
   AlTracker al_;
   EepromReporter eeprom_;

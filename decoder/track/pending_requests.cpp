@@ -77,7 +77,7 @@ void PendingRequests::Wrote(const MailboxMessage& message) {
 }
 
 void PendingRequests::Filled() {
-  TellStuck(false);
+  ReportStuck(false);
   filled_ = true;
 }
 
@@ -103,7 +103,7 @@ void PendingRequests::Unanswered(Request& r, MailboxUnanswered::End end, const F
   event.first_poll = r.first_poll;
   event.last_poll = r.last_poll;
   const bool looked = out_full_since_ > r.request.frame.number;
-  event.not_taken = looked && out_full_;
+  event.not_accepted = looked && out_full_;
   event.taken = (looked && !out_full_) || end == MailboxUnanswered::End::kNextRequest;
   event.read_lost = r.read_lost;
   event.certainty = r.certainty;
@@ -133,19 +133,19 @@ void PendingRequests::SawOutMailbox(bool full, bool mailbox, const FrameRef& fra
   out_full_ = full;
   out_full_since_ = frame.number;
   if (!full) {
-    TellStuck(false);
+    ReportStuck(false);
     filled_ = false;
   } else if (mailbox && !filled_) {
     if (stuck_.looks++ == 0) {
       stuck_.first = frame;
-      stuck_.hole = hole_;
+      stuck_.gap = gap_;
     }
     stuck_.last = frame;
   }
 }
 
-void PendingRequests::TellStuck(bool reset) {
-  hole_ = {};
+void PendingRequests::ReportStuck(bool reset) {
+  gap_ = {};
   if (stuck_.looks == 0) return;
   stuck_.slave = slave_;
   stuck_.reset = reset;
@@ -159,7 +159,7 @@ PendingRequests::ErrorAnswer PendingRequests::OnErrorReply(std::uint8_t counter,
   ErrorAnswer answer;
   bool settled = false;
   const auto consider = [&](const RequestSummary& request, MailboxChannel channel) {
-    const bool spoken = (heard_ >> static_cast<unsigned>(request.protocol) & 1U) != 0;
+    const bool spoken = (answered_ >> static_cast<unsigned>(request.protocol) & 1U) != 0;
     if (detail == mailbox::kUnsupportedProtocol && spoken) return;
     const bool echoed = request.counter != 0 && request.counter == counter;
     if (settled && !echoed) return;
@@ -210,9 +210,9 @@ void PendingRequests::End(TransferEnd why, const FrameRef& frame) {
   for (Request& r : requests_) {
     if (r.active) Unanswered(r, UnansweredEnd(why), frame);
   }
-  const FrameRef hole = hole_;
-  TellStuck(why == TransferEnd::kReset);
-  if (why == TransferEnd::kGap) hole_ = hole;
+  const FrameRef gap = gap_;
+  ReportStuck(why == TransferEnd::kReset);
+  if (why == TransferEnd::kGap) gap_ = gap;
   filled_ = false;
   last_answerable_ = false;
 }

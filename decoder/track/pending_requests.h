@@ -36,13 +36,13 @@ class PendingRequests {
   /// Something was written to the out mailbox, or may have been, be it readable or not.
   void Filled();
   /// What was written to the out mailbox before this frame is not known.
-  void BeginBehindHole(const FrameRef& frame) { hole_ = frame; }
+  void BeginAfterGap(const FrameRef& frame) { gap_ = frame; }
   void Await(MailboxChannel channel, const mailbox::MailboxMessage& message);
   void Answered(MailboxChannel channel);
   /// The slave sent a message of this protocol: it has it.
-  void Heard(mailbox::Protocol protocol) {
-    heard_ |= 1U << static_cast<unsigned>(protocol);
-    TellStuck(false);
+  void HasAnswered(mailbox::Protocol protocol) {
+    answered_ |= 1U << static_cast<unsigned>(protocol);
+    ReportStuck(false);
   }
   /// Frame of the request that waits, not seen() when none does.
   [[nodiscard]] FrameRef Waiting(MailboxChannel channel) const {
@@ -79,7 +79,7 @@ class PendingRequests {
  private:
   Request& Of(MailboxChannel channel) { return requests_[static_cast<std::size_t>(channel)]; }
   /// The out mailbox is full no more, or of something else.
-  void TellStuck(bool reset);
+  void ReportStuck(bool reset);
   void Unanswered(Request& request, mailbox::MailboxUnanswered::End end, const FrameRef& frame);
 
   SlaveId slave_;
@@ -88,10 +88,10 @@ class PendingRequests {
   std::array<Request, static_cast<std::size_t>(MailboxChannel::kCount)> requests_;
   mailbox::RequestSummary last_;
   bool last_answerable_ = false;  // an error reply may still answer it
-  unsigned heard_ = 0;            // protocols that the slave speaks, a bit each
-  bool out_full_ = false;         // last look at the status of the out mailbox
+  unsigned answered_ = 0;         // protocols that the slave speaks, a bit each
+  bool out_full_ = false;         // last read of the status of the out mailbox
   FrameNo out_full_since_ = 0;    // frame of that look; 0: never looked
-  FrameRef hole_;                 // nothing was written since; not seen(): that is not known
+  FrameRef gap_;                  // nothing was written since; not seen(): that is not known
   bool filled_ = false;           // what stands in it may be what the capture shows
   mailbox::MailboxStuck stuck_;   // looks that found it full, of what the capture does not hold
 };

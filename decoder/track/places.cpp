@@ -33,7 +33,7 @@ void Places::OnCount(std::uint16_t count, const FrameRef& frame) {
   count_ = count;
   before_ = changed_.number;
   changed_ = frame;
-  heard_ = 0;
+  answered_ = 0;
   if (as_before) {
     SettleAll();
   } else if (!first) {
@@ -41,20 +41,20 @@ void Places::OnCount(std::uint16_t count, const FrameRef& frame) {
   }
 }
 
-bool Places::OnHeard(SlaveId id, FrameNo sent) {
-  const bool heard_before = Heard(id);
-  slaves_.Subscribe(id, sent);
-  if (heard_before || !Heard(id)) return false;
-  ++heard_;
+bool Places::OnAnswer(SlaveId id, FrameNo sent) {
+  const bool answered_before = HasAnswered(id);
+  slaves_.NoteAnswer(id, sent);
+  if (answered_before || !HasAnswered(id)) return false;
+  ++answered_;
   if (in_doubt_ == 0) return false;
-  if (heard_ == count_) SettleInOrder(sent);
+  if (answered_ == count_) SettleInOrder(sent);
   return true;
 }
 
 std::optional<bool> Places::OnLine(SlaveId id) const {
   if (!InDoubt(id)) return std::nullopt;
-  if (Heard(id)) return true;
-  if (heard_ >= count_) return false;
+  if (HasAnswered(id)) return true;
+  if (answered_ >= count_) return false;
   return std::nullopt;
 }
 
@@ -67,7 +67,7 @@ SlaveId Places::NamedAt(SlavePos position, StationAddress station, bool written,
   const SlaveId there = slaves_.AtPosition(position);
   if (there != kNoSlave) {
     // Who was there keeps its address while it has power. One that comes back without may be given another one.
-    const bool is_another = !written || Heard(there) || AwaitsNewcomers();
+    const bool is_another = !written || HasAnswered(there) || AwaitsNewcomers();
     if (!is_another) return there;
     slaves_.Displace(there, frame);
   }
@@ -96,11 +96,11 @@ void Places::SettleAll() {
 }
 
 /// Those that may have moved, in their order; none where that is not known.
-std::vector<SlaveId> Places::InOrder(bool only_heard) const {
+std::vector<SlaveId> Places::InOrder(bool only_answered) const {
   std::vector<SlaveId> out;
   for (std::size_t s = 0; s < slaves_.size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
-    if (!slaves_[id].replaced && InDoubt(id) && (!only_heard || Heard(id))) out.push_back(id);
+    if (!slaves_[id].replaced && InDoubt(id) && (!only_answered || HasAnswered(id))) out.push_back(id);
   }
   std::sort(out.begin(), out.end(), [&](SlaveId a, SlaveId b) { return slaves_[a].order < slaves_[b].order; });
   const auto same = [&](SlaveId a, SlaveId b) { return slaves_[a].order == slaves_[b].order; };
@@ -108,7 +108,7 @@ std::vector<SlaveId> Places::InOrder(bool only_heard) const {
   return out;
 }
 
-/// Positions of which nobody is known to be there.
+/// Positions of which no slave is known to be there.
 std::vector<SlavePos> Places::FreePlaces() const {
   std::vector<SlavePos> out;
   for (SlavePos p = 0; p < count_; ++p) {
@@ -118,15 +118,15 @@ std::vector<SlavePos> Places::FreePlaces() const {
   return out;
 }
 
-/// Nobody plugs slaves that work in another order. Where all that are left fill the places that are left, they are
-/// there in their order: for certain where all of them answered.
+/// Slaves in operation are not plugged in another order. Where all that are left fill the places that are left, they
+/// are there in their order: for certain where all of them answered.
 void Places::SettleInOrder(FrameNo frame) {
   const std::vector<SlavePos> free = FreePlaces();
   std::vector<SlaveId> left = InOrder(true);
-  const bool all_heard = left.size() == free.size();
-  if (!all_heard) left = InOrder(false);
+  const bool all_answered = left.size() == free.size();
+  if (!all_answered) left = InOrder(false);
   if (left.size() != free.size()) return;
-  // Where nobody has taken the place of another one, all are told by the places they had.
+  // Where no slave has taken the place of another one, all are reported by the places they had.
   const bool moved =
       std::any_of(left.begin(), left.end(), [&](SlaveId id) { return slaves_[id].position.if_known() == nullptr; });
   for (std::size_t i = 0; i < left.size(); ++i) {
@@ -134,7 +134,7 @@ void Places::SettleInOrder(FrameNo frame) {
     const bool same = position != nullptr && *position == free[i];
     if (!same && !moved) continue;
     if (!same) slaves_.MoveTo(left[i], Known<SlavePos>::Inferred(free[i], frame));
-    if (all_heard) Settle(left[i]);
+    if (all_answered) Settle(left[i]);
   }
 }
 

@@ -20,7 +20,7 @@ bool DistributesTime(Command command) {
   return command == Command::ARMW || command == Command::FRMW;
 }
 
-/// What is sent in every cycle: process data, the time, and a look at the states of all.
+/// What is sent in every cycle: process data, the time, and a read of all states.
 bool IsCyclic(const wire::DatagramView& d) {
   if (!wire::IsDefined(d.command_byte()) || d.circulating() || d.irq() != 0 || d.data().empty()) return false;
   if (wire::IsLogical(d.command())) return true;
@@ -31,10 +31,10 @@ bool IsCyclic(const wire::DatagramView& d) {
 /// Both copies are there, and lie in the packets themselves.
 bool IsPlain(const BusTransaction& t) {
   return t.sent != nullptr && t.returned != nullptr && !t.assumed && !t.other_end && !t.joined &&
-         t.hole == bus::Hole::kNone;
+         t.gap == bus::GapBefore::kNone;
 }
 
-/// Unless the data changed, the slave that gives the time did not answer, whoever else counted.
+/// Unless the data changed, the slave that gives the time did not answer, whichever other slaves counted.
 bool ClockAnswers(const BusTransaction& t) {
   for (std::size_t i = 0; i < t.returned->size() && i < t.sent->size(); ++i) {
     const wire::DatagramView returned = (*t.returned)[i];
@@ -53,13 +53,13 @@ std::uint64_t HeadOf(const FrameView& frame) {
 
 }  // namespace
 
-void RepeatedCycles::Copy::Take(const FrameView& frame, bool anew) {
+void RepeatedCycles::Copy::Take(const FrameView& frame, bool changed) {
   const ByteSpan payload = frame.payload();
   const auto load = [&](std::size_t at) { return LoadLittleEndian<std::uint64_t>(payload.data() + at); };
   size = payload.size();
   source_mac = frame.source_mac();
   offsets.assign(frame.offsets().begin(), frame.offsets().end());
-  if (anew) {
+  if (changed) {
     words.clear();
     for (std::size_t at = 0; at < size; at += kWord) {
       // The last word begins where it is whole.
@@ -74,7 +74,7 @@ void RepeatedCycles::Copy::Take(const FrameView& frame, bool anew) {
 bool RepeatedCycles::Copy::Matches(const FrameView& frame) const {
   const ByteSpan payload = frame.payload();
   if (payload.size() != size || frame.source_mac() != source_mac) return false;
-  // Behind another link header (a tag, UDP) they lie elsewhere.
+  // After another link header (a tag, UDP) they lie elsewhere.
   if (offsets.empty() || frame.offsets()[0] != offsets[0]) return false;
   const std::uint8_t* const bytes = payload.data();
   std::uint64_t different = 0;
@@ -120,7 +120,7 @@ void RepeatedCycles::OnTransaction(const BusTransaction& t) {
   Kind* kind = IsPlain(t) ? KindOf(t) : nullptr;
   if (kind != nullptr && kind->skips && kind->Repeats(t)) return Skip(*kind, t);
   Settle();
-  Tell(kind, t);
+  PublishInFull(kind, t);
 }
 
 bool RepeatedCycles::Kind::Repeats(const BusTransaction& t) const {
@@ -150,7 +150,7 @@ void RepeatedCycles::Skip(Kind& kind, const BusTransaction& t) {
     }
   }
   if (events_.news() == news) return;
-  // Something was found: what follows from it is told in full until all is at rest again.
+  // Something was found: what follows from it is reported in full until all is at rest again.
   Settle();
   Disturb();
 }
@@ -184,7 +184,7 @@ void RepeatedCycles::Settle() {
 }
 
 /// @param kind null: not known, or none that may repeat
-void RepeatedCycles::Tell(Kind* kind, const BusTransaction& t) {
+void RepeatedCycles::PublishInFull(Kind* kind, const BusTransaction& t) {
   const bool may_repeat = MayRepeat(t);
   const std::uint64_t news = events_.news();
   network_.OnTransaction(t);
@@ -211,7 +211,7 @@ void RepeatedCycles::Tell(Kind* kind, const BusTransaction& t) {
   if (!kind->skips && kind->calm >= kCalm && (kind->calm - kCalm) % kAskAgain == 0) Ask(*kind, t);
 }
 
-/// What every frame of a kind has to have in common, whoever looks at its data.
+/// What all frames of a kind have in common, whichever of its data matter.
 void RepeatedCycles::MaskHeaders(Kind& kind, const BusTransaction& t) {
   kind.datagrams.clear();
   const auto mask = [](Copy& copy, const FrameView& frame) {
@@ -272,7 +272,7 @@ void RepeatedCycles::OnSent(const FrameView& frame) {
   if (!AlTracker::AsksForState(frame)) return;
   Settle();
   network_.OnSent(frame);
-  Disturb();  // what is under way already comes back to slaves that were asked for something
+  Disturb();  // what is in flight already comes back to slaves that were asked for something
 }
 
 void RepeatedCycles::OnDoubtful(const FrameView& sent) {

@@ -1,16 +1,19 @@
-/// in: BusTransaction.  out: the same, but for cycles that tell nothing new.
+/// in: BusTransaction.  out: the same, but for cycles that show nothing new.
 ///
-/// keeps: a few kinds of frames with what they held when they were last told, and the last that was not told.
+/// keeps: a few kinds of frames with what they held when last published, and the last one that was not published.
 ///
 /// In OP nearly every cycle is like the one before: the same datagrams, states and working counters; only times and
-/// positions are others, and nobody looks at those of each frame but who measures times. A frame that came back like
-/// the one before, all at rest behind it, is asked about (CycleAtRest): who hears that says what of its data matters,
-/// or that every frame does. From then on frames that are the same in what matters are not told in full: FrameRepeated
-/// of each is enough, and LogicalRepeated or TimeRepeated of its datagrams. Before anything else is told whoever put
-/// something off is asked to do it (RepetitionEnds), and the last of them is told as the cycle that it was, and how
-/// many came before it (CyclesSkipped). So whoever looks finds everything as if each had been told.
+/// positions are others, and only time measurements need those of each frame.
 ///
-/// Whatever is published besides (EventSink::news()), and any frame that is no cycle, ends that for all.
+/// 1. A frame returns like the one before, and nothing changes after it: CycleAtRest asks the subscribers which of its
+///    data matter. A subscriber may answer that every frame matters.
+/// 2. From then on frames with the same relevant data are not published in full. Each is a FrameRepeated, with a
+///    LogicalRepeated or TimeRepeated for its datagrams.
+/// 3. Before any other event, RepetitionEnds asks subscribers to do what they deferred. Then the last repeated frame is
+///    published in full, and CyclesSkipped gives the number of those before it.
+/// So each subscriber has the same state as if every frame had been published.
+///
+/// Any other published event (EventSink::news()), and any frame that is not cyclic, ends this for all kinds.
 #pragma once
 
 #include <array>
@@ -28,15 +31,15 @@ class RepeatedCycles final : public bus::BusSink {
  public:
   /// Masters send one frame a cycle, or a few.
   static constexpr std::size_t kKinds = 8;
-  /// So many equal ones are told in full before.
+  /// Number of equal ones that are published in full before.
   static constexpr std::uint32_t kCalm = 2;
-  /// Where every frame mattered, so many more are told before it is asked again.
+  /// Number of further ones that are published before the next question, if every frame mattered.
   static constexpr std::uint32_t kAskAgain = 64;
 
   /// Both must outlive this.
   RepeatedCycles(Network& network, EventSink& events) : network_(network), events_(events) {}
 
-  /// From here on; before, every frame is told.
+  /// From here on; before, every frame is published.
   void Begin() { skips_ = true; }
 
   void OnFrame(const wire::FrameView&, bus::Direction) override {}
@@ -46,9 +49,9 @@ class RepeatedCycles final : public bus::BusSink {
   void OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_by_other) override;
   void OnDuplicate(const wire::FrameView& returned, FrameNo original) override;
   void OnUnusable(const wire::FrameView& frame, bus::Unusable reason, bool own_master) override;
-  /// What was not told is told.
+  /// Publishes what was not published.
   void Settle();
-  /// The bytes of the frames at hand go away: what was not told is copied.
+  /// The bytes of the current frames become invalid: what was not published is copied.
   void Keep();
 
  private:
@@ -60,16 +63,16 @@ class RepeatedCycles final : public bus::BusSink {
       std::uint64_t mask = 0, value = 0;
     };
     std::vector<std::uint8_t> mask;  ///< a byte for each of the datagrams
-    std::vector<Word> words;         ///< those with bits that matter, as told last
+    std::vector<Word> words;         ///< those with bits that matter, as published last
     std::size_t size = 0;            ///< bytes of the datagrams
     std::uint64_t source_mac = 0;
-    // The last frame that was not told.
+    // The last frame that was not published.
     wire::FrameFields last;
     std::vector<std::uint16_t> offsets;
     std::vector<std::uint8_t> kept;
 
-    /// This frame was told. @param anew the mask has changed
-    void Take(const wire::FrameView& frame, bool anew);
+    /// This frame was published. @param changed the mask has changed
+    void Take(const wire::FrameView& frame, bool changed);
     [[nodiscard]] bool Matches(const wire::FrameView& frame) const;
     void Skip(const wire::FrameView& frame) { last = frame.fields(); }
     void Keep();
@@ -79,21 +82,21 @@ class RepeatedCycles final : public bus::BusSink {
     bool used = false;
     std::uint64_t head = 0;  ///< of the first datagram, without its index
     Copy sent, returned;
-    std::uint32_t calm = 0;     ///< told in full, one like the other
-    bool skips = false;         ///< frames that are the same need not be told
-    std::uint64_t skipped = 0;  ///< since the last was told
+    std::uint32_t calm = 0;     ///< published in full, one like the other
+    bool skips = false;         ///< frames that are the same need not be published
+    std::uint64_t skipped = 0;  ///< since the last was published
     std::uint64_t bytes_skipped = 0;
     std::uint64_t order = 0;  ///< of the last one skipped
     std::vector<RepeatedDatagram> datagrams;
 
-    /// Told last like this one, and who gives the time answered.
+    /// Published last like this one, and the slave that gives the time answered.
     [[nodiscard]] bool Repeats(const bus::BusTransaction& t) const;
   };
 
   [[nodiscard]] static bool MayRepeat(const bus::BusTransaction& transaction);
   [[nodiscard]] Kind* KindOf(const bus::BusTransaction& transaction);
   void Skip(Kind& kind, const bus::BusTransaction& transaction);
-  void Tell(Kind* kind, const bus::BusTransaction& transaction);
+  void PublishInFull(Kind* kind, const bus::BusTransaction& transaction);
   void Ask(Kind& kind, const bus::BusTransaction& transaction);
   void MaskHeaders(Kind& kind, const bus::BusTransaction& transaction);
   void Disturb();

@@ -16,7 +16,7 @@ class Runs {
  public:
   explicit Runs(EventSink& events) : events_(events) {}
 
-  /// Whether the clock tells that this frame, the first behind a hole, belongs to another recording.
+  /// Whether the clock shows that this frame, the first after a capture gap, belongs to another recording.
   [[nodiscard]] bool IsOtherRecording(const FrameRef& frame) const {
     return frame.has_time && last_.has_time && ClockJumps(last_.time, frame.time);
   }

@@ -1,10 +1,10 @@
-/// in: whose datagram a slave answered.  out: whether what all slaves answered to a sender tells of a slave.
+/// in: whose datagram a slave answered.  out: whether a broadcast of a sender concerns a slave.
 ///
 /// keeps: the senders, and the segment of each of them and of each slave.
 ///
-/// Two programs may be captured at one tap, each with a bus of its own. A broadcast tells of the slaves of its own bus
-/// only. That a slave is one of them shows where it answered the sender itself, or where slaves answered both this
-/// sender and the one that it did answer.
+/// Two programs may be captured at one tap, each with a bus of its own. A broadcast concerns the slaves of its own bus
+/// only. A slave is one of them if it answered this sender, or if other slaves answered both this sender and the one
+/// that it answered.
 #pragma once
 
 #include <algorithm>
@@ -38,13 +38,13 @@ class Segments {
     return true;
   }
   /// False where nothing shows that what the sender broadcasts passes that slave.
-  [[nodiscard]] bool MayTell(SlaveId slave, std::uint64_t sender) const {
+  [[nodiscard]] bool MayConcern(SlaveId slave, std::uint64_t sender) const {
     if (slave >= slaves_.size() || slaves_[slave] == kUnknown) return true;
     const Sender* from = Find(sender);
     return from != nullptr && from->segment == slaves_[slave];
   }
-  /// The same of every slave that has answered anybody.
-  [[nodiscard]] bool MayTellAll(std::uint64_t sender) const {
+  /// The same for every slave that has answered any sender.
+  [[nodiscard]] bool MayConcernAll(std::uint64_t sender) const {
     if (common_ == kUnknown) return true;
     const Sender* from = Find(sender);
     return from != nullptr && from->segment == common_;

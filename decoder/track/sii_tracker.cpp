@@ -29,7 +29,7 @@ void SiiAssembler::OnAccess(const SlaveAccess& access, SiiListener* listener) {
     return;
   }
   if (access.acceptance != Acceptance::kUnknown || access.written.empty()) return;
-  // Done or not, nobody knows: neither the old nor the new command can be relied on.
+  // It is unknown whether it was done: neither the old nor the new command can be relied on.
   if (Touches(access, access.written, esc::kEepromConfiguration, 1)) owned_by_pdi_.reset();
   if (Touches(access, access.written, esc::kEepromConfiguration, 1) || Touches(access, access.written, kCommand, 1)) {
     EndWrite(access.frame(), false, listener);

@@ -62,7 +62,7 @@ class SiiListener {
   virtual void OnEepromRead(const EepromRead& /*event*/) {}
   virtual void OnEepromWrite(const EepromWrite& /*event*/) {}
   virtual void OnEepromError(const EepromError& /*event*/) {}
-  /// The ESC was told to load its configuration from the EEPROM again.
+  /// The ESC was commanded to load its configuration from the EEPROM again.
   virtual void OnEepromReload(SlaveId /*slave*/, const FrameRef& /*command*/) {}
   /// The EEPROM was given to the slave's processor (`to_pdi`) or taken back.
   virtual void OnEepromOwner(SlaveId /*slave*/, const FrameRef& /*frame*/, bool /*to_pdi*/) {}

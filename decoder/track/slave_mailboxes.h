@@ -19,7 +19,7 @@ class SlaveMailboxes {
  public:
   SlaveMailboxes(EventSink& events, const SlaveStates& states) : events_(events), states_(states) {}
 
-  /// One more slave, behind the others.
+  /// One more slave, after the others.
   void Add() { slaves_.emplace_back(); }
   /// The sync managers of the slave may be others than at the last call.
   void FollowWindow(SlaveId slave, const FrameRef& frame) {
@@ -52,7 +52,7 @@ class SlaveMailboxes {
   struct Slave {
     std::unique_ptr<MailboxTracker> tracker;  // null until there is something to track
     std::uint32_t window_version = 0;         // mapping version of the state that its window rests on
-    // With which it will begin: broadcasts give a window to thousands of slaves to whom nobody ever speaks.
+    // With which it will begin: broadcasts give a window to thousands of slaves that never get a message.
     MailboxWindow window;
     std::optional<bool> repeat_bit;
   };

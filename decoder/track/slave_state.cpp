@@ -35,7 +35,7 @@ bool SlaveState::IsOff(std::size_t n) const {
 
 bool SlaveState::MayMapUnseen(std::size_t n) const {
   if (n >= fmmu_count() || IsOff(n) || fmmu(n, Certainty::kInferred)) return false;
-  // Whoever sets a slave up switches on what it uses, and has switched off what it does not.
+  // A master that sets a slave up enables what it uses, and has disabled the rest.
   return set_up_since == 0 || fmmu_since[n] > set_up_since;
 }
 

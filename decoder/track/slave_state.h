@@ -39,14 +39,14 @@ struct SlaveState {
   Known<esc::AlWord> al_status;         ///< as last read
   Known<std::uint16_t> al_status_code;  ///< as last read
   SiiAssembler sii;                     ///< EEPROM as far as the master read it
-  /// It was in OP before a hole in the capture, and nothing was seen of it since: all of this is presumed.
+  /// It was in OP before a capture gap, and nothing was seen of it since: all of this is presumed.
   bool presumed = false;
   /// It was gone for a while, and nothing shows yet whether it was without power: then its registers hold nothing.
   bool returned = false;
   /// The frame that asked it for INIT, or gave it its station address: the capture shows how it is set up from there
   /// on. 0: none did.
   FrameNo set_up_since = 0;
-  /// Frame of the last write or read that told something about sync manager / FMMU n.
+  /// Frame of the last write or read that reported something about sync manager / FMMU n.
   std::array<FrameNo, esc::kMaxSyncManagers> sync_manager_since{};
   std::array<FrameNo, esc::kMaxFmmus> fmmu_since{};
   /// Changes whenever a register from 0x0600 to 0x08FF may have changed, so that what is derived can be cached.
@@ -64,7 +64,7 @@ struct SlaveState {
   /// FMMU n is switched off, whatever else it holds.
   [[nodiscard]] bool IsOff(std::size_t n) const;
   /// FMMU n may map something that the capture does not show. Which of them a master uses, and in which order it sets
-  /// them, is its own affair: that another one is known tells nothing of this one.
+  /// them, is its own affair: that another one is known shows nothing of this one.
   [[nodiscard]] bool MayMapUnseen(std::size_t n) const;
 };
 

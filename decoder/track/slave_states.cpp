@@ -36,7 +36,7 @@ void SlaveStates::Learn(const SlaveAccess& access) {
                       recent_.Since(sent, access.slave, access.address, access.length());
     if (!late) Store(state, access, access.written, CertaintyOfWrite(access));
   }
-  // What all were told, or showed, at once is kept once: there may be thousands of them.
+  // What concerned all slaves at once is kept once: there may be thousands of them.
   if (access.broadcast && access.slave > 0) {
     state.registers.ShareWith(states_[static_cast<SlaveId>(access.slave - 1)].registers, access.address,
                               access.length());
@@ -46,7 +46,7 @@ void SlaveStates::Learn(const SlaveAccess& access) {
   }
 }
 
-/// What tells how far the capture shows what the slave maps, beside the FMMUs themselves.
+/// How much of the mapping of the slave the capture shows, beside the FMMUs themselves.
 void SlaveStates::NoteExtent(SlaveState& state, const SlaveAccess& access) {
   if (access.address > esc::kAlControl) return;
   const bool begins = access.done() && BeginsSetUp(access);

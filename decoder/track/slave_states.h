@@ -20,25 +20,25 @@ namespace ecaudit::track {
 
 class SlaveStates {
  public:
-  /// @param mappings told of each change of a sync manager or FMMU
+  /// @param mappings receives each change of a sync manager or FMMU
   explicit SlaveStates(MappingCache& mappings) : mappings_(mappings) {}
 
   [[nodiscard]] std::size_t size() const { return states_.size(); }
   [[nodiscard]] const SlaveState& operator[](SlaveId id) const { return states_[id]; }
   [[nodiscard]] SlaveState& operator[](SlaveId id) { return states_[id]; }
-  /// What telling every slave of something has cost so far.
+  /// Cost so far of handing something to every slave.
   [[nodiscard]] SlaveWork& work() { return work_; }
   [[nodiscard]] const SlaveWork& work() const { return work_; }
   /// Changes with any AL state, and with each new slave.
   [[nodiscard]] std::uint64_t al_version() const { return al_version_; }
 
-  /// One more slave, behind the others: it took the broadcasts so far.
+  /// One more slave, after the others: it took the broadcasts so far.
   void Add();
   /// What one slave read or took of an access to its registers.
   void Learn(const SlaveAccess& access);
   /// What a broadcast wrote, for slaves that are met later.
   void LearnForLater(const SlaveAccess& access);
-  /// Nobody knows whether the slave takes, or has taken, what the access writes to its registers.
+  /// It is unknown whether the slave takes, or has taken, what the access writes to its registers.
   void Doubt(const SlaveAccess& access);
   /// Slaves that are met later map nothing so far: all of them took what clears their FMMUs, or were asked for INIT and
   /// nothing that all took has set one since.
@@ -51,7 +51,8 @@ class SlaveStates {
   /// The AL state that a broadcast asked all slaves for last, also those that are not met yet.
   void RequestedForLater(const AlRequest& request) { requested_ = request; }
   [[nodiscard]] const std::optional<AlRequest>& requested_for_later() const { return requested_; }
-  // A slave may have been switched off, or set up anew. In three steps, for what is told between them sees the others.
+  // A slave may have been switched off, or set up again. In three steps, because events published between them see the
+  // others.
   void ForgetRegisters(SlaveId id);
   void ForgetMapping(SlaveId id);
   /// @return false: the AL state was not known anyway

@@ -1,4 +1,4 @@
-/// How often slaves were told of what was meant for many of them, against what the bytes of the frames allow for.
+/// How often datagrams for many slaves were handed to a slave, against the number that the bytes of the frames allow.
 #pragma once
 
 #include <algorithm>
@@ -17,13 +17,13 @@ class SlaveWork {
   static constexpr std::uint64_t kPerByteOfData = 16;
 
   void Allow(std::uint64_t bytes) { allowed_ += bytes * kPerByte; }
-  /// So many slaves are told of one datagram.
+  /// Adds the slaves that received one datagram.
   void Take(std::uint64_t slaves) { taken_ += slaves; }
-  /// So many are told of, or were looked at for, one or more datagrams with so many bytes of process data.
+  /// Adds the slaves that received, or were checked for, one or more datagrams with a number of bytes of process data.
   void TakeForData(std::uint64_t slaves, std::uint64_t bytes) { Take(slaves - std::min(slaves, Due(bytes))); }
   [[nodiscard]] bool exceeded() const { return taken_ > allowed_; }
 
-  /// How many slaves' data so many bytes may hold.
+  /// Number of slaves whose data a number of bytes may hold.
   [[nodiscard]] static constexpr std::uint64_t Due(std::uint64_t bytes) { return bytes * kPerByteOfData; }
 
  private:

@@ -10,7 +10,7 @@ constexpr std::size_t kWord = sizeof(std::uint64_t);
 /// Command, and length with its flags: where a datagram ends, and whether another one follows.
 constexpr std::uint64_t kCut = 0xFFFF'0000'0000'00FF;
 
-/// A probe may have put its record behind the frame (esc-reference 1.5): begins like one.
+/// A probe may have put its record after the frame (esc-reference 1.5): begins like one.
 bool MayEndWithEsl(ByteSpan bytes) {
   constexpr std::size_t kEslBytes = 16;
   constexpr std::uint32_t kCookie = 0x1005'0101, kBothKinds = 0xFEFF'FFFF;

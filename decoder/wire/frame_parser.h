@@ -3,7 +3,7 @@
 /// keeps: how frames of a few kinds were cut into datagrams.
 ///
 /// Nearly every frame is like one before: as long, between the same addresses, with datagrams of the same commands and
-/// lengths. Then it is cut at the same places, and nothing but that has to be looked at.
+/// lengths. Then it is cut at the same places, and nothing but that has to be examined.
 #pragma once
 
 #include <array>
@@ -28,7 +28,7 @@ class FrameParser {
   struct Shape {
     std::size_t size = 0;                 ///< of the packet; 0: no shape
     std::array<std::uint64_t, 2> head{};  ///< of the packet: both addresses, EtherType, EtherCAT header
-    std::size_t next = 0;                 ///< the shape of the frame behind the last one like this
+    std::size_t next = 0;                 ///< the shape of the frame after the last one like this
     FrameView view;                       ///< of the last one
     /// Of each datagram: what has to be the same, and what of its header the frame's key is made of.
     std::array<std::uint64_t, kDatagrams> cut{}, kept{};

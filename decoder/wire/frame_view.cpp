@@ -104,7 +104,7 @@ std::optional<std::size_t> PassToEtherCat(capture::LinkType link, std::size_t of
   fields.cut_before_type_ = ends_before(offset + 2);
   auto ethertype = BigEndian<std::uint16_t>(bytes, offset);
   offset = link == capture::LinkType::kLinuxCooked2 ? 20 : offset + 2;
-  // However many tags: what stands behind them is looked for as far as the packet goes.
+  // However many tags: what follows them is looked for as far as the packet goes.
   while (IsVlanTag(ethertype)) {
     if (fields.vlan_tags_ < 0xFF) ++fields.vlan_tags_;
     fields.cut_before_type_ = ends_before(offset + 4);
@@ -206,8 +206,8 @@ void FrameView::ParseDatagrams(std::size_t offset, bool cut) noexcept {
     }
   }
 
-  // Datagrams are read as far as the more flags and the bytes go, also behind the EtherCAT length of a malformed frame:
-  // `decode` shows what Wireshark shows. Padding is no datagram, though. Stages that draw conclusions look at kind()
+  // Datagrams are read as far as the more flags and the bytes go, also after the EtherCAT length of a malformed frame:
+  // `decode` shows what Wireshark shows. Padding is no datagram, though. Stages that draw conclusions examine kind()
   // first.
   std::size_t at = start;
   bool more = true;
@@ -230,7 +230,7 @@ void FrameView::ParseDatagrams(std::size_t offset, bool cut) noexcept {
     if (kind_ == FrameKind::kEtherCat) Fail(FrameProblem::kMoreWithoutDatagram);  // as many as the length can cover
     return;
   }
-  // Slaves stop where the more flag is clear: what the length covers behind it is padding, whatever it holds, and all
+  // Slaves stop where the more flag is clear: what the length covers after it is padding, whatever it holds, and all
   // that the snap length has taken.
   kind_ = FrameKind::kEtherCat;
   if (at < announced_end) padding_ = static_cast<std::uint16_t>(announced_end - at);
@@ -241,7 +241,7 @@ void FrameView::Fail(FrameProblem problem) noexcept {
   if (problem_ == FrameProblem::kNone) problem_ = problem;
 }
 
-/// What is cut, goes beyond the length, or is no known command, from `at` on, which is left behind the last datagram.
+/// What is cut, goes beyond the length, or is no known command, from `at` on, which is left after the last datagram.
 /// True when another datagram was announced.
 bool FrameView::ParseOddDatagrams(std::size_t& at, std::size_t announced_end) noexcept {
   bool more = true;

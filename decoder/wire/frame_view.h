@@ -19,7 +19,7 @@
 
 namespace ecaudit::wire {
 
-/// Bytes before the data of a datagram, and of the working counter behind it.
+/// Bytes before the data of a datagram, and of the working counter after it.
 inline constexpr std::size_t kDatagramHeaderBytes = 10;
 inline constexpr std::size_t kWorkingCounterBytes = 2;
 
@@ -95,7 +95,7 @@ enum class FrameProblem : std::uint8_t {
 
 enum class Encapsulation : std::uint8_t { kEthernet, kUdp };
 
-/// What a Beckhoff ET2000/CU2508 probe adds to each frame (16 bytes before or behind it).
+/// What a Beckhoff ET2000/CU2508 probe adds to each frame (16 bytes before or after it).
 struct EslRecord {
   bool present = false;
   bool crc_error = false;
@@ -153,13 +153,13 @@ class FrameView : private FrameFields {
   /// Type nibble of the EtherCAT header: 1 commands, 4 network variables, 5 mailbox gateway; 0 when there is no header.
   [[nodiscard]] std::uint8_t ethercat_type() const { return ethercat_type_; }
   [[nodiscard]] bool has_ethercat_header() const { return has_header_; }
-  /// Cut by the snap length so early that nobody can say whether it is EtherCAT; kind() is kOther then.
+  /// Cut by the snap length so early that it is unknown whether it is EtherCAT; kind() is kOther then.
   [[nodiscard]] bool cut_before_type() const { return cut_before_type_; }
   /// What looks like an EtherCAT frame is in it, but its link type is none that is read; kind() is kOther then.
   [[nodiscard]] bool other_link() const { return other_link_; }
 
-  /// Bytes that the EtherCAT length covers behind the last datagram: TwinCAT rounds it up to an even number, others
-  /// write the same for all small frames. Slaves do not look at them. padding_bytes() only for a view over
+  /// Bytes that the EtherCAT length covers after the last datagram: TwinCAT rounds it up to an even number, others
+  /// write the same for all small frames. Slaves do not examine them. padding_bytes() only for a view over
   /// the whole packet.
   [[nodiscard]] std::size_t padding() const { return padding_; }
   [[nodiscard]] ByteSpan padding_bytes() const {
@@ -170,7 +170,7 @@ class FrameView : private FrameFields {
   [[nodiscard]] bool empty() const { return count_ == 0; }
   [[nodiscard]] DatagramView operator[](std::size_t i) const {
     if (i >= count_) [[unlikely]]
-      __builtin_trap();  // offsets behind are not set
+      __builtin_trap();  // offsets after are not set
     const std::uint16_t* const begin = offsets_.data() + i;
     return {ByteSpan(bytes_.data() + *begin, static_cast<std::size_t>(begin[1] - begin[0])),
             static_cast<std::uint8_t>(i)};

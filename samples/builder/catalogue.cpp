@@ -7,19 +7,19 @@ namespace {
 
 constexpr const char* kHead = R"(# Samples
 
-Small captures for trying `ecaudit`, for learning what its findings look like, and for its tests. None of them was
-recorded from a device: `samples/builder/` is a scripted EtherCAT master that plays against simulated slaves in virtual
-time, and writes every packet. The drive answers with the identity of a Kollmorgen AKD (vendor 0x6A, product 0x00414B44)
-and follows its public manual; its timing is invented.
+Small captures to try `ecaudit`, to see its findings, and for its tests. None of them was recorded from a device: in
+`samples/builder/` a scripted EtherCAT master runs against simulated slaves in virtual time and writes every packet. The
+drive answers with the identity of a Kollmorgen AKD (vendor 0x6A, product 0x00414B44) and follows its public manual; its
+timing is invented.
 
-`ecaudit_make_samples samples` writes this file, `captures/` and `captures/expected.json` again, byte for byte the same.
-`expected.json` lists, for every capture, the findings of severity error and warning that a correct report holds:
+`ecaudit_make_samples samples` writes this file, `captures/` and `captures/expected.json` again with the same bytes.
+`expected.json` lists the findings of severity error and warning that a correct report of each capture holds:
 
-- `slave`: its position; null for the whole bus, or where the capture does not tell which slave it is,
-- `sent`, `returned`: the numbers of the two copies of the frame in question, absent where a copy is not in the file,
+- `slave`: its position; null for the whole bus, or if the capture does not show which slave it is,
+- `sent`, `returned`: the numbers of the two copies of the frame, absent if a copy is not in the file,
 - `until`: a finding may cite a later frame instead, up to this one,
-- `count`: repetitions folded into one finding, where that matters,
-- `optional`: a consequence, which a report may also leave to its cause.
+- `count`: repetitions folded into one finding, if relevant,
+- `optional`: a consequence that a report may also leave to its cause.
 
 To add a sample, see `builder/scenarios/scenario.h`.
 

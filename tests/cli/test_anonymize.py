@@ -156,7 +156,7 @@ class Anonymize(CliTest):
 
     def test_what_cannot_be(self):
         self.assertIn("-o PATH", self.one_error("anonymize", self.healthy))
-        self.assertIn("name a file behind -o", self.one_error("anonymize", self.healthy, "-o", "-"))
+        self.assertIn("give -o the name of a file", self.one_error("anonymize", self.healthy, "-o", "-"))
         self.assertIn("not standard input", self.one_error("anonymize", "-", "-o", "x.pcapng"))
         self.assertIn("reads one capture", self.one_error("anonymize", self.healthy, self.faulty, "-o", "x.pcapng"))
         self.assertIn("no such file", self.one_error("anonymize", "nowhere.pcap", "-o", "x.pcapng"))

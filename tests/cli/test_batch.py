@@ -573,7 +573,7 @@ class Merge(BatchTest):
         self.run_program("check", "-o", "json=two.json", "in/a/trace.pcap", "in/b/trace.pcap")
         done = self.merge("one.json", "two.json", "--format", "json", status=1)
         self.assertEqual(len(json.loads(done.out)["captures"]), 2)
-        self.assertIn("in/a/trace.pcap is told alike by one.json and two.json: counted once", done.err)
+        self.assertIn("in/a/trace.pcap has the same result in one.json and two.json: counted once", done.err)
         # Judged in another way it is another result.
         self.run_program("check", "-o", "json=three.json", "--rule", "al-refused=off", "in/a/trace.pcap")
         done = self.merge("one.json", "three.json", "--format", "json", status=1)

@@ -117,7 +117,7 @@ class Slice(CopyTest):
         self.assertEqual(self.one_error("slice", REFUSED, "-o", "x"), "give --finding ID or --frames A-B")
         self.assertEqual(self.one_error("slice", REFUSED, "--finding", "f1", "--frames", "1-2", "-o", "x"),
                          "give either --finding ID or --frames A-B, not both")
-        self.assertIn("say with -o PATH", self.one_error("slice", REFUSED, "--finding", "f1"))
+        self.assertIn("with -o PATH", self.one_error("slice", REFUSED, "--finding", "f1"))
         self.assertIn("there is no finding f7; the report has f1 to f2",
                       self.one_error("slice", REFUSED, "--finding", "f7", "-o", "x"))
         self.assertIn("did you mean 'al-refused'?",

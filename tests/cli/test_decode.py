@@ -186,7 +186,7 @@ class DecodeSelection(Decode):
     def test_mistakes(self):
         for frames in ("", "x", "0", "1-2-3", "-", "1-x", "9999999999999999999999"):
             self.assertIn("--frames", self.one_error("decode", f"--frames={frames}", self.healthy), frames)
-        self.assertIn("behind the last", self.one_error("decode", "--frames", "8-5", self.healthy))
+        self.assertIn("is later than the last", self.one_error("decode", "--frames", "8-5", self.healthy))
         self.assertIn("--join", self.one_error("decode", self.healthy, self.faulty))
         self.assertIn("did you mean 'jsonl'", self.one_error("decode", "--format", "json", self.healthy))
         self.assertIn("no CAPTURE", self.one_error("decode"))

@@ -50,7 +50,7 @@ class DeviceFileOptions(CliTest):
         self.file("esi/broken.xml", "<EtherCATInfo><Vendor>")
         self.file("esi/notes.txt", "no XML")
         done = self.check(self.capture, "--esi", self.dir / "esi", "--format", "json", status=0)
-        self.assertEqual(done.err.count("warning: left out: "), 2, done.err)
+        self.assertEqual(done.err.count("warning: ignored: "), 2, done.err)
         for name in ("network.xml", "broken.xml"):
             self.assertIn(f"esi/{name}: ", done.err)
         self.assertIn(", with a-drive.xml", done.out)
@@ -59,7 +59,7 @@ class DeviceFileOptions(CliTest):
         self.assertEqual(self.report(self.capture, "--esi", self.dir / "esi", status=0)["reports"][0]["slaves"], alone)
         for command in (["events"], ["batch"], ["check", self.healthy]):
             done = self.run_program(*command, "--esi", self.dir / "esi", self.capture)
-            self.assertEqual(done.err.count("left out: "), 2, (command, done.err))
+            self.assertEqual(done.err.count("ignored: "), 2, (command, done.err))
         self.file("none/notes.txt", "")
         self.assertIn("none of its 0 XML files describes a device",
                       self.one_error("check", "--esi", self.dir / "none", self.capture))

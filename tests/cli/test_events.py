@@ -141,7 +141,7 @@ class EventBasics(Events):
         bus.exchange(FPWR, 0x1001, 0x0980, b"\0\1", b"\0\1", 0)
         rows, text = self.of(bus, "register-write")
         self.assertEqual(rows[-1]["acceptance"], "refused")
-        self.assertIn("(not taken)", text[-1])
+        self.assertIn("(not accepted)", text[-1])
 
     def test_bits_of_the_event_field(self):
         bus = scanned_bus()

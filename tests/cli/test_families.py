@@ -28,7 +28,7 @@ PLANTED = [
      '"refusal_codes": ["0x0011"], "source": "MKD, 4.3.3"',
      '"from": "OP", "to": "BOOT", "allowed": false, "basis": "printed", "action": "state kept, error bit set", '
      '"refusal_codes": ["0x0011"]', '"source" is missing'),
-    ('"address": "0x0808", "length": 8', '"address": "0x0800", "length": 8', "stands in row"),
+    ('"address": "0x0808", "length": 8', '"address": "0x0800", "length": 8', "is already in row"),
     ('"state": "Switched on", "mask": "0x006F", "value": "0x0023"',
      '"state": "Switched on", "mask": "0x006F", "value": "0x0021"', "can never be seen"),
     ('"state": "Fault", "mask": "0x004F", "value": "0x0008"', '"state": "Fault", "mask": "0x004F", "value": "0x0018"',
@@ -36,7 +36,7 @@ PLANTED = [
     ('"name": "Disable operation", "transitions": [5]', '"name": "Disable operation", "transitions": [55]',
      "no transition 55"),
     ('{ "bit": 12, "name": "Operation mode specific", "meaning": "reserved"',
-     '{ "bit": 11, "name": "Operation mode specific", "meaning": "reserved"', "stands in row"),
+     '{ "bit": 11, "name": "Operation mode specific", "meaning": "reserved"', "is already in row"),
     ('{ "direction": "rx", "index": "0x1704"', '{ "direction": "rx", "index": "0x1804"', "no RxPDO"),
     ('{ "index": "0x60FF", "sub": 0, "bits": 32, "name": "Velocity command value" }',
      '{ "index": "0x60FF", "sub": 0, "bits": 32, "type": "INT16", "name": "Velocity command value" }', "has 16 bits"),
@@ -143,7 +143,7 @@ class Families(CliTest):
         self.assertIn("give one of", self.one_error("profiles", "generic", "--new", "acme"))
         self.assertIn("has no product 0x1", self.one_error("profiles", "--new", "a", "--esi", ESI, "--product", "0x1"))
         self.run_program("profiles", "--new", "acme", "-o", "acme.json")
-        self.assertIn("is there already", self.one_error("profiles", "--new", "acme", "-o", "acme.json"))
+        self.assertIn("exists and may hold work", self.one_error("profiles", "--new", "acme", "-o", "acme.json"))
 
     def test_a_family_changes_a_report(self):
         # OP requested in INIT: what the manual of this family allows is no finding.

@@ -209,7 +209,7 @@ class InterruptedReports(InterruptionTest):
         out, err = self.on_silent_pipe("check", "-", given=healthy_capture())
         self.assertIn("no findings in 46 EtherCAT frames of 1 slave, as far as the capture was read", out)
         self.assertIn("the report covers only the part of the capture that was read", out)
-        self.assertEqual(err, "ecaudit: -: interrupted behind 46 packets\n")
+        self.assertEqual(err, "ecaudit: -: interrupted after 46 packets\n")
 
     def test_json(self):
         out, _ = self.on_silent_pipe("check", "--format", "json", "-o", "json=a.json", "-", given=healthy_capture())
@@ -228,7 +228,7 @@ class InterruptedReports(InterruptionTest):
         self.assertIn("FAIL faulty.pcap: ", out)
         self.assertIn("PASS -: ", out)
         self.assertNotIn("healthy.pcap", out)
-        self.assertEqual(err, "ecaudit: -: interrupted behind 46 packets\necaudit: 2 captures not read\n")
+        self.assertEqual(err, "ecaudit: -: interrupted after 46 packets\necaudit: 2 captures not read\n")
 
     def test_before_the_first_packet_files_tell(self):
         out, _ = self.on_silent_pipe("check", "-o", "json=a.json", "-")
@@ -283,7 +283,7 @@ class InterruptedReports(InterruptionTest):
         for command in ("decode", "events"):
             out, err = self.on_silent_pipe(command, "--format", "jsonl", "-", given=healthy_capture())
             self.assertGreater(len([json.loads(line) for line in out.splitlines()]), 0)
-            self.assertEqual(err, "ecaudit: -: interrupted behind 46 packets\n")
+            self.assertEqual(err, "ecaudit: -: interrupted after 46 packets\n")
 
     def test_a_copy_on_standard_output_says_that_it_ends_early(self):
         for arguments in (["annotate", "-", "-o", "-"], ["slice", "--frames", "1-2", "-", "-o", "-"]):
@@ -292,7 +292,7 @@ class InterruptedReports(InterruptionTest):
     def test_diff_compares_nothing(self):
         out, err = self.on_silent_pipe("diff", "healthy.pcap", "-", given=healthy_capture())
         self.assertEqual(out, "")
-        self.assertEqual(err, "ecaudit: -: interrupted behind 46 packets\n")
+        self.assertEqual(err, "ecaudit: -: interrupted after 46 packets\n")
 
 
 START_UP = str(pathlib.Path(SOURCE) / "samples" / "captures" / "clean-startup.pcapng")

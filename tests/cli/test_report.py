@@ -227,9 +227,9 @@ class Files(CliTest):
         self.assertIn("is read as the baseline",
                       self.refused(known, "check", "--baseline", known, "-o", known, self.faulty))
         other = self.file("drive.esi.xml", "<EtherCATInfo/>")
-        self.assertIn("is there already and no baseline; it will not be overwritten",
+        self.assertIn("exists and is not a baseline; it will not be overwritten",
                       self.refused(other, "check", "--write-baseline", other, self.faulty))
-        self.assertIn("two outputs would go to x.json",
+        self.assertIn("two outputs have the same path x.json",
                       self.one_error("check", "--write-baseline", "x.json", "-o", "x.json", self.faulty))
         self.assertFalse((self.dir / "x.json").exists())
         self.file("empty.json", "")
@@ -240,7 +240,7 @@ class Files(CliTest):
         for output in (("-o", expected), ("--write-baseline", expected), ("--save", expected)):
             self.assertIn("is read as the expectation",
                           self.refused(expected, "startup", "--expect", expected, *output, self.faulty))
-        self.assertIn("two outputs would go to m.json",
+        self.assertIn("two outputs have the same path m.json",
                       self.one_error("startup", "--save", "m.json", "-o", "m.json", self.faulty))
 
     def test_reports_to_merge(self):
@@ -260,7 +260,7 @@ class Files(CliTest):
         for command in (("check", "--write-baseline", "-"), ("startup", "--save", "-")):
             self.assertIn("- is standard output", self.one_error(*command, self.faulty))
         self.assertFalse((self.dir / "-").exists())
-        self.assertIn("two outputs would go to standard output",
+        self.assertIn("two outputs have standard output as their path",
                       self.one_error("check", "-o", "json=-", "-o", "junit=-", self.faulty))
 
     def test_a_link_to_nothing_is_followed(self):
@@ -435,7 +435,7 @@ class Config(CliTest):
 
     def test_a_key_that_stands_twice(self):
         self.file("twice.json", '{"fail_on": "never", "rules": {"al-refused": "off", "al-refused": "info"}}')
-        self.assertIn("the key 'al-refused' stands twice", self.one_error("check", "--config", "twice.json", self.faulty))
+        self.assertIn("the key 'al-refused' appears twice", self.one_error("check", "--config", "twice.json", self.faulty))
         # The same key in two objects is two settings.
         self.file("once.json", '{"parameters": {"PTBASE": 1}, "limits": {}, "slave_profiles": {}}')
         self.check("--config", "once.json", "--fail-on", "never", self.faulty, status=0)

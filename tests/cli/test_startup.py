@@ -125,7 +125,7 @@ class StartupShow(StartupTest):
         self.assertNotIn("PASS ", page[:2000])
         self.assertIn('skipped="1"', (self.dir / "st.xml").read_text())
         self.assertIn("ecaudit check judges the capture", (self.dir / "st.sarif").read_text())
-        self.assertIn("judges nothing, so there is no verdict to merge", self.one_error("merge", "st.json"))
+        self.assertIn("has no verdict, so there is nothing to merge", self.one_error("merge", "st.json"))
         expected = self.expectation()
         self.startup("--expect", expected, "-o", "ex.json", self.good)
         report = json.loads((self.dir / "ex.json").read_text())["reports"][0]
@@ -286,7 +286,7 @@ class StartupExpect(StartupTest):
         self.startup("--expect", old, self.good)
         refused = self.file("refused.pcap", startup_capture(refuses_safeop=True))
         done = self.startup("--expect", old, refused, status=1)
-        self.assertIn("The start-up stops: request of OP", done.out.splitlines()[0])
+        self.assertIn("Start-up stops before: request of OP", done.out.splitlines()[0])
         # The master went on to the end: all was sent.
         document["slaves"][0]["steps"] = [s for s in document["slaves"][0]["steps"] if s.get("request") != "OP"]
         self.startup("--expect", self.file("old.json", json.dumps(document)), refused)
@@ -308,9 +308,9 @@ class StartupExpect(StartupTest):
         text = " ".join(self.startup("--expect", expected, twice).out.split())
         self.assertIn("The master starts slaves again from frame", text)
         report = json.loads(self.startup("--expect", expected, "--format", "json", twice).out)["reports"][0]
-        reason = [entry["reason"] for entry in report["not_evaluable"] if "starts slaves again" in entry["reason"]]
-        self.assertEqual(len(reason), 1, report["not_evaluable"])
-        frame = reason[0].split("--from '")[1].split("'")[0]
+        reasons = [entry for entry in report["not_evaluable"] if entry["what"] == "further-startup"]
+        self.assertEqual([entry["code"] for entry in reasons], ["not-followed"], report["not_evaluable"])
+        frame = f"#{report['slaves'][0]['startup']['again_frame']}"
         self.assertEqual(self.one_finding(twice, expected, "--from", frame)["rule"], "startup-value")
         self.assertIn("again from frame " + frame[1:], " ".join(self.startup(twice).out.split()))
         self.assertIn(f"the start-up before frame {frame[1:]} is saved", self.startup("--save", "one.json", twice).err)
@@ -339,8 +339,8 @@ class StartupExpect(StartupTest):
         slave["revision"] = "0x0000ffff"
         finding = self.one_finding(mixed, self.file("older.json", json.dumps(document)))
         self.assertEqual((finding["rule"], finding["severity"], finding["slave"]), ("startup-value", "error", 1))
-        self.assertIn("revision of the device is 0x00010000 instead of 0x0000ffff", finding["title"])
-        self.assertIn("Masters accept a newer one", finding["message"])
+        self.assertIn("Revision of the device is 0x00010000 instead of 0x0000ffff", finding["title"])
+        self.assertIn("Masters accept a newer revision", finding["message"])
         del slave["revision"]
         self.assertEqual(self.findings(mixed, self.file("any.json", json.dumps(document)), status=0), [])
 
@@ -351,7 +351,7 @@ class StartupExpect(StartupTest):
         first["position"], second["position"] = 1, 0
         finding = self.one_finding(mixed, self.file("swapped.json", json.dumps(document)))
         self.assertEqual(finding["rule"], "startup-order")
-        self.assertRegex(finding["title"], r"The expected slave \d stands at position \d")
+        self.assertRegex(finding["title"], r"The expected slave \d is at position \d")
         # One that is not there is said to be missing, and those behind it have not moved.
         first["position"], second["position"] = 0, 1
         document["slaves"][2]["position"] = 3

@@ -123,7 +123,7 @@ class Messages(CliTest):
 
     def test_bad_slave(self):
         for text in ("x", "-1", "0x", "70000", "0x12345", "1.5"):
-            self.assertIn("is no slave", self.one_error("check", f"--slave={text}", self.healthy))
+            self.assertIn("is not a slave", self.one_error("check", f"--slave={text}", self.healthy))
         self.assertIn("has no slave 7", self.one_error("check", "--slave", "7", self.healthy))
 
     def test_values_for_a_slave_that_is_not_there(self):
@@ -138,8 +138,8 @@ class Messages(CliTest):
     def test_bad_range(self):
         for text in ("x", "-1", "#0", "#", "#1.5", "nan", "inf", "1e999"):
             self.assertIn("--from is", self.one_error("check", f"--from={text}", self.healthy))
-        self.assertIn("--from lies behind --to", self.one_error("check", "--from", "5", "--to", "3", self.healthy))
-        self.assertIn("--from lies behind --to", self.one_error("check", "--from", "#5", "--to", "#3", self.healthy))
+        self.assertIn("--from is later than --to", self.one_error("check", "--from", "5", "--to", "3", self.healthy))
+        self.assertIn("--from is later than --to", self.one_error("check", "--from", "#5", "--to", "#3", self.healthy))
 
     def test_unknown_format(self):
         self.assertEqual(self.one_error("check", "--format", "jsn", self.healthy),

@@ -60,7 +60,7 @@ Judged Judge(const AnalysisResult& result, const std::string& prefix) {
   return judged;
 }
 
-TEST(FurtherAxis, IsJudgedLikeTheFirst) {
+TEST(FurtherAxis, IsEvaluatedLikeTheFirst) {
   std::size_t drives = 0;
   std::size_t findings = 0;
   for (const fs::path& path : test::CapturesIn(fs::path(test::SharedDir()) / "captures" / "lab")) {

@@ -107,7 +107,7 @@ void CheckStanding(const fs::path& path) {
   }
 }
 
-TEST(MidRunCut, StandingErrorsAreTold) {
+TEST(MidRunCut, StandingErrorsAreReported) {
   for (const fs::path& path : CapturesIn(fs::path(test::SourceDir()) / "samples" / "captures")) CheckStanding(path);
   const fs::path lab = fs::path(test::SharedDir()) / "captures" / "lab";
   if (!fs::exists(lab)) return;

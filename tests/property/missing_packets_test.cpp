@@ -33,7 +33,7 @@ bool IsObserved(const Finding& finding) {
   return finding.severity != Severity::kInfo && finding.confidence == Confidence::kObserved;
 }
 
-Rewrite Hole(FrameNo first, FrameNo count) {
+Rewrite GapBefore(FrameNo first, FrameNo count) {
   return [=](capture::CapturedFrame& frame, std::vector<std::uint8_t>&) {
     return frame.number < first || frame.number >= first + count;
   };
@@ -79,7 +79,7 @@ class MissingPacketsTest : public testing::TestWithParam<const char*> {
   }
 };
 
-TEST_P(MissingPacketsTest, HolesMakeNoFinding) {
+TEST_P(MissingPacketsTest, GapsMakeNoFinding) {
   const auto captures = Healthy();
   if (captures.empty()) GTEST_SKIP() << "no captures beside the project";
   for (const auto& [path, packets] : captures) {
@@ -95,7 +95,7 @@ TEST_P(MissingPacketsTest, HolesMakeNoFinding) {
         // A single packet more or less looks as if it was lost on the bus; so does, in the one capture whose master
         // leaves frames without a number in between, a return with a few of these behind it.
         const bool unnumbered = fs::path(path).filename() == "twincat-scan-boxes.pcapng";
-        ExpectSilence(path, std::to_string(length) + " packets from " + std::to_string(first), Hole(first, length),
+        ExpectSilence(path, std::to_string(length) + " packets from " + std::to_string(first), GapBefore(first, length),
                       length <= (unnumbered ? 5U : 2U));
       }
     }

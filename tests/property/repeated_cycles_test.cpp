@@ -167,7 +167,7 @@ struct Told {
   void On(const track::CyclesSkipped& cycles) { skipped += cycles.count; }
 };
 
-TEST(RepeatedCycles, AreNotToldInFull) {
+TEST(RepeatedCycles, AreNotPublishedInFull) {
   Story story;
   PlayAtRest(story);
   story.master.Cycles(200);
@@ -400,7 +400,7 @@ TEST(RepeatedCycles, MakeNoDifferenceToARequestThatCrossesThem) {
   }
 }
 
-TEST(RepeatedCycles, AreToldInFullWhereSomebodyWantsThat) {
+TEST(RepeatedCycles, ArePublishedInFullOnRequest) {
   Story story;
   PlayAtRest(story);
   story.master.Cycles(20);

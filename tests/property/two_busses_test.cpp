@@ -67,7 +67,7 @@ std::vector<test::Packet> OnAnotherInterface(const test::WireCapture& capture, T
   return packets;
 }
 
-TEST(TwoBusses, OnTwoInterfacesAreJudgedAsOneEach) {
+TEST(TwoBusses, OnTwoInterfacesAreEvaluatedAsOneEach) {
   std::vector<fs::path> paths = test::CapturesIn(fs::path(test::SourceDir()) / "samples" / "captures");
   const auto lab = test::CapturesIn(fs::path(test::SharedDir()) / "captures" / "lab");
   paths.insert(paths.end(), lab.begin(), lab.end());

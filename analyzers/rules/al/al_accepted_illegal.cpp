@@ -21,6 +21,9 @@ refuse it.)",
 
 constexpr const FindingKind* kKinds[] = {&kAccepted};
 
+// It asks what explains the request.
+constexpr std::string_view kAfter[] = {"al-invalid-request"};
+
 constexpr RuleInfo kInfo{.id = "al-accepted-illegal",
                          .group = "AL state machine",
                          .severity = Severity::kWarning,
@@ -29,6 +32,7 @@ constexpr RuleInfo kInfo{.id = "al-accepted-illegal",
                          .needs = "the AL state before and after the request",
                          .source = "ETG1000.6, EtherCAT state machine",
                          .kinds = kKinds,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Whether a slave reaches a requested state, without the error bit, although the manual of its family does not allow the

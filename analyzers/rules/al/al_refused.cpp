@@ -63,6 +63,9 @@ constexpr NoteKind kMayBeOlder{
 constexpr const FindingKind* kKinds[] = {&kRefused, &kNotAcknowledged, &kRefusedOnBus};
 constexpr const NoteKind* kNotes[] = {&kInitCommandsMissing, &kMayBeOlder};
 
+// It asks what explains the request.
+constexpr std::string_view kAfter[] = {"al-invalid-request"};
+
 constexpr RuleInfo kInfo{
     .id = "al-refused",
     .group = "AL state machine",
@@ -74,6 +77,7 @@ constexpr RuleInfo kInfo{
     .source = "ETG1000.6, AL Status register 0x0130 and AL Status Code register 0x0134",
     .kinds = kKinds,
     .notes = kNotes,
+    .after = kAfter,
     .doc = R"(
 ## What it checks
 Whether the slave answers a state request with the error bit (bit 4 of AL Status 0x0130), and with which AL status code

@@ -66,6 +66,9 @@ constexpr Word kEsi{"esi", "the ESI of the slave"};
 constexpr Word kReadAfterLimit{"al-status-after-limit", "a read of AL Status after the time limit"};
 constexpr Word kWaitForState{"wait-for-state", "the wait for the requested state"};
 
+// It asks what explains the request.
+constexpr std::string_view kAfter[] = {"al-invalid-request"};
+
 constexpr RuleInfo kInfo{.id = "al-timeout",
                          .group = "AL state machine",
                          .severity = Severity::kError,
@@ -75,6 +78,7 @@ constexpr RuleInfo kInfo{.id = "al-timeout",
                          .source = "ETG2000, state machine time-outs",
                          .kinds = kKinds,
                          .notes = kNotes,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 The time from a request that the slave accepted to the state or the error bit in AL Status. The limits are, in this

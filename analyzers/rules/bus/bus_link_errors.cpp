@@ -92,7 +92,7 @@ class BusLinkErrors final : public Rule {
  public:
   BusLinkErrors() : Rule(kInfo) {
     Subscribe<track::SlaveAccess>(&BusLinkErrors::On, MemoryRange::Of(0, kEnd));
-    Subscribe<track::CaptureHole>(&BusLinkErrors::On);
+    Subscribe<track::CaptureGap>(&BusLinkErrors::On);
   }
 
   void On(const track::SlaveAccess& e) {
@@ -103,7 +103,7 @@ class BusLinkErrors final : public Rule {
   }
 
   /// After a capture gap there may be another capture, of other slaves.
-  void On(const track::CaptureHole& e) {
+  void On(const track::CaptureGap& e) {
     if (!e.certain) return;
     for (Slave& slave : slaves_) {
       slave.counters = {};

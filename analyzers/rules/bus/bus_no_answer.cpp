@@ -106,7 +106,7 @@ class BusNoAnswer final : public Rule {
       return;
     }
     const bool ever = pairing.returned > 0;
-    if (!ever && !pairing.nobody_answers) {
+    if (!ever && !pairing.no_answers) {
       NotEvaluable(kNoSlave, ReasonCode::kNoReturnedFrames);
       return;
     }
@@ -155,7 +155,7 @@ class BusNoAnswer final : public Rule {
   }
 
   void ReportLate(const bus::PairingStatistics& pairing) {
-    const std::uint64_t unanswered = pairing.undecided[static_cast<std::size_t>(bus::Undecided::kNobodyAnswers)];
+    const std::uint64_t unanswered = pairing.undecided[static_cast<std::size_t>(bus::Undecided::kNoAnswers)];
     if (unanswered == 0 || !first_returned_.seen() || !first_unanswered_.seen()) return;
     Finding finding = Found(kLate, kNoSlave, first_unanswered_);
     finding.last = last_unanswered_;

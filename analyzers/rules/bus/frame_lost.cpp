@@ -173,8 +173,8 @@ class FrameLost final : public Rule {
   }
 
   void AddNotEvaluable(const bus::PairingStatistics& pairing) {
-    if (pairing.holes > 0) {
-      NotEvaluable(kNoSlave, ReasonCode::kMissesPackets, kReturnsInGaps, pairing.first_hole.number);
+    if (pairing.gaps > 0) {
+      NotEvaluable(kNoSlave, ReasonCode::kMissesPackets, kReturnsInGaps, pairing.first_gap.number);
     }
     if (pairing.undecided[static_cast<std::size_t>(bus::Undecided::kSilence)] > 0) {
       NotEvaluable(kNoSlave, ReasonCode::kAmbiguous, kReturnBeforePause);
@@ -231,7 +231,7 @@ class FrameLost final : public Rule {
       finding.Set("dropped_every", arg::Count(pairing.dropped_every, "packet"))
           .Set("dropped_every_ordinal", arg::Text(Ordinal(pairing.dropped_every)));
     } else if (missed > 0 &&
-               MayBeTheRecorders(total_, missed + pairing.holes, context().source().info().interfaces.size() > 1)) {
+               MayBeTheRecorders(total_, missed + pairing.gaps, context().source().info().interfaces.size() > 1)) {
       context().store.Regrade(index_, Severity::kInfo);
       finding.kind = &kMissed;
     } else if (with_change) {

@@ -178,8 +178,8 @@ class WkcMismatch final : public Rule {
     const bus::PairingStatistics& pairing = context().pairing();
     const bool of_no_slave = range.most == 0 && !AnyMapped();
     // A frame that is still in flight when this one returned may turn out to be lost.
-    const bool open = pairing.under_way > 0;
-    const bool missed = MissesAny(pairing) || context().network().last_hole() != 0;
+    const bool open = pairing.in_flight > 0;
+    const bool missed = MissesAny(pairing) || context().network().last_gap() != 0;
     if (e.wkc > range.most && (missed || LosesAny(pairing) || open || pairing.paired == 0 || of_no_slave)) {
       if (!more_reported_) {
         more_reported_ = true;

@@ -82,7 +82,7 @@ class CaptureOneDirection final : public Rule {
       ReportOnePort(pairing);
       return;
     }
-    if (outbound == returned || pairing.nobody_answers) return;
+    if (outbound == returned || pairing.no_answers) return;
     Report(0, Made(outbound ? kOnlyOutbound : kOnlyReturned));
   }
 

@@ -134,7 +134,7 @@ class CaptureTruncated final : public Rule {
          {read.other_link, "other_link_type", read.first_other_link},
          {read.cut_before_type, "cut_before_type", {}},
          {info.unread_blocks, "unread_blocks", {}},
-         {pairing.foreign_set_aside(), "other_masters", {pairing.first_foreign, 0, false}},
+         {pairing.foreign_ignored(), "other_masters", {pairing.first_foreign, 0, false}},
          {info.dropped(), "dropped", {}}}};
     std::uint64_t sum = 0;
     Finding finding = Found(kNotEvaluated, kNoSlave, {});

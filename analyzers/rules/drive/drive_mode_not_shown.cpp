@@ -78,7 +78,7 @@ class DriveModeNotShown final : public Rule {
     Subscribe<model::AlRequestJudged>(&DriveModeNotShown::On);
     Subscribe<model::AlChangedByItself>(&DriveModeNotShown::On);
     Subscribe<mailbox::SdoTransfer>(&DriveModeNotShown::On);
-    Subscribe<track::CaptureHole>(&DriveModeNotShown::On);
+    Subscribe<track::CaptureGap>(&DriveModeNotShown::On);
     Subscribe<track::RunBegan>(&DriveModeNotShown::On);
   }
 
@@ -131,7 +131,7 @@ class DriveModeNotShown final : public Rule {
     ForEachOf(e.slave, [](const Axis&, Slave& slave) { slave.of_run_before = true; });
   }
   void On(const model::AlChangedByItself& e) { Leave(e.slave, e.frame); }
-  void On(const track::CaptureHole& e) {
+  void On(const track::CaptureGap& e) {
     if (!e.certain) return;
     for (auto& [id, slave] : slaves_) slave.since = {};
   }

@@ -176,7 +176,7 @@ class MailboxNoResponse final : public Rule {
       case WaitVerdict::kUnanswered:
         break;
     }
-    std::uint64_t key = RequestKey(e.request) | (e.not_taken ? 1ULL << 40U : 0U) | (e.read_lost ? 1ULL << 41U : 0U);
+    std::uint64_t key = RequestKey(e.request) | (e.not_accepted ? 1ULL << 40U : 0U) | (e.read_lost ? 1ULL << 41U : 0U);
     Silence& silence = SilenceOf(e.slave);
     if (silence.finding != kNoFinding && !e.read_lost) key = silence.key;
     FindingIndex index = Repeat(e.slave, key, request);
@@ -335,7 +335,7 @@ class MailboxNoResponse final : public Rule {
         .Set("once", arg::Flag(e.looks == 1))
         .Set("first_poll_frame", arg::Frame(e.first.number))
         .Set("last_poll_frame", arg::Frame(e.last.number));
-    if (e.hole.seen()) finding.Set("gap_frame", arg::Frame(e.hole.number));
+    if (e.gap.seen()) finding.Set("gap_frame", arg::Frame(e.gap.number));
     return finding;
   }
 
@@ -346,7 +346,7 @@ class MailboxNoResponse final : public Rule {
     SetRequest(finding.arguments, e.request);
     finding.Set("waited_ms", arg::Ms(WaitOf(e).value_or(0)))
         .Set("polls", arg::Count(e.polls, "poll"))
-        .Set("out_mailbox_full", arg::Boolean(e.not_taken))
+        .Set("out_mailbox_full", arg::Boolean(e.not_accepted))
         .Set("read_lost", arg::Boolean(e.read_lost));
     if (e.polls > 0) finding.Set("last_poll_frame", arg::Frame(e.last_poll.number));
     if (e.end == End::kNextRequest) {
@@ -361,7 +361,7 @@ class MailboxNoResponse final : public Rule {
 
   /// What happened to the request, and what to do.
   static std::pair<const NoteKind*, const Word*> FateOf(const mailbox::MailboxUnanswered& e, const Silence& silence) {
-    if (e.not_taken) return {&kStillFull, &kCheckProcessor};
+    if (e.not_accepted) return {&kStillFull, &kCheckProcessor};
     if (e.read_lost) return {&kResponseLost, &kRepeatRead};
     if (e.certainty == Certainty::kUnknown) return {&kRequestLost, &kFindLoss};
     if (!e.taken) return {&kNotKnownIfRead, &kReadStatus};

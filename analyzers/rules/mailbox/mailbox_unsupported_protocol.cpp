@@ -122,7 +122,7 @@ class MailboxUnsupportedProtocol final : public Rule {
   void On(const mailbox::MailboxUnanswered& e) {
     if (EvaluateWait(context(), e) != WaitVerdict::kUnanswered) return;
     // A lost read, or a mailbox that the slave does not serve at all, has nothing to do with the protocol.
-    if (e.read_lost || e.not_taken) return;
+    if (e.read_lost || e.not_accepted) return;
     const FindingIndex index = Evaluate(e.slave, e.request, Outcome::kUnanswered, e.last_poll);
     ExplainFindings(context(), "mailbox-no-response", e.slave, e.request.frame.number, index);
   }

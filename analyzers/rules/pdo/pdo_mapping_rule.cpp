@@ -73,8 +73,8 @@ mapping, so this reason is an inference.[{?own_default} The master keeps this de
 constexpr const FindingKind* kKinds[] = {&kTooManyPdos, &kTooManyEntries, &kTooManyBytes,
                                          &kOddLength,   &kTooLong,        &kOddLengthSuspected};
 
-// ExplainRequest(): the later rule names the nearer cause.
-constexpr std::string_view kAfter[] = {"pdo-assign-state"};
+// ExplainRequest(): the later rule names the nearer cause. It also adds its suspicion to a refusal.
+constexpr std::string_view kAfter[] = {"pdo-assign-state", "al-refused"};
 
 constexpr RuleInfo kInfo{
     .id = "pdo-mapping-rule",

@@ -313,8 +313,8 @@ class SyncCycleMismatch final : public Rule {
       return;
     }
     const bus::PairingStatistics& pairing = context().pairing();
-    if (pairing.holes > 0 && outputs.rate.last().number > pairing.first_hole.number) {
-      NotEvaluable(id, ReasonCode::kCaptureGap, kConfiguredCycle, pairing.first_hole.number);
+    if (pairing.gaps > 0 && outputs.rate.last().number > pairing.first_gap.number) {
+      NotEvaluable(id, ReasonCode::kCaptureGap, kConfiguredCycle, pairing.first_gap.number);
       return;
     }
     if (Repeat(id, 3, outputs.rate.first()) != kNoFinding) return;

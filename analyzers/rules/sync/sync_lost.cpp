@@ -97,13 +97,13 @@ Find the pause in the master. The finding shows how many missing frames the fami
 class SyncLost final : public Rule {
  public:
   SyncLost() : Rule(kInfo) {
-    Subscribe<track::CaptureHole>(&SyncLost::On);
+    Subscribe<track::CaptureGap>(&SyncLost::On);
     Subscribe<sync::OutputGap>(&SyncLost::On);
     Subscribe<sync::ArrivalOff>(&SyncLost::On);
     Subscribe<sync::SyncSlotMiss>(&SyncLost::On);
   }
 
-  void On(const track::CaptureHole& e) { after_gap_ = e.frame; }
+  void On(const track::CaptureGap& e) { after_gap_ = e.frame; }
 
   void On(const sync::OutputGap& whole) {
     const model::SlaveModel& slave = context().slave(whole.slave);

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -15,6 +16,7 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/judge/common_causes.h"
+#include "analyzers/judge/shared_notes.h"
 #include "analyzers/options/options.h"
 #include "analyzers/result/rule_info.h"
 #include "cli/commands/catalogue_output.h"
@@ -109,6 +111,63 @@ TEST(Catalogue, EveryRuleIsDescribed) {
     }
     std::istringstream lines{std::string(rule->doc)};
     for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 120U) << line;
+  }
+}
+
+/// Names in "{name}", "{name:number}", "{?name}" of a template; nothing when a bracket is not closed.
+std::optional<std::set<std::string>> NamesIn(std::string_view text) {
+  std::set<std::string> names;
+  int open = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '\\') {
+      ++i;
+    } else if (text[i] == '[') {
+      ++open;
+    } else if (text[i] == ']') {
+      if (--open < 0) return std::nullopt;
+    } else if (text[i] == '{') {
+      const std::size_t end = text.find('}', i);
+      if (end == std::string_view::npos) return std::nullopt;
+      std::string_view inside = text.substr(i + 1, end - i - 1);
+      if (inside.starts_with('?') || inside.starts_with('!')) inside.remove_prefix(1);
+      names.emplace(inside.substr(0, inside.find_first_of(":?")));
+      i = end;
+    }
+  }
+  if (open != 0) return std::nullopt;
+  return names;
+}
+
+void ExpectATemplate(std::string_view text) {
+  SCOPED_TRACE(text);
+  const auto names = NamesIn(text);
+  ASSERT_TRUE(names.has_value()) << "a bracket is not closed";
+  static const std::regex snake("[a-z][a-z0-9]*(_[a-z0-9]+)*");
+  for (const std::string& name : *names) EXPECT_TRUE(std::regex_match(name, snake)) << name;
+}
+
+TEST(Catalogue, EveryRuleHasItsSentences) {
+  static const std::regex kebab("[a-z0-9]+(-[a-z0-9]+)*");
+  for (const RuleInfo* rule : RuleCatalogue()) {
+    SCOPED_TRACE(rule->id);
+    EXPECT_FALSE(rule->kinds.empty());
+    std::set<std::string_view> names;
+    for (const FindingKind* kind : rule->kinds) {
+      SCOPED_TRACE(kind->name);
+      EXPECT_TRUE(std::regex_match(std::string(kind->name), kebab));
+      EXPECT_TRUE(names.insert(kind->name).second) << "two kinds have this name";
+      EXPECT_FALSE(kind->title.empty());
+      EXPECT_FALSE(kind->message.empty());
+      EXPECT_FALSE(kind->title.ends_with('.'));
+      for (const std::string_view text : {kind->title, kind->message, kind->next}) ExpectATemplate(text);
+    }
+    std::set<std::string_view> notes;
+    for (const NoteKind* note : kSharedNotes) notes.insert(note->name);
+    for (const NoteKind* note : rule->notes) {
+      EXPECT_TRUE(std::regex_match(std::string(note->name), kebab)) << note->name;
+      EXPECT_TRUE(notes.insert(note->name).second) << note->name << ": two notes have this name";
+      ExpectATemplate(note->text);
+    }
   }
 }
 

@@ -54,14 +54,14 @@ TEST(EventBus, OnlyThoseWhoListenToTheType) {
 TEST(EventBus, WhatNobodyHearsGoesNowhere) {
   struct Unheard {};
   EventBus bus;
-  EXPECT_FALSE(bus.IsHeard<Unheard>());
+  EXPECT_FALSE(bus.HasSubscribers<Unheard>());
   bus.Publish(Unheard{});
   EventSink nobody;
   nobody.Publish(Rang{1});
   Lines lines;
   Listening a("a", lines);
   bus.ListenTo<Rang>(Stage::kModel, a);
-  EXPECT_TRUE(bus.IsHeard<Rang>());
+  EXPECT_TRUE(bus.HasSubscribers<Rang>());
   EXPECT_THAT(lines, IsEmpty());
 }
 

@@ -181,6 +181,7 @@ Result<Expectations> ParseExpectations(std::string_view text, const Trace& trace
       }
     }
     if (finding.frame == 0) return failed("frame= is missing");
+    if (finding.kind.empty()) return failed("kind= is missing");
     expectations.findings.push_back(std::move(finding));
   }
   return expectations;
@@ -196,7 +197,8 @@ std::string TextOf(const Finding& finding, const AnalysisResult& result) {
   if (finding.confidence == Confidence::kInferred) text += " confidence=inferred";
   text += " related=";
   for (const FrameNo frame : finding.related_frames) text += std::to_string(frame) + ",";
-  return text + " " + KindTextOf(finding) + "\n      " + report::TitleOf(finding) + "\n      " + report::MessageOf(finding);
+  return text + " " + KindTextOf(finding) + "\n      " + report::TitleOf(finding) + "\n      " +
+         report::MessageOf(finding);
 }
 
 std::string KindTextOf(const Finding& finding) {
@@ -230,22 +232,20 @@ bool Matches(const ExpectedFinding& expected, const Finding& finding, const Anal
       expected.slave ? slave != nullptr && slave->position == *expected.slave : finding.slave == kNoSlave;
   const std::string cause = finding.caused_by == kNoFinding ? "" : std::string(result.findings[finding.caused_by].rule);
   const bool inferred = finding.confidence == Confidence::kInferred;
-  const bool same_kind = (expected.kind.empty() || finding.kind->name == expected.kind) &&
-                         (!expected.axis || *expected.axis == finding.axis + 1U) &&
-                         std::all_of(expected.notes.begin(), expected.notes.end(),
-                                     [&](const std::string& note) { return HasNote(finding, note); }) &&
-                         std::all_of(expected.arguments.begin(), expected.arguments.end(), [&](const auto& argument) {
-                           return HasArgument(finding, argument.first, argument.second);
-                         });
+  const bool same_kind =
+      finding.kind->name == expected.kind && (!expected.axis || *expected.axis == finding.axis + 1U) &&
+      std::all_of(expected.notes.begin(), expected.notes.end(),
+                  [&](const std::string& note) { return HasNote(finding, note); }) &&
+      std::all_of(expected.arguments.begin(), expected.arguments.end(),
+                  [&](const auto& argument) { return HasArgument(finding, argument.first, argument.second); });
   return same_kind && finding.rule == expected.rule && Name(finding.severity) == expected.severity && same_slave &&
          finding.first.number == expected.frame && (!expected.last || finding.last.number == *expected.last) &&
          finding.count == expected.count && cause == expected.caused_by &&
          inferred == (expected.confidence == "inferred") &&
-         std::all_of(expected.related.begin(), expected.related.end(),
-                     [&](FrameNo frame) {
-                       return std::find(finding.related_frames.begin(), finding.related_frames.end(), frame) !=
-                              finding.related_frames.end();
-                     });
+         std::all_of(expected.related.begin(), expected.related.end(), [&](FrameNo frame) {
+           return std::find(finding.related_frames.begin(), finding.related_frames.end(), frame) !=
+                  finding.related_frames.end();
+         });
 }
 
 }  // namespace ecaudit::test

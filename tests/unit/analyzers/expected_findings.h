@@ -3,9 +3,9 @@
 ///
 /// One entry a line; `#` begins a comment:
 ///
-///   error al-refused  slave=0  frame=answer.returned  count=3  caused_by=al-illegal-transition  related=ask
+///   error al-refused  slave=0  frame=answer.returned  count=3  caused_by=al-illegal-transition  related=ask  kind=refused
 ///   error al-refused  slave=0  frame=answer.returned  kind=refused  al_status_code=0x001d  note=init-commands-missing
-///   warning capture-snaplen  slave=-  frame=7  confidence=inferred
+///   warning capture-snaplen  slave=-  frame=7  confidence=inferred  kind=cut
 ///   not-evaluable al-timeout  slave=0  no-stamps
 ///   not-evaluable al-refused  slave=0  not-in-capture al-state-before
 ///
@@ -39,7 +39,7 @@ struct ExpectedFinding {
   std::string caused_by;  ///< rule of the cause, empty for none
   std::string confidence = "observed";
   std::vector<FrameNo> related;
-  std::string kind;  ///< empty: any
+  std::string kind;
   std::optional<unsigned> axis;
   std::vector<std::string> notes;
   std::vector<std::pair<std::string, std::string>> arguments;

@@ -204,8 +204,10 @@ TEST_F(FindingStoreTest, WhatIsNotListedHasALineForItsRule) {
   const std::array<std::string, 8> names{"r1", "r2", "r3", "r4", "r5", "r6", "r7", "r8"};
   for (std::size_t r = 0; r < more.size(); ++r) more[r].id = names[r];
   for (std::size_t i = 0; i < FindingStore::kMaxReasons; ++i) {
-    for (const RuleInfo* rule : rules) store.AddNotEvaluable(*rule, 1, test::Because("reason " + std::to_string(i)), i + 1);
-    for (const RuleInfo& rule : more) store.AddNotEvaluable(rule, 1, test::Because("reason " + std::to_string(i)), i + 1);
+    for (const RuleInfo* rule : rules)
+      store.AddNotEvaluable(*rule, 1, test::Because("reason " + std::to_string(i)), i + 1);
+    for (const RuleInfo& rule : more)
+      store.AddNotEvaluable(rule, 1, test::Because("reason " + std::to_string(i)), i + 1);
   }
   store.FoldNotEvaluable(3);
   EXPECT_EQ(store.not_evaluable().size(), FindingStore::kMaxListed + 11U);

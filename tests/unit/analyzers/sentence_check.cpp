@@ -51,7 +51,8 @@ std::vector<std::string> ProblemsOfSentences(const Finding& finding) {
   const std::string where = std::string(finding.rule) + " " + std::string(finding.kind->name) + ": ";
   std::vector<std::string> problems;
   if (sentences.title.size() > kTitleLength + (finding.axis == 0 ? 0 : kAxis.size())) {
-    problems.push_back(where + "title of " + std::to_string(sentences.title.size()) + " characters: " + sentences.title);
+    problems.push_back(where + "title of " + std::to_string(sentences.title.size()) +
+                       " characters: " + sentences.title);
   }
   static const std::regex missing(R"(\?[a-z_0-9]+\?)");
   static const std::regex marks(R"(\.\.(?!\.)|\.,|,\.|  | [,.;)]|\( )");

@@ -57,7 +57,7 @@ TEST(Json, WhatIsNotThereGivesNothing) {
   }
 }
 
-TEST(Json, SaysWhereATextStopsBeingJson) {
+TEST(Json, ReportsWhereATextStopsBeingJson) {
   const JsonReading reading = ReadJson("{\n  \"a\": 1,\n  ?\n}");
   EXPECT_FALSE(reading.document);
   EXPECT_EQ(reading.position, 15U);
@@ -65,7 +65,7 @@ TEST(Json, SaysWhereATextStopsBeingJson) {
   for (const char* text : {"", "{", "[1,]", "nul", "1 2", "\"\xff\""}) EXPECT_FALSE(ReadJson(text).document) << text;
 }
 
-TEST(Json, RepeatedKeysAreTold) {
+TEST(Json, RepeatedKeysAreReported) {
   const JsonReading reading = ReadJson(R"({"a": 1, "b": {"c": 1, "d": 2, "c": [3], "d": 4}})");
   EXPECT_EQ(reading.repeated_key, "c");
   ASSERT_TRUE(reading.document);
@@ -83,7 +83,7 @@ TEST(Json, NestsOnlySoDeep) {
   EXPECT_TRUE(ReadJson(deep + std::string(deep.size(), ']')).document);
 }
 
-TEST(Json, ReadingStopsBehindAKey) {
+TEST(Json, ReadingStopsAfterAKey) {
   const JsonReading reading = ReadJson(R"({"a": {"stop": 1}, "stop": [2], "b": ?)", kAnyJsonDepth, "stop");
   ASSERT_TRUE(reading.document) << reading.problem;
   EXPECT_EQ(reading.document->root().size(), 2U);
@@ -107,11 +107,11 @@ class Notes : public JsonListener {
   std::string text;
 };
 
-TEST(Json, IsHeardInTheOrderOfTheText) {
+TEST(Json, IsStreamedInTheOrderOfTheText) {
   Notes notes;
-  EXPECT_TRUE(HearJson(R"({"b": [1, -2, 0.5, true, null], "a": {"c": "x"}})", notes));
+  EXPECT_TRUE(StreamJson(R"({"b": [1, -2, 0.5, true, null], "a": {"c": "x"}})", notes));
   EXPECT_EQ(notes.text, "{ b=[ 1 -2 0.500000 true null ] a={ c='x' } } ");
-  EXPECT_FALSE(HearJson("{", notes));
+  EXPECT_FALSE(StreamJson("{", notes));
 }
 
 TEST(Json, TextIsWrittenAsTheLibraryDoes) {

@@ -46,7 +46,7 @@ Paired TwoMasters(std::uint16_t other, std::uint8_t index_step) {
   return PairUp(trace);
 }
 
-TEST(Direction, AnotherBusIsSetAside) {
+TEST(Direction, AnotherBusIsIgnored) {
   const Paired result = TwoMasters(2, 100);
   EXPECT_EQ(result.statistics.foreign, 120U);
   EXPECT_EQ(result.statistics.foreign_answered, 60U);
@@ -85,7 +85,7 @@ TEST(Direction, MastersOwnMacHasTheBit) {
   }
 }
 
-TEST(Direction, NobodySetsTheBit) {
+TEST(Direction, NoSlaveSetsTheBit) {
   // A simulated bus may return frames with the master's address as it is.
   Trace trace;
   AddScan(trace, 3);
@@ -153,7 +153,7 @@ TEST(Direction, OnlyReturnedOfAMasterWithSixteenIndices) {
   EXPECT_EQ(result.statistics.duplicated, 0U);
 }
 
-TEST(Direction, ByWhatTheFileSays) {
+TEST(Direction, ByWhatTheFileReports) {
   // Linux cooked capture on the master: packet type 4 is what the machine itself sent.
   Trace trace;
   trace.Mac(kBitSet);
@@ -210,7 +210,7 @@ TEST(Direction, ByTheProbesPort) {
   EXPECT_EQ(result.statistics.paired, 17U);
 }
 
-TEST(Direction, GuestsWithTheBitAreForeign) {
+TEST(Direction, LateSendersWithTheBitAreForeign) {
   // mixed-traffic: another sender whose address has the bit set although its frames are no returned ones.
   Trace trace;
   AddScan(trace, 2);
@@ -224,7 +224,7 @@ TEST(Direction, GuestsWithTheBitAreForeign) {
   EXPECT_EQ(result.statistics.lost, 0U);
 }
 
-TEST(Direction, GuestsWithoutTheBitAreForeignToo) {
+TEST(Direction, LateSendersWithoutTheBitAreForeignToo) {
   // Frames of another bus's master that leak in and are never answered.
   Trace trace;
   AddScan(trace, 2);
@@ -250,7 +250,7 @@ TEST(Direction, ASenderThatShowsUpLater) {
   EXPECT_EQ(result.statistics.unmatched_returned, 0U);
 }
 
-TEST(Direction, AGuestThatShowsUpLaterLosesNothing) {
+TEST(Direction, ASenderThatJoinsLateLosesNothing) {
   Trace trace;
   AddScan(trace, 2);
   trace.Mac({0x10, 0x10, 0x10, 0x10, 0x10, 0x10});
@@ -337,10 +337,10 @@ std::string InVain(int frames, int times) {
   return lines;
 }
 
-TEST(NobodyAnswers, FramesRepeatedUnderOneIndex) {
+TEST(NoAnswers, FramesRepeatedUnderOneIndex) {
   for (const bool bit : {false, true}) {
     const Paired result = PairUp((bit ? "@mac 02:10:10:10:10:10\n" : "") + InVain(10, 5));
-    EXPECT_TRUE(result.statistics.nobody_answers) << bit;
+    EXPECT_TRUE(result.statistics.no_answers) << bit;
     EXPECT_FALSE(result.outbound_only) << "the returns are not missing: there are none";
     EXPECT_EQ(result.statistics.outbound, 50U) << bit;
     EXPECT_EQ(result.statistics.repeated_unanswered, 40U) << bit;
@@ -350,7 +350,7 @@ TEST(NobodyAnswers, FramesRepeatedUnderOneIndex) {
   }
 }
 
-TEST(NobodyAnswers, NotWhereOnlyOutboundFramesAreCaptured) {
+TEST(NoAnswers, NotWhereOnlyOutboundFramesAreCaptured) {
   std::string running;
   std::string polls;
   std::string process;
@@ -361,16 +361,16 @@ TEST(NobodyAnswers, NotWhereOnlyOutboundFramesAreCaptured) {
   }
   for (const std::string& lines : {running, polls, process}) {
     const Paired result = PairUp(lines);
-    EXPECT_FALSE(result.statistics.nobody_answers);
+    EXPECT_FALSE(result.statistics.no_answers);
     EXPECT_TRUE(result.outbound_only);
     EXPECT_EQ(result.statistics.frames().undecided_total(), 60U);
   }
 }
 
-TEST(NobodyAnswers, NotWhereSomebodyDoesLater) {
+TEST(NoAnswers, NotWhereASlaveAnswersLater) {
   for (const char* mac : {"", "@mac 02:10:10:10:10:10\n"}) {
     const Paired result = PairUp(mac + InVain(60, 5) + "+1ms FPRD 0x1001:0x0130 08 00 idx=3\n");
-    EXPECT_FALSE(result.statistics.nobody_answers) << mac;
+    EXPECT_FALSE(result.statistics.no_answers) << mac;
     EXPECT_EQ(result.statistics.paired, 1U) << mac;
     EXPECT_TRUE(result.statistics.frames().Balances());
   }

@@ -42,7 +42,7 @@ std::string Work(int frames) {
   return lines;
 }
 
-TEST(DoubledPackets, CountOnceWhereTheAddressTellsNothing) {
+TEST(DoubledPackets, CountOnceWhereTheAddressShowsNothing) {
   const std::vector<Packet> packets = WithoutBit(Work(300));
   const PairingStatistics once = StatisticsOf(packets);
   ASSERT_EQ(once.paired, 300U);

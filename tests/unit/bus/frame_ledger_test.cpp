@@ -21,7 +21,7 @@ TEST(FrameLedger, EachReasonHasItsOwnDescription) {
 }
 
 /// One of each fate, and all at the same time.
-TEST(FrameLedger, BalancesBehindEachPacket) {
+TEST(FrameLedger, BalancesAfterEachPacket) {
   Result<Trace> trace = Trace::Parse(R"(
 +0us  FPRD 0x1001:0x0130 01 00 idx=1
 +1ms  FPRD 0x1001:0x0130 01 00 idx=2 @lost
@@ -52,12 +52,12 @@ void ExpectBalance(const std::filesystem::path& path) {
   FrameLedger last;
   while (const Traffic* traffic = reader.Next()) {
     for (std::size_t i = 0; i < traffic->size(); ++i) {
-      last = traffic->StatisticsBehind(i).frames();
+      last = traffic->StatisticsAfter(i).frames();
       if (!last.Balances()) ++off;
     }
   }
   EXPECT_EQ(off, 0U) << path;
-  EXPECT_LE(last.under_way, 256U) << path;
+  EXPECT_LE(last.in_flight, 256U) << path;
 }
 
 void ExpectBalanceIn(const std::filesystem::path& folder) {

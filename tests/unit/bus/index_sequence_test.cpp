@@ -106,7 +106,7 @@ const std::vector<Way>& Ways() {
   return kWays;
 }
 
-TEST(IndexSequence, AnyRegularWayOfNumberingTellsAHole) {
+TEST(IndexSequence, AnyRegularWayOfNumberingShowsAGap) {
   for (const Way& way : Ways()) {
     const std::string steps = WithHole(600, 405, way.index_of);
     EXPECT_EQ(Broken(steps), 1U) << way.name << ": " << steps;
@@ -114,7 +114,7 @@ TEST(IndexSequence, AnyRegularWayOfNumberingTellsAHole) {
   }
 }
 
-TEST(IndexSequence, NoWayOfNumberingHasHolesByItself) {
+TEST(IndexSequence, NoWayOfNumberingHasGapsByItself) {
   for (const Way& way : Ways()) {
     const std::string steps = WithHole(2000, 2000, way.index_of);
     EXPECT_EQ(Broken(steps), 0U) << way.name << ": " << steps;
@@ -141,7 +141,7 @@ std::vector<Numbers> EachDatagram(unsigned begin, unsigned modulus, const std::v
 }
 
 /// The frames at which a regular counter shows a hole, those from `left_out` on missing.
-std::vector<std::size_t> Holes(const std::vector<Numbers>& frames, std::size_t left_out, std::size_t missing) {
+std::vector<std::size_t> CaptureGaps(const std::vector<Numbers>& frames, std::size_t left_out, std::size_t missing) {
   IndexCounter counter;
   std::vector<std::size_t> out;
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -153,7 +153,7 @@ std::vector<std::size_t> Holes(const std::vector<Numbers>& frames, std::size_t l
   return out;
 }
 
-TEST(IndexCounter, NumberingEachDatagramHasNoHolesAndTellsThem) {
+TEST(IndexCounter, NumberingEachDatagramHasNoGapsAndShowsThem) {
   const std::vector<std::vector<unsigned>> kDatagrams{{1},    {2},       {3},          {4},       {5},
                                                       {7},    {8},       {15},         {16},      {17},
                                                       {1, 2}, {3, 3, 2}, {1, 1, 1, 4}, {2, 5, 1}, {1, 1, 1, 1, 1, 2}};
@@ -166,7 +166,7 @@ TEST(IndexCounter, NumberingEachDatagramHasNoHolesAndTellsThem) {
         const std::string what = std::to_string(modulus) + " from " + std::to_string(begin) + ", datagrams " +
                                  std::to_string(d) + ", hole behind ";
         const std::vector<Numbers> frames = EachDatagram(begin, modulus, kDatagrams[d], kFrames);
-        EXPECT_EQ(Holes(frames, kFrames, 0).size(), 0U) << what << "none";
+        EXPECT_EQ(CaptureGaps(frames, kFrames, 0).size(), 0U) << what << "none";
         for (const std::size_t at : {2501U, 2507U, 2533U}) {
           for (const std::size_t missing : {1U, 2U, 5U}) {
             const Numbers before = frames[at - 1];
@@ -175,7 +175,7 @@ TEST(IndexCounter, NumberingEachDatagramHasNoHolesAndTellsThem) {
             const bool looks_right = next == frames[at].first || next == static_cast<std::uint8_t>(before.last + 1U) ||
                                      next == static_cast<std::uint8_t>(before.first + 1U) || next == before.first;
             if (looks_right) continue;
-            EXPECT_EQ(Holes(frames, at, missing), std::vector<std::size_t>{at + missing}) << what << at;
+            EXPECT_EQ(CaptureGaps(frames, at, missing), std::vector<std::size_t>{at + missing}) << what << at;
           }
         }
       }
@@ -183,7 +183,7 @@ TEST(IndexCounter, NumberingEachDatagramHasNoHolesAndTellsThem) {
   }
 }
 
-TEST(IndexSequence, WhatIsNoOrderTellsNothing) {
+TEST(IndexSequence, WhatIsNoOrderShowsNothing) {
   const std::vector<Way> ways{
       {"one index", [](std::size_t) { return 0xFFU; }},
       {"another one", [](std::size_t) { return 0x41U; }},
@@ -193,12 +193,12 @@ TEST(IndexSequence, WhatIsNoOrderTellsNothing) {
   for (const Way& way : ways) EXPECT_EQ(Broken(WithHole(2000, 700, way.index_of)), 0U) << way.name;
 }
 
-TEST(IndexSequence, WhoBeginsAnewAnywhereHasNoHoles) {
+TEST(IndexSequence, WhoBeginsAgainAnywhereHasNoGaps) {
   const auto index_of = [](std::size_t i) { return static_cast<unsigned>(i % 23 % (11 + i / 23 % 5)); };
   EXPECT_EQ(Broken(WithHole(2000, 2000, index_of)), 0U);
 }
 
-TEST(IndexSequence, BackToWhereNoCounterBeginsIsAHole) {
+TEST(IndexSequence, BackToWhereNoCounterBeginsIsAGap) {
   // The end of the counter is not seen before.
   std::vector<Sent> frames;
   for (unsigned i = 0; i < 98; ++i) frames.push_back({Sort::kPoll, static_cast<std::uint8_t>(0x80 + i)});
@@ -221,14 +221,14 @@ std::vector<Sent> SideBySide(std::size_t cycles, std::size_t distance, unsigned 
   return frames;
 }
 
-TEST(IndexSequence, TwoCountersSideBySideHaveNoHoles) {
+TEST(IndexSequence, TwoCountersSideBySideHaveNoGaps) {
   for (const std::size_t distance : {1U, 2U, 3U, 7U, 20U, 50U, 300U}) {
     EXPECT_EQ(Broken(Follow(SideBySide(2000, distance, 0x80, 0x80))), 0U) << distance;
     EXPECT_EQ(Broken(Follow(SideBySide(2000, distance, 0, 256))), 0U) << distance;
   }
 }
 
-TEST(IndexSequence, AHoleShowsInEitherOfTwoCounters) {
+TEST(IndexSequence, AGapShowsInEitherOfTwoCounters) {
   for (const std::size_t distance : {1U, 2U, 20U}) {
     std::vector<Sent> frames = SideBySide(1000, distance, 0x80, 0x80);
     const auto at = frames.begin() + 700;
@@ -248,7 +248,7 @@ TEST(IndexSequence, ACounterForEachSlave) {
   EXPECT_EQ(Broken(Follow(frames)), 0U);
 }
 
-TEST(IndexSequence, TheFirstFramesOfAnotherKindAreNoHole) {
+TEST(IndexSequence, TheFirstFramesOfAnotherKindAreNoGap) {
   std::vector<Sent> frames;
   for (unsigned i = 0; i < 200; ++i) frames.push_back({Sort::kProcess, static_cast<std::uint8_t>(i % 64)});
   for (unsigned i = 0; i < 20; ++i) frames.push_back({Sort::kPoll, static_cast<std::uint8_t>(0x90 + i)});
@@ -268,7 +268,7 @@ TEST(IndexSequence, FramesThatAreNotNumberedBetweenOthers) {
   }
 }
 
-TEST(IndexSequence, WhoSetsUpTheBusBeginsAnew) {
+TEST(IndexSequence, WhoSetsUpTheBusBeginsAgain) {
   // TwinCAT from 128 on at each initialisation, wherever it was.
   std::vector<Sent> frames;
   for (const unsigned length : {300U, 30U, 250U, 17U, 60U, 400U, 90U}) {
@@ -278,7 +278,7 @@ TEST(IndexSequence, WhoSetsUpTheBusBeginsAnew) {
   EXPECT_EQ(Broken(Follow(frames)), 0U);
 }
 
-TEST(IndexSequence, BackFromAnywhereElseIsAHoleOnceTheEndIsKnown) {
+TEST(IndexSequence, BackFromAnywhereElseIsAGapOnceTheEndIsKnown) {
   std::vector<Sent> frames;
   for (unsigned i = 0; i < 110; ++i) frames.push_back({Sort::kPoll, static_cast<std::uint8_t>(i % 16)});
   for (unsigned i = 120; i < 200; ++i) frames.push_back({Sort::kPoll, static_cast<std::uint8_t>(i % 16)});
@@ -295,7 +295,7 @@ TEST(IndexSequence, OnlyAnIndexThatNothingExplainsIsLoose) {
   EXPECT_EQ(Looks({{Sort::kProcess, 0}, {Sort::kPoll, 128}, {Sort::kProcess, 0}, {Sort::kPoll, 129}}), ".l.c");
 }
 
-TEST(IndexSequence, BehindAFrameThatCannotBeReadNothingIsBroken) {
+TEST(IndexSequence, AfterAFrameThatCannotBeReadNothingIsBroken) {
   IndexSequence sequence;
   Trace trace;
   for (unsigned i = 0; i < 40; ++i)

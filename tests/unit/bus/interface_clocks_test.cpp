@@ -92,7 +92,7 @@ void ExpectOneClock(const std::vector<Stamped>& all, std::size_t frames) {
   }
 }
 
-TEST(InterfaceClocks, TellHowFarTheyAreApart) {
+TEST(InterfaceClocks, ShowHowFarTheyAreApart) {
   for (const TimeNs ahead : {2 * kMs, -2 * kMs, 3'600'000 * kMs, -37'000 * kMs}) {
     const auto apart = ComparedIn(Tapped(Polls(100), ahead, Order::kOfTheWire));
     ASSERT_TRUE(apart) << ahead;
@@ -131,7 +131,7 @@ TEST(InterfaceClocks, ThatMayBeOneClockAreNotApart) {
   EXPECT_FALSE(ComparedIn(Tapped("@rtt 3ms\n" + Polls(100, "+10ms"), 0, Order::kOfTheWire)));
 }
 
-TEST(InterfaceClocks, AreNotComparedWhereFramesDoNotTell) {
+TEST(InterfaceClocks, AreNotComparedWhereFramesDoNotShow) {
   EXPECT_FALSE(ComparedIn(Tapped(Polls(6), 5 * kMs, Order::kOfTheWire))) << "too few";
   EXPECT_FALSE(ComparedIn(Tapped("@no-time\n" + Polls(100), 0, Order::kOfTheWire))) << "no stamps";
   std::vector<Packet> both = Tapped(Polls(100), 0, Order::kOfTheWire);
@@ -193,7 +193,7 @@ TEST(AlignedSource, LostFramesDoNotLeadItAstray) {
   }
 }
 
-TEST(AlignedSource, TellsWhatTheFileTells) {
+TEST(AlignedSource, ReportsWhatTheFileHolds) {
   CaptureInfo info;
   info.path = "tap.pcapng";
   info.damage = capture::Damage{"file ends inside packet 201", 4711, 200};

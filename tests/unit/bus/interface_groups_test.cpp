@@ -51,7 +51,7 @@ TEST(InterfaceGroups, TwoMastersOnTwoInterfacesHaveABusEach) {
   EXPECT_EQ(read.lost, 0U);
 }
 
-TEST(InterfaceGroups, TheBusOfWhichMostIsSeenAtTheBeginningIsJudged) {
+TEST(InterfaceGroups, TheBusOfWhichMostIsSeenAtTheBeginningIsEvaluated) {
   const PairingStatistics read =
       StatisticsOf(Together(At(0, kSecondMaster + PollsOf(30, 7, "+3ms")), At(1, PollsOf(300, 0), 300'000)));
   EXPECT_EQ(read.other_bus_interface, 0U);
@@ -59,7 +59,7 @@ TEST(InterfaceGroups, TheBusOfWhichMostIsSeenAtTheBeginningIsJudged) {
 }
 
 /// SOEM has the same address everywhere.
-TEST(InterfaceGroups, AreToldApartAlsoWhereBothMastersHaveOneAddress) {
+TEST(InterfaceGroups, AreDistinguishedAlsoWhereBothMastersHaveOneAddress) {
   const PairingStatistics read = StatisticsOf(Together(At(0, PollsOf(300, 0)), At(1, PollsOf(200, 0), 450'000)));
   EXPECT_EQ(read.other_bus, 400U);
   EXPECT_EQ(read.paired, 300U);
@@ -135,7 +135,7 @@ TEST(InterfaceGroups, TwoMastersInStepHaveABusEachAllTheSame) {
   EXPECT_EQ(read.paired, 300U);
 }
 
-TEST(InterfaceGroups, FramesThatNobodyAnswersAreNoBus) {
+TEST(InterfaceGroups, FramesWithoutAnswerAreNoBus) {
   const PairingStatistics read =
       StatisticsOf(Together(At(0, PollsOf(300, 0)), At(1, kSecondMaster + "@out-only\n" + PollsOf(200, 7), 300'000)));
   EXPECT_EQ(read.other_bus, 0U);

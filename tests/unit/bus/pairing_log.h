@@ -36,7 +36,7 @@ class PairingLog final : public BusSink {
     const std::string from = t.sent != nullptr ? std::to_string(t.sent->ref().number) : "";
     const std::string to = t.returned != nullptr ? "+" + std::to_string(t.returned->ref().number) : "";
     words.push_back(from + to + (t.assumed ? "?" : ""));
-    if (t.hole != Hole::kNone) holes.push_back((t.hole == Hole::kCertain ? "hole " : "silence ") + from + to);
+    if (t.gap != GapBefore::kNone) gaps.push_back((t.gap == GapBefore::kCertain ? "hole " : "silence ") + from + to);
   }
   void OnDoubtful(const wire::FrameView& frame) override {
     doubtful.push_back(frame.ref().number);
@@ -56,7 +56,7 @@ class PairingLog final : public BusSink {
   }
 
   std::vector<std::string> words;
-  std::vector<std::string> holes;  ///< "hole 5+6": frames are missing before frame 5; "silence 5+6": perhaps
+  std::vector<std::string> gaps;  ///< "hole 5+6": frames are missing before frame 5; "silence 5+6": perhaps
   std::vector<FrameNo> sent;
   std::vector<FrameNo> doubtful;
   std::vector<std::string> before_doubt;  ///< the word before each of them
@@ -116,7 +116,7 @@ inline PairingStatistics StatisticsOf(const std::vector<Packet>& packets, const 
   TrafficReader reader(source, kAll, nullptr, Ahead::kNo);
   PairingStatistics statistics;
   while (const Traffic* traffic = reader.Next()) {
-    for (std::size_t i = 0; i < traffic->size(); ++i) statistics = traffic->StatisticsBehind(i);
+    for (std::size_t i = 0; i < traffic->size(); ++i) statistics = traffic->StatisticsAfter(i);
   }
   return statistics;
 }

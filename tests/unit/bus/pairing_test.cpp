@@ -27,7 +27,7 @@ TEST(Pairing, OneAfterTheOther) {
   EXPECT_EQ(result.statistics.paired, 3U);
 }
 
-TEST(Pairing, SeveralFramesUnderWay) {
+TEST(Pairing, SeveralFramesInFlight) {
   const Paired result = PairUp(R"(
 @rtt 5ms
 +0us LRW 0x1000 01 02 idx=1
@@ -38,7 +38,7 @@ TEST(Pairing, SeveralFramesUnderWay) {
   EXPECT_THAT(result.log.words, ElementsAre("1+5", "2+6", "3+7", "4+8"));
 }
 
-TEST(Pairing, EqualFramesUnderWayComeBackInOrder) {
+TEST(Pairing, EqualFramesInFlightComeBackInOrder) {
   // TwinCAT scans with index 0xFF for every frame.
   const Paired result = PairUp(R"(
 @rtt 5ms
@@ -228,7 +228,7 @@ TEST(Pairing, OutboundFrameCapturedTwiceIsNoLoss) {
   EXPECT_EQ(result.statistics.lost, 0U);
   EXPECT_EQ(result.statistics.paired, 80U);
   EXPECT_EQ(result.statistics.outbound_twice, 1U);
-  EXPECT_EQ(result.statistics.under_way, 1U);
+  EXPECT_EQ(result.statistics.in_flight, 1U);
   EXPECT_THAT(result.log.doubtful, IsEmpty());
   // A master that repeats a frame a while later, without hearing anything, has lost one.
   EXPECT_EQ(PairUp(CapturedTwice(trace, {3}, 2'000'000)).statistics.lost, 1U);
@@ -263,7 +263,7 @@ TEST(Pairing, FramesWhoseEndIsOpenAreDoubtedBeforeWhatOvertookThem) {
   EXPECT_THAT(result.log.words, ElementsAre("1+2", "4+5", "6+7", "lost 3"));
 }
 
-TEST(Pairing, ReturnsBehindTheFirstPairWithoutOutboundCopyAreMissedByTheCapture) {
+TEST(Pairing, ReturnsAfterTheFirstPairWithoutOutboundCopyAreMissedByTheCapture) {
   const Paired result = PairUp(R"(
 +0us LRW 0x1000 01 02 idx=4 @returned-only
 +1ms LRW 0x1000 01 02 idx=5
@@ -274,7 +274,7 @@ TEST(Pairing, ReturnsBehindTheFirstPairWithoutOutboundCopyAreMissedByTheCapture)
   EXPECT_EQ(result.statistics.missed_outbound, 1U);
 }
 
-TEST(Pairing, WhatWasUnderWayWhereTwoCapturesWerePutTogetherIsUndecided) {
+TEST(Pairing, WhatWasInFlightWhereTwoCapturesWerePutTogetherIsUndecided) {
   Trace first;
   for (int i = 0; i < 4; ++i) first.After(1000).Fprd(0x1001, 0x0130, {8, 0}).Index(static_cast<std::uint8_t>(i));
   std::vector<Packet> packets = first.Packets();
@@ -315,7 +315,7 @@ TEST(Pairing, OneFlippedBitInAReturnIsNoLoss) {
   }
 }
 
-TEST(Pairing, AnIndexUsedAnewDoesNotAnswerWhatWasLostLongAgo) {
+TEST(Pairing, AnIndexUsedAgainDoesNotAnswerWhatWasLostLongAgo) {
   // Sixteen indices. A write is lost; the outbound copy of a later one with the same index is not in the capture.
   Trace trace;
   for (unsigned i = 0; i < 60; ++i) {
@@ -353,14 +353,14 @@ TEST(Pairing, OutboundMalformedFramesWaitForNothing) {
   EXPECT_THAT(result.log.words, ElementsAre("1+2", "malformed 3", "4+5"));
 }
 
-TEST(Pairing, StillUnderWayAtTheEnd) {
+TEST(Pairing, StillInFlightAtTheEnd) {
   const Paired result = PairUp(R"(
 +0us FPRD 0x1001:0x0130 01 00
 +1ms FPRD 0x1001:0x0130 01 00
 +1ms FPRD 0x1001:0x0130 01 00 @lost
 )");
   EXPECT_THAT(result.log.words, ElementsAre("1+2", "3+4"));
-  EXPECT_EQ(result.statistics.under_way, 1U);
+  EXPECT_EQ(result.statistics.in_flight, 1U);
   EXPECT_EQ(result.statistics.lost, 0U);
 }
 
@@ -386,14 +386,14 @@ TEST(Pairing, SilenceAtTheEnd) {
   EXPECT_THAT(result.log.Only("lost"), IsEmpty());
   EXPECT_EQ(result.log.Only("silent").size(), 149U);
   EXPECT_EQ(result.log.Only("silent").front(), "silent 101");
-  EXPECT_EQ(result.statistics.under_way, 51U);
+  EXPECT_EQ(result.statistics.in_flight, 51U);
 }
 
 TEST(Pairing, SilenceLongerThanTheRing) {
   const Paired result = PairUp(SilentFor(600, 1000));
   EXPECT_EQ(result.statistics.lost, 549U);
   EXPECT_EQ(result.log.Only("silent").size(), 549U);
-  EXPECT_EQ(result.statistics.lost + result.statistics.under_way, 600U);
+  EXPECT_EQ(result.statistics.lost + result.statistics.in_flight, 600U);
 }
 
 TEST(Pairing, ShortSilenceAtTheEndProvesNothing) {
@@ -418,7 +418,7 @@ TEST(Pairing, SilenceInTheMiddle) {
   EXPECT_EQ(result.log.Only("lost").size(), 100U);
 }
 
-TEST(Pairing, ForeignPacketBehindALostFrameIsNoted) {
+TEST(Pairing, ForeignPacketAfterALostFrameIsNoted) {
   const Paired result = PairUp(R"(
 +0us FPRD 0x1001:0x0130 01 00
 +1ms FPRD 0x1001:0x0130 01 00 @lost
@@ -446,7 +446,7 @@ TEST(Pairing, FramesOfAnotherMasterOvertakeNothing) {
   const Paired result = PairUp(trace);
   EXPECT_EQ(result.statistics.lost, 0U);
   EXPECT_EQ(result.statistics.paired, 4U * 81U + 1U);
-  EXPECT_EQ(result.statistics.under_way, 1U);
+  EXPECT_EQ(result.statistics.in_flight, 1U);
 }
 
 // --- two interfaces -------------------------------------------------------------------------------------------------
@@ -606,77 +606,77 @@ std::string Numbered(int count, int first, int round) {
   return lines;
 }
 
-TEST(PairingHole, WhatWasUnderWayWhereIndicesSkipIsUndecided) {
+TEST(PairingGap, WhatWasInFlightWhereIndicesSkipIsUndecided) {
   const Paired result = PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @lost\n" +
                                "+6ms FPRD 0x1001:0x0130 08 00 idx=14\n" + Numbered(60, 15, 16));
-  EXPECT_THAT(result.log.holes, ElementsAre("hole 82+83"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole 82+83"));
   EXPECT_THAT(result.log.Only("lost"), IsEmpty());
   EXPECT_THAT(result.log.Only("undecided"), ElementsAre("undecided 81"));
-  EXPECT_EQ(result.statistics.holes, 1U);
-  EXPECT_EQ(result.statistics.first_hole.number, 82U);
+  EXPECT_EQ(result.statistics.gaps, 1U);
+  EXPECT_EQ(result.statistics.first_gap.number, 82U);
 }
 
-TEST(PairingHole, WhereIndicesGoOnTheFrameIsLostHoweverLongTheMasterWaited) {
+TEST(PairingGap, WhereIndicesGoOnTheFrameIsLostHoweverLongTheMasterWaited) {
   const Paired result = PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @lost\n" +
                                "+6ms FPRD 0x1001:0x0130 08 00 idx=9\n" + Numbered(60, 10, 16));
-  EXPECT_THAT(result.log.holes, IsEmpty());
+  EXPECT_THAT(result.log.gaps, IsEmpty());
   EXPECT_THAT(result.log.Only("lost"), ElementsAre("lost 81"));
 }
 
-TEST(PairingHole, ARepeatedFrameIsALossHoweverLateItIsRepeated) {
+TEST(PairingGap, ARepeatedFrameIsALossHoweverLateItIsRepeated) {
   for (const char* pause : {"700us", "2ms", "5ms", "6ms", "19ms"}) {
     for (const int round : {16, 256, 1}) {
       const Paired result = PairUp(
           Numbered(40, 0, round) + "+1ms FPRD 0x1001:0x0130 08 00 idx=" + std::to_string(40 % round) + " @lost\n+" +
           pause + " FPRD 0x1001:0x0130 08 00 idx=" + std::to_string(40 % round) + "\n" + Numbered(60, 41, round));
-      EXPECT_THAT(result.log.holes, IsEmpty()) << pause << " " << round;
+      EXPECT_THAT(result.log.gaps, IsEmpty()) << pause << " " << round;
       EXPECT_THAT(result.log.Only("lost"), ElementsAre("lost 81")) << pause << " " << round;
       EXPECT_EQ(result.statistics.repeated_unanswered, 1U);
     }
   }
 }
 
-TEST(PairingHole, ARepeatedFrameIsNoHole) {
+TEST(PairingGap, ARepeatedFrameIsNoGap) {
   // SOEM sends the same frame with the same index again when its return is late.
   const Paired result = PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @lost\n" +
                                "+2ms FPRD 0x1001:0x0130 08 00 idx=8\n" + Numbered(60, 9, 16));
-  EXPECT_THAT(result.log.holes, IsEmpty());
+  EXPECT_THAT(result.log.gaps, IsEmpty());
   EXPECT_THAT(result.log.Only("lost"), ElementsAre("lost 81"));
 }
 
-TEST(PairingHole, SixteenIndicesComeRoundInALongSilence) {
+TEST(PairingGap, SixteenIndicesComeRoundInALongSilence) {
   // 31 frames may be missing here: the index says nothing any more, and neither does the silence.
   const Paired result = PairUp(Numbered(100, 0, 16) + "+32ms FPRD 0x1001:0x0130 08 00 idx=4\n" + Numbered(60, 5, 16));
-  EXPECT_THAT(result.log.holes, ElementsAre("silence 201+202"));
-  EXPECT_EQ(result.statistics.holes, 0U);
+  EXPECT_THAT(result.log.gaps, ElementsAre("silence 201+202"));
+  EXPECT_EQ(result.statistics.gaps, 0U);
 }
 
-TEST(PairingHole, ManyIndicesTellThatAMasterWasSilent) {
+TEST(PairingGap, ManyIndicesShowThatAMasterWasSilent) {
   const Paired result =
       PairUp(Numbered(100, 0, 256) + "+32ms FPRD 0x1001:0x0130 08 00 idx=100\n" + Numbered(60, 101, 256));
-  EXPECT_THAT(result.log.holes, IsEmpty());
+  EXPECT_THAT(result.log.gaps, IsEmpty());
 }
 
-TEST(PairingHole, OneIndexForAllTellsNothing) {
+TEST(PairingGap, OneIndexForAllShowsNothing) {
   std::string lines;
   for (int i = 0; i < 100; ++i) lines += "+1ms FPRD 0x1001:0x0130 08 00 idx=0\n";
   const Paired result = PairUp(lines + "+1ms LRW 0x1000 01 02 idx=0 @lost\n" + lines +
                                "+1ms LRW 0x1000 01 03 idx=0 @lost\n+20ms FPRD 0x1001:0x0130 08 00 idx=0\n" + lines);
   EXPECT_THAT(result.log.Only("lost"), ElementsAre("lost 201"));
   EXPECT_THAT(result.log.Only("undecided"), ElementsAre("undecided 402"));
-  EXPECT_THAT(result.log.holes, ElementsAre("silence 403+404"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("silence 403+404"));
 }
 
-TEST(PairingHole, FramesWithoutNumbersBetweenOthersAreNone) {
+TEST(PairingGap, FramesWithoutNumbersBetweenOthersAreNone) {
   // TwinCAT: cyclic frames have index 0, the others count from 128 to 239.
   std::string lines;
   for (int i = 0; i < 300; ++i) {
     lines += "+1ms LRW 0x1000 01 02 idx=0\n+50us FPRD 0x1001:0x0130 08 00 idx=" + std::to_string(128 + i % 112) + "\n";
   }
-  EXPECT_THAT(PairUp(lines).log.holes, IsEmpty());
+  EXPECT_THAT(PairUp(lines).log.gaps, IsEmpty());
 }
 
-TEST(PairingHole, CyclicAndAcyclicFramesNumberedSideBySideAreOne) {
+TEST(PairingGap, CyclicAndAcyclicFramesNumberedSideBySideAreOne) {
   // One mailbox frame, with numbers of its own, behind so many cycles.
   for (const int cycles : {20, 50}) {
     std::string lines;
@@ -685,32 +685,32 @@ TEST(PairingHole, CyclicAndAcyclicFramesNumberedSideBySideAreOne) {
       lines += "+1ms LRW 0x1000 01 02 idx=" + std::to_string(i % 256) + "\n";
       if (i % cycles == 11) lines += "+50us FPRD 0x1001:0x1000 01 idx=" + std::to_string(mailbox++ % 256) + "\n";
     }
-    EXPECT_LE(PairUp(lines).log.holes.size(), 2U) << "before it shows that there are two kinds";
+    EXPECT_LE(PairUp(lines).log.gaps.size(), 2U) << "before it shows that there are two kinds";
   }
 }
 
-TEST(PairingHole, AReturnBehindItTellsItToo) {
+TEST(PairingGap, AReturnAfterItShowsItToo) {
   const Paired result =
       PairUp(Numbered(40, 0, 16) + "+5ms FPRD 0x1001:0x0130 08 00 idx=13 @returned-only\n" + Numbered(60, 14, 16));
-  EXPECT_THAT(result.log.holes, ElementsAre("hole +81"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole +81"));
 }
 
-TEST(PairingHole, AMissedOutboundCopyIsNone) {
+TEST(PairingGap, AMissedOutboundCopyIsNone) {
   const Paired result =
       PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @returned-only\n" + Numbered(60, 9, 16));
-  EXPECT_THAT(result.log.holes, IsEmpty());
+  EXPECT_THAT(result.log.gaps, IsEmpty());
   EXPECT_EQ(result.statistics.missed_outbound, 1U);
 }
 
-TEST(PairingHole, AReturnLikeOneBeforeItIsNoSecondCopy) {
+TEST(PairingGap, AReturnLikeOneBeforeItIsNoSecondCopy) {
   // The index came round to that of a frame six before; a second copy would not have taken five cycles.
   const Paired result =
       PairUp(Numbered(40, 0, 16) + "+5ms FPRD 0x1001:0x0130 08 00 idx=2 @returned-only\n" + Numbered(60, 3, 16));
   EXPECT_THAT(result.log.Only("dup"), IsEmpty());
-  EXPECT_THAT(result.log.holes, ElementsAre("hole +81"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole +81"));
 }
 
-TEST(PairingHole, AReturnWhoseIndexIsNextIsNoSecondCopy) {
+TEST(PairingGap, AReturnWhoseIndexIsNextIsNoSecondCopy) {
   std::string lines = "@rtt 10us\n";
   for (int i = 0; i < 100; ++i) {
     lines += "+20us FPRD 0x1001:0x0130 08 00 idx=" + std::to_string(i % 16) +
@@ -728,52 +728,52 @@ std::string Unnumbered(int count, const std::string& apart) {
   return lines;
 }
 
-TEST(PairingHole, AReturnWithoutNumberTellsOfOneOfUnknownSize) {
+TEST(PairingGap, AReturnWithoutNumberShowsOfOneOfUnknownSize) {
   const Paired result =
       PairUp(Unnumbered(40, "1ms") + "+3ms FPRD 0x1001:0x0110 02 00 idx=0 @returned-only\n" + Unnumbered(60, "1ms"));
-  EXPECT_THAT(result.log.holes, ElementsAre("hole +81"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole +81"));
   EXPECT_EQ(result.statistics.missed_outbound, 1U);
-  EXPECT_EQ(result.statistics.holes, 0U) << "no index skips";
+  EXPECT_EQ(result.statistics.gaps, 0U) << "no index skips";
   const Paired one =
       PairUp(Unnumbered(40, "1ms") + "+1ms FPRD 0x1001:0x0110 02 00 idx=0 @returned-only\n" + Unnumbered(60, "1ms"));
-  EXPECT_THAT(one.log.holes, IsEmpty()) << "no time for more than its own outbound copy";
+  EXPECT_THAT(one.log.gaps, IsEmpty()) << "no time for more than its own outbound copy";
 }
 
-TEST(PairingHole, AReturnWithoutNumberTellsNothingWhereAPacketCannotBeRead) {
+TEST(PairingGap, AReturnWithoutNumberShowsNothingWhereAPacketCannotBeRead) {
   const Paired result = PairUp(Unnumbered(40, "1ms") + "+1ms FPRD 0x1001:0x0130 08 00 idx=0 @cut=10\n" +
                                "+1ms FPRD 0x1001:0x0110 02 00 idx=0 @returned-only\n" + Unnumbered(60, "1ms"));
-  EXPECT_THAT(result.log.holes, IsEmpty());
+  EXPECT_THAT(result.log.gaps, IsEmpty());
 }
 
-TEST(PairingHole, AReturnTellsNothingOfAMasterWhoseFramesAreNotCapturedOnTheirWayOut) {
+TEST(PairingGap, AReturnShowsNothingOfAMasterWhoseFramesAreNotCapturedOnTheirWayOut) {
   const Paired result = PairUp("@returned-only\n" + Unnumbered(40, "1ms") + "+1ms FPRD 0x1001:0x0110 02 00 idx=0\n");
-  EXPECT_THAT(result.log.holes, IsEmpty());
+  EXPECT_THAT(result.log.gaps, IsEmpty());
 }
 
-TEST(PairingHole, AReturnBetweenItAndTheNextFrameComesFirst) {
+TEST(PairingGap, AReturnBetweenItAndTheNextFrameComesFirst) {
   // Frames 40 to 51 are missing, and frame 52 is on its way when frame 51 comes back.
   const Paired result =
       PairUp(Numbered(40, 0, 256) + "+11ms FPRD 0x1001:0x0130 08 00 idx=51 rtt=90us @returned-only\n" +
              "+20us FPRD 0x1001:0x0130 08 00 idx=52 rtt=90us\n" + Numbered(20, 53, 256));
-  EXPECT_THAT(result.log.holes, ElementsAre("hole +82"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole +82"));
 }
 
-TEST(PairingHole, AReturnWhoseNumberIsThatOfTheFrameBeforeTheOneUnderWayIsNoFlippedBit) {
+TEST(PairingGap, AReturnWhoseNumberIsThatOfTheFrameBeforeTheOneInFlightIsNoFlippedBit) {
   const Paired result = PairUp(Numbered(40, 0, 256) + "+1ms FPRD 0x1001:0x0130 08 00 idx=40 rtt=90us @returned-only\n" +
                                "+20us FPRD 0x1001:0x0130 08 00 idx=41 rtt=90us\n" + Numbered(20, 42, 256));
   EXPECT_EQ(result.statistics.altered, 0U);
   EXPECT_EQ(result.statistics.missed_outbound, 1U);
 }
 
-TEST(PairingHole, WhatWasSentBeforeItAndComesBackBehindItIsNotReordered) {
+TEST(PairingGap, WhatWasSentBeforeItAndComesBackAfterItIsNotReordered) {
   const Paired result = PairUp(Numbered(40, 0, 256) + "+1ms FPRD 0x1001:0x0130 08 00 idx=40 rtt=90us\n" +
                                "+20us FPRD 0x1001:0x0130 08 00 idx=42 rtt=90us\n" + Numbered(20, 43, 256));
-  EXPECT_THAT(result.log.holes, ElementsAre("hole 82+84"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole 82+84"));
   EXPECT_EQ(result.statistics.reordered, 0U);
   EXPECT_EQ(result.statistics.paired, 62U);
 }
 
-TEST(PairingHole, WhatHasNoNumberAndComesARoundLaterIsNoSecondCopy) {
+TEST(PairingGap, WhatHasNoNumberAndComesARoundLaterIsNoSecondCopy) {
   const std::string missed = "+100us FPRD 0x1001:0x0130 08 00 idx=0 @returned-only\n";
   const Paired result = PairUp(Unnumbered(40, "100us") + missed + Unnumbered(60, "100us"));
   EXPECT_THAT(result.log.Only("dup"), IsEmpty());
@@ -781,18 +781,18 @@ TEST(PairingHole, WhatHasNoNumberAndComesARoundLaterIsNoSecondCopy) {
   EXPECT_EQ(twice.log.Only("dup").size(), 1U);
 }
 
-TEST(PairingHole, AReturnWhoseNumberAnotherFrameHadIsNotFromBeforeThoseUnderWay) {
+TEST(PairingGap, AReturnWhoseNumberAnotherFrameHadIsNotFromBeforeThoseInFlight) {
   // Frame 8 is under way for ever, and frame 7 has come back: this is another frame 7.
   const Paired result = PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @lost\n" +
                                "+15ms FPRD 0x1001:0x0120 08 00 idx=7 @returned-only\n" + Numbered(60, 8, 16));
-  EXPECT_THAT(result.log.holes, ElementsAre("hole +82"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole +82"));
 }
 
-TEST(PairingHole, AReturnWithoutNumberThatIsNotLikeTheFrameUnderWayIsNoFlippedBit) {
+TEST(PairingGap, AReturnWithoutNumberThatIsNotLikeTheFrameInFlightIsNoFlippedBit) {
   const Paired result = PairUp(Unnumbered(40, "1ms") + "+1ms FPRD 0x1001:0x0130 08 00 idx=0 @lost\n" +
                                "+3ms FPRD 0x1001:0x080D 08 00 idx=0 @returned-only\n" + Unnumbered(60, "1ms"));
   EXPECT_EQ(result.statistics.altered, 0U);
-  EXPECT_THAT(result.log.holes, ElementsAre("hole +82"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole +82"));
   // Registers 0x0805 and 0x080D differ by one bit, and are polled in turns.
   std::string polls;
   for (int i = 0; i < 40; ++i) polls += "+1ms FPRD 0x1001:0x0805 08 idx=0\n+1ms FPRD 0x1001:0x080D 08 idx=0\n";
@@ -801,50 +801,50 @@ TEST(PairingHole, AReturnWithoutNumberThatIsNotLikeTheFrameUnderWayIsNoFlippedBi
   EXPECT_EQ(turns.statistics.altered, 0U);
 }
 
-TEST(PairingHole, AReturnWithoutNumberThatComesLateMayAnswerAnotherFrame) {
+TEST(PairingGap, AReturnWithoutNumberThatComesLateMayAnswerAnotherFrame) {
   const Paired result = PairUp(Unnumbered(40, "1ms") + "+1ms FPRD 0x1001:0x0130 08 00 idx=0 rtt=26ms\n" +
                                "+28ms FPRD 0x1001:0x0130 08 00 idx=0\n");
-  EXPECT_THAT(result.log.holes, ElementsAre("silence 81+82", "silence 83+84"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("silence 81+82", "silence 83+84"));
   const Paired numbered = PairUp(Numbered(40, 0, 256) + "+1ms FPRD 0x1001:0x0130 08 00 idx=40 rtt=26ms\n");
-  EXPECT_THAT(numbered.log.holes, IsEmpty());
+  EXPECT_THAT(numbered.log.gaps, IsEmpty());
 }
 
-TEST(PairingHole, ALongSilenceShowsBehindAFewFrames) {
+TEST(PairingGap, ALongSilenceShowsAfterAFewFrames) {
   const std::string few = Unnumbered(6, "100us");
-  EXPECT_THAT(PairUp(few + "+50ms FPRD 0x1001:0x0130 08 00 idx=9\n").log.holes, ElementsAre("silence 13+14"));
-  EXPECT_THAT(PairUp(few + "+5ms FPRD 0x1001:0x0130 08 00 idx=9\n").log.holes, IsEmpty());
-  EXPECT_THAT(PairUp(few + "+50ms FPRD 0x1001:0x0130 08 00 idx=0\n").log.holes, IsEmpty()) << "it waits";
+  EXPECT_THAT(PairUp(few + "+50ms FPRD 0x1001:0x0130 08 00 idx=9\n").log.gaps, ElementsAre("silence 13+14"));
+  EXPECT_THAT(PairUp(few + "+5ms FPRD 0x1001:0x0130 08 00 idx=9\n").log.gaps, IsEmpty());
+  EXPECT_THAT(PairUp(few + "+50ms FPRD 0x1001:0x0130 08 00 idx=0\n").log.gaps, IsEmpty()) << "it waits";
 }
 
-TEST(PairingHole, SixteenIndicesComeRoundWhereAReturnIsMissingAndTheMasterWasFastBefore) {
+TEST(PairingGap, SixteenIndicesComeRoundWhereAReturnIsMissingAndTheMasterWasFastBefore) {
   std::string burst;
   for (int i = 0; i < 40; ++i) burst += "+50us FPRD 0x1001:0x0130 08 00 idx=" + std::to_string(i % 16) + "\n";
   const std::string behind = "+5ms FPRD 0x1001:0x0120 08 00 idx=1\n" + Numbered(20, 2, 16);
   const std::string before = burst + Numbered(40, 8, 16);
   const std::string slower = "silence 81+82";  // where it sends less often for the first time
-  EXPECT_THAT(PairUp(before + "+1ms FPRD 0x1001:0x0130 08 00 idx=0 @lost\n" + behind).log.holes,
+  EXPECT_THAT(PairUp(before + "+1ms FPRD 0x1001:0x0130 08 00 idx=0 @lost\n" + behind).log.gaps,
               ElementsAre(slower, "silence 162+163"));
-  EXPECT_THAT(PairUp(before + "+1ms FPRD 0x1001:0x0130 08 00 idx=0\n" + behind).log.holes, ElementsAre(slower))
+  EXPECT_THAT(PairUp(before + "+1ms FPRD 0x1001:0x0130 08 00 idx=0\n" + behind).log.gaps, ElementsAre(slower))
       << "nothing is missing but time";
 }
 
-TEST(PairingHole, AFrameThatCannotBeReadHasAnIndexAllTheSame) {
+TEST(PairingGap, AFrameThatCannotBeReadHasAnIndexAllTheSame) {
   const Paired result =
       PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @cut=20\n" + Numbered(60, 9, 16));
-  EXPECT_THAT(result.log.holes, IsEmpty());
+  EXPECT_THAT(result.log.gaps, IsEmpty());
 }
 
-TEST(PairingHole, StampsThatGoBackAreNoneWhereIndicesGoOn) {
+TEST(PairingGap, StampsThatGoBackAreNoneWhereIndicesGoOn) {
   for (const int round : {16, 256}) {
     Result<Trace> trace = Trace::Parse(Numbered(300, 0, round));
     ASSERT_TRUE(trace);
     std::vector<Packet> packets = trace->Packets();
     for (std::size_t i = 400; i < packets.size(); ++i) packets[i].time -= 3600'000'000'000;
-    EXPECT_THAT(PairUp(packets).log.holes, IsEmpty());
+    EXPECT_THAT(PairUp(packets).log.gaps, IsEmpty());
   }
 }
 
-TEST(PairingHole, AReturnOfUnknownOriginBehindAStepBackIsNotCountedByIt) {
+TEST(PairingGap, AReturnOfUnknownOriginAfterAStepBackIsNotCountedByIt) {
   // The index went back before any step was counted: there is no round yet to count by.
   const Paired result = PairUp(R"(
 +0us BRD 0x0130 01 00 idx=15
@@ -855,11 +855,11 @@ TEST(PairingHole, AReturnOfUnknownOriginBehindAStepBackIsNotCountedByIt) {
   EXPECT_EQ(result.statistics.unmatched_returned, 1U);
 }
 
-TEST(PairingHole, AMasterThatAppearsLateStandsBehindAnotherCapture) {
+TEST(PairingGap, AMasterThatAppearsLateFollowsAnotherCapture) {
   const Paired result =
       PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @lost\n@mac 10:10:10:10:10:10\n" +
              Numbered(60, 3, 256));
-  EXPECT_THAT(result.log.holes, ElementsAre("hole 82+83"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole 82+83"));
   EXPECT_THAT(result.log.Only("lost"), IsEmpty());
 }
 
@@ -904,23 +904,23 @@ TEST(Pairing, WhatIsSentBeforeAnybodyAnswersIsNotLost) {
   lines += "+20ms BRD 0x0000 11 idx=4\n" + Numbered(20, 5, 16);
   const Paired result = PairUp(lines);
   EXPECT_EQ(result.statistics.lost, 0U);
-  EXPECT_EQ(result.statistics.undecided[static_cast<std::size_t>(Undecided::kNobodyAnswers)], 20U);
+  EXPECT_EQ(result.statistics.undecided[static_cast<std::size_t>(Undecided::kNoAnswers)], 20U);
   EXPECT_EQ(result.log.Only("21+22").size(), 1U) << "not the frame of the same index long before";
   EXPECT_EQ(result.statistics.dropped_every, 0U);
   EXPECT_TRUE(result.statistics.frames().Balances());
 }
 
-TEST(PairingHole, AMasterThatAppearsInTheMiddleOfItsWorkStandsBehindAnotherCapture) {
+TEST(PairingGap, AMasterThatAppearsInTheMiddleOfItsWorkFollowsAnotherCapture) {
   const Paired result = PairUp(Numbered(40, 0, 16) + "@mac 10:10:10:10:10:10\n" + Numbered(60, 3, 256));
-  EXPECT_THAT(result.log.holes, ElementsAre("hole 81+82"));
-  EXPECT_EQ(result.statistics.holes, 1U);
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole 81+82"));
+  EXPECT_EQ(result.statistics.gaps, 1U);
 }
 
-TEST(PairingHole, AMasterThatSetsTheBusUpWhenNothingIsUnderWayIsAnotherProgram) {
+TEST(PairingGap, AMasterThatSetsTheBusUpWhenNothingIsInFlightIsAnotherProgram) {
   const Paired result =
       PairUp(Numbered(40, 0, 16) + "@mac 10:10:10:10:10:10\n+1ms BRD 0x0000 11 00 idx=0\n" + Numbered(60, 1, 256));
-  EXPECT_THAT(result.log.holes, ElementsAre("silence 81+82"));
-  EXPECT_EQ(result.statistics.holes, 0U);
+  EXPECT_THAT(result.log.gaps, ElementsAre("silence 81+82"));
+  EXPECT_EQ(result.statistics.gaps, 0U);
   EXPECT_EQ(result.statistics.paired, 101U);
 }
 

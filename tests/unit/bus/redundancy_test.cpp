@@ -206,7 +206,7 @@ void AddAtBothEnds(Trace& trace, int i, bool same_index) {
       .Index(static_cast<std::uint8_t>(same_index ? index : index + 100));
 }
 
-TEST(Redundancy, WhatNobodyTakesAtTheOtherEndIsNoAnswer) {
+TEST(Redundancy, WhatNoSlaveAcceptsAtTheOtherEndIsNoAnswer) {
   for (const bool bit_set : {true, false}) {
     Trace trace;
     for (int i = 0; i < 100; ++i) AddAtBothEnds(trace, i, bit_set);
@@ -355,7 +355,7 @@ TEST(Redundancy, AHalfThatWasCutIsNotJoined) {
   } log;
   RingJoin join(log);
   for (std::size_t i = 0; i < views.size(); i += 2) {
-    join.Push({&views[i], &views[i + 1], false, Hole::kNone, i % 4 == 0});
+    join.Push({&views[i], &views[i + 1], false, GapBefore::kNone, i % 4 == 0});
   }
   join.Flush();
   EXPECT_EQ(log.returned, (std::vector<bool>{true, false, false})) << "one answer of two halves, and two alone";

@@ -7,7 +7,7 @@
 namespace ecaudit::bus {
 namespace {
 
-TEST(SlaveSet, KnowsNobodyAtFirst) {
+TEST(SlaveSet, KnowsNoSlaveAtFirst) {
   const SlaveSet slaves;
   EXPECT_EQ(slaves.size(), 0U);
   EXPECT_EQ(slaves.AtPosition(0), kNoSlave);
@@ -92,7 +92,7 @@ TEST(SlaveSet, Swapping) {
   EXPECT_EQ(slaves.AtStation(0x1002), b);
 }
 
-TEST(SlaveSet, ClearedAddressesNameNobody) {
+TEST(SlaveSet, ClearedAddressesNameNoSlave) {
   SlaveSet slaves;
   const SlaveId a = slaves.AssignAtPosition(0, 0x1001, 1).slave;
   slaves.ClearStations(5);
@@ -130,7 +130,7 @@ TEST(SlaveSet, AnAliasCountsOnlyWhereTheMasterEnabledIt) {
   EXPECT_EQ(slaves.AtStation(0x0002), kNoSlave);
 }
 
-TEST(SlaveSet, AliasZeroNamesNobody) {
+TEST(SlaveSet, AliasZeroNamesNoSlave) {
   SlaveSet slaves;
   const SlaveId a = slaves.AddAtPosition(0, 1);
   slaves.LearnAlias(a, 0, 2);
@@ -165,7 +165,7 @@ TEST(SlaveSet, SlavesMetByStationTakeTheFreePlacesInOrderOfTheirAddresses) {
   EXPECT_FALSE(slaves.PlaceByStation(3, 5)) << "nobody is left";
 }
 
-TEST(SlaveSet, NobodyIsPlacedBeforeAllSlavesAreMet) {
+TEST(SlaveSet, NoSlaveIsPlacedBeforeAllAreMet) {
   SlaveSet slaves;
   const SlaveId one = slaves.AddAtStation(0x1001, 1);
   slaves.AddAtStation(0x1002, 2);

@@ -11,7 +11,7 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
 /// Makes the outbound copies look as they do behind `upstream` slaves that all take part.
-std::vector<Packet> BehindSlaves(const Trace& trace, std::uint16_t upstream) {
+std::vector<Packet> IsTappedAfterSlaves(const Trace& trace, std::uint16_t upstream) {
   std::vector<Packet> packets = trace.Packets();
   for (Packet& packet : packets) {
     if ((packet.bytes[6] & 2U) != 0) continue;
@@ -41,7 +41,7 @@ TEST(Tap, BetweenSlavesFromTheStart) {
   }
   for (int i = 0; i < 20; ++i)
     trace.After(1000).Lrw(0x1000, Bytes(8, 0), Bytes(8, 1)).Index(static_cast<std::uint8_t>(i % 4));
-  const Paired result = PairUp(BehindSlaves(trace, 1));
+  const Paired result = PairUp(IsTappedAfterSlaves(trace, 1));
   EXPECT_EQ(result.statistics.paired, 27U);
   EXPECT_EQ(result.statistics.lost, 0U);
   EXPECT_EQ(result.statistics.unmatched_returned, 0U);
@@ -58,21 +58,21 @@ TEST(Tap, MidRunBeginsWithAReturn) {
           trace.After(1000).Lrw(0x1000, Bytes(8, 0), Bytes(8, 1)).Index(static_cast<std::uint8_t>(i % indices));
       if (i == 0) frame.ReturnedOnly();
     }
-    const Paired result = PairUp(BehindSlaves(trace, 1));
+    const Paired result = PairUp(IsTappedAfterSlaves(trace, 1));
     EXPECT_EQ(result.statistics.paired, 99U) << indices;
     EXPECT_EQ(result.statistics.lost, 0U) << indices;
-    EXPECT_EQ(result.statistics.frames().undecided_total() + result.statistics.under_way, 1U) << indices;
+    EXPECT_EQ(result.statistics.frames().undecided_total() + result.statistics.in_flight, 1U) << indices;
   }
 }
 
-TEST(Tap, LossesBehindSlavesAreSeen) {
+TEST(Tap, LossesAfterSlavesAreSeen) {
   Trace trace;
   trace.Slaves(2);
   for (int i = 0; i < 100; ++i) {
     auto& frame = trace.After(1000).Lrw(0x1000, Bytes(8, 0), Bytes(8, 1)).Index(static_cast<std::uint8_t>(i % 16));
     if (i == 50) frame.Lost().Mark("lost");
   }
-  const Paired result = PairUp(BehindSlaves(trace, 1));
+  const Paired result = PairUp(IsTappedAfterSlaves(trace, 1));
   EXPECT_THAT(result.log.Only("lost"), ElementsAre("lost " + std::to_string(trace.Sent("lost"))));
 }
 
@@ -95,10 +95,10 @@ TEST(Tap, WhatOnlySlavesBeforeItAnswerComesBackAsItPassed) {
   EXPECT_EQ(result.statistics.paired, 120U);
   EXPECT_EQ(result.statistics.outbound, 120U);
   EXPECT_EQ(result.statistics.lost, 0U);
-  EXPECT_EQ(result.statistics.frames().undecided_total() + result.statistics.under_way, 0U);
+  EXPECT_EQ(result.statistics.frames().undecided_total() + result.statistics.in_flight, 0U);
 }
 
-TEST(Tap, BehindASingleSlaveThatFewFramesCount) {
+TEST(Tap, AfterASingleSlaveThatFewFramesCount) {
   // A start-up asks each of the others more than the one before the tap.
   std::string lines;
   int index = 0;

@@ -23,34 +23,34 @@ using test::PairUp;
 constexpr PacketRange kAll;
 
 /// What came out of a reader, and the counters of Pairing at its end.
-struct Heard {
+struct Received {
   PairingLog log;
   PairingStatistics statistics;
   std::vector<FrameNo> packets;
   std::size_t ends = 0;  ///< steps without a packet
 };
 
-Heard Listen(TrafficReader& reader) {
-  Heard heard;
+Received Listen(TrafficReader& reader) {
+  Received received;
   wire::FrameView packet;
   while (const Traffic* traffic = reader.Next()) {
     for (std::size_t i = 0; i < traffic->size(); ++i) {
       traffic->Restore(i, packet);
       if (packet.ref().seen()) {
-        heard.packets.push_back(packet.ref().number);
+        received.packets.push_back(packet.ref().number);
       } else {
-        ++heard.ends;
+        ++received.ends;
       }
-      traffic->Replay(i, packet, heard.log);
-      heard.statistics = traffic->StatisticsBehind(i);
+      traffic->Replay(i, packet, received.log);
+      received.statistics = traffic->StatisticsAfter(i);
     }
   }
   EXPECT_EQ(reader.Next(), nullptr) << "the end is told again and again";
-  EXPECT_EQ(heard.ends, 1U);
-  return heard;
+  EXPECT_EQ(received.ends, 1U);
+  return received;
 }
 
-Heard Listen(capture::FrameSource& source, Ahead ahead, const PacketRange& range = kAll) {
+Received Listen(capture::FrameSource& source, Ahead ahead, const PacketRange& range = kAll) {
   TrafficReader reader(source, range, nullptr, ahead);
   return Listen(reader);
 }
@@ -86,10 +86,10 @@ void ExpectSame(const PairingStatistics& a, const PairingStatistics& b) {
   EXPECT_EQ(a.duplicated, b.duplicated);
   EXPECT_EQ(a.altered, b.altered);
   EXPECT_EQ(a.undecided, b.undecided);
-  EXPECT_EQ(a.under_way, b.under_way);
+  EXPECT_EQ(a.in_flight, b.in_flight);
 }
 
-TEST(TrafficReader, TellsWhatPairingTellsInTheSameOrder) {
+TEST(TrafficReader, RepeatsTheCallsOfPairingInTheSameOrder) {
   const std::vector<Packet> packets = RoughTraffic(4'000);
   const test::Paired expected = PairUp(packets, 257);
   ASSERT_FALSE(expected.log.Only("lost").empty());
@@ -97,13 +97,13 @@ TEST(TrafficReader, TellsWhatPairingTellsInTheSameOrder) {
   ASSERT_FALSE(expected.log.Only("malformed").empty());
   for (const Ahead ahead : {Ahead::kNo, Ahead::kYes}) {
     MemorySource source(packets);
-    const Heard heard = Listen(source, ahead);
-    EXPECT_EQ(heard.packets.size(), packets.size());
-    EXPECT_EQ(heard.log.words, expected.log.words);
-    EXPECT_EQ(heard.log.sent, expected.log.sent);
-    EXPECT_EQ(heard.log.doubtful, expected.log.doubtful);
-    EXPECT_EQ(heard.log.directions, expected.log.directions);
-    ExpectSame(heard.statistics, expected.statistics);
+    const Received received = Listen(source, ahead);
+    EXPECT_EQ(received.packets.size(), packets.size());
+    EXPECT_EQ(received.log.words, expected.log.words);
+    EXPECT_EQ(received.log.sent, expected.log.sent);
+    EXPECT_EQ(received.log.doubtful, expected.log.doubtful);
+    EXPECT_EQ(received.log.directions, expected.log.directions);
+    ExpectSame(received.statistics, expected.statistics);
   }
 }
 
@@ -184,17 +184,17 @@ TEST(TrafficReader, HandsOverAPacketBeforeItReadsTheNext) {
   EXPECT_EQ(handed_over, packets.size());
 }
 
-TEST(TrafficReader, ReadsNoPacketBehindTheRange) {
+TEST(TrafficReader, ReadsNoPacketAfterTheRange) {
   const std::vector<Packet> packets = RoughTraffic(3'000);
   for (const Ahead ahead : {Ahead::kNo, Ahead::kYes}) {
     MemorySource source(packets);
     PacketRange range;
     range.from_frame = 1'001;
     range.to_frame = 1'500;
-    const Heard heard = Listen(source, ahead, range);
-    ASSERT_EQ(heard.packets.size(), 500U);
-    EXPECT_EQ(heard.packets.front(), 1'001U);
-    EXPECT_EQ(heard.packets.back(), 1'500U);
+    const Received received = Listen(source, ahead, range);
+    ASSERT_EQ(received.packets.size(), 500U);
+    EXPECT_EQ(received.packets.front(), 1'001U);
+    EXPECT_EQ(received.packets.back(), 1'500U);
     EXPECT_EQ(source.info().packets, 1'501U) << "one more tells that the range has ended";
   }
 }
@@ -205,15 +205,15 @@ TEST(TrafficReader, TakesTheRangeInSecondsFromTheFirstPacket) {
   PacketRange range;
   range.from_s = 0.0100;
   range.to_s = 0.0195;
-  const Heard heard = Listen(source, Ahead::kNo, range);
-  ASSERT_FALSE(heard.packets.empty());
+  const Received received = Listen(source, Ahead::kNo, range);
+  ASSERT_FALSE(received.packets.empty());
   const TimeNs first = packets.front().time;
-  for (const FrameNo number : heard.packets) {
+  for (const FrameNo number : received.packets) {
     const TimeNs at = packets[static_cast<std::size_t>(number - 1)].time - first;
     EXPECT_GE(at, 10'000'000);
     EXPECT_LE(at, 19'500'000);
   }
-  EXPECT_GE(heard.packets.size(), 18U);
+  EXPECT_GE(received.packets.size(), 18U);
 }
 
 /// `count` packets without EtherCAT, the n-th with n % 1500 bytes.
@@ -243,7 +243,7 @@ class Counting final : public capture::FrameSource {
   std::vector<std::uint8_t> bytes_;
 };
 
-TEST(TrafficReader, TellsHowFarItIsAlsoWhereNoPacketIsInTheRange) {
+TEST(TrafficReader, ShowsHowFarItIsAlsoWhereNoPacketIsInTheRange) {
   for (const Ahead ahead : {Ahead::kNo, Ahead::kYes}) {
     Counting source(300'000, ReadStatus::kEnd);
     PacketRange range;

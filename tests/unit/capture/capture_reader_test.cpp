@@ -41,7 +41,7 @@ TEST(OpenCapture, PlainAndCompressedFilesAlike) {
   }
 }
 
-TEST(OpenCapture, TellsHowFarItIs) {
+TEST(OpenCapture, ShowsHowFarItIs) {
   const TempFolder folder;
   const Bytes bytes = SmallCapture(20'000);
   auto source = OpenCapture(folder.Write("x.pcapng", bytes));
@@ -53,7 +53,7 @@ TEST(OpenCapture, TellsHowFarItIs) {
   EXPECT_EQ((*source)->bytes_read(), bytes.size());
 }
 
-TEST(OpenCapture, SaysInOneLineWhyAFileDoesNotOpen) {
+TEST(OpenCapture, ReportsInOneLineWhyAFileDoesNotOpen) {
   const TempFolder folder;
   const std::string missing = folder.Path("missing.pcap");
   EXPECT_EQ(ReadFile(missing).error, "no such file: " + missing);

@@ -17,7 +17,7 @@ Bytes FrameBehind(std::size_t other) {
   return bytes;
 }
 
-TEST(EtherCatTraces, AFrameBehindWhateverAnUnknownLinkTypePutsInFront) {
+TEST(EtherCatTraces, AFrameAfterWhateverAnUnknownLinkTypePutsInFront) {
   for (const std::size_t other : {std::size_t{0}, std::size_t{4}, std::size_t{23}, std::size_t{64}}) {
     EXPECT_TRUE(HoldsEtherCat(FrameBehind(other))) << other;
   }

@@ -95,18 +95,18 @@ TEST(InputStream, SeveralMembersAndFramesAreOneStream) {
   EXPECT_EQ(read.error, "");
 }
 
-TEST(InputStream, ZerosBehindGzipArePadding) {
+TEST(InputStream, ZerosAfterGzipArePadding) {
   const Bytes a = Sample(1000);
   const Read read = ReadMemory(Concat(Gzip(a), Bytes(512)));
   EXPECT_EQ(read.bytes, a);
   EXPECT_EQ(read.error, "");
 }
 
-TEST(InputStream, SomethingElseBehindTheCompressedData) {
+TEST(InputStream, SomethingElseAfterTheCompressedData) {
   const Bytes a = Sample(1000);
   const Read gzip = ReadMemory(Concat(Gzip(a), {'t', 'e', 'x', 't', '!'}));
   EXPECT_EQ(gzip.bytes, a);
-  EXPECT_EQ(gzip.error, "there is something else behind the gzip data");
+  EXPECT_EQ(gzip.error, "the gzip data are followed by other data");
   const Read zstd = ReadMemory(Concat(Zstd(a), {'t', 'e', 'x', 't', '!'}));
   EXPECT_EQ(zstd.bytes, a);
   EXPECT_TRUE(zstd.error.starts_with("the zstd data are damaged")) << zstd.error;
@@ -243,7 +243,7 @@ TEST(InputStream, APipeInSmallPieces) {
   writer.join();
 }
 
-TEST(InputStream, AFileThatCannotBeReadOnSaysWhy) {
+TEST(InputStream, AFileThatCannotBeReadOnReportsWhy) {
   const TempFolder folder;
   const int fd = ::open(folder.Path(".").c_str(), O_RDONLY | O_DIRECTORY);
   ASSERT_GE(fd, 0);

@@ -171,7 +171,7 @@ TEST(Pcap, CompressedAndCutNamesTheCompression) {
   EXPECT_EQ(cut.damage(), "the gzip data end early, after packet " + std::to_string(cut.frames.size()));
 }
 
-TEST(Pcap, WrongChecksumBehindTheLastPacketIsDamage) {
+TEST(Pcap, WrongChecksumAfterTheLastPacketIsDamage) {
   Bytes gzip = Gzip(PcapBytes(kMicroseconds).Packet(1, 1, kPcapSourceData).bytes());
   gzip[gzip.size() - 6] ^= 1U;
   const WholeCapture capture = ReadPcap(gzip);

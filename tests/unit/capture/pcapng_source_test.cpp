@@ -155,7 +155,7 @@ TEST(Pcapng, ObsoletePacketsAndTheirDropCounts) {
   EXPECT_EQ(capture.info.interfaces[1].dropped, 7U);
 }
 
-TEST(Pcapng, DropCountsThatNobodyCanHaveCountedDoNotWrap) {
+TEST(Pcapng, ImpossibleDropCountsDoNotWrap) {
   constexpr std::uint64_t kAll = ~std::uint64_t{0};
   PcapngBytes file;
   file.Section().Interface().Interface();
@@ -353,7 +353,7 @@ std::vector<Broken> BrokenFiles() {
   };
 }
 
-TEST(Pcapng, DamageEndsReadingBehindTheGoodPackets) {
+TEST(Pcapng, DamageEndsReadingAfterTheGoodPackets) {
   for (const Broken& broken : BrokenFiles()) {
     PcapngBytes file = Plain().Enhanced(0, 1, kPcapngSourceData);
     const std::size_t good = file.bytes().size();

@@ -204,7 +204,7 @@ TEST(SharedCaptures, DamagedFilesAreReadUpToTheDamage) {
   }
 }
 
-TEST(SharedCaptures, WhatIsNoCaptureSaysSo) {
+TEST(SharedCaptures, WhatIsNoCaptureReportsIt) {
   SKIP_WITHOUT_CAPTURES();
   const auto error = [](const std::string& name) {
     const std::string path = SharedCapture("lab/" + name);

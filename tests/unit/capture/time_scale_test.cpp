@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::uint64_t kTicks = 123456789012345678;
 
-TEST(TimeScale, MicrosecondsUnlessTheFileSaysOtherwise) {
+TEST(TimeScale, MicrosecondsUnlessTheFileReportsOtherwise) {
   EXPECT_EQ(TimeScale().ToNs(1'795'230'943'188'860), 1'795'230'943'188'860'000);
   EXPECT_EQ(TimeScale().resolution_ns(), 1000);
 }

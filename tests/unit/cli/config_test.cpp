@@ -34,7 +34,7 @@ std::string ErrorOf(std::string_view content) {
   return message.starts_with(prefix) ? message.substr(prefix.size()) : "no path: " + message;
 }
 
-TEST(Config, SaysWhatIsWrong) {
+TEST(Config, ReportsWhatIsWrong) {
   EXPECT_EQ(ErrorOf(R"({"rule": {}})"), ": unknown key 'rule' (did you mean 'rules'?)");
   EXPECT_EQ(ErrorOf(R"({"colour": 1})"), ": unknown key 'colour'");
   EXPECT_EQ(ErrorOf(R"({"rules": ["a"]})"), ": 'rules' must be an object");
@@ -49,7 +49,7 @@ TEST(Config, SaysWhatIsWrong) {
   EXPECT_EQ(ErrorOf("[]"), ": the document must be an object");
 }
 
-TEST(Config, SaysWhereJsonEnds) {
+TEST(Config, ReportsWhereJsonEnds) {
   EXPECT_EQ(ErrorOf("{\n  \"rules\": {,}\n}"), ":2:13: not valid JSON");
   EXPECT_EQ(ErrorOf(""), ":1:1: not valid JSON");
 }

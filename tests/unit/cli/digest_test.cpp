@@ -61,7 +61,7 @@ TEST(Digest, ReportsReadBackGiveTheSame) {
   }
 }
 
-TEST(Digest, SaysWhatWasLookedAtAndWhatWasNotJudged) {
+TEST(Digest, ReportsWhatWasLookedAtAndWhatWasNotEvaluated) {
   CaptureReport capture = Awkward();
   EXPECT_EQ(Text(capture.selection), "--slave 0 --slave 0x1001 --interface 1 --from 0.0001 --from #7 --to 1000000");
   EXPECT_EQ(HeadlinePartsOf(DigestOf(capture)).verdict, "NOT-JUDGED");
@@ -87,7 +87,7 @@ TEST(Digest, FindingsNameTheLastSlaveAtTheirPosition) {
   EXPECT_LT(finding.place.size(), 1100U) << "each finding repeats it";
 }
 
-TEST(Digest, CapturesAreOrderedByAllThatIsToldOfThem) {
+TEST(Digest, CapturesAreOrderedByAllThatIsReportedOfThem) {
   const CaptureDigest one = DigestOf(RefusedSafeop());
   CaptureDigest other = one;
   other.report = "elsewhere.json";

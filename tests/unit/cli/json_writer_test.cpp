@@ -121,7 +121,7 @@ StartupStep NamedStep(std::string name, FrameNo frame) {
   return step;
 }
 
-TEST(JsonWriter, StepsThatSlavesHaveAlikeAreToldOnce) {
+TEST(JsonWriter, StepsThatSlavesHaveAlikeAreReportedOnce) {
   CaptureReport capture;
   for (const FrameNo frame : {10U, 20U, 30U}) {
     SlaveSummary& slave = capture.result.slaves.emplace_back();

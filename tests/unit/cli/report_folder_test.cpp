@@ -37,7 +37,7 @@ TEST(FileList, NamesOfCaptures) {
   }
 }
 
-TEST(FileList, RingBuffersAreToldByTheirNames) {
+TEST(FileList, RingBuffersAreRecognisedByTheirNames) {
   using Groups = std::vector<std::vector<std::string>>;
   const std::vector<std::string> files{"a/t_00001_20190501120000.pcapng",
                                        "a/t_00002_20190501130000.pcapng",

@@ -40,7 +40,7 @@ TEST(Requirements, EachPartIsRead) {
   EXPECT_FALSE(Requirements{}.any());
 }
 
-TEST(Requirements, WhatIsWrongIsSaidInOneLine) {
+TEST(Requirements, WhatIsWrongIsReportedInOneLine) {
   const auto error_of = [](std::string_view text) {
     const auto required = ParseRequirements(text);
     return required ? std::string() : required.error().message;
@@ -49,7 +49,7 @@ TEST(Requirements, WhatIsWrongIsSaidInOneLine) {
   EXPECT_EQ(error_of("slaves=x"), "--require is 'slaves=x' but slaves must be a number of slaves" + example);
   EXPECT_EQ(error_of("state=RUN"),
             "--require is 'state=RUN' but state must be INIT, PREOP, BOOT, SAFEOP or OP" + example);
-  EXPECT_EQ(error_of("judged,judged"), "--require is 'judged,judged' but judged stands twice" + example);
+  EXPECT_EQ(error_of("judged,judged"), "--require is 'judged,judged' but judged appears twice" + example);
   EXPECT_EQ(error_of("judged,"), "--require is 'judged,' but it ends with a comma" + example);
   for (const char* text : {"", "slaves", "slaves=", "slaves=-1", "slaves=70000", "state=", "judged=yes",
                            "state=OP;judged", "slaves=1,,judged", "slaves=1,slaves=1", "state=OP,state=OP"}) {

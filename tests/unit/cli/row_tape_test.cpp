@@ -55,7 +55,7 @@ TEST(RowTape, ManyRowsLieInAFile) {
   ExpectBack(tape, 3);
 }
 
-TEST(RowTape, SaysThatThereCanBeNoFile) {
+TEST(RowTape, ReportsThatThereCanBeNoFile) {
   ASSERT_EQ(::setenv("TMPDIR", "/nonexistent", 1), 0);
   RowTape tape;
   for (int i = 0; i < 100'000; ++i) {

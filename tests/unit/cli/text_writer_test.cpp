@@ -47,7 +47,7 @@ std::size_t LineWith(const std::vector<std::string>& lines, const std::string& p
   return static_cast<std::size_t>(at - lines.begin());
 }
 
-TEST(TextWriter, FirstLineSaysWhatMattersMost) {
+TEST(TextWriter, FirstLineReportsWhatMattersMost) {
   EXPECT_EQ(Headline(RefusedSafeop()),
             "FAIL akd.pcapng: slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d (frame 760)");
   EXPECT_THAT(WrittenText(RefusedSafeop()),
@@ -191,7 +191,7 @@ TEST(TextWriter, LongStoriesAreShortened) {
   EXPECT_THAT(text, Not(HasSubstr("PREOP #500 ")));
 }
 
-TEST(TextWriter, AlikeQuietSlavesAreToldOnce) {
+TEST(TextWriter, AlikeQuietSlavesAreReportedOnce) {
   CaptureReport capture = RefusedSafeop();
   for (SlaveId id = 100; id < 139; ++id) {
     capture.result.slaves.push_back(
@@ -265,7 +265,7 @@ TEST(TextWriter, SeveralCapturesEndWithASum) {
   EXPECT_THAT(WriteText(report, {}), HasSubstr("\nFAIL 2 captures, 1 failed: 1 error, 0 warnings, 0 infos\n"));
 }
 
-TEST(TextWriter, DamageIsSaid) {
+TEST(TextWriter, DamageIsReported) {
   CaptureReport capture = RefusedSafeop();
   capture.result.capture.complete = false;
   capture.result.capture.file.damage = capture::Damage{"file ends inside packet 812", 4711, 811};

@@ -131,7 +131,7 @@ TEST(EniReader, ReadsWhatIsCopiedFromSlaveToSlave) {
   EXPECT_EQ(config.OutputAt(240, 16), "Drive 2 (AKD).Position.Control word");
 }
 
-TEST(EniReader, TellsHowLongTheMasterWaits) {
+TEST(EniReader, ShowsHowLongTheMasterWaits) {
   const EniConfig config = ReadConfig();
   const StateTimeouts waits = config.slaves.at(1).Waits();
   EXPECT_EQ(waits.preop, 3'000'000'000);

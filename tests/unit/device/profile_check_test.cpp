@@ -31,7 +31,7 @@ TEST(ProfileCheck, BuiltInProfilesHaveNoMistake) {
   }
 }
 
-TEST(ProfileCheck, GoesOnBehindEachMistake) {
+TEST(ProfileCheck, GoesOnAfterEachMistake) {
   EXPECT_THAT(
       Lines(",\n\"limits\": [{\"name\": 1},\n{\"name\": \"a\", \"value\": \"b\", \"source\": \"D\"},\n"
             "{\"name\": \"a\", \"value\": \"b\", \"source\": \"\"},\n{}],\n\"what\": 1"),

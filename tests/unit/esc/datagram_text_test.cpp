@@ -39,7 +39,7 @@ TEST(DescribeDatagram, ReadsSayNothingUntilTheyReturn) {
 TEST(DescribeDatagram, Writes) {
   EXPECT_EQ(Describe(Command::FPWR, 0x0120, {0x04, 0}, 0, false), "AL Control: SAFEOP");
   EXPECT_EQ(Describe(Command::FPWR, 0x0120, {0x04, 0}, 1, true), "AL Control: SAFEOP");
-  EXPECT_EQ(Describe(Command::BWR, 0x0120, {0x11, 0}, 0, true), "AL Control: INIT, acknowledge (not taken)");
+  EXPECT_EQ(Describe(Command::BWR, 0x0120, {0x11, 0}, 0, true), "AL Control: INIT, acknowledge (not accepted)");
 }
 
 TEST(DescribeDatagram, BroadcastReadsAreOred) {

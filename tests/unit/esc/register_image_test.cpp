@@ -38,7 +38,7 @@ TEST(RegisterImage, TheLeastCertainByteCounts) {
   EXPECT_EQ(image.Value<std::uint16_t>(0x0100, Certainty::kObserved), 0x3412U);
 }
 
-TEST(RegisterImage, PartlyUnknownReadGivesZerosAndSaysSo) {
+TEST(RegisterImage, PartlyUnknownReadGivesZerosAndReportsIt) {
   RegisterImage image;
   image.Write(0x0901, ByteSpan(kBytes).first(2), Certainty::kObserved);
   std::array<std::uint8_t, 4> out = {0xEE, 0xEE, 0xEE, 0xEE};

@@ -298,7 +298,7 @@ TEST(SiiCategories, ErasedEeproms) {
   EXPECT_THAT(zeros.categories, IsEmpty());
 }
 
-TEST(SiiCategories, LengthBehindTheImage) {
+TEST(SiiCategories, LengthAfterTheImage) {
   SiiBuilder builder;
   builder.Words({41, 0xFFFF});
   const SiiContents contents = builder.Parse();
@@ -307,7 +307,7 @@ TEST(SiiCategories, LengthBehindTheImage) {
   EXPECT_THAT(contents.categories, IsEmpty());
 }
 
-TEST(SiiCategories, RecordsBehindTheCategory) {
+TEST(SiiCategories, RecordsAfterTheCategory) {
   // A PDO that promises more entries than there is room for; the one before it stays.
   const SiiContents pdos =
       SiiBuilder().Category(50, {0x00, 0x1A, 0, 3, 0, 0, 0, 0, 0x01, 0x1A, 9, 3, 0, 0, 0, 0}).Words({0xFFFF}).Parse();

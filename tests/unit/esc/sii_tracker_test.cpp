@@ -99,7 +99,7 @@ TEST_F(SiiAssemblerTest, CommandPollData) {
   EXPECT_EQ(assembler_.image().DoubleWord(8), 0x6AU);
 }
 
-TEST_F(SiiAssemblerTest, EightBytesOnlyWhenTheStatusSaysSo) {
+TEST_F(SiiAssemblerTest, EightBytesOnlyWhenTheStatusReportsIt) {
   Write(0x0502, {0x00, 0x01, 0x10, 0x00, 0x00, 0x00});
   Read(0x0502, {0x40, 0x00});
   Read(0x0508, {1, 0, 2, 0, 3, 0, 4, 0});
@@ -294,7 +294,7 @@ TEST_F(SiiAssemblerTest, ForgetKeepsTheImage) {
   EXPECT_FALSE(assembler_.status());
 }
 
-TEST_F(SiiAssemblerTest, AddressesBehindTheImageAreReportedButNotKept) {
+TEST_F(SiiAssemblerTest, AddressesAfterTheImageAreReportedButNotKept) {
   Write(0x0502, {0x00, 0x01, 0xFF, 0xFF, 0x00, 0x00});
   Read(0x0502, {0x00, 0x00});
   Read(0x0508, {1, 1, 2, 2});

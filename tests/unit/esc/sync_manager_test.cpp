@@ -113,7 +113,7 @@ TEST(SyncManager, OverlapCountsThreeBuffers) {
   EXPECT_FALSE(outputs.Overlaps({0x1140, 0, 0x20, 0, 1, 0}));
 }
 
-TEST(SyncManager, EndBehindTheAddressSpace) {
+TEST(SyncManager, EndAfterTheAddressSpace) {
   const SyncManager sm{0xFFFF, 0xFFFF, 0x00, 0, 1, 0};
   EXPECT_EQ(sm.end(), 0x1FFFEU);
   EXPECT_EQ(sm.occupied_bytes(), 0x2FFFDU);

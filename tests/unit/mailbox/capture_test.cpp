@@ -412,7 +412,7 @@ TEST(LabTransfers, TimeoutWithAFullMailbox) {
   EXPECT_EQ(u.request.frame.number, 275U);
   EXPECT_EQ(u.request.index, 0x1018);
   EXPECT_EQ(u.request.subindex, 1);
-  EXPECT_TRUE(u.not_taken);  // SM0 stays full
+  EXPECT_TRUE(u.not_accepted);  // SM0 stays full
   EXPECT_FALSE(u.read_lost);
   const json truth = ReadTruth("lab/mailbox-timeout");
   const auto reads = Number(truth["capture_check"]["register_accesses_outbound"]["FPRD 0x080d len 1"]);
@@ -449,7 +449,7 @@ TEST(LabTransfers, LostMailboxReadAndRepeatRequest) {
   ASSERT_EQ(run.events.unanswered.size(), 1U);
   EXPECT_TRUE(run.events.unanswered[0].read_lost);
   EXPECT_EQ(run.events.unanswered[0].request.frame.number, 291U);
-  EXPECT_FALSE(run.events.unanswered[0].not_taken);
+  EXPECT_FALSE(run.events.unanswered[0].not_accepted);
   EXPECT_TRUE(run.events.unexpected.empty());
 }
 

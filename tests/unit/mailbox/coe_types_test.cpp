@@ -115,7 +115,7 @@ TEST(CoeTypes, Guid) {
   EXPECT_EQ(Format(DataType::kGuid, "00112233 4455 6677 8899 aabbccddeeff"), "33221100-5544-7766-8899-aabbccddeeff");
 }
 
-TEST(CoeTypes, WhatTheTypeDoesNotTellTheLengthTells) {
+TEST(CoeTypes, WhatTheTypeDoesNotShowTheLengthShows) {
   EXPECT_EQ(Format(DataType::kUnknown, ""), "");
   EXPECT_EQ(Format(DataType::kUnknown, "4f"), "0x4f");
   EXPECT_EQ(Format(DataType::kUnknown, "0417"), "0x1704");

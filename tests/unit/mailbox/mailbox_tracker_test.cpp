@@ -278,7 +278,7 @@ TEST_F(OvertakenRequest, IsTakenForWrittenOnceItIsAnswered) {
   EXPECT_TRUE(sink_.unexpected.empty());
 }
 
-TEST_F(OvertakenRequest, IsToldOnce) {
+TEST_F(OvertakenRequest, IsReportedOnce) {
   for (const Acceptance end : {Acceptance::kUnknown, Acceptance::kAccepted}) {
     Overtake(request_);
     Read(Padded(Coe(1, kAnswer)));
@@ -318,7 +318,7 @@ TEST_F(OvertakenRequest, IsNotProvenOnceItsEndIsKnown) {
   EXPECT_EQ(tracker_.counters().requests, 0U);
 }
 
-TEST_F(OvertakenRequest, IsOldBehindALaterOne) {
+TEST_F(OvertakenRequest, IsOldAfterALaterOne) {
   Overtake(request_);
   Write(Padded(Coe(2, "0020 4018100100000000")));
   Read(Padded(Coe(1, "0030 431810016a000000")));
@@ -450,12 +450,12 @@ TEST_F(MailboxTrackerTest, RequestWithoutAnswer) {
   EXPECT_EQ(u.polls, 3U);
   EXPECT_EQ(u.first_poll.number, 15U);
   EXPECT_EQ(u.last_poll.number, 19U);
-  EXPECT_TRUE(u.not_taken);
+  EXPECT_TRUE(u.not_accepted);
   tracker_.Finish();
   ASSERT_EQ(sink_.unanswered.size(), 2U);
   EXPECT_EQ(sink_.unanswered[1].end, MailboxUnanswered::End::kCaptureEnd);
   EXPECT_EQ(sink_.unanswered[1].polls, 0U);
-  EXPECT_FALSE(sink_.unanswered[1].not_taken);
+  EXPECT_FALSE(sink_.unanswered[1].not_accepted);
   EXPECT_EQ(tracker_.counters().unanswered, 2U);
 }
 

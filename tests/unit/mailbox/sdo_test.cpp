@@ -124,7 +124,7 @@ TEST(Sdo, AbortsByTheirTopThreeBits) {
   }
 }
 
-TEST(Sdo, AbortCodeBehindTheSizeOfTheRequest) {
+TEST(Sdo, AbortCodeAfterTheSizeOfTheRequest) {
   // sdo-mix packet 588: KickCAT leaves the size of the download where the code belongs
   const SdoMessage message = Parse("81 ff 60 00 08 00 00 00 10 00 07 06 45 46 47 48", Direction::kIn);
   EXPECT_EQ(message.abort_code, 8U);

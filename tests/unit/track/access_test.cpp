@@ -75,7 +75,7 @@ TEST(Access, ClockTimeIsReadByTheAddressedSlave) {
   EXPECT_THAT(d.log->accesses.back().written, IsEmpty()) << "the addressed slave only reads";
 }
 
-TEST(Access, ClockTimeThatNobodyRead) {
+TEST(Access, ClockTimeThatWasNotRead) {
   // The others counted, the addressed one did not: the data are those of the master.
   const Decoded d = Decode(R"(
 @slaves 3

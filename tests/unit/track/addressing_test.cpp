@@ -57,7 +57,7 @@ TEST(Addressing, OutboundOnlyIsAssumed) {
   EXPECT_THAT(d.log->Only("state"), IsEmpty());
 }
 
-TEST(Addressing, TapBehindTheFirstSlave) {
+TEST(Addressing, TapAfterTheFirstSlave) {
   // The outbound copies have passed one slave: addresses of positions and the broadcast are one further.
   Trace trace = *Trace::Parse("@slaves 3\n" + std::string(kScan) + "+1ms BRD 0x0000 11 00 times=20\n");
   std::vector<Packet> packets = trace.Packets();
@@ -87,7 +87,7 @@ TEST(Addressing, WhatAMasterSendsInTheAddressOfBroadcastsIsItsAffair) {
   EXPECT_EQ(*d.network().slave_count().if_observed(), 3);
 }
 
-TEST(Addressing, ReadsPastTheLastSlaveMeetNobody) {
+TEST(Addressing, ReadsPastTheLastSlaveMeetNoSlave) {
   // Masters scan until nobody answers (esc-reference 14).
   const Decoded d =
       Decode("@slaves 2\n+1ms BRD 0x0000 11 00\n+1ms APRD 2:0x0000 00 00 wkc=0\n+1ms APRD 3:0x0110 00 00 wkc=0\n");
@@ -98,7 +98,7 @@ TEST(Addressing, ReadsPastTheLastSlaveMeetNobody) {
   EXPECT_EQ(d.log->answers[1].wkc, 0);
 }
 
-TEST(Addressing, AStationNobodyAnswersAtIsNoSlave) {
+TEST(Addressing, AStationWithoutAnswerIsNoSlave) {
   const Decoded d = Decode("+1ms FPRD 0x1001:0x0130 00 00 wkc=0\n+1ms FPRD 0x1001:0x0130 02 00 wkc=1\n");
   ASSERT_EQ(d.slaves().size(), 1U);
   EXPECT_EQ(*d.slaves()[0].station.if_observed(), 0x1001);
@@ -106,7 +106,7 @@ TEST(Addressing, AStationNobodyAnswersAtIsNoSlave) {
   EXPECT_THAT(d.log->lines, ElementsAre("found 0", "state 0 ? -> 0x0002"));
 }
 
-TEST(Addressing, AddressZeroNamesNobody) {
+TEST(Addressing, AddressZeroNamesNoSlave) {
   const Decoded d = Decode("+1ms FPRD 0:0x0130 02 00 wkc=3\n+1ms FPWR 0:0x0120 02 00 wkc=3\n");
   EXPECT_EQ(d.slaves().size(), 0U);
   EXPECT_THAT(d.log->accesses, IsEmpty());
@@ -123,7 +123,7 @@ TEST(Addressing, PositionOfASlaveThatWasMetByItsStation) {
   EXPECT_EQ(*d.slaves()[0].position.if_observed(), 1);
 }
 
-TEST(Addressing, RunningBusScannedAnew) {
+TEST(Addressing, RunningBusScannedAgain) {
   // SOEM starts again on a bus that was met by station addresses: everybody is met a second time, by position.
   const Decoded d = Decode(R"(
 @slaves 2
@@ -161,7 +161,7 @@ TEST(Addressing, BroadcastClearsAddresses) {
   for (const std::string& line : d.log->Only("address")) EXPECT_EQ(line.find(" as "), std::string::npos) << line;
 }
 
-TEST(Addressing, DuplicatesAreTold) {
+TEST(Addressing, DuplicatesAreReported) {
   const Decoded d = Decode("@slaves 3\n" + std::string(kScan) + "+1ms APWR 2:0x0010 01 10\n");
   EXPECT_EQ(d.log->Only("address").back(), "address 2 = 0x1001 as 0");
 }
@@ -196,7 +196,7 @@ TEST(Addressing, AliasWorksOnlyWhenEnabled) {
   EXPECT_EQ(again_off.slaves().size(), 2U);
 }
 
-TEST(Addressing, WhatTwoSlavesAnswerIsNobodysState) {
+TEST(Addressing, WhatTwoSlavesAnswerIsTheStateOfNoSlave) {
   // Working counter 2 at one station: the data may come from either.
   const Decoded d = Decode(R"(
 @slaves 2
@@ -221,7 +221,7 @@ TEST(Addressing, NeverMoreSlavesThanTheLimit) {
   EXPECT_EQ(d.slaves().size(), bus::SlaveSet::kMaxSlaves);
 }
 
-TEST(Addressing, PositionsFarBehindAreNobody) {
+TEST(Addressing, PositionsFarBeyondAreNoSlave) {
   // A counter that claims 60,000 slaves is damaged or made up.
   const Decoded d = Decode("@slaves 60000\n+1ms BRD 0x0000 11 00\n+1ms APRD 50000:0x0130 01 00 wkc=1\n");
   EXPECT_EQ(d.network().slave_count().if_known(), nullptr);

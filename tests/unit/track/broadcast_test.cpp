@@ -66,7 +66,7 @@ TEST(Broadcast, SeveralStates) {
   EXPECT_THAT(StatesAfter("+1ms BRD 0x0130 03 00\n", "forgotten"), IsEmpty());
 }
 
-TEST(Broadcast, SomebodysErrorBit) {
+TEST(Broadcast, ErrorBitOfOneSlave) {
   EXPECT_THAT(StatesAfter("+1ms BRD 0x0130 14 00\n"), ElementsAre("state 0 0x0002 -> 0x0004 (error bit of somebody)",
                                                                   "state 1 0x0002 -> 0x0004 (error bit of somebody)",
                                                                   "state 2 0x0002 -> 0x0004 (error bit of somebody)"));
@@ -84,7 +84,7 @@ TEST(Broadcast, WhatTheMasterSentSetProvesNothing) {
   EXPECT_THAT(StatesAfter("+1ms BRD 0x0130 08 00 -> 08 00\n"), IsEmpty());
 }
 
-TEST(Broadcast, OfAnotherProgramTellsOfSlavesThatAnswerItOnly) {
+TEST(Broadcast, OfAnotherProgramConcernsSlavesThatAnswerItOnly) {
   constexpr std::string_view kOther = "@mac 00:0a:35:01:02:03\n";
   constexpr std::string_view kPoll = "+1ms BRD 0x0130 04 00\n";
   EXPECT_THAT(StatesAfter(std::string(kOther) + std::string(kPoll)), IsEmpty()) << "three slaves, but of which bus?";
@@ -93,7 +93,7 @@ TEST(Broadcast, OfAnotherProgramTellsOfSlavesThatAnswerItOnly) {
       << "one slave answered both";
 }
 
-TEST(Broadcast, TheCountOfAnotherProgramPlacesNobody) {
+TEST(Broadcast, TheCountOfAnotherProgramPlacesNoSlave) {
   const Decoded d = Decode(R"(
 @slaves 1
 @mac 00:0a:35:01:02:03
@@ -116,7 +116,7 @@ TEST(Broadcast, ASingleSlaveIsReadExactly) {
   EXPECT_THAT(d.log->Only("state"), ElementsAre("state 0 ? -> 0x0001", "state 0 0x0001 -> 0x0011 code 0x0017"));
 }
 
-TEST(Broadcast, OfASingleSlaveConcernsNobodyWhoLeft) {
+TEST(Broadcast, OfASingleSlaveConcernsNoSlaveThatLeft) {
   // Two of three slaves went away; what the one left says is not theirs.
   const std::vector<std::string> lines =
       Decode(ThreeInPreop() + "@slaves 1\n+1ms BRD 0x0130 14 00 00 00 1B 00\n").log->Only("state");
@@ -152,7 +152,7 @@ std::vector<std::string> PollsOf(std::string_view more, bool takes = true) {
   return {log.said.begin() + 3, log.said.end()};
 }
 
-TEST(BroadcastPoll, ToldOnceWhereEverySlaveIsAsBefore) {
+TEST(BroadcastPoll, ReportedOnceWhereEverySlaveIsAsBefore) {
   constexpr std::string_view kPoll = "+1ms BRD 0x0130 02 00\n";
   const std::string three = std::string(kPoll) + std::string(kPoll) + std::string(kPoll);
   EXPECT_THAT(PollsOf(three),
@@ -191,7 +191,7 @@ TEST(Broadcast, WriteThatSomeTook) {
   EXPECT_EQ(d.log->accesses.back().acceptance, Acceptance::kUnknown);
 }
 
-TEST(Broadcast, WriteThatNobodyTook) {
+TEST(Broadcast, WriteThatNoSlaveAccepted) {
   const Decoded d = Decode(ThreeInPreop() + "+1ms BWR 0x0420 E8 03\n+1ms BWR 0x0420 D0 07 wkc=0\n");
   for (SlaveId s = 0; s < 3; ++s) EXPECT_EQ(d.Register(s, 0x0420), "0x03e8");
   EXPECT_EQ(d.log->accesses.back().acceptance, Acceptance::kRefused);
@@ -243,7 +243,7 @@ TEST(Broadcast, WhoLeftTheBusIsNotRequested) {
 
 // --- the number of slaves -------------------------------------------------------------------------------------------
 
-TEST(SlaveCountEvent, OnlyChangesAreTold) {
+TEST(SlaveCountEvent, OnlyChangesAreReported) {
   const Decoded d = Decode(R"(
 @slaves 3
 +1ms BRD 0x0130 01 00
@@ -288,7 +288,7 @@ TEST(SlaveCountEvent, WhoComesBackWithItsAddressOrInAnotherStateThanInitHoldsWha
   }
 }
 
-TEST(SlaveCountEvent, WhoComesBackInInitOrIsSetUpAnewMayHaveBeenWithoutPower) {
+TEST(SlaveCountEvent, WhoComesBackInInitOrIsSetUpAgainMayHaveBeenWithoutPower) {
   for (const char* shows : {"+1ms APRD 2:0x0010 00 00\n", "+1ms APRD 2:0x0130 01 00\n", "+1ms APWR 2:0x0010 03 10\n",
                             "+1ms APRD 2:0x0600 00 00\n"}) {
     const Decoded d = Decode(Returned() + shows);

@@ -43,7 +43,7 @@ class EventLog final : public EventBus {
  public:
   EventLog() {
     ListenTo<SlaveFound, AddressAssigned, SlaveCount, AlRequest, AlStatusRead, AlStatusCodeRead, AlStateForgotten,
-             RunBegan, CaptureHole, LogicalAccess, Answered, FrameLost, SlaveAccess, AlRequestSent,
+             RunBegan, CaptureGap, LogicalAccess, Answered, FrameLost, SlaveAccess, AlRequestSent,
              mailbox::MailboxRepeatRequest>(Stage::kModel, *this);
   }
 
@@ -73,7 +73,7 @@ class EventLog final : public EventBus {
   void On(const RunBegan& e) {
     Say("run " + std::to_string(e.frame.number) + (e.reason == RunBegan::Reason::kClock ? " (clock)" : " (set up)"));
   }
-  void On(const CaptureHole& e) { Say((e.certain ? "hole " : "silence ") + std::to_string(e.frame.number)); }
+  void On(const CaptureGap& e) { Say((e.certain ? "hole " : "silence ") + std::to_string(e.frame.number)); }
   void On(const LogicalAccess& e) {
     Say("logical " + std::string(wire::Name(e.command)) + " " + Hex(e.address, 8) + " wkc " + std::to_string(e.wkc) +
         (e.assumed ? " assumed" : ""));

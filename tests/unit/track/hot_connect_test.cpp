@@ -69,7 +69,7 @@ TEST(HotConnect, AGroupOfTwoInTheMiddle) {
   EXPECT_EQ(PlaceOf(d, 0x1003), "2 at 4");
 }
 
-TEST(HotConnect, BehindAChangePositionsNameNobody) {
+TEST(HotConnect, AfterAChangePositionsNameNoSlave) {
   // What is read at a position may come from anybody, and what is written there may be for anybody.
   const Decoded d = Then(R"(
 @slaves 4
@@ -112,7 +112,7 @@ TEST(HotConnect, AnAliasReadByPositionShowsWhoIsThere) {
   EXPECT_EQ(d.log->Only("state").back(), "state 1 ? -> 0x0004");
 }
 
-TEST(HotConnect, OneThatLeftTheMiddleAndComesBackIsSetUpAnew) {
+TEST(HotConnect, OneThatLeftTheMiddleAndComesBackIsSetUpAgain) {
   const Decoded d = Then(R"(
 +1ms FPWR 0x1002:0x0420 E8 03
 @slaves 2
@@ -173,7 +173,7 @@ TEST(HotConnect, ANumberThatOneFrameShowsChangesNothing) {
   EXPECT_EQ(d.log->Only("state").back(), "state 2 0x0008 -> 0x0004");
 }
 
-TEST(HotConnect, ClearedAddressesBeginAnew) {
+TEST(HotConnect, ClearedAddressesBeginAgain) {
   const Decoded d = Then(R"(
 +1ms FPWR 0x1002:0x0420 E8 03
 @slaves 4

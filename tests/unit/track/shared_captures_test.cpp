@@ -208,7 +208,7 @@ TEST(LabLosses, AreExactlyTheInjectedOnes) {
   EXPECT_THAT(told->story.lost, ElementsAreArray(dropped));
 }
 
-TEST(LabDisturbances, AreToldApart) {
+TEST(LabDisturbances, AreReportedApart) {
   const fs::path folder = kCaptures / "lab";
   if (!fs::exists(folder)) GTEST_SKIP() << "the lab captures are not beside the project";
   const std::unique_ptr<Told> told = Tell(folder / "disturbed-returns.pcapng");
@@ -224,7 +224,7 @@ struct NetworkOnRealCapture {
   const char* name;
   std::uint64_t packets, outbound, returned;
   std::vector<FrameNo> lost;
-  std::uint64_t under_way;
+  std::uint64_t in_flight;
   std::uint64_t other;
   std::size_t slaves;
 };
@@ -248,7 +248,7 @@ TEST(RealCaptures, FramesAsTsharkCountsThem) {
     EXPECT_EQ(told->pipeline->statistics().other_packets, want.other) << want.name;
     EXPECT_EQ(pairing.outbound, want.outbound) << want.name;
     EXPECT_EQ(pairing.returned, want.returned) << want.name;
-    EXPECT_EQ(pairing.under_way, want.under_way) << want.name;
+    EXPECT_EQ(pairing.in_flight, want.in_flight) << want.name;
     EXPECT_EQ(pairing.unmatched_returned + pairing.foreign + pairing.duplicated + pairing.altered, 0U) << want.name;
     EXPECT_THAT(told->story.lost, ElementsAreArray(want.lost)) << want.name;
     EXPECT_EQ(told->pipeline->network().slaves().size(), want.slaves) << want.name;

@@ -111,7 +111,7 @@ TEST(Encapsulation, Udp) {
   EXPECT_EQ(view.encapsulation(), Encapsulation::kUdp);
 }
 
-TEST(Encapsulation, UdpBehindVlanAndIpOptions) {
+TEST(Encapsulation, UdpAfterVlanAndIpOptions) {
   for (std::size_t words = 1; words <= 10; ++words) {
     const Bytes ip = Ip{.options = Bytes(words * 4, 0x01)}.Encode(OneDatagram());
     const Bytes packet = Ethernet({0x81, 0x00, 0x00, 0x05, 0x08, 0x00}, ip);

@@ -50,7 +50,7 @@ TEST(EslRecord, InFrontOfTheFrame) {
   EXPECT_EQ(view.source_mac(), 0x021122334455U);
 }
 
-TEST(EslRecord, BehindTheFrame) {
+TEST(EslRecord, AfterTheFrame) {
   const Bytes packet = Behind(Record(0x2040));
   const FrameView view = Parse(packet);
   ASSERT_EQ(view.kind(), FrameKind::kEtherCat);

@@ -92,7 +92,7 @@ TEST(FrameParser, CutsEachFrameAsIfItWereTheFirst) {
 }
 
 /// A record of a probe may be behind one frame and not behind the next one, of the same length.
-TEST(FrameParser, SeesTheRecordOfAProbeBehindAFrameOfAKnownShape) {
+TEST(FrameParser, SeesTheRecordOfAProbeAfterAFrameOfAKnownShape) {
   Bytes plain = Plain(Payload(Datagrams({{.command = 12, .data = Bytes(40)}})));
   plain.resize(plain.size() + 16);
   Bytes recorded = plain;

@@ -55,7 +55,7 @@ TEST(FrameProblem, MoreWithoutDatagram) {
   ExpectProblem(Plain(Payload(last)), FrameProblem::kMoreWithoutDatagram, 1);
 }
 
-TEST(FrameProblem, MoreWithOnlyPaddingBehindIsNoDatagramOfZeros) {
+TEST(FrameProblem, MoreWithOnlyPaddingAfterIsNoDatagramOfZeros) {
   // Padding after the last datagram reads as a NOP without data (esc-reference 1.4).
   const Bytes last = DatagramBytes{.index = 1, .flags = 0x8000}.Encode();
   Bytes packet = Plain(Payload(last));
@@ -63,7 +63,7 @@ TEST(FrameProblem, MoreWithOnlyPaddingBehindIsNoDatagramOfZeros) {
   ExpectProblem(packet, FrameProblem::kMoreWithoutDatagram, 1);
 }
 
-TEST(FrameProblem, WhatTheLengthCoversBehindTheLastDatagramIsPadding) {
+TEST(FrameProblem, WhatTheLengthCoversAfterTheLastDatagramIsPadding) {
   // TwinCAT rounds up to even, others always write 28; slaves stop where the more flag is clear.
   for (const std::uint8_t fill : {std::uint8_t{0}, std::uint8_t{7}, std::uint8_t{255}}) {
     for (std::size_t padding = 1; padding < 40; ++padding) {
@@ -83,7 +83,7 @@ TEST(FrameProblem, WhatTheLengthCoversBehindTheLastDatagramIsPadding) {
   }
 }
 
-TEST(FrameProblem, PaddingChangesNothingThatTellsFramesApart) {
+TEST(FrameProblem, PaddingChangesNothingThatDistinguishesFrames) {
   const Bytes one = Datagrams({{.index = 1, .data = {1}}});
   const Bytes tight = Plain(Payload(one));
   Bytes payload = Header(one.size() + 1);
@@ -253,7 +253,7 @@ TEST(SnapLength, EveryEncapsulationAtEveryByte) {
   }
 }
 
-TEST(SnapLength, SaysWhenNotEvenTheTypeIsThere) {
+TEST(SnapLength, ReportsWhenNotEvenTheTypeIsThere) {
   const Bytes whole = ThreeDatagrams();
   for (std::size_t length = 0; length < whole.size(); ++length) {
     const Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length));

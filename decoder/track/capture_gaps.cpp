@@ -1,15 +1,15 @@
-#include "decoder/track/holes.h"
+#include "decoder/track/capture_gaps.h"
 
 #include <algorithm>
 #include <utility>
 
 namespace ecaudit::track {
 
-void Holes::OnHole(const FrameRef& frame, bool certain) {
-  // The models of all slaves hear of it, too.
+void CaptureGaps::OnGap(const FrameRef& frame, bool certain) {
+  // The models of all slaves receive it, too.
   states_.work().Take(states_.size());
   Note(frame);
-  events_.Publish(CaptureHole{frame, certain});
+  events_.Publish(CaptureGap{frame, certain});
   if (!certain) return;
   states_.ForgetForLater();
   addressing_.ForgetCount(frame.number);
@@ -27,24 +27,24 @@ void Holes::OnHole(const FrameRef& frame, bool certain) {
   }
 }
 
-bool Holes::AnyBetween(FrameNo from, FrameNo to) const {
-  const std::size_t kept = std::min(count_, first_behind_.size());
+bool CaptureGaps::AnyBetween(FrameNo from, FrameNo to) const {
+  const std::size_t kept = std::min(count_, first_after_.size());
   for (std::size_t i = count_ - kept; i < count_; ++i) {
-    const FrameNo behind = first_behind_[i % first_behind_.size()];
+    const FrameNo behind = first_after_[i % first_after_.size()];
     if (from < behind && behind <= to) return true;
   }
-  return kept < count_ && from < first_behind_[count_ % first_behind_.size()];
+  return kept < count_ && from < first_after_[count_ % first_after_.size()];
 }
 
-void Holes::OnOtherRecording(const FrameRef& frame) {
+void CaptureGaps::OnOtherRecording(const FrameRef& frame) {
   Note(frame);
-  events_.Publish(CaptureHole{frame, true});
+  events_.Publish(CaptureGap{frame, true});
   states_.ForgetForLater();
   addressing_.ForgetCount(frame.number);
   for (std::size_t s = 0; s < states_.size(); ++s) Forget(static_cast<SlaveId>(s), frame);
 }
 
-void Holes::Settle(SlaveId id, bool still_so, const FrameRef& frame) {
+void CaptureGaps::Settle(SlaveId id, bool still_so, const FrameRef& frame) {
   if (!still_so) {
     Forget(id, frame);
     return;
@@ -53,11 +53,11 @@ void Holes::Settle(SlaveId id, bool still_so, const FrameRef& frame) {
   --presumed_;
 }
 
-void Holes::SettleAll(bool still_so, const FrameRef& frame) {
+void CaptureGaps::SettleAll(bool still_so, const FrameRef& frame) {
   for (std::size_t s = 0; s < states_.size() && presumed_ > 0; ++s) Presume(static_cast<SlaveId>(s), still_so, frame);
 }
 
-void Holes::OnLogical(const DatagramPair& d) {
+void CaptureGaps::OnLogical(const DatagramPair& d) {
   const std::uint32_t address = d.any.logical_address();
   Habit& habit = habits_[(address >> 8U ^ address ^ static_cast<std::uint32_t>(d.command())) % habits_.size()];
   const bool same = habit.command == d.command() && habit.address == address && habit.length == d.any.length();
@@ -65,7 +65,7 @@ void Holes::OnLogical(const DatagramPair& d) {
   habit = {d.command(), address, d.any.length(), d.wkc()};
 }
 
-void Holes::OnReturnFrom(std::uint16_t first_position, const FrameRef& frame) {
+void CaptureGaps::OnReturnFrom(std::uint16_t first_position, const FrameRef& frame) {
   states_.ForgetForLater();
   bool branch = false;
   for (std::size_t s = 0; s < states_.size(); ++s) {
@@ -90,22 +90,22 @@ void Holes::OnReturnFrom(std::uint16_t first_position, const FrameRef& frame) {
   }
 }
 
-/// Those behind the last one that was left; of a branch in the middle nobody knows which they are.
-bool Holes::WasAway(SlaveId id, std::uint16_t first_position, bool branch) const {
+/// Those after the last one that was left; of a branch in the middle it is unknown which they are.
+bool CaptureGaps::WasAway(SlaveId id, std::uint16_t first_position, bool branch) const {
   const SlavePos* position = addressing_.slaves()[id].position.if_known();
   if (position == nullptr) return false;
   if (first_position == 0) return true;
   return (branch || *position >= first_position) && !addressing_.Stayed(id);
 }
 
-void Holes::OnStationsCleared(const FrameRef& frame) {
+void CaptureGaps::OnStationsCleared(const FrameRef& frame) {
   for (std::size_t s = 0; s < states_.size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
     if (addressing_.InDoubt(id)) Forget(id, frame);
   }
 }
 
-void Holes::OnState(SlaveId id, esc::AlWord status, const FrameRef& frame) {
+void CaptureGaps::OnState(SlaveId id, esc::AlWord status, const FrameRef& frame) {
   if (!states_[id].returned) return;
   if (status.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) {
     Forget(id, frame);
@@ -114,13 +114,13 @@ void Holes::OnState(SlaveId id, esc::AlWord status, const FrameRef& frame) {
   }
 }
 
-void Holes::JudgeReturn(const SlaveAccess& access) {
+void CaptureGaps::AssessReturn(const SlaveAccess& access) {
   if (access.broadcast || access.acceptance != Acceptance::kAccepted) return;
   if (wire::IsNodeAddressed(access.command)) {
     states_[access.slave].returned = false;
     return;
   }
-  // By position anybody answers: the address that it has tells, and whoever is given one is being set up.
+  // Any slave may answer by position: its address shows which, and a slave that is given one is being set up.
   const ByteSpan station = access.written.empty() ? access.Covered(access.read, esc::kStationAddress, 2) : ByteSpan{};
   const StationAddress* known = addressing_.slaves()[access.slave].station.if_known();
   const bool kept = !station.empty() && known != nullptr && LittleEndian<std::uint16_t>(station, 0) == *known;
@@ -134,8 +134,8 @@ void Holes::JudgeReturn(const SlaveAccess& access) {
   }
 }
 
-/// The slave may have been switched off, or set up anew.
-void Holes::Forget(SlaveId id, const FrameRef& frame) {
+/// The slave may have been switched off, or set up again.
+void CaptureGaps::Forget(SlaveId id, const FrameRef& frame) {
   states_.work().Take(1);
   const bool returned = std::exchange(states_[id].returned, false);
   if (std::exchange(states_[id].presumed, false)) --presumed_;

@@ -1,6 +1,7 @@
-/// in: holes in the capture, and what the frames behind them show.  out: CaptureHole, AlStateForgotten.
+/// in: capture gaps, and what the frames after them show.  out: CaptureGap, AlStateForgotten.
 ///
-/// keeps: how many slaves are presumed to be as they were before a hole, and how logical datagrams came back last.
+/// keeps: how many slaves are presumed to be as they were before a capture gap, and how logical datagrams came back
+/// last.
 ///
 /// In frames that the capture misses the master may have done anything. In OP it does nothing mostly: what is known of
 /// slaves in OP is presumed until the capture shows them again. So is what slaves hold that were gone for a while.
@@ -18,13 +19,13 @@
 
 namespace ecaudit::track {
 
-class Holes {
+class CaptureGaps {
  public:
-  Holes(EventSink& events, Addressing& addressing, SlaveStates& states, SlaveMailboxes& mailboxes)
+  CaptureGaps(EventSink& events, Addressing& addressing, SlaveStates& states, SlaveMailboxes& mailboxes)
       : events_(events), addressing_(addressing), states_(states), mailboxes_(mailboxes) {}
 
-  /// @param frame the first behind the hole
-  void OnHole(const FrameRef& frame, bool certain);
+  /// @param frame the first after the capture gap
+  void OnGap(const FrameRef& frame, bool certain);
   /// Another recording begins: in between anything may have happened, for any time.
   void OnOtherRecording(const FrameRef& frame);
   /// The capture shows whether what is presumed of this slave still holds.
@@ -35,41 +36,41 @@ class Holes {
   void PresumeAll(bool still_so, const FrameRef& frame) {
     if (presumed_ > 0) SettleAll(still_so, frame);
   }
-  /// The first frame behind the last place where frames are missing, or may be; 0: there was none.
-  [[nodiscard]] FrameNo last() const { return count_ == 0 ? 0 : first_behind_[(count_ - 1) % first_behind_.size()]; }
-  /// True when such a place lies behind frame `from`, and not behind frame `to`. Of many the first are forgotten: then
+  /// The first frame after the last place where frames are missing, or may be; 0: there was none.
+  [[nodiscard]] FrameNo last() const { return count_ == 0 ? 0 : first_after_[(count_ - 1) % first_after_.size()]; }
+  /// True when such a place follows frame `from`, and not after frame `to`. Of many the first are forgotten: then
   /// one may lie anywhere before those that are left.
   [[nodiscard]] bool AnyBetween(FrameNo from, FrameNo to) const;
   /// Something is presumed of some slave.
   [[nodiscard]] bool presumes() const { return presumed_ > 0; }
-  /// A logical datagram came back: with the working counter it had before the hole, if all is as it was.
+  /// A logical datagram came back: with the working counter it had before the capture gap, if all is as it was.
   void OnLogical(const DatagramPair& d);
 
   /// More slaves answer than before, and new ones have taken no broadcast so far. Those from this position on come
   /// back: after a power cycle, or because a cable had no contact for a moment, and then they hold what they held
-  /// before. So do those of a branch in the middle, where some behind it were heard of all the while. Who answers at
+  /// before. So do those of a branch in the middle, where some after it were seen all the while. Who answers at
   /// its station address, or is in another state than INIT, was not without power.
   void OnReturnFrom(std::uint16_t first_position, const FrameRef& frame);
   /// What an access to a slave that returned says of that.
   void OnAccess(const SlaveAccess& access) {
     const bool shown = addressing_.InDoubt(access.slave) && access.command != wire::Command::ARMW;
-    if (states_[access.slave].returned || shown) JudgeReturn(access);
+    if (states_[access.slave].returned || shown) AssessReturn(access);
   }
-  /// Addresses are given anew: where slaves may have moved, others may be.
+  /// Addresses are given again: where slaves may have moved, others may be.
   void OnStationsCleared(const FrameRef& frame);
   /// Likewise, AL Status as it was read.
   void OnState(SlaveId id, esc::AlWord status, const FrameRef& frame);
 
  private:
   [[nodiscard]] bool WasAway(SlaveId id, std::uint16_t first_position, bool branch) const;
-  void Note(const FrameRef& frame) { first_behind_[count_++ % first_behind_.size()] = frame.number; }
+  void Note(const FrameRef& frame) { first_after_[count_++ % first_after_.size()] = frame.number; }
   void Settle(SlaveId id, bool still_so, const FrameRef& frame);
   void SettleAll(bool still_so, const FrameRef& frame);
   void Forget(SlaveId id, const FrameRef& frame);
-  void JudgeReturn(const SlaveAccess& access);
+  void AssessReturn(const SlaveAccess& access);
 
-  /// Working counter with which a logical datagram came back last. Where the first one behind a hole comes back with
-  /// the same, the slaves that were in OP before it still are, and are mapped as before.
+  /// Working counter with which a logical datagram came back last. Where the first one after a capture gap comes back
+  /// with the same, the slaves that were in OP before it still are, and are mapped as before.
   struct Habit {
     wire::Command command = wire::Command::NOP;
     std::uint32_t address = 0;
@@ -82,9 +83,9 @@ class Holes {
   SlaveStates& states_;
   SlaveMailboxes& mailboxes_;
   std::array<Habit, 8> habits_{};
-  std::size_t presumed_ = 0;                // slaves whose state is presumed
-  std::array<FrameNo, 32> first_behind_{};  // first frames behind the last holes
-  std::size_t count_ = 0;                   // of holes
+  std::size_t presumed_ = 0;               // slaves whose state is presumed
+  std::array<FrameNo, 32> first_after_{};  // first frames after the last capture gaps
+  std::size_t count_ = 0;                  // of capture gaps
 };
 
 }  // namespace ecaudit::track

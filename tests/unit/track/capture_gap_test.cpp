@@ -24,7 +24,7 @@ Decoded TwoThen(std::string_view more) {
   return Decode(std::string(kTwo) + std::string(more));
 }
 
-TEST(Hole, BehindItNothingIsKnown) {
+TEST(GapBefore, AfterItNothingIsKnown) {
   const Decoded d =
       TwoThen("+1ms FPRD 0x1001:0x0130 02 00\n+1ms FPRD 0x1001:0x0130 02 00 @missed\n+1ms BRD 0x0000 11 00\n");
   EXPECT_THAT(d.log->Only("hole"), ElementsAre("hole 51"));
@@ -34,13 +34,13 @@ TEST(Hole, BehindItNothingIsKnown) {
   EXPECT_THAT(d.log->Only("count"), ElementsAre("count 2", "count 2"));  // counted anew, not changed
 }
 
-TEST(Hole, WithoutOneNothingIsForgotten) {
+TEST(GapBefore, WithoutOneNothingIsForgotten) {
   const Decoded d = TwoThen("+1ms FPRD 0x1001:0x0130 02 00\n+3ms BRD 0x0000 11 00\n");
   EXPECT_THAT(d.log->Only("hole"), IsEmpty());
   EXPECT_EQ(d.Register(0, 0x0420), "0x03e8");
 }
 
-TEST(Hole, SlavesInOpWhoseWorkingCounterGoesOnAreStillThere) {
+TEST(GapBefore, SlavesInOpWhoseWorkingCounterGoesOnAreStillThere) {
   const Decoded d = TwoThen(
       "+1ms BRD 0x0130 08 00\n+1ms LRW 0x1000 01 02 wkc=6 times=5\n+1ms LRW 0x1000 01 02 wkc=6 @missed times=3\n"
       "+1ms LRW 0x1000 01 02 wkc=6\n");
@@ -49,7 +49,7 @@ TEST(Hole, SlavesInOpWhoseWorkingCounterGoesOnAreStillThere) {
   EXPECT_EQ(d.Register(0, 0x0420), "0x03e8");
 }
 
-TEST(Hole, SlavesInOpAreForgottenWhereTheWorkingCounterIsAnother) {
+TEST(GapBefore, SlavesInOpAreForgottenWhereTheWorkingCounterIsAnother) {
   const Decoded d = TwoThen(
       "+1ms BRD 0x0130 08 00\n+1ms LRW 0x1000 01 02 wkc=6 times=5\n+1ms LRW 0x1000 01 02 wkc=6 @missed times=3\n"
       "+1ms LRW 0x1000 01 02 wkc=3\n");
@@ -57,7 +57,7 @@ TEST(Hole, SlavesInOpAreForgottenWhereTheWorkingCounterIsAnother) {
   EXPECT_EQ(d.Register(1, 0x0420), "?");
 }
 
-TEST(Hole, SlavesInOpAreForgottenWhereTheyShowAnotherState) {
+TEST(GapBefore, SlavesInOpAreForgottenWhereTheyShowAnotherState) {
   const Decoded d = TwoThen(
       "+1ms BRD 0x0130 08 00\n+1ms LRW 0x1000 01 02 wkc=6 times=5\n+1ms LRW 0x1000 01 02 wkc=6 @missed times=3\n"
       "+1ms FPRD 0x1001:0x0130 04 00\n");
@@ -66,20 +66,20 @@ TEST(Hole, SlavesInOpAreForgottenWhereTheyShowAnotherState) {
   EXPECT_EQ(d.Register(1, 0x0420), "0x03e8");
 }
 
-TEST(Hole, SlavesInOpThatAreSetUpAreForgotten) {
+TEST(GapBefore, SlavesInOpThatAreSetUpAreForgotten) {
   const Decoded d = TwoThen(
       "+1ms BRD 0x0130 08 00\n+1ms LRW 0x1000 01 02 wkc=6 times=5\n+1ms LRW 0x1000 01 02 wkc=6 @missed times=3\n"
       "+1ms FPWR 0x1001:0x0120 01 00\n");
   EXPECT_THAT(d.log->Only("forgotten"), ElementsAre("forgotten 0"));
 }
 
-TEST(Hole, WhereItMayBeNothingIsForgotten) {
+TEST(GapBefore, WhereItMayBeNothingIsForgotten) {
   const Decoded d = TwoThen("+1ms FPRD 0x1001:0x0130 02 00 idx=0\n+2s FPRD 0x1001:0x0130 02 00 idx=0\n");
   EXPECT_THAT(d.log->Only("silence"), ElementsAre("silence 51"));
   EXPECT_EQ(d.Register(0, 0x0420), "0x03e8");
 }
 
-TEST(Hole, IsNoneWhereTheNumbersGoOnBehindASilence) {
+TEST(GapBefore, IsNoneWhereTheNumbersGoOnAfterASilence) {
   const Decoded d = TwoThen("+1ms FPRD 0x1001:0x0130 02 00\n+2s FPRD 0x1001:0x0130 02 00\n");
   EXPECT_THAT(d.log->Only("silence"), IsEmpty());
 }
