@@ -27,6 +27,7 @@ enum class AxisFact : std::uint8_t {
   kOverwrittenControl,  ///< a: written by SDO, b: in the process data
   kLocalControl,        ///< bit 9 of the status word is 0: the drive is not controlled over the bus
   kHasty,               ///< a: times that bit 3 rose, b: the longest of them in ns
+  kDropsBack,           ///< a: times that the drive went back to Switch on disabled by itself
   // It is enabled, and nothing starts the motion.
   kStartMissing,       ///< a: mode; bit 4 stays 0
   kStartStands,        ///< a: mode; bit 4 stays 1
@@ -48,6 +49,7 @@ enum class AxisFact : std::uint8_t {
   kStandsStill,     ///< a: travel of the target, b: travel of the actual value; velocity: the values
   kWrongWay,        ///< likewise
   kZeroLimit,       ///< likewise; c: a mapped limit that is 0
+  kHomingStands,    ///< homing is started, and the axis neither moves nor reports an end
   // The process data are read at a wrong place.
   kModeShifted,  ///< a: 6061h by SDO, b: in the process data
 };
@@ -63,6 +65,7 @@ struct AxisRecord {
   std::uint64_t count = 1;
   bool inferred = false;  ///< what came before the capture may be the reason
   bool fault = false;     ///< the drive went into a fault, or showed a following error, because of it
+  bool constant = false;  ///< kSetpointNotMapped: the set point of the mode is mapped and stays the same
   bool limited = false;   ///< bit 11 of the status word: an internal limit is active
   std::optional<std::uint16_t> control, status;
   std::optional<device::DriveState> state;

@@ -81,6 +81,8 @@ struct AxisView {
 };
 
 // Bits of the control word.
+inline constexpr unsigned kEnableVoltageBit = 1;
+inline constexpr unsigned kQuickStopBit = 2;
 inline constexpr unsigned kEnableOperationBit = 3;
 inline constexpr unsigned kStartBit = 4;  ///< new set point, start homing
 inline constexpr unsigned kRelativeBit = 6;

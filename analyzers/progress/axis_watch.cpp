@@ -140,6 +140,7 @@ void AxisWatch::FollowShown(std::int64_t value, bool download, const FrameRef& f
 void AxisWatch::TakeControl(std::int64_t word, const FrameRef& frame) {
   const auto value = static_cast<std::uint16_t>(word);
   control_seen_ = true;
+  seen_in_op_ = seen_in_op_ || now_.in_op == InOp::kYes;
   if (now_.in_op == InOp::kYes) NoteReserved(reserved_control_, reserved_control_mask_, value, frame);
   if (!now_.control) {
     now_.control_first = true;
@@ -158,6 +159,7 @@ void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
   status_seen_ = true;
   words_changed_ = words_changed_ || now_.status != static_cast<std::uint16_t>(word);
   now_.status = static_cast<std::uint16_t>(word);
+  seen_in_op_ = seen_in_op_ || now_.in_op == InOp::kYes;
   if (now_.in_op == InOp::kYes) NoteReserved(reserved_status_, reserved_status_mask_, *now_.status, frame);
   if (drive_ == nullptr) return;
   now_.state = drive_->StateOf(*now_.status);

@@ -69,6 +69,9 @@ class AxisWatch {
   [[nodiscard]] const Reserved& reserved_control() const { return reserved_control_; }
   [[nodiscard]] const Reserved& reserved_status() const { return reserved_status_; }
 
+  /// A word was seen while the slave certainly was in OP.
+  [[nodiscard]] bool seen_in_op() const { return seen_in_op_; }
+
   // Of the ladder.
   [[nodiscard]] const Span& without_fault() const { return without_fault_; }
   [[nodiscard]] const Span& voltage() const { return voltage_; }
@@ -92,6 +95,7 @@ class AxisWatch {
   std::uint16_t reserved_control_mask_ = 0, reserved_status_mask_ = 0;
   Reserved reserved_control_, reserved_status_;
   AxisView now_;
+  bool seen_in_op_ = false;
   bool control_seen_ = false, status_seen_ = false, status_mapped_ = false;
   bool outputs_changed_ = false;  ///< since the last step
   bool words_changed_ = true;     ///< control, status, mode, AL state: not only positions

@@ -206,7 +206,12 @@ void CommandCheck::Mode(const AxisView& now, AxisRecords& out) {
     out.Add(record);
   }
   const Quantity needed = mode_ ? QuantityOf(*mode_) : Quantity::kNone;
-  const bool elsewhere = known && needed != Quantity::kNone && needed != moving && !now.Target(needed);
+  // A target velocity beside a position that stays is meant for a velocity mode; echoes of actual values are not meant.
+  const auto asked = now.mode_mapped.value_or(0) != 0 ? now.mode_mapped : now.mode_by_sdo;
+  const bool mode_taken = asked.value_or(0) == 0 || asked == mode_;  // else drive-mode-not-shown says it
+  const bool unused = mode_taken && mode_ == kCyclicPosition && moving == Quantity::kVelocity &&
+                      Of(Quantity::kPosition).changes == 0 && now.Target(moving).value_or(0) != 0;
+  const bool elsewhere = known && needed != Quantity::kNone && needed != moving && (!now.Target(needed) || unused);
   if (const TimeNs held = not_mapped_.Hold(elsewhere, now.frame);
       out.IsDue(AxisFact::kSetpointNotMapped, not_mapped_, held, kModeNs, now.frame, needed)) {
     wanted_ = true;
@@ -215,6 +220,7 @@ void CommandCheck::Mode(const AxisView& now, AxisRecords& out) {
     record.a = *mode_;
     record.b = ObjectOf(needed);
     record.c = ObjectOf(moving);
+    record.constant = now.Target(needed).has_value();
     out.Add(record);
   }
 }

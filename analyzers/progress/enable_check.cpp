@@ -66,6 +66,7 @@ void EnableCheck::Step(const AxisView& now, AxisRecords& out) {
   if ((wish_ == Wish::kShown && !now.enabled()) || (now.Rises(kResetBit) && IsFault(now.state))) wanted_ = true;
   FollowSdo(now, out);
   Attempts(now, out);
+  Drops(now, out);
   InFault(now, out);
   OnTheWay(now, out);
 }
@@ -96,6 +97,27 @@ void EnableCheck::Attempts(const AxisView& now, AxisRecords& out) {
   AxisRecord record = now.Record(AxisFact::kHasty, first_attempt_, lasted);
   record.a = attempts_;
   record.b = longest_;
+  out.Add(record);
+}
+
+/// A drive that accepts Shutdown or Switch on and leaves that state at once: something that it needs is not there.
+void EnableCheck::Drops(const AxisView& now, AxisRecords& out) {
+  if (now.enabled() || now.in_op == InOp::kNo) {
+    drops_ = 0;
+    return;
+  }
+  const bool was_on_the_way =
+      now.state_before == DriveState::kReadyToSwitchOn || now.state_before == DriveState::kSwitchedOn;
+  const bool by_itself = now.Control(kEnableVoltageBit) && now.Control(kQuickStopBit);
+  if (!now.state_changed || now.state != DriveState::kSwitchOnDisabled || !was_on_the_way || !by_itself) return;
+  if (drops_++ == 0) first_drop_ = now.frame;
+  if (drops_ < kDrops) return;
+  wanted_ = true;
+  if (drops_ > kDrops) return out.Extend(AxisFact::kDropsBack, Quantity::kNone, now.frame);
+  const bool timed = first_drop_.has_time && now.frame.has_time;
+  AxisRecord record =
+      now.Record(AxisFact::kDropsBack, first_drop_, timed ? Elapsed(first_drop_.time, now.frame.time) : 0);
+  record.a = drops_;
   out.Add(record);
 }
 

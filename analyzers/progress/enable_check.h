@@ -37,6 +37,7 @@ class EnableCheck {
 
   void FollowWish(const AxisView& now);
   void Attempts(const AxisView& now, AxisRecords& out);
+  void Drops(const AxisView& now, AxisRecords& out);
   void InFault(const AxisView& now, AxisRecords& out);
   void OnTheWay(const AxisView& now, AxisRecords& out);
   void FollowSdo(const AxisView& now, AxisRecords& out);
@@ -57,6 +58,9 @@ class EnableCheck {
   FrameRef attempt_;  ///< the one at hand
   TimeNs longest_ = 0;
   bool hasty_ = false;
+  static constexpr std::uint32_t kDrops = 3;
+  std::uint32_t drops_ = 0;
+  FrameRef first_drop_;
   TimeNs asked_before_ = 0;  ///< in attempts that the master gave up
   struct SdoWord {
     std::uint16_t word = 0;

@@ -5,6 +5,9 @@ namespace {
 
 constexpr TimeNs kErrorNs = 20'000'000;
 constexpr TimeNs kStillNs = 500'000'000;
+/// Brakes release, and some methods wait for a signal.
+constexpr TimeNs kHomingStillNs = 3'000'000'000;
+constexpr std::int64_t kLeastOfHoming = 50;
 constexpr TimeNs kRampNs = 1'000'000'000;
 /// Below, an axis need not move: friction, and units that are smaller than what it can resolve.
 constexpr std::int64_t kLeastTravel = 500;
@@ -51,8 +54,28 @@ void FollowCheck::Step(const AxisView& now, AxisRecords& out) {
     case kVelocityMode:
       Velocity(now, out);
       return;
+    case kHoming:
+      Homing(now, out);
+      return;
     default:
       return;
+  }
+}
+
+/// The drive searches its reference by itself once bit 4 has risen.
+void FollowCheck::Homing(const AxisView& now, AxisRecords& out) {
+  const auto& actual = now.Actual(Quantity::kPosition);
+  if (!actual) return;
+  if (now.Rises(kStartBit)) {
+    begin_.actual = *actual;
+    started_ = true;
+    still_.Reset();
+  }
+  if (Magnitude(Apart(begin_.actual, *actual)) > kLeastOfHoming || now.Status(kAcknowledgeBit)) started_ = false;
+  const bool still = started_ && now.Control(kStartBit) && !now.Control(kHaltBit) && !now.Status(kErrorBit);
+  if (const TimeNs held = still_.Hold(still, now.frame);
+      out.IsDue(AxisFact::kHomingStands, still_, held, kHomingStillNs, now.frame)) {
+    out.Add(now.Record(AxisFact::kHomingStands, still_.since(), held));
   }
 }
 

@@ -42,6 +42,7 @@ class FollowCheck {
   void Bits(const AxisView& now, AxisRecords& out);
   void Position(const AxisView& now, AxisRecords& out);
   void Profile(const AxisView& now, AxisRecords& out);
+  void Homing(const AxisView& now, AxisRecords& out);
   void Velocity(const AxisView& now, AxisRecords& out);
   /// Adds `fact` once it has held for `limit`.
   static void Tell(AxisFact fact, Lasting& lasting, bool holds, TimeNs limit, const Way& way, const AxisView& now,

@@ -70,6 +70,8 @@ std::string SlaveText(const AnalysisResult& result, const SlaveSummary& slave, D
     text = slave.al_status ? "INIT" : "AL state not in the capture";
   }
   if (Holds(slave.progress.Find("sync"))) text += ", in sync";
+  const Rung* const op = slave.progress.Find("op");
+  if (op->status == RungStatus::kReached && op->until.seen()) text += "; in OP before, taken down by the master";
   const Rung* const failed = slave.progress.Failed();
   if (failed == nullptr) return text;
   const std::string_view code = failed->rung->code;

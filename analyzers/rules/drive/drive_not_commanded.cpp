@@ -69,9 +69,9 @@ constexpr FindingKind kNotMapped{
     .name = "setpoint-not-mapped",
     .title = "Mode {start_mode} needs {needed:number}, the master sends {changing:number}",
     .message =
-        R"(The drive is enabled in mode {start_mode}, whose set point is {needed}. This object is not mapped. {changing}
-changes from {frame} on, for {lasted_ms} ({shown_frame}), and this mode does not use it.)",
-    .next = "Map {needed}, or select the mode that uses {changing}.",
+        R"(The drive is enabled in mode {start_mode}, whose set point is {needed}. This object [{?constant}does not
+change][{!constant}is not mapped]. {changing} changes from {frame} on, for {lasted_ms} ({shown_frame}), and this mode does not use it.)",
+    .next = "[{?constant}Change][{!constant}Map] {needed:number}, or select the mode that uses {changing:number}.",
     .identity = "start_mode changing"};
 
 constexpr FindingKind kRamp{
@@ -158,6 +158,7 @@ class DriveNotCommanded final : public AxisRule {
       case progress::AxisFact::kSetpointNotMapped:
         finding.Set("start_mode", arg::Number(record.a)).Set("needed", ObjectOf(record.b));
         finding.Set("changing", ObjectOf(record.c));
+        if (record.constant) finding.Set("constant", arg::Flag());
         return;
       default:
         return;

@@ -126,9 +126,20 @@ constexpr FindingKind kHasty{
     .next = "Wait for each state in the status word, and keep the control word until the drive shows it.",
     .identity = ""};
 
-constexpr const FindingKind* kKinds[] = {&kBitMissing,      &kResetStands, &kResetMissing,   &kFaultStays,
-                                         &kShutdownMissing, &kNoVoltage,   &kQuickStopStays, &kNotReady,
-                                         &kNotInOp,         &kOverwritten, &kLocal,          &kHasty};
+constexpr FindingKind kDropsBack{
+    .name = "drops-back",
+    .title = "Drive goes back to Switch on disabled {times} by itself",
+    .message =
+        R"(The drive goes back to Switch on disabled for the first time in {frame} and {times} up to {shown_frame}. The
+control word (last {control_word}) asks for no such step: bits 1 and 2 are 1. The status word is {status_word}.)",
+    .next =
+        "Check the power supply of the motor, the enable input, safe torque off, and what the manual requires before "
+        "Switch on.",
+    .identity = ""};
+
+constexpr const FindingKind* kKinds[] = {
+    &kBitMissing, &kResetStands, &kResetMissing, &kFaultStays, &kShutdownMissing, &kNoVoltage, &kQuickStopStays,
+    &kNotReady,   &kNotInOp,     &kOverwritten,  &kLocal,      &kHasty,           &kDropsBack};
 
 constexpr RuleInfo kInfo{.id = "drive-not-enabled",
                          .group = "Drive profile (DS402)",
@@ -147,6 +158,7 @@ Whether an axis reaches Operation enabled when the master asks for it, and what 
 - the voltage
 - OP
 - control over the bus (bit 9 of the status word), and a master that waits for the drive
+- a drive that goes back to Switch on disabled by itself, three times or more
 - an SDO write of the control word that process data overwrite
 
 ## Why it matters
@@ -178,6 +190,7 @@ constexpr std::array kRows{
     AxisRule::Row{progress::AxisFact::kOverwrittenControl, &kOverwritten},
     AxisRule::Row{progress::AxisFact::kLocalControl, &kLocal},
     AxisRule::Row{progress::AxisFact::kHasty, &kHasty},
+    AxisRule::Row{progress::AxisFact::kDropsBack, &kDropsBack},
 };
 
 class DriveNotEnabled final : public AxisRule {
@@ -203,6 +216,9 @@ class DriveNotEnabled final : public AxisRule {
       case progress::AxisFact::kHasty:
         finding.Set("times", arg::Count(static_cast<std::uint64_t>(record.a), "time"));
         finding.Set("longest_ms", arg::Ms(record.b));
+        return;
+      case progress::AxisFact::kDropsBack:
+        finding.Set("times", arg::Count(static_cast<std::uint64_t>(record.a), "time"));
         return;
       case progress::AxisFact::kOverwrittenControl:
         finding.Set("by_sdo", arg::Hex(static_cast<std::uint64_t>(record.a)))

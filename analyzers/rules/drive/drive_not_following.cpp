@@ -27,15 +27,18 @@ procedure failed.)",
 
 constexpr FindingKind kStandsStill{
     .name = "stands-still",
-    .title = "The axis stands still while its {quantity} set point asks for motion",
+    .title =
+        "[{?halted}Halt (bit 8) is 1 while the][{!halted}The axis stands still while its] {quantity} set point asks "
+        "for motion",
     .message =
         R"(From {frame} on, for {lasted_ms}, the [{?velocity}target velocity is {set_point} and the velocity actual value
 {actual_value}][{!velocity}target position goes by {set_point} and the position actual value by {actual_value}]
 ({shown_frame}). The drive shows {state} (status word {status_word}), mode {mode}.[{?limited} Bit 11 says that
 an internal limit is active.])",
     .next =
-        "Check brake, torque limit (6072h) and [{?velocity}halt (bit 8)][{!velocity}limit switches], whether the drive "
-        "uses this set point in its mode, and scaling.",
+        "[{?halted}Clear bit 8 of the control word ({control_word}).][{!halted}Check brake, torque limit (6072h) and "
+        "[{?velocity}halt (bit 8)][{!velocity}limit switches], whether the drive uses this set point in its mode, and "
+        "scaling.]",
     .identity = "quantity"};
 
 constexpr FindingKind kLags{
@@ -70,8 +73,19 @@ limit at 0 does not move. The drive shows {state} (status word {status_word}), m
     .next = "Send a value for {limit:number} in each cycle, or take it out of the PDO mapping.",
     .identity = "limit"};
 
-constexpr const FindingKind* kKinds[] = {&kFollowingError, &kHomingError, &kStandsStill,
-                                         &kLags,           &kWrongWay,    &kZeroLimit};
+constexpr FindingKind kHomingStands{
+    .name = "homing-stands-still",
+    .title = "Homing is started (bit 4), but the axis does not move",
+    .message =
+        R"(Bit 4 of the control word ({control_word}) starts homing in {frame}. For {lasted_ms} the position actual value
+stays the same ({shown_frame}). The status word {status_word} shows neither homing attained (bit 12) nor an error (bit
+13).)",
+    .next =
+        "Check the homing method (6098h), the speeds (6099h) and the acceleration (609Ah): a speed of 0 does not move.",
+    .identity = ""};
+
+constexpr const FindingKind* kKinds[] = {&kFollowingError, &kHomingError, &kStandsStill, &kLags,
+                                         &kWrongWay,       &kZeroLimit,   &kHomingStands};
 
 constexpr RuleInfo kInfo{.id = "drive-not-following",
                          .group = "Drive profile (DS402)",
@@ -108,6 +122,7 @@ constexpr std::array kRows{
     AxisRule::Row{progress::AxisFact::kLags, &kLags},
     AxisRule::Row{progress::AxisFact::kWrongWay, &kWrongWay},
     AxisRule::Row{progress::AxisFact::kZeroLimit, &kZeroLimit},
+    AxisRule::Row{progress::AxisFact::kHomingStands, &kHomingStands},
 };
 
 constexpr Word kPosition{"position", "position"};
@@ -126,6 +141,8 @@ class DriveNotFollowing final : public AxisRule {
       }
       return;
     }
+    if (record.fact == progress::AxisFact::kHomingStands) return;
+    if (record.control && (*record.control >> progress::kHaltBit & 1U) != 0) finding.Set("halted", arg::Flag());
     const bool velocity = record.quantity == progress::Quantity::kVelocity;
     finding.Set("quantity", arg::Of(velocity ? kVelocity : kPosition));
     if (velocity) finding.Set("velocity", arg::Flag());

@@ -58,7 +58,7 @@ class DriveReservedBits final : public Rule {
 
   void Finish() override {
     context().progress().ForEachAxis([&](SlaveId slave, std::uint8_t number, const progress::AxisWatch& axis) {
-      if (axis.now().in_op == progress::InOp::kUnknown && axis.reserved_control().bits == 0) {
+      if (axis.now().in_op == progress::InOp::kUnknown && !axis.seen_in_op()) {
         NotEvaluable(slave, ReasonCode::kNotInCapture, what::kAlState);
       }
       ReportOf(slave, number, axis.reserved_control(), kControl, "control_word");
