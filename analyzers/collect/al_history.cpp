@@ -8,7 +8,7 @@ namespace ecaudit {
 
 AlHistory::AlHistory(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus)
     : model_(model), room_(pipeline, kAtOnce, kBytesAStep) {
-  // Behind the model, which tells what an error bit means.
+  // After the model, which shows what an error bit means.
   bus.ListenTo<track::AlRequest, track::AlStatusRead, track::AlStatusCodeRead>(Stage::kAfterModel, *this);
 }
 

@@ -26,7 +26,7 @@ class Topology final : public Collector {
   explicit Topology(EventBus& bus);
 
   void On(const track::SlaveAccess& access);
-  /// Behind a hole may stand another capture.
+  /// After a capture gap there may be another capture.
   void On(const track::CaptureGap& gap);
   void Summarise(AnalysisResult& result) override;
 

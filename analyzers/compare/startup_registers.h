@@ -19,7 +19,7 @@ inline constexpr std::uint8_t kPreop = static_cast<std::uint8_t>(esc::AlState::P
 inline constexpr std::uint8_t kSafeop = static_cast<std::uint8_t>(esc::AlState::SAFEOP);
 
 /// False for writes that are no configuration: error counters, commands of the EEPROM interface, process RAM,
-/// AL Control (told by AlRequest), repeat requests of a mailbox.
+/// AL Control (shown by AlRequest), repeat requests of a mailbox.
 [[nodiscard]] bool Configures(EscAddress address, ByteSpan data, std::uint8_t state);
 
 /// Where a write belongs.

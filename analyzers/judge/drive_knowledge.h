@@ -1,4 +1,4 @@
-/// Whether the drive rules can judge a slave, and which of its axes their findings are about.
+/// Whether the drive rules can evaluate a slave, and which of its axes their findings are about.
 #pragma once
 
 #include <cstdint>

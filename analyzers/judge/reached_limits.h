@@ -9,6 +9,6 @@
 namespace ecaudit {
 
 /// Fills AnalysisResult::limits and ::cut. The other parts of `result` are there already.
-void TellLimits(const FindingStore& store, const Pipeline& pipeline, const CrowdedLists& lists, AnalysisResult& result);
+void AddLimits(const FindingStore& store, const Pipeline& pipeline, const CrowdedLists& lists, AnalysisResult& result);
 
 }  // namespace ecaudit

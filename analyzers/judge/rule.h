@@ -32,14 +32,14 @@ class Rule {
   virtual ~Rule() = default;
 
   [[nodiscard]] const RuleInfo& info() const { return info_; }
-  /// From here on it hears what it wants to hear.
+  /// From here on it receives the events that it subscribed to.
   void Attach(RuleContext& context, EventBus& bus);
-  /// The capture has ended: judge what only the whole shows, and link consequences to causes.
+  /// The capture has ended: evaluate what only the whole shows, and link consequences to causes.
   virtual void Finish() {}
 
  protected:
   /// In the constructor: `Subscribe<model::AlAnswered>(&AlRefused::On);`, the event named where the handler is
-  /// overloaded. Rules hear what happened before the models learn from it, unless another stage is given.
+  /// overloaded. Rules receive what happened before the models learn from it, unless another stage is given.
   template <class Event, class T>
   void Subscribe(void (T::*handler)(const Event&), Stage stage = Stage::kBeforeModel) {
     subscriptions_.push_back(EventBus::Subscription::Of(stage, static_cast<T&>(*this), handler));
@@ -60,7 +60,7 @@ class Rule {
     NotEvaluable(slave, Reason::Of(code, what), frame);
   }
 
-  // For Finish(): where a rule could not be judged in the whole capture.
+  // For Finish(): where a rule could not be evaluated in the whole capture.
 
   /// True, and said, when nothing that the slaves answered is in the capture.
   bool NotEvaluableWithoutReturns();

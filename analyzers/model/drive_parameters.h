@@ -19,7 +19,7 @@ struct ParameterValue {
   FrameNo since = 0;  ///< frame that showed it; 0: given by the user
 };
 
-/// What is known of a parameter: by SDO, else as given with --parameter. Unset where neither tells, or where the
+/// What is known of a parameter: by SDO, else as given with --parameter. Unset where neither states it, or where the
 /// family has no such parameter.
 [[nodiscard]] std::optional<ParameterValue> ValueOf(const SlaveModel& slave,
                                                     const std::optional<device::DriveParameter>& parameter);

@@ -92,7 +92,7 @@ class Eeprom {
   Eeprom(const esc::SiiImage& image, PdoDirection direction) : image_(image), direction_(direction) {}
 
   /// Nothing unless the EEPROM was read to its end mark, so that no PDO can be missing, and it is the EEPROM that
-  /// tells.
+  /// shows.
   [[nodiscard]] std::optional<std::vector<AssignedPdo>> Assigned() {
     if (!Contents().Complete(Category()) || LeftToCoe()) return std::nullopt;
     std::vector<AssignedPdo> assigned;
@@ -101,7 +101,7 @@ class Eeprom {
     }
     return assigned;
   }
-  /// Read to its end mark without any PDO, of a slave that may tell them by CoE: masters ask for 1C12h and 1C13h
+  /// Read to its end mark without any PDO, of a slave that may show them by CoE: masters ask for 1C12h and 1C13h
   /// instead of reading these lists (esc-reference 9). A slave without CoE, or without a sync manager for them, has
   /// none.
   [[nodiscard]] bool LeftToCoe() {
@@ -314,7 +314,7 @@ std::string ProcessData::Computation::WhyUnassigned(bool partly) {
   if (data_.family_->esi && data_.family_->esi->misses_modules()) {
     return object + " is not in the capture, and neither is which modules are in the slots (F030h or F050h)";
   }
-  return object + " is not in the capture, and neither the EEPROM nor an ESI or ENI file tells the default";
+  return object + " is not in the capture, and neither the EEPROM nor an ESI or ENI file states the default";
 }
 
 void ProcessData::Computation::Add(const AssignedPdo& pdo) {

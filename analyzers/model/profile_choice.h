@@ -1,8 +1,8 @@
 /// in: what is known of a slave's address and identity, and the user's options and files.  out: the description that it
-/// is judged by, and how that was chosen.
+/// is evaluated by, and how that was chosen.
 ///
 /// The family comes from --profile, else from the identity, else it is "generic". An ESI device of that identity lies
-/// over it: PDOs, objects, sync managers and mailbox are those of the file, while what only manuals tell (AL tables,
+/// over it: PDOs, objects, sync managers and mailbox are those of the file, while what only manuals state (AL tables,
 /// codes, limits) stays the family's. What is in the slots of a modular device comes from F030h or F050h. An ENI names
 /// slaves and fills in the identity where the capture does not show it; it never beats the capture.
 #pragma once

@@ -37,7 +37,7 @@ struct ObjectInfo {
 
 class ObjectNames {
  public:
-  /// Objects and entries of all indices that one slave may tell; later ones are not kept.
+  /// Objects and entries of all indices that one slave may list; later ones are not kept.
   static constexpr std::size_t kMaxLearned = 16384;
 
   /// @param bytes what all slaves share for names; null: no common limit; else must outlive this

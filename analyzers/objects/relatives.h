@@ -11,7 +11,7 @@ namespace ecaudit::events {
 /// Families of the same maker (by vendor ID) that are the same kind of device: drives for a drive.
 [[nodiscard]] std::vector<const device::DeviceDescription*> Relatives(const device::DeviceDescription& profile);
 
-/// Those of them whose manuals list this object themselves: nobody else has more to say of it than the standard.
+/// Those of them whose manuals list this object themselves: for all others only the standard describes it.
 [[nodiscard]] std::vector<const device::DeviceDescription*> RelativesWith(const device::DeviceDescription& profile,
                                                                           std::uint16_t index);
 

@@ -21,7 +21,7 @@ namespace ecaudit {
 void SetManual(Finding& finding, const device::DeviceDescription& family);
 /// "SAFEOP (AL Control 0x0014)".
 [[nodiscard]] std::string RequestText(const model::AlRequestRecord& request);
-/// Tells requests apart by the requested state and the state before, to fold repetitions.
+/// Distinguishes requests by the requested state and the state before, to fold repetitions.
 [[nodiscard]] std::uint64_t RequestKey(const model::AlRequestRecord& request);
 /// Sets {times} and {last_request_frame} where the request was written more than once.
 void SetRepetition(Finding& finding, const model::AlRequestRecord& request);
