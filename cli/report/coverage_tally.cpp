@@ -107,7 +107,7 @@ std::string CoverageText(std::span<const RuleCoverage> rules) {
     list += kHardSpace + Grouped(count.judged) + "/" + Grouped(count.applicable());
   }
   if (!chapters.empty()) text += ": " + chapters;
-  if (!without.empty()) text += "; nothing to judge: " + without;
+  if (!without.empty()) text += "; nothing to evaluate: " + without;
   return text;
 }
 
