@@ -25,6 +25,7 @@ constexpr Word kOutcome{"outcome", "the outcome of a step"};
 constexpr Word kLogicalAddresses{"logical-addresses", "logical addresses of a bus with other slaves or process data",
                                  true};
 constexpr Word kFurtherStartup{"further-startup", "a further start-up (--from selects it)"};
+constexpr Word kSteps{"startup-steps", "start-up steps", true};
 constexpr Word kBroadcasts{"startup-broadcasts", "the start-up steps for all slaves", true};
 constexpr Word kPlaces{"slave-at-position", "the slave at an expected position"};
 constexpr Word kNewSlave{"new-slave", "a slave that the expectation, which is not strict, does not list"};
@@ -401,7 +402,7 @@ void LeaveOutUnseen(const SlaveSummary& slave, std::vector<Deviation>& found, Co
       return deviation.kind == Deviation::Kind::kMissing && (deviation.to_the_end || deviation.next == nullptr);
     });
     if (found.size() < before) {
-      comparison.not_compared.push_back({slave.id, Reason::Of(ReasonCode::kListFull), Deviation::Kind::kMissing});
+      comparison.not_compared.push_back({slave.id, Reason::Of(ReasonCode::kListFull, kSteps), Deviation::Kind::kMissing});
     }
   }
   const auto early = [](const ExpectedStep* step) { return step->phase <= StartupPhase::kEeprom; };

@@ -9,7 +9,8 @@ namespace ecaudit {
 namespace {
 
 const Reason& MoreThanListed() {
-  static const Reason reason = Reason::Of(ReasonCode::kListFull);
+  static constexpr Word kSlavesOrReasons{"slaves-or-reasons", "slaves or reasons", true};
+  static const Reason reason = Reason::Of(ReasonCode::kListFull, kSlavesOrReasons);
   return reason;
 }
 

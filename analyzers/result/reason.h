@@ -31,7 +31,7 @@ enum class ReasonCode : std::uint8_t {
   kNeverReturned,      ///< {what} never returned
   kAmbiguous,          ///< {what} has more than one explanation
   kNotFollowed,        ///< {what} is shown, but no rule evaluates it
-  kListFull            ///< more slaves or reasons than are listed
+  kListFull            ///< there are more {what} than are kept
 };
 
 struct Reason {

@@ -35,10 +35,6 @@ void SetManual(Finding& finding, const device::DeviceDescription& family) {
   if (!FollowsStandard(family)) finding.Set("manual", arg::Text(family.title));
 }
 
-std::string RequestText(const model::AlRequestRecord& request) {
-  return esc::StateName(request.control.state()) + " (AL Control " + Hex(request.control.raw) + ")";
-}
-
 std::uint64_t RequestKey(const model::AlRequestRecord& request) {
   return static_cast<std::uint64_t>(request.from) << 8U | request.control.state();
 }

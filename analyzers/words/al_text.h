@@ -19,8 +19,6 @@ namespace ecaudit {
 /// Sets {manual} where a manual says what is allowed; without it the EtherCAT standard does:
 /// "[{!manual}The EtherCAT standard][The manual ({manual})] does not allow this."
 void SetManual(Finding& finding, const device::DeviceDescription& family);
-/// "SAFEOP (AL Control 0x0014)".
-[[nodiscard]] std::string RequestText(const model::AlRequestRecord& request);
 /// Distinguishes requests by the requested state and the state before, to fold repetitions.
 [[nodiscard]] std::uint64_t RequestKey(const model::AlRequestRecord& request);
 /// Sets {times} and {last_request_frame} where the request was written more than once.

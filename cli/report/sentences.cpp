@@ -177,7 +177,7 @@ std::string_view TemplateOf(ReasonCode code) {
     case ReasonCode::kNotFollowed:
       return "{what} {what?is|are} reported, but not evaluated";
     case ReasonCode::kListFull:
-      return "more slaves or reasons than are listed";
+      return "more {what} than the report keeps";
   }
   return "";
 }
