@@ -1,4 +1,4 @@
-/// A bug that ends the program by a signal still ends it with one line that says where, and with status 3.
+/// A bug that ends the program by a signal still ends it with one line that names the place, and with status 3.
 #pragma once
 
 #include <atomic>

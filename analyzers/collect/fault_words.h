@@ -3,7 +3,7 @@
 ///
 /// A capture that starts mid-run holds neither FMMUs nor mapping, and a machine that stands in Fault looks like
 /// one that stands still. That such a word is a status word is a guess, which makes no finding; but it is no machine of
-/// which it may be said that nothing is wrong.
+/// which the report may state that nothing is wrong.
 ///
 /// keeps: at most kMost such words.
 #pragma once

@@ -611,7 +611,7 @@ void StartupRecorder::Describe(StartupStep& step, SlaveId slave) const {
     step.read_text = StepValue(step.key, step.read_back, model);
   }
   if (sdo && step.outcome == StartupOutcome::kUnknown) step.note = "no answer in the capture";
-  // That of a drive says what it shows.
+  // That of a drive has the drive state.
   if (step.key.kind == StartupKey::Kind::kDrive) return;
   if (step.outcome == StartupOutcome::kUnanswered) step.note = sdo ? "not answered" : "not followed";
   if (step.outcome != StartupOutcome::kRefused) return;

@@ -268,7 +268,7 @@ void TimelineCollector::LookCloser(const Finding& finding) {
     for (const std::unique_ptr<Signal>& signal : slaves_[finding.slave].signals) keep(signal->close);
     return;
   }
-  // Of a bus of many slaves the first signals of each say most.
+  // Of a bus of many slaves the first signals of each are the most useful.
   std::size_t left = kMaxCloseOfBus;
   const std::size_t each = std::max<std::size_t>(2, kMaxCloseOfBus / std::max<std::size_t>(1, slaves_.size()));
   for (Slave& slave : slaves_) {

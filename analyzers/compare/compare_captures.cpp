@@ -611,7 +611,7 @@ class Builder {
       const StartupStep& other = *found->second[place];
       if (step.outcome == other.outcome && step.code == other.code) continue;
       if (step.outcome == StartupOutcome::kUnknown || other.outcome == StartupOutcome::kUnknown) continue;
-      // The refused state is what the outcome says.
+      // The outcome shows the refused state.
       if (p && step.key.kind == StartupKey::Kind::kRequest) continue;
       const int rank = step.phase <= StartupPhase::kEeprom ? kRankEarly : kRankStep;
       Difference& d = Add(Area::kStep, rank, p, startup::StepNoun(step.key, step.name),
@@ -739,7 +739,7 @@ class Builder {
         if (there.contains(key)) continue;
         const std::size_t pair = std::get<1>(key);
         const std::string text = std::string(Name(finding->severity)) + ": " + title_(*finding);
-        // A cause says more than what follows from it.
+        // A cause is more useful than its consequences.
         const int rank = finding->caused_by == kNoFinding && finding->rule != "al-refused" ? kRankFinding : kRankEarly;
         Difference& d =
             Add(Area::kFinding, rank, pair == kBusPair ? std::nullopt : std::optional(pair), std::string(finding->rule),

@@ -52,7 +52,7 @@ struct Deviation {
   std::uint32_t revision = 0;  ///< revision: of the device that stands there
 };
 
-/// A slave whose start-up, or a part of it, the capture does not show, so that nothing can be said.
+/// A slave whose start-up, or a part of it, the capture does not show, so that nothing can be compared.
 struct NotCompared {
   SlaveId slave = kNoSlave;
   Reason reason;

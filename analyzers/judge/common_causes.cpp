@@ -267,9 +267,9 @@ bool GoesOnFromRefusal(const Finding& effect, const Finding& cause) {
 struct Law {
   std::string_view effect, cause;
   TimeNs within = 0;  ///< after the cause's last frame; < 0: at any time
-  bool (*holds)(const RuleContext&, const Finding& effect) = nullptr;  ///< what the effect has to say besides
+  bool (*holds)(const RuleContext&, const Finding& effect) = nullptr;  ///< further condition on the effect
   Bus of_bus = Bus::kNo;
-  bool (*fits)(const Finding& effect, const Finding& cause) = nullptr;  ///< what both have to say of the same
+  bool (*fits)(const Finding& effect, const Finding& cause) = nullptr;  ///< condition on both
   bool by_warning = false;                                              ///< a warning may cause an error
 };
 

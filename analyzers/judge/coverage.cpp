@@ -23,7 +23,7 @@
 namespace ecaudit {
 namespace {
 
-/// What the rules of a chapter are about, where they do not say it themselves.
+/// What the rules of a chapter are about, where they do not name it themselves.
 constexpr std::array<std::pair<std::string_view, Subject>, 10> kChapters{
     {{"Capture", Subject::kCapture},
      {"Frame and bus", Subject::kBus},
@@ -323,7 +323,7 @@ class Evaluator {
     const PipelineStatistics& read = context_.statistics();
     if (read.cut_frames > 0) AddMissing(rule, ReasonCode::kSnapLength, read.first_cut.number, out);
     if (misses_packets_) AddMissing(rule, ReasonCode::kMissesPackets, context_.pairing().first_gap.number, out);
-    // What a rule says of it itself is more.
+    // What a rule itself reports counts more.
     const bool no_answers = result_.capture.direction == DirectionSeen::kOutbound;
     if (no_answers && out.coverage == Coverage::kJudged && !Get(rule, out.slave).found)
       AddMissing(rule, ReasonCode::kNoReturnedFrames, read.first.number, out);
@@ -440,7 +440,7 @@ bool MayBeDrive(const SlaveSummary& slave, const RuleContext& context) {
 }
 
 /// True for a drive in OP whose process data are hidden after a capture gap, while the master still exchanges some.
-/// That its AL state is known says nothing of them: a drive that stands in Fault stays in OP.
+/// That its AL state is known shows nothing of them: a drive that stands in Fault stays in OP.
 bool DriveOutOfSight(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
   // FMMUs that were set are listed, active or not: there are none where they are forgotten, or were never seen.
   return InState(slave, esc::AlState::OP) && slave.fmmus.empty() && result.bus.cycle.cycles > 0 &&

@@ -1,4 +1,4 @@
-/// Which stores of the analysis were full: what they left out has to be said.
+/// Which stores of the analysis were full: what they left out has to be reported.
 #pragma once
 
 #include "analyzers/judge/crowded_lists.h"

@@ -62,11 +62,11 @@ class Rule {
 
   // For Finish(): where a rule could not be evaluated in the whole capture.
 
-  /// True, and said, when nothing that the slaves answered is in the capture.
+  /// True, and reported, if no answer of the slaves is in the capture.
   bool NotEvaluableWithoutReturns();
-  /// True, and said, when no frame on its way to the slaves is in the capture.
+  /// True, and reported, if no frame on its way to the slaves is in the capture.
   bool NotEvaluableWithoutSent();
-  /// Says `reason` for each slave that `applies(const model::SlaveModel&)` to.
+  /// Reports `reason` for each slave that `applies(const model::SlaveModel&)` to.
   template <class Applies>
   void NotEvaluableWhere(Applies applies, const Reason& reason) {
     ForEachSlave([&](SlaveId id, const model::SlaveModel& slave) {
@@ -85,7 +85,7 @@ class Rule {
       }
     });
   }
-  /// For rules about answers to AL requests: says where AL Status was never read after one.
+  /// For rules about answers to AL requests: reports where AL Status was never read after one.
   void NotEvaluableWhereRequestsAreNotFollowed();
 
  private:

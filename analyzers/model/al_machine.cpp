@@ -357,7 +357,7 @@ void AlMachine::OnNoState(const track::AlStatusRead& read) {
 }
 
 /// Nothing is waited for, nothing is left to learn: a master polls thousands of times a second, and all of these reads
-/// say the same.
+/// show the same.
 bool AlMachine::IsQuiet(std::uint8_t state) const {
   return SettledIn(static_cast<esc::AlState>(state)) && earlier_.empty() && !error_code_ && !error_reported_ &&
          !acknowledged_ && !echo_ && (own_status_ || emulation_.value_or(false) || !control_ || !control_->bit4());

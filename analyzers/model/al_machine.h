@@ -70,7 +70,7 @@ class AlMachine {
   void OnRequestSent(const FrameRef& frame, esc::AlWord control);
   void OnRequest(const track::AlRequest& request);
   void OnStatus(const track::AlStatusRead& read);
-  /// Nothing is waited for, and this read says what the last one said: only Repeat() is due.
+  /// Nothing is waited for, and this read shows what the last one reported: only Repeat() is due.
   [[nodiscard]] bool Repeats(const track::AlStatusRead& read) const {
     return quiet_ && read.status.state() == read_state_ && !read.status.bit4() && read.error_bit_known;
   }
@@ -93,7 +93,7 @@ class AlMachine {
     quiet_ = false;
     paused_ = true;
   }
-  /// Another device stands there now: what the one before could do says nothing of it.
+  /// Another device is there now: what the one before could do does not apply to it.
   void OnOtherDevice() {
     emulation_.reset();
     own_status_ = false;

@@ -69,7 +69,7 @@ void BusAlUnit::Await(SlaveId slave, std::uint8_t state) {
   asked_[slave] = state;
 }
 
-/// It is where it was to go, or says that it does not go there.
+/// It is where it was to go, or shows that it does not go there.
 void BusAlUnit::NoteAnswer(const track::AlStatusRead& read) {
   if (read.slave >= asked_.size() || asked_[read.slave] == 0) return;
   if (read.status.state() == asked_[read.slave] || (read.status.bit4() && read.error_bit_known)) Await(read.slave, 0);

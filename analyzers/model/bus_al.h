@@ -21,7 +21,7 @@ namespace ecaudit::model {
 
 class BusAlUnit {
  public:
-  /// What all slaves say together.
+  /// What all slaves show together.
   struct Shown {
     esc::AlWord status;  ///< OR of all, bits 0 to 4
     FrameRef first, last;

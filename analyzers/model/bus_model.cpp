@@ -196,7 +196,7 @@ void BusModel::On(const track::AlStateForgotten& event) {
   if (event.may_be_set_up_anew) DoubtLayouts(event.slave);
 }
 
-/// Whatever was said in the frames that are missing.
+/// Whatever was reported in the frames that are missing.
 void BusModel::On(const track::CaptureGap& event) {
   if (event.certain) {
     al_.Forget();
@@ -316,7 +316,7 @@ void BusModel::On(const track::CyclesSkipped& skipped) {
   }
 }
 
-/// Mid-run captures of nothing but process data: the ENI says whose they are, and the working counter that they are.
+/// Mid-run captures of nothing but process data: the ENI states whose they are, and the working counter that they are.
 void BusModel::Presume(const ProcessCycle& cycle) {
   const device::EniSlave* eni = cycle.part.model->eni;
   if (cycle.exchange != Exchange::kInferred || eni == nullptr) return;

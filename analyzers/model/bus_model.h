@@ -79,7 +79,7 @@ class BusModel final : private ProcessSink {
   /// The capture has ended.
   void Finish();
   void On(const mailbox::Emergency& emergency);
-  /// Says which words the units of the slaves look at, or that each frame matters to some of them.
+  /// Reports which words the units of the slaves look at, or that each frame matters to some of them.
   void On(const track::CycleAtRest& asked);
   void On(const track::CyclesSkipped& skipped);
   void On(const track::AlRequestSent& request);

@@ -14,7 +14,7 @@ struct SlaveModel;
 
 struct ParameterValue {
   std::int64_t value = 0;
-  /// Inferred where only a sister family's manual says that the object holds the parameter.
+  /// Inferred where only a sister family's manual states that the object holds the parameter.
   Certainty certainty = Certainty::kObserved;
   FrameNo since = 0;  ///< frame that showed it; 0: given by the user
 };

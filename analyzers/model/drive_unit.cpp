@@ -141,7 +141,7 @@ void DriveUnit::OnControlWords(const ProcessCycle& cycle, const DrivePart& part,
     same = Read(cycle.data, part.control[i].bit, 16) == first;
   }
   if (!same) {
-    // Which of several mapped control words counts, no manual says.
+    // No manual states which of several mapped control words counts.
     if (first) ++control_.ambiguous;
     control_.taken.reset();
     control_.sent.reset();

@@ -92,7 +92,7 @@ class LatchEdges {
 
   /// The position of edge n came to the master.
   void ReadBy(std::size_t n, LatchReading reading, const FrameRef& frame, std::optional<std::int64_t> position);
-  /// One came of which the manual does not say whose it is.
+  /// One came whose edge the manual does not state.
   void ReadStray() { stray_read_ = true; }
   /// The master uploads the status word or a position, valid or not: it has a way to learn of a capture.
   void Asked() { asked_ = true; }

@@ -39,7 +39,7 @@ struct LatchControl {
   }
 };
 
-/// What the drive said last.
+/// What the drive reported last.
 struct LatchStatus {
   bool known = false;
   std::uint16_t value = 0;

@@ -127,7 +127,7 @@ struct AlErrorCleared {
   bool echo = false;  ///< what looked like one was the echo of an acknowledge
 };
 
-/// The error bit is set when AL Status of the slave is first read; said again when it becomes certain.
+/// The error bit is set when AL Status of the slave is first read; reported again when it becomes certain.
 struct AlErrorStands {
   SlaveId slave = kNoSlave;
   FrameRef frame;
@@ -207,7 +207,7 @@ struct BusAlOverdue {
   std::uint64_t polls = 0;
 };
 
-/// A slave of the ENI exchanges process data, as the working counter says, and no frame addressed it so far.
+/// A slave of the ENI exchanges process data, as the working counter shows, and no frame addressed it so far.
 struct SlavePresumed {
   std::optional<SlavePos> position;
   std::optional<StationAddress> station;

@@ -84,7 +84,7 @@ class ProcessData {
 
   /// The family's facts, with those of an ESI file where there is one; never null.
   void SetFamily(const device::DeviceDescription& family);
-  /// What an ENI file says of this slave, and the whole file for the names of its variables; null: there is none.
+  /// What an ENI file states of this slave, and the whole file for the names of its variables; null: there is none.
   /// Both must stay valid.
   void SetEni(const device::EniSlave* slave, const device::EniConfig* config);
   /// @return true when something changed

@@ -3,7 +3,7 @@
 ///
 /// Where a slave's data lie follows from its sync managers and FMMUs, byte- or bit-wise. Where those are not in the
 /// capture, an ENI file gives the place, also of slaves that only process data reach. Outputs are read from what the
-/// master sent, inputs from what came back, and only when the working counter says that the slave gave them.
+/// master sent, inputs from what came back, and only when the working counter shows that the slave gave them.
 ///
 /// Source: esc-reference 2.1, 6, 7; ETG.2100 (cyclic commands, process image).
 #pragma once
@@ -135,7 +135,7 @@ class ProcessImage {
   void OnLayoutChanged(SlaveId slave);
 
  private:
-  /// Of all that says where the process data lie.
+  /// Of all that decides where the process data are.
   struct Version {
     std::uint64_t mapping = 0;  ///< track::Network::mapping_version()
     std::uint64_t layouts = 0;

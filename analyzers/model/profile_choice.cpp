@@ -42,7 +42,7 @@ std::string WhereSeen(const IdentityLearned& identity) {
   return std::string(where) + " (frame " + std::to_string(identity.frame.number) + ")";
 }
 
-/// The edition says what is in each of the PDOs that the slave has assigned, or that they are mapped freely.
+/// The edition states what is in each of the PDOs that the slave has assigned, or that they are mapped freely.
 bool Describes(const DeviceDescription& edition, const process::PdoMapping& seen) {
   for (const std::uint16_t assignment : {process::kRxAssignment, process::kTxAssignment}) {
     for (const std::uint16_t pdo : seen.Assigned(assignment).value_or(std::vector<std::uint16_t>{})) {

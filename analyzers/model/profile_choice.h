@@ -58,7 +58,7 @@ class ProfileChoice {
   [[nodiscard]] const device::DeviceDescription* Overlay(const device::DeviceDescription& family,
                                                          const device::DeviceDescription& esi);
   /// `device` with the modules that the slave's lists name.
-  /// @param file  the ESI, for texts  @param source  how the description was chosen; gets what there is to say
+  /// @param file  the ESI, for texts  @param source  how the description was chosen; gets notes about the file
   [[nodiscard]] const device::DeviceDescription* WithModules(const device::DeviceDescription& device,
                                                              const SlaveModel& slave, const std::string& file,
                                                              std::string& source);

@@ -1,7 +1,7 @@
 /// in: what the units of a slave made of its process data.  out: whether the next data can change them.
 ///
 /// Nearly every cycle carries the same control and status words as the one before; positions change, but no unit looks
-/// at them then. So a unit says after each cycle whether it is still, and which words it looked at. While these stay
+/// at them then. So a unit reports after each cycle whether it is still, and which words it looked at. While these stay
 /// the same, and nothing else reached the slave's model, the units only count.
 #pragma once
 

@@ -1,6 +1,6 @@
 /// What an object of one slave is called and of which type it is, from the best source there is.
 ///
-/// Sources, best first: what the slave itself said (SDO information), its family's manual, the objects that all CoE
+/// Sources, best first: what the slave itself reported (SDO information), its family's manual, the objects that all CoE
 /// devices share, and another family of the same maker. The last one is an inference: families differ.
 #pragma once
 

@@ -1,4 +1,5 @@
-/// What the manuals of sister families say where a family's own manual is silent. Always an inference: families differ.
+/// What the manuals of sister families state where a family's own manual is silent. Always an inference: families
+/// differ.
 #pragma once
 
 #include <cstdint>

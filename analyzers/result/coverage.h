@@ -12,8 +12,8 @@ namespace ecaudit {
 
 enum class Coverage : std::uint8_t {
   kJudged,
-  kPartly,        ///< but not at every moment: a line in AnalysisResult::not_evaluable says why
-  kNotJudged,     ///< such a line says why
+  kPartly,        ///< but not at every moment: a line in AnalysisResult::not_evaluable gives the reason
+  kNotJudged,     ///< such a line gives the reason
   kNotApplicable  ///< there is nothing that the rule is about
 };
 

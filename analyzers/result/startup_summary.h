@@ -96,7 +96,7 @@ struct StartupStep {
   /// Bytes on the wire: written, or for an upload read. Not more than the recorder keeps; `size` counts all.
   std::vector<std::uint8_t> data;
   std::uint64_t size = 0;
-  /// The value depends on the moment or the cabling (clock times, offsets, addresses): it says nothing to compare.
+  /// The value depends on the moment or the cabling (clock times, offsets, addresses): it is not compared.
   bool volatile_value = false;
   bool broadcast = false;
   /// What the master read there later, first time: registers and SDOs that were written.

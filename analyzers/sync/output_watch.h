@@ -1,6 +1,6 @@
 /// in: frames with outputs for one slave.  out: how they arrive.
 ///
-/// keeps: the last frame and what the slave said of itself, its rate, its rhythm, and its phase to SYNC0.
+/// keeps: the last frame and the slave's own measurements, its rate, its rhythm, and its phase to SYNC0.
 #pragma once
 
 #include <algorithm>

@@ -11,7 +11,7 @@
 namespace ecaudit::sync {
 namespace {
 
-/// How well the slaves' clocks agree with the reference when nothing says better: what counts as synchronised.
+/// How well the slaves' clocks agree with the reference if nothing better is known: what counts as synchronised.
 constexpr TimeNs kClocksAgree = 1000;
 
 }  // namespace

@@ -4,7 +4,7 @@
 /// keeps: what belongs to the frame at hand, whose time may come after its process data; all else is kept by
 ///
 ///   CyclicImages  rhythm of the process data       DcUnit, DcClock  distributed clocks
-///   OutputWatch   how outputs reach one slave      PllWatch         what the drive says of its own clock
+///   OutputWatch   how outputs reach one slave      PllWatch         what the drive shows of its own clock
 ///   SentFrames    frames as they passed            TimeTrust        how good the stamps are
 ///   SteadyCycles  frames that slaves are updated with later, many at once
 #pragma once

@@ -363,7 +363,7 @@ class CaptureText {
     return text;
   }
 
-  /// What to show of `history`: a request that is followed by the requested state goes without saying.
+  /// What to show of `history`: a request that is followed by the requested state needs no line.
   [[nodiscard]] static std::vector<const AlStep*> NotableSteps(const std::vector<AlStep>& history) {
     std::vector<const AlStep*> steps;
     for (std::size_t i = 0; i < history.size(); ++i) {

@@ -50,7 +50,7 @@ constexpr RuleInfo kInfo{.id = "startup-step-missing",
                          .doc = R"(
 ## What it checks
 Every step that the expectation lists for a slave: register writes, SDO transfers, state requests, commands to a drive.
-Every slave that it lists must be on the bus. Where the expectation says "outcome": "done", the slave must have
+Every slave that it lists must be on the bus. Where the expectation has "outcome": "done", the slave must have
 followed: the state was reached, the transfer answered, the register accepted, the drive enabled.
 
 ## Why it matters
