@@ -190,8 +190,8 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
   if (!main) {
     const std::string none = std::string("no ") + (summary.known > 0 ? "new " : "") + "findings in " +
                              Count(capture.ethercat_frames, "EtherCAT frame");
-    const std::string slaves = capture.slaves > 0 ? " of " + SlavesText(capture.slaves, capture.slaves_there)
-                                                  : "; no slave is known";
+    const std::string slaves =
+        capture.slaves > 0 ? " of " + SlavesText(capture.slaves, capture.slaves_there) : "; no slave is known";
     std::string reach = capture.complete ? "" : ", as far as the capture was read";
     if (MissesPackets(capture)) reach += ", but the capture misses packets";
     return {verdict, none + slaves + reach + limits};

@@ -126,7 +126,7 @@ class CaptureText {
     for (const std::string& note : VerdictNotes(digest)) {
       if (verdict.rest.find(note) == std::string::npos) text_.Paragraph(note, 0, 2);
     }
-    if (const std::string judged = JudgedText(); !judged.empty()) text_.Paragraph(judged, 0, 2);
+    if (const std::string evaluated = EvaluatedText(); !evaluated.empty()) text_.Paragraph(evaluated, 0, 2);
   }
 
   /// "evaluated: 204 of 216 checks, 6 in part; 4 rules not for every slave (see below)". A check is a rule for one slave.
@@ -363,7 +363,7 @@ class CaptureText {
     return text;
   }
 
-  /// What to show of `history`: a request that is followed by the requested state goes without saying.
+  /// What to show of `history`: a request that is followed by the requested state needs no line.
   [[nodiscard]] static std::vector<const AlStep*> NotableSteps(const std::vector<AlStep>& history) {
     std::vector<const AlStep*> steps;
     for (std::size_t i = 0; i < history.size(); ++i) {

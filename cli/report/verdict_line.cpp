@@ -22,7 +22,7 @@ std::string Joined(const std::vector<std::string>& texts) {
 
 /// What the line shows, in the parts that can be shortened.
 struct Parts {
-  std::string before;  ///< "error: " where the verdict does not say it
+  std::string before;  ///< "error: " where the verdict does not show it
   std::string place;   ///< "slave 0 (AKD, 0x1001): "
   std::string short_place;
   std::string what;
