@@ -314,7 +314,7 @@ std::string ProcessData::Computation::WhyUnassigned(bool partly) {
   if (data_.family_->esi && data_.family_->esi->misses_modules()) {
     return object + " is not in the capture, and neither is which modules are in the slots (F030h or F050h)";
   }
-  return object + " is not in the capture, and neither the EEPROM nor an ESI or ENI file states the default";
+  return object + " is not in the capture, and neither the EEPROM nor an ESI or ENI file gives the default";
 }
 
 void ProcessData::Computation::Add(const AssignedPdo& pdo) {

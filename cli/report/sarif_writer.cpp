@@ -127,8 +127,8 @@ class SarifWriter {
         results_.Add([&](JsonObject& json) { PutResult(json, capture, f, artifact, fingerprint, which); });
       }
       for (const NotJudged& entry : capture.not_judged) {
-        AddNotification("note", entry.rule + " not evaluated, " + PlaceOf(entry) + ": " + OneLine(entry.reason),
-                        artifact, &entry.rule);
+        AddNotification("note", entry.rule + " not evaluated, " + PlaceOf(entry) + ": " + OneLine(entry.reason), artifact,
+                        &entry.rule);
       }
     }
     List artifacts;

@@ -129,16 +129,16 @@ class CaptureText {
     if (const std::string evaluated = EvaluatedText(); !evaluated.empty()) text_.Paragraph(evaluated, 0, 2);
   }
 
-  /// "evaluated: 204 of 216, 6 more in part; 4 rules not everywhere (see below)"
-  [[nodiscard]] std::string EvaluatedText() const {
+  /// "evaluated: 204 of 216 checks, 6 in part; 4 rules not for every slave (see below)". A check is a rule for one slave.
+  [[nodiscard]] std::string JudgedText() const {
     const CoverageCount count = CountOf(result_.coverage);
     std::string text;
     if (count.applicable() > 0) {
-      text = "evaluated: " + Grouped(count.judged) + " of " + Grouped(count.applicable());
-      if (count.partly > 0) text += ", " + Grouped(count.partly) + " more in part";
+      text = "evaluated: " + Grouped(count.judged) + " of " + Count(count.applicable(), "check");
+      if (count.partly > 0) text += ", " + Grouped(count.partly) + " in part";
     }
     if (!result_.not_evaluable.empty()) {
-      text += (text.empty() ? "" : "; ") + Count(RulesNotJudged(), "rule") + " not everywhere (see below)";
+      text += (text.empty() ? "" : "; ") + Count(RulesNotJudged(), "rule") + " not for every slave (see below)";
     }
     return text;
   }
@@ -275,7 +275,7 @@ class CaptureText {
     return text;
   }
 
-  /// "delay 300 ns, offset 29229 ns; SYNC0 every 1 ms since #2528, frames 491.0 to 960.7 us behind it"
+  /// "delay 300 ns, offset 29229 ns; SYNC0 every 1 ms since #2528, frames 491.0 to 960.7 us after it"
   [[nodiscard]] static std::string DcText(const DcSummary& dc) {
     std::vector<std::string> parts;
     if (dc.reference) parts.emplace_back("reference clock");
@@ -519,14 +519,14 @@ class CaptureText {
   void CoverageLines() {
     const std::string text = CoverageText(result_.coverage);
     if (text.empty()) return;
-    Heading("Evaluated (each rule once for a slave)");
+    Heading("Evaluated checks (a rule for one slave)");
     text_.Paragraph(text, 2);
   }
 
   /// What would open most of what could not be evaluated.
   void CaptureNext() {
     if (result_.capture_next.empty()) return;
-    Heading("What to capture next (rules it may open, each once for a slave)");
+    Heading("What to capture next (checks that it may add)");
     for (std::size_t i = 0; i < std::min(result_.capture_next.size(), kAdviceShown); ++i) {
       const CaptureAdvice& advice = result_.capture_next[i];
       text_.Paragraph(OneLine(advice.text) + " (" + Grouped(advice.judgements) + ")", 2, 6);
@@ -587,7 +587,7 @@ class CaptureText {
 
   // --- capture facts ----------------------------------------------------------------------------------------------
 
-  /// What the models foretold, so that a reader knows how far they fit these slaves.
+  /// What the models predicted, so that a reader knows how far they fit these slaves.
   [[nodiscard]] std::string Predictions() const {
     const PredictionSummary& p = result_.bus.predictions;
     std::uint64_t made = 0;
@@ -608,8 +608,8 @@ class CaptureText {
     add(p.working_counters, "working counter");
     if (made == 0) return "";
     std::string text =
-        "models of the slaves: " + Grouped(held) + " of " + Grouped(made) + " predictions came true (" + kinds + ")";
-    if (!deviations.empty()) text += "; first not in " + deviations;
+        "models of the slaves: " + Grouped(held) + " of " + Grouped(made) + " predictions were right (" + kinds + ")";
+    if (!deviations.empty()) text += "; first wrong in " + deviations;
     return text;
   }
 
@@ -678,7 +678,7 @@ class CaptureText {
         break;
       case DirectionSeen::kOutbound:
         text = result_.capture.frames.undecided[static_cast<std::size_t>(bus::Undecided::kNoAnswers)] > 0
-                   ? "outbound frames only: no frame returns"
+                   ? "outbound frames only: no slave answers"
                    : "outbound frames only: answers of the slaves are not in the capture";
         break;
       case DirectionSeen::kReturned:
@@ -721,7 +721,7 @@ class CaptureText {
       if (run.cycle_us > 0) text += ", every " + Fixed(run.cycle_us, 1) + " us";
     }
     if (runs.size() > kShown) text += "; and " + std::to_string(runs.size() - kShown) + " more";
-    return text + "; each is evaluated for itself";
+    return text + "; each is evaluated by itself";
   }
 
   /// "slaves signalled: DL status in 47 frames, #2 to #94 (slave 0)"

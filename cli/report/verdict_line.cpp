@@ -139,8 +139,7 @@ VerdictLine VerdictLineOf(const CaptureDigest& capture, const TextStyle& style, 
 std::vector<std::string> VerdictNotes(const CaptureDigest& capture) {
   std::vector<std::string> notes;
   if (!capture.unmet.empty()) notes.push_back("required and missing: " + Joined(capture.unmet));
-  if (!capture.limited.empty() && !capture.without_ethercat)
-    notes.push_back("not evaluated: " + OneLine(capture.limited));
+  if (!capture.limited.empty() && !capture.without_ethercat) notes.push_back("not evaluated: " + OneLine(capture.limited));
   if (const std::string selected = Text(capture.selection); !selected.empty()) {
     notes.push_back("limited by " + OneLine(selected));
   }

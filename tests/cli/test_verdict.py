@@ -153,7 +153,7 @@ class Coverage(CliTest):
     def test_text_tells_it_in_few_lines(self):
         for capture in (SAMPLES / "clean-mixed-bus.pcapng", SAMPLES / "mid-run.pcapng", self.healthy):
             out = self.check(capture, status=0).out
-            lines = out[out.index("\nEvaluated ("):].strip("\n").split("\n\n")[0].split("\n")[1:]
+            lines = out[out.index("\nEvaluated "):].strip("\n").split("\n\n")[0].split("\n")[1:]
             self.assertLessEqual(len(lines), 4, lines)
             coverage = self.coverage(capture)
             applicable = coverage["judged"] + coverage["partly"] + coverage["not_judged"]

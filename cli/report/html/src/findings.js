@@ -100,12 +100,12 @@ function coverageLine(coverage) {
   const applicable = (c) => c.judged + c.partly + c.not_judged;
   const chapters = coverage.by_chapter.filter((c) => applicable(c) > 0);
   const without = coverage.by_chapter.filter((c) => applicable(c) === 0).map((c) => c.chapter);
-  const part = coverage.partly > 0 ? `, ${grouped(coverage.partly)} more in part` : "";
+  const part = coverage.partly > 0 ? `, ${grouped(coverage.partly)} in part` : "";
   return h("p", { id: "coverage" },
     `Evaluated, each rule once for a slave: ${grouped(coverage.judged)} of ${grouped(applicable(coverage))}${part}: `,
     chapters.map((c, i) => [i > 0 && ", ",
       h("span", { className: "nowrap" }, `${c.chapter} ${grouped(c.judged)}/${grouped(applicable(c))}`)]),
-    without.length > 0 && `; nothing to evaluate: ${without.join(", ")}`);
+    without.length > 0 && `; not applicable: ${without.join(", ")}`);
 }
 
 /// Rules that could not be evaluated, with the slaves they concern.
