@@ -214,6 +214,45 @@ TEST(Catalogue, EveryRuleHasItsTraces) {
   }
 }
 
+/// "RULE kind=NAME" and "RULE note=NAME" of all findings that the traces expect.
+std::set<std::string> ExpectedKindsAndNotes() {
+  std::set<std::string> expected;
+  for (const auto& entry : fs::recursive_directory_iterator(kRoot / "tests" / "rules")) {
+    if (entry.path().extension() != ".expected") continue;
+    std::istringstream lines(FileText(entry.path()));
+    for (std::string line; std::getline(lines, line);) {
+      std::istringstream words(line.substr(0, line.find('#')));
+      std::string severity;
+      std::string rule;
+      words >> severity >> rule;
+      for (std::string word; words >> word;) {
+        if (word.starts_with("kind=") || word.starts_with("note=")) expected.insert(rule + " " + word);
+      }
+    }
+  }
+  return expected;
+}
+
+// A sentence that no trace brings about is read by no test: it may be wrong, and its condition may never be true.
+TEST(Catalogue, EveryKindAndNoteIsExpectedByATrace) {
+  const std::set<std::string> expected = ExpectedKindsAndNotes();
+  for (const RuleInfo* rule : RuleCatalogue()) {
+    const std::string id(rule->id);
+    for (const FindingKind* kind : rule->kinds) {
+      EXPECT_TRUE(expected.contains(id + " kind=" + std::string(kind->name))) << id << ": kind " << kind->name;
+    }
+    for (const NoteKind* note : rule->notes) {
+      EXPECT_TRUE(expected.contains(id + " note=" + std::string(note->name))) << id << ": note " << note->name;
+    }
+  }
+  for (const NoteKind* note : kSharedNotes) {
+    const bool any = std::any_of(expected.begin(), expected.end(), [note](const std::string& text) {
+      return text.ends_with(" note=" + std::string(note->name));
+    });
+    EXPECT_TRUE(any) << "shared note " << note->name;
+  }
+}
+
 /// Angle brackets would be tags.
 std::string InMarkdown(const std::string& text) {
   std::string out;
