@@ -19,7 +19,7 @@ inline constexpr Word kStatusWord{"status-word", "the status word (6041h)"};
 inline constexpr Word kControlWord{"control-word", "the control word (6040h)"};
 inline constexpr Word kDriveWords{"drive-words", "the status word and the mode of operation of the drive", true};
 inline constexpr Word kIdentityAndMapping{"identity-and-mapping", "the identity of the slave and its mapping", true};
-inline constexpr Word kMapping{"mapping", "the PDO assignment and mapping"};
+inline constexpr Word kMapping{"mapping", "the PDO assignment and mapping", true};
 inline constexpr Word kProcessDataOwner{"process-data-owner", "the mapping of process data to slaves"};
 inline constexpr Word kSyncManagersAndFmmus{"sync-managers-and-fmmus", "the sync managers and FMMUs of the slave",
                                             true};
