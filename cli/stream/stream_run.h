@@ -18,11 +18,13 @@
 
 namespace ecaudit::cli {
 
-enum class LineFormat : std::uint8_t { kText, kJsonLines, kCsv };
+/// Places in LineWriter::formats(), unless a writer has its own.
+inline constexpr std::size_t kTextLines = 0;
+inline constexpr std::size_t kJsonLines = 1;
 
 /// One destination.
 struct LineTarget {
-  LineFormat format = LineFormat::kText;
+  std::size_t format = 0;  ///< place in LineWriter::formats()
   bool color = false;
   LineOutput output;
 };
