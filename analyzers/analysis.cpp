@@ -38,7 +38,6 @@ PipelineOptions WhatToRead(const AnalysisOptions& options) {
   reads.stop = options.stop;
   reads.reached = options.reached;
   reads.progress = options.progress;
-  reads.read_ahead = !options.one_of_several;
   return reads;
 }
 
@@ -78,8 +77,6 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
   RuleContext context(store, observation, source, options, explanations);
   const auto rules = Attached(context, observation.bus(), options.shuffle_rules);
 
-  // A time line shows the data of each cycle.
-  if (timeline == nullptr && !options.tells_each_cycle) observation.SkipRepeatedCycles();
   observation.Run(source, WhatToRead(options));
 
   AnalysisResult result = Summarise(source, observation);

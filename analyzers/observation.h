@@ -42,9 +42,6 @@ class Observation {
   /// Null unless Depth::kClocks.
   [[nodiscard]] const sync::SyncModel* sync() const { return sync_.get(); }
 
-  /// What is published about cycles like the one before is not needed: see decoder/track/repeated_cycles.h. Only where
-  /// no subscriber needs the data of each cycle.
-  void SkipRepeatedCycles() { pipeline_.SkipRepeatedCycles(); }
   /// Reads `source` to its end, its damage or the stop that the options name, then lets the models conclude.
   void Run(capture::FrameSource& source, const PipelineOptions& options);
 

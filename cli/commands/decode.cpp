@@ -20,8 +20,6 @@ class DatagramWriter final : public LineWriter {
   void Begin(Observation& observation, const StreamContext& context) override {
     pipeline_ = &observation.pipeline();
     observation.bus().Listen(Stage::kBeforeModel, *this, &DatagramWriter::On);
-    // Frames are written as they pass; what they did matters for who is where only.
-    observation.SkipRepeatedCycles();
     observation.bus().Listen(Stage::kModel, *this, &DatagramWriter::OnPoll);
     context_ = &context;
     for (LineTarget& target : context.targets) {
