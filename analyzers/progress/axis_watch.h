@@ -32,6 +32,8 @@ struct SlaveSide {
   InOp in_op = InOp::kUnknown;
   bool op_requested = false;
   bool began = false;
+
+  friend bool operator==(const SlaveSide&, const SlaveSide&) = default;
 };
 
 class AxisWatch {

@@ -1,5 +1,7 @@
 #include "analyzers/progress/progress_model.h"
 
+#include <utility>
+
 #include "decoder/base/bytes.h"
 
 namespace ecaudit::progress {
@@ -13,8 +15,8 @@ constexpr std::uint16_t kSoftwareLimits = 0x607D;
 }  // namespace
 
 ProgressModel::ProgressModel(const model::BusModel& model, EventBus& bus) : model_(model) {
-  bus.ListenTo<model::ProcessCycle, track::LogicalRepeated, track::RepetitionEnds, mailbox::SdoTransfer,
-               track::AlRequest, track::CaptureGap, track::RunBegan>(Stage::kAfterModel, *this);
+  bus.ListenTo<model::ProcessCycle, mailbox::SdoTransfer, track::AlRequest, track::CaptureGap, track::RunBegan>(
+      Stage::kAfterModel, *this);
 }
 
 const AxisWatch* ProgressModel::axis(SlaveId slave, std::uint8_t axis) const {
@@ -56,29 +58,36 @@ SlaveSide ProgressModel::SideOf(SlaveId slave) const {
   return side;
 }
 
-const AxisPlaces& ProgressModel::PlacesOf(const model::ImagePart& part) {
-  Recent& recent = recent_[part.serial % recent_.size()];
-  if (recent.serial == part.serial && recent.places != nullptr) return *recent.places;
-  auto found = places_.find(part.serial);
-  if (found == places_.end()) {
-    if (places_.size() >= kMostPlaces) {
-      places_.clear();
-      repeating_.clear();
+ProgressModel::Part& ProgressModel::PartOf(const model::ImagePart& image) {
+  Recent& recent = recent_[image.serial % recent_.size()];
+  if (recent.serial == image.serial && recent.part != nullptr) return *recent.part;
+  auto found = parts_.find(image.serial);
+  if (found == parts_.end()) {
+    if (parts_.size() >= kMostPlaces) {
+      parts_.clear();
       recent_ = {};
     }
-    found = places_.emplace(part.serial, AxisPlaces(part)).first;
+    found = parts_.emplace(image.serial, Part{AxisPlaces(image), {}, {}, {}}).first;
   }
-  recent = {part.serial, &found->second};
+  recent = {image.serial, &found->second};
   return found->second;
 }
 
-void ProgressModel::Take(const model::ImagePart& part, const AxisPlaces& places, ByteSpan data, const FrameRef& frame) {
+void ProgressModel::Take(const model::ImagePart& image, Part& part, ByteSpan data, const FrameRef& frame) {
   if (data.empty() || !frame.seen()) return;
-  const SlaveSide side = SideOf(part.slave);
-  places.Read(data, [&](std::uint8_t axis, const AxisValues& values) {
-    AxisWatch* const watch = Watch(part.slave, axis);
+  const SlaveSide side = SideOf(image.slave);
+  // Most cycles of a machine at rest change nothing.
+  const bool same_side = std::exchange(part.side, side) == side;
+  if (part.places.Repeats(data, part.bits) && same_side && part.still()) return;
+  if (part.watches.empty()) {
+    part.places.ForEachAxis([&](std::uint8_t axis) {
+      if (AxisWatch* const watch = Watch(image.slave, axis)) part.watches.push_back(watch);
+    });
+  }
+  part.places.Read(data, [&](std::uint8_t axis, const AxisValues& values) {
+    AxisWatch* const watch = Watch(image.slave, axis);
     if (watch == nullptr) return;
-    if (part.direction == device::PdoDirection::kRx) {
+    if (image.direction == device::PdoDirection::kRx) {
       watch->OnOutputs(values, frame, side);
     } else {
       watch->OnInputs(values, frame, side);
@@ -91,51 +100,9 @@ void ProgressModel::On(const model::ProcessCycle& cycle) {
   const bool outputs = cycle.part.direction == device::PdoDirection::kRx;
   const bool gave = cycle.exchange == model::Exchange::kYes || cycle.exchange == model::Exchange::kInferred;
   if (!outputs && !gave) return;
-  const AxisPlaces& places = PlacesOf(cycle.part);
-  if (places.empty()) return;
-  Take(cycle.part, places, cycle.data, outputs && cycle.sent.seen() ? cycle.sent : cycle.frame());
-}
-
-ProgressModel::Repeating& ProgressModel::RepeatingOf(const track::LogicalAccess& access) {
-  for (Repeating& known : repeating_) {
-    if (known.command == access.command && known.address == access.address && known.length == access.length) {
-      return known;
-    }
-  }
-  Repeating& fresh = repeating_.emplace_back();
-  fresh.command = access.command;
-  fresh.address = access.address;
-  fresh.length = access.length;
-  model_.ForEachPart(access, [&](const model::ImagePart& part, model::Exchange exchange) {
-    const bool outputs = part.direction == device::PdoDirection::kRx;
-    const bool gave = exchange == model::Exchange::kYes || exchange == model::Exchange::kInferred;
-    if (part.slave == kNoSlave || part.places.empty() || (!outputs && !gave)) return;
-    // A look at a part that was never told of would clear the list at hand.
-    const auto places = places_.find(part.serial);
-    if (places == places_.end() || places->second.empty()) return;
-    Part& added = fresh.parts.emplace_back();
-    added.part = &part;
-    added.places = &places->second;
-    places->second.ForEachAxis([&](std::uint8_t axis) {
-      if (AxisWatch* const watch = Watch(part.slave, axis)) added.watches.push_back(watch);
-    });
-  });
-  return fresh;
-}
-
-void ProgressModel::On(const track::LogicalRepeated& repeated) {
-  const track::LogicalAccess& access = repeated.access;
-  for (Part& part : RepeatingOf(access).parts) {
-    const bool outputs = part.part->direction == device::PdoDirection::kRx;
-    const ByteSpan data = outputs ? access.sent_data : access.returned_data;
-    if (part.places->Repeats(data, part.bits) && part.still()) continue;
-    Take(*part.part, *part.places, data, outputs && access.sent.seen() ? access.sent : access.frame());
-  }
-}
-
-/// What follows may lie elsewhere.
-void ProgressModel::On(const track::RepetitionEnds&) {
-  repeating_.clear();
+  Part& part = PartOf(cycle.part);
+  if (part.places.empty()) return;
+  Take(cycle.part, part, cycle.data, outputs && cycle.sent.seen() ? cycle.sent : cycle.frame());
 }
 
 void ProgressModel::On(const mailbox::SdoTransfer& transfer) {

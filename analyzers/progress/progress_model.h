@@ -1,6 +1,5 @@
 /// in: process data, SDO transfers and AL states.  out: how far each axis got (axis_watch.h), for rules and report.
 ///
-/// Cycles like the one before are read as they pass (track::LogicalRepeated): a set point changes in each of them.
 /// Nothing is published: what is concluded here is asked for at the end.
 #pragma once
 
@@ -28,8 +27,6 @@ class ProgressModel {
   ProgressModel(const model::BusModel& model, EventBus& bus);
 
   void On(const model::ProcessCycle& cycle);
-  void On(const track::LogicalRepeated& repeated);
-  void On(const track::RepetitionEnds& end);
   void On(const mailbox::SdoTransfer& transfer);
   void On(const track::AlRequest& request);
   void On(const track::CaptureGap& gap);
@@ -52,27 +49,20 @@ class ProgressModel {
     bool op_requested = false;
     bool began = false;  ///< its way to OP was seen in this run
   };
-  /// One part of the process image that holds words of axes, in one kind of datagram.
+  /// One part of the process image that holds words of axes.
   struct Part {
-    const model::ImagePart* part = nullptr;
-    const AxisPlaces* places = nullptr;
-    std::vector<AxisWatch*> watches;  ///< of its axes
+    AxisPlaces places;
+    std::vector<AxisWatch*> watches;  ///< of its axes; empty before the first data
     std::vector<std::uint64_t> bits;  ///< of the last frame
+    SlaveSide side;                   ///< likewise
     [[nodiscard]] bool still() const {
-      return std::all_of(watches.begin(), watches.end(), [](const AxisWatch* watch) { return watch->still(); });
+      return !watches.empty() &&
+             std::all_of(watches.begin(), watches.end(), [](const AxisWatch* watch) { return watch->still(); });
     }
   };
-  /// A kind of datagram that repeats.
-  struct Repeating {
-    wire::Command command = wire::Command::NOP;
-    std::uint32_t address = 0;
-    std::uint16_t length = 0;
-    std::vector<Part> parts;
-  };
 
-  void Take(const model::ImagePart& part, const AxisPlaces& places, ByteSpan data, const FrameRef& frame);
-  [[nodiscard]] const AxisPlaces& PlacesOf(const model::ImagePart& part);
-  [[nodiscard]] Repeating& RepeatingOf(const track::LogicalAccess& access);
+  void Take(const model::ImagePart& image, Part& part, ByteSpan data, const FrameRef& frame);
+  [[nodiscard]] Part& PartOf(const model::ImagePart& image);
   [[nodiscard]] SlaveSide SideOf(SlaveId slave) const;
   [[nodiscard]] AxisWatch* Watch(SlaveId slave, std::uint8_t axis);
   [[nodiscard]] Slave& Get(SlaveId slave);
@@ -80,15 +70,14 @@ class ProgressModel {
 
   const model::BusModel& model_;
   std::map<AxisId, AxisWatch> axes_;
-  std::vector<Slave> slaves_;                   ///< by id
-  std::map<std::uint64_t, AxisPlaces> places_;  ///< by serial of the part; those without words of axes stay, too
-  /// The newest of them: most parts are asked for in each cycle.
+  std::vector<Slave> slaves_;            ///< by id
+  std::map<std::uint64_t, Part> parts_;  ///< by serial; those without words of axes stay, too
+  /// The newest of them: most parts are needed in each cycle.
   struct Recent {
     std::uint64_t serial = 0;
-    const AxisPlaces* places = nullptr;
+    Part* part = nullptr;
   };
   std::array<Recent, 256> recent_{};
-  std::vector<Repeating> repeating_;
 };
 
 }  // namespace ecaudit::progress

@@ -122,10 +122,11 @@ TEST(VerdictLine, NotesSayWhatTheLineHasNoRoomFor) {
   capture.unmet = {"slaves=2: the capture shows 1 slave", "state=OP: slave 0 is in PREOP at the end"};
   capture.result.slaves[0].not_evaluated = test::Because("its AL state");
   capture.selection.to_frame = 100;
-  EXPECT_THAT(VerdictNotes(DigestOf(capture)),
-              ElementsAre("required and missing: slaves=2: the capture shows 1 slave; state=OP: slave 0 is in PREOP at "
-                          "the end",
-                          "not judged: slave 0: its AL state is not in the capture", "limited by --to #100"));
+  EXPECT_THAT(
+      VerdictNotes(DigestOf(capture)),
+      ElementsAre("required and missing: slaves=2: the capture shows 1 slave; state=OP: slave 0 is in PREOP at "
+                  "the end",
+                  "not evaluated: slave 0: its AL state is not in the capture", "limited by --to #100"));
   capture.result.findings.clear();
   EXPECT_THAT(Line(capture), StartsWith("UNMET akd: required and missing: slaves=2: the capture shows 1 slave"));
 }
