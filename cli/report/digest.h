@@ -136,7 +136,7 @@ struct Digest {
 /// "slave 2", "all slaves", "bus"
 [[nodiscard]] std::string PlaceOf(const NotJudged& entry);
 
-/// What the first line says, as places in CaptureDigest::findings: the root of the tree that is read first, and the
+/// What the first line shows, as places in CaptureDigest::findings: the root of the tree that is read first, and the
 /// worst finding of that tree, which differs where the cause is the milder of the two.
 struct MainFinding {
   std::size_t worst = 0;

@@ -10,7 +10,7 @@
 namespace ecaudit::report {
 namespace {
 
-/// A sentence keeps at least so many columns where a long name stands before it.
+/// A sentence keeps at least this number of columns where a long name stands before it.
 constexpr std::size_t kLeastSentence = 28;
 /// Digits of a second: a reader searches for the moment by it.
 constexpr std::size_t kDigits = 3;
@@ -21,7 +21,7 @@ std::string Joined(const std::vector<std::string>& texts) {
   return joined;
 }
 
-/// What the line says, in the parts that can be shortened.
+/// What the line shows, in the parts that can be shortened.
 struct Parts {
   std::string before;  ///< "error: " where the verdict does not show it
   std::string place;   ///< "slave 0 (AKD, 0x1001): "
