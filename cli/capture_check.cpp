@@ -8,6 +8,7 @@
 #include "cli/decode_lines.h"
 #include "cli/slave_filter.h"
 #include "cli/stream/spool.h"
+#include "cli/window.h"
 
 namespace ecaudit::cli {
 
@@ -42,9 +43,14 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
                                     std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress,
                                     const WantedExtras& wanted, std::atomic<FrameNo>* reached) {
   AnalysisOptions analysis = settings.analysis;
+  CheckedCapture out;
   if (settings.moments.needs_capture()) {
-    if (auto error = PlaceMoments(settings.moments, paths, analysis)) return *error;
+    if (auto error = PlaceMoments(settings.moments, paths, analysis, &out.notices)) return *error;
   }
+  const FrameRange range{analysis.from_s, analysis.to_s, analysis.from_frame, analysis.to_frame};
+  report::Selection& selection = out.report.selection;
+  selection = {range.from_s, range.to_s,          range.from_frame,     range.to_frame,
+               {},           analysis.interfaces, settings.isolated_by, {}};
   auto source = CapturePaths({paths.begin(), paths.end()}, analysis.interfaces).Open(&stop);
   if (!source) return source.error();
   LineCounter* lines = nullptr;
@@ -54,10 +60,18 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
     lines = counting.get();
     *source = std::move(counting);
   }
+  WindowSource* window = nullptr;
+  if (selection.range() && settings.isolated_by.empty()) {
+    auto watched = std::make_unique<WindowSource>(std::move(*source), range);
+    window = watched.get();
+    *source = std::move(watched);
+    // What is true of the window may rest on what came before it.
+    analysis.from_s = analysis.to_s = std::nullopt;
+    analysis.from_frame = analysis.to_frame = std::nullopt;
+  }
   analysis.stop = &stop;
   analysis.reached = reached;
   analysis.progress = std::move(progress);
-  CheckedCapture out;
   if (wanted.timeline) {
     auto timeline = std::make_shared<Timeline>();
     out.report.result = Analyse(**source, analysis, timeline.get());
@@ -65,11 +79,10 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
   } else {
     out.report.result = Analyse(**source, analysis);
   }
-  report::Selection& selection = out.report.selection;
-  selection = {analysis.from_s, analysis.to_s, analysis.from_frame, analysis.to_frame, {}, analysis.interfaces};
   for (const SlaveSelector& slave : settings.slaves) selection.slaves.push_back(NameOf(slave));
   const CaptureSummary& read = out.report.result.capture;
-  if (read.packets == 0 && read.file.packets > 0 && selection.leaves_out() && !stop) {
+  const bool nothing = window != nullptr ? !window->reached() : read.packets == 0;
+  if (nothing && read.file.packets > 0 && selection.leaves_out() && !stop) {
     return EmptyRange(paths.front(), selection);
   }
   out.report.fail_on = settings.fail_on;
@@ -82,6 +95,7 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
   out.lacks_slave = !report::WithoutEtherCat(out.report.result) &&
                     KeepSlaves(settings.slaves, out.report.result) == 0 && !settings.slaves.empty();
   if (out.lacks_slave) out.missing.clear();
+  if (window != nullptr) selection.outside = KeepWindow(window->first(), window->last(), out.report.result);
   out.report.required = settings.required.text;
   if (settings.required.any()) out.report.unmet = MissingOf(settings.required, out.report.result, slaves);
   if (baseline != nullptr) ApplyBaseline(*baseline, out.report);

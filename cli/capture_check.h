@@ -44,6 +44,7 @@ struct CheckedCapture {
   bool lacks_slave = false;          ///< --slave names none of its slaves
   std::vector<std::string> missing;  ///< slaves of --slave that it does not show, when it shows others of them
   std::vector<std::string> unmet;    ///< slaves that --profile or --parameter name and the capture does not show
+  std::vector<std::string> notices;  ///< sentences about the range that the user may not expect
 };
 
 /// @param paths     one capture, or the files of one ring buffer

@@ -118,6 +118,9 @@ std::optional<Error> ApplyRange(const CaptureOptions& options, Settings& setting
   constexpr double kWindow = 1;  // seconds before and after
   MomentRange& range = settings.moments;
   if (options.around && (options.from || options.to)) return Error{"--around takes the place of --from and --to"};
+  if (options.isolate && !options.from && !options.to && !options.around) {
+    return Error{"--isolate belongs to --from, --to or --around; give one of them"};
+  }
   if (options.window && !options.around) return Error{"--window is the time before and after --around; give both"};
   if (auto error = ReadMoment("--from", options.from, options.local_time, range, range.from)) return error;
   if (auto error = ReadMoment("--to", options.to, options.local_time, range, range.to)) return error;
@@ -159,7 +162,7 @@ void CaptureOptions::DeclareSettings(OptionSet& options) {
   options.Value("--from", "START", from,
                 "start here: seconds from the first frame, #760, 02:13:07.250, or 2026-03-02T02:13Z");
   options.Value("--to", "END", to, "end here, inclusive");
-  options.Value("--around", "MOMENT", around, "read only the part around this time or frame");
+  options.Value("--around", "MOMENT", around, "the part around this time or frame");
   options.Value("--window", "SECONDS", window, "how far before and after --around (default: 1)");
   options.Group("How to evaluate");
   options.Values("--profile", "[SLAVE=]NAME", profiles, "drive family of all slaves or of one (repeatable)");
@@ -171,6 +174,12 @@ void CaptureOptions::DeclareSettings(OptionSet& options) {
                  "EtherCAT slave information (XML, or a folder of it): objects and PDOs (repeatable)");
   options.Value("--eni", "FILE", eni, "EtherCAT network information (XML): slaves, names and process image");
   options.Value("--config", "FILE", config, "settings (default: .ecaudit.json beside the capture or above it)");
+}
+
+void CaptureOptions::DeclareIsolate(OptionSet& options) {
+  options.Group("What to read");
+  options.Flag("--isolate", isolate,
+               "evaluate the range alone, as if the capture held nothing else (default: evaluate all, show the range)");
 }
 
 void GateOptions::Declare(OptionSet& options) {
@@ -325,6 +334,7 @@ Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOption
   if (auto error = ApplyRequire(gate.require, settings.required)) return *error;
   if (gate.baseline) settings.baseline = *gate.baseline;
   if (auto error = ApplyRange(options, settings)) return *error;
+  settings.isolated_by = options.isolate ? "--isolate" : options.isolates;
   for (const std::string& text : options.interfaces) {
     const Result<std::uint16_t> interface = ParseInterface(text);
     if (!interface) return interface.error();

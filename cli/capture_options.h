@@ -33,6 +33,8 @@ struct CaptureOptions {
   std::vector<std::string> slaves;
   std::vector<std::string> interfaces;
   std::optional<std::string> from, to, around, window;
+  bool isolate = false;     ///< packets outside the range are not evaluated
+  std::string isolates;     ///< name of a command that does so always; empty: the option decides
   bool local_time = false;  ///< clock times without a zone are those of this machine
   std::optional<std::string> config;
   /// ESI, ENI and families by the names of their files; kept by ResolveSettings() so that many captures read them once.
@@ -47,6 +49,8 @@ struct CaptureOptions {
   void Declare(OptionSet& options);
   /// All but the captures themselves and --join.
   void DeclareSettings(OptionSet& options);
+  /// For commands that evaluate the whole capture and show what touches the range.
+  void DeclareIsolate(OptionSet& options);
 };
 
 /// Options of the commands whose exit status shows what was found.
@@ -65,6 +69,7 @@ struct Settings {
   AnalysisOptions analysis;
   std::vector<SlaveSelector> slaves;  ///< empty: all
   MomentRange moments;                ///< limits that must be placed in each capture; the others stand in `analysis`
+  std::string isolated_by;            ///< option or command that evaluates the range alone; empty: all is evaluated
   report::FailOn fail_on = report::FailOn::kError;
   Requirements required;
   std::string config;                 ///< path; empty: none

@@ -73,6 +73,7 @@ ExitStatus CaptureRun::Run(const CaptureJob& job, report::Report& report, Consol
     console.Warning(job.name() + " has no slave " + slave +
                     ": the profile and the parameters given for it are not used");
   }
+  for (const std::string& notice : capture->notices) console.Warning(notice);
   for (const std::string& slave : capture->missing) console.Warning(job.name() + " has no slave " + slave);
   if (capture->lacks_slave) without_slave_.push_back(job.name());
   report.captures.push_back(std::move(capture->report));

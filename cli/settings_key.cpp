@@ -118,6 +118,7 @@ std::string SettingsKey(const Settings& settings) {
     }
     if (!settings.moments.text.empty()) key.Put("moments", settings.moments.text);
     PutRows(key, "parameters", analysis.parameters, AddGivenParameter);
+    if (!settings.isolated_by.empty()) key.Put("isolated_by", settings.isolated_by);
     key.Array("range", [&](JsonArray& range) { AddRange(range, analysis); });
     if (settings.required.any()) key.Put("required", settings.required.text);
     key.Array("rules", [&](JsonArray& rules) {

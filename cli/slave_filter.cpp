@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "analyzers/judge/capture_advice.h"
-#include "analyzers/judge/finding_order.h"
+#include "cli/finding_filter.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
@@ -56,24 +56,9 @@ std::size_t KeepSlaves(std::span<const SlaveSelector> selectors, AnalysisResult&
 
   std::vector<Finding>& findings = result.findings;
   std::vector<bool> keep(findings.size());
-  for (std::size_t i = 0; i < findings.size(); ++i) {
-    if (!selected(findings[i].slave)) continue;
-    for (std::size_t at = i; at < findings.size() && !keep[at]; at = findings[at].caused_by) keep[at] = true;
-  }
-  std::vector<FindingIndex> new_index(findings.size(), kNoFinding);
-  FindingIndex kept = 0;
-  for (std::size_t i = 0; i < findings.size(); ++i) {
-    if (keep[i]) new_index[i] = kept++;
-  }
-  std::vector<Finding> kept_findings;
-  for (std::size_t i = 0; i < findings.size(); ++i) {
-    if (!keep[i]) continue;
-    Finding& finding = findings[i];
-    if (finding.caused_by < findings.size()) finding.caused_by = new_index[finding.caused_by];
-    kept_findings.push_back(std::move(finding));
-  }
-  findings = std::move(kept_findings);
-  SortFindings(findings);
+  for (std::size_t i = 0; i < findings.size(); ++i) keep[i] = selected(findings[i].slave);
+  AddCauses(findings, keep);
+  KeepFindings(keep, findings);
   std::erase_if(result.not_evaluable, [&](const NotEvaluable& entry) { return !selected(entry.slave); });
   for (RuleCoverage& rule : result.coverage) {
     std::erase_if(rule.slaves, [&](const SlaveCoverage& entry) { return !selected(entry.slave); });

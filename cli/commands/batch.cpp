@@ -59,6 +59,7 @@ class BatchCommand : public Command {
     options.Group("What to read");
     options.Flag("--join", options_.join, "read the files of each ring buffer as one capture (grouped by their names)");
     options_.DeclareSettings(options);
+    options_.DeclareIsolate(options);
     gate_.Declare(options);
     output_.Declare(options, "of the summary: " + report::FormatList(report::SummaryFormats()));
     output_.text.DeclareTime(options);
@@ -227,6 +228,7 @@ class BatchCommand : public Command {
       const BatchResult& result = results[i];
       if (result.lacks_slave) ++lacking;
       if (result.lacks_slave) console.Warning(jobs_[i].path + " has none of the slaves of --slave");
+      for (const std::string& notice : result.notices) console.Warning(notice);
       for (const std::string& slave : result.missing) console.Warning(jobs_[i].path + " has no slave " + slave);
       for (const std::string& slave : result.unmet) {
         console.Warning(jobs_[i].path + " has no slave " + slave +

@@ -23,6 +23,7 @@ class CheckCommand : public Command {
 
   void Declare(OptionSet& options) override {
     run_.options.Declare(options);
+    run_.options.DeclareIsolate(options);
     run_.gate.Declare(options);
     output_.Declare(options, report::FormatList(report::Formats()));
     output_.text.DeclareTime(options);

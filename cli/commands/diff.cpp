@@ -40,6 +40,7 @@ class DiffCommand : public Command {
   }
 
   [[nodiscard]] ExitStatus Run(Console& console) override {
+    run_.options.isolates = "diff";
     if (run_.options.join) return CaptureRun::Fail(console, Error{"diff compares two captures; it cannot join them"});
     if (run_.options.captures.size() != 2) {
       return CaptureRun::Fail(console, Error{"diff compares two captures, A and B; " +

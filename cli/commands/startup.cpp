@@ -117,6 +117,7 @@ class StartupCommand : public Command {
   }
 
   [[nodiscard]] ExitStatus Run(Console& console) override {
+    run_.options.isolates = "startup";
     run_.options.local_time = output_.text.time == Name(report::TimeMode::kLocal);
     if (const auto error = Prepare()) return CaptureRun::Fail(console, *error);
     const Result<ReportOutput> output = ReportOutput::Plan(output_, StartupFormats(), run_.files);

@@ -175,7 +175,7 @@ std::string ProductText(std::optional<std::uint32_t> vendor, std::optional<std::
 HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
   if (!capture.unreadable.empty()) return {"ERROR", OneLine(capture.unreadable)};
   const Summary summary = Summarise(capture);
-  const std::string selected = Text(capture.selection);
+  const std::string selected = LimitsText(capture.selection);
   std::string limits = selected.empty() ? "" : " (limited by " + OneLine(selected) + ")";
   if (!capture.unmet.empty()) limits = "; required and missing: " + OneLine(Joined(capture.unmet, "; ")) + limits;
   if (capture.without_ethercat) {

@@ -245,6 +245,12 @@ CaptureDigest ReadCapture(JsonValue json, Fields& fields) {
     out.selection.to_s = fields.SecondsOrNull(range, "to_s");
     out.selection.from_frame = frame("from_frame");
     out.selection.to_frame = frame("to_frame");
+    if (range.member("isolated_by").there()) out.selection.isolated_by = fields.TextOrNull(range, "isolated_by");
+    if (range.member("outside").there()) {
+      const JsonValue outside = fields.Object(range, "outside");
+      out.selection.outside = {fields.Number(outside, "errors"), fields.Number(outside, "warnings"),
+                               fields.Number(outside, "infos")};
+    }
   }
   if (settings.member("rules").there()) {
     const JsonValue rules = fields.Object(settings, "rules");

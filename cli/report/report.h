@@ -24,12 +24,21 @@ enum class FailOn : std::uint8_t { kInfo, kWarning, kError, kNever };
 /// Reads what Name() writes; nothing for any other text.
 [[nodiscard]] std::optional<FailOn> ParseFailOn(std::string_view text);
 
-/// Which part of a capture was examined.
+/// Findings that do not touch the window of a report.
+struct OutsideWindow {
+  std::uint64_t errors = 0, warnings = 0, infos = 0;
+
+  auto operator<=>(const OutsideWindow&) const = default;
+};
+
+/// Which part of a capture is shown, or was examined.
 struct Selection {
   std::optional<double> from_s, to_s;  ///< seconds from the first packet
   std::optional<FrameNo> from_frame, to_frame;
   std::vector<std::string> slaves;        ///< positions "0" or addresses "0x1001"; empty: all
   std::vector<std::uint16_t> interfaces;  ///< whose packets were read; empty: of all
+  std::string isolated_by = {};  ///< option or command that evaluated the range alone; empty: all was evaluated
+  OutsideWindow outside = {};    ///< evaluated and not shown
 
   [[nodiscard]] bool range() const { return from_s || to_s || from_frame || to_frame; }
   /// Packets are left out.
@@ -38,6 +47,8 @@ struct Selection {
 };
 /// As it is typed: "--slave 0 --to #100"; empty for whole captures.
 [[nodiscard]] std::string Text(const Selection& selection);
+/// The same, with what lies outside: "--to #100; outside it: 1 error".
+[[nodiscard]] std::string LimitsText(const Selection& selection);
 
 /// One capture's result and how it is to be evaluated.
 struct CaptureReport {

@@ -113,7 +113,7 @@ class SarifWriter {
         continue;
       }
       if (!capture.judged) AddNotification("note", HeadlinePartsOf(capture).sentence, artifact);
-      if (const std::string limits = Text(capture.selection); !limits.empty()) {
+      if (const std::string limits = LimitsText(capture.selection); !limits.empty()) {
         AddNotification("note", "limited by " + OneLine(limits), artifact);
       }
       if (!capture.limited.empty()) AddNotification("warning", "verdict limited: " + capture.limited, artifact);

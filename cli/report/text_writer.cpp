@@ -636,7 +636,7 @@ class CaptureText {
                       2);
     }
     if (c.file.damage) text_.Paragraph("damaged: " + OneLine(c.file.damage->message), 2);
-    if (const std::string limits = Text(capture_.selection); !limits.empty()) {
+    if (const std::string limits = LimitsText(capture_.selection); !limits.empty()) {
       text_.Paragraph("limited by " + OneLine(limits), 2);
     }
     if (!c.complete) text_.Paragraph("the report covers only the part of the capture that was read", 2);

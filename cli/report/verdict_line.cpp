@@ -140,7 +140,7 @@ std::vector<std::string> VerdictNotes(const CaptureDigest& capture) {
   std::vector<std::string> notes;
   if (!capture.unmet.empty()) notes.push_back("required and missing: " + Joined(capture.unmet));
   if (!capture.limited.empty() && !capture.without_ethercat) notes.push_back("not judged: " + OneLine(capture.limited));
-  if (const std::string selected = Text(capture.selection); !selected.empty()) {
+  if (const std::string selected = LimitsText(capture.selection); !selected.empty()) {
     notes.push_back("limited by " + OneLine(selected));
   }
   if (!capture.complete && capture.unreadable.empty()) notes.push_back("complete only as far as the capture was read");

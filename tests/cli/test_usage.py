@@ -270,7 +270,8 @@ class Input(CliTest):
 
     def test_range(self):
         whole = self.report(self.healthy, status=0)["reports"][0]["capture"]["ethercat_frames"]
-        part = self.report(self.healthy, "--from", "#3", "--to", "#10", status=0)["reports"][0]["capture"]
+        part = self.report(self.healthy, "--from", "#3", "--to", "#10", "--isolate",
+                           status=0)["reports"][0]["capture"]
         self.assertLess(part["ethercat_frames"], whole)
         self.assertEqual(part["ethercat_frames"], 8)
 
@@ -315,13 +316,15 @@ class Input(CliTest):
         self.assertIn(limits, text.split("Capture")[-1])
         settings = self.report(self.healthy, *given, status=0)["reports"][0]["settings"]
         self.assertEqual(settings["slaves"], ["0"])
-        self.assertEqual(settings["range"], {"from_s": None, "to_s": 1.5, "from_frame": 3, "to_frame": None})
+        self.assertEqual(settings["range"], {
+            "from_s": None, "to_s": 1.5, "from_frame": 3, "to_frame": None, "isolated_by": None,
+            "outside": {"errors": 0, "warnings": 0, "infos": 0}})
         self.check(self.healthy, *given, "-o", "a.json", "-o", "html=a.html", "-o", "junit=a.xml", status=0)
         for name in ("a.html", "a.xml"):
             self.assertIn(limits[11:], (self.dir / name).read_text())
         merged = self.run_program("merge", "a.json")
         self.assertIn(limits, merged.out)
-        self.assertIn("limited by --to #6", "\n".join(self.check(self.faulty, "--to", "#6", status=0).out.splitlines()[:4]))
+        self.assertIn("limited by --to #4", "\n".join(self.check(self.faulty, "--to", "#4", status=0).out.splitlines()[:4]))
         plain = self.report(self.healthy, status=0)["reports"][0]["settings"]
         self.assertEqual((plain["slaves"], plain["range"], plain["judged"]), ([], None, "all"))
         self.assertNotIn("limited", self.check(self.healthy, status=0).out)
