@@ -178,8 +178,7 @@ void CaptureOptions::DeclareSettings(OptionSet& options) {
 
 void CaptureOptions::DeclareIsolate(OptionSet& options) {
   options.Group("What to read");
-  options.Flag("--isolate", isolate,
-               "evaluate the range alone, as if the capture held nothing else (default: evaluate all, show the range)");
+  options.Flag("--isolate", isolate, "evaluate the range alone (default: evaluate all, show what touches the range)");
 }
 
 void GateOptions::Declare(OptionSet& options) {
@@ -189,7 +188,7 @@ void GateOptions::Declare(OptionSet& options) {
   options.Values("--rule", "ID=SEVERITY", rules, "error, warning, info, or off for one rule (repeatable)");
   options.Value("--baseline", "FILE", baseline, "known findings, which do not count");
   options.Value("--require", "WHAT", require,
-                "exit 1 unless the capture shows slaves=N,state=OP,judged (each part is optional)");
+                "exit 1 unless the capture shows slaves=N,state=OP,reached=OP,judged=90% (each part is optional)");
   options.Value("--write-baseline", "FILE", write_baseline, "write all findings of this run to FILE");
 }
 

@@ -66,7 +66,10 @@ ExitStatus CaptureRun::Run(const CaptureJob& job, report::Report& report, Consol
   const bool interrupted = InterruptFlag() && !read.complete;
   if (!interrupted && report::WithoutEtherCat(capture->report.result)) {
     const std::string nothing = job.name() + ": no EtherCAT frame among " + Count(read.packets, "packet");
-    if (needs_ethercat) return Fail(console, Error{nothing});
+    if (needs_ethercat) {
+      report.unreadable.push_back({job.name(), nothing});
+      return Fail(console, Error{nothing});
+    }
     console.Warning(nothing);
   }
   for (const std::string& slave : capture->unmet) {

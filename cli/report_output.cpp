@@ -6,6 +6,11 @@
 #include "cli/output_file.h"
 
 namespace ecaudit::cli {
+namespace {
+
+constexpr std::size_t kText = 0;
+
+}  // namespace
 
 Result<ReportOutput> ReportOutput::Plan(const OutputOptions& options, CommandFiles& files) {
   const std::span<const report::Format> formats = report::Formats();
@@ -66,8 +71,9 @@ std::optional<Error> WritePieces(const OutputTarget& target, const report::Forma
 
 std::optional<Error> ReportOutput::Write(const report::Report& report, Console& console) const {
   for (const OutputTarget& target : targets_) {
-    if (report.captures.empty() && target.standard()) continue;
     const report::Format& format = formats_[target.format];
+    // The text would repeat the lines of standard error.
+    if (report.captures.empty() && target.standard() && target.format == kText) continue;
     const report::TextStyle style = text_.Style(console, target.standard());
     if (auto error = format.write_pieces != nullptr ? WritePieces(target, format, report, console)
                                                     : WriteTo(target, format.write(report, style), console)) {

@@ -129,7 +129,11 @@ class StartupCommand : public Command {
     report.version = Version();
     report.rules = RuleCatalogue();
     ExitStatus status = run_.Run(run_.jobs().front(), report, console);
-    if (report.captures.empty()) return status;
+    if (report.captures.empty()) {
+      // A file of an earlier run must not stand for this one.
+      if (const auto error = output->Write(report, console)) status = Worst(status, CaptureRun::Fail(console, *error));
+      return status;
+    }
     if (run_.ReportMissingSlaves(report, console) != ExitStatus::kClean) return ExitStatus::kUsage;
 
     report::CaptureReport& capture = report.captures.front();

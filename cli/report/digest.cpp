@@ -64,7 +64,18 @@ bool MissesPackets(const CaptureDigest& capture) {
                      [](const NotJudged& entry) { return entry.code == Name(ReasonCode::kMissesPackets); });
 }
 
+/// ", but the capture misses packets"
+std::string ReservationText(const std::vector<std::string>& reservations) {
+  return reservations.empty() ? std::string() : ", but " + Joined(reservations, ", and ");
+}
+
 }  // namespace
+
+std::vector<std::string> Reservations(const CaptureDigest& capture) {
+  CoverageCount count;
+  for (const RuleCoverageDigest& rule : capture.coverage) count.Add(rule.count);
+  return Reservations(MissesPackets(capture), !capture.limited.empty(), count);
+}
 
 std::string SlavesText(std::uint64_t shown, std::uint64_t there) {
   if (there <= shown) return Count(shown, "slave");
@@ -184,17 +195,21 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
     return {summary.fail ? "FAIL" : summary.unmet ? "UNMET" : "NOTHING-TO-CHECK", packets + limits};
   }
   if (!capture.judged) return {"NOT-JUDGED", "the start-up is shown; ecaudit check judges the capture" + limits};
+  const std::vector<std::string> reservations = summary.fail ? std::vector<std::string>() : Reservations(capture);
+  const std::string reservation = ReservationText(reservations);
+  std::string brief = reservations.size() > 1 ? ", but " + reservations.front() + " and more" : reservation;
+  constexpr std::string_view kWordy = "evaluations were possible";
+  if (const std::size_t at = brief.find(kWordy); at != std::string::npos) brief.replace(at, kWordy.size(), "evaluated");
   const std::string verdict = summary.fail ? "FAIL" : summary.unmet ? "UNMET" : summary.limited ? "LIMITED" : "PASS";
   if (summary.limited && !summary.fail && capture.slaves > 0) limits = "; not judged: " + capture.limited + limits;
   const std::optional<MainFinding> main = MainFindingOf(capture);
   if (!main) {
     const std::string none = std::string("no ") + (summary.known > 0 ? "new " : "") + "findings in " +
                              Count(capture.ethercat_frames, "EtherCAT frame");
-    const std::string slaves = capture.slaves > 0 ? " of " + SlavesText(capture.slaves, capture.slaves_there)
-                                                  : "; no slave is known";
-    std::string reach = capture.complete ? "" : ", as far as the capture was read";
-    if (MissesPackets(capture)) reach += ", but the capture misses packets";
-    return {verdict, none + slaves + reach + limits};
+    const std::string slaves =
+        capture.slaves > 0 ? " of " + SlavesText(capture.slaves, capture.slaves_there) : "; no slave is known";
+    const std::string reach = capture.complete ? "" : ", as far as the capture was read";
+    return {verdict, none + slaves + reach + reservation + limits, reservation, brief};
   }
   const FindingDigest& root = capture.findings[main->root];
   const FindingDigest* worst = &capture.findings[main->worst];
@@ -203,7 +218,7 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
   line += worst->place + ": " + TitleAndFrame(*worst);
   if (worst != &root) line += ", because: " + TitleAndFrame(root);
   if (summary.limited && !summary.fail && capture.slaves == 0) line += "; " + capture.limited;
-  return {verdict, line + limits};
+  return {verdict, line + reservation + limits, reservation, brief};
 }
 
 std::string Headline(const CaptureDigest& capture) {

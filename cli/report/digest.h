@@ -144,11 +144,16 @@ struct MainFinding {
 /// Nothing where there is no finding, or all are known.
 [[nodiscard]] std::optional<MainFinding> MainFindingOf(const CaptureDigest& capture);
 
+/// What keeps a verdict without errors from being the whole truth; see coverage_tally.h.
+[[nodiscard]] std::vector<std::string> Reservations(const CaptureDigest& capture);
+
 /// The verdict and its main reason.
 struct HeadlineParts {
   std::string verdict;  ///< "FAIL", "UNMET" (something of --require is missing), "LIMITED", "PASS", "NOTHING-TO-CHECK",
                         ///< "NOT-JUDGED", "ERROR"
-  std::string sentence;  ///< "slave 0 (AKD, 0x1001): ... (frame 760)". Printable
+  std::string sentence;                ///< "slave 0 (AKD, 0x1001): ... (frame 760)". Printable
+  std::string reservation = {};        ///< part of the sentence: ", but the capture misses packets"; may be empty
+  std::string short_reservation = {};  ///< the same for a line without room
 };
 [[nodiscard]] HeadlineParts HeadlinePartsOf(const CaptureDigest& capture);
 

@@ -242,6 +242,9 @@ void Suite(XmlWriter& xml, const Digest& digest, const CaptureDigest& capture, s
   if (const std::string limits = LimitsText(capture.selection); !limits.empty()) Property(xml, "limited_by", limits);
   if (!capture.baseline.empty()) Property(xml, "baseline", capture.baseline);
   if (capture.unreadable.empty() && capture.judged) Property(xml, "verdict", Summarise(capture).Verdict());
+  if (capture.unreadable.empty() && capture.judged) {
+    for (const std::string& reservation : Reservations(capture)) Property(xml, "reservation", reservation);
+  }
   xml.End();
   for (const TestCase& test : tests) Write(xml, test, class_name);
   xml.Begin("system-out").Text(OtherFindings(capture)).End();

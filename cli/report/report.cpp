@@ -60,6 +60,7 @@ void Summary::Add(const Summary& other) {
   judged = judged && other.judged;
   limited = limited || other.limited;
   unmet = unmet || other.unmet;
+  incomplete = incomplete || other.incomplete;
 }
 
 std::string Text(const Selection& selection) {
@@ -118,6 +119,7 @@ Summary Summarise(const CaptureReport& capture) {
 Summary Summarise(const Report& report) {
   Summary sum;
   for (const CaptureReport& capture : report.captures) sum.Add(Summarise(capture));
+  sum.incomplete = !report.unreadable.empty();
   return sum;
 }
 

@@ -108,13 +108,16 @@ struct Summary {
   std::uint64_t warnings = 0;
   std::uint64_t infos = 0;
   std::uint64_t known = 0;
-  bool fail = false;     ///< a finding that is not known reaches fail_on
-  bool judged = true;    ///< false: there is no verdict
-  bool limited = false;  ///< nothing is known of some slave, or of all: see WhyLimited()
-  bool unmet = false;    ///< something of --require is missing
+  bool fail = false;        ///< a finding that is not known reaches fail_on
+  bool judged = true;       ///< false: there is no verdict
+  bool limited = false;     ///< nothing is known of some slave, or of all: see WhyLimited()
+  bool unmet = false;       ///< something of --require is missing
+  bool incomplete = false;  ///< of several captures: one could not be read
 
-  /// "pass", "limited", "fail"; what is required does not change it.
-  [[nodiscard]] std::string_view Verdict() const { return fail ? "fail" : limited ? "limited" : "pass"; }
+  /// "pass", "limited", "fail", "incomplete"; what is required does not change it.
+  [[nodiscard]] std::string_view Verdict() const {
+    return fail ? "fail" : incomplete ? "incomplete" : limited ? "limited" : "pass";
+  }
   void Add(Severity severity, bool is_known, FailOn fail_on);
   void Add(const Summary& other);
 };

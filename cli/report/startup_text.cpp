@@ -217,7 +217,7 @@ std::string WriteStartupText(const Report& report, const TextStyle& style) {
     CaptureStartup(capture, text).Write();
     out += text.Take();
   }
-  return out;
+  return out + UnreadableText(report, style);
 }
 
 }  // namespace ecaudit::report

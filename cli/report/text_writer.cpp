@@ -788,6 +788,14 @@ std::string WriteVerdict(const CaptureReport& capture, const TextStyle& style) {
   return CaptureText(capture, style).WriteVerdictOnly();
 }
 
+std::string UnreadableText(const Report& report, const TextStyle& style) {
+  TextBuilder text(style);
+  for (const UnreadableCapture& capture : report.unreadable) {
+    text.Line(text.Styled("ERROR", Style::kError) + " " + OneLine(capture.path) + ": " + OneLine(capture.message));
+  }
+  return text.Take();
+}
+
 std::string WriteText(const Report& report, const TextStyle& style) {
   std::string out;
   for (const CaptureReport& capture : report.captures) {
@@ -795,12 +803,8 @@ std::string WriteText(const Report& report, const TextStyle& style) {
     out += CaptureText(capture, style).Write();
   }
   if (!report.unreadable.empty()) {
-    TextBuilder text(style);
-    if (!out.empty() && !style.quiet) text.Line();
-    for (const UnreadableCapture& capture : report.unreadable) {
-      text.Line(text.Styled("ERROR", Style::kError) + " " + OneLine(capture.path) + ": " + OneLine(capture.message));
-    }
-    out += text.Take();
+    if (!out.empty() && !style.quiet) out += "\n";
+    out += UnreadableText(report, style);
   }
   if (report.captures.size() > 1) {
     const Summary sum = Summarise(report);
@@ -808,8 +812,15 @@ std::string WriteText(const Report& report, const TextStyle& style) {
     for (const CaptureReport& capture : report.captures) failed += Summarise(capture).fail ? 1U : 0U;
     TextBuilder text(style);
     if (!style.quiet) text.Line();
-    text.Line(text.Styled(sum.fail ? "FAIL" : "PASS", sum.fail ? Style::kError : Style::kGood) + " " +
-              Count(report.captures.size(), "capture") + ", " + Grouped(failed) + " failed: " + Counts(sum));
+    const std::string_view verdict = Gates(sum) ? "fail" : sum.Verdict();
+    const Style shown = verdict == "fail" ? Style::kError : verdict == "pass" ? Style::kGood : Style::kWarning;
+    const std::string_view word = verdict == "fail"         ? "FAIL"
+                                  : verdict == "pass"       ? "PASS"
+                                  : verdict == "incomplete" ? "INCOMPLETE"
+                                                            : "LIMITED";
+    std::string line = " " + Count(report.captures.size(), "capture") + ", " + Grouped(failed) + " failed";
+    if (!report.unreadable.empty()) line += ", " + Grouped(report.unreadable.size()) + " could not be read";
+    text.Line(text.Styled(word, shown) + line + ": " + Counts(sum));
     out += text.Take();
   }
   return out;

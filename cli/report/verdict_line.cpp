@@ -89,6 +89,22 @@ Parts PartsOf(const CaptureDigest& capture, const HeadlineParts& headline, const
   return {"", "", "", headline.sentence, "", "", ""};
 }
 
+/// What makes a PASS less than it seems stands where the line is not cut, like the frame of a finding.
+void KeepReservation(const HeadlineParts& headline, Parts& parts) {
+  if (headline.reservation.empty() || headline.verdict == "UNMET") return;
+  std::string rest;
+  if (const std::size_t at = parts.what.find(headline.reservation); at != std::string::npos) {
+    rest = parts.what.substr(at + headline.reservation.size());
+    parts.what.resize(at);
+  }
+  parts.when += headline.reservation + rest;
+  // The frame leads to the time, so the time goes first.
+  if (const std::size_t comma = parts.short_when.find(','); comma != std::string::npos) {
+    parts.short_when = parts.short_when.substr(0, comma) + ")";
+  }
+  parts.short_when += headline.short_reservation;
+}
+
 Style StyleOf(const std::string& verdict) {
   if (verdict == "PASS") return Style::kGood;
   if (verdict == "NOT-JUDGED") return Style::kPlain;
@@ -99,7 +115,8 @@ Style StyleOf(const std::string& verdict) {
 
 VerdictLine VerdictLineOf(const CaptureDigest& capture, const TextStyle& style, bool whole_path) {
   const HeadlineParts headline = HeadlinePartsOf(capture);
-  const Parts parts = PartsOf(capture, headline, style);
+  Parts parts = PartsOf(capture, headline, style);
+  KeepReservation(headline, parts);
   const std::string path = OneLine(capture.path);
   const std::string name = whole_path ? path : path.substr(WrappingSum(path.rfind('/'), std::size_t{1}));
   const std::string stem = whole_path ? path : WithoutEnding(name);

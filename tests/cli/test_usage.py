@@ -227,6 +227,24 @@ class Input(CliTest):
             self.assertIn("no such file: nowhere.pcap", (self.dir / "report").read_text(), name)
         self.assertFalse((self.dir / "known.json").exists())
 
+    def test_standard_output_gets_the_same_document(self):
+        for command in ("check", "startup"):
+            for name in ("json", "junit", "sarif", "github", "gitlab"):
+                done = self.run_program(command, "nowhere.pcap", "-o", f"{name}=report", "-o", f"{name}=-")
+                self.assertEqual((done.returncode, done.err), (2, "ecaudit: no such file: nowhere.pcap\n"))
+                self.assertEqual(done.out, (self.dir / "report").read_text(), name)
+                self.assertIn("no such file", done.out)
+                self.assertEqual(self.run_program(command, "nowhere.pcap", "--format", name).out, done.out)
+
+    def test_what_cannot_be_read_is_no_pass(self):
+        for captures in (("nowhere.pcap",), ("nowhere.pcap", self.healthy)):
+            summary = json.loads(self.check("--format", "json", *captures, status=2).out)["summary"]
+            self.assertEqual(summary["verdict"], "incomplete")
+        self.assertEqual(json.loads(self.check("--format", "json", "nowhere.pcap", self.faulty, status=2).out)
+                         ["summary"]["verdict"], "fail")
+        last = self.check("nowhere.pcap", self.healthy, self.healthy, status=2).out.splitlines()[-1]
+        self.assertTrue(last.startswith("INCOMPLETE 2 captures, 0 failed, 1 could not be read"), last)
+
     def test_joined_captures(self):
         report = self.report("--join", self.healthy, self.faulty, status=1)
         self.assertEqual(len(report["reports"]), 1)
