@@ -33,6 +33,17 @@ void BaselineShelf::WarnOfExpired(Console& console) {
   }
 }
 
+void BaselineShelf::WarnOfUnmatched(const std::vector<report::CaptureDigest>& captures, Console& console) const {
+  for (const auto& [path, baseline] : baselines_) {
+    std::vector<const report::CaptureDigest*> compared;
+    for (const report::CaptureDigest& capture : captures) {
+      if (capture.baseline == report::PrintableLines(path)) compared.push_back(&capture);
+    }
+    if (compared.empty()) continue;
+    for (const std::string& text : UnmatchedEntries(baseline, compared)) console.Warning(path + ": " + text);
+  }
+}
+
 Error EmptyRange(const std::string& capture, report::Selection selection) {
   selection.slaves.clear();
   return Error{capture + ": no packet of the capture lies in the range " + Text(selection)};

@@ -94,6 +94,12 @@ void CaptureRun::ReportUnmet(const report::Report& report, Console& console) {
   }
 }
 
+void CaptureRun::ReportUnmatched(const report::Report& report, Console& console) const {
+  const bool any = std::any_of(report.captures.begin(), report.captures.end(),
+                               [](const report::CaptureReport& capture) { return !capture.baseline.empty(); });
+  if (any && !interrupted_) baselines_.WarnOfUnmatched(DigestOf(report).captures, console);
+}
+
 void CaptureRun::MarkKnown(report::CaptureReport& capture) const {
   if (const Baseline* baseline = baselines_.Find(capture.baseline)) ApplyBaseline(*baseline, capture);
 }

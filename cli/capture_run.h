@@ -46,6 +46,8 @@ class CaptureRun {
   /// does not know.
   [[nodiscard]] ExitStatus ReportMissingSlaves(const report::Report& report, Console& console) const;
 
+  /// Says which entries of the baselines match no finding.
+  void ReportUnmatched(const report::Report& report, Console& console) const;
   /// Says what is missing of what --require asks for.
   static void ReportUnmet(const report::Report& report, Console& console);
 

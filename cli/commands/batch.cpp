@@ -104,6 +104,7 @@ class BatchCommand : public Command {
     const report::Digest digest = Collect(results, console);
     // As check has it: wrong usage when no capture has any of them.
     if (lack_slaves_) return Fail(console, Error{"no capture has a slave of --slave; there is no summary"});
+    if (digest.not_reached == 0) baselines_.WarnOfUnmatched(digest.captures, console);
     status = Worst(status, Deliver(digest, *output, gate_.write_baseline, console));
     ReportOutcome(results, digest, console);
     const bool crashed = std::any_of(results.begin(), results.end(), [](const BatchResult& r) { return r.crashed; });

@@ -62,6 +62,7 @@ class CheckCommand : public Command {
     // Captures without the slaves of --slave: wrong usage when that is all of them.
     if (run_.ReportMissingSlaves(report, console) != ExitStatus::kClean) return ExitStatus::kUsage;
     CaptureRun::ReportUnmet(report, console);
+    run_.ReportUnmatched(report, console);
     if (const auto error = output->Write(report, console)) status = Worst(status, CaptureRun::Fail(console, *error));
     if (const auto error = run_.WriteBaselineOf(report)) status = Worst(status, CaptureRun::Fail(console, *error));
     return Worst(status, report::Gates(report::Summarise(report)) ? ExitStatus::kFindings : ExitStatus::kClean);

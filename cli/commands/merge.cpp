@@ -81,6 +81,11 @@ class MergeCommand : public Command {
     if (!complete) return ExitStatus::kUsage;
     if (digest_.captures.empty()) return Fail(console, Error{"the reports hold no capture"});
     if (versions_.size() > 1 || !versions_.contains(digest_.version)) WarnOfVersions(console);
+    if (baseline_) {
+      std::vector<const report::CaptureDigest*> captures;
+      for (const report::CaptureDigest& capture : digest_.captures) captures.push_back(&capture);
+      for (const std::string& text : UnmatchedEntries(known_, captures)) console.Warning(*baseline_ + ": " + text);
+    }
     SortCaptures(digest_);
     return Deliver(digest_, *output, write_baseline_, console);
   }

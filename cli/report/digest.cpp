@@ -77,6 +77,12 @@ std::vector<std::string> Reservations(const CaptureDigest& capture) {
   return Reservations(MissesPackets(capture), !capture.limited.empty(), count);
 }
 
+void SortDevices(std::vector<std::string>& devices) {
+  std::sort(devices.begin(), devices.end());
+  devices.erase(std::unique(devices.begin(), devices.end()), devices.end());
+  if (!devices.empty() && devices.front().empty()) devices.erase(devices.begin());
+}
+
 std::string SlavesText(std::uint64_t shown, std::uint64_t there) {
   if (there <= shown) return Count(shown, "slave");
   return Count(there, "slave") + ", " + Grouped(there - shown) + " of them known by broadcasts only";
@@ -103,6 +109,10 @@ CaptureDigest DigestOf(const CaptureReport& capture) {
   out.config = PrintableLines(capture.config);
   out.baseline = PrintableLines(capture.baseline);
   out.rules = capture.rules;
+  for (const SlaveSummary& slave : result.slaves) {
+    out.devices.push_back(ProductText(slave.identity.vendor_id, slave.identity.product_code));
+  }
+  SortDevices(out.devices);
   for (std::size_t i = 0; i < result.findings.size(); ++i) {
     out.findings.push_back(DigestOf(result.findings[i], result));
     out.findings.back().known = capture.IsKnown(i);

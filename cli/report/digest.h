@@ -91,7 +91,8 @@ struct CaptureContent {
   std::string config;                                      ///< path of the configuration file; empty: none
   std::string baseline;                                    ///< path; empty: none
   std::vector<std::pair<std::string, std::string>> rules;  ///< settings of rules: id and severity, or "off"
-  std::vector<FindingDigest> findings;                     ///< as in the report
+  std::vector<std::string> devices;     ///< of its slaves, each once, sorted; as FindingDigest::product
+  std::vector<FindingDigest> findings;  ///< as in the report
   std::vector<NotJudged> not_judged;
   std::vector<RuleCoverageDigest> coverage;  ///< empty in reports of the first versions
 
@@ -131,6 +132,9 @@ struct Digest {
 
 /// "vendor 0x0000006a, product 0x00414b44"; empty unless both are known.
 [[nodiscard]] std::string ProductText(std::optional<std::uint32_t> vendor, std::optional<std::uint32_t> product);
+
+/// Each once, without those that are not known.
+void SortDevices(std::vector<std::string>& devices);
 
 /// "slave 2", "all slaves", "bus"
 [[nodiscard]] std::string PlaceOf(const NotJudged& entry);

@@ -109,6 +109,11 @@ class SlaveTexts {
     }
   }
 
+  [[nodiscard]] static std::string Product(JsonValue slave) {
+    const JsonValue identity = slave.member("identity");
+    return ProductText(Number(identity, "vendor_id"), Number(identity, "product_code"));
+  }
+
   /// Fills in what is known of its slave.
   void Describe(FindingDigest& f, Fields& fields) {
     f.place = "bus";
@@ -137,8 +142,7 @@ class SlaveTexts {
   static void Read(Slave& slave, Fields& fields) {
     slave.read = true;
     slave.name = fields.TextOrNull(slave.json, "name").substr(0, kMaxNameBytes);
-    const JsonValue identity = slave.json.member("identity");
-    slave.product = ProductText(Number(identity, "vendor_id"), Number(identity, "product_code"));
+    slave.product = Product(slave.json);
   }
 
   std::map<SlavePos, Slave> slaves_;
@@ -262,6 +266,8 @@ CaptureDigest ReadCapture(JsonValue json, Fields& fields) {
     out.slaves_there = fields.NumberOrNull(bus, "slave_count");
   }
   SlaveTexts texts(slaves, fields);
+  for (const JsonValue slave : slaves) out.devices.push_back(SlaveTexts::Product(slave));
+  SortDevices(out.devices);
   for (const JsonValue finding : fields.Array(json, "findings")) {
     out.findings.push_back(ReadFinding(finding, texts, fields));
   }

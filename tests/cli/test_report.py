@@ -395,6 +395,31 @@ class Baseline(CliTest):
         done = self.run_program("batch", "--baseline", "known.json", "-o", "json=s.json", self.faulty)
         self.assertEqual(done.returncode, 0, done.err)
 
+    def test_entries_that_match_nothing_are_reported(self):
+        self.check(self.faulty, "--write-baseline", "known.json", status=1)
+        baseline = json.loads((self.dir / "known.json").read_text())
+        self.assertEqual(baseline["findings"][0]["captures"], ["faulty.pcap"])
+        baseline["findings"].append({"rule": "al-timeout", "slave": 0, "identity": "repaired long ago"})
+        baseline["findings"].append({"rule": "al-timeouts", "slave": 0, "identity": "mistyped"})
+        self.file("known.json", json.dumps(baseline))
+        for command in (("check",), ("batch", "--output-dir", "r")):
+            done = self.run_program(*command, "--baseline", "known.json", self.faulty)
+            self.assertEqual(done.returncode, 0, done.err)
+            self.assertIn("known.json: 2 entries match no finding: al-timeout of slave 0", done.err)
+            self.assertIn("known.json: 'al-timeouts' is no rule (did you mean 'al-timeout'?)", done.err)
+        done = self.run_program("merge", "--baseline", "known.json", "r")
+        self.assertIn("known.json: 2 entries match no finding", done.err)
+
+    def test_another_machine_is_not_excused(self):
+        self.check(self.faulty, "--write-baseline", "known.json", status=1)
+        other = self.file("mill.pcap", pathlib.Path(self.faulty).read_bytes())
+        done = self.check(other, "--baseline", "known.json", status=1)
+        self.assertIn("known.json: all entries are for other devices or captures", done.err)
+        akd = SOURCE / "samples" / "captures" / "init-to-op-refused.pcapng"
+        self.check(akd, "--write-baseline", "akd.json", status=1)
+        self.assertTrue(json.loads((self.dir / "akd.json").read_text())["findings"][0]["devices"])
+        self.check(self.file("renamed.pcapng", akd.read_bytes()), "--baseline", "akd.json", status=0)
+
     def test_missing_or_wrong_file(self):
         self.assertIn("no such file", self.one_error("check", "--baseline", "none.json", self.faulty))
         self.file("bad.json", "{")
